@@ -1,0 +1,367 @@
+//! How fast a driver takes a curve: the law that the paper fits.
+//!
+//! ln v = ln v₀ + δ (ln R − ln R₀) + α_driver + β_direction + e, e ~ N(0, σ_e²), one residual a curve.
+//!
+//! Source: Romano, Godio, Bruzelius, Johannesson, the paper in hand, with R₀ = 250 m. Field data: δ = 0.460,
+//! v₀ = 54.5 km/h, SD(α) = 5.6 %, β = ±0.2 % (left faster), σ_e = 17.7 %; simulator: 0.23, 60 km/h, 16 %, none, 4.8 %.
+//! The field fit uses 20 m ≤ R ≤ 500 m and knows nothing beyond: there a curve does not limit the speed.
+//! v₀ of the field fit contains curves under low signs, so it is censored low; the mean over trucks is 57.6 km/h.
+
+use crate::random::{Draws, Stream, Streams};
+use nalgebra::{Matrix2, Vector2};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Where a driver's v₀ and δ come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum CurveSpeedForm {
+    /// One exponent for all, ln v₀ normal around the pooled fit.
+    Pooled,
+    /// One of the trucks of the table.
+    Table,
+    /// (δ, ln v₀) bivariate normal, fitted to the table.
+    Bivariate,
+}
+
+/// Statistical description of curve speeds.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CurveSpeedModel {
+    /// Where v₀ and δ come from.
+    pub form: CurveSpeedForm,
+    /// Reference radius R₀, in m.
+    pub reference_radius_m: f64,
+    /// Speed v₀ of the typical driver at R₀, in m/s.
+    pub reference_speed_mps: f64,
+    /// Exponent δ.
+    pub exponent: f64,
+    /// Standard error of δ, clustered by truck.
+    pub exponent_standard_error: f64,
+    /// Standard error of ln v₀, clustered by truck.
+    pub reference_speed_log_standard_error: f64,
+    /// Standard deviation of the driver effect α.
+    pub driver_sd: f64,
+    /// Direction effect β: + for left, − for right.
+    pub direction_effect: f64,
+    /// Standard deviation of the residual e.
+    pub residual_sd: f64,
+    /// Largest radius of the fit, in m; wider curves do not limit the speed.
+    pub maximum_radius_m: f64,
+    /// Radius below which the guard acts, in m; 0 for none.
+    pub guard_radius_m: f64,
+    /// Lateral acceleration that the guard allows, in m/s².
+    pub guard_lateral_mps2: f64,
+    /// Whether v₀ and δ are uncertain (drawn for each replicate) or as given.
+    pub parameter_uncertainty: bool,
+    /// Number of replicates; cycle k belongs to replicate k mod replicates.
+    pub replicates: u64,
+    /// The trucks of the forms `table` and `bivariate`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub table: Option<CurveSpeedTable>,
+}
+
+/// Fits by truck.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CurveSpeedTable {
+    /// Names of the trucks.
+    pub truck: Vec<String>,
+    /// Exponent of each truck.
+    pub exponent: Vec<f64>,
+    /// Speed v₀ of each truck, in m/s.
+    pub reference_speed_mps: Vec<f64>,
+}
+
+/// One driver's curve-speed law.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CurveSpeed {
+    /// Speed at R₀, driver effect included, in m/s.
+    pub reference_speed_mps: f64,
+    /// Exponent.
+    pub exponent: f64,
+    /// Driver effect α, log scale.
+    pub driver_effect: f64,
+    /// Direction effect β, log scale.
+    pub direction_effect: f64,
+    /// Standard deviation of the residual, log scale.
+    pub residual_sd: f64,
+    reference_radius_m: f64,
+    maximum_radius_m: f64,
+    guard_radius_m: f64,
+    guard_lateral_mps2: f64,
+}
+
+/// Mean and covariance of (δ, ln v₀).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bivariate {
+    /// Mean of (δ, ln v₀).
+    pub mean: Vector2<f64>,
+    /// Covariance of (δ, ln v₀).
+    pub covariance: Matrix2<f64>,
+}
+
+impl Bivariate {
+    /// Fits mean and covariance (divisor n − 1) to pairs.
+    pub fn fit(pairs: &[(f64, f64)]) -> Self {
+        let n = pairs.len() as f64;
+        let point = |&(exponent, log_speed): &(f64, f64)| Vector2::new(exponent, log_speed);
+        let mean = pairs.iter().map(point).sum::<Vector2<f64>>() / n;
+        let covariance = pairs
+            .iter()
+            .map(|pair| {
+                let d = point(pair) - mean;
+                d * d.transpose()
+            })
+            .sum::<Matrix2<f64>>()
+            / (n - 1.0);
+        Self { mean, covariance }
+    }
+
+    /// One draw, by the Cholesky factor written out.
+    pub fn sample(&self, draws: &mut Draws) -> (f64, f64) {
+        let s = &self.covariance;
+        let a = s[(0, 0)].max(0.0).sqrt();
+        let b = if a > 0.0 { s[(1, 0)] / a } else { 0.0 };
+        let c = (s[(1, 1)] - b * b).max(0.0).sqrt();
+        let (x, y) = (draws.normal(), draws.normal());
+        (self.mean[0] + a * x, self.mean[1] + b * x + c * y)
+    }
+}
+
+impl CurveSpeedTable {
+    fn pairs(&self) -> Vec<(f64, f64)> {
+        let logs = self.reference_speed_mps.iter().map(|v| libm::log(*v));
+        self.exponent.iter().copied().zip(logs).collect()
+    }
+}
+
+impl CurveSpeedModel {
+    /// Draws one driver's law; `spread` false gives the typical driver, without residuals.
+    pub fn sample(&self, streams: &Streams, spread: bool) -> CurveSpeed {
+        let mut draws = streams.open(Stream::CurveSpeed);
+        let mut epistemic = self
+            .parameter_uncertainty
+            .then(|| streams.open_replicate(Stream::CurveSpeedParameters, self.replicates));
+        let typical_log_speed = libm::log(self.reference_speed_mps);
+        let (exponent, log_speed) = match (self.form, &self.table) {
+            (CurveSpeedForm::Table | CurveSpeedForm::Bivariate, Some(table)) => {
+                let mut pairs = table.pairs();
+                if let Some(epistemic) = &mut epistemic {
+                    pairs = resample(&pairs, epistemic);
+                }
+                if !spread {
+                    let mean = Bivariate::fit(&pairs).mean;
+                    (mean[0], mean[1])
+                } else if self.form == CurveSpeedForm::Table {
+                    pairs[(draws.uniform() * pairs.len() as f64) as usize]
+                } else {
+                    Bivariate::fit(&pairs).sample(&mut draws)
+                }
+            }
+            _ => {
+                let (mut exponent, mut log_speed) = (self.exponent, typical_log_speed);
+                if let Some(epistemic) = &mut epistemic {
+                    exponent += self.exponent_standard_error * epistemic.normal();
+                    log_speed += self.reference_speed_log_standard_error * epistemic.normal();
+                }
+                if spread {
+                    log_speed += self.driver_sd * draws.normal();
+                }
+                (exponent, log_speed)
+            }
+        };
+        CurveSpeed {
+            reference_speed_mps: libm::exp(log_speed),
+            exponent,
+            driver_effect: log_speed - typical_log_speed,
+            direction_effect: self.direction_effect,
+            residual_sd: if spread { self.residual_sd } else { 0.0 },
+            reference_radius_m: self.reference_radius_m,
+            maximum_radius_m: self.maximum_radius_m,
+            guard_radius_m: self.guard_radius_m,
+            guard_lateral_mps2: self.guard_lateral_mps2,
+        }
+    }
+}
+
+/// A bootstrap sample of the same size: the trucks are the clusters.
+fn resample(pairs: &[(f64, f64)], draws: &mut Draws) -> Vec<(f64, f64)> {
+    let n = pairs.len() as f64;
+    (0..pairs.len())
+        .map(|_| pairs[(draws.uniform() * n) as usize])
+        .collect()
+}
+
+impl CurveSpeed {
+    /// Speed in a curve, in m/s, for a standard normal residual; infinite beyond the fit's radii.
+    pub fn speed_mps(&self, radius_m: f64, left: bool, residual: f64) -> f64 {
+        if radius_m > self.maximum_radius_m {
+            return f64::INFINITY;
+        }
+        let direction = if left {
+            self.direction_effect
+        } else {
+            -self.direction_effect
+        };
+        let log_ratio = self.exponent * libm::log(radius_m / self.reference_radius_m);
+        let speed = self.reference_speed_mps
+            * libm::exp(log_ratio + direction + self.residual_sd * residual);
+        if radius_m < self.guard_radius_m {
+            speed.min((self.guard_lateral_mps2 * radius_m).sqrt())
+        } else {
+            speed
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    pub(super) fn field() -> CurveSpeedModel {
+        CurveSpeedModel {
+            form: CurveSpeedForm::Pooled,
+            reference_radius_m: 250.0,
+            reference_speed_mps: 54.5 / 3.6,
+            exponent: 0.46,
+            exponent_standard_error: 0.0047,
+            reference_speed_log_standard_error: 0.0112,
+            driver_sd: 0.056,
+            direction_effect: 0.002,
+            residual_sd: 0.177,
+            maximum_radius_m: 500.0,
+            guard_radius_m: 0.0,
+            guard_lateral_mps2: 3.0,
+            parameter_uncertainty: false,
+            replicates: 64,
+            table: None,
+        }
+    }
+
+    /// The paper's table of 25 trucks: exponents, and v0 in km/h.
+    fn table() -> CurveSpeedTable {
+        let exponent = [
+            45, 37, 42, 43, 44, 44, 42, 43, 42, 46, 42, 43, 48, 43, 46, 43, 46, 47, 41, 45, 45, 43,
+            42, 45, 47,
+        ];
+        let speed = [
+            58, 64, 58, 54, 65, 61, 49, 58, 54, 58, 47, 57, 60, 60, 56, 55, 59, 58, 60, 60, 55, 58,
+            56, 59, 60,
+        ];
+        CurveSpeedTable {
+            truck: (0..25).map(|i| i.to_string()).collect(),
+            exponent: exponent.iter().map(|&e| f64::from(e) / 100.0).collect(),
+            reference_speed_mps: speed.iter().map(|&v| f64::from(v) / 3.6).collect(),
+        }
+    }
+
+    #[test]
+    fn lateral_accelerations_of_the_field_fit() {
+        // models.md section 11.1: R = 20/50/100/250/500 m -> 1.12/1.04/.99/.92/.87 m/s2
+        let law = field().sample(
+            &Streams {
+                seed: 1,
+                cycle_id: 0,
+                frozen: &[],
+            },
+            false,
+        );
+        for (radius, printed) in [
+            (20.0, 1.12),
+            (50.0, 1.04),
+            (100.0, 0.99),
+            (250.0, 0.92),
+            (500.0, 0.87),
+        ] {
+            let v = law.speed_mps(radius, true, 0.0) / libm::exp(0.002);
+            assert!(
+                (v * v / radius - printed).abs() < 0.0075,
+                "{radius}: {}",
+                v * v / radius
+            );
+        }
+        assert!(law.speed_mps(501.0, true, 0.0).is_infinite());
+    }
+
+    #[test]
+    fn bivariate_fit_recovers_the_tables_moments() {
+        // models.md section 11.1: mean .438, SD .024; mean 57.6 km/h, log-SD 7.1 %; correlation .11
+        let fit = Bivariate::fit(&table().pairs());
+        let (sd_e, sd_v) = (fit.covariance[(0, 0)].sqrt(), fit.covariance[(1, 1)].sqrt());
+        assert!((fit.mean[0] - 0.438).abs() < 0.0006);
+        assert!((sd_e - 0.024).abs() < 0.0006);
+        assert!((sd_v - 0.071).abs() < 0.0006);
+        assert!((fit.covariance[(0, 1)] / (sd_e * sd_v) - 0.11).abs() < 0.006);
+    }
+
+    #[test]
+    fn draws_have_the_populations_moments() {
+        let mut model = field();
+        for seed in 1..=3 {
+            for form in [
+                CurveSpeedForm::Pooled,
+                CurveSpeedForm::Table,
+                CurveSpeedForm::Bivariate,
+            ] {
+                model.form = form;
+                model.table = Some(table());
+                let fit = Bivariate::fit(&table().pairs());
+                let (mean, sd) = match form {
+                    CurveSpeedForm::Pooled => ((54.5f64 / 3.6).ln(), 0.056),
+                    _ => (fit.mean[1], fit.covariance[(1, 1)].sqrt()),
+                };
+                let n = 20_000;
+                let logs: Vec<f64> = (0..n)
+                    .map(|cycle_id| {
+                        let streams = Streams {
+                            seed,
+                            cycle_id,
+                            frozen: &[],
+                        };
+                        model.sample(&streams, true).reference_speed_mps.ln()
+                    })
+                    .collect();
+                let m = logs.iter().sum::<f64>() / n as f64;
+                let v = logs.iter().map(|x| (x - m).powi(2)).sum::<f64>() / (n - 1) as f64;
+                // the table's own variance has divisor n
+                let sd = if form == CurveSpeedForm::Table {
+                    sd * (24.0f64 / 25.0).sqrt()
+                } else {
+                    sd
+                };
+                assert!(
+                    (m - mean).abs() < 4.0 * sd / (n as f64).sqrt(),
+                    "{form:?} {m} {mean}"
+                );
+                // standard error of an SD, with room for a kurtosis of up to 6
+                let error = sd * (5.0 / (4.0 * n as f64)).sqrt();
+                assert!(
+                    (v.sqrt() - sd).abs() < 4.0 * error,
+                    "{form:?} {} {sd}",
+                    v.sqrt()
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn parameter_uncertainty_belongs_to_replicates() {
+        let mut model = field();
+        model.parameter_uncertainty = true;
+        let exponent = |cycle_id| {
+            model
+                .sample(
+                    &Streams {
+                        seed: 1,
+                        cycle_id,
+                        frozen: &[],
+                    },
+                    true,
+                )
+                .exponent
+        };
+        assert!(exponent(3) == exponent(3 + 64));
+        assert!(exponent(3) != exponent(4));
+    }
+}

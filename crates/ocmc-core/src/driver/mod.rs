@@ -1,0 +1,55 @@
+//! The driver: what speed is wanted (tactical parameters) and how the pedals follow it (operational).
+
+pub mod curve_speed;
+pub mod pedal;
+pub mod speed_change;
+pub mod speed_limit;
+
+use crate::random::Streams;
+use crate::study::Part;
+use curve_speed::{CurveSpeed, CurveSpeedModel};
+use pedal::{PedalModel, Pedals};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use speed_change::{SpeedChange, SpeedChangeModel};
+use speed_limit::{SpeedLimit, SpeedLimitModel};
+
+/// A population of drivers.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DriverModel {
+    /// Speed in curves.
+    pub curve_speed: CurveSpeedModel,
+    /// Decelerations and accelerations.
+    pub speed_change: SpeedChangeModel,
+    /// Compliance with limits.
+    pub speed_limit: SpeedLimitModel,
+    /// Pedal controllers.
+    pub pedals: PedalModel,
+}
+
+/// One driver.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Driver {
+    /// Speed in curves.
+    pub curve_speed: CurveSpeed,
+    /// Decelerations and accelerations.
+    pub speed_change: SpeedChange,
+    /// Compliance with limits.
+    pub speed_limit: SpeedLimit,
+    /// Pedal controller.
+    pub pedals: Pedals,
+}
+
+impl DriverModel {
+    /// Draws one driver. Without [`Part::DriverSpread`] all are the typical one.
+    pub fn sample(&self, streams: &Streams, without: &[Part], stability_limit: f64) -> Driver {
+        let spread = !without.contains(&Part::DriverSpread);
+        Driver {
+            curve_speed: self.curve_speed.sample(streams, spread),
+            speed_change: self.speed_change.sample(streams, spread),
+            speed_limit: self.speed_limit.sample(streams, spread),
+            pedals: self.pedals.sample(streams, spread, stability_limit),
+        }
+    }
+}

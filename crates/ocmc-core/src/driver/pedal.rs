@@ -1,0 +1,291 @@
+//! The operational module: from the speed error to the pedals.
+//!
+//! PID: u = K_P e + J − K_D dv/dt with J = K_I ∫e dt; the derivative acts on the filtered speed, because the desired
+//! speed jumps. Anti-windup by back-calculation with tracking time T_t = r K_P/K_I, and J clamped: with a fixed T_t of
+//! 2 s the integral runs to −8 while saturated and the truck stalls in front of stops (closed-loop rule 10).
+//! Switched: u = K_P e while |e| > threshold, otherwise the throttle is held; a held brake is released when e ≥ 0
+//! (rule 11). Pedals: a_p = clip(u, 0, 1), b_p = clip(−s u, 0, 1) with the brake scale s, because the brake acts about
+//! 12 times stronger than the throttle.
+//!
+//! Both are one controller in the step: a PID never holds, a switched driver has K_I = K_D = 0.
+//! The paper prints gains in figures only; the numbers of the default study are derived (two real poles at 0.1 rad/s
+//! for 40 t at 70 km/h).
+
+use crate::distribution::Quantity;
+use crate::random::{Draws, Stream, Streams};
+use nalgebra::{Matrix3, Vector3};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Statistical description of pedal controllers.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PedalModel {
+    /// Share of drivers with a PID controller; the others switch.
+    pub pid_share: f64,
+    /// The PID controller.
+    pub pid: PidModel,
+    /// The switched controller.
+    pub switched: SwitchedModel,
+    /// Brake pedal for each unit of u.
+    pub brake_scale: f64,
+    /// Speed above the desired one that a driver allows downhill, in m/s.
+    pub overspeed_band_mps: f64,
+    /// Speed above which the band exists, in m/s.
+    pub overspeed_from_mps: f64,
+}
+
+/// The PID controller: ln K_P, ln T_i and ln K_D are normal, with correlation.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PidModel {
+    /// Median of K_P, in s/m.
+    pub proportional_median: f64,
+    /// Standard deviation of ln K_P.
+    pub proportional_log_sd: f64,
+    /// Smallest K_P, in s/m; draws outside are redrawn.
+    pub proportional_minimum: f64,
+    /// Largest K_P, in s/m.
+    pub proportional_maximum: f64,
+    /// Median of T_i = K_P / K_I, in s; 0 for no integral part.
+    pub integral_time_median_s: f64,
+    /// Standard deviation of ln T_i.
+    pub integral_time_log_sd: f64,
+    /// Median of K_D, in s²/m.
+    pub derivative_median: f64,
+    /// Standard deviation of ln K_D.
+    pub derivative_log_sd: f64,
+    /// Correlations of (ln K_P, ln T_i), (ln K_P, ln K_D), (ln T_i, ln K_D).
+    pub correlation: [f64; 3],
+    /// Time constant of the speed filter of the derivative, in s.
+    pub derivative_filter_s: f64,
+    /// Ratio r of the tracking time to K_P / K_I.
+    pub tracking_ratio: f64,
+    /// Lowest integral part J.
+    pub integral_minimum: f64,
+    /// Highest integral part J.
+    pub integral_maximum: f64,
+}
+
+/// The switched proportional controller.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SwitchedModel {
+    /// K_P, in s/m.
+    pub proportional: Quantity,
+    /// Threshold of |e|, in m/s.
+    pub threshold_mps: Quantity,
+    /// What is held inside the threshold.
+    pub hold: Hold,
+}
+
+/// What a switched controller holds inside its threshold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Hold {
+    /// The throttle; a held brake is released when e ≥ 0.
+    Throttle,
+    /// Throttle and brake, as printed in the paper.
+    Paper,
+}
+
+/// One driver's pedal controller.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pedals {
+    /// K_P, in s/m.
+    pub proportional: f64,
+    /// K_I, in 1/m; 0 for a switched driver.
+    pub integral: f64,
+    /// K_D, in s²/m; 0 for a switched driver.
+    pub derivative: f64,
+    /// Threshold of a switched driver, in m/s; none for a PID.
+    pub threshold_mps: Option<f64>,
+    /// Whether a held brake is held as printed in the paper.
+    pub holds_brake: bool,
+    /// Draws of gains that were outside the bounds and drawn again.
+    pub redraws: u32,
+}
+
+/// Tries before an impossible set of bounds gives way to its nearest corner.
+const MOST_REDRAWS: u32 = 1000;
+
+impl PedalModel {
+    /// Draws one driver; `spread` false gives the median driver of the larger group.
+    /// `stability_limit` is the largest K_P that the brake allows at the study's step.
+    pub fn sample(&self, streams: &Streams, spread: bool, stability_limit: f64) -> Pedals {
+        let mut draws = streams.open(Stream::Pedals);
+        let is_pid = if spread {
+            draws.happens(self.pid_share)
+        } else {
+            self.pid_share >= 0.5
+        };
+        if is_pid {
+            self.pid.sample(&mut draws, spread, stability_limit)
+        } else {
+            let model = &self.switched;
+            let mut draw = |law: &Quantity| {
+                if spread {
+                    law.sample(&mut draws)
+                } else {
+                    law.centre()
+                }
+            };
+            Pedals {
+                proportional: draw(&model.proportional).min(stability_limit),
+                integral: 0.0,
+                derivative: 0.0,
+                threshold_mps: Some(draw(&model.threshold_mps)),
+                holds_brake: model.hold == Hold::Paper,
+                redraws: 0,
+            }
+        }
+    }
+}
+
+impl PidModel {
+    fn sample(&self, draws: &mut Draws, spread: bool, stability_limit: f64) -> Pedals {
+        let highest = self.proportional_maximum.min(stability_limit);
+        let [pi, pd, id] = self.correlation;
+        let correlation = Matrix3::new(1.0, pi, pd, pi, 1.0, id, pd, id, 1.0);
+        let factor = correlation
+            .cholesky()
+            .map_or_else(Matrix3::identity, |c| c.l());
+        let mut redraws = 0;
+        loop {
+            let independent = Vector3::new(draws.normal(), draws.normal(), draws.normal());
+            let z = if spread {
+                factor * independent
+            } else {
+                Vector3::zeros()
+            };
+            let mut proportional =
+                self.proportional_median * libm::exp(self.proportional_log_sd * z[0]);
+            let inside = (self.proportional_minimum..=highest).contains(&proportional);
+            if !inside && redraws < MOST_REDRAWS && spread {
+                redraws += 1;
+                continue;
+            }
+            proportional = proportional.max(self.proportional_minimum).min(highest);
+            let time_s = self.integral_time_median_s * libm::exp(self.integral_time_log_sd * z[1]);
+            return Pedals {
+                proportional,
+                integral: if time_s > 0.0 {
+                    proportional / time_s
+                } else {
+                    0.0
+                },
+                derivative: self.derivative_median * libm::exp(self.derivative_log_sd * z[2]),
+                threshold_mps: None,
+                holds_brake: false,
+                redraws,
+            };
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::distribution::Law;
+
+    fn model() -> PedalModel {
+        PedalModel {
+            pid_share: 0.7,
+            pid: PidModel {
+                proportional_median: 0.47,
+                proportional_log_sd: 0.4,
+                proportional_minimum: 0.01,
+                proportional_maximum: 100.0,
+                integral_time_median_s: 20.0,
+                integral_time_log_sd: 0.3,
+                derivative_median: 0.05,
+                derivative_log_sd: 0.4,
+                correlation: [0.3, 0.0, -0.2],
+                derivative_filter_s: 0.5,
+                tracking_ratio: 0.5,
+                integral_minimum: -0.15,
+                integral_maximum: 1.0,
+            },
+            switched: SwitchedModel {
+                proportional: Quantity::Number(0.47),
+                threshold_mps: Quantity::Law(Law::Uniform {
+                    lower: 0.3,
+                    upper: 1.2,
+                }),
+                hold: Hold::Throttle,
+            },
+            brake_scale: 0.3,
+            overspeed_band_mps: 1.39,
+            overspeed_from_mps: 14.0,
+        }
+    }
+
+    #[test]
+    fn gains_have_the_wanted_moments_and_correlations() {
+        for seed in 1..=3 {
+            let mut logs = Vec::new();
+            for cycle_id in 0..20_000 {
+                let streams = Streams {
+                    seed,
+                    cycle_id,
+                    frozen: &[],
+                };
+                let p = model().sample(&streams, true, f64::INFINITY);
+                if p.threshold_mps.is_none() {
+                    let time = p.proportional / p.integral;
+                    logs.push([p.proportional.ln(), time.ln(), p.derivative.ln()]);
+                }
+            }
+            let n = logs.len() as f64;
+            assert!((n / 20_000.0 - 0.7).abs() < 4.0 * (0.21f64 / 20_000.0).sqrt());
+            let mean = |i: usize| logs.iter().map(|x| x[i]).sum::<f64>() / n;
+            let cov = |i: usize, j: usize| {
+                let (a, b) = (mean(i), mean(j));
+                logs.iter().map(|x| (x[i] - a) * (x[j] - b)).sum::<f64>() / (n - 1.0)
+            };
+            for (i, (median, sd)) in [(0.47f64, 0.4), (20.0, 0.3), (0.05, 0.4)]
+                .iter()
+                .enumerate()
+            {
+                assert!((mean(i) - median.ln()).abs() < 4.0 * sd / n.sqrt());
+                assert!((cov(i, i).sqrt() - sd).abs() < 4.0 * sd / (2.0 * n).sqrt());
+            }
+            for (i, j, r) in [(0, 1, 0.3), (0, 2, 0.0), (1, 2, -0.2)] {
+                let sample = cov(i, j) / (cov(i, i) * cov(j, j)).sqrt();
+                assert!(
+                    (sample - r).abs() < 4.0 * (1.0 - r * r) / n.sqrt(),
+                    "{sample} {r}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn gains_beyond_the_stability_bound_are_drawn_again_and_counted() {
+        let mut redraws = 0;
+        for cycle_id in 0..500 {
+            let streams = Streams {
+                seed: 1,
+                cycle_id,
+                frozen: &[],
+            };
+            let p = model().sample(&streams, true, 0.5);
+            assert!(p.proportional <= 0.5);
+            redraws += p.redraws;
+        }
+        assert!(redraws > 50);
+    }
+
+    #[test]
+    fn no_integral_time_means_no_integral_gain() {
+        let mut model = model();
+        model.pid_share = 1.0;
+        model.pid.integral_time_median_s = 0.0;
+        let streams = Streams {
+            seed: 1,
+            cycle_id: 0,
+            frozen: &[],
+        };
+        assert!(model.sample(&streams, true, 1.0).integral == 0.0);
+    }
+}

@@ -1,0 +1,89 @@
+//! What a driver makes of a speed limit, of a bump, and of a truck's limiter.
+
+use crate::distribution::Quantity;
+use crate::random::{Stream, Streams};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Statistical description of compliance.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SpeedLimitModel {
+    /// Factor on the limit.
+    pub compliance: Quantity,
+    /// Highest speed that a driver wants, just below the limiter, in m/s.
+    pub maximum_speed_mps: f64,
+    /// Vertical acceleration that a driver accepts at a bump, in m/s².
+    pub bump_acceleration_mps2: Quantity,
+    /// Lowest speed at a bump, in m/s.
+    pub bump_minimum_mps: f64,
+    /// Highest speed at a bump, in m/s.
+    pub bump_maximum_mps: f64,
+}
+
+/// One driver's compliance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpeedLimit {
+    /// Factor on the limit.
+    pub compliance: f64,
+    /// Highest speed that the driver wants, in m/s.
+    pub maximum_speed_mps: f64,
+    /// Vertical acceleration at a bump, in m/s².
+    pub bump_acceleration_mps2: f64,
+    bump_minimum_mps: f64,
+    bump_maximum_mps: f64,
+}
+
+impl SpeedLimitModel {
+    /// Draws one driver; `spread` false gives the typical one.
+    pub fn sample(&self, streams: &Streams, spread: bool) -> SpeedLimit {
+        let draw = |law: &Quantity, stream| {
+            if spread {
+                law.sample(&mut streams.open(stream))
+            } else {
+                law.centre()
+            }
+        };
+        SpeedLimit {
+            compliance: draw(&self.compliance, Stream::Compliance),
+            maximum_speed_mps: self.maximum_speed_mps,
+            bump_acceleration_mps2: draw(&self.bump_acceleration_mps2, Stream::BumpComfort),
+            bump_minimum_mps: self.bump_minimum_mps,
+            bump_maximum_mps: self.bump_maximum_mps,
+        }
+    }
+}
+
+impl SpeedLimit {
+    /// v_sign = min(compliance · min(sign, legal truck limit), maximum), in m/s (closed-loop rule 4).
+    pub fn sign_speed_mps(&self, sign_mps: f64, truck_limit_mps: f64) -> f64 {
+        (self.compliance * sign_mps.min(truck_limit_mps)).min(self.maximum_speed_mps)
+    }
+
+    /// Speed at a bump, in m/s: v = L √(a_z / (8 h)), from the vertical acceleration v²/ρ on a crest of
+    /// radius ρ = L²/(8h). Judgement, kept between the driver's bounds.
+    pub fn bump_speed_mps(&self, length_m: f64, height_m: f64) -> f64 {
+        let speed = length_m * (self.bump_acceleration_mps2 / (8.0 * height_m)).sqrt();
+        speed.clamp(self.bump_minimum_mps, self.bump_maximum_mps)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bump_of_the_guide() {
+        let limit = SpeedLimit {
+            compliance: 1.0,
+            maximum_speed_mps: 89.0 / 3.6,
+            bump_acceleration_mps2: 2.0,
+            bump_minimum_mps: 15.0 / 3.6,
+            bump_maximum_mps: 35.0 / 3.6,
+        };
+        // models.md section 11.1: L 4 m, h 0.10 m -> 6.3 m/s
+        assert!((limit.bump_speed_mps(4.0, 0.10) - 6.3).abs() < 0.03);
+        assert!((limit.sign_speed_mps(120.0 / 3.6, 85.0 / 3.6) - 85.0 / 3.6).abs() < 1e-12);
+        assert!((limit.sign_speed_mps(120.0 / 3.6, f64::INFINITY) - 89.0 / 3.6).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,19 @@
+//! Pure models and engine of `ocmc`: a study is sampled into scenarios, each scenario is planned into a
+//! speed profile, driven in closed loop into a record, and the records are summed up into fleet answers.
+//!
+//! Nothing here reads files, prints, logs or looks at a clock; everything random is a pure function of
+//! (seed, cycle id, stream). SI units, with the unit in the name.
+
+pub mod distribution;
+pub mod driver;
+pub mod fleet;
+pub mod mission;
+pub mod operating_cycle;
+pub mod random;
+pub mod road;
+pub mod simulation;
+pub mod study;
+pub mod tactical;
+pub mod traffic;
+pub mod vehicle;
+pub mod weather;

@@ -1,0 +1,94 @@
+//! Mission: length, payload, departure and stops with dwell.
+
+use crate::distribution::Quantity;
+use crate::random::{Stream, Streams};
+use crate::road::point_event::{EventKind, PointEvent};
+use crate::study::Part;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Stops that a law draws closer than this are moved apart, in m.
+const MINIMUM_SPACING_M: f64 = 50.0;
+
+/// Statistical description of missions.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MissionModel {
+    /// Length, in m.
+    pub length_m: Quantity,
+    /// Payload, in kg.
+    pub payload_kg: Quantity,
+    /// Departure, in s from midnight; a draw outside the day is wrapped into it.
+    pub departure_s_of_day: Quantity,
+    /// Day of the year, from 0.
+    pub departure_day_of_year: Quantity,
+    /// Stops of the mission; absent: none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stops: Option<MissionStopModel>,
+}
+
+/// Stops of a mission.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MissionStopModel {
+    /// Distance from one stop to the next, in m.
+    pub spacing_m: Quantity,
+    /// Dwell, in s.
+    pub dwell_s: Quantity,
+}
+
+/// A realised mission.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Mission {
+    /// Length, in m.
+    pub length_m: f64,
+    /// Payload, in kg.
+    pub payload_kg: f64,
+    /// Departure, in s from midnight.
+    pub departure_s: f64,
+    /// Day of the year, from 0.
+    pub day_of_year: f64,
+    /// Stops with their dwell.
+    pub stops: Vec<PointEvent>,
+}
+
+impl MissionModel {
+    /// Draws a mission. Without [`Part::PayloadSpread`] every truck carries the mean payload.
+    pub fn sample(&self, streams: &Streams, without: &[Part]) -> Mission {
+        let length_m = self
+            .length_m
+            .sample(&mut streams.open(Stream::MissionLength));
+        let payload_kg = if without.contains(&Part::PayloadSpread) {
+            self.payload_kg.centre()
+        } else {
+            self.payload_kg.sample(&mut streams.open(Stream::Payload))
+        };
+        let mut draws = streams.open(Stream::Departure);
+        let clock = self.departure_s_of_day.sample(&mut draws);
+        let departure_s = clock - 86_400.0 * libm::floor(clock / 86_400.0);
+        let day_of_year = libm::floor(self.departure_day_of_year.sample(&mut draws));
+
+        let mut stops = Vec::new();
+        if let Some(model) = &self.stops {
+            let mut draws = streams.open(Stream::MissionStop);
+            let mut position_m = model.spacing_m.sample(&mut draws);
+            while position_m < length_m {
+                let standstill_s = model.dwell_s.sample(&mut draws);
+                let kind = EventKind::MissionStop { standstill_s };
+                stops.push(PointEvent {
+                    position_m,
+                    kind,
+                    turns: false,
+                });
+                position_m += model.spacing_m.sample(&mut draws).max(MINIMUM_SPACING_M);
+            }
+        }
+        Mission {
+            length_m,
+            payload_kg,
+            departure_s,
+            day_of_year,
+            stops,
+        }
+    }
+}

@@ -1,0 +1,243 @@
+//! The operating cycle of one trip: road, weather, traffic and mission together, and its tracks.
+//!
+//! Traffic and weather are evaluated along the road at the free-flow passing time, the integral of
+//! dx / min(sign, legal truck limit) plus the drawn standstill: no driver and no truck enter, so under one
+//! seed all trucks and drivers meet the same cycle, and the speed profile is a function of position alone.
+
+use crate::mission::{Mission, MissionModel};
+use crate::random::Streams;
+use crate::road::{Road, RoadModel, RoadSampler};
+use crate::study::Part;
+use crate::traffic::{TrafficModel, TrafficTypeModel};
+use crate::weather::{STANDARD_WEATHER, Weather, WeatherModel};
+
+/// A limit that no truck reaches, in m/s: what a road without signs shows.
+pub const UNLIMITED_MPS: f64 = 130.0 / 3.6;
+
+/// Weather that holds from a position on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WeatherStretch {
+    /// Where it begins, in m.
+    pub start_m: f64,
+    /// The weather.
+    pub weather: Weather,
+}
+
+/// Traffic density that holds from a position on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrafficStretch {
+    /// Where it begins, in m.
+    pub start_m: f64,
+    /// Density, in vehicles per m and lane.
+    pub density_per_m: f64,
+}
+
+/// A realised operating cycle.
+#[derive(Clone, Debug, Default)]
+pub struct OperatingCycle {
+    /// The mission.
+    pub mission: Mission,
+    /// The road.
+    pub road: Road,
+    /// Weather along the road.
+    pub weather: Vec<WeatherStretch>,
+    /// Traffic along the road.
+    pub traffic: Vec<TrafficStretch>,
+    /// Free-flow duration, drawn standstill included, in s.
+    pub free_flow_s: f64,
+}
+
+/// The models of an operating cycle, prepared for sampling.
+#[derive(Clone, Debug)]
+pub struct OperatingCycleSampler {
+    road: RoadSampler,
+    weather: WeatherModel,
+    traffic: TrafficModel,
+    /// In the order of the road types.
+    traffic_types: Vec<TrafficTypeModel>,
+    mission: MissionModel,
+}
+
+/// One change along the road that the free-flow clock has to know.
+enum Change {
+    Speed { section: usize, speed_mps: f64 },
+    Standstill(f64),
+}
+
+impl OperatingCycleSampler {
+    /// Prepares checked models.
+    pub fn new(
+        road: &RoadModel,
+        weather: &WeatherModel,
+        traffic: &TrafficModel,
+        mission: &MissionModel,
+    ) -> Self {
+        let traffic_types = road
+            .types
+            .keys()
+            .map(|name| traffic.types[name].clone())
+            .collect();
+        Self {
+            road: RoadSampler::new(road),
+            weather: weather.clone(),
+            traffic: traffic.clone(),
+            traffic_types,
+            mission: mission.clone(),
+        }
+    }
+
+    /// The road models.
+    pub fn road(&self) -> &RoadSampler {
+        &self.road
+    }
+
+    /// The traffic model.
+    pub fn traffic(&self) -> &TrafficModel {
+        &self.traffic
+    }
+
+    /// Draws one operating cycle into `cycle`, whose buffers are reused.
+    pub fn sample(&self, streams: &Streams, without: &[Part], cycle: &mut OperatingCycle) {
+        cycle.mission = self.mission.sample(streams, without);
+        let mission = &cycle.mission;
+        self.road.sample(
+            mission.length_m,
+            &mission.stops,
+            streams,
+            without,
+            &mut cycle.road,
+        );
+        if without.contains(&Part::Signs) {
+            for sign in &mut cycle.road.signs {
+                sign.speed_mps = UNLIMITED_MPS;
+            }
+        }
+        self.pass(streams, without, cycle);
+    }
+
+    /// Runs the free-flow clock along the road and writes down what it meets.
+    fn pass(&self, streams: &Streams, without: &[Part], cycle: &mut OperatingCycle) {
+        let changes = self.changes(&cycle.road);
+        let length_m = cycle.road.length_m;
+        cycle.free_flow_s = free_flow_s(&changes, length_m);
+        let mission = &cycle.mission;
+
+        let weather = (!without.contains(&Part::Weather)).then(|| {
+            let (day, second) = (mission.day_of_year, mission.departure_s);
+            self.weather.sample(day, second, cycle.free_flow_s, streams)
+        });
+        let traffic = (!without.contains(&Part::Traffic))
+            .then(|| self.traffic.sample(cycle.free_flow_s, streams));
+        let weather_at = |time_s: f64| weather.as_ref().map_or(STANDARD_WEATHER, |w| w.at(time_s));
+        let density_at = |section: usize, time_s: f64| {
+            traffic.as_ref().map_or(0.0, |series| {
+                let model = &self.traffic_types[cycle.road.sections[section].road_type];
+                self.traffic
+                    .density_per_m(model, series, mission.departure_s, time_s)
+            })
+        };
+
+        cycle.weather.clear();
+        cycle.traffic.clear();
+        let step_s = self.traffic.step_s;
+        let (mut time_s, mut position_m, mut section, mut speed_mps) = (0.0, 0.0, 0, 1.0);
+        let mut block = -1.0;
+        for (k, (start_m, change)) in changes.iter().enumerate() {
+            position_m = f64::max(position_m, *start_m);
+            match change {
+                Change::Standstill(wait_s) => time_s += wait_s,
+                Change::Speed {
+                    section: s,
+                    speed_mps: v,
+                } => {
+                    if section != *s || k == 0 {
+                        section = *s;
+                        let density_per_m = density_at(section, time_s);
+                        cycle.traffic.push(TrafficStretch {
+                            start_m: position_m,
+                            density_per_m,
+                        });
+                    }
+                    speed_mps = *v;
+                }
+            }
+            let end_m = changes.get(k + 1).map_or(length_m, |next| next.0);
+            loop {
+                // a new block of the clock begins here, or at the moment it is reached
+                let now = libm::floor(time_s / step_s);
+                if now > block {
+                    block = now;
+                    // weather at the block's middle; its first moment may lie before this place
+                    let weather = weather_at((block + 0.5) * step_s);
+                    cycle.weather.push(WeatherStretch {
+                        start_m: position_m,
+                        weather,
+                    });
+                    let density_per_m = density_at(section, time_s);
+                    if cycle
+                        .traffic
+                        .last()
+                        .is_some_and(|last| last.start_m >= position_m)
+                    {
+                        cycle.traffic.pop();
+                    }
+                    cycle.traffic.push(TrafficStretch {
+                        start_m: position_m,
+                        density_per_m,
+                    });
+                }
+                let next_block_s = (block + 1.0) * step_s;
+                let reach_m = position_m + (next_block_s - time_s) * speed_mps;
+                if reach_m >= end_m {
+                    time_s += (end_m - position_m) / speed_mps;
+                    position_m = end_m;
+                    break;
+                }
+                time_s = next_block_s;
+                position_m = reach_m;
+            }
+        }
+    }
+
+    /// Signs and standstills in order of position.
+    fn changes(&self, road: &Road) -> Vec<(f64, Change)> {
+        let mut changes = Vec::with_capacity(road.signs.len() + road.events.len());
+        let mut section = 0;
+        let mut events = road.events.iter().peekable();
+        for sign in &road.signs {
+            while let Some(event) = events.next_if(|e| e.position_m < sign.start_m) {
+                if let Some(wait_s) = event.kind.standstill_s() {
+                    changes.push((event.position_m, Change::Standstill(wait_s)));
+                }
+            }
+            while road.sections[section].end_m <= sign.start_m {
+                section += 1;
+            }
+            let model = &self.road.types()[road.sections[section].road_type];
+            let speed_mps = sign
+                .speed_mps
+                .min(model.truck_limit_mps.unwrap_or(f64::INFINITY));
+            changes.push((sign.start_m, Change::Speed { section, speed_mps }));
+        }
+        for event in events {
+            if let Some(wait_s) = event.kind.standstill_s() {
+                changes.push((event.position_m, Change::Standstill(wait_s)));
+            }
+        }
+        changes
+    }
+}
+
+/// Duration of the free-flow passage, in s.
+fn free_flow_s(changes: &[(f64, Change)], length_m: f64) -> f64 {
+    let (mut time_s, mut position_m, mut speed_mps) = (0.0, 0.0, 1.0);
+    for (start_m, change) in changes {
+        time_s += (start_m - position_m) / speed_mps;
+        position_m = *start_m;
+        match change {
+            Change::Standstill(wait_s) => time_s += wait_s,
+            Change::Speed { speed_mps: v, .. } => speed_mps = *v,
+        }
+    }
+    time_s + (length_m - position_m) / speed_mps
+}

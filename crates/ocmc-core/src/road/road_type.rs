@@ -1,0 +1,179 @@
+//! Sequence of road types along a mission: a semi-Markov chain.
+//!
+//! The embedded chain has the transition probabilities `next` (zero diagonal); a sojourn has the length
+//! L = L₀ + Exp(mean − L₀), where L₀ is the minimum length. The start is drawn from the shares by
+//! length, s_r = π_r L_r / Σ π L with π = π P, and the first sojourn is a fresh one.
+//!
+//! Structure: Pettersson, Johannesson et al., the operating-cycle papers (recalled with confidence).
+//! Valid where route structure (depot, motorway, depot) may be ignored.
+
+use crate::random::Draws;
+
+/// The chain of road types, prepared for sampling. Types are numbered in the order of their names.
+#[derive(Clone, Debug)]
+pub struct RoadTypeChain {
+    mean_length_m: Vec<f64>,
+    minimum_length_m: Vec<f64>,
+    /// Row r holds the weights of the next type.
+    next: Vec<Vec<f64>>,
+    share_by_length: Vec<f64>,
+}
+
+/// A stretch of one road type.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Section {
+    /// Where it begins, in m.
+    pub start_m: f64,
+    /// Where it ends, in m.
+    pub end_m: f64,
+    /// Index of its type.
+    pub road_type: usize,
+}
+
+impl RoadTypeChain {
+    /// Prepares the chain; `next` holds rows of weights with a zero diagonal.
+    pub fn new(mean_length_m: Vec<f64>, minimum_length_m: Vec<f64>, next: Vec<Vec<f64>>) -> Self {
+        let stationary = stationary(&next);
+        let total: f64 = stationary
+            .iter()
+            .zip(&mean_length_m)
+            .map(|(p, l)| p * l)
+            .sum();
+        let share_by_length = stationary
+            .iter()
+            .zip(&mean_length_m)
+            .map(|(p, l)| p * l / total)
+            .collect();
+        Self {
+            mean_length_m,
+            minimum_length_m,
+            next,
+            share_by_length,
+        }
+    }
+
+    /// Share of each type by length, in the long run.
+    pub fn share_by_length(&self) -> &[f64] {
+        &self.share_by_length
+    }
+
+    /// The sections of a road of the given length, in order and without gaps.
+    pub fn sample(&self, length_m: f64, draws: &mut Draws) -> Vec<Section> {
+        let mut sections = Vec::new();
+        let mut road_type = draws.index(&self.share_by_length);
+        let mut start_m = 0.0;
+        loop {
+            let minimum = self.minimum_length_m[road_type];
+            let sojourn = minimum + (self.mean_length_m[road_type] - minimum) * draws.exponential();
+            let alone = self.next[road_type].iter().all(|&w| w == 0.0);
+            let end_m = if alone {
+                length_m
+            } else {
+                (start_m + sojourn).min(length_m)
+            };
+            sections.push(Section {
+                start_m,
+                end_m,
+                road_type,
+            });
+            if end_m >= length_m {
+                return sections;
+            }
+            start_m = end_m;
+            road_type = draws.index(&self.next[road_type]);
+        }
+    }
+}
+
+/// Stationary distribution of the embedded chain, by averaging its powers (the chain may be periodic).
+fn stationary(next: &[Vec<f64>]) -> Vec<f64> {
+    let n = next.len();
+    let mut now = vec![1.0 / n as f64; n];
+    for _ in 0..10_000 {
+        let mut step = vec![0.0; n];
+        for (from, row) in next.iter().enumerate() {
+            let total: f64 = row.iter().sum();
+            if total == 0.0 {
+                step[from] += now[from];
+            }
+            for (to, weight) in row.iter().enumerate() {
+                if total > 0.0 {
+                    step[to] += now[from] * weight / total;
+                }
+            }
+        }
+        let change: f64 = now.iter().zip(&step).map(|(a, b)| (a - b).abs()).sum();
+        for (a, b) in now.iter_mut().zip(&step) {
+            *a = 0.5 * (*a + b);
+        }
+        if change < 1e-15 {
+            break;
+        }
+    }
+    now
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::Stream;
+
+    fn field_truck() -> RoadTypeChain {
+        // models.md section 3: order motorway, rural, urban
+        RoadTypeChain::new(
+            vec![40_000.0, 15_000.0, 4_000.0],
+            vec![0.0; 3],
+            vec![
+                vec![0.0, 0.7, 0.3],
+                vec![0.3, 0.0, 0.7],
+                vec![0.2, 0.8, 0.0],
+            ],
+        )
+    }
+
+    #[test]
+    fn shares_are_those_of_the_defining_equations() {
+        // pi = (0.364, 0.433, 0.203) and shares 9/40/51 % for urban/rural/motorway: models.md section 3
+        let shares = field_truck().share_by_length().to_vec();
+        assert!((shares[0] - 0.51).abs() < 0.01, "{shares:?}");
+        assert!((shares[1] - 0.40).abs() < 0.01, "{shares:?}");
+        assert!((shares[2] - 0.09).abs() < 0.01, "{shares:?}");
+    }
+
+    #[test]
+    fn sections_tile_the_road() {
+        let mut draws = Draws::new(1, 0, Stream::RoadType);
+        let sections = field_truck().sample(100_000.0, &mut draws);
+        assert!(sections[0].start_m == 0.0 && sections.last().unwrap().end_m == 100_000.0);
+        for pair in sections.windows(2) {
+            assert!(pair[0].end_m == pair[1].start_m && pair[0].road_type != pair[1].road_type);
+        }
+    }
+
+    #[test]
+    fn simulated_shares_match_within_four_standard_errors() {
+        let chain = field_truck();
+        for seed in 1..=3 {
+            let mut sums = [Vec::new(), Vec::new(), Vec::new()];
+            for cycle in 0..2000 {
+                let mut draws = Draws::new(seed, cycle, Stream::RoadType);
+                let mut lengths = [0.0; 3];
+                for s in chain.sample(100_000.0, &mut draws) {
+                    lengths[s.road_type] += (s.end_m - s.start_m) / 100_000.0;
+                }
+                for (sum, length) in sums.iter_mut().zip(lengths) {
+                    sum.push(length);
+                }
+            }
+            for (values, share) in sums.iter().zip(chain.share_by_length()) {
+                let n = values.len() as f64;
+                let mean = values.iter().sum::<f64>() / n;
+                let var = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0);
+                assert!(
+                    (mean - share).abs() < 4.0 * (var / n).sqrt(),
+                    "{mean} {share}"
+                );
+            }
+        }
+    }
+}

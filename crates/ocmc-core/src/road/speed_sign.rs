@@ -1,0 +1,182 @@
+//! Speed signs: a reversible Markov chain in position, one for each road type.
+//!
+//! Rate from sign i to sign j per metre: q_ij = c s_j exp(-|v_i - v_j| / V). Detailed balance makes the
+//! wanted shares by length, s, exactly stationary; c = 1 / (L̄ Σ_{i≠j} s_i s_j exp(-|v_i - v_j| / V)), where
+//! L̄ is the mean length of a sign. At a change of road type the sign is redrawn from s.
+//!
+//! Structure of the operating-cycle papers (recalled with confidence); the reversible form is ours.
+
+use super::road_type::Section;
+use crate::random::Draws;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Speed signs of one road type.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SpeedSignModel {
+    /// The signs' faces, in km/h.
+    pub speed_kmh: Vec<f64>,
+    /// Wanted share of each face by length.
+    pub share: Vec<f64>,
+    /// Mean length over which a sign holds, in m.
+    pub mean_length_m: f64,
+    /// Speed difference over which a change becomes e times rarer, in km/h.
+    pub similarity_kmh: f64,
+}
+
+/// The chain of one road type, prepared for sampling.
+#[derive(Clone, Debug)]
+pub struct SpeedSignChain {
+    speed_mps: Vec<f64>,
+    share: Vec<f64>,
+    /// Rates q_ij per metre, zero on the diagonal.
+    rate_per_m: Vec<Vec<f64>>,
+}
+
+/// A speed limit that holds from its position to the next sign.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpeedSign {
+    /// Where it stands, in m.
+    pub start_m: f64,
+    /// The limit, in m/s.
+    pub speed_mps: f64,
+}
+
+impl SpeedSignModel {
+    /// Prepares the chain.
+    pub fn chain(&self) -> SpeedSignChain {
+        let total: f64 = self.share.iter().sum();
+        let share: Vec<f64> = self.share.iter().map(|s| s / total).collect();
+        let affinity = |i: usize, j: usize| {
+            let difference = (self.speed_kmh[i] - self.speed_kmh[j]).abs();
+            libm::exp(-difference / self.similarity_kmh)
+        };
+        let n = share.len();
+        let mut exchange = 0.0;
+        for i in 0..n {
+            for j in 0..n {
+                if i != j {
+                    exchange += share[i] * share[j] * affinity(i, j);
+                }
+            }
+        }
+        let c = if exchange > 0.0 {
+            1.0 / (self.mean_length_m * exchange)
+        } else {
+            0.0
+        };
+        let rate_per_m = (0..n)
+            .map(|i| {
+                (0..n)
+                    .map(|j| {
+                        if i == j {
+                            0.0
+                        } else {
+                            c * share[j] * affinity(i, j)
+                        }
+                    })
+                    .collect()
+            })
+            .collect();
+        let speed_mps = self.speed_kmh.iter().map(|v| v / 3.6).collect();
+        SpeedSignChain {
+            speed_mps,
+            share,
+            rate_per_m,
+        }
+    }
+}
+
+impl SpeedSignChain {
+    /// Appends the signs of one section.
+    pub fn sample(&self, section: &Section, draws: &mut Draws, signs: &mut Vec<SpeedSign>) {
+        let mut state = draws.index(&self.share);
+        let mut position = section.start_m;
+        while position < section.end_m {
+            signs.push(SpeedSign {
+                start_m: position,
+                speed_mps: self.speed_mps[state],
+            });
+            let exit: f64 = self.rate_per_m[state].iter().sum();
+            if exit <= 0.0 {
+                return;
+            }
+            position += draws.exponential() / exit;
+            state = draws.index(&self.rate_per_m[state]);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::Stream;
+
+    fn urban() -> SpeedSignModel {
+        SpeedSignModel {
+            speed_kmh: vec![30.0, 40.0, 50.0, 60.0, 70.0],
+            share: vec![0.15, 0.20, 0.45, 0.12, 0.08],
+            mean_length_m: 600.0,
+            similarity_kmh: 15.0,
+        }
+    }
+
+    #[test]
+    fn mean_sojourns_are_those_printed_for_the_default() {
+        // models.md section 4, urban row: 658/456/711/464/735 m
+        let chain = urban().chain();
+        for (row, printed) in chain
+            .rate_per_m
+            .iter()
+            .zip([658.0, 456.0, 711.0, 464.0, 735.0])
+        {
+            let sojourn = 1.0 / row.iter().sum::<f64>();
+            assert!((sojourn - printed).abs() < 0.6, "{sojourn} {printed}");
+        }
+    }
+
+    #[test]
+    fn shares_by_length_are_stationary() {
+        let model = urban();
+        let chain = model.chain();
+        for seed in 1..=3 {
+            let mut by_road = vec![Vec::new(); 5];
+            for cycle in 0..500 {
+                let section = Section {
+                    start_m: 0.0,
+                    end_m: 20_000.0,
+                    road_type: 0,
+                };
+                let mut signs = Vec::new();
+                chain.sample(
+                    &section,
+                    &mut Draws::new(seed, cycle, Stream::SpeedSign),
+                    &mut signs,
+                );
+                let mut length = [0.0; 5];
+                for (i, sign) in signs.iter().enumerate() {
+                    let end = signs.get(i + 1).map_or(section.end_m, |next| next.start_m);
+                    let face = model
+                        .speed_kmh
+                        .iter()
+                        .position(|v| (v / 3.6 - sign.speed_mps).abs() < 1e-9)
+                        .unwrap();
+                    length[face] += (end - sign.start_m) / section.end_m;
+                }
+                for (values, l) in by_road.iter_mut().zip(length) {
+                    values.push(l);
+                }
+            }
+            for (values, share) in by_road.iter().zip(&model.share) {
+                let n = values.len() as f64;
+                let mean = values.iter().sum::<f64>() / n;
+                let var = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0);
+                assert!(
+                    (mean - share).abs() < 4.0 * (var / n).sqrt(),
+                    "{mean} {share}"
+                );
+            }
+        }
+    }
+}

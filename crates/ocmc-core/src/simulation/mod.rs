@@ -1,0 +1,3 @@
+//! The closed loop: lanes, one step, records and traces.
+
+pub mod record;

@@ -1,0 +1,269 @@
+//! The record: the scalars of one driven cycle, and the columns in which they are written.
+
+use serde::{Deserialize, Serialize};
+
+/// How a cycle ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Outcome {
+    /// Driven to its end.
+    Completed,
+    /// No progress outside a dwell.
+    Stalled,
+    /// Driven for longer than the study allows.
+    TimedOut,
+    /// The battery ran empty.
+    Depleted,
+}
+
+impl Outcome {
+    /// All outcomes, the good one first.
+    pub const ALL: [Self; 4] = [
+        Self::Completed,
+        Self::Stalled,
+        Self::TimedOut,
+        Self::Depleted,
+    ];
+
+    /// The name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Completed => "completed",
+            Self::Stalled => "stalled",
+            Self::TimedOut => "timed_out",
+            Self::Depleted => "depleted",
+        }
+    }
+}
+
+/// Scalars of one cycle. A quantity that does not exist is `None`, never 0.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Record {
+    /// Index in the run.
+    pub cycle_id: u64,
+    /// How it ended.
+    pub outcome: Outcome,
+    /// Distance driven, in m.
+    pub distance_m: f64,
+    /// Duration, standstill included, in s.
+    pub duration_s: f64,
+    /// Time at stops (dwell), in s.
+    pub standstill_s: f64,
+    /// Time that was integrated, in s.
+    pub simulated_s: f64,
+    /// Distance over duration, in m/s.
+    pub mean_speed_mps: f64,
+    /// Stops, the final one excluded.
+    pub n_stops: u32,
+    /// Gear shifts.
+    pub n_gear_shifts: u32,
+    /// Integral of the positive wheel force over distance, in J.
+    pub wheel_energy_j: f64,
+    /// Service and engine brake together, in J.
+    pub brake_energy_j: f64,
+    /// Recovered energy, in J.
+    pub regenerated_energy_j: Option<f64>,
+    /// Work of the auxiliaries, in J.
+    pub auxiliary_energy_j: f64,
+    /// Fuel, in kg.
+    pub fuel_kg: Option<f64>,
+    /// Energy from the battery, in J.
+    pub battery_energy_j: Option<f64>,
+    /// Litres over 100 km.
+    pub consumption_l_per_100km: Option<f64>,
+    /// Litres over 100 tonne-kilometres of payload.
+    pub consumption_l_per_100tkm: Option<f64>,
+    /// Battery energy over distance, in kWh/km.
+    pub consumption_kwh_per_km: Option<f64>,
+    /// Wheel energy over distance, in kWh/km.
+    pub wheel_kwh_per_km: f64,
+    /// Carbon dioxide over distance, in g/km.
+    pub co2_g_per_km: Option<f64>,
+    /// Sum of the climbs of the road, in m.
+    pub climb_m: f64,
+    /// Payload, in kg.
+    pub payload_kg: f64,
+    /// Mean air temperature along the road, in K.
+    pub air_temperature_k: f64,
+    /// Mean headwind beside the truck along the road, in m/s.
+    pub head_wind_mps: f64,
+    /// The driver's curve speed at the reference radius, in m/s.
+    pub driver_curve_speed_mps: f64,
+    /// The driver's curve exponent.
+    pub driver_curve_exponent: f64,
+    /// The driver effect, log scale.
+    pub driver_effect: f64,
+    /// The driver's deceleration, in m/s².
+    pub driver_deceleration_mps2: f64,
+    /// The driver's acceleration, in m/s².
+    pub driver_acceleration_mps2: f64,
+    /// The driver's factor on limits.
+    pub driver_compliance: f64,
+    /// K_P, in s/m.
+    pub driver_kp: f64,
+    /// K_I, in 1/m; none for a switched driver.
+    pub driver_ki: Option<f64>,
+    /// K_D, in s²/m; none for a switched driver.
+    pub driver_kd: Option<f64>,
+    /// Threshold of a switched driver, in m/s; none for a PID.
+    pub driver_switch_threshold_mps: Option<f64>,
+    /// Gains drawn again because they were out of bounds.
+    pub driver_gain_redraws: u32,
+    /// Energy in the fuel, in J.
+    pub fuel_energy_j: Option<f64>,
+    /// Fuel energy less crankshaft work, in J.
+    pub engine_loss_j: Option<f64>,
+    /// Work of the engine at the crankshaft, in J.
+    pub crankshaft_work_j: Option<f64>,
+    /// Loss of gearbox, retarder and axle, in J.
+    pub transmission_loss_j: f64,
+    /// Kinetic energy of the engine lost in shifts and at the clutch, signed, in J.
+    pub shift_loss_j: Option<f64>,
+    /// Loss of the slipping clutch, in J.
+    pub clutch_loss_j: Option<f64>,
+    /// Work against the air, in J.
+    pub drag_energy_j: f64,
+    /// Work against rolling resistance, in J.
+    pub rolling_energy_j: f64,
+    /// Work of the service brakes, capture at stops included, in J.
+    pub service_brake_energy_j: f64,
+    /// Work of the engine brake beyond drag torque, in J.
+    pub engine_brake_energy_j: Option<f64>,
+    /// Kinetic energy at the end less at the start, in J.
+    pub kinetic_change_j: f64,
+    /// Potential energy at the end less at the start, in J.
+    pub potential_change_j: f64,
+    /// Duration less standstill, in s.
+    pub moving_s: f64,
+    /// Departure, in s from the start of the year.
+    pub departure_s_of_year: f64,
+    /// Share of urban roads by length.
+    pub urban_share: f64,
+    /// Share of rural roads by length.
+    pub rural_share: f64,
+    /// Share of motorways by length.
+    pub motorway_share: f64,
+    /// Mean of the signs along the road, in m/s.
+    pub mean_limit_mps: f64,
+    /// Curves on the road.
+    pub n_curves: u32,
+    /// Drag area without cross wind, in m².
+    pub drag_area_m2: f64,
+    /// Rolling coefficient on smooth dry asphalt at 25 °C.
+    pub rolling_coefficient: f64,
+}
+
+/// One value of a record.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Cell {
+    /// A count or an index.
+    Integer(u64),
+    /// A number, or none.
+    Number(Option<f64>),
+    /// How the cycle ended.
+    Outcome(Outcome),
+}
+
+/// One column of the records.
+#[derive(Clone, Copy, Debug)]
+pub struct Column {
+    /// Name, with its unit as a suffix.
+    pub name: &'static str,
+    /// Reads the value of a record.
+    pub get: fn(&Record) -> Cell,
+}
+
+const fn column_of(name: &'static str, get: fn(&Record) -> Cell) -> Column {
+    Column { name, get }
+}
+
+fn n(value: f64) -> Cell {
+    Cell::Number(Some(value))
+}
+
+fn i(value: u32) -> Cell {
+    Cell::Integer(u64::from(value))
+}
+
+/// The column of that name.
+pub fn column(name: &str) -> Option<&'static Column> {
+    COLUMNS.iter().find(|column| column.name == name)
+}
+
+/// The columns, in the order in which they are written.
+pub const COLUMNS: &[Column] = &[
+    column_of("cycle_id", |r| Cell::Integer(r.cycle_id)),
+    column_of("outcome", |r| Cell::Outcome(r.outcome)),
+    column_of("distance_m", |r| n(r.distance_m)),
+    column_of("duration_s", |r| n(r.duration_s)),
+    column_of("standstill_s", |r| n(r.standstill_s)),
+    column_of("mean_speed_mps", |r| n(r.mean_speed_mps)),
+    column_of("n_stops", |r| i(r.n_stops)),
+    column_of("n_gear_shifts", |r| i(r.n_gear_shifts)),
+    column_of("wheel_energy_j", |r| n(r.wheel_energy_j)),
+    column_of("brake_energy_j", |r| n(r.brake_energy_j)),
+    column_of("regenerated_energy_j", |r| {
+        Cell::Number(r.regenerated_energy_j)
+    }),
+    column_of("auxiliary_energy_j", |r| n(r.auxiliary_energy_j)),
+    column_of("fuel_kg", |r| Cell::Number(r.fuel_kg)),
+    column_of("battery_energy_j", |r| Cell::Number(r.battery_energy_j)),
+    column_of("consumption_l_per_100km", |r| {
+        Cell::Number(r.consumption_l_per_100km)
+    }),
+    column_of("consumption_l_per_100tkm", |r| {
+        Cell::Number(r.consumption_l_per_100tkm)
+    }),
+    column_of("consumption_kwh_per_km", |r| {
+        Cell::Number(r.consumption_kwh_per_km)
+    }),
+    column_of("wheel_kwh_per_km", |r| n(r.wheel_kwh_per_km)),
+    column_of("co2_g_per_km", |r| Cell::Number(r.co2_g_per_km)),
+    column_of("climb_m", |r| n(r.climb_m)),
+    column_of("payload_kg", |r| n(r.payload_kg)),
+    column_of("air_temperature_k", |r| n(r.air_temperature_k)),
+    column_of("head_wind_mps", |r| n(r.head_wind_mps)),
+    column_of("driver_curve_speed_mps", |r| n(r.driver_curve_speed_mps)),
+    column_of("driver_curve_exponent", |r| n(r.driver_curve_exponent)),
+    column_of("driver_effect", |r| n(r.driver_effect)),
+    column_of(
+        "driver_deceleration_mps2",
+        |r| n(r.driver_deceleration_mps2),
+    ),
+    column_of(
+        "driver_acceleration_mps2",
+        |r| n(r.driver_acceleration_mps2),
+    ),
+    column_of("driver_compliance", |r| n(r.driver_compliance)),
+    column_of("driver_kp", |r| n(r.driver_kp)),
+    column_of("driver_ki", |r| Cell::Number(r.driver_ki)),
+    column_of("driver_kd", |r| Cell::Number(r.driver_kd)),
+    column_of("driver_switch_threshold_mps", |r| {
+        Cell::Number(r.driver_switch_threshold_mps)
+    }),
+    column_of("driver_gain_redraws", |r| i(r.driver_gain_redraws)),
+    column_of("fuel_energy_j", |r| Cell::Number(r.fuel_energy_j)),
+    column_of("engine_loss_j", |r| Cell::Number(r.engine_loss_j)),
+    column_of("crankshaft_work_j", |r| Cell::Number(r.crankshaft_work_j)),
+    column_of("transmission_loss_j", |r| n(r.transmission_loss_j)),
+    column_of("shift_loss_j", |r| Cell::Number(r.shift_loss_j)),
+    column_of("clutch_loss_j", |r| Cell::Number(r.clutch_loss_j)),
+    column_of("drag_energy_j", |r| n(r.drag_energy_j)),
+    column_of("rolling_energy_j", |r| n(r.rolling_energy_j)),
+    column_of("service_brake_energy_j", |r| n(r.service_brake_energy_j)),
+    column_of("engine_brake_energy_j", |r| {
+        Cell::Number(r.engine_brake_energy_j)
+    }),
+    column_of("kinetic_change_j", |r| n(r.kinetic_change_j)),
+    column_of("potential_change_j", |r| n(r.potential_change_j)),
+    column_of("moving_s", |r| n(r.moving_s)),
+    column_of("simulated_s", |r| n(r.simulated_s)),
+    column_of("departure_s_of_year", |r| n(r.departure_s_of_year)),
+    column_of("urban_share", |r| n(r.urban_share)),
+    column_of("rural_share", |r| n(r.rural_share)),
+    column_of("motorway_share", |r| n(r.motorway_share)),
+    column_of("mean_limit_mps", |r| n(r.mean_limit_mps)),
+    column_of("n_curves", |r| i(r.n_curves)),
+    column_of("drag_area_m2", |r| n(r.drag_area_m2)),
+    column_of("rolling_coefficient", |r| n(r.rolling_coefficient)),
+];

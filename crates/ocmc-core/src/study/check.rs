@@ -1,0 +1,390 @@
+//! Checks a study file: every number within its bound, and the numbers that have to fit one another.
+
+use super::{StudyModel, bound_of};
+use crate::distribution::Law;
+use crate::driver::curve_speed::CurveSpeedForm;
+use crate::vehicle::engine::MOST_PIECES;
+use nalgebra::Matrix3;
+use serde::Deserialize;
+use serde_json::Value;
+use std::fmt;
+
+/// One thing that is wrong with a study.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Problem {
+    /// Full path of the key.
+    pub path: String,
+    /// Its value.
+    pub value: String,
+    /// What is allowed.
+    pub allowed: String,
+}
+
+/// Everything that is wrong with a study.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub struct StudyError {
+    /// The problems, at least one.
+    pub problems: Vec<Problem>,
+}
+
+impl fmt::Display for Problem {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(
+            f,
+            "`{}` is {}, allowed is {}",
+            self.path, self.value, self.allowed
+        )
+    }
+}
+
+impl fmt::Display for StudyError {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        for (k, problem) in self.problems.iter().enumerate() {
+            if k > 0 {
+                writeln!(f)?;
+            }
+            write!(f, "{problem}")?;
+        }
+        Ok(())
+    }
+}
+
+pub(super) fn check(model: &StudyModel) -> Result<(), StudyError> {
+    let mut problems = Vec::new();
+    let tree = serde_json::to_value(model).expect("a study model serialises");
+    walk("", &tree, &mut problems);
+    if problems.is_empty() {
+        consistency(model, &mut problems);
+    }
+    if problems.is_empty() {
+        Ok(())
+    } else {
+        Err(StudyError { problems })
+    }
+}
+
+/// Checks every number under `path`; serde writes what is not finite as null.
+fn walk(path: &str, value: &Value, problems: &mut Vec<Problem>) {
+    match value {
+        Value::Object(table) if table.contains_key("distribution") => law(path, value, problems),
+        Value::Object(table) => {
+            for (key, value) in table {
+                let below = if path.is_empty() {
+                    key.clone()
+                } else {
+                    format!("{path}.{key}")
+                };
+                walk(&below, value, problems);
+            }
+        }
+        Value::Array(items) => items.iter().for_each(|item| walk(path, item, problems)),
+        Value::Number(number) => {
+            number_in_bounds(path, number.as_f64().unwrap_or(f64::NAN), problems);
+        }
+        Value::Null => number_in_bounds(path, f64::NAN, problems),
+        Value::Bool(_) | Value::String(_) => {}
+    }
+}
+
+fn number_in_bounds(path: &str, value: f64, problems: &mut Vec<Problem>) {
+    let (minimum, maximum) =
+        bound_of(path).map_or((f64::MIN, f64::MAX), |b| (b.minimum, b.maximum));
+    if !(value >= minimum && value <= maximum) {
+        let value = if value.is_nan() {
+            "not a finite number".to_owned()
+        } else {
+            value.to_string()
+        };
+        problems.push(Problem {
+            path: path.to_owned(),
+            value,
+            allowed: format!("{minimum} to {maximum}"),
+        });
+    }
+}
+
+/// Checks a law's own parameters, then that its finite ends and its centre lie within the key's bound.
+fn law(path: &str, value: &Value, problems: &mut Vec<Problem>) {
+    let Ok(law) = Law::deserialize(value) else {
+        // a NaN parameter has become null and does not read back
+        problems.push(Problem {
+            path: path.to_owned(),
+            value: "a distribution with a parameter that is not a finite number".to_owned(),
+            allowed: "finite numbers".to_owned(),
+        });
+        return;
+    };
+    if let Some((name, value, allowed)) = law.fault() {
+        problems.push(Problem {
+            path: format!("{path}.{name}"),
+            value: value.to_string(),
+            allowed: allowed.to_owned(),
+        });
+        return;
+    }
+    let (lower, upper) = law.support();
+    let ends = [lower, upper].into_iter().filter(|end| end.is_finite());
+    // an open end at zero (exponential, log-normal, gamma) is not a value that is drawn
+    let open = |end: f64| end == 0.0 && !upper.is_finite();
+    for end in ends.filter(|end| !open(*end)).chain([law.centre()]) {
+        number_in_bounds(path, end, problems);
+    }
+}
+
+/// What no single number can tell.
+fn consistency(model: &StudyModel, problems: &mut Vec<Problem>) {
+    let mut require = |holds: bool, path: &str, value: String, allowed: &str| {
+        if !holds {
+            let (path, allowed) = (path.to_owned(), allowed.to_owned());
+            problems.push(Problem {
+                path,
+                value,
+                allowed,
+            });
+        }
+    };
+    let types = &model.road.types;
+    require(
+        !types.is_empty(),
+        "road.types",
+        "empty".to_owned(),
+        "at least one road type",
+    );
+    for (name, road_type) in types {
+        let at = |key: &str| format!("road.types.{name}.{key}");
+        let total: f64 = road_type.next.values().sum();
+        let right = if types.len() > 1 {
+            (total - 1.0).abs() < 1e-6
+        } else {
+            total == 0.0
+        };
+        require(
+            right,
+            &at("next"),
+            format!("a sum of {total}"),
+            "a sum of 1 over the other road types (empty where there is only one)",
+        );
+        for (next, share) in &road_type.next {
+            let known = types.contains_key(next) && (next != name || *share == 0.0);
+            require(
+                known,
+                &at("next"),
+                format!("`{next}`"),
+                "another road type of this study",
+            );
+        }
+        let (minimum, mean) = (road_type.minimum_length_m, road_type.mean_length_m);
+        require(
+            minimum < mean,
+            &at("minimum_length_m"),
+            minimum.to_string(),
+            "below mean_length_m",
+        );
+        let signs = &road_type.speed_signs;
+        require(
+            !signs.speed_kmh.is_empty(),
+            &at("speed_signs.speed_kmh"),
+            "empty".to_owned(),
+            "at least one sign",
+        );
+        require(
+            signs.share.len() == signs.speed_kmh.len(),
+            &at("speed_signs.share"),
+            format!("{} numbers", signs.share.len()),
+            "one share for each sign of speed_kmh",
+        );
+        let total: f64 = signs.share.iter().sum();
+        require(
+            (total - 1.0).abs() < 1e-6,
+            &at("speed_signs.share"),
+            format!("a sum of {total}"),
+            "a sum of 1",
+        );
+        let total: f64 = road_type.ground.values().sum();
+        require(
+            (total - 1.0).abs() < 1e-6,
+            &at("ground"),
+            format!("a sum of {total}"),
+            "a sum of 1",
+        );
+        let hill = road_type.topography.hill_length_m;
+        require(
+            hill > 4.0 * model.road.slope_step_m,
+            &at("topography.hill_length_m"),
+            hill.to_string(),
+            "above 4 times road.slope_step_m",
+        );
+        require(
+            model.traffic.types.contains_key(name),
+            "traffic.types",
+            format!("without `{name}`"),
+            "an entry for each road type",
+        );
+    }
+    for name in model.traffic.types.keys() {
+        require(
+            types.contains_key(name),
+            "traffic.types",
+            format!("`{name}`"),
+            "a road type of this study",
+        );
+    }
+
+    let curve = &model.driver.curve_speed;
+    if curve.form != CurveSpeedForm::Pooled {
+        let rows = curve.table.as_ref().map_or(0, |t| t.exponent.len());
+        require(
+            rows >= 3,
+            "driver.curve_speed.table",
+            format!("{rows} trucks"),
+            "at least 3 trucks, for the forms `table` and `bivariate`",
+        );
+    }
+    if let Some(table) = &curve.table {
+        let equal = table.exponent.len() == table.reference_speed_mps.len()
+            && table.truck.len() == table.exponent.len();
+        require(
+            equal,
+            "driver.curve_speed.table",
+            "lists of different lengths".to_owned(),
+            "one truck, exponent and reference_speed_mps a row",
+        );
+    }
+    let limit = &model.driver.speed_limit;
+    require(
+        limit.bump_minimum_mps <= limit.bump_maximum_mps,
+        "driver.speed_limit.bump_minimum_mps",
+        limit.bump_minimum_mps.to_string(),
+        "at most bump_maximum_mps",
+    );
+    let pid = &model.driver.pedals.pid;
+    require(
+        pid.proportional_minimum <= pid.proportional_maximum,
+        "driver.pedals.pid.proportional_minimum",
+        pid.proportional_minimum.to_string(),
+        "at most proportional_maximum",
+    );
+    let [pi, pd, id] = pid.correlation;
+    let definite = Matrix3::new(1.0, pi, pd, pi, 1.0, id, pd, id, 1.0)
+        .cholesky()
+        .is_some();
+    require(
+        definite,
+        "driver.pedals.pid.correlation",
+        format!("{:?}", pid.correlation),
+        "a positive definite correlation matrix",
+    );
+    vehicle(model, &mut require);
+}
+
+fn vehicle(model: &StudyModel, require: &mut impl FnMut(bool, &str, String, &str)) {
+    let vehicle = &model.vehicle;
+    let total: f64 = vehicle.axles.iter().map(|a| a.load_share).sum();
+    require(
+        (total - 1.0).abs() < 1e-3,
+        "vehicle.axles",
+        format!("load shares with a sum of {total}"),
+        "load shares with a sum of 1",
+    );
+
+    let engine = &vehicle.engine;
+    let rising = |xs: &[f64]| xs.windows(2).all(|w| w[0] < w[1]);
+    for (key, xs) in [
+        ("full_load_speed_radps", &engine.full_load_speed_radps),
+        ("map_speed_radps", &engine.map_speed_radps),
+        ("map_torque_nm", &engine.map_torque_nm),
+    ] {
+        let fits = rising(xs) && (2..=MOST_PIECES / 2).contains(&xs.len());
+        require(
+            fits,
+            &format!("vehicle.engine.{key}"),
+            format!("{xs:?}"),
+            "2 to 16 rising numbers",
+        );
+    }
+    let same = |key: &str,
+                have: usize,
+                want: usize,
+                what: &str,
+                require: &mut dyn FnMut(bool, &str, String, &str)| {
+        require(
+            have == want,
+            &format!("vehicle.engine.{key}"),
+            format!("{have} entries"),
+            what,
+        );
+    };
+    same(
+        "full_load_torque_nm",
+        engine.full_load_torque_nm.len(),
+        engine.full_load_speed_radps.len(),
+        "as many as full_load_speed_radps",
+        require,
+    );
+    same(
+        "drag_torque_nm",
+        engine.drag_torque_nm.len(),
+        engine.map_speed_radps.len(),
+        "as many as map_speed_radps",
+        require,
+    );
+    same(
+        "map_fuel_kgps",
+        engine.map_fuel_kgps.len(),
+        engine.map_speed_radps.len(),
+        "a row for each of map_speed_radps",
+        require,
+    );
+    require(
+        engine.map_torque_nm.first() == Some(&0.0),
+        "vehicle.engine.map_torque_nm",
+        format!("{:?}", engine.map_torque_nm),
+        "torques that begin with 0",
+    );
+    let rows = engine
+        .map_fuel_kgps
+        .iter()
+        .all(|r| (2..=engine.map_torque_nm.len()).contains(&r.len()));
+    require(
+        rows,
+        "vehicle.engine.map_fuel_kgps",
+        "a row of another length".to_owned(),
+        "2 to as many columns as map_torque_nm in each row",
+    );
+
+    let gearbox = &vehicle.gearbox;
+    let falling = gearbox.ratio.windows(2).all(|w| w[0] > w[1]);
+    let gears = gearbox.ratio.len();
+    require(
+        falling && (1..=24).contains(&gears),
+        "vehicle.gearbox.ratio",
+        format!("{:?}", gearbox.ratio),
+        "1 to 24 falling ratios",
+    );
+    for (key, gear) in [
+        ("start_gear", gearbox.shift.start_gear),
+        ("steep_start_gear", gearbox.shift.steep_start_gear),
+        ("launch_gears", gearbox.shift.launch_gears),
+    ] {
+        require(
+            gear as usize <= gears,
+            &format!("vehicle.gearbox.shift.{key}"),
+            gear.to_string(),
+            "at most the number of gears",
+        );
+    }
+    let start = gearbox.shift.start_gear.max(gearbox.shift.steep_start_gear);
+    require(
+        start <= gearbox.shift.launch_gears,
+        "vehicle.gearbox.shift.start_gear",
+        start.to_string(),
+        "at most launch_gears: only there the clutch slips",
+    );
+    let idle = engine.idle_speed_radps;
+    require(
+        gearbox.shift.launch_speed_radps >= gearbox.shift.open_share * idle,
+        "vehicle.gearbox.shift.launch_speed_radps",
+        gearbox.shift.launch_speed_radps.to_string(),
+        "at least open_share times the idle speed",
+    );
+}

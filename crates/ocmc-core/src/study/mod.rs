@@ -1,0 +1,255 @@
+//! The study: the one place that knows all domains.
+//!
+//! [`StudyModel`] is the study file as it is written; [`Study`] is a checked one, prepared for sampling.
+
+mod bounds;
+mod check;
+
+pub use bounds::{BOUNDS, Bound, bound_of};
+pub use check::{Problem, StudyError};
+
+use crate::driver::{Driver, DriverModel};
+use crate::mission::MissionModel;
+use crate::operating_cycle::{OperatingCycle, OperatingCycleSampler};
+use crate::random::{Factor, Stream, Streams};
+use crate::road::RoadModel;
+use crate::traffic::TrafficModel;
+use crate::vehicle::{Powertrain, Vehicle, VehicleModel};
+use crate::weather::WeatherModel;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// A study file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct StudyModel {
+    /// What the study is.
+    pub study: Description,
+    /// Length, payload, departure, stops.
+    pub mission: MissionModel,
+    /// Road types and what is on them.
+    pub road: RoadModel,
+    /// Weather.
+    pub weather: WeatherModel,
+    /// Traffic.
+    pub traffic: TrafficModel,
+    /// Drivers.
+    pub driver: DriverModel,
+    /// Vehicles.
+    pub vehicle: VehicleModel,
+    /// Numerics and switches.
+    #[serde(default)]
+    pub simulation: SimulationModel,
+}
+
+/// Name, description and sources of a study.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Description {
+    /// Name.
+    pub name: String,
+    /// What it describes.
+    pub description: String,
+    /// Where its numbers come from.
+    #[serde(default)]
+    pub sources: Vec<String>,
+}
+
+/// Numerics and switches: the only table of a study with silent defaults.
+///
+/// | Name | Default | Purpose |
+/// |---|---|---|
+/// | `step_s` | 0.2 | longest time step |
+/// | `longest_duration_s` | 172800 | a cycle that drives longer is `timed_out` |
+/// | `stall_time_s`, `stall_distance_m` | 60, 1 | less progress than this in this time is `stalled` |
+/// | `capture_distance_m` | 0.5 | a truck this close to its stop line has stopped |
+/// | `creep_distance_m`, `creep_speed_mps` | 3, 0.3 | so has a slower truck this close |
+/// | `without` | none | parts that are turned off |
+/// | `frozen` | none | factors that every cycle takes from cycle 0 |
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct SimulationModel {
+    /// Longest time step, in s.
+    pub step_s: f64,
+    /// Driving time after which a cycle is given up, in s.
+    pub longest_duration_s: f64,
+    /// Time without progress after which a truck has stalled, in s.
+    pub stall_time_s: f64,
+    /// Progress that a truck has to make in that time, in m.
+    pub stall_distance_m: f64,
+    /// Distance from a stop line at which a truck has stopped, in m.
+    pub capture_distance_m: f64,
+    /// Distance from a stop line at which a slow truck has stopped, in m.
+    pub creep_distance_m: f64,
+    /// Speed below which a truck is slow, in m/s.
+    pub creep_speed_mps: f64,
+    /// Parts that are turned off.
+    pub without: Vec<Part>,
+    /// Factors that every cycle takes from cycle 0.
+    pub frozen: Vec<Factor>,
+}
+
+impl Default for SimulationModel {
+    fn default() -> Self {
+        Self {
+            step_s: 0.2,
+            longest_duration_s: 172_800.0,
+            stall_time_s: 60.0,
+            stall_distance_m: 1.0,
+            capture_distance_m: 0.5,
+            creep_distance_m: 3.0,
+            creep_speed_mps: 0.3,
+            without: Vec::new(),
+            frozen: Vec::new(),
+        }
+    }
+}
+
+/// A part that can be turned off, to see what it does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Part {
+    /// A flat road.
+    Slope,
+    /// A straight road, without junction turns.
+    Curves,
+    /// No signs: 130 km/h, so that only the truck's limits hold. Curves still follow the drawn signs.
+    Signs,
+    /// No stop signs.
+    StopSigns,
+    /// No give-way signs.
+    GiveWays,
+    /// No traffic lights.
+    TrafficLights,
+    /// No speed bumps.
+    SpeedBumps,
+    /// Still, dry air at 15 °C.
+    Weather,
+    /// No other vehicles.
+    Traffic,
+    /// Every truck carries the mean payload.
+    PayloadSpread,
+    /// Every driver is the typical one, without residuals.
+    DriverSpread,
+    /// Every truck is the typical one.
+    VehicleSpread,
+}
+
+/// A checked study, prepared for sampling.
+#[derive(Clone, Debug)]
+pub struct Study {
+    model: StudyModel,
+    operating_cycle: OperatingCycleSampler,
+    powertrain: Powertrain,
+    road_types: Vec<String>,
+    stability_limit: f64,
+}
+
+/// One cycle to be driven: operating cycle, driver and vehicle.
+#[derive(Clone, Debug)]
+pub struct Scenario {
+    /// Index of the cycle in the run.
+    pub cycle_id: u64,
+    /// Road, weather, traffic, mission.
+    pub cycle: OperatingCycle,
+    /// The driver.
+    pub driver: Driver,
+    /// Standard normal residual of each curve.
+    pub curve_residuals: Vec<f64>,
+    /// The truck.
+    pub vehicle: Vehicle,
+}
+
+impl Study {
+    /// Checks a study file and prepares it.
+    ///
+    /// # Errors
+    /// [`StudyError`] lists every value that is out of its bounds or does not fit the others.
+    pub fn new(model: StudyModel) -> Result<Self, StudyError> {
+        check::check(&model)?;
+        let operating_cycle =
+            OperatingCycleSampler::new(&model.road, &model.weather, &model.traffic, &model.mission);
+        let powertrain = model.vehicle.powertrain();
+        let road_types = model.road.types.keys().cloned().collect();
+        // closed-loop rule 9: 5 m/s² × brake scale × K_P × step <= 1, or pedals reverse hundreds of times
+        let brake = model.vehicle.brakes.full_deceleration_mps2 * model.driver.pedals.brake_scale;
+        let stability_limit = 1.0 / (brake * model.simulation.step_s);
+        Ok(Self {
+            model,
+            operating_cycle,
+            powertrain,
+            road_types,
+            stability_limit,
+        })
+    }
+
+    /// The study as it is written.
+    pub fn model(&self) -> &StudyModel {
+        &self.model
+    }
+
+    /// The operating-cycle models.
+    pub fn operating_cycle(&self) -> &OperatingCycleSampler {
+        &self.operating_cycle
+    }
+
+    /// What all trucks share.
+    pub fn powertrain(&self) -> &Powertrain {
+        &self.powertrain
+    }
+
+    /// Names of the road types, in the order of their numbers.
+    pub fn road_types(&self) -> &[String] {
+        &self.road_types
+    }
+
+    /// Draws the scenario of one cycle: a pure function of (study, seed, cycle id).
+    pub fn sample(&self, seed: u64, cycle_id: u64) -> Scenario {
+        let mut cycle = OperatingCycle::default();
+        let (driver, vehicle, curve_residuals) = self.sample_into(seed, cycle_id, &mut cycle);
+        Scenario {
+            cycle_id,
+            cycle,
+            driver,
+            curve_residuals,
+            vehicle,
+        }
+    }
+
+    /// As [`Study::sample`], into a scenario whose buffers are reused.
+    pub fn resample(&self, seed: u64, cycle_id: u64, scenario: &mut Scenario) {
+        scenario.cycle_id = cycle_id;
+        let (driver, vehicle, residuals) = self.sample_into(seed, cycle_id, &mut scenario.cycle);
+        scenario.driver = driver;
+        scenario.vehicle = vehicle;
+        scenario.curve_residuals = residuals;
+    }
+
+    fn sample_into(
+        &self,
+        seed: u64,
+        cycle_id: u64,
+        cycle: &mut OperatingCycle,
+    ) -> (Driver, Vehicle, Vec<f64>) {
+        let simulation = &self.model.simulation;
+        let streams = Streams {
+            seed,
+            cycle_id,
+            frozen: &simulation.frozen,
+        };
+        self.operating_cycle
+            .sample(&streams, &simulation.without, cycle);
+        let driver = self
+            .model
+            .driver
+            .sample(&streams, &simulation.without, self.stability_limit);
+        let mut draws = streams.open(Stream::CurveResidual);
+        let residuals = cycle.road.curves.iter().map(|_| draws.normal()).collect();
+        let payload_kg = cycle.mission.payload_kg;
+        let vehicle = self
+            .model
+            .vehicle
+            .sample(payload_kg, &streams, &simulation.without);
+        (driver, vehicle, residuals)
+    }
+}

@@ -1,0 +1,28 @@
+//! Service brakes and engine brake.
+//!
+//! The brake pedal asks for a deceleration b_p · 5 m/s² (the least that UN Regulation 13 asks of service brakes) times
+//! the mass. The engine brake serves first, as far as it reaches, the service brakes give the rest. Its power grows with
+//! the square of the engine speed, P = P₀ (w/w₀)² (a Volvo VEB+ is said to give about 375 kW at 2300 rpm; recalled, not
+//! certain).
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Brakes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BrakeModel {
+    /// Deceleration at full pedal, in m/s².
+    pub full_deceleration_mps2: f64,
+    /// Power of the engine brake at its reference speed, in W; 0 for none.
+    pub engine_brake_power_w: f64,
+    /// Engine speed at which it has that power, in rad/s.
+    pub engine_brake_speed_radps: f64,
+}
+
+impl BrakeModel {
+    /// Engine-brake torque for each rad/s of engine speed, in Nm s.
+    pub fn engine_brake_nms(&self) -> f64 {
+        self.engine_brake_power_w / (self.engine_brake_speed_radps * self.engine_brake_speed_radps)
+    }
+}

@@ -1,0 +1,327 @@
+//! Diesel engine: full-load and drag curves, and fuel map.
+//!
+//! Curves are linear between the given points, the map is bilinear in its cells; beyond their ends they continue
+//! the last slope. An empty cell of the map continues the last slope in torque. Below zero torque, fuel falls
+//! linearly from the map's value at 0 Nm to zero at the drag torque, and is zero below (overrun fuel cut).
+//!
+//! For the hot loop a piece is found by a table of bytes over equal cells of speed and torque instead of a search;
+//! the cell that holds a knot belongs to the piece at its centre, so the curve differs from the exact one by at
+//! most half a cell times the change of slope, next to a knot only.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::distribution::Quantity;
+
+/// A diesel engine.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct EngineModel {
+    /// Moment of inertia, in kg m².
+    pub inertia_kgm2: f64,
+    /// Idle speed, in rad/s.
+    pub idle_speed_radps: f64,
+    /// Time constant of the torque, in s.
+    pub torque_lag_s: f64,
+    /// Engine speeds of the full-load curve, in rad/s.
+    pub full_load_speed_radps: Vec<f64>,
+    /// Full-load torque, in Nm.
+    pub full_load_torque_nm: Vec<f64>,
+    /// Engine speeds of the map and the drag curve, in rad/s.
+    pub map_speed_radps: Vec<f64>,
+    /// Drag torque (negative), in Nm, at the map's speeds.
+    pub drag_torque_nm: Vec<f64>,
+    /// Torques of the map from 0 up, in Nm.
+    pub map_torque_nm: Vec<f64>,
+    /// Fuel, in kg/s: a row for each speed, a column for each torque; rows may end early.
+    pub map_fuel_kgps: Vec<Vec<f64>>,
+    /// Factor on the fuel map.
+    pub fuel_factor: Quantity,
+    /// The fuel.
+    pub fuel: FuelModel,
+}
+
+/// A fuel.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FuelModel {
+    /// Density, in kg/m³.
+    pub density_kgpm3: f64,
+    /// Lower heating value, in J/kg.
+    pub heating_value_jpkg: f64,
+    /// Carbon dioxide for each kg of fuel, in kg.
+    pub co2_kg_per_kg: f64,
+}
+
+/// Cells of the byte tables.
+const CELLS: usize = 1024;
+/// Speed covered by the byte table, in rad/s: 0.25 rad/s a cell.
+const SPEED_SPAN_RADPS: f64 = 256.0;
+/// Torque covered by the byte table, in Nm: 4 Nm a cell.
+const TORQUE_SPAN_NM: f64 = 4096.0;
+/// Most pieces of a curve.
+pub const MOST_PIECES: usize = 32;
+
+/// Finds the piece of a piecewise function by one look-up.
+#[derive(Clone, Debug)]
+struct PieceTable {
+    cells_per_unit: f64,
+    piece: Box<[u8; CELLS]>,
+}
+
+impl PieceTable {
+    /// `knots` are the inner ends of pieces, increasing.
+    fn new(knots: &[f64], span: f64) -> Self {
+        let cell = span / CELLS as f64;
+        let mut piece = Box::new([0; CELLS]);
+        for (k, entry) in piece.iter_mut().enumerate() {
+            let centre = (k as f64 + 0.5) * cell;
+            *entry = knots.iter().filter(|knot| **knot <= centre).count() as u8;
+        }
+        Self {
+            cells_per_unit: 1.0 / cell,
+            piece,
+        }
+    }
+
+    #[inline(always)]
+    fn find(&self, x: f64) -> usize {
+        // the smallest double of 2^52 ulps holds an integer in its low bits: floor without a slow cast
+        const SHIFT: f64 = 4503599627370496.0;
+        let cell = (x * self.cells_per_unit - 0.5)
+            .max(0.0)
+            .min((CELLS - 1) as f64);
+        let index = (cell + SHIFT).to_bits() as usize & (CELLS - 1);
+        self.piece[index] as usize
+    }
+}
+
+/// Full load and drag at one engine speed: value at zero speed and slope of the piece.
+pub type CurveRow = [f64; 4];
+
+/// An engine prepared for the hot loop.
+#[derive(Clone, Debug)]
+pub struct Engine {
+    speed_pieces: PieceTable,
+    /// {full load at 0, slope, drag at 0, slope} of each piece, in Nm and Nm s.
+    curves: Box<[CurveRow; MOST_PIECES]>,
+    map_speed_pieces: PieceTable,
+    map_torque_pieces: PieceTable,
+    /// {a, b, c, d}: fuel = a + b w + T (c + d w), of each cell; torque pieces of one speed lie together.
+    cells: Box<[[f64; 4]; MOST_PIECES * MOST_PIECES]>,
+}
+
+impl Engine {
+    /// Prepares a checked model.
+    pub fn new(model: &EngineModel) -> Self {
+        let full = (&model.full_load_speed_radps, &model.full_load_torque_nm);
+        let drag = (&model.map_speed_radps, &model.drag_torque_nm);
+        let mut knots: Vec<f64> = inner(full.0).iter().chain(inner(drag.0)).copied().collect();
+        knots.sort_by(f64::total_cmp);
+        knots.dedup();
+        let mut curves = Box::new([[0.0; 4]; MOST_PIECES]);
+        for piece in 0..=knots.len() {
+            let inside = middle(&knots, piece);
+            let (f0, f1) = line_at(full.0, full.1, inside);
+            let (d0, d1) = line_at(drag.0, drag.1, inside);
+            curves[piece] = [f0, f1, d0, d1];
+        }
+        let map = filled_map(&model.map_torque_nm, &model.map_fuel_kgps);
+        let mut cells = Box::new([[0.0; 4]; MOST_PIECES * MOST_PIECES]);
+        let (speeds, torques) = (&model.map_speed_radps, &model.map_torque_nm);
+        for i in 0..speeds.len() - 1 {
+            for j in 0..torques.len() - 1 {
+                let (w0, w1, t0, t1) = (speeds[i], speeds[i + 1], torques[j], torques[j + 1]);
+                let area = (w1 - w0) * (t1 - t0);
+                let (f00, f01, f10, f11) =
+                    (map[i][j], map[i][j + 1], map[i + 1][j], map[i + 1][j + 1]);
+                // bilinear form multiplied out
+                let d = (f00 - f01 - f10 + f11) / area;
+                let b = (f10 - f00) / (w1 - w0) - d * t0;
+                let c = (f01 - f00) / (t1 - t0) - d * w0;
+                let a = f00 - b * w0 - c * t0 - d * w0 * t0;
+                cells[i * MOST_PIECES + j] = [a, b, c, d];
+            }
+        }
+        Self {
+            speed_pieces: PieceTable::new(&knots, SPEED_SPAN_RADPS),
+            curves,
+            map_speed_pieces: PieceTable::new(inner(speeds), SPEED_SPAN_RADPS),
+            map_torque_pieces: PieceTable::new(inner(torques), TORQUE_SPAN_NM),
+            cells,
+        }
+    }
+
+    /// The row of the full-load and drag curves that holds at a speed.
+    #[inline(always)]
+    pub fn curve_row(&self, speed_radps: f64) -> CurveRow {
+        self.curves[self.speed_pieces.find(speed_radps) & (MOST_PIECES - 1)]
+    }
+
+    /// The row of the fuel map that holds at a speed and a torque of zero or more.
+    #[inline(always)]
+    pub fn fuel_row(&self, speed_radps: f64, torque_nm: f64) -> [f64; 4] {
+        let i = self.map_speed_pieces.find(speed_radps);
+        let j = self.map_torque_pieces.find(torque_nm);
+        self.cells[(i * MOST_PIECES + j) & (MOST_PIECES * MOST_PIECES - 1)]
+    }
+
+    /// Full-load torque, in Nm.
+    pub fn full_load_nm(&self, speed_radps: f64) -> f64 {
+        let row = self.curve_row(speed_radps);
+        row[0] + row[1] * speed_radps
+    }
+
+    /// Drag torque (negative), in Nm.
+    pub fn drag_nm(&self, speed_radps: f64) -> f64 {
+        let row = self.curve_row(speed_radps);
+        row[2] + row[3] * speed_radps
+    }
+
+    /// Fuel, in kg/s, before the vehicle's factor.
+    pub fn fuel_kgps(&self, speed_radps: f64, torque_nm: f64) -> f64 {
+        let row = self.fuel_row(speed_radps, torque_nm.max(0.0));
+        let t = torque_nm.max(0.0);
+        let powered = row[0] + row[1] * speed_radps + t * (row[2] + row[3] * speed_radps);
+        let overrun = 1.0 - torque_nm.min(0.0) / self.drag_nm(speed_radps);
+        powered.max(0.0) * overrun.max(0.0)
+    }
+}
+
+fn inner(points: &[f64]) -> &[f64] {
+    &points[1..points.len() - 1]
+}
+
+/// A place inside piece number `piece` of the pieces that `knots` part.
+fn middle(knots: &[f64], piece: usize) -> f64 {
+    match (piece.checked_sub(1).map(|k| knots[k]), knots.get(piece)) {
+        (Some(a), Some(b)) => 0.5 * (a + b),
+        (Some(a), None) => a + 1.0,
+        (None, Some(b)) => b - 1.0,
+        (None, None) => 0.0,
+    }
+}
+
+/// Value at zero and slope of the piece of a polygon that holds at `x`.
+fn line_at(xs: &[f64], ys: &[f64], x: f64) -> (f64, f64) {
+    let k = xs[1..xs.len() - 1]
+        .iter()
+        .filter(|knot| **knot <= x)
+        .count();
+    let slope = (ys[k + 1] - ys[k]) / (xs[k + 1] - xs[k]);
+    (ys[k] - slope * xs[k], slope)
+}
+
+/// The map with its empty cells filled: each continues the row's last slope in torque.
+fn filled_map(torques: &[f64], rows: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    rows.iter()
+        .map(|row| {
+            let mut full = row.clone();
+            while full.len() < torques.len() {
+                let k = full.len();
+                let slope = (full[k - 1] - full[k - 2]) / (torques[k - 1] - torques[k - 2]);
+                full.push(full[k - 1] + slope * (torques[k] - torques[k - 1]));
+            }
+            full
+        })
+        .collect()
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    /// Engine B of models.md, sections 13 and 16.
+    pub(crate) fn engine_b() -> EngineModel {
+        let radps = |rpm: &[f64]| {
+            rpm.iter()
+                .map(|n| n * std::f64::consts::PI / 30.0)
+                .collect()
+        };
+        let kgps = |row: &[f64]| row.iter().map(|g| g / 3.6e6).collect();
+        EngineModel {
+            inertia_kgm2: 5.15,
+            idle_speed_radps: 62.832,
+            torque_lag_s: 0.5,
+            full_load_speed_radps: radps(&[600., 800., 1000., 1400., 1600., 1800., 2000., 2100.]),
+            full_load_torque_nm: vec![1188., 1661., 2134., 2134., 1928., 1722., 1253., 1019.],
+            map_speed_radps: radps(&[
+                600., 751., 902., 1053., 1204., 1367., 1490., 1612., 1735., 1857.,
+            ]),
+            drag_torque_nm: vec![
+                -138., -142., -148., -155., -165., -183., -201., -219., -235., -254.,
+            ],
+            map_torque_nm: vec![0., 427., 854., 1280., 1707., 2134.],
+            map_fuel_kgps: vec![
+                kgps(&[1355., 5830., 10440.]),
+                kgps(&[1649., 7149., 12957., 19231.]),
+                kgps(&[2211., 8515., 15411., 22743., 30535.]),
+                kgps(&[2768., 9836., 17855., 26161., 35019., 45438.]),
+                kgps(&[3087., 11040., 20336., 29782., 39786., 51129.]),
+                kgps(&[3845., 12797., 22854., 33740., 45836., 58296.]),
+                kgps(&[4373., 14091., 25093., 36865., 50250.]),
+                kgps(&[4904., 15404., 27492., 40115., 54666.]),
+                kgps(&[5587., 16949., 30160., 43924., 59469.]),
+                kgps(&[6674., 18688., 33003., 48118.]),
+            ],
+            fuel_factor: Quantity::Number(1.0),
+            fuel: FuelModel {
+                density_kgpm3: 836.0,
+                heating_value_jpkg: 42.7e6,
+                co2_kg_per_kg: 3.13,
+            },
+        }
+    }
+
+    #[test]
+    fn the_map_returns_its_own_points() {
+        let model = engine_b();
+        let engine = Engine::new(&model);
+        for (w, row) in model.map_speed_radps.iter().zip(&model.map_fuel_kgps) {
+            for (t, fuel) in model.map_torque_nm.iter().zip(row) {
+                let got = engine.fuel_kgps(*w, *t);
+                assert!((got / fuel - 1.0).abs() < 1e-9, "{w} {t}: {got} {fuel}");
+            }
+        }
+        for (w, t) in model
+            .full_load_speed_radps
+            .iter()
+            .zip(&model.full_load_torque_nm)
+        {
+            assert!((engine.full_load_nm(*w) / t - 1.0).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn the_map_agrees_with_the_fitted_polynomial() {
+        // models.md section 13: P = 203.79 w + .8413 w^2 + 1.7072 w T + 1.988e-4 w T^2, rms 4.8, max 9.4 kW
+        let engine = Engine::new(&engine_b());
+        for rpm in [900.0, 1100.0, 1300.0, 1500.0] {
+            for t in [200.0, 700.0, 1200.0, 1600.0] {
+                let w: f64 = rpm * std::f64::consts::PI / 30.0;
+                let fit = 203.79 * w + 0.8413 * w * w + 1.7072 * w * t + 1.988e-4 * w * t * t;
+                let power = engine.fuel_kgps(w, t) * 42.7e6;
+                assert!((power - fit).abs() < 9.4e3, "{rpm} {t}: {power} {fit}");
+            }
+        }
+    }
+
+    #[test]
+    fn overrun_cuts_the_fuel() {
+        let engine = Engine::new(&engine_b());
+        let (w, idle) = (110.0, engine.fuel_kgps(110.0, 0.0));
+        let drag = engine.drag_nm(w);
+        assert!(engine.fuel_kgps(w, drag) == 0.0 && engine.fuel_kgps(w, 2.0 * drag) == 0.0);
+        assert!((engine.fuel_kgps(w, 0.5 * drag) / idle - 0.5).abs() < 1e-12);
+    }
+
+    #[test]
+    fn beyond_the_map_nothing_breaks() {
+        let engine = Engine::new(&engine_b());
+        for w in [0.0, 10.0, 240.0, 400.0, 1e6] {
+            for t in [-1e5, 0.0, 3000.0, 1e5] {
+                assert!(engine.fuel_kgps(w, t) >= 0.0);
+            }
+        }
+    }
+}

@@ -1,0 +1,187 @@
+//! Automated gearbox, axle and retarder: ratios, losses and the shifting strategy.
+//!
+//! Losses by VECTO's generic maps: gearbox T_loss = c₀ + c₁|T| at its input (direct or indirect gear), retarder
+//! drag at the propeller shaft, axle T_loss = a₀ + a₁|T| at its input.
+//!
+//! Strategy by load-dependent lines (closed-loop rule 13), without a look at a noisy power demand: up, by at most
+//! three gears, to the highest gear with w ≥ 95 + 32 a_p and 0.95 P_full(w) ≥ 1.1 P_road; down when w < 88 + 20 a_p or
+//! when the pedal is down for 2 s and the truck slows below 136 rad/s; up when w > 219.
+//! Added here: both downshifts need a slowing truck, otherwise a truck that has just started in third gear
+//! shifts down while it accelerates through 84-108 rad/s.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Gearbox, axle and retarder.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct GearboxModel {
+    /// Ratios from first to top gear.
+    pub ratio: Vec<f64>,
+    /// Constant loss torque at the input, in Nm.
+    pub loss_torque_nm: f64,
+    /// Share of the input torque lost in a direct gear (ratio 1).
+    pub direct_loss_share: f64,
+    /// Share of the input torque lost in other gears.
+    pub indirect_loss_share: f64,
+    /// Retarder drag at the propeller shaft, in Nm.
+    pub retarder_torque_nm: f64,
+    /// Ratio of the axle.
+    pub axle_ratio: f64,
+    /// Constant loss torque at the axle's input, in Nm.
+    pub axle_loss_torque_nm: f64,
+    /// Share of the axle's input torque lost.
+    pub axle_loss_share: f64,
+    /// Shifting.
+    pub shift: ShiftModel,
+}
+
+/// The shifting strategy.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ShiftModel {
+    /// Time without torque, in s.
+    pub duration_s: f64,
+    /// Shortest time from shift to shift, in s.
+    pub interval_s: f64,
+    /// Speed below which there is no shift, in m/s.
+    pub minimum_speed_mps: f64,
+    /// Engine speed of the upshift line at zero pedal, in rad/s.
+    pub up_speed_radps: f64,
+    /// Its rise with the pedal, in rad/s.
+    pub up_pedal_radps: f64,
+    /// Engine speed of the downshift line at zero pedal, in rad/s.
+    pub down_speed_radps: f64,
+    /// Its rise with the pedal, in rad/s.
+    pub down_pedal_radps: f64,
+    /// Engine speed above which the box shifts up in any case, in rad/s.
+    pub overspeed_radps: f64,
+    /// Share of full load that counts after an upshift.
+    pub power_share: f64,
+    /// Power demanded after an upshift over the road's.
+    pub power_reserve: f64,
+    /// Most gears in one upshift.
+    pub most_steps: u32,
+    /// Pedal from which a kick-down is asked for.
+    pub kickdown_pedal: f64,
+    /// Time for which it has to be there, in s.
+    pub kickdown_s: f64,
+    /// Engine speed above which there is no kick-down, in rad/s.
+    pub kickdown_speed_radps: f64,
+    /// Gear in which a truck starts (from 1).
+    pub start_gear: u32,
+    /// Gear in which it starts on a steep climb.
+    pub steep_start_gear: u32,
+    /// Slope from which a climb is steep.
+    pub steep_slope: f64,
+    /// Highest gear in which the clutch slips at a start.
+    pub launch_gears: u32,
+    /// Engine speed while it slips, in rad/s.
+    pub launch_speed_radps: f64,
+    /// Share of the idle speed below which the clutch opens.
+    pub open_share: f64,
+}
+
+/// One gear, prepared for the hot loop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gear {
+    /// Engine speed for each m/s, in rad/m.
+    pub speed_ratio_per_m: f64,
+    /// Gearbox ratio.
+    pub ratio: f64,
+    /// Share of the input torque lost in the box.
+    pub loss_share: f64,
+    /// Whether the clutch may slip in it.
+    pub launches: bool,
+}
+
+impl GearboxModel {
+    /// The gears over a wheel.
+    pub fn gears(&self, wheel_radius_m: f64) -> Vec<Gear> {
+        let last = self.ratio.len() - 1;
+        self.ratio
+            .iter()
+            .enumerate()
+            .map(|(k, &ratio)| {
+                let direct = (ratio - 1.0).abs() < 1e-9;
+                debug_assert!(k <= last);
+                Gear {
+                    speed_ratio_per_m: ratio * self.axle_ratio / wheel_radius_m,
+                    ratio,
+                    loss_share: if direct {
+                        self.direct_loss_share
+                    } else {
+                        self.indirect_loss_share
+                    },
+                    launches: (k as u32) < self.shift.launch_gears,
+                }
+            })
+            .collect()
+    }
+}
+
+/// What the strategy looks at.
+#[derive(Clone, Copy, Debug)]
+pub struct ShiftInputs {
+    /// Gear, from 0.
+    pub gear: usize,
+    /// Speed, in m/s.
+    pub speed_mps: f64,
+    /// Accelerator pedal.
+    pub pedal: f64,
+    /// Whether the truck slows.
+    pub slowing: bool,
+    /// Whether the pedal has been down long enough for a kick-down.
+    pub kickdown: bool,
+    /// Whether the clutch is closed.
+    pub closed: bool,
+    /// Steady power that the road asks for, in W.
+    pub road_power_w: f64,
+}
+
+impl ShiftModel {
+    /// The gear (from 0) that the strategy wants now.
+    pub fn wanted_gear(
+        &self,
+        inputs: &ShiftInputs,
+        gears: &[Gear],
+        full_load_nm: impl Fn(f64) -> f64,
+    ) -> usize {
+        let gear = inputs.gear;
+        let speed = |g: usize| gears[g].speed_ratio_per_m * inputs.speed_mps;
+        if inputs.speed_mps <= self.minimum_speed_mps {
+            return gear;
+        }
+        let up_line = self.up_speed_radps + self.up_pedal_radps * inputs.pedal;
+        let strong = |g: usize| {
+            let w = speed(g);
+            self.power_share * full_load_nm(w) * w >= self.power_reserve * inputs.road_power_w
+        };
+        let top = (gear + self.most_steps as usize).min(gears.len() - 1);
+        if let Some(up) = (gear + 1..=top)
+            .rev()
+            .find(|&g| speed(g) >= up_line && strong(g))
+        {
+            return up;
+        }
+        if gear + 1 < gears.len() && speed(gear) > self.overspeed_radps {
+            return gear + 1;
+        }
+        if gear == 0 || !inputs.slowing {
+            return gear;
+        }
+        let low = speed(gear) < self.down_speed_radps + self.down_pedal_radps * inputs.pedal;
+        if low && (inputs.closed || !gears[gear].launches) {
+            // the highest gear that is above the upshift line, otherwise the next one
+            let fits = (0..gear).rev().find(|&g| speed(g) >= up_line);
+            return fits.unwrap_or(0);
+        }
+        if inputs.kickdown
+            && speed(gear) < self.kickdown_speed_radps
+            && speed(gear - 1) < self.overspeed_radps
+        {
+            return gear - 1;
+        }
+        gear
+    }
+}

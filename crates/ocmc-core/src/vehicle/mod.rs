@@ -1,0 +1,121 @@
+//! The truck: masses, resistances, engine, gearbox and brakes, and how the trucks of a fleet differ.
+
+pub mod brakes;
+pub mod engine;
+pub mod gearbox;
+pub mod resistance;
+
+use crate::distribution::Quantity;
+use crate::random::{Stream, Streams};
+use crate::study::Part;
+use brakes::BrakeModel;
+use engine::{Engine, EngineModel};
+use gearbox::{Gear, GearboxModel};
+use resistance::{AxleModel, CrossWind, CrossWindModel, rolling_coefficient};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Statistical description of a fleet's vehicles.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct VehicleModel {
+    /// Mass without payload, in kg.
+    pub curb_mass_kg: f64,
+    /// Drag area CdA without cross wind, in m².
+    pub drag_area_m2: Quantity,
+    /// Growth of the drag area in a cross wind.
+    pub cross_wind: CrossWindModel,
+    /// Axles.
+    pub axles: Vec<AxleModel>,
+    /// Factor on the axles' rolling coefficients.
+    pub rolling_factor: Quantity,
+    /// Exponent β of the tyre load.
+    pub rolling_load_exponent: f64,
+    /// Temperature coefficient K of rolling resistance, in 1/K.
+    pub rolling_temperature_coefficient_per_k: f64,
+    /// Dynamic radius of the driven wheels, in m.
+    pub wheel_radius_m: f64,
+    /// Moment of inertia of all wheels, in kg m².
+    pub wheel_inertia_kgm2: f64,
+    /// Power of the auxiliaries at the crankshaft, in W.
+    pub auxiliary_power_w: Quantity,
+    /// Speed at which the limiter ends traction, in m/s.
+    pub limiter_speed_mps: f64,
+    /// Engine.
+    pub engine: EngineModel,
+    /// Gearbox and axle.
+    pub gearbox: GearboxModel,
+    /// Brakes.
+    pub brakes: BrakeModel,
+}
+
+/// What all trucks of a study share, prepared for the hot loop.
+#[derive(Clone, Debug)]
+pub struct Powertrain {
+    /// Engine curves and map.
+    pub engine: Engine,
+    /// Gears, from first to top.
+    pub gears: Vec<Gear>,
+    /// Cross-wind polynomial.
+    pub cross_wind: CrossWind,
+    /// The numbers as given.
+    pub model: VehicleModel,
+}
+
+/// One truck.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Vehicle {
+    /// Mass with payload, in kg.
+    pub mass_kg: f64,
+    /// Drag area without cross wind, in m².
+    pub drag_area_m2: f64,
+    /// Rolling coefficient of the loaded truck on smooth dry asphalt at 25 °C.
+    pub rolling_coefficient: f64,
+    /// Power of the auxiliaries, in W.
+    pub auxiliary_power_w: f64,
+    /// Factor on the fuel map.
+    pub fuel_factor: f64,
+}
+
+impl VehicleModel {
+    /// Draws one truck with a payload. Without [`Part::VehicleSpread`] all are the typical one.
+    pub fn sample(&self, payload_kg: f64, streams: &Streams, without: &[Part]) -> Vehicle {
+        let spread = !without.contains(&Part::VehicleSpread);
+        let mut draws = streams.open(Stream::Vehicle);
+        let mut draw = |law: &Quantity| {
+            if spread {
+                law.sample(&mut draws)
+            } else {
+                law.centre()
+            }
+        };
+        let mass_kg = self.curb_mass_kg + payload_kg;
+        let drag_area_m2 = draw(&self.drag_area_m2);
+        let rolling_factor = draw(&self.rolling_factor);
+        let auxiliary_power_w = draw(&self.auxiliary_power_w);
+        let fuel_factor = draw(&self.engine.fuel_factor);
+        let base = rolling_coefficient(&self.axles, mass_kg, self.rolling_load_exponent);
+        Vehicle {
+            mass_kg,
+            drag_area_m2,
+            rolling_coefficient: rolling_factor * base,
+            auxiliary_power_w,
+            fuel_factor,
+        }
+    }
+
+    /// Prepares what all trucks share.
+    pub fn powertrain(&self) -> Powertrain {
+        Powertrain {
+            engine: Engine::new(&self.engine),
+            gears: self.gearbox.gears(self.wheel_radius_m),
+            cross_wind: self.cross_wind.in_tangent(),
+            model: self.clone(),
+        }
+    }
+
+    /// Wheels' inertia as a mass at the rim, in kg.
+    pub fn wheel_mass_kg(&self) -> f64 {
+        self.wheel_inertia_kgm2 / (self.wheel_radius_m * self.wheel_radius_m)
+    }
+}
