@@ -55,9 +55,7 @@ pub struct Mission {
 impl MissionModel {
     /// Draws a mission. Without [`Part::PayloadSpread`] every truck carries the mean payload.
     pub fn sample(&self, streams: &Streams, without: &[Part]) -> Mission {
-        let length_m = self
-            .length_m
-            .sample(&mut streams.open(Stream::MissionLength));
+        let length_m = self.length_m.sample(&mut streams.open(Stream::MissionLength));
         let payload_kg = if without.contains(&Part::PayloadSpread) {
             self.payload_kg.centre()
         } else {
@@ -75,20 +73,10 @@ impl MissionModel {
             while position_m < length_m {
                 let standstill_s = model.dwell_s.sample(&mut draws);
                 let kind = EventKind::MissionStop { standstill_s };
-                stops.push(PointEvent {
-                    position_m,
-                    kind,
-                    turns: false,
-                });
+                stops.push(PointEvent { position_m, kind, turns: false });
                 position_m += model.spacing_m.sample(&mut draws).max(MINIMUM_SPACING_M);
             }
         }
-        Mission {
-            length_m,
-            payload_kg,
-            departure_s,
-            day_of_year,
-            stops,
-        }
+        Mission { length_m, payload_kg, departure_s, day_of_year, stops }
     }
 }

@@ -72,11 +72,7 @@ impl OperatingCycleSampler {
         traffic: &TrafficModel,
         mission: &MissionModel,
     ) -> Self {
-        let traffic_types = road
-            .types
-            .keys()
-            .map(|name| traffic.types[name].clone())
-            .collect();
+        let traffic_types = road.types.keys().map(|name| traffic.types[name].clone()).collect();
         Self {
             road: RoadSampler::new(road),
             weather: weather.clone(),
@@ -100,13 +96,7 @@ impl OperatingCycleSampler {
     pub fn sample(&self, streams: &Streams, without: &[Part], cycle: &mut OperatingCycle) {
         cycle.mission = self.mission.sample(streams, without);
         let mission = &cycle.mission;
-        self.road.sample(
-            mission.length_m,
-            &mission.stops,
-            streams,
-            without,
-            &mut cycle.road,
-        );
+        self.road.sample(mission.length_m, &mission.stops, streams, without, &mut cycle.road);
         if without.contains(&Part::Signs) {
             for sign in &mut cycle.road.signs {
                 sign.speed_mps = UNLIMITED_MPS;
@@ -132,8 +122,7 @@ impl OperatingCycleSampler {
         let density_at = |section: usize, time_s: f64| {
             traffic.as_ref().map_or(0.0, |series| {
                 let model = &self.traffic_types[cycle.road.sections[section].road_type];
-                self.traffic
-                    .density_per_m(model, series, mission.departure_s, time_s)
+                self.traffic.density_per_m(model, series, mission.departure_s, time_s)
             })
         };
 
@@ -146,17 +135,11 @@ impl OperatingCycleSampler {
             position_m = f64::max(position_m, *start_m);
             match change {
                 Change::Standstill(wait_s) => time_s += wait_s,
-                Change::Speed {
-                    section: s,
-                    speed_mps: v,
-                } => {
+                Change::Speed { section: s, speed_mps: v } => {
                     if section != *s || k == 0 {
                         section = *s;
                         let density_per_m = density_at(section, time_s);
-                        cycle.traffic.push(TrafficStretch {
-                            start_m: position_m,
-                            density_per_m,
-                        });
+                        cycle.traffic.push(TrafficStretch { start_m: position_m, density_per_m });
                     }
                     speed_mps = *v;
                 }
@@ -169,22 +152,12 @@ impl OperatingCycleSampler {
                     block = now;
                     // weather at the block's middle; its first moment may lie before this place
                     let weather = weather_at((block + 0.5) * step_s);
-                    cycle.weather.push(WeatherStretch {
-                        start_m: position_m,
-                        weather,
-                    });
+                    cycle.weather.push(WeatherStretch { start_m: position_m, weather });
                     let density_per_m = density_at(section, time_s);
-                    if cycle
-                        .traffic
-                        .last()
-                        .is_some_and(|last| last.start_m >= position_m)
-                    {
+                    if cycle.traffic.last().is_some_and(|last| last.start_m >= position_m) {
                         cycle.traffic.pop();
                     }
-                    cycle.traffic.push(TrafficStretch {
-                        start_m: position_m,
-                        density_per_m,
-                    });
+                    cycle.traffic.push(TrafficStretch { start_m: position_m, density_per_m });
                 }
                 let next_block_s = (block + 1.0) * step_s;
                 let reach_m = position_m + (next_block_s - time_s) * speed_mps;
@@ -214,9 +187,7 @@ impl OperatingCycleSampler {
                 section += 1;
             }
             let model = &self.road.types()[road.sections[section].road_type];
-            let speed_mps = sign
-                .speed_mps
-                .min(model.truck_limit_mps.unwrap_or(f64::INFINITY));
+            let speed_mps = sign.speed_mps.min(model.truck_limit_mps.unwrap_or(f64::INFINITY));
             changes.push((sign.start_m, Change::Speed { section, speed_mps }));
         }
         for event in events {

@@ -146,11 +146,7 @@ pub struct Streams<'a> {
 impl Streams<'_> {
     /// Opens the stream of one factor of this cycle.
     pub fn open(&self, stream: Stream) -> Draws {
-        let id = if self.frozen.contains(&stream.factor()) {
-            0
-        } else {
-            self.cycle_id
-        };
+        let id = if self.frozen.contains(&stream.factor()) { 0 } else { self.cycle_id };
         Draws::new(self.seed, id, stream)
     }
 
@@ -238,16 +234,8 @@ mod tests {
 
     #[test]
     fn freezing_a_factor_takes_it_from_cycle_zero_and_leaves_the_others() {
-        let frozen = Streams {
-            seed: 1,
-            cycle_id: 5,
-            frozen: &[Factor::Road],
-        };
-        let free = Streams {
-            seed: 1,
-            cycle_id: 5,
-            frozen: &[],
-        };
+        let frozen = Streams { seed: 1, cycle_id: 5, frozen: &[Factor::Road] };
+        let free = Streams { seed: 1, cycle_id: 5, frozen: &[] };
         assert!(frozen.open(Stream::Curve).uniform() == Draws::new(1, 0, Stream::Curve).uniform());
         assert!(frozen.open(Stream::Wind).uniform() == free.open(Stream::Wind).uniform());
     }

@@ -109,10 +109,7 @@ impl TrafficModel {
 
 impl TrafficTypeModel {
     /// No cars at all.
-    pub const EMPTY: Self = Self {
-        off_peak_share: 0.0,
-        peak_share: 0.0,
-    };
+    pub const EMPTY: Self = Self { off_peak_share: 0.0, peak_share: 0.0 };
 }
 
 #[cfg(test)]
@@ -141,11 +138,7 @@ mod tests {
         for seed in 1..=3 {
             let (mut squares, mut products) = (Vec::new(), Vec::new());
             for cycle_id in 0..500 {
-                let streams = Streams {
-                    seed,
-                    cycle_id,
-                    frozen: &[],
-                };
+                let streams = Streams { seed, cycle_id, frozen: &[] };
                 let u = model.sample(86_400.0, &streams).deviation;
                 let n = u.len() as f64;
                 squares.push(u.iter().map(|x| x * x).sum::<f64>() / n);
@@ -155,10 +148,7 @@ mod tests {
                 let n = values.len() as f64;
                 let mean = values.iter().sum::<f64>() / n;
                 let var = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0);
-                assert!(
-                    (mean - wanted).abs() < 4.0 * (var / n).sqrt(),
-                    "{mean} {wanted}"
-                );
+                assert!((mean - wanted).abs() < 4.0 * (var / n).sqrt(), "{mean} {wanted}");
             }
         }
     }
@@ -166,13 +156,8 @@ mod tests {
     #[test]
     fn rush_hour_is_slower_than_night_and_an_empty_road_is_free() {
         let model = model();
-        let urban = TrafficTypeModel {
-            off_peak_share: 0.12,
-            peak_share: 0.3,
-        };
-        let series = TrafficSeries {
-            deviation: vec![0.0],
-        };
+        let urban = TrafficTypeModel { off_peak_share: 0.12, peak_share: 0.3 };
+        let series = TrafficSeries { deviation: vec![0.0] };
         let at = |hour: f64| model.density_per_m(&urban, &series, hour * 3600.0, 0.0);
         assert!(model.speed_mps(at(7.5), 14.0) < model.speed_mps(at(2.0), 14.0));
         assert!((model.speed_mps(0.0, 14.0) - 14.0).abs() < 1e-12);

@@ -188,11 +188,7 @@ impl WeatherModel {
         let mut hours = Vec::with_capacity(count);
         for h in 0..count {
             if h > 0 {
-                advance(
-                    &mut xi_t,
-                    self.temperature.hourly_correlation,
-                    &mut temperature,
-                );
+                advance(&mut xi_t, self.temperature.hourly_correlation, &mut temperature);
                 advance(&mut xi_p, self.pressure.hourly_correlation, &mut pressure);
                 advance(&mut xi_h, self.humidity.hourly_correlation, &mut humidity);
                 advance(&mut g, self.wind.speed_hourly_correlation, &mut wind);
@@ -240,11 +236,7 @@ impl WeatherModel {
     }
 
     fn temperature_sd_k(&self, day: f64) -> f64 {
-        seasonal(
-            self.temperature.winter_sd_k,
-            self.temperature.summer_sd_k,
-            day,
-        )
+        seasonal(self.temperature.winter_sd_k, self.temperature.summer_sd_k, day)
     }
 }
 
@@ -253,11 +245,7 @@ impl WindModel {
     fn speed_mps(&self, score: f64) -> f64 {
         let above = 0.5 * libm::erfc(score / std::f64::consts::SQRT_2);
         let scale = self.mean_speed_mps / libm::tgamma(1.0 + 1.0 / self.speed_shape);
-        scale
-            * libm::pow(
-                -libm::log(above.max(f64::MIN_POSITIVE)),
-                1.0 / self.speed_shape,
-            )
+        scale * libm::pow(-libm::log(above.max(f64::MIN_POSITIVE)), 1.0 / self.speed_shape)
     }
 }
 
@@ -316,21 +304,14 @@ impl Weather {
     /// Head-wind and cross-wind components at 10 m for a heading, in m/s; headwind positive.
     pub fn wind_components_mps(&self, heading_rad: f64) -> (f64, f64) {
         let angle = self.wind_direction_rad - heading_rad;
-        (
-            self.wind_speed_mps * libm::cos(angle),
-            self.wind_speed_mps * libm::sin(angle),
-        )
+        (self.wind_speed_mps * libm::cos(angle), self.wind_speed_mps * libm::sin(angle))
     }
 
     /// Direction wrapped to (-π, π].
     pub fn wrapped_direction_rad(&self) -> f64 {
         let turns = libm::round(self.wind_direction_rad / TAU);
         let wrapped = self.wind_direction_rad - TAU * turns;
-        if wrapped <= -PI {
-            wrapped + TAU
-        } else {
-            wrapped
-        }
+        if wrapped <= -PI { wrapped + TAU } else { wrapped }
     }
 }
 
@@ -346,10 +327,7 @@ mod tests {
             pressure_pa: 101_300.0,
             ..STANDARD_WEATHER
         };
-        let (warm, cold) = (
-            air(20.0).air_density_kgpm3(0.0),
-            air(-10.0).air_density_kgpm3(0.0),
-        );
+        let (warm, cold) = (air(20.0).air_density_kgpm3(0.0), air(-10.0).air_density_kgpm3(0.0));
         assert!((warm - 1.204).abs() < 0.001 && (cold - 1.341).abs() < 0.001);
         assert!((STANDARD_WEATHER.air_density_kgpm3(0.0) - 1.225).abs() < 0.0005);
         assert!((standard_pressure_pa(1000.0) - 89_875.0).abs() < 10.0);
@@ -357,11 +335,7 @@ mod tests {
 
     #[test]
     fn a_wind_from_the_front_is_a_headwind() {
-        let wind = Weather {
-            wind_speed_mps: 5.0,
-            wind_direction_rad: 1.0,
-            ..STANDARD_WEATHER
-        };
+        let wind = Weather { wind_speed_mps: 5.0, wind_direction_rad: 1.0, ..STANDARD_WEATHER };
         let (head, cross) = wind.wind_components_mps(1.0);
         assert!((head - 5.0).abs() < 1e-12 && cross.abs() < 1e-12);
         let (head, _) = wind.wind_components_mps(1.0 + PI);

@@ -141,21 +141,11 @@ impl Law {
     /// One draw.
     pub fn sample(&self, draws: &mut Draws) -> f64 {
         match self {
-            Self::Normal {
-                mean,
-                sd,
-                lower,
-                upper,
-            } => {
+            Self::Normal { mean, sd, lower, upper } => {
                 let limit = |bound: Option<f64>| bound.map(|b| (b - mean) / sd);
                 mean + sd * truncated_normal(draws, limit(*lower), limit(*upper))
             }
-            Self::LogNormal {
-                median,
-                log_sd,
-                lower,
-                upper,
-            } => {
+            Self::LogNormal { median, log_sd, lower, upper } => {
                 let limit = |bound: Option<f64>| bound.map(|b| libm::log(b / median) / log_sd);
                 let z = truncated_normal(draws, limit(*lower), limit(*upper));
                 let x = median * libm::exp(log_sd * z);
@@ -172,10 +162,7 @@ impl Law {
                 let a = standard_gamma(draws, *alpha);
                 scale * a / (a + standard_gamma(draws, *beta))
             }
-            Self::Mixture {
-                weights,
-                components,
-            } => {
+            Self::Mixture { weights, components } => {
                 let part = draws.index(weights);
                 components[part].sample(draws)
             }
@@ -196,17 +183,9 @@ impl Law {
             Self::LogNormal { median, .. } => *median,
             Self::Uniform { lower, upper } => 0.5 * (lower + upper),
             Self::Beta { alpha, beta, scale } => scale * alpha / (alpha + beta),
-            Self::Mixture {
-                weights,
-                components,
-            } => {
+            Self::Mixture { weights, components } => {
                 let total: f64 = weights.iter().sum();
-                weights
-                    .iter()
-                    .zip(components)
-                    .map(|(w, c)| w * c.centre())
-                    .sum::<f64>()
-                    / total
+                weights.iter().zip(components).map(|(w, c)| w * c.centre()).sum::<f64>() / total
             }
             Self::Empirical { values, weights } => match weights {
                 Some(weights) => {
@@ -221,10 +200,9 @@ impl Law {
     /// The smallest and largest possible value.
     pub fn support(&self) -> (f64, f64) {
         match self {
-            Self::Normal { lower, upper, .. } => (
-                lower.unwrap_or(f64::NEG_INFINITY),
-                upper.unwrap_or(f64::INFINITY),
-            ),
+            Self::Normal { lower, upper, .. } => {
+                (lower.unwrap_or(f64::NEG_INFINITY), upper.unwrap_or(f64::INFINITY))
+            }
             Self::LogNormal { lower, upper, .. } => {
                 (lower.unwrap_or(0.0), upper.unwrap_or(f64::INFINITY))
             }
@@ -239,14 +217,10 @@ impl Law {
                     Quantity::Number(value) => (*value, *value),
                     Quantity::Law(law) => law.support(),
                 })
-                .fold((f64::INFINITY, f64::NEG_INFINITY), |a, b| {
-                    (a.0.min(b.0), a.1.max(b.1))
-                }),
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |a, b| (a.0.min(b.0), a.1.max(b.1))),
             Self::Empirical { values, .. } => values
                 .iter()
-                .fold((f64::INFINITY, f64::NEG_INFINITY), |a, &v| {
-                    (a.0.min(v), a.1.max(v))
-                }),
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |a, &v| (a.0.min(v), a.1.max(v))),
         }
     }
 
@@ -273,15 +247,10 @@ impl Law {
             positive("weights", weights.iter().sum())
         };
         match self {
-            Self::Normal {
-                sd, lower, upper, ..
-            } => positive("sd", *sd).or_else(|| ordered(*lower, *upper)),
-            Self::LogNormal {
-                median,
-                log_sd,
-                lower,
-                upper,
-            } => positive("median", *median)
+            Self::Normal { sd, lower, upper, .. } => {
+                positive("sd", *sd).or_else(|| ordered(*lower, *upper))
+            }
+            Self::LogNormal { median, log_sd, lower, upper } => positive("median", *median)
                 .or_else(|| positive("log_sd", *log_sd))
                 .or_else(|| lower.and_then(|b| not_negative("lower", b)))
                 .or_else(|| ordered(*lower, *upper)),
@@ -293,15 +262,14 @@ impl Law {
             Self::Beta { alpha, beta, scale } => positive("alpha", *alpha)
                 .or_else(|| positive("beta", *beta))
                 .or_else(|| positive("scale", *scale)),
-            Self::Mixture {
-                weights,
-                components,
-            } => weighted(weights, components.len()).or_else(|| {
-                components.iter().find_map(|part| match part {
-                    Quantity::Number(_) => None,
-                    Quantity::Law(law) => law.fault(),
+            Self::Mixture { weights, components } => {
+                weighted(weights, components.len()).or_else(|| {
+                    components.iter().find_map(|part| match part {
+                        Quantity::Number(_) => None,
+                        Quantity::Law(law) => law.fault(),
+                    })
                 })
-            }),
+            }
             Self::Empirical { values, weights } => match weights {
                 Some(weights) => weighted(weights, values.len()),
                 None => positive("values", values.len() as f64),
@@ -320,10 +288,7 @@ fn truncated_normal(draws: &mut Draws, lower: Option<f64>, upper: Option<f64>) -
     let a = lower.map_or(0.0, cdf);
     let b = upper.map_or(1.0, cdf);
     let p = (a + (b - a) * u).clamp(f64::MIN_POSITIVE, 1.0 - f64::EPSILON / 2.0);
-    normal_quantile(p).clamp(
-        lower.unwrap_or(f64::NEG_INFINITY),
-        upper.unwrap_or(f64::INFINITY),
-    )
+    normal_quantile(p).clamp(lower.unwrap_or(f64::NEG_INFINITY), upper.unwrap_or(f64::INFINITY))
 }
 
 /// Gamma with scale 1. G. Marsaglia and W. W. Tsang, "A simple method for generating gamma

@@ -104,10 +104,7 @@ mod tests {
     #[test]
     fn inverts_the_error_function() {
         for x in [-8.0, -5.5, -3.0, -1.0, -0.1, 0.0, 0.3, 2.0, 4.0] {
-            assert!(
-                (normal_quantile(cdf(x)) - x).abs() < 1e-9 * (1.0 + f64::abs(x)),
-                "{x}"
-            );
+            assert!((normal_quantile(cdf(x)) - x).abs() < 1e-9 * (1.0 + f64::abs(x)), "{x}");
         }
     }
 

@@ -188,9 +188,7 @@ impl CurveSpeedModel {
 /// A bootstrap sample of the same size: the trucks are the clusters.
 fn resample(pairs: &[(f64, f64)], draws: &mut Draws) -> Vec<(f64, f64)> {
     let n = pairs.len() as f64;
-    (0..pairs.len())
-        .map(|_| pairs[(draws.uniform() * n) as usize])
-        .collect()
+    (0..pairs.len()).map(|_| pairs[(draws.uniform() * n) as usize]).collect()
 }
 
 impl CurveSpeed {
@@ -199,11 +197,7 @@ impl CurveSpeed {
         if radius_m > self.maximum_radius_m {
             return f64::INFINITY;
         }
-        let direction = if left {
-            self.direction_effect
-        } else {
-            -self.direction_effect
-        };
+        let direction = if left { self.direction_effect } else { -self.direction_effect };
         let log_ratio = self.exponent * libm::log(radius_m / self.reference_radius_m);
         let speed = self.reference_speed_mps
             * libm::exp(log_ratio + direction + self.residual_sd * residual);
@@ -259,27 +253,12 @@ mod tests {
     #[test]
     fn lateral_accelerations_of_the_field_fit() {
         // models.md section 11.1: R = 20/50/100/250/500 m -> 1.12/1.04/.99/.92/.87 m/s2
-        let law = field().sample(
-            &Streams {
-                seed: 1,
-                cycle_id: 0,
-                frozen: &[],
-            },
-            false,
-        );
-        for (radius, printed) in [
-            (20.0, 1.12),
-            (50.0, 1.04),
-            (100.0, 0.99),
-            (250.0, 0.92),
-            (500.0, 0.87),
-        ] {
+        let law = field().sample(&Streams { seed: 1, cycle_id: 0, frozen: &[] }, false);
+        for (radius, printed) in
+            [(20.0, 1.12), (50.0, 1.04), (100.0, 0.99), (250.0, 0.92), (500.0, 0.87)]
+        {
             let v = law.speed_mps(radius, true, 0.0) / libm::exp(0.002);
-            assert!(
-                (v * v / radius - printed).abs() < 0.0075,
-                "{radius}: {}",
-                v * v / radius
-            );
+            assert!((v * v / radius - printed).abs() < 0.0075, "{radius}: {}", v * v / radius);
         }
         assert!(law.speed_mps(501.0, true, 0.0).is_infinite());
     }
@@ -299,11 +278,7 @@ mod tests {
     fn draws_have_the_populations_moments() {
         let mut model = field();
         for seed in 1..=3 {
-            for form in [
-                CurveSpeedForm::Pooled,
-                CurveSpeedForm::Table,
-                CurveSpeedForm::Bivariate,
-            ] {
+            for form in [CurveSpeedForm::Pooled, CurveSpeedForm::Table, CurveSpeedForm::Bivariate] {
                 model.form = form;
                 model.table = Some(table());
                 let fit = Bivariate::fit(&table().pairs());
@@ -314,33 +289,19 @@ mod tests {
                 let n = 20_000;
                 let logs: Vec<f64> = (0..n)
                     .map(|cycle_id| {
-                        let streams = Streams {
-                            seed,
-                            cycle_id,
-                            frozen: &[],
-                        };
+                        let streams = Streams { seed, cycle_id, frozen: &[] };
                         model.sample(&streams, true).reference_speed_mps.ln()
                     })
                     .collect();
                 let m = logs.iter().sum::<f64>() / n as f64;
                 let v = logs.iter().map(|x| (x - m).powi(2)).sum::<f64>() / (n - 1) as f64;
                 // the table's own variance has divisor n
-                let sd = if form == CurveSpeedForm::Table {
-                    sd * (24.0f64 / 25.0).sqrt()
-                } else {
-                    sd
-                };
-                assert!(
-                    (m - mean).abs() < 4.0 * sd / (n as f64).sqrt(),
-                    "{form:?} {m} {mean}"
-                );
+                let sd =
+                    if form == CurveSpeedForm::Table { sd * (24.0f64 / 25.0).sqrt() } else { sd };
+                assert!((m - mean).abs() < 4.0 * sd / (n as f64).sqrt(), "{form:?} {m} {mean}");
                 // standard error of an SD, with room for a kurtosis of up to 6
                 let error = sd * (5.0 / (4.0 * n as f64)).sqrt();
-                assert!(
-                    (v.sqrt() - sd).abs() < 4.0 * error,
-                    "{form:?} {} {sd}",
-                    v.sqrt()
-                );
+                assert!((v.sqrt() - sd).abs() < 4.0 * error, "{form:?} {} {sd}", v.sqrt());
             }
         }
     }
@@ -349,18 +310,8 @@ mod tests {
     fn parameter_uncertainty_belongs_to_replicates() {
         let mut model = field();
         model.parameter_uncertainty = true;
-        let exponent = |cycle_id| {
-            model
-                .sample(
-                    &Streams {
-                        seed: 1,
-                        cycle_id,
-                        frozen: &[],
-                    },
-                    true,
-                )
-                .exponent
-        };
+        let exponent =
+            |cycle_id| model.sample(&Streams { seed: 1, cycle_id, frozen: &[] }, true).exponent;
         assert!(exponent(3) == exponent(3 + 64));
         assert!(exponent(3) != exponent(4));
     }

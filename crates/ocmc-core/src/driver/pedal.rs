@@ -114,21 +114,13 @@ impl PedalModel {
     /// `stability_limit` is the largest K_P that the brake allows at the study's step.
     pub fn sample(&self, streams: &Streams, spread: bool, stability_limit: f64) -> Pedals {
         let mut draws = streams.open(Stream::Pedals);
-        let is_pid = if spread {
-            draws.happens(self.pid_share)
-        } else {
-            self.pid_share >= 0.5
-        };
+        let is_pid = if spread { draws.happens(self.pid_share) } else { self.pid_share >= 0.5 };
         if is_pid {
             self.pid.sample(&mut draws, spread, stability_limit)
         } else {
             let model = &self.switched;
             let mut draw = |law: &Quantity| {
-                if spread {
-                    law.sample(&mut draws)
-                } else {
-                    law.centre()
-                }
+                if spread { law.sample(&mut draws) } else { law.centre() }
             };
             Pedals {
                 proportional: draw(&model.proportional).min(stability_limit),
@@ -147,17 +139,11 @@ impl PidModel {
         let highest = self.proportional_maximum.min(stability_limit);
         let [pi, pd, id] = self.correlation;
         let correlation = Matrix3::new(1.0, pi, pd, pi, 1.0, id, pd, id, 1.0);
-        let factor = correlation
-            .cholesky()
-            .map_or_else(Matrix3::identity, |c| c.l());
+        let factor = correlation.cholesky().map_or_else(Matrix3::identity, |c| c.l());
         let mut redraws = 0;
         loop {
             let independent = Vector3::new(draws.normal(), draws.normal(), draws.normal());
-            let z = if spread {
-                factor * independent
-            } else {
-                Vector3::zeros()
-            };
+            let z = if spread { factor * independent } else { Vector3::zeros() };
             let mut proportional =
                 self.proportional_median * libm::exp(self.proportional_log_sd * z[0]);
             let inside = (self.proportional_minimum..=highest).contains(&proportional);
@@ -169,11 +155,7 @@ impl PidModel {
             let time_s = self.integral_time_median_s * libm::exp(self.integral_time_log_sd * z[1]);
             return Pedals {
                 proportional,
-                integral: if time_s > 0.0 {
-                    proportional / time_s
-                } else {
-                    0.0
-                },
+                integral: if time_s > 0.0 { proportional / time_s } else { 0.0 },
                 derivative: self.derivative_median * libm::exp(self.derivative_log_sd * z[2]),
                 threshold_mps: None,
                 holds_brake: false,
@@ -208,10 +190,7 @@ mod tests {
             },
             switched: SwitchedModel {
                 proportional: Quantity::Number(0.47),
-                threshold_mps: Quantity::Law(Law::Uniform {
-                    lower: 0.3,
-                    upper: 1.2,
-                }),
+                threshold_mps: Quantity::Law(Law::Uniform { lower: 0.3, upper: 1.2 }),
                 hold: Hold::Throttle,
             },
             brake_scale: 0.3,
@@ -225,11 +204,7 @@ mod tests {
         for seed in 1..=3 {
             let mut logs = Vec::new();
             for cycle_id in 0..20_000 {
-                let streams = Streams {
-                    seed,
-                    cycle_id,
-                    frozen: &[],
-                };
+                let streams = Streams { seed, cycle_id, frozen: &[] };
                 let p = model().sample(&streams, true, f64::INFINITY);
                 if p.threshold_mps.is_none() {
                     let time = p.proportional / p.integral;
@@ -243,19 +218,13 @@ mod tests {
                 let (a, b) = (mean(i), mean(j));
                 logs.iter().map(|x| (x[i] - a) * (x[j] - b)).sum::<f64>() / (n - 1.0)
             };
-            for (i, (median, sd)) in [(0.47f64, 0.4), (20.0, 0.3), (0.05, 0.4)]
-                .iter()
-                .enumerate()
-            {
+            for (i, (median, sd)) in [(0.47f64, 0.4), (20.0, 0.3), (0.05, 0.4)].iter().enumerate() {
                 assert!((mean(i) - median.ln()).abs() < 4.0 * sd / n.sqrt());
                 assert!((cov(i, i).sqrt() - sd).abs() < 4.0 * sd / (2.0 * n).sqrt());
             }
             for (i, j, r) in [(0, 1, 0.3), (0, 2, 0.0), (1, 2, -0.2)] {
                 let sample = cov(i, j) / (cov(i, i) * cov(j, j)).sqrt();
-                assert!(
-                    (sample - r).abs() < 4.0 * (1.0 - r * r) / n.sqrt(),
-                    "{sample} {r}"
-                );
+                assert!((sample - r).abs() < 4.0 * (1.0 - r * r) / n.sqrt(), "{sample} {r}");
             }
         }
     }
@@ -264,11 +233,7 @@ mod tests {
     fn gains_beyond_the_stability_bound_are_drawn_again_and_counted() {
         let mut redraws = 0;
         for cycle_id in 0..500 {
-            let streams = Streams {
-                seed: 1,
-                cycle_id,
-                frozen: &[],
-            };
+            let streams = Streams { seed: 1, cycle_id, frozen: &[] };
             let p = model().sample(&streams, true, 0.5);
             assert!(p.proportional <= 0.5);
             redraws += p.redraws;
@@ -281,11 +246,7 @@ mod tests {
         let mut model = model();
         model.pid_share = 1.0;
         model.pid.integral_time_median_s = 0.0;
-        let streams = Streams {
-            seed: 1,
-            cycle_id: 0,
-            frozen: &[],
-        };
+        let streams = Streams { seed: 1, cycle_id: 0, frozen: &[] };
         assert!(model.sample(&streams, true, 1.0).integral == 0.0);
     }
 }

@@ -51,11 +51,7 @@ impl SpeedChangeModel {
     pub fn sample(&self, streams: &Streams, spread: bool) -> SpeedChange {
         let mut draws = streams.open(Stream::SpeedChange);
         let mut draw = |law: &Quantity| {
-            if spread {
-                law.sample(&mut draws)
-            } else {
-                law.centre()
-            }
+            if spread { law.sample(&mut draws) } else { law.centre() }
         };
         SpeedChange {
             deceleration_mps2: draw(&self.deceleration_mps2),

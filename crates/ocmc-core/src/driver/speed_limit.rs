@@ -38,11 +38,7 @@ impl SpeedLimitModel {
     /// Draws one driver; `spread` false gives the typical one.
     pub fn sample(&self, streams: &Streams, spread: bool) -> SpeedLimit {
         let draw = |law: &Quantity, stream| {
-            if spread {
-                law.sample(&mut streams.open(stream))
-            } else {
-                law.centre()
-            }
+            if spread { law.sample(&mut streams.open(stream)) } else { law.centre() }
         };
         SpeedLimit {
             compliance: draw(&self.compliance, Stream::Compliance),

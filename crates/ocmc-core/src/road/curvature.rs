@@ -57,11 +57,7 @@ pub struct Curve {
 impl Curve {
     /// Signed curvature, in 1/m; positive to the left.
     pub fn curvature_per_m(&self) -> f64 {
-        if self.left {
-            1.0 / self.radius_m
-        } else {
-            -1.0 / self.radius_m
-        }
+        if self.left { 1.0 / self.radius_m } else { -1.0 / self.radius_m }
     }
 }
 
@@ -88,9 +84,7 @@ impl CurveModel {
         if intensity <= 0.0 {
             return;
         }
-        let scale = self
-            .reference_sign_mps
-            .map_or(1.0, |reference| sign_mps / reference);
+        let scale = self.reference_sign_mps.map_or(1.0, |reference| sign_mps / reference);
         let median = self.median_radius_m * scale;
         let mut position = from_m;
         loop {
@@ -102,16 +96,9 @@ impl CurveModel {
                 self.turn_radius_m + median * libm::exp(self.radius_log_sd * draws.normal());
             let length = self.median_length_m * libm::exp(self.length_log_sd * draws.normal());
             let left = draws.happens(0.5);
-            let start_m = curves
-                .last()
-                .map_or(position, |last| position.max(last.end_m));
+            let start_m = curves.last().map_or(position, |last| position.max(last.end_m));
             let end_m = start_m + length.min(self.maximum_heading_rad * radius_m);
-            curves.push(Curve {
-                start_m,
-                end_m,
-                radius_m,
-                left,
-            });
+            curves.push(Curve { start_m, end_m, radius_m, left });
         }
     }
 }
@@ -129,9 +116,7 @@ pub fn merge_turns(curves: &mut Vec<Curve>, turns: &[Curve]) {
         }
     }
     curves.retain(|curve| {
-        !kept
-            .iter()
-            .any(|turn| curve.start_m < turn.end_m && turn.start_m < curve.end_m)
+        !kept.iter().any(|turn| curve.start_m < turn.end_m && turn.start_m < curve.end_m)
     });
     curves.extend_from_slice(&kept);
     curves.sort_by(|a, b| a.start_m.total_cmp(&b.start_m));
@@ -171,10 +156,7 @@ mod tests {
             let mean = curves.iter().map(log).sum::<f64>() / n;
             let var = curves.iter().map(|c| (log(c) - mean).powi(2)).sum::<f64>() / (n - 1.0);
             assert!((mean - 250f64.ln()).abs() < 4.0 * 0.9 / n.sqrt(), "{mean}");
-            assert!(
-                (var.sqrt() - 0.9).abs() < 4.0 * 0.9 / (2.0 * n).sqrt(),
-                "{var}"
-            );
+            assert!((var.sqrt() - 0.9).abs() < 4.0 * 0.9 / (2.0 * n).sqrt(), "{var}");
             let left = curves.iter().filter(|c| c.left).count() as f64;
             assert!((left / n - 0.5).abs() < 4.0 * 0.5 / n.sqrt());
         }
@@ -204,12 +186,7 @@ mod tests {
 
     #[test]
     fn turns_replace_the_curves_they_overlap() {
-        let curve = |start_m, end_m| Curve {
-            start_m,
-            end_m,
-            radius_m: 100.0,
-            left: true,
-        };
+        let curve = |start_m, end_m| Curve { start_m, end_m, radius_m: 100.0, left: true };
         let mut curves = vec![curve(0.0, 10.0), curve(20.0, 40.0), curve(50.0, 60.0)];
         merge_turns(&mut curves, &[curve(35.0, 45.0), curve(44.0, 48.0)]);
         let starts: Vec<f64> = curves.iter().map(|c| c.start_m).collect();

@@ -131,12 +131,7 @@ impl RoadSampler {
         let names: Vec<&String> = model.types.keys().collect();
         let next = types
             .iter()
-            .map(|t| {
-                names
-                    .iter()
-                    .map(|n| t.next.get(*n).copied().unwrap_or(0.0))
-                    .collect()
-            })
+            .map(|t| names.iter().map(|n| t.next.get(*n).copied().unwrap_or(0.0)).collect())
             .collect();
         let chain = RoadTypeChain::new(
             types.iter().map(|t| t.mean_length_m).collect(),
@@ -178,9 +173,7 @@ impl RoadSampler {
         road.length_m = length_m;
         road.slope_step_m = self.model.slope_step_m;
         road.roughness_block_m = self.model.roughness_block_m;
-        road.sections = self
-            .chain
-            .sample(length_m, &mut streams.open(Stream::RoadType));
+        road.sections = self.chain.sample(length_m, &mut streams.open(Stream::RoadType));
 
         let mut draws = streams.open(Stream::SpeedSign);
         road.signs.clear();
@@ -203,11 +196,8 @@ impl RoadSampler {
             &mut draws,
             &mut road.roughness_m3,
         );
-        road.grounds = sample_grounds(
-            &self.grounds,
-            &road.sections,
-            &mut streams.open(Stream::Ground),
-        );
+        road.grounds =
+            sample_grounds(&self.grounds, &road.sections, &mut streams.open(Stream::Ground));
         road.heading_rad = TAU * streams.open(Stream::Heading).uniform();
     }
 
@@ -228,31 +218,20 @@ impl RoadSampler {
         for section in &road.sections {
             let model = &self.types[section.road_type];
             if has(Part::StopSigns) {
-                model
-                    .stop_signs
-                    .sample(section, &mut stop, &mut road.events);
+                model.stop_signs.sample(section, &mut stop, &mut road.events);
             }
             if has(Part::GiveWays) {
                 model.give_ways.sample(section, &mut give, &mut road.events);
             }
             if has(Part::TrafficLights) {
-                model
-                    .traffic_lights
-                    .sample(section, &mut light, &mut road.events);
+                model.traffic_lights.sample(section, &mut light, &mut road.events);
             }
             if has(Part::SpeedBumps) {
-                model
-                    .speed_bumps
-                    .sample(section, &mut bump, &mut road.events);
+                model.speed_bumps.sample(section, &mut bump, &mut road.events);
             }
         }
         let free_m = self.model.event_free_end_m;
-        space_out(
-            &mut road.events,
-            road.length_m,
-            self.model.event_spacing_m,
-            free_m,
-        );
+        space_out(&mut road.events, road.length_m, self.model.event_spacing_m, free_m);
     }
 
     fn sample_curves(&self, streams: &Streams, road: &mut Road) {
@@ -262,17 +241,8 @@ impl RoadSampler {
             let model = &self.types[section.road_type].curves;
             while sign < road.signs.len() && road.signs[sign].start_m < section.end_m {
                 let here = road.signs[sign];
-                let end_m = road
-                    .signs
-                    .get(sign + 1)
-                    .map_or(section.end_m, |next| next.start_m);
-                model.sample(
-                    here.start_m,
-                    end_m,
-                    here.speed_mps,
-                    &mut draws,
-                    &mut road.curves,
-                );
+                let end_m = road.signs.get(sign + 1).map_or(section.end_m, |next| next.start_m);
+                model.sample(here.start_m, end_m, here.speed_mps, &mut draws, &mut road.curves);
                 sign += 1;
             }
         }
@@ -281,18 +251,10 @@ impl RoadSampler {
             .events
             .iter()
             .filter(|event| event.turns)
-            .map(|event| {
-                self.model
-                    .junction_turn
-                    .sample(event.position_m, &mut draws)
-            })
+            .map(|event| self.model.junction_turn.sample(event.position_m, &mut draws))
             .collect();
         merge_turns(&mut road.curves, &turns);
-        while road
-            .curves
-            .last()
-            .is_some_and(|curve| curve.start_m >= road.length_m)
-        {
+        while road.curves.last().is_some_and(|curve| curve.start_m >= road.length_m) {
             road.curves.pop();
         }
         if let Some(last) = road.curves.last_mut() {
@@ -304,19 +266,12 @@ impl RoadSampler {
         let step_m = self.model.slope_step_m;
         if without.contains(&Part::Slope) {
             road.slopes.clear();
-            road.slopes
-                .resize(libm::ceil(road.length_m / step_m) as usize, 0.0);
+            road.slopes.resize(libm::ceil(road.length_m / step_m) as usize, 0.0);
             road.climb_reached = true;
             return;
         }
         let mut draws = streams.open(Stream::Topography);
-        sample_slopes(
-            &self.topographies,
-            step_m,
-            &road.sections,
-            &mut draws,
-            &mut road.slopes,
-        );
+        sample_slopes(&self.topographies, step_m, &road.sections, &mut draws, &mut road.slopes);
         road.climb_reached = true;
         if self.model.climb_rule == ClimbRule::Bridge {
             let net_climb_m = self.model.net_climb_m.sample(&mut draws);
@@ -326,9 +281,7 @@ impl RoadSampler {
                 limits.resize(last, self.topographies[section.road_type].slope_limit);
             }
             road.climb_reached =
-                bridge(&mut road.slopes, step_m, road.length_m, net_climb_m, |k| {
-                    limits[k]
-                });
+                bridge(&mut road.slopes, step_m, road.length_m, net_climb_m, |k| limits[k]);
         }
     }
 }

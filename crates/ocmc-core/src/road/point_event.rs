@@ -150,9 +150,7 @@ impl StopSignModel {
     /// Appends the stop signs of one section.
     pub fn sample(&self, section: &Section, draws: &mut Draws, events: &mut Vec<PointEvent>) {
         poisson(self.per_m, section, draws, events, |draws| {
-            let kind = EventKind::StopSign {
-                standstill_s: self.standstill_s.sample(draws),
-            };
+            let kind = EventKind::StopSign { standstill_s: self.standstill_s.sample(draws) };
             (kind, draws.happens(self.turn_share))
         });
     }
@@ -163,13 +161,9 @@ impl GiveWayModel {
     pub fn sample(&self, section: &Section, draws: &mut Draws, events: &mut Vec<PointEvent>) {
         poisson(self.per_m, section, draws, events, |draws| {
             let kind = if draws.happens(self.stop_probability) {
-                EventKind::GiveWayStop {
-                    standstill_s: self.wait_s.sample(draws),
-                }
+                EventKind::GiveWayStop { standstill_s: self.wait_s.sample(draws) }
             } else {
-                EventKind::GiveWayPass {
-                    speed_mps: self.pass_speed_mps.sample(draws),
-                }
+                EventKind::GiveWayPass { speed_mps: self.pass_speed_mps.sample(draws) }
             };
             (kind, draws.happens(self.turn_share))
         });
@@ -181,9 +175,7 @@ impl TrafficLightModel {
     pub fn sample(&self, section: &Section, draws: &mut Draws, events: &mut Vec<PointEvent>) {
         poisson(self.per_m, section, draws, events, |draws| {
             let kind = if draws.happens(self.red_probability) {
-                EventKind::RedLight {
-                    standstill_s: self.wait_s.sample(draws),
-                }
+                EventKind::RedLight { standstill_s: self.wait_s.sample(draws) }
             } else {
                 EventKind::GreenLight
             };
@@ -210,12 +202,7 @@ impl JunctionTurnModel {
             + self.median_radius_m * libm::exp(self.radius_log_sd * draws.normal());
         let angle = FRAC_PI_2 * draws.uniform_between(self.minimum_share, 1.0);
         let left = draws.happens(0.5);
-        Curve {
-            start_m: position_m,
-            end_m: position_m + angle * radius_m,
-            radius_m,
-            left,
-        }
+        Curve { start_m: position_m, end_m: position_m + angle * radius_m, radius_m, left }
     }
 }
 
@@ -237,11 +224,7 @@ fn poisson(
             return;
         }
         let (kind, turns) = mark(draws);
-        events.push(PointEvent {
-            position_m,
-            kind,
-            turns,
-        });
+        events.push(PointEvent { position_m, kind, turns });
     }
 }
 
@@ -252,9 +235,7 @@ pub fn space_out(events: &mut Vec<PointEvent>, length_m: f64, spacing_m: f64, fr
     events.sort_by(|a, b| a.position_m.total_cmp(&b.position_m));
     let mut kept: Vec<PointEvent> = Vec::with_capacity(events.len());
     for event in events.drain(..) {
-        let close = kept
-            .last()
-            .is_some_and(|last| event.position_m - last.position_m < spacing_m);
+        let close = kept.last().is_some_and(|last| event.position_m - last.position_m < spacing_m);
         let mission = matches!(event.kind, EventKind::MissionStop { .. });
         if !close {
             kept.push(event);
@@ -283,24 +264,13 @@ mod tests {
             }),
             turn_share: 0.25,
         };
-        let section = Section {
-            start_m: 0.0,
-            end_m: 1.0e7,
-            road_type: 0,
-        };
+        let section = Section { start_m: 0.0, end_m: 1.0e7, road_type: 0 };
         for seed in 1..=3 {
             let mut events = Vec::new();
-            model.sample(
-                &section,
-                &mut Draws::new(seed, 0, Stream::GiveWay),
-                &mut events,
-            );
+            model.sample(&section, &mut Draws::new(seed, 0, Stream::GiveWay), &mut events);
             let n = events.len() as f64;
             assert!((n - 5000.0).abs() < 4.0 * 5000f64.sqrt());
-            let waits: Vec<f64> = events
-                .iter()
-                .filter_map(|e| e.kind.standstill_s())
-                .collect();
+            let waits: Vec<f64> = events.iter().filter_map(|e| e.kind.standstill_s()).collect();
             let m = waits.len() as f64;
             assert!((m / n - 0.3).abs() < 4.0 * (0.21 / n).sqrt());
             let mean = waits.iter().sum::<f64>() / m;
@@ -312,11 +282,7 @@ mod tests {
 
     #[test]
     fn the_later_of_two_close_events_goes() {
-        let at = |position_m| PointEvent {
-            position_m,
-            kind: EventKind::GreenLight,
-            turns: false,
-        };
+        let at = |position_m| PointEvent { position_m, kind: EventKind::GreenLight, turns: false };
         let mut events = vec![at(10.0), at(100.0), at(120.0), at(131.0), at(990.0)];
         space_out(&mut events, 1000.0, 30.0, 30.0);
         let places: Vec<f64> = events.iter().map(|e| e.position_m).collect();

@@ -34,22 +34,10 @@ impl RoadTypeChain {
     /// Prepares the chain; `next` holds rows of weights with a zero diagonal.
     pub fn new(mean_length_m: Vec<f64>, minimum_length_m: Vec<f64>, next: Vec<Vec<f64>>) -> Self {
         let stationary = stationary(&next);
-        let total: f64 = stationary
-            .iter()
-            .zip(&mean_length_m)
-            .map(|(p, l)| p * l)
-            .sum();
-        let share_by_length = stationary
-            .iter()
-            .zip(&mean_length_m)
-            .map(|(p, l)| p * l / total)
-            .collect();
-        Self {
-            mean_length_m,
-            minimum_length_m,
-            next,
-            share_by_length,
-        }
+        let total: f64 = stationary.iter().zip(&mean_length_m).map(|(p, l)| p * l).sum();
+        let share_by_length =
+            stationary.iter().zip(&mean_length_m).map(|(p, l)| p * l / total).collect();
+        Self { mean_length_m, minimum_length_m, next, share_by_length }
     }
 
     /// Share of each type by length, in the long run.
@@ -66,16 +54,8 @@ impl RoadTypeChain {
             let minimum = self.minimum_length_m[road_type];
             let sojourn = minimum + (self.mean_length_m[road_type] - minimum) * draws.exponential();
             let alone = self.next[road_type].iter().all(|&w| w == 0.0);
-            let end_m = if alone {
-                length_m
-            } else {
-                (start_m + sojourn).min(length_m)
-            };
-            sections.push(Section {
-                start_m,
-                end_m,
-                road_type,
-            });
+            let end_m = if alone { length_m } else { (start_m + sojourn).min(length_m) };
+            sections.push(Section { start_m, end_m, road_type });
             if end_m >= length_m {
                 return sections;
             }
@@ -123,11 +103,7 @@ mod tests {
         RoadTypeChain::new(
             vec![40_000.0, 15_000.0, 4_000.0],
             vec![0.0; 3],
-            vec![
-                vec![0.0, 0.7, 0.3],
-                vec![0.3, 0.0, 0.7],
-                vec![0.2, 0.8, 0.0],
-            ],
+            vec![vec![0.0, 0.7, 0.3], vec![0.3, 0.0, 0.7], vec![0.2, 0.8, 0.0]],
         )
     }
 
@@ -169,10 +145,7 @@ mod tests {
                 let n = values.len() as f64;
                 let mean = values.iter().sum::<f64>() / n;
                 let var = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0);
-                assert!(
-                    (mean - share).abs() < 4.0 * (var / n).sqrt(),
-                    "{mean} {share}"
-                );
+                assert!((mean - share).abs() < 4.0 * (var / n).sqrt(), "{mean} {share}");
             }
         }
     }

@@ -61,30 +61,14 @@ impl SpeedSignModel {
                 }
             }
         }
-        let c = if exchange > 0.0 {
-            1.0 / (self.mean_length_m * exchange)
-        } else {
-            0.0
-        };
+        let c = if exchange > 0.0 { 1.0 / (self.mean_length_m * exchange) } else { 0.0 };
         let rate_per_m = (0..n)
             .map(|i| {
-                (0..n)
-                    .map(|j| {
-                        if i == j {
-                            0.0
-                        } else {
-                            c * share[j] * affinity(i, j)
-                        }
-                    })
-                    .collect()
+                (0..n).map(|j| if i == j { 0.0 } else { c * share[j] * affinity(i, j) }).collect()
             })
             .collect();
         let speed_mps = self.speed_kmh.iter().map(|v| v / 3.6).collect();
-        SpeedSignChain {
-            speed_mps,
-            share,
-            rate_per_m,
-        }
+        SpeedSignChain { speed_mps, share, rate_per_m }
     }
 }
 
@@ -94,10 +78,7 @@ impl SpeedSignChain {
         let mut state = draws.index(&self.share);
         let mut position = section.start_m;
         while position < section.end_m {
-            signs.push(SpeedSign {
-                start_m: position,
-                speed_mps: self.speed_mps[state],
-            });
+            signs.push(SpeedSign { start_m: position, speed_mps: self.speed_mps[state] });
             let exit: f64 = self.rate_per_m[state].iter().sum();
             if exit <= 0.0 {
                 return;
@@ -126,11 +107,7 @@ mod tests {
     fn mean_sojourns_are_those_printed_for_the_default() {
         // models.md section 4, urban row: 658/456/711/464/735 m
         let chain = urban().chain();
-        for (row, printed) in chain
-            .rate_per_m
-            .iter()
-            .zip([658.0, 456.0, 711.0, 464.0, 735.0])
-        {
+        for (row, printed) in chain.rate_per_m.iter().zip([658.0, 456.0, 711.0, 464.0, 735.0]) {
             let sojourn = 1.0 / row.iter().sum::<f64>();
             assert!((sojourn - printed).abs() < 0.6, "{sojourn} {printed}");
         }
@@ -143,17 +120,9 @@ mod tests {
         for seed in 1..=3 {
             let mut by_road = vec![Vec::new(); 5];
             for cycle in 0..500 {
-                let section = Section {
-                    start_m: 0.0,
-                    end_m: 20_000.0,
-                    road_type: 0,
-                };
+                let section = Section { start_m: 0.0, end_m: 20_000.0, road_type: 0 };
                 let mut signs = Vec::new();
-                chain.sample(
-                    &section,
-                    &mut Draws::new(seed, cycle, Stream::SpeedSign),
-                    &mut signs,
-                );
+                chain.sample(&section, &mut Draws::new(seed, cycle, Stream::SpeedSign), &mut signs);
                 let mut length = [0.0; 5];
                 for (i, sign) in signs.iter().enumerate() {
                     let end = signs.get(i + 1).map_or(section.end_m, |next| next.start_m);
@@ -172,10 +141,7 @@ mod tests {
                 let n = values.len() as f64;
                 let mean = values.iter().sum::<f64>() / n;
                 let var = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0);
-                assert!(
-                    (mean - share).abs() < 4.0 * (var / n).sqrt(),
-                    "{mean} {share}"
-                );
+                assert!((mean - share).abs() < 4.0 * (var / n).sqrt(), "{mean} {share}");
             }
         }
     }

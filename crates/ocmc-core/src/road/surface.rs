@@ -97,12 +97,7 @@ pub fn sample_grounds(
         let model = &models[section.road_type];
         let weights: Vec<f64> = model.values().copied().collect();
         let chosen = draws.index(&weights);
-        grounds.push(
-            *model
-                .keys()
-                .nth(chosen)
-                .expect("a ground model is not empty"),
-        );
+        grounds.push(*model.keys().nth(chosen).expect("a ground model is not empty"));
     }
     grounds
 }
@@ -114,15 +109,8 @@ mod tests {
 
     #[test]
     fn blocks_have_the_models_mean_and_variance() {
-        let models = [RoughnessModel {
-            mean_coefficient_m3: 16e-6,
-            shape: 0.6,
-        }];
-        let sections = [Section {
-            start_m: 0.0,
-            end_m: 4.0e6,
-            road_type: 0,
-        }];
+        let models = [RoughnessModel { mean_coefficient_m3: 16e-6, shape: 0.6 }];
+        let sections = [Section { start_m: 0.0, end_m: 4.0e6, road_type: 0 }];
         for seed in 1..=3 {
             let mut blocks = Vec::new();
             let mut draws = Draws::new(seed, 0, Stream::Roughness);
@@ -130,10 +118,7 @@ mod tests {
             let n = blocks.len() as f64;
             let mean = blocks.iter().sum::<f64>() / n;
             let second = blocks.iter().map(|c| (c / mean - 1.0).powi(2)).sum::<f64>() / n;
-            assert!(
-                (mean / 16e-6 - 1.0).abs() < 4.0 * (0.6 / n).sqrt(),
-                "{mean}"
-            );
+            assert!((mean / 16e-6 - 1.0).abs() < 4.0 * (0.6 / n).sqrt(), "{mean}");
             // variance of the sample variance of a gamma with mean 1: (2 nu^2 + 6 nu^3) / n
             let error = ((2.0 * 0.36 + 6.0 * 0.216) / n).sqrt();
             assert!((second - 0.6).abs() < 4.0 * error, "{second}");

@@ -132,20 +132,10 @@ mod tests {
     const STEP_M: f64 = 25.0;
 
     fn road(seed: u64, cycle: u64, model: &TopographyModel, length_m: f64) -> Vec<f64> {
-        let sections = [Section {
-            start_m: 0.0,
-            end_m: length_m,
-            road_type: 0,
-        }];
+        let sections = [Section { start_m: 0.0, end_m: length_m, road_type: 0 }];
         let mut draws = Draws::new(seed, cycle, Stream::Topography);
         let mut slopes = Vec::new();
-        sample_slopes(
-            std::slice::from_ref(model),
-            STEP_M,
-            &sections,
-            &mut draws,
-            &mut slopes,
-        );
+        sample_slopes(std::slice::from_ref(model), STEP_M, &sections, &mut draws, &mut slopes);
         slopes
     }
 
@@ -158,11 +148,7 @@ mod tests {
 
     #[test]
     fn thousand_stationary_roads_have_the_wanted_statistics() {
-        let model = TopographyModel {
-            slope_sd: 0.021,
-            hill_length_m: 660.0,
-            slope_limit: 1.0,
-        };
+        let model = TopographyModel { slope_sd: 0.021, hill_length_m: 660.0, slope_limit: 1.0 };
         let a = model.coefficient(STEP_M);
         for seed in 1..=3 {
             let (mut squares, mut products, mut crossings) = (Vec::new(), Vec::new(), Vec::new());
@@ -178,27 +164,15 @@ mod tests {
             let (mean, error) = mean_and_error(&squares);
             assert!((mean - variance).abs() < 4.0 * error, "variance {mean}");
             let (mean, error) = mean_and_error(&products);
-            assert!(
-                (mean - a * variance).abs() < 4.0 * error,
-                "lag-1 {}",
-                mean / variance
-            );
+            assert!((mean - a * variance).abs() < 4.0 * error, "lag-1 {}", mean / variance);
             let (mean, error) = mean_and_error(&crossings);
-            assert!(
-                (mean - 1.0 / 660.0).abs() < 4.0 * error,
-                "hill length {}",
-                1.0 / mean
-            );
+            assert!((mean - 1.0 / 660.0).abs() < 4.0 * error, "hill length {}", 1.0 / mean);
         }
     }
 
     #[test]
     fn bridge_is_exact_and_keeps_the_limits() {
-        let model = TopographyModel {
-            slope_sd: 0.03,
-            hill_length_m: 660.0,
-            slope_limit: 0.07,
-        };
+        let model = TopographyModel { slope_sd: 0.03, hill_length_m: 660.0, slope_limit: 0.07 };
         for cycle in 0..50 {
             let length_m = 10_010.0;
             let mut y = road(2, cycle, &model, length_m);
@@ -215,17 +189,10 @@ mod tests {
     #[test]
     fn printed_coefficients() {
         // models.md section 7: L_h 300/500/1000/2000 m -> .8660/.9511/.9877/.9969
-        for (hill, printed) in [
-            (300.0, 0.8660),
-            (500.0, 0.9511),
-            (1000.0, 0.9877),
-            (2000.0, 0.9969),
-        ] {
-            let model = TopographyModel {
-                slope_sd: 0.02,
-                hill_length_m: hill,
-                slope_limit: 0.1,
-            };
+        for (hill, printed) in
+            [(300.0, 0.8660), (500.0, 0.9511), (1000.0, 0.9877), (2000.0, 0.9969)]
+        {
+            let model = TopographyModel { slope_sd: 0.02, hill_length_m: hill, slope_limit: 0.1 };
             assert!((model.coefficient(STEP_M) - printed).abs() < 5e-5);
         }
     }

@@ -18,12 +18,7 @@ pub enum Outcome {
 
 impl Outcome {
     /// All outcomes, the good one first.
-    pub const ALL: [Self; 4] = [
-        Self::Completed,
-        Self::Stalled,
-        Self::TimedOut,
-        Self::Depleted,
-    ];
+    pub const ALL: [Self; 4] = [Self::Completed, Self::Stalled, Self::TimedOut, Self::Depleted];
 
     /// The name in files.
     pub fn name(self) -> &'static str {
@@ -202,21 +197,13 @@ pub const COLUMNS: &[Column] = &[
     column_of("n_gear_shifts", |r| i(r.n_gear_shifts)),
     column_of("wheel_energy_j", |r| n(r.wheel_energy_j)),
     column_of("brake_energy_j", |r| n(r.brake_energy_j)),
-    column_of("regenerated_energy_j", |r| {
-        Cell::Number(r.regenerated_energy_j)
-    }),
+    column_of("regenerated_energy_j", |r| Cell::Number(r.regenerated_energy_j)),
     column_of("auxiliary_energy_j", |r| n(r.auxiliary_energy_j)),
     column_of("fuel_kg", |r| Cell::Number(r.fuel_kg)),
     column_of("battery_energy_j", |r| Cell::Number(r.battery_energy_j)),
-    column_of("consumption_l_per_100km", |r| {
-        Cell::Number(r.consumption_l_per_100km)
-    }),
-    column_of("consumption_l_per_100tkm", |r| {
-        Cell::Number(r.consumption_l_per_100tkm)
-    }),
-    column_of("consumption_kwh_per_km", |r| {
-        Cell::Number(r.consumption_kwh_per_km)
-    }),
+    column_of("consumption_l_per_100km", |r| Cell::Number(r.consumption_l_per_100km)),
+    column_of("consumption_l_per_100tkm", |r| Cell::Number(r.consumption_l_per_100tkm)),
+    column_of("consumption_kwh_per_km", |r| Cell::Number(r.consumption_kwh_per_km)),
     column_of("wheel_kwh_per_km", |r| n(r.wheel_kwh_per_km)),
     column_of("co2_g_per_km", |r| Cell::Number(r.co2_g_per_km)),
     column_of("climb_m", |r| n(r.climb_m)),
@@ -226,21 +213,13 @@ pub const COLUMNS: &[Column] = &[
     column_of("driver_curve_speed_mps", |r| n(r.driver_curve_speed_mps)),
     column_of("driver_curve_exponent", |r| n(r.driver_curve_exponent)),
     column_of("driver_effect", |r| n(r.driver_effect)),
-    column_of(
-        "driver_deceleration_mps2",
-        |r| n(r.driver_deceleration_mps2),
-    ),
-    column_of(
-        "driver_acceleration_mps2",
-        |r| n(r.driver_acceleration_mps2),
-    ),
+    column_of("driver_deceleration_mps2", |r| n(r.driver_deceleration_mps2)),
+    column_of("driver_acceleration_mps2", |r| n(r.driver_acceleration_mps2)),
     column_of("driver_compliance", |r| n(r.driver_compliance)),
     column_of("driver_kp", |r| n(r.driver_kp)),
     column_of("driver_ki", |r| Cell::Number(r.driver_ki)),
     column_of("driver_kd", |r| Cell::Number(r.driver_kd)),
-    column_of("driver_switch_threshold_mps", |r| {
-        Cell::Number(r.driver_switch_threshold_mps)
-    }),
+    column_of("driver_switch_threshold_mps", |r| Cell::Number(r.driver_switch_threshold_mps)),
     column_of("driver_gain_redraws", |r| i(r.driver_gain_redraws)),
     column_of("fuel_energy_j", |r| Cell::Number(r.fuel_energy_j)),
     column_of("engine_loss_j", |r| Cell::Number(r.engine_loss_j)),
@@ -251,9 +230,7 @@ pub const COLUMNS: &[Column] = &[
     column_of("drag_energy_j", |r| n(r.drag_energy_j)),
     column_of("rolling_energy_j", |r| n(r.rolling_energy_j)),
     column_of("service_brake_energy_j", |r| n(r.service_brake_energy_j)),
-    column_of("engine_brake_energy_j", |r| {
-        Cell::Number(r.engine_brake_energy_j)
-    }),
+    column_of("engine_brake_energy_j", |r| Cell::Number(r.engine_brake_energy_j)),
     column_of("kinetic_change_j", |r| n(r.kinetic_change_j)),
     column_of("potential_change_j", |r| n(r.potential_change_j)),
     column_of("moving_s", |r| n(r.moving_s)),

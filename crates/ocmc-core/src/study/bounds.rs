@@ -15,11 +15,7 @@ pub struct Bound {
 }
 
 const fn b(path: &'static str, minimum: f64, maximum: f64) -> Bound {
-    Bound {
-        path,
-        minimum,
-        maximum,
-    }
+    Bound { path, minimum, maximum }
 }
 
 /// The bound of a key, by its full path without array indices.
@@ -29,9 +25,7 @@ pub fn bound_of(path: &str) -> Option<&'static Bound> {
 
 fn matches(pattern: &str, path: &str) -> bool {
     let mut parts = path.split('.');
-    pattern
-        .split('.')
-        .all(|want| parts.next().is_some_and(|have| want == "*" || want == have))
+    pattern.split('.').all(|want| parts.next().is_some_and(|have| want == "*" || want == have))
         && parts.next().is_none()
 }
 
@@ -135,11 +129,7 @@ pub const BOUNDS: &[Bound] = &[
     b("driver.curve_speed.reference_speed_mps", 3.0, 60.0),
     b("driver.curve_speed.exponent", 0.0, 1.0),
     b("driver.curve_speed.exponent_standard_error", 0.0, 0.5),
-    b(
-        "driver.curve_speed.reference_speed_log_standard_error",
-        0.0,
-        0.5,
-    ),
+    b("driver.curve_speed.reference_speed_log_standard_error", 0.0, 0.5),
     b("driver.curve_speed.driver_sd", 0.0, 1.0),
     b("driver.curve_speed.direction_effect", -0.5, 0.5),
     b("driver.curve_speed.residual_sd", 0.0, 1.0),

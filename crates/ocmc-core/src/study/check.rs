@@ -29,11 +29,7 @@ pub struct StudyError {
 
 impl fmt::Display for Problem {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        write!(
-            f,
-            "`{}` is {}, allowed is {}",
-            self.path, self.value, self.allowed
-        )
+        write!(f, "`{}` is {}, allowed is {}", self.path, self.value, self.allowed)
     }
 }
 
@@ -56,11 +52,7 @@ pub(super) fn check(model: &StudyModel) -> Result<(), StudyError> {
     if problems.is_empty() {
         consistency(model, &mut problems);
     }
-    if problems.is_empty() {
-        Ok(())
-    } else {
-        Err(StudyError { problems })
-    }
+    if problems.is_empty() { Ok(()) } else { Err(StudyError { problems }) }
 }
 
 /// Checks every number under `path`; serde writes what is not finite as null.
@@ -69,11 +61,7 @@ fn walk(path: &str, value: &Value, problems: &mut Vec<Problem>) {
         Value::Object(table) if table.contains_key("distribution") => law(path, value, problems),
         Value::Object(table) => {
             for (key, value) in table {
-                let below = if path.is_empty() {
-                    key.clone()
-                } else {
-                    format!("{path}.{key}")
-                };
+                let below = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };
                 walk(&below, value, problems);
             }
         }
@@ -90,11 +78,8 @@ fn number_in_bounds(path: &str, value: f64, problems: &mut Vec<Problem>) {
     let (minimum, maximum) =
         bound_of(path).map_or((f64::MIN, f64::MAX), |b| (b.minimum, b.maximum));
     if !(value >= minimum && value <= maximum) {
-        let value = if value.is_nan() {
-            "not a finite number".to_owned()
-        } else {
-            value.to_string()
-        };
+        let value =
+            if value.is_nan() { "not a finite number".to_owned() } else { value.to_string() };
         problems.push(Problem {
             path: path.to_owned(),
             value,
@@ -136,28 +121,15 @@ fn consistency(model: &StudyModel, problems: &mut Vec<Problem>) {
     let mut require = |holds: bool, path: &str, value: String, allowed: &str| {
         if !holds {
             let (path, allowed) = (path.to_owned(), allowed.to_owned());
-            problems.push(Problem {
-                path,
-                value,
-                allowed,
-            });
+            problems.push(Problem { path, value, allowed });
         }
     };
     let types = &model.road.types;
-    require(
-        !types.is_empty(),
-        "road.types",
-        "empty".to_owned(),
-        "at least one road type",
-    );
+    require(!types.is_empty(), "road.types", "empty".to_owned(), "at least one road type");
     for (name, road_type) in types {
         let at = |key: &str| format!("road.types.{name}.{key}");
         let total: f64 = road_type.next.values().sum();
-        let right = if types.len() > 1 {
-            (total - 1.0).abs() < 1e-6
-        } else {
-            total == 0.0
-        };
+        let right = if types.len() > 1 { (total - 1.0).abs() < 1e-6 } else { total == 0.0 };
         require(
             right,
             &at("next"),
@@ -166,12 +138,7 @@ fn consistency(model: &StudyModel, problems: &mut Vec<Problem>) {
         );
         for (next, share) in &road_type.next {
             let known = types.contains_key(next) && (next != name || *share == 0.0);
-            require(
-                known,
-                &at("next"),
-                format!("`{next}`"),
-                "another road type of this study",
-            );
+            require(known, &at("next"), format!("`{next}`"), "another road type of this study");
         }
         let (minimum, mean) = (road_type.minimum_length_m, road_type.mean_length_m);
         require(
@@ -265,9 +232,7 @@ fn consistency(model: &StudyModel, problems: &mut Vec<Problem>) {
         "at most proportional_maximum",
     );
     let [pi, pd, id] = pid.correlation;
-    let definite = Matrix3::new(1.0, pi, pd, pi, 1.0, id, pd, id, 1.0)
-        .cholesky()
-        .is_some();
+    let definite = Matrix3::new(1.0, pi, pd, pi, 1.0, id, pd, id, 1.0).cholesky().is_some();
     require(
         definite,
         "driver.pedals.pid.correlation",
@@ -307,12 +272,7 @@ fn vehicle(model: &StudyModel, require: &mut impl FnMut(bool, &str, String, &str
                 want: usize,
                 what: &str,
                 require: &mut dyn FnMut(bool, &str, String, &str)| {
-        require(
-            have == want,
-            &format!("vehicle.engine.{key}"),
-            format!("{have} entries"),
-            what,
-        );
+        require(have == want, &format!("vehicle.engine.{key}"), format!("{have} entries"), what);
     };
     same(
         "full_load_torque_nm",
@@ -341,10 +301,8 @@ fn vehicle(model: &StudyModel, require: &mut impl FnMut(bool, &str, String, &str
         format!("{:?}", engine.map_torque_nm),
         "torques that begin with 0",
     );
-    let rows = engine
-        .map_fuel_kgps
-        .iter()
-        .all(|r| (2..=engine.map_torque_nm.len()).contains(&r.len()));
+    let rows =
+        engine.map_fuel_kgps.iter().all(|r| (2..=engine.map_torque_nm.len()).contains(&r.len()));
     require(
         rows,
         "vehicle.engine.map_fuel_kgps",

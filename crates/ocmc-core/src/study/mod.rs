@@ -174,13 +174,7 @@ impl Study {
         // closed-loop rule 9: 5 m/s² × brake scale × K_P × step <= 1, or pedals reverse hundreds of times
         let brake = model.vehicle.brakes.full_deceleration_mps2 * model.driver.pedals.brake_scale;
         let stability_limit = 1.0 / (brake * model.simulation.step_s);
-        Ok(Self {
-            model,
-            operating_cycle,
-            powertrain,
-            road_types,
-            stability_limit,
-        })
+        Ok(Self { model, operating_cycle, powertrain, road_types, stability_limit })
     }
 
     /// The study as it is written.
@@ -207,13 +201,7 @@ impl Study {
     pub fn sample(&self, seed: u64, cycle_id: u64) -> Scenario {
         let mut cycle = OperatingCycle::default();
         let (driver, vehicle, curve_residuals) = self.sample_into(seed, cycle_id, &mut cycle);
-        Scenario {
-            cycle_id,
-            cycle,
-            driver,
-            curve_residuals,
-            vehicle,
-        }
+        Scenario { cycle_id, cycle, driver, curve_residuals, vehicle }
     }
 
     /// As [`Study::sample`], into a scenario whose buffers are reused.
@@ -232,24 +220,13 @@ impl Study {
         cycle: &mut OperatingCycle,
     ) -> (Driver, Vehicle, Vec<f64>) {
         let simulation = &self.model.simulation;
-        let streams = Streams {
-            seed,
-            cycle_id,
-            frozen: &simulation.frozen,
-        };
-        self.operating_cycle
-            .sample(&streams, &simulation.without, cycle);
-        let driver = self
-            .model
-            .driver
-            .sample(&streams, &simulation.without, self.stability_limit);
+        let streams = Streams { seed, cycle_id, frozen: &simulation.frozen };
+        self.operating_cycle.sample(&streams, &simulation.without, cycle);
+        let driver = self.model.driver.sample(&streams, &simulation.without, self.stability_limit);
         let mut draws = streams.open(Stream::CurveResidual);
         let residuals = cycle.road.curves.iter().map(|_| draws.normal()).collect();
         let payload_kg = cycle.mission.payload_kg;
-        let vehicle = self
-            .model
-            .vehicle
-            .sample(payload_kg, &streams, &simulation.without);
+        let vehicle = self.model.vehicle.sample(payload_kg, &streams, &simulation.without);
         (driver, vehicle, residuals)
     }
 }

@@ -78,19 +78,14 @@ impl PieceTable {
             let centre = (k as f64 + 0.5) * cell;
             *entry = knots.iter().filter(|knot| **knot <= centre).count() as u8;
         }
-        Self {
-            cells_per_unit: 1.0 / cell,
-            piece,
-        }
+        Self { cells_per_unit: 1.0 / cell, piece }
     }
 
     #[inline(always)]
     fn find(&self, x: f64) -> usize {
         // the smallest double of 2^52 ulps holds an integer in its low bits: floor without a slow cast
         const SHIFT: f64 = 4503599627370496.0;
-        let cell = (x * self.cells_per_unit - 0.5)
-            .max(0.0)
-            .min((CELLS - 1) as f64);
+        let cell = (x * self.cells_per_unit - 0.5).max(0.0).min((CELLS - 1) as f64);
         let index = (cell + SHIFT).to_bits() as usize & (CELLS - 1);
         self.piece[index] as usize
     }
@@ -204,10 +199,7 @@ fn middle(knots: &[f64], piece: usize) -> f64 {
 
 /// Value at zero and slope of the piece of a polygon that holds at `x`.
 fn line_at(xs: &[f64], ys: &[f64], x: f64) -> (f64, f64) {
-    let k = xs[1..xs.len() - 1]
-        .iter()
-        .filter(|knot| **knot <= x)
-        .count();
+    let k = xs[1..xs.len() - 1].iter().filter(|knot| **knot <= x).count();
     let slope = (ys[k + 1] - ys[k]) / (xs[k + 1] - xs[k]);
     (ys[k] - slope * xs[k], slope)
 }
@@ -233,11 +225,7 @@ pub(crate) mod tests {
 
     /// Engine B of models.md, sections 13 and 16.
     pub(crate) fn engine_b() -> EngineModel {
-        let radps = |rpm: &[f64]| {
-            rpm.iter()
-                .map(|n| n * std::f64::consts::PI / 30.0)
-                .collect()
-        };
+        let radps = |rpm: &[f64]| rpm.iter().map(|n| n * std::f64::consts::PI / 30.0).collect();
         let kgps = |row: &[f64]| row.iter().map(|g| g / 3.6e6).collect();
         EngineModel {
             inertia_kgm2: 5.15,
@@ -283,11 +271,7 @@ pub(crate) mod tests {
                 assert!((got / fuel - 1.0).abs() < 1e-9, "{w} {t}: {got} {fuel}");
             }
         }
-        for (w, t) in model
-            .full_load_speed_radps
-            .iter()
-            .zip(&model.full_load_torque_nm)
-        {
+        for (w, t) in model.full_load_speed_radps.iter().zip(&model.full_load_torque_nm) {
             assert!((engine.full_load_nm(*w) / t - 1.0).abs() < 1e-9);
         }
     }

@@ -158,10 +158,7 @@ impl ShiftModel {
             self.power_share * full_load_nm(w) * w >= self.power_reserve * inputs.road_power_w
         };
         let top = (gear + self.most_steps as usize).min(gears.len() - 1);
-        if let Some(up) = (gear + 1..=top)
-            .rev()
-            .find(|&g| speed(g) >= up_line && strong(g))
-        {
+        if let Some(up) = (gear + 1..=top).rev().find(|&g| speed(g) >= up_line && strong(g)) {
             return up;
         }
         if gear + 1 < gears.len() && speed(gear) > self.overspeed_radps {

@@ -83,11 +83,7 @@ impl VehicleModel {
         let spread = !without.contains(&Part::VehicleSpread);
         let mut draws = streams.open(Stream::Vehicle);
         let mut draw = |law: &Quantity| {
-            if spread {
-                law.sample(&mut draws)
-            } else {
-                law.centre()
-            }
+            if spread { law.sample(&mut draws) } else { law.centre() }
         };
         let mass_kg = self.curb_mass_kg + payload_kg;
         let drag_area_m2 = draw(&self.drag_area_m2);

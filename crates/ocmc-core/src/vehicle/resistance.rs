@@ -123,10 +123,7 @@ impl CrossWind {
     /// ΔCdA at t = tan β, in m².
     pub fn increment_m2(&self, tangent: f64) -> f64 {
         let t = tangent.min(self.maximum_tangent);
-        self.coefficients_m2
-            .iter()
-            .rev()
-            .fold(0.0, |sum, c| (sum + c) * t)
+        self.coefficients_m2.iter().rev().fold(0.0, |sum, c| (sum + c) * t)
     }
 }
 

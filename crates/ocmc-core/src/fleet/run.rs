@@ -1,0 +1,98 @@
+//! Runs a range of cycles in parallel and hands the records over in the order of their ids.
+
+use crate::simulation::cpu::CpuLevel;
+use crate::simulation::drive::drive;
+use crate::simulation::record::Record;
+use crate::study::Study;
+use std::collections::BTreeMap;
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::mpsc;
+
+/// Which cycles to run, and on what. Only `seed`, `first_cycle` and `cycles` decide the records.
+#[derive(Clone, Copy, Debug)]
+pub struct RunPlan {
+    /// Master seed.
+    pub seed: u64,
+    /// Id of the first cycle.
+    pub first_cycle: u64,
+    /// Number of cycles.
+    pub cycles: u64,
+    /// Threads, at least 1.
+    pub threads: usize,
+    /// Cycles that one thread drives at a time.
+    pub chunk: u64,
+    /// Instructions to use.
+    pub level: CpuLevel,
+}
+
+/// Cycles that one thread drives at a time where nothing else is asked for: enough to keep the lanes full,
+/// few enough to share small runs out and to stop within a second.
+pub const CHUNK: u64 = 256;
+
+/// The chunk size for a run of that many cycles: at least four chunks a thread where the run is small.
+pub fn chunk_for(cycles: u64, threads: usize) -> u64 {
+    (cycles / (4 * threads as u64)).clamp(16, CHUNK)
+}
+
+/// Runs the plan. `sink` is called on this thread with the records of consecutive chunks, in order of the cycle ids,
+/// while the next chunks are computed; breaking ends the run.
+///
+/// The records do not depend on threads, chunks or level. The rayon pool is the run's own.
+pub fn run<B>(
+    study: &Study,
+    plan: &RunPlan,
+    mut sink: impl FnMut(Vec<Record>) -> ControlFlow<B>,
+) -> ControlFlow<B> {
+    let chunk = plan.chunk.max(1);
+    let chunks = plan.cycles.div_ceil(chunk);
+    let next = AtomicU64::new(0);
+    let stop = AtomicBool::new(false);
+    let threads = plan.threads.max(1);
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()
+        .expect("the system can start threads");
+    // a slow sink holds the workers back, so that memory stays bounded
+    let (sender, receiver) = mpsc::sync_channel::<(u64, Vec<Record>)>(2 * threads);
+    pool.in_place_scope(|scope| {
+        for _ in 0..threads {
+            let sender = sender.clone();
+            let (next, stop) = (&next, &stop);
+            scope.spawn(move |_| {
+                loop {
+                    let k = next.fetch_add(1, Ordering::Relaxed);
+                    if k >= chunks || stop.load(Ordering::Relaxed) {
+                        return;
+                    }
+                    let first = plan.first_cycle + k * chunk;
+                    let last = plan.first_cycle + ((k + 1) * chunk).min(plan.cycles);
+                    let records = drive(study, plan.seed, first..last, plan.level);
+                    if sender.send((k, records)).is_err() {
+                        return;
+                    }
+                }
+            });
+        }
+        drop(sender);
+        let mut waiting = BTreeMap::new();
+        let mut due = 0;
+        let mut outcome = ControlFlow::Continue(());
+        for (k, records) in receiver {
+            waiting.insert(k, records);
+            while let Some(records) = waiting.remove(&due) {
+                due += 1;
+                if let ControlFlow::Break(reason) = sink(records) {
+                    stop.store(true, Ordering::Relaxed);
+                    // the receiver goes with this scope, which ends the workers that wait to send
+                    outcome = ControlFlow::Break(reason);
+                    break;
+                }
+            }
+            if outcome.is_break() {
+                break;
+            }
+        }
+        outcome
+    })
+}
