@@ -1,1 +1,6 @@
-//! Placeholder.
+//! What `ocmc` reads and writes: study files, logs, records, run directories and reports.
+
+pub mod records;
+pub mod run_directory;
+pub mod run_summary;
+pub mod table;

@@ -23,7 +23,7 @@ impl Ratio {
             sum_y += y;
             sum_x += x;
         }
-        if !(sum_x > 0.0) {
+        if sum_x.is_nan() || sum_x <= 0.0 {
             return None;
         }
         let ratio = sum_y / sum_x;

@@ -17,8 +17,6 @@ use serde::{Serialize, Serializer};
 /// The fleet's answers.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Summary {
-    /// Id of the first cycle; none without cycles.
-    pub first_cycle: Option<u64>,
     /// Cycles driven.
     pub cycles: u64,
     /// How they ended.
@@ -85,7 +83,6 @@ impl Summary {
 impl Serialize for Summary {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut map = serializer.serialize_map(None)?;
-        map.serialize_entry("first_cycle", &self.first_cycle)?;
         map.serialize_entry("cycles", &self.cycles)?;
         map.serialize_entry("outcomes", &self.outcomes)?;
         map.serialize_entry("distance_m", &self.distance_m)?;
@@ -170,7 +167,6 @@ const QUANTITIES: [Quantity; 8] = [
 /// Collects records in the order of their cycle ids, and keeps of each only what the summary needs: 8 bytes a value.
 #[derive(Clone, Debug, Default)]
 pub struct SummaryBuilder {
-    first_cycle: Option<u64>,
     cycles: u64,
     outcomes: Outcomes,
     distance_m: f64,
@@ -189,7 +185,6 @@ impl SummaryBuilder {
     /// Adds the next records.
     pub fn add(&mut self, records: &[Record]) {
         for record in records {
-            self.first_cycle.get_or_insert(record.cycle_id);
             self.cycles += 1;
             self.outcomes.0[record.outcome as usize] += 1;
             self.distance_m += record.distance_m;
@@ -237,7 +232,6 @@ impl SummaryBuilder {
             })
             .collect();
         Summary {
-            first_cycle: self.first_cycle,
             cycles: self.cycles,
             outcomes: self.outcomes,
             distance_m: self.distance_m,
@@ -343,7 +337,7 @@ mod tests {
     #[test]
     fn no_cycles_and_one_cycle() {
         let none = summary(&[]);
-        assert_eq!((none.first_cycle, none.cycles), (None, 0));
+        assert_eq!(none.cycles, 0);
         assert!(none.statistics.iter().all(|s| s.mean.is_none() && s.sd.is_none() && s.n == 0));
         let one = summary(&[record(5, 10.0, 30.0)]);
         let litres = one.statistic(LITRES).expect("reported");
