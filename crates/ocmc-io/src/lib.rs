@@ -1,1 +1,3 @@
-//! Placeholder.
+//! What `ocmc` reads and writes: study files, logs, records and reports.
+
+pub mod study;
