@@ -27,6 +27,8 @@ pub struct Cabin {
     checked_at_s: f64,
     checked_at_m: f64,
     initial_energy_j: f64,
+    /// What the last look added to the totals, in one addition each: a trace has to be able to repeat it.
+    booked: [f64; Total::COUNT],
 }
 
 /// What the step saw that the strategy needs.
@@ -61,6 +63,7 @@ impl Cabin {
             checked_at_s: 0.0,
             checked_at_m: 0.0,
             initial_energy_j: 0.0,
+            booked: [0.0; Total::COUNT],
         };
         cabin.plan(study);
         cabin
@@ -92,9 +95,18 @@ impl Cabin {
         self.road.rows[self.row].0[RoadRow::GRADE] / GRAVITY_MPS2
     }
 
-    /// Whether a stop line has been reached and not yet passed.
-    pub fn is_served(&self) -> bool {
-        self.served
+    /// What the last look added to the totals.
+    pub fn booked(&self) -> &[f64; Total::COUNT] {
+        &self.booked
+    }
+
+    fn book(&mut self, total: Total, amount: f64) {
+        self.booked[total as usize] += amount;
+    }
+
+    /// Time at stops so far, in s.
+    pub fn standstill_s(&self) -> f64 {
+        self.standstill_s
     }
 
     /// Loads the truck into a lane, standing at the start of its road.
@@ -161,12 +173,19 @@ impl Cabin {
         sight: Sight,
         shared: &Shared,
     ) -> Option<Outcome> {
+        self.booked = [0.0; Total::COUNT];
         if self.is_captured(state, lane, shared) {
             self.stop(state, lane, shared);
-            if self.stop_row() + 1 == self.road.rows.len() {
+            let ends = self.stop_row() + 1 == self.road.rows.len();
+            if !ends {
+                self.dwell(state, lane, shared);
+            }
+            for (total, amount) in state.totals.iter_mut().zip(self.booked) {
+                total.0[lane] += amount;
+            }
+            if ends {
                 return Some(Outcome::Completed);
             }
-            self.dwell(state, lane, shared);
         } else if sight.wants_shift {
             self.shift(state, lane, sight, shared);
         }
@@ -204,8 +223,8 @@ impl Cabin {
         } else {
             engine_speed
         };
-        state.add(lane, Total::ServiceBrake, braked);
-        state.add(lane, Total::Shift, 0.5 * inertia * (left_over * left_over - idle * idle));
+        self.book(Total::ServiceBrake, braked);
+        self.book(Total::Shift, 0.5 * inertia * (left_over * left_over - idle * idle));
         state.speed.0[lane] = 0.0;
         state.engine_speed.0[lane] = idle;
     }
@@ -216,9 +235,9 @@ impl Cabin {
         let power_w = state.auxiliary_power.0[lane];
         let torque = power_w / shared.idle_radps;
         let idle_rate = shared.powertrain.engine.fuel_kgps(shared.idle_radps, torque);
-        state.add(lane, Total::Fuel, idle_rate * state.fuel_factor.0[lane] * dwell_s);
-        state.add(lane, Total::Crankshaft, power_w * dwell_s);
-        state.add(lane, Total::Auxiliary, power_w * dwell_s);
+        self.book(Total::Fuel, idle_rate * state.fuel_factor.0[lane] * dwell_s);
+        self.book(Total::Crankshaft, power_w * dwell_s);
+        self.book(Total::Auxiliary, power_w * dwell_s);
         self.standstill_s += dwell_s;
         self.n_stops += 1;
         self.served = true;

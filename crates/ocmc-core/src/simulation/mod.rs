@@ -8,3 +8,4 @@ pub mod record;
 pub mod road_row;
 pub mod state;
 pub mod step;
+pub mod trace;

@@ -227,11 +227,6 @@ impl<const W: usize> State<W> {
         self.totals[total as usize].0[lane]
     }
 
-    /// Adds to one total of one lane.
-    pub fn add(&mut self, lane: usize, total: Total, amount: f64) {
-        self.totals[total as usize].0[lane] += amount;
-    }
-
     /// Puts a road row into a lane.
     pub fn set_row(&mut self, lane: usize, row: &RoadRow) {
         for (column, value) in self.row.iter_mut().zip(row.0) {

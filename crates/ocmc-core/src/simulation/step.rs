@@ -131,7 +131,7 @@ impl<const W: usize> State<W> {
         let in_band = Lanes::select_lt(
             Lanes::all(pedals.overspeed_from_mps),
             speed,
-            Lanes::flag_lt(self.row[RoadRow::LIMIT], backward),
+            Lanes::flag_lt(backward, self.row[RoadRow::LIMIT]).not(),
             Lanes::ZERO,
         );
         let demand = in_band.choose(over.min(-output), -output);
