@@ -3,4 +3,5 @@
 pub mod records;
 pub mod run_directory;
 pub mod run_summary;
+pub mod study;
 pub mod table;

@@ -1,5 +1,11 @@
 //! The closed loop: lanes, one step, records and traces.
 
+pub mod cabin;
 pub mod cpu;
 pub mod drive;
+pub mod lanes;
 pub mod record;
+pub mod road_row;
+pub mod state;
+pub mod step;
+pub mod trace;

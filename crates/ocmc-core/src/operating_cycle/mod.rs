@@ -4,6 +4,8 @@
 //! dx / min(sign, legal truck limit) plus the drawn standstill: no driver and no truck enter, so under one
 //! seed all trucks and drivers meet the same cycle, and the speed profile is a function of position alone.
 
+pub mod segments;
+
 use crate::mission::{Mission, MissionModel};
 use crate::random::Streams;
 use crate::road::{Road, RoadModel, RoadSampler};

@@ -1,0 +1,421 @@
+//! One lane's truck outside the hot loop: its scenario, its road, its gear, and what happens at stops, shifts, segment
+//! ends and the end of the mission.
+
+use super::record::{Outcome, Record};
+use super::road_row::{FAR, RoadRow, RoadRows};
+use super::state::{Shared, State, Total};
+use crate::study::{Scenario, Study};
+use crate::tactical::{SpeedProfile, plan};
+use crate::vehicle::gearbox::ShiftInputs;
+use crate::vehicle::resistance::GRAVITY_MPS2;
+
+/// A lane's truck.
+#[derive(Clone, Debug)]
+pub struct Cabin {
+    scenario: Scenario,
+    profile: SpeedProfile,
+    road: RoadRows,
+    /// Index of the row that the truck is on.
+    row: usize,
+    gear: usize,
+    /// Whether the stop ahead has been served and is only to be passed.
+    served: bool,
+    standstill_s: f64,
+    n_stops: u32,
+    n_gear_shifts: u32,
+    /// Time and place of the last look at the progress.
+    checked_at_s: f64,
+    checked_at_m: f64,
+    initial_energy_j: f64,
+    /// What the last look added to the totals, in one addition each: a trace has to be able to repeat it.
+    booked: [f64; Total::COUNT],
+}
+
+/// What the step saw that the strategy needs.
+#[derive(Clone, Copy, Debug)]
+pub struct Sight {
+    /// Accelerator pedal.
+    pub accelerator: f64,
+    /// Whether the strategy may want another gear.
+    pub wants_shift: bool,
+    /// Whether the truck slows.
+    pub slowing: bool,
+    /// Whether the clutch is closed.
+    pub closed: bool,
+    /// Steady power that the road asks for, in W.
+    pub road_power_w: f64,
+}
+
+impl Cabin {
+    /// Puts the truck of one cycle at the start of its road.
+    pub fn new(study: &Study, seed: u64, cycle_id: u64) -> Self {
+        let scenario = study.sample(seed, cycle_id);
+        let mut cabin = Self {
+            scenario,
+            profile: SpeedProfile::default(),
+            road: RoadRows::default(),
+            row: 0,
+            gear: 0,
+            served: false,
+            standstill_s: 0.0,
+            n_stops: 0,
+            n_gear_shifts: 0,
+            checked_at_s: 0.0,
+            checked_at_m: 0.0,
+            initial_energy_j: 0.0,
+            booked: [0.0; Total::COUNT],
+        };
+        cabin.plan(study);
+        cabin
+    }
+
+    /// Takes the next cycle; the buffers of the last one are reused.
+    pub fn renew(&mut self, study: &Study, seed: u64, cycle_id: u64) {
+        study.resample(seed, cycle_id, &mut self.scenario);
+        self.plan(study);
+    }
+
+    fn plan(&mut self, study: &Study) {
+        plan(study, &self.scenario, &mut self.profile);
+        self.road.fill(study, &self.scenario, &self.profile);
+    }
+
+    /// The scenario.
+    pub fn scenario(&self) -> &Scenario {
+        &self.scenario
+    }
+
+    /// Gear, from 0.
+    pub fn gear(&self) -> usize {
+        self.gear
+    }
+
+    /// Slope of the road under the truck, as climb per metre.
+    pub fn slope(&self) -> f64 {
+        self.road.rows[self.row].0[RoadRow::GRADE] / GRAVITY_MPS2
+    }
+
+    /// What the last look added to the totals.
+    pub fn booked(&self) -> &[f64; Total::COUNT] {
+        &self.booked
+    }
+
+    fn book(&mut self, total: Total, amount: f64) {
+        self.booked[total as usize] += amount;
+    }
+
+    /// Time at stops so far, in s.
+    pub fn standstill_s(&self) -> f64 {
+        self.standstill_s
+    }
+
+    /// Loads the truck into a lane, standing at the start of its road.
+    pub fn enter<const W: usize>(&mut self, state: &mut State<W>, lane: usize, shared: &Shared) {
+        let (driver, vehicle) = (&self.scenario.driver, &self.scenario.vehicle);
+        state.mass.0[lane] = vehicle.mass_kg;
+        state.drag_area.0[lane] = vehicle.drag_area_m2;
+        state.auxiliary_power.0[lane] = vehicle.auxiliary_power_w;
+        state.fuel_factor.0[lane] = vehicle.fuel_factor;
+        let (gains, pid) = (&driver.pedals, &shared.pedals.pid);
+        state.proportional.0[lane] = gains.proportional;
+        state.integral_gain.0[lane] = gains.integral;
+        state.derivative_over_filter.0[lane] = gains.derivative / pid.derivative_filter_s;
+        // T_t = r K_P / K_I, so that K_I (1 / (K_I T_t)) = K_I / (r K_P) for J; 0 without an integral part
+        state.tracking.0[lane] = gains.integral / (pid.tracking_ratio * gains.proportional);
+        state.threshold.0[lane] = gains.threshold_mps.unwrap_or(-1.0);
+        state.holds_brake.0[lane] = if gains.holds_brake { 1.0 } else { 0.0 };
+        state.twice_deceleration.0[lane] = self.profile.twice_deceleration;
+        state.twice_acceleration.0[lane] = self.profile.twice_acceleration;
+        for total in &mut state.totals {
+            total.0[lane] = 0.0;
+        }
+        state.engine_speed.0[lane] = shared.idle_radps;
+        self.row = 0;
+        self.served = false;
+        self.standstill_s = 0.0;
+        self.n_stops = 0;
+        self.n_gear_shifts = 0;
+        self.checked_at_s = 0.0;
+        self.checked_at_m = 0.0;
+        state.set_row(lane, &self.road.rows[0]);
+        self.start(state, lane, shared);
+        self.initial_energy_j = kinetic_energy_j(state, lane, shared);
+    }
+
+    /// A truck at rest makes ready to start: gear by the slope, nothing left of what the controller knew.
+    fn start<const W: usize>(&mut self, state: &mut State<W>, lane: usize, shared: &Shared) {
+        let shift = &shared.powertrain.model.gearbox.shift;
+        let steep = self.slope() > shift.steep_slope;
+        let gear = if steep { shift.steep_start_gear } else { shift.start_gear };
+        self.gear = gear as usize - 1;
+        state.speed.0[lane] = 0.0;
+        state.set_gear(lane, self.gear, shared);
+        for column in [&mut state.torque, &mut state.integral, &mut state.filtered, &mut state.held]
+        {
+            column.0[lane] = 0.0;
+        }
+        state.shift_left.0[lane] = 0.0;
+        state.hold_left.0[lane] = 0.0;
+        state.kick_left.0[lane] = shift.kickdown_s;
+        state.steps_left.0[lane] = self.steps_to_check(shared);
+    }
+
+    fn steps_to_check(&self, shared: &Shared) -> f64 {
+        libm::ceil(shared.simulation.stall_time_s / shared.simulation.step_s)
+    }
+
+    /// Deals with whatever raised the lane's alarm; some where the cycle has ended.
+    #[cold]
+    pub fn attend<const W: usize>(
+        &mut self,
+        state: &mut State<W>,
+        lane: usize,
+        sight: Sight,
+        shared: &Shared,
+    ) -> Option<Outcome> {
+        self.booked = [0.0; Total::COUNT];
+        if self.is_captured(state, lane, shared) {
+            self.stop(state, lane, shared);
+            let ends = self.stop_row() + 1 == self.road.rows.len();
+            if !ends {
+                self.dwell(state, lane, shared);
+            }
+            for (total, amount) in state.totals.iter_mut().zip(self.booked) {
+                total.0[lane] += amount;
+            }
+            if ends {
+                return Some(Outcome::Completed);
+            }
+        } else if sight.wants_shift {
+            self.shift(state, lane, sight, shared);
+        }
+        while state.left.0[lane] <= 0.0 {
+            self.next_row(state, lane);
+        }
+        if state.steps_left.0[lane] <= 0.0 { self.check(state, lane, shared) } else { None }
+    }
+
+    fn is_captured<const W: usize>(&self, state: &State<W>, lane: usize, shared: &Shared) -> bool {
+        let simulation = shared.simulation;
+        let slow = state.speed.0[lane] < simulation.creep_speed_mps;
+        let reach = if slow { simulation.creep_distance_m } else { simulation.capture_distance_m };
+        state.left.0[lane] + state.row[RoadRow::TO_STOP].0[lane] <= reach
+    }
+
+    /// The row at whose end the next stop line is.
+    fn stop_row(&self) -> usize {
+        let ahead = self.road.rows[self.row..].iter();
+        self.row + ahead.take_while(|row| row.0[RoadRow::DWELL] < 0.0).count()
+    }
+
+    /// The truck comes to rest: its kinetic energy goes into the service brakes, the engine returns to idle.
+    fn stop<const W: usize>(&mut self, state: &mut State<W>, lane: usize, shared: &Shared) {
+        let speed = state.speed.0[lane];
+        let inertia = shared.engine_inertia_kgm2;
+        let engine_speed = state.engine_speed.0[lane];
+        let mut braked = 0.5 * (state.mass.0[lane] + shared.wheel_mass_kg) * speed * speed;
+        let idle = shared.idle_radps;
+        // a closed clutch brakes the engine with the wheels; it is restarted to idle
+        let closed = engine_speed == speed * state.gear_speed.0[lane];
+        let left_over = if closed {
+            braked += 0.5 * inertia * engine_speed * engine_speed;
+            0.0
+        } else {
+            engine_speed
+        };
+        self.book(Total::ServiceBrake, braked);
+        self.book(Total::Shift, 0.5 * inertia * (left_over * left_over - idle * idle));
+        state.speed.0[lane] = 0.0;
+        state.engine_speed.0[lane] = idle;
+    }
+
+    /// Stands for the drawn time with the engine idling, then makes ready to start.
+    fn dwell<const W: usize>(&mut self, state: &mut State<W>, lane: usize, shared: &Shared) {
+        let dwell_s = self.road.rows[self.stop_row()].0[RoadRow::DWELL];
+        let power_w = state.auxiliary_power.0[lane];
+        let torque = power_w / shared.idle_radps;
+        let idle_rate = shared.powertrain.engine.fuel_kgps(shared.idle_radps, torque);
+        self.book(Total::Fuel, idle_rate * state.fuel_factor.0[lane] * dwell_s);
+        self.book(Total::Crankshaft, power_w * dwell_s);
+        self.book(Total::Auxiliary, power_w * dwell_s);
+        self.standstill_s += dwell_s;
+        self.n_stops += 1;
+        self.served = true;
+        self.leave_line(state, lane);
+        self.start(state, lane, shared);
+        self.checked_at_s = state.total(lane, Total::Time);
+        self.checked_at_m = state.total(lane, Total::Distance);
+    }
+
+    /// Up to a line that has been served nothing but the launch speed holds.
+    fn leave_line<const W: usize>(&self, state: &mut State<W>, lane: usize) {
+        state.row[RoadRow::BACKWARD].0[lane] = FAR;
+        state.row[RoadRow::FORWARD].0[lane] = -FAR;
+        state.row[RoadRow::TO_STOP].0[lane] = FAR;
+    }
+
+    fn next_row<const W: usize>(&mut self, state: &mut State<W>, lane: usize) {
+        if self.road.rows[self.row].0[RoadRow::DWELL] >= 0.0 {
+            self.served = false;
+        }
+        self.row += 1;
+        state.set_row(lane, &self.road.rows[self.row]);
+        if self.served {
+            self.leave_line(state, lane);
+        }
+    }
+
+    fn shift<const W: usize>(
+        &mut self,
+        state: &mut State<W>,
+        lane: usize,
+        sight: Sight,
+        shared: &Shared,
+    ) {
+        let shift = &shared.powertrain.model.gearbox.shift;
+        let inputs = ShiftInputs {
+            gear: self.gear,
+            speed_mps: state.speed.0[lane],
+            pedal: sight.accelerator,
+            slowing: sight.slowing,
+            kickdown: state.kick_left.0[lane] <= 0.0,
+            closed: sight.closed,
+            road_power_w: sight.road_power_w,
+        };
+        let engine = &shared.powertrain.engine;
+        let gear = shift.wanted_gear(&inputs, &shared.powertrain.gears, |w| engine.full_load_nm(w));
+        if gear != self.gear {
+            self.gear = gear;
+            self.n_gear_shifts += 1;
+            state.set_gear(lane, gear, shared);
+            state.shift_left.0[lane] = shift.duration_s;
+            state.hold_left.0[lane] = shift.interval_s;
+            state.kick_left.0[lane] = shift.kickdown_s;
+        }
+    }
+
+    /// Looks whether the truck makes progress and whether its time is over.
+    fn check<const W: usize>(
+        &mut self,
+        state: &mut State<W>,
+        lane: usize,
+        shared: &Shared,
+    ) -> Option<Outcome> {
+        let simulation = shared.simulation;
+        let (time, way) = (state.total(lane, Total::Time), state.total(lane, Total::Distance));
+        if time > simulation.longest_duration_s {
+            return Some(Outcome::TimedOut);
+        }
+        let passed = time - self.checked_at_s;
+        state.steps_left.0[lane] = self.steps_to_check(shared);
+        // steps that were cut are shorter: wait until the whole time has passed
+        if passed >= simulation.stall_time_s * (1.0 - 1e-9) {
+            if way - self.checked_at_m < simulation.stall_distance_m {
+                return Some(Outcome::Stalled);
+            }
+            self.checked_at_s = time;
+            self.checked_at_m = way;
+        }
+        None
+    }
+
+    /// The record of the cycle as it stands.
+    pub fn record<const W: usize>(
+        &self,
+        study: &Study,
+        state: &State<W>,
+        lane: usize,
+        outcome: Outcome,
+        shared: &Shared,
+    ) -> Record {
+        let total = |total| state.total(lane, total);
+        let (cycle, driver, vehicle) =
+            (&self.scenario.cycle, &self.scenario.driver, &self.scenario.vehicle);
+        let fuel = &study.model().vehicle.engine.fuel;
+        let distance_m = total(Total::Distance);
+        let duration_s = total(Total::Time) + self.standstill_s;
+        let fuel_kg = total(Total::Fuel);
+        let litres = fuel_kg / fuel.density_kgpm3 * 1000.0;
+        let payload_t = cycle.mission.payload_kg / 1000.0;
+        let per_distance = |amount: f64| if distance_m > 0.0 { amount / distance_m } else { 0.0 };
+        let fuel_energy_j = fuel_kg * fuel.heating_value_jpkg;
+        let per_100km = per_distance(litres) * 1e5;
+        let road = &cycle.road;
+        let share = |name: &str| {
+            let wanted = study.road_types().iter().position(|n| n == name);
+            let lengths = road.sections.iter().filter(|s| Some(s.road_type) == wanted);
+            lengths.map(|s| s.end_m - s.start_m).sum::<f64>() / road.length_m
+        };
+        let mut limit_sum = 0.0;
+        for (k, sign) in road.signs.iter().enumerate() {
+            let end_m = road.signs.get(k + 1).map_or(road.length_m, |next| next.start_m);
+            limit_sum += sign.speed_mps * (end_m - sign.start_m);
+        }
+        let is_pid = driver.pedals.threshold_mps.is_none();
+        Record {
+            cycle_id: self.scenario.cycle_id,
+            outcome,
+            distance_m,
+            duration_s,
+            standstill_s: self.standstill_s,
+            simulated_s: total(Total::Time),
+            mean_speed_mps: if duration_s > 0.0 { distance_m / duration_s } else { 0.0 },
+            n_stops: self.n_stops,
+            n_gear_shifts: self.n_gear_shifts,
+            wheel_energy_j: total(Total::Wheel),
+            brake_energy_j: total(Total::ServiceBrake) + total(Total::EngineBrake),
+            regenerated_energy_j: None,
+            auxiliary_energy_j: total(Total::Auxiliary),
+            fuel_kg: Some(fuel_kg),
+            battery_energy_j: None,
+            consumption_l_per_100km: Some(per_100km),
+            consumption_l_per_100tkm: (payload_t > 0.0).then(|| per_100km / payload_t),
+            consumption_kwh_per_km: None,
+            wheel_kwh_per_km: per_distance(total(Total::Wheel)) / 3600.0,
+            co2_g_per_km: Some(per_distance(fuel_kg * fuel.co2_kg_per_kg) * 1e6),
+            climb_m: self.road.climb_m,
+            payload_kg: cycle.mission.payload_kg,
+            air_temperature_k: self.road.air_temperature_k,
+            head_wind_mps: self.road.head_wind_mps,
+            driver_curve_speed_mps: driver.curve_speed.reference_speed_mps,
+            driver_curve_exponent: driver.curve_speed.exponent,
+            driver_effect: driver.curve_speed.driver_effect,
+            driver_deceleration_mps2: driver.speed_change.deceleration_mps2,
+            driver_acceleration_mps2: driver.speed_change.acceleration_mps2,
+            driver_compliance: driver.speed_limit.compliance,
+            driver_kp: driver.pedals.proportional,
+            driver_ki: is_pid.then_some(driver.pedals.integral),
+            driver_kd: is_pid.then_some(driver.pedals.derivative),
+            driver_switch_threshold_mps: driver.pedals.threshold_mps,
+            driver_gain_redraws: driver.pedals.redraws,
+            fuel_energy_j: Some(fuel_energy_j),
+            engine_loss_j: Some(fuel_energy_j - total(Total::Crankshaft)),
+            crankshaft_work_j: Some(total(Total::Crankshaft)),
+            transmission_loss_j: total(Total::Transmission),
+            shift_loss_j: Some(total(Total::Shift)),
+            clutch_loss_j: Some(total(Total::Clutch)),
+            drag_energy_j: total(Total::Drag),
+            rolling_energy_j: total(Total::Rolling),
+            service_brake_energy_j: total(Total::ServiceBrake),
+            engine_brake_energy_j: Some(total(Total::EngineBrake)),
+            kinetic_change_j: kinetic_energy_j(state, lane, shared) - self.initial_energy_j,
+            potential_change_j: total(Total::Grade),
+            moving_s: duration_s - self.standstill_s,
+            departure_s_of_year: cycle.mission.day_of_year * 86_400.0 + cycle.mission.departure_s,
+            urban_share: share("urban"),
+            rural_share: share("rural"),
+            motorway_share: share("motorway"),
+            mean_limit_mps: limit_sum / road.length_m,
+            n_curves: road.curves.len() as u32,
+            drag_area_m2: vehicle.drag_area_m2,
+            rolling_coefficient: vehicle.rolling_coefficient,
+        }
+    }
+}
+
+/// Translational energy, and rotational energy of wheels and engine, in J.
+fn kinetic_energy_j<const W: usize>(state: &State<W>, lane: usize, shared: &Shared) -> f64 {
+    let (speed, engine) = (state.speed.0[lane], state.engine_speed.0[lane]);
+    0.5 * (state.mass.0[lane] + shared.wheel_mass_kg) * speed * speed
+        + 0.5 * shared.engine_inertia_kgm2 * engine * engine
+}

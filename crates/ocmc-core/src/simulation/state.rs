@@ -1,0 +1,254 @@
+//! The state of `W` trucks that drive side by side.
+
+use super::lanes::Lanes;
+use super::road_row::{FAR, RoadRow};
+use crate::driver::pedal::PedalModel;
+use crate::study::{SimulationModel, Study};
+use crate::vehicle::Powertrain;
+
+/// What is summed up over a cycle. Each is integrated on its own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(usize)]
+pub enum Total {
+    /// Integrated time, in s.
+    Time,
+    /// Distance, in m.
+    Distance,
+    /// Fuel, in kg.
+    Fuel,
+    /// Work of the engine at the crankshaft, in J.
+    Crankshaft,
+    /// Work of the auxiliaries, in J.
+    Auxiliary,
+    /// Loss of the slipping clutch, in J.
+    Clutch,
+    /// Loss of gearbox, retarder and axle, in J.
+    Transmission,
+    /// Kinetic energy of the engine that its jumps in speed lose, signed, in J.
+    Shift,
+    /// Work against the air, in J.
+    Drag,
+    /// Work against rolling resistance, in J.
+    Rolling,
+    /// Work against gravity, in J.
+    Grade,
+    /// Work of the service brakes, in J.
+    ServiceBrake,
+    /// Work of the engine brake, in J.
+    EngineBrake,
+    /// Positive work at the wheels, in J.
+    Wheel,
+}
+
+impl Total {
+    /// How many there are.
+    pub const COUNT: usize = 14;
+}
+
+/// Numbers that all trucks of a study share, read in every step.
+#[derive(Clone, Debug)]
+pub struct Shared<'a> {
+    /// Engine, gears, cross wind.
+    pub powertrain: &'a Powertrain,
+    /// Numerics.
+    pub simulation: &'a SimulationModel,
+    /// Pedals.
+    pub pedals: &'a PedalModel,
+    /// Engine inertia, in kg m².
+    pub engine_inertia_kgm2: f64,
+    /// Idle speed, in rad/s.
+    pub idle_radps: f64,
+    /// Engine speed below which the clutch opens, in rad/s.
+    pub open_radps: f64,
+    /// Engine-brake torque for each rad/s, in Nm s.
+    pub engine_brake_nms: f64,
+    /// Axle ratio over wheel radius, in 1/m.
+    pub axle_per_m: f64,
+    /// Wheels' inertia as a mass, in kg.
+    pub wheel_mass_kg: f64,
+    /// Launch speed squared, in m²/s².
+    pub launch: f64,
+}
+
+impl<'a> Shared<'a> {
+    /// Collects them from a study.
+    pub fn new(study: &'a Study) -> Self {
+        let powertrain = study.powertrain();
+        let vehicle = &powertrain.model;
+        let launch_mps = study.model().driver.speed_change.launch_speed_mps;
+        Self {
+            powertrain,
+            simulation: &study.model().simulation,
+            pedals: &study.model().driver.pedals,
+            engine_inertia_kgm2: vehicle.engine.inertia_kgm2,
+            idle_radps: vehicle.engine.idle_speed_radps,
+            open_radps: vehicle.gearbox.shift.open_share * vehicle.engine.idle_speed_radps,
+            engine_brake_nms: vehicle.brakes.engine_brake_nms(),
+            axle_per_m: vehicle.gearbox.axle_ratio / vehicle.wheel_radius_m,
+            wheel_mass_kg: vehicle.wheel_mass_kg(),
+            launch: launch_mps * launch_mps,
+        }
+    }
+}
+
+/// `W` trucks. A flag is 1 or 0.
+#[derive(Clone, Debug)]
+pub struct State<const W: usize> {
+    /// Speed, in m/s.
+    pub speed: Lanes<W>,
+    /// Distance left in the segment, in m.
+    pub left: Lanes<W>,
+    /// Torque of the engine when it drives the wheels, in Nm.
+    pub torque: Lanes<W>,
+    /// Integral part J of the controller.
+    pub integral: Lanes<W>,
+    /// Filtered speed of the derivative part, in m/s.
+    pub filtered: Lanes<W>,
+    /// Controller output of the last step, which a switched driver holds.
+    pub held: Lanes<W>,
+    /// Engine speed at the end of the last step, in rad/s.
+    pub engine_speed: Lanes<W>,
+    /// Time left of a shift, in s.
+    pub shift_left: Lanes<W>,
+    /// Time left until the next shift is allowed, in s.
+    pub hold_left: Lanes<W>,
+    /// Time left until the pressed pedal asks for a kick-down, in s.
+    pub kick_left: Lanes<W>,
+    /// Steps left until somebody looks whether the truck makes progress.
+    pub steps_left: Lanes<W>,
+    /// The road row of the segment.
+    pub row: [Lanes<W>; RoadRow::COLUMNS],
+    /// Engine speed for each m/s in this gear, in rad/m.
+    pub gear_speed: Lanes<W>,
+    /// The same in the next higher gear; 0 in the top gear.
+    pub gear_speed_up: Lanes<W>,
+    /// The same in the next lower gear; far above everything in first gear.
+    pub gear_speed_down: Lanes<W>,
+    /// Gearbox ratio.
+    pub gear_ratio: Lanes<W>,
+    /// Share of the input torque that the gearbox loses.
+    pub gear_loss: Lanes<W>,
+    /// Flag: the clutch may slip in this gear.
+    pub gear_launches: Lanes<W>,
+    /// Inverse of the moving mass with the clutch closed, in 1/kg.
+    pub inverse_mass_closed: Lanes<W>,
+    /// Inverse of the moving mass without the engine, in 1/kg.
+    pub inverse_mass_open: Lanes<W>,
+    /// Mass, in kg.
+    pub mass: Lanes<W>,
+    /// Drag area without cross wind, in m².
+    pub drag_area: Lanes<W>,
+    /// Power of the auxiliaries, in W.
+    pub auxiliary_power: Lanes<W>,
+    /// Factor on the fuel map.
+    pub fuel_factor: Lanes<W>,
+    /// K_P.
+    pub proportional: Lanes<W>,
+    /// K_I.
+    pub integral_gain: Lanes<W>,
+    /// K_D over the filter's time constant.
+    pub derivative_over_filter: Lanes<W>,
+    /// Anti-windup gain, K_I / T_t scaled to J, in 1/s.
+    pub tracking: Lanes<W>,
+    /// Threshold of a switched driver, in m/s; below zero for a PID, which never holds.
+    pub threshold: Lanes<W>,
+    /// Flag: a held brake is held.
+    pub holds_brake: Lanes<W>,
+    /// Twice the deceleration, in m/s².
+    pub twice_deceleration: Lanes<W>,
+    /// Twice the acceleration, in m/s².
+    pub twice_acceleration: Lanes<W>,
+    /// Sums over the cycle, by [`Total`].
+    pub totals: [Lanes<W>; Total::COUNT],
+}
+
+impl<const W: usize> State<W> {
+    /// Trucks that stand on a flat road for ever: what an empty lane does.
+    pub fn parked(shared: &Shared) -> Self {
+        let all = Lanes::all;
+        let zero = Lanes::ZERO;
+        let gear = &shared.powertrain.gears[0];
+        let mut row = [zero; RoadRow::COLUMNS];
+        row[RoadRow::TO_STOP] = all(FAR);
+        row[RoadRow::GRIP] = all(1.0);
+        row[RoadRow::DWELL] = all(-1.0);
+        Self {
+            speed: zero,
+            left: all(FAR),
+            torque: zero,
+            integral: zero,
+            filtered: zero,
+            held: zero,
+            engine_speed: all(shared.idle_radps),
+            shift_left: zero,
+            hold_left: zero,
+            kick_left: all(FAR),
+            steps_left: all(f64::INFINITY),
+            row,
+            gear_speed: all(gear.speed_ratio_per_m),
+            gear_speed_up: zero,
+            gear_speed_down: all(FAR),
+            gear_ratio: all(gear.ratio),
+            gear_loss: all(gear.loss_share),
+            gear_launches: zero,
+            inverse_mass_closed: all(1e-3),
+            inverse_mass_open: all(1e-3),
+            mass: all(1e3),
+            drag_area: all(1.0),
+            auxiliary_power: zero,
+            fuel_factor: zero,
+            proportional: all(1.0),
+            integral_gain: zero,
+            derivative_over_filter: zero,
+            tracking: zero,
+            threshold: all(-1.0),
+            holds_brake: zero,
+            twice_deceleration: all(1.0),
+            twice_acceleration: all(1.0),
+            totals: [zero; Total::COUNT],
+        }
+    }
+
+    /// Takes a lane out of service: its truck stands on an endless road.
+    pub fn park(&mut self, lane: usize) {
+        for column in [&mut self.speed, &mut self.torque, &mut self.integral, &mut self.held] {
+            column.0[lane] = 0.0;
+        }
+        self.integral_gain.0[lane] = 0.0;
+        self.left.0[lane] = FAR;
+        self.row[RoadRow::LIMIT].0[lane] = 0.0;
+        self.row[RoadRow::TO_STOP].0[lane] = FAR;
+        self.steps_left.0[lane] = f64::INFINITY;
+        self.hold_left.0[lane] = f64::INFINITY;
+    }
+
+    /// One total of one lane.
+    pub fn total(&self, lane: usize, total: Total) -> f64 {
+        self.totals[total as usize].0[lane]
+    }
+
+    /// Puts a road row into a lane.
+    pub fn set_row(&mut self, lane: usize, row: &RoadRow) {
+        for (column, value) in self.row.iter_mut().zip(row.0) {
+            column.0[lane] = value;
+        }
+        self.left.0[lane] = row.0[RoadRow::LENGTH];
+    }
+
+    /// Engages a gear (from 0) in a lane.
+    pub fn set_gear(&mut self, lane: usize, gear: usize, shared: &Shared) {
+        let gears = &shared.powertrain.gears;
+        let here = &gears[gear];
+        self.gear_speed.0[lane] = here.speed_ratio_per_m;
+        self.gear_speed_up.0[lane] = gears.get(gear + 1).map_or(0.0, |up| up.speed_ratio_per_m);
+        self.gear_speed_down.0[lane] =
+            gear.checked_sub(1).map_or(FAR, |down| gears[down].speed_ratio_per_m);
+        self.gear_ratio.0[lane] = here.ratio;
+        self.gear_loss.0[lane] = here.loss_share;
+        self.gear_launches.0[lane] = if here.launches { 1.0 } else { 0.0 };
+        let open = self.mass.0[lane] + shared.wheel_mass_kg;
+        let engine = shared.engine_inertia_kgm2 * here.speed_ratio_per_m * here.speed_ratio_per_m;
+        self.inverse_mass_open.0[lane] = 1.0 / open;
+        self.inverse_mass_closed.0[lane] = 1.0 / (open + engine);
+    }
+}

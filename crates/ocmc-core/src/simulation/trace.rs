@@ -1,0 +1,165 @@
+//! The trace: the time series of one cycle, from the same step function with one lane.
+//!
+//! Each row is one step, or one standstill or gear jump that took no step. The `*_added` columns are what the record's
+//! totals gained in that row: summed in order they give the record to the bit.
+
+use super::cabin::Cabin;
+use super::drive::{Watch, drive_lanes};
+use super::record::Record;
+use super::state::{State, Total};
+use super::step::StepView;
+use crate::study::Study;
+
+/// One column of a table.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TableColumn {
+    /// Name, with its unit as a suffix.
+    pub name: &'static str,
+    /// Values, one a row.
+    pub values: Vec<f64>,
+}
+
+/// The time series of one cycle, and its record.
+#[derive(Clone, Debug)]
+pub struct Trace {
+    /// Columns of equal length.
+    pub columns: Vec<TableColumn>,
+    /// The record, the same as in a run.
+    pub record: Record,
+}
+
+/// Names of the columns that come before the totals.
+const SIGNALS: [&str; 14] = [
+    "time_s",
+    "step_s",
+    "position_m",
+    "speed_mps",
+    "desired_speed_mps",
+    "acceleration_mps2",
+    "accelerator",
+    "brake",
+    "gear",
+    "engine_speed_radps",
+    "engine_torque_nm",
+    "fuel_rate_kgps",
+    "grade",
+    "clutch_closed",
+];
+
+/// Names of the columns of the totals, by [`Total`].
+const ADDED: [&str; Total::COUNT] = [
+    "simulated_added_s",
+    "distance_added_m",
+    "fuel_added_kg",
+    "crankshaft_work_added_j",
+    "auxiliary_energy_added_j",
+    "clutch_loss_added_j",
+    "transmission_loss_added_j",
+    "shift_loss_added_j",
+    "drag_energy_added_j",
+    "rolling_energy_added_j",
+    "potential_added_j",
+    "service_brake_energy_added_j",
+    "engine_brake_energy_added_j",
+    "wheel_energy_added_j",
+];
+
+/// Drives one cycle and writes down every step.
+pub fn trace(study: &Study, seed: u64, cycle_id: u64) -> Trace {
+    let mut writer = Writer::default();
+    let mut records = drive_lanes::<1, _>(study, seed, cycle_id..cycle_id + 1, &mut writer);
+    let names = SIGNALS.into_iter().chain(ADDED);
+    let columns = names
+        .zip(writer.columns)
+        .map(|(name, values)| TableColumn { name, values })
+        .collect();
+    let record = records.pop().expect("one cycle gives one record");
+    Trace { columns, record }
+}
+
+/// Collects rows.
+struct Writer {
+    columns: Vec<Vec<f64>>,
+    time_s: f64,
+    position_m: f64,
+    standstill_s: f64,
+}
+
+impl Default for Writer {
+    fn default() -> Self {
+        Self {
+            columns: vec![Vec::new(); SIGNALS.len() + Total::COUNT],
+            time_s: 0.0,
+            position_m: 0.0,
+            standstill_s: 0.0,
+        }
+    }
+}
+
+impl Writer {
+    fn push(&mut self, signals: [f64; SIGNALS.len()], added: [f64; Total::COUNT]) {
+        for (column, value) in self.columns.iter_mut().zip(signals.into_iter().chain(added)) {
+            column.push(value);
+        }
+    }
+}
+
+impl Watch<1> for Writer {
+    fn stepped(&mut self, state: &State<1>, view: &StepView<1>, cabins: &[Cabin]) {
+        self.time_s += view.dt.0[0];
+        self.position_m += view.dx.0[0];
+        self.push(
+            [
+                self.time_s,
+                view.dt.0[0],
+                self.position_m,
+                state.speed.0[0],
+                view.desired.0[0],
+                view.acceleration.0[0],
+                view.accelerator.0[0],
+                view.brake.0[0],
+                cabins[0].gear() as f64 + 1.0,
+                view.engine_speed.0[0],
+                view.engine_torque.0[0],
+                view.fuel_rate.0[0],
+                cabins[0].slope(),
+                view.closed.0[0],
+            ],
+            view.added.map(|lanes| lanes.0[0]),
+        );
+    }
+
+    fn attended(&mut self, state: &State<1>, _lane: usize, cabins: &[Cabin]) {
+        let cabin = &cabins[0];
+        let added = *cabin.booked();
+        let waited_s = cabin.standstill_s() - self.standstill_s;
+        if added == [0.0; Total::COUNT] && waited_s == 0.0 {
+            return;
+        }
+        self.standstill_s = cabin.standstill_s();
+        self.time_s += waited_s;
+        let engine_speed = state.engine_speed.0[0];
+        let per_second = |total: Total| {
+            if waited_s > 0.0 { added[total as usize] / waited_s } else { 0.0 }
+        };
+        self.push(
+            [
+                self.time_s,
+                waited_s,
+                self.position_m,
+                0.0,
+                0.0,
+                0.0,
+                0.0,
+                1.0,
+                cabin.gear() as f64 + 1.0,
+                engine_speed,
+                per_second(Total::Crankshaft) / engine_speed,
+                per_second(Total::Fuel),
+                cabin.slope(),
+                0.0,
+            ],
+            added,
+        );
+    }
+}
