@@ -10,6 +10,9 @@ use std::path::PathBuf;
 /// Most threads that can be asked for.
 const MOST_THREADS: usize = 1024;
 
+/// Most cycles that can be driven at a time by a thread.
+const LARGEST_CHUNK: u64 = 65_536;
+
 /// Energy use of fleets of trucks, by simulation of many random operating cycles.
 ///
 /// Without a sub-command, runs a study: draws roads, weathers, traffics, missions, drivers and trucks, drives each
@@ -37,6 +40,8 @@ pub(crate) enum Command {
     /// Lists, shows, writes and checks study files
     #[command(subcommand)]
     Study(StudyCommand),
+    /// Writes the simulated time series of one cycle: speed, pedals, gear, fuel, forces
+    Trace(CycleArguments),
     /// Prints a script that completes the command line of a shell
     Completions {
         /// The shell
@@ -55,8 +60,11 @@ pub(crate) enum Command {
 pub(crate) enum StudyCommand {
     /// Lists the built-in studies
     List,
-    /// Prints a study, resolved: every value that a run uses
+    /// Prints a built-in study as it is written, with its sources
     Show {
+        /// Prints every value that a run uses instead, of a built-in study or a file, inherited values included
+        #[arg(long)]
+        resolved: bool,
         #[command(flatten)]
         study: StudyArguments,
     },
@@ -83,6 +91,26 @@ pub(crate) struct StudyArguments {
     /// Replaces one value of the study, as in driver.curve_speed.exponent=0.5; may be repeated
     #[arg(long, value_name = "KEY=VALUE")]
     pub(crate) set: Vec<String>,
+}
+
+/// One cycle of a run.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct CycleArguments {
+    /// Name of a built-in study, or a study file
+    #[arg(long, value_name = "NAME|FILE", default_value = "field-truck")]
+    pub(crate) study: String,
+    /// Replaces one value of the study, as in driver.curve_speed.exponent=0.5; may be repeated
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub(crate) set: Vec<String>,
+    /// Id of the cycle, as in the records
+    #[arg(long, value_name = "ID", value_parser = cycle_id)]
+    pub(crate) cycle_id: u64,
+    /// Master seed of the run
+    #[arg(long, value_name = "N", default_value = "1", value_parser = whole_number)]
+    pub(crate) seed: u64,
+    /// File to write, `.csv` or `.json`; an existing one is replaced [default: CSV to standard output]
+    #[arg(long, value_name = "FILE")]
+    pub(crate) out: Option<PathBuf>,
 }
 
 /// Options of a run.
@@ -122,7 +150,7 @@ pub(crate) struct RunArguments {
     #[arg(long, hide = true, value_parser = PossibleValuesParser::new(CpuLevel::ALL.map(CpuLevel::name)))]
     pub(crate) cpu_level: Option<String>,
     /// Cycles that a thread drives at a time: the records do not depend on it
-    #[arg(long, hide = true, value_parser = at_least_one)]
+    #[arg(long, hide = true, value_parser = chunk)]
     pub(crate) chunk: Option<u64>,
 }
 
@@ -159,6 +187,22 @@ fn at_least_one(text: &str) -> Result<u64, String> {
     match whole_number(text) {
         Ok(number) if number >= 1 => Ok(number),
         _ => Err(format!("allowed is a whole number from 1 to {}", u64::MAX)),
+    }
+}
+
+/// An id after which there is another number, so that a run of this cycle alone ends at a number.
+fn cycle_id(text: &str) -> Result<u64, String> {
+    match whole_number(text) {
+        Ok(id) if id < u64::MAX => Ok(id),
+        _ => Err(format!("allowed is a whole number from 0 to {}", u64::MAX - 1)),
+    }
+}
+
+/// Cycles that a thread drives at a time: their records wait in memory.
+fn chunk(text: &str) -> Result<u64, String> {
+    match whole_number(text) {
+        Ok(number) if (1..=LARGEST_CHUNK).contains(&number) => Ok(number),
+        _ => Err(format!("allowed is a whole number from 1 to {LARGEST_CHUNK}")),
     }
 }
 

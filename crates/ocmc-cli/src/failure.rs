@@ -1,5 +1,6 @@
 //! Everything that can end a command early.
 
+use crate::study_report::study_report;
 use ocmc_io::run_directory::RunDirectoryError;
 use ocmc_io::study::StudyFileError;
 use std::io;
@@ -35,6 +36,9 @@ pub(crate) enum Failure {
 impl Failure {
     /// What to tell the user.
     pub(crate) fn report(&self) -> String {
+        if let Self::Study(error) = self {
+            return study_report(error);
+        }
         let mut text = format!("error: {self}");
         if let Some(help) = self.help() {
             text.push_str("\n  help: ");

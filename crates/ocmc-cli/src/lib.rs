@@ -14,7 +14,10 @@ mod request;
 mod run;
 mod run_text;
 mod study;
+mod study_report;
 mod summary_table;
+mod table_file;
+mod trace;
 
 use arguments::{Arguments, Command};
 use clap::Parser;
@@ -37,6 +40,7 @@ pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> i32 {
     let done = match &arguments.command {
         None => run::run(&arguments.run),
         Some(Command::Study(command)) => study::study(command),
+        Some(Command::Trace(arguments)) => trace::trace(arguments),
         Some(Command::Completions { shell }) => completions::completions(*shell),
         Some(Command::Man { out }) => man::man(out),
     };

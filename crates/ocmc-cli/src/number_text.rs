@@ -22,6 +22,20 @@ pub(crate) fn rounded(number: f64) -> String {
     format!("{number:.*}", decimals(number))
 }
 
+/// A quantity rounded to three digits, for what is not the same twice.
+pub(crate) fn rough(number: f64) -> String {
+    if !number.is_finite() {
+        return "-".to_owned();
+    }
+    let digits = format!("{number:.2e}").parse().unwrap_or(number);
+    if digits >= 100.0 { grouped(digits as u64) } else { digits.to_string() }
+}
+
+/// A duration, in s, to the hundredth.
+pub(crate) fn short(seconds: f64) -> String {
+    if seconds < 100.0 { format!("{seconds:.2}") } else { grouped(seconds as u64) }
+}
+
 /// Decimals with which a number has about four digits.
 pub(crate) fn decimals(number: f64) -> usize {
     match number.abs() {
@@ -41,6 +55,15 @@ mod tests {
     fn thousands() {
         for (number, text) in [(0, "0"), (999, "999"), (1000, "1,000"), (1234567, "1,234,567")] {
             assert_eq!(grouped(number), text);
+        }
+    }
+
+    #[test]
+    fn three_digits() {
+        for (number, text) in
+            [(2635629.0, "2,640,000"), (436.3, "436"), (12.345, "12.3"), (f64::INFINITY, "-")]
+        {
+            assert_eq!(rough(number), text);
         }
     }
 

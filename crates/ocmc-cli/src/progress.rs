@@ -9,7 +9,8 @@ pub(crate) struct Progress(ProgressBar);
 impl Progress {
     /// Begins a bar; `quiet` draws none.
     pub(crate) fn new(cycles: u64, quiet: bool) -> Self {
-        let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
+        let target =
+            if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
         let bar = ProgressBar::with_draw_target(Some(cycles), target);
         let style = ProgressStyle::with_template(
             "{wide_bar} {human_pos} of {human_len} cycles, {per_sec}, {eta} left",

@@ -45,6 +45,6 @@ fn level(arguments: &RunArguments) -> Result<CpuLevel, Failure> {
 }
 
 /// Wrong usage that no single argument shows.
-fn usage(message: &str) -> Failure {
+pub(crate) fn usage(message: &str) -> Failure {
     Failure::Usage(Arguments::command().error(ErrorKind::ValueValidation, message))
 }

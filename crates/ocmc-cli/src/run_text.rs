@@ -1,11 +1,15 @@
 //! The answer of a run as text: what was run, the distribution over the fleet, a histogram, and what failed.
 
-use crate::number_text::{grouped, rounded};
+use crate::number_text::{grouped, rough, rounded, short};
 use crate::{histogram_chart, summary_table};
+use ocmc_core::fleet::summary::Summary;
 use ocmc_core::simulation::record::Outcome;
 use ocmc_io::run_summary::RunSummary;
 use ocmc_io::study::Origin;
 use std::fmt::Write;
+
+/// The quantity that empty trips do not have.
+const PER_TONNE: &str = "consumption_l_per_100tkm";
 
 /// What the text depends on besides the summary.
 pub(crate) struct Circumstances<'a> {
@@ -19,6 +23,7 @@ pub(crate) fn run_text(run: &RunSummary, circumstances: &Circumstances) -> Strin
     if run.summary.outcomes.of(Outcome::Completed) > 0 {
         text.push('\n');
         text.push_str(&summary_table::summary_table(&run.summary.statistics));
+        text.push_str(&empty(&run.summary));
         if let Some(statistic) = run.summary.consumption() {
             text.push('\n');
             text.push_str(&histogram_chart::histogram_chart(statistic, circumstances.width));
@@ -31,33 +36,56 @@ pub(crate) fn run_text(run: &RunSummary, circumstances: &Circumstances) -> Strin
 fn heading(run: &RunSummary, origin: &Origin) -> String {
     let summary = &run.summary;
     let mut lines = Vec::new();
-    lines.push(("study", match origin {
-        Origin::File(path) => format!("{} ({})", run.study, path.display()),
-        _ => run.study.clone(),
-    }));
+    lines.push((
+        "study",
+        match origin {
+            Origin::File(path) => format!("{} ({})", run.study, path.display()),
+            _ => run.study.clone(),
+        },
+    ));
     lines.push(("seed", run.seed.to_string()));
     let ids = match summary.cycles {
         0 => String::new(),
         n => format!(", ids {} to {}", run.first_cycle, run.first_cycle + (n - 1)),
     };
     lines.push(("cycles", format!("{}{ids}", grouped(summary.cycles))));
-    lines.push(("simulated", format!(
-        "{} km, {} h of driving",
-        rounded(summary.distance_m / 1000.0),
-        rounded(summary.simulated_s / 3600.0)
-    )));
-    let threads = if run.threads == 1 { "1 thread".to_owned() } else { format!("{} threads", run.threads) };
-    lines.push(("took", format!(
-        "{} s on {threads}: {} cycles/s, {} times as fast as reality",
-        rounded(run.wall_s),
-        rounded(summary.cycles as f64 / run.wall_s),
-        rounded(summary.simulated_s / run.wall_s)
-    )));
+    lines.push((
+        "simulated",
+        format!(
+            "{} km, {} h of driving",
+            rounded(summary.distance_m / 1000.0),
+            rounded(summary.simulated_s / 3600.0)
+        ),
+    ));
+    let threads =
+        if run.threads == 1 { "1 thread".to_owned() } else { format!("{} threads", run.threads) };
+    lines.push((
+        "took",
+        format!(
+            "{} s on {threads}: {} cycles/s, {} times as fast as reality",
+            short(run.wall_s),
+            rough(summary.cycles as f64 / run.wall_s),
+            rough(summary.simulated_s / run.wall_s)
+        ),
+    ));
     let mut text = String::new();
     for (name, value) in lines {
         let _ = writeln!(text, "{name:<10} {value}");
     }
     text
+}
+
+/// How empty trips were counted, where there are any.
+fn empty(summary: &Summary) -> String {
+    let completed = summary.outcomes.of(Outcome::Completed);
+    let carrying = summary.statistic(PER_TONNE).map_or(0, |statistic| statistic.n);
+    if carrying == 0 || carrying == completed {
+        return String::new();
+    }
+    format!(
+        "L/100 tkm: {} empty trips count in the mean, not in the other columns.\n",
+        grouped(completed - carrying)
+    )
 }
 
 /// Cycles that could not be driven, by reason, and how they were counted.

@@ -25,7 +25,8 @@ pub(crate) fn label(column: &str) -> (&str, f64) {
 /// The table. Quantities that the fleet does not have are left out.
 pub(crate) fn summary_table(statistics: &[Statistic]) -> String {
     let (name_width, mean_width, width) = WIDTHS;
-    let mut text = format!("{:name_width$}{:>mean_width$}  each cycle counted once\n", "", "of the fleet");
+    let mut text =
+        format!("{:name_width$}{:>mean_width$}  each cycle counted once\n", "", "of the fleet");
     let _ = write!(text, "{:name_width$}{:>mean_width$}{:>width$}", "", "mean ± 95 %", "SD");
     for quantile in statistics.first().iter().flat_map(|statistic| &statistic.quantiles) {
         let _ = write!(text, "{:>width$}", quantile.name.to_uppercase());

@@ -1,0 +1,61 @@
+//! `ocmc study`: lists, shows, writes and checks study files.
+
+use crate::arguments::{StudyArguments, StudyCommand};
+use crate::failure::Failure;
+use crate::output;
+use ocmc_io::study;
+use std::fmt::Write as _;
+use std::fs::OpenOptions;
+use std::io::{ErrorKind, Write as _};
+use std::path::Path;
+
+/// Does what was asked for.
+pub(crate) fn study(command: &StudyCommand) -> Result<(), Failure> {
+    match command {
+        StudyCommand::List => list(),
+        StudyCommand::Show { resolved: false, study } => output::answer(study::show(&study.study)?),
+        StudyCommand::Show { resolved: true, study } => show_resolved(study),
+        StudyCommand::Init { file } => init(file),
+        StudyCommand::Check { study } => check(study),
+        StudyCommand::Schema => output::answer(&format!("{:#}\n", study::schema())),
+    }
+}
+
+fn list() -> Result<(), Failure> {
+    let width = study::list().iter().map(|study| study.name.len()).max().unwrap_or(0);
+    let mut text = String::new();
+    for study in study::list() {
+        let _ = writeln!(text, "{:width$}  {}", study.name, study.description);
+    }
+    output::answer(&text)
+}
+
+fn show_resolved(arguments: &StudyArguments) -> Result<(), Failure> {
+    let loaded = study::load(&arguments.study, &arguments.set)?;
+    output::answer(&study::resolved_toml(&loaded.model))
+}
+
+/// Never replaces a file: it may hold hours of work.
+fn init(path: &Path) -> Result<(), Failure> {
+    let file = OpenOptions::new().write(true).create_new(true).open(path);
+    let written = file.and_then(|mut file| file.write_all(study::init_text().as_bytes()));
+    written.map_err(|source| match source.kind() {
+        ErrorKind::AlreadyExists => Failure::Exists { path: path.to_owned() },
+        _ => Failure::File { path: path.to_owned(), source },
+    })?;
+    output::note(&format!(
+        "Written: `{path}`. Change it, then: ocmc study check {path}; ocmc --study {path}",
+        path = path.display()
+    ));
+    Ok(())
+}
+
+fn check(arguments: &StudyArguments) -> Result<(), Failure> {
+    let loaded = study::load(&arguments.study, &arguments.set)?;
+    output::answer(&format!(
+        "{}: a valid study, `{}`, hash {}\n",
+        loaded.origin,
+        loaded.model.study.name,
+        study::study_hash(&loaded.model)
+    ))
+}
