@@ -87,8 +87,10 @@ struct Forces<const W: usize> {
 
 /// The limiter's range, in m/s: traction fades out over it (judgement).
 const LIMITER_RANGE_MPS: f64 = 0.5;
-/// A way too short for a step to be cut at, in m.
+/// The slowest pace at which a step is cut for a segment's end, in m/s.
 const SMALLEST_SPEED: f64 = 1e-9;
+/// How far beyond the zero of a switching function a step goes, as a share of what is left of it.
+const PASSING: f64 = 2e-3;
 
 impl<const W: usize> State<W> {
     /// Braking and static branch of the desired speed squared, and whether the static one binds; then the desired speed.
@@ -153,9 +155,11 @@ impl<const W: usize> State<W> {
         let (desired, _) = self.desired(self.left, shared);
         let error = desired - self.speed;
         let hold = Lanes::flag_lt(error.abs(), self.threshold);
+        // what is held is the output at the moment when holding began
+        let held = self.holding.choose(self.held, self.proportional * error);
         // a held brake is released when e >= 0, unless the driver holds as printed in the paper
-        let released = Lanes::select_lt(error, Lanes::ZERO, self.held, self.held.max(Lanes::ZERO));
-        let held = self.holds_brake.choose(self.held, released);
+        let released = Lanes::select_lt(error, Lanes::ZERO, held, held.max(Lanes::ZERO));
+        let held = self.holds_brake.choose(held, released);
         let control =
             self.control(self.speed, self.left, self.integral, self.filtered, hold, held, shared);
 
@@ -261,12 +265,9 @@ impl<const W: usize> State<W> {
         let first = self.forces(self.speed, self.torque, &first_control, &decision, shared);
 
         // how far this step may go
-        let whole = Lanes::select_lt(
-            zero,
-            self.shift_left,
-            self.shift_left.min(Lanes::all(shared.simulation.step_s)),
-            Lanes::all(shared.simulation.step_s),
-        );
+        let longest = Lanes::all(shared.simulation.step_s);
+        let whole = Lanes::select_lt(zero, self.shift_left, self.shift_left.min(longest), longest);
+        let whole = Lanes::select_lt(zero, self.hold_left, self.hold_left.min(whole), whole);
         let pace = (self.speed + first.acceleration * whole * half).max(Lanes::all(SMALLEST_SPEED));
         let to_end = self.left / pace;
         let dt = whole.min(to_end);
@@ -289,10 +290,14 @@ impl<const W: usize> State<W> {
         );
         let second = self.forces(speed_2, torque_2, &second_control, &decision, shared);
 
+        // where the driver or the gearbox changes its mind within the step, and how far into it that is
+        let (mind, mind_of) =
+            self.change_of_mind(speed_2, &decision, &first_control, &second_control, shared);
+
         // a truck at rest does not roll back: the brakes hold it, without work
         let free = (first.acceleration + second.acceleration) * half;
         let mean = Lanes::select_lt(zero, self.speed, free, free.max(zero));
-        // three ends of a step: its time is over, the segment ends, the truck comes to rest
+        // the ends of a step: its time is over, a mind changes, the segment ends, the truck comes to rest
         let way = dt * (self.speed + mean * dt * half);
         let square = self.speed * self.speed + mean * self.left * 2.0;
         let at_end = square.max(zero).sqrt();
@@ -300,9 +305,11 @@ impl<const W: usize> State<W> {
             .max(Lanes::select_lt(zero, square, Lanes::flag_lt(to_end, whole), zero));
         let timed = self.speed + mean * dt;
         let rests = Lanes::flag_lt(timed, zero) * reaches.not();
-        let over = reaches.choose(self.left * 2.0, rests.choose(self.speed, dt));
-        let under = reaches.choose(self.speed + at_end, rests.choose(-mean, Lanes::all(1.0)));
+        let stays = rests.max(reaches).not();
+        let over = reaches.choose(self.left * 2.0, rests.choose(self.speed, dt * mind));
+        let under = reaches.choose(self.speed + at_end, rests.choose(-mean, mind_of));
         let dt = over / under;
+        let timed = stays.choose(self.speed + mean * dt, zero);
         let end = reaches.choose(at_end, timed.max(zero));
         let dx = reaches.choose(self.left, dt * (self.speed + end) * half);
 
@@ -335,7 +342,11 @@ impl<const W: usize> State<W> {
         added[Total::ServiceBrake as usize] =
             (first.service_brake + second.service_brake) * half_way;
         added[Total::EngineBrake as usize] = (first.engine_brake + second.engine_brake) * half_way;
-        added[Total::Wheel as usize] = (first.wheel.max(zero) + second.wheel.max(zero)) * half_way;
+        // of a force that changes its sign the mean of the positive parts is too much, the positive part of the
+        // mean too little, by the same amount
+        let both = (first.wheel + second.wheel).max(zero);
+        let each = first.wheel.max(zero) + second.wheel.max(zero);
+        added[Total::Wheel as usize] = (both + each) * half_way * half;
         for (total, amount) in self.totals.iter_mut().zip(&added) {
             *total = *total + *amount;
         }
@@ -352,7 +363,8 @@ impl<const W: usize> State<W> {
         );
         self.filtered =
             self.filtered + half_dt * (first_control.filter_rate + second_control.filter_rate);
-        self.held = second_control.output;
+        self.holding = decision.hold;
+        self.held = decision.held;
         self.speed = end;
         self.left = reaches.choose(zero, self.left - dx);
         self.engine_speed = decision.closed.choose(end * self.gear_speed, decision.free_speed);
@@ -391,6 +403,58 @@ impl<const W: usize> State<W> {
             slowing,
             road_power,
         }
+    }
+
+    /// The share of the step, as numerator and denominator, after which a switched driver begins or ends to hold, or
+    /// an engine speed crosses a shifting line; 1/1 where neither happens. Without this cut both are decided up to a
+    /// step too late, and the error is of first order in the step.
+    #[inline(always)]
+    fn change_of_mind(
+        &self,
+        speed_2: Lanes<W>,
+        decision: &Decision<W>,
+        first: &Control<W>,
+        second: &Control<W>,
+        shared: &Shared,
+    ) -> (Lanes<W>, Lanes<W>) {
+        let zero = Lanes::ZERO;
+        let shift = &shared.powertrain.model.gearbox.shift;
+        // functions that rise through zero where a mind changes
+        let (error_1, error_2) = (first.desired - self.speed, second.desired - speed_2);
+        let outside = |error: Lanes<W>| error.abs() - self.threshold;
+        let releases = decision.hold
+            * Lanes::flag_lt(decision.held, zero)
+            * self.holds_brake.not()
+            * Lanes::flag_lt(error_1, error_2);
+        let hold_of = |error| {
+            let switches = decision.hold.choose(outside(error), -outside(error));
+            releases.choose(error, switches)
+        };
+        let up_of = |speed: Lanes<W>, control: &Control<W>| {
+            speed * self.gear_speed_up
+                - Lanes::all(shift.up_speed_radps)
+                - control.accelerator * shift.up_pedal_radps
+        };
+        let down_of = |speed: Lanes<W>, control: &Control<W>| {
+            Lanes::all(shift.down_speed_radps) + control.accelerator * shift.down_pedal_radps
+                - speed * self.gear_speed
+        };
+        let mut over = Lanes::all(1.0);
+        let mut under = Lanes::all(1.0);
+        for (before, after) in [
+            (hold_of(error_1), hold_of(error_2)),
+            (up_of(self.speed, first), up_of(speed_2, second)),
+            (down_of(self.speed, first), down_of(speed_2, second)),
+        ] {
+            // the zero of the line between both, and a little more, so that the change is seen
+            let part = after * PASSING - before;
+            let whole = after - before;
+            let crosses = Lanes::select_lt(before, zero, Lanes::flag_lt(zero, after), zero)
+                * Lanes::flag_lt(part * under, over * whole);
+            over = crosses.choose(part, over);
+            under = crosses.choose(whole, under);
+        }
+        (over, under)
     }
 
     #[inline(always)]
