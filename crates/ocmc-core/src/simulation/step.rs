@@ -66,6 +66,8 @@ struct Decision<const W: usize> {
     /// Engine speed where the clutch is not closed.
     free_speed: Lanes<W>,
     inverse_mass: Lanes<W>,
+    /// Full-load and drag curve: value at zero speed and slope of the piece at the step's start.
+    curves: [Lanes<W>; 4],
 }
 
 /// Torques and forces of one stage.
@@ -130,12 +132,8 @@ impl<const W: usize> State<W> {
 
         // downhill, above a static limit, the driver lets the truck run up to the edge of a band
         let over = self.proportional * (speed - desired - Lanes::all(pedals.overspeed_band_mps));
-        let in_band = Lanes::select_lt(
-            Lanes::all(pedals.overspeed_from_mps),
-            speed,
-            Lanes::flag_lt(backward, self.row[RoadRow::LIMIT]).not(),
-            Lanes::ZERO,
-        );
+        let in_band = Lanes::flag_lt(Lanes::all(pedals.overspeed_from_mps), speed)
+            .and(Lanes::flag_lt(backward, self.row[RoadRow::LIMIT]).not());
         let demand = in_band.choose(over.min(-output), -output);
         let brake = (demand * pedals.brake_scale).clip(0.0, 1.0);
         let realised = accelerator - brake * (1.0 / pedals.brake_scale);
@@ -166,14 +164,15 @@ impl<const W: usize> State<W> {
         let launch = Lanes::all(shared.powertrain.model.gearbox.shift.launch_speed_radps);
         let speed = self.speed * self.gear_speed;
         let pressed = Lanes::flag_lt(Lanes::ZERO, control.accelerator);
-        let slips = Lanes::select_lt(speed, launch, self.gear_launches * pressed, Lanes::ZERO);
+        let slips = Lanes::select_lt(speed, launch, self.gear_launches.and(pressed), Lanes::ZERO);
         let slow = Lanes::flag_lt(speed, Lanes::all(shared.open_radps));
-        let closed = slips.not() * slow.not();
+        let closed = slips.or(slow).not();
         let shifting = Lanes::flag_lt(Lanes::ZERO, self.shift_left);
-        let engaged = slips.max(closed) * shifting.not();
+        let engaged = slips.or(closed).and(shifting.not());
         let free_speed = slips.choose(launch, Lanes::all(shared.idle_radps));
         let inverse_mass = closed.choose(self.inverse_mass_closed, self.inverse_mass_open);
-        (Decision { hold, held, closed, engaged, free_speed, inverse_mass }, control)
+        let curves = curve_rows(shared, closed.choose(speed, free_speed));
+        (Decision { hold, held, closed, engaged, free_speed, inverse_mass, curves }, control)
     }
 
     /// Torques and forces at one stage.
@@ -195,7 +194,7 @@ impl<const W: usize> State<W> {
         let air = relative.max(Lanes::all(1.0));
         let inverse = Lanes::all(1.0) / (engine_speed * air);
 
-        let [full_0, full_1, drag_0, drag_1] = curve_rows(shared, engine_speed);
+        let [full_0, full_1, drag_0, drag_1] = decision.curves;
         let full = full_0 + full_1 * engine_speed;
         let drag_torque = drag_0 + drag_1 * engine_speed;
         let available = torque.max(drag_torque).min(full);
@@ -301,11 +300,11 @@ impl<const W: usize> State<W> {
         let way = dt * (self.speed + mean * dt * half);
         let square = self.speed * self.speed + mean * self.left * 2.0;
         let at_end = square.max(zero).sqrt();
-        let reaches = Lanes::select_lt(zero, square, Lanes::flag_lt(self.left, way), zero)
-            .max(Lanes::select_lt(zero, square, Lanes::flag_lt(to_end, whole), zero));
+        let far = Lanes::flag_lt(self.left, way).or(Lanes::flag_lt(to_end, whole));
+        let reaches = Lanes::flag_lt(zero, square).and(far);
         let timed = self.speed + mean * dt;
-        let rests = Lanes::flag_lt(timed, zero) * reaches.not();
-        let stays = rests.max(reaches).not();
+        let rests = Lanes::flag_lt(timed, zero).and(reaches.not());
+        let stays = rests.or(reaches).not();
         let over = reaches.choose(self.left * 2.0, rests.choose(self.speed, dt * mind));
         let under = reaches.choose(self.speed + at_end, rests.choose(-mean, mind_of));
         let dt = over / under;
@@ -321,7 +320,7 @@ impl<const W: usize> State<W> {
         let mean_speed = decision
             .closed
             .choose((self.speed + end) * self.gear_speed * half, decision.free_speed);
-        let fuel_rate = self.fuel_rate(mean_speed, torque, shared);
+        let fuel_rate = self.fuel_rate(mean_speed, torque, &decision, shared);
         let half_way = dx * half;
         let jump = self.engine_speed * self.engine_speed - start_speed * start_speed;
         let drag = first.drag + second.drag;
@@ -422,10 +421,11 @@ impl<const W: usize> State<W> {
         // functions that rise through zero where a mind changes
         let (error_1, error_2) = (first.desired - self.speed, second.desired - speed_2);
         let outside = |error: Lanes<W>| error.abs() - self.threshold;
-        let releases = decision.hold
-            * Lanes::flag_lt(decision.held, zero)
-            * self.holds_brake.not()
-            * Lanes::flag_lt(error_1, error_2);
+        let releases = decision
+            .hold
+            .and(Lanes::flag_lt(decision.held, zero))
+            .and(self.holds_brake.not())
+            .and(Lanes::flag_lt(error_1, error_2));
         let hold_of = |error| {
             let switches = decision.hold.choose(outside(error), -outside(error));
             releases.choose(error, switches)
@@ -449,8 +449,9 @@ impl<const W: usize> State<W> {
             // the zero of the line between both, and a little more, so that the change is seen
             let part = after * PASSING - before;
             let whole = after - before;
-            let crosses = Lanes::select_lt(before, zero, Lanes::flag_lt(zero, after), zero)
-                * Lanes::flag_lt(part * under, over * whole);
+            let crosses = Lanes::flag_lt(before, zero)
+                .and(Lanes::flag_lt(zero, after))
+                .and(Lanes::flag_lt(part * under, over * whole));
             over = crosses.choose(part, over);
             under = crosses.choose(whole, under);
         }
@@ -467,7 +468,13 @@ impl<const W: usize> State<W> {
 
     /// Fuel of the map at a speed and torque, in kg/s; below zero torque it falls to nothing at the drag torque.
     #[inline(always)]
-    fn fuel_rate(&self, speed: Lanes<W>, torque: Lanes<W>, shared: &Shared) -> Lanes<W> {
+    fn fuel_rate(
+        &self,
+        speed: Lanes<W>,
+        torque: Lanes<W>,
+        decision: &Decision<W>,
+        shared: &Shared,
+    ) -> Lanes<W> {
         let engine = &shared.powertrain.engine;
         let zero = Lanes::ZERO;
         let powered = torque.max(zero);
@@ -480,7 +487,7 @@ impl<const W: usize> State<W> {
             d.0[l] = row[3];
         }
         let map = a + b * speed + powered * (c + d * speed);
-        let [_, _, drag_0, drag_1] = curve_rows(shared, speed);
+        let [_, _, drag_0, drag_1] = decision.curves;
         let overrun = Lanes::all(1.0) - torque.min(zero) / (drag_0 + drag_1 * speed);
         map.max(zero) * overrun.max(zero) * self.fuel_factor
     }
@@ -501,30 +508,30 @@ impl<const W: usize> State<W> {
         let up_speed = self.speed * self.gear_speed_up;
         let up_line = Lanes::all(shift.up_speed_radps) + accelerator * shift.up_pedal_radps;
         let down_line = Lanes::all(shift.down_speed_radps) + accelerator * shift.down_pedal_radps;
-        let ready = Lanes::select_lt(
-            Lanes::all(shift.minimum_speed_mps),
-            self.speed,
-            Lanes::flag_lt(zero, self.hold_left.max(self.shift_left)).not(),
-            zero,
-        );
+        let ready = Lanes::flag_lt(Lanes::all(shift.minimum_speed_mps), self.speed)
+            .and(Lanes::flag_lt(zero, self.hold_left.max(self.shift_left)).not());
 
-        let fast = Lanes::flag_lt(up_speed, up_line).not() * ready;
+        let fast = Lanes::flag_lt(up_speed, up_line).not().and(ready);
         let up = if fast.any() {
             let [full_0, full_1, _, _] = curve_rows(shared, up_speed);
             let power = (full_0 + full_1 * up_speed) * up_speed * shift.power_share;
-            fast * Lanes::flag_lt(power, road_power * shift.power_reserve).not()
+            fast.and(Lanes::flag_lt(power, road_power * shift.power_reserve).not())
         } else {
             zero
         };
-        let has_up = Lanes::flag_lt(zero, self.gear_speed_up);
-        let over = Lanes::flag_lt(Lanes::all(shift.overspeed_radps), speed) * has_up;
+        let over = Lanes::flag_lt(Lanes::all(shift.overspeed_radps), speed)
+            .and(Lanes::flag_lt(zero, self.gear_speed_up));
         let has_down = Lanes::flag_lt(self.gear_speed_down, Lanes::all(super::road_row::FAR));
-        let may_down = has_down * slowing;
-        let low = Lanes::flag_lt(speed, down_line) * closed.max(self.gear_launches.not());
-        let kick = Lanes::flag_lt(zero, self.kick_left).not()
-            * Lanes::flag_lt(speed, Lanes::all(shift.kickdown_speed_radps))
-            * Lanes::flag_lt(self.speed * self.gear_speed_down, Lanes::all(shift.overspeed_radps));
-        up.max(ready * over.max(may_down * low.max(kick)))
+        let low = Lanes::flag_lt(speed, down_line).and(closed.or(self.gear_launches.not()));
+        let kick = Lanes::flag_lt(zero, self.kick_left)
+            .not()
+            .and(Lanes::flag_lt(speed, Lanes::all(shift.kickdown_speed_radps)))
+            .and(Lanes::flag_lt(
+                self.speed * self.gear_speed_down,
+                Lanes::all(shift.overspeed_radps),
+            ));
+        let down = has_down.and(slowing).and(low.or(kick));
+        up.or(ready.and(over.or(down)))
     }
 
     /// Above zero where a lane needs a look.
@@ -541,7 +548,7 @@ impl<const W: usize> State<W> {
         );
         let captured = Lanes::flag_lt(reach, to_line).not();
         let due = Lanes::flag_lt(Lanes::ZERO, self.steps_left).not();
-        ended.max(captured).max(due).max(wants_shift)
+        ended.or(captured).or(due).or(wants_shift)
     }
 }
 

@@ -69,10 +69,8 @@ pub fn trace(study: &Study, seed: u64, cycle_id: u64) -> Trace {
     let mut writer = Writer::default();
     let mut records = drive_lanes::<1, _>(study, seed, cycle_id..cycle_id + 1, &mut writer);
     let names = SIGNALS.into_iter().chain(ADDED);
-    let columns = names
-        .zip(writer.columns)
-        .map(|(name, values)| TableColumn { name, values })
-        .collect();
+    let columns =
+        names.zip(writer.columns).map(|(name, values)| TableColumn { name, values }).collect();
     let record = records.pop().expect("one cycle gives one record");
     Trace { columns, record }
 }
