@@ -1,1 +1,60 @@
-//! Placeholder.
+//! The `ocmc` command as a library: arguments, calls, printing. The native program and the wheel's script are both
+//! one call of [`run_from`].
+
+mod arguments;
+mod completions;
+mod failure;
+mod histogram_chart;
+mod interrupt;
+mod man;
+mod number_text;
+mod output;
+mod progress;
+mod request;
+mod run;
+mod run_text;
+mod study;
+mod summary_table;
+
+use arguments::{Arguments, Command};
+use clap::Parser;
+use failure::Failure;
+use std::ffi::OsString;
+
+/// Done.
+pub const DONE: i32 = 0;
+/// The input or the run failed, or the run was interrupted.
+pub const FAILED: i32 = 1;
+/// Wrong usage.
+pub const WRONG_USAGE: i32 = 2;
+
+/// Runs the command with these arguments, the program's name first, and returns its exit status.
+pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> i32 {
+    let arguments = match Arguments::try_parse_from(arguments) {
+        Ok(arguments) => arguments,
+        Err(answer) => return usage(&answer),
+    };
+    let done = match &arguments.command {
+        None => run::run(&arguments.run),
+        Some(Command::Study(command)) => study::study(command),
+        Some(Command::Completions { shell }) => completions::completions(*shell),
+        Some(Command::Man { out }) => man::man(out),
+    };
+    match done {
+        Ok(()) => DONE,
+        Err(Failure::Usage(error)) => usage(&error),
+        Err(failure) => {
+            output::note(&failure.report());
+            FAILED
+        }
+    }
+}
+
+/// Prints help, version or what is wrong with the arguments.
+fn usage(answer: &clap::Error) -> i32 {
+    match answer.print() {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => FAILED,
+        _ if answer.use_stderr() => WRONG_USAGE,
+        _ => DONE,
+    }
+}

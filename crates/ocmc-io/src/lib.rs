@@ -1,3 +1,7 @@
-//! What `ocmc` reads and writes: study files, logs, records and reports.
+//! What `ocmc` reads and writes: study files, logs, records, run directories and reports.
 
+pub mod records;
+pub mod run_directory;
+pub mod run_summary;
 pub mod study;
+pub mod table;

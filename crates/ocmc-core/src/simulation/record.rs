@@ -3,10 +3,11 @@
 use serde::{Deserialize, Serialize};
 
 /// How a cycle ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Outcome {
     /// Driven to its end.
+    #[default]
     Completed,
     /// No progress outside a dwell.
     Stalled,
@@ -32,7 +33,7 @@ impl Outcome {
 }
 
 /// Scalars of one cycle. A quantity that does not exist is `None`, never 0.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Record {
     /// Index in the run.
     pub cycle_id: u64,

@@ -1,0 +1,191 @@
+//! What the user typed: plain data, without side effects. Resolved in [`crate::request`].
+
+use clap::builder::PossibleValuesParser;
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap_complete::Shell;
+use ocmc_core::simulation::cpu::CpuLevel;
+use ocmc_io::records::RecordFormat;
+use std::path::PathBuf;
+
+/// Most threads that can be asked for.
+const MOST_THREADS: usize = 1024;
+
+/// Energy use of fleets of trucks, by simulation of many random operating cycles.
+///
+/// Without a sub-command, runs a study: draws roads, weathers, traffics, missions, drivers and trucks, drives each
+/// cycle in closed loop, and prints how consumption, speed and duration are distributed over the fleet.
+#[derive(Clone, Debug, Parser)]
+#[command(name = "ocmc", version, args_conflicts_with_subcommands = true, after_help = EXAMPLES)]
+pub(crate) struct Arguments {
+    #[command(flatten)]
+    pub(crate) run: RunArguments,
+    #[command(subcommand)]
+    pub(crate) command: Option<Command>,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  ocmc --cycles 10000                                  the built-in study `field-truck`
+  ocmc --study my-fleet.toml --seed 7 --out runs/a     a study file, each cycle's record in runs/a
+  ocmc --set driver.curve_speed.exponent=0.5 --json    one value changed, the answer as JSON
+
+Exit status: 0 done, 1 the input or the run failed or was interrupted, 2 wrong usage.";
+
+/// The sub-commands.
+#[derive(Clone, Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Lists, shows, writes and checks study files
+    #[command(subcommand)]
+    Study(StudyCommand),
+    /// Prints a script that completes the command line of a shell
+    Completions {
+        /// The shell
+        shell: Shell,
+    },
+    /// Writes the manual pages
+    Man {
+        /// Directory to write them to
+        #[arg(long, value_name = "DIR")]
+        out: PathBuf,
+    },
+}
+
+/// What can be done with studies.
+#[derive(Clone, Debug, Subcommand)]
+pub(crate) enum StudyCommand {
+    /// Lists the built-in studies
+    List,
+    /// Prints a study, resolved: every value that a run uses
+    Show {
+        #[command(flatten)]
+        study: StudyArguments,
+    },
+    /// Writes a new study file, with every key, its unit, its source and its range
+    Init {
+        /// File to write
+        file: PathBuf,
+    },
+    /// Checks a study file
+    Check {
+        #[command(flatten)]
+        study: StudyArguments,
+    },
+    /// Prints the JSON schema of study files
+    Schema,
+}
+
+/// A study as a positional argument.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct StudyArguments {
+    /// Name of a built-in study, or a study file
+    #[arg(value_name = "NAME|FILE")]
+    pub(crate) study: String,
+    /// Replaces one value of the study, as in driver.curve_speed.exponent=0.5; may be repeated
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub(crate) set: Vec<String>,
+}
+
+/// Options of a run.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct RunArguments {
+    /// Name of a built-in study, or a study file
+    #[arg(long, value_name = "NAME|FILE", default_value = "field-truck")]
+    pub(crate) study: String,
+    /// Replaces one value of the study, as in driver.curve_speed.exponent=0.5; may be repeated
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub(crate) set: Vec<String>,
+    /// Number of cycles
+    #[arg(long, value_name = "N", default_value = "1000", value_parser = at_least_one)]
+    pub(crate) cycles: u64,
+    /// Id of the first cycle: a run can be shared out over machines
+    #[arg(long, value_name = "ID", default_value = "0", value_parser = whole_number)]
+    pub(crate) first_cycle: u64,
+    /// Master seed: with the study and a cycle's id it fixes everything that happens in the cycle
+    #[arg(long, value_name = "N", default_value = "1", value_parser = whole_number)]
+    pub(crate) seed: u64,
+    /// Threads [default: one for each CPU]
+    #[arg(long, value_name = "N", value_parser = threads)]
+    pub(crate) threads: Option<usize>,
+    /// Directory for the records, the manifest and the summary of the run; without it nothing is written
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    /// Format of the records
+    #[arg(long, value_name = "FORMAT", default_value = "parquet", requires = "out")]
+    pub(crate) format: Format,
+    /// No progress and no hints
+    #[arg(long)]
+    pub(crate) quiet: bool,
+    /// The answer as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Instructions to use: the records do not depend on it
+    #[arg(long, hide = true, value_parser = PossibleValuesParser::new(CpuLevel::ALL.map(CpuLevel::name)))]
+    pub(crate) cpu_level: Option<String>,
+    /// Cycles that a thread drives at a time: the records do not depend on it
+    #[arg(long, hide = true, value_parser = at_least_one)]
+    pub(crate) chunk: Option<u64>,
+}
+
+/// Formats of records, as typed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Format {
+    /// Apache Parquet
+    Parquet,
+    /// Comma-separated values
+    Csv,
+}
+
+impl From<Format> for RecordFormat {
+    fn from(format: Format) -> Self {
+        match format {
+            Format::Parquet => Self::Parquet,
+            Format::Csv => Self::Csv,
+        }
+    }
+}
+
+/// A whole number from 0 on; `10_000` is one, too.
+fn whole_number(text: &str) -> Result<u64, String> {
+    let digits = text.replace('_', "");
+    let allowed = || format!("allowed is a whole number from 0 to {}", u64::MAX);
+    if digits.is_empty() || !digits.bytes().all(|byte| byte.is_ascii_digit()) {
+        return Err(allowed());
+    }
+    digits.parse().map_err(|_| allowed())
+}
+
+/// A whole number from 1 on.
+fn at_least_one(text: &str) -> Result<u64, String> {
+    match whole_number(text) {
+        Ok(number) if number >= 1 => Ok(number),
+        _ => Err(format!("allowed is a whole number from 1 to {}", u64::MAX)),
+    }
+}
+
+fn threads(text: &str) -> Result<usize, String> {
+    let number = whole_number(text).ok().and_then(|number| usize::try_from(number).ok());
+    let number = number.filter(|number| (1..=MOST_THREADS).contains(number));
+    number.ok_or_else(|| format!("allowed is a whole number from 1 to {MOST_THREADS}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_definitions_are_consistent() {
+        Arguments::command().debug_assert();
+    }
+
+    #[test]
+    fn numbers() {
+        assert_eq!(whole_number("10_000"), Ok(10_000));
+        assert_eq!(whole_number("18446744073709551615"), Ok(u64::MAX));
+        for text in ["", "_", "-1", "+1", "1.5", "1e3", "18446744073709551616", "x"] {
+            assert!(whole_number(text).is_err(), "{text}");
+        }
+        assert!(at_least_one("0").is_err());
+        assert!(threads("0").is_err() && threads("1025").is_err() && threads("1024").is_ok());
+    }
+}

@@ -1,0 +1,59 @@
+//! Everything that can end a command early.
+
+use ocmc_io::run_directory::RunDirectoryError;
+use ocmc_io::study::StudyFileError;
+use std::io;
+use std::path::PathBuf;
+use thiserror::Error;
+
+/// Why a command did not do what it was asked to do.
+#[derive(Debug, Error)]
+pub(crate) enum Failure {
+    /// Arguments that do not fit together.
+    #[error(transparent)]
+    Usage(clap::Error),
+    /// A study that is not one.
+    #[error(transparent)]
+    Study(#[from] StudyFileError),
+    /// A run directory that cannot be written.
+    #[error(transparent)]
+    RunDirectory(#[from] RunDirectoryError),
+    /// A file that exists already.
+    #[error("`{}` exists already", path.display())]
+    Exists { path: PathBuf },
+    /// A file that cannot be written.
+    #[error("cannot write `{}`: {source}", path.display())]
+    File { path: PathBuf, source: io::Error },
+    /// Standard output that cannot be written.
+    #[error("cannot write to standard output: {source}")]
+    StandardOutput { source: io::Error },
+    /// Ctrl-C.
+    #[error("interrupted: {finished}")]
+    Interrupted { finished: String, help: String },
+}
+
+impl Failure {
+    /// What to tell the user.
+    pub(crate) fn report(&self) -> String {
+        let mut text = format!("error: {self}");
+        if let Some(help) = self.help() {
+            text.push_str("\n  help: ");
+            text.push_str(help);
+        }
+        text
+    }
+
+    fn help(&self) -> Option<&str> {
+        match self {
+            Self::RunDirectory(RunDirectoryError::Exists { .. }) => {
+                Some("give another directory with --out, or remove this one")
+            }
+            Self::RunDirectory(RunDirectoryError::NotADirectory { .. }) => {
+                Some("give a directory with --out; it is created where it does not exist")
+            }
+            Self::Exists { .. } => Some("give another name, or remove the file"),
+            Self::Interrupted { help, .. } => Some(help),
+            _ => None,
+        }
+    }
+}

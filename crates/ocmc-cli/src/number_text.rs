@@ -1,0 +1,55 @@
+//! Numbers as people read them.
+
+/// A whole number with commas between thousands.
+pub(crate) fn grouped(number: u64) -> String {
+    let digits = number.to_string();
+    let mut text = String::with_capacity(digits.len() + digits.len() / 3);
+    for (k, digit) in digits.chars().enumerate() {
+        if k > 0 && (digits.len() - k).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+/// A quantity rounded to about four digits, with commas from a thousand on.
+pub(crate) fn rounded(number: f64) -> String {
+    if number.abs() >= 1000.0 {
+        let sign = if number < 0.0 { "-" } else { "" };
+        return format!("{sign}{}", grouped(number.abs().round() as u64));
+    }
+    format!("{number:.*}", decimals(number))
+}
+
+/// Decimals with which a number has about four digits.
+pub(crate) fn decimals(number: f64) -> usize {
+    match number.abs() {
+        size if size >= 1000.0 || !size.is_finite() => 0,
+        size if size >= 100.0 => 1,
+        size if size >= 10.0 => 2,
+        size if size >= 1.0 => 3,
+        _ => 4,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn thousands() {
+        for (number, text) in [(0, "0"), (999, "999"), (1000, "1,000"), (1234567, "1,234,567")] {
+            assert_eq!(grouped(number), text);
+        }
+    }
+
+    #[test]
+    fn four_digits() {
+        for (number, text) in
+            [(31.2468, "31.25"), (0.07126, "0.0713"), (-1234.4, "-1,234"), (812.34, "812.3")]
+        {
+            assert_eq!(rounded(number), text);
+        }
+    }
+}

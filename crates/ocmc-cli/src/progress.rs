@@ -1,0 +1,33 @@
+//! The progress bar of a run: on a terminal, with rate and time left; nothing elsewhere.
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::time::Duration;
+
+/// A progress bar over cycles.
+pub(crate) struct Progress(ProgressBar);
+
+impl Progress {
+    /// Begins a bar; `quiet` draws none.
+    pub(crate) fn new(cycles: u64, quiet: bool) -> Self {
+        let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
+        let bar = ProgressBar::with_draw_target(Some(cycles), target);
+        let style = ProgressStyle::with_template(
+            "{wide_bar} {human_pos} of {human_len} cycles, {per_sec}, {eta} left",
+        );
+        if let Ok(style) = style {
+            bar.set_style(style);
+        }
+        bar.enable_steady_tick(Duration::from_millis(200));
+        Self(bar)
+    }
+
+    /// Goes on to that number of cycles.
+    pub(crate) fn reach(&self, cycles: u64) {
+        self.0.set_position(cycles);
+    }
+
+    /// Removes the bar.
+    pub(crate) fn finish(self) {
+        self.0.finish_and_clear();
+    }
+}

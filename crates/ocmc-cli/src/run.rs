@@ -1,0 +1,131 @@
+//! `ocmc`: runs a study and prints what its fleet adds up to.
+
+use crate::arguments::RunArguments;
+use crate::failure::Failure;
+use crate::progress::Progress;
+use crate::run_text::{self, Circumstances};
+use crate::{interrupt, output, request};
+use ocmc_core::fleet::run;
+use ocmc_core::fleet::run::RunPlan;
+use ocmc_core::fleet::summary::SummaryBuilder;
+use ocmc_io::run_directory::{self, FORMAT_VERSION, Manifest, RunDirectory, RunStatus};
+use ocmc_io::run_summary::RunSummary;
+use ocmc_io::study::{self, LoadedStudy};
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::time::Instant;
+
+/// Why a run ended early.
+enum Stop {
+    Interrupted,
+    Failed(Failure),
+}
+
+/// Runs the study, writes its records where asked to, and prints the answer.
+pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
+    let plan = request::plan(arguments)?;
+    let loaded = study::load(&arguments.study, &arguments.set)?;
+    let manifest = manifest(&loaded, &plan);
+    let (name, study_hash) = (manifest.study.clone(), manifest.study_hash.clone());
+    let mut directory = match &arguments.out {
+        Some(path) => Some(RunDirectory::create(path, arguments.format.into(), manifest)?),
+        None => None,
+    };
+
+    interrupt::listen();
+    let clock = Instant::now();
+    let progress = Progress::new(plan.cycles, arguments.quiet);
+    let mut fleet = SummaryBuilder::default();
+    let ended = run::run(&loaded.study, &plan, |records| {
+        fleet.add(&records);
+        if let Some(directory) = &mut directory
+            && let Err(error) = directory.add(&records)
+        {
+            return ControlFlow::Break(Stop::Failed(error.into()));
+        }
+        progress.reach(fleet.cycles());
+        if interrupt::asked() && fleet.cycles() < plan.cycles {
+            return ControlFlow::Break(Stop::Interrupted);
+        }
+        ControlFlow::Continue(())
+    });
+    progress.finish();
+    if let ControlFlow::Break(Stop::Failed(failure)) = ended {
+        return Err(failure);
+    }
+
+    let summary = RunSummary {
+        study: name,
+        study_hash,
+        seed: plan.seed,
+        first_cycle: plan.first_cycle,
+        summary: fleet.finish(),
+        wall_s: clock.elapsed().as_secs_f64(),
+        threads: plan.threads,
+    };
+    if let Some(directory) = directory {
+        directory.finish(&summary)?;
+    }
+    if arguments.json {
+        output::answer(&summary.to_json())?;
+    } else {
+        let circumstances = Circumstances { origin: &loaded.origin, width: output::width() };
+        output::answer(&run_text::run_text(&summary, &circumstances))?;
+    }
+    if ended.is_break() {
+        return Err(interrupted(&summary, &plan, arguments.out.as_deref()));
+    }
+    if !arguments.quiet && !arguments.json {
+        output::note(&more(&summary, arguments));
+    }
+    Ok(())
+}
+
+/// What the run is, before its first cycle.
+fn manifest(loaded: &LoadedStudy, plan: &RunPlan) -> Manifest {
+    Manifest {
+        format_version: FORMAT_VERSION,
+        program_version: env!("CARGO_PKG_VERSION").to_owned(),
+        status: RunStatus::Running,
+        study: loaded.model.study.name.clone(),
+        study_hash: study::study_hash(&loaded.model),
+        seed: plan.seed,
+        first_cycle: plan.first_cycle,
+        cycles: plan.cycles,
+        completed: 0,
+        records: String::new(),
+        resolved_study: study::resolved_toml(&loaded.model),
+    }
+}
+
+fn interrupted(summary: &RunSummary, plan: &RunPlan, out: Option<&Path>) -> Failure {
+    let done = summary.summary.cycles;
+    let kept = match out {
+        Some(path) => format!(" and kept in `{}`", path.display()),
+        None => String::new(),
+    };
+    Failure::Interrupted {
+        finished: format!("{done} of {} cycles finished{kept}", plan.cycles),
+        help: format!(
+            "--first-cycle {} --cycles {} runs the rest",
+            plan.first_cycle + done,
+            plan.cycles - done
+        ),
+    }
+}
+
+/// How to see more.
+fn more(summary: &RunSummary, arguments: &RunArguments) -> String {
+    match &arguments.out {
+        Some(path) => format!("Written to `{}`: {}", path.display(), files(arguments)),
+        None => format!(
+            "More: --out DIR keeps a record of each of the {} cycles; --json prints every statistic with its interval.",
+            summary.summary.cycles
+        ),
+    }
+}
+
+fn files(arguments: &RunArguments) -> String {
+    let format: ocmc_io::records::RecordFormat = arguments.format.into();
+    format!("{}, {}, {}", format.file_name(), run_directory::MANIFEST, run_directory::SUMMARY)
+}

@@ -1,0 +1,92 @@
+//! The answer of a run as text: what was run, the distribution over the fleet, a histogram, and what failed.
+
+use crate::number_text::{grouped, rounded};
+use crate::{histogram_chart, summary_table};
+use ocmc_core::simulation::record::Outcome;
+use ocmc_io::run_summary::RunSummary;
+use ocmc_io::study::Origin;
+use std::fmt::Write;
+
+/// What the text depends on besides the summary.
+pub(crate) struct Circumstances<'a> {
+    pub(crate) origin: &'a Origin,
+    pub(crate) width: usize,
+}
+
+/// The whole answer.
+pub(crate) fn run_text(run: &RunSummary, circumstances: &Circumstances) -> String {
+    let mut text = heading(run, circumstances.origin);
+    if run.summary.outcomes.of(Outcome::Completed) > 0 {
+        text.push('\n');
+        text.push_str(&summary_table::summary_table(&run.summary.statistics));
+        if let Some(statistic) = run.summary.consumption() {
+            text.push('\n');
+            text.push_str(&histogram_chart::histogram_chart(statistic, circumstances.width));
+        }
+    }
+    text.push_str(&failed(run));
+    text
+}
+
+fn heading(run: &RunSummary, origin: &Origin) -> String {
+    let summary = &run.summary;
+    let mut lines = Vec::new();
+    lines.push(("study", match origin {
+        Origin::File(path) => format!("{} ({})", run.study, path.display()),
+        _ => run.study.clone(),
+    }));
+    lines.push(("seed", run.seed.to_string()));
+    let ids = match summary.cycles {
+        0 => String::new(),
+        n => format!(", ids {} to {}", run.first_cycle, run.first_cycle + (n - 1)),
+    };
+    lines.push(("cycles", format!("{}{ids}", grouped(summary.cycles))));
+    lines.push(("simulated", format!(
+        "{} km, {} h of driving",
+        rounded(summary.distance_m / 1000.0),
+        rounded(summary.simulated_s / 3600.0)
+    )));
+    let threads = if run.threads == 1 { "1 thread".to_owned() } else { format!("{} threads", run.threads) };
+    lines.push(("took", format!(
+        "{} s on {threads}: {} cycles/s, {} times as fast as reality",
+        rounded(run.wall_s),
+        rounded(summary.cycles as f64 / run.wall_s),
+        rounded(summary.simulated_s / run.wall_s)
+    )));
+    let mut text = String::new();
+    for (name, value) in lines {
+        let _ = writeln!(text, "{name:<10} {value}");
+    }
+    text
+}
+
+/// Cycles that could not be driven, by reason, and how they were counted.
+fn failed(run: &RunSummary) -> String {
+    let summary = &run.summary;
+    let failed = summary.outcomes.failed();
+    if failed == 0 {
+        return String::new();
+    }
+    let reasons: Vec<String> = Outcome::ALL
+        .into_iter()
+        .filter(|outcome| *outcome != Outcome::Completed && summary.outcomes.of(*outcome) > 0)
+        .map(|outcome| format!("{} {}", grouped(summary.outcomes.of(outcome)), outcome.name()))
+        .collect();
+    let share = 100.0 * failed as f64 / summary.cycles as f64;
+    let mut text = format!(
+        "\nNot completed: {} of {} cycles ({share:.2} %): {}.\nThey are in the records, but in no mean and no quantile above.\n",
+        grouped(failed),
+        grouped(summary.cycles),
+        reasons.join(", ")
+    );
+    if let Some(worst) = summary.worst_case {
+        let (label, factor) = summary_table::label(worst.column);
+        let _ = writeln!(
+            text,
+            "Worst case: had each of them been as long as the mean completed cycle and consumed like\n\
+             the worst one, the fleet's mean would be {} {label}.",
+            rounded(factor * worst.mean)
+        );
+    }
+    text
+}

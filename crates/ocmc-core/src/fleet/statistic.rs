@@ -1,0 +1,91 @@
+//! What is reported of one quantity of a fleet: its mean, and how it is spread over the cycles.
+
+use super::histogram::Histogram;
+use super::quantile::{LEVELS, interval, quantile};
+use super::ratio::Ratio;
+use serde::ser::SerializeMap;
+use serde::{Serialize, Serializer};
+
+/// One quantity of a fleet. What cannot be told from so few cycles is `None`.
+///
+/// Mean and interval are the fleet's (total over total); standard deviation, quantiles and histogram count each
+/// cycle once.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Statistic {
+    /// Name of the quantity, with its unit.
+    pub column: &'static str,
+    /// Cycles that have it.
+    pub n: u64,
+    /// Mean of the fleet.
+    pub mean: Option<f64>,
+    /// 95 % interval of the mean.
+    pub ci95: Option<[f64; 2]>,
+    /// Standard deviation over the cycles.
+    pub sd: Option<f64>,
+    /// Quantiles over the cycles.
+    pub quantiles: [Quantile; LEVELS.len()],
+    /// How the cycles are spread.
+    pub histogram: Option<Histogram>,
+}
+
+/// One quantile over the cycles.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Quantile {
+    /// Share of the cycles below it.
+    pub level: f64,
+    /// Its name, as `p95`.
+    pub name: &'static str,
+    /// Its value.
+    pub value: Option<f64>,
+    /// 95 % interval by order statistics.
+    pub ci95: Option<[f64; 2]>,
+}
+
+impl Statistic {
+    /// Sums up the values of the cycles (in the order of their ids, finite) under the mean of their fleet.
+    pub fn new(column: &'static str, mean: Option<Ratio>, mut values: Vec<f64>) -> Self {
+        let sd = standard_deviation(&values);
+        values.sort_unstable_by(f64::total_cmp);
+        Self {
+            column,
+            n: values.len() as u64,
+            mean: mean.map(|mean| mean.ratio),
+            ci95: mean.and_then(|mean| mean.ci95),
+            sd,
+            quantiles: LEVELS.map(|(level, name)| Quantile {
+                level,
+                name,
+                value: quantile(&values, level),
+                ci95: interval(&values, level),
+            }),
+            histogram: Histogram::of(&values),
+        }
+    }
+}
+
+/// Standard deviation of a sample, with n − 1; none below two values.
+fn standard_deviation(values: &[f64]) -> Option<f64> {
+    if values.len() < 2 {
+        return None;
+    }
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let squares: f64 = values.iter().map(|x| (x - mean) * (x - mean)).sum();
+    Some(libm::sqrt(squares / (n - 1.0)))
+}
+
+impl Serialize for Statistic {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(None)?;
+        map.serialize_entry("mean", &self.mean)?;
+        map.serialize_entry("ci95", &self.ci95)?;
+        map.serialize_entry("sd", &self.sd)?;
+        for quantile in &self.quantiles {
+            map.serialize_entry(quantile.name, &quantile.value)?;
+        }
+        for quantile in &self.quantiles {
+            map.serialize_entry(&format!("{}_ci95", quantile.name), &quantile.ci95)?;
+        }
+        map.end()
+    }
+}

@@ -1,0 +1,386 @@
+//! What a fleet's cycles add up to: consumption, speed, duration and stops, over the cycles that were completed.
+//!
+//! | quantity | mean of the fleet | per cycle |
+//! |---|---|---|
+//! | litres, kWh, wheel kWh or grams of CO2 per distance | total over total distance | the cycle's own |
+//! | litres per 100 tkm | total litres over total tonne-kilometres, empty trips included | the cycle's own; none where it is empty |
+//! | speed | total distance over total time | the cycle's own |
+//! | stops per km | total stops over total distance | the cycle's own |
+//! | duration | plain mean | the cycle's own |
+
+use super::ratio::Ratio;
+use super::statistic::Statistic;
+use crate::simulation::record::{Outcome, Record};
+use serde::ser::SerializeMap;
+use serde::{Serialize, Serializer};
+
+/// The fleet's answers.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Summary {
+    /// Cycles driven.
+    pub cycles: u64,
+    /// How they ended.
+    pub outcomes: Outcomes,
+    /// Distance driven in all cycles, in m.
+    pub distance_m: f64,
+    /// Time integrated in all cycles, in s.
+    pub simulated_s: f64,
+    /// The quantities, over completed cycles.
+    pub statistics: Vec<Statistic>,
+    /// What the cycles that were not completed could change; none where they are at most 0.1 %.
+    pub worst_case: Option<WorstCase>,
+}
+
+/// Number of cycles by outcome, in the order of [`Outcome::ALL`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Outcomes([u64; Outcome::ALL.len()]);
+
+impl Outcomes {
+    /// Number of cycles that ended so.
+    pub fn of(&self, outcome: Outcome) -> u64 {
+        self.0[outcome as usize]
+    }
+
+    /// Number of cycles that were not completed.
+    pub fn failed(&self) -> u64 {
+        self.0.iter().sum::<u64>() - self.of(Outcome::Completed)
+    }
+}
+
+impl Serialize for Outcomes {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_map(Outcome::ALL.map(|outcome| (outcome.name(), self.of(outcome))))
+    }
+}
+
+/// The mean of the fleet if each cycle that was not completed had been as long as the mean completed one and had
+/// consumed, per distance, as much as the worst completed one.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct WorstCase {
+    /// Name of the quantity: the fleet's consumption.
+    pub column: &'static str,
+    /// Cycles that were not completed.
+    pub cycles: u64,
+    /// The mean with them.
+    pub mean: f64,
+}
+
+/// Share of cycles not completed above which the worst case is worth a line.
+pub const WORST_CASE_SHARE: f64 = 1e-3;
+
+impl Summary {
+    /// The statistic of that name.
+    pub fn statistic(&self, column: &str) -> Option<&Statistic> {
+        self.statistics.iter().find(|statistic| statistic.column == column)
+    }
+
+    /// The consumption that the fleet is judged by: fuel, else electricity, else the work at the wheels.
+    pub fn consumption(&self) -> Option<&Statistic> {
+        CONSUMPTIONS.iter().filter_map(|column| self.statistic(column)).find(|s| s.n > 0)
+    }
+}
+
+impl Serialize for Summary {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(None)?;
+        map.serialize_entry("cycles", &self.cycles)?;
+        map.serialize_entry("outcomes", &self.outcomes)?;
+        map.serialize_entry("distance_m", &self.distance_m)?;
+        map.serialize_entry("simulated_s", &self.simulated_s)?;
+        map.serialize_entry("statistics", &StatisticsByName(&self.statistics))?;
+        map.serialize_entry("worst_case", &self.worst_case)?;
+        map.end()
+    }
+}
+
+/// Statistics as a map from their names, for [`Serialize`].
+struct StatisticsByName<'a>(&'a [Statistic]);
+
+impl Serialize for StatisticsByName<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_map(self.0.iter().map(|statistic| (statistic.column, statistic)))
+    }
+}
+
+/// What a cycle's value is multiplied by for a total, or what a total is divided by.
+#[derive(Clone, Copy)]
+enum Weight {
+    /// Each cycle counts once.
+    One,
+    /// Distance, in m.
+    Distance,
+    /// Payload times distance, in t m.
+    TonneDistance,
+    /// Duration, in s.
+    Duration,
+}
+
+/// One reported quantity: its fleet mean is Σ `of` × `times` / Σ `over`.
+struct Quantity {
+    column: &'static str,
+    value: fn(&Record) -> Option<f64>,
+    of: &'static str,
+    times: Weight,
+    over: Weight,
+}
+
+const LITRES: &str = "consumption_l_per_100km";
+const ELECTRICITY: &str = "consumption_kwh_per_km";
+const WHEEL: &str = "wheel_kwh_per_km";
+const CONSUMPTIONS: [&str; 3] = [LITRES, ELECTRICITY, WHEEL];
+
+/// A quantity per distance.
+const fn per_distance(column: &'static str, value: fn(&Record) -> Option<f64>) -> Quantity {
+    Quantity { column, value, of: column, times: Weight::Distance, over: Weight::Distance }
+}
+
+/// The quantities, in the order in which they are reported.
+const QUANTITIES: [Quantity; 8] = [
+    per_distance(LITRES, |r| r.consumption_l_per_100km),
+    Quantity {
+        column: "consumption_l_per_100tkm",
+        value: |r| r.consumption_l_per_100tkm,
+        of: LITRES,
+        times: Weight::Distance,
+        over: Weight::TonneDistance,
+    },
+    per_distance(ELECTRICITY, |r| r.consumption_kwh_per_km),
+    per_distance(WHEEL, |r| Some(r.wheel_kwh_per_km)),
+    per_distance("co2_g_per_km", |r| r.co2_g_per_km),
+    Quantity {
+        column: "mean_speed_mps",
+        value: |r| Some(r.mean_speed_mps),
+        of: "mean_speed_mps",
+        times: Weight::Duration,
+        over: Weight::Duration,
+    },
+    Quantity {
+        column: "duration_s",
+        value: |r| Some(r.duration_s),
+        of: "duration_s",
+        times: Weight::One,
+        over: Weight::One,
+    },
+    per_distance("stops_per_km", |r| Some(f64::from(r.n_stops) / (r.distance_m / 1000.0))),
+];
+
+/// Collects records in the order of their cycle ids, and keeps of each only what the summary needs: 8 bytes a value.
+#[derive(Clone, Debug, Default)]
+pub struct SummaryBuilder {
+    cycles: u64,
+    outcomes: Outcomes,
+    distance_m: f64,
+    simulated_s: f64,
+    /// Completed cycles.
+    rows: usize,
+    /// Per completed cycle.
+    distances_m: Vec<f64>,
+    durations_s: Vec<f64>,
+    payloads_kg: Vec<f64>,
+    /// Per quantity and completed cycle, NaN where there is none; empty while no cycle has the quantity.
+    values: [Vec<f64>; QUANTITIES.len()],
+}
+
+impl SummaryBuilder {
+    /// Adds the next records.
+    pub fn add(&mut self, records: &[Record]) {
+        for record in records {
+            self.cycles += 1;
+            self.outcomes.0[record.outcome as usize] += 1;
+            self.distance_m += record.distance_m;
+            self.simulated_s += record.simulated_s;
+            if record.outcome == Outcome::Completed {
+                self.add_completed(record);
+            }
+        }
+    }
+
+    fn add_completed(&mut self, record: &Record) {
+        self.distances_m.push(record.distance_m);
+        self.durations_s.push(record.duration_s);
+        self.payloads_kg.push(record.payload_kg);
+        for (quantity, values) in QUANTITIES.iter().zip(&mut self.values) {
+            if let Some(value) = (quantity.value)(record).filter(|value| value.is_finite()) {
+                values.resize(self.rows, f64::NAN);
+                values.push(value);
+            }
+        }
+        self.rows += 1;
+    }
+
+    /// Number of cycles added.
+    pub fn cycles(&self) -> u64 {
+        self.cycles
+    }
+
+    /// Sums up.
+    pub fn finish(mut self) -> Summary {
+        for values in &mut self.values {
+            if !values.is_empty() {
+                values.resize(self.rows, f64::NAN);
+            }
+        }
+        let means = std::array::from_fn(|k| self.mean(&QUANTITIES[k]));
+        let worst_case = self.worst_case(&means);
+        let statistics = QUANTITIES
+            .iter()
+            .zip(means)
+            .zip(std::mem::take(&mut self.values))
+            .map(|((quantity, mean), mut values)| {
+                values.retain(|value| !value.is_nan());
+                Statistic::new(quantity.column, mean, values)
+            })
+            .collect();
+        Summary {
+            cycles: self.cycles,
+            outcomes: self.outcomes,
+            distance_m: self.distance_m,
+            simulated_s: self.simulated_s,
+            statistics,
+            worst_case,
+        }
+    }
+
+    /// Values of the quantity of that name.
+    fn values_of(&self, column: &str) -> &[f64] {
+        let place = QUANTITIES.iter().position(|quantity| quantity.column == column);
+        place.map_or(&[], |k| &self.values[k])
+    }
+
+    fn weight(&self, weight: Weight, row: usize) -> f64 {
+        match weight {
+            Weight::One => 1.0,
+            Weight::Distance => self.distances_m[row],
+            Weight::TonneDistance => self.payloads_kg[row] / 1000.0 * self.distances_m[row],
+            Weight::Duration => self.durations_s[row],
+        }
+    }
+
+    fn mean(&self, quantity: &Quantity) -> Option<Ratio> {
+        let values = self.values_of(quantity.of).iter().enumerate();
+        let values = values.filter(|(_, value)| !value.is_nan());
+        Ratio::estimate(values.map(|(row, value)| {
+            (value * self.weight(quantity.times, row), self.weight(quantity.over, row))
+        }))
+    }
+
+    fn worst_case(&self, means: &[Option<Ratio>; QUANTITIES.len()]) -> Option<WorstCase> {
+        let failed = self.outcomes.failed();
+        if failed as f64 <= WORST_CASE_SHARE * self.cycles as f64 {
+            return None;
+        }
+        let column = CONSUMPTIONS.into_iter().find(|column| !self.values_of(column).is_empty())?;
+        let place = QUANTITIES.iter().position(|quantity| quantity.column == column)?;
+        let worst = self.values[place].iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let (completed, failed) = (self.rows as f64, failed as f64);
+        let mean = (completed * means[place]?.ratio + failed * worst) / (completed + failed);
+        Some(WorstCase { column, cycles: self.outcomes.failed(), mean })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn record(cycle_id: u64, distance_km: f64, litres_per_100km: f64) -> Record {
+        let distance_m = 1000.0 * distance_km;
+        let duration_s = distance_m / 20.0;
+        Record {
+            cycle_id,
+            distance_m,
+            duration_s,
+            simulated_s: duration_s,
+            mean_speed_mps: 20.0,
+            n_stops: 2,
+            payload_kg: 10_000.0,
+            consumption_l_per_100km: Some(litres_per_100km),
+            consumption_l_per_100tkm: Some(litres_per_100km / 10.0),
+            wheel_kwh_per_km: 1.0,
+            ..Record::default()
+        }
+    }
+
+    fn summary(records: &[Record]) -> Summary {
+        let mut builder = SummaryBuilder::default();
+        builder.add(records);
+        builder.finish()
+    }
+
+    #[test]
+    fn mean_is_the_fleets_and_quantiles_are_the_cycles() {
+        let summary = summary(&[record(0, 10.0, 20.0), record(1, 30.0, 40.0)]);
+        let litres = summary.statistic(LITRES).expect("reported");
+        // (2 + 12) l over 40 km
+        assert_eq!(litres.mean, Some(35.0));
+        assert_eq!(litres.quantiles[2].value, Some(30.0));
+        assert!((litres.sd.expect("two cycles") - 14.142135623730951).abs() < 1e-12);
+        assert_eq!(summary.statistic("mean_speed_mps").expect("reported").mean, Some(20.0));
+        assert_eq!(summary.statistic("stops_per_km").expect("reported").mean, Some(0.1));
+        assert_eq!(summary.statistic("duration_s").expect("reported").mean, Some(1000.0));
+        assert_eq!(summary.statistic(ELECTRICITY).expect("reported").mean, None);
+        assert_eq!(summary.consumption().expect("fuel").column, LITRES);
+        assert_eq!((summary.cycles, summary.distance_m), (2, 40_000.0));
+    }
+
+    #[test]
+    fn empty_trips_burn_fuel_but_carry_nothing() {
+        let mut empty = record(1, 10.0, 20.0);
+        empty.payload_kg = 0.0;
+        empty.consumption_l_per_100tkm = None;
+        let summary = summary(&[record(0, 10.0, 30.0), empty]);
+        let statistic = summary.statistic("consumption_l_per_100tkm").expect("reported");
+        // (3 + 2) l over 100 tkm
+        assert_eq!(statistic.mean, Some(5.0));
+        assert_eq!(statistic.n, 1);
+    }
+
+    #[test]
+    fn no_cycles_and_one_cycle() {
+        let none = summary(&[]);
+        assert_eq!(none.cycles, 0);
+        assert!(none.statistics.iter().all(|s| s.mean.is_none() && s.sd.is_none() && s.n == 0));
+        let one = summary(&[record(5, 10.0, 30.0)]);
+        let litres = one.statistic(LITRES).expect("reported");
+        assert_eq!(
+            (one.first_cycle, litres.mean, litres.ci95, litres.sd),
+            (Some(5), Some(30.0), None, None)
+        );
+        assert_eq!(litres.quantiles[5].value, Some(30.0));
+        assert_eq!(litres.quantiles[5].ci95, None);
+    }
+
+    #[test]
+    fn cycles_not_completed_are_counted_and_bounded() {
+        let mut stalled = record(2, 1.0, 900.0);
+        stalled.outcome = Outcome::Stalled;
+        let summary = summary(&[record(0, 10.0, 20.0), record(1, 10.0, 40.0), stalled]);
+        assert_eq!(summary.outcomes.of(Outcome::Stalled), 1);
+        assert_eq!(summary.outcomes.failed(), 1);
+        assert_eq!(summary.statistic(LITRES).expect("reported").mean, Some(30.0));
+        // (2 × 30 + 1 × 40) / 3
+        let worst = summary.worst_case.expect("a third has failed");
+        assert!((worst.mean - 100.0 / 3.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn chunks_do_not_matter() {
+        let records: Vec<Record> =
+            (0..500).map(|k| record(k, 10.0 + (k % 7) as f64, 30.0 + (k % 11) as f64)).collect();
+        let mut builder = SummaryBuilder::default();
+        for chunk in records.chunks(17) {
+            builder.add(chunk);
+        }
+        assert_eq!(builder.finish(), summary(&records));
+    }
+
+    #[test]
+    fn serialises_as_the_interface_says() {
+        let json =
+            serde_json::to_value(summary(&[record(0, 10.0, 30.0)])).expect("numbers and names");
+        assert_eq!(json["outcomes"]["completed"], 1);
+        let litres = &json["statistics"][LITRES];
+        assert_eq!(litres["mean"], 30.0);
+        assert!(litres["ci95"].is_null() && litres["p99_ci95"].is_null());
+        assert_eq!(litres["p50"], 30.0);
+    }
+}

@@ -1,0 +1,94 @@
+//! Records as comma-separated values: shortest decimals that read back as the same numbers, an empty cell for null.
+
+use super::{GROUP_ROWS, RecordsError};
+use ocmc_core::simulation::record::{COLUMNS, Cell, Record};
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+/// A CSV file of records that is being written.
+#[derive(Debug)]
+pub struct CsvRecords {
+    path: PathBuf,
+    file: BufWriter<File>,
+}
+
+impl CsvRecords {
+    /// Begins the file with the names of the columns.
+    pub fn new(path: &Path, file: File) -> Result<Self, RecordsError> {
+        let mut csv = Self { path: path.to_owned(), file: BufWriter::new(file) };
+        let header = write_header(&mut csv.file);
+        header.map_err(|source| csv.error(source))?;
+        Ok(csv)
+    }
+
+    /// Writes records, down to the operating system.
+    pub fn write(&mut self, records: &[Record]) -> Result<(), RecordsError> {
+        let written = write_rows(&mut self.file, records).and_then(|()| self.file.flush());
+        written.map_err(|source| self.error(source))
+    }
+
+    /// Makes sure that the file is on the disk.
+    pub fn finish(mut self) -> Result<(), RecordsError> {
+        let synced = self.file.flush().and_then(|()| self.file.get_ref().sync_all());
+        synced.map_err(|source| self.error(source))
+    }
+
+    fn error(&self, source: io::Error) -> RecordsError {
+        RecordsError::Write { path: self.path.clone(), source }
+    }
+}
+
+/// Writes the names of the columns.
+pub fn write_header(out: &mut impl Write) -> io::Result<()> {
+    let names: Vec<&str> = COLUMNS.iter().map(|column| column.name).collect();
+    writeln!(out, "{}", names.join(","))
+}
+
+/// Writes rows. Neither numbers nor names of outcomes ever need quotes.
+pub fn write_rows(out: &mut impl Write, records: &[Record]) -> io::Result<()> {
+    for record in records {
+        for (k, column) in COLUMNS.iter().enumerate() {
+            if k > 0 {
+                out.write_all(b",")?;
+            }
+            match (column.get)(record) {
+                Cell::Integer(value) => write!(out, "{value}")?,
+                // the Debug form is the shortest that reads back as the same number, with an exponent where it is large or small
+                Cell::Number(Some(value)) => write!(out, "{value:?}")?,
+                Cell::Number(None) => (),
+                Cell::Outcome(outcome) => out.write_all(outcome.name().as_bytes())?,
+            }
+        }
+        out.write_all(b"\n")?;
+    }
+    Ok(())
+}
+
+/// Reads records, a group at a time. Columns are found by their names, in any order.
+pub fn read(
+    path: &Path,
+    file: File,
+    mut sink: impl FnMut(Vec<Record>),
+) -> Result<(), RecordsError> {
+    let mut reader = csv::Reader::from_reader(file);
+    let mut group = Vec::new();
+    for record in reader.deserialize() {
+        group.push(record.map_err(|error| read_error(path, error))?);
+        if group.len() == GROUP_ROWS {
+            sink(std::mem::take(&mut group));
+        }
+    }
+    if !group.is_empty() {
+        sink(group);
+    }
+    Ok(())
+}
+
+fn read_error(path: &Path, error: csv::Error) -> RecordsError {
+    let reason = error.to_string();
+    match error.into_kind() {
+        csv::ErrorKind::Io(source) => RecordsError::Read { path: path.to_owned(), source },
+        _ => RecordsError::Malformed { path: path.to_owned(), reason },
+    }
+}

@@ -1,0 +1,267 @@
+//! Records in files: one row a cycle, in the order of cycle ids, a column for each quantity.
+//!
+//! A file is a function of its rows alone: whatever the chunks in which rows arrive, they are written in groups of
+//! [`GROUP_ROWS`], each in one go.
+
+pub mod arrow;
+pub mod csv;
+pub mod parquet;
+
+use ocmc_core::simulation::record::Record;
+use std::fs::{File, OpenOptions};
+use std::io;
+use std::path::{Path, PathBuf};
+use thiserror::Error;
+
+/// Rows that are written at a time: the row group of a Parquet file.
+pub const GROUP_ROWS: usize = 8192;
+
+/// How records are written.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum RecordFormat {
+    /// Apache Parquet, compressed by zstd.
+    #[default]
+    Parquet,
+    /// Comma-separated values; an empty cell is null.
+    Csv,
+}
+
+impl RecordFormat {
+    /// Both formats.
+    pub const ALL: [Self; 2] = [Self::Parquet, Self::Csv];
+
+    /// Its name on the command line, and the extension of its files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Parquet => "parquet",
+            Self::Csv => "csv",
+        }
+    }
+
+    /// Name of the file in a run directory.
+    pub fn file_name(self) -> &'static str {
+        match self {
+            Self::Parquet => "records.parquet",
+            Self::Csv => "records.csv",
+        }
+    }
+}
+
+/// What can go wrong with a file of records.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum RecordsError {
+    /// The file cannot be created.
+    #[error("cannot create `{}`: {source}", path.display())]
+    Create {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// The file cannot be written, for instance because the disk is full.
+    #[error("cannot write `{}`: {source}", path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// The file cannot be read.
+    #[error("cannot read `{}`: {source}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// The file is not what its name says.
+    #[error("`{}` is no file of records: {reason}", path.display())]
+    Malformed {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong, and where.
+        reason: String,
+    },
+}
+
+/// Writes records to a new file, group by group.
+#[derive(Debug)]
+pub struct RecordWriter {
+    file: Groups,
+    /// Records of the group that is not full yet.
+    waiting: Vec<Record>,
+    written: u64,
+}
+
+/// A file that takes whole groups.
+#[derive(Debug)]
+enum Groups {
+    Parquet(parquet::ParquetRecords),
+    Csv(csv::CsvRecords),
+}
+
+impl RecordWriter {
+    /// Creates the file, which must not exist.
+    pub fn create(path: &Path, format: RecordFormat) -> Result<Self, RecordsError> {
+        let file = OpenOptions::new().write(true).create_new(true).open(path);
+        let file = file.map_err(|source| RecordsError::Create { path: path.to_owned(), source })?;
+        let file = match format {
+            RecordFormat::Parquet => Groups::Parquet(parquet::ParquetRecords::new(path, file)?),
+            RecordFormat::Csv => Groups::Csv(csv::CsvRecords::new(path, file)?),
+        };
+        Ok(Self { file, waiting: Vec::new(), written: 0 })
+    }
+
+    /// Takes the next records, and writes the groups that they fill. Returns whether there was one.
+    pub fn add(&mut self, records: &[Record]) -> Result<bool, RecordsError> {
+        self.waiting.extend_from_slice(records);
+        let mut full = 0;
+        while let Some(group) = self.waiting.get(full..full + GROUP_ROWS) {
+            self.file.write(group)?;
+            self.written += GROUP_ROWS as u64;
+            full += GROUP_ROWS;
+        }
+        self.waiting.drain(..full);
+        Ok(full > 0)
+    }
+
+    /// Number of rows in the file so far.
+    pub fn written(&self) -> u64 {
+        self.written
+    }
+
+    /// Writes what is left, completes the file and makes sure that it is on the disk. Returns the number of rows.
+    pub fn finish(mut self) -> Result<u64, RecordsError> {
+        if !self.waiting.is_empty() {
+            self.file.write(&self.waiting)?;
+            self.written += self.waiting.len() as u64;
+        }
+        match self.file {
+            Groups::Parquet(file) => file.finish()?,
+            Groups::Csv(file) => file.finish()?,
+        }
+        Ok(self.written)
+    }
+}
+
+impl Groups {
+    fn write(&mut self, group: &[Record]) -> Result<(), RecordsError> {
+        match self {
+            Self::Parquet(file) => file.write(group),
+            Self::Csv(file) => file.write(group),
+        }
+    }
+}
+
+/// Reads the records of a file, group by group, in the format that its extension names.
+pub fn read(path: &Path, sink: impl FnMut(Vec<Record>)) -> Result<(), RecordsError> {
+    let open =
+        || File::open(path).map_err(|source| RecordsError::Read { path: path.to_owned(), source });
+    match path.extension().and_then(|extension| extension.to_str()) {
+        Some("parquet") => parquet::read(path, open()?, sink),
+        Some("csv") => csv::read(path, open()?, sink),
+        _ => Err(RecordsError::Malformed {
+            path: path.to_owned(),
+            reason: "its name ends neither in `.parquet` nor in `.csv`".to_owned(),
+        }),
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod examples {
+    //! Records for tests, with values that are hard to write.
+
+    use ocmc_core::simulation::record::{Outcome, Record};
+
+    /// A record whose values depend on its id.
+    pub(crate) fn record(cycle_id: u64) -> Record {
+        let x = cycle_id as f64 + 1.0;
+        Record {
+            cycle_id,
+            outcome: Outcome::ALL[(cycle_id % 4) as usize],
+            distance_m: x / 3.0,
+            duration_s: x * 1e-300,
+            mean_speed_mps: 0.1 + 0.2 * x,
+            n_stops: cycle_id as u32,
+            fuel_kg: (cycle_id % 2 == 0).then_some(x * 1e20),
+            driver_effect: -x / 7.0,
+            potential_change_j: -0.0,
+            ..Record::default()
+        }
+    }
+
+    /// The first `n` records.
+    pub(crate) fn records(n: u64) -> Vec<Record> {
+        (0..n).map(record).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn write(path: &Path, format: RecordFormat, records: &[Record], chunk: usize) {
+        let mut writer = RecordWriter::create(path, format).expect("a new file");
+        for records in records.chunks(chunk) {
+            writer.add(records).expect("space");
+        }
+        assert_eq!(writer.finish().expect("space"), records.len() as u64);
+    }
+
+    #[test]
+    fn what_is_written_is_read_back_exactly() {
+        let directory = tempfile::tempdir().expect("a directory");
+        for format in RecordFormat::ALL {
+            for n in [0, 1, 300, GROUP_ROWS as u64, 3 * GROUP_ROWS as u64 + 17] {
+                let records = examples::records(n);
+                let path = directory.path().join(format!("{n}.{}", format.name()));
+                write(&path, format, &records, 256);
+                let mut back = Vec::new();
+                read(&path, |group| back.extend(group)).expect("just written");
+                assert_eq!(back.len(), records.len());
+                assert!(back == records, "{path:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn bytes_do_not_depend_on_chunks() {
+        let directory = tempfile::tempdir().expect("a directory");
+        let records = examples::records(2 * GROUP_ROWS as u64 + 100);
+        for format in RecordFormat::ALL {
+            let bytes = [1, 100, GROUP_ROWS, 20_000].map(|chunk| {
+                let path = directory.path().join(format!("{chunk}.{}", format.name()));
+                write(&path, format, &records, chunk);
+                std::fs::read(path).expect("just written")
+            });
+            assert!(bytes.windows(2).all(|pair| pair[0] == pair[1]), "{format:?}");
+        }
+    }
+
+    #[test]
+    fn an_existing_file_is_not_overwritten() {
+        let directory = tempfile::tempdir().expect("a directory");
+        let path = directory.path().join("records.csv");
+        std::fs::write(&path, "mine").expect("space");
+        let error = RecordWriter::create(&path, RecordFormat::Csv).expect_err("it exists");
+        assert!(error.to_string().contains("records.csv"), "{error}");
+        assert_eq!(std::fs::read(&path).expect("still there"), b"mine");
+    }
+
+    #[test]
+    fn files_that_are_no_records_are_errors_with_their_name() {
+        let directory = tempfile::tempdir().expect("a directory");
+        for (name, text) in [
+            ("a.csv", "nonsense\n1\n"),
+            ("b.csv", "cycle_id,outcome\n1,flown\n"),
+            ("c.parquet", "no parquet"),
+            ("d.txt", ""),
+        ] {
+            let path = directory.path().join(name);
+            std::fs::write(&path, text).expect("space");
+            let error = read(&path, |_| ()).expect_err("no records").to_string();
+            assert!(error.contains(name), "{error}");
+        }
+    }
+}
