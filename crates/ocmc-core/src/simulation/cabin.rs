@@ -150,7 +150,8 @@ impl Cabin {
         self.gear = gear as usize - 1;
         state.speed.0[lane] = 0.0;
         state.set_gear(lane, self.gear, shared);
-        for column in [&mut state.torque, &mut state.integral, &mut state.filtered, &mut state.held]
+        for column in
+            [&mut state.torque, &mut state.integral, &mut state.filtered, &mut state.holding]
         {
             column.0[lane] = 0.0;
         }

@@ -96,11 +96,25 @@ impl<const W: usize> Lanes<W> {
         Self::select_lt(Self::ZERO, self, x, y)
     }
 
-    /// One minus a flag.
+    /// The other flag.
     #[inline(always)]
     #[must_use]
     pub fn not(self) -> Self {
-        Self::all(1.0) - self
+        self.choose(Self::ZERO, Self::all(1.0))
+    }
+
+    /// Both flags. Written as a selection, which the compiler turns into operations on masks.
+    #[inline(always)]
+    #[must_use]
+    pub fn and(self, other: Self) -> Self {
+        self.choose(other, Self::ZERO)
+    }
+
+    /// Either flag.
+    #[inline(always)]
+    #[must_use]
+    pub fn or(self, other: Self) -> Self {
+        self.choose(Self::all(1.0), other)
     }
 
     /// Whether any lane is above zero.

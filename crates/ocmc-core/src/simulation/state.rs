@@ -104,8 +104,10 @@ pub struct State<const W: usize> {
     pub integral: Lanes<W>,
     /// Filtered speed of the derivative part, in m/s.
     pub filtered: Lanes<W>,
-    /// Controller output of the last step, which a switched driver holds.
+    /// Controller output that a switched driver holds.
     pub held: Lanes<W>,
+    /// Flag: a switched driver was holding it in the last step.
+    pub holding: Lanes<W>,
     /// Engine speed at the end of the last step, in rad/s.
     pub engine_speed: Lanes<W>,
     /// Time left of a shift, in s.
@@ -179,6 +181,7 @@ impl<const W: usize> State<W> {
             integral: zero,
             filtered: zero,
             held: zero,
+            holding: zero,
             engine_speed: all(shared.idle_radps),
             shift_left: zero,
             hold_left: zero,
@@ -211,7 +214,7 @@ impl<const W: usize> State<W> {
 
     /// Takes a lane out of service: its truck stands on an endless road.
     pub fn park(&mut self, lane: usize) {
-        for column in [&mut self.speed, &mut self.torque, &mut self.integral, &mut self.held] {
+        for column in [&mut self.speed, &mut self.torque, &mut self.integral, &mut self.holding] {
             column.0[lane] = 0.0;
         }
         self.integral_gain.0[lane] = 0.0;

@@ -66,6 +66,8 @@ struct Decision<const W: usize> {
     /// Engine speed where the clutch is not closed.
     free_speed: Lanes<W>,
     inverse_mass: Lanes<W>,
+    /// Full-load and drag curve: value at zero speed and slope of the piece at the step's start.
+    curves: [Lanes<W>; 4],
 }
 
 /// Torques and forces of one stage.
@@ -87,8 +89,10 @@ struct Forces<const W: usize> {
 
 /// The limiter's range, in m/s: traction fades out over it (judgement).
 const LIMITER_RANGE_MPS: f64 = 0.5;
-/// A way too short for a step to be cut at, in m.
+/// The slowest pace at which a step is cut for a segment's end, in m/s.
 const SMALLEST_SPEED: f64 = 1e-9;
+/// How far beyond the zero of a switching function a step goes, as a share of what is left of it.
+const PASSING: f64 = 2e-3;
 
 impl<const W: usize> State<W> {
     /// Braking and static branch of the desired speed squared, and whether the static one binds; then the desired speed.
@@ -128,12 +132,8 @@ impl<const W: usize> State<W> {
 
         // downhill, above a static limit, the driver lets the truck run up to the edge of a band
         let over = self.proportional * (speed - desired - Lanes::all(pedals.overspeed_band_mps));
-        let in_band = Lanes::select_lt(
-            Lanes::all(pedals.overspeed_from_mps),
-            speed,
-            Lanes::flag_lt(backward, self.row[RoadRow::LIMIT]).not(),
-            Lanes::ZERO,
-        );
+        let in_band = Lanes::flag_lt(Lanes::all(pedals.overspeed_from_mps), speed)
+            .and(Lanes::flag_lt(backward, self.row[RoadRow::LIMIT]).not());
         let demand = in_band.choose(over.min(-output), -output);
         let brake = (demand * pedals.brake_scale).clip(0.0, 1.0);
         let realised = accelerator - brake * (1.0 / pedals.brake_scale);
@@ -153,23 +153,26 @@ impl<const W: usize> State<W> {
         let (desired, _) = self.desired(self.left, shared);
         let error = desired - self.speed;
         let hold = Lanes::flag_lt(error.abs(), self.threshold);
+        // what is held is the output at the moment when holding began
+        let held = self.holding.choose(self.held, self.proportional * error);
         // a held brake is released when e >= 0, unless the driver holds as printed in the paper
-        let released = Lanes::select_lt(error, Lanes::ZERO, self.held, self.held.max(Lanes::ZERO));
-        let held = self.holds_brake.choose(self.held, released);
+        let released = Lanes::select_lt(error, Lanes::ZERO, held, held.max(Lanes::ZERO));
+        let held = self.holds_brake.choose(held, released);
         let control =
             self.control(self.speed, self.left, self.integral, self.filtered, hold, held, shared);
 
         let launch = Lanes::all(shared.powertrain.model.gearbox.shift.launch_speed_radps);
         let speed = self.speed * self.gear_speed;
         let pressed = Lanes::flag_lt(Lanes::ZERO, control.accelerator);
-        let slips = Lanes::select_lt(speed, launch, self.gear_launches * pressed, Lanes::ZERO);
+        let slips = Lanes::select_lt(speed, launch, self.gear_launches.and(pressed), Lanes::ZERO);
         let slow = Lanes::flag_lt(speed, Lanes::all(shared.open_radps));
-        let closed = slips.not() * slow.not();
+        let closed = slips.or(slow).not();
         let shifting = Lanes::flag_lt(Lanes::ZERO, self.shift_left);
-        let engaged = slips.max(closed) * shifting.not();
+        let engaged = slips.or(closed).and(shifting.not());
         let free_speed = slips.choose(launch, Lanes::all(shared.idle_radps));
         let inverse_mass = closed.choose(self.inverse_mass_closed, self.inverse_mass_open);
-        (Decision { hold, held, closed, engaged, free_speed, inverse_mass }, control)
+        let curves = curve_rows(shared, closed.choose(speed, free_speed));
+        (Decision { hold, held, closed, engaged, free_speed, inverse_mass, curves }, control)
     }
 
     /// Torques and forces at one stage.
@@ -191,7 +194,7 @@ impl<const W: usize> State<W> {
         let air = relative.max(Lanes::all(1.0));
         let inverse = Lanes::all(1.0) / (engine_speed * air);
 
-        let [full_0, full_1, drag_0, drag_1] = curve_rows(shared, engine_speed);
+        let [full_0, full_1, drag_0, drag_1] = decision.curves;
         let full = full_0 + full_1 * engine_speed;
         let drag_torque = drag_0 + drag_1 * engine_speed;
         let available = torque.max(drag_torque).min(full);
@@ -261,12 +264,9 @@ impl<const W: usize> State<W> {
         let first = self.forces(self.speed, self.torque, &first_control, &decision, shared);
 
         // how far this step may go
-        let whole = Lanes::select_lt(
-            zero,
-            self.shift_left,
-            self.shift_left.min(Lanes::all(shared.simulation.step_s)),
-            Lanes::all(shared.simulation.step_s),
-        );
+        let longest = Lanes::all(shared.simulation.step_s);
+        let whole = Lanes::select_lt(zero, self.shift_left, self.shift_left.min(longest), longest);
+        let whole = Lanes::select_lt(zero, self.hold_left, self.hold_left.min(whole), whole);
         let pace = (self.speed + first.acceleration * whole * half).max(Lanes::all(SMALLEST_SPEED));
         let to_end = self.left / pace;
         let dt = whole.min(to_end);
@@ -289,20 +289,26 @@ impl<const W: usize> State<W> {
         );
         let second = self.forces(speed_2, torque_2, &second_control, &decision, shared);
 
+        // where the driver or the gearbox changes its mind within the step, and how far into it that is
+        let (mind, mind_of) =
+            self.change_of_mind(speed_2, &decision, &first_control, &second_control, shared);
+
         // a truck at rest does not roll back: the brakes hold it, without work
         let free = (first.acceleration + second.acceleration) * half;
         let mean = Lanes::select_lt(zero, self.speed, free, free.max(zero));
-        // three ends of a step: its time is over, the segment ends, the truck comes to rest
+        // the ends of a step: its time is over, a mind changes, the segment ends, the truck comes to rest
         let way = dt * (self.speed + mean * dt * half);
         let square = self.speed * self.speed + mean * self.left * 2.0;
         let at_end = square.max(zero).sqrt();
-        let reaches = Lanes::select_lt(zero, square, Lanes::flag_lt(self.left, way), zero)
-            .max(Lanes::select_lt(zero, square, Lanes::flag_lt(to_end, whole), zero));
+        let far = Lanes::flag_lt(self.left, way).or(Lanes::flag_lt(to_end, whole));
+        let reaches = Lanes::flag_lt(zero, square).and(far);
         let timed = self.speed + mean * dt;
-        let rests = Lanes::flag_lt(timed, zero) * reaches.not();
-        let over = reaches.choose(self.left * 2.0, rests.choose(self.speed, dt));
-        let under = reaches.choose(self.speed + at_end, rests.choose(-mean, Lanes::all(1.0)));
+        let rests = Lanes::flag_lt(timed, zero).and(reaches.not());
+        let stays = rests.or(reaches).not();
+        let over = reaches.choose(self.left * 2.0, rests.choose(self.speed, dt * mind));
+        let under = reaches.choose(self.speed + at_end, rests.choose(-mean, mind_of));
         let dt = over / under;
+        let timed = stays.choose(self.speed + mean * dt, zero);
         let end = reaches.choose(at_end, timed.max(zero));
         let dx = reaches.choose(self.left, dt * (self.speed + end) * half);
 
@@ -314,7 +320,7 @@ impl<const W: usize> State<W> {
         let mean_speed = decision
             .closed
             .choose((self.speed + end) * self.gear_speed * half, decision.free_speed);
-        let fuel_rate = self.fuel_rate(mean_speed, torque, shared);
+        let fuel_rate = self.fuel_rate(mean_speed, torque, &decision, shared);
         let half_way = dx * half;
         let jump = self.engine_speed * self.engine_speed - start_speed * start_speed;
         let drag = first.drag + second.drag;
@@ -335,7 +341,11 @@ impl<const W: usize> State<W> {
         added[Total::ServiceBrake as usize] =
             (first.service_brake + second.service_brake) * half_way;
         added[Total::EngineBrake as usize] = (first.engine_brake + second.engine_brake) * half_way;
-        added[Total::Wheel as usize] = (first.wheel.max(zero) + second.wheel.max(zero)) * half_way;
+        // of a force that changes its sign the mean of the positive parts is too much, the positive part of the
+        // mean too little, by the same amount
+        let both = (first.wheel + second.wheel).max(zero);
+        let each = first.wheel.max(zero) + second.wheel.max(zero);
+        added[Total::Wheel as usize] = (both + each) * half_way * half;
         for (total, amount) in self.totals.iter_mut().zip(&added) {
             *total = *total + *amount;
         }
@@ -352,7 +362,8 @@ impl<const W: usize> State<W> {
         );
         self.filtered =
             self.filtered + half_dt * (first_control.filter_rate + second_control.filter_rate);
-        self.held = second_control.output;
+        self.holding = decision.hold;
+        self.held = decision.held;
         self.speed = end;
         self.left = reaches.choose(zero, self.left - dx);
         self.engine_speed = decision.closed.choose(end * self.gear_speed, decision.free_speed);
@@ -393,6 +404,60 @@ impl<const W: usize> State<W> {
         }
     }
 
+    /// The share of the step, as numerator and denominator, after which a switched driver begins or ends to hold, or
+    /// an engine speed crosses a shifting line; 1/1 where neither happens. Without this cut both are decided up to a
+    /// step too late, and the error is of first order in the step.
+    #[inline(always)]
+    fn change_of_mind(
+        &self,
+        speed_2: Lanes<W>,
+        decision: &Decision<W>,
+        first: &Control<W>,
+        second: &Control<W>,
+        shared: &Shared,
+    ) -> (Lanes<W>, Lanes<W>) {
+        let zero = Lanes::ZERO;
+        let shift = &shared.powertrain.model.gearbox.shift;
+        // functions that rise through zero where a mind changes
+        let (error_1, error_2) = (first.desired - self.speed, second.desired - speed_2);
+        let outside = |error: Lanes<W>| error.abs() - self.threshold;
+        let releases = decision
+            .hold
+            .and(Lanes::flag_lt(decision.held, zero))
+            .and(self.holds_brake.not())
+            .and(Lanes::flag_lt(error_1, error_2));
+        let hold_of = |error| {
+            let switches = decision.hold.choose(outside(error), -outside(error));
+            releases.choose(error, switches)
+        };
+        let up_of = |speed: Lanes<W>, control: &Control<W>| {
+            speed * self.gear_speed_up
+                - Lanes::all(shift.up_speed_radps)
+                - control.accelerator * shift.up_pedal_radps
+        };
+        let down_of = |speed: Lanes<W>, control: &Control<W>| {
+            Lanes::all(shift.down_speed_radps) + control.accelerator * shift.down_pedal_radps
+                - speed * self.gear_speed
+        };
+        let mut over = Lanes::all(1.0);
+        let mut under = Lanes::all(1.0);
+        for (before, after) in [
+            (hold_of(error_1), hold_of(error_2)),
+            (up_of(self.speed, first), up_of(speed_2, second)),
+            (down_of(self.speed, first), down_of(speed_2, second)),
+        ] {
+            // the zero of the line between both, and a little more, so that the change is seen
+            let part = after * PASSING - before;
+            let whole = after - before;
+            let crosses = Lanes::flag_lt(before, zero)
+                .and(Lanes::flag_lt(zero, after))
+                .and(Lanes::flag_lt(part * under, over * whole));
+            over = crosses.choose(part, over);
+            under = crosses.choose(whole, under);
+        }
+        (over, under)
+    }
+
     #[inline(always)]
     fn clamp_integral(&self, integral: Lanes<W>, shared: &Shared) -> Lanes<W> {
         let pid = &shared.pedals.pid;
@@ -403,7 +468,13 @@ impl<const W: usize> State<W> {
 
     /// Fuel of the map at a speed and torque, in kg/s; below zero torque it falls to nothing at the drag torque.
     #[inline(always)]
-    fn fuel_rate(&self, speed: Lanes<W>, torque: Lanes<W>, shared: &Shared) -> Lanes<W> {
+    fn fuel_rate(
+        &self,
+        speed: Lanes<W>,
+        torque: Lanes<W>,
+        decision: &Decision<W>,
+        shared: &Shared,
+    ) -> Lanes<W> {
         let engine = &shared.powertrain.engine;
         let zero = Lanes::ZERO;
         let powered = torque.max(zero);
@@ -416,7 +487,7 @@ impl<const W: usize> State<W> {
             d.0[l] = row[3];
         }
         let map = a + b * speed + powered * (c + d * speed);
-        let [_, _, drag_0, drag_1] = curve_rows(shared, speed);
+        let [_, _, drag_0, drag_1] = decision.curves;
         let overrun = Lanes::all(1.0) - torque.min(zero) / (drag_0 + drag_1 * speed);
         map.max(zero) * overrun.max(zero) * self.fuel_factor
     }
@@ -437,30 +508,30 @@ impl<const W: usize> State<W> {
         let up_speed = self.speed * self.gear_speed_up;
         let up_line = Lanes::all(shift.up_speed_radps) + accelerator * shift.up_pedal_radps;
         let down_line = Lanes::all(shift.down_speed_radps) + accelerator * shift.down_pedal_radps;
-        let ready = Lanes::select_lt(
-            Lanes::all(shift.minimum_speed_mps),
-            self.speed,
-            Lanes::flag_lt(zero, self.hold_left.max(self.shift_left)).not(),
-            zero,
-        );
+        let ready = Lanes::flag_lt(Lanes::all(shift.minimum_speed_mps), self.speed)
+            .and(Lanes::flag_lt(zero, self.hold_left.max(self.shift_left)).not());
 
-        let fast = Lanes::flag_lt(up_speed, up_line).not() * ready;
+        let fast = Lanes::flag_lt(up_speed, up_line).not().and(ready);
         let up = if fast.any() {
             let [full_0, full_1, _, _] = curve_rows(shared, up_speed);
             let power = (full_0 + full_1 * up_speed) * up_speed * shift.power_share;
-            fast * Lanes::flag_lt(power, road_power * shift.power_reserve).not()
+            fast.and(Lanes::flag_lt(power, road_power * shift.power_reserve).not())
         } else {
             zero
         };
-        let has_up = Lanes::flag_lt(zero, self.gear_speed_up);
-        let over = Lanes::flag_lt(Lanes::all(shift.overspeed_radps), speed) * has_up;
+        let over = Lanes::flag_lt(Lanes::all(shift.overspeed_radps), speed)
+            .and(Lanes::flag_lt(zero, self.gear_speed_up));
         let has_down = Lanes::flag_lt(self.gear_speed_down, Lanes::all(super::road_row::FAR));
-        let may_down = has_down * slowing;
-        let low = Lanes::flag_lt(speed, down_line) * closed.max(self.gear_launches.not());
-        let kick = Lanes::flag_lt(zero, self.kick_left).not()
-            * Lanes::flag_lt(speed, Lanes::all(shift.kickdown_speed_radps))
-            * Lanes::flag_lt(self.speed * self.gear_speed_down, Lanes::all(shift.overspeed_radps));
-        up.max(ready * over.max(may_down * low.max(kick)))
+        let low = Lanes::flag_lt(speed, down_line).and(closed.or(self.gear_launches.not()));
+        let kick = Lanes::flag_lt(zero, self.kick_left)
+            .not()
+            .and(Lanes::flag_lt(speed, Lanes::all(shift.kickdown_speed_radps)))
+            .and(Lanes::flag_lt(
+                self.speed * self.gear_speed_down,
+                Lanes::all(shift.overspeed_radps),
+            ));
+        let down = has_down.and(slowing).and(low.or(kick));
+        up.or(ready.and(over.or(down)))
     }
 
     /// Above zero where a lane needs a look.
@@ -477,7 +548,7 @@ impl<const W: usize> State<W> {
         );
         let captured = Lanes::flag_lt(reach, to_line).not();
         let due = Lanes::flag_lt(Lanes::ZERO, self.steps_left).not();
-        ended.max(captured).max(due).max(wants_shift)
+        ended.or(captured).or(due).or(wants_shift)
     }
 }
 

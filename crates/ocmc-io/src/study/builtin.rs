@@ -1,6 +1,81 @@
 //! The studies and vehicles that are part of the program.
 
-/// The default study.
-pub const FIELD_TRUCK: &str = include_str!("../../../../configs/field-truck.toml");
-/// The default vehicle.
-pub const TRACTOR_40T: &str = include_str!("../../../../configs/vehicles/tractor-40t.toml");
+use super::error::{Cause, Fault, StudyFileError};
+
+/// A study or vehicle that is part of the program.
+#[derive(Clone, Copy, Debug)]
+pub struct BuiltIn {
+    /// Its name.
+    pub name: &'static str,
+    /// What it is, in one line.
+    pub description: &'static str,
+    /// Its text.
+    pub text: &'static str,
+}
+
+/// The name of the default study.
+pub const DEFAULT: &str = "field-truck";
+
+/// The built-in studies, the default one first.
+pub const STUDIES: &[BuiltIn] = &[
+    BuiltIn {
+        name: DEFAULT,
+        description: "Tractor-semitrailers with mixed payloads on mixed roads, drivers of the field data",
+        text: include_str!("../../../../configs/field-truck.toml"),
+    },
+    BuiltIn {
+        name: "field-truck-loaded",
+        description: "The default study with every truck loaded to 40 t",
+        text: include_str!("../../../../configs/field-truck-loaded.toml"),
+    },
+    BuiltIn {
+        name: "field-truck-table",
+        description: "The default study with the curve speeds of the 25 single trucks of the field data",
+        text: include_str!("../../../../configs/field-truck-table.toml"),
+    },
+    BuiltIn {
+        name: "simulator-truck",
+        description: "Trucks loaded to 40 t with the drivers of the driving simulator",
+        text: include_str!("../../../../configs/simulator-truck.toml"),
+    },
+    BuiltIn {
+        name: "long-haul",
+        description: "Missions of 300 km, four fifths of them on motorways",
+        text: include_str!("../../../../configs/long-haul.toml"),
+    },
+    BuiltIn {
+        name: "regional",
+        description: "Missions of 100 km on mixed roads with the payloads of regional delivery",
+        text: include_str!("../../../../configs/regional.toml"),
+    },
+    BuiltIn {
+        name: "urban-delivery",
+        description: "Missions of 40 km in towns with a stop every two kilometres",
+        text: include_str!("../../../../configs/urban-delivery.toml"),
+    },
+];
+
+/// The built-in vehicles.
+pub const VEHICLES: &[BuiltIn] = &[BuiltIn {
+    name: "tractor-40t",
+    description: "Tractor-semitrailer of the 40 t class, 325 kW diesel engine, 12 gears",
+    text: include_str!("../../../../configs/vehicles/tractor-40t.toml"),
+}];
+
+/// The built-in studies, the default one first.
+pub fn list() -> &'static [BuiltIn] {
+    STUDIES
+}
+
+/// The text of a built-in study or vehicle.
+///
+/// # Errors
+/// [`StudyFileError`] names the nearest built-in name.
+pub fn show(name: &str) -> Result<&'static str, StudyFileError> {
+    let all = || STUDIES.iter().chain(VEHICLES);
+    all().find(|built_in| built_in.name == name).map(|built_in| built_in.text).ok_or_else(|| {
+        let names: Vec<&str> = all().map(|built_in| built_in.name).collect();
+        let cause = Cause::NotBuiltIn { name: name.to_owned() };
+        Box::new(Fault::new(cause).suggest(name, &names)).into()
+    })
+}

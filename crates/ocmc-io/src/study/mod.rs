@@ -1,25 +1,141 @@
-//! Study files: the built-in ones and those of a user.
+//! Study files: the built-in ones and those of a user, from a name to a checked study or to an error for people.
+//!
+//! ```
+//! use ocmc_io::study;
+//! let loaded = study::load("field-truck", &["driver.curve_speed.exponent=0.5"])?;
+//! assert!(loaded.model.driver.curve_speed.exponent == 0.5);
+//! let error = study::load("field-truk", &[] as &[&str]).unwrap_err();
+//! assert!(error.to_string().contains("did you mean `field-truck`?"));
+//! # Ok::<(), study::StudyFileError>(())
+//! ```
+//!
+//! A study may hold only what differs from another one:
+//!
+//! - `study.base`: a built-in name or a file beside this one. Tables are merged key by key; a list, a number and a law
+//!   (a table with the key `distribution`) replace what was inherited.
+//! - `study.drop`: a list of inherited paths that go before that, such as `["road.types.rural", "traffic.types.rural"]`.
+//! - `vehicle.base`: a built-in vehicle or a file with the keys of `[vehicle]`, instead of an inherited vehicle.
+//!
+//! Settings (`--set key.path=VALUE`) win over the file; numbers in their path are places in a list, from 0.
 
+mod base;
 pub mod builtin;
+mod error;
+mod fault;
+mod init;
+mod node;
+mod read;
+mod resolved;
+mod schema;
+mod setting;
+mod source;
 
-use ocmc_core::study::StudyModel;
-use serde::Deserialize;
+pub use builtin::{BuiltIn, list, show};
+pub use error::{Cause, Fault, StudyFileError};
+pub use init::init_text;
+pub use resolved::{resolved_toml, study_hash};
+pub use schema::schema;
+pub use source::{Place, Source, SourceKind};
 
-/// The default study.
-pub fn default_study() -> Result<StudyModel, toml::de::Error> {
-    let mut study: toml::Table = toml::from_str(builtin::FIELD_TRUCK)?;
-    let vehicle: toml::Table = toml::from_str(builtin::TRACTOR_40T)?;
-    study.insert("vehicle".to_owned(), vehicle.into());
-    StudyModel::deserialize(study)
+use node::Node;
+use ocmc_core::study::{Study, StudyModel};
+use read::{Kind, Text, read};
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+/// A study that has been read and checked.
+#[derive(Clone, Debug)]
+pub struct LoadedStudy {
+    /// The study as it is written, bases resolved.
+    pub model: StudyModel,
+    /// The study, prepared for sampling.
+    pub study: Study,
+    /// Where it comes from.
+    pub origin: Origin,
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use ocmc_core::study::Study;
+/// Where a study comes from.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Origin {
+    /// Part of the program.
+    BuiltIn(String),
+    /// A file.
+    File(PathBuf),
+    /// A dictionary of a calling program.
+    Dictionary,
+}
 
-    #[test]
-    fn the_default_study_is_valid() {
-        Study::new(default_study().unwrap()).unwrap();
+impl fmt::Display for Origin {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Self::BuiltIn(name) => f.write_str(name),
+            Self::File(path) => write!(f, "{}", path.display()),
+            Self::Dictionary => f.write_str("the dictionary"),
+        }
     }
+}
+
+/// Reads and checks a built-in study or a file, with settings laid over it. A built-in name wins over a file.
+///
+/// # Errors
+/// [`StudyFileError`] says what is wrong, where, and what is allowed.
+pub fn load<S: AsRef<str>>(name_or_path: &str, sets: &[S]) -> Result<LoadedStudy, StudyFileError> {
+    let Text { source, file } = read(name_or_path, Kind::Study, None)?;
+    let folder = file.as_deref().and_then(Path::parent).map(Path::to_path_buf);
+    let origin = file.map_or_else(|| Origin::BuiltIn(source.name.clone()), Origin::File);
+    finish(Node::parse(&source)?, folder.as_deref(), sets, origin)
+        .map_err(|error| noted(error, &source.name))
+}
+
+/// Reads and checks the text of a study file that is called `name` in messages.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_text<S: AsRef<str>>(
+    name: &str,
+    text: &str,
+    sets: &[S],
+) -> Result<LoadedStudy, StudyFileError> {
+    let source = Source { kind: SourceKind::File, name: name.into(), text: text.into() };
+    let source = std::sync::Arc::new(source);
+    finish(Node::parse(&source)?, None, sets, Origin::File(name.into()))
+        .map_err(|error| noted(error, name))
+}
+
+/// Checks a dictionary of the same shape as a study file, `base` and `drop` included.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_json<S: AsRef<str>>(
+    dictionary: &serde_json::Value,
+    sets: &[S],
+) -> Result<LoadedStudy, StudyFileError> {
+    let own = Node::from_json(dictionary, "")?;
+    finish(own, None, sets, Origin::Dictionary).map_err(|error| noted(error, "the dictionary"))
+}
+
+fn noted(mut error: StudyFileError, own: &str) -> StudyFileError {
+    fault::note_inherited(&mut error, Some(own));
+    error
+}
+
+fn finish<S: AsRef<str>>(
+    mut own: Node,
+    folder: Option<&Path>,
+    sets: &[S],
+    origin: Origin,
+) -> Result<LoadedStudy, StudyFileError> {
+    for setting in sets {
+        own.overlay(setting::parse(setting.as_ref())?);
+    }
+    let tree = base::resolve(own, folder, 0)?;
+    let faults = fault::not_finite(&tree);
+    if !faults.is_empty() {
+        return Err(StudyFileError { faults });
+    }
+    let model: StudyModel = serde_path_to_error::deserialize(tree.to_toml())
+        .map_err(|error| StudyFileError { faults: vec![fault::from_serde(&tree, &error)] })?;
+    let study = Study::new(model.clone())
+        .map_err(|error| StudyFileError { faults: fault::from_core(&tree, error) })?;
+    Ok(LoadedStudy { model, study, origin })
 }

@@ -1,0 +1,107 @@
+//! What a study inherits: `study.base`, `study.drop` and `vehicle.base`, which core knows nothing of.
+//!
+//! A study inherits another by `study.base`, a vehicle by `vehicle.base`; both are a built-in name or a file beside the
+//! one that names it. What is inherited loses the paths in `study.drop`, then the study's own keys are laid over it.
+
+use super::error::{Cause, Fault};
+use super::node::{Content, Node, Step, path_of};
+use super::read::{Kind, Text, read};
+use std::path::Path;
+
+/// Longest chain of studies that derive from one another.
+const MOST_BASES: usize = 8;
+
+/// Resolves the bases of a study whose files lie relative to `folder`.
+pub(super) fn resolve(
+    mut own: Node,
+    folder: Option<&Path>,
+    depth: usize,
+) -> Result<Node, Box<Fault>> {
+    let study_base = take(&mut own, "study", "base");
+    let drop = take(&mut own, "study", "drop");
+    let vehicle_base = take(&mut own, "vehicle", "base");
+
+    let mut inherited = Node::table();
+    if let Some(base) = study_base {
+        let (tree, folder) = parse_base(&base, "study.base", Kind::Study, folder, depth)?;
+        inherited = resolve(tree, folder.as_deref().and_then(Path::parent), depth + 1)?;
+    }
+    if let Some(base) = vehicle_base {
+        let (mut vehicle, _) = parse_base(&base, "vehicle.base", Kind::Vehicle, folder, depth)?;
+        vehicle.key_place.clone_from(&base.key_place);
+        if let Some(entries) = inherited.entries_mut() {
+            entries.insert("vehicle".to_owned(), vehicle);
+        }
+    }
+    if let Some(drop) = drop {
+        remove_all(&mut inherited, &drop)?;
+    }
+    inherited.overlay(own);
+    Ok(inherited)
+}
+
+fn take(node: &mut Node, table: &str, key: &str) -> Option<Node> {
+    node.entries_mut()?.get_mut(table)?.entries_mut()?.remove(key)
+}
+
+fn parse_base(
+    base: &Node,
+    key: &'static str,
+    kind: Kind,
+    folder: Option<&Path>,
+    depth: usize,
+) -> Result<(Node, Option<std::path::PathBuf>), Box<Fault>> {
+    let Some(name) = base.as_str() else {
+        let allowed = "a name or a file, in quotation marks".to_owned();
+        let cause = Cause::WrongType { key: key.to_owned(), value: base.shown(), allowed };
+        return Err(Box::new(Fault::new(cause).at(base.any_place())));
+    };
+    if depth >= MOST_BASES {
+        let cause = Cause::BaseChain { key, name: name.to_owned(), limit: MOST_BASES };
+        return Err(Box::new(Fault::new(cause).at(base.any_place())));
+    }
+    let Text { source, file } = read(name, kind, folder).map_err(|mut fault| {
+        fault.place = base.any_place().cloned();
+        fault
+    })?;
+    Ok((Node::parse(&source)?, file))
+}
+
+fn remove_all(inherited: &mut Node, drop: &Node) -> Result<(), Box<Fault>> {
+    let wrong_type = |node: &Node| {
+        let (key, value) = ("study.drop".to_owned(), node.shown());
+        let allowed = "a list of inherited paths, such as [\"road.types.rural\"]".to_owned();
+        Box::new(Fault::new(Cause::WrongType { key, value, allowed }).at(node.any_place()))
+    };
+    let Content::List(paths) = &drop.content else {
+        return Err(wrong_type(drop));
+    };
+    for node in paths {
+        let path = node.as_str().ok_or_else(|| wrong_type(node))?;
+        remove(inherited, path).map_err(|(wrong, names)| {
+            let fault = Fault::new(Cause::NothingToDrop { path: path.to_owned() });
+            Box::new(fault.at(node.any_place()).suggest(&wrong, &names))
+        })?;
+    }
+    Ok(())
+}
+
+/// Removes a path; otherwise the step that leads nowhere, and those that were possible.
+fn remove(node: &mut Node, path: &str) -> Result<(), (String, Vec<String>)> {
+    let (first, rest) = path.split_once('.').map_or((path, None), |(a, b)| (a, Some(b)));
+    let none = || (first.to_owned(), Vec::new());
+    let entries = node.entries_mut().ok_or_else(none)?;
+    if !entries.contains_key(first) {
+        let names = entries.keys().map(|key| path_of(&[Step::Key(key.clone())]));
+        return Err((first.to_owned(), names.collect()));
+    }
+    match rest {
+        None => {
+            entries.remove(first);
+            Ok(())
+        }
+        Some(rest) => {
+            entries.get_mut(first).map_or_else(|| Err(none()), |below| remove(below, rest))
+        }
+    }
+}

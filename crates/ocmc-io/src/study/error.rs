@@ -1,0 +1,287 @@
+//! What is wrong with a study, for people: where it is written, what is allowed, and what was probably meant.
+
+use super::source::{Place, cut};
+use std::fmt;
+
+/// Most faults that are printed at once.
+const SHOWN_FAULTS: usize = 20;
+/// Most names that are printed in a list of allowed ones.
+const SHOWN_NAMES: usize = 24;
+
+/// Everything that is wrong with a study file.
+///
+/// Its text is complete and readable; a program that draws its own messages takes them from `faults`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StudyFileError {
+    /// The faults, at least one.
+    pub faults: Vec<Fault>,
+}
+
+/// One thing that is wrong with a study file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fault {
+    /// What is wrong.
+    pub cause: Cause,
+    /// Where it is written; none for what is wrong with a whole file, or a study without a text.
+    pub place: Option<Place>,
+    /// How to mend it.
+    pub help: Option<String>,
+    /// Where a value that the user did not write comes from.
+    pub note: Option<String>,
+}
+
+/// A fault's cause.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Cause {
+    /// A name that is neither built in nor a file.
+    #[error("`{name}` is neither a built-in {what} nor a file")]
+    UnknownName {
+        /// A study or a vehicle.
+        what: &'static str,
+        /// The name.
+        name: String,
+    },
+    /// A name that is not built in.
+    #[error("no study or vehicle called `{name}` is built in")]
+    NotBuiltIn {
+        /// The name.
+        name: String,
+    },
+    /// A file that cannot be read.
+    #[error("cannot read `{path}`: {reason}")]
+    Unreadable {
+        /// The file.
+        path: String,
+        /// The system's answer.
+        reason: String,
+    },
+    /// A directory.
+    #[error("`{path}` is a directory, not a study file")]
+    Directory {
+        /// The directory.
+        path: String,
+    },
+    /// A file that is too large.
+    #[error("`{path}` has more than {limit} bytes: not a study file")]
+    TooLarge {
+        /// The file.
+        path: String,
+        /// The largest size.
+        limit: u64,
+    },
+    /// A file that is not text.
+    #[error("`{path}` is not UTF-8 text: line {line}, byte {byte} of the file")]
+    NotText {
+        /// The file.
+        path: String,
+        /// Line of the first wrong byte, from 1.
+        line: usize,
+        /// Position of the first wrong byte, from 0.
+        byte: usize,
+    },
+    /// A file without a key.
+    #[error("`{path}` is empty")]
+    Empty {
+        /// The file.
+        path: String,
+    },
+    /// A text that is not TOML.
+    #[error("not valid TOML: {message}")]
+    Syntax {
+        /// The parser's message.
+        message: String,
+    },
+    /// A `--set` that is not one.
+    #[error("`--set {setting}` has no {part}")]
+    Setting {
+        /// The argument.
+        setting: String,
+        /// What it lacks.
+        part: &'static str,
+    },
+    /// An unknown key.
+    #[error("`{key}` is not a key of a study")]
+    UnknownKey {
+        /// Full path.
+        key: String,
+    },
+    /// A word that is not one of a key's words.
+    #[error("`{key}` is {value}, which is not one of its values")]
+    UnknownWord {
+        /// Full path.
+        key: String,
+        /// The word.
+        value: String,
+    },
+    /// A key without which there is no study.
+    #[error("`{key}` is missing{allowed}")]
+    Missing {
+        /// Full path.
+        key: String,
+        /// Its range, where it is a number.
+        allowed: String,
+    },
+    /// A value of another type.
+    #[error("`{key}` is {value}, allowed is {allowed}")]
+    WrongType {
+        /// Full path.
+        key: String,
+        /// The value.
+        value: String,
+        /// What is allowed.
+        allowed: String,
+    },
+    /// A number that is infinite or none.
+    #[error("`{key}` is {value}, allowed is a finite number{allowed}")]
+    NotFinite {
+        /// Full path.
+        key: String,
+        /// The value.
+        value: String,
+        /// Its range.
+        allowed: String,
+    },
+    /// A number out of its bounds, or one that does not fit the others.
+    #[error("`{key}` is {value}, allowed is {allowed}")]
+    NotAllowed {
+        /// Full path.
+        key: String,
+        /// The value.
+        value: String,
+        /// What is allowed.
+        allowed: String,
+    },
+    /// A path of `study.drop` that is not there.
+    #[error("`study.drop` names `{path}`, which is not inherited")]
+    NothingToDrop {
+        /// The path.
+        path: String,
+    },
+    /// Studies that derive from one another.
+    #[error(
+        "`{key}` = \"{name}\" makes a study derive from itself, or a chain of more than {limit}"
+    )]
+    BaseChain {
+        /// `study.base`.
+        key: &'static str,
+        /// The base.
+        name: String,
+        /// Longest chain.
+        limit: usize,
+    },
+    /// Tables within tables without end.
+    #[error("tables are nested more than {limit} deep")]
+    TooDeep {
+        /// Deepest nesting.
+        limit: usize,
+    },
+}
+
+impl Fault {
+    pub(super) fn new(cause: Cause) -> Self {
+        Self { cause, place: None, help: None, note: None }
+    }
+
+    pub(super) fn at(mut self, place: Option<&Place>) -> Self {
+        self.place = place.cloned();
+        self
+    }
+
+    pub(super) fn help(mut self, help: impl Into<String>) -> Self {
+        self.help = Some(help.into());
+        self
+    }
+
+    /// Adds the nearest of `names` as a help, or all of them.
+    pub(super) fn suggest<S: AsRef<str>>(self, wrong: &str, names: &[S]) -> Self {
+        let listed = listed(names);
+        match nearest(wrong, names) {
+            Some(name) => self.help(format!("did you mean `{name}`? There are: {listed}")),
+            None if names.is_empty() => self,
+            None => self.help(format!("there are: {listed}")),
+        }
+    }
+
+    /// The full path of the key that is wrong.
+    pub fn key(&self) -> Option<&str> {
+        match &self.cause {
+            Cause::UnknownKey { key }
+            | Cause::UnknownWord { key, .. }
+            | Cause::Missing { key, .. }
+            | Cause::WrongType { key, .. }
+            | Cause::NotFinite { key, .. }
+            | Cause::NotAllowed { key, .. } => Some(key),
+            Cause::BaseChain { key, .. } => Some(key),
+            Cause::NothingToDrop { .. } => Some("study.drop"),
+            _ => None,
+        }
+    }
+}
+
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        if let Some(place) = &self.place {
+            let (line, at, marked) = place.excerpt();
+            let number = place.line().to_string();
+            let gutter = " ".repeat(number.len());
+            writeln!(f, "{}: {}", place.label(), self.cause)?;
+            writeln!(f, "  {number} | {line}")?;
+            write!(f, "  {gutter} | {}{}", " ".repeat(at), "^".repeat(marked))?;
+        } else {
+            write!(f, "{}", self.cause)?;
+        }
+        for (title, text) in [("help", &self.help), ("note", &self.note)] {
+            if let Some(text) = text {
+                write!(f, "\n  {title}: {text}")?;
+            }
+        }
+        Ok(())
+    }
+}
+
+impl fmt::Display for StudyFileError {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        for (k, fault) in self.faults.iter().take(SHOWN_FAULTS).enumerate() {
+            if k > 0 {
+                write!(f, "\n\n")?;
+            }
+            write!(f, "{fault}")?;
+        }
+        match self.faults.len().saturating_sub(SHOWN_FAULTS) {
+            0 => Ok(()),
+            more => write!(f, "\n\nand {more} more"),
+        }
+    }
+}
+
+impl std::error::Error for StudyFileError {}
+impl std::error::Error for Fault {}
+
+impl From<Box<Fault>> for StudyFileError {
+    fn from(fault: Box<Fault>) -> Self {
+        Self { faults: vec![*fault] }
+    }
+}
+
+/// The name that was probably meant.
+pub(super) fn nearest<'a, S: AsRef<str>>(wrong: &str, names: &'a [S]) -> Option<&'a str> {
+    // a comparison is quadratic in the length, and no name is long
+    let wrong: String = wrong.chars().take(64).collect();
+    names
+        .iter()
+        .map(|name| (strsim::normalized_damerau_levenshtein(&wrong, name.as_ref()), name.as_ref()))
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .filter(|(likeness, _)| *likeness >= 0.5)
+        .map(|(_, name)| name)
+}
+
+fn listed<S: AsRef<str>>(names: &[S]) -> String {
+    let shown: Vec<String> = names
+        .iter()
+        .take(SHOWN_NAMES)
+        .map(|name| format!("`{}`", cut(name.as_ref(), 60)))
+        .collect();
+    let more = if names.len() > SHOWN_NAMES { ", …" } else { "" };
+    format!("{}{more}", shown.join(", "))
+}

@@ -1,0 +1,254 @@
+//! From what serde and the core say about a study to faults with a place.
+
+use super::error::{Cause, Fault, StudyFileError};
+use super::init::number;
+use super::node::{Content, Node, Step, path_of};
+use super::source::SourceKind;
+use ocmc_core::study::{Problem, StudyError, StudyModel, bound_of};
+use serde_path_to_error::Segment;
+
+/// The range of a number at a path with `[index]`es, as a text behind "a number".
+fn range_of(path: &str) -> Option<String> {
+    let plain: String = path.split('[').map(|p| p.split_once(']').map_or(p, |(_, q)| q)).collect();
+    bound_of(&plain).map(|bound| format!("{} to {}", number(bound.minimum), number(bound.maximum)))
+}
+
+/// Numbers that are infinite or none, each with its place.
+pub(super) fn not_finite(root: &Node) -> Vec<Fault> {
+    let mut faults = Vec::new();
+    walk(root, &mut Vec::new(), &mut |steps, node| {
+        if let Content::Scalar(toml::Value::Float(number)) = &node.content
+            && !number.is_finite()
+        {
+            let key = path_of(steps);
+            let allowed = range_of(&key).map_or_else(String::new, |range| format!(", {range}"));
+            let cause = Cause::NotFinite { key, value: node.shown(), allowed };
+            faults.push(Fault::new(cause).at(node.any_place()));
+        }
+    });
+    faults
+}
+
+fn walk(node: &Node, steps: &mut Vec<Step>, visit: &mut impl FnMut(&[Step], &Node)) {
+    visit(steps, node);
+    match &node.content {
+        Content::Table(entries) => {
+            for (key, below) in entries {
+                steps.push(Step::Key(key.clone()));
+                walk(below, steps, visit);
+                steps.pop();
+            }
+        }
+        Content::List(items) => {
+            for (index, below) in items.iter().enumerate() {
+                steps.push(Step::Index(index));
+                walk(below, steps, visit);
+                steps.pop();
+            }
+        }
+        Content::Scalar(_) => {}
+    }
+}
+
+/// The fault behind serde's refusal of a tree.
+pub(super) fn from_serde(
+    root: &Node,
+    error: &serde_path_to_error::Error<toml::de::Error>,
+) -> Fault {
+    let mut steps: Vec<Step> = error
+        .path()
+        .iter()
+        .filter_map(|segment| match segment {
+            Segment::Seq { index } => Some(Step::Index(*index)),
+            Segment::Map { key } => Some(Step::Key(key.clone())),
+            Segment::Enum { .. } | Segment::Unknown => None,
+        })
+        .collect();
+    let message = error.inner().message().to_owned();
+    let names = quoted(&message);
+    let (about, expected) = message.split_once(", expected ").unwrap_or((&message, ""));
+    if about.starts_with("missing field") {
+        let key = names.first().copied().unwrap_or_default();
+        return missing(root, steps, key);
+    }
+    if about.starts_with("unknown field") || about.starts_with("unknown variant") {
+        return unknown(root, steps, about, &quoted(expected));
+    }
+    // within a law serde loses the path: look for the value that is no number
+    let (node, _) = root.follow(&steps);
+    if let Some(below) = wrong_in_law(node) {
+        steps.extend(below);
+    }
+    let (node, _) = root.follow(&steps);
+    let key = path_of(&steps);
+    if expected.starts_with("string") {
+        let words = words_of(root, &steps);
+        let cause = Cause::UnknownWord { key, value: node.shown() };
+        return Fault::new(cause).at(node.any_place()).suggest("", &words);
+    }
+    let allowed = match range_of(&key) {
+        Some(range) if expected.starts_with("a number, or") => {
+            format!("{expected}, within {range}")
+        }
+        Some(range) if expected.starts_with("an array") => {
+            format!("{}, each {range}", in_words(expected))
+        }
+        Some(range) => format!("{}, {range}", in_words(expected)),
+        None if expected.is_empty() => message.clone(),
+        None => in_words(expected),
+    };
+    Fault::new(Cause::WrongType { key, value: node.shown(), allowed }).at(node.any_place())
+}
+
+fn missing(root: &Node, mut steps: Vec<Step>, key: &str) -> Fault {
+    let (parent, _) = root.follow(&steps);
+    let place = parent.any_place().cloned();
+    steps.push(Step::Key(key.to_owned()));
+    let key = path_of(&steps);
+    let allowed = range_of(&key).map_or_else(String::new, |range| format!(", allowed is {range}"));
+    let fault = Fault::new(Cause::Missing { key, allowed }).at(place.as_ref());
+    match steps.as_slice() {
+        [_] => fault.help("`study.base = \"field-truck\"` inherits what a study does not say"),
+        [Step::Key(table), _] if table == "vehicle" => {
+            fault.help("`vehicle.base = \"tractor-40t\"` inherits what a vehicle does not say")
+        }
+        _ => fault,
+    }
+}
+
+/// An unknown key or word, with the nearest allowed one.
+fn unknown(root: &Node, mut steps: Vec<Step>, about: &str, names: &[&str]) -> Fault {
+    let wrong = about.split_once('`').map_or("", |(_, rest)| rest.trim_end_matches('`'));
+    let (node, reached) = root.follow(&steps);
+    if about.starts_with("unknown field") {
+        // serde's path ends at the unknown key, or in a law at the table around it
+        let is_key = reached && steps.last() == Some(&Step::Key(wrong.to_owned()));
+        let holder = if is_key { None } else { node_with(node, wrong) };
+        if let Some(below) = holder {
+            steps.extend(below);
+        } else if !is_key {
+            steps.push(Step::Key(wrong.to_owned()));
+        }
+        let (node, _) = root.follow(&steps);
+        let place = node.key_place.as_ref().or(node.any_place()).cloned();
+        let cause = Cause::UnknownKey { key: path_of(&steps) };
+        return Fault::new(cause).at(place.as_ref()).suggest(wrong, names);
+    }
+    if node.get(wrong).is_some() {
+        // the keys of the table are words
+        steps.push(Step::Key(wrong.to_owned()));
+        let place = root.follow(&steps).0.key_place.as_ref();
+        let cause = Cause::UnknownKey { key: path_of(&steps) };
+        return Fault::new(cause).at(place).suggest(wrong, names);
+    }
+    if let Some(below) = node_with_word(node, wrong) {
+        steps.extend(below);
+    }
+    let (node, _) = root.follow(&steps);
+    let (key, value) = (path_of(&steps), node.shown());
+    Fault::new(Cause::UnknownWord { key, value }).at(node.any_place()).suggest(wrong, names)
+}
+
+/// The words that a key allows: those that serde lists when it meets a wrong one.
+fn words_of(root: &Node, steps: &[Step]) -> Vec<String> {
+    let mut probe = root.clone();
+    probe.put(steps, Content::Scalar("".into()));
+    let probed: Result<StudyModel, _> = serde_path_to_error::deserialize(probe.to_toml());
+    let message = probed.err().map_or_else(String::new, |error| error.inner().message().to_owned());
+    let (_, expected) = message.split_once(", expected ").unwrap_or_default();
+    quoted(expected).into_iter().map(str::to_owned).collect()
+}
+
+/// The steps to a key within a law and its parts.
+fn node_with(node: &Node, key: &str) -> Option<Vec<Step>> {
+    first_below(node, &|steps, _| steps.last() == Some(&Step::Key(key.to_owned())))
+}
+
+/// The steps to a word within a law and its parts.
+fn node_with_word(node: &Node, word: &str) -> Option<Vec<Step>> {
+    first_below(node, &|_, node| node.as_str() == Some(word))
+}
+
+/// The steps to what is no number in a law and its parts.
+fn wrong_in_law(node: &Node) -> Option<Vec<Step>> {
+    node.get("distribution")?;
+    first_below(node, &|steps, node| {
+        let word = matches!(
+            &node.content,
+            Content::Scalar(value) if !value.is_integer() && !value.is_float()
+        );
+        word && steps.last() != Some(&Step::Key("distribution".to_owned()))
+    })
+}
+
+fn first_below(node: &Node, wanted: &impl Fn(&[Step], &Node) -> bool) -> Option<Vec<Step>> {
+    let mut found = None;
+    walk(node, &mut Vec::new(), &mut |steps, node| {
+        if found.is_none() && wanted(steps, node) {
+            found = Some(steps.to_vec());
+        }
+    });
+    found
+}
+
+/// The words between backticks.
+fn quoted(message: &str) -> Vec<&str> {
+    message.split('`').skip(1).step_by(2).collect()
+}
+
+/// Rust's names of types in words.
+fn in_words(expected: &str) -> String {
+    match expected {
+        "f64" => "a number".to_owned(),
+        "u32" | "u64" | "usize" => "a whole number".to_owned(),
+        "a boolean" => "true or false".to_owned(),
+        "a string" => "a text in quotation marks".to_owned(),
+        "a sequence" => "a list".to_owned(),
+        "a map" => "a table".to_owned(),
+        other if other.starts_with("struct ") => "a table".to_owned(),
+        other => other.replace("an array of length", "a list of length"),
+    }
+}
+
+/// The faults behind the core's refusal of a study.
+pub(super) fn from_core(root: &Node, error: StudyError) -> Vec<Fault> {
+    error.problems.into_iter().map(|problem| from_problem(root, problem)).collect()
+}
+
+fn from_problem(root: &Node, problem: Problem) -> Fault {
+    let Problem { path, value, allowed } = problem;
+    // the core's paths have no indices: look for the number itself first
+    let number: Option<f64> = value.parse().ok();
+    let mut found = None;
+    walk(root, &mut Vec::new(), &mut |steps, node| {
+        let keys = steps.iter().filter_map(|step| match step {
+            Step::Key(key) => Some(key.as_str()),
+            Step::Index(_) => None,
+        });
+        let same = match &node.content {
+            Content::Scalar(toml::Value::Integer(have)) => Some(*have as f64) == number,
+            Content::Scalar(toml::Value::Float(have)) => Some(*have) == number,
+            _ => false,
+        };
+        if found.is_none() && same && keys.collect::<Vec<_>>().join(".") == path {
+            found = Some(steps.to_vec());
+        }
+    });
+    let steps = found.unwrap_or_else(|| path.split('.').map(|k| Step::Key(k.to_owned())).collect());
+    let (node, _) = root.follow(&steps);
+    let key = path_of(&steps);
+    Fault::new(Cause::NotAllowed { key, value, allowed }).at(node.any_place())
+}
+
+/// Says of each fault whether the user wrote its value.
+pub(super) fn note_inherited(error: &mut StudyFileError, own: Option<&str>) {
+    for fault in &mut error.faults {
+        let Some(place) = &fault.place else { continue };
+        let inherited = place.source.kind != SourceKind::Setting
+            && own.is_some_and(|own| own != place.source.name);
+        if inherited && fault.note.is_none() {
+            let (from, own) = (place.source.label(), own.unwrap_or_default());
+            fault.note = Some(format!("inherited from {from}; {own} does not say it"));
+        }
+    }
+}

@@ -1,0 +1,176 @@
+//! The default study as one commented file to start from, each number with its allowed range.
+
+use super::builtin::{BuiltIn, DEFAULT, STUDIES, VEHICLES};
+use super::node::{Content, Node, Step, path_of};
+use super::source::{Source, SourceKind};
+use ocmc_core::study::{Bound, bound_of};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// Column at which comments begin where the key and value leave room.
+const COMMENT_COLUMN: usize = 44;
+
+/// What stands above the written study.
+const LEGEND: &str = "\
+# Written by `ocmc study init`: the default study, complete. Change what differs for you; `ocmc study check FILE` tells
+# whether it fits. At the end of a number's comment, behind the bar, stands its allowed range.
+#
+";
+
+/// The default study with every key, its comments, and the allowed range of every number.
+///
+/// The vehicle's file stands in place of `vehicle.base`.
+pub fn init_text() -> String {
+    let text = LEGEND.to_owned()
+        + &with_vehicle(built_in_text(STUDIES, DEFAULT), built_in_text(VEHICLES, "tractor-40t"));
+    with_ranges(text)
+}
+
+fn built_in_text(of: &[BuiltIn], name: &str) -> &'static str {
+    of.iter().find(|built_in| built_in.name == name).map_or("", |built_in| built_in.text)
+}
+
+/// Puts the vehicle's keys under `[vehicle]`, in place of its base.
+fn with_vehicle(study: &str, vehicle: &str) -> String {
+    // the comment on top of the vehicle's file stays out: the study has the same legend
+    let body = vehicle.split_once("\n\n").map_or(vehicle, |(_, body)| body);
+    let mut lines = Vec::new();
+    for line in study.lines() {
+        if line.starts_with("base = ") {
+            lines.extend(body.lines().map(|line| match line.strip_prefix('[') {
+                Some(header) => format!("[vehicle.{header}"),
+                None => line.to_owned(),
+            }));
+        } else {
+            lines.push(line.to_owned());
+        }
+    }
+    lines.join("\n") + "\n"
+}
+
+/// Appends to the line of each key the ranges of the numbers in its value.
+fn with_ranges(text: String) -> String {
+    let source = Arc::new(Source { kind: SourceKind::BuiltIn, name: DEFAULT.to_owned(), text });
+    let Ok(root) = Node::parse(&source) else {
+        return source.text.clone();
+    };
+    let mut notes = BTreeMap::new();
+    collect(&root, &mut Vec::new(), &mut notes);
+    let mut text = String::new();
+    for (k, line) in source.text.lines().enumerate() {
+        match notes.get(&(k + 1)) {
+            Some((end, range)) => text.push_str(&aligned(line, *end, range)),
+            None => text.push_str(line),
+        }
+        text.push('\n');
+    }
+    text
+}
+
+/// Notes for each line where the value on it ends, in characters, and the ranges of its numbers.
+fn collect(node: &Node, steps: &mut Vec<Step>, notes: &mut BTreeMap<usize, (usize, String)>) {
+    let Content::Table(entries) = &node.content else { return };
+    for (key, below) in entries {
+        steps.push(Step::Key(key.clone()));
+        let written = below.place.as_ref().map_or("", |p| &p.source.text[p.span.clone()]);
+        if matches!(below.content, Content::Table(_)) && !written.starts_with('{') {
+            collect(below, steps, notes);
+        } else if let (Some(key), Some(value)) = (&below.key_place, &below.place) {
+            let ranges = ranges_in(below, &path_of(steps));
+            if !ranges.is_empty() {
+                let first_line = written.lines().next().unwrap_or_default();
+                let end = value.column() - 1 + first_line.chars().count();
+                notes.insert(key.line(), (end, ranges.join("; ")));
+            }
+        }
+        steps.pop();
+    }
+}
+
+/// The range of a value, or of each key in it.
+fn ranges_in(node: &Node, path: &str) -> Vec<String> {
+    if let Some(bound) = bound_of(path) {
+        return vec![range(bound)];
+    }
+    match &node.content {
+        Content::Table(entries) => {
+            let bounds: Vec<(&String, &Bound)> = entries
+                .keys()
+                .filter_map(|key| Some((key, bound_of(&format!("{path}.{key}"))?)))
+                .collect();
+            match bounds.as_slice() {
+                // names that a user chooses, such as road types, share one bound
+                [(_, bound), ..] if bound.path.ends_with('*') => {
+                    vec![format!("each {}", range(bound))]
+                }
+                bounds => bounds.iter().map(|(key, b)| format!("{key} {}", range(b))).collect(),
+            }
+        }
+        Content::List(items) => items.first().map_or_else(Vec::new, |item| ranges_in(item, path)),
+        Content::Scalar(_) => Vec::new(),
+    }
+}
+
+fn range(bound: &Bound) -> String {
+    format!("{} to {}", number(bound.minimum), number(bound.maximum))
+}
+
+/// A number without rows of zeros.
+pub(super) fn number(value: f64) -> String {
+    let size = value.abs();
+    if size != 0.0 && !(1e-4..1e6).contains(&size) {
+        format!("{value:e}")
+    } else {
+        value.to_string()
+    }
+}
+
+/// Appends a range to a line's comment, which begins at the comment column where there is room.
+fn aligned(line: &str, value_end: usize, range: &str) -> String {
+    let code: String = line.chars().take(value_end).collect();
+    let rest: String = line.chars().skip(value_end).collect();
+    let comment = rest.trim_start().trim_start_matches('#').trim();
+    let gap = " ".repeat(COMMENT_COLUMN.saturating_sub(value_end).max(2));
+    let blank = if comment.is_empty() { "" } else { " " };
+    format!("{code}{gap}# {comment}{blank}| {range}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::study::{load, load_text};
+
+    const NO_SETS: &[&str] = &[];
+
+    #[test]
+    fn the_written_study_is_the_default_one() {
+        let text = init_text();
+        let written = load_text("new.toml", &text, NO_SETS).unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(written.model, load(DEFAULT, NO_SETS).unwrap().model);
+    }
+
+    #[test]
+    fn every_number_has_its_range_in_a_comment() {
+        let text = init_text();
+        for (key, range) in [
+            ("curb_mass_kg = 15700.0 ", "| 500 to 100000"),
+            ("length_m = 100.0e3 ", "| 200 to 5e6"),
+            ("drag_area_m2 = {", "| 0.1 to 20"),
+            ("next = { rural", "| each 0 to 1"),
+            ("axles = [", "load_share 0 to 1; tyres 1 to 16"),
+            ("map_fuel_kgps = [", "| 0 to 1"),
+            ("correlation = [0.3", "| -0.99 to 0.99"),
+        ] {
+            let line = text.lines().find(|line| line.starts_with(key)).unwrap();
+            assert!(line.contains(range), "{line}");
+        }
+        let numbers = text.lines().filter(|line| {
+            let value = line.split_once(" = ").map_or("", |(_, value)| value);
+            value.starts_with(|c: char| c.is_ascii_digit() || c == '-')
+        });
+        for line in numbers {
+            assert!(line.contains("# ") && line.contains(" to "), "{line}");
+        }
+        assert!(text.lines().all(|line| !line.starts_with("base = ")));
+    }
+}

@@ -1,0 +1,317 @@
+//! The tree of a study file, in which every value knows where it was written.
+
+use super::error::{Cause, Fault};
+use super::source::{Place, Source, cut};
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::sync::Arc;
+use toml::de::{DeTable, DeValue};
+
+/// Deepest nesting of tables and lists.
+pub(super) const MOST_DEPTH: usize = 64;
+/// Longest value that a message shows, in characters.
+const SHOWN_VALUE: usize = 60;
+
+/// A value of a study file.
+#[derive(Clone, Debug)]
+pub(super) struct Node {
+    pub(super) content: Content,
+    /// The value's text.
+    pub(super) place: Option<Place>,
+    /// The text of the key in front of it.
+    pub(super) key_place: Option<Place>,
+}
+
+/// What a [`Node`] holds.
+#[derive(Clone, Debug)]
+pub(super) enum Content {
+    Table(BTreeMap<String, Node>),
+    List(Vec<Node>),
+    Scalar(toml::Value),
+}
+
+/// A step from a table or a list to a value in it.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Step {
+    Key(String),
+    Index(usize),
+}
+
+impl Node {
+    pub(super) fn table() -> Self {
+        Self { content: Content::Table(BTreeMap::new()), place: None, key_place: None }
+    }
+
+    /// Reads a TOML document.
+    pub(super) fn parse(source: &Arc<Source>) -> Result<Self, Box<Fault>> {
+        let document = DeTable::parse(&source.text).map_err(|error| {
+            let place = Place::new(source, error.span().unwrap_or(0..0));
+            let message = error.message().to_owned();
+            Box::new(Fault::new(Cause::Syntax { message }).at(Some(&place)))
+        })?;
+        let text = Text { source, offset: 0 };
+        let mut root = Self::table();
+        root.content = Content::Table(text.entries(document.get_ref(), 0)?);
+        root.place = Some(text.place(0..0));
+        Ok(root)
+    }
+
+    /// Reads one TOML value, which begins `offset` bytes into the source.
+    pub(super) fn parse_value(source: &Arc<Source>, offset: usize) -> Result<Self, Box<Fault>> {
+        let text = Text { source, offset };
+        let written = source.text[offset..].trim_end();
+        let value = DeValue::parse(written).map_err(|error| {
+            let place = text.place(error.span().unwrap_or(0..written.len()));
+            let message = error.message().to_owned();
+            Box::new(Fault::new(Cause::Syntax { message }).at(Some(&place)))
+        })?;
+        text.node(value.get_ref(), text.place(value.span()), 0)
+    }
+
+    /// Reads a dictionary of the same shape as a study file.
+    pub(super) fn from_json(value: &serde_json::Value, key: &str) -> Result<Self, Box<Fault>> {
+        json(value, key, 0)
+    }
+
+    /// The value as `toml` sees it.
+    pub(super) fn to_toml(&self) -> toml::Value {
+        match &self.content {
+            Content::Table(entries) => {
+                let pairs = entries.iter().map(|(key, node)| (key.clone(), node.to_toml()));
+                toml::Value::Table(pairs.collect())
+            }
+            Content::List(items) => toml::Value::Array(items.iter().map(Self::to_toml).collect()),
+            Content::Scalar(value) => value.clone(),
+        }
+    }
+
+    pub(super) fn get(&self, key: &str) -> Option<&Self> {
+        match &self.content {
+            Content::Table(entries) => entries.get(key),
+            _ => None,
+        }
+    }
+
+    pub(super) fn entries_mut(&mut self) -> Option<&mut BTreeMap<String, Node>> {
+        match &mut self.content {
+            Content::Table(entries) => Some(entries),
+            _ => None,
+        }
+    }
+
+    pub(super) fn as_str(&self) -> Option<&str> {
+        match &self.content {
+            Content::Scalar(value) => value.as_str(),
+            _ => None,
+        }
+    }
+
+    /// Follows the steps as far as they lead: the last value reached, and whether it is the wanted one.
+    pub(super) fn follow(&self, steps: &[Step]) -> (&Self, bool) {
+        let mut here = self;
+        for step in steps {
+            let next = match (&here.content, step) {
+                (Content::Table(entries), Step::Key(key)) => entries.get(key),
+                (Content::List(items), Step::Index(index)) => items.get(*index),
+                _ => None,
+            };
+            match next {
+                Some(next) => here = next,
+                None => return (here, false),
+            }
+        }
+        (here, true)
+    }
+
+    /// Puts a content at the end of the steps, where they lead to a value.
+    pub(super) fn put(&mut self, steps: &[Step], content: Content) {
+        let Some((first, rest)) = steps.split_first() else {
+            self.content = content;
+            return;
+        };
+        let below = match (&mut self.content, first) {
+            (Content::Table(entries), Step::Key(key)) => entries.get_mut(key),
+            (Content::List(items), Step::Index(index)) => items.get_mut(*index),
+            _ => None,
+        };
+        if let Some(below) = below {
+            below.put(rest, content);
+        }
+    }
+
+    /// The value as it was written, for a message.
+    pub(super) fn shown(&self) -> String {
+        match (&self.content, &self.place) {
+            (Content::Table(_), _) => "a table".to_owned(),
+            (Content::Scalar(value @ toml::Value::String(_)), _) => {
+                cut(&value.to_string(), SHOWN_VALUE)
+            }
+            (_, Some(place)) if !place.span.is_empty() => place.text(SHOWN_VALUE),
+            (Content::List(_), _) => "a list".to_owned(),
+            (Content::Scalar(value), _) => cut(&value.to_string(), SHOWN_VALUE),
+        }
+    }
+
+    /// Where the value was written; its key, where the value itself has no text of its own.
+    pub(super) fn any_place<'a>(&'a self) -> Option<&'a Place> {
+        match &self.content {
+            Content::Table(entries) => {
+                let own = self.key_place.as_ref().or(self.place.as_ref());
+                own.or_else(|| {
+                    let key = |node: &'a Self| node.key_place.as_ref().or_else(|| node.any_place());
+                    entries.values().find_map(key)
+                })
+            }
+            _ => self.place.as_ref().or(self.key_place.as_ref()),
+        }
+    }
+
+    /// Lays another tree over this one. Tables are merged key by key; a law (a table with the key `distribution`),
+    /// a list and a scalar replace what is below. Numbers as keys over a list change its entries.
+    pub(super) fn overlay(&mut self, over: Self) {
+        let (place, key_place) = (over.place, over.key_place);
+        match (&mut self.content, over.content) {
+            (Content::Table(below), Content::Table(above))
+                if !above.contains_key("distribution") =>
+            {
+                for (key, node) in above {
+                    match below.get_mut(&key) {
+                        Some(old) => old.overlay(node),
+                        None => {
+                            below.insert(key, node);
+                        }
+                    }
+                }
+            }
+            (Content::List(below), Content::Table(above)) if is_indexed(&above, below.len()) => {
+                for (key, node) in above {
+                    if let Some(old) = key.parse::<usize>().ok().and_then(|k| below.get_mut(k)) {
+                        old.overlay(node);
+                    }
+                }
+            }
+            (content, above) => {
+                *content = above;
+                (self.place, self.key_place) = (place, key_place);
+                return;
+            }
+        }
+        // the tables of a setting have no place and leave that of the file
+        self.place = place.or(self.place.take());
+        self.key_place = key_place.or(self.key_place.take());
+    }
+}
+
+fn is_indexed(entries: &BTreeMap<String, Node>, length: usize) -> bool {
+    let inside = |key: &String| key.parse::<usize>().is_ok_and(|k| k < length);
+    !entries.is_empty() && entries.keys().all(inside)
+}
+
+/// A source whose parsed part begins at an offset.
+struct Text<'a> {
+    source: &'a Arc<Source>,
+    offset: usize,
+}
+
+impl Text<'_> {
+    fn place(&self, span: Range<usize>) -> Place {
+        Place::new(self.source, span.start + self.offset..span.end + self.offset)
+    }
+
+    fn entries(&self, table: &DeTable, depth: usize) -> Result<BTreeMap<String, Node>, Box<Fault>> {
+        let mut entries = BTreeMap::new();
+        for (key, value) in table {
+            let mut child = self.node(value.get_ref(), self.place(value.span()), depth + 1)?;
+            child.key_place = Some(self.place(key.span()));
+            entries.insert(key.get_ref().to_string(), child);
+        }
+        Ok(entries)
+    }
+
+    fn node(&self, value: &DeValue, place: Place, depth: usize) -> Result<Node, Box<Fault>> {
+        if depth > MOST_DEPTH {
+            let cause = Cause::TooDeep { limit: MOST_DEPTH };
+            return Err(Box::new(Fault::new(cause).at(Some(&place))));
+        }
+        let content = match value {
+            DeValue::Table(table) => Content::Table(self.entries(table, depth)?),
+            DeValue::Array(items) => {
+                let items =
+                    items.iter().map(|v| self.node(v.get_ref(), self.place(v.span()), depth + 1));
+                Content::List(items.collect::<Result<_, _>>()?)
+            }
+            DeValue::String(text) => Content::Scalar(text.as_ref().into()),
+            DeValue::Boolean(value) => Content::Scalar((*value).into()),
+            DeValue::Datetime(value) => Content::Scalar((*value).into()),
+            DeValue::Integer(integer) => {
+                match i64::from_str_radix(integer.as_str(), integer.radix()) {
+                    Ok(integer) => Content::Scalar(integer.into()),
+                    // too many digits for an integer: still a number
+                    Err(_) => {
+                        Content::Scalar(integer.as_str().parse().unwrap_or(f64::INFINITY).into())
+                    }
+                }
+            }
+            // a float beyond the range of doubles reads as infinite and is refused as such
+            DeValue::Float(float) => {
+                Content::Scalar(float.as_str().parse().unwrap_or(f64::NAN).into())
+            }
+        };
+        Ok(Node { content, place: Some(place), key_place: None })
+    }
+}
+
+fn json(value: &serde_json::Value, key: &str, depth: usize) -> Result<Node, Box<Fault>> {
+    use serde_json::Value;
+    if depth > MOST_DEPTH {
+        return Err(Box::new(Fault::new(Cause::TooDeep { limit: MOST_DEPTH })));
+    }
+    let below = |name: &str| if key.is_empty() { name.to_owned() } else { format!("{key}.{name}") };
+    let content = match value {
+        Value::Object(table) => {
+            let pairs = table
+                .iter()
+                .map(|(name, value)| Ok((name.clone(), json(value, &below(name), depth + 1)?)));
+            Content::Table(pairs.collect::<Result<_, Box<Fault>>>()?)
+        }
+        Value::Array(items) => {
+            let items = items.iter().enumerate();
+            let items = items.map(|(k, item)| json(item, &format!("{key}[{k}]"), depth + 1));
+            Content::List(items.collect::<Result<_, _>>()?)
+        }
+        Value::String(text) => Content::Scalar(text.as_str().into()),
+        Value::Bool(value) => Content::Scalar((*value).into()),
+        Value::Number(number) => match number.as_i64() {
+            Some(integer) => Content::Scalar(integer.into()),
+            None => Content::Scalar(number.as_f64().unwrap_or(f64::NAN).into()),
+        },
+        Value::Null => {
+            let (key, value) = (key.to_owned(), "null or nan".to_owned());
+            let allowed = "a value; leave the key out where there is none".to_owned();
+            return Err(Box::new(Fault::new(Cause::WrongType { key, value, allowed })));
+        }
+    };
+    Ok(Node { content, place: None, key_place: None })
+}
+
+/// Steps as one path, such as `vehicle.axles[1].tyres`.
+pub(super) fn path_of(steps: &[Step]) -> String {
+    let mut path = String::new();
+    for step in steps {
+        match step {
+            Step::Key(key) => {
+                if !path.is_empty() {
+                    path.push('.');
+                }
+                let bare = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+                if !key.is_empty() && key.chars().all(bare) {
+                    path.push_str(key);
+                } else {
+                    path.push_str(&cut(&format!("{key:?}"), SHOWN_VALUE));
+                }
+            }
+            Step::Index(index) => path.push_str(&format!("[{index}]")),
+        }
+    }
+    path
+}

@@ -1,0 +1,52 @@
+//! A study as one text, all bases resolved, and the hash that names it.
+
+use ocmc_core::study::StudyModel;
+use sha2::{Digest, Sha256};
+use std::fmt::Write;
+
+/// The fully resolved study as TOML; it loads to the same study.
+pub fn resolved_toml(model: &StudyModel) -> String {
+    toml::to_string(model).expect("a study is tables, lists, numbers and words")
+}
+
+/// SHA-256, in hexadecimal digits, of the resolved study: of its JSON without blanks, keys in the order of their names.
+///
+/// Two studies with the same hash give the same records under the same seed and program version.
+pub fn study_hash(model: &StudyModel) -> String {
+    let mut tree =
+        serde_json::to_value(model).expect("a study is tables, lists, numbers and words");
+    tree.sort_all_objects();
+    let mut text = String::with_capacity(64);
+    for byte in Sha256::digest(tree.to_string()) {
+        write!(text, "{byte:02x}").expect("a string takes any text");
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::study::{builtin, load, load_text};
+
+    const NO_SETS: &[&str] = &[];
+
+    #[test]
+    fn a_resolved_study_loads_to_the_same_study() {
+        for built_in in builtin::STUDIES {
+            let model = load(built_in.name, NO_SETS).unwrap().model;
+            let text = resolved_toml(&model);
+            assert!(!text.contains("base ="), "{text}");
+            assert_eq!(load_text("resolved.toml", &text, NO_SETS).unwrap().model, model);
+        }
+    }
+
+    #[test]
+    fn the_hash_tells_studies_apart_and_nothing_else() {
+        let hash = |set: &[&str]| study_hash(&load("field-truck", set).unwrap().model);
+        let default = hash(&[]);
+        assert_eq!(default.len(), 64);
+        assert_eq!(default, hash(&["simulation.step_s=0.2"]));
+        assert_ne!(default, hash(&["simulation.step_s=0.1"]));
+        assert_ne!(default, hash(&["study.name=other"]));
+    }
+}

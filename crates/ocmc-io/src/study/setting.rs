@@ -1,0 +1,115 @@
+//! One `--set key.path=VALUE`: a value of TOML, or a bare word, laid over the study file.
+
+use super::error::{Cause, Fault};
+use super::node::{Content, Node};
+use super::source::{Place, Source, SourceKind, cut};
+use std::sync::Arc;
+use toml::de::{DeTable, DeValue};
+
+/// Reads a setting as a tree with one leaf.
+pub(super) fn parse(setting: &str) -> Result<Node, Box<Fault>> {
+    let name = setting.to_owned();
+    let source = Arc::new(Source { kind: SourceKind::Setting, name, text: setting.to_owned() });
+    let whole = Place::new(&source, 0..setting.len());
+    let lacks = |part| {
+        let fault = Fault::new(Cause::Setting { setting: cut(setting, 120), part });
+        let example = "the form is KEY=VALUE, such as driver.curve_speed.exponent=0.5";
+        Box::new(fault.at(Some(&whole)).help(example))
+    };
+    let Some((key, value)) = setting.split_once('=') else {
+        return Err(lacks("`=`"));
+    };
+    let steps = steps_of(key).ok_or_else(|| lacks("dotted key in front of the `=`"))?;
+    if value.trim().is_empty() {
+        return Err(lacks("value behind the `=`"));
+    }
+    let start = setting.len() - value.trim_start().len();
+    let mut node = match Node::parse_value(&source, start) {
+        Ok(node) => node,
+        // a bare word is a string; what begins like a list, table or string was meant to be one
+        Err(fault) if value.trim_start().starts_with(['[', '{', '"', '\'']) => return Err(fault),
+        Err(_) => Node {
+            content: Content::Scalar(value.trim().into()),
+            place: Some(Place::new(&source, start..setting.trim_end().len())),
+            key_place: None,
+        },
+    };
+    node.key_place = Some(Place::new(&source, 0..key.trim_end().len()));
+    for step in steps.into_iter().rev() {
+        let mut table = Node::table();
+        table.content = Content::Table([(step, node)].into());
+        node = table;
+    }
+    Ok(node)
+}
+
+/// The keys of a dotted key, as TOML reads it.
+fn steps_of(key: &str) -> Option<Vec<String>> {
+    if key.contains(['\n', '\r', '#', '[']) {
+        return None;
+    }
+    let text = format!("{key} = 0");
+    let document = DeTable::parse(&text).ok()?;
+    let mut table = document.get_ref();
+    let mut steps = Vec::new();
+    loop {
+        let (key, value) = table.iter().next()?;
+        steps.push(key.get_ref().to_string());
+        match value.get_ref() {
+            DeValue::Table(below) => table = below,
+            _ => return Some(steps),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::study::node::Step;
+
+    fn leaf(setting: &str) -> (String, toml::Value) {
+        let mut node = parse(setting).unwrap();
+        let mut steps = Vec::new();
+        while let Content::Table(entries) = node.content {
+            let (key, below) = entries.into_iter().next().unwrap();
+            steps.push(Step::Key(key));
+            node = below;
+        }
+        (crate::study::node::path_of(&steps), node.to_toml())
+    }
+
+    #[test]
+    fn values_are_toml_and_bare_words_are_strings() {
+        assert_eq!(leaf("a.b=1.5"), ("a.b".into(), 1.5.into()));
+        assert_eq!(leaf("a = 3 "), ("a".into(), 3.into()));
+        assert_eq!(leaf("a.b=table"), ("a.b".into(), "table".into()));
+        assert_eq!(leaf("a=\"x y\""), ("a".into(), "x y".into()));
+        assert_eq!(leaf("a=[1, 2]"), ("a".into(), toml::Value::from(vec![1, 2])));
+        assert_eq!(leaf("a.\"b c\"=true"), ("a.\"b c\"".into(), true.into()));
+        assert_eq!(leaf("a.b=x=y"), ("a.b".into(), "x=y".into()));
+    }
+
+    #[test]
+    fn a_setting_without_key_or_value_is_refused() {
+        for (setting, message) in [
+            ("abc", "`--set abc` has no `=`"),
+            ("=1", "has no dotted key"),
+            ("a..b=1", "has no dotted key"),
+            ("a=", "has no value"),
+            ("", "has no `=`"),
+            ("a=[1", "not valid TOML"),
+            ("a={", "not valid TOML"),
+        ] {
+            let text = parse(setting).unwrap_err().to_string();
+            assert!(text.contains(message), "{setting}: {text}");
+        }
+    }
+
+    #[test]
+    fn the_value_knows_its_place() {
+        let node = parse("mission.length_m=1e999").unwrap();
+        let node = node.get("mission").and_then(|node| node.get("length_m")).unwrap();
+        assert_eq!(node.shown(), "1e999");
+        assert_eq!(node.place.as_ref().unwrap().column(), 18);
+    }
+}
