@@ -103,10 +103,10 @@ pub(crate) struct CycleArguments {
     #[arg(long, value_name = "KEY=VALUE")]
     pub(crate) set: Vec<String>,
     /// Id of the cycle, as in the records
-    #[arg(long, value_name = "ID", value_parser = cycle_id)]
+    #[arg(long, value_name = "ID", allow_negative_numbers = true, value_parser = cycle_id)]
     pub(crate) cycle_id: u64,
     /// Master seed of the run
-    #[arg(long, value_name = "N", default_value = "1", value_parser = whole_number)]
+    #[arg(long, value_name = "N", default_value = "1", allow_negative_numbers = true, value_parser = whole_number)]
     pub(crate) seed: u64,
     /// File to write, `.csv` or `.json`; an existing one is replaced [default: CSV to standard output]
     #[arg(long, value_name = "FILE")]
@@ -123,16 +123,16 @@ pub(crate) struct RunArguments {
     #[arg(long, value_name = "KEY=VALUE")]
     pub(crate) set: Vec<String>,
     /// Number of cycles
-    #[arg(long, value_name = "N", default_value = "1000", value_parser = at_least_one)]
+    #[arg(long, value_name = "N", default_value = "1000", allow_negative_numbers = true, value_parser = at_least_one)]
     pub(crate) cycles: u64,
     /// Id of the first cycle: a run can be shared out over machines
-    #[arg(long, value_name = "ID", default_value = "0", value_parser = whole_number)]
+    #[arg(long, value_name = "ID", default_value = "0", allow_negative_numbers = true, value_parser = whole_number)]
     pub(crate) first_cycle: u64,
     /// Master seed: with the study and a cycle's id it fixes everything that happens in the cycle
-    #[arg(long, value_name = "N", default_value = "1", value_parser = whole_number)]
+    #[arg(long, value_name = "N", default_value = "1", allow_negative_numbers = true, value_parser = whole_number)]
     pub(crate) seed: u64,
     /// Threads [default: one for each CPU]
-    #[arg(long, value_name = "N", value_parser = threads)]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = threads)]
     pub(crate) threads: Option<usize>,
     /// Directory for the records, the manifest and the summary of the run; without it nothing is written
     #[arg(long, value_name = "DIR")]
@@ -150,7 +150,7 @@ pub(crate) struct RunArguments {
     #[arg(long, hide = true, value_parser = PossibleValuesParser::new(CpuLevel::ALL.map(CpuLevel::name)))]
     pub(crate) cpu_level: Option<String>,
     /// Cycles that a thread drives at a time: the records do not depend on it
-    #[arg(long, hide = true, value_parser = chunk)]
+    #[arg(long, hide = true, allow_negative_numbers = true, value_parser = chunk)]
     pub(crate) chunk: Option<u64>,
 }
 

@@ -23,7 +23,8 @@ pub(crate) fn histogram_chart(statistic: &Statistic, width: usize) -> String {
     let mut text = format!("{name}, number of cycles\n");
     for (label, count) in rows {
         let bar = bar(count, largest, bar_width);
-        let _ = writeln!(text, " {label:>label_width$} {:>count_width$} {bar}", grouped(count));
+        let row = format!(" {label:>label_width$} {:>count_width$} {bar}", grouped(count));
+        let _ = writeln!(text, "{}", row.trim_end());
     }
     text
 }

@@ -94,7 +94,7 @@ fn cell(array: &ArrayRef, row: usize) -> Result<Cell, String> {
 /// A cell on its way into a field of a record.
 struct Value(Cell);
 
-impl<'de> IntoDeserializer<'de> for Value {
+impl IntoDeserializer<'_> for Value {
     type Deserializer = Self;
 
     fn into_deserializer(self) -> Self {

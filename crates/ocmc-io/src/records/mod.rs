@@ -97,7 +97,7 @@ pub struct RecordWriter {
 /// A file that takes whole groups.
 #[derive(Debug)]
 enum Groups {
-    Parquet(parquet::ParquetRecords),
+    Parquet(Box<parquet::ParquetRecords>),
     Csv(csv::CsvRecords),
 }
 
@@ -107,7 +107,9 @@ impl RecordWriter {
         let file = OpenOptions::new().write(true).create_new(true).open(path);
         let file = file.map_err(|source| RecordsError::Create { path: path.to_owned(), source })?;
         let file = match format {
-            RecordFormat::Parquet => Groups::Parquet(parquet::ParquetRecords::new(path, file)?),
+            RecordFormat::Parquet => {
+                Groups::Parquet(Box::new(parquet::ParquetRecords::new(path, file)?))
+            }
             RecordFormat::Csv => Groups::Csv(csv::CsvRecords::new(path, file)?),
         };
         Ok(Self { file, waiting: Vec::new(), written: 0 })
@@ -184,7 +186,7 @@ pub(crate) mod examples {
             duration_s: x * 1e-300,
             mean_speed_mps: 0.1 + 0.2 * x,
             n_stops: cycle_id as u32,
-            fuel_kg: (cycle_id % 2 == 0).then_some(x * 1e20),
+            fuel_kg: cycle_id.is_multiple_of(2).then_some(x * 1e20),
             driver_effect: -x / 7.0,
             potential_change_j: -0.0,
             ..Record::default()
@@ -247,6 +249,24 @@ mod tests {
         let error = RecordWriter::create(&path, RecordFormat::Csv).expect_err("it exists");
         assert!(error.to_string().contains("records.csv"), "{error}");
         assert_eq!(std::fs::read(&path).expect("still there"), b"mine");
+    }
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn a_full_disk_is_an_error_with_the_name_of_the_file() {
+        let full = Path::new("/dev/full");
+        let open = || OpenOptions::new().write(true).open(full).expect("Linux has it");
+        let rows = examples::records(GROUP_ROWS as u64);
+        let errors = [
+            parquet::ParquetRecords::new(full, open())
+                .and_then(|mut file| file.write(&rows).and_then(|()| file.finish())),
+            csv::CsvRecords::new(full, open())
+                .and_then(|mut file| file.write(&rows).and_then(|()| file.finish())),
+        ];
+        for error in errors {
+            let error = error.expect_err("nothing fits").to_string();
+            assert!(error.contains("/dev/full") && error.contains("No space left"), "{error}");
+        }
     }
 
     #[test]
