@@ -1,6 +1,7 @@
 //! The built-in studies: that they are valid, and that nothing in them is out of the tables.
 
-use ocmc_core::study::{StudyModel, bound_of};
+use ocmc_core::distribution::{Law, Quantity};
+use ocmc_core::study::{Study, StudyModel, bound_of};
 use ocmc_io::study::{self, LoadedStudy, Origin};
 use serde_json::Value;
 
@@ -150,4 +151,13 @@ fn every_built_in_study_uses_only_keys_of_the_schema() {
     }
     let vehicle: toml::Table = study::show("tractor-40t").expect("built in").parse().expect("TOML");
     check("vehicle", &vehicle, &schema["properties"]["vehicle"]);
+}
+
+#[test]
+fn the_core_refuses_an_optional_end_that_is_no_number() {
+    let mut model = model("field-truck");
+    let (mean, sd, lower, upper) = (1.0, 0.1, Some(f64::NAN), None);
+    model.driver.speed_limit.compliance = Quantity::Law(Law::Normal { mean, sd, lower, upper });
+    let error = Study::new(model).expect_err("nan").to_string();
+    assert!(error.contains("driver.speed_limit.compliance"), "{error}");
 }
