@@ -90,8 +90,9 @@ fn number_in_bounds(path: &str, value: f64, problems: &mut Vec<Problem>) {
 
 /// Checks a law's own parameters, then that its finite ends and its centre lie within the key's bound.
 fn law(path: &str, value: &Value, problems: &mut Vec<Problem>) {
-    let Ok(law) = Law::deserialize(value) else {
-        // a NaN parameter has become null and does not read back
+    let finite = Law::deserialize(value).ok().filter(|_| !has_null(value));
+    let Some(law) = finite else {
+        // a NaN parameter has become null: it does not read back, or as an absent optional end
         problems.push(Problem {
             path: path.to_owned(),
             value: "a distribution with a parameter that is not a finite number".to_owned(),
@@ -113,6 +114,15 @@ fn law(path: &str, value: &Value, problems: &mut Vec<Problem>) {
     let open = |end: f64| end == 0.0 && !upper.is_finite();
     for end in ends.filter(|end| !open(*end)).chain([law.centre()]) {
         number_in_bounds(path, end, problems);
+    }
+}
+
+fn has_null(value: &Value) -> bool {
+    match value {
+        Value::Null => true,
+        Value::Array(items) => items.iter().any(has_null),
+        Value::Object(table) => table.values().any(has_null),
+        _ => false,
     }
 }
 

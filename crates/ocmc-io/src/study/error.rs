@@ -5,6 +5,8 @@ use std::fmt;
 
 /// Most faults that are printed at once.
 const SHOWN_FAULTS: usize = 20;
+/// Longest message that is printed, in characters.
+const SHOWN_MESSAGE: usize = 1500;
 /// Most names that are printed in a list of allowed ones.
 const SHOWN_NAMES: usize = 24;
 
@@ -203,6 +205,11 @@ impl Fault {
         }
     }
 
+    /// What is wrong, on one line that is safe to print.
+    pub fn message(&self) -> String {
+        cut(&self.cause.to_string(), SHOWN_MESSAGE)
+    }
+
     /// The full path of the key that is wrong.
     pub fn key(&self) -> Option<&str> {
         match &self.cause {
@@ -225,15 +232,15 @@ impl fmt::Display for Fault {
             let (line, at, marked) = place.excerpt();
             let number = place.line().to_string();
             let gutter = " ".repeat(number.len());
-            writeln!(f, "{}: {}", place.label(), self.cause)?;
+            writeln!(f, "{}: {}", place.label(), self.message())?;
             writeln!(f, "  {number} | {line}")?;
             write!(f, "  {gutter} | {}{}", " ".repeat(at), "^".repeat(marked))?;
         } else {
-            write!(f, "{}", self.cause)?;
+            f.write_str(&self.message())?;
         }
         for (title, text) in [("help", &self.help), ("note", &self.note)] {
             if let Some(text) = text {
-                write!(f, "\n  {title}: {text}")?;
+                write!(f, "\n  {title}: {}", cut(text, SHOWN_MESSAGE))?;
             }
         }
         Ok(())

@@ -165,8 +165,8 @@ mod tests {
             assert!(line.contains(range), "{line}");
         }
         let numbers = text.lines().filter(|line| {
-            let value = line.split_once(" = ").map_or("", |(_, value)| value);
-            value.starts_with(|c: char| c.is_ascii_digit() || c == '-')
+            let (key, value) = line.split_once(" = ").unwrap_or_default();
+            !key.starts_with(' ') && value.starts_with(|c: char| c.is_ascii_digit() || c == '-')
         });
         for line in numbers {
             assert!(line.contains("# ") && line.contains(" to "), "{line}");

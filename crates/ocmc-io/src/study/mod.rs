@@ -110,7 +110,7 @@ pub fn load_json<S: AsRef<str>>(
     dictionary: &serde_json::Value,
     sets: &[S],
 ) -> Result<LoadedStudy, StudyFileError> {
-    let own = Node::from_json(dictionary, "")?;
+    let own = Node::from_json(dictionary)?;
     finish(own, None, sets, Origin::Dictionary).map_err(|error| noted(error, "the dictionary"))
 }
 

@@ -69,8 +69,13 @@ impl Node {
     }
 
     /// Reads a dictionary of the same shape as a study file.
-    pub(super) fn from_json(value: &serde_json::Value, key: &str) -> Result<Self, Box<Fault>> {
-        json(value, key, 0)
+    pub(super) fn from_json(value: &serde_json::Value) -> Result<Self, Box<Fault>> {
+        let node = json(value, "", 0)?;
+        if matches!(node.content, Content::Table(_)) {
+            return Ok(node);
+        }
+        let (key, allowed) = ("a study".to_owned(), "a table".to_owned());
+        Err(Box::new(Fault::new(Cause::WrongType { key, value: node.shown(), allowed })))
     }
 
     /// The value as `toml` sees it.
@@ -310,7 +315,11 @@ pub(super) fn path_of(steps: &[Step]) -> String {
                     path.push_str(&cut(&format!("{key:?}"), SHOWN_VALUE));
                 }
             }
-            Step::Index(index) => path.push_str(&format!("[{index}]")),
+            Step::Index(index) => {
+                path.push('[');
+                path.push_str(&index.to_string());
+                path.push(']');
+            }
         }
     }
     path

@@ -81,7 +81,7 @@ fn read_file(path: &Path, name: &str, kind: Kind) -> Result<String, Box<Fault>> 
     }
     let text = String::from_utf8(bytes).map_err(|error| {
         let byte = error.utf8_error().valid_up_to();
-        let line = error.as_bytes()[..byte].iter().filter(|b| **b == b'\n').count() + 1;
+        let line = error.as_bytes()[..=byte].split(|b| *b == b'\n').count();
         Box::new(Fault::new(Cause::NotText { path: shown.clone(), line, byte }))
     })?;
     if text.trim().is_empty() {

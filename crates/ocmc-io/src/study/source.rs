@@ -41,7 +41,7 @@ impl Source {
     /// The source as it is called in messages.
     pub fn label(&self) -> String {
         match self.kind {
-            SourceKind::File => self.name.clone(),
+            SourceKind::File => cut(&self.name, usize::MAX),
             SourceKind::BuiltIn => format!("built-in {}", self.name),
             SourceKind::Setting => format!("--set {}", cut(&self.name, SHOWN_CHARACTERS)),
         }

@@ -1,0 +1,268 @@
+//! What a user reads when a study is wrong: the place, the key, the value, what is allowed, the nearest name.
+
+use ocmc_io::study::{self, Cause, StudyFileError};
+
+fn error_of(text: &str) -> StudyFileError {
+    match study::load_text::<&str>("mine.toml", text, &[]) {
+        Ok(_) => panic!("loads: {text}"),
+        Err(error) => error,
+    }
+}
+
+/// Asserts that the message about a study, which derives from the default one, has each of the pieces.
+fn assert_says(line: &str, pieces: &[&str]) {
+    let error = error_of(&format!("study.base = \"field-truck\"\n{line}\n")).to_string();
+    for piece in pieces {
+        assert!(error.contains(piece), "`{piece}` is not in:\n{error}");
+    }
+}
+
+#[test]
+fn an_unknown_key_names_the_nearest() {
+    assert_says(
+        "vehicle.curb_mas_kg = 3",
+        &[
+            "mine.toml:2:9: `vehicle.curb_mas_kg` is not a key",
+            "  2 | vehicle.curb_mas_kg = 3\n    |         ^^^^^^^^^^^\n",
+            "did you mean `curb_mass_kg`?",
+        ],
+    );
+    assert_says("motion.length_m = 3", &["mine.toml:2:1", "`motion`", "did you mean `mission`?"]);
+    let ground = "road.types.urban.ground = { ice = 1.0 }";
+    assert_says(ground, &["`road.types.urban.ground.ice`", "`gravel`"]);
+    assert_says("vehicle.axles = [{ tyre = 2 }]", &["`vehicle.axles[0].tyre`", "mean `tyres`?"]);
+    assert_says("vehicle.\"a b\" = 2", &["`vehicle.\"a b\"` is not a key"]);
+}
+
+#[test]
+fn an_unknown_word_names_the_nearest() {
+    assert_says(
+        "driver.curve_speed.form = \"tabel\"",
+        &[
+            "mine.toml:2:27: `driver.curve_speed.form` is \"tabel\"",
+            "did you mean `table`?",
+            "`bivariate`",
+        ],
+    );
+    assert_says("driver.curve_speed.form = 3", &["`driver.curve_speed.form` is 3", "`pooled`"]);
+    let without = "simulation.without = [\"trafic\"]";
+    assert_says(without, &["`simulation.without[0]`", "did you mean `traffic`?"]);
+}
+
+#[test]
+fn a_wrong_type_names_the_right_one() {
+    for (line, message) in [
+        ("mission = 3", "`mission` is 3, allowed is a table"),
+        ("vehicle.axles = 3", "`vehicle.axles` is 3, allowed is a list"),
+        ("vehicle.curb_mass_kg = \"heavy\"", "is \"heavy\", allowed is a number, 500 to 100000"),
+        ("driver.curve_speed.replicates = 2.5", "is 2.5, allowed is a whole number, 1 to 1e6"),
+        ("driver.curve_speed.replicates = -2", "is -2, allowed is a whole number, 1 to 1e6"),
+        ("driver.pedals.pid.correlation = [0.1]", "a list of length 3, each -0.99 to 0.99"),
+        ("driver.curve_speed.parameter_uncertainty = 1", "is 1, allowed is true or false"),
+        ("mission.length_m = 1979-05-27", "is 1979-05-27, allowed is a number, or a table such as"),
+        ("study.name = 3", "`study.name` is 3, allowed is a text in quotation marks"),
+    ] {
+        assert_says(line, &["mine.toml:2:", message]);
+    }
+}
+
+#[test]
+fn a_number_out_of_its_bounds_names_them() {
+    assert_says(
+        "vehicle.curb_mass_kg = -3",
+        &[
+            "mine.toml:2:24: `vehicle.curb_mass_kg` is -3, allowed is 500 to 100000",
+            "  2 | vehicle.curb_mass_kg = -3\n    |                        ^^",
+        ],
+    );
+    let red = "road.types.urban.traffic_lights.red_probability = 1.5";
+    assert_says(red, &["red_probability` is 1.5, allowed is 0 to 1"]);
+    let signs = "road.types.urban.speed_signs.speed_kmh = [50.0, 900.0]";
+    assert_says(signs, &["mine.toml:2:49", "speed_kmh[1]` is 900, allowed is 5 to 200"]);
+}
+
+#[test]
+fn numbers_that_are_none_are_refused() {
+    let mass = "vehicle.curb_mass_kg = nan";
+    assert_says(mass, &["is nan, allowed is a finite number, 500 to 100000"]);
+    assert_says("mission.length_m = -inf", &["is -inf"]);
+    assert_says("mission.length_m = 1e400", &["is 1e400, allowed is a finite number"]);
+    let law = "mission.length_m = { distribution = \"normal\", mean = 1e5, sd = 1.0, lower = nan }";
+    assert_says(law, &["`mission.length_m.lower` is nan"]);
+}
+
+#[test]
+fn several_faults_are_told_at_once() {
+    let text = "study.base = \"field-truck\"\nvehicle.curb_mass_kg = -3\nmission.length_m = 2\n";
+    let error = error_of(text);
+    let keys: Vec<_> = error.faults.iter().filter_map(|fault| fault.key()).collect();
+    assert_eq!(keys, ["mission.length_m", "vehicle.curb_mass_kg"]);
+    let place = error.faults[1].place.as_ref().expect("a place");
+    assert_eq!(&place.source.text[place.span.clone()], "-3");
+}
+
+#[test]
+fn numbers_that_do_not_fit_say_what_is_inherited() {
+    assert_says(
+        "road.types.urban.speed_signs.speed_kmh = []",
+        &[
+            "`road.types.urban.speed_signs.speed_kmh` is empty, allowed is at least one sign",
+            "built-in field-truck:",
+            "`road.types.urban.speed_signs.share` is 5 numbers",
+            "inherited from built-in field-truck; mine.toml does not say it",
+        ],
+    );
+}
+
+#[test]
+fn faults_within_laws_are_placed() {
+    for (keys, message) in [
+        ("mean = 1e5, s = 3", "`mission.length_m.s` is not a key"),
+        ("mean = 1e5, sd = \"3\"", "`mission.length_m.sd` is \"3\", allowed is a number"),
+        ("mean = 1e5", "`mission.length_m.sd` is missing"),
+        ("mean = 1e5, sd = -3", "`mission.length_m.sd` is -3, allowed is above 0"),
+    ] {
+        assert_says(
+            &format!("mission.length_m = {{ distribution = \"normal\", {keys} }}"),
+            &["mine.toml:2:", message],
+        );
+    }
+    assert_says("mission.length_m = { distribution = \"normel\" }", &["did you mean `normal`?"]);
+    assert_says("mission.length_m = {}", &["`mission.length_m.distribution` is missing"]);
+    let part = "{ distribution = \"normal\", mean = 1.0, ad = 1.0 }";
+    let mixture = format!("{{ distribution = \"mixture\", weights = [1], components = [{part}] }}");
+    assert_says(
+        &format!("mission.payload_kg = {mixture}"),
+        &["`mission.payload_kg.components[0].ad`", "did you mean `sd`?"],
+    );
+}
+
+#[test]
+fn a_missing_key_is_named_with_its_table() {
+    let error = error_of("study = { name = \"a\", description = \"b\" }\n").to_string();
+    assert!(error.contains("mine.toml:1:1: `mission` is missing"), "{error}");
+    assert!(error.contains("study.base"), "{error}");
+    let whole = study::init_text().replace("curb_mass_kg = ", "# ");
+    let error = error_of(&whole).to_string();
+    let message = "`vehicle.curb_mass_kg` is missing, allowed is 500 to 100000";
+    assert!(error.contains(message) && error.contains("| [vehicle]"), "{error}");
+}
+
+#[test]
+fn a_text_that_is_not_toml_is_placed() {
+    let error = error_of("[study]\nname = \n").to_string();
+    assert!(error.contains("mine.toml:2:8: not valid TOML"), "{error}");
+    assert_says("study.base = \"regional\"", &["mine.toml:2:7: not valid TOML: duplicate key"]);
+    let error = error_of(&format!("a = [{}", "1, ".repeat(5000))).to_string();
+    assert!(error.lines().all(|line| line.chars().count() < 140), "{error}");
+    let deep = format!("a = {}1{}", "[".repeat(5000), "]".repeat(5000));
+    assert!(error_of(&deep).to_string().contains("mine.toml:1"));
+    let error = error_of("a = \"\u{1b}[31m\"\n").to_string();
+    assert!(!error.contains('\u{1b}'), "{error:?}");
+}
+
+#[test]
+fn a_base_that_is_not_there_or_leads_back_is_refused() {
+    let error = error_of("study.base = \"field-truk\"\n").to_string();
+    let message = "mine.toml:1:14: `field-truk` is neither a built-in study nor a file";
+    assert!(error.contains(message) && error.contains("did you mean `field-truck`?"), "{error}");
+    for (line, message) in [
+        ("vehicle.base = \"tractor\"", "neither a built-in vehicle nor a file"),
+        ("vehicle.base = \"tractor-40\"", "did you mean `tractor-40t`?"),
+        ("vehicle.base = 3", "`vehicle.base` is 3, allowed is a name or a file"),
+        ("study.drop = [\"road.types.urbn\"]", "`study.drop` names `road.types.urbn`"),
+        ("study.drop = [\"road.types.urbn\"]", "did you mean `urban`?"),
+        ("study.drop = \"road\"", "`study.drop` is \"road\", allowed is a list"),
+    ] {
+        assert_says(line, &[message]);
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("loop.toml");
+    std::fs::write(&path, "study.base = \"loop.toml\"\n").expect("a file");
+    let error = study::load::<&str>(&path.display().to_string(), &[]).expect_err("a loop");
+    assert!(error.to_string().contains("makes a study derive from itself"), "{error}");
+}
+
+#[test]
+fn files_that_cannot_be_a_study_are_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let error_of = |bytes: &[u8]| {
+        let path = folder.path().join("a.toml");
+        std::fs::write(&path, bytes).expect("a file");
+        study::load::<&str>(&path.display().to_string(), &[]).expect_err("not a study")
+    };
+    assert!(matches!(error_of(b" \n").faults[0].cause, Cause::Empty { .. }));
+    assert!(error_of(b"# nothing\n").to_string().contains("is missing"));
+    let noise = |length: u32| -> Vec<u8> {
+        (0..length).map(|k| (k.wrapping_mul(2_654_435_761) >> 13) as u8).collect()
+    };
+    assert!(error_of(&noise(10_000_000)).to_string().contains("has more than 4194304 bytes"));
+    assert!(matches!(error_of(&noise(3_000_000)).faults[0].cause, Cause::NotText { .. }));
+    let letters: Vec<u8> = noise(3_000_000).iter().map(|byte| 32 + byte % 90).collect();
+    assert!(error_of(&letters).to_string().len() < 1000);
+    let error = error_of(b"a = 1\nb = \"\xff\"\n").to_string();
+    assert!(error.contains("a.toml` is not UTF-8 text: line 2, byte 11"), "{error}");
+
+    let folder = folder.path().display().to_string();
+    let error = study::load::<&str>(&folder, &[]).expect_err("a folder").to_string();
+    assert!(error.contains("is a directory"), "{error}");
+}
+
+#[test]
+fn a_wrong_name_is_told_the_nearest() {
+    let error = study::load::<&str>("field-trucks", &[]).expect_err("no file").to_string();
+    assert!(error.contains("`field-trucks` is neither a built-in study nor a file"), "{error}");
+    assert!(
+        error.contains("did you mean `field-truck`?") && error.contains("`long-haul`"),
+        "{error}"
+    );
+    let error = study::show("tractor-40").expect_err("not built in").to_string();
+    assert!(error.contains("did you mean `tractor-40t`?"), "{error}");
+}
+
+#[test]
+fn a_wrong_setting_is_shown_as_it_was_typed() {
+    let assert_says = |set: &str, message: &str| {
+        let error = study::load("field-truck", &[set]).expect_err(set).to_string();
+        assert!(error.contains(message), "`{message}` is not in:\n{error}");
+    };
+    let far = "mission.length_m=far";
+    assert_says(
+        far,
+        "--set mission.length_m=far: `mission.length_m` is \"far\", allowed is a number",
+    );
+    assert_says(far, "  1 | mission.length_m=far\n    |                  ^^^");
+    assert_says(
+        "vehicle.curb_mass_kg=-3",
+        "`vehicle.curb_mass_kg` is -3, allowed is 500 to 100000",
+    );
+    let key = "driver.curve_sped.exponent=0.5";
+    assert_says(key, "`driver.curve_sped` is not a key");
+    assert_says(key, "did you mean `curve_speed`?");
+    assert_says("vehicle.axles.9.tyres=2", "`vehicle.axles` is a table, allowed is a list");
+    assert_says("nonsense", "`--set nonsense` has no `=`");
+}
+
+#[test]
+fn a_wrong_dictionary_names_the_key() {
+    let assert_says = |dictionary: serde_json::Value, message: &str| {
+        let error = study::load_json::<&str>(&dictionary, &[]).expect_err(message).to_string();
+        assert!(error.contains(message), "`{message}` is not in:\n{error}");
+    };
+    let mission = |mission: serde_json::Value| serde_json::json!({ "study": { "base": "field-truck" }, "mission": mission });
+    assert_says(
+        mission(serde_json::json!({ "length_m": null })),
+        "`mission.length_m` is null or nan",
+    );
+    assert_says(mission(serde_json::json!({ "lenght_m": 1.0 })), "did you mean `length_m`?");
+    assert_says(
+        mission(serde_json::json!({ "length_m": -1 })),
+        "`mission.length_m` is -1, allowed is 200",
+    );
+    assert_says(serde_json::json!([1]), "`a study` is a list, allowed is a table");
+    let mut deep = serde_json::json!(1);
+    for _ in 0..100 {
+        deep = serde_json::json!({ "a": deep });
+    }
+    assert_says(deep, "nested more than 64 deep");
+}
