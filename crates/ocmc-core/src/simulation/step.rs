@@ -50,7 +50,6 @@ pub struct StepView<const W: usize> {
 /// What the driver does in one stage.
 struct Control<const W: usize> {
     desired: Lanes<W>,
-    output: Lanes<W>,
     accelerator: Lanes<W>,
     brake: Lanes<W>,
     integral_rate: Lanes<W>,
@@ -139,7 +138,6 @@ impl<const W: usize> State<W> {
         let realised = accelerator - brake * (1.0 / pedals.brake_scale);
         Control {
             desired,
-            output,
             accelerator,
             brake,
             integral_rate: self.integral_gain * error + self.tracking * (realised - output),
