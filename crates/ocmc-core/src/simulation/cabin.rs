@@ -47,9 +47,8 @@ pub struct Sight {
 }
 
 impl Cabin {
-    /// Puts the truck of one cycle at the start of its road.
-    pub fn new(study: &Study, seed: u64, cycle_id: u64) -> Self {
-        let scenario = study.sample(seed, cycle_id);
+    /// Plans a scenario.
+    pub fn new(study: &Study, scenario: Scenario) -> Self {
         let mut cabin = Self {
             scenario,
             profile: SpeedProfile::default(),
