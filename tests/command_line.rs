@@ -1,8 +1,8 @@
 //! The command as a user meets it: answers, exit statuses, and failures that say what to do.
 
-mod common;
+mod program;
 
-use common::{SHORT, ocmc};
+use program::{SHORT, ocmc};
 use serde_json::Value;
 use std::fs;
 
@@ -289,8 +289,8 @@ fn studies_are_listed_shown_written_and_checked() {
 fn a_trace_ends_where_its_record_does() {
     let directory = tempfile::tempdir().expect("a directory");
     let out = directory.path().join("run");
-    common::run_into(&out, &["--cycles", "4", "--seed", "3"]);
-    let records = common::records(&out.join("records.parquet"));
+    program::run_into(&out, &["--cycles", "4", "--seed", "3"]);
+    let records = program::records(&out.join("records.parquet"));
     let record = &records[3];
     let trace = |extra: &[&str]| {
         let arguments = ["trace", "--set", SHORT, "--seed", "3", "--cycle-id", "3"];
