@@ -513,7 +513,10 @@ impl<const W: usize> State<W> {
         let over = Lanes::flag_lt(Lanes::all(shift.overspeed_radps), speed)
             .and(Lanes::flag_lt(zero, self.gear_speed_up));
         let has_down = Lanes::flag_lt(self.gear_speed_down, Lanes::all(super::road_row::FAR));
-        let low = Lanes::flag_lt(speed, down_line).and(closed.or(self.gear_launches.not()));
+        // a truck that rolls to a stop with an open clutch shifts when it is driven again, not before
+        let pressed = Lanes::flag_lt(zero, accelerator);
+        let low =
+            Lanes::flag_lt(speed, down_line).and(closed.or(self.gear_launches.not().and(pressed)));
         let kick = Lanes::flag_lt(zero, self.kick_left)
             .not()
             .and(Lanes::flag_lt(speed, Lanes::all(shift.kickdown_speed_radps)))
