@@ -290,7 +290,8 @@ impl Cabin {
             state.set_gear(lane, gear, shared);
             state.shift_left.0[lane] = shift.duration_s;
             state.hold_left.0[lane] = shift.interval_s;
-            state.kick_left.0[lane] = shift.kickdown_s;
+            // torque comes back after the shift: only then a pressed pedal tells that it is not enough
+            state.kick_left.0[lane] = shift.duration_s + shift.kickdown_s;
         }
     }
 
