@@ -17,3 +17,11 @@ pub mod tactical;
 pub mod traffic;
 pub mod vehicle;
 pub mod weather;
+
+/// The statistics of the integration tests.
+#[cfg(test)]
+#[path = "../tests/common/statistics.rs"]
+#[allow(dead_code, reason = "the integration tests use the rest")]
+mod statistics;
+#[cfg(test)]
+mod testing;
