@@ -43,7 +43,7 @@ pub fn fit(values: &[f64]) -> Option<Law> {
     let mean = values.iter().sum::<f64>() / n;
     let mean_log = values.iter().map(|x| libm::log(*x)).sum::<f64>() / n;
     let excess = libm::log(mean) - mean_log;
-    if !all_positive(values) || !(excess > 0.0) {
+    if !all_positive(values) || excess.is_nan() || excess <= 0.0 {
         return None;
     }
     let mut shape = 0.5 / excess;

@@ -172,6 +172,10 @@ impl Law {
     }
 
     /// What is wrong with the law's own parameters: (parameter, value, what is allowed).
+    #[allow(
+        clippy::neg_cmp_op_on_partial_ord,
+        reason = "a parameter that is not a number is at fault"
+    )]
     pub fn fault(&self) -> Option<(&'static str, f64, &'static str)> {
         let positive = |name, value: f64| (!(value > 0.0)).then_some((name, value, "above 0"));
         let not_negative =

@@ -25,7 +25,7 @@ pub fn fit(values: &[f64]) -> Option<Law> {
     let logs: Vec<f64> = values.iter().map(|x| libm::log(*x)).collect();
     let mean_log = logs.iter().sum::<f64>() / n;
     let spread = logs.iter().map(|y| (y - mean_log) * (y - mean_log)).sum::<f64>() / n;
-    if !(spread > 0.0) {
+    if spread.is_nan() || spread <= 0.0 {
         return None;
     }
     // SD(ln x) = π / (k √6)
