@@ -5,9 +5,11 @@ use crate::simulation::drive::drive;
 use crate::simulation::record::Record;
 use crate::study::Study;
 use std::collections::BTreeMap;
+use std::num::NonZero;
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc;
+use std::thread;
 
 /// Which cycles to run, and on what. Only `seed`, `first_cycle` and `cycles` decide the records.
 #[derive(Clone, Copy, Debug)]
@@ -24,6 +26,29 @@ pub struct RunPlan {
     pub chunk: u64,
     /// Instructions to use.
     pub level: CpuLevel,
+}
+
+/// Most threads that can be asked for.
+pub const MOST_THREADS: usize = 1024;
+
+impl RunPlan {
+    /// A plan on the best instructions of this CPU: on all its threads and in chunks of [`chunk_for`], where nothing else
+    /// is asked for.
+    pub fn new(
+        seed: u64,
+        first_cycle: u64,
+        cycles: u64,
+        threads: Option<usize>,
+        chunk: Option<u64>,
+    ) -> Self {
+        let available = || thread::available_parallelism().map_or(1, NonZero::get);
+        let threads = threads.unwrap_or_else(available);
+        let chunk = chunk.unwrap_or_else(|| chunk_for(cycles, threads)).min(cycles).max(1);
+        // a thread without a chunk would only be started
+        let chunks = usize::try_from(cycles.div_ceil(chunk)).unwrap_or(usize::MAX);
+        let threads = threads.min(chunks).max(1);
+        Self { seed, first_cycle, cycles, threads, chunk, level: CpuLevel::best() }
+    }
 }
 
 /// Cycles that one thread drives at a time where nothing else is asked for: enough to keep the lanes full,
