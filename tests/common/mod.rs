@@ -1,29 +1,149 @@
-//! What the whole-program tests share.
-#![allow(dead_code, reason = "each test program uses its part")]
+//! Studies and hand-made roads for the whole-program tests.
+#![allow(dead_code, unreachable_pub, reason = "each test file is a crate that uses a part")]
 
-use assert_cmd::Command;
+use ocmc_core::operating_cycle::{OperatingCycle, TrafficStretch, WeatherStretch};
+use ocmc_core::random::Streams;
+use ocmc_core::road::Road;
+use ocmc_core::road::point_event::{EventKind, PointEvent};
+use ocmc_core::road::road_type::Section;
+use ocmc_core::road::speed_sign::SpeedSign;
+use ocmc_core::road::surface::Ground;
+use ocmc_core::simulation::cpu::CpuLevel;
+use ocmc_core::simulation::drive::drive;
 use ocmc_core::simulation::record::Record;
-use std::path::Path;
+use ocmc_core::simulation::trace::Trace;
+use ocmc_core::study::{Scenario, Study};
+use ocmc_core::weather::STANDARD_WEATHER;
 
-/// A setting that makes cycles short, so that tests are.
-pub const SHORT: &str = "mission.length_m=5000";
-
-/// The command, in its own directory so that nothing is written to ours.
-pub fn ocmc(arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_ocmc"));
-    command.args(arguments).current_dir(std::env::temp_dir()).env_remove("NO_COLOR");
-    command
+/// A built-in study with settings, prepared.
+pub fn study(name: &str, sets: &[&str]) -> Study {
+    ocmc_io::study::load(name, sets).unwrap_or_else(|e| panic!("{e}")).study
 }
 
-/// Runs short cycles into a directory, and returns nothing but success.
-pub fn run_into(directory: &Path, arguments: &[&str]) {
-    let out = directory.to_str().expect("UTF-8");
-    ocmc(&["--set", SHORT, "--quiet", "--out", out]).args(arguments).assert().success();
+/// Drives cycles 0 to n with seed 1 on two threads.
+pub fn run(study: &Study, n: u64) -> Vec<Record> {
+    std::thread::scope(|scope| {
+        let half = n / 2;
+        let first = scope.spawn(move || drive(study, 1, 0..half, CpuLevel::best()));
+        let mut second = drive(study, 1, half..n, CpuLevel::best());
+        let mut records = first.join().unwrap();
+        records.append(&mut second);
+        records
+    })
 }
 
-/// The records of a file.
-pub fn records(path: &Path) -> Vec<Record> {
-    let mut records = Vec::new();
-    ocmc_io::records::read(path, |group| records.extend(group)).expect("a file of records");
-    records
+/// A given road of motorway type, in standard weather, without other vehicles.
+pub struct GivenRoad {
+    pub length_m: f64,
+    pub sign_mps: f64,
+    /// Slope of each 25 m step; the last one goes on to the end.
+    pub slopes: Vec<f64>,
+    /// Position and standstill of stop signs.
+    pub stops: Vec<(f64, f64)>,
+    pub payload_kg: f64,
+}
+
+impl GivenRoad {
+    pub fn flat(length_m: f64, sign_mps: f64) -> Self {
+        Self { length_m, sign_mps, slopes: vec![0.0], stops: Vec::new(), payload_kg: 24_300.0 }
+    }
+
+    pub fn slope(mut self, slope: f64) -> Self {
+        self.slopes = vec![slope];
+        self
+    }
+
+    pub fn stop(mut self, position_m: f64, standstill_s: f64) -> Self {
+        self.stops.push((position_m, standstill_s));
+        self
+    }
+
+    /// The road, driven by driver 0 and truck 0 of the study with this payload.
+    pub fn scenario(&self, study: &Study) -> Scenario {
+        let mut scenario = study.sample(1, 0);
+        let road_type = study.road_types().iter().position(|n| n == "motorway").unwrap();
+        let steps = (self.length_m / 25.0).ceil() as usize;
+        let last = *self.slopes.last().unwrap();
+        let events = self.stops.iter().map(|&(position_m, standstill_s)| PointEvent {
+            position_m,
+            kind: EventKind::StopSign { standstill_s },
+            turns: false,
+        });
+        let road = Road {
+            length_m: self.length_m,
+            sections: vec![Section { start_m: 0.0, end_m: self.length_m, road_type }],
+            signs: vec![SpeedSign { start_m: 0.0, speed_mps: self.sign_mps }],
+            curves: Vec::new(),
+            slopes: (0..steps).map(|k| *self.slopes.get(k).unwrap_or(&last)).collect(),
+            slope_step_m: 25.0,
+            // IRI 1.5 mm/m, at which roughness does nothing
+            roughness_m3: vec![(1.5f64 / 0.544).powi(2) * 1e-6; steps],
+            roughness_block_m: 200.0,
+            grounds: vec![Ground::Asphalt],
+            events: events.collect(),
+            heading_rad: 0.0,
+            climb_reached: true,
+        };
+        let mut mission = scenario.cycle.mission.clone();
+        mission.length_m = self.length_m;
+        mission.payload_kg = self.payload_kg;
+        scenario.cycle = OperatingCycle {
+            mission,
+            road,
+            weather: vec![WeatherStretch { start_m: 0.0, weather: STANDARD_WEATHER }],
+            traffic: vec![TrafficStretch { start_m: 0.0, density_per_m: 0.0 }],
+            free_flow_s: 0.0,
+        };
+        scenario.curve_residuals = Vec::new();
+        let streams = Streams { seed: 1, cycle_id: 0, frozen: &[] };
+        let without = &study.model().simulation.without;
+        scenario.vehicle = study.model().vehicle.sample(self.payload_kg, &streams, without);
+        scenario
+    }
+}
+
+/// The default study with the typical driver, by default with a PID, and the typical truck.
+pub fn typical(sets: &[&str]) -> Study {
+    let mut all = vec![
+        "driver.pedals.pid_share=1.0",
+        "simulation.without=[\"driver_spread\", \"vehicle_spread\"]",
+    ];
+    all.extend_from_slice(sets);
+    study("field-truck", &all)
+}
+
+/// A column of a trace.
+pub fn column<'a>(trace: &'a Trace, name: &str) -> &'a [f64] {
+    let found = trace.columns.iter().find(|c| c.name == name);
+    &found.unwrap_or_else(|| panic!("no column {name}")).values
+}
+
+/// Crankshaft work less everything that it went into, over the crankshaft work.
+pub fn balance(r: &Record) -> f64 {
+    let crank = r.crankshaft_work_j.unwrap();
+    let spent = r.auxiliary_energy_j
+        + r.clutch_loss_j.unwrap()
+        + r.transmission_loss_j
+        + r.shift_loss_j.unwrap()
+        + r.drag_energy_j
+        + r.rolling_energy_j
+        + r.service_brake_energy_j
+        + r.engine_brake_energy_j.unwrap()
+        + r.kinetic_change_j
+        + r.potential_change_j;
+    (crank - spent) / crank.abs()
+}
+
+/// Mean and standard error.
+pub fn mean_and_error(values: &[f64]) -> (f64, f64) {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let var = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0);
+    (mean, (var / n).sqrt())
+}
+
+/// Sample standard deviation.
+pub fn sd(values: &[f64]) -> f64 {
+    let n = values.len() as f64;
+    mean_and_error(values).1 * n.sqrt()
 }

@@ -1,6 +1,8 @@
 //! The progress bar of a run: on a terminal, with rate and time left; nothing elsewhere.
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use crate::number_text::rough;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
+use std::fmt::Write;
 use std::time::Duration;
 
 /// A progress bar over cycles.
@@ -13,10 +15,13 @@ impl Progress {
             if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
         let bar = ProgressBar::with_draw_target(Some(cycles), target);
         let style = ProgressStyle::with_template(
-            "{wide_bar} {human_pos} of {human_len} cycles, {per_sec}, {eta} left",
+            "{wide_bar} {human_pos} of {human_len} cycles, {rate}/s, {eta} left",
         );
         if let Ok(style) = style {
-            bar.set_style(style);
+            // without the decimals of indicatif's own rate
+            bar.set_style(style.with_key("rate", |state: &ProgressState, out: &mut dyn Write| {
+                let _ = write!(out, "{}", rough(state.per_sec()));
+            }));
         }
         bar.enable_steady_tick(Duration::from_millis(200));
         Self(bar)

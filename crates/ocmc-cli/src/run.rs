@@ -68,7 +68,7 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
         return Err(interrupted(&summary, &plan, arguments.out.as_deref()));
     }
     if !arguments.quiet && !arguments.json {
-        output::note(&more(&summary, arguments));
+        output::note(&more(arguments));
     }
     Ok(())
 }
@@ -90,14 +90,14 @@ fn interrupted(summary: &RunSummary, plan: &RunPlan, out: Option<&Path>) -> Fail
 }
 
 /// How to see more.
-fn more(summary: &RunSummary, arguments: &RunArguments) -> String {
-    match &arguments.out {
-        Some(path) => format!("Written to `{}`: {}", path.display(), files(arguments)),
-        None => format!(
-            "More: --out DIR keeps a record of each of the {} cycles; --json prints every statistic with its interval.",
-            summary.summary.cycles
-        ),
-    }
+fn more(arguments: &RunArguments) -> String {
+    let kept = match &arguments.out {
+        Some(path) => format!("Written to `{}`: {}.", path.display(), files(arguments)),
+        None => "More: --out DIR keeps a record of each cycle.".to_owned(),
+    };
+    format!(
+        "{kept} `ocmc trace --cycle-id ID`, with the same study and seed, shows one cycle step by step."
+    )
 }
 
 fn files(arguments: &RunArguments) -> String {

@@ -62,7 +62,7 @@ fn heading(run: &RunSummary, origin: &Origin) -> String {
     lines.push((
         "took",
         format!(
-            "{} s on {threads}: {} cycles/s, {} times as fast as reality",
+            "{} s on {threads}: {} cycles/s, {} times real time",
             short(run.wall_s),
             rough(summary.cycles as f64 / run.wall_s),
             rough(summary.simulated_s / run.wall_s)

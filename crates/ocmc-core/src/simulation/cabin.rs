@@ -47,9 +47,8 @@ pub struct Sight {
 }
 
 impl Cabin {
-    /// Puts the truck of one cycle at the start of its road.
-    pub fn new(study: &Study, seed: u64, cycle_id: u64) -> Self {
-        let scenario = study.sample(seed, cycle_id);
+    /// Plans a scenario.
+    pub fn new(study: &Study, scenario: Scenario) -> Self {
         let mut cabin = Self {
             scenario,
             profile: SpeedProfile::default(),
@@ -291,7 +290,8 @@ impl Cabin {
             state.set_gear(lane, gear, shared);
             state.shift_left.0[lane] = shift.duration_s;
             state.hold_left.0[lane] = shift.interval_s;
-            state.kick_left.0[lane] = shift.kickdown_s;
+            // torque comes back after the shift: only then a pressed pedal tells that it is not enough
+            state.kick_left.0[lane] = shift.duration_s + shift.kickdown_s;
         }
     }
 

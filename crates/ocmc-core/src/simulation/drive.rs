@@ -5,15 +5,15 @@ use super::cpu::CpuLevel;
 use super::record::Record;
 use super::state::{Shared, State};
 use super::step::StepView;
-use crate::study::Study;
+use crate::study::{Scenario, Study};
 use std::ops::Range;
 
 /// Sees every step of every lane; the fleet does not look, a trace does.
 pub trait Watch<const W: usize> {
     /// After a step, before anything is done about it.
-    fn stepped(&mut self, _state: &State<W>, _view: &StepView<W>, _cabins: &[Cabin]) {}
+    fn stepped(&mut self, _state: &State<W>, _view: &StepView<W>, _cabins: &[Option<Cabin>]) {}
     /// After a lane has been attended to.
-    fn attended(&mut self, _state: &State<W>, _lane: usize, _cabins: &[Cabin]) {}
+    fn attended(&mut self, _state: &State<W>, _lane: usize, _cabins: &[Option<Cabin>]) {}
 }
 
 /// Looks away.
@@ -41,54 +41,80 @@ pub fn drive(study: &Study, seed: u64, cycles: Range<u64>, level: CpuLevel) -> V
                 drive_avx2(study, seed, cycles)
             }
         }
-        _ => drive_lanes::<8, _>(study, seed, cycles, &mut Unwatched),
+        _ => drive_lanes::<8, _>(study, sampled(study, seed, cycles), &mut Unwatched),
     }
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx512bw,avx2,bmi2,popcnt")]
 fn drive_avx512(study: &Study, seed: u64, cycles: Range<u64>) -> Vec<Record> {
-    drive_lanes::<16, _>(study, seed, cycles, &mut Unwatched)
+    drive_lanes::<16, _>(study, sampled(study, seed, cycles), &mut Unwatched)
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,bmi2,popcnt")]
 fn drive_avx2(study: &Study, seed: u64, cycles: Range<u64>) -> Vec<Record> {
-    drive_lanes::<8, _>(study, seed, cycles, &mut Unwatched)
+    drive_lanes::<8, _>(study, sampled(study, seed, cycles), &mut Unwatched)
 }
 
-/// The loop over `W` lanes. Inlined into each of the functions above, so that it is compiled for their CPUs.
+/// Hands out the cycles of a range one by one; a used cabin is furnished anew.
+pub fn sampled(
+    study: &Study,
+    seed: u64,
+    mut cycles: Range<u64>,
+) -> impl FnMut(Option<Cabin>) -> Option<Cabin> {
+    move |used| {
+        let cycle_id = cycles.next()?;
+        Some(match used {
+            Some(mut cabin) => {
+                cabin.renew(study, seed, cycle_id);
+                cabin
+            }
+            None => Cabin::new(study, study.sample(seed, cycle_id)),
+        })
+    }
+}
+
+/// Drives one given scenario.
+pub fn drive_scenario(study: &Study, scenario: Scenario) -> Record {
+    let mut cabin = Some(Cabin::new(study, scenario));
+    let records = drive_lanes::<1, _>(study, |_| cabin.take(), &mut Unwatched);
+    records.into_iter().next().expect("one scenario gives one record")
+}
+
+/// The loop over `W` lanes, until `next` gives no more cabins; the records are in order of the cycle ids.
+///
+/// Inlined into each of the functions above, so that it is compiled for their CPUs.
 #[inline(always)]
 pub fn drive_lanes<const W: usize, O: Watch<W>>(
     study: &Study,
-    seed: u64,
-    cycles: Range<u64>,
+    mut next: impl FnMut(Option<Cabin>) -> Option<Cabin>,
     watch: &mut O,
 ) -> Vec<Record> {
     let shared = Shared::new(study);
     let mut state = State::<W>::parked(&shared);
-    let first = cycles.start;
-    let mut waiting = cycles;
-    let mut records: Vec<Option<Record>> = waiting.clone().map(|_| None).collect();
-    let mut cabins: Vec<Cabin> = Vec::with_capacity(W);
+    let mut records = Vec::new();
+    // a lane whose last cycle has ended is empty
+    let mut cabins: Vec<Option<Cabin>> = Vec::with_capacity(W);
     for lane in 0..W {
-        if let Some(id) = waiting.next() {
-            let mut cabin = Cabin::new(study, seed, id);
+        let mut cabin = next(None);
+        if let Some(cabin) = &mut cabin {
             cabin.enter(&mut state, lane, &shared);
-            cabins.push(cabin);
         }
+        cabins.push(cabin);
     }
-    let mut driving = cabins.len();
+    let mut driving = cabins.iter().flatten().count();
     while driving > 0 {
         let view = state.step(&shared);
         watch.stepped(&state, &view, &cabins);
         if !view.alarm.any() {
             continue;
         }
-        for lane in 0..cabins.len() {
+        for lane in 0..W {
             if view.alarm.0[lane] <= 0.0 {
                 continue;
             }
+            let Some(cabin) = &mut cabins[lane] else { continue };
             let sight = Sight {
                 accelerator: view.accelerator.0[lane],
                 wants_shift: view.wants_shift.0[lane] > 0.0,
@@ -96,21 +122,22 @@ pub fn drive_lanes<const W: usize, O: Watch<W>>(
                 closed: view.closed.0[lane] > 0.0,
                 road_power_w: view.road_power.0[lane],
             };
-            let cabin = &mut cabins[lane];
-            if let Some(outcome) = cabin.attend(&mut state, lane, sight, &shared) {
-                let record = cabin.record(study, &state, lane, outcome, &shared);
-                let index = (record.cycle_id - first) as usize;
-                records[index] = Some(record);
-                if let Some(id) = waiting.next() {
-                    cabin.renew(study, seed, id);
+            let outcome = cabin.attend(&mut state, lane, sight, &shared);
+            if let Some(outcome) = outcome {
+                records.push(cabin.record(study, &state, lane, outcome, &shared));
+            }
+            watch.attended(&state, lane, &cabins);
+            if outcome.is_some() {
+                cabins[lane] = next(cabins[lane].take());
+                if let Some(cabin) = &mut cabins[lane] {
                     cabin.enter(&mut state, lane, &shared);
                 } else {
                     state.park(lane);
                     driving -= 1;
                 }
             }
-            watch.attended(&state, lane, &cabins);
         }
     }
-    records.into_iter().map(|record| record.expect("every cycle ends")).collect()
+    records.sort_by_key(|record| record.cycle_id);
+    records
 }

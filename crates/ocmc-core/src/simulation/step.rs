@@ -50,7 +50,6 @@ pub struct StepView<const W: usize> {
 /// What the driver does in one stage.
 struct Control<const W: usize> {
     desired: Lanes<W>,
-    output: Lanes<W>,
     accelerator: Lanes<W>,
     brake: Lanes<W>,
     integral_rate: Lanes<W>,
@@ -139,7 +138,6 @@ impl<const W: usize> State<W> {
         let realised = accelerator - brake * (1.0 / pedals.brake_scale);
         Control {
             desired,
-            output,
             accelerator,
             brake,
             integral_rate: self.integral_gain * error + self.tracking * (realised - output),
@@ -320,7 +318,7 @@ impl<const W: usize> State<W> {
         let mean_speed = decision
             .closed
             .choose((self.speed + end) * self.gear_speed * half, decision.free_speed);
-        let fuel_rate = self.fuel_rate(mean_speed, torque, &decision, shared);
+        let fuel_rate = self.fuel_rate(mean_speed, torque, shared);
         let half_way = dx * half;
         let jump = self.engine_speed * self.engine_speed - start_speed * start_speed;
         let drag = first.drag + second.drag;
@@ -468,27 +466,20 @@ impl<const W: usize> State<W> {
 
     /// Fuel of the map at a speed and torque, in kg/s; below zero torque it falls to nothing at the drag torque.
     #[inline(always)]
-    fn fuel_rate(
-        &self,
-        speed: Lanes<W>,
-        torque: Lanes<W>,
-        decision: &Decision<W>,
-        shared: &Shared,
-    ) -> Lanes<W> {
+    fn fuel_rate(&self, speed: Lanes<W>, torque: Lanes<W>, shared: &Shared) -> Lanes<W> {
         let engine = &shared.powertrain.engine;
         let zero = Lanes::ZERO;
         let powered = torque.max(zero);
-        let (mut a, mut b, mut c, mut d) = (zero, zero, zero, zero);
+        let mut rows = [zero; 6];
         for l in 0..W {
             let row = engine.fuel_row(speed.0[l], powered.0[l]);
-            a.0[l] = row[0];
-            b.0[l] = row[1];
-            c.0[l] = row[2];
-            d.0[l] = row[3];
+            for (column, value) in rows.iter_mut().zip(row) {
+                column.0[l] = value;
+            }
         }
+        let [a, b, c, d, e, f] = rows;
         let map = a + b * speed + powered * (c + d * speed);
-        let [_, _, drag_0, drag_1] = decision.curves;
-        let overrun = Lanes::all(1.0) - torque.min(zero) / (drag_0 + drag_1 * speed);
+        let overrun = Lanes::all(1.0) - torque.min(zero) / (e + f * speed);
         map.max(zero) * overrun.max(zero) * self.fuel_factor
     }
 
@@ -522,7 +513,10 @@ impl<const W: usize> State<W> {
         let over = Lanes::flag_lt(Lanes::all(shift.overspeed_radps), speed)
             .and(Lanes::flag_lt(zero, self.gear_speed_up));
         let has_down = Lanes::flag_lt(self.gear_speed_down, Lanes::all(super::road_row::FAR));
-        let low = Lanes::flag_lt(speed, down_line).and(closed.or(self.gear_launches.not()));
+        // a truck that rolls to a stop with an open clutch shifts when it is driven again, not before
+        let pressed = Lanes::flag_lt(zero, accelerator);
+        let low =
+            Lanes::flag_lt(speed, down_line).and(closed.or(self.gear_launches.not().and(pressed)));
         let kick = Lanes::flag_lt(zero, self.kick_left)
             .not()
             .and(Lanes::flag_lt(speed, Lanes::all(shift.kickdown_speed_radps)))

@@ -8,7 +8,7 @@ use super::drive::{Watch, drive_lanes};
 use super::record::Record;
 use super::state::{State, Total};
 use super::step::StepView;
-use crate::study::Study;
+use crate::study::{Scenario, Study};
 
 /// One column of a table.
 #[derive(Clone, Debug, PartialEq)]
@@ -66,8 +66,14 @@ const ADDED: [&str; Total::COUNT] = [
 
 /// Drives one cycle and writes down every step.
 pub fn trace(study: &Study, seed: u64, cycle_id: u64) -> Trace {
+    trace_scenario(study, study.sample(seed, cycle_id))
+}
+
+/// Drives one given scenario and writes down every step.
+pub fn trace_scenario(study: &Study, scenario: Scenario) -> Trace {
     let mut writer = Writer::default();
-    let mut records = drive_lanes::<1, _>(study, seed, cycle_id..cycle_id + 1, &mut writer);
+    let mut cabin = Some(Cabin::new(study, scenario));
+    let mut records = drive_lanes::<1, _>(study, |_| cabin.take(), &mut writer);
     let names = SIGNALS.into_iter().chain(ADDED);
     let columns =
         names.zip(writer.columns).map(|(name, values)| TableColumn { name, values }).collect();
@@ -103,7 +109,8 @@ impl Writer {
 }
 
 impl Watch<1> for Writer {
-    fn stepped(&mut self, state: &State<1>, view: &StepView<1>, cabins: &[Cabin]) {
+    fn stepped(&mut self, state: &State<1>, view: &StepView<1>, cabins: &[Option<Cabin>]) {
+        let Some(cabin) = &cabins[0] else { return };
         self.time_s += view.dt.0[0];
         self.position_m += view.dx.0[0];
         self.push(
@@ -116,19 +123,19 @@ impl Watch<1> for Writer {
                 view.acceleration.0[0],
                 view.accelerator.0[0],
                 view.brake.0[0],
-                cabins[0].gear() as f64 + 1.0,
+                cabin.gear() as f64 + 1.0,
                 view.engine_speed.0[0],
                 view.engine_torque.0[0],
                 view.fuel_rate.0[0],
-                cabins[0].slope(),
+                cabin.slope(),
                 view.closed.0[0],
             ],
             view.added.map(|lanes| lanes.0[0]),
         );
     }
 
-    fn attended(&mut self, state: &State<1>, _lane: usize, cabins: &[Cabin]) {
-        let cabin = &cabins[0];
+    fn attended(&mut self, state: &State<1>, _lane: usize, cabins: &[Option<Cabin>]) {
+        let Some(cabin) = &cabins[0] else { return };
         let added = *cabin.booked();
         let waited_s = cabin.standstill_s() - self.standstill_s;
         if added == [0.0; Total::COUNT] && waited_s == 0.0 {

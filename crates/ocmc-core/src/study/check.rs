@@ -3,7 +3,7 @@
 use super::{StudyModel, bound_of};
 use crate::distribution::Law;
 use crate::driver::curve_speed::CurveSpeedForm;
-use crate::vehicle::engine::MOST_PIECES;
+use crate::vehicle::engine::MOST_KNOTS;
 use nalgebra::Matrix3;
 use serde::Deserialize;
 use serde_json::Value;
@@ -269,7 +269,7 @@ fn vehicle(model: &StudyModel, require: &mut impl FnMut(bool, &str, String, &str
         ("map_speed_radps", &engine.map_speed_radps),
         ("map_torque_nm", &engine.map_torque_nm),
     ] {
-        let fits = rising(xs) && (2..=MOST_PIECES / 2).contains(&xs.len());
+        let fits = rising(xs) && (2..=MOST_KNOTS).contains(&xs.len());
         require(
             fits,
             &format!("vehicle.engine.{key}"),

@@ -91,8 +91,14 @@ impl PieceTable {
     }
 }
 
+/// Most knots of the map in speed and in torque.
+pub const MOST_KNOTS: usize = 16;
+
 /// Full load and drag at one engine speed: value at zero speed and slope of the piece.
 pub type CurveRow = [f64; 4];
+
+/// One cell of the map, {a, b, c, d, e, f}: fuel = a + b w + T (c + d w), drag torque = e + f w.
+pub type FuelRow = [f64; 6];
 
 /// An engine prepared for the hot loop.
 #[derive(Clone, Debug)]
@@ -102,8 +108,8 @@ pub struct Engine {
     curves: Box<[CurveRow; MOST_PIECES]>,
     map_speed_pieces: PieceTable,
     map_torque_pieces: PieceTable,
-    /// {a, b, c, d}: fuel = a + b w + T (c + d w), of each cell; torque pieces of one speed lie together.
-    cells: Box<[[f64; 4]; MOST_PIECES * MOST_PIECES]>,
+    /// The map's cells; those of one speed lie together.
+    cells: Box<[FuelRow; MOST_KNOTS * MOST_KNOTS]>,
 }
 
 impl Engine {
@@ -122,9 +128,10 @@ impl Engine {
             curves[piece] = [f0, f1, d0, d1];
         }
         let map = filled_map(&model.map_torque_nm, &model.map_fuel_kgps);
-        let mut cells = Box::new([[0.0; 4]; MOST_PIECES * MOST_PIECES]);
+        let mut cells = Box::new([[0.0; 6]; MOST_KNOTS * MOST_KNOTS]);
         let (speeds, torques) = (&model.map_speed_radps, &model.map_torque_nm);
         for i in 0..speeds.len() - 1 {
+            let (e, f) = line_at(drag.0, drag.1, 0.5 * (speeds[i] + speeds[i + 1]));
             for j in 0..torques.len() - 1 {
                 let (w0, w1, t0, t1) = (speeds[i], speeds[i + 1], torques[j], torques[j + 1]);
                 let area = (w1 - w0) * (t1 - t0);
@@ -135,7 +142,7 @@ impl Engine {
                 let b = (f10 - f00) / (w1 - w0) - d * t0;
                 let c = (f01 - f00) / (t1 - t0) - d * w0;
                 let a = f00 - b * w0 - c * t0 - d * w0 * t0;
-                cells[i * MOST_PIECES + j] = [a, b, c, d];
+                cells[i * MOST_KNOTS + j] = [a, b, c, d, e, f];
             }
         }
         Self {
@@ -155,10 +162,10 @@ impl Engine {
 
     /// The row of the fuel map that holds at a speed and a torque of zero or more.
     #[inline(always)]
-    pub fn fuel_row(&self, speed_radps: f64, torque_nm: f64) -> [f64; 4] {
+    pub fn fuel_row(&self, speed_radps: f64, torque_nm: f64) -> FuelRow {
         let i = self.map_speed_pieces.find(speed_radps);
         let j = self.map_torque_pieces.find(torque_nm);
-        self.cells[(i * MOST_PIECES + j) & (MOST_PIECES * MOST_PIECES - 1)]
+        self.cells[(i * MOST_KNOTS + j) & (MOST_KNOTS * MOST_KNOTS - 1)]
     }
 
     /// Full-load torque, in Nm.
@@ -178,7 +185,7 @@ impl Engine {
         let row = self.fuel_row(speed_radps, torque_nm.max(0.0));
         let t = torque_nm.max(0.0);
         let powered = row[0] + row[1] * speed_radps + t * (row[2] + row[3] * speed_radps);
-        let overrun = 1.0 - torque_nm.min(0.0) / self.drag_nm(speed_radps);
+        let overrun = 1.0 - torque_nm.min(0.0) / (row[4] + row[5] * speed_radps);
         powered.max(0.0) * overrun.max(0.0)
     }
 }

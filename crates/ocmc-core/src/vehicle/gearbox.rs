@@ -168,7 +168,7 @@ impl ShiftModel {
             return gear;
         }
         let low = speed(gear) < self.down_speed_radps + self.down_pedal_radps * inputs.pedal;
-        if low && (inputs.closed || !gears[gear].launches) {
+        if low && (inputs.closed || (!gears[gear].launches && inputs.pedal > 0.0)) {
             // the highest gear that is above the upshift line, otherwise the next one
             let fits = (0..gear).rev().find(|&g| speed(g) >= up_line);
             return fits.unwrap_or(0);

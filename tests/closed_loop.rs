@@ -1,0 +1,220 @@
+//! The rules that make the parts work together: each test fails without its rule.
+
+mod common;
+
+use common::{GivenRoad, column, mean_and_error, run, study, typical};
+use ocmc_core::simulation::drive::drive_scenario;
+use ocmc_core::simulation::record::Outcome;
+use ocmc_core::simulation::trace::{Trace, trace_scenario};
+
+/// How often a column goes from zero to above.
+fn presses(values: &[f64]) -> usize {
+    values.windows(2).filter(|w| w[0] == 0.0 && w[1] > 0.0).count()
+}
+
+fn shifts(trace: &Trace) -> u32 {
+    trace.record.n_gear_shifts
+}
+
+#[test]
+fn rules_1_and_14_a_40_t_truck_starts_again_after_a_stop_sign_on_a_6_percent_climb() {
+    for sets in [&[][..], &["driver.pedals.pid_share=0.0"][..]] {
+        let study = typical(sets);
+        let road = GivenRoad::flat(3000.0, 80.0 / 3.6).slope(0.06).stop(1500.0, 5.0);
+        let trace = trace_scenario(&study, road.scenario(&study));
+        assert_eq!(trace.record.outcome, Outcome::Completed);
+        assert_eq!(trace.record.n_stops, 1);
+        // steep: it starts in first gear, with a slipping clutch and an engine that never dies
+        let restart = column(&trace, "step_s").iter().position(|dt| *dt == 5.0).unwrap();
+        assert!(column(&trace, "gear")[restart] == 1.0);
+        assert!(trace.record.clutch_loss_j.unwrap() > 0.0);
+        let engine = column(&trace, "engine_speed_radps");
+        assert!(engine.iter().all(|w| *w >= 0.9 * 62.8), "the engine never turns below 0.9 idle");
+    }
+}
+
+#[test]
+fn rule_1_no_launch_speed_no_start() {
+    // the floor is needed at run time: below it a standing truck wants to stand
+    let study = typical(&["driver.speed_change.launch_speed_mps=2"]);
+    let road = GivenRoad::flat(2000.0, 80.0 / 3.6).stop(1000.0, 5.0);
+    let trace = trace_scenario(&study, road.scenario(&study));
+    let restart = column(&trace, "step_s").iter().position(|dt| *dt == 5.0).unwrap();
+    let wanted = column(&trace, "desired_speed_mps")[restart + 1];
+    assert!((wanted - 2.0).abs() < 1e-9, "{wanted}");
+}
+
+#[test]
+fn rule_5_no_pedal_or_gear_chatter_on_a_smooth_descent() {
+    for share in ["1.0", "0.0"] {
+        let study = typical(&[&format!("driver.pedals.pid_share={share}")]);
+        for slope in [-0.01, -0.02, -0.03, -0.05] {
+            let road = GivenRoad::flat(10_000.0, 80.0 / 3.6).slope(slope);
+            let trace = trace_scenario(&study, road.scenario(&study));
+            // without the launch and the final stop, which have shifts and brakes of their own
+            let brake = column(&trace, "brake");
+            let position = column(&trace, "position_m");
+            let gear = column(&trace, "gear");
+            let inside: Vec<usize> =
+                (0..brake.len()).filter(|&k| (2000.0..9000.0).contains(&position[k])).collect();
+            let brakes: Vec<f64> = inside.iter().map(|&k| brake[k]).collect();
+            let changes = inside.windows(2).filter(|w| gear[w[0]] != gear[w[1]]).count();
+            assert!(presses(&brakes) <= 1, "share {share} slope {slope}: {}", presses(&brakes));
+            assert!(changes <= 1, "share {share} slope {slope}: {changes} shifts");
+        }
+    }
+}
+
+#[test]
+fn rule_5_the_band_saves_the_brakes_on_gentle_descents() {
+    let with = typical(&[]);
+    let without = typical(&["driver.pedals.overspeed_band_mps=0"]);
+    // a descent on which a coasting truck settles between 80 and 85 km/h
+    let road = GivenRoad::flat(10_000.0, 80.0 / 3.6).slope(-0.0145);
+    let braked = |study: &ocmc_core::study::Study| {
+        let trace = trace_scenario(study, road.scenario(study));
+        let position = column(&trace, "position_m");
+        let service = column(&trace, "service_brake_energy_added_j");
+        let engine = column(&trace, "engine_brake_energy_added_j");
+        let inside = (0..position.len()).filter(|&k| (2000.0..9000.0).contains(&position[k]));
+        inside.map(|k| service[k] + engine[k]).sum::<f64>()
+    };
+    let (a, b) = (braked(&with), braked(&without));
+    assert!(b > 1e6 && a < 0.2 * b, "{a} {b}");
+    let trace = trace_scenario(&with, road.slope(-0.03).scenario(&with));
+    let fastest = column(&trace, "speed_mps").iter().fold(0.0, |a: f64, b| a.max(*b));
+    assert!(fastest < (80.0 + 5.0 + 2.0) / 3.6, "{fastest}");
+}
+
+#[test]
+fn rule_7_trucks_arrive_slowly_and_stop_at_the_line() {
+    let study = study("regional", &["mission.length_m=20000"]);
+    let mut arrivals = Vec::new();
+    for id in 0..20 {
+        let trace = ocmc_core::simulation::trace::trace(&study, 1, id);
+        let speed = column(&trace, "speed_mps");
+        let booked = column(&trace, "service_brake_energy_added_j");
+        let driven = column(&trace, "simulated_added_s");
+        for k in 1..speed.len() {
+            // a row of a stop takes no simulated time
+            if driven[k] == 0.0 {
+                arrivals.push(speed[k - 1]);
+                assert!(booked[k] > 0.0 || speed[k - 1] == 0.0);
+            }
+        }
+        assert!(trace.record.distance_m > 20_000.0 - 3.0 && trace.record.distance_m <= 20_000.0);
+    }
+    arrivals.sort_by(f64::total_cmp);
+    let median = arrivals[arrivals.len() / 2];
+    // sqrt(2 x 0.6 x 0.5) = 0.8 m/s is wanted half a metre before the line; the brake's lag of 1/(5 x 0.3 x K_P) s adds
+    // 0.9 m/s for the median driver and 2 m/s for the slowest
+    assert!(arrivals.len() > 40 && (0.5..2.5).contains(&median), "{median}");
+    assert!(arrivals[arrivals.len() - 1] < 5.0, "{arrivals:?}");
+}
+
+#[test]
+fn rule_8_an_undrivable_climb_is_an_outcome() {
+    let study = typical(&[
+        "road.types.motorway.topography.slope_limit=0.25",
+        "vehicle.gearbox.shift.launch_gears=3",
+    ]);
+    let road = GivenRoad::flat(2000.0, 80.0 / 3.6).slope(0.24).stop(500.0, 1.0);
+    let mut scenario = road.scenario(&study);
+    scenario.vehicle.mass_kg = 120_000.0;
+    let record = drive_scenario(&study, scenario);
+    assert_eq!(record.outcome, Outcome::Stalled);
+    assert!(record.duration_s < 400.0);
+}
+
+#[test]
+fn rule_10_no_wind_up_on_a_long_climb() {
+    // ten minutes at full throttle; then the road is flat and the truck has to meet its limit without overshoot
+    let study = typical(&[]);
+    let mut road = GivenRoad::flat(16_000.0, 80.0 / 3.6);
+    road.slopes = vec![0.05; 400];
+    road.slopes.push(0.0);
+    let trace = trace_scenario(&study, road.scenario(&study));
+    let fastest = column(&trace, "speed_mps").iter().fold(0.0, |a: f64, b| a.max(*b));
+    assert!(fastest < (80.0 + 2.0) / 3.6, "{} km/h", fastest * 3.6);
+    // and stops at the end at once
+    assert_eq!(trace.record.outcome, Outcome::Completed);
+    // a tracking time without bound and a wide clamp bring the wind-up back
+    let wound = typical(&[
+        "driver.pedals.pid.tracking_ratio=100",
+        "driver.pedals.pid.integral_maximum=10",
+        "driver.pedals.pid.integral_minimum=-10",
+    ]);
+    let trace = trace_scenario(&wound, road.scenario(&wound));
+    let wound = column(&trace, "speed_mps").iter().fold(0.0, |a: f64, b| a.max(*b));
+    assert!(wound > fastest + 0.5, "{wound} {fastest}");
+}
+
+#[test]
+fn rule_11_a_brake_held_as_printed_costs_fuel() {
+    let sets = |hold: &str| {
+        study(
+            "field-truck",
+            &["driver.pedals.pid_share=0.0", &format!("driver.pedals.switched.hold={hold}")],
+        )
+    };
+    let fuel = |study: &ocmc_core::study::Study| {
+        let records = run(study, 60);
+        records.iter().map(|r| r.fuel_kg.unwrap()).sum::<f64>()
+            / records.iter().map(|r| r.distance_m).sum::<f64>()
+    };
+    let (throttle, paper) = (fuel(&sets("throttle")), fuel(&sets("paper")));
+    assert!(paper > 1.02 * throttle, "{paper} {throttle}");
+}
+
+#[test]
+fn rule_13_shifts_per_km_are_those_of_the_field() {
+    let per_km = |name: &str| {
+        let records = run(&study(name, &[]), 60);
+        records.iter().map(|r| f64::from(r.n_gear_shifts)).sum::<f64>()
+            / records.iter().map(|r| r.distance_m / 1000.0).sum::<f64>()
+    };
+    // about 1 on long haul, 4 on regional roads
+    assert!((0.5..2.5).contains(&per_km("long-haul")));
+    assert!((2.0..6.0).contains(&per_km("regional")));
+}
+
+#[test]
+fn rule_13_a_constant_climb_does_not_hunt() {
+    let study = typical(&[]);
+    for slope in [0.01, 0.02, 0.03, 0.04, 0.05, 0.06] {
+        let road = GivenRoad::flat(12_000.0, 80.0 / 3.6).slope(slope);
+        let trace = trace_scenario(&study, road.scenario(&study));
+        let (gear, position) = (column(&trace, "gear"), column(&trace, "position_m"));
+        let inside: Vec<usize> =
+            (0..gear.len()).filter(|&k| (4000.0..11_000.0).contains(&position[k])).collect();
+        let changes = inside.windows(2).filter(|w| gear[w[0]] != gear[w[1]]).count();
+        assert!(changes <= 2, "slope {slope}: {changes} of {} shifts", shifts(&trace));
+    }
+}
+
+#[test]
+fn no_stalled_cycle_in_10_000_of_the_default_study() {
+    let records = run(&study("field-truck", &[]), 10_000);
+    let failed = records.iter().filter(|r| r.outcome != Outcome::Completed).count();
+    assert_eq!(failed, 0);
+    // rule 9: pedals do not reverse hundreds of times; a redraw of gains is rare
+    let redrawn: u32 = records.iter().map(|r| r.driver_gain_redraws).sum();
+    assert!(f64::from(redrawn) < 0.2 * records.len() as f64);
+    // rule 19: mean gross about 29 t
+    let gross: Vec<f64> = records.iter().map(|r| (15_700.0 + r.payload_kg) / 1000.0).collect();
+    let (mean, error) = mean_and_error(&gross);
+    // 15.7 + 0.8 x 24.3 x 2/3
+    assert!((mean - 28.66).abs() < 4.0 * error, "{mean}");
+}
+
+#[test]
+fn rule_18_shares_of_the_road_mixes() {
+    for (name, printed) in [("field-truck", [0.50, 0.41, 0.09]), ("long-haul", [0.80, 0.17, 0.03])]
+    {
+        let study = study(name, &[]);
+        let shares = study.operating_cycle().road().share_by_length();
+        for (share, printed) in shares.iter().zip(printed) {
+            assert!((share - printed).abs() < 0.011, "{name}: {shares:?}");
+        }
+    }
+}

@@ -1,0 +1,142 @@
+//! The backward and forward sweeps equal brute force over all constraints.
+
+mod common;
+
+use common::study;
+use ocmc_core::road::point_event::EventKind;
+use ocmc_core::study::{Scenario, Study};
+use ocmc_core::tactical::{SpeedProfile, plan};
+
+/// Speed squared that an event allows, written out again from its definition.
+fn event_limit(kind: &EventKind, scenario: &Scenario) -> f64 {
+    match kind {
+        EventKind::GiveWayPass { speed_mps } => speed_mps * speed_mps,
+        EventKind::GreenLight => f64::INFINITY,
+        EventKind::SpeedBump { length_m, height_m } => {
+            scenario.driver.speed_limit.bump_speed_mps(*length_m, *height_m).powi(2)
+        }
+        _ => 0.0,
+    }
+}
+
+/// All places where something holds: (from, to, v²).
+fn constraints(scenario: &Scenario, profile: &SpeedProfile) -> Vec<(f64, f64, f64)> {
+    let mut all: Vec<(f64, f64, f64)> = profile
+        .segments
+        .iter()
+        .zip(&profile.branches)
+        .map(|(s, b)| (s.start_m, s.start_m + s.length_m, b.limit))
+        .collect();
+    for event in &scenario.cycle.road.events {
+        let limit = event_limit(&event.kind, scenario);
+        all.push((event.position_m, event.position_m, limit));
+    }
+    let end = scenario.cycle.road.length_m;
+    all.push((end, end, 0.0));
+    all
+}
+
+/// Lowest of what is demanded here, of what lies ahead under braking, and of what lies behind under acceleration.
+fn brute_force(x: f64, all: &[(f64, f64, f64)], braking: &[f64], profile: &SpeedProfile) -> f64 {
+    let mut lowest = f64::INFINITY;
+    for ((from, to, limit), braked) in all.iter().zip(braking) {
+        if x < *from {
+            lowest = lowest.min(limit + profile.twice_deceleration * (from - x));
+        } else if x <= *to && to > from {
+            lowest = lowest.min(*limit);
+        } else {
+            // behind: the truck leaves it at the speed that braking for everything later allowed there
+            let left_at = braked.min(*limit);
+            let risen = left_at + profile.twice_acceleration * (x - to);
+            lowest = lowest.min(risen.max(profile.launch));
+        }
+    }
+    // the start is a standing start
+    let risen = profile.twice_acceleration * x;
+    lowest.min(risen.max(profile.launch))
+}
+
+/// Lowest v² at each constraint's end under braking for everything that comes after.
+fn braking_at_ends(all: &[(f64, f64, f64)], profile: &SpeedProfile) -> Vec<f64> {
+    all.iter()
+        .map(|(_, end, _)| {
+            all.iter()
+                .filter(|(from, _, _)| from >= end)
+                .map(|(from, _, limit)| limit + profile.twice_deceleration * (from - end))
+                .fold(f64::INFINITY, f64::min)
+        })
+        .collect()
+}
+
+#[test]
+fn sweeps_equal_brute_force() {
+    let study: Study = study("field-truck", &["mission.length_m=6000"]);
+    let mut profile = SpeedProfile::default();
+    let mut checked = 0;
+    for cycle_id in 0..30 {
+        let scenario = study.sample(1, cycle_id);
+        plan(&study, &scenario, &mut profile);
+        let all = constraints(&scenario, &profile);
+        let braking = braking_at_ends(&all, &profile);
+        for (i, segment) in profile.segments.iter().enumerate() {
+            for share in [0.07, 0.5, 0.93] {
+                let behind = share * segment.length_m;
+                let got = profile.speed_mps(i, behind).powi(2);
+                let want = brute_force(segment.start_m + behind, &all, &braking, &profile);
+                assert!(
+                    (got - want).abs() < 1e-6 * (1.0 + want),
+                    "cycle {cycle_id}, {} m: {got} {want}",
+                    segment.start_m + behind
+                );
+                checked += 1;
+            }
+        }
+    }
+    assert!(checked > 10_000);
+}
+
+#[test]
+fn looking_only_at_the_next_change_would_be_wrong() {
+    // models.md 11.2: a low limit shortly after a mild one needs braking before the mild one
+    let study = study("field-truck", &["mission.length_m=6000"]);
+    let mut profile = SpeedProfile::default();
+    let mut wrong = 0;
+    for cycle_id in 0..30 {
+        let scenario = study.sample(1, cycle_id);
+        plan(&study, &scenario, &mut profile);
+        for i in 0..profile.segments.len() - 1 {
+            let next_only = profile.branches[i + 1].limit;
+            wrong += usize::from(profile.branches[i].backward_end < next_only - 1e-9);
+        }
+    }
+    assert!(wrong > 100);
+}
+
+#[test]
+fn the_desired_speed_is_continuous_but_for_events_and_never_above_the_limiter() {
+    let study = study("field-truck", &[]);
+    let mut profile = SpeedProfile::default();
+    let scenario = study.sample(1, 4);
+    plan(&study, &scenario, &mut profile);
+    for i in 0..profile.segments.len() - 1 {
+        let end = profile.speed_mps(i, profile.segments[i].length_m);
+        let start = profile.speed_mps(i + 1, 0.0);
+        let floor = profile.launch.sqrt();
+        assert!((end - start).abs() < 1e-6 || end.min(start) <= floor + 1e-9, "{end} {start}");
+        assert!(end <= 89.0 / 3.6 + 1e-9);
+    }
+}
+
+#[test]
+fn the_papers_rise_jumps_at_a_higher_limit() {
+    let ramp = study("field-truck", &["mission.length_m=20000"]);
+    let paper = study("field-truck", &["mission.length_m=20000", "driver.speed_change.rise=paper"]);
+    let (mut a, mut b) = (SpeedProfile::default(), SpeedProfile::default());
+    plan(&ramp, &ramp.sample(1, 1), &mut a);
+    plan(&paper, &paper.sample(1, 1), &mut b);
+    let mean = |p: &SpeedProfile| {
+        let speeds = (0..p.segments.len()).map(|i| p.speed_mps(i, 0.5 * p.segments[i].length_m));
+        speeds.sum::<f64>() / p.segments.len() as f64
+    };
+    assert!(mean(&b) > mean(&a));
+}
