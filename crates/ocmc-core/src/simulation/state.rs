@@ -1,6 +1,6 @@
 //! The state of `W` trucks that drive side by side.
 
-use super::lanes::Lanes;
+use crate::lanes::Lanes;
 use super::road_row::{FAR, RoadRow};
 use crate::driver::pedal::PedalModel;
 use crate::study::{SimulationModel, Study};

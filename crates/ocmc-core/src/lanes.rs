@@ -128,6 +128,18 @@ impl<const W: usize> Lanes<W> {
     }
 }
 
+/// Rows, one a lane, as columns: a row load and a transposition serve where a gather would be slow.
+#[inline(always)]
+pub fn transpose<const W: usize, const N: usize>(rows: &[[f64; N]; W]) -> [Lanes<W>; N] {
+    let mut columns = [Lanes::ZERO; N];
+    for l in 0..W {
+        for n in 0..N {
+            columns[n].0[l] = rows[l][n];
+        }
+    }
+    columns
+}
+
 impl<const W: usize> Add for Lanes<W> {
     type Output = Self;
     #[inline(always)]
