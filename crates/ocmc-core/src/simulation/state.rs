@@ -1,8 +1,8 @@
 //! The state of `W` trucks that drive side by side.
 
-use crate::lanes::Lanes;
 use super::road_row::{FAR, RoadRow};
 use crate::driver::pedal::PedalModel;
+use crate::lanes::Lanes;
 use crate::study::{SimulationModel, Study};
 use crate::vehicle::Powertrain;
 

@@ -8,9 +8,9 @@
 //! The step is cut where the segment ends, where a shift ends and where the truck comes to rest. Gear, clutch and
 //! hold are decided at the step's start and frozen over both stages.
 
-use crate::lanes::Lanes;
 use super::road_row::RoadRow;
 use super::state::{Shared, State, Total};
+use crate::lanes::Lanes;
 
 /// What one step did, for a trace. Means are over the step.
 #[derive(Clone, Debug)]
