@@ -7,10 +7,13 @@ import numpy.typing as npt
 
 from ocmc._summary import Summary
 
+__all__ = ["Run", "Study", "__version__", "load", "run_from"]
+
 __version__: str
 
 def load(path: str | PathLike[str]) -> Run: ...
 def run_from(arguments: Sequence[str]) -> int: ...
+
 @final
 class Study:
     def __new__(cls, source: str | PathLike[str] | Mapping[str, Any]) -> Study: ...

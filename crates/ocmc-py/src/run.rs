@@ -55,6 +55,10 @@ pub(crate) fn run(py: Python, study: &LoadedStudy, plan: &RunPlan) -> PyResult<P
             records.extend(chunk);
             if looked.elapsed() >= SIGNAL_INTERVAL {
                 looked = Instant::now();
+                #[expect(
+                    clippy::redundant_closure_for_method_calls,
+                    reason = "the method alone does not live long enough"
+                )]
                 if let Err(interrupt) = Python::attach(|py| py.check_signals()) {
                     return ControlFlow::Break(interrupt);
                 }

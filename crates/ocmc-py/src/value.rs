@@ -7,8 +7,8 @@ use serde_json::{Number, Value};
 
 /// Deepest nesting of tables and lists, as in a study file.
 const MOST_DEPTH: usize = 64;
-/// Most values in a dictionary: ten times what fits in the largest study file.
-const MOST_VALUES: usize = 10_000_000;
+/// Most values in a dictionary: about what fits in the largest study file.
+const MOST_VALUES: usize = 1_000_000;
 /// Longest value that a message shows, in characters.
 const SHOWN_VALUE: usize = 60;
 
