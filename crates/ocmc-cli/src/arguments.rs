@@ -3,12 +3,10 @@
 use clap::builder::PossibleValuesParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
+use ocmc_core::fleet::run::MOST_THREADS;
 use ocmc_core::simulation::cpu::CpuLevel;
 use ocmc_io::records::RecordFormat;
 use std::path::PathBuf;
-
-/// Most threads that can be asked for.
-const MOST_THREADS: usize = 1024;
 
 /// Most cycles that can be driven at a time by a thread.
 const LARGEST_CHUNK: u64 = 65_536;

@@ -23,6 +23,8 @@ mod trace;
 use arguments::{Arguments, Command};
 use clap::Parser;
 use failure::Failure;
+use ocmc_io::run_summary::RunSummary;
+use ocmc_io::study::Origin;
 use std::ffi::OsString;
 
 /// Done.
@@ -54,6 +56,11 @@ pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> i32 {
             FAILED
         }
     }
+}
+
+/// What a run adds up to, as the command prints it, `width` columns wide.
+pub fn run_text(run: &RunSummary, origin: &Origin, width: usize) -> String {
+    run_text::run_text(run, &run_text::Circumstances { origin, width })
 }
 
 /// Prints help, version or what is wrong with the arguments.

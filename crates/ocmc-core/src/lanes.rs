@@ -99,6 +99,10 @@ impl<const W: usize> Lanes<W> {
     /// The other flag.
     #[inline(always)]
     #[must_use]
+    #[expect(
+        clippy::should_implement_trait,
+        reason = "flags are lanes; `and` and `or` stand beside it"
+    )]
     pub fn not(self) -> Self {
         self.choose(Self::ZERO, Self::all(1.0))
     }

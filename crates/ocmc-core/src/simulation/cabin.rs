@@ -164,11 +164,7 @@ impl Cabin {
         state.shift_left.0[lane] = 0.0;
         state.hold_left.0[lane] = 0.0;
         state.kick_left.0[lane] = shift.kickdown_s;
-        state.steps_left.0[lane] = self.steps_to_check(shared);
-    }
-
-    fn steps_to_check(&self, shared: &Shared) -> f64 {
-        libm::ceil(shared.simulation.stall_time_s / shared.simulation.step_s)
+        state.steps_left.0[lane] = steps_to_check(shared);
     }
 
     /// Deals with whatever raised the lane's alarm; some where the cycle has ended.
@@ -181,7 +177,7 @@ impl Cabin {
         shared: &Shared,
     ) -> Option<Outcome> {
         self.booked = [0.0; Total::COUNT];
-        if self.is_captured(state, lane, shared) {
+        if is_captured(state, lane, shared) {
             self.stop(state, lane, shared);
             let ends = self.stop_row() + 1 == self.road.rows.len();
             if !ends {
@@ -200,13 +196,6 @@ impl Cabin {
             self.next_row(state, lane);
         }
         if state.steps_left.0[lane] <= 0.0 { self.check(state, lane, shared) } else { None }
-    }
-
-    fn is_captured<const W: usize>(&self, state: &State<W>, lane: usize, shared: &Shared) -> bool {
-        let simulation = shared.simulation;
-        let slow = state.speed.0[lane] < simulation.creep_speed_mps;
-        let reach = if slow { simulation.creep_distance_m } else { simulation.capture_distance_m };
-        state.left.0[lane] + state.row[RoadRow::TO_STOP].0[lane] <= reach
     }
 
     /// The row at whose end the next stop line is.
@@ -248,17 +237,10 @@ impl Cabin {
         self.standstill_s += dwell_s;
         self.n_stops += 1;
         self.served = true;
-        self.leave_line(state, lane);
+        leave_line(state, lane);
         self.start(state, lane, shared);
         self.checked_at_s = state.total(lane, Total::Time);
         self.checked_at_m = state.total(lane, Total::Distance);
-    }
-
-    /// Up to a line that has been served nothing but the launch speed holds.
-    fn leave_line<const W: usize>(&self, state: &mut State<W>, lane: usize) {
-        state.row[RoadRow::BACKWARD].0[lane] = FAR;
-        state.row[RoadRow::FORWARD].0[lane] = -FAR;
-        state.row[RoadRow::TO_STOP].0[lane] = FAR;
     }
 
     fn next_row<const W: usize>(&mut self, state: &mut State<W>, lane: usize) {
@@ -268,7 +250,7 @@ impl Cabin {
         self.row += 1;
         state.set_row(lane, &self.road.rows[self.row]);
         if self.served {
-            self.leave_line(state, lane);
+            leave_line(state, lane);
         }
     }
 
@@ -317,7 +299,7 @@ impl Cabin {
             return Some(Outcome::TimedOut);
         }
         let passed = time - self.checked_at_s;
-        state.steps_left.0[lane] = self.steps_to_check(shared);
+        state.steps_left.0[lane] = steps_to_check(shared);
         // steps that were cut are shorter: wait until the whole time has passed
         if passed >= simulation.stall_time_s * (1.0 - 1e-9) {
             if way - self.checked_at_m < simulation.stall_distance_m {
@@ -428,4 +410,22 @@ fn kinetic_energy_j<const W: usize>(state: &State<W>, lane: usize, shared: &Shar
     let (speed, engine) = (state.speed.0[lane], state.engine_speed.0[lane]);
     0.5 * (state.mass.0[lane] + shared.wheel_mass_kg) * speed * speed
         + 0.5 * shared.engine_inertia_kgm2 * engine * engine
+}
+
+fn steps_to_check(shared: &Shared) -> f64 {
+    libm::ceil(shared.simulation.stall_time_s / shared.simulation.step_s)
+}
+
+fn is_captured<const W: usize>(state: &State<W>, lane: usize, shared: &Shared) -> bool {
+    let simulation = shared.simulation;
+    let slow = state.speed.0[lane] < simulation.creep_speed_mps;
+    let reach = if slow { simulation.creep_distance_m } else { simulation.capture_distance_m };
+    state.left.0[lane] + state.row[RoadRow::TO_STOP].0[lane] <= reach
+}
+
+/// Up to a line that has been served nothing but the launch speed holds.
+fn leave_line<const W: usize>(state: &mut State<W>, lane: usize) {
+    state.row[RoadRow::BACKWARD].0[lane] = FAR;
+    state.row[RoadRow::FORWARD].0[lane] = -FAR;
+    state.row[RoadRow::TO_STOP].0[lane] = FAR;
 }
