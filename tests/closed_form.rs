@@ -3,7 +3,7 @@
 mod common;
 
 use common::{GivenRoad, column, typical};
-use ocmc_core::simulation::lanes::Lanes;
+use ocmc_core::lanes::Lanes;
 use ocmc_core::simulation::road_row::{FAR, RoadRow};
 use ocmc_core::simulation::state::{Shared, State, Total};
 use ocmc_core::simulation::trace::trace_scenario;

@@ -1,8 +1,8 @@
 //! The command as a user meets it: answers, exit statuses, and failures that say what to do.
 
-mod common;
+mod program;
 
-use common::{SHORT, ocmc};
+use program::{SHORT, ocmc};
 use serde_json::Value;
 use std::fs;
 
@@ -289,8 +289,8 @@ fn studies_are_listed_shown_written_and_checked() {
 fn a_trace_ends_where_its_record_does() {
     let directory = tempfile::tempdir().expect("a directory");
     let out = directory.path().join("run");
-    common::run_into(&out, &["--cycles", "4", "--seed", "3"]);
-    let records = common::records(&out.join("records.parquet"));
+    program::run_into(&out, &["--cycles", "4", "--seed", "3"]);
+    let records = program::records(&out.join("records.parquet"));
     let record = &records[3];
     let trace = |extra: &[&str]| {
         let arguments = ["trace", "--set", SHORT, "--seed", "3", "--cycle-id", "3"];
@@ -304,7 +304,7 @@ fn a_trace_ends_where_its_record_does() {
     let rows: Vec<csv::StringRecord> = reader.records().map(|row| row.expect("a row")).collect();
     let number = |row: &csv::StringRecord, k: usize| row[k].parse::<f64>().expect("a number");
     let driven: f64 = rows.iter().map(|row| number(row, distance)).sum();
-    assert!(driven == record.distance_m, "{driven} {}", record.distance_m);
+    assert_eq!(driven.to_bits(), record.distance_m.to_bits(), "{driven} {}", record.distance_m);
     let end = number(rows.last().expect("rows"), time);
     assert!((end / record.duration_s - 1.0).abs() < 1e-9, "{end} {}", record.duration_s);
 
@@ -326,4 +326,19 @@ fn completions_and_manual_pages() {
     let page = fs::read_to_string(pages.join("ocmc.1")).expect("written");
     assert!(page.contains("cycles"), "{page}");
     assert!(pages.join("ocmc-trace.1").exists());
+}
+
+#[test]
+fn cycles_that_could_not_be_driven_are_counted_by_reason() {
+    let arguments = |longest: &str, cycles: &str| {
+        let longest = format!("simulation.longest_duration_s={longest}");
+        answer(&["--cycles", cycles, "--set", SHORT, "--set", &longest])
+    };
+    let text = arguments("400", "100");
+    for part in ["Not completed: ", "timed_out", "in no mean", "Worst case", "L/100 km"] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    let text = arguments("10", "20");
+    assert!(text.contains("Not completed: 20 of 20 cycles (100.00 %): 20 timed_out"), "{text}");
+    assert!(!text.contains("NaN") && !text.contains("Worst case"), "{text}");
 }

@@ -1,9 +1,9 @@
 //! The same study, seed and range give the same bytes, on any number of threads, chunks and every CPU.
 
-mod common;
+mod program;
 
-use common::run_into;
 use ocmc_core::simulation::cpu::CpuLevel;
+use program::run_into;
 use std::fs;
 use std::path::Path;
 
@@ -21,7 +21,7 @@ fn bytes(parent: &Path, name: &str, options: &[&str]) -> (Vec<u8>, Vec<u8>) {
 fn records_and_manifest_do_not_depend_on_threads_chunks_or_cpu() {
     let parent = tempfile::tempdir().expect("a directory");
     let expected = bytes(parent.path(), "reference", &["--threads", "1"]);
-    let rows = common::records(&parent.path().join("reference/records.parquet"));
+    let rows = program::records(&parent.path().join("reference/records.parquet"));
     assert_eq!(rows.len(), 300);
     assert!(rows.iter().all(|row| row.distance_m > 0.0), "every cycle has gone some way");
     for threads in ["2", "8"] {

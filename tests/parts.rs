@@ -1,5 +1,7 @@
 //! Turning a part off changes the records, in the physically right direction.
 
+#![allow(clippy::unwrap_used, reason = "a test without what it looks for fails")]
+
 mod common;
 
 use common::{mean_and_error, run, sd, study};

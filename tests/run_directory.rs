@@ -1,8 +1,8 @@
 //! What `--out` leaves behind: records in both formats, the manifest, the summary.
 
-mod common;
+mod program;
 
-use common::{ocmc, records, run_into};
+use program::{ocmc, records, run_into};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
@@ -64,7 +64,7 @@ fn the_manifest_says_what_the_run_is_and_repeats_it() {
 fn the_summary_is_the_answer_in_json() {
     let parent = tempfile::tempdir().expect("a directory");
     let out = parent.path().join("run");
-    let arguments = ["--cycles", "50", "--json", "--set", common::SHORT, "--out"];
+    let arguments = ["--cycles", "50", "--json", "--set", program::SHORT, "--out"];
     let answer = ocmc(&arguments).arg(&out).assert().success().get_output().stdout.clone();
     assert_eq!(answer, fs::read(out.join("summary.json")).expect("written"));
     let summary = json(&out.join("summary.json"));
@@ -89,7 +89,7 @@ fn ctrl_c_keeps_what_was_finished() {
     let parent = tempfile::tempdir().expect("a directory");
     let out = parent.path().join("run");
     let mut run = Command::new(env!("CARGO_BIN_EXE_ocmc"))
-        .args(["--cycles", "10000000", "--chunk", "16", "--set", common::SHORT, "--out"])
+        .args(["--cycles", "10000000", "--chunk", "16", "--set", program::SHORT, "--out"])
         .arg(&out)
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())

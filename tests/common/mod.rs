@@ -1,4 +1,5 @@
 //! Studies and hand-made roads for the whole-program tests.
+#![allow(clippy::unwrap_used, reason = "a test without what it looks for fails")]
 #![allow(dead_code, unreachable_pub, reason = "each test file is a crate that uses a part")]
 
 use ocmc_core::operating_cycle::{OperatingCycle, TrafficStretch, WeatherStretch};

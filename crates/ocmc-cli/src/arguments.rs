@@ -3,12 +3,10 @@
 use clap::builder::PossibleValuesParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
+use ocmc_core::fleet::run::MOST_THREADS;
 use ocmc_core::simulation::cpu::CpuLevel;
 use ocmc_io::records::RecordFormat;
 use std::path::PathBuf;
-
-/// Most threads that can be asked for.
-const MOST_THREADS: usize = 1024;
 
 /// Most cycles that can be driven at a time by a thread.
 const LARGEST_CHUNK: u64 = 65_536;
@@ -40,6 +38,8 @@ pub(crate) enum Command {
     /// Lists, shows, writes and checks study files
     #[command(subcommand)]
     Study(StudyCommand),
+    /// Writes one operating cycle: road, events, weather and traffic, as CSV tracks or JSON
+    Cycle(CycleArguments),
     /// Writes the simulated time series of one cycle: speed, pedals, gear, fuel, forces
     Trace(CycleArguments),
     /// Prints a script that completes the command line of a shell

@@ -3,6 +3,7 @@
 
 mod arguments;
 mod completions;
+mod cycle;
 mod failure;
 mod histogram_chart;
 mod interrupt;
@@ -22,6 +23,8 @@ mod trace;
 use arguments::{Arguments, Command};
 use clap::Parser;
 use failure::Failure;
+use ocmc_io::run_summary::RunSummary;
+use ocmc_io::study::Origin;
 use std::ffi::OsString;
 
 /// Done.
@@ -40,6 +43,7 @@ pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> i32 {
     let done = match &arguments.command {
         None => run::run(&arguments.run),
         Some(Command::Study(command)) => study::study(command),
+        Some(Command::Cycle(arguments)) => cycle::cycle(arguments),
         Some(Command::Trace(arguments)) => trace::trace(arguments),
         Some(Command::Completions { shell }) => completions::completions(*shell),
         Some(Command::Man { out }) => man::man(out),
@@ -52,6 +56,11 @@ pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> i32 {
             FAILED
         }
     }
+}
+
+/// What a run adds up to, as the command prints it, `width` columns wide.
+pub fn run_text(run: &RunSummary, origin: &Origin, width: usize) -> String {
+    run_text::run_text(run, &run_text::Circumstances { origin, width })
 }
 
 /// Prints help, version or what is wrong with the arguments.

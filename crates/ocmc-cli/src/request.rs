@@ -4,32 +4,23 @@ use crate::arguments::{Arguments, RunArguments};
 use crate::failure::Failure;
 use clap::CommandFactory;
 use clap::error::ErrorKind;
-use ocmc_core::fleet::run::{RunPlan, chunk_for};
+use ocmc_core::fleet::run::RunPlan;
+use ocmc_core::random::LAST_CYCLE_ID;
 use ocmc_core::simulation::cpu::CpuLevel;
-use std::num::NonZero;
-use std::thread;
 
 /// Works out which cycles to run, and on what.
 pub(crate) fn plan(arguments: &RunArguments) -> Result<RunPlan, Failure> {
     let (first_cycle, cycles) = (arguments.first_cycle, arguments.cycles);
-    if first_cycle.checked_add(cycles).is_none() {
+    if first_cycle.checked_add(cycles).is_none_or(|end| end > LAST_CYCLE_ID) {
         return Err(usage(&format!(
             "--first-cycle {first_cycle} with --cycles {cycles} goes beyond the largest cycle id; \
              allowed is a sum of at most {}",
-            u64::MAX
+            LAST_CYCLE_ID
         )));
     }
     let level = level(arguments)?;
-    let threads = arguments.threads.unwrap_or_else(available_threads);
-    let chunk = arguments.chunk.unwrap_or_else(|| chunk_for(cycles, threads)).min(cycles);
-    // a thread without a chunk would only be started
-    let chunks = usize::try_from(cycles.div_ceil(chunk)).unwrap_or(usize::MAX);
-    let threads = threads.min(chunks);
-    Ok(RunPlan { seed: arguments.seed, first_cycle, cycles, threads, chunk, level })
-}
-
-fn available_threads() -> usize {
-    thread::available_parallelism().map_or(1, NonZero::get)
+    let RunArguments { seed, threads, chunk, .. } = *arguments;
+    Ok(RunPlan { level, ..RunPlan::new(seed, first_cycle, cycles, threads, chunk) })
 }
 
 fn level(arguments: &RunArguments) -> Result<CpuLevel, Failure> {

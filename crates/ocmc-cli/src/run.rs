@@ -8,9 +8,9 @@ use crate::{interrupt, output, request};
 use ocmc_core::fleet::run;
 use ocmc_core::fleet::run::RunPlan;
 use ocmc_core::fleet::summary::SummaryBuilder;
-use ocmc_io::run_directory::{self, FORMAT_VERSION, Manifest, RunDirectory, RunStatus};
+use ocmc_io::run_directory::{self, Manifest, RunDirectory};
 use ocmc_io::run_summary::RunSummary;
-use ocmc_io::study::{self, LoadedStudy};
+use ocmc_io::study;
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::time::Instant;
@@ -25,10 +25,9 @@ enum Stop {
 pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
     let plan = request::plan(arguments)?;
     let loaded = study::load(&arguments.study, &arguments.set)?;
-    let manifest = manifest(&loaded, &plan);
-    let (name, study_hash) = (manifest.study.clone(), manifest.study_hash.clone());
+    let manifest = Manifest::new(&loaded.model, &plan);
     let mut directory = match &arguments.out {
-        Some(path) => Some(RunDirectory::create(path, arguments.format.into(), manifest)?),
+        Some(path) => Some(RunDirectory::create(path, arguments.format.into(), manifest.clone())?),
         None => None,
     };
 
@@ -54,15 +53,8 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
         return Err(failure);
     }
 
-    let summary = RunSummary {
-        study: name,
-        study_hash,
-        seed: plan.seed,
-        first_cycle: plan.first_cycle,
-        summary: fleet.finish(),
-        wall_s: clock.elapsed().as_secs_f64(),
-        threads: plan.threads,
-    };
+    let wall_s = clock.elapsed().as_secs_f64();
+    let summary = RunSummary::new(&manifest, fleet.finish(), wall_s, plan.threads);
     if let Some(directory) = directory {
         directory.finish(&summary)?;
     }
@@ -76,26 +68,9 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
         return Err(interrupted(&summary, &plan, arguments.out.as_deref()));
     }
     if !arguments.quiet && !arguments.json {
-        output::note(&more(&summary, arguments));
+        output::note(&more(arguments));
     }
     Ok(())
-}
-
-/// What the run is, before its first cycle.
-fn manifest(loaded: &LoadedStudy, plan: &RunPlan) -> Manifest {
-    Manifest {
-        format_version: FORMAT_VERSION,
-        program_version: env!("CARGO_PKG_VERSION").to_owned(),
-        status: RunStatus::Running,
-        study: loaded.model.study.name.clone(),
-        study_hash: study::study_hash(&loaded.model),
-        seed: plan.seed,
-        first_cycle: plan.first_cycle,
-        cycles: plan.cycles,
-        completed: 0,
-        records: String::new(),
-        resolved_study: study::resolved_toml(&loaded.model),
-    }
 }
 
 fn interrupted(summary: &RunSummary, plan: &RunPlan, out: Option<&Path>) -> Failure {
@@ -115,14 +90,14 @@ fn interrupted(summary: &RunSummary, plan: &RunPlan, out: Option<&Path>) -> Fail
 }
 
 /// How to see more.
-fn more(summary: &RunSummary, arguments: &RunArguments) -> String {
-    match &arguments.out {
-        Some(path) => format!("Written to `{}`: {}", path.display(), files(arguments)),
-        None => format!(
-            "More: --out DIR keeps a record of each of the {} cycles; --json prints every statistic with its interval.",
-            summary.summary.cycles
-        ),
-    }
+fn more(arguments: &RunArguments) -> String {
+    let kept = match &arguments.out {
+        Some(path) => format!("Written to `{}`: {}.", path.display(), files(arguments)),
+        None => "More: --out DIR keeps a record of each cycle.".to_owned(),
+    };
+    format!(
+        "{kept} `ocmc trace --cycle-id ID`, with the same study and seed, shows one cycle step by step."
+    )
 }
 
 fn files(arguments: &RunArguments) -> String {

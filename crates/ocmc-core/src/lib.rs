@@ -16,6 +16,7 @@
 pub mod distribution;
 pub mod driver;
 pub mod fleet;
+pub mod lanes;
 pub mod mission;
 pub mod operating_cycle;
 pub mod random;

@@ -3,9 +3,13 @@
 //! The manifest is written first, replaced atomically after each group of rows, and says `complete` last: whatever
 //! happens to the machine, a directory never claims more than it holds.
 
-use crate::records::{RecordFormat, RecordWriter, RecordsError};
+use crate::records::{self, RecordFormat, RecordWriter, RecordsError};
 use crate::run_summary::RunSummary;
+use crate::study::{resolved_toml, study_hash};
+use ocmc_core::fleet::run::RunPlan;
+use ocmc_core::fleet::summary::SummaryBuilder;
 use ocmc_core::simulation::record::Record;
+use ocmc_core::study::StudyModel;
 use serde::{Deserialize, Serialize};
 use std::fs::{self, File};
 use std::io::{self, Write};
@@ -46,6 +50,25 @@ pub struct Manifest {
     pub records: String,
     /// The resolved study, in TOML: a study file that repeats the run.
     pub resolved_study: String,
+}
+
+impl Manifest {
+    /// What the run is, before its first cycle.
+    pub fn new(study: &StudyModel, plan: &RunPlan) -> Self {
+        Self {
+            format_version: FORMAT_VERSION,
+            program_version: env!("CARGO_PKG_VERSION").to_owned(),
+            status: RunStatus::Running,
+            study: study.study.name.clone(),
+            study_hash: study_hash(study),
+            seed: plan.seed,
+            first_cycle: plan.first_cycle,
+            cycles: plan.cycles,
+            completed: 0,
+            records: String::new(),
+            resolved_study: resolved_toml(study),
+        }
+    }
 }
 
 /// How far a run has come.
@@ -121,6 +144,14 @@ pub enum RunDirectoryError {
         /// Why.
         source: serde_json::Error,
     },
+    /// The files do not fit together, or the run has no end.
+    #[error("`{}` holds no run that can be read back: {reason}", path.display())]
+    NotWhole {
+        /// The directory.
+        path: PathBuf,
+        /// Why.
+        reason: String,
+    },
     /// The records cannot be written or read.
     #[error(transparent)]
     Records(#[from] RecordsError),
@@ -185,6 +216,57 @@ pub fn read_manifest(directory: &Path) -> Result<Manifest, RunDirectoryError> {
     let text = fs::read_to_string(&path)
         .map_err(|source| RunDirectoryError::Read { path: path.clone(), source })?;
     serde_json::from_str(&text).map_err(|source| RunDirectoryError::Manifest { path, source })
+}
+
+/// A run that was read back.
+#[derive(Clone, Debug)]
+pub struct StoredRun {
+    /// What the run is.
+    pub manifest: Manifest,
+    /// Its records.
+    pub records: Vec<Record>,
+    /// What they add up to.
+    pub summary: RunSummary,
+}
+
+/// What the summary of a run says that its records do not.
+#[derive(Deserialize)]
+struct Measured {
+    wall_s: f64,
+    threads: usize,
+}
+
+/// Reads a run back, whole or interrupted.
+pub fn read(directory: &Path) -> Result<StoredRun, RunDirectoryError> {
+    let not_whole =
+        |reason: String| RunDirectoryError::NotWhole { path: directory.to_owned(), reason };
+    let manifest = read_manifest(directory)?;
+    if manifest.format_version != FORMAT_VERSION {
+        let version = manifest.format_version;
+        return Err(not_whole(format!(
+            "format version {version}, this program reads {FORMAT_VERSION}"
+        )));
+    }
+    if manifest.status == RunStatus::Running {
+        return Err(not_whole("it was not ended".to_owned()));
+    }
+    let path = directory.join(SUMMARY);
+    let text =
+        fs::read_to_string(&path).map_err(|source| RunDirectoryError::Read { path, source })?;
+    let Measured { wall_s, threads } =
+        serde_json::from_str(&text).map_err(|error| not_whole(format!("`{SUMMARY}`: {error}")))?;
+    let mut records = Vec::new();
+    let mut fleet = SummaryBuilder::default();
+    records::read(&directory.join(&manifest.records), |group| {
+        fleet.add(&group);
+        records.extend(group);
+    })?;
+    if records.len() as u64 != manifest.completed {
+        let (rows, completed) = (records.len(), manifest.completed);
+        return Err(not_whole(format!("{rows} records, but {completed} in `{MANIFEST}`")));
+    }
+    let summary = RunSummary::new(&manifest, fleet.finish(), wall_s, threads);
+    Ok(StoredRun { manifest, records, summary })
 }
 
 /// Checks that a new run may be written to this path.
@@ -298,6 +380,9 @@ mod tests {
             let mut back = Vec::new();
             records::read(&path.join(&done.records), |group| back.extend(group)).expect("complete");
             assert!(back == rows);
+            let stored = read(&path).expect("complete");
+            assert!(stored.records == rows && stored.manifest == done);
+            assert_eq!(stored.summary.to_json(), summary(&rows).to_json());
             let text = fs::read_to_string(path.join(SUMMARY)).expect("written");
             let json: serde_json::Value = serde_json::from_str(&text).expect("JSON");
             assert_eq!(json["cycles"], rows.len());
@@ -314,6 +399,29 @@ mod tests {
         run.add(&rows).expect("space");
         let done = run.finish(&summary(&rows)).expect("space");
         assert_eq!((done.status, done.completed), (RunStatus::Interrupted, 100));
+        assert_eq!(read(directory.path()).expect("ended").records.len(), 100);
+    }
+
+    #[test]
+    fn what_is_not_whole_is_not_read_back() {
+        let directory = tempfile::tempdir().expect("a directory");
+        let path = directory.path();
+        let error = || read(path).expect_err("no whole run").to_string();
+        assert!(error().contains(MANIFEST));
+        let rows = examples::records(5);
+        let mut run = RunDirectory::create(path, RecordFormat::Csv, manifest(5)).expect("empty");
+        run.add(&rows).expect("space");
+        assert!(error().contains("not ended"), "{}", error());
+        run.finish(&summary(&rows)).expect("space");
+        let mut done = read_manifest(path).expect("whole");
+        done.completed = 4;
+        write_manifest(path, &done).expect("space");
+        assert!(error().contains("5 records, but 4"), "{}", error());
+        done.format_version = FORMAT_VERSION + 1;
+        write_manifest(path, &done).expect("space");
+        assert!(error().contains("format version"), "{}", error());
+        fs::write(path.join(MANIFEST), "{").expect("space");
+        assert!(error().contains("no manifest"), "{}", error());
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! The machine-readable answer of a run: what `--json` prints and what `summary.json` holds.
 
+use crate::run_directory::Manifest;
 use ocmc_core::fleet::summary::Summary;
 use serde::Serialize;
 
@@ -24,6 +25,19 @@ pub struct RunSummary {
 }
 
 impl RunSummary {
+    /// What the run of this manifest adds up to.
+    pub fn new(manifest: &Manifest, summary: Summary, wall_s: f64, threads: usize) -> Self {
+        Self {
+            study: manifest.study.clone(),
+            study_hash: manifest.study_hash.clone(),
+            seed: manifest.seed,
+            first_cycle: manifest.first_cycle,
+            summary,
+            wall_s,
+            threads,
+        }
+    }
+
     /// The answer as indented JSON, with a line end.
     pub fn to_json(&self) -> String {
         let mut text =

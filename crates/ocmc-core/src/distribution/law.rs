@@ -171,6 +171,22 @@ impl Law {
         }
     }
 
+    /// The range of all draws but one in a million on each side.
+    pub fn practical_range(&self) -> (f64, f64) {
+        const RARE: f64 = 1e-6;
+        match self {
+            Self::Gamma { mean, shape } => (
+                gamma::approximate_quantile(*mean, *shape, RARE),
+                gamma::approximate_quantile(*mean, *shape, 1.0 - RARE),
+            ),
+            Self::Mixture { weights, components } => mixture::practical_range(weights, components),
+            _ => match (self.quantile(RARE), self.quantile(1.0 - RARE)) {
+                (Some(low), Some(high)) => (low, high),
+                _ => self.support(),
+            },
+        }
+    }
+
     /// What is wrong with the law's own parameters: (parameter, value, what is allowed).
     #[allow(
         clippy::neg_cmp_op_on_partial_ord,

@@ -19,13 +19,24 @@ pub fn centre(weights: &[f64], components: &[Quantity]) -> f64 {
 
 /// Smallest and largest possible value.
 pub fn support(components: &[Quantity]) -> (f64, f64) {
-    components
-        .iter()
-        .map(|part| match part {
-            Quantity::Number(value) => (*value, *value),
-            Quantity::Law(law) => law.support(),
-        })
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |a, b| (a.0.min(b.0), a.1.max(b.1)))
+    span(components.iter().map(|part| match part {
+        Quantity::Number(value) => (*value, *value),
+        Quantity::Law(law) => law.support(),
+    }))
+}
+
+/// See [`super::Law::practical_range`]; parts without weight do not count.
+pub fn practical_range(weights: &[f64], components: &[Quantity]) -> (f64, f64) {
+    let drawn = weights.iter().zip(components).filter(|(weight, _)| **weight > 0.0);
+    span(drawn.map(|(_, part)| match part {
+        Quantity::Number(value) => (*value, *value),
+        Quantity::Law(law) => law.practical_range(),
+    }))
+}
+
+/// From the lowest to the highest of several ranges.
+fn span(ranges: impl Iterator<Item = (f64, f64)>) -> (f64, f64) {
+    ranges.fold((f64::INFINITY, f64::NEG_INFINITY), |a, b| (a.0.min(b.0), a.1.max(b.1)))
 }
 
 #[cfg(test)]

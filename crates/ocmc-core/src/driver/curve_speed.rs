@@ -144,6 +144,7 @@ impl CurveSpeedModel {
             .parameter_uncertainty
             .then(|| streams.open_replicate(Stream::CurveSpeedParameters, self.replicates));
         let typical_log_speed = libm::log(self.reference_speed_mps);
+        #[expect(clippy::single_match_else, reason = "two kinds of law side by side")]
         let (exponent, log_speed) = match (self.form, &self.table) {
             (CurveSpeedForm::Table | CurveSpeedForm::Bivariate, Some(table)) => {
                 let mut pairs = table.pairs();

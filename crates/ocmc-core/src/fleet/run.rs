@@ -1,13 +1,16 @@
 //! Runs a range of cycles in parallel and hands the records over in the order of their ids.
 
 use crate::simulation::cpu::CpuLevel;
-use crate::simulation::drive::drive;
+use crate::simulation::drive::{drive_cabins, sampled};
 use crate::simulation::record::Record;
 use crate::study::Study;
 use std::collections::BTreeMap;
+use std::num::NonZero;
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::mpsc;
+use std::sync::mpsc::{self, RecvTimeoutError};
+use std::thread;
+use std::time::Duration;
 
 /// Which cycles to run, and on what. Only `seed`, `first_cycle` and `cycles` decide the records.
 #[derive(Clone, Copy, Debug)]
@@ -26,8 +29,34 @@ pub struct RunPlan {
     pub level: CpuLevel,
 }
 
+/// Longest time between two calls of a run's sink.
+const LONGEST_SILENCE: Duration = Duration::from_millis(100);
+
+/// Most threads that can be asked for.
+pub const MOST_THREADS: usize = 1024;
+
+impl RunPlan {
+    /// A plan on the best instructions of this CPU: on all its threads and in chunks of [`chunk_for`], where nothing else
+    /// is asked for.
+    pub fn new(
+        seed: u64,
+        first_cycle: u64,
+        cycles: u64,
+        threads: Option<usize>,
+        chunk: Option<u64>,
+    ) -> Self {
+        let available = || thread::available_parallelism().map_or(1, NonZero::get);
+        let threads = threads.unwrap_or_else(available);
+        let chunk = chunk.unwrap_or_else(|| chunk_for(cycles, threads)).min(cycles).max(1);
+        // a thread without a chunk would only be started
+        let chunks = usize::try_from(cycles.div_ceil(chunk)).unwrap_or(usize::MAX);
+        let threads = threads.min(chunks).max(1);
+        Self { seed, first_cycle, cycles, threads, chunk, level: CpuLevel::best() }
+    }
+}
+
 /// Cycles that one thread drives at a time where nothing else is asked for: enough to keep the lanes full,
-/// few enough to share small runs out and to stop within a second.
+/// few enough to share small runs out.
 pub const CHUNK: u64 = 256;
 
 /// The chunk size for a run of that many cycles: at least four chunks a thread where the run is small.
@@ -36,7 +65,8 @@ pub fn chunk_for(cycles: u64, threads: usize) -> u64 {
 }
 
 /// Runs the plan. `sink` is called on this thread with the records of consecutive chunks, in order of the cycle ids,
-/// while the next chunks are computed; breaking ends the run.
+/// while the next chunks are computed; and several times a second, with no records where none have come. Breaking ends
+/// the run as soon as the cycles that are on the road have been driven.
 ///
 /// The records do not depend on threads, chunks or level. The rayon pool is the run's own.
 pub fn run<B>(
@@ -67,8 +97,11 @@ pub fn run<B>(
                     }
                     let first = plan.first_cycle + k * chunk;
                     let last = plan.first_cycle + ((k + 1) * chunk).min(plan.cycles);
-                    let records = drive(study, plan.seed, first..last, plan.level);
-                    if sender.send((k, records)).is_err() {
+                    let mut cycles = sampled(study, plan.seed, first..last);
+                    let mut next =
+                        |used| if stop.load(Ordering::Relaxed) { None } else { cycles(used) };
+                    let records = drive_cabins(study, &mut next, plan.level);
+                    if stop.load(Ordering::Relaxed) || sender.send((k, records)).is_err() {
                         return;
                     }
                 }
@@ -77,22 +110,29 @@ pub fn run<B>(
         drop(sender);
         let mut waiting = BTreeMap::new();
         let mut due = 0;
-        let mut outcome = ControlFlow::Continue(());
-        for (k, records) in receiver {
-            waiting.insert(k, records);
-            while let Some(records) = waiting.remove(&due) {
-                due += 1;
-                if let ControlFlow::Break(reason) = sink(records) {
-                    stop.store(true, Ordering::Relaxed);
-                    // the receiver goes with this scope, which ends the workers that wait to send
-                    outcome = ControlFlow::Break(reason);
-                    break;
+        loop {
+            match receiver.recv_timeout(LONGEST_SILENCE) {
+                Ok((k, records)) => {
+                    waiting.insert(k, records);
                 }
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => return ControlFlow::Continue(()),
             }
-            if outcome.is_break() {
-                break;
+            let mut ended = ControlFlow::Continue(());
+            if !waiting.contains_key(&due) {
+                ended = sink(Vec::new());
+            }
+            while ended.is_continue()
+                && let Some(records) = waiting.remove(&due)
+            {
+                due += 1;
+                ended = sink(records);
+            }
+            if ended.is_break() {
+                stop.store(true, Ordering::Relaxed);
+                // the receiver goes with this closure, which ends the workers that wait to send
+                return ended;
             }
         }
-        outcome
     })
 }

@@ -9,6 +9,9 @@ use crate::tactical::{SpeedProfile, plan};
 use crate::vehicle::gearbox::ShiftInputs;
 use crate::vehicle::resistance::GRAVITY_MPS2;
 
+/// Steps for each whole step's time that cuts can make of it before a cycle is given up.
+const MOST_CUTS: f64 = 20.0;
+
 /// A lane's truck.
 #[derive(Clone, Debug)]
 pub struct Cabin {
@@ -26,6 +29,8 @@ pub struct Cabin {
     /// Time and place of the last look at the progress.
     checked_at_s: f64,
     checked_at_m: f64,
+    /// Looks at the progress so far: a cycle whose steps become ever shorter has to end, too.
+    looks: f64,
     initial_energy_j: f64,
     /// What the last look added to the totals, in one addition each: a trace has to be able to repeat it.
     booked: [f64; Total::COUNT],
@@ -61,6 +66,7 @@ impl Cabin {
             n_gear_shifts: 0,
             checked_at_s: 0.0,
             checked_at_m: 0.0,
+            looks: 0.0,
             initial_energy_j: 0.0,
             booked: [0.0; Total::COUNT],
         };
@@ -136,6 +142,7 @@ impl Cabin {
         self.n_gear_shifts = 0;
         self.checked_at_s = 0.0;
         self.checked_at_m = 0.0;
+        self.looks = 0.0;
         state.set_row(lane, &self.road.rows[0]);
         self.start(state, lane, shared);
         self.initial_energy_j = kinetic_energy_j(state, lane, shared);
@@ -157,11 +164,7 @@ impl Cabin {
         state.shift_left.0[lane] = 0.0;
         state.hold_left.0[lane] = 0.0;
         state.kick_left.0[lane] = shift.kickdown_s;
-        state.steps_left.0[lane] = self.steps_to_check(shared);
-    }
-
-    fn steps_to_check(&self, shared: &Shared) -> f64 {
-        libm::ceil(shared.simulation.stall_time_s / shared.simulation.step_s)
+        state.steps_left.0[lane] = steps_to_check(shared);
     }
 
     /// Deals with whatever raised the lane's alarm; some where the cycle has ended.
@@ -174,7 +177,7 @@ impl Cabin {
         shared: &Shared,
     ) -> Option<Outcome> {
         self.booked = [0.0; Total::COUNT];
-        if self.is_captured(state, lane, shared) {
+        if is_captured(state, lane, shared) {
             self.stop(state, lane, shared);
             let ends = self.stop_row() + 1 == self.road.rows.len();
             if !ends {
@@ -193,13 +196,6 @@ impl Cabin {
             self.next_row(state, lane);
         }
         if state.steps_left.0[lane] <= 0.0 { self.check(state, lane, shared) } else { None }
-    }
-
-    fn is_captured<const W: usize>(&self, state: &State<W>, lane: usize, shared: &Shared) -> bool {
-        let simulation = shared.simulation;
-        let slow = state.speed.0[lane] < simulation.creep_speed_mps;
-        let reach = if slow { simulation.creep_distance_m } else { simulation.capture_distance_m };
-        state.left.0[lane] + state.row[RoadRow::TO_STOP].0[lane] <= reach
     }
 
     /// The row at whose end the next stop line is.
@@ -241,17 +237,10 @@ impl Cabin {
         self.standstill_s += dwell_s;
         self.n_stops += 1;
         self.served = true;
-        self.leave_line(state, lane);
+        leave_line(state, lane);
         self.start(state, lane, shared);
         self.checked_at_s = state.total(lane, Total::Time);
         self.checked_at_m = state.total(lane, Total::Distance);
-    }
-
-    /// Up to a line that has been served nothing but the launch speed holds.
-    fn leave_line<const W: usize>(&self, state: &mut State<W>, lane: usize) {
-        state.row[RoadRow::BACKWARD].0[lane] = FAR;
-        state.row[RoadRow::FORWARD].0[lane] = -FAR;
-        state.row[RoadRow::TO_STOP].0[lane] = FAR;
     }
 
     fn next_row<const W: usize>(&mut self, state: &mut State<W>, lane: usize) {
@@ -261,7 +250,7 @@ impl Cabin {
         self.row += 1;
         state.set_row(lane, &self.road.rows[self.row]);
         if self.served {
-            self.leave_line(state, lane);
+            leave_line(state, lane);
         }
     }
 
@@ -304,11 +293,13 @@ impl Cabin {
     ) -> Option<Outcome> {
         let simulation = shared.simulation;
         let (time, way) = (state.total(lane, Total::Time), state.total(lane, Total::Distance));
-        if time > simulation.longest_duration_s {
+        self.looks += 1.0;
+        let most_looks = MOST_CUTS * simulation.longest_duration_s / simulation.stall_time_s;
+        if time > simulation.longest_duration_s || self.looks > most_looks {
             return Some(Outcome::TimedOut);
         }
         let passed = time - self.checked_at_s;
-        state.steps_left.0[lane] = self.steps_to_check(shared);
+        state.steps_left.0[lane] = steps_to_check(shared);
         // steps that were cut are shorter: wait until the whole time has passed
         if passed >= simulation.stall_time_s * (1.0 - 1e-9) {
             if way - self.checked_at_m < simulation.stall_distance_m {
@@ -343,9 +334,9 @@ impl Cabin {
         let per_100km = per_distance(litres) * 1e5;
         let road = &cycle.road;
         let share = |name: &str| {
-            let wanted = study.road_types().iter().position(|n| n == name);
-            let lengths = road.sections.iter().filter(|s| Some(s.road_type) == wanted);
-            lengths.map(|s| s.end_m - s.start_m).sum::<f64>() / road.length_m
+            let wanted = study.road_types().iter().position(|n| n == name)?;
+            let lengths = road.sections.iter().filter(|s| s.road_type == wanted);
+            Some(lengths.map(|s| s.end_m - s.start_m).sum::<f64>() / road.length_m)
         };
         let mut limit_sum = 0.0;
         for (k, sign) in road.signs.iter().enumerate() {
@@ -419,4 +410,22 @@ fn kinetic_energy_j<const W: usize>(state: &State<W>, lane: usize, shared: &Shar
     let (speed, engine) = (state.speed.0[lane], state.engine_speed.0[lane]);
     0.5 * (state.mass.0[lane] + shared.wheel_mass_kg) * speed * speed
         + 0.5 * shared.engine_inertia_kgm2 * engine * engine
+}
+
+fn steps_to_check(shared: &Shared) -> f64 {
+    libm::ceil(shared.simulation.stall_time_s / shared.simulation.step_s)
+}
+
+fn is_captured<const W: usize>(state: &State<W>, lane: usize, shared: &Shared) -> bool {
+    let simulation = shared.simulation;
+    let slow = state.speed.0[lane] < simulation.creep_speed_mps;
+    let reach = if slow { simulation.creep_distance_m } else { simulation.capture_distance_m };
+    state.left.0[lane] + state.row[RoadRow::TO_STOP].0[lane] <= reach
+}
+
+/// Up to a line that has been served nothing but the launch speed holds.
+fn leave_line<const W: usize>(state: &mut State<W>, lane: usize) {
+    state.row[RoadRow::BACKWARD].0[lane] = FAR;
+    state.row[RoadRow::FORWARD].0[lane] = -FAR;
+    state.row[RoadRow::TO_STOP].0[lane] = FAR;
 }

@@ -22,15 +22,23 @@ pub struct Unwatched;
 
 impl<const W: usize> Watch<W> for Unwatched {}
 
+/// Hands out cabins; takes back the used one, to be furnished anew.
+pub type Next<'a> = &'a mut dyn FnMut(Option<Cabin>) -> Option<Cabin>;
+
 /// Drives the cycles of a range; the records are in order of the ids.
 pub fn drive(study: &Study, seed: u64, cycles: Range<u64>, level: CpuLevel) -> Vec<Record> {
+    drive_cabins(study, &mut sampled(study, seed, cycles), level)
+}
+
+/// Drives whatever `next` hands out; the records are in order of the cycle ids.
+pub fn drive_cabins(study: &Study, next: Next, level: CpuLevel) -> Vec<Record> {
     match level {
         #[cfg(target_arch = "x86_64")]
         CpuLevel::Avx512 if level.is_available() => {
             // SAFETY: the CPU has these instructions, as the guard has just asked.
             #[allow(unsafe_code, reason = "the one place where CPU features are chosen")]
             unsafe {
-                drive_avx512(study, seed, cycles)
+                drive_avx512(study, next)
             }
         }
         #[cfg(target_arch = "x86_64")]
@@ -38,23 +46,23 @@ pub fn drive(study: &Study, seed: u64, cycles: Range<u64>, level: CpuLevel) -> V
             // SAFETY: the CPU has these instructions, as the guard has just asked.
             #[allow(unsafe_code, reason = "the one place where CPU features are chosen")]
             unsafe {
-                drive_avx2(study, seed, cycles)
+                drive_avx2(study, next)
             }
         }
-        _ => drive_lanes::<8, _>(study, sampled(study, seed, cycles), &mut Unwatched),
+        _ => drive_lanes::<8, _>(study, next, &mut Unwatched),
     }
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx512bw,avx2,bmi2,popcnt")]
-fn drive_avx512(study: &Study, seed: u64, cycles: Range<u64>) -> Vec<Record> {
-    drive_lanes::<16, _>(study, sampled(study, seed, cycles), &mut Unwatched)
+fn drive_avx512(study: &Study, next: Next) -> Vec<Record> {
+    drive_lanes::<16, _>(study, next, &mut Unwatched)
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,bmi2,popcnt")]
-fn drive_avx2(study: &Study, seed: u64, cycles: Range<u64>) -> Vec<Record> {
-    drive_lanes::<8, _>(study, sampled(study, seed, cycles), &mut Unwatched)
+fn drive_avx2(study: &Study, next: Next) -> Vec<Record> {
+    drive_lanes::<8, _>(study, next, &mut Unwatched)
 }
 
 /// Hands out the cycles of a range one by one; a used cabin is furnished anew.
@@ -78,7 +86,7 @@ pub fn sampled(
 /// Drives one given scenario.
 pub fn drive_scenario(study: &Study, scenario: Scenario) -> Record {
     let mut cabin = Some(Cabin::new(study, scenario));
-    let records = drive_lanes::<1, _>(study, |_| cabin.take(), &mut Unwatched);
+    let records = drive_lanes::<1, _>(study, &mut |_| cabin.take(), &mut Unwatched);
     records.into_iter().next().expect("one scenario gives one record")
 }
 
@@ -88,7 +96,7 @@ pub fn drive_scenario(study: &Study, scenario: Scenario) -> Record {
 #[inline(always)]
 pub fn drive_lanes<const W: usize, O: Watch<W>>(
     study: &Study,
-    mut next: impl FnMut(Option<Cabin>) -> Option<Cabin>,
+    next: Next,
     watch: &mut O,
 ) -> Vec<Record> {
     let shared = Shared::new(study);

@@ -3,7 +3,6 @@
 pub mod cabin;
 pub mod cpu;
 pub mod drive;
-pub mod lanes;
 pub mod record;
 pub mod road_row;
 pub mod state;

@@ -5,12 +5,13 @@
 //! crankshaft's work is the mean torque times the crank angle, which is k dx with the clutch closed and w dt while it
 //! slips or is open. Fuel is the map at the step's mean speed and torque.
 //!
-//! The step is cut where the segment ends, where a shift ends and where the truck comes to rest. Gear, clutch and
+//! The step is cut where the segment ends, where a shift or the time until the next one ends, where the truck comes to
+//! rest, and where a driver or the gearbox changes its mind. Gear, clutch and
 //! hold are decided at the step's start and frozen over both stages.
 
-use super::lanes::Lanes;
 use super::road_row::RoadRow;
 use super::state::{Shared, State, Total};
+use crate::lanes::Lanes;
 
 /// What one step did, for a trace. Means are over the step.
 #[derive(Clone, Debug)]
@@ -86,15 +87,13 @@ struct Forces<const W: usize> {
     engine_brake: Lanes<W>,
 }
 
-/// The limiter's range, in m/s: traction fades out over it (judgement).
-const LIMITER_RANGE_MPS: f64 = 0.5;
 /// The slowest pace at which a step is cut for a segment's end, in m/s.
 const SMALLEST_SPEED: f64 = 1e-9;
 /// How far beyond the zero of a switching function a step goes, as a share of what is left of it.
 const PASSING: f64 = 2e-3;
 
 impl<const W: usize> State<W> {
-    /// Braking and static branch of the desired speed squared, and whether the static one binds; then the desired speed.
+    /// The desired speed, in m/s, and the braking branch of its square.
     #[inline(always)]
     fn desired(&self, left: Lanes<W>, shared: &Shared) -> (Lanes<W>, Lanes<W>) {
         let limit = self.row[RoadRow::LIMIT];
@@ -123,10 +122,10 @@ impl<const W: usize> State<W> {
         let continuous = self.proportional * error + integral - self.derivative_over_filter * lag;
         let output = hold.choose(held, continuous);
 
-        let limiter_mps = shared.powertrain.model.limiter_speed_mps;
-        let fade = ((Lanes::all(limiter_mps + LIMITER_RANGE_MPS) - speed)
-            * (1.0 / LIMITER_RANGE_MPS))
-            .clip(0.0, 1.0);
+        let vehicle = &shared.powertrain.model;
+        let end_mps = vehicle.limiter_speed_mps + vehicle.limiter_range_mps;
+        let fade =
+            ((Lanes::all(end_mps) - speed) * (1.0 / vehicle.limiter_range_mps)).clip(0.0, 1.0);
         let accelerator = output.clip(0.0, 1.0) * fade;
 
         // downhill, above a static limit, the driver lets the truck run up to the edge of a band
@@ -169,7 +168,7 @@ impl<const W: usize> State<W> {
         let engaged = slips.or(closed).and(shifting.not());
         let free_speed = slips.choose(launch, Lanes::all(shared.idle_radps));
         let inverse_mass = closed.choose(self.inverse_mass_closed, self.inverse_mass_open);
-        let curves = curve_rows(shared, closed.choose(speed, free_speed));
+        let curves = shared.powertrain.engine.curve_rows(closed.choose(speed, free_speed));
         (Decision { hold, held, closed, engaged, free_speed, inverse_mass, curves }, control)
     }
 
@@ -318,7 +317,7 @@ impl<const W: usize> State<W> {
         let mean_speed = decision
             .closed
             .choose((self.speed + end) * self.gear_speed * half, decision.free_speed);
-        let fuel_rate = self.fuel_rate(mean_speed, torque, shared);
+        let fuel_rate = shared.powertrain.engine.fuel_rates(mean_speed, torque) * self.fuel_factor;
         let half_way = dx * half;
         let jump = self.engine_speed * self.engine_speed - start_speed * start_speed;
         let drag = first.drag + second.drag;
@@ -464,25 +463,6 @@ impl<const W: usize> State<W> {
         Lanes::select_lt(Lanes::ZERO, self.integral_gain, clamped, Lanes::ZERO)
     }
 
-    /// Fuel of the map at a speed and torque, in kg/s; below zero torque it falls to nothing at the drag torque.
-    #[inline(always)]
-    fn fuel_rate(&self, speed: Lanes<W>, torque: Lanes<W>, shared: &Shared) -> Lanes<W> {
-        let engine = &shared.powertrain.engine;
-        let zero = Lanes::ZERO;
-        let powered = torque.max(zero);
-        let mut rows = [zero; 6];
-        for l in 0..W {
-            let row = engine.fuel_row(speed.0[l], powered.0[l]);
-            for (column, value) in rows.iter_mut().zip(row) {
-                column.0[l] = value;
-            }
-        }
-        let [a, b, c, d, e, f] = rows;
-        let map = a + b * speed + powered * (c + d * speed);
-        let overrun = Lanes::all(1.0) - torque.min(zero) / (e + f * speed);
-        map.max(zero) * overrun.max(zero) * self.fuel_factor
-    }
-
     /// Whether the strategy may want another gear: the exact answer is [`crate::vehicle::gearbox::ShiftModel::wanted_gear`].
     #[inline(always)]
     fn wants_shift(
@@ -504,7 +484,7 @@ impl<const W: usize> State<W> {
 
         let fast = Lanes::flag_lt(up_speed, up_line).not().and(ready);
         let up = if fast.any() {
-            let [full_0, full_1, _, _] = curve_rows(shared, up_speed);
+            let [full_0, full_1, _, _] = shared.powertrain.engine.curve_rows(up_speed);
             let power = (full_0 + full_1 * up_speed) * up_speed * shift.power_share;
             fast.and(Lanes::flag_lt(power, road_power * shift.power_reserve).not())
         } else {
@@ -544,18 +524,4 @@ impl<const W: usize> State<W> {
         let due = Lanes::flag_lt(Lanes::ZERO, self.steps_left).not();
         ended.or(captured).or(due).or(wants_shift)
     }
-}
-
-/// Rows of the engine's curves.
-#[inline(always)]
-fn curve_rows<const W: usize>(shared: &Shared, speed: Lanes<W>) -> [Lanes<W>; 4] {
-    let engine = &shared.powertrain.engine;
-    let mut rows = [Lanes::ZERO; 4];
-    for l in 0..W {
-        let row = engine.curve_row(speed.0[l]);
-        for (column, value) in rows.iter_mut().zip(row) {
-            column.0[l] = value;
-        }
-    }
-    rows
 }

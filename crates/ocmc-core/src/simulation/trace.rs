@@ -73,7 +73,7 @@ pub fn trace(study: &Study, seed: u64, cycle_id: u64) -> Trace {
 pub fn trace_scenario(study: &Study, scenario: Scenario) -> Trace {
     let mut writer = Writer::default();
     let mut cabin = Some(Cabin::new(study, scenario));
-    let mut records = drive_lanes::<1, _>(study, |_| cabin.take(), &mut writer);
+    let mut records = drive_lanes::<1, _>(study, &mut |_| cabin.take(), &mut writer);
     let names = SIGNALS.into_iter().chain(ADDED);
     let columns =
         names.zip(writer.columns).map(|(name, values)| TableColumn { name, values }).collect();

@@ -12,6 +12,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::distribution::Quantity;
+use crate::lanes::{Lanes, transpose};
 
 /// A diesel engine.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -81,13 +82,18 @@ impl PieceTable {
         Self { cells_per_unit: 1.0 / cell, piece }
     }
 
+    /// The cells of `W` values, each as an integer in the low bits of its double.
     #[inline(always)]
-    fn find(&self, x: f64) -> usize {
-        // the smallest double of 2^52 ulps holds an integer in its low bits: floor without a slow cast
+    fn cells<const W: usize>(&self, x: Lanes<W>) -> Lanes<W> {
+        // a double of 2^52 has ulps of 1: adding it rounds, without a slow cast; less a half it is the floor
         const SHIFT: f64 = 4503599627370496.0;
-        let cell = (x * self.cells_per_unit - 0.5).max(0.0).min((CELLS - 1) as f64);
-        let index = (cell + SHIFT).to_bits() as usize & (CELLS - 1);
-        self.piece[index] as usize
+        let cell = (x * self.cells_per_unit - Lanes::all(0.5)).clip(0.0, (CELLS - 1) as f64);
+        cell + Lanes::all(SHIFT)
+    }
+
+    #[inline(always)]
+    fn piece_of(&self, cell: f64) -> usize {
+        self.piece[cell.to_bits() as usize & (CELLS - 1)] as usize
     }
 }
 
@@ -97,8 +103,8 @@ pub const MOST_KNOTS: usize = 16;
 /// Full load and drag at one engine speed: value at zero speed and slope of the piece.
 pub type CurveRow = [f64; 4];
 
-/// One cell of the map, {a, b, c, d, e, f}: fuel = a + b w + T (c + d w), drag torque = e + f w.
-pub type FuelRow = [f64; 6];
+/// One cell of the map, {a, b, c, d}: fuel = a + b w + T (c + d w).
+pub type FuelRow = [f64; 4];
 
 /// An engine prepared for the hot loop.
 #[derive(Clone, Debug)]
@@ -110,6 +116,8 @@ pub struct Engine {
     map_torque_pieces: PieceTable,
     /// The map's cells; those of one speed lie together.
     cells: Box<[FuelRow; MOST_KNOTS * MOST_KNOTS]>,
+    /// {e, f} of the map's speed pieces: drag torque = e + f w.
+    map_drag: [[f64; 2]; MOST_KNOTS],
 }
 
 impl Engine {
@@ -128,10 +136,11 @@ impl Engine {
             curves[piece] = [f0, f1, d0, d1];
         }
         let map = filled_map(&model.map_torque_nm, &model.map_fuel_kgps);
-        let mut cells = Box::new([[0.0; 6]; MOST_KNOTS * MOST_KNOTS]);
+        let mut cells = Box::new([[0.0; 4]; MOST_KNOTS * MOST_KNOTS]);
+        let mut map_drag = [[0.0; 2]; MOST_KNOTS];
         let (speeds, torques) = (&model.map_speed_radps, &model.map_torque_nm);
         for i in 0..speeds.len() - 1 {
-            let (e, f) = line_at(drag.0, drag.1, 0.5 * (speeds[i] + speeds[i + 1]));
+            map_drag[i] = line_at(drag.0, drag.1, 0.5 * (speeds[i] + speeds[i + 1])).into();
             for j in 0..torques.len() - 1 {
                 let (w0, w1, t0, t1) = (speeds[i], speeds[i + 1], torques[j], torques[j + 1]);
                 let area = (w1 - w0) * (t1 - t0);
@@ -142,7 +151,7 @@ impl Engine {
                 let b = (f10 - f00) / (w1 - w0) - d * t0;
                 let c = (f01 - f00) / (t1 - t0) - d * w0;
                 let a = f00 - b * w0 - c * t0 - d * w0 * t0;
-                cells[i * MOST_KNOTS + j] = [a, b, c, d, e, f];
+                cells[i * MOST_KNOTS + j] = [a, b, c, d];
             }
         }
         Self {
@@ -151,42 +160,72 @@ impl Engine {
             map_speed_pieces: PieceTable::new(inner(speeds), SPEED_SPAN_RADPS),
             map_torque_pieces: PieceTable::new(inner(torques), TORQUE_SPAN_NM),
             cells,
+            map_drag,
         }
     }
 
-    /// The row of the full-load and drag curves that holds at a speed.
+    /// The rows of the full-load and drag curves that hold at `W` speeds, as columns.
     #[inline(always)]
-    pub fn curve_row(&self, speed_radps: f64) -> CurveRow {
-        self.curves[self.speed_pieces.find(speed_radps) & (MOST_PIECES - 1)]
+    pub fn curve_rows<const W: usize>(&self, speed_radps: Lanes<W>) -> [Lanes<W>; 4] {
+        let cells = self.speed_pieces.cells(speed_radps);
+        let mut rows = [[0.0; 4]; W];
+        for l in 0..W {
+            rows[l] = self.curves[self.speed_pieces.piece_of(cells.0[l]) & (MOST_PIECES - 1)];
+        }
+        transpose(&rows)
     }
 
-    /// The row of the fuel map that holds at a speed and a torque of zero or more.
+    /// The cells of the fuel map that hold at `W` speeds and torques of zero or more: the columns of the fuel and those
+    /// of the drag torque.
     #[inline(always)]
-    pub fn fuel_row(&self, speed_radps: f64, torque_nm: f64) -> FuelRow {
-        let i = self.map_speed_pieces.find(speed_radps);
-        let j = self.map_torque_pieces.find(torque_nm);
-        self.cells[(i * MOST_KNOTS + j) & (MOST_KNOTS * MOST_KNOTS - 1)]
+    fn fuel_rows<const W: usize>(
+        &self,
+        speed_radps: Lanes<W>,
+        torque_nm: Lanes<W>,
+    ) -> ([Lanes<W>; 4], [Lanes<W>; 2]) {
+        let speed_cells = self.map_speed_pieces.cells(speed_radps);
+        let torque_cells = self.map_torque_pieces.cells(torque_nm);
+        let mut rows = [[0.0; 4]; W];
+        let mut drag = [[0.0; 2]; W];
+        for l in 0..W {
+            let i = self.map_speed_pieces.piece_of(speed_cells.0[l]) & (MOST_KNOTS - 1);
+            let j = self.map_torque_pieces.piece_of(torque_cells.0[l]) & (MOST_KNOTS - 1);
+            rows[l] = self.cells[i * MOST_KNOTS + j];
+            drag[l] = self.map_drag[i];
+        }
+        (transpose(&rows), transpose(&drag))
     }
 
     /// Full-load torque, in Nm.
     pub fn full_load_nm(&self, speed_radps: f64) -> f64 {
-        let row = self.curve_row(speed_radps);
-        row[0] + row[1] * speed_radps
+        let [value, slope, _, _] = self.curve_rows(Lanes([speed_radps]));
+        value.0[0] + slope.0[0] * speed_radps
     }
 
     /// Drag torque (negative), in Nm.
     pub fn drag_nm(&self, speed_radps: f64) -> f64 {
-        let row = self.curve_row(speed_radps);
-        row[2] + row[3] * speed_radps
+        let [_, _, value, slope] = self.curve_rows(Lanes([speed_radps]));
+        value.0[0] + slope.0[0] * speed_radps
     }
 
-    /// Fuel, in kg/s, before the vehicle's factor.
+    /// Fuel of `W` engines, in kg/s, before the vehicles' factors.
+    #[inline(always)]
+    pub fn fuel_rates<const W: usize>(
+        &self,
+        speed_radps: Lanes<W>,
+        torque_nm: Lanes<W>,
+    ) -> Lanes<W> {
+        let zero = Lanes::ZERO;
+        let powered = torque_nm.max(zero);
+        let ([a, b, c, d], [e, f]) = self.fuel_rows(speed_radps, powered);
+        let map = a + b * speed_radps + powered * (c + d * speed_radps);
+        let overrun = Lanes::all(1.0) - torque_nm.min(zero) / (e + f * speed_radps);
+        map.max(zero) * overrun.max(zero)
+    }
+
+    /// Fuel of one engine, in kg/s, before the vehicle's factor.
     pub fn fuel_kgps(&self, speed_radps: f64, torque_nm: f64) -> f64 {
-        let row = self.fuel_row(speed_radps, torque_nm.max(0.0));
-        let t = torque_nm.max(0.0);
-        let powered = row[0] + row[1] * speed_radps + t * (row[2] + row[3] * speed_radps);
-        let overrun = 1.0 - torque_nm.min(0.0) / (row[4] + row[5] * speed_radps);
-        powered.max(0.0) * overrun.max(0.0)
+        self.fuel_rates(Lanes([speed_radps]), Lanes([torque_nm])).0[0]
     }
 }
 

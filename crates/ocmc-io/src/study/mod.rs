@@ -52,6 +52,20 @@ pub struct LoadedStudy {
     pub study: Study,
     /// Where it comes from.
     pub origin: Origin,
+    /// The study's own tree, settings included, bases not resolved.
+    own: Node,
+    /// Where its bases are looked for.
+    folder: Option<PathBuf>,
+}
+
+impl LoadedStudy {
+    /// The study with more settings, as if [`load`] had met them behind those that it has.
+    ///
+    /// # Errors
+    /// As [`load`].
+    pub fn set<S: AsRef<str>>(&self, sets: &[S]) -> Result<Self, StudyFileError> {
+        finish(self.own.clone(), self.folder.clone(), sets, self.origin.clone())
+    }
 }
 
 /// Where a study comes from.
@@ -83,8 +97,7 @@ pub fn load<S: AsRef<str>>(name_or_path: &str, sets: &[S]) -> Result<LoadedStudy
     let Text { source, file } = read(name_or_path, Kind::Study, None)?;
     let folder = file.as_deref().and_then(Path::parent).map(Path::to_path_buf);
     let origin = file.map_or_else(|| Origin::BuiltIn(source.name.clone()), Origin::File);
-    finish(Node::parse(&source)?, folder.as_deref(), sets, origin)
-        .map_err(|error| noted(error, &source.name))
+    finish(Node::parse(&source)?, folder, sets, origin)
 }
 
 /// Reads and checks the text of a study file that is called `name` in messages.
@@ -99,7 +112,6 @@ pub fn load_text<S: AsRef<str>>(
     let source = Source { kind: SourceKind::File, name: name.into(), text: text.into() };
     let source = std::sync::Arc::new(source);
     finish(Node::parse(&source)?, None, sets, Origin::File(name.into()))
-        .map_err(|error| noted(error, name))
 }
 
 /// Checks a dictionary of the same shape as a study file, `base` and `drop` included.
@@ -111,24 +123,33 @@ pub fn load_json<S: AsRef<str>>(
     sets: &[S],
 ) -> Result<LoadedStudy, StudyFileError> {
     let own = Node::from_json(dictionary)?;
-    finish(own, None, sets, Origin::Dictionary).map_err(|error| noted(error, "the dictionary"))
-}
-
-fn noted(mut error: StudyFileError, own: &str) -> StudyFileError {
-    fault::note_inherited(&mut error, Some(own));
-    error
+    finish(own, None, sets, Origin::Dictionary)
 }
 
 fn finish<S: AsRef<str>>(
     mut own: Node,
-    folder: Option<&Path>,
+    folder: Option<PathBuf>,
     sets: &[S],
     origin: Origin,
 ) -> Result<LoadedStudy, StudyFileError> {
+    let checked = lay_over(&mut own, sets).and_then(|()| check(&own, folder.as_deref()));
+    let (model, study) = checked.map_err(|mut error| {
+        fault::note_inherited(&mut error, Some(&origin.to_string()));
+        error
+    })?;
+    Ok(LoadedStudy { model, study, origin, own, folder })
+}
+
+fn lay_over<S: AsRef<str>>(own: &mut Node, sets: &[S]) -> Result<(), StudyFileError> {
     for setting in sets {
         own.overlay(setting::parse(setting.as_ref())?);
     }
-    let tree = base::resolve(own, folder, 0)?;
+    Ok(())
+}
+
+/// The study of a tree, bases resolved.
+fn check(own: &Node, folder: Option<&Path>) -> Result<(StudyModel, Study), StudyFileError> {
+    let tree = base::resolve(own.clone(), folder, 0)?;
     let faults = fault::not_finite(&tree);
     if !faults.is_empty() {
         return Err(StudyFileError { faults });
@@ -137,5 +158,5 @@ fn finish<S: AsRef<str>>(
         .map_err(|error| StudyFileError { faults: vec![fault::from_serde(&tree, &error)] })?;
     let study = Study::new(model.clone())
         .map_err(|error| StudyFileError { faults: fault::from_core(&tree, error) })?;
-    Ok(LoadedStudy { model, study, origin })
+    Ok((model, study))
 }

@@ -106,6 +106,17 @@ mod tests {
     }
 
     #[test]
+    fn settings_of_a_loaded_study_are_as_if_they_had_come_last() {
+        let settings =
+            ["mission.length_m=5000", "vehicle.base=tractor-40t", "mission.length_m=6000"];
+        let at_once = crate::study::load("field-truck", &settings).unwrap();
+        let one_by_one = crate::study::load("field-truck", &settings[..1]).unwrap();
+        let one_by_one = one_by_one.set(&settings[1..2]).unwrap().set(&settings[2..]).unwrap();
+        assert_eq!(one_by_one.model, at_once.model);
+        assert_eq!(one_by_one.origin, at_once.origin);
+    }
+
+    #[test]
     fn the_value_knows_its_place() {
         let node = parse("mission.length_m=1e999").unwrap();
         let node = node.get("mission").and_then(|node| node.get("length_m")).unwrap();

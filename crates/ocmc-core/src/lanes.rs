@@ -99,6 +99,10 @@ impl<const W: usize> Lanes<W> {
     /// The other flag.
     #[inline(always)]
     #[must_use]
+    #[expect(
+        clippy::should_implement_trait,
+        reason = "flags are lanes; `and` and `or` stand beside it"
+    )]
     pub fn not(self) -> Self {
         self.choose(Self::ZERO, Self::all(1.0))
     }
@@ -126,6 +130,18 @@ impl<const W: usize> Lanes<W> {
         }
         any
     }
+}
+
+/// Rows, one a lane, as columns: a row load and a transposition serve where a gather would be slow.
+#[inline(always)]
+pub fn transpose<const W: usize, const N: usize>(rows: &[[f64; N]; W]) -> [Lanes<W>; N] {
+    let mut columns = [Lanes::ZERO; N];
+    for l in 0..W {
+        for n in 0..N {
+            columns[n].0[l] = rows[l][n];
+        }
+    }
+    columns
 }
 
 impl<const W: usize> Add for Lanes<W> {

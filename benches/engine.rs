@@ -1,0 +1,89 @@
+//! The stages of a run, one by one and together. See `benches/README.md` for what is timed.
+#![allow(missing_docs, reason = "criterion's macros make undocumented items")]
+
+use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
+use ocmc_core::fleet::summary::SummaryBuilder;
+use ocmc_core::simulation::cabin::Cabin;
+use ocmc_core::simulation::cpu::CpuLevel;
+use ocmc_core::simulation::drive::{drive, drive_cabins};
+use ocmc_core::simulation::road_row::RoadRows;
+use ocmc_core::simulation::trace::trace;
+use ocmc_core::study::Study;
+use ocmc_core::tactical::{SpeedProfile, plan};
+use std::hint::black_box;
+use std::time::Duration;
+
+/// Cycles of one measurement of the kernel: enough to keep 16 lanes full most of the time.
+const CYCLES: u64 = 128;
+
+fn default_study() -> Study {
+    ocmc_io::study::load::<&str>("field-truck", &[]).expect("the default study loads").study
+}
+
+fn stages(criterion: &mut Criterion) {
+    let study = default_study();
+    let mut group = criterion.benchmark_group("stage");
+    group.measurement_time(Duration::from_secs(5)).sample_size(20);
+
+    group.throughput(Throughput::Elements(1));
+    let mut id = 0;
+    let mut scenario = study.sample(1, 0);
+    group.bench_function("sample one cycle", |b| {
+        b.iter(|| {
+            id += 1;
+            study.resample(1, id, &mut scenario);
+            black_box(&scenario);
+        });
+    });
+    let (mut profile, mut rows) = (SpeedProfile::default(), RoadRows::default());
+    group.bench_function("plan one cycle", |b| {
+        b.iter(|| {
+            plan(&study, &scenario, &mut profile);
+            rows.fill(&study, &scenario, &profile);
+            black_box(&rows);
+        });
+    });
+
+    // a trace has one row a step, and one a stop
+    let steps: usize = (0..CYCLES).map(|id| trace(&study, 1, id).columns[0].values.len()).sum();
+    group.throughput(Throughput::Elements(steps as u64));
+    for level in CpuLevel::ALL.into_iter().filter(|level| level.is_available()) {
+        group.bench_function(format!("lane-steps {}", level.name()), |b| {
+            b.iter_batched(
+                || {
+                    let cabins: Vec<Cabin> =
+                        (0..CYCLES).map(|id| Cabin::new(&study, study.sample(1, id))).collect();
+                    cabins
+                },
+                |mut cabins| drive_cabins(&study, &mut |_| cabins.pop(), level),
+                BatchSize::PerIteration,
+            );
+        });
+    }
+    group.finish();
+}
+
+fn whole(criterion: &mut Criterion) {
+    let study = default_study();
+    let mut group = criterion.benchmark_group("whole");
+    group.measurement_time(Duration::from_secs(8)).sample_size(10);
+    let records = drive(&study, 1, 0..CYCLES, CpuLevel::best());
+    // nanoseconds per simulated second are the inverse of this throughput
+    let simulated_s: f64 = records.iter().map(|r| r.simulated_s).sum();
+    group.throughput(Throughput::Elements(simulated_s as u64));
+    group.bench_function("simulated seconds, sampling and planning included", |b| {
+        b.iter(|| black_box(drive(&study, 1, 0..CYCLES, CpuLevel::best())));
+    });
+    group.throughput(Throughput::Elements(CYCLES));
+    group.bench_function("statistics of the records", |b| {
+        b.iter(|| {
+            let mut builder = SummaryBuilder::default();
+            builder.add(&records);
+            black_box(builder.finish())
+        });
+    });
+    group.finish();
+}
+
+criterion_group!(benches, stages, whole);
+criterion_main!(benches);

@@ -1,0 +1,49 @@
+//! Errors of the engine as exceptions: the same text as the command's.
+
+use ocmc_io::records::RecordsError;
+use ocmc_io::run_directory::RunDirectoryError;
+use ocmc_io::study::{Cause, StudyFileError};
+use pyo3::PyErr;
+use pyo3::exceptions::{
+    PyFileExistsError, PyFileNotFoundError, PyIsADirectoryError, PyNotADirectoryError, PyOSError,
+    PyValueError,
+};
+use std::io;
+use std::path::Path;
+
+/// A study that is not one: `OSError` where a file is at fault, otherwise `ValueError`.
+pub(crate) fn study_error(error: &StudyFileError) -> PyErr {
+    let text = error.to_string();
+    match error.faults.first().map(|fault| &fault.cause) {
+        Some(Cause::UnknownName { name, .. }) if is_path(name) => {
+            PyFileNotFoundError::new_err(text)
+        }
+        Some(Cause::Directory { .. }) => PyIsADirectoryError::new_err(text),
+        Some(Cause::Unreadable { .. }) => PyOSError::new_err(text),
+        _ => PyValueError::new_err(text),
+    }
+}
+
+/// Whether a name that is neither built in nor a file was meant to be a file.
+fn is_path(name: &str) -> bool {
+    let path = Path::new(name);
+    path.components().count() > 1 || path.extension().is_some()
+}
+
+/// A run directory that cannot be written or read.
+pub(crate) fn run_directory_error(error: &RunDirectoryError) -> PyErr {
+    let text = error.to_string();
+    match error {
+        RunDirectoryError::Exists { .. } => PyFileExistsError::new_err(text),
+        RunDirectoryError::NotADirectory { .. } => PyNotADirectoryError::new_err(text),
+        RunDirectoryError::Create { source, .. }
+        | RunDirectoryError::Write { source, .. }
+        | RunDirectoryError::Read { source, .. }
+        | RunDirectoryError::Records(
+            RecordsError::Create { source, .. }
+            | RecordsError::Write { source, .. }
+            | RecordsError::Read { source, .. },
+        ) => io::Error::new(source.kind(), text).into(),
+        _ => PyValueError::new_err(text),
+    }
+}

@@ -1,0 +1,239 @@
+//! `ocmc.Study`.
+
+use crate::error::study_error;
+use crate::run::PyRun;
+use crate::value::{study_value, whole_number};
+use crate::{column, run};
+use ocmc_core::fleet::run::{MOST_THREADS, RunPlan};
+use ocmc_core::simulation::trace;
+use ocmc_io::study::{self, LoadedStudy, StudyFileError};
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyMapping, PyType};
+use std::path::PathBuf;
+
+/// A study: models of operating cycles, drivers and vehicles, and the numerics.
+///
+/// A study does not change; `set` makes another one. Studies are equal where they give the same records, and can be
+/// pickled.
+///
+/// Parameters
+/// ----------
+/// source : str, os.PathLike or dict
+///     Name of a built-in study such as ``"field-truck"``, path of a study file (TOML), or a dictionary of the same
+///     shape. SI units throughout, with the unit as the key's suffix.
+///
+/// Raises
+/// ------
+/// ValueError
+///     Where the study is not one: says which key, what its value is, and what is allowed.
+/// OSError
+///     Where the file cannot be read.
+///
+/// Examples
+/// --------
+/// >>> import ocmc
+/// >>> study = ocmc.Study("field-truck").set("mission.length_m", 5000.0)
+/// >>> run = study.run(cycles=100, seed=1)
+/// >>> bool(20.0 < run["consumption_l_per_100km"].mean() < 60.0)
+/// True
+#[pyclass(name = "Study", module = "ocmc", frozen)]
+pub(crate) struct PyStudy {
+    loaded: LoadedStudy,
+    hash: String,
+}
+
+impl PyStudy {
+    fn new(loaded: Result<LoadedStudy, StudyFileError>) -> PyResult<Self> {
+        let loaded = loaded.map_err(|error| study_error(&error))?;
+        let hash = study::study_hash(&loaded.model);
+        Ok(Self { loaded, hash })
+    }
+}
+
+const NO_SETTINGS: &[&str] = &[];
+
+#[pymethods]
+impl PyStudy {
+    #[new]
+    fn from_source(source: &Bound<PyAny>) -> PyResult<Self> {
+        if source.cast::<PyMapping>().is_ok() {
+            let dictionary = study_value(source, "")?;
+            return Self::new(study::load_json(&dictionary, NO_SETTINGS));
+        }
+        let path: PathBuf = source.extract().map_err(|_| {
+            PyTypeError::new_err("a study is a built-in name, a path or a dictionary")
+        })?;
+        let name = path.to_str().ok_or_else(|| {
+            PyValueError::new_err(format!("the path {} is not UTF-8", path.display()))
+        })?;
+        let loaded = source.py().detach(|| study::load(name, NO_SETTINGS));
+        Self::new(loaded)
+    }
+
+    /// Name of the study.
+    #[getter]
+    fn name(&self) -> &str {
+        &self.loaded.model.study.name
+    }
+
+    /// SHA-256 of the resolved study, in hexadecimal digits: the same as in a run's manifest.
+    #[getter]
+    fn hash(&self) -> &str {
+        &self.hash
+    }
+
+    /// Another study, in which one value differs.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : str
+    ///     The key's full path, such as ``"driver.curve_speed.exponent"``; numbers in it are places in a list, from 0.
+    /// value : float, int, str, bool, list or dict
+    ///     The value, in the key's unit.
+    ///
+    /// Returns
+    /// -------
+    /// Study
+    ///     The other study.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import ocmc
+    /// >>> study = ocmc.Study("field-truck").set("driver.curve_speed.exponent", 0.5)
+    /// >>> study.to_dict()["driver"]["curve_speed"]["exponent"]
+    /// 0.5
+    fn set(&self, path: &str, value: &Bound<PyAny>) -> PyResult<Self> {
+        let value = toml::Value::try_from(study_value(value, path)?)
+            .map_err(|error| PyValueError::new_err(format!("`{path}`: {error}")))?;
+        Self::new(self.loaded.set(&[format!("{path}={value}")]))
+    }
+
+    /// The resolved study: every value that a run uses.
+    ///
+    /// Returns
+    /// -------
+    /// dict
+    ///     A dictionary of the shape of a study file, which `Study` takes.
+    fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let dictionary = py.import("tomllib")?.call_method1("loads", (self.to_toml(),))?;
+        Ok(dictionary.cast_into()?)
+    }
+
+    /// The resolved study as the text of a study file.
+    ///
+    /// Returns
+    /// -------
+    /// str
+    ///     TOML.
+    fn to_toml(&self) -> String {
+        study::resolved_toml(&self.loaded.model)
+    }
+
+    /// Drive a range of cycles. Other Python threads go on meanwhile; Ctrl-C ends the run.
+    ///
+    /// Parameters
+    /// ----------
+    /// cycles : int
+    ///     Number of cycles, at least 1.
+    /// seed : int
+    ///     Master seed: with the study and a cycle's id it fixes everything that happens in the cycle.
+    /// first_cycle : int
+    ///     Id of the first cycle.
+    /// threads : int, optional
+    ///     Threads to use, one for each CPU by default. The records do not depend on it.
+    ///
+    /// Returns
+    /// -------
+    /// Run
+    ///     The records, in the order of the cycle ids.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import ocmc
+    /// >>> study = ocmc.Study("field-truck").set("mission.length_m", 5000.0)
+    /// >>> len(study.run(cycles=20))
+    /// 20
+    #[pyo3(
+        signature = (*, cycles, seed=None, first_cycle=None, threads=None),
+        text_signature = "($self, *, cycles, seed=1, first_cycle=0, threads=None)"
+    )]
+    fn run(
+        &self,
+        py: Python,
+        cycles: &Bound<PyAny>,
+        seed: Option<&Bound<PyAny>>,
+        first_cycle: Option<&Bound<PyAny>>,
+        threads: Option<&Bound<PyAny>>,
+    ) -> PyResult<PyRun> {
+        let cycles = whole_number(cycles, "cycles", 1, u64::MAX)?;
+        let seed = seed_of(seed)?;
+        let last = u64::MAX - cycles;
+        let first_cycle =
+            first_cycle.map_or(Ok(0), |id| whole_number(id, "first_cycle", 0, last))?;
+        let most = MOST_THREADS as u64;
+        let threads = threads.map(|n| whole_number(n, "threads", 1, most)).transpose()?;
+        let plan = RunPlan::new(seed, first_cycle, cycles, threads.map(|n| n as usize), None);
+        run::run(py, &self.loaded, &plan)
+    }
+
+    /// The time series of one cycle.
+    ///
+    /// Parameters
+    /// ----------
+    /// cycle_id : int
+    ///     Id of the cycle, as in the records.
+    /// seed : int
+    ///     Master seed of the run.
+    ///
+    /// Returns
+    /// -------
+    /// dict of str to numpy.ndarray
+    ///     Columns of equal length, one row a step: ``time_s``, ``position_m``, ``speed_mps``, ``desired_speed_mps`` and
+    ///     others, in SI units, with the unit as the name's suffix.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import ocmc
+    /// >>> study = ocmc.Study("field-truck").set("mission.length_m", 5000.0)
+    /// >>> trace = study.trace(3)
+    /// >>> bool(trace["speed_mps"].max() < 40.0)
+    /// True
+    #[pyo3(
+        signature = (cycle_id, *, seed=None),
+        text_signature = "($self, cycle_id, *, seed=1)"
+    )]
+    fn trace<'py>(
+        &self,
+        py: Python<'py>,
+        cycle_id: &Bound<'py, PyAny>,
+        seed: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let cycle_id = whole_number(cycle_id, "cycle_id", 0, u64::MAX - 1)?;
+        let seed = seed_of(seed)?;
+        let trace = py.detach(|| trace::trace(&self.loaded.study, seed, cycle_id));
+        column::table(py, trace.columns)
+    }
+
+    fn __eq__(&self, other: &Self) -> bool {
+        self.hash == other.hash
+    }
+
+    fn __hash__(&self, py: Python) -> PyResult<isize> {
+        pyo3::types::PyString::new(py, &self.hash).hash()
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<ocmc.Study {:?}, hash {}>", self.name(), &self.hash[..8])
+    }
+
+    fn __reduce__<'py>(
+        slf: &Bound<'py, Self>,
+    ) -> PyResult<(Bound<'py, PyType>, (Bound<'py, PyDict>,))> {
+        Ok((slf.get_type(), (slf.get().to_dict(slf.py())?,)))
+    }
+}
+
+fn seed_of(seed: Option<&Bound<PyAny>>) -> PyResult<u64> {
+    seed.map_or(Ok(1), |seed| whole_number(seed, "seed", 0, u64::MAX))
+}
