@@ -172,6 +172,13 @@ impl Draws {
         Self(generator)
     }
 
+    /// Continues with the draws that belong to a place: whatever was drawn before, the next ones are a function of
+    /// (seed, cycle, stream, place) alone. Places are 8 uniforms apart.
+    pub fn at(&mut self, place: u64) -> &mut Self {
+        self.0.set_word_pos(u128::from(place) * 16);
+        self
+    }
+
     /// Uniform on the open interval (0, 1), on a grid of 2⁻⁵³ shifted by half a step.
     #[inline]
     pub fn uniform(&mut self) -> f64 {
@@ -242,6 +249,22 @@ mod tests {
         let free = Streams { seed: 1, cycle_id: 5, frozen: &[] };
         assert!(frozen.open(Stream::Curve).uniform() == Draws::new(1, 0, Stream::Curve).uniform());
         assert!(frozen.open(Stream::Wind).uniform() == free.open(Stream::Wind).uniform());
+    }
+
+    #[test]
+    fn draws_of_a_place_do_not_depend_on_what_was_drawn_before() {
+        let mut draws = Draws::new(1, 2, Stream::Curve);
+        let here = draws.at(700).uniform();
+        let next = draws.at(701).uniform();
+        assert!(here != next);
+        assert!(draws.at(700).uniform() == here);
+        // place 0 is the beginning, and 8 uniforms fill a place
+        let mut plain = Draws::new(1, 2, Stream::Curve);
+        assert!(plain.clone().uniform() == draws.at(0).uniform());
+        for _ in 0..8 {
+            plain.uniform();
+        }
+        assert!(plain.uniform() == draws.at(1).uniform());
     }
 
     #[test]

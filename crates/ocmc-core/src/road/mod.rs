@@ -160,7 +160,8 @@ impl RoadSampler {
     }
 
     /// Draws a road into `road`, whose buffers are reused. `mission_stops` are placed first; the parts in
-    /// `without` are left out, and no other draw changes.
+    /// `without` are left out, and no other draw changes. (An event that is gone makes room: what it had pushed out by the
+    /// spacing of events, or by its turn, comes back.)
     pub fn sample(
         &self,
         length_m: f64,
@@ -246,12 +247,16 @@ impl RoadSampler {
                 sign += 1;
             }
         }
+        // a turn belongs to its place, so that it stays when another event goes
         let mut draws = streams.open(Stream::JunctionTurn);
         let turns: Vec<Curve> = road
             .events
             .iter()
             .filter(|event| event.turns)
-            .map(|event| self.model.junction_turn.sample(event.position_m, &mut draws))
+            .map(|event| {
+                let draws = draws.at(event.position_m as u64);
+                self.model.junction_turn.sample(event.position_m, draws)
+            })
             .collect();
         merge_turns(&mut road.curves, &turns);
         while road.curves.last().is_some_and(|curve| curve.start_m >= road.length_m) {

@@ -223,8 +223,10 @@ impl Study {
         let streams = Streams { seed, cycle_id, frozen: &simulation.frozen };
         self.operating_cycle.sample(&streams, &simulation.without, cycle);
         let driver = self.model.driver.sample(&streams, &simulation.without, self.stability_limit);
+        // a residual belongs to the curve's place, so that it stays when another curve goes
         let mut draws = streams.open(Stream::CurveResidual);
-        let residuals = cycle.road.curves.iter().map(|_| draws.normal()).collect();
+        let residuals =
+            cycle.road.curves.iter().map(|c| draws.at(c.start_m as u64).normal()).collect();
         let payload_kg = cycle.mission.payload_kg;
         let vehicle = self.model.vehicle.sample(payload_kg, &streams, &simulation.without);
         (driver, vehicle, residuals)

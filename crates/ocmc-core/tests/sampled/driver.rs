@@ -1,7 +1,7 @@
 //! Speed changes and compliance of the drivers, and the spread of the trucks.
 
-use super::common::field_truck_model;
 use super::common::statistics::{SEEDS, assert_follows, assert_mean};
+use super::common::{field_truck, field_truck_model};
 use super::cycles;
 use statrs::distribution::{ContinuousCDF, LogNormal, Normal};
 
@@ -40,6 +40,23 @@ fn compliance_is_truncated_and_comfort_at_bumps_log_normal() {
         assert_follows("compliance", compliance, |x| (law.cdf(x) - a) / (b - a));
         let comfort = drawn.iter().map(|d| d.bump_acceleration_mps2).collect();
         assert_follows("comfort", comfort, log_normal(2.0, 0.15));
+    }
+}
+
+#[test]
+fn residuals_of_curves_are_standard_normal_and_independent() {
+    let study = field_truck(|_| ());
+    let law = Normal::new(0.0, 1.0).unwrap();
+    for seed in SEEDS {
+        let (mut residuals, mut products) = (Vec::new(), Vec::new());
+        for cycle_id in 0..300 {
+            let scenario = study.sample(seed, cycle_id);
+            assert_eq!(scenario.curve_residuals.len(), scenario.cycle.road.curves.len());
+            products.extend(scenario.curve_residuals.windows(2).map(|pair| pair[0] * pair[1]));
+            residuals.extend(scenario.curve_residuals);
+        }
+        assert_follows("residual", residuals, |z| law.cdf(z));
+        assert_mean("neighbours", &products, 0.0);
     }
 }
 

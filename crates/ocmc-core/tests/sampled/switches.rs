@@ -2,8 +2,11 @@
 
 use super::common::field_truck;
 use ocmc_core::random::Factor;
+use ocmc_core::road::Road;
+use ocmc_core::road::point_event::{EventKind, PointEvent};
 use ocmc_core::study::{Part, Scenario, Study};
 use ocmc_core::weather::STANDARD_WEATHER;
+use std::collections::BTreeMap;
 use std::fmt::Debug;
 
 const SEED: u64 = 1;
@@ -194,6 +197,56 @@ fn without_spread_the_others_stay() {
         assert!(b.vehicle.mass_kg == a.vehicle.mass_kg && b.vehicle.drag_area_m2 == 5.3);
         a.vehicle = b.vehicle;
     });
+}
+
+/// Curves by the bits of their start, with what belongs to them.
+fn curves(scenario: &Scenario) -> BTreeMap<u64, String> {
+    let curves = scenario.cycle.road.curves.iter().zip(&scenario.curve_residuals);
+    curves.map(|(curve, residual)| (curve.start_m.to_bits(), bits(&(curve, residual)))).collect()
+}
+
+/// Whether an event is of a kind.
+type Kind = fn(&EventKind) -> bool;
+
+fn other_events(road: &Road, part: Kind) -> Vec<PointEvent> {
+    road.events.iter().filter(|event| !part(&event.kind)).copied().collect()
+}
+
+#[test]
+fn without_one_kind_of_event_the_other_events_curves_and_residuals_stay() {
+    let kinds: [(Part, Kind); 4] = [
+        (Part::StopSigns, |kind| matches!(kind, EventKind::StopSign { .. })),
+        (Part::GiveWays, |kind| {
+            matches!(kind, EventKind::GiveWayStop { .. } | EventKind::GiveWayPass { .. })
+        }),
+        (Part::TrafficLights, |kind| {
+            matches!(kind, EventKind::RedLight { .. } | EventKind::GreenLight)
+        }),
+        (Part::SpeedBumps, |kind| matches!(kind, EventKind::SpeedBump { .. })),
+    ];
+    for (part, is) in kinds {
+        let (mut gone, mut kept) = (0, 0);
+        for (a, b) in with_and_without(part) {
+            assert_eq!(bits(&other_events(&a.cycle.road, is)), bits(&b.cycle.road.events));
+            gone += a.cycle.road.events.len() - b.cycle.road.events.len();
+            // curves at the same place are the same curves, turns at junctions included
+            let (with, without) = (curves(&a), curves(&b));
+            for (start, curve) in &with {
+                if let Some(same) = without.get(start) {
+                    assert_eq!(curve, same, "{part:?}");
+                    kept += 1;
+                }
+            }
+            let road = |s: &Scenario| {
+                let r = &s.cycle.road;
+                bits(&(&r.sections, &r.signs, &r.slopes, &r.roughness_m3, &r.grounds))
+            };
+            assert_eq!(road(&a), road(&b));
+            assert_eq!(bits(&(a.driver, a.vehicle)), bits(&(b.driver, b.vehicle)));
+            assert_eq!(bits(&a.cycle.mission), bits(&b.cycle.mission));
+        }
+        assert!(gone > 10 && kept > 1000, "{part:?} {gone} {kept}");
+    }
 }
 
 #[test]
