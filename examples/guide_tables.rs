@@ -52,7 +52,8 @@ fn effect_row(label: &str, all: &[Record], other: &[Record]) {
         })
         .collect();
     let (_, spread) = mean_and_sd(&influence);
-    let minutes = other.iter().zip(all).map(|(b, a)| b.duration_s - a.duration_s).sum::<f64>() / n / 60.0;
+    let minutes =
+        other.iter().zip(all).map(|(b, a)| b.duration_s - a.duration_s).sum::<f64>() / n / 60.0;
     println!(
         "| {label} | {:+.2} ± {:.2} | {:+.2} ± {:.2} | {minutes:+.1} |",
         mean,
@@ -65,17 +66,33 @@ fn effect_row(label: &str, all: &[Record], other: &[Record]) {
 fn effects(cycles: u64) {
     let all = records("field-truck", &[], cycles);
     let (mean, sd) = mean_and_sd(&all.iter().map(litres).collect::<Vec<_>>());
-    println!("## effects\n\nAll parts on: mean of the cycles {mean:.2}, SD {sd:.2} L/100 km ({cycles} cycles, seed 1).\n");
-    println!("| turned off | change of the mean, L/100 km | change of the SD, L/100 km | change of the mean duration, min |");
+    println!(
+        "## effects\n\nAll parts on: mean of the cycles {mean:.2}, SD {sd:.2} L/100 km ({cycles} cycles, seed 1).\n"
+    );
+    println!(
+        "| turned off | change of the mean, L/100 km | change of the SD, L/100 km | change of the mean duration, min |"
+    );
     println!("|---|---|---|---|");
     for part in [
-        "slope", "curves", "signs", "stop_signs", "give_ways", "traffic_lights", "speed_bumps", "weather",
-        "traffic", "payload_spread", "driver_spread", "vehicle_spread",
+        "slope",
+        "curves",
+        "signs",
+        "stop_signs",
+        "give_ways",
+        "traffic_lights",
+        "speed_bumps",
+        "weather",
+        "traffic",
+        "payload_spread",
+        "driver_spread",
+        "vehicle_spread",
     ] {
         let set = format!("simulation.without=[\"{part}\"]");
         effect_row(&format!("`{part}`"), &all, &records("field-truck", &[&set], cycles));
     }
-    println!("\n| instead of the default | change of the mean, L/100 km | change of the SD, L/100 km | change of the mean duration, min |");
+    println!(
+        "\n| instead of the default | change of the mean, L/100 km | change of the SD, L/100 km | change of the mean duration, min |"
+    );
     println!("|---|---|---|---|");
     for (label, set) in [
         ("all in January (day 15)", "mission.departure_day_of_year=15"),
@@ -96,13 +113,18 @@ fn steps(cycles: u64) {
     let at = |step: f64| records("field-truck", &[&format!("simulation.step_s={step}")], cycles);
     let fine = at(0.001);
     println!("## dt\n\nAgainst steps of 1 ms, {cycles} cycles, seed 1.\n");
-    println!("| longest step, s | wheel energy: mean, mean absolute, % | fuel: mean, mean absolute, % | duration, mean absolute, % |");
+    println!(
+        "| longest step, s | wheel energy: mean, mean absolute, % | fuel: mean, mean absolute, % | duration, mean absolute, % |"
+    );
     println!("|---|---|---|---|");
     for step in [0.4, 0.3, 0.2, 0.1, 0.05, 0.02, 0.005] {
         let coarse = at(step);
         let error = |value: fn(&Record) -> f64| {
-            let all: Vec<f64> =
-                coarse.iter().zip(&fine).map(|(a, b)| 100.0 * (value(a) / value(b) - 1.0)).collect();
+            let all: Vec<f64> = coarse
+                .iter()
+                .zip(&fine)
+                .map(|(a, b)| 100.0 * (value(a) / value(b) - 1.0))
+                .collect();
             let n = all.len() as f64;
             (all.iter().sum::<f64>() / n, all.iter().map(|e| e.abs()).sum::<f64>() / n)
         };
@@ -128,7 +150,8 @@ fn hold(cycles: u64) {
     println!("| what is held | L/100 km | cycles not completed |\n|---|---|---|");
     for name in ["throttle", "paper"] {
         let records = run(name);
-        let done: Vec<&Record> = records.iter().filter(|r| r.outcome.name() == "completed").collect();
+        let done: Vec<&Record> =
+            records.iter().filter(|r| r.outcome.name() == "completed").collect();
         let (mean, _) = mean_and_sd(&done.iter().map(|r| litres(r)).collect::<Vec<_>>());
         println!("| `{name}` | {mean:.2} | {} of {cycles} |", records.len() - done.len());
     }
@@ -136,8 +159,12 @@ fn hold(cycles: u64) {
 }
 
 fn plausibility(cycles: u64) {
-    println!("## plausibility\n\n{cycles} cycles each, seed 1. Fleet mean: total over total distance.\n");
-    println!("| study | mean gross mass, t | L/100 km, fleet mean | SD over cycles | wheel kWh/km | km/h | stops per km | shifts per km | service brake, % of wheel energy |");
+    println!(
+        "## plausibility\n\n{cycles} cycles each, seed 1. Fleet mean: total over total distance.\n"
+    );
+    println!(
+        "| study | mean gross mass, t | L/100 km, fleet mean | SD over cycles | wheel kWh/km | km/h | stops per km | shifts per km | service brake, % of wheel energy |"
+    );
     println!("|---|---|---|---|---|---|---|---|---|");
     for built_in in ocmc_io::study::list() {
         let study = ocmc_io::study::load::<&str>(built_in.name, &[]).expect("it loads").study;
@@ -147,7 +174,8 @@ fn plausibility(cycles: u64) {
         let fuel = &study.model().vehicle.engine.fuel;
         let per_100km = sum(|r| r.fuel_kg.expect("a diesel truck")) / fuel.density_kgpm3 * 1e5 / km;
         let (_, sd) = mean_and_sd(&records.iter().map(litres).collect::<Vec<_>>());
-        let gross = study.model().vehicle.curb_mass_kg + sum(|r| r.payload_kg) / records.len() as f64;
+        let gross =
+            study.model().vehicle.curb_mass_kg + sum(|r| r.payload_kg) / records.len() as f64;
         println!(
             "| `{}` | {:.1} | {per_100km:.1} | {sd:.1} | {:.2} | {:.1} | {:.2} | {:.1} | {:.1} |",
             built_in.name,

@@ -4,6 +4,7 @@ use clap::builder::PossibleValuesParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use ocmc_core::fleet::run::MOST_THREADS;
+use ocmc_core::random::LAST_CYCLE_ID;
 use ocmc_core::simulation::cpu::CpuLevel;
 use ocmc_io::records::RecordFormat;
 use std::path::PathBuf;
@@ -193,8 +194,8 @@ fn at_least_one(text: &str) -> Result<u64, String> {
 /// An id after which there is another number, so that a run of this cycle alone ends at a number.
 fn cycle_id(text: &str) -> Result<u64, String> {
     match whole_number(text) {
-        Ok(id) if id < u64::MAX => Ok(id),
-        _ => Err(format!("allowed is a whole number from 0 to {}", u64::MAX - 1)),
+        Ok(id) if id < LAST_CYCLE_ID => Ok(id),
+        _ => Err(format!("allowed is a whole number from 0 to {}", LAST_CYCLE_ID - 1)),
     }
 }
 

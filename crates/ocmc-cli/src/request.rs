@@ -14,8 +14,7 @@ pub(crate) fn plan(arguments: &RunArguments) -> Result<RunPlan, Failure> {
     if first_cycle.checked_add(cycles).is_none_or(|end| end > LAST_CYCLE_ID) {
         return Err(usage(&format!(
             "--first-cycle {first_cycle} with --cycles {cycles} goes beyond the largest cycle id; \
-             allowed is a sum of at most {}",
-            LAST_CYCLE_ID
+             allowed is a sum of at most {LAST_CYCLE_ID}"
         )));
     }
     let level = level(arguments)?;
