@@ -38,6 +38,8 @@ pub(crate) enum Command {
     /// Lists, shows, writes and checks study files
     #[command(subcommand)]
     Study(StudyCommand),
+    /// Writes one operating cycle: road, events, weather and traffic, as CSV tracks or JSON
+    Cycle(CycleArguments),
     /// Writes the simulated time series of one cycle: speed, pedals, gear, fuel, forces
     Trace(CycleArguments),
     /// Prints a script that completes the command line of a shell

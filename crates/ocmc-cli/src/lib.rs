@@ -3,6 +3,7 @@
 
 mod arguments;
 mod completions;
+mod cycle;
 mod failure;
 mod histogram_chart;
 mod interrupt;
@@ -42,6 +43,7 @@ pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> i32 {
     let done = match &arguments.command {
         None => run::run(&arguments.run),
         Some(Command::Study(command)) => study::study(command),
+        Some(Command::Cycle(arguments)) => cycle::cycle(arguments),
         Some(Command::Trace(arguments)) => trace::trace(arguments),
         Some(Command::Completions { shell }) => completions::completions(*shell),
         Some(Command::Man { out }) => man::man(out),

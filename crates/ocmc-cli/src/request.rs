@@ -5,16 +5,17 @@ use crate::failure::Failure;
 use clap::CommandFactory;
 use clap::error::ErrorKind;
 use ocmc_core::fleet::run::RunPlan;
+use ocmc_core::random::LAST_CYCLE_ID;
 use ocmc_core::simulation::cpu::CpuLevel;
 
 /// Works out which cycles to run, and on what.
 pub(crate) fn plan(arguments: &RunArguments) -> Result<RunPlan, Failure> {
     let (first_cycle, cycles) = (arguments.first_cycle, arguments.cycles);
-    if first_cycle.checked_add(cycles).is_none() {
+    if first_cycle.checked_add(cycles).is_none_or(|end| end > LAST_CYCLE_ID) {
         return Err(usage(&format!(
             "--first-cycle {first_cycle} with --cycles {cycles} goes beyond the largest cycle id; \
              allowed is a sum of at most {}",
-            u64::MAX
+            LAST_CYCLE_ID
         )));
     }
     let level = level(arguments)?;

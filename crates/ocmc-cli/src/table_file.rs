@@ -2,8 +2,9 @@
 
 use crate::failure::Failure;
 use crate::{output, request};
+use ocmc_core::operating_cycle::tracks::Track;
 use ocmc_core::simulation::trace::TableColumn;
-use ocmc_io::table;
+use ocmc_io::{operating_cycle, table};
 use std::fs;
 use std::path::Path;
 
@@ -44,9 +45,34 @@ pub(crate) fn write(target: &Target, columns: &[TableColumn]) -> Result<(), Fail
             bytes.push(b'\n');
         }
     }
+    deliver(target, &bytes)
+}
+
+/// Writes the tracks of an operating cycle.
+pub(crate) fn write_tracks(
+    target: &Target,
+    tracks: &[Track],
+    json: impl FnOnce() -> serde_json::Value,
+) -> Result<(), Failure> {
+    let mut bytes = Vec::new();
+    match target.format {
+        TableFormat::Csv => {
+            operating_cycle::write_csv(&mut bytes, tracks)
+                .expect("memory takes what is written to it");
+        }
+        TableFormat::Json => {
+            bytes.extend_from_slice(json().to_string().as_bytes());
+            bytes.push(b'\n');
+        }
+    }
+    deliver(target, &bytes)
+}
+
+fn deliver(target: &Target, bytes: &[u8]) -> Result<(), Failure> {
     match target.path {
-        None => output::answer_bytes(&bytes),
-        Some(path) => fs::write(path, &bytes)
-            .map_err(|source| Failure::File { path: path.to_owned(), source }),
+        None => output::answer_bytes(bytes),
+        Some(path) => {
+            fs::write(path, bytes).map_err(|source| Failure::File { path: path.to_owned(), source })
+        }
     }
 }

@@ -4,6 +4,15 @@
 //! Nothing here reads files, prints, logs or looks at a clock; everything random is a pure function of
 //! (seed, cycle id, stream). SI units, with the unit in the name.
 
+#![cfg_attr(
+    test,
+    allow(
+        clippy::unwrap_used,
+        clippy::float_cmp,
+        reason = "tests fail by panic, and compare bits"
+    )
+)]
+
 pub mod distribution;
 pub mod driver;
 pub mod fleet;
@@ -18,3 +27,11 @@ pub mod tactical;
 pub mod traffic;
 pub mod vehicle;
 pub mod weather;
+
+/// The statistics of the integration tests.
+#[cfg(test)]
+#[path = "../tests/common/statistics.rs"]
+#[allow(dead_code, reason = "the integration tests use the rest")]
+mod statistics;
+#[cfg(test)]
+mod testing;

@@ -5,12 +5,15 @@
 //! while another varies, and a new draw in the weather moves no curve in the road.
 //!
 //! The generator is ChaCha with 8 rounds (D. J. Bernstein, 2008), whose 64-bit stream number is
-//! `64 k + stream`; its key is the seed. Transcendental functions come from `libm`, so that the draws
+//! `64 k + stream`, so ids go up to [`LAST_CYCLE_ID`]; its key is the seed. Transcendental functions come from `libm`, so that the draws
 //! have the same bits on every platform.
 
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
 use serde::{Deserialize, Serialize};
+
+/// The last cycle id that has streams of its own.
+pub const LAST_CYCLE_ID: u64 = u64::MAX / 64;
 
 /// One sampled factor. The number is part of the stream's key: append, never renumber.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,7 +55,7 @@ pub enum Stream {
     Wind = 16,
     /// Traffic density.
     Traffic = 17,
-    /// Length, net climb and payload.
+    /// Length of the mission.
     MissionLength = 18,
     /// Payload.
     Payload = 19,
@@ -152,7 +155,8 @@ impl Streams<'_> {
 
     /// Opens a stream that is shared by all cycles of one replicate (`cycle_id mod replicates`).
     pub fn open_replicate(&self, stream: Stream, replicates: u64) -> Draws {
-        Draws::new(self.seed, self.cycle_id % replicates.max(1), stream)
+        let id = if self.frozen.contains(&stream.factor()) { 0 } else { self.cycle_id };
+        Draws::new(self.seed, id % replicates.max(1), stream)
     }
 }
 

@@ -150,7 +150,8 @@ fn forward_sweep(profile: &mut SpeedProfile, cycle: &OperatingCycle, driver: &Dr
         let event = node_limit(segment, cycle, driver);
         branch.forward_start = f64::min(node, event).min(branch.limit);
         let reached = branch.forward_start + profile.twice_acceleration * segment.length_m;
-        // what is really reached: no branch may lie above the others at the node
-        node = reached.max(profile.launch).min(branch.backward_end).min(branch.limit);
+        // what is really reached: no branch may lie above the others at the node. The launch speed is a floor under the
+        // whole branch wherever it is read; a floor at the nodes, too, would make the ramp depend on where nodes lie.
+        node = reached.min(branch.backward_end).min(branch.limit);
     }
 }

@@ -1,7 +1,7 @@
 //! Traffic: density as an autoregression around a daily profile, and the speed that it leaves.
 //!
 //! logit x(t) = logit m_r(H) + u, x = ρ/ρ_jam, u AR(1) on steps of five minutes;
-//! m_r(H) = off + (peak − off) min(1, exp(−½((H − 7.5)/1)²) + exp(−½((H − 16.5)/1.2)²)) on working hours of every day.
+//! m_r(H) = off + (peak − off) min(1, exp(−½((H − 7.5)/1)²) + exp(−½((H − 16.5)/1.2)²)), on every day of the week.
 //! Speed by Drake's law, v_t = v_f exp(−½ (ρ/ρ_c)²) (J. L. Drake, J. L. Schofer, A. D. May, 1967), with v_f the free speed
 //! of cars (the sign), not the truck's cap: Greenshields' law caps a truck below the sign all day (closed-loop rule 6).
 //!

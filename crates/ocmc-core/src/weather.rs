@@ -1,4 +1,4 @@
-//! Weather along a mission: temperature, pressure, humidity, precipitation and wind on the hours of the clock.
+//! Weather along a mission: temperature, pressure, humidity, precipitation and wind on hours counted from departure.
 //!
 //! Equations are ours, in the tradition of weather generators (occurrence by a Markov chain, gamma amounts,
 //! autoregressions for the rest); the operating-cycle papers publish only the list of variables. With day of
@@ -146,7 +146,7 @@ pub const STANDARD_WEATHER: Weather = Weather {
     wind_direction_rad: 0.0,
 };
 
-/// Hourly weather from the hour before departure on.
+/// Hourly weather from departure on.
 #[derive(Clone, Debug, Default)]
 pub struct WeatherSeries {
     hours: Vec<Weather>,

@@ -1,4 +1,5 @@
 //! Quantile of the standard normal distribution.
+#![allow(clippy::excessive_precision, reason = "coefficients as printed in the source")]
 
 /// Quantile of the standard normal distribution, Φ⁻¹(p), for p in (0, 1).
 ///

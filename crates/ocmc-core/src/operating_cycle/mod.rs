@@ -5,6 +5,7 @@
 //! seed all trucks and drivers meet the same cycle, and the speed profile is a function of position alone.
 
 pub mod segments;
+pub mod tracks;
 
 use crate::mission::{Mission, MissionModel};
 use crate::random::Streams;

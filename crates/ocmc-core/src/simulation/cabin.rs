@@ -9,6 +9,9 @@ use crate::tactical::{SpeedProfile, plan};
 use crate::vehicle::gearbox::ShiftInputs;
 use crate::vehicle::resistance::GRAVITY_MPS2;
 
+/// Steps for each whole step's time that cuts can make of it before a cycle is given up.
+const MOST_CUTS: f64 = 20.0;
+
 /// A lane's truck.
 #[derive(Clone, Debug)]
 pub struct Cabin {
@@ -26,6 +29,8 @@ pub struct Cabin {
     /// Time and place of the last look at the progress.
     checked_at_s: f64,
     checked_at_m: f64,
+    /// Looks at the progress so far: a cycle whose steps become ever shorter has to end, too.
+    looks: f64,
     initial_energy_j: f64,
     /// What the last look added to the totals, in one addition each: a trace has to be able to repeat it.
     booked: [f64; Total::COUNT],
@@ -61,6 +66,7 @@ impl Cabin {
             n_gear_shifts: 0,
             checked_at_s: 0.0,
             checked_at_m: 0.0,
+            looks: 0.0,
             initial_energy_j: 0.0,
             booked: [0.0; Total::COUNT],
         };
@@ -136,6 +142,7 @@ impl Cabin {
         self.n_gear_shifts = 0;
         self.checked_at_s = 0.0;
         self.checked_at_m = 0.0;
+        self.looks = 0.0;
         state.set_row(lane, &self.road.rows[0]);
         self.start(state, lane, shared);
         self.initial_energy_j = kinetic_energy_j(state, lane, shared);
@@ -286,7 +293,9 @@ impl Cabin {
     ) -> Option<Outcome> {
         let simulation = shared.simulation;
         let (time, way) = (state.total(lane, Total::Time), state.total(lane, Total::Distance));
-        if time > simulation.longest_duration_s {
+        self.looks += 1.0;
+        let most_looks = MOST_CUTS * simulation.longest_duration_s / simulation.stall_time_s;
+        if time > simulation.longest_duration_s || self.looks > most_looks {
             return Some(Outcome::TimedOut);
         }
         let passed = time - self.checked_at_s;
@@ -325,9 +334,9 @@ impl Cabin {
         let per_100km = per_distance(litres) * 1e5;
         let road = &cycle.road;
         let share = |name: &str| {
-            let wanted = study.road_types().iter().position(|n| n == name);
-            let lengths = road.sections.iter().filter(|s| Some(s.road_type) == wanted);
-            lengths.map(|s| s.end_m - s.start_m).sum::<f64>() / road.length_m
+            let wanted = study.road_types().iter().position(|n| n == name)?;
+            let lengths = road.sections.iter().filter(|s| s.road_type == wanted);
+            Some(lengths.map(|s| s.end_m - s.start_m).sum::<f64>() / road.length_m)
         };
         let mut limit_sum = 0.0;
         for (k, sign) in road.signs.iter().enumerate() {

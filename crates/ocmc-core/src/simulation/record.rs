@@ -134,11 +134,11 @@ pub struct Record {
     /// Departure, in s from the start of the year.
     pub departure_s_of_year: f64,
     /// Share of urban roads by length.
-    pub urban_share: f64,
+    pub urban_share: Option<f64>,
     /// Share of rural roads by length.
-    pub rural_share: f64,
+    pub rural_share: Option<f64>,
     /// Share of motorways by length.
-    pub motorway_share: f64,
+    pub motorway_share: Option<f64>,
     /// Mean of the signs along the road, in m/s.
     pub mean_limit_mps: f64,
     /// Curves on the road.
@@ -237,9 +237,9 @@ pub const COLUMNS: &[Column] = &[
     column_of("moving_s", |r| n(r.moving_s)),
     column_of("simulated_s", |r| n(r.simulated_s)),
     column_of("departure_s_of_year", |r| n(r.departure_s_of_year)),
-    column_of("urban_share", |r| n(r.urban_share)),
-    column_of("rural_share", |r| n(r.rural_share)),
-    column_of("motorway_share", |r| n(r.motorway_share)),
+    column_of("urban_share", |r| Cell::Number(r.urban_share)),
+    column_of("rural_share", |r| Cell::Number(r.rural_share)),
+    column_of("motorway_share", |r| Cell::Number(r.motorway_share)),
     column_of("mean_limit_mps", |r| n(r.mean_limit_mps)),
     column_of("n_curves", |r| i(r.n_curves)),
     column_of("drag_area_m2", |r| n(r.drag_area_m2)),

@@ -150,7 +150,7 @@ pub struct State<const W: usize> {
     pub integral_gain: Lanes<W>,
     /// K_D over the filter's time constant.
     pub derivative_over_filter: Lanes<W>,
-    /// Anti-windup gain, K_I / T_t scaled to J, in 1/s.
+    /// Anti-windup gain on J, 1/T_t, in 1/s.
     pub tracking: Lanes<W>,
     /// Threshold of a switched driver, in m/s; below zero for a PID, which never holds.
     pub threshold: Lanes<W>,

@@ -5,7 +5,8 @@
 //! crankshaft's work is the mean torque times the crank angle, which is k dx with the clutch closed and w dt while it
 //! slips or is open. Fuel is the map at the step's mean speed and torque.
 //!
-//! The step is cut where the segment ends, where a shift ends and where the truck comes to rest. Gear, clutch and
+//! The step is cut where the segment ends, where a shift or the time until the next one ends, where the truck comes to
+//! rest, and where a driver or the gearbox changes its mind. Gear, clutch and
 //! hold are decided at the step's start and frozen over both stages.
 
 use super::road_row::RoadRow;
@@ -86,15 +87,13 @@ struct Forces<const W: usize> {
     engine_brake: Lanes<W>,
 }
 
-/// The limiter's range, in m/s: traction fades out over it (judgement).
-const LIMITER_RANGE_MPS: f64 = 0.5;
 /// The slowest pace at which a step is cut for a segment's end, in m/s.
 const SMALLEST_SPEED: f64 = 1e-9;
 /// How far beyond the zero of a switching function a step goes, as a share of what is left of it.
 const PASSING: f64 = 2e-3;
 
 impl<const W: usize> State<W> {
-    /// Braking and static branch of the desired speed squared, and whether the static one binds; then the desired speed.
+    /// The desired speed, in m/s, and the braking branch of its square.
     #[inline(always)]
     fn desired(&self, left: Lanes<W>, shared: &Shared) -> (Lanes<W>, Lanes<W>) {
         let limit = self.row[RoadRow::LIMIT];
@@ -123,10 +122,10 @@ impl<const W: usize> State<W> {
         let continuous = self.proportional * error + integral - self.derivative_over_filter * lag;
         let output = hold.choose(held, continuous);
 
-        let limiter_mps = shared.powertrain.model.limiter_speed_mps;
-        let fade = ((Lanes::all(limiter_mps + LIMITER_RANGE_MPS) - speed)
-            * (1.0 / LIMITER_RANGE_MPS))
-            .clip(0.0, 1.0);
+        let vehicle = &shared.powertrain.model;
+        let end_mps = vehicle.limiter_speed_mps + vehicle.limiter_range_mps;
+        let fade =
+            ((Lanes::all(end_mps) - speed) * (1.0 / vehicle.limiter_range_mps)).clip(0.0, 1.0);
         let accelerator = output.clip(0.0, 1.0) * fade;
 
         // downhill, above a static limit, the driver lets the truck run up to the edge of a band

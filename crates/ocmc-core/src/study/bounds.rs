@@ -181,6 +181,7 @@ pub const BOUNDS: &[Bound] = &[
     b("vehicle.wheel_inertia_kgm2", 0.0, 5000.0),
     b("vehicle.auxiliary_power_w", 0.0, 100_000.0),
     b("vehicle.limiter_speed_mps", 5.0, 100.0),
+    b("vehicle.limiter_range_mps", 0.05, 5.0),
     b("vehicle.engine.inertia_kgm2", 0.01, 100.0),
     b("vehicle.engine.idle_speed_radps", 20.0, 150.0),
     b("vehicle.engine.torque_lag_s", 0.2, 5.0),

@@ -88,7 +88,7 @@ fn number_in_bounds(path: &str, value: f64, problems: &mut Vec<Problem>) {
     }
 }
 
-/// Checks a law's own parameters, then that its finite ends and its centre lie within the key's bound.
+/// Checks a law's own parameters, then that it draws, but for one in a million on each side, within the key's bound.
 fn law(path: &str, value: &Value, problems: &mut Vec<Problem>) {
     let finite = Law::deserialize(value).ok().filter(|_| !has_null(value));
     let Some(law) = finite else {
@@ -108,12 +108,17 @@ fn law(path: &str, value: &Value, problems: &mut Vec<Problem>) {
         });
         return;
     }
-    let (lower, upper) = law.support();
-    let ends = [lower, upper].into_iter().filter(|end| end.is_finite());
-    // an open end at zero (exponential, log-normal, gamma) is not a value that is drawn
-    let open = |end: f64| end == 0.0 && !upper.is_finite();
-    for end in ends.filter(|end| !open(*end)).chain([law.centre()]) {
-        number_in_bounds(path, end, problems);
+    let (minimum, maximum) =
+        bound_of(path).map_or((f64::MIN, f64::MAX), |b| (b.minimum, b.maximum));
+    let (low, high) = law.practical_range();
+    if !(low >= minimum && high <= maximum) {
+        problems.push(Problem {
+            path: path.to_owned(),
+            value: format!("a distribution that draws {low} to {high}"),
+            allowed: format!(
+                "{minimum} to {maximum}: give the law a `lower` or an `upper` end, or less spread"
+            ),
+        });
     }
 }
 

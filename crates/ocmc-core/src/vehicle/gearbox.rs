@@ -169,7 +169,7 @@ impl ShiftModel {
         }
         let low = speed(gear) < self.down_speed_radps + self.down_pedal_radps * inputs.pedal;
         if low && (inputs.closed || (!gears[gear].launches && inputs.pedal > 0.0)) {
-            // the highest gear that is above the upshift line, otherwise the next one
+            // the highest gear that is above the upshift line, otherwise first gear
             let fits = (0..gear).rev().find(|&g| speed(g) >= up_line);
             return fits.unwrap_or(0);
         }

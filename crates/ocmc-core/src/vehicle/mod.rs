@@ -39,8 +39,10 @@ pub struct VehicleModel {
     pub wheel_inertia_kgm2: f64,
     /// Power of the auxiliaries at the crankshaft, in W.
     pub auxiliary_power_w: Quantity,
-    /// Speed at which the limiter ends traction, in m/s.
+    /// Speed from which the limiter fades traction out, over `limiter_range_mps`, in m/s.
     pub limiter_speed_mps: f64,
+    /// Speed range over which the limiter fades traction out, in m/s.
+    pub limiter_range_mps: f64,
     /// Engine.
     pub engine: EngineModel,
     /// Gearbox and axle.

@@ -111,7 +111,7 @@ impl CrossWindModel {
     /// For the tractor-semitrailer below 14° it is within 0.004 m² of the cubic (tested).
     pub fn in_tangent(&self) -> CrossWind {
         let [a1, a2, a3] = self.coefficients;
-        let (b1, b2, b3) = (a1 * DEGREES, a2 * DEGREES * DEGREES, a3 * DEGREES.powi(3));
+        let (b1, b2, b3) = (a1 * DEGREES, a2 * DEGREES * DEGREES, a3 * DEGREES * DEGREES * DEGREES);
         CrossWind {
             coefficients_m2: [b1, b2, b3 - b1 / 3.0, -b2 * 2.0 / 3.0, b1 / 5.0 - b3],
             maximum_tangent: libm::tan(self.maximum_angle_deg / DEGREES),

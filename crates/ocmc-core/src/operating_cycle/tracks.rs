@@ -1,0 +1,172 @@
+//! The tracks of a realised operating cycle: what a route planner, another simulator or a plot needs of it.
+//!
+//! Tracks need not share a grid. A constant track holds from its position to the next one, a linear one is interpolated,
+//! an event acts at its position alone. Weather and traffic are given where the free-flow clock meets them.
+
+use super::OperatingCycle;
+use crate::road::RoadTypeModel;
+use crate::road::point_event::EventKind;
+use serde::Serialize;
+
+/// How a track is read between its positions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Rule {
+    /// A value holds up to the next position.
+    Constant,
+    /// Values are interpolated.
+    Linear,
+    /// A value acts at its position.
+    Event,
+}
+
+/// The values of a track.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum Values {
+    /// Numbers.
+    Numbers(Vec<f64>),
+    /// Names.
+    Names(Vec<String>),
+}
+
+/// One track.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Track {
+    /// Name, with its unit as a suffix.
+    pub name: &'static str,
+    /// How it is read.
+    pub rule: Rule,
+    /// Positions, in m.
+    pub position_m: Vec<f64>,
+    /// Values, one a position.
+    pub value: Values,
+}
+
+impl Track {
+    fn numbers(
+        name: &'static str,
+        rule: Rule,
+        points: impl IntoIterator<Item = (f64, f64)>,
+    ) -> Self {
+        let (position_m, value) = points.into_iter().unzip();
+        Self { name, rule, position_m, value: Values::Numbers(value) }
+    }
+
+    fn names(name: &'static str, points: impl IntoIterator<Item = (f64, String)>) -> Self {
+        let (position_m, value) = points.into_iter().unzip();
+        Self { name, rule: Rule::Constant, position_m, value: Values::Names(value) }
+    }
+}
+
+impl OperatingCycle {
+    /// All tracks. `names` and `types` are the study's road types, in the order of their numbers.
+    pub fn tracks(&self, names: &[String], types: &[RoadTypeModel]) -> Vec<Track> {
+        let road = &self.road;
+        let constant = Rule::Constant;
+        let sections = || road.sections.iter();
+        let step = |k: usize| k as f64 * road.slope_step_m;
+        let mut altitude_m = 0.0;
+        let altitude = road.slopes.iter().enumerate().map(|(k, slope)| {
+            let point = (step(k), altitude_m);
+            altitude_m += slope * (road.length_m - step(k)).min(road.slope_step_m);
+            point
+        });
+        let mut altitude: Vec<(f64, f64)> = altitude.collect();
+        altitude.push((road.length_m, altitude_m));
+
+        let mut curvature = vec![(0.0, 0.0)];
+        for curve in &road.curves {
+            if curvature.last().is_some_and(|last| last.0 == curve.start_m) {
+                curvature.pop();
+            }
+            curvature.push((curve.start_m, curve.curvature_per_m()));
+            if curve.end_m < road.length_m {
+                curvature.push((curve.end_m, 0.0));
+            }
+        }
+        let weather = |name, value: fn(&super::Weather) -> f64| {
+            let points = self.weather.iter().map(|w| (w.start_m, value(&w.weather)));
+            Track::numbers(name, constant, points)
+        };
+        let events = |name, value: fn(&EventKind) -> Option<f64>| {
+            let points =
+                road.events.iter().filter_map(|e| value(&e.kind).map(|v| (e.position_m, v)));
+            Track::numbers(name, Rule::Event, points)
+        };
+        vec![
+            Track::names("road_type", sections().map(|s| (s.start_m, names[s.road_type].clone()))),
+            Track::numbers(
+                "speed_limit_mps",
+                constant,
+                road.signs.iter().map(|s| (s.start_m, s.speed_mps)),
+            ),
+            Track::numbers("curvature_per_m", constant, curvature),
+            Track::numbers(
+                "grade",
+                constant,
+                road.slopes.iter().enumerate().map(|(k, s)| (step(k), *s)),
+            ),
+            Track::numbers("altitude_m", Rule::Linear, altitude),
+            Track::numbers(
+                "roughness_m3",
+                constant,
+                road.roughness_m3
+                    .iter()
+                    .enumerate()
+                    .map(|(k, c)| (k as f64 * road.roughness_block_m, *c)),
+            ),
+            Track::names(
+                "ground",
+                sections().zip(&road.grounds).map(|(s, g)| (s.start_m, g.name().to_owned())),
+            ),
+            Track::numbers(
+                "wind_exposure",
+                constant,
+                sections().map(|s| (s.start_m, types[s.road_type].wind_exposure)),
+            ),
+            events("stop_sign_s", |kind| match kind {
+                EventKind::StopSign { standstill_s } => Some(*standstill_s),
+                _ => None,
+            }),
+            events("give_way_stop_s", |kind| match kind {
+                EventKind::GiveWayStop { standstill_s } => Some(*standstill_s),
+                _ => None,
+            }),
+            events("give_way_pass_mps", |kind| match kind {
+                EventKind::GiveWayPass { speed_mps } => Some(*speed_mps),
+                _ => None,
+            }),
+            events("red_light_s", |kind| match kind {
+                EventKind::RedLight { standstill_s } => Some(*standstill_s),
+                _ => None,
+            }),
+            events("green_light", |kind| matches!(kind, EventKind::GreenLight).then_some(1.0)),
+            events("speed_bump_length_m", |kind| match kind {
+                EventKind::SpeedBump { length_m, .. } => Some(*length_m),
+                _ => None,
+            }),
+            events("speed_bump_height_m", |kind| match kind {
+                EventKind::SpeedBump { height_m, .. } => Some(*height_m),
+                _ => None,
+            }),
+            events("mission_stop_s", |kind| match kind {
+                EventKind::MissionStop { standstill_s } => Some(*standstill_s),
+                _ => None,
+            }),
+            weather("air_temperature_k", |w| w.temperature_k),
+            weather("air_pressure_pa", |w| w.pressure_pa),
+            weather("relative_humidity", |w| w.relative_humidity),
+            weather("precipitation_mps", |w| w.precipitation_mps),
+            weather("snow", |w| if w.snow { 1.0 } else { 0.0 }),
+            weather("wind_speed_mps", |w| w.wind_speed_mps),
+            weather("wind_direction_rad", super::Weather::wrapped_direction_rad),
+            Track::numbers(
+                "traffic_density_per_m",
+                constant,
+                self.traffic.iter().map(|t| (t.start_m, t.density_per_m)),
+            ),
+            Track::numbers("payload_kg", constant, [(0.0, self.mission.payload_kg)]),
+        ]
+    }
+}
