@@ -65,7 +65,7 @@ def test_messages_are_those_of_the_exceptions():
 @pytest.mark.skipif(sys.platform == "win32", reason="Ctrl-C is a signal elsewhere")
 def test_ctrl_c_ends_the_command_within_a_second(tmp_path):
     out = tmp_path / "run"
-    arguments = [COMMAND, "--cycles", "1000000000", "--out", out, "--quiet"]
+    arguments = [COMMAND, *SHORT, "--cycles", "1000000000", "--out", out, "--quiet"]
     with subprocess.Popen(arguments, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         while not (out / "records.parquet").exists():
             time.sleep(0.05)
