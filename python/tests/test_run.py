@@ -78,8 +78,14 @@ def test_what_is_no_number_is_a_type_error(study, cycles):
 
 
 def test_the_last_cycle_ids_can_be_driven(study):
-    last = study.run(cycles=2, first_cycle=2**64 - 3)
-    assert last["cycle_id"].tolist() == [2**64 - 3, 2**64 - 2]
+    end = 2**58 - 1
+    last = study.run(cycles=2, first_cycle=end - 2)
+    assert last["cycle_id"].tolist() == [end - 2, end - 1]
+    assert study.trace(end - 1)["distance_added_m"].sum() == pytest.approx(last["distance_m"][1], rel=1e-12)
+    with pytest.raises(ValueError, match="`first_cycle` is "):
+        study.run(cycles=2, first_cycle=end - 1)
+    with pytest.raises(ValueError, match="`cycle_id` is "):
+        study.trace(end)
 
 
 @pytest.mark.parametrize("name", ["fuel", "", 0, None, "\udc80", slice(3)])

@@ -5,6 +5,7 @@ use crate::run::PyRun;
 use crate::value::{study_value, whole_number};
 use crate::{column, run};
 use ocmc_core::fleet::run::{MOST_THREADS, RunPlan};
+use ocmc_core::random::LAST_CYCLE_ID;
 use ocmc_core::simulation::trace;
 use ocmc_io::study::{self, LoadedStudy, StudyFileError};
 use pyo3::exceptions::{PyTypeError, PyValueError};
@@ -166,9 +167,9 @@ impl PyStudy {
         first_cycle: Option<&Bound<PyAny>>,
         threads: Option<&Bound<PyAny>>,
     ) -> PyResult<PyRun> {
-        let cycles = whole_number(cycles, "cycles", 1, u64::MAX)?;
+        let cycles = whole_number(cycles, "cycles", 1, LAST_CYCLE_ID)?;
         let seed = seed_of(seed)?;
-        let last = u64::MAX - cycles;
+        let last = LAST_CYCLE_ID - cycles;
         let first_cycle =
             first_cycle.map_or(Ok(0), |id| whole_number(id, "first_cycle", 0, last))?;
         let most = MOST_THREADS as u64;
@@ -209,7 +210,7 @@ impl PyStudy {
         cycle_id: &Bound<'py, PyAny>,
         seed: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let cycle_id = whole_number(cycle_id, "cycle_id", 0, u64::MAX - 1)?;
+        let cycle_id = whole_number(cycle_id, "cycle_id", 0, LAST_CYCLE_ID - 1)?;
         let seed = seed_of(seed)?;
         let trace = py.detach(|| trace::trace(&self.loaded.study, seed, cycle_id));
         column::table(py, trace.columns)
