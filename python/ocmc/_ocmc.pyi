@@ -32,6 +32,9 @@ class Study:
         first_cycle: SupportsIndex = 0,
         threads: SupportsIndex | None = None,
     ) -> Run: ...
+    def operating_cycle(
+        self, cycle_id: SupportsIndex, *, seed: SupportsIndex = 1
+    ) -> dict[str, dict[str, Any]]: ...
     def trace(
         self, cycle_id: SupportsIndex, *, seed: SupportsIndex = 1
     ) -> dict[str, npt.NDArray[np.float64]]: ...

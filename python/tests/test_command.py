@@ -44,6 +44,20 @@ def test_the_command_gives_the_same_text(run):
     assert [line for line in told if "took" not in line] == [line for line in printed if "took" not in line]
 
 
+def test_the_command_gives_the_same_operating_cycle(study):
+    told = command("cycle", *SHORT, "--cycle-id", "3", "--seed", "2").stdout.splitlines()[1:]
+    rows = [
+        (name, track["rule"], position, value)
+        for name, track in study.operating_cycle(3, seed=2).items()
+        for position, value in zip(track["position_m"], track["value"], strict=True)
+    ]
+    assert len(rows) > 50
+    for line, (name, rule, position, value) in zip(told, rows, strict=True):
+        their_name, their_rule, their_position, their_value = line.split(",")
+        assert (their_name, their_rule, float(their_position)) == (name, rule, position)
+        assert their_value == value if isinstance(value, str) else float(their_value) == value
+
+
 @pytest.mark.parametrize(
     ("arguments", "status"),
     [(["--version"], 0), (["--study", "field-truk"], 1), (["--cycles", "0"], 2), (["\udcff"], 2)],

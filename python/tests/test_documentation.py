@@ -26,7 +26,16 @@ def test_examples_of_docstrings(test):
 
 def test_examples_are_found():
     examples = {test.name for test in FOUND if test.examples}
-    members = ["Study", "Study.set", "Study.run", "Study.trace", "Run", "Run.summary", "Summary"]
+    members = [
+        "Study",
+        "Study.set",
+        "Study.run",
+        "Study.operating_cycle",
+        "Study.trace",
+        "Run",
+        "Run.summary",
+        "Summary",
+    ]
     assert examples == {"ocmc", *(f"ocmc.{member}" for member in members)}
 
 

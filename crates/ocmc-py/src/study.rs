@@ -7,6 +7,7 @@ use crate::{column, run};
 use ocmc_core::fleet::run::{MOST_THREADS, RunPlan};
 use ocmc_core::random::LAST_CYCLE_ID;
 use ocmc_core::simulation::trace;
+use ocmc_io::operating_cycle;
 use ocmc_io::study::{self, LoadedStudy, StudyFileError};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -178,6 +179,45 @@ impl PyStudy {
         run::run(py, &self.loaded, &plan)
     }
 
+    /// The operating cycle of one cycle, as tracks along the road: without the driver and the truck.
+    ///
+    /// Parameters
+    /// ----------
+    /// cycle_id : int
+    ///     Id of the cycle, as in the records.
+    /// seed : int
+    ///     Master seed of the run.
+    ///
+    /// Returns
+    /// -------
+    /// dict of str to dict
+    ///     By the track's name (``grade``, ``curvature_per_m``, ``speed_limit_mps`` and others, in SI units, with the unit
+    ///     as the name's suffix): ``position_m``, ``value``, and the ``rule`` between positions: ``"constant"`` up to the
+    ///     next one, ``"linear"``, or ``"event"`` at the position alone.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import ocmc
+    /// >>> cycle = ocmc.Study("field-truck").set("mission.length_m", 5000.0).operating_cycle(3)
+    /// >>> float(cycle["altitude_m"]["position_m"][-1]), cycle["altitude_m"]["rule"]
+    /// (5000.0, 'linear')
+    #[pyo3(
+        signature = (cycle_id, *, seed=None),
+        text_signature = "($self, cycle_id, *, seed=1)"
+    )]
+    fn operating_cycle<'py>(
+        &self,
+        py: Python<'py>,
+        cycle_id: &Bound<'py, PyAny>,
+        seed: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let (cycle_id, seed) = (cycle_id_of(cycle_id)?, seed_of(seed)?);
+        let study = &self.loaded.study;
+        let tracks =
+            py.detach(|| operating_cycle::tracks(study, &study.sample(seed, cycle_id).cycle));
+        column::tracks(py, tracks)
+    }
+
     /// The time series of one cycle.
     ///
     /// Parameters
@@ -210,8 +250,7 @@ impl PyStudy {
         cycle_id: &Bound<'py, PyAny>,
         seed: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let cycle_id = whole_number(cycle_id, "cycle_id", 0, LAST_CYCLE_ID - 1)?;
-        let seed = seed_of(seed)?;
+        let (cycle_id, seed) = (cycle_id_of(cycle_id)?, seed_of(seed)?);
         let trace = py.detach(|| trace::trace(&self.loaded.study, seed, cycle_id));
         column::table(py, trace.columns)
     }
@@ -233,6 +272,10 @@ impl PyStudy {
     ) -> PyResult<(Bound<'py, PyType>, (Bound<'py, PyDict>,))> {
         Ok((slf.get_type(), (slf.get().to_dict(slf.py())?,)))
     }
+}
+
+fn cycle_id_of(cycle_id: &Bound<PyAny>) -> PyResult<u64> {
+    whole_number(cycle_id, "cycle_id", 0, LAST_CYCLE_ID - 1)
 }
 
 fn seed_of(seed: Option<&Bound<PyAny>>) -> PyResult<u64> {
