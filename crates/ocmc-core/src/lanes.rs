@@ -121,6 +121,16 @@ impl<const W: usize> Lanes<W> {
         self.choose(Self::all(1.0), other)
     }
 
+    /// One bit for each lane that is above zero.
+    #[inline(always)]
+    pub fn bits(self) -> u32 {
+        let mut bits = 0;
+        for l in 0..W {
+            bits |= u32::from(self.0[l] > 0.0) << l;
+        }
+        bits
+    }
+
     /// Whether any lane is above zero.
     #[inline(always)]
     pub fn any(self) -> bool {

@@ -43,6 +43,27 @@ impl Segment {
     }
 }
 
+/// Where each track changes next, in m; infinite where it does not.
+struct NextChanges {
+    sign: f64,
+    section: f64,
+    slope: f64,
+    roughness: f64,
+    weather: f64,
+    traffic: f64,
+    curve: f64,
+    event: f64,
+}
+
+impl NextChanges {
+    fn first(&self) -> f64 {
+        let surface = self.slope.min(self.roughness);
+        let rules = self.sign.min(self.section);
+        let clock = self.weather.min(self.traffic);
+        surface.min(rules).min(clock).min(self.curve.min(self.event))
+    }
+}
+
 impl OperatingCycle {
     /// Writes the segments of this cycle, in order and without gaps, into `segments`.
     pub fn segments(&self, segments: &mut Vec<Segment>) {
@@ -61,80 +82,66 @@ impl OperatingCycle {
             curve: NONE,
             event: NONE,
         };
+        let mut next = NextChanges {
+            sign: start_of(road.signs.get(1).map(|sign| sign.start_m)),
+            section: start_of(road.sections.get(1).map(|section| section.start_m)),
+            slope: road.slope_step_m,
+            roughness: road.roughness_block_m,
+            weather: start_of(self.weather.get(1).map(|weather| weather.start_m)),
+            traffic: start_of(self.traffic.get(1).map(|traffic| traffic.start_m)),
+            curve: start_of(road.curves.first().map(|curve| curve.start_m)),
+            event: start_of(road.events.first().map(|event| event.position_m)),
+        };
         let (mut curve, mut event) = (0, 0);
         loop {
-            // what holds from here on
+            // every track that changes here, or within the shortest segment
             let here = now.start_m + SMALLEST_M;
-            while (now.sign as usize + 1) < road.signs.len()
-                && road.signs[now.sign as usize + 1].start_m <= here
-            {
-                now.sign += 1;
-            }
-            while road.sections[now.section as usize].end_m <= here
-                && (now.section as usize + 1) < road.sections.len()
-            {
-                now.section += 1;
-            }
-            while (now.weather as usize + 1) < self.weather.len()
-                && self.weather[now.weather as usize + 1].start_m <= here
-            {
-                now.weather += 1;
-            }
-            while (now.traffic as usize + 1) < self.traffic.len()
-                && self.traffic[now.traffic as usize + 1].start_m <= here
-            {
-                now.traffic += 1;
-            }
-            while f64::from(now.slope + 1) * road.slope_step_m <= here
-                && (now.slope as usize + 1) < road.slopes.len()
-            {
+            while next.slope <= here {
                 now.slope += 1;
+                next.slope = f64::from(now.slope + 1) * road.slope_step_m;
             }
-            while f64::from(now.roughness + 1) * road.roughness_block_m <= here
-                && (now.roughness as usize + 1) < road.roughness_m3.len()
-            {
+            while next.roughness <= here {
                 now.roughness += 1;
+                next.roughness = f64::from(now.roughness + 1) * road.roughness_block_m;
             }
-            while curve < road.curves.len() && road.curves[curve].end_m <= here {
-                curve += 1;
+            while next.sign <= here {
+                now.sign += 1;
+                next.sign = start_of(road.signs.get(now.sign as usize + 1).map(|s| s.start_m));
+            }
+            while next.section <= here {
+                now.section += 1;
+                let after = road.sections.get(now.section as usize + 1);
+                next.section = start_of(after.map(|section| section.start_m));
+            }
+            while next.weather <= here {
+                now.weather += 1;
+                let after = self.weather.get(now.weather as usize + 1);
+                next.weather = start_of(after.map(|weather| weather.start_m));
+            }
+            while next.traffic <= here {
+                now.traffic += 1;
+                let after = self.traffic.get(now.traffic as usize + 1);
+                next.traffic = start_of(after.map(|traffic| traffic.start_m));
             }
             now.event = NONE;
-            while event < road.events.len() && road.events[event].position_m <= here {
+            while next.event <= here {
                 now.event = event as u32;
                 event += 1;
+                next.event = start_of(road.events.get(event).map(|event| event.position_m));
+            }
+            while next.curve <= here {
+                // the end of the curve that the road is in, or the start of the next one
+                if now.curve == NONE {
+                    now.curve = curve as u32;
+                    next.curve = road.curves[curve].end_m;
+                } else {
+                    now.curve = NONE;
+                    curve += 1;
+                    next.curve = start_of(road.curves.get(curve).map(|curve| curve.start_m));
+                }
             }
 
-            // where the next change is
-            let mut end_m = length_m;
-            let mut ends_at = |position_m: f64| {
-                if position_m > here && position_m < end_m {
-                    end_m = position_m;
-                }
-            };
-            ends_at(f64::from(now.slope + 1) * road.slope_step_m);
-            ends_at(f64::from(now.roughness + 1) * road.roughness_block_m);
-            ends_at(road.sections[now.section as usize].end_m);
-            if let Some(sign) = road.signs.get(now.sign as usize + 1) {
-                ends_at(sign.start_m);
-            }
-            if let Some(weather) = self.weather.get(now.weather as usize + 1) {
-                ends_at(weather.start_m);
-            }
-            if let Some(traffic) = self.traffic.get(now.traffic as usize + 1) {
-                ends_at(traffic.start_m);
-            }
-            if let Some(event) = road.events.get(event) {
-                ends_at(event.position_m);
-            }
-            now.curve = NONE;
-            if let Some(next) = road.curves.get(curve) {
-                if next.start_m <= here {
-                    now.curve = curve as u32;
-                    ends_at(next.end_m);
-                } else {
-                    ends_at(next.start_m);
-                }
-            }
+            let mut end_m = next.first();
             if length_m - end_m < SMALLEST_M {
                 end_m = length_m;
             }
@@ -146,4 +153,9 @@ impl OperatingCycle {
             now.start_m = end_m;
         }
     }
+}
+
+/// A position, or infinity where there is none.
+fn start_of(position_m: Option<f64>) -> f64 {
+    position_m.unwrap_or(f64::INFINITY)
 }

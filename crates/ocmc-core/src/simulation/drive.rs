@@ -115,13 +115,10 @@ pub fn drive_lanes<const W: usize, O: Watch<W>>(
     while driving > 0 {
         let view = state.step(&shared);
         watch.stepped(&state, &view, &cabins);
-        if !view.alarm.any() {
-            continue;
-        }
-        for lane in 0..W {
-            if view.alarm.0[lane] <= 0.0 {
-                continue;
-            }
+        let mut alarms = view.alarm.bits();
+        while alarms != 0 {
+            let lane = alarms.trailing_zeros() as usize % W;
+            alarms &= alarms - 1;
             let Some(cabin) = &mut cabins[lane] else { continue };
             let sight = Sight {
                 accelerator: view.accelerator.0[lane],
