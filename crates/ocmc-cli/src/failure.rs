@@ -1,6 +1,8 @@
 //! Everything that can end a command early.
 
 use crate::study_report::study_report;
+use ocmc_io::log::curves::DriveError;
+use ocmc_io::log::error::LogFileError;
 use ocmc_io::run_directory::RunDirectoryError;
 use ocmc_io::study::StudyFileError;
 use std::io;
@@ -16,6 +18,12 @@ pub(crate) enum Failure {
     /// A study that is not one.
     #[error(transparent)]
     Study(#[from] StudyFileError),
+    /// A log file that cannot be read.
+    #[error(transparent)]
+    LogFile(#[from] LogFileError),
+    /// Logs without a single usable drive.
+    #[error("{place}: {fault}")]
+    Drive { place: String, fault: DriveError },
     /// A run directory that cannot be written.
     #[error(transparent)]
     RunDirectory(#[from] RunDirectoryError),

@@ -3,10 +3,13 @@
 
 mod arguments;
 mod completions;
+mod curves;
 mod cycle;
 mod failure;
 mod histogram_chart;
 mod interrupt;
+mod log_arguments;
+mod log_text;
 mod man;
 mod number_text;
 mod output;
@@ -45,6 +48,7 @@ pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> i32 {
         Some(Command::Study(command)) => study::study(command),
         Some(Command::Cycle(arguments)) => cycle::cycle(arguments),
         Some(Command::Trace(arguments)) => trace::trace(arguments),
+        Some(Command::Curves(arguments)) => curves::curves(arguments),
         Some(Command::Completions { shell }) => completions::completions(*shell),
         Some(Command::Man { out }) => man::man(out),
     };

@@ -17,6 +17,7 @@ pub mod distribution;
 pub mod driver;
 pub mod fleet;
 pub mod lanes;
+pub mod log;
 pub mod mission;
 pub mod operating_cycle;
 pub mod random;

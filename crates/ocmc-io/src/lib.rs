@@ -1,5 +1,6 @@
 //! What `ocmc` reads and writes: study files, logs, records, run directories and reports.
 
+pub mod log;
 pub mod operating_cycle;
 pub mod records;
 pub mod run_directory;
