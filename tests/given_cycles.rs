@@ -1,5 +1,7 @@
 //! Given operating cycles: what a drawn one is written as drives the same again; routes mix by weight; VECTO's cycles can be driven.
 
+#![allow(clippy::unwrap_used, reason = "a test without what it looks for fails")]
+
 mod common;
 
 use common::run;

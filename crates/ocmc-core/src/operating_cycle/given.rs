@@ -190,7 +190,7 @@ impl GivenCycle {
         let find = |name: &str| tracks.iter().find(|t| t.name == name && !t.position_m.is_empty());
         let last = tracks.iter().filter_map(|t| t.position_m.last()).copied();
         let length_m = length_m.unwrap_or_else(|| last.fold(0.0, f64::max));
-        if !(length_m >= 200.0 && length_m <= 5.0e6) {
+        if !(200.0..=5.0e6).contains(&length_m) {
             return Err(GivenCycleError::Length { length_m });
         }
         let numbers = |name: &str, minimum: f64, maximum: f64| -> Result<Option<_>, _> {

@@ -55,12 +55,11 @@ pub(super) fn read(table: &DelimitedTable) -> Result<GivenCycle, GivenCycleFileE
         let (path, position_m) = (table.path().to_owned(), positions[k + 1]);
         return Err(GivenCycleFileError::Order { path, line, position_m });
     }
-    let limits = match table.numbers_of(&["speed_limit_mps"])? {
-        Some(limits) => limits,
-        None => {
-            let column = table.column(&["speed_limit_kmh", "speed_limit_mps"])?;
-            table.numbers(column)?.iter().map(|limit| limit / 3.6).collect()
-        }
+    let limits = if let Some(limits) = table.numbers_of(&["speed_limit_mps"])? {
+        limits
+    } else {
+        let column = table.column(&["speed_limit_kmh", "speed_limit_mps"])?;
+        table.numbers(column)?.iter().map(|limit| limit / 3.6).collect()
     };
     let track = |name, rule, value: Vec<f64>| Track {
         name,
@@ -104,6 +103,7 @@ pub(super) fn read(table: &DelimitedTable) -> Result<GivenCycle, GivenCycleFileE
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fmt::Write;
     use std::path::Path;
 
     fn parse(text: &str) -> Result<GivenCycle, GivenCycleFileError> {
@@ -116,7 +116,8 @@ mod tests {
         let (lat_m, lon_m) = (111_195.0, 111_195.0 * 52f64.to_radians().cos());
         let mut text = "lat,lon,speed_limit_kmh\n".to_owned();
         let mut add = |x: f64, y: f64| {
-            text.push_str(&format!("{:.8},{:.8},50\n", 52.0 + y / lat_m, 9.0 + x / lon_m));
+            let (lat, lon) = (52.0 + y / lat_m, 9.0 + x / lon_m);
+            writeln!(text, "{lat:.8},{lon:.8},50").unwrap();
         };
         for k in 0..50 {
             add(0.0, 10.0 * f64::from(k));

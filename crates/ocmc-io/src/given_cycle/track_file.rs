@@ -75,12 +75,11 @@ pub(super) fn read_csv(table: &DelimitedTable) -> Result<GivenCycle, GivenCycleF
 fn track_of(name: &'static str, cells: impl Iterator<Item = (f64, Result<f64, String>)>) -> Track {
     let (position_m, cells): (Vec<f64>, Vec<Result<f64, String>>) = cells.unzip();
     let numbers: Option<Vec<f64>> = cells.iter().map(|cell| cell.as_ref().ok().copied()).collect();
-    let value = match numbers {
-        Some(numbers) => Values::Numbers(numbers),
-        None => {
-            let word = |cell: Result<f64, String>| cell.map_or_else(|word| word, |n| n.to_string());
-            Values::Names(cells.into_iter().map(word).collect())
-        }
+    let value = if let Some(numbers) = numbers {
+        Values::Numbers(numbers)
+    } else {
+        let word = |cell: Result<f64, String>| cell.map_or_else(|word| word, |n| n.to_string());
+        Values::Names(cells.into_iter().map(word).collect())
     };
     Track { name, rule: rule_of(name), position_m, value }
 }
