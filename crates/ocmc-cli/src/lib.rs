@@ -69,6 +69,11 @@ pub fn run_text(run: &RunSummary, origin: &Origin, width: usize) -> String {
     run_text::run_text(run, &run_text::Circumstances { origin, width })
 }
 
+/// How a quantity of the summary is printed: its name with the unit for people, and the factor to that unit.
+pub fn label(column: &str) -> (&str, f64) {
+    summary_table::label(column)
+}
+
 /// Prints help, version or what is wrong with the arguments.
 fn usage(answer: &clap::Error) -> i32 {
     match answer.print() {
