@@ -1,6 +1,7 @@
 //! Everything that can end a command early.
 
 use crate::study_report::study_report;
+use ocmc_io::column_file::ColumnFileError;
 use ocmc_io::run_directory::RunDirectoryError;
 use ocmc_io::study::StudyFileError;
 use std::io;
@@ -16,6 +17,12 @@ pub(crate) enum Failure {
     /// A study that is not one.
     #[error(transparent)]
     Study(#[from] StudyFileError),
+    /// A table that cannot be read.
+    #[error(transparent)]
+    Table(#[from] ColumnFileError),
+    /// Measurements that have no fit.
+    #[error("`{}`: {error}", path.display())]
+    Fit { path: PathBuf, error: Box<dyn std::error::Error> },
     /// A run directory that cannot be written.
     #[error(transparent)]
     RunDirectory(#[from] RunDirectoryError),

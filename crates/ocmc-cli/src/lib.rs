@@ -5,6 +5,7 @@ mod arguments;
 mod completions;
 mod cycle;
 mod failure;
+mod fit;
 mod histogram_chart;
 mod interrupt;
 mod man;
@@ -45,6 +46,7 @@ pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> i32 {
         Some(Command::Study(command)) => study::study(command),
         Some(Command::Cycle(arguments)) => cycle::cycle(arguments),
         Some(Command::Trace(arguments)) => trace::trace(arguments),
+        Some(Command::Fit(command)) => fit::fit(command),
         Some(Command::Completions { shell }) => completions::completions(*shell),
         Some(Command::Man { out }) => man::man(out),
     };
