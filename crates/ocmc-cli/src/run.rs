@@ -10,7 +10,7 @@ use ocmc_core::fleet::run::RunPlan;
 use ocmc_core::fleet::summary::SummaryBuilder;
 use ocmc_io::run_directory::{self, Manifest, RunDirectory};
 use ocmc_io::run_summary::RunSummary;
-use ocmc_io::study;
+use ocmc_io::study::{self, LoadedStudy};
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::time::Instant;
@@ -23,8 +23,16 @@ enum Stop {
 
 /// Runs the study, writes its records where asked to, and prints the answer.
 pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
+    run_study(arguments, || Ok(study::load(&arguments.study, &arguments.set)?))
+}
+
+/// As [`run`], of the study that `load` gives.
+pub(crate) fn run_study(
+    arguments: &RunArguments,
+    load: impl FnOnce() -> Result<LoadedStudy, Failure>,
+) -> Result<(), Failure> {
     let plan = request::plan(arguments)?;
-    let loaded = study::load(&arguments.study, &arguments.set)?;
+    let loaded = load()?;
     let manifest = Manifest::new(&loaded.model, &plan);
     let mut directory = match &arguments.out {
         Some(path) => Some(RunDirectory::create(path, arguments.format.into(), manifest.clone())?),

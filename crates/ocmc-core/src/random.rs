@@ -79,6 +79,8 @@ pub enum Stream {
     Vehicle = 28,
     /// Parameter uncertainty of the curve-speed fit, keyed by replicate and not by cycle.
     CurveSpeedParameters = 29,
+    /// Which of several given routes is driven.
+    Route = 30,
 }
 
 /// A group of streams that is frozen, and turned off, together.
@@ -117,7 +119,8 @@ impl Stream {
             | S::JunctionTurn
             | S::Roughness
             | S::Ground
-            | S::Heading => Factor::Road,
+            | S::Heading
+            | S::Route => Factor::Road,
             S::Temperature | S::Pressure | S::Humidity | S::Precipitation | S::Wind => {
                 Factor::Weather
             }

@@ -2,6 +2,8 @@
 
 pub mod column_file;
 pub mod curve_table;
+pub mod delimited;
+pub mod given_cycle;
 pub mod operating_cycle;
 pub mod records;
 pub mod run_directory;
