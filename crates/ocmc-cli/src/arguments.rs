@@ -1,5 +1,6 @@
 //! What the user typed: plain data, without side effects. Resolved in [`crate::request`].
 
+use crate::log_arguments::CurvesArguments;
 use clap::builder::PossibleValuesParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
@@ -50,6 +51,8 @@ pub(crate) enum Command {
     /// Estimates the numbers of a study from measurements
     #[command(subcommand)]
     Fit(FitCommand),
+    /// Finds the curves that were driven, from logs of speed and yaw rate
+    Curves(CurvesArguments),
     /// Prints a script that completes the command line of a shell
     Completions {
         /// The shell

@@ -3,12 +3,15 @@
 
 mod arguments;
 mod completions;
+mod curves;
 mod cycle;
 mod drive;
 mod failure;
 mod fit;
 mod histogram_chart;
 mod interrupt;
+mod log_arguments;
+mod log_text;
 mod man;
 mod number_text;
 mod output;
@@ -49,6 +52,7 @@ pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> i32 {
         Some(Command::Drive(arguments)) => drive::drive(arguments),
         Some(Command::Trace(arguments)) => trace::trace(arguments),
         Some(Command::Fit(command)) => fit::fit(command),
+        Some(Command::Curves(arguments)) => curves::curves(arguments),
         Some(Command::Completions { shell }) => completions::completions(*shell),
         Some(Command::Man { out }) => man::man(out),
     };

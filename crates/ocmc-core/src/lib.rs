@@ -18,6 +18,7 @@ pub mod driver;
 pub mod fit;
 pub mod fleet;
 pub mod lanes;
+pub mod log;
 pub mod mission;
 pub mod operating_cycle;
 pub mod random;

@@ -4,6 +4,7 @@ pub mod column_file;
 pub mod curve_table;
 pub mod delimited;
 pub mod given_cycle;
+pub mod log;
 pub mod operating_cycle;
 pub mod records;
 pub mod run_directory;
