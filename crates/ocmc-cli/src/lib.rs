@@ -7,6 +7,7 @@ mod curves;
 mod cycle;
 mod drive;
 mod failure;
+mod fit;
 mod histogram_chart;
 mod interrupt;
 mod log_arguments;
@@ -50,6 +51,7 @@ pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> i32 {
         Some(Command::Cycle(arguments)) => cycle::cycle(arguments),
         Some(Command::Drive(arguments)) => drive::drive(arguments),
         Some(Command::Trace(arguments)) => trace::trace(arguments),
+        Some(Command::Fit(command)) => fit::fit(command),
         Some(Command::Curves(arguments)) => curves::curves(arguments),
         Some(Command::Completions { shell }) => completions::completions(*shell),
         Some(Command::Man { out }) => man::man(out),

@@ -15,6 +15,7 @@
 
 pub mod distribution;
 pub mod driver;
+pub mod fit;
 pub mod fleet;
 pub mod lanes;
 pub mod log;
