@@ -29,6 +29,7 @@ const EXAMPLES: &str = "\
 Examples:
   ocmc --cycles 10000                                  the built-in study `field-truck`
   ocmc --study my-fleet.toml --seed 7 --out runs/a     a study file, each cycle's record in runs/a
+  ocmc --out runs/a --resume                           finish what an interrupted run began
   ocmc --set driver.curve_speed.exponent=0.5 --json    one value changed, the answer as JSON
 
 Exit status: 0 done, 1 the input or the run failed or was interrupted, 2 wrong usage.";
@@ -43,6 +44,8 @@ pub(crate) enum Command {
     Cycle(CycleArguments),
     /// Writes the simulated time series of one cycle: speed, pedals, gear, fuel, forces
     Trace(CycleArguments),
+    /// Merges the parts of one run, from many machines, into the run that one machine would have written
+    Merge(MergeArguments),
     /// Prints a script that completes the command line of a shell
     Completions {
         /// The shell
@@ -114,6 +117,26 @@ pub(crate) struct CycleArguments {
     pub(crate) out: Option<PathBuf>,
 }
 
+/// Parts to merge.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct MergeArguments {
+    /// Run directories of the parts, in any order
+    #[arg(value_name = "PART", required = true)]
+    pub(crate) parts: Vec<PathBuf>,
+    /// Directory for the whole run
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: PathBuf,
+    /// Format of the records [default: that of the first part]
+    #[arg(long, value_name = "FORMAT")]
+    pub(crate) format: Option<Format>,
+    /// No hints
+    #[arg(long)]
+    pub(crate) quiet: bool,
+    /// The answer as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
 /// Options of a run.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct RunArguments {
@@ -138,6 +161,9 @@ pub(crate) struct RunArguments {
     /// Directory for the records, the manifest and the summary of the run; without it nothing is written
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
+    /// Finishes the interrupted run in --out: study, seed, range and format are those of the run
+    #[arg(long, requires = "out", conflicts_with_all = ["study", "set", "cycles", "first_cycle", "seed", "format"])]
+    pub(crate) resume: bool,
     /// Format of the records
     #[arg(long, value_name = "FORMAT", default_value = "parquet", requires = "out")]
     pub(crate) format: Format,

@@ -1,6 +1,7 @@
 //! Everything that can end a command early.
 
 use crate::study_report::study_report;
+use ocmc_io::records::RecordsError;
 use ocmc_io::run_directory::RunDirectoryError;
 use ocmc_io::study::StudyFileError;
 use std::io;
@@ -49,9 +50,24 @@ impl Failure {
 
     fn help(&self) -> Option<&str> {
         match self {
+            Self::RunDirectory(RunDirectoryError::Exists { unfinished: true, .. }) => Some(
+                "--out with this directory and --resume finishes it; or give another directory, or remove this one",
+            ),
             Self::RunDirectory(RunDirectoryError::Exists { .. }) => {
                 Some("give another directory with --out, or remove this one")
             }
+            Self::RunDirectory(
+                RunDirectoryError::Write { .. }
+                | RunDirectoryError::Records(
+                    RecordsError::Write { .. } | RecordsError::Create { .. },
+                ),
+            ) => Some("what was finished is kept: --out with this directory and --resume goes on"),
+            Self::RunDirectory(RunDirectoryError::NotWhole { .. }) => {
+                Some("if it was ended by force, `ocmc --out DIR --resume` finishes it")
+            }
+            Self::RunDirectory(RunDirectoryError::NotOneRun { .. }) => Some(
+                "parts have the same study, seed and program, and each begins where another one ends",
+            ),
             Self::RunDirectory(RunDirectoryError::NotADirectory { .. }) => {
                 Some("give a directory with --out; it is created where it does not exist")
             }

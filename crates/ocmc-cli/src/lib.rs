@@ -8,6 +8,7 @@ mod failure;
 mod histogram_chart;
 mod interrupt;
 mod man;
+mod merge;
 mod number_text;
 mod output;
 mod progress;
@@ -45,6 +46,7 @@ pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> i32 {
         Some(Command::Study(command)) => study::study(command),
         Some(Command::Cycle(arguments)) => cycle::cycle(arguments),
         Some(Command::Trace(arguments)) => trace::trace(arguments),
+        Some(Command::Merge(arguments)) => merge::merge(arguments),
         Some(Command::Completions { shell }) => completions::completions(*shell),
         Some(Command::Man { out }) => man::man(out),
     };
@@ -60,7 +62,7 @@ pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> i32 {
 
 /// What a run adds up to, as the command prints it, `width` columns wide.
 pub fn run_text(run: &RunSummary, origin: &Origin, width: usize) -> String {
-    run_text::run_text(run, &run_text::Circumstances { origin, width })
+    run_text::run_text(run, &run_text::Circumstances { origin, width, resumed: 0 })
 }
 
 /// Prints help, version or what is wrong with the arguments.

@@ -17,8 +17,18 @@ pub(crate) fn plan(arguments: &RunArguments) -> Result<RunPlan, Failure> {
              allowed is a sum of at most {LAST_CYCLE_ID}"
         )));
     }
+    plan_of(arguments, arguments.seed, first_cycle, cycles)
+}
+
+/// The plan of these cycles, on what the arguments say.
+pub(crate) fn plan_of(
+    arguments: &RunArguments,
+    seed: u64,
+    first_cycle: u64,
+    cycles: u64,
+) -> Result<RunPlan, Failure> {
     let level = level(arguments)?;
-    let RunArguments { seed, threads, chunk, .. } = *arguments;
+    let RunArguments { threads, chunk, .. } = *arguments;
     Ok(RunPlan { level, ..RunPlan::new(seed, first_cycle, cycles, threads, chunk) })
 }
 

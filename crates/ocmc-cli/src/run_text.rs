@@ -15,11 +15,13 @@ const PER_TONNE: &str = "consumption_l_per_100tkm";
 pub(crate) struct Circumstances<'a> {
     pub(crate) origin: &'a Origin,
     pub(crate) width: usize,
+    /// Cycles that were there before a run was resumed.
+    pub(crate) resumed: u64,
 }
 
 /// The whole answer.
 pub(crate) fn run_text(run: &RunSummary, circumstances: &Circumstances) -> String {
-    let mut text = heading(run, circumstances.origin);
+    let mut text = heading(run, circumstances);
     if run.summary.outcomes.of(Outcome::Completed) > 0 {
         text.push('\n');
         text.push_str(&summary_table::summary_table(&run.summary.statistics));
@@ -33,12 +35,12 @@ pub(crate) fn run_text(run: &RunSummary, circumstances: &Circumstances) -> Strin
     text
 }
 
-fn heading(run: &RunSummary, origin: &Origin) -> String {
+fn heading(run: &RunSummary, circumstances: &Circumstances) -> String {
     let summary = &run.summary;
     let mut lines = Vec::new();
     lines.push((
         "study",
-        match origin {
+        match circumstances.origin {
             Origin::File(path) => format!("{} ({})", run.study, path.display()),
             _ => run.study.clone(),
         },
@@ -59,15 +61,20 @@ fn heading(run: &RunSummary, origin: &Origin) -> String {
     ));
     let threads =
         if run.threads == 1 { "1 thread".to_owned() } else { format!("{} threads", run.threads) };
-    lines.push((
-        "took",
-        format!(
-            "{} s on {threads}: {} cycles/s, {} times real time",
-            short(run.wall_s),
-            rough(summary.cycles as f64 / run.wall_s),
-            rough(summary.simulated_s / run.wall_s)
-        ),
-    ));
+    let took = format!("{} s on {threads}", short(run.wall_s));
+    let rate = |cycles: u64| rough(cycles as f64 / run.wall_s);
+    let took = match circumstances.resumed {
+        0 => {
+            let real = rough(summary.simulated_s / run.wall_s);
+            format!("{took}: {} cycles/s, {real} times real time", rate(summary.cycles))
+        }
+        before => {
+            // a run that was ended while its files were put together has no cycle left to drive
+            let rest = summary.cycles - before;
+            format!("{took} for the last {} cycles: {} cycles/s", grouped(rest), rate(rest))
+        }
+    };
+    lines.push(("took", took));
     let mut text = String::new();
     for (name, value) in lines {
         let _ = writeln!(text, "{name:<10} {value}");

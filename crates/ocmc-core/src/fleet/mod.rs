@@ -1,8 +1,11 @@
 //! Fleets: many cycles in parallel, and what they add up to.
 
+pub mod comparison;
 pub mod histogram;
 pub mod quantile;
+pub mod quantity;
 pub mod ratio;
 pub mod run;
+pub mod sensitivity;
 pub mod statistic;
 pub mod summary;
