@@ -4,6 +4,7 @@ use clap::builder::PossibleValuesParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use ocmc_core::fleet::run::MOST_THREADS;
+use ocmc_core::operating_cycle::given::Keep;
 use ocmc_core::random::LAST_CYCLE_ID;
 use ocmc_core::simulation::cpu::CpuLevel;
 use ocmc_io::records::RecordFormat;
@@ -42,6 +43,8 @@ pub(crate) enum Command {
     Study(StudyCommand),
     /// Writes one operating cycle: road, events, weather and traffic, as CSV tracks or JSON
     Cycle(CycleArguments),
+    /// Drives given operating cycles with drivers, weathers, payloads and trucks of a study
+    Drive(DriveArguments),
     /// Writes the simulated time series of one cycle: speed, pedals, gear, fuel, forces
     Trace(CycleArguments),
     /// Merges the parts of one run, from many machines, into the run that one machine would have written
@@ -135,6 +138,41 @@ pub(crate) struct MergeArguments {
     /// The answer as JSON
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+/// A run on given routes.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct DriveArguments {
+    /// Files with operating cycles: VECTO's `.vdri`, tracks or JSON of `ocmc cycle`, or a route as `.csv`. Of several, each cycle drives
+    /// one, by the weights of the study's `mission.routes`
+    #[arg(value_name = "FILE", required = true)]
+    pub(crate) files: Vec<PathBuf>,
+    /// What is taken from the file instead of being drawn from the study; may be repeated or joined by commas
+    #[arg(long, value_name = "WHAT", value_delimiter = ',')]
+    pub(crate) keep: Vec<Kept>,
+    #[command(flatten)]
+    pub(crate) run: RunArguments,
+}
+
+/// What is taken from a file, as typed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Kept {
+    /// Temperature, pressure, humidity, precipitation, wind
+    Weather,
+    /// Density of traffic
+    Traffic,
+    /// Payload and departure
+    Mission,
+}
+
+impl From<Kept> for Keep {
+    fn from(kept: Kept) -> Self {
+        match kept {
+            Kept::Weather => Self::Weather,
+            Kept::Traffic => Self::Traffic,
+            Kept::Mission => Self::Mission,
+        }
+    }
 }
 
 /// Options of a run.

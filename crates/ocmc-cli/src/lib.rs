@@ -4,6 +4,7 @@
 mod arguments;
 mod completions;
 mod cycle;
+mod drive;
 mod failure;
 mod histogram_chart;
 mod interrupt;
@@ -45,6 +46,7 @@ pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> i32 {
         None => run::run(&arguments.run),
         Some(Command::Study(command)) => study::study(command),
         Some(Command::Cycle(arguments)) => cycle::cycle(arguments),
+        Some(Command::Drive(arguments)) => drive::drive(arguments),
         Some(Command::Trace(arguments)) => trace::trace(arguments),
         Some(Command::Merge(arguments)) => merge::merge(arguments),
         Some(Command::Completions { shell }) => completions::completions(*shell),

@@ -33,9 +33,17 @@ struct Job {
 
 /// Runs the study, writes its records where asked to, and prints the answer.
 pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
+    run_study(arguments, || Ok(study::load(&arguments.study, &arguments.set)?))
+}
+
+/// As [`run`], of the study that `load` gives.
+pub(crate) fn run_study(
+    arguments: &RunArguments,
+    load: impl FnOnce() -> Result<LoadedStudy, Failure>,
+) -> Result<(), Failure> {
     let job = match (&arguments.out, arguments.resume) {
         (Some(path), true) => resume(arguments, path)?,
-        _ => Some(begin(arguments)?),
+        _ => Some(begin(arguments, load)?),
     };
     let Some(job) = job else {
         return complete_already(arguments);
@@ -43,9 +51,12 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
     drive(arguments, job)
 }
 
-fn begin(arguments: &RunArguments) -> Result<Job, Failure> {
+fn begin(
+    arguments: &RunArguments,
+    load: impl FnOnce() -> Result<LoadedStudy, Failure>,
+) -> Result<Job, Failure> {
     let plan = request::plan(arguments)?;
-    let loaded = study::load(&arguments.study, &arguments.set)?;
+    let loaded = load()?;
     let manifest = Manifest::new(&loaded.model, &plan);
     let directory = match &arguments.out {
         Some(path) => Some(RunDirectory::create(path, arguments.format.into(), manifest.clone())?),

@@ -1,6 +1,7 @@
 //! Mission: length, payload, departure and stops with dwell.
 
 use crate::distribution::Quantity;
+use crate::operating_cycle::given::RouteModel;
 use crate::random::{Stream, Streams};
 use crate::road::point_event::{EventKind, PointEvent};
 use crate::study::Part;
@@ -25,6 +26,9 @@ pub struct MissionModel {
     /// Stops of the mission; absent: none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stops: Option<MissionStopModel>,
+    /// Given operating cycles to drive instead of drawn roads; absent: none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub routes: Vec<RouteModel>,
 }
 
 /// Stops of a mission.
@@ -53,9 +57,16 @@ pub struct Mission {
 }
 
 impl MissionModel {
-    /// Draws a mission. Without [`Part::PayloadSpread`] every truck carries the mean payload.
-    pub fn sample(&self, streams: &Streams, without: &[Part]) -> Mission {
-        let length_m = self.length_m.sample(&mut streams.open(Stream::MissionLength));
+    /// Draws a mission, of `given_length_m` where the road is given. Without [`Part::PayloadSpread`] every truck carries the
+    /// mean payload.
+    pub fn sample(
+        &self,
+        given_length_m: Option<f64>,
+        streams: &Streams,
+        without: &[Part],
+    ) -> Mission {
+        let draw = || self.length_m.sample(&mut streams.open(Stream::MissionLength));
+        let length_m = given_length_m.unwrap_or_else(draw);
         let payload_kg = if without.contains(&Part::PayloadSpread) {
             self.payload_kg.centre()
         } else {

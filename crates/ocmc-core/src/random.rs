@@ -79,8 +79,10 @@ pub enum Stream {
     Vehicle = 28,
     /// Parameter uncertainty of the curve-speed fit, keyed by replicate and not by cycle.
     CurveSpeedParameters = 29,
+    /// Which of several given routes is driven.
+    Route = 30,
     /// Resampling of rows for bootstrap intervals, keyed by replicate and not by cycle. Belongs to no cycle.
-    Bootstrap = 30,
+    Bootstrap = 31,
 }
 
 /// A set of streams.
@@ -147,7 +149,7 @@ pub enum Factor {
 
 impl Stream {
     /// All streams, in the order of their numbers.
-    pub const ALL: [Self; 31] = [
+    pub const ALL: [Self; 32] = [
         Self::RoadType,
         Self::SpeedSign,
         Self::Curve,
@@ -178,6 +180,7 @@ impl Stream {
         Self::BumpComfort,
         Self::Vehicle,
         Self::CurveSpeedParameters,
+        Self::Route,
         Self::Bootstrap,
     ];
 
@@ -196,7 +199,8 @@ impl Stream {
             | S::JunctionTurn
             | S::Roughness
             | S::Ground
-            | S::Heading => Factor::Road,
+            | S::Heading
+            | S::Route => Factor::Road,
             S::Temperature | S::Pressure | S::Humidity | S::Precipitation | S::Wind => {
                 Factor::Weather
             }

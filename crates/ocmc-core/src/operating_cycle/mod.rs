@@ -4,6 +4,7 @@
 //! dx / min(sign, legal truck limit) plus the drawn standstill: no driver and no truck enter, so under one
 //! seed all trucks and drivers meet the same cycle, and the speed profile is a function of position alone.
 
+pub mod given;
 pub mod segments;
 pub mod tracks;
 
@@ -13,6 +14,7 @@ use crate::road::{Road, RoadModel, RoadSampler};
 use crate::study::Part;
 use crate::traffic::{TrafficModel, TrafficTypeModel};
 use crate::weather::{STANDARD_WEATHER, Weather, WeatherModel};
+use given::Route;
 
 /// A limit that no truck reaches, in m/s: what a road without signs shows.
 pub const UNLIMITED_MPS: f64 = 130.0 / 3.6;
@@ -59,6 +61,8 @@ pub struct OperatingCycleSampler {
     /// In the order of the road types.
     traffic_types: Vec<TrafficTypeModel>,
     mission: MissionModel,
+    /// Given routes to choose from instead of drawing a road.
+    routes: Vec<Route>,
 }
 
 /// One change along the road that the free-flow clock has to know.
@@ -82,7 +86,18 @@ impl OperatingCycleSampler {
             traffic: traffic.clone(),
             traffic_types,
             mission: mission.clone(),
+            routes: Vec::new(),
         }
+    }
+
+    /// Lays down given cycles, with their weights and what they keep, to be driven instead of drawn roads.
+    pub(crate) fn set_routes(&mut self, routes: Vec<Route>) {
+        self.routes = routes;
+    }
+
+    /// The given routes; none where roads are drawn.
+    pub fn routes(&self) -> &[Route] {
+        &self.routes
     }
 
     /// The road models.
@@ -97,15 +112,26 @@ impl OperatingCycleSampler {
 
     /// Draws one operating cycle into `cycle`, whose buffers are reused.
     pub fn sample(&self, streams: &Streams, without: &[Part], cycle: &mut OperatingCycle) {
-        cycle.mission = self.mission.sample(streams, without);
-        let mission = &cycle.mission;
-        self.road.sample(mission.length_m, &mission.stops, streams, without, &mut cycle.road);
+        let route = given::choose(&self.routes, streams);
+        let given_length_m = route.map(|route| route.cycle().length_m);
+        cycle.mission = self.mission.sample(given_length_m, streams, without);
+        if let Some(route) = route {
+            route.give_mission(&mut cycle.mission);
+        }
+        let (mission, road) = (&cycle.mission, &mut cycle.road);
+        match route {
+            None => self.road.sample(mission.length_m, &mission.stops, streams, without, road),
+            Some(route) => route.lay(&self.road, &mission.stops, streams, without, road),
+        }
         if without.contains(&Part::Signs) {
             for sign in &mut cycle.road.signs {
                 sign.speed_mps = UNLIMITED_MPS;
             }
         }
         self.pass(streams, without, cycle);
+        if let Some(route) = route {
+            route.give_clock(cycle);
+        }
     }
 
     /// Runs the free-flow clock along the road and writes down what it meets.

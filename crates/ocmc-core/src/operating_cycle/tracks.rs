@@ -43,7 +43,68 @@ pub struct Track {
     pub value: Values,
 }
 
+/// Names of all tracks that an operating cycle is written as.
+pub const NAMES: [&str; 25] = [
+    "road_type",
+    "speed_limit_mps",
+    "curvature_per_m",
+    "grade",
+    "altitude_m",
+    "roughness_m3",
+    "ground",
+    "wind_exposure",
+    "stop_sign_s",
+    "give_way_stop_s",
+    "give_way_pass_mps",
+    "red_light_s",
+    "green_light",
+    "speed_bump_length_m",
+    "speed_bump_height_m",
+    "mission_stop_s",
+    "air_temperature_k",
+    "air_pressure_pa",
+    "relative_humidity",
+    "precipitation_mps",
+    "snow",
+    "wind_speed_mps",
+    "wind_direction_rad",
+    "traffic_density_per_m",
+    "payload_kg",
+];
+
 impl Track {
+    /// A track of numbers without a value yet.
+    pub fn empty(name: &'static str, rule: Rule) -> Self {
+        Self { name, rule, position_m: Vec::new(), value: Values::Numbers(Vec::new()) }
+    }
+
+    /// Appends a number.
+    pub fn push(&mut self, position_m: f64, value: f64) {
+        if let Values::Numbers(values) = &mut self.value {
+            self.position_m.push(position_m);
+            values.push(value);
+        }
+    }
+
+    /// Drops the entries of a constant track that repeat the value before them.
+    pub fn merge_equal(&mut self) {
+        if self.rule != Rule::Constant {
+            return;
+        }
+        let repeats = |k: usize| match &self.value {
+            Values::Numbers(values) => k > 0 && values[k] == values[k - 1],
+            Values::Names(names) => k > 0 && names[k] == names[k - 1],
+        };
+        let keep: Vec<bool> = (0..self.position_m.len()).map(|k| !repeats(k)).collect();
+        let mut kept = keep.iter();
+        self.position_m.retain(|_| *kept.next().unwrap_or(&true));
+        let mut kept = keep.iter();
+        match &mut self.value {
+            Values::Numbers(values) => values.retain(|_| *kept.next().unwrap_or(&true)),
+            Values::Names(names) => names.retain(|_| *kept.next().unwrap_or(&true)),
+        }
+    }
+
     fn numbers(
         name: &'static str,
         rule: Rule,

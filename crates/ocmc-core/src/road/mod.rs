@@ -5,6 +5,7 @@
 pub mod curvature;
 pub mod point_event;
 pub mod road_type;
+pub mod route_geometry;
 pub mod speed_sign;
 pub mod surface;
 pub mod topography;
@@ -154,6 +155,16 @@ impl RoadSampler {
         &self.types
     }
 
+    /// Step of the slope, in m.
+    pub fn slope_step_m(&self) -> f64 {
+        self.model.slope_step_m
+    }
+
+    /// Length of a roughness block, in m.
+    pub fn roughness_block_m(&self) -> f64 {
+        self.model.roughness_block_m
+    }
+
     /// Long-run share of each type by length.
     pub fn share_by_length(&self) -> &[f64] {
         self.chain.share_by_length()
@@ -188,18 +199,23 @@ impl RoadSampler {
         }
         self.sample_slopes(streams, without, road);
 
+        self.sample_roughness(streams, road);
+        self.sample_grounds(streams, road);
+        road.heading_rad = TAU * streams.open(Stream::Heading).uniform();
+    }
+
+    /// Draws the roughness of a road whose sections are known.
+    pub fn sample_roughness(&self, streams: &Streams, road: &mut Road) {
         let mut draws = streams.open(Stream::Roughness);
         let block_m = self.model.roughness_block_m;
-        sample_roughness(
-            &self.roughnesses,
-            block_m,
-            &road.sections,
-            &mut draws,
-            &mut road.roughness_m3,
-        );
-        road.grounds =
-            sample_grounds(&self.grounds, &road.sections, &mut streams.open(Stream::Ground));
-        road.heading_rad = TAU * streams.open(Stream::Heading).uniform();
+        let (models, blocks) = (&self.roughnesses, &mut road.roughness_m3);
+        sample_roughness(models, block_m, &road.sections, &mut draws, blocks);
+    }
+
+    /// Draws the ground of a road whose sections are known.
+    pub fn sample_grounds(&self, streams: &Streams, road: &mut Road) {
+        let mut draws = streams.open(Stream::Ground);
+        road.grounds = sample_grounds(&self.grounds, &road.sections, &mut draws);
     }
 
     fn sample_events(

@@ -37,6 +37,9 @@ pub enum Ground {
     Earth,
 }
 
+/// All grounds.
+pub const GROUNDS: [Ground; 4] = [Ground::Asphalt, Ground::Concrete, Ground::Gravel, Ground::Earth];
+
 /// Ground types of one road type: share by section.
 pub type GroundModel = BTreeMap<Ground, f64>;
 

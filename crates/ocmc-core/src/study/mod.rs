@@ -10,6 +10,7 @@ pub use check::{Problem, StudyError};
 
 use crate::driver::{Driver, DriverModel};
 use crate::mission::MissionModel;
+use crate::operating_cycle::given::{GivenCycle, GivenCycleError, Keep, Route};
 use crate::operating_cycle::{OperatingCycle, OperatingCycleSampler};
 use crate::random::{Exchange, Factor, Stream, Streams};
 use crate::road::RoadModel;
@@ -175,6 +176,24 @@ impl Study {
         let brake = model.vehicle.brakes.full_deceleration_mps2 * model.driver.pedals.brake_scale;
         let stability_limit = 1.0 / (brake * model.simulation.step_s);
         Ok(Self { model, operating_cycle, powertrain, road_types, stability_limit })
+    }
+
+    /// Drives given cycles instead of drawn roads, each with its weight and what it keeps of its file.
+    ///
+    /// # Errors
+    /// The number of the cycle, from 0, and what does not fit this study.
+    pub fn with_routes(
+        mut self,
+        cycles: Vec<(GivenCycle, f64, Vec<Keep>)>,
+    ) -> Result<Self, (usize, GivenCycleError)> {
+        let mut routes = Vec::with_capacity(cycles.len());
+        for (k, (cycle, weight, keep)) in cycles.into_iter().enumerate() {
+            let road = self.operating_cycle.road();
+            let route = Route::new(cycle, weight, &keep, &self.road_types, road);
+            routes.push(route.map_err(|error| (k, error))?);
+        }
+        self.operating_cycle.set_routes(routes);
+        Ok(self)
     }
 
     /// The study as it is written.

@@ -8,7 +8,7 @@ use statrs::distribution::{Beta, ContinuousCDF, Normal};
 
 fn missions(seed: u64) -> Vec<Mission> {
     let model = field_truck_model().mission;
-    cycles(seed).map(|streams| model.sample(&streams, &[])).collect()
+    cycles(seed).map(|streams| model.sample(None, &streams, &[])).collect()
 }
 
 #[test]

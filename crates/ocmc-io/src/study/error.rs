@@ -154,6 +154,12 @@ pub enum Cause {
         /// What is allowed.
         allowed: String,
     },
+    /// A file with a given operating cycle that cannot be driven.
+    #[error("{message}")]
+    Route {
+        /// What is wrong with it, the file's name included.
+        message: String,
+    },
     /// A path of `study.drop` that is not there.
     #[error("`study.drop` names `{path}`, which is not inherited")]
     NothingToDrop {

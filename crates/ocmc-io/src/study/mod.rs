@@ -26,6 +26,7 @@ mod init;
 mod node;
 mod read;
 mod resolved;
+mod routes;
 mod schema;
 mod setting;
 mod source;
@@ -37,7 +38,8 @@ pub use resolved::{resolved_toml, study_hash};
 pub use schema::schema;
 pub use source::{Place, Source, SourceKind};
 
-use node::Node;
+use node::{Node, Step};
+use ocmc_core::operating_cycle::given::{Keep, RouteModel};
 use ocmc_core::study::{Study, StudyModel};
 use read::{Kind, Text, read};
 use std::fmt;
@@ -65,6 +67,29 @@ impl LoadedStudy {
     /// As [`load`].
     pub fn set<S: AsRef<str>>(&self, sets: &[S]) -> Result<Self, StudyFileError> {
         finish(self.own.clone(), self.folder.clone(), sets, self.origin.clone())
+    }
+
+    /// The study on given routes instead of its own roads: files as [`crate::given_cycle::read`] reads them. A file that the study
+    /// lists under `mission.routes` keeps its weight, others weigh 1; `keep` is what they all keep.
+    ///
+    /// # Errors
+    /// [`StudyFileError`] says what is wrong with which file.
+    pub fn on_routes(mut self, files: &[PathBuf], keep: &[Keep]) -> Result<Self, StudyFileError> {
+        let listed = std::mem::take(&mut self.model.mission.routes);
+        let weight = |file: &Path| {
+            let same = |route: &&RouteModel| Path::new(&route.file).file_name() == file.file_name();
+            listed.iter().find(same).map_or(1.0, |route| route.weight)
+        };
+        let route = |file: &PathBuf| RouteModel {
+            file: file.display().to_string(),
+            weight: weight(file),
+            keep: keep.to_vec(),
+            sha256: None,
+        };
+        self.model.mission.routes = files.iter().map(route).collect();
+        let study =
+            routes::attach(self.study, &mut self.model, None).map_err(|(_, fault)| fault)?;
+        Ok(Self { study, ..self })
     }
 }
 
@@ -154,9 +179,14 @@ fn check(own: &Node, folder: Option<&Path>) -> Result<(StudyModel, Study), Study
     if !faults.is_empty() {
         return Err(StudyFileError { faults });
     }
-    let model: StudyModel = serde_path_to_error::deserialize(tree.to_toml())
+    let mut model: StudyModel = serde_path_to_error::deserialize(tree.to_toml())
         .map_err(|error| StudyFileError { faults: vec![fault::from_serde(&tree, &error)] })?;
     let study = Study::new(model.clone())
         .map_err(|error| StudyFileError { faults: fault::from_core(&tree, error) })?;
+    let study = routes::attach(study, &mut model, folder).map_err(|(k, fault)| {
+        let steps = ["mission", "routes"].map(|key| Step::Key(key.to_owned()));
+        let (node, _) = tree.follow(&[&steps[..], &[Step::Index(k)]].concat());
+        StudyFileError { faults: vec![fault.at(node.any_place())] }
+    })?;
     Ok((model, study))
 }

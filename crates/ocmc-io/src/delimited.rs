@@ -1,0 +1,267 @@
+//! Tables that others write: a header, and rows of cells between commas, semicolons or tabs.
+//!
+//! Column names are compared without case, units and brackets: `<s>`, `s [m]` and `S` are all `s`. Lines that begin with
+//! `#` are comments; a byte-order mark and letters that are not UTF-8 (old files are Latin-1) do no harm.
+
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use thiserror::Error;
+
+/// Largest table, in bytes.
+const MOST_BYTES: u64 = 256 << 20;
+
+/// What is wrong with a table.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum TableError {
+    /// A file that cannot be read.
+    #[error("cannot read `{}`: {source}", path.display())]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// A file that is too large.
+    #[error("`{}` has {bytes} bytes, allowed are at most {MOST_BYTES}", path.display())]
+    TooLarge {
+        /// The file.
+        path: PathBuf,
+        /// Its size.
+        bytes: u64,
+    },
+    /// A file without a row.
+    #[error("`{}` has no rows below its header", path.display())]
+    Empty {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A row of another length.
+    #[error("{}:{line}: {found} cells, allowed are {wanted}, as many as the header has", path.display())]
+    Cells {
+        /// The file.
+        path: PathBuf,
+        /// Line, from 1.
+        line: u64,
+        /// Cells in the row.
+        found: usize,
+        /// Cells in the header.
+        wanted: usize,
+    },
+    /// A cell that is no finite number.
+    #[error("{}:{line}: `{column}` is `{value}`, allowed is a finite number", path.display())]
+    Number {
+        /// The file.
+        path: PathBuf,
+        /// Line, from 1.
+        line: u64,
+        /// The column.
+        column: String,
+        /// The cell.
+        value: String,
+    },
+    /// A column that is missing.
+    #[error("`{}` has no column {wanted}; its columns are: {have}", path.display())]
+    Column {
+        /// The file.
+        path: PathBuf,
+        /// Names that it may have.
+        wanted: String,
+        /// The columns that there are.
+        have: String,
+    },
+    /// A column that nobody knows.
+    #[error("`{}` has an unknown column `{column}`; allowed are: {allowed}", path.display())]
+    Unknown {
+        /// The file.
+        path: PathBuf,
+        /// The column.
+        column: String,
+        /// The columns that are known.
+        allowed: String,
+    },
+}
+
+/// A table as text.
+#[derive(Clone, Debug)]
+pub struct DelimitedTable {
+    path: PathBuf,
+    /// Names as written.
+    header: Vec<String>,
+    /// Line of each row, from 1, and its cells.
+    rows: Vec<(u64, Vec<String>)>,
+}
+
+/// Reads a file as text; what is not UTF-8 is read as Latin-1.
+pub(crate) fn read_text(path: &Path) -> Result<String, TableError> {
+    let unreadable = |source| TableError::Unreadable { path: path.to_owned(), source };
+    let bytes = std::fs::metadata(path).map_err(unreadable)?.len();
+    if bytes > MOST_BYTES {
+        return Err(TableError::TooLarge { path: path.to_owned(), bytes });
+    }
+    let bytes = std::fs::read(path).map_err(unreadable)?;
+    let text = match String::from_utf8(bytes) {
+        Ok(text) => text,
+        Err(error) => error.into_bytes().into_iter().map(char::from).collect(),
+    };
+    Ok(text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text))
+}
+
+impl DelimitedTable {
+    /// Reads a table.
+    ///
+    /// # Errors
+    /// [`TableError`] names the file and the line.
+    pub fn read(path: &Path) -> Result<Self, TableError> {
+        Self::parse(path, &read_text(path)?)
+    }
+
+    /// Reads a table from a text that is called `path` in messages.
+    ///
+    /// # Errors
+    /// As [`DelimitedTable::read`].
+    pub fn parse(path: &Path, text: &str) -> Result<Self, TableError> {
+        let mut lines = text.lines().enumerate().filter(|(_, line)| {
+            let line = line.trim();
+            !line.is_empty() && !line.starts_with('#')
+        });
+        let (_, first) = lines.next().ok_or_else(|| TableError::Empty { path: path.to_owned() })?;
+        let delimiter = [',', ';', '\t'].into_iter().max_by_key(|d| first.matches(*d).count());
+        let split = |line: &str| -> Vec<String> {
+            let cells = line.split(delimiter.unwrap_or(','));
+            cells.map(|cell| cell.trim().trim_matches('"').to_owned()).collect()
+        };
+        let header = split(first);
+        let mut rows = Vec::new();
+        for (k, line) in lines {
+            let (line, cells) = (k as u64 + 1, split(line));
+            if cells.len() != header.len() {
+                let (found, wanted) = (cells.len(), header.len());
+                return Err(TableError::Cells { path: path.to_owned(), line, found, wanted });
+            }
+            rows.push((line, cells));
+        }
+        if rows.is_empty() {
+            return Err(TableError::Empty { path: path.to_owned() });
+        }
+        Ok(Self { path: path.to_owned(), header, rows })
+    }
+
+    /// The file.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Line of each row, from 1.
+    pub fn lines(&self) -> impl Iterator<Item = u64> + '_ {
+        self.rows.iter().map(|row| row.0)
+    }
+
+    /// Names of the columns, made comparable.
+    pub fn names(&self) -> impl Iterator<Item = String> + '_ {
+        self.header.iter().map(|name| comparable(name))
+    }
+
+    /// The place of a column that has one of these names.
+    pub fn find(&self, names: &[&str]) -> Option<usize> {
+        self.names().position(|name| names.contains(&name.as_str()))
+    }
+
+    /// The place of a column that has to be there.
+    ///
+    /// # Errors
+    /// [`TableError::Column`].
+    pub fn column(&self, names: &[&str]) -> Result<usize, TableError> {
+        self.find(names).ok_or_else(|| TableError::Column {
+            path: self.path.clone(),
+            wanted: names.iter().map(|n| format!("`{n}`")).collect::<Vec<_>>().join(" or "),
+            have: self.header.join(", "),
+        })
+    }
+
+    /// The words of a column.
+    pub fn words(&self, column: usize) -> Vec<String> {
+        self.rows.iter().map(|row| row.1[column].clone()).collect()
+    }
+
+    /// The numbers of a column.
+    ///
+    /// # Errors
+    /// [`TableError::Number`].
+    pub fn numbers(&self, column: usize) -> Result<Vec<f64>, TableError> {
+        let parse = |(line, cells): &(u64, Vec<String>)| {
+            let cell = &cells[column];
+            let number = cell.parse::<f64>().ok().filter(|number| number.is_finite());
+            number.ok_or_else(|| TableError::Number {
+                path: self.path.clone(),
+                line: *line,
+                column: self.header[column].clone(),
+                value: cell.chars().take(40).collect(),
+            })
+        };
+        self.rows.iter().map(parse).collect()
+    }
+
+    /// The numbers of a column that has one of these names; none where there is no such column.
+    ///
+    /// # Errors
+    /// As [`DelimitedTable::numbers`].
+    pub fn numbers_of(&self, names: &[&str]) -> Result<Option<Vec<f64>>, TableError> {
+        self.find(names).map(|column| self.numbers(column)).transpose()
+    }
+
+    /// Refuses columns that are not among these.
+    ///
+    /// # Errors
+    /// [`TableError::Unknown`].
+    pub fn refuse_others(&self, known: &[&str]) -> Result<(), TableError> {
+        match self.names().position(|name| !known.contains(&name.as_str())) {
+            None => Ok(()),
+            Some(k) => {
+                let (column, allowed) = (self.header[k].clone(), known.join(", "));
+                Err(TableError::Unknown { path: self.path.clone(), column, allowed })
+            }
+        }
+    }
+}
+
+/// A column name without case, brackets, units and blanks at its ends.
+fn comparable(name: &str) -> String {
+    let name = name.split('[').next().unwrap_or_default();
+    let name = name.trim().trim_matches(|c| c == '<' || c == '>').trim();
+    let mut text = String::with_capacity(name.len());
+    for character in name.chars() {
+        let _ = write!(text, "{}", character.to_lowercase());
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn headers_of_others_are_understood() {
+        let path = Path::new("a.vfld");
+        let text =
+            "# made by hand\nn [U/min];Mfull [Nm];<PT1> [s]\n560;1180;0.6\n\n600; 1282 ;0.6\n";
+        let table = DelimitedTable::parse(path, text).unwrap();
+        assert_eq!(table.names().collect::<Vec<_>>(), ["n", "mfull", "pt1"]);
+        assert_eq!(table.numbers_of(&["mfull"]).unwrap().unwrap(), [1180.0, 1282.0]);
+        assert_eq!(table.lines().collect::<Vec<_>>(), [3, 5]);
+        assert!(table.numbers_of(&["torque"]).unwrap().is_none());
+        assert!(table.refuse_others(&["n", "mfull"]).is_err());
+    }
+
+    #[test]
+    fn faults_name_the_file_and_the_line() {
+        let path = Path::new("b.csv");
+        let fault = |text: &str| DelimitedTable::parse(path, text).unwrap_err().to_string();
+        assert!(fault("").contains("`b.csv`"));
+        assert!(fault("a,b\n1,2\n3\n").starts_with("b.csv:3: 1 cells"));
+        let table = DelimitedTable::parse(path, "a,b\n1,2\n3,x\n").unwrap();
+        assert!(table.numbers(1).unwrap_err().to_string().contains("b.csv:3: `b` is `x`"));
+        let missing = table.column(&["s", "position_m"]).unwrap_err().to_string();
+        assert!(missing.contains("`s` or `position_m`") && missing.contains("a, b"), "{missing}");
+    }
+}

@@ -1,0 +1,120 @@
+//! Given operating cycles, from the files of others and of ours:
+//!
+//! - `.vdri`: a VECTO cycle (distance, target speed, gradient, stop), [`vdri`]
+//! - `.json` and `.csv` with a column `track`: what `ocmc cycle` writes, [`track_file`]
+//! - any other `.csv`: a route by rows, with position or latitude and longitude, [`route`]
+
+mod route;
+mod track_file;
+mod vdri;
+
+use crate::delimited::{DelimitedTable, TableError, read_text};
+use ocmc_core::operating_cycle::given::{GivenCycle, GivenCycleError};
+use sha2::{Digest, Sha256};
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use thiserror::Error;
+
+/// What is wrong with a file that should hold an operating cycle.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum GivenCycleFileError {
+    /// A name that says no format.
+    #[error("`{}` ends in none of `.vdri`, `.csv` and `.json`", path.display())]
+    Extension {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A table that is not one.
+    #[error(transparent)]
+    Table(#[from] TableError),
+    /// A text that is not the JSON of an operating cycle.
+    #[error("`{}` is not an operating cycle in JSON as `ocmc cycle` writes it: {source}", path.display())]
+    Json {
+        /// The file.
+        path: PathBuf,
+        /// What the parser found.
+        source: serde_json::Error,
+    },
+    /// A track that nobody knows.
+    #[error("`{}` has a track `{name}`; allowed are: {allowed}", path.display())]
+    Track {
+        /// The file.
+        path: PathBuf,
+        /// The track.
+        name: String,
+        /// The tracks that are known.
+        allowed: String,
+    },
+    /// Tracks that are no road.
+    #[error("`{}`: {source}", path.display())]
+    Cycle {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        source: GivenCycleError,
+    },
+    /// A position that does not lie behind the one before it.
+    #[error("{}:{line}: position {position_m} m does not lie behind the one before it", path.display())]
+    Order {
+        /// The file.
+        path: PathBuf,
+        /// Line, from 1.
+        line: u64,
+        /// The position, in m.
+        position_m: f64,
+    },
+    /// A file that is another one than the study was made with.
+    #[error(
+        "`{}` has another content than when this study was written: its SHA-256 is {found}, not {wanted}",
+        path.display()
+    )]
+    Changed {
+        /// The file.
+        path: PathBuf,
+        /// Its hash.
+        found: String,
+        /// The hash in the study.
+        wanted: String,
+    },
+}
+
+/// Reads a given operating cycle; the ending of the name, and for `.csv` the header, say in which format.
+///
+/// # Errors
+/// [`GivenCycleFileError`] names the file, the place and what is allowed.
+pub fn read(path: &Path) -> Result<GivenCycle, GivenCycleFileError> {
+    let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
+    match ending.to_lowercase().as_str() {
+        "vdri" => vdri::read(&DelimitedTable::read(path)?),
+        "json" => track_file::read_json(path, &read_text(path)?),
+        "csv" => {
+            let table = DelimitedTable::read(path)?;
+            if table.find(&["track"]).is_some() {
+                track_file::read_csv(&table)
+            } else {
+                route::read(&table)
+            }
+        }
+        _ => Err(GivenCycleFileError::Extension { path: path.to_owned() }),
+    }
+}
+
+/// SHA-256 of a file, in hexadecimal digits.
+///
+/// # Errors
+/// Where it cannot be read.
+pub fn file_hash(path: &Path) -> Result<String, GivenCycleFileError> {
+    let unreadable = |source| TableError::Unreadable { path: path.to_owned(), source };
+    let bytes = std::fs::read(path).map_err(unreadable)?;
+    let mut text = String::with_capacity(64);
+    for byte in Sha256::digest(bytes) {
+        write!(text, "{byte:02x}").expect("a string takes any text");
+    }
+    Ok(text)
+}
+
+/// Names the file in an error of the core.
+fn in_file(path: &Path) -> impl FnOnce(GivenCycleError) -> GivenCycleFileError + '_ {
+    |source| GivenCycleFileError::Cycle { path: path.to_owned(), source }
+}

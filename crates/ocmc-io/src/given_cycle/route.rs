@@ -1,0 +1,154 @@
+//! A route by rows, as a planner or a logger gives it.
+//!
+//! | column | unit | meaning |
+//! |---|---|---|
+//! | `position_m` | m | distance along the road; or it is computed from `lat` and `lon` |
+//! | `lat`, `lon` | ° | for length, curves and the heading at the start |
+//! | `speed_limit_mps` or `speed_limit_kmh` | m/s, km/h | limit from here on |
+//! | `altitude_m` (`elevation_m`) or `grade` | m, - | height, linear between rows; or slope as climb per metre from here on |
+//! | `curvature_per_m` | 1/m | from here on, left positive; instead of `lat` and `lon` |
+//! | `stop_s` | s | above 0: a stop line with this standstill |
+//! | `road_type` | - | name of a road type of the study |
+//!
+//! Geometry: points are put on a plane around the first one (equirectangular, good for a few hundred km), resampled every 5 m, and
+//! averaged over 45 m, because the roads of maps turn at their points only. Curvature is the change of direction per metre; curves
+//! are found in it by [`ocmc_core::road::route_geometry`]. Altitude is taken as it is given: smooth GPS heights before.
+
+use super::{GivenCycleFileError, in_file};
+use crate::delimited::DelimitedTable;
+use ocmc_core::operating_cycle::given::GivenCycle;
+use ocmc_core::operating_cycle::tracks::{Rule, Track, Values};
+use ocmc_core::road::route_geometry::{self, Path2d};
+
+/// The columns.
+const COLUMNS: [&str; 13] = [
+    "position_m",
+    "lat",
+    "latitude",
+    "lon",
+    "longitude",
+    "speed_limit_mps",
+    "speed_limit_kmh",
+    "altitude_m",
+    "elevation_m",
+    "grade",
+    "curvature_per_m",
+    "stop_s",
+    "road_type",
+];
+
+/// Reads a route.
+pub(super) fn read(table: &DelimitedTable) -> Result<GivenCycle, GivenCycleFileError> {
+    table.refuse_others(&COLUMNS)?;
+    let latitude = table.numbers_of(&["lat", "latitude"])?;
+    let longitude = table.numbers_of(&["lon", "longitude"])?;
+    let path = latitude.zip(longitude).map(|(lat, lon)| Path2d::new(&lat, &lon));
+    let positions = match (table.numbers_of(&["position_m"])?, &path) {
+        (Some(positions), _) => positions,
+        (None, Some(path)) => path.position_m.clone(),
+        (None, None) => table.numbers(table.column(&["position_m", "lat"])?)?,
+    };
+    let start_m = positions[0];
+    let positions: Vec<f64> = positions.iter().map(|position_m| position_m - start_m).collect();
+    if let Some(k) = positions.windows(2).position(|pair| pair[1] <= pair[0]) {
+        let line = table.lines().nth(k + 1).unwrap_or_default();
+        let (path, position_m) = (table.path().to_owned(), positions[k + 1]);
+        return Err(GivenCycleFileError::Order { path, line, position_m });
+    }
+    let limits = if let Some(limits) = table.numbers_of(&["speed_limit_mps"])? {
+        limits
+    } else {
+        let column = table.column(&["speed_limit_kmh", "speed_limit_mps"])?;
+        table.numbers(column)?.iter().map(|limit| limit / 3.6).collect()
+    };
+    let track = |name, rule, value: Vec<f64>| Track {
+        name,
+        rule,
+        position_m: positions.clone(),
+        value: Values::Numbers(value),
+    };
+    let mut tracks = vec![track("speed_limit_mps", Rule::Constant, limits)];
+    if let Some(grades) = table.numbers_of(&["grade"])? {
+        tracks.push(track("grade", Rule::Constant, grades));
+    } else if let Some(altitudes) = table.numbers_of(&["altitude_m", "elevation_m"])? {
+        tracks.push(track("altitude_m", Rule::Linear, altitudes));
+    }
+    if let Some(stops_s) = table.numbers_of(&["stop_s"])? {
+        let mut stops = Track::empty("stop_sign_s", Rule::Event);
+        for (position_m, stop_s) in positions.iter().zip(stops_s).filter(|(_, stop)| *stop > 0.0) {
+            stops.push(*position_m, stop_s);
+        }
+        tracks.push(stops);
+    }
+    if let Some(column) = table.find(&["road_type"]) {
+        let value = Values::Names(table.words(column));
+        let position_m = positions.clone();
+        tracks.push(Track { name: "road_type", rule: Rule::Constant, position_m, value });
+    }
+    let curvature = table.numbers_of(&["curvature_per_m"])?;
+    for track in &mut tracks {
+        track.merge_equal();
+    }
+    let length_m = positions.last().copied();
+    let mut cycle = GivenCycle::from_tracks(&tracks, length_m).map_err(in_file(table.path()))?;
+    if let Some(curvature) = curvature {
+        cycle.curves = route_geometry::curves_of_curvature(&positions, &curvature);
+    } else if let Some(path) = &path {
+        cycle.curves = path.curves(&positions);
+    }
+    cycle.heading_rad = path.as_ref().map(Path2d::heading_rad);
+    Ok(cycle)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fmt::Write;
+    use std::path::Path;
+
+    fn parse(text: &str) -> Result<GivenCycle, GivenCycleFileError> {
+        read(&DelimitedTable::parse(Path::new("r.csv"), text).unwrap())
+    }
+
+    #[test]
+    fn a_circle_in_degrees_has_its_radius() {
+        // a quarter turn to the left of 200 m radius between two straights, at 52° north
+        let (lat_m, lon_m) = (111_195.0, 111_195.0 * 52f64.to_radians().cos());
+        let mut text = "lat,lon,speed_limit_kmh\n".to_owned();
+        let mut add = |x: f64, y: f64| {
+            let (lat, lon) = (52.0 + y / lat_m, 9.0 + x / lon_m);
+            writeln!(text, "{lat:.8},{lon:.8},50").unwrap();
+        };
+        for k in 0..50 {
+            add(0.0, 10.0 * f64::from(k));
+        }
+        for k in 0..=31 {
+            let angle = f64::from(k) * 0.05;
+            add(200.0 * (angle.cos() - 1.0), 500.0 + 200.0 * angle.sin());
+        }
+        for k in 1..50 {
+            add(-200.0 - 10.0 * f64::from(k), 700.0);
+        }
+        let cycle = parse(&text).unwrap();
+        assert_eq!(cycle.curves.len(), 1, "{:?}", cycle.curves);
+        let curve = cycle.curves[0];
+        assert!(curve.left && (curve.radius_m / 200.0 - 1.0).abs() < 0.03, "{curve:?}");
+        assert!((curve.end_m - curve.start_m - 314.0).abs() < 50.0, "{curve:?}");
+        assert!((cycle.length_m - (500.0 + 314.0 + 490.0)).abs() < 12.0, "{}", cycle.length_m);
+        assert!(cycle.heading_rad.unwrap().abs() < 1e-6, "north");
+    }
+
+    #[test]
+    fn rows_with_altitude_stops_and_curvature() {
+        let text = "position_m,speed_limit_kmh,elevation_m,stop_s,curvature_per_m\n\
+                    0,50,10,0,0\n100,50,12,0,0.01\n150,70,12,20,0\n600,70,3,0,0\n";
+        let cycle = parse(text).unwrap();
+        assert_eq!(cycle.limits, [(0.0, 50.0 / 3.6), (150.0, 70.0 / 3.6)]);
+        assert!((cycle.altitude_m(50.0) - 11.0).abs() < 1e-12);
+        assert_eq!(cycle.events[0].kind.standstill_s(), Some(20.0));
+        assert_eq!(cycle.curves.len(), 1);
+        assert!((cycle.curves[0].radius_m - 100.0).abs() < 1e-9 && cycle.curves[0].left);
+        let fault = parse("position_m,limit\n0,50\n300,50\n").unwrap_err().to_string();
+        assert!(fault.contains("`limit`") && fault.contains("speed_limit_kmh"), "{fault}");
+    }
+}

@@ -1,0 +1,43 @@
+//! The routes of a study: `mission.routes` names files with given operating cycles, read when the study is loaded.
+
+use super::error::{Cause, Fault};
+use crate::given_cycle::{self, GivenCycleFileError};
+use ocmc_core::study::{Study, StudyModel};
+use std::path::Path;
+
+/// Reads the files of the model's routes, relative to `folder`, and gives them to the study. The model then names each
+/// file as it was found, with its hash.
+pub(super) fn attach(
+    study: Study,
+    model: &mut StudyModel,
+    folder: Option<&Path>,
+) -> Result<Study, (usize, Box<Fault>)> {
+    let mut cycles = Vec::with_capacity(model.mission.routes.len());
+    for (k, route) in model.mission.routes.iter_mut().enumerate() {
+        let path = folder.map_or_else(|| route.file.clone().into(), |f| f.join(&route.file));
+        let wrong = |error: &GivenCycleFileError| (k, fault(error.to_string()));
+        let cycle = given_cycle::read(&path).map_err(|error| wrong(&error))?;
+        let found = given_cycle::file_hash(&path).map_err(|error| wrong(&error))?;
+        if let Some(wanted) = &route.sha256
+            && *wanted != found
+        {
+            let wanted = wanted.clone();
+            return Err(wrong(&GivenCycleFileError::Changed { path, found, wanted }));
+        }
+        route.file = path.display().to_string();
+        route.sha256 = Some(found);
+        cycles.push((cycle, route.weight, route.keep.clone()));
+    }
+    if cycles.is_empty() {
+        return Ok(study);
+    }
+    let files: Vec<String> = model.mission.routes.iter().map(|route| route.file.clone()).collect();
+    study.with_routes(cycles).map_err(|(k, source)| {
+        let path = files[k].clone().into();
+        (k, fault(GivenCycleFileError::Cycle { path, source }.to_string()))
+    })
+}
+
+fn fault(message: String) -> Box<Fault> {
+    Box::new(Fault::new(Cause::Route { message }))
+}
