@@ -106,6 +106,12 @@ impl StreamSet {
         Self::of(&all.collect::<Vec<_>>())
     }
 
+    /// All other streams.
+    #[must_use]
+    pub fn complement(self) -> Self {
+        Self(!self.0)
+    }
+
     /// Whether it holds a stream.
     pub fn contains(self, stream: Stream) -> bool {
         self.0 & 1 << stream as u8 != 0

@@ -1,6 +1,7 @@
 //! What a fleet's cycles add up to: consumption, speed, duration and stops, over the cycles that were completed.
 
-use super::quantity::{CONSUMPTIONS, Extent, QUANTITIES, Quantity, Weight};
+use super::quantile::{interval, quantile};
+use super::quantity::{CONSUMPTIONS, Extent, QUANTITIES, Quantity, Weight, quantity};
 use super::ratio::Ratio;
 use super::statistic::Statistic;
 use crate::simulation::record::{Outcome, Record};
@@ -138,6 +139,25 @@ impl SummaryBuilder {
     /// Number of cycles added.
     pub fn cycles(&self) -> u64 {
         self.cycles
+    }
+
+    /// Half of the 95 % interval of the fleet's consumption, or of its quantile of that level, relative to it.
+    pub fn relative_half_width(&self, level: Option<f64>) -> Option<f64> {
+        let column = CONSUMPTIONS.into_iter().find(|column| !self.values_of(column).is_empty())?;
+        let (value, ci95) = match level {
+            None => {
+                let mean = self.mean(quantity(column)?)?;
+                (mean.ratio, mean.ci95)
+            }
+            Some(level) => {
+                let values = self.values_of(column).iter().copied();
+                let mut values: Vec<f64> = values.filter(|value| !value.is_nan()).collect();
+                values.sort_unstable_by(f64::total_cmp);
+                (quantile(&values, level)?, interval(&values, level))
+            }
+        };
+        let [low, high] = ci95?;
+        (value != 0.0).then(|| libm::fabs((high - low) / 2.0 / value))
     }
 
     /// Sums up.
