@@ -1,6 +1,7 @@
 //! Everything that can end a command early.
 
 use crate::study_report::study_report;
+use ocmc_core::fleet::sensitivity::SensitivityError;
 use ocmc_io::records::RecordsError;
 use ocmc_io::run_directory::RunDirectoryError;
 use ocmc_io::study::StudyFileError;
@@ -20,6 +21,9 @@ pub(crate) enum Failure {
     /// A run directory that cannot be written.
     #[error(transparent)]
     RunDirectory(#[from] RunDirectoryError),
+    /// Shares that cannot be estimated.
+    #[error(transparent)]
+    Sensitivity(#[from] SensitivityError),
     /// A file that exists already.
     #[error("`{}` exists already", path.display())]
     Exists { path: PathBuf },
@@ -71,6 +75,9 @@ impl Failure {
             Self::RunDirectory(RunDirectoryError::NotADirectory { .. }) => {
                 Some("give a directory with --out; it is created where it does not exist")
             }
+            Self::Sensitivity(SensitivityError::TooFewRows { .. }) => Some(
+                "more --cycles, or another --column; `ocmc` with this study says why cycles fail",
+            ),
             Self::Exists { .. } => Some("give another name, or remove the file"),
             Self::Interrupted { help, .. } => Some(help),
             _ => None,

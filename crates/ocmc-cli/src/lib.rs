@@ -1,7 +1,9 @@
 //! The `ocmc` command as a library: arguments, calls, printing. The native program and the wheel's script are both
 //! one call of [`run_from`].
 
+mod analysis;
 mod arguments;
+mod compare;
 mod completions;
 mod cycle;
 mod drive;
@@ -10,12 +12,13 @@ mod histogram_chart;
 mod interrupt;
 mod man;
 mod merge;
-mod number_text;
 mod output;
 mod progress;
+mod report;
 mod request;
 mod run;
 mod run_text;
+mod sensitivity;
 mod study;
 mod study_report;
 mod summary_table;
@@ -48,7 +51,10 @@ pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> i32 {
         Some(Command::Cycle(arguments)) => cycle::cycle(arguments),
         Some(Command::Drive(arguments)) => drive::drive(arguments),
         Some(Command::Trace(arguments)) => trace::trace(arguments),
+        Some(Command::Sensitivity(arguments)) => sensitivity::sensitivity(arguments),
+        Some(Command::Compare(arguments)) => compare::compare(arguments),
         Some(Command::Merge(arguments)) => merge::merge(arguments),
+        Some(Command::Report(arguments)) => report::report(arguments),
         Some(Command::Completions { shell }) => completions::completions(*shell),
         Some(Command::Man { out }) => man::man(out),
     };

@@ -5,7 +5,7 @@ use crate::failure::Failure;
 use crate::progress::Progress;
 use crate::run_text::{self, Circumstances};
 use crate::{interrupt, output, request};
-use ocmc_core::fleet::run;
+use ocmc_core::fleet::precision::run_until;
 use ocmc_core::fleet::run::RunPlan;
 use ocmc_core::fleet::summary::SummaryBuilder;
 use ocmc_io::run_directory::{self, Manifest, RunDirectory};
@@ -57,7 +57,8 @@ fn begin(
 ) -> Result<Job, Failure> {
     let plan = request::plan(arguments)?;
     let loaded = load()?;
-    let manifest = Manifest::new(&loaded.model, &plan);
+    let precision = arguments.precision.clone();
+    let manifest = Manifest { precision, ..Manifest::new(&loaded.model, &plan) };
     let directory = match &arguments.out {
         Some(path) => Some(RunDirectory::create(path, arguments.format.into(), manifest.clone())?),
         None => None,
@@ -88,15 +89,15 @@ fn drive(arguments: &RunArguments, job: Job) -> Result<(), Failure> {
     interrupt::listen();
     let clock = Instant::now();
     let progress = Progress::new(manifest.cycles, resumed, arguments.quiet);
-    let ended = run::run(&loaded.study, &plan, |records| {
-        fleet.add(&records);
+    let precision = manifest.precision.as_ref();
+    let ended = run_until(&loaded.study, &plan, precision, &mut fleet, |records, cycles| {
         if let Some(directory) = &mut directory
-            && let Err(error) = directory.add(&records)
+            && let Err(error) = directory.add(records)
         {
             return ControlFlow::Break(Stop::Failed(error.into()));
         }
-        progress.reach(fleet.cycles());
-        if interrupt::asked() && fleet.cycles() < manifest.cycles {
+        progress.reach(cycles);
+        if interrupt::asked() && cycles < manifest.cycles {
             return ControlFlow::Break(Stop::Interrupted);
         }
         ControlFlow::Continue(())
@@ -107,8 +108,13 @@ fn drive(arguments: &RunArguments, job: Job) -> Result<(), Failure> {
     }
 
     let wall_s = clock.elapsed().as_secs_f64();
+    let reached = precision.map(|precision| precision.look(&fleet));
     let summary = RunSummary::new(&manifest, fleet.finish(), wall_s, plan.threads);
-    if let Some(directory) = directory {
+    let summary = RunSummary { precision: reached, ..summary };
+    if let Some(mut directory) = directory {
+        if ended.is_continue() {
+            directory.end_here();
+        }
         directory.finish(&summary)?;
     }
     print(arguments, &summary, &loaded.origin, resumed)?;

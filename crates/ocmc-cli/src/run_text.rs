@@ -1,9 +1,11 @@
 //! The answer of a run as text: what was run, the distribution over the fleet, a histogram, and what failed.
 
-use crate::number_text::{grouped, rough, rounded, short};
 use crate::{histogram_chart, summary_table};
+use ocmc_core::fleet::precision::{Precision, Reached};
 use ocmc_core::fleet::summary::Summary;
 use ocmc_core::simulation::record::Outcome;
+use ocmc_io::label::label;
+use ocmc_io::number_text::{grouped, rough, rounded, short};
 use ocmc_io::run_summary::RunSummary;
 use ocmc_io::study::Origin;
 use std::fmt::Write;
@@ -61,6 +63,9 @@ fn heading(run: &RunSummary, circumstances: &Circumstances) -> String {
     ));
     let threads =
         if run.threads == 1 { "1 thread".to_owned() } else { format!("{} threads", run.threads) };
+    if let Some(reached) = &run.precision {
+        lines.push(("precision", precision(reached)));
+    }
     let took = format!("{} s on {threads}", short(run.wall_s));
     let rate = |cycles: u64| rough(cycles as f64 / run.wall_s);
     let took = match circumstances.resumed {
@@ -80,6 +85,25 @@ fn heading(run: &RunSummary, circumstances: &Circumstances) -> String {
         let _ = writeln!(text, "{name:<10} {value}");
     }
     text
+}
+
+/// What was asked for, and what came of it.
+fn precision(reached: &Reached) -> String {
+    let Precision { of, wanted } = &reached.precision;
+    let percent = |share: f64| format!("{} %", rounded_share(100.0 * share));
+    let wanted = percent(*wanted);
+    match (reached.met, reached.reached) {
+        (true, Some(share)) => format!("{of} ± {}, asked for was {wanted}", percent(share)),
+        (false, Some(share)) => {
+            format!("{of} ± {}: {wanted} was asked for, more --cycles are needed", percent(share))
+        }
+        (_, None) => format!("{of}: no interval yet, {wanted} was asked for"),
+    }
+}
+
+/// A percentage to two digits.
+fn rounded_share(percent: f64) -> String {
+    format!("{percent:.1e}").parse::<f64>().unwrap_or(percent).to_string()
 }
 
 /// How empty trips were counted, where there are any.
@@ -115,7 +139,7 @@ fn failed(run: &RunSummary) -> String {
         reasons.join(", ")
     );
     if let Some(worst) = summary.worst_case {
-        let (label, factor) = summary_table::label(worst.column);
+        let (label, factor) = label(worst.column);
         let _ = writeln!(
             text,
             "Worst case: had each of them been as long as the mean completed cycle and consumed like\n\

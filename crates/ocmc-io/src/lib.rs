@@ -2,8 +2,11 @@
 
 pub mod delimited;
 pub mod given_cycle;
+pub mod label;
+pub mod number_text;
 pub mod operating_cycle;
 pub mod records;
+pub mod report;
 pub mod run_directory;
 pub mod run_summary;
 pub mod study;

@@ -20,6 +20,7 @@ use crate::run_summary::RunSummary;
 use crate::study::{resolved_toml, study_hash};
 use chunks::Chunks;
 use durable::{replace, replaced, temporary};
+use ocmc_core::fleet::precision::Precision;
 use ocmc_core::fleet::run::RunPlan;
 use ocmc_core::simulation::record::Record;
 use ocmc_core::study::{Study, StudyModel};
@@ -37,7 +38,7 @@ pub const MANIFEST: &str = "manifest.json";
 pub const SUMMARY: &str = "summary.json";
 
 /// What a run directory holds. A function of study, seed and range, like the records themselves.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Manifest {
     /// Version of the layout.
     pub format_version: u32,
@@ -59,6 +60,9 @@ pub struct Manifest {
     pub completed: u64,
     /// Name of the file of records.
     pub records: String,
+    /// At which precision the run may end before its last cycle; a run that has ended has its number of cycles instead.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub precision: Option<Precision>,
     /// The resolved study, in TOML: a study file that repeats the run.
     pub resolved_study: String,
 }
@@ -77,6 +81,7 @@ impl Manifest {
             cycles: plan.cycles,
             completed: 0,
             records: String::new(),
+            precision: None,
             resolved_study: resolved_toml(study),
         }
     }
@@ -179,16 +184,25 @@ impl RunDirectory {
         Ok(())
     }
 
+    /// The run is complete with the cycles that it has: it knows its answer precisely enough. The directory is then that of
+    /// a run of so many cycles.
+    pub fn end_here(&mut self) {
+        self.manifest.cycles = self.full * CHUNK_ROWS as u64 + self.waiting.len() as u64;
+    }
+
     /// Completes the records, writes the summary, and then says in the manifest how far the run has come.
     pub fn finish(mut self, summary: &RunSummary) -> Result<Manifest, RunDirectoryError> {
         if !self.waiting.is_empty() {
             self.chunks.write(self.full, &self.waiting)?;
         }
         self.manifest.completed = self.full * CHUNK_ROWS as u64 + self.waiting.len() as u64;
+        let all = self.manifest.completed == self.manifest.cycles;
+        if all {
+            self.manifest.precision = None;
+        }
         write_manifest(&self.path, &self.manifest)?;
         self.assemble()?;
         replace(&self.path.join(SUMMARY), summary.to_json().as_bytes())?;
-        let all = self.manifest.completed == self.manifest.cycles;
         self.manifest.status = if all { RunStatus::Complete } else { RunStatus::Interrupted };
         write_manifest(&self.path, &self.manifest)?;
         if all {
@@ -307,6 +321,7 @@ mod tests {
             cycles,
             completed: 7,
             records: String::new(),
+            precision: None,
             resolved_study: "a = 1\n".to_owned(),
         }
     }
@@ -320,6 +335,7 @@ mod tests {
             seed: u64::MAX,
             first_cycle: 0,
             summary: builder.finish(),
+            precision: None,
             wall_s: 1.5,
             threads: 2,
         }
