@@ -3,8 +3,8 @@
 use crate::arguments::AnalysisArguments;
 use crate::failure::Failure;
 use crate::interrupt;
+use crate::number_text::{rough, short};
 use crate::progress::Progress;
-use ocmc_io::number_text::{rough, short};
 use std::cell::Cell;
 use std::ops::ControlFlow;
 use std::time::Instant;

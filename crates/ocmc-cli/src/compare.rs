@@ -3,11 +3,11 @@
 use crate::analysis::Analysis;
 use crate::arguments::CompareArguments;
 use crate::failure::Failure;
+use crate::number_text::{grouped, rough, rounded};
 use crate::{output, request};
 use ocmc_core::fleet::comparison::{Comparison, compare as compare_studies};
 use ocmc_core::study::Study;
 use ocmc_io::label::label;
-use ocmc_io::number_text::{grouped, rough, rounded};
 use ocmc_io::study::{self, LoadedStudy, study_hash};
 use serde::Serialize;
 use std::fmt::Write;

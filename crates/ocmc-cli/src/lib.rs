@@ -5,11 +5,15 @@ mod analysis;
 mod arguments;
 mod compare;
 mod completions;
+mod curves;
 mod cycle;
 mod drive;
 mod failure;
+mod fit;
 mod histogram_chart;
 mod interrupt;
+mod log_arguments;
+mod log_text;
 mod man;
 mod merge;
 mod output;
@@ -28,6 +32,7 @@ mod trace;
 use arguments::{Arguments, Command};
 use clap::Parser;
 use failure::Failure;
+use ocmc_io::number_text;
 use ocmc_io::run_summary::RunSummary;
 use ocmc_io::study::Origin;
 use std::ffi::OsString;
@@ -51,6 +56,8 @@ pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> i32 {
         Some(Command::Cycle(arguments)) => cycle::cycle(arguments),
         Some(Command::Drive(arguments)) => drive::drive(arguments),
         Some(Command::Trace(arguments)) => trace::trace(arguments),
+        Some(Command::Fit(command)) => fit::fit(command),
+        Some(Command::Curves(arguments)) => curves::curves(arguments),
         Some(Command::Sensitivity(arguments)) => sensitivity::sensitivity(arguments),
         Some(Command::Compare(arguments)) => compare::compare(arguments),
         Some(Command::Merge(arguments)) => merge::merge(arguments),
@@ -71,6 +78,11 @@ pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> i32 {
 /// What a run adds up to, as the command prints it, `width` columns wide.
 pub fn run_text(run: &RunSummary, origin: &Origin, width: usize) -> String {
     run_text::run_text(run, &run_text::Circumstances { origin, width, resumed: 0 })
+}
+
+/// How a quantity of the summary is printed: its name with the unit for people, and the factor to that unit.
+pub fn label(column: &str) -> (&str, f64) {
+    ocmc_io::label::label(column)
 }
 
 /// Prints help, version or what is wrong with the arguments.

@@ -1,7 +1,7 @@
 //! The progress bar of a run: on a terminal, with rate and time left; nothing elsewhere.
 
+use crate::number_text::rough;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
-use ocmc_io::number_text::rough;
 use std::fmt::Write;
 use std::time::Duration;
 

@@ -1,11 +1,11 @@
 //! The answer of a run as text: what was run, the distribution over the fleet, a histogram, and what failed.
 
+use crate::number_text::{grouped, rough, rounded, short};
 use crate::{histogram_chart, summary_table};
 use ocmc_core::fleet::precision::{Precision, Reached};
 use ocmc_core::fleet::summary::Summary;
 use ocmc_core::simulation::record::Outcome;
 use ocmc_io::label::label;
-use ocmc_io::number_text::{grouped, rough, rounded, short};
 use ocmc_io::run_summary::RunSummary;
 use ocmc_io::study::Origin;
 use std::fmt::Write;

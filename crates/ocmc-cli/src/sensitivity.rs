@@ -3,12 +3,12 @@
 use crate::analysis::Analysis;
 use crate::arguments::SensitivityArguments;
 use crate::failure::Failure;
+use crate::number_text::{grouped, rounded};
 use crate::{output, request};
 use ocmc_core::fleet::random_effects::{TwoWay, two_way};
 use ocmc_core::fleet::run::RunPlan;
 use ocmc_core::fleet::sensitivity::{self, FactorGroup, FactorShare, Sensitivity, factor_groups};
 use ocmc_io::label::label;
-use ocmc_io::number_text::{grouped, rounded};
 use ocmc_io::study::{self, LoadedStudy, study_hash};
 use serde::Serialize;
 use std::fmt::Write;
