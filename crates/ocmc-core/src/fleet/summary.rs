@@ -1,13 +1,7 @@
 //! What a fleet's cycles add up to: consumption, speed, duration and stops, over the cycles that were completed.
-//!
-//! | quantity | mean of the fleet | per cycle |
-//! |---|---|---|
-//! | litres, kWh, wheel kWh or grams of CO2 per distance | total over total distance | the cycle's own |
-//! | litres per 100 tkm | total litres over total tonne-kilometres, empty trips included | the cycle's own; none where it is empty |
-//! | speed | total distance over total time | the cycle's own |
-//! | stops per km | total stops over total distance | the cycle's own |
-//! | duration | plain mean | the cycle's own |
 
+use super::quantile::{interval, quantile};
+use super::quantity::{CONSUMPTIONS, Extent, QUANTITIES, Quantity, Weight, quantity};
 use super::ratio::Ratio;
 use super::statistic::Statistic;
 use crate::simulation::record::{Outcome, Record};
@@ -102,68 +96,6 @@ impl Serialize for StatisticsByName<'_> {
     }
 }
 
-/// What a cycle's value is multiplied by for a total, or what a total is divided by.
-#[derive(Clone, Copy)]
-enum Weight {
-    /// Each cycle counts once.
-    One,
-    /// Distance, in m.
-    Distance,
-    /// Payload times distance, in t m.
-    TonneDistance,
-    /// Duration, in s.
-    Duration,
-}
-
-/// One reported quantity: its fleet mean is Σ `of` × `times` / Σ `over`.
-struct Quantity {
-    column: &'static str,
-    value: fn(&Record) -> Option<f64>,
-    of: &'static str,
-    times: Weight,
-    over: Weight,
-}
-
-const LITRES: &str = "consumption_l_per_100km";
-const ELECTRICITY: &str = "consumption_kwh_per_km";
-const WHEEL: &str = "wheel_kwh_per_km";
-const CONSUMPTIONS: [&str; 3] = [LITRES, ELECTRICITY, WHEEL];
-
-/// A quantity per distance.
-const fn per_distance(column: &'static str, value: fn(&Record) -> Option<f64>) -> Quantity {
-    Quantity { column, value, of: column, times: Weight::Distance, over: Weight::Distance }
-}
-
-/// The quantities, in the order in which they are reported.
-const QUANTITIES: [Quantity; 8] = [
-    per_distance(LITRES, |r| r.consumption_l_per_100km),
-    Quantity {
-        column: "consumption_l_per_100tkm",
-        value: |r| r.consumption_l_per_100tkm,
-        of: LITRES,
-        times: Weight::Distance,
-        over: Weight::TonneDistance,
-    },
-    per_distance(ELECTRICITY, |r| r.consumption_kwh_per_km),
-    per_distance(WHEEL, |r| Some(r.wheel_kwh_per_km)),
-    per_distance("co2_g_per_km", |r| r.co2_g_per_km),
-    Quantity {
-        column: "mean_speed_mps",
-        value: |r| Some(r.mean_speed_mps),
-        of: "mean_speed_mps",
-        times: Weight::Duration,
-        over: Weight::Duration,
-    },
-    Quantity {
-        column: "duration_s",
-        value: |r| Some(r.duration_s),
-        of: "duration_s",
-        times: Weight::One,
-        over: Weight::One,
-    },
-    per_distance("stops_per_km", |r| Some(f64::from(r.n_stops) / (r.distance_m / 1000.0))),
-];
-
 /// Collects records in the order of their cycle ids, and keeps of each only what the summary needs: 8 bytes a value.
 #[derive(Clone, Debug, Default)]
 pub struct SummaryBuilder {
@@ -174,9 +106,7 @@ pub struct SummaryBuilder {
     /// Completed cycles.
     rows: usize,
     /// Per completed cycle.
-    distances_m: Vec<f64>,
-    durations_s: Vec<f64>,
-    payloads_kg: Vec<f64>,
+    extents: Vec<Extent>,
     /// Per quantity and completed cycle, NaN where there is none; empty while no cycle has the quantity.
     values: [Vec<f64>; QUANTITIES.len()],
 }
@@ -196,9 +126,7 @@ impl SummaryBuilder {
     }
 
     fn add_completed(&mut self, record: &Record) {
-        self.distances_m.push(record.distance_m);
-        self.durations_s.push(record.duration_s);
-        self.payloads_kg.push(record.payload_kg);
+        self.extents.push(Extent::of(record));
         for (quantity, values) in QUANTITIES.iter().zip(&mut self.values) {
             if let Some(value) = (quantity.value)(record).filter(|value| value.is_finite()) {
                 values.resize(self.rows, f64::NAN);
@@ -211,6 +139,25 @@ impl SummaryBuilder {
     /// Number of cycles added.
     pub fn cycles(&self) -> u64 {
         self.cycles
+    }
+
+    /// Half of the 95 % interval of the fleet's consumption, or of its quantile of that level, relative to it.
+    pub fn relative_half_width(&self, level: Option<f64>) -> Option<f64> {
+        let column = CONSUMPTIONS.into_iter().find(|column| !self.values_of(column).is_empty())?;
+        let (value, ci95) = match level {
+            None => {
+                let mean = self.mean(quantity(column)?)?;
+                (mean.ratio, mean.ci95)
+            }
+            Some(level) => {
+                let values = self.values_of(column).iter().copied();
+                let mut values: Vec<f64> = values.filter(|value| !value.is_nan()).collect();
+                values.sort_unstable_by(f64::total_cmp);
+                (quantile(&values, level)?, interval(&values, level))
+            }
+        };
+        let [low, high] = ci95?;
+        (value != 0.0).then(|| libm::fabs((high - low) / 2.0 / value))
     }
 
     /// Sums up.
@@ -248,12 +195,7 @@ impl SummaryBuilder {
     }
 
     fn weight(&self, weight: Weight, row: usize) -> f64 {
-        match weight {
-            Weight::One => 1.0,
-            Weight::Distance => self.distances_m[row],
-            Weight::TonneDistance => self.payloads_kg[row] / 1000.0 * self.distances_m[row],
-            Weight::Duration => self.durations_s[row],
-        }
+        weight.of(self.extents[row])
     }
 
     fn mean(&self, quantity: &Quantity) -> Option<Ratio> {
@@ -280,6 +222,7 @@ impl SummaryBuilder {
 
 #[cfg(test)]
 mod tests {
+    use super::super::quantity::{ELECTRICITY, LITRES};
     use super::*;
 
     fn record(cycle_id: u64, distance_km: f64, litres_per_100km: f64) -> Record {
