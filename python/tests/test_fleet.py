@@ -65,7 +65,7 @@ def test_the_shares_of_the_factors_are_the_command_s(study):
 
 
 def test_what_is_wrong_is_said(study):
-    with pytest.raises(ValueError, match="`column` is 'fuel', allowed is one of: consumption_l_per_100km"):
+    with pytest.raises(ValueError, match='`column` is "fuel", allowed is one of: consumption_l_per_100km'):
         ocmc.compare(study, study, cycles=10, column="fuel")
     with pytest.raises(ValueError, match=r"`factors` has .roads., allowed are: road, weather"):
         study.sensitivity(cycles=10, factors=["roads"])

@@ -11,7 +11,9 @@ use ocmc_core::simulation::record::Record;
 use ocmc_io::records::arrow::{record_batch, records, schema};
 use ocmc_io::records::{GROUP_ROWS, RecordFormat};
 use ocmc_io::report;
-use ocmc_io::run_directory::{self, Manifest, RunDirectory, RunDirectoryError, StoredRun};
+use ocmc_io::run_directory::{
+    self, Manifest, RunDirectory, RunDirectoryError, RunStatus, StoredRun,
+};
 use ocmc_io::run_summary::RunSummary;
 use ocmc_io::study::{LoadedStudy, Origin, load_text};
 use pyo3::exceptions::PyValueError;
@@ -100,12 +102,14 @@ pub(crate) fn run(
         });
         (ended, manifest, clock.elapsed().as_secs_f64(), batches.finish())
     });
-    let (ended, manifest, wall_s, records) = ended;
+    let (ended, mut manifest, wall_s, records) = ended;
     let finished = watch.finish(py, fleet.cycles());
     if let ControlFlow::Break(interrupt) = ended {
         return Err(interrupt);
     }
     finished?;
+    manifest.status = RunStatus::Complete;
+    manifest.completed = manifest.cycles;
     let summary = RunSummary::new(&manifest, fleet.finish(), wall_s, plan.threads);
     Ok(PyRun { manifest, summary, records, origin: study.origin.clone() })
 }
@@ -214,7 +218,7 @@ impl PyRun {
     /// --------
     /// >>> import ocmc
     /// >>> run = ocmc.Study("field-truck").set("mission.length_m", 5000.0).run(cycles=50)
-    /// >>> run.report().startswith("<!doctype html>")
+    /// >>> run.report().startswith("<!DOCTYPE html>")
     /// True
     fn report(&self, py: Python) -> String {
         py.detach(|| {
