@@ -59,11 +59,12 @@ fn begin(
     let loaded = load()?;
     let precision = arguments.precision.clone();
     let manifest = Manifest { precision, ..Manifest::new(&loaded.model, &plan) };
+    let fleet = SummaryBuilder::new(loaded.model.driver.curve_speed.uncertain_replicates());
     let directory = match &arguments.out {
         Some(path) => Some(RunDirectory::create(path, arguments.format.into(), manifest.clone())?),
         None => None,
     };
-    Ok(Job { loaded, manifest, plan, directory, fleet: SummaryBuilder::default() })
+    Ok(Job { loaded, manifest, plan, directory, fleet })
 }
 
 /// What is left of the run in a directory; none where it is complete.
@@ -71,7 +72,8 @@ fn resume(arguments: &RunArguments, path: &Path) -> Result<Option<Job>, Failure>
     let Some(unfinished) = run_directory::unfinished(path)? else {
         return Ok(None);
     };
-    let mut fleet = SummaryBuilder::default();
+    let study = &unfinished.study.model;
+    let mut fleet = SummaryBuilder::new(study.driver.curve_speed.uncertain_replicates());
     let directory = RunDirectory::resume(&unfinished, |records| fleet.add(records))?;
     let manifest = unfinished.manifest;
     let done = fleet.cycles();

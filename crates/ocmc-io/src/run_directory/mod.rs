@@ -87,6 +87,17 @@ impl Manifest {
     }
 }
 
+impl Manifest {
+    /// Draws of uncertain parameters that the cycles of the study share, where it has any.
+    pub fn replicates(&self) -> Option<u64> {
+        let study: toml::Table = self.resolved_study.parse().ok()?;
+        let curve_speed = study.get("driver")?.get("curve_speed")?;
+        let uncertain = curve_speed.get("parameter_uncertainty")?.as_bool()?;
+        let replicates = u64::try_from(curve_speed.get("replicates")?.as_integer()?).ok()?;
+        uncertain.then_some(replicates.max(1))
+    }
+}
+
 /// How far a run has come.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]

@@ -37,7 +37,7 @@ pub fn read(directory: &Path) -> Result<StoredRun, RunDirectoryError> {
     let manifest = ended(directory)?;
     let Measured { wall_s, threads } = measured(directory)?;
     let mut records = Vec::new();
-    let mut fleet = SummaryBuilder::default();
+    let mut fleet = SummaryBuilder::new(manifest.replicates());
     read_records(directory, &manifest, |group| {
         fleet.add(&group);
         records.extend(group);
