@@ -2,6 +2,7 @@
 //! one call of [`run_from`].
 
 mod analysis;
+mod answer;
 mod arguments;
 mod compare;
 mod completions;
@@ -28,6 +29,9 @@ mod study_report;
 mod summary_table;
 mod table_file;
 mod trace;
+
+pub use answer::Answer;
+pub use fit::curve_speed_answer;
 
 use arguments::{Arguments, Command};
 use clap::Parser;
