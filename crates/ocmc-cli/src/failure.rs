@@ -1,6 +1,7 @@
 //! Everything that can end a command early.
 
 use crate::study_report::study_report;
+use ocmc_io::drive_cycle::DriveCycleFileError;
 use ocmc_io::run_directory::RunDirectoryError;
 use ocmc_io::study::StudyFileError;
 use std::io;
@@ -16,6 +17,9 @@ pub(crate) enum Failure {
     /// A study that is not one.
     #[error(transparent)]
     Study(#[from] StudyFileError),
+    /// A drive cycle that is not one.
+    #[error(transparent)]
+    DriveCycle(#[from] DriveCycleFileError),
     /// A run directory that cannot be written.
     #[error(transparent)]
     RunDirectory(#[from] RunDirectoryError),

@@ -19,6 +19,7 @@ pub mod fleet;
 pub mod lanes;
 pub mod mission;
 pub mod operating_cycle;
+pub mod prescribed;
 pub mod random;
 pub mod road;
 pub mod simulation;

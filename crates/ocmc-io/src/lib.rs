@@ -1,6 +1,7 @@
 //! What `ocmc` reads and writes: study files, logs, records, run directories and reports.
 
 pub mod delimited;
+pub mod drive_cycle;
 pub mod given_cycle;
 pub mod operating_cycle;
 pub mod records;

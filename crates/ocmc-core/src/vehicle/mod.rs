@@ -1,6 +1,7 @@
 //! The truck: masses, resistances, engine, gearbox and brakes, and how the trucks of a fleet differ.
 
 pub mod brakes;
+pub mod efficiency;
 pub mod engine;
 pub mod gearbox;
 pub mod resistance;

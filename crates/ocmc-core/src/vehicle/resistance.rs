@@ -1,5 +1,6 @@
 //! Resistance of the road and the air: rolling, drag and grade.
 
+use crate::lanes::Lanes;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -47,6 +48,22 @@ pub struct CrossWind {
     pub coefficients_m2: [f64; 5],
     /// Largest t.
     pub maximum_tangent: f64,
+}
+
+/// Drag of `W` vehicles, in N, against the motion: F = ½ ρ A ((v + w)² + c²), with the sign of v + w.
+///
+/// `half_density`: ½ ρ, in kg/m³; `relative`: speed plus headwind, v + w, in m/s; `cross`: cross wind c, in m/s; `area`: drag area A at
+/// this angle of the wind, in m².
+#[inline(always)]
+pub fn drag_force<const W: usize>(
+    half_density: Lanes<W>,
+    relative: Lanes<W>,
+    cross: Lanes<W>,
+    area: Lanes<W>,
+) -> Lanes<W> {
+    let pressure = half_density * (relative * relative + cross * cross);
+    let towards = Lanes::select_lt(relative, Lanes::ZERO, -pressure, pressure);
+    towards * area
 }
 
 /// Rolling coefficient of the loaded vehicle on smooth, dry asphalt at 25 °C:

@@ -39,7 +39,7 @@ pub use schema::schema;
 pub use source::{Place, Source, SourceKind};
 
 use node::{Node, Step};
-use ocmc_core::operating_cycle::given::{Keep, RouteModel};
+use ocmc_core::operating_cycle::given::{GivenCycle, Keep, RouteModel};
 use ocmc_core::study::{Study, StudyModel};
 use read::{Kind, Text, read};
 use std::fmt;
@@ -90,6 +90,23 @@ impl LoadedStudy {
         let study =
             routes::attach(self.study, &mut self.model, None).map_err(|(_, fault)| fault)?;
         Ok(Self { study, ..self })
+    }
+
+    /// The study on one given cycle, which was made from a file that is not itself a route.
+    ///
+    /// # Errors
+    /// As [`LoadedStudy::on_routes`].
+    pub fn on_route(self, file: &Path, cycle: GivenCycle) -> Result<Self, StudyFileError> {
+        let study = self.study.with_routes(vec![(cycle, 1.0, vec![Keep::Traffic])]);
+        let study = study.map_err(|(_, source)| routes::unfit(file, source))?;
+        Ok(Self { study, ..self })
+    }
+
+    /// The study with something said behind its name, where its file alone does not say what was run.
+    #[must_use]
+    pub fn called(mut self, what: &str) -> Self {
+        self.model.study.name = format!("{} {what}", self.model.study.name);
+        self
     }
 }
 
