@@ -1,5 +1,9 @@
 //! The exact prescribed-speed mode: closed forms, the energy balance, limits, and FASTSim's figures.
-#![allow(clippy::unwrap_used, reason = "a test without what it looks for fails")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    reason = "a test without what it looks for fails, and prints its table"
+)]
 
 mod common;
 
@@ -93,13 +97,11 @@ fn fastsim(vehicle: &str, cycle: &str) -> Option<serde_json::Value> {
     let python = std::env::var("OCMC_FASTSIM_PYTHON").unwrap_or_else(|_| "python3".to_owned());
     let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/fastsim/achieved_speed.py");
     let output = Command::new(&python).arg(script).arg(file).arg(cycle).output().ok();
-    match output.filter(|output| output.status.success()) {
-        Some(output) => Some(serde_json::from_slice(&output.stdout).unwrap()),
-        None => {
-            eprintln!("skipped: {python} has no fastsim (`pip install fastsim==3.1.0`)");
-            None
-        }
-    }
+    let Some(output) = output.filter(|output| output.status.success()) else {
+        eprintln!("skipped: {python} has no fastsim (`pip install fastsim==3.1.0`)");
+        return None;
+    };
+    Some(serde_json::from_slice(&output.stdout).unwrap())
 }
 
 /// The same vehicle here; FASTSim takes 9.80 m/s² and, as its figures say, 1.1729 kg/m³.

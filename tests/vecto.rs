@@ -1,6 +1,11 @@
 //! The forward simulation on VECTO's cycles beside quasi-static runs of the same truck; prints the tables of
 //! `docs/src/vecto-comparison.md`: `cargo test -p ocmc --test vecto -- --nocapture`.
-#![allow(clippy::unwrap_used, reason = "a test without what it looks for fails")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    clippy::format_push_string,
+    reason = "a test without what it looks for fails, and prints its tables"
+)]
 
 mod common;
 
@@ -149,4 +154,62 @@ fn each_difference_has_its_switch() {
         assert!(change(4, cycle) > 0.0 && change(6, cycle) > 0.0);
         assert!(change(7, cycle).abs() < 0.1, "the slope's step does not matter");
     }
+}
+
+#[test]
+fn the_truck_of_vectos_own_files() {
+    let Some(folder) = shared("vecto/40t_tractor") else { return };
+    let scratch = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.join(name).canonicalize().unwrap().display().to_string();
+    let base = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/cases/vecto.toml");
+    let text = format!(
+        "[study]\nname = \"vecto-files\"\ndescription = \"VECTO's 40 t truck from its files\"\nbase = \"{base}\"\n\
+         [vehicle]\ndrag_area_m2 = 6.2985\ntyre_code = \"315/70R22.5\"\n\
+         [vehicle.engine]\ninertia_kgm2 = 5.1471\nidle_speed_radps = 58.64\n\
+         full_load_file = \"{}\"\nmap_file = \"{}\"\n\
+         [vehicle.gearbox]\nratio = [14.93, 11.64, 9.02, 7.04, 5.64, 4.40, 3.39, 2.65, 2.05, 1.60, 1.28, 1.00]\n\
+         axle_ratio = 2.59\ndirect_loss_file = \"{}\"\nindirect_loss_file = \"{}\"\naxle_loss_file = \"{}\"\n\
+         retarder_loss_file = \"{}\"\n",
+        path("40t_Long_Haul_Truck.vfld"),
+        path("40t_Long_Haul_Truck.vmap"),
+        path("Direct_Gear.vtlm"),
+        path("Indirect_Gear.vtlm"),
+        path("Axle.vtlm"),
+        path("Retarder.vrlm")
+    );
+    let file = scratch.path().join("truck.toml");
+    std::fs::write(&file, text).unwrap();
+    let none: &[&str] = &[];
+    let loaded = load(file.to_str().unwrap(), none).unwrap();
+    let (model, engine) = (&loaded.model.vehicle, loaded.study.powertrain());
+    assert!((model.wheel_radius_m - 0.4915).abs() < 1e-4);
+    // points of the files: 1200 rpm, 2300 Nm full load, −179 Nm drag; 1000 rpm and 1000 Nm, as the map says; the axle's line
+    let w = 1200.0 * std::f64::consts::PI / 30.0;
+    assert!((engine.engine.full_load_nm(w) - 2300.0).abs() < 0.5);
+    assert!((engine.engine.drag_nm(w) + 179.0).abs() < 0.5);
+    let axle = &model.gearbox;
+    assert!(
+        (axle.axle_loss_torque_nm - 40.0).abs() < 1e-6
+            && (axle.axle_loss_share - 0.015).abs() < 1e-9
+    );
+    println!("| cycle | 17.6 t | 28.3 t | 34.9 t | 40.0 t |");
+    for (cycle, _) in CYCLES {
+        let Some(route) = shared(&format!("vecto/cycles/{cycle}.vdri")) else { return };
+        let mut line = format!("| {cycle} |");
+        for payload_kg in PAYLOADS_KG {
+            let payload = format!("mission.payload_kg={payload_kg}");
+            let given = load(file.to_str().unwrap(), &[&payload]).unwrap();
+            let given = given.on_routes(&[route.clone()], &[]).unwrap();
+            let record = drive_scenario(&given.study, given.study.sample(1, 0));
+            assert_eq!(record.outcome, Outcome::Completed);
+            line += &format!(" {:.2} |", litres(&record));
+        }
+        println!("{line}");
+    }
+    // what is wrong names the study's line and the file
+    let text = "[study]\nname = \"a\"\ndescription = \"b\"\nbase = \"field-truck\"\n[vehicle.engine]\nmap_file = \"no.vmap\"\n";
+    let error = ocmc_io::study::load_text("a.toml", text, none).unwrap_err().to_string();
+    assert!(error.contains("a.toml:6:") && error.contains("no.vmap"), "{error}");
+    let error = load("field-truck", &["vehicle.tyre_code=round"]).unwrap_err().to_string();
+    assert!(error.contains("315/70R22.5"), "{error}");
 }

@@ -30,6 +30,7 @@ mod routes;
 mod schema;
 mod setting;
 mod source;
+mod vehicle_input;
 
 pub use builtin::{BuiltIn, list, show};
 pub use error::{Cause, Fault, StudyFileError};
@@ -191,7 +192,8 @@ fn lay_over<S: AsRef<str>>(own: &mut Node, sets: &[S]) -> Result<(), StudyFileEr
 
 /// The study of a tree, bases resolved.
 fn check(own: &Node, folder: Option<&Path>) -> Result<(StudyModel, Study), StudyFileError> {
-    let tree = base::resolve(own.clone(), folder, 0)?;
+    let mut tree = base::resolve(own.clone(), folder, 0)?;
+    vehicle_input::expand(&mut tree, folder)?;
     let faults = fault::not_finite(&tree);
     if !faults.is_empty() {
         return Err(StudyFileError { faults });

@@ -43,5 +43,5 @@ pub(super) fn unfit(file: &Path, source: GivenCycleError) -> Box<Fault> {
 }
 
 fn fault(message: String) -> Box<Fault> {
-    Box::new(Fault::new(Cause::Route { message }))
+    Box::new(Fault::new(Cause::File { message }))
 }
