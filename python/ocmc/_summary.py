@@ -2,6 +2,11 @@
 
 from typing import Any
 
+from ocmc._display import html_table
+from ocmc._ocmc import label
+
+_QUANTILES = ["p5", "p25", "p50", "p75", "p95", "p99"]
+
 
 class Summary(dict[str, Any]):
     """What a run adds up to: the content of ``summary.json``, printed as the command prints it.
@@ -37,3 +42,21 @@ class Summary(dict[str, Any]):
 
     def __repr__(self) -> str:
         return self._text
+
+    def __reduce__(self) -> tuple[type["Summary"], tuple[dict[str, Any], str]]:
+        return Summary, (dict(self), self._text)
+
+    def _repr_html_(self) -> str:
+        rows = []
+        for column, statistic in self["statistics"].items():
+            if statistic["p50"] is None:
+                continue
+            name, factor = label(column)
+            low, high = statistic["ci95"] or (None, None)
+            half_width = None if low is None or high is None else (high - low) / 2
+            numbers = [statistic["mean"], half_width, *(statistic[key] for key in ["sd", *_QUANTILES])]
+            rows.append([name, *("-" if x is None else f"{factor * x:.4g}" for x in numbers)])
+        head = ["", "mean of the fleet", "± 95 %", "SD", *(name.upper() for name in _QUANTILES)]
+        done, cycles = self["outcomes"]["completed"], self["cycles"]
+        caption = f"{self['study']}, seed {self['seed']}: {done:,} of {cycles:,} cycles completed"
+        return f"<b>{caption}</b>{html_table(head, rows)}"

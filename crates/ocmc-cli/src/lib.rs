@@ -3,11 +3,15 @@
 
 mod arguments;
 mod completions;
+mod curves;
 mod cycle;
 mod drive;
 mod failure;
+mod fit;
 mod histogram_chart;
 mod interrupt;
+mod log_arguments;
+mod log_text;
 mod man;
 mod number_text;
 mod output;
@@ -47,6 +51,8 @@ pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> i32 {
         Some(Command::Cycle(arguments)) => cycle::cycle(arguments),
         Some(Command::Drive(arguments)) => drive::drive(arguments),
         Some(Command::Trace(arguments)) => trace::trace(arguments),
+        Some(Command::Fit(command)) => fit::fit(command),
+        Some(Command::Curves(arguments)) => curves::curves(arguments),
         Some(Command::Completions { shell }) => completions::completions(*shell),
         Some(Command::Man { out }) => man::man(out),
     };
@@ -63,6 +69,11 @@ pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> i32 {
 /// What a run adds up to, as the command prints it, `width` columns wide.
 pub fn run_text(run: &RunSummary, origin: &Origin, width: usize) -> String {
     run_text::run_text(run, &run_text::Circumstances { origin, width })
+}
+
+/// How a quantity of the summary is printed: its name with the unit for people, and the factor to that unit.
+pub fn label(column: &str) -> (&str, f64) {
+    summary_table::label(column)
 }
 
 /// Prints help, version or what is wrong with the arguments.

@@ -6,6 +6,7 @@ use ocmc_core::operating_cycle::tracks::Track;
 use ocmc_core::simulation::trace::TableColumn;
 use ocmc_io::{operating_cycle, table};
 use std::fs;
+use std::io;
 use std::path::Path;
 
 /// Where, and in which format.
@@ -54,12 +55,18 @@ pub(crate) fn write_tracks(
     tracks: &[Track],
     json: impl FnOnce() -> serde_json::Value,
 ) -> Result<(), Failure> {
+    write_either(target, |bytes| operating_cycle::write_csv(bytes, tracks), json)
+}
+
+/// Writes what has a form for each format.
+pub(crate) fn write_either(
+    target: &Target,
+    csv: impl FnOnce(&mut Vec<u8>) -> io::Result<()>,
+    json: impl FnOnce() -> serde_json::Value,
+) -> Result<(), Failure> {
     let mut bytes = Vec::new();
     match target.format {
-        TableFormat::Csv => {
-            operating_cycle::write_csv(&mut bytes, tracks)
-                .expect("memory takes what is written to it");
-        }
+        TableFormat::Csv => csv(&mut bytes).expect("memory takes what is written to it"),
         TableFormat::Json => {
             bytes.extend_from_slice(json().to_string().as_bytes());
             bytes.push(b'\n');

@@ -15,8 +15,10 @@
 
 pub mod distribution;
 pub mod driver;
+pub mod fit;
 pub mod fleet;
 pub mod lanes;
+pub mod log;
 pub mod mission;
 pub mod operating_cycle;
 pub mod prescribed;

@@ -8,6 +8,7 @@ use super::drive::{Watch, drive_lanes};
 use super::record::Record;
 use super::state::{State, Total};
 use super::step::StepView;
+use crate::road::Road;
 use crate::study::{Scenario, Study};
 
 /// One column of a table.
@@ -72,13 +73,52 @@ pub fn trace(study: &Study, seed: u64, cycle_id: u64) -> Trace {
 /// Drives one given scenario and writes down every step.
 pub fn trace_scenario(study: &Study, scenario: Scenario) -> Trace {
     let mut writer = Writer::default();
+    let road = scenario.cycle.road.clone();
     let mut cabin = Some(Cabin::new(study, scenario));
     let mut records = drive_lanes::<1, _>(study, &mut |_| cabin.take(), &mut writer);
     let names = SIGNALS.into_iter().chain(ADDED);
-    let columns =
+    let mut columns: Vec<TableColumn> =
         names.zip(writer.columns).map(|(name, values)| TableColumn { name, values }).collect();
+    let seen = road_signals(study, &road, &columns[POSITION].values, &columns[SPEED].values);
+    columns.extend(seen);
     let record = records.pop().expect("one cycle gives one record");
     Trace { columns, record }
+}
+
+/// Places of two of the [`SIGNALS`].
+const POSITION: usize = 2;
+const SPEED: usize = 3;
+
+/// What a log of this drive would tell of the road: yaw rate and speed limit at each row's end.
+fn road_signals(
+    study: &Study,
+    road: &Road,
+    position_m: &[f64],
+    speed_mps: &[f64],
+) -> [TableColumn; 2] {
+    let types = study.operating_cycle().road().types();
+    let (mut curve, mut sign, mut section) = (0, 0, 0);
+    let mut yaw_rate = Vec::with_capacity(position_m.len());
+    let mut limit = Vec::with_capacity(position_m.len());
+    for (at, speed) in position_m.iter().zip(speed_mps) {
+        while road.curves.get(curve).is_some_and(|c| c.end_m <= *at) {
+            curve += 1;
+        }
+        while road.signs.get(sign + 1).is_some_and(|next| next.start_m <= *at) {
+            sign += 1;
+        }
+        while road.sections.get(section + 1).is_some_and(|next| next.start_m <= *at) {
+            section += 1;
+        }
+        let here = road.curves.get(curve).filter(|c| c.start_m <= *at);
+        yaw_rate.push(here.map_or(0.0, |c| c.curvature_per_m() * speed));
+        let legal = types[road.sections[section].road_type].truck_limit_mps;
+        limit.push(road.signs[sign].speed_mps.min(legal.unwrap_or(f64::INFINITY)));
+    }
+    [
+        TableColumn { name: "yaw_rate_radps", values: yaw_rate },
+        TableColumn { name: "limit_mps", values: limit },
+    ]
 }
 
 /// Collects rows.

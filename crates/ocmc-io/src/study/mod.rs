@@ -22,6 +22,7 @@ mod base;
 pub mod builtin;
 mod error;
 mod fault;
+mod fitted;
 mod init;
 mod node;
 mod read;
@@ -34,6 +35,7 @@ mod vehicle_input;
 
 pub use builtin::{BuiltIn, list, show};
 pub use error::{Cause, Fault, StudyFileError};
+pub use fitted::{fitted_json, fitted_study, fitted_text};
 pub use init::init_text;
 pub use resolved::{resolved_toml, study_hash};
 pub use schema::schema;

@@ -1,0 +1,84 @@
+//! `ocmc curves`: the curves that were driven, from measured logs.
+
+use crate::failure::Failure;
+use crate::log_arguments::{CurvesArguments, DetectorName};
+use crate::log_text;
+use crate::{output, table_file};
+use ocmc_core::log::curve::{Correction, CurveOptions, Detector, RadiusDefinition};
+use ocmc_core::log::hidden_markov::HiddenMarkov;
+use ocmc_core::log::threshold::Threshold;
+use ocmc_io::log::curves::{DriveCurves, NEEDS, Steering, detect, write_csv};
+use ocmc_io::log::mapping::Mapping;
+use ocmc_io::log::quantity::Quantity;
+use ocmc_io::log::{Need, read};
+use serde_json::json;
+
+/// Needed on top where radii come from positions.
+const POSITIONS: [Need; 2] = [
+    Need { what: "latitude", any_of: &[Quantity::Latitude] },
+    Need { what: "longitude", any_of: &[Quantity::Longitude] },
+];
+
+/// Finds the curves of all drives of the logs and writes them down.
+pub(crate) fn curves(arguments: &CurvesArguments) -> Result<(), Failure> {
+    let target = table_file::target(arguments.out.as_deref())?;
+    let options = options(arguments);
+    let mappings: Vec<Mapping> =
+        arguments.files.map.iter().map(|text| Mapping::parse(text)).collect::<Result<_, _>>()?;
+    let mut needs = NEEDS.to_vec();
+    if options.radius == RadiusDefinition::Positions {
+        needs.extend(POSITIONS);
+    }
+    let steering = arguments
+        .steering_ratio
+        .zip(arguments.wheelbase_m)
+        .map(|(ratio, wheelbase_m)| Steering { ratio, wheelbase_m });
+    let mut drives: Vec<DriveCurves> = Vec::new();
+    let mut faults = Vec::new();
+    for path in &arguments.files.logs {
+        let file = read(path, &mappings, &needs)?;
+        for warning in log_text::file_warnings(&file) {
+            output::note(&warning);
+        }
+        for drive in &file.drives {
+            match detect(drive, &options, steering) {
+                Ok(found) => drives.push(found),
+                Err(fault) => faults.push((log_text::place(&file, drive), fault)),
+            }
+        }
+    }
+    let left_out = faults.len();
+    if drives.is_empty() && left_out > 0 {
+        let (place, fault) = faults.swap_remove(0);
+        return Err(Failure::Drive { place, fault });
+    }
+    for (place, fault) in &faults {
+        output::note(&format!("warning: {place} is left out: {fault}"));
+    }
+    if !arguments.quiet {
+        output::note(&log_text::curves_account(&drives, left_out));
+    }
+    table_file::write_either(
+        &target,
+        |bytes| write_csv(bytes, &drives),
+        || json!({ "options": options, "left_out": left_out, "drives": drives }),
+    )
+}
+
+fn options(arguments: &CurvesArguments) -> CurveOptions {
+    let given = |value: Option<f64>| value.map_or(Correction::Estimated, Correction::Given);
+    let standard = CurveOptions::default();
+    CurveOptions {
+        detector: match arguments.detector {
+            DetectorName::HiddenMarkov => Detector::HiddenMarkov(HiddenMarkov::default()),
+            DetectorName::Trained => Detector::TrainedHiddenMarkov(HiddenMarkov::default()),
+            DetectorName::Threshold => Detector::Threshold(Threshold::default()),
+        },
+        radius: arguments.radius.into(),
+        central_share: arguments.central_share.unwrap_or(standard.central_share),
+        split_ratio: arguments.split,
+        gyro_bias_radps: given(arguments.gyro_bias_radps),
+        speed_lag_s: given(arguments.speed_lag_s),
+        ..standard
+    }
+}

@@ -1,0 +1,85 @@
+//! What the user typed about logs: plain data, without side effects.
+
+use clap::{Args, ValueEnum};
+use ocmc_core::log::curve::RadiusDefinition;
+use std::path::PathBuf;
+
+/// Log files, and what their columns are.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct LogFileArguments {
+    /// Log files: CSV, plain or compressed with gzip, with a line of column names
+    #[arg(required = true, value_name = "LOG.csv")]
+    pub(crate) logs: Vec<PathBuf>,
+    /// Says which column is what, as in speed_mph=gps_speed or yaw_rate_degps=-gyro; may be repeated
+    #[arg(long, value_name = "NAME=COLUMN")]
+    pub(crate) map: Vec<String>,
+}
+
+/// Options of `ocmc curves`.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct CurvesArguments {
+    #[command(flatten)]
+    pub(crate) files: LogFileArguments,
+    /// File to write, `.csv` or `.json`; an existing one is replaced [default: CSV to standard output]
+    #[arg(long, value_name = "FILE")]
+    pub(crate) out: Option<PathBuf>,
+    /// How curves are told from straights
+    #[arg(long, value_name = "NAME", default_value = "hidden-markov")]
+    pub(crate) detector: DetectorName,
+    /// What the radius of a curve is
+    #[arg(long, value_name = "NAME", default_value = "turn")]
+    pub(crate) radius: RadiusName,
+    /// Share of a curve's length, in its middle, in which speed and radius are measured [default: 1/3]
+    #[arg(long, value_name = "SHARE")]
+    pub(crate) central_share: Option<f64>,
+    /// Cuts a curve in two where its curvature steps by this factor or more
+    #[arg(long, value_name = "RATIO")]
+    pub(crate) split: Option<f64>,
+    /// Bias of the yaw rate, in rad/s [default: its median at standstill]
+    #[arg(long, value_name = "RADPS", allow_negative_numbers = true)]
+    pub(crate) gyro_bias_radps: Option<f64>,
+    /// Time by which the speed comes later than the yaw rate, in s [default: by correlation with the course]
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    pub(crate) speed_lag_s: Option<f64>,
+    /// Ratio of the steering, for logs that only have the angle of the steering wheel
+    #[arg(long, value_name = "RATIO", requires = "wheelbase_m")]
+    pub(crate) steering_ratio: Option<f64>,
+    /// Wheelbase, in m, for logs that only have the angle of the steering wheel
+    #[arg(long, value_name = "M", requires = "steering_ratio")]
+    pub(crate) wheelbase_m: Option<f64>,
+    /// No account of what was found and left out
+    #[arg(long)]
+    pub(crate) quiet: bool,
+}
+
+/// Detectors, as typed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum DetectorName {
+    /// Hidden Markov states
+    HiddenMarkov,
+    /// Hidden Markov states whose laws are fitted to each drive first
+    Trained,
+    /// Thresholds with hysteresis
+    Threshold,
+}
+
+/// Definitions of the radius, as typed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum RadiusName {
+    /// Length over heading change: 1 / mean |curvature|
+    Turn,
+    /// Mean of 1 / |curvature|, as in the paper; noise biases it upwards
+    Mean,
+    /// Circle through the positions (latitude and longitude)
+    Positions,
+}
+
+impl From<RadiusName> for RadiusDefinition {
+    fn from(name: RadiusName) -> Self {
+        match name {
+            RadiusName::Turn => Self::InverseMeanCurvature,
+            RadiusName::Mean => Self::MeanRadius,
+            RadiusName::Positions => Self::Positions,
+        }
+    }
+}

@@ -1,0 +1,130 @@
+//! What is said about logs: what was found, and everything that was not used.
+
+use crate::number_text::{grouped, rounded};
+use ocmc_core::log::signal::LogCounts;
+use ocmc_io::log::curves::DriveCurves;
+use ocmc_io::log::{LogFile, LoggedDrive};
+use std::fmt::Write;
+
+/// Most drives that get a line of their own.
+const MOST_LINES: usize = 40;
+
+/// Where a drive stands.
+pub(crate) fn place(file: &LogFile, drive: &LoggedDrive) -> String {
+    let path = file.path.display();
+    if file.drives.len() == 1 {
+        return format!("`{path}`");
+    }
+    match &drive.event {
+        Some(event) => format!("drive `{}`, event `{event}` of `{path}`", drive.drive),
+        None => format!("drive `{}` of `{path}`", drive.drive),
+    }
+}
+
+/// What is odd in a file.
+pub(crate) fn file_warnings(file: &LogFile) -> Vec<String> {
+    let path = file.path.display();
+    let mut warnings = Vec::new();
+    if file.ragged_rows > 0 {
+        let (ragged, rows) = (grouped(file.ragged_rows as u64), grouped(file.rows as u64));
+        warnings.push(format!(
+            "warning: {ragged} of {rows} rows of `{path}` have too few or too many cells: what is there is used"
+        ));
+    }
+    for cells in &file.unreadable {
+        warnings.push(format!(
+            "warning: {} cells of `{}` in `{path}` are no numbers, first `{}` in line {}: they count as missing",
+            grouped(cells.cells as u64),
+            cells.column,
+            cells.text,
+            cells.line
+        ));
+    }
+    warnings
+}
+
+/// What was found in the drives.
+pub(crate) fn curves_account(drives: &[DriveCurves], left_out: usize) -> String {
+    let mut text = String::new();
+    if drives.len() <= MOST_LINES {
+        for drive in drives {
+            let found = &drive.detection;
+            let _ = write!(
+                text,
+                "{}: {} km, {} curves",
+                drive.drive,
+                rounded(found.way_m / 1000.0),
+                found.curves.len()
+            );
+            if let Some(bias) = found.gyro_bias_radps.filter(|bias| *bias != 0.0) {
+                let _ = write!(text, ", yaw rate less {bias:.5} rad/s");
+            }
+            if let Some(lag) = found.speed_lag_s {
+                let _ = write!(text, ", speed {lag:.2} s late");
+            }
+            let _ = writeln!(text, "{}", left_out_of(&found.counts));
+        }
+    }
+    let sum =
+        |count: &dyn Fn(&DriveCurves) -> usize| drives.iter().map(count).sum::<usize>() as u64;
+    let way_km: f64 = drives.iter().map(|drive| drive.detection.way_m / 1000.0).sum();
+    let slow_km: f64 = drives.iter().map(|drive| drive.detection.slow_m / 1000.0).sum();
+    let _ = write!(
+        text,
+        "{} curves on {} km of {} drives ({} km of it too slow to tell)",
+        grouped(sum(&|drive| drive.detection.curves.len())),
+        rounded(way_km),
+        grouped(drives.len() as u64),
+        rounded(slow_km)
+    );
+    let rows = sum(&|drive| drive.detection.counts.rows);
+    let used = sum(&|drive| drive.detection.counts.used);
+    let _ = write!(text, "\n{} of {} rows used", grouped(used), grouped(rows));
+    for (what, count) in [
+        ("rows without time", sum(&|drive| drive.detection.counts.missing_time)),
+        ("rows without speed", sum(&|drive| drive.detection.counts.missing_speed)),
+        ("rows without yaw rate", sum(&|drive| drive.detection.counts.missing_yaw_rate)),
+        (
+            "rows with the time of the row before",
+            sum(&|drive| drive.detection.counts.repeated_time),
+        ),
+        ("rows in reverse", sum(&|drive| drive.detection.counts.reversing)),
+        ("gaps in time", sum(&|drive| drive.detection.counts.gaps)),
+        ("curves too short", sum(&|drive| drive.detection.too_short)),
+        ("curves that turn too little", sum(&|drive| drive.detection.too_straight)),
+        ("curves in which the vehicle crept or stood", sum(&|drive| drive.detection.too_slow)),
+        ("curves whose radius cannot be told", sum(&|drive| drive.detection.without_radius)),
+        ("drives left out", left_out as u64),
+        (
+            "drives without standstill, so the bias of the gyro is not known",
+            sum(&|drive| usize::from(drive.detection.gyro_bias_radps.is_none())),
+        ),
+    ] {
+        if count > 0 {
+            let _ = write!(text, "; {what}: {}", grouped(count));
+        }
+    }
+    for (what, count) in [
+        ("faster than 70 m/s", sum(&|drive| drive.detection.counts.implausible_speed)),
+        ("turning by more than 2 rad/s", sum(&|drive| drive.detection.counts.implausible_yaw_rate)),
+    ] {
+        if count > 0 {
+            let _ =
+                write!(text, "\nwarning: {} rows are {what}: is the unit right?", grouped(count));
+        }
+    }
+    text
+}
+
+/// Rows of one drive that were not used.
+fn left_out_of(counts: &LogCounts) -> String {
+    let unused = counts.rows - counts.used;
+    let mut text = String::new();
+    if unused > 0 {
+        let _ = write!(text, ", {} rows not used", grouped(unused as u64));
+    }
+    if counts.gaps > 0 {
+        let _ = write!(text, ", {} gaps of {} s", counts.gaps, rounded(counts.gap_s));
+    }
+    text
+}

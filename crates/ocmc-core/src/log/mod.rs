@@ -1,0 +1,33 @@
+//! Measured logs: from the time series of a drive to the curves that were driven.
+//!
+//! A [`DriveLog`] is one drive as plain columns. [`signal::prepare`] checks it and cuts it at gaps, [`sensor`] estimates
+//! the bias of the gyro and the lag of the speed, [`grid::CurvatureGrid`] turns yaw rate and speed into curvature along
+//! the way, a detector ([`hidden_markov`], [`threshold`]) tells curves from straights, and [`curve::detect_curves`] does
+//! all of it and measures each curve.
+
+pub mod circle;
+pub mod curve;
+pub mod grid;
+pub mod hidden_markov;
+pub mod sensor;
+pub mod signal;
+pub mod threshold;
+
+/// One drive as it was measured; rows in order of time, NaN where a value is missing.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct DriveLog {
+    /// Time, in s, from any origin.
+    pub time_s: Vec<f64>,
+    /// Speed, in m/s.
+    pub speed_mps: Vec<f64>,
+    /// Yaw rate, in rad/s, positive to the left.
+    pub yaw_rate_radps: Vec<f64>,
+    /// Course over ground of the receiver that measured the speed, in rad, clockwise from north; to estimate its lag.
+    pub course_rad: Option<Vec<f64>>,
+    /// Latitude, in degrees; for radii by position.
+    pub latitude_deg: Option<Vec<f64>>,
+    /// Longitude, in degrees.
+    pub longitude_deg: Option<Vec<f64>>,
+    /// Speed limit where it is known, in m/s.
+    pub limit_mps: Option<Vec<f64>>,
+}

@@ -1,0 +1,176 @@
+//! What the sensors add: the gyro's bias, from standstill, and the lag of the speed behind the gyro, by correlation.
+//!
+//! A vehicle at rest does not turn, so the median yaw rate at standstill is the bias. A satellite receiver reports speed
+//! and course late by the same time, so the lag that makes the rate of the course most like the gyro's yaw rate is
+//! the lag of the speed, too. The maximum of the correlation is refined by a parabola.
+
+use super::DriveLog;
+use super::signal::{Piece, median};
+use std::f64::consts::PI;
+
+/// Slower than this, in m/s, a vehicle stands.
+pub const STANDSTILL_MPS: f64 = 0.3;
+/// Shortest standstill in all that gives a bias, in s.
+const SHORTEST_STANDSTILL_S: f64 = 5.0;
+/// Largest lag that is looked for, in s.
+const LARGEST_LAG_S: f64 = 4.0;
+/// Step of the lags and of the resampled signals, in s.
+const LAG_STEP_S: f64 = 0.1;
+/// Slower than this, in m/s, the course of a receiver is noise.
+const COURSE_FROM_MPS: f64 = 3.0;
+/// A smaller correlation tells no lag.
+const SMALLEST_CORRELATION: f64 = 0.5;
+/// Turning time that a lag needs, in s, and the yaw rate from which it counts, in rad/s.
+const SHORTEST_TURNING_S: f64 = 10.0;
+const TURNING_RADPS: f64 = 0.05;
+
+/// Median yaw rate at standstill, in rad/s; none where the vehicle never stands long enough.
+pub fn gyro_bias_radps(pieces: &[Piece]) -> Option<f64> {
+    let mut still = Vec::new();
+    let mut time_s = 0.0;
+    for piece in pieces {
+        for k in 1..piece.time_s.len() {
+            if piece.speed_mps[k - 1].max(piece.speed_mps[k]) < STANDSTILL_MPS {
+                still.push(piece.yaw_rate_radps[k]);
+                time_s += piece.time_s[k] - piece.time_s[k - 1];
+            }
+        }
+    }
+    (time_s >= SHORTEST_STANDSTILL_S).then(|| median(still))
+}
+
+/// Time by which the speed comes later than the yaw rate, in s, and the correlation there; none where the log has no
+/// course or too little of it.
+pub fn speed_lag_s(log: &DriveLog, pieces: &[Piece]) -> Option<(f64, f64)> {
+    let course = log.course_rad.as_ref()?;
+    let pairs: Vec<_> = pieces.iter().filter_map(|piece| resampled(piece, course)).collect();
+    let turning =
+        pairs.iter().flat_map(|(yaw, _)| yaw).filter(|yaw| yaw.abs() > TURNING_RADPS).count();
+    if (turning as f64) * LAG_STEP_S < SHORTEST_TURNING_S {
+        return None;
+    }
+    let most = libm::round(LARGEST_LAG_S / LAG_STEP_S) as usize;
+    let early = (1..=most).rev().map(|lag| correlation(&pairs, lag, 0));
+    let late = (0..=most).map(|lag| correlation(&pairs, 0, lag));
+    let correlations: Vec<f64> = early.chain(late).collect();
+    let best =
+        (1..correlations.len() - 1).max_by(|&a, &b| correlations[a].total_cmp(&correlations[b]))?;
+    let [before, at, after] = [correlations[best - 1], correlations[best], correlations[best + 1]];
+    // a maximum at the edge of the range is none
+    if !(at >= SMALLEST_CORRELATION && at >= before && at >= after) {
+        return None;
+    }
+    let bend = before - 2.0 * at + after;
+    let shift = if bend < 0.0 { 0.5 * (before - after) / bend } else { 0.0 };
+    Some(((best as f64 - most as f64 + shift) * LAG_STEP_S, at))
+}
+
+/// Yaw rate and rate of the course to the left on an even grid; the course where the vehicle is fast enough.
+fn resampled(piece: &Piece, course: &[f64]) -> Option<(Vec<f64>, Vec<f64>)> {
+    let n = piece.time_s.len();
+    let start_s = piece.time_s[0];
+    let steps = libm::floor((piece.time_s[n - 1] - start_s) / LAG_STEP_S) as usize;
+    let mut yaw = Vec::with_capacity(steps);
+    let mut turn = Vec::with_capacity(steps);
+    let mut k = 0;
+    for step in 0..steps {
+        let time_s = start_s + (step as f64 + 0.5) * LAG_STEP_S;
+        while k + 2 < n && piece.time_s[k + 1] < time_s {
+            k += 1;
+        }
+        let dt = piece.time_s[k + 1] - piece.time_s[k];
+        let part = (time_s - piece.time_s[k]) / dt;
+        yaw.push(piece.yaw_rate_radps[k] * (1.0 - part) + piece.yaw_rate_radps[k + 1] * part);
+        let (from, to) = (course[piece.row[k]], course[piece.row[k + 1]]);
+        let fast = piece.speed_mps[k].min(piece.speed_mps[k + 1]) > COURSE_FROM_MPS;
+        // the course is clockwise
+        let rate = if fast { -wrapped(to - from) / dt } else { 0.0 };
+        turn.push(if rate.is_finite() { rate } else { 0.0 });
+    }
+    (steps > 0).then_some((yaw, turn))
+}
+
+/// An angle between −π and π.
+fn wrapped(angle: f64) -> f64 {
+    angle - 2.0 * PI * libm::round(angle / (2.0 * PI))
+}
+
+/// Correlation of the yaw rate, from a step on, with the rate of the course, from another step on.
+fn correlation(pairs: &[(Vec<f64>, Vec<f64>)], yaw_from: usize, turn_from: usize) -> f64 {
+    let (mut xy, mut xx, mut yy) = (0.0, 0.0, 0.0);
+    for (yaw, turn) in pairs {
+        for (x, y) in yaw.iter().skip(yaw_from).zip(turn.iter().skip(turn_from)) {
+            xy += x * y;
+            xx += x * x;
+            yy += y * y;
+        }
+    }
+    if xx > 0.0 && yy > 0.0 { xy / (xx * yy).sqrt() } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::log::signal::prepare;
+
+    /// A drive with turns of 3 s each 20 s, whose course comes `lag_s` late, in some steps.
+    fn drive(rate_hz: f64, lag_s: f64) -> DriveLog {
+        let rows = (600.0 * rate_hz) as usize;
+        let yaw = |t: f64| {
+            let phase = t % 20.0;
+            let side = if t % 40.0 < 20.0 { 1.0 } else { -1.0 };
+            if phase < 3.0 { side * 0.2 * (PI * phase / 3.0).sin() } else { 0.0 }
+        };
+        // the heading is the integral of the yaw rate
+        let heading = |t: f64| {
+            (0..(t.max(0.0) * 100.0) as usize).map(|k| 0.01 * yaw(k as f64 * 0.01)).sum::<f64>()
+        };
+        let time_s: Vec<f64> = (0..rows).map(|k| k as f64 / rate_hz).collect();
+        DriveLog {
+            speed_mps: vec![10.0; rows],
+            yaw_rate_radps: time_s.iter().map(|t| yaw(*t)).collect(),
+            course_rad: Some(
+                time_s.iter().map(|t| (7.0 - heading(t - lag_s)) % (2.0 * PI)).collect(),
+            ),
+            time_s,
+            ..DriveLog::default()
+        }
+    }
+
+    #[test]
+    fn the_lag_of_the_receiver_is_found() {
+        for (rate_hz, lag_s, tolerance_s) in
+            [(10.0, 0.7, 0.05), (1.0, 1.3, 0.25), (5.0, -0.4, 0.07)]
+        {
+            let log = drive(rate_hz, lag_s);
+            let (pieces, _) = prepare(&log).unwrap();
+            let (found, correlation) = speed_lag_s(&log, &pieces).unwrap();
+            assert!((found - lag_s).abs() < tolerance_s, "{rate_hz} Hz: {found}, {lag_s}");
+            assert!(correlation > 0.8);
+        }
+    }
+
+    #[test]
+    fn no_lag_without_turns_or_course() {
+        let mut log = drive(10.0, 0.7);
+        log.yaw_rate_radps.fill(0.0);
+        let (pieces, _) = prepare(&log).unwrap();
+        assert_eq!(speed_lag_s(&log, &pieces), None);
+        log.course_rad = None;
+        assert_eq!(speed_lag_s(&log, &pieces), None);
+    }
+
+    #[test]
+    fn the_bias_is_the_median_at_standstill() {
+        let mut log = drive(10.0, 0.0);
+        for yaw in &mut log.yaw_rate_radps {
+            *yaw += 0.01;
+        }
+        let (pieces, _) = prepare(&log).unwrap();
+        assert_eq!(gyro_bias_radps(&pieces), None);
+        log.speed_mps[50..120].fill(0.0);
+        log.yaw_rate_radps[60] = 5.0; // a knock on the sensor
+        let (pieces, _) = prepare(&log).unwrap();
+        assert!((gyro_bias_radps(&pieces).unwrap() - 0.01).abs() < 1e-9);
+    }
+}

@@ -1,0 +1,303 @@
+//! What has to be right with a log, and its pieces between gaps. Nothing is dropped without being counted.
+
+use super::DriveLog;
+use serde::Serialize;
+use thiserror::Error;
+
+/// Fewest usable rows of a log.
+pub const FEWEST_ROWS: usize = 10;
+/// Sampling rates that the detectors are meant for, in Hz, with some slack for clocks.
+pub const RATES_HZ: [f64; 2] = [0.9, 110.0];
+/// Rows farther apart than this many sampling intervals, and than [`SHORTEST_GAP_S`], have a gap between them.
+const GAP_INTERVALS: f64 = 2.5;
+/// See [`GAP_INTERVALS`], in s.
+const SHORTEST_GAP_S: f64 = 0.5;
+/// Speeds and yaw rates above these, in m/s and rad/s, are no road vehicle's: the unit is probably wrong.
+const IMPLAUSIBLE_SPEED_MPS: f64 = 70.0;
+const IMPLAUSIBLE_YAW_RADPS: f64 = 2.0;
+/// Slower than this, in m/s, the vehicle reverses; slightly negative speeds are noise around 0.
+const REVERSE_MPS: f64 = -0.5;
+
+/// Why a log cannot be used.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum LogError {
+    /// Columns of different lengths.
+    #[error(
+        "the column {column} has {found} rows, time has {expected}: all columns need the same number"
+    )]
+    Lengths {
+        /// Name of the column.
+        column: &'static str,
+        /// Rows of the time.
+        expected: usize,
+        /// Rows of the column.
+        found: usize,
+    },
+    /// Too little to work with.
+    #[error(
+        "{usable} of {rows} rows have time, speed and yaw rate ({missing_time} lack the time, {missing_speed} the speed, \
+         {missing_yaw} the yaw rate): at least {FEWEST_ROWS} are needed"
+    )]
+    TooFewRows {
+        /// Rows of the log.
+        rows: usize,
+        /// Rows with all three.
+        usable: usize,
+        /// Rows without time.
+        missing_time: usize,
+        /// Rows without speed.
+        missing_speed: usize,
+        /// Rows without yaw rate.
+        missing_yaw: usize,
+    },
+    /// Time that runs backwards.
+    #[error(
+        "time runs backwards {count} times, first after row {row}, from {before_s} to {after_s} s: sort the rows, or name the \
+         column that tells the drives apart"
+    )]
+    Backwards {
+        /// How often.
+        count: usize,
+        /// Row before the first one, from 1.
+        row: usize,
+        /// Time there, in s.
+        before_s: f64,
+        /// Time after it, in s.
+        after_s: f64,
+    },
+    /// Sampling that is too slow or too fast.
+    #[error(
+        "the rows are {interval_s} s apart in the median ({rate_hz:.3} Hz): allowed are 1 to 100 Hz; is the unit of time right?"
+    )]
+    Rate {
+        /// Median interval, in s.
+        interval_s: f64,
+        /// Its reciprocal, in Hz.
+        rate_hz: f64,
+    },
+    /// An option that makes no sense.
+    #[error("{option} is {value}: allowed is {allowed}")]
+    Option {
+        /// Its name.
+        option: &'static str,
+        /// Its value.
+        value: f64,
+        /// What is allowed.
+        allowed: &'static str,
+    },
+}
+
+/// What was counted while a log was made ready.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct LogCounts {
+    /// Rows of the log.
+    pub rows: usize,
+    /// Rows that were used.
+    pub used: usize,
+    /// Rows without time.
+    pub missing_time: usize,
+    /// Rows without speed.
+    pub missing_speed: usize,
+    /// Rows without yaw rate.
+    pub missing_yaw_rate: usize,
+    /// Rows with the same time as the row before.
+    pub repeated_time: usize,
+    /// Rows that reverse; not used.
+    pub reversing: usize,
+    /// Rows above 70 m/s, which are used: is the unit right?
+    pub implausible_speed: usize,
+    /// Rows above 2 rad/s, which are used: is the unit right?
+    pub implausible_yaw_rate: usize,
+    /// Gaps in time, where the log is cut.
+    pub gaps: usize,
+    /// Time in gaps, in s.
+    pub gap_s: f64,
+    /// Median sampling interval, in s.
+    pub interval_s: f64,
+}
+
+/// A log without gaps; all columns have equal lengths of at least 2, optional ones are empty where they are not known.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Piece {
+    /// Time, in s, increasing.
+    pub time_s: Vec<f64>,
+    /// Speed, in m/s, not negative.
+    pub speed_mps: Vec<f64>,
+    /// Yaw rate, in rad/s.
+    pub yaw_rate_radps: Vec<f64>,
+    /// Row of the log.
+    pub row: Vec<usize>,
+}
+
+/// Checks a log and cuts it at gaps.
+///
+/// # Errors
+/// [`LogError`] where columns have different lengths, too few rows are usable, time runs backwards, or the sampling rate
+/// is outside 1 to 100 Hz.
+pub fn prepare(log: &DriveLog) -> Result<(Vec<Piece>, LogCounts), LogError> {
+    check_lengths(log)?;
+    let mut counts = LogCounts { rows: log.time_s.len(), ..LogCounts::default() };
+    let rows = usable_rows(log, &mut counts);
+    check_time(log, &rows)?;
+    let mut kept: Vec<usize> = Vec::with_capacity(rows.len());
+    for row in rows {
+        if kept.last().is_some_and(|&last| log.time_s[last] == log.time_s[row]) {
+            counts.repeated_time += 1;
+        } else {
+            kept.push(row);
+        }
+    }
+    counts.used = kept.len();
+    if kept.len() < FEWEST_ROWS {
+        return Err(LogError::TooFewRows {
+            rows: counts.rows,
+            usable: kept.len(),
+            missing_time: counts.missing_time,
+            missing_speed: counts.missing_speed,
+            missing_yaw: counts.missing_yaw_rate,
+        });
+    }
+    let intervals = kept.windows(2).map(|pair| log.time_s[pair[1]] - log.time_s[pair[0]]);
+    counts.interval_s = median(intervals.collect());
+    let rate_hz = 1.0 / counts.interval_s;
+    if !(RATES_HZ[0]..=RATES_HZ[1]).contains(&rate_hz) {
+        return Err(LogError::Rate { interval_s: counts.interval_s, rate_hz });
+    }
+    let longest_s = (GAP_INTERVALS * counts.interval_s).max(SHORTEST_GAP_S);
+    let mut pieces = vec![Piece::default()];
+    let mut before_s = f64::NAN;
+    for row in kept {
+        let time_s = log.time_s[row];
+        if time_s - before_s > longest_s {
+            counts.gaps += 1;
+            counts.gap_s += time_s - before_s;
+            pieces.push(Piece::default());
+        }
+        before_s = time_s;
+        let piece = pieces.last_mut().expect("there is always one");
+        piece.time_s.push(time_s);
+        piece.speed_mps.push(log.speed_mps[row].max(0.0));
+        piece.yaw_rate_radps.push(log.yaw_rate_radps[row]);
+        piece.row.push(row);
+    }
+    pieces.retain(|piece| piece.time_s.len() >= 2);
+    Ok((pieces, counts))
+}
+
+fn check_lengths(log: &DriveLog) -> Result<(), LogError> {
+    let expected = log.time_s.len();
+    let optional = |column: &Option<Vec<f64>>| column.as_ref().map_or(expected, Vec::len);
+    for (column, found) in [
+        ("speed", log.speed_mps.len()),
+        ("yaw rate", log.yaw_rate_radps.len()),
+        ("course", optional(&log.course_rad)),
+        ("latitude", optional(&log.latitude_deg)),
+        ("longitude", optional(&log.longitude_deg)),
+        ("limit", optional(&log.limit_mps)),
+    ] {
+        if found != expected {
+            return Err(LogError::Lengths { column, expected, found });
+        }
+    }
+    Ok(())
+}
+
+fn usable_rows(log: &DriveLog, counts: &mut LogCounts) -> Vec<usize> {
+    let mut rows = Vec::with_capacity(counts.rows);
+    for row in 0..counts.rows {
+        let (speed, yaw) = (log.speed_mps[row], log.yaw_rate_radps[row]);
+        if !log.time_s[row].is_finite() {
+            counts.missing_time += 1;
+        } else if !speed.is_finite() {
+            counts.missing_speed += 1;
+        } else if !yaw.is_finite() {
+            counts.missing_yaw_rate += 1;
+        } else if speed < REVERSE_MPS {
+            counts.reversing += 1;
+        } else {
+            counts.implausible_speed += usize::from(speed > IMPLAUSIBLE_SPEED_MPS);
+            counts.implausible_yaw_rate += usize::from(yaw.abs() > IMPLAUSIBLE_YAW_RADPS);
+            rows.push(row);
+        }
+    }
+    rows
+}
+
+fn check_time(log: &DriveLog, rows: &[usize]) -> Result<(), LogError> {
+    let mut back = rows.windows(2).filter(|pair| log.time_s[pair[1]] < log.time_s[pair[0]]);
+    let Some(first) = back.next() else { return Ok(()) };
+    Err(LogError::Backwards {
+        count: 1 + back.count(),
+        row: first[0] + 1,
+        before_s: log.time_s[first[0]],
+        after_s: log.time_s[first[1]],
+    })
+}
+
+/// The median of some numbers; NaN of none.
+pub(crate) fn median(mut values: Vec<f64>) -> f64 {
+    if values.is_empty() {
+        return f64::NAN;
+    }
+    values.sort_by(f64::total_cmp);
+    let n = values.len();
+    f64::midpoint(values[(n - 1) / 2], values[n / 2])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn log(rows: usize) -> DriveLog {
+        DriveLog {
+            time_s: (0..rows).map(|k| k as f64 * 0.1).collect(),
+            speed_mps: vec![10.0; rows],
+            yaw_rate_radps: vec![0.0; rows],
+            ..DriveLog::default()
+        }
+    }
+
+    #[test]
+    fn everything_that_is_left_out_is_counted() {
+        let mut log = log(100);
+        log.time_s[3] = f64::NAN;
+        log.speed_mps[10] = f64::NAN;
+        log.yaw_rate_radps[20..40].fill(f64::NAN); // 2.1 s without yaw rate: a gap
+        log.speed_mps[50] = -3.0;
+        log.speed_mps[60] = 100.0;
+        log.yaw_rate_radps[61] = 9.0;
+        log.time_s[70] = log.time_s[69];
+        let (pieces, counts) = prepare(&log).unwrap();
+        assert_eq!(
+            (counts.missing_time, counts.missing_speed, counts.missing_yaw_rate),
+            (1, 1, 20)
+        );
+        assert_eq!((counts.reversing, counts.repeated_time), (1, 1));
+        assert_eq!((counts.implausible_speed, counts.implausible_yaw_rate), (1, 1));
+        assert_eq!((counts.gaps, pieces.len(), counts.used), (1, 2, 76));
+        assert!((counts.gap_s - 2.1).abs() < 1e-9 && (counts.interval_s - 0.1).abs() < 1e-9);
+        assert_eq!(pieces[1].row[0], 40);
+    }
+
+    #[test]
+    fn what_cannot_be_used_says_why() {
+        let mut backwards = log(50);
+        backwards.time_s[30] = 0.0;
+        let error = prepare(&backwards).unwrap_err();
+        assert!(matches!(error, LogError::Backwards { count: 1, row: 30, .. }), "{error}");
+        assert!(matches!(prepare(&log(3)), Err(LogError::TooFewRows { rows: 3, .. })));
+        assert!(matches!(prepare(&DriveLog::default()), Err(LogError::TooFewRows { rows: 0, .. })));
+        let mut short = log(50);
+        short.yaw_rate_radps.pop();
+        assert!(matches!(prepare(&short), Err(LogError::Lengths { column: "yaw rate", .. })));
+        let mut milliseconds = log(50);
+        for time in &mut milliseconds.time_s {
+            *time *= 1000.0;
+        }
+        assert!(matches!(prepare(&milliseconds), Err(LogError::Rate { .. })));
+        let mut empty = log(50);
+        empty.yaw_rate_radps.fill(f64::NAN);
+        let message = prepare(&empty).unwrap_err().to_string();
+        assert!(message.contains("50 the yaw rate"), "{message}");
+    }
+}

@@ -1,0 +1,161 @@
+//! From log files to the curves that were driven, and the table of them: a row a curve, as `ocmc fit curve-speed` reads it.
+
+use super::quantity::Quantity;
+use super::{LoggedDrive, Need};
+use ocmc_core::log::DriveLog;
+use ocmc_core::log::curve::{Correction, CurveDetection, CurveOptions, detect_curves};
+use ocmc_core::log::signal::LogError;
+use serde::Serialize;
+use std::io;
+
+/// What curve detection needs of a log.
+pub const NEEDS: [Need; 3] = [
+    Need { what: "time", any_of: &[Quantity::Time] },
+    Need { what: "speed", any_of: &[Quantity::Speed] },
+    Need { what: "yaw rate", any_of: &TURNING },
+];
+
+/// What tells how a vehicle turns, the best first.
+const TURNING: [Quantity; 4] = [
+    Quantity::YawRate,
+    Quantity::Curvature,
+    Quantity::LateralAcceleration,
+    Quantity::SteeringWheelAngle,
+];
+
+/// Slower than this, in m/s, a lateral acceleration tells no yaw rate.
+const SLOWEST_MPS: f64 = 1.0;
+
+/// From the steering wheel to the path of the vehicle: κ = δ / (i l), without slip.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Steering {
+    /// Ratio i of the angles of steering wheel and front wheels.
+    pub ratio: f64,
+    /// Wheelbase l, in m.
+    pub wheelbase_m: f64,
+}
+
+/// The curves of one drive.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct DriveCurves {
+    /// The driver, or the truck.
+    pub driver: String,
+    /// The drive.
+    pub drive: String,
+    /// What the yaw rate comes from.
+    pub turning: &'static str,
+    /// What was found.
+    #[serde(flatten)]
+    pub detection: CurveDetection,
+}
+
+/// Why a drive gives no curves.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum DriveError {
+    /// The log cannot be used.
+    #[error(transparent)]
+    Log(#[from] LogError),
+    /// Only the steering wheel is known, and not what it does.
+    #[error(
+        "only the angle of the steering wheel tells how the vehicle turns: give --steering-ratio and --wheelbase-m"
+    )]
+    Steering,
+}
+
+/// Finds the curves of a drive.
+///
+/// # Errors
+/// [`DriveError`] where the log cannot be used, or only tells steering angles and `steering` is not given.
+pub fn detect(
+    drive: &LoggedDrive,
+    options: &CurveOptions,
+    steering: Option<Steering>,
+) -> Result<DriveCurves, DriveError> {
+    let owned = |quantity| drive.column(quantity).map(<[f64]>::to_vec);
+    let turning = TURNING.into_iter().find(|quantity| {
+        drive.column(*quantity).is_some_and(|values| values.iter().any(|value| !value.is_nan()))
+    });
+    let turning = turning.unwrap_or(Quantity::YawRate);
+    let speed_mps = owned(Quantity::Speed).unwrap_or_default();
+    let signal = owned(turning).unwrap_or_default();
+    let times_speed = |factor: f64| {
+        signal.iter().zip(&speed_mps).map(|(signal, speed)| signal * speed * factor).collect()
+    };
+    let yaw_rate_radps = match turning {
+        Quantity::Curvature => times_speed(1.0),
+        Quantity::SteeringWheelAngle => {
+            let steering = steering.ok_or(DriveError::Steering)?;
+            times_speed(1.0 / (steering.ratio * steering.wheelbase_m))
+        }
+        Quantity::LateralAcceleration => {
+            let slow = |speed: f64| speed < SLOWEST_MPS;
+            let rates = signal.iter().zip(&speed_mps);
+            rates.map(|(a, v)| if slow(*v) { 0.0 } else { a / v }).collect()
+        }
+        _ => signal,
+    };
+    let mut options = *options;
+    if turning != Quantity::YawRate && options.gyro_bias_radps == Correction::Estimated {
+        // no gyro, no bias of it
+        options.gyro_bias_radps = Correction::Given(0.0);
+    }
+    let log = DriveLog {
+        time_s: owned(Quantity::Time).unwrap_or_default(),
+        speed_mps,
+        yaw_rate_radps,
+        course_rad: owned(Quantity::Course),
+        latitude_deg: owned(Quantity::Latitude),
+        longitude_deg: owned(Quantity::Longitude),
+        limit_mps: owned(Quantity::Limit),
+    };
+    Ok(DriveCurves {
+        driver: drive.driver.clone(),
+        drive: drive.drive.clone(),
+        turning: turning.name(),
+        detection: detect_curves(&log, &options)?,
+    })
+}
+
+/// Writes the curves as comma-separated values.
+///
+/// # Errors
+/// Those of writing.
+pub fn write_csv(out: impl io::Write, drives: &[DriveCurves]) -> io::Result<()> {
+    let mut writer = csv::Writer::from_writer(out);
+    writer.write_record([
+        "driver",
+        "drive",
+        "direction",
+        "radius_m",
+        "speed_mps",
+        "limit_mps",
+        "length_m",
+        "turn_rad",
+        "start_m",
+        "end_m",
+        "start_s",
+        "end_s",
+        "route_m",
+    ])?;
+    for drive in drives {
+        for curve in &drive.detection.curves {
+            let number = |value: f64| format!("{value:?}");
+            writer.write_record([
+                drive.driver.as_str(),
+                drive.drive.as_str(),
+                if curve.left { "left" } else { "right" },
+                &number(curve.radius_m),
+                &number(curve.speed_mps),
+                &curve.limit_mps.map_or_else(String::new, number),
+                &number(curve.length_m()),
+                &number(curve.turn_rad),
+                &number(curve.start_m),
+                &number(curve.end_m),
+                &number(curve.start_s),
+                &number(curve.end_s),
+                &number(drive.detection.way_m),
+            ])?;
+        }
+    }
+    writer.flush()
+}

@@ -1,0 +1,250 @@
+//! Measured logs as CSV, plain or compressed with gzip: columns found by name and unit, rows split into drives.
+
+pub mod curves;
+pub mod error;
+pub mod mapping;
+pub mod quantity;
+
+use error::LogFileError;
+use flate2::read::MultiGzDecoder;
+use mapping::{Columns, Mapping};
+use quantity::{Label, Quantity};
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{BufRead, BufReader, Read};
+use std::path::{Path, PathBuf};
+
+/// Most rows of a file: they are kept in memory.
+const MOST_ROWS: usize = 100_000_000;
+/// What stands for a missing number, beside an empty cell.
+const MISSING: [&str; 6] = ["NA", "na", "N/A", "null", "None", "-"];
+
+/// The rows of one drive (and event).
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LoggedDrive {
+    /// The driver, or the truck: the label, or the name of the file.
+    pub driver: String,
+    /// The drive: the label, or the name of the file.
+    pub drive: String,
+    /// The event, where there is a label.
+    pub event: Option<String>,
+    /// Values in SI, NaN where missing.
+    columns: BTreeMap<Quantity, Vec<f64>>,
+}
+
+impl LoggedDrive {
+    /// The values of a quantity.
+    pub fn column(&self, quantity: Quantity) -> Option<&[f64]> {
+        self.columns.get(&quantity).map(Vec::as_slice)
+    }
+
+    /// Number of rows.
+    pub fn rows(&self) -> usize {
+        self.columns.values().next().map_or(0, Vec::len)
+    }
+}
+
+/// Cells of a column that hold something else than a number.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Unreadable {
+    /// Name of the column.
+    pub column: String,
+    /// How many cells.
+    pub cells: usize,
+    /// Line of the first one.
+    pub line: u64,
+    /// What stands there.
+    pub text: String,
+}
+
+/// A log file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LogFile {
+    /// Where it was read.
+    pub path: PathBuf,
+    /// The drives, in the order in which they begin.
+    pub drives: Vec<LoggedDrive>,
+    /// Where each quantity stood.
+    pub columns: Columns,
+    /// Rows.
+    pub rows: usize,
+    /// Rows with too few or too many cells; what is there was used.
+    pub ragged_rows: usize,
+    /// Cells that are no numbers.
+    pub unreadable: Vec<Unreadable>,
+}
+
+/// What a reader needs of a log: one of the quantities.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Need<'a> {
+    /// In words.
+    pub what: &'a str,
+    /// Any of these.
+    pub any_of: &'a [Quantity],
+}
+
+/// Reads a log.
+///
+/// # Errors
+/// [`LogFileError`] where the file cannot be read, columns are missing or unclear, or there are no rows.
+pub fn read(path: &Path, mappings: &[Mapping], needs: &[Need]) -> Result<LogFile, LogFileError> {
+    let failed = |source| LogFileError::Read { path: path.to_owned(), source };
+    let file = File::open(path).map_err(failed)?;
+    let mut text = BufReader::new(decompressed(file).map_err(failed)?);
+    let start = text.fill_buf().map_err(failed)?;
+    if start.is_empty() {
+        return Err(LogFileError::Empty { path: path.to_owned() });
+    }
+    let delimiter = delimiter(start);
+    let mut reader =
+        csv::ReaderBuilder::new().flexible(true).delimiter(delimiter).from_reader(text);
+    let not_csv = |error: &csv::Error| LogFileError::NotCsv {
+        path: path.to_owned(),
+        reason: error.to_string(),
+    };
+    let header: Vec<String> = reader
+        .headers()
+        .map_err(|error| not_csv(&error))?
+        .iter()
+        .map(|name| name.trim_start_matches('\u{feff}').trim().to_owned())
+        .collect();
+    let columns = Columns::find(&header, mappings).map_err(|source| LogFileError::Header {
+        path: path.to_owned(),
+        source: Box::new(source),
+    })?;
+    for need in needs {
+        check_need(path, &columns, &header, need)?;
+    }
+    let mut file = LogFile {
+        path: path.to_owned(),
+        drives: Vec::new(),
+        columns,
+        rows: 0,
+        ragged_rows: 0,
+        unreadable: Vec::new(),
+    };
+    let name = stem(path);
+    let mut record = csv::StringRecord::new();
+    let mut known: BTreeMap<[String; 3], usize> = BTreeMap::new();
+    loop {
+        match reader.read_record(&mut record) {
+            Ok(true) => {}
+            Ok(false) => break,
+            Err(error) => return Err(not_csv(&error)),
+        }
+        file.rows += 1;
+        if file.rows > MOST_ROWS {
+            return Err(LogFileError::TooManyRows { path: path.to_owned(), most: MOST_ROWS });
+        }
+        file.ragged_rows += usize::from(record.len() != header.len());
+        let label = |label| {
+            let index = file.columns.label(label)?;
+            Some(record.get(index).unwrap_or("").trim().to_owned())
+        };
+        let labels = Label::ALL.map(|which| label(which).unwrap_or_default());
+        let drive = *known.entry(labels).or_insert_with_key(|[driver, drive, event]| {
+            let or_name = |text: &String| if text.is_empty() { name.clone() } else { text.clone() };
+            file.drives.push(LoggedDrive {
+                driver: or_name(driver),
+                drive: or_name(drive),
+                event: (!event.is_empty()).then(|| event.clone()),
+                columns: file.columns.quantities.iter().map(|c| (c.quantity, Vec::new())).collect(),
+            });
+            file.drives.len() - 1
+        });
+        for column in &file.columns.quantities {
+            let cell = record.get(column.index).unwrap_or("").trim();
+            let number = cell.parse().unwrap_or(f64::NAN);
+            if !number.is_finite() {
+                let line = record.position().map_or(0, csv::Position::line);
+                note_unreadable(&mut file.unreadable, &column.name, cell, line);
+            }
+            let value = if number.is_finite() { number * column.factor } else { f64::NAN };
+            let values = file.drives[drive].columns.get_mut(&column.quantity);
+            values.expect("each drive has each column").push(value);
+        }
+    }
+    if file.rows == 0 {
+        return Err(LogFileError::NoRows { path: path.to_owned() });
+    }
+    for need in needs {
+        check_numbers(&file, need)?;
+    }
+    Ok(file)
+}
+
+/// The text of a file that may be compressed.
+fn decompressed(file: File) -> std::io::Result<Box<dyn Read>> {
+    let mut file = BufReader::new(file);
+    let compressed = file.fill_buf()?.starts_with(&[0x1f, 0x8b]);
+    Ok(if compressed { Box::new(MultiGzDecoder::new(file)) } else { Box::new(file) })
+}
+
+/// What separates the names of the first line: a comma, unless there are more semicolons or tabulators.
+fn delimiter(start: &[u8]) -> u8 {
+    let line = start.split(|byte| *byte == b'\n').next().unwrap_or_default();
+    let count = |wanted: u8| line.split(|byte| *byte == wanted).count();
+    // of equal counts the last one wins
+    [b'\t', b';', b','].into_iter().max_by_key(|separator| count(*separator)).unwrap_or(b',')
+}
+
+/// The name of a file without its extensions.
+fn stem(path: &Path) -> String {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    name.trim_end_matches(".gz").trim_end_matches(".csv").to_owned()
+}
+
+fn check_need(
+    path: &Path,
+    columns: &Columns,
+    header: &[String],
+    need: &Need,
+) -> Result<(), LogFileError> {
+    if need.any_of.iter().any(|quantity| columns.quantity(*quantity).is_some()) {
+        return Ok(());
+    }
+    let wanted: Vec<String> = need.any_of.iter().flat_map(|quantity| quantity.names()).collect();
+    Err(LogFileError::Missing {
+        path: path.to_owned(),
+        what: need.what.to_owned(),
+        example: wanted[0].clone(),
+        wanted: wanted.join(", "),
+        found: header.join(", "),
+    })
+}
+
+/// A column that is needed has a number somewhere.
+fn check_numbers(file: &LogFile, need: &Need) -> Result<(), LogFileError> {
+    let present = need.any_of.iter().filter_map(|quantity| file.columns.quantity(*quantity));
+    let mut empty = None;
+    for column in present {
+        let values = file.drives.iter().filter_map(|drive| drive.column(column.quantity));
+        if values.flatten().any(|value| !value.is_nan()) {
+            return Ok(());
+        }
+        empty = Some(column);
+    }
+    let Some(column) = empty else { return Ok(()) };
+    let example = file.unreadable.iter().find(|cells| cells.column == column.name);
+    Err(LogFileError::NoNumbers {
+        path: file.path.clone(),
+        column: column.name.clone(),
+        rows: file.rows,
+        example: example.map_or_else(String::new, |cells| {
+            format!(": line {} has `{}`", cells.line, cells.text)
+        }),
+    })
+}
+
+/// Counts a cell that is neither a number nor a usual sign for a missing one.
+fn note_unreadable(unreadable: &mut Vec<Unreadable>, column: &str, cell: &str, line: u64) {
+    if cell.is_empty() || cell.eq_ignore_ascii_case("nan") || MISSING.contains(&cell) {
+        return;
+    }
+    if let Some(cells) = unreadable.iter_mut().find(|cells| cells.column == column) {
+        cells.cells += 1;
+    } else {
+        let text = cell.chars().take(40).collect();
+        unreadable.push(Unreadable { column: column.to_owned(), cells: 1, line, text });
+    }
+}
