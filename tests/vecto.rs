@@ -199,7 +199,7 @@ fn the_truck_of_vectos_own_files() {
         for payload_kg in PAYLOADS_KG {
             let payload = format!("mission.payload_kg={payload_kg}");
             let given = load(file.to_str().unwrap(), &[&payload]).unwrap();
-            let given = given.on_routes(&[route.clone()], &[]).unwrap();
+            let given = given.on_routes(std::slice::from_ref(&route), &[]).unwrap();
             let record = drive_scenario(&given.study, given.study.sample(1, 0));
             assert_eq!(record.outcome, Outcome::Completed);
             line += &format!(" {:.2} |", litres(&record));

@@ -3,7 +3,6 @@
 //! The same functions serve here and in the closed loop: gearbox and axle losses, engine curves and map. Here they are run backwards.
 
 use super::drive_cycle::DriveStep;
-use crate::lanes::Lanes;
 use crate::vehicle::efficiency::EfficiencyCurve;
 use crate::vehicle::{Powertrain, Vehicle};
 
@@ -178,14 +177,7 @@ impl<'a> GearedDriveline<'a> {
             0.0
         };
         let gearbox_nm = if engaged { engine_nm - auxiliary_nm - inertia_nm } else { 0.0 };
-        let axle_per_m = self.axle_per_m();
-        let wheel = model.gearbox.wheel_force::<1>(
-            axle_per_m,
-            Lanes([gear.ratio]),
-            Lanes([gear.loss_share]),
-            Lanes([gearbox_nm]),
-        );
-        let wheel_n = wheel.0[0];
+        let wheel_n = model.gearbox.wheel_force_n(gear, self.axle_per_m(), gearbox_nm);
         let way_m = step.distance_m();
         let turned_rad = fit.engine_radps * step.dt_s;
         let gearbox_rad = gear.speed_ratio_per_m * way_m;

@@ -12,11 +12,10 @@ mod driveline;
 pub use drive_cycle::{DriveCycle, DriveCycleError, DriveStep};
 pub use driveline::EfficiencyDriveline;
 
-use crate::lanes::Lanes;
 use crate::simulation::record::{Outcome, Record};
 use crate::study::Study;
 use crate::vehicle::resistance::{
-    GRAVITY_MPS2, drag_force, rolling_temperature_factor, rolling_wet_factor,
+    GRAVITY_MPS2, drag_force_n, rolling_temperature_factor, rolling_wet_factor,
 };
 use driveline::{DrivelineStep, GearedDriveline};
 
@@ -98,9 +97,8 @@ fn balance(
     let inertia_kg = body.mass_kg + body.wheel_mass_kg;
     for step in cycle.steps() {
         let (v, way_m) = (step.mean_mps(), step.distance_m());
-        let half_density = Lanes([0.5 * body.air_density_kgpm3]);
-        let area = Lanes([body.drag_area_m2]);
-        let drag_n = drag_force::<1>(half_density, Lanes([v]), Lanes::ZERO, area).0[0];
+        let half_density = 0.5 * body.air_density_kgpm3;
+        let drag_n = drag_force_n(half_density, v, 0.0, body.drag_area_m2);
         let cosine = (1.0 - step.slope * step.slope).sqrt();
         let rolling_n = body.mass_kg * GRAVITY_MPS2 * cosine * body.rolling_coefficient;
         let grade_n = body.mass_kg * GRAVITY_MPS2 * step.slope;

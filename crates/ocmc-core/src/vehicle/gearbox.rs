@@ -9,7 +9,6 @@
 //! Added here: both downshifts need a slowing truck, otherwise a truck that has just started in third gear
 //! shifts down while it accelerates through 84-108 rad/s.
 
-use crate::lanes::Lanes;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -97,23 +96,14 @@ pub struct Gear {
 }
 
 impl GearboxModel {
-    /// Force at the wheels of `W` vehicles, in N, for a torque at the gearbox's input, in Nm, behind gearbox, retarder and axle.
-    #[inline(always)]
-    pub fn wheel_force<const W: usize>(
-        &self,
-        axle_per_m: f64,
-        ratio: Lanes<W>,
-        loss_share: Lanes<W>,
-        torque_nm: Lanes<W>,
-    ) -> Lanes<W> {
-        let box_nm = torque_nm - Lanes::all(self.loss_torque_nm) - loss_share * torque_nm.abs();
-        let shaft = ratio * box_nm - Lanes::all(self.retarder_torque_nm);
-        let axle_nm =
-            shaft - Lanes::all(self.axle_loss_torque_nm) - shaft.abs() * self.axle_loss_share;
-        axle_nm * axle_per_m
+    /// Force at the wheels, in N, for a torque at the gearbox's input, behind gearbox, retarder and axle.
+    pub fn wheel_force_n(&self, gear: &Gear, axle_per_m: f64, torque_nm: f64) -> f64 {
+        let box_nm = torque_nm - self.loss_torque_nm - gear.loss_share * torque_nm.abs();
+        let shaft = gear.ratio * box_nm - self.retarder_torque_nm;
+        (shaft - self.axle_loss_torque_nm - shaft.abs() * self.axle_loss_share) * axle_per_m
     }
 
-    /// Torque at the gearbox's input, in Nm, for a force at the wheels, in N: the inverse of [`GearboxModel::wheel_force`].
+    /// Torque at the gearbox's input, in Nm, for a force at the wheels, in N: the inverse of [`GearboxModel::wheel_force_n`].
     pub fn input_torque_nm(&self, gear: &Gear, axle_per_m: f64, wheel_n: f64) -> f64 {
         // x - share |x| = y has one solution, of the sign of y
         let undo =
@@ -213,7 +203,6 @@ impl ShiftModel {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::vehicle::gearbox::GearboxModel;
 
     #[test]
     fn the_torque_behind_a_force_gives_that_force() {
@@ -233,9 +222,8 @@ mod tests {
         for gear in model.gears(0.492) {
             for force_n in [-50_000.0, -300.0, -80.0, 0.0, 10.0, 4000.0, 90_000.0] {
                 let torque = model.input_torque_nm(&gear, 2.64 / 0.492, force_n);
-                let (ratio, share) = (Lanes([gear.ratio]), Lanes([gear.loss_share]));
-                let back = model.wheel_force::<1>(2.64 / 0.492, ratio, share, Lanes([torque]));
-                assert!((back.0[0] - force_n).abs() < 1e-9 * force_n.abs().max(100.0), "{force_n}");
+                let back = model.wheel_force_n(&gear, 2.64 / 0.492, torque);
+                assert!((back - force_n).abs() < 1e-9 * force_n.abs().max(100.0), "{force_n}");
             }
         }
     }

@@ -1,6 +1,5 @@
 //! Resistance of the road and the air: rolling, drag and grade.
 
-use crate::lanes::Lanes;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -50,20 +49,14 @@ pub struct CrossWind {
     pub maximum_tangent: f64,
 }
 
-/// Drag of `W` vehicles, in N, against the motion: F = ½ ρ A ((v + w)² + c²), with the sign of v + w.
+/// Drag, in N, against the motion: F = ½ ρ A ((v + w)² + c²), with the sign of v + w.
 ///
-/// `half_density`: ½ ρ, in kg/m³; `relative`: speed plus headwind, v + w, in m/s; `cross`: cross wind c, in m/s; `area`: drag area A at
-/// this angle of the wind, in m².
-#[inline(always)]
-pub fn drag_force<const W: usize>(
-    half_density: Lanes<W>,
-    relative: Lanes<W>,
-    cross: Lanes<W>,
-    area: Lanes<W>,
-) -> Lanes<W> {
-    let pressure = half_density * (relative * relative + cross * cross);
-    let towards = Lanes::select_lt(relative, Lanes::ZERO, -pressure, pressure);
-    towards * area
+/// `half_density`: ½ ρ, in kg/m³; `relative_mps`: speed plus headwind, v + w; `cross_mps`: cross wind c; `area_m2`: drag area A at
+/// this angle of the wind.
+pub fn drag_force_n(half_density: f64, relative_mps: f64, cross_mps: f64, area_m2: f64) -> f64 {
+    let pressure = half_density * (relative_mps * relative_mps + cross_mps * cross_mps);
+    let towards = if relative_mps < 0.0 { -pressure } else { pressure };
+    towards * area_m2
 }
 
 /// Rolling coefficient of the loaded vehicle on smooth, dry asphalt at 25 °C:

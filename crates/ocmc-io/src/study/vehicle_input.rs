@@ -62,14 +62,14 @@ pub(super) fn expand(tree: &mut Node, folder: Option<&Path>) -> Result<(), Box<F
         let code = text(&node, "vehicle.tyre_code")?;
         let size: TyreSize =
             code.parse().map_err(|error| file_fault(&error).at(node.any_place()))?;
-        put(vehicle, json!({ "wheel_radius_m": size.dynamic_radius_m() }))?;
+        put(vehicle, &json!({ "wheel_radius_m": size.dynamic_radius_m() }))?;
     }
     if let Some(node) = take(vehicle, "coast_down") {
         let keys: CoastDownKeys = node.to_toml().try_into().map_err(|error: toml::de::Error| {
             let message = format!("`vehicle.coast_down`: {}", error.message());
             file_fault(&message).at(node.any_place())
         })?;
-        put(vehicle, coast_down(&keys).map_err(|m| file_fault(&m).at(node.any_place()))?)?;
+        put(vehicle, &coast_down(&keys).map_err(|m| file_fault(&m).at(node.any_place()))?)?;
     }
     if let Some(engine) = vehicle.entries_mut().and_then(|entries| entries.get_mut("engine")) {
         engine_files(engine, folder)?;
@@ -104,16 +104,16 @@ fn engine_files(engine: &mut Node, folder: Option<&Path>) -> Result<(), Box<Faul
     let mut drag: Option<Vec<(f64, f64)>> = None;
     if let Some(node) = take(engine, "full_load_file") {
         let (keys, curve) = in_file(&node, "vehicle.engine.full_load_file", folder, full_load)?;
-        put(engine, keys)?;
+        put(engine, &keys)?;
         drag = Some(curve);
     }
     if let Some(node) = take(engine, "map_file") {
-        put(engine, in_file(&node, "vehicle.engine.map_file", folder, fuel_map)?)?;
+        put(engine, &in_file(&node, "vehicle.engine.map_file", folder, fuel_map)?)?;
     }
     if let Some(drag) = drag {
         let speeds = numbers(engine, "map_speed_radps");
         let torques: Vec<f64> = speeds.iter().map(|w| interpolate(&drag, *w).min(-0.1)).collect();
-        put(engine, json!({ "drag_torque_nm": torques }))?;
+        put(engine, &json!({ "drag_torque_nm": torques }))?;
     }
     Ok(())
 }
@@ -173,17 +173,17 @@ fn gearbox_files(gearbox: &mut Node, folder: Option<&Path>) -> Result<(), Box<Fa
             let (constant, slope) =
                 in_file(&node, &format!("vehicle.gearbox.{key}"), folder, loss_line)?;
             constants.push(constant);
-            put(gearbox, json!({ share: slope }))?;
+            put(gearbox, &json!({ share: slope }))?;
         }
     }
     if !constants.is_empty() {
         let mean = constants.iter().sum::<f64>() / constants.len() as f64;
-        put(gearbox, json!({ "loss_torque_nm": mean }))?;
+        put(gearbox, &json!({ "loss_torque_nm": mean }))?;
     }
     if let Some(node) = take(gearbox, "axle_loss_file") {
         let (constant, slope) =
             in_file(&node, "vehicle.gearbox.axle_loss_file", folder, loss_line)?;
-        put(gearbox, json!({ "axle_loss_torque_nm": constant, "axle_loss_share": slope }))?;
+        put(gearbox, &json!({ "axle_loss_torque_nm": constant, "axle_loss_share": slope }))?;
     }
     if let Some(node) = take(gearbox, "retarder_loss_file") {
         let mean = in_file(&node, "vehicle.gearbox.retarder_loss_file", folder, |table| {
@@ -194,7 +194,7 @@ fn gearbox_files(gearbox: &mut Node, folder: Option<&Path>) -> Result<(), Box<Fa
             ])?)?;
             Ok(loss.iter().sum::<f64>() / loss.len() as f64)
         })?;
-        put(gearbox, json!({ "retarder_torque_nm": mean }))?;
+        put(gearbox, &json!({ "retarder_torque_nm": mean }))?;
     }
     Ok(())
 }
@@ -243,8 +243,8 @@ fn take(node: &mut Node, key: &str) -> Option<Node> {
 }
 
 /// Lays keys over a table.
-fn put(node: &mut Node, keys: Value) -> Result<(), Box<Fault>> {
-    node.overlay(Node::from_json(&keys)?);
+fn put(node: &mut Node, keys: &Value) -> Result<(), Box<Fault>> {
+    node.overlay(Node::from_json(keys)?);
     Ok(())
 }
 
