@@ -20,14 +20,36 @@ import sys
 from types import ModuleType
 from typing import TYPE_CHECKING, NoReturn
 
-from ocmc._ocmc import OperatingCycle, Run, Study, Table, __version__, load, run_from
+from ocmc._answer import Answer
+from ocmc._ocmc import (
+    OperatingCycle,
+    Run,
+    Study,
+    Table,
+    __version__,
+    detect_curves,
+    fit_curve_speed,
+    load,
+    run_from,
+)
 from ocmc._summary import Summary
 
 if TYPE_CHECKING:
     from ocmc import dask as dask
     from ocmc import plot as plot
 
-__all__ = ["OperatingCycle", "Run", "Study", "Summary", "Table", "__version__", "load"]
+__all__ = [
+    "Answer",
+    "OperatingCycle",
+    "Run",
+    "Study",
+    "Summary",
+    "Table",
+    "__version__",
+    "detect_curves",
+    "fit_curve_speed",
+    "load",
+]
 
 _WITH_EXTRAS = ["dask", "plot"]
 

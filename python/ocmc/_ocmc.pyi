@@ -4,6 +4,7 @@ from typing import Any, Literal, SupportsIndex, final
 
 import numpy.typing as npt
 
+from ocmc._answer import Answer
 from ocmc._summary import Summary
 
 __all__ = [
@@ -12,6 +13,8 @@ __all__ = [
     "Study",
     "Table",
     "__version__",
+    "detect_curves",
+    "fit_curve_speed",
     "joined",
     "label",
     "load",
@@ -22,10 +25,36 @@ __all__ = [
 __version__: str
 
 def load(path: str | PathLike[str]) -> Run: ...
+def detect_curves(
+    log: object,
+    *,
+    columns: Mapping[str, str] | None = None,
+    detector: Literal["hidden_markov", "trained", "threshold"] = "hidden_markov",
+    radius: Literal["turn", "mean", "positions"] = "turn",
+    central_share: float | None = None,
+    split_ratio: float | None = None,
+    gyro_bias_radps: float | None = None,
+    speed_lag_s: float | None = None,
+    steering_ratio: float | None = None,
+    wheelbase_m: float | None = None,
+) -> Table: ...
+def fit_curve_speed(
+    curves: object,
+    *,
+    base: Study | None = None,
+    tobit: bool = False,
+    reference_radius_m: float = 250.0,
+    radius_range_m: tuple[float, float] = (20.0, 500.0),
+    minimum_route_m: float = 5000.0,
+    fixed_exponent: float = 0.5,
+    significance: float = 0.05,
+    limit_share: float = 0.9,
+    coding: Literal["sum_to_zero", "treatment"] = "sum_to_zero",
+) -> Answer: ...
 def run_from(arguments: Sequence[str]) -> int: ...
 def label(column: str) -> tuple[str, float]: ...
 def joined(parts: Sequence[Run], wall_s: float, threads: int) -> Run: ...
-def unpickled(manifest: str, wall_s: float, threads: int, stream: bytes) -> Run: ...
+def unpickled(manifest: str, wall_s: float, threads: int, stream: bytes, sum: bytes) -> Run: ...
 
 @final
 class Study:
@@ -71,7 +100,7 @@ class Run:
     def __contains__(self, column: object, /) -> bool: ...
     def __iter__(self) -> Iterator[str]: ...
     def __len__(self) -> int: ...
-    def __reduce__(self) -> tuple[Callable[..., Run], tuple[str, float, int, bytes]]: ...
+    def __reduce__(self) -> tuple[Callable[..., Run], tuple[str, float, int, bytes, bytes]]: ...
 
 @final
 class Table:

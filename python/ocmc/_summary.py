@@ -1,14 +1,13 @@
 """The summary of a run."""
 
-from typing import Any
-
+from ocmc._answer import Answer
 from ocmc._display import html_table
 from ocmc._ocmc import label
 
 _QUANTILES = ["p5", "p25", "p50", "p75", "p95", "p99"]
 
 
-class Summary(dict[str, Any]):
+class Summary(Answer):
     """What a run adds up to: the content of ``summary.json``, printed as the command prints it.
 
     Statistics are over completed cycles: the mean is the fleet's (total over total) with its 95 % interval,
@@ -32,19 +31,6 @@ class Summary(dict[str, Any]):
     study      field-truck
     ...
     """
-
-    def __init__(self, content: dict[str, Any], text: str) -> None:
-        super().__init__(content)
-        self._text = text
-
-    def __str__(self) -> str:
-        return self._text
-
-    def __repr__(self) -> str:
-        return self._text
-
-    def __reduce__(self) -> tuple[type["Summary"], tuple[dict[str, Any], str]]:
-        return Summary, (dict(self), self._text)
 
     def _repr_html_(self) -> str:
         rows = []

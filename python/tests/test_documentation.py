@@ -56,12 +56,6 @@ def public():
 
 PUBLIC = dict(public())
 CALLABLE = [name for name, thing in PUBLIC.items() if callable(thing) and not name.endswith(".keys")]
-NO_EXAMPLE = {
-    "ocmc.OperatingCycle.items",
-    "ocmc.plot.curve_fit",
-    "ocmc.plot.sensitivity",
-    "ocmc.plot.identified",
-}
 
 
 @pytest.fixture(autouse=True)
@@ -81,7 +75,7 @@ def test_examples_of_docstrings(name):
     assert not told, "".join(told)
 
 
-@pytest.mark.parametrize("name", sorted(set(CALLABLE) - NO_EXAMPLE))
+@pytest.mark.parametrize("name", CALLABLE)
 def test_what_can_be_called_has_an_example(name):
     assert ">>> " in PUBLIC[name].__doc__
 
@@ -89,8 +83,7 @@ def test_what_can_be_called_has_an_example(name):
 @pytest.mark.parametrize("name", CALLABLE)
 def test_docstrings_name_arguments_and_results(name):
     found = validate.validate(name)["errors"]
-    optional = {"EX01"} if name in NO_EXAMPLE or name.endswith(".keys") else set()
-    assert [error for error in found if error[0] not in UNNEEDED | optional] == []
+    assert [error for error in found if error[0] not in UNNEEDED] == []
 
 
 def test_the_page_of_the_guide_is_made_of_the_docstrings():

@@ -1,5 +1,7 @@
 """Pictures: what is drawn are the numbers, and axes have units."""
 
+from pathlib import Path
+
 import numpy as np
 import ocmc
 import pytest
@@ -7,6 +9,8 @@ import pytest
 matplotlib = pytest.importorskip("matplotlib")
 matplotlib.use("agg")
 from matplotlib import pyplot as plt  # noqa: E402 (after the choice of the backend)
+
+CURVES = Path(__file__).parents[2] / "examples" / "data" / "simulator_curves.csv"
 
 
 @pytest.fixture(autouse=True)
@@ -103,3 +107,83 @@ def test_two_studies(study, run):
     texts = [text.get_text() for text in ax.get_legend().get_texts()]
     assert [text.partition(":")[0] for text in texts] == ["field-truck", "loaded"]
     assert f"{other['consumption_l_per_100km'].mean():.4g}" in texts[1]
+
+
+def test_curves_and_their_fit():
+    table = pytest.importorskip("pandas").read_csv(CURVES)
+    fit = ocmc.fit_curve_speed(table)
+    ax = drawn(ocmc.plot.curve_fit(table, fit))
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("curve radius, m", "speed in the curve, km/h")
+    law = line(ax, "$v_0$ 60.0 km/h, δ 0.231")
+    radius, speed = law.get_data()
+    np.testing.assert_allclose(radius[[0, -1]], [125, 250])
+    assert speed[-1] == pytest.approx(3.6 * fit["estimated"]["reference_speed_mps"])
+    assert np.polyfit(np.log(radius), np.log(speed), 1)[0] == pytest.approx(fit["estimated"]["exponent"])
+    points = np.concatenate([a.get_xydata() for a in ax.lines if a.get_linestyle() == "None"])
+    assert sorted(points[:, 1]) == pytest.approx(sorted(3.6 * table["speed_mps"]))
+    outer, inner = ax.collections[:2]
+    bands = [band.get_paths()[0].get_extents() for band in (outer, inner)]
+    spread = np.log(bands[1].ymax / speed[-1])
+    assert spread == pytest.approx(1.96 * fit["estimated"]["driver_sd"], rel=1e-4)
+    assert bands[0].ymax > bands[1].ymax
+
+    for other in [dict(table), pytest.importorskip("pyarrow").Table.from_pandas(table)]:
+        same = ocmc.plot.curve_fit(other, fit)
+        assert len(same.lines) == len(ax.lines)
+    bare = {name: table[name] for name in ("radius_m", "speed_mps")}
+    assert len(drawn(ocmc.plot.curve_fit(bare, fit)).lines) < len(ax.lines)
+
+
+def test_many_curves_of_many_drivers_are_small_points():
+    draw = np.random.default_rng(1)
+    drivers = draw.integers(0, 25, 2000)
+    radius = np.exp(draw.uniform(np.log(20), np.log(500), 2000))
+    speed = (
+        15.0
+        * (radius / 250) ** 0.46
+        * np.exp(0.06 * draw.normal(size=25)[drivers] + 0.17 * draw.normal(size=2000))
+    )
+    curves = {"driver": [f"truck {k}" for k in drivers], "radius_m": radius, "speed_mps": speed}
+    ax = drawn(ocmc.plot.curve_fit(curves, ocmc.fit_curve_speed(curves)))
+    assert {a.get_rasterized() for a in ax.lines if a.get_linestyle() == "None"} == {True}
+    assert len(ax.get_legend().get_texts()) == 4
+
+
+def factor(name, first, total):
+    ends = [-0.03, 0.04]
+    return {
+        "factor": name,
+        "first": first,
+        "first_ci95": [first + end for end in ends],
+        "total": total,
+        "total_ci95": [total + end for end in ends],
+    }
+
+
+def test_the_shares_of_the_factors():
+    factors = [factor("weather", 0.1, 0.15), factor("road", 0.5, 0.6), factor("driver_pedals", -0.01, 0.02)]
+    ax = drawn(ocmc.plot.sensitivity({"column": "consumption_l_per_100km", "factors": factors}))
+    assert [text.get_text() for text in ax.get_yticklabels()] == ["driver pedals", "weather", "road"]
+    assert ax.get_xlabel() == "share of the variance of consumption, %"
+    widths = [[bar.get_width() for bar in bars] for bars in ax.containers if hasattr(bars, "patches")]
+    np.testing.assert_allclose(widths, [[2, 15, 60], [-1, 10, 50]])
+    whiskers = ax.collections[0].get_segments()
+    np.testing.assert_allclose(np.array(whiskers)[:, :, 0], [[-1, 6], [12, 19], [57, 64]])
+
+
+def test_identified_gains_uphill_and_downhill():
+    def fit(driver, grade, kp, at_bound=()):
+        return {"driver": driver, "grade": grade, "kp": kp, "ki": 0.1, "kd": None, "at_bound": list(at_bound)}
+
+    fits = [fit("driver 10", 0.03, 5.0, ["kp"]), fit("driver 2", -0.03, 0.5), fit("driver 2", 0.03, 0.7)]
+    panels = ocmc.plot.identified({"fits": fits})
+    drawn(panels[0])
+    assert [text.get_text() for text in panels[-1].get_xticklabels()] == ["driver 2", "driver 10"]
+    drawn_points = {a.get_label(): (a.get_xdata().tolist(), a.get_ydata().tolist()) for a in panels[0].lines}
+    assert drawn_points["uphill, at a bound"][1] == [5.0]
+    assert drawn_points["uphill"][1] == [0.7]
+    assert drawn_points["downhill"][1] == [0.5]
+    assert drawn_points["uphill"][0] < drawn_points["downhill"][0]
+    assert all(len(a.get_xdata()) == 0 for a in panels[2].lines)
+    with pytest.raises(ValueError, match="`ax` has 2 axes"):
+        ocmc.plot.identified({"fits": fits}, ax=panels[:2])

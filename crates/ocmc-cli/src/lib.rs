@@ -1,6 +1,7 @@
 //! The `ocmc` command as a library: arguments, calls, printing. The native program and the wheel's script are both
 //! one call of [`run_from`].
 
+mod answer;
 mod arguments;
 mod completions;
 mod curves;
@@ -24,6 +25,9 @@ mod study_report;
 mod summary_table;
 mod table_file;
 mod trace;
+
+pub use answer::Answer;
+pub use fit::curve_speed_answer;
 
 use arguments::{Arguments, Command};
 use clap::Parser;

@@ -6,6 +6,9 @@
 #![allow(clippy::needless_pass_by_value, reason = "arguments of Python arrive as converted values")]
 
 mod error;
+mod fit;
+mod input;
+mod log;
 mod operating_cycle;
 mod parts;
 mod progress;
@@ -26,6 +29,8 @@ fn _ocmc(module: &Bound<PyModule>) -> PyResult<()> {
     module.add_class::<operating_cycle::PyOperatingCycle>()?;
     module.add_class::<table::Table>()?;
     module.add_function(wrap_pyfunction!(run::load, module)?)?;
+    module.add_function(wrap_pyfunction!(fit::fit_curve_speed, module)?)?;
+    module.add_function(wrap_pyfunction!(log::detect_curves, module)?)?;
     module.add_function(wrap_pyfunction!(parts::joined, module)?)?;
     module.add_function(wrap_pyfunction!(parts::unpickled, module)?)?;
     module.add_function(wrap_pyfunction!(label, module)?)?;

@@ -101,6 +101,13 @@ impl PyOperatingCycle {
     /// -------
     /// list of tuple of str and dict
     ///     The tracks, in their order.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import ocmc
+    /// >>> cycle = ocmc.Study("field-truck").set("mission.length_m", 5000.0).operating_cycle(3)
+    /// >>> [name for name, track in cycle.items() if track["rule"] == "linear"]
+    /// ['altitude_m']
     fn items<'py>(&self, py: Python<'py>) -> PyResult<Vec<(&'static str, Bound<'py, PyDict>)>> {
         self.tracks.iter().map(|track| Ok((track.name, Self::track(py, track)?))).collect()
     }

@@ -12,10 +12,16 @@ use ocmc_io::study::Origin;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
+use sha2::{Digest, Sha256};
 use std::fmt::Display;
 
 fn broken(error: impl Display) -> PyErr {
     PyValueError::new_err(format!("no pickled run: {error}"))
+}
+
+/// What tells a pickled run that is whole from one that is not: arrow-ipc panics on some broken streams.
+pub(crate) fn checksum(manifest: &str, stream: &[u8]) -> Vec<u8> {
+    Sha256::new().chain_update(manifest).chain_update(stream).finalize().to_vec()
 }
 
 /// The records as a stream of Arrow.
@@ -30,7 +36,7 @@ pub(crate) fn to_bytes<'py>(py: Python<'py>, table: &Table) -> PyResult<Bound<'p
     Ok(PyBytes::new(py, &written.map_err(broken)?))
 }
 
-/// A pickled run: its manifest (JSON), what was measured, and its records.
+/// A pickled run: its manifest (JSON), what was measured, its records, and the checksum of all that.
 #[pyfunction]
 pub(crate) fn unpickled(
     py: Python,
@@ -38,7 +44,11 @@ pub(crate) fn unpickled(
     wall_s: f64,
     threads: usize,
     stream: &[u8],
+    sum: &[u8],
 ) -> PyResult<PyRun> {
+    if checksum(manifest, stream) != sum {
+        return Err(broken("its checksum is another one"));
+    }
     let manifest: Manifest = serde_json::from_str(manifest).map_err(broken)?;
     py.detach(|| {
         let mut fleet = SummaryBuilder::default();

@@ -49,7 +49,7 @@ pub(crate) struct PyRun {
 }
 
 /// What `unpickled` makes a run of.
-type Pickled<'py> = (String, f64, usize, Bound<'py, PyBytes>);
+type Pickled<'py> = (String, f64, usize, Bound<'py, PyBytes>, Vec<u8>);
 
 /// Records on their way into a table: batches of as many rows as a file has in a group.
 #[derive(Default)]
@@ -277,6 +277,7 @@ impl PyRun {
         let manifest = serde_json::to_string(&self.manifest).expect("numbers and words");
         let stream = parts::to_bytes(py, &self.records)?;
         let make = py.import("ocmc._ocmc")?.getattr("unpickled")?;
-        Ok((make, (manifest, self.summary.wall_s, self.summary.threads, stream)))
+        let sum = parts::checksum(&manifest, stream.as_bytes());
+        Ok((make, (manifest, self.summary.wall_s, self.summary.threads, stream, sum)))
     }
 }

@@ -9,6 +9,7 @@ use crate::value::{study_value, whole_number};
 use ocmc_core::fleet::run::{MOST_THREADS, RunPlan};
 use ocmc_core::random::LAST_CYCLE_ID;
 use ocmc_core::simulation::trace;
+use ocmc_core::study::StudyModel;
 use ocmc_io::study::{self, LoadedStudy, StudyFileError};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -52,6 +53,13 @@ impl PyStudy {
         let loaded = loaded.map_err(|error| study_error(&error))?;
         let hash = study::study_hash(&loaded.model);
         Ok(Self { loaded, hash })
+    }
+}
+
+impl PyStudy {
+    /// The study as it is written, bases resolved.
+    pub(crate) fn model(&self) -> &StudyModel {
+        &self.loaded.model
     }
 }
 

@@ -39,6 +39,15 @@ def curve_fit(curves: Any, fit: Mapping[str, Any], *, ax: Axes | None = None) ->
     -----
     The law is v = v₀ (R/R₀)^δ exp(driver + residual), both normal: Romano, Godio, Bruzelius, Johannesson,
     equation of the curve speed.
+
+    Examples
+    --------
+    >>> import ocmc
+    >>> curves = {"driver": ["a"] * 4 + ["b"] * 4, "radius_m": [50.0, 100.0, 200.0, 400.0] * 2}
+    >>> curves |= {"speed_mps": [10.1, 13.9, 20.2, 27.8, 11.1, 15.3, 22.1, 30.6]}
+    >>> ax = ocmc.plot.curve_fit(curves, ocmc.fit_curve_speed(curves))
+    >>> ax.get_xlabel()
+    'curve radius, m'
     """
     ax = axes(ax, legend_beside=True)
     radius_m, speed_kmh = numbers(curves, "radius_m"), KMH_PER_MPS * numbers(curves, "speed_mps")

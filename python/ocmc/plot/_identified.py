@@ -36,6 +36,13 @@ def identified(answer: Mapping[str, Any], *, ax: Sequence[Axes] | None = None) -
     Notes
     -----
     The split is that of Romano, Godio, Bruzelius, Johannesson, figure of the sorted parameters.
+
+    Examples
+    --------
+    >>> import ocmc
+    >>> fit = {"driver": "a", "grade": 0.03, "kp": 0.5, "ki": 0.02, "kd": None, "at_bound": []}
+    >>> [ax.get_ylabel() for ax in ocmc.plot.identified({"fits": [fit]})]
+    ['$K_P$, s/m', '$K_I$, 1/m', '$K_D$, s²/m']
     """
     fits = answer["fits"]
     if ax is None:

@@ -24,6 +24,15 @@ def sensitivity(answer: Mapping[str, Any], *, ax: Axes | None = None) -> Axes:
     matplotlib.axes.Axes
         The axes: a pair of bars for each factor, the one that matters most on top. ``first`` is what the
         factor explains alone, ``total`` includes what it does together with others.
+
+    Examples
+    --------
+    >>> import ocmc
+    >>> road = {"factor": "road", "first": 0.5, "first_ci95": [0.4, 0.6]}
+    >>> road |= {"total": 0.6, "total_ci95": [0.5, 0.7]}
+    >>> answer = {"column": "consumption_l_per_100km", "factors": [road]}
+    >>> ocmc.plot.sensitivity(answer).get_xlabel()
+    'share of the variance of consumption, %'
     """
     ax = axes(ax)
     factors = sorted(answer["factors"], key=lambda factor: factor["total"] or 0.0)

@@ -3,6 +3,8 @@
 mod curve_speed;
 mod curve_speed_text;
 
+pub use curve_speed::curve_speed_answer;
+
 use crate::arguments::{FitCommand, FittedArguments};
 use crate::failure::Failure;
 use crate::{output, study};
