@@ -74,6 +74,9 @@ pub fn merge(
         })?;
         let place = part.path.join(&part.manifest.records);
         let last: Vec<(PathBuf, Record)> = last.map(|record| (place, record)).into_iter().collect();
+        if !part.manifest.repeatable {
+            continue;
+        }
         check_by_driving(&study.study, part.manifest.seed, &last)?;
     }
     let wall_s = parts.iter().map(|part| part.measured.wall_s).fold(0.0, f64::max);

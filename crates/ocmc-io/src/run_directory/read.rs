@@ -135,6 +135,9 @@ pub fn unfinished(directory: &Path) -> Result<Option<Unfinished>, RunDirectoryEr
             manifest.program_version
         )));
     }
+    if !manifest.repeatable {
+        return Err(not_ours("its trucks follow a drive cycle, which it does not hold".to_owned()));
+    }
     let format = RecordFormat::ALL.into_iter().find(|f| f.file_name() == manifest.records);
     let format = format.ok_or_else(|| {
         not_ours(format!("its `{MANIFEST}` names the records `{}`", manifest.records))
