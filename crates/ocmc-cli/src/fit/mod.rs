@@ -2,6 +2,7 @@
 
 mod curve_speed;
 mod curve_speed_text;
+mod speed_change;
 
 use crate::arguments::{FitCommand, FittedArguments};
 use crate::failure::Failure;
@@ -13,6 +14,7 @@ use std::path::Path;
 pub(crate) fn fit(command: &FitCommand) -> Result<(), Failure> {
     match command {
         FitCommand::CurveSpeed(arguments) => curve_speed::curve_speed(arguments),
+        FitCommand::SpeedChange(arguments) => speed_change::speed_change(arguments),
     }
 }
 
