@@ -207,6 +207,8 @@ pub(crate) enum FitCommand {
     CurveSpeed(CurveSpeedArguments),
     /// Speed changes: log-normal accelerations and decelerations at changes of the speed limit
     SpeedChange(SpeedChangeArguments),
+    /// Operating cycles: road types, signs, events, curves, slope and surface of given roads
+    OperatingCycle(OperatingCycleArguments),
 }
 
 /// Where fitted values go.
@@ -281,6 +283,16 @@ pub(crate) struct SpeedChangeArguments {
     /// The study from the laws with the thresholds in their likelihood
     #[arg(long)]
     pub(crate) untruncated: bool,
+    #[command(flatten)]
+    pub(crate) fitted: FittedArguments,
+}
+
+/// Options of the fit of operating cycles.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct OperatingCycleArguments {
+    /// Operating cycles with road types, as `ocmc cycle` writes them
+    #[arg(required = true, value_name = "CYCLE")]
+    pub(crate) files: Vec<PathBuf>,
     #[command(flatten)]
     pub(crate) fitted: FittedArguments,
 }

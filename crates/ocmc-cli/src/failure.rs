@@ -2,6 +2,7 @@
 
 use crate::study_report::study_report;
 use ocmc_io::column_file::ColumnFileError;
+use ocmc_io::given_cycle::GivenCycleFileError;
 use ocmc_io::log::curves::DriveError;
 use ocmc_io::log::error::LogFileError;
 use ocmc_io::run_directory::RunDirectoryError;
@@ -26,6 +27,9 @@ pub(crate) enum Failure {
     /// Speed changes that cannot be read.
     #[error(transparent)]
     SpeedChange(#[from] SpeedChangeFileError),
+    /// An operating cycle that cannot be read.
+    #[error(transparent)]
+    GivenCycle(#[from] GivenCycleFileError),
     /// Measurements that have no fit.
     #[error("`{}`: {error}", path.display())]
     Fit { path: PathBuf, error: Box<dyn std::error::Error> },

@@ -17,7 +17,8 @@ pub fn read(path: &Path) -> Result<CurveTable, ColumnFileError> {
     let driver = file.need(&["driver", "truck"])?;
     let (radius, speed) = (file.need(&["radius_m"])?, file.need(&["speed_mps"])?);
     let direction = file.find(&["direction"]);
-    let (route, limit) = (file.find(&["route_m"]), file.find(&["limit_mps"]));
+    let (route, limit) =
+        (file.find(&["route_m", "route_length_m"]), file.find(&["limit_mps", "speed_limit_mps"]));
     let mut table = CurveTable {
         left: direction.map(|_| Vec::new()),
         route_m: route.map(|_| Vec::new()),

@@ -9,6 +9,7 @@ pub mod curve_speed;
 pub mod least_squares;
 pub mod mixed_model;
 mod nelder_mead;
+pub mod operating_cycle;
 pub mod p_value;
 pub mod speed_change;
 pub mod tobit;
