@@ -6,6 +6,7 @@
 
 use crate::column_file::{ColumnFile, ColumnFileError};
 use ocmc_core::fit::curve_speed::CurveTable;
+use std::io::Read;
 use std::path::Path;
 
 /// Reads a table of curves.
@@ -13,7 +14,14 @@ use std::path::Path;
 /// # Errors
 /// [`ColumnFileError`] names the file, the place in it and what is allowed.
 pub fn read(path: &Path) -> Result<CurveTable, ColumnFileError> {
-    let file = ColumnFile::open(path)?;
+    read_columns(ColumnFile::open(path)?)
+}
+
+/// Reads a table of curves whose header has been read.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_columns(file: ColumnFile<impl Read>) -> Result<CurveTable, ColumnFileError> {
     let driver = file.need(&["driver", "truck"])?;
     let (radius, speed) = (file.need(&["radius_m"])?, file.need(&["speed_mps"])?);
     let direction = file.find(&["direction"]);

@@ -2,10 +2,12 @@
 
 use super::curve_speed_text::curve_speed_text;
 use super::{no_fit, write_study};
+use crate::answer::Answer;
 use crate::arguments::CurveSpeedArguments;
 use crate::failure::Failure;
 use crate::{output, request};
-use ocmc_core::fit::curve_speed::{CurveSpeedOptions, fit};
+use ocmc_core::driver::curve_speed::CurveSpeedModel;
+use ocmc_core::fit::curve_speed::{CurveSpeedFit, CurveSpeedOptions, fit};
 use ocmc_io::study::{fitted_json, fitted_text};
 use ocmc_io::{curve_table, study};
 
@@ -27,18 +29,29 @@ pub(crate) fn curve_speed(arguments: &CurveSpeedArguments) -> Result<(), Failure
         }
     };
     let population = fit.population(best, &base.model.driver.curve_speed);
-    let values = fitted_text(&KEYS, &population);
-    for warning in &fit.warnings {
+    let answer = curve_speed_answer(&fit, &population, table.driver.len());
+    for warning in &answer.warnings {
         output::note(&format!("warning: {warning}"));
     }
     if arguments.fitted.json {
-        let mut json = serde_json::to_value(&fit).expect("numbers, words and lists");
-        json["study"] = fitted_json(&KEYS, &population);
-        output::answer(&format!("{json:#}\n"))?;
+        output::answer(&format!("{:#}\n", answer.json))?;
     } else {
-        output::answer(&curve_speed_text(&fit, table.driver.len(), &values))?;
+        output::answer(&answer.text)?;
     }
+    let values = fitted_text(&KEYS, &population);
     write_study(&arguments.fitted, "curve-speed", &arguments.file, &values)
+}
+
+/// What the fit of a table with so many rows tells; `population` is the part of a study that follows from it.
+pub fn curve_speed_answer(
+    fit: &CurveSpeedFit,
+    population: &CurveSpeedModel,
+    rows: usize,
+) -> Answer {
+    let mut json = serde_json::to_value(fit).expect("numbers, words and lists");
+    json["study"] = fitted_json(&KEYS, population);
+    let text = curve_speed_text(fit, rows, &fitted_text(&KEYS, population));
+    Answer { json, text, warnings: fit.warnings.clone() }
 }
 
 fn options(arguments: &CurveSpeedArguments) -> CurveSpeedOptions {

@@ -5,6 +5,8 @@ mod curve_speed_text;
 mod operating_cycle;
 mod speed_change;
 
+pub use curve_speed::curve_speed_answer;
+
 use crate::arguments::{FitCommand, FittedArguments};
 use crate::failure::Failure;
 use crate::{output, study};
