@@ -134,8 +134,20 @@ pub(crate) struct DriveArguments {
     /// What is taken from the file instead of being drawn from the study; may be repeated or joined by commas
     #[arg(long, value_name = "WHAT", value_delimiter = ',')]
     pub(crate) keep: Vec<Kept>,
+    /// Takes the file as a drive cycle, a `.csv` with time, speed and grade
+    #[arg(long, value_name = "HOW", conflicts_with = "keep")]
+    pub(crate) follow_speed: Option<Follow>,
     #[command(flatten)]
     pub(crate) run: RunArguments,
+}
+
+/// How a drive cycle is followed, as typed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Follow {
+    /// A driver of the study drives it: its speeds are limits along the road, its standstills are stops
+    Driver,
+    /// Nobody drives it: the exact backward force balance of the prescribed speed
+    Exact,
 }
 
 /// What is taken from a file, as typed.

@@ -2,6 +2,7 @@
 
 use crate::study_report::study_report;
 use ocmc_io::column_file::ColumnFileError;
+use ocmc_io::drive_cycle::DriveCycleFileError;
 use ocmc_io::given_cycle::GivenCycleFileError;
 use ocmc_io::log::curves::DriveError;
 use ocmc_io::log::error::LogFileError;
@@ -21,6 +22,9 @@ pub(crate) enum Failure {
     /// A study that is not one.
     #[error(transparent)]
     Study(#[from] StudyFileError),
+    /// A drive cycle that is not one.
+    #[error(transparent)]
+    DriveCycle(#[from] DriveCycleFileError),
     /// A table that cannot be read.
     #[error(transparent)]
     Table(#[from] ColumnFileError),

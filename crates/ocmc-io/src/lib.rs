@@ -3,6 +3,7 @@
 pub mod column_file;
 pub mod curve_table;
 pub mod delimited;
+pub mod drive_cycle;
 pub mod given_cycle;
 pub mod log;
 pub mod operating_cycle;
