@@ -133,3 +133,46 @@ fn a_part_that_was_cut_or_exchanged_is_named() {
         assert!(told.contains(&name) && told.contains("study and seed"), "{told}");
     }
 }
+
+#[test]
+#[cfg(unix)]
+fn the_script_of_the_guide_works_with_plain_processes() {
+    let guide = include_str!("../docs/src/how-to/parts.md");
+    let script = guide.split("```sh\n").find(|block| block.starts_with("#!/bin/bash"));
+    let script = script.and_then(|block| block.split("```").next()).expect("the guide's script");
+    assert!(script.contains("size=50000"));
+    let parent = tempfile::tempdir().expect("a directory");
+    let parent = parent.path();
+    fs::write(parent.join("script"), script.replace("size=50000", "size=40")).expect("space");
+    let study = "[study]\nbase = \"field-truck\"\n[mission]\nlength_m = 5000\n";
+    fs::write(parent.join("my-fleet.toml"), study).expect("space");
+    let programs = Path::new(env!("CARGO_BIN_EXE_ocmc")).parent().expect("a folder");
+    let path = format!("{}:{}", programs.display(), std::env::var("PATH").unwrap_or_default());
+    let task = |number: &str| {
+        Command::new("bash")
+            .arg("script")
+            .current_dir(parent)
+            .envs([("SLURM_ARRAY_TASK_ID", number), ("SLURM_CPUS_PER_TASK", "1")])
+            .env("SCRATCH", parent)
+            .env("PATH", &path)
+            .stdout(Stdio::null())
+            .spawn()
+            .expect("bash starts")
+    };
+    for mut task in ["0", "1", "2"].map(task) {
+        assert!(task.wait().expect("it ends").success());
+    }
+    // a task that is put into the queue again goes on, and here finds that nothing is left to do
+    assert!(task("2").wait().expect("it ends").success());
+    let parts: Vec<PathBuf> =
+        (0..3).map(|k| parent.join("fleet").join(format!("part-{k}"))).collect();
+    let out = parent.join("merged");
+    let output = merge(&[&parts[0], &parts[1], &parts[2]], &out);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let whole = parent.join("whole");
+    let arguments =
+        ["--study", "my-fleet.toml", "--seed", "7", "--cycles", "120", "--quiet", "--out"];
+    ocmc(&arguments).arg(&whole).current_dir(parent).assert().success();
+    let read = |directory: &Path| fs::read(directory.join("records.parquet")).expect("written");
+    assert!(read(&whole) == read(&out));
+}

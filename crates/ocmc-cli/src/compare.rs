@@ -154,10 +154,7 @@ fn comparison_text(comparison: &Comparison) -> String {
         let like = rough(reduction * comparison.pairs as f64);
         line(
             "variance",
-            &format!(
-                "1/{} of two independent runs', which would need {like} cycles",
-                rough(reduction)
-            ),
+            &format!("1/{} of two independent runs', like {like} cycles each", rough(reduction)),
         );
     }
     for (name, failed) in [("A", comparison.a_failed), ("B", comparison.b_failed)] {

@@ -5,9 +5,12 @@ use crate::failure::Failure;
 use crate::progress::Progress;
 use crate::run_text::{self, Circumstances};
 use crate::{interrupt, output, request};
-use ocmc_core::fleet::precision::run_until;
+use ocmc_core::fleet::precision::Looks;
+use ocmc_core::fleet::run;
 use ocmc_core::fleet::run::RunPlan;
 use ocmc_core::fleet::summary::SummaryBuilder;
+use ocmc_core::simulation::record::Record;
+use ocmc_core::study::Study;
 use ocmc_io::run_directory::{self, Manifest, RunDirectory};
 use ocmc_io::run_summary::RunSummary;
 use ocmc_io::study::{self, LoadedStudy, Origin};
@@ -15,8 +18,12 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::time::Instant;
 
+/// Takes the next records of a run.
+pub(crate) type Sink<'a> = &'a mut dyn FnMut(Vec<Record>) -> ControlFlow<Stop>;
+
 /// Why a run ended early.
-enum Stop {
+pub(crate) enum Stop {
+    PreciseEnough,
     Interrupted,
     Failed(Failure),
 }
@@ -33,37 +40,43 @@ struct Job {
 
 /// Runs the study, writes its records where asked to, and prints the answer.
 pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
-    run_study(arguments, || Ok(study::load(&arguments.study, &arguments.set)?))
+    let load = || Ok(study::load(&arguments.study, &arguments.set)?);
+    run_study(arguments, load, true, |study, plan, sink| run::run(study, plan, sink))
 }
 
-/// As [`run`], of the study that `load` gives.
+/// As [`run`], of the study that `load` gives, with what `drive` makes of it. A run that is not `repeatable` is not what its
+/// study alone gives, and cannot be resumed.
 pub(crate) fn run_study(
     arguments: &RunArguments,
     load: impl FnOnce() -> Result<LoadedStudy, Failure>,
+    repeatable: bool,
+    drive: impl FnOnce(&Study, &RunPlan, Sink) -> ControlFlow<Stop>,
 ) -> Result<(), Failure> {
     let job = match (&arguments.out, arguments.resume) {
         (Some(path), true) => resume(arguments, path)?,
-        _ => Some(begin(arguments, load)?),
+        _ => Some(begin(arguments, load, repeatable)?),
     };
     let Some(job) = job else {
         return complete_already(arguments);
     };
-    drive(arguments, job)
+    drive_job(arguments, job, drive)
 }
 
 fn begin(
     arguments: &RunArguments,
     load: impl FnOnce() -> Result<LoadedStudy, Failure>,
+    repeatable: bool,
 ) -> Result<Job, Failure> {
     let plan = request::plan(arguments)?;
     let loaded = load()?;
     let precision = arguments.precision.clone();
-    let manifest = Manifest { precision, ..Manifest::new(&loaded.model, &plan) };
+    let manifest = Manifest { precision, repeatable, ..Manifest::new(&loaded.model, &plan) };
+    let fleet = SummaryBuilder::new(loaded.model.driver.curve_speed.uncertain_replicates());
     let directory = match &arguments.out {
         Some(path) => Some(RunDirectory::create(path, arguments.format.into(), manifest.clone())?),
         None => None,
     };
-    Ok(Job { loaded, manifest, plan, directory, fleet: SummaryBuilder::default() })
+    Ok(Job { loaded, manifest, plan, directory, fleet })
 }
 
 /// What is left of the run in a directory; none where it is complete.
@@ -71,7 +84,8 @@ fn resume(arguments: &RunArguments, path: &Path) -> Result<Option<Job>, Failure>
     let Some(unfinished) = run_directory::unfinished(path)? else {
         return Ok(None);
     };
-    let mut fleet = SummaryBuilder::default();
+    let study = &unfinished.study.model;
+    let mut fleet = SummaryBuilder::new(study.driver.curve_speed.uncertain_replicates());
     let directory = RunDirectory::resume(&unfinished, |records| fleet.add(records))?;
     let manifest = unfinished.manifest;
     let done = fleet.cycles();
@@ -83,14 +97,19 @@ fn resume(arguments: &RunArguments, path: &Path) -> Result<Option<Job>, Failure>
     Ok(Some(Job { loaded, manifest, plan, directory: Some(directory), fleet }))
 }
 
-fn drive(arguments: &RunArguments, job: Job) -> Result<(), Failure> {
+fn drive_job(
+    arguments: &RunArguments,
+    job: Job,
+    drive: impl FnOnce(&Study, &RunPlan, Sink) -> ControlFlow<Stop>,
+) -> Result<(), Failure> {
     let Job { loaded, manifest, plan, mut directory, mut fleet } = job;
     let resumed = fleet.cycles();
     interrupt::listen();
     let clock = Instant::now();
     let progress = Progress::new(manifest.cycles, resumed, arguments.quiet);
     let precision = manifest.precision.as_ref();
-    let ended = run_until(&loaded.study, &plan, precision, &mut fleet, |records, cycles| {
+    let mut looks = Looks::new(precision, resumed);
+    let mut take = |records: &[Record], cycles: u64| {
         if let Some(directory) = &mut directory
             && let Err(error) = directory.add(records)
         {
@@ -101,25 +120,31 @@ fn drive(arguments: &RunArguments, job: Job) -> Result<(), Failure> {
             return ControlFlow::Break(Stop::Interrupted);
         }
         ControlFlow::Continue(())
+    };
+    let ended = drive(&loaded.study, &plan, &mut |records| {
+        let taken = looks.take(&mut fleet, &records, &mut take);
+        taken.map_break(|stop| stop.unwrap_or(Stop::PreciseEnough))
     });
     progress.finish();
-    if let ControlFlow::Break(Stop::Failed(failure)) = ended {
-        return Err(failure);
-    }
+    let interrupted = match ended {
+        ControlFlow::Break(Stop::Failed(failure)) => return Err(failure),
+        ControlFlow::Break(Stop::Interrupted) => true,
+        ControlFlow::Break(Stop::PreciseEnough) | ControlFlow::Continue(()) => false,
+    };
 
     let wall_s = clock.elapsed().as_secs_f64();
     let reached = precision.map(|precision| precision.look(&fleet));
     let summary = RunSummary::new(&manifest, fleet.finish(), wall_s, plan.threads);
     let summary = RunSummary { precision: reached, ..summary };
     if let Some(mut directory) = directory {
-        if ended.is_continue() {
+        if !interrupted {
             directory.end_here();
         }
         directory.finish(&summary)?;
     }
     print(arguments, &summary, &loaded.origin, resumed)?;
-    if ended.is_break() {
-        return Err(interrupted(&summary, &manifest, arguments.out.as_deref()));
+    if interrupted {
+        return Err(stopped(&summary, &manifest, arguments.out.as_deref()));
     }
     if !arguments.quiet && !arguments.json {
         output::note(&more(arguments.out.as_deref(), &manifest));
@@ -151,7 +176,7 @@ fn complete_already(arguments: &RunArguments) -> Result<(), Failure> {
     Ok(())
 }
 
-fn interrupted(summary: &RunSummary, manifest: &Manifest, out: Option<&Path>) -> Failure {
+fn stopped(summary: &RunSummary, manifest: &Manifest, out: Option<&Path>) -> Failure {
     let done = summary.summary.cycles;
     let finished = format!("{done} of {} cycles finished", manifest.cycles);
     match out {

@@ -28,6 +28,7 @@ pub(crate) fn run_text(run: &RunSummary, circumstances: &Circumstances) -> Strin
         text.push('\n');
         text.push_str(&summary_table::summary_table(&run.summary.statistics));
         text.push_str(&empty(&run.summary));
+        text.push_str(&uncertain(&run.summary));
         if let Some(statistic) = run.summary.consumption() {
             text.push('\n');
             text.push_str(&histogram_chart::histogram_chart(statistic, circumstances.width));
@@ -116,6 +117,22 @@ fn empty(summary: &Summary) -> String {
     format!(
         "L/100 tkm: {} empty trips count in the mean, not in the other columns.\n",
         grouped(completed - carrying)
+    )
+}
+
+/// How sure the mean is when the parameters are not, where the study says how uncertain they are.
+fn uncertain(summary: &Summary) -> String {
+    let Some(uncertainty) = summary.parameter_uncertainty else { return String::new() };
+    let (name, factor) = label(uncertainty.column);
+    let [low, high] = uncertainty.ci95;
+    let sampling = summary.statistic(uncertainty.column).and_then(|statistic| statistic.ci95);
+    let half = |[low, high]: [f64; 2]| short(factor * (high - low) / 2.0);
+    format!(
+        "{name}: mean ± {} with the uncertain parameters of the curve-speed fit ({} draws),\n\
+         ± {} from sampling alone. More cycles shrink only the latter.\n",
+        half([low, high]),
+        uncertainty.replicates,
+        sampling.map_or("-".to_owned(), half)
     )
 }
 

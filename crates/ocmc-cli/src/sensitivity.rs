@@ -107,7 +107,7 @@ fn two_way_text(shares: &TwoWay) -> String {
     let [cycle, driver, both] =
         [shares.cycle, shares.driver, shares.both].map(|share| 100.0 * share);
     format!(
-        "\nA second opinion, {} cycles with each of {} drivers (two-way random effects), in %:\n\
+        "\nA second opinion, {} cycles by {} drivers, two-way random effects, in %:\n\
          cycle {cycle:.1}, driver {driver:.1}, both together {both:.1}\n",
         grouped(shares.cycles),
         shares.drivers

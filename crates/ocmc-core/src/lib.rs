@@ -21,6 +21,7 @@ pub mod lanes;
 pub mod log;
 pub mod mission;
 pub mod operating_cycle;
+pub mod prescribed;
 pub mod random;
 pub mod road;
 pub mod simulation;

@@ -3,6 +3,7 @@
 pub mod column_file;
 pub mod curve_table;
 pub mod delimited;
+pub mod drive_cycle;
 pub mod given_cycle;
 pub mod label;
 pub mod log;
@@ -12,5 +13,6 @@ pub mod records;
 pub mod report;
 pub mod run_directory;
 pub mod run_summary;
+pub mod speed_change_table;
 pub mod study;
 pub mod table;

@@ -137,6 +137,11 @@ impl CurveSpeedTable {
 }
 
 impl CurveSpeedModel {
+    /// Draws of uncertain parameters that the cycles share; none where the parameters are taken for certain.
+    pub fn uncertain_replicates(&self) -> Option<u64> {
+        self.parameter_uncertainty.then_some(self.replicates.max(1))
+    }
+
     /// Draws one driver's law; `spread` false gives the typical driver, without residuals.
     pub fn sample(&self, streams: &Streams, spread: bool) -> CurveSpeed {
         let mut draws = streams.open(Stream::CurveSpeed);

@@ -8,6 +8,7 @@ pub mod quantile;
 pub mod quantity;
 pub mod random_effects;
 pub mod ratio;
+pub mod replicates;
 pub mod run;
 pub mod sensitivity;
 pub mod statistic;

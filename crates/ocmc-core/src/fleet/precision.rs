@@ -7,10 +7,8 @@
 //! of a normal law, looks from 10 cycles on cover 92.4 % instead of 95 %, from 100 on with a factor of 1.25 94.7 % [D].
 
 use super::quantile::LEVELS;
-use super::run::{RunPlan, run};
 use super::summary::SummaryBuilder;
 use crate::simulation::record::Record;
-use crate::study::Study;
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 
@@ -66,49 +64,52 @@ pub fn look_after(cycles: u64) -> u64 {
     look
 }
 
-/// Why the run has ended before its last cycle.
-enum Ended<B> {
-    PreciseEnough,
-    Broken(B),
+/// Watches a run whose records a fleet takes, and ends it at the first look at which it knows its answer precisely
+/// enough. Where that happens depends on the records alone.
+#[derive(Clone, Debug)]
+pub struct Looks<'a> {
+    precision: Option<&'a Precision>,
+    next: u64,
 }
 
-/// Runs the plan as [`run`] does, until the fleet, which takes the records, knows its answer precisely enough. Where that
-/// happens depends on the records alone. `sink` gets the records that count, and the number of cycles so far.
-pub fn run_until<B>(
-    study: &Study,
-    plan: &RunPlan,
-    precision: Option<&Precision>,
-    fleet: &mut SummaryBuilder,
-    mut sink: impl FnMut(&[Record], u64) -> ControlFlow<B>,
-) -> ControlFlow<B> {
-    let mut look = precision.map(|precision| (precision, look_after(fleet.cycles())));
-    let ended = run(study, plan, |records| {
-        let mut rest = records.as_slice();
+impl<'a> Looks<'a> {
+    /// For a run of which the fleet has so many cycles already; without a precision it goes on to its last cycle.
+    pub fn new(precision: Option<&'a Precision>, cycles: u64) -> Self {
+        Self { precision, next: look_after(cycles) }
+    }
+
+    /// Gives the next records to the fleet, and those that count to `sink`, with the number of cycles so far.
+    ///
+    /// Breaks with nothing when the fleet knows enough, with what `sink` says where that breaks.
+    pub fn take<B>(
+        &mut self,
+        fleet: &mut SummaryBuilder,
+        records: &[Record],
+        mut sink: impl FnMut(&[Record], u64) -> ControlFlow<B>,
+    ) -> ControlFlow<Option<B>> {
+        let mut rest = records;
         loop {
-            let before_look = look.map_or(usize::MAX, |(_, look)| (look - fleet.cycles()) as usize);
+            let before_look = match self.precision {
+                Some(_) => (self.next - fleet.cycles()) as usize,
+                None => usize::MAX,
+            };
             let (now, later) = rest.split_at(rest.len().min(before_look));
             fleet.add(now);
             if let ControlFlow::Break(broken) = sink(now, fleet.cycles()) {
-                return ControlFlow::Break(Ended::Broken(broken));
+                return ControlFlow::Break(Some(broken));
             }
-            if let Some((precision, at)) = &mut look
-                && *at == fleet.cycles()
+            if let Some(precision) = self.precision
+                && self.next == fleet.cycles()
             {
                 if precision.look(fleet).met {
-                    return ControlFlow::Break(Ended::PreciseEnough);
+                    return ControlFlow::Break(None);
                 }
-                *at = look_after(fleet.cycles());
+                self.next = look_after(fleet.cycles());
             }
             if later.is_empty() {
                 return ControlFlow::Continue(());
             }
             rest = later;
-        }
-    });
-    match ended {
-        ControlFlow::Break(Ended::Broken(broken)) => ControlFlow::Break(broken),
-        ControlFlow::Break(Ended::PreciseEnough) | ControlFlow::Continue(()) => {
-            ControlFlow::Continue(())
         }
     }
 }

@@ -77,6 +77,21 @@ pub fn chunk_for(cycles: u64, threads: usize) -> u64 {
 pub fn run<B>(
     study: &Study,
     plan: &RunPlan,
+    sink: impl FnMut(Vec<Record>) -> ControlFlow<B>,
+) -> ControlFlow<B> {
+    let drive = |range: Range<u64>, stop: &AtomicBool| {
+        let mut cycles = cabins(study, plan, range);
+        let mut next = |used| if stop.load(Ordering::Relaxed) { None } else { cycles(used) };
+        drive_watched(study, &mut next, plan.level, &mut Until(stop))
+    };
+    run_with(plan, &drive, sink)
+}
+
+/// As [`run`], with whatever `drive` makes of a range of cycle ids: one record for each, in their order. It may give up, and then give
+/// fewer, once its flag is set.
+pub fn run_with<B>(
+    plan: &RunPlan,
+    drive: &(dyn Fn(Range<u64>, &AtomicBool) -> Vec<Record> + Sync),
     mut sink: impl FnMut(Vec<Record>) -> ControlFlow<B>,
 ) -> ControlFlow<B> {
     let chunk = plan.chunk.max(1);
@@ -102,10 +117,7 @@ pub fn run<B>(
                     }
                     let first = plan.first_cycle + k * chunk;
                     let last = plan.first_cycle + ((k + 1) * chunk).min(plan.cycles);
-                    let mut cycles = cabins(study, plan, first..last);
-                    let mut next =
-                        |used| if stop.load(Ordering::Relaxed) { None } else { cycles(used) };
-                    let records = drive_watched(study, &mut next, plan.level, &mut Until(stop));
+                    let records = drive(first..last, stop);
                     if stop.load(Ordering::Relaxed) || sender.send((k, records)).is_err() {
                         return;
                     }

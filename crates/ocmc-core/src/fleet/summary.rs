@@ -3,6 +3,7 @@
 use super::quantile::{interval, quantile};
 use super::quantity::{CONSUMPTIONS, Extent, QUANTITIES, Quantity, Weight, quantity};
 use super::ratio::Ratio;
+use super::replicates::ParameterUncertainty;
 use super::statistic::Statistic;
 use crate::simulation::record::{Outcome, Record};
 use serde::ser::SerializeMap;
@@ -21,6 +22,8 @@ pub struct Summary {
     pub simulated_s: f64,
     /// The quantities, over completed cycles.
     pub statistics: Vec<Statistic>,
+    /// What the mean owes to uncertain parameters; none where the study takes them for certain, or has too few cycles.
+    pub parameter_uncertainty: Option<ParameterUncertainty>,
     /// What the cycles that were not completed could change; none where they are at most 0.1 %.
     pub worst_case: Option<WorstCase>,
 }
@@ -82,6 +85,7 @@ impl Serialize for Summary {
         map.serialize_entry("distance_m", &self.distance_m)?;
         map.serialize_entry("simulated_s", &self.simulated_s)?;
         map.serialize_entry("statistics", &StatisticsByName(&self.statistics))?;
+        map.serialize_entry("parameter_uncertainty", &self.parameter_uncertainty)?;
         map.serialize_entry("worst_case", &self.worst_case)?;
         map.end()
     }
@@ -107,11 +111,20 @@ pub struct SummaryBuilder {
     rows: usize,
     /// Per completed cycle.
     extents: Vec<Extent>,
+    /// Replicates of uncertain parameters, where there are any.
+    replicates: Option<u64>,
+    /// Ids of the completed cycles, where there are replicates.
+    cycle_ids: Vec<u64>,
     /// Per quantity and completed cycle, NaN where there is none; empty while no cycle has the quantity.
     values: [Vec<f64>; QUANTITIES.len()],
 }
 
 impl SummaryBuilder {
+    /// For a study whose cycles share so many draws of uncertain parameters.
+    pub fn new(replicates: Option<u64>) -> Self {
+        Self { replicates, ..Self::default() }
+    }
+
     /// Adds the next records.
     pub fn add(&mut self, records: &[Record]) {
         for record in records {
@@ -127,6 +140,9 @@ impl SummaryBuilder {
 
     fn add_completed(&mut self, record: &Record) {
         self.extents.push(Extent::of(record));
+        if self.replicates.is_some() {
+            self.cycle_ids.push(record.cycle_id);
+        }
         for (quantity, values) in QUANTITIES.iter().zip(&mut self.values) {
             if let Some(value) = (quantity.value)(record).filter(|value| value.is_finite()) {
                 values.resize(self.rows, f64::NAN);
@@ -169,6 +185,7 @@ impl SummaryBuilder {
         }
         let means = std::array::from_fn(|k| self.mean(&QUANTITIES[k]));
         let worst_case = self.worst_case(&means);
+        let parameter_uncertainty = self.parameter_uncertainty();
         let statistics = QUANTITIES
             .iter()
             .zip(means)
@@ -184,6 +201,7 @@ impl SummaryBuilder {
             distance_m: self.distance_m,
             simulated_s: self.simulated_s,
             statistics,
+            parameter_uncertainty,
             worst_case,
         }
     }
@@ -199,11 +217,26 @@ impl SummaryBuilder {
     }
 
     fn mean(&self, quantity: &Quantity) -> Option<Ratio> {
+        Ratio::estimate(self.totals(quantity).map(|(_, y, x)| (y, x)))
+    }
+
+    /// What each completed cycle that has the quantity adds to the two totals of its mean, after the cycle's row.
+    fn totals(&self, quantity: &Quantity) -> impl Iterator<Item = (usize, f64, f64)> + Clone {
+        let (times, over) = (quantity.times, quantity.over);
         let values = self.values_of(quantity.of).iter().enumerate();
         let values = values.filter(|(_, value)| !value.is_nan());
-        Ratio::estimate(values.map(|(row, value)| {
-            (value * self.weight(quantity.times, row), self.weight(quantity.over, row))
-        }))
+        values
+            .map(move |(row, value)| (row, value * self.weight(times, row), self.weight(over, row)))
+    }
+
+    fn parameter_uncertainty(&self) -> Option<ParameterUncertainty> {
+        let replicates = self.replicates?;
+        let column = CONSUMPTIONS.into_iter().find(|column| !self.values_of(column).is_empty())?;
+        let cycles: Vec<(u64, f64, f64)> = self
+            .totals(quantity(column)?)
+            .map(|(row, y, x)| (self.cycle_ids[row] % replicates, y, x))
+            .collect();
+        ParameterUncertainty::estimate(column, replicates, &cycles)
     }
 
     fn worst_case(&self, means: &[Option<Ratio>; QUANTITIES.len()]) -> Option<WorstCase> {

@@ -39,7 +39,10 @@ pub(super) fn breakdown(records: &[Record]) -> String {
         .map(|(name, of)| {
             let energy = total(*of);
             let per_km = energy / KWH_J / distance_km;
-            let words = format!("{:.1} %, {per_km:.3} kWh/km", 100.0 * energy / fuel);
+            // what rounds to nothing has no sign
+            let shown = |value: f64, unit: f64| if value.abs() < unit / 2.0 { 0.0 } else { value };
+            let share = shown(100.0 * energy / fuel, 0.1);
+            let words = format!("{share:.1} %, {:.3} kWh/km", shown(per_km, 0.001));
             ((*name).to_owned(), energy, words)
         })
         .collect();

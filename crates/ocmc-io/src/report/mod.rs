@@ -76,7 +76,7 @@ fn head(run: &StoredRun) -> String {
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-         <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'\">\n\
+         <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; style-src 'unsafe-inline'\">\n\
          <link rel=\"icon\" href=\"data:,\">\n<title>{name}: a run of ocmc</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n\
          <h1>{name}</h1>\n<p class=\"soft\">{}</p>\n",
         escaped(&description)

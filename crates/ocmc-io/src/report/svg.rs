@@ -38,8 +38,10 @@ impl Scale {
 }
 
 fn begin(width: f64, height: f64, what: &str) -> String {
+    // letters of broad pictures grow on narrow screens
+    let class = if width > 400.0 { " class=\"broad\"" } else { "" };
     format!(
-        "<svg viewBox=\"0 0 {width} {height}\" role=\"img\" aria-label=\"{}\">\n",
+        "<svg{class} viewBox=\"0 0 {width} {height}\" role=\"img\" aria-label=\"{}\">\n",
         escaped(what)
     )
 }
@@ -151,7 +153,7 @@ pub(super) fn bars(rows: &[(String, f64, String)], what: &str) -> String {
     let mut text = begin(width, height, what);
     for (k, (name, value, words)) in rows.iter().enumerate() {
         let top = step * k as f64 + 4.0;
-        let length = (width - left - 170.0) * value.abs() / largest;
+        let length = (width - left - 230.0) * value.abs() / largest;
         label(&mut text, left - 8.0, top + 14.0, "end", "name", name);
         let _ = writeln!(
             text,
@@ -169,6 +171,9 @@ pub(super) fn bars(rows: &[(String, f64, String)], what: &str) -> String {
 /// A number for an axis.
 fn rounded_short(value: f64) -> String {
     let text = rounded(value);
+    // what rounds to nothing has no sign
+    let text =
+        if text.trim_start_matches(['-', '0', '.']).is_empty() { "0".to_owned() } else { text };
     if text.contains('.') {
         text.trim_end_matches('0').trim_end_matches('.').to_owned()
     } else {

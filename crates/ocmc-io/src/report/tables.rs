@@ -3,7 +3,7 @@
 use super::svg::escaped;
 use super::{shown, study_argument, trace_command};
 use crate::label::label;
-use crate::number_text::{grouped, rounded};
+use crate::number_text::{decimals, grouped, rounded};
 use crate::run_directory::StoredRun;
 use ocmc_core::fleet::quantity::Quantity;
 use ocmc_core::fleet::statistic::Statistic;
@@ -29,8 +29,11 @@ pub(super) fn key_numbers(run: &StoredRun) -> String {
     if let Some(statistic) = summary.consumption() {
         let (unit, factor) = label(statistic.column);
         let half_width = statistic.ci95.map(|[low, high]| (high - low) / 2.0);
+        let digits = statistic.mean.map_or(2, |mean| decimals(factor * mean));
+        let half_width =
+            half_width.map_or("–".to_owned(), |h| format!("{:.digits$}", factor * h));
         key(
-            &format!("{} ± {}", shown(statistic.mean, factor), shown(half_width, factor)),
+            &format!("{} ± {half_width}", shown(statistic.mean, factor)),
             &format!("{unit}, mean of the fleet with its 95 % interval"),
         );
         key(&shown(statistic.sd, factor), &format!("{unit}, standard deviation between cycles"));

@@ -63,7 +63,7 @@ pub fn merge(
     let cycles = parts.iter().map(|part| part.manifest.completed).sum();
     let mut directory =
         RunDirectory::create(out, format, Manifest { cycles, ..begin.manifest.clone() })?;
-    let mut fleet = SummaryBuilder::default();
+    let mut fleet = SummaryBuilder::new(begin.manifest.replicates());
     for part in &parts {
         let mut last: Option<Record> = None;
         read_records(part.path, &part.manifest, |group| {
@@ -74,6 +74,9 @@ pub fn merge(
         })?;
         let place = part.path.join(&part.manifest.records);
         let last: Vec<(PathBuf, Record)> = last.map(|record| (place, record)).into_iter().collect();
+        if !part.manifest.repeatable {
+            continue;
+        }
         check_by_driving(&study.study, part.manifest.seed, &last)?;
     }
     let wall_s = parts.iter().map(|part| part.measured.wall_s).fold(0.0, f64::max);

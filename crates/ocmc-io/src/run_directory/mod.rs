@@ -60,11 +60,18 @@ pub struct Manifest {
     pub completed: u64,
     /// Name of the file of records.
     pub records: String,
+    /// Whether the resolved study alone repeats the run; not where the trucks follow a drive cycle, which it does not hold.
+    #[serde(default = "yes", skip_serializing_if = "Clone::clone")]
+    pub repeatable: bool,
     /// At which precision the run may end before its last cycle; a run that has ended has its number of cycles instead.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub precision: Option<Precision>,
     /// The resolved study, in TOML: a study file that repeats the run.
     pub resolved_study: String,
+}
+
+fn yes() -> bool {
+    true
 }
 
 impl Manifest {
@@ -81,9 +88,21 @@ impl Manifest {
             cycles: plan.cycles,
             completed: 0,
             records: String::new(),
+            repeatable: true,
             precision: None,
             resolved_study: resolved_toml(study),
         }
+    }
+}
+
+impl Manifest {
+    /// Draws of uncertain parameters that the cycles of the study share, where it has any.
+    pub fn replicates(&self) -> Option<u64> {
+        let study: toml::Table = self.resolved_study.parse().ok()?;
+        let curve_speed = study.get("driver")?.get("curve_speed")?;
+        let uncertain = curve_speed.get("parameter_uncertainty")?.as_bool()?;
+        let replicates = u64::try_from(curve_speed.get("replicates")?.as_integer()?).ok()?;
+        uncertain.then_some(replicates.max(1))
     }
 }
 
@@ -321,6 +340,7 @@ mod tests {
             cycles,
             completed: 7,
             records: String::new(),
+            repeatable: true,
             precision: None,
             resolved_study: "a = 1\n".to_owned(),
         }

@@ -37,7 +37,7 @@ pub fn read(directory: &Path) -> Result<StoredRun, RunDirectoryError> {
     let manifest = ended(directory)?;
     let Measured { wall_s, threads } = measured(directory)?;
     let mut records = Vec::new();
-    let mut fleet = SummaryBuilder::default();
+    let mut fleet = SummaryBuilder::new(manifest.replicates());
     read_records(directory, &manifest, |group| {
         fleet.add(&group);
         records.extend(group);
@@ -134,6 +134,9 @@ pub fn unfinished(directory: &Path) -> Result<Option<Unfinished>, RunDirectoryEr
             "version {} of the program began it, this is version {ours}: the records would not be those of one run",
             manifest.program_version
         )));
+    }
+    if !manifest.repeatable {
+        return Err(not_ours("its trucks follow a drive cycle, which it does not hold".to_owned()));
     }
     let format = RecordFormat::ALL.into_iter().find(|f| f.file_name() == manifest.records);
     let format = format.ok_or_else(|| {
