@@ -11,7 +11,7 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 MOST_IMPORT_S = 0.150
-MOST_MEGABYTES = 25.0
+MOST_MEGABYTES = 10.0
 
 
 def quiet(*command, **options):
