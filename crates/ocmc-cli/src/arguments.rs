@@ -134,8 +134,8 @@ pub(crate) struct DriveArguments {
     /// What is taken from the file instead of being drawn from the study; may be repeated or joined by commas
     #[arg(long, value_name = "WHAT", value_delimiter = ',')]
     pub(crate) keep: Vec<Kept>,
-    /// Takes the file as a drive cycle, a `.csv` with time, speed and grade
-    #[arg(long, value_name = "HOW", conflicts_with = "keep")]
+    /// Follows the speed of a drive cycle, a `.csv` with time, speed and grade; or, exactly, the speed planned on a route
+    #[arg(long, value_name = "HOW")]
     pub(crate) follow_speed: Option<Follow>,
     #[command(flatten)]
     pub(crate) run: RunArguments,
@@ -146,7 +146,7 @@ pub(crate) struct DriveArguments {
 pub(crate) enum Follow {
     /// A driver of the study drives it: its speeds are limits along the road, its standstills are stops
     Driver,
-    /// Nobody drives it: the exact backward force balance of the prescribed speed
+    /// Nobody drives it: the exact backward force balance of the prescribed speed. The only mode for battery-electric vehicles
     Exact,
 }
 

@@ -3,6 +3,7 @@
 use crate::study_report::study_report;
 use ocmc_io::column_file::ColumnFileError;
 use ocmc_io::drive_cycle::DriveCycleFileError;
+use ocmc_io::given_cycle::GivenCycleFileError;
 use ocmc_io::log::curves::DriveError;
 use ocmc_io::log::error::LogFileError;
 use ocmc_io::run_directory::RunDirectoryError;
@@ -35,6 +36,9 @@ pub(crate) enum Failure {
     /// Logs without a single usable drive.
     #[error("{place}: {fault}")]
     Drive { place: String, fault: DriveError },
+    /// A given operating cycle that is not one.
+    #[error(transparent)]
+    GivenCycle(#[from] GivenCycleFileError),
     /// A run directory that cannot be written.
     #[error(transparent)]
     RunDirectory(#[from] RunDirectoryError),

@@ -81,6 +81,8 @@ pub enum Stream {
     CurveSpeedParameters = 29,
     /// Which of several given routes is driven.
     Route = 30,
+    /// A battery-electric powertrain: state of charge at departure, auxiliaries.
+    Electric = 31,
 }
 
 /// A group of streams that is frozen, and turned off, together.
@@ -133,7 +135,7 @@ impl Stream {
             | S::Pedals
             | S::BumpComfort
             | S::CurveSpeedParameters => Factor::Driver,
-            S::Vehicle => Factor::Vehicle,
+            S::Vehicle | S::Electric => Factor::Vehicle,
         }
     }
 }

@@ -56,11 +56,23 @@ pub const STUDIES: &[BuiltIn] = &[
 ];
 
 /// The built-in vehicles.
-pub const VEHICLES: &[BuiltIn] = &[BuiltIn {
-    name: "tractor-40t",
-    description: "Tractor-semitrailer of the 40 t class, 325 kW diesel engine, 12 gears",
-    text: include_str!("../../../../configs/vehicles/tractor-40t.toml"),
-}];
+pub const VEHICLES: &[BuiltIn] = &[
+    BuiltIn {
+        name: "tractor-40t",
+        description: "Tractor-semitrailer of the 40 t class, 325 kW diesel engine, 12 gears",
+        text: include_str!("../../../../configs/vehicles/tractor-40t.toml"),
+    },
+    BuiltIn {
+        name: "rigid-12t",
+        description: "Rigid 4x2 truck of 12 t for delivery, 185 kW diesel engine, 6 gears",
+        text: include_str!("../../../../configs/vehicles/rigid-12t.toml"),
+    },
+    BuiltIn {
+        name: "city-bus-12m",
+        description: "City bus of 12 m, 185 kW diesel engine",
+        text: include_str!("../../../../configs/vehicles/city-bus-12m.toml"),
+    },
+];
 
 /// The built-in studies, the default one first.
 pub fn list() -> &'static [BuiltIn] {
