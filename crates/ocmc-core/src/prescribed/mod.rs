@@ -206,14 +206,14 @@ fn follow_scenario(
         ..Record::default()
     };
     match &model.electric {
-        None => follow_with_engine(study, scenario, cycle, &body, plain),
+        None => follow_with_engine(study, scenario, cycle, &body, &plain),
         Some(electric) => {
             let streams = Streams {
                 seed,
                 cycle_id: scenario.cycle_id,
                 frozen: &study.model().simulation.frozen,
             };
-            follow_with_battery(electric, model.wheel_radius_m, &streams, cycle, &body, plain)
+            follow_with_battery(electric, model.wheel_radius_m, &streams, cycle, &body, &plain)
         }
     }
 }
@@ -223,7 +223,7 @@ fn follow_with_engine(
     scenario: &Scenario,
     cycle: &DriveCycle,
     body: &Body,
-    plain: Record,
+    plain: &Record,
 ) -> (Record, Followed) {
     let mut driveline = GearedDriveline::new(study.powertrain(), &scenario.vehicle);
     let before_j = driveline.kinetic_j();
@@ -256,7 +256,7 @@ fn follow_with_battery(
     streams: &Streams,
     cycle: &DriveCycle,
     body: &Body,
-    plain: Record,
+    plain: &Record,
 ) -> (Record, Followed) {
     let mut draws = streams.open(crate::random::Stream::Electric);
     let base_w = electric.auxiliary_power_w.sample(&mut draws);
@@ -288,7 +288,7 @@ impl Followed {
     }
 
     /// The columns that every vehicle has.
-    fn record(&self, plain: Record) -> Record {
+    fn record(&self, plain: &Record) -> Record {
         Record {
             distance_m: self.distance_m,
             duration_s: self.duration_s,
@@ -309,7 +309,7 @@ impl Followed {
             kinetic_change_j: self.kinetic_j,
             potential_change_j: self.grade_j,
             moving_s: self.duration_s - self.standstill_s,
-            ..plain
+            ..plain.clone()
         }
     }
 }

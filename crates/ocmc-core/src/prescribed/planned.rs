@@ -1,6 +1,7 @@
 //! The speed that a driver wants along a road as a drive cycle: for following it exactly, on drawn and on given roads.
 
 use super::drive_cycle::{DriveCycle, DriveCycleError};
+use crate::operating_cycle::segments::Segment;
 use crate::study::{Scenario, Study};
 use crate::tactical::{SpeedProfile, plan};
 
@@ -22,7 +23,7 @@ pub fn planned_cycle(study: &Study, scenario: &Scenario) -> Result<DriveCycle, D
     let last = profile.segments.len() - 1;
     for (i, segment) in profile.segments.iter().enumerate() {
         let next = profile.segments.get(i + 1);
-        let event = next.and_then(|next| next.event()).map(|k| road.events[k].kind);
+        let event = next.and_then(Segment::event).map(|k| road.events[k].kind);
         let rest_s = event.and_then(|kind| kind.standstill_s());
         let pieces = libm::ceil(segment.length_m / LONGEST_M).max(1.0);
         let piece_m = segment.length_m / pieces;
