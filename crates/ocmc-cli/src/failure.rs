@@ -7,6 +7,7 @@ use ocmc_io::given_cycle::GivenCycleFileError;
 use ocmc_io::log::curves::DriveError;
 use ocmc_io::log::error::LogFileError;
 use ocmc_io::run_directory::RunDirectoryError;
+use ocmc_io::speed_change_table::SpeedChangeFileError;
 use ocmc_io::study::StudyFileError;
 use std::io;
 use std::path::PathBuf;
@@ -27,6 +28,12 @@ pub(crate) enum Failure {
     /// A table that cannot be read.
     #[error(transparent)]
     Table(#[from] ColumnFileError),
+    /// Speed changes that cannot be read.
+    #[error(transparent)]
+    SpeedChange(#[from] SpeedChangeFileError),
+    /// An operating cycle that cannot be read.
+    #[error(transparent)]
+    GivenCycle(#[from] GivenCycleFileError),
     /// Measurements that have no fit.
     #[error("`{}`: {error}", path.display())]
     Fit { path: PathBuf, error: Box<dyn std::error::Error> },
