@@ -43,9 +43,6 @@ pub(crate) enum Failure {
     /// Logs without a single usable drive.
     #[error("{place}: {fault}")]
     Drive { place: String, fault: DriveError },
-    /// A given operating cycle that is not one.
-    #[error(transparent)]
-    GivenCycle(#[from] GivenCycleFileError),
     /// A run directory that cannot be written.
     #[error(transparent)]
     RunDirectory(#[from] RunDirectoryError),
