@@ -18,7 +18,7 @@ pub(crate) fn drive(arguments: &DriveArguments) -> Result<(), Failure> {
     let Some(follow) = arguments.follow_speed else {
         let load =
             || Ok(study::load(&typed.study, &typed.set)?.on_routes(&arguments.files, &keep)?);
-        return run_study(typed, load, |study, plan, sink| run(study, plan, sink));
+        return run_study(typed, load, true, |study, plan, sink| run(study, plan, sink));
     };
     let [file] = arguments.files.as_slice() else {
         return Err(request::usage("--follow-speed follows one file; give one"));
@@ -36,11 +36,11 @@ pub(crate) fn drive(arguments: &DriveArguments) -> Result<(), Failure> {
                 let route = drive_cycle::as_route(file, &cycle)?;
                 let load =
                     || Ok(called(study::load(&typed.study, &typed.set)?).on_route(file, route)?);
-                run_study(typed, load, |study, plan, sink| run(study, plan, sink))
+                run_study(typed, load, false, |study, plan, sink| run(study, plan, sink))
             }
             Follow::Exact => {
                 let load = || Ok(called(study::load_to_follow(&typed.study, &typed.set)?));
-                run_study(typed, load, |study, plan, sink| {
+                run_study(typed, load, false, |study, plan, sink| {
                     let one = |id| follow_study(study, plan.seed, id, &cycle).0;
                     run_with(plan, &|ids, _| ids.map(one).collect(), sink)
                 })
@@ -57,7 +57,7 @@ pub(crate) fn drive(arguments: &DriveArguments) -> Result<(), Failure> {
         let loaded = study::load_to_follow(&typed.study, &typed.set)?;
         Ok(called(loaded.on_routes(&arguments.files, &keep)?))
     };
-    run_study(typed, load, |study, plan, sink| {
+    run_study(typed, load, false, |study, plan, sink| {
         // a plan that is no drive cycle is a cycle that cannot be driven
         let stalled =
             |cycle_id| Record { cycle_id, outcome: Outcome::Stalled, ..Record::default() };

@@ -84,7 +84,7 @@ pub(crate) fn run(
     progress: Option<&Bound<PyAny>>,
 ) -> PyResult<PyRun> {
     let mut watch = Watch::new(py, progress, plan.cycles)?;
-    let mut fleet = SummaryBuilder::default();
+    let mut fleet = SummaryBuilder::new(study.model.driver.curve_speed.uncertain_replicates());
     let ended = py.detach(|| {
         let manifest = Manifest::new(&study.model, plan);
         let clock = Instant::now();

@@ -209,9 +209,8 @@ fn follow_scenario(
         None => follow_with_engine(study, scenario, cycle, &body, &plain),
         Some(electric) => {
             let streams = Streams {
-                seed,
-                cycle_id: scenario.cycle_id,
                 frozen: &study.model().simulation.frozen,
+                ..Streams::new(seed, scenario.cycle_id)
             };
             follow_with_battery(electric, model.wheel_radius_m, &streams, cycle, &body, &plain)
         }
