@@ -1,12 +1,14 @@
 //! `ocmc compare`: studies under common random numbers, the first one as the baseline.
 
 use crate::analysis::Analysis;
+use crate::answer::Answer;
 use crate::arguments::CompareArguments;
 use crate::failure::Failure;
 use crate::number_text::{grouped, rough, rounded};
 use crate::{output, request};
 use ocmc_core::fleet::comparison::{Comparison, compare as compare_studies};
-use ocmc_core::study::Study;
+use ocmc_core::fleet::run::RunPlan;
+use ocmc_core::study::{Study, StudyModel};
 use ocmc_io::label::label;
 use ocmc_io::study::{self, LoadedStudy, study_hash};
 use serde::Serialize;
@@ -20,7 +22,7 @@ struct Candidate {
 
 /// One comparison, as `--json` prints it.
 #[derive(Serialize)]
-struct Answer<'a> {
+struct Content<'a> {
     study_a: &'a str,
     study_hash_a: String,
     study_b: &'a str,
@@ -40,43 +42,59 @@ pub(crate) fn compare(arguments: &CompareArguments) -> Result<(), Failure> {
     let compared = compare_studies(&studies, &plan, quantity, |cycles| analysis.reach(cycles));
     let (comparisons, wall_s) = analysis.end(compared)?;
 
+    let named: Vec<(&str, &StudyModel)> =
+        candidates.iter().map(|c| (c.name.as_str(), &c.loaded.model)).collect();
+    let answer = comparison_answer(&named, &plan, &comparisons, wall_s);
     if arguments.analysis.json {
-        let answers: Vec<Answer> = comparisons
-            .iter()
-            .zip(&candidates[1..])
-            .map(|(comparison, candidate)| Answer {
-                study_a: &candidates[0].name,
-                study_hash_a: study_hash(&candidates[0].loaded.model),
-                study_b: &candidate.name,
-                study_hash_b: study_hash(&candidate.loaded.model),
-                seed: plan.seed,
-                first_cycle: plan.first_cycle,
-                comparison,
-            })
-            .collect();
-        // two studies are one comparison
-        return match answers.as_slice() {
-            [answer] => output::answer_json(answer),
-            several => output::answer_json(&several),
-        };
+        return output::answer_json(&answer.json);
     }
-    let mut text = format!("{:<10} {}\n", "A", candidates[0].name);
-    if let [_, other] = candidates.as_slice() {
-        let _ = writeln!(text, "{:<10} {}", "B", other.name.replace(" with ", "\n  with "));
+    output::answer(&answer.text)
+}
+
+/// What comparisons with the first of these studies tell; two studies are one comparison, more are a list in the JSON.
+pub fn comparison_answer(
+    studies: &[(&str, &StudyModel)],
+    plan: &RunPlan,
+    comparisons: &[Comparison],
+    wall_s: f64,
+) -> Answer {
+    let [(name_a, model_a), others @ ..] = studies else {
+        return Answer::default();
+    };
+    let contents: Vec<Content> = comparisons
+        .iter()
+        .zip(others)
+        .map(|(comparison, (name, model))| Content {
+            study_a: name_a,
+            study_hash_a: study_hash(model_a),
+            study_b: name,
+            study_hash_b: study_hash(model),
+            seed: plan.seed,
+            first_cycle: plan.first_cycle,
+            comparison,
+        })
+        .collect();
+    let json = match contents.as_slice() {
+        [content] => serde_json::to_value(content),
+        several => serde_json::to_value(several),
+    };
+    let mut text = format!("{:<10} {name_a}\n", "A");
+    if let [(other, _)] = others {
+        let _ = writeln!(text, "{:<10} {}", "B", other.replace(" with ", "\n  with "));
     }
     let _ = writeln!(text, "{:<10} {}", "seed", plan.seed);
     let (first, last) = (plan.first_cycle, plan.first_cycle + (plan.cycles - 1));
     let cycles = grouped(plan.cycles);
     let _ = writeln!(text, "{:<10} {cycles} in each study, ids {first} to {last}", "cycles");
     text.push_str(&Analysis::took(wall_s, plan.threads, plan.cycles * studies.len() as u64));
-    for (comparison, candidate) in comparisons.iter().zip(&candidates[1..]) {
+    for (comparison, (name, _)) in comparisons.iter().zip(others) {
         text.push('\n');
         if comparisons.len() > 1 {
-            let _ = writeln!(text, "{:<10} {}", "B", candidate.name);
+            let _ = writeln!(text, "{:<10} {name}", "B");
         }
         text.push_str(&comparison_text(comparison));
     }
-    output::answer(&text)
+    Answer { json: json.expect("numbers and words"), text, warnings: Vec::new() }
 }
 
 /// The studies that were named; of a single one, the study as it is and with the settings.

@@ -31,7 +31,9 @@ mod table_file;
 mod trace;
 
 pub use answer::Answer;
+pub use compare::comparison_answer;
 pub use fit::curve_speed_answer;
+pub use sensitivity::sensitivity_answer;
 
 use arguments::{Arguments, Command};
 use clap::Parser;
@@ -82,11 +84,6 @@ pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> i32 {
 /// What a run adds up to, as the command prints it, `width` columns wide.
 pub fn run_text(run: &RunSummary, origin: &Origin, width: usize) -> String {
     run_text::run_text(run, &run_text::Circumstances { origin, width, resumed: 0 })
-}
-
-/// How a quantity of the summary is printed: its name with the unit for people, and the factor to that unit.
-pub fn label(column: &str) -> (&str, f64) {
-    ocmc_io::label::label(column)
 }
 
 /// Prints help, version or what is wrong with the arguments.

@@ -1,6 +1,7 @@
 //! `ocmc sensitivity`: which factors the spread between cycles comes from.
 
 use crate::analysis::Analysis;
+use crate::answer::Answer;
 use crate::arguments::SensitivityArguments;
 use crate::failure::Failure;
 use crate::number_text::{grouped, rounded};
@@ -24,7 +25,7 @@ const BAR: usize = 18;
 
 /// The answer, as `--json` prints it.
 #[derive(Serialize)]
-struct Answer<'a> {
+struct Content<'a> {
     study: &'a str,
     study_hash: String,
     seed: u64,
@@ -32,7 +33,7 @@ struct Answer<'a> {
     #[serde(flatten)]
     sensitivity: &'a Sensitivity,
     #[serde(skip_serializing_if = "Option::is_none")]
-    two_way: Option<TwoWay>,
+    two_way: Option<&'a TwoWay>,
     wall_s: f64,
     threads: usize,
 }
@@ -53,26 +54,40 @@ pub(crate) fn sensitivity(arguments: &SensitivityArguments) -> Result<(), Failur
         Some(cycles) => Some(crossed(arguments, &loaded, cycles)?),
         None => None,
     };
+    let answer = sensitivity_answer(&loaded, &plan, &shares, two_way.as_ref(), wall_s);
     if arguments.analysis.json {
-        return output::answer_json(&Answer {
-            study: &loaded.model.study.name,
-            study_hash: study_hash(&loaded.model),
-            seed: plan.seed,
-            first_cycle: plan.first_cycle,
-            sensitivity: &shares,
-            two_way,
-            wall_s,
-            threads: plan.threads,
-        });
+        return output::answer_json(&answer.json);
     }
-    let mut text = heading(&loaded, plan.seed, &shares);
-    text.push_str(&Analysis::took(wall_s, plan.threads, cycles));
+    output::answer(&answer.text)
+}
+
+/// What the shares of the factors tell.
+pub fn sensitivity_answer(
+    loaded: &LoadedStudy,
+    plan: &RunPlan,
+    shares: &Sensitivity,
+    two_way: Option<&TwoWay>,
+    wall_s: f64,
+) -> Answer {
+    let content = Content {
+        study: &loaded.model.study.name,
+        study_hash: study_hash(&loaded.model),
+        seed: plan.seed,
+        first_cycle: plan.first_cycle,
+        sensitivity: shares,
+        two_way,
+        wall_s,
+        threads: plan.threads,
+    };
+    let mut text = heading(loaded, plan.seed, shares);
+    text.push_str(&Analysis::took(wall_s, plan.threads, shares.cycles));
     text.push('\n');
-    text.push_str(&table(&shares));
-    if let Some(two_way) = &two_way {
+    text.push_str(&table(shares));
+    if let Some(two_way) = two_way {
         text.push_str(&two_way_text(two_way));
     }
-    output::answer(&text)
+    let json = serde_json::to_value(&content).expect("numbers and words");
+    Answer { json, text, warnings: Vec::new() }
 }
 
 /// Every cycle with every driver.

@@ -84,6 +84,7 @@ pub(crate) fn joined(
     };
     let mut manifest = first.manifest.clone();
     manifest.cycles = 0;
+    manifest.completed = 0;
     for part in &parts {
         let Manifest { study_hash, seed, first_cycle, cycles, .. } = &part.manifest;
         if (study_hash, seed) != (&manifest.study_hash, &manifest.seed) {
@@ -97,6 +98,7 @@ pub(crate) fn joined(
             return Err(PyValueError::new_err(text));
         }
         manifest.cycles += cycles;
+        manifest.completed += part.manifest.completed;
     }
     let origin = first.origin.clone();
     py.detach(|| {
