@@ -8,6 +8,8 @@ mod cycle;
 mod drive;
 mod failure;
 mod histogram_chart;
+mod identify;
+mod identify_text;
 mod interrupt;
 mod log_arguments;
 mod log_text;
@@ -51,6 +53,7 @@ pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> i32 {
         Some(Command::Drive(arguments)) => drive::drive(arguments),
         Some(Command::Trace(arguments)) => trace::trace(arguments),
         Some(Command::Curves(arguments)) => curves::curves(arguments),
+        Some(Command::Identify(arguments)) => identify::identify(arguments),
         Some(Command::Completions { shell }) => completions::completions(*shell),
         Some(Command::Man { out }) => man::man(out),
     };

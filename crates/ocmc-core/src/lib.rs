@@ -16,6 +16,7 @@
 pub mod distribution;
 pub mod driver;
 pub mod fleet;
+pub mod identification;
 pub mod lanes;
 pub mod log;
 pub mod mission;
