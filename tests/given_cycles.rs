@@ -4,30 +4,15 @@
 
 mod common;
 
-use common::run;
+use common::{run, shared};
 use ocmc_core::operating_cycle::given::Keep;
 use ocmc_core::simulation::drive::drive_scenario;
 use ocmc_core::simulation::record::{COLUMNS, Cell, Outcome};
 use ocmc_io::{operating_cycle, study as studies};
-use std::path::PathBuf;
 
 /// A folder for this test's files.
 fn folder() -> tempfile::TempDir {
     tempfile::tempdir().unwrap()
-}
-
-/// A file of the shared data; none, said aloud, where they are absent.
-fn shared(name: &str) -> Option<PathBuf> {
-    let folder = std::env::var_os("OCMC_DATA").map_or_else(
-        || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/data")),
-        PathBuf::from,
-    );
-    let path = folder.join(name);
-    if !path.exists() {
-        eprintln!("skipped: no {}", path.display());
-        return None;
-    }
-    Some(path)
 }
 
 #[test]

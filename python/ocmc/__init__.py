@@ -14,14 +14,57 @@ Examples
 100
 """
 
+import importlib
 import signal
 import sys
-from typing import NoReturn
+from types import ModuleType
+from typing import TYPE_CHECKING, NoReturn
 
-from ocmc._ocmc import Run, Study, __version__, load, run_from
+from ocmc._answer import Answer
+from ocmc._ocmc import (
+    OperatingCycle,
+    Run,
+    Study,
+    Table,
+    __version__,
+    detect_curves,
+    fit_curve_speed,
+    load,
+    run_from,
+)
 from ocmc._summary import Summary
 
-__all__ = ["Run", "Study", "Summary", "__version__", "load"]
+if TYPE_CHECKING:
+    from ocmc import dask as dask
+    from ocmc import plot as plot
+
+__all__ = [
+    "Answer",
+    "OperatingCycle",
+    "Run",
+    "Study",
+    "Summary",
+    "Table",
+    "__version__",
+    "detect_curves",
+    "fit_curve_speed",
+    "load",
+]
+
+_WITH_EXTRAS = ["dask", "plot"]
+
+
+def __getattr__(name: str) -> ModuleType:
+    """Import the parts that need extras where they are first used."""
+    if name in _WITH_EXTRAS:
+        return importlib.import_module(f"ocmc.{name}")
+    message = f"module 'ocmc' has no attribute {name!r}"
+    raise AttributeError(message)
+
+
+def __dir__() -> list[str]:
+    """List what is public."""
+    return [*__all__, *_WITH_EXTRAS]
 
 
 def _main() -> NoReturn:

@@ -1,9 +1,13 @@
 """The summary of a run."""
 
-from typing import Any
+from ocmc._answer import Answer
+from ocmc._display import html_table
+from ocmc._ocmc import label
+
+_QUANTILES = ["p5", "p25", "p50", "p75", "p95", "p99"]
 
 
-class Summary(dict[str, Any]):
+class Summary(Answer):
     """What a run adds up to: the content of ``summary.json``, printed as the command prints it.
 
     Statistics are over completed cycles: the mean is the fleet's (total over total) with its 95 % interval,
@@ -28,12 +32,17 @@ class Summary(dict[str, Any]):
     ...
     """
 
-    def __init__(self, content: dict[str, Any], text: str) -> None:
-        super().__init__(content)
-        self._text = text
-
-    def __str__(self) -> str:
-        return self._text
-
-    def __repr__(self) -> str:
-        return self._text
+    def _repr_html_(self) -> str:
+        rows = []
+        for column, statistic in self["statistics"].items():
+            if statistic["p50"] is None:
+                continue
+            name, factor = label(column)
+            low, high = statistic["ci95"] or (None, None)
+            half_width = None if low is None or high is None else (high - low) / 2
+            numbers = [statistic["mean"], half_width, *(statistic[key] for key in ["sd", *_QUANTILES])]
+            rows.append([name, *("-" if x is None else f"{factor * x:.4g}" for x in numbers)])
+        head = ["", "mean of the fleet", "± 95 %", "SD", *(name.upper() for name in _QUANTILES)]
+        done, cycles = self["outcomes"]["completed"], self["cycles"]
+        caption = f"{self['study']}, seed {self['seed']}: {done:,} of {cycles:,} cycles completed"
+        return f"<b>{caption}</b>{html_table(head, rows)}"

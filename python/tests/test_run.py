@@ -107,8 +107,8 @@ def test_the_summary_is_a_dictionary_that_prints(run):
 
 def test_a_trace_sums_up_to_its_record(study, run):
     trace = study.trace(17)
-    assert {column.dtype.name for column in trace.values()} == {"float64"}
-    assert len({len(column) for column in trace.values()}) == 1
+    assert {trace[name].dtype.name for name in trace} == {"float64"}
+    assert {len(trace[name]) for name in trace} == {len(trace)}
     assert trace["distance_added_m"].sum() == pytest.approx(run["distance_m"][17], rel=1e-12)
     assert (study.trace(17, seed=2)["time_s"][-1]) != trace["time_s"][-1]
     with pytest.raises(ValueError, match="`cycle_id` is -1"):

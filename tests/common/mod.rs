@@ -15,6 +15,21 @@ use ocmc_core::simulation::record::Record;
 use ocmc_core::simulation::trace::Trace;
 use ocmc_core::study::{Scenario, Study};
 use ocmc_core::weather::STANDARD_WEATHER;
+use std::path::PathBuf;
+
+/// A file of the shared data; none, said aloud, where they are absent.
+pub fn shared(name: &str) -> Option<PathBuf> {
+    let folder = std::env::var_os("OCMC_DATA").map_or_else(
+        || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/data")),
+        PathBuf::from,
+    );
+    let path = folder.join(name);
+    if !path.exists() {
+        eprintln!("skipped: no {}", path.display());
+        return None;
+    }
+    Some(path)
+}
 
 /// A built-in study with settings, prepared.
 pub fn study(name: &str, sets: &[&str]) -> Study {

@@ -4,6 +4,7 @@ use crate::log_arguments::{CurvesArguments, IdentifyArguments};
 use clap::builder::PossibleValuesParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
+use ocmc_core::fit::curve_speed::Coding;
 use ocmc_core::fleet::run::MOST_THREADS;
 use ocmc_core::operating_cycle::given::Keep;
 use ocmc_core::random::LAST_CYCLE_ID;
@@ -47,6 +48,9 @@ pub(crate) enum Command {
     Drive(DriveArguments),
     /// Writes the simulated time series of one cycle: speed, pedals, gear, fuel, forces
     Trace(CycleArguments),
+    /// Estimates the numbers of a study from measurements
+    #[command(subcommand)]
+    Fit(FitCommand),
     /// Finds the curves that were driven, from logs of speed and yaw rate
     Curves(CurvesArguments),
     /// Identifies the pedal gains of drivers, from logs of speed, pedals and slope
@@ -132,8 +136,20 @@ pub(crate) struct DriveArguments {
     /// What is taken from the file instead of being drawn from the study; may be repeated or joined by commas
     #[arg(long, value_name = "WHAT", value_delimiter = ',')]
     pub(crate) keep: Vec<Kept>,
+    /// Takes the file as a drive cycle, a `.csv` with time, speed and grade
+    #[arg(long, value_name = "HOW", conflicts_with = "keep")]
+    pub(crate) follow_speed: Option<Follow>,
     #[command(flatten)]
     pub(crate) run: RunArguments,
+}
+
+/// How a drive cycle is followed, as typed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Follow {
+    /// A driver of the study drives it: its speeds are limits along the road, its standstills are stops
+    Driver,
+    /// Nobody drives it: the exact backward force balance of the prescribed speed
+    Exact,
 }
 
 /// What is taken from a file, as typed.
@@ -196,6 +212,82 @@ pub(crate) struct RunArguments {
     /// Cycles that a thread drives at a time: the records do not depend on it
     #[arg(long, hide = true, allow_negative_numbers = true, value_parser = chunk)]
     pub(crate) chunk: Option<u64>,
+}
+
+/// What can be fitted.
+#[derive(Clone, Debug, Subcommand)]
+pub(crate) enum FitCommand {
+    /// Curve speeds: regression and analysis of variance of measured curves, and the driver population
+    CurveSpeed(CurveSpeedArguments),
+}
+
+/// Where fitted values go.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct FittedArguments {
+    /// The answer as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Study file to write: the base with the fitted values laid over it
+    #[arg(long, value_name = "FILE")]
+    pub(crate) study_out: Option<PathBuf>,
+    /// Name of a built-in study, or a study file, that keeps what is not fitted
+    #[arg(long, value_name = "NAME|FILE", default_value = "field-truck")]
+    pub(crate) base: String,
+}
+
+/// Options of the fit of curve speeds.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct CurveSpeedArguments {
+    /// Table of curves: driver,radius_m,direction,speed_mps and, where known, route_length_m,speed_limit_mps
+    #[arg(value_name = "CURVES.csv")]
+    pub(crate) file: PathBuf,
+    /// Radius at which speeds are compared, in m
+    #[arg(long, value_name = "M", default_value = "250", allow_negative_numbers = true)]
+    pub(crate) reference_radius: f64,
+    /// Smallest radius that takes part, in m
+    #[arg(long, value_name = "M", default_value = "20", allow_negative_numbers = true)]
+    pub(crate) minimum_radius: f64,
+    /// Largest radius that takes part, in m
+    #[arg(long, value_name = "M", default_value = "500", allow_negative_numbers = true)]
+    pub(crate) maximum_radius: f64,
+    /// Routes have to be longer than this, in m, where the table has route_length_m
+    #[arg(long, value_name = "M", default_value = "5000", allow_negative_numbers = true)]
+    pub(crate) minimum_route: f64,
+    /// Exponent of the second model, and the one that is tested
+    #[arg(long, value_name = "DELTA", default_value = "0.5", allow_negative_numbers = true)]
+    pub(crate) fixed_exponent: f64,
+    /// The direction stays in the model where its p is below this
+    #[arg(long, value_name = "P", default_value = "0.05", allow_negative_numbers = true)]
+    pub(crate) significance: f64,
+    /// The population from the censored regression at the speed limits (needs speed_limit_mps)
+    #[arg(long)]
+    pub(crate) tobit: bool,
+    /// Share of the speed limit from which on a curve counts as driven at the limit
+    #[arg(long, value_name = "SHARE", default_value = "0.9", allow_negative_numbers = true)]
+    pub(crate) limit_share: f64,
+    /// How the coefficients of drivers and directions are listed in the JSON
+    #[arg(long, value_name = "CODING", default_value = "sum-to-zero")]
+    pub(crate) coding: CodingName,
+    #[command(flatten)]
+    pub(crate) fitted: FittedArguments,
+}
+
+/// Codings, as typed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum CodingName {
+    /// As deviations from their unweighted mean
+    SumToZero,
+    /// As differences to the first driver and to left curves
+    Treatment,
+}
+
+impl From<CodingName> for Coding {
+    fn from(name: CodingName) -> Self {
+        match name {
+            CodingName::SumToZero => Self::SumToZero,
+            CodingName::Treatment => Self::Treatment,
+        }
+    }
 }
 
 /// Formats of records, as typed.

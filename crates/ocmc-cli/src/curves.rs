@@ -4,20 +4,13 @@ use crate::failure::Failure;
 use crate::log_arguments::{CurvesArguments, DetectorName};
 use crate::log_text;
 use crate::{output, table_file};
-use ocmc_core::log::curve::{Correction, CurveOptions, Detector, RadiusDefinition};
+use ocmc_core::log::curve::{Correction, CurveOptions, Detector};
 use ocmc_core::log::hidden_markov::HiddenMarkov;
 use ocmc_core::log::threshold::Threshold;
-use ocmc_io::log::curves::{DriveCurves, NEEDS, Steering, detect, write_csv};
+use ocmc_io::log::curves::{DriveCurves, Steering, detect, needs, write_csv};
 use ocmc_io::log::mapping::Mapping;
-use ocmc_io::log::quantity::Quantity;
-use ocmc_io::log::{Need, read};
+use ocmc_io::log::read;
 use serde_json::json;
-
-/// Needed on top where radii come from positions.
-const POSITIONS: [Need; 2] = [
-    Need { what: "latitude", any_of: &[Quantity::Latitude] },
-    Need { what: "longitude", any_of: &[Quantity::Longitude] },
-];
 
 /// Finds the curves of all drives of the logs and writes them down.
 pub(crate) fn curves(arguments: &CurvesArguments) -> Result<(), Failure> {
@@ -25,10 +18,7 @@ pub(crate) fn curves(arguments: &CurvesArguments) -> Result<(), Failure> {
     let options = options(arguments);
     let mappings: Vec<Mapping> =
         arguments.files.map.iter().map(|text| Mapping::parse(text)).collect::<Result<_, _>>()?;
-    let mut needs = NEEDS.to_vec();
-    if options.radius == RadiusDefinition::Positions {
-        needs.extend(POSITIONS);
-    }
+    let needs = needs(options.radius);
     let steering = arguments
         .steering_ratio
         .zip(arguments.wheelbase_m)

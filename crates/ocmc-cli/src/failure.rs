@@ -1,6 +1,8 @@
 //! Everything that can end a command early.
 
 use crate::study_report::study_report;
+use ocmc_io::column_file::ColumnFileError;
+use ocmc_io::drive_cycle::DriveCycleFileError;
 use ocmc_io::log::curves::DriveError;
 use ocmc_io::log::error::LogFileError;
 use ocmc_io::run_directory::RunDirectoryError;
@@ -18,6 +20,15 @@ pub(crate) enum Failure {
     /// A study that is not one.
     #[error(transparent)]
     Study(#[from] StudyFileError),
+    /// A drive cycle that is not one.
+    #[error(transparent)]
+    DriveCycle(#[from] DriveCycleFileError),
+    /// A table that cannot be read.
+    #[error(transparent)]
+    Table(#[from] ColumnFileError),
+    /// Measurements that have no fit.
+    #[error("`{}`: {error}", path.display())]
+    Fit { path: PathBuf, error: Box<dyn std::error::Error> },
     /// A log file that cannot be read.
     #[error(transparent)]
     LogFile(#[from] LogFileError),

@@ -44,14 +44,14 @@ pub(crate) fn identify(arguments: &IdentifyArguments) -> Result<(), Failure> {
                 match identify_event(&loaded.study, &event.driver, name, &event.log, &options) {
                     Ok(fit) => fits.push(fit),
                     Err(fault) => {
-                        faults.push((format!("event `{name}` of {place}"), fault.to_string()))
+                        faults.push((format!("event `{name}` of {place}"), fault.to_string()));
                     }
                 }
             }
         }
     }
     if fits.is_empty() && !faults.is_empty() {
-        let (place, reason) = faults.swap_remove(0);
+        let (place, reason) = faults.remove(0);
         return Err(Failure::NoEvent { place, reason });
     }
     for (place, reason) in &faults {
@@ -77,7 +77,7 @@ pub(crate) fn identify(arguments: &IdentifyArguments) -> Result<(), Failure> {
 
 fn options(arguments: &IdentifyArguments) -> Result<IdentifyOptions, Failure> {
     let standard = IdentifyOptions::default();
-    let range = |name: &str, given: &Option<Vec<f64>>, standard: [f64; 2], least: f64| {
+    let range = |name: &str, given: Option<&Vec<f64>>, standard: [f64; 2], least: f64| {
         let Some(ends) = given else { return Ok(standard) };
         if !(ends[0] >= least && ends[1] > ends[0] && ends[1].is_finite()) {
             let allowed = format!("the bounds of --{name} have to rise, from {least} on");
@@ -97,9 +97,9 @@ fn options(arguments: &IdentifyArguments) -> Result<IdentifyOptions, Failure> {
         },
         starts: usize::from(arguments.starts),
         intervals: !arguments.no_intervals,
-        proportional: range("kp", &arguments.kp, standard.proportional, 1e-3)?,
-        integral: range("ki", &arguments.ki, standard.integral, 1e-6)?,
-        derivative: range("kd", &arguments.kd, standard.derivative, 0.0)?,
+        proportional: range("kp", arguments.kp.as_ref(), standard.proportional, 1e-3)?,
+        integral: range("ki", arguments.ki.as_ref(), standard.integral, 1e-6)?,
+        derivative: range("kd", arguments.kd.as_ref(), standard.derivative, 0.0)?,
         ..standard
     })
 }

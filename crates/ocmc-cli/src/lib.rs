@@ -1,12 +1,14 @@
 //! The `ocmc` command as a library: arguments, calls, printing. The native program and the wheel's script are both
 //! one call of [`run_from`].
 
+mod answer;
 mod arguments;
 mod completions;
 mod curves;
 mod cycle;
 mod drive;
 mod failure;
+mod fit;
 mod histogram_chart;
 mod identify;
 mod identify_text;
@@ -25,6 +27,9 @@ mod study_report;
 mod summary_table;
 mod table_file;
 mod trace;
+
+pub use answer::Answer;
+pub use fit::curve_speed_answer;
 
 use arguments::{Arguments, Command};
 use clap::Parser;
@@ -52,6 +57,7 @@ pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> i32 {
         Some(Command::Cycle(arguments)) => cycle::cycle(arguments),
         Some(Command::Drive(arguments)) => drive::drive(arguments),
         Some(Command::Trace(arguments)) => trace::trace(arguments),
+        Some(Command::Fit(command)) => fit::fit(command),
         Some(Command::Curves(arguments)) => curves::curves(arguments),
         Some(Command::Identify(arguments)) => identify::identify(arguments),
         Some(Command::Completions { shell }) => completions::completions(*shell),
@@ -70,6 +76,11 @@ pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> i32 {
 /// What a run adds up to, as the command prints it, `width` columns wide.
 pub fn run_text(run: &RunSummary, origin: &Origin, width: usize) -> String {
     run_text::run_text(run, &run_text::Circumstances { origin, width })
+}
+
+/// How a quantity of the summary is printed: its name with the unit for people, and the factor to that unit.
+pub fn label(column: &str) -> (&str, f64) {
+    summary_table::label(column)
 }
 
 /// Prints help, version or what is wrong with the arguments.

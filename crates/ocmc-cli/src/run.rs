@@ -8,6 +8,8 @@ use crate::{interrupt, output, request};
 use ocmc_core::fleet::run;
 use ocmc_core::fleet::run::RunPlan;
 use ocmc_core::fleet::summary::SummaryBuilder;
+use ocmc_core::simulation::record::Record;
+use ocmc_core::study::Study;
 use ocmc_io::run_directory::{self, Manifest, RunDirectory};
 use ocmc_io::run_summary::RunSummary;
 use ocmc_io::study::{self, LoadedStudy};
@@ -15,21 +17,26 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::time::Instant;
 
+/// Takes the next records of a run.
+pub(crate) type Sink<'a> = &'a mut dyn FnMut(Vec<Record>) -> ControlFlow<Stop>;
+
 /// Why a run ended early.
-enum Stop {
+pub(crate) enum Stop {
     Interrupted,
     Failed(Failure),
 }
 
 /// Runs the study, writes its records where asked to, and prints the answer.
 pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
-    run_study(arguments, || Ok(study::load(&arguments.study, &arguments.set)?))
+    let load = || Ok(study::load(&arguments.study, &arguments.set)?);
+    run_study(arguments, load, |study, plan, sink| run::run(study, plan, sink))
 }
 
-/// As [`run`], of the study that `load` gives.
+/// As [`run`], of the study that `load` gives, with what `drive` makes of it.
 pub(crate) fn run_study(
     arguments: &RunArguments,
     load: impl FnOnce() -> Result<LoadedStudy, Failure>,
+    drive: impl FnOnce(&Study, &RunPlan, Sink) -> ControlFlow<Stop>,
 ) -> Result<(), Failure> {
     let plan = request::plan(arguments)?;
     let loaded = load()?;
@@ -43,7 +50,7 @@ pub(crate) fn run_study(
     let clock = Instant::now();
     let progress = Progress::new(plan.cycles, arguments.quiet);
     let mut fleet = SummaryBuilder::default();
-    let ended = run::run(&loaded.study, &plan, |records| {
+    let ended = drive(&loaded.study, &plan, &mut |records| {
         fleet.add(&records);
         if let Some(directory) = &mut directory
             && let Err(error) = directory.add(&records)

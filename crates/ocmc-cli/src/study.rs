@@ -35,19 +35,23 @@ fn show_resolved(arguments: &StudyArguments) -> Result<(), Failure> {
     output::answer(&study::resolved_toml(&loaded.model))
 }
 
-/// Never replaces a file: it may hold hours of work.
 fn init(path: &Path) -> Result<(), Failure> {
-    let file = OpenOptions::new().write(true).create_new(true).open(path);
-    let written = file.and_then(|mut file| file.write_all(study::init_text().as_bytes()));
-    written.map_err(|source| match source.kind() {
-        ErrorKind::AlreadyExists => Failure::Exists { path: path.to_owned() },
-        _ => Failure::File { path: path.to_owned(), source },
-    })?;
+    write_new(path, &study::init_text())?;
     output::note(&format!(
         "Written: `{path}`. Change it, then: ocmc study check {path}; ocmc --study {path}",
         path = path.display()
     ));
     Ok(())
+}
+
+/// Writes a study file. Never replaces one: it may hold hours of work.
+pub(crate) fn write_new(path: &Path, text: &str) -> Result<(), Failure> {
+    let file = OpenOptions::new().write(true).create_new(true).open(path);
+    let written = file.and_then(|mut file| file.write_all(text.as_bytes()));
+    written.map_err(|source| match source.kind() {
+        ErrorKind::AlreadyExists => Failure::Exists { path: path.to_owned() },
+        _ => Failure::File { path: path.to_owned(), source },
+    })
 }
 
 fn check(arguments: &StudyArguments) -> Result<(), Failure> {

@@ -15,12 +15,14 @@
 
 pub mod distribution;
 pub mod driver;
+pub mod fit;
 pub mod fleet;
 pub mod identification;
 pub mod lanes;
 pub mod log;
 pub mod mission;
 pub mod operating_cycle;
+pub mod prescribed;
 pub mod random;
 pub mod road;
 pub mod simulation;

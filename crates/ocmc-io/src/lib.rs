@@ -1,6 +1,9 @@
 //! What `ocmc` reads and writes: study files, logs, records, run directories and reports.
 
+pub mod column_file;
+pub mod curve_table;
 pub mod delimited;
+pub mod drive_cycle;
 pub mod given_cycle;
 pub mod log;
 pub mod operating_cycle;

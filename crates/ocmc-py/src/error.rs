@@ -1,5 +1,9 @@
 //! Errors of the engine as exceptions: the same text as the command's.
 
+use ocmc_core::fit::curve_speed::CurveSpeedFitError;
+use ocmc_io::column_file::ColumnFileError;
+use ocmc_io::log::curves::DriveError;
+use ocmc_io::log::error::LogFileError;
 use ocmc_io::records::RecordsError;
 use ocmc_io::run_directory::RunDirectoryError;
 use ocmc_io::study::{Cause, StudyFileError};
@@ -46,4 +50,35 @@ pub(crate) fn run_directory_error(error: &RunDirectoryError) -> PyErr {
         ) => io::Error::new(source.kind(), text).into(),
         _ => PyValueError::new_err(text),
     }
+}
+
+/// A table of measurements that cannot be read.
+pub(crate) fn table_error(error: &ColumnFileError) -> PyErr {
+    match error {
+        ColumnFileError::Read { source, .. } => io_error(source, error),
+        _ => PyValueError::new_err(error.to_string()),
+    }
+}
+
+/// A log that cannot be read.
+pub(crate) fn log_error(error: &LogFileError) -> PyErr {
+    match error {
+        LogFileError::Read { source, .. } => io_error(source, error),
+        _ => PyValueError::new_err(error.to_string()),
+    }
+}
+
+/// A drive that cannot be used.
+pub(crate) fn drive_error(drive: &str, error: &DriveError) -> PyErr {
+    PyValueError::new_err(format!("drive `{drive}`: {error}"))
+}
+
+/// Curves that have no fit.
+pub(crate) fn curve_fit_error(error: &CurveSpeedFitError) -> PyErr {
+    PyValueError::new_err(error.to_string())
+}
+
+/// The kind of the system's error with the text of ours.
+fn io_error(source: &io::Error, error: &impl std::error::Error) -> PyErr {
+    io::Error::new(source.kind(), error.to_string()).into()
 }

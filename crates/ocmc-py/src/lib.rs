@@ -5,10 +5,16 @@
 )]
 #![allow(clippy::needless_pass_by_value, reason = "arguments of Python arrive as converted values")]
 
-mod column;
 mod error;
+mod fit;
+mod input;
+mod log;
+mod operating_cycle;
+mod parts;
+mod progress;
 mod run;
 mod study;
+mod table;
 mod value;
 
 use pyo3::prelude::*;
@@ -20,7 +26,14 @@ fn _ocmc(module: &Bound<PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<study::PyStudy>()?;
     module.add_class::<run::PyRun>()?;
+    module.add_class::<operating_cycle::PyOperatingCycle>()?;
+    module.add_class::<table::Table>()?;
     module.add_function(wrap_pyfunction!(run::load, module)?)?;
+    module.add_function(wrap_pyfunction!(fit::fit_curve_speed, module)?)?;
+    module.add_function(wrap_pyfunction!(log::detect_curves, module)?)?;
+    module.add_function(wrap_pyfunction!(parts::joined, module)?)?;
+    module.add_function(wrap_pyfunction!(parts::unpickled, module)?)?;
+    module.add_function(wrap_pyfunction!(label, module)?)?;
     module.add_function(wrap_pyfunction!(run_from, module)?)
 }
 
@@ -28,4 +41,10 @@ fn _ocmc(module: &Bound<PyModule>) -> PyResult<()> {
 #[pyfunction]
 fn run_from(py: Python, arguments: Vec<OsString>) -> i32 {
     py.detach(|| ocmc_cli::run_from(arguments))
+}
+
+/// How a quantity of the summary is printed: its name with the unit for people, and the factor to that unit.
+#[pyfunction]
+fn label(column: &str) -> (&str, f64) {
+    ocmc_cli::label(column)
 }

@@ -1,13 +1,15 @@
 //! `ocmc.Study`.
 
 use crate::error::study_error;
+use crate::operating_cycle::PyOperatingCycle;
+use crate::run;
 use crate::run::PyRun;
+use crate::table::Table;
 use crate::value::{study_value, whole_number};
-use crate::{column, run};
 use ocmc_core::fleet::run::{MOST_THREADS, RunPlan};
 use ocmc_core::random::LAST_CYCLE_ID;
 use ocmc_core::simulation::trace;
-use ocmc_io::operating_cycle;
+use ocmc_core::study::StudyModel;
 use ocmc_io::study::{self, LoadedStudy, StudyFileError};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -46,10 +48,18 @@ pub(crate) struct PyStudy {
 }
 
 impl PyStudy {
-    fn new(loaded: Result<LoadedStudy, StudyFileError>) -> PyResult<Self> {
+    /// The study, or what is wrong with it as an exception.
+    pub(crate) fn new(loaded: Result<LoadedStudy, StudyFileError>) -> PyResult<Self> {
         let loaded = loaded.map_err(|error| study_error(&error))?;
         let hash = study::study_hash(&loaded.model);
         Ok(Self { loaded, hash })
+    }
+}
+
+impl PyStudy {
+    /// The study as it is written, bases resolved.
+    pub(crate) fn model(&self) -> &StudyModel {
+        &self.loaded.model
     }
 }
 
@@ -117,6 +127,13 @@ impl PyStudy {
     /// -------
     /// dict
     ///     A dictionary of the shape of a study file, which `Study` takes.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import ocmc
+    /// >>> study = ocmc.Study("field-truck")
+    /// >>> ocmc.Study(study.to_dict()) == study
+    /// True
     fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let dictionary = py.import("tomllib")?.call_method1("loads", (self.to_toml(),))?;
         Ok(dictionary.cast_into()?)
@@ -128,6 +145,14 @@ impl PyStudy {
     /// -------
     /// str
     ///     TOML.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import ocmc
+    /// >>> print(ocmc.Study("field-truck").to_toml())  # doctest: +ELLIPSIS
+    /// [study]
+    /// name = "field-truck"
+    /// ...
     fn to_toml(&self) -> String {
         study::resolved_toml(&self.loaded.model)
     }
@@ -144,6 +169,9 @@ impl PyStudy {
     ///     Id of the first cycle.
     /// threads : int, optional
     ///     Threads to use, one for each CPU by default. The records do not depend on it.
+    /// progress : bool or callable, optional
+    ///     True draws a progress bar, False does not; by default there is one on a terminal and in a notebook. A callable
+    ///     is called instead, some times a second, with the numbers of cycles that are done and that were asked for.
     ///
     /// Returns
     /// -------
@@ -157,8 +185,8 @@ impl PyStudy {
     /// >>> len(study.run(cycles=20))
     /// 20
     #[pyo3(
-        signature = (*, cycles, seed=None, first_cycle=None, threads=None),
-        text_signature = "($self, *, cycles, seed=1, first_cycle=0, threads=None)"
+        signature = (*, cycles, seed=None, first_cycle=None, threads=None, progress=None),
+        text_signature = "($self, *, cycles, seed=1, first_cycle=0, threads=None, progress=None)"
     )]
     fn run(
         &self,
@@ -167,6 +195,7 @@ impl PyStudy {
         seed: Option<&Bound<PyAny>>,
         first_cycle: Option<&Bound<PyAny>>,
         threads: Option<&Bound<PyAny>>,
+        progress: Option<&Bound<PyAny>>,
     ) -> PyResult<PyRun> {
         let cycles = whole_number(cycles, "cycles", 1, LAST_CYCLE_ID)?;
         let seed = seed_of(seed)?;
@@ -176,7 +205,7 @@ impl PyStudy {
         let most = MOST_THREADS as u64;
         let threads = threads.map(|n| whole_number(n, "threads", 1, most)).transpose()?;
         let plan = RunPlan::new(seed, first_cycle, cycles, threads.map(|n| n as usize), None);
-        run::run(py, &self.loaded, &plan)
+        run::run(py, &self.loaded, &plan, progress)
     }
 
     /// The operating cycle of one cycle, as tracks along the road: without the driver and the truck.
@@ -190,10 +219,9 @@ impl PyStudy {
     ///
     /// Returns
     /// -------
-    /// dict of str to dict
-    ///     By the track's name (``grade``, ``curvature_per_m``, ``speed_limit_mps`` and others, in SI units, with the unit
-    ///     as the name's suffix): ``position_m``, ``value``, and the ``rule`` between positions: ``"constant"`` up to the
-    ///     next one, ``"linear"``, or ``"event"`` at the position alone.
+    /// OperatingCycle
+    ///     Tracks by their names (``grade``, ``curvature_per_m``, ``speed_limit_mps`` and others, in SI units, with the
+    ///     unit as the name's suffix); also one table, for whoever speaks Arrow.
     ///
     /// Examples
     /// --------
@@ -205,17 +233,15 @@ impl PyStudy {
         signature = (cycle_id, *, seed=None),
         text_signature = "($self, cycle_id, *, seed=1)"
     )]
-    fn operating_cycle<'py>(
+    fn operating_cycle(
         &self,
-        py: Python<'py>,
-        cycle_id: &Bound<'py, PyAny>,
-        seed: Option<&Bound<'py, PyAny>>,
-    ) -> PyResult<Bound<'py, PyDict>> {
+        py: Python,
+        cycle_id: &Bound<PyAny>,
+        seed: Option<&Bound<PyAny>>,
+    ) -> PyResult<PyOperatingCycle> {
         let (cycle_id, seed) = (cycle_id_of(cycle_id)?, seed_of(seed)?);
         let study = &self.loaded.study;
-        let tracks =
-            py.detach(|| operating_cycle::tracks(study, &study.sample(seed, cycle_id).cycle));
-        column::tracks(py, tracks)
+        Ok(py.detach(|| PyOperatingCycle::new(study, cycle_id, seed)))
     }
 
     /// The time series of one cycle.
@@ -229,9 +255,9 @@ impl PyStudy {
     ///
     /// Returns
     /// -------
-    /// dict of str to numpy.ndarray
-    ///     Columns of equal length, one row a step: ``time_s``, ``position_m``, ``speed_mps``, ``desired_speed_mps`` and
-    ///     others, in SI units, with the unit as the name's suffix.
+    /// Table
+    ///     One row a step: ``time_s``, ``position_m``, ``speed_mps``, ``desired_speed_mps`` and others, in SI units, with
+    ///     the unit as the name's suffix.
     ///
     /// Examples
     /// --------
@@ -244,15 +270,15 @@ impl PyStudy {
         signature = (cycle_id, *, seed=None),
         text_signature = "($self, cycle_id, *, seed=1)"
     )]
-    fn trace<'py>(
+    fn trace(
         &self,
-        py: Python<'py>,
-        cycle_id: &Bound<'py, PyAny>,
-        seed: Option<&Bound<'py, PyAny>>,
-    ) -> PyResult<Bound<'py, PyDict>> {
+        py: Python,
+        cycle_id: &Bound<PyAny>,
+        seed: Option<&Bound<PyAny>>,
+    ) -> PyResult<Table> {
         let (cycle_id, seed) = (cycle_id_of(cycle_id)?, seed_of(seed)?);
         let trace = py.detach(|| trace::trace(&self.loaded.study, seed, cycle_id));
-        column::table(py, trace.columns)
+        Ok(Table::of_numbers(trace.columns))
     }
 
     fn __eq__(&self, other: &Self) -> bool {
@@ -265,6 +291,10 @@ impl PyStudy {
 
     fn __repr__(&self) -> String {
         format!("<ocmc.Study {:?}, hash {}>", self.name(), &self.hash[..8])
+    }
+
+    fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("ocmc._display")?.call_method1("study", (slf,))
     }
 
     fn __reduce__<'py>(

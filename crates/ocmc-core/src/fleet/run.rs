@@ -6,7 +6,7 @@ use crate::simulation::record::Record;
 use crate::study::Study;
 use std::collections::BTreeMap;
 use std::num::NonZero;
-use std::ops::ControlFlow;
+use std::ops::{ControlFlow, Range};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{self, RecvTimeoutError};
 use std::thread;
@@ -72,6 +72,21 @@ pub fn chunk_for(cycles: u64, threads: usize) -> u64 {
 pub fn run<B>(
     study: &Study,
     plan: &RunPlan,
+    sink: impl FnMut(Vec<Record>) -> ControlFlow<B>,
+) -> ControlFlow<B> {
+    let drive = |range: Range<u64>, stop: &AtomicBool| {
+        let mut cycles = sampled(study, plan.seed, range);
+        let mut next = |used| if stop.load(Ordering::Relaxed) { None } else { cycles(used) };
+        drive_cabins(study, &mut next, plan.level)
+    };
+    run_with(plan, &drive, sink)
+}
+
+/// As [`run`], with whatever `drive` makes of a range of cycle ids: one record for each, in their order. It may give up, and then give
+/// fewer, once its flag is set.
+pub fn run_with<B>(
+    plan: &RunPlan,
+    drive: &(dyn Fn(Range<u64>, &AtomicBool) -> Vec<Record> + Sync),
     mut sink: impl FnMut(Vec<Record>) -> ControlFlow<B>,
 ) -> ControlFlow<B> {
     let chunk = plan.chunk.max(1);
@@ -97,10 +112,7 @@ pub fn run<B>(
                     }
                     let first = plan.first_cycle + k * chunk;
                     let last = plan.first_cycle + ((k + 1) * chunk).min(plan.cycles);
-                    let mut cycles = sampled(study, plan.seed, first..last);
-                    let mut next =
-                        |used| if stop.load(Ordering::Relaxed) { None } else { cycles(used) };
-                    let records = drive_cabins(study, &mut next, plan.level);
+                    let records = drive(first..last, stop);
                     if stop.load(Ordering::Relaxed) || sender.send((k, records)).is_err() {
                         return;
                     }

@@ -120,6 +120,7 @@ pub struct EventKind {
 
 impl PedalLog {
     /// Rows `first` to `end` (excluded).
+    #[must_use]
     pub fn part(&self, first: usize, end: usize) -> Self {
         let of = |column: &Vec<f64>| column[first..end].to_vec();
         Self {

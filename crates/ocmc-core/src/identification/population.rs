@@ -40,7 +40,7 @@ impl Population {
     ///
     /// A driver counts with the mean logarithm over his events.
     pub fn of(fits: &[EventFit]) -> Option<Self> {
-        let told = |fit: &EventFit, name: &str| !fit.not_identifiable.iter().any(|k| *k == name);
+        let told = |fit: &EventFit, name: &str| !fit.not_identifiable.contains(&name);
         let usable = |fit: &&EventFit| fit.ki.is_some() && told(fit, "kp") && told(fit, "ki");
         let mut names: Vec<&str> = fits.iter().map(|fit| fit.driver.as_str()).collect();
         names.sort_unstable();

@@ -15,6 +15,8 @@ const SHORTEST_GAP_S: f64 = 0.5;
 /// Speeds and yaw rates above these, in m/s and rad/s, are no road vehicle's: the unit is probably wrong.
 const IMPLAUSIBLE_SPEED_MPS: f64 = 70.0;
 const IMPLAUSIBLE_YAW_RADPS: f64 = 2.0;
+/// Nothing on the ground is faster than this, in m/s: the way of such a log would not fit into memory.
+const FASTEST_MPS: f64 = 1000.0;
 /// Slower than this, in m/s, the vehicle reverses; slightly negative speeds are noise around 0.
 const REVERSE_MPS: f64 = -0.5;
 
@@ -74,6 +76,16 @@ pub enum LogError {
         interval_s: f64,
         /// Its reciprocal, in Hz.
         rate_hz: f64,
+    },
+    /// A speed that is none.
+    #[error(
+        "row {row} has a speed of {speed_mps} m/s: allowed are up to {FASTEST_MPS} m/s; is the unit of speed right?"
+    )]
+    Speed {
+        /// The row, from 1.
+        row: usize,
+        /// Its speed, in m/s.
+        speed_mps: f64,
     },
     /// An option that makes no sense.
     #[error("{option} is {value}: allowed is {allowed}")]
@@ -138,6 +150,9 @@ pub fn prepare(log: &DriveLog) -> Result<(Vec<Piece>, LogCounts), LogError> {
     check_lengths(log)?;
     let mut counts = LogCounts { rows: log.time_s.len(), ..LogCounts::default() };
     let rows = usable_rows(log, &mut counts);
+    if let Some(&row) = rows.iter().find(|&&row| log.speed_mps[row] > FASTEST_MPS) {
+        return Err(LogError::Speed { row: row + 1, speed_mps: log.speed_mps[row] });
+    }
     check_time(log, &rows)?;
     let mut kept: Vec<usize> = Vec::with_capacity(rows.len());
     for row in rows {
@@ -255,6 +270,15 @@ mod tests {
             yaw_rate_radps: vec![0.0; rows],
             ..DriveLog::default()
         }
+    }
+
+    #[test]
+    fn a_speed_beyond_all_units_is_refused() {
+        let mut log = log(100);
+        log.speed_mps[7] = 1e308;
+        let error = prepare(&log).unwrap_err();
+        assert_eq!(error, LogError::Speed { row: 8, speed_mps: 1e308 });
+        assert!(error.to_string().contains("is the unit of speed right?"));
     }
 
     #[test]

@@ -96,6 +96,23 @@ pub struct Gear {
 }
 
 impl GearboxModel {
+    /// Force at the wheels, in N, for a torque at the gearbox's input, behind gearbox, retarder and axle.
+    pub fn wheel_force_n(&self, gear: &Gear, axle_per_m: f64, torque_nm: f64) -> f64 {
+        let box_nm = torque_nm - self.loss_torque_nm - gear.loss_share * torque_nm.abs();
+        let shaft = gear.ratio * box_nm - self.retarder_torque_nm;
+        (shaft - self.axle_loss_torque_nm - shaft.abs() * self.axle_loss_share) * axle_per_m
+    }
+
+    /// Torque at the gearbox's input, in Nm, for a force at the wheels, in N: the inverse of [`GearboxModel::wheel_force_n`].
+    pub fn input_torque_nm(&self, gear: &Gear, axle_per_m: f64, wheel_n: f64) -> f64 {
+        // x - share |x| = y has one solution, of the sign of y
+        let undo =
+            |y: f64, share: f64| if y >= 0.0 { y / (1.0 - share) } else { y / (1.0 + share) };
+        let shaft = undo(wheel_n / axle_per_m + self.axle_loss_torque_nm, self.axle_loss_share);
+        let box_nm = (shaft + self.retarder_torque_nm) / gear.ratio;
+        undo(box_nm + self.loss_torque_nm, gear.loss_share)
+    }
+
     /// The gears over a wheel.
     pub fn gears(&self, wheel_radius_m: f64) -> Vec<Gear> {
         let last = self.ratio.len() - 1;
@@ -180,5 +197,34 @@ impl ShiftModel {
             return gear - 1;
         }
         gear
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_torque_behind_a_force_gives_that_force() {
+        let model: GearboxModel = serde_json::from_value(serde_json::json!({
+            "ratio": [14.94, 1.0], "loss_torque_nm": 5.1, "direct_loss_share": 0.005,
+            "indirect_loss_share": 0.02, "retarder_torque_nm": 10.0, "axle_ratio": 2.64,
+            "axle_loss_torque_nm": 40.0, "axle_loss_share": 0.015,
+            "shift": { "duration_s": 1.0, "interval_s": 2.0, "minimum_speed_mps": 0.5,
+                "up_speed_radps": 95.0, "up_pedal_radps": 32.0, "down_speed_radps": 88.0,
+                "down_pedal_radps": 20.0, "overspeed_radps": 219.0, "power_share": 0.95,
+                "power_reserve": 1.1, "most_steps": 3, "kickdown_pedal": 0.99, "kickdown_s": 2.0,
+                "kickdown_speed_radps": 136.0, "start_gear": 1, "steep_start_gear": 1,
+                "steep_slope": 0.05, "launch_gears": 1, "launch_speed_radps": 84.0,
+                "open_share": 0.9 }
+        }))
+        .unwrap();
+        for gear in model.gears(0.492) {
+            for force_n in [-50_000.0, -300.0, -80.0, 0.0, 10.0, 4000.0, 90_000.0] {
+                let torque = model.input_torque_nm(&gear, 2.64 / 0.492, force_n);
+                let back = model.wheel_force_n(&gear, 2.64 / 0.492, torque);
+                assert!((back - force_n).abs() < 1e-9 * force_n.abs().max(100.0), "{force_n}");
+            }
+        }
     }
 }

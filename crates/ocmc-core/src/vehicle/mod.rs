@@ -1,9 +1,13 @@
 //! The truck: masses, resistances, engine, gearbox and brakes, and how the trucks of a fleet differ.
 
 pub mod brakes;
+pub mod coast_down;
+pub mod efficiency;
 pub mod engine;
+pub mod fuel_map;
 pub mod gearbox;
 pub mod resistance;
+pub mod tyre;
 
 use crate::distribution::Quantity;
 use crate::random::{Stream, Streams};

@@ -49,6 +49,16 @@ pub struct CrossWind {
     pub maximum_tangent: f64,
 }
 
+/// Drag, in N, against the motion: F = ½ ρ A ((v + w)² + c²), with the sign of v + w.
+///
+/// `half_density`: ½ ρ, in kg/m³; `relative_mps`: speed plus headwind, v + w; `cross_mps`: cross wind c; `area_m2`: drag area A at
+/// this angle of the wind.
+pub fn drag_force_n(half_density: f64, relative_mps: f64, cross_mps: f64, area_m2: f64) -> f64 {
+    let pressure = half_density * (relative_mps * relative_mps + cross_mps * cross_mps);
+    let towards = if relative_mps < 0.0 { -pressure } else { pressure };
+    towards * area_m2
+}
+
 /// Rolling coefficient of the loaded vehicle on smooth, dry asphalt at 25 °C:
 /// RRC = Σ s_i RRC_i (s_i m g / (w_i F_i))^(β − 1), β = 0.9 (VECTO user manual, rolling resistance).
 pub fn rolling_coefficient(axles: &[AxleModel], mass_kg: f64, load_exponent: f64) -> f64 {

@@ -3,17 +3,34 @@
 use super::quantity::Quantity;
 use super::{LoggedDrive, Need};
 use ocmc_core::log::DriveLog;
-use ocmc_core::log::curve::{Correction, CurveDetection, CurveOptions, detect_curves};
+use ocmc_core::log::curve::{
+    Correction, CurveDetection, CurveOptions, RadiusDefinition, detect_curves,
+};
 use ocmc_core::log::signal::LogError;
 use serde::Serialize;
 use std::io;
 
 /// What curve detection needs of a log.
-pub const NEEDS: [Need; 3] = [
+const NEEDS: [Need; 3] = [
     Need { what: "time", any_of: &[Quantity::Time] },
     Need { what: "speed", any_of: &[Quantity::Speed] },
     Need { what: "yaw rate", any_of: &TURNING },
 ];
+
+/// Needed on top where radii come from positions.
+const POSITIONS: [Need; 2] = [
+    Need { what: "latitude", any_of: &[Quantity::Latitude] },
+    Need { what: "longitude", any_of: &[Quantity::Longitude] },
+];
+
+/// What curve detection needs of a log for radii of this definition.
+pub fn needs(radius: RadiusDefinition) -> Vec<Need<'static>> {
+    let mut needs = NEEDS.to_vec();
+    if radius == RadiusDefinition::Positions {
+        needs.extend(POSITIONS);
+    }
+    needs
+}
 
 /// What tells how a vehicle turns, the best first.
 const TURNING: [Quantity; 4] = [

@@ -91,7 +91,21 @@ pub struct Need<'a> {
 pub fn read(path: &Path, mappings: &[Mapping], needs: &[Need]) -> Result<LogFile, LogFileError> {
     let failed = |source| LogFileError::Read { path: path.to_owned(), source };
     let file = File::open(path).map_err(failed)?;
-    let mut text = BufReader::new(decompressed(file).map_err(failed)?);
+    read_text(path, decompressed(file).map_err(failed)?, mappings, needs)
+}
+
+/// Reads the text of a log, which is called `path` in messages.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_text(
+    path: &Path,
+    text: impl Read,
+    mappings: &[Mapping],
+    needs: &[Need],
+) -> Result<LogFile, LogFileError> {
+    let failed = |source| LogFileError::Read { path: path.to_owned(), source };
+    let mut text = BufReader::new(text);
     let start = text.fill_buf().map_err(failed)?;
     if start.is_empty() {
         return Err(LogFileError::Empty { path: path.to_owned() });

@@ -60,12 +60,11 @@ pub fn events(drive: &LoggedDrive) -> (Vec<LoggedEvent>, usize) {
     };
     let dropped = drive.rows() - rows.len();
     let named = |event: String, log| LoggedEvent { driver: drive.driver.clone(), event, log };
-    let events = match &drive.event {
-        Some(event) => vec![named(event.clone(), log)],
-        None => {
-            let found = log.slope_events(BEFORE_S, AFTER_S).into_iter();
-            found.map(|(event, rows)| named(event, log.part(rows.start, rows.end))).collect()
-        }
+    let events = if let Some(event) = &drive.event {
+        vec![named(event.clone(), log)]
+    } else {
+        let found = log.slope_events(BEFORE_S, AFTER_S).into_iter();
+        found.map(|(event, rows)| named(event, log.part(rows.start, rows.end))).collect()
     };
     (events, dropped)
 }

@@ -154,9 +154,9 @@ pub enum Cause {
         /// What is allowed.
         allowed: String,
     },
-    /// A file with a given operating cycle that cannot be driven.
+    /// A file that a study names, or a text of its own kind, that cannot be used.
     #[error("{message}")]
-    Route {
+    File {
         /// What is wrong with it, the file's name included.
         message: String,
     },

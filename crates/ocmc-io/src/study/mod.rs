@@ -22,6 +22,7 @@ mod base;
 pub mod builtin;
 mod error;
 mod fault;
+mod fitted;
 mod init;
 mod node;
 mod read;
@@ -30,16 +31,18 @@ mod routes;
 mod schema;
 mod setting;
 mod source;
+mod vehicle_input;
 
 pub use builtin::{BuiltIn, list, show};
 pub use error::{Cause, Fault, StudyFileError};
+pub use fitted::{fitted_json, fitted_study, fitted_text};
 pub use init::init_text;
 pub use resolved::{resolved_toml, study_hash};
 pub use schema::schema;
 pub use source::{Place, Source, SourceKind};
 
 use node::{Node, Step};
-use ocmc_core::operating_cycle::given::{Keep, RouteModel};
+use ocmc_core::operating_cycle::given::{GivenCycle, Keep, RouteModel};
 use ocmc_core::study::{Study, StudyModel};
 use read::{Kind, Text, read};
 use std::fmt;
@@ -90,6 +93,23 @@ impl LoadedStudy {
         let study =
             routes::attach(self.study, &mut self.model, None).map_err(|(_, fault)| fault)?;
         Ok(Self { study, ..self })
+    }
+
+    /// The study on one given cycle, which was made from a file that is not itself a route.
+    ///
+    /// # Errors
+    /// As [`LoadedStudy::on_routes`].
+    pub fn on_route(self, file: &Path, cycle: GivenCycle) -> Result<Self, StudyFileError> {
+        let study = self.study.with_routes(vec![(cycle, 1.0, vec![Keep::Traffic])]);
+        let study = study.map_err(|(_, source)| routes::unfit(file, source))?;
+        Ok(Self { study, ..self })
+    }
+
+    /// The study with something said behind its name, where its file alone does not say what was run.
+    #[must_use]
+    pub fn called(mut self, what: &str) -> Self {
+        self.model.study.name = format!("{} {what}", self.model.study.name);
+        self
     }
 }
 
@@ -174,7 +194,8 @@ fn lay_over<S: AsRef<str>>(own: &mut Node, sets: &[S]) -> Result<(), StudyFileEr
 
 /// The study of a tree, bases resolved.
 fn check(own: &Node, folder: Option<&Path>) -> Result<(StudyModel, Study), StudyFileError> {
-    let tree = base::resolve(own.clone(), folder, 0)?;
+    let mut tree = base::resolve(own.clone(), folder, 0)?;
+    vehicle_input::expand(&mut tree, folder)?;
     let faults = fault::not_finite(&tree);
     if !faults.is_empty() {
         return Err(StudyFileError { faults });

@@ -3,6 +3,7 @@
 use super::builtin;
 use super::error::{Cause, Fault};
 use crate::given_cycle::{self, GivenCycleFileError};
+use ocmc_core::operating_cycle::given::GivenCycleError;
 use ocmc_core::study::{Study, StudyModel};
 use std::path::Path;
 
@@ -42,12 +43,15 @@ pub(super) fn attach(
         return Ok(study);
     }
     let files: Vec<String> = model.mission.routes.iter().map(|route| route.file.clone()).collect();
-    study.with_routes(cycles).map_err(|(k, source)| {
-        let path = files[k].clone().into();
-        (k, fault(GivenCycleFileError::Cycle { path, source }.to_string()))
-    })
+    study.with_routes(cycles).map_err(|(k, source)| (k, unfit(Path::new(&files[k]), source)))
+}
+
+/// A given cycle that does not fit the study.
+pub(super) fn unfit(file: &Path, source: GivenCycleError) -> Box<Fault> {
+    let path = file.to_owned();
+    fault(GivenCycleFileError::Cycle { path, source }.to_string())
 }
 
 fn fault(message: String) -> Box<Fault> {
-    Box::new(Fault::new(Cause::Route { message }))
+    Box::new(Fault::new(Cause::File { message }))
 }

@@ -1,0 +1,67 @@
+//! `ocmc fit curve-speed`: the driver population of measured curves.
+
+use super::curve_speed_text::curve_speed_text;
+use super::{no_fit, write_study};
+use crate::answer::Answer;
+use crate::arguments::CurveSpeedArguments;
+use crate::failure::Failure;
+use crate::{output, request};
+use ocmc_core::driver::curve_speed::CurveSpeedModel;
+use ocmc_core::fit::curve_speed::{CurveSpeedFit, CurveSpeedOptions, fit};
+use ocmc_io::study::{fitted_json, fitted_text};
+use ocmc_io::{curve_table, study};
+
+/// Where the values stand in a study.
+const KEYS: [&str; 2] = ["driver", "curve_speed"];
+
+/// Fits curve speeds and prints what they tell.
+pub(crate) fn curve_speed(arguments: &CurveSpeedArguments) -> Result<(), Failure> {
+    let base = study::load(&arguments.fitted.base, &[] as &[&str])?;
+    let table = curve_table::read(&arguments.file)?;
+    let fit = fit(&table, &options(arguments)).map_err(|error| no_fit(&arguments.file, error))?;
+    let best = match (arguments.tobit, &fit.tobit) {
+        (false, _) => &fit.estimated,
+        (true, Some(tobit)) => tobit,
+        (true, None) => {
+            return Err(request::usage(
+                "--tobit needs a column speed_limit_mps, and curves below the limit that determine the regression",
+            ));
+        }
+    };
+    let population = fit.population(best, &base.model.driver.curve_speed);
+    let answer = curve_speed_answer(&fit, &population, table.driver.len());
+    for warning in &answer.warnings {
+        output::note(&format!("warning: {warning}"));
+    }
+    if arguments.fitted.json {
+        output::answer(&format!("{:#}\n", answer.json))?;
+    } else {
+        output::answer(&answer.text)?;
+    }
+    let values = fitted_text(&KEYS, &population);
+    write_study(&arguments.fitted, "curve-speed", &arguments.file, &values)
+}
+
+/// What the fit of a table with so many rows tells; `population` is the part of a study that follows from it.
+pub fn curve_speed_answer(
+    fit: &CurveSpeedFit,
+    population: &CurveSpeedModel,
+    rows: usize,
+) -> Answer {
+    let mut json = serde_json::to_value(fit).expect("numbers, words and lists");
+    json["study"] = fitted_json(&KEYS, population);
+    let text = curve_speed_text(fit, rows, &fitted_text(&KEYS, population));
+    Answer { json, text, warnings: fit.warnings.clone() }
+}
+
+fn options(arguments: &CurveSpeedArguments) -> CurveSpeedOptions {
+    CurveSpeedOptions {
+        reference_radius_m: arguments.reference_radius,
+        radius_range_m: [arguments.minimum_radius, arguments.maximum_radius],
+        minimum_route_m: arguments.minimum_route,
+        fixed_exponent: arguments.fixed_exponent,
+        significance: arguments.significance,
+        limit_share: arguments.limit_share,
+        coding: arguments.coding.into(),
+    }
+}

@@ -1,0 +1,42 @@
+//! `ocmc fit`: from measurements to the numbers of a study.
+
+mod curve_speed;
+mod curve_speed_text;
+
+pub use curve_speed::curve_speed_answer;
+
+use crate::arguments::{FitCommand, FittedArguments};
+use crate::failure::Failure;
+use crate::{output, study};
+use ocmc_io::study::fitted_study;
+use std::path::Path;
+
+/// Fits what was asked for.
+pub(crate) fn fit(command: &FitCommand) -> Result<(), Failure> {
+    match command {
+        FitCommand::CurveSpeed(arguments) => curve_speed::curve_speed(arguments),
+    }
+}
+
+/// Measurements that have no fit.
+fn no_fit(path: &Path, error: impl std::error::Error + 'static) -> Failure {
+    Failure::Fit { path: path.to_owned(), error: Box::new(error) }
+}
+
+/// Writes the study with fitted values, where one was asked for.
+fn write_study(
+    arguments: &FittedArguments,
+    command: &str,
+    source: &Path,
+    values: &str,
+) -> Result<(), Failure> {
+    let Some(path) = &arguments.study_out else {
+        return Ok(());
+    };
+    let name = path.file_stem().map_or("fitted".into(), |stem| stem.to_string_lossy());
+    let note = format!("Written by `ocmc fit {command}` from `{}`.", source.display());
+    let (text, _) = fitted_study(&arguments.base, &name, &note, values)?;
+    study::write_new(path, &text)?;
+    output::note(&format!("Written: `{path}`. Run it: ocmc --study {path}", path = path.display()));
+    Ok(())
+}

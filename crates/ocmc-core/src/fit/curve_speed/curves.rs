@@ -1,0 +1,158 @@
+//! Measured curves: what is used of them, and what is left out and why.
+
+use super::{CurveSpeedFitError, CurveSpeedOptions};
+use std::collections::BTreeMap;
+
+/// Most drivers of one fit: the work grows with the square of their number.
+pub const MOST_DRIVERS: usize = 500;
+
+/// Measured curves as columns of equal length.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct CurveTable {
+    /// Who drove, or which truck: the groups of the analysis.
+    pub driver: Vec<String>,
+    /// Radius of the curve, in m.
+    pub radius_m: Vec<f64>,
+    /// Speed in the curve, in m/s.
+    pub speed_mps: Vec<f64>,
+    /// Whether the curve turns left, where the direction is known.
+    pub left: Option<Vec<bool>>,
+    /// Length of the route that the curve belongs to, in m, where it is known.
+    pub route_length_m: Option<Vec<f64>>,
+    /// Speed limit in the curve, in m/s, where limits are known; NaN where this one is not.
+    pub speed_limit_mps: Option<Vec<f64>>,
+}
+
+/// Rows left out, by reason.
+pub type Dropped = BTreeMap<&'static str, usize>;
+
+/// One curve that takes part.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Curve {
+    /// Place of the driver in [`Curves::drivers`].
+    pub driver: usize,
+    /// ln R − ln R₀.
+    pub log_radius: f64,
+    /// ln v.
+    pub log_speed: f64,
+    pub left: bool,
+    /// ln of the speed limit; infinite where there is none.
+    pub log_limit: f64,
+}
+
+/// The curves that take part.
+#[derive(Clone, Debug)]
+pub(super) struct Curves {
+    /// Names, in the order of their first curve.
+    pub drivers: Vec<String>,
+    pub rows: Vec<Curve>,
+    pub smallest_radius_m: f64,
+    pub largest_radius_m: f64,
+}
+
+impl Curves {
+    /// The curves of these places alone; drivers without one are left out.
+    pub(super) fn only(&self, keep: impl Fn(&Curve) -> bool) -> Self {
+        let mut place = vec![None; self.drivers.len()];
+        let mut drivers = Vec::new();
+        let mut curves = Vec::new();
+        for curve in self.rows.iter().filter(|curve| keep(curve)) {
+            let driver = *place[curve.driver].get_or_insert_with(|| {
+                drivers.push(self.drivers[curve.driver].clone());
+                drivers.len() - 1
+            });
+            curves.push(Curve { driver, ..*curve });
+        }
+        Self { drivers, rows: curves, ..*self }
+    }
+
+    /// Number of curves of each driver.
+    pub(super) fn counts(&self) -> Vec<usize> {
+        let mut counts = vec![0; self.drivers.len()];
+        for curve in &self.rows {
+            counts[curve.driver] += 1;
+        }
+        counts
+    }
+}
+
+/// Sorts out which curves take part.
+pub(super) fn select(
+    table: &CurveTable,
+    options: &CurveSpeedOptions,
+) -> Result<(Curves, Dropped), CurveSpeedFitError> {
+    let n = table.driver.len();
+    let lengths = [
+        ("radius_m", Some(table.radius_m.len())),
+        ("speed_mps", Some(table.speed_mps.len())),
+        ("direction", table.left.as_ref().map(Vec::len)),
+        ("route_length_m", table.route_length_m.as_ref().map(Vec::len)),
+        ("speed_limit_mps", table.speed_limit_mps.as_ref().map(Vec::len)),
+    ];
+    for (column, length) in lengths {
+        if let Some(length) = length.filter(|&length| length != n) {
+            return Err(CurveSpeedFitError::UnequalColumns { column, length, wanted: n });
+        }
+    }
+    let mut dropped = Dropped::new();
+    let mut places = BTreeMap::new();
+    let mut drivers = Vec::new();
+    let mut curves = Vec::with_capacity(n);
+    let (mut smallest, mut largest) = (f64::INFINITY, 0.0f64);
+    for k in 0..n {
+        let (radius, speed) = (table.radius_m[k], table.speed_mps[k]);
+        let route = table.route_length_m.as_ref().map(|lengths| lengths[k]);
+        if let Some(reason) = reason_against(&table.driver[k], radius, speed, route, options) {
+            *dropped.entry(reason).or_insert(0) += 1;
+            continue;
+        }
+        let driver = *places.entry(table.driver[k].as_str()).or_insert_with(|| {
+            drivers.push(table.driver[k].clone());
+            drivers.len() - 1
+        });
+        let limit = table.speed_limit_mps.as_ref().map_or(f64::NAN, |limits| limits[k]);
+        smallest = smallest.min(radius);
+        largest = largest.max(radius);
+        curves.push(Curve {
+            driver,
+            log_radius: libm::log(radius / options.reference_radius_m),
+            log_speed: libm::log(speed),
+            left: table.left.as_ref().is_none_or(|left| left[k]),
+            log_limit: if limit > 0.0 { libm::log(limit) } else { f64::INFINITY },
+        });
+    }
+    if curves.is_empty() {
+        return Err(CurveSpeedFitError::NoCurves { rows: n, dropped });
+    }
+    if drivers.len() > MOST_DRIVERS {
+        return Err(CurveSpeedFitError::TooManyDrivers { drivers: drivers.len() });
+    }
+    let curves =
+        Curves { drivers, rows: curves, smallest_radius_m: smallest, largest_radius_m: largest };
+    Ok((curves, dropped))
+}
+
+fn reason_against(
+    driver: &str,
+    radius_m: f64,
+    speed_mps: f64,
+    route_length_m: Option<f64>,
+    options: &CurveSpeedOptions,
+) -> Option<&'static str> {
+    let [smallest, largest] = options.radius_range_m;
+    if driver.is_empty() || radius_m.is_nan() || speed_mps.is_nan() {
+        Some("missing_value")
+    } else if !(speed_mps > 0.0 && speed_mps.is_finite()) {
+        Some("speed_not_positive")
+    } else if !(radius_m > 0.0 && radius_m.is_finite()) {
+        Some("radius_not_positive")
+    } else if radius_m < smallest {
+        Some("radius_too_small")
+    } else if radius_m > largest {
+        Some("radius_too_large")
+    } else if route_length_m.is_some_and(|length| !(length > options.minimum_route_m)) {
+        Some("route_too_short")
+    } else {
+        None
+    }
+}

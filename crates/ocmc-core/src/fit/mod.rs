@@ -1,0 +1,12 @@
+//! The way back: from measurements to the numbers of a study.
+//!
+//! Estimators take plain columns and return numbers with their intervals; they read and print nothing. The laws of
+//! `distribution` carry their own `fit`.
+
+pub mod analysis_of_variance;
+pub mod curve_speed;
+pub mod least_squares;
+pub mod mixed_model;
+mod nelder_mead;
+pub mod p_value;
+pub mod tobit;

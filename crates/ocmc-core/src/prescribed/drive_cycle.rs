@@ -1,0 +1,127 @@
+//! A drive cycle: speed over time, as regulations and other simulators prescribe it.
+
+use thiserror::Error;
+
+/// Longest step, in s.
+const LONGEST_STEP_S: f64 = 3600.0;
+/// Highest speed, in m/s.
+const FASTEST_MPS: f64 = 70.0;
+/// Largest slope, as climb per metre of road.
+const STEEPEST: f64 = 0.5;
+
+/// Speed and slope over time, linear in speed between the points.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DriveCycle {
+    time_s: Vec<f64>,
+    speed_mps: Vec<f64>,
+    /// Climb per metre of road; that of a point holds over the step that ends there.
+    slope: Vec<f64>,
+}
+
+/// What is wrong with a drive cycle.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum DriveCycleError {
+    /// Too few points.
+    #[error("{points} points, allowed are 2 and more")]
+    Short {
+        /// Number of points.
+        points: usize,
+    },
+    /// A value out of range.
+    #[error("at point {point}, `{name}` is {value}, allowed is {minimum} to {maximum}")]
+    Range {
+        /// Number of the point, from 1.
+        point: usize,
+        /// What it is.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+        /// Smallest allowed value.
+        minimum: f64,
+        /// Largest allowed value.
+        maximum: f64,
+    },
+}
+
+/// One step of a drive cycle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DriveStep {
+    /// Length, in s.
+    pub dt_s: f64,
+    /// Speed at its start, in m/s.
+    pub start_mps: f64,
+    /// Speed at its end, in m/s.
+    pub end_mps: f64,
+    /// Climb per metre of road.
+    pub slope: f64,
+}
+
+impl DriveStep {
+    /// Mean speed, in m/s.
+    pub fn mean_mps(&self) -> f64 {
+        0.5 * (self.start_mps + self.end_mps)
+    }
+
+    /// Distance, in m.
+    pub fn distance_m(&self) -> f64 {
+        self.mean_mps() * self.dt_s
+    }
+
+    /// Acceleration, in m/s².
+    pub fn acceleration_mps2(&self) -> f64 {
+        (self.end_mps - self.start_mps) / self.dt_s
+    }
+}
+
+impl DriveCycle {
+    /// Checks a cycle; three lists of equal length.
+    ///
+    /// # Errors
+    /// [`DriveCycleError`] names the point and what is allowed.
+    pub fn new(
+        time_s: Vec<f64>,
+        speed_mps: Vec<f64>,
+        slope: Vec<f64>,
+    ) -> Result<Self, DriveCycleError> {
+        let points = time_s.len().min(speed_mps.len()).min(slope.len());
+        if points < 2 {
+            return Err(DriveCycleError::Short { points });
+        }
+        let check = |k: usize, name, value: f64, minimum: f64, maximum: f64| {
+            if value >= minimum && value <= maximum {
+                Ok(())
+            } else {
+                Err(DriveCycleError::Range { point: k + 1, name, value, minimum, maximum })
+            }
+        };
+        for k in 0..points {
+            check(k, "speed_mps", speed_mps[k], 0.0, FASTEST_MPS)?;
+            check(k, "grade", slope[k], -STEEPEST, STEEPEST)?;
+            if k > 0 {
+                check(
+                    k,
+                    "time since the point before",
+                    time_s[k] - time_s[k - 1],
+                    1e-3,
+                    LONGEST_STEP_S,
+                )?;
+            }
+        }
+        Ok(Self { time_s, speed_mps, slope })
+    }
+
+    /// Its steps.
+    pub fn steps(&self) -> impl Iterator<Item = DriveStep> + '_ {
+        (1..self.time_s.len()).map(|k| DriveStep {
+            dt_s: self.time_s[k] - self.time_s[k - 1],
+            start_mps: self.speed_mps[k - 1],
+            end_mps: self.speed_mps[k],
+            slope: self.slope[k],
+        })
+    }
+
+    /// Duration, in s.
+    pub fn duration_s(&self) -> f64 {
+        self.time_s[self.time_s.len() - 1] - self.time_s[0]
+    }
+}

@@ -1,0 +1,44 @@
+//! An engine or motor of which only the efficiency over its power is known, as FASTSim and many data sheets have it.
+
+/// Efficiency over the share of the rated power, linear between the points.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EfficiencyCurve {
+    /// Rated power, in W.
+    pub rated_power_w: f64,
+    /// Shares of it, rising.
+    pub power_share: Vec<f64>,
+    /// Efficiency at each share, above 0.
+    pub efficiency: Vec<f64>,
+}
+
+impl EfficiencyCurve {
+    /// Power that has to go in for a power that comes out, in W; beyond the rated power the last efficiency holds.
+    pub fn input_w(&self, output_w: f64) -> f64 {
+        if output_w <= 0.0 {
+            return 0.0;
+        }
+        let share = output_w / self.rated_power_w;
+        let (x, y) = (&self.power_share, &self.efficiency);
+        let k = x.partition_point(|point| *point <= share).clamp(1, x.len() - 1);
+        let part = ((share - x[k - 1]) / (x[k] - x[k - 1])).clamp(0.0, 1.0);
+        output_w / (y[k - 1] + part * (y[k] - y[k - 1]))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn linear_between_the_points_and_held_beyond() {
+        let curve = EfficiencyCurve {
+            rated_power_w: 1000.0,
+            power_share: vec![0.0, 0.5, 1.0],
+            efficiency: vec![0.1, 0.3, 0.4],
+        };
+        assert!((curve.input_w(250.0) - 250.0 / 0.2).abs() < 1e-9);
+        assert!((curve.input_w(750.0) - 750.0 / 0.35).abs() < 1e-9);
+        assert!((curve.input_w(2000.0) - 2000.0 / 0.4).abs() < 1e-9);
+        assert_eq!(curve.input_w(0.0), 0.0);
+    }
+}

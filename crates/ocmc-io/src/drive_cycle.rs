@@ -1,0 +1,114 @@
+//! Drive cycles over time: a table with time, speed and slope.
+//!
+//! | column | unit |
+//! |---|---|
+//! | `time_s` (`time`, `t`, `cycSecs`) | s |
+//! | `speed_mps` (`mps`, `cycMps`), `speed_kmh` (`v` of a VECTO cycle over time) or `speed_mph` (`mph`) | m/s, km/h, mile/h |
+//! | `slope` (climb per metre of road), or `grade` (`cycGrade`: rise over run), or `grad` (rise over run in %); absent: flat | - |
+//!
+//! Other columns are not used. The slope of a row holds over the step that ends there.
+
+use crate::delimited::{DelimitedTable, TableError};
+use ocmc_core::operating_cycle::TrafficStretch;
+use ocmc_core::operating_cycle::given::{GivenCycle, GivenCycleError};
+use ocmc_core::operating_cycle::tracks::{Rule, Track};
+use ocmc_core::prescribed::{DriveCycle, DriveCycleError};
+use std::path::{Path, PathBuf};
+use thiserror::Error;
+
+/// Names of the speed's column, and what is 1 of it in m/s.
+const SPEEDS: [(&str, f64); 7] = [
+    ("speed_mps", 1.0),
+    ("mps", 1.0),
+    ("cycmps", 1.0),
+    ("speed_kmh", 1.0 / 3.6),
+    ("v", 1.0 / 3.6),
+    ("speed_mph", 0.44704),
+    ("mph", 0.44704),
+];
+/// Seconds at rest from which a standstill is a stop of the route.
+const STOP_S: f64 = 0.5;
+
+/// What is wrong with a drive cycle's file.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum DriveCycleFileError {
+    /// A table that is not one.
+    #[error(transparent)]
+    Table(#[from] TableError),
+    /// Numbers that are no drive cycle.
+    #[error("`{}`: {source}", path.display())]
+    Cycle {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        source: DriveCycleError,
+    },
+    /// A drive cycle that is no route.
+    #[error("`{}` as a route: {source}", path.display())]
+    Route {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        source: GivenCycleError,
+    },
+}
+
+/// Reads a drive cycle.
+///
+/// # Errors
+/// [`DriveCycleFileError`] names the file, the line and what is allowed.
+pub fn read(path: &Path) -> Result<DriveCycle, DriveCycleFileError> {
+    let table = DelimitedTable::read(path)?;
+    let time_s = table.numbers(table.column(&["time_s", "time", "t", "cycsecs"])?)?;
+    let scaled = |names: &[&str], factor: f64| -> Result<Option<Vec<f64>>, TableError> {
+        let numbers = table.numbers_of(names)?;
+        Ok(numbers.map(|numbers| numbers.into_iter().map(|number| number * factor).collect()))
+    };
+    let column = table.column(&SPEEDS.map(|(name, _)| name))?;
+    let name = table.names().nth(column);
+    let unit = SPEEDS.iter().find(|speed| name.as_deref() == Some(speed.0)).map_or(1.0, |s| s.1);
+    let speed = table.numbers(column)?.into_iter().map(|number| number * unit).collect();
+    let sine = |tangents: Vec<f64>| tangents.iter().map(|t| t / (1.0 + t * t).sqrt()).collect();
+    let slope = match table.numbers_of(&["slope"])? {
+        Some(slope) => slope,
+        None => match scaled(&["grade", "cycgrade"], 1.0)? {
+            Some(grade) => sine(grade),
+            None => scaled(&["grad"], 0.01)?.map_or_else(|| vec![0.0; time_s.len()], sine),
+        },
+    };
+    DriveCycle::new(time_s, speed, slope)
+        .map_err(|source| DriveCycleFileError::Cycle { path: path.to_owned(), source })
+}
+
+/// The drive cycle as a route for a driver: the mean speed of each step is the limit on its stretch of road, a standstill is a stop.
+///
+/// # Errors
+/// [`DriveCycleFileError::Route`] where there is no road, as for a cycle that never moves.
+pub fn as_route(path: &Path, cycle: &DriveCycle) -> Result<GivenCycle, DriveCycleFileError> {
+    let mut limits = Track::empty("speed_limit_mps", Rule::Constant);
+    let mut grades = Track::empty("grade", Rule::Constant);
+    let mut stops = Track::empty("stop_sign_s", Rule::Event);
+    let (mut position_m, mut rest_s) = (0.0, 0.0);
+    for step in cycle.steps() {
+        let way_m = step.distance_m();
+        if way_m <= 0.0 {
+            rest_s += step.dt_s;
+            continue;
+        }
+        if rest_s >= STOP_S && position_m > 0.0 {
+            stops.push(position_m, rest_s);
+        }
+        rest_s = 0.0;
+        // a driver cannot be told less than walking pace
+        limits.push(position_m, step.mean_mps().max(1.0));
+        grades.push(position_m, step.slope);
+        position_m += way_m;
+    }
+    let route = GivenCycle::from_tracks(&[limits, grades, stops], Some(position_m));
+    // whoever prescribes a speed has been through the traffic
+    let free = vec![TrafficStretch { start_m: 0.0, density_per_m: 0.0 }];
+    route
+        .map(|route| GivenCycle { traffic: Some(free), ..route })
+        .map_err(|source| DriveCycleFileError::Route { path: path.to_owned(), source })
+}

@@ -1,0 +1,194 @@
+//! Measured logs: the curves that were driven.
+
+use crate::error::{drive_error, log_error};
+use crate::fit::warn;
+use crate::input::{Input, input};
+use crate::table::Table;
+use arrow_array::{ArrayRef, Float64Array, StringArray};
+use ocmc_core::log::curve::{Correction, CurveOptions, Detector, DrivenCurve, RadiusDefinition};
+use ocmc_core::log::hidden_markov::HiddenMarkov;
+use ocmc_core::log::threshold::Threshold;
+use ocmc_io::log::curves::{DriveCurves, Steering, detect, needs};
+use ocmc_io::log::mapping::Mapping;
+use ocmc_io::log::{read, read_text};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Arc;
+
+/// Find the curves that were driven, from speed and yaw rate.
+///
+/// Parameters
+/// ----------
+/// log : table, str or os.PathLike
+///     One row a sample, columns by quantity and unit: ``time_s``, ``speed_mps`` or ``speed_kmh``, ``yaw_rate_radps`` or
+///     ``yaw_rate_degps`` (positive to the left), and labels ``driver``, ``drive``. Any table that speaks Arrow, a
+///     dictionary of columns, or a CSV file, plain or compressed by gzip.
+/// columns : dict of str to str, optional
+///     Which column is what, such as ``{"speed_mph": "gps_speed", "yaw_rate_degps": "-gyro"}``.
+/// detector : {"hidden_markov", "trained", "threshold"}
+///     How curves are told from straights: hidden Markov states, the same fitted to each drive first, or thresholds.
+/// radius : {"turn", "mean", "positions"}
+///     What the radius of a curve is: length over heading change, the mean of 1 / curvature, or the circle through the
+///     positions.
+/// central_share : float, optional
+///     Share of a curve's length, in its middle, in which speed and radius are measured; a third by default.
+/// split_ratio : float, optional
+///     Cut a curve in two where its curvature steps by this factor or more.
+/// gyro_bias_radps : float, optional
+///     Bias of the yaw rate, in rad/s; by default its median at standstill.
+/// speed_lag_s : float, optional
+///     Time by which the speed comes later than the yaw rate, in s; by default estimated from the course.
+/// steering_ratio : float, optional
+///     Ratio of the steering, for logs that only have the angle of the steering wheel.
+/// wheelbase_m : float, optional
+///     Wheelbase, in m, for such logs.
+///
+/// Returns
+/// -------
+/// Table
+///     One row a curve: ``driver``, ``drive``, ``direction``, ``radius_m``, ``speed_mps``, ``start_m`` and others, as
+///     ``ocmc curves`` writes them.
+///
+/// Raises
+/// ------
+/// ValueError
+///     Where a column is missing or unclear, where no drive can be used, or where an option is out of its range.
+/// OSError
+///     Where the file cannot be read.
+///
+/// Warns
+/// -----
+/// UserWarning
+///     Where a drive is left out.
+///
+/// Examples
+/// --------
+/// >>> import numpy as np, ocmc
+/// >>> time = np.arange(0.0, 60.0, 0.1)
+/// >>> yaw_rate = np.where((time > 20) & (time < 30), 10.0 / 100.0, 0.0)  # 10 m/s, a radius of 100 m
+/// >>> log = {"time_s": time, "speed_mps": np.full(time.size, 10.0), "yaw_rate_radps": yaw_rate}
+/// >>> curves = ocmc.detect_curves(log, gyro_bias_radps=0.0)
+/// >>> curves["direction"].tolist(), curves["radius_m"].round().tolist()
+/// (['left'], [100.0])
+#[pyfunction]
+#[pyo3(signature = (
+    log, *, columns=None, detector="hidden_markov", radius="turn", central_share=None, split_ratio=None,
+    gyro_bias_radps=None, speed_lag_s=None, steering_ratio=None, wheelbase_m=None
+))]
+pub(crate) fn detect_curves(
+    py: Python,
+    log: &Bound<PyAny>,
+    columns: Option<BTreeMap<String, String>>,
+    detector: &str,
+    radius: &str,
+    central_share: Option<f64>,
+    split_ratio: Option<f64>,
+    gyro_bias_radps: Option<f64>,
+    speed_lag_s: Option<f64>,
+    steering_ratio: Option<f64>,
+    wheelbase_m: Option<f64>,
+) -> PyResult<Table> {
+    let steering = match (steering_ratio, wheelbase_m) {
+        (Some(ratio), Some(wheelbase_m)) => Some(Steering { ratio, wheelbase_m }),
+        (None, None) => None,
+        _ => {
+            let text = "`steering_ratio` and `wheelbase_m` belong together: give both or neither";
+            return Err(PyValueError::new_err(text));
+        }
+    };
+    let given = |value: Option<f64>| value.map_or(Correction::Estimated, Correction::Given);
+    let standard = CurveOptions::default();
+    let options = CurveOptions {
+        detector: detector_of(detector)?,
+        radius: radius_of(radius)?,
+        central_share: central_share.unwrap_or(standard.central_share),
+        split_ratio,
+        gyro_bias_radps: given(gyro_bias_radps),
+        speed_lag_s: given(speed_lag_s),
+        ..standard
+    };
+    let mappings = columns.unwrap_or_default().into_iter();
+    let mappings = mappings.map(|(name, column)| Mapping::parse(&format!("{name}={column}")));
+    let mappings = mappings.collect::<Result<Vec<_>, _>>().map_err(|error| log_error(&error))?;
+    let needs = needs(options.radius);
+    let file = match input(log, "log")? {
+        Input::File(path) => py.detach(|| read(&path, &mappings, &needs)),
+        Input::Text(text) => {
+            py.detach(|| read_text(Path::new("log"), text.as_slice(), &mappings, &needs))
+        }
+    };
+    let file = file.map_err(|error| log_error(&error))?;
+    let found: Vec<_> = py.detach(|| {
+        let drives = file.drives.iter();
+        drives.map(|drive| (&drive.drive, detect(drive, &options, steering))).collect()
+    });
+    let mut drives = Vec::new();
+    let mut faults = Vec::new();
+    for (name, result) in found {
+        match result {
+            Ok(curves) => drives.push(curves),
+            Err(fault) => faults.push((name, fault)),
+        }
+    }
+    if let (true, Some((name, fault))) = (drives.is_empty(), faults.first()) {
+        return Err(drive_error(name, fault));
+    }
+    for (name, fault) in faults {
+        warn(py, &format!("drive `{name}` is left out: {fault}"))?;
+    }
+    Ok(curve_table(&drives))
+}
+
+fn detector_of(name: &str) -> PyResult<Detector> {
+    match name {
+        "hidden_markov" => Ok(Detector::HiddenMarkov(HiddenMarkov::default())),
+        "trained" => Ok(Detector::TrainedHiddenMarkov(HiddenMarkov::default())),
+        "threshold" => Ok(Detector::Threshold(Threshold::default())),
+        other => Err(PyValueError::new_err(format!(
+            "`detector` is {other:?}, allowed is one of: hidden_markov, trained, threshold"
+        ))),
+    }
+}
+
+fn radius_of(name: &str) -> PyResult<RadiusDefinition> {
+    match name {
+        "turn" => Ok(RadiusDefinition::InverseMeanCurvature),
+        "mean" => Ok(RadiusDefinition::MeanRadius),
+        "positions" => Ok(RadiusDefinition::Positions),
+        other => Err(PyValueError::new_err(format!(
+            "`radius` is {other:?}, allowed is one of: turn, mean, positions"
+        ))),
+    }
+}
+
+/// The curves of all drives, one row a curve: the columns of the command's file.
+fn curve_table(drives: &[DriveCurves]) -> Table {
+    let rows: Vec<(&DriveCurves, &DrivenCurve)> = drives
+        .iter()
+        .flat_map(|drive| drive.detection.curves.iter().map(move |curve| (drive, curve)))
+        .collect();
+    let words = |word: fn(&DriveCurves, &DrivenCurve) -> String| {
+        Arc::new(StringArray::from_iter_values(rows.iter().map(|(d, c)| word(d, c)))) as ArrayRef
+    };
+    let numbers = |number: fn(&DriveCurves, &DrivenCurve) -> Option<f64>| {
+        let numbers: Float64Array = rows.iter().map(|(d, c)| number(d, c)).collect();
+        Arc::new(numbers) as ArrayRef
+    };
+    Table::of_columns(vec![
+        ("driver", words(|drive, _| drive.driver.clone())),
+        ("drive", words(|drive, _| drive.drive.clone())),
+        ("direction", words(|_, curve| if curve.left { "left" } else { "right" }.to_owned())),
+        ("radius_m", numbers(|_, curve| Some(curve.radius_m))),
+        ("speed_mps", numbers(|_, curve| Some(curve.speed_mps))),
+        ("limit_mps", numbers(|_, curve| curve.limit_mps)),
+        ("length_m", numbers(|_, curve| Some(curve.length_m()))),
+        ("turn_rad", numbers(|_, curve| Some(curve.turn_rad))),
+        ("start_m", numbers(|_, curve| Some(curve.start_m))),
+        ("end_m", numbers(|_, curve| Some(curve.end_m))),
+        ("start_s", numbers(|_, curve| Some(curve.start_s))),
+        ("end_s", numbers(|_, curve| Some(curve.end_s))),
+        ("route_m", numbers(|drive, _| Some(drive.detection.way_m))),
+    ])
+}

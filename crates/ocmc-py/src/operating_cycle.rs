@@ -1,0 +1,200 @@
+//! `ocmc.OperatingCycle`: tracks along the road.
+
+use crate::table::Table;
+use crate::value::shown;
+use arrow_array::{ArrayRef, Float64Array, StringArray};
+use numpy::PyArray1;
+use ocmc_core::operating_cycle::OperatingCycle;
+use ocmc_core::operating_cycle::tracks::{Track, Values};
+use ocmc_core::study::Study;
+use ocmc_io::operating_cycle::tracks;
+use pyo3::exceptions::PyKeyError;
+use pyo3::prelude::*;
+use pyo3::types::{PyCapsule, PyDict, PyIterator, PyList};
+use pyo3_arrow::error::PyArrowResult;
+use serde_json::json;
+use std::sync::Arc;
+
+/// Road, weather, traffic and mission of one cycle, as tracks along the road: without driver and truck.
+///
+/// ``cycle["grade"]`` is one track, a dictionary: ``position_m`` and ``value`` are numpy arrays, ``rule`` says how they
+/// are read: ``"constant"`` up to the next position, ``"linear"`` between them, or ``"event"`` at the position alone.
+/// The whole cycle is also one table for whoever speaks Arrow, such as ``polars.DataFrame(cycle)``. SI units throughout,
+/// with the unit as the name's suffix.
+///
+/// An operating cycle comes from `Study.operating_cycle`.
+///
+/// Examples
+/// --------
+/// >>> import ocmc
+/// >>> cycle = ocmc.Study("field-truck").set("mission.length_m", 5000.0).operating_cycle(3)
+/// >>> cycle.length_m, list(cycle)[:3]
+/// (5000.0, ['road_type', 'speed_limit_mps', 'curvature_per_m'])
+/// >>> cycle["altitude_m"]["rule"]
+/// 'linear'
+#[pyclass(name = "OperatingCycle", module = "ocmc", frozen, mapping)]
+pub(crate) struct PyOperatingCycle {
+    cycle_id: u64,
+    seed: u64,
+    cycle: OperatingCycle,
+    tracks: Vec<Track>,
+}
+
+impl PyOperatingCycle {
+    pub(crate) fn new(study: &Study, cycle_id: u64, seed: u64) -> Self {
+        let cycle = study.sample(seed, cycle_id).cycle;
+        let tracks = tracks(study, &cycle);
+        Self { cycle_id, seed, cycle, tracks }
+    }
+
+    fn track<'py>(py: Python<'py>, track: &Track) -> PyResult<Bound<'py, PyDict>> {
+        let parts = PyDict::new(py);
+        parts.set_item("rule", rule(track))?;
+        parts.set_item("position_m", PyArray1::from_slice(py, &track.position_m))?;
+        let value = match &track.value {
+            Values::Numbers(values) => PyArray1::from_slice(py, values).into_any(),
+            Values::Names(names) => py.import("numpy")?.call_method1("array", (names, "U"))?,
+        };
+        parts.set_item("value", value)?;
+        Ok(parts)
+    }
+}
+
+/// The rule's name in files.
+fn rule(track: &Track) -> String {
+    json!(track.rule).as_str().unwrap_or_default().to_owned()
+}
+
+#[pymethods]
+impl PyOperatingCycle {
+    /// Id of the cycle.
+    #[getter]
+    fn cycle_id(&self) -> u64 {
+        self.cycle_id
+    }
+
+    /// The master seed.
+    #[getter]
+    fn seed(&self) -> u64 {
+        self.seed
+    }
+
+    /// Length, in m.
+    #[getter]
+    fn length_m(&self) -> f64 {
+        self.cycle.road.length_m
+    }
+
+    /// Names of the tracks, so that ``dict(cycle)`` is a dictionary of them.
+    ///
+    /// Returns
+    /// -------
+    /// list of str
+    ///     The names.
+    fn keys(&self) -> Vec<&'static str> {
+        self.tracks.iter().map(|track| track.name).collect()
+    }
+
+    /// Names and tracks.
+    ///
+    /// Returns
+    /// -------
+    /// list of tuple of str and dict
+    ///     The tracks, in their order.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import ocmc
+    /// >>> cycle = ocmc.Study("field-truck").set("mission.length_m", 5000.0).operating_cycle(3)
+    /// >>> [name for name, track in cycle.items() if track["rule"] == "linear"]
+    /// ['altitude_m']
+    fn items<'py>(&self, py: Python<'py>) -> PyResult<Vec<(&'static str, Bound<'py, PyDict>)>> {
+        self.tracks.iter().map(|track| Ok((track.name, Self::track(py, track)?))).collect()
+    }
+
+    /// All tracks one below the other, as ``ocmc cycle`` writes them.
+    ///
+    /// Returns
+    /// -------
+    /// Table
+    ///     ``track``, ``rule``, ``position_m``, and ``value`` for tracks of numbers or ``name`` for tracks of names; the
+    ///     other one is null.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import ocmc
+    /// >>> cycle = ocmc.Study("field-truck").set("mission.length_m", 5000.0).operating_cycle(3)
+    /// >>> cycle.to_table().columns
+    /// ['track', 'rule', 'position_m', 'value', 'name']
+    fn to_table(&self) -> Table {
+        let (mut names, mut rules, mut positions) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut values, mut words) = (Vec::new(), Vec::new());
+        for track in &self.tracks {
+            let rows = track.position_m.len();
+            names.resize(names.len() + rows, track.name);
+            rules.resize(rules.len() + rows, rule(track));
+            positions.extend_from_slice(&track.position_m);
+            match &track.value {
+                Values::Numbers(numbers) => {
+                    values.extend(numbers.iter().copied().map(Some));
+                    words.resize(words.len() + rows, None);
+                }
+                Values::Names(names) => {
+                    values.resize(values.len() + rows, None);
+                    words.extend(names.iter().map(|name| Some(name.as_str())));
+                }
+            }
+        }
+        Table::of_columns(vec![
+            ("track", Arc::new(StringArray::from(names)) as ArrayRef),
+            ("rule", Arc::new(StringArray::from(rules))),
+            ("position_m", Arc::new(Float64Array::from(positions))),
+            ("value", Arc::new(Float64Array::from(values))),
+            ("name", Arc::new(StringArray::from(words))),
+        ])
+    }
+
+    fn __getitem__<'py>(
+        &self,
+        py: Python<'py>,
+        name: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let wanted = name.extract::<String>().unwrap_or_default();
+        let track = self.tracks.iter().find(|track| track.name == wanted);
+        let track = track.ok_or_else(|| {
+            PyKeyError::new_err(format!("no track {}; `list(cycle)` names them", shown(name)))
+        })?;
+        Self::track(py, track)
+    }
+
+    fn __contains__(&self, name: &Bound<PyAny>) -> bool {
+        let name = name.extract::<String>();
+        name.is_ok_and(|name| self.tracks.iter().any(|track| track.name == name))
+    }
+
+    fn __iter__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyIterator>> {
+        PyList::new(py, self.keys())?.try_iter()
+    }
+
+    fn __len__(&self) -> usize {
+        self.tracks.len()
+    }
+
+    fn __repr__(&self) -> String {
+        let Self { cycle_id, seed, .. } = self;
+        let (kilometres, tracks) = (self.length_m() / 1000.0, self.tracks.len());
+        format!(
+            "<ocmc.OperatingCycle {cycle_id}, seed {seed}: {kilometres:.1} km, {tracks} tracks>"
+        )
+    }
+
+    /// The rows of `to_table`, for whoever speaks Arrow.
+    #[pyo3(signature = (requested_schema=None))]
+    fn __arrow_c_stream__<'py>(
+        &self,
+        py: Python<'py>,
+        requested_schema: Option<Bound<'py, PyCapsule>>,
+    ) -> PyArrowResult<Bound<'py, PyCapsule>> {
+        self.to_table().stream(py, requested_schema)
+    }
+}

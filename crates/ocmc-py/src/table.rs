@@ -1,0 +1,224 @@
+//! `ocmc.Table`: columns of equal length, for whoever speaks Arrow or numpy.
+
+use crate::value::shown;
+use arrow_array::cast::AsArray;
+use arrow_array::types::{Float64Type, UInt64Type};
+use arrow_array::{Array, ArrayRef, Float64Array, RecordBatch, StructArray};
+use arrow_schema::{DataType, Field, Schema, SchemaRef};
+use numpy::PyArray1;
+use ocmc_core::simulation::trace::TableColumn;
+use pyo3::exceptions::PyKeyError;
+use pyo3::prelude::*;
+use pyo3::types::{PyCapsule, PyDict, PyIterator, PyList};
+use pyo3_arrow::error::PyArrowResult;
+use pyo3_arrow::ffi::{ArrayIterator, to_schema_pycapsule, to_stream_pycapsule};
+use std::sync::Arc;
+
+/// A table: named columns of equal length, in SI units with the unit as the name's suffix.
+///
+/// It speaks the Arrow PyCapsule protocol, so that ``pyarrow.table(table)``, ``polars.DataFrame(table)``,
+/// ``pandas.DataFrame.from_arrow(table)`` and duckdb take it as it is, without a copy. ``table["column"]`` is one
+/// column as a new numpy array, NaN where there is no number and ``""`` where there is no word; ``dict(table)`` is all
+/// of them. As in a data frame, ``len(table)`` counts rows, and iteration goes over the names of the columns.
+///
+/// Examples
+/// --------
+/// >>> import ocmc
+/// >>> table = ocmc.Study("field-truck").set("mission.length_m", 5000.0).trace(3)
+/// >>> table.columns[:3]
+/// ['time_s', 'step_s', 'position_m']
+/// >>> table["speed_mps"].dtype
+/// dtype('float64')
+#[pyclass(name = "Table", module = "ocmc", frozen, mapping)]
+#[derive(Clone)]
+pub(crate) struct Table {
+    schema: SchemaRef,
+    batches: Vec<RecordBatch>,
+}
+
+impl Table {
+    /// A table of batches that have this schema.
+    pub(crate) fn new(schema: SchemaRef, batches: Vec<RecordBatch>) -> Self {
+        Self { schema, batches }
+    }
+
+    /// A table of one batch.
+    pub(crate) fn of(batch: RecordBatch) -> Self {
+        Self::new(batch.schema(), vec![batch])
+    }
+
+    /// A table of named arrays of equal length; a column with nulls may hold more of them.
+    pub(crate) fn of_columns(columns: Vec<(&str, ArrayRef)>) -> Self {
+        let field = |(name, array): &(&str, ArrayRef)| {
+            Field::new(*name, array.data_type().clone(), array.null_count() > 0)
+        };
+        let schema = Arc::new(Schema::new(columns.iter().map(field).collect::<Vec<_>>()));
+        let arrays = columns.into_iter().map(|(_, array)| array).collect();
+        Self::of(RecordBatch::try_new(schema, arrays).expect("columns of equal length"))
+    }
+
+    /// A table of numbers.
+    pub(crate) fn of_numbers(columns: Vec<TableColumn>) -> Self {
+        let array = |values| Arc::new(Float64Array::from(values)) as ArrayRef;
+        Self::of_columns(columns.into_iter().map(|c| (c.name, array(c.values))).collect())
+    }
+
+    /// Its rows, some in a batch.
+    pub(crate) fn batches(&self) -> &[RecordBatch] {
+        &self.batches
+    }
+
+    /// Whether there is a column of that name.
+    pub(crate) fn has(&self, column: &Bound<PyAny>) -> bool {
+        column.extract::<String>().is_ok_and(|name| self.schema.index_of(&name).is_ok())
+    }
+
+    /// Number of rows.
+    pub(crate) fn rows(&self) -> usize {
+        self.batches.iter().map(RecordBatch::num_rows).sum()
+    }
+
+    /// The rows as a capsule of an Arrow stream.
+    pub(crate) fn stream<'py>(
+        &self,
+        py: Python<'py>,
+        requested_schema: Option<Bound<'py, PyCapsule>>,
+    ) -> PyArrowResult<Bound<'py, PyCapsule>> {
+        let field = Field::new_struct("", self.schema.fields().clone(), false)
+            .with_metadata(self.schema.metadata().clone());
+        let batches = self.batches.clone().into_iter();
+        let rows = batches.map(|batch| Ok(Arc::new(StructArray::from(batch)) as ArrayRef));
+        to_stream_pycapsule(py, Box::new(ArrayIterator::new(rows, field.into())), requested_schema)
+    }
+
+    /// Names of the columns.
+    pub(crate) fn names(&self) -> Vec<&str> {
+        self.schema.fields().iter().map(|field| field.name().as_str()).collect()
+    }
+
+    /// One column as a numpy array of its own.
+    pub(crate) fn column<'py>(
+        &self,
+        py: Python<'py>,
+        name: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let place = name.extract::<String>().ok().and_then(|name| self.schema.index_of(&name).ok());
+        let place = place.ok_or_else(|| {
+            PyKeyError::new_err(format!("no column {}; `columns` lists them", shown(name)))
+        })?;
+        let parts = || self.batches.iter().map(|batch| batch.column(place));
+        match self.schema.field(place).data_type() {
+            DataType::UInt64 => {
+                let mut values = Vec::with_capacity(self.rows());
+                for part in parts() {
+                    values.extend_from_slice(part.as_primitive::<UInt64Type>().values());
+                }
+                Ok(PyArray1::from_vec(py, values).into_any())
+            }
+            DataType::Float64 => {
+                let mut values = Vec::with_capacity(self.rows());
+                for part in parts() {
+                    let part = part.as_primitive::<Float64Type>();
+                    if part.null_count() == 0 {
+                        values.extend_from_slice(part.values());
+                    } else {
+                        values.extend(part.iter().map(|value| value.unwrap_or(f64::NAN)));
+                    }
+                }
+                Ok(PyArray1::from_vec(py, values).into_any())
+            }
+            _ => {
+                let words = parts().flat_map(|part| part.as_string::<i32>().iter());
+                let words =
+                    PyList::new(py, words.map(Option::unwrap_or_default).collect::<Vec<_>>())?;
+                py.import("numpy")?.call_method1("array", (words, "U"))
+            }
+        }
+    }
+}
+
+#[pymethods]
+impl Table {
+    /// Names of the columns.
+    #[getter]
+    fn columns(&self) -> Vec<&str> {
+        self.names()
+    }
+
+    /// Names of the columns, so that ``dict(table)`` is a dictionary of arrays.
+    ///
+    /// Returns
+    /// -------
+    /// list of str
+    ///     The same as `columns`.
+    fn keys(&self) -> Vec<&str> {
+        self.names()
+    }
+
+    /// All columns as numpy arrays.
+    ///
+    /// Returns
+    /// -------
+    /// dict of str to numpy.ndarray
+    ///     New arrays, one value a row.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import ocmc
+    /// >>> table = ocmc.Study("field-truck").set("mission.length_m", 5000.0).trace(3)
+    /// >>> table.to_dict()["time_s"].shape == (len(table),)
+    /// True
+    fn to_dict<'py>(slf: &Bound<'py, Self>, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let dictionary = PyDict::new(py);
+        for name in slf.get().names() {
+            dictionary.set_item(name, slf.get_item(name)?)?;
+        }
+        Ok(dictionary)
+    }
+
+    fn __getitem__<'py>(
+        &self,
+        py: Python<'py>,
+        column: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        self.column(py, column)
+    }
+
+    fn __contains__(&self, column: &Bound<PyAny>) -> bool {
+        self.has(column)
+    }
+
+    fn __iter__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyIterator>> {
+        PyList::new(py, self.names())?.try_iter()
+    }
+
+    fn __len__(&self) -> usize {
+        self.rows()
+    }
+
+    fn __repr__(&self) -> String {
+        let columns = self.names();
+        let shown = columns.iter().take(4).copied().collect::<Vec<_>>().join(", ");
+        let more = if columns.len() > 4 { ", …" } else { "" };
+        format!("<ocmc.Table of {} rows, {} columns: {shown}{more}>", self.rows(), columns.len())
+    }
+
+    fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("ocmc._display")?.call_method1("table", (slf,))
+    }
+
+    /// The schema, for whoever speaks Arrow.
+    fn __arrow_c_schema__<'py>(&self, py: Python<'py>) -> PyArrowResult<Bound<'py, PyCapsule>> {
+        to_schema_pycapsule(py, self.schema.as_ref())
+    }
+
+    /// The rows, for whoever speaks Arrow: shared, not copied.
+    #[pyo3(signature = (requested_schema=None))]
+    fn __arrow_c_stream__<'py>(
+        &self,
+        py: Python<'py>,
+        requested_schema: Option<Bound<'py, PyCapsule>>,
+    ) -> PyArrowResult<Bound<'py, PyCapsule>> {
+        self.stream(py, requested_schema)
+    }
+}

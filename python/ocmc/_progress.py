@@ -1,0 +1,144 @@
+"""The progress of a run: a line on a terminal, a bar in a notebook, the user's own callable, or nothing."""
+
+import sys
+import time
+from collections.abc import Callable
+from typing import Any
+
+_WIDTH = 30
+_QUIET_S = 0.5  # a run that is over sooner shows no bar
+
+
+def progress(asked: bool | Callable[[int, int], object] | None, total: int) -> "Silent":  # noqa: FBT001
+    """Choose what a run tells its progress to.
+
+    Parameters
+    ----------
+    asked : bool or callable, optional
+        True for a bar, False for none, None for one on a terminal and in a notebook; or what is to be called
+        with the numbers of cycles that are done and that were asked for.
+    total : int
+        Cycles that were asked for.
+
+    Returns
+    -------
+    Silent
+        What is told by `reach` and `finish`.
+
+    Raises
+    ------
+    TypeError
+        Where it is none of these.
+    """
+    if callable(asked):
+        return Told(asked, total)
+    if asked is not None and not isinstance(asked, bool):
+        message = f"`progress` is {asked!r}, allowed is True, False or a callable"
+        raise TypeError(message)
+    if asked is False:
+        return Silent()
+    if _in_notebook():
+        return Notebook(total)
+    if asked or (sys.stderr is not None and sys.stderr.isatty()):
+        return Terminal(total)
+    return Silent()
+
+
+class Silent:
+    """Tells nothing."""
+
+    def reach(self, done: int) -> None:
+        """Go on to that number of cycles."""
+
+    def finish(self, done: int) -> None:
+        """End, after that number of cycles."""
+
+
+class Told(Silent):
+    """Calls the user's own callable."""
+
+    def __init__(self, call: Callable[[int, int], object], total: int) -> None:
+        self._call = call
+        self._total = total
+
+    def reach(self, done: int) -> None:
+        """Call it."""
+        self._call(done, self._total)
+
+    def finish(self, done: int) -> None:
+        """Call it once more where the run came to its end."""
+        if done == self._total:
+            self._call(done, self._total)
+
+
+class Terminal(Silent):
+    """A line on the terminal, which goes when the run is over."""
+
+    def __init__(self, total: int) -> None:
+        self._total = total
+        self._begin = time.monotonic()
+        self._shown = 0
+
+    def reach(self, done: int) -> None:
+        """Draw the line anew."""
+        elapsed = time.monotonic() - self._begin
+        if elapsed < _QUIET_S:
+            return
+        filled = _WIDTH * done // self._total
+        text = f"[{'=' * filled}{' ' * (_WIDTH - filled)}] {_told(done, self._total, elapsed)}"
+        sys.stderr.write("\r" + text.ljust(self._shown))
+        sys.stderr.flush()
+        self._shown = len(text)
+
+    def finish(self, done: int) -> None:  # noqa: ARG002 (the same for all)
+        """Wipe the line."""
+        if self._shown:
+            sys.stderr.write("\r" + " " * self._shown + "\r")
+            sys.stderr.flush()
+
+
+class Notebook(Silent):
+    """A bar below the cell, which goes when the run is over."""
+
+    def __init__(self, total: int) -> None:
+        self._total = total
+        self._begin = time.monotonic()
+        self._display: Any = None
+
+    def reach(self, done: int) -> None:
+        """Draw the bar anew."""
+        elapsed = time.monotonic() - self._begin
+        if elapsed < _QUIET_S:
+            return
+        told = _told(done, self._total, elapsed)
+        self._draw(f'<progress max="{self._total}" value="{done}"></progress> {told}')
+
+    def finish(self, done: int) -> None:  # noqa: ARG002 (the same for all)
+        """Take the bar away."""
+        if self._display is not None:
+            self._draw("")
+
+    def _draw(self, html: str) -> None:
+        from IPython.display import HTML, display  # noqa: PLC0415 (only a notebook has it)
+
+        if self._display is None:
+            self._display = display(HTML(html), display_id=True)
+        else:
+            self._display.update(HTML(html))
+
+
+def _in_notebook() -> bool:
+    ipython = sys.modules.get("IPython")
+    shell = ipython.get_ipython() if ipython else None
+    return getattr(shell, "kernel", None) is not None
+
+
+def _told(done: int, total: int, elapsed_s: float) -> str:
+    left = _duration((total - done) * elapsed_s / done) if done else "-"
+    return f"{done:,} of {total:,} cycles, {done / elapsed_s:,.0f}/s, {left} left"
+
+
+def _duration(seconds: float) -> str:
+    minutes, seconds = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours}:{minutes:02}:{seconds:02}" if hours else f"{minutes}:{seconds:02}"

@@ -1,0 +1,84 @@
+"""What the pictures share: colours, labels with units, and how to read a column of any table."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+import numpy.typing as npt
+from matplotlib.axes import Axes
+
+from ocmc._ocmc import label
+
+# Okabe and Ito's colours, which people with any kind of colour vision can tell apart
+BLUE, ORANGE, GREEN, RED, PURPLE, SKY, YELLOW = (
+    "#0072B2",
+    "#E69F00",
+    "#009E73",
+    "#D55E00",
+    "#CC79A7",
+    "#56B4E9",
+    "#F0E442",
+)
+COLOURS = (BLUE, RED, GREEN, ORANGE, PURPLE, SKY, "black", YELLOW)
+GREY = "0.55"
+KMH_PER_MPS = 3.6
+
+_UNITS = {
+    "mps2": "m/s²",
+    "mps": "m/s",
+    "kg": "kg",
+    "j": "J",
+    "s": "s",
+    "m": "m",
+    "k": "K",
+    "m2": "m²",
+    "rad": "rad",
+}
+
+
+def axes(ax: Axes | None, *, legend_beside: bool = False) -> Axes:
+    """Take the axes that were given, or new ones."""
+    size = (8.5, 4.5) if legend_beside else (6.4, 4.5)
+    return plt.subplots(layout="constrained", figsize=size)[1] if ax is None else ax
+
+
+def quantity(column: str) -> tuple[str, float]:
+    """How a column of the records is labelled, and the factor to the label's unit."""
+    name, factor = label(column)
+    if column.startswith("consumption_"):
+        return f"consumption, {name}", factor
+    if name != column:
+        return name, factor
+    words, _, unit = column.rpartition("_")
+    return (
+        (f"{words.replace('_', ' ')}, {_UNITS[unit]}", 1.0)
+        if unit in _UNITS
+        else (column.replace("_", " "), 1.0)
+    )
+
+
+def numbers(table: Any, column: str) -> npt.NDArray[np.float64]:  # noqa: ANN401 (tables of any library)
+    """One column of a table of ours, a data frame or a dictionary."""
+    return np.asarray(table[column], dtype=np.float64)
+
+
+def words(table: Any, column: str) -> npt.NDArray[np.str_]:  # noqa: ANN401 (tables of any library)
+    """One column of words."""
+    return np.asarray(table[column]).astype(np.str_)
+
+
+def has(table: Any, column: str) -> bool:  # noqa: ANN401 (tables of any library)
+    """Whether a table has the column: ours, pyarrow's, a data frame or a dictionary."""
+    names = table if isinstance(table, Mapping) else getattr(table, "column_names", None)
+    return column in (table.columns if names is None else names)
+
+
+def spine_free(ax: Axes) -> None:
+    """Leave away what frames nothing."""
+    ax.spines[["top", "right"]].set_visible(False)
+
+
+def interval_text(mean: float, interval: Sequence[float]) -> str:
+    """Write a mean with half its interval."""
+    return f"{mean:.4g} ± {(interval[1] - interval[0]) / 2:.2g}"

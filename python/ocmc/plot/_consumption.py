@@ -1,0 +1,95 @@
+"""The distribution of a quantity over the fleet."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+from matplotlib.axes import Axes
+
+from ocmc.plot._axis import BLUE, RED, axes, interval_text, quantity, spine_free
+
+if TYPE_CHECKING:
+    from ocmc import Run
+
+_COLUMNS = ["consumption_l_per_100km", "consumption_kwh_per_km", "wheel_kwh_per_km"]
+
+
+def completed(run: "Run", column: str) -> npt.NDArray[np.float64]:
+    """Take the values of the completed cycles that have the quantity."""
+    values: npt.NDArray[np.float64] = run[column][run["outcome"] == "completed"]
+    return values[np.isfinite(values)]
+
+
+def consumption_column(run: "Run") -> str:
+    """Choose the column that the fleet is judged by: fuel, else electricity, else the work at the wheels."""
+    statistics = run.summary()["statistics"]
+    return next((name for name in _COLUMNS if statistics[name]["p50"] is not None), _COLUMNS[0])
+
+
+def consumption(run: "Run", *, column: str | None = None, ax: Axes | None = None) -> Axes:
+    """Draw how the consumption of the cycles is distributed, with quantiles and the fleet's mean.
+
+    Parameters
+    ----------
+    run : Run
+        A run. Only completed cycles count.
+    column : str, optional
+        Another column of the records; by default litres per 100 km, or kWh/km where there is no fuel.
+    ax : matplotlib.axes.Axes, optional
+        Where to draw; new axes by default.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        The axes.
+
+    Raises
+    ------
+    ValueError
+        Where no completed cycle has the quantity.
+
+    Examples
+    --------
+    >>> import ocmc
+    >>> run = ocmc.Study("field-truck").set("mission.length_m", 5000.0).run(cycles=100)
+    >>> ocmc.plot.consumption(run, column="mean_speed_mps").get_xlabel()
+    'speed, km/h'
+    """
+    column = consumption_column(run) if column is None else column
+    name, factor = quantity(column)
+    values = factor * completed(run, column)
+    if values.size == 0:
+        message = f"no completed cycle has `{column}`"
+        raise ValueError(message)
+    ax = axes(ax)
+    share = np.full(values.size, 100.0 / values.size)
+    ax.hist(
+        values, bins=bins(values), weights=share, color=BLUE, alpha=0.55, edgecolor="white", linewidth=0.4
+    )
+    statistic: dict[str, Any] = run.summary()["statistics"].get(column, {})
+    for level in (5, 25, 50, 75, 95):
+        value = statistic.get(f"p{level}")
+        value = float(np.quantile(values, level / 100)) if value is None else factor * value
+        ax.axvline(value, color="0.25", linewidth=0.8, linestyle="-" if level == 50 else ":")  # noqa: PLR2004
+        ax.annotate(
+            f"P{level}",
+            (value, 1.0),
+            xycoords=("data", "axes fraction"),
+            xytext=(0, 2),
+            textcoords="offset points",
+            ha="center",
+            fontsize="small",
+        )
+    if statistic.get("mean") is not None and statistic.get("ci95") is not None:
+        mean, interval = factor * statistic["mean"], [factor * end for end in statistic["ci95"]]
+        ax.axvspan(*interval, color=RED, alpha=0.3, linewidth=0)
+        ax.axvline(mean, color=RED, label=f"mean of the fleet {interval_text(mean, interval)}")
+        ax.legend(frameon=False)
+    ax.set(xlabel=name, ylabel="share of the cycles, %")
+    spine_free(ax)
+    return ax
+
+
+def bins(values: npt.NDArray[np.float64]) -> int:
+    """Count bins by Freedman and Diaconis, within reason."""
+    return int(np.clip(len(np.histogram_bin_edges(values, "fd")) - 1, 8, 60))

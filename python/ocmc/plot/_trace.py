@@ -1,0 +1,121 @@
+"""The time series of one cycle."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, Literal
+
+import matplotlib.pyplot as plt
+import numpy as np
+import numpy.typing as npt
+from matplotlib.axes import Axes
+
+from ocmc.plot._axis import BLUE, GREEN, GREY, KMH_PER_MPS, ORANGE, RED, numbers, spine_free
+
+if TYPE_CHECKING:
+    from ocmc import OperatingCycle
+
+_PANELS = 4
+
+
+def trace(
+    trace: Any,  # noqa: ANN401 (a table of any library)
+    *,
+    cycle: "OperatingCycle | None" = None,
+    against: Literal["position", "time"] = "position",
+    between: tuple[float, float] | None = None,
+    ax: Sequence[Axes] | None = None,
+) -> list[Axes]:
+    """Draw one cycle: speed against desired speed and limits, slope, pedals, gear.
+
+    Parameters
+    ----------
+    trace : Table
+        What `Study.trace` gives, or any table with these columns.
+    cycle : OperatingCycle, optional
+        What `Study.operating_cycle` gives for the same cycle: its speed limits are drawn, too.
+    against : {"position", "time"}
+        What lies along the horizontal axis, in km or min.
+    between : tuple of float, optional
+        The part to draw, from and to: in m for a position, in s for a time.
+    ax : sequence of four matplotlib.axes.Axes, optional
+        Where to draw; new axes by default, one above the other.
+
+    Returns
+    -------
+    list of matplotlib.axes.Axes
+        The four axes.
+
+    Raises
+    ------
+    ValueError
+        Where there are not four axes, or where nothing lies in that part.
+
+    Examples
+    --------
+    >>> import ocmc
+    >>> study = ocmc.Study("field-truck").set("mission.length_m", 5000.0)
+    >>> panels = ocmc.plot.trace(study.trace(3), cycle=study.operating_cycle(3), between=(0, 2000))
+    >>> [ax.get_ylabel() for ax in panels]
+    ['speed, km/h', 'slope, %', 'pedals, %', 'gear']
+    """
+    if against not in ("position", "time"):
+        message = f"`against` is {against!r}, allowed is one of: position, time"
+        raise ValueError(message)
+    along = numbers(trace, "position_m" if against == "position" else "time_s")
+    part = np.full(along.shape, fill_value=True)
+    if between is not None:
+        part = (along >= between[0]) & (along <= between[1])
+        if not part.any():
+            message = f"no step lies between {between[0]} and {between[1]}, the trace ends at {along[-1]:.0f}"
+            raise ValueError(message)
+    x = along[part] / (1000.0 if against == "position" else 60.0)
+
+    def of(column: str) -> npt.NDArray[np.float64]:
+        values: npt.NDArray[np.float64] = numbers(trace, column)[part]
+        return values
+
+    panels = _panels(ax)
+    _speed(panels[0], x, of, cycle)
+    panels[1].fill_between(x, 100.0 * of("grade"), step="pre", color=GREEN, alpha=0.5, linewidth=0)
+    panels[1].axhline(0.0, color="black", linewidth=0.6)
+    panels[1].set_ylabel("slope, %")
+    pedals = panels[2]
+    pedals.fill_between(x, 100.0 * of("accelerator"), color=BLUE, alpha=0.7, linewidth=0, label="accelerator")
+    pedals.fill_between(x, -100.0 * of("brake"), color=RED, alpha=0.7, linewidth=0, label="brake")
+    pedals.axhline(0.0, color="black", linewidth=0.6)
+    pedals.set(ylabel="pedals, %", ylim=(-105, 105), yticks=[-100, 0, 100], yticklabels=["100", "0", "100"])
+    pedals.legend(frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    panels[3].step(x, of("gear"), where="pre", color="0.2", linewidth=1.0)
+    panels[3].set_ylabel("gear")
+    panels[3].set_xlabel("position, km" if against == "position" else "time, min")
+    for panel in panels:
+        panel.margins(x=0)
+        spine_free(panel)
+    return panels
+
+
+def _panels(ax: Sequence[Axes] | None) -> list[Axes]:
+    if ax is None:
+        ratios = {"height_ratios": [3, 1, 1.3, 1.3]}
+        figure, new = plt.subplots(
+            _PANELS, sharex=True, figsize=(9, 7), layout="constrained", gridspec_kw=ratios
+        )
+        figure.align_ylabels()
+        return list(new)
+    given = list(np.ravel(np.asarray(ax, dtype=object)))
+    if len(given) != _PANELS:
+        message = f"`ax` has {len(given)} axes, a trace needs {_PANELS}"
+        raise ValueError(message)
+    return given
+
+
+def _speed(ax: Axes, x: npt.NDArray[np.float64], of: Any, cycle: "OperatingCycle | None") -> None:  # noqa: ANN401
+    if cycle is not None:
+        limit = cycle["speed_limit_mps"]
+        place = np.searchsorted(limit["position_m"], of("position_m"), side="right") - 1
+        limits = KMH_PER_MPS * limit["value"][np.maximum(place, 0)]
+        ax.plot(x, limits, color=GREY, linewidth=1.2, drawstyle="steps-pre", label="speed limit")
+    ax.plot(x, KMH_PER_MPS * of("desired_speed_mps"), color=ORANGE, linewidth=1.2, label="desired speed")
+    ax.plot(x, KMH_PER_MPS * of("speed_mps"), color=BLUE, linewidth=1.2, label="speed")
+    ax.set_ylabel("speed, km/h")
+    ax.set_ylim(bottom=0)
+    ax.legend(frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0))

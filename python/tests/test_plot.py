@@ -1,0 +1,189 @@
+"""Pictures: what is drawn are the numbers, and axes have units."""
+
+from pathlib import Path
+
+import numpy as np
+import ocmc
+import pytest
+
+matplotlib = pytest.importorskip("matplotlib")
+matplotlib.use("agg")
+from matplotlib import pyplot as plt  # noqa: E402 (after the choice of the backend)
+
+CURVES = Path(__file__).parents[2] / "examples" / "data" / "simulator_curves.csv"
+
+
+@pytest.fixture(autouse=True)
+def close():
+    yield
+    plt.close("all")
+
+
+def drawn(ax):
+    """The picture can be drawn, and nothing is told on the way."""
+    ax.figure.canvas.draw()
+    return ax
+
+
+def line(ax, label):
+    (found,) = [artist for artist in ax.lines if str(artist.get_label()).startswith(label)]
+    return found
+
+
+def test_the_consumption_of_a_run(run):
+    ax = drawn(ocmc.plot.consumption(run))
+    assert ax.get_xlabel() == "consumption, L/100 km"
+    assert ax.get_ylabel() == "share of the cycles, %"
+    assert sum(bar.get_height() for bar in ax.patches[: len(ax.containers[0])]) == pytest.approx(100.0)
+    statistic = run.summary()["statistics"]["consumption_l_per_100km"]
+    assert line(ax, "mean of the fleet").get_xdata()[0] == statistic["mean"]
+    verticals = {artist.get_xdata()[0] for artist in ax.lines}
+    assert {statistic[f"p{level}"] for level in (5, 25, 50, 75, 95)} <= verticals
+
+
+def test_any_column_in_the_units_of_people(run):
+    speed = ocmc.plot.consumption(run, column="mean_speed_mps")
+    assert speed.get_xlabel() == "speed, km/h"
+    mean = run.summary()["statistics"]["mean_speed_mps"]["mean"]
+    assert line(speed, "mean of the fleet").get_xdata()[0] == pytest.approx(3.6 * mean)
+    payload = ocmc.plot.consumption(run, column="payload_kg")
+    assert payload.get_xlabel() == "payload, kg"
+    assert ocmc.plot.consumption(run, column="n_stops").get_xlabel() == "n stops"
+
+
+def test_the_axes_given_are_drawn_into(run):
+    _, given = plt.subplots()
+    assert ocmc.plot.consumption(run, ax=given) is given
+    assert ocmc.plot.comparison(run, run, ax=given) is given
+    assert len(plt.get_fignums()) == 1
+
+
+def test_what_nobody_has_is_an_error(run):
+    with pytest.raises(ValueError, match="no completed cycle has `battery_energy_j`"):
+        ocmc.plot.consumption(run, column="battery_energy_j")
+    with pytest.raises(ValueError, match="no completed cycle has `battery_energy_j`"):
+        ocmc.plot.comparison(run, run, column="battery_energy_j")
+    with pytest.raises(KeyError, match="no column 'fuel'"):
+        ocmc.plot.consumption(run, column="fuel")
+
+
+@pytest.mark.parametrize(("against", "factor"), [("position", 1e-3), ("time", 1 / 60)])
+def test_the_trace_of_a_cycle(study, against, factor):
+    trace = study.trace(3)
+    panels = ocmc.plot.trace(trace, cycle=study.operating_cycle(3), against=against)
+    drawn(panels[0])
+    speed = next(a for a in panels[0].lines if a.get_label() == "speed")
+    np.testing.assert_allclose(speed.get_ydata(), 3.6 * trace["speed_mps"])
+    np.testing.assert_allclose(
+        speed.get_xdata(), factor * trace[f"{against}_{'m' if against == 'position' else 's'}"]
+    )
+    limit = line(panels[0], "speed limit").get_ydata()
+    track = study.operating_cycle(3)["speed_limit_mps"]
+    assert set(limit) <= set(3.6 * track["value"])
+    assert limit[0] == 3.6 * track["value"][0]
+    np.testing.assert_array_equal(panels[3].lines[0].get_ydata(), trace["gear"])
+    assert [ax.get_ylabel() for ax in panels] == ["speed, km/h", "slope, %", "pedals, %", "gear"]
+    assert panels[3].get_xlabel() in {"position, km", "time, min"}
+
+
+def test_a_part_of_a_trace_and_axes_of_the_caller(study):
+    trace = study.trace(3)
+    _, given = plt.subplots(2, 2)
+    panels = ocmc.plot.trace(dict(trace), between=(1000, 2000), ax=given)
+    assert panels == list(given.ravel())
+    x = panels[3].lines[0].get_xdata()
+    assert 1.0 <= x.min() < x.max() <= 2.0
+    with pytest.raises(ValueError, match="no step lies between 6000 and 7000, the trace ends at 5000"):
+        ocmc.plot.trace(trace, between=(6000, 7000))
+    with pytest.raises(ValueError, match="`ax` has 1 axes"):
+        ocmc.plot.trace(trace, ax=[given[0, 0]])
+    with pytest.raises(ValueError, match="`against` is 'speed'"):
+        ocmc.plot.trace(trace, against="speed")
+
+
+def test_two_studies(study, run):
+    other = study.set("study.name", "loaded").set("mission.payload_kg", 20000).run(cycles=300)
+    ax = drawn(ocmc.plot.comparison(run, other))
+    texts = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert [text.partition(":")[0] for text in texts] == ["field-truck", "loaded"]
+    assert f"{other['consumption_l_per_100km'].mean():.4g}" in texts[1]
+
+
+def test_curves_and_their_fit():
+    table = pytest.importorskip("pandas").read_csv(CURVES)
+    fit = ocmc.fit_curve_speed(table)
+    ax = drawn(ocmc.plot.curve_fit(table, fit))
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("curve radius, m", "speed in the curve, km/h")
+    law = line(ax, "$v_0$ 60.0 km/h, δ 0.231")
+    radius, speed = law.get_data()
+    np.testing.assert_allclose(radius[[0, -1]], [125, 250])
+    assert speed[-1] == pytest.approx(3.6 * fit["estimated"]["reference_speed_mps"])
+    assert np.polyfit(np.log(radius), np.log(speed), 1)[0] == pytest.approx(fit["estimated"]["exponent"])
+    points = np.concatenate([a.get_xydata() for a in ax.lines if a.get_linestyle() == "None"])
+    assert sorted(points[:, 1]) == pytest.approx(sorted(3.6 * table["speed_mps"]))
+    outer, inner = ax.collections[:2]
+    bands = [band.get_paths()[0].get_extents() for band in (outer, inner)]
+    spread = np.log(bands[1].ymax / speed[-1])
+    assert spread == pytest.approx(1.96 * fit["estimated"]["driver_sd"], rel=1e-4)
+    assert bands[0].ymax > bands[1].ymax
+
+    for other in [dict(table), pytest.importorskip("pyarrow").Table.from_pandas(table)]:
+        same = ocmc.plot.curve_fit(other, fit)
+        assert len(same.lines) == len(ax.lines)
+    bare = {name: table[name] for name in ("radius_m", "speed_mps")}
+    assert len(drawn(ocmc.plot.curve_fit(bare, fit)).lines) < len(ax.lines)
+
+
+def test_many_curves_of_many_drivers_are_small_points():
+    draw = np.random.default_rng(1)
+    drivers = draw.integers(0, 25, 2000)
+    radius = np.exp(draw.uniform(np.log(20), np.log(500), 2000))
+    speed = (
+        15.0
+        * (radius / 250) ** 0.46
+        * np.exp(0.06 * draw.normal(size=25)[drivers] + 0.17 * draw.normal(size=2000))
+    )
+    curves = {"driver": [f"truck {k}" for k in drivers], "radius_m": radius, "speed_mps": speed}
+    ax = drawn(ocmc.plot.curve_fit(curves, ocmc.fit_curve_speed(curves)))
+    assert {a.get_rasterized() for a in ax.lines if a.get_linestyle() == "None"} == {True}
+    assert len(ax.get_legend().get_texts()) == 4
+
+
+def factor(name, first, total):
+    ends = [-0.03, 0.04]
+    return {
+        "factor": name,
+        "first": first,
+        "first_ci95": [first + end for end in ends],
+        "total": total,
+        "total_ci95": [total + end for end in ends],
+    }
+
+
+def test_the_shares_of_the_factors():
+    factors = [factor("weather", 0.1, 0.15), factor("road", 0.5, 0.6), factor("driver_pedals", -0.01, 0.02)]
+    ax = drawn(ocmc.plot.sensitivity({"column": "consumption_l_per_100km", "factors": factors}))
+    assert [text.get_text() for text in ax.get_yticklabels()] == ["driver pedals", "weather", "road"]
+    assert ax.get_xlabel() == "share of the variance of consumption, %"
+    widths = [[bar.get_width() for bar in bars] for bars in ax.containers if hasattr(bars, "patches")]
+    np.testing.assert_allclose(widths, [[2, 15, 60], [-1, 10, 50]])
+    whiskers = ax.collections[0].get_segments()
+    np.testing.assert_allclose(np.array(whiskers)[:, :, 0], [[-1, 6], [12, 19], [57, 64]])
+
+
+def test_identified_gains_uphill_and_downhill():
+    def fit(driver, grade, kp, at_bound=()):
+        return {"driver": driver, "grade": grade, "kp": kp, "ki": 0.1, "kd": None, "at_bound": list(at_bound)}
+
+    fits = [fit("driver 10", 0.03, 5.0, ["kp"]), fit("driver 2", -0.03, 0.5), fit("driver 2", 0.03, 0.7)]
+    panels = ocmc.plot.identified({"fits": fits})
+    drawn(panels[0])
+    assert [text.get_text() for text in panels[-1].get_xticklabels()] == ["driver 2", "driver 10"]
+    drawn_points = {a.get_label(): (a.get_xdata().tolist(), a.get_ydata().tolist()) for a in panels[0].lines}
+    assert drawn_points["uphill, at a bound"][1] == [5.0]
+    assert drawn_points["uphill"][1] == [0.7]
+    assert drawn_points["downhill"][1] == [0.5]
+    assert drawn_points["uphill"][0] < drawn_points["downhill"][0]
+    assert all(len(a.get_xdata()) == 0 for a in panels[2].lines)
+    with pytest.raises(ValueError, match="`ax` has 2 axes"):
+        ocmc.plot.identified({"fits": fits}, ax=panels[:2])

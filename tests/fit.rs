@@ -1,0 +1,145 @@
+//! `ocmc fit` as a user meets it: answers, studies that run, and failures that say what to do.
+
+mod program;
+
+use program::ocmc;
+use serde_json::Value;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// The curves of the guide.
+fn simulator_curves() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/data/simulator_curves.csv")
+}
+
+fn run(arguments: &[&str]) -> (i32, String, String) {
+    let output = ocmc(arguments).output().expect("the program starts");
+    let text = |bytes| String::from_utf8(bytes).expect("UTF-8");
+    (output.status.code().unwrap_or(-1), text(output.stdout), text(output.stderr))
+}
+
+fn answer(arguments: &[&str]) -> String {
+    let (status, stdout, stderr) = run(arguments);
+    assert_eq!(status, 0, "{arguments:?}: {stderr}");
+    stdout
+}
+
+/// What a table that has no fit is answered with.
+fn refusal(table: &str, options: &[&str]) -> String {
+    let directory = tempfile::tempdir().expect("a directory");
+    let file = directory.path().join("curves.csv");
+    fs::write(&file, table).expect("a file");
+    let path = file.to_str().expect("UTF-8");
+    let (status, stdout, stderr) = run(&[&["fit", "curve-speed", path], options].concat());
+    assert_eq!(status, 1, "{stderr}");
+    assert!(stdout.is_empty() && !stderr.contains("panicked"), "{stderr}");
+    stderr
+}
+
+#[test]
+fn the_curves_of_the_guide() {
+    let file = simulator_curves();
+    let path = file.to_str().expect("UTF-8");
+    let text = answer(&["fit", "curve-speed", path]);
+    for part in
+        ["48 of 48 curves, 8 drivers", "2.05e-11", "0.231 (0.182 ; 0.280)", "[driver.curve_speed]"]
+    {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    let json: Value =
+        serde_json::from_str(&answer(&["fit", "curve-speed", path, "--json"])).expect("JSON");
+    assert_eq!(json["n"], 48);
+    assert_eq!(json["anova"][3]["df"], 38);
+    assert!(json["anova"][3]["p"].is_null());
+    assert_eq!(json["by_driver"].as_array().map(Vec::len), Some(8));
+    assert!(json["estimated"]["direction_effect"].is_null());
+    assert!(
+        (json["study"]["driver"]["curve_speed"]["exponent"].as_f64().expect("a number") - 0.231)
+            .abs()
+            < 1e-3
+    );
+}
+
+#[test]
+fn a_fitted_study_runs() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let study = directory.path().join("mine.toml");
+    let (out, curves) = (study.to_str().expect("UTF-8"), simulator_curves());
+    let arguments = ["fit", "curve-speed", curves.to_str().expect("UTF-8"), "--study-out", out];
+    answer(&arguments);
+    let run_of_study =
+        ["--study", out, "--cycles", "2", "--set", "mission.length_m=5000", "--json"];
+    let json: Value = serde_json::from_str(&answer(&run_of_study)).expect("JSON");
+    assert_eq!(json["outcomes"]["completed"], 2);
+    // a study is never replaced
+    let (status, _, stderr) = run(&arguments);
+    assert!(status == 1 && stderr.contains("exists already"), "{stderr}");
+}
+
+#[test]
+fn rows_that_are_left_out_are_counted() {
+    let mut table = fs::read_to_string(simulator_curves()).expect("curves");
+    table.push_str("driver 1,19,left,5\ndriver 1,501,left,5\ndriver 1,,left,5\ndriver 1,100,left,0\ndriver 1,120,left,nan\n");
+    let directory = tempfile::tempdir().expect("a directory");
+    let file = directory.path().join("curves.csv");
+    fs::write(&file, table).expect("a file");
+    let path = file.to_str().expect("UTF-8");
+    let json: Value =
+        serde_json::from_str(&answer(&["fit", "curve-speed", path, "--json"])).expect("JSON");
+    assert_eq!(json["n"], 48);
+    for (reason, rows) in [
+        ("radius_too_small", 1),
+        ("radius_too_large", 1),
+        ("missing_value", 2),
+        ("speed_not_positive", 1),
+    ] {
+        assert_eq!(json["dropped"][reason], rows, "{json:#}");
+    }
+}
+
+#[test]
+fn tables_without_a_fit_are_refused_in_words() {
+    let rows =
+        |rows: &[&str]| format!("driver,radius_m,direction,speed_mps\n{}\n", rows.join("\n"));
+    let one_radius: Vec<String> =
+        (0..9).map(|k| format!("d{},100,left,{}", k % 3, 10 + k)).collect();
+    let own_radius: Vec<String> =
+        (0..9).map(|k| format!("d{},{},left,{}", k % 3, 100 + k % 3, 10 + k)).collect();
+    let text =
+        |rows: &[String]| format!("driver,radius_m,direction,speed_mps\n{}\n", rows.join("\n"));
+    for (table, part) in [
+        (String::new(), "is empty"),
+        (rows(&[]), "no curve is left of 0 rows"),
+        (rows(&["a,5,left,3"]), "1 radius_too_small"),
+        ("driver,radius_m,speed\na,100,5\n".to_owned(), "no column `speed_mps`"),
+        (rows(&["a,100,up,5"]), "allowed is `left` or `right`"),
+        (
+            rows(&["a,100,left,5", "a,200,right,6", "b,300,left,8"]),
+            "3 curves of 2 drivers are too few; allowed are 5",
+        ),
+        (text(&one_radius), "the same radius"),
+        (text(&own_radius), "cannot be told apart"),
+        (rows(&["a,100,left,x"]), "line 2, column `speed_mps`: `x`"),
+    ] {
+        let told = refusal(&table, &[]);
+        assert!(told.contains(part), "{part}: {told}");
+    }
+    let told = refusal(&rows(&["a,100,left,5"]), &["--limit-share", "2"]);
+    assert!(told.contains("share of the limit is 2; allowed"), "{told}");
+    let missing = run(&["fit", "curve-speed", "there-is-no-such.csv"]);
+    assert!(missing.0 == 1 && missing.2.contains("there-is-no-such.csv"), "{}", missing.2);
+}
+
+#[test]
+fn one_driver_and_one_direction_are_warned_about() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let file = directory.path().join("curves.csv");
+    let rows: Vec<String> =
+        (1..9).map(|k| format!("a,{},left,{}", 50 * k, 8 + k * k % 7)).collect();
+    fs::write(&file, format!("truck,radius_m,direction,speed_mps\n{}\n", rows.join("\n")))
+        .expect("a file");
+    let (status, stdout, stderr) = run(&["fit", "curve-speed", file.to_str().expect("UTF-8")]);
+    assert_eq!(status, 0, "{stderr}");
+    assert!(stderr.contains("one driver only") && stderr.contains("same way"), "{stderr}");
+    assert!(stdout.contains("8 of 8 curves, 1 driver,"), "{stdout}");
+}
