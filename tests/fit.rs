@@ -143,3 +143,73 @@ fn one_driver_and_one_direction_are_warned_about() {
     assert!(stderr.contains("one driver only") && stderr.contains("same way"), "{stderr}");
     assert!(stdout.contains("8 of 8 curves, 1 driver,"), "{stdout}");
 }
+
+#[test]
+fn speed_changes_from_a_table_and_from_a_log() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let (table, log) = (directory.path().join("table.csv"), directory.path().join("log.csv"));
+    let rows: Vec<String> =
+        (1..=12).map(|k| format!("d{k},70-to-40,{}", -0.9 - 0.05 * f64::from(k))).collect();
+    fs::write(
+        &table,
+        format!("driver,category,acceleration_mps2\n{}\nd1,60-to-70,0.1\n", rows.join("\n")),
+    )
+    .expect("a file");
+    let path = table.to_str().expect("UTF-8");
+    let (status, stdout, stderr) = run(&["fit", "speed-change", path]);
+    assert_eq!(status, 0, "{stderr}");
+    assert!(
+        stdout.contains("70-to-40") && stdout.contains("left out: 1 rows, within threshold"),
+        "{stdout}"
+    );
+    assert!(stderr.contains("no acceleration was measured"), "{stderr}");
+    // 72 km/h, then down to 36 km/h at 0.8 m/s², in km/h and ten rows a second
+    let row = |k: i32| {
+        let t = f64::from(k) / 10.0;
+        let (v, limit) = (20.0 - 0.8 * (t - 30.0).clamp(0.0, 12.5), if t < 40.0 { 72 } else { 36 });
+        format!("{t},{},{limit}", 3.6 * v)
+    };
+    let rows: Vec<String> = (0..600).map(row).collect();
+    fs::write(&log, format!("time_s,speed_kmh,limit_kmh\n{}\n", rows.join("\n"))).expect("a file");
+    let arguments = ["fit", "speed-change", log.to_str().expect("UTF-8"), "--json"];
+    let json: Value = serde_json::from_str(&answer(&arguments)).expect("JSON");
+    assert_eq!(json["by_category"][0]["category"], "72-to-36");
+    assert!(
+        (json["deceleration"]["median_mps2"].as_f64().expect("a number") + 0.8).abs() < 1e-6,
+        "{json:#}"
+    );
+    // one change has no spread: the study gets a number
+    assert!(
+        (json["study"]["driver"]["speed_change"]["deceleration_mps2"].as_f64().expect("a number")
+            - 0.8)
+            .abs()
+            < 1e-5
+    );
+}
+
+#[test]
+fn operating_cycles_of_a_study_give_a_study() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let path = |name: &str| directory.path().join(name).to_str().expect("UTF-8").to_owned();
+    let mut arguments = vec!["fit".to_owned(), "operating-cycle".to_owned()];
+    for id in ["0", "1", "2", "3"] {
+        let file = path(&format!("road-{id}.{}", if id == "3" { "csv" } else { "json" }));
+        answer(&["cycle", "--cycle-id", id, "--out", &file]);
+        arguments.push(file);
+    }
+    let out = path("mine.toml");
+    arguments.extend(["--study-out".to_owned(), out.clone()]);
+    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    let text = answer(&arguments);
+    for part in [
+        "4 operating cycles, 400.0 km",
+        "hilliness",
+        "curves.median_radius_m",
+        "[road.types.rural.curves]",
+    ] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    let of_study = ["--study", &out, "--cycles", "2", "--set", "mission.length_m=5000", "--json"];
+    let json: Value = serde_json::from_str(&answer(&of_study)).expect("JSON");
+    assert_eq!(json["outcomes"]["completed"], 2);
+}

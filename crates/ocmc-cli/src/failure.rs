@@ -3,9 +3,11 @@
 use crate::study_report::study_report;
 use ocmc_io::column_file::ColumnFileError;
 use ocmc_io::drive_cycle::DriveCycleFileError;
+use ocmc_io::given_cycle::GivenCycleFileError;
 use ocmc_io::log::curves::DriveError;
 use ocmc_io::log::error::LogFileError;
 use ocmc_io::run_directory::RunDirectoryError;
+use ocmc_io::speed_change_table::SpeedChangeFileError;
 use ocmc_io::study::StudyFileError;
 use std::io;
 use std::path::PathBuf;
@@ -26,6 +28,12 @@ pub(crate) enum Failure {
     /// A table that cannot be read.
     #[error(transparent)]
     Table(#[from] ColumnFileError),
+    /// Speed changes that cannot be read.
+    #[error(transparent)]
+    SpeedChange(#[from] SpeedChangeFileError),
+    /// An operating cycle that cannot be read.
+    #[error(transparent)]
+    GivenCycle(#[from] GivenCycleFileError),
     /// Measurements that have no fit.
     #[error("`{}`: {error}", path.display())]
     Fit { path: PathBuf, error: Box<dyn std::error::Error> },

@@ -1,6 +1,7 @@
 //! Tables of measured curves: `driver,radius_m,direction,speed_mps`, one row a curve.
 //!
-//! `truck` may stand in place of `driver`. `direction` (`left` or `right`), `route_length_m` and `speed_limit_mps` may be absent.
+//! As `ocmc curves` writes them. `truck` may stand in place of `driver`; `direction` (`left` or `right`), `route_m` and
+//! `limit_mps` may be absent.
 //! Other columns are not looked at. An empty cell is a missing value.
 
 use crate::column_file::{ColumnFile, ColumnFileError};
@@ -24,11 +25,12 @@ pub fn read_columns(file: ColumnFile<impl Read>) -> Result<CurveTable, ColumnFil
     let driver = file.need(&["driver", "truck"])?;
     let (radius, speed) = (file.need(&["radius_m"])?, file.need(&["speed_mps"])?);
     let direction = file.find(&["direction"]);
-    let (route, limit) = (file.find(&["route_length_m"]), file.find(&["speed_limit_mps"]));
+    let (route, limit) =
+        (file.find(&["route_m", "route_length_m"]), file.find(&["limit_mps", "speed_limit_mps"]));
     let mut table = CurveTable {
         left: direction.map(|_| Vec::new()),
-        route_length_m: route.map(|_| Vec::new()),
-        speed_limit_mps: limit.map(|_| Vec::new()),
+        route_m: route.map(|_| Vec::new()),
+        limit_mps: limit.map(|_| Vec::new()),
         ..CurveTable::default()
     };
     file.for_each(|row| {
@@ -42,9 +44,7 @@ pub fn read_columns(file: ColumnFile<impl Read>) -> Result<CurveTable, ColumnFil
                 _ => return Err(row.refuse(column, "`left` or `right`")),
             });
         }
-        for (column, values) in
-            [(route, &mut table.route_length_m), (limit, &mut table.speed_limit_mps)]
-        {
+        for (column, values) in [(route, &mut table.route_m), (limit, &mut table.limit_mps)] {
             if let (Some(column), Some(values)) = (column, values) {
                 values.push(row.number(column)?);
             }

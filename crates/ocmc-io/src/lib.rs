@@ -10,5 +10,6 @@ pub mod operating_cycle;
 pub mod records;
 pub mod run_directory;
 pub mod run_summary;
+pub mod speed_change_table;
 pub mod study;
 pub mod table;

@@ -24,7 +24,7 @@ pub(crate) fn curve_speed(arguments: &CurveSpeedArguments) -> Result<(), Failure
         (true, Some(tobit)) => tobit,
         (true, None) => {
             return Err(request::usage(
-                "--tobit needs a column speed_limit_mps, and curves below the limit that determine the regression",
+                "--tobit needs a column limit_mps, and curves below the limit that determine the regression",
             ));
         }
     };

@@ -2,6 +2,8 @@
 
 mod curve_speed;
 mod curve_speed_text;
+mod operating_cycle;
+mod speed_change;
 
 pub use curve_speed::curve_speed_answer;
 
@@ -15,6 +17,8 @@ use std::path::Path;
 pub(crate) fn fit(command: &FitCommand) -> Result<(), Failure> {
     match command {
         FitCommand::CurveSpeed(arguments) => curve_speed::curve_speed(arguments),
+        FitCommand::OperatingCycle(arguments) => operating_cycle::operating_cycle(arguments),
+        FitCommand::SpeedChange(arguments) => speed_change::speed_change(arguments),
     }
 }
 

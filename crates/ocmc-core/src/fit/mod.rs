@@ -4,9 +4,12 @@
 //! `distribution` carry their own `fit`.
 
 pub mod analysis_of_variance;
+pub mod anderson_darling;
 pub mod curve_speed;
 pub mod least_squares;
 pub mod mixed_model;
 mod nelder_mead;
+pub mod operating_cycle;
 pub mod p_value;
+pub mod speed_change;
 pub mod tobit;

@@ -73,6 +73,16 @@ impl SpeedSignModel {
 }
 
 impl SpeedSignChain {
+    /// Minus the logarithm of the likelihood of changes from sign to sign, counted as `changes[from][to]`.
+    pub fn minus_log_likelihood(&self, changes: &[Vec<f64>]) -> f64 {
+        let of_sign = |(counts, rates): (&Vec<f64>, &Vec<f64>)| {
+            let exit: f64 = rates.iter().sum();
+            let pairs = counts.iter().zip(rates).filter(|(count, _)| **count > 0.0);
+            pairs.map(|(count, rate)| -count * libm::log(rate / exit)).sum::<f64>()
+        };
+        changes.iter().zip(&self.rate_per_m).map(of_sign).sum()
+    }
+
     /// Appends the signs of one section.
     pub fn sample(&self, section: &Section, draws: &mut Draws, signs: &mut Vec<SpeedSign>) {
         let mut state = draws.index(&self.share);

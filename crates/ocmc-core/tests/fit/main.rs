@@ -5,8 +5,12 @@
     reason = "a test fails by panic, and says what it skips"
 )]
 
+#[path = "../common/mod.rs"]
+#[allow(dead_code, reason = "other tests use the rest")]
+mod common;
 mod field_table;
 mod nist;
+mod operating_cycle;
 mod simulator_table;
 mod sleepstudy;
 

@@ -7,12 +7,12 @@ use serde::Serialize;
 use std::path::Path;
 use toml::{Table, Value};
 
-/// Significant digits of written numbers: more than any fit determines.
-const DIGITS: usize = 6;
+/// Significant digits of written numbers: more than any fit determines, and enough for shares to sum up to 1.
+const DIGITS: usize = 8;
 
 /// Fitted values under their keys, such as `[driver.curve_speed]`, as TOML to paste into a study.
 ///
-/// Numbers are rounded to six digits.
+/// Numbers are rounded to eight digits.
 pub fn fitted_text(path: &[&str], value: &impl Serialize) -> String {
     toml::to_string(&fitted(path, value)).expect("a study is tables, lists, numbers and words")
 }
@@ -82,12 +82,12 @@ mod tests {
             &["driver", "curve_speed"],
             &Table::from_iter([("exponent".to_owned(), Value::Float(0.123456789))]),
         );
-        assert_eq!(text, "[driver.curve_speed]\nexponent = 0.123457\n");
+        assert_eq!(text, "[driver.curve_speed]\nexponent = 0.12345679\n");
         let (study, model) = fitted_study("field-truck", "mine", "a note", &text).unwrap();
-        assert_eq!(model.driver.curve_speed.exponent, 0.123457);
+        assert_eq!(model.driver.curve_speed.exponent, 0.12345679);
         assert_eq!(model.study.name, "mine");
         assert!(study.starts_with("# a note\n\n[study]\nbase = \"field-truck\""), "{study}");
-        let wild = text.replace("0.123457", "-7.0");
+        let wild = text.replace("0.12345679", "-7.0");
         let error = fitted_study("field-truck", "mine", "a note", &wild).unwrap_err();
         assert!(error.to_string().contains("exponent"), "{error}");
     }

@@ -18,9 +18,9 @@ pub struct CurveTable {
     /// Whether the curve turns left, where the direction is known.
     pub left: Option<Vec<bool>>,
     /// Length of the route that the curve belongs to, in m, where it is known.
-    pub route_length_m: Option<Vec<f64>>,
+    pub route_m: Option<Vec<f64>>,
     /// Speed limit in the curve, in m/s, where limits are known; NaN where this one is not.
-    pub speed_limit_mps: Option<Vec<f64>>,
+    pub limit_mps: Option<Vec<f64>>,
 }
 
 /// Rows left out, by reason.
@@ -86,8 +86,8 @@ pub(super) fn select(
         ("radius_m", Some(table.radius_m.len())),
         ("speed_mps", Some(table.speed_mps.len())),
         ("direction", table.left.as_ref().map(Vec::len)),
-        ("route_length_m", table.route_length_m.as_ref().map(Vec::len)),
-        ("speed_limit_mps", table.speed_limit_mps.as_ref().map(Vec::len)),
+        ("route_m", table.route_m.as_ref().map(Vec::len)),
+        ("limit_mps", table.limit_mps.as_ref().map(Vec::len)),
     ];
     for (column, length) in lengths {
         if let Some(length) = length.filter(|&length| length != n) {
@@ -101,7 +101,7 @@ pub(super) fn select(
     let (mut smallest, mut largest) = (f64::INFINITY, 0.0f64);
     for k in 0..n {
         let (radius, speed) = (table.radius_m[k], table.speed_mps[k]);
-        let route = table.route_length_m.as_ref().map(|lengths| lengths[k]);
+        let route = table.route_m.as_ref().map(|lengths| lengths[k]);
         if let Some(reason) = reason_against(&table.driver[k], radius, speed, route, options) {
             *dropped.entry(reason).or_insert(0) += 1;
             continue;
@@ -110,7 +110,7 @@ pub(super) fn select(
             drivers.push(table.driver[k].clone());
             drivers.len() - 1
         });
-        let limit = table.speed_limit_mps.as_ref().map_or(f64::NAN, |limits| limits[k]);
+        let limit = table.limit_mps.as_ref().map_or(f64::NAN, |limits| limits[k]);
         smallest = smallest.min(radius);
         largest = largest.max(radius);
         curves.push(Curve {
@@ -136,7 +136,7 @@ fn reason_against(
     driver: &str,
     radius_m: f64,
     speed_mps: f64,
-    route_length_m: Option<f64>,
+    route_m: Option<f64>,
     options: &CurveSpeedOptions,
 ) -> Option<&'static str> {
     let [smallest, largest] = options.radius_range_m;
@@ -150,7 +150,7 @@ fn reason_against(
         Some("radius_too_small")
     } else if radius_m > largest {
         Some("radius_too_large")
-    } else if route_length_m.is_some_and(|length| !(length > options.minimum_route_m)) {
+    } else if route_m.is_some_and(|length| !(length > options.minimum_route_m)) {
         Some("route_too_short")
     } else {
         None

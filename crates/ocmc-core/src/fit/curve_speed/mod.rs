@@ -224,7 +224,7 @@ pub fn fit(
     let estimated = chosen.estimate(&curves);
     let by_driver = drivers::by_driver(&curves, options.reference_radius_m, &mut warnings);
     let (random_intercept, random_slope) = drivers::random_effects(&curves, kept);
-    let limits = table.speed_limit_mps.is_some();
+    let limits = table.limit_mps.is_some();
     let limited = limits.then(|| limited::limited(&curves, kept, options, &mut warnings));
     let limited = limited.unwrap_or_default();
     Ok(CurveSpeedFit {

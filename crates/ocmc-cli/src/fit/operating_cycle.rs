@@ -1,0 +1,97 @@
+//! `ocmc fit operating-cycle`: the road model of given operating cycles, and their bird's-eye view.
+
+use super::{no_fit, write_study};
+use crate::arguments::OperatingCycleArguments;
+use crate::failure::Failure;
+use crate::output;
+use ocmc_core::fit::operating_cycle::{BirdsEye, RoadFit, fit};
+use ocmc_io::study::{fitted_json, fitted_text};
+use ocmc_io::{given_cycle, study};
+use serde_json::json;
+use std::fmt::Write;
+
+/// Where the values stand in a study.
+const KEYS: [&str; 2] = ["road", "types"];
+
+/// Fits the road model and prints its numbers.
+pub(crate) fn operating_cycle(arguments: &OperatingCycleArguments) -> Result<(), Failure> {
+    let base = study::load(&arguments.fitted.base, &[] as &[&str])?;
+    let mut cycles = Vec::with_capacity(arguments.files.len());
+    for path in &arguments.files {
+        cycles.push(given_cycle::read(path)?);
+    }
+    let source = &arguments.files[0];
+    let fit = fit(&cycles, &base.model.road).map_err(|error| no_fit(source, error))?;
+    for warning in &fit.warnings {
+        output::note(&format!("warning: {warning}"));
+    }
+    let values = fitted_text(&KEYS, &fit.model.types);
+    if arguments.fitted.json {
+        let mut json = serde_json::to_value(&fit).expect("numbers, words and lists");
+        json["study"] = fitted_json(&KEYS, &fit.model.types);
+        output::answer(&format!("{json:#}\n"))?;
+    } else {
+        output::answer(&text(&fit, &values))?;
+    }
+    write_study(&arguments.fitted, "operating-cycle", source, &values)
+}
+
+fn text(fit: &RoadFit, values: &str) -> String {
+    let mut text = format!("{} operating cycles, {:.1} km\n", fit.cycles, fit.length_m / 1000.0);
+    text.push_str(&view(&fit.birds_eye));
+    for of_type in &fit.types {
+        let _ = writeln!(
+            text,
+            "\n{}, {:.1} km\n{:38}{:>14}{:>14}{:>10}",
+            of_type.road_type,
+            of_type.length_m / 1000.0,
+            "",
+            "estimate",
+            "error",
+            "n"
+        );
+        for parameter in &of_type.parameters {
+            let error = parameter.standard_error.map_or("-".to_owned(), short);
+            let _ = writeln!(
+                text,
+                "{:38}{:>14}{error:>14}{:>10}",
+                parameter.key,
+                short(parameter.value),
+                parameter.n
+            );
+        }
+    }
+    let _ = write!(text, "\nTo paste into a study:\n\n{values}");
+    text
+}
+
+/// Four digits, in powers of ten where it is small.
+fn short(number: f64) -> String {
+    match number.abs() {
+        0.0 => "0".to_owned(),
+        size if size < 1e-2 => format!("{number:.3e}"),
+        size if size < 10.0 => format!("{number:.4}"),
+        _ => format!("{number:.1}"),
+    }
+}
+
+/// A class in words.
+fn words(class: &serde_json::Value) -> String {
+    class.as_str().unwrap_or_default().replace('_', " ")
+}
+
+fn view(view: &BirdsEye) -> String {
+    let [three, six, nine] = view.share_below.map(|share| 100.0 * share);
+    let mut text = format!(
+        "hilliness {}: below 3 % on {three:.1} %, 6 % on {six:.1} %, 9 % on {nine:.1} % of the way\n\
+         transport cycle {}; {:.2} stops and {:.2} curves below 500 m per km\n",
+        words(&json!(view.hilliness)),
+        words(&json!(view.transport_cycle)),
+        view.stops_per_km,
+        view.curves_per_km
+    );
+    for (name, share) in &view.road_type_share {
+        let _ = writeln!(text, "{name}: {:.1} % of the way", 100.0 * share);
+    }
+    text
+}

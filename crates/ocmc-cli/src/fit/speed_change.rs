@@ -1,0 +1,103 @@
+//! `ocmc fit speed-change`: log-normal accelerations and decelerations.
+
+use super::{no_fit, write_study};
+use crate::arguments::SpeedChangeArguments;
+use crate::failure::Failure;
+use crate::{log_text, output};
+use ocmc_core::fit::speed_change::{
+    SpeedChangeFit, SpeedChangeLaw, SpeedChangeOptions, SpeedChangeTable, fit,
+};
+use ocmc_io::log::mapping::Mapping;
+use ocmc_io::study::{fitted_json, fitted_text};
+use ocmc_io::{speed_change_table, study};
+use std::fmt::Write;
+
+/// Where the values stand in a study.
+const KEYS: [&str; 2] = ["driver", "speed_change"];
+
+/// Fits speed changes and prints their laws.
+pub(crate) fn speed_change(arguments: &SpeedChangeArguments) -> Result<(), Failure> {
+    let base = study::load(&arguments.fitted.base, &[] as &[&str])?;
+    let mappings: Vec<Mapping> =
+        arguments.map.iter().map(|text| Mapping::parse(text)).collect::<Result<_, _>>()?;
+    let options = SpeedChangeOptions {
+        window_s: arguments.window,
+        smallest_acceleration_mps2: arguments.smallest_acceleration,
+        smallest_deceleration_mps2: arguments.smallest_deceleration,
+        ..SpeedChangeOptions::default()
+    };
+    let mut table = SpeedChangeTable::default();
+    for path in &arguments.files {
+        if let Some(log) = speed_change_table::append(&mut table, path, &mappings, &options)? {
+            for warning in log_text::file_warnings(&log) {
+                output::note(&warning);
+            }
+        }
+    }
+    let source = &arguments.files[0];
+    let fit = fit(&table, &options).map_err(|error| no_fit(source, error))?;
+    for (name, law) in [("acceleration", &fit.acceleration), ("deceleration", &fit.deceleration)] {
+        if law.is_none() {
+            output::note(&format!(
+                "warning: no {name} was measured: the study keeps the one of its base"
+            ));
+        }
+    }
+    let model = fit.population(&base.model.driver.speed_change, arguments.untruncated);
+    let values = fitted_text(&KEYS, &model);
+    if arguments.fitted.json {
+        let mut json = serde_json::to_value(&fit).expect("numbers, words and lists");
+        json["study"] = fitted_json(&KEYS, &model);
+        output::answer(&format!("{json:#}\n"))?;
+    } else {
+        output::answer(&text(&fit, &values))?;
+    }
+    write_study(&arguments.fitted, "speed-change", source, &values)
+}
+
+fn text(fit: &SpeedChangeFit, values: &str) -> String {
+    let mut text = format!("{} speed changes\n", fit.n);
+    text.push_str(&super::curve_speed_text::dropped(&fit.dropped));
+    let _ = writeln!(
+        text,
+        "\n{:18}{:>6}{:>25}{:>21}{:>9}{:>16}",
+        "", "n", "median, m/s2", "SD of ln", "p normal", "with threshold"
+    );
+    let pooled = [&fit.acceleration, &fit.deceleration].into_iter().flatten();
+    for law in fit.by_category.iter().chain(pooled) {
+        text.push_str(&row(law));
+    }
+    text.push_str(
+        "p normal: of a log-normal law, by Anderson and Darling. With threshold: median and SD with the\n\
+         changes below the threshold in the likelihood.\n",
+    );
+    let _ = write!(text, "\nTo paste into a study:\n\n{values}");
+    text
+}
+
+fn row(law: &SpeedChangeLaw) -> String {
+    let interval = |value: f64, ci: Option<[f64; 2]>| match ci {
+        Some([low, high]) => format!("{value:.3} ({low:.3} ; {high:.3})"),
+        None => format!("{value:.3}"),
+    };
+    let name = if law.category.is_empty() { "unnamed" } else { &law.category };
+    let p = law.anderson_darling_p.map_or("-".to_owned(), |p| format!("{p:.3}"));
+    let whole = law
+        .untruncated
+        .map_or("-".to_owned(), |law| format!("{:.3}, {:.3}", law.median_mps2, law.log_sd));
+    let sd = law.log_sd.map_or("-".to_owned(), |sd| {
+        let [low, high] = law.log_sd_ci95.unwrap_or([f64::NAN; 2]);
+        format!("{sd:.2} ({low:.2} ; {high:.2})")
+    });
+    let mut text = String::new();
+    let _ = writeln!(
+        text,
+        "{name:18}{:>6}{:>25}{sd:>21}{p:>9}{whole:>16}",
+        law.n,
+        interval(law.median_mps2, law.median_ci95)
+    );
+    if let Some(between) = law.driver_log_sd {
+        let _ = writeln!(text, "{:18}between drivers, SD of ln {between:.3}", "");
+    }
+    text
+}
