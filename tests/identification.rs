@@ -148,7 +148,7 @@ fn noisy_gains_lie_within_their_intervals() {
         }
     }
     println!("{within} of {cases} true gains within their 95 % intervals");
-    assert!(cases >= 50 && within as f64 >= 0.9 * cases as f64, "{within} of {cases}");
+    assert!(cases >= 40 && within as f64 >= 0.9 * cases as f64, "{within} of {cases}");
 }
 
 #[test]
@@ -185,7 +185,7 @@ fn the_speed_term_pulls_the_gains() {
     let study = study(&[]);
     println!("| speed term | bias of K_P, median and range | bias of K_I |");
     println!("|---|---|---|");
-    let known: Vec<Known> = events(&study, 3, 0.0)
+    let known: Vec<Known> = events(&study, 5, 0.0)
         .into_iter()
         .filter(|known| known.log.accelerator.iter().all(|pedal| *pedal < 0.99))
         .collect();
@@ -220,13 +220,13 @@ fn switched_drivers_come_back() {
     let study = study(&["driver.pedals.pid_share=0.0"]);
     let options = IdentifyOptions {
         controller: ControllerKind::Switched,
-        starts: 8,
+        starts: 12,
         ..without_speed_term(false)
     };
     println!("| driver, event | K_P | threshold | set speed | pressed | rms |");
     println!("|---|---|---|---|---|---|");
     let (mut good, mut all) = (0, 0);
-    for known in events(&study, 3, 0.0) {
+    for known in events(&study, 4, 0.0) {
         if known.log.accelerator.iter().any(|pedal| *pedal >= 0.99) {
             continue;
         }

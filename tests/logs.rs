@@ -244,7 +244,7 @@ fn gains_of_a_trace_are_identified() {
     let path = directory.path().join("driver-0.csv");
     let path = path.to_str().expect("UTF-8");
     answer(&["trace", "--study", "simulator-study", "--cycle-id", "0", "--out", path]);
-    let quick = ["--speed-term", "none", "--no-intervals", "--starts", "2"];
+    let quick = ["--speed-term", "none", "--no-intervals", "--starts", "4"];
     let (json, told) = answer(&[&["identify", path, "--json"][..], &quick].concat());
     let json: serde_json::Value = serde_json::from_str(&json).expect("JSON");
     let fits = json["fits"].as_array().expect("a list");
