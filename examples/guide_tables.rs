@@ -14,7 +14,7 @@ fn records(name: &str, sets: &[&str], cycles: u64) -> Vec<Record> {
     let study: Study = ocmc_io::study::load(name, sets).expect("built-in studies load").study;
     let chunk = chunk_for(cycles, THREADS);
     let level = CpuLevel::best();
-    let plan = RunPlan { seed: 1, first_cycle: 0, cycles, threads: THREADS, chunk, level };
+    let plan = RunPlan { level, ..RunPlan::new(1, 0, cycles, Some(THREADS), Some(chunk)) };
     let mut all = Vec::new();
     let end: ControlFlow<()> = run(&study, &plan, |mut records| {
         all.append(&mut records);

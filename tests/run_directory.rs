@@ -105,7 +105,7 @@ fn ctrl_c_keeps_what_was_finished() {
     assert_eq!(status.code(), Some(1));
     let mut told = String::new();
     std::io::Read::read_to_string(&mut run.stderr.take().expect("piped"), &mut told).expect("text");
-    assert!(told.contains("interrupted") && told.contains("--first-cycle"), "{told}");
+    assert!(told.contains("interrupted") && told.contains("--resume"), "{told}");
     let manifest = json(&out.join("manifest.json"));
     assert_eq!(manifest["status"], "interrupted");
     let rows = records(&out.join("records.parquet"));

@@ -13,6 +13,7 @@ __all__ = [
     "Study",
     "Table",
     "__version__",
+    "compare",
     "detect_curves",
     "fit_curve_speed",
     "joined",
@@ -25,6 +26,17 @@ __all__ = [
 __version__: str
 
 def load(path: str | PathLike[str]) -> Run: ...
+def compare(
+    a: Study,
+    b: Study,
+    *,
+    cycles: SupportsIndex,
+    seed: SupportsIndex = 1,
+    first_cycle: SupportsIndex = 0,
+    column: str | None = None,
+    threads: SupportsIndex | None = None,
+    progress: bool | Callable[[int, int], object] | None = None,
+) -> Answer: ...
 def detect_curves(
     log: object,
     *,
@@ -75,6 +87,17 @@ class Study:
         threads: SupportsIndex | None = None,
         progress: bool | Callable[[int, int], object] | None = None,
     ) -> Run: ...
+    def sensitivity(
+        self,
+        *,
+        cycles: SupportsIndex,
+        seed: SupportsIndex = 1,
+        first_cycle: SupportsIndex = 0,
+        column: str | None = None,
+        factors: Sequence[str] | None = None,
+        threads: SupportsIndex | None = None,
+        progress: bool | Callable[[int, int], object] | None = None,
+    ) -> Answer: ...
     def operating_cycle(self, cycle_id: SupportsIndex, *, seed: SupportsIndex = 1) -> OperatingCycle: ...
     def trace(self, cycle_id: SupportsIndex, *, seed: SupportsIndex = 1) -> Table: ...
     def __eq__(self, other: object, /) -> bool: ...
@@ -95,6 +118,7 @@ class Run:
     @property
     def first_cycle(self) -> int: ...
     def summary(self) -> Summary: ...
+    def report(self) -> str: ...
     def save(self, path: str | PathLike[str], *, format: Literal["parquet", "csv"] = "parquet") -> None: ...
     def __getitem__(self, column: str, /) -> npt.NDArray[Any]: ...
     def __contains__(self, column: object, /) -> bool: ...

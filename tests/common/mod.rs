@@ -111,7 +111,7 @@ impl GivenRoad {
             free_flow_s: 0.0,
         };
         scenario.curve_residuals = Vec::new();
-        let streams = Streams { seed: 1, cycle_id: 0, frozen: &[] };
+        let streams = Streams::new(1, 0);
         let without = &study.model().simulation.without;
         scenario.vehicle = study.model().vehicle.sample(self.payload_kg, &streams, without);
         scenario

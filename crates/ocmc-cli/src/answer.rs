@@ -3,7 +3,7 @@
 use serde_json::Value;
 
 /// An answer in both forms, and what has to be known beside it.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Answer {
     /// For programs.
     pub json: Value,

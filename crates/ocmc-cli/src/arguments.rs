@@ -1,11 +1,14 @@
 //! What the user typed: plain data, without side effects. Resolved in [`crate::request`].
 
 use crate::log_arguments::{CurvesArguments, IdentifyArguments};
-use clap::builder::PossibleValuesParser;
+use clap::builder::{ArgPredicate, PossibleValuesParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use ocmc_core::fit::curve_speed::Coding;
+use ocmc_core::fleet::precision::Precision;
+use ocmc_core::fleet::quantity::QUANTITIES;
 use ocmc_core::fleet::run::MOST_THREADS;
+use ocmc_core::fleet::sensitivity::factor_groups;
 use ocmc_core::operating_cycle::given::Keep;
 use ocmc_core::random::LAST_CYCLE_ID;
 use ocmc_core::simulation::cpu::CpuLevel;
@@ -32,6 +35,7 @@ const EXAMPLES: &str = "\
 Examples:
   ocmc --cycles 10000                                  the built-in study `field-truck`
   ocmc --study my-fleet.toml --seed 7 --out runs/a     a study file, each cycle's record in runs/a
+  ocmc --out runs/a --resume                           finish what an interrupted run began
   ocmc --set driver.curve_speed.exponent=0.5 --json    one value changed, the answer as JSON
 
 Exit status: 0 done, 1 the input or the run failed or was interrupted, 2 wrong usage.";
@@ -48,6 +52,14 @@ pub(crate) enum Command {
     Drive(DriveArguments),
     /// Writes the simulated time series of one cycle: speed, pedals, gear, fuel, forces
     Trace(CycleArguments),
+    /// Shares out the variance between cycles: which factors the spread comes from
+    Sensitivity(SensitivityArguments),
+    /// Compares studies under common random numbers: the paired difference and its interval
+    Compare(CompareArguments),
+    /// Merges the parts of one run, from many machines, into the run that one machine would have written
+    Merge(MergeArguments),
+    /// Writes the report of a run: one HTML file that opens offline
+    Report(ReportArguments),
     /// Estimates the numbers of a study from measurements
     #[command(subcommand)]
     Fit(FitCommand),
@@ -126,6 +138,95 @@ pub(crate) struct CycleArguments {
     pub(crate) out: Option<PathBuf>,
 }
 
+/// Options of an analysis that drives many cycles.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct AnalysisArguments {
+    /// Number of cycles: in each study, or rows of the design
+    #[arg(long, value_name = "N", default_value = "1000", allow_negative_numbers = true, value_parser = at_least_one)]
+    pub(crate) cycles: u64,
+    /// Id of the first cycle
+    #[arg(long, value_name = "ID", default_value = "0", allow_negative_numbers = true, value_parser = whole_number)]
+    pub(crate) first_cycle: u64,
+    /// Master seed
+    #[arg(long, value_name = "N", default_value = "1", allow_negative_numbers = true, value_parser = whole_number)]
+    pub(crate) seed: u64,
+    /// Quantity that is asked about [default: the consumption]
+    #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(QUANTITIES.map(|quantity| quantity.column)))]
+    pub(crate) column: Option<String>,
+    /// Threads [default: one for each CPU]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = threads)]
+    pub(crate) threads: Option<usize>,
+    /// No progress
+    #[arg(long)]
+    pub(crate) quiet: bool,
+    /// The answer as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// A sensitivity analysis.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct SensitivityArguments {
+    /// Name of a built-in study, or a study file
+    #[arg(long, value_name = "NAME|FILE", default_value = "field-truck")]
+    pub(crate) study: String,
+    /// Replaces one value of the study, as in driver.curve_speed.exponent=0.5; may be repeated
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub(crate) set: Vec<String>,
+    /// Only these factors; may be repeated or joined by commas [default: all]
+    #[arg(long, value_name = "NAME", value_delimiter = ',', value_parser = PossibleValuesParser::new(factor_groups().into_iter().map(|group| group.name)))]
+    pub(crate) factor: Vec<String>,
+    /// A second opinion: also drives so many cycles with each of 30 drivers, and splits the variance two ways
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = at_least_one)]
+    pub(crate) crossed: Option<u64>,
+    #[command(flatten)]
+    pub(crate) analysis: AnalysisArguments,
+}
+
+/// Studies to compare.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct CompareArguments {
+    /// Built-in studies or study files, the baseline first; a single one is compared with itself under --set
+    #[arg(value_name = "NAME|FILE", required = true)]
+    pub(crate) studies: Vec<String>,
+    /// Replaces one value of every study; of a single one, in its second version; may be repeated
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub(crate) set: Vec<String>,
+    #[command(flatten)]
+    pub(crate) analysis: AnalysisArguments,
+}
+
+/// The run to report on.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct ReportArguments {
+    /// Directory of a run, as --out wrote it
+    #[arg(value_name = "RUN_DIR")]
+    pub(crate) directory: PathBuf,
+    /// File to write; an existing one is replaced [default: report.html in the run directory]
+    #[arg(long, value_name = "FILE")]
+    pub(crate) out: Option<PathBuf>,
+}
+
+/// Parts to merge.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct MergeArguments {
+    /// Run directories of the parts, in any order
+    #[arg(value_name = "PART", required = true)]
+    pub(crate) parts: Vec<PathBuf>,
+    /// Directory for the whole run
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: PathBuf,
+    /// Format of the records [default: that of the first part]
+    #[arg(long, value_name = "FORMAT")]
+    pub(crate) format: Option<Format>,
+    /// No hints
+    #[arg(long)]
+    pub(crate) quiet: bool,
+    /// The answer as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
 /// A run on given routes.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct DriveArguments {
@@ -183,8 +284,12 @@ pub(crate) struct RunArguments {
     #[arg(long, value_name = "KEY=VALUE")]
     pub(crate) set: Vec<String>,
     /// Number of cycles
-    #[arg(long, value_name = "N", default_value = "1000", allow_negative_numbers = true, value_parser = at_least_one)]
+    #[arg(long, value_name = "N", default_value = "1000", default_value_if("precision", ArgPredicate::IsPresent, "1000000"), allow_negative_numbers = true, value_parser = at_least_one)]
     pub(crate) cycles: u64,
+    /// Ends the run when half of the 95 % interval of the mean consumption is that small, relative to the mean, as in 0.2%; of a
+    /// quantile as in p95:1%. --cycles is then the largest number [default: 1000000]
+    #[arg(long, value_name = "PRECISION", value_parser = precision)]
+    pub(crate) precision: Option<Precision>,
     /// Id of the first cycle: a run can be shared out over machines
     #[arg(long, value_name = "ID", default_value = "0", allow_negative_numbers = true, value_parser = whole_number)]
     pub(crate) first_cycle: u64,
@@ -197,6 +302,9 @@ pub(crate) struct RunArguments {
     /// Directory for the records, the manifest and the summary of the run; without it nothing is written
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
+    /// Finishes the interrupted run in --out: study, seed, range and format are those of the run
+    #[arg(long, requires = "out", conflicts_with_all = ["study", "set", "cycles", "precision", "first_cycle", "seed", "format"])]
+    pub(crate) resume: bool,
     /// Format of the records
     #[arg(long, value_name = "FORMAT", default_value = "parquet", requires = "out")]
     pub(crate) format: Format,
@@ -347,6 +455,26 @@ impl From<Format> for RecordFormat {
     }
 }
 
+/// Largest precision that can be asked for.
+const COARSEST: f64 = 0.5;
+
+/// A precision: `0.2%`, `0.002`, `p95:1%`.
+fn precision(text: &str) -> Result<Precision, String> {
+    let allowed = || {
+        let names = Precision::names().collect::<Vec<_>>().join(", ");
+        format!(
+            "allowed is a share up to 50%, as in 0.2%, or one of {names} before it, as in p95:1%"
+        )
+    };
+    let (of, share) = text.split_once(':').unwrap_or(("mean", text));
+    let (number, unit) = share.strip_suffix('%').map_or((share, 1.0), |number| (number, 0.01));
+    let wanted = number.trim().parse::<f64>().map_err(|_| allowed())? * unit;
+    if !(Precision::names().any(|name| name == of) && wanted > 0.0 && wanted <= COARSEST) {
+        return Err(allowed());
+    }
+    Ok(Precision { of: of.to_owned(), wanted })
+}
+
 /// A whole number from 0 on; `10_000` is one, too.
 fn whole_number(text: &str) -> Result<u64, String> {
     let digits = text.replace('_', "");
@@ -395,6 +523,17 @@ mod tests {
     #[test]
     fn the_definitions_are_consistent() {
         Arguments::command().debug_assert();
+    }
+
+    #[test]
+    fn precisions() {
+        let read = |text| precision(text).map(|p| (p.of, p.wanted));
+        assert_eq!(read("0.2%"), Ok(("mean".to_owned(), 0.002)));
+        assert_eq!(read("0.25"), Ok(("mean".to_owned(), 0.25)));
+        assert_eq!(read("p95:1%"), Ok(("p95".to_owned(), 0.01)));
+        for text in ["", "%", "0", "-1%", "51%", "nan", "inf", "p96:1%", "p95", ":1%", "1%%"] {
+            assert!(read(text).is_err_and(|told| told.contains("p95")), "{text}");
+        }
     }
 
     #[test]

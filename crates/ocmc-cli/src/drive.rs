@@ -20,7 +20,7 @@ pub(crate) fn drive(arguments: &DriveArguments) -> Result<(), Failure> {
     };
     let Some(follow) = arguments.follow_speed else {
         let load = || Ok(load()?.on_routes(&arguments.files, &keep)?);
-        return run_study(&arguments.run, load, |study, plan, sink| run(study, plan, sink));
+        return run_study(&arguments.run, load, true, |study, plan, sink| run(study, plan, sink));
     };
     let [file] = arguments.files.as_slice() else {
         return Err(request::usage("--follow-speed follows one drive cycle; give one file"));
@@ -35,9 +35,9 @@ pub(crate) fn drive(arguments: &DriveArguments) -> Result<(), Failure> {
         Follow::Driver => {
             let route = drive_cycle::as_route(file, &cycle)?;
             let load = || Ok(load()?.on_route(file, route)?);
-            run_study(&arguments.run, load, |study, plan, sink| run(study, plan, sink))
+            run_study(&arguments.run, load, false, |study, plan, sink| run(study, plan, sink))
         }
-        Follow::Exact => run_study(&arguments.run, load, |study, plan, sink| {
+        Follow::Exact => run_study(&arguments.run, load, false, |study, plan, sink| {
             let one = |id| follow_study(study, plan.seed, id, &cycle).0;
             run_with(plan, &|ids, _| ids.map(one).collect(), sink)
         }),

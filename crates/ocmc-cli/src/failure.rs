@@ -1,11 +1,13 @@
 //! Everything that can end a command early.
 
 use crate::study_report::study_report;
+use ocmc_core::fleet::sensitivity::SensitivityError;
 use ocmc_io::column_file::ColumnFileError;
 use ocmc_io::drive_cycle::DriveCycleFileError;
 use ocmc_io::given_cycle::GivenCycleFileError;
 use ocmc_io::log::curves::DriveError;
 use ocmc_io::log::error::LogFileError;
+use ocmc_io::records::RecordsError;
 use ocmc_io::run_directory::RunDirectoryError;
 use ocmc_io::speed_change_table::SpeedChangeFileError;
 use ocmc_io::study::StudyFileError;
@@ -49,6 +51,9 @@ pub(crate) enum Failure {
     /// A run directory that cannot be written.
     #[error(transparent)]
     RunDirectory(#[from] RunDirectoryError),
+    /// Shares that cannot be estimated.
+    #[error(transparent)]
+    Sensitivity(#[from] SensitivityError),
     /// A file that exists already.
     #[error("`{}` exists already", path.display())]
     Exists { path: PathBuf },
@@ -79,12 +84,30 @@ impl Failure {
 
     fn help(&self) -> Option<&str> {
         match self {
+            Self::RunDirectory(RunDirectoryError::Exists { unfinished: true, .. }) => Some(
+                "--out with this directory and --resume finishes it; or give another directory, or remove this one",
+            ),
             Self::RunDirectory(RunDirectoryError::Exists { .. }) => {
                 Some("give another directory with --out, or remove this one")
             }
+            Self::RunDirectory(
+                RunDirectoryError::Write { .. }
+                | RunDirectoryError::Records(
+                    RecordsError::Write { .. } | RecordsError::Create { .. },
+                ),
+            ) => Some("what was finished is kept: --out with this directory and --resume goes on"),
+            Self::RunDirectory(RunDirectoryError::NotWhole { .. }) => {
+                Some("if it was ended by force, `ocmc --out DIR --resume` finishes it")
+            }
+            Self::RunDirectory(RunDirectoryError::NotOneRun { .. }) => Some(
+                "parts have the same study, seed and program, and each begins where another one ends",
+            ),
             Self::RunDirectory(RunDirectoryError::NotADirectory { .. }) => {
                 Some("give a directory with --out; it is created where it does not exist")
             }
+            Self::Sensitivity(SensitivityError::TooFewRows { .. }) => Some(
+                "more --cycles, or another --column; `ocmc` with this study says why cycles fail",
+            ),
             Self::Exists { .. } => Some("give another name, or remove the file"),
             Self::Interrupted { help, .. } => Some(help),
             _ => None,

@@ -1,9 +1,9 @@
 //! A histogram of bars that fit the terminal.
 
 use crate::number_text::grouped;
-use crate::summary_table;
 use ocmc_core::fleet::histogram::Histogram;
 use ocmc_core::fleet::statistic::Statistic;
+use ocmc_io::label::label;
 use std::fmt::Write;
 
 /// Bars from an eighth of a character to seven of them.
@@ -14,7 +14,7 @@ pub(crate) fn histogram_chart(statistic: &Statistic, width: usize) -> String {
     let Some(histogram) = &statistic.histogram else {
         return String::new();
     };
-    let (name, _) = summary_table::label(statistic.column);
+    let (name, _) = label(statistic.column);
     let rows = rows(histogram);
     let label_width = rows.iter().map(|row| row.0.chars().count()).max().unwrap_or(0);
     let count_width = rows.iter().map(|row| grouped(row.1).len()).max().unwrap_or(0);

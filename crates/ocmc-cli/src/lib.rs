@@ -1,8 +1,10 @@
 //! The `ocmc` command as a library: arguments, calls, printing. The native program and the wheel's script are both
 //! one call of [`run_from`].
 
+mod analysis;
 mod answer;
 mod arguments;
+mod compare;
 mod completions;
 mod curves;
 mod cycle;
@@ -16,12 +18,14 @@ mod interrupt;
 mod log_arguments;
 mod log_text;
 mod man;
-mod number_text;
+mod merge;
 mod output;
 mod progress;
+mod report;
 mod request;
 mod run;
 mod run_text;
+mod sensitivity;
 mod study;
 mod study_report;
 mod summary_table;
@@ -29,11 +33,14 @@ mod table_file;
 mod trace;
 
 pub use answer::Answer;
+pub use compare::comparison_answer;
 pub use fit::curve_speed_answer;
+pub use sensitivity::sensitivity_answer;
 
 use arguments::{Arguments, Command};
 use clap::Parser;
 use failure::Failure;
+use ocmc_io::number_text;
 use ocmc_io::run_summary::RunSummary;
 use ocmc_io::study::Origin;
 use std::ffi::OsString;
@@ -60,6 +67,10 @@ pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> i32 {
         Some(Command::Fit(command)) => fit::fit(command),
         Some(Command::Curves(arguments)) => curves::curves(arguments),
         Some(Command::Identify(arguments)) => identify::identify(arguments),
+        Some(Command::Sensitivity(arguments)) => sensitivity::sensitivity(arguments),
+        Some(Command::Compare(arguments)) => compare::compare(arguments),
+        Some(Command::Merge(arguments)) => merge::merge(arguments),
+        Some(Command::Report(arguments)) => report::report(arguments),
         Some(Command::Completions { shell }) => completions::completions(*shell),
         Some(Command::Man { out }) => man::man(out),
     };
@@ -75,12 +86,7 @@ pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> i32 {
 
 /// What a run adds up to, as the command prints it, `width` columns wide.
 pub fn run_text(run: &RunSummary, origin: &Origin, width: usize) -> String {
-    run_text::run_text(run, &run_text::Circumstances { origin, width })
-}
-
-/// How a quantity of the summary is printed: its name with the unit for people, and the factor to that unit.
-pub fn label(column: &str) -> (&str, f64) {
-    summary_table::label(column)
+    run_text::run_text(run, &run_text::Circumstances { origin, width, resumed: 0 })
 }
 
 /// Prints help, version or what is wrong with the arguments.

@@ -1,6 +1,7 @@
 //! The two ways out: the answer to standard output, everything else to standard error. Neither can panic.
 
 use crate::failure::Failure;
+use serde::Serialize;
 use std::io::{self, ErrorKind, IsTerminal, Write};
 
 /// Width of what is printed where there is no terminal.
@@ -23,6 +24,12 @@ pub(crate) fn answer_bytes(bytes: &[u8]) -> Result<(), Failure> {
         Err(source) => Err(Failure::StandardOutput { source }),
         Ok(()) => Ok(()),
     }
+}
+
+/// As [`answer`], as indented JSON.
+pub(crate) fn answer_json(value: &impl Serialize) -> Result<(), Failure> {
+    let text = serde_json::to_string_pretty(value).expect("numbers, and keys that are words");
+    answer(&format!("{text}\n"))
 }
 
 /// Writes a hint or an error. There is nobody to tell where this fails.

@@ -9,8 +9,8 @@ use std::time::Duration;
 pub(crate) struct Progress(ProgressBar);
 
 impl Progress {
-    /// Begins a bar; `quiet` draws none.
-    pub(crate) fn new(cycles: u64, quiet: bool) -> Self {
+    /// Begins a bar over `cycles`, of which `done` are there already; `quiet` draws none.
+    pub(crate) fn new(cycles: u64, done: u64, quiet: bool) -> Self {
         let target =
             if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
         let bar = ProgressBar::with_draw_target(Some(cycles), target);
@@ -23,6 +23,8 @@ impl Progress {
                 let _ = write!(out, "{}", rough(state.per_sec()));
             }));
         }
+        bar.set_position(done);
+        bar.reset_eta();
         bar.enable_steady_tick(Duration::from_millis(200));
         Self(bar)
     }

@@ -1,9 +1,10 @@
 //! What the arguments mean: the plan of a run, checked against this machine.
 
-use crate::arguments::{Arguments, RunArguments};
+use crate::arguments::{AnalysisArguments, Arguments, RunArguments};
 use crate::failure::Failure;
 use clap::CommandFactory;
 use clap::error::ErrorKind;
+use ocmc_core::fleet::quantity::{Quantity, quantity};
 use ocmc_core::fleet::run::RunPlan;
 use ocmc_core::random::LAST_CYCLE_ID;
 use ocmc_core::simulation::cpu::CpuLevel;
@@ -11,14 +12,39 @@ use ocmc_core::simulation::cpu::CpuLevel;
 /// Works out which cycles to run, and on what.
 pub(crate) fn plan(arguments: &RunArguments) -> Result<RunPlan, Failure> {
     let (first_cycle, cycles) = (arguments.first_cycle, arguments.cycles);
+    check_range(first_cycle, cycles)?;
+    plan_of(arguments, arguments.seed, first_cycle, cycles)
+}
+
+fn check_range(first_cycle: u64, cycles: u64) -> Result<(), Failure> {
     if first_cycle.checked_add(cycles).is_none_or(|end| end > LAST_CYCLE_ID) {
         return Err(usage(&format!(
             "--first-cycle {first_cycle} with --cycles {cycles} goes beyond the largest cycle id; \
              allowed is a sum of at most {LAST_CYCLE_ID}"
         )));
     }
+    Ok(())
+}
+
+/// The plan of an analysis, and the quantity that it asks about, where one was named.
+pub(crate) fn analysis(
+    arguments: &AnalysisArguments,
+) -> Result<(RunPlan, Option<&'static Quantity>), Failure> {
+    let AnalysisArguments { seed, first_cycle, cycles, threads, .. } = *arguments;
+    check_range(first_cycle, cycles)?;
+    let quantity = arguments.column.as_deref().and_then(quantity);
+    Ok((RunPlan::new(seed, first_cycle, cycles, threads, None), quantity))
+}
+
+/// The plan of these cycles, on what the arguments say.
+pub(crate) fn plan_of(
+    arguments: &RunArguments,
+    seed: u64,
+    first_cycle: u64,
+    cycles: u64,
+) -> Result<RunPlan, Failure> {
     let level = level(arguments)?;
-    let RunArguments { seed, threads, chunk, .. } = *arguments;
+    let RunArguments { threads, chunk, .. } = *arguments;
     Ok(RunPlan { level, ..RunPlan::new(seed, first_cycle, cycles, threads, chunk) })
 }
 

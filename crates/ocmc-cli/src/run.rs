@@ -5,6 +5,7 @@ use crate::failure::Failure;
 use crate::progress::Progress;
 use crate::run_text::{self, Circumstances};
 use crate::{interrupt, output, request};
+use ocmc_core::fleet::precision::Looks;
 use ocmc_core::fleet::run;
 use ocmc_core::fleet::run::RunPlan;
 use ocmc_core::fleet::summary::SummaryBuilder;
@@ -12,7 +13,7 @@ use ocmc_core::simulation::record::Record;
 use ocmc_core::study::Study;
 use ocmc_io::run_directory::{self, Manifest, RunDirectory};
 use ocmc_io::run_summary::RunSummary;
-use ocmc_io::study::{self, LoadedStudy};
+use ocmc_io::study::{self, LoadedStudy, Origin};
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::time::Instant;
@@ -22,92 +23,182 @@ pub(crate) type Sink<'a> = &'a mut dyn FnMut(Vec<Record>) -> ControlFlow<Stop>;
 
 /// Why a run ended early.
 pub(crate) enum Stop {
+    PreciseEnough,
     Interrupted,
     Failed(Failure),
+}
+
+/// A run that is to be driven: all of it, or what is left of it.
+struct Job {
+    loaded: LoadedStudy,
+    manifest: Manifest,
+    plan: RunPlan,
+    directory: Option<RunDirectory>,
+    /// Holds what was driven before.
+    fleet: SummaryBuilder,
 }
 
 /// Runs the study, writes its records where asked to, and prints the answer.
 pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
     let load = || Ok(study::load(&arguments.study, &arguments.set)?);
-    run_study(arguments, load, |study, plan, sink| run::run(study, plan, sink))
+    run_study(arguments, load, true, |study, plan, sink| run::run(study, plan, sink))
 }
 
-/// As [`run`], of the study that `load` gives, with what `drive` makes of it.
+/// As [`run`], of the study that `load` gives, with what `drive` makes of it. A run that is not `repeatable` is not what its
+/// study alone gives, and cannot be resumed.
 pub(crate) fn run_study(
     arguments: &RunArguments,
     load: impl FnOnce() -> Result<LoadedStudy, Failure>,
+    repeatable: bool,
     drive: impl FnOnce(&Study, &RunPlan, Sink) -> ControlFlow<Stop>,
 ) -> Result<(), Failure> {
+    let job = match (&arguments.out, arguments.resume) {
+        (Some(path), true) => resume(arguments, path)?,
+        _ => Some(begin(arguments, load, repeatable)?),
+    };
+    let Some(job) = job else {
+        return complete_already(arguments);
+    };
+    drive_job(arguments, job, drive)
+}
+
+fn begin(
+    arguments: &RunArguments,
+    load: impl FnOnce() -> Result<LoadedStudy, Failure>,
+    repeatable: bool,
+) -> Result<Job, Failure> {
     let plan = request::plan(arguments)?;
     let loaded = load()?;
-    let manifest = Manifest::new(&loaded.model, &plan);
-    let mut directory = match &arguments.out {
+    let precision = arguments.precision.clone();
+    let manifest = Manifest { precision, repeatable, ..Manifest::new(&loaded.model, &plan) };
+    let fleet = SummaryBuilder::new(loaded.model.driver.curve_speed.uncertain_replicates());
+    let directory = match &arguments.out {
         Some(path) => Some(RunDirectory::create(path, arguments.format.into(), manifest.clone())?),
         None => None,
     };
+    Ok(Job { loaded, manifest, plan, directory, fleet })
+}
 
+/// What is left of the run in a directory; none where it is complete.
+fn resume(arguments: &RunArguments, path: &Path) -> Result<Option<Job>, Failure> {
+    let Some(unfinished) = run_directory::unfinished(path)? else {
+        return Ok(None);
+    };
+    let study = &unfinished.study.model;
+    let mut fleet = SummaryBuilder::new(study.driver.curve_speed.uncertain_replicates());
+    let directory = RunDirectory::resume(&unfinished, |records| fleet.add(records))?;
+    let manifest = unfinished.manifest;
+    let done = fleet.cycles();
+    let (first, rest) = (manifest.first_cycle + done, manifest.cycles - done);
+    let plan = request::plan_of(arguments, manifest.seed, first, rest)?;
+    // the study is that of the run, not the file that its manifest is
+    let mut loaded = unfinished.study;
+    loaded.origin = Origin::BuiltIn(manifest.study.clone());
+    Ok(Some(Job { loaded, manifest, plan, directory: Some(directory), fleet }))
+}
+
+fn drive_job(
+    arguments: &RunArguments,
+    job: Job,
+    drive: impl FnOnce(&Study, &RunPlan, Sink) -> ControlFlow<Stop>,
+) -> Result<(), Failure> {
+    let Job { loaded, manifest, plan, mut directory, mut fleet } = job;
+    let resumed = fleet.cycles();
     interrupt::listen();
     let clock = Instant::now();
-    let progress = Progress::new(plan.cycles, arguments.quiet);
-    let mut fleet = SummaryBuilder::default();
-    let ended = drive(&loaded.study, &plan, &mut |records| {
-        fleet.add(&records);
+    let progress = Progress::new(manifest.cycles, resumed, arguments.quiet);
+    let precision = manifest.precision.as_ref();
+    let mut looks = Looks::new(precision, resumed);
+    let mut take = |records: &[Record], cycles: u64| {
         if let Some(directory) = &mut directory
-            && let Err(error) = directory.add(&records)
+            && let Err(error) = directory.add(records)
         {
             return ControlFlow::Break(Stop::Failed(error.into()));
         }
-        progress.reach(fleet.cycles());
-        if interrupt::asked() && fleet.cycles() < plan.cycles {
+        progress.reach(cycles);
+        if interrupt::asked() && cycles < manifest.cycles {
             return ControlFlow::Break(Stop::Interrupted);
         }
         ControlFlow::Continue(())
+    };
+    let ended = drive(&loaded.study, &plan, &mut |records| {
+        let taken = looks.take(&mut fleet, &records, &mut take);
+        taken.map_break(|stop| stop.unwrap_or(Stop::PreciseEnough))
     });
     progress.finish();
-    if let ControlFlow::Break(Stop::Failed(failure)) = ended {
-        return Err(failure);
-    }
+    let interrupted = match ended {
+        ControlFlow::Break(Stop::Failed(failure)) => return Err(failure),
+        ControlFlow::Break(Stop::Interrupted) => true,
+        ControlFlow::Break(Stop::PreciseEnough) | ControlFlow::Continue(()) => false,
+    };
 
     let wall_s = clock.elapsed().as_secs_f64();
+    let reached = precision.map(|precision| precision.look(&fleet));
     let summary = RunSummary::new(&manifest, fleet.finish(), wall_s, plan.threads);
-    if let Some(directory) = directory {
+    let summary = RunSummary { precision: reached, ..summary };
+    if let Some(mut directory) = directory {
+        if !interrupted {
+            directory.end_here();
+        }
         directory.finish(&summary)?;
     }
-    if arguments.json {
-        output::answer(&summary.to_json())?;
-    } else {
-        let circumstances = Circumstances { origin: &loaded.origin, width: output::width() };
-        output::answer(&run_text::run_text(&summary, &circumstances))?;
-    }
-    if ended.is_break() {
-        return Err(interrupted(&summary, &plan, arguments.out.as_deref()));
+    print(arguments, &summary, &loaded.origin, resumed)?;
+    if interrupted {
+        return Err(stopped(&summary, &manifest, arguments.out.as_deref()));
     }
     if !arguments.quiet && !arguments.json {
-        output::note(&more(arguments));
+        output::note(&more(arguments.out.as_deref(), &manifest));
     }
     Ok(())
 }
 
-fn interrupted(summary: &RunSummary, plan: &RunPlan, out: Option<&Path>) -> Failure {
+fn print(
+    arguments: &RunArguments,
+    summary: &RunSummary,
+    origin: &Origin,
+    resumed: u64,
+) -> Result<(), Failure> {
+    if arguments.json {
+        return output::answer(&summary.to_json());
+    }
+    let circumstances = Circumstances { origin, width: output::width(), resumed };
+    output::answer(&run_text::run_text(summary, &circumstances))
+}
+
+/// Prints what a complete run adds up to.
+fn complete_already(arguments: &RunArguments) -> Result<(), Failure> {
+    let Some(path) = arguments.out.as_deref() else { return Ok(()) };
+    let stored = run_directory::read(path)?;
+    print(arguments, &stored.summary, &Origin::BuiltIn(stored.manifest.study.clone()), 0)?;
+    if !arguments.quiet {
+        output::note(&format!("`{}` was complete already: nothing was run.", path.display()));
+    }
+    Ok(())
+}
+
+fn stopped(summary: &RunSummary, manifest: &Manifest, out: Option<&Path>) -> Failure {
     let done = summary.summary.cycles;
-    let kept = match out {
-        Some(path) => format!(" and kept in `{}`", path.display()),
-        None => String::new(),
-    };
-    Failure::Interrupted {
-        finished: format!("{done} of {} cycles finished{kept}", plan.cycles),
-        help: format!(
-            "--first-cycle {} --cycles {} runs the rest",
-            plan.first_cycle + done,
-            plan.cycles - done
-        ),
+    let finished = format!("{done} of {} cycles finished", manifest.cycles);
+    match out {
+        Some(path) => Failure::Interrupted {
+            finished: format!("{finished} and kept in `{}`", path.display()),
+            help: format!("ocmc --out {} --resume runs the rest", path.display()),
+        },
+        None => Failure::Interrupted {
+            finished,
+            help: format!(
+                "--first-cycle {} --cycles {} runs the rest",
+                manifest.first_cycle + done,
+                manifest.cycles - done
+            ),
+        },
     }
 }
 
 /// How to see more.
-fn more(arguments: &RunArguments) -> String {
-    let kept = match &arguments.out {
-        Some(path) => format!("Written to `{}`: {}.", path.display(), files(arguments)),
+fn more(out: Option<&Path>, manifest: &Manifest) -> String {
+    let kept = match out {
+        Some(path) => written(path, manifest),
         None => "More: --out DIR keeps a record of each cycle.".to_owned(),
     };
     format!(
@@ -115,7 +206,8 @@ fn more(arguments: &RunArguments) -> String {
     )
 }
 
-fn files(arguments: &RunArguments) -> String {
-    let format: ocmc_io::records::RecordFormat = arguments.format.into();
-    format!("{}, {}, {}", format.file_name(), run_directory::MANIFEST, run_directory::SUMMARY)
+/// What was written, and where.
+pub(crate) fn written(path: &Path, manifest: &Manifest) -> String {
+    let (manifest_file, summary) = (run_directory::MANIFEST, run_directory::SUMMARY);
+    format!("Written to `{}`: {}, {manifest_file}, {summary}.", path.display(), manifest.records)
 }

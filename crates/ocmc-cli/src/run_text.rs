@@ -2,8 +2,10 @@
 
 use crate::number_text::{grouped, rough, rounded, short};
 use crate::{histogram_chart, summary_table};
+use ocmc_core::fleet::precision::{Precision, Reached};
 use ocmc_core::fleet::summary::Summary;
 use ocmc_core::simulation::record::Outcome;
+use ocmc_io::label::label;
 use ocmc_io::run_summary::RunSummary;
 use ocmc_io::study::Origin;
 use std::fmt::Write;
@@ -15,15 +17,18 @@ const PER_TONNE: &str = "consumption_l_per_100tkm";
 pub(crate) struct Circumstances<'a> {
     pub(crate) origin: &'a Origin,
     pub(crate) width: usize,
+    /// Cycles that were there before a run was resumed.
+    pub(crate) resumed: u64,
 }
 
 /// The whole answer.
 pub(crate) fn run_text(run: &RunSummary, circumstances: &Circumstances) -> String {
-    let mut text = heading(run, circumstances.origin);
+    let mut text = heading(run, circumstances);
     if run.summary.outcomes.of(Outcome::Completed) > 0 {
         text.push('\n');
         text.push_str(&summary_table::summary_table(&run.summary.statistics));
         text.push_str(&empty(&run.summary));
+        text.push_str(&uncertain(&run.summary));
         if let Some(statistic) = run.summary.consumption() {
             text.push('\n');
             text.push_str(&histogram_chart::histogram_chart(statistic, circumstances.width));
@@ -33,12 +38,12 @@ pub(crate) fn run_text(run: &RunSummary, circumstances: &Circumstances) -> Strin
     text
 }
 
-fn heading(run: &RunSummary, origin: &Origin) -> String {
+fn heading(run: &RunSummary, circumstances: &Circumstances) -> String {
     let summary = &run.summary;
     let mut lines = Vec::new();
     lines.push((
         "study",
-        match origin {
+        match circumstances.origin {
             Origin::File(path) => format!("{} ({})", run.study, path.display()),
             _ => run.study.clone(),
         },
@@ -59,20 +64,47 @@ fn heading(run: &RunSummary, origin: &Origin) -> String {
     ));
     let threads =
         if run.threads == 1 { "1 thread".to_owned() } else { format!("{} threads", run.threads) };
-    lines.push((
-        "took",
-        format!(
-            "{} s on {threads}: {} cycles/s, {} times real time",
-            short(run.wall_s),
-            rough(summary.cycles as f64 / run.wall_s),
-            rough(summary.simulated_s / run.wall_s)
-        ),
-    ));
+    if let Some(reached) = &run.precision {
+        lines.push(("precision", precision(reached)));
+    }
+    let took = format!("{} s on {threads}", short(run.wall_s));
+    let rate = |cycles: u64| rough(cycles as f64 / run.wall_s);
+    let took = match circumstances.resumed {
+        0 => {
+            let real = rough(summary.simulated_s / run.wall_s);
+            format!("{took}: {} cycles/s, {real} times real time", rate(summary.cycles))
+        }
+        before => {
+            // a run that was ended while its files were put together has no cycle left to drive
+            let rest = summary.cycles - before;
+            format!("{took} for the last {} cycles: {} cycles/s", grouped(rest), rate(rest))
+        }
+    };
+    lines.push(("took", took));
     let mut text = String::new();
     for (name, value) in lines {
         let _ = writeln!(text, "{name:<10} {value}");
     }
     text
+}
+
+/// What was asked for, and what came of it.
+fn precision(reached: &Reached) -> String {
+    let Precision { of, wanted } = &reached.precision;
+    let percent = |share: f64| format!("{} %", rounded_share(100.0 * share));
+    let wanted = percent(*wanted);
+    match (reached.met, reached.reached) {
+        (true, Some(share)) => format!("{of} ± {}, asked for was {wanted}", percent(share)),
+        (false, Some(share)) => {
+            format!("{of} ± {}: {wanted} was asked for, more --cycles are needed", percent(share))
+        }
+        (_, None) => format!("{of}: no interval yet, {wanted} was asked for"),
+    }
+}
+
+/// A percentage to two digits.
+fn rounded_share(percent: f64) -> String {
+    format!("{percent:.1e}").parse::<f64>().unwrap_or(percent).to_string()
 }
 
 /// How empty trips were counted, where there are any.
@@ -85,6 +117,22 @@ fn empty(summary: &Summary) -> String {
     format!(
         "L/100 tkm: {} empty trips count in the mean, not in the other columns.\n",
         grouped(completed - carrying)
+    )
+}
+
+/// How sure the mean is when the parameters are not, where the study says how uncertain they are.
+fn uncertain(summary: &Summary) -> String {
+    let Some(uncertainty) = summary.parameter_uncertainty else { return String::new() };
+    let (name, factor) = label(uncertainty.column);
+    let [low, high] = uncertainty.ci95;
+    let sampling = summary.statistic(uncertainty.column).and_then(|statistic| statistic.ci95);
+    let half = |[low, high]: [f64; 2]| short(factor * (high - low) / 2.0);
+    format!(
+        "{name}: mean ± {} with the uncertain parameters of the curve-speed fit ({} draws),\n\
+         ± {} from sampling alone. More cycles shrink only the latter.\n",
+        half([low, high]),
+        uncertainty.replicates,
+        sampling.map_or("-".to_owned(), half)
     )
 }
 
@@ -108,7 +156,7 @@ fn failed(run: &RunSummary) -> String {
         reasons.join(", ")
     );
     if let Some(worst) = summary.worst_case {
-        let (label, factor) = summary_table::label(worst.column);
+        let (label, factor) = label(worst.column);
         let _ = writeln!(
             text,
             "Worst case: had each of them been as long as the mean completed cycle and consumed like\n\

@@ -2,25 +2,11 @@
 
 use crate::number_text::decimals;
 use ocmc_core::fleet::statistic::Statistic;
+use ocmc_io::label::label;
 use std::fmt::Write;
 
 /// Width of the names, of the mean with its interval, and of the other columns.
 const WIDTHS: (usize, usize, usize) = (13, 18, 7);
-
-/// How a quantity is printed: its name with the unit for people, and the factor to that unit.
-pub(crate) fn label(column: &str) -> (&str, f64) {
-    match column {
-        "consumption_l_per_100km" => ("L/100 km", 1.0),
-        "consumption_l_per_100tkm" => ("L/100 tkm", 1.0),
-        "consumption_kwh_per_km" => ("kWh/km", 1.0),
-        "wheel_kwh_per_km" => ("wheel kWh/km", 1.0),
-        "co2_g_per_km" => ("g CO2/km", 1.0),
-        "mean_speed_mps" => ("speed, km/h", 3.6),
-        "duration_s" => ("duration, h", 1.0 / 3600.0),
-        "stops_per_km" => ("stops per km", 1.0),
-        other => (other, 1.0),
-    }
-}
 
 /// The table. Quantities that the fleet does not have are left out.
 pub(crate) fn summary_table(statistics: &[Statistic]) -> String {

@@ -81,6 +81,56 @@ pub enum Stream {
     CurveSpeedParameters = 29,
     /// Which of several given routes is driven.
     Route = 30,
+    /// Resampling of rows for bootstrap intervals, keyed by replicate and not by cycle. Belongs to no cycle.
+    Bootstrap = 31,
+}
+
+/// A set of streams.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct StreamSet(u64);
+
+impl StreamSet {
+    /// No stream.
+    pub const NONE: Self = Self(0);
+    /// Every stream.
+    pub const ALL: Self = Self(u64::MAX);
+
+    /// These streams.
+    pub fn of(streams: &[Stream]) -> Self {
+        Self(streams.iter().fold(0, |set, stream| set | 1 << *stream as u8))
+    }
+
+    /// The streams of a factor.
+    pub fn of_factor(factor: Factor) -> Self {
+        let all = Stream::ALL.into_iter().filter(|stream| stream.factor() == Some(factor));
+        Self::of(&all.collect::<Vec<_>>())
+    }
+
+    /// All other streams.
+    #[must_use]
+    pub fn complement(self) -> Self {
+        Self(!self.0)
+    }
+
+    /// Whether it holds a stream.
+    pub fn contains(self, stream: Stream) -> bool {
+        self.0 & 1 << stream as u8 != 0
+    }
+}
+
+/// Streams that cycles take from a second sample, which is independent of the first: the same seed, with one bit of the
+/// generator's key the other way round.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Exchange {
+    /// Which streams.
+    pub streams: StreamSet,
+    /// The cycle of the second sample that they come from; none for the cycle's own id.
+    pub cycle_id: Option<u64>,
+}
+
+impl Exchange {
+    /// Nothing is exchanged.
+    pub const NONE: Self = Self { streams: StreamSet::NONE, cycle_id: None };
 }
 
 /// A group of streams that is frozen, and turned off, together.
@@ -104,10 +154,46 @@ pub enum Factor {
 }
 
 impl Stream {
-    /// The factor that this stream belongs to.
-    pub fn factor(self) -> Factor {
+    /// All streams, in the order of their numbers.
+    pub const ALL: [Self; 32] = [
+        Self::RoadType,
+        Self::SpeedSign,
+        Self::Curve,
+        Self::Topography,
+        Self::StopSign,
+        Self::GiveWay,
+        Self::TrafficLight,
+        Self::SpeedBump,
+        Self::JunctionTurn,
+        Self::Roughness,
+        Self::Ground,
+        Self::Heading,
+        Self::Temperature,
+        Self::Pressure,
+        Self::Humidity,
+        Self::Precipitation,
+        Self::Wind,
+        Self::Traffic,
+        Self::MissionLength,
+        Self::Payload,
+        Self::Departure,
+        Self::MissionStop,
+        Self::CurveSpeed,
+        Self::CurveResidual,
+        Self::SpeedChange,
+        Self::Compliance,
+        Self::Pedals,
+        Self::BumpComfort,
+        Self::Vehicle,
+        Self::CurveSpeedParameters,
+        Self::Route,
+        Self::Bootstrap,
+    ];
+
+    /// The factor that this stream belongs to; none for what is no part of a cycle.
+    pub fn factor(self) -> Option<Factor> {
         use Stream as S;
-        match self {
+        Some(match self {
             S::RoadType
             | S::SpeedSign
             | S::Curve
@@ -134,7 +220,8 @@ impl Stream {
             | S::BumpComfort
             | S::CurveSpeedParameters => Factor::Driver,
             S::Vehicle => Factor::Vehicle,
-        }
+            S::Bootstrap => return None,
+        })
     }
 }
 
@@ -147,19 +234,32 @@ pub struct Streams<'a> {
     pub cycle_id: u64,
     /// Factors that every cycle takes from cycle 0.
     pub frozen: &'a [Factor],
+    /// Streams that come from the second sample. A frozen factor stays where it is.
+    pub exchange: Exchange,
 }
 
-impl Streams<'_> {
+impl<'a> Streams<'a> {
+    /// The streams of one cycle, nothing frozen and nothing exchanged.
+    pub fn new(seed: u64, cycle_id: u64) -> Streams<'a> {
+        Self { seed, cycle_id, frozen: &[], exchange: Exchange::NONE }
+    }
+
     /// Opens the stream of one factor of this cycle.
     pub fn open(&self, stream: Stream) -> Draws {
-        let id = if self.frozen.contains(&stream.factor()) { 0 } else { self.cycle_id };
-        Draws::new(self.seed, id, stream)
+        self.open_replicate(stream, u64::MAX)
     }
 
     /// Opens a stream that is shared by all cycles of one replicate (`cycle_id mod replicates`).
     pub fn open_replicate(&self, stream: Stream, replicates: u64) -> Draws {
-        let id = if self.frozen.contains(&stream.factor()) { 0 } else { self.cycle_id };
-        Draws::new(self.seed, id % replicates.max(1), stream)
+        let replicates = replicates.max(1);
+        if stream.factor().is_some_and(|factor| self.frozen.contains(&factor)) {
+            return Draws::new(self.seed, 0, stream);
+        }
+        if self.exchange.streams.contains(stream) {
+            let id = self.exchange.cycle_id.unwrap_or(self.cycle_id);
+            return Draws::of_second_sample(self.seed, id % replicates, stream);
+        }
+        Draws::new(self.seed, self.cycle_id % replicates, stream)
     }
 }
 
@@ -170,7 +270,17 @@ pub struct Draws(ChaCha8Rng);
 impl Draws {
     /// The stream of (seed, cycle, stream).
     pub fn new(seed: u64, cycle_id: u64, stream: Stream) -> Self {
-        let mut generator = ChaCha8Rng::seed_from_u64(seed);
+        Self::of_generator(ChaCha8Rng::seed_from_u64(seed), cycle_id, stream)
+    }
+
+    /// The stream of (seed, cycle, stream) of the second sample.
+    pub fn of_second_sample(seed: u64, cycle_id: u64, stream: Stream) -> Self {
+        let mut key = ChaCha8Rng::seed_from_u64(seed).get_seed();
+        key[31] ^= 0x80;
+        Self::of_generator(ChaCha8Rng::from_seed(key), cycle_id, stream)
+    }
+
+    fn of_generator(mut generator: ChaCha8Rng, cycle_id: u64, stream: Stream) -> Self {
         generator.set_stream(cycle_id.wrapping_mul(64).wrapping_add(stream as u64));
         Self(generator)
     }
@@ -248,10 +358,41 @@ mod tests {
 
     #[test]
     fn freezing_a_factor_takes_it_from_cycle_zero_and_leaves_the_others() {
-        let frozen = Streams { seed: 1, cycle_id: 5, frozen: &[Factor::Road] };
-        let free = Streams { seed: 1, cycle_id: 5, frozen: &[] };
+        let frozen = Streams { frozen: &[Factor::Road], ..Streams::new(1, 5) };
+        let free = Streams::new(1, 5);
         assert!(frozen.open(Stream::Curve).uniform() == Draws::new(1, 0, Stream::Curve).uniform());
         assert!(frozen.open(Stream::Wind).uniform() == free.open(Stream::Wind).uniform());
+    }
+
+    #[test]
+    fn the_list_of_streams_is_in_the_order_of_their_numbers() {
+        for (number, stream) in Stream::ALL.into_iter().enumerate() {
+            assert_eq!(stream as usize, number);
+        }
+    }
+
+    #[test]
+    fn an_exchanged_stream_is_that_of_the_second_sample_and_the_others_stay() {
+        let streams = StreamSet::of_factor(Factor::Driver);
+        let own = Streams { exchange: Exchange { streams, cycle_id: None }, ..Streams::new(1, 5) };
+        let other =
+            Streams { exchange: Exchange { streams, cycle_id: Some(9) }, ..Streams::new(1, 5) };
+        let first = |mut draws: Draws| draws.uniform();
+        let plain = |stream| first(Streams::new(1, 5).open(stream));
+        for stream in Stream::ALL {
+            let (a, b) = (first(own.open(stream)), first(other.open(stream)));
+            if stream.factor() == Some(Factor::Driver) {
+                assert!(a == first(Draws::of_second_sample(1, 5, stream)) && a != plain(stream));
+                assert!(b == first(Draws::of_second_sample(1, 9, stream)) && b != a);
+            } else {
+                assert!(a == plain(stream) && b == plain(stream), "{stream:?}");
+            }
+        }
+        let frozen = Streams { frozen: &[Factor::Driver], ..own };
+        assert!(
+            first(frozen.open(Stream::Pedals)) == first(Draws::new(1, 0, Stream::Pedals)),
+            "what is frozen does not vary"
+        );
     }
 
     #[test]

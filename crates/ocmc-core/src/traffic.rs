@@ -138,7 +138,7 @@ mod tests {
         for seed in 1..=3 {
             let (mut squares, mut products) = (Vec::new(), Vec::new());
             for cycle_id in 0..500 {
-                let streams = Streams { seed, cycle_id, frozen: &[] };
+                let streams = Streams::new(seed, cycle_id);
                 let u = model.sample(86_400.0, &streams).deviation;
                 let n = u.len() as f64;
                 squares.push(u.iter().map(|x| x * x).sum::<f64>() / n);

@@ -1,6 +1,7 @@
 //! The machine-readable answer of a run: what `--json` prints and what `summary.json` holds.
 
 use crate::run_directory::Manifest;
+use ocmc_core::fleet::precision::Reached;
 use ocmc_core::fleet::summary::Summary;
 use serde::Serialize;
 
@@ -18,6 +19,9 @@ pub struct RunSummary {
     /// What the cycles add up to.
     #[serde(flatten)]
     pub summary: Summary,
+    /// How well the answer is known, of a run that was to end at a precision.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub precision: Option<Reached>,
     /// How long the run took, in s.
     pub wall_s: f64,
     /// Threads that it took.
@@ -33,6 +37,7 @@ impl RunSummary {
             seed: manifest.seed,
             first_cycle: manifest.first_cycle,
             summary,
+            precision: None,
             wall_s,
             threads,
         }

@@ -132,7 +132,7 @@ pub(crate) fn fit_curve_speed<'py>(
     };
     let table = table.map_err(|error| table_error(&error))?;
     let model = match base {
-        Some(study) => study.get().model().clone(),
+        Some(study) => study.get().loaded().model.clone(),
         None => study::load("field-truck", &[] as &[&str]).expect("a built-in study is one").model,
     };
     let answered = py.detach(|| {

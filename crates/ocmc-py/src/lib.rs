@@ -7,6 +7,7 @@
 
 mod error;
 mod fit;
+mod fleet;
 mod input;
 mod log;
 mod operating_cycle;
@@ -17,6 +18,7 @@ mod study;
 mod table;
 mod value;
 
+use ocmc_io::label;
 use pyo3::prelude::*;
 use std::ffi::OsString;
 
@@ -31,9 +33,10 @@ fn _ocmc(module: &Bound<PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(run::load, module)?)?;
     module.add_function(wrap_pyfunction!(fit::fit_curve_speed, module)?)?;
     module.add_function(wrap_pyfunction!(log::detect_curves, module)?)?;
+    module.add_function(wrap_pyfunction!(fleet::compare, module)?)?;
     module.add_function(wrap_pyfunction!(parts::joined, module)?)?;
     module.add_function(wrap_pyfunction!(parts::unpickled, module)?)?;
-    module.add_function(wrap_pyfunction!(label, module)?)?;
+    module.add_function(wrap_pyfunction!(label_of, module)?)?;
     module.add_function(wrap_pyfunction!(run_from, module)?)
 }
 
@@ -45,6 +48,7 @@ fn run_from(py: Python, arguments: Vec<OsString>) -> i32 {
 
 /// How a quantity of the summary is printed: its name with the unit for people, and the factor to that unit.
 #[pyfunction]
-fn label(column: &str) -> (&str, f64) {
-    ocmc_cli::label(column)
+#[pyo3(name = "label")]
+fn label_of(column: &str) -> (&str, f64) {
+    label::label(column)
 }

@@ -51,7 +51,7 @@ pub(crate) fn unpickled(
     }
     let manifest: Manifest = serde_json::from_str(manifest).map_err(broken)?;
     py.detach(|| {
-        let mut fleet = SummaryBuilder::default();
+        let mut fleet = SummaryBuilder::new(manifest.replicates());
         let mut batches = Vec::new();
         for batch in StreamReader::try_new(stream, None).map_err(broken)? {
             let batch = batch.map_err(broken)?;
@@ -84,6 +84,7 @@ pub(crate) fn joined(
     };
     let mut manifest = first.manifest.clone();
     manifest.cycles = 0;
+    manifest.completed = 0;
     for part in &parts {
         let Manifest { study_hash, seed, first_cycle, cycles, .. } = &part.manifest;
         if (study_hash, seed) != (&manifest.study_hash, &manifest.seed) {
@@ -97,10 +98,11 @@ pub(crate) fn joined(
             return Err(PyValueError::new_err(text));
         }
         manifest.cycles += cycles;
+        manifest.completed += part.manifest.completed;
     }
     let origin = first.origin.clone();
     py.detach(|| {
-        let mut fleet = SummaryBuilder::default();
+        let mut fleet = SummaryBuilder::new(manifest.replicates());
         let mut batches = Vec::new();
         for batch in parts.iter().flat_map(|part| part.records.batches()) {
             fleet.add(&records(batch).map_err(broken)?);

@@ -10,7 +10,10 @@ use ocmc_core::fleet::summary::SummaryBuilder;
 use ocmc_core::simulation::record::Record;
 use ocmc_io::records::arrow::{record_batch, records, schema};
 use ocmc_io::records::{GROUP_ROWS, RecordFormat};
-use ocmc_io::run_directory::{self, Manifest, RunDirectory, RunDirectoryError, StoredRun};
+use ocmc_io::report;
+use ocmc_io::run_directory::{
+    self, Manifest, RunDirectory, RunDirectoryError, RunStatus, StoredRun,
+};
 use ocmc_io::run_summary::RunSummary;
 use ocmc_io::study::{LoadedStudy, Origin, load_text};
 use pyo3::exceptions::PyValueError;
@@ -84,7 +87,7 @@ pub(crate) fn run(
     progress: Option<&Bound<PyAny>>,
 ) -> PyResult<PyRun> {
     let mut watch = Watch::new(py, progress, plan.cycles)?;
-    let mut fleet = SummaryBuilder::default();
+    let mut fleet = SummaryBuilder::new(study.model.driver.curve_speed.uncertain_replicates());
     let ended = py.detach(|| {
         let manifest = Manifest::new(&study.model, plan);
         let clock = Instant::now();
@@ -99,12 +102,14 @@ pub(crate) fn run(
         });
         (ended, manifest, clock.elapsed().as_secs_f64(), batches.finish())
     });
-    let (ended, manifest, wall_s, records) = ended;
+    let (ended, mut manifest, wall_s, records) = ended;
     let finished = watch.finish(py, fleet.cycles());
     if let ControlFlow::Break(interrupt) = ended {
         return Err(interrupt);
     }
     finished?;
+    manifest.status = RunStatus::Complete;
+    manifest.completed = manifest.cycles;
     let summary = RunSummary::new(&manifest, fleet.finish(), wall_s, plan.threads);
     Ok(PyRun { manifest, summary, records, origin: study.origin.clone() })
 }
@@ -200,6 +205,28 @@ impl PyRun {
         let content = py.import("json")?.call_method1("loads", (self.summary.to_json(),))?;
         let text = ocmc_cli::run_text(&self.summary, &self.origin, WIDTH);
         py.import("ocmc._summary")?.call_method1("Summary", (content, text))
+    }
+
+    /// One page with everything about the run: it opens offline in any browser.
+    ///
+    /// Returns
+    /// -------
+    /// str
+    ///     HTML, as ``ocmc report`` writes it.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import ocmc
+    /// >>> run = ocmc.Study("field-truck").set("mission.length_m", 5000.0).run(cycles=50)
+    /// >>> run.report().startswith("<!DOCTYPE html>")
+    /// True
+    fn report(&self, py: Python) -> String {
+        py.detach(|| {
+            let batches = self.records.batches().iter();
+            let rows = batches.flat_map(|batch| records(batch).expect("made of records"));
+            let (manifest, summary) = (self.manifest.clone(), self.summary.clone());
+            report::html(&StoredRun { manifest, records: rows.collect(), summary })
+        })
     }
 
     /// Write records, manifest and summary, as ``ocmc --out`` does. An existing run is not overwritten.

@@ -51,12 +51,16 @@ def sensitivity(answer: Mapping[str, Any], *, ax: Axes | None = None) -> Axes:
             error_kw={"elinewidth": 1.0, "ecolor": "0.2", "capsize": 2},
         )
     ax.axvline(0.0, color="black", linewidth=0.6)
-    ax.set_yticks(places, labels=[str(factor["factor"]).replace("_", " ") for factor in factors])
+    ax.set_yticks(places, labels=[_name(factor["factor"]) for factor in factors])
     ax.set_xlabel(f"share of the variance of {quantity(answer['column'])[0].partition(',')[0]}, %")
     handles, labels = ax.get_legend_handles_labels()
     ax.legend(handles[::-1], labels[::-1], frameon=False, loc="lower right")
     spine_free(ax)
     return ax
+
+
+def _name(factor: str) -> str:
+    return factor.replace("_", " ").replace(".", ": ")
 
 
 def _number(value: float | None) -> float:

@@ -137,6 +137,11 @@ impl CurveSpeedTable {
 }
 
 impl CurveSpeedModel {
+    /// Draws of uncertain parameters that the cycles share; none where the parameters are taken for certain.
+    pub fn uncertain_replicates(&self) -> Option<u64> {
+        self.parameter_uncertainty.then_some(self.replicates.max(1))
+    }
+
     /// Draws one driver's law; `spread` false gives the typical driver, without residuals.
     pub fn sample(&self, streams: &Streams, spread: bool) -> CurveSpeed {
         let mut draws = streams.open(Stream::CurveSpeed);
@@ -254,7 +259,7 @@ mod tests {
     #[test]
     fn lateral_accelerations_of_the_field_fit() {
         // models.md section 11.1: R = 20/50/100/250/500 m -> 1.12/1.04/.99/.92/.87 m/s2
-        let law = field().sample(&Streams { seed: 1, cycle_id: 0, frozen: &[] }, false);
+        let law = field().sample(&Streams::new(1, 0), false);
         for (radius, printed) in
             [(20.0, 1.12), (50.0, 1.04), (100.0, 0.99), (250.0, 0.92), (500.0, 0.87)]
         {
@@ -290,7 +295,7 @@ mod tests {
                 let n = 20_000;
                 let logs: Vec<f64> = (0..n)
                     .map(|cycle_id| {
-                        let streams = Streams { seed, cycle_id, frozen: &[] };
+                        let streams = Streams::new(seed, cycle_id);
                         model.sample(&streams, true).reference_speed_mps.ln()
                     })
                     .collect();
@@ -311,8 +316,7 @@ mod tests {
     fn parameter_uncertainty_belongs_to_replicates() {
         let mut model = field();
         model.parameter_uncertainty = true;
-        let exponent =
-            |cycle_id| model.sample(&Streams { seed: 1, cycle_id, frozen: &[] }, true).exponent;
+        let exponent = |cycle_id| model.sample(&Streams::new(1, cycle_id), true).exponent;
         assert!(exponent(3) == exponent(3 + 64));
         assert!(exponent(3) != exponent(4));
     }

@@ -204,7 +204,7 @@ mod tests {
         for seed in 1..=3 {
             let mut logs = Vec::new();
             for cycle_id in 0..20_000 {
-                let streams = Streams { seed, cycle_id, frozen: &[] };
+                let streams = Streams::new(seed, cycle_id);
                 let p = model().sample(&streams, true, f64::INFINITY);
                 if p.threshold_mps.is_none() {
                     let time = p.proportional / p.integral;
@@ -233,7 +233,7 @@ mod tests {
     fn gains_beyond_the_stability_bound_are_drawn_again_and_counted() {
         let mut redraws = 0;
         for cycle_id in 0..500 {
-            let streams = Streams { seed: 1, cycle_id, frozen: &[] };
+            let streams = Streams::new(1, cycle_id);
             let p = model().sample(&streams, true, 0.5);
             assert!(p.proportional <= 0.5);
             redraws += p.redraws;
@@ -246,7 +246,7 @@ mod tests {
         let mut model = model();
         model.pid_share = 1.0;
         model.pid.integral_time_median_s = 0.0;
-        let streams = Streams { seed: 1, cycle_id: 0, frozen: &[] };
+        let streams = Streams::new(1, 0);
         assert!(model.sample(&streams, true, 1.0).integral == 0.0);
     }
 }

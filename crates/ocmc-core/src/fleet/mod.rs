@@ -1,8 +1,15 @@
 //! Fleets: many cycles in parallel, and what they add up to.
 
+pub mod association;
+pub mod comparison;
 pub mod histogram;
+pub mod precision;
 pub mod quantile;
+pub mod quantity;
+pub mod random_effects;
 pub mod ratio;
+pub mod replicates;
 pub mod run;
+pub mod sensitivity;
 pub mod statistic;
 pub mod summary;

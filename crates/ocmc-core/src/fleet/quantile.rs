@@ -150,7 +150,7 @@ mod tests {
         for seed in 1..=3 {
             let mut covered = [0_u32; LEVELS.len()];
             for run in 0..RUNS {
-                let streams = Streams { seed, cycle_id: run, frozen: &[] };
+                let streams = Streams::new(seed, run);
                 let mut draws = streams.open(Stream::CurveResidual);
                 let mut sample: Vec<f64> = (0..SIZE).map(|_| draws.uniform()).collect();
                 sample.sort_unstable_by(f64::total_cmp);

@@ -48,7 +48,7 @@ const STUDENT_975: [f64; 4] =
 /// 97.5 % quantile of Student's law: expansion in 1/ν around the normal law, error below 3e-4 from ν = 5 on.
 ///
 /// Source: Abramowitz and Stegun, *Handbook of Mathematical Functions*, 26.7.5.
-fn student_975(degrees: f64) -> f64 {
+pub(super) fn student_975(degrees: f64) -> f64 {
     if degrees < 5.0 {
         return STUDENT_975[(degrees as usize).clamp(1, 4) - 1];
     }
@@ -104,7 +104,7 @@ mod tests {
         for seed in 1..=3 {
             let mut covered = 0;
             for run in 0..RUNS {
-                let streams = Streams { seed, cycle_id: u64::from(run), frozen: &[] };
+                let streams = Streams::new(seed, u64::from(run));
                 let mut draws = streams.open(Stream::CurveResidual);
                 let mut normal = || draws.normal();
                 let pairs: Vec<(f64, f64)> = (0..SIZE)

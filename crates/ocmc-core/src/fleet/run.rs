@@ -1,7 +1,9 @@
 //! Runs a range of cycles in parallel and hands the records over in the order of their ids.
 
+use crate::random::Exchange;
+use crate::simulation::cabin::Cabin;
 use crate::simulation::cpu::CpuLevel;
-use crate::simulation::drive::{drive_cabins, sampled};
+use crate::simulation::drive::{Until, drive_cabins, drive_watched, sampled};
 use crate::simulation::record::Record;
 use crate::study::Study;
 use std::collections::BTreeMap;
@@ -12,7 +14,7 @@ use std::sync::mpsc::{self, RecvTimeoutError};
 use std::thread;
 use std::time::Duration;
 
-/// Which cycles to run, and on what. Only `seed`, `first_cycle` and `cycles` decide the records.
+/// Which cycles to run, and on what. Only `seed`, `first_cycle`, `cycles` and `exchange` decide the records.
 #[derive(Clone, Copy, Debug)]
 pub struct RunPlan {
     /// Master seed.
@@ -21,6 +23,8 @@ pub struct RunPlan {
     pub first_cycle: u64,
     /// Number of cycles.
     pub cycles: u64,
+    /// Streams that the cycles take from the second sample.
+    pub exchange: Exchange,
     /// Threads, at least 1.
     pub threads: usize,
     /// Cycles that one thread drives at a time.
@@ -51,7 +55,8 @@ impl RunPlan {
         // a thread without a chunk would only be started
         let chunks = usize::try_from(cycles.div_ceil(chunk)).unwrap_or(usize::MAX);
         let threads = threads.min(chunks).max(1);
-        Self { seed, first_cycle, cycles, threads, chunk, level: CpuLevel::best() }
+        let exchange = Exchange::NONE;
+        Self { seed, first_cycle, cycles, exchange, threads, chunk, level: CpuLevel::best() }
     }
 }
 
@@ -66,7 +71,7 @@ pub fn chunk_for(cycles: u64, threads: usize) -> u64 {
 
 /// Runs the plan. `sink` is called on this thread with the records of consecutive chunks, in order of the cycle ids,
 /// while the next chunks are computed; and several times a second, with no records where none have come. Breaking ends
-/// the run as soon as the cycles that are on the road have been driven.
+/// the run at once: cycles that are on the road are given up.
 ///
 /// The records do not depend on threads, chunks or level. The rayon pool is the run's own.
 pub fn run<B>(
@@ -75,9 +80,9 @@ pub fn run<B>(
     sink: impl FnMut(Vec<Record>) -> ControlFlow<B>,
 ) -> ControlFlow<B> {
     let drive = |range: Range<u64>, stop: &AtomicBool| {
-        let mut cycles = sampled(study, plan.seed, range);
+        let mut cycles = cabins(study, plan, range);
         let mut next = |used| if stop.load(Ordering::Relaxed) { None } else { cycles(used) };
-        drive_cabins(study, &mut next, plan.level)
+        drive_watched(study, &mut next, plan.level, &mut Until(stop))
     };
     run_with(plan, &drive, sink)
 }
@@ -147,4 +152,41 @@ pub fn run_with<B>(
             }
         }
     })
+}
+
+/// All records of a plan. `progress` receives the number of cycles driven so far, several times a second; breaking ends
+/// the run.
+pub fn records<B>(
+    study: &Study,
+    plan: &RunPlan,
+    mut progress: impl FnMut(u64) -> ControlFlow<B>,
+) -> ControlFlow<B, Vec<Record>> {
+    let mut all = Vec::new();
+    run(study, plan, |records| {
+        all.extend(records);
+        progress(all.len() as u64)
+    })?;
+    ControlFlow::Continue(all)
+}
+
+/// Hands out the cycles of a range of the plan.
+fn cabins<'a>(
+    study: &'a Study,
+    plan: &'a RunPlan,
+    mut cycles: Range<u64>,
+) -> Box<dyn FnMut(Option<Cabin>) -> Option<Cabin> + 'a> {
+    if plan.exchange == Exchange::NONE {
+        return Box::new(sampled(study, plan.seed, cycles));
+    }
+    Box::new(move |_| {
+        let cycle_id = cycles.next()?;
+        Some(Cabin::new(study, study.sample_exchanged(plan.seed, cycle_id, plan.exchange)))
+    })
+}
+
+/// Drives single cycles again, in the order of their ids.
+pub fn replay(study: &Study, seed: u64, cycle_ids: &[u64]) -> Vec<Record> {
+    let mut ids = cycle_ids.iter();
+    let mut next = |_| ids.next().map(|id| Cabin::new(study, study.sample(seed, *id)));
+    drive_cabins(study, &mut next, CpuLevel::best())
 }

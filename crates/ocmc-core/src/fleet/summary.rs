@@ -1,14 +1,9 @@
 //! What a fleet's cycles add up to: consumption, speed, duration and stops, over the cycles that were completed.
-//!
-//! | quantity | mean of the fleet | per cycle |
-//! |---|---|---|
-//! | litres, kWh, wheel kWh or grams of CO2 per distance | total over total distance | the cycle's own |
-//! | litres per 100 tkm | total litres over total tonne-kilometres, empty trips included | the cycle's own; none where it is empty |
-//! | speed | total distance over total time | the cycle's own |
-//! | stops per km | total stops over total distance | the cycle's own |
-//! | duration | plain mean | the cycle's own |
 
+use super::quantile::{interval, quantile};
+use super::quantity::{CONSUMPTIONS, Extent, QUANTITIES, Quantity, Weight, quantity};
 use super::ratio::Ratio;
+use super::replicates::ParameterUncertainty;
 use super::statistic::Statistic;
 use crate::simulation::record::{Outcome, Record};
 use serde::ser::SerializeMap;
@@ -27,6 +22,8 @@ pub struct Summary {
     pub simulated_s: f64,
     /// The quantities, over completed cycles.
     pub statistics: Vec<Statistic>,
+    /// What the mean owes to uncertain parameters; none where the study takes them for certain, or has too few cycles.
+    pub parameter_uncertainty: Option<ParameterUncertainty>,
     /// What the cycles that were not completed could change; none where they are at most 0.1 %.
     pub worst_case: Option<WorstCase>,
 }
@@ -88,6 +85,7 @@ impl Serialize for Summary {
         map.serialize_entry("distance_m", &self.distance_m)?;
         map.serialize_entry("simulated_s", &self.simulated_s)?;
         map.serialize_entry("statistics", &StatisticsByName(&self.statistics))?;
+        map.serialize_entry("parameter_uncertainty", &self.parameter_uncertainty)?;
         map.serialize_entry("worst_case", &self.worst_case)?;
         map.end()
     }
@@ -102,68 +100,6 @@ impl Serialize for StatisticsByName<'_> {
     }
 }
 
-/// What a cycle's value is multiplied by for a total, or what a total is divided by.
-#[derive(Clone, Copy)]
-enum Weight {
-    /// Each cycle counts once.
-    One,
-    /// Distance, in m.
-    Distance,
-    /// Payload times distance, in t m.
-    TonneDistance,
-    /// Duration, in s.
-    Duration,
-}
-
-/// One reported quantity: its fleet mean is Σ `of` × `times` / Σ `over`.
-struct Quantity {
-    column: &'static str,
-    value: fn(&Record) -> Option<f64>,
-    of: &'static str,
-    times: Weight,
-    over: Weight,
-}
-
-const LITRES: &str = "consumption_l_per_100km";
-const ELECTRICITY: &str = "consumption_kwh_per_km";
-const WHEEL: &str = "wheel_kwh_per_km";
-const CONSUMPTIONS: [&str; 3] = [LITRES, ELECTRICITY, WHEEL];
-
-/// A quantity per distance.
-const fn per_distance(column: &'static str, value: fn(&Record) -> Option<f64>) -> Quantity {
-    Quantity { column, value, of: column, times: Weight::Distance, over: Weight::Distance }
-}
-
-/// The quantities, in the order in which they are reported.
-const QUANTITIES: [Quantity; 8] = [
-    per_distance(LITRES, |r| r.consumption_l_per_100km),
-    Quantity {
-        column: "consumption_l_per_100tkm",
-        value: |r| r.consumption_l_per_100tkm,
-        of: LITRES,
-        times: Weight::Distance,
-        over: Weight::TonneDistance,
-    },
-    per_distance(ELECTRICITY, |r| r.consumption_kwh_per_km),
-    per_distance(WHEEL, |r| Some(r.wheel_kwh_per_km)),
-    per_distance("co2_g_per_km", |r| r.co2_g_per_km),
-    Quantity {
-        column: "mean_speed_mps",
-        value: |r| Some(r.mean_speed_mps),
-        of: "mean_speed_mps",
-        times: Weight::Duration,
-        over: Weight::Duration,
-    },
-    Quantity {
-        column: "duration_s",
-        value: |r| Some(r.duration_s),
-        of: "duration_s",
-        times: Weight::One,
-        over: Weight::One,
-    },
-    per_distance("stops_per_km", |r| Some(f64::from(r.n_stops) / (r.distance_m / 1000.0))),
-];
-
 /// Collects records in the order of their cycle ids, and keeps of each only what the summary needs: 8 bytes a value.
 #[derive(Clone, Debug, Default)]
 pub struct SummaryBuilder {
@@ -174,14 +110,21 @@ pub struct SummaryBuilder {
     /// Completed cycles.
     rows: usize,
     /// Per completed cycle.
-    distances_m: Vec<f64>,
-    durations_s: Vec<f64>,
-    payloads_kg: Vec<f64>,
+    extents: Vec<Extent>,
+    /// Replicates of uncertain parameters, where there are any.
+    replicates: Option<u64>,
+    /// Ids of the completed cycles, where there are replicates.
+    cycle_ids: Vec<u64>,
     /// Per quantity and completed cycle, NaN where there is none; empty while no cycle has the quantity.
     values: [Vec<f64>; QUANTITIES.len()],
 }
 
 impl SummaryBuilder {
+    /// For a study whose cycles share so many draws of uncertain parameters.
+    pub fn new(replicates: Option<u64>) -> Self {
+        Self { replicates, ..Self::default() }
+    }
+
     /// Adds the next records.
     pub fn add(&mut self, records: &[Record]) {
         for record in records {
@@ -196,9 +139,10 @@ impl SummaryBuilder {
     }
 
     fn add_completed(&mut self, record: &Record) {
-        self.distances_m.push(record.distance_m);
-        self.durations_s.push(record.duration_s);
-        self.payloads_kg.push(record.payload_kg);
+        self.extents.push(Extent::of(record));
+        if self.replicates.is_some() {
+            self.cycle_ids.push(record.cycle_id);
+        }
         for (quantity, values) in QUANTITIES.iter().zip(&mut self.values) {
             if let Some(value) = (quantity.value)(record).filter(|value| value.is_finite()) {
                 values.resize(self.rows, f64::NAN);
@@ -213,6 +157,25 @@ impl SummaryBuilder {
         self.cycles
     }
 
+    /// Half of the 95 % interval of the fleet's consumption, or of its quantile of that level, relative to it.
+    pub fn relative_half_width(&self, level: Option<f64>) -> Option<f64> {
+        let column = CONSUMPTIONS.into_iter().find(|column| !self.values_of(column).is_empty())?;
+        let (value, ci95) = match level {
+            None => {
+                let mean = self.mean(quantity(column)?)?;
+                (mean.ratio, mean.ci95)
+            }
+            Some(level) => {
+                let values = self.values_of(column).iter().copied();
+                let mut values: Vec<f64> = values.filter(|value| !value.is_nan()).collect();
+                values.sort_unstable_by(f64::total_cmp);
+                (quantile(&values, level)?, interval(&values, level))
+            }
+        };
+        let [low, high] = ci95?;
+        (value != 0.0).then(|| libm::fabs((high - low) / 2.0 / value))
+    }
+
     /// Sums up.
     pub fn finish(mut self) -> Summary {
         for values in &mut self.values {
@@ -222,6 +185,7 @@ impl SummaryBuilder {
         }
         let means = std::array::from_fn(|k| self.mean(&QUANTITIES[k]));
         let worst_case = self.worst_case(&means);
+        let parameter_uncertainty = self.parameter_uncertainty();
         let statistics = QUANTITIES
             .iter()
             .zip(means)
@@ -237,6 +201,7 @@ impl SummaryBuilder {
             distance_m: self.distance_m,
             simulated_s: self.simulated_s,
             statistics,
+            parameter_uncertainty,
             worst_case,
         }
     }
@@ -248,20 +213,30 @@ impl SummaryBuilder {
     }
 
     fn weight(&self, weight: Weight, row: usize) -> f64 {
-        match weight {
-            Weight::One => 1.0,
-            Weight::Distance => self.distances_m[row],
-            Weight::TonneDistance => self.payloads_kg[row] / 1000.0 * self.distances_m[row],
-            Weight::Duration => self.durations_s[row],
-        }
+        weight.of(self.extents[row])
     }
 
     fn mean(&self, quantity: &Quantity) -> Option<Ratio> {
+        Ratio::estimate(self.totals(quantity).map(|(_, y, x)| (y, x)))
+    }
+
+    /// What each completed cycle that has the quantity adds to the two totals of its mean, after the cycle's row.
+    fn totals(&self, quantity: &Quantity) -> impl Iterator<Item = (usize, f64, f64)> + Clone {
+        let (times, over) = (quantity.times, quantity.over);
         let values = self.values_of(quantity.of).iter().enumerate();
         let values = values.filter(|(_, value)| !value.is_nan());
-        Ratio::estimate(values.map(|(row, value)| {
-            (value * self.weight(quantity.times, row), self.weight(quantity.over, row))
-        }))
+        values
+            .map(move |(row, value)| (row, value * self.weight(times, row), self.weight(over, row)))
+    }
+
+    fn parameter_uncertainty(&self) -> Option<ParameterUncertainty> {
+        let replicates = self.replicates?;
+        let column = CONSUMPTIONS.into_iter().find(|column| !self.values_of(column).is_empty())?;
+        let cycles: Vec<(u64, f64, f64)> = self
+            .totals(quantity(column)?)
+            .map(|(row, y, x)| (self.cycle_ids[row] % replicates, y, x))
+            .collect();
+        ParameterUncertainty::estimate(column, replicates, &cycles)
     }
 
     fn worst_case(&self, means: &[Option<Ratio>; QUANTITIES.len()]) -> Option<WorstCase> {
@@ -280,6 +255,7 @@ impl SummaryBuilder {
 
 #[cfg(test)]
 mod tests {
+    use super::super::quantity::{ELECTRICITY, LITRES};
     use super::*;
 
     fn record(cycle_id: u64, distance_km: f64, litres_per_100km: f64) -> Record {

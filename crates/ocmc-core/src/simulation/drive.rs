@@ -7,6 +7,7 @@ use super::state::{Shared, State};
 use super::step::StepView;
 use crate::study::{Scenario, Study};
 use std::ops::Range;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Sees every step of every lane; the fleet does not look, a trace does.
 pub trait Watch<const W: usize> {
@@ -14,6 +15,10 @@ pub trait Watch<const W: usize> {
     fn stepped(&mut self, _state: &State<W>, _view: &StepView<W>, _cabins: &[Option<Cabin>]) {}
     /// After a lane has been attended to.
     fn attended(&mut self, _state: &State<W>, _lane: usize, _cabins: &[Option<Cabin>]) {}
+    /// Whether enough was seen: cycles that are on the road are then given up.
+    fn has_enough(&self) -> bool {
+        false
+    }
 }
 
 /// Looks away.
@@ -21,6 +26,16 @@ pub trait Watch<const W: usize> {
 pub struct Unwatched;
 
 impl<const W: usize> Watch<W> for Unwatched {}
+
+/// Looks at nothing but a flag: once it is raised, the cycles on the road are given up.
+#[derive(Clone, Copy, Debug)]
+pub struct Until<'a>(pub &'a AtomicBool);
+
+impl<const W: usize> Watch<W> for Until<'_> {
+    fn has_enough(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
+    }
+}
 
 /// Hands out cabins; takes back the used one, to be furnished anew.
 pub type Next<'a> = &'a mut dyn FnMut(Option<Cabin>) -> Option<Cabin>;
@@ -32,13 +47,23 @@ pub fn drive(study: &Study, seed: u64, cycles: Range<u64>, level: CpuLevel) -> V
 
 /// Drives whatever `next` hands out; the records are in order of the cycle ids.
 pub fn drive_cabins(study: &Study, next: Next, level: CpuLevel) -> Vec<Record> {
+    drive_watched(study, next, level, &mut Unwatched)
+}
+
+/// As [`drive_cabins`], with somebody who looks; there are no records of cycles that were given up.
+pub fn drive_watched<O: Watch<8> + Watch<16>>(
+    study: &Study,
+    next: Next,
+    level: CpuLevel,
+    watch: &mut O,
+) -> Vec<Record> {
     match level {
         #[cfg(target_arch = "x86_64")]
         CpuLevel::Avx512 if level.is_available() => {
             // SAFETY: the CPU has these instructions, as the guard has just asked.
             #[allow(unsafe_code, reason = "the one place where CPU features are chosen")]
             unsafe {
-                drive_avx512(study, next)
+                drive_avx512(study, next, watch)
             }
         }
         #[cfg(target_arch = "x86_64")]
@@ -46,23 +71,23 @@ pub fn drive_cabins(study: &Study, next: Next, level: CpuLevel) -> Vec<Record> {
             // SAFETY: the CPU has these instructions, as the guard has just asked.
             #[allow(unsafe_code, reason = "the one place where CPU features are chosen")]
             unsafe {
-                drive_avx2(study, next)
+                drive_avx2(study, next, watch)
             }
         }
-        _ => drive_lanes::<8, _>(study, next, &mut Unwatched),
+        _ => drive_lanes::<8, _>(study, next, watch),
     }
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx512bw,avx2,bmi2,popcnt")]
-fn drive_avx512(study: &Study, next: Next) -> Vec<Record> {
-    drive_lanes::<16, _>(study, next, &mut Unwatched)
+fn drive_avx512(study: &Study, next: Next, watch: &mut impl Watch<16>) -> Vec<Record> {
+    drive_lanes::<16, _>(study, next, watch)
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,bmi2,popcnt")]
-fn drive_avx2(study: &Study, next: Next) -> Vec<Record> {
-    drive_lanes::<8, _>(study, next, &mut Unwatched)
+fn drive_avx2(study: &Study, next: Next, watch: &mut impl Watch<8>) -> Vec<Record> {
+    drive_lanes::<8, _>(study, next, watch)
 }
 
 /// Hands out the cycles of a range one by one; a used cabin is furnished anew.
@@ -116,6 +141,9 @@ pub fn drive_lanes<const W: usize, O: Watch<W>>(
         let view = state.step(&shared);
         watch.stepped(&state, &view, &cabins);
         let mut alarms = view.alarm.bits();
+        if alarms != 0 && watch.has_enough() {
+            break;
+        }
         while alarms != 0 {
             let lane = alarms.trailing_zeros() as usize % W;
             alarms &= alarms - 1;

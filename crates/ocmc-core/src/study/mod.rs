@@ -12,7 +12,7 @@ use crate::driver::{Driver, DriverModel};
 use crate::mission::MissionModel;
 use crate::operating_cycle::given::{GivenCycle, GivenCycleError, Keep, Route};
 use crate::operating_cycle::{OperatingCycle, OperatingCycleSampler};
-use crate::random::{Factor, Stream, Streams};
+use crate::random::{Exchange, Factor, Stream, Streams};
 use crate::road::RoadModel;
 use crate::traffic::TrafficModel;
 use crate::vehicle::{Powertrain, Vehicle, VehicleModel};
@@ -218,15 +218,22 @@ impl Study {
 
     /// Draws the scenario of one cycle: a pure function of (study, seed, cycle id).
     pub fn sample(&self, seed: u64, cycle_id: u64) -> Scenario {
+        self.sample_exchanged(seed, cycle_id, Exchange::NONE)
+    }
+
+    /// As [`Study::sample`], some of the streams taken from the second sample.
+    pub fn sample_exchanged(&self, seed: u64, cycle_id: u64, exchange: Exchange) -> Scenario {
         let mut cycle = OperatingCycle::default();
-        let (driver, vehicle, curve_residuals) = self.sample_into(seed, cycle_id, &mut cycle);
+        let (driver, vehicle, curve_residuals) =
+            self.sample_into(seed, cycle_id, exchange, &mut cycle);
         Scenario { cycle_id, cycle, driver, curve_residuals, vehicle }
     }
 
     /// As [`Study::sample`], into a scenario whose buffers are reused.
     pub fn resample(&self, seed: u64, cycle_id: u64, scenario: &mut Scenario) {
         scenario.cycle_id = cycle_id;
-        let (driver, vehicle, residuals) = self.sample_into(seed, cycle_id, &mut scenario.cycle);
+        let (driver, vehicle, residuals) =
+            self.sample_into(seed, cycle_id, Exchange::NONE, &mut scenario.cycle);
         scenario.driver = driver;
         scenario.vehicle = vehicle;
         scenario.curve_residuals = residuals;
@@ -236,10 +243,11 @@ impl Study {
         &self,
         seed: u64,
         cycle_id: u64,
+        exchange: Exchange,
         cycle: &mut OperatingCycle,
     ) -> (Driver, Vehicle, Vec<f64>) {
         let simulation = &self.model.simulation;
-        let streams = Streams { seed, cycle_id, frozen: &simulation.frozen };
+        let streams = Streams { seed, cycle_id, frozen: &simulation.frozen, exchange };
         self.operating_cycle.sample(&streams, &simulation.without, cycle);
         let driver = self.model.driver.sample(&streams, &simulation.without, self.stability_limit);
         // a residual belongs to the curve's place, so that it stays when another curve goes

@@ -23,5 +23,5 @@ const CYCLES: u64 = 20_000;
 
 /// The streams of each cycle of a seed.
 fn cycles(seed: u64) -> impl Iterator<Item = Streams<'static>> {
-    (0..CYCLES).map(move |cycle_id| Streams { seed, cycle_id, frozen: &[] })
+    (0..CYCLES).map(move |cycle_id| Streams::new(seed, cycle_id))
 }

@@ -133,7 +133,7 @@ fn rain_comes_in_spells() {
         let (mut wet_at_start, mut after_dry, mut after_wet) = (0, (0, 0), (0, 0));
         let (mut spells, mut amounts) = (Vec::new(), Vec::new());
         for cycle_id in 0..2000 {
-            let streams = Streams { seed, cycle_id, frozen: &[] };
+            let streams = Streams::new(seed, cycle_id);
             let series = model.sample(100.0, 0.0, 3600.0 * hours as f64, &streams);
             let rain = |h: usize| series.at(3600.0 * h as f64).precipitation_mps;
             let wet: Vec<bool> = (0..hours).map(|h| rain(h) > 0.0).collect();

@@ -1,7 +1,7 @@
 //! Numbers as people read them.
 
 /// A whole number with commas between thousands.
-pub(crate) fn grouped(number: u64) -> String {
+pub fn grouped(number: u64) -> String {
     let digits = number.to_string();
     let mut text = String::with_capacity(digits.len() + digits.len() / 3);
     for (k, digit) in digits.chars().enumerate() {
@@ -14,7 +14,7 @@ pub(crate) fn grouped(number: u64) -> String {
 }
 
 /// A quantity rounded to about four digits, with commas from a thousand on.
-pub(crate) fn rounded(number: f64) -> String {
+pub fn rounded(number: f64) -> String {
     if number.abs() >= 1000.0 {
         let sign = if number < 0.0 { "-" } else { "" };
         return format!("{sign}{}", grouped(number.abs().round() as u64));
@@ -23,7 +23,7 @@ pub(crate) fn rounded(number: f64) -> String {
 }
 
 /// A quantity rounded to three digits, for what is not the same twice.
-pub(crate) fn rough(number: f64) -> String {
+pub fn rough(number: f64) -> String {
     if !number.is_finite() {
         return "-".to_owned();
     }
@@ -32,12 +32,12 @@ pub(crate) fn rough(number: f64) -> String {
 }
 
 /// A duration, in s, to the hundredth.
-pub(crate) fn short(seconds: f64) -> String {
+pub fn short(seconds: f64) -> String {
     if seconds < 100.0 { format!("{seconds:.2}") } else { grouped(seconds as u64) }
 }
 
 /// Decimals with which a number has about four digits.
-pub(crate) fn decimals(number: f64) -> usize {
+pub fn decimals(number: f64) -> usize {
     match number.abs() {
         size if size >= 1000.0 || !size.is_finite() => 0,
         size if size >= 100.0 => 1,

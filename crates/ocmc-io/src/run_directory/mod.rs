@@ -1,20 +1,32 @@
 //! Run directories: the records of one run, the manifest that says what they are, and the summary.
 //!
-//! The manifest is written first, replaced atomically after each group of rows, and says `complete` last: whatever
-//! happens to the machine, a directory never claims more than it holds.
+//! The manifest is written first, replaced atomically after each chunk of rows, and says `complete` last: whatever
+//! happens to the machine, a directory never claims more than it holds. A run that was ended in any moment, power cut
+//! included, is resumed from its last chunk, and becomes the same bytes as one that was never ended.
 
-use crate::records::{self, RecordFormat, RecordWriter, RecordsError};
+mod chunks;
+mod durable;
+mod error;
+mod merge;
+mod read;
+
+pub use chunks::{CHUNK_ROWS, CHUNKS};
+pub use error::RunDirectoryError;
+pub use merge::merge;
+pub use read::{StoredRun, Unfinished, read, unfinished};
+
+use crate::records::{RecordFormat, RecordWriter};
 use crate::run_summary::RunSummary;
 use crate::study::{resolved_toml, study_hash};
+use chunks::Chunks;
+use durable::{replace, replaced, temporary};
+use ocmc_core::fleet::precision::Precision;
 use ocmc_core::fleet::run::RunPlan;
-use ocmc_core::fleet::summary::SummaryBuilder;
 use ocmc_core::simulation::record::Record;
-use ocmc_core::study::StudyModel;
+use ocmc_core::study::{Study, StudyModel};
 use serde::{Deserialize, Serialize};
-use std::fs::{self, File};
-use std::io::{self, Write};
+use std::fs;
 use std::path::{Path, PathBuf};
-use thiserror::Error;
 
 /// Version of the layout of a run directory.
 pub const FORMAT_VERSION: u32 = 1;
@@ -26,7 +38,7 @@ pub const MANIFEST: &str = "manifest.json";
 pub const SUMMARY: &str = "summary.json";
 
 /// What a run directory holds. A function of study, seed and range, like the records themselves.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Manifest {
     /// Version of the layout.
     pub format_version: u32,
@@ -44,12 +56,22 @@ pub struct Manifest {
     pub first_cycle: u64,
     /// Number of cycles that were asked for.
     pub cycles: u64,
-    /// Number of cycles, from the first one on, whose records are in the file.
+    /// Number of cycles, from the first one on, whose records are there.
     pub completed: u64,
     /// Name of the file of records.
     pub records: String,
+    /// Whether the resolved study alone repeats the run; not where the trucks follow a drive cycle, which it does not hold.
+    #[serde(default = "yes", skip_serializing_if = "Clone::clone")]
+    pub repeatable: bool,
+    /// At which precision the run may end before its last cycle; a run that has ended has its number of cycles instead.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub precision: Option<Precision>,
     /// The resolved study, in TOML: a study file that repeats the run.
     pub resolved_study: String,
+}
+
+fn yes() -> bool {
+    true
 }
 
 impl Manifest {
@@ -66,8 +88,21 @@ impl Manifest {
             cycles: plan.cycles,
             completed: 0,
             records: String::new(),
+            repeatable: true,
+            precision: None,
             resolved_study: resolved_toml(study),
         }
+    }
+}
+
+impl Manifest {
+    /// Draws of uncertain parameters that the cycles of the study share, where it has any.
+    pub fn replicates(&self) -> Option<u64> {
+        let study: toml::Table = self.resolved_study.parse().ok()?;
+        let curve_speed = study.get("driver")?.get("curve_speed")?;
+        let uncertain = curve_speed.get("parameter_uncertainty")?.as_bool()?;
+        let replicates = u64::try_from(curve_speed.get("replicates")?.as_integer()?).ok()?;
+        uncertain.then_some(replicates.max(1))
     }
 }
 
@@ -75,9 +110,9 @@ impl Manifest {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum RunStatus {
-    /// Being written, or ended without a word: the file of records has no end.
+    /// Being written, or ended without a word: what was finished lies in the chunks.
     Running,
-    /// Stopped on request: the file of records holds what was finished.
+    /// Stopped on request: the file of records holds what was finished, and so do the chunks.
     Interrupted,
     /// Every cycle is there.
     Complete,
@@ -94,80 +129,22 @@ impl RunStatus {
     }
 }
 
-/// What can go wrong with a run directory.
-#[derive(Debug, Error)]
-#[non_exhaustive]
-pub enum RunDirectoryError {
-    /// There is a run already.
-    #[error("`{}` already holds a run ({what})", path.display())]
-    Exists {
-        /// The directory.
-        path: PathBuf,
-        /// Which run, in words.
-        what: String,
-    },
-    /// The path is a file.
-    #[error("`{}` is a file, not a directory", path.display())]
-    NotADirectory {
-        /// The path.
-        path: PathBuf,
-    },
-    /// The directory cannot be created.
-    #[error("cannot create the directory `{}`: {source}", path.display())]
-    Create {
-        /// The directory.
-        path: PathBuf,
-        /// Why.
-        source: io::Error,
-    },
-    /// A file in it cannot be written.
-    #[error("cannot write `{}`: {source}", path.display())]
-    Write {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: io::Error,
-    },
-    /// A file in it cannot be read.
-    #[error("cannot read `{}`: {source}", path.display())]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: io::Error,
-    },
-    /// The manifest is not one.
-    #[error("`{}` is no manifest: {source}", path.display())]
-    Manifest {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: serde_json::Error,
-    },
-    /// The files do not fit together, or the run has no end.
-    #[error("`{}` holds no run that can be read back: {reason}", path.display())]
-    NotWhole {
-        /// The directory.
-        path: PathBuf,
-        /// Why.
-        reason: String,
-    },
-    /// The records cannot be written or read.
-    #[error(transparent)]
-    Records(#[from] RecordsError),
-}
-
 /// A run directory that is being written.
 #[derive(Debug)]
 pub struct RunDirectory {
     path: PathBuf,
     manifest: Manifest,
-    records: RecordWriter,
+    format: RecordFormat,
+    chunks: Chunks,
+    /// Full chunks on the disk.
+    full: u64,
+    /// Records of the chunk that is not full yet.
+    waiting: Vec<Record>,
 }
 
 impl RunDirectory {
-    /// Creates the directory, its manifest and an empty file of records. Status, number of completed cycles and name
-    /// of the records in the manifest are set here.
+    /// Creates the directory and its manifest. Status, number of completed cycles and name of the records in the
+    /// manifest are set here.
     ///
     /// # Errors
     /// An existing run is left alone, whole or not.
@@ -186,28 +163,111 @@ impl RunDirectory {
             ..manifest
         };
         write_manifest(path, &manifest)?;
-        let records = RecordWriter::create(&path.join(format.file_name()), format)?;
-        Ok(Self { path: path.to_owned(), manifest, records })
+        let chunks = Chunks::open(path, format)?;
+        let path = path.to_owned();
+        Ok(Self { path, manifest, format, chunks, full: 0, waiting: Vec::new() })
+    }
+
+    /// Takes up an unfinished run, whose study is given. `sink` receives the records that are there already.
+    ///
+    /// The last record of each chunk is driven again, so that a chunk of another study or one that was changed is found.
+    ///
+    /// # Errors
+    /// Names the chunk that is not what the manifest says.
+    pub fn resume(
+        unfinished: &Unfinished,
+        sink: impl FnMut(&[Record]),
+    ) -> Result<Self, RunDirectoryError> {
+        let path = unfinished.path.clone();
+        let format = unfinished.format;
+        let chunks = Chunks::open(&path, format)?;
+        // as it is now that nobody else writes
+        let manifest = Manifest { status: RunStatus::Running, ..read_manifest(&path)? };
+        let (full, waiting) = read_chunks(&chunks, &manifest, &unfinished.study.study, sink)?;
+        write_manifest(&path, &manifest)?;
+        Ok(Self { path, manifest, format, chunks, full, waiting })
     }
 
     /// Takes the next records.
     pub fn add(&mut self, records: &[Record]) -> Result<(), RunDirectoryError> {
-        if self.records.add(records)? {
-            self.manifest.completed = self.records.written();
+        self.waiting.extend_from_slice(records);
+        let mut used = 0;
+        while let Some(rows) = self.waiting.get(used..used + CHUNK_ROWS) {
+            self.chunks.write(self.full, rows)?;
+            self.full += 1;
+            used += CHUNK_ROWS;
+            self.manifest.completed = self.full * CHUNK_ROWS as u64;
             write_manifest(&self.path, &self.manifest)?;
         }
+        self.waiting.drain(..used);
         Ok(())
+    }
+
+    /// The run is complete with the cycles that it has: it knows its answer precisely enough. The directory is then that of
+    /// a run of so many cycles.
+    pub fn end_here(&mut self) {
+        self.manifest.cycles = self.full * CHUNK_ROWS as u64 + self.waiting.len() as u64;
     }
 
     /// Completes the records, writes the summary, and then says in the manifest how far the run has come.
     pub fn finish(mut self, summary: &RunSummary) -> Result<Manifest, RunDirectoryError> {
-        self.manifest.completed = self.records.finish()?;
+        if !self.waiting.is_empty() {
+            self.chunks.write(self.full, &self.waiting)?;
+        }
+        self.manifest.completed = self.full * CHUNK_ROWS as u64 + self.waiting.len() as u64;
         let all = self.manifest.completed == self.manifest.cycles;
-        self.manifest.status = if all { RunStatus::Complete } else { RunStatus::Interrupted };
-        replace(&self.path.join(SUMMARY), summary.to_json().as_bytes())?;
+        if all {
+            self.manifest.precision = None;
+        }
         write_manifest(&self.path, &self.manifest)?;
+        self.assemble()?;
+        replace(&self.path.join(SUMMARY), summary.to_json().as_bytes())?;
+        self.manifest.status = if all { RunStatus::Complete } else { RunStatus::Interrupted };
+        write_manifest(&self.path, &self.manifest)?;
+        if all {
+            self.chunks.remove()?;
+        }
         Ok(self.manifest)
     }
+
+    /// Writes the file of records from the chunks. It is a function of its rows alone.
+    fn assemble(&self) -> Result<(), RunDirectoryError> {
+        let path = self.path.join(&self.manifest.records);
+        replaced(&path, || {
+            let mut writer = RecordWriter::create(&temporary(&path), self.format)?;
+            for k in 0..self.full {
+                let first = self.manifest.first_cycle + k * CHUNK_ROWS as u64;
+                writer.add(&self.chunks.read(k, first, CHUNK_ROWS)?)?;
+            }
+            writer.add(&self.waiting)?;
+            writer.finish()?;
+            Ok(())
+        })
+    }
+}
+
+/// Reads what an unfinished run has: the number of full chunks, and the rows of the one that is not full.
+fn read_chunks(
+    chunks: &Chunks,
+    manifest: &Manifest,
+    study: &Study,
+    mut sink: impl FnMut(&[Record]),
+) -> Result<(u64, Vec<Record>), RunDirectoryError> {
+    let rows = CHUNK_ROWS as u64;
+    let (full, rest) = (manifest.completed / rows, (manifest.completed % rows) as usize);
+    let mut waiting = Vec::new();
+    let mut last = Vec::new();
+    for k in 0..full + u64::from(rest > 0) {
+        let wanted = if k < full { CHUNK_ROWS } else { rest };
+        let records = chunks.read(k, manifest.first_cycle + k * rows, wanted)?;
+        sink(&records);
+        last.extend(records.last().map(|record| (chunks.place(k), record.clone())));
+        if k == full {
+            waiting = records;
+        }
+    }
+    read::check_by_driving(study, manifest.seed, &last)?;
+    Ok((full, waiting))
 }
 
 /// Reads the manifest of a run directory.
@@ -218,60 +278,13 @@ pub fn read_manifest(directory: &Path) -> Result<Manifest, RunDirectoryError> {
     serde_json::from_str(&text).map_err(|source| RunDirectoryError::Manifest { path, source })
 }
 
-/// A run that was read back.
-#[derive(Clone, Debug)]
-pub struct StoredRun {
-    /// What the run is.
-    pub manifest: Manifest,
-    /// Its records.
-    pub records: Vec<Record>,
-    /// What they add up to.
-    pub summary: RunSummary,
-}
-
-/// What the summary of a run says that its records do not.
-#[derive(Deserialize)]
-struct Measured {
-    wall_s: f64,
-    threads: usize,
-}
-
-/// Reads a run back, whole or interrupted.
-pub fn read(directory: &Path) -> Result<StoredRun, RunDirectoryError> {
-    let not_whole =
-        |reason: String| RunDirectoryError::NotWhole { path: directory.to_owned(), reason };
-    let manifest = read_manifest(directory)?;
-    if manifest.format_version != FORMAT_VERSION {
-        let version = manifest.format_version;
-        return Err(not_whole(format!(
-            "format version {version}, this program reads {FORMAT_VERSION}"
-        )));
-    }
-    if manifest.status == RunStatus::Running {
-        return Err(not_whole("it was not ended".to_owned()));
-    }
-    let path = directory.join(SUMMARY);
-    let text =
-        fs::read_to_string(&path).map_err(|source| RunDirectoryError::Read { path, source })?;
-    let Measured { wall_s, threads } =
-        serde_json::from_str(&text).map_err(|error| not_whole(format!("`{SUMMARY}`: {error}")))?;
-    let mut records = Vec::new();
-    let mut fleet = SummaryBuilder::default();
-    records::read(&directory.join(&manifest.records), |group| {
-        fleet.add(&group);
-        records.extend(group);
-    })?;
-    if records.len() as u64 != manifest.completed {
-        let (rows, completed) = (records.len(), manifest.completed);
-        return Err(not_whole(format!("{rows} records, but {completed} in `{MANIFEST}`")));
-    }
-    let summary = RunSummary::new(&manifest, fleet.finish(), wall_s, threads);
-    Ok(StoredRun { manifest, records, summary })
-}
-
 /// Checks that a new run may be written to this path.
 pub fn check_free(path: &Path) -> Result<(), RunDirectoryError> {
-    let exists = |what: String| RunDirectoryError::Exists { path: path.to_owned(), what };
+    let exists = |what: String, unfinished: bool| RunDirectoryError::Exists {
+        path: path.to_owned(),
+        what,
+        unfinished,
+    };
     match fs::metadata(path) {
         Ok(found) if !found.is_dir() => {
             return Err(RunDirectoryError::NotADirectory { path: path.to_owned() });
@@ -281,21 +294,24 @@ pub fn check_free(path: &Path) -> Result<(), RunDirectoryError> {
         Err(_) => return Ok(()),
     }
     if path.join(MANIFEST).exists() {
-        return Err(exists(match read_manifest(path) {
-            Ok(found) => format!(
-                "study `{}`, seed {}, {} of {} cycles, {}",
-                found.study,
-                found.seed,
-                found.completed,
-                found.cycles,
-                found.status.name()
-            ),
-            Err(_) => format!("its `{MANIFEST}` cannot be read"),
-        }));
+        return Err(match read_manifest(path) {
+            Ok(found) => {
+                let what = format!(
+                    "study `{}`, seed {}, {} of {} cycles, {}",
+                    found.study,
+                    found.seed,
+                    found.completed,
+                    found.cycles,
+                    found.status.name()
+                );
+                exists(what, found.status != RunStatus::Complete)
+            }
+            Err(_) => exists(format!("its `{MANIFEST}` cannot be read"), false),
+        });
     }
-    let files = RecordFormat::ALL.map(RecordFormat::file_name).into_iter().chain([SUMMARY]);
+    let files = RecordFormat::ALL.map(RecordFormat::file_name).into_iter().chain([SUMMARY, CHUNKS]);
     match files.into_iter().find(|file| path.join(file).exists()) {
-        Some(file) => Err(exists(format!("`{file}` without a manifest"))),
+        Some(file) => Err(exists(format!("`{file}` without a manifest"), false)),
         None => Ok(()),
     }
 }
@@ -304,24 +320,6 @@ fn write_manifest(directory: &Path, manifest: &Manifest) -> Result<(), RunDirect
     let mut text = serde_json::to_string_pretty(manifest).expect("numbers and words");
     text.push('\n');
     replace(&directory.join(MANIFEST), text.as_bytes())
-}
-
-/// Replaces a file in one go: whoever reads it sees the old text or the new one.
-fn replace(path: &Path, text: &[u8]) -> Result<(), RunDirectoryError> {
-    let mut name = path.as_os_str().to_owned();
-    name.push(".tmp");
-    let temporary = PathBuf::from(name);
-    let write = || {
-        let mut file = File::create(&temporary)?;
-        file.write_all(text)?;
-        file.sync_all()?;
-        fs::rename(&temporary, path)
-    };
-    write().map_err(|source| {
-        // a remnant would do no harm; what matters is the first error
-        let _ = fs::remove_file(&temporary);
-        RunDirectoryError::Write { path: path.to_owned(), source }
-    })
 }
 
 #[cfg(test)]
@@ -342,6 +340,8 @@ mod tests {
             cycles,
             completed: 7,
             records: String::new(),
+            repeatable: true,
+            precision: None,
             resolved_study: "a = 1\n".to_owned(),
         }
     }
@@ -355,6 +355,7 @@ mod tests {
             seed: u64::MAX,
             first_cycle: 0,
             summary: builder.finish(),
+            precision: None,
             wall_s: 1.5,
             threads: 2,
         }
@@ -428,14 +429,14 @@ mod tests {
     fn an_existing_run_is_left_alone() {
         let directory = tempfile::tempdir().expect("a directory");
         let path = directory.path();
-        RunDirectory::create(path, RecordFormat::Csv, manifest(5)).expect("empty");
+        drop(RunDirectory::create(path, RecordFormat::Csv, manifest(5)).expect("empty"));
         let error =
             RunDirectory::create(path, RecordFormat::Parquet, manifest(5)).expect_err("a run");
         assert!(error.to_string().contains("0 of 5 cycles, running"), "{error}");
         fs::remove_file(path.join(MANIFEST)).expect("there");
         let error =
             RunDirectory::create(path, RecordFormat::Parquet, manifest(5)).expect_err("a run");
-        assert!(error.to_string().contains("records.csv"), "{error}");
+        assert!(error.to_string().contains("`chunks` without a manifest"), "{error}");
     }
 
     #[test]

@@ -1,0 +1,171 @@
+//! `ocmc sensitivity`: which factors the spread between cycles comes from.
+
+use crate::analysis::Analysis;
+use crate::answer::Answer;
+use crate::arguments::SensitivityArguments;
+use crate::failure::Failure;
+use crate::number_text::{grouped, rounded};
+use crate::{output, request};
+use ocmc_core::fleet::random_effects::{TwoWay, two_way};
+use ocmc_core::fleet::run::RunPlan;
+use ocmc_core::fleet::sensitivity::{self, FactorGroup, FactorShare, Sensitivity, factor_groups};
+use ocmc_io::label::label;
+use ocmc_io::study::{self, LoadedStudy, study_hash};
+use serde::Serialize;
+use std::fmt::Write;
+
+/// Width of the names, and of a share with its interval.
+const WIDTHS: (usize, usize) = (17, 21);
+
+/// Drivers of the second opinion.
+const DRIVERS: u64 = 30;
+
+/// Width of the bars.
+const BAR: usize = 18;
+
+/// The answer, as `--json` prints it.
+#[derive(Serialize)]
+struct Content<'a> {
+    study: &'a str,
+    study_hash: String,
+    seed: u64,
+    first_cycle: u64,
+    #[serde(flatten)]
+    sensitivity: &'a Sensitivity,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    two_way: Option<&'a TwoWay>,
+    wall_s: f64,
+    threads: usize,
+}
+
+/// Drives the design and prints the shares.
+pub(crate) fn sensitivity(arguments: &SensitivityArguments) -> Result<(), Failure> {
+    let loaded = study::load(&arguments.study, &arguments.set)?;
+    let groups = groups(&arguments.factor);
+    let (plan, quantity) = request::analysis(&arguments.analysis)?;
+    let cycles = plan.cycles * (2 + groups.len() as u64);
+    let analysis = Analysis::begin(cycles, &arguments.analysis);
+    let shares = sensitivity::sensitivity(&loaded.study, &plan, &groups, quantity, |cycles| {
+        analysis.reach(cycles)
+    });
+    let (shares, wall_s) = analysis.end(shares)?;
+    let shares = shares?;
+    let two_way = match arguments.crossed {
+        Some(cycles) => Some(crossed(arguments, &loaded, cycles)?),
+        None => None,
+    };
+    let answer = sensitivity_answer(&loaded, &plan, &shares, two_way.as_ref(), wall_s);
+    if arguments.analysis.json {
+        return output::answer_json(&answer.json);
+    }
+    output::answer(&answer.text)
+}
+
+/// What the shares of the factors tell.
+pub fn sensitivity_answer(
+    loaded: &LoadedStudy,
+    plan: &RunPlan,
+    shares: &Sensitivity,
+    two_way: Option<&TwoWay>,
+    wall_s: f64,
+) -> Answer {
+    let content = Content {
+        study: &loaded.model.study.name,
+        study_hash: study_hash(&loaded.model),
+        seed: plan.seed,
+        first_cycle: plan.first_cycle,
+        sensitivity: shares,
+        two_way,
+        wall_s,
+        threads: plan.threads,
+    };
+    let mut text = heading(loaded, plan.seed, shares);
+    text.push_str(&Analysis::took(wall_s, plan.threads, shares.cycles));
+    text.push('\n');
+    text.push_str(&table(shares));
+    if let Some(two_way) = two_way {
+        text.push_str(&two_way_text(two_way));
+    }
+    let json = serde_json::to_value(&content).expect("numbers and words");
+    Answer { json, text, warnings: Vec::new() }
+}
+
+/// Every cycle with every driver.
+fn crossed(
+    arguments: &SensitivityArguments,
+    loaded: &LoadedStudy,
+    cycles: u64,
+) -> Result<TwoWay, Failure> {
+    let (plan, quantity) = request::analysis(&arguments.analysis)?;
+    let plan = RunPlan { cycles, ..plan };
+    let analysis = Analysis::begin(cycles * DRIVERS, &arguments.analysis);
+    let shares = two_way(&loaded.study, &plan, DRIVERS, quantity, |done| analysis.reach(done));
+    Ok(analysis.end(shares)?.0?)
+}
+
+fn two_way_text(shares: &TwoWay) -> String {
+    let [cycle, driver, both] =
+        [shares.cycle, shares.driver, shares.both].map(|share| 100.0 * share);
+    format!(
+        "\nA second opinion, {} cycles by {} drivers, two-way random effects, in %:\n\
+         cycle {cycle:.1}, driver {driver:.1}, both together {both:.1}\n",
+        grouped(shares.cycles),
+        shares.drivers
+    )
+}
+
+/// The groups that were asked for, all where none was.
+fn groups(names: &[String]) -> Vec<FactorGroup> {
+    let mut groups = factor_groups();
+    groups.retain(|group| names.is_empty() || names.iter().any(|name| name == group.name));
+    groups
+}
+
+fn heading(loaded: &LoadedStudy, seed: u64, shares: &Sensitivity) -> String {
+    let mut text = String::new();
+    let dropped = match shares.dropped_rows {
+        0 => String::new(),
+        n => format!(", {} dropped because a cycle was not completed", grouped(n)),
+    };
+    for (name, value) in [
+        ("study", loaded.origin.to_string()),
+        ("seed", seed.to_string()),
+        ("rows", format!("{}{dropped}", grouped(shares.rows))),
+        ("cycles", grouped(shares.cycles)),
+    ] {
+        let _ = writeln!(text, "{name:<10} {value}");
+    }
+    text
+}
+
+fn table(shares: &Sensitivity) -> String {
+    let (name_width, width) = WIDTHS;
+    let (label, factor) = label(shares.column);
+    let mut text = format!(
+        "{label}: mean of the cycles {}, SD {}.\nShares of the variance in %, with 95 % intervals:\n\n",
+        rounded(factor * shares.mean),
+        rounded(factor * shares.variance.sqrt())
+    );
+    let head = format!("{:name_width$}{:>width$}{:>width$}", "", "alone", "with joint effects");
+    let _ = writeln!(text, "{head}");
+    for share in &shares.factors {
+        let _ = writeln!(text, "{}", row(share).trim_end());
+    }
+    text
+}
+
+fn row(share: &FactorShare) -> String {
+    let (name_width, width) = WIDTHS;
+    // a part stands below its factor
+    let name = match share.factor.split_once('.') {
+        Some((_, part)) => format!("  {part}"),
+        None => share.factor.to_owned(),
+    };
+    let cell = |share: f64, [low, high]: [f64; 2]| {
+        format!("{:.1} ({:.1} to {:.1})", 100.0 * share, 100.0 * low, 100.0 * high)
+    };
+    let first = cell(share.first, share.first_ci95);
+    let total = cell(share.total, share.total_ci95);
+    let bar = "█".repeat((BAR as f64 * share.total.clamp(0.0, 1.0)).round() as usize);
+    format!("{name:name_width$}{first:>width$}{total:>width$}  {bar}")
+}

@@ -1,0 +1,142 @@
+//! The quantities that a fleet is asked about, and what their mean over the fleet is: total over total.
+//!
+//! | quantity | mean of the fleet | per cycle |
+//! |---|---|---|
+//! | litres, kWh, wheel kWh or grams of CO2 per distance | total over total distance | the cycle's own |
+//! | litres per 100 tkm | total litres over total tonne-kilometres, empty trips included | the cycle's own; none where it is empty |
+//! | speed | total distance over total time | the cycle's own |
+//! | stops per km | total stops over total distance | the cycle's own |
+//! | duration | plain mean | the cycle's own |
+
+use crate::simulation::record::{Outcome, Record};
+
+/// What a cycle's value is multiplied by for a total, or what a total is divided by.
+#[derive(Clone, Copy, Debug)]
+pub enum Weight {
+    /// Each cycle counts once.
+    One,
+    /// Distance, in m.
+    Distance,
+    /// Payload times distance, in t m.
+    TonneDistance,
+    /// Duration, in s.
+    Duration,
+}
+
+/// What weights are made of.
+#[derive(Clone, Copy, Debug)]
+pub struct Extent {
+    /// Distance, in m.
+    pub distance_m: f64,
+    /// Duration, in s.
+    pub duration_s: f64,
+    /// Payload, in kg.
+    pub payload_kg: f64,
+}
+
+impl Extent {
+    /// That of a cycle.
+    pub fn of(record: &Record) -> Self {
+        let Record { distance_m, duration_s, payload_kg, .. } = *record;
+        Self { distance_m, duration_s, payload_kg }
+    }
+}
+
+impl Weight {
+    /// The weight of a cycle.
+    pub fn of(self, extent: Extent) -> f64 {
+        match self {
+            Self::One => 1.0,
+            Self::Distance => extent.distance_m,
+            Self::TonneDistance => extent.payload_kg / 1000.0 * extent.distance_m,
+            Self::Duration => extent.duration_s,
+        }
+    }
+}
+
+/// One quantity: its fleet mean is Σ `of` × `times` / Σ `over`.
+#[derive(Clone, Copy, Debug)]
+pub struct Quantity {
+    /// Name, with its unit.
+    pub column: &'static str,
+    /// A cycle's own value.
+    pub value: fn(&Record) -> Option<f64>,
+    /// Name of the quantity that is summed up.
+    pub of: &'static str,
+    /// What each of its values is multiplied by.
+    pub times: Weight,
+    /// What the total is divided by.
+    pub over: Weight,
+}
+
+impl Quantity {
+    /// The value of a completed cycle that has one.
+    pub fn of_cycle(&self, record: &Record) -> Option<f64> {
+        let value = (self.value)(record).filter(|value| value.is_finite());
+        value.filter(|_| record.outcome == Outcome::Completed)
+    }
+
+    /// What a completed cycle adds to the two totals of the fleet's mean.
+    pub fn totals(&self, record: &Record) -> Option<(f64, f64)> {
+        let summed = quantity(self.of)?.of_cycle(record)?;
+        let extent = Extent::of(record);
+        Some((summed * self.times.of(extent), self.over.of(extent)))
+    }
+}
+
+/// Litres over 100 km.
+pub const LITRES: &str = "consumption_l_per_100km";
+/// Electricity over distance.
+pub const ELECTRICITY: &str = "consumption_kwh_per_km";
+/// Work at the wheels over distance.
+pub const WHEEL: &str = "wheel_kwh_per_km";
+
+/// What a fleet is judged by, where nothing else is asked for: the first that its cycles have.
+pub const CONSUMPTIONS: [&str; 3] = [LITRES, ELECTRICITY, WHEEL];
+
+/// A quantity per distance.
+const fn per_distance(column: &'static str, value: fn(&Record) -> Option<f64>) -> Quantity {
+    Quantity { column, value, of: column, times: Weight::Distance, over: Weight::Distance }
+}
+
+/// The quantities, in the order in which they are reported.
+pub const QUANTITIES: [Quantity; 8] = [
+    per_distance(LITRES, |r| r.consumption_l_per_100km),
+    Quantity {
+        column: "consumption_l_per_100tkm",
+        value: |r| r.consumption_l_per_100tkm,
+        of: LITRES,
+        times: Weight::Distance,
+        over: Weight::TonneDistance,
+    },
+    per_distance(ELECTRICITY, |r| r.consumption_kwh_per_km),
+    per_distance(WHEEL, |r| Some(r.wheel_kwh_per_km)),
+    per_distance("co2_g_per_km", |r| r.co2_g_per_km),
+    Quantity {
+        column: "mean_speed_mps",
+        value: |r| Some(r.mean_speed_mps),
+        of: "mean_speed_mps",
+        times: Weight::Duration,
+        over: Weight::Duration,
+    },
+    Quantity {
+        column: "duration_s",
+        value: |r| Some(r.duration_s),
+        of: "duration_s",
+        times: Weight::One,
+        over: Weight::One,
+    },
+    per_distance("stops_per_km", |r| Some(f64::from(r.n_stops) / (r.distance_m / 1000.0))),
+];
+
+/// The quantity of that name.
+pub fn quantity(column: &str) -> Option<&'static Quantity> {
+    QUANTITIES.iter().find(|quantity| quantity.column == column)
+}
+
+/// The consumption that these cycles have: fuel, else electricity, else the work at the wheels.
+pub fn consumption(records: &[Record]) -> &'static Quantity {
+    let consumptions = QUANTITIES.iter().filter(|q| CONSUMPTIONS.contains(&q.column));
+    let mut had = consumptions.filter(|q| records.iter().any(|r| q.of_cycle(r).is_some()));
+    had.next().unwrap_or(&QUANTITIES[0])
+}

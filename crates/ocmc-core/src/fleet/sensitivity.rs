@@ -1,0 +1,442 @@
+//! Sensitivity: the shares of the variance between cycles that groups of random streams explain.
+//!
+//! A row `k` of the design is driven with all streams from the first sample (A), with all from the second (B), and for
+//! each group `i` with this group alone from the second (AB_i). With f the outputs, centred by their common mean, and V
+//! the variance of A and B together:
+//!
+//! first order  S_i = mean f(B) (f(AB_i) − f(A)) / V       share that the group explains alone
+//! total        T_i = mean (f(A) − f(AB_i))² / 2 V         share that would be gone if the group were fixed, joint effects included
+//!
+//! Sources: A. Saltelli et al., *Computer Physics Communications* 181 (2010) 259, table 2 (b) and (f), the latter from
+//! M. J. W. Jansen, *Computer Physics Communications* 117 (1999) 35 [PK]. Intervals are percentiles of bootstrap samples
+//! of rows. A row in which one cycle has failed is dropped whole. Estimates are reported as they are: one of a small
+//! share may be negative.
+
+use super::quantity::{Quantity, consumption};
+use super::run::{RunPlan, records};
+use crate::random::{Draws, Exchange, Factor, Stream, StreamSet};
+use crate::simulation::record::Record;
+use crate::study::Study;
+use serde::Serialize;
+use std::ops::ControlFlow;
+use thiserror::Error;
+
+/// Bootstrap samples behind an interval.
+pub const BOOTSTRAP_SAMPLES: u64 = 1000;
+
+/// Streams that are exchanged together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FactorGroup {
+    /// Its name: a factor, or a part of one after a dot.
+    pub name: &'static str,
+    /// Its streams.
+    pub streams: StreamSet,
+}
+
+/// The groups that are reported: the six factors, which together are all that is random, and parts of two of them.
+pub fn factor_groups() -> Vec<FactorGroup> {
+    let factor = |name, factor| FactorGroup { name, streams: StreamSet::of_factor(factor) };
+    let part = |name, streams: &[Stream]| FactorGroup { name, streams: StreamSet::of(streams) };
+    vec![
+        factor("road", Factor::Road),
+        factor("weather", Factor::Weather),
+        factor("traffic", Factor::Traffic),
+        factor("mission", Factor::Mission),
+        part("mission.payload", &[Stream::Payload]),
+        factor("driver", Factor::Driver),
+        part(
+            "driver.curve_speed",
+            &[Stream::CurveSpeed, Stream::CurveResidual, Stream::CurveSpeedParameters],
+        ),
+        part("driver.speed_change", &[Stream::SpeedChange]),
+        part("driver.pedals", &[Stream::Pedals]),
+        part("driver.compliance", &[Stream::Compliance, Stream::BumpComfort]),
+        factor("vehicle", Factor::Vehicle),
+    ]
+}
+
+/// Shares of the variance of one quantity.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Sensitivity {
+    /// Name of the quantity.
+    pub column: &'static str,
+    /// Rows of the design that count.
+    pub rows: u64,
+    /// Rows that were dropped, because one of their cycles has failed or does not have the quantity.
+    pub dropped_rows: u64,
+    /// Cycles that were driven.
+    pub cycles: u64,
+    /// Mean over the cycles of both samples, each counted once.
+    pub mean: f64,
+    /// Variance over the cycles of both samples.
+    pub variance: f64,
+    /// The groups.
+    pub factors: Vec<FactorShare>,
+}
+
+/// What one group explains.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FactorShare {
+    /// Name of the group.
+    pub factor: &'static str,
+    /// Share that it explains alone.
+    pub first: f64,
+    /// 95 % interval.
+    pub first_ci95: [f64; 2],
+    /// Share that would be gone if it were fixed.
+    pub total: f64,
+    /// 95 % interval.
+    pub total_ci95: [f64; 2],
+}
+
+/// Why there are no shares.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum SensitivityError {
+    /// Too few rows are complete.
+    #[error(
+        "{rows} of the rows have `{column}` in every cycle, {dropped} do not; at least {LEAST_ROWS} are needed"
+    )]
+    TooFewRows {
+        /// Name of the quantity.
+        column: &'static str,
+        /// Complete rows.
+        rows: u64,
+        /// Dropped rows.
+        dropped: u64,
+    },
+    /// Every cycle has the same value.
+    #[error("`{column}` is the same in every cycle: there is no variance to share out")]
+    NoSpread {
+        /// Name of the quantity.
+        column: &'static str,
+    },
+}
+
+/// Fewest rows for which shares are estimated.
+pub const LEAST_ROWS: u64 = 10;
+
+/// Outputs of the design: those of A and B, and of each AB_i.
+#[derive(Clone, Debug)]
+struct Outputs {
+    a: Vec<f64>,
+    b: Vec<f64>,
+    ab: Vec<Vec<f64>>,
+}
+
+/// Drives the design, `plan.cycles` rows, and shares out the variance. Without a quantity that of the consumption.
+///
+/// `progress` receives the number of cycles driven so far, of `plan.cycles` × (2 + number of groups); breaking ends the
+/// analysis.
+pub fn sensitivity<B>(
+    study: &Study,
+    plan: &RunPlan,
+    groups: &[FactorGroup],
+    quantity: Option<&'static Quantity>,
+    mut progress: impl FnMut(u64) -> ControlFlow<B>,
+) -> ControlFlow<B, Result<Sensitivity, SensitivityError>> {
+    let mut before = 0;
+    let mut driven = |streams: StreamSet| {
+        let plan = RunPlan { exchange: Exchange { streams, cycle_id: None }, ..*plan };
+        let records = records(study, &plan, |cycles| progress(before + cycles))?;
+        before += plan.cycles;
+        ControlFlow::Continue(records)
+    };
+    let a = driven(StreamSet::NONE)?;
+    let quantity = quantity.unwrap_or_else(|| consumption(&a));
+    let values = |records: &[Record]| -> Vec<Option<f64>> {
+        records.iter().map(|record| quantity.of_cycle(record)).collect()
+    };
+    let mut designs = vec![values(&a), values(&driven(StreamSet::ALL)?)];
+    drop(a);
+    for group in groups {
+        designs.push(values(&driven(group.streams)?));
+    }
+    ControlFlow::Continue(share_out(quantity.column, plan, groups, &designs))
+}
+
+/// Drops rows that are not complete, and estimates the shares.
+fn share_out(
+    column: &'static str,
+    plan: &RunPlan,
+    groups: &[FactorGroup],
+    designs: &[Vec<Option<f64>>],
+) -> Result<Sensitivity, SensitivityError> {
+    let whole = |row: usize| designs.iter().map(|design| design[row]).collect::<Option<Vec<f64>>>();
+    let complete: Vec<Vec<f64>> = (0..plan.cycles as usize).filter_map(whole).collect();
+    let rows = complete.len() as u64;
+    let dropped = plan.cycles - rows;
+    if rows < LEAST_ROWS {
+        return Err(SensitivityError::TooFewRows { column, rows, dropped });
+    }
+    let design = |k: usize| complete.iter().map(|row| row[k]).collect::<Vec<f64>>();
+    let ab = (2..designs.len()).map(design).collect();
+    let outputs = Outputs { a: design(0), b: design(1), ab };
+    let (mean, variance) = outputs.moments();
+    if !(variance > 0.0) {
+        return Err(SensitivityError::NoSpread { column });
+    }
+    let shares = outputs.shares(plan.seed);
+    let factors = groups.iter().zip(shares).map(|(group, share)| FactorShare {
+        factor: group.name,
+        first: share.first,
+        first_ci95: share.first_ci95,
+        total: share.total,
+        total_ci95: share.total_ci95,
+    });
+    let factors = factors.collect();
+    let cycles = plan.cycles * designs.len() as u64;
+    Ok(Sensitivity { column, rows, dropped_rows: dropped, cycles, mean, variance, factors })
+}
+
+/// The estimates of one group.
+#[derive(Clone, Copy, Debug)]
+struct Share {
+    first: f64,
+    first_ci95: [f64; 2],
+    total: f64,
+    total_ci95: [f64; 2],
+}
+
+/// Terms of one row, outputs centred by the mean of the whole sample; the estimators are quotients of their sums.
+#[derive(Clone, Copy, Debug)]
+struct Term {
+    /// f(B) (f(AB) − f(A))
+    product: f64,
+    /// f(AB) − f(A)
+    difference: f64,
+    /// (f(AB) − f(A))²
+    square: f64,
+}
+
+impl Outputs {
+    /// Mean and variance (divisor 2 n − 1) of A and B together.
+    fn moments(&self) -> (f64, f64) {
+        let n = 2.0 * self.a.len() as f64;
+        let all = || self.a.iter().chain(&self.b);
+        let mean = all().sum::<f64>() / n;
+        (mean, all().map(|f| (f - mean) * (f - mean)).sum::<f64>() / (n - 1.0))
+    }
+
+    /// First and total shares of each group, with bootstrap intervals whose draws the seed fixes.
+    fn shares(&self, seed: u64) -> Vec<Share> {
+        let (mean, _) = self.moments();
+        let n = self.a.len();
+        let sums: Vec<f64> = (0..n).map(|k| (self.a[k] - mean) + (self.b[k] - mean)).collect();
+        let squares: Vec<f64> = (0..n)
+            .map(|k| {
+                (self.a[k] - mean) * (self.a[k] - mean) + (self.b[k] - mean) * (self.b[k] - mean)
+            })
+            .collect();
+        let terms: Vec<Vec<Term>> = self
+            .ab
+            .iter()
+            .map(|ab| {
+                let term = |k: usize| {
+                    let difference = ab[k] - self.a[k];
+                    let product = (self.b[k] - mean) * difference;
+                    Term { product, difference, square: difference * difference }
+                };
+                (0..n).map(term).collect()
+            })
+            .collect();
+        let estimate = |rows: &[usize]| -> Vec<(f64, f64)> {
+            let n = rows.len() as f64;
+            // the sample's own mean, as seen from that of the whole
+            let shift = rows.iter().map(|&k| sums[k]).sum::<f64>() / (2.0 * n);
+            let square = rows.iter().map(|&k| squares[k]).sum::<f64>();
+            let variance = (square - 2.0 * n * shift * shift) / (2.0 * n - 1.0);
+            let share = |terms: &Vec<Term>| {
+                let (mut product, mut difference, mut square) = (0.0, 0.0, 0.0);
+                for &k in rows {
+                    product += terms[k].product;
+                    difference += terms[k].difference;
+                    square += terms[k].square;
+                }
+                let first = (product - shift * difference) / (n * variance);
+                (first, square / (2.0 * n * variance))
+            };
+            terms.iter().map(share).collect()
+        };
+        let all: Vec<usize> = (0..n).collect();
+        let estimates = estimate(&all);
+        let mut samples = vec![(Vec::new(), Vec::new()); estimates.len()];
+        for replicate in 0..BOOTSTRAP_SAMPLES {
+            let mut draws = Draws::new(seed, replicate, Stream::Bootstrap);
+            let rows: Vec<usize> = (0..n).map(|_| (draws.uniform() * n as f64) as usize).collect();
+            for (sample, (first, total)) in samples.iter_mut().zip(estimate(&rows)) {
+                sample.0.push(first);
+                sample.1.push(total);
+            }
+        }
+        estimates
+            .into_iter()
+            .zip(samples)
+            .map(|((first, total), (firsts, totals))| Share {
+                first,
+                first_ci95: percentiles(firsts),
+                total,
+                total_ci95: percentiles(totals),
+            })
+            .collect()
+    }
+}
+
+/// 2.5 % and 97.5 % points of bootstrap estimates.
+fn percentiles(mut estimates: Vec<f64>) -> [f64; 2] {
+    estimates.sort_unstable_by(f64::total_cmp);
+    [0.025, 0.975].map(|level| super::quantile::quantile(&estimates, level).unwrap_or(f64::NAN))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::PI;
+
+    /// Outputs of a function of `D` independent uniforms under the design.
+    fn outputs<const D: usize>(f: impl Fn([f64; D]) -> f64, rows: usize, seed: u64) -> Outputs {
+        let mut first = Draws::new(seed, 0, Stream::Curve);
+        let mut second = Draws::of_second_sample(seed, 0, Stream::Curve);
+        let mut design = Outputs { a: Vec::new(), b: Vec::new(), ab: vec![Vec::new(); D] };
+        for _ in 0..rows {
+            let a: [f64; D] = std::array::from_fn(|_| first.uniform());
+            let b: [f64; D] = std::array::from_fn(|_| second.uniform());
+            design.a.push(f(a));
+            design.b.push(f(b));
+            for i in 0..D {
+                let mut ab = a;
+                ab[i] = b[i];
+                design.ab[i].push(f(ab));
+            }
+        }
+        design
+    }
+
+    fn ishigami(u: [f64; 3]) -> f64 {
+        let x = u.map(|u| PI * (2.0 * u - 1.0));
+        libm::sin(x[0]) * (1.0 + 0.1 * libm::pow(x[2], 4.0)) + 7.0 * libm::pow(libm::sin(x[1]), 2.0)
+    }
+
+    /// T. Ishigami, T. Homma (1990), a = 7, b = 0.1: V₁ = (1 + b π⁴/5)²/2, V₂ = a²/8, V₁₃ = b² π⁸ (1/18 − 1/50).
+    fn ishigami_shares() -> ([f64; 3], [f64; 3]) {
+        let v1 = (1.0 + 0.1 * PI.powi(4) / 5.0).powi(2) / 2.0;
+        let v2 = 49.0 / 8.0;
+        let v13 = 0.01 * PI.powi(8) * (1.0 / 18.0 - 1.0 / 50.0);
+        let v = v1 + v2 + v13;
+        ([v1 / v, v2 / v, 0.0], [(v1 + v13) / v, v2 / v, v13 / v])
+    }
+
+    const G: [f64; 4] = [0.0, 1.0, 4.5, 9.0];
+
+    /// Sobol's g function.
+    fn g(u: [f64; 4]) -> f64 {
+        u.iter().zip(G).map(|(u, a)| (libm::fabs(4.0 * u - 2.0) + a) / (1.0 + a)).product()
+    }
+
+    /// V_i = 1/(3 (1 + a_i)²), V = Π (1 + V_i) − 1, T_i = V_i Π_{j≠i} (1 + V_j) / V.
+    fn g_shares() -> ([f64; 4], [f64; 4]) {
+        let v = G.map(|a| 1.0 / (3.0 * (1.0 + a) * (1.0 + a)));
+        let product: f64 = v.iter().map(|v| 1.0 + v).product();
+        let whole = product - 1.0;
+        (v.map(|v| v / whole), v.map(|v| v * product / (1.0 + v) / whole))
+    }
+
+    fn check<const D: usize>(
+        f: impl Fn([f64; D]) -> f64 + Copy,
+        (first, total): ([f64; D], [f64; D]),
+    ) {
+        for seed in 1..=3 {
+            for (i, share) in outputs(f, 4000, seed).shares(seed).into_iter().enumerate() {
+                for (estimate, [low, high], known) in [
+                    (share.first, share.first_ci95, first[i]),
+                    (share.total, share.total_ci95, total[i]),
+                ] {
+                    // half of a 95 % interval is 1.96 standard errors
+                    let error = (high - low) / 3.92;
+                    let off = (estimate - known).abs();
+                    assert!(
+                        off < 4.0 * error + 1e-12,
+                        "seed {seed}, {i}: {estimate} {known} {error}"
+                    );
+                    assert!(error < 0.03, "{error}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn shares_of_the_ishigami_function_are_the_known_ones() {
+        check(ishigami, ishigami_shares());
+    }
+
+    #[test]
+    fn shares_of_sobols_g_function_are_the_known_ones() {
+        check(g, g_shares());
+    }
+
+    #[test]
+    fn intervals_cover_the_known_shares_about_as_often_as_they_should() {
+        const RUNS: u64 = 100;
+        let (first, total) = g_shares();
+        let mut covered = 0;
+        for seed in 0..RUNS {
+            for (i, share) in outputs(g, 300, 1000 + seed).shares(seed).into_iter().enumerate() {
+                let inside =
+                    |[low, high]: [f64; 2], known: f64| u64::from(low <= known && known <= high);
+                covered += inside(share.first_ci95, first[i]) + inside(share.total_ci95, total[i]);
+            }
+        }
+        // percentile intervals of skewed estimates cover a little less; the eight of one run are not independent
+        let share = covered as f64 / (8 * RUNS) as f64;
+        assert!((0.90..0.98).contains(&share), "{share}");
+    }
+
+    #[test]
+    fn the_mean_of_the_outputs_does_not_matter() {
+        let far = outputs(|u| 1e6 + ishigami(u), 500, 1).shares(1);
+        for (far, near) in far.into_iter().zip(outputs(ishigami, 500, 1).shares(1)) {
+            assert!((far.first - near.first).abs() < 1e-7 && (far.total - near.total).abs() < 1e-7);
+        }
+    }
+
+    #[test]
+    fn rows_that_are_not_complete_are_dropped_whole_and_counted() {
+        let plan = RunPlan::new(1, 0, 12, Some(1), None);
+        let groups = &factor_groups()[..1];
+        let column: Vec<Option<f64>> = (0..12).map(|k| Some(f64::from(k * k % 7))).collect();
+        let mut designs = vec![column.clone(), column.clone(), column];
+        designs[1].reverse();
+        designs[2][3] = None;
+        designs[0][4] = None;
+        let found = share_out("x", &plan, groups, &designs).expect("ten rows are left");
+        assert_eq!((found.rows, found.dropped_rows, found.cycles), (10, 2, 36));
+        designs[0][5] = None;
+        let error = share_out("x", &plan, groups, &designs).expect_err("nine are left");
+        assert_eq!(error, SensitivityError::TooFewRows { column: "x", rows: 9, dropped: 3 });
+        let same = vec![vec![Some(1.0); 12]; 3];
+        let error = share_out("x", &plan, groups, &same).expect_err("nothing varies");
+        assert_eq!(error, SensitivityError::NoSpread { column: "x" });
+    }
+
+    #[test]
+    fn the_factors_are_all_that_is_random_and_parts_lie_within_them() {
+        let groups = factor_groups();
+        for stream in Stream::ALL.into_iter().filter(|stream| stream.factor().is_some()) {
+            let holding = |dot: bool| {
+                groups
+                    .iter()
+                    .filter(move |g| g.name.contains('.') == dot && g.streams.contains(stream))
+            };
+            assert_eq!(holding(false).count(), 1, "{stream:?}");
+            let factor = holding(false).next().expect("one").name;
+            assert!(holding(true).all(|part| part.name.starts_with(factor)), "{stream:?}");
+            if factor == "driver" {
+                assert_eq!(
+                    holding(true).count(),
+                    1,
+                    "{stream:?}: the driver's parts are all of it"
+                );
+            }
+        }
+    }
+}

@@ -1,0 +1,183 @@
+//! The report of a run: one HTML file that opens offline, on a phone, in print, light and dark, without scripts.
+
+mod energy;
+mod svg;
+mod tables;
+
+use crate::label::{label, label_of_record};
+use crate::number_text::{grouped, rounded};
+use crate::run_directory::StoredRun;
+use crate::study;
+use ocmc_core::fleet::association::{Association, association};
+use ocmc_core::fleet::quantity::{Quantity, quantity};
+use ocmc_core::fleet::statistic::Statistic;
+use ocmc_core::simulation::record::{Cell, Record, column};
+use std::fmt::Write;
+use svg::escaped;
+
+/// Name of the report in a run directory.
+pub const REPORT: &str = "report.html";
+
+const STYLE: &str = include_str!("style.css");
+
+/// Columns that may explain the consumption, and what a distance divides.
+const EXPLAINING: [(&str, bool); 18] = [
+    ("payload_kg", false),
+    ("climb_m", true),
+    ("mean_limit_mps", false),
+    ("mean_speed_mps", false),
+    ("urban_share", false),
+    ("motorway_share", false),
+    ("n_curves", true),
+    ("n_stops", true),
+    ("n_gear_shifts", true),
+    ("air_temperature_k", false),
+    ("head_wind_mps", false),
+    ("drag_area_m2", false),
+    ("rolling_coefficient", false),
+    ("driver_curve_speed_mps", false),
+    ("driver_deceleration_mps2", false),
+    ("driver_acceleration_mps2", false),
+    ("driver_compliance", false),
+    ("driver_kp", false),
+];
+
+/// Pictures of what goes with the consumption.
+const SHOWN: usize = 9;
+
+/// The whole report.
+pub fn html(run: &StoredRun) -> String {
+    let summary = &run.summary.summary;
+    let mut page = head(run);
+    page.push_str(&tables::key_numbers(run));
+    if let Some(statistic) = summary.consumption() {
+        page.push_str(&distribution(statistic));
+        page.push_str(&tables::statistics(&summary.statistics));
+        page.push_str(&energy::breakdown(&run.records));
+        if let Some(quantity) = quantity(statistic.column) {
+            page.push_str(&explained(&run.records, quantity, statistic));
+            page.push_str(&tables::road_shares(&run.records));
+            page.push_str(&tables::outliers(run, quantity));
+        }
+    }
+    page.push_str(&tables::failures(run));
+    page.push_str(&tables::study(run));
+    page.push_str(&tables::provenance(run));
+    page.push_str("</body>\n</html>\n");
+    page
+}
+
+fn head(run: &StoredRun) -> String {
+    let name = escaped(&run.manifest.study);
+    let description = tables::resolved(run)
+        .and_then(|table| Some(table.get("study")?.get("description")?.as_str()?.to_owned()))
+        .unwrap_or_default();
+    // nothing may be fetched, whatever a study's name holds
+    format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; style-src 'unsafe-inline'\">\n\
+         <link rel=\"icon\" href=\"data:,\">\n<title>{name}: a run of ocmc</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n\
+         <h1>{name}</h1>\n<p class=\"soft\">{}</p>\n",
+        escaped(&description)
+    )
+}
+
+fn distribution(statistic: &Statistic) -> String {
+    let (unit, factor) = label(statistic.column);
+    let mut text = format!("<h2>Distribution over the cycles: {}</h2>\n", escaped(unit));
+    if let Some(histogram) = statistic.histogram.as_ref().filter(|_| factor == 1.0) {
+        let _ = writeln!(
+            text,
+            "<figure>{}<figcaption>Number of cycles; lines at P5, P50 and P95.{}</figcaption></figure>",
+            svg::histogram(histogram, &statistic.quantiles, unit),
+            match histogram.below + histogram.above {
+                0 => String::new(),
+                n => format!(" {} cycles lie outside the picture.", grouped(n)),
+            }
+        );
+    }
+    text
+}
+
+/// What goes with the consumption: bands over tenths of the cycles, the strongest first.
+fn explained(records: &[Record], quantity: &Quantity, statistic: &Statistic) -> String {
+    let mut found: Vec<(String, f64, Association)> = EXPLAINING
+        .iter()
+        .filter_map(|(name, per_distance)| {
+            let pairs: Vec<(f64, f64)> = records
+                .iter()
+                .filter_map(|record| {
+                    let value = quantity.of_cycle(record)?;
+                    let x = number(record, name)?;
+                    Some((if *per_distance { x / (record.distance_m / 1000.0) } else { x }, value))
+                })
+                .filter(|(x, _)| x.is_finite())
+                .collect();
+            let (label, factor) = label_of_record(name);
+            let label = if *per_distance { format!("{label} per km") } else { label.to_owned() };
+            Some((label, factor, association(&pairs)?))
+        })
+        .collect();
+    if found.is_empty() {
+        return String::new();
+    }
+    found.sort_by(|a, b| b.2.share.total_cmp(&a.2.share));
+    found.truncate(SHOWN);
+    let (unit, _) = label(statistic.column);
+    let all = || found.iter().flat_map(|(_, _, association)| &association.bands);
+    let low = all().map(|band| band.y[0]).fold(f64::INFINITY, f64::min);
+    let high = all().map(|band| band.y[2]).fold(f64::NEG_INFINITY, f64::max);
+    let mut text = format!(
+        "<h2>What goes with the spread</h2>\n<p>{} over tenths of the cycles, sorted by each quantity: the line is the \
+         median, the band holds 80 % of the cycles. The percentage is the share of the variance between the tenths. It \
+         says what goes together; <code>ocmc sensitivity</code> says what causes the spread.</p>\n<div class=\"charts\">\n",
+        escaped(unit)
+    );
+    for (name, factor, association) in &found {
+        let _ = writeln!(
+            text,
+            "<figure><h3>{}: {:.0} %</h3>{}</figure>",
+            escaped(name),
+            100.0 * association.share,
+            svg::bands(association, name, *factor, [low, high])
+        );
+    }
+    text.push_str("</div>\n");
+    text
+}
+
+/// A number of a record, by the name of its column.
+fn number(record: &Record, name: &str) -> Option<f64> {
+    match (column(name)?.get)(record) {
+        Cell::Number(value) => value,
+        Cell::Integer(value) => Some(value as f64),
+        Cell::Outcome(_) => None,
+    }
+}
+
+/// How a command names the study of this run: a built-in name where it is one, otherwise a file to save it to.
+fn study_argument(run: &StoredRun) -> String {
+    let none: &[&str] = &[];
+    let built_in = study::list().iter().find(|built_in| {
+        study::load(built_in.name, none)
+            .is_ok_and(|loaded| study::study_hash(&loaded.model) == run.manifest.study_hash)
+    });
+    built_in.map_or_else(|| "study.toml".to_owned(), |built_in| built_in.name.to_owned())
+}
+
+/// The command that shows one cycle of this run step by step.
+fn trace_command(run: &StoredRun, study: &str, cycle_id: u64) -> String {
+    let seed = run.manifest.seed;
+    format!(
+        "ocmc trace --study {study} --seed {seed} --cycle-id {cycle_id} --out cycle-{cycle_id}.csv"
+    )
+}
+
+/// A value in its unit for people.
+fn shown(value: Option<f64>, factor: f64) -> String {
+    value.map_or("–".to_owned(), |value| rounded(factor * value))
+}
+
+#[cfg(test)]
+mod tests;

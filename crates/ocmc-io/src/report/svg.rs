@@ -1,0 +1,182 @@
+//! The report's pictures: a histogram, bands, and horizontal bars, as SVG that takes its colours from the page.
+
+use crate::number_text::{grouped, rounded};
+use ocmc_core::fleet::association::Association;
+use ocmc_core::fleet::histogram::Histogram;
+use ocmc_core::fleet::statistic::Quantile;
+use std::fmt::Write;
+
+/// Text that may hold anything, as text of HTML and of attributes.
+pub(super) fn escaped(text: &str) -> String {
+    let mut safe = String::with_capacity(text.len());
+    for character in text.chars() {
+        match character {
+            '&' => safe.push_str("&amp;"),
+            '<' => safe.push_str("&lt;"),
+            '>' => safe.push_str("&gt;"),
+            '"' => safe.push_str("&quot;"),
+            '\'' => safe.push_str("&#39;"),
+            other => safe.push(other),
+        }
+    }
+    safe
+}
+
+/// Maps a range of values to a range of places.
+#[derive(Clone, Copy)]
+struct Scale {
+    from: [f64; 2],
+    to: [f64; 2],
+}
+
+impl Scale {
+    fn at(self, value: f64) -> f64 {
+        let [a, b] = self.from;
+        let share = if b > a { (value - a) / (b - a) } else { 0.5 };
+        self.to[0] + share * (self.to[1] - self.to[0])
+    }
+}
+
+fn begin(width: f64, height: f64, what: &str) -> String {
+    // letters of broad pictures grow on narrow screens
+    let class = if width > 400.0 { " class=\"broad\"" } else { "" };
+    format!(
+        "<svg{class} viewBox=\"0 0 {width} {height}\" role=\"img\" aria-label=\"{}\">\n",
+        escaped(what)
+    )
+}
+
+fn label(text: &mut String, x: f64, y: f64, anchor: &str, class: &str, words: &str) {
+    let words = escaped(words);
+    let _ = writeln!(
+        text,
+        "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\" class=\"{class}\">{words}</text>"
+    );
+}
+
+/// A histogram, with quantiles as marks.
+pub(super) fn histogram(histogram: &Histogram, quantiles: &[Quantile], unit: &str) -> String {
+    let (width, height, foot) = (720.0, 280.0, 40.0);
+    let edges = &histogram.edges;
+    let x = Scale { from: [edges[0], edges[edges.len() - 1]], to: [10.0, width - 10.0] };
+    let largest = histogram.counts.iter().copied().max().unwrap_or(1).max(1) as f64;
+    let y = Scale { from: [0.0, largest], to: [height - foot, 28.0] };
+    let mut text = begin(width, height, &format!("Histogram of {unit} over the cycles"));
+    for (edge, count) in edges.windows(2).zip(&histogram.counts) {
+        let (left, right, top) = (x.at(edge[0]), x.at(edge[1]), y.at(*count as f64));
+        let _ = writeln!(
+            text,
+            "<rect class=\"bar\" x=\"{:.1}\" y=\"{top:.1}\" width=\"{:.1}\" height=\"{:.1}\"><title>{:.d$} to {:.d$}: {} cycles</title></rect>",
+            left + 0.5,
+            (right - left - 1.0).max(0.5),
+            height - foot - top,
+            edge[0],
+            edge[1],
+            grouped(*count),
+            d = histogram.decimals,
+        );
+    }
+    for quantile in quantiles.iter().filter(|q| ["p5", "p50", "p95"].contains(&q.name)) {
+        let Some(value) = quantile.value.filter(|v| (x.from[0]..=x.from[1]).contains(v)) else {
+            continue;
+        };
+        let place = x.at(value);
+        let _ = writeln!(
+            text,
+            "<line class=\"mark\" x1=\"{place:.1}\" x2=\"{place:.1}\" y1=\"20\" y2=\"{}\"/>",
+            height - foot
+        );
+        label(&mut text, place, 14.0, "middle", "", &quantile.name.to_uppercase());
+    }
+    let every = edges.len().div_ceil(9);
+    for edge in edges.iter().step_by(every) {
+        let place = x.at(*edge);
+        label(
+            &mut text,
+            place,
+            height - 24.0,
+            "middle",
+            "",
+            &format!("{edge:.*}", histogram.decimals),
+        );
+    }
+    label(&mut text, width / 2.0, height - 6.0, "middle", "", unit);
+    text.push_str("</svg>\n");
+    text
+}
+
+/// Bands of y over x: the middle of each tenth, and where its inner 80 % lie.
+pub(super) fn bands(
+    association: &Association,
+    name: &str,
+    factor: f64,
+    y_range: [f64; 2],
+) -> String {
+    let (width, height, left, foot) = (320.0, 190.0, 40.0, 36.0);
+    let middle = |x: [f64; 2]| factor * f64::midpoint(x[0], x[1]);
+    let xs: Vec<f64> = association.bands.iter().map(|band| middle(band.x)).collect();
+    let from = [xs[0], xs[xs.len() - 1]];
+    let x = Scale { from, to: [left + 8.0, width - 12.0] };
+    let y = Scale { from: y_range, to: [height - foot, 10.0] };
+    let mut text = begin(width, height, &format!("Consumption over {name}"));
+    for value in [y_range[0], f64::midpoint(y_range[0], y_range[1]), y_range[1]] {
+        let place = y.at(value);
+        let _ = writeln!(
+            text,
+            "<line class=\"axis\" x1=\"{left}\" x2=\"{width}\" y1=\"{place:.1}\" y2=\"{place:.1}\"/>"
+        );
+        label(&mut text, left - 4.0, place + 4.0, "end", "", &rounded_short(value));
+    }
+    let points = |k: usize| {
+        let bands = association.bands.iter().zip(&xs);
+        bands.map(|(band, at)| (x.at(*at), y.at(band.y[k]))).collect::<Vec<(f64, f64)>>()
+    };
+    let path = |points: &[(f64, f64)]| {
+        points.iter().map(|(x, y)| format!("{x:.1},{y:.1}")).collect::<Vec<_>>().join(" ")
+    };
+    let mut outline = points(2);
+    outline.extend(points(0).into_iter().rev());
+    let _ = writeln!(text, "<polygon class=\"band\" points=\"{}\"/>", path(&outline));
+    let _ = writeln!(text, "<polyline class=\"line\" points=\"{}\"/>", path(&points(1)));
+    label(&mut text, x.to[0], height - 20.0, "start", "", &rounded_short(from[0]));
+    label(&mut text, x.to[1], height - 20.0, "end", "", &rounded_short(from[1]));
+    label(&mut text, f64::midpoint(left, width), height - 5.0, "middle", "name", name);
+    text.push_str("</svg>\n");
+    text
+}
+
+/// Horizontal bars of shares, each with its name and its text.
+pub(super) fn bars(rows: &[(String, f64, String)], what: &str) -> String {
+    let (width, step, left) = (720.0, 26.0, 210.0);
+    let height = step * rows.len() as f64 + 6.0;
+    let largest = rows.iter().map(|row| row.1.abs()).fold(0.0, f64::max).max(1e-12);
+    let mut text = begin(width, height, what);
+    for (k, (name, value, words)) in rows.iter().enumerate() {
+        let top = step * k as f64 + 4.0;
+        let length = (width - left - 230.0) * value.abs() / largest;
+        label(&mut text, left - 8.0, top + 14.0, "end", "name", name);
+        let _ = writeln!(
+            text,
+            "<rect class=\"{}\" x=\"{left}\" y=\"{top:.1}\" width=\"{:.1}\" height=\"{}\"/>",
+            if *value < 0.0 { "band" } else { "bar" },
+            length.max(1.0),
+            step - 8.0
+        );
+        label(&mut text, left + length + 8.0, top + 14.0, "start", "", words);
+    }
+    text.push_str("</svg>\n");
+    text
+}
+
+/// A number for an axis.
+fn rounded_short(value: f64) -> String {
+    let text = rounded(value);
+    // what rounds to nothing has no sign
+    let text =
+        if text.trim_start_matches(['-', '0', '.']).is_empty() { "0".to_owned() } else { text };
+    if text.contains('.') {
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    } else {
+        text
+    }
+}

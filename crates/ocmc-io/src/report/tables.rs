@@ -1,0 +1,288 @@
+//! The report's tables: key numbers, statistics, road, outliers, failures, study, provenance.
+
+use super::svg::escaped;
+use super::{shown, study_argument, trace_command};
+use crate::label::label;
+use crate::number_text::{decimals, grouped, rounded};
+use crate::run_directory::StoredRun;
+use ocmc_core::fleet::quantity::Quantity;
+use ocmc_core::fleet::statistic::Statistic;
+use ocmc_core::simulation::record::{Outcome, Record};
+use std::fmt::Write;
+
+/// Cycles that are listed at each end, and of each kind of failure.
+const LISTED: usize = 5;
+
+/// The study as a table of TOML.
+pub(super) fn resolved(run: &StoredRun) -> Option<toml::Table> {
+    run.manifest.resolved_study.parse().ok()
+}
+
+/// The answer in large print.
+pub(super) fn key_numbers(run: &StoredRun) -> String {
+    let summary = &run.summary.summary;
+    let mut text = "<div class=\"key\">\n".to_owned();
+    let mut key = |number: &str, words: &str| {
+        let (number, words) = (escaped(number), escaped(words));
+        let _ = writeln!(text, "<div><b>{number}</b>{words}</div>");
+    };
+    if let Some(statistic) = summary.consumption() {
+        let (unit, factor) = label(statistic.column);
+        let half_width = statistic.ci95.map(|[low, high]| (high - low) / 2.0);
+        let digits = statistic.mean.map_or(2, |mean| decimals(factor * mean));
+        let half_width =
+            half_width.map_or("–".to_owned(), |h| format!("{:.digits$}", factor * h));
+        key(
+            &format!("{} ± {half_width}", shown(statistic.mean, factor)),
+            &format!("{unit}, mean of the fleet with its 95 % interval"),
+        );
+        key(&shown(statistic.sd, factor), &format!("{unit}, standard deviation between cycles"));
+    }
+    if let Some(speed) = summary.statistic("mean_speed_mps") {
+        key(&shown(speed.mean, 3.6), "km/h, mean speed");
+    }
+    key(&grouped(summary.cycles), "cycles");
+    key(&format!("{} km", rounded(summary.distance_m / 1000.0)), "driven");
+    text.push_str("</div>\n");
+    text
+}
+
+/// Every quantity, with intervals.
+pub(super) fn statistics(statistics: &[Statistic]) -> String {
+    let mut text = "<div class=\"wide\"><table>\n<caption>Mean: of the fleet, total over total, with its 95 % interval. \
+                    The other columns count each cycle once.</caption>\n<thead><tr><th></th><th>mean</th>\
+                    <th>95 % interval</th><th>SD</th>"
+        .to_owned();
+    for quantile in statistics.first().iter().flat_map(|statistic| &statistic.quantiles) {
+        let _ = write!(text, "<th>{}</th>", quantile.name.to_uppercase());
+    }
+    text.push_str("</tr></thead>\n<tbody>\n");
+    for statistic in statistics.iter().filter(|statistic| statistic.n > 0) {
+        let (name, factor) = label(statistic.column);
+        let interval = statistic.ci95.map_or("–".to_owned(), |[low, high]| {
+            format!("{} to {}", rounded(factor * low), rounded(factor * high))
+        });
+        let _ = write!(
+            text,
+            "<tr><td>{}</td><td>{}</td><td>{interval}</td><td>{}</td>",
+            escaped(name),
+            shown(statistic.mean, factor),
+            shown(statistic.sd, factor)
+        );
+        for quantile in &statistic.quantiles {
+            let tip = quantile.ci95.map_or(String::new(), |[low, high]| {
+                format!(
+                    " title=\"95 % interval {} to {}\"",
+                    rounded(factor * low),
+                    rounded(factor * high)
+                )
+            });
+            let _ = write!(text, "<td{tip}>{}</td>", shown(quantile.value, factor));
+        }
+        text.push_str("</tr>\n");
+    }
+    text.push_str("</tbody></table></div>\n");
+    text
+}
+
+/// Shares of the road and of time.
+pub(super) fn road_shares(records: &[Record]) -> String {
+    let completed = || records.iter().filter(|record| record.outcome == Outcome::Completed);
+    let distance: f64 = completed().map(|record| record.distance_m).sum();
+    let duration: f64 = completed().map(|record| record.duration_s).sum();
+    if !(distance > 0.0 && duration > 0.0) {
+        return String::new();
+    }
+    let share = |of: fn(&Record) -> Option<f64>| {
+        let shares = completed().filter_map(|record| Some(of(record)? * record.distance_m));
+        100.0 * shares.sum::<f64>() / distance
+    };
+    let standing = completed().map(|record| record.standstill_s).sum::<f64>() / duration;
+    format!(
+        "<h2>Road</h2>\n<p>Of the distance {:.1} % is urban, {:.1} % rural and {:.1} % motorway. The trucks stand for \
+         {:.1} % of the time.</p>\n",
+        share(|r| r.urban_share),
+        share(|r| r.rural_share),
+        share(|r| r.motorway_share),
+        100.0 * standing
+    )
+}
+
+/// The cycles with the lowest and the highest consumption.
+pub(super) fn outliers(run: &StoredRun, quantity: &Quantity) -> String {
+    let mut cycles: Vec<(f64, &Record)> = run
+        .records
+        .iter()
+        .filter_map(|record| Some((quantity.of_cycle(record)?, record)))
+        .collect();
+    cycles.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let ends = if cycles.len() > 2 * LISTED {
+        let (low, high) = (&cycles[..LISTED], &cycles[cycles.len() - LISTED..]);
+        [low, high].concat()
+    } else {
+        cycles
+    };
+    let (unit, factor) = label(quantity.column);
+    let study = study_argument(run);
+    let mut text = format!(
+        "<h2>Lowest and highest</h2>\n<div class=\"wide\"><table>\n<thead><tr><th>cycle</th><th>{}</th><th>payload, \
+         t</th><th>km</th><th>km/h</th><th>climb, m/km</th><th>stops</th><td class=\"words\">step by step</td></tr></thead>\n<tbody>\n",
+        escaped(unit)
+    );
+    for (value, record) in ends {
+        let km = record.distance_m / 1000.0;
+        let _ = writeln!(
+            text,
+            "<tr><td>{}</td><td>{}</td><td>{:.1}</td><td>{}</td><td>{}</td><td>{:.1}</td><td>{}</td><td \
+             class=\"words\"><code>{}</code></td></tr>",
+            record.cycle_id,
+            rounded(factor * value),
+            record.payload_kg / 1000.0,
+            rounded(km),
+            rounded(3.6 * record.mean_speed_mps),
+            record.climb_m / km,
+            record.n_stops,
+            escaped(&trace_command(run, &study, record.cycle_id))
+        );
+    }
+    text.push_str("</tbody></table></div>\n");
+    if study == "study.toml" {
+        text.push_str(
+            "<p class=\"soft\">Save the study at the end of this page as <code>study.toml</code> first.</p>\n",
+        );
+    }
+    text
+}
+
+/// Cycles that were not completed, by reason.
+pub(super) fn failures(run: &StoredRun) -> String {
+    let summary = &run.summary.summary;
+    let failed = summary.outcomes.failed();
+    if failed == 0 {
+        return "<h2>Cycles that failed</h2>\n<p>None: every cycle was completed.</p>\n".to_owned();
+    }
+    let study = study_argument(run);
+    let mut text = format!(
+        "<h2>Cycles that failed</h2>\n<p>{} of {} cycles were not completed. They are in the records, but in no mean \
+         and no quantile.</p>\n<div class=\"wide\"><table>\n<thead><tr><th>why</th><th>cycles</th><td class=\"words\">the \
+         first ones, step by step</td></tr></thead>\n<tbody>\n",
+        grouped(failed),
+        grouped(summary.cycles)
+    );
+    for outcome in Outcome::ALL.into_iter().filter(|outcome| *outcome != Outcome::Completed) {
+        let count = summary.outcomes.of(outcome);
+        if count == 0 {
+            continue;
+        }
+        let first = run.records.iter().filter(|record| record.outcome == outcome).take(LISTED);
+        let commands: Vec<String> = first
+            .map(|r| format!("<code>{}</code>", escaped(&trace_command(run, &study, r.cycle_id))))
+            .collect();
+        let _ = writeln!(
+            text,
+            "<tr><td>{}</td><td>{}</td><td class=\"words\">{}</td></tr>",
+            outcome.name(),
+            grouped(count),
+            commands.join("<br>")
+        );
+    }
+    text.push_str("</tbody></table></div>\n");
+    if let Some(worst) = summary.worst_case {
+        let (unit, factor) = label(worst.column);
+        let _ = writeln!(
+            text,
+            "<p>Had each of them been as long as the mean completed cycle and consumed like the worst one, the fleet's \
+             mean would be {} {}.</p>",
+            rounded(factor * worst.mean),
+            escaped(unit)
+        );
+    }
+    text
+}
+
+/// Keys of the study that say what kind of fleet it is.
+const STUDY_KEYS: [(&str, &str); 12] = [
+    ("length of a mission, m", "mission.length_m"),
+    ("payload, kg", "mission.payload_kg"),
+    ("departure, s of the day", "mission.departure_s_of_day"),
+    ("vehicle: own mass, kg", "vehicle.curb_mass_kg"),
+    ("vehicle: drag area, m²", "vehicle.drag_area_m2"),
+    ("curve speed: form", "driver.curve_speed.form"),
+    ("curve speed: exponent", "driver.curve_speed.exponent"),
+    ("curve speed at the reference radius, m/s", "driver.curve_speed.reference_speed_mps"),
+    ("curve speed: spread between drivers, log", "driver.curve_speed.driver_sd"),
+    ("pedals: share of PID drivers", "driver.pedals.pid_share"),
+    ("parts turned off", "simulation.without"),
+    ("factors frozen", "simulation.frozen"),
+];
+
+/// The study in words and numbers, and whole.
+pub(super) fn study(run: &StoredRun) -> String {
+    let mut text = "<h2>Study</h2>\n".to_owned();
+    if let Some(table) = resolved(run) {
+        text.push_str("<div class=\"wide\"><table><tbody>\n");
+        for (name, path) in STUDY_KEYS {
+            let mut steps = path.split('.');
+            let first = steps.next().and_then(|key| table.get(key));
+            let Some(value) = steps.try_fold(first, |value, key| Some(value?.get(key))).flatten()
+            else {
+                continue;
+            };
+            let _ = writeln!(
+                text,
+                "<tr><td>{}</td><td class=\"words\">{}</td></tr>",
+                escaped(name),
+                escaped(&value.to_string())
+            );
+        }
+        text.push_str("</tbody></table></div>\n");
+        let sources =
+            table.get("study").and_then(|study| study.get("sources")?.as_array().cloned());
+        let sources: Vec<String> = sources
+            .unwrap_or_default()
+            .iter()
+            .filter_map(|source| Some(format!("<li>{}</li>", escaped(source.as_str()?))))
+            .collect();
+        if !sources.is_empty() {
+            let _ = writeln!(text, "<p>Sources:</p>\n<ul>{}</ul>", sources.join("\n"));
+        }
+    }
+    let _ = writeln!(
+        text,
+        "<details><summary>The whole study, as a file that repeats this run</summary>\n<pre>{}</pre></details>",
+        escaped(&run.manifest.resolved_study)
+    );
+    text
+}
+
+/// Where the numbers come from.
+pub(super) fn provenance(run: &StoredRun) -> String {
+    let manifest = &run.manifest;
+    let last = manifest.first_cycle + manifest.completed.saturating_sub(1);
+    let mut text = "<h2>Provenance</h2>\n<div class=\"wide\"><table><tbody>\n".to_owned();
+    for (name, value) in [
+        ("program", format!("ocmc {}", manifest.program_version)),
+        ("study", manifest.study.clone()),
+        ("hash of the study", manifest.study_hash.clone()),
+        ("seed", manifest.seed.to_string()),
+        ("cycle ids", format!("{} to {last}", manifest.first_cycle)),
+        (
+            "status",
+            format!(
+                "{}: {} of {} cycles",
+                manifest.status.name(),
+                grouped(manifest.completed),
+                grouped(manifest.cycles)
+            ),
+        ),
+        ("took", format!("{} s on {} threads", rounded(run.summary.wall_s), run.summary.threads)),
+    ] {
+        let _ =
+            writeln!(text, "<tr><td>{name}</td><td class=\"words\">{}</td></tr>", escaped(&value));
+    }
+    text.push_str(
+        "</tbody></table></div>\n<p class=\"soft\">The intervals are those of sampling from the study. They do not hold \
+         the error of the models, nor that of numbers that were judged.</p>\n",
+    );
+    text
+}

@@ -1,0 +1,87 @@
+use super::*;
+use crate::run_directory::{Manifest, RunStatus};
+use crate::run_summary::RunSummary;
+use ocmc_core::fleet::run::{RunPlan, records as drive};
+use ocmc_core::fleet::summary::SummaryBuilder;
+use ocmc_core::simulation::record::Outcome;
+use std::convert::Infallible;
+use std::ops::ControlFlow;
+
+fn run(name: &str) -> StoredRun {
+    let loaded = study::load("field-truck", &["mission.length_m=2000"]).expect("built in");
+    let plan = RunPlan::new(1, 0, 200, Some(2), None);
+    let driven: ControlFlow<Infallible, _> =
+        drive(&loaded.study, &plan, |_| ControlFlow::Continue(()));
+    let ControlFlow::Continue(mut records) = driven;
+    records[7].outcome = Outcome::Stalled;
+    let mut fleet = SummaryBuilder::default();
+    fleet.add(&records);
+    let mut manifest = Manifest::new(&loaded.model, &plan);
+    manifest.study = name.to_owned();
+    manifest.status = RunStatus::Complete;
+    manifest.completed = 200;
+    let summary = RunSummary::new(&manifest, fleet.finish(), 1.0, 2);
+    StoredRun { manifest, records, summary }
+}
+
+#[test]
+fn the_report_has_every_part_and_fetches_nothing() {
+    let page = html(&run("my fleet"));
+    for part in [
+        "my fleet",
+        "mean of the fleet",
+        "P95",
+        "Where the energy went",
+        "What goes with the spread",
+        "payload",
+        "Lowest and highest",
+        "ocmc trace --study study.toml --seed 1 --cycle-id",
+        "1 of 200 cycles were not completed",
+        "stalled",
+        "Provenance",
+        "length_m = 2000.0",
+        "prefers-color-scheme: dark",
+        "@media print",
+    ] {
+        assert!(page.contains(part), "{part}");
+    }
+    for foreign in ["http://", "https://", "<script", "@import", "url("] {
+        // sources that a study names are text, not links
+        let found = page.match_indices(foreign).find(|(at, _)| page[..*at].ends_with(['"', '\'']));
+        assert!(found.is_none(), "{foreign}");
+    }
+    assert!(!page.contains("<script") && !page.contains("NaN") && !page.contains("inf"));
+    for tag in ["div", "table", "figure", "svg", "details", "tr", "td", "th", "code"] {
+        let (open, close) = (
+            page.matches(&format!("<{tag}>")).count() + page.matches(&format!("<{tag} ")).count(),
+            page.matches(&format!("</{tag}>")).count(),
+        );
+        assert_eq!(open, close, "{tag}");
+    }
+}
+
+#[test]
+fn the_losses_add_up_to_the_fuel() {
+    let page = html(&run("x"));
+    assert!(page.contains("add up to 100.0000 %"), "the balance closes");
+}
+
+#[test]
+fn what_a_study_calls_itself_is_text() {
+    let page = html(&run("<script>alert('x')</script> & \"co\""));
+    assert!(!page.contains("<script"));
+    assert!(page.contains("&lt;script&gt;alert(&#39;x&#39;)&lt;/script&gt; &amp; &quot;co&quot;"));
+}
+
+#[test]
+fn a_run_without_a_completed_cycle_has_a_report() {
+    let mut run = run("x");
+    let mut fleet = SummaryBuilder::default();
+    run.records.truncate(3);
+    for record in &mut run.records {
+        record.outcome = Outcome::TimedOut;
+    }
+    fleet.add(&run.records);
+    run.summary.summary = fleet.finish();
+    assert!(html(&run).contains("timed_out"));
+}

@@ -1,0 +1,125 @@
+//! The records of a run that is under way: small files, each of which is on the disk before the manifest counts it.
+//!
+//! Chunk `k` holds the rows from `k` · [`CHUNK_ROWS`] on; all but the last one are full. A chunk is written beside its
+//! place, synced, renamed, and its directory synced: at any moment it is there whole or not at all. The file `lock` is
+//! locked by the program that writes.
+
+use super::durable::{replaced, sync_directory, temporary};
+use super::error::RunDirectoryError;
+use crate::records::{self, RecordFormat, RecordWriter};
+use ocmc_core::simulation::record::Record;
+use std::fs::{self, File, TryLockError};
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Rows of a chunk: what a power cut costs at most, for each run.
+pub const CHUNK_ROWS: usize = 1024;
+
+/// Name of the folder of chunks in a run directory.
+pub const CHUNKS: &str = "chunks";
+
+const LOCK: &str = "lock";
+
+/// The chunks of a run that is being written, held by this program alone.
+#[derive(Debug)]
+pub(super) struct Chunks {
+    folder: PathBuf,
+    format: RecordFormat,
+    /// Held for as long as the run is written.
+    lock: File,
+}
+
+impl Chunks {
+    /// Opens the folder of chunks, which is created where there is none.
+    pub(super) fn open(directory: &Path, format: RecordFormat) -> Result<Self, RunDirectoryError> {
+        let folder = directory.join(CHUNKS);
+        fs::create_dir_all(&folder)
+            .map_err(|source| RunDirectoryError::Create { path: folder.clone(), source })?;
+        let path = folder.join(LOCK);
+        let write = |source| RunDirectoryError::Write { path: path.clone(), source };
+        let lock = File::create(&path).map_err(write)?;
+        match lock.try_lock() {
+            // a file system without locks protects nothing, and is no reason not to run
+            Ok(()) => (),
+            Err(TryLockError::Error(error)) if error.kind() == io::ErrorKind::Unsupported => (),
+            Err(TryLockError::Error(error)) => return Err(write(error)),
+            Err(TryLockError::WouldBlock) => {
+                return Err(RunDirectoryError::Busy { path: directory.to_owned() });
+            }
+        }
+        sync_directory(directory)?;
+        Ok(Self { folder, format, lock })
+    }
+
+    fn path(&self, index: u64) -> PathBuf {
+        self.folder.join(format!("{index:08}.{}", self.format.name()))
+    }
+
+    /// Writes one chunk, or replaces it by a longer one.
+    pub(super) fn write(&self, index: u64, rows: &[Record]) -> Result<(), RunDirectoryError> {
+        let path = self.path(index);
+        replaced(&path, || {
+            let mut writer = RecordWriter::create(&temporary(&path), self.format)?;
+            writer.add(rows)?;
+            writer.finish()?;
+            Ok(())
+        })
+    }
+
+    /// Reads one chunk, which has to hold that many rows from that cycle id on.
+    pub(super) fn read(
+        &self,
+        index: u64,
+        first_cycle: u64,
+        rows: usize,
+    ) -> Result<Vec<Record>, RunDirectoryError> {
+        let path = self.path(index);
+        let mut records = Vec::with_capacity(rows);
+        records::read(&path, |group| records.extend(group))?;
+        // a longer one was written when the program ended before the manifest could count it
+        records.truncate(rows);
+        check_rows(&path, &records, first_cycle, rows)?;
+        Ok(records)
+    }
+
+    /// Where chunk `index` is, for messages.
+    pub(super) fn place(&self, index: u64) -> PathBuf {
+        self.path(index)
+    }
+
+    /// Removes the chunks, once the records are whole.
+    pub(super) fn remove(self) -> Result<(), RunDirectoryError> {
+        drop(self.lock);
+        remove(&self.folder)
+    }
+}
+
+/// Removes what a program that ended in the wrong moment has left of its chunks.
+pub(super) fn remove_left_over(directory: &Path) -> Result<(), RunDirectoryError> {
+    let folder = directory.join(CHUNKS);
+    if folder.exists() { remove(&folder) } else { Ok(()) }
+}
+
+fn remove(folder: &Path) -> Result<(), RunDirectoryError> {
+    fs::remove_dir_all(folder)
+        .map_err(|source| RunDirectoryError::Write { path: folder.to_owned(), source })
+}
+
+/// Checks that records are those of consecutive cycles.
+pub(super) fn check_rows(
+    path: &Path,
+    records: &[Record],
+    first_cycle: u64,
+    rows: usize,
+) -> Result<(), RunDirectoryError> {
+    let damaged = |reason: String| RunDirectoryError::Damaged { path: path.to_owned(), reason };
+    if records.len() != rows {
+        return Err(damaged(format!("{} records instead of {rows}", records.len())));
+    }
+    for (id, record) in (first_cycle..).zip(records) {
+        if record.cycle_id != id {
+            return Err(damaged(format!("cycle {} where cycle {id} should be", record.cycle_id)));
+        }
+    }
+    Ok(())
+}

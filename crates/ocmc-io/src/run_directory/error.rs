@@ -1,0 +1,108 @@
+//! What can go wrong with a run directory.
+
+use crate::records::RecordsError;
+use crate::study::StudyFileError;
+use std::io;
+use std::path::PathBuf;
+use thiserror::Error;
+
+/// What can go wrong with a run directory.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum RunDirectoryError {
+    /// There is a run already.
+    #[error("`{}` already holds a run ({what})", path.display())]
+    Exists {
+        /// The directory.
+        path: PathBuf,
+        /// Which run, in words.
+        what: String,
+        /// Whether it can be resumed.
+        unfinished: bool,
+    },
+    /// The path is a file.
+    #[error("`{}` is a file, not a directory", path.display())]
+    NotADirectory {
+        /// The path.
+        path: PathBuf,
+    },
+    /// The directory cannot be created.
+    #[error("cannot create the directory `{}`: {source}", path.display())]
+    Create {
+        /// The directory.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// A file in it cannot be written.
+    #[error("cannot write `{}`: {source}", path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// A file in it cannot be read.
+    #[error("cannot read `{}`: {source}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// The manifest is not one.
+    #[error("`{}` is no manifest: {source}", path.display())]
+    Manifest {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: serde_json::Error,
+    },
+    /// The files do not fit together, or the run has no end.
+    #[error("`{}` holds no run that can be read back: {reason}", path.display())]
+    NotWhole {
+        /// The directory.
+        path: PathBuf,
+        /// Why.
+        reason: String,
+    },
+    /// The run is there, but this program cannot go on with it or add to it.
+    #[error("`{}` cannot be continued: {reason}", path.display())]
+    NotOurs {
+        /// The directory.
+        path: PathBuf,
+        /// Why.
+        reason: String,
+    },
+    /// A file does not hold the records that its manifest promises.
+    #[error("`{}` does not hold what its manifest says: {reason}", path.display())]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        reason: String,
+    },
+    /// Another program writes to the directory at this moment.
+    #[error("`{}` is being written by another program", path.display())]
+    Busy {
+        /// The directory.
+        path: PathBuf,
+    },
+    /// Parts that are not those of one run.
+    #[error("these are not the parts of one run: {reason}")]
+    NotOneRun {
+        /// Which parts, and why.
+        reason: String,
+    },
+    /// The study that the manifest holds cannot be used.
+    #[error("the study in `{}` cannot be used: {source}", path.display())]
+    Study {
+        /// The manifest.
+        path: PathBuf,
+        /// Why.
+        source: StudyFileError,
+    },
+    /// The records cannot be written or read.
+    #[error(transparent)]
+    Records(#[from] RecordsError),
+}

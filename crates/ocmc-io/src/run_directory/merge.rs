@@ -1,0 +1,146 @@
+//! Merges the parts of one run, from as many machines as there were, into the run that one machine would have written.
+
+use super::error::RunDirectoryError;
+use super::read::{Measured, check_by_driving, ended, measured, read_records, study_of};
+use super::{Manifest, RunDirectory};
+use crate::records::RecordFormat;
+use crate::run_summary::RunSummary;
+use ocmc_core::fleet::summary::SummaryBuilder;
+use ocmc_core::simulation::record::Record;
+use std::path::{Path, PathBuf};
+
+/// One part, and where it lies.
+struct Part<'a> {
+    path: &'a Path,
+    manifest: Manifest,
+    measured: Measured,
+}
+
+impl Part<'_> {
+    /// First id after the part.
+    fn end(&self) -> u64 {
+        self.manifest.first_cycle + self.manifest.completed
+    }
+
+    fn ids(&self) -> String {
+        let Manifest { first_cycle, completed, .. } = self.manifest;
+        match completed {
+            0 => "no cycles".to_owned(),
+            n => format!("ids {first_cycle} to {}", first_cycle + (n - 1)),
+        }
+    }
+}
+
+/// Merges parts, given in any order, into a new run directory, in the format of the first part where none is given.
+/// Records and manifest are the bytes of the single run. The wall time is the longest of the parts, the threads are all
+/// of theirs.
+///
+/// # Errors
+/// Names the parts that differ in study, seed or program, that leave a gap or overlap, or that are not whole.
+pub fn merge(
+    parts: &[PathBuf],
+    out: &Path,
+    format: Option<RecordFormat>,
+) -> Result<RunSummary, RunDirectoryError> {
+    super::check_free(out)?;
+    let mut parts = parts
+        .iter()
+        .map(|path| Ok(Part { path, manifest: ended(path)?, measured: measured(path)? }))
+        .collect::<Result<Vec<_>, RunDirectoryError>>()?;
+    let Some(first) = parts.first() else {
+        return Err(RunDirectoryError::NotOneRun { reason: "there are none".to_owned() });
+    };
+    let records = first.manifest.records.clone();
+    let format = format
+        .or_else(|| RecordFormat::ALL.into_iter().find(|f| f.file_name() == records))
+        .unwrap_or_default();
+    check_same(&parts)?;
+    parts.sort_by_key(|part| (part.manifest.first_cycle, part.end()));
+    check_neighbours(&parts)?;
+
+    let begin = &parts[0];
+    let study = study_of(begin.path, &begin.manifest)?;
+    let cycles = parts.iter().map(|part| part.manifest.completed).sum();
+    let mut directory =
+        RunDirectory::create(out, format, Manifest { cycles, ..begin.manifest.clone() })?;
+    let mut fleet = SummaryBuilder::new(begin.manifest.replicates());
+    for part in &parts {
+        let mut last: Option<Record> = None;
+        read_records(part.path, &part.manifest, |group| {
+            fleet.add(&group);
+            directory.add(&group)?;
+            last = group.into_iter().next_back().or(last.take());
+            Ok(())
+        })?;
+        let place = part.path.join(&part.manifest.records);
+        let last: Vec<(PathBuf, Record)> = last.map(|record| (place, record)).into_iter().collect();
+        if !part.manifest.repeatable {
+            continue;
+        }
+        check_by_driving(&study.study, part.manifest.seed, &last)?;
+    }
+    let wall_s = parts.iter().map(|part| part.measured.wall_s).fold(0.0, f64::max);
+    let threads = parts.iter().map(|part| part.measured.threads).sum();
+    let manifest = directory.manifest.clone();
+    let summary = RunSummary::new(&manifest, fleet.finish(), wall_s, threads);
+    directory.finish(&summary)?;
+    Ok(summary)
+}
+
+/// Checks that the parts agree in everything but their range.
+fn check_same(parts: &[Part]) -> Result<(), RunDirectoryError> {
+    let first = &parts[0];
+    for part in &parts[1..] {
+        let (a, b) = (&first.manifest, &part.manifest);
+        let differences = [
+            ("study", &a.study_hash, &b.study_hash),
+            ("seed", &a.seed.to_string(), &b.seed.to_string()),
+            ("program version", &a.program_version, &b.program_version),
+        ];
+        for (what, a, b) in differences {
+            if a != b {
+                let (one, other) = (first.path.display(), part.path.display());
+                return Err(RunDirectoryError::NotOneRun {
+                    reason: format!("`{one}` has {what} {a}, `{other}` has {what} {b}"),
+                });
+            }
+        }
+    }
+    let ours = env!("CARGO_PKG_VERSION");
+    if first.manifest.program_version != ours {
+        return Err(RunDirectoryError::NotOurs {
+            path: first.path.to_owned(),
+            reason: format!(
+                "version {} of the program wrote it, this is version {ours}",
+                first.manifest.program_version
+            ),
+        });
+    }
+    Ok(())
+}
+
+/// Checks that each part begins where the one before it ends.
+fn check_neighbours(parts: &[Part]) -> Result<(), RunDirectoryError> {
+    for pair in parts.windows(2) {
+        let (before, after) = (&pair[0], &pair[1]);
+        let (end, start) = (before.end(), after.manifest.first_cycle);
+        if start == end {
+            continue;
+        }
+        let (one, other) = (before.path.display(), after.path.display());
+        let between = if start > end {
+            let missing = start - end;
+            format!("{missing} cycles are missing between them, from id {end} on")
+        } else {
+            format!("they overlap from id {start} on")
+        };
+        return Err(RunDirectoryError::NotOneRun {
+            reason: format!(
+                "`{one}` has {}, `{other}` has {}: {between}",
+                before.ids(),
+                after.ids()
+            ),
+        });
+    }
+    Ok(())
+}

@@ -1,0 +1,186 @@
+//! Reads run directories: whole ones, and what is needed to go on with unfinished ones.
+
+use super::chunks::{check_rows, remove_left_over};
+use super::error::RunDirectoryError;
+use super::{FORMAT_VERSION, MANIFEST, Manifest, RunStatus, SUMMARY, read_manifest};
+use crate::records::{self, RecordFormat};
+use crate::run_summary::RunSummary;
+use crate::study::{LoadedStudy, load_text, study_hash};
+use ocmc_core::fleet::run::replay;
+use ocmc_core::fleet::summary::SummaryBuilder;
+use ocmc_core::simulation::record::Record;
+use ocmc_core::study::Study;
+use serde::Deserialize;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// A run that was read back.
+#[derive(Clone, Debug)]
+pub struct StoredRun {
+    /// What the run is.
+    pub manifest: Manifest,
+    /// Its records.
+    pub records: Vec<Record>,
+    /// What they add up to.
+    pub summary: RunSummary,
+}
+
+/// What the summary of a run says that its records do not.
+#[derive(Deserialize)]
+pub(super) struct Measured {
+    pub(super) wall_s: f64,
+    pub(super) threads: usize,
+}
+
+/// Reads a run back, whole or interrupted.
+pub fn read(directory: &Path) -> Result<StoredRun, RunDirectoryError> {
+    let manifest = ended(directory)?;
+    let Measured { wall_s, threads } = measured(directory)?;
+    let mut records = Vec::new();
+    let mut fleet = SummaryBuilder::new(manifest.replicates());
+    read_records(directory, &manifest, |group| {
+        fleet.add(&group);
+        records.extend(group);
+        Ok(())
+    })?;
+    let summary = RunSummary::new(&manifest, fleet.finish(), wall_s, threads);
+    Ok(StoredRun { manifest, records, summary })
+}
+
+/// The manifest of a run that was ended, whole or interrupted.
+pub(super) fn ended(directory: &Path) -> Result<Manifest, RunDirectoryError> {
+    let not_whole =
+        |reason: String| RunDirectoryError::NotWhole { path: directory.to_owned(), reason };
+    let manifest = read_manifest(directory)?;
+    if manifest.format_version != FORMAT_VERSION {
+        return Err(not_whole(other_version(&manifest)));
+    }
+    if manifest.status == RunStatus::Running {
+        return Err(not_whole("it was not ended".to_owned()));
+    }
+    Ok(manifest)
+}
+
+fn other_version(manifest: &Manifest) -> String {
+    format!("format version {}, this program reads {FORMAT_VERSION}", manifest.format_version)
+}
+
+pub(super) fn measured(directory: &Path) -> Result<Measured, RunDirectoryError> {
+    let path = directory.join(SUMMARY);
+    let text =
+        fs::read_to_string(&path).map_err(|source| RunDirectoryError::Read { path, source })?;
+    serde_json::from_str(&text).map_err(|error| RunDirectoryError::NotWhole {
+        path: directory.to_owned(),
+        reason: format!("`{SUMMARY}`: {error}"),
+    })
+}
+
+/// Hands the records of an ended run over, group by group, and checks that they are those of its manifest.
+pub(super) fn read_records(
+    directory: &Path,
+    manifest: &Manifest,
+    mut sink: impl FnMut(Vec<Record>) -> Result<(), RunDirectoryError>,
+) -> Result<(), RunDirectoryError> {
+    let path = directory.join(&manifest.records);
+    let mut rows = 0;
+    let mut ended = Ok(());
+    records::read(&path, |group| {
+        if ended.is_ok() {
+            ended = check_rows(&path, &group, manifest.first_cycle + rows, group.len());
+            rows += group.len() as u64;
+            if ended.is_ok() {
+                ended = sink(group);
+            }
+        }
+    })?;
+    ended?;
+    if rows != manifest.completed {
+        let reason = format!("{rows} records, but {} in `{MANIFEST}`", manifest.completed);
+        return Err(RunDirectoryError::NotWhole { path: directory.to_owned(), reason });
+    }
+    Ok(())
+}
+
+/// A run that can be resumed.
+#[derive(Clone, Debug)]
+pub struct Unfinished {
+    /// What the run is.
+    pub manifest: Manifest,
+    /// Its study.
+    pub study: LoadedStudy,
+    /// Format of its records.
+    pub format: RecordFormat,
+    pub(super) path: PathBuf,
+}
+
+/// Looks at a run that is to be resumed; none where it is complete.
+///
+/// # Errors
+/// Says why this program cannot go on with it.
+pub fn unfinished(directory: &Path) -> Result<Option<Unfinished>, RunDirectoryError> {
+    let manifest = read_manifest(directory)?;
+    let not_ours =
+        |reason: String| RunDirectoryError::NotOurs { path: directory.to_owned(), reason };
+    if manifest.format_version != FORMAT_VERSION {
+        return Err(not_ours(other_version(&manifest)));
+    }
+    if manifest.status == RunStatus::Complete {
+        remove_left_over(directory)?;
+        return Ok(None);
+    }
+    let ours = env!("CARGO_PKG_VERSION");
+    if manifest.program_version != ours {
+        return Err(not_ours(format!(
+            "version {} of the program began it, this is version {ours}: the records would not be those of one run",
+            manifest.program_version
+        )));
+    }
+    if !manifest.repeatable {
+        return Err(not_ours("its trucks follow a drive cycle, which it does not hold".to_owned()));
+    }
+    let format = RecordFormat::ALL.into_iter().find(|f| f.file_name() == manifest.records);
+    let format = format.ok_or_else(|| {
+        not_ours(format!("its `{MANIFEST}` names the records `{}`", manifest.records))
+    })?;
+    let study = study_of(directory, &manifest)?;
+    Ok(Some(Unfinished { manifest, study, format, path: directory.to_owned() }))
+}
+
+/// The study that a manifest holds, checked against its hash.
+pub(super) fn study_of(
+    directory: &Path,
+    manifest: &Manifest,
+) -> Result<LoadedStudy, RunDirectoryError> {
+    let path = directory.join(MANIFEST);
+    let study = load_text(&path.display().to_string(), &manifest.resolved_study, &[] as &[&str])
+        .map_err(|source| RunDirectoryError::Study { path: path.clone(), source })?;
+    let hash = study_hash(&study.model);
+    if hash != manifest.study_hash {
+        let reason = format!("its study has the hash {hash}, not {}", manifest.study_hash);
+        return Err(RunDirectoryError::Damaged { path, reason });
+    }
+    Ok(study)
+}
+
+/// Drives the cycles of these records again: a record of another study, seed or program, or one that was changed or cut
+/// short, is not what comes out.
+pub(super) fn check_by_driving(
+    study: &Study,
+    seed: u64,
+    records: &[(PathBuf, Record)],
+) -> Result<(), RunDirectoryError> {
+    let ids: Vec<u64> = records.iter().map(|(_, record)| record.cycle_id).collect();
+    for ((path, record), again) in records.iter().zip(replay(study, seed, &ids)) {
+        // all digits: equal texts are equal bits
+        if format!("{record:?}") != format!("{again:?}") {
+            let id = record.cycle_id;
+            return Err(RunDirectoryError::Damaged {
+                path: path.clone(),
+                reason: format!(
+                    "the record of cycle {id} is not what its study and seed give with this program"
+                ),
+            });
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,98 @@
+"""Questions about a fleet: the answers are the command's, and have the right sign and size."""
+
+import json
+
+import ocmc
+import pytest
+from test_command import SHORT, command
+
+
+def without_times(answer):
+    return {key: value for key, value in answer.items() if key not in {"wall_s", "threads"}}
+
+
+@pytest.fixture(scope="module")
+def loaded(study):
+    return study.set("study.name", "loaded").set("mission.payload_kg", 20_000)
+
+
+def test_a_comparison_is_paired(study, loaded, run):
+    answer = ocmc.compare(study, loaded, cycles=300)
+    other = loaded.run(cycles=300)
+    assert (answer["study_a"], answer["study_b"]) == ("field-truck", "loaded")
+    assert (answer["study_hash_a"], answer["study_hash_b"]) == (study.hash, loaded.hash)
+    column = answer["column"]
+    assert answer["a"] == pytest.approx(run.summary()["statistics"][column]["mean"], rel=1e-12)
+    assert answer["b"] == pytest.approx(other.summary()["statistics"][column]["mean"], rel=1e-12)
+    assert answer["difference"] == pytest.approx(answer["b"] - answer["a"], rel=1e-9)
+    low, high = answer["ci95"]
+    assert low < answer["difference"] < high
+    assert answer["share_a_lower"] == (run[column] < other[column]).mean()
+    assert answer["variance_reduction"] > 1.0
+    assert "B - A" in str(answer)
+    assert "<pre>" in answer._repr_html_()
+
+
+def test_the_command_gives_the_same_comparison(study):
+    other = study.set("driver.curve_speed.exponent", 0.5)
+    answer = ocmc.compare(study, other, cycles=100, seed=3, column="mean_speed_mps")
+    options = [*SHORT, "--cycles", "100", "--seed", "3", "--column", "mean_speed_mps", "--json"]
+    told = json.loads(command("compare", "field-truck", "field-truck", *options).stdout)
+    assert told["a"] == answer["a"]
+    assert told["difference"] == 0.0
+    assert set(told) == set(answer)
+
+
+def test_a_study_compared_with_itself_does_not_differ(study):
+    answer = ocmc.compare(study, study, cycles=50)
+    assert (answer["difference"], answer["share_equal"]) == (0.0, 1.0)
+
+
+def test_the_shares_of_the_factors_are_the_command_s(study):
+    answer = study.sensitivity(cycles=64, factors=["road", "mission"])
+    options = [*SHORT, "--cycles", "64", "--factor", "road,mission", "--json", "--quiet"]
+    told = json.loads(command("sensitivity", *options).stdout)
+    assert without_times(told) == without_times(answer)
+    for share in answer["factors"]:
+        low, high = share["total_ci95"]
+        assert low <= share["total"] <= high
+    assert "Shares of the variance" in str(answer)
+    matplotlib = pytest.importorskip("matplotlib")
+    matplotlib.use("agg")
+    ax = ocmc.plot.sensitivity(answer)
+    assert {text.get_text() for text in ax.get_yticklabels()} == {"road", "mission"}
+    matplotlib.pyplot.close("all")
+
+
+def test_what_is_wrong_is_said(study):
+    with pytest.raises(ValueError, match='`column` is "fuel", allowed is one of: consumption_l_per_100km'):
+        ocmc.compare(study, study, cycles=10, column="fuel")
+    with pytest.raises(ValueError, match=r"`factors` has .roads., allowed are: road, weather"):
+        study.sensitivity(cycles=10, factors=["roads"])
+    with pytest.raises(ValueError, match="`cycles` is 0"):
+        study.sensitivity(cycles=0)
+    with pytest.raises(TypeError):
+        ocmc.compare(study, "field-truck", cycles=10)
+    with pytest.raises(ValueError, match="rows"):
+        study.sensitivity(cycles=1)
+
+
+def test_progress_counts_all_cycles(study, loaded):
+    calls = []
+    ocmc.compare(study, loaded, cycles=50, progress=lambda done, total: calls.append((done, total)))
+    study.sensitivity(cycles=20, factors=["road"], progress=lambda *done: calls.append(done))
+    assert (100, 100) in calls
+    assert calls[-1] == (60, 60)
+
+    def stop(*_):
+        raise RuntimeError("enough")
+
+    with pytest.raises(RuntimeError, match="enough"):
+        ocmc.compare(study, loaded, cycles=10**9, progress=stop)
+
+
+def test_the_report_is_the_command_s(run, tmp_path):
+    run.save(tmp_path / "run")
+    done = command("report", tmp_path / "run")
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "run" / "report.html").read_text(encoding="utf-8") == run.report()

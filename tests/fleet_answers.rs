@@ -1,0 +1,165 @@
+//! Comparison, sensitivity and precision, as a user of the command meets them.
+
+mod program;
+
+use program::{SHORT, ocmc, run_into};
+use serde_json::Value;
+use std::fs;
+use std::path::Path;
+
+fn text(arguments: &[&str]) -> String {
+    let output = ocmc(arguments).assert().success().get_output().clone();
+    String::from_utf8(output.stdout).expect("UTF-8")
+}
+
+fn json(arguments: &[&str]) -> Value {
+    serde_json::from_str(&text(&[arguments, &["--json"]].concat())).expect("JSON")
+}
+
+fn assert_fits(text: &str) {
+    assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
+    assert!(!text.contains("NaN") && !text.contains('\u{1b}'), "{text}");
+}
+
+#[test]
+fn a_study_compared_with_itself_is_the_same() {
+    let arguments = ["compare", "field-truck", "field-truck", "--cycles", "50", "--set", SHORT];
+    let answer = json(&arguments);
+    assert_eq!((&answer["difference"], &answer["share_equal"]), (&0.0.into(), &1.0.into()));
+    assert_eq!(answer["ci95"], serde_json::json!([0.0, 0.0]));
+    assert!(answer["variance_reduction"].is_null());
+    let told = text(&arguments);
+    assert!(told.contains("the same in 100.0 %"), "{told}");
+    assert_fits(&told);
+}
+
+#[test]
+fn common_random_numbers_show_a_small_difference() {
+    let drag = "vehicle.drag_area_m2=4.6";
+    let study = tempfile::NamedTempFile::with_suffix(".toml").expect("a file");
+    let path = study.path().to_str().expect("UTF-8");
+    fs::write(path, "[study]\nbase = \"field-truck\"\n[mission]\nlength_m = 5000\n")
+        .expect("space");
+    let arguments = ["compare", path, "--set", drag, "--cycles", "200"];
+    let answer = json(&arguments);
+    for key in ["column", "a", "b", "difference", "ci95", "share_a_lower", "variance_reduction"] {
+        assert!(!answer[key].is_null(), "{key}");
+    }
+    assert_eq!(answer["column"], "consumption_l_per_100km");
+    let number = |value: &Value| value.as_f64().expect("a number");
+    // less drag, less fuel, in nearly every cycle; the difference is known far better than either mean
+    assert!(number(&answer["ci95"][1]) < 0.0, "{answer}");
+    assert!(number(&answer["share_a_lower"]) < 0.2, "{answer}");
+    assert!(number(&answer["variance_reduction"]) > 20.0, "{answer}");
+    let told = text(&arguments);
+    assert!(told.contains("\n  with vehicle.drag_area_m2=4.6\n"), "{told}");
+    assert_fits(&told);
+
+    let speed = json(&[&arguments[..], &["--column", "mean_speed_mps"]].concat());
+    assert_eq!(speed["column"], "mean_speed_mps");
+    let several =
+        ["compare", "field-truck", "long-haul", "regional", "--cycles", "20", "--set", SHORT];
+    let answers = json(&several);
+    assert_eq!(answers.as_array().map(Vec::len), Some(2), "{answers}");
+    assert_eq!(answers[1]["study_b"], "regional");
+    assert_fits(&text(&several));
+}
+
+#[test]
+fn shares_of_the_variance() {
+    let arguments = ["sensitivity", "--cycles", "60", "--set", SHORT, "--factor", "mission,driver"];
+    let mut one = json(&[&arguments[..], &["--threads", "1"]].concat());
+    let mut two = json(&[&arguments[..], &["--threads", "2"]].concat());
+    for answer in [&mut one, &mut two] {
+        answer["wall_s"].take();
+        answer["threads"].take();
+    }
+    assert_eq!(one, two, "the answer does not depend on threads");
+    assert_eq!((&one["rows"], &one["cycles"]), (&60.into(), &240.into()));
+    let factors = one["factors"].as_array().expect("a list");
+    let names: Vec<&Value> = factors.iter().map(|factor| &factor["factor"]).collect();
+    assert_eq!(names, ["mission", "driver"]);
+    for factor in factors {
+        for key in ["first", "total"] {
+            assert!(factor[key].is_number(), "{factor}");
+            assert_eq!(factor[format!("{key}_ci95")].as_array().map(Vec::len), Some(2));
+        }
+    }
+    assert_fits(&text(&[&arguments[..], &["--crossed", "10"]].concat()));
+}
+
+#[test]
+fn what_cannot_be_analysed_is_said() {
+    for (arguments, status, part) in [
+        (&["compare", "field-truck"][..], 2, "--set"),
+        (&["compare"], 2, "NAME|FILE"),
+        (&["compare", "field-truck", "nowhere"], 1, "nowhere"),
+        (&["compare", "field-truck", "regional", "--column", "x"], 2, "consumption_l_per_100km"),
+        (&["sensitivity", "--factor", "moon"], 2, "driver.curve_speed"),
+        (&["sensitivity", "--cycles", "9", "--set", SHORT, "--factor", "road"], 1, "at least 10"),
+        (
+            &[
+                "sensitivity",
+                "--cycles",
+                "10",
+                "--set",
+                SHORT,
+                "--column",
+                "consumption_kwh_per_km",
+            ],
+            1,
+            "0 of the rows",
+        ),
+        (&["--precision", "0%"], 2, "p95:1%"),
+        (&["--precision", "p96:1%"], 2, "p95:1%"),
+    ] {
+        let output = ocmc(arguments).output().expect("the program starts");
+        let told = String::from_utf8(output.stderr).expect("UTF-8");
+        assert_eq!(output.status.code(), Some(status), "{arguments:?}: {told}");
+        assert!(output.stdout.is_empty());
+        assert!(told.contains(part) && !told.contains("panicked"), "{arguments:?}: {told}");
+    }
+}
+
+fn bytes(directory: &Path) -> (Vec<u8>, Vec<u8>) {
+    let read = |file: &str| fs::read(directory.join(file)).expect("written");
+    (read("records.parquet"), read("manifest.json"))
+}
+
+#[test]
+fn a_run_ends_when_it_is_precise_enough_whatever_the_threads() {
+    let parent = tempfile::tempdir().expect("a directory");
+    let run = |name: &str, arguments: &[&str]| {
+        let out = parent.path().join(name);
+        run_into(&out, arguments);
+        out
+    };
+    let one = run("one", &["--precision", "1.2%", "--threads", "1"]);
+    let manifest: Value = serde_json::from_slice(&bytes(&one).1).expect("JSON");
+    let cycles = manifest["cycles"].as_u64().expect("a number");
+    assert!([1250, 1563, 1954, 2443].contains(&cycles), "a look after the first one: {cycles}");
+    assert_eq!(manifest["status"], "complete");
+    for (name, options) in [("two", ["--threads", "2"]), ("chunk", ["--chunk", "7"])] {
+        let other = run(name, &[&["--precision", "1.2%"], &options[..]].concat());
+        assert!(bytes(&other) == bytes(&one), "{name}");
+    }
+    let plain = run("plain", &["--cycles", &cycles.to_string()]);
+    assert!(bytes(&plain) == bytes(&one), "a run of so many cycles is the same");
+
+    let summary: Value =
+        serde_json::from_str(&fs::read_to_string(one.join("summary.json")).expect("written"))
+            .expect("JSON");
+    let precision = &summary["precision"];
+    assert_eq!((&precision["of"], &precision["met"]), (&"mean".into(), &true.into()));
+    assert!(precision["reached"].as_f64().is_some_and(|reached| reached <= 0.012), "{precision}");
+    let litres = &summary["statistics"]["consumption_l_per_100km"];
+    let [mean, low, high] =
+        [&litres["mean"], &litres["ci95"][0], &litres["ci95"][1]].map(|x| x.as_f64().expect("one"));
+    assert!(
+        ((high - low) / 2.0 / mean - precision["reached"].as_f64().expect("one")).abs() < 1e-12
+    );
+
+    let short = text(&["--precision", "p95:0.01%", "--cycles", "1100", "--set", SHORT]);
+    assert!(short.contains("more --cycles are needed"), "{short}");
+    assert_fits(&short);
+}

@@ -1,0 +1,289 @@
+//! Runs that survive: whatever ends a run, `--resume` makes of it the bytes of a run that was never ended.
+
+mod program;
+
+use program::{ocmc, records};
+use serde_json::Value;
+use std::collections::hash_map::RandomState;
+use std::fs;
+use std::hash::{BuildHasher, Hasher};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::time::Duration;
+
+/// The shortest cycles that a study may have.
+const TINY: &str = "mission.length_m=200";
+
+/// Begins a run of tiny cycles into a directory.
+fn begin(out: &Path, arguments: &[&str]) -> Child {
+    Command::new(env!("CARGO_BIN_EXE_ocmc"))
+        .args(["--set", TINY, "--quiet", "--out"])
+        .arg(out)
+        .args(arguments)
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the program starts")
+}
+
+/// Begins to resume a run.
+fn begin_again(out: &Path) -> Child {
+    Command::new(env!("CARGO_BIN_EXE_ocmc"))
+        .args(["--resume", "--quiet", "--out"])
+        .arg(out)
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the program starts")
+}
+
+/// What a failing `--resume` tells.
+fn refused(out: &Path) -> String {
+    let output = begin_again(out).wait_with_output().expect("it ends");
+    let told = String::from_utf8(output.stderr).expect("UTF-8");
+    assert_eq!(output.status.code(), Some(1), "{told}");
+    assert!(!told.contains("panicked"), "{told}");
+    told
+}
+
+fn whole(out: &Path, arguments: &[&str]) {
+    assert!(begin(out, arguments).wait().expect("it ends").success());
+}
+
+fn resume(out: &Path) {
+    let output = begin_again(out).wait_with_output().expect("it ends");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+fn manifest(out: &Path) -> Value {
+    serde_json::from_str(&fs::read_to_string(out.join("manifest.json")).expect("written"))
+        .expect("JSON")
+}
+
+fn assert_same(expected: &Path, out: &Path, records: &str) {
+    for file in [records, "manifest.json"] {
+        let read = |directory: &Path| fs::read(directory.join(file)).expect("written");
+        assert!(read(expected) == read(out), "{file} of {}", out.display());
+    }
+    assert_eq!(fs::read_dir(out).expect("there").count(), 3, "no remnants");
+}
+
+/// Another moment in each run of the tests, up to that many milliseconds.
+fn random_moment(most_ms: u64) -> Duration {
+    Duration::from_millis(RandomState::new().build_hasher().finish() % most_ms)
+}
+
+/// Ends the run by force at random moments, over and over, until it is complete or has been ended so often.
+fn kill_until_complete(out: &Path, arguments: &[&str], times: usize, most_ms: u64) {
+    let mut run = begin(out, arguments);
+    for _ in 0..times {
+        let moment = random_moment(most_ms);
+        std::thread::sleep(moment);
+        run.kill().expect("it is ours");
+        run.wait().expect("it ends");
+        let done = match fs::exists(out.join("manifest.json")) {
+            Ok(true) => manifest(out)["completed"].to_string(),
+            _ => "no manifest".to_owned(),
+        };
+        eprintln!("killed after {moment:?}: {done}");
+        if done == "no manifest" {
+            // ended before it began: there is nothing to resume, and nothing in the way
+            run = begin(out, arguments);
+        } else {
+            run = begin_again(out);
+        }
+    }
+    let output = run.wait_with_output().expect("it ends");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+#[test]
+fn a_run_that_is_killed_at_random_moments_becomes_the_whole_run() {
+    let parent = tempfile::tempdir().expect("a directory");
+    for (format, file) in [("parquet", "records.parquet"), ("csv", "records.csv")] {
+        let arguments = ["--cycles", "20000", "--first-cycle", "7", "--format", format];
+        let expected = parent.path().join(format!("{format}-whole"));
+        whole(&expected, &arguments);
+        let out = parent.path().join(format!("{format}-killed"));
+        kill_until_complete(&out, &arguments, 6, 1500);
+        assert_same(&expected, &out, file);
+    }
+}
+
+#[test]
+fn so_does_one_that_ends_at_a_precision() {
+    let parent = tempfile::tempdir().expect("a directory");
+    let (expected, out) = (parent.path().join("whole"), parent.path().join("killed"));
+    let arguments = ["--precision", "0.5%"];
+    whole(&expected, &arguments);
+    assert!(manifest(&expected)["cycles"].as_u64() > Some(3000), "several looks");
+    kill_until_complete(&out, &arguments, 5, 1000);
+    assert_same(&expected, &out, "records.parquet");
+}
+
+#[test]
+fn so_does_one_of_400_000_cycles() {
+    let parent = tempfile::tempdir().expect("a directory");
+    let (expected, out) = (parent.path().join("whole"), parent.path().join("killed"));
+    let arguments = ["--cycles", "400000"];
+    whole(&expected, &arguments);
+    kill_until_complete(&out, &arguments, 4, 8000);
+    assert_same(&expected, &out, "records.parquet");
+}
+
+#[test]
+#[cfg(unix)]
+fn ctrl_c_stops_within_a_second_and_the_rest_is_resumed() {
+    use std::time::Instant;
+
+    let parent = tempfile::tempdir().expect("a directory");
+    let out = parent.path().join("run");
+    // one cycle of this study takes seconds on an idle machine: a stop cannot wait for the cycles on the road
+    let run = Command::new(env!("CARGO_BIN_EXE_ocmc"))
+        .args(["--set", "mission.length_m=5000000", "--cycles", "64", "--out"])
+        .arg(&out)
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the program starts");
+    std::thread::sleep(Duration::from_millis(1500));
+    let asked = Instant::now();
+    let kill = Command::new("kill").args(["-INT", &run.id().to_string()]).status();
+    assert!(kill.expect("kill starts").success());
+    let output = run.wait_with_output().expect("it ends");
+    let took = asked.elapsed();
+    eprintln!("stopped after {took:?}");
+    // generous, as tests run beside one another; the interface says one second
+    assert!(took < Duration::from_secs(2), "{took:?}");
+    let told = String::from_utf8(output.stderr).expect("UTF-8");
+    assert_eq!(output.status.code(), Some(1), "{told}");
+    assert!(told.contains("interrupted") && told.contains("--resume"), "{told}");
+    assert_eq!(manifest(&out)["status"], "interrupted");
+}
+
+#[test]
+#[cfg(unix)]
+fn an_interrupted_run_can_be_read_and_resumed() {
+    let parent = tempfile::tempdir().expect("a directory");
+    let (expected, out) = (parent.path().join("whole"), parent.path().join("run"));
+    let arguments = ["--cycles", "60000"];
+    whole(&expected, &arguments);
+    let run = begin(&out, &arguments);
+    std::thread::sleep(Duration::from_millis(900));
+    let kill = Command::new("kill").args(["-INT", &run.id().to_string()]).status();
+    assert!(kill.expect("kill starts").success());
+    assert_eq!(run.wait_with_output().expect("it ends").status.code(), Some(1));
+    let rows = records(&out.join("records.parquet"));
+    assert_eq!(manifest(&out)["completed"], rows.len());
+    assert!(rows.len() < 60_000 && rows.iter().zip(0..).all(|(row, id)| row.cycle_id == id));
+    resume(&out);
+    assert_same(&expected, &out, "records.parquet");
+    // once more: nothing to do, and the answer once more
+    let output = ocmc(&["--resume", "--json", "--out"]).arg(&out).output().expect("it starts");
+    let answer: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!(answer["cycles"], 60_000);
+}
+
+/// A run whose program is gone, with at least two chunks.
+fn dead_run(out: &Path, format: &str) {
+    let mut run = begin(out, &["--cycles", "100000000", "--format", format]);
+    let second = out.join("chunks").join(format!("00000001.{format}"));
+    while !second.exists() || manifest(out)["completed"].as_u64() < Some(2048) {
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    run.kill().expect("it is ours");
+    run.wait().expect("it ends");
+}
+
+#[test]
+fn a_damaged_or_foreign_chunk_is_named() {
+    let parent = tempfile::tempdir().expect("a directory");
+    for format in ["parquet", "csv"] {
+        let out = parent.path().join(format);
+        dead_run(&out, format);
+        let chunk = out.join("chunks").join(format!("00000001.{format}"));
+        let good = fs::read(&chunk).expect("written");
+
+        fs::write(&chunk, &good[..good.len() / 2]).expect("space");
+        assert!(refused(&out).contains("00000001"), "cut in the middle");
+        // the last number loses its last digits: still a number
+        fs::write(&chunk, &good[..good.len() - 5]).expect("space");
+        assert!(refused(&out).contains("00000001"), "cut at the end");
+        fs::remove_file(&chunk).expect("there");
+        assert!(refused(&out).contains("00000001"), "missing");
+
+        // the same cycles of another study
+        let other = parent.path().join(format!("{format}-other"));
+        let arguments = ["--cycles", "1024", "--first-cycle", "1024", "--seed", "2", "--format"];
+        whole(&other, &[&arguments[..], &[format]].concat());
+        fs::copy(other.join(format!("records.{format}")), &chunk).expect("space");
+        let told = refused(&out);
+        assert!(told.contains("00000001") && told.contains("study and seed"), "{told}");
+        // other cycles of this one
+        fs::copy(out.join("chunks").join(format!("00000000.{format}")), &chunk).expect("space");
+        let told = refused(&out);
+        assert!(told.contains("cycle 0 where cycle 1024 should be"), "{told}");
+    }
+}
+
+#[test]
+fn what_cannot_be_resumed_is_said() {
+    let parent = tempfile::tempdir().expect("a directory");
+    let out = parent.path().join("run");
+    assert!(refused(&out).contains("manifest.json"), "nothing there");
+    dead_run(&out, "parquet");
+    let text = fs::read_to_string(out.join("manifest.json")).expect("written");
+    let changed = |from: &str, to: &str| {
+        let text = text.replacen(from, to, 1);
+        fs::write(out.join("manifest.json"), text).expect("space");
+        refused(&out)
+    };
+    let version = format!("\"program_version\": \"{}\"", env!("CARGO_PKG_VERSION"));
+    let told = changed(&version, "\"program_version\": \"0.0.1\"");
+    assert!(told.contains("version 0.0.1 of the program"), "{told}");
+    let told = changed("length_m = 200.0", "length_m = 300.0");
+    assert!(told.contains("hash"), "{told}");
+    for option in ["--study", "--set", "--cycles", "--first-cycle", "--seed", "--format"] {
+        let value = if option == "--format" { "csv" } else { "1" };
+        let output = ocmc(&["--resume", option, value, "--out"]).arg(&out).output();
+        assert_eq!(output.expect("it starts").status.code(), Some(2), "{option}");
+    }
+    assert_eq!(ocmc(&["--resume"]).output().expect("it starts").status.code(), Some(2));
+}
+
+#[test]
+fn two_programs_do_not_write_one_run() {
+    let parent = tempfile::tempdir().expect("a directory");
+    let out = parent.path().join("run");
+    let mut run = begin(&out, &["--cycles", "100000000"]);
+    while !out.join("chunks").join("00000000.parquet").exists() {
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    let told = refused(&out);
+    run.kill().expect("it is ours");
+    run.wait().expect("it ends");
+    assert!(told.contains("another program"), "{told}");
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_disk_that_takes_no_more_is_named_and_loses_nothing() {
+    let parent = tempfile::tempdir().expect("a directory");
+    let (expected, out) = (parent.path().join("whole"), parent.path().join("run"));
+    whole(&expected, &["--cycles", "5000"]);
+    // no file may be larger than 1000 kB: the chunks fit, the records do not
+    let script = format!(
+        "trap '' XFSZ; ulimit -f 1000; exec {} --quiet --set {TINY} --cycles 5000 --out {}",
+        env!("CARGO_BIN_EXE_ocmc"),
+        out.display()
+    );
+    let output = Command::new("bash").args(["-c", &script]).output().expect("bash starts");
+    let told = String::from_utf8(output.stderr).expect("UTF-8");
+    assert_eq!(output.status.code(), Some(1), "{told}");
+    for part in ["records.parquet", "too large", "--resume"] {
+        assert!(told.contains(part), "{part}: {told}");
+    }
+    assert_eq!(manifest(&out)["completed"], 5000);
+    resume(&out);
+    assert_same(&expected, &out, "records.parquet");
+}
