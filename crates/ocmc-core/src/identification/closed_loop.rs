@@ -82,7 +82,7 @@ impl<'a> ClosedLoop<'a> {
         let slopes = cell_slopes(&position_m, &log.grade, origin_m, cells);
         let length_m = cells as f64 * CELL_M;
         let blocks = libm::ceil(length_m / BLOCK_M) as usize;
-        let streams = Streams { seed: 0, cycle_id: 0, frozen: &[] };
+        let streams = Streams::new(0, 0);
         let without = [Part::PayloadSpread, Part::DriverSpread, Part::VehicleSpread];
         let model = study.model();
         let mission = model.mission.sample(Some(length_m), &streams, &without);
