@@ -1,6 +1,6 @@
 //! What the user typed: plain data, without side effects. Resolved in [`crate::request`].
 
-use crate::log_arguments::CurvesArguments;
+use crate::log_arguments::{CurvesArguments, IdentifyArguments};
 use clap::builder::{ArgPredicate, PossibleValuesParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
@@ -65,6 +65,8 @@ pub(crate) enum Command {
     Fit(FitCommand),
     /// Finds the curves that were driven, from logs of speed and yaw rate
     Curves(CurvesArguments),
+    /// Identifies the pedal gains of drivers, from logs of speed, pedals and slope
+    Identify(IdentifyArguments),
     /// Prints a script that completes the command line of a shell
     Completions {
         /// The shell

@@ -39,6 +39,11 @@ pub const STUDIES: &[BuiltIn] = &[
         text: include_str!("../../../../configs/simulator-truck.toml"),
     },
     BuiltIn {
+        name: "simulator-study",
+        description: "Eight drivers on the six slopes of the driving simulator, to identify their pedal gains",
+        text: include_str!("../../../../configs/simulator-study.toml"),
+    },
+    BuiltIn {
         name: "long-haul",
         description: "Missions of 300 km, four fifths of them on motorways",
         text: include_str!("../../../../configs/long-haul.toml"),
@@ -73,6 +78,15 @@ pub const VEHICLES: &[BuiltIn] = &[
         text: include_str!("../../../../configs/vehicles/city-bus-12m.toml"),
     },
 ];
+
+/// The routes that built-in studies name, by the name in the study, as `ocmc cycle` would write them.
+const ROUTES: &[(&str, &str)] =
+    &[("built-in/simulator-slopes.csv", include_str!("../../../../configs/simulator-slopes.csv"))];
+
+/// The text of a built-in route.
+pub(super) fn route(name: &str) -> Option<&'static str> {
+    ROUTES.iter().find(|(known, _)| *known == name).map(|(_, text)| *text)
+}
 
 /// The built-in studies, the default one first.
 pub fn list() -> &'static [BuiltIn] {
