@@ -178,6 +178,14 @@ fn speed_changes_from_a_table_and_from_a_log() {
         (json["deceleration"]["median_mps2"].as_f64().expect("a number") + 0.8).abs() < 1e-6,
         "{json:#}"
     );
+    // a trace is a log, though it has accelerations, too
+    let trace = directory.path().join("trace.csv");
+    let trace = trace.to_str().expect("UTF-8");
+    answer(&["trace", "--cycle-id", "1", "--out", trace]);
+    let of_trace: Value =
+        serde_json::from_str(&answer(&["fit", "speed-change", trace, "--json"])).expect("JSON");
+    let changes = of_trace["n"].as_u64().expect("a number");
+    assert!((5..500).contains(&changes), "{changes}");
     // one change has no spread: the study gets a number
     assert!(
         (json["study"]["driver"]["speed_change"]["deceleration_mps2"].as_f64().expect("a number")

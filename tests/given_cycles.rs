@@ -122,3 +122,20 @@ fn vecto_cycles_are_driven_to_their_ends() {
         assert!((mean - climb).abs() < 5e-5, "{name} {mean}");
     }
 }
+
+#[test]
+fn every_built_in_vehicle_drives_the_default_roads() {
+    for vehicle in studies::builtin::VEHICLES {
+        let text = format!(
+            "[study]\nname = \"v\"\ndescription = \"d\"\nbase = \"field-truck\"\n\
+             [mission]\npayload_kg = 3000.0\n[vehicle]\nbase = \"{}\"\n",
+            vehicle.name
+        );
+        let loaded = studies::load_text("v.toml", &text, &[] as &[&str]).unwrap();
+        for record in run(&loaded.study, 8) {
+            assert_eq!(record.outcome, Outcome::Completed, "{} {}", vehicle.name, record.cycle_id);
+            let litres = record.consumption_l_per_100km.unwrap();
+            assert!((10.0..50.0).contains(&litres), "{} {litres}", vehicle.name);
+        }
+    }
+}

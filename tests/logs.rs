@@ -237,3 +237,34 @@ fn a_trace_is_a_log() {
     }
     assert!(found >= 10 && near as f64 >= 0.8 * found as f64, "{near} of {found}");
 }
+
+#[test]
+fn gains_of_a_trace_are_identified() {
+    let directory = tempfile::tempdir().expect("a temporary directory");
+    let path = directory.path().join("driver-0.csv");
+    let path = path.to_str().expect("UTF-8");
+    answer(&["trace", "--study", "simulator-study", "--cycle-id", "0", "--out", path]);
+    let quick = ["--speed-term", "none", "--no-intervals", "--starts", "4"];
+    let (json, told) = answer(&[&["identify", path, "--json"][..], &quick].concat());
+    let json: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+    let fits = json["fits"].as_array().expect("a list");
+    let events: Vec<&str> = fits.iter().filter_map(|fit| fit["event"].as_str()).collect();
+    assert_eq!(events, ["+1.5 %", "-1.5 %", "+3.5 %", "-3.5 %", "+5.5 %", "-5.5 %"]);
+    assert_eq!(fits[0]["driver"], "driver-0");
+    // one driver: the events without a fully pressed pedal agree about him
+    let gain = |k: usize| fits[k]["kp"].as_f64().expect("a number");
+    assert!((gain(1) / gain(0) - 1.0).abs() < 0.01, "{} {}", gain(0), gain(1));
+    assert!(json["population"].is_null() && told.contains("1 of"), "{told}");
+    // a log of speed alone
+    let plain = written(directory.path(), "plain.csv", "time_s,speed_mps,grade\n0,20,0.0\n");
+    let told = failure(&["identify", &plain]);
+    assert!(told.contains("no column for the accelerator pedal"), "{told}");
+    let flat: String =
+        (0..400).fold("time_s,speed_mps,grade,accelerator,brake\n".to_owned(), |mut text, k| {
+            writeln!(text, "{},20,0.0,0.3,0", f64::from(k) * 0.1).expect("memory");
+            text
+        });
+    let flat = written(directory.path(), "flat.csv", &flat);
+    let told = failure(&["identify", &flat]);
+    assert!(told.contains("no event"), "{told}");
+}

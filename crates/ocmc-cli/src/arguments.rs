@@ -1,6 +1,6 @@
 //! What the user typed: plain data, without side effects. Resolved in [`crate::request`].
 
-use crate::log_arguments::CurvesArguments;
+use crate::log_arguments::{CurvesArguments, IdentifyArguments};
 use clap::builder::{ArgPredicate, PossibleValuesParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
@@ -65,6 +65,8 @@ pub(crate) enum Command {
     Fit(FitCommand),
     /// Finds the curves that were driven, from logs of speed and yaw rate
     Curves(CurvesArguments),
+    /// Identifies the pedal gains of drivers, from logs of speed, pedals and slope
+    Identify(IdentifyArguments),
     /// Prints a script that completes the command line of a shell
     Completions {
         /// The shell
@@ -235,8 +237,8 @@ pub(crate) struct DriveArguments {
     /// What is taken from the file instead of being drawn from the study; may be repeated or joined by commas
     #[arg(long, value_name = "WHAT", value_delimiter = ',')]
     pub(crate) keep: Vec<Kept>,
-    /// Takes the file as a drive cycle, a `.csv` with time, speed and grade
-    #[arg(long, value_name = "HOW", conflicts_with = "keep")]
+    /// Follows the speed of a drive cycle, a `.csv` with time, speed and grade; or, exactly, the speed planned on a route
+    #[arg(long, value_name = "HOW")]
     pub(crate) follow_speed: Option<Follow>,
     #[command(flatten)]
     pub(crate) run: RunArguments,
@@ -247,7 +249,7 @@ pub(crate) struct DriveArguments {
 pub(crate) enum Follow {
     /// A driver of the study drives it: its speeds are limits along the road, its standstills are stops
     Driver,
-    /// Nobody drives it: the exact backward force balance of the prescribed speed
+    /// Nobody drives it: the exact backward force balance of the prescribed speed. The only mode for battery-electric vehicles
     Exact,
 }
 

@@ -45,6 +45,9 @@ pub(crate) enum Failure {
     /// Logs without a single usable drive.
     #[error("{place}: {fault}")]
     Drive { place: String, fault: DriveError },
+    /// Logs without a single event that can be identified.
+    #[error("{place}: {reason}")]
+    NoEvent { place: String, reason: String },
     /// A run directory that cannot be written.
     #[error(transparent)]
     RunDirectory(#[from] RunDirectoryError),

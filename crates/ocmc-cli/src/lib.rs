@@ -12,6 +12,8 @@ mod drive;
 mod failure;
 mod fit;
 mod histogram_chart;
+mod identify;
+mod identify_text;
 mod interrupt;
 mod log_arguments;
 mod log_text;
@@ -64,6 +66,7 @@ pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> i32 {
         Some(Command::Trace(arguments)) => trace::trace(arguments),
         Some(Command::Fit(command)) => fit::fit(command),
         Some(Command::Curves(arguments)) => curves::curves(arguments),
+        Some(Command::Identify(arguments)) => identify::identify(arguments),
         Some(Command::Sensitivity(arguments)) => sensitivity::sensitivity(arguments),
         Some(Command::Compare(arguments)) => compare::compare(arguments),
         Some(Command::Merge(arguments)) => merge::merge(arguments),

@@ -83,3 +83,63 @@ impl From<RadiusName> for RadiusDefinition {
         }
     }
 }
+
+/// Options of `ocmc identify`.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct IdentifyArguments {
+    #[command(flatten)]
+    pub(crate) files: LogFileArguments,
+    /// Study with the truck that was driven: name of a built-in one, or a file
+    #[arg(long, value_name = "NAME|FILE", default_value = "simulator-study")]
+    pub(crate) study: String,
+    /// Replaces one value of the study, as in mission.payload_kg=12000; may be repeated
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub(crate) set: Vec<String>,
+    /// Controller that is fitted
+    #[arg(long, value_name = "NAME", default_value = "pid")]
+    pub(crate) controller: ControllerName,
+    /// Speed that the objective compares with the set speed
+    #[arg(long, value_name = "NAME", default_value = "measured")]
+    pub(crate) speed_term: SpeedTermName,
+    /// Starts of the search for each event
+    #[arg(long, value_name = "N", default_value = "8", value_parser = clap::value_parser!(u16).range(1..=4096))]
+    pub(crate) starts: u16,
+    /// Bounds of K_P, in s/m
+    #[arg(long, value_names = ["LOWER", "UPPER"], num_args = 2)]
+    pub(crate) kp: Option<Vec<f64>>,
+    /// Bounds of K_I, in 1/m
+    #[arg(long, value_names = ["LOWER", "UPPER"], num_args = 2)]
+    pub(crate) ki: Option<Vec<f64>>,
+    /// Bounds of K_D, in s²/m
+    #[arg(long, value_names = ["LOWER", "UPPER"], num_args = 2)]
+    pub(crate) kd: Option<Vec<f64>>,
+    /// No intervals: several times as fast
+    #[arg(long)]
+    pub(crate) no_intervals: bool,
+    /// No account of what was left out
+    #[arg(long)]
+    pub(crate) quiet: bool,
+    /// The answer as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Controllers, as typed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ControllerName {
+    /// PID
+    Pid,
+    /// Switched proportional
+    Switched,
+}
+
+/// Speed terms, as typed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum SpeedTermName {
+    /// The measured speed
+    Measured,
+    /// The simulated speed; it biases the gains
+    Simulated,
+    /// No speed term
+    None,
+}

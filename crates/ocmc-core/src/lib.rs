@@ -17,6 +17,7 @@ pub mod distribution;
 pub mod driver;
 pub mod fit;
 pub mod fleet;
+pub mod identification;
 pub mod lanes;
 pub mod log;
 pub mod mission;

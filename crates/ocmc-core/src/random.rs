@@ -83,6 +83,8 @@ pub enum Stream {
     Route = 30,
     /// Resampling of rows for bootstrap intervals, keyed by replicate and not by cycle. Belongs to no cycle.
     Bootstrap = 31,
+    /// A battery-electric powertrain: state of charge at departure, auxiliaries.
+    Electric = 32,
 }
 
 /// A set of streams.
@@ -155,7 +157,7 @@ pub enum Factor {
 
 impl Stream {
     /// All streams, in the order of their numbers.
-    pub const ALL: [Self; 32] = [
+    pub const ALL: [Self; 33] = [
         Self::RoadType,
         Self::SpeedSign,
         Self::Curve,
@@ -188,6 +190,7 @@ impl Stream {
         Self::CurveSpeedParameters,
         Self::Route,
         Self::Bootstrap,
+        Self::Electric,
     ];
 
     /// The factor that this stream belongs to; none for what is no part of a cycle.
@@ -219,7 +222,7 @@ impl Stream {
             | S::Pedals
             | S::BumpComfort
             | S::CurveSpeedParameters => Factor::Driver,
-            S::Vehicle => Factor::Vehicle,
+            S::Vehicle | S::Electric => Factor::Vehicle,
             S::Bootstrap => return None,
         })
     }

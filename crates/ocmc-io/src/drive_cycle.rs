@@ -16,6 +16,8 @@ use ocmc_core::prescribed::{DriveCycle, DriveCycleError};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
+/// Names of the time's column.
+const TIME: [&str; 4] = ["time_s", "time", "t", "cycsecs"];
 /// Names of the speed's column, and what is 1 of it in m/s.
 const SPEEDS: [(&str, f64); 7] = [
     ("speed_mps", 1.0),
@@ -54,13 +56,19 @@ pub enum DriveCycleFileError {
     },
 }
 
+/// Whether a file is a table over time; what cannot be read is none.
+pub fn is_one(path: &Path) -> bool {
+    let csv = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("csv"));
+    csv && DelimitedTable::read(path).is_ok_and(|table| table.find(&TIME).is_some())
+}
+
 /// Reads a drive cycle.
 ///
 /// # Errors
 /// [`DriveCycleFileError`] names the file, the line and what is allowed.
 pub fn read(path: &Path) -> Result<DriveCycle, DriveCycleFileError> {
     let table = DelimitedTable::read(path)?;
-    let time_s = table.numbers(table.column(&["time_s", "time", "t", "cycsecs"])?)?;
+    let time_s = table.numbers(table.column(&TIME)?)?;
     let scaled = |names: &[&str], factor: f64| -> Result<Option<Vec<f64>>, TableError> {
         let numbers = table.numbers_of(names)?;
         Ok(numbers.map(|numbers| numbers.into_iter().map(|number| number * factor).collect()))

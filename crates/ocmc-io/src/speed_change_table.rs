@@ -1,7 +1,7 @@
 //! Measured speed changes: a table of accelerations, one row a change, or the logs in which they happened.
 //!
-//! A file with a column `acceleration_mps2` is a table; `category` and `driver` (or `truck`) may be absent. Any other file is a
-//! log with time, speed and limit.
+//! A file with a column `acceleration_mps2` and without `time_s` is a table; `category` and `driver` (or `truck`) may be absent.
+//! Any other file is a log with time, speed and limit.
 
 use crate::column_file::{ColumnFile, ColumnFileError};
 use crate::log::error::LogFileError;
@@ -54,7 +54,10 @@ pub fn append(
 ) -> Result<Option<LogFile>, SpeedChangeFileError> {
     // a compressed log is no table, and says so by its first bytes
     let file = ColumnFile::open(path).ok();
-    if let Some(file) = file.filter(|file| file.find(&["acceleration_mps2"]).is_some()) {
+    let is_table = |file: &ColumnFile| {
+        file.find(&["acceleration_mps2"]).is_some() && file.find(&["time_s"]).is_none()
+    };
+    if let Some(file) = file.filter(is_table) {
         append_table(table, file)?;
         return Ok(None);
     }

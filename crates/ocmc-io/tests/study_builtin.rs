@@ -62,7 +62,10 @@ fn studies_differ_from_the_default_one_only_where_they_say_so() {
         let model = model(built_in.name);
         assert_eq!(model.vehicle, default.vehicle, "{}", built_in.name);
         assert_eq!(model.weather, default.weather, "{}", built_in.name);
-        assert_eq!(model.simulation, default.simulation, "{}", built_in.name);
+        // the virtual simulator has finer steps, still air and an empty road
+        if built_in.name != "simulator-study" {
+            assert_eq!(model.simulation, default.simulation, "{}", built_in.name);
+        }
     }
     assert_eq!(model("field-truck-loaded").road, default.road);
     assert_eq!(model("regional").driver, default.driver);

@@ -6,6 +6,9 @@
 
 use super::p_value::ln_normal_tail;
 
+/// A*² beyond which the formula of p turns upwards; p is then at most the one here, 3.7e-24.
+const LARGEST: f64 = 10.0;
+
 /// A² of values, and p of a normal law; none with fewer than eight values or without spread.
 pub fn normal(values: &[f64]) -> Option<(f64, f64)> {
     let n = values.len() as f64;
@@ -29,6 +32,7 @@ pub fn normal(values: &[f64]) -> Option<(f64, f64)> {
     let a2 = -n - sum / n;
     let a = a2 * (1.0 + 0.75 / n + 2.25 / (n * n));
     let p = if a >= 0.6 {
+        let a = a.min(LARGEST);
         libm::exp(1.2937 - 5.709 * a + 0.0186 * a * a)
     } else if a > 0.34 {
         libm::exp(0.9177 - 4.279 * a - 1.38 * a * a)
@@ -67,6 +71,8 @@ mod tests {
         let mut draws = Draws::new(1, 0, Stream::Vehicle);
         let values: Vec<f64> = (0..100).map(|_| draws.exponential()).collect();
         assert!(normal(&values).unwrap().1 < 1e-3);
+        let many: Vec<f64> = (0..20_000).map(|_| draws.exponential()).collect();
+        assert!(normal(&many).unwrap().1 < 1e-20);
         assert!(normal(&values[..7]).is_none() && normal(&[1.0; 20]).is_none());
     }
 }

@@ -177,7 +177,7 @@ pub struct SpeedChangeFit {
 
 /// The acceleration at each change of the limit of a log: its kind, such as `70-to-40` in km/h, and its value, in m/s².
 ///
-/// Rows with a missing speed or limit are passed over.
+/// Rows with a missing speed or limit are passed over, and so are rows with the time of the row before.
 ///
 /// # Errors
 /// [`SpeedChangeError`] where the columns do not fit together.
@@ -195,7 +195,9 @@ pub fn accelerations(
     let seen = |k: &usize| {
         [log.time_s[*k], log.speed_mps[*k], log.limit_mps[*k]].iter().all(|value| value.is_finite())
     };
-    let rows: Vec<usize> = (0..wanted).filter(seen).collect();
+    let mut rows: Vec<usize> = (0..wanted).filter(seen).collect();
+    // a second row of one time tells nothing new
+    rows.dedup_by_key(|row| log.time_s[*row]);
     for pair in rows.windows(2) {
         if !(log.time_s[pair[1]] > log.time_s[pair[0]]) {
             return Err(SpeedChangeError::Time { row: pair[1] + 1, time_s: log.time_s[pair[1]] });
@@ -557,7 +559,7 @@ mod tests {
         let thin = accelerations(&log, &SpeedChangeOptions::default()).unwrap();
         assert!(thin.iter().zip(&found).all(|(a, b)| (a.1 - b.1).abs() < 1e-9));
         let backwards =
-            SpeedLog { time_s: &[0.0, 1.0, 1.0], speed_mps: &[1.0; 3], limit_mps: &[1.0; 3] };
+            SpeedLog { time_s: &[0.0, 1.0, 0.5], speed_mps: &[1.0; 3], limit_mps: &[1.0; 3] };
         assert!(matches!(
             accelerations(&backwards, &SpeedChangeOptions::default()),
             Err(SpeedChangeError::Time { row: 3, .. })

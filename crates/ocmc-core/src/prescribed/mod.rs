@@ -8,16 +8,23 @@
 
 mod drive_cycle;
 mod driveline;
+mod electric;
+mod planned;
 
 pub use drive_cycle::{DriveCycle, DriveCycleError, DriveStep};
 pub use driveline::EfficiencyDriveline;
+pub use electric::ElectricSums;
+pub use planned::planned_cycle;
 
+use crate::random::Streams;
 use crate::simulation::record::{Outcome, Record};
-use crate::study::Study;
+use crate::study::{Scenario, Study};
+use crate::vehicle::electric::ElectricModel;
 use crate::vehicle::resistance::{
     GRAVITY_MPS2, drag_force_n, rolling_temperature_factor, rolling_wet_factor,
 };
 use driveline::{DrivelineStep, GearedDriveline};
+use electric::ElectricDriveline;
 
 /// A vehicle as the road sees it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -79,6 +86,8 @@ pub struct Followed {
     pub missing_j: f64,
     /// Sum of the climbs, in m.
     pub climb_m: f64,
+    /// What the battery and the motor did; none for an engine.
+    pub electric: Option<ElectricSums>,
 }
 
 /// Follows a cycle with a vehicle of which only efficiencies are known.
@@ -149,7 +158,29 @@ pub fn follow_study(
     cycle_id: u64,
     cycle: &DriveCycle,
 ) -> (Record, Followed) {
+    follow_scenario(study, seed, &study.sample(seed, cycle_id), cycle)
+}
+
+/// Follows the speed that the driver of one cycle of a study wants along its road, exactly. Air is that of the departure, the road smooth.
+///
+/// # Errors
+/// [`DriveCycleError`], for a road that is no drive cycle.
+pub fn follow_planned(
+    study: &Study,
+    seed: u64,
+    cycle_id: u64,
+) -> Result<(Record, Followed), DriveCycleError> {
     let scenario = study.sample(seed, cycle_id);
+    let cycle = planned_cycle(study, &scenario)?;
+    Ok(follow_scenario(study, seed, &scenario, &cycle))
+}
+
+fn follow_scenario(
+    study: &Study,
+    seed: u64,
+    scenario: &Scenario,
+    cycle: &DriveCycle,
+) -> (Record, Followed) {
     let (vehicle, model) = (&scenario.vehicle, &study.powertrain().model);
     let weather = &scenario.cycle.weather[0].weather;
     let temperature = rolling_temperature_factor(
@@ -164,56 +195,120 @@ pub fn follow_study(
         rolling_coefficient: vehicle.rolling_coefficient * temperature * wet,
         air_density_kgpm3: weather.air_density_kgpm3(0.0),
     };
-    let mut driveline = GearedDriveline::new(study.powertrain(), vehicle);
-    let before_j = driveline.kinetic_j();
-    let mut sum = balance(cycle, &body, |step, force_n| driveline.step(step, force_n));
-    sum.kinetic_j += driveline.kinetic_j() - before_j;
-    sum.n_shifts = driveline.n_shifts;
-    let fuel = &model.engine.fuel;
-    let fuel_kg = sum.fuel_j / fuel.heating_value_jpkg;
-    let per_distance =
-        |amount: f64| if sum.distance_m > 0.0 { amount / sum.distance_m } else { 0.0 };
-    let per_100km = per_distance(fuel_kg / fuel.density_kgpm3 * 1000.0) * 1e5;
     let mission = &scenario.cycle.mission;
-    let payload_t = mission.payload_kg / 1000.0;
-    let record = Record {
-        cycle_id,
-        outcome: Outcome::Completed,
-        distance_m: sum.distance_m,
-        duration_s: sum.duration_s,
-        standstill_s: sum.standstill_s,
-        simulated_s: sum.duration_s,
-        mean_speed_mps: sum.distance_m / sum.duration_s,
-        n_stops: sum.n_stops,
-        n_gear_shifts: sum.n_shifts,
-        wheel_energy_j: sum.wheel_j,
-        brake_energy_j: sum.service_brake_j + sum.engine_brake_j,
-        auxiliary_energy_j: sum.auxiliary_j,
-        fuel_kg: Some(fuel_kg),
-        consumption_l_per_100km: Some(per_100km),
-        consumption_l_per_100tkm: (payload_t > 0.0).then(|| per_100km / payload_t),
-        wheel_kwh_per_km: per_distance(sum.wheel_j) / 3600.0,
-        co2_g_per_km: Some(per_distance(fuel_kg * fuel.co2_kg_per_kg) * 1e6),
-        climb_m: sum.climb_m,
+    let plain = Record {
+        cycle_id: scenario.cycle_id,
         payload_kg: mission.payload_kg,
         air_temperature_k: weather.temperature_k,
-        fuel_energy_j: Some(sum.fuel_j),
-        engine_loss_j: Some(sum.fuel_j - sum.crankshaft_j),
-        crankshaft_work_j: Some(sum.crankshaft_j),
-        transmission_loss_j: sum.transmission_j,
-        shift_loss_j: Some(sum.shift_j),
-        clutch_loss_j: Some(sum.clutch_j),
-        drag_energy_j: sum.drag_j,
-        rolling_energy_j: sum.rolling_j,
-        service_brake_energy_j: sum.service_brake_j,
-        engine_brake_energy_j: Some(sum.engine_brake_j),
-        kinetic_change_j: sum.kinetic_j,
-        potential_change_j: sum.grade_j,
-        moving_s: sum.duration_s - sum.standstill_s,
         departure_s_of_year: mission.day_of_year * 86_400.0 + mission.departure_s,
         drag_area_m2: vehicle.drag_area_m2,
         rolling_coefficient: vehicle.rolling_coefficient,
         ..Record::default()
     };
+    match &model.electric {
+        None => follow_with_engine(study, scenario, cycle, &body, &plain),
+        Some(electric) => {
+            let streams = Streams {
+                frozen: &study.model().simulation.frozen,
+                ..Streams::new(seed, scenario.cycle_id)
+            };
+            follow_with_battery(electric, model.wheel_radius_m, &streams, cycle, &body, &plain)
+        }
+    }
+}
+
+fn follow_with_engine(
+    study: &Study,
+    scenario: &Scenario,
+    cycle: &DriveCycle,
+    body: &Body,
+    plain: &Record,
+) -> (Record, Followed) {
+    let mut driveline = GearedDriveline::new(study.powertrain(), &scenario.vehicle);
+    let before_j = driveline.kinetic_j();
+    let mut sum = balance(cycle, body, |step, force_n| driveline.step(step, force_n));
+    sum.kinetic_j += driveline.kinetic_j() - before_j;
+    sum.n_shifts = driveline.n_shifts;
+    let fuel = &study.powertrain().model.engine.fuel;
+    let fuel_kg = sum.fuel_j / fuel.heating_value_jpkg;
+    let per_100km = sum.per_m(fuel_kg / fuel.density_kgpm3 * 1000.0) * 1e5;
+    let payload_t = plain.payload_kg / 1000.0;
+    let record = Record {
+        fuel_kg: Some(fuel_kg),
+        consumption_l_per_100km: Some(per_100km),
+        consumption_l_per_100tkm: (payload_t > 0.0).then(|| per_100km / payload_t),
+        co2_g_per_km: Some(sum.per_m(fuel_kg * fuel.co2_kg_per_kg) * 1e6),
+        fuel_energy_j: Some(sum.fuel_j),
+        engine_loss_j: Some(sum.fuel_j - sum.crankshaft_j),
+        crankshaft_work_j: Some(sum.crankshaft_j),
+        shift_loss_j: Some(sum.shift_j),
+        clutch_loss_j: Some(sum.clutch_j),
+        engine_brake_energy_j: Some(sum.engine_brake_j),
+        ..sum.record(plain)
+    };
     (record, sum)
+}
+
+fn follow_with_battery(
+    electric: &ElectricModel,
+    wheel_radius_m: f64,
+    streams: &Streams,
+    cycle: &DriveCycle,
+    body: &Body,
+    plain: &Record,
+) -> (Record, Followed) {
+    let mut draws = streams.open(crate::random::Stream::Electric);
+    let base_w = electric.auxiliary_power_w.sample(&mut draws);
+    let charge = electric.battery.initial_charge.sample(&mut draws);
+    let climate = electric.climate.as_ref();
+    let auxiliary_w = base_w + climate.map_or(0.0, |c| c.power_w(plain.air_temperature_k));
+    let mut driveline = ElectricDriveline::new(electric, wheel_radius_m, auxiliary_w, charge);
+    let rotating_kg = driveline.rotating_mass_kg();
+    let body = Body { wheel_mass_kg: body.wheel_mass_kg + rotating_kg, ..*body };
+    let mut sum = balance(cycle, &body, |step, force_n| driveline.step(step, force_n));
+    sum.n_shifts = driveline.n_shifts;
+    let sums = driveline.electric;
+    sum.electric = Some(sums);
+    let depleted = sums.depleted_s > 0.0;
+    let record = Record {
+        outcome: if depleted { Outcome::Depleted } else { Outcome::Completed },
+        battery_energy_j: Some(sums.store_j),
+        regenerated_energy_j: Some(sums.regenerated_j),
+        consumption_kwh_per_km: Some(sum.per_m(sums.store_j) / 3600.0),
+        ..sum.record(plain)
+    };
+    (record, sum)
+}
+
+impl Followed {
+    /// An amount per metre; 0 where nothing moved.
+    fn per_m(&self, amount: f64) -> f64 {
+        if self.distance_m > 0.0 { amount / self.distance_m } else { 0.0 }
+    }
+
+    /// The columns that every vehicle has.
+    fn record(&self, plain: &Record) -> Record {
+        Record {
+            distance_m: self.distance_m,
+            duration_s: self.duration_s,
+            standstill_s: self.standstill_s,
+            simulated_s: self.duration_s,
+            mean_speed_mps: self.distance_m / self.duration_s,
+            n_stops: self.n_stops,
+            n_gear_shifts: self.n_shifts,
+            wheel_energy_j: self.wheel_j,
+            brake_energy_j: self.service_brake_j + self.engine_brake_j,
+            auxiliary_energy_j: self.auxiliary_j,
+            wheel_kwh_per_km: self.per_m(self.wheel_j) / 3600.0,
+            climb_m: self.climb_m,
+            transmission_loss_j: self.transmission_j,
+            drag_energy_j: self.drag_j,
+            rolling_energy_j: self.rolling_j,
+            service_brake_energy_j: self.service_brake_j,
+            kinetic_change_j: self.kinetic_j,
+            potential_change_j: self.grade_j,
+            moving_s: self.duration_s - self.standstill_s,
+            ..plain.clone()
+        }
+    }
 }

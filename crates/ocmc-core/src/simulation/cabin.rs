@@ -1,6 +1,7 @@
 //! One lane's truck outside the hot loop: its scenario, its road, its gear, and what happens at stops, shifts, segment
 //! ends and the end of the mission.
 
+use super::event::Rolling;
 use super::record::{Outcome, Record};
 use super::road_row::{FAR, RoadRow, RoadRows};
 use super::state::{Shared, State, Total};
@@ -165,6 +166,30 @@ impl Cabin {
         state.hold_left.0[lane] = 0.0;
         state.kick_left.0[lane] = shift.kickdown_s;
         state.steps_left.0[lane] = steps_to_check(shared);
+    }
+
+    /// Puts the truck that has just entered onto its road as it rolls, instead of standing.
+    pub(super) fn roll<const W: usize>(
+        &mut self,
+        state: &mut State<W>,
+        lane: usize,
+        rolling: &Rolling,
+        shared: &Shared,
+    ) {
+        self.gear = rolling.gear;
+        state.set_gear(lane, self.gear, shared);
+        let engine = &shared.powertrain.engine;
+        let engine_speed = rolling.speed_mps * state.gear_speed.0[lane];
+        let (full, drag) = (engine.full_load_nm(engine_speed), engine.drag_nm(engine_speed));
+        state.speed.0[lane] = rolling.speed_mps;
+        state.engine_speed.0[lane] = engine_speed.max(shared.idle_radps);
+        state.torque.0[lane] = drag + rolling.accelerator * (full - drag);
+        state.integral.0[lane] = rolling.integral;
+        state.filtered.0[lane] = rolling.filtered_mps;
+        state.held.0[lane] = rolling.held;
+        state.holding.0[lane] = if rolling.holds { 1.0 } else { 0.0 };
+        state.left.0[lane] -= rolling.offset_m;
+        self.initial_energy_j = kinetic_energy_j(state, lane, shared);
     }
 
     /// Deals with whatever raised the lane's alarm; some where the cycle has ended.

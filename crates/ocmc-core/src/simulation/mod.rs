@@ -3,6 +3,7 @@
 pub mod cabin;
 pub mod cpu;
 pub mod drive;
+pub mod event;
 pub mod record;
 pub mod road_row;
 pub mod state;

@@ -3,6 +3,7 @@
 use super::{StudyModel, bound_of};
 use crate::distribution::Law;
 use crate::driver::curve_speed::CurveSpeedForm;
+use crate::vehicle::electric::ElectricModel;
 use crate::vehicle::engine::MOST_KNOTS;
 use nalgebra::Matrix3;
 use serde::Deserialize;
@@ -257,6 +258,39 @@ fn consistency(model: &StudyModel, problems: &mut Vec<Problem>) {
     vehicle(model, &mut require);
 }
 
+fn electric_vehicle(electric: &ElectricModel, require: &mut impl FnMut(bool, &str, String, &str)) {
+    let (battery, motor) = (&electric.battery, &electric.motor);
+    let mut below = |low: f64, high: f64, key: &str, what: &str| {
+        require(low < high, &format!("vehicle.electric.{key}"), low.to_string(), what);
+    };
+    let (empty, full) = (battery.empty_voltage_v, battery.full_voltage_v * (1.0 + 1e-9));
+    below(empty, full, "battery.empty_voltage_v", "at most full_voltage_v");
+    let (low, high) = (battery.minimum_charge, battery.maximum_charge);
+    below(low, high, "battery.minimum_charge", "below maximum_charge");
+    let rising = |xs: &[f64]| xs.len() >= 2 && xs.windows(2).all(|w| w[0] < w[1]);
+    for (key, xs) in
+        [("map_speed_radps", &motor.map_speed_radps), ("map_torque_nm", &motor.map_torque_nm)]
+    {
+        let (path, shown) = (format!("vehicle.electric.motor.{key}"), format!("{xs:?}"));
+        require(rising(xs), &path, shown, "2 and more rising numbers");
+    }
+    let rows = motor.map_loss_w.len() == motor.map_speed_radps.len()
+        && motor.map_loss_w.iter().all(|row| row.len() == motor.map_torque_nm.len());
+    require(
+        rows,
+        "vehicle.electric.motor.map_loss_w",
+        "a map of another size".to_owned(),
+        "a row for each of map_speed_radps, with a column for each of map_torque_nm",
+    );
+    let falling = electric.ratio.windows(2).all(|w| w[0] > w[1]);
+    require(
+        falling && (1..=24).contains(&electric.ratio.len()),
+        "vehicle.electric.ratio",
+        format!("{:?}", electric.ratio),
+        "1 to 24 falling ratios",
+    );
+}
+
 fn vehicle(model: &StudyModel, require: &mut impl FnMut(bool, &str, String, &str)) {
     let vehicle = &model.vehicle;
     let total: f64 = vehicle.axles.iter().map(|a| a.load_share).sum();
@@ -324,6 +358,10 @@ fn vehicle(model: &StudyModel, require: &mut impl FnMut(bool, &str, String, &str
         "a row of another length".to_owned(),
         "2 to as many columns as map_torque_nm in each row",
     );
+
+    if let Some(electric) = &vehicle.electric {
+        electric_vehicle(electric, require);
+    }
 
     let gearbox = &vehicle.gearbox;
     let falling = gearbox.ratio.windows(2).all(|w| w[0] > w[1]);

@@ -1,11 +1,15 @@
 //! The truck: masses, resistances, engine, gearbox and brakes, and how the trucks of a fleet differ.
 
+pub mod battery;
 pub mod brakes;
+pub mod climate;
 pub mod coast_down;
 pub mod efficiency;
+pub mod electric;
 pub mod engine;
 pub mod fuel_map;
 pub mod gearbox;
+pub mod motor;
 pub mod resistance;
 pub mod tyre;
 
@@ -13,6 +17,7 @@ use crate::distribution::Quantity;
 use crate::random::{Stream, Streams};
 use crate::study::Part;
 use brakes::BrakeModel;
+use electric::ElectricModel;
 use engine::{Engine, EngineModel};
 use gearbox::{Gear, GearboxModel};
 use resistance::{AxleModel, CrossWind, CrossWindModel, rolling_coefficient};
@@ -53,6 +58,9 @@ pub struct VehicleModel {
     pub gearbox: GearboxModel,
     /// Brakes.
     pub brakes: BrakeModel,
+    /// Battery-electric powertrain instead of engine and gearbox; absent: diesel.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub electric: Option<ElectricModel>,
 }
 
 /// What all trucks of a study share, prepared for the hot loop.

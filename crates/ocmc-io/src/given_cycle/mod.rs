@@ -100,18 +100,30 @@ pub fn read(path: &Path) -> Result<GivenCycle, GivenCycleFileError> {
     }
 }
 
+/// Reads an operating cycle from the text of a CSV file as `ocmc cycle` writes it; `path` is its name in messages.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_tracks(path: &Path, text: &str) -> Result<GivenCycle, GivenCycleFileError> {
+    track_file::read_csv(&DelimitedTable::parse(path, text)?)
+}
+
 /// SHA-256 of a file, in hexadecimal digits.
 ///
 /// # Errors
 /// Where it cannot be read.
 pub fn file_hash(path: &Path) -> Result<String, GivenCycleFileError> {
     let unreadable = |source| TableError::Unreadable { path: path.to_owned(), source };
-    let bytes = std::fs::read(path).map_err(unreadable)?;
+    Ok(hash(&std::fs::read(path).map_err(unreadable)?))
+}
+
+/// SHA-256 of some bytes, in hexadecimal digits.
+pub fn hash(bytes: &[u8]) -> String {
     let mut text = String::with_capacity(64);
     for byte in Sha256::digest(bytes) {
         write!(text, "{byte:02x}").expect("a string takes any text");
     }
-    Ok(text)
+    text
 }
 
 /// Names the file in an error of the core.

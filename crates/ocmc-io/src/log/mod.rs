@@ -3,6 +3,7 @@
 pub mod curves;
 pub mod error;
 pub mod mapping;
+pub mod pedals;
 pub mod quantity;
 
 use error::LogFileError;

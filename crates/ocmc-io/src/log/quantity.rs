@@ -33,6 +33,10 @@ pub enum Quantity {
     Brake,
     /// Slope of the road, positive uphill.
     Grade,
+    /// Position along the road.
+    Position,
+    /// Gear, from 1.
+    Gear,
 }
 
 /// A unit: its suffix, and how many SI units it is.
@@ -48,11 +52,13 @@ const ACCELERATIONS: [Unit; 2] = [("mps2", 1.0), ("g", 9.80665)];
 const SHARES: [Unit; 2] = [("", 1.0), ("percent", 0.01)];
 /// Degrees are the only unit of positions on the earth, and stay degrees.
 const PLACES: [Unit; 1] = [("deg", 1.0)];
+const LENGTHS: [Unit; 2] = [("m", 1.0), ("km", 1000.0)];
+const NUMBERS: [Unit; 1] = [("", 1.0)];
 const CURVATURES: [Unit; 1] = [("per_m", 1.0)];
 
 impl Quantity {
     /// All of them.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 15] = [
         Self::Time,
         Self::Speed,
         Self::YawRate,
@@ -66,6 +72,8 @@ impl Quantity {
         Self::Accelerator,
         Self::Brake,
         Self::Grade,
+        Self::Position,
+        Self::Gear,
     ];
 
     /// Its name, without a unit.
@@ -84,6 +92,8 @@ impl Quantity {
             Self::Accelerator => "accelerator",
             Self::Brake => "brake",
             Self::Grade => "grade",
+            Self::Position => "position",
+            Self::Gear => "gear",
         }
     }
 
@@ -97,6 +107,8 @@ impl Quantity {
             Self::LateralAcceleration => &ACCELERATIONS,
             Self::SteeringWheelAngle | Self::Course => &ANGLES,
             Self::Latitude | Self::Longitude => &PLACES,
+            Self::Position => &LENGTHS,
+            Self::Gear => &NUMBERS,
             Self::Accelerator | Self::Brake | Self::Grade => &SHARES,
         }
     }

@@ -39,6 +39,11 @@ pub const STUDIES: &[BuiltIn] = &[
         text: include_str!("../../../../configs/simulator-truck.toml"),
     },
     BuiltIn {
+        name: "simulator-study",
+        description: "Eight drivers on the six slopes of the driving simulator, to identify their pedal gains",
+        text: include_str!("../../../../configs/simulator-study.toml"),
+    },
+    BuiltIn {
         name: "long-haul",
         description: "Missions of 300 km, four fifths of them on motorways",
         text: include_str!("../../../../configs/long-haul.toml"),
@@ -56,11 +61,32 @@ pub const STUDIES: &[BuiltIn] = &[
 ];
 
 /// The built-in vehicles.
-pub const VEHICLES: &[BuiltIn] = &[BuiltIn {
-    name: "tractor-40t",
-    description: "Tractor-semitrailer of the 40 t class, 325 kW diesel engine, 12 gears",
-    text: include_str!("../../../../configs/vehicles/tractor-40t.toml"),
-}];
+pub const VEHICLES: &[BuiltIn] = &[
+    BuiltIn {
+        name: "tractor-40t",
+        description: "Tractor-semitrailer of the 40 t class, 325 kW diesel engine, 12 gears",
+        text: include_str!("../../../../configs/vehicles/tractor-40t.toml"),
+    },
+    BuiltIn {
+        name: "rigid-12t",
+        description: "Rigid 4x2 truck of 12 t for delivery, 185 kW diesel engine, 6 gears",
+        text: include_str!("../../../../configs/vehicles/rigid-12t.toml"),
+    },
+    BuiltIn {
+        name: "city-bus-12m",
+        description: "City bus of 12 m, 185 kW diesel engine",
+        text: include_str!("../../../../configs/vehicles/city-bus-12m.toml"),
+    },
+];
+
+/// The routes that built-in studies name, by the name in the study, as `ocmc cycle` would write them.
+const ROUTES: &[(&str, &str)] =
+    &[("built-in/simulator-slopes.csv", include_str!("../../../../configs/simulator-slopes.csv"))];
+
+/// The text of a built-in route.
+pub(super) fn route(name: &str) -> Option<&'static str> {
+    ROUTES.iter().find(|(known, _)| *known == name).map(|(_, text)| *text)
+}
 
 /// The built-in studies, the default one first.
 pub fn list() -> &'static [BuiltIn] {

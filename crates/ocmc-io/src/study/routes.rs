@@ -1,5 +1,6 @@
 //! The routes of a study: `mission.routes` names files with given operating cycles, read when the study is loaded.
 
+use super::builtin;
 use super::error::{Cause, Fault};
 use crate::given_cycle::{self, GivenCycleFileError};
 use ocmc_core::operating_cycle::given::GivenCycleError;
@@ -15,10 +16,19 @@ pub(super) fn attach(
 ) -> Result<Study, (usize, Box<Fault>)> {
     let mut cycles = Vec::with_capacity(model.mission.routes.len());
     for (k, route) in model.mission.routes.iter_mut().enumerate() {
-        let path = folder.map_or_else(|| route.file.clone().into(), |f| f.join(&route.file));
+        let built_in = builtin::route(&route.file);
+        let in_folder =
+            || folder.map_or_else(|| route.file.clone().into(), |f| f.join(&route.file));
+        let path = built_in.map_or_else(in_folder, |_| route.file.clone().into());
         let wrong = |error: &GivenCycleFileError| (k, fault(error.to_string()));
-        let cycle = given_cycle::read(&path).map_err(|error| wrong(&error))?;
-        let found = given_cycle::file_hash(&path).map_err(|error| wrong(&error))?;
+        let (cycle, found) = match built_in {
+            Some(text) => {
+                (given_cycle::read_tracks(&path, text), Ok(given_cycle::hash(text.as_bytes())))
+            }
+            None => (given_cycle::read(&path), given_cycle::file_hash(&path)),
+        };
+        let cycle = cycle.map_err(|error| wrong(&error))?;
+        let found = found.map_err(|error| wrong(&error))?;
         if let Some(wanted) = &route.sha256
             && *wanted != found
         {

@@ -1,0 +1,257 @@
+//! Nonlinear least squares within a box: Levenberg and Marquardt's method.
+//!
+//! min ½ Σ r_i(x)²,   lower <= x <= upper
+//!
+//! Each step solves the damped linear problem [J; √μ D] δ = [−r; 0] by QR, never by normal equations, with J by central
+//! differences, D the largest norms that the columns of J have had (Moré, 1978), and the damping μ by the ratio of the real to the
+//! predicted gain (Nielsen, 1999). A parameter at a bound with a gradient out of the box is held there; a step that leaves the box
+//! is cut at it. Residuals that are not finite refuse a step. Certified on the nonlinear problems of NIST in
+//! `tests/nist_nonlinear`.
+//!
+//! J. J. Moré, "The Levenberg-Marquardt algorithm: implementation and theory", Lecture Notes in Mathematics 630 (1978)
+//! 105-116. H. B. Nielsen, "Damping parameter in Marquardt's method", report IMM-REP-1999-05, DTU (1999).
+
+use nalgebra::{DMatrix, DVector};
+
+/// Relative step of the central differences: near the cube root of the rounding error.
+const DIFFERENCE: f64 = 6e-6;
+/// First damping, relative to the scaled problem.
+const FIRST_DAMPING: f64 = 1e-3;
+/// A damping above this finds nothing any more.
+const LARGEST_DAMPING: f64 = 1e30;
+
+/// When to stop, and how derivatives are taken.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tolerances {
+    /// Relative gain of the sum of squares below which the search ends.
+    pub gain: f64,
+    /// Relative change of all parameters below which it ends.
+    pub step: f64,
+    /// Most iterations.
+    pub most_iterations: usize,
+    /// Relative step of the differences.
+    pub difference: f64,
+}
+
+impl Default for Tolerances {
+    fn default() -> Self {
+        Self { gain: 1e-14, step: 1e-11, most_iterations: 1000, difference: DIFFERENCE }
+    }
+}
+
+/// Where the search ended.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Optimum {
+    /// The parameters.
+    pub parameters: Vec<f64>,
+    /// Σ r².
+    pub sum_of_squares: f64,
+    /// Derivatives of the residuals there, a row a residual.
+    pub jacobian: DMatrix<f64>,
+    /// Iterations.
+    pub iterations: usize,
+    /// Whether a tolerance was met.
+    pub converged: bool,
+}
+
+/// Minimises the sum of squares of what `residuals` writes, from `start`, within the box.
+///
+/// `residuals` writes into a vector that it clears first; all calls give the same number of values.
+pub fn minimise(
+    residuals: &mut dyn FnMut(&[f64], &mut Vec<f64>),
+    start: &[f64],
+    lower: &[f64],
+    upper: &[f64],
+    tolerances: &Tolerances,
+) -> Optimum {
+    let count = start.len();
+    let mut x: Vec<f64> = (0..count).map(|k| start[k].clamp(lower[k], upper[k])).collect();
+    let mut r = Vec::new();
+    residuals(&x, &mut r);
+    let mut sum = square_sum(&r);
+    let mut scale = vec![0.0f64; count];
+    let mut damping = FIRST_DAMPING;
+    let mut growth = 2.0;
+    let mut optimum = Optimum {
+        parameters: x.clone(),
+        sum_of_squares: sum,
+        jacobian: DMatrix::zeros(r.len(), count),
+        iterations: 0,
+        converged: false,
+    };
+    let mut trial = Vec::new();
+    while optimum.iterations < tolerances.most_iterations && sum.is_finite() {
+        optimum.iterations += 1;
+        let jacobian = differences(residuals, &x, lower, upper, r.len(), tolerances.difference);
+        for k in 0..count {
+            let norm = jacobian.column(k).norm();
+            scale[k] = if norm.is_finite() { scale[k].max(norm) } else { scale[k] };
+        }
+        let slopes: Vec<f64> = (0..count).map(|k| dot(&jacobian, k, &r)).collect();
+        let free: Vec<usize> = (0..count)
+            .filter(|&k| {
+                let outwards =
+                    (x[k] <= lower[k] && slopes[k] > 0.0) || (x[k] >= upper[k] && slopes[k] < 0.0);
+                scale[k] > 0.0 && slopes[k].is_finite() && !outwards
+            })
+            .collect();
+        optimum.jacobian = jacobian;
+        // the angle between residual and every direction is right
+        let flat = free.iter().all(|&k| slopes[k].abs() <= 1e-14 * scale[k] * sum.sqrt());
+        if free.is_empty() || flat || sum == 0.0 {
+            optimum.converged = true;
+            break;
+        }
+        let mut moved = false;
+        while damping < LARGEST_DAMPING {
+            let Some(step) = damped_step(&optimum.jacobian, &r, &free, &scale, damping) else {
+                damping *= growth;
+                growth *= 2.0;
+                continue;
+            };
+            let mut next = x.clone();
+            for (place, &k) in free.iter().enumerate() {
+                next[k] = (x[k] + step[place]).clamp(lower[k], upper[k]);
+            }
+            let taken: Vec<f64> = (0..count).map(|k| next[k] - x[k]).collect();
+            let small = (0..count)
+                .all(|k| taken[k].abs() <= tolerances.step * (x[k].abs() + tolerances.step));
+            residuals(&next, &mut trial);
+            let new_sum = square_sum(&trial);
+            let predicted = sum - linear_sum(&optimum.jacobian, &r, &taken);
+            let ratio = (sum - new_sum) / predicted.max(f64::MIN_POSITIVE);
+            if new_sum < sum {
+                let gain = sum - new_sum;
+                let little = gain <= tolerances.gain * sum && predicted <= tolerances.gain * sum;
+                x = next;
+                std::mem::swap(&mut r, &mut trial);
+                sum = new_sum;
+                let cube = 2.0 * ratio - 1.0;
+                damping *= (1.0 - cube * cube * cube).max(1.0 / 3.0);
+                growth = 2.0;
+                moved = true;
+                optimum.converged = little || small;
+                break;
+            }
+            if small {
+                optimum.converged = true;
+                break;
+            }
+            damping *= growth;
+            growth *= 2.0;
+        }
+        optimum.parameters.clone_from(&x);
+        optimum.sum_of_squares = sum;
+        if optimum.converged || !moved {
+            break;
+        }
+    }
+    optimum
+}
+
+/// Derivatives by central differences, one-sided at a bound.
+fn differences(
+    residuals: &mut dyn FnMut(&[f64], &mut Vec<f64>),
+    x: &[f64],
+    lower: &[f64],
+    upper: &[f64],
+    rows: usize,
+    relative: f64,
+) -> DMatrix<f64> {
+    let mut jacobian = DMatrix::zeros(rows, x.len());
+    let (mut above, mut below) = (Vec::new(), Vec::new());
+    let mut at = x.to_vec();
+    for k in 0..x.len() {
+        let width = upper[k] - lower[k];
+        // of a parameter at zero the box tells the size
+        let size = if width.is_finite() { x[k].abs().max(1e-3 * width) } else { x[k].abs() };
+        let step = relative * if size > 0.0 { size } else { 1.0 };
+        at[k] = (x[k] + step).min(upper[k]);
+        residuals(&at, &mut above);
+        let high = at[k];
+        at[k] = (x[k] - step).max(lower[k]);
+        residuals(&at, &mut below);
+        let wide = high - at[k];
+        at[k] = x[k];
+        if wide > 0.0 {
+            for row in 0..rows {
+                jacobian[(row, k)] = (above[row] - below[row]) / wide;
+            }
+        }
+    }
+    jacobian
+}
+
+/// The step of the free parameters that solves the damped linear problem.
+fn damped_step(
+    jacobian: &DMatrix<f64>,
+    r: &[f64],
+    free: &[usize],
+    scale: &[f64],
+    damping: f64,
+) -> Option<Vec<f64>> {
+    let (rows, count) = (r.len(), free.len());
+    let mut matrix = DMatrix::zeros(rows + count, count);
+    let mut right = DVector::zeros(rows + count);
+    for (place, &k) in free.iter().enumerate() {
+        matrix.view_mut((0, place), (rows, 1)).copy_from(&jacobian.column(k));
+        matrix[(rows + place, place)] = damping.sqrt() * scale[k];
+    }
+    for (row, value) in r.iter().enumerate() {
+        right[row] = -value;
+    }
+    let factors = matrix.qr();
+    let projected = factors.q().transpose() * right;
+    let step = factors.r().solve_upper_triangular(&projected.rows(0, count))?;
+    step.iter().all(|value| value.is_finite()).then(|| step.iter().copied().collect())
+}
+
+fn square_sum(r: &[f64]) -> f64 {
+    let sum: f64 = r.iter().map(|value| value * value).sum();
+    if sum.is_finite() { sum } else { f64::INFINITY }
+}
+
+/// Half the slope of the sum of squares along a parameter.
+fn dot(jacobian: &DMatrix<f64>, column: usize, r: &[f64]) -> f64 {
+    jacobian.column(column).iter().zip(r).map(|(a, b)| a * b).sum()
+}
+
+/// Σ (r + J δ)².
+fn linear_sum(jacobian: &DMatrix<f64>, r: &[f64], step: &[f64]) -> f64 {
+    let moved = jacobian * DVector::from_column_slice(step);
+    r.iter().zip(moved.iter()).map(|(r, m)| (r + m) * (r + m)).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rosenbrock(x: &[f64], r: &mut Vec<f64>) {
+        r.clear();
+        r.extend([10.0 * (x[1] - x[0] * x[0]), 1.0 - x[0]]);
+    }
+
+    #[test]
+    fn rosenbrock_with_and_without_a_box() {
+        let free = [f64::NEG_INFINITY, f64::NEG_INFINITY];
+        let open = [f64::INFINITY, f64::INFINITY];
+        let tolerances = Tolerances::default();
+        let found = minimise(&mut rosenbrock, &[-1.2, 1.0], &free, &open, &tolerances);
+        assert!(found.converged && found.sum_of_squares < 1e-20, "{found:?}");
+        // with x0 <= 0.5 the best is at the bound: x1 = 0.25
+        let found = minimise(&mut rosenbrock, &[-1.2, 1.0], &free, &[0.5, 2.0], &tolerances);
+        assert!(found.parameters[0] == 0.5 && (found.parameters[1] - 0.25).abs() < 1e-6);
+        assert!(found.converged && (found.sum_of_squares - 0.25).abs() < 1e-10);
+    }
+
+    #[test]
+    fn what_is_not_finite_is_not_taken() {
+        let mut logarithm = |x: &[f64], r: &mut Vec<f64>| {
+            r.clear();
+            r.push(libm::log(x[0]) - 1.0);
+        };
+        let (lower, upper) = ([f64::NEG_INFINITY], [f64::INFINITY]);
+        let found = minimise(&mut logarithm, &[20.0], &lower, &upper, &Tolerances::default());
+        assert!((found.parameters[0] - std::f64::consts::E).abs() < 1e-9, "{found:?}");
+    }
+}

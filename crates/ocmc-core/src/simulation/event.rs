@@ -1,0 +1,78 @@
+//! One event of a drive: a truck that already rolls, for a given time, from the same step function as a fleet.
+//!
+//! It is what the identification of a driver's gains simulates again and again.
+
+use super::cabin::{Cabin, Sight};
+use super::state::{Shared, State};
+use crate::study::{Scenario, Study};
+
+/// How a truck rolls where an event begins.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rolling {
+    /// Way from the start of the scenario's road, in m; within its first segment.
+    pub offset_m: f64,
+    /// Speed, in m/s.
+    pub speed_mps: f64,
+    /// Gear, from 0.
+    pub gear: usize,
+    /// Accelerator pedal that the engine's torque has followed.
+    pub accelerator: f64,
+    /// Integral part J of the controller.
+    pub integral: f64,
+    /// Filtered speed of its derivative part, in m/s.
+    pub filtered_mps: f64,
+    /// Output that a switched driver holds.
+    pub held: f64,
+    /// Whether the switched driver is holding it.
+    pub holds: bool,
+}
+
+/// The time series of an event, at the ends of the steps.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct EventDrive {
+    /// Time since the start, in s.
+    pub time_s: Vec<f64>,
+    /// Speed, in m/s.
+    pub speed_mps: Vec<f64>,
+    /// Accelerator pedal.
+    pub accelerator: Vec<f64>,
+    /// Brake pedal.
+    pub brake: Vec<f64>,
+}
+
+/// Drives an event for some time, in s, or until the road ends.
+pub fn drive_event(
+    study: &Study,
+    scenario: Scenario,
+    rolling: &Rolling,
+    duration_s: f64,
+) -> EventDrive {
+    let shared = Shared::new(study);
+    let mut state = State::<1>::parked(&shared);
+    let mut cabin = Cabin::new(study, scenario);
+    cabin.enter(&mut state, 0, &shared);
+    cabin.roll(&mut state, 0, rolling, &shared);
+    let mut drive = EventDrive::default();
+    let mut time_s = 0.0;
+    while time_s < duration_s {
+        let view = state.step(&shared);
+        time_s += view.dt.0[0];
+        drive.time_s.push(time_s);
+        drive.speed_mps.push(state.speed.0[0]);
+        drive.accelerator.push(view.accelerator.0[0]);
+        drive.brake.push(view.brake.0[0]);
+        if view.alarm.0[0] > 0.0 {
+            let sight = Sight {
+                accelerator: view.accelerator.0[0],
+                wants_shift: view.wants_shift.0[0] > 0.0,
+                slowing: view.slowing.0[0] > 0.0,
+                closed: view.closed.0[0] > 0.0,
+                road_power_w: view.road_power.0[0],
+            };
+            if cabin.attend(&mut state, 0, sight, &shared).is_some() {
+                break;
+            }
+        }
+    }
+    drive
+}

@@ -1,0 +1,145 @@
+//! Traction battery: state of charge, internal resistance, and the limits of its power.
+//!
+//! The store holds energy E = s E_full at the open-circuit voltage U(s) = U_empty + s (U_full − U_empty). A power P at the terminals
+//! (positive: discharge) takes the current I of P = U I − R I², I = 2 P / (U + √(U² − 4 R P)), a form without cancellation. The store loses U I,
+//! of which R I² becomes heat. Discharge ends at the power limit or at U²/4R, whichever is lower; charging fades out over the last share of
+//! the window, so that a full battery takes nothing.
+//!
+//! One resistance for all temperatures and both directions, no ageing, no diffusion: the slow part of a cell's voltage is not there.
+
+use crate::distribution::Quantity;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// A traction battery.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BatteryModel {
+    /// Energy of the full store, in J.
+    pub capacity_j: f64,
+    /// Open-circuit voltage of the empty battery, in V.
+    pub empty_voltage_v: f64,
+    /// Open-circuit voltage of the full battery, in V.
+    pub full_voltage_v: f64,
+    /// Internal resistance, in Ω.
+    pub resistance_ohm: f64,
+    /// Highest power of discharge at the terminals, in W.
+    pub discharge_power_w: f64,
+    /// Highest power of charging at the terminals, in W.
+    pub charge_power_w: f64,
+    /// State of charge at which a truck stops.
+    pub minimum_charge: f64,
+    /// State of charge above which nothing is charged.
+    pub maximum_charge: f64,
+    /// Range below the highest state of charge over which charging fades out.
+    pub charge_fade: f64,
+    /// State of charge at departure.
+    pub initial_charge: Quantity,
+}
+
+/// What a power at the terminals does to the store.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BatteryFlow {
+    /// Power that the store loses, U I, in W; negative while it is charged.
+    pub store_w: f64,
+    /// Heat, R I², in W.
+    pub loss_w: f64,
+}
+
+impl BatteryModel {
+    /// Open-circuit voltage at a state of charge, in V.
+    pub fn voltage_v(&self, charge: f64) -> f64 {
+        let rise = self.full_voltage_v - self.empty_voltage_v;
+        self.empty_voltage_v + charge.clamp(0.0, 1.0) * rise
+    }
+
+    /// Highest power of discharge at the terminals, in W.
+    pub fn discharge_limit_w(&self, charge: f64) -> f64 {
+        let voltage = self.voltage_v(charge);
+        // a little below U²/4R, where the current would double for nothing
+        let peak = voltage * voltage * (0.249 / self.resistance_ohm);
+        peak.min(self.discharge_power_w)
+    }
+
+    /// Highest power of charging at the terminals, in W, as a positive number.
+    pub fn charge_limit_w(&self, charge: f64) -> f64 {
+        let room = (self.maximum_charge - charge) / self.charge_fade;
+        room.clamp(0.0, 1.0) * self.charge_power_w
+    }
+
+    /// What a power at the terminals, in W, does to the store; beyond the highest power the current stays at its peak.
+    pub fn flow(&self, charge: f64, power_w: f64) -> BatteryFlow {
+        let voltage = self.voltage_v(charge);
+        let root = (voltage * voltage - 4.0 * self.resistance_ohm * power_w).max(0.0).sqrt();
+        let store_w = voltage * 2.0 * power_w / (voltage + root);
+        BatteryFlow { store_w, loss_w: store_w - power_w }
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    pub(crate) fn pack() -> BatteryModel {
+        BatteryModel {
+            capacity_j: 540.0 * 3.6e6,
+            empty_voltage_v: 600.0,
+            full_voltage_v: 720.0,
+            resistance_ohm: 0.05,
+            discharge_power_w: 500e3,
+            charge_power_w: 300e3,
+            minimum_charge: 0.1,
+            maximum_charge: 0.9,
+            charge_fade: 0.05,
+            initial_charge: Quantity::Number(0.9),
+        }
+    }
+
+    #[test]
+    fn the_circuit_is_kirchhoffs() {
+        let pack = pack();
+        for charge in [0.1, 0.5, 0.9] {
+            for power in [-300e3, -10.0, 0.0, 10.0, 150e3, 500e3] {
+                let flow = pack.flow(charge, power);
+                let voltage = 600.0 + 120.0 * charge;
+                let current = flow.store_w / voltage;
+                // P = U I − R I²
+                let terminals = voltage * current - 0.05 * current * current;
+                assert!(
+                    (terminals - power).abs() < 1e-9 * power.abs().max(1.0),
+                    "{charge} {power}"
+                );
+                assert!((flow.loss_w - 0.05 * current * current).abs() < 1e-6);
+            }
+        }
+    }
+
+    #[test]
+    fn a_round_trip_loses_twice_the_resistance() {
+        // 100 kW out and in at 660 V: I ≈ 151.5 A, R I² = 1.15 kW each way
+        let pack = pack();
+        let out = pack.flow(0.5, 100e3).loss_w;
+        let back = pack.flow(0.5, -100e3).loss_w;
+        let plain = 0.05 * (100e3f64 / 660.0).powi(2);
+        assert!((out / plain - 1.0).abs() < 0.05 && (back / plain - 1.0).abs() < 0.05);
+        assert!(out > plain && back < plain);
+    }
+
+    #[test]
+    fn limits_fade_and_nothing_is_not_a_number() {
+        let pack = pack();
+        assert_eq!(pack.charge_limit_w(0.9), 0.0);
+        assert_eq!(pack.charge_limit_w(0.95), 0.0);
+        assert!((pack.charge_limit_w(0.875) - 150e3).abs() < 1e-6);
+        assert_eq!(pack.charge_limit_w(0.3), 300e3);
+        let weak = BatteryModel { resistance_ohm: 1.0, ..pack };
+        let limit = weak.discharge_limit_w(0.0);
+        assert!((limit - 0.249 * 600.0 * 600.0).abs() < 1e-6);
+        for charge in [-1.0, 0.0, 2.0] {
+            for power in [-1e7, 0.0, 1e7] {
+                let flow = weak.flow(charge, power);
+                assert!(flow.store_w.is_finite() && flow.loss_w.is_finite());
+            }
+        }
+    }
+}
