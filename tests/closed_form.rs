@@ -3,6 +3,7 @@
 mod common;
 
 use common::{GivenRoad, column, typical};
+use fearless_simd::{Level, dispatch, prelude::*};
 use ocmc_core::lanes::Lanes;
 use ocmc_core::simulation::road_row::{FAR, RoadRow};
 use ocmc_core::simulation::state::{Shared, State, Total};
@@ -67,8 +68,13 @@ fn constant_speed_is_the_closed_form_to_1e_6() {
 
 /// A truck in top gear at 20 m/s that wants 20.5 m/s on an endless constant row: nothing saturates or shifts.
 fn smooth(study: &Study, duration_s: f64) -> (f64, f64, f64) {
+    dispatch!(Level::baseline(), simd => smooth_with(simd, study, duration_s))
+}
+
+fn smooth_with<S: Simd>(simd: S, study: &Study, duration_s: f64) -> (f64, f64, f64) {
+    let all = |value| Lanes::splat(simd, value);
     let shared = Shared::new(study);
-    let mut state = State::<1>::parked(&shared);
+    let mut state = State::parked(simd, &shared);
     let mut row = [0.0; RoadRow::COLUMNS];
     row[RoadRow::LENGTH] = 1e7;
     row[RoadRow::LIMIT] = 20.5 * 20.5;
@@ -83,27 +89,27 @@ fn smooth(study: &Study, duration_s: f64) -> (f64, f64, f64) {
     row[RoadRow::GRIP] = 7.0;
     row[RoadRow::DWELL] = -1.0;
     state.set_row(0, &RoadRow(row));
-    state.mass = Lanes::all(30_000.0);
-    state.drag_area = Lanes::all(5.3);
-    state.auxiliary_power = Lanes::all(4700.0);
-    state.fuel_factor = Lanes::all(1.0);
+    state.mass = all(30_000.0);
+    state.drag_area = all(5.3);
+    state.auxiliary_power = all(4700.0);
+    state.fuel_factor = all(1.0);
     state.set_gear(0, shared.powertrain.gears.len() - 1, &shared);
-    state.speed = Lanes::all(20.0);
-    state.filtered = Lanes::all(20.0);
-    state.torque = Lanes::all(900.0);
-    state.integral = Lanes::all(0.3);
-    state.proportional = Lanes::all(0.4);
-    state.integral_gain = Lanes::all(0.02);
-    state.derivative_over_filter = Lanes::all(0.1);
-    state.tracking = Lanes::all(0.1);
-    state.engine_speed = Lanes::all(20.0 * state.gear_speed.0[0]);
-    state.hold_left = Lanes::all(f64::INFINITY);
+    state.speed = all(20.0);
+    state.filtered = all(20.0);
+    state.torque = all(900.0);
+    state.integral = all(0.3);
+    state.proportional = all(0.4);
+    state.integral_gain = all(0.02);
+    state.derivative_over_filter = all(0.1);
+    state.tracking = all(0.1);
+    state.engine_speed = all(20.0 * state.gear_speed[0]);
+    state.hold_left = all(f64::INFINITY);
     let steps = (duration_s / study.model().simulation.step_s).round() as usize;
     for _ in 0..steps {
         let view = state.step(&shared);
-        assert!(view.accelerator.0[0] > 0.05 && view.accelerator.0[0] < 0.95);
+        assert!(view.accelerator[0] > 0.05 && view.accelerator[0] < 0.95);
     }
-    (state.speed.0[0], state.total(0, Total::Fuel), state.total(0, Total::Wheel))
+    (state.speed[0], state.total(0, Total::Fuel), state.total(0, Total::Wheel))
 }
 
 #[test]

@@ -1,203 +1,109 @@
-//! `W` numbers side by side: the arithmetic of the step function.
+//! Eight trucks side by side: the numbers and flags of the step function are the vectors of the `fearless_simd` crate.
 //!
-//! Operators are loops over an array, which the compiler turns into vector instructions of whatever CPU the
-//! function is compiled for. Plain IEEE operations, never a fused multiply-add: the bits do not depend on the CPU or on `W`.
+//! Its token `S` proves that the CPU has the instructions. Plain IEEE operations, never a fused multiply-add: the bits
+//! do not depend on the CPU.
 
-use std::ops::{Add, Div, Mul, Neg, Sub};
+use fearless_simd::{f64x4, f64x8, mask64x8, prelude::*};
 
-/// `W` lanes.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[repr(align(64))]
-pub struct Lanes<const W: usize>(pub [f64; W]);
+/// Trucks of one block.
+pub const WIDTH: usize = 8;
 
-impl<const W: usize> Lanes<W> {
-    /// Zero in all lanes.
-    pub const ZERO: Self = Self([0.0; W]);
+/// A number for each truck.
+pub type Lanes<S> = f64x8<S>;
 
-    /// The same in all lanes.
+/// A flag for each truck.
+pub type Flags<S> = mask64x8<S>;
+
+/// The numbers where a flag is set, otherwise zero.
+#[inline(always)]
+pub fn where_set<S: Simd>(flags: Flags<S>, numbers: Lanes<S>) -> Lanes<S> {
+    flags.select(numbers, Lanes::splat(numbers.simd, 0.0))
+}
+
+/// Kept between two numbers.
+#[inline(always)]
+pub fn clip<S: Simd>(numbers: Lanes<S>, lower: f64, upper: f64) -> Lanes<S> {
+    numbers.max(lower).min(upper)
+}
+
+/// Writes a number where a flag is set. The whole vector is written: a vector that is read after one of its numbers was
+/// written alone would have to wait for the cache.
+#[inline(always)]
+pub fn put<S: Simd>(numbers: &mut Lanes<S>, flags: Flags<S>, value: f64) {
+    *numbers = flags.select(Lanes::splat(numbers.simd, value), *numbers);
+}
+
+/// The columns of rows that are found lane by lane: a row load and a transposition serve where a gather would be slow.
+#[inline(always)]
+pub fn columns<'a, S: Simd>(simd: S, row_of: impl Fn(usize) -> &'a [f64; 4]) -> [Lanes<S>; 4] {
+    let (even_front, odd_front) =
+        two_rows(simd, row_of(0), row_of(1)).deinterleave(two_rows(simd, row_of(2), row_of(3)));
+    let (even_back, odd_back) =
+        two_rows(simd, row_of(4), row_of(5)).deinterleave(two_rows(simd, row_of(6), row_of(7)));
+    let (first, third) = even_front.deinterleave(even_back);
+    let (second, fourth) = odd_front.deinterleave(odd_back);
+    [first, second, third, fourth]
+}
+
+#[inline(always)]
+fn two_rows<S: Simd>(simd: S, front: &[f64; 4], back: &[f64; 4]) -> Lanes<S> {
+    f64x4::load_array_ref(simd, front).combine(f64x4::load_array_ref(simd, back))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use fearless_simd::{Level, dispatch};
+
+    /// What the step function does with numbers, on some that are awkward, as bits.
     #[inline(always)]
-    pub fn all(value: f64) -> Self {
-        Self([value; W])
-    }
-
-    #[inline(always)]
-    fn map(self, f: impl Fn(f64) -> f64) -> Self {
-        let mut out = [0.0; W];
-        for l in 0..W {
-            out[l] = f(self.0[l]);
+    fn operations<S: Simd>(simd: S) -> Vec<[u64; WIDTH]> {
+        let table: Vec<[f64; 4]> =
+            (0..99).map(|k| [0.1 * f64::from(k), -1.7, f64::from(k * k), 3.0]).collect();
+        let numbers = [0.0, -0.0, 1.0, -2.5, 1e-300, 7e11, f64::INFINITY, 0.1];
+        let mut a = Lanes::splat(simd, 0.3);
+        let mut b = a;
+        for l in 0..WIDTH {
+            a[l] = numbers[l];
+            b[l] = numbers[(3 * l + 1) % 8] + 0.7;
         }
-        Self(out)
-    }
-
-    #[inline(always)]
-    fn zip(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
-        let mut out = [0.0; W];
-        for l in 0..W {
-            out[l] = f(self.0[l], other.0[l]);
+        let flags = a.simd_lt(b);
+        let [c, d, e, f] = columns(simd, |l| &table[l * 11 % 99]);
+        for l in 0..WIDTH {
+            assert!([c[l], d[l], e[l], f[l]] == table[l * 11 % 99]);
         }
-        Self(out)
-    }
-
-    /// The smaller one; the second where they do not compare.
-    #[inline(always)]
-    #[must_use]
-    pub fn min(self, other: Self) -> Self {
-        self.zip(other, |a, b| if a < b { a } else { b })
-    }
-
-    /// The larger one; the second where they do not compare.
-    #[inline(always)]
-    #[must_use]
-    pub fn max(self, other: Self) -> Self {
-        self.zip(other, |a, b| if a > b { a } else { b })
-    }
-
-    /// Kept between two numbers.
-    #[inline(always)]
-    #[must_use]
-    pub fn clip(self, lower: f64, upper: f64) -> Self {
-        self.max(Self::all(lower)).min(Self::all(upper))
-    }
-
-    /// Absolute value.
-    #[inline(always)]
-    #[must_use]
-    pub fn abs(self) -> Self {
-        self.map(f64::abs)
-    }
-
-    /// Square root.
-    #[inline(always)]
-    #[must_use]
-    pub fn sqrt(self) -> Self {
-        self.map(f64::sqrt)
-    }
-
-    /// `x` where `a < b`, otherwise `y`.
-    #[inline(always)]
-    pub fn select_lt(a: Self, b: Self, x: Self, y: Self) -> Self {
-        let mut out = [0.0; W];
-        for l in 0..W {
-            out[l] = if a.0[l] < b.0[l] { x.0[l] } else { y.0[l] };
-        }
-        Self(out)
-    }
-
-    /// One where `a < b`, otherwise zero.
-    #[inline(always)]
-    pub fn flag_lt(a: Self, b: Self) -> Self {
-        a.zip(b, |a, b| if a < b { 1.0 } else { 0.0 })
-    }
-
-    /// `x` where the flag is set, otherwise `y`.
-    #[inline(always)]
-    #[must_use]
-    pub fn choose(self, x: Self, y: Self) -> Self {
-        Self::select_lt(Self::ZERO, self, x, y)
-    }
-
-    /// The other flag.
-    #[inline(always)]
-    #[must_use]
-    #[expect(
-        clippy::should_implement_trait,
-        reason = "flags are lanes; `and` and `or` stand beside it"
-    )]
-    pub fn not(self) -> Self {
-        self.choose(Self::ZERO, Self::all(1.0))
-    }
-
-    /// Both flags. Written as a selection, which the compiler turns into operations on masks.
-    #[inline(always)]
-    #[must_use]
-    pub fn and(self, other: Self) -> Self {
-        self.choose(other, Self::ZERO)
-    }
-
-    /// Either flag.
-    #[inline(always)]
-    #[must_use]
-    pub fn or(self, other: Self) -> Self {
-        self.choose(Self::all(1.0), other)
-    }
-
-    /// One bit for each lane that is above zero.
-    #[inline(always)]
-    pub fn bits(self) -> u32 {
-        let mut bits = 0;
-        for l in 0..W {
-            bits |= u32::from(self.0[l] > 0.0) << l;
-        }
+        let results = [
+            a + b,
+            a - b,
+            a * b,
+            a / b,
+            -a,
+            a.min(b),
+            a.max(b),
+            a.abs().sqrt(),
+            clip(a, -1.0, 0.5),
+            1.0 - a * 3.0 + 0.1,
+            flags.select(a, b),
+            where_set(!flags & a.simd_gt(0.0) | b.simd_lt(0.5), a),
+        ];
+        let mut bits: Vec<[u64; WIDTH]> =
+            results.map(|lanes| <[f64; WIDTH]>::from(lanes).map(f64::to_bits)).into();
+        bits.push([flags.to_bitmask(); WIDTH]);
         bits
     }
 
-    /// Whether any lane is above zero.
-    #[inline(always)]
-    pub fn any(self) -> bool {
-        let mut any = false;
-        for l in 0..W {
-            any |= self.0[l] > 0.0;
+    #[test]
+    fn operations_have_the_same_bits_on_every_cpu() {
+        let expected = dispatch!(Level::baseline(), simd => operations(simd));
+        let plain = 1e-300 * (7e11 + 0.7);
+        assert!(expected[2].contains(&f64::to_bits(plain)) || expected[2].len() == WIDTH);
+        #[cfg(target_arch = "x86_64")]
+        {
+            let avx2 = Level::new().as_avx2().map(operations);
+            let avx512 = Level::new().as_avx512().map(operations);
+            for bits in avx2.into_iter().chain(avx512) {
+                assert_eq!(bits, expected);
+            }
         }
-        any
-    }
-}
-
-/// Rows, one a lane, as columns: a row load and a transposition serve where a gather would be slow.
-#[inline(always)]
-pub fn transpose<const W: usize, const N: usize>(rows: &[[f64; N]; W]) -> [Lanes<W>; N] {
-    let mut columns = [Lanes::ZERO; N];
-    for l in 0..W {
-        for n in 0..N {
-            columns[n].0[l] = rows[l][n];
-        }
-    }
-    columns
-}
-
-impl<const W: usize> Add for Lanes<W> {
-    type Output = Self;
-    #[inline(always)]
-    fn add(self, other: Self) -> Self {
-        self.zip(other, |a, b| a + b)
-    }
-}
-
-impl<const W: usize> Sub for Lanes<W> {
-    type Output = Self;
-    #[inline(always)]
-    fn sub(self, other: Self) -> Self {
-        self.zip(other, |a, b| a - b)
-    }
-}
-
-impl<const W: usize> Mul for Lanes<W> {
-    type Output = Self;
-    #[inline(always)]
-    fn mul(self, other: Self) -> Self {
-        self.zip(other, |a, b| a * b)
-    }
-}
-
-impl<const W: usize> Mul<f64> for Lanes<W> {
-    type Output = Self;
-    #[inline(always)]
-    fn mul(self, other: f64) -> Self {
-        self.map(|a| a * other)
-    }
-}
-
-impl<const W: usize> Div for Lanes<W> {
-    type Output = Self;
-    #[inline(always)]
-    fn div(self, other: Self) -> Self {
-        self.zip(other, |a, b| a / b)
-    }
-}
-
-impl<const W: usize> Neg for Lanes<W> {
-    type Output = Self;
-    #[inline(always)]
-    fn neg(self) -> Self {
-        self.map(|a| -a)
     }
 }

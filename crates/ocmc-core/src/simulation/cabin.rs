@@ -9,6 +9,7 @@ use crate::study::{Scenario, Study};
 use crate::tactical::{SpeedProfile, plan};
 use crate::vehicle::gearbox::ShiftInputs;
 use crate::vehicle::resistance::GRAVITY_MPS2;
+use fearless_simd::Simd;
 
 /// Steps for each whole step's time that cuts can make of it before a cycle is given up.
 const MOST_CUTS: f64 = 20.0;
@@ -116,26 +117,26 @@ impl Cabin {
     }
 
     /// Loads the truck into a lane, standing at the start of its road.
-    pub fn enter<const W: usize>(&mut self, state: &mut State<W>, lane: usize, shared: &Shared) {
+    pub fn enter<S: Simd>(&mut self, state: &mut State<S>, lane: usize, shared: &Shared) {
         let (driver, vehicle) = (&self.scenario.driver, &self.scenario.vehicle);
-        state.mass.0[lane] = vehicle.mass_kg;
-        state.drag_area.0[lane] = vehicle.drag_area_m2;
-        state.auxiliary_power.0[lane] = vehicle.auxiliary_power_w;
-        state.fuel_factor.0[lane] = vehicle.fuel_factor;
+        state.mass[lane] = vehicle.mass_kg;
+        state.drag_area[lane] = vehicle.drag_area_m2;
+        state.auxiliary_power[lane] = vehicle.auxiliary_power_w;
+        state.fuel_factor[lane] = vehicle.fuel_factor;
         let (gains, pid) = (&driver.pedals, &shared.pedals.pid);
-        state.proportional.0[lane] = gains.proportional;
-        state.integral_gain.0[lane] = gains.integral;
-        state.derivative_over_filter.0[lane] = gains.derivative / pid.derivative_filter_s;
+        state.proportional[lane] = gains.proportional;
+        state.integral_gain[lane] = gains.integral;
+        state.derivative_over_filter[lane] = gains.derivative / pid.derivative_filter_s;
         // T_t = r K_P / K_I, so that K_I (1 / (K_I T_t)) = K_I / (r K_P) for J; 0 without an integral part
-        state.tracking.0[lane] = gains.integral / (pid.tracking_ratio * gains.proportional);
-        state.threshold.0[lane] = gains.threshold_mps.unwrap_or(-1.0);
-        state.holds_brake.0[lane] = if gains.holds_brake { 1.0 } else { 0.0 };
-        state.twice_deceleration.0[lane] = self.profile.twice_deceleration;
-        state.twice_acceleration.0[lane] = self.profile.twice_acceleration;
+        state.tracking[lane] = gains.integral / (pid.tracking_ratio * gains.proportional);
+        state.threshold[lane] = gains.threshold_mps.unwrap_or(-1.0);
+        state.holds_brake[lane] = if gains.holds_brake { 1.0 } else { 0.0 };
+        state.twice_deceleration[lane] = self.profile.twice_deceleration;
+        state.twice_acceleration[lane] = self.profile.twice_acceleration;
         for total in &mut state.totals {
-            total.0[lane] = 0.0;
+            total[lane] = 0.0;
         }
-        state.engine_speed.0[lane] = shared.idle_radps;
+        state.engine_speed[lane] = shared.idle_radps;
         self.row = 0;
         self.served = false;
         self.standstill_s = 0.0;
@@ -150,28 +151,28 @@ impl Cabin {
     }
 
     /// A truck at rest makes ready to start: gear by the slope, nothing left of what the controller knew.
-    fn start<const W: usize>(&mut self, state: &mut State<W>, lane: usize, shared: &Shared) {
+    fn start<S: Simd>(&mut self, state: &mut State<S>, lane: usize, shared: &Shared) {
         let shift = &shared.powertrain.model.gearbox.shift;
         let steep = self.slope() > shift.steep_slope;
         let gear = if steep { shift.steep_start_gear } else { shift.start_gear };
         self.gear = gear as usize - 1;
-        state.speed.0[lane] = 0.0;
+        state.speed[lane] = 0.0;
         state.set_gear(lane, self.gear, shared);
         for column in
             [&mut state.torque, &mut state.integral, &mut state.filtered, &mut state.holding]
         {
-            column.0[lane] = 0.0;
+            column[lane] = 0.0;
         }
-        state.shift_left.0[lane] = 0.0;
-        state.hold_left.0[lane] = 0.0;
-        state.kick_left.0[lane] = shift.kickdown_s;
-        state.steps_left.0[lane] = steps_to_check(shared);
+        state.shift_left[lane] = 0.0;
+        state.hold_left[lane] = 0.0;
+        state.kick_left[lane] = shift.kickdown_s;
+        state.steps_left[lane] = steps_to_check(shared);
     }
 
     /// Puts the truck that has just entered onto its road as it rolls, instead of standing.
-    pub(super) fn roll<const W: usize>(
+    pub(super) fn roll<S: Simd>(
         &mut self,
-        state: &mut State<W>,
+        state: &mut State<S>,
         lane: usize,
         rolling: &Rolling,
         shared: &Shared,
@@ -179,24 +180,24 @@ impl Cabin {
         self.gear = rolling.gear;
         state.set_gear(lane, self.gear, shared);
         let engine = &shared.powertrain.engine;
-        let engine_speed = rolling.speed_mps * state.gear_speed.0[lane];
+        let engine_speed = rolling.speed_mps * state.gear_speed[lane];
         let (full, drag) = (engine.full_load_nm(engine_speed), engine.drag_nm(engine_speed));
-        state.speed.0[lane] = rolling.speed_mps;
-        state.engine_speed.0[lane] = engine_speed.max(shared.idle_radps);
-        state.torque.0[lane] = drag + rolling.accelerator * (full - drag);
-        state.integral.0[lane] = rolling.integral;
-        state.filtered.0[lane] = rolling.filtered_mps;
-        state.held.0[lane] = rolling.held;
-        state.holding.0[lane] = if rolling.holds { 1.0 } else { 0.0 };
-        state.left.0[lane] -= rolling.offset_m;
+        state.speed[lane] = rolling.speed_mps;
+        state.engine_speed[lane] = engine_speed.max(shared.idle_radps);
+        state.torque[lane] = drag + rolling.accelerator * (full - drag);
+        state.integral[lane] = rolling.integral;
+        state.filtered[lane] = rolling.filtered_mps;
+        state.held[lane] = rolling.held;
+        state.holding[lane] = if rolling.holds { 1.0 } else { 0.0 };
+        state.left[lane] -= rolling.offset_m;
         self.initial_energy_j = kinetic_energy_j(state, lane, shared);
     }
 
     /// Deals with whatever raised the lane's alarm; some where the cycle has ended.
     #[cold]
-    pub fn attend<const W: usize>(
+    pub fn attend<S: Simd>(
         &mut self,
-        state: &mut State<W>,
+        state: &mut State<S>,
         lane: usize,
         sight: Sight,
         shared: &Shared,
@@ -209,7 +210,7 @@ impl Cabin {
                 self.dwell(state, lane, shared);
             }
             for (total, amount) in state.totals.iter_mut().zip(self.booked) {
-                total.0[lane] += amount;
+                total[lane] += amount;
             }
             if ends {
                 return Some(Outcome::Completed);
@@ -217,10 +218,10 @@ impl Cabin {
         } else if sight.wants_shift {
             self.shift(state, lane, sight, shared);
         }
-        while state.left.0[lane] <= 0.0 {
+        while state.left[lane] <= 0.0 {
             self.next_row(state, lane);
         }
-        if state.steps_left.0[lane] <= 0.0 { self.check(state, lane, shared) } else { None }
+        if state.steps_left[lane] <= 0.0 { self.check(state, lane, shared) } else { None }
     }
 
     /// The row at whose end the next stop line is.
@@ -230,14 +231,14 @@ impl Cabin {
     }
 
     /// The truck comes to rest: its kinetic energy goes into the service brakes, the engine returns to idle.
-    fn stop<const W: usize>(&mut self, state: &mut State<W>, lane: usize, shared: &Shared) {
-        let speed = state.speed.0[lane];
+    fn stop<S: Simd>(&mut self, state: &mut State<S>, lane: usize, shared: &Shared) {
+        let speed = state.speed[lane];
         let inertia = shared.engine_inertia_kgm2;
-        let engine_speed = state.engine_speed.0[lane];
-        let mut braked = 0.5 * (state.mass.0[lane] + shared.wheel_mass_kg) * speed * speed;
+        let engine_speed = state.engine_speed[lane];
+        let mut braked = 0.5 * (state.mass[lane] + shared.wheel_mass_kg) * speed * speed;
         let idle = shared.idle_radps;
         // a closed clutch brakes the engine with the wheels; it is restarted to idle
-        let closed = engine_speed == speed * state.gear_speed.0[lane];
+        let closed = engine_speed == speed * state.gear_speed[lane];
         let left_over = if closed {
             braked += 0.5 * inertia * engine_speed * engine_speed;
             0.0
@@ -246,17 +247,17 @@ impl Cabin {
         };
         self.book(Total::ServiceBrake, braked);
         self.book(Total::Shift, 0.5 * inertia * (left_over * left_over - idle * idle));
-        state.speed.0[lane] = 0.0;
-        state.engine_speed.0[lane] = idle;
+        state.speed[lane] = 0.0;
+        state.engine_speed[lane] = idle;
     }
 
     /// Stands for the drawn time with the engine idling, then makes ready to start.
-    fn dwell<const W: usize>(&mut self, state: &mut State<W>, lane: usize, shared: &Shared) {
+    fn dwell<S: Simd>(&mut self, state: &mut State<S>, lane: usize, shared: &Shared) {
         let dwell_s = self.road.rows[self.stop_row()].0[RoadRow::DWELL];
-        let power_w = state.auxiliary_power.0[lane];
+        let power_w = state.auxiliary_power[lane];
         let torque = power_w / shared.idle_radps;
         let idle_rate = shared.powertrain.engine.fuel_kgps(shared.idle_radps, torque);
-        self.book(Total::Fuel, idle_rate * state.fuel_factor.0[lane] * dwell_s);
+        self.book(Total::Fuel, idle_rate * state.fuel_factor[lane] * dwell_s);
         self.book(Total::Crankshaft, power_w * dwell_s);
         self.book(Total::Auxiliary, power_w * dwell_s);
         self.standstill_s += dwell_s;
@@ -268,7 +269,7 @@ impl Cabin {
         self.checked_at_m = state.total(lane, Total::Distance);
     }
 
-    fn next_row<const W: usize>(&mut self, state: &mut State<W>, lane: usize) {
+    fn next_row<S: Simd>(&mut self, state: &mut State<S>, lane: usize) {
         if self.road.rows[self.row].0[RoadRow::DWELL] >= 0.0 {
             self.served = false;
         }
@@ -279,20 +280,14 @@ impl Cabin {
         }
     }
 
-    fn shift<const W: usize>(
-        &mut self,
-        state: &mut State<W>,
-        lane: usize,
-        sight: Sight,
-        shared: &Shared,
-    ) {
+    fn shift<S: Simd>(&mut self, state: &mut State<S>, lane: usize, sight: Sight, shared: &Shared) {
         let shift = &shared.powertrain.model.gearbox.shift;
         let inputs = ShiftInputs {
             gear: self.gear,
-            speed_mps: state.speed.0[lane],
+            speed_mps: state.speed[lane],
             pedal: sight.accelerator,
             slowing: sight.slowing,
-            kickdown: state.kick_left.0[lane] <= 0.0,
+            kickdown: state.kick_left[lane] <= 0.0,
             closed: sight.closed,
             road_power_w: sight.road_power_w,
         };
@@ -302,17 +297,17 @@ impl Cabin {
             self.gear = gear;
             self.n_gear_shifts += 1;
             state.set_gear(lane, gear, shared);
-            state.shift_left.0[lane] = shift.duration_s;
-            state.hold_left.0[lane] = shift.interval_s;
+            state.shift_left[lane] = shift.duration_s;
+            state.hold_left[lane] = shift.interval_s;
             // torque comes back after the shift: only then a pressed pedal tells that it is not enough
-            state.kick_left.0[lane] = shift.duration_s + shift.kickdown_s;
+            state.kick_left[lane] = shift.duration_s + shift.kickdown_s;
         }
     }
 
     /// Looks whether the truck makes progress and whether its time is over.
-    fn check<const W: usize>(
+    fn check<S: Simd>(
         &mut self,
-        state: &mut State<W>,
+        state: &mut State<S>,
         lane: usize,
         shared: &Shared,
     ) -> Option<Outcome> {
@@ -324,7 +319,7 @@ impl Cabin {
             return Some(Outcome::TimedOut);
         }
         let passed = time - self.checked_at_s;
-        state.steps_left.0[lane] = steps_to_check(shared);
+        state.steps_left[lane] = steps_to_check(shared);
         // steps that were cut are shorter: wait until the whole time has passed
         if passed >= simulation.stall_time_s * (1.0 - 1e-9) {
             if way - self.checked_at_m < simulation.stall_distance_m {
@@ -337,10 +332,10 @@ impl Cabin {
     }
 
     /// The record of the cycle as it stands.
-    pub fn record<const W: usize>(
+    pub fn record<S: Simd>(
         &self,
         study: &Study,
-        state: &State<W>,
+        state: &State<S>,
         lane: usize,
         outcome: Outcome,
         shared: &Shared,
@@ -431,9 +426,9 @@ impl Cabin {
 }
 
 /// Translational energy, and rotational energy of wheels and engine, in J.
-fn kinetic_energy_j<const W: usize>(state: &State<W>, lane: usize, shared: &Shared) -> f64 {
-    let (speed, engine) = (state.speed.0[lane], state.engine_speed.0[lane]);
-    0.5 * (state.mass.0[lane] + shared.wheel_mass_kg) * speed * speed
+fn kinetic_energy_j<S: Simd>(state: &State<S>, lane: usize, shared: &Shared) -> f64 {
+    let (speed, engine) = (state.speed[lane], state.engine_speed[lane]);
+    0.5 * (state.mass[lane] + shared.wheel_mass_kg) * speed * speed
         + 0.5 * shared.engine_inertia_kgm2 * engine * engine
 }
 
@@ -441,16 +436,16 @@ fn steps_to_check(shared: &Shared) -> f64 {
     libm::ceil(shared.simulation.stall_time_s / shared.simulation.step_s)
 }
 
-fn is_captured<const W: usize>(state: &State<W>, lane: usize, shared: &Shared) -> bool {
+fn is_captured<S: Simd>(state: &State<S>, lane: usize, shared: &Shared) -> bool {
     let simulation = shared.simulation;
-    let slow = state.speed.0[lane] < simulation.creep_speed_mps;
+    let slow = state.speed[lane] < simulation.creep_speed_mps;
     let reach = if slow { simulation.creep_distance_m } else { simulation.capture_distance_m };
-    state.left.0[lane] + state.row[RoadRow::TO_STOP].0[lane] <= reach
+    state.left[lane] + state.row[RoadRow::TO_STOP][lane] <= reach
 }
 
 /// Up to a line that has been served nothing but the launch speed holds.
-fn leave_line<const W: usize>(state: &mut State<W>, lane: usize) {
-    state.row[RoadRow::BACKWARD].0[lane] = FAR;
-    state.row[RoadRow::FORWARD].0[lane] = -FAR;
-    state.row[RoadRow::TO_STOP].0[lane] = FAR;
+fn leave_line<S: Simd>(state: &mut State<S>, lane: usize) {
+    state.row[RoadRow::BACKWARD][lane] = FAR;
+    state.row[RoadRow::FORWARD][lane] = -FAR;
+    state.row[RoadRow::TO_STOP][lane] = FAR;
 }

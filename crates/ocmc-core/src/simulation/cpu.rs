@@ -1,13 +1,15 @@
 //! Which instructions the kernel uses. The records do not depend on it.
 
+use fearless_simd::Level;
+
 /// A set of instructions that the kernel is compiled for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum CpuLevel {
     /// What every CPU of the platform has.
     Baseline,
-    /// AVX2.
+    /// AVX2, with what x86-64-v3 has beside it.
     Avx2,
-    /// AVX-512 F, DQ, VL and BW.
+    /// AVX-512 as of Ice Lake and Zen 4.
     Avx512,
 }
 
@@ -20,14 +22,9 @@ impl CpuLevel {
         match self {
             Self::Baseline => true,
             #[cfg(target_arch = "x86_64")]
-            Self::Avx2 => std::is_x86_feature_detected!("avx2"),
+            Self::Avx2 => Level::new().as_avx2().is_some(),
             #[cfg(target_arch = "x86_64")]
-            Self::Avx512 => {
-                std::is_x86_feature_detected!("avx512f")
-                    && std::is_x86_feature_detected!("avx512dq")
-                    && std::is_x86_feature_detected!("avx512vl")
-                    && std::is_x86_feature_detected!("avx512bw")
-            }
+            Self::Avx512 => Level::new().as_avx512().is_some(),
             #[cfg(not(target_arch = "x86_64"))]
             _ => false,
         }

@@ -1,37 +1,39 @@
 //! Drives a range of cycles, `W` side by side: a lane takes the next cycle as soon as its own has ended.
 
-use super::cabin::{Cabin, Sight};
+use super::cabin::Cabin;
 use super::cpu::CpuLevel;
 use super::record::Record;
 use super::state::{Shared, State};
-use super::step::StepView;
+use super::step::{Sights, StepView, stages};
+use crate::lanes::WIDTH;
 use crate::study::{Scenario, Study};
+use fearless_simd::{Level, dispatch, prelude::*};
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Sees every step of every lane; the fleet does not look, a trace does.
-pub trait Watch<const W: usize> {
+pub trait Watch {
     /// After a step, before anything is done about it.
-    fn stepped(&mut self, _state: &State<W>, _view: &StepView<W>, _cabins: &[Option<Cabin>]) {}
+    fn stepped<S: Simd>(
+        &mut self,
+        _state: &State<S>,
+        _view: &StepView<S>,
+        _cabins: &[Option<Cabin>],
+    ) {
+    }
     /// After a lane has been attended to.
-    fn attended(&mut self, _state: &State<W>, _lane: usize, _cabins: &[Option<Cabin>]) {}
+    fn attended<S: Simd>(&mut self, _state: &State<S>, _lane: usize, _cabins: &[Option<Cabin>]) {}
     /// Whether enough was seen: cycles that are on the road are then given up.
     fn has_enough(&self) -> bool {
         false
     }
 }
 
-/// Looks away.
-#[derive(Clone, Copy, Debug)]
-pub struct Unwatched;
-
-impl<const W: usize> Watch<W> for Unwatched {}
-
 /// Looks at nothing but a flag: once it is raised, the cycles on the road are given up.
 #[derive(Clone, Copy, Debug)]
 pub struct Until<'a>(pub &'a AtomicBool);
 
-impl<const W: usize> Watch<W> for Until<'_> {
+impl Watch for Until<'_> {
     fn has_enough(&self) -> bool {
         self.0.load(Ordering::Relaxed)
     }
@@ -47,47 +49,37 @@ pub fn drive(study: &Study, seed: u64, cycles: Range<u64>, level: CpuLevel) -> V
 
 /// Drives whatever `next` hands out; the records are in order of the cycle ids.
 pub fn drive_cabins(study: &Study, next: Next, level: CpuLevel) -> Vec<Record> {
-    drive_watched(study, next, level, &mut Unwatched)
+    drive_watched(study, next, level, &mut Until(&AtomicBool::new(false)))
 }
 
 /// As [`drive_cabins`], with somebody who looks; there are no records of cycles that were given up.
-pub fn drive_watched<O: Watch<8> + Watch<16>>(
+pub fn drive_watched<O: Watch>(
     study: &Study,
     next: Next,
     level: CpuLevel,
     watch: &mut O,
 ) -> Vec<Record> {
+    #[cfg(target_arch = "x86_64")]
     match level {
-        #[cfg(target_arch = "x86_64")]
-        CpuLevel::Avx512 if level.is_available() => {
-            // SAFETY: the CPU has these instructions, as the guard has just asked.
-            #[allow(unsafe_code, reason = "the one place where CPU features are chosen")]
-            unsafe {
-                drive_avx512(study, next, watch)
+        CpuLevel::Avx512 => {
+            if let Some(simd) = Level::new().as_avx512() {
+                return simd.vectorize(
+                    #[inline(always)]
+                    || drive_blocks(simd, study, next, watch),
+                );
             }
         }
-        #[cfg(target_arch = "x86_64")]
-        CpuLevel::Avx2 if level.is_available() => {
-            // SAFETY: the CPU has these instructions, as the guard has just asked.
-            #[allow(unsafe_code, reason = "the one place where CPU features are chosen")]
-            unsafe {
-                drive_avx2(study, next, watch)
+        CpuLevel::Avx2 => {
+            if let Some(simd) = Level::new().as_avx2() {
+                return simd.vectorize(
+                    #[inline(always)]
+                    || drive_blocks(simd, study, next, watch),
+                );
             }
         }
-        _ => drive_lanes::<8, _>(study, next, watch),
+        CpuLevel::Baseline => {}
     }
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f,avx512dq,avx512vl,avx512bw,avx2,bmi2,popcnt")]
-fn drive_avx512(study: &Study, next: Next, watch: &mut impl Watch<16>) -> Vec<Record> {
-    drive_lanes::<16, _>(study, next, watch)
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,bmi2,popcnt")]
-fn drive_avx2(study: &Study, next: Next, watch: &mut impl Watch<8>) -> Vec<Record> {
-    drive_lanes::<8, _>(study, next, watch)
+    drive_baseline(study, next, watch)
 }
 
 /// Hands out the cycles of a range one by one; a used cabin is furnished anew.
@@ -111,66 +103,107 @@ pub fn sampled(
 /// Drives one given scenario.
 pub fn drive_scenario(study: &Study, scenario: Scenario) -> Record {
     let mut cabin = Some(Cabin::new(study, scenario));
-    let records = drive_lanes::<1, _>(study, &mut |_| cabin.take(), &mut Unwatched);
+    let records = drive_cabins(study, &mut |_| cabin.take(), CpuLevel::Baseline);
     records.into_iter().next().expect("one scenario gives one record")
 }
 
-/// The loop over `W` lanes, until `next` gives no more cabins; the records are in order of the cycle ids.
+/// As [`drive_watched`], with the instructions that every CPU of the platform has.
+pub fn drive_baseline<O: Watch>(study: &Study, next: Next, watch: &mut O) -> Vec<Record> {
+    dispatch!(Level::baseline(), simd => drive_blocks(simd, study, next, watch))
+}
+
+/// The loop over two blocks, until `next` gives no more cabins; the records are in order of the cycle ids.
 ///
 /// Inlined into each of the functions above, so that it is compiled for their CPUs.
 #[inline(always)]
-pub fn drive_lanes<const W: usize, O: Watch<W>>(
+fn drive_blocks<S: Simd, O: Watch>(
+    simd: S,
     study: &Study,
     next: Next,
     watch: &mut O,
 ) -> Vec<Record> {
-    let shared = Shared::new(study);
-    let mut state = State::<W>::parked(&shared);
-    let mut records = Vec::new();
-    // a lane whose last cycle has ended is empty
-    let mut cabins: Vec<Option<Cabin>> = Vec::with_capacity(W);
-    for lane in 0..W {
-        let mut cabin = next(None);
-        if let Some(cabin) = &mut cabin {
-            cabin.enter(&mut state, lane, &shared);
+    let shared = &Shared::new(study);
+    let mut desk = Desk { study, next, watch, records: Vec::new(), driving: 0 };
+    let (mut front, mut back) = (State::parked(simd, shared), State::parked(simd, shared));
+    let mut front_cabins = desk.fill(&mut front, shared);
+    let mut back_cabins = desk.fill(&mut back, shared);
+    while desk.driving > 0 {
+        let (ahead_front, ahead_back) = stages((&mut front, &mut back), shared);
+        let view_front = front.advance(&ahead_front, shared);
+        let view_back = back.advance(&ahead_back, shared);
+        desk.watch.stepped(&front, &view_front, &front_cabins);
+        desk.watch.stepped(&back, &view_back, &back_cabins);
+        if view_front.alarm.any_true() {
+            desk.attend(&mut front, &mut front_cabins, &view_front.sights(), shared);
         }
-        cabins.push(cabin);
+        if view_back.alarm.any_true() {
+            desk.attend(&mut back, &mut back_cabins, &view_back.sights(), shared);
+        }
     }
-    let mut driving = cabins.iter().flatten().count();
-    while driving > 0 {
-        let view = state.step(&shared);
-        watch.stepped(&state, &view, &cabins);
-        let mut alarms = view.alarm.bits();
-        if alarms != 0 && watch.has_enough() {
-            break;
+    desk.records.sort_by_key(|record| record.cycle_id);
+    desk.records
+}
+
+/// The cabins of one block. A lane whose last cycle has ended is empty.
+type Cabins = [Option<Cabin>; WIDTH];
+
+/// Where cycles are handed out and their records come in.
+struct Desk<'a, 'b, O> {
+    study: &'a Study,
+    next: Next<'b>,
+    watch: &'a mut O,
+    records: Vec<Record>,
+    /// Lanes with a cycle.
+    driving: usize,
+}
+
+impl<O: Watch> Desk<'_, '_, O> {
+    /// Puts a cycle into each lane of a block.
+    fn fill<S: Simd>(&mut self, state: &mut State<S>, shared: &Shared) -> Cabins {
+        let mut cabins = [const { None }; WIDTH];
+        for (lane, place) in cabins.iter_mut().enumerate() {
+            *place = (self.next)(None);
+            if let Some(cabin) = place {
+                cabin.enter(state, lane, shared);
+                self.driving += 1;
+            }
         }
+        cabins
+    }
+
+    /// Looks after the lanes that have raised an alarm.
+    #[cold]
+    #[inline(never)]
+    fn attend<S: Simd>(
+        &mut self,
+        state: &mut State<S>,
+        cabins: &mut Cabins,
+        sights: &Sights,
+        shared: &Shared,
+    ) {
+        if self.watch.has_enough() {
+            self.driving = 0;
+            return;
+        }
+        let mut alarms = sights.alarm;
         while alarms != 0 {
-            let lane = alarms.trailing_zeros() as usize % W;
+            let lane = alarms.trailing_zeros() as usize % WIDTH;
             alarms &= alarms - 1;
             let Some(cabin) = &mut cabins[lane] else { continue };
-            let sight = Sight {
-                accelerator: view.accelerator.0[lane],
-                wants_shift: view.wants_shift.0[lane] > 0.0,
-                slowing: view.slowing.0[lane] > 0.0,
-                closed: view.closed.0[lane] > 0.0,
-                road_power_w: view.road_power.0[lane],
-            };
-            let outcome = cabin.attend(&mut state, lane, sight, &shared);
+            let outcome = cabin.attend(state, lane, sights.of(lane), shared);
             if let Some(outcome) = outcome {
-                records.push(cabin.record(study, &state, lane, outcome, &shared));
+                self.records.push(cabin.record(self.study, state, lane, outcome, shared));
             }
-            watch.attended(&state, lane, &cabins);
+            self.watch.attended(state, lane, cabins);
             if outcome.is_some() {
-                cabins[lane] = next(cabins[lane].take());
+                cabins[lane] = (self.next)(cabins[lane].take());
                 if let Some(cabin) = &mut cabins[lane] {
-                    cabin.enter(&mut state, lane, &shared);
+                    cabin.enter(state, lane, shared);
                 } else {
                     state.park(lane);
-                    driving -= 1;
+                    self.driving -= 1;
                 }
             }
         }
     }
-    records.sort_by_key(|record| record.cycle_id);
-    records
 }

@@ -2,9 +2,10 @@
 //!
 //! It is what the identification of a driver's gains simulates again and again.
 
-use super::cabin::{Cabin, Sight};
+use super::cabin::Cabin;
 use super::state::{Shared, State};
 use crate::study::{Scenario, Study};
+use fearless_simd::{Level, dispatch, prelude::*};
 
 /// How a truck rolls where an event begins.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,31 +48,34 @@ pub fn drive_event(
     rolling: &Rolling,
     duration_s: f64,
 ) -> EventDrive {
+    let cabin = Cabin::new(study, scenario);
+    dispatch!(Level::new(), simd => drive_cabin(simd, study, cabin, rolling, duration_s))
+}
+
+#[inline(always)]
+fn drive_cabin<S: Simd>(
+    simd: S,
+    study: &Study,
+    mut cabin: Cabin,
+    rolling: &Rolling,
+    duration_s: f64,
+) -> EventDrive {
     let shared = Shared::new(study);
-    let mut state = State::<1>::parked(&shared);
-    let mut cabin = Cabin::new(study, scenario);
+    let mut state = State::parked(simd, &shared);
     cabin.enter(&mut state, 0, &shared);
     cabin.roll(&mut state, 0, rolling, &shared);
     let mut drive = EventDrive::default();
     let mut time_s = 0.0;
     while time_s < duration_s {
         let view = state.step(&shared);
-        time_s += view.dt.0[0];
+        time_s += view.dt[0];
         drive.time_s.push(time_s);
-        drive.speed_mps.push(state.speed.0[0]);
-        drive.accelerator.push(view.accelerator.0[0]);
-        drive.brake.push(view.brake.0[0]);
-        if view.alarm.0[0] > 0.0 {
-            let sight = Sight {
-                accelerator: view.accelerator.0[0],
-                wants_shift: view.wants_shift.0[0] > 0.0,
-                slowing: view.slowing.0[0] > 0.0,
-                closed: view.closed.0[0] > 0.0,
-                road_power_w: view.road_power.0[0],
-            };
-            if cabin.attend(&mut state, 0, sight, &shared).is_some() {
-                break;
-            }
+        drive.speed_mps.push(state.speed[0]);
+        drive.accelerator.push(view.accelerator[0]);
+        drive.brake.push(view.brake[0]);
+        let sights = view.sights();
+        if sights.alarm & 1 != 0 && cabin.attend(&mut state, 0, sights.of(0), &shared).is_some() {
+            break;
         }
     }
     drive

@@ -1,10 +1,11 @@
-//! The state of `W` trucks that drive side by side.
+//! The state of trucks that drive side by side.
 
 use super::road_row::{FAR, RoadRow};
 use crate::driver::pedal::PedalModel;
-use crate::lanes::Lanes;
+use crate::lanes::{Flags, Lanes, WIDTH, put};
 use crate::study::{SimulationModel, Study};
 use crate::vehicle::Powertrain;
+use fearless_simd::prelude::*;
 
 /// What is summed up over a cycle. Each is integrated on its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -91,84 +92,88 @@ impl<'a> Shared<'a> {
     }
 }
 
-/// `W` trucks. A flag is 1 or 0.
+/// Eight trucks. A flag is 1 or 0.
 #[derive(Clone, Debug)]
-pub struct State<const W: usize> {
+pub struct State<S: Simd> {
     /// Speed, in m/s.
-    pub speed: Lanes<W>,
+    pub speed: Lanes<S>,
     /// Distance left in the segment, in m.
-    pub left: Lanes<W>,
+    pub left: Lanes<S>,
     /// Torque of the engine when it drives the wheels, in Nm.
-    pub torque: Lanes<W>,
+    pub torque: Lanes<S>,
     /// Integral part J of the controller.
-    pub integral: Lanes<W>,
+    pub integral: Lanes<S>,
     /// Filtered speed of the derivative part, in m/s.
-    pub filtered: Lanes<W>,
+    pub filtered: Lanes<S>,
     /// Controller output that a switched driver holds.
-    pub held: Lanes<W>,
+    pub held: Lanes<S>,
     /// Flag: a switched driver was holding it in the last step.
-    pub holding: Lanes<W>,
+    pub holding: Lanes<S>,
     /// Engine speed at the end of the last step, in rad/s.
-    pub engine_speed: Lanes<W>,
+    pub engine_speed: Lanes<S>,
     /// Time left of a shift, in s.
-    pub shift_left: Lanes<W>,
+    pub shift_left: Lanes<S>,
     /// Time left until the next shift is allowed, in s.
-    pub hold_left: Lanes<W>,
+    pub hold_left: Lanes<S>,
     /// Time left until the pressed pedal asks for a kick-down, in s.
-    pub kick_left: Lanes<W>,
+    pub kick_left: Lanes<S>,
     /// Steps left until somebody looks whether the truck makes progress.
-    pub steps_left: Lanes<W>,
+    pub steps_left: Lanes<S>,
     /// The road row of the segment.
-    pub row: [Lanes<W>; RoadRow::COLUMNS],
+    pub row: [Lanes<S>; RoadRow::COLUMNS],
     /// Engine speed for each m/s in this gear, in rad/m.
-    pub gear_speed: Lanes<W>,
+    pub gear_speed: Lanes<S>,
     /// The same in the next higher gear; 0 in the top gear.
-    pub gear_speed_up: Lanes<W>,
+    pub gear_speed_up: Lanes<S>,
     /// The same in the next lower gear; far above everything in first gear.
-    pub gear_speed_down: Lanes<W>,
+    pub gear_speed_down: Lanes<S>,
     /// Gearbox ratio.
-    pub gear_ratio: Lanes<W>,
+    pub gear_ratio: Lanes<S>,
     /// Share of the input torque that the gearbox loses.
-    pub gear_loss: Lanes<W>,
+    pub gear_loss: Lanes<S>,
     /// Flag: the clutch may slip in this gear.
-    pub gear_launches: Lanes<W>,
+    pub gear_launches: Lanes<S>,
     /// Inverse of the moving mass with the clutch closed, in 1/kg.
-    pub inverse_mass_closed: Lanes<W>,
+    pub inverse_mass_closed: Lanes<S>,
     /// Inverse of the moving mass without the engine, in 1/kg.
-    pub inverse_mass_open: Lanes<W>,
+    pub inverse_mass_open: Lanes<S>,
     /// Mass, in kg.
-    pub mass: Lanes<W>,
+    pub mass: Lanes<S>,
     /// Drag area without cross wind, in m².
-    pub drag_area: Lanes<W>,
+    pub drag_area: Lanes<S>,
     /// Power of the auxiliaries, in W.
-    pub auxiliary_power: Lanes<W>,
+    pub auxiliary_power: Lanes<S>,
     /// Factor on the fuel map.
-    pub fuel_factor: Lanes<W>,
+    pub fuel_factor: Lanes<S>,
     /// K_P.
-    pub proportional: Lanes<W>,
+    pub proportional: Lanes<S>,
     /// K_I.
-    pub integral_gain: Lanes<W>,
+    pub integral_gain: Lanes<S>,
     /// K_D over the filter's time constant.
-    pub derivative_over_filter: Lanes<W>,
+    pub derivative_over_filter: Lanes<S>,
     /// Anti-windup gain on J, 1/T_t, in 1/s.
-    pub tracking: Lanes<W>,
+    pub tracking: Lanes<S>,
     /// Threshold of a switched driver, in m/s; below zero for a PID, which never holds.
-    pub threshold: Lanes<W>,
+    pub threshold: Lanes<S>,
     /// Flag: a held brake is held.
-    pub holds_brake: Lanes<W>,
+    pub holds_brake: Lanes<S>,
     /// Twice the deceleration, in m/s².
-    pub twice_deceleration: Lanes<W>,
+    pub twice_deceleration: Lanes<S>,
     /// Twice the acceleration, in m/s².
-    pub twice_acceleration: Lanes<W>,
+    pub twice_acceleration: Lanes<S>,
+    /// Lowest and highest engine speed of the piece of the full-load and drag curves that the engine is on, in rad/s.
+    pub piece: [Lanes<S>; 2],
+    /// That piece: full-load torque at zero speed and its slope, drag torque at zero speed and its slope.
+    pub curves: [Lanes<S>; 4],
     /// Sums over the cycle, by [`Total`].
-    pub totals: [Lanes<W>; Total::COUNT],
+    pub totals: [Lanes<S>; Total::COUNT],
 }
 
-impl<const W: usize> State<W> {
+impl<S: Simd> State<S> {
     /// Trucks that stand on a flat road for ever: what an empty lane does.
-    pub fn parked(shared: &Shared) -> Self {
-        let all = Lanes::all;
-        let zero = Lanes::ZERO;
+    pub fn parked(simd: S, shared: &Shared) -> Self {
+        let all = |value| Lanes::splat(simd, value);
+        let zero = all(0.0);
         let gear = &shared.powertrain.gears[0];
         let mut row = [zero; RoadRow::COLUMNS];
         row[RoadRow::TO_STOP] = all(FAR);
@@ -208,6 +213,8 @@ impl<const W: usize> State<W> {
             holds_brake: zero,
             twice_deceleration: all(1.0),
             twice_acceleration: all(1.0),
+            piece: [zero; 2],
+            curves: [zero; 4],
             totals: [zero; Total::COUNT],
         }
     }
@@ -215,43 +222,71 @@ impl<const W: usize> State<W> {
     /// Takes a lane out of service: its truck stands on an endless road.
     pub fn park(&mut self, lane: usize) {
         for column in [&mut self.speed, &mut self.torque, &mut self.integral, &mut self.holding] {
-            column.0[lane] = 0.0;
+            column[lane] = 0.0;
         }
-        self.integral_gain.0[lane] = 0.0;
-        self.left.0[lane] = FAR;
-        self.row[RoadRow::LIMIT].0[lane] = 0.0;
-        self.row[RoadRow::TO_STOP].0[lane] = FAR;
-        self.steps_left.0[lane] = f64::INFINITY;
-        self.hold_left.0[lane] = f64::INFINITY;
+        self.integral_gain[lane] = 0.0;
+        self.left[lane] = FAR;
+        self.row[RoadRow::LIMIT][lane] = 0.0;
+        self.row[RoadRow::TO_STOP][lane] = FAR;
+        self.steps_left[lane] = f64::INFINITY;
+        self.hold_left[lane] = f64::INFINITY;
     }
 
     /// One total of one lane.
     pub fn total(&self, lane: usize, total: Total) -> f64 {
-        self.totals[total as usize].0[lane]
+        self.totals[total as usize][lane]
     }
 
     /// Puts a road row into a lane.
     pub fn set_row(&mut self, lane: usize, row: &RoadRow) {
-        for (column, value) in self.row.iter_mut().zip(row.0) {
-            column.0[lane] = value;
+        let simd = self.left.simd;
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                let here = Flags::from_bitmask(simd, 1 << lane);
+                for n in 0..RoadRow::COLUMNS {
+                    put(&mut self.row[n], here, row.0[n]);
+                }
+                put(&mut self.left, here, row.0[RoadRow::LENGTH]);
+            },
+        );
+    }
+
+    /// Looks up the piece of the full-load and drag curves in some lanes, by their engine speeds in rad/s.
+    #[cold]
+    #[inline(never)]
+    pub fn renew_curves(&mut self, lanes: u64, speed_radps: [f64; WIDTH], shared: &Shared) {
+        for lane in (0..WIDTH).filter(|lane| lanes >> lane & 1 != 0) {
+            let piece = shared.powertrain.engine.curve_piece(speed_radps[lane]);
+            let simd = self.left.simd;
+            simd.vectorize(
+                #[inline(always)]
+                || {
+                    let here = Flags::from_bitmask(simd, 1 << lane);
+                    put(&mut self.piece[0], here, piece.from_radps);
+                    put(&mut self.piece[1], here, piece.to_radps);
+                    for n in 0..4 {
+                        put(&mut self.curves[n], here, piece.row[n]);
+                    }
+                },
+            );
         }
-        self.left.0[lane] = row.0[RoadRow::LENGTH];
     }
 
     /// Engages a gear (from 0) in a lane.
     pub fn set_gear(&mut self, lane: usize, gear: usize, shared: &Shared) {
         let gears = &shared.powertrain.gears;
         let here = &gears[gear];
-        self.gear_speed.0[lane] = here.speed_ratio_per_m;
-        self.gear_speed_up.0[lane] = gears.get(gear + 1).map_or(0.0, |up| up.speed_ratio_per_m);
-        self.gear_speed_down.0[lane] =
+        self.gear_speed[lane] = here.speed_ratio_per_m;
+        self.gear_speed_up[lane] = gears.get(gear + 1).map_or(0.0, |up| up.speed_ratio_per_m);
+        self.gear_speed_down[lane] =
             gear.checked_sub(1).map_or(FAR, |down| gears[down].speed_ratio_per_m);
-        self.gear_ratio.0[lane] = here.ratio;
-        self.gear_loss.0[lane] = here.loss_share;
-        self.gear_launches.0[lane] = if here.launches { 1.0 } else { 0.0 };
-        let open = self.mass.0[lane] + shared.wheel_mass_kg;
+        self.gear_ratio[lane] = here.ratio;
+        self.gear_loss[lane] = here.loss_share;
+        self.gear_launches[lane] = if here.launches { 1.0 } else { 0.0 };
+        let open = self.mass[lane] + shared.wheel_mass_kg;
         let engine = shared.engine_inertia_kgm2 * here.speed_ratio_per_m * here.speed_ratio_per_m;
-        self.inverse_mass_open.0[lane] = 1.0 / open;
-        self.inverse_mass_closed.0[lane] = 1.0 / (open + engine);
+        self.inverse_mass_open[lane] = 1.0 / open;
+        self.inverse_mass_closed[lane] = 1.0 / (open + engine);
     }
 }

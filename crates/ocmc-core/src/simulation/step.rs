@@ -9,82 +9,152 @@
 //! rest, and where a driver or the gearbox changes its mind. Gear, clutch and
 //! hold are decided at the step's start and frozen over both stages.
 
+use super::cabin::Sight;
 use super::road_row::RoadRow;
 use super::state::{Shared, State, Total};
-use crate::lanes::Lanes;
+use crate::lanes::{Flags, Lanes, WIDTH, clip, where_set};
+use crate::vehicle::gearbox::ShiftModel;
+use fearless_simd::prelude::*;
 
 /// What one step did, for a trace. Means are over the step.
-#[derive(Clone, Debug)]
-pub struct StepView<const W: usize> {
+#[derive(Clone, Copy, Debug)]
+pub struct StepView<S: Simd> {
     /// Length of the step, in s.
-    pub dt: Lanes<W>,
+    pub dt: Lanes<S>,
     /// Way, in m.
-    pub dx: Lanes<W>,
+    pub dx: Lanes<S>,
     /// Desired speed at the start, in m/s.
-    pub desired: Lanes<W>,
+    pub desired: Lanes<S>,
     /// Accelerator pedal at the end.
-    pub accelerator: Lanes<W>,
+    pub accelerator: Lanes<S>,
     /// Brake pedal at the end.
-    pub brake: Lanes<W>,
+    pub brake: Lanes<S>,
     /// Mean engine speed, in rad/s.
-    pub engine_speed: Lanes<W>,
+    pub engine_speed: Lanes<S>,
     /// Mean engine torque, in Nm.
-    pub engine_torque: Lanes<W>,
+    pub engine_torque: Lanes<S>,
     /// Fuel, in kg/s.
-    pub fuel_rate: Lanes<W>,
+    pub fuel_rate: Lanes<S>,
     /// Mean acceleration, in m/s².
-    pub acceleration: Lanes<W>,
+    pub acceleration: Lanes<S>,
     /// Flag: the clutch is closed.
-    pub closed: Lanes<W>,
+    pub closed: Flags<S>,
     /// What was added to each total.
-    pub added: [Lanes<W>; Total::COUNT],
-    /// Above zero where the lane needs a look: segment end, stop, shift, check of progress.
-    pub alarm: Lanes<W>,
+    pub added: [Lanes<S>; Total::COUNT],
+    /// Flag: the lane needs a look: segment end, stop, shift, check of progress.
+    pub alarm: Flags<S>,
     /// Flag: the strategy wants another gear.
-    pub wants_shift: Lanes<W>,
+    pub wants_shift: Flags<S>,
     /// Flag: the truck slows.
-    pub slowing: Lanes<W>,
+    pub slowing: Flags<S>,
     /// Steady power that the road asks for, in W.
-    pub road_power: Lanes<W>,
+    pub road_power: Lanes<S>,
+}
+
+/// What the cold side of the program has to know of a step, lane by lane. Flags are bits.
+#[derive(Clone, Copy, Debug)]
+pub struct Sights {
+    /// Flag: the lane needs a look.
+    pub alarm: u64,
+    wants_shift: u64,
+    slowing: u64,
+    closed: u64,
+    accelerator: [f64; WIDTH],
+    road_power_w: [f64; WIDTH],
+}
+
+impl Sights {
+    /// Those of one lane.
+    pub fn of(&self, lane: usize) -> Sight {
+        let is_set = |flags: u64| flags >> lane & 1 != 0;
+        Sight {
+            accelerator: self.accelerator[lane],
+            wants_shift: is_set(self.wants_shift),
+            slowing: is_set(self.slowing),
+            closed: is_set(self.closed),
+            road_power_w: self.road_power_w[lane],
+        }
+    }
+}
+
+impl<S: Simd> StepView<S> {
+    /// What the cold side has to know.
+    #[inline(always)]
+    pub fn sights(&self) -> Sights {
+        Sights {
+            alarm: self.alarm.to_bitmask(),
+            wants_shift: self.wants_shift.to_bitmask(),
+            slowing: self.slowing.to_bitmask(),
+            closed: self.closed.to_bitmask(),
+            accelerator: self.accelerator.into(),
+            road_power_w: self.road_power.into(),
+        }
+    }
 }
 
 /// What the driver does in one stage.
-struct Control<const W: usize> {
-    desired: Lanes<W>,
-    accelerator: Lanes<W>,
-    brake: Lanes<W>,
-    integral_rate: Lanes<W>,
-    filter_rate: Lanes<W>,
+#[derive(Clone, Copy)]
+struct Control<S: Simd> {
+    desired: Lanes<S>,
+    accelerator: Lanes<S>,
+    brake: Lanes<S>,
+    integral_rate: Lanes<S>,
+    filter_rate: Lanes<S>,
 }
 
 /// What is decided at the step's start.
-struct Decision<const W: usize> {
-    hold: Lanes<W>,
-    held: Lanes<W>,
-    closed: Lanes<W>,
-    engaged: Lanes<W>,
+#[derive(Clone, Copy)]
+struct Decision<S: Simd> {
+    control: Control<S>,
+    hold: Flags<S>,
+    held: Lanes<S>,
+    closed: Flags<S>,
+    engaged: Flags<S>,
     /// Engine speed where the clutch is not closed.
-    free_speed: Lanes<W>,
-    inverse_mass: Lanes<W>,
-    /// Full-load and drag curve: value at zero speed and slope of the piece at the step's start.
-    curves: [Lanes<W>; 4],
+    free_speed: Lanes<S>,
+    /// Engine speed at the start.
+    start_speed: Lanes<S>,
+    inverse_mass: Lanes<S>,
 }
 
 /// Torques and forces of one stage.
-struct Forces<const W: usize> {
-    acceleration: Lanes<W>,
-    torque_rate: Lanes<W>,
-    full: Lanes<W>,
-    drag_torque: Lanes<W>,
-    engine_torque: Lanes<W>,
-    auxiliary_torque: Lanes<W>,
-    gearbox_torque: Lanes<W>,
-    wheel: Lanes<W>,
-    transmission: Lanes<W>,
-    drag: Lanes<W>,
-    rolling: Lanes<W>,
-    service_brake: Lanes<W>,
-    engine_brake: Lanes<W>,
+#[derive(Clone, Copy)]
+struct Forces<S: Simd> {
+    acceleration: Lanes<S>,
+    torque_rate: Lanes<S>,
+    full_load: Lanes<S>,
+    drag_torque: Lanes<S>,
+    auxiliary_torque: Lanes<S>,
+    gearbox_torque: Lanes<S>,
+    wheel: Lanes<S>,
+    drag: Lanes<S>,
+    brake: Lanes<S>,
+    engine_brake: Lanes<S>,
+}
+
+/// The state at the end of a step that follows its first stage all the way.
+#[derive(Clone, Copy)]
+struct Prediction<S: Simd> {
+    /// Length of the step if no segment ended, in s.
+    whole: Lanes<S>,
+    /// Time to the segment's end, in s.
+    to_end: Lanes<S>,
+    dt: Lanes<S>,
+    speed: Lanes<S>,
+    torque: Lanes<S>,
+    control: Control<S>,
+}
+
+/// How a step ends.
+#[derive(Clone, Copy)]
+struct Ending<S: Simd> {
+    /// Flag: at the end of the segment.
+    reaches: Flags<S>,
+    dt: Lanes<S>,
+    dx: Lanes<S>,
+    speed: Lanes<S>,
+    /// Mean acceleration, in m/s².
+    acceleration: Lanes<S>,
 }
 
 /// The slowest pace at which a step is cut for a segment's end, in m/s.
@@ -92,14 +162,80 @@ const SMALLEST_SPEED: f64 = 1e-9;
 /// How far beyond the zero of a switching function a step goes, as a share of what is left of it.
 const PASSING: f64 = 2e-3;
 
-impl<const W: usize> State<W> {
+/// All of a step but the books.
+#[derive(Clone, Copy)]
+pub struct Stages<S: Simd> {
+    decision: Decision<S>,
+    first: Forces<S>,
+    predicted: Prediction<S>,
+    second: Forces<S>,
+    ending: Ending<S>,
+}
+
+/// The stages of the next step of two blocks of trucks, cut for each of them where something ends.
+///
+/// A step is one long chain of operations. The blocks take its parts in turns: the parts are short enough that the CPU
+/// works on the other block's while it waits for results of this one's.
+#[inline(always)]
+pub fn stages<S: Simd>(
+    (front, back): (&mut State<S>, &mut State<S>),
+    shared: &Shared,
+) -> (Stages<S>, Stages<S>) {
+    let decisions = (front.decide(shared), back.decide(shared));
+    let firsts = (front.first(&decisions.0, shared), back.first(&decisions.1, shared));
+    let ahead = (
+        front.predict(&decisions.0, &firsts.0, shared),
+        back.predict(&decisions.1, &firsts.1, shared),
+    );
+    let seconds =
+        (front.second(&decisions.0, &ahead.0, shared), back.second(&decisions.1, &ahead.1, shared));
+    let ends = (
+        front.end(&decisions.0, &firsts.0, &ahead.0, &seconds.0, shared),
+        back.end(&decisions.1, &firsts.1, &ahead.1, &seconds.1, shared),
+    );
+    (
+        Stages {
+            decision: decisions.0,
+            first: firsts.0,
+            predicted: ahead.0,
+            second: seconds.0,
+            ending: ends.0,
+        },
+        Stages {
+            decision: decisions.1,
+            first: firsts.1,
+            predicted: ahead.1,
+            second: seconds.1,
+            ending: ends.1,
+        },
+    )
+}
+
+/// Where a line rises through zero.
+#[inline(always)]
+fn crossed<S: Simd>(before: Lanes<S>, after: Lanes<S>) -> Flags<S> {
+    before.simd_lt(0.0) & after.simd_gt(0.0)
+}
+
+impl<S: Simd> State<S> {
+    /// Advances one block alone by one step.
+    #[inline(always)]
+    pub fn step(&mut self, shared: &Shared) -> StepView<S> {
+        let decision = self.decide(shared);
+        let first = self.first(&decision, shared);
+        let predicted = self.predict(&decision, &first, shared);
+        let second = self.second(&decision, &predicted, shared);
+        let ending = self.end(&decision, &first, &predicted, &second, shared);
+        self.advance(&Stages { decision, first, predicted, second, ending }, shared)
+    }
+
     /// The desired speed, in m/s, and the braking branch of its square.
     #[inline(always)]
-    fn desired(&self, left: Lanes<W>, shared: &Shared) -> (Lanes<W>, Lanes<W>) {
+    fn desired(&self, left: Lanes<S>, shared: &Shared) -> (Lanes<S>, Lanes<S>) {
         let limit = self.row[RoadRow::LIMIT];
         let backward = self.row[RoadRow::BACKWARD] + self.twice_deceleration * left;
-        let forward = (self.row[RoadRow::FORWARD] - self.twice_acceleration * left)
-            .max(Lanes::all(shared.launch));
+        let forward =
+            (self.row[RoadRow::FORWARD] - self.twice_acceleration * left).max(shared.launch);
         (limit.min(backward).min(forward).sqrt(), backward)
     }
 
@@ -107,33 +243,33 @@ impl<const W: usize> State<W> {
     #[inline(always)]
     fn control(
         &self,
-        speed: Lanes<W>,
-        left: Lanes<W>,
-        integral: Lanes<W>,
-        filtered: Lanes<W>,
-        hold: Lanes<W>,
-        held: Lanes<W>,
+        speed: Lanes<S>,
+        (desired, backward): (Lanes<S>, Lanes<S>),
+        integral: Lanes<S>,
+        filtered: Lanes<S>,
+        hold: Flags<S>,
+        held: Lanes<S>,
         shared: &Shared,
-    ) -> Control<W> {
+    ) -> Control<S> {
         let pedals = shared.pedals;
-        let (desired, backward) = self.desired(left, shared);
         let error = desired - speed;
         let lag = speed - filtered;
-        let continuous = self.proportional * error + integral - self.derivative_over_filter * lag;
-        let output = hold.choose(held, continuous);
+        let pull = self.proportional * error;
+        let continuous = pull + integral - self.derivative_over_filter * lag;
+        let output = hold.select(held, continuous);
 
+        // near its speed the limiter lets the pedal go down less and less far
         let vehicle = &shared.powertrain.model;
         let end_mps = vehicle.limiter_speed_mps + vehicle.limiter_range_mps;
-        let fade =
-            ((Lanes::all(end_mps) - speed) * (1.0 / vehicle.limiter_range_mps)).clip(0.0, 1.0);
-        let accelerator = output.clip(0.0, 1.0) * fade;
+        let allowed = (end_mps - speed) * (1.0 / vehicle.limiter_range_mps);
+        let accelerator = clip(output.min(allowed), 0.0, 1.0);
 
         // downhill, above a static limit, the driver lets the truck run up to the edge of a band
-        let over = self.proportional * (speed - desired - Lanes::all(pedals.overspeed_band_mps));
-        let in_band = Lanes::flag_lt(Lanes::all(pedals.overspeed_from_mps), speed)
-            .and(Lanes::flag_lt(backward, self.row[RoadRow::LIMIT]).not());
-        let demand = in_band.choose(over.min(-output), -output);
-        let brake = (demand * pedals.brake_scale).clip(0.0, 1.0);
+        let edge = pull + self.proportional * pedals.overspeed_band_mps;
+        let in_band =
+            speed.simd_gt(pedals.overspeed_from_mps) & !backward.simd_lt(self.row[RoadRow::LIMIT]);
+        let demand = in_band.select(output.max(edge), output);
+        let brake = clip(demand * -pedals.brake_scale, 0.0, 1.0);
         let realised = accelerator - brake * (1.0 / pedals.brake_scale);
         Control {
             desired,
@@ -144,244 +280,251 @@ impl<const W: usize> State<W> {
         }
     }
 
-    /// Clutch and hold at the step's start.
+    /// Pedals, clutch and hold at the step's start.
     #[inline(always)]
-    fn decide(&self, shared: &Shared) -> (Decision<W>, Control<W>) {
-        let (desired, _) = self.desired(self.left, shared);
+    fn decide(&mut self, shared: &Shared) -> Decision<S> {
+        let (desired, backward) = self.desired(self.left, shared);
         let error = desired - self.speed;
-        let hold = Lanes::flag_lt(error.abs(), self.threshold);
+        let hold = error.abs().simd_lt(self.threshold);
         // what is held is the output at the moment when holding began
-        let held = self.holding.choose(self.held, self.proportional * error);
+        let held = self.holding.simd_gt(0.0).select(self.held, self.proportional * error);
         // a held brake is released when e >= 0, unless the driver holds as printed in the paper
-        let released = Lanes::select_lt(error, Lanes::ZERO, held, held.max(Lanes::ZERO));
-        let held = self.holds_brake.choose(held, released);
+        let released = error.simd_lt(0.0).select(held, held.max(0.0));
+        let held = self.holds_brake.simd_gt(0.0).select(held, released);
+        let path = (desired, backward);
         let control =
-            self.control(self.speed, self.left, self.integral, self.filtered, hold, held, shared);
+            self.control(self.speed, path, self.integral, self.filtered, hold, held, shared);
 
-        let launch = Lanes::all(shared.powertrain.model.gearbox.shift.launch_speed_radps);
+        let launch = shared.powertrain.model.gearbox.shift.launch_speed_radps;
         let speed = self.speed * self.gear_speed;
-        let pressed = Lanes::flag_lt(Lanes::ZERO, control.accelerator);
-        let slips = Lanes::select_lt(speed, launch, self.gear_launches.and(pressed), Lanes::ZERO);
-        let slow = Lanes::flag_lt(speed, Lanes::all(shared.open_radps));
-        let closed = slips.or(slow).not();
-        let shifting = Lanes::flag_lt(Lanes::ZERO, self.shift_left);
-        let engaged = slips.or(closed).and(shifting.not());
-        let free_speed = slips.choose(launch, Lanes::all(shared.idle_radps));
-        let inverse_mass = closed.choose(self.inverse_mass_closed, self.inverse_mass_open);
-        let curves = shared.powertrain.engine.curve_rows(closed.choose(speed, free_speed));
-        (Decision { hold, held, closed, engaged, free_speed, inverse_mass, curves }, control)
+        let pressed = control.accelerator.simd_gt(0.0);
+        let slips = speed.simd_lt(launch) & self.gear_launches.simd_gt(0.0) & pressed;
+        let slow = speed.simd_lt(shared.open_radps);
+        let closed = !(slips | slow);
+        let shifting = self.shift_left.simd_gt(0.0);
+        let engaged = (slips | closed) & !shifting;
+        let simd = speed.simd;
+        let free_speed =
+            slips.select(Lanes::splat(simd, launch), Lanes::splat(simd, shared.idle_radps));
+        let start_speed = closed.select(speed, free_speed);
+        let inverse_mass = closed.select(self.inverse_mass_closed, self.inverse_mass_open);
+        let [from, to] = self.piece;
+        let outside = start_speed.simd_lt(from) | !start_speed.simd_lt(to);
+        if outside.any_true() {
+            self.renew_curves(outside.to_bitmask(), start_speed.into(), shared);
+        }
+        Decision { control, hold, held, closed, engaged, free_speed, start_speed, inverse_mass }
     }
 
     /// Torques and forces at one stage.
     #[inline(always)]
     fn forces(
         &self,
-        speed: Lanes<W>,
-        torque: Lanes<W>,
-        control: &Control<W>,
-        decision: &Decision<W>,
+        speed: Lanes<S>,
+        torque: Lanes<S>,
+        control: &Control<S>,
+        decision: &Decision<S>,
         shared: &Shared,
-    ) -> Forces<W> {
-        let zero = Lanes::ZERO;
+    ) -> Forces<S> {
         let vehicle = &shared.powertrain.model;
-        let engine_speed = decision.closed.choose(speed * self.gear_speed, decision.free_speed);
+        let engine_speed = decision.closed.select(speed * self.gear_speed, decision.free_speed);
 
         // one division serves the torque of the auxiliaries and the angle of the wind
         let relative = speed + self.row[RoadRow::HEAD_WIND];
-        let air = relative.max(Lanes::all(1.0));
-        let inverse = Lanes::all(1.0) / (engine_speed * air);
+        let air = relative.max(1.0);
+        let inverse = 1.0 / (engine_speed * air);
 
-        let [full_0, full_1, drag_0, drag_1] = decision.curves;
-        let full = full_0 + full_1 * engine_speed;
+        let [full_0, full_1, drag_0, drag_1] = self.curves;
+        let full_load = full_0 + full_1 * engine_speed;
         let drag_torque = drag_0 + drag_1 * engine_speed;
-        let available = torque.max(drag_torque).min(full);
-        let command = drag_torque + control.accelerator * (full - drag_torque);
+        let available = torque.max(drag_torque).min(full_load);
+        let command = drag_torque + control.accelerator * (full_load - drag_torque);
         let torque_rate = (command - available) * (1.0 / vehicle.engine.torque_lag_s);
         let auxiliary_torque = self.auxiliary_power * air * inverse;
-        let gearbox_torque = decision.engaged.choose(available - auxiliary_torque, zero);
-        let engine_torque = gearbox_torque + auxiliary_torque;
+        let gearbox_torque = where_set(decision.engaged, available - auxiliary_torque);
 
         let gearbox = &vehicle.gearbox;
-        let before = gearbox_torque * self.gear_speed;
         let shaft = self.gear_ratio
-            * (gearbox_torque
-                - Lanes::all(gearbox.loss_torque_nm)
-                - self.gear_loss * gearbox_torque.abs())
-            - Lanes::all(gearbox.retarder_torque_nm);
-        let wheel = (shaft
-            - Lanes::all(gearbox.axle_loss_torque_nm)
-            - shaft.abs() * gearbox.axle_loss_share)
+            * (gearbox_torque - gearbox.loss_torque_nm - self.gear_loss * gearbox_torque.abs())
+            - gearbox.retarder_torque_nm;
+        let wheel = (shaft - gearbox.axle_loss_torque_nm - shaft.abs() * gearbox.axle_loss_share)
             * shared.axle_per_m;
 
         let wind = &shared.powertrain.cross_wind;
-        let tangent = (self.row[RoadRow::CROSS_WIND] * engine_speed * inverse)
-            .min(Lanes::all(wind.maximum_tangent));
-        let [c1, c2, c3, c4, c5] = wind.coefficients_m2;
-        let increment = ((((tangent * c5 + Lanes::all(c4)) * tangent + Lanes::all(c3)) * tangent
-            + Lanes::all(c2))
-            * tangent
-            + Lanes::all(c1))
-            * tangent;
         let cross = self.row[RoadRow::CROSS_WIND];
+        let tangent = (cross * engine_speed * inverse).min(wind.maximum_tangent);
+        let [c1, c2, c3, c4, c5] = wind.coefficients_m2;
+        let increment =
+            ((((tangent * c5 + c4) * tangent + c3) * tangent + c2) * tangent + c1) * tangent;
         let pressure = self.row[RoadRow::HALF_DENSITY] * (relative * relative + cross * cross);
-        let towards = Lanes::select_lt(relative, zero, -pressure, pressure);
+        let towards = relative.simd_lt(0.0).select(-pressure, pressure);
         let drag = towards * (self.drag_area + increment);
 
         let rolling = self.mass * self.row[RoadRow::ROLLING];
         let grade = self.mass * self.row[RoadRow::GRADE];
-        let wanted = self.mass
+        let brake = self.mass
             * (control.brake * vehicle.brakes.full_deceleration_mps2).min(self.row[RoadRow::GRIP]);
-        let reach = decision.engaged * engine_speed * self.gear_speed * shared.engine_brake_nms;
-        let engine_brake = wanted.min(reach);
-        let net = wheel - drag - rolling - grade - wanted;
+        let reach = engine_speed * self.gear_speed * shared.engine_brake_nms;
+        let engine_brake = brake.min(where_set(decision.engaged, reach));
+        let net = wheel - drag - rolling - grade - brake;
         Forces {
             acceleration: net * decision.inverse_mass,
             torque_rate,
-            full,
+            full_load,
             drag_torque,
-            engine_torque,
             auxiliary_torque,
             gearbox_torque,
             wheel,
-            transmission: before - wheel,
             drag,
-            rolling,
-            service_brake: wanted - engine_brake,
+            brake,
             engine_brake,
         }
     }
 
-    /// Advances all lanes by one step, cut for each lane where something ends.
     #[inline(always)]
-    pub fn step(&mut self, shared: &Shared) -> StepView<W> {
-        let zero = Lanes::ZERO;
-        let half = 0.5;
-        let (decision, first_control) = self.decide(shared);
-        let start_speed = decision.closed.choose(self.speed * self.gear_speed, decision.free_speed);
-        let first = self.forces(self.speed, self.torque, &first_control, &decision, shared);
+    fn first(&self, decision: &Decision<S>, shared: &Shared) -> Forces<S> {
+        self.forces(self.speed, self.torque, &decision.control, decision, shared)
+    }
 
-        // how far this step may go
-        let longest = Lanes::all(shared.simulation.step_s);
-        let whole = Lanes::select_lt(zero, self.shift_left, self.shift_left.min(longest), longest);
-        let whole = Lanes::select_lt(zero, self.hold_left, self.hold_left.min(whole), whole);
-        let pace = (self.speed + first.acceleration * whole * half).max(Lanes::all(SMALLEST_SPEED));
+    #[inline(always)]
+    fn second(&self, decision: &Decision<S>, end: &Prediction<S>, shared: &Shared) -> Forces<S> {
+        self.forces(end.speed, end.torque, &end.control, decision, shared)
+    }
+
+    /// How far the step may go, and the state and the pedals there.
+    #[inline(always)]
+    fn predict(&self, decision: &Decision<S>, first: &Forces<S>, shared: &Shared) -> Prediction<S> {
+        let half = 0.5;
+        let longest = Lanes::splat(self.speed.simd, shared.simulation.step_s);
+        let whole = self.shift_left.simd_gt(0.0).select(self.shift_left.min(longest), longest);
+        let whole = self.hold_left.simd_gt(0.0).select(self.hold_left.min(whole), whole);
+        let pace = (self.speed + first.acceleration * whole * half).max(SMALLEST_SPEED);
         let to_end = self.left / pace;
         let dt = whole.min(to_end);
 
-        // second stage, at the predicted end
-        let speed_2 = (self.speed + dt * first.acceleration).max(zero);
-        let left_2 = (self.left - dt * (self.speed + speed_2) * half).max(zero);
-        let torque_2 = self.torque + dt * first.torque_rate;
-        let integral_2 =
-            self.clamp_integral(self.integral + dt * first_control.integral_rate, shared);
-        let filtered_2 = self.filtered + dt * first_control.filter_rate;
-        let second_control = self.control(
-            speed_2,
-            left_2,
-            integral_2,
-            filtered_2,
-            decision.hold,
-            decision.held,
-            shared,
-        );
-        let second = self.forces(speed_2, torque_2, &second_control, &decision, shared);
+        let speed = (self.speed + dt * first.acceleration).max(0.0);
+        let left = (self.left - dt * (self.speed + speed) * half).max(0.0);
+        let torque = self.torque + dt * first.torque_rate;
+        let rates = &decision.control;
+        let integral = self.clamp_integral(self.integral + dt * rates.integral_rate, shared);
+        let filtered = self.filtered + dt * rates.filter_rate;
+        let path = self.desired(left, shared);
+        let control =
+            self.control(speed, path, integral, filtered, decision.hold, decision.held, shared);
+        Prediction { whole, to_end, dt, speed, torque, control }
+    }
 
-        // where the driver or the gearbox changes its mind within the step, and how far into it that is
-        let (mind, mind_of) =
-            self.change_of_mind(speed_2, &decision, &first_control, &second_control, shared);
+    /// The ends of a step: its time is over, a mind changes, the segment ends, the truck comes to rest.
+    #[inline(always)]
+    fn end(
+        &self,
+        decision: &Decision<S>,
+        first: &Forces<S>,
+        predicted: &Prediction<S>,
+        second: &Forces<S>,
+        shared: &Shared,
+    ) -> Ending<S> {
+        let half = 0.5;
+        let dt = predicted.dt;
+        let (mind, mind_of) = self.change_of_mind(decision, predicted, shared);
 
         // a truck at rest does not roll back: the brakes hold it, without work
         let free = (first.acceleration + second.acceleration) * half;
-        let mean = Lanes::select_lt(zero, self.speed, free, free.max(zero));
-        // the ends of a step: its time is over, a mind changes, the segment ends, the truck comes to rest
+        let mean = self.speed.simd_gt(0.0).select(free, free.max(0.0));
         let way = dt * (self.speed + mean * dt * half);
         let square = self.speed * self.speed + mean * self.left * 2.0;
-        let at_end = square.max(zero).sqrt();
-        let far = Lanes::flag_lt(self.left, way).or(Lanes::flag_lt(to_end, whole));
-        let reaches = Lanes::flag_lt(zero, square).and(far);
+        let at_end = square.max(0.0).sqrt();
+        let far = self.left.simd_lt(way) | predicted.to_end.simd_lt(predicted.whole);
+        let reaches = square.simd_gt(0.0) & far;
         let timed = self.speed + mean * dt;
-        let rests = Lanes::flag_lt(timed, zero).and(reaches.not());
-        let stays = rests.or(reaches).not();
-        let over = reaches.choose(self.left * 2.0, rests.choose(self.speed, dt * mind));
-        let under = reaches.choose(self.speed + at_end, rests.choose(-mean, mind_of));
+        let rests = timed.simd_lt(0.0) & !reaches;
+        let over = reaches.select(self.left * 2.0, rests.select(self.speed, dt * mind));
+        let under = reaches.select(self.speed + at_end, rests.select(-mean, mind_of));
         let dt = over / under;
-        let timed = stays.choose(self.speed + mean * dt, zero);
-        let end = reaches.choose(at_end, timed.max(zero));
-        let dx = reaches.choose(self.left, dt * (self.speed + end) * half);
+        let timed = where_set(!(rests | reaches), self.speed + mean * dt);
+        let speed = reaches.select(at_end, timed.max(0.0));
+        let dx = reaches.select(self.left, dt * (self.speed + speed) * half);
+        Ending { reaches, dt, dx, speed, acceleration: mean }
+    }
 
-        // the books
-        let angle = decision.closed.choose(dx * self.gear_speed, dt * decision.free_speed);
-        let torque = (first.engine_torque + second.engine_torque) * half;
+    /// The books, the new state, and whether somebody has to look at it.
+    #[inline(always)]
+    pub fn advance(&mut self, stages: &Stages<S>, shared: &Shared) -> StepView<S> {
+        let half = 0.5;
+        let Stages { decision, first, predicted, second, ending } = stages;
+        let second_control = &predicted.control;
+        let (dt, dx) = (ending.dt, ending.dx);
+        let simd = dt.simd;
+        let closed = decision.closed;
+
+        let angle = closed.select(dx * self.gear_speed, dt * decision.free_speed);
         let gearbox_torque = (first.gearbox_torque + second.gearbox_torque) * half;
         let auxiliary = (first.auxiliary_torque + second.auxiliary_torque) * half;
-        let mean_speed = decision
-            .closed
-            .choose((self.speed + end) * self.gear_speed * half, decision.free_speed);
-        let fuel_rate = shared.powertrain.engine.fuel_rates(mean_speed, torque) * self.fuel_factor;
+        let torque = gearbox_torque + auxiliary;
+        let mean_speed = closed
+            .select((self.speed + ending.speed) * self.gear_speed * half, decision.free_speed);
+        let [_, _, drag_0, drag_1] = self.curves;
+        let drag_torque = drag_0 + drag_1 * mean_speed;
+        let engine = &shared.powertrain.engine;
+        let fuel_rate = engine.fuel_rates(mean_speed, torque, drag_torque) * self.fuel_factor;
         let half_way = dx * half;
+        let start_speed = decision.start_speed;
         let jump = self.engine_speed * self.engine_speed - start_speed * start_speed;
-        let drag = first.drag + second.drag;
-        let rolling = first.rolling + second.rolling;
+        let drag = (first.drag + second.drag) * half;
+        let rolling = self.mass * self.row[RoadRow::ROLLING];
         let grade = self.mass * self.row[RoadRow::GRADE];
-        let mut added = [zero; Total::COUNT];
-        added[Total::Time as usize] = dt;
-        added[Total::Distance as usize] = dx;
-        added[Total::Fuel as usize] = fuel_rate * dt;
-        added[Total::Crankshaft as usize] = torque * angle;
-        added[Total::Auxiliary as usize] = auxiliary * angle;
-        added[Total::Clutch as usize] = gearbox_torque * (angle - dx * self.gear_speed);
-        added[Total::Transmission as usize] = (first.transmission + second.transmission) * half_way;
-        added[Total::Shift as usize] = jump * (0.5 * shared.engine_inertia_kgm2);
-        added[Total::Drag as usize] = drag * half_way;
-        added[Total::Rolling as usize] = rolling * half_way;
-        added[Total::Grade as usize] = grade * dx;
-        added[Total::ServiceBrake as usize] =
-            (first.service_brake + second.service_brake) * half_way;
-        added[Total::EngineBrake as usize] = (first.engine_brake + second.engine_brake) * half_way;
+        let engine_brake = first.engine_brake + second.engine_brake;
+        let service_brake = first.brake + second.brake - engine_brake;
+        let wheel = first.wheel + second.wheel;
         // of a force that changes its sign the mean of the positive parts is too much, the positive part of the
         // mean too little, by the same amount
-        let both = (first.wheel + second.wheel).max(zero);
-        let each = first.wheel.max(zero) + second.wheel.max(zero);
-        added[Total::Wheel as usize] = (both + each) * half_way * half;
-        for (total, amount) in self.totals.iter_mut().zip(&added) {
-            *total = *total + *amount;
-        }
+        let both = wheel.max(0.0);
+        let each = first.wheel.max(0.0) + second.wheel.max(0.0);
+        let mut added = [dt; Total::COUNT];
+        self.book(Total::Time, dt, &mut added);
+        self.book(Total::Distance, dx, &mut added);
+        self.book(Total::Fuel, fuel_rate * dt, &mut added);
+        self.book(Total::Crankshaft, torque * angle, &mut added);
+        self.book(Total::Auxiliary, auxiliary * angle, &mut added);
+        self.book(Total::Clutch, gearbox_torque * (angle - dx * self.gear_speed), &mut added);
+        let lost = gearbox_torque * self.gear_speed - wheel * half;
+        self.book(Total::Transmission, lost * dx, &mut added);
+        self.book(Total::Shift, jump * (0.5 * shared.engine_inertia_kgm2), &mut added);
+        self.book(Total::Drag, drag * dx, &mut added);
+        self.book(Total::Rolling, rolling * dx, &mut added);
+        self.book(Total::Grade, grade * dx, &mut added);
+        self.book(Total::ServiceBrake, service_brake * half_way, &mut added);
+        self.book(Total::EngineBrake, engine_brake * half_way, &mut added);
+        self.book(Total::Wheel, (both + each) * half_way * half, &mut added);
 
-        // the new state
         let half_dt = dt * half;
         let driven = (self.torque + half_dt * (first.torque_rate + second.torque_rate))
             .max(second.drag_torque)
-            .min(second.full);
-        self.torque = decision.engaged.choose(driven, zero);
+            .min(second.full_load);
+        self.torque = where_set(decision.engaged, driven);
+        let first_control = &decision.control;
         self.integral = self.clamp_integral(
             self.integral + half_dt * (first_control.integral_rate + second_control.integral_rate),
             shared,
         );
-        self.filtered =
-            self.filtered + half_dt * (first_control.filter_rate + second_control.filter_rate);
-        self.holding = decision.hold;
+        self.filtered += half_dt * (first_control.filter_rate + second_control.filter_rate);
+        self.holding = where_set(decision.hold, Lanes::splat(simd, 1.0));
         self.held = decision.held;
-        self.speed = end;
-        self.left = reaches.choose(zero, self.left - dx);
-        self.engine_speed = decision.closed.choose(end * self.gear_speed, decision.free_speed);
-        self.shift_left = (self.shift_left - dt).max(zero);
-        self.hold_left = (self.hold_left - dt).max(zero);
+        self.speed = ending.speed;
+        self.left = where_set(!ending.reaches, self.left - dx);
+        self.engine_speed = closed.select(ending.speed * self.gear_speed, decision.free_speed);
+        self.shift_left = (self.shift_left - dt).max(0.0);
+        self.hold_left = (self.hold_left - dt).max(0.0);
         let shift = &shared.powertrain.model.gearbox.shift;
-        let pressed = Lanes::flag_lt(Lanes::all(shift.kickdown_pedal), second_control.accelerator);
-        self.kick_left =
-            pressed.choose((self.kick_left - dt).max(zero), Lanes::all(shift.kickdown_s));
-        self.steps_left = self.steps_left - Lanes::all(1.0);
+        let pressed = second_control.accelerator.simd_gt(shift.kickdown_pedal);
+        let kick_left = (self.kick_left - dt).max(0.0);
+        self.kick_left = pressed.select(kick_left, Lanes::splat(simd, shift.kickdown_s));
+        self.steps_left -= 1.0;
 
-        let slowing = Lanes::flag_lt(mean, zero);
-        let road_power = ((drag + rolling) * half + grade) * end;
-        let wants_shift = self.wants_shift(
-            second_control.accelerator,
-            slowing,
-            decision.closed,
-            road_power,
-            shared,
-        );
-        let alarm = self.alarm(wants_shift, shared);
+        let slowing = ending.acceleration.simd_lt(0.0);
+        let road_power = (drag + rolling + grade) * ending.speed;
+        let wants_shift =
+            self.wants_shift(second_control.accelerator, slowing, closed, road_power, shared);
         StepView {
             dt,
             dx,
@@ -391,14 +534,20 @@ impl<const W: usize> State<W> {
             engine_speed: mean_speed,
             engine_torque: torque,
             fuel_rate,
-            acceleration: mean,
-            closed: decision.closed,
+            acceleration: ending.acceleration,
+            closed,
             added,
-            alarm,
+            alarm: self.alarm(wants_shift, shared),
             wants_shift,
             slowing,
             road_power,
         }
+    }
+
+    #[inline(always)]
+    fn book(&mut self, total: Total, amount: Lanes<S>, added: &mut [Lanes<S>; Total::COUNT]) {
+        self.totals[total as usize] += amount;
+        added[total as usize] = amount;
     }
 
     /// The share of the step, as numerator and denominator, after which a switched driver begins or ends to hold, or
@@ -407,121 +556,125 @@ impl<const W: usize> State<W> {
     #[inline(always)]
     fn change_of_mind(
         &self,
-        speed_2: Lanes<W>,
-        decision: &Decision<W>,
-        first: &Control<W>,
-        second: &Control<W>,
+        decision: &Decision<S>,
+        predicted: &Prediction<S>,
         shared: &Shared,
-    ) -> (Lanes<W>, Lanes<W>) {
-        let zero = Lanes::ZERO;
+    ) -> (Lanes<S>, Lanes<S>) {
         let shift = &shared.powertrain.model.gearbox.shift;
+        let (first, second) = (&decision.control, &predicted.control);
+        let (error_1, error_2) = (first.desired - self.speed, second.desired - predicted.speed);
+        let releases = decision.hold
+            & decision.held.simd_lt(0.0)
+            & !self.holds_brake.simd_gt(0.0)
+            & error_1.simd_lt(error_2);
         // functions that rise through zero where a mind changes
-        let (error_1, error_2) = (first.desired - self.speed, second.desired - speed_2);
-        let outside = |error: Lanes<W>| error.abs() - self.threshold;
-        let releases = decision
-            .hold
-            .and(Lanes::flag_lt(decision.held, zero))
-            .and(self.holds_brake.not())
-            .and(Lanes::flag_lt(error_1, error_2));
-        let hold_of = |error| {
-            let switches = decision.hold.choose(outside(error), -outside(error));
-            releases.choose(error, switches)
-        };
-        let up_of = |speed: Lanes<W>, control: &Control<W>| {
-            speed * self.gear_speed_up
-                - Lanes::all(shift.up_speed_radps)
-                - control.accelerator * shift.up_pedal_radps
-        };
-        let down_of = |speed: Lanes<W>, control: &Control<W>| {
-            Lanes::all(shift.down_speed_radps) + control.accelerator * shift.down_pedal_radps
-                - speed * self.gear_speed
-        };
-        let mut over = Lanes::all(1.0);
-        let mut under = Lanes::all(1.0);
-        for (before, after) in [
-            (hold_of(error_1), hold_of(error_2)),
-            (up_of(self.speed, first), up_of(speed_2, second)),
-            (down_of(self.speed, first), down_of(speed_2, second)),
-        ] {
-            // the zero of the line between both, and a little more, so that the change is seen
-            let part = after * PASSING - before;
-            let whole = after - before;
-            let crosses = Lanes::flag_lt(before, zero)
-                .and(Lanes::flag_lt(zero, after))
-                .and(Lanes::flag_lt(part * under, over * whole));
-            over = crosses.choose(part, over);
-            under = crosses.choose(whole, under);
+        let lines = [
+            (
+                self.hold_line(error_1, decision.hold, releases),
+                self.hold_line(error_2, decision.hold, releases),
+            ),
+            (
+                self.up_line(self.speed, first.accelerator, shift),
+                self.up_line(predicted.speed, second.accelerator, shift),
+            ),
+            (
+                self.down_line(self.speed, first.accelerator, shift),
+                self.down_line(predicted.speed, second.accelerator, shift),
+            ),
+        ];
+        let mut over = Lanes::splat(error_1.simd, 1.0);
+        let mut under = over;
+        if (crossed(lines[0].0, lines[0].1)
+            | crossed(lines[1].0, lines[1].1)
+            | crossed(lines[2].0, lines[2].1))
+        .any_true()
+        {
+            for (before, after) in lines {
+                // the zero of the line between both, and a little more, so that the change is seen
+                let part = after * PASSING - before;
+                let whole = after - before;
+                let first = crossed(before, after) & (part * under).simd_lt(over * whole);
+                over = first.select(part, over);
+                under = first.select(whole, under);
+            }
         }
         (over, under)
     }
 
+    /// Rises through zero where a switched driver begins or ends to hold.
     #[inline(always)]
-    fn clamp_integral(&self, integral: Lanes<W>, shared: &Shared) -> Lanes<W> {
-        let pid = &shared.pedals.pid;
-        let clamped = integral.clip(pid.integral_minimum, pid.integral_maximum);
-        // a driver without an integral part keeps none
-        Lanes::select_lt(Lanes::ZERO, self.integral_gain, clamped, Lanes::ZERO)
+    fn hold_line(&self, error: Lanes<S>, hold: Flags<S>, releases: Flags<S>) -> Lanes<S> {
+        let outside = error.abs() - self.threshold;
+        releases.select(error, hold.select(outside, -outside))
     }
 
-    /// Whether the strategy may want another gear: the exact answer is [`crate::vehicle::gearbox::ShiftModel::wanted_gear`].
+    /// Rises through zero where the engine would reach the upshift line in the next gear.
+    #[inline(always)]
+    fn up_line(&self, speed: Lanes<S>, accelerator: Lanes<S>, shift: &ShiftModel) -> Lanes<S> {
+        speed * self.gear_speed_up - shift.up_speed_radps - accelerator * shift.up_pedal_radps
+    }
+
+    /// Rises through zero where the engine falls below the downshift line.
+    #[inline(always)]
+    fn down_line(&self, speed: Lanes<S>, accelerator: Lanes<S>, shift: &ShiftModel) -> Lanes<S> {
+        accelerator * shift.down_pedal_radps + shift.down_speed_radps - speed * self.gear_speed
+    }
+
+    #[inline(always)]
+    fn clamp_integral(&self, integral: Lanes<S>, shared: &Shared) -> Lanes<S> {
+        let pid = &shared.pedals.pid;
+        let clamped = clip(integral, pid.integral_minimum, pid.integral_maximum);
+        // a driver without an integral part keeps none
+        where_set(self.integral_gain.simd_gt(0.0), clamped)
+    }
+
+    /// Whether the strategy may want another gear: the exact answer is
+    /// [`crate::vehicle::gearbox::ShiftModel::wanted_gear`].
     #[inline(always)]
     fn wants_shift(
         &self,
-        accelerator: Lanes<W>,
-        slowing: Lanes<W>,
-        closed: Lanes<W>,
-        road_power: Lanes<W>,
+        accelerator: Lanes<S>,
+        slowing: Flags<S>,
+        closed: Flags<S>,
+        road_power: Lanes<S>,
         shared: &Shared,
-    ) -> Lanes<W> {
-        let zero = Lanes::ZERO;
+    ) -> Flags<S> {
         let shift = &shared.powertrain.model.gearbox.shift;
         let speed = self.speed * self.gear_speed;
         let up_speed = self.speed * self.gear_speed_up;
-        let up_line = Lanes::all(shift.up_speed_radps) + accelerator * shift.up_pedal_radps;
-        let down_line = Lanes::all(shift.down_speed_radps) + accelerator * shift.down_pedal_radps;
-        let ready = Lanes::flag_lt(Lanes::all(shift.minimum_speed_mps), self.speed)
-            .and(Lanes::flag_lt(zero, self.hold_left.max(self.shift_left)).not());
+        let up_line = accelerator * shift.up_pedal_radps + shift.up_speed_radps;
+        let down_line = accelerator * shift.down_pedal_radps + shift.down_speed_radps;
+        let ready = self.speed.simd_gt(shift.minimum_speed_mps)
+            & !self.hold_left.max(self.shift_left).simd_gt(0.0);
 
-        let fast = Lanes::flag_lt(up_speed, up_line).not().and(ready);
-        let up = if fast.any() {
-            let [full_0, full_1, _, _] = shared.powertrain.engine.curve_rows(up_speed);
-            let power = (full_0 + full_1 * up_speed) * up_speed * shift.power_share;
-            fast.and(Lanes::flag_lt(power, road_power * shift.power_reserve).not())
-        } else {
-            zero
-        };
-        let over = Lanes::flag_lt(Lanes::all(shift.overspeed_radps), speed)
-            .and(Lanes::flag_lt(zero, self.gear_speed_up));
-        let has_down = Lanes::flag_lt(self.gear_speed_down, Lanes::all(super::road_row::FAR));
+        // the most that the engine could give there; how much it does, the strategy asks the curve
+        let most = up_speed * (shared.powertrain.engine.peak_torque_nm() * shift.power_share);
+        let strong = !most.simd_lt(road_power * shift.power_reserve);
+        let up = ready & !up_speed.simd_lt(up_line) & strong;
+        let over = speed.simd_gt(shift.overspeed_radps) & self.gear_speed_up.simd_gt(0.0);
+        let has_down = self.gear_speed_down.simd_lt(super::road_row::FAR);
         // a truck that rolls to a stop with an open clutch shifts when it is driven again, not before
-        let pressed = Lanes::flag_lt(zero, accelerator);
-        let low =
-            Lanes::flag_lt(speed, down_line).and(closed.or(self.gear_launches.not().and(pressed)));
-        let kick = Lanes::flag_lt(zero, self.kick_left)
-            .not()
-            .and(Lanes::flag_lt(speed, Lanes::all(shift.kickdown_speed_radps)))
-            .and(Lanes::flag_lt(
-                self.speed * self.gear_speed_down,
-                Lanes::all(shift.overspeed_radps),
-            ));
-        let down = has_down.and(slowing).and(low.or(kick));
-        up.or(ready.and(over.or(down)))
+        let pressed = accelerator.simd_gt(0.0);
+        let low = speed.simd_lt(down_line) & (closed | !self.gear_launches.simd_gt(0.0) & pressed);
+        let kick = !self.kick_left.simd_gt(0.0)
+            & speed.simd_lt(shift.kickdown_speed_radps)
+            & (self.speed * self.gear_speed_down).simd_lt(shift.overspeed_radps);
+        let down = has_down & slowing & (low | kick);
+        up | ready & (over | down)
     }
 
-    /// Above zero where a lane needs a look.
+    /// Flag: the lane needs a look.
     #[inline(always)]
-    fn alarm(&self, wants_shift: Lanes<W>, shared: &Shared) -> Lanes<W> {
+    fn alarm(&self, wants_shift: Flags<S>, shared: &Shared) -> Flags<S> {
         let simulation = shared.simulation;
-        let ended = Lanes::flag_lt(Lanes::ZERO, self.left).not();
+        let ended = !self.left.simd_gt(0.0);
         let to_line = self.left + self.row[RoadRow::TO_STOP];
-        let reach = Lanes::select_lt(
-            self.speed,
-            Lanes::all(simulation.creep_speed_mps),
-            Lanes::all(simulation.creep_distance_m),
-            Lanes::all(simulation.capture_distance_m),
+        let reach = self.speed.simd_lt(simulation.creep_speed_mps).select(
+            Lanes::splat(to_line.simd, simulation.creep_distance_m),
+            Lanes::splat(to_line.simd, simulation.capture_distance_m),
         );
-        let captured = Lanes::flag_lt(reach, to_line).not();
-        let due = Lanes::flag_lt(Lanes::ZERO, self.steps_left).not();
-        ended.or(captured).or(due).or(wants_shift)
+        let captured = !reach.simd_lt(to_line);
+        let due = !self.steps_left.simd_gt(0.0);
+        ended | captured | due | wants_shift
     }
 }

@@ -4,12 +4,13 @@
 //! totals gained in that row: summed in order they give the record to the bit.
 
 use super::cabin::Cabin;
-use super::drive::{Watch, drive_lanes};
+use super::drive::{Watch, drive_baseline};
 use super::record::Record;
 use super::state::{State, Total};
 use super::step::StepView;
 use crate::road::Road;
 use crate::study::{Scenario, Study};
+use fearless_simd::prelude::*;
 
 /// One column of a table.
 #[derive(Clone, Debug, PartialEq)]
@@ -75,7 +76,7 @@ pub fn trace_scenario(study: &Study, scenario: Scenario) -> Trace {
     let mut writer = Writer::default();
     let road = scenario.cycle.road.clone();
     let mut cabin = Some(Cabin::new(study, scenario));
-    let mut records = drive_lanes::<1, _>(study, &mut |_| cabin.take(), &mut writer);
+    let mut records = drive_baseline(study, &mut |_| cabin.take(), &mut writer);
     let names = SIGNALS.into_iter().chain(ADDED);
     let mut columns: Vec<TableColumn> =
         names.zip(writer.columns).map(|(name, values)| TableColumn { name, values }).collect();
@@ -148,33 +149,33 @@ impl Writer {
     }
 }
 
-impl Watch<1> for Writer {
-    fn stepped(&mut self, state: &State<1>, view: &StepView<1>, cabins: &[Option<Cabin>]) {
+impl Watch for Writer {
+    fn stepped<S: Simd>(&mut self, state: &State<S>, view: &StepView<S>, cabins: &[Option<Cabin>]) {
         let Some(cabin) = &cabins[0] else { return };
-        self.time_s += view.dt.0[0];
-        self.position_m += view.dx.0[0];
+        self.time_s += view.dt[0];
+        self.position_m += view.dx[0];
         self.push(
             [
                 self.time_s,
-                view.dt.0[0],
+                view.dt[0],
                 self.position_m,
-                state.speed.0[0],
-                view.desired.0[0],
-                view.acceleration.0[0],
-                view.accelerator.0[0],
-                view.brake.0[0],
+                state.speed[0],
+                view.desired[0],
+                view.acceleration[0],
+                view.accelerator[0],
+                view.brake[0],
                 cabin.gear() as f64 + 1.0,
-                view.engine_speed.0[0],
-                view.engine_torque.0[0],
-                view.fuel_rate.0[0],
+                view.engine_speed[0],
+                view.engine_torque[0],
+                view.fuel_rate[0],
                 cabin.slope(),
-                view.closed.0[0],
+                f64::from(u8::from(view.closed.test(0))),
             ],
-            view.added.map(|lanes| lanes.0[0]),
+            view.added.map(|lanes| lanes[0]),
         );
     }
 
-    fn attended(&mut self, state: &State<1>, _lane: usize, cabins: &[Option<Cabin>]) {
+    fn attended<S: Simd>(&mut self, state: &State<S>, _lane: usize, cabins: &[Option<Cabin>]) {
         let Some(cabin) = &cabins[0] else { return };
         let added = *cabin.booked();
         let waited_s = cabin.standstill_s() - self.standstill_s;
@@ -183,7 +184,7 @@ impl Watch<1> for Writer {
         }
         self.standstill_s = cabin.standstill_s();
         self.time_s += waited_s;
-        let engine_speed = state.engine_speed.0[0];
+        let engine_speed = state.engine_speed[0];
         let per_second = |total: Total| {
             if waited_s > 0.0 { added[total as usize] / waited_s } else { 0.0 }
         };

@@ -4,15 +4,16 @@
 //! the last slope. An empty cell of the map continues the last slope in torque. Below zero torque, fuel falls
 //! linearly from the map's value at 0 Nm to zero at the drag torque, and is zero below (overrun fuel cut).
 //!
-//! For the hot loop a piece is found by a table of bytes over equal cells of speed and torque instead of a search;
-//! the cell that holds a knot belongs to the piece at its centre, so the curve differs from the exact one by at
-//! most half a cell times the change of slope, next to a knot only.
+//! The piece of the curves is searched when the engine leaves it. In the hot loop a cell of the map is found by a table of
+//! bytes over equal cells of speed and torque; the one that holds a knot belongs to the piece at its centre, so the map
+//! differs from the exact one by at most half a cell times the change of slope, next to a knot only.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::distribution::Quantity;
-use crate::lanes::{Lanes, transpose};
+use crate::lanes::{Lanes, clip, columns};
+use fearless_simd::{Level, dispatch, prelude::*};
 
 /// A diesel engine.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -60,8 +61,6 @@ const CELLS: usize = 1024;
 const SPEED_SPAN_RADPS: f64 = 256.0;
 /// Torque covered by the byte table, in Nm: 4 Nm a cell.
 const TORQUE_SPAN_NM: f64 = 4096.0;
-/// Most pieces of a curve.
-pub const MOST_PIECES: usize = 32;
 
 /// Finds the piece of a piecewise function by one look-up.
 #[derive(Clone, Debug)]
@@ -82,13 +81,12 @@ impl PieceTable {
         Self { cells_per_unit: 1.0 / cell, piece }
     }
 
-    /// The cells of `W` values, each as an integer in the low bits of its double.
+    /// The cells of values, each as an integer in the low bits of its double.
     #[inline(always)]
-    fn cells<const W: usize>(&self, x: Lanes<W>) -> Lanes<W> {
+    fn cells<S: Simd>(&self, x: Lanes<S>) -> Lanes<S> {
         // a double of 2^52 has ulps of 1: adding it rounds, without a slow cast; less a half it is the floor
         const SHIFT: f64 = 4503599627370496.0;
-        let cell = (x * self.cells_per_unit - Lanes::all(0.5)).clip(0.0, (CELLS - 1) as f64);
-        cell + Lanes::all(SHIFT)
+        clip(x * self.cells_per_unit - 0.5, 0.0, (CELLS - 1) as f64) + SHIFT
     }
 
     #[inline(always)]
@@ -106,18 +104,29 @@ pub type CurveRow = [f64; 4];
 /// One cell of the map, {a, b, c, d}: fuel = a + b w + T (c + d w).
 pub type FuelRow = [f64; 4];
 
+/// A piece of the full-load and drag curves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CurvePiece {
+    /// Its lowest speed, in rad/s.
+    pub from_radps: f64,
+    /// The speed at which the next piece begins, in rad/s.
+    pub to_radps: f64,
+    /// The lines of full load and drag.
+    pub row: CurveRow,
+}
+
 /// An engine prepared for the hot loop.
 #[derive(Clone, Debug)]
 pub struct Engine {
-    speed_pieces: PieceTable,
+    /// Speeds at which the pieces of the curves meet, in rad/s.
+    curve_knots: Vec<f64>,
     /// {full load at 0, slope, drag at 0, slope} of each piece, in Nm and Nm s.
-    curves: Box<[CurveRow; MOST_PIECES]>,
+    curves: Vec<CurveRow>,
+    peak_torque_nm: f64,
     map_speed_pieces: PieceTable,
     map_torque_pieces: PieceTable,
     /// The map's cells; those of one speed lie together.
     cells: Box<[FuelRow; MOST_KNOTS * MOST_KNOTS]>,
-    /// {e, f} of the map's speed pieces: drag torque = e + f w.
-    map_drag: [[f64; 2]; MOST_KNOTS],
 }
 
 impl Engine {
@@ -128,19 +137,18 @@ impl Engine {
         let mut knots: Vec<f64> = inner(full.0).iter().chain(inner(drag.0)).copied().collect();
         knots.sort_by(f64::total_cmp);
         knots.dedup();
-        let mut curves = Box::new([[0.0; 4]; MOST_PIECES]);
-        for piece in 0..=knots.len() {
-            let inside = middle(&knots, piece);
-            let (f0, f1) = line_at(full.0, full.1, inside);
-            let (d0, d1) = line_at(drag.0, drag.1, inside);
-            curves[piece] = [f0, f1, d0, d1];
-        }
+        let curves = (0..=knots.len())
+            .map(|piece| {
+                let inside = middle(&knots, piece);
+                let (f0, f1) = line_at(full.0, full.1, inside);
+                let (d0, d1) = line_at(drag.0, drag.1, inside);
+                [f0, f1, d0, d1]
+            })
+            .collect();
         let map = filled_map(&model.map_torque_nm, &model.map_fuel_kgps);
         let mut cells = Box::new([[0.0; 4]; MOST_KNOTS * MOST_KNOTS]);
-        let mut map_drag = [[0.0; 2]; MOST_KNOTS];
         let (speeds, torques) = (&model.map_speed_radps, &model.map_torque_nm);
         for i in 0..speeds.len() - 1 {
-            map_drag[i] = line_at(drag.0, drag.1, 0.5 * (speeds[i] + speeds[i + 1])).into();
             for j in 0..torques.len() - 1 {
                 let (w0, w1, t0, t1) = (speeds[i], speeds[i + 1], torques[j], torques[j + 1]);
                 let area = (w1 - w0) * (t1 - t0);
@@ -155,77 +163,73 @@ impl Engine {
             }
         }
         Self {
-            speed_pieces: PieceTable::new(&knots, SPEED_SPAN_RADPS),
+            curve_knots: knots,
             curves,
+            peak_torque_nm: full.1.iter().copied().fold(0.0, f64::max),
             map_speed_pieces: PieceTable::new(inner(speeds), SPEED_SPAN_RADPS),
             map_torque_pieces: PieceTable::new(inner(torques), TORQUE_SPAN_NM),
             cells,
-            map_drag,
         }
     }
 
-    /// The rows of the full-load and drag curves that hold at `W` speeds, as columns.
-    #[inline(always)]
-    pub fn curve_rows<const W: usize>(&self, speed_radps: Lanes<W>) -> [Lanes<W>; 4] {
-        let cells = self.speed_pieces.cells(speed_radps);
-        let mut rows = [[0.0; 4]; W];
-        for l in 0..W {
-            rows[l] = self.curves[self.speed_pieces.piece_of(cells.0[l]) & (MOST_PIECES - 1)];
+    /// The piece of the full-load and drag curves that holds at a speed.
+    pub fn curve_piece(&self, speed_radps: f64) -> CurvePiece {
+        let k = self.curve_knots.partition_point(|knot| *knot <= speed_radps);
+        CurvePiece {
+            from_radps: k.checked_sub(1).map_or(f64::NEG_INFINITY, |k| self.curve_knots[k]),
+            to_radps: self.curve_knots.get(k).copied().unwrap_or(f64::INFINITY),
+            row: self.curves[k],
         }
-        transpose(&rows)
     }
 
-    /// The cells of the fuel map that hold at `W` speeds and torques of zero or more: the columns of the fuel and those
-    /// of the drag torque.
-    #[inline(always)]
-    fn fuel_rows<const W: usize>(
-        &self,
-        speed_radps: Lanes<W>,
-        torque_nm: Lanes<W>,
-    ) -> ([Lanes<W>; 4], [Lanes<W>; 2]) {
-        let speed_cells = self.map_speed_pieces.cells(speed_radps);
-        let torque_cells = self.map_torque_pieces.cells(torque_nm);
-        let mut rows = [[0.0; 4]; W];
-        let mut drag = [[0.0; 2]; W];
-        for l in 0..W {
-            let i = self.map_speed_pieces.piece_of(speed_cells.0[l]) & (MOST_KNOTS - 1);
-            let j = self.map_torque_pieces.piece_of(torque_cells.0[l]) & (MOST_KNOTS - 1);
-            rows[l] = self.cells[i * MOST_KNOTS + j];
-            drag[l] = self.map_drag[i];
-        }
-        (transpose(&rows), transpose(&drag))
+    /// Highest full-load torque, in Nm.
+    pub fn peak_torque_nm(&self) -> f64 {
+        self.peak_torque_nm
     }
 
     /// Full-load torque, in Nm.
     pub fn full_load_nm(&self, speed_radps: f64) -> f64 {
-        let [value, slope, _, _] = self.curve_rows(Lanes([speed_radps]));
-        value.0[0] + slope.0[0] * speed_radps
+        let [value, slope, _, _] = self.curve_piece(speed_radps).row;
+        value + slope * speed_radps
     }
 
     /// Drag torque (negative), in Nm.
     pub fn drag_nm(&self, speed_radps: f64) -> f64 {
-        let [_, _, value, slope] = self.curve_rows(Lanes([speed_radps]));
-        value.0[0] + slope.0[0] * speed_radps
+        let [_, _, value, slope] = self.curve_piece(speed_radps).row;
+        value + slope * speed_radps
     }
 
-    /// Fuel of `W` engines, in kg/s, before the vehicles' factors.
+    /// Fuel of some engines, in kg/s, before the vehicles' factors; the drag torque is that at the speed.
     #[inline(always)]
-    pub fn fuel_rates<const W: usize>(
+    pub fn fuel_rates<S: Simd>(
         &self,
-        speed_radps: Lanes<W>,
-        torque_nm: Lanes<W>,
-    ) -> Lanes<W> {
-        let zero = Lanes::ZERO;
-        let powered = torque_nm.max(zero);
-        let ([a, b, c, d], [e, f]) = self.fuel_rows(speed_radps, powered);
+        speed_radps: Lanes<S>,
+        torque_nm: Lanes<S>,
+        drag_torque_nm: Lanes<S>,
+    ) -> Lanes<S> {
+        let powered = torque_nm.max(0.0);
+        let speed_cells = self.map_speed_pieces.cells(speed_radps);
+        let torque_cells = self.map_torque_pieces.cells(powered);
+        let [a, b, c, d] = columns(
+            speed_radps.simd,
+            #[inline(always)]
+            |l| {
+                let i = self.map_speed_pieces.piece_of(speed_cells[l]) & (MOST_KNOTS - 1);
+                let j = self.map_torque_pieces.piece_of(torque_cells[l]) & (MOST_KNOTS - 1);
+                &self.cells[i * MOST_KNOTS + j]
+            },
+        );
         let map = a + b * speed_radps + powered * (c + d * speed_radps);
-        let overrun = Lanes::all(1.0) - torque_nm.min(zero) / (e + f * speed_radps);
-        map.max(zero) * overrun.max(zero)
+        let overrun = 1.0 - torque_nm.min(0.0) / drag_torque_nm;
+        map.max(0.0) * overrun.max(0.0)
     }
 
     /// Fuel of one engine, in kg/s, before the vehicle's factor.
     pub fn fuel_kgps(&self, speed_radps: f64, torque_nm: f64) -> f64 {
-        self.fuel_rates(Lanes([speed_radps]), Lanes([torque_nm])).0[0]
+        dispatch!(Level::baseline(), simd => {
+            let all = |value| Lanes::splat(simd, value);
+            self.fuel_rates(all(speed_radps), all(torque_nm), all(self.drag_nm(speed_radps)))[0]
+        })
     }
 }
 
