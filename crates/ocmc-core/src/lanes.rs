@@ -26,13 +26,6 @@ pub fn clip<S: Simd>(numbers: Lanes<S>, lower: f64, upper: f64) -> Lanes<S> {
     numbers.max(lower).min(upper)
 }
 
-/// Writes a number where a flag is set. The whole vector is written: a vector that is read after one of its numbers was
-/// written alone would have to wait for the cache.
-#[inline(always)]
-pub fn put<S: Simd>(numbers: &mut Lanes<S>, flags: Flags<S>, value: f64) {
-    *numbers = flags.select(Lanes::splat(numbers.simd, value), *numbers);
-}
-
 /// The columns of rows that are found lane by lane: a row load and a transposition serve where a gather would be slow.
 #[inline(always)]
 pub fn columns<'a, S: Simd>(simd: S, row_of: impl Fn(usize) -> &'a [f64; 4]) -> [Lanes<S>; 4] {

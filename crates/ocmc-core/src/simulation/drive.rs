@@ -4,7 +4,7 @@ use super::cabin::Cabin;
 use super::cpu::CpuLevel;
 use super::record::Record;
 use super::state::{Shared, State};
-use super::step::{Sights, StepView, stages};
+use super::step::{Sights, Stages, StepView, stages};
 use crate::lanes::WIDTH;
 use crate::study::{Scenario, Study};
 use fearless_simd::{Level, dispatch, prelude::*};
@@ -129,16 +129,8 @@ fn drive_blocks<S: Simd, O: Watch>(
     let mut back_cabins = desk.fill(&mut back, shared);
     while desk.driving > 0 {
         let (ahead_front, ahead_back) = stages((&mut front, &mut back), shared);
-        let view_front = front.advance(&ahead_front, shared);
-        let view_back = back.advance(&ahead_back, shared);
-        desk.watch.stepped(&front, &view_front, &front_cabins);
-        desk.watch.stepped(&back, &view_back, &back_cabins);
-        if view_front.alarm.any_true() {
-            desk.attend(&mut front, &mut front_cabins, &view_front.sights(), shared);
-        }
-        if view_back.alarm.any_true() {
-            desk.attend(&mut back, &mut back_cabins, &view_back.sights(), shared);
-        }
+        desk.advance(&mut front, &ahead_front, &mut front_cabins, shared);
+        desk.advance(&mut back, &ahead_back, &mut back_cabins, shared);
     }
     desk.records.sort_by_key(|record| record.cycle_id);
     desk.records
@@ -169,6 +161,22 @@ impl<O: Watch> Desk<'_, '_, O> {
             }
         }
         cabins
+    }
+
+    /// Ends the step of one block.
+    #[inline(always)]
+    fn advance<S: Simd>(
+        &mut self,
+        state: &mut State<S>,
+        stages: &Stages<S>,
+        cabins: &mut Cabins,
+        shared: &Shared,
+    ) {
+        let view = state.advance(stages, shared);
+        self.watch.stepped(state, &view, cabins);
+        if view.alarm.any_true() {
+            self.attend(state, cabins, &view.sights(), shared);
+        }
     }
 
     /// Looks after the lanes that have raised an alarm.

@@ -2,7 +2,7 @@
 
 use super::road_row::{FAR, RoadRow};
 use crate::driver::pedal::PedalModel;
-use crate::lanes::{Flags, Lanes, WIDTH, put};
+use crate::lanes::{Lanes, WIDTH};
 use crate::study::{SimulationModel, Study};
 use crate::vehicle::Powertrain;
 use fearless_simd::prelude::*;
@@ -239,17 +239,10 @@ impl<S: Simd> State<S> {
 
     /// Puts a road row into a lane.
     pub fn set_row(&mut self, lane: usize, row: &RoadRow) {
-        let simd = self.left.simd;
-        simd.vectorize(
-            #[inline(always)]
-            || {
-                let here = Flags::from_bitmask(simd, 1 << lane);
-                for n in 0..RoadRow::COLUMNS {
-                    put(&mut self.row[n], here, row.0[n]);
-                }
-                put(&mut self.left, here, row.0[RoadRow::LENGTH]);
-            },
-        );
+        for (column, value) in self.row.iter_mut().zip(row.0) {
+            column[lane] = value;
+        }
+        self.left[lane] = row.0[RoadRow::LENGTH];
     }
 
     /// Looks up the piece of the full-load and drag curves in some lanes, by their engine speeds in rad/s.
@@ -258,18 +251,11 @@ impl<S: Simd> State<S> {
     pub fn renew_curves(&mut self, lanes: u64, speed_radps: [f64; WIDTH], shared: &Shared) {
         for lane in (0..WIDTH).filter(|lane| lanes >> lane & 1 != 0) {
             let piece = shared.powertrain.engine.curve_piece(speed_radps[lane]);
-            let simd = self.left.simd;
-            simd.vectorize(
-                #[inline(always)]
-                || {
-                    let here = Flags::from_bitmask(simd, 1 << lane);
-                    put(&mut self.piece[0], here, piece.from_radps);
-                    put(&mut self.piece[1], here, piece.to_radps);
-                    for n in 0..4 {
-                        put(&mut self.curves[n], here, piece.row[n]);
-                    }
-                },
-            );
+            self.piece[0][lane] = piece.from_radps;
+            self.piece[1][lane] = piece.to_radps;
+            for (column, value) in self.curves.iter_mut().zip(piece.row) {
+                column[lane] = value;
+            }
         }
     }
 

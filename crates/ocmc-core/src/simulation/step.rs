@@ -14,6 +14,7 @@ use super::road_row::RoadRow;
 use super::state::{Shared, State, Total};
 use crate::lanes::{Flags, Lanes, WIDTH, clip, where_set};
 use crate::vehicle::gearbox::ShiftModel;
+use crate::vehicle::resistance::drag_forces_n;
 use fearless_simd::prelude::*;
 
 /// What one step did, for a trace. Means are over the step.
@@ -343,12 +344,9 @@ impl<S: Simd> State<S> {
         let auxiliary_torque = self.auxiliary_power * air * inverse;
         let gearbox_torque = where_set(decision.engaged, available - auxiliary_torque);
 
+        let (ratio, loss_share) = (self.gear_ratio, self.gear_loss);
         let gearbox = &vehicle.gearbox;
-        let shaft = self.gear_ratio
-            * (gearbox_torque - gearbox.loss_torque_nm - self.gear_loss * gearbox_torque.abs())
-            - gearbox.retarder_torque_nm;
-        let wheel = (shaft - gearbox.axle_loss_torque_nm - shaft.abs() * gearbox.axle_loss_share)
-            * shared.axle_per_m;
+        let wheel = gearbox.wheel_forces_n(ratio, loss_share, shared.axle_per_m, gearbox_torque);
 
         let wind = &shared.powertrain.cross_wind;
         let cross = self.row[RoadRow::CROSS_WIND];
@@ -356,9 +354,8 @@ impl<S: Simd> State<S> {
         let [c1, c2, c3, c4, c5] = wind.coefficients_m2;
         let increment =
             ((((tangent * c5 + c4) * tangent + c3) * tangent + c2) * tangent + c1) * tangent;
-        let pressure = self.row[RoadRow::HALF_DENSITY] * (relative * relative + cross * cross);
-        let towards = relative.simd_lt(0.0).select(-pressure, pressure);
-        let drag = towards * (self.drag_area + increment);
+        let half_density = self.row[RoadRow::HALF_DENSITY];
+        let drag = drag_forces_n(half_density, relative, cross, self.drag_area + increment);
 
         let rolling = self.mass * self.row[RoadRow::ROLLING];
         let grade = self.mass * self.row[RoadRow::GRADE];

@@ -9,6 +9,8 @@
 //! Added here: both downshifts need a slowing truck, otherwise a truck that has just started in third gear
 //! shifts down while it accelerates through 84-108 rad/s.
 
+use crate::lanes::Lanes;
+use fearless_simd::{Level, dispatch, prelude::*};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -98,8 +100,23 @@ pub struct Gear {
 impl GearboxModel {
     /// Force at the wheels, in N, for a torque at the gearbox's input, behind gearbox, retarder and axle.
     pub fn wheel_force_n(&self, gear: &Gear, axle_per_m: f64, torque_nm: f64) -> f64 {
-        let box_nm = torque_nm - self.loss_torque_nm - gear.loss_share * torque_nm.abs();
-        let shaft = gear.ratio * box_nm - self.retarder_torque_nm;
+        dispatch!(Level::baseline(), simd => {
+            let all = |value| Lanes::splat(simd, value);
+            self.wheel_forces_n(all(gear.ratio), all(gear.loss_share), axle_per_m, all(torque_nm))[0]
+        })
+    }
+
+    /// The same for vehicles with their gears' ratios and loss shares.
+    #[inline(always)]
+    pub fn wheel_forces_n<S: Simd>(
+        &self,
+        ratio: Lanes<S>,
+        loss_share: Lanes<S>,
+        axle_per_m: f64,
+        torque_nm: Lanes<S>,
+    ) -> Lanes<S> {
+        let box_nm = torque_nm - self.loss_torque_nm - loss_share * torque_nm.abs();
+        let shaft = ratio * box_nm - self.retarder_torque_nm;
         (shaft - self.axle_loss_torque_nm - shaft.abs() * self.axle_loss_share) * axle_per_m
     }
 

@@ -1,5 +1,7 @@
 //! Resistance of the road and the air: rolling, drag and grade.
 
+use crate::lanes::Lanes;
+use fearless_simd::{Level, dispatch, prelude::*};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -53,10 +55,23 @@ pub struct CrossWind {
 ///
 /// `half_density`: ½ ρ, in kg/m³; `relative_mps`: speed plus headwind, v + w; `cross_mps`: cross wind c; `area_m2`: drag area A at
 /// this angle of the wind.
-pub fn drag_force_n(half_density: f64, relative_mps: f64, cross_mps: f64, area_m2: f64) -> f64 {
+#[inline(always)]
+pub fn drag_forces_n<S: Simd>(
+    half_density: Lanes<S>,
+    relative_mps: Lanes<S>,
+    cross_mps: Lanes<S>,
+    area_m2: Lanes<S>,
+) -> Lanes<S> {
     let pressure = half_density * (relative_mps * relative_mps + cross_mps * cross_mps);
-    let towards = if relative_mps < 0.0 { -pressure } else { pressure };
-    towards * area_m2
+    relative_mps.simd_lt(0.0).select(-pressure, pressure) * area_m2
+}
+
+/// [`drag_forces_n`] of one vehicle.
+pub fn drag_force_n(half_density: f64, relative_mps: f64, cross_mps: f64, area_m2: f64) -> f64 {
+    dispatch!(Level::baseline(), simd => {
+        let all = |value| Lanes::splat(simd, value);
+        drag_forces_n(all(half_density), all(relative_mps), all(cross_mps), all(area_m2))[0]
+    })
 }
 
 /// Rolling coefficient of the loaded vehicle on smooth, dry asphalt at 25 °C:
