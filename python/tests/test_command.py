@@ -81,7 +81,8 @@ def test_ctrl_c_ends_the_command_within_a_second(tmp_path):
     out = tmp_path / "run"
     arguments = [COMMAND, *SHORT, "--cycles", "1000000000", "--out", out, "--quiet"]
     with subprocess.Popen(arguments, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
-        while not (out / "records.parquet").exists():
+        while not (out / "chunks" / "00000000.parquet").exists():
+            assert process.poll() is None
             time.sleep(0.05)
         time.sleep(1.0)
         begin = time.monotonic()
