@@ -19,7 +19,8 @@ fn folder() -> tempfile::TempDir {
 fn a_written_cycle_drives_again_to_the_same_record() {
     let folder = folder();
     let loaded = studies::load("field-truck", &[] as &[&str]).unwrap();
-    for cycle_id in [3, 17, 18] {
+    let mut same = 0;
+    for cycle_id in [3, 17, 18, 19, 20] {
         let scenario = loaded.study.sample(1, cycle_id);
         let tracks = operating_cycle::tracks(&loaded.study, &scenario.cycle);
         let json = operating_cycle::to_json(cycle_id, 1, &scenario.cycle, &tracks);
@@ -33,12 +34,19 @@ fn a_written_cycle_drives_again_to_the_same_record() {
         for file in [as_json, as_csv] {
             let given = loaded.clone().on_routes(&[file], &Keep::ALL).unwrap();
             let again = drive_scenario(&given.study, given.study.sample(1, cycle_id));
+            // radii go through 1/R and slopes through altitudes: the last bits differ, and a truck that just misses a
+            // shifting line in one of them may cross it in the other
+            if again.n_gear_shifts != record.n_gear_shifts {
+                let part = again.wheel_energy_j / record.wheel_energy_j;
+                assert!((part - 1.0).abs() < 1e-3, "{cycle_id}: {part}");
+                continue;
+            }
+            same += 1;
             for column in COLUMNS {
                 // the CSV form has no departure
                 if column.name == "departure_s_of_year" {
                     continue;
                 }
-                // radii go through 1/R and slopes through altitudes: the last bits differ
                 match ((column.get)(&record), (column.get)(&again)) {
                     (Cell::Number(Some(a)), Cell::Number(Some(b))) => {
                         let error = (a - b).abs() / a.abs().max(1.0);
@@ -49,6 +57,7 @@ fn a_written_cycle_drives_again_to_the_same_record() {
             }
         }
     }
+    assert!(same >= 8, "only {same} of 10 files gave the same shifts");
 }
 
 #[test]

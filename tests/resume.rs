@@ -169,7 +169,10 @@ fn an_interrupted_run_can_be_read_and_resumed() {
     let arguments = ["--cycles", "60000"];
     whole(&expected, &arguments);
     let run = begin(&out, &arguments);
-    std::thread::sleep(Duration::from_millis(900));
+    while !out.join("manifest.json").exists() {
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    std::thread::sleep(Duration::from_millis(150));
     let kill = Command::new("kill").args(["-INT", &run.id().to_string()]).status();
     assert!(kill.expect("kill starts").success());
     assert_eq!(run.wait_with_output().expect("it ends").status.code(), Some(1));
