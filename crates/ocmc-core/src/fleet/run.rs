@@ -125,6 +125,8 @@ pub fn run_with<B>(
             });
         }
         drop(sender);
+        // moved in here: it has to be gone before the scope waits for workers that wait to send
+        let receiver = receiver;
         let mut waiting = BTreeMap::new();
         let mut due = 0;
         loop {
@@ -147,7 +149,6 @@ pub fn run_with<B>(
             }
             if ended.is_break() {
                 stop.store(true, Ordering::Relaxed);
-                // the receiver goes with this closure, which ends the workers that wait to send
                 return ended;
             }
         }
