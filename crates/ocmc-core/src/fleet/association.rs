@@ -5,7 +5,7 @@
 //!
 //! ε² = 1 − (SS_within/(n − k)) / (SS/(n − 1))
 //!
-//! the correlation ratio, freed of its bias (T. L. Kelley, *Proc. Natl. Acad. Sci.* 21 (1935) 554 [PK]). It says what goes together, not what
+//! the correlation ratio, freed of its bias (T. L. Kelley, *Proc. Natl. Acad. Sci.* 21 (1935) 554 \[PK\]). It says what goes together, not what
 //! causes what: columns that go with one another share their shares. [`super::sensitivity`] tells causes apart.
 
 use super::quantile::quantile;

@@ -4,7 +4,7 @@
 //! number of threads. It is precise enough when half of its 95 % interval, relative to it, is at most what was asked for.
 //!
 //! Every look is a chance to stop too early by luck, so the first one is late and the others are far apart: for the mean
-//! of a normal law, looks from 10 cycles on cover 92.4 % instead of 95 %, from 100 on with a factor of 1.25 94.7 % [D].
+//! of a normal law, looks from 10 cycles on cover 92.4 % instead of 95 %, from 100 on with a factor of 1.25 94.7 % \[D\].
 
 use super::quantile::LEVELS;
 use super::summary::SummaryBuilder;

@@ -6,7 +6,7 @@
 //! σ_c² = (MS_c − MS_e)/J,  σ_d² = (MS_d − MS_e)/I,  σ_e² = MS_e
 //!
 //! where e holds what cycle and driver do together. Estimates are reported as they are and may be negative. Source:
-//! S. R. Searle, G. Casella, C. E. McCulloch, *Variance Components* (1992), chapter 4 [PK].
+//! S. R. Searle, G. Casella, C. E. McCulloch, *Variance Components* (1992), chapter 4 \[PK\].
 
 use super::quantity::{Quantity, consumption};
 use super::run::{RunPlan, records};

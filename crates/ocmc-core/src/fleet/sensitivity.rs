@@ -8,7 +8,7 @@
 //! total        T_i = mean (f(A) − f(AB_i))² / 2 V         share that would be gone if the group were fixed, joint effects included
 //!
 //! Sources: A. Saltelli et al., *Computer Physics Communications* 181 (2010) 259, table 2 (b) and (f), the latter from
-//! M. J. W. Jansen, *Computer Physics Communications* 117 (1999) 35 [PK]. Intervals are percentiles of bootstrap samples
+//! M. J. W. Jansen, *Computer Physics Communications* 117 (1999) 35 \[PK\]. Intervals are percentiles of bootstrap samples
 //! of rows. A row in which one cycle has failed is dropped whole. Estimates are reported as they are: one of a small
 //! share may be negative.
 

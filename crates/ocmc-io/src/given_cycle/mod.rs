@@ -1,8 +1,8 @@
 //! Given operating cycles, from the files of others and of ours:
 //!
-//! - `.vdri`: a VECTO cycle (distance, target speed, gradient, stop), [`vdri`]
-//! - `.json` and `.csv` with a column `track`: what `ocmc cycle` writes, [`track_file`]
-//! - any other `.csv`: a route by rows, with position or latitude and longitude, [`route`]
+//! - `.vdri`: a VECTO cycle (distance, target speed, gradient, stop), `vdri`
+//! - `.json` and `.csv` with a column `track`: what `ocmc cycle` writes, `track_file`
+//! - any other `.csv`: a route by rows, with position or latitude and longitude, `route`
 
 mod route;
 mod track_file;
