@@ -1,10 +1,11 @@
-//! Drives a range of cycles, `W` side by side: a lane takes the next cycle as soon as its own has ended.
+//! Drives a range of cycles, sixteen side by side: a lane takes the next cycle as soon as its own has ended.
 
 use super::cabin::Cabin;
 use super::cpu::CpuLevel;
 use super::record::Record;
 use super::state::{Shared, State};
-use super::step::{Sights, Stages, StepView, stages};
+use super::step::{Stages, stages};
+use super::step_view::{Sights, StepView};
 use crate::lanes::WIDTH;
 use crate::study::{Scenario, Study};
 use fearless_simd::{Level, dispatch, prelude::*};

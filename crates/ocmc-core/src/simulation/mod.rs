@@ -8,4 +8,5 @@ pub mod record;
 pub mod road_row;
 pub mod state;
 pub mod step;
+pub mod step_view;
 pub mod trace;

@@ -7,7 +7,7 @@ use super::cabin::Cabin;
 use super::drive::{Watch, drive_baseline};
 use super::record::Record;
 use super::state::{State, Total};
-use super::step::StepView;
+use super::step_view::StepView;
 use crate::road::Road;
 use crate::study::{Scenario, Study};
 use fearless_simd::prelude::*;
