@@ -93,15 +93,7 @@ mod tests {
             all(&|a, b| if a < b { a } else { b }),
             all(&|a, b| if a > b { a } else { b }),
             all(&|a, _| a.abs().sqrt()),
-            all(&|a, _| {
-                if a < -1.0 {
-                    -1.0
-                } else if a > 0.5 {
-                    0.5
-                } else {
-                    a
-                }
-            }),
+            all(&|a, _| a.clamp(-1.0, 0.5)),
             all(&|a, _| 1.0 - a * 3.0 + 0.1),
             all(&|a, b| if a < b { a } else { b }),
             all(&|a, b| if (a >= b && a > 0.0) || b < 0.5 { a } else { 0.0 }),
