@@ -10,6 +10,7 @@ use crate::tactical::{SpeedProfile, plan};
 use crate::vehicle::gearbox::ShiftInputs;
 use crate::vehicle::resistance::GRAVITY_MPS2;
 use fearless_simd::Simd;
+use std::mem::swap;
 
 /// Steps for each whole step's time that cuts can make of it before a cycle is given up.
 const MOST_CUTS: f64 = 20.0;
@@ -20,11 +21,7 @@ pub struct Cabin {
     scenario: Scenario,
     profile: SpeedProfile,
     road: RoadRows,
-    /// Index of the row that the truck is on.
-    row: usize,
     gear: usize,
-    /// Whether the stop ahead has been served and is only to be passed.
-    served: bool,
     standstill_s: f64,
     n_stops: u32,
     n_gear_shifts: u32,
@@ -60,9 +57,7 @@ impl Cabin {
             scenario,
             profile: SpeedProfile::default(),
             road: RoadRows::default(),
-            row: 0,
             gear: 0,
-            served: false,
             standstill_s: 0.0,
             n_stops: 0,
             n_gear_shifts: 0,
@@ -95,11 +90,6 @@ impl Cabin {
     /// Gear, from 0.
     pub fn gear(&self) -> usize {
         self.gear
-    }
-
-    /// Slope of the road under the truck, as climb per metre.
-    pub fn slope(&self) -> f64 {
-        self.road.rows[self.row].0[RoadRow::GRADE] / GRAVITY_MPS2
     }
 
     /// What the last look added to the totals.
@@ -137,15 +127,15 @@ impl Cabin {
             total[lane] = 0.0;
         }
         state.engine_speed[lane] = shared.idle_radps;
-        self.row = 0;
-        self.served = false;
         self.standstill_s = 0.0;
         self.n_stops = 0;
         self.n_gear_shifts = 0;
         self.checked_at_s = 0.0;
         self.checked_at_m = 0.0;
         self.looks = 0.0;
-        state.set_row(lane, &self.road.rows[0]);
+        swap(&mut state.roads[lane], &mut self.road.rows);
+        state.at[lane] = 0;
+        state.left[lane] = state.row(lane).0[RoadRow::LENGTH];
         self.start(state, lane, shared);
         self.initial_energy_j = kinetic_energy_j(state, lane, shared);
     }
@@ -153,7 +143,7 @@ impl Cabin {
     /// A truck at rest makes ready to start: gear by the slope, nothing left of what the controller knew.
     fn start<S: Simd>(&mut self, state: &mut State<S>, lane: usize, shared: &Shared) {
         let shift = &shared.powertrain.model.gearbox.shift;
-        let steep = self.slope() > shift.steep_slope;
+        let steep = slope(state, lane) > shift.steep_slope;
         let gear = if steep { shift.steep_start_gear } else { shift.start_gear };
         self.gear = gear as usize - 1;
         state.speed[lane] = 0.0;
@@ -193,6 +183,11 @@ impl Cabin {
         self.initial_energy_j = kinetic_energy_j(state, lane, shared);
     }
 
+    /// Takes the road back from a lane whose cycle has ended: its buffer serves the next one.
+    pub fn leave<S: Simd>(&mut self, state: &mut State<S>, lane: usize) {
+        swap(&mut state.roads[lane], &mut self.road.rows);
+    }
+
     /// Deals with whatever raised the lane's alarm; some where the cycle has ended.
     #[cold]
     pub fn attend<S: Simd>(
@@ -205,7 +200,7 @@ impl Cabin {
         self.booked = [0.0; Total::COUNT];
         if is_captured(state, lane, shared) {
             self.stop(state, lane, shared);
-            let ends = self.stop_row() + 1 == self.road.rows.len();
+            let ends = stop_row(state, lane) + 1 == state.roads[lane].len();
             if !ends {
                 self.dwell(state, lane, shared);
             }
@@ -218,16 +213,7 @@ impl Cabin {
         } else if sight.wants_shift {
             self.shift(state, lane, sight, shared);
         }
-        while state.left[lane] <= 0.0 {
-            self.next_row(state, lane);
-        }
         if state.steps_left[lane] <= 0.0 { self.check(state, lane, shared) } else { None }
-    }
-
-    /// The row at whose end the next stop line is.
-    fn stop_row(&self) -> usize {
-        let ahead = self.road.rows[self.row..].iter();
-        self.row + ahead.take_while(|row| row.0[RoadRow::DWELL] < 0.0).count()
     }
 
     /// The truck comes to rest: its kinetic energy goes into the service brakes, the engine returns to idle.
@@ -253,7 +239,7 @@ impl Cabin {
 
     /// Stands for the drawn time with the engine idling, then makes ready to start.
     fn dwell<S: Simd>(&mut self, state: &mut State<S>, lane: usize, shared: &Shared) {
-        let dwell_s = self.road.rows[self.stop_row()].0[RoadRow::DWELL];
+        let dwell_s = state.roads[lane][stop_row(state, lane)].0[RoadRow::DWELL];
         let power_w = state.auxiliary_power[lane];
         let torque = power_w / shared.idle_radps;
         let idle_rate = shared.powertrain.engine.fuel_kgps(shared.idle_radps, torque);
@@ -262,22 +248,10 @@ impl Cabin {
         self.book(Total::Auxiliary, power_w * dwell_s);
         self.standstill_s += dwell_s;
         self.n_stops += 1;
-        self.served = true;
         leave_line(state, lane);
         self.start(state, lane, shared);
         self.checked_at_s = state.total(lane, Total::Time);
         self.checked_at_m = state.total(lane, Total::Distance);
-    }
-
-    fn next_row<S: Simd>(&mut self, state: &mut State<S>, lane: usize) {
-        if self.road.rows[self.row].0[RoadRow::DWELL] >= 0.0 {
-            self.served = false;
-        }
-        self.row += 1;
-        state.set_row(lane, &self.road.rows[self.row]);
-        if self.served {
-            leave_line(state, lane);
-        }
     }
 
     fn shift<S: Simd>(&mut self, state: &mut State<S>, lane: usize, sight: Sight, shared: &Shared) {
@@ -440,12 +414,27 @@ fn is_captured<S: Simd>(state: &State<S>, lane: usize, shared: &Shared) -> bool 
     let simulation = shared.simulation;
     let slow = state.speed[lane] < simulation.creep_speed_mps;
     let reach = if slow { simulation.creep_distance_m } else { simulation.capture_distance_m };
-    state.left[lane] + state.row[RoadRow::TO_STOP][lane] <= reach
+    state.left[lane] + state.row(lane).0[RoadRow::TO_STOP] <= reach
 }
 
-/// Up to a line that has been served nothing but the launch speed holds.
+/// Slope of the road under the truck, as climb per metre.
+pub(super) fn slope<S: Simd>(state: &State<S>, lane: usize) -> f64 {
+    state.row(lane).0[RoadRow::GRADE] / GRAVITY_MPS2
+}
+
+/// The row at whose end the next stop line is.
+fn stop_row<S: Simd>(state: &State<S>, lane: usize) -> usize {
+    let ahead = state.roads[lane][state.at[lane]..].iter();
+    state.at[lane] + ahead.take_while(|row| row.0[RoadRow::DWELL] < 0.0).count()
+}
+
+/// Takes a line that has been served off the road: up to it nothing but the launch speed holds.
 fn leave_line<S: Simd>(state: &mut State<S>, lane: usize) {
-    state.row[RoadRow::BACKWARD][lane] = FAR;
-    state.row[RoadRow::FORWARD][lane] = -FAR;
-    state.row[RoadRow::TO_STOP][lane] = FAR;
+    let (here, line) = (state.at[lane], stop_row(state, lane));
+    for RoadRow(row) in &mut state.roads[lane][here..=line] {
+        row[RoadRow::BACKWARD] = FAR;
+        row[RoadRow::FORWARD] = -FAR;
+        row[RoadRow::TO_STOP] = FAR;
+        row[RoadRow::DWELL] = -1.0;
+    }
 }

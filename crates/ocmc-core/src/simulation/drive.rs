@@ -205,6 +205,9 @@ impl<O: Watch> Desk<'_, '_, O> {
             }
             self.watch.attended(state, lane, cabins);
             if outcome.is_some() {
+                if let Some(cabin) = &mut cabins[lane] {
+                    cabin.leave(state, lane);
+                }
                 cabins[lane] = (self.next)(cabins[lane].take());
                 if let Some(cabin) = &mut cabins[lane] {
                     cabin.enter(state, lane, shared);

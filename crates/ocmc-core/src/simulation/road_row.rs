@@ -10,9 +10,12 @@ use crate::vehicle::resistance::{
 
 /// The numbers of one segment.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(align(32))]
 pub struct RoadRow(pub [f64; Self::COLUMNS]);
 
 impl RoadRow {
+    /// Where an empty lane stands.
+    pub const PARKED: Self = Self([FAR, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, FAR, 1.0, -1.0]);
     /// Numbers in a row.
     pub const COLUMNS: usize = 12;
     /// Length, in m.
@@ -39,6 +42,14 @@ impl RoadRow {
     pub const GRIP: usize = 10;
     /// Standstill at the end, in s; negative where there is no stop.
     pub const DWELL: usize = 11;
+}
+
+impl RoadRow {
+    /// The row in groups of four numbers.
+    #[inline(always)]
+    pub fn quads(&self) -> &[[f64; 4]] {
+        self.0.as_chunks().0
+    }
 }
 
 /// A distance or a squared speed that never binds.

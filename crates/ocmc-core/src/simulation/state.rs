@@ -97,7 +97,11 @@ impl<'a> Shared<'a> {
 pub struct State<S: Simd> {
     /// Speed, in m/s.
     pub speed: Lanes<S>,
-    /// Distance left in the segment, in m.
+    /// The road rows of each truck.
+    pub roads: [Vec<RoadRow>; WIDTH],
+    /// The row that each truck is on.
+    pub at: [usize; WIDTH],
+    /// Distance left in the segment, in m; 0 where the next step begins with the next row.
     pub left: Lanes<S>,
     /// Torque of the engine when it drives the wheels, in Nm.
     pub torque: Lanes<S>,
@@ -119,8 +123,6 @@ pub struct State<S: Simd> {
     pub kick_left: Lanes<S>,
     /// Steps left until somebody looks whether the truck makes progress.
     pub steps_left: Lanes<S>,
-    /// The road row of the segment.
-    pub row: [Lanes<S>; RoadRow::COLUMNS],
     /// Engine speed for each m/s in this gear, in rad/m.
     pub gear_speed: Lanes<S>,
     /// The same in the next higher gear; 0 in the top gear.
@@ -175,12 +177,10 @@ impl<S: Simd> State<S> {
         let all = |value| Lanes::splat(simd, value);
         let zero = all(0.0);
         let gear = &shared.powertrain.gears[0];
-        let mut row = [zero; RoadRow::COLUMNS];
-        row[RoadRow::TO_STOP] = all(FAR);
-        row[RoadRow::GRIP] = all(1.0);
-        row[RoadRow::DWELL] = all(-1.0);
         Self {
             speed: zero,
+            roads: std::array::from_fn(|_| vec![RoadRow::PARKED]),
+            at: [0; WIDTH],
             left: all(FAR),
             torque: zero,
             integral: zero,
@@ -192,7 +192,6 @@ impl<S: Simd> State<S> {
             hold_left: zero,
             kick_left: all(FAR),
             steps_left: all(f64::INFINITY),
-            row,
             gear_speed: all(gear.speed_ratio_per_m),
             gear_speed_up: zero,
             gear_speed_down: all(FAR),
@@ -226,8 +225,8 @@ impl<S: Simd> State<S> {
         }
         self.integral_gain[lane] = 0.0;
         self.left[lane] = FAR;
-        self.row[RoadRow::LIMIT][lane] = 0.0;
-        self.row[RoadRow::TO_STOP][lane] = FAR;
+        self.roads[lane] = vec![RoadRow::PARKED];
+        self.at[lane] = 0;
         self.steps_left[lane] = f64::INFINITY;
         self.hold_left[lane] = f64::INFINITY;
     }
@@ -237,12 +236,10 @@ impl<S: Simd> State<S> {
         self.totals[total as usize][lane]
     }
 
-    /// Puts a road row into a lane.
-    pub fn set_row(&mut self, lane: usize, row: &RoadRow) {
-        for (column, value) in self.row.iter_mut().zip(row.0) {
-            column[lane] = value;
-        }
-        self.left[lane] = row.0[RoadRow::LENGTH];
+    /// The road row that a lane's truck is on.
+    #[inline(always)]
+    pub fn row(&self, lane: usize) -> &RoadRow {
+        &self.roads[lane][self.at[lane]]
     }
 
     /// Looks up the piece of the full-load and drag curves in some lanes, by their engine speeds in rad/s.

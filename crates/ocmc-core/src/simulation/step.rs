@@ -12,10 +12,13 @@
 use super::road_row::RoadRow;
 use super::state::{Shared, State, Total};
 use super::step_view::StepView;
-use crate::lanes::{Flags, Lanes, clip, where_set};
+use crate::lanes::{Flags, Lanes, WIDTH, clip, columns, where_set};
 use crate::vehicle::gearbox::ShiftModel;
 use crate::vehicle::resistance::drag_forces_n;
 use fearless_simd::prelude::*;
+
+/// The road rows under the trucks, by the columns of [`RoadRow`].
+type Row<S> = [Lanes<S>; RoadRow::COLUMNS];
 
 /// What the driver does in one stage.
 #[derive(Clone, Copy)]
@@ -30,6 +33,7 @@ struct Control<S: Simd> {
 /// What is decided at the step's start.
 #[derive(Clone, Copy)]
 struct Decision<S: Simd> {
+    row: Row<S>,
     control: Control<S>,
     hold: Flags<S>,
     held: Lanes<S>,
@@ -154,13 +158,51 @@ impl<S: Simd> State<S> {
         self.advance(&Stages { decision, first, predicted, second, ending }, shared)
     }
 
+    /// Where a segment has ended the next one begins; the rows under the trucks.
+    #[inline(always)]
+    fn turn_to_row(&mut self) -> Row<S> {
+        let simd = self.left.simd;
+        let turns = self.left.simd_le(0.0);
+        let bits = turns.to_bitmask() as usize;
+        for lane in 0..WIDTH {
+            self.at[lane] += bits >> lane & 1;
+        }
+        let rows = [
+            self.row(0).quads(),
+            self.row(1).quads(),
+            self.row(2).quads(),
+            self.row(3).quads(),
+            self.row(4).quads(),
+            self.row(5).quads(),
+            self.row(6).quads(),
+            self.row(7).quads(),
+        ];
+        let [a, b, c, d] = columns(
+            simd,
+            #[inline(always)]
+            |lane| &rows[lane][0],
+        );
+        let [e, f, g, h] = columns(
+            simd,
+            #[inline(always)]
+            |lane| &rows[lane][1],
+        );
+        let [i, j, k, l] = columns(
+            simd,
+            #[inline(always)]
+            |lane| &rows[lane][2],
+        );
+        let row = [a, b, c, d, e, f, g, h, i, j, k, l];
+        self.left = turns.select(row[RoadRow::LENGTH], self.left);
+        row
+    }
+
     /// The desired speed, in m/s, and the braking branch of its square.
     #[inline(always)]
-    fn desired(&self, left: Lanes<S>, shared: &Shared) -> (Lanes<S>, Lanes<S>) {
-        let limit = self.row[RoadRow::LIMIT];
-        let backward = self.row[RoadRow::BACKWARD] + self.twice_deceleration * left;
-        let forward =
-            (self.row[RoadRow::FORWARD] - self.twice_acceleration * left).max(shared.launch);
+    fn desired(&self, row: &Row<S>, left: Lanes<S>, shared: &Shared) -> (Lanes<S>, Lanes<S>) {
+        let limit = row[RoadRow::LIMIT];
+        let backward = row[RoadRow::BACKWARD] + self.twice_deceleration * left;
+        let forward = (row[RoadRow::FORWARD] - self.twice_acceleration * left).max(shared.launch);
         (limit.min(backward).min(forward).sqrt(), backward)
     }
 
@@ -168,6 +210,7 @@ impl<S: Simd> State<S> {
     #[inline(always)]
     fn control(
         &self,
+        limit: Lanes<S>,
         speed: Lanes<S>,
         (desired, backward): (Lanes<S>, Lanes<S>),
         integral: Lanes<S>,
@@ -191,8 +234,7 @@ impl<S: Simd> State<S> {
 
         // downhill, above a static limit, the driver lets the truck run up to the edge of a band
         let edge = pull + self.proportional * pedals.overspeed_band_mps;
-        let in_band =
-            speed.simd_gt(pedals.overspeed_from_mps) & !backward.simd_lt(self.row[RoadRow::LIMIT]);
+        let in_band = speed.simd_gt(pedals.overspeed_from_mps) & !backward.simd_lt(limit);
         let demand = in_band.select(output.max(edge), output);
         let brake = clip(demand * -pedals.brake_scale, 0.0, 1.0);
         let realised = accelerator - brake * (1.0 / pedals.brake_scale);
@@ -208,7 +250,8 @@ impl<S: Simd> State<S> {
     /// Pedals, clutch and hold at the step's start.
     #[inline(always)]
     fn decide(&mut self, shared: &Shared) -> Decision<S> {
-        let (desired, backward) = self.desired(self.left, shared);
+        let row = self.turn_to_row();
+        let (desired, backward) = self.desired(&row, self.left, shared);
         let error = desired - self.speed;
         let hold = error.abs().simd_lt(self.threshold);
         // what is held is the output at the moment when holding began
@@ -217,8 +260,9 @@ impl<S: Simd> State<S> {
         let released = error.simd_lt(0.0).select(held, held.max(0.0));
         let held = self.holds_brake.simd_gt(0.0).select(held, released);
         let path = (desired, backward);
+        let (limit, speed) = (row[RoadRow::LIMIT], self.speed);
         let control =
-            self.control(self.speed, path, self.integral, self.filtered, hold, held, shared);
+            self.control(limit, speed, path, self.integral, self.filtered, hold, held, shared);
 
         let launch = shared.powertrain.model.gearbox.shift.launch_speed_radps;
         let speed = self.speed * self.gear_speed;
@@ -238,7 +282,17 @@ impl<S: Simd> State<S> {
         if outside.any_true() {
             self.renew_curves(outside.to_bitmask(), start_speed.into(), shared);
         }
-        Decision { control, hold, held, closed, engaged, free_speed, start_speed, inverse_mass }
+        Decision {
+            row,
+            control,
+            hold,
+            held,
+            closed,
+            engaged,
+            free_speed,
+            start_speed,
+            inverse_mass,
+        }
     }
 
     /// Torques and forces at one stage.
@@ -251,11 +305,11 @@ impl<S: Simd> State<S> {
         decision: &Decision<S>,
         shared: &Shared,
     ) -> Forces<S> {
-        let vehicle = &shared.powertrain.model;
+        let (vehicle, row) = (&shared.powertrain.model, &decision.row);
         let engine_speed = decision.closed.select(speed * self.gear_speed, decision.free_speed);
 
         // one division serves the torque of the auxiliaries and the angle of the wind
-        let relative = speed + self.row[RoadRow::HEAD_WIND];
+        let relative = speed + row[RoadRow::HEAD_WIND];
         let air = relative.max(1.0);
         let inverse = 1.0 / (engine_speed * air);
 
@@ -273,18 +327,18 @@ impl<S: Simd> State<S> {
         let wheel = gearbox.wheel_forces_n(ratio, loss_share, shared.axle_per_m, gearbox_torque);
 
         let wind = &shared.powertrain.cross_wind;
-        let cross = self.row[RoadRow::CROSS_WIND];
+        let cross = row[RoadRow::CROSS_WIND];
         let tangent = (cross * engine_speed * inverse).min(wind.maximum_tangent);
         let [c1, c2, c3, c4, c5] = wind.coefficients_m2;
         let increment =
             ((((tangent * c5 + c4) * tangent + c3) * tangent + c2) * tangent + c1) * tangent;
-        let half_density = self.row[RoadRow::HALF_DENSITY];
+        let half_density = row[RoadRow::HALF_DENSITY];
         let drag = drag_forces_n(half_density, relative, cross, self.drag_area + increment);
 
-        let rolling = self.mass * self.row[RoadRow::ROLLING];
-        let grade = self.mass * self.row[RoadRow::GRADE];
+        let rolling = self.mass * row[RoadRow::ROLLING];
+        let grade = self.mass * row[RoadRow::GRADE];
         let brake = self.mass
-            * (control.brake * vehicle.brakes.full_deceleration_mps2).min(self.row[RoadRow::GRIP]);
+            * (control.brake * vehicle.brakes.full_deceleration_mps2).min(row[RoadRow::GRIP]);
         let reach = engine_speed * self.gear_speed * shared.engine_brake_nms;
         let engine_brake = brake.min(where_set(decision.engaged, reach));
         let net = wheel - drag - rolling - grade - brake;
@@ -329,9 +383,10 @@ impl<S: Simd> State<S> {
         let rates = &decision.control;
         let integral = self.clamp_integral(self.integral + dt * rates.integral_rate, shared);
         let filtered = self.filtered + dt * rates.filter_rate;
-        let path = self.desired(left, shared);
-        let control =
-            self.control(speed, path, integral, filtered, decision.hold, decision.held, shared);
+        let path = self.desired(&decision.row, left, shared);
+        let limit = decision.row[RoadRow::LIMIT];
+        let (hold, held) = (decision.hold, decision.held);
+        let control = self.control(limit, speed, path, integral, filtered, hold, held, shared);
         Prediction { whole, to_end, dt, speed, torque, control }
     }
 
@@ -392,8 +447,8 @@ impl<S: Simd> State<S> {
         let start_speed = decision.start_speed;
         let jump = self.engine_speed * self.engine_speed - start_speed * start_speed;
         let drag = (first.drag + second.drag) * half;
-        let rolling = self.mass * self.row[RoadRow::ROLLING];
-        let grade = self.mass * self.row[RoadRow::GRADE];
+        let rolling = self.mass * decision.row[RoadRow::ROLLING];
+        let grade = self.mass * decision.row[RoadRow::GRADE];
         let engine_brake = first.engine_brake + second.engine_brake;
         let service_brake = first.brake + second.brake - engine_brake;
         let wheel = first.wheel + second.wheel;
@@ -449,6 +504,7 @@ impl<S: Simd> State<S> {
         StepView {
             dt,
             dx,
+            grade: decision.row[RoadRow::GRADE],
             desired: first_control.desired,
             accelerator: second_control.accelerator,
             brake: second_control.brake,
@@ -458,7 +514,7 @@ impl<S: Simd> State<S> {
             acceleration: ending.acceleration,
             closed,
             added,
-            alarm: self.alarm(wants_shift, shared),
+            alarm: self.alarm(&decision.row, wants_shift, shared),
             wants_shift,
             slowing,
             road_power,
@@ -586,16 +642,15 @@ impl<S: Simd> State<S> {
 
     /// Flag: the lane needs a look.
     #[inline(always)]
-    fn alarm(&self, wants_shift: Flags<S>, shared: &Shared) -> Flags<S> {
+    fn alarm(&self, row: &Row<S>, wants_shift: Flags<S>, shared: &Shared) -> Flags<S> {
         let simulation = shared.simulation;
-        let ended = !self.left.simd_gt(0.0);
-        let to_line = self.left + self.row[RoadRow::TO_STOP];
+        let to_line = self.left + row[RoadRow::TO_STOP];
         let reach = self.speed.simd_lt(simulation.creep_speed_mps).select(
             Lanes::splat(to_line.simd, simulation.creep_distance_m),
             Lanes::splat(to_line.simd, simulation.capture_distance_m),
         );
         let captured = !reach.simd_lt(to_line);
         let due = !self.steps_left.simd_gt(0.0);
-        ended | captured | due | wants_shift
+        captured | due | wants_shift
     }
 }

@@ -12,6 +12,8 @@ pub struct StepView<S: Simd> {
     pub dt: Lanes<S>,
     /// Way, in m.
     pub dx: Lanes<S>,
+    /// Component of gravity along the road, in m/s².
+    pub grade: Lanes<S>,
     /// Desired speed at the start, in m/s.
     pub desired: Lanes<S>,
     /// Accelerator pedal at the end.
@@ -30,7 +32,7 @@ pub struct StepView<S: Simd> {
     pub closed: Flags<S>,
     /// What was added to each total.
     pub added: [Lanes<S>; Total::COUNT],
-    /// Flag: the lane needs a look: segment end, stop, shift, check of progress.
+    /// Flag: the lane needs a look: stop, shift, check of progress.
     pub alarm: Flags<S>,
     /// Flag: the strategy wants another gear.
     pub wants_shift: Flags<S>,

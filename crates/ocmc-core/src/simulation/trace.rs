@@ -3,13 +3,14 @@
 //! Each row is one step, or one standstill or gear jump that took no step. The `*_added` columns are what the record's
 //! totals gained in that row: summed in order they give the record to the bit.
 
-use super::cabin::Cabin;
+use super::cabin::{Cabin, slope};
 use super::drive::{Watch, drive_baseline};
 use super::record::Record;
 use super::state::{State, Total};
 use super::step_view::StepView;
 use crate::road::Road;
 use crate::study::{Scenario, Study};
+use crate::vehicle::resistance::GRAVITY_MPS2;
 use fearless_simd::prelude::*;
 
 /// One column of a table.
@@ -168,7 +169,7 @@ impl Watch for Writer {
                 view.engine_speed[0],
                 view.engine_torque[0],
                 view.fuel_rate[0],
-                cabin.slope(),
+                view.grade[0] / GRAVITY_MPS2,
                 f64::from(u8::from(view.closed.test(0))),
             ],
             view.added.map(|lanes| lanes[0]),
@@ -202,7 +203,7 @@ impl Watch for Writer {
                 engine_speed,
                 per_second(Total::Crankshaft) / engine_speed,
                 per_second(Total::Fuel),
-                cabin.slope(),
+                slope(state, 0),
                 0.0,
             ],
             added,
