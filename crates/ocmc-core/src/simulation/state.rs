@@ -69,6 +69,14 @@ pub struct Shared<'a> {
     pub wheel_mass_kg: f64,
     /// Launch speed squared, in m²/s².
     pub launch: f64,
+    /// Inverse of the limiter's range, in s/m.
+    pub per_limiter_range: f64,
+    /// Inverse of the brake pedal's scale.
+    pub per_brake_scale: f64,
+    /// Inverse of the derivative filter's time constant, in 1/s.
+    pub per_filter_s: f64,
+    /// Inverse of the engine's time constant, in 1/s.
+    pub per_torque_lag_s: f64,
 }
 
 impl<'a> Shared<'a> {
@@ -76,11 +84,12 @@ impl<'a> Shared<'a> {
     pub fn new(study: &'a Study) -> Self {
         let powertrain = study.powertrain();
         let vehicle = &powertrain.model;
+        let pedals = &study.model().driver.pedals;
         let launch_mps = study.model().driver.speed_change.launch_speed_mps;
         Self {
             powertrain,
             simulation: &study.model().simulation,
-            pedals: &study.model().driver.pedals,
+            pedals,
             engine_inertia_kgm2: vehicle.engine.inertia_kgm2,
             idle_radps: vehicle.engine.idle_speed_radps,
             open_radps: vehicle.gearbox.shift.open_share * vehicle.engine.idle_speed_radps,
@@ -88,6 +97,10 @@ impl<'a> Shared<'a> {
             axle_per_m: vehicle.gearbox.axle_ratio / vehicle.wheel_radius_m,
             wheel_mass_kg: vehicle.wheel_mass_kg(),
             launch: launch_mps * launch_mps,
+            per_limiter_range: 1.0 / vehicle.limiter_range_mps,
+            per_brake_scale: 1.0 / pedals.brake_scale,
+            per_filter_s: 1.0 / pedals.pid.derivative_filter_s,
+            per_torque_lag_s: 1.0 / vehicle.engine.torque_lag_s,
         }
     }
 }

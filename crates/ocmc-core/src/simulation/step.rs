@@ -229,7 +229,7 @@ impl<S: Simd> State<S> {
         // near its speed the limiter lets the pedal go down less and less far
         let vehicle = &shared.powertrain.model;
         let end_mps = vehicle.limiter_speed_mps + vehicle.limiter_range_mps;
-        let allowed = (end_mps - speed) * (1.0 / vehicle.limiter_range_mps);
+        let allowed = (end_mps - speed) * shared.per_limiter_range;
         let accelerator = clip(output.min(allowed), 0.0, 1.0);
 
         // downhill, above a static limit, the driver lets the truck run up to the edge of a band
@@ -237,13 +237,13 @@ impl<S: Simd> State<S> {
         let in_band = speed.simd_gt(pedals.overspeed_from_mps) & !backward.simd_lt(limit);
         let demand = in_band.select(output.max(edge), output);
         let brake = clip(demand * -pedals.brake_scale, 0.0, 1.0);
-        let realised = accelerator - brake * (1.0 / pedals.brake_scale);
+        let realised = accelerator - brake * shared.per_brake_scale;
         Control {
             desired,
             accelerator,
             brake,
             integral_rate: self.integral_gain * error + self.tracking * (realised - output),
-            filter_rate: lag * (1.0 / pedals.pid.derivative_filter_s),
+            filter_rate: lag * shared.per_filter_s,
         }
     }
 
@@ -318,7 +318,7 @@ impl<S: Simd> State<S> {
         let drag_torque = drag_0 + drag_1 * engine_speed;
         let available = torque.max(drag_torque).min(full_load);
         let command = drag_torque + control.accelerator * (full_load - drag_torque);
-        let torque_rate = (command - available) * (1.0 / vehicle.engine.torque_lag_s);
+        let torque_rate = (command - available) * shared.per_torque_lag_s;
         let auxiliary_torque = self.auxiliary_power * air * inverse;
         let gearbox_torque = where_set(decision.engaged, available - auxiliary_torque);
 
