@@ -88,7 +88,8 @@ fn smooth_with<S: Simd>(simd: S, study: &Study, duration_s: f64) -> (f64, f64, f
     row[RoadRow::TO_STOP] = FAR;
     row[RoadRow::GRIP] = 7.0;
     row[RoadRow::DWELL] = -1.0;
-    state.set_row(0, &RoadRow(row));
+    state.roads[0] = vec![RoadRow(row)];
+    state.left[0] = row[RoadRow::LENGTH];
     state.mass = all(30_000.0);
     state.drag_area = all(5.3);
     state.auxiliary_power = all(4700.0);
