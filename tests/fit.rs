@@ -221,3 +221,54 @@ fn operating_cycles_of_a_study_give_a_study() {
     let json: Value = serde_json::from_str(&answer(&of_study)).expect("JSON");
     assert_eq!(json["outcomes"]["completed"], 2);
 }
+
+/// Two years of hours with every variable, from plain functions of the clock.
+fn two_years_of_hours() -> String {
+    let mut table =
+        "time_s,temperature_c,pressure_hpa,relative_humidity_percent,precipitation_mm_per_h,\
+                     wind_speed_mps,wind_direction_deg\n"
+            .to_owned();
+    for hour in 0..2 * 365 * 24 {
+        let h = f64::from(hour);
+        let wave = |period: f64| (std::f64::consts::TAU * h / period).sin();
+        let rain = if hour % 12 < 3 { 0.5 + 0.4 * wave(77.0) } else { 0.0 };
+        table.push_str(&format!(
+            "{},{:.3},{:.3},{:.3},{rain:.4},{:.3},{:.3}\n",
+            3600 * hour,
+            12.0 + 9.0 * wave(8760.0) + 2.0 * wave(24.0) + 3.0 * wave(131.0),
+            1010.0 + 10.0 * wave(173.0),
+            75.0 + 15.0 * wave(59.0),
+            4.0 + 3.0 * wave(91.0),
+            200.0 + 50.0 * wave(213.0)
+        ));
+    }
+    table
+}
+
+#[test]
+fn weather_of_hours_makes_a_study_that_runs() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let (file, study) = (directory.path().join("hours.csv"), directory.path().join("my.toml"));
+    fs::write(&file, two_years_of_hours()).expect("a file");
+    let (path, study) = (file.to_str().expect("UTF-8"), study.to_str().expect("UTF-8"));
+    let (status, text, notes) = run(&["fit", "weather", path, "--study-out", study]);
+    assert_eq!(status, 0, "{notes}");
+    for part in ["17520 hours over 2.0 years", "temperature.mean_k", "285.1", "[weather.wind]"] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    assert!(notes.contains("span 2.0 years"), "{notes}");
+    let json: Value =
+        serde_json::from_str(&answer(&["fit", "weather", path, "--json"])).expect("JSON");
+    // three hours in twelve are wet: two of three wet hours are followed by one, one of nine dry ones
+    let rain = &json["study"]["weather"]["precipitation"];
+    let share = |key: &str| rain[key].as_f64().expect("a number");
+    assert!((share("wet_after_wet") - 2.0 / 3.0).abs() < 1e-3);
+    assert!((share("wet_after_dry") - 1.0 / 9.0).abs() < 1e-3);
+    let summary = answer(&["--study", study, "--cycles", "2", "--quiet"]);
+    assert!(summary.contains("cycles"), "{summary}");
+
+    fs::write(&file, "time_s,temperature_c\n0,5\n").expect("a file");
+    let (status, _, message) = run(&["fit", "weather", path]);
+    assert_eq!(status, 1);
+    assert!(message.contains("temperature: 1 values, at least 48"), "{message}");
+}

@@ -331,6 +331,8 @@ pub(crate) enum FitCommand {
     SpeedChange(SpeedChangeArguments),
     /// Operating cycles: road types, signs, events, curves, slope and surface of given roads
     OperatingCycle(OperatingCycleArguments),
+    /// Weather: the climate of hourly records
+    Weather(WeatherArguments),
 }
 
 /// Where fitted values go.
@@ -415,6 +417,17 @@ pub(crate) struct OperatingCycleArguments {
     /// Operating cycles with road types, as `ocmc cycle` writes them
     #[arg(required = true, value_name = "CYCLE")]
     pub(crate) files: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(crate) fitted: FittedArguments,
+}
+
+/// Options of the fit of weather.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct WeatherArguments {
+    /// Table of hours: time or time_s and any of temperature_k|_c, pressure_pa|_hpa, relative_humidity|_percent,
+    /// precipitation_mps|_mm_per_h, wind_speed_mps, wind_direction_rad|_deg
+    #[arg(value_name = "HOURS.csv")]
+    pub(crate) file: PathBuf,
     #[command(flatten)]
     pub(crate) fitted: FittedArguments,
 }

@@ -204,11 +204,9 @@ impl WeatherModel {
             let hour = time_s / 3600.0;
             let deviation_k = self.temperature_sd_k(day) * xi_t;
             let temperature_k = self.mean_temperature_k(day, hour) + deviation_k;
-            let season = libm::cos(TAU * (day - COLDEST_DAY) / DAYS_OF_YEAR);
-            let night = libm::cos(TAU * (hour - COLDEST_HOUR) / 24.0);
             let logit = self.humidity.mean_logit
-                + self.humidity.annual_amplitude * season
-                + self.humidity.daily_amplitude * night
+                + self.humidity.annual_amplitude * season(day)
+                + self.humidity.daily_amplitude * night(hour)
                 + self.humidity.temperature_slope_per_k * deviation_k
                 + self.humidity.sd * xi_h;
             let amount = rain.mean_intensity_mps / rain.intensity_shape
@@ -230,9 +228,7 @@ impl WeatherModel {
     fn mean_temperature_k(&self, day: f64, hour: f64) -> f64 {
         let t = &self.temperature;
         let daily = seasonal(t.winter_daily_amplitude_k, t.summer_daily_amplitude_k, day);
-        t.mean_k
-            - t.annual_amplitude_k * libm::cos(TAU * (day - COLDEST_DAY) / DAYS_OF_YEAR)
-            - daily * libm::cos(TAU * (hour - COLDEST_HOUR) / 24.0)
+        t.mean_k - t.annual_amplitude_k * season(day) - daily * night(hour)
     }
 
     fn temperature_sd_k(&self, day: f64) -> f64 {
@@ -277,8 +273,17 @@ fn advance(state: &mut f64, correlation: f64, draws: &mut Draws) {
 
 /// A value that swings between January and July.
 fn seasonal(winter: f64, summer: f64, day: f64) -> f64 {
-    let season = libm::cos(TAU * (day - COLDEST_DAY) / DAYS_OF_YEAR);
-    0.5 * (winter + summer) + 0.5 * (winter - summer) * season
+    0.5 * (winter + summer) + 0.5 * (winter - summer) * season(day)
+}
+
+/// The annual harmonic: 1 on the coldest day of the year.
+pub(crate) fn season(day: f64) -> f64 {
+    libm::cos(TAU * (day - COLDEST_DAY) / DAYS_OF_YEAR)
+}
+
+/// The daily harmonic: 1 in the coldest hour.
+pub(crate) fn night(hour: f64) -> f64 {
+    libm::cos(TAU * (hour - COLDEST_HOUR) / 24.0)
 }
 
 /// Pressure of the standard atmosphere at an altitude, in Pa. Valid in the troposphere.

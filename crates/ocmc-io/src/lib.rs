@@ -16,3 +16,4 @@ pub mod run_summary;
 pub mod speed_change_table;
 pub mod study;
 pub mod table;
+pub mod weather_table;

@@ -4,13 +4,16 @@ mod curve_speed;
 mod curve_speed_text;
 mod operating_cycle;
 mod speed_change;
+mod weather;
 
 pub use curve_speed::curve_speed_answer;
 
 use crate::arguments::{FitCommand, FittedArguments};
 use crate::failure::Failure;
 use crate::{output, study};
+use ocmc_core::fit::operating_cycle::ParameterFit;
 use ocmc_io::study::fitted_study;
+use std::fmt::Write;
 use std::path::Path;
 
 /// Fits what was asked for.
@@ -19,6 +22,7 @@ pub(crate) fn fit(command: &FitCommand) -> Result<(), Failure> {
         FitCommand::CurveSpeed(arguments) => curve_speed::curve_speed(arguments),
         FitCommand::OperatingCycle(arguments) => operating_cycle::operating_cycle(arguments),
         FitCommand::SpeedChange(arguments) => speed_change::speed_change(arguments),
+        FitCommand::Weather(arguments) => weather::weather(arguments),
     }
 }
 
@@ -43,4 +47,25 @@ fn write_study(
     study::write_new(path, &text)?;
     output::note(&format!("Written: `{path}`. Run it: ocmc --study {path}", path = path.display()));
     Ok(())
+}
+
+/// A table of estimated numbers with their errors, under a title.
+fn parameter_table(title: &str, parameters: &[ParameterFit]) -> String {
+    let mut text = format!("{title:38}{:>14}{:>14}{:>10}\n", "estimate", "error", "n");
+    for parameter in parameters {
+        let error = parameter.standard_error.map_or("-".to_owned(), short);
+        let value = short(parameter.value);
+        let _ = writeln!(text, "{:38}{value:>14}{error:>14}{:>10}", parameter.key, parameter.n);
+    }
+    text
+}
+
+/// Four digits, in powers of ten where it is small.
+fn short(number: f64) -> String {
+    match number.abs() {
+        0.0 => "0".to_owned(),
+        size if size < 1e-2 => format!("{number:.3e}"),
+        size if size < 10.0 => format!("{number:.4}"),
+        _ => format!("{number:.1}"),
+    }
 }

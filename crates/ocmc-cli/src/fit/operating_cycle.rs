@@ -1,6 +1,6 @@
 //! `ocmc fit operating-cycle`: the road model of given operating cycles, and their bird's-eye view.
 
-use super::{no_fit, write_study};
+use super::{no_fit, parameter_table, write_study};
 use crate::arguments::OperatingCycleArguments;
 use crate::failure::Failure;
 use crate::output;
@@ -40,39 +40,11 @@ fn text(fit: &RoadFit, values: &str) -> String {
     let mut text = format!("{} operating cycles, {:.1} km\n", fit.cycles, fit.length_m / 1000.0);
     text.push_str(&view(&fit.birds_eye));
     for of_type in &fit.types {
-        let _ = writeln!(
-            text,
-            "\n{}, {:.1} km\n{:38}{:>14}{:>14}{:>10}",
-            of_type.road_type,
-            of_type.length_m / 1000.0,
-            "",
-            "estimate",
-            "error",
-            "n"
-        );
-        for parameter in &of_type.parameters {
-            let error = parameter.standard_error.map_or("-".to_owned(), short);
-            let _ = writeln!(
-                text,
-                "{:38}{:>14}{error:>14}{:>10}",
-                parameter.key,
-                short(parameter.value),
-                parameter.n
-            );
-        }
+        let _ = writeln!(text, "\n{}, {:.1} km", of_type.road_type, of_type.length_m / 1000.0);
+        text.push_str(&parameter_table("", &of_type.parameters));
     }
     let _ = write!(text, "\nTo paste into a study:\n\n{values}");
     text
-}
-
-/// Four digits, in powers of ten where it is small.
-fn short(number: f64) -> String {
-    match number.abs() {
-        0.0 => "0".to_owned(),
-        size if size < 1e-2 => format!("{number:.3e}"),
-        size if size < 10.0 => format!("{number:.4}"),
-        _ => format!("{number:.1}"),
-    }
 }
 
 /// A class in words.

@@ -13,3 +13,4 @@ pub mod operating_cycle;
 pub mod p_value;
 pub mod speed_change;
 pub mod tobit;
+pub mod weather;

@@ -13,6 +13,7 @@ mod nist;
 mod operating_cycle;
 mod simulator_table;
 mod sleepstudy;
+mod weather;
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -1,0 +1,219 @@
+//! Tables of hourly weather, one row an hour, as weather services give them.
+//!
+//! The clock is the place's standard time all year: `time`, such as `2024-03-01T14:00` or `2024-03-01 14:00:00`, or `time_s`,
+//! counted from a midnight of 1 January. Then any of
+//!
+//! - `temperature_k` or `temperature_c`
+//! - `pressure_pa` or `pressure_hpa`, at the place, not reduced to the sea
+//! - `relative_humidity` (0 to 1) or `relative_humidity_percent`
+//! - `precipitation_mps` or `precipitation_mm_per_h`, as water
+//! - `wind_speed_mps` at 10 m
+//! - `wind_direction_rad` or `wind_direction_deg`, where it comes from, from north, clockwise
+//!
+//! Other columns are not looked at. An empty cell is a missing value.
+
+use crate::column_file::{ColumnFile, ColumnFileError, Row};
+use ocmc_core::fit::weather::HourlyRecord;
+use ocmc_core::weather::{STANDARD_WEATHER, Weather};
+use std::io::Read;
+use std::path::Path;
+
+const DAY_S: f64 = 86_400.0;
+const YEAR_S: f64 = 365.0 * DAY_S;
+
+/// What a column may hold: from and to, in SI, and how that reads.
+type Range = (f64, f64, &'static str);
+
+/// A variable: its columns with the factor and the offset to SI, and its range.
+struct Variable {
+    columns: &'static [(&'static str, f64, f64)],
+    range: Range,
+    into: fn(&mut Weather) -> &mut f64,
+}
+
+const VARIABLES: [Variable; 6] = [
+    Variable {
+        columns: &[("temperature_k", 1.0, 0.0), ("temperature_c", 1.0, 273.15)],
+        range: (173.15, 343.15, "a temperature between -100 and 70 °C, or nothing"),
+        into: |weather| &mut weather.temperature_k,
+    },
+    Variable {
+        columns: &[("pressure_pa", 1.0, 0.0), ("pressure_hpa", 100.0, 0.0)],
+        range: (3e4, 1.2e5, "a pressure between 300 and 1200 hPa, or nothing"),
+        into: |weather| &mut weather.pressure_pa,
+    },
+    Variable {
+        columns: &[("relative_humidity", 1.0, 0.0), ("relative_humidity_percent", 0.01, 0.0)],
+        range: (0.0, 1.05, "a relative humidity between 0 and 1.05 (105 %), or nothing"),
+        into: |weather| &mut weather.relative_humidity,
+    },
+    Variable {
+        columns: &[("precipitation_mps", 1.0, 0.0), ("precipitation_mm_per_h", 1e-3 / 3600.0, 0.0)],
+        range: (0.0, 1.4e-4, "between 0 and 500 mm an hour, or nothing"),
+        into: |weather| &mut weather.precipitation_mps,
+    },
+    Variable {
+        columns: &[("wind_speed_mps", 1.0, 0.0)],
+        range: (0.0, 120.0, "a wind speed between 0 and 120 m/s, or nothing"),
+        into: |weather| &mut weather.wind_speed_mps,
+    },
+    Variable {
+        columns: &[
+            ("wind_direction_rad", 1.0, 0.0),
+            ("wind_direction_deg", std::f64::consts::PI / 180.0, 0.0),
+        ],
+        range: (-7.0, 7.0, "a direction of at most one turn, or nothing"),
+        into: |weather| &mut weather.wind_direction_rad,
+    },
+];
+
+/// Reads a table of hourly weather.
+///
+/// # Errors
+/// [`ColumnFileError`] names the file, the place in it and what is allowed.
+pub fn read(path: &Path) -> Result<Vec<HourlyRecord>, ColumnFileError> {
+    read_columns(ColumnFile::open(path)?)
+}
+
+/// Reads a table whose header has been read.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_columns(file: ColumnFile<impl Read>) -> Result<Vec<HourlyRecord>, ColumnFileError> {
+    let clock = file.need(&["time", "time_s"])?;
+    let is_date = file.names()[clock] == "time";
+    let found: Vec<_> = VARIABLES
+        .iter()
+        .filter_map(|variable| {
+            let (name, factor, offset) =
+                variable.columns.iter().find(|(name, ..)| file.find(&[name]).is_some())?;
+            Some((file.find(&[name])?, *factor, *offset, variable))
+        })
+        .collect();
+    if found.is_empty() {
+        let names: Vec<&str> =
+            VARIABLES.iter().flat_map(|v| v.columns.iter().map(|(name, ..)| *name)).collect();
+        file.need(&names)?;
+    }
+    let mut records: Vec<HourlyRecord> = Vec::new();
+    file.for_each(|row| {
+        let (time_s, day_of_year) = if is_date { date(row, clock)? } else { seconds(row, clock)? };
+        if records.last().is_some_and(|last| time_s <= last.time_s) {
+            return Err(row.refuse(clock, "a time after that of the row before"));
+        }
+        let mut weather = MISSING;
+        for (column, factor, offset, variable) in &found {
+            let value = row.number(*column)? * factor + offset;
+            let (from, to, allowed) = variable.range;
+            if value < from || value > to {
+                return Err(row.refuse(*column, allowed));
+            }
+            *(variable.into)(&mut weather) = value;
+        }
+        records.push(HourlyRecord { time_s, day_of_year, weather });
+        Ok(())
+    })?;
+    Ok(records)
+}
+
+/// Nothing was recorded.
+const MISSING: Weather = Weather {
+    temperature_k: f64::NAN,
+    pressure_pa: f64::NAN,
+    relative_humidity: f64::NAN,
+    precipitation_mps: f64::NAN,
+    wind_speed_mps: f64::NAN,
+    wind_direction_rad: f64::NAN,
+    ..STANDARD_WEATHER
+};
+
+/// Time, and the day of a year of 365 days.
+fn seconds(row: &Row, column: usize) -> Result<(f64, f64), ColumnFileError> {
+    let time_s = row.number(column)?;
+    if !(time_s >= 0.0 && time_s.is_finite()) {
+        return Err(row.refuse(column, "seconds since the midnight of a 1 January"));
+    }
+    Ok((time_s, time_s % YEAR_S / DAY_S))
+}
+
+/// Time since the midnight of 1 January 1900, and the day of the year, of a date such as `2024-03-01T14:00`.
+fn date(row: &Row, column: usize) -> Result<(f64, f64), ColumnFileError> {
+    parse_date(row.text(column))
+        .ok_or_else(|| row.refuse(column, "a date and time such as 2024-03-01T14:00"))
+}
+
+fn parse_date(text: &str) -> Option<(f64, f64)> {
+    let (date, clock) = text.trim_end_matches('Z').split_once(['T', ' '])?;
+    let mut date = date.split('-').map(|part| part.parse::<u32>().ok());
+    let (year, month, day) = (date.next()??, date.next()??, date.next()??);
+    let mut clock = clock.split(':').map(|part| part.parse::<f64>().ok());
+    let (hour, minute) = (clock.next()??, clock.next()??);
+    let second = match clock.next() {
+        None => 0.0,
+        Some(second) => second?,
+    };
+    let leap = |year: u32| {
+        year.is_multiple_of(4) && (!year.is_multiple_of(100) || year.is_multiple_of(400))
+    };
+    let february = if leap(year) { 29 } else { 28 };
+    let lengths = [31, february, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31];
+    let before = lengths.get(..month.checked_sub(1)? as usize)?;
+    let in_range = *lengths.get(before.len())? >= day
+        && day > 0
+        && (1900..2200).contains(&year)
+        && (0.0..24.0).contains(&hour)
+        && (0.0..60.0).contains(&minute)
+        && (0.0..60.0).contains(&second);
+    if !in_range || date.next().is_some() || clock.next().is_some() {
+        return None;
+    }
+    let days = f64::from(before.iter().sum::<u32>() + day - 1);
+    let years: u32 = (1900..year).map(|year| if leap(year) { 366 } else { 365 }).sum();
+    let of_day_s = (hour * 60.0 + minute) * 60.0 + second;
+    Some(((f64::from(years) + days) * DAY_S + of_day_s, days + of_day_s / DAY_S))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn table(text: &str) -> Result<Vec<HourlyRecord>, ColumnFileError> {
+        read_columns(ColumnFile::new(Path::new("hours.csv"), text.as_bytes())?)
+    }
+
+    #[test]
+    fn units_and_dates_are_understood() {
+        let records = table(
+            "time,temperature_c,pressure_hpa,relative_humidity_percent,precipitation_mm_per_h,wind_direction_deg,note\n\
+             2024-02-29T23:00,-3.5,1013,80,0.36,180,a leap day\n\
+             2024-03-01 00:00:00Z,,1012,,0,,the next hour\n",
+        )
+        .unwrap();
+        let weather = records[0].weather;
+        assert!((weather.temperature_k - 269.65).abs() < 1e-9);
+        assert!((weather.pressure_pa - 101_300.0).abs() < 1e-9);
+        assert!((weather.relative_humidity - 0.8).abs() < 1e-12);
+        assert!((weather.precipitation_mps - 1e-7).abs() < 1e-18);
+        assert!((weather.wind_direction_rad - std::f64::consts::PI).abs() < 1e-12);
+        assert!(weather.wind_speed_mps.is_nan() && records[1].weather.temperature_k.is_nan());
+        assert!((records[1].time_s - records[0].time_s - 3600.0).abs() < 1e-6);
+        assert!((records[0].day_of_year - (59.0 + 23.0 / 24.0)).abs() < 1e-12);
+        assert!((records[1].day_of_year - 60.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn what_is_no_weather_is_refused_with_its_place() {
+        for (text, words) in [
+            ("time_s,rain\n0,1\n", "temperature_k"),
+            ("temperature_k\n280\n", "`time` or `time_s`"),
+            ("time_s,temperature_k\n0,15\n", "line 2"),
+            ("time_s,temperature_k\n3600,280\n0,281\n", "line 3"),
+            ("time,temperature_k\n2023-02-29T00:00,280\n", "2024-03-01T14:00"),
+            ("time,temperature_k\nyesterday,280\n", "yesterday"),
+            ("time_s,relative_humidity\n0,80\n", "105 %"),
+        ] {
+            let message = table(text).unwrap_err().to_string();
+            assert!(message.contains(words), "{text}: {message}");
+        }
+    }
+}
