@@ -272,3 +272,35 @@ fn weather_of_hours_makes_a_study_that_runs() {
     assert_eq!(status, 1);
     assert!(message.contains("temperature: 1 values, at least 48"), "{message}");
 }
+
+#[test]
+fn traffic_of_detectors_makes_a_study_that_runs() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let (file, study) = (directory.path().join("traffic.csv"), directory.path().join("my.toml"));
+    // ten days: a tenth of the jam density, and a quarter around 7:30
+    let mut table = "time_s,road_type,density_share\n".to_owned();
+    for step in 0..10 * 96 {
+        let hour = f64::from(step % 96) / 4.0;
+        let ripple = if step % 2 == 0 { 1.05 } else { 1.0 / 1.05 };
+        let peak = (-0.5 * (hour - 7.5) * (hour - 7.5)).exp()
+            + (-0.5 * ((hour - 16.5) / 1.2) * ((hour - 16.5) / 1.2)).exp();
+        let odds = 0.1 + 0.15 * peak.min(1.0);
+        let odds = odds / (1.0 - odds) * ripple;
+        table.push_str(&format!("{},rural,{}\n", 900 * step, odds / (1.0 + odds)));
+    }
+    fs::write(&file, table).expect("a file");
+    let (path, study) = (file.to_str().expect("UTF-8"), study.to_str().expect("UTF-8"));
+    let (status, text, notes) = run(&["fit", "traffic", path, "--study-out", study]);
+    assert_eq!(status, 0, "{notes}");
+    for part in ["960 densities", "types.rural.peak_share", "[traffic.types.rural]"] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    // a ripple that turns over from row to row has no correlation that a step could have
+    assert!(notes.contains("the correlation stays"), "{notes}");
+    let json: Value =
+        serde_json::from_str(&answer(&["fit", "traffic", path, "--json"])).expect("JSON");
+    let rural = &json["study"]["traffic"]["types"]["rural"];
+    assert!((rural["off_peak_share"].as_f64().expect("a number") - 0.1).abs() < 1e-3);
+    assert!((rural["peak_share"].as_f64().expect("a number") - 0.25).abs() < 1e-3);
+    assert!(answer(&["--study", study, "--cycles", "2", "--quiet"]).contains("cycles"));
+}

@@ -333,6 +333,8 @@ pub(crate) enum FitCommand {
     OperatingCycle(OperatingCycleArguments),
     /// Weather: the climate of hourly records
     Weather(WeatherArguments),
+    /// Traffic: densities by the hour and road type
+    Traffic(TrafficArguments),
 }
 
 /// Where fitted values go.
@@ -427,6 +429,17 @@ pub(crate) struct WeatherArguments {
     /// Table of hours: time or time_s and any of temperature_k|_c, pressure_pa|_hpa, relative_humidity|_percent,
     /// precipitation_mps|_mm_per_h, wind_speed_mps, wind_direction_rad|_deg
     #[arg(value_name = "HOURS.csv")]
+    pub(crate) file: PathBuf,
+    #[command(flatten)]
+    pub(crate) fitted: FittedArguments,
+}
+
+/// Options of the fit of traffic.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct TrafficArguments {
+    /// Table of measurements: road_type, time or time_s, one of density_share, density_per_m, speed_ratio, and, where
+    /// there are several of a type, site
+    #[arg(value_name = "TRAFFIC.csv")]
     pub(crate) file: PathBuf,
     #[command(flatten)]
     pub(crate) fitted: FittedArguments,

@@ -74,13 +74,19 @@ impl TrafficModel {
 
     /// Typical density share of a road type at an hour of the day.
     pub fn typical_share(&self, model: &TrafficTypeModel, hour: f64) -> f64 {
+        let peak = self.peak(hour);
+        model.off_peak_share + (model.peak_share - model.off_peak_share) * peak
+    }
+
+    /// Height of the day's peaks at an hour, 0 to 1.
+    pub fn peak(&self, hour: f64) -> f64 {
         let bell = |centre: f64, width: f64| {
             let z = (hour - centre) / width;
             libm::exp(-0.5 * z * z)
         };
         let peak = bell(self.morning_peak_h, self.morning_width_h)
             + bell(self.evening_peak_h, self.evening_width_h);
-        model.off_peak_share + (model.peak_share - model.off_peak_share) * peak.min(1.0)
+        peak.min(1.0)
     }
 
     /// Density `time_s` after departure, in vehicles per m and lane.
@@ -104,6 +110,11 @@ impl TrafficModel {
     pub fn speed_mps(&self, density_per_m: f64, free_speed_mps: f64) -> f64 {
         let ratio = density_per_m / (self.critical_share * self.jam_density_per_m);
         (free_speed_mps * libm::exp(-0.5 * ratio * ratio)).max(self.minimum_speed_mps)
+    }
+
+    /// Density, as a share of the jam density, at which traffic has a share of its free speed: Drake's law, the other way round.
+    pub fn share_at(&self, speed_ratio: f64) -> f64 {
+        self.critical_share * (-2.0 * libm::log(speed_ratio.min(1.0))).sqrt()
     }
 }
 

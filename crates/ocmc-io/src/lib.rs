@@ -1,5 +1,6 @@
 //! What `ocmc` reads and writes: study files, logs, records, run directories and reports.
 
+mod clock_column;
 pub mod column_file;
 pub mod curve_table;
 pub mod delimited;
@@ -16,4 +17,5 @@ pub mod run_summary;
 pub mod speed_change_table;
 pub mod study;
 pub mod table;
+pub mod traffic_table;
 pub mod weather_table;

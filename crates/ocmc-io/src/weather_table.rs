@@ -12,14 +12,12 @@
 //!
 //! Other columns are not looked at. An empty cell is a missing value.
 
-use crate::column_file::{ColumnFile, ColumnFileError, Row};
+use crate::clock_column::ClockColumn;
+use crate::column_file::{ColumnFile, ColumnFileError};
 use ocmc_core::fit::weather::HourlyRecord;
 use ocmc_core::weather::{STANDARD_WEATHER, Weather};
 use std::io::Read;
 use std::path::Path;
-
-const DAY_S: f64 = 86_400.0;
-const YEAR_S: f64 = 365.0 * DAY_S;
 
 /// What a column may hold: from and to, in SI, and how that reads.
 type Range = (f64, f64, &'static str);
@@ -80,8 +78,7 @@ pub fn read(path: &Path) -> Result<Vec<HourlyRecord>, ColumnFileError> {
 /// # Errors
 /// As [`read`].
 pub fn read_columns(file: ColumnFile<impl Read>) -> Result<Vec<HourlyRecord>, ColumnFileError> {
-    let clock = file.need(&["time", "time_s"])?;
-    let is_date = file.names()[clock] == "time";
+    let clock = ClockColumn::find(&file)?;
     let found: Vec<_> = VARIABLES
         .iter()
         .filter_map(|variable| {
@@ -97,10 +94,8 @@ pub fn read_columns(file: ColumnFile<impl Read>) -> Result<Vec<HourlyRecord>, Co
     }
     let mut records: Vec<HourlyRecord> = Vec::new();
     file.for_each(|row| {
-        let (time_s, day_of_year) = if is_date { date(row, clock)? } else { seconds(row, clock)? };
-        if records.last().is_some_and(|last| time_s <= last.time_s) {
-            return Err(row.refuse(clock, "a time after that of the row before"));
-        }
+        let last = records.last().map(|last| last.time_s);
+        let (time_s, day_of_year) = clock.after(row, last)?;
         let mut weather = MISSING;
         for (column, factor, offset, variable) in &found {
             let value = row.number(*column)? * factor + offset;
@@ -126,52 +121,6 @@ const MISSING: Weather = Weather {
     wind_direction_rad: f64::NAN,
     ..STANDARD_WEATHER
 };
-
-/// Time, and the day of a year of 365 days.
-fn seconds(row: &Row, column: usize) -> Result<(f64, f64), ColumnFileError> {
-    let time_s = row.number(column)?;
-    if !(time_s >= 0.0 && time_s.is_finite()) {
-        return Err(row.refuse(column, "seconds since the midnight of a 1 January"));
-    }
-    Ok((time_s, time_s % YEAR_S / DAY_S))
-}
-
-/// Time since the midnight of 1 January 1900, and the day of the year, of a date such as `2024-03-01T14:00`.
-fn date(row: &Row, column: usize) -> Result<(f64, f64), ColumnFileError> {
-    parse_date(row.text(column))
-        .ok_or_else(|| row.refuse(column, "a date and time such as 2024-03-01T14:00"))
-}
-
-fn parse_date(text: &str) -> Option<(f64, f64)> {
-    let (date, clock) = text.trim_end_matches('Z').split_once(['T', ' '])?;
-    let mut date = date.split('-').map(|part| part.parse::<u32>().ok());
-    let (year, month, day) = (date.next()??, date.next()??, date.next()??);
-    let mut clock = clock.split(':').map(|part| part.parse::<f64>().ok());
-    let (hour, minute) = (clock.next()??, clock.next()??);
-    let second = match clock.next() {
-        None => 0.0,
-        Some(second) => second?,
-    };
-    let leap = |year: u32| {
-        year.is_multiple_of(4) && (!year.is_multiple_of(100) || year.is_multiple_of(400))
-    };
-    let february = if leap(year) { 29 } else { 28 };
-    let lengths = [31, february, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31];
-    let before = lengths.get(..month.checked_sub(1)? as usize)?;
-    let in_range = *lengths.get(before.len())? >= day
-        && day > 0
-        && (1900..2200).contains(&year)
-        && (0.0..24.0).contains(&hour)
-        && (0.0..60.0).contains(&minute)
-        && (0.0..60.0).contains(&second);
-    if !in_range || date.next().is_some() || clock.next().is_some() {
-        return None;
-    }
-    let days = f64::from(before.iter().sum::<u32>() + day - 1);
-    let years: u32 = (1900..year).map(|year| if leap(year) { 366 } else { 365 }).sum();
-    let of_day_s = (hour * 60.0 + minute) * 60.0 + second;
-    Some(((f64::from(years) + days) * DAY_S + of_day_s, days + of_day_s / DAY_S))
-}
 
 #[cfg(test)]
 mod tests {

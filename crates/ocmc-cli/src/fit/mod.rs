@@ -4,6 +4,7 @@ mod curve_speed;
 mod curve_speed_text;
 mod operating_cycle;
 mod speed_change;
+mod traffic;
 mod weather;
 
 pub use curve_speed::curve_speed_answer;
@@ -22,6 +23,7 @@ pub(crate) fn fit(command: &FitCommand) -> Result<(), Failure> {
         FitCommand::CurveSpeed(arguments) => curve_speed::curve_speed(arguments),
         FitCommand::OperatingCycle(arguments) => operating_cycle::operating_cycle(arguments),
         FitCommand::SpeedChange(arguments) => speed_change::speed_change(arguments),
+        FitCommand::Traffic(arguments) => traffic::traffic(arguments),
         FitCommand::Weather(arguments) => weather::weather(arguments),
     }
 }

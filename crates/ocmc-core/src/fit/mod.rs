@@ -13,4 +13,5 @@ pub mod operating_cycle;
 pub mod p_value;
 pub mod speed_change;
 pub mod tobit;
+pub mod traffic;
 pub mod weather;

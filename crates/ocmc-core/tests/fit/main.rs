@@ -13,6 +13,7 @@ mod nist;
 mod operating_cycle;
 mod simulator_table;
 mod sleepstudy;
+mod traffic;
 mod weather;
 
 use std::fs;

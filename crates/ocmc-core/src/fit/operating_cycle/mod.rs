@@ -11,8 +11,8 @@
 //! - slope: SD, and hill length by sign changes, relative to the road's mean slope;
 //! - roughness by moments of its blocks, ground by its stretches.
 //!
-//! Weather and traffic are not estimated: the tracks hold them at the free-flow clock of one departure, without the clock. The weather
-//! has a fit of its own, [`super::weather`].
+//! Weather and traffic are not estimated: the tracks hold them at the free-flow clock of one departure, without the clock. They
+//! have fits of their own, [`super::weather`] and [`super::traffic`].
 
 mod birds_eye;
 mod curve;

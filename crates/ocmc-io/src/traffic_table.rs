@@ -1,0 +1,104 @@
+//! Tables of traffic, one row a site and interval.
+//!
+//! `road_type`, a clock (`time`, such as `2024-03-01T14:00`, or `time_s` from a midnight of 1 January), and one of
+//!
+//! - `density_share`, vehicles per m and lane over those of standing traffic
+//! - `density_per_m`, vehicles per m and lane
+//! - `speed_ratio`, speed of the traffic over the speed of cars on the empty road, as floating cars tell it
+//!
+//! `site` says which rows follow each other; without it each road type is one site. Rows of a site are in order of time. Other columns are not
+//! looked at. An empty cell is a missing value.
+
+use crate::clock_column::ClockColumn;
+use crate::column_file::{ColumnFile, ColumnFileError};
+use ocmc_core::fit::traffic::TrafficRecord;
+use ocmc_core::traffic::TrafficModel;
+use std::collections::BTreeMap;
+use std::io::Read;
+use std::path::Path;
+
+/// Reads a table of traffic; `model` knows the jam density and the law of speeds.
+///
+/// # Errors
+/// [`ColumnFileError`] names the file, the place in it and what is allowed.
+pub fn read(path: &Path, model: &TrafficModel) -> Result<Vec<TrafficRecord>, ColumnFileError> {
+    read_columns(ColumnFile::open(path)?, model)
+}
+
+/// Reads a table whose header has been read.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_columns(
+    file: ColumnFile<impl Read>,
+    model: &TrafficModel,
+) -> Result<Vec<TrafficRecord>, ColumnFileError> {
+    let clock = ClockColumn::find(&file)?;
+    let road_type = file.need(&["road_type"])?;
+    let measured = file.need(&["density_share", "density_per_m", "speed_ratio"])?;
+    let kind = file.names()[measured].clone();
+    let site = file.find(&["site"]);
+    let mut last: BTreeMap<String, f64> = BTreeMap::new();
+    let mut records = Vec::new();
+    file.for_each(|row| {
+        let road_type = row.text(road_type).to_owned();
+        let site = site.map_or_else(|| road_type.clone(), |site| row.text(site).to_owned());
+        let (time_s, _) = clock.after(row, last.get(&site).copied())?;
+        last.insert(site.clone(), time_s);
+        let value = row.number(measured)?;
+        if value < 0.0 || value == f64::INFINITY {
+            return Err(row.refuse(measured, "a number from 0 on, or nothing"));
+        }
+        let share = match kind.as_str() {
+            "density_per_m" => value / model.jam_density_per_m,
+            "speed_ratio" => model.share_at(value),
+            _ => value,
+        };
+        if share > 1.0 && kind != "speed_ratio" {
+            return Err(row.refuse(measured, "a density up to that of standing traffic"));
+        }
+        records.push(TrafficRecord { site, road_type, time_s, share });
+        Ok(())
+    })?;
+    Ok(records)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::study;
+
+    fn table(text: &str) -> Result<Vec<TrafficRecord>, ColumnFileError> {
+        let study = study::load("field-truck", &[] as &[&str]).expect("a built-in study");
+        read_columns(
+            ColumnFile::new(Path::new("traffic.csv"), text.as_bytes())?,
+            &study.model.traffic,
+        )
+    }
+
+    #[test]
+    fn densities_and_speeds_are_understood() {
+        let by_share = table("time_s,road_type,density_share\n0,urban,0.2\n300,urban,\n").unwrap();
+        assert!((by_share[0].share - 0.2).abs() < 1e-15 && by_share[1].share.is_nan());
+        let by_density = table("time_s,road_type,density_per_m\n0,urban,0.026\n").unwrap();
+        assert!((by_density[0].share - 0.2).abs() < 1e-12);
+        let speed = "time,road_type,speed_ratio,site\n2024-03-01T00:00,rural,0.8,a\n2024-03-01T00:00,rural,1.1,b\n";
+        let by_speed = table(speed).unwrap();
+        assert!((by_speed[0].share - 0.35 * (-2.0 * 0.8_f64.ln()).sqrt()).abs() < 1e-12);
+        assert!(by_speed[1].share == 0.0 && by_speed[1].site == "b");
+    }
+
+    #[test]
+    fn what_is_no_traffic_is_refused_with_its_place() {
+        for (text, words) in [
+            ("time_s,road_type,cars\n0,urban,3\n", "speed_ratio"),
+            ("time_s,density_share\n0,0.1\n", "road_type"),
+            ("time_s,road_type,density_share\n300,urban,0.1\n300,urban,0.1\n", "line 3"),
+            ("time_s,road_type,density_share\n0,urban,20\n", "standing traffic"),
+            ("time_s,road_type,speed_ratio\n0,urban,-1\n", "from 0 on"),
+        ] {
+            let message = table(text).unwrap_err().to_string();
+            assert!(message.contains(words), "{text}: {message}");
+        }
+    }
+}
