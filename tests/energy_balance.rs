@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{balance, column, run, study};
+use common::{balance, column, diesel, run, study};
 use ocmc_core::simulation::record::{COLUMNS, Cell, Outcome};
 use ocmc_core::simulation::trace::trace;
 
@@ -77,7 +77,7 @@ fn the_trace_sums_up_to_the_record_exactly() {
 #[test]
 fn fuel_is_the_map_evaluated_again_on_the_trace() {
     let study = study("field-truck", &[]);
-    let engine = &study.powertrain().engine;
+    let engine = &diesel(&study).engine;
     for id in [1, 5] {
         let factor = study.sample(1, id).vehicle.fuel_factor;
         let trace = trace(&study, 1, id);

@@ -39,7 +39,7 @@ pub(crate) fn drive(arguments: &DriveArguments) -> Result<(), Failure> {
                 run_study(typed, load, false, |study, plan, sink| run(study, plan, sink))
             }
             Follow::Exact => {
-                let load = || Ok(called(study::load_to_follow(&typed.study, &typed.set)?));
+                let load = || Ok(called(study::load(&typed.study, &typed.set)?));
                 run_study(typed, load, false, |study, plan, sink| {
                     let one = |id| follow_study(study, plan.seed, id, &cycle).0;
                     run_with(plan, &|ids, _| ids.map(one).collect(), sink)
@@ -54,7 +54,7 @@ pub(crate) fn drive(arguments: &DriveArguments) -> Result<(), Failure> {
     }
     given_cycle::read(file).map_err(Failure::GivenCycle)?;
     let load = || {
-        let loaded = study::load_to_follow(&typed.study, &typed.set)?;
+        let loaded = study::load(&typed.study, &typed.set)?;
         Ok(called(loaded.on_routes(&arguments.files, &keep)?))
     };
     run_study(typed, load, false, |study, plan, sink| {

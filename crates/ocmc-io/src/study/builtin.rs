@@ -77,6 +77,21 @@ pub const VEHICLES: &[BuiltIn] = &[
         description: "City bus of 12 m, 185 kW diesel engine",
         text: include_str!("../../../../configs/vehicles/city-bus-12m.toml"),
     },
+    BuiltIn {
+        name: "tractor-electric-40t",
+        description: "Tractor-semitrailer of the 40 t class, battery of 540 kWh, 490 kW, 3 gears",
+        text: include_str!("../../../../configs/vehicles/tractor-electric-40t.toml"),
+    },
+    BuiltIn {
+        name: "city-bus-electric-12m",
+        description: "City bus of 12 m, battery of 350 kWh, 200 kW",
+        text: include_str!("../../../../configs/vehicles/city-bus-electric-12m.toml"),
+    },
+    BuiltIn {
+        name: "car-electric",
+        description: "Passenger car of the compact class, battery of 77 kWh, 150 kW",
+        text: include_str!("../../../../configs/vehicles/car-electric.toml"),
+    },
 ];
 
 /// The routes that built-in studies name, by the name in the study, as `ocmc cycle` would write them.
