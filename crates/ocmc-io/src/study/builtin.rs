@@ -58,6 +58,11 @@ pub const STUDIES: &[BuiltIn] = &[
         description: "Missions of 40 km in towns with a stop every two kilometres",
         text: include_str!("../../../../configs/urban-delivery.toml"),
     },
+    BuiltIn {
+        name: "battery-truck",
+        description: "The default study with battery-electric tractors",
+        text: include_str!("../../../../configs/battery-truck.toml"),
+    },
 ];
 
 /// The built-in vehicles.
