@@ -2,9 +2,10 @@
 
 mod common;
 
-use common::{GivenRoad, column, typical};
+use common::{GivenRoad, column, diesel, typical};
 use fearless_simd::{Level, dispatch, prelude::*};
 use ocmc_core::lanes::Lanes;
+use ocmc_core::simulation::diesel::Diesel;
 use ocmc_core::simulation::road_row::{FAR, RoadRow};
 use ocmc_core::simulation::state::{Shared, State, Total};
 use ocmc_core::simulation::trace::trace_scenario;
@@ -14,7 +15,7 @@ use ocmc_core::vehicle::resistance::GRAVITY_MPS2;
 /// Engine torque that holds a speed on a slope, from the wheel back through axle, retarder and gearbox.
 fn steady_torque_nm(study: &Study, gear: usize, wheel_force_n: f64, auxiliary_nm: f64) -> f64 {
     let vehicle = &study.model().vehicle;
-    let gearbox = &vehicle.gearbox;
+    let gearbox = &diesel(study).gearbox;
     let axle_out = wheel_force_n * vehicle.wheel_radius_m / gearbox.axle_ratio;
     let axle_in = (axle_out + gearbox.axle_loss_torque_nm) / (1.0 - gearbox.axle_loss_share);
     let box_out = axle_in + gearbox.retarder_torque_nm;
@@ -59,7 +60,7 @@ fn constant_speed_is_the_closed_form_to_1e_6() {
         let g = gear[to] as usize - 1;
         let w = v * study.powertrain().gears[g].speed_ratio_per_m;
         let torque = steady_torque_nm(&study, g, wanted, vehicle.auxiliary_power_w / w);
-        let rate = study.powertrain().engine.fuel_kgps(w, torque) * vehicle.fuel_factor;
+        let rate = diesel(&study).engine.fuel_kgps(w, torque) * vehicle.fuel_factor;
         let fuel: f64 = column(&trace, "fuel_added_kg")[from + 1..=to].iter().sum();
         let time: f64 = column(&trace, "step_s")[from + 1..=to].iter().sum();
         assert!((fuel / (rate * time) - 1.0).abs() < 1e-6, "{} {rate}", fuel / time);
@@ -73,7 +74,7 @@ fn smooth(study: &Study, duration_s: f64) -> (f64, f64, f64) {
 
 fn smooth_with<S: Simd>(simd: S, study: &Study, duration_s: f64) -> (f64, f64, f64) {
     let all = |value| Lanes::splat(simd, value);
-    let shared = Shared::new(study);
+    let shared = Shared::new(study, Diesel::new(diesel(study), &study.powertrain().model));
     let mut state = State::parked(simd, &shared);
     let mut row = [0.0; RoadRow::COLUMNS];
     row[RoadRow::LENGTH] = 1e7;

@@ -143,8 +143,13 @@ fn every_built_in_vehicle_drives_the_default_roads() {
         let loaded = studies::load_text("v.toml", &text, &[] as &[&str]).unwrap();
         for record in run(&loaded.study, 8) {
             assert_eq!(record.outcome, Outcome::Completed, "{} {}", vehicle.name, record.cycle_id);
-            let litres = record.consumption_l_per_100km.unwrap();
-            assert!((10.0..50.0).contains(&litres), "{} {litres}", vehicle.name);
+            // of what the store gives, and of what braking brings back, a fifth at least comes to the wheels and not more than all
+            let store = record.fuel_energy_j.or(record.battery_energy_j).unwrap();
+            let given = store + record.regenerated_energy_j.unwrap_or(0.0);
+            let share = record.wheel_energy_j / given;
+            assert!((0.2..1.0).contains(&share), "{} {share} {given}", vehicle.name);
+            let energy = record.fuel_energy_j.is_some() != record.battery_energy_j.is_some();
+            assert!(energy, "{}: one store", vehicle.name);
         }
     }
 }

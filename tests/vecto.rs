@@ -181,13 +181,13 @@ fn the_truck_of_vectos_own_files() {
     std::fs::write(&file, text).unwrap();
     let none: &[&str] = &[];
     let loaded = load(file.to_str().unwrap(), none).unwrap();
-    let (model, engine) = (&loaded.model.vehicle, loaded.study.powertrain());
+    let (model, drive) = (&loaded.model.vehicle, common::diesel(&loaded.study));
     assert!((model.wheel_radius_m - 0.4915).abs() < 1e-4);
     // points of the files: 1200 rpm, 2300 Nm full load, −179 Nm drag; 1000 rpm and 1000 Nm, as the map says; the axle's line
     let w = 1200.0 * std::f64::consts::PI / 30.0;
-    assert!((engine.engine.full_load_nm(w) - 2300.0).abs() < 0.5);
-    assert!((engine.engine.drag_nm(w) + 179.0).abs() < 0.5);
-    let axle = &model.gearbox;
+    assert!((drive.engine.full_load_nm(w) - 2300.0).abs() < 0.5);
+    assert!((drive.engine.drag_nm(w) + 179.0).abs() < 0.5);
+    let axle = &drive.gearbox;
     assert!(
         (axle.axle_loss_torque_nm - 40.0).abs() < 1e-6
             && (axle.axle_loss_share - 0.015).abs() < 1e-9

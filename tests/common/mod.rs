@@ -14,6 +14,7 @@ use ocmc_core::simulation::drive::drive;
 use ocmc_core::simulation::record::Record;
 use ocmc_core::simulation::trace::Trace;
 use ocmc_core::study::{Scenario, Study};
+use ocmc_core::vehicle::DieselDrive;
 use ocmc_core::weather::STANDARD_WEATHER;
 use std::path::PathBuf;
 
@@ -128,6 +129,11 @@ pub fn typical(sets: &[&str]) -> Study {
     study("field-truck", &all)
 }
 
+/// Engine and gearbox of a study that has them.
+pub fn diesel(study: &Study) -> &DieselDrive {
+    study.powertrain().diesel().unwrap()
+}
+
 /// A column of a trace.
 pub fn column<'a>(trace: &'a Trace, name: &str) -> &'a [f64] {
     let found = trace.columns.iter().find(|c| c.name == name);
@@ -148,6 +154,22 @@ pub fn balance(r: &Record) -> f64 {
         + r.kinetic_change_j
         + r.potential_change_j;
     (crank - spent) / crank.abs()
+}
+
+/// What the battery's store lost less everything that it went into, over the energy that moved.
+pub fn electric_balance(r: &Record) -> f64 {
+    let spent = r.battery_loss_j.unwrap()
+        + r.motor_loss_j.unwrap()
+        + r.auxiliary_energy_j
+        + r.transmission_loss_j
+        + r.shift_loss_j.unwrap()
+        + r.drag_energy_j
+        + r.rolling_energy_j
+        + r.service_brake_energy_j
+        + r.kinetic_change_j
+        + r.potential_change_j;
+    let store = r.battery_energy_j.unwrap();
+    (store - spent) / store.abs().max(r.wheel_energy_j)
 }
 
 /// Mean and standard error.

@@ -249,7 +249,7 @@ pub(crate) struct DriveArguments {
 pub(crate) enum Follow {
     /// A driver of the study drives it: its speeds are limits along the road, its standstills are stops
     Driver,
-    /// Nobody drives it: the exact backward force balance of the prescribed speed. The only mode for battery-electric vehicles
+    /// Nobody drives it: the exact backward force balance of the prescribed speed
     Exact,
 }
 

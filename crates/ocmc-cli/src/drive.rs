@@ -3,7 +3,7 @@
 use crate::arguments::{DriveArguments, Follow};
 use crate::failure::Failure;
 use crate::request;
-use crate::run::run_study;
+use crate::run::{Given, run_study};
 use ocmc_core::fleet::run::{run, run_with};
 use ocmc_core::operating_cycle::given::Keep;
 use ocmc_core::prescribed::{follow_planned, follow_study};
@@ -18,11 +18,16 @@ pub(crate) fn drive(arguments: &DriveArguments) -> Result<(), Failure> {
     let Some(follow) = arguments.follow_speed else {
         let load =
             || Ok(study::load(&typed.study, &typed.set)?.on_routes(&arguments.files, &keep)?);
-        return run_study(typed, load, true, |study, plan, sink| run(study, plan, sink));
+        return run_study(typed, load, Given::Routes, |study, plan, sink| run(study, plan, sink));
     };
     let [file] = arguments.files.as_slice() else {
         return Err(request::usage("--follow-speed follows one file; give one"));
     };
+    if typed.resume {
+        return Err(request::usage(
+            "a run that follows a speed cannot be resumed: its directory does not hold the speed; run it again with another --out",
+        ));
+    }
     let how = match follow {
         Follow::Driver => "driver",
         Follow::Exact => "exact",
@@ -36,11 +41,11 @@ pub(crate) fn drive(arguments: &DriveArguments) -> Result<(), Failure> {
                 let route = drive_cycle::as_route(file, &cycle)?;
                 let load =
                     || Ok(called(study::load(&typed.study, &typed.set)?).on_route(file, route)?);
-                run_study(typed, load, false, |study, plan, sink| run(study, plan, sink))
+                run_study(typed, load, Given::Speed, |study, plan, sink| run(study, plan, sink))
             }
             Follow::Exact => {
-                let load = || Ok(called(study::load_to_follow(&typed.study, &typed.set)?));
-                run_study(typed, load, false, |study, plan, sink| {
+                let load = || Ok(called(study::load(&typed.study, &typed.set)?));
+                run_study(typed, load, Given::Speed, |study, plan, sink| {
                     let one = |id| follow_study(study, plan.seed, id, &cycle).0;
                     run_with(plan, &|ids, _| ids.map(one).collect(), sink)
                 })
@@ -54,10 +59,10 @@ pub(crate) fn drive(arguments: &DriveArguments) -> Result<(), Failure> {
     }
     given_cycle::read(file).map_err(Failure::GivenCycle)?;
     let load = || {
-        let loaded = study::load_to_follow(&typed.study, &typed.set)?;
+        let loaded = study::load(&typed.study, &typed.set)?;
         Ok(called(loaded.on_routes(&arguments.files, &keep)?))
     };
-    run_study(typed, load, false, |study, plan, sink| {
+    run_study(typed, load, Given::Speed, |study, plan, sink| {
         // a plan that is no drive cycle is a cycle that cannot be driven
         let stalled =
             |cycle_id| Record { cycle_id, outcome: Outcome::Stalled, ..Record::default() };

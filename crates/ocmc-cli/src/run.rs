@@ -9,8 +9,10 @@ use ocmc_core::fleet::precision::Looks;
 use ocmc_core::fleet::run;
 use ocmc_core::fleet::run::RunPlan;
 use ocmc_core::fleet::summary::SummaryBuilder;
+use ocmc_core::operating_cycle::given::RouteModel;
 use ocmc_core::simulation::record::Record;
 use ocmc_core::study::Study;
+use ocmc_io::records::RecordFormat;
 use ocmc_io::run_directory::{self, Manifest, RunDirectory};
 use ocmc_io::run_summary::RunSummary;
 use ocmc_io::study::{self, LoadedStudy, Origin};
@@ -28,9 +30,20 @@ pub(crate) enum Stop {
     Failed(Failure),
 }
 
+/// What the command line gives beside the study.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Given {
+    Nothing,
+    /// Routes to drive.
+    Routes,
+    /// A speed to follow. Such a run is not what its study alone gives, and cannot be resumed.
+    Speed,
+}
+
 /// A run that is to be driven: all of it, or what is left of it.
 struct Job {
     loaded: LoadedStudy,
+    given: Given,
     manifest: Manifest,
     plan: RunPlan,
     directory: Option<RunDirectory>,
@@ -41,20 +54,19 @@ struct Job {
 /// Runs the study, writes its records where asked to, and prints the answer.
 pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
     let load = || Ok(study::load(&arguments.study, &arguments.set)?);
-    run_study(arguments, load, true, |study, plan, sink| run::run(study, plan, sink))
+    run_study(arguments, load, Given::Nothing, |study, plan, sink| run::run(study, plan, sink))
 }
 
-/// As [`run`], of the study that `load` gives, with what `drive` makes of it. A run that is not `repeatable` is not what its
-/// study alone gives, and cannot be resumed.
+/// As [`run`], of the study that `load` gives, with what `drive` makes of it.
 pub(crate) fn run_study(
     arguments: &RunArguments,
     load: impl FnOnce() -> Result<LoadedStudy, Failure>,
-    repeatable: bool,
+    given: Given,
     drive: impl FnOnce(&Study, &RunPlan, Sink) -> ControlFlow<Stop>,
 ) -> Result<(), Failure> {
     let job = match (&arguments.out, arguments.resume) {
         (Some(path), true) => resume(arguments, path)?,
-        _ => Some(begin(arguments, load, repeatable)?),
+        _ => Some(begin(arguments, load, given)?),
     };
     let Some(job) = job else {
         return complete_already(arguments);
@@ -65,18 +77,21 @@ pub(crate) fn run_study(
 fn begin(
     arguments: &RunArguments,
     load: impl FnOnce() -> Result<LoadedStudy, Failure>,
-    repeatable: bool,
+    given: Given,
 ) -> Result<Job, Failure> {
     let plan = request::plan(arguments)?;
     let loaded = load()?;
     let precision = arguments.precision.clone();
-    let manifest = Manifest { precision, repeatable, ..Manifest::new(&loaded.model, &plan) };
+    let repeatable = given != Given::Speed;
+    let records = RecordFormat::from(arguments.format).file_name().to_owned();
+    let manifest =
+        Manifest { precision, repeatable, records, ..Manifest::new(&loaded.model, &plan) };
     let fleet = SummaryBuilder::new(loaded.model.driver.curve_speed.uncertain_replicates());
     let directory = match &arguments.out {
         Some(path) => Some(RunDirectory::create(path, arguments.format.into(), manifest.clone())?),
         None => None,
     };
-    Ok(Job { loaded, manifest, plan, directory, fleet })
+    Ok(Job { loaded, given, manifest, plan, directory, fleet })
 }
 
 /// What is left of the run in a directory; none where it is complete.
@@ -94,7 +109,8 @@ fn resume(arguments: &RunArguments, path: &Path) -> Result<Option<Job>, Failure>
     // the study is that of the run, not the file that its manifest is
     let mut loaded = unfinished.study;
     loaded.origin = Origin::BuiltIn(manifest.study.clone());
-    Ok(Some(Job { loaded, manifest, plan, directory: Some(directory), fleet }))
+    let given = Given::Nothing;
+    Ok(Some(Job { loaded, given, manifest, plan, directory: Some(directory), fleet }))
 }
 
 fn drive_job(
@@ -102,7 +118,7 @@ fn drive_job(
     job: Job,
     drive: impl FnOnce(&Study, &RunPlan, Sink) -> ControlFlow<Stop>,
 ) -> Result<(), Failure> {
-    let Job { loaded, manifest, plan, mut directory, mut fleet } = job;
+    let Job { loaded, given, manifest, plan, mut directory, mut fleet } = job;
     let resumed = fleet.cycles();
     interrupt::listen();
     let clock = Instant::now();
@@ -147,7 +163,12 @@ fn drive_job(
         return Err(stopped(&summary, &manifest, arguments.out.as_deref()));
     }
     if !arguments.quiet && !arguments.json {
-        output::note(&more(arguments.out.as_deref(), &manifest));
+        output::note(&more(
+            arguments.out.as_deref(),
+            &manifest,
+            given,
+            &loaded.model.mission.routes,
+        ));
     }
     Ok(())
 }
@@ -180,6 +201,14 @@ fn stopped(summary: &RunSummary, manifest: &Manifest, out: Option<&Path>) -> Fai
     let done = summary.summary.cycles;
     let finished = format!("{done} of {} cycles finished", manifest.cycles);
     match out {
+        Some(path) if !manifest.repeatable => Failure::Interrupted {
+            finished: format!("{finished} and kept in `{}`", path.display()),
+            help: format!(
+                "a run that follows a speed cannot be resumed; --first-cycle {} --cycles {} with another --out runs the rest",
+                manifest.first_cycle + done,
+                manifest.cycles - done
+            ),
+        },
         Some(path) => Failure::Interrupted {
             finished: format!("{finished} and kept in `{}`", path.display()),
             help: format!("ocmc --out {} --resume runs the rest", path.display()),
@@ -196,14 +225,32 @@ fn stopped(summary: &RunSummary, manifest: &Manifest, out: Option<&Path>) -> Fai
 }
 
 /// How to see more.
-fn more(out: Option<&Path>, manifest: &Manifest) -> String {
+fn more(out: Option<&Path>, manifest: &Manifest, given: Given, routes: &[RouteModel]) -> String {
     let kept = match out {
         Some(path) => written(path, manifest),
         None => "More: --out DIR keeps a record of each cycle.".to_owned(),
     };
+    let setting = match given {
+        Given::Nothing => String::new(),
+        Given::Routes => format!(" --set '{}'", routes_setting(routes)),
+        // `trace` knows no followed speed
+        Given::Speed => return kept,
+    };
     format!(
-        "{kept} `ocmc trace --cycle-id ID`, with the same study and seed, shows one cycle step by step."
+        "{kept} `ocmc trace --cycle-id ID{setting}`, with the same study and seed, shows one cycle step by step."
     )
+}
+
+/// The setting that gives a study these routes.
+fn routes_setting(routes: &[RouteModel]) -> String {
+    let route = |route: &RouteModel| {
+        let file = std::path::absolute(&route.file).unwrap_or_else(|_| route.file.clone().into());
+        let keep: Vec<&str> = route.keep.iter().map(|keep| keep.name()).collect();
+        let keep = if keep.is_empty() { String::new() } else { format!(", keep = {keep:?}") };
+        format!("{{file = {:?}, weight = {}{keep}}}", file.display().to_string(), route.weight)
+    };
+    let all: Vec<String> = routes.iter().map(route).collect();
+    format!("mission.routes=[{}]", all.join(", "))
 }
 
 /// What was written, and where.

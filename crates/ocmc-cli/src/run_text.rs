@@ -34,6 +34,7 @@ pub(crate) fn run_text(run: &RunSummary, circumstances: &Circumstances) -> Strin
             text.push_str(&histogram_chart::histogram_chart(statistic, circumstances.width));
         }
     }
+    text.push_str(&saturated(&run.summary));
     text.push_str(&failed(run));
     text
 }
@@ -134,6 +135,25 @@ fn uncertain(summary: &Summary) -> String {
         uncertainty.replicates,
         sampling.map_or("-".to_owned(), half)
     )
+}
+
+/// Where powertrains could not do what a followed speed asked for, and left their maps.
+fn saturated(summary: &Summary) -> String {
+    let Some(saturation) = summary.saturation.filter(|saturation| saturation.cycles > 0) else {
+        return String::new();
+    };
+    let mut text = format!(
+        "\nSaturated in {} of {} cycles: {} s at the powertrain's limit, {} kWh missing at the wheels",
+        grouped(saturation.cycles),
+        grouped(summary.cycles),
+        rounded(saturation.limited_s),
+        rounded(saturation.missing_energy_j / 3.6e6),
+    );
+    text.push_str(&match saturation.outside_map_s {
+        0.0 => ".\n".to_owned(),
+        outside_s => format!(",\n{} s beyond the points of its map.\n", rounded(outside_s)),
+    });
+    text
 }
 
 /// Cycles that could not be driven, by reason, and how they were counted.

@@ -60,7 +60,11 @@ fn studies_differ_from_the_default_one_only_where_they_say_so() {
     let default = model("field-truck");
     for built_in in study::list() {
         let model = model(built_in.name);
-        assert_eq!(model.vehicle, default.vehicle, "{}", built_in.name);
+        if built_in.name == "battery-truck" {
+            assert!(model.vehicle.electric.is_some() && model.vehicle.engine.is_none());
+        } else {
+            assert_eq!(model.vehicle, default.vehicle, "{}", built_in.name);
+        }
         assert_eq!(model.weather, default.weather, "{}", built_in.name);
         // the virtual simulator has finer steps, still air and an empty road
         if built_in.name != "simulator-study" {
@@ -152,8 +156,15 @@ fn every_built_in_study_uses_only_keys_of_the_schema() {
     for built_in in study::list() {
         check("", &built_in.text.parse().expect("TOML"), &schema);
     }
-    let vehicle: toml::Table = study::show("tractor-40t").expect("built in").parse().expect("TOML");
-    check("vehicle", &vehicle, &schema["properties"]["vehicle"]);
+    for vehicle in study::builtin::VEHICLES {
+        let table: toml::Table = vehicle.text.parse().expect("TOML");
+        check("vehicle", &table, &schema["properties"]["vehicle"]);
+    }
+    // what may be absent is described, too
+    let vehicle = &schema["properties"]["vehicle"]["properties"];
+    let motor = &vehicle["electric"]["properties"]["motor"]["properties"];
+    assert_eq!(motor["brake_share"]["maximum"], 1.0);
+    assert_eq!(vehicle["engine"]["properties"]["torque_lag_s"]["minimum"], 0.2);
 }
 
 #[test]

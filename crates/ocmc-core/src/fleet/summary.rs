@@ -26,6 +26,32 @@ pub struct Summary {
     pub parameter_uncertainty: Option<ParameterUncertainty>,
     /// What the cycles that were not completed could change; none where they are at most 0.1 %.
     pub worst_case: Option<WorstCase>,
+    /// Where powertrains came to their limits and left their maps; none where somebody drives.
+    pub saturation: Option<Saturation>,
+}
+
+/// Where speeds were followed that a powertrain cannot hold, or beyond the points of its map, over all cycles.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Saturation {
+    /// Cycles with either.
+    pub cycles: u64,
+    /// Time at the limit, in s.
+    pub limited_s: f64,
+    /// Work at the wheels that was missing then, in J.
+    pub missing_energy_j: f64,
+    /// Time beyond the points of the map, in s.
+    pub outside_map_s: f64,
+}
+
+impl Saturation {
+    fn add(&mut self, record: &Record) {
+        let part = |value: Option<f64>| value.unwrap_or(0.0);
+        let (limited_s, outside_map_s) = (part(record.limited_s), part(record.outside_map_s));
+        self.cycles += u64::from(limited_s + outside_map_s > 0.0);
+        self.limited_s += limited_s;
+        self.missing_energy_j += part(record.missing_energy_j);
+        self.outside_map_s += outside_map_s;
+    }
 }
 
 /// Number of cycles by outcome, in the order of [`Outcome::ALL`].
@@ -87,6 +113,7 @@ impl Serialize for Summary {
         map.serialize_entry("statistics", &StatisticsByName(&self.statistics))?;
         map.serialize_entry("parameter_uncertainty", &self.parameter_uncertainty)?;
         map.serialize_entry("worst_case", &self.worst_case)?;
+        map.serialize_entry("saturation", &self.saturation)?;
         map.end()
     }
 }
@@ -107,6 +134,7 @@ pub struct SummaryBuilder {
     outcomes: Outcomes,
     distance_m: f64,
     simulated_s: f64,
+    saturation: Option<Saturation>,
     /// Completed cycles.
     rows: usize,
     /// Per completed cycle.
@@ -132,6 +160,9 @@ impl SummaryBuilder {
             self.outcomes.0[record.outcome as usize] += 1;
             self.distance_m += record.distance_m;
             self.simulated_s += record.simulated_s;
+            if record.limited_s.is_some() {
+                self.saturation.get_or_insert_default().add(record);
+            }
             if record.outcome == Outcome::Completed {
                 self.add_completed(record);
             }
@@ -203,6 +234,7 @@ impl SummaryBuilder {
             statistics,
             parameter_uncertainty,
             worst_case,
+            saturation: self.saturation,
         }
     }
 

@@ -124,7 +124,8 @@ impl<'a> ClosedLoop<'a> {
         let (_, acceleration_mps2) = line_at_start(&log.time_s, &log.speed_mps);
         let (pedal, pedal_rate) = line_at_start(&log.time_s, &log.accelerator);
         let (brake, _) = line_at_start(&log.time_s, &log.brake);
-        let lag_s = study.powertrain().model.engine.torque_lag_s;
+        let lag_s =
+            study.powertrain().diesel().map_or(0.0, |drive| drive.engine_model.torque_lag_s);
         let accelerator = (pedal - lag_s * pedal_rate).clamp(0.0, 1.0);
         let filter_s = model.driver.pedals.pid.derivative_filter_s;
         let start_output = pedal - brake / model.driver.pedals.brake_scale;

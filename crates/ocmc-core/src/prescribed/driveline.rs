@@ -4,7 +4,7 @@
 
 use super::drive_cycle::DriveStep;
 use crate::vehicle::efficiency::EfficiencyCurve;
-use crate::vehicle::{Powertrain, Vehicle};
+use crate::vehicle::{DieselDrive, Powertrain, Vehicle};
 
 /// What the driveline did in one step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -30,12 +30,15 @@ pub(super) struct DrivelineStep {
     pub(super) engine_radps: f64,
     /// Whether the engine is at its limit.
     pub(super) limited: bool,
+    /// Whether it is beyond the points of its map.
+    pub(super) outside_map: bool,
 }
 
 /// A gearbox behind an engine with its map, and where both are.
 #[derive(Clone, Debug)]
 pub(super) struct GearedDriveline<'a> {
     powertrain: &'a Powertrain,
+    diesel: &'a DieselDrive,
     auxiliary_power_w: f64,
     fuel_factor: f64,
     gear: usize,
@@ -62,13 +65,18 @@ struct Fit {
 }
 
 impl<'a> GearedDriveline<'a> {
-    pub(super) fn new(powertrain: &'a Powertrain, vehicle: &Vehicle) -> Self {
-        let engine_radps = powertrain.model.engine.idle_speed_radps;
+    pub(super) fn new(
+        powertrain: &'a Powertrain,
+        diesel: &'a DieselDrive,
+        vehicle: &Vehicle,
+    ) -> Self {
+        let engine_radps = diesel.engine_model.idle_speed_radps;
         Self {
             powertrain,
+            diesel,
             auxiliary_power_w: vehicle.auxiliary_power_w,
             fuel_factor: vehicle.fuel_factor,
-            gear: powertrain.model.gearbox.shift.start_gear as usize - 1,
+            gear: powertrain.shift.start_gear as usize - 1,
             engine_radps,
             n_shifts: 0,
         }
@@ -76,21 +84,21 @@ impl<'a> GearedDriveline<'a> {
 
     /// Kinetic energy of the engine, in J.
     pub(super) fn kinetic_j(&self) -> f64 {
-        0.5 * self.powertrain.model.engine.inertia_kgm2 * self.engine_radps * self.engine_radps
+        0.5 * self.diesel.engine_model.inertia_kgm2 * self.engine_radps * self.engine_radps
     }
 
     /// Axle ratio over wheel radius, in 1/m.
     fn axle_per_m(&self) -> f64 {
-        self.powertrain.model.gearbox.axle_ratio / self.powertrain.model.wheel_radius_m
+        self.diesel.gearbox.axle_ratio / self.powertrain.model.wheel_radius_m
     }
 
     fn fit(&self, gear: usize, step: &DriveStep, force_n: f64) -> Fit {
-        let (model, engine) = (&self.powertrain.model, &self.powertrain.engine);
-        let shift = &model.gearbox.shift;
+        let (model, engine) = (&self.diesel.engine_model, &self.diesel.engine);
+        let shift = &self.powertrain.shift;
         let here = &self.powertrain.gears[gear];
         let speed_radps = here.speed_ratio_per_m * step.mean_mps();
-        let gearbox_nm = model.gearbox.input_torque_nm(here, self.axle_per_m(), force_n);
-        let slow = shift.open_share * model.engine.idle_speed_radps;
+        let gearbox_nm = self.diesel.gearbox.input_torque_nm(here, self.axle_per_m(), force_n);
+        let slow = shift.open_share * model.idle_speed_radps;
         let slips = here.launches && speed_radps < shift.launch_speed_radps && gearbox_nm > 0.0;
         let closed = !slips && speed_radps >= slow;
         let engine_radps = if closed {
@@ -98,11 +106,11 @@ impl<'a> GearedDriveline<'a> {
         } else if slips {
             shift.launch_speed_radps
         } else {
-            model.engine.idle_speed_radps
+            model.idle_speed_radps
         };
         // the engine's own inertia has to be turned up, too
         let inertia_nm = if closed {
-            model.engine.inertia_kgm2 * here.speed_ratio_per_m * step.acceleration_mps2()
+            model.inertia_kgm2 * here.speed_ratio_per_m * step.acceleration_mps2()
         } else {
             0.0
         };
@@ -122,7 +130,7 @@ impl<'a> GearedDriveline<'a> {
     /// The highest gear above the upshift line that has the torque; where there is none, the highest that has it; where none has it,
     /// the strongest. The gear that is engaged stays while it is above the downshift line and has the torque.
     fn choose(&self, step: &DriveStep, force_n: f64) -> Fit {
-        let shift = &self.powertrain.model.gearbox.shift;
+        let shift = &self.powertrain.shift;
         let fits: Vec<Fit> =
             (0..self.powertrain.gears.len()).map(|gear| self.fit(gear, step, force_n)).collect();
         let now = fits[self.gear];
@@ -161,9 +169,9 @@ impl<'a> GearedDriveline<'a> {
             self.gear = fit.gear;
             self.n_shifts += 1;
         }
-        let model = &self.powertrain.model;
+        let model = &self.diesel.engine_model;
         let gear = &self.powertrain.gears[fit.gear];
-        let inertia_kgm2 = model.engine.inertia_kgm2;
+        let inertia_kgm2 = model.inertia_kgm2;
         let auxiliary_nm = self.auxiliary_power_w / fit.engine_radps;
         let engaged = fit.closed || fit.slips;
         let (engine_nm, limited) = if engaged {
@@ -177,7 +185,7 @@ impl<'a> GearedDriveline<'a> {
             0.0
         };
         let gearbox_nm = if engaged { engine_nm - auxiliary_nm - inertia_nm } else { 0.0 };
-        let wheel_n = model.gearbox.wheel_force_n(gear, self.axle_per_m(), gearbox_nm);
+        let wheel_n = self.diesel.gearbox.wheel_force_n(gear, self.axle_per_m(), gearbox_nm);
         let way_m = step.distance_m();
         let turned_rad = fit.engine_radps * step.dt_s;
         let gearbox_rad = gear.speed_ratio_per_m * way_m;
@@ -189,9 +197,9 @@ impl<'a> GearedDriveline<'a> {
         };
         let jump = self.engine_radps * self.engine_radps - start * start;
         self.engine_radps = end;
-        let fuel_kgps = self.powertrain.engine.fuel_kgps(fit.engine_radps, engine_nm);
-        let heating = model.engine.fuel.heating_value_jpkg;
-        let brake_nms = model.brakes.engine_brake_nms();
+        let fuel_kgps = self.diesel.engine.fuel_kgps(fit.engine_radps, engine_nm);
+        let heating = model.fuel.heating_value_jpkg;
+        let brake_nms = self.powertrain.model.brakes.engine_brake_nms();
         DrivelineStep {
             wheel_n,
             crankshaft_j: engine_nm * turned_rad,
@@ -207,6 +215,7 @@ impl<'a> GearedDriveline<'a> {
             },
             engine_radps: end,
             limited,
+            outside_map: !model.map_covers(fit.engine_radps, engine_nm),
         }
     }
 }

@@ -16,13 +16,13 @@ pub use driveline::EfficiencyDriveline;
 pub use electric::ElectricSums;
 pub use planned::planned_cycle;
 
-use crate::random::Streams;
 use crate::simulation::record::{Outcome, Record};
 use crate::study::{Scenario, Study};
-use crate::vehicle::electric::ElectricModel;
+use crate::vehicle::electric::ElectricDrive;
 use crate::vehicle::resistance::{
     GRAVITY_MPS2, drag_force_n, rolling_temperature_factor, rolling_wet_factor,
 };
+use crate::vehicle::{DieselDrive, Drive, Vehicle};
 use driveline::{DrivelineStep, GearedDriveline};
 use electric::ElectricDriveline;
 
@@ -84,6 +84,8 @@ pub struct Followed {
     pub limited_s: f64,
     /// Work at the wheels that the engine could not give.
     pub missing_j: f64,
+    /// Time that engine or motor spent beyond the points of its map, in s.
+    pub outside_map_s: f64,
     /// Sum of the climbs, in m.
     pub climb_m: f64,
     /// What the battery and the motor did; none for an engine.
@@ -127,6 +129,9 @@ fn balance(
         } else {
             sum.standstill_s += step.dt_s;
         }
+        if done.outside_map {
+            sum.outside_map_s += step.dt_s;
+        }
         if moving && step.end_mps <= 0.0 {
             sum.n_stops += 1;
         }
@@ -158,7 +163,7 @@ pub fn follow_study(
     cycle_id: u64,
     cycle: &DriveCycle,
 ) -> (Record, Followed) {
-    follow_scenario(study, seed, &study.sample(seed, cycle_id), cycle)
+    follow_scenario(study, &study.sample(seed, cycle_id), cycle)
 }
 
 /// Follows the speed that the driver of one cycle of a study wants along its road, exactly. Air is that of the departure, the road smooth.
@@ -172,15 +177,10 @@ pub fn follow_planned(
 ) -> Result<(Record, Followed), DriveCycleError> {
     let scenario = study.sample(seed, cycle_id);
     let cycle = planned_cycle(study, &scenario)?;
-    Ok(follow_scenario(study, seed, &scenario, &cycle))
+    Ok(follow_scenario(study, &scenario, &cycle))
 }
 
-fn follow_scenario(
-    study: &Study,
-    seed: u64,
-    scenario: &Scenario,
-    cycle: &DriveCycle,
-) -> (Record, Followed) {
+fn follow_scenario(study: &Study, scenario: &Scenario, cycle: &DriveCycle) -> (Record, Followed) {
     let (vehicle, model) = (&scenario.vehicle, &study.powertrain().model);
     let weather = &scenario.cycle.weather[0].weather;
     let temperature = rolling_temperature_factor(
@@ -205,31 +205,28 @@ fn follow_scenario(
         rolling_coefficient: vehicle.rolling_coefficient,
         ..Record::default()
     };
-    match &model.electric {
-        None => follow_with_engine(study, scenario, cycle, &body, &plain),
-        Some(electric) => {
-            let streams = Streams {
-                frozen: &study.model().simulation.frozen,
-                ..Streams::new(seed, scenario.cycle_id)
-            };
-            follow_with_battery(electric, model.wheel_radius_m, &streams, cycle, &body, &plain)
+    match &study.powertrain().drive {
+        Drive::Diesel(diesel) => follow_with_engine(study, diesel, scenario, cycle, &body, &plain),
+        Drive::BatteryElectric(electric) => {
+            follow_with_battery(electric, model.wheel_radius_m, vehicle, cycle, &body, &plain)
         }
     }
 }
 
 fn follow_with_engine(
     study: &Study,
+    diesel: &DieselDrive,
     scenario: &Scenario,
     cycle: &DriveCycle,
     body: &Body,
     plain: &Record,
 ) -> (Record, Followed) {
-    let mut driveline = GearedDriveline::new(study.powertrain(), &scenario.vehicle);
+    let mut driveline = GearedDriveline::new(study.powertrain(), diesel, &scenario.vehicle);
     let before_j = driveline.kinetic_j();
     let mut sum = balance(cycle, body, |step, force_n| driveline.step(step, force_n));
     sum.kinetic_j += driveline.kinetic_j() - before_j;
     sum.n_shifts = driveline.n_shifts;
-    let fuel = &study.powertrain().model.engine.fuel;
+    let fuel = &diesel.engine_model.fuel;
     let fuel_kg = sum.fuel_j / fuel.heating_value_jpkg;
     let per_100km = sum.per_m(fuel_kg / fuel.density_kgpm3 * 1000.0) * 1e5;
     let payload_t = plain.payload_kg / 1000.0;
@@ -250,18 +247,17 @@ fn follow_with_engine(
 }
 
 fn follow_with_battery(
-    electric: &ElectricModel,
+    electric: &ElectricDrive,
     wheel_radius_m: f64,
-    streams: &Streams,
+    vehicle: &Vehicle,
     cycle: &DriveCycle,
     body: &Body,
     plain: &Record,
 ) -> (Record, Followed) {
-    let mut draws = streams.open(crate::random::Stream::Electric);
-    let base_w = electric.auxiliary_power_w.sample(&mut draws);
-    let charge = electric.battery.initial_charge.sample(&mut draws);
-    let climate = electric.climate.as_ref();
-    let auxiliary_w = base_w + climate.map_or(0.0, |c| c.power_w(plain.air_temperature_k));
+    let charge = vehicle.initial_charge.unwrap_or(0.0);
+    let climate = electric.model.climate.as_ref();
+    let climate_w = climate.map_or(0.0, |c| c.power_w(plain.air_temperature_k));
+    let auxiliary_w = vehicle.auxiliary_power_w + climate_w;
     let mut driveline = ElectricDriveline::new(electric, wheel_radius_m, auxiliary_w, charge);
     let rotating_kg = driveline.rotating_mass_kg();
     let body = Body { wheel_mass_kg: body.wheel_mass_kg + rotating_kg, ..*body };
@@ -273,7 +269,12 @@ fn follow_with_battery(
     let record = Record {
         outcome: if depleted { Outcome::Depleted } else { Outcome::Completed },
         battery_energy_j: Some(sums.store_j),
+        battery_loss_j: Some(sums.battery_loss_j),
+        motor_loss_j: Some(sums.motor_loss_j),
         regenerated_energy_j: Some(sums.regenerated_j),
+        charged_energy_j: Some(sums.charged_j),
+        charging_loss_j: Some(sums.charging_loss_j),
+        final_charge: Some(sums.final_charge),
         consumption_kwh_per_km: Some(sum.per_m(sums.store_j) / 3600.0),
         ..sum.record(plain)
     };
@@ -308,6 +309,9 @@ impl Followed {
             kinetic_change_j: self.kinetic_j,
             potential_change_j: self.grade_j,
             moving_s: self.duration_s - self.standstill_s,
+            limited_s: Some(self.limited_s),
+            missing_energy_j: Some(self.missing_j),
+            outside_map_s: Some(self.outside_map_s),
             ..plain.clone()
         }
     }

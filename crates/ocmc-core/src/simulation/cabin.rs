@@ -5,6 +5,7 @@ use super::event::Rolling;
 use super::record::{Outcome, Record};
 use super::road_row::{FAR, RoadRow, RoadRows};
 use super::state::{Shared, State, Total};
+use super::traction::Traction;
 use crate::study::{Scenario, Study};
 use crate::tactical::{SpeedProfile, plan};
 use crate::vehicle::gearbox::ShiftInputs;
@@ -107,12 +108,18 @@ impl Cabin {
     }
 
     /// Loads the truck into a lane, standing at the start of its road.
-    pub fn enter<S: Simd>(&mut self, state: &mut State<S>, lane: usize, shared: &Shared) {
+    pub fn enter<S: Simd, T: Traction>(
+        &mut self,
+        state: &mut State<S>,
+        lane: usize,
+        shared: &Shared<T>,
+    ) {
         let (driver, vehicle) = (&self.scenario.driver, &self.scenario.vehicle);
         state.mass[lane] = vehicle.mass_kg;
         state.drag_area[lane] = vehicle.drag_area_m2;
-        state.auxiliary_power[lane] = vehicle.auxiliary_power_w;
-        state.fuel_factor[lane] = vehicle.fuel_factor;
+        let climate_w = shared.traction.climate_w(self.road.air_temperature_k);
+        state.auxiliary_power[lane] = vehicle.auxiliary_power_w + climate_w;
+        shared.traction.enter(state, lane, vehicle);
         let (gains, pid) = (&driver.pedals, &shared.pedals.pid);
         state.proportional[lane] = gains.proportional;
         state.integral_gain[lane] = gains.integral;
@@ -141,8 +148,13 @@ impl Cabin {
     }
 
     /// A truck at rest makes ready to start: gear by the slope, nothing left of what the controller knew.
-    fn start<S: Simd>(&mut self, state: &mut State<S>, lane: usize, shared: &Shared) {
-        let shift = &shared.powertrain.model.gearbox.shift;
+    fn start<S: Simd, T: Traction>(
+        &mut self,
+        state: &mut State<S>,
+        lane: usize,
+        shared: &Shared<T>,
+    ) {
+        let shift = &shared.powertrain.shift;
         let steep = slope(state, lane) > shift.steep_slope;
         let gear = if steep { shift.steep_start_gear } else { shift.start_gear };
         self.gear = gear as usize - 1;
@@ -160,21 +172,19 @@ impl Cabin {
     }
 
     /// Puts the truck that has just entered onto its road as it rolls, instead of standing.
-    pub(super) fn roll<S: Simd>(
+    pub(super) fn roll<S: Simd, T: Traction>(
         &mut self,
         state: &mut State<S>,
         lane: usize,
         rolling: &Rolling,
-        shared: &Shared,
+        shared: &Shared<T>,
     ) {
         self.gear = rolling.gear;
         state.set_gear(lane, self.gear, shared);
-        let engine = &shared.powertrain.engine;
         let engine_speed = rolling.speed_mps * state.gear_speed[lane];
-        let (full, drag) = (engine.full_load_nm(engine_speed), engine.drag_nm(engine_speed));
         state.speed[lane] = rolling.speed_mps;
         state.engine_speed[lane] = engine_speed.max(shared.idle_radps);
-        state.torque[lane] = drag + rolling.accelerator * (full - drag);
+        state.torque[lane] = shared.traction.settled_torque_nm(engine_speed, rolling.accelerator);
         state.integral[lane] = rolling.integral;
         state.filtered[lane] = rolling.filtered_mps;
         state.held[lane] = rolling.held;
@@ -190,12 +200,12 @@ impl Cabin {
 
     /// Deals with whatever raised the lane's alarm; some where the cycle has ended.
     #[cold]
-    pub fn attend<S: Simd>(
+    pub fn attend<S: Simd, T: Traction>(
         &mut self,
         state: &mut State<S>,
         lane: usize,
         sight: Sight,
-        shared: &Shared,
+        shared: &Shared<T>,
     ) -> Option<Outcome> {
         self.booked = [0.0; Total::COUNT];
         if is_captured(state, lane, shared) {
@@ -213,11 +223,19 @@ impl Cabin {
         } else if sight.wants_shift {
             self.shift(state, lane, sight, shared);
         }
+        if shared.traction.is_stranded(state, lane) {
+            return Some(Outcome::Depleted);
+        }
         if state.steps_left[lane] <= 0.0 { self.check(state, lane, shared) } else { None }
     }
 
     /// The truck comes to rest: its kinetic energy goes into the service brakes, the engine returns to idle.
-    fn stop<S: Simd>(&mut self, state: &mut State<S>, lane: usize, shared: &Shared) {
+    fn stop<S: Simd, T: Traction>(
+        &mut self,
+        state: &mut State<S>,
+        lane: usize,
+        shared: &Shared<T>,
+    ) {
         let speed = state.speed[lane];
         let inertia = shared.engine_inertia_kgm2;
         let engine_speed = state.engine_speed[lane];
@@ -238,14 +256,15 @@ impl Cabin {
     }
 
     /// Stands for the drawn time with the engine idling, then makes ready to start.
-    fn dwell<S: Simd>(&mut self, state: &mut State<S>, lane: usize, shared: &Shared) {
+    fn dwell<S: Simd, T: Traction>(
+        &mut self,
+        state: &mut State<S>,
+        lane: usize,
+        shared: &Shared<T>,
+    ) {
         let dwell_s = state.roads[lane][stop_row(state, lane)].0[RoadRow::DWELL];
-        let power_w = state.auxiliary_power[lane];
-        let torque = power_w / shared.idle_radps;
-        let idle_rate = shared.powertrain.engine.fuel_kgps(shared.idle_radps, torque);
-        self.book(Total::Fuel, idle_rate * state.fuel_factor[lane] * dwell_s);
-        self.book(Total::Crankshaft, power_w * dwell_s);
-        self.book(Total::Auxiliary, power_w * dwell_s);
+        let mut book = |total, amount| self.book(total, amount);
+        shared.traction.stand(state, lane, dwell_s, &mut book);
         self.standstill_s += dwell_s;
         self.n_stops += 1;
         leave_line(state, lane);
@@ -254,8 +273,14 @@ impl Cabin {
         self.checked_at_m = state.total(lane, Total::Distance);
     }
 
-    fn shift<S: Simd>(&mut self, state: &mut State<S>, lane: usize, sight: Sight, shared: &Shared) {
-        let shift = &shared.powertrain.model.gearbox.shift;
+    fn shift<S: Simd, T: Traction>(
+        &mut self,
+        state: &mut State<S>,
+        lane: usize,
+        sight: Sight,
+        shared: &Shared<T>,
+    ) {
+        let shift = &shared.powertrain.shift;
         let inputs = ShiftInputs {
             gear: self.gear,
             speed_mps: state.speed[lane],
@@ -265,8 +290,8 @@ impl Cabin {
             closed: sight.closed,
             road_power_w: sight.road_power_w,
         };
-        let engine = &shared.powertrain.engine;
-        let gear = shift.wanted_gear(&inputs, &shared.powertrain.gears, |w| engine.full_load_nm(w));
+        let full_load_nm = |w| shared.traction.full_load_nm(w);
+        let gear = shift.wanted_gear(&inputs, &shared.powertrain.gears, full_load_nm);
         if gear != self.gear {
             self.gear = gear;
             self.n_gear_shifts += 1;
@@ -279,11 +304,11 @@ impl Cabin {
     }
 
     /// Looks whether the truck makes progress and whether its time is over.
-    fn check<S: Simd>(
+    fn check<S: Simd, T: Traction>(
         &mut self,
         state: &mut State<S>,
         lane: usize,
-        shared: &Shared,
+        shared: &Shared<T>,
     ) -> Option<Outcome> {
         let simulation = shared.simulation;
         let (time, way) = (state.total(lane, Total::Time), state.total(lane, Total::Distance));
@@ -306,26 +331,19 @@ impl Cabin {
     }
 
     /// The record of the cycle as it stands.
-    pub fn record<S: Simd>(
+    pub fn record<S: Simd, T: Traction>(
         &self,
         study: &Study,
         state: &State<S>,
         lane: usize,
         outcome: Outcome,
-        shared: &Shared,
+        shared: &Shared<T>,
     ) -> Record {
         let total = |total| state.total(lane, total);
         let (cycle, driver, vehicle) =
             (&self.scenario.cycle, &self.scenario.driver, &self.scenario.vehicle);
-        let fuel = &study.model().vehicle.engine.fuel;
         let distance_m = total(Total::Distance);
         let duration_s = total(Total::Time) + self.standstill_s;
-        let fuel_kg = total(Total::Fuel);
-        let litres = fuel_kg / fuel.density_kgpm3 * 1000.0;
-        let payload_t = cycle.mission.payload_kg / 1000.0;
-        let per_distance = |amount: f64| if distance_m > 0.0 { amount / distance_m } else { 0.0 };
-        let fuel_energy_j = fuel_kg * fuel.heating_value_jpkg;
-        let per_100km = per_distance(litres) * 1e5;
         let road = &cycle.road;
         let share = |name: &str| {
             let wanted = study.road_types().iter().position(|n| n == name)?;
@@ -338,7 +356,7 @@ impl Cabin {
             limit_sum += sign.speed_mps * (end_m - sign.start_m);
         }
         let is_pid = driver.pedals.threshold_mps.is_none();
-        Record {
+        let plain = Record {
             cycle_id: self.scenario.cycle_id,
             outcome,
             distance_m,
@@ -349,16 +367,7 @@ impl Cabin {
             n_stops: self.n_stops,
             n_gear_shifts: self.n_gear_shifts,
             wheel_energy_j: total(Total::Wheel),
-            brake_energy_j: total(Total::ServiceBrake) + total(Total::EngineBrake),
-            regenerated_energy_j: None,
             auxiliary_energy_j: total(Total::Auxiliary),
-            fuel_kg: Some(fuel_kg),
-            battery_energy_j: None,
-            consumption_l_per_100km: Some(per_100km),
-            consumption_l_per_100tkm: (payload_t > 0.0).then(|| per_100km / payload_t),
-            consumption_kwh_per_km: None,
-            wheel_kwh_per_km: per_distance(total(Total::Wheel)) / 3600.0,
-            co2_g_per_km: Some(per_distance(fuel_kg * fuel.co2_kg_per_kg) * 1e6),
             climb_m: self.road.climb_m,
             payload_kg: cycle.mission.payload_kg,
             air_temperature_k: self.road.air_temperature_k,
@@ -374,16 +383,11 @@ impl Cabin {
             driver_kd: is_pid.then_some(driver.pedals.derivative),
             driver_switch_threshold_mps: driver.pedals.threshold_mps,
             driver_gain_redraws: driver.pedals.redraws,
-            fuel_energy_j: Some(fuel_energy_j),
-            engine_loss_j: Some(fuel_energy_j - total(Total::Crankshaft)),
-            crankshaft_work_j: Some(total(Total::Crankshaft)),
             transmission_loss_j: total(Total::Transmission),
             shift_loss_j: Some(total(Total::Shift)),
-            clutch_loss_j: Some(total(Total::Clutch)),
             drag_energy_j: total(Total::Drag),
             rolling_energy_j: total(Total::Rolling),
             service_brake_energy_j: total(Total::ServiceBrake),
-            engine_brake_energy_j: Some(total(Total::EngineBrake)),
             kinetic_change_j: kinetic_energy_j(state, lane, shared) - self.initial_energy_j,
             potential_change_j: total(Total::Grade),
             moving_s: duration_s - self.standstill_s,
@@ -395,22 +399,29 @@ impl Cabin {
             n_curves: road.curves.len() as u32,
             drag_area_m2: vehicle.drag_area_m2,
             rolling_coefficient: vehicle.rolling_coefficient,
-        }
+            ..Record::default()
+        };
+        let wheel_kwh_per_km = plain.per_distance(plain.wheel_energy_j) / 3600.0;
+        shared.traction.record(state, lane, Record { wheel_kwh_per_km, ..plain })
     }
 }
 
 /// Translational energy, and rotational energy of wheels and engine, in J.
-fn kinetic_energy_j<S: Simd>(state: &State<S>, lane: usize, shared: &Shared) -> f64 {
+fn kinetic_energy_j<S: Simd, T: Traction>(
+    state: &State<S>,
+    lane: usize,
+    shared: &Shared<T>,
+) -> f64 {
     let (speed, engine) = (state.speed[lane], state.engine_speed[lane]);
     0.5 * (state.mass[lane] + shared.wheel_mass_kg) * speed * speed
         + 0.5 * shared.engine_inertia_kgm2 * engine * engine
 }
 
-fn steps_to_check(shared: &Shared) -> f64 {
+fn steps_to_check<T: Traction>(shared: &Shared<T>) -> f64 {
     libm::ceil(shared.simulation.stall_time_s / shared.simulation.step_s)
 }
 
-fn is_captured<S: Simd>(state: &State<S>, lane: usize, shared: &Shared) -> bool {
+fn is_captured<S: Simd, T: Traction>(state: &State<S>, lane: usize, shared: &Shared<T>) -> bool {
     let simulation = shared.simulation;
     let slow = state.speed[lane] < simulation.creep_speed_mps;
     let reach = if slow { simulation.creep_distance_m } else { simulation.capture_distance_m };

@@ -1,13 +1,17 @@
 //! Drives a range of cycles, sixteen side by side: a lane takes the next cycle as soon as its own has ended.
 
+use super::battery_electric::BatteryElectric;
 use super::cabin::Cabin;
 use super::cpu::CpuLevel;
+use super::diesel::Diesel;
 use super::record::Record;
 use super::state::{Shared, State};
 use super::step::{Stages, stages};
 use super::step_view::{Sights, StepView};
+use super::traction::Traction;
 use crate::lanes::WIDTH;
 use crate::study::{Scenario, Study};
+use crate::vehicle::Drive;
 use fearless_simd::{Level, dispatch, prelude::*};
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -60,13 +64,33 @@ pub fn drive_watched<O: Watch>(
     level: CpuLevel,
     watch: &mut O,
 ) -> Vec<Record> {
+    match &study.powertrain().drive {
+        Drive::Diesel(drive) => {
+            let traction = Diesel::new(drive, &study.powertrain().model);
+            drive_on(level, study, &Shared::new(study, traction), next, watch)
+        }
+        Drive::BatteryElectric(drive) => {
+            let traction = BatteryElectric::new(drive);
+            drive_on(level, study, &Shared::new(study, traction), next, watch)
+        }
+    }
+}
+
+/// With the instructions of a level.
+fn drive_on<T: Traction, O: Watch>(
+    level: CpuLevel,
+    study: &Study,
+    shared: &Shared<T>,
+    next: Next,
+    watch: &mut O,
+) -> Vec<Record> {
     #[cfg(target_arch = "x86_64")]
     match level {
         CpuLevel::Avx512 => {
             if let Some(simd) = Level::new().as_avx512() {
                 return simd.vectorize(
                     #[inline(always)]
-                    || drive_blocks(simd, study, next, watch),
+                    || drive_blocks(simd, study, shared, next, watch),
                 );
             }
         }
@@ -74,13 +98,13 @@ pub fn drive_watched<O: Watch>(
             if let Some(simd) = Level::new().as_avx2() {
                 return simd.vectorize(
                     #[inline(always)]
-                    || drive_blocks(simd, study, next, watch),
+                    || drive_blocks(simd, study, shared, next, watch),
                 );
             }
         }
         CpuLevel::Baseline => {}
     }
-    drive_baseline(study, next, watch)
+    dispatch!(Level::baseline(), simd => drive_blocks(simd, study, shared, next, watch))
 }
 
 /// Hands out the cycles of a range one by one; a used cabin is furnished anew.
@@ -108,22 +132,17 @@ pub fn drive_scenario(study: &Study, scenario: Scenario) -> Record {
     records.into_iter().next().expect("one scenario gives one record")
 }
 
-/// As [`drive_watched`], with the instructions that every CPU of the platform has.
-pub fn drive_baseline<O: Watch>(study: &Study, next: Next, watch: &mut O) -> Vec<Record> {
-    dispatch!(Level::baseline(), simd => drive_blocks(simd, study, next, watch))
-}
-
 /// The loop over two blocks, until `next` gives no more cabins; the records are in order of the cycle ids.
 ///
 /// Inlined into each of the functions above, so that it is compiled for their CPUs.
 #[inline(always)]
-fn drive_blocks<S: Simd, O: Watch>(
+fn drive_blocks<S: Simd, T: Traction, O: Watch>(
     simd: S,
     study: &Study,
+    shared: &Shared<T>,
     next: Next,
     watch: &mut O,
 ) -> Vec<Record> {
-    let shared = &Shared::new(study);
     let mut desk = Desk { study, next, watch, records: Vec::new(), driving: 0 };
     let (mut front, mut back) = (State::parked(simd, shared), State::parked(simd, shared));
     let mut front_cabins = desk.fill(&mut front, shared);
@@ -152,7 +171,7 @@ struct Desk<'a, 'b, O> {
 
 impl<O: Watch> Desk<'_, '_, O> {
     /// Puts a cycle into each lane of a block.
-    fn fill<S: Simd>(&mut self, state: &mut State<S>, shared: &Shared) -> Cabins {
+    fn fill<S: Simd, T: Traction>(&mut self, state: &mut State<S>, shared: &Shared<T>) -> Cabins {
         let mut cabins = [const { None }; WIDTH];
         for (lane, place) in cabins.iter_mut().enumerate() {
             *place = (self.next)(None);
@@ -166,12 +185,12 @@ impl<O: Watch> Desk<'_, '_, O> {
 
     /// Ends the step of one block.
     #[inline(always)]
-    fn advance<S: Simd>(
+    fn advance<S: Simd, T: Traction>(
         &mut self,
         state: &mut State<S>,
         stages: &Stages<S>,
         cabins: &mut Cabins,
-        shared: &Shared,
+        shared: &Shared<T>,
     ) {
         let view = state.advance(stages, shared);
         self.watch.stepped(state, &view, cabins);
@@ -183,12 +202,12 @@ impl<O: Watch> Desk<'_, '_, O> {
     /// Looks after the lanes that have raised an alarm.
     #[cold]
     #[inline(never)]
-    fn attend<S: Simd>(
+    fn attend<S: Simd, T: Traction>(
         &mut self,
         state: &mut State<S>,
         cabins: &mut Cabins,
         sights: &Sights,
-        shared: &Shared,
+        shared: &Shared<T>,
     ) {
         if self.watch.has_enough() {
             self.driving = 0;

@@ -2,9 +2,13 @@
 //!
 //! It is what the identification of a driver's gains simulates again and again.
 
+use super::battery_electric::BatteryElectric;
 use super::cabin::Cabin;
+use super::diesel::Diesel;
 use super::state::{Shared, State};
+use super::traction::Traction;
 use crate::study::{Scenario, Study};
+use crate::vehicle::Drive;
 use fearless_simd::{Level, dispatch, prelude::*};
 
 /// How a truck rolls where an event begins.
@@ -49,32 +53,40 @@ pub fn drive_event(
     duration_s: f64,
 ) -> EventDrive {
     let cabin = Cabin::new(study, scenario);
-    dispatch!(Level::new(), simd => drive_cabin(simd, study, cabin, rolling, duration_s))
+    match &study.powertrain().drive {
+        Drive::Diesel(drive) => {
+            let shared = Shared::new(study, Diesel::new(drive, &study.powertrain().model));
+            dispatch!(Level::new(), simd => drive_cabin(simd, &shared, cabin, rolling, duration_s))
+        }
+        Drive::BatteryElectric(drive) => {
+            let shared = Shared::new(study, BatteryElectric::new(drive));
+            dispatch!(Level::new(), simd => drive_cabin(simd, &shared, cabin, rolling, duration_s))
+        }
+    }
 }
 
 #[inline(always)]
-fn drive_cabin<S: Simd>(
+fn drive_cabin<S: Simd, T: Traction>(
     simd: S,
-    study: &Study,
+    shared: &Shared<T>,
     mut cabin: Cabin,
     rolling: &Rolling,
     duration_s: f64,
 ) -> EventDrive {
-    let shared = Shared::new(study);
-    let mut state = State::parked(simd, &shared);
-    cabin.enter(&mut state, 0, &shared);
-    cabin.roll(&mut state, 0, rolling, &shared);
+    let mut state = State::parked(simd, shared);
+    cabin.enter(&mut state, 0, shared);
+    cabin.roll(&mut state, 0, rolling, shared);
     let mut drive = EventDrive::default();
     let mut time_s = 0.0;
     while time_s < duration_s {
-        let view = state.step(&shared);
+        let view = state.step(shared);
         time_s += view.dt[0];
         drive.time_s.push(time_s);
         drive.speed_mps.push(state.speed[0]);
         drive.accelerator.push(view.accelerator[0]);
         drive.brake.push(view.brake[0]);
         let sights = view.sights();
-        if sights.alarm & 1 != 0 && cabin.attend(&mut state, 0, sights.of(0), &shared).is_some() {
+        if sights.alarm & 1 != 0 && cabin.attend(&mut state, 0, sights.of(0), shared).is_some() {
             break;
         }
     }

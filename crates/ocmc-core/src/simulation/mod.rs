@@ -1,7 +1,9 @@
 //! The closed loop: lanes, one step, records and traces.
 
+pub mod battery_electric;
 pub mod cabin;
 pub mod cpu;
+pub mod diesel;
 pub mod drive;
 pub mod event;
 pub mod record;
@@ -10,3 +12,4 @@ pub mod state;
 pub mod step;
 pub mod step_view;
 pub mod trace;
+pub mod traction;

@@ -57,13 +57,13 @@ pub struct Record {
     pub wheel_energy_j: f64,
     /// Service and engine brake together, in J.
     pub brake_energy_j: f64,
-    /// Recovered energy, in J.
+    /// Energy that braking by the motor brought back to the battery's terminals, in J.
     pub regenerated_energy_j: Option<f64>,
     /// Work of the auxiliaries, in J.
     pub auxiliary_energy_j: f64,
     /// Fuel, in kg.
     pub fuel_kg: Option<f64>,
-    /// Energy from the battery, in J.
+    /// Energy that the battery's store has lost, charging at stops not counted, in J.
     pub battery_energy_j: Option<f64>,
     /// Litres over 100 km.
     pub consumption_l_per_100km: Option<f64>,
@@ -147,6 +147,29 @@ pub struct Record {
     pub drag_area_m2: f64,
     /// Rolling coefficient on smooth dry asphalt at 25 °C.
     pub rolling_coefficient: f64,
+    /// Heat in the battery, in J.
+    pub battery_loss_j: Option<f64>,
+    /// Losses of motor and inverter, in J.
+    pub motor_loss_j: Option<f64>,
+    /// Energy that charging at stops put into the store, in J.
+    pub charged_energy_j: Option<f64>,
+    /// Heat in the battery while it was charged at stops, in J.
+    pub charging_loss_j: Option<f64>,
+    /// State of charge at the end.
+    pub final_charge: Option<f64>,
+    /// Time at which an exactly followed speed asked for more than the powertrain can, in s; none where somebody drives.
+    pub limited_s: Option<f64>,
+    /// Work at the wheels that was missing then, in J.
+    pub missing_energy_j: Option<f64>,
+    /// Time of an exactly followed cycle that engine or motor spent beyond the points of its map, in s.
+    pub outside_map_s: Option<f64>,
+}
+
+impl Record {
+    /// An amount per metre; 0 where nothing moved.
+    pub(crate) fn per_distance(&self, amount: f64) -> f64 {
+        if self.distance_m > 0.0 { amount / self.distance_m } else { 0.0 }
+    }
 }
 
 /// One value of a record.
@@ -244,4 +267,12 @@ pub const COLUMNS: &[Column] = &[
     column_of("n_curves", |r| i(r.n_curves)),
     column_of("drag_area_m2", |r| n(r.drag_area_m2)),
     column_of("rolling_coefficient", |r| n(r.rolling_coefficient)),
+    column_of("battery_loss_j", |r| Cell::Number(r.battery_loss_j)),
+    column_of("motor_loss_j", |r| Cell::Number(r.motor_loss_j)),
+    column_of("charged_energy_j", |r| Cell::Number(r.charged_energy_j)),
+    column_of("charging_loss_j", |r| Cell::Number(r.charging_loss_j)),
+    column_of("final_charge", |r| Cell::Number(r.final_charge)),
+    column_of("limited_s", |r| Cell::Number(r.limited_s)),
+    column_of("missing_energy_j", |r| Cell::Number(r.missing_energy_j)),
+    column_of("outside_map_s", |r| Cell::Number(r.outside_map_s)),
 ];

@@ -1,10 +1,12 @@
 //! The state of trucks that drive side by side.
 
 use super::road_row::{FAR, RoadRow};
+use super::traction::Traction;
 use crate::driver::pedal::PedalModel;
 use crate::lanes::{Lanes, WIDTH};
 use crate::study::{SimulationModel, Study};
 use crate::vehicle::Powertrain;
+use crate::vehicle::engine::Engine;
 use fearless_simd::prelude::*;
 
 /// What is summed up over a cycle. Each is integrated on its own.
@@ -17,7 +19,7 @@ pub enum Total {
     Distance,
     /// Fuel, in kg.
     Fuel,
-    /// Work of the engine at the crankshaft, in J.
+    /// Work of the engine at the crankshaft or of the motor at its shaft, in J.
     Crankshaft,
     /// Work of the auxiliaries, in J.
     Auxiliary,
@@ -39,32 +41,40 @@ pub enum Total {
     EngineBrake,
     /// Positive work at the wheels, in J.
     Wheel,
+    /// Energy that the battery's store has lost, charging at stops not counted, in J.
+    Battery,
+    /// Heat in the battery, in J.
+    BatteryLoss,
+    /// Losses of motor and inverter, in J.
+    MotorLoss,
+    /// Energy that braking by the motor brought back to the terminals, in J.
+    Regenerated,
+    /// Energy that charging at stops put into the store, in J.
+    Charged,
+    /// Heat in the battery while it was charged, in J.
+    ChargingLoss,
 }
 
 impl Total {
     /// How many there are.
-    pub const COUNT: usize = 14;
+    pub const COUNT: usize = 20;
 }
 
 /// Numbers that all trucks of a study share, read in every step.
 #[derive(Clone, Debug)]
-pub struct Shared<'a> {
-    /// Engine, gears, cross wind.
+pub struct Shared<'a, T> {
+    /// What drives the wheels.
+    pub traction: T,
+    /// Gears, cross wind.
     pub powertrain: &'a Powertrain,
     /// Numerics.
     pub simulation: &'a SimulationModel,
     /// Pedals.
     pub pedals: &'a PedalModel,
-    /// Engine inertia, in kg m².
+    /// Inertia of engine or motor, in kg m².
     pub engine_inertia_kgm2: f64,
-    /// Idle speed, in rad/s.
+    /// Speed of the engine at rest, in rad/s.
     pub idle_radps: f64,
-    /// Engine speed below which the clutch opens, in rad/s.
-    pub open_radps: f64,
-    /// Engine-brake torque for each rad/s, in Nm s.
-    pub engine_brake_nms: f64,
-    /// Axle ratio over wheel radius, in 1/m.
-    pub axle_per_m: f64,
     /// Wheels' inertia as a mass, in kg.
     pub wheel_mass_kg: f64,
     /// Launch speed squared, in m²/s².
@@ -75,32 +85,26 @@ pub struct Shared<'a> {
     pub per_brake_scale: f64,
     /// Inverse of the derivative filter's time constant, in 1/s.
     pub per_filter_s: f64,
-    /// Inverse of the engine's time constant, in 1/s.
-    pub per_torque_lag_s: f64,
 }
 
-impl<'a> Shared<'a> {
-    /// Collects them from a study.
-    pub fn new(study: &'a Study) -> Self {
+impl<'a, T: Traction> Shared<'a, T> {
+    /// Collects them from a study that has this powertrain.
+    pub fn new(study: &'a Study, traction: T) -> Self {
         let powertrain = study.powertrain();
-        let vehicle = &powertrain.model;
         let pedals = &study.model().driver.pedals;
         let launch_mps = study.model().driver.speed_change.launch_speed_mps;
         Self {
+            engine_inertia_kgm2: traction.inertia_kgm2(),
+            idle_radps: traction.idle_radps(),
+            traction,
             powertrain,
             simulation: &study.model().simulation,
             pedals,
-            engine_inertia_kgm2: vehicle.engine.inertia_kgm2,
-            idle_radps: vehicle.engine.idle_speed_radps,
-            open_radps: vehicle.gearbox.shift.open_share * vehicle.engine.idle_speed_radps,
-            engine_brake_nms: vehicle.brakes.engine_brake_nms(),
-            axle_per_m: vehicle.gearbox.axle_ratio / vehicle.wheel_radius_m,
-            wheel_mass_kg: vehicle.wheel_mass_kg(),
+            wheel_mass_kg: powertrain.model.wheel_mass_kg(),
             launch: launch_mps * launch_mps,
-            per_limiter_range: 1.0 / vehicle.limiter_range_mps,
+            per_limiter_range: 1.0 / powertrain.model.limiter_range_mps,
             per_brake_scale: 1.0 / pedals.brake_scale,
             per_filter_s: 1.0 / pedals.pid.derivative_filter_s,
-            per_torque_lag_s: 1.0 / vehicle.engine.torque_lag_s,
         }
     }
 }
@@ -180,13 +184,15 @@ pub struct State<S: Simd> {
     pub piece: [Lanes<S>; 2],
     /// That piece: full-load torque at zero speed and its slope, drag torque at zero speed and its slope.
     pub curves: [Lanes<S>; 4],
+    /// State of charge of the battery.
+    pub charge: Lanes<S>,
     /// Sums over the cycle, by [`Total`].
     pub totals: [Lanes<S>; Total::COUNT],
 }
 
 impl<S: Simd> State<S> {
     /// Trucks that stand on a flat road for ever: what an empty lane does.
-    pub fn parked(simd: S, shared: &Shared) -> Self {
+    pub fn parked<T: Traction>(simd: S, shared: &Shared<T>) -> Self {
         let all = |value| Lanes::splat(simd, value);
         let zero = all(0.0);
         let gear = &shared.powertrain.gears[0];
@@ -227,6 +233,7 @@ impl<S: Simd> State<S> {
             twice_acceleration: all(1.0),
             piece: [zero; 2],
             curves: [zero; 4],
+            charge: all(f64::INFINITY),
             totals: [zero; Total::COUNT],
         }
     }
@@ -242,6 +249,7 @@ impl<S: Simd> State<S> {
         self.at[lane] = 0;
         self.steps_left[lane] = f64::INFINITY;
         self.hold_left[lane] = f64::INFINITY;
+        self.charge[lane] = f64::INFINITY;
     }
 
     /// One total of one lane.
@@ -258,9 +266,9 @@ impl<S: Simd> State<S> {
     /// Looks up the piece of the full-load and drag curves in some lanes, by their engine speeds in rad/s.
     #[cold]
     #[inline(never)]
-    pub fn renew_curves(&mut self, lanes: u64, speed_radps: [f64; WIDTH], shared: &Shared) {
+    pub fn renew_curves(&mut self, lanes: u64, speed_radps: [f64; WIDTH], engine: &Engine) {
         for lane in (0..WIDTH).filter(|lane| lanes >> lane & 1 != 0) {
-            let piece = shared.powertrain.engine.curve_piece(speed_radps[lane]);
+            let piece = engine.curve_piece(speed_radps[lane]);
             self.piece[0][lane] = piece.from_radps;
             self.piece[1][lane] = piece.to_radps;
             for (column, value) in self.curves.iter_mut().zip(piece.row) {
@@ -270,7 +278,7 @@ impl<S: Simd> State<S> {
     }
 
     /// Engages a gear (from 0) in a lane.
-    pub fn set_gear(&mut self, lane: usize, gear: usize, shared: &Shared) {
+    pub fn set_gear<T: Traction>(&mut self, lane: usize, gear: usize, shared: &Shared<T>) {
         let gears = &shared.powertrain.gears;
         let here = &gears[gear];
         self.gear_speed[lane] = here.speed_ratio_per_m;

@@ -12,6 +12,7 @@
 use super::road_row::RoadRow;
 use super::state::{Shared, State, Total};
 use super::step_view::StepView;
+use super::traction::{Coupling, Demand, Pull, Traction, Turn};
 use crate::lanes::{Flags, Lanes, WIDTH, clip, columns, where_set};
 use crate::vehicle::gearbox::ShiftModel;
 use crate::vehicle::resistance::drag_forces_n;
@@ -37,28 +38,15 @@ struct Decision<S: Simd> {
     control: Control<S>,
     hold: Flags<S>,
     held: Lanes<S>,
-    closed: Flags<S>,
-    engaged: Flags<S>,
-    /// Engine speed where the clutch is not closed.
-    free_speed: Lanes<S>,
-    /// Engine speed at the start.
-    start_speed: Lanes<S>,
-    inverse_mass: Lanes<S>,
+    coupling: Coupling<S>,
 }
 
 /// Torques and forces of one stage.
 #[derive(Clone, Copy)]
 struct Forces<S: Simd> {
     acceleration: Lanes<S>,
-    torque_rate: Lanes<S>,
-    full_load: Lanes<S>,
-    drag_torque: Lanes<S>,
-    auxiliary_torque: Lanes<S>,
-    gearbox_torque: Lanes<S>,
-    wheel: Lanes<S>,
     drag: Lanes<S>,
-    brake: Lanes<S>,
-    engine_brake: Lanes<S>,
+    pull: Pull<S>,
 }
 
 /// The state at the end of a step that follows its first stage all the way.
@@ -106,9 +94,9 @@ pub struct Stages<S: Simd> {
 /// A step is one long chain of operations. The blocks take its parts in turns: the parts are short enough that the CPU
 /// works on the other block's while it waits for results of this one's.
 #[inline(always)]
-pub fn stages<S: Simd>(
+pub fn stages<S: Simd, T: Traction>(
     (front, back): (&mut State<S>, &mut State<S>),
-    shared: &Shared,
+    shared: &Shared<T>,
 ) -> (Stages<S>, Stages<S>) {
     let decisions = (front.decide(shared), back.decide(shared));
     let firsts = (front.first(&decisions.0, shared), back.first(&decisions.1, shared));
@@ -149,7 +137,7 @@ fn crossed<S: Simd>(before: Lanes<S>, after: Lanes<S>) -> Flags<S> {
 impl<S: Simd> State<S> {
     /// Advances one block alone by one step.
     #[inline(always)]
-    pub fn step(&mut self, shared: &Shared) -> StepView<S> {
+    pub fn step<T: Traction>(&mut self, shared: &Shared<T>) -> StepView<S> {
         let decision = self.decide(shared);
         let first = self.first(&decision, shared);
         let predicted = self.predict(&decision, &first, shared);
@@ -199,7 +187,12 @@ impl<S: Simd> State<S> {
 
     /// The desired speed, in m/s, and the braking branch of its square.
     #[inline(always)]
-    fn desired(&self, row: &Row<S>, left: Lanes<S>, shared: &Shared) -> (Lanes<S>, Lanes<S>) {
+    fn desired<T: Traction>(
+        &self,
+        row: &Row<S>,
+        left: Lanes<S>,
+        shared: &Shared<T>,
+    ) -> (Lanes<S>, Lanes<S>) {
         let limit = row[RoadRow::LIMIT];
         let backward = row[RoadRow::BACKWARD] + self.twice_deceleration * left;
         let forward = (row[RoadRow::FORWARD] - self.twice_acceleration * left).max(shared.launch);
@@ -208,7 +201,7 @@ impl<S: Simd> State<S> {
 
     /// The operational module at one stage.
     #[inline(always)]
-    fn control(
+    fn control<T: Traction>(
         &self,
         limit: Lanes<S>,
         speed: Lanes<S>,
@@ -217,7 +210,7 @@ impl<S: Simd> State<S> {
         filtered: Lanes<S>,
         hold: Flags<S>,
         held: Lanes<S>,
-        shared: &Shared,
+        shared: &Shared<T>,
     ) -> Control<S> {
         let pedals = shared.pedals;
         let error = desired - speed;
@@ -249,7 +242,7 @@ impl<S: Simd> State<S> {
 
     /// Pedals, clutch and hold at the step's start.
     #[inline(always)]
-    fn decide(&mut self, shared: &Shared) -> Decision<S> {
+    fn decide<T: Traction>(&mut self, shared: &Shared<T>) -> Decision<S> {
         let row = self.turn_to_row();
         let (desired, backward) = self.desired(&row, self.left, shared);
         let error = desired - self.speed;
@@ -264,71 +257,36 @@ impl<S: Simd> State<S> {
         let control =
             self.control(limit, speed, path, self.integral, self.filtered, hold, held, shared);
 
-        let launch = shared.powertrain.model.gearbox.shift.launch_speed_radps;
-        let speed = self.speed * self.gear_speed;
-        let pressed = control.accelerator.simd_gt(0.0);
-        let slips = speed.simd_lt(launch) & self.gear_launches.simd_gt(0.0) & pressed;
-        let slow = speed.simd_lt(shared.open_radps);
-        let closed = !(slips | slow);
-        let shifting = self.shift_left.simd_gt(0.0);
-        let engaged = (slips | closed) & !shifting;
-        let simd = speed.simd;
-        let free_speed =
-            slips.select(Lanes::splat(simd, launch), Lanes::splat(simd, shared.idle_radps));
-        let start_speed = closed.select(speed, free_speed);
-        let inverse_mass = closed.select(self.inverse_mass_closed, self.inverse_mass_open);
-        let [from, to] = self.piece;
-        let outside = start_speed.simd_lt(from) | !start_speed.simd_lt(to);
-        if outside.any_true() {
-            self.renew_curves(outside.to_bitmask(), start_speed.into(), shared);
-        }
-        Decision {
-            row,
-            control,
-            hold,
-            held,
-            closed,
-            engaged,
-            free_speed,
-            start_speed,
-            inverse_mass,
-        }
+        let coupling = shared.traction.couple(self, control.accelerator);
+        Decision { row, control, hold, held, coupling }
     }
 
     /// Torques and forces at one stage.
     #[inline(always)]
-    fn forces(
+    fn forces<T: Traction>(
         &self,
         speed: Lanes<S>,
         torque: Lanes<S>,
         control: &Control<S>,
         decision: &Decision<S>,
-        shared: &Shared,
+        shared: &Shared<T>,
     ) -> Forces<S> {
-        let (vehicle, row) = (&shared.powertrain.model, &decision.row);
-        let engine_speed = decision.closed.select(speed * self.gear_speed, decision.free_speed);
-
-        // one division serves the torque of the auxiliaries and the angle of the wind
+        let row = &decision.row;
         let relative = speed + row[RoadRow::HEAD_WIND];
-        let air = relative.max(1.0);
-        let inverse = 1.0 / (engine_speed * air);
-
-        let [full_0, full_1, drag_0, drag_1] = self.curves;
-        let full_load = full_0 + full_1 * engine_speed;
-        let drag_torque = drag_0 + drag_1 * engine_speed;
-        let available = torque.max(drag_torque).min(full_load);
-        let command = drag_torque + control.accelerator * (full_load - drag_torque);
-        let torque_rate = (command - available) * shared.per_torque_lag_s;
-        let auxiliary_torque = self.auxiliary_power * air * inverse;
-        let gearbox_torque = where_set(decision.engaged, available - auxiliary_torque);
-
-        let (ratio, loss_share) = (self.gear_ratio, self.gear_loss);
-        let gearbox = &vehicle.gearbox;
-        let wheel = gearbox.wheel_forces_n(ratio, loss_share, shared.axle_per_m, gearbox_torque);
+        let cross = row[RoadRow::CROSS_WIND];
+        let full = shared.powertrain.model.brakes.full_deceleration_mps2;
+        let demand = Demand {
+            speed,
+            torque,
+            accelerator: control.accelerator,
+            brake: self.mass * (control.brake * full).min(row[RoadRow::GRIP]),
+            air: relative.max(1.0),
+            cross,
+        };
+        let pull = shared.traction.pull(self, &demand, &decision.coupling);
 
         let wind = &shared.powertrain.cross_wind;
-        let cross = row[RoadRow::CROSS_WIND];
-        let tangent = (cross * engine_speed * inverse).min(wind.maximum_tangent);
+        let tangent = pull.wind_tangent.min(wind.maximum_tangent);
         let [c1, c2, c3, c4, c5] = wind.coefficients_m2;
         let increment =
             ((((tangent * c5 + c4) * tangent + c3) * tangent + c2) * tangent + c1) * tangent;
@@ -337,38 +295,33 @@ impl<S: Simd> State<S> {
 
         let rolling = self.mass * row[RoadRow::ROLLING];
         let grade = self.mass * row[RoadRow::GRADE];
-        let brake = self.mass
-            * (control.brake * vehicle.brakes.full_deceleration_mps2).min(row[RoadRow::GRIP]);
-        let reach = engine_speed * self.gear_speed * shared.engine_brake_nms;
-        let engine_brake = brake.min(where_set(decision.engaged, reach));
-        let net = wheel - drag - rolling - grade - brake;
-        Forces {
-            acceleration: net * decision.inverse_mass,
-            torque_rate,
-            full_load,
-            drag_torque,
-            auxiliary_torque,
-            gearbox_torque,
-            wheel,
-            drag,
-            brake,
-            engine_brake,
-        }
+        let net = pull.wheel - drag - rolling - grade - pull.brake;
+        Forces { acceleration: net * decision.coupling.inverse_mass, drag, pull }
     }
 
     #[inline(always)]
-    fn first(&self, decision: &Decision<S>, shared: &Shared) -> Forces<S> {
+    fn first<T: Traction>(&self, decision: &Decision<S>, shared: &Shared<T>) -> Forces<S> {
         self.forces(self.speed, self.torque, &decision.control, decision, shared)
     }
 
     #[inline(always)]
-    fn second(&self, decision: &Decision<S>, end: &Prediction<S>, shared: &Shared) -> Forces<S> {
+    fn second<T: Traction>(
+        &self,
+        decision: &Decision<S>,
+        end: &Prediction<S>,
+        shared: &Shared<T>,
+    ) -> Forces<S> {
         self.forces(end.speed, end.torque, &end.control, decision, shared)
     }
 
     /// How far the step may go, and the state and the pedals there.
     #[inline(always)]
-    fn predict(&self, decision: &Decision<S>, first: &Forces<S>, shared: &Shared) -> Prediction<S> {
+    fn predict<T: Traction>(
+        &self,
+        decision: &Decision<S>,
+        first: &Forces<S>,
+        shared: &Shared<T>,
+    ) -> Prediction<S> {
         let half = 0.5;
         let longest = Lanes::splat(self.speed.simd, shared.simulation.step_s);
         let whole = self.shift_left.simd_gt(0.0).select(self.shift_left.min(longest), longest);
@@ -379,7 +332,7 @@ impl<S: Simd> State<S> {
 
         let speed = (self.speed + dt * first.acceleration).max(0.0);
         let left = (self.left - dt * (self.speed + speed) * half).max(0.0);
-        let torque = self.torque + dt * first.torque_rate;
+        let torque = self.torque + dt * first.pull.torque_rate;
         let rates = &decision.control;
         let integral = self.clamp_integral(self.integral + dt * rates.integral_rate, shared);
         let filtered = self.filtered + dt * rates.filter_rate;
@@ -392,13 +345,13 @@ impl<S: Simd> State<S> {
 
     /// The ends of a step: its time is over, a mind changes, the segment ends, the truck comes to rest.
     #[inline(always)]
-    fn end(
+    fn end<T: Traction>(
         &self,
         decision: &Decision<S>,
         first: &Forces<S>,
         predicted: &Prediction<S>,
         second: &Forces<S>,
-        shared: &Shared,
+        shared: &Shared<T>,
     ) -> Ending<S> {
         let half = 0.5;
         let dt = predicted.dt;
@@ -425,43 +378,38 @@ impl<S: Simd> State<S> {
 
     /// The books, the new state, and whether somebody has to look at it.
     #[inline(always)]
-    pub fn advance(&mut self, stages: &Stages<S>, shared: &Shared) -> StepView<S> {
+    pub fn advance<T: Traction>(&mut self, stages: &Stages<S>, shared: &Shared<T>) -> StepView<S> {
         let half = 0.5;
         let Stages { decision, first, predicted, second, ending } = stages;
         let second_control = &predicted.control;
         let (dt, dx) = (ending.dt, ending.dx);
         let simd = dt.simd;
-        let closed = decision.closed;
+        let Coupling { closed, engaged, free_speed, start_speed, .. } = decision.coupling;
 
-        let angle = closed.select(dx * self.gear_speed, dt * decision.free_speed);
-        let gearbox_torque = (first.gearbox_torque + second.gearbox_torque) * half;
-        let auxiliary = (first.auxiliary_torque + second.auxiliary_torque) * half;
+        let angle = closed.select(dx * self.gear_speed, dt * free_speed);
+        let gearbox_torque = (first.pull.gearbox_torque + second.pull.gearbox_torque) * half;
+        let auxiliary = (first.pull.auxiliary_torque + second.pull.auxiliary_torque) * half;
         let torque = gearbox_torque + auxiliary;
-        let mean_speed = closed
-            .select((self.speed + ending.speed) * self.gear_speed * half, decision.free_speed);
-        let [_, _, drag_0, drag_1] = self.curves;
-        let drag_torque = drag_0 + drag_1 * mean_speed;
-        let engine = &shared.powertrain.engine;
-        let fuel_rate = engine.fuel_rates(mean_speed, torque, drag_torque) * self.fuel_factor;
+        let mean_speed =
+            closed.select((self.speed + ending.speed) * self.gear_speed * half, free_speed);
         let half_way = dx * half;
-        let start_speed = decision.start_speed;
         let jump = self.engine_speed * self.engine_speed - start_speed * start_speed;
         let drag = (first.drag + second.drag) * half;
         let rolling = self.mass * decision.row[RoadRow::ROLLING];
         let grade = self.mass * decision.row[RoadRow::GRADE];
-        let engine_brake = first.engine_brake + second.engine_brake;
-        let service_brake = first.brake + second.brake - engine_brake;
-        let wheel = first.wheel + second.wheel;
+        let engine_brake = first.pull.engine_brake + second.pull.engine_brake;
+        let service_brake = first.pull.brake + second.pull.brake - engine_brake;
+        let wheel = first.pull.wheel + second.pull.wheel;
         // of a force that changes its sign the mean of the positive parts is too much, the positive part of the
         // mean too little, by the same amount
         let both = wheel.max(0.0);
-        let each = first.wheel.max(0.0) + second.wheel.max(0.0);
-        let mut added = [dt; Total::COUNT];
+        let each = first.pull.wheel.max(0.0) + second.pull.wheel.max(0.0);
+        let mut added = [Lanes::splat(simd, 0.0); Total::COUNT];
         self.book(Total::Time, dt, &mut added);
         self.book(Total::Distance, dx, &mut added);
-        self.book(Total::Fuel, fuel_rate * dt, &mut added);
         self.book(Total::Crankshaft, torque * angle, &mut added);
-        self.book(Total::Auxiliary, auxiliary * angle, &mut added);
+        let turn = Turn { dt, angle, speed: mean_speed, torque, auxiliary };
+        let store_rate = shared.traction.spend(self, &turn, &mut added);
         self.book(Total::Clutch, gearbox_torque * (angle - dx * self.gear_speed), &mut added);
         let lost = gearbox_torque * self.gear_speed - wheel * half;
         self.book(Total::Transmission, lost * dx, &mut added);
@@ -474,10 +422,10 @@ impl<S: Simd> State<S> {
         self.book(Total::Wheel, (both + each) * half_way * half, &mut added);
 
         let half_dt = dt * half;
-        let driven = (self.torque + half_dt * (first.torque_rate + second.torque_rate))
-            .max(second.drag_torque)
-            .min(second.full_load);
-        self.torque = where_set(decision.engaged, driven);
+        let driven = (self.torque + half_dt * (first.pull.torque_rate + second.pull.torque_rate))
+            .max(second.pull.drag_torque)
+            .min(second.pull.full_load);
+        self.torque = where_set(engaged, driven);
         let first_control = &decision.control;
         self.integral = self.clamp_integral(
             self.integral + half_dt * (first_control.integral_rate + second_control.integral_rate),
@@ -488,10 +436,10 @@ impl<S: Simd> State<S> {
         self.held = decision.held;
         self.speed = ending.speed;
         self.left = where_set(!ending.reaches, self.left - dx);
-        self.engine_speed = closed.select(ending.speed * self.gear_speed, decision.free_speed);
+        self.engine_speed = closed.select(ending.speed * self.gear_speed, free_speed);
         self.shift_left = (self.shift_left - dt).max(0.0);
         self.hold_left = (self.hold_left - dt).max(0.0);
-        let shift = &shared.powertrain.model.gearbox.shift;
+        let shift = &shared.powertrain.shift;
         let pressed = second_control.accelerator.simd_gt(shift.kickdown_pedal);
         let kick_left = (self.kick_left - dt).max(0.0);
         self.kick_left = pressed.select(kick_left, Lanes::splat(simd, shift.kickdown_s));
@@ -510,7 +458,7 @@ impl<S: Simd> State<S> {
             brake: second_control.brake,
             engine_speed: mean_speed,
             engine_torque: torque,
-            fuel_rate,
+            store_rate,
             acceleration: ending.acceleration,
             closed,
             added,
@@ -521,8 +469,14 @@ impl<S: Simd> State<S> {
         }
     }
 
+    /// Adds to a total.
     #[inline(always)]
-    fn book(&mut self, total: Total, amount: Lanes<S>, added: &mut [Lanes<S>; Total::COUNT]) {
+    pub(super) fn book(
+        &mut self,
+        total: Total,
+        amount: Lanes<S>,
+        added: &mut [Lanes<S>; Total::COUNT],
+    ) {
         self.totals[total as usize] += amount;
         added[total as usize] = amount;
     }
@@ -531,13 +485,13 @@ impl<S: Simd> State<S> {
     /// an engine speed crosses a shifting line; 1/1 where neither happens. Without this cut both are decided up to a
     /// step too late, and the error is of first order in the step.
     #[inline(always)]
-    fn change_of_mind(
+    fn change_of_mind<T: Traction>(
         &self,
         decision: &Decision<S>,
         predicted: &Prediction<S>,
-        shared: &Shared,
+        shared: &Shared<T>,
     ) -> (Lanes<S>, Lanes<S>) {
-        let shift = &shared.powertrain.model.gearbox.shift;
+        let shift = &shared.powertrain.shift;
         let (first, second) = (&decision.control, &predicted.control);
         let (error_1, error_2) = (first.desired - self.speed, second.desired - predicted.speed);
         let releases = decision.hold
@@ -598,7 +552,7 @@ impl<S: Simd> State<S> {
     }
 
     #[inline(always)]
-    fn clamp_integral(&self, integral: Lanes<S>, shared: &Shared) -> Lanes<S> {
+    fn clamp_integral<T: Traction>(&self, integral: Lanes<S>, shared: &Shared<T>) -> Lanes<S> {
         let pid = &shared.pedals.pid;
         let clamped = clip(integral, pid.integral_minimum, pid.integral_maximum);
         // a driver without an integral part keeps none
@@ -608,15 +562,15 @@ impl<S: Simd> State<S> {
     /// Whether the strategy may want another gear: the exact answer is
     /// [`crate::vehicle::gearbox::ShiftModel::wanted_gear`].
     #[inline(always)]
-    fn wants_shift(
+    fn wants_shift<T: Traction>(
         &self,
         accelerator: Lanes<S>,
         slowing: Flags<S>,
         closed: Flags<S>,
         road_power: Lanes<S>,
-        shared: &Shared,
+        shared: &Shared<T>,
     ) -> Flags<S> {
-        let shift = &shared.powertrain.model.gearbox.shift;
+        let shift = &shared.powertrain.shift;
         let speed = self.speed * self.gear_speed;
         let up_speed = self.speed * self.gear_speed_up;
         let up_line = accelerator * shift.up_pedal_radps + shift.up_speed_radps;
@@ -625,7 +579,7 @@ impl<S: Simd> State<S> {
             & !self.hold_left.max(self.shift_left).simd_gt(0.0);
 
         // the most that the engine could give there; how much it does, the strategy asks the curve
-        let most = up_speed * (shared.powertrain.engine.peak_torque_nm() * shift.power_share);
+        let most = up_speed * (shared.traction.peak_torque_nm() * shift.power_share);
         let strong = !most.simd_lt(road_power * shift.power_reserve);
         let up = ready & !up_speed.simd_lt(up_line) & strong;
         let over = speed.simd_gt(shift.overspeed_radps) & self.gear_speed_up.simd_gt(0.0);
@@ -642,7 +596,12 @@ impl<S: Simd> State<S> {
 
     /// Flag: the lane needs a look.
     #[inline(always)]
-    fn alarm(&self, row: &Row<S>, wants_shift: Flags<S>, shared: &Shared) -> Flags<S> {
+    fn alarm<T: Traction>(
+        &self,
+        row: &Row<S>,
+        wants_shift: Flags<S>,
+        shared: &Shared<T>,
+    ) -> Flags<S> {
         let simulation = shared.simulation;
         let to_line = self.left + row[RoadRow::TO_STOP];
         let reach = self.speed.simd_lt(simulation.creep_speed_mps).select(
@@ -651,6 +610,6 @@ impl<S: Simd> State<S> {
         );
         let captured = !reach.simd_lt(to_line);
         let due = !self.steps_left.simd_gt(0.0);
-        captured | due | wants_shift
+        captured | due | wants_shift | shared.traction.is_empty(self)
     }
 }

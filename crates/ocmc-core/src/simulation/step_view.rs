@@ -24,8 +24,8 @@ pub struct StepView<S: Simd> {
     pub engine_speed: Lanes<S>,
     /// Mean engine torque, in Nm.
     pub engine_torque: Lanes<S>,
-    /// Fuel, in kg/s.
-    pub fuel_rate: Lanes<S>,
+    /// Fuel, in kg/s, or power at the battery's terminals, in W.
+    pub store_rate: Lanes<S>,
     /// Mean acceleration, in m/s².
     pub acceleration: Lanes<S>,
     /// Flag: the clutch is closed.

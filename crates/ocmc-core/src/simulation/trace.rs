@@ -4,7 +4,8 @@
 //! totals gained in that row: summed in order they give the record to the bit.
 
 use super::cabin::{Cabin, slope};
-use super::drive::{Watch, drive_baseline};
+use super::cpu::CpuLevel;
+use super::drive::{Watch, drive_watched};
 use super::record::Record;
 use super::state::{State, Total};
 use super::step_view::StepView;
@@ -49,23 +50,53 @@ const SIGNALS: [&str; 14] = [
     "clutch_closed",
 ];
 
+/// The last of them with a motor and a battery.
+const ELECTRIC_SIGNALS: [&str; 5] =
+    ["motor_speed_radps", "motor_torque_nm", "battery_power_w", "grade", "state_of_charge"];
+
+/// Which powertrain has a total.
+#[derive(Clone, Copy, PartialEq)]
+enum Has {
+    Both,
+    Diesel,
+    Electric,
+}
+
 /// Names of the columns of the totals, by [`Total`].
-const ADDED: [&str; Total::COUNT] = [
-    "simulated_added_s",
-    "distance_added_m",
-    "fuel_added_kg",
-    "crankshaft_work_added_j",
-    "auxiliary_energy_added_j",
-    "clutch_loss_added_j",
-    "transmission_loss_added_j",
-    "shift_loss_added_j",
-    "drag_energy_added_j",
-    "rolling_energy_added_j",
-    "potential_added_j",
-    "service_brake_energy_added_j",
-    "engine_brake_energy_added_j",
-    "wheel_energy_added_j",
+const ADDED: [(&str, Has); Total::COUNT] = [
+    ("simulated_added_s", Has::Both),
+    ("distance_added_m", Has::Both),
+    ("fuel_added_kg", Has::Diesel),
+    ("crankshaft_work_added_j", Has::Diesel),
+    ("auxiliary_energy_added_j", Has::Both),
+    ("clutch_loss_added_j", Has::Diesel),
+    ("transmission_loss_added_j", Has::Both),
+    ("shift_loss_added_j", Has::Both),
+    ("drag_energy_added_j", Has::Both),
+    ("rolling_energy_added_j", Has::Both),
+    ("potential_added_j", Has::Both),
+    ("service_brake_energy_added_j", Has::Both),
+    ("engine_brake_energy_added_j", Has::Diesel),
+    ("wheel_energy_added_j", Has::Both),
+    ("battery_energy_added_j", Has::Electric),
+    ("battery_loss_added_j", Has::Electric),
+    ("motor_loss_added_j", Has::Electric),
+    ("regenerated_energy_added_j", Has::Electric),
+    ("charged_energy_added_j", Has::Electric),
+    ("charging_loss_added_j", Has::Electric),
 ];
+
+/// The columns of a powertrain: name and place among the written ones.
+fn columns_of(electric: bool) -> impl Iterator<Item = (&'static str, usize)> {
+    let mut signals = SIGNALS;
+    if electric {
+        signals[SIGNALS.len() - ELECTRIC_SIGNALS.len()..].copy_from_slice(&ELECTRIC_SIGNALS);
+    }
+    let absent = if electric { Has::Diesel } else { Has::Electric };
+    let totals = ADDED.into_iter().map(move |(name, has)| (name, has != absent));
+    let all = signals.into_iter().map(|name| (name, true)).chain(totals);
+    all.enumerate().filter(|(_, (_, there))| *there).map(|(place, (name, _))| (name, place))
+}
 
 /// Drives one cycle and writes down every step.
 pub fn trace(study: &Study, seed: u64, cycle_id: u64) -> Trace {
@@ -74,13 +105,16 @@ pub fn trace(study: &Study, seed: u64, cycle_id: u64) -> Trace {
 
 /// Drives one given scenario and writes down every step.
 pub fn trace_scenario(study: &Study, scenario: Scenario) -> Trace {
-    let mut writer = Writer::default();
+    let electric = study.powertrain().diesel().is_none();
+    let mut writer = Writer::new(electric);
     let road = scenario.cycle.road.clone();
     let mut cabin = Some(Cabin::new(study, scenario));
-    let mut records = drive_baseline(study, &mut |_| cabin.take(), &mut writer);
-    let names = SIGNALS.into_iter().chain(ADDED);
-    let mut columns: Vec<TableColumn> =
-        names.zip(writer.columns).map(|(name, values)| TableColumn { name, values }).collect();
+    let mut records = drive_watched(study, &mut |_| cabin.take(), CpuLevel::Baseline, &mut writer);
+    let column = |(name, place): (_, usize)| TableColumn {
+        name,
+        values: std::mem::take(&mut writer.columns[place]),
+    };
+    let mut columns: Vec<TableColumn> = columns_of(electric).map(column).collect();
     let seen = road_signals(study, &road, &columns[POSITION].values, &columns[SPEED].values);
     columns.extend(seen);
     let record = records.pop().expect("one cycle gives one record");
@@ -129,20 +163,26 @@ struct Writer {
     time_s: f64,
     position_m: f64,
     standstill_s: f64,
+    /// Whether there is a battery instead of an engine.
+    electric: bool,
 }
 
-impl Default for Writer {
-    fn default() -> Self {
+impl Writer {
+    fn new(electric: bool) -> Self {
         Self {
             columns: vec![Vec::new(); SIGNALS.len() + Total::COUNT],
             time_s: 0.0,
             position_m: 0.0,
             standstill_s: 0.0,
+            electric,
         }
     }
-}
 
-impl Writer {
+    /// State of charge, or whether the clutch is closed.
+    fn last_signal<S: Simd>(&self, state: &State<S>, closed: bool) -> f64 {
+        if self.electric { state.charge[0] } else { f64::from(u8::from(closed)) }
+    }
+
     fn push(&mut self, signals: [f64; SIGNALS.len()], added: [f64; Total::COUNT]) {
         for (column, value) in self.columns.iter_mut().zip(signals.into_iter().chain(added)) {
             column.push(value);
@@ -168,9 +208,9 @@ impl Watch for Writer {
                 cabin.gear() as f64 + 1.0,
                 view.engine_speed[0],
                 view.engine_torque[0],
-                view.fuel_rate[0],
+                view.store_rate[0],
                 view.grade[0] / GRAVITY_MPS2,
-                f64::from(u8::from(view.closed.test(0))),
+                self.last_signal(state, view.closed.test(0)),
             ],
             view.added.map(|lanes| lanes[0]),
         );
@@ -189,6 +229,11 @@ impl Watch for Writer {
         let per_second = |total: Total| {
             if waited_s > 0.0 { added[total as usize] / waited_s } else { 0.0 }
         };
+        let (torque, rate) = if self.electric {
+            (0.0, per_second(Total::Auxiliary))
+        } else {
+            (per_second(Total::Crankshaft) / engine_speed, per_second(Total::Fuel))
+        };
         self.push(
             [
                 self.time_s,
@@ -201,10 +246,10 @@ impl Watch for Writer {
                 1.0,
                 cabin.gear() as f64 + 1.0,
                 engine_speed,
-                per_second(Total::Crankshaft) / engine_speed,
-                per_second(Total::Fuel),
+                torque,
+                rate,
                 slope(state, 0),
-                0.0,
+                self.last_signal(state, false),
             ],
             added,
         );

@@ -4,7 +4,8 @@ use super::{StudyModel, bound_of};
 use crate::distribution::Law;
 use crate::driver::curve_speed::CurveSpeedForm;
 use crate::vehicle::electric::ElectricModel;
-use crate::vehicle::engine::MOST_KNOTS;
+use crate::vehicle::engine::{EngineModel, MOST_KNOTS};
+use crate::vehicle::gearbox::GearboxModel;
 use nalgebra::Matrix3;
 use serde::Deserialize;
 use serde_json::Value;
@@ -282,6 +283,22 @@ fn electric_vehicle(electric: &ElectricModel, require: &mut impl FnMut(bool, &st
         "a map of another size".to_owned(),
         "a row for each of map_speed_radps, with a column for each of map_torque_nm",
     );
+    for (key, xs) in
+        [("map_speed_radps", &motor.map_speed_radps), ("map_torque_nm", &motor.map_torque_nm)]
+    {
+        require(
+            xs.len() <= MOST_KNOTS,
+            &format!("vehicle.electric.motor.{key}"),
+            format!("{} numbers", xs.len()),
+            "at most 16 numbers",
+        );
+    }
+    require(
+        electric.ratio.len() < 2 || electric.shift.is_some(),
+        "vehicle.electric.shift",
+        "not there".to_owned(),
+        "when to shift, where there is more than one gear",
+    );
     let falling = electric.ratio.windows(2).all(|w| w[0] > w[1]);
     require(
         falling && (1..=24).contains(&electric.ratio.len()),
@@ -301,7 +318,35 @@ fn vehicle(model: &StudyModel, require: &mut impl FnMut(bool, &str, String, &str
         "load shares with a sum of 1",
     );
 
-    let engine = &vehicle.engine;
+    match (&vehicle.engine, &vehicle.gearbox, &vehicle.electric) {
+        (Some(engine), Some(gearbox), None) => diesel_vehicle(engine, gearbox, require),
+        (None, None, Some(electric)) => electric_vehicle(electric, require),
+        (None, Some(_), None) => {
+            require(false, "vehicle.engine", "not there".to_owned(), "an engine for the gearbox");
+        }
+        (Some(_), None, None) => {
+            require(false, "vehicle.gearbox", "not there".to_owned(), "a gearbox for the engine");
+        }
+        (None, None, None) => require(
+            false,
+            "vehicle",
+            "without a powertrain".to_owned(),
+            "`engine` and `gearbox`, or `electric`",
+        ),
+        (_, _, Some(_)) => require(
+            false,
+            "vehicle.electric",
+            "there beside `engine` or `gearbox`".to_owned(),
+            "one powertrain: leave an inherited one out by study.drop = [\"vehicle.engine\", \"vehicle.gearbox\"]",
+        ),
+    }
+}
+
+fn diesel_vehicle(
+    engine: &EngineModel,
+    gearbox: &GearboxModel,
+    require: &mut impl FnMut(bool, &str, String, &str),
+) {
     let rising = |xs: &[f64]| xs.windows(2).all(|w| w[0] < w[1]);
     for (key, xs) in [
         ("full_load_speed_radps", &engine.full_load_speed_radps),
@@ -359,11 +404,6 @@ fn vehicle(model: &StudyModel, require: &mut impl FnMut(bool, &str, String, &str
         "2 to as many columns as map_torque_nm in each row",
     );
 
-    if let Some(electric) = &vehicle.electric {
-        electric_vehicle(electric, require);
-    }
-
-    let gearbox = &vehicle.gearbox;
     let falling = gearbox.ratio.windows(2).all(|w| w[0] > w[1]);
     let gears = gearbox.ratio.len();
     require(

@@ -170,7 +170,7 @@ impl Study {
         check::check(&model)?;
         let operating_cycle =
             OperatingCycleSampler::new(&model.road, &model.weather, &model.traffic, &model.mission);
-        let powertrain = model.vehicle.powertrain();
+        let powertrain = model.vehicle.powertrain().expect("checked: one powertrain");
         let road_types = model.road.types.keys().cloned().collect();
         // closed-loop rule 9: 5 m/s² × brake scale × K_P × step <= 1, or pedals reverse hundreds of times
         let brake = model.vehicle.brakes.full_deceleration_mps2 * model.driver.pedals.brake_scale;

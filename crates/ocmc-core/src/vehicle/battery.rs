@@ -7,7 +7,10 @@
 //!
 //! One resistance for all temperatures and both directions, no ageing, no diffusion: the slow part of a cell's voltage is not there.
 
+use super::electric::ChargingModel;
 use crate::distribution::Quantity;
+use crate::lanes::{Lanes, clip};
+use fearless_simd::{Level, dispatch, prelude::*};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -46,33 +49,90 @@ pub struct BatteryFlow {
     pub loss_w: f64,
 }
 
+/// What charging at rest did.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Charged {
+    /// Energy that the store has gained, in J.
+    pub gained_j: f64,
+    /// Heat, in J.
+    pub loss_j: f64,
+}
+
+/// Longest time for which one current holds while charging at rest, in s: the limit falls as the battery fills.
+const SLICE_S: f64 = 60.0;
+
 impl BatteryModel {
-    /// Open-circuit voltage at a state of charge, in V.
-    pub fn voltage_v(&self, charge: f64) -> f64 {
+    /// Open-circuit voltages at states of charge, in V.
+    #[inline(always)]
+    pub fn voltages_v<S: Simd>(&self, charge: Lanes<S>) -> Lanes<S> {
         let rise = self.full_voltage_v - self.empty_voltage_v;
-        self.empty_voltage_v + charge.clamp(0.0, 1.0) * rise
+        clip(charge, 0.0, 1.0) * rise + self.empty_voltage_v
     }
 
     /// Highest power of discharge at the terminals, in W.
     pub fn discharge_limit_w(&self, charge: f64) -> f64 {
-        let voltage = self.voltage_v(charge);
+        dispatch!(Level::baseline(), simd => self.discharge_limits_w(Lanes::splat(simd, charge))[0])
+    }
+
+    /// The same for vehicles.
+    #[inline(always)]
+    pub fn discharge_limits_w<S: Simd>(&self, charge: Lanes<S>) -> Lanes<S> {
+        let voltage = self.voltages_v(charge);
         // a little below U²/4R, where the current would double for nothing
-        let peak = voltage * voltage * (0.249 / self.resistance_ohm);
-        peak.min(self.discharge_power_w)
+        (voltage * voltage * (0.249 / self.resistance_ohm)).min(self.discharge_power_w)
     }
 
     /// Highest power of charging at the terminals, in W, as a positive number.
     pub fn charge_limit_w(&self, charge: f64) -> f64 {
-        let room = (self.maximum_charge - charge) / self.charge_fade;
-        room.clamp(0.0, 1.0) * self.charge_power_w
+        dispatch!(Level::baseline(), simd => self.charge_limits_w(Lanes::splat(simd, charge))[0])
+    }
+
+    /// The same for vehicles.
+    #[inline(always)]
+    pub fn charge_limits_w<S: Simd>(&self, charge: Lanes<S>) -> Lanes<S> {
+        let room = (self.maximum_charge - charge) * (1.0 / self.charge_fade);
+        clip(room, 0.0, 1.0) * self.charge_power_w
     }
 
     /// What a power at the terminals, in W, does to the store; beyond the highest power the current stays at its peak.
     pub fn flow(&self, charge: f64, power_w: f64) -> BatteryFlow {
-        let voltage = self.voltage_v(charge);
-        let root = (voltage * voltage - 4.0 * self.resistance_ohm * power_w).max(0.0).sqrt();
-        let store_w = voltage * 2.0 * power_w / (voltage + root);
-        BatteryFlow { store_w, loss_w: store_w - power_w }
+        dispatch!(Level::baseline(), simd => {
+            let all = |value| Lanes::splat(simd, value);
+            let (store, loss) = self.flows(all(charge), all(power_w));
+            BatteryFlow { store_w: store[0], loss_w: loss[0] }
+        })
+    }
+
+    /// The same for vehicles: what the stores lose, and the heat, in W.
+    #[inline(always)]
+    pub fn flows<S: Simd>(&self, charge: Lanes<S>, power_w: Lanes<S>) -> (Lanes<S>, Lanes<S>) {
+        let voltage = self.voltages_v(charge);
+        let under = voltage * voltage - power_w * (4.0 * self.resistance_ohm);
+        let current = power_w * 2.0 / (voltage + under.max(0.0).sqrt());
+        (voltage * current, current * current * self.resistance_ohm)
+    }
+
+    /// Charges at rest for some time with a charger, where that is worth while; the new state of charge is the old one and
+    /// what was gained over [`BatteryModel::capacity_j`].
+    pub fn charge_at_rest(&self, charging: &ChargingModel, charge: f64, time_s: f64) -> Charged {
+        let mut done = Charged::default();
+        if time_s < charging.shortest_s || charge >= charging.begin_below {
+            return done;
+        }
+        let mut left_s = time_s;
+        while left_s > 0.0 {
+            let now = charge + done.gained_j / self.capacity_j;
+            let flow = self.flow(now, -charging.power_w.min(self.charge_limit_w(now)));
+            let room_j = (charging.end_at - now) * self.capacity_j;
+            if !(flow.store_w < 0.0 && room_j > 1e-9 * self.capacity_j) {
+                break;
+            }
+            let slice_s = left_s.min(SLICE_S).min(room_j / -flow.store_w);
+            done.gained_j -= flow.store_w * slice_s;
+            done.loss_j += flow.loss_w * slice_s;
+            left_s -= slice_s;
+        }
+        done
     }
 }
 

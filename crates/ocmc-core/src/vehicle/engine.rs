@@ -11,6 +11,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::bilinear::bilinear_cell;
 use crate::distribution::Quantity;
 use crate::lanes::{Lanes, clip, columns};
 use fearless_simd::{Level, dispatch, prelude::*};
@@ -41,6 +42,20 @@ pub struct EngineModel {
     pub fuel_factor: Quantity,
     /// The fuel.
     pub fuel: FuelModel,
+}
+
+impl EngineModel {
+    /// Whether a speed in rad/s and a torque in Nm lie within the points of the map; below zero torque there is nothing to know.
+    pub fn map_covers(&self, speed_radps: f64, torque_nm: f64) -> bool {
+        let speeds = &self.map_speed_radps;
+        let above = speeds.partition_point(|knot| *knot < speed_radps);
+        if speed_radps < speeds[0] || above == speeds.len() {
+            return false;
+        }
+        // between two rows the shorter one counts
+        let rows = &self.map_fuel_kgps[above.saturating_sub(1)..=above];
+        rows.iter().all(|row| torque_nm <= self.map_torque_nm[row.len() - 1])
+    }
 }
 
 /// A fuel.
@@ -150,16 +165,12 @@ impl Engine {
         let (speeds, torques) = (&model.map_speed_radps, &model.map_torque_nm);
         for i in 0..speeds.len() - 1 {
             for j in 0..torques.len() - 1 {
-                let (w0, w1, t0, t1) = (speeds[i], speeds[i + 1], torques[j], torques[j + 1]);
-                let area = (w1 - w0) * (t1 - t0);
-                let (f00, f01, f10, f11) =
-                    (map[i][j], map[i][j + 1], map[i + 1][j], map[i + 1][j + 1]);
-                // bilinear form multiplied out
-                let d = (f00 - f01 - f10 + f11) / area;
-                let b = (f10 - f00) / (w1 - w0) - d * t0;
-                let c = (f01 - f00) / (t1 - t0) - d * w0;
-                let a = f00 - b * w0 - c * t0 - d * w0 * t0;
-                cells[i * MOST_KNOTS + j] = [a, b, c, d];
+                let corners = [[map[i][j], map[i][j + 1]], [map[i + 1][j], map[i + 1][j + 1]]];
+                cells[i * MOST_KNOTS + j] = bilinear_cell(
+                    [speeds[i], speeds[i + 1]],
+                    [torques[j], torques[j + 1]],
+                    corners,
+                );
             }
         }
         Self {
@@ -338,6 +349,16 @@ pub(crate) mod tests {
                 assert!((power - fit).abs() < 9.4e3, "{rpm} {t}: {power} {fit}");
             }
         }
+    }
+
+    #[test]
+    fn the_map_knows_its_edges() {
+        let model = engine_b();
+        let rpm = |n: f64| n * std::f64::consts::PI / 30.0;
+        assert!(model.map_covers(rpm(1053.0), 2134.0) && model.map_covers(rpm(1200.0), -300.0));
+        // the rows of 1367 and 1490 rpm end at 2134 and 1707 Nm
+        assert!(!model.map_covers(rpm(1400.0), 2000.0) && model.map_covers(rpm(1300.0), 2000.0));
+        assert!(!model.map_covers(rpm(1900.0), 100.0) && !model.map_covers(rpm(590.0), 100.0));
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! The truck: masses, resistances, engine, gearbox and brakes, and how the trucks of a fleet differ.
 
 pub mod battery;
+pub mod bilinear;
 pub mod brakes;
 pub mod climate;
 pub mod coast_down;
@@ -17,9 +18,9 @@ use crate::distribution::Quantity;
 use crate::random::{Stream, Streams};
 use crate::study::Part;
 use brakes::BrakeModel;
-use electric::ElectricModel;
+use electric::{ElectricDrive, ElectricModel};
 use engine::{Engine, EngineModel};
-use gearbox::{Gear, GearboxModel};
+use gearbox::{Gear, GearboxModel, ShiftModel};
 use resistance::{AxleModel, CrossWind, CrossWindModel, rolling_coefficient};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -46,30 +47,54 @@ pub struct VehicleModel {
     pub wheel_radius_m: f64,
     /// Moment of inertia of all wheels, in kg m².
     pub wheel_inertia_kgm2: f64,
-    /// Power of the auxiliaries at the crankshaft, in W.
+    /// Power of the auxiliaries, in W: at the crankshaft, or from the battery without heating and cooling.
     pub auxiliary_power_w: Quantity,
     /// Speed from which the limiter fades traction out, over `limiter_range_mps`, in m/s.
     pub limiter_speed_mps: f64,
     /// Speed range over which the limiter fades traction out, in m/s.
     pub limiter_range_mps: f64,
-    /// Engine.
-    pub engine: EngineModel,
-    /// Gearbox and axle.
-    pub gearbox: GearboxModel,
+    /// Engine of a diesel powertrain.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub engine: Option<EngineModel>,
+    /// Gearbox and axle of a diesel powertrain.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gearbox: Option<GearboxModel>,
     /// Brakes.
     pub brakes: BrakeModel,
-    /// Battery-electric powertrain instead of engine and gearbox; absent: diesel.
+    /// Battery-electric powertrain, instead of engine and gearbox.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub electric: Option<ElectricModel>,
+}
+
+/// What drives the wheels.
+#[derive(Clone, Debug)]
+pub enum Drive {
+    /// A diesel engine behind clutch and gearbox.
+    Diesel(DieselDrive),
+    /// A battery and a motor.
+    BatteryElectric(ElectricDrive),
+}
+
+/// A diesel engine and its gearbox, prepared for the hot loop.
+#[derive(Clone, Debug)]
+pub struct DieselDrive {
+    /// Engine curves and map.
+    pub engine: Engine,
+    /// The engine as given.
+    pub engine_model: EngineModel,
+    /// The gearbox as given.
+    pub gearbox: GearboxModel,
 }
 
 /// What all trucks of a study share, prepared for the hot loop.
 #[derive(Clone, Debug)]
 pub struct Powertrain {
-    /// Engine curves and map.
-    pub engine: Engine,
+    /// What drives the wheels.
+    pub drive: Drive,
     /// Gears, from first to top.
     pub gears: Vec<Gear>,
+    /// When they are shifted.
+    pub shift: ShiftModel,
     /// Cross-wind polynomial.
     pub cross_wind: CrossWind,
     /// The numbers as given.
@@ -87,8 +112,10 @@ pub struct Vehicle {
     pub rolling_coefficient: f64,
     /// Power of the auxiliaries, in W.
     pub auxiliary_power_w: f64,
-    /// Factor on the fuel map.
+    /// Factor on the fuel map; 1 without one.
     pub fuel_factor: f64,
+    /// State of charge at departure; none without a battery.
+    pub initial_charge: Option<f64>,
 }
 
 impl VehicleModel {
@@ -103,7 +130,11 @@ impl VehicleModel {
         let drag_area_m2 = draw(&self.drag_area_m2);
         let rolling_factor = draw(&self.rolling_factor);
         let auxiliary_power_w = draw(&self.auxiliary_power_w);
-        let fuel_factor = draw(&self.engine.fuel_factor);
+        let fuel_factor = self.engine.as_ref().map_or(1.0, |engine| draw(&engine.fuel_factor));
+        let initial_charge = self.electric.as_ref().map(|electric| {
+            let law = &electric.battery.initial_charge;
+            if spread { law.sample(&mut streams.open(Stream::Electric)) } else { law.centre() }
+        });
         let base = rolling_coefficient(&self.axles, mass_kg, self.rolling_load_exponent);
         Vehicle {
             mass_kg,
@@ -111,21 +142,44 @@ impl VehicleModel {
             rolling_coefficient: rolling_factor * base,
             auxiliary_power_w,
             fuel_factor,
+            initial_charge,
         }
     }
 
-    /// Prepares what all trucks share.
-    pub fn powertrain(&self) -> Powertrain {
-        Powertrain {
-            engine: Engine::new(&self.engine),
-            gears: self.gearbox.gears(self.wheel_radius_m),
-            cross_wind: self.cross_wind.in_tangent(),
-            model: self.clone(),
-        }
+    /// Prepares what all trucks share; none without a whole powertrain, or with two.
+    pub fn powertrain(&self) -> Option<Powertrain> {
+        let radius_m = self.wheel_radius_m;
+        let (drive, gears, shift) = match (&self.engine, &self.gearbox, &self.electric) {
+            (Some(engine_model), Some(gearbox), None) => {
+                let drive = DieselDrive {
+                    engine: Engine::new(engine_model),
+                    engine_model: engine_model.clone(),
+                    gearbox: gearbox.clone(),
+                };
+                (Drive::Diesel(drive), gearbox.gears(radius_m), gearbox.shift.clone())
+            }
+            (None, None, Some(electric)) => {
+                let drive = Drive::BatteryElectric(ElectricDrive::new(electric));
+                (drive, electric.gears(radius_m), electric.strategy())
+            }
+            _ => return None,
+        };
+        let cross_wind = self.cross_wind.in_tangent();
+        Some(Powertrain { drive, gears, shift, cross_wind, model: self.clone() })
     }
 
     /// Wheels' inertia as a mass at the rim, in kg.
     pub fn wheel_mass_kg(&self) -> f64 {
         self.wheel_inertia_kgm2 / (self.wheel_radius_m * self.wheel_radius_m)
+    }
+}
+
+impl Powertrain {
+    /// Engine and gearbox, where there are any.
+    pub fn diesel(&self) -> Option<&DieselDrive> {
+        match &self.drive {
+            Drive::Diesel(diesel) => Some(diesel),
+            Drive::BatteryElectric(_) => None,
+        }
     }
 }

@@ -7,9 +7,11 @@ use std::fmt::Write;
 /// A kind of loss, and its part of a record.
 type Loss = (&'static str, fn(&Record) -> Option<f64>);
 
-/// What fuel energy goes into; together they are all of it.
-const LOSSES: [Loss; 11] = [
+/// What the energy of fuel or battery goes into; together they are all of it.
+const LOSSES: [Loss; 13] = [
     ("engine", |r| r.engine_loss_j),
+    ("battery", |r| r.battery_loss_j),
+    ("motor and inverter", |r| r.motor_loss_j),
     ("rolling resistance", |r| Some(r.rolling_energy_j)),
     ("air drag", |r| Some(r.drag_energy_j)),
     ("service brakes", |r| Some(r.service_brake_energy_j)),
@@ -25,35 +27,38 @@ const LOSSES: [Loss; 11] = [
 /// Joules of a kilowatt-hour.
 const KWH_J: f64 = 3.6e6;
 
-/// The breakdown as bars; nothing where no fuel was burnt.
+/// The breakdown as bars; nothing where no energy was used.
 pub(super) fn breakdown(records: &[Record]) -> String {
     let completed = || records.iter().filter(|record| record.outcome == Outcome::Completed);
     let total = |of: fn(&Record) -> Option<f64>| completed().filter_map(of).sum::<f64>();
-    let fuel = total(|r| r.fuel_energy_j);
+    let (fuel, battery) = (total(|r| r.fuel_energy_j), total(|r| r.battery_energy_j));
+    let (used, store) =
+        if fuel > 0.0 { (fuel, "in the fuel") } else { (battery, "from the battery") };
     let distance_km = total(|r| Some(r.distance_m)) / 1000.0;
-    if !(fuel > 0.0 && distance_km > 0.0) {
+    if !(used > 0.0 && distance_km > 0.0) {
         return String::new();
     }
     let rows: Vec<(String, f64, String)> = LOSSES
         .iter()
+        .filter(|(_, of)| completed().any(|record| of(record).is_some()))
         .map(|(name, of)| {
             let energy = total(*of);
             let per_km = energy / KWH_J / distance_km;
             // what rounds to nothing has no sign
             let shown = |value: f64, unit: f64| if value.abs() < unit / 2.0 { 0.0 } else { value };
-            let share = shown(100.0 * energy / fuel, 0.1);
+            let share = shown(100.0 * energy / used, 0.1);
             let words = format!("{share:.1} %, {:.3} kWh/km", shown(per_km, 0.001));
             ((*name).to_owned(), energy, words)
         })
         .collect();
-    let closed: f64 = rows.iter().map(|row| row.1).sum::<f64>() / fuel;
+    let closed: f64 = rows.iter().map(|row| row.1).sum::<f64>() / used;
     let mut text = "<h2>Where the energy went</h2>\n".to_owned();
     let _ = writeln!(
         text,
-        "<figure>{}<figcaption>Of the energy in the fuel, {:.2} kWh/km, over all completed cycles. The rows add up to \
+        "<figure>{}<figcaption>Of the energy {store}, {:.2} kWh/km, over all completed cycles. The rows add up to \
          {:.4} % of it.</figcaption></figure>",
         svg::bars(&rows, "Energy by kind of loss"),
-        fuel / KWH_J / distance_km,
+        used / KWH_J / distance_km,
         100.0 * closed
     );
     text

@@ -58,6 +58,11 @@ pub const STUDIES: &[BuiltIn] = &[
         description: "Missions of 40 km in towns with a stop every two kilometres",
         text: include_str!("../../../../configs/urban-delivery.toml"),
     },
+    BuiltIn {
+        name: "battery-truck",
+        description: "The default study with battery-electric tractors",
+        text: include_str!("../../../../configs/battery-truck.toml"),
+    },
 ];
 
 /// The built-in vehicles.
@@ -76,6 +81,21 @@ pub const VEHICLES: &[BuiltIn] = &[
         name: "city-bus-12m",
         description: "City bus of 12 m, 185 kW diesel engine",
         text: include_str!("../../../../configs/vehicles/city-bus-12m.toml"),
+    },
+    BuiltIn {
+        name: "tractor-electric-40t",
+        description: "Tractor-semitrailer of the 40 t class, battery of 540 kWh, 490 kW, 3 gears",
+        text: include_str!("../../../../configs/vehicles/tractor-electric-40t.toml"),
+    },
+    BuiltIn {
+        name: "city-bus-electric-12m",
+        description: "City bus of 12 m, battery of 350 kWh, 200 kW",
+        text: include_str!("../../../../configs/vehicles/city-bus-electric-12m.toml"),
+    },
+    BuiltIn {
+        name: "car-electric",
+        description: "Passenger car of the compact class, battery of 77 kWh, 150 kW",
+        text: include_str!("../../../../configs/vehicles/car-electric.toml"),
     },
 ];
 

@@ -69,7 +69,7 @@ impl LoadedStudy {
     /// # Errors
     /// As [`load`].
     pub fn set<S: AsRef<str>>(&self, sets: &[S]) -> Result<Self, StudyFileError> {
-        closed_loop(finish(self.own.clone(), self.folder.clone(), sets, self.origin.clone())?)
+        finish(self.own.clone(), self.folder.clone(), sets, self.origin.clone())
     }
 
     /// The study on given routes instead of its own roads: files as [`crate::given_cycle::read`] reads them. A file that the study
@@ -139,32 +139,10 @@ impl fmt::Display for Origin {
 /// # Errors
 /// [`StudyFileError`] says what is wrong, where, and what is allowed.
 pub fn load<S: AsRef<str>>(name_or_path: &str, sets: &[S]) -> Result<LoadedStudy, StudyFileError> {
-    closed_loop(load_to_follow(name_or_path, sets)?)
-}
-
-/// As [`load`], of a study that is followed exactly and not driven in closed loop: its vehicle may be battery-electric.
-///
-/// # Errors
-/// As [`load`].
-pub fn load_to_follow<S: AsRef<str>>(
-    name_or_path: &str,
-    sets: &[S],
-) -> Result<LoadedStudy, StudyFileError> {
     let Text { source, file } = read(name_or_path, Kind::Study, None)?;
     let folder = file.as_deref().and_then(Path::parent).map(Path::to_path_buf);
     let origin = file.map_or_else(|| Origin::BuiltIn(source.name.clone()), Origin::File);
     finish(Node::parse(&source)?, folder, sets, origin)
-}
-
-/// Refuses what the closed loop does not know yet.
-fn closed_loop(loaded: LoadedStudy) -> Result<LoadedStudy, StudyFileError> {
-    if loaded.model.vehicle.electric.is_none() {
-        return Ok(loaded);
-    }
-    let message = "`vehicle.electric`: the closed loop does not know battery-electric vehicles yet";
-    let fault = Fault::new(Cause::File { message: message.to_owned() });
-    let help = "`ocmc drive FILE --follow-speed exact` follows a drive cycle or a route with one";
-    Err(Box::new(fault.help(help)).into())
 }
 
 /// Reads and checks the text of a study file that is called `name` in messages.
@@ -178,7 +156,7 @@ pub fn load_text<S: AsRef<str>>(
 ) -> Result<LoadedStudy, StudyFileError> {
     let source = Source { kind: SourceKind::File, name: name.into(), text: text.into() };
     let source = std::sync::Arc::new(source);
-    closed_loop(finish(Node::parse(&source)?, None, sets, Origin::File(name.into()))?)
+    finish(Node::parse(&source)?, None, sets, Origin::File(name.into()))
 }
 
 /// Checks a dictionary of the same shape as a study file, `base` and `drop` included.
@@ -190,7 +168,7 @@ pub fn load_json<S: AsRef<str>>(
     sets: &[S],
 ) -> Result<LoadedStudy, StudyFileError> {
     let own = Node::from_json(dictionary)?;
-    closed_loop(finish(own, None, sets, Origin::Dictionary)?)
+    finish(own, None, sets, Origin::Dictionary)
 }
 
 fn finish<S: AsRef<str>>(

@@ -79,6 +79,15 @@ fn expand(schema: &Value, path: &str, definitions: &Map<String, Value>) -> Value
         }
         return expanded;
     }
+    // what may be absent is described as what it is where it is there
+    if let Some([there, _]) = keywords.get("anyOf").and_then(Value::as_array).and_then(either_null)
+    {
+        let mut expanded = expand(there, path, definitions);
+        for (keyword, value) in keywords.iter().filter(|(keyword, _)| *keyword != "anyOf") {
+            expanded[keyword] = value.clone();
+        }
+        return expanded;
+    }
     let mut expanded = Map::new();
     for (keyword, value) in keywords {
         let value = match (keyword.as_str(), value) {
@@ -104,6 +113,12 @@ fn expand(schema: &Value, path: &str, definitions: &Map<String, Value>) -> Value
     let mut expanded = Value::Object(expanded);
     limit(&mut expanded, path);
     expanded
+}
+
+/// Two items of which the second one is null.
+fn either_null(items: &Vec<Value>) -> Option<&[Value; 2]> {
+    let pair: &[Value; 2] = items.as_slice().try_into().ok()?;
+    (pair[1]["type"] == "null").then_some(pair)
 }
 
 /// Adds the range of a number's path.

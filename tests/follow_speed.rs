@@ -1,0 +1,105 @@
+//! What `ocmc drive` says of routes and of speeds that are followed: how to see more, what saturated, what cannot be resumed.
+#![allow(clippy::unwrap_used, reason = "a test without what it looks for fails")]
+
+mod program;
+
+use program::ocmc;
+use std::fs;
+use std::path::Path;
+
+/// A route of 3 km.
+fn route(folder: &Path) -> String {
+    let file = folder.join("my route.csv");
+    let mut text = "position_m,speed_limit_kmh,grade\n".to_owned();
+    for k in 0..=60 {
+        text += &format!("{},60,0.01\n", 50 * k);
+    }
+    fs::write(&file, text).unwrap();
+    file.display().to_string()
+}
+
+/// A minute at a speed on a slope, after rest.
+fn drive_cycle(folder: &Path, name: &str, speed_mps: f64, slope: f64) -> String {
+    let file = folder.join(name);
+    let mut text = "time_s,speed_mps,slope\n0,0,0\n".to_owned();
+    for k in 1..=60 {
+        text += &format!("{k},{},{slope}\n", speed_mps * f64::from(k.min(30)) / 30.0);
+    }
+    fs::write(&file, text).unwrap();
+    file.display().to_string()
+}
+
+/// The arguments of the command between the first pair of backticks, as a shell would part them.
+fn hinted(told: &str) -> Vec<String> {
+    let command = told.split('`').find(|part| part.starts_with("ocmc trace")).unwrap();
+    let mut parts = Vec::new();
+    for (k, part) in command.split('\'').enumerate() {
+        if k % 2 == 1 {
+            parts.push(part.to_owned());
+        } else {
+            parts.extend(part.split_whitespace().map(str::to_owned));
+        }
+    }
+    parts.into_iter().skip(1).map(|part| part.replace("ID", "3")).collect()
+}
+
+#[test]
+fn the_hint_behind_a_route_traces_a_cycle_on_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = route(folder.path());
+    let out = folder.path().join("run");
+    let run = ["drive", &file, "--cycles", "4", "--format", "csv", "--out", out.to_str().unwrap()];
+    let told = ocmc(&run).assert().success();
+    let told = String::from_utf8(told.get_output().stderr.clone()).unwrap();
+    assert!(told.contains("records.csv"), "{told}");
+    let trace = folder.path().join("trace.csv");
+    let mut arguments = hinted(&told);
+    arguments.extend(["--out".to_owned(), trace.display().to_string()]);
+    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    ocmc(&arguments).assert().success();
+    let last = fs::read_to_string(&trace).unwrap().lines().last().unwrap().to_owned();
+    let record = fs::read_to_string(out.join("records.csv")).unwrap();
+    let row: Vec<&str> = record.lines().nth(4).unwrap().split(',').collect();
+    let position = |cell: &str| cell.parse::<f64>().unwrap();
+    assert!((position(last.split(',').nth(2).unwrap()) - position(row[2])).abs() < 1e-6);
+    assert!((2990.0..3001.0).contains(&position(row[2])), "{}", row[2]);
+}
+
+#[test]
+fn a_speed_that_the_truck_cannot_hold_is_counted_and_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let answer = |file: &str, more: &[&str]| {
+        let told = ocmc(&["drive", file, "--follow-speed", "exact", "--cycles", "5", "--quiet"])
+            .args(more)
+            .assert()
+            .success();
+        String::from_utf8(told.get_output().stdout.clone()).unwrap()
+    };
+    let steep = drive_cycle(folder.path(), "steep.csv", 20.0, 0.10);
+    let text = answer(&steep, &[]);
+    assert!(text.contains("Saturated in 5 of 5 cycles"), "{text}");
+    let json: serde_json::Value = serde_json::from_str(&answer(&steep, &["--json"])).unwrap();
+    let saturation = &json["saturation"];
+    assert_eq!(saturation["cycles"], 5);
+    assert!(saturation["limited_s"].as_f64().unwrap() > 5.0 * 30.0, "{saturation}");
+    assert!(saturation["missing_energy_j"].as_f64().unwrap() > 0.0, "{saturation}");
+    let easy = drive_cycle(folder.path(), "easy.csv", 5.0, 0.0);
+    assert!(!answer(&easy, &[]).contains("Saturated"));
+    let json: serde_json::Value = serde_json::from_str(&answer(&easy, &["--json"])).unwrap();
+    assert_eq!(json["saturation"]["limited_s"], 0.0);
+}
+
+#[test]
+fn a_followed_speed_refuses_to_be_resumed_and_names_no_trace() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = drive_cycle(folder.path(), "cycle.csv", 10.0, 0.0);
+    let out = folder.path().join("run").display().to_string();
+    let run = ["drive", &file, "--follow-speed", "exact", "--cycles", "5", "--out", &out];
+    let told = ocmc(&run).assert().success();
+    let told = String::from_utf8(told.get_output().stderr.clone()).unwrap();
+    assert!(!told.contains("ocmc trace") && told.contains("records.parquet"), "{told}");
+    let again = ["drive", &file, "--follow-speed", "exact", "--resume", "--out", &out];
+    let told = ocmc(&again).assert().code(2);
+    let told = String::from_utf8(told.get_output().stderr.clone()).unwrap();
+    assert!(told.contains("cannot be resumed") && told.contains("--out"), "{told}");
+}
