@@ -168,10 +168,11 @@ fn plausibility(cycles: u64) {
     println!("|---|---|---|---|---|---|---|---|---|");
     for built_in in ocmc_io::study::list() {
         let study = ocmc_io::study::load::<&str>(built_in.name, &[]).expect("it loads").study;
+        let Some(diesel) = study.powertrain().diesel() else { continue };
         let records = records(built_in.name, &[], cycles);
         let sum = |value: fn(&Record) -> f64| records.iter().map(value).sum::<f64>();
         let km = sum(|r| r.distance_m) / 1000.0;
-        let fuel = &study.model().vehicle.engine.fuel;
+        let fuel = &diesel.engine_model.fuel;
         let per_100km = sum(|r| r.fuel_kg.expect("a diesel truck")) / fuel.density_kgpm3 * 1e5 / km;
         let (_, sd) = mean_and_sd(&records.iter().map(litres).collect::<Vec<_>>());
         let gross =

@@ -4,6 +4,7 @@
 mod program;
 
 use program::ocmc;
+use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 
@@ -12,7 +13,7 @@ fn route(folder: &Path) -> String {
     let file = folder.join("my route.csv");
     let mut text = "position_m,speed_limit_kmh,grade\n".to_owned();
     for k in 0..=60 {
-        text += &format!("{},60,0.01\n", 50 * k);
+        writeln!(text, "{},60,0.01", 50 * k).unwrap();
     }
     fs::write(&file, text).unwrap();
     file.display().to_string()
@@ -23,7 +24,7 @@ fn drive_cycle(folder: &Path, name: &str, speed_mps: f64, slope: f64) -> String 
     let file = folder.join(name);
     let mut text = "time_s,speed_mps,slope\n0,0,0\n".to_owned();
     for k in 1..=60 {
-        text += &format!("{k},{},{slope}\n", speed_mps * f64::from(k.min(30)) / 30.0);
+        writeln!(text, "{k},{},{slope}", speed_mps * f64::from(k.min(30)) / 30.0).unwrap();
     }
     fs::write(&file, text).unwrap();
     file.display().to_string()

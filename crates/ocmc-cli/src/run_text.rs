@@ -149,10 +149,11 @@ fn saturated(summary: &Summary) -> String {
         rounded(saturation.limited_s),
         rounded(saturation.missing_energy_j / 3.6e6),
     );
-    text.push_str(&match saturation.outside_map_s {
-        0.0 => ".\n".to_owned(),
-        outside_s => format!(",\n{} s beyond the points of its map.\n", rounded(outside_s)),
-    });
+    let outside_s = saturation.outside_map_s;
+    if outside_s > 0.0 {
+        let _ = write!(text, ",\n{} s beyond the points of its map", rounded(outside_s));
+    }
+    text.push_str(".\n");
     text
 }
 

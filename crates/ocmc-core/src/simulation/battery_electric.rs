@@ -28,7 +28,7 @@ impl<'a> BatteryElectric<'a> {
     /// The torques within the battery's limits, in Nm.
     #[inline(always)]
     fn within_battery<S: Simd>(
-        &self,
+        self,
         state: &State<S>,
         speed: Lanes<S>,
         torque: Lanes<S>,
@@ -47,7 +47,7 @@ impl<'a> BatteryElectric<'a> {
     #[cold]
     #[inline(never)]
     fn brought_back<S: Simd>(
-        &self,
+        self,
         state: &State<S>,
         lanes: u64,
         speed: [f64; WIDTH],

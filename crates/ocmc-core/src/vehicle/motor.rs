@@ -214,7 +214,7 @@ pub(crate) mod tests {
     fn the_torque_within_limits_meets_them() {
         let motor = Motor::new(&motor());
         for speed in [20.0, 150.0, 400.0] {
-            for limit in [-150e3, -40e3, -1.0, 30e3, 200e3] {
+            for limit in [-150e3f64, -40e3, -1.0, 30e3, 200e3] {
                 let wanted = if limit < 0.0 { -2400.0 } else { 2400.0 };
                 let torque = motor.within_nm(speed, wanted, limit.min(0.0), limit.max(0.0));
                 let power = motor.terminals_w(speed, torque);
