@@ -113,7 +113,7 @@ fn drive_job(
         if let Some(directory) = &mut directory
             && let Err(error) = directory.add(records)
         {
-            return ControlFlow::Break(Stop::Failed(error.into()));
+            return ControlFlow::Break(Stop::Failed(Failure::Unwritten(error)));
         }
         progress.reach(cycles);
         if interrupt::asked() && cycles < manifest.cycles {
@@ -140,7 +140,7 @@ fn drive_job(
         if !interrupted {
             directory.end_here();
         }
-        directory.finish(&summary)?;
+        directory.finish(&summary).map_err(Failure::Unwritten)?;
     }
     print(arguments, &summary, &loaded.origin, resumed)?;
     if interrupted {

@@ -15,6 +15,7 @@ pub use error::RunDirectoryError;
 pub use merge::merge;
 pub use read::{StoredRun, Unfinished, read, unfinished};
 
+use crate::file_error::FileError;
 use crate::records::{RecordFormat, RecordWriter};
 use crate::run_summary::RunSummary;
 use crate::study::{resolved_toml, study_hash};
@@ -154,8 +155,7 @@ impl RunDirectory {
         manifest: Manifest,
     ) -> Result<Self, RunDirectoryError> {
         check_free(path)?;
-        fs::create_dir_all(path)
-            .map_err(|source| RunDirectoryError::Create { path: path.to_owned(), source })?;
+        fs::create_dir_all(path).map_err(FileError::create(path))?;
         let manifest = Manifest {
             status: RunStatus::Running,
             completed: 0,
@@ -273,8 +273,7 @@ fn read_chunks(
 /// Reads the manifest of a run directory.
 pub fn read_manifest(directory: &Path) -> Result<Manifest, RunDirectoryError> {
     let path = directory.join(MANIFEST);
-    let text = fs::read_to_string(&path)
-        .map_err(|source| RunDirectoryError::Read { path: path.clone(), source })?;
+    let text = fs::read_to_string(&path).map_err(FileError::read(&path))?;
     serde_json::from_str(&text).map_err(|source| RunDirectoryError::Manifest { path, source })
 }
 

@@ -3,6 +3,7 @@
 use super::chunks::{check_rows, remove_left_over};
 use super::error::RunDirectoryError;
 use super::{FORMAT_VERSION, MANIFEST, Manifest, RunStatus, SUMMARY, read_manifest};
+use crate::file_error::FileError;
 use crate::records::{self, RecordFormat};
 use crate::run_summary::RunSummary;
 use crate::study::{LoadedStudy, load_text, study_hash};
@@ -67,8 +68,7 @@ fn other_version(manifest: &Manifest) -> String {
 
 pub(super) fn measured(directory: &Path) -> Result<Measured, RunDirectoryError> {
     let path = directory.join(SUMMARY);
-    let text =
-        fs::read_to_string(&path).map_err(|source| RunDirectoryError::Read { path, source })?;
+    let text = fs::read_to_string(&path).map_err(FileError::read(&path))?;
     serde_json::from_str(&text).map_err(|error| RunDirectoryError::NotWhole {
         path: directory.to_owned(),
         reason: format!("`{SUMMARY}`: {error}"),
