@@ -16,7 +16,7 @@ pub use driveline::EfficiencyDriveline;
 pub use electric::ElectricSums;
 pub use planned::planned_cycle;
 
-use crate::random::Streams;
+use crate::random::{Exchange, Streams};
 use crate::simulation::record::{Outcome, Record};
 use crate::study::{Scenario, Study};
 use crate::vehicle::electric::ElectricModel;
@@ -208,10 +208,7 @@ fn follow_scenario(
     match &model.electric {
         None => follow_with_engine(study, scenario, cycle, &body, &plain),
         Some(electric) => {
-            let streams = Streams {
-                frozen: &study.model().simulation.frozen,
-                ..Streams::new(seed, scenario.cycle_id)
-            };
+            let streams = study.streams(seed, scenario.cycle_id, Exchange::NONE);
             follow_with_battery(electric, model.wheel_radius_m, &streams, cycle, &body, &plain)
         }
     }

@@ -134,7 +134,7 @@ pub(super) fn outliers(run: &StoredRun, quantity: &Quantity) -> String {
         let _ = writeln!(
             text,
             "<tr><td>{}</td><td>{}</td><td>{:.1}</td><td>{}</td><td>{}</td><td>{:.1}</td><td>{}</td><td \
-             class=\"words\"><code>{}</code></td></tr>",
+             class=\"words\">{}</td></tr>",
             record.cycle_id,
             rounded(factor * value),
             record.payload_kg / 1000.0,
@@ -199,7 +199,7 @@ pub(super) fn failures(run: &StoredRun) -> String {
 }
 
 /// Keys of the study that say what kind of fleet it is.
-const STUDY_KEYS: [(&str, &str); 12] = [
+const STUDY_KEYS: [(&str, &str); 13] = [
     ("length of a mission, m", "mission.length_m"),
     ("payload, kg", "mission.payload_kg"),
     ("departure, s of the day", "mission.departure_s_of_day"),
@@ -212,6 +212,7 @@ const STUDY_KEYS: [(&str, &str); 12] = [
     ("pedals: share of PID drivers", "driver.pedals.pid_share"),
     ("parts turned off", "simulation.without"),
     ("factors frozen", "simulation.frozen"),
+    ("sampling", "simulation.sampling"),
 ];
 
 /// The study in words and numbers, and whole.

@@ -38,7 +38,7 @@ pub fn read(directory: &Path) -> Result<StoredRun, RunDirectoryError> {
     let manifest = ended(directory)?;
     let Measured { wall_s, threads } = measured(directory)?;
     let mut records = Vec::new();
-    let mut fleet = SummaryBuilder::new(manifest.replicates());
+    let mut fleet = SummaryBuilder::new(manifest.dependence());
     read_records(directory, &manifest, |group| {
         fleet.add(&group);
         records.extend(group);
