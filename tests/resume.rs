@@ -55,9 +55,25 @@ fn resume(out: &Path) {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 }
 
+fn json(path: &Path) -> Value {
+    serde_json::from_str(&fs::read_to_string(path).expect("written")).expect("JSON")
+}
+
 fn manifest(out: &Path) -> Value {
-    serde_json::from_str(&fs::read_to_string(out.join("manifest.json")).expect("written"))
-        .expect("JSON")
+    json(&out.join("manifest.json"))
+}
+
+/// Presses Ctrl-C, and returns what the program tells and how long it takes to end.
+#[cfg(unix)]
+fn interrupt(run: Child) -> (String, Duration) {
+    let asked = std::time::Instant::now();
+    let kill = Command::new("kill").args(["-INT", &run.id().to_string()]).status();
+    assert!(kill.expect("kill starts").success());
+    let output = run.wait_with_output().expect("it ends");
+    let told = String::from_utf8(output.stderr).expect("UTF-8");
+    assert_eq!(output.status.code(), Some(1), "{told}");
+    assert!(told.contains("interrupted") && told.contains("--resume"), "{told}");
+    (told, asked.elapsed())
 }
 
 fn assert_same(expected: &Path, out: &Path, records: &str) {
@@ -134,8 +150,6 @@ fn so_does_one_of_400_000_cycles() {
 #[test]
 #[cfg(unix)]
 fn ctrl_c_stops_within_a_second_and_the_rest_is_resumed() {
-    use std::time::Instant;
-
     let parent = tempfile::tempdir().expect("a directory");
     let out = parent.path().join("run");
     // one cycle of this study takes seconds on an idle machine: a stop cannot wait for the cycles on the road
@@ -147,17 +161,10 @@ fn ctrl_c_stops_within_a_second_and_the_rest_is_resumed() {
         .spawn()
         .expect("the program starts");
     std::thread::sleep(Duration::from_millis(1500));
-    let asked = Instant::now();
-    let kill = Command::new("kill").args(["-INT", &run.id().to_string()]).status();
-    assert!(kill.expect("kill starts").success());
-    let output = run.wait_with_output().expect("it ends");
-    let took = asked.elapsed();
+    let (_, took) = interrupt(run);
     eprintln!("stopped after {took:?}");
     // generous, as tests run beside one another; the interface says one second
     assert!(took < Duration::from_secs(2), "{took:?}");
-    let told = String::from_utf8(output.stderr).expect("UTF-8");
-    assert_eq!(output.status.code(), Some(1), "{told}");
-    assert!(told.contains("interrupted") && told.contains("--resume"), "{told}");
     assert_eq!(manifest(&out)["status"], "interrupted");
 }
 
@@ -173,11 +180,10 @@ fn an_interrupted_run_can_be_read_and_resumed() {
         std::thread::sleep(Duration::from_millis(1));
     }
     std::thread::sleep(Duration::from_millis(150));
-    let kill = Command::new("kill").args(["-INT", &run.id().to_string()]).status();
-    assert!(kill.expect("kill starts").success());
-    assert_eq!(run.wait_with_output().expect("it ends").status.code(), Some(1));
+    interrupt(run);
     let rows = records(&out.join("records.parquet"));
     assert_eq!(manifest(&out)["completed"], rows.len());
+    assert_eq!(json(&out.join("summary.json"))["cycles"], rows.len());
     assert!(rows.len() < 60_000 && rows.iter().zip(0..).all(|(row, id)| row.cycle_id == id));
     resume(&out);
     assert_same(&expected, &out, "records.parquet");
@@ -289,4 +295,77 @@ fn a_disk_that_takes_no_more_is_named_and_loses_nothing() {
     assert_eq!(manifest(&out)["completed"], 5000);
     resume(&out);
     assert_same(&expected, &out, "records.parquet");
+}
+
+/// A disk of its own for a test, gone with it.
+#[cfg(target_os = "linux")]
+struct SmallDisk(tempfile::TempDir);
+
+#[cfg(target_os = "linux")]
+impl SmallDisk {
+    /// None where this user may not mount one.
+    fn mounted(kilobytes: u32) -> Option<Self> {
+        let folder = tempfile::tempdir().expect("a directory");
+        let mount = Command::new("mount")
+            .args(["-t", "tmpfs", "-o", &format!("size={kilobytes}k"), "ocmc-test"])
+            .arg(folder.path())
+            .stderr(Stdio::null())
+            .status();
+        mount.is_ok_and(|status| status.success()).then(|| Self(folder))
+    }
+
+    /// As if other files were removed from it.
+    fn grow(&self, kilobytes: u32) {
+        let mount = Command::new("mount")
+            .args(["-o", &format!("remount,size={kilobytes}k")])
+            .arg(self.0.path())
+            .status();
+        assert!(mount.expect("mount starts").success());
+    }
+}
+
+#[cfg(target_os = "linux")]
+impl Drop for SmallDisk {
+    fn drop(&mut self) {
+        let _ = Command::new("umount").arg(self.0.path()).status();
+    }
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_full_disk_is_named_and_after_space_was_made_the_run_goes_on() {
+    let parent = tempfile::tempdir().expect("a directory");
+    for format in ["parquet", "csv"] {
+        let arguments = ["--cycles", "5000", "--format", format];
+        let (expected, records) = (parent.path().join(format), format!("records.{format}"));
+        whole(&expected, &arguments);
+        let bytes = fs::metadata(expected.join(&records)).expect("written").len();
+        // full before the manifest, among the chunks, and when the chunks are put together
+        for share in [0.0, 0.5, 1.6] {
+            let kilobytes = 4 + (share * bytes as f64 / 1024.0) as u32;
+            let Some(disk) = SmallDisk::mounted(kilobytes) else {
+                eprintln!("not tested: only root may mount a small disk");
+                return;
+            };
+            let out = disk.0.path().join("run");
+            let output = begin(&out, &arguments).wait_with_output().expect("it ends");
+            let told = String::from_utf8(output.stderr).expect("UTF-8");
+            assert_eq!(output.status.code(), Some(1), "{told}");
+            assert_eq!(told.matches("error:").count(), 1, "one error: {told}");
+            assert!(
+                told.contains("No space left on device") && !told.contains("panicked"),
+                "{told}"
+            );
+            assert_eq!(told.contains("--resume"), share > 0.0, "{told}");
+            disk.grow(16 * kilobytes + 16_384);
+            if share > 0.0 {
+                eprintln!("{format}, {kilobytes} kB: {}", manifest(&out)["completed"]);
+                assert_eq!(manifest(&out)["completed"] == 5000, share > 1.0);
+                resume(&out);
+            } else {
+                whole(&out, &arguments);
+            }
+            assert_same(&expected, &out, &records);
+        }
+    }
 }

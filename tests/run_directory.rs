@@ -79,37 +79,3 @@ fn the_summary_is_the_answer_in_json() {
     let told = summary["statistics"]["consumption_l_per_100km"]["mean"].as_f64().expect("a number");
     assert!((told / mean - 1.0).abs() < 1e-12, "{told} {mean}");
 }
-
-#[test]
-#[cfg(unix)]
-fn ctrl_c_keeps_what_was_finished() {
-    use std::process::{Command, Stdio};
-    use std::time::{Duration, Instant};
-
-    let parent = tempfile::tempdir().expect("a directory");
-    let out = parent.path().join("run");
-    let mut run = Command::new(env!("CARGO_BIN_EXE_ocmc"))
-        .args(["--cycles", "10000000", "--chunk", "16", "--set", program::SHORT, "--out"])
-        .arg(&out)
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .expect("the program starts");
-    std::thread::sleep(Duration::from_millis(1500));
-    let asked = Instant::now();
-    let kill = Command::new("kill").args(["-INT", &run.id().to_string()]).status();
-    assert!(kill.expect("kill starts").success());
-    let status = run.wait().expect("it ends");
-    // generous, as tests run beside one another; the interface says one second
-    assert!(asked.elapsed() < Duration::from_secs(5));
-    assert_eq!(status.code(), Some(1));
-    let mut told = String::new();
-    std::io::Read::read_to_string(&mut run.stderr.take().expect("piped"), &mut told).expect("text");
-    assert!(told.contains("interrupted") && told.contains("--resume"), "{told}");
-    let manifest = json(&out.join("manifest.json"));
-    assert_eq!(manifest["status"], "interrupted");
-    let rows = records(&out.join("records.parquet"));
-    assert!(!rows.is_empty());
-    assert_eq!(manifest["completed"], rows.len());
-    assert_eq!(json(&out.join("summary.json"))["cycles"], rows.len());
-}

@@ -1,7 +1,7 @@
 //! `ocmc curves`: the curves that were driven, from measured logs.
 
+use crate::arguments::{CurvesArguments, DetectorName};
 use crate::failure::Failure;
-use crate::log_arguments::{CurvesArguments, DetectorName};
 use crate::log_text;
 use crate::{output, table_file};
 use ocmc_core::log::curve::{Correction, CurveOptions, Detector};

@@ -7,7 +7,6 @@ use ocmc_io::drive_cycle::DriveCycleFileError;
 use ocmc_io::given_cycle::GivenCycleFileError;
 use ocmc_io::log::curves::DriveError;
 use ocmc_io::log::error::LogFileError;
-use ocmc_io::records::RecordsError;
 use ocmc_io::run_directory::RunDirectoryError;
 use ocmc_io::speed_change_table::SpeedChangeFileError;
 use ocmc_io::study::StudyFileError;
@@ -51,6 +50,9 @@ pub(crate) enum Failure {
     /// A run directory that cannot be written.
     #[error(transparent)]
     RunDirectory(#[from] RunDirectoryError),
+    /// A run directory that takes no more of a run that is under way.
+    #[error(transparent)]
+    Unwritten(RunDirectoryError),
     /// Shares that cannot be estimated.
     #[error(transparent)]
     Sensitivity(#[from] SensitivityError),
@@ -90,12 +92,9 @@ impl Failure {
             Self::RunDirectory(RunDirectoryError::Exists { .. }) => {
                 Some("give another directory with --out, or remove this one")
             }
-            Self::RunDirectory(
-                RunDirectoryError::Write { .. }
-                | RunDirectoryError::Records(
-                    RecordsError::Write { .. } | RecordsError::Create { .. },
-                ),
-            ) => Some("what was finished is kept: --out with this directory and --resume goes on"),
+            Self::Unwritten(_) => {
+                Some("what was finished is kept: --out with this directory and --resume goes on")
+            }
             Self::RunDirectory(RunDirectoryError::NotWhole { .. }) => {
                 Some("if it was ended by force, `ocmc --out DIR --resume` finishes it")
             }

@@ -56,12 +56,15 @@ fn bar(count: u64, largest: u64, width: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use ocmc_core::fleet::dependence::Dependence;
 
     #[test]
     fn fits_the_width_and_shows_every_cycle() {
         let mut values: Vec<f64> = (0..2000).map(|k| 20.0 + f64::from(k % 97) * 0.1).collect();
         values.push(99.0);
-        let statistic = Statistic::new("consumption_l_per_100km", None, values);
+        let cycles = (0..).zip(values);
+        let statistic =
+            Statistic::new("consumption_l_per_100km", None, cycles, Dependence::default());
         for width in [40, 80, 120] {
             let chart = histogram_chart(&statistic, width);
             assert!(chart.lines().all(|line| line.chars().count() <= width), "{chart}");

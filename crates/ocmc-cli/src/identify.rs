@@ -1,7 +1,7 @@
 //! `ocmc identify`: the pedal gains of drivers, one fit for each driver and event.
 
+use crate::arguments::{ControllerName, IdentifyArguments, SpeedTermName};
 use crate::failure::Failure;
-use crate::log_arguments::{ControllerName, IdentifyArguments, SpeedTermName};
 use crate::{identify_text, log_text, output, request};
 use ocmc_core::identification::identify::{
     ControllerKind, EventFit, IdentifyOptions, SpeedTerm, identify_event,

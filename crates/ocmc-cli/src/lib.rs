@@ -15,7 +15,6 @@ mod histogram_chart;
 mod identify;
 mod identify_text;
 mod interrupt;
-mod log_arguments;
 mod log_text;
 mod man;
 mod merge;

@@ -5,6 +5,7 @@ use crate::failure::Failure;
 use crate::progress::Progress;
 use crate::run_text::{self, Circumstances};
 use crate::{interrupt, output, request};
+use ocmc_core::fleet::dependence::Dependence;
 use ocmc_core::fleet::precision::Looks;
 use ocmc_core::fleet::run;
 use ocmc_core::fleet::run::RunPlan;
@@ -86,7 +87,7 @@ fn begin(
     let records = RecordFormat::from(arguments.format).file_name().to_owned();
     let manifest =
         Manifest { precision, repeatable, records, ..Manifest::new(&loaded.model, &plan) };
-    let fleet = SummaryBuilder::new(loaded.model.driver.curve_speed.uncertain_replicates());
+    let fleet = SummaryBuilder::new(Dependence::of(&loaded.model));
     let directory = match &arguments.out {
         Some(path) => Some(RunDirectory::create(path, arguments.format.into(), manifest.clone())?),
         None => None,
@@ -99,8 +100,7 @@ fn resume(arguments: &RunArguments, path: &Path) -> Result<Option<Job>, Failure>
     let Some(unfinished) = run_directory::unfinished(path)? else {
         return Ok(None);
     };
-    let study = &unfinished.study.model;
-    let mut fleet = SummaryBuilder::new(study.driver.curve_speed.uncertain_replicates());
+    let mut fleet = SummaryBuilder::new(Dependence::of(&unfinished.study.model));
     let directory = RunDirectory::resume(&unfinished, |records| fleet.add(records))?;
     let manifest = unfinished.manifest;
     let done = fleet.cycles();
@@ -129,7 +129,7 @@ fn drive_job(
         if let Some(directory) = &mut directory
             && let Err(error) = directory.add(records)
         {
-            return ControlFlow::Break(Stop::Failed(error.into()));
+            return ControlFlow::Break(Stop::Failed(Failure::Unwritten(error)));
         }
         progress.reach(cycles);
         if interrupt::asked() && cycles < manifest.cycles {
@@ -156,7 +156,7 @@ fn drive_job(
         if !interrupted {
             directory.end_here();
         }
-        directory.finish(&summary)?;
+        directory.finish(&summary).map_err(Failure::Unwritten)?;
     }
     print(arguments, &summary, &loaded.origin, resumed)?;
     if interrupted {

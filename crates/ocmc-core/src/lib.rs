@@ -25,6 +25,7 @@ pub mod operating_cycle;
 pub mod prescribed;
 pub mod random;
 pub mod road;
+pub mod sampling;
 pub mod simulation;
 pub mod study;
 pub mod tactical;

@@ -8,6 +8,7 @@
 //! `64 k + stream`, so ids go up to [`LAST_CYCLE_ID`]; its key is the seed. Transcendental functions come from `libm`, so that the draws
 //! have the same bits on every platform.
 
+use crate::sampling::{Point, Sampling};
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
 use serde::{Deserialize, Serialize};
@@ -239,59 +240,89 @@ pub struct Streams<'a> {
     pub frozen: &'a [Factor],
     /// Streams that come from the second sample. A frozen factor stays where it is.
     pub exchange: Exchange,
+    /// Whether the first draws are spread evenly over a batch of cycles.
+    pub sampling: Sampling,
 }
 
 impl<'a> Streams<'a> {
     /// The streams of one cycle, nothing frozen and nothing exchanged.
     pub fn new(seed: u64, cycle_id: u64) -> Streams<'a> {
-        Self { seed, cycle_id, frozen: &[], exchange: Exchange::NONE }
+        let sampling = Sampling::Independent;
+        Self { seed, cycle_id, frozen: &[], exchange: Exchange::NONE, sampling }
     }
 
     /// Opens the stream of one factor of this cycle.
     pub fn open(&self, stream: Stream) -> Draws {
-        self.open_replicate(stream, u64::MAX)
+        let (sample, id) = self.source(stream);
+        let draws = Draws::of(self.seed, sample, id, stream);
+        if self.sampling == Sampling::Sobol && stream.is_spread() {
+            return draws.spread(self.seed, sample, id, stream);
+        }
+        draws
     }
 
     /// Opens a stream that is shared by all cycles of one replicate (`cycle_id mod replicates`).
     pub fn open_replicate(&self, stream: Stream, replicates: u64) -> Draws {
-        let replicates = replicates.max(1);
+        let (sample, id) = self.source(stream);
+        Draws::of(self.seed, sample, id % replicates.max(1), stream)
+    }
+
+    /// The sample and the cycle that a stream comes from.
+    fn source(&self, stream: Stream) -> (Sample, u64) {
         if stream.factor().is_some_and(|factor| self.frozen.contains(&factor)) {
-            return Draws::new(self.seed, 0, stream);
+            (Sample::First, 0)
+        } else if self.exchange.streams.contains(stream) {
+            (Sample::Second, self.exchange.cycle_id.unwrap_or(self.cycle_id))
+        } else {
+            (Sample::First, self.cycle_id)
         }
-        if self.exchange.streams.contains(stream) {
-            let id = self.exchange.cycle_id.unwrap_or(self.cycle_id);
-            return Draws::of_second_sample(self.seed, id % replicates, stream);
-        }
-        Draws::new(self.seed, self.cycle_id % replicates, stream)
     }
 }
 
+/// Which of the two samples of a seed; bits of the generator's key that are the other way round.
+#[derive(Clone, Copy, Debug)]
+#[repr(u8)]
+enum Sample {
+    First = 0,
+    Second = 0x80,
+}
+
+/// The bit of the key that is the other way round for the scrambling of points.
+const SCRAMBLING: u8 = 0x40;
+
 /// A stream of draws.
 #[derive(Clone, Debug)]
-pub struct Draws(ChaCha8Rng);
+pub struct Draws {
+    generator: ChaCha8Rng,
+    point: Point,
+}
 
 impl Draws {
     /// The stream of (seed, cycle, stream).
     pub fn new(seed: u64, cycle_id: u64, stream: Stream) -> Self {
-        Self::of_generator(ChaCha8Rng::seed_from_u64(seed), cycle_id, stream)
+        Self::of(seed, Sample::First, cycle_id, stream)
     }
 
     /// The stream of (seed, cycle, stream) of the second sample.
     pub fn of_second_sample(seed: u64, cycle_id: u64, stream: Stream) -> Self {
-        let mut key = ChaCha8Rng::seed_from_u64(seed).get_seed();
-        key[31] ^= 0x80;
-        Self::of_generator(ChaCha8Rng::from_seed(key), cycle_id, stream)
+        Self::of(seed, Sample::Second, cycle_id, stream)
     }
 
-    fn of_generator(mut generator: ChaCha8Rng, cycle_id: u64, stream: Stream) -> Self {
-        generator.set_stream(cycle_id.wrapping_mul(64).wrapping_add(stream as u64));
-        Self(generator)
+    fn of(seed: u64, sample: Sample, cycle_id: u64, stream: Stream) -> Self {
+        Self { generator: generator(seed, sample as u8, cycle_id, stream), point: Point::NONE }
+    }
+
+    /// Its first draws spread evenly over the batch of the cycle.
+    fn spread(self, seed: u64, sample: Sample, cycle_id: u64, stream: Stream) -> Self {
+        let batch = cycle_id / Sampling::Sobol.batch();
+        let scrambling = generator(seed, sample as u8 | SCRAMBLING, batch, stream);
+        Self { point: Point::new(scrambling, cycle_id), ..self }
     }
 
     /// Continues with the draws that belong to a place: whatever was drawn before, the next ones are a function of
     /// (seed, cycle, stream, place) alone. Places are 8 uniforms apart.
     pub fn at(&mut self, place: u64) -> &mut Self {
-        self.0.set_word_pos(u128::from(place) * 16);
+        self.generator.set_word_pos(u128::from(place) * 16);
         self
     }
 
@@ -299,7 +330,11 @@ impl Draws {
     #[inline]
     pub fn uniform(&mut self) -> f64 {
         const STEP: f64 = 1.0 / (1u64 << 53) as f64;
-        ((self.0.next_u64() >> 11) as f64 + 0.5) * STEP
+        let mut word = self.generator.next_u64();
+        if self.point.is_left() {
+            word = self.point.lead(word);
+        }
+        ((word >> 11) as f64 + 0.5) * STEP
     }
 
     /// Uniform on (`lower`, `upper`).
@@ -343,6 +378,18 @@ impl Draws {
         }
         chosen
     }
+}
+
+/// The generator of (seed, id, stream), these bits of its key the other way round.
+fn generator(seed: u64, flipped: u8, id: u64, stream: Stream) -> ChaCha8Rng {
+    let mut generator = ChaCha8Rng::seed_from_u64(seed);
+    if flipped != 0 {
+        let mut key = generator.get_seed();
+        key[31] ^= flipped;
+        generator = ChaCha8Rng::from_seed(key);
+    }
+    generator.set_stream(id.wrapping_mul(64).wrapping_add(stream as u64));
+    generator
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@ pub mod column_file;
 pub mod curve_table;
 pub mod delimited;
 pub mod drive_cycle;
+pub mod file_error;
 pub mod given_cycle;
 pub mod label;
 pub mod log;

@@ -40,14 +40,9 @@ pub(crate) fn run_directory_error(error: &RunDirectoryError) -> PyErr {
     match error {
         RunDirectoryError::Exists { .. } => PyFileExistsError::new_err(text),
         RunDirectoryError::NotADirectory { .. } => PyNotADirectoryError::new_err(text),
-        RunDirectoryError::Create { source, .. }
-        | RunDirectoryError::Write { source, .. }
-        | RunDirectoryError::Read { source, .. }
-        | RunDirectoryError::Records(
-            RecordsError::Create { source, .. }
-            | RecordsError::Write { source, .. }
-            | RecordsError::Read { source, .. },
-        ) => io::Error::new(source.kind(), text).into(),
+        RunDirectoryError::File(file) | RunDirectoryError::Records(RecordsError::File(file)) => {
+            io_error(file.reason(), error)
+        }
         _ => PyValueError::new_err(text),
     }
 }

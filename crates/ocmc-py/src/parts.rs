@@ -51,7 +51,7 @@ pub(crate) fn unpickled(
     }
     let manifest: Manifest = serde_json::from_str(manifest).map_err(broken)?;
     py.detach(|| {
-        let mut fleet = SummaryBuilder::new(manifest.replicates());
+        let mut fleet = SummaryBuilder::new(manifest.dependence());
         let mut batches = Vec::new();
         for batch in StreamReader::try_new(stream, None).map_err(broken)? {
             let batch = batch.map_err(broken)?;
@@ -102,7 +102,7 @@ pub(crate) fn joined(
     }
     let origin = first.origin.clone();
     py.detach(|| {
-        let mut fleet = SummaryBuilder::new(manifest.replicates());
+        let mut fleet = SummaryBuilder::new(manifest.dependence());
         let mut batches = Vec::new();
         for batch in parts.iter().flat_map(|part| part.records.batches()) {
             fleet.add(&records(batch).map_err(broken)?);

@@ -5,6 +5,7 @@ use crate::parts;
 use crate::progress::Watch;
 use crate::study::PyStudy;
 use crate::table::Table;
+use ocmc_core::fleet::dependence::Dependence;
 use ocmc_core::fleet::run::{self, RunPlan};
 use ocmc_core::fleet::summary::SummaryBuilder;
 use ocmc_core::simulation::record::Record;
@@ -87,7 +88,7 @@ pub(crate) fn run(
     progress: Option<&Bound<PyAny>>,
 ) -> PyResult<PyRun> {
     let mut watch = Watch::new(py, progress, plan.cycles)?;
-    let mut fleet = SummaryBuilder::new(study.model.driver.curve_speed.uncertain_replicates());
+    let mut fleet = SummaryBuilder::new(Dependence::of(&study.model));
     let ended = py.detach(|| {
         let manifest = Manifest::new(&study.model, plan);
         let clock = Instant::now();

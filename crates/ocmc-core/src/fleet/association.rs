@@ -1,7 +1,7 @@
 //! How a quantity goes with what is known of each cycle: bands over tenths of the cycles.
 //!
-//! The cycles are sorted by x, a column of the records, and cut into tenths; equal values of x stay together. In each
-//! tenth the middle and the spread of y are shown. The share of the variance of y that lies between the tenths is
+//! The cycles are sorted by x, a column of the records, and cut into tenths; equal values of x stay together, and what is left
+//! of a tenth beside them goes with its neighbour where it is less than half of one. In each tenth the middle and the spread of y are shown. The share of the variance of y that lies between the tenths is
 //!
 //! ε² = 1 − (SS_within/(n − k)) / (SS/(n − 1))
 //!
@@ -42,16 +42,18 @@ pub fn association(pairs: &[(f64, f64)]) -> Option<Association> {
     }
     let mut sorted = pairs.to_vec();
     sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut groups: Vec<Vec<(f64, f64)>> = vec![Vec::new()];
-    for (place, pair) in sorted.iter().enumerate() {
-        let group = &groups[groups.len() - 1];
-        let full = place * BANDS >= groups.len() * n;
-        if full && group.last().is_some_and(|last| last.0 != pair.0) {
-            groups.push(Vec::new());
+    let half_a_tenth = n.div_ceil(2 * BANDS);
+    let mut groups: Vec<&[(f64, f64)]> = Vec::new();
+    let mut start = 0;
+    for place in 1..n {
+        let next_tenth = place * BANDS / n > start * BANDS / n;
+        let other = sorted[place - 1].0 != sorted[place].0;
+        if next_tenth && other && place - start >= half_a_tenth && n - place >= half_a_tenth {
+            groups.push(&sorted[start..place]);
+            start = place;
         }
-        let last = groups.len() - 1;
-        groups[last].push(*pair);
     }
+    groups.push(&sorted[start..]);
     let mean =
         |group: &[(f64, f64)]| group.iter().map(|pair| pair.1).sum::<f64>() / group.len() as f64;
     let squares = |group: &[(f64, f64)]| {
@@ -64,7 +66,7 @@ pub fn association(pairs: &[(f64, f64)]) -> Option<Association> {
     }
     let within = groups.iter().map(|group| squares(group)).sum::<f64>();
     let share = 1.0 - within / (n - groups.len()) as f64 / whole;
-    let band = |group: &Vec<(f64, f64)>| {
+    let band = |group: &&[(f64, f64)]| {
         let mut y: Vec<f64> = group.iter().map(|pair| pair.1).collect();
         y.sort_unstable_by(f64::total_cmp);
         Band {
@@ -117,6 +119,9 @@ mod tests {
         let found = association(&pairs).expect("it varies");
         assert_eq!(found.bands[0].x, [90.0, 90.0]);
         assert_eq!(found.bands.iter().map(|band| band.n).sum::<u64>(), 200);
+        // 91 equal values; half a tenth up to the next place where a tenth ends; then tenths: no band of a few cycles
+        let sizes: Vec<u64> = found.bands.iter().map(|band| band.n).collect();
+        assert_eq!(sizes, [91, 10, 19, 20, 20, 20, 20]);
         assert_eq!(association(&vec![(1.0, 2.0); 100]), None);
         assert_eq!(association(&pairs[..49]), None);
         let constant: Vec<(f64, f64)> = (0..100).map(|k| (f64::from(k), 2.0)).collect();

@@ -7,9 +7,11 @@
 //! e_Aᵢ = (y_Aᵢ − R_A x_Aᵢ) / x̄_A,  e_B alike,  se² = Σ (e_Bᵢ − e_Aᵢ)² / (n (n − 1))
 //!
 //! Two independent runs of the same size would have se² = Σ (e_Aᵢ² + e_Bᵢ²) / (n (n − 1)); the quotient of the two is
-//! the variance reduction. Source: W. G. Cochran, *Sampling Techniques*, 3rd ed. (1977), section 6.4, for the residuals;
+//! the variance reduction. Where cycles depend on one another, the residuals of a batch are added up first (see
+//! [`super::dependence`]). Source: W. G. Cochran, *Sampling Techniques*, 3rd ed. (1977), section 6.4, for the residuals;
 //! the rest is the variance of a difference.
 
+use super::dependence::Dependence;
 use super::quantity::{Quantity, consumption};
 use super::ratio::student_975;
 use super::run::{RunPlan, records};
@@ -29,7 +31,7 @@ pub struct Comparison {
     pub b: Option<f64>,
     /// B less A.
     pub difference: Option<f64>,
-    /// 95 % interval of the difference; none from fewer than two pairs.
+    /// 95 % interval of the difference; none from fewer than two pairs, or batches of pairs.
     pub ci95: Option<[f64; 2]>,
     /// Share of the pairs in which A is lower.
     pub share_a_lower: Option<f64>,
@@ -50,36 +52,43 @@ pub struct Comparison {
 /// One cycle in one study: its own value, and what it adds to the two totals y and x of the mean.
 #[derive(Clone, Copy, Debug)]
 struct Row {
+    cycle_id: u64,
     value: f64,
     y: f64,
     x: f64,
 }
 
 fn rows(quantity: &Quantity, records: &[Record]) -> Vec<Option<Row>> {
-    let row = |record| {
+    let row = |record: &Record| {
         let (y, x) = quantity.totals(record)?;
-        Some(Row { value: quantity.of_cycle(record)?, y, x })
+        Some(Row { cycle_id: record.cycle_id, value: quantity.of_cycle(record)?, y, x })
     };
     records.iter().map(row).collect()
 }
 
-/// One side of the pairs: the fleet's mean, and each pair's residual.
-fn side(rows: impl Iterator<Item = Row> + Clone) -> Option<(f64, Vec<f64>)> {
+/// One side of the pairs: the fleet's mean, and each pair's residual after its cycle's id.
+fn side(rows: impl Iterator<Item = Row> + Clone) -> Option<(f64, Vec<(u64, f64)>)> {
     let n = rows.clone().count() as f64;
     let y: f64 = rows.clone().map(|row| row.y).sum();
     let x: f64 = rows.clone().map(|row| row.x).sum();
     let ratio = y / x;
-    let residuals = rows.map(|row| (row.y - ratio * row.x) / (x / n)).collect();
+    let residual = |row: Row| (row.cycle_id, (row.y - ratio * row.x) / (x / n));
+    let residuals = rows.map(residual).collect();
     (x > 0.0).then_some((ratio, residuals))
 }
 
 impl Comparison {
     /// Compares the records of the same cycles in two studies.
-    pub fn of(quantity: &Quantity, a: &[Record], b: &[Record]) -> Self {
-        Self::of_rows(quantity.column, &rows(quantity, a), &rows(quantity, b))
+    pub fn of(quantity: &Quantity, dependence: Dependence, a: &[Record], b: &[Record]) -> Self {
+        Self::of_rows(quantity.column, dependence, &rows(quantity, a), &rows(quantity, b))
     }
 
-    fn of_rows(column: &'static str, a: &[Option<Row>], b: &[Option<Row>]) -> Self {
+    fn of_rows(
+        column: &'static str,
+        dependence: Dependence,
+        a: &[Option<Row>],
+        b: &[Option<Row>],
+    ) -> Self {
         let failed = |rows: &[Option<Row>]| rows.iter().filter(|row| row.is_none()).count() as u64;
         let pairs: Vec<(Row, Row)> =
             a.iter().zip(b).filter_map(|(a, b)| Some(((*a)?, (*b)?))).collect();
@@ -110,13 +119,16 @@ impl Comparison {
         comparison.a = Some(mean_a);
         comparison.b = Some(mean_b);
         comparison.difference = Some(difference);
-        if pairs.len() < 2 {
+        let errors = errors_a.iter().zip(&errors_b);
+        let errors = dependence.batch_totals(errors.map(|((id, a), (_, b))| (*id, *a, *b)));
+        if errors.len() < 2 {
             return comparison;
         }
-        let errors = || errors_a.iter().zip(&errors_b);
-        let paired: f64 = errors().map(|(a, b)| (b - a) * (b - a)).sum();
-        let independent: f64 = errors().map(|(a, b)| a * a + b * b).sum();
-        let half_width = student_975(n - 1.0) * libm::sqrt(paired / (n * (n - 1.0)));
+        let m = errors.len() as f64;
+        let paired: f64 = errors.iter().map(|(a, b)| (b - a) * (b - a)).sum();
+        let independent: f64 = errors.iter().map(|(a, b)| a * a + b * b).sum();
+        let standard_error = libm::sqrt(m / (m - 1.0) * paired) / n;
+        let half_width = student_975(m - 1.0) * standard_error;
         comparison.ci95 = Some([difference - half_width, difference + half_width]);
         comparison.variance_reduction = (paired > 0.0).then(|| independent / paired);
         comparison
@@ -143,8 +155,14 @@ pub fn compare<B>(
         return ControlFlow::Continue(Vec::new());
     };
     let quantity = quantity.unwrap_or_else(|| consumption(baseline));
-    let compare = |other: &Vec<Record>| Comparison::of(quantity, baseline, other);
-    ControlFlow::Continue(others.iter().map(compare).collect())
+    // pairs depend on one another where the cycles of either study do
+    let of = |study: &Study| Dependence::of(study.model()).batch;
+    let compare = |(other, study): (&Vec<Record>, &&Study)| {
+        let batch = of(studies[0]).max(of(study));
+        let dependence = Dependence { batch, replicates: None };
+        Comparison::of(quantity, dependence, baseline, other)
+    };
+    ControlFlow::Continue(others.iter().zip(&studies[1..]).map(compare).collect())
 }
 
 #[cfg(test)]
@@ -167,7 +185,7 @@ mod tests {
     }
 
     fn compared(a: &[Record], b: &[Record]) -> Comparison {
-        Comparison::of(quantity(LITRES).expect("known"), a, b)
+        Comparison::of(quantity(LITRES).expect("known"), Dependence::default(), a, b)
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 pub mod association;
 pub mod comparison;
+pub mod dependence;
 pub mod histogram;
 pub mod precision;
 pub mod quantile;

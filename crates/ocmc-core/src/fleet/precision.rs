@@ -55,10 +55,10 @@ impl Precision {
     }
 }
 
-/// Cycles at the first look after so many.
-pub fn look_after(cycles: u64) -> u64 {
+/// Cycles at the first look from so many on.
+pub fn look_from(cycles: u64) -> u64 {
     let mut look = FIRST_LOOK;
-    while look <= cycles {
+    while look < cycles {
         look = (look as f64 * GROWTH).ceil() as u64;
     }
     look
@@ -73,9 +73,10 @@ pub struct Looks<'a> {
 }
 
 impl<'a> Looks<'a> {
-    /// For a run of which the fleet has so many cycles already; without a precision it goes on to its last cycle.
+    /// For a run of which the fleet has so many cycles already; without a precision it goes on to its last cycle. A run that
+    /// was interrupted at a look has not looked yet.
     pub fn new(precision: Option<&'a Precision>, cycles: u64) -> Self {
-        Self { precision, next: look_after(cycles) }
+        Self { precision, next: look_from(cycles) }
     }
 
     /// Gives the next records to the fleet, and those that count to `sink`, with the number of cycles so far.
@@ -104,7 +105,7 @@ impl<'a> Looks<'a> {
                 if precision.look(fleet).met {
                     return ControlFlow::Break(None);
                 }
-                self.next = look_after(fleet.cycles());
+                self.next = look_from(fleet.cycles() + 1);
             }
             if later.is_empty() {
                 return ControlFlow::Continue(());
@@ -121,12 +122,28 @@ mod tests {
 
     #[test]
     fn looks_grow_from_1000_by_a_quarter() {
-        let mut looks = vec![look_after(0)];
+        let mut looks = vec![look_from(0)];
         for _ in 0..5 {
-            looks.push(look_after(looks[looks.len() - 1]));
+            looks.push(look_from(looks[looks.len() - 1] + 1));
         }
         assert_eq!(looks, [1000, 1250, 1563, 1954, 2443, 3054]);
-        assert_eq!((look_after(999), look_after(1300)), (1000, 1563));
+        assert_eq!((look_from(1000), look_from(1001), look_from(1300)), (1000, 1250, 1563));
+    }
+
+    #[test]
+    fn a_run_that_was_interrupted_at_a_look_ends_there_when_it_is_resumed() {
+        let precision = Precision { of: "mean".to_owned(), wanted: 0.1 };
+        let records: Vec<Record> =
+            (0..1300).map(|k| record(1.0, 30.0 + f64::from(k % 2))).collect();
+        let mut fleet = SummaryBuilder::default();
+        let mut looks = Looks::new(Some(&precision), 0);
+        // Ctrl-C, which is noticed when the 1000th record has been written
+        let interrupted = looks.take(&mut fleet, &records, |_, _| ControlFlow::Break("Ctrl-C"));
+        assert_eq!((interrupted, fleet.cycles()), (ControlFlow::Break(Some("Ctrl-C")), 1000));
+        let mut looks = Looks::new(Some(&precision), fleet.cycles());
+        let resumed: ControlFlow<Option<()>> =
+            looks.take(&mut fleet, &records[1000..], |_, _| ControlFlow::Continue(()));
+        assert_eq!((resumed, fleet.cycles()), (ControlFlow::Break(None), 1000));
     }
 
     fn record(distance_m: f64, litres: f64) -> Record {
@@ -153,7 +170,7 @@ mod tests {
             let mut draws = Draws::new(1, k, Stream::CurveResidual);
             let mut fleet = SummaryBuilder::default();
             loop {
-                let rows = look_after(fleet.cycles()) - fleet.cycles();
+                let rows = look_from(fleet.cycles() + 1) - fleet.cycles();
                 let records: Vec<Record> = (0..rows).map(|_| cycle(&mut draws)).collect();
                 fleet.add(&records);
                 if precision.look(&fleet).met {

@@ -1,5 +1,8 @@
 //! Quantiles of a sample and their confidence intervals by order statistics, which assume no law.
 
+use super::dependence::Dependence;
+use super::ratio::Ratio;
+
 /// The quantiles that a summary reports, with their names.
 pub const LEVELS: [(f64, &str); 6] =
     [(0.05, "p5"), (0.25, "p25"), (0.5, "p50"), (0.75, "p75"), (0.95, "p95"), (0.99, "p99")];
@@ -31,6 +34,33 @@ pub fn quantile(sorted: &[f64], level: f64) -> Option<f64> {
 pub fn interval(sorted: &[f64], level: f64) -> Option<[f64; 2]> {
     let (low, high) = ranks(sorted.len(), level)?;
     Some([sorted[low - 1], sorted[high - 1]])
+}
+
+/// As [`interval`], for values of cycles that depend on one another, given with their ids in the order of these.
+///
+/// With F the share of values up to the quantile and h half of its 95 % interval as a ratio of batches
+/// ([`super::dependence`]): the order statistics at the levels p − h and p + h, rounded outwards.
+///
+/// Source: R. S. Woodruff, *Journal of the American Statistical Association* 47 (1952) 635 \[PK\].
+pub fn interval_of_batches(
+    sorted: &[f64],
+    level: f64,
+    dependence: Dependence,
+    values: impl Iterator<Item = (u64, f64)>,
+) -> Option<[f64; 2]> {
+    // where independent values are too few, so are these
+    let independent = interval(sorted, level)?;
+    if dependence.batch == 1 {
+        return Some(independent);
+    }
+    let quantile = quantile(sorted, level)?;
+    let below = values.map(|(cycle_id, x)| (cycle_id, f64::from(x <= quantile), 1.0));
+    let [low, high] = Ratio::estimate(dependence.batch_totals(below).into_iter())?.ci95?;
+    let half_width = (high - low) / 2.0;
+    let n = sorted.len() as f64;
+    let low = libm::floor(n * (level - half_width));
+    let high = libm::ceil(n * (level + half_width)) + 1.0;
+    (low >= 1.0 && high <= n).then(|| [sorted[low as usize - 1], sorted[high as usize - 1]])
 }
 
 /// Ranks l and u of [`interval`], from 1.

@@ -9,6 +9,7 @@
 //! with se the standard error of the mean R of all cycles. More cycles shrink se, and leave σ: that needs more
 //! measurements behind the parameters. The spread between cycles is neither of the two.
 
+use super::dependence::Dependence;
 use super::ratio::{Ratio, student_975};
 use serde::Serialize;
 
@@ -26,16 +27,18 @@ pub struct ParameterUncertainty {
 }
 
 impl ParameterUncertainty {
-    /// Estimates it from cycles (replicate, y, x); none where a replicate has fewer than two cycles.
+    /// Estimates it from cycles (id, y, x); none without replicates, and where one of them has fewer than two cycles.
     pub fn estimate(
         column: &'static str,
-        replicates: u64,
+        dependence: Dependence,
         cycles: &[(u64, f64, f64)],
     ) -> Option<Self> {
-        let whole = Ratio::estimate(cycles.iter().map(|(_, y, x)| (*y, *x)))?;
+        let replicates = dependence.replicates?;
+        let batches = dependence.batch_totals(cycles.iter().copied());
+        let whole = Ratio::estimate(batches.iter().copied())?;
         let mut groups = vec![Vec::new(); replicates as usize];
-        for (replicate, y, x) in cycles {
-            groups[*replicate as usize].push((*y, *x));
+        for (cycle_id, y, x) in cycles {
+            groups[(cycle_id % replicates) as usize].push((*y, *x));
         }
         let means: Vec<(f64, f64)> = groups
             .iter()
@@ -54,7 +57,7 @@ impl ParameterUncertainty {
             / (g - 1.0);
         let sampling = means.iter().map(|(_, square)| square).sum::<f64>() / g;
         let variance = (between - sampling).max(0.0);
-        let error = standard_error(&whole, cycles.len())?;
+        let error = standard_error(&whole, batches.len())?;
         let half_width = student_975(g - 1.0) * libm::sqrt(variance + error * error);
         Some(Self {
             column,
@@ -83,10 +86,11 @@ mod tests {
         let rows: Vec<(u64, f64, f64)> = (0..cycles)
             .map(|k| {
                 let x = libm::exp(0.3 * draws.normal());
-                (k % 64, x * (30.0 + shifts[(k % 64) as usize] + 4.0 * draws.normal()), x)
+                (k, x * (30.0 + shifts[(k % 64) as usize] + 4.0 * draws.normal()), x)
             })
             .collect();
-        ParameterUncertainty::estimate("x", 64, &rows).expect("enough cycles")
+        let dependence = Dependence { replicates: Some(64), ..Dependence::default() };
+        ParameterUncertainty::estimate("x", dependence, &rows).expect("enough cycles")
     }
 
     #[test]
@@ -113,8 +117,11 @@ mod tests {
 
     #[test]
     fn too_few_cycles_say_nothing() {
-        let rows: Vec<(u64, f64, f64)> = (0..100).map(|k| (k % 64, 30.0, 1.0)).collect();
-        assert_eq!(ParameterUncertainty::estimate("x", 64, &rows), None);
-        assert_eq!(ParameterUncertainty::estimate("x", 64, &[]), None);
+        let rows: Vec<(u64, f64, f64)> = (0..200).map(|k| (k, 30.0, 1.0)).collect();
+        let dependence = Dependence { replicates: Some(64), ..Dependence::default() };
+        assert_eq!(ParameterUncertainty::estimate("x", dependence, &rows[..100]), None);
+        assert_eq!(ParameterUncertainty::estimate("x", dependence, &[]), None);
+        assert_eq!(ParameterUncertainty::estimate("x", Dependence::default(), &rows), None);
+        assert!(ParameterUncertainty::estimate("x", dependence, &rows).is_some());
     }
 }

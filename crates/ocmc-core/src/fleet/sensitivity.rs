@@ -9,9 +9,10 @@
 //!
 //! Sources: A. Saltelli et al., *Computer Physics Communications* 181 (2010) 259, table 2 (b) and (f), the latter from
 //! M. J. W. Jansen, *Computer Physics Communications* 117 (1999) 35 \[PK\]. Intervals are percentiles of bootstrap samples
-//! of rows. A row in which one cycle has failed is dropped whole. Estimates are reported as they are: one of a small
+//! of rows, or of batches of rows where those depend on one another ([`super::dependence`]). A row in which one cycle has failed is dropped whole. Estimates are reported as they are: one of a small
 //! share may be negative.
 
+use super::dependence::Dependence;
 use super::quantity::{Quantity, consumption};
 use super::run::{RunPlan, records};
 use crate::random::{Draws, Exchange, Factor, Stream, StreamSet};
@@ -122,6 +123,8 @@ struct Outputs {
     a: Vec<f64>,
     b: Vec<f64>,
     ab: Vec<Vec<f64>>,
+    /// Rows that depend on one another.
+    batches: Vec<Vec<usize>>,
 }
 
 /// Drives the design, `plan.cycles` rows, and shares out the variance. Without a quantity that of the consumption.
@@ -152,18 +155,31 @@ pub fn sensitivity<B>(
     for group in groups {
         designs.push(values(&driven(group.streams)?));
     }
-    ControlFlow::Continue(share_out(quantity.column, plan, groups, &designs))
+    let dependence = Dependence::of(study.model());
+    ControlFlow::Continue(share_out(quantity.column, plan, dependence, groups, &designs))
 }
 
 /// Drops rows that are not complete, and estimates the shares.
 fn share_out(
     column: &'static str,
     plan: &RunPlan,
+    dependence: Dependence,
     groups: &[FactorGroup],
     designs: &[Vec<Option<f64>>],
 ) -> Result<Sensitivity, SensitivityError> {
     let whole = |row: usize| designs.iter().map(|design| design[row]).collect::<Option<Vec<f64>>>();
-    let complete: Vec<Vec<f64>> = (0..plan.cycles as usize).filter_map(whole).collect();
+    let mut complete = Vec::new();
+    let mut batches: Vec<(u64, Vec<usize>)> = Vec::new();
+    for row in 0..plan.cycles {
+        let Some(outputs) = whole(row as usize) else { continue };
+        let batch = (plan.first_cycle + row) / dependence.batch;
+        match batches.last_mut() {
+            Some((last, rows)) if *last == batch => rows.push(complete.len()),
+            _ => batches.push((batch, vec![complete.len()])),
+        }
+        complete.push(outputs);
+    }
+    let batches: Vec<Vec<usize>> = batches.into_iter().map(|(_, rows)| rows).collect();
     let rows = complete.len() as u64;
     let dropped = plan.cycles - rows;
     if rows < LEAST_ROWS {
@@ -171,7 +187,7 @@ fn share_out(
     }
     let design = |k: usize| complete.iter().map(|row| row[k]).collect::<Vec<f64>>();
     let ab = (2..designs.len()).map(design).collect();
-    let outputs = Outputs { a: design(0), b: design(1), ab };
+    let outputs = Outputs { a: design(0), b: design(1), ab, batches };
     let (mean, variance) = outputs.moments();
     if !(variance > 0.0) {
         return Err(SensitivityError::NoSpread { column });
@@ -263,7 +279,9 @@ impl Outputs {
         let mut samples = vec![(Vec::new(), Vec::new()); estimates.len()];
         for replicate in 0..BOOTSTRAP_SAMPLES {
             let mut draws = Draws::new(seed, replicate, Stream::Bootstrap);
-            let rows: Vec<usize> = (0..n).map(|_| (draws.uniform() * n as f64) as usize).collect();
+            let count = self.batches.len();
+            let drawn = (0..count).map(|_| (draws.uniform() * count as f64) as usize);
+            let rows: Vec<usize> = drawn.flat_map(|batch| self.batches[batch].clone()).collect();
             for (sample, (first, total)) in samples.iter_mut().zip(estimate(&rows)) {
                 sample.0.push(first);
                 sample.1.push(total);
@@ -297,7 +315,8 @@ mod tests {
     fn outputs<const D: usize>(f: impl Fn([f64; D]) -> f64, rows: usize, seed: u64) -> Outputs {
         let mut first = Draws::new(seed, 0, Stream::Curve);
         let mut second = Draws::of_second_sample(seed, 0, Stream::Curve);
-        let mut design = Outputs { a: Vec::new(), b: Vec::new(), ab: vec![Vec::new(); D] };
+        let batches = (0..rows).map(|row| vec![row]).collect();
+        let mut design = Outputs { a: Vec::new(), b: Vec::new(), ab: vec![Vec::new(); D], batches };
         for _ in 0..rows {
             let a: [f64; D] = std::array::from_fn(|_| first.uniform());
             let b: [f64; D] = std::array::from_fn(|_| second.uniform());
@@ -402,19 +421,19 @@ mod tests {
     #[test]
     fn rows_that_are_not_complete_are_dropped_whole_and_counted() {
         let plan = RunPlan::new(1, 0, 12, Some(1), None);
-        let groups = &factor_groups()[..1];
+        let (alone, groups) = (Dependence::default(), &factor_groups()[..1]);
         let column: Vec<Option<f64>> = (0..12).map(|k| Some(f64::from(k * k % 7))).collect();
         let mut designs = vec![column.clone(), column.clone(), column];
         designs[1].reverse();
         designs[2][3] = None;
         designs[0][4] = None;
-        let found = share_out("x", &plan, groups, &designs).expect("ten rows are left");
+        let found = share_out("x", &plan, alone, groups, &designs).expect("ten rows are left");
         assert_eq!((found.rows, found.dropped_rows, found.cycles), (10, 2, 36));
         designs[0][5] = None;
-        let error = share_out("x", &plan, groups, &designs).expect_err("nine are left");
+        let error = share_out("x", &plan, alone, groups, &designs).expect_err("nine are left");
         assert_eq!(error, SensitivityError::TooFewRows { column: "x", rows: 9, dropped: 3 });
         let same = vec![vec![Some(1.0); 12]; 3];
-        let error = share_out("x", &plan, groups, &same).expect_err("nothing varies");
+        let error = share_out("x", &plan, alone, groups, &same).expect_err("nothing varies");
         assert_eq!(error, SensitivityError::NoSpread { column: "x" });
     }
 

@@ -1,7 +1,8 @@
 //! What is reported of one quantity of a fleet: its mean, and how it is spread over the cycles.
 
+use super::dependence::Dependence;
 use super::histogram::Histogram;
-use super::quantile::{LEVELS, interval, quantile};
+use super::quantile::{LEVELS, interval_of_batches, quantile};
 use super::ratio::Ratio;
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
@@ -37,13 +38,19 @@ pub struct Quantile {
     pub name: &'static str,
     /// Its value.
     pub value: Option<f64>,
-    /// 95 % interval by order statistics.
+    /// 95 % interval between order statistics.
     pub ci95: Option<[f64; 2]>,
 }
 
 impl Statistic {
-    /// Sums up the values of the cycles (in the order of their ids, finite) under the mean of their fleet.
-    pub fn new(column: &'static str, mean: Option<Ratio>, mut values: Vec<f64>) -> Self {
+    /// Sums up the values of cycles (id and finite value, in the order of the ids) under the mean of their fleet.
+    pub fn new(
+        column: &'static str,
+        mean: Option<Ratio>,
+        cycles: impl Iterator<Item = (u64, f64)> + Clone,
+        dependence: Dependence,
+    ) -> Self {
+        let mut values: Vec<f64> = cycles.clone().map(|(_, value)| value).collect();
         let sd = standard_deviation(&values);
         values.sort_unstable_by(f64::total_cmp);
         Self {
@@ -56,7 +63,7 @@ impl Statistic {
                 level,
                 name,
                 value: quantile(&values, level),
-                ci95: interval(&values, level),
+                ci95: interval_of_batches(&values, level, dependence, cycles.clone()),
             }),
             histogram: Histogram::of(&values),
         }

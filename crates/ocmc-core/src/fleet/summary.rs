@@ -1,6 +1,7 @@
 //! What a fleet's cycles add up to: consumption, speed, duration and stops, over the cycles that were completed.
 
-use super::quantile::{interval, quantile};
+use super::dependence::Dependence;
+use super::quantile::{interval_of_batches, quantile};
 use super::quantity::{CONSUMPTIONS, Extent, QUANTITIES, Quantity, Weight, quantity};
 use super::ratio::Ratio;
 use super::replicates::ParameterUncertainty;
@@ -139,18 +140,18 @@ pub struct SummaryBuilder {
     rows: usize,
     /// Per completed cycle.
     extents: Vec<Extent>,
-    /// Replicates of uncertain parameters, where there are any.
-    replicates: Option<u64>,
-    /// Ids of the completed cycles, where there are replicates.
+    /// Which cycles depend on one another.
+    dependence: Dependence,
+    /// Ids of the completed cycles, where cycles depend on one another.
     cycle_ids: Vec<u64>,
     /// Per quantity and completed cycle, NaN where there is none; empty while no cycle has the quantity.
     values: [Vec<f64>; QUANTITIES.len()],
 }
 
 impl SummaryBuilder {
-    /// For a study whose cycles share so many draws of uncertain parameters.
-    pub fn new(replicates: Option<u64>) -> Self {
-        Self { replicates, ..Self::default() }
+    /// For cycles that depend on one another like this.
+    pub fn new(dependence: Dependence) -> Self {
+        Self { dependence, ..Self::default() }
     }
 
     /// Adds the next records.
@@ -171,7 +172,7 @@ impl SummaryBuilder {
 
     fn add_completed(&mut self, record: &Record) {
         self.extents.push(Extent::of(record));
-        if self.replicates.is_some() {
+        if self.dependence != Dependence::default() {
             self.cycle_ids.push(record.cycle_id);
         }
         for (quantity, values) in QUANTITIES.iter().zip(&mut self.values) {
@@ -197,10 +198,11 @@ impl SummaryBuilder {
                 (mean.ratio, mean.ci95)
             }
             Some(level) => {
-                let values = self.values_of(column).iter().copied();
-                let mut values: Vec<f64> = values.filter(|value| !value.is_nan()).collect();
+                let cycles = self.cycles_with(self.values_of(column));
+                let mut values: Vec<f64> = cycles.clone().map(|(_, value)| value).collect();
                 values.sort_unstable_by(f64::total_cmp);
-                (quantile(&values, level)?, interval(&values, level))
+                let ci95 = interval_of_batches(&values, level, self.dependence, cycles);
+                (quantile(&values, level)?, ci95)
             }
         };
         let [low, high] = ci95?;
@@ -220,10 +222,10 @@ impl SummaryBuilder {
         let statistics = QUANTITIES
             .iter()
             .zip(means)
-            .zip(std::mem::take(&mut self.values))
-            .map(|((quantity, mean), mut values)| {
-                values.retain(|value| !value.is_nan());
-                Statistic::new(quantity.column, mean, values)
+            .zip(&self.values)
+            .map(|((quantity, mean), values)| {
+                let cycles = self.cycles_with(values);
+                Statistic::new(quantity.column, mean, cycles, self.dependence)
             })
             .collect();
         Summary {
@@ -248,27 +250,39 @@ impl SummaryBuilder {
         weight.of(self.extents[row])
     }
 
-    fn mean(&self, quantity: &Quantity) -> Option<Ratio> {
-        Ratio::estimate(self.totals(quantity).map(|(_, y, x)| (y, x)))
+    /// Id of the cycle in a row; the row itself where all cycles are independent.
+    fn id(&self, row: usize) -> u64 {
+        self.cycle_ids.get(row).copied().unwrap_or(row as u64)
     }
 
-    /// What each completed cycle that has the quantity adds to the two totals of its mean, after the cycle's row.
-    fn totals(&self, quantity: &Quantity) -> impl Iterator<Item = (usize, f64, f64)> + Clone {
+    /// The cycles that have a value, with their ids.
+    fn cycles_with(&self, values: &[f64]) -> impl Iterator<Item = (u64, f64)> + Clone {
+        let values = values.iter().enumerate().filter(|(_, value)| !value.is_nan());
+        values.map(|(row, value)| (self.id(row), *value))
+    }
+
+    fn mean(&self, quantity: &Quantity) -> Option<Ratio> {
+        let totals = self.totals(quantity);
+        if self.dependence.batch == 1 {
+            return Ratio::estimate(totals.map(|(_, y, x)| (y, x)));
+        }
+        Ratio::estimate(self.dependence.batch_totals(totals).into_iter())
+    }
+
+    /// What each completed cycle that has the quantity adds to the two totals of its mean, after the cycle's id.
+    fn totals(&self, quantity: &Quantity) -> impl Iterator<Item = (u64, f64, f64)> + Clone {
         let (times, over) = (quantity.times, quantity.over);
         let values = self.values_of(quantity.of).iter().enumerate();
         let values = values.filter(|(_, value)| !value.is_nan());
-        values
-            .map(move |(row, value)| (row, value * self.weight(times, row), self.weight(over, row)))
+        values.map(move |(row, value)| {
+            (self.id(row), value * self.weight(times, row), self.weight(over, row))
+        })
     }
 
     fn parameter_uncertainty(&self) -> Option<ParameterUncertainty> {
-        let replicates = self.replicates?;
         let column = CONSUMPTIONS.into_iter().find(|column| !self.values_of(column).is_empty())?;
-        let cycles: Vec<(u64, f64, f64)> = self
-            .totals(quantity(column)?)
-            .map(|(row, y, x)| (self.cycle_ids[row] % replicates, y, x))
-            .collect();
-        ParameterUncertainty::estimate(column, replicates, &cycles)
+        let cycles: Vec<(u64, f64, f64)> = self.totals(quantity(column)?).collect();
+        ParameterUncertainty::estimate(column, self.dependence, &cycles)
     }
 
     fn worst_case(&self, means: &[Option<Ratio>; QUANTITIES.len()]) -> Option<WorstCase> {

@@ -14,6 +14,7 @@ use crate::operating_cycle::given::{GivenCycle, GivenCycleError, Keep, Route};
 use crate::operating_cycle::{OperatingCycle, OperatingCycleSampler};
 use crate::random::{Exchange, Factor, Stream, Streams};
 use crate::road::RoadModel;
+use crate::sampling::Sampling;
 use crate::traffic::TrafficModel;
 use crate::vehicle::{Powertrain, Vehicle, VehicleModel};
 use crate::weather::WeatherModel;
@@ -67,6 +68,7 @@ pub struct Description {
 /// | `creep_distance_m`, `creep_speed_mps` | 3, 0.3 | so has a slower truck this close |
 /// | `without` | none | parts that are turned off |
 /// | `frozen` | none | factors that every cycle takes from cycle 0 |
+/// | `sampling` | `independent` | whether batches of cycles spread evenly |
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SimulationModel {
@@ -88,6 +90,8 @@ pub struct SimulationModel {
     pub without: Vec<Part>,
     /// Factors that every cycle takes from cycle 0.
     pub frozen: Vec<Factor>,
+    /// Whether batches of cycles spread evenly over what describes a whole cycle.
+    pub sampling: Sampling,
 }
 
 impl Default for SimulationModel {
@@ -102,6 +106,7 @@ impl Default for SimulationModel {
             creep_speed_mps: 0.3,
             without: Vec::new(),
             frozen: Vec::new(),
+            sampling: Sampling::Independent,
         }
     }
 }
@@ -239,6 +244,12 @@ impl Study {
         scenario.curve_residuals = residuals;
     }
 
+    /// Where the draws of one cycle come from.
+    pub(crate) fn streams(&self, seed: u64, cycle_id: u64, exchange: Exchange) -> Streams<'_> {
+        let SimulationModel { frozen, sampling, .. } = &self.model.simulation;
+        Streams { seed, cycle_id, frozen, exchange, sampling: *sampling }
+    }
+
     fn sample_into(
         &self,
         seed: u64,
@@ -247,7 +258,7 @@ impl Study {
         cycle: &mut OperatingCycle,
     ) -> (Driver, Vehicle, Vec<f64>) {
         let simulation = &self.model.simulation;
-        let streams = Streams { seed, cycle_id, frozen: &simulation.frozen, exchange };
+        let streams = self.streams(seed, cycle_id, exchange);
         self.operating_cycle.sample(&streams, &simulation.without, cycle);
         let driver = self.model.driver.sample(&streams, &simulation.without, self.stability_limit);
         // a residual belongs to the curve's place, so that it stays when another curve goes

@@ -1,6 +1,7 @@
 //! Records as comma-separated values: shortest decimals that read back as the same numbers, an empty cell for null.
 
 use super::{GROUP_ROWS, RecordsError};
+use crate::file_error::FileError;
 use ocmc_core::simulation::record::{COLUMNS, Cell, Record};
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
@@ -35,7 +36,7 @@ impl CsvRecords {
     }
 
     fn error(&self, source: io::Error) -> RecordsError {
-        RecordsError::Write { path: self.path.clone(), source }
+        FileError::write(&self.path)(source).into()
     }
 }
 
@@ -88,7 +89,7 @@ pub fn read(
 fn read_error(path: &Path, error: csv::Error) -> RecordsError {
     let reason = error.to_string();
     match error.into_kind() {
-        csv::ErrorKind::Io(source) => RecordsError::Read { path: path.to_owned(), source },
+        csv::ErrorKind::Io(source) => FileError::read(path)(source).into(),
         _ => RecordsError::Malformed { path: path.to_owned(), reason },
     }
 }

@@ -7,9 +7,9 @@ pub mod arrow;
 pub mod csv;
 pub mod parquet;
 
+use crate::file_error::FileError;
 use ocmc_core::simulation::record::Record;
 use std::fs::{File, OpenOptions};
-use std::io;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
@@ -51,30 +51,9 @@ impl RecordFormat {
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum RecordsError {
-    /// The file cannot be created.
-    #[error("cannot create `{}`: {source}", path.display())]
-    Create {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: io::Error,
-    },
-    /// The file cannot be written, for instance because the disk is full.
-    #[error("cannot write `{}`: {source}", path.display())]
-    Write {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: io::Error,
-    },
-    /// The file cannot be read.
-    #[error("cannot read `{}`: {source}", path.display())]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: io::Error,
-    },
+    /// The file cannot be created, written or read.
+    #[error(transparent)]
+    File(#[from] FileError),
     /// The file is not what its name says.
     #[error("`{}` is no file of records: {reason}", path.display())]
     Malformed {
@@ -105,7 +84,7 @@ impl RecordWriter {
     /// Creates the file, which must not exist.
     pub fn create(path: &Path, format: RecordFormat) -> Result<Self, RecordsError> {
         let file = OpenOptions::new().write(true).create_new(true).open(path);
-        let file = file.map_err(|source| RecordsError::Create { path: path.to_owned(), source })?;
+        let file = file.map_err(FileError::create(path))?;
         let file = match format {
             RecordFormat::Parquet => {
                 Groups::Parquet(Box::new(parquet::ParquetRecords::new(path, file)?))
@@ -158,8 +137,7 @@ impl Groups {
 
 /// Reads the records of a file, group by group, in the format that its extension names.
 pub fn read(path: &Path, sink: impl FnMut(Vec<Record>)) -> Result<(), RecordsError> {
-    let open =
-        || File::open(path).map_err(|source| RecordsError::Read { path: path.to_owned(), source });
+    let open = || File::open(path).map_err(FileError::read(path));
     match path.extension().and_then(|extension| extension.to_str()) {
         Some("parquet") => parquet::read(path, open()?, sink),
         Some("csv") => csv::read(path, open()?, sink),

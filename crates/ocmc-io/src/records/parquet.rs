@@ -2,6 +2,7 @@
 
 use super::arrow::{record_batch, records, schema};
 use super::{GROUP_ROWS, RecordsError};
+use crate::file_error::FileError;
 use ocmc_core::simulation::record::Record;
 use parquet::arrow::ArrowWriter;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
@@ -39,7 +40,7 @@ impl ParquetRecords {
         let path = &self.path;
         self.writer.finish().map_err(|error| write_error(path, error))?;
         let synced = self.writer.inner().sync_all();
-        synced.map_err(|source| RecordsError::Write { path: path.clone(), source })
+        Ok(synced.map_err(FileError::write(path))?)
     }
 }
 
@@ -55,7 +56,7 @@ fn properties() -> WriterProperties {
 }
 
 fn write_error(path: &Path, error: ParquetError) -> RecordsError {
-    RecordsError::Write { path: path.to_owned(), source: io_error(error) }
+    FileError::write(path)(io_error(error)).into()
 }
 
 /// The operating system's error where there is one, so that a full disk is called a full disk.

@@ -129,8 +129,8 @@ fn explained(records: &[Record], quantity: &Quantity, statistic: &Statistic) -> 
     let low = all().map(|band| band.y[0]).fold(f64::INFINITY, f64::min);
     let high = all().map(|band| band.y[2]).fold(f64::NEG_INFINITY, f64::max);
     let mut text = format!(
-        "<h2>What goes with the spread</h2>\n<p>{} over tenths of the cycles, sorted by each quantity: the line is the \
-         median, the band holds 80 % of the cycles. The percentage is the share of the variance between the tenths. It \
+        "<h2>What goes with the spread</h2>\n<p>{} over tenths of the cycles, sorted by each quantity, whose values stand below the first, the \
+         middle and the last of them: the line is the median, the band holds 80 % of the cycles. The percentage is the share of the variance between the tenths. It \
          says what goes together; <code>ocmc sensitivity</code> says what causes the spread.</p>\n<div class=\"charts\">\n",
         escaped(unit)
     );
@@ -166,11 +166,14 @@ fn study_argument(run: &StoredRun) -> String {
     built_in.map_or_else(|| "study.toml".to_owned(), |built_in| built_in.name.to_owned())
 }
 
-/// The command that shows one cycle of this run step by step.
+/// The command that shows one cycle of this run step by step, where the study alone repeats it.
 fn trace_command(run: &StoredRun, study: &str, cycle_id: u64) -> String {
+    if !run.manifest.repeatable {
+        return "–".to_owned();
+    }
     let seed = run.manifest.seed;
     format!(
-        "ocmc trace --study {study} --seed {seed} --cycle-id {cycle_id} --out cycle-{cycle_id}.csv"
+        "<code>ocmc trace --study {study} --seed {seed} --cycle-id {cycle_id} --out cycle-{cycle_id}.csv</code>"
     )
 }
 

@@ -1,7 +1,7 @@
 //! The report's pictures: a histogram, bands, and horizontal bars, as SVG that takes its colours from the page.
 
 use crate::number_text::{grouped, rounded};
-use ocmc_core::fleet::association::Association;
+use ocmc_core::fleet::association::{Association, Band};
 use ocmc_core::fleet::histogram::Histogram;
 use ocmc_core::fleet::statistic::Quantile;
 use std::fmt::Write;
@@ -113,10 +113,19 @@ pub(super) fn bands(
     y_range: [f64; 2],
 ) -> String {
     let (width, height, left, foot) = (320.0, 190.0, 40.0, 36.0);
-    let middle = |x: [f64; 2]| factor * f64::midpoint(x[0], x[1]);
-    let xs: Vec<f64> = association.bands.iter().map(|band| middle(band.x)).collect();
-    let from = [xs[0], xs[xs.len() - 1]];
-    let x = Scale { from, to: [left + 8.0, width - 12.0] };
+    // by rank: tenths of a quantity that many cycles do not have at all would lie on top of one another
+    let all = association.bands.iter().map(|band| band.n).sum::<u64>() as f64;
+    let mut before = 0.0;
+    let xs: Vec<f64> = association
+        .bands
+        .iter()
+        .map(|band| {
+            let n = band.n as f64;
+            before += n;
+            (before - 0.5 * n) / all
+        })
+        .collect();
+    let x = Scale { from: [0.0, 1.0], to: [left + 8.0, width - 12.0] };
     let y = Scale { from: y_range, to: [height - foot, 10.0] };
     let mut text = begin(width, height, &format!("Consumption over {name}"));
     for value in [y_range[0], f64::midpoint(y_range[0], y_range[1]), y_range[1]] {
@@ -138,8 +147,15 @@ pub(super) fn bands(
     outline.extend(points(0).into_iter().rev());
     let _ = writeln!(text, "<polygon class=\"band\" points=\"{}\"/>", path(&outline));
     let _ = writeln!(text, "<polyline class=\"line\" points=\"{}\"/>", path(&points(1)));
-    label(&mut text, x.to[0], height - 20.0, "start", "", &rounded_short(from[0]));
-    label(&mut text, x.to[1], height - 20.0, "end", "", &rounded_short(from[1]));
+    let value = |band: &Band| rounded_short(factor * f64::midpoint(band.x[0], band.x[1]));
+    let last = association.bands.len() - 1;
+    let middle = xs.partition_point(|at| *at < 0.5).min(last);
+    // where the middle one lies beside an end, it has no room
+    let has_room = |band: &usize| *band == 0 || *band == last || (0.25..0.75).contains(&xs[*band]);
+    for band in [0, middle, last].into_iter().filter(has_room) {
+        let words = value(&association.bands[band]);
+        label(&mut text, x.at(xs[band]), height - 20.0, "middle", "", &words);
+    }
     label(&mut text, f64::midpoint(left, width), height - 5.0, "middle", "name", name);
     text.push_str("</svg>\n");
     text

@@ -49,8 +49,8 @@ pub(super) fn key_numbers(run: &StoredRun) -> String {
 
 /// Every quantity, with intervals.
 pub(super) fn statistics(statistics: &[Statistic]) -> String {
-    let mut text = "<div class=\"wide\"><table>\n<caption>Mean: of the fleet, total over total, with its 95 % interval. \
-                    The other columns count each cycle once.</caption>\n<thead><tr><th></th><th>mean</th>\
+    let mut text = "<p class=\"soft\">Mean: of the fleet, total over total, with its 95 % interval. The other columns \
+                    count each cycle once.</p>\n<div class=\"wide\"><table>\n<thead><tr><th></th><th>mean</th>\
                     <th>95 % interval</th><th>SD</th>"
         .to_owned();
     for quantile in statistics.first().iter().flat_map(|statistic| &statistic.quantiles) {
@@ -134,7 +134,7 @@ pub(super) fn outliers(run: &StoredRun, quantity: &Quantity) -> String {
         let _ = writeln!(
             text,
             "<tr><td>{}</td><td>{}</td><td>{:.1}</td><td>{}</td><td>{}</td><td>{:.1}</td><td>{}</td><td \
-             class=\"words\"><code>{}</code></td></tr>",
+             class=\"words\">{}</td></tr>",
             record.cycle_id,
             rounded(factor * value),
             record.payload_kg / 1000.0,
@@ -142,11 +142,11 @@ pub(super) fn outliers(run: &StoredRun, quantity: &Quantity) -> String {
             rounded(3.6 * record.mean_speed_mps),
             record.climb_m / km,
             record.n_stops,
-            escaped(&trace_command(run, &study, record.cycle_id))
+            trace_command(run, &study, record.cycle_id)
         );
     }
     text.push_str("</tbody></table></div>\n");
-    if study == "study.toml" {
+    if study == "study.toml" && run.manifest.repeatable {
         text.push_str(
             "<p class=\"soft\">Save the study at the end of this page as <code>study.toml</code> first.</p>\n",
         );
@@ -175,9 +175,7 @@ pub(super) fn failures(run: &StoredRun) -> String {
             continue;
         }
         let first = run.records.iter().filter(|record| record.outcome == outcome).take(LISTED);
-        let commands: Vec<String> = first
-            .map(|r| format!("<code>{}</code>", escaped(&trace_command(run, &study, r.cycle_id))))
-            .collect();
+        let commands: Vec<String> = first.map(|r| trace_command(run, &study, r.cycle_id)).collect();
         let _ = writeln!(
             text,
             "<tr><td>{}</td><td>{}</td><td class=\"words\">{}</td></tr>",
@@ -201,7 +199,7 @@ pub(super) fn failures(run: &StoredRun) -> String {
 }
 
 /// Keys of the study that say what kind of fleet it is.
-const STUDY_KEYS: [(&str, &str); 12] = [
+const STUDY_KEYS: [(&str, &str); 13] = [
     ("length of a mission, m", "mission.length_m"),
     ("payload, kg", "mission.payload_kg"),
     ("departure, s of the day", "mission.departure_s_of_day"),
@@ -214,6 +212,7 @@ const STUDY_KEYS: [(&str, &str); 12] = [
     ("pedals: share of PID drivers", "driver.pedals.pid_share"),
     ("parts turned off", "simulation.without"),
     ("factors frozen", "simulation.frozen"),
+    ("sampling", "simulation.sampling"),
 ];
 
 /// The study in words and numbers, and whole.

@@ -85,3 +85,11 @@ fn a_run_without_a_completed_cycle_has_a_report() {
     run.summary.summary = fleet.finish();
     assert!(html(&run).contains("timed_out"));
 }
+
+#[test]
+fn no_command_is_shown_that_would_not_give_the_cycle() {
+    let mut run = run("x");
+    run.manifest.repeatable = false;
+    let page = html(&run);
+    assert!(!page.contains("ocmc trace") && !page.contains("study.toml"), "{page}");
+}

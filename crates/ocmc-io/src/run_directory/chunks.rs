@@ -6,6 +6,7 @@
 
 use super::durable::{replaced, sync_directory, temporary};
 use super::error::RunDirectoryError;
+use crate::file_error::FileError;
 use crate::records::{self, RecordFormat, RecordWriter};
 use ocmc_core::simulation::record::Record;
 use std::fs::{self, File, TryLockError};
@@ -33,16 +34,15 @@ impl Chunks {
     /// Opens the folder of chunks, which is created where there is none.
     pub(super) fn open(directory: &Path, format: RecordFormat) -> Result<Self, RunDirectoryError> {
         let folder = directory.join(CHUNKS);
-        fs::create_dir_all(&folder)
-            .map_err(|source| RunDirectoryError::Create { path: folder.clone(), source })?;
+        fs::create_dir_all(&folder).map_err(FileError::create(&folder))?;
         let path = folder.join(LOCK);
-        let write = |source| RunDirectoryError::Write { path: path.clone(), source };
-        let lock = File::create(&path).map_err(write)?;
+        let write = FileError::write(&path);
+        let lock = File::create(&path).map_err(&write)?;
         match lock.try_lock() {
             // a file system without locks protects nothing, and is no reason not to run
             Ok(()) => (),
             Err(TryLockError::Error(error)) if error.kind() == io::ErrorKind::Unsupported => (),
-            Err(TryLockError::Error(error)) => return Err(write(error)),
+            Err(TryLockError::Error(error)) => return Err(write(error).into()),
             Err(TryLockError::WouldBlock) => {
                 return Err(RunDirectoryError::Busy { path: directory.to_owned() });
             }
@@ -101,8 +101,7 @@ pub(super) fn remove_left_over(directory: &Path) -> Result<(), RunDirectoryError
 }
 
 fn remove(folder: &Path) -> Result<(), RunDirectoryError> {
-    fs::remove_dir_all(folder)
-        .map_err(|source| RunDirectoryError::Write { path: folder.to_owned(), source })
+    Ok(fs::remove_dir_all(folder).map_err(FileError::write(folder))?)
 }
 
 /// Checks that records are those of consecutive cycles.

@@ -1,6 +1,7 @@
 //! Files that are there whole or not at all, whatever happens to the machine.
 
 use super::error::RunDirectoryError;
+use crate::file_error::FileError;
 use std::fs::{self, File};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -21,10 +22,8 @@ pub(super) fn replaced(
     let temporary = temporary(path);
     // left by a program that was ended while it wrote
     let _ = fs::remove_file(&temporary);
-    let renamed = write().and_then(|()| {
-        fs::rename(&temporary, path)
-            .map_err(|source| RunDirectoryError::Write { path: path.to_owned(), source })
-    });
+    let renamed =
+        write().and_then(|()| Ok(fs::rename(&temporary, path).map_err(FileError::write(path))?));
     if renamed.is_err() {
         // a remnant would do no harm; what matters is the first error
         let _ = fs::remove_file(&temporary);
@@ -41,7 +40,7 @@ pub(super) fn replace(path: &Path, text: &[u8]) -> Result<(), RunDirectoryError>
             file.write_all(text)?;
             file.sync_all()
         };
-        write().map_err(|source| RunDirectoryError::Write { path: path.to_owned(), source })
+        Ok(write().map_err(FileError::write(path))?)
     })
 }
 
@@ -51,7 +50,6 @@ pub(super) fn sync_directory(directory: &Path) -> Result<(), RunDirectoryError> 
     if !cfg!(unix) {
         return Ok(());
     }
-    File::open(directory)
-        .and_then(|opened| opened.sync_all())
-        .map_err(|source| RunDirectoryError::Write { path: directory.to_owned(), source })
+    let synced = File::open(directory).and_then(|opened| opened.sync_all());
+    Ok(synced.map_err(FileError::write(directory))?)
 }

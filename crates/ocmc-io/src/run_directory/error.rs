@@ -1,8 +1,8 @@
 //! What can go wrong with a run directory.
 
+use crate::file_error::FileError;
 use crate::records::RecordsError;
 use crate::study::StudyFileError;
-use std::io;
 use std::path::PathBuf;
 use thiserror::Error;
 
@@ -26,30 +26,9 @@ pub enum RunDirectoryError {
         /// The path.
         path: PathBuf,
     },
-    /// The directory cannot be created.
-    #[error("cannot create the directory `{}`: {source}", path.display())]
-    Create {
-        /// The directory.
-        path: PathBuf,
-        /// Why.
-        source: io::Error,
-    },
-    /// A file in it cannot be written.
-    #[error("cannot write `{}`: {source}", path.display())]
-    Write {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: io::Error,
-    },
-    /// A file in it cannot be read.
-    #[error("cannot read `{}`: {source}", path.display())]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: io::Error,
-    },
+    /// The directory or a file in it cannot be created, written or read.
+    #[error(transparent)]
+    File(#[from] FileError),
     /// The manifest is not one.
     #[error("`{}` is no manifest: {source}", path.display())]
     Manifest {

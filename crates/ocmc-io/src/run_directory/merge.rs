@@ -63,7 +63,7 @@ pub fn merge(
     let cycles = parts.iter().map(|part| part.manifest.completed).sum();
     let mut directory =
         RunDirectory::create(out, format, Manifest { cycles, ..begin.manifest.clone() })?;
-    let mut fleet = SummaryBuilder::new(begin.manifest.replicates());
+    let mut fleet = SummaryBuilder::new(begin.manifest.dependence());
     for part in &parts {
         let mut last: Option<Record> = None;
         read_records(part.path, &part.manifest, |group| {

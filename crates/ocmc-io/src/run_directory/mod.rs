@@ -15,13 +15,16 @@ pub use error::RunDirectoryError;
 pub use merge::merge;
 pub use read::{StoredRun, Unfinished, read, unfinished};
 
+use crate::file_error::FileError;
 use crate::records::{RecordFormat, RecordWriter};
 use crate::run_summary::RunSummary;
 use crate::study::{resolved_toml, study_hash};
 use chunks::Chunks;
 use durable::{replace, replaced, temporary};
+use ocmc_core::fleet::dependence::Dependence;
 use ocmc_core::fleet::precision::Precision;
 use ocmc_core::fleet::run::RunPlan;
+use ocmc_core::sampling::Sampling;
 use ocmc_core::simulation::record::Record;
 use ocmc_core::study::{Study, StudyModel};
 use serde::{Deserialize, Serialize};
@@ -96,13 +99,21 @@ impl Manifest {
 }
 
 impl Manifest {
-    /// Draws of uncertain parameters that the cycles of the study share, where it has any.
-    pub fn replicates(&self) -> Option<u64> {
-        let study: toml::Table = self.resolved_study.parse().ok()?;
-        let curve_speed = study.get("driver")?.get("curve_speed")?;
-        let uncertain = curve_speed.get("parameter_uncertainty")?.as_bool()?;
-        let replicates = u64::try_from(curve_speed.get("replicates")?.as_integer()?).ok()?;
-        uncertain.then_some(replicates.max(1))
+    /// Which of the cycles depend on one another.
+    pub fn dependence(&self) -> Dependence {
+        let study = toml::Value::Table(self.resolved_study.parse().unwrap_or_default());
+        let at = |path: &[&str]| path.iter().try_fold(&study, |value, key| value.get(key));
+        let uncertain = at(&["driver", "curve_speed", "parameter_uncertainty"]);
+        let replicates = at(&["driver", "curve_speed", "replicates"]);
+        let replicates = replicates.and_then(|value| u64::try_from(value.as_integer()?).ok());
+        let replicates =
+            replicates.filter(|_| uncertain.and_then(toml::Value::as_bool) == Some(true));
+        let sampling = at(&["simulation", "sampling"]);
+        let sampling: Option<Sampling> = sampling.and_then(|value| value.clone().try_into().ok());
+        Dependence {
+            batch: sampling.unwrap_or_default().batch(),
+            replicates: replicates.map(|replicates| replicates.max(1)),
+        }
     }
 }
 
@@ -154,8 +165,7 @@ impl RunDirectory {
         manifest: Manifest,
     ) -> Result<Self, RunDirectoryError> {
         check_free(path)?;
-        fs::create_dir_all(path)
-            .map_err(|source| RunDirectoryError::Create { path: path.to_owned(), source })?;
+        fs::create_dir_all(path).map_err(FileError::create(path))?;
         let manifest = Manifest {
             status: RunStatus::Running,
             completed: 0,
@@ -273,8 +283,7 @@ fn read_chunks(
 /// Reads the manifest of a run directory.
 pub fn read_manifest(directory: &Path) -> Result<Manifest, RunDirectoryError> {
     let path = directory.join(MANIFEST);
-    let text = fs::read_to_string(&path)
-        .map_err(|source| RunDirectoryError::Read { path: path.clone(), source })?;
+    let text = fs::read_to_string(&path).map_err(FileError::read(&path))?;
     serde_json::from_str(&text).map_err(|source| RunDirectoryError::Manifest { path, source })
 }
 

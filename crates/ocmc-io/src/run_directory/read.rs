@@ -3,6 +3,7 @@
 use super::chunks::{check_rows, remove_left_over};
 use super::error::RunDirectoryError;
 use super::{FORMAT_VERSION, MANIFEST, Manifest, RunStatus, SUMMARY, read_manifest};
+use crate::file_error::FileError;
 use crate::records::{self, RecordFormat};
 use crate::run_summary::RunSummary;
 use crate::study::{LoadedStudy, load_text, study_hash};
@@ -37,7 +38,7 @@ pub fn read(directory: &Path) -> Result<StoredRun, RunDirectoryError> {
     let manifest = ended(directory)?;
     let Measured { wall_s, threads } = measured(directory)?;
     let mut records = Vec::new();
-    let mut fleet = SummaryBuilder::new(manifest.replicates());
+    let mut fleet = SummaryBuilder::new(manifest.dependence());
     read_records(directory, &manifest, |group| {
         fleet.add(&group);
         records.extend(group);
@@ -67,8 +68,7 @@ fn other_version(manifest: &Manifest) -> String {
 
 pub(super) fn measured(directory: &Path) -> Result<Measured, RunDirectoryError> {
     let path = directory.join(SUMMARY);
-    let text =
-        fs::read_to_string(&path).map_err(|source| RunDirectoryError::Read { path, source })?;
+    let text = fs::read_to_string(&path).map_err(FileError::read(&path))?;
     serde_json::from_str(&text).map_err(|error| RunDirectoryError::NotWhole {
         path: directory.to_owned(),
         reason: format!("`{SUMMARY}`: {error}"),

@@ -1,0 +1,63 @@
+//! What the user typed about studies and single cycles.
+
+use super::value::{cycle_id, whole_number};
+use clap::{Args, Subcommand};
+use std::path::PathBuf;
+
+/// What can be done with studies.
+#[derive(Clone, Debug, Subcommand)]
+pub(crate) enum StudyCommand {
+    /// Lists the built-in studies
+    List,
+    /// Prints a built-in study as it is written, with its sources
+    Show {
+        /// Prints every value that a run uses instead, of a built-in study or a file, inherited values included
+        #[arg(long)]
+        resolved: bool,
+        #[command(flatten)]
+        study: StudyArguments,
+    },
+    /// Writes a new study file, with every key, its unit, its source and its range
+    Init {
+        /// File to write
+        file: PathBuf,
+    },
+    /// Checks a study file
+    Check {
+        #[command(flatten)]
+        study: StudyArguments,
+    },
+    /// Prints the JSON schema of study files
+    Schema,
+}
+
+/// A study as a positional argument.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct StudyArguments {
+    /// Name of a built-in study, or a study file
+    #[arg(value_name = "NAME|FILE")]
+    pub(crate) study: String,
+    /// Replaces one value of the study, as in driver.curve_speed.exponent=0.5; may be repeated
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub(crate) set: Vec<String>,
+}
+
+/// One cycle of a run.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct CycleArguments {
+    /// Name of a built-in study, or a study file
+    #[arg(long, value_name = "NAME|FILE", default_value = "field-truck")]
+    pub(crate) study: String,
+    /// Replaces one value of the study, as in driver.curve_speed.exponent=0.5; may be repeated
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub(crate) set: Vec<String>,
+    /// Id of the cycle, as in the records
+    #[arg(long, value_name = "ID", allow_negative_numbers = true, value_parser = cycle_id)]
+    pub(crate) cycle_id: u64,
+    /// Master seed of the run
+    #[arg(long, value_name = "N", default_value = "1", allow_negative_numbers = true, value_parser = whole_number)]
+    pub(crate) seed: u64,
+    /// File to write, `.csv` or `.json`; an existing one is replaced [default: CSV to standard output]
+    #[arg(long, value_name = "FILE")]
+    pub(crate) out: Option<PathBuf>,
+}

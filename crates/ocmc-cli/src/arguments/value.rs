@@ -1,0 +1,95 @@
+//! How numbers are typed, and which are allowed.
+
+use ocmc_core::fleet::precision::Precision;
+use ocmc_core::fleet::run::MOST_THREADS;
+use ocmc_core::random::LAST_CYCLE_ID;
+
+/// Most cycles that can be driven at a time by a thread.
+const LARGEST_CHUNK: u64 = 65_536;
+
+/// Largest precision that can be asked for.
+const COARSEST: f64 = 0.5;
+
+/// A precision: `0.2%`, `0.002`, `p95:1%`.
+pub(super) fn precision(text: &str) -> Result<Precision, String> {
+    let allowed = || {
+        let names = Precision::names().collect::<Vec<_>>().join(", ");
+        format!(
+            "allowed is a share up to 50%, as in 0.2%, or one of {names} before it, as in p95:1%"
+        )
+    };
+    let (of, share) = text.split_once(':').unwrap_or(("mean", text));
+    let (number, unit) = share.strip_suffix('%').map_or((share, 1.0), |number| (number, 0.01));
+    let wanted = number.trim().parse::<f64>().map_err(|_| allowed())? * unit;
+    if !(Precision::names().any(|name| name == of) && wanted > 0.0 && wanted <= COARSEST) {
+        return Err(allowed());
+    }
+    Ok(Precision { of: of.to_owned(), wanted })
+}
+
+/// A whole number from 0 on; `10_000` is one, too.
+pub(super) fn whole_number(text: &str) -> Result<u64, String> {
+    let digits = text.replace('_', "");
+    let allowed = || format!("allowed is a whole number from 0 to {}", u64::MAX);
+    if digits.is_empty() || !digits.bytes().all(|byte| byte.is_ascii_digit()) {
+        return Err(allowed());
+    }
+    digits.parse().map_err(|_| allowed())
+}
+
+/// A whole number from 1 on.
+pub(super) fn at_least_one(text: &str) -> Result<u64, String> {
+    match whole_number(text) {
+        Ok(number) if number >= 1 => Ok(number),
+        _ => Err(format!("allowed is a whole number from 1 to {}", u64::MAX)),
+    }
+}
+
+/// An id after which there is another number, so that a run of this cycle alone ends at a number.
+pub(super) fn cycle_id(text: &str) -> Result<u64, String> {
+    match whole_number(text) {
+        Ok(id) if id < LAST_CYCLE_ID => Ok(id),
+        _ => Err(format!("allowed is a whole number from 0 to {}", LAST_CYCLE_ID - 1)),
+    }
+}
+
+/// Cycles that a thread drives at a time: their records wait in memory.
+pub(super) fn chunk(text: &str) -> Result<u64, String> {
+    match whole_number(text) {
+        Ok(number) if (1..=LARGEST_CHUNK).contains(&number) => Ok(number),
+        _ => Err(format!("allowed is a whole number from 1 to {LARGEST_CHUNK}")),
+    }
+}
+
+pub(super) fn threads(text: &str) -> Result<usize, String> {
+    let number = whole_number(text).ok().and_then(|number| usize::try_from(number).ok());
+    let number = number.filter(|number| (1..=MOST_THREADS).contains(number));
+    number.ok_or_else(|| format!("allowed is a whole number from 1 to {MOST_THREADS}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn precisions() {
+        let read = |text| precision(text).map(|p| (p.of, p.wanted));
+        assert_eq!(read("0.2%"), Ok(("mean".to_owned(), 0.002)));
+        assert_eq!(read("0.25"), Ok(("mean".to_owned(), 0.25)));
+        assert_eq!(read("p95:1%"), Ok(("p95".to_owned(), 0.01)));
+        for text in ["", "%", "0", "-1%", "51%", "nan", "inf", "p96:1%", "p95", ":1%", "1%%"] {
+            assert!(read(text).is_err_and(|told| told.contains("p95")), "{text}");
+        }
+    }
+
+    #[test]
+    fn numbers() {
+        assert_eq!(whole_number("10_000"), Ok(10_000));
+        assert_eq!(whole_number("18446744073709551615"), Ok(u64::MAX));
+        for text in ["", "_", "-1", "+1", "1.5", "1e3", "18446744073709551616", "x"] {
+            assert!(whole_number(text).is_err(), "{text}");
+        }
+        assert!(at_least_one("0").is_err());
+        assert!(threads("0").is_err() && threads("1025").is_err() && threads("1024").is_ok());
+    }
+}
