@@ -5,6 +5,8 @@ pub mod curve_table;
 pub mod delimited;
 pub mod drive_cycle;
 pub mod given_cycle;
+pub mod given_drive;
+pub mod given_table;
 pub mod label;
 pub mod log;
 pub mod number_text;
