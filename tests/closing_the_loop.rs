@@ -44,7 +44,7 @@ without = ["slope", "stop_signs", "give_ways", "traffic_lights", "speed_bumps", 
 fn curves(study: &Study, truck: u64) -> CurveTable {
     let trace = trace(study, SEED, truck);
     let column = |name: &str| {
-        trace.columns.iter().find(|column| column.name == name).unwrap().values.clone()
+        trace.columns.iter().find(|column| column.name == name).unwrap().values.as_slice().into()
     };
     let log = DriveLog {
         time_s: column("time_s"),

@@ -15,8 +15,10 @@ use ocmc_core::identification::population::Population;
 use ocmc_core::random::{Draws, Stream};
 use ocmc_core::simulation::trace::trace;
 use ocmc_core::study::Study;
+use std::sync::atomic::AtomicBool;
 
 const DRIVERS: u64 = 8;
+static STAY: AtomicBool = AtomicBool::new(false);
 
 /// An event of a driver whose gains are known.
 struct Known {
@@ -73,7 +75,8 @@ fn events(study: &Study, drivers: u64, noise: f64) -> Vec<Known> {
 }
 
 fn fit(study: &Study, known: &Known, options: &IdentifyOptions) -> EventFit {
-    identify_event(study, &known.driver.to_string(), &known.event, &known.log, options).unwrap()
+    identify_event(study, &known.driver.to_string(), &known.event, &known.log, options, &STAY)
+        .unwrap()
 }
 
 /// Error of a gain, in percent.
@@ -164,7 +167,7 @@ fn uphill_runs_to_the_bounds_and_downhill_does_not() {
         let slope: Vec<usize> =
             (0..known.log.grade.len()).filter(|&k| known.log.grade[k].abs() > 0.005).collect();
         let log = known.log.part(slope[0], slope[slope.len() - 1] + 1);
-        let fit = identify_event(&study, "", &known.event, &log, &options).unwrap();
+        let fit = identify_event(&study, "", &known.event, &log, &options, &STAY).unwrap();
         let lost = !fit.at_bound.is_empty()
             || fit.not_identifiable.iter().any(|name| *name == "kp" || *name == "ki");
         match known.event.as_str() {

@@ -30,6 +30,9 @@ from ocmc._ocmc import (
     compare,
     detect_curves,
     fit_curve_speed,
+    fit_operating_cycle,
+    fit_speed_change,
+    identify,
     load,
     run_from,
 )
@@ -50,6 +53,9 @@ __all__ = [
     "compare",
     "detect_curves",
     "fit_curve_speed",
+    "fit_operating_cycle",
+    "fit_speed_change",
+    "identify",
     "load",
 ]
 

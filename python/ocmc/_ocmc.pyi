@@ -16,6 +16,9 @@ __all__ = [
     "compare",
     "detect_curves",
     "fit_curve_speed",
+    "fit_operating_cycle",
+    "fit_speed_change",
+    "identify",
     "joined",
     "label",
     "load",
@@ -63,6 +66,35 @@ def fit_curve_speed(
     limit_share: float = 0.9,
     coding: Literal["sum_to_zero", "treatment"] = "sum_to_zero",
 ) -> Answer: ...
+def fit_speed_change(
+    table: object,
+    *,
+    columns: Mapping[str, str] | None = None,
+    base: Study | None = None,
+    untruncated: bool = False,
+    window_s: float = 3.0,
+    smallest_acceleration_mps2: float = 0.2,
+    smallest_deceleration_mps2: float = 0.4,
+) -> Answer: ...
+def fit_operating_cycle(
+    cycles: OperatingCycle | str | PathLike[str] | Sequence[OperatingCycle | str | PathLike[str]],
+    *,
+    base: Study | None = None,
+) -> Answer: ...
+def identify(
+    logs: object,
+    study: Study,
+    *,
+    columns: Mapping[str, str] | None = None,
+    controller: Literal["pid", "switched"] = "pid",
+    speed_term: Literal["measured", "simulated", "none"] = "measured",
+    starts: SupportsIndex = 8,
+    kp: tuple[float, float] = (0.01, 2.0),
+    ki: tuple[float, float] = (0.0001, 0.2),
+    kd: tuple[float, float] = (0.0, 2.0),
+    intervals: bool = True,
+    progress: bool | Callable[[int, int], object] | None = None,
+) -> Answer: ...
 def run_from(arguments: Sequence[str]) -> int: ...
 def label(column: str) -> tuple[str, float]: ...
 def joined(parts: Sequence[Run], wall_s: float, threads: int) -> Run: ...
@@ -82,6 +114,18 @@ class Study:
         self,
         *,
         cycles: SupportsIndex,
+        seed: SupportsIndex = 1,
+        first_cycle: SupportsIndex = 0,
+        threads: SupportsIndex | None = None,
+        progress: bool | Callable[[int, int], object] | None = None,
+    ) -> Run: ...
+    def drive(
+        self,
+        files: object,
+        *,
+        cycles: SupportsIndex,
+        keep: Sequence[Literal["weather", "traffic", "mission"]] | None = None,
+        follow_speed: Literal["driver", "exact"] | None = None,
         seed: SupportsIndex = 1,
         first_cycle: SupportsIndex = 0,
         threads: SupportsIndex | None = None,

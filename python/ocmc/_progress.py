@@ -9,16 +9,22 @@ _WIDTH = 30
 _QUIET_S = 0.5  # a run that is over sooner shows no bar
 
 
-def progress(asked: bool | Callable[[int, int], object] | None, total: int) -> "Silent":  # noqa: FBT001
+def progress(
+    asked: bool | Callable[[int, int], object] | None,  # noqa: FBT001
+    total: int,
+    what: str = "cycles",
+) -> "Silent":
     """Choose what a run tells its progress to.
 
     Parameters
     ----------
     asked : bool or callable, optional
         True for a bar, False for none, None for one on a terminal and in a notebook; or what is to be called
-        with the numbers of cycles that are done and that were asked for.
+        with the numbers that are done and that were asked for.
     total : int
-        Cycles that were asked for.
+        How many were asked for.
+    what : str
+        Of what.
 
     Returns
     -------
@@ -38,9 +44,9 @@ def progress(asked: bool | Callable[[int, int], object] | None, total: int) -> "
     if asked is False:
         return Silent()
     if _in_notebook():
-        return Notebook(total)
+        return Notebook(total, what)
     if asked or (sys.stderr is not None and sys.stderr.isatty()):
-        return Terminal(total)
+        return Terminal(total, what)
     return Silent()
 
 
@@ -48,10 +54,10 @@ class Silent:
     """Tells nothing."""
 
     def reach(self, done: int) -> None:
-        """Go on to that number of cycles."""
+        """Go on to that number."""
 
     def finish(self, done: int) -> None:
-        """End, after that number of cycles."""
+        """End, after that number."""
 
 
 class Told(Silent):
@@ -74,8 +80,9 @@ class Told(Silent):
 class Terminal(Silent):
     """A line on the terminal, which goes when the run is over."""
 
-    def __init__(self, total: int) -> None:
+    def __init__(self, total: int, what: str) -> None:
         self._total = total
+        self._what = what
         self._begin = time.monotonic()
         self._shown = 0
 
@@ -85,7 +92,7 @@ class Terminal(Silent):
         if elapsed < _QUIET_S:
             return
         filled = _WIDTH * done // self._total
-        text = f"[{'=' * filled}{' ' * (_WIDTH - filled)}] {_told(done, self._total, elapsed)}"
+        text = f"[{'=' * filled}{' ' * (_WIDTH - filled)}] {_told(done, self._total, self._what, elapsed)}"
         sys.stderr.write("\r" + text.ljust(self._shown))
         sys.stderr.flush()
         self._shown = len(text)
@@ -100,8 +107,9 @@ class Terminal(Silent):
 class Notebook(Silent):
     """A bar below the cell, which goes when the run is over."""
 
-    def __init__(self, total: int) -> None:
+    def __init__(self, total: int, what: str) -> None:
         self._total = total
+        self._what = what
         self._begin = time.monotonic()
         self._display: Any = None
 
@@ -110,7 +118,7 @@ class Notebook(Silent):
         elapsed = time.monotonic() - self._begin
         if elapsed < _QUIET_S:
             return
-        told = _told(done, self._total, elapsed)
+        told = _told(done, self._total, self._what, elapsed)
         self._draw(f'<progress max="{self._total}" value="{done}"></progress> {told}')
 
     def finish(self, done: int) -> None:  # noqa: ARG002 (the same for all)
@@ -133,9 +141,10 @@ def _in_notebook() -> bool:
     return getattr(shell, "kernel", None) is not None
 
 
-def _told(done: int, total: int, elapsed_s: float) -> str:
+def _told(done: int, total: int, what: str, elapsed_s: float) -> str:
+    digits = 0 if done > 10 * elapsed_s else 1
     left = _duration((total - done) * elapsed_s / done) if done else "-"
-    return f"{done:,} of {total:,} cycles, {done / elapsed_s:,.0f}/s, {left} left"
+    return f"{done:,} of {total:,} {what}, {done / elapsed_s:,.{digits}f}/s, {left} left"
 
 
 def _duration(seconds: float) -> str:

@@ -99,7 +99,7 @@ def test_options_and_the_base(curves, fit):
         ({"radius_m": 7.0}, {}, ValueError, "column `radius_m` is 7.0"),
         ({}, {"coding": "dummy"}, ValueError, "allowed is one of: sum_to_zero, treatment"),
         ({}, {"reference_radius_m": -1.0}, ValueError, "reference radius is -1"),
-        ({}, {"tobit": True}, ValueError, "needs a column speed_limit_mps"),
+        ({}, {"tobit": True}, ValueError, "needs a column limit_mps"),
         ({}, {"fixed_exponent": float("nan")}, ValueError, "fixed exponent"),
         ({}, {"base": "field-truck"}, TypeError, "base"),
         ({3: [1.0] * 48}, {}, TypeError, "allowed is a text"),
@@ -198,6 +198,6 @@ def test_what_is_wrong_with_a_log_is_said(log, options, part):
 def test_a_drive_that_is_left_out_is_a_warning(log):
     broken = dict(log)
     broken["time_s"] = np.where(np.array(log["drive"]) == "2", np.nan, log["time_s"])
-    with pytest.warns(UserWarning, match="drive `2` is left out"):
+    with pytest.warns(UserWarning, match="drive `2` of `log` is left out"):
         curves = ocmc.detect_curves(broken, columns=MEANING, gyro_bias_radps=0.0)
     assert set(curves["drive"]) == {"1"}

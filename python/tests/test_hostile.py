@@ -83,6 +83,17 @@ LOGS = [
     for speed in [[1e308] * N, [np.nan] * N, [-1.0] * N, [10.0] * N]
     for rate in [[1e308] * N, [0.0] * N, [np.inf] * N, np.linspace(-9, 9, N)]
 ]
+PEDALS = {"time_s": np.arange(40) / 2, "speed_mps": [20.0] * 40, "accelerator": [0.4] * 40} | {
+    "brake": [0.0] * 40,
+    "grade": [0.0] * 40,
+}
+WITH_PEDALS = {"accelerator": [0.5] * N, "brake": [0.0] * N, "grade": [0.01] * N, "event": ["x"] * N}
+SPEEDS = [
+    {"time_s": time, "speed_mps": speed, "grade": grade}
+    for time in [[0.0] * N, [1e308, -1e308] * 6, np.arange(N), [5e-324] * N, np.arange(N) * 1e300]
+    for speed in [[1e308] * N, [np.nan] * N, [-1.0] * N, [0.0] * N, [10.0] * N, [1e-300, 1e300] * 6]
+    for grade in [[1e308] * N, [0.0] * N, [np.inf] * N, [-1.0] * N]
+]
 
 
 def tried(call, *arguments, **options):
@@ -136,6 +147,30 @@ def test_hostile_arguments(study, run, value, tmp_path, monkeypatch):
 
 
 @pytest.mark.filterwarnings("ignore::UserWarning")
+@pytest.mark.parametrize("value", VALUES, ids=lambda value: repr(value)[:20])
+def test_hostile_arguments_of_fits_and_drives(study, value, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for call in [ocmc.fit_speed_change, ocmc.fit_operating_cycle]:
+        tried(call, value)
+        tried(call, [value, value])
+    changes = {"acceleration_mps2": [0.5, -0.6]}
+    for name in ["columns", "base", "untruncated", "window_s", "smallest_acceleration_mps2"]:
+        tried(ocmc.fit_speed_change, changes, **{name: value})
+    tried(ocmc.fit_operating_cycle, study.operating_cycle(0), base=value)
+    tried(ocmc.identify, value, study)
+    tried(ocmc.identify, PEDALS, value)
+    pedals = PEDALS | {"event": ["x"] * 40}
+    for name in ["columns", "controller", "speed_term", "kp", "ki", "kd", "progress"]:
+        tried(ocmc.identify, pedals, study, starts=1, intervals=False, **{name: value})
+    if value is not True:
+        tried(ocmc.identify, PEDALS, study, starts=value, intervals=value)
+    for options in [{}, {"follow_speed": "exact"}, {"follow_speed": "driver"}, {"follow_speed": value}]:
+        tried(study.drive, value, cycles=1, **options)
+    tried(study.drive, {"time_s": [0.0, 9.0], "speed_mps": [0.0, 9.0]}, cycles=1, follow_speed=value)
+    tried(study.drive, {"time_s": value, "speed_mps": value}, cycles=1, follow_speed="exact")
+
+
+@pytest.mark.filterwarnings("ignore::UserWarning")
 def test_hostile_tables():
     for table in TABLES:
         tried(ocmc.fit_curve_speed, table)
@@ -144,6 +179,14 @@ def test_hostile_tables():
     for log in LOGS:
         for detector in ["hidden_markov", "trained", "threshold"]:
             tried(ocmc.detect_curves, log, detector=detector)
+    for log in LOGS:
+        tried(ocmc.identify, log | WITH_PEDALS, ocmc.Study("field-truck"), starts=1, intervals=False)
+        tried(ocmc.fit_speed_change, log | {"limit_mps": log["speed_mps"]})
+        tried(ocmc.fit_speed_change, {"acceleration_mps2": log["speed_mps"]})
+    study = ocmc.Study("field-truck").set("mission.length_m", 2000)
+    for speed in SPEEDS:
+        for follow in ["exact", "driver"]:
+            tried(study.drive, speed, cycles=1, threads=1, follow_speed=follow)
     odd = [pa.table({}), pa.table({"a": pa.array([], pa.null())}), pa.table([pa.array([[1]])], ["driver"])]
     odd += [
         pa.table({"driver": [None] * 3, "radius_m": [None] * 3, "speed_mps": [None] * 3}),
@@ -151,7 +194,7 @@ def test_hostile_tables():
     ]
     odd += [pa.table([[1.0]] * 3, ["radius_m"] * 3), pa.table({"radius_m": pa.array([1], pa.timestamp("s"))})]
     for table in odd:
-        for call in [ocmc.fit_curve_speed, ocmc.detect_curves]:
+        for call in [ocmc.fit_curve_speed, ocmc.detect_curves, ocmc.fit_speed_change]:
             tried(call, table)
     with pytest.raises(RuntimeError, match="no end"):
         ocmc.fit_curve_speed(Endless())

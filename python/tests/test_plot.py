@@ -109,6 +109,16 @@ def test_two_studies(study, run):
     assert f"{other['consumption_l_per_100km'].mean():.4g}" in texts[1]
 
 
+def test_a_single_cycle_is_drawn(study):
+    one = study.run(cycles=1)
+    ax = drawn(ocmc.plot.comparison(one, one))
+    value = one["consumption_l_per_100km"][0]
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == [f"field-truck: {value:.4g}"] * 2
+    quantiles = {artist.get_xdata()[0] for artist in drawn(ocmc.plot.consumption(one)).lines}
+    assert len(quantiles) == 1
+    assert quantiles.pop() == pytest.approx(value)
+
+
 def test_curves_and_their_fit():
     table = pytest.importorskip("pandas").read_csv(CURVES)
     fit = ocmc.fit_curve_speed(table)
@@ -172,18 +182,27 @@ def test_the_shares_of_the_factors():
 
 
 def test_identified_gains_uphill_and_downhill():
-    def fit(driver, grade, kp, at_bound=()):
-        return {"driver": driver, "grade": grade, "kp": kp, "ki": 0.1, "kd": None, "at_bound": list(at_bound)}
+    def fit(driver, grade, kp, lost=()):
+        fitted = {"name": "kp", "interval": [0.9 * kp, 1.2 * kp]}
+        gains = {"kp": kp, "ki": 0.1, "kd": None, "at_bound": list(lost)}
+        return {"driver": driver, "grade": grade, "parameters": [fitted]} | gains
 
     fits = [fit("driver 10", 0.03, 5.0, ["kp"]), fit("driver 2", -0.03, 0.5), fit("driver 2", 0.03, 0.7)]
     panels = ocmc.plot.identified({"fits": fits})
     drawn(panels[0])
     assert [text.get_text() for text in panels[-1].get_xticklabels()] == ["driver 2", "driver 10"]
-    drawn_points = {a.get_label(): (a.get_xdata().tolist(), a.get_ydata().tolist()) for a in panels[0].lines}
-    assert drawn_points["uphill, at a bound"][1] == [5.0]
-    assert drawn_points["uphill"][1] == [0.7]
-    assert drawn_points["downhill"][1] == [0.5]
-    assert drawn_points["uphill"][0] < drawn_points["downhill"][0]
-    assert all(len(a.get_xdata()) == 0 for a in panels[2].lines)
+    points = [a for a in panels[0].lines if a.get_marker() == "o"]
+    found = {a.get_ydata()[0]: (a.get_xdata()[0], a.get_markerfacecolor()) for a in points}
+    assert found.keys() == {5.0, 0.5, 0.7}
+    assert found[5.0][1] == "none", "not identified"
+    assert found[0.5][1] != found[0.7][1], "one is uphill, the other downhill"
+    assert 0.0 < found[0.5][0] < 0.5
+    assert -0.5 < found[0.7][0] < 0.0
+    ends = [list(a.get_ydata()) for a in panels[0].lines if a.get_marker() != "o"]
+    np.testing.assert_allclose(sorted(ends), [[0.45, 0.6], [0.63, 0.84], [4.5, 6.0]])
+    told = [text.get_text() for text in panels[0].get_legend().get_texts()]
+    assert told == ["uphill", "uphill, not identified", "downhill"]
+    assert len(panels[1].lines) == 3
+    assert len(panels[2].lines) == 0, "nobody has a K_D"
     with pytest.raises(ValueError, match="`ax` has 2 axes"):
         ocmc.plot.identified({"fits": fits}, ax=panels[:2])

@@ -49,6 +49,16 @@ def test_a_terminal_has_a_bar_which_goes(study, monkeypatch, progress):
     assert told.endswith(" \r")
 
 
+def test_a_bar_says_what_it_counts(monkeypatch):
+    terminal = Terminal()
+    monkeypatch.setattr(sys, "stderr", terminal)
+    bar = _progress.progress(None, 8, "events")
+    bar.reach(3)
+    assert "3 of 8 events, " in terminal.getvalue()
+    bar.finish(8)
+    assert terminal.getvalue().endswith(" \r")
+
+
 def test_nothing_is_told_where_nobody_looks(study, capsys):
     study.run(cycles=2000)
     study.run(cycles=2000, progress=False)

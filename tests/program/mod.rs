@@ -24,6 +24,6 @@ pub fn run_into(directory: &Path, arguments: &[&str]) {
 /// The records of a file.
 pub fn records(path: &Path) -> Vec<Record> {
     let mut records = Vec::new();
-    ocmc_io::records::read(path, |group| records.extend(group)).expect("a file of records");
+    ocmc_io::records::read(path, |group| records.extend(group.records)).expect("a file of records");
     records
 }

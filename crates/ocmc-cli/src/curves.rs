@@ -7,10 +7,12 @@ use crate::{output, table_file};
 use ocmc_core::log::curve::{Correction, CurveOptions, Detector};
 use ocmc_core::log::hidden_markov::HiddenMarkov;
 use ocmc_core::log::threshold::Threshold;
-use ocmc_io::log::curves::{DriveCurves, Steering, detect, needs, write_csv};
+use ocmc_io::log::curves::{FoundCurves, Steering, needs, write_csv};
 use ocmc_io::log::mapping::Mapping;
 use ocmc_io::log::read;
 use serde_json::json;
+use std::convert::Infallible;
+use std::ops::ControlFlow;
 
 /// Finds the curves of all drives of the logs and writes them down.
 pub(crate) fn curves(arguments: &CurvesArguments) -> Result<(), Failure> {
@@ -23,25 +25,20 @@ pub(crate) fn curves(arguments: &CurvesArguments) -> Result<(), Failure> {
         .steering_ratio
         .zip(arguments.wheelbase_m)
         .map(|(ratio, wheelbase_m)| Steering { ratio, wheelbase_m });
-    let mut drives: Vec<DriveCurves> = Vec::new();
-    let mut faults = Vec::new();
+    let mut found = FoundCurves::default();
     for path in &arguments.files.logs {
         let file = read(path, &mappings, &needs)?;
-        for warning in log_text::file_warnings(&file) {
-            output::note(&warning);
+        for warning in file.warnings() {
+            output::note(&format!("warning: {warning}"));
         }
-        for drive in &file.drives {
-            match detect(drive, &options, steering) {
-                Ok(found) => drives.push(found),
-                Err(fault) => faults.push((log_text::place(&file, drive), fault)),
-            }
-        }
+        let go_on = || ControlFlow::<Infallible>::Continue(());
+        let ControlFlow::Continue(()) = found.add(&file, &options, steering, go_on);
     }
+    if let Some((place, fault)) = found.failed() {
+        return Err(Failure::Drive { place: place.clone(), fault: fault.clone() });
+    }
+    let FoundCurves { drives, left_out: faults } = found;
     let left_out = faults.len();
-    if drives.is_empty() && left_out > 0 {
-        let (place, fault) = faults.swap_remove(0);
-        return Err(Failure::Drive { place, fault });
-    }
     for (place, fault) in &faults {
         output::note(&format!("warning: {place} is left out: {fault}"));
     }

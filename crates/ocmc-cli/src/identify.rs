@@ -1,17 +1,17 @@
 //! `ocmc identify`: the pedal gains of drivers, one fit for each driver and event.
 
+use crate::answer::Answer;
 use crate::arguments::{ControllerName, IdentifyArguments, SpeedTermName};
 use crate::failure::Failure;
-use crate::{identify_text, log_text, output, request};
-use ocmc_core::identification::identify::{
-    ControllerKind, EventFit, IdentifyOptions, SpeedTerm, identify_event,
-};
-use ocmc_core::identification::population::Population;
+use crate::{identify_text, output, request};
+use ocmc_core::identification::identify::{ControllerKind, IdentifyOptions, SpeedTerm};
+use ocmc_io::log::identification::{Identification, LeftOut};
 use ocmc_io::log::mapping::Mapping;
-use ocmc_io::log::pedals::{NEEDS, events};
+use ocmc_io::log::pedals::NEEDS;
 use ocmc_io::log::read;
 use ocmc_io::study;
 use serde_json::json;
+use std::sync::atomic::AtomicBool;
 
 /// Fits each event of each log, and the population behind them.
 pub(crate) fn identify(arguments: &IdentifyArguments) -> Result<(), Failure> {
@@ -19,73 +19,64 @@ pub(crate) fn identify(arguments: &IdentifyArguments) -> Result<(), Failure> {
     let loaded = study::load(&arguments.study, &arguments.set)?;
     let mappings: Vec<Mapping> =
         arguments.files.map.iter().map(|text| Mapping::parse(text)).collect::<Result<_, _>>()?;
-    let mut fits: Vec<EventFit> = Vec::new();
-    let mut faults = Vec::new();
+    let mut found = Identification::default();
     for path in &arguments.files.logs {
         let file = read(path, &mappings, &NEEDS)?;
-        for warning in log_text::file_warnings(&file) {
-            output::note(&warning);
+        for warning in file.warnings() {
+            output::note(&format!("warning: {warning}"));
         }
-        for drive in &file.drives {
-            let place = log_text::place(&file, drive);
-            let (events, dropped) = events(drive);
-            if dropped > 0 && !arguments.quiet {
-                output::note(&format!(
-                    "{place}: {dropped} of {} rows lack a number that is needed, or repeat the time before: they are not used",
-                    drive.rows()
-                ));
-            }
-            if events.is_empty() {
-                let reason = "no event: a log needs the label `event`, or slopes of 0.5 % or more";
-                faults.push((place.clone(), reason.to_owned()));
-            }
-            for event in events {
-                let name = &event.event;
-                match identify_event(&loaded.study, &event.driver, name, &event.log, &options) {
-                    Ok(fit) => fits.push(fit),
-                    Err(fault) => {
-                        faults.push((format!("event `{name}` of {place}"), fault.to_string()));
-                    }
-                }
-            }
-        }
+        found.add(&file);
     }
-    if fits.is_empty() && !faults.is_empty() {
-        let (place, reason) = faults.remove(0);
-        return Err(Failure::NoEvent { place, reason });
+    if !arguments.quiet {
+        found.notes.iter().for_each(|note| output::note(note));
     }
-    for (place, reason) in &faults {
-        output::note(&format!("warning: {place} is left out: {reason}"));
+    found.identify(&loaded.study, &options, &AtomicBool::new(false), |_| {});
+    let answer = identification_answer(&arguments.study, &options, &found);
+    let answer = answer.map_err(|LeftOut { place, reason }| Failure::NoEvent { place, reason })?;
+    for warning in &answer.warnings {
+        output::note(&format!("warning: {warning}"));
     }
-    let population = Population::of(&fits);
     if arguments.json {
-        let left_out: Vec<_> = faults
-            .iter()
-            .map(|(place, reason)| json!({ "place": place, "reason": reason }))
-            .collect();
-        let answer = json!({
-            "study": arguments.study,
-            "options": options,
-            "fits": fits,
-            "population": population,
-            "left_out": left_out,
-        });
-        return output::answer(&format!("{answer}\n"));
+        return output::answer(&format!("{}\n", answer.json));
     }
-    output::answer(&identify_text::text(&fits, population.as_ref()))
+    output::answer(&answer.text)
+}
+
+/// What an identification with the truck of the study of that name tells.
+///
+/// # Errors
+/// What was left out first, where no event has a fit.
+pub fn identification_answer(
+    study: &str,
+    options: &IdentifyOptions,
+    found: &Identification,
+) -> Result<Answer, LeftOut> {
+    if let (true, Some(first)) = (found.fits.is_empty(), found.left_out.first()) {
+        return Err(first.clone());
+    }
+    let population = found.population();
+    let json = json!({
+        "study": study,
+        "options": options,
+        "fits": found.fits,
+        "population": population,
+        "left_out": found.left_out,
+        "notes": found.notes,
+    });
+    let left_out = found.left_out.iter();
+    Ok(Answer {
+        json,
+        text: identify_text::text(&found.fits, population.as_ref()),
+        warnings: left_out.map(|l| format!("{} is left out: {}", l.place, l.reason)).collect(),
+    })
 }
 
 fn options(arguments: &IdentifyArguments) -> Result<IdentifyOptions, Failure> {
     let standard = IdentifyOptions::default();
-    let range = |name: &str, given: Option<&Vec<f64>>, standard: [f64; 2], least: f64| {
-        let Some(ends) = given else { return Ok(standard) };
-        if !(ends[0] >= least && ends[1] > ends[0] && ends[1].is_finite()) {
-            let allowed = format!("the bounds of --{name} have to rise, from {least} on");
-            return Err(request::usage(&allowed));
-        }
-        Ok([ends[0], ends[1]])
+    let range = |given: Option<&Vec<f64>>, standard: [f64; 2]| {
+        given.map_or(standard, |ends| [ends[0], ends[1]])
     };
-    Ok(IdentifyOptions {
+    let options = IdentifyOptions {
         controller: match arguments.controller {
             ControllerName::Pid => ControllerKind::Pid,
             ControllerName::Switched => ControllerKind::Switched,
@@ -97,9 +88,11 @@ fn options(arguments: &IdentifyArguments) -> Result<IdentifyOptions, Failure> {
         },
         starts: usize::from(arguments.starts),
         intervals: !arguments.no_intervals,
-        proportional: range("kp", arguments.kp.as_ref(), standard.proportional, 1e-3)?,
-        integral: range("ki", arguments.ki.as_ref(), standard.integral, 1e-6)?,
-        derivative: range("kd", arguments.kd.as_ref(), standard.derivative, 0.0)?,
+        proportional: range(arguments.kp.as_ref(), standard.proportional),
+        integral: range(arguments.ki.as_ref(), standard.integral),
+        derivative: range(arguments.kd.as_ref(), standard.derivative),
         ..standard
-    })
+    };
+    options.check().map_err(|error| request::usage(&error.to_string()))?;
+    Ok(options)
 }

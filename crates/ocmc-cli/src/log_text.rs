@@ -3,45 +3,10 @@
 use crate::number_text::{grouped, rounded};
 use ocmc_core::log::signal::LogCounts;
 use ocmc_io::log::curves::DriveCurves;
-use ocmc_io::log::{LogFile, LoggedDrive};
 use std::fmt::Write;
 
 /// Most drives that get a line of their own.
 const MOST_LINES: usize = 40;
-
-/// Where a drive stands.
-pub(crate) fn place(file: &LogFile, drive: &LoggedDrive) -> String {
-    let path = file.path.display();
-    if file.drives.len() == 1 {
-        return format!("`{path}`");
-    }
-    match &drive.event {
-        Some(event) => format!("drive `{}`, event `{event}` of `{path}`", drive.drive),
-        None => format!("drive `{}` of `{path}`", drive.drive),
-    }
-}
-
-/// What is odd in a file.
-pub(crate) fn file_warnings(file: &LogFile) -> Vec<String> {
-    let path = file.path.display();
-    let mut warnings = Vec::new();
-    if file.ragged_rows > 0 {
-        let (ragged, rows) = (grouped(file.ragged_rows as u64), grouped(file.rows as u64));
-        warnings.push(format!(
-            "warning: {ragged} of {rows} rows of `{path}` have too few or too many cells: what is there is used"
-        ));
-    }
-    for cells in &file.unreadable {
-        warnings.push(format!(
-            "warning: {} cells of `{}` in `{path}` are no numbers, first `{}` in line {}: they count as missing",
-            grouped(cells.cells as u64),
-            cells.column,
-            cells.text,
-            cells.line
-        ));
-    }
-    warnings
-}
 
 /// What was found in the drives.
 pub(crate) fn curves_account(drives: &[DriveCurves], left_out: usize) -> String {

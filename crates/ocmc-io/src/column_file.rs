@@ -1,5 +1,8 @@
-//! CSV files with named columns, read row by row: only the columns that are wanted are kept.
+//! Tables with named columns, read row by row: CSV files, of which only the columns that are wanted are kept, and tables of a
+//! calling program.
 
+use crate::given_table::{Cells, ColumnTypeError, GivenTable, RowPlace};
+use arrow_array::{Array, StringArray};
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -58,13 +61,16 @@ pub enum ColumnFileError {
         /// The column.
         column: String,
     },
+    /// A column of a type that no cell has.
+    #[error(transparent)]
+    Type(#[from] ColumnTypeError),
     /// A cell with something else than what its column holds.
-    #[error("`{}`, line {line}, column `{column}`: `{value}`; allowed is {allowed}", path.display())]
+    #[error("`{}`, {place}, column `{column}`: `{value}`; allowed is {allowed}", path.display())]
     Cell {
         /// The file.
         path: PathBuf,
-        /// The line, from 1.
-        line: u64,
+        /// The row.
+        place: RowPlace,
         /// The column.
         column: String,
         /// What is there.
@@ -80,18 +86,38 @@ pub enum ColumnFileError {
     },
 }
 
-/// A CSV file whose header has been read.
+/// A table whose header has been read.
 pub struct ColumnFile<R = File> {
     path: PathBuf,
-    reader: csv::Reader<R>,
     names: Vec<String>,
+    rows: Rows<R>,
 }
 
-/// One row of wanted cells.
+/// Where the rows come from.
+enum Rows<R> {
+    Csv(csv::Reader<R>),
+    /// With the columns that were asked for, by their places.
+    Table(GivenTable, Vec<Option<Cells>>),
+}
+
+/// A column of numbers of a [`ColumnFile`].
+#[derive(Clone, Copy, Debug)]
+pub struct NumberColumn(usize);
+
+/// A column of words of a [`ColumnFile`].
+#[derive(Clone, Copy, Debug)]
+pub struct WordColumn(usize);
+
+/// One row.
 pub struct Row<'a> {
     path: &'a Path,
     names: &'a [String],
-    record: &'a csv::StringRecord,
+    cells: RowCells<'a>,
+}
+
+enum RowCells<'a> {
+    Csv(&'a csv::StringRecord),
+    Table(&'a [Option<Cells>], usize),
 }
 
 impl ColumnFile {
@@ -103,6 +129,17 @@ impl ColumnFile {
         let file = File::open(path)
             .map_err(|source| ColumnFileError::Read { path: path.to_owned(), source })?;
         Self::new(path, file)
+    }
+
+    /// A table of a calling program.
+    ///
+    /// # Errors
+    /// As [`ColumnFile::open`].
+    pub fn of_table(table: GivenTable) -> Result<Self, ColumnFileError> {
+        let (path, names) = (table.path().to_owned(), table.names().to_vec());
+        check_names(&path, &names)?;
+        let columns = vec![None; names.len()];
+        Ok(Self { path, names, rows: Rows::Table(table, columns) })
     }
 }
 
@@ -117,46 +154,72 @@ impl<R: Read> ColumnFile<R> {
         let header = reader.headers().map_err(|error| csv_error(path, error))?;
         let names: Vec<String> =
             header.iter().map(|name| name.trim_start_matches('\u{feff}').to_owned()).collect();
-        if names.iter().all(String::is_empty) {
-            return Err(ColumnFileError::Empty { path: path.to_owned() });
-        }
-        for (k, name) in names.iter().enumerate() {
-            if names[..k].contains(name) {
-                let (path, column) = (path.to_owned(), name.clone());
-                return Err(ColumnFileError::TwiceColumn { path, column });
-            }
-        }
-        Ok(Self { path: path.to_owned(), reader, names })
+        check_names(path, &names)?;
+        Ok(Self { path: path.to_owned(), names, rows: Rows::Csv(reader) })
     }
 
-    /// Names of the columns.
-    pub fn names(&self) -> &[String] {
-        &self.names
+    /// Whether it has one of these columns.
+    pub fn has(&self, names: &[&str]) -> bool {
+        self.place(names).is_some()
     }
 
     /// Place of the first of these columns that is there.
-    pub fn find(&self, names: &[&str]) -> Option<usize> {
+    fn place(&self, names: &[&str]) -> Option<usize> {
         names.iter().find_map(|name| self.names.iter().position(|found| found == name))
     }
 
-    /// As [`ColumnFile::find`], for a column that is needed.
+    /// The first of these columns that is there, as numbers.
     ///
     /// # Errors
-    /// [`ColumnFileError::MissingColumn`].
-    pub fn need(&self, names: &[&str]) -> Result<usize, ColumnFileError> {
-        self.find(names).ok_or_else(|| {
-            let similarity = |found: &&String| {
-                let likeness = |name: &&str| strsim::jaro_winkler(name, found);
-                names.iter().map(likeness).fold(0.0, f64::max)
-            };
-            let nearest = self.names.iter().max_by(|a, b| similarity(a).total_cmp(&similarity(b)));
-            ColumnFileError::MissingColumn {
-                path: self.path.clone(),
-                column: names.join("` or `"),
-                found: self.names.clone(),
-                nearest: nearest.filter(|found| similarity(found) > 0.8).cloned(),
-            }
-        })
+    /// [`ColumnFileError::Type`].
+    pub fn numbers(&mut self, names: &[&str]) -> Result<Option<NumberColumn>, ColumnFileError> {
+        let Some(place) = self.place(names) else { return Ok(None) };
+        if let Rows::Table(table, columns) = &mut self.rows {
+            columns[place] = Some(table.cells(place)?);
+        }
+        Ok(Some(NumberColumn(place)))
+    }
+
+    /// The first of these columns that is there, as words.
+    ///
+    /// # Errors
+    /// [`ColumnFileError::Type`].
+    pub fn words(&mut self, names: &[&str]) -> Result<Option<WordColumn>, ColumnFileError> {
+        let Some(place) = self.place(names) else { return Ok(None) };
+        if let Rows::Table(table, columns) = &mut self.rows {
+            columns[place] = Some(Cells::Words(table.words(place)?));
+        }
+        Ok(Some(WordColumn(place)))
+    }
+
+    /// As [`ColumnFile::numbers`], for a column that is needed.
+    ///
+    /// # Errors
+    /// [`ColumnFileError::MissingColumn`] or [`ColumnFileError::Type`].
+    pub fn need_numbers(&mut self, names: &[&str]) -> Result<NumberColumn, ColumnFileError> {
+        self.numbers(names)?.ok_or_else(|| self.missing(names))
+    }
+
+    /// As [`ColumnFile::words`], for a column that is needed.
+    ///
+    /// # Errors
+    /// [`ColumnFileError::MissingColumn`] or [`ColumnFileError::Type`].
+    pub fn need_words(&mut self, names: &[&str]) -> Result<WordColumn, ColumnFileError> {
+        self.words(names)?.ok_or_else(|| self.missing(names))
+    }
+
+    fn missing(&self, names: &[&str]) -> ColumnFileError {
+        let similarity = |found: &&String| {
+            let likeness = |name: &&str| strsim::jaro_winkler(name, found);
+            names.iter().map(likeness).fold(0.0, f64::max)
+        };
+        let nearest = self.names.iter().max_by(|a, b| similarity(a).total_cmp(&similarity(b)));
+        ColumnFileError::MissingColumn {
+            path: self.path.clone(),
+            column: names.join("` or `"),
+            found: self.names.clone(),
+            nearest: nearest.filter(|found| similarity(found) > 0.8).cloned(),
+        }
     }
 
     /// Calls `use_row` with each row.
@@ -164,17 +227,27 @@ impl<R: Read> ColumnFile<R> {
     /// # Errors
     /// The first row that cannot be read, or that `use_row` refuses.
     pub fn for_each(
-        mut self,
+        self,
         mut use_row: impl FnMut(&Row) -> Result<(), ColumnFileError>,
     ) -> Result<(), ColumnFileError> {
+        let Self { path, names, rows } = self;
+        let mut reader = match rows {
+            Rows::Csv(reader) => reader,
+            Rows::Table(table, columns) => {
+                return (0..table.rows()).try_for_each(|row| {
+                    let cells = RowCells::Table(&columns, row);
+                    use_row(&Row { path: &path, names: &names, cells })
+                });
+            }
+        };
         let mut record = csv::StringRecord::new();
         let mut rows = 0;
-        while self.reader.read_record(&mut record).map_err(|error| csv_error(&self.path, error))? {
+        while reader.read_record(&mut record).map_err(|error| csv_error(&path, error))? {
             rows += 1;
             if rows > MOST_ROWS {
-                return Err(ColumnFileError::TooLong { path: self.path });
+                return Err(ColumnFileError::TooLong { path });
             }
-            use_row(&Row { path: &self.path, names: &self.names, record: &record })?;
+            use_row(&Row { path: &path, names: &names, cells: RowCells::Csv(&record) })?;
         }
         Ok(())
     }
@@ -182,32 +255,78 @@ impl<R: Read> ColumnFile<R> {
 
 impl Row<'_> {
     /// The text of a cell.
-    pub fn text(&self, column: usize) -> &str {
-        self.record.get(column).unwrap_or("")
+    pub fn text(&self, column: WordColumn) -> &str {
+        self.written(column.0)
+    }
+
+    /// What is written in a cell.
+    fn written(&self, column: usize) -> &str {
+        match self.cells {
+            RowCells::Csv(record) => record.get(column).unwrap_or(""),
+            RowCells::Table(columns, row) => match &columns[column] {
+                Some(Cells::Words(words)) => word(words, row),
+                _ => "",
+            },
+        }
     }
 
     /// The number in a cell; NaN where it is empty or says `NaN` or `NA`.
     ///
     /// # Errors
     /// [`ColumnFileError::Cell`] where something else is there.
-    pub fn number(&self, column: usize) -> Result<f64, ColumnFileError> {
-        let text = self.text(column);
+    pub fn number(&self, column: NumberColumn) -> Result<f64, ColumnFileError> {
+        if let RowCells::Table(columns, row) = self.cells
+            && let Some(Cells::Numbers(numbers)) = &columns[column.0]
+        {
+            return Ok(numbers.value(row));
+        }
+        let text = self.written(column.0);
         if text.is_empty() || ["na", "nan", "null"].contains(&text.to_ascii_lowercase().as_str()) {
             return Ok(f64::NAN);
         }
-        text.parse().map_err(|_| self.refuse(column, "a number, or nothing where it is missing"))
+        let allowed = "a number, or nothing where it is missing";
+        text.parse().map_err(|_| self.refused(column.0, allowed))
     }
 
     /// The error of a cell that holds something else than `allowed`.
-    pub fn refuse(&self, column: usize, allowed: &'static str) -> ColumnFileError {
+    pub fn refuse(&self, column: WordColumn, allowed: &'static str) -> ColumnFileError {
+        self.refused(column.0, allowed)
+    }
+
+    fn refused(&self, column: usize, allowed: &'static str) -> ColumnFileError {
+        let place = match self.cells {
+            RowCells::Csv(record) => {
+                RowPlace::Line(record.position().map_or(0, csv::Position::line))
+            }
+            RowCells::Table(_, row) => RowPlace::Row(row as u64 + 1),
+        };
         ColumnFileError::Cell {
             path: self.path.to_owned(),
-            line: self.record.position().map_or(0, csv::Position::line),
+            place,
             column: self.names[column].clone(),
-            value: self.text(column).chars().take(40).collect(),
+            value: self.written(column).chars().take(40).collect(),
             allowed,
         }
     }
+}
+
+/// A word of a table, nothing where it is missing.
+fn word(words: &StringArray, row: usize) -> &str {
+    if words.is_null(row) { "" } else { words.value(row).trim() }
+}
+
+/// Names that name nothing, or the same twice, are refused.
+fn check_names(path: &Path, names: &[String]) -> Result<(), ColumnFileError> {
+    if names.iter().all(String::is_empty) {
+        return Err(ColumnFileError::Empty { path: path.to_owned() });
+    }
+    for (k, name) in names.iter().enumerate() {
+        if names[..k].contains(name) {
+            let (path, column) = (path.to_owned(), name.clone());
+            return Err(ColumnFileError::TwiceColumn { path, column });
+        }
+    }
+    Ok(())
 }
 
 fn csv_error(path: &Path, error: csv::Error) -> ColumnFileError {
@@ -235,9 +354,9 @@ mod tests {
     use super::*;
 
     fn read(text: &str, columns: &[&str]) -> Result<Vec<f64>, String> {
-        let file =
+        let mut file =
             ColumnFile::new(Path::new("t.csv"), text.as_bytes()).map_err(|e| e.to_string())?;
-        let column = file.need(columns).map_err(|e| e.to_string())?;
+        let column = file.need_numbers(columns).map_err(|e| e.to_string())?;
         let mut values = Vec::new();
         file.for_each(|row| {
             values.push(row.number(column)?);

@@ -21,12 +21,13 @@ pub fn read(path: &Path) -> Result<CurveTable, ColumnFileError> {
 ///
 /// # Errors
 /// As [`read`].
-pub fn read_columns(file: ColumnFile<impl Read>) -> Result<CurveTable, ColumnFileError> {
-    let driver = file.need(&["driver", "truck"])?;
-    let (radius, speed) = (file.need(&["radius_m"])?, file.need(&["speed_mps"])?);
-    let direction = file.find(&["direction"]);
-    let (route, limit) =
-        (file.find(&["route_m", "route_length_m"]), file.find(&["limit_mps", "speed_limit_mps"]));
+pub fn read_columns(mut file: ColumnFile<impl Read>) -> Result<CurveTable, ColumnFileError> {
+    let driver = file.need_words(&["driver", "truck"])?;
+    let radius = file.need_numbers(&["radius_m"])?;
+    let speed = file.need_numbers(&["speed_mps"])?;
+    let direction = file.words(&["direction"])?;
+    let route = file.numbers(&["route_m", "route_length_m"])?;
+    let limit = file.numbers(&["limit_mps", "speed_limit_mps"])?;
     let mut table = CurveTable {
         left: direction.map(|_| Vec::new()),
         route_m: route.map(|_| Vec::new()),

@@ -3,6 +3,7 @@
 //! Column names are compared without case, units and brackets: `<s>`, `s [m]` and `S` are all `s`. Lines that begin with
 //! `#` are comments; a byte-order mark and letters that are not UTF-8 (old files are Latin-1) do no harm.
 
+use crate::given_table::{ColumnTypeError, GivenTable};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
@@ -14,6 +15,9 @@ const MOST_BYTES: u64 = 256 << 20;
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum TableError {
+    /// A column of a type that no cell has.
+    #[error(transparent)]
+    Type(#[from] ColumnTypeError),
     /// A file that cannot be read.
     #[error("cannot read `{}`: {source}", path.display())]
     Unreadable {
@@ -145,6 +149,25 @@ impl DelimitedTable {
             return Err(TableError::Empty { path: path.to_owned() });
         }
         Ok(Self { path: path.to_owned(), header, rows })
+    }
+
+    /// A table of a calling program.
+    ///
+    /// # Errors
+    /// As [`DelimitedTable::read`].
+    pub fn of_table(table: &GivenTable) -> Result<Self, TableError> {
+        let path = table.path().to_owned();
+        if table.rows() == 0 {
+            return Err(TableError::Empty { path });
+        }
+        let mut rows: Vec<(u64, Vec<String>)> =
+            (1..=table.rows() as u64).map(|row| (row, Vec::new())).collect();
+        for column in 0..table.names().len() {
+            for ((_, cells), word) in rows.iter_mut().zip(&table.words(column)?) {
+                cells.push(word.unwrap_or_default().trim().to_owned());
+            }
+        }
+        Ok(Self { path, header: table.names().to_vec(), rows })
     }
 
     /// The file.

@@ -67,7 +67,14 @@ pub fn is_one(path: &Path) -> bool {
 /// # Errors
 /// [`DriveCycleFileError`] names the file, the line and what is allowed.
 pub fn read(path: &Path) -> Result<DriveCycle, DriveCycleFileError> {
-    let table = DelimitedTable::read(path)?;
+    of_table(&DelimitedTable::read(path)?)
+}
+
+/// The drive cycle of a table.
+///
+/// # Errors
+/// As [`read`].
+pub fn of_table(table: &DelimitedTable) -> Result<DriveCycle, DriveCycleFileError> {
     let time_s = table.numbers(table.column(&TIME)?)?;
     let scaled = |names: &[&str], factor: f64| -> Result<Option<Vec<f64>>, TableError> {
         let numbers = table.numbers_of(names)?;
@@ -86,7 +93,7 @@ pub fn read(path: &Path) -> Result<DriveCycle, DriveCycleFileError> {
         },
     };
     DriveCycle::new(time_s, speed, slope)
-        .map_err(|source| DriveCycleFileError::Cycle { path: path.to_owned(), source })
+        .map_err(|source| DriveCycleFileError::Cycle { path: table.path().to_owned(), source })
 }
 
 /// The drive cycle as a route for a driver: the mean speed of each step is the limit on its stretch of road, a standstill is a stop.

@@ -7,6 +7,8 @@ pub mod delimited;
 pub mod drive_cycle;
 pub mod file_error;
 pub mod given_cycle;
+pub mod given_drive;
+pub mod given_table;
 pub mod label;
 pub mod log;
 pub mod number_text;

@@ -3,11 +3,12 @@
 //! A file with a column `acceleration_mps2` and without `time_s` is a table; `category` and `driver` (or `truck`) may be absent.
 //! Any other file is a log with time, speed and limit.
 
-use crate::column_file::{ColumnFile, ColumnFileError};
+use crate::column_file::{ColumnFile, ColumnFileError, WordColumn};
+use crate::given_table::GivenTable;
 use crate::log::error::LogFileError;
 use crate::log::mapping::Mapping;
 use crate::log::quantity::Quantity;
-use crate::log::{LogFile, Need, read as read_log};
+use crate::log::{LogFile, Need, read as read_log, read_table as read_log_table};
 use ocmc_core::fit::speed_change::{
     SpeedChangeError, SpeedChangeOptions, SpeedChangeTable, SpeedLog, accelerations,
 };
@@ -53,15 +54,40 @@ pub fn append(
     options: &SpeedChangeOptions,
 ) -> Result<Option<LogFile>, SpeedChangeFileError> {
     // a compressed log is no table, and says so by its first bytes
-    let file = ColumnFile::open(path).ok();
-    let is_table = |file: &ColumnFile| {
-        file.find(&["acceleration_mps2"]).is_some() && file.find(&["time_s"]).is_none()
-    };
-    if let Some(file) = file.filter(is_table) {
+    if let Some(file) = ColumnFile::open(path).ok().filter(is_table) {
         append_table(table, file)?;
         return Ok(None);
     }
-    let log = read_log(path, mappings, &NEEDS)?;
+    append_log(table, read_log(path, mappings, &NEEDS)?, options).map(Some)
+}
+
+/// As [`append`], of a table of a calling program.
+///
+/// # Errors
+/// As [`append`].
+pub fn append_given(
+    table: &mut SpeedChangeTable,
+    given: &GivenTable,
+    mappings: &[Mapping],
+    options: &SpeedChangeOptions,
+) -> Result<Option<LogFile>, SpeedChangeFileError> {
+    let file = ColumnFile::of_table(given.clone())?;
+    if is_table(&file) {
+        append_table(table, file)?;
+        return Ok(None);
+    }
+    append_log(table, read_log_table(given, mappings, &NEEDS)?, options).map(Some)
+}
+
+fn is_table(file: &ColumnFile) -> bool {
+    file.has(&["acceleration_mps2"]) && !file.has(&["time_s"])
+}
+
+fn append_log(
+    table: &mut SpeedChangeTable,
+    log: LogFile,
+    options: &SpeedChangeOptions,
+) -> Result<LogFile, SpeedChangeFileError> {
     for drive in &log.drives {
         let column = |quantity| drive.column(quantity).unwrap_or_default();
         let series = SpeedLog {
@@ -71,7 +97,7 @@ pub fn append(
         };
         let found =
             accelerations(&series, options).map_err(|source| SpeedChangeFileError::Drive {
-                path: path.to_owned(),
+                path: log.path.clone(),
                 drive: drive.drive.clone(),
                 source,
             })?;
@@ -81,14 +107,15 @@ pub fn append(
             table.acceleration_mps2.push(acceleration);
         }
     }
-    Ok(Some(log))
+    Ok(log)
 }
 
-fn append_table(table: &mut SpeedChangeTable, file: ColumnFile) -> Result<(), ColumnFileError> {
-    let acceleration = file.need(&["acceleration_mps2"])?;
-    let (driver, category) = (file.find(&["driver", "truck"]), file.find(&["category"]));
+fn append_table(table: &mut SpeedChangeTable, mut file: ColumnFile) -> Result<(), ColumnFileError> {
+    let acceleration = file.need_numbers(&["acceleration_mps2"])?;
+    let driver = file.words(&["driver", "truck"])?;
+    let category = file.words(&["category"])?;
     file.for_each(|row| {
-        let text = |column: Option<usize>| column.map_or("", |column| row.text(column)).to_owned();
+        let text = |column: Option<WordColumn>| column.map_or("", |c| row.text(c)).to_owned();
         table.acceleration_mps2.push(row.number(acceleration)?);
         table.driver.push(text(driver));
         table.category.push(text(category));

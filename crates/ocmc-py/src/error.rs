@@ -1,11 +1,14 @@
 //! Errors of the engine as exceptions: the same text as the command's.
 
-use ocmc_core::fit::curve_speed::CurveSpeedFitError;
 use ocmc_io::column_file::ColumnFileError;
-use ocmc_io::log::curves::DriveError;
+use ocmc_io::delimited::TableError;
+use ocmc_io::drive_cycle::DriveCycleFileError;
+use ocmc_io::given_cycle::GivenCycleFileError;
+use ocmc_io::given_drive::GivenDriveError;
 use ocmc_io::log::error::LogFileError;
 use ocmc_io::records::RecordsError;
 use ocmc_io::run_directory::RunDirectoryError;
+use ocmc_io::speed_change_table::SpeedChangeFileError;
 use ocmc_io::study::{Cause, StudyFileError};
 use pyo3::PyErr;
 use pyo3::exceptions::{
@@ -63,14 +66,40 @@ pub(crate) fn log_error(error: &LogFileError) -> PyErr {
     }
 }
 
-/// A drive that cannot be used.
-pub(crate) fn drive_error(drive: &str, error: &DriveError) -> PyErr {
-    PyValueError::new_err(format!("drive `{drive}`: {error}"))
+/// Speed changes that cannot be read.
+pub(crate) fn speed_change_error(error: &SpeedChangeFileError) -> PyErr {
+    match error {
+        SpeedChangeFileError::Table(error) => table_error(error),
+        SpeedChangeFileError::Log(error) => log_error(error),
+        SpeedChangeFileError::Drive { .. } => PyValueError::new_err(error.to_string()),
+    }
 }
 
-/// Curves that have no fit.
-pub(crate) fn curve_fit_error(error: &CurveSpeedFitError) -> PyErr {
-    PyValueError::new_err(error.to_string())
+/// An operating cycle that cannot be read.
+pub(crate) fn given_cycle_error(error: &GivenCycleFileError) -> PyErr {
+    match error {
+        GivenCycleFileError::Table(TableError::Unreadable { source, .. }) => {
+            io_error(source, error)
+        }
+        _ => PyValueError::new_err(error.to_string()),
+    }
+}
+
+/// Something that cannot be driven.
+pub(crate) fn given_drive_error(error: &GivenDriveError) -> PyErr {
+    match error {
+        GivenDriveError::GivenCycle(error) => given_cycle_error(error),
+        GivenDriveError::DriveCycle(DriveCycleFileError::Table(TableError::Unreadable {
+            source,
+            ..
+        })) => io_error(source, error),
+        _ => PyValueError::new_err(error.to_string()),
+    }
+}
+
+/// Measurements that have no fit.
+pub(crate) fn no_fit(source: &Path, error: &impl std::error::Error) -> PyErr {
+    PyValueError::new_err(format!("`{}`: {error}", source.display()))
 }
 
 /// The kind of the system's error with the text of ours.

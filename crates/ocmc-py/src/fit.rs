@@ -1,17 +1,26 @@
 //! Fits: from measurements to the numbers of a study.
 
-use crate::error::{curve_fit_error, table_error};
-use crate::input::{Input, input};
+use crate::error::{given_cycle_error, no_fit, speed_change_error, table_error};
+use crate::input::{Input, input, inputs, is_path, sequence};
+use crate::log::mappings;
+use crate::operating_cycle::PyOperatingCycle;
+use crate::progress::Watch;
 use crate::study::PyStudy;
-use ocmc_cli::{Answer, curve_speed_answer};
-use ocmc_core::fit::curve_speed::{Coding, CurveSpeedOptions, fit};
+use crate::value::{one_of, shown};
+use ocmc_cli::{Answer, curve_speed_answer, operating_cycle_answer, speed_change_answer};
+use ocmc_core::fit::curve_speed::{self, Coding, CurveSpeedOptions};
+use ocmc_core::fit::operating_cycle;
+use ocmc_core::fit::speed_change::{self, SpeedChangeOptions, SpeedChangeTable};
+use ocmc_core::study::StudyModel;
 use ocmc_io::column_file::ColumnFile;
-use ocmc_io::curve_table;
-use ocmc_io::study;
-use pyo3::exceptions::{PyUserWarning, PyValueError};
+use ocmc_io::log::LogFile;
+use ocmc_io::speed_change_table::{append, append_given};
+use ocmc_io::{curve_table, given_cycle, study};
+use pyo3::exceptions::{PyTypeError, PyUserWarning, PyValueError};
 use pyo3::prelude::*;
+use std::collections::BTreeMap;
 use std::ffi::CString;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// An answer as ``ocmc.Answer``, and its warnings as warnings.
 pub(crate) fn answer<'py>(py: Python<'py>, answer: &Answer) -> PyResult<Bound<'py, PyAny>> {
@@ -34,7 +43,7 @@ pub(crate) fn warn(py: Python, text: &str) -> PyResult<()> {
 /// ----------
 /// curves : table, str or os.PathLike
 ///     One row a curve: ``driver`` (or ``truck``), ``radius_m`` (m), ``speed_mps`` (m/s), and where known ``direction``
-///     (``left`` or ``right``), ``route_length_m`` (m), ``speed_limit_mps`` (m/s). Any table that speaks Arrow, a
+///     (``left`` or ``right``), ``route_m`` (length of the route, m), ``limit_mps`` (m/s). Any table that speaks Arrow, a
 ///     dictionary of columns, or a CSV file.
 /// base : Study, optional
 ///     The study that keeps what curves do not tell; ``field-truck`` by default.
@@ -106,15 +115,6 @@ pub(crate) fn fit_curve_speed<'py>(
     limit_share: f64,
     coding: &str,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let coding = match coding {
-        "sum_to_zero" => Coding::SumToZero,
-        "treatment" => Coding::Treatment,
-        other => {
-            let allowed = "sum_to_zero, treatment";
-            let text = format!("`coding` is {other:?}, allowed is one of: {allowed}");
-            return Err(PyValueError::new_err(text));
-        }
-    };
     let options = CurveSpeedOptions {
         reference_radius_m,
         radius_range_m: radius_range_m.into(),
@@ -122,29 +122,214 @@ pub(crate) fn fit_curve_speed<'py>(
         fixed_exponent,
         significance,
         limit_share,
-        coding,
+        coding: one_of("coding", coding, &CODINGS)?,
     };
-    let table = match input(curves, "curves")? {
-        Input::File(path) => py.detach(|| curve_table::read(&path)),
-        Input::Text(text) => py.detach(|| {
-            curve_table::read_columns(ColumnFile::new(Path::new("curves"), text.as_slice())?)
-        }),
-    };
-    let table = table.map_err(|error| table_error(&error))?;
-    let model = match base {
-        Some(study) => study.get().loaded().model.clone(),
-        None => study::load("field-truck", &[] as &[&str]).expect("a built-in study is one").model,
-    };
+    let curves = input(curves, "curves")?;
+    let source = curves.path().to_owned();
+    let model = base_model(base);
     let answered = py.detach(|| {
-        let fit = fit(&table, &options).map_err(|error| curve_fit_error(&error))?;
+        let table = match curves {
+            Input::File(path) => curve_table::read(&path),
+            Input::Table(table) => ColumnFile::of_table(table).and_then(curve_table::read_columns),
+        };
+        let table = table.map_err(|error| table_error(&error))?;
+        let fit = curve_speed::fit(&table, &options).map_err(|error| no_fit(&source, &error))?;
         let best = if tobit { fit.tobit.as_ref() } else { Some(&fit.estimated) };
         let best = best.ok_or_else(|| {
             PyValueError::new_err(
-                "`tobit` needs a column speed_limit_mps, and curves below the limit that determine the regression",
+                "`tobit` needs a column limit_mps, and curves below the limit that determine the regression",
             )
         })?;
         let population = fit.population(best, &model.driver.curve_speed);
         Ok::<Answer, PyErr>(curve_speed_answer(&fit, &population, table.driver.len()))
+    })?;
+    answer(py, &answered)
+}
+
+const CODINGS: [(&str, Coding); 2] =
+    [("sum_to_zero", Coding::SumToZero), ("treatment", Coding::Treatment)];
+
+/// The study that keeps what is not fitted.
+fn base_model(base: Option<&Bound<PyStudy>>) -> StudyModel {
+    match base {
+        Some(study) => study.get().loaded().model.clone(),
+        None => study::load("field-truck", &[] as &[&str]).expect("a built-in study is one").model,
+    }
+}
+
+/// Fit accelerations and decelerations at changes of the speed limit: log-normal laws.
+///
+/// Parameters
+/// ----------
+/// table : table, str or os.PathLike, or a list of these
+///     One row a speed change: ``acceleration_mps2`` (m/s², negative for slowing down), and where known ``category`` and
+///     ``driver`` (or ``truck``). Or logs: ``time_s``, ``speed_mps`` or ``speed_kmh``, ``limit_mps`` or ``limit_kmh``. Any
+///     table that speaks Arrow, a dictionary of columns, or a CSV file.
+/// columns : dict of str to str, optional
+///     Which column of a log is what, such as ``{"speed_mph": "gps_speed"}``.
+/// base : Study, optional
+///     The study that keeps what was not measured; ``field-truck`` by default.
+/// untruncated : bool
+///     Take the study from the laws with the thresholds in their likelihood.
+/// window_s : float
+///     Length of the window with the largest change of speed in a log, in s.
+/// smallest_acceleration_mps2 : float
+///     Smallest acceleration that counts as a change, in m/s².
+/// smallest_deceleration_mps2 : float
+///     Smallest deceleration that counts as a change, as a positive number, in m/s².
+///
+/// Returns
+/// -------
+/// Answer
+///     The content of ``ocmc fit speed-change --json``: ``acceleration``, ``deceleration``, ``by_category`` and others;
+///     ``study`` is the part of a study that follows from it.
+///
+/// Raises
+/// ------
+/// ValueError
+///     Where a column is missing or a cell is wrong, where no speed change is left, or where an option is out of its range.
+/// OSError
+///     Where a file cannot be read.
+///
+/// Warns
+/// -----
+/// UserWarning
+///     Where no acceleration or no deceleration was measured, and where cells of a log are no numbers.
+///
+/// Notes
+/// -----
+/// a = a₀ exp(e), e normal: Romano, Godio, Bruzelius, Johannesson.
+///
+/// Examples
+/// --------
+/// >>> import ocmc
+/// >>> fit = ocmc.fit_speed_change({"acceleration_mps2": [0.4, 0.5, 0.8, -0.5, -0.6, -0.9]})
+/// >>> round(fit["acceleration"]["median_mps2"], 3), fit["deceleration"]["n"]
+/// (0.543, 3)
+/// >>> study = ocmc.Study({"study": {"base": "field-truck"}} | fit["study"])
+#[pyfunction]
+#[pyo3(
+    signature = (
+        table, *, columns=None, base=None, untruncated=false, window_s=3.0, smallest_acceleration_mps2=0.2,
+        smallest_deceleration_mps2=0.4
+    ),
+    text_signature = "(table, *, columns=None, base=None, untruncated=False, window_s=3.0, \
+                      smallest_acceleration_mps2=0.2, smallest_deceleration_mps2=0.4)"
+)]
+pub(crate) fn fit_speed_change<'py>(
+    py: Python<'py>,
+    table: &Bound<'py, PyAny>,
+    columns: Option<BTreeMap<String, String>>,
+    base: Option<&Bound<'py, PyStudy>>,
+    untruncated: bool,
+    window_s: f64,
+    smallest_acceleration_mps2: f64,
+    smallest_deceleration_mps2: f64,
+) -> PyResult<Bound<'py, PyAny>> {
+    let options = SpeedChangeOptions {
+        window_s,
+        smallest_acceleration_mps2,
+        smallest_deceleration_mps2,
+        ..SpeedChangeOptions::default()
+    };
+    let mappings = mappings(columns)?;
+    let tables = inputs(table, "table")?;
+    let source = tables[0].path().to_owned();
+    let model = base_model(base);
+    let mut watch = Watch::without_bar();
+    let answered = py.detach(|| {
+        let mut changes = SpeedChangeTable::default();
+        let mut warnings = Vec::new();
+        for table in tables {
+            watch.look(0)?;
+            let log = match table {
+                Input::File(path) => append(&mut changes, &path, &mappings, &options),
+                Input::Table(table) => append_given(&mut changes, &table, &mappings, &options),
+            };
+            let log = log.map_err(|error| speed_change_error(&error))?;
+            warnings.extend(log.iter().flat_map(LogFile::warnings));
+        }
+        let fit = speed_change::fit(&changes, &options).map_err(|error| no_fit(&source, &error))?;
+        let population = fit.population(&model.driver.speed_change, untruncated);
+        let mut answered = speed_change_answer(&fit, &population);
+        answered.warnings.splice(0..0, warnings);
+        Ok::<Answer, PyErr>(answered)
+    })?;
+    answer(py, &answered)
+}
+
+/// Fit the road model of given operating cycles, and look at them from above.
+///
+/// Parameters
+/// ----------
+/// cycles : OperatingCycle, str or os.PathLike, or a list of these
+///     Operating cycles with the track ``road_type``: from `Study.operating_cycle`, or files as ``ocmc cycle`` writes them.
+/// base : Study, optional
+///     The study with these road types that keeps what roads do not tell; ``field-truck`` by default.
+///
+/// Returns
+/// -------
+/// Answer
+///     The content of ``ocmc fit operating-cycle --json``: ``types`` with their ``parameters``, ``birds_eye`` and others;
+///     ``study`` is the part of a study that follows from it. Lengths are in m.
+///
+/// Raises
+/// ------
+/// ValueError
+///     Where a cycle has no road types, or one that the base study does not have, or where a file is no operating cycle.
+/// OSError
+///     Where a file cannot be read.
+///
+/// Warns
+/// -----
+/// UserWarning
+///     Where the roads do not tell something, which then stays as in the base study.
+///
+/// Notes
+/// -----
+/// Maximum likelihood or moments of the model that draws each part of the road: the guide's page on it has the list.
+///
+/// Examples
+/// --------
+/// >>> import ocmc
+/// >>> study = ocmc.Study("field-truck")
+/// >>> fit = ocmc.fit_operating_cycle([study.operating_cycle(k) for k in range(20)])
+/// >>> fit["cycles"], [road["road_type"] for road in fit["types"]]
+/// (20, ['motorway', 'rural', 'urban'])
+#[pyfunction]
+#[pyo3(signature = (cycles, *, base=None))]
+pub(crate) fn fit_operating_cycle<'py>(
+    py: Python<'py>,
+    cycles: &Bound<'py, PyAny>,
+    base: Option<&Bound<'py, PyStudy>>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let given = sequence(cycles, "cycles")?.unwrap_or_else(|| vec![cycles.clone()]);
+    let mut roads = Vec::with_capacity(given.len());
+    let mut source = PathBuf::from("cycles");
+    for (k, cycle) in given.iter().enumerate() {
+        py.check_signals()?;
+        if let Ok(cycle) = cycle.cast::<PyOperatingCycle>() {
+            let cycle = cycle.get();
+            let road = py.detach(|| cycle.given());
+            roads.push(road.map_err(|error| no_fit(Path::new("cycles"), &error))?);
+            continue;
+        }
+        if !is_path(cycle)? {
+            let allowed = "a path or an ocmc.OperatingCycle, or a list of these";
+            let text = format!("`cycles` is {}, allowed is {allowed}", shown(cycle));
+            return Err(PyTypeError::new_err(text));
+        }
+        let path: PathBuf = cycle.extract()?;
+        let road = py.detach(|| given_cycle::read(&path));
+        roads.push(road.map_err(|error| given_cycle_error(&error))?);
+        if k == 0 {
+            source = path;
+        }
+    }
+    let model = base_model(base);
+    let answered = py.detach(|| {
+        let fit = operating_cycle::fit(&roads, &model.road);
+        fit.map(|fit| operating_cycle_answer(&fit)).map_err(|error| no_fit(&source, &error))
     })?;
     answer(py, &answered)
 }

@@ -1,27 +1,32 @@
 //! Tables that come in: whatever speaks Arrow, a mapping from names to columns, or a file.
-//!
-//! A table becomes the text that the same table would have as a file, so that one reader finds columns, units, missing
-//! values and faults for both. Numbers are written so that they read back as the same numbers.
 
 use crate::value::shown;
-use arrow_array::cast::AsArray;
-use arrow_array::{Array, ArrayRef, Float64Array, StringArray};
-use arrow_cast::cast;
-use arrow_schema::DataType;
+use arrow_array::{ArrayRef, Float64Array, Int64Array, StringArray, UInt64Array};
 use numpy::PyReadonlyArray1;
+use ocmc_io::given_table::GivenTable;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::PyString;
+use pyo3::types::{PyList, PyString, PyTuple};
 use pyo3_arrow::input::AnyRecordBatch;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Where a table is read from.
 pub(crate) enum Input {
     /// A file.
     File(PathBuf),
-    /// A table of the user, as comma-separated values.
-    Text(Vec<u8>),
+    /// A table of the user.
+    Table(GivenTable),
+}
+
+impl Input {
+    /// What messages call it.
+    pub(crate) fn path(&self) -> &Path {
+        match self {
+            Self::File(path) => path,
+            Self::Table(table) => table.path(),
+        }
+    }
 }
 
 /// A file, or a table of any library. `argument` is its name in messages.
@@ -29,10 +34,10 @@ pub(crate) enum Input {
 /// # Errors
 /// ``TypeError`` where it is neither, ``ValueError`` where its columns do not fit together.
 pub(crate) fn input(table: &Bound<PyAny>, argument: &str) -> PyResult<Input> {
-    if table.is_instance_of::<PyString>() || table.hasattr("__fspath__")? {
+    if is_path(table)? {
         return Ok(Input::File(table.extract()?));
     }
-    let (names, batches) = if table.hasattr("__arrow_c_stream__")?
+    let (names, pieces) = if table.hasattr("__arrow_c_stream__")?
         || table.hasattr("__arrow_c_array__")?
     {
         let (batches, schema) = table.extract::<AnyRecordBatch>()?.into_table()?.into_inner();
@@ -48,7 +53,44 @@ pub(crate) fn input(table: &Bound<PyAny>, argument: &str) -> PyResult<Input> {
             shown(table)
         )));
     };
-    Ok(Input::Text(table.py().detach(|| text(&names, &batches, argument))?))
+    Ok(Input::Table(GivenTable::new(argument, names, pieces)))
+}
+
+/// One or several of what [`input`] takes.
+///
+/// # Errors
+/// As [`input`], and ``ValueError`` where there is none.
+pub(crate) fn inputs(tables: &Bound<PyAny>, argument: &str) -> PyResult<Vec<Input>> {
+    let Some(tables) = sequence(tables, argument)? else {
+        return Ok(vec![input(tables, argument)?]);
+    };
+    let named = tables.iter().enumerate();
+    named.map(|(k, table)| input(table, &format!("{argument}[{k}]"))).collect()
+}
+
+/// The items of a list or a tuple; none where it is something else.
+///
+/// # Errors
+/// ``ValueError`` where it has no items.
+pub(crate) fn sequence<'py>(
+    value: &Bound<'py, PyAny>,
+    argument: &str,
+) -> PyResult<Option<Vec<Bound<'py, PyAny>>>> {
+    if !value.is_instance_of::<PyList>() && !value.is_instance_of::<PyTuple>() {
+        return Ok(None);
+    }
+    let items = value.try_iter()?.collect::<PyResult<Vec<_>>>()?;
+    if items.is_empty() {
+        return Err(PyValueError::new_err(format!(
+            "`{argument}` is empty, allowed is one or more"
+        )));
+    }
+    Ok(Some(items))
+}
+
+/// Whether it names a file.
+pub(crate) fn is_path(value: &Bound<PyAny>) -> PyResult<bool> {
+    Ok(value.is_instance_of::<PyString>() || value.hasattr("__fspath__")?)
 }
 
 /// Names and columns of a mapping.
@@ -83,7 +125,8 @@ fn mapping(table: &Bound<PyAny>, argument: &str) -> PyResult<(Vec<String>, Vec<A
     Ok((names, columns))
 }
 
-/// A column of a mapping: numbers where numpy sees numbers, otherwise texts. None where it is no column.
+/// A column of a mapping: numbers where numpy sees numbers, otherwise texts. None where it is no column. A copy, since
+/// Python may write into an array at any time.
 fn array(column: &Bound<PyAny>) -> Option<ArrayRef> {
     let numpy = column.py().import("numpy").ok()?;
     let array = numpy.call_method1("asarray", (column,)).ok()?;
@@ -91,40 +134,27 @@ fn array(column: &Bound<PyAny>) -> Option<ArrayRef> {
     if array.getattr("ndim").ok()?.extract::<usize>().ok()? != 1 {
         return None;
     }
-    if matches!(kind.as_str(), "f" | "i" | "u" | "b") {
-        let numbers = array.call_method1("astype", ("float64",)).ok()?;
-        let numbers: PyReadonlyArray1<f64> = numbers.extract().ok()?;
-        return Some(Arc::new(Float64Array::from_iter_values(numbers.as_array().iter().copied())));
+    let as_type = |name: &str| array.call_method1("astype", (name,)).ok();
+    match kind.as_str() {
+        "f" | "b" => {
+            let numbers: PyReadonlyArray1<f64> = as_type("float64")?.extract().ok()?;
+            let numbers = numbers.as_array();
+            return Some(Arc::new(Float64Array::from_iter_values(numbers.iter().copied())));
+        }
+        "i" => {
+            let numbers: PyReadonlyArray1<i64> = as_type("int64")?.extract().ok()?;
+            return Some(Arc::new(Int64Array::from_iter_values(
+                numbers.as_array().iter().copied(),
+            )));
+        }
+        "u" => {
+            let numbers: PyReadonlyArray1<u64> = as_type("uint64")?.extract().ok()?;
+            return Some(Arc::new(UInt64Array::from_iter_values(
+                numbers.as_array().iter().copied(),
+            )));
+        }
+        _ => {}
     }
     let words: Vec<Option<String>> = array.call_method0("tolist").ok()?.extract().ok()?;
     Some(Arc::new(StringArray::from(words)))
-}
-
-/// The table as comma-separated values.
-fn text(names: &[String], batches: &[Vec<ArrayRef>], argument: &str) -> PyResult<Vec<u8>> {
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    let into_memory = "memory takes every row of the header's length";
-    if !names.is_empty() {
-        writer.write_record(names).expect(into_memory);
-    }
-    for columns in batches {
-        let cells = names.iter().zip(columns).map(|(name, column)| {
-            cast(column, &DataType::Utf8).map_err(|_| {
-                let found = column.data_type();
-                let what = "allowed are numbers or texts";
-                PyValueError::new_err(format!(
-                    "`{argument}`: column `{name}` is of type {found}, {what}"
-                ))
-            })
-        });
-        let cells = cells.collect::<PyResult<Vec<ArrayRef>>>()?;
-        let columns: Vec<&StringArray> = cells.iter().map(AsArray::as_string).collect();
-        for row in 0..columns.first().map_or(0, |first| Array::len(*first)) {
-            let cells = columns.iter().copied().map(|column: &StringArray| {
-                if column.is_null(row) { "" } else { column.value(row) }
-            });
-            writer.write_record(cells).expect(into_memory);
-        }
-    }
-    Ok(writer.into_inner().expect("memory takes everything"))
 }

@@ -5,9 +5,11 @@
 )]
 #![allow(clippy::needless_pass_by_value, reason = "arguments of Python arrive as converted values")]
 
+mod drive;
 mod error;
 mod fit;
 mod fleet;
+mod identify;
 mod input;
 mod log;
 mod operating_cycle;
@@ -32,6 +34,9 @@ fn _ocmc(module: &Bound<PyModule>) -> PyResult<()> {
     module.add_class::<table::Table>()?;
     module.add_function(wrap_pyfunction!(run::load, module)?)?;
     module.add_function(wrap_pyfunction!(fit::fit_curve_speed, module)?)?;
+    module.add_function(wrap_pyfunction!(fit::fit_speed_change, module)?)?;
+    module.add_function(wrap_pyfunction!(fit::fit_operating_cycle, module)?)?;
+    module.add_function(wrap_pyfunction!(identify::identify, module)?)?;
     module.add_function(wrap_pyfunction!(log::detect_curves, module)?)?;
     module.add_function(wrap_pyfunction!(fleet::compare, module)?)?;
     module.add_function(wrap_pyfunction!(parts::joined, module)?)?;

@@ -1,20 +1,22 @@
 //! Measured logs: the curves that were driven.
 
-use crate::error::{drive_error, log_error};
+use crate::error::log_error;
 use crate::fit::warn;
 use crate::input::{Input, input};
+use crate::progress::Watch;
 use crate::table::Table;
+use crate::value::one_of;
 use arrow_array::{ArrayRef, Float64Array, StringArray};
 use ocmc_core::log::curve::{Correction, CurveOptions, Detector, DrivenCurve, RadiusDefinition};
 use ocmc_core::log::hidden_markov::HiddenMarkov;
 use ocmc_core::log::threshold::Threshold;
-use ocmc_io::log::curves::{DriveCurves, Steering, detect, needs};
+use ocmc_io::log::curves::{DriveCurves, FoundCurves, Steering, needs};
 use ocmc_io::log::mapping::Mapping;
-use ocmc_io::log::{read, read_text};
+use ocmc_io::log::{LogFile, Need, read, read_table};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::ops::ControlFlow;
 use std::sync::Arc;
 
 /// Find the curves that were driven, from speed and yaw rate.
@@ -61,7 +63,12 @@ use std::sync::Arc;
 /// Warns
 /// -----
 /// UserWarning
-///     Where a drive is left out.
+///     Where a drive is left out, and where cells are no numbers.
+///
+/// Notes
+/// -----
+/// A table of one drive that speaks Arrow is not copied where its columns are 64-bit floats in SI units, in one piece and
+/// without nulls; other columns are copied once.
 ///
 /// Examples
 /// --------
@@ -101,66 +108,70 @@ pub(crate) fn detect_curves(
     let given = |value: Option<f64>| value.map_or(Correction::Estimated, Correction::Given);
     let standard = CurveOptions::default();
     let options = CurveOptions {
-        detector: detector_of(detector)?,
-        radius: radius_of(radius)?,
+        detector: one_of("detector", detector, &detectors())?,
+        radius: one_of("radius", radius, &RADII)?,
         central_share: central_share.unwrap_or(standard.central_share),
         split_ratio,
         gyro_bias_radps: given(gyro_bias_radps),
         speed_lag_s: given(speed_lag_s),
         ..standard
     };
+    let mappings = mappings(columns)?;
+    let needs = needs(options.radius);
+    let log = input(log, "log")?;
+    let mut watch = Watch::without_bar();
+    let (file, found) = py.detach(|| {
+        let file = read_input(&log, &mappings, &needs)?;
+        let mut found = FoundCurves::default();
+        let ended = found.add(&file, &options, steering, || match watch.look(0) {
+            Ok(()) => ControlFlow::Continue(()),
+            Err(interrupt) => ControlFlow::Break(interrupt),
+        });
+        match ended {
+            ControlFlow::Continue(()) => Ok((file, found)),
+            ControlFlow::Break(interrupt) => Err(interrupt),
+        }
+    })?;
+    if let Some((place, fault)) = found.failed() {
+        return Err(PyValueError::new_err(format!("{place}: {fault}")));
+    }
+    for warning in file.warnings() {
+        warn(py, &warning)?;
+    }
+    for (place, fault) in &found.left_out {
+        warn(py, &format!("{place} is left out: {fault}"))?;
+    }
+    Ok(curve_table(&found.drives))
+}
+
+/// Reads a log.
+pub(crate) fn read_input(log: &Input, mappings: &[Mapping], needs: &[Need]) -> PyResult<LogFile> {
+    let file = match log {
+        Input::File(path) => read(path, mappings, needs),
+        Input::Table(table) => read_table(table, mappings, needs),
+    };
+    file.map_err(|error| log_error(&error))
+}
+
+/// What a user says that columns are.
+pub(crate) fn mappings(columns: Option<BTreeMap<String, String>>) -> PyResult<Vec<Mapping>> {
     let mappings = columns.unwrap_or_default().into_iter();
     let mappings = mappings.map(|(name, column)| Mapping::parse(&format!("{name}={column}")));
-    let mappings = mappings.collect::<Result<Vec<_>, _>>().map_err(|error| log_error(&error))?;
-    let needs = needs(options.radius);
-    let file = match input(log, "log")? {
-        Input::File(path) => py.detach(|| read(&path, &mappings, &needs)),
-        Input::Text(text) => {
-            py.detach(|| read_text(Path::new("log"), text.as_slice(), &mappings, &needs))
-        }
-    };
-    let file = file.map_err(|error| log_error(&error))?;
-    let found: Vec<_> = py.detach(|| {
-        let drives = file.drives.iter();
-        drives.map(|drive| (&drive.drive, detect(drive, &options, steering))).collect()
-    });
-    let mut drives = Vec::new();
-    let mut faults = Vec::new();
-    for (name, result) in found {
-        match result {
-            Ok(curves) => drives.push(curves),
-            Err(fault) => faults.push((name, fault)),
-        }
-    }
-    if let (true, Some((name, fault))) = (drives.is_empty(), faults.first()) {
-        return Err(drive_error(name, fault));
-    }
-    for (name, fault) in faults {
-        warn(py, &format!("drive `{name}` is left out: {fault}"))?;
-    }
-    Ok(curve_table(&drives))
+    mappings.collect::<Result<_, _>>().map_err(|error| log_error(&error))
 }
 
-fn detector_of(name: &str) -> PyResult<Detector> {
-    match name {
-        "hidden_markov" => Ok(Detector::HiddenMarkov(HiddenMarkov::default())),
-        "trained" => Ok(Detector::TrainedHiddenMarkov(HiddenMarkov::default())),
-        "threshold" => Ok(Detector::Threshold(Threshold::default())),
-        other => Err(PyValueError::new_err(format!(
-            "`detector` is {other:?}, allowed is one of: hidden_markov, trained, threshold"
-        ))),
-    }
-}
+const RADII: [(&str, RadiusDefinition); 3] = [
+    ("turn", RadiusDefinition::InverseMeanCurvature),
+    ("mean", RadiusDefinition::MeanRadius),
+    ("positions", RadiusDefinition::Positions),
+];
 
-fn radius_of(name: &str) -> PyResult<RadiusDefinition> {
-    match name {
-        "turn" => Ok(RadiusDefinition::InverseMeanCurvature),
-        "mean" => Ok(RadiusDefinition::MeanRadius),
-        "positions" => Ok(RadiusDefinition::Positions),
-        other => Err(PyValueError::new_err(format!(
-            "`radius` is {other:?}, allowed is one of: turn, mean, positions"
-        ))),
-    }
+fn detectors() -> [(&'static str, Detector); 3] {
+    [
+        ("hidden_markov", Detector::HiddenMarkov(HiddenMarkov::default())),
+        ("trained", Detector::TrainedHiddenMarkov(HiddenMarkov::default())),
+        ("threshold", Detector::Threshold(Threshold::default())),
+    ]
 }
 
 /// The curves of all drives, one row a curve: the columns of the command's file.

@@ -5,9 +5,10 @@ use crate::value::shown;
 use arrow_array::{ArrayRef, Float64Array, StringArray};
 use numpy::PyArray1;
 use ocmc_core::operating_cycle::OperatingCycle;
+use ocmc_core::operating_cycle::given::{GivenCycle, GivenCycleError};
 use ocmc_core::operating_cycle::tracks::{Track, Values};
 use ocmc_core::study::Study;
-use ocmc_io::operating_cycle::tracks;
+use ocmc_io::operating_cycle::{given, tracks};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::{PyCapsule, PyDict, PyIterator, PyList};
@@ -45,6 +46,11 @@ impl PyOperatingCycle {
         let cycle = study.sample(seed, cycle_id).cycle;
         let tracks = tracks(study, &cycle);
         Self { cycle_id, seed, cycle, tracks }
+    }
+
+    /// As a given cycle.
+    pub(crate) fn given(&self) -> Result<GivenCycle, GivenCycleError> {
+        given(&self.cycle, &self.tracks)
     }
 
     fn track<'py>(py: Python<'py>, track: &Track) -> PyResult<Bound<'py, PyDict>> {

@@ -9,6 +9,7 @@ use ocmc_core::fleet::dependence::Dependence;
 use ocmc_core::fleet::run::{self, RunPlan};
 use ocmc_core::fleet::summary::SummaryBuilder;
 use ocmc_core::simulation::record::Record;
+use ocmc_core::study::Study;
 use ocmc_io::records::arrow::{record_batch, records, schema};
 use ocmc_io::records::{GROUP_ROWS, RecordFormat};
 use ocmc_io::report;
@@ -80,6 +81,9 @@ impl Batches {
     }
 }
 
+/// Takes the next records of a run.
+pub(crate) type Sink<'a> = &'a mut dyn FnMut(Vec<Record>) -> ControlFlow<PyErr>;
+
 /// Drives the plan, without the interpreter but for a look at its signals and the progress bar.
 pub(crate) fn run(
     py: Python,
@@ -87,13 +91,25 @@ pub(crate) fn run(
     plan: &RunPlan,
     progress: Option<&Bound<PyAny>>,
 ) -> PyResult<PyRun> {
+    run_with(py, study, plan, progress, true, |study, plan, sink| run::run(study, plan, sink))
+}
+
+/// As [`run`], with what `drive` makes of the plan. A run that is not `repeatable` is not what its study alone gives.
+pub(crate) fn run_with(
+    py: Python,
+    study: &LoadedStudy,
+    plan: &RunPlan,
+    progress: Option<&Bound<PyAny>>,
+    repeatable: bool,
+    drive: impl FnOnce(&Study, &RunPlan, Sink) -> ControlFlow<PyErr> + Send,
+) -> PyResult<PyRun> {
     let mut watch = Watch::new(py, progress, plan.cycles)?;
     let mut fleet = SummaryBuilder::new(Dependence::of(&study.model));
     let ended = py.detach(|| {
-        let manifest = Manifest::new(&study.model, plan);
+        let manifest = Manifest { repeatable, ..Manifest::new(&study.model, plan) };
         let clock = Instant::now();
         let mut batches = Batches::default();
-        let ended = run::run(&study.study, plan, |chunk| {
+        let ended = drive(&study.study, plan, &mut |chunk| {
             fleet.add(&chunk);
             batches.add(chunk);
             match watch.look(fleet.cycles()) {
@@ -146,10 +162,10 @@ pub(crate) fn run(
 #[pyfunction]
 pub(crate) fn load(py: Python, path: PathBuf) -> PyResult<PyRun> {
     let stored = py.detach(|| {
-        let StoredRun { manifest, records, summary } = run_directory::read(&path)?;
-        let mut batches = Batches::default();
-        batches.add(records);
-        Ok((manifest, summary, batches.finish()))
+        let mut batches = Vec::new();
+        let (manifest, summary) =
+            run_directory::read_groups(&path, |group| batches.push(group.into_batch()))?;
+        Ok((manifest, summary, Table::new(schema(), batches)))
     });
     let (manifest, summary, records) = stored.map_err(|error| run_directory_error(&error))?;
     Ok(PyRun { manifest, summary, records, origin: Origin::File(path) })

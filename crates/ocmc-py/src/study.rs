@@ -5,7 +5,7 @@ use crate::operating_cycle::PyOperatingCycle;
 use crate::run::PyRun;
 use crate::table::Table;
 use crate::value::{study_value, whole_number};
-use crate::{fleet, run};
+use crate::{drive, fleet, run};
 use ocmc_core::fleet::run::{MOST_THREADS, RunPlan};
 use ocmc_core::random::LAST_CYCLE_ID;
 use ocmc_core::simulation::trace;
@@ -198,6 +198,74 @@ impl PyStudy {
     ) -> PyResult<PyRun> {
         let plan = plan_of(cycles, seed, first_cycle, threads)?;
         run::run(py, &self.loaded, &plan, progress)
+    }
+
+    /// Drive given routes, or follow a given speed, with the study's drivers and trucks.
+    ///
+    /// Parameters
+    /// ----------
+    /// files : str or os.PathLike, or a list of these, or table
+    ///     Routes: VECTO's ``.vdri``, CSV or JSON as ``ocmc cycle`` writes it, or a route by rows (CSV); of several, each cycle
+    ///     drives one. With `follow_speed` one drive cycle over time, a CSV file or a table with ``time_s``, ``speed_mps`` or
+    ///     ``speed_kmh``, and ``slope`` or ``grade``; or, with ``"exact"``, a route.
+    /// cycles : int
+    ///     Number of cycles, at least 1.
+    /// keep : sequence of {"weather", "traffic", "mission"}, optional
+    ///     What is taken from the file of a route instead of being drawn from the study.
+    /// follow_speed : {"driver", "exact"}, optional
+    ///     A driver of the study drives the speeds as limits along the road and stops where it stands; or nobody drives, and
+    ///     the speed is kept exactly. Of a route, ``"exact"`` keeps the speed that the driver plans.
+    /// seed : int
+    ///     Master seed.
+    /// first_cycle : int
+    ///     Id of the first cycle.
+    /// threads : int, optional
+    ///     Threads to use, one for each CPU by default.
+    /// progress : bool or callable, optional
+    ///     As for `Study.run`.
+    ///
+    /// Returns
+    /// -------
+    /// Run
+    ///     The records, as of ``ocmc drive``. Where a speed was followed, ``Run.study`` alone does not repeat the run.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     Where a file is neither a route nor a drive cycle, or where a number is out of its range.
+    /// OSError
+    ///     Where a file cannot be read.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import ocmc
+    /// >>> study = ocmc.Study("field-truck-loaded")
+    /// >>> speed = {"time_s": [0.0, 40.0, 160.0, 180.0], "speed_mps": [0.0, 20.0, 20.0, 0.0]}
+    /// >>> run = study.drive(speed, cycles=10, follow_speed="exact")
+    /// >>> run["distance_m"][0], run["duration_s"][0]
+    /// (np.float64(3000.0), np.float64(180.0))
+    #[pyo3(
+        signature = (
+            files, *, cycles, keep=None, follow_speed=None, seed=None, first_cycle=None, threads=None, progress=None
+        ),
+        text_signature = "($self, files, *, cycles, keep=None, follow_speed=None, seed=1, first_cycle=0, threads=None, \
+                          progress=None)"
+    )]
+    fn drive(
+        &self,
+        py: Python,
+        files: &Bound<PyAny>,
+        cycles: &Bound<PyAny>,
+        keep: Option<Vec<String>>,
+        follow_speed: Option<&str>,
+        seed: Option<&Bound<PyAny>>,
+        first_cycle: Option<&Bound<PyAny>>,
+        threads: Option<&Bound<PyAny>>,
+        progress: Option<&Bound<PyAny>>,
+    ) -> PyResult<PyRun> {
+        let plan = plan_of(cycles, seed, first_cycle, threads)?;
+        let given = drive::given(py, files, keep, follow_speed)?;
+        drive::drive(py, &self.loaded, &given, &plan, progress)
     }
 
     /// Which factors the spread between cycles comes from: shares of the variance.

@@ -87,6 +87,16 @@ pub(crate) fn whole_number(
     }
 }
 
+/// What a word stands for.
+pub(crate) fn one_of<T: Copy>(argument: &str, word: &str, known: &[(&str, T)]) -> PyResult<T> {
+    let found = known.iter().find(|(name, _)| *name == word);
+    found.map(|(_, value)| *value).ok_or_else(|| {
+        let names: Vec<&str> = known.iter().map(|(name, _)| *name).collect();
+        let (word, allowed) = (cut(word), names.join(", "));
+        PyValueError::new_err(format!("`{argument}` is {word:?}, allowed is one of: {allowed}"))
+    })
+}
+
 fn not_allowed(value: &Bound<PyAny>, key: &str, allowed: &str) -> PyErr {
     PyValueError::new_err(text(value, key, allowed))
 }

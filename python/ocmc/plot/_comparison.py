@@ -24,12 +24,12 @@ def comparison(a: "Run", b: "Run", *, column: str | None = None, ax: Axes | None
     column : str, optional
         A column of the records; by default the consumption that the first run has.
     ax : matplotlib.axes.Axes, optional
-        Where to draw; new axes by default.
+        Axes to draw into; new ones by default.
 
     Returns
     -------
     matplotlib.axes.Axes
-        The axes.
+        Those axes: shares of each run's cycles, a dashed line at the mean of each.
 
     Raises
     ------
@@ -46,11 +46,7 @@ def comparison(a: "Run", b: "Run", *, column: str | None = None, ax: Axes | None
     2
     """
     column = consumption_column(a) if column is None else column
-    name, factor = quantity(column)
-    samples = [factor * completed(run, column) for run in (a, b)]
-    if any(sample.size == 0 for sample in samples):
-        message = f"no completed cycle has `{column}`"
-        raise ValueError(message)
+    samples = [completed(run, column) for run in (a, b)]
     ax = axes(ax)
     low, high = np.quantile(np.concatenate(samples), [_TAIL, 1.0 - _TAIL])
     n = min(bins(sample) for sample in samples)
@@ -58,11 +54,12 @@ def comparison(a: "Run", b: "Run", *, column: str | None = None, ax: Axes | None
     for run, sample, colour in zip((a, b), samples, (BLUE, RED), strict=True):
         shares = np.full(sample.size, 100.0 / sample.size)
         mean = sample.mean()
-        told = f"{run.summary()['study']}: {mean:.4g} ± {sample.std(ddof=1):.2g} (mean ± SD of the cycles)"
+        spread = f" ± {sample.std(ddof=1):.2g} (mean ± SD of the cycles)" if sample.size > 1 else ""
+        told = f"{run.summary()['study']}: {mean:.4g}{spread}"
         ax.hist(sample, bins=edges, weights=shares, color=colour, alpha=0.25)
         ax.hist(sample, bins=edges, weights=shares, color=colour, histtype="step", linewidth=1.2, label=told)
         ax.axvline(mean, color=colour, linestyle="--", linewidth=1.0)
-    ax.set(xlabel=name, ylabel="share of the cycles, %")
+    ax.set(xlabel=quantity(column)[0], ylabel="share of the cycles, %")
     ax.legend(frameon=False, loc="lower center", bbox_to_anchor=(0.5, 1.0))
     spine_free(ax)
     return ax

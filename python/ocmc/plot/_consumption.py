@@ -15,9 +15,13 @@ _COLUMNS = ["consumption_l_per_100km", "consumption_kwh_per_km", "wheel_kwh_per_
 
 
 def completed(run: "Run", column: str) -> npt.NDArray[np.float64]:
-    """Take the values of the completed cycles that have the quantity."""
+    """Take the values of the completed cycles that have the quantity, in the unit of its label."""
     values: npt.NDArray[np.float64] = run[column][run["outcome"] == "completed"]
-    return values[np.isfinite(values)]
+    values = quantity(column)[1] * values[np.isfinite(values)]
+    if values.size == 0:
+        message = f"no completed cycle has `{column}`"
+        raise ValueError(message)
+    return values
 
 
 def consumption_column(run: "Run") -> str:
@@ -57,10 +61,7 @@ def consumption(run: "Run", *, column: str | None = None, ax: Axes | None = None
     """
     column = consumption_column(run) if column is None else column
     name, factor = quantity(column)
-    values = factor * completed(run, column)
-    if values.size == 0:
-        message = f"no completed cycle has `{column}`"
-        raise ValueError(message)
+    values = completed(run, column)
     ax = axes(ax)
     share = np.full(values.size, 100.0 / values.size)
     ax.hist(

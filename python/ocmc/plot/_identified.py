@@ -6,11 +6,12 @@ from typing import Any
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.ticker import LogLocator, NullFormatter
 
 from ocmc.plot._axis import BLUE, RED, spine_free
 
 _GAINS = [("kp", "$K_P$, s/m"), ("ki", "$K_I$, 1/m"), ("kd", "$K_D$, s²/m")]
-_SPREAD = 0.16
+_SPREAD = 0.3
 
 
 def identified(answer: Mapping[str, Any], *, ax: Sequence[Axes] | None = None) -> list[Axes]:
@@ -26,7 +27,8 @@ def identified(answer: Mapping[str, Any], *, ax: Sequence[Axes] | None = None) -
     Returns
     -------
     list of matplotlib.axes.Axes
-        The axes of K_P, K_I and K_D, logarithmic. A point is one event, a hollow one ran to a bound.
+        The axes of K_P, K_I and K_D, logarithmic. A point is one event with its 95 % interval, a driver's
+        steepest climb on the left; a hollow one is not identified, as where it ran to a bound.
 
     Raises
     ------
@@ -53,35 +55,44 @@ def identified(answer: Mapping[str, Any], *, ax: Sequence[Axes] | None = None) -
         message = f"`ax` has {len(panels)} axes, the gains need {len(_GAINS)}"
         raise ValueError(message)
     drivers = sorted({str(fit["driver"]) for fit in fits}, key=lambda name: (len(name), name))
+    slopes = sorted({fit["grade"] for fit in fits}, reverse=True)
+    offsets = dict(zip(slopes, np.linspace(-_SPREAD, _SPREAD, len(slopes)), strict=True))
+    handles: dict[str, Any] = {}
     for panel, (gain, name) in zip(panels, _GAINS, strict=True):
-        for uphill, colour, side in [(True, RED, -_SPREAD), (False, BLUE, _SPREAD)]:
-            for at_bound in (False, True):
-                part = [
-                    fit
-                    for fit in fits
-                    if fit[gain] is not None
-                    and _uphill(fit) == uphill
-                    and (gain in fit["at_bound"]) == at_bound
-                ]
-                x = [drivers.index(str(fit["driver"])) + side for fit in part]
-                label = ("uphill" if uphill else "downhill") + (", at a bound" if at_bound else "")
-                panel.plot(
-                    np.array(x),
-                    np.array([fit[gain] for fit in part]),
-                    "o",
-                    color=colour,
-                    markerfacecolor="none" if at_bound else colour,
-                    alpha=0.8,
-                    label=label,
-                )
+        for fit in fits:
+            if fit[gain] is None:
+                continue
+            uphill, told = fit["grade"] > 0, gain not in fit.get("not_identifiable", fit["at_bound"])
+            colour = RED if uphill else BLUE
+            place = drivers.index(str(fit["driver"])) + offsets[fit["grade"]]
+            interval = _interval(fit, gain)
+            if interval is not None:
+                panel.plot([place, place], interval, color=colour, linewidth=1.0, alpha=0.6)
+            (handle,) = panel.plot(
+                place, fit[gain], "o", color=colour, markersize=5, markerfacecolor=colour if told else "none"
+            )
+            handles[("uphill" if uphill else "downhill") + ("" if told else ", not identified")] = handle
         panel.set(yscale="log", ylabel=name)
+        panel.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        panel.yaxis.set_major_formatter("{x:g}")
+        panel.yaxis.set_minor_formatter(NullFormatter())
         panel.grid(axis="y", alpha=0.3)
         spine_free(panel)
-    panels[0].legend(frameon=False, ncols=4, loc="lower left", bbox_to_anchor=(0.0, 1.0))
+    labels = sorted(handles, key=lambda label: (label.startswith("down"), label))
+    panels[0].legend(
+        [handles[label] for label in labels],
+        labels,
+        frameon=False,
+        ncols=4,
+        loc="lower left",
+        bbox_to_anchor=(0.0, 1.0),
+    )
     panels[-1].set_xticks(range(len(drivers)), labels=drivers)
     panels[-1].set_xlabel("driver")
     return panels
 
 
-def _uphill(fit: Mapping[str, Any]) -> bool:
-    return bool(fit["grade"] > 0)
+def _interval(fit: Mapping[str, Any], gain: str) -> list[float] | None:
+    """Interval of a gain, where it was worked out."""
+    parameters = fit.get("parameters", [])
+    return next((parameter["interval"] for parameter in parameters if parameter["name"] == gain), None)

@@ -5,7 +5,7 @@ use super::{no_fit, write_study};
 use crate::answer::Answer;
 use crate::arguments::CurveSpeedArguments;
 use crate::failure::Failure;
-use crate::{output, request};
+use crate::request;
 use ocmc_core::driver::curve_speed::CurveSpeedModel;
 use ocmc_core::fit::curve_speed::{CurveSpeedFit, CurveSpeedOptions, fit};
 use ocmc_io::study::{fitted_json, fitted_text};
@@ -30,14 +30,7 @@ pub(crate) fn curve_speed(arguments: &CurveSpeedArguments) -> Result<(), Failure
     };
     let population = fit.population(best, &base.model.driver.curve_speed);
     let answer = curve_speed_answer(&fit, &population, table.driver.len());
-    for warning in &answer.warnings {
-        output::note(&format!("warning: {warning}"));
-    }
-    if arguments.fitted.json {
-        output::answer(&format!("{:#}\n", answer.json))?;
-    } else {
-        output::answer(&answer.text)?;
-    }
+    super::print(&arguments.fitted, &answer)?;
     let values = fitted_text(&KEYS, &population);
     write_study(&arguments.fitted, "curve-speed", &arguments.file, &values)
 }

@@ -8,7 +8,10 @@ mod traffic;
 mod weather;
 
 pub use curve_speed::curve_speed_answer;
+pub use operating_cycle::operating_cycle_answer;
+pub use speed_change::speed_change_answer;
 
+use crate::answer::Answer;
 use crate::arguments::{FitCommand, FittedArguments};
 use crate::failure::Failure;
 use crate::{output, study};
@@ -31,6 +34,17 @@ pub(crate) fn fit(command: &FitCommand) -> Result<(), Failure> {
 /// Measurements that have no fit.
 fn no_fit(path: &Path, error: impl std::error::Error + 'static) -> Failure {
     Failure::Fit { path: path.to_owned(), error: Box::new(error) }
+}
+
+/// Prints the answer of a fit.
+fn print(arguments: &FittedArguments, answer: &Answer) -> Result<(), Failure> {
+    for warning in &answer.warnings {
+        output::note(&format!("warning: {warning}"));
+    }
+    if arguments.json {
+        return output::answer(&format!("{:#}\n", answer.json));
+    }
+    output::answer(&answer.text)
 }
 
 /// Writes the study with fitted values, where one was asked for.

@@ -1,9 +1,9 @@
 //! `ocmc fit operating-cycle`: the road model of given operating cycles, and their bird's-eye view.
 
 use super::{no_fit, parameter_table, write_study};
+use crate::answer::Answer;
 use crate::arguments::OperatingCycleArguments;
 use crate::failure::Failure;
-use crate::output;
 use ocmc_core::fit::operating_cycle::{BirdsEye, RoadFit, fit};
 use ocmc_io::study::{fitted_json, fitted_text};
 use ocmc_io::{given_cycle, study};
@@ -22,18 +22,17 @@ pub(crate) fn operating_cycle(arguments: &OperatingCycleArguments) -> Result<(),
     }
     let source = &arguments.files[0];
     let fit = fit(&cycles, &base.model.road).map_err(|error| no_fit(source, error))?;
-    for warning in &fit.warnings {
-        output::note(&format!("warning: {warning}"));
-    }
+    super::print(&arguments.fitted, &operating_cycle_answer(&fit))?;
     let values = fitted_text(&KEYS, &fit.model.types);
-    if arguments.fitted.json {
-        let mut json = serde_json::to_value(&fit).expect("numbers, words and lists");
-        json["study"] = fitted_json(&KEYS, &fit.model.types);
-        output::answer(&format!("{json:#}\n"))?;
-    } else {
-        output::answer(&text(&fit, &values))?;
-    }
     write_study(&arguments.fitted, "operating-cycle", source, &values)
+}
+
+/// What the fit of operating cycles tells.
+pub fn operating_cycle_answer(fit: &RoadFit) -> Answer {
+    let mut json = serde_json::to_value(fit).expect("numbers, words and lists");
+    json["study"] = fitted_json(&KEYS, &fit.model.types);
+    let text = text(fit, &fitted_text(&KEYS, &fit.model.types));
+    Answer { json, text, warnings: fit.warnings.clone() }
 }
 
 fn text(fit: &RoadFit, values: &str) -> String {

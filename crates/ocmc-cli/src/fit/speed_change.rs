@@ -1,9 +1,11 @@
 //! `ocmc fit speed-change`: log-normal accelerations and decelerations.
 
 use super::{no_fit, write_study};
+use crate::answer::Answer;
 use crate::arguments::SpeedChangeArguments;
 use crate::failure::Failure;
-use crate::{log_text, output};
+use crate::output;
+use ocmc_core::driver::speed_change::SpeedChangeModel;
 use ocmc_core::fit::speed_change::{
     SpeedChangeFit, SpeedChangeLaw, SpeedChangeOptions, SpeedChangeTable, fit,
 };
@@ -29,30 +31,30 @@ pub(crate) fn speed_change(arguments: &SpeedChangeArguments) -> Result<(), Failu
     let mut table = SpeedChangeTable::default();
     for path in &arguments.files {
         if let Some(log) = speed_change_table::append(&mut table, path, &mappings, &options)? {
-            for warning in log_text::file_warnings(&log) {
-                output::note(&warning);
+            for warning in log.warnings() {
+                output::note(&format!("warning: {warning}"));
             }
         }
     }
     let source = &arguments.files[0];
     let fit = fit(&table, &options).map_err(|error| no_fit(source, error))?;
-    for (name, law) in [("acceleration", &fit.acceleration), ("deceleration", &fit.deceleration)] {
-        if law.is_none() {
-            output::note(&format!(
-                "warning: no {name} was measured: the study keeps the one of its base"
-            ));
-        }
-    }
     let model = fit.population(&base.model.driver.speed_change, arguments.untruncated);
-    let values = fitted_text(&KEYS, &model);
-    if arguments.fitted.json {
-        let mut json = serde_json::to_value(&fit).expect("numbers, words and lists");
-        json["study"] = fitted_json(&KEYS, &model);
-        output::answer(&format!("{json:#}\n"))?;
-    } else {
-        output::answer(&text(&fit, &values))?;
+    super::print(&arguments.fitted, &speed_change_answer(&fit, &model))?;
+    write_study(&arguments.fitted, "speed-change", source, &fitted_text(&KEYS, &model))
+}
+
+/// What the fit of speed changes tells; `model` is the part of a study that follows from it.
+pub fn speed_change_answer(fit: &SpeedChangeFit, model: &SpeedChangeModel) -> Answer {
+    let mut json = serde_json::to_value(fit).expect("numbers, words and lists");
+    json["study"] = fitted_json(&KEYS, model);
+    let laws = [("acceleration", &fit.acceleration), ("deceleration", &fit.deceleration)];
+    let missing = laws.into_iter().filter(|(_, law)| law.is_none());
+    let warning = |name| format!("no {name} was measured: the study keeps the one of its base");
+    Answer {
+        json,
+        text: text(fit, &fitted_text(&KEYS, model)),
+        warnings: missing.map(|(name, _)| warning(name)).collect(),
     }
-    write_study(&arguments.fitted, "speed-change", source, &values)
 }
 
 fn text(fit: &SpeedChangeFit, values: &str) -> String {

@@ -40,7 +40,7 @@ impl Default for Tolerances {
 }
 
 /// Where the search ended.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Optimum {
     /// The parameters.
     pub parameters: Vec<f64>,

@@ -99,6 +99,9 @@ pub enum EventError {
         /// Its row, from 1.
         row: usize,
     },
+    /// Nobody waits for the answer any more.
+    #[error("stopped before it was identified")]
+    Stopped,
     /// A vehicle that stands.
     #[error("the vehicle is slower than 2 m/s in {count} rows: the set speed is not constant")]
     Standing {

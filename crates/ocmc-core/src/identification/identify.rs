@@ -21,6 +21,8 @@ use crate::study::Study;
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 use serde::Serialize;
+use std::sync::atomic::{AtomicBool, Ordering};
+use thiserror::Error;
 
 /// Scale of the speed term, in m/s (paper).
 const SPEED_SCALE_MPS: f64 = 20.0;
@@ -104,6 +106,37 @@ impl Default for IdentifyOptions {
     }
 }
 
+/// Bounds between which nothing can be looked for.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[error("the bounds of {name} are {} and {}: they have to rise, from {least} on", bounds[0], bounds[1])]
+pub struct BoundsError {
+    /// Name of the gain.
+    name: &'static str,
+    /// Its bounds.
+    bounds: [f64; 2],
+    /// Smallest lower bound.
+    least: f64,
+}
+
+impl IdentifyOptions {
+    /// Whether the bounds of the gains are bounds.
+    ///
+    /// # Errors
+    /// [`BoundsError`] for the first gain whose bounds are none.
+    pub fn check(&self) -> Result<(), BoundsError> {
+        for (name, bounds, least) in [
+            ("kp", self.proportional, 1e-3),
+            ("ki", self.integral, 1e-6),
+            ("kd", self.derivative, 0.0),
+        ] {
+            if !(bounds[0] >= least && bounds[1] > bounds[0] && bounds[1].is_finite()) {
+                return Err(BoundsError { name, bounds, least });
+            }
+        }
+        Ok(())
+    }
+}
+
 /// What was found for one parameter.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ParameterFit {
@@ -183,27 +216,32 @@ struct Problem<'a> {
     lower: Vec<f64>,
     upper: Vec<f64>,
     integral_range: [f64; 2],
+    /// Set once nobody waits for an answer any more.
+    stop: &'a AtomicBool,
 }
 
 /// Identifies the controller of one event.
 ///
 /// # Errors
-/// [`EventError`] where the log cannot be used.
+/// [`EventError`] where the log cannot be used, and soon after `stop` is set.
 pub fn identify_event(
     study: &Study,
     driver: &str,
     event: &str,
     log: &PedalLog,
     options: &IdentifyOptions,
+    stop: &AtomicBool,
 ) -> Result<EventFit, EventError> {
     let kind = log.check()?;
-    let problem = Problem::new(study, log, options);
+    let problem = Problem::new(study, log, options, stop);
     let starts = problem.starts();
     let tolerances = problem.tolerances();
     let optima: Vec<Optimum> = starts
         .par_iter()
         .map(|start| problem.search(start, &problem.lower, &problem.upper, &tolerances))
         .collect();
+    let go_on = || if problem.is_stopped() { Err(EventError::Stopped) } else { Ok(()) };
+    go_on()?;
     let best = optima
         .iter()
         .min_by(|a, b| a.sum_of_squares.total_cmp(&b.sum_of_squares))
@@ -246,6 +284,7 @@ pub fn identify_event(
             fit
         })
         .collect();
+    go_on()?;
     let named = |wanted: &dyn Fn(&ParameterFit) -> bool| -> Vec<&'static str> {
         parameters.iter().filter(|fit| wanted(fit)).map(|fit| fit.name).collect()
     };
@@ -273,7 +312,12 @@ pub fn identify_event(
 }
 
 impl<'a> Problem<'a> {
-    fn new(study: &'a Study, log: &'a PedalLog, options: &'a IdentifyOptions) -> Self {
+    fn new(
+        study: &'a Study,
+        log: &'a PedalLog,
+        options: &'a IdentifyOptions,
+        stop: &'a AtomicBool,
+    ) -> Self {
         let rows = log.time_s.len();
         let time = |k: usize| log.time_s[k.min(rows - 1)];
         // what engine and filter knew at the start is gone after a second: it is not compared
@@ -312,6 +356,7 @@ impl<'a> Problem<'a> {
             lower: boxes.iter().map(|(_, range)| range[0]).collect(),
             upper: boxes.iter().map(|(_, range)| range[1]).collect(),
             integral_range,
+            stop,
         }
     }
 
@@ -396,6 +441,9 @@ impl<'a> Problem<'a> {
         tolerances: &Tolerances,
     ) -> Optimum {
         let mut from = start.to_vec();
+        if self.is_stopped() {
+            return Optimum { parameters: from, ..Optimum::default() };
+        }
         if self.options.controller == ControllerKind::Switched {
             let mut r = Vec::new();
             from = descend(&mut |x| self.sum(x, &mut r), start, lower, upper).0;
@@ -412,6 +460,11 @@ impl<'a> Problem<'a> {
     /// Weighted residuals: both pedals, then the speed term.
     fn residuals(&self, x: &[f64], r: &mut Vec<f64>) {
         r.clear();
+        if self.is_stopped() {
+            // a sum of squares of 0 ends every search
+            r.resize(self.log.time_s.len() * self.residuals_a_row(), 0.0);
+            return;
+        }
         let controller = self.controller(x);
         let set_speed_mps = match controller {
             Controller::Pid { set_speed_mps, .. } | Controller::Switched { set_speed_mps, .. } => {
@@ -439,8 +492,15 @@ impl<'a> Problem<'a> {
     fn pedal_sum(&self, x: &[f64]) -> f64 {
         let mut r = Vec::new();
         self.residuals(x, &mut r);
-        let each = if self.options.speed_term == SpeedTerm::None { 2 } else { 3 };
-        r.chunks(each).map(|row| row[0] * row[0] + row[1] * row[1]).sum()
+        r.chunks(self.residuals_a_row()).map(|row| row[0] * row[0] + row[1] * row[1]).sum()
+    }
+
+    fn is_stopped(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
+    }
+
+    fn residuals_a_row(&self) -> usize {
+        if self.options.speed_term == SpeedTerm::None { 2 } else { 3 }
     }
 
     /// Where the profile of parameter `k` has grown by 1.96² s², to one side; the bound where it does not before.

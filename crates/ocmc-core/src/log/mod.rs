@@ -13,21 +13,26 @@ pub mod sensor;
 pub mod signal;
 pub mod threshold;
 
+use std::borrow::Cow;
+
+/// One column of a log, the caller's or made for it.
+pub type Samples<'a> = Cow<'a, [f64]>;
+
 /// One drive as it was measured; rows in order of time, NaN where a value is missing.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct DriveLog {
+pub struct DriveLog<'a> {
     /// Time, in s, from any origin.
-    pub time_s: Vec<f64>,
+    pub time_s: Samples<'a>,
     /// Speed, in m/s.
-    pub speed_mps: Vec<f64>,
+    pub speed_mps: Samples<'a>,
     /// Yaw rate, in rad/s, positive to the left.
-    pub yaw_rate_radps: Vec<f64>,
+    pub yaw_rate_radps: Samples<'a>,
     /// Course over ground of the receiver that measured the speed, in rad, clockwise from north; to estimate its lag.
-    pub course_rad: Option<Vec<f64>>,
+    pub course_rad: Option<Samples<'a>>,
     /// Latitude, in degrees; for radii by position.
-    pub latitude_deg: Option<Vec<f64>>,
+    pub latitude_deg: Option<Samples<'a>>,
     /// Longitude, in degrees.
-    pub longitude_deg: Option<Vec<f64>>,
+    pub longitude_deg: Option<Samples<'a>>,
     /// Speed limit where it is known, in m/s.
-    pub limit_mps: Option<Vec<f64>>,
+    pub limit_mps: Option<Samples<'a>>,
 }

@@ -114,7 +114,7 @@ mod tests {
     use crate::log::signal::prepare;
 
     /// A drive with turns of 3 s each 20 s, whose course comes `lag_s` late, in some steps.
-    fn drive(rate_hz: f64, lag_s: f64) -> DriveLog {
+    fn drive(rate_hz: f64, lag_s: f64) -> DriveLog<'static> {
         let rows = (600.0 * rate_hz) as usize;
         let yaw = |t: f64| {
             let phase = t % 20.0;
@@ -127,12 +127,12 @@ mod tests {
         };
         let time_s: Vec<f64> = (0..rows).map(|k| k as f64 / rate_hz).collect();
         DriveLog {
-            speed_mps: vec![10.0; rows],
+            speed_mps: vec![10.0; rows].into(),
             yaw_rate_radps: time_s.iter().map(|t| yaw(*t)).collect(),
             course_rad: Some(
                 time_s.iter().map(|t| (7.0 - heading(t - lag_s)) % (2.0 * PI)).collect(),
             ),
-            time_s,
+            time_s: time_s.into(),
             ..DriveLog::default()
         }
     }
@@ -153,7 +153,7 @@ mod tests {
     #[test]
     fn no_lag_without_turns_or_course() {
         let mut log = drive(10.0, 0.7);
-        log.yaw_rate_radps.fill(0.0);
+        log.yaw_rate_radps.to_mut().fill(0.0);
         let (pieces, _) = prepare(&log).unwrap();
         assert_eq!(speed_lag_s(&log, &pieces), None);
         log.course_rad = None;
@@ -163,13 +163,13 @@ mod tests {
     #[test]
     fn the_bias_is_the_median_at_standstill() {
         let mut log = drive(10.0, 0.0);
-        for yaw in &mut log.yaw_rate_radps {
+        for yaw in log.yaw_rate_radps.to_mut() {
             *yaw += 0.01;
         }
         let (pieces, _) = prepare(&log).unwrap();
         assert_eq!(gyro_bias_radps(&pieces), None);
-        log.speed_mps[50..120].fill(0.0);
-        log.yaw_rate_radps[60] = 5.0; // a knock on the sensor
+        log.speed_mps.to_mut()[50..120].fill(0.0);
+        log.yaw_rate_radps.to_mut()[60] = 5.0; // a knock on the sensor
         let (pieces, _) = prepare(&log).unwrap();
         assert!((gyro_bias_radps(&pieces).unwrap() - 0.01).abs() < 1e-9);
     }

@@ -1,6 +1,6 @@
 //! What has to be right with a log, and its pieces between gaps. Nothing is dropped without being counted.
 
-use super::DriveLog;
+use super::{DriveLog, Samples};
 use serde::Serialize;
 use thiserror::Error;
 
@@ -201,7 +201,7 @@ pub fn prepare(log: &DriveLog) -> Result<(Vec<Piece>, LogCounts), LogError> {
 
 fn check_lengths(log: &DriveLog) -> Result<(), LogError> {
     let expected = log.time_s.len();
-    let optional = |column: &Option<Vec<f64>>| column.as_ref().map_or(expected, Vec::len);
+    let optional = |column: &Option<Samples>| column.as_ref().map_or(expected, |c| c.len());
     for (column, found) in [
         ("speed", log.speed_mps.len()),
         ("yaw rate", log.yaw_rate_radps.len()),
@@ -263,11 +263,11 @@ pub(crate) fn median(mut values: Vec<f64>) -> f64 {
 mod tests {
     use super::*;
 
-    fn log(rows: usize) -> DriveLog {
+    fn log(rows: usize) -> DriveLog<'static> {
         DriveLog {
             time_s: (0..rows).map(|k| k as f64 * 0.1).collect(),
-            speed_mps: vec![10.0; rows],
-            yaw_rate_radps: vec![0.0; rows],
+            speed_mps: vec![10.0; rows].into(),
+            yaw_rate_radps: vec![0.0; rows].into(),
             ..DriveLog::default()
         }
     }
@@ -275,7 +275,7 @@ mod tests {
     #[test]
     fn a_speed_beyond_all_units_is_refused() {
         let mut log = log(100);
-        log.speed_mps[7] = 1e308;
+        log.speed_mps.to_mut()[7] = 1e308;
         let error = prepare(&log).unwrap_err();
         assert_eq!(error, LogError::Speed { row: 8, speed_mps: 1e308 });
         assert!(error.to_string().contains("is the unit of speed right?"));
@@ -284,13 +284,13 @@ mod tests {
     #[test]
     fn everything_that_is_left_out_is_counted() {
         let mut log = log(100);
-        log.time_s[3] = f64::NAN;
-        log.speed_mps[10] = f64::NAN;
-        log.yaw_rate_radps[20..40].fill(f64::NAN); // 2.1 s without yaw rate: a gap
-        log.speed_mps[50] = -3.0;
-        log.speed_mps[60] = 100.0;
-        log.yaw_rate_radps[61] = 9.0;
-        log.time_s[70] = log.time_s[69];
+        log.time_s.to_mut()[3] = f64::NAN;
+        log.speed_mps.to_mut()[10] = f64::NAN;
+        log.yaw_rate_radps.to_mut()[20..40].fill(f64::NAN); // 2.1 s without yaw rate: a gap
+        log.speed_mps.to_mut()[50] = -3.0;
+        log.speed_mps.to_mut()[60] = 100.0;
+        log.yaw_rate_radps.to_mut()[61] = 9.0;
+        log.time_s.to_mut()[70] = log.time_s[69];
         let (pieces, counts) = prepare(&log).unwrap();
         assert_eq!(
             (counts.missing_time, counts.missing_speed, counts.missing_yaw_rate),
@@ -306,21 +306,21 @@ mod tests {
     #[test]
     fn what_cannot_be_used_says_why() {
         let mut backwards = log(50);
-        backwards.time_s[30] = 0.0;
+        backwards.time_s.to_mut()[30] = 0.0;
         let error = prepare(&backwards).unwrap_err();
         assert!(matches!(error, LogError::Backwards { count: 1, row: 30, .. }), "{error}");
         assert!(matches!(prepare(&log(3)), Err(LogError::TooFewRows { rows: 3, .. })));
         assert!(matches!(prepare(&DriveLog::default()), Err(LogError::TooFewRows { rows: 0, .. })));
         let mut short = log(50);
-        short.yaw_rate_radps.pop();
+        short.yaw_rate_radps.to_mut().pop();
         assert!(matches!(prepare(&short), Err(LogError::Lengths { column: "yaw rate", .. })));
         let mut milliseconds = log(50);
-        for time in &mut milliseconds.time_s {
+        for time in milliseconds.time_s.to_mut() {
             *time *= 1000.0;
         }
         assert!(matches!(prepare(&milliseconds), Err(LogError::Rate { .. })));
         let mut empty = log(50);
-        empty.yaw_rate_radps.fill(f64::NAN);
+        empty.yaw_rate_radps.to_mut().fill(f64::NAN);
         let message = prepare(&empty).unwrap_err().to_string();
         assert!(message.contains("50 the yaw rate"), "{message}");
     }

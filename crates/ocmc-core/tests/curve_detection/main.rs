@@ -134,7 +134,7 @@ fn gaps_cut_the_log_and_cost_only_the_curves_in_them() {
     let truth = rural_curves(1, LENGTH_M);
     let mut drive = log(1, &truth, LENGTH_M, 10.0, 1.0);
     // every 100 s a second without yaw rate
-    for (time_s, yaw) in drive.time_s.iter().zip(&mut drive.yaw_rate_radps) {
+    for (time_s, yaw) in drive.time_s.iter().zip(drive.yaw_rate_radps.to_mut()) {
         if time_s % 100.0 > 99.0 {
             *yaw = f64::NAN;
         }

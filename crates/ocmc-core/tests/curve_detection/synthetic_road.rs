@@ -45,7 +45,7 @@ pub(crate) fn log(
     length_m: f64,
     rate_hz: f64,
     noise: f64,
-) -> DriveLog {
+) -> DriveLog<'static> {
     let cells = (length_m / GRID_M) as usize;
     let mut curvature = vec![0.0; cells];
     for curve in curves {
@@ -75,15 +75,15 @@ pub(crate) fn log(
         wander = keep * wander + (1.0 - keep * keep).sqrt() * WANDER_PER_M * noise * draws.normal();
         *k += wander;
     }
-    let mut log = DriveLog::default();
+    let (mut times, mut speeds, mut yaw_rates) = (Vec::new(), Vec::new(), Vec::new());
     let (mut time_s, mut next_s) = (STANDSTILL_S, 0.0);
     let mut gyro = |speed: f64, curvature: f64| {
         speed * curvature + noise * (GYRO_BIAS_RADPS + GYRO_NOISE_RADPS * draws.normal())
     };
     while next_s < STANDSTILL_S {
-        log.time_s.push(next_s);
-        log.speed_mps.push(0.0);
-        log.yaw_rate_radps.push(gyro(0.0, 0.0));
+        times.push(next_s);
+        speeds.push(0.0);
+        yaw_rates.push(gyro(0.0, 0.0));
         next_s += 1.0 / rate_hz;
     }
     for k in 0..cells - 1 {
@@ -92,14 +92,19 @@ pub(crate) fn log(
         while next_s < time_s + took_s {
             let part = (next_s - time_s) / took_s;
             let speed = from + part * (to - from);
-            log.time_s.push(next_s);
-            log.speed_mps.push(speed);
-            log.yaw_rate_radps.push(gyro(speed, curvature[k]));
+            times.push(next_s);
+            speeds.push(speed);
+            yaw_rates.push(gyro(speed, curvature[k]));
             next_s += 1.0 / rate_hz;
         }
         time_s += took_s;
     }
-    log
+    DriveLog {
+        time_s: times.into(),
+        speed_mps: speeds.into(),
+        yaw_rate_radps: yaw_rates.into(),
+        ..DriveLog::default()
+    }
 }
 
 /// Adds the positions that follow from speed and yaw rate, near 58° north.
@@ -118,6 +123,6 @@ pub(crate) fn add_positions(log: &mut DriveLog) {
         let shrink = latitude[k].to_radians().cos();
         longitude.push(12.0 + (east_m / (radius_m * shrink)).to_degrees());
     }
-    log.latitude_deg = Some(latitude);
-    log.longitude_deg = Some(longitude);
+    log.latitude_deg = Some(latitude.into());
+    log.longitude_deg = Some(longitude.into());
 }

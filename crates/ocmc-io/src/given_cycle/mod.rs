@@ -9,9 +9,12 @@ mod track_file;
 mod vdri;
 
 use crate::delimited::{DelimitedTable, TableError, read_text};
+use crate::study::builtin;
 use ocmc_core::operating_cycle::given::{GivenCycle, GivenCycleError};
 use sha2::{Digest, Sha256};
 use std::fmt::Write;
+use std::fs::File;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
@@ -106,6 +109,19 @@ pub fn read(path: &Path) -> Result<GivenCycle, GivenCycleFileError> {
 /// As [`read`].
 pub fn read_tracks(path: &Path, text: &str) -> Result<GivenCycle, GivenCycleFileError> {
     track_file::read_csv(&DelimitedTable::parse(path, text)?)
+}
+
+/// Whether a file, or what is built in under its name, can be read at all.
+///
+/// # Errors
+/// [`GivenCycleFileError::Table`] with what the system says.
+pub fn check_readable(path: &Path) -> Result<(), GivenCycleFileError> {
+    if path.to_str().is_some_and(|name| builtin::route(name).is_some()) {
+        return Ok(());
+    }
+    let read = File::open(path).and_then(|mut file| file.read(&mut [0]));
+    let unreadable = |source| TableError::Unreadable { path: path.to_owned(), source };
+    Ok(read.map(drop).map_err(unreadable)?)
 }
 
 /// SHA-256 of a file, in hexadecimal digits.

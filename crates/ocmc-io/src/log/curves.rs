@@ -1,14 +1,16 @@
 //! From log files to the curves that were driven, and the table of them: a row a curve, as `ocmc fit curve-speed` reads it.
 
 use super::quantity::Quantity;
-use super::{LoggedDrive, Need};
+use super::{LogFile, LoggedDrive, Need};
 use ocmc_core::log::DriveLog;
 use ocmc_core::log::curve::{
     Correction, CurveDetection, CurveOptions, RadiusDefinition, detect_curves,
 };
 use ocmc_core::log::signal::LogError;
 use serde::Serialize;
+use std::borrow::Cow;
 use std::io;
+use std::ops::ControlFlow;
 
 /// What curve detection needs of a log.
 const NEEDS: [Need; 3] = [
@@ -79,24 +81,58 @@ pub enum DriveError {
     Steering,
 }
 
+/// The curves of many drives.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct FoundCurves {
+    /// Drives that could be used.
+    pub drives: Vec<DriveCurves>,
+    /// Where the others stand, and why they could not.
+    pub left_out: Vec<(String, DriveError)>,
+}
+
+impl FoundCurves {
+    /// Finds the curves of a log's drives. `look` is called before each of them, and may break off.
+    pub fn add<B>(
+        &mut self,
+        file: &LogFile,
+        options: &CurveOptions,
+        steering: Option<Steering>,
+        mut look: impl FnMut() -> ControlFlow<B>,
+    ) -> ControlFlow<B> {
+        for drive in &file.drives {
+            look()?;
+            match detect(drive, options, steering) {
+                Ok(found) => self.drives.push(found),
+                Err(fault) => self.left_out.push((file.place(drive), fault)),
+            }
+        }
+        ControlFlow::Continue(())
+    }
+
+    /// The first drive that was left out, where all were.
+    pub fn failed(&self) -> Option<&(String, DriveError)> {
+        self.left_out.first().filter(|_| self.drives.is_empty())
+    }
+}
+
 /// Finds the curves of a drive.
 ///
 /// # Errors
 /// [`DriveError`] where the log cannot be used, or only tells steering angles and `steering` is not given.
-pub fn detect(
+fn detect(
     drive: &LoggedDrive,
     options: &CurveOptions,
     steering: Option<Steering>,
 ) -> Result<DriveCurves, DriveError> {
-    let owned = |quantity| drive.column(quantity).map(<[f64]>::to_vec);
+    let lent = |quantity| drive.column(quantity).map(Cow::Borrowed);
     let turning = TURNING.into_iter().find(|quantity| {
         drive.column(*quantity).is_some_and(|values| values.iter().any(|value| !value.is_nan()))
     });
     let turning = turning.unwrap_or(Quantity::YawRate);
-    let speed_mps = owned(Quantity::Speed).unwrap_or_default();
-    let signal = owned(turning).unwrap_or_default();
+    let speed_mps = lent(Quantity::Speed).unwrap_or_default();
+    let signal = lent(turning).unwrap_or_default();
     let times_speed = |factor: f64| {
-        signal.iter().zip(&speed_mps).map(|(signal, speed)| signal * speed * factor).collect()
+        signal.iter().zip(&*speed_mps).map(|(signal, speed)| signal * speed * factor).collect()
     };
     let yaw_rate_radps = match turning {
         Quantity::Curvature => times_speed(1.0),
@@ -106,7 +142,7 @@ pub fn detect(
         }
         Quantity::LateralAcceleration => {
             let slow = |speed: f64| speed < SLOWEST_MPS;
-            let rates = signal.iter().zip(&speed_mps);
+            let rates = signal.iter().zip(&*speed_mps);
             rates.map(|(a, v)| if slow(*v) { 0.0 } else { a / v }).collect()
         }
         _ => signal,
@@ -117,13 +153,13 @@ pub fn detect(
         options.gyro_bias_radps = Correction::Given(0.0);
     }
     let log = DriveLog {
-        time_s: owned(Quantity::Time).unwrap_or_default(),
+        time_s: lent(Quantity::Time).unwrap_or_default(),
         speed_mps,
         yaw_rate_radps,
-        course_rad: owned(Quantity::Course),
-        latitude_deg: owned(Quantity::Latitude),
-        longitude_deg: owned(Quantity::Longitude),
-        limit_mps: owned(Quantity::Limit),
+        course_rad: lent(Quantity::Course),
+        latitude_deg: lent(Quantity::Latitude),
+        longitude_deg: lent(Quantity::Longitude),
+        limit_mps: lent(Quantity::Limit),
     };
     Ok(DriveCurves {
         driver: drive.driver.clone(),

@@ -1,6 +1,7 @@
 //! What can be wrong with a log file, in words for whoever has to mend it.
 
 use super::quantity::{Label, Quantity};
+use crate::given_table::ColumnTypeError;
 use std::io;
 use std::path::PathBuf;
 use thiserror::Error;
@@ -27,6 +28,9 @@ pub enum LogFileError {
         /// Why.
         reason: String,
     },
+    /// A column of a type that no quantity has.
+    #[error(transparent)]
+    Type(#[from] ColumnTypeError),
     /// Nothing in it.
     #[error("`{}` is empty: a log has a line of column names, and rows below it", path.display())]
     Empty {

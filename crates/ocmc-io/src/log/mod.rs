@@ -1,11 +1,21 @@
-//! Measured logs as CSV, plain or compressed with gzip: columns found by name and unit, rows split into drives.
+//! Measured logs as CSV, plain or compressed with gzip, or as tables of a calling program: columns found by name and unit, rows
+//! split into drives.
 
+mod account;
 pub mod curves;
+mod drives;
 pub mod error;
+pub mod identification;
 pub mod mapping;
 pub mod pedals;
 pub mod quantity;
+mod table;
 
+pub use table::read_table;
+
+use crate::given_table::RowPlace;
+use arrow_array::Float64Array;
+use drives::Drives;
 use error::LogFileError;
 use flate2::read::MultiGzDecoder;
 use mapping::{Columns, Mapping};
@@ -30,18 +40,18 @@ pub struct LoggedDrive {
     /// The event, where there is a label.
     pub event: Option<String>,
     /// Values in SI, NaN where missing.
-    columns: BTreeMap<Quantity, Vec<f64>>,
+    columns: BTreeMap<Quantity, Float64Array>,
 }
 
 impl LoggedDrive {
     /// The values of a quantity.
     pub fn column(&self, quantity: Quantity) -> Option<&[f64]> {
-        self.columns.get(&quantity).map(Vec::as_slice)
+        self.columns.get(&quantity).map(|column| column.values().as_ref())
     }
 
     /// Number of rows.
     pub fn rows(&self) -> usize {
-        self.columns.values().next().map_or(0, Vec::len)
+        self.columns.values().next().map_or(0, |column| column.values().len())
     }
 }
 
@@ -52,8 +62,8 @@ pub struct Unreadable {
     pub column: String,
     /// How many cells.
     pub cells: usize,
-    /// Line of the first one.
-    pub line: u64,
+    /// Where the first one is.
+    pub place: RowPlace,
     /// What stands there.
     pub text: String,
 }
@@ -123,24 +133,9 @@ pub fn read_text(
         .iter()
         .map(|name| name.trim_start_matches('\u{feff}').trim().to_owned())
         .collect();
-    let columns = Columns::find(&header, mappings).map_err(|source| LogFileError::Header {
-        path: path.to_owned(),
-        source: Box::new(source),
-    })?;
-    for need in needs {
-        check_need(path, &columns, &header, need)?;
-    }
-    let mut file = LogFile {
-        path: path.to_owned(),
-        drives: Vec::new(),
-        columns,
-        rows: 0,
-        ragged_rows: 0,
-        unreadable: Vec::new(),
-    };
-    let name = stem(path);
+    let mut file = opened(path, &header, mappings, needs)?;
+    let mut drives = Drives::new(path);
     let mut record = csv::StringRecord::new();
-    let mut known: BTreeMap<[String; 3], usize> = BTreeMap::new();
     loop {
         match reader.read_record(&mut record) {
             Ok(true) => {}
@@ -157,30 +152,46 @@ pub fn read_text(
             Some(record.get(index).unwrap_or("").trim().to_owned())
         };
         let labels = Label::ALL.map(|which| label(which).unwrap_or_default());
-        let drive = *known.entry(labels).or_insert_with_key(|[driver, drive, event]| {
-            let or_name = |text: &String| if text.is_empty() { name.clone() } else { text.clone() };
-            file.drives.push(LoggedDrive {
-                driver: or_name(driver),
-                drive: or_name(drive),
-                event: (!event.is_empty()).then(|| event.clone()),
-                columns: file.columns.quantities.iter().map(|c| (c.quantity, Vec::new())).collect(),
-            });
-            file.drives.len() - 1
-        });
-        for column in &file.columns.quantities {
-            let cell = record.get(column.index).unwrap_or("").trim();
-            let number = cell.parse().unwrap_or(f64::NAN);
-            if !number.is_finite() {
-                let line = record.position().map_or(0, csv::Position::line);
-                note_unreadable(&mut file.unreadable, &column.name, cell, line);
-            }
-            let value = if number.is_finite() { number * column.factor } else { f64::NAN };
-            let values = file.drives[drive].columns.get_mut(&column.quantity);
-            values.expect("each drive has each column").push(value);
+        let drive = drives.place(labels);
+        for (k, column) in file.columns.quantities.iter().enumerate() {
+            let cell = record.get(column.index).unwrap_or("");
+            let place = RowPlace::Line(record.position().map_or(0, csv::Position::line));
+            let value = number(&mut file.unreadable, &column.name, cell, place);
+            drives.push(drive, k, column.factor * value);
         }
     }
+    file.drives = drives.finish(&file.columns.quantities);
+    ended(file, needs)
+}
+
+/// A file with this header, whose rows have not been read.
+fn opened(
+    path: &Path,
+    header: &[String],
+    mappings: &[Mapping],
+    needs: &[Need],
+) -> Result<LogFile, LogFileError> {
+    let columns = Columns::find(header, mappings).map_err(|source| LogFileError::Header {
+        path: path.to_owned(),
+        source: Box::new(source),
+    })?;
+    for need in needs {
+        check_need(path, &columns, header, need)?;
+    }
+    Ok(LogFile {
+        path: path.to_owned(),
+        drives: Vec::new(),
+        columns,
+        rows: 0,
+        ragged_rows: 0,
+        unreadable: Vec::new(),
+    })
+}
+
+/// The file, all of whose rows have been read.
+fn ended(file: LogFile, needs: &[Need]) -> Result<LogFile, LogFileError> {
     if file.rows == 0 {
-        return Err(LogFileError::NoRows { path: path.to_owned() });
+        return Err(LogFileError::NoRows { path: file.path });
     }
     for need in needs {
         check_numbers(&file, need)?;
@@ -201,12 +212,6 @@ fn delimiter(start: &[u8]) -> u8 {
     let count = |wanted: u8| line.split(|byte| *byte == wanted).count();
     // of equal counts the last one wins
     [b'\t', b';', b','].into_iter().max_by_key(|separator| count(*separator)).unwrap_or(b',')
-}
-
-/// The name of a file without its extensions.
-fn stem(path: &Path) -> String {
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    name.trim_end_matches(".gz").trim_end_matches(".csv").to_owned()
 }
 
 fn check_need(
@@ -245,21 +250,27 @@ fn check_numbers(file: &LogFile, need: &Need) -> Result<(), LogFileError> {
         path: file.path.clone(),
         column: column.name.clone(),
         rows: file.rows,
-        example: example.map_or_else(String::new, |cells| {
-            format!(": line {} has `{}`", cells.line, cells.text)
-        }),
+        example: example
+            .map_or_else(String::new, |cells| format!(": {} has `{}`", cells.place, cells.text)),
     })
 }
 
-/// Counts a cell that is neither a number nor a usual sign for a missing one.
-fn note_unreadable(unreadable: &mut Vec<Unreadable>, column: &str, cell: &str, line: u64) {
+/// The number in a cell, NaN where there is none. A cell with something else than a number or a usual sign for a missing one is
+/// counted.
+fn number(unreadable: &mut Vec<Unreadable>, column: &str, cell: &str, place: RowPlace) -> f64 {
+    let cell = cell.trim();
+    let number = cell.parse().unwrap_or(f64::NAN);
+    if number.is_finite() {
+        return number;
+    }
     if cell.is_empty() || cell.eq_ignore_ascii_case("nan") || MISSING.contains(&cell) {
-        return;
+        return f64::NAN;
     }
     if let Some(cells) = unreadable.iter_mut().find(|cells| cells.column == column) {
         cells.cells += 1;
     } else {
         let text = cell.chars().take(40).collect();
-        unreadable.push(Unreadable { column: column.to_owned(), cells: 1, line, text });
+        unreadable.push(Unreadable { column: column.to_owned(), cells: 1, place, text });
     }
+    f64::NAN
 }

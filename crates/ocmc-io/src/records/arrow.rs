@@ -1,12 +1,13 @@
 //! Records as Arrow tables: what Parquet files hold and what Python receives.
 
 use arrow_array::cast::AsArray;
-use arrow_array::types::{Float64Type, UInt64Type};
-use arrow_array::{Array, ArrayRef, Float64Array, RecordBatch, StringArray, UInt64Array};
+use arrow_array::{
+    Array, ArrayRef, Float64Array, RecordBatch, StringArray, UInt64Array, new_null_array,
+};
 use arrow_schema::{DataType, Field, Schema, SchemaRef};
-use ocmc_core::simulation::record::{COLUMNS, Cell, Column, Outcome, Record};
+use ocmc_core::simulation::record::{COLUMNS, Cell, Column, Outcome, Record, column};
 use serde::Deserialize;
-use serde::de::value::{Error, MapDeserializer, StrDeserializer};
+use serde::de::value::{Error, SeqDeserializer, StrDeserializer};
 use serde::de::{Deserializer, Error as _, IntoDeserializer, Visitor};
 use serde::forward_to_deserialize_any;
 use std::sync::Arc;
@@ -56,38 +57,135 @@ fn word(cell: Cell) -> &'static str {
 /// # Errors
 /// Names the column that is missing, or whose type or value is no quantity of a record.
 pub fn records(batch: &RecordBatch) -> Result<Vec<Record>, Error> {
-    let columns: Vec<(&str, &ArrayRef)> = COLUMNS
-        .iter()
-        .filter_map(|column| Some((column.name, batch.column_by_name(column.name)?)))
-        .collect();
-    (0..batch.num_rows())
-        .map(|row| {
-            let mut cells = Vec::with_capacity(columns.len());
-            for (name, array) in &columns {
-                let cell = cell(array, row);
-                cells.push((
-                    *name,
-                    Value(cell.map_err(|e| Error::custom(format!("column `{name}`: {e}")))?),
-                ));
-            }
-            Record::deserialize(MapDeserializer::new(cells.into_iter()))
-                .map_err(|error| Error::custom(format!("row {}: {error}", row + 1)))
+    let mut sources = Vec::with_capacity(COLUMNS.len());
+    for name in fields() {
+        sources.push((*name, Source::of(batch, name)?));
+    }
+    let record = |row: usize| {
+        let cells = sources.iter().map(|(_, source)| Value(source.cell(row)));
+        Record::deserialize(SeqDeserializer::new(cells)).map_err(|error| {
+            Error::custom(format!("row {}: {error}{}", row + 1, gap(&sources, row)))
         })
-        .collect()
+    };
+    (0..batch.num_rows()).map(record).collect()
 }
 
-/// One value of an array.
-fn cell(array: &ArrayRef, row: usize) -> Result<Cell, String> {
-    match array.data_type() {
-        _ if array.is_null(row) => Ok(Cell::Number(None)),
-        DataType::UInt64 => Ok(Cell::Integer(array.as_primitive::<UInt64Type>().value(row))),
-        DataType::Float64 => Ok(Cell::Number(Some(array.as_primitive::<Float64Type>().value(row)))),
-        DataType::Utf8 => {
-            let name = array.as_string::<i32>().value(row);
-            let outcome = Outcome::ALL.into_iter().find(|outcome| outcome.name() == name);
-            outcome.map(Cell::Outcome).ok_or_else(|| format!("`{name}` is no outcome"))
+/// A table of records as [`schema`] has it: columns in its order, nulls for quantities that are not there.
+///
+/// # Errors
+/// As [`records`], of types alone.
+pub fn in_our_order(batch: &RecordBatch) -> Result<RecordBatch, Error> {
+    let schema = schema();
+    let rows = batch.num_rows();
+    let column = |field: &Arc<Field>| match batch.column_by_name(field.name()) {
+        Some(column) => Arc::clone(column),
+        None => new_null_array(field.data_type(), rows),
+    };
+    let columns = schema.fields().iter().map(column).collect();
+    RecordBatch::try_new(schema, columns).map_err(Error::custom)
+}
+
+/// Names of the fields of a record, in the order in which it is made of a sequence.
+fn fields() -> &'static [&'static str] {
+    let mut fields: &'static [&'static str] = &[];
+    // ends in an error once it has asked for the names
+    let _ = Record::deserialize(Names(&mut fields));
+    fields
+}
+
+/// The words behind an error in a row with a null where there has to be a value.
+fn gap(sources: &[(&str, Source)], row: usize) -> String {
+    let null = sources.iter().find(|(name, source)| !optional(name) && source.is_null(row));
+    null.map_or_else(String::new, |(name, _)| format!(" in column `{name}`"))
+}
+
+/// Whether a record may lack that quantity.
+fn optional(name: &str) -> bool {
+    let blank = Record::default();
+    column(name).is_some_and(|column| matches!((column.get)(&blank), Cell::Number(None)))
+}
+
+/// Where a field's values come from.
+enum Source<'a> {
+    Integers(&'a UInt64Array),
+    Numbers(&'a Float64Array),
+    /// With the outcome of each row.
+    Outcomes(Vec<Cell>),
+    Nothing,
+}
+
+impl<'a> Source<'a> {
+    fn of(batch: &'a RecordBatch, name: &str) -> Result<Self, Error> {
+        let Some(array) = batch.column_by_name(name) else {
+            let missing = || Error::custom(format!("there is no column `{name}`"));
+            return if optional(name) { Ok(Self::Nothing) } else { Err(missing()) };
+        };
+        match array.data_type() {
+            DataType::UInt64 => Ok(Self::Integers(array.as_primitive())),
+            DataType::Float64 => Ok(Self::Numbers(array.as_primitive())),
+            DataType::Utf8 => {
+                let words = array.as_string::<i32>().iter();
+                let outcomes = words.map(|word| outcome(word.unwrap_or_default()));
+                let outcomes = outcomes.collect::<Result<_, _>>();
+                outcomes
+                    .map(Self::Outcomes)
+                    .map_err(|error| Error::custom(format!("column `{name}`: {error}")))
+            }
+            other => {
+                let text = format!("column `{name}`: type {other} is not that of a record");
+                Err(Error::custom(text))
+            }
         }
-        other => Err(format!("type {other} is not that of a record")),
+    }
+
+    fn is_null(&self, row: usize) -> bool {
+        match self {
+            Self::Integers(values) => values.is_null(row),
+            Self::Numbers(values) => values.is_null(row),
+            Self::Outcomes(_) => false,
+            Self::Nothing => true,
+        }
+    }
+
+    fn cell(&self, row: usize) -> Cell {
+        match self {
+            _ if self.is_null(row) => Cell::Number(None),
+            Self::Integers(values) => Cell::Integer(values.value(row)),
+            Self::Numbers(values) => Cell::Number(Some(values.value(row))),
+            Self::Outcomes(outcomes) => outcomes[row],
+            Self::Nothing => Cell::Number(None),
+        }
+    }
+}
+
+fn outcome(name: &str) -> Result<Cell, String> {
+    let outcome = Outcome::ALL.into_iter().find(|outcome| outcome.name() == name);
+    outcome.map(Cell::Outcome).ok_or_else(|| format!("`{name}` is no outcome"))
+}
+
+/// Asks a record for the names of its fields.
+struct Names<'a>(&'a mut &'static [&'static str]);
+
+impl<'de> Deserializer<'de> for Names<'_> {
+    type Error = Error;
+
+    fn deserialize_struct<V: Visitor<'de>>(
+        self,
+        _name: &'static str,
+        fields: &'static [&'static str],
+        _visitor: V,
+    ) -> Result<V::Value, Error> {
+        *self.0 = fields;
+        Err(Error::custom("only its names were wanted"))
+    }
+
+    fn deserialize_any<V: Visitor<'de>>(self, _visitor: V) -> Result<V::Value, Error> {
+        Err(Error::custom("a record is a struct"))
+    }
+
+    forward_to_deserialize_any! {
+        bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char str string bytes byte_buf option unit unit_struct
+        newtype_struct seq tuple tuple_struct map enum identifier ignored_any
     }
 }
 
@@ -137,5 +235,66 @@ impl<'de> Deserializer<'de> for Value {
     forward_to_deserialize_any! {
         bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char str string bytes byte_buf unit unit_struct
         newtype_struct seq tuple tuple_struct map struct identifier ignored_any
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::records::examples;
+
+    #[test]
+    fn columns_are_found_in_any_order() {
+        let rows = examples::records(10);
+        let batch = record_batch(&rows);
+        let places: Vec<usize> = (0..batch.num_columns()).rev().collect();
+        let turned = batch.project(&places).expect("all columns");
+        assert!(records(&turned).expect("all are there") == rows);
+        assert_eq!(in_our_order(&turned).expect("all are there"), batch);
+    }
+
+    #[test]
+    fn what_a_record_may_lack_may_be_absent() {
+        let rows = examples::records(10);
+        let batch = record_batch(&rows);
+        let without = |name: &str| {
+            let places = (0..batch.num_columns()).filter(|k| COLUMNS[*k].name != name);
+            batch.project(&places.collect::<Vec<_>>()).expect("the others")
+        };
+        let old = without("fuel_kg");
+        let back = records(&old).expect("an older file");
+        assert!(back.iter().all(|record| record.fuel_kg.is_none()));
+        assert_eq!(in_our_order(&old).expect("an older file"), record_batch(&back));
+        let error = records(&without("distance_m")).expect_err("needed").to_string();
+        assert!(error.contains("`distance_m`"), "{error}");
+    }
+
+    #[test]
+    fn wrong_values_name_their_place() {
+        let batch = record_batch(&examples::records(3));
+        let with = |name: &str, array: ArrayRef| {
+            let ours = schema();
+            let fields = ours.fields().iter().map(|field| {
+                let data_type =
+                    if field.name() == name { array.data_type() } else { field.data_type() };
+                Field::new(field.name(), data_type.clone(), true)
+            });
+            let schema = Arc::new(Schema::new(fields.collect::<Vec<_>>()));
+            let column = |(k, column): (usize, &ArrayRef)| {
+                Arc::clone(if COLUMNS[k].name == name { &array } else { column })
+            };
+            let columns = batch.columns().iter().enumerate().map(column).collect();
+            let batch = RecordBatch::try_new(schema, columns).expect("three rows");
+            records(&batch).expect_err("wrong").to_string()
+        };
+        let null: ArrayRef = Arc::new(Float64Array::from(vec![Some(1.0), None, Some(1.0)]));
+        let error = with("distance_m", null);
+        assert!(error.contains("row 2") && error.contains("`distance_m`"), "{error}");
+        let many: ArrayRef = Arc::new(UInt64Array::from(vec![1, 1 << 40, 1]));
+        let error = with("n_stops", many);
+        assert!(error.contains("row 2") && error.contains("1099511627776"), "{error}");
+        let words: ArrayRef = Arc::new(StringArray::from(vec!["completed", "flown", "stalled"]));
+        let error = with("outcome", words);
+        assert!(error.contains("`outcome`") && error.contains("`flown`"), "{error}");
     }
 }

@@ -1,6 +1,6 @@
 //! Records as comma-separated values: shortest decimals that read back as the same numbers, an empty cell for null.
 
-use super::{GROUP_ROWS, RecordsError};
+use super::{GROUP_ROWS, Group, RecordsError};
 use crate::file_error::FileError;
 use ocmc_core::simulation::record::{COLUMNS, Cell, Record};
 use std::fs::File;
@@ -67,11 +67,8 @@ pub fn write_rows(out: &mut impl Write, records: &[Record]) -> io::Result<()> {
 }
 
 /// Reads records, a group at a time. Columns are found by their names, in any order.
-pub fn read(
-    path: &Path,
-    file: File,
-    mut sink: impl FnMut(Vec<Record>),
-) -> Result<(), RecordsError> {
+pub fn read(path: &Path, file: File, mut sink: impl FnMut(Group)) -> Result<(), RecordsError> {
+    let mut sink = |records| sink(Group { records, batch: None });
     let mut reader = csv::Reader::from_reader(file);
     let mut group = Vec::new();
     for record in reader.deserialize() {

@@ -8,6 +8,8 @@ pub mod csv;
 pub mod parquet;
 
 use crate::file_error::FileError;
+use arrow::record_batch;
+use arrow_array::RecordBatch;
 use ocmc_core::simulation::record::Record;
 use std::fs::{File, OpenOptions};
 use std::path::{Path, PathBuf};
@@ -135,8 +137,24 @@ impl Groups {
     }
 }
 
+/// Records that were read together.
+#[derive(Clone, Debug)]
+pub struct Group {
+    /// The records.
+    pub records: Vec<Record>,
+    /// The same as a table, where the file has it in that form.
+    batch: Option<RecordBatch>,
+}
+
+impl Group {
+    /// The records as a table.
+    pub fn into_batch(self) -> RecordBatch {
+        self.batch.unwrap_or_else(|| record_batch(&self.records))
+    }
+}
+
 /// Reads the records of a file, group by group, in the format that its extension names.
-pub fn read(path: &Path, sink: impl FnMut(Vec<Record>)) -> Result<(), RecordsError> {
+pub fn read(path: &Path, sink: impl FnMut(Group)) -> Result<(), RecordsError> {
     let open = || File::open(path).map_err(FileError::read(path));
     match path.extension().and_then(|extension| extension.to_str()) {
         Some("parquet") => parquet::read(path, open()?, sink),
@@ -198,7 +216,7 @@ mod tests {
                 let path = directory.path().join(format!("{n}.{}", format.name()));
                 write(&path, format, &records, 256);
                 let mut back = Vec::new();
-                read(&path, |group| back.extend(group)).expect("just written");
+                read(&path, |group| back.extend(group.records)).expect("just written");
                 assert_eq!(back.len(), records.len());
                 assert!(back == records, "{path:?}");
             }

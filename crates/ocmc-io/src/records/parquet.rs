@@ -1,7 +1,7 @@
 //! Records as Apache Parquet: a row group for each group of rows, compressed by zstd.
 
-use super::arrow::{record_batch, records, schema};
-use super::{GROUP_ROWS, RecordsError};
+use super::arrow::{in_our_order, record_batch, records, schema};
+use super::{GROUP_ROWS, Group, RecordsError};
 use crate::file_error::FileError;
 use ocmc_core::simulation::record::Record;
 use parquet::arrow::ArrowWriter;
@@ -13,6 +13,11 @@ use parquet::schema::types::ColumnPath;
 use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::mpsc;
+use std::thread;
+
+/// Groups that are decompressed ahead.
+const GROUPS_AHEAD: usize = 4;
 
 /// A Parquet file of records that is being written.
 #[derive(Debug)]
@@ -69,19 +74,28 @@ fn io_error(error: ParquetError) -> io::Error {
     }
 }
 
-/// Reads records, a group at a time.
-pub fn read(
-    path: &Path,
-    file: File,
-    mut sink: impl FnMut(Vec<Record>),
-) -> Result<(), RecordsError> {
+/// Reads records, a group at a time: one thread decompresses the next groups while this one takes those before.
+pub fn read(path: &Path, file: File, mut sink: impl FnMut(Group)) -> Result<(), RecordsError> {
     let malformed = |reason: String| RecordsError::Malformed { path: path.to_owned(), reason };
     let builder = ParquetRecordBatchReaderBuilder::try_new(file);
     let builder = builder.map_err(|error| malformed(error.to_string()))?;
     let reader = builder.with_batch_size(GROUP_ROWS).build();
-    for batch in reader.map_err(|error| malformed(error.to_string()))? {
-        let batch = batch.map_err(|error| malformed(error.to_string()))?;
-        sink(records(&batch).map_err(|error| malformed(error.to_string()))?);
-    }
-    Ok(())
+    let reader = reader.map_err(|error| malformed(error.to_string()))?;
+    thread::scope(|scope| {
+        let (sender, batches) = mpsc::sync_channel(GROUPS_AHEAD);
+        scope.spawn(move || {
+            for batch in reader {
+                if sender.send(batch).is_err() {
+                    return;
+                }
+            }
+        });
+        for batch in batches {
+            let batch = batch.map_err(|error| malformed(error.to_string()))?;
+            let records = records(&batch).map_err(|error| malformed(error.to_string()))?;
+            let batch = in_our_order(&batch).map_err(|error| malformed(error.to_string()))?;
+            sink(Group { records, batch: Some(batch) });
+        }
+        Ok(())
+    })
 }

@@ -75,7 +75,7 @@ impl Chunks {
     ) -> Result<Vec<Record>, RunDirectoryError> {
         let path = self.path(index);
         let mut records = Vec::with_capacity(rows);
-        records::read(&path, |group| records.extend(group))?;
+        records::read(&path, |group| records.extend(group.records))?;
         // a longer one was written when the program ended before the manifest could count it
         records.truncate(rows);
         check_rows(&path, &records, first_cycle, rows)?;

@@ -3,7 +3,7 @@
 use super::error::RunDirectoryError;
 use super::read::{Measured, check_by_driving, ended, measured, read_records, study_of};
 use super::{Manifest, RunDirectory};
-use crate::records::RecordFormat;
+use crate::records::{Group, RecordFormat};
 use crate::run_summary::RunSummary;
 use ocmc_core::fleet::summary::SummaryBuilder;
 use ocmc_core::simulation::record::Record;
@@ -66,10 +66,10 @@ pub fn merge(
     let mut fleet = SummaryBuilder::new(begin.manifest.dependence());
     for part in &parts {
         let mut last: Option<Record> = None;
-        read_records(part.path, &part.manifest, |group| {
-            fleet.add(&group);
-            directory.add(&group)?;
-            last = group.into_iter().next_back().or(last.take());
+        read_records(part.path, &part.manifest, |Group { records, .. }| {
+            fleet.add(&records);
+            directory.add(&records)?;
+            last = records.into_iter().next_back().or(last.take());
             Ok(())
         })?;
         let place = part.path.join(&part.manifest.records);

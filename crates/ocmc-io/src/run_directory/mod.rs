@@ -13,7 +13,7 @@ mod read;
 pub use chunks::{CHUNK_ROWS, CHUNKS};
 pub use error::RunDirectoryError;
 pub use merge::merge;
-pub use read::{StoredRun, Unfinished, read, unfinished};
+pub use read::{StoredRun, Unfinished, read, read_groups, unfinished};
 
 use crate::file_error::FileError;
 use crate::records::{RecordFormat, RecordWriter};
@@ -388,7 +388,8 @@ mod tests {
             assert_eq!(read_manifest(&path).expect("replaced"), done);
             assert_eq!(done.seed, u64::MAX);
             let mut back = Vec::new();
-            records::read(&path.join(&done.records), |group| back.extend(group)).expect("complete");
+            records::read(&path.join(&done.records), |group| back.extend(group.records))
+                .expect("complete");
             assert!(back == rows);
             let stored = read(&path).expect("complete");
             assert!(stored.records == rows && stored.manifest == done);

@@ -4,7 +4,7 @@ use super::chunks::{check_rows, remove_left_over};
 use super::error::RunDirectoryError;
 use super::{FORMAT_VERSION, MANIFEST, Manifest, RunStatus, SUMMARY, read_manifest};
 use crate::file_error::FileError;
-use crate::records::{self, RecordFormat};
+use crate::records::{self, Group, RecordFormat};
 use crate::run_summary::RunSummary;
 use crate::study::{LoadedStudy, load_text, study_hash};
 use ocmc_core::fleet::run::replay;
@@ -35,17 +35,29 @@ pub(super) struct Measured {
 
 /// Reads a run back, whole or interrupted.
 pub fn read(directory: &Path) -> Result<StoredRun, RunDirectoryError> {
+    let mut records = Vec::new();
+    let (manifest, summary) = read_groups(directory, |group| records.extend(group.records))?;
+    Ok(StoredRun { manifest, records, summary })
+}
+
+/// As [`read`], with the records in groups of rows.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_groups(
+    directory: &Path,
+    mut sink: impl FnMut(Group),
+) -> Result<(Manifest, RunSummary), RunDirectoryError> {
     let manifest = ended(directory)?;
     let Measured { wall_s, threads } = measured(directory)?;
-    let mut records = Vec::new();
     let mut fleet = SummaryBuilder::new(manifest.dependence());
     read_records(directory, &manifest, |group| {
-        fleet.add(&group);
-        records.extend(group);
+        fleet.add(&group.records);
+        sink(group);
         Ok(())
     })?;
     let summary = RunSummary::new(&manifest, fleet.finish(), wall_s, threads);
-    Ok(StoredRun { manifest, records, summary })
+    Ok((manifest, summary))
 }
 
 /// The manifest of a run that was ended, whole or interrupted.
@@ -79,15 +91,16 @@ pub(super) fn measured(directory: &Path) -> Result<Measured, RunDirectoryError> 
 pub(super) fn read_records(
     directory: &Path,
     manifest: &Manifest,
-    mut sink: impl FnMut(Vec<Record>) -> Result<(), RunDirectoryError>,
+    mut sink: impl FnMut(Group) -> Result<(), RunDirectoryError>,
 ) -> Result<(), RunDirectoryError> {
     let path = directory.join(&manifest.records);
     let mut rows = 0;
     let mut ended = Ok(());
     records::read(&path, |group| {
         if ended.is_ok() {
-            ended = check_rows(&path, &group, manifest.first_cycle + rows, group.len());
-            rows += group.len() as u64;
+            let records = &group.records;
+            ended = check_rows(&path, records, manifest.first_cycle + rows, records.len());
+            rows += records.len() as u64;
             if ended.is_ok() {
                 ended = sink(group);
             }

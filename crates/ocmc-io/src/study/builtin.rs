@@ -104,7 +104,7 @@ const ROUTES: &[(&str, &str)] =
     &[("built-in/simulator-slopes.csv", include_str!("../../../../configs/simulator-slopes.csv"))];
 
 /// The text of a built-in route.
-pub(super) fn route(name: &str) -> Option<&'static str> {
+pub(crate) fn route(name: &str) -> Option<&'static str> {
     ROUTES.iter().find(|(known, _)| *known == name).map(|(_, text)| *text)
 }
 

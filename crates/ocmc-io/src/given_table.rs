@@ -1,0 +1,203 @@
+//! Tables that a calling program holds in Arrow's form. A column of 64-bit numbers in one piece and without nulls is taken as it
+//! lies in memory; others are copied: other types of numbers, texts that are to be numbers, nulls (which become NaN), and
+//! columns in several pieces.
+
+use arrow_array::cast::AsArray;
+use arrow_array::types::Float64Type;
+use arrow_array::{Array, ArrayRef, Float64Array, StringArray};
+use arrow_cast::cast;
+use arrow_schema::DataType;
+use std::fmt;
+use std::path::{Path, PathBuf};
+use thiserror::Error;
+
+/// A column that holds neither numbers nor texts.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[error("`{}`: column `{column}` is of type {found}, allowed are numbers or texts", path.display())]
+pub struct ColumnTypeError {
+    /// What the table is called.
+    path: PathBuf,
+    /// The column.
+    column: String,
+    /// Its type.
+    found: DataType,
+}
+
+/// Where a row stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RowPlace {
+    /// A line of a file, from 1.
+    Line(u64),
+    /// A row of a table, from 1.
+    Row(u64),
+}
+
+impl fmt::Display for RowPlace {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Self::Line(line) => write!(f, "line {line}"),
+            Self::Row(row) => write!(f, "row {row}"),
+        }
+    }
+}
+
+/// A table of named columns of equal length, each in pieces.
+#[derive(Clone, Debug)]
+pub struct GivenTable {
+    name: PathBuf,
+    names: Vec<String>,
+    /// Pieces of rows, each with all columns.
+    pieces: Vec<Vec<ArrayRef>>,
+}
+
+/// The cells of a column.
+#[derive(Clone, Debug)]
+pub enum Cells {
+    /// Numbers, NaN where one is missing.
+    Numbers(Float64Array),
+    /// Texts, null where one is missing.
+    Words(StringArray),
+}
+
+impl GivenTable {
+    /// A table that is called `name` in messages.
+    pub fn new(name: &str, names: Vec<String>, pieces: Vec<Vec<ArrayRef>>) -> Self {
+        Self { name: PathBuf::from(name), names, pieces }
+    }
+
+    /// What it is called.
+    pub fn path(&self) -> &Path {
+        &self.name
+    }
+
+    /// Names of the columns.
+    pub fn names(&self) -> &[String] {
+        &self.names
+    }
+
+    /// Number of rows.
+    pub fn rows(&self) -> usize {
+        self.pieces.iter().map(|piece| piece.first().map_or(0, Array::len)).sum()
+    }
+
+    /// A column as numbers where it has a type of numbers, otherwise as texts.
+    ///
+    /// # Errors
+    /// [`ColumnTypeError`].
+    pub fn cells(&self, column: usize) -> Result<Cells, ColumnTypeError> {
+        if !self.pieces.iter().all(|piece| is_number(piece[column].data_type())) {
+            return Ok(Cells::Words(self.words(column)?));
+        }
+        let mut pieces = Vec::with_capacity(self.pieces.len());
+        for piece in &self.pieces {
+            let numbers = self.cast(column, &piece[column], &DataType::Float64)?;
+            pieces.push(numbers.as_primitive::<Float64Type>().clone());
+        }
+        if let [numbers] = pieces.as_slice()
+            && numbers.null_count() == 0
+        {
+            return Ok(Cells::Numbers(numbers.clone()));
+        }
+        let all = pieces.iter().flatten().map(|number| number.unwrap_or(f64::NAN));
+        Ok(Cells::Numbers(Float64Array::from_iter_values(all)))
+    }
+
+    /// A column as texts; numbers are written.
+    ///
+    /// # Errors
+    /// [`ColumnTypeError`].
+    pub fn words(&self, column: usize) -> Result<StringArray, ColumnTypeError> {
+        let mut pieces = Vec::with_capacity(self.pieces.len());
+        for piece in &self.pieces {
+            let words = self.cast(column, &piece[column], &DataType::Utf8)?;
+            pieces.push(words.as_string::<i32>().clone());
+        }
+        match pieces.as_slice() {
+            [words] => Ok(words.clone()),
+            several => Ok(several.iter().flatten().collect()),
+        }
+    }
+
+    fn cast(
+        &self,
+        column: usize,
+        array: &ArrayRef,
+        to: &DataType,
+    ) -> Result<ArrayRef, ColumnTypeError> {
+        let found = array.data_type();
+        let refused = || ColumnTypeError {
+            path: self.name.clone(),
+            column: self.names[column].clone(),
+            found: found.clone(),
+        };
+        if found.is_nested() {
+            return Err(refused());
+        }
+        cast(array, to).map_err(|_| refused())
+    }
+}
+
+/// Whether a type is one of numbers; a coded one is what its codes stand for.
+fn is_number(data_type: &DataType) -> bool {
+    match data_type {
+        DataType::Dictionary(_, values) => is_number(values),
+        DataType::Decimal32(..)
+        | DataType::Decimal64(..)
+        | DataType::Decimal128(..)
+        | DataType::Decimal256(..) => true,
+        other => other.is_numeric(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use arrow_array::{Int32Array, ListArray, types::Int32Type};
+    use std::sync::Arc;
+
+    fn table(pieces: &[ArrayRef]) -> GivenTable {
+        let pieces = pieces.iter().map(|piece| vec![Arc::clone(piece)]).collect();
+        GivenTable::new("t", vec!["a".to_owned()], pieces)
+    }
+
+    fn numbers(pieces: &[ArrayRef]) -> Float64Array {
+        match table(pieces).cells(0) {
+            Ok(Cells::Numbers(numbers)) => numbers,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn numbers_in_one_piece_are_not_copied() {
+        let column = Float64Array::from(vec![1.0, f64::NAN, 3.0]);
+        let place = column.values().as_ptr();
+        let whole: ArrayRef = Arc::new(column);
+        assert_eq!(numbers(&[Arc::clone(&whole)]).values().as_ptr(), place);
+        // a slice of rows is not copied either
+        assert_eq!(numbers(&[whole.slice(1, 2)]).values().as_ptr(), place.wrapping_add(1));
+        assert_ne!(numbers(&[Arc::clone(&whole), whole]).values().as_ptr(), place);
+    }
+
+    #[test]
+    fn other_numbers_become_numbers_and_nulls_nan() {
+        let integers: ArrayRef = Arc::new(Int32Array::from(vec![Some(1), None, Some(3)]));
+        let found = numbers(&[integers]);
+        assert_eq!((found.value(0), found.value(2), found.null_count()), (1.0, 3.0, 0));
+        assert!(found.value(1).is_nan());
+    }
+
+    #[test]
+    fn labels_are_exact() {
+        let ids: ArrayRef = Arc::new(arrow_array::UInt64Array::from(vec![u64::MAX, 7]));
+        let words = table(&[Arc::clone(&ids), ids]).words(0).expect("numbers can be written");
+        let words: Vec<&str> = words.iter().map(Option::unwrap_or_default).collect();
+        assert_eq!(words, ["18446744073709551615", "7", "18446744073709551615", "7"]);
+    }
+
+    #[test]
+    fn a_column_of_lists_is_neither() {
+        let lists = ListArray::from_iter_primitive::<Int32Type, _, _>([Some([Some(1)])]);
+        let error = table(&[Arc::new(lists)]).cells(0).expect_err("lists").to_string();
+        assert!(error.contains("`t`: column `a` is of type List"), "{error}");
+    }
+}

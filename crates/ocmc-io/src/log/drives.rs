@@ -1,0 +1,77 @@
+//! Rows of a log on their way into drives: rows with the same labels are of one drive.
+
+use super::LoggedDrive;
+use super::mapping::QuantityColumn;
+use arrow_array::Float64Array;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// Drives whose rows are being read.
+pub(super) struct Drives {
+    /// What stands for a label that is not there.
+    name: String,
+    known: BTreeMap<[String; 3], usize>,
+    found: Vec<LoggedDrive>,
+    /// Values of each drive, by the place of their quantity.
+    values: Vec<Vec<Vec<f64>>>,
+}
+
+impl Drives {
+    /// No drives yet, of a file that lends them its name.
+    pub(super) fn new(path: &Path) -> Self {
+        Self { name: stem(path), known: BTreeMap::new(), found: Vec::new(), values: Vec::new() }
+    }
+
+    /// Place of the drive with these labels: driver, drive, event.
+    pub(super) fn place(&mut self, labels: [String; 3]) -> usize {
+        *self.known.entry(labels).or_insert_with_key(|[driver, drive, event]| {
+            let or_name =
+                |text: &String| if text.is_empty() { self.name.clone() } else { text.clone() };
+            self.found.push(LoggedDrive {
+                driver: or_name(driver),
+                drive: or_name(drive),
+                event: (!event.is_empty()).then(|| event.clone()),
+                columns: BTreeMap::new(),
+            });
+            self.values.push(Vec::new());
+            self.found.len() - 1
+        })
+    }
+
+    /// Adds the next value of a quantity to a drive.
+    pub(super) fn push(&mut self, drive: usize, quantity: usize, value: f64) {
+        let values = &mut self.values[drive];
+        if values.len() <= quantity {
+            values.resize_with(quantity + 1, Vec::new);
+        }
+        values[quantity].push(value);
+    }
+
+    /// The drives with the values that were added.
+    pub(super) fn finish(self, quantities: &[QuantityColumn]) -> Vec<LoggedDrive> {
+        let mut drives = self.found;
+        for (drive, values) in drives.iter_mut().zip(self.values) {
+            let columns = quantities.iter().zip(values);
+            drive.columns = columns.map(|(c, v)| (c.quantity, Float64Array::from(v))).collect();
+        }
+        drives
+    }
+
+    /// The drives with whole columns: all rows are of the only drive.
+    pub(super) fn finish_one(
+        self,
+        columns: impl Iterator<Item = (super::Quantity, Float64Array)>,
+    ) -> Vec<LoggedDrive> {
+        let mut drives = self.found;
+        if let [drive] = drives.as_mut_slice() {
+            drive.columns = columns.collect();
+        }
+        drives
+    }
+}
+
+/// The name of a file without its extensions.
+fn stem(path: &Path) -> String {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    name.trim_end_matches(".gz").trim_end_matches(".csv").to_owned()
+}

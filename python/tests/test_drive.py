@@ -1,0 +1,139 @@
+"""Given routes and given speeds: the same records as the command's, from files and from tables."""
+
+import json
+
+import numpy as np
+import ocmc
+import pytest
+from test_command import command
+
+SPEED = {
+    "time_s": [0.0, 40.0, 160.0, 180.0, 200.0, 240.0, 300.0, 320.0],
+    "speed_kmh": [0.0, 72.0, 72.0, 0.0, 0.0, 54.0, 54.0, 0.0],
+    "grade": [0.0, 0.0, 0.01, 0.0, 0.0, 0.0, -0.02, 0.0],
+}
+METRES = 400 + 2400 + 200 + 300 + 900 + 150
+
+
+@pytest.fixture(scope="module")
+def truck():
+    return ocmc.Study("field-truck-loaded")
+
+
+@pytest.fixture(scope="module")
+def speed_file(tmp_path_factory):
+    path = tmp_path_factory.mktemp("speed") / "cycle.csv"
+    rows = zip(*SPEED.values(), strict=True)
+    path.write_text("\n".join([",".join(SPEED), *(",".join(map(str, row)) for row in rows)]))
+    return path
+
+
+@pytest.fixture(scope="module")
+def route(tmp_path_factory):
+    path = tmp_path_factory.mktemp("route") / "route.csv"
+    done = command("cycle", "--set", "mission.length_m=4000", "--cycle-id", "5", "--out", path)
+    assert done.returncode == 0, done.stderr
+    return path
+
+
+def same(run, other):
+    assert run.columns == other.columns
+    for name in run.columns:
+        np.testing.assert_array_equal(run[name], other[name], err_msg=name)
+
+
+def by_command(tmp_path, *arguments):
+    out = tmp_path / "command"
+    done = command("drive", *arguments, "--cycles", "20", "--seed", "3", "--quiet", "--out", out)
+    assert done.returncode == 0, done.stderr
+    return ocmc.load(out), json.loads((out / "manifest.json").read_text())
+
+
+@pytest.mark.parametrize("follow", ["exact", "driver"])
+def test_a_speed_is_followed_as_by_the_command(truck, speed_file, tmp_path, follow):
+    run = truck.drive(speed_file, cycles=20, seed=3, follow_speed=follow)
+    study = ["--study", "field-truck-loaded"]
+    other, manifest = by_command(tmp_path, speed_file, *study, "--follow-speed", follow)
+    same(run, other)
+    assert manifest["repeatable"] is False
+    run.save(tmp_path / "python")
+    for name in ["records.parquet", "manifest.json"]:
+        assert (tmp_path / "python" / name).read_bytes() == (tmp_path / "command" / name).read_bytes()
+    assert run.study.name == f"field-truck-loaded following {speed_file} ({follow})"
+    np.testing.assert_allclose(run["distance_m"], METRES, rtol=1e-12 if follow == "exact" else 1e-2)
+    if follow == "exact":
+        assert set(run["duration_s"]) == {320.0}
+        assert set(run["n_stops"]) == {1}
+    else:
+        assert (run["duration_s"] > 320.0).all(), "a truck with a driver takes longer"
+    assert len(set(run["fuel_kg"])) == 20, "trucks and weathers are the study's"
+
+
+@pytest.mark.parametrize("follow", ["exact", "driver"])
+def test_a_table_is_followed_like_its_file(truck, speed_file, follow):
+    run = truck.drive(speed_file, cycles=10, follow_speed=follow)
+    same(run, truck.drive(SPEED, cycles=10, follow_speed=follow))
+    for library, make in [("pyarrow", "table"), ("polars", "DataFrame"), ("pandas", "DataFrame")]:
+        table = getattr(pytest.importorskip(library), make)(SPEED)
+        same(run, truck.drive(table, cycles=10, follow_speed=follow, threads=1))
+
+
+def test_a_route_is_driven_as_by_the_command(route, tmp_path):
+    study = ocmc.Study("field-truck")
+    run = study.drive(route, cycles=20, seed=3, keep=["traffic"])
+    other, manifest = by_command(tmp_path, route, "--keep", "traffic")
+    same(run, other)
+    assert manifest.get("repeatable", True) is True
+    np.testing.assert_allclose(run["distance_m"], 4000.0, rtol=1e-3)
+    same(run, run.study.run(cycles=20, seed=3))
+    drawn = study.drive([route], cycles=20, seed=3)
+    assert (drawn["duration_s"] != run["duration_s"]).any(), "with traffic of the study"
+
+
+def test_the_speed_planned_on_a_route_is_kept_exactly(route, tmp_path):
+    run = ocmc.Study("field-truck").drive(route, cycles=20, seed=3, follow_speed="exact")
+    other, _ = by_command(tmp_path, route, "--follow-speed", "exact")
+    same(run, other)
+    np.testing.assert_allclose(run["distance_m"], 4000.0, rtol=1e-6)
+
+
+def test_a_drive_is_interrupted_by_what_its_progress_raises(truck):
+    calls = []
+
+    def stop(done, total):
+        calls.append((done, total))
+        raise RuntimeError("enough")
+
+    with pytest.raises(RuntimeError, match="enough"):
+        truck.drive(SPEED, cycles=10**9, follow_speed="exact", progress=stop)
+    assert len(calls) == 1
+    truck.drive(SPEED, cycles=50, follow_speed="exact", progress=lambda *done: calls.append(done))
+    assert calls[-1] == (50, 50)
+
+
+def test_what_is_wrong_is_said(truck, route, speed_file, tmp_path):
+    def wrong(error, part, files, **options):
+        with pytest.raises(error, match=part):
+            truck.drive(files, **({"cycles": 1} | options))
+
+    wrong(FileNotFoundError, r"cannot read `.*absent\.csv`", tmp_path / "absent.csv")
+    wrong(FileNotFoundError, r"absent\.csv", tmp_path / "absent.csv", follow_speed="exact")
+    wrong(IsADirectoryError, "cannot read", tmp_path)
+    wrong(ValueError, "follows one file", [route, speed_file], follow_speed="exact")
+    wrong(ValueError, "takes a drive cycle over time", route, follow_speed="driver")
+    wrong(ValueError, "say with `follow_speed` how to follow it", SPEED)
+    wrong(ValueError, "several items, allowed are paths", [SPEED, route], follow_speed="exact")
+    wrong(
+        ValueError, '`follow_speed` is "fast", allowed is one of: driver, exact', route, follow_speed="fast"
+    )
+    wrong(ValueError, '`keep` is "road", allowed is one of: weather, traffic, mission', route, keep=["road"])
+    wrong(ValueError, "`files` is empty", [])
+    wrong(TypeError, "`files` is 3, allowed is a path", 3)
+    wrong(ValueError, "`cycles` is 0", route, cycles=0)
+    wrong(ValueError, "no column `speed_mps`", {"time_s": [0.0, 1.0]}, follow_speed="exact")
+    backwards = SPEED | {"time_s": SPEED["time_s"][::-1]}
+    wrong(ValueError, "`files`: ", backwards, follow_speed="exact")
+    standing = {"time_s": [0.0, 1.0], "speed_mps": [0.0, 0.0]}
+    wrong(ValueError, "`files` as a route", standing, follow_speed="driver")
+    (tmp_path / "route.txt").write_text("x")
+    wrong(ValueError, "ends in none of", tmp_path / "route.txt")

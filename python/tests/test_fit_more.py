@@ -1,0 +1,146 @@
+"""Fits of speed changes and operating cycles: the answers are the command's, whatever form the data have."""
+
+import csv
+import json
+
+import numpy as np
+import ocmc
+import pytest
+from test_command import command
+
+
+def write(path, columns):
+    with path.open("w", encoding="utf-8", newline="") as file:
+        rows = csv.writer(file)
+        rows.writerow(columns)
+        rows.writerows(zip(*columns.values(), strict=True))
+    return path
+
+
+@pytest.fixture(scope="module")
+def changes():
+    """Accelerations and decelerations of four drivers."""
+    draw = np.random.default_rng(1)
+    up, down = 0.6 * np.exp(0.3 * draw.normal(size=40)), -0.8 * np.exp(0.3 * draw.normal(size=40))
+    return {
+        "driver": [f"driver {k % 4}" for k in range(80)],
+        "category": ["40-to-70"] * 40 + ["70-to-40"] * 40,
+        "acceleration_mps2": np.concatenate([up, down]).tolist(),
+    }
+
+
+def test_speed_changes_of_a_table(changes, tmp_path):
+    fit = ocmc.fit_speed_change(changes)
+    for law, rows, threshold in [("acceleration", slice(40), 0.2), ("deceleration", slice(40, 80), 0.4)]:
+        size = np.abs(changes["acceleration_mps2"][rows])
+        counted = np.log(size[size > threshold])
+        assert fit[law]["n"] == counted.size
+        assert abs(fit[law]["median_mps2"]) == pytest.approx(np.exp(counted.mean()), rel=1e-9)
+        assert fit[law]["log_sd"] == pytest.approx(counted.std(ddof=1), rel=1e-9)
+    path = write(tmp_path / "changes.csv", changes)
+    assert json.loads(command("fit", "speed-change", path, "--json").stdout) == fit
+    assert command("fit", "speed-change", path).stdout == str(fit)
+    assert ocmc.fit_speed_change(path) == fit
+
+
+def test_speed_changes_of_any_library(changes):
+    fit = ocmc.fit_speed_change(changes)
+    for library, make in [("pyarrow", "table"), ("polars", "DataFrame"), ("pandas", "DataFrame")]:
+        assert ocmc.fit_speed_change(getattr(pytest.importorskip(library), make)(changes)) == fit, library
+    halves = [{name: list(column[k::2]) for name, column in changes.items()} for k in (0, 1)]
+    both = ocmc.fit_speed_change(halves)
+    assert both["n"] == fit["n"]
+    assert both["acceleration"]["median_mps2"] == pytest.approx(fit["acceleration"]["median_mps2"], rel=1e-12)
+
+
+def test_speed_changes_of_logs(study, tmp_path):
+    study = study.set("mission.length_m", 25_000)
+    traces = [study.trace(k) for k in range(3)]
+    fit = ocmc.fit_speed_change(traces)
+    assert fit["n"] > 5
+    paths = [write(tmp_path / f"log-{k}.csv", trace.to_dict()) for k, trace in enumerate(traces)]
+    assert ocmc.fit_speed_change(paths) == fit
+    assert json.loads(command("fit", "speed-change", *paths, "--json").stdout) == fit
+    # a mean over less time
+    sharp = ocmc.fit_speed_change(traces, window_s=1.0)
+    assert sharp["deceleration"]["median_mps2"] < fit["deceleration"]["median_mps2"]
+    kmh = [{"t": t["time_s"], "v": 3.6 * t["speed_mps"], "l": 3.6 * t["limit_mps"]} for t in traces]
+    renamed = ocmc.fit_speed_change(kmh, columns={"time_s": "t", "speed_kmh": "v", "limit_kmh": "l"})
+    assert (renamed["n"], renamed["dropped"]) == (fit["n"], fit["dropped"])
+
+
+def test_speed_changes_make_a_study(changes):
+    base = ocmc.Study("field-truck").set("driver.speed_change.rise", "paper")
+    only_up = {name: column[:40] for name, column in changes.items()}
+    with pytest.warns(UserWarning, match="no deceleration was measured"):
+        fit = ocmc.fit_speed_change(only_up, base=base)
+    law = ocmc.Study({"study": {"base": "field-truck"}} | fit["study"]).to_dict()["driver"]["speed_change"]
+    assert law["rise"] == "paper"
+    assert law["acceleration_mps2"]["median"] == pytest.approx(fit["acceleration"]["median_mps2"], rel=1e-6)
+    assert law["deceleration_mps2"] == base.to_dict()["driver"]["speed_change"]["deceleration_mps2"]
+
+
+@pytest.mark.parametrize(
+    ("table", "options", "error", "part"),
+    [
+        ({"acceleration_mps2": [0.01, -0.01]}, {}, ValueError, "`table`: no speed change is left of 2"),
+        ({"acceleration_mps2": ["fast"]}, {}, ValueError, "`table`, row 1, .*`fast`; allowed is a number"),
+        ({"acceleration": [1.0]}, {}, ValueError, "no column for the time"),
+        ({"acceleration_mps2": [1.0]}, {"window_s": -1.0}, ValueError, "window"),
+        ({"acceleration_mps2": [1.0]}, {"columns": {"sped_mps": "v"}}, ValueError, "did you mean"),
+        ({"acceleration_mps2": [1.0]}, {"base": "field-truck"}, TypeError, "base"),
+        ([], {}, ValueError, "`table` is empty"),
+        ([3], {}, TypeError, r"`table\[0\]` is 3, allowed is a path"),
+        ("absent.csv", {}, FileNotFoundError, r"absent\.csv"),
+    ],
+)
+def test_what_is_wrong_with_speed_changes_is_said(table, options, error, part):
+    with pytest.raises(error, match=part):
+        ocmc.fit_speed_change(table, **options)
+
+
+@pytest.fixture(scope="module")
+def roads():
+    study = ocmc.Study("field-truck").set("mission.length_m", 30_000)
+    return [study.operating_cycle(k) for k in range(12)]
+
+
+@pytest.mark.filterwarnings("ignore::UserWarning")  # few roads do not tell everything
+def test_roads_are_fitted_as_by_the_command(roads, tmp_path):
+    fit = ocmc.fit_operating_cycle(roads)
+    assert (fit["cycles"], fit["length_m"]) == (12, 12 * 30_000.0)
+    paths = [tmp_path / f"road-{k}.json" for k in range(12)]
+    for k, path in enumerate(paths):
+        made = command("cycle", "--set", "mission.length_m=30000", "--cycle-id", str(k), "--out", path)
+        assert made.returncode == 0, made.stderr
+    assert ocmc.fit_operating_cycle(paths) == fit
+    done = command("fit", "operating-cycle", *paths, "--json")
+    assert json.loads(done.stdout) == fit
+    assert command("fit", "operating-cycle", *paths).stdout == str(fit)
+    assert ocmc.fit_operating_cycle(roads[0])["cycles"] == 1
+    for warning in fit["warnings"]:
+        assert warning in done.stderr
+    study = ocmc.Study({"study": {"base": "field-truck"}} | fit["study"])
+    assert len(study.set("mission.length_m", 2000).run(cycles=10)) == 10
+
+
+def test_what_the_roads_do_not_tell_is_a_warning(roads):
+    with pytest.warns(UserWarning) as told:  # noqa: PT030 (what it says is compared below)
+        fit = ocmc.fit_operating_cycle(roads[0])
+    assert [str(warning.message) for warning in told] == fit["warnings"] != []
+
+
+def test_what_is_wrong_with_roads_is_said(roads, tmp_path):
+    base = ocmc.Study("urban-delivery")
+    with pytest.raises(ValueError, match=r"`cycles`: the road type `.*` is not in the base study"):
+        ocmc.fit_operating_cycle(roads, base=base)
+    with pytest.raises(FileNotFoundError, match=r"absent\.json"):
+        ocmc.fit_operating_cycle(tmp_path / "absent.json")
+    (tmp_path / "broken.json").write_text("{")
+    with pytest.raises(ValueError, match=r"broken\.json.* is not an operating cycle"):
+        ocmc.fit_operating_cycle([roads[0], tmp_path / "broken.json"])
+    with pytest.raises(ValueError, match="`cycles` is empty"):
+        ocmc.fit_operating_cycle([])
+    for wrong in [3, None, [3], {"grade": [1.0]}]:
+        with pytest.raises(TypeError, match=r"allowed is a path or an ocmc\.OperatingCycle"):
+            ocmc.fit_operating_cycle(wrong)

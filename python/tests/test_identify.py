@@ -1,0 +1,133 @@
+"""Identification: the gains of a driver who is known come back, and the answer is the command's."""
+
+import csv
+import json
+
+import numpy as np
+import ocmc
+import pytest
+from test_command import command
+
+COLUMNS = ["time_s", "speed_mps", "accelerator", "brake", "grade", "position_m", "gear"]
+QUICK = {"starts": 2, "intervals": False, "speed_term": "none"}
+
+
+@pytest.fixture(scope="module")
+def simulator():
+    return ocmc.Study("simulator-study")
+
+
+def logged(study, driver):
+    """The trace of a driver of the study as a log, and the gains behind it."""
+    trace = study.trace(driver)
+    record = study.run(cycles=1, first_cycle=driver)
+    log = {name: trace[name] for name in COLUMNS} | {"driver": [f"driver {driver}"] * len(trace)}
+    return log, {gain: record[f"driver_{gain}"][0] for gain in ("kp", "ki", "kd")}
+
+
+@pytest.fixture(scope="module")
+def log(simulator):
+    return logged(simulator, 0)
+
+
+@pytest.fixture(scope="module")
+def answer(log, simulator):
+    return ocmc.identify(log[0], simulator, **QUICK)
+
+
+def test_the_gains_behind_a_trace_come_back(log, answer):
+    fits = answer["fits"]
+    assert len(fits) == 6
+    assert {fit["driver"] for fit in fits} == {"driver 0"}
+    free = [fit for fit in fits if fit["saturated_s"] == 0.0]
+    assert len(free) >= 3
+    errors = [abs(fit[gain] / log[1][gain] - 1.0) for fit in free for gain in ("kp", "ki")]
+    # a log of 20 Hz without noise; the guide's table has all events
+    assert np.median(errors) < 0.05
+    assert answer["population"] is None, "it takes three drivers"
+    assert "no population" in str(answer)
+
+
+def test_the_command_gives_the_same_answer(log, simulator, answer, tmp_path):
+    path = tmp_path / "log.csv"
+    with path.open("w", encoding="utf-8", newline="") as file:
+        rows = csv.writer(file)
+        rows.writerow(log[0])
+        rows.writerows(zip(*(np.asarray(column).tolist() for column in log[0].values()), strict=True))
+    options = ["--starts", "2", "--no-intervals", "--speed-term", "none"]
+    told = json.loads(command("identify", path, *options, "--json").stdout)
+    assert command("identify", path, *options).stdout == str(answer)
+    assert ocmc.identify(path, simulator, **QUICK) == told
+    assert [note.replace(str(path), "logs") for note in told.pop("notes")] == answer["notes"]
+    assert told == {key: value for key, value in answer.items() if key != "notes"}
+
+
+@pytest.fixture(scope="module")
+def part(log):
+    """The first slope of the drive, as an event with a name."""
+    return {name: column[2400:3200] for name, column in log[0].items()} | {"event": ["first"] * 800}
+
+
+def test_tables_of_any_library_give_the_same(part, simulator):
+    options = QUICK | {"starts": 1}
+    answer = ocmc.identify(part, simulator, **options)
+    assert [fit["event"] for fit in answer["fits"]] == ["first"]
+    for library, make in [("pyarrow", "table"), ("polars", "DataFrame"), ("pandas", "DataFrame")]:
+        table = getattr(pytest.importorskip(library), make)(part)
+        assert ocmc.identify(table, simulator, **options) == answer, library
+    percent = dict(part)
+    percent["pedal"] = 100.0 * percent.pop("accelerator")
+    again = ocmc.identify(percent, simulator, columns={"accelerator_percent": "pedal"}, **options)
+    assert again["fits"][0]["kp"] == pytest.approx(answer["fits"][0]["kp"], rel=1e-3)
+    calls = []
+    twice = ocmc.identify([part, part], simulator, **options, progress=lambda *done: calls.append(done))
+    assert [fit["kp"] for fit in twice["fits"]] == [answer["fits"][0]["kp"]] * 2
+    assert calls[-1] == (2, 2)
+
+
+def test_what_is_left_out_is_said(part, simulator):
+    events = ["first"] * 790 + ["short"] * 10
+    with pytest.warns(UserWarning, match="event `short` of .*`logs` is left out: 10 rows"):
+        answer = ocmc.identify(part | {"event": events}, simulator, **(QUICK | {"starts": 1}))
+    assert [left["reason"][:7] for left in answer["left_out"]] == ["10 rows"]
+    assert answer["notes"] == []
+    gaps = part | {"grade": np.where(np.arange(800) == 5, np.nan, part["grade"])}
+    answer = ocmc.identify(gaps, simulator, **(QUICK | {"starts": 1}))
+    assert ["1 of 800 rows lack a number" in note for note in answer["notes"]] == [True]
+
+
+@pytest.mark.parametrize(
+    ("change", "options", "part"),
+    [
+        ({"brake": None}, {}, "no column for the brake pedal"),
+        ({}, {"controller": "pi"}, "allowed is one of: pid, switched"),
+        ({}, {"speed_term": "mean"}, "allowed is one of: measured, simulated, none"),
+        ({}, {"starts": 0}, "`starts` is 0, allowed is a whole number from 1 to 4096"),
+        ({}, {"kp": (2.0, 1.0)}, r"bounds of kp are 2 and 1: they have to rise, from 0\.001 on"),
+        ({}, {"kd": (0.0, float("inf"))}, "bounds of kd"),
+        (
+            {"event": ["short"] * 400, "time_s": np.arange(400) / 100},
+            {},
+            "event `short` of `logs`: 400 rows over",
+        ),
+        ({"grade": [0.0] * 400}, {}, "`logs`: no event: a log needs the label `event`"),
+        ({"accelerator": [90.0] * 400, "event": ["x"] * 400}, {}, "is it in percent"),
+    ],
+)
+def test_what_is_wrong_is_said(log, simulator, change, options, part):
+    table = {name: column[2400:2800] for name, column in log[0].items()} | change
+    table = {name: column for name, column in table.items() if column is not None}
+    with pytest.raises(ValueError, match=part):
+        ocmc.identify(table, simulator, **options)
+
+
+def test_a_study_is_needed(log):
+    with pytest.raises(TypeError, match="study"):
+        ocmc.identify(log[0])
+    with pytest.raises(TypeError, match="study"):
+        ocmc.identify(log[0], "simulator-study")
+
+
+def test_other_threads_go_on_meanwhile(log, simulator, other_threads_go_on):
+    with other_threads_go_on():
+        ocmc.identify(log[0], simulator, **QUICK)
