@@ -1,22 +1,26 @@
 //! The clock of tables of measurements: a date and time of the day, or seconds.
 
-use crate::column_file::{ColumnFile, ColumnFileError, Row};
+use crate::column_file::{ColumnFile, ColumnFileError, NumberColumn, Row, WordColumn};
 use std::io::Read;
 
 const DAY_S: f64 = 86_400.0;
 const YEAR_S: f64 = 365.0 * DAY_S;
 
-/// The column `time` (dates) or `time_s` (seconds since the midnight of a 1 January).
-pub(crate) struct ClockColumn {
-    column: usize,
-    is_date: bool,
+/// The clock of a table.
+pub(crate) enum ClockColumn {
+    /// `time`: dates such as `2024-03-01T14:00`.
+    Date(WordColumn),
+    /// `time_s`: seconds since the midnight of a 1 January.
+    Seconds(NumberColumn),
 }
 
 impl ClockColumn {
-    /// Finds the clock of a table.
-    pub(crate) fn find(file: &ColumnFile<impl Read>) -> Result<Self, ColumnFileError> {
-        let column = file.need(&["time", "time_s"])?;
-        Ok(Self { column, is_date: file.names()[column] == "time" })
+    /// Finds it.
+    pub(crate) fn find(file: &mut ColumnFile<impl Read>) -> Result<Self, ColumnFileError> {
+        Ok(match file.numbers(&["time_s"])? {
+            Some(column) => Self::Seconds(column),
+            None => Self::Date(file.need_words(&["time", "time_s"])?),
+        })
     }
 
     /// Time since some midnight, in s, and day of the year with its fraction, of a row that has to come after a time.
@@ -25,30 +29,29 @@ impl ClockColumn {
         row: &Row,
         last: Option<f64>,
     ) -> Result<(f64, f64), ColumnFileError> {
-        let (time_s, day_of_year) =
-            if self.is_date { date(row, self.column)? } else { seconds(row, self.column)? };
+        let refuse = |allowed| match self {
+            Self::Date(column) => row.refuse(*column, allowed),
+            Self::Seconds(column) => row.refuse_number(*column, allowed),
+        };
+        let (time_s, day_of_year) = match self {
+            Self::Date(column) => parse_date(row.text(*column))
+                .ok_or_else(|| refuse("a date and time such as 2024-03-01T14:00"))?,
+            Self::Seconds(column) => {
+                let time_s = row.number(*column)?;
+                if !(time_s >= 0.0 && time_s.is_finite()) {
+                    return Err(refuse("seconds since the midnight of a 1 January"));
+                }
+                (time_s, time_s % YEAR_S / DAY_S)
+            }
+        };
         if last.is_some_and(|last| time_s <= last) {
-            return Err(row.refuse(self.column, "a time after that of the row before"));
+            return Err(refuse("a time after that of the row before"));
         }
         Ok((time_s, day_of_year))
     }
 }
 
-/// Time, and the day of a year of 365 days.
-fn seconds(row: &Row, column: usize) -> Result<(f64, f64), ColumnFileError> {
-    let time_s = row.number(column)?;
-    if !(time_s >= 0.0 && time_s.is_finite()) {
-        return Err(row.refuse(column, "seconds since the midnight of a 1 January"));
-    }
-    Ok((time_s, time_s % YEAR_S / DAY_S))
-}
-
-/// Time since the midnight of 1 January 1900, and the day of the year, of a date such as `2024-03-01T14:00`.
-fn date(row: &Row, column: usize) -> Result<(f64, f64), ColumnFileError> {
-    parse_date(row.text(column))
-        .ok_or_else(|| row.refuse(column, "a date and time such as 2024-03-01T14:00"))
-}
-
+/// Time since the midnight of 1 January 1900, in s, and the day of the year, of a date such as `2024-03-01T14:00`.
 fn parse_date(text: &str) -> Option<(f64, f64)> {
     let (date, clock) = text.trim_end_matches('Z').split_once(['T', ' '])?;
     let mut date = date.split('-').map(|part| part.parse::<u32>().ok());

@@ -293,6 +293,11 @@ impl Row<'_> {
         self.refused(column.0, allowed)
     }
 
+    /// As [`Row::refuse`], of a column of numbers.
+    pub fn refuse_number(&self, column: NumberColumn, allowed: &'static str) -> ColumnFileError {
+        self.refused(column.0, allowed)
+    }
+
     fn refused(&self, column: usize, allowed: &'static str) -> ColumnFileError {
         let place = match self.cells {
             RowCells::Csv(record) => {

@@ -30,14 +30,15 @@ pub fn read(path: &Path, model: &TrafficModel) -> Result<Vec<TrafficRecord>, Col
 /// # Errors
 /// As [`read`].
 pub fn read_columns(
-    file: ColumnFile<impl Read>,
+    mut file: ColumnFile<impl Read>,
     model: &TrafficModel,
 ) -> Result<Vec<TrafficRecord>, ColumnFileError> {
-    let clock = ClockColumn::find(&file)?;
-    let road_type = file.need(&["road_type"])?;
-    let measured = file.need(&["density_share", "density_per_m", "speed_ratio"])?;
-    let kind = file.names()[measured].clone();
-    let site = file.find(&["site"]);
+    let clock = ClockColumn::find(&mut file)?;
+    let road_type = file.need_words(&["road_type"])?;
+    let kinds = ["density_share", "density_per_m", "speed_ratio"];
+    let kind = kinds.into_iter().find(|kind| file.has(&[kind]));
+    let measured = file.need_numbers(&kinds)?;
+    let site = file.words(&["site"])?;
     let mut last: BTreeMap<String, f64> = BTreeMap::new();
     let mut records = Vec::new();
     file.for_each(|row| {
@@ -47,15 +48,15 @@ pub fn read_columns(
         last.insert(site.clone(), time_s);
         let value = row.number(measured)?;
         if value < 0.0 || value == f64::INFINITY {
-            return Err(row.refuse(measured, "a number from 0 on, or nothing"));
+            return Err(row.refuse_number(measured, "a number from 0 on, or nothing"));
         }
-        let share = match kind.as_str() {
-            "density_per_m" => value / model.jam_density_per_m,
-            "speed_ratio" => model.share_at(value),
+        let share = match kind {
+            Some("density_per_m") => value / model.jam_density_per_m,
+            Some("speed_ratio") => model.share_at(value),
             _ => value,
         };
-        if share > 1.0 && kind != "speed_ratio" {
-            return Err(row.refuse(measured, "a density up to that of standing traffic"));
+        if share > 1.0 && kind != Some("speed_ratio") {
+            return Err(row.refuse_number(measured, "a density up to that of standing traffic"));
         }
         records.push(TrafficRecord { site, road_type, time_s, share });
         Ok(())

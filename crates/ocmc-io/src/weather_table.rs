@@ -77,20 +77,21 @@ pub fn read(path: &Path) -> Result<Vec<HourlyRecord>, ColumnFileError> {
 ///
 /// # Errors
 /// As [`read`].
-pub fn read_columns(file: ColumnFile<impl Read>) -> Result<Vec<HourlyRecord>, ColumnFileError> {
-    let clock = ClockColumn::find(&file)?;
-    let found: Vec<_> = VARIABLES
-        .iter()
-        .filter_map(|variable| {
-            let (name, factor, offset) =
-                variable.columns.iter().find(|(name, ..)| file.find(&[name]).is_some())?;
-            Some((file.find(&[name])?, *factor, *offset, variable))
-        })
-        .collect();
+pub fn read_columns(mut file: ColumnFile<impl Read>) -> Result<Vec<HourlyRecord>, ColumnFileError> {
+    let clock = ClockColumn::find(&mut file)?;
+    let mut found = Vec::new();
+    for variable in &VARIABLES {
+        for (name, factor, offset) in variable.columns {
+            if let Some(column) = file.numbers(&[name])? {
+                found.push((column, *factor, *offset, variable));
+                break;
+            }
+        }
+    }
     if found.is_empty() {
         let names: Vec<&str> =
             VARIABLES.iter().flat_map(|v| v.columns.iter().map(|(name, ..)| *name)).collect();
-        file.need(&names)?;
+        file.need_numbers(&names)?;
     }
     let mut records: Vec<HourlyRecord> = Vec::new();
     file.for_each(|row| {
@@ -101,7 +102,7 @@ pub fn read_columns(file: ColumnFile<impl Read>) -> Result<Vec<HourlyRecord>, Co
             let value = row.number(*column)? * factor + offset;
             let (from, to, allowed) = variable.range;
             if value < from || value > to {
-                return Err(row.refuse(*column, allowed));
+                return Err(row.refuse_number(*column, allowed));
             }
             *(variable.into)(&mut weather) = value;
         }
