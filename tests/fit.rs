@@ -4,6 +4,7 @@ mod program;
 
 use program::ocmc;
 use serde_json::Value;
+use std::fmt::Write;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -232,15 +233,16 @@ fn two_years_of_hours() -> String {
         let h = f64::from(hour);
         let wave = |period: f64| (std::f64::consts::TAU * h / period).sin();
         let rain = if hour % 12 < 3 { 0.5 + 0.4 * wave(77.0) } else { 0.0 };
-        table.push_str(&format!(
-            "{},{:.3},{:.3},{:.3},{rain:.4},{:.3},{:.3}\n",
+        let _ = writeln!(
+            table,
+            "{},{:.3},{:.3},{:.3},{rain:.4},{:.3},{:.3}",
             3600 * hour,
             12.0 + 9.0 * wave(8760.0) + 2.0 * wave(24.0) + 3.0 * wave(131.0),
             1010.0 + 10.0 * wave(173.0),
             75.0 + 15.0 * wave(59.0),
             4.0 + 3.0 * wave(91.0),
             200.0 + 50.0 * wave(213.0)
-        ));
+        );
     }
     table
 }
@@ -286,7 +288,7 @@ fn traffic_of_detectors_makes_a_study_that_runs() {
             + (-0.5 * ((hour - 16.5) / 1.2) * ((hour - 16.5) / 1.2)).exp();
         let odds = 0.1 + 0.15 * peak.min(1.0);
         let odds = odds / (1.0 - odds) * ripple;
-        table.push_str(&format!("{},rural,{}\n", 900 * step, odds / (1.0 + odds)));
+        let _ = writeln!(table, "{},rural,{}", 900 * step, odds / (1.0 + odds));
     }
     fs::write(&file, table).expect("a file");
     let (path, study) = (file.to_str().expect("UTF-8"), study.to_str().expect("UTF-8"));
