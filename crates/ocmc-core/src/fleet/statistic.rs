@@ -47,7 +47,7 @@ impl Statistic {
     pub fn new(
         column: &'static str,
         mean: Option<Ratio>,
-        cycles: impl Iterator<Item = (u64, f64)> + Clone,
+        cycles: &(impl Iterator<Item = (u64, f64)> + Clone),
         dependence: Dependence,
     ) -> Self {
         let mut values: Vec<f64> = cycles.clone().map(|(_, value)| value).collect();

@@ -194,7 +194,7 @@ impl SummaryBuilder {
             .zip(&self.values)
             .map(|((quantity, mean), values)| {
                 let cycles = self.cycles_with(values);
-                Statistic::new(quantity.column, mean, cycles, self.dependence)
+                Statistic::new(quantity.column, mean, &cycles, self.dependence)
             })
             .collect();
         Summary {
