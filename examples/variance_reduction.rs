@@ -19,22 +19,22 @@ const ROUNDS: u64 = 5;
 /// A run that is under way.
 struct Fleet {
     study: Study,
-    summary: SummaryBuilder,
+    summed: SummaryBuilder,
     fastest_s: f64,
 }
 
 impl Fleet {
     fn new(name: &str, sets: &[&str]) -> Self {
         let study = ocmc_io::study::load(name, sets).expect("built-in studies load").study;
-        let summary = SummaryBuilder::new(Dependence::of(study.model()));
-        Self { study, summary, fastest_s: f64::INFINITY }
+        let summed = SummaryBuilder::new(Dependence::of(study.model()));
+        Self { study, summed, fastest_s: f64::INFINITY }
     }
 
     fn drive(&mut self, first_cycle: u64, cycles: u64) {
         let plan = RunPlan::new(1, first_cycle, cycles, Some(THREADS), None);
         let clock = Instant::now();
         let end: ControlFlow<()> = run(&self.study, &plan, |records| {
-            self.summary.add(&records);
+            self.summed.add(&records);
             ControlFlow::Continue(())
         });
         assert!(end.is_continue());
@@ -42,7 +42,7 @@ impl Fleet {
     }
 
     fn litres(self) -> Statistic {
-        self.summary.finish().statistic(LITRES).expect("a diesel truck").clone()
+        self.summed.finish().statistic(LITRES).expect("a diesel truck").clone()
     }
 }
 
