@@ -74,7 +74,7 @@ def kilometres() -> None:
 def threads() -> None:
     """Two threads against one; needs two idle cores."""
     one, two = [], []
-    for _ in range(5):
+    for _ in range(3):
         one.append(ocmc(10_000, "--threads", 1))
         two.append(ocmc(10_000, "--threads", 2))
     wall = [min(spent.wall_s for spent in spents) for spents in (one, two)]

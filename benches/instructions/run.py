@@ -32,10 +32,10 @@ def output(*words: object) -> str:
     return done.stdout + done.stderr
 
 
-def instructions(rounds: int, level: str) -> int:
+def instructions(rounds: int, level: str, sets: tuple[str, ...] = SETS) -> int:
     """Count all instructions of a process that drives the cycles so many times."""
     words = ("valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", PEERS)
-    said = output(*words, "drive", CYCLES, rounds, level, *SETS)
+    said = output(*words, "drive", CYCLES, rounds, level, *sets)
     collected = re.search(r"Collected : (\d+)", said)
     if collected is None:
         raise SystemExit(said)
