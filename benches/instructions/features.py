@@ -24,9 +24,9 @@ PARTS = [
     ("stops", ('simulation.without=["stop_signs", "give_ways", "traffic_lights"]',)),
     ("speed bumps", ('simulation.without=["speed_bumps"]',)),
     ("weather", ('simulation.without=["weather"]',)),
-    ("switched drivers", ("driver.pedals.pid_share=1",)),
-    ("PID drivers", ("driver.pedals.pid_share=0",)),
-    ("all of these but drivers", (f"simulation.without={json.dumps(ALL)}",)),
+    ("switched drivers (all PID)", ("driver.pedals.pid_share=1",)),
+    ("PID drivers (all switched)", ("driver.pedals.pid_share=0",)),
+    ("all but the drivers", (f"simulation.without={json.dumps(ALL)}",)),
 ]
 
 

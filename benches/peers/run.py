@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Time ocmc and its rivals on the same scenarios, on one core, in turns, and print the table of docs/src/peers.md.
 
-``python3 benches/peers/run.py [--rounds N] [--cycles N] [--only KIND ...] [--folder target/peers]``
+``python3 benches/peers/run.py [--rounds N] [--cycles N] [--only KIND ...] [--folder target/peers] [--no-build]``
 
 Installs the rivals of requirements.txt into FOLDER/venv, builds ocmc, exports the scenarios with ocmc's answers, gives each
 rival the step that it needs for 0.05 %, and then runs rounds in which everybody drives once. Needs nothing but Python and a
@@ -200,11 +200,17 @@ def record(entry: Entry, answer: dict[str, Any], mean_mps: float) -> None:
         entry.ns_per_step.append(answer["cpu_s"] / answer["steps"] * 1e9)
 
 
-def spread(values: list[float], form: str = ".3g") -> str:
+def figure(value: float) -> str:
+    """Write three digits."""
+    rounded = float(f"{value:.3g}")
+    return f"{rounded:,.0f}" if rounded >= 100 else f"{rounded:.3g}"
+
+
+def spread(values: list[float]) -> str:
     """Write median, lowest and highest value."""
     if not values:
         return ""
-    return f"{median(values):{form}} ({min(values):{form}} to {max(values):{form}})"
+    return f"{figure(median(values))} ({figure(min(values))} to {figure(max(values))})"
 
 
 def row(entry: Entry, whole: Entry, kernel: Entry) -> str:
@@ -217,7 +223,7 @@ def row(entry: Entry, whole: Entry, kernel: Entry) -> str:
         ratios = ["", ""]
     else:
         pairs = [zip(entry.ns_per_s, base.ns_per_s, strict=False) for base in (whole, kernel)]
-        ratios = [spread([there / here for there, here in pair], ".1f") for pair in pairs]
+        ratios = [spread([there / here for there, here in pair]) for pair in pairs]
     step = f"{entry.step_s:g}" + (" (needed)" if entry.needed else "")
     cells = [entry.name, step, percent, same, spread(entry.ns_per_s), spread(entry.us_per_100km), *ratios]
     return "| " + " | ".join(cells) + " |"
@@ -231,6 +237,7 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--cycles", type=int, default=128, help="exported scenarios")
     parser.add_argument("--folder", type=Path, default=ROOT / "target/peers")
+    parser.add_argument("--no-build", action="store_true", help="take ocmc as it was built last")
     parser.add_argument("--only", nargs="*", help="these rivals alone")
     return parser.parse_args()
 
@@ -294,21 +301,22 @@ def main() -> None:
     os.environ |= {"XLA_FLAGS": one, "OMP_NUM_THREADS": "1", "NUMBA_NUM_THREADS": "1", "JAX_PLATFORMS": "cpu"}
     os.environ.setdefault("OCMC_DATA", str(ROOT.parent / "shared/data"))
     python = environment(options.folder)
-    say("building ocmc")
-    timed(
-        [
-            "cargo",
-            "build",
-            "--release",
-            "--quiet",
-            "--manifest-path",
-            ROOT / "Cargo.toml",
-            "--bin",
-            "ocmc",
-            "--example",
-            "peers",
-        ]
-    )
+    if not options.no_build:
+        say("building ocmc")
+        timed(
+            [
+                "cargo",
+                "build",
+                "--release",
+                "--quiet",
+                "--manifest-path",
+                ROOT / "Cargo.toml",
+                "--bin",
+                "ocmc",
+                "--example",
+                "peers",
+            ]
+        )
     target = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")) / "release"
     binary, peers = target / "ocmc", target / "examples/peers"
     given = prepare(options, peers)
