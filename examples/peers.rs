@@ -11,10 +11,10 @@ use ocmc_core::simulation::cpu::CpuLevel;
 use ocmc_core::simulation::drive::drive_cabins;
 use ocmc_core::simulation::record::Record;
 use ocmc_core::simulation::road_row::RoadRows;
-use ocmc_core::simulation::state::Shared;
 use ocmc_core::simulation::trace::trace;
 use ocmc_core::study::Study;
 use ocmc_core::tactical::{SpeedProfile, plan};
+use ocmc_core::vehicle::Drive;
 use ocmc_core::vehicle::efficiency::EfficiencyCurve;
 use serde_json::{Value, json};
 use std::fs::{File, write};
@@ -57,7 +57,13 @@ fn cabins(study: &Study, cycles: u64) -> Vec<Cabin> {
 /// Writes `scenarios.json`, and the road rows and traces as plain doubles, little end first.
 fn export(folder: &Path, cycles: u64) -> Result<(), Failure> {
     let study = study(&[])?;
-    let shared = Shared::new(&study);
+    let powertrain = study.powertrain();
+    let Drive::Diesel(diesel) = &powertrain.drive else {
+        return Err("the rivals' model is that of a diesel truck".into());
+    };
+    let (gearbox, vehicle_model) = (&diesel.gearbox, &powertrain.model);
+    let idle_radps = diesel.engine_model.idle_speed_radps;
+    let launch_mps = study.model().driver.speed_change.launch_speed_mps;
     let mut rows_file = BufWriter::new(File::create(folder.join("rows.f64"))?);
     let (mut profile, mut road) = (SpeedProfile::default(), RoadRows::default());
     let (mut first_row, mut scenarios) = (0, Vec::new());
@@ -90,8 +96,7 @@ fn export(folder: &Path, cycles: u64) -> Result<(), Failure> {
     rows_file.flush()?;
     let answers: Result<Vec<Value>, Failure> =
         STEPS_S.iter().map(|step_s| answers(cycles, *step_s)).collect();
-    let gears: Vec<Value> = shared
-        .powertrain
+    let gears: Vec<Value> = powertrain
         .gears
         .iter()
         .map(|gear| {
@@ -99,19 +104,19 @@ fn export(folder: &Path, cycles: u64) -> Result<(), Failure> {
                 "loss_share": gear.loss_share, "launches": gear.launches })
         })
         .collect();
-    let cross_wind = &shared.powertrain.cross_wind;
+    let cross_wind = &powertrain.cross_wind;
     let scenarios = json!({
         "seed": SEED,
         "study": study.model(),
         "gears": gears,
         "cross_wind": { "coefficients_m2": cross_wind.coefficients_m2,
             "maximum_tangent": cross_wind.maximum_tangent },
-        "idle_radps": shared.idle_radps,
-        "open_radps": shared.open_radps,
-        "engine_brake_nms": shared.engine_brake_nms,
-        "axle_per_m": shared.axle_per_m,
-        "wheel_mass_kg": shared.wheel_mass_kg,
-        "launch_m2ps2": shared.launch,
+        "idle_radps": idle_radps,
+        "open_radps": gearbox.shift.open_share * idle_radps,
+        "engine_brake_nms": vehicle_model.brakes.engine_brake_nms(),
+        "axle_per_m": gearbox.axle_ratio / vehicle_model.wheel_radius_m,
+        "wheel_mass_kg": vehicle_model.wheel_mass_kg(),
+        "launch_m2ps2": launch_mps * launch_mps,
         "scenarios": scenarios,
         "answers": answers?,
         "traces": traces(&study, folder, cycles.min(TRACES))?,

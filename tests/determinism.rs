@@ -2,7 +2,9 @@
 
 mod program;
 
+use ocmc_core::simulation::cabin::Cabin;
 use ocmc_core::simulation::cpu::CpuLevel;
+use ocmc_core::simulation::drive::drive_cabins;
 use program::run_into;
 use std::fs;
 use std::path::Path;
@@ -65,4 +67,29 @@ fn another_seed_is_another_run() {
     let one = bytes(parent.path(), "one", &["--seed", "1"]);
     let two = bytes(parent.path(), "two", &["--seed", "2"]);
     assert!(one.0 != two.0);
+}
+
+#[test]
+fn a_road_that_was_driven_is_driven_again_alike() {
+    // served lines are taken off the road while it is driven; stops lie close together in towns
+    let study = ocmc_io::study::load("urban-delivery", &["mission.length_m=20000.0"])
+        .expect("a built-in study")
+        .study;
+    let mut cabins: Vec<Cabin> =
+        (0..20).map(|id| Cabin::new(&study, study.sample(1, id))).collect();
+    let mut runs = Vec::new();
+    for _ in 0..2 {
+        let mut used = Vec::new();
+        runs.push(drive_cabins(
+            &study,
+            &mut |back| {
+                used.extend(back);
+                cabins.pop()
+            },
+            CpuLevel::best(),
+        ));
+        cabins = used;
+    }
+    assert!(runs[0].iter().all(|record| record.n_stops > 5));
+    assert_eq!(runs[0], runs[1]);
 }

@@ -23,6 +23,8 @@ pub struct Cabin {
     profile: SpeedProfile,
     road: RoadRows,
     gear: usize,
+    /// Rows of lines that have been served, as they were.
+    served: Vec<(usize, RoadRow)>,
     standstill_s: f64,
     n_stops: u32,
     n_gear_shifts: u32,
@@ -59,6 +61,7 @@ impl Cabin {
             profile: SpeedProfile::default(),
             road: RoadRows::default(),
             gear: 0,
+            served: Vec::new(),
             standstill_s: 0.0,
             n_stops: 0,
             n_gear_shifts: 0,
@@ -193,8 +196,12 @@ impl Cabin {
         self.initial_energy_j = kinetic_energy_j(state, lane, shared);
     }
 
-    /// Takes the road back from a lane whose cycle has ended: its buffer serves the next one.
+    /// Takes the road back from a lane whose cycle has ended, as it was before.
     pub fn leave<S: Simd>(&mut self, state: &mut State<S>, lane: usize) {
+        // a row between two lines was taken off twice: what it was at first comes last
+        for (at, row) in self.served.drain(..).rev() {
+            state.roads[lane][at] = row;
+        }
         swap(&mut state.roads[lane], &mut self.road.rows);
     }
 
@@ -267,10 +274,22 @@ impl Cabin {
         shared.traction.stand(state, lane, dwell_s, &mut book);
         self.standstill_s += dwell_s;
         self.n_stops += 1;
-        leave_line(state, lane);
+        self.leave_line(state, lane);
         self.start(state, lane, shared);
         self.checked_at_s = state.total(lane, Total::Time);
         self.checked_at_m = state.total(lane, Total::Distance);
+    }
+
+    /// Takes a line that has been served off the road: up to it nothing but the launch speed holds.
+    fn leave_line<S: Simd>(&mut self, state: &mut State<S>, lane: usize) {
+        let (here, line) = (state.at[lane], stop_row(state, lane));
+        for (k, row) in state.roads[lane][here..=line].iter_mut().enumerate() {
+            self.served.push((here + k, *row));
+            row.0[RoadRow::BACKWARD] = FAR;
+            row.0[RoadRow::FORWARD] = -FAR;
+            row.0[RoadRow::TO_STOP] = FAR;
+            row.0[RoadRow::DWELL] = -1.0;
+        }
     }
 
     fn shift<S: Simd, T: Traction>(
@@ -437,15 +456,4 @@ pub(super) fn slope<S: Simd>(state: &State<S>, lane: usize) -> f64 {
 fn stop_row<S: Simd>(state: &State<S>, lane: usize) -> usize {
     let ahead = state.roads[lane][state.at[lane]..].iter();
     state.at[lane] + ahead.take_while(|row| row.0[RoadRow::DWELL] < 0.0).count()
-}
-
-/// Takes a line that has been served off the road: up to it nothing but the launch speed holds.
-fn leave_line<S: Simd>(state: &mut State<S>, lane: usize) {
-    let (here, line) = (state.at[lane], stop_row(state, lane));
-    for RoadRow(row) in &mut state.roads[lane][here..=line] {
-        row[RoadRow::BACKWARD] = FAR;
-        row[RoadRow::FORWARD] = -FAR;
-        row[RoadRow::TO_STOP] = FAR;
-        row[RoadRow::DWELL] = -1.0;
-    }
 }
