@@ -52,8 +52,9 @@ impl EngineModel {
         if speed_radps < speeds[0] || above == speeds.len() {
             return false;
         }
-        // between two rows the shorter one counts
-        let rows = &self.map_fuel_kgps[above.saturating_sub(1)..=above];
+        // between two rows the shorter one counts, on a row it alone
+        let below = if speeds[above] > speed_radps { above - 1 } else { above };
+        let rows = &self.map_fuel_kgps[below..=above];
         rows.iter().all(|row| torque_nm <= self.map_torque_nm[row.len() - 1])
     }
 }
