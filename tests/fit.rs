@@ -232,12 +232,14 @@ fn two_years_of_hours() -> String {
     for hour in 0..2 * 365 * 24 {
         let h = f64::from(hour);
         let wave = |period: f64| (std::f64::consts::TAU * h / period).sin();
+        // 1 on 20 January, and at 3 o'clock
+        let cold = |period: f64, at: f64| (std::f64::consts::TAU * (h - at) / period).cos();
         let rain = if hour % 12 < 3 { 0.5 + 0.4 * wave(77.0) } else { 0.0 };
         let _ = writeln!(
             table,
             "{},{:.3},{:.3},{:.3},{rain:.4},{:.3},{:.3}",
             3600 * hour,
-            12.0 + 9.0 * wave(8760.0) + 2.0 * wave(24.0) + 3.0 * wave(131.0),
+            12.25 - 9.0 * cold(8760.0, 480.0) - 2.0 * cold(24.0, 3.0) + 3.0 * wave(131.0),
             1010.0 + 10.0 * wave(173.0),
             75.0 + 15.0 * wave(59.0),
             4.0 + 3.0 * wave(91.0),
@@ -255,7 +257,7 @@ fn weather_of_hours_makes_a_study_that_runs() {
     let (path, study) = (file.to_str().expect("UTF-8"), study.to_str().expect("UTF-8"));
     let (status, text, notes) = run(&["fit", "weather", path, "--study-out", study]);
     assert_eq!(status, 0, "{notes}");
-    for part in ["17520 hours over 2.0 years", "temperature.mean_k", "285.1", "[weather.wind]"] {
+    for part in ["17520 hours over 2.0 years", "temperature.mean_k", "285.4", "[weather.wind]"] {
         assert!(text.contains(part), "{part}: {text}");
     }
     assert!(notes.contains("span 2.0 years"), "{notes}");

@@ -198,6 +198,9 @@ impl Estimates<'_> {
             self.correlate("temperature.hourly_correlation", &scores, &mut t.hourly_correlation);
         let gram = harmonics.inverse_gram();
         let error = |c: usize| Some(harmonics.residual_sd() * gram[(c, c)].sqrt() * inflation);
+        if found[1] < 0.0 {
+            self.warnings.push("temperature: its coldest days lie in July; the model's are those of the northern hemisphere, and a study does not take an amplitude below 0".into());
+        }
         t.mean_k = found[0];
         t.annual_amplitude_k = found[1];
         self.push("temperature.mean_k", found[0], error(0), n);
