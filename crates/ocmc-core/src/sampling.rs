@@ -3,7 +3,7 @@
 //! With [`Sampling::Sobol`] the cycles b·[`BATCH`] to (b + 1)·[`BATCH`] − 1 are batch b. They take the first four draws of
 //! each stream that describes a whole cycle ([`Stream::is_spread`]) from an Owen-scrambled Sobol sequence, so that among
 //! them every sixteenth of the values occurs once. Each batch and each stream has a scrambling of its own: batches are
-//! independent of one another, and alike, which is what intervals rest on ([`crate::fleet::batch`]). Each draw alone is
+//! independent of one another, and alike, which is what intervals rest on ([`crate::fleet::dependence`]). Each draw alone is
 //! uniform, as ever:
 //!
 //! u = 0.s ⊕ d …, the 23 binary digits s of the Sobol point shifted by random digits d of the batch, followed by
