@@ -76,6 +76,10 @@ impl Traction for BatteryElectric<'_> {
         self.drive.model.motor.torque_nm
     }
 
+    fn torque_lag_s(&self) -> f64 {
+        1.0
+    }
+
     fn full_load_nm(&self, speed_radps: f64) -> f64 {
         self.drive.model.motor.drive_limit_nm(speed_radps)
     }
@@ -116,7 +120,7 @@ impl Traction for BatteryElectric<'_> {
         let torque = self.within_battery(state, speed, wanted);
         let wheel = model.wheel_forces_n(state.gear_speed, torque);
         Pull {
-            torque_rate: zero,
+            command: zero,
             full_load: zero,
             drag_torque: zero,
             auxiliary_torque: zero,

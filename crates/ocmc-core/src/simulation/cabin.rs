@@ -14,7 +14,7 @@ use fearless_simd::Simd;
 use std::mem::swap;
 
 /// Steps for each whole step's time that cuts can make of it before a cycle is given up.
-const MOST_CUTS: f64 = 20.0;
+const MOST_CUTS: f64 = 100.0;
 
 /// A lane's truck.
 #[derive(Clone, Debug)]
@@ -172,6 +172,7 @@ impl Cabin {
         state.hold_left[lane] = 0.0;
         state.kick_left[lane] = shift.kickdown_s;
         state.steps_left[lane] = steps_to_check(shared);
+        state.longest[lane] = shared.short_step_s;
     }
 
     /// Puts the truck that has just entered onto its road as it rolls, instead of standing.
@@ -319,6 +320,7 @@ impl Cabin {
             state.hold_left[lane] = shift.interval_s;
             // torque comes back after the shift: only then a pressed pedal tells that it is not enough
             state.kick_left[lane] = shift.duration_s + shift.kickdown_s;
+            state.longest[lane] = shared.short_step_s;
         }
     }
 

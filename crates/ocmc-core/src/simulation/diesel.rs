@@ -25,8 +25,6 @@ pub struct Diesel<'a> {
     engine_brake_nms: f64,
     /// Axle ratio over wheel radius, in 1/m.
     axle_per_m: f64,
-    /// Inverse of the engine's time constant, in 1/s.
-    per_torque_lag_s: f64,
 }
 
 impl<'a> Diesel<'a> {
@@ -42,7 +40,6 @@ impl<'a> Diesel<'a> {
             open_radps: gearbox.shift.open_share * model.idle_speed_radps,
             engine_brake_nms: vehicle.brakes.engine_brake_nms(),
             axle_per_m: gearbox.axle_ratio / vehicle.wheel_radius_m,
-            per_torque_lag_s: 1.0 / model.torque_lag_s,
         }
     }
 }
@@ -59,6 +56,10 @@ impl Traction for Diesel<'_> {
     #[inline(always)]
     fn peak_torque_nm(&self) -> f64 {
         self.engine.peak_torque_nm()
+    }
+
+    fn torque_lag_s(&self) -> f64 {
+        self.model.torque_lag_s
     }
 
     fn full_load_nm(&self, speed_radps: f64) -> f64 {
@@ -107,9 +108,8 @@ impl Traction for Diesel<'_> {
         let [full_0, full_1, drag_0, drag_1] = state.curves;
         let full_load = full_0 + full_1 * engine_speed;
         let drag_torque = drag_0 + drag_1 * engine_speed;
-        let available = at.torque.max(drag_torque).min(full_load);
         let command = drag_torque + at.accelerator * (full_load - drag_torque);
-        let torque_rate = (command - available) * self.per_torque_lag_s;
+        let available = (at.torque + at.follow * command).max(drag_torque).min(full_load);
         let auxiliary_torque = state.auxiliary_power * at.air * inverse;
         let gearbox_torque = where_set(coupling.engaged, available - auxiliary_torque);
 
@@ -118,7 +118,7 @@ impl Traction for Diesel<'_> {
         let reach = engine_speed * state.gear_speed * self.engine_brake_nms;
         let engine_brake = at.brake.min(where_set(coupling.engaged, reach));
         Pull {
-            torque_rate,
+            command,
             full_load,
             drag_torque,
             auxiliary_torque,

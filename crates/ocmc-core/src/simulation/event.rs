@@ -80,6 +80,9 @@ fn drive_cabin<S: Simd, T: Traction>(
     let mut time_s = 0.0;
     while time_s < duration_s {
         let view = state.step(shared);
+        if view.dt[0] == 0.0 {
+            continue; // it was taken back
+        }
         time_s += view.dt[0];
         drive.time_s.push(time_s);
         drive.speed_mps.push(state.speed[0]);

@@ -1,15 +1,19 @@
 //! The closed loop: lanes, one step, records and traces.
 
+mod alarm;
 pub mod battery_electric;
 pub mod cabin;
+mod change_of_mind;
 pub mod cpu;
 pub mod diesel;
 pub mod drive;
 pub mod event;
+mod lag;
 pub mod record;
 pub mod road_row;
 pub mod state;
 pub mod step;
+mod step_length;
 pub mod step_view;
 pub mod trace;
 pub mod traction;

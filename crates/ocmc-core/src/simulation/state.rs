@@ -1,6 +1,7 @@
 //! The state of trucks that drive side by side.
 
 use super::road_row::{FAR, RoadRow};
+use super::step_length::AFTER_JUMP;
 use super::traction::Traction;
 use crate::driver::pedal::PedalModel;
 use crate::lanes::{Lanes, WIDTH};
@@ -83,8 +84,12 @@ pub struct Shared<'a, T> {
     pub per_limiter_range: f64,
     /// Inverse of the brake pedal's scale.
     pub per_brake_scale: f64,
-    /// Inverse of the derivative filter's time constant, in 1/s.
-    pub per_filter_s: f64,
+    /// Longest step of a truck whose acceleration changes, in s.
+    pub short_step_s: f64,
+    /// Longest step after a jump of the pedals, in s.
+    pub step_after_jump_s: f64,
+    /// Inverse time constants of the engine's torque and of the derivative filter, in 1/s.
+    pub per_lag_s: [f64; 2],
 }
 
 impl<'a, T: Traction> Shared<'a, T> {
@@ -92,19 +97,23 @@ impl<'a, T: Traction> Shared<'a, T> {
     pub fn new(study: &'a Study, traction: T) -> Self {
         let powertrain = study.powertrain();
         let pedals = &study.model().driver.pedals;
+        let simulation = &study.model().simulation;
+        let torque_lag_s = traction.torque_lag_s();
         let launch_mps = study.model().driver.speed_change.launch_speed_mps;
         Self {
             engine_inertia_kgm2: traction.inertia_kgm2(),
             idle_radps: traction.idle_radps(),
             traction,
             powertrain,
-            simulation: &study.model().simulation,
+            simulation,
             pedals,
             wheel_mass_kg: powertrain.model.wheel_mass_kg(),
             launch: launch_mps * launch_mps,
             per_limiter_range: 1.0 / powertrain.model.limiter_range_mps,
             per_brake_scale: 1.0 / pedals.brake_scale,
-            per_filter_s: 1.0 / pedals.pid.derivative_filter_s,
+            short_step_s: simulation.short_step_s(),
+            step_after_jump_s: AFTER_JUMP * simulation.step_s,
+            per_lag_s: [1.0 / torque_lag_s, 1.0 / pedals.pid.derivative_filter_s],
         }
     }
 }
@@ -138,6 +147,8 @@ pub struct State<S: Simd> {
     pub hold_left: Lanes<S>,
     /// Time left until the pressed pedal asks for a kick-down, in s.
     pub kick_left: Lanes<S>,
+    /// Longest next step, in s.
+    pub longest: Lanes<S>,
     /// Steps left until somebody looks whether the truck makes progress.
     pub steps_left: Lanes<S>,
     /// Engine speed for each m/s in this gear, in rad/m.
@@ -210,6 +221,7 @@ impl<S: Simd> State<S> {
             shift_left: zero,
             hold_left: zero,
             kick_left: all(FAR),
+            longest: all(shared.short_step_s),
             steps_left: all(f64::INFINITY),
             gear_speed: all(gear.speed_ratio_per_m),
             gear_speed_up: zero,

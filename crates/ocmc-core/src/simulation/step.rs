@@ -9,35 +9,38 @@
 //! rest, and where a driver or the gearbox changes its mind. Gear, clutch and
 //! hold are decided at the step's start and frozen over both stages.
 
+use super::lag::following;
 use super::road_row::RoadRow;
 use super::state::{Shared, State, Total};
+use super::step_length::{is_too_long, longest_next};
 use super::step_view::StepView;
 use super::traction::{Coupling, Demand, Pull, Traction, Turn};
 use crate::lanes::{Flags, Lanes, WIDTH, clip, columns, where_set};
-use crate::vehicle::gearbox::ShiftModel;
 use crate::vehicle::resistance::drag_forces_n;
 use fearless_simd::prelude::*;
 
 /// The road rows under the trucks, by the columns of [`RoadRow`].
-type Row<S> = [Lanes<S>; RoadRow::COLUMNS];
+pub(super) type Row<S> = [Lanes<S>; RoadRow::COLUMNS];
 
 /// What the driver does in one stage.
 #[derive(Clone, Copy)]
-struct Control<S: Simd> {
-    desired: Lanes<S>,
-    accelerator: Lanes<S>,
+pub(super) struct Control<S: Simd> {
+    pub desired: Lanes<S>,
+    /// The controller's output, and with the band of overspeed what the brakes see of it.
+    pub output: Lanes<S>,
+    pub demand: Lanes<S>,
+    pub accelerator: Lanes<S>,
     brake: Lanes<S>,
     integral_rate: Lanes<S>,
-    filter_rate: Lanes<S>,
 }
 
 /// What is decided at the step's start.
 #[derive(Clone, Copy)]
-struct Decision<S: Simd> {
+pub(super) struct Decision<S: Simd> {
     row: Row<S>,
-    control: Control<S>,
-    hold: Flags<S>,
-    held: Lanes<S>,
+    pub control: Control<S>,
+    pub hold: Flags<S>,
+    pub held: Lanes<S>,
     coupling: Coupling<S>,
 }
 
@@ -51,22 +54,28 @@ struct Forces<S: Simd> {
 
 /// The state at the end of a step that follows its first stage all the way.
 #[derive(Clone, Copy)]
-struct Prediction<S: Simd> {
-    /// Length of the step if no segment ended, in s.
-    whole: Lanes<S>,
+pub(super) struct Prediction<S: Simd> {
     /// Time to the segment's end, in s.
     to_end: Lanes<S>,
     dt: Lanes<S>,
-    speed: Lanes<S>,
+    pub speed: Lanes<S>,
+    /// Torque of the second stage, and what comes to it for each Nm of its command.
     torque: Lanes<S>,
-    control: Control<S>,
+    follow: Lanes<S>,
+    pub control: Control<S>,
 }
 
 /// How a step ends.
 #[derive(Clone, Copy)]
 struct Ending<S: Simd> {
+    /// Flag: it was too long. It is taken back: nothing of it happens, and the next one is short.
+    too_long: Flags<S>,
+    /// Flag: where a mind changes.
+    jumps: Flags<S>,
     /// Flag: at the end of the segment.
     reaches: Flags<S>,
+    /// Share that the second stage has in the means over the step.
+    weight: Lanes<S>,
     dt: Lanes<S>,
     dx: Lanes<S>,
     speed: Lanes<S>,
@@ -76,8 +85,8 @@ struct Ending<S: Simd> {
 
 /// The slowest pace at which a step is cut for a segment's end, in m/s.
 const SMALLEST_SPEED: f64 = 1e-9;
-/// How far beyond the zero of a switching function a step goes, as a share of what is left of it.
-const PASSING: f64 = 2e-3;
+/// Keeps a quotient finite, in N.
+const SMALLEST_FORCE_N: f64 = 1e-9;
 
 /// All of a step but the books.
 #[derive(Clone, Copy)]
@@ -128,10 +137,10 @@ pub fn stages<S: Simd, T: Traction>(
     )
 }
 
-/// Where a line rises through zero.
+/// The first number and a share of what the second one differs from it.
 #[inline(always)]
-fn crossed<S: Simd>(before: Lanes<S>, after: Lanes<S>) -> Flags<S> {
-    before.simd_lt(0.0) & after.simd_gt(0.0)
+fn mix<S: Simd>(share: Lanes<S>, first: Lanes<S>, second: Lanes<S>) -> Lanes<S> {
+    first + share * (second - first)
 }
 
 impl<S: Simd> State<S> {
@@ -233,10 +242,11 @@ impl<S: Simd> State<S> {
         let realised = accelerator - brake * shared.per_brake_scale;
         Control {
             desired,
+            output,
+            demand,
             accelerator,
             brake,
             integral_rate: self.integral_gain * error + self.tracking * (realised - output),
-            filter_rate: lag * shared.per_filter_s,
         }
     }
 
@@ -267,6 +277,7 @@ impl<S: Simd> State<S> {
         &self,
         speed: Lanes<S>,
         torque: Lanes<S>,
+        follow: Lanes<S>,
         control: &Control<S>,
         decision: &Decision<S>,
         shared: &Shared<T>,
@@ -278,6 +289,7 @@ impl<S: Simd> State<S> {
         let demand = Demand {
             speed,
             torque,
+            follow,
             accelerator: control.accelerator,
             brake: self.mass * (control.brake * full).min(row[RoadRow::GRIP]),
             air: relative.max(1.0),
@@ -301,7 +313,14 @@ impl<S: Simd> State<S> {
 
     #[inline(always)]
     fn first<T: Traction>(&self, decision: &Decision<S>, shared: &Shared<T>) -> Forces<S> {
-        self.forces(self.speed, self.torque, &decision.control, decision, shared)
+        self.forces(
+            self.speed,
+            self.torque,
+            Lanes::splat(self.speed.simd, 0.0),
+            &decision.control,
+            decision,
+            shared,
+        )
     }
 
     #[inline(always)]
@@ -311,7 +330,7 @@ impl<S: Simd> State<S> {
         end: &Prediction<S>,
         shared: &Shared<T>,
     ) -> Forces<S> {
-        self.forces(end.speed, end.torque, &end.control, decision, shared)
+        self.forces(end.speed, end.torque, end.follow, &end.control, decision, shared)
     }
 
     /// How far the step may go, and the state and the pedals there.
@@ -323,7 +342,7 @@ impl<S: Simd> State<S> {
         shared: &Shared<T>,
     ) -> Prediction<S> {
         let half = 0.5;
-        let longest = Lanes::splat(self.speed.simd, shared.simulation.step_s);
+        let longest = self.longest;
         let whole = self.shift_left.simd_gt(0.0).select(self.shift_left.min(longest), longest);
         let whole = self.hold_left.simd_gt(0.0).select(self.hold_left.min(whole), whole);
         let pace = (self.speed + first.acceleration * whole * half).max(SMALLEST_SPEED);
@@ -332,15 +351,22 @@ impl<S: Simd> State<S> {
 
         let speed = (self.speed + dt * first.acceleration).max(0.0);
         let left = (self.left - dt * (self.speed + speed) * half).max(0.0);
-        let torque = self.torque + dt * first.pull.torque_rate;
+        let [engine, filter] = following(dt, shared.per_lag_s);
+        // so that the mean of both stages is the mean of the step
+        let command = first.pull.command;
+        let torque = self.torque + (engine.mean + engine.mean) * (command - self.torque)
+            - (engine.change + engine.change) * command;
+        let follow = engine.change + engine.change;
         let rates = &decision.control;
         let integral = self.clamp_integral(self.integral + dt * rates.integral_rate, shared);
-        let filtered = self.filtered + dt * rates.filter_rate;
+        let filtered = self.filtered
+            + filter.end * (self.speed - self.filtered)
+            + filter.mean * (speed - self.speed);
         let path = self.desired(&decision.row, left, shared);
         let limit = decision.row[RoadRow::LIMIT];
         let (hold, held) = (decision.hold, decision.held);
         let control = self.control(limit, speed, path, integral, filtered, hold, held, shared);
-        Prediction { whole, to_end, dt, speed, torque, control }
+        Prediction { to_end, dt, speed, torque, follow, control }
     }
 
     /// The ends of a step: its time is over, a mind changes, the segment ends, the truck comes to rest.
@@ -355,25 +381,32 @@ impl<S: Simd> State<S> {
     ) -> Ending<S> {
         let half = 0.5;
         let dt = predicted.dt;
-        let (mind, mind_of) = self.change_of_mind(decision, predicted, shared);
+        let change = second.acceleration - first.acceleration;
+        let too_long = is_too_long(dt, change, shared);
+        let mind = self.change_of_mind(decision, predicted, shared);
+        let jumps = mind.simd_lt(1.0);
+        let share = where_set(!too_long, mind);
+        let weight = share * half;
+        let dt = dt * share;
 
         // a truck at rest does not roll back: the brakes hold it, without work
-        let free = (first.acceleration + second.acceleration) * half;
+        let free = first.acceleration + weight * change;
         let mean = self.speed.simd_gt(0.0).select(free, free.max(0.0));
         let way = dt * (self.speed + mean * dt * half);
         let square = self.speed * self.speed + mean * self.left * 2.0;
         let at_end = square.max(0.0).sqrt();
-        let far = self.left.simd_lt(way) | predicted.to_end.simd_lt(predicted.whole);
-        let reaches = square.simd_gt(0.0) & far;
+        let far = self.left.simd_lt(way) | predicted.to_end.simd_le(predicted.dt) & !jumps;
+        let reaches = square.simd_gt(0.0) & far & !too_long;
         let timed = self.speed + mean * dt;
-        let rests = timed.simd_lt(0.0) & !reaches;
-        let over = reaches.select(self.left * 2.0, rests.select(self.speed, dt * mind));
-        let under = reaches.select(self.speed + at_end, rests.select(-mean, mind_of));
+        let rests = timed.simd_lt(0.0) & !reaches & !too_long;
+        let over = reaches.select(self.left * 2.0, rests.select(self.speed, dt));
+        let under =
+            reaches.select(self.speed + at_end, rests.select(-mean, Lanes::splat(dt.simd, 1.0)));
         let dt = over / under;
         let timed = where_set(!(rests | reaches), self.speed + mean * dt);
         let speed = reaches.select(at_end, timed.max(0.0));
         let dx = reaches.select(self.left, dt * (self.speed + speed) * half);
-        Ending { reaches, dt, dx, speed, acceleration: mean }
+        Ending { too_long, jumps, reaches, weight, dt, dx, speed, acceleration: mean }
     }
 
     /// The books, the new state, and whether somebody has to look at it.
@@ -387,23 +420,24 @@ impl<S: Simd> State<S> {
         let Coupling { closed, engaged, free_speed, start_speed, .. } = decision.coupling;
 
         let angle = closed.select(dx * self.gear_speed, dt * free_speed);
-        let gearbox_torque = (first.pull.gearbox_torque + second.pull.gearbox_torque) * half;
-        let auxiliary = (first.pull.auxiliary_torque + second.pull.auxiliary_torque) * half;
+        let weight = ending.weight;
+        let gearbox_torque = mix(weight, first.pull.gearbox_torque, second.pull.gearbox_torque);
+        let auxiliary = mix(weight, first.pull.auxiliary_torque, second.pull.auxiliary_torque);
         let torque = gearbox_torque + auxiliary;
         let mean_speed =
             closed.select((self.speed + ending.speed) * self.gear_speed * half, free_speed);
-        let half_way = dx * half;
         let jump = self.engine_speed * self.engine_speed - start_speed * start_speed;
-        let drag = (first.drag + second.drag) * half;
+        let drag = mix(weight, first.drag, second.drag);
         let rolling = self.mass * decision.row[RoadRow::ROLLING];
         let grade = self.mass * decision.row[RoadRow::GRADE];
-        let engine_brake = first.pull.engine_brake + second.pull.engine_brake;
-        let service_brake = first.pull.brake + second.pull.brake - engine_brake;
-        let wheel = first.pull.wheel + second.pull.wheel;
-        // of a force that changes its sign the mean of the positive parts is too much, the positive part of the
-        // mean too little, by the same amount
-        let both = wheel.max(0.0);
-        let each = first.pull.wheel.max(0.0) + second.pull.wheel.max(0.0);
+        let engine_brake = mix(weight, first.pull.engine_brake, second.pull.engine_brake);
+        let service_brake = mix(weight, first.pull.brake, second.pull.brake) - engine_brake;
+        let wheel = mix(weight, first.pull.wheel, second.pull.wheel);
+        // the mean of the positive part of a force that changes evenly
+        let wheel_end = mix(weight + weight, first.pull.wheel, second.pull.wheel);
+        let positive = first.pull.wheel.max(0.0) + wheel_end.max(0.0);
+        let twice = first.pull.wheel.abs() + wheel_end.abs();
+        let driving = positive * positive / (twice + twice + SMALLEST_FORCE_N);
         let mut added = [Lanes::splat(simd, 0.0); Total::COUNT];
         self.book(Total::Time, dt, &mut added);
         self.book(Total::Distance, dx, &mut added);
@@ -411,27 +445,31 @@ impl<S: Simd> State<S> {
         let turn = Turn { dt, angle, speed: mean_speed, torque, auxiliary };
         let store_rate = shared.traction.spend(self, &turn, &mut added);
         self.book(Total::Clutch, gearbox_torque * (angle - dx * self.gear_speed), &mut added);
-        let lost = gearbox_torque * self.gear_speed - wheel * half;
+        let lost = gearbox_torque * self.gear_speed - wheel;
         self.book(Total::Transmission, lost * dx, &mut added);
         self.book(Total::Shift, jump * (0.5 * shared.engine_inertia_kgm2), &mut added);
         self.book(Total::Drag, drag * dx, &mut added);
         self.book(Total::Rolling, rolling * dx, &mut added);
         self.book(Total::Grade, grade * dx, &mut added);
-        self.book(Total::ServiceBrake, service_brake * half_way, &mut added);
-        self.book(Total::EngineBrake, engine_brake * half_way, &mut added);
-        self.book(Total::Wheel, (both + each) * half_way * half, &mut added);
+        self.book(Total::ServiceBrake, service_brake * dx, &mut added);
+        self.book(Total::EngineBrake, engine_brake * dx, &mut added);
+        self.book(Total::Wheel, driving * dx, &mut added);
 
-        let half_dt = dt * half;
-        let driven = (self.torque + half_dt * (first.pull.torque_rate + second.pull.torque_rate))
+        let [engine, filter] = following(dt, shared.per_lag_s);
+        let command = first.pull.command;
+        let change = (weight + weight) * (second.pull.command - command);
+        let driven = (self.torque + engine.end * (command - self.torque) + engine.mean * change)
             .max(second.pull.drag_torque)
             .min(second.pull.full_load);
         self.torque = where_set(engaged, driven);
         let first_control = &decision.control;
         self.integral = self.clamp_integral(
-            self.integral + half_dt * (first_control.integral_rate + second_control.integral_rate),
+            self.integral
+                + dt * mix(weight, first_control.integral_rate, second_control.integral_rate),
             shared,
         );
-        self.filtered += half_dt * (first_control.filter_rate + second_control.filter_rate);
+        self.filtered +=
+            filter.end * (self.speed - self.filtered) + filter.mean * (ending.speed - self.speed);
         self.holding = where_set(decision.hold, Lanes::splat(simd, 1.0));
         self.held = decision.held;
         self.speed = ending.speed;
@@ -442,8 +480,13 @@ impl<S: Simd> State<S> {
         let shift = &shared.powertrain.shift;
         let pressed = second_control.accelerator.simd_gt(shift.kickdown_pedal);
         let kick_left = (self.kick_left - dt).max(0.0);
-        self.kick_left = pressed.select(kick_left, Lanes::splat(simd, shift.kickdown_s));
+        self.kick_left =
+            (pressed | ending.too_long).select(kick_left, Lanes::splat(simd, shift.kickdown_s));
         self.steps_left -= 1.0;
+        let change = second.acceleration - first.acceleration;
+        let longest = longest_next(predicted.dt, change, shared);
+        let longest = ending.jumps.select(Lanes::splat(simd, shared.step_after_jump_s), longest);
+        self.longest = ending.too_long.select(Lanes::splat(simd, shared.short_step_s), longest);
 
         let slowing = ending.acceleration.simd_lt(0.0);
         let road_power = (drag + rolling + grade) * ending.speed;
@@ -462,7 +505,7 @@ impl<S: Simd> State<S> {
             acceleration: ending.acceleration,
             closed,
             added,
-            alarm: self.alarm(&decision.row, wants_shift, shared),
+            alarm: self.alarm(&decision.row, wants_shift, shared) & !ending.too_long,
             wants_shift,
             slowing,
             road_power,
@@ -481,135 +524,11 @@ impl<S: Simd> State<S> {
         added[total as usize] = amount;
     }
 
-    /// The share of the step, as numerator and denominator, after which a switched driver begins or ends to hold, or
-    /// an engine speed crosses a shifting line; 1/1 where neither happens. Without this cut both are decided up to a
-    /// step too late, and the error is of first order in the step.
-    #[inline(always)]
-    fn change_of_mind<T: Traction>(
-        &self,
-        decision: &Decision<S>,
-        predicted: &Prediction<S>,
-        shared: &Shared<T>,
-    ) -> (Lanes<S>, Lanes<S>) {
-        let shift = &shared.powertrain.shift;
-        let (first, second) = (&decision.control, &predicted.control);
-        let (error_1, error_2) = (first.desired - self.speed, second.desired - predicted.speed);
-        let releases = decision.hold
-            & decision.held.simd_lt(0.0)
-            & !self.holds_brake.simd_gt(0.0)
-            & error_1.simd_lt(error_2);
-        // functions that rise through zero where a mind changes
-        let lines = [
-            (
-                self.hold_line(error_1, decision.hold, releases),
-                self.hold_line(error_2, decision.hold, releases),
-            ),
-            (
-                self.up_line(self.speed, first.accelerator, shift),
-                self.up_line(predicted.speed, second.accelerator, shift),
-            ),
-            (
-                self.down_line(self.speed, first.accelerator, shift),
-                self.down_line(predicted.speed, second.accelerator, shift),
-            ),
-        ];
-        let mut over = Lanes::splat(error_1.simd, 1.0);
-        let mut under = over;
-        if (crossed(lines[0].0, lines[0].1)
-            | crossed(lines[1].0, lines[1].1)
-            | crossed(lines[2].0, lines[2].1))
-        .any_true()
-        {
-            for (before, after) in lines {
-                // the zero of the line between both, and a little more, so that the change is seen
-                let part = after * PASSING - before;
-                let whole = after - before;
-                let first = crossed(before, after) & (part * under).simd_lt(over * whole);
-                over = first.select(part, over);
-                under = first.select(whole, under);
-            }
-        }
-        (over, under)
-    }
-
-    /// Rises through zero where a switched driver begins or ends to hold.
-    #[inline(always)]
-    fn hold_line(&self, error: Lanes<S>, hold: Flags<S>, releases: Flags<S>) -> Lanes<S> {
-        let outside = error.abs() - self.threshold;
-        releases.select(error, hold.select(outside, -outside))
-    }
-
-    /// Rises through zero where the engine would reach the upshift line in the next gear.
-    #[inline(always)]
-    fn up_line(&self, speed: Lanes<S>, accelerator: Lanes<S>, shift: &ShiftModel) -> Lanes<S> {
-        speed * self.gear_speed_up - shift.up_speed_radps - accelerator * shift.up_pedal_radps
-    }
-
-    /// Rises through zero where the engine falls below the downshift line.
-    #[inline(always)]
-    fn down_line(&self, speed: Lanes<S>, accelerator: Lanes<S>, shift: &ShiftModel) -> Lanes<S> {
-        accelerator * shift.down_pedal_radps + shift.down_speed_radps - speed * self.gear_speed
-    }
-
     #[inline(always)]
     fn clamp_integral<T: Traction>(&self, integral: Lanes<S>, shared: &Shared<T>) -> Lanes<S> {
         let pid = &shared.pedals.pid;
         let clamped = clip(integral, pid.integral_minimum, pid.integral_maximum);
         // a driver without an integral part keeps none
         where_set(self.integral_gain.simd_gt(0.0), clamped)
-    }
-
-    /// Whether the strategy may want another gear: the exact answer is
-    /// [`crate::vehicle::gearbox::ShiftModel::wanted_gear`].
-    #[inline(always)]
-    fn wants_shift<T: Traction>(
-        &self,
-        accelerator: Lanes<S>,
-        slowing: Flags<S>,
-        closed: Flags<S>,
-        road_power: Lanes<S>,
-        shared: &Shared<T>,
-    ) -> Flags<S> {
-        let shift = &shared.powertrain.shift;
-        let speed = self.speed * self.gear_speed;
-        let up_speed = self.speed * self.gear_speed_up;
-        let up_line = accelerator * shift.up_pedal_radps + shift.up_speed_radps;
-        let down_line = accelerator * shift.down_pedal_radps + shift.down_speed_radps;
-        let ready = self.speed.simd_gt(shift.minimum_speed_mps)
-            & !self.hold_left.max(self.shift_left).simd_gt(0.0);
-
-        // the most that the engine could give there; how much it does, the strategy asks the curve
-        let most = up_speed * (shared.traction.peak_torque_nm() * shift.power_share);
-        let strong = !most.simd_lt(road_power * shift.power_reserve);
-        let up = ready & !up_speed.simd_lt(up_line) & strong;
-        let over = speed.simd_gt(shift.overspeed_radps) & self.gear_speed_up.simd_gt(0.0);
-        let has_down = self.gear_speed_down.simd_lt(super::road_row::FAR);
-        // a truck that rolls to a stop with an open clutch shifts when it is driven again, not before
-        let pressed = accelerator.simd_gt(0.0);
-        let low = speed.simd_lt(down_line) & (closed | !self.gear_launches.simd_gt(0.0) & pressed);
-        let kick = !self.kick_left.simd_gt(0.0)
-            & speed.simd_lt(shift.kickdown_speed_radps)
-            & (self.speed * self.gear_speed_down).simd_lt(shift.overspeed_radps);
-        let down = has_down & slowing & (low | kick);
-        up | ready & (over | down)
-    }
-
-    /// Flag: the lane needs a look.
-    #[inline(always)]
-    fn alarm<T: Traction>(
-        &self,
-        row: &Row<S>,
-        wants_shift: Flags<S>,
-        shared: &Shared<T>,
-    ) -> Flags<S> {
-        let simulation = shared.simulation;
-        let to_line = self.left + row[RoadRow::TO_STOP];
-        let reach = self.speed.simd_lt(simulation.creep_speed_mps).select(
-            Lanes::splat(to_line.simd, simulation.creep_distance_m),
-            Lanes::splat(to_line.simd, simulation.capture_distance_m),
-        );
-        let captured = !reach.simd_lt(to_line);
-        let due = !self.steps_left.simd_gt(0.0);
-        captured | due | wants_shift | shared.traction.is_empty(self)
     }
 }

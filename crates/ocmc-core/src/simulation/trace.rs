@@ -163,6 +163,8 @@ struct Writer {
     time_s: f64,
     position_m: f64,
     standstill_s: f64,
+    /// What a step that was taken back added.
+    kept: [f64; Total::COUNT],
     /// Whether there is a battery instead of an engine.
     electric: bool,
 }
@@ -174,6 +176,7 @@ impl Writer {
             time_s: 0.0,
             position_m: 0.0,
             standstill_s: 0.0,
+            kept: [0.0; Total::COUNT],
             electric,
         }
     }
@@ -193,6 +196,15 @@ impl Writer {
 impl Watch for Writer {
     fn stepped<S: Simd>(&mut self, state: &State<S>, view: &StepView<S>, cabins: &[Option<Cabin>]) {
         let Some(cabin) = &cabins[0] else { return };
+        let mut added = view.added.map(|lanes| lanes[0]);
+        // of a step that was taken back nothing is left but the jump of the engine's speed: the next row has it
+        for (amount, kept) in added.iter_mut().zip(&mut self.kept) {
+            *amount += std::mem::take(kept);
+        }
+        if view.dt[0] == 0.0 {
+            self.kept = added;
+            return;
+        }
         self.time_s += view.dt[0];
         self.position_m += view.dx[0];
         self.push(
@@ -212,7 +224,7 @@ impl Watch for Writer {
                 view.grade[0] / GRAVITY_MPS2,
                 self.last_signal(state, view.closed.test(0)),
             ],
-            view.added.map(|lanes| lanes[0]),
+            added,
         );
     }
 

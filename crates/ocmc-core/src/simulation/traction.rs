@@ -30,6 +30,8 @@ pub struct Demand<S: Simd> {
     pub speed: Lanes<S>,
     /// Torque that the engine had reached, in Nm.
     pub torque: Lanes<S>,
+    /// What comes to it for each Nm of the command.
+    pub follow: Lanes<S>,
     /// Accelerator pedal.
     pub accelerator: Lanes<S>,
     /// Braking force that the driver wants, in N.
@@ -43,8 +45,8 @@ pub struct Demand<S: Simd> {
 /// Torques and forces of one stage.
 #[derive(Clone, Copy)]
 pub struct Pull<S: Simd> {
-    /// Change of the engine's torque, in Nm/s.
-    pub torque_rate: Lanes<S>,
+    /// Torque that the engine's torque follows, in Nm.
+    pub command: Lanes<S>,
     /// Highest torque of the engine, in Nm.
     pub full_load: Lanes<S>,
     /// Lowest torque of the engine, in Nm.
@@ -89,6 +91,8 @@ pub trait Traction {
     fn idle_radps(&self) -> f64;
     /// Highest torque, in Nm.
     fn peak_torque_nm(&self) -> f64;
+    /// Time constant with which torque follows the pedal, in s; above 0 also where torque has no memory.
+    fn torque_lag_s(&self) -> f64;
     /// Highest torque at a speed in rad/s, in Nm.
     fn full_load_nm(&self, speed_radps: f64) -> f64;
     /// Torque that has followed a pedal for long, in Nm; 0 where torque has no memory.

@@ -265,7 +265,7 @@ pub const BOUNDS: &[Bound] = &[
     b("vehicle.electric.charging.begin_below", 0.0, 1.0),
     b("vehicle.electric.charging.end_at", 0.0, 1.0),
     b("vehicle.electric.charging.shortest_s", 0.0, 86_400.0),
-    b("simulation.step_s", 0.0005, 1.0),
+    b("simulation.step_s", 0.0005, 2.0),
     b("simulation.longest_duration_s", 10.0, 1.0e8),
     b("simulation.stall_time_s", 5.0, 86_400.0),
     b("simulation.stall_distance_m", 0.0, 1000.0),

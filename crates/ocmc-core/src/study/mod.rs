@@ -61,7 +61,7 @@ pub struct Description {
 ///
 /// | Name | Default | Purpose |
 /// |---|---|---|
-/// | `step_s` | 0.2 | longest time step |
+/// | `step_s` | 1 | longest time step: that of a truck whose acceleration is steady |
 /// | `longest_duration_s` | 172800 | a cycle that drives longer is `timed_out` |
 /// | `stall_time_s`, `stall_distance_m` | 60, 1 | less progress than this in this time is `stalled` |
 /// | `capture_distance_m` | 0.5 | a truck this close to its stop line has stopped |
@@ -72,7 +72,7 @@ pub struct Description {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SimulationModel {
-    /// Longest time step, in s.
+    /// Longest time step, in s: that of a truck whose acceleration is steady.
     pub step_s: f64,
     /// Driving time after which a cycle is given up, in s.
     pub longest_duration_s: f64,
@@ -94,10 +94,17 @@ pub struct SimulationModel {
     pub sampling: Sampling,
 }
 
+impl SimulationModel {
+    /// Step that may always be taken but right after a jump of the pedals, in s.
+    pub fn short_step_s(&self) -> f64 {
+        0.4 * self.step_s
+    }
+}
+
 impl Default for SimulationModel {
     fn default() -> Self {
         Self {
-            step_s: 0.2,
+            step_s: 1.0,
             longest_duration_s: 172_800.0,
             stall_time_s: 60.0,
             stall_distance_m: 1.0,
@@ -179,7 +186,7 @@ impl Study {
         let road_types = model.road.types.keys().cloned().collect();
         // closed-loop rule 9: 5 m/s² × brake scale × K_P × step <= 1, or pedals reverse hundreds of times
         let brake = model.vehicle.brakes.full_deceleration_mps2 * model.driver.pedals.brake_scale;
-        let stability_limit = 1.0 / (brake * model.simulation.step_s);
+        let stability_limit = 1.0 / (brake * model.simulation.short_step_s());
         Ok(Self { model, operating_cycle, powertrain, road_types, stability_limit })
     }
 

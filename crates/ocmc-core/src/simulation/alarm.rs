@@ -1,0 +1,64 @@
+//! Which lanes need a look after a step: the gearbox may want another gear, a stop line is near.
+
+use super::road_row::{FAR, RoadRow};
+use super::state::{Shared, State};
+use super::step::Row;
+use super::traction::Traction;
+use crate::lanes::{Flags, Lanes};
+use fearless_simd::prelude::*;
+
+impl<S: Simd> State<S> {
+    /// Whether the strategy may want another gear: the exact answer is
+    /// [`crate::vehicle::gearbox::ShiftModel::wanted_gear`].
+    #[inline(always)]
+    pub(super) fn wants_shift<T: Traction>(
+        &self,
+        accelerator: Lanes<S>,
+        slowing: Flags<S>,
+        closed: Flags<S>,
+        road_power: Lanes<S>,
+        shared: &Shared<T>,
+    ) -> Flags<S> {
+        let shift = &shared.powertrain.shift;
+        let speed = self.speed * self.gear_speed;
+        let up_speed = self.speed * self.gear_speed_up;
+        let up_line = accelerator * shift.up_pedal_radps + shift.up_speed_radps;
+        let down_line = accelerator * shift.down_pedal_radps + shift.down_speed_radps;
+        let ready = self.speed.simd_gt(shift.minimum_speed_mps)
+            & !self.hold_left.max(self.shift_left).simd_gt(0.0);
+
+        // the most that the engine could give there; how much it does, the strategy asks the curve
+        let most = up_speed * (shared.traction.peak_torque_nm() * shift.power_share);
+        let strong = !most.simd_lt(road_power * shift.power_reserve);
+        let up = ready & !up_speed.simd_lt(up_line) & strong;
+        let over = speed.simd_gt(shift.overspeed_radps) & self.gear_speed_up.simd_gt(0.0);
+        let has_down = self.gear_speed_down.simd_lt(FAR);
+        // a truck that rolls to a stop with an open clutch shifts when it is driven again, not before
+        let pressed = accelerator.simd_gt(0.0);
+        let low = speed.simd_lt(down_line) & (closed | !self.gear_launches.simd_gt(0.0) & pressed);
+        let kick = !self.kick_left.simd_gt(0.0)
+            & speed.simd_lt(shift.kickdown_speed_radps)
+            & (self.speed * self.gear_speed_down).simd_lt(shift.overspeed_radps);
+        let down = has_down & slowing & (low | kick);
+        up | ready & (over | down)
+    }
+
+    /// Flag: the lane needs a look.
+    #[inline(always)]
+    pub(super) fn alarm<T: Traction>(
+        &self,
+        row: &Row<S>,
+        wants_shift: Flags<S>,
+        shared: &Shared<T>,
+    ) -> Flags<S> {
+        let simulation = shared.simulation;
+        let to_line = self.left + row[RoadRow::TO_STOP];
+        let reach = self.speed.simd_lt(simulation.creep_speed_mps).select(
+            Lanes::splat(to_line.simd, simulation.creep_distance_m),
+            Lanes::splat(to_line.simd, simulation.capture_distance_m),
+        );
+        let captured = !reach.simd_lt(to_line);
+        let due = !self.steps_left.simd_gt(0.0);
+        captured | due | wants_shift | shared.traction.is_empty(self)
+    }
+}
