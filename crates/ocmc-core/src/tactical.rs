@@ -12,7 +12,7 @@
 use crate::driver::Driver;
 use crate::driver::speed_change::Rise;
 use crate::operating_cycle::OperatingCycle;
-use crate::operating_cycle::segments::Segment;
+use crate::operating_cycle::segments::{Segment, lower};
 use crate::road::point_event::EventKind;
 use crate::study::{Scenario, Study};
 
@@ -129,9 +129,9 @@ fn backward_sweep(profile: &mut SpeedProfile, cycle: &OperatingCycle, driver: &D
     for i in (0..profile.segments.len()).rev() {
         let (segment, branch) = (&profile.segments[i], &mut profile.branches[i]);
         branch.backward_end = node;
-        node = (node + profile.twice_deceleration * segment.length_m)
-            .min(branch.limit)
-            .min(node_limit(segment, cycle, driver));
+        let reached = node + profile.twice_deceleration * segment.length_m;
+        let allowed = lower(branch.limit, node_limit(segment, cycle, driver));
+        node = lower(reached, allowed);
     }
 }
 
@@ -148,10 +148,10 @@ fn forward_sweep(profile: &mut SpeedProfile, cycle: &OperatingCycle, driver: &Dr
     for i in 0..profile.segments.len() {
         let (segment, branch) = (&profile.segments[i], &mut profile.branches[i]);
         let event = node_limit(segment, cycle, driver);
-        branch.forward_start = f64::min(node, event).min(branch.limit);
+        branch.forward_start = lower(node, lower(event, branch.limit));
         let reached = branch.forward_start + profile.twice_acceleration * segment.length_m;
         // what is really reached: no branch may lie above the others at the node. The launch speed is a floor under the
         // whole branch wherever it is read; a floor at the nodes, too, would make the ramp depend on where nodes lie.
-        node = reached.min(branch.backward_end).min(branch.limit);
+        node = lower(reached, lower(branch.backward_end, branch.limit));
     }
 }

@@ -20,7 +20,7 @@ pub mod weibull;
 
 pub use gamma::standard_gamma;
 pub use law::Law;
-pub use normal_quantile::normal_quantile;
+pub use normal_quantile::{normal_quantile, normal_quantiles};
 pub use quantity::Quantity;
 
 /// Mean and standard deviation (divisor n − 1); none for fewer than two values, or where one is not finite.

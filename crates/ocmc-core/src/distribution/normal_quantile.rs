@@ -1,5 +1,8 @@
-//! Quantile of the standard normal distribution.
+//! Quantile of the standard normal distribution, of one number and of many.
 #![allow(clippy::excessive_precision, reason = "coefficients as printed in the source")]
+
+use crate::lanes::{Lanes, WIDTH};
+use fearless_simd::{Level, dispatch, prelude::*};
 
 /// Quantile of the standard normal distribution, Φ⁻¹(p), for p in (0, 1).
 ///
@@ -8,10 +11,41 @@
 #[inline]
 pub fn normal_quantile(p: f64) -> f64 {
     let q = p - 0.5;
-    if q.abs() <= 0.425 {
-        let r = 0.180625 - q * q;
+    if q.abs() <= CENTRE {
+        let r = CENTRE_SQUARE - q * q;
         return q * ratio(&CENTRE_NUMERATOR, &CENTRE_DENOMINATOR, r);
     }
+    tail_quantile(p)
+}
+
+/// Replaces probabilities by their quantiles: the numbers of [`normal_quantile`], eight at a time.
+pub fn normal_quantiles(values: &mut [f64]) {
+    dispatch!(Level::new(), simd => quantiles(simd, values));
+}
+
+#[inline(always)]
+fn quantiles<S: Simd>(simd: S, values: &mut [f64]) {
+    let (blocks, rest) = values.as_chunks_mut();
+    for block in blocks {
+        let probabilities: [f64; WIDTH] = *block;
+        let q = Lanes::load_array(simd, probabilities) - 0.5;
+        let r = CENTRE_SQUARE - q * q;
+        let centre = q * (horners(&CENTRE_NUMERATOR, r) / horners(&CENTRE_DENOMINATOR, r));
+        *block = centre.into();
+        let mut tails = q.abs().simd_gt(CENTRE).to_bitmask();
+        while tails != 0 {
+            let lane = tails.trailing_zeros() as usize % WIDTH;
+            tails &= tails - 1;
+            block[lane] = tail_quantile(probabilities[lane]);
+        }
+    }
+    for value in rest {
+        *value = normal_quantile(*value);
+    }
+}
+
+fn tail_quantile(p: f64) -> f64 {
+    let q = p - 0.5;
     let tail = if q < 0.0 { p } else { 1.0 - p };
     let r = (-libm::log(tail)).sqrt();
     let z = if r <= 5.0 {
@@ -22,6 +56,11 @@ pub fn normal_quantile(p: f64) -> f64 {
     if q < 0.0 { -z } else { z }
 }
 
+/// Half the width of the centre, where one ratio of polynomials serves.
+const CENTRE: f64 = 0.425;
+/// Its square.
+const CENTRE_SQUARE: f64 = 0.180625;
+
 #[inline]
 fn ratio(numerator: &[f64; 8], denominator: &[f64; 8], r: f64) -> f64 {
     horner(numerator, r) / horner(denominator, r)
@@ -30,6 +69,12 @@ fn ratio(numerator: &[f64; 8], denominator: &[f64; 8], r: f64) -> f64 {
 #[inline]
 fn horner(coefficients: &[f64; 8], r: f64) -> f64 {
     coefficients.iter().rev().fold(0.0, |sum, c| sum * r + c)
+}
+
+#[inline(always)]
+fn horners<S: Simd>(coefficients: &[f64; 8], r: Lanes<S>) -> Lanes<S> {
+    let [lower @ .., highest] = coefficients;
+    lower.iter().rev().fold(Lanes::splat(r.simd, *highest), |sum, c| sum * r + *c)
 }
 
 const CENTRE_NUMERATOR: [f64; 8] = [
@@ -115,5 +160,18 @@ mod tests {
         assert!((normal_quantile(0.25) - -0.6744897501960817).abs() < 1e-15);
         assert!((normal_quantile(0.001) - -3.090232306167814).abs() < 1e-14);
         assert!((normal_quantile(1e-20) - -9.262340089798408).abs() < 1e-14);
+    }
+
+    #[test]
+    fn many_are_the_same_bits_as_one_by_one() {
+        let mut values: Vec<f64> = (1..1000).map(|k| f64::from(k) / 1000.0).collect();
+        values.extend([1e-300, 1e-17, 0.075, 0.925, 0.5, 1.0 - 1e-16]);
+        for length in [0, 1, 7, 8, 64, values.len()] {
+            let wanted: Vec<u64> =
+                values[..length].iter().map(|p| normal_quantile(*p).to_bits()).collect();
+            let mut found = values[..length].to_vec();
+            normal_quantiles(&mut found);
+            assert_eq!(found.iter().map(|x| x.to_bits()).collect::<Vec<_>>(), wanted);
+        }
     }
 }

@@ -46,7 +46,11 @@ impl TopographyModel {
     }
 }
 
-/// Slopes on steps of `step_m` from 0 to the end of the last section, one model a road type.
+/// Normals that are drawn at once.
+const DRAWN_AT_ONCE: usize = 64;
+
+/// Slopes on steps of `step_m` from 0 to the end of the last section, one model a road type. It takes all that
+/// is left of the stream.
 pub fn sample_slopes(
     models: &[TopographyModel],
     step_m: f64,
@@ -58,7 +62,17 @@ pub fn sample_slopes(
     let end_m = sections.last().map_or(0.0, |s| s.end_m);
     let count = libm::ceil(end_m / step_m) as usize;
     slopes.reserve(count);
-    let mut state = draws.normal();
+    let mut normals = [0.0; DRAWN_AT_ONCE];
+    let mut used = DRAWN_AT_ONCE;
+    let mut normal = || {
+        if used == DRAWN_AT_ONCE {
+            draws.normals(&mut normals);
+            used = 0;
+        }
+        used += 1;
+        normals[used - 1]
+    };
+    let mut state = normal();
     for section in sections {
         let model = &models[section.road_type];
         let a = model.coefficient(step_m);
@@ -66,12 +80,12 @@ pub fn sample_slopes(
         let limit = model.slope_limit / model.slope_sd;
         let last = (libm::ceil(section.end_m / step_m) as usize).min(count);
         while slopes.len() < last {
-            let mut next = a * state + innovation_sd * draws.normal();
+            let mut next = a * state + innovation_sd * normal();
             let mut tries = 0;
             while next.abs() > limit {
                 tries += 1;
                 next = if tries < 100 {
-                    a * state + innovation_sd * draws.normal()
+                    a * state + innovation_sd * normal()
                 } else {
                     limit.copysign(next)
                 };

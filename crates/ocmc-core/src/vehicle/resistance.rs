@@ -110,7 +110,7 @@ pub fn rolling_wet_factor(precipitation_mps: f64, snow: bool) -> f64 {
 /// Factor of roughness on rolling resistance, 1 + 0.004 (IRI − 1.5)(v / 20 m/s), between 0.95 and 1.3
 /// (judgement; slope relative to 0.0068 as in VTI rapport 748A, recalled).
 pub fn rolling_roughness_factor(iri_mm_per_m: f64, speed_mps: f64) -> f64 {
-    (1.0 + 0.004 * (iri_mm_per_m - 1.5) * (speed_mps / 20.0)).clamp(0.95, 1.3)
+    (1.0 + 0.004 * (iri_mm_per_m - 1.5) * (speed_mps * (1.0 / 20.0))).clamp(0.95, 1.3)
 }
 
 /// Friction that braking can use: 0.8 dry, 0.5 wet, 0.25 on snow (judgement).
