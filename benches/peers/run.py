@@ -29,7 +29,7 @@ EQUAL_ERROR = 5e-4
 # differences up to which two answers are the same: in closed loop at one step, and on one trace
 SAME_CLOSED_LOOP = 5e-3
 SAME_TRACE = 1e-2
-DEFAULT_STEP_S = 0.2
+DEFAULT_STEP_S = 1.0
 TRUTH_S = 0.001
 # chunks of 256 steps in one round of an array library: no cycle ends, so that no lane waits
 CHUNKS = 24
@@ -39,7 +39,7 @@ KERNEL_ROUNDS = 8
 
 # kind, what it is, customary steps, whether other steps are tried for 0.05 %, cycles of a round
 RIVALS = [
-    ("numba-heun", "numba, scalar loop, ocmc's method", [0.1, 0.2], True, 128),
+    ("numba-heun", "numba, scalar loop, cut Heun steps", [0.1, 0.2], True, 128),
     ("numba-euler", "numba, scalar loop, Euler steps", [0.1], True, 128),
     ("jax-f64", "JAX, 1024 lanes, f64", [0.1, 0.2], False, 128),
     ("jax-f32", "JAX, 1024 lanes, f32", [0.1, 0.2], False, 128),

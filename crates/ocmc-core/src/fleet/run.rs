@@ -3,7 +3,7 @@
 use crate::random::Exchange;
 use crate::simulation::cabin::Cabin;
 use crate::simulation::cpu::CpuLevel;
-use crate::simulation::drive::{Until, drive_cabins, drive_watched, sampled};
+use crate::simulation::drive::{drive_cabins, drive_until, sampled};
 use crate::simulation::record::Record;
 use crate::study::Study;
 use std::collections::BTreeMap;
@@ -82,7 +82,7 @@ pub fn run<B>(
     let drive = |range: Range<u64>, stop: &AtomicBool| {
         let mut cycles = cabins(study, plan, range);
         let mut next = |used| if stop.load(Ordering::Relaxed) { None } else { cycles(used) };
-        drive_watched(study, &mut next, plan.level, &mut Until(stop))
+        drive_until(study, &mut next, plan.level, stop)
     };
     run_with(plan, &drive, sink)
 }

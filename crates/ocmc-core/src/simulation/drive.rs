@@ -12,7 +12,9 @@ use super::traction::Traction;
 use crate::lanes::WIDTH;
 use crate::study::{Scenario, Study};
 use crate::vehicle::Drive;
-use fearless_simd::{Level, dispatch, prelude::*};
+#[cfg(not(target_arch = "x86_64"))]
+use fearless_simd::dispatch;
+use fearless_simd::{Level, prelude::*};
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -54,35 +56,44 @@ pub fn drive(study: &Study, seed: u64, cycles: Range<u64>, level: CpuLevel) -> V
 
 /// Drives whatever `next` hands out; the records are in order of the cycle ids.
 pub fn drive_cabins(study: &Study, next: Next, level: CpuLevel) -> Vec<Record> {
-    drive_watched(study, next, level, &mut Until(&AtomicBool::new(false)))
+    drive_until(study, next, level, &AtomicBool::new(false))
 }
 
-/// As [`drive_cabins`], with somebody who looks; there are no records of cycles that were given up.
-pub fn drive_watched<O: Watch>(
-    study: &Study,
-    next: Next,
-    level: CpuLevel,
-    watch: &mut O,
-) -> Vec<Record> {
+/// As [`drive_cabins`], until a flag is raised; there are no records of cycles that were given up.
+pub fn drive_until(study: &Study, next: Next, level: CpuLevel, stop: &AtomicBool) -> Vec<Record> {
     match &study.powertrain().drive {
         Drive::Diesel(drive) => {
             let traction = Diesel::new(drive, &study.powertrain().model);
-            drive_on(level, study, &Shared::new(study, traction), next, watch)
+            drive_on(level, study, &Shared::new(study, traction), next, stop)
         }
         Drive::BatteryElectric(drive) => {
             let traction = BatteryElectric::new(drive);
-            drive_on(level, study, &Shared::new(study, traction), next, watch)
+            drive_on(level, study, &Shared::new(study, traction), next, stop)
+        }
+    }
+}
+
+/// As [`drive_cabins`], with somebody who looks at every step: slower.
+pub fn drive_watched<O: Watch>(study: &Study, next: Next, watch: &mut O) -> Vec<Record> {
+    match &study.powertrain().drive {
+        Drive::Diesel(drive) => {
+            let traction = Diesel::new(drive, &study.powertrain().model);
+            drive_baseline(study, &Shared::new(study, traction), next, watch)
+        }
+        Drive::BatteryElectric(drive) => {
+            let traction = BatteryElectric::new(drive);
+            drive_baseline(study, &Shared::new(study, traction), next, watch)
         }
     }
 }
 
 /// With the instructions of a level.
-fn drive_on<T: Traction, O: Watch>(
+fn drive_on<T: Traction>(
     level: CpuLevel,
     study: &Study,
     shared: &Shared<T>,
     next: Next,
-    watch: &mut O,
+    stop: &AtomicBool,
 ) -> Vec<Record> {
     #[cfg(target_arch = "x86_64")]
     match level {
@@ -90,7 +101,7 @@ fn drive_on<T: Traction, O: Watch>(
             if let Some(simd) = Level::new().as_avx512() {
                 return simd.vectorize(
                     #[inline(always)]
-                    || drive_blocks(simd, study, shared, next, watch),
+                    || drive_blocks(simd, study, shared, next, &mut Until(stop)),
                 );
             }
         }
@@ -98,12 +109,32 @@ fn drive_on<T: Traction, O: Watch>(
             if let Some(simd) = Level::new().as_avx2() {
                 return simd.vectorize(
                     #[inline(always)]
-                    || drive_blocks(simd, study, shared, next, watch),
+                    || drive_blocks(simd, study, shared, next, &mut Until(stop)),
                 );
             }
         }
         CpuLevel::Baseline => {}
     }
+    drive_baseline(study, shared, next, &mut Until(stop))
+}
+
+/// With the instructions that every CPU of the platform has. `dispatch!` would compile the loop for all the others, too.
+fn drive_baseline<T: Traction, O: Watch>(
+    study: &Study,
+    shared: &Shared<T>,
+    next: Next,
+    watch: &mut O,
+) -> Vec<Record> {
+    #[cfg(target_arch = "x86_64")]
+    if let Some(simd) = Level::baseline().as_sse2() {
+        return simd.vectorize(
+            #[inline(always)]
+            || drive_blocks(simd, study, shared, next, watch),
+        );
+    }
+    #[cfg(target_arch = "x86_64")]
+    unreachable!("x86-64 has SSE2");
+    #[cfg(not(target_arch = "x86_64"))]
     dispatch!(Level::baseline(), simd => drive_blocks(simd, study, shared, next, watch))
 }
 

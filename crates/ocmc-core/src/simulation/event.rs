@@ -9,7 +9,9 @@ use super::state::{Shared, State};
 use super::traction::Traction;
 use crate::study::{Scenario, Study};
 use crate::vehicle::Drive;
-use fearless_simd::{Level, dispatch, prelude::*};
+#[cfg(not(target_arch = "x86_64"))]
+use fearless_simd::dispatch;
+use fearless_simd::{Level, prelude::*};
 
 /// How a truck rolls where an event begins.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,13 +58,40 @@ pub fn drive_event(
     match &study.powertrain().drive {
         Drive::Diesel(drive) => {
             let shared = Shared::new(study, Diesel::new(drive, &study.powertrain().model));
-            dispatch!(Level::new(), simd => drive_cabin(simd, &shared, cabin, rolling, duration_s))
+            drive_on(&shared, cabin, rolling, duration_s)
         }
         Drive::BatteryElectric(drive) => {
             let shared = Shared::new(study, BatteryElectric::new(drive));
-            dispatch!(Level::new(), simd => drive_cabin(simd, &shared, cabin, rolling, duration_s))
+            drive_on(&shared, cabin, rolling, duration_s)
         }
     }
+}
+
+/// With AVX2 where the CPU has it: one truck gains nothing from wider vectors.
+fn drive_on<T: Traction>(
+    shared: &Shared<T>,
+    cabin: Cabin,
+    rolling: &Rolling,
+    duration_s: f64,
+) -> EventDrive {
+    #[cfg(target_arch = "x86_64")]
+    if let Some(simd) = Level::new().as_avx2() {
+        return simd.vectorize(
+            #[inline(always)]
+            || drive_cabin(simd, shared, cabin, rolling, duration_s),
+        );
+    }
+    #[cfg(target_arch = "x86_64")]
+    if let Some(simd) = Level::baseline().as_sse2() {
+        return simd.vectorize(
+            #[inline(always)]
+            || drive_cabin(simd, shared, cabin, rolling, duration_s),
+        );
+    }
+    #[cfg(target_arch = "x86_64")]
+    unreachable!("x86-64 has SSE2");
+    #[cfg(not(target_arch = "x86_64"))]
+    dispatch!(Level::baseline(), simd => drive_cabin(simd, shared, cabin, rolling, duration_s))
 }
 
 #[inline(always)]

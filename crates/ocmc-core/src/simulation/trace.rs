@@ -4,7 +4,6 @@
 //! totals gained in that row: summed in order they give the record to the bit.
 
 use super::cabin::{Cabin, slope};
-use super::cpu::CpuLevel;
 use super::drive::{Watch, drive_watched};
 use super::record::Record;
 use super::state::{State, Total};
@@ -109,7 +108,7 @@ pub fn trace_scenario(study: &Study, scenario: Scenario) -> Trace {
     let mut writer = Writer::new(electric);
     let road = scenario.cycle.road.clone();
     let mut cabin = Some(Cabin::new(study, scenario));
-    let mut records = drive_watched(study, &mut |_| cabin.take(), CpuLevel::Baseline, &mut writer);
+    let mut records = drive_watched(study, &mut |_| cabin.take(), &mut writer);
     let column = |(name, place): (_, usize)| TableColumn {
         name,
         values: std::mem::take(&mut writer.columns[place]),
