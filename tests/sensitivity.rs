@@ -5,7 +5,7 @@ mod common;
 use ocmc_core::fleet::quantity::{Quantity, quantity};
 use ocmc_core::fleet::random_effects::two_way;
 use ocmc_core::fleet::run::{RunPlan, records};
-use ocmc_core::fleet::sensitivity::{FactorGroup, factor_groups, sensitivity};
+use ocmc_core::fleet::sensitivity::{FactorGroup, SensitivityError, factor_groups, sensitivity};
 use ocmc_core::random::{Exchange, StreamSet};
 use ocmc_core::study::Study;
 use std::convert::Infallible;
@@ -151,4 +151,12 @@ fn two_ways_of_asking_for_the_driver_agree() {
         let error = ((high - low) / 3.92).hypot(crossed * (1.0 - crossed) * known);
         assert!((crossed - estimate).abs() < 4.0 * error, "{crossed} {estimate} {error}");
     }
+}
+
+#[test]
+fn a_crossed_design_of_strata_is_refused() {
+    let study = common::study("field-truck", &["simulation.sampling=\"sobol\""]);
+    let plan = RunPlan::new(SEED, 0, 4, Some(1), None);
+    let crossed = two_way(&study, &plan, 4, None, |_| ControlFlow::Continue(()));
+    assert_eq!(done(crossed), Err(SensitivityError::NotIndependent));
 }

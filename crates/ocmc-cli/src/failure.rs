@@ -107,6 +107,9 @@ impl Failure {
             Self::Sensitivity(SensitivityError::TooFewRows { .. }) => Some(
                 "more --cycles, or another --column; `ocmc` with this study says why cycles fail",
             ),
+            Self::Sensitivity(SensitivityError::NotIndependent) => {
+                Some("add --set simulation.sampling=independent, or leave --crossed away")
+            }
             Self::Exists { .. } => Some("give another name, or remove the file"),
             Self::Interrupted { help, .. } => Some(help),
             _ => None,

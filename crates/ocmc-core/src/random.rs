@@ -261,9 +261,10 @@ impl<'a> Streams<'a> {
         draws
     }
 
-    /// Opens a stream that is shared by all cycles of one replicate (`cycle_id mod replicates`).
+    /// Opens a stream that is shared by all cycles of one replicate (`cycle_id mod replicates`). What a fit does not know
+    /// belongs to no factor and cannot be frozen.
     pub fn open_replicate(&self, stream: Stream, replicates: u64) -> Draws {
-        let (sample, id) = self.source(stream);
+        let (sample, id) = Streams { frozen: &[], ..self.clone() }.source(stream);
         Draws::of(self.seed, sample, id % replicates.max(1), stream)
     }
 
@@ -323,6 +324,7 @@ impl Draws {
     /// (seed, cycle, stream, place) alone. Places are 8 uniforms apart.
     pub fn at(&mut self, place: u64) -> &mut Self {
         self.generator.set_word_pos(u128::from(place) * 16);
+        self.point = Point::NONE;
         self
     }
 
@@ -418,6 +420,18 @@ mod tests {
         let free = Streams::new(1, 5);
         assert!(frozen.open(Stream::Curve).uniform() == Draws::new(1, 0, Stream::Curve).uniform());
         assert!(frozen.open(Stream::Wind).uniform() == free.open(Stream::Wind).uniform());
+    }
+
+    #[test]
+    fn what_a_fit_does_not_know_varies_between_replicates_of_a_frozen_driver() {
+        let first = |cycle_id, frozen| {
+            let streams = Streams { frozen, ..Streams::new(1, cycle_id) };
+            streams.open_replicate(Stream::CurveSpeedParameters, 64).uniform()
+        };
+        let driver = &[Factor::Driver];
+        assert_ne!(first(0, driver), first(1, driver));
+        assert_eq!(first(1, driver), first(65, driver));
+        assert_eq!(first(1, driver), first(1, &[]));
     }
 
     #[test]

@@ -12,6 +12,7 @@ use super::quantity::{Quantity, consumption};
 use super::run::{RunPlan, records};
 use super::sensitivity::SensitivityError;
 use crate::random::{Exchange, Factor, StreamSet};
+use crate::sampling::Sampling;
 use crate::study::Study;
 use serde::Serialize;
 use std::ops::ControlFlow;
@@ -77,6 +78,10 @@ pub fn two_way<B>(
     quantity: Option<&'static Quantity>,
     mut progress: impl FnMut(u64) -> ControlFlow<B>,
 ) -> ControlFlow<B, Result<TwoWay, SensitivityError>> {
+    // strata would pass for spread that drivers and cycles do not have
+    if study.model().simulation.sampling != Sampling::Independent {
+        return ControlFlow::Continue(Err(SensitivityError::NotIndependent));
+    }
     let streams = StreamSet::of_factor(Factor::Driver);
     let mut quantity = quantity;
     let mut rows: Vec<Option<Vec<f64>>> = vec![Some(Vec::new()); plan.cycles as usize];

@@ -112,6 +112,11 @@ pub enum SensitivityError {
         /// Name of the quantity.
         column: &'static str,
     },
+    /// A crossed design of cycles that are not independent of one another.
+    #[error(
+        "crossing cycles with drivers needs independent draws; the study has simulation.sampling = \"sobol\""
+    )]
+    NotIndependent,
 }
 
 /// Fewest rows for which shares are estimated.
