@@ -5,6 +5,7 @@ mod program;
 use program::{ocmc, records};
 use serde_json::Value;
 use std::collections::hash_map::RandomState;
+use std::fmt::Write as _;
 use std::fs;
 use std::hash::{BuildHasher, Hasher};
 use std::path::Path;
@@ -152,11 +153,12 @@ fn given_files(folder: &Path) -> [String; 2] {
     let mut cycle = "time_s,speed_mps,slope\n0,0,0\n".to_owned();
     for k in 1..3600_u32 {
         let speed = 0.1 * f64::from((k % 300).min(150));
-        cycle.push_str(&format!("{k},{speed},{}\n", 0.01 * f64::from(k / 100 % 3) - 0.01));
+        let slope = 0.01 * f64::from(k / 100 % 3) - 0.01;
+        writeln!(cycle, "{k},{speed},{slope}").expect("a string takes any text");
     }
     let mut route = "position_m,speed_limit_kmh,grade\n".to_owned();
     for k in 0..=40 {
-        route.push_str(&format!("{},60,0.01\n", 50 * k));
+        writeln!(route, "{},60,0.01", 50 * k).expect("a string takes any text");
     }
     [("cycle.csv", cycle), ("route.csv", route)].map(|(name, text)| {
         let path = folder.join(name);

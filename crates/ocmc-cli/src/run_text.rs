@@ -149,7 +149,7 @@ fn saturated(summary: &Summary) -> String {
         }
         let percent = rounded_share(100.0 * outside_s / summary.simulated_s);
         return format!(
-            "\nBeyond the points of the powertrain's maps for {percent} % of the driving, in {cycles} of {of} cycles.\n"
+            "\nBeyond the points of the powertrain's maps for {percent} % of the driving,\nin {cycles} of {of} cycles.\n"
         );
     };
     if saturation.cycles == 0 {

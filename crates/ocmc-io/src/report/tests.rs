@@ -95,3 +95,12 @@ fn no_command_is_shown_that_would_not_give_the_cycle() {
     let page = html(&run);
     assert!(!page.contains("ocmc trace") && !page.contains("study.toml"), "{page}");
 }
+
+#[test]
+fn a_study_with_routes_is_saved_where_they_are_named_from() {
+    let mut run = run("x");
+    assert!(!html(&run).contains("in the folder in which the run was started"));
+    let route = "\n[[mission.routes]]\nfile = \"a.vdri\"\nweight = 1.0\n";
+    run.manifest.resolved_study.push_str(route);
+    assert!(html(&run).contains("in the folder in which the run was started"));
+}
