@@ -4,7 +4,7 @@ VEHICLE is a file in the format of FASTSim 2, or the name of a vehicle that FAST
 """
 
 import json
-import os
+import pathlib
 import sys
 import warnings
 
@@ -12,7 +12,7 @@ warnings.filterwarnings("ignore")
 
 import fastsim  # noqa: E402
 
-if os.path.exists(sys.argv[1]):
+if pathlib.Path(sys.argv[1]).exists():
     vehicle = fastsim.Vehicle.from_f2_file(sys.argv[1])
 else:
     vehicle = fastsim.Vehicle.from_resource(sys.argv[1])
