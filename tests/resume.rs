@@ -5,6 +5,7 @@ mod program;
 use program::{ocmc, records};
 use serde_json::Value;
 use std::collections::hash_map::RandomState;
+use std::fmt::Write as _;
 use std::fs;
 use std::hash::{BuildHasher, Hasher};
 use std::path::Path;
@@ -17,9 +18,9 @@ const TINY: &str = "mission.length_m=200";
 /// Begins a run of tiny cycles into a directory.
 fn begin(out: &Path, arguments: &[&str]) -> Child {
     Command::new(env!("CARGO_BIN_EXE_ocmc"))
+        .args(arguments)
         .args(["--set", TINY, "--quiet", "--out"])
         .arg(out)
-        .args(arguments)
         .stdout(Stdio::null())
         .stderr(Stdio::piped())
         .spawn()
@@ -145,6 +146,118 @@ fn so_does_one_of_400_000_cycles() {
     whole(&expected, &arguments);
     kill_until_complete(&out, &arguments, 4, 8000);
     assert_same(&expected, &out, "records.parquet");
+}
+
+/// A drive cycle of an hour, and a route of 2 km.
+fn given_files(folder: &Path) -> [String; 2] {
+    let mut cycle = "time_s,speed_mps,slope\n0,0,0\n".to_owned();
+    for k in 1..3600_u32 {
+        let speed = 0.1 * f64::from((k % 300).min(150));
+        let slope = 0.01 * f64::from(k / 100 % 3) - 0.01;
+        writeln!(cycle, "{k},{speed},{slope}").expect("a string takes any text");
+    }
+    let mut route = "position_m,speed_limit_kmh,grade\n".to_owned();
+    for k in 0..=40 {
+        writeln!(route, "{},60,0.01", 50 * k).expect("a string takes any text");
+    }
+    [("cycle.csv", cycle), ("route.csv", route)].map(|(name, text)| {
+        let path = folder.join(name);
+        fs::write(&path, text).expect("space");
+        path.display().to_string()
+    })
+}
+
+#[test]
+fn so_does_one_that_follows_a_speed() {
+    let parent = tempfile::tempdir().expect("a directory");
+    let [cycle, route] = given_files(parent.path());
+    for (name, file, how, cycles) in [
+        ("cycle", &cycle, "exact", "6000"),
+        ("driven", &cycle, "driver", "4000"),
+        ("planned", &route, "exact", "30000"),
+    ] {
+        let arguments = ["drive", file, "--follow-speed", how, "--cycles", cycles];
+        let (expected, out) =
+            (parent.path().join(name), parent.path().join(format!("{name}-killed")));
+        whole(&expected, &arguments);
+        kill_until_complete(&out, &arguments, 4, 1200);
+        assert_same(&expected, &out, "records.parquet");
+    }
+}
+
+#[test]
+fn the_manifest_of_a_followed_cycle_is_all_that_it_takes() {
+    let parent = tempfile::tempdir().expect("a directory");
+    let [cycle, _] = given_files(parent.path());
+    for how in ["exact", "driver"] {
+        let expected = parent.path().join(how);
+        let arguments = ["drive", &cycle, "--follow-speed", how, "--cycles", "20", "--seed", "5"];
+        whole(&expected, &arguments);
+        // its parts written out again, elsewhere
+        let elsewhere = tempfile::tempdir().expect("a directory");
+        let held = manifest(&expected);
+        let study = elsewhere.path().join("study.toml");
+        fs::write(&study, held["resolved_study"].as_str().expect("a text")).expect("space");
+        let copy = elsewhere.path().join("cycle.csv");
+        fs::write(&copy, held["followed"]["cycle"].as_str().expect("a text")).expect("space");
+        let out = elsewhere.path().join("run");
+        let (study, copy) = (study.display().to_string(), copy.display().to_string());
+        let told = ocmc(&["drive", &copy, "--follow-speed", how, "--cycles", "20", "--seed", "5"])
+            .args(["--study", &study, "--quiet", "--out"])
+            .arg(&out)
+            .output();
+        assert!(told.expect("it starts").status.success());
+        let bytes = |folder: &Path| fs::read(folder.join("records.parquet")).expect("written");
+        assert!(bytes(&expected) == bytes(&out), "{how}");
+    }
+}
+
+#[test]
+fn files_behind_resume_have_to_be_those_of_the_run() {
+    let parent = tempfile::tempdir().expect("a directory");
+    let [cycle, route] = given_files(parent.path());
+    let other = parent.path().join("other.csv").display().to_string();
+    fs::write(&other, "time_s,speed_mps\n0,0\n9,10\n20,10\n").expect("space");
+    let begun = |arguments: &[&str], name: &str| {
+        let out = parent.path().join(name);
+        let mut run = begin(&out, &[arguments, &["--cycles", "10000000"]].concat());
+        while !out.join("chunks").join("00000000.parquet").exists() {
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        run.kill().expect("it is ours");
+        run.wait().expect("it ends");
+        out
+    };
+    let again = |arguments: &[&str], out: &Path| {
+        let output = ocmc(arguments).args(["--resume", "--quiet", "--out"]).arg(out).output();
+        let output = output.expect("it starts");
+        (output.status.code(), String::from_utf8(output.stderr).expect("UTF-8"))
+    };
+    let followed = ["drive", &cycle, "--follow-speed", "exact"];
+    let (follows, drives) = (begun(&followed, "a"), begun(&["drive", &route], "b"));
+    for (arguments, out) in [
+        (&["drive", &other, "--follow-speed", "exact"][..], &follows),
+        (&["drive", &cycle, "--follow-speed", "driver"], &follows),
+        (&["drive", &route], &follows),
+        (&["drive", &cycle, "--follow-speed", "exact"], &drives),
+        (&["drive", &route, &route], &drives),
+        (&["drive", &route, "--keep", "weather"], &drives),
+    ] {
+        let (code, told) = again(arguments, out);
+        assert_eq!(code, Some(2), "{arguments:?}: {told}");
+        assert!(told.contains("other files") && told.contains("--resume"), "{told}");
+    }
+    // a run so long is not finished here: its manifest is told that it was to be shorter
+    for (arguments, out) in [(&followed[..], &follows), (&["drive", &route], &drives)] {
+        let path = out.join("manifest.json");
+        let text = fs::read_to_string(&path).expect("written");
+        let completed = manifest(out)["completed"].as_u64().expect("a number") + 100;
+        let text = text.replace("\"cycles\": 10000000", &format!("\"cycles\": {completed}"));
+        fs::write(&path, text).expect("space");
+        let (code, told) = again(arguments, out);
+        assert_eq!(code, Some(0), "{arguments:?}: {told}");
+        assert_eq!(manifest(out)["completed"], completed);
+    }
 }
 
 #[test]

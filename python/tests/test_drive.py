@@ -55,11 +55,13 @@ def test_a_speed_is_followed_as_by_the_command(truck, speed_file, tmp_path, foll
     study = ["--study", "field-truck-loaded"]
     other, manifest = by_command(tmp_path, speed_file, *study, "--follow-speed", follow)
     same(run, other)
-    assert manifest["repeatable"] is False
+    assert manifest["followed"]["how"] == follow
+    assert manifest["followed"]["cycle"].startswith("time_s,speed_mps,slope")
+    assert manifest["study"] == f"field-truck-loaded following {speed_file} ({follow})"
     run.save(tmp_path / "python")
     for name in ["records.parquet", "manifest.json"]:
         assert (tmp_path / "python" / name).read_bytes() == (tmp_path / "command" / name).read_bytes()
-    assert run.study.name == f"field-truck-loaded following {speed_file} ({follow})"
+    assert run.study.name == "field-truck-loaded"
     np.testing.assert_allclose(run["distance_m"], METRES, rtol=1e-12 if follow == "exact" else 1e-2)
     if follow == "exact":
         assert set(run["duration_s"]) == {320.0}
@@ -83,7 +85,7 @@ def test_a_route_is_driven_as_by_the_command(route, tmp_path):
     run = study.drive(route, cycles=20, seed=3, keep=["traffic"])
     other, manifest = by_command(tmp_path, route, "--keep", "traffic")
     same(run, other)
-    assert manifest.get("repeatable", True) is True
+    assert "followed" not in manifest
     np.testing.assert_allclose(run["distance_m"], 4000.0, rtol=1e-3)
     same(run, run.study.run(cycles=20, seed=3))
     drawn = study.drive([route], cycles=20, seed=3)

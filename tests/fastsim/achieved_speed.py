@@ -1,6 +1,10 @@
-"""Runs FASTSim 3.1.0 and prints its achieved speed and energies: `achieved_speed.py VEHICLE.yaml CYCLE`."""
+"""Runs FASTSim 3.1.0 and prints its achieved speed and energies: `achieved_speed.py VEHICLE CYCLE`.
+
+VEHICLE is a file in the format of FASTSim 2, or the name of a vehicle that FASTSim has.
+"""
 
 import json
+import pathlib
 import sys
 import warnings
 
@@ -8,7 +12,10 @@ warnings.filterwarnings("ignore")
 
 import fastsim  # noqa: E402
 
-vehicle = fastsim.Vehicle.from_f2_file(sys.argv[1])
+if pathlib.Path(sys.argv[1]).exists():
+    vehicle = fastsim.Vehicle.from_f2_file(sys.argv[1])
+else:
+    vehicle = fastsim.Vehicle.from_resource(sys.argv[1])
 vehicle.set_save_interval(1)
 parameters = fastsim.SimParams.default().to_pydict()
 parameters["trace_miss_opts"] = "Allow"

@@ -3,10 +3,9 @@
 use crate::arguments::{self, DriveArguments};
 use crate::failure::Failure;
 use crate::request;
-use crate::run::{Given, run_study};
+use crate::run::run_study;
 use ocmc_core::operating_cycle::given::Keep;
 use ocmc_io::given_drive::{Follow, GivenDrive, GivenDriveError};
-use ocmc_io::study;
 
 /// Reads what is given, runs the study on it, and prints the answer.
 pub(crate) fn drive(arguments: &DriveArguments) -> Result<(), Failure> {
@@ -22,12 +21,5 @@ pub(crate) fn drive(arguments: &DriveArguments) -> Result<(), Failure> {
         GivenDriveError::DriveCycle(error) => error.into(),
         GivenDriveError::GivenCycle(error) => error.into(),
     })?;
-    let what = if given.is_repeatable() { Given::Routes } else { Given::Speed };
-    if what == Given::Speed && typed.resume {
-        return Err(request::usage(
-            "a run that follows a speed cannot be resumed: its directory does not hold the speed; run it again with another --out",
-        ));
-    }
-    let load = || Ok(given.study(study::load(&typed.study, &typed.set)?)?);
-    run_study(typed, load, what, |study, plan, sink| given.run(study, plan, sink))
+    run_study(typed, given)
 }

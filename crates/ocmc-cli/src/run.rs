@@ -7,12 +7,11 @@ use crate::run_text::{self, Circumstances};
 use crate::{interrupt, output, request};
 use ocmc_core::fleet::dependence::Dependence;
 use ocmc_core::fleet::precision::Looks;
-use ocmc_core::fleet::run;
 use ocmc_core::fleet::run::RunPlan;
 use ocmc_core::fleet::summary::SummaryBuilder;
 use ocmc_core::operating_cycle::given::RouteModel;
 use ocmc_core::simulation::record::Record;
-use ocmc_core::study::Study;
+use ocmc_io::given_drive::GivenDrive;
 use ocmc_io::records::RecordFormat;
 use ocmc_io::run_directory::{self, Manifest, RunDirectory};
 use ocmc_io::run_summary::RunSummary;
@@ -21,9 +20,6 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::time::Instant;
 
-/// Takes the next records of a run.
-pub(crate) type Sink<'a> = &'a mut dyn FnMut(Vec<Record>) -> ControlFlow<Stop>;
-
 /// Why a run ended early.
 pub(crate) enum Stop {
     PreciseEnough,
@@ -31,20 +27,10 @@ pub(crate) enum Stop {
     Failed(Failure),
 }
 
-/// What the command line gives beside the study.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Given {
-    Nothing,
-    /// Routes to drive.
-    Routes,
-    /// A speed to follow. Such a run is not what its study alone gives, and cannot be resumed.
-    Speed,
-}
-
 /// A run that is to be driven: all of it, or what is left of it.
 struct Job {
     loaded: LoadedStudy,
-    given: Given,
+    given: GivenDrive,
     manifest: Manifest,
     plan: RunPlan,
     directory: Option<RunDirectory>,
@@ -54,39 +40,28 @@ struct Job {
 
 /// Runs the study, writes its records where asked to, and prints the answer.
 pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
-    let load = || Ok(study::load(&arguments.study, &arguments.set)?);
-    run_study(arguments, load, Given::Nothing, |study, plan, sink| run::run(study, plan, sink))
+    run_study(arguments, GivenDrive::nothing())
 }
 
-/// As [`run`], of the study that `load` gives, with what `drive` makes of it.
-pub(crate) fn run_study(
-    arguments: &RunArguments,
-    load: impl FnOnce() -> Result<LoadedStudy, Failure>,
-    given: Given,
-    drive: impl FnOnce(&Study, &RunPlan, Sink) -> ControlFlow<Stop>,
-) -> Result<(), Failure> {
+/// As [`run`], with what is given to be driven.
+pub(crate) fn run_study(arguments: &RunArguments, given: GivenDrive) -> Result<(), Failure> {
     let job = match (&arguments.out, arguments.resume) {
-        (Some(path), true) => resume(arguments, path)?,
-        _ => Some(begin(arguments, load, given)?),
+        (Some(path), true) => resume(arguments, path, &given)?,
+        _ => Some(begin(arguments, given)?),
     };
     let Some(job) = job else {
         return complete_already(arguments);
     };
-    drive_job(arguments, job, drive)
+    drive_job(arguments, job)
 }
 
-fn begin(
-    arguments: &RunArguments,
-    load: impl FnOnce() -> Result<LoadedStudy, Failure>,
-    given: Given,
-) -> Result<Job, Failure> {
+fn begin(arguments: &RunArguments, given: GivenDrive) -> Result<Job, Failure> {
     let plan = request::plan(arguments)?;
-    let loaded = load()?;
+    let loaded = given.study(study::load(&arguments.study, &arguments.set)?)?;
     let precision = arguments.precision.clone();
-    let repeatable = given != Given::Speed;
     let records = RecordFormat::from(arguments.format).file_name().to_owned();
-    let manifest =
-        Manifest { precision, repeatable, records, ..Manifest::new(&loaded.model, &plan) };
+    let manifest = Manifest::new(&loaded.model, &plan, given.followed());
+    let manifest = Manifest { precision, records, ..manifest };
     let fleet = SummaryBuilder::new(Dependence::of(&loaded.model));
     let directory = match &arguments.out {
         Some(path) => Some(RunDirectory::create(path, arguments.format.into(), manifest.clone())?),
@@ -96,7 +71,12 @@ fn begin(
 }
 
 /// What is left of the run in a directory; none where it is complete.
-fn resume(arguments: &RunArguments, path: &Path) -> Result<Option<Job>, Failure> {
+fn resume(
+    arguments: &RunArguments,
+    path: &Path,
+    typed: &GivenDrive,
+) -> Result<Option<Job>, Failure> {
+    check_typed(typed, path)?;
     let Some(unfinished) = run_directory::unfinished(path)? else {
         return Ok(None);
     };
@@ -109,15 +89,22 @@ fn resume(arguments: &RunArguments, path: &Path) -> Result<Option<Job>, Failure>
     // the study is that of the run, not the file that its manifest is
     let mut loaded = unfinished.study;
     loaded.origin = Origin::BuiltIn(manifest.study.clone());
-    let given = Given::Nothing;
+    let given = unfinished.given;
     Ok(Some(Job { loaded, given, manifest, plan, directory: Some(directory), fleet }))
 }
 
-fn drive_job(
-    arguments: &RunArguments,
-    job: Job,
-    drive: impl FnOnce(&Study, &RunPlan, Sink) -> ControlFlow<Stop>,
-) -> Result<(), Failure> {
+/// Checks that files which somebody types behind `ocmc drive --resume` are those of the run; nothing has to be typed.
+fn check_typed(typed: &GivenDrive, path: &Path) -> Result<(), Failure> {
+    if typed.is_nothing() || typed.is_that_of(&run_directory::read_manifest(path)?)? {
+        return Ok(());
+    }
+    let path = path.display();
+    Err(request::usage(&format!(
+        "`{path}` holds a run of other files, or of another --keep or --follow-speed; `ocmc --out {path} --resume` finishes it as it was begun"
+    )))
+}
+
+fn drive_job(arguments: &RunArguments, job: Job) -> Result<(), Failure> {
     let Job { loaded, given, manifest, plan, mut directory, mut fleet } = job;
     let resumed = fleet.cycles();
     interrupt::listen();
@@ -137,7 +124,7 @@ fn drive_job(
         }
         ControlFlow::Continue(())
     };
-    let ended = drive(&loaded.study, &plan, &mut |records| {
+    let ended = given.run(&loaded.study, &plan, |records: Vec<Record>| {
         let taken = looks.take(&mut fleet, &records, &mut take);
         taken.map_break(|stop| stop.unwrap_or(Stop::PreciseEnough))
     });
@@ -163,12 +150,9 @@ fn drive_job(
         return Err(stopped(&summary, &manifest, arguments.out.as_deref()));
     }
     if !arguments.quiet && !arguments.json {
-        output::note(&more(
-            arguments.out.as_deref(),
-            &manifest,
-            given,
-            &loaded.model.mission.routes,
-        ));
+        let shown = given.has_routes() || resumed > 0;
+        let routes = if shown { &loaded.model.mission.routes[..] } else { &[] };
+        output::note(&more(arguments.out.as_deref(), &manifest, routes));
     }
     Ok(())
 }
@@ -201,14 +185,6 @@ fn stopped(summary: &RunSummary, manifest: &Manifest, out: Option<&Path>) -> Fai
     let done = summary.summary.cycles;
     let finished = format!("{done} of {} cycles finished", manifest.cycles);
     match out {
-        Some(path) if !manifest.repeatable => Failure::Interrupted {
-            finished: format!("{finished} and kept in `{}`", path.display()),
-            help: format!(
-                "a run that follows a speed cannot be resumed; --first-cycle {} --cycles {} with another --out runs the rest",
-                manifest.first_cycle + done,
-                manifest.cycles - done
-            ),
-        },
         Some(path) => Failure::Interrupted {
             finished: format!("{finished} and kept in `{}`", path.display()),
             help: format!("ocmc --out {} --resume runs the rest", path.display()),
@@ -224,18 +200,19 @@ fn stopped(summary: &RunSummary, manifest: &Manifest, out: Option<&Path>) -> Fai
     }
 }
 
-/// How to see more.
-fn more(out: Option<&Path>, manifest: &Manifest, given: Given, routes: &[RouteModel]) -> String {
+/// How to see more of a run; on `routes`, where it was not the study that named them.
+fn more(out: Option<&Path>, manifest: &Manifest, routes: &[RouteModel]) -> String {
     let kept = match out {
         Some(path) => written(path, manifest),
         None => "More: --out DIR keeps a record of each cycle.".to_owned(),
     };
-    let setting = match given {
-        Given::Nothing => String::new(),
-        Given::Routes => format!(" --set '{}'", routes_setting(routes)),
-        // `trace` knows no followed speed
-        Given::Speed => return kept,
-    };
+    // `trace` knows no followed speed
+    if manifest.followed.is_some() {
+        return kept;
+    }
+    let files = routes.iter().any(|route| Path::new(&route.file).exists());
+    let setting =
+        if files { format!(" --set '{}'", routes_setting(routes)) } else { String::new() };
     format!(
         "{kept} `ocmc trace --cycle-id ID{setting}`, with the same study and seed, shows one cycle step by step."
     )

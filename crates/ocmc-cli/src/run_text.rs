@@ -3,7 +3,7 @@
 use crate::number_text::{grouped, rough, rounded, short};
 use crate::{histogram_chart, summary_table};
 use ocmc_core::fleet::precision::{Precision, Reached};
-use ocmc_core::fleet::summary::Summary;
+use ocmc_core::fleet::summary::{OUTSIDE_MAP_SHARE, Summary};
 use ocmc_core::simulation::record::Outcome;
 use ocmc_io::label::label;
 use ocmc_io::run_summary::RunSummary;
@@ -139,17 +139,27 @@ fn uncertain(summary: &Summary) -> String {
 
 /// Where powertrains could not do what a followed speed asked for, and left their maps.
 fn saturated(summary: &Summary) -> String {
-    let Some(saturation) = summary.saturation.filter(|saturation| saturation.cycles > 0) else {
-        return String::new();
-    };
-    let mut text = format!(
-        "\nSaturated in {} of {} cycles: {} s at the powertrain's limit, {} kWh missing at the wheels",
-        grouped(saturation.cycles),
-        grouped(summary.cycles),
-        rounded(saturation.limited_s),
-        rounded(saturation.missing_energy_j / 3.6e6),
-    );
+    let saturation = &summary.saturation;
     let outside_s = saturation.outside_map_s;
+    let (cycles, of) = (grouped(saturation.cycles), grouped(summary.cycles));
+    let (Some(limited_s), Some(missing_j)) = (saturation.limited_s, saturation.missing_energy_j)
+    else {
+        if outside_s <= OUTSIDE_MAP_SHARE * summary.simulated_s {
+            return String::new();
+        }
+        let percent = rounded_share(100.0 * outside_s / summary.simulated_s);
+        return format!(
+            "\nBeyond the points of the powertrain's maps for {percent} % of the driving,\nin {cycles} of {of} cycles.\n"
+        );
+    };
+    if saturation.cycles == 0 {
+        return String::new();
+    }
+    let mut text = format!(
+        "\nSaturated in {cycles} of {of} cycles: {} s at the powertrain's limit, {} kWh missing at the wheels",
+        rounded(limited_s),
+        rounded(missing_j / 3.6e6),
+    );
     if outside_s > 0.0 {
         let _ = write!(text, ",\n{} s beyond the points of its map", rounded(outside_s));
     }

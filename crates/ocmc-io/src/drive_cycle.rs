@@ -13,6 +13,7 @@ use ocmc_core::operating_cycle::TrafficStretch;
 use ocmc_core::operating_cycle::given::{GivenCycle, GivenCycleError};
 use ocmc_core::operating_cycle::tracks::{Rule, Track};
 use ocmc_core::prescribed::{DriveCycle, DriveCycleError};
+use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
@@ -94,6 +95,15 @@ pub fn of_table(table: &DelimitedTable) -> Result<DriveCycle, DriveCycleFileErro
     };
     DriveCycle::new(time_s, speed, slope)
         .map_err(|source| DriveCycleFileError::Cycle { path: table.path().to_owned(), source })
+}
+
+/// The drive cycle as a table in CSV, from which [`of_table`] makes it again to the last bit.
+pub fn to_csv(cycle: &DriveCycle) -> String {
+    let mut text = "time_s,speed_mps,slope\n".to_owned();
+    for [time_s, speed_mps, slope] in cycle.points() {
+        writeln!(text, "{time_s},{speed_mps},{slope}").expect("a string takes any text");
+    }
+    text
 }
 
 /// The drive cycle as a route for a driver: the mean speed of each step is the limit on its stretch of road, a standstill is a stop.

@@ -4,19 +4,22 @@ use crate::delimited::DelimitedTable;
 use crate::drive_cycle::{self, DriveCycleFileError};
 use crate::given_cycle::{self, GivenCycleFileError};
 use crate::given_table::GivenTable;
+use crate::run_directory::Manifest;
 use crate::study::{LoadedStudy, StudyFileError};
-use ocmc_core::fleet::run::{RunPlan, run, run_with};
+use ocmc_core::fleet::run::{RunPlan, replay, run, run_with};
 use ocmc_core::operating_cycle::given::{GivenCycle, Keep};
 use ocmc_core::prescribed::{DriveCycle, follow_planned, follow_study};
 use ocmc_core::simulation::record::{Outcome, Record};
 use ocmc_core::study::Study;
+use serde::{Deserialize, Serialize};
 use std::ops::{ControlFlow, Range};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use thiserror::Error;
 
 /// How a speed is followed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Follow {
     /// By a driver of the study: its speeds are limits along the road, its standstills are stops.
     Driver,
@@ -35,6 +38,18 @@ impl Follow {
             Self::Exact => "exact",
         }
     }
+}
+
+/// What the trucks of a run follow, as its manifest keeps it: with the study, enough to follow it again.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Followed {
+    /// How.
+    pub how: Follow,
+    /// The file that it was read from, or the name of the table.
+    pub file: String,
+    /// The drive cycle, a table in CSV; absent where it is the speed that drivers plan on the study's routes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cycle: Option<String>,
 }
 
 /// Why nothing can be driven.
@@ -66,10 +81,10 @@ pub struct GivenDrive {
 
 #[derive(Clone, Debug)]
 enum How {
-    /// Drivers on the routes.
-    Routes,
+    /// Drivers on the study's roads, or on the routes.
+    Driven,
     /// A driver on the road that a drive cycle makes.
-    CycleAsRoute(Box<GivenCycle>),
+    CycleAsRoute(Box<GivenCycle>, DriveCycle),
     /// The speed of a drive cycle.
     Cycle(DriveCycle),
     /// The speed that drivers plan along a route.
@@ -77,6 +92,11 @@ enum How {
 }
 
 impl GivenDrive {
+    /// Nothing is given: the study's own roads are driven.
+    pub fn nothing() -> Self {
+        Self { files: Vec::new(), keep: Vec::new(), how: How::Driven }
+    }
+
     /// Reads what has to be known before a study is. Routes are read with the study.
     ///
     /// # Errors
@@ -87,7 +107,7 @@ impl GivenDrive {
         follow: Option<Follow>,
     ) -> Result<Self, GivenDriveError> {
         let how = match follow {
-            None => How::Routes,
+            None => How::Driven,
             Some(follow) => followed(&files, follow)?,
         };
         Ok(Self { files, keep, how })
@@ -104,14 +124,74 @@ impl GivenDrive {
         Ok(Self { files: vec![path], keep: Vec::new(), how })
     }
 
+    /// What a manifest keeps of it. The routes of a run are in its study.
+    pub fn followed(&self) -> Option<Followed> {
+        let (how, cycle) = match &self.how {
+            How::Driven => return None,
+            How::CycleAsRoute(_, cycle) => (Follow::Driver, Some(cycle)),
+            How::Cycle(cycle) => (Follow::Exact, Some(cycle)),
+            How::Planned => (Follow::Exact, None),
+        };
+        let file = self.files.first().map(|file| file.display().to_string());
+        let cycle = cycle.map(drive_cycle::to_csv);
+        Some(Followed { how, file: file.unwrap_or_default(), cycle })
+    }
+
+    /// What was given to the run of a manifest.
+    ///
+    /// # Errors
+    /// [`GivenDriveError`], where it is not what [`GivenDrive::followed`] gives.
+    pub fn of_followed(followed: Option<&Followed>) -> Result<Self, GivenDriveError> {
+        let Some(Followed { how, file, cycle: text }) = followed else {
+            return Ok(Self::nothing());
+        };
+        let file = PathBuf::from(file);
+        let how = match (text, how) {
+            (Some(text), follow) => {
+                let table =
+                    DelimitedTable::parse(&file, text).map_err(DriveCycleFileError::from)?;
+                cycle(&file, drive_cycle::of_table(&table)?, *follow)?
+            }
+            (None, Follow::Exact) => How::Planned,
+            (None, Follow::Driver) => return Err(GivenDriveError::Route),
+        };
+        Ok(Self { files: vec![file], keep: Vec::new(), how })
+    }
+
+    /// Whether nothing is given.
+    pub fn is_nothing(&self) -> bool {
+        self.files.is_empty()
+    }
+
+    /// Whether files are given that a study's routes are made of.
+    pub fn has_routes(&self) -> bool {
+        matches!(self.how, How::Driven | How::Planned) && !self.files.is_empty()
+    }
+
+    /// Whether this is what the run of a manifest was given; names of files do not matter.
+    ///
+    /// # Errors
+    /// Names the file that cannot be read.
+    pub fn is_that_of(&self, manifest: &Manifest) -> Result<bool, GivenCycleFileError> {
+        let essence = |followed: Option<Followed>| followed.map(|f| (f.how, f.cycle));
+        if essence(self.followed()) != essence(manifest.followed.clone()) {
+            return Ok(false);
+        }
+        if !self.has_routes() {
+            return Ok(true);
+        }
+        let routes = manifest.routes();
+        let mut same = routes.len() == self.files.len();
+        for (file, route) in self.files.iter().zip(&routes) {
+            same &= route.sha256.as_ref() == Some(&given_cycle::file_hash(file)?);
+            same &= route.keep == self.keep;
+        }
+        Ok(same)
+    }
+
     /// Whether nobody drives.
     fn is_exact(&self) -> bool {
         matches!(self.how, How::Cycle(_) | How::Planned)
-    }
-
-    /// Whether the study that the manifest of a run holds repeats it.
-    pub fn is_repeatable(&self) -> bool {
-        matches!(self.how, How::Routes)
     }
 
     /// The study as it is driven.
@@ -119,17 +199,32 @@ impl GivenDrive {
     /// # Errors
     /// As [`LoadedStudy::on_routes`].
     pub fn study(&self, loaded: LoadedStudy) -> Result<LoadedStudy, StudyFileError> {
-        let called = |loaded: LoadedStudy, follow: Follow| {
-            let file = self.files.first().map(|file| file.display().to_string());
-            loaded.called(&format!("following {} ({})", file.unwrap_or_default(), follow.name()))
-        };
+        if self.has_routes() {
+            return loaded.on_routes(&self.files, &self.keep);
+        }
+        self.study_again(loaded)
+    }
+
+    /// The study of a manifest as it was driven: its routes are in it.
+    ///
+    /// # Errors
+    /// As [`LoadedStudy::on_routes`].
+    pub fn study_again(&self, loaded: LoadedStudy) -> Result<LoadedStudy, StudyFileError> {
         match &self.how {
-            How::Routes => loaded.on_routes(&self.files, &self.keep),
-            How::CycleAsRoute(route) => {
-                called(loaded, Follow::Driver).on_route(&self.files[0], (**route).clone())
-            }
-            How::Cycle(_) => Ok(called(loaded, Follow::Exact)),
-            How::Planned => called(loaded, Follow::Exact).on_routes(&self.files, &self.keep),
+            How::CycleAsRoute(route, _) => loaded.on_route(&self.files[0], (**route).clone()),
+            How::Driven | How::Cycle(_) | How::Planned => Ok(loaded),
+        }
+    }
+
+    /// The record of one cycle that nobody drives.
+    fn record(&self, study: &Study, seed: u64, cycle_id: u64) -> Record {
+        match &self.how {
+            How::Cycle(cycle) => follow_study(study, seed, cycle_id, cycle).0,
+            // a plan that is no drive cycle is a cycle that cannot be driven
+            _ => follow_planned(study, seed, cycle_id).map_or_else(
+                |_| Record { cycle_id, outcome: Outcome::Stalled, ..Record::default() },
+                |done| done.0,
+            ),
         }
     }
 
@@ -140,21 +235,22 @@ impl GivenDrive {
         plan: &RunPlan,
         sink: impl FnMut(Vec<Record>) -> ControlFlow<B>,
     ) -> ControlFlow<B> {
-        let one = |cycle_id| match &self.how {
-            How::Cycle(cycle) => follow_study(study, plan.seed, cycle_id, cycle).0,
-            // a plan that is no drive cycle is a cycle that cannot be driven
-            _ => follow_planned(study, plan.seed, cycle_id).map_or_else(
-                |_| Record { cycle_id, outcome: Outcome::Stalled, ..Record::default() },
-                |done| done.0,
-            ),
-        };
         if !self.is_exact() {
             return run(study, plan, sink);
         }
         let each = |ids: Range<u64>, stop: &AtomicBool| {
-            ids.take_while(|_| !stop.load(Ordering::Relaxed)).map(one).collect()
+            let ids = ids.take_while(|_| !stop.load(Ordering::Relaxed));
+            ids.map(|cycle_id| self.record(study, plan.seed, cycle_id)).collect()
         };
         run_with(plan, &each, sink)
+    }
+
+    /// Drives single cycles again, as [`replay`] does.
+    pub fn replay(&self, study: &Study, seed: u64, cycle_ids: &[u64]) -> Vec<Record> {
+        if !self.is_exact() {
+            return replay(study, seed, cycle_ids);
+        }
+        cycle_ids.iter().map(|cycle_id| self.record(study, seed, *cycle_id)).collect()
     }
 }
 
@@ -172,7 +268,7 @@ fn followed(files: &[PathBuf], follow: Follow) -> Result<How, GivenDriveError> {
 
 fn cycle(file: &Path, cycle: DriveCycle, follow: Follow) -> Result<How, GivenDriveError> {
     Ok(match follow {
-        Follow::Driver => How::CycleAsRoute(Box::new(drive_cycle::as_route(file, &cycle)?)),
+        Follow::Driver => How::CycleAsRoute(Box::new(drive_cycle::as_route(file, &cycle)?), cycle),
         Follow::Exact => How::Cycle(cycle),
     })
 }

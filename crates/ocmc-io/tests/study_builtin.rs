@@ -62,6 +62,8 @@ fn studies_differ_from_the_default_one_only_where_they_say_so() {
         let model = model(built_in.name);
         if built_in.name == "battery-truck" {
             assert!(model.vehicle.electric.is_some() && model.vehicle.engine.is_none());
+        } else if built_in.name == "passenger-car" {
+            assert!(model.vehicle.curb_mass_kg < 3500.0 && model.vehicle.engine.is_some());
         } else {
             assert_eq!(model.vehicle, default.vehicle, "{}", built_in.name);
         }

@@ -86,8 +86,10 @@ pub(crate) fn joined(
     manifest.cycles = 0;
     manifest.completed = 0;
     for part in &parts {
-        let Manifest { study_hash, seed, first_cycle, cycles, .. } = &part.manifest;
-        if (study_hash, seed) != (&manifest.study_hash, &manifest.seed) {
+        let Manifest { study_hash, seed, first_cycle, cycles, followed, .. } = &part.manifest;
+        if (study_hash, seed, followed)
+            != (&manifest.study_hash, &manifest.seed, &manifest.followed)
+        {
             let text = "the parts are not of one study and seed";
             return Err(PyValueError::new_err(text));
         }

@@ -10,6 +10,7 @@ use ocmc_core::fleet::run::{self, RunPlan};
 use ocmc_core::fleet::summary::SummaryBuilder;
 use ocmc_core::simulation::record::Record;
 use ocmc_core::study::Study;
+use ocmc_io::given_drive::Followed;
 use ocmc_io::records::arrow::{record_batch, records, schema};
 use ocmc_io::records::{GROUP_ROWS, RecordFormat};
 use ocmc_io::report;
@@ -91,22 +92,22 @@ pub(crate) fn run(
     plan: &RunPlan,
     progress: Option<&Bound<PyAny>>,
 ) -> PyResult<PyRun> {
-    run_with(py, study, plan, progress, true, |study, plan, sink| run::run(study, plan, sink))
+    run_with(py, study, plan, progress, None, |study, plan, sink| run::run(study, plan, sink))
 }
 
-/// As [`run`], with what `drive` makes of the plan. A run that is not `repeatable` is not what its study alone gives.
+/// As [`run`], with what `drive` makes of the plan.
 pub(crate) fn run_with(
     py: Python,
     study: &LoadedStudy,
     plan: &RunPlan,
     progress: Option<&Bound<PyAny>>,
-    repeatable: bool,
+    followed: Option<Followed>,
     drive: impl FnOnce(&Study, &RunPlan, Sink) -> ControlFlow<PyErr> + Send,
 ) -> PyResult<PyRun> {
     let mut watch = Watch::new(py, progress, plan.cycles)?;
     let mut fleet = SummaryBuilder::new(Dependence::of(&study.model));
     let ended = py.detach(|| {
-        let manifest = Manifest { repeatable, ..Manifest::new(&study.model, plan) };
+        let manifest = Manifest::new(&study.model, plan, followed);
         let clock = Instant::now();
         let mut batches = Batches::default();
         let ended = drive(&study.study, plan, &mut |chunk| {

@@ -227,7 +227,7 @@ impl PyStudy {
     /// Returns
     /// -------
     /// Run
-    ///     The records, as of ``ocmc drive``. Where a speed was followed, ``Run.study`` alone does not repeat the run.
+    ///     The records, as of ``ocmc drive``. Where a speed was followed, the run's manifest holds it beside the study.
     ///
     /// Raises
     /// ------

@@ -27,30 +27,36 @@ pub struct Summary {
     pub parameter_uncertainty: Option<ParameterUncertainty>,
     /// What the cycles that were not completed could change; none where they are at most 0.1 %.
     pub worst_case: Option<WorstCase>,
-    /// Where powertrains came to their limits and left their maps; none where somebody drives.
-    pub saturation: Option<Saturation>,
+    /// Where powertrains came to their limits and left their maps.
+    pub saturation: Saturation,
 }
 
-/// Where speeds were followed that a powertrain cannot hold, or beyond the points of its map, over all cycles.
+/// Where powertrains left their maps, or could not hold a speed that was followed, over all cycles.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Saturation {
     /// Cycles with either.
     pub cycles: u64,
-    /// Time at the limit, in s.
-    pub limited_s: f64,
-    /// Work at the wheels that was missing then, in J.
-    pub missing_energy_j: f64,
+    /// Time at the limit, in s; none where somebody drives.
+    pub limited_s: Option<f64>,
+    /// Work at the wheels that was missing then, in J; none where somebody drives.
+    pub missing_energy_j: Option<f64>,
     /// Time beyond the points of the map, in s.
     pub outside_map_s: f64,
 }
 
+/// Share of the driving beyond which the time outside the maps is worth a line.
+pub const OUTSIDE_MAP_SHARE: f64 = 1e-3;
+
 impl Saturation {
     fn add(&mut self, record: &Record) {
-        let part = |value: Option<f64>| value.unwrap_or(0.0);
-        let (limited_s, outside_map_s) = (part(record.limited_s), part(record.outside_map_s));
-        self.cycles += u64::from(limited_s + outside_map_s > 0.0);
-        self.limited_s += limited_s;
-        self.missing_energy_j += part(record.missing_energy_j);
+        let outside_map_s = record.outside_map_s.unwrap_or(0.0);
+        let more = |sum: Option<f64>, part: Option<f64>| match (sum, part) {
+            (sum, None) => sum,
+            (sum, Some(part)) => Some(sum.unwrap_or(0.0) + part),
+        };
+        self.cycles += u64::from(record.limited_s.unwrap_or(0.0) + outside_map_s > 0.0);
+        self.limited_s = more(self.limited_s, record.limited_s);
+        self.missing_energy_j = more(self.missing_energy_j, record.missing_energy_j);
         self.outside_map_s += outside_map_s;
     }
 }
@@ -135,7 +141,7 @@ pub struct SummaryBuilder {
     outcomes: Outcomes,
     distance_m: f64,
     simulated_s: f64,
-    saturation: Option<Saturation>,
+    saturation: Saturation,
     /// Completed cycles.
     rows: usize,
     /// Per completed cycle.
@@ -161,9 +167,7 @@ impl SummaryBuilder {
             self.outcomes.0[record.outcome as usize] += 1;
             self.distance_m += record.distance_m;
             self.simulated_s += record.simulated_s;
-            if record.limited_s.is_some() {
-                self.saturation.get_or_insert_default().add(record);
-            }
+            self.saturation.add(record);
             if record.outcome == Outcome::Completed {
                 self.add_completed(record);
             }

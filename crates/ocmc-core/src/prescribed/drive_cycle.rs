@@ -110,6 +110,12 @@ impl DriveCycle {
         Ok(Self { time_s, speed_mps, slope })
     }
 
+    /// Its points: time in s, speed in m/s, and the slope over the step that ends there.
+    pub fn points(&self) -> impl Iterator<Item = [f64; 3]> + '_ {
+        let rest = self.speed_mps.iter().zip(&self.slope);
+        self.time_s.iter().zip(rest).map(|(time, (speed, slope))| [*time, *speed, *slope])
+    }
+
     /// Its steps.
     pub fn steps(&self) -> impl Iterator<Item = DriveStep> + '_ {
         (1..self.time_s.len()).map(|k| DriveStep {

@@ -128,6 +128,7 @@ impl<'a> ElectricDriveline<'a> {
             self.n_shifts += 1;
         }
         let flow = battery.flow(self.charge, chosen.terminals_w);
+        let overdrawn = battery.is_overdrawn(self.charge, chosen.terminals_w);
         let sums = &mut self.electric;
         sums.store_j += flow.store_w * step.dt_s;
         sums.battery_loss_j += flow.loss_w * step.dt_s;
@@ -152,7 +153,8 @@ impl<'a> ElectricDriveline<'a> {
             auxiliary_j: self.auxiliary_w * step.dt_s,
             transmission_j: shaft_w * step.dt_s - chosen.wheel_n * step.distance_m(),
             limited: chosen.limited || (empty && force_n > 0.0),
-            outside_map: !model.motor.map_covers(per_m * step.mean_mps(), chosen.motor_nm),
+            outside_map: overdrawn
+                || !standing && !model.motor.map_covers(per_m * step.mean_mps(), chosen.motor_nm),
             ..DrivelineStep::default()
         }
     }

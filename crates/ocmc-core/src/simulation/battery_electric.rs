@@ -144,7 +144,8 @@ impl Traction for BatteryElectric<'_> {
         let loss = self.drive.motor.losses_w(turn.speed, turn.torque);
         let motor = turn.speed * turn.torque + loss;
         let terminals = motor + state.auxiliary_power;
-        let (store, heat) = battery.flows(state.charge, terminals);
+        let charge = state.charge;
+        let (store, heat) = battery.flows(charge, terminals);
         let back = where_set(turn.torque.simd_lt(0.0), (-motor).max(0.0));
         state.book(Total::Battery, store * dt, added);
         state.book(Total::BatteryLoss, heat * dt, added);
@@ -152,6 +153,9 @@ impl Traction for BatteryElectric<'_> {
         state.book(Total::Auxiliary, state.auxiliary_power * dt, added);
         state.book(Total::Regenerated, back * dt, added);
         state.charge -= store * dt * (1.0 / battery.capacity_j);
+        let covered = self.drive.model.motor.maps_cover(turn.speed, turn.torque)
+            & !battery.overdrawn(charge, terminals);
+        state.book(Total::OutsideMap, where_set(!covered, dt), added);
         terminals
     }
 
@@ -175,6 +179,9 @@ impl Traction for BatteryElectric<'_> {
         book(Total::Battery, flow.store_w * time_s);
         book(Total::BatteryLoss, flow.loss_w * time_s);
         book(Total::Auxiliary, power_w * time_s);
+        if battery.is_overdrawn(state.charge[lane], power_w) {
+            book(Total::OutsideMap, time_s);
+        }
         let mut charge = state.charge[lane] - flow.store_w * time_s / battery.capacity_j;
         if let Some(charging) = &self.drive.model.charging {
             let charged = battery.charge_at_rest(charging, charge, time_s);

@@ -420,6 +420,7 @@ impl Cabin {
             n_curves: road.curves.len() as u32,
             drag_area_m2: vehicle.drag_area_m2,
             rolling_coefficient: vehicle.rolling_coefficient,
+            outside_map_s: Some(total(Total::OutsideMap)),
             ..Record::default()
         };
         let wheel_kwh_per_km = plain.per_distance(plain.wheel_energy_j) / 3600.0;

@@ -142,6 +142,8 @@ impl Traction for Diesel<'_> {
         let rate = self.engine.fuel_rates(turn.speed, turn.torque, drag_torque) * state.fuel_factor;
         state.book(Total::Fuel, rate * turn.dt, added);
         state.book(Total::Auxiliary, turn.auxiliary * turn.angle, added);
+        let outside = turn.torque.simd_gt(state.map_torque);
+        state.book(Total::OutsideMap, where_set(outside, turn.dt), added);
         rate
     }
 
@@ -166,6 +168,9 @@ impl Traction for Diesel<'_> {
         book(Total::Fuel, idle_rate * state.fuel_factor[lane] * time_s);
         book(Total::Crankshaft, power_w * time_s);
         book(Total::Auxiliary, power_w * time_s);
+        if !self.model.map_covers(self.idle_radps, torque) {
+            book(Total::OutsideMap, time_s);
+        }
     }
 
     fn record<S: Simd>(&self, state: &State<S>, lane: usize, plain: Record) -> Record {

@@ -161,7 +161,7 @@ pub struct Record {
     pub limited_s: Option<f64>,
     /// Work at the wheels that was missing then, in J.
     pub missing_energy_j: Option<f64>,
-    /// Time of an exactly followed cycle that engine or motor spent beyond the points of its map, in s.
+    /// Time that engine or motor spent beyond the points of its map, or that more was drawn than the battery has, in s.
     pub outside_map_s: Option<f64>,
 }
 

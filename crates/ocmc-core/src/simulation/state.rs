@@ -54,11 +54,13 @@ pub enum Total {
     Charged,
     /// Heat in the battery while it was charged, in J.
     ChargingLoss,
+    /// Time beyond the points of a map, or beyond what the battery can give, in s.
+    OutsideMap,
 }
 
 impl Total {
     /// How many there are.
-    pub const COUNT: usize = 20;
+    pub const COUNT: usize = 21;
 }
 
 /// Numbers that all trucks of a study share, read in every step.
@@ -195,6 +197,8 @@ pub struct State<S: Simd> {
     pub piece: [Lanes<S>; 2],
     /// That piece: full-load torque at zero speed and its slope, drag torque at zero speed and its slope.
     pub curves: [Lanes<S>; 4],
+    /// Torque up to which the fuel map has points on that piece, in Nm.
+    pub map_torque: Lanes<S>,
     /// State of charge of the battery.
     pub charge: Lanes<S>,
     /// Sums over the cycle, by [`Total`].
@@ -245,6 +249,7 @@ impl<S: Simd> State<S> {
             twice_acceleration: all(1.0),
             piece: [zero; 2],
             curves: [zero; 4],
+            map_torque: zero,
             charge: all(f64::INFINITY),
             totals: [zero; Total::COUNT],
         }
@@ -286,6 +291,7 @@ impl<S: Simd> State<S> {
             for (column, value) in self.curves.iter_mut().zip(piece.row) {
                 column[lane] = value;
             }
+            self.map_torque[lane] = piece.map_torque_nm;
         }
     }
 

@@ -83,6 +83,7 @@ const ADDED: [(&str, Has); Total::COUNT] = [
     ("regenerated_energy_added_j", Has::Electric),
     ("charged_energy_added_j", Has::Electric),
     ("charging_loss_added_j", Has::Electric),
+    ("outside_map_added_s", Has::Both),
 ];
 
 /// The columns of a powertrain: name and place among the written ones.

@@ -9,7 +9,7 @@
 
 use super::electric::ChargingModel;
 use crate::distribution::Quantity;
-use crate::lanes::{Lanes, clip};
+use crate::lanes::{Flags, Lanes, clip};
 use fearless_simd::{Level, dispatch, prelude::*};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -112,6 +112,21 @@ impl BatteryModel {
         (voltage * current, current * current * self.resistance_ohm)
     }
 
+    /// Whether a power at the terminals, in W, is more than the battery has at any current.
+    pub fn is_overdrawn(&self, charge: f64, power_w: f64) -> bool {
+        dispatch!(Level::baseline(), simd => {
+            let all = |value| Lanes::splat(simd, value);
+            self.overdrawn(all(charge), all(power_w)).test(0)
+        })
+    }
+
+    /// The same for vehicles.
+    #[inline(always)]
+    pub fn overdrawn<S: Simd>(&self, charge: Lanes<S>, power_w: Lanes<S>) -> Flags<S> {
+        let voltage = self.voltages_v(charge);
+        (voltage * voltage).simd_lt(power_w * (4.0 * self.resistance_ohm))
+    }
+
     /// Charges at rest for some time with a charger, where that is worth while; the new state of charge is the old one and
     /// what was gained over [`BatteryModel::capacity_j`].
     pub fn charge_at_rest(&self, charging: &ChargingModel, charge: f64, time_s: f64) -> Charged {
@@ -199,7 +214,10 @@ pub(crate) mod tests {
             for power in [-1e7, 0.0, 1e7] {
                 let flow = weak.flow(charge, power);
                 assert!(flow.store_w.is_finite() && flow.loss_w.is_finite());
+                // U²/4R is 90 kW empty and 130 kW full
+                assert_eq!(weak.is_overdrawn(charge, power), power > 0.0);
             }
         }
+        assert!(!weak.is_overdrawn(0.0, 89.9e3) && weak.is_overdrawn(0.0, 90.1e3));
     }
 }

@@ -1,8 +1,9 @@
 //! Diesel engine: full-load and drag curves, and fuel map.
 //!
 //! Curves are linear between the given points, the map is bilinear in its cells; beyond their ends they continue
-//! the last slope. An empty cell of the map continues the last slope in torque. Below zero torque, fuel falls
-//! linearly from the map's value at 0 Nm to zero at the drag torque, and is zero below (overrun fuel cut).
+//! the last slope, but drag stays below zero and full load does not fall below drag. An empty cell of the map continues the
+//! last slope in torque. Below zero torque, fuel falls linearly from the map's value at 0 Nm to zero at the drag torque, and
+//! is zero below (overrun fuel cut).
 //!
 //! The piece of the curves is searched when the engine leaves it. In the hot loop a cell of the map is found by a table of
 //! bytes over equal cells of speed and torque; the one that holds a knot belongs to the piece at its centre, so the map
@@ -47,15 +48,20 @@ pub struct EngineModel {
 impl EngineModel {
     /// Whether a speed in rad/s and a torque in Nm lie within the points of the map; below zero torque there is nothing to know.
     pub fn map_covers(&self, speed_radps: f64, torque_nm: f64) -> bool {
+        torque_nm <= self.map_reach_nm(speed_radps)
+    }
+
+    /// Torque up to which the map has points at a speed in rad/s, in Nm; without end below zero where it has none.
+    fn map_reach_nm(&self, speed_radps: f64) -> f64 {
         let speeds = &self.map_speed_radps;
         let above = speeds.partition_point(|knot| *knot < speed_radps);
         if speed_radps < speeds[0] || above == speeds.len() {
-            return false;
+            return f64::NEG_INFINITY;
         }
         // between two rows the shorter one counts, on a row it alone
         let below = if speeds[above] > speed_radps { above - 1 } else { above };
         let rows = &self.map_fuel_kgps[below..=above];
-        rows.iter().all(|row| torque_nm <= self.map_torque_nm[row.len() - 1])
+        rows.iter().map(|row| self.map_torque_nm[row.len() - 1]).fold(f64::INFINITY, f64::min)
     }
 }
 
@@ -73,7 +79,7 @@ pub struct FuelModel {
 
 /// Cells of the byte tables.
 const CELLS: usize = 1024;
-/// Speed covered by the byte table, in rad/s: 0.25 rad/s a cell.
+/// Speed covered by the byte table, in rad/s: 0.25 rad/s a cell. Faster engines have it twice or four times as wide.
 const SPEED_SPAN_RADPS: f64 = 256.0;
 /// Torque covered by the byte table, in Nm: 4 Nm a cell.
 const TORQUE_SPAN_NM: f64 = 4096.0;
@@ -129,6 +135,8 @@ pub struct CurvePiece {
     pub to_radps: f64,
     /// The lines of full load and drag.
     pub row: CurveRow,
+    /// Torque up to which the map has points, in Nm; without end below zero where it has none at the speed.
+    pub map_torque_nm: f64,
 }
 
 /// An engine prepared for the hot loop.
@@ -138,6 +146,8 @@ pub struct Engine {
     curve_knots: Vec<f64>,
     /// {full load at 0, slope, drag at 0, slope} of each piece, in Nm and Nm s.
     curves: Vec<CurveRow>,
+    /// [`CurvePiece::map_torque_nm`] of each piece.
+    map_reach_nm: Vec<f64>,
     peak_torque_nm: f64,
     map_speed_pieces: PieceTable,
     map_torque_pieces: PieceTable,
@@ -148,19 +158,9 @@ pub struct Engine {
 impl Engine {
     /// Prepares a checked model.
     pub fn new(model: &EngineModel) -> Self {
-        let full = (&model.full_load_speed_radps, &model.full_load_torque_nm);
-        let drag = (&model.map_speed_radps, &model.drag_torque_nm);
-        let mut knots: Vec<f64> = inner(full.0).iter().chain(inner(drag.0)).copied().collect();
-        knots.sort_by(f64::total_cmp);
-        knots.dedup();
-        let curves = (0..=knots.len())
-            .map(|piece| {
-                let inside = middle(&knots, piece);
-                let (f0, f1) = line_at(full.0, full.1, inside);
-                let (d0, d1) = line_at(drag.0, drag.1, inside);
-                [f0, f1, d0, d1]
-            })
-            .collect();
+        let (curve_knots, curves) = saturated_curves(model);
+        let reach = |piece| model.map_reach_nm(middle(&curve_knots, piece));
+        let map_reach_nm = (0..curves.len()).map(reach).collect();
         let map = filled_map(&model.map_torque_nm, &model.map_fuel_kgps);
         let mut cells = Box::new([[0.0; 4]; MOST_KNOTS * MOST_KNOTS]);
         let (speeds, torques) = (&model.map_speed_radps, &model.map_torque_nm);
@@ -174,11 +174,17 @@ impl Engine {
                 );
             }
         }
+        let fastest = speeds[speeds.len() - 1];
+        let mut span = SPEED_SPAN_RADPS;
+        while span < fastest {
+            span *= 2.0;
+        }
         Self {
-            curve_knots: knots,
+            curve_knots,
             curves,
-            peak_torque_nm: full.1.iter().copied().fold(0.0, f64::max),
-            map_speed_pieces: PieceTable::new(inner(speeds), SPEED_SPAN_RADPS),
+            map_reach_nm,
+            peak_torque_nm: model.full_load_torque_nm.iter().copied().fold(0.0, f64::max),
+            map_speed_pieces: PieceTable::new(inner(speeds), span),
             map_torque_pieces: PieceTable::new(inner(torques), TORQUE_SPAN_NM),
             cells,
         }
@@ -191,6 +197,7 @@ impl Engine {
             from_radps: k.checked_sub(1).map_or(f64::NEG_INFINITY, |k| self.curve_knots[k]),
             to_radps: self.curve_knots.get(k).copied().unwrap_or(f64::INFINITY),
             row: self.curves[k],
+            map_torque_nm: self.map_reach_nm[k],
         }
     }
 
@@ -243,6 +250,43 @@ impl Engine {
             self.fuel_rates(all(speed_radps), all(torque_nm), all(self.drag_nm(speed_radps)))[0]
         })
     }
+}
+
+/// Least drag torque, without sign, in Nm: what the bounds of a study allow at a point.
+const LEAST_DRAG_NM: f64 = 0.1;
+
+/// The lines of full load and drag by pieces of engine speed, and the speeds in rad/s at which the pieces meet; the ends of the map are
+/// among them. Drag stays below zero, and full load does not fall below drag.
+fn saturated_curves(model: &EngineModel) -> (Vec<f64>, Vec<CurveRow>) {
+    let full = (&model.full_load_speed_radps, &model.full_load_torque_nm);
+    let drag = (&model.map_speed_radps, &model.drag_torque_nm);
+    let least = (-LEAST_DRAG_NM, 0.0);
+    let lines =
+        |speed_radps| (line_at(full.0, full.1, speed_radps), line_at(drag.0, drag.1, speed_radps));
+    let mut knots: Vec<f64> = inner(full.0).iter().chain(drag.0).copied().collect();
+    knots.sort_by(f64::total_cmp);
+    knots.dedup();
+    // where a line begins to be held
+    let mut crossings = Vec::new();
+    for piece in 0..=knots.len() {
+        let (f, d) = lines(middle(&knots, piece));
+        let within = |speed: &f64| knots.partition_point(|knot| knot < speed) == piece;
+        let meet = [(f, d), (f, least), (d, least)].map(|(a, b)| (b.0 - a.0) / (a.1 - b.1));
+        crossings.extend(meet.into_iter().filter(|speed| speed.is_finite()).filter(within));
+    }
+    knots.extend(crossings);
+    knots.sort_by(f64::total_cmp);
+    knots.dedup();
+    let row = |piece| {
+        let inside = middle(&knots, piece);
+        let at = |line: (f64, f64)| line.0 + line.1 * inside;
+        let (f, d) = lines(inside);
+        let d = if at(d) > at(least) { least } else { d };
+        let f = if at(f) < at(d) { d } else { f };
+        [f.0, f.1, d.0, d.1]
+    };
+    let rows = (0..=knots.len()).map(row).collect();
+    (knots, rows)
 }
 
 fn inner(points: &[f64]) -> &[f64] {
@@ -373,10 +417,39 @@ pub(crate) mod tests {
 
     #[test]
     fn beyond_the_map_nothing_breaks() {
-        let engine = Engine::new(&engine_b());
-        for w in [0.0, 10.0, 240.0, 400.0, 1e6] {
-            for t in [-1e5, 0.0, 3000.0, 1e5] {
-                assert!(engine.fuel_kgps(w, t) >= 0.0);
+        // drag that falls with speed, and a full-load curve that ends long before the map
+        let falling = EngineModel {
+            drag_torque_nm: (0..10).map(|k| f64::from(10 * k) - 100.0).collect(),
+            full_load_speed_radps: vec![62.8, 90.0],
+            full_load_torque_nm: vec![900.0, 500.0],
+            ..engine_b()
+        };
+        for model in [engine_b(), falling] {
+            let engine = Engine::new(&model);
+            for w in [0.0, 10.0, 100.0, 150.0, 240.0, 400.0, 1e6] {
+                let (full, drag) = (engine.full_load_nm(w), engine.drag_nm(w));
+                assert!(drag <= -0.09 && full >= drag, "{w}: {drag} {full}");
+                for t in [-1e5, drag, 0.0, 3000.0, 1e5] {
+                    let fuel = engine.fuel_kgps(w, t);
+                    assert!(fuel >= 0.0 && fuel.is_finite(), "{w} {t}: {fuel}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_piece_knows_how_far_the_map_reaches() {
+        let model = engine_b();
+        let engine = Engine::new(&model);
+        for rpm in
+            [500.0, 590.0, 610.0, 760.0, 1100.0, 1300.0, 1400.0, 1500.0, 1700.0, 1850.0, 1900.0]
+        {
+            let w = rpm * std::f64::consts::PI / 30.0;
+            let piece = engine.curve_piece(w);
+            assert!(piece.from_radps <= w && w < piece.to_radps);
+            for t in [-100.0, 0.0, 800.0, 1200.0, 1500.0, 1900.0, 2200.0] {
+                let covers = model.map_covers(w, t);
+                assert_eq!(covers, t <= piece.map_torque_nm, "{rpm} {t}");
             }
         }
     }

@@ -6,7 +6,7 @@
 
 use super::bilinear::bilinear_cell;
 use super::engine::MOST_KNOTS;
-use crate::lanes::{Lanes, clip, columns, where_set};
+use crate::lanes::{Flags, Lanes, clip, columns, where_set};
 use fearless_simd::{Level, dispatch, prelude::*};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -50,8 +50,22 @@ pub struct Motor {
 impl MotorModel {
     /// Whether a speed in rad/s and a torque in Nm lie within the points of the map.
     pub fn map_covers(&self, speed_radps: f64, torque_nm: f64) -> bool {
-        let within = |knots: &[f64], x: f64| knots[0] <= x && x <= knots[knots.len() - 1];
-        within(&self.map_speed_radps, speed_radps) && within(&self.map_torque_nm, torque_nm.abs())
+        dispatch!(Level::baseline(), simd => {
+            let all = |value| Lanes::splat(simd, value);
+            self.maps_cover(all(speed_radps), all(torque_nm)).test(0)
+        })
+    }
+
+    /// The same for vehicles.
+    #[inline(always)]
+    pub fn maps_cover<S: Simd>(&self, speed_radps: Lanes<S>, torque_nm: Lanes<S>) -> Flags<S> {
+        let (speeds, torques) = (&self.map_speed_radps, &self.map_torque_nm);
+        let torque_nm = torque_nm.abs();
+        let beyond = speed_radps.simd_gt(speeds[speeds.len() - 1])
+            | torque_nm.simd_gt(torques[torques.len() - 1])
+            | speed_radps.simd_lt(speeds[0])
+            | torque_nm.simd_lt(torques[0]);
+        !beyond
     }
 
     /// Highest torque while driving, in Nm, at a speed in rad/s.
@@ -205,6 +219,20 @@ pub(crate) mod tests {
             // the cell is multiplied out: its corners come back to the last digits
             let got = loss(speed, torque);
             assert!((got / wanted - 1.0).abs() < 1e-12, "{speed} {torque}: {got}");
+        }
+    }
+
+    #[test]
+    fn the_map_knows_its_edges() {
+        let motor = MotorModel { map_speed_radps: vec![10.0, 200.0, 480.0], ..motor() };
+        for (speed, torque, covered) in [
+            (10.0, 0.0, true),
+            (480.0, -2400.0, true),
+            (9.9, 0.0, false),
+            (480.1, 0.0, false),
+            (100.0, -2400.1, false),
+        ] {
+            assert_eq!(motor.map_covers(speed, torque), covered, "{speed} {torque}");
         }
     }
 

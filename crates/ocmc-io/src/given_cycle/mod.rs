@@ -124,11 +124,14 @@ pub fn check_readable(path: &Path) -> Result<(), GivenCycleFileError> {
     Ok(read.map(drop).map_err(unreadable)?)
 }
 
-/// SHA-256 of a file, in hexadecimal digits.
+/// SHA-256 of a file, or of what is built in under its name, in hexadecimal digits.
 ///
 /// # Errors
 /// Where it cannot be read.
 pub fn file_hash(path: &Path) -> Result<String, GivenCycleFileError> {
+    if let Some(text) = path.to_str().and_then(builtin::route) {
+        return Ok(hash(text.as_bytes()));
+    }
     let unreadable = |source| TableError::Unreadable { path: path.to_owned(), source };
     Ok(hash(&std::fs::read(path).map_err(unreadable)?))
 }

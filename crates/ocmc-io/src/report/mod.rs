@@ -166,9 +166,9 @@ fn study_argument(run: &StoredRun) -> String {
     built_in.map_or_else(|| "study.toml".to_owned(), |built_in| built_in.name.to_owned())
 }
 
-/// The command that shows one cycle of this run step by step, where the study alone repeats it.
+/// The command that shows one cycle of this run step by step, where the study alone gives it.
 fn trace_command(run: &StoredRun, study: &str, cycle_id: u64) -> String {
-    if !run.manifest.repeatable {
+    if run.manifest.followed.is_some() {
         return "–".to_owned();
     }
     let seed = run.manifest.seed;

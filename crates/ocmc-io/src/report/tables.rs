@@ -146,9 +146,15 @@ pub(super) fn outliers(run: &StoredRun, quantity: &Quantity) -> String {
         );
     }
     text.push_str("</tbody></table></div>\n");
-    if study == "study.toml" && run.manifest.repeatable {
-        text.push_str(
-            "<p class=\"soft\">Save the study at the end of this page as <code>study.toml</code> first.</p>\n",
+    if study == "study.toml" && run.manifest.followed.is_none() {
+        let there = if run.manifest.routes().is_empty() {
+            ""
+        } else {
+            " in the folder in which the run was started: that is where its routes are named from"
+        };
+        let _ = writeln!(
+            text,
+            "<p class=\"soft\">Save the study at the end of this page as <code>study.toml</code> first{there}.</p>"
         );
     }
     text

@@ -1,4 +1,5 @@
 use super::*;
+use crate::given_drive::{Follow, Followed};
 use crate::run_directory::{Manifest, RunStatus};
 use crate::run_summary::RunSummary;
 use ocmc_core::fleet::run::{RunPlan, records as drive};
@@ -16,7 +17,7 @@ fn run(name: &str) -> StoredRun {
     records[7].outcome = Outcome::Stalled;
     let mut fleet = SummaryBuilder::default();
     fleet.add(&records);
-    let mut manifest = Manifest::new(&loaded.model, &plan);
+    let mut manifest = Manifest::new(&loaded.model, &plan, None);
     manifest.study = name.to_owned();
     manifest.status = RunStatus::Complete;
     manifest.completed = 200;
@@ -89,7 +90,17 @@ fn a_run_without_a_completed_cycle_has_a_report() {
 #[test]
 fn no_command_is_shown_that_would_not_give_the_cycle() {
     let mut run = run("x");
-    run.manifest.repeatable = false;
+    let file = "cycle.csv".to_owned();
+    run.manifest.followed = Some(Followed { how: Follow::Exact, file, cycle: None });
     let page = html(&run);
     assert!(!page.contains("ocmc trace") && !page.contains("study.toml"), "{page}");
+}
+
+#[test]
+fn a_study_with_routes_is_saved_where_they_are_named_from() {
+    let mut run = run("x");
+    assert!(!html(&run).contains("in the folder in which the run was started"));
+    let route = "\n[[mission.routes]]\nfile = \"a.vdri\"\nweight = 1.0\n";
+    run.manifest.resolved_study.push_str(route);
+    assert!(html(&run).contains("in the folder in which the run was started"));
 }

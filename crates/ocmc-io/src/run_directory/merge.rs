@@ -59,7 +59,7 @@ pub fn merge(
     check_neighbours(&parts)?;
 
     let begin = &parts[0];
-    let study = study_of(begin.path, &begin.manifest)?;
+    let (study, given) = study_of(begin.path, &begin.manifest)?;
     let cycles = parts.iter().map(|part| part.manifest.completed).sum();
     let mut directory =
         RunDirectory::create(out, format, Manifest { cycles, ..begin.manifest.clone() })?;
@@ -74,10 +74,7 @@ pub fn merge(
         })?;
         let place = part.path.join(&part.manifest.records);
         let last: Vec<(PathBuf, Record)> = last.map(|record| (place, record)).into_iter().collect();
-        if !part.manifest.repeatable {
-            continue;
-        }
-        check_by_driving(&study.study, part.manifest.seed, &last)?;
+        check_by_driving(&study.study, &given, part.manifest.seed, &last)?;
     }
     let wall_s = parts.iter().map(|part| part.measured.wall_s).fold(0.0, f64::max);
     let threads = parts.iter().map(|part| part.measured.threads).sum();
@@ -104,6 +101,12 @@ fn check_same(parts: &[Part]) -> Result<(), RunDirectoryError> {
                     reason: format!("`{one}` has {what} {a}, `{other}` has {what} {b}"),
                 });
             }
+        }
+        if a.followed != b.followed {
+            let (one, other) = (first.path.display(), part.path.display());
+            let reason =
+                format!("the trucks of `{one}` and `{other}` do not follow the same speed");
+            return Err(RunDirectoryError::NotOneRun { reason });
         }
     }
     let ours = env!("CARGO_PKG_VERSION");

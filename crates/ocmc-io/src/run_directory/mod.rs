@@ -16,6 +16,7 @@ pub use merge::merge;
 pub use read::{StoredRun, Unfinished, read, read_groups, unfinished};
 
 use crate::file_error::FileError;
+use crate::given_drive::Followed;
 use crate::records::{RecordFormat, RecordWriter};
 use crate::run_summary::RunSummary;
 use crate::study::{resolved_toml, study_hash};
@@ -24,9 +25,10 @@ use durable::{replace, replaced, temporary};
 use ocmc_core::fleet::dependence::Dependence;
 use ocmc_core::fleet::precision::Precision;
 use ocmc_core::fleet::run::RunPlan;
+use ocmc_core::operating_cycle::given::RouteModel;
 use ocmc_core::sampling::Sampling;
 use ocmc_core::simulation::record::Record;
-use ocmc_core::study::{Study, StudyModel};
+use ocmc_core::study::StudyModel;
 use serde::{Deserialize, Serialize};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -63,53 +65,60 @@ pub struct Manifest {
     pub completed: u64,
     /// Name of the file of records.
     pub records: String,
-    /// Whether the resolved study alone repeats the run; not where the trucks follow a drive cycle, which it does not hold.
-    #[serde(default = "yes", skip_serializing_if = "Clone::clone")]
-    pub repeatable: bool,
+    /// The speed that the trucks follow; absent where drivers drive by themselves.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub followed: Option<Followed>,
     /// At which precision the run may end before its last cycle; a run that has ended has its number of cycles instead.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub precision: Option<Precision>,
-    /// The resolved study, in TOML: a study file that repeats the run.
+    /// The resolved study, in TOML: a study file that, with what is followed, repeats the run.
     pub resolved_study: String,
-}
-
-fn yes() -> bool {
-    true
 }
 
 impl Manifest {
     /// What the run is, before its first cycle.
-    pub fn new(study: &StudyModel, plan: &RunPlan) -> Self {
+    pub fn new(study: &StudyModel, plan: &RunPlan, followed: Option<Followed>) -> Self {
+        let name = &study.study.name;
+        let following = |f: &Followed| format!("{name} following {} ({})", f.file, f.how.name());
         Self {
             format_version: FORMAT_VERSION,
             program_version: env!("CARGO_PKG_VERSION").to_owned(),
             status: RunStatus::Running,
-            study: study.study.name.clone(),
+            study: followed.as_ref().map_or_else(|| name.clone(), following),
             study_hash: study_hash(study),
             seed: plan.seed,
             first_cycle: plan.first_cycle,
             cycles: plan.cycles,
             completed: 0,
             records: String::new(),
-            repeatable: true,
+            followed,
             precision: None,
             resolved_study: resolved_toml(study),
         }
     }
-}
 
-impl Manifest {
+    /// A value of the resolved study.
+    fn value(&self, path: &[&str]) -> Option<toml::Value> {
+        let study = toml::Value::Table(self.resolved_study.parse().unwrap_or_default());
+        path.iter().try_fold(&study, |value, key| value.get(key)).cloned()
+    }
+
+    /// The routes of its study.
+    pub fn routes(&self) -> Vec<RouteModel> {
+        let routes = self.value(&["mission", "routes"]);
+        routes.and_then(|routes| routes.try_into().ok()).unwrap_or_default()
+    }
+
     /// Which of the cycles depend on one another.
     pub fn dependence(&self) -> Dependence {
-        let study = toml::Value::Table(self.resolved_study.parse().unwrap_or_default());
-        let at = |path: &[&str]| path.iter().try_fold(&study, |value, key| value.get(key));
+        let at = |path: &[&str]| self.value(path);
         let uncertain = at(&["driver", "curve_speed", "parameter_uncertainty"]);
         let replicates = at(&["driver", "curve_speed", "replicates"]);
         let replicates = replicates.and_then(|value| u64::try_from(value.as_integer()?).ok());
         let replicates =
-            replicates.filter(|_| uncertain.and_then(toml::Value::as_bool) == Some(true));
+            replicates.filter(|_| uncertain.and_then(|value| value.as_bool()) == Some(true));
         let sampling = at(&["simulation", "sampling"]);
-        let sampling: Option<Sampling> = sampling.and_then(|value| value.clone().try_into().ok());
+        let sampling: Option<Sampling> = sampling.and_then(|value| value.try_into().ok());
         Dependence {
             batch: sampling.unwrap_or_default().batch(),
             replicates: replicates.map(|replicates| replicates.max(1)),
@@ -193,7 +202,7 @@ impl RunDirectory {
         let chunks = Chunks::open(&path, format)?;
         // as it is now that nobody else writes
         let manifest = Manifest { status: RunStatus::Running, ..read_manifest(&path)? };
-        let (full, waiting) = read_chunks(&chunks, &manifest, &unfinished.study.study, sink)?;
+        let (full, waiting) = read_chunks(&chunks, &manifest, unfinished, sink)?;
         write_manifest(&path, &manifest)?;
         Ok(Self { path, manifest, format, chunks, full, waiting })
     }
@@ -260,7 +269,7 @@ impl RunDirectory {
 fn read_chunks(
     chunks: &Chunks,
     manifest: &Manifest,
-    study: &Study,
+    unfinished: &Unfinished,
     mut sink: impl FnMut(&[Record]),
 ) -> Result<(u64, Vec<Record>), RunDirectoryError> {
     let rows = CHUNK_ROWS as u64;
@@ -276,7 +285,7 @@ fn read_chunks(
             waiting = records;
         }
     }
-    read::check_by_driving(study, manifest.seed, &last)?;
+    read::check_by_driving(&unfinished.study.study, &unfinished.given, manifest.seed, &last)?;
     Ok((full, waiting))
 }
 
@@ -349,7 +358,7 @@ mod tests {
             cycles,
             completed: 7,
             records: String::new(),
-            repeatable: true,
+            followed: None,
             precision: None,
             resolved_study: "a = 1\n".to_owned(),
         }

@@ -4,10 +4,10 @@ use super::chunks::{check_rows, remove_left_over};
 use super::error::RunDirectoryError;
 use super::{FORMAT_VERSION, MANIFEST, Manifest, RunStatus, SUMMARY, read_manifest};
 use crate::file_error::FileError;
+use crate::given_drive::GivenDrive;
 use crate::records::{self, Group, RecordFormat};
 use crate::run_summary::RunSummary;
 use crate::study::{LoadedStudy, load_text, study_hash};
-use ocmc_core::fleet::run::replay;
 use ocmc_core::fleet::summary::SummaryBuilder;
 use ocmc_core::simulation::record::Record;
 use ocmc_core::study::Study;
@@ -119,8 +119,10 @@ pub(super) fn read_records(
 pub struct Unfinished {
     /// What the run is.
     pub manifest: Manifest,
-    /// Its study.
+    /// Its study, as it is driven.
     pub study: LoadedStudy,
+    /// What it was given to drive.
+    pub given: GivenDrive,
     /// Format of its records.
     pub format: RecordFormat,
     pub(super) path: PathBuf,
@@ -148,23 +150,24 @@ pub fn unfinished(directory: &Path) -> Result<Option<Unfinished>, RunDirectoryEr
             manifest.program_version
         )));
     }
-    if !manifest.repeatable {
-        return Err(not_ours("its trucks follow a drive cycle, which it does not hold".to_owned()));
-    }
     let format = RecordFormat::ALL.into_iter().find(|f| f.file_name() == manifest.records);
     let format = format.ok_or_else(|| {
         not_ours(format!("its `{MANIFEST}` names the records `{}`", manifest.records))
     })?;
-    let study = study_of(directory, &manifest)?;
-    Ok(Some(Unfinished { manifest, study, format, path: directory.to_owned() }))
+    let (study, given) = study_of(directory, &manifest)?;
+    Ok(Some(Unfinished { manifest, study, given, format, path: directory.to_owned() }))
 }
 
-/// The study that a manifest holds, checked against its hash.
+/// The study that a manifest holds, checked against its hash, and what it was given to drive.
 pub(super) fn study_of(
     directory: &Path,
     manifest: &Manifest,
-) -> Result<LoadedStudy, RunDirectoryError> {
+) -> Result<(LoadedStudy, GivenDrive), RunDirectoryError> {
     let path = directory.join(MANIFEST);
+    let given = GivenDrive::of_followed(manifest.followed.as_ref()).map_err(|error| {
+        let reason = format!("what it follows cannot be read: {error}");
+        RunDirectoryError::Damaged { path: path.clone(), reason }
+    })?;
     let study = load_text(&path.display().to_string(), &manifest.resolved_study, &[] as &[&str])
         .map_err(|source| RunDirectoryError::Study { path: path.clone(), source })?;
     let hash = study_hash(&study.model);
@@ -172,18 +175,20 @@ pub(super) fn study_of(
         let reason = format!("its study has the hash {hash}, not {}", manifest.study_hash);
         return Err(RunDirectoryError::Damaged { path, reason });
     }
-    Ok(study)
+    let study = given.study_again(study);
+    Ok((study.map_err(|source| RunDirectoryError::Study { path, source })?, given))
 }
 
 /// Drives the cycles of these records again: a record of another study, seed or program, or one that was changed or cut
 /// short, is not what comes out.
 pub(super) fn check_by_driving(
     study: &Study,
+    given: &GivenDrive,
     seed: u64,
     records: &[(PathBuf, Record)],
 ) -> Result<(), RunDirectoryError> {
     let ids: Vec<u64> = records.iter().map(|(_, record)| record.cycle_id).collect();
-    for ((path, record), again) in records.iter().zip(replay(study, seed, &ids)) {
+    for ((path, record), again) in records.iter().zip(given.replay(study, seed, &ids)) {
         // all digits: equal texts are equal bits
         if format!("{record:?}") != format!("{again:?}") {
             let id = record.cycle_id;

@@ -63,6 +63,11 @@ pub const STUDIES: &[BuiltIn] = &[
         description: "The default study with battery-electric tractors",
         text: include_str!("../../../../configs/battery-truck.toml"),
     },
+    BuiltIn {
+        name: "passenger-car",
+        description: "Passenger cars with a petrol engine on the roads of the default study",
+        text: include_str!("../../../../configs/passenger-car.toml"),
+    },
 ];
 
 /// The built-in vehicles.
@@ -96,6 +101,11 @@ pub const VEHICLES: &[BuiltIn] = &[
         name: "car-electric",
         description: "Passenger car of the compact class, battery of 77 kWh, 150 kW",
         text: include_str!("../../../../configs/vehicles/car-electric.toml"),
+    },
+    BuiltIn {
+        name: "car-petrol",
+        description: "Passenger car of the middle class, 130 kW petrol engine, 6 gears",
+        text: include_str!("../../../../configs/vehicles/car-petrol.toml"),
     },
 ];
 

@@ -104,13 +104,6 @@ impl LoadedStudy {
         let study = study.map_err(|(_, source)| routes::unfit(file, source))?;
         Ok(Self { study, ..self })
     }
-
-    /// The study with something said behind its name, where its file alone does not say what was run.
-    #[must_use]
-    pub fn called(mut self, what: &str) -> Self {
-        self.model.study.name = format!("{} {what}", self.model.study.name);
-        self
-    }
 }
 
 /// Where a study comes from.

@@ -21,14 +21,12 @@ pub(super) fn attach(
             || folder.map_or_else(|| route.file.clone().into(), |f| f.join(&route.file));
         let path = built_in.map_or_else(in_folder, |_| route.file.clone().into());
         let wrong = |error: &GivenCycleFileError| (k, fault(error.to_string()));
-        let (cycle, found) = match built_in {
-            Some(text) => {
-                (given_cycle::read_tracks(&path, text), Ok(given_cycle::hash(text.as_bytes())))
-            }
-            None => (given_cycle::read(&path), given_cycle::file_hash(&path)),
+        let cycle = match built_in {
+            Some(text) => given_cycle::read_tracks(&path, text),
+            None => given_cycle::read(&path),
         };
         let cycle = cycle.map_err(|error| wrong(&error))?;
-        let found = found.map_err(|error| wrong(&error))?;
+        let found = given_cycle::file_hash(&path).map_err(|error| wrong(&error))?;
         if let Some(wanted) = &route.sha256
             && *wanted != found
         {
