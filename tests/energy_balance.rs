@@ -2,9 +2,12 @@
 
 mod common;
 
-use common::{balance, column, diesel, electric_balance, run, study};
+use common::{balance, column, diesel, electric_balance, run, start_speeds_radps, study};
+use fearless_simd::{Level, dispatch, prelude::*};
+use ocmc_core::lanes::Lanes;
 use ocmc_core::simulation::record::{COLUMNS, Cell, Outcome};
 use ocmc_core::simulation::trace::trace;
+use ocmc_core::vehicle::engine::Engine;
 
 #[test]
 fn energy_closes_to_1e_9_in_every_built_in_study_and_nothing_is_nan() {
@@ -79,6 +82,13 @@ fn the_trace_sums_up_to_the_record_exactly() {
     }
 }
 
+fn fuel_kgps(engine: &Engine, speed_radps: f64, torque_nm: f64, drag_torque_nm: f64) -> f64 {
+    dispatch!(Level::baseline(), simd => {
+        let all = |number| Lanes::splat(simd, number);
+        engine.fuel_rates(all(speed_radps), all(torque_nm), all(drag_torque_nm))[0]
+    })
+}
+
 #[test]
 fn fuel_is_the_map_evaluated_again_on_the_trace() {
     let study = study("field-truck", &[]);
@@ -90,16 +100,14 @@ fn fuel_is_the_map_evaluated_again_on_the_trace() {
         let torque = column(&trace, "engine_torque_nm");
         let step = column(&trace, "step_s");
         let fuel = column(&trace, "fuel_added_kg");
+        let start = start_speeds_radps(&study, &trace);
         let mut again = 0.0;
         for k in 0..speed.len() {
-            let rate = factor * engine.fuel_kgps(speed[k], torque[k]);
-            // overrun needs the drag torque, which the step takes from the piece of the curve on which it starts: where
-            // the engine comes to the next piece, the slope of a step's change in speed is another one
-            let slack = if torque[k] < 0.0 {
-                5e-3 * factor * engine.fuel_kgps(speed[k], 0.0) * step[k]
-            } else {
-                1e-12 * (fuel[k] + 1e-6)
-            };
+            // the step keeps the piece of the drag curve on which it starts
+            let [_, _, drag, slope] = engine.curve_piece(start[k]).row;
+            let drag_torque = drag + slope * speed[k];
+            let rate = factor * fuel_kgps(engine, speed[k], torque[k], drag_torque);
+            let slack = 1e-12 * (fuel[k] + 1e-6);
             let close = (rate * step[k] - fuel[k]).abs() <= slack;
             assert!(close, "row {k}: {} {}", rate * step[k], fuel[k]);
             again += rate * step[k];

@@ -134,6 +134,19 @@ pub fn diesel(study: &Study) -> &DieselDrive {
     study.powertrain().diesel().unwrap()
 }
 
+/// Engine speed at the start of each row, in rad/s: that of the wheels where the clutch is closed.
+pub fn start_speeds_radps(study: &Study, trace: &Trace) -> Vec<f64> {
+    let [speed, gear, closed, engine] =
+        ["speed_mps", "gear", "clutch_closed", "engine_speed_radps"]
+            .map(|name| column(trace, name));
+    let gears = &study.powertrain().gears;
+    let start = |k: usize| {
+        let ratio_per_m = gears[gear[k] as usize - 1].speed_ratio_per_m;
+        if k > 0 && closed[k] > 0.0 { speed[k - 1] * ratio_per_m } else { engine[k] }
+    };
+    (0..speed.len()).map(start).collect()
+}
+
 /// A column of a trace.
 pub fn column<'a>(trace: &'a Trace, name: &str) -> &'a [f64] {
     let found = trace.columns.iter().find(|c| c.name == name);
