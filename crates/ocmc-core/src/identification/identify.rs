@@ -7,7 +7,7 @@
 //! the truth and pulls the gains, with the measured one it only draws v_d to the mean speed. All three, with none, can be
 //! chosen. The integral part at the start is estimated, too: no log tells it.
 //!
-//! The search starts from many points (Sobol sequence, Owen-scrambled) within the box. Intervals are those of the profile: a parameter is moved away
+//! The search starts from the best of many points (Sobol sequence, Owen-scrambled) within the box. Intervals are those of the profile: a parameter is moved away
 //! and held while all others follow, until the sum of squares has grown by 1.96² s². s is the standard deviation of the pedal residuals,
 //! but at least that of a pedal sensor's resolution: a fit to noiseless data is not infinitely sure of itself. The residuals are taken as
 //! independent; where they are not, the intervals are too short.
