@@ -199,7 +199,13 @@ def test_hostile_tables():
     ]
     odd += [pa.table([[1.0]] * 3, ["radius_m"] * 3), pa.table({"radius_m": pa.array([1], pa.timestamp("s"))})]
     for table in odd:
-        for call in [ocmc.fit_curve_speed, ocmc.detect_curves, ocmc.fit_speed_change, ocmc.fit_weather, ocmc.fit_traffic]:
+        for call in [
+            ocmc.fit_curve_speed,
+            ocmc.detect_curves,
+            ocmc.fit_speed_change,
+            ocmc.fit_weather,
+            ocmc.fit_traffic,
+        ]:
             tried(call, table)
     with pytest.raises(RuntimeError, match="no end"):
         ocmc.fit_curve_speed(Endless())
