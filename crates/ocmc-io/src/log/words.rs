@@ -12,16 +12,13 @@ impl Words {
     pub(super) fn push(&mut self, word: &str) {
         // a word holds for many rows: the last one is the likeliest
         let last = self.of_row.last().filter(|&&place| self.names[place as usize] == word);
-        let place = match last {
-            Some(place) => *place,
-            None => match self.names.iter().position(|name| name == word) {
-                Some(place) => place as u32,
-                None => {
-                    self.names.push(word.to_owned());
-                    self.names.len() as u32 - 1
-                }
-            },
-        };
+        let place = last.copied().unwrap_or_else(|| {
+            let known = self.names.iter().position(|name| name == word);
+            known.unwrap_or_else(|| {
+                self.names.push(word.to_owned());
+                self.names.len() - 1
+            }) as u32
+        });
         self.of_row.push(place);
     }
 
