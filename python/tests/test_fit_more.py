@@ -151,7 +151,7 @@ def test_what_is_wrong_with_roads_is_said(roads, tmp_path):
 @pytest.mark.filterwarnings("ignore::UserWarning")  # a log does not tell everything
 def test_roads_of_logs_are_fitted_as_by_the_command(tmp_path):
     study = ocmc.Study("field-truck").set("mission.length_m", 30_000)
-    traces = [study.trace(k) for k in range(3)]
+    traces = [study.trace(k) for k in range(3, 6)]
     fit = ocmc.fit_operating_cycle(traces, road_type="rural")
     assert (fit["cycles"], [road["road_type"] for road in fit["types"]]) == (3, ["rural"])
     assert (fit["told"]["signs"], fit["told"]["events"], fit["told"]["slopes"]) == (True, False, True)

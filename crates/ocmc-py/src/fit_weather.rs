@@ -51,7 +51,11 @@ use pyo3::prelude::*;
 /// >>> day = 2 * np.pi * time / 86400
 /// >>> noise = np.random.default_rng(1).normal(size=time.size)
 /// >>> year = 2 * np.pi * time / 86400 / 365.25
-/// >>> fit = ocmc.fit_weather({"time_s": time, "temperature_c": 8 - 9 * np.cos(year) - 2 * np.cos(day) + noise})
+/// >>> table = {"time_s": time, "temperature_c": 8 - 9 * np.cos(year) - 2 * np.cos(day) + noise}
+/// >>> import warnings
+/// >>> with warnings.catch_warnings():
+/// ...     warnings.simplefilter("ignore")  # only temperatures were recorded
+/// ...     fit = ocmc.fit_weather(table)
 /// >>> round(fit["study"]["weather"]["temperature"]["mean_k"])
 /// 281
 #[pyfunction]
