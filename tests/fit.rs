@@ -223,6 +223,121 @@ fn operating_cycles_of_a_study_give_a_study() {
     assert_eq!(json["outcomes"]["completed"], 2);
 }
 
+#[test]
+fn logs_of_trucks_give_a_study() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let path = |name: &str| directory.path().join(name).to_str().expect("UTF-8").to_owned();
+    let mut arguments = vec!["fit".to_owned(), "operating-cycle".to_owned()];
+    for id in ["0", "1"] {
+        let file = path(&format!("log-{id}.csv"));
+        answer(&["trace", "--cycle-id", id, "--set", "mission.length_m=30000", "--out", &file]);
+        arguments.push(file);
+    }
+    let out = path("mine.toml");
+    arguments.extend(["--study-out".to_owned(), out.clone()]);
+    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    let (status, text, notes) = run(&arguments);
+    assert_eq!(status, 0, "{notes}");
+    for part in ["2 operating cycles, 60.0 km", "hilliness", "standstills, per m", "[road.types."] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    for part in [
+        "no column road_type: urban up to a limit of 55 km/h",
+        "a standstill alone does not tell a sign from a queue",
+        "mission: nothing tells payload_kg",
+    ] {
+        assert!(notes.contains(part), "{part}: {notes}");
+    }
+    let of_study = ["--study", &out, "--cycles", "2", "--set", "mission.length_m=5000", "--json"];
+    let json: Value = serde_json::from_str(&answer(&of_study)).expect("JSON");
+    assert_eq!(json["outcomes"]["completed"], 2);
+}
+
+/// Ten minutes at 20 m/s, with whatever columns are added.
+fn plain_log(header: &str, cell: impl Fn(usize) -> String) -> String {
+    let mut text = format!("time_s,speed_mps{header}\n");
+    for k in 0..600 {
+        let _ = writeln!(text, "{k},20{}", cell(k));
+    }
+    text
+}
+
+#[test]
+fn what_is_wrong_with_logs_of_roads_is_said() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let file = directory.path().join("log.csv");
+    let path = file.to_str().expect("UTF-8");
+    let told = |text: &str, options: &[&str]| {
+        fs::write(&file, text).expect("a file");
+        let (status, _, notes) = run(&[&["fit", "operating-cycle", path], options].concat());
+        assert!(!notes.contains("panicked"), "{notes}");
+        (status, notes)
+    };
+    let bare = plain_log("", |_| String::new());
+    for (text, options, words) in [
+        (bare.clone(), &[][..], "no road type is known"),
+        (
+            bare.clone(),
+            &["--road-type", "gravel"][..],
+            "the road type `gravel` is not in the base study",
+        ),
+        (
+            bare.clone(),
+            &["--map", "speed_knots=speed_mps"][..],
+            "no known unit: allowed are speed_mps",
+        ),
+        (bare.clone(), &["--map", "altitude_m=hoehe"][..], "no column `hoehe`"),
+        (
+            bare.clone(),
+            &["--road-type", "rural", "--radius-range", "500", "20"][..],
+            "the largest radius",
+        ),
+        (
+            bare.replace("300,20", "30,20"),
+            &["--road-type", "rural"][..],
+            "time runs backwards 1 times, first after row 300",
+        ),
+        (
+            "time_s,speed_mps\n0,20\n1,20\n2,20\n".to_owned(),
+            &["--road-type", "rural"][..],
+            "at least 10 are needed",
+        ),
+        ("time_s,speed_mps\n".to_owned(), &["--road-type", "rural"][..], "no rows"),
+        (String::new(), &["--map", "speed_mps=v"][..], "is empty"),
+        (
+            bare.replace(",20", ",fast"),
+            &["--road-type", "rural"][..],
+            "no number in any of its 600 rows",
+        ),
+    ] {
+        let (status, notes) = told(&text, options);
+        assert!(status == 1 && notes.contains(words), "{words}: {status}, {notes}");
+    }
+    // what is missing here and there is counted
+    let limits = plain_log(",limit_kmh,altitude_m,map_object", |k| {
+        let limit = if k < 300 { "70" } else { "255" };
+        let altitude = if k % 3 == 0 { "" } else { "12" };
+        let object = if k == 100 { "bridge" } else { "" };
+        format!(",{limit},{altitude},{object}")
+    });
+    let (status, notes) = told(&limits, &[]);
+    assert_eq!(status, 0, "{notes}");
+    for words in [
+        "300 rows without a possible speed limit",
+        "200 rows without slope or altitude",
+        "1 objects of the map are none of stop_sign",
+        "the way is the integral of the speed",
+        "nothing tells how the vehicle turned",
+    ] {
+        assert!(notes.contains(words), "{words}: {notes}");
+    }
+    // a hole of a minute is no road
+    let kept = limits.lines().enumerate().filter(|(k, _)| !(200..260).contains(k));
+    let hole = kept.map(|(_, line)| line).collect::<Vec<&str>>().join("\n");
+    let (status, notes) = told(&hole, &[]);
+    assert!(status == 0 && notes.contains("1 cuts at more than 10 s"), "{notes}");
+}
+
 /// Two years of hours with every variable, from plain functions of the clock.
 fn two_years_of_hours() -> String {
     let mut table =

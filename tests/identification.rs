@@ -96,10 +96,10 @@ fn without_speed_term(intervals: bool) -> IdentifyOptions {
 #[test]
 fn noise_free_gains_come_back() {
     let study = study(&[]);
-    let options = IdentifyOptions { starts: 4, ..without_speed_term(false) };
+    let options = IdentifyOptions { starts: 4, ..without_speed_term(true) };
     println!("| driver, event | K_P | K_I | K_D | rms | pressed |");
     println!("|---|---|---|---|---|---|");
-    let (mut free, mut failed, mut near) = (0, Vec::new(), 0);
+    let (mut free, mut failed, mut told) = (0, Vec::new(), 0);
     let mut fits = Vec::new();
     for known in events(&study, DRIVERS, 0.0) {
         let fit = fit(&study, &known, &options);
@@ -114,18 +114,17 @@ fn noise_free_gains_come_back() {
         );
         if fit.saturated_s == 0.0 {
             free += 1;
-            near += usize::from(kd.abs() < 1.0);
-            if !(kp.abs() < 1.0 && ki.abs() < 1.0) {
+            let tells_kd = !fit.not_identifiable.contains(&"kd");
+            told += usize::from(tells_kd);
+            if !(kp.abs() < 1.0 && ki.abs() < 1.0 && (kd.abs() < 1.0 || !tells_kd)) {
                 failed.push(format!("{}, {}", known.driver, known.event));
             }
         }
         fits.push(fit);
     }
-    // K_P = 0.94 s/m: the fit does not reproduce this log (rms 0.0045 without noise), and is wrong by 6 and 20 %
-    assert!(free >= 25 && failed.iter().all(|event| event == "5, -3.5 %"), "{failed:?} of {free}");
-    // the derivative gain is the weakest: most, not all
-    println!("K_D within 1 % in {near} of {free} events without a fully pressed pedal");
-    assert!(near as f64 >= 0.75 * free as f64);
+    println!("{free} events without a fully pressed pedal; K_D is told in {told} of them");
+    assert!(free >= 25 && failed.is_empty(), "{failed:?} of {free}");
+    assert!(told as f64 >= 0.75 * free as f64);
     let population = Population::of(&fits).unwrap();
     println!("{population:?}");
     let known: Vec<f64> =

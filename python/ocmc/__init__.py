@@ -32,6 +32,8 @@ from ocmc._ocmc import (
     fit_curve_speed,
     fit_operating_cycle,
     fit_speed_change,
+    fit_traffic,
+    fit_weather,
     identify,
     load,
     run_from,
@@ -55,6 +57,8 @@ __all__ = [
     "fit_curve_speed",
     "fit_operating_cycle",
     "fit_speed_change",
+    "fit_traffic",
+    "fit_weather",
     "identify",
     "load",
 ]

@@ -18,6 +18,8 @@ __all__ = [
     "fit_curve_speed",
     "fit_operating_cycle",
     "fit_speed_change",
+    "fit_traffic",
+    "fit_weather",
     "identify",
     "joined",
     "label",
@@ -77,10 +79,20 @@ def fit_speed_change(
     smallest_deceleration_mps2: float = 0.4,
 ) -> Answer: ...
 def fit_operating_cycle(
-    cycles: OperatingCycle | str | PathLike[str] | Sequence[OperatingCycle | str | PathLike[str]],
+    cycles: object,
     *,
+    columns: Mapping[str, str] | None = None,
     base: Study | None = None,
+    radius_range_m: tuple[float, float] | None = None,
+    road_type: str | None = None,
+    altitude_average_m: float = 200.0,
+    mission_stop_s: float = 300.0,
+    split_ratio: float | None = None,
+    steering_ratio: float | None = None,
+    wheelbase_m: float | None = None,
 ) -> Answer: ...
+def fit_traffic(table: object, *, base: Study | None = None) -> Answer: ...
+def fit_weather(table: object, *, base: Study | None = None) -> Answer: ...
 def identify(
     logs: object,
     study: Study,

@@ -141,6 +141,79 @@ def test_what_is_wrong_with_roads_is_said(roads, tmp_path):
         ocmc.fit_operating_cycle([roads[0], tmp_path / "broken.json"])
     with pytest.raises(ValueError, match="`cycles` is empty"):
         ocmc.fit_operating_cycle([])
-    for wrong in [3, None, [3], {"grade": [1.0]}]:
-        with pytest.raises(TypeError, match=r"allowed is a path or an ocmc\.OperatingCycle"):
+    for wrong in [3, None, [3]]:
+        with pytest.raises(TypeError, match=r"allowed is a path, a log or an ocmc\.OperatingCycle"):
             ocmc.fit_operating_cycle(wrong)
+    with pytest.raises(ValueError, match=r"`cycles\[0\]` has no column for the time"):
+        ocmc.fit_operating_cycle({"grade": [1.0]})
+
+
+@pytest.mark.filterwarnings("ignore::UserWarning")  # a log does not tell everything
+def test_roads_of_logs_are_fitted_as_by_the_command(tmp_path):
+    study = ocmc.Study("field-truck").set("mission.length_m", 30_000)
+    traces = [study.trace(k) for k in range(3, 6)]
+    fit = ocmc.fit_operating_cycle(traces, road_type="rural")
+    assert (fit["cycles"], [road["road_type"] for road in fit["types"]]) == (3, ["rural"])
+    assert (fit["told"]["signs"], fit["told"]["events"], fit["told"]["slopes"]) == (True, False, True)
+    assert fit["told"]["curves"]["within"]["radius_m"] == [20.0, 500.0]
+    assert any("a standstill alone does not tell a sign from a queue" in text for text in fit["warnings"])
+    assert fit["birds_eye"]["stops_per_km"] > 0
+    paths = [tmp_path / f"{k}.csv" for k in range(3)]
+    for k, path in enumerate(paths):
+        write(path, traces[k].to_dict())
+    done = command("fit", "operating-cycle", *paths, "--road-type", "rural", "--json")
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout) == fit == ocmc.fit_operating_cycle(paths, road_type="rural")
+    few = ocmc.fit_operating_cycle(traces, road_type="rural", radius_range_m=(20, 100))
+    assert few["birds_eye"]["curves_per_km"] < fit["birds_eye"]["curves_per_km"]
+    times = {"time_s": traces[0]["time_s"], "v": traces[0]["speed_mps"]}
+    bare = ocmc.fit_operating_cycle(times, columns={"speed_mps": "v"}, road_type="rural")
+    assert bare["told"]["curves"] == "none"
+    with pytest.raises(ValueError, match="no road type is known"):
+        ocmc.fit_operating_cycle(times, columns={"speed_mps": "v"})
+
+
+def hours():
+    """Four years of hours, from plain functions of the clock."""
+    time = 3600.0 * np.arange(4 * 8766)
+    year, day = 2 * np.pi * time / (365.25 * 86400), 2 * np.pi * time / 86400
+    wave = np.sin(time / 3600 / 21)
+    return {
+        "time_s": time,
+        "temperature_c": 8 - 9 * np.cos(year) - 2 * np.cos(day) + 3 * wave,
+        "wind_speed_mps": 4 + 3 * wave,
+    }
+
+
+@pytest.mark.filterwarnings("ignore::UserWarning")  # what was not recorded stays
+def test_weather_is_fitted_as_by_the_command(tmp_path):
+    fit = ocmc.fit_weather(hours())
+    assert fit["hours"] == 4 * 8766
+    assert fit["study"]["weather"]["temperature"]["mean_k"] == pytest.approx(281.15, abs=0.1)
+    path = tmp_path / "hours.csv"
+    write(path, hours())
+    done = command("fit", "weather", path, "--json")
+    assert json.loads(done.stdout) == fit == ocmc.fit_weather(path)
+    assert command("fit", "weather", path).stdout == str(fit)
+    study = ocmc.Study({"study": {"base": "field-truck"}} | fit["study"])
+    assert len(study.set("mission.length_m", 2000).run(cycles=2)) == 2
+    with pytest.raises(ValueError, match="`time` or `time_s`"):
+        ocmc.fit_weather({"temperature_c": [1.0]})
+    with pytest.raises(FileNotFoundError, match="absent"):
+        ocmc.fit_weather(tmp_path / "absent.csv")
+
+
+@pytest.mark.filterwarnings("ignore::UserWarning")  # densities without a correlation
+def test_traffic_is_fitted_as_by_the_command(tmp_path):
+    time = 900.0 * np.arange(10 * 96)
+    ripple = np.where(np.arange(time.size) % 2 == 0, 1.05, 1 / 1.05)
+    table = {"time_s": time, "road_type": ["rural"] * time.size, "density_share": 0.1 * ripple}
+    fit = ocmc.fit_traffic(table)
+    assert fit["n"] == time.size
+    assert fit["study"]["traffic"]["types"]["rural"]["off_peak_share"] == pytest.approx(0.1, abs=1e-3)
+    path = tmp_path / "traffic.csv"
+    write(path, table)
+    done = command("fit", "traffic", path, "--json")
+    assert json.loads(done.stdout) == fit == ocmc.fit_traffic(path)
+    with pytest.raises(ValueError, match="road_type"):
+        ocmc.fit_traffic({"time_s": [0.0], "density_share": [0.1]})

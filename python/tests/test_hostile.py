@@ -150,13 +150,16 @@ def test_hostile_arguments(study, run, value, tmp_path, monkeypatch):
 @pytest.mark.parametrize("value", VALUES, ids=lambda value: repr(value)[:20])
 def test_hostile_arguments_of_fits_and_drives(study, value, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    for call in [ocmc.fit_speed_change, ocmc.fit_operating_cycle]:
+    for call in [ocmc.fit_speed_change, ocmc.fit_operating_cycle, ocmc.fit_weather, ocmc.fit_traffic]:
         tried(call, value)
         tried(call, [value, value])
     changes = {"acceleration_mps2": [0.5, -0.6]}
     for name in ["columns", "base", "untruncated", "window_s", "smallest_acceleration_mps2"]:
         tried(ocmc.fit_speed_change, changes, **{name: value})
     tried(ocmc.fit_operating_cycle, study.operating_cycle(0), base=value)
+    moving = {"time_s": np.arange(40.0), "speed_mps": [10.0] * 40}
+    for name in ["columns", "radius_range_m", "road_type", "altitude_average_m", "mission_stop_s"]:
+        tried(ocmc.fit_operating_cycle, moving, **{"road_type": "rural"} | {name: value})
     tried(ocmc.identify, value, study)
     tried(ocmc.identify, PEDALS, value)
     pedals = PEDALS | {"event": ["x"] * 40}
@@ -182,6 +185,8 @@ def test_hostile_tables():
     for log in LOGS:
         tried(ocmc.identify, log | WITH_PEDALS, ocmc.Study("field-truck"), starts=1, intervals=False)
         tried(ocmc.fit_speed_change, log | {"limit_mps": log["speed_mps"]})
+        tried(ocmc.fit_operating_cycle, log | {"limit_mps": log["speed_mps"], "altitude_m": log["speed_mps"]})
+        tried(ocmc.fit_operating_cycle, log | {"grade": log["speed_mps"]}, road_type="rural")
         tried(ocmc.fit_speed_change, {"acceleration_mps2": log["speed_mps"]})
     study = ocmc.Study("field-truck").set("mission.length_m", 2000)
     for speed in SPEEDS:
@@ -194,7 +199,13 @@ def test_hostile_tables():
     ]
     odd += [pa.table([[1.0]] * 3, ["radius_m"] * 3), pa.table({"radius_m": pa.array([1], pa.timestamp("s"))})]
     for table in odd:
-        for call in [ocmc.fit_curve_speed, ocmc.detect_curves, ocmc.fit_speed_change]:
+        for call in [
+            ocmc.fit_curve_speed,
+            ocmc.detect_curves,
+            ocmc.fit_speed_change,
+            ocmc.fit_weather,
+            ocmc.fit_traffic,
+        ]:
             tried(call, table)
     with pytest.raises(RuntimeError, match="no end"):
         ocmc.fit_curve_speed(Endless())

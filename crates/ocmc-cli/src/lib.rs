@@ -33,7 +33,9 @@ mod trace;
 
 pub use answer::Answer;
 pub use compare::comparison_answer;
-pub use fit::{curve_speed_answer, operating_cycle_answer, speed_change_answer};
+pub use fit::{
+    curve_speed_answer, operating_cycle_answer, speed_change_answer, traffic_answer, weather_answer,
+};
 pub use identify::identification_answer;
 pub use sensitivity::sensitivity_answer;
 

@@ -1,26 +1,23 @@
 //! Fits: from measurements to the numbers of a study.
 
-use crate::error::{given_cycle_error, no_fit, speed_change_error, table_error};
-use crate::input::{Input, input, inputs, is_path, sequence};
+use crate::error::{no_fit, speed_change_error, table_error};
+use crate::input::{Input, input, inputs};
 use crate::log::mappings;
-use crate::operating_cycle::PyOperatingCycle;
 use crate::progress::Watch;
 use crate::study::PyStudy;
-use crate::value::{one_of, shown};
-use ocmc_cli::{Answer, curve_speed_answer, operating_cycle_answer, speed_change_answer};
+use crate::value::one_of;
+use ocmc_cli::{Answer, curve_speed_answer, speed_change_answer};
 use ocmc_core::fit::curve_speed::{self, Coding, CurveSpeedOptions};
-use ocmc_core::fit::operating_cycle;
 use ocmc_core::fit::speed_change::{self, SpeedChangeOptions, SpeedChangeTable};
 use ocmc_core::study::StudyModel;
 use ocmc_io::column_file::ColumnFile;
 use ocmc_io::log::LogFile;
 use ocmc_io::speed_change_table::{append, append_given};
-use ocmc_io::{curve_table, given_cycle, study};
-use pyo3::exceptions::{PyTypeError, PyUserWarning, PyValueError};
+use ocmc_io::{curve_table, study};
+use pyo3::exceptions::{PyUserWarning, PyValueError};
 use pyo3::prelude::*;
 use std::collections::BTreeMap;
 use std::ffi::CString;
-use std::path::{Path, PathBuf};
 
 /// An answer as ``ocmc.Answer``, and its warnings as warnings.
 pub(crate) fn answer<'py>(py: Python<'py>, answer: &Answer) -> PyResult<Bound<'py, PyAny>> {
@@ -150,7 +147,7 @@ const CODINGS: [(&str, Coding); 2] =
     [("sum_to_zero", Coding::SumToZero), ("treatment", Coding::Treatment)];
 
 /// The study that keeps what is not fitted.
-fn base_model(base: Option<&Bound<PyStudy>>) -> StudyModel {
+pub(crate) fn base_model(base: Option<&Bound<PyStudy>>) -> StudyModel {
     match base {
         Some(study) => study.get().loaded().model.clone(),
         None => study::load("field-truck", &[] as &[&str]).expect("a built-in study is one").model,
@@ -254,82 +251,6 @@ pub(crate) fn fit_speed_change<'py>(
         let mut answered = speed_change_answer(&fit, &population);
         answered.warnings.splice(0..0, warnings);
         Ok::<Answer, PyErr>(answered)
-    })?;
-    answer(py, &answered)
-}
-
-/// Fit the road model of given operating cycles, and look at them from above.
-///
-/// Parameters
-/// ----------
-/// cycles : OperatingCycle, str or os.PathLike, or a list of these
-///     Operating cycles with the track ``road_type``: from `Study.operating_cycle`, or files as ``ocmc cycle`` writes them.
-/// base : Study, optional
-///     The study with these road types that keeps what roads do not tell; ``field-truck`` by default.
-///
-/// Returns
-/// -------
-/// Answer
-///     The content of ``ocmc fit operating-cycle --json``: ``types`` with their ``parameters``, ``birds_eye`` and others;
-///     ``study`` is the part of a study that follows from it. Lengths are in m.
-///
-/// Raises
-/// ------
-/// ValueError
-///     Where a cycle has no road types, or one that the base study does not have, or where a file is no operating cycle.
-/// OSError
-///     Where a file cannot be read.
-///
-/// Warns
-/// -----
-/// UserWarning
-///     Where the roads do not tell something, which then stays as in the base study.
-///
-/// Notes
-/// -----
-/// Maximum likelihood or moments of the model that draws each part of the road: the guide's page on it has the list.
-///
-/// Examples
-/// --------
-/// >>> import ocmc
-/// >>> study = ocmc.Study("field-truck")
-/// >>> fit = ocmc.fit_operating_cycle([study.operating_cycle(k) for k in range(20)])
-/// >>> fit["cycles"], [road["road_type"] for road in fit["types"]]
-/// (20, ['motorway', 'rural', 'urban'])
-#[pyfunction]
-#[pyo3(signature = (cycles, *, base=None))]
-pub(crate) fn fit_operating_cycle<'py>(
-    py: Python<'py>,
-    cycles: &Bound<'py, PyAny>,
-    base: Option<&Bound<'py, PyStudy>>,
-) -> PyResult<Bound<'py, PyAny>> {
-    let given = sequence(cycles, "cycles")?.unwrap_or_else(|| vec![cycles.clone()]);
-    let mut roads = Vec::with_capacity(given.len());
-    let mut source = PathBuf::from("cycles");
-    for (k, cycle) in given.iter().enumerate() {
-        py.check_signals()?;
-        if let Ok(cycle) = cycle.cast::<PyOperatingCycle>() {
-            let cycle = cycle.get();
-            let road = py.detach(|| cycle.given());
-            roads.push(road.map_err(|error| no_fit(Path::new("cycles"), &error))?);
-            continue;
-        }
-        if !is_path(cycle)? {
-            let allowed = "a path or an ocmc.OperatingCycle, or a list of these";
-            let text = format!("`cycles` is {}, allowed is {allowed}", shown(cycle));
-            return Err(PyTypeError::new_err(text));
-        }
-        let path: PathBuf = cycle.extract()?;
-        let road = py.detach(|| given_cycle::read(&path));
-        roads.push(road.map_err(|error| given_cycle_error(&error))?);
-        if k == 0 {
-            source = path;
-        }
-    }
-    let model = base_model(base);
-    let answered = py.detach(|| {
-        let fit = operating_cycle::fit(&roads, &model.road);
-        fit.map(|fit| operating_cycle_answer(&fit)).map_err(|error| no_fit(&source, &error))
     })?;
     answer(py, &answered)
 }

@@ -37,13 +37,11 @@ pub(crate) fn input(table: &Bound<PyAny>, argument: &str) -> PyResult<Input> {
     if is_path(table)? {
         return Ok(Input::File(table.extract()?));
     }
-    let (names, pieces) = if table.hasattr("__arrow_c_stream__")?
-        || table.hasattr("__arrow_c_array__")?
-    {
+    let (names, pieces) = if speaks_arrow(table)? {
         let (batches, schema) = table.extract::<AnyRecordBatch>()?.into_table()?.into_inner();
         let names = schema.fields().iter().map(|field| field.name().clone()).collect();
         (names, batches.iter().map(|batch| batch.columns().to_vec()).collect())
-    } else if table.hasattr("keys")? && table.hasattr("__getitem__")? {
+    } else if is_mapping(table)? {
         let (names, columns) = mapping(table, argument)?;
         (names, vec![columns])
     } else {
@@ -91,6 +89,19 @@ pub(crate) fn sequence<'py>(
 /// Whether it names a file.
 pub(crate) fn is_path(value: &Bound<PyAny>) -> PyResult<bool> {
     Ok(value.is_instance_of::<PyString>() || value.hasattr("__fspath__")?)
+}
+
+/// Whether it is a table of any library, or a mapping that may be one.
+pub(crate) fn is_table(value: &Bound<PyAny>) -> PyResult<bool> {
+    Ok(speaks_arrow(value)? || is_mapping(value)?)
+}
+
+fn speaks_arrow(value: &Bound<PyAny>) -> PyResult<bool> {
+    Ok(value.hasattr("__arrow_c_stream__")? || value.hasattr("__arrow_c_array__")?)
+}
+
+fn is_mapping(value: &Bound<PyAny>) -> PyResult<bool> {
+    Ok(value.hasattr("keys")? && value.hasattr("__getitem__")?)
 }
 
 /// Names and columns of a mapping.

@@ -8,6 +8,9 @@
 mod drive;
 mod error;
 mod fit;
+mod fit_operating_cycle;
+mod fit_traffic;
+mod fit_weather;
 mod fleet;
 mod identify;
 mod input;
@@ -35,7 +38,9 @@ fn _ocmc(module: &Bound<PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(run::load, module)?)?;
     module.add_function(wrap_pyfunction!(fit::fit_curve_speed, module)?)?;
     module.add_function(wrap_pyfunction!(fit::fit_speed_change, module)?)?;
-    module.add_function(wrap_pyfunction!(fit::fit_operating_cycle, module)?)?;
+    module.add_function(wrap_pyfunction!(fit_operating_cycle::fit_operating_cycle, module)?)?;
+    module.add_function(wrap_pyfunction!(fit_traffic::fit_traffic, module)?)?;
+    module.add_function(wrap_pyfunction!(fit_weather::fit_weather, module)?)?;
     module.add_function(wrap_pyfunction!(identify::identify, module)?)?;
     module.add_function(wrap_pyfunction!(log::detect_curves, module)?)?;
     module.add_function(wrap_pyfunction!(fleet::compare, module)?)?;

@@ -97,14 +97,7 @@ pub(crate) fn detect_curves(
     steering_ratio: Option<f64>,
     wheelbase_m: Option<f64>,
 ) -> PyResult<Table> {
-    let steering = match (steering_ratio, wheelbase_m) {
-        (Some(ratio), Some(wheelbase_m)) => Some(Steering { ratio, wheelbase_m }),
-        (None, None) => None,
-        _ => {
-            let text = "`steering_ratio` and `wheelbase_m` belong together: give both or neither";
-            return Err(PyValueError::new_err(text));
-        }
-    };
+    let steering = steering(steering_ratio, wheelbase_m)?;
     let given = |value: Option<f64>| value.map_or(Correction::Estimated, Correction::Given);
     let standard = CurveOptions::default();
     let options = CurveOptions {
@@ -142,6 +135,18 @@ pub(crate) fn detect_curves(
         warn(py, &format!("{place} is left out: {fault}"))?;
     }
     Ok(curve_table(&found.drives))
+}
+
+/// The steering of a vehicle whose logs only have the angle of the steering wheel.
+pub(crate) fn steering(ratio: Option<f64>, wheelbase_m: Option<f64>) -> PyResult<Option<Steering>> {
+    match (ratio, wheelbase_m) {
+        (Some(ratio), Some(wheelbase_m)) => Ok(Some(Steering { ratio, wheelbase_m })),
+        (None, None) => Ok(None),
+        _ => {
+            let text = "`steering_ratio` and `wheelbase_m` belong together: give both or neither";
+            Err(PyValueError::new_err(text))
+        }
+    }
 }
 
 /// Reads a log.

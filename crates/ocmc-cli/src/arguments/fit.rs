@@ -11,7 +11,7 @@ pub(crate) enum FitCommand {
     CurveSpeed(CurveSpeedArguments),
     /// Speed changes: log-normal accelerations and decelerations at changes of the speed limit
     SpeedChange(SpeedChangeArguments),
-    /// Operating cycles: road types, signs, events, curves, slope and surface of given roads
+    /// Operating cycles: road types, signs, events, curves, slope, surface and mission of given roads, or of logs
     OperatingCycle(OperatingCycleArguments),
     /// Weather: the climate of hourly records
     Weather(WeatherArguments),
@@ -98,9 +98,34 @@ pub(crate) struct SpeedChangeArguments {
 /// Options of the fit of operating cycles.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct OperatingCycleArguments {
-    /// Operating cycles with road types, as `ocmc cycle` writes them
-    #[arg(required = true, value_name = "CYCLE")]
+    /// Operating cycles with road types, as `ocmc cycle` writes them, or logs: CSV with time and speed
+    #[arg(required = true, value_name = "FILE")]
     pub(crate) files: Vec<PathBuf>,
+    /// Says which column of a log is what, as in speed_mph=gps_speed; may be repeated
+    #[arg(long, value_name = "NAME=COLUMN")]
+    pub(crate) map: Vec<String>,
+    /// Smallest and largest radius of the curves that are known, in m; the others are there and were not seen [default: 20 500 of
+    /// logs, all of operating cycles]
+    #[arg(long, value_names = ["LOWER", "UPPER"], num_args = 2, allow_negative_numbers = true)]
+    pub(crate) radius_range: Option<Vec<f64>>,
+    /// Road type of logs that have no column road_type [default: by the speed limit]
+    #[arg(long, value_name = "NAME")]
+    pub(crate) road_type: Option<String>,
+    /// Length over which the altitudes of logs are averaged, in m
+    #[arg(long, value_name = "M", default_value = "200", allow_negative_numbers = true)]
+    pub(crate) altitude_average: f64,
+    /// Standstills of logs from this time on are stops of the mission, in s
+    #[arg(long, value_name = "S", default_value = "300", allow_negative_numbers = true)]
+    pub(crate) mission_stop: f64,
+    /// Cuts a curve of a log in two where its curvature steps by this factor or more
+    #[arg(long, value_name = "RATIO")]
+    pub(crate) split: Option<f64>,
+    /// Ratio of the steering, for logs that only have the angle of the steering wheel
+    #[arg(long, value_name = "RATIO", requires = "wheelbase_m")]
+    pub(crate) steering_ratio: Option<f64>,
+    /// Wheelbase, in m, for logs that only have the angle of the steering wheel
+    #[arg(long, value_name = "M", requires = "steering_ratio")]
+    pub(crate) wheelbase_m: Option<f64>,
     #[command(flatten)]
     pub(crate) fitted: FittedArguments,
 }

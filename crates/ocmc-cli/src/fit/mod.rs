@@ -10,6 +10,8 @@ mod weather;
 pub use curve_speed::curve_speed_answer;
 pub use operating_cycle::operating_cycle_answer;
 pub use speed_change::speed_change_answer;
+pub use traffic::traffic_answer;
+pub use weather::weather_answer;
 
 use crate::answer::Answer;
 use crate::arguments::{FitCommand, FittedArguments};

@@ -4,7 +4,7 @@ use super::{no_fit, parameter_table, write_study};
 use crate::answer::Answer;
 use crate::arguments::WeatherArguments;
 use crate::failure::Failure;
-use ocmc_core::fit::weather::fit;
+use ocmc_core::fit::weather::{WeatherFit, fit};
 use ocmc_io::study::{fitted_json, fitted_text};
 use ocmc_io::{study, weather_table};
 
@@ -16,15 +16,21 @@ pub(crate) fn weather(arguments: &WeatherArguments) -> Result<(), Failure> {
     let base = study::load(&arguments.fitted.base, &[] as &[&str])?;
     let records = weather_table::read(&arguments.file)?;
     let fit = fit(&records, &base.model.weather).map_err(|error| no_fit(&arguments.file, error))?;
+    super::print(&arguments.fitted, &weather_answer(&fit))?;
     let values = fitted_text(&KEYS, &fit.model);
-    let mut json = serde_json::to_value(&fit).expect("numbers, words and lists");
+    write_study(&arguments.fitted, "weather", &arguments.file, &values)
+}
+
+/// What the fit of weather tells.
+pub fn weather_answer(fit: &WeatherFit) -> Answer {
+    let mut json = serde_json::to_value(fit).expect("numbers, words and lists");
     json["study"] = fitted_json(&KEYS, &fit.model);
     let table = parameter_table("", &fit.parameters);
     let text = format!(
-        "{} hours over {:.1} years\n{table}\nTo paste into a study:\n\n{values}",
-        fit.hours, fit.years
+        "{} hours over {:.1} years\n{table}\nTo paste into a study:\n\n{}",
+        fit.hours,
+        fit.years,
+        fitted_text(&KEYS, &fit.model)
     );
-    let answer = Answer { json, text, warnings: fit.warnings };
-    super::print(&arguments.fitted, &answer)?;
-    write_study(&arguments.fitted, "weather", &arguments.file, &values)
+    Answer { json, text, warnings: fit.warnings.clone() }
 }

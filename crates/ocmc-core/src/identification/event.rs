@@ -14,8 +14,8 @@ const FEWEST_ROWS: usize = 30;
 const SHORTEST_S: f64 = 10.0;
 /// Longest time between rows of an event, in s.
 const LONGEST_INTERVAL_S: f64 = 1.1;
-/// A shift is over and forgotten after this time, in s.
-const AFTER_SHIFT_S: f64 = 4.0;
+/// A shift is over and forgotten after this time, in s: one without torque, then eight lags of the engine.
+const AFTER_SHIFT_S: f64 = 5.0;
 /// A pedal from here on is fully pressed.
 const PRESSED: f64 = 0.99;
 

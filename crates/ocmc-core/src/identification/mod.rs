@@ -10,3 +10,4 @@ pub mod compass_search;
 pub mod event;
 pub mod identify;
 pub mod population;
+mod problem;

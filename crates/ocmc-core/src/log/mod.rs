@@ -9,8 +9,11 @@ pub mod circle;
 pub mod curve;
 pub mod grid;
 pub mod hidden_markov;
+pub mod road;
+mod road_rows;
 pub mod sensor;
 pub mod signal;
+pub mod standstill;
 pub mod threshold;
 
 use std::borrow::Cow;

@@ -87,6 +87,12 @@ pub enum LogError {
         /// Its speed, in m/s.
         speed_mps: f64,
     },
+    /// Nothing that tells road types.
+    #[error(
+        "no road type is known: name a column road_type, or one with the speed limit, from which types follow, or give one \
+         type for the whole log (--road-type)"
+    )]
+    NoRoadType,
     /// An option that makes no sense.
     #[error("{option} is {value}: allowed is {allowed}")]
     Option {

@@ -6,6 +6,7 @@
 
 pub mod given;
 pub mod segments;
+pub mod told;
 pub mod tracks;
 
 use crate::mission::{Mission, MissionModel};

@@ -2,8 +2,11 @@
 
 use super::common::field_truck;
 use ocmc_core::distribution::{Law, Quantity};
-use ocmc_core::fit::operating_cycle::{Hilliness, RoadFit, TransportCycle, fit};
+use ocmc_core::fit::operating_cycle::{Hilliness, RoadFit, TransportCycle, fit, fit_told};
+use ocmc_core::log::road::LoggedRoad;
+use ocmc_core::mission::MissionStopModel;
 use ocmc_core::operating_cycle::given::GivenCycle;
+use ocmc_core::operating_cycle::told::{CurveWindow, CurvesTold, Told};
 use ocmc_core::road::RoadTypeModel;
 
 const CYCLES: u64 = 200;
@@ -17,7 +20,7 @@ fn fitted(seed: u64) -> RoadFit {
             GivenCycle::from_tracks(&tracks, Some(cycle.road.length_m)).unwrap()
         })
         .collect();
-    fit(&cycles, &study.model().road).unwrap()
+    fit(&cycles, study.model()).unwrap()
 }
 
 fn mean(law: &Quantity) -> f64 {
@@ -116,5 +119,135 @@ fn slopes_signs_grounds_and_the_view_from_above() {
         assert_eq!(view.hilliness, Hilliness::PredominantlyFlat);
         let shares: f64 = view.road_type_share.values().sum();
         assert!((shares - 1.0).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn turns_at_junctions_and_missions_come_back() {
+    let study = field_truck(|model| {
+        let law = |text: &str| {
+            toml::from_str::<toml::Value>(&format!("x = {text}")).unwrap()["x"].clone()
+        };
+        let quantity = |text: &str| law(text).try_into::<Quantity>().unwrap();
+        model.mission.length_m =
+            quantity("{ distribution = 'log_normal', median = 60.0e3, log_sd = 0.4 }");
+        model.mission.stops = Some(MissionStopModel {
+            spacing_m: quantity("{ distribution = 'log_normal', median = 20.0e3, log_sd = 0.7 }"),
+            dwell_s: quantity("{ distribution = 'log_normal', median = 1500.0, log_sd = 0.5 }"),
+        });
+    });
+    let wanted = study.model();
+    for seed in 1..=3 {
+        let cycles: Vec<GivenCycle> = (0..CYCLES)
+            .map(|id| {
+                let cycle = study.sample(seed, id).cycle;
+                let tracks =
+                    cycle.tracks(study.road_types(), study.operating_cycle().road().types());
+                let mut given =
+                    GivenCycle::from_tracks(&tracks, Some(cycle.road.length_m)).unwrap();
+                given.departure = Some((cycle.mission.departure_s, cycle.mission.day_of_year));
+                given
+            })
+            .collect();
+        let fit = fit(&cycles, wanted).unwrap();
+        let turns = &wanted.road.junction_turn;
+        let parameter = |key: &str| {
+            let all = fit.junction_turn.iter().chain(&fit.mission);
+            all.clone().find(|p| p.key == key).unwrap_or_else(|| panic!("{key}: {fit:?}")).clone()
+        };
+        for (key, value) in [
+            ("junction_turn.median_radius_m", turns.median_radius_m),
+            ("junction_turn.radius_log_sd", turns.radius_log_sd),
+            ("junction_turn.minimum_share", turns.minimum_share),
+            ("length_m, mean", 60.0e3 * (0.5f64 * 0.16).exp()),
+            // one in five is empty, the others Beta(4, 2) of 24.3 t
+            ("payload_kg, mean", 0.8 * 24300.0 * 4.0 / 6.0),
+            ("stops.spacing_m, median", 20.0e3),
+            ("stops.dwell_s, mean", 1500.0 * (0.5f64 * 0.25).exp()),
+            // a uniform day, rounded down
+            ("departure_day_of_year, mean", 182.0),
+        ] {
+            let found = parameter(key);
+            let error = found.standard_error.unwrap();
+            assert!((found.value - value).abs() <= 4.0 * error, "seed {seed}: {found:?}, {value}");
+        }
+        let mission = &fit.mission_model;
+        let Quantity::Law(Law::LogNormal { log_sd, .. }) = mission.length_m else { panic!() };
+        assert!((log_sd - 0.4).abs() < 4.0 * 0.4 / 400f64.sqrt(), "{log_sd}");
+        // a mixture has no fit: the values themselves
+        let Quantity::Law(Law::Empirical { values, .. }) = &mission.payload_kg else { panic!() };
+        let empty = values.iter().filter(|kg| **kg == 0.0).count() as f64 / values.len() as f64;
+        assert!((empty - 0.2).abs() < 4.0 * (0.16f64 / 200.0).sqrt() + 0.01, "{empty}");
+        assert!(mission.stops.is_some());
+    }
+}
+
+/// Curves of one road type, and what a detector sees of them.
+fn seen_by(window: &CurveWindow, cycles: &mut [GivenCycle]) -> usize {
+    let mut hidden = 0;
+    for cycle in cycles {
+        let all = cycle.curves.len();
+        cycle.curves.retain(|curve| window.sees(curve.radius_m, curve.end_m - curve.start_m));
+        hidden += all - cycle.curves.len();
+    }
+    hidden
+}
+
+#[test]
+fn curves_outside_the_window_of_a_detector_are_made_up_for() {
+    // rural roads as they are, without events whose turns would drop curves
+    let study = field_truck(|model| {
+        for road in model.road.types.values_mut() {
+            road.stop_signs.per_m = 0.0;
+            road.give_ways.per_m = 0.0;
+            road.traffic_lights.per_m = 0.0;
+        }
+    });
+    let window = CurveWindow {
+        radius_m: [20.0, 500.0],
+        shortest_m: 15.0,
+        smallest_turn_rad: 8.0 / 180.0 * std::f64::consts::PI,
+    };
+    let told = Told { curves: CurvesTold::Within(window), ..Told::ALL };
+    for seed in 1..=3 {
+        let mut cycles: Vec<GivenCycle> = (0..CYCLES)
+            .map(|id| {
+                let cycle = study.sample(seed, id).cycle;
+                let tracks =
+                    cycle.tracks(study.road_types(), study.operating_cycle().road().types());
+                GivenCycle::from_tracks(&tracks, Some(cycle.road.length_m)).unwrap()
+            })
+            .collect();
+        let hidden = seen_by(&window, &mut cycles);
+        assert!(hidden > 1000, "{hidden}");
+        let roads: Vec<LoggedRoad> = cycles
+            .iter()
+            .map(|cycle| LoggedRoad { cycle: cycle.clone(), standstills: Vec::new() })
+            .collect();
+        let mut plain_misses = 0;
+        for (fit, with_window) in [
+            (fit_told(&roads, &told, study.model()).unwrap(), true),
+            (fit_told(&roads, &Told::ALL, study.model()).unwrap(), false),
+        ] {
+            for name in ["urban", "rural"] {
+                let model = &study.model().road.types[name];
+                let of_type = fit.types.iter().find(|of_type| of_type.road_type == name).unwrap();
+                for key in [
+                    "curves.per_m",
+                    "curves.median_radius_m",
+                    "curves.radius_log_sd",
+                    "curves.median_length_m",
+                    "curves.length_log_sd",
+                ] {
+                    let found = of_type.parameters.iter().find(|p| p.key == key).unwrap();
+                    let off = (found.value - truth(model, key).unwrap()).abs();
+                    let near = off <= 4.0 * found.standard_error.unwrap();
+                    assert!(near || !with_window, "seed {seed}, {name}: {found:?}, off by {off}");
+                    plain_misses += usize::from(!near);
+                }
+            }
+        }
+        // taken for all curves, those of the window give other laws
+        assert!(plain_misses >= 6, "{plain_misses}");
     }
 }

@@ -124,11 +124,34 @@ fn detect(
     options: &CurveOptions,
     steering: Option<Steering>,
 ) -> Result<DriveCurves, DriveError> {
-    let lent = |quantity| drive.column(quantity).map(Cow::Borrowed);
-    let turning = TURNING.into_iter().find(|quantity| {
+    let (log, options) = turning_log(drive, steering, options)?;
+    Ok(DriveCurves {
+        driver: drive.driver.clone(),
+        drive: drive.drive.clone(),
+        turning: turning(drive).name(),
+        detection: detect_curves(&log, &options)?,
+    })
+}
+
+/// What tells how the vehicle of a drive turned.
+fn turning(drive: &LoggedDrive) -> Quantity {
+    let known = |quantity: &Quantity| {
         drive.column(*quantity).is_some_and(|values| values.iter().any(|value| !value.is_nan()))
-    });
-    let turning = turning.unwrap_or(Quantity::YawRate);
+    };
+    TURNING.into_iter().find(known).unwrap_or(Quantity::YawRate)
+}
+
+/// A drive with its yaw rate, and the options that go with where that comes from.
+///
+/// # Errors
+/// [`DriveError::Steering`] where only the steering wheel tells it and `steering` is not given.
+pub(super) fn turning_log<'a>(
+    drive: &'a LoggedDrive,
+    steering: Option<Steering>,
+    options: &CurveOptions,
+) -> Result<(DriveLog<'a>, CurveOptions), DriveError> {
+    let lent = |quantity| drive.column(quantity).map(Cow::Borrowed);
+    let turning = turning(drive);
     let speed_mps = lent(Quantity::Speed).unwrap_or_default();
     let signal = lent(turning).unwrap_or_default();
     let times_speed = |factor: f64| {
@@ -161,12 +184,7 @@ fn detect(
         longitude_deg: lent(Quantity::Longitude),
         limit_mps: lent(Quantity::Limit),
     };
-    Ok(DriveCurves {
-        driver: drive.driver.clone(),
-        drive: drive.drive.clone(),
-        turning: turning.name(),
-        detection: detect_curves(&log, &options)?,
-    })
+    Ok((log, options))
 }
 
 /// Writes the curves as comma-separated values.

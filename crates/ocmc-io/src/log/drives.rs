@@ -2,6 +2,7 @@
 
 use super::LoggedDrive;
 use super::mapping::QuantityColumn;
+use super::quantity::Word;
 use arrow_array::Float64Array;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -32,6 +33,7 @@ impl Drives {
                 drive: or_name(drive),
                 event: (!event.is_empty()).then(|| event.clone()),
                 columns: BTreeMap::new(),
+                words: BTreeMap::new(),
             });
             self.values.push(Vec::new());
             self.found.len() - 1
@@ -45,6 +47,11 @@ impl Drives {
             values.resize_with(quantity + 1, Vec::new);
         }
         values[quantity].push(value);
+    }
+
+    /// Adds the next word of a column to a drive.
+    pub(super) fn push_word(&mut self, drive: usize, which: Word, word: &str) {
+        self.found[drive].words.entry(which).or_default().push(word);
     }
 
     /// The drives with the values that were added.

@@ -1,6 +1,6 @@
 //! What can be wrong with a log file, in words for whoever has to mend it.
 
-use super::quantity::{Label, Quantity};
+use super::quantity::{Label, Quantity, Word};
 use crate::given_table::ColumnTypeError;
 use std::io;
 use std::path::PathBuf;
@@ -104,7 +104,7 @@ pub enum LogFileError {
     },
     /// A name that means nothing.
     #[error(
-        "`{name}` is not known{nearest}: allowed are the labels driver, drive, event, and {allowed} with their units"
+        "`{name}` is not known{nearest}: allowed are the labels driver, drive, event, the words road_type, map_object, and {allowed} with their units"
     )]
     UnknownName {
         /// What was written.
@@ -138,7 +138,8 @@ impl LogFileError {
     pub(super) fn unknown_name(name: &str) -> Self {
         let names = Quantity::ALL.into_iter().flat_map(Quantity::names);
         let labels = Label::ALL.into_iter().map(|label| label.name().to_owned());
-        let nearest = nearest(name, names.chain(labels));
+        let words = Word::ALL.into_iter().map(|word| word.name().to_owned());
+        let nearest = nearest(name, names.chain(labels).chain(words));
         let allowed: Vec<&str> = Quantity::ALL.into_iter().map(Quantity::name).collect();
         Self::UnknownName { name: name.to_owned(), nearest, allowed: allowed.join(", ") }
     }

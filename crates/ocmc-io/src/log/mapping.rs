@@ -1,7 +1,7 @@
 //! Which column of a log is what: by its name, or as a user says with `--map speed_mph=gps_speed`.
 
 use super::error::LogFileError;
-use super::quantity::{Label, Quantity};
+use super::quantity::{Label, Quantity, Word};
 
 /// One assignment of a user.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,6 +17,7 @@ pub struct Mapping {
 enum Target {
     Quantity(Quantity, f64),
     Label(Label),
+    Word(Word),
 }
 
 /// Where a quantity stands: its column, and what its numbers are multiplied with.
@@ -39,6 +40,8 @@ pub struct Columns {
     pub quantities: Vec<QuantityColumn>,
     /// The labels, with the index of their columns.
     pub labels: Vec<(Label, usize)>,
+    /// The words, with the index of their columns.
+    pub words: Vec<(Word, usize)>,
 }
 
 impl Mapping {
@@ -61,6 +64,8 @@ impl Mapping {
             Target::Quantity(quantity, size)
         } else if let Some(label) = Label::parse(name) {
             Target::Label(label)
+        } else if let Some(word) = Word::parse(name) {
+            Target::Word(word)
         } else if let Some(quantity) = Quantity::with_wrong_unit(name) {
             let allowed = quantity.names().collect();
             return Err(LogFileError::UnknownUnit { name: name.to_owned(), allowed });
@@ -87,7 +92,12 @@ impl Columns {
                 Target::Quantity(quantity, size) => {
                     columns.add(quantity, index, header, mapping.sign * size)?;
                 }
-                Target::Label(label) => columns.add_label(label, index, header)?,
+                Target::Label(label) => {
+                    add_named(&mut columns.labels, label, label.name(), index, header)?;
+                }
+                Target::Word(word) => {
+                    add_named(&mut columns.words, word, word.name(), index, header)?;
+                }
             }
         }
         let assigned = columns.clone();
@@ -99,7 +109,11 @@ impl Columns {
             } else if let Some(label) = Label::parse(name)
                 && assigned.label(label).is_none()
             {
-                columns.add_label(label, index, header)?;
+                add_named(&mut columns.labels, label, label.name(), index, header)?;
+            } else if let Some(word) = Word::parse(name)
+                && assigned.word(word).is_none()
+            {
+                add_named(&mut columns.words, word, word.name(), index, header)?;
             }
         }
         Ok(columns)
@@ -113,6 +127,11 @@ impl Columns {
     /// The column of a label.
     pub fn label(&self, label: Label) -> Option<usize> {
         self.labels.iter().find(|(known, _)| *known == label).map(|(_, index)| *index)
+    }
+
+    /// The column of a word.
+    pub fn word(&self, word: Word) -> Option<usize> {
+        self.words.iter().find(|(known, _)| *known == word).map(|(_, index)| *index)
     }
 
     fn add(
@@ -136,22 +155,24 @@ impl Columns {
         });
         Ok(())
     }
+}
 
-    fn add_label(
-        &mut self,
-        label: Label,
-        index: usize,
-        header: &[String],
-    ) -> Result<(), LogFileError> {
-        if let Some(other) = self.label(label) {
-            return Err(LogFileError::Ambiguous {
-                name: label.name(),
-                columns: [header[other].clone(), header[index].clone()],
-            });
-        }
-        self.labels.push((label, index));
-        Ok(())
+/// Adds a column that is told by its name alone.
+fn add_named<T: PartialEq>(
+    columns: &mut Vec<(T, usize)>,
+    which: T,
+    name: &'static str,
+    index: usize,
+    header: &[String],
+) -> Result<(), LogFileError> {
+    if let Some((_, other)) = columns.iter().find(|(known, _)| *known == which) {
+        return Err(LogFileError::Ambiguous {
+            name,
+            columns: [header[*other].clone(), header[index].clone()],
+        });
     }
+    columns.push((which, index));
+    Ok(())
 }
 
 #[cfg(test)]

@@ -9,9 +9,12 @@ pub mod identification;
 pub mod mapping;
 pub mod pedals;
 pub mod quantity;
+pub mod roads;
 mod table;
+mod words;
 
 pub use table::read_table;
+pub use words::Words;
 
 use crate::given_table::RowPlace;
 use arrow_array::Float64Array;
@@ -19,7 +22,7 @@ use drives::Drives;
 use error::LogFileError;
 use flate2::read::MultiGzDecoder;
 use mapping::{Columns, Mapping};
-use quantity::{Label, Quantity};
+use quantity::{Label, Quantity, Word};
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
@@ -41,9 +44,16 @@ pub struct LoggedDrive {
     pub event: Option<String>,
     /// Values in SI, NaN where missing.
     columns: BTreeMap<Quantity, Float64Array>,
+    /// Words of each row.
+    words: BTreeMap<Word, Words>,
 }
 
 impl LoggedDrive {
+    /// The words of a column.
+    pub fn words(&self, word: Word) -> Option<&Words> {
+        self.words.get(&word)
+    }
+
     /// The values of a quantity.
     pub fn column(&self, quantity: Quantity) -> Option<&[f64]> {
         self.columns.get(&quantity).map(|column| column.values().as_ref())
@@ -158,6 +168,9 @@ pub fn read_text(
             let place = RowPlace::Line(record.position().map_or(0, csv::Position::line));
             let value = number(&mut file.unreadable, &column.name, cell, place);
             drives.push(drive, k, column.factor * value);
+        }
+        for (word, index) in &file.columns.words {
+            drives.push_word(drive, *word, record.get(*index).unwrap_or("").trim());
         }
     }
     file.drives = drives.finish(&file.columns.quantities);

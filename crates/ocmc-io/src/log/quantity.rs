@@ -37,6 +37,16 @@ pub enum Quantity {
     Position,
     /// Gear, from 1.
     Gear,
+    /// Altitude.
+    Altitude,
+    /// Roughness coefficient of the road (ISO 8608).
+    Roughness,
+    /// Payload.
+    Payload,
+    /// Time of the day, from midnight.
+    TimeOfDay,
+    /// Day of the year, from 0.
+    DayOfYear,
 }
 
 /// A unit: its suffix, and how many SI units it is.
@@ -55,10 +65,12 @@ const PLACES: [Unit; 1] = [("deg", 1.0)];
 const LENGTHS: [Unit; 2] = [("m", 1.0), ("km", 1000.0)];
 const NUMBERS: [Unit; 1] = [("", 1.0)];
 const CURVATURES: [Unit; 1] = [("per_m", 1.0)];
+const ROUGHNESSES: [Unit; 1] = [("m3", 1.0)];
+const MASSES: [Unit; 2] = [("kg", 1.0), ("t", 1000.0)];
 
 impl Quantity {
     /// All of them.
-    pub const ALL: [Self; 15] = [
+    pub const ALL: [Self; 20] = [
         Self::Time,
         Self::Speed,
         Self::YawRate,
@@ -74,6 +86,11 @@ impl Quantity {
         Self::Grade,
         Self::Position,
         Self::Gear,
+        Self::Altitude,
+        Self::Roughness,
+        Self::Payload,
+        Self::TimeOfDay,
+        Self::DayOfYear,
     ];
 
     /// Its name, without a unit.
@@ -94,21 +111,28 @@ impl Quantity {
             Self::Grade => "grade",
             Self::Position => "position",
             Self::Gear => "gear",
+            Self::Altitude => "altitude",
+            Self::Roughness => "roughness",
+            Self::Payload => "payload",
+            Self::TimeOfDay => "time_of_day",
+            Self::DayOfYear => "day_of_year",
         }
     }
 
     /// Its units.
     pub fn units(self) -> &'static [Unit] {
         match self {
-            Self::Time => &TIMES,
+            Self::Time | Self::TimeOfDay => &TIMES,
             Self::Speed | Self::Limit => &SPEEDS,
             Self::YawRate => &ANGULAR_RATES,
             Self::Curvature => &CURVATURES,
             Self::LateralAcceleration => &ACCELERATIONS,
             Self::SteeringWheelAngle | Self::Course => &ANGLES,
             Self::Latitude | Self::Longitude => &PLACES,
-            Self::Position => &LENGTHS,
-            Self::Gear => &NUMBERS,
+            Self::Position | Self::Altitude => &LENGTHS,
+            Self::Gear | Self::DayOfYear => &NUMBERS,
+            Self::Roughness => &ROUGHNESSES,
+            Self::Payload => &MASSES,
             Self::Accelerator | Self::Brake | Self::Grade => &SHARES,
         }
     }
@@ -167,6 +191,33 @@ impl Label {
     /// The label of a name.
     pub fn parse(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|label| label.name() == name)
+    }
+}
+
+/// What a column says in words, row by row.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Word {
+    /// Type of the road.
+    RoadType,
+    /// Object of the map at this place: a sign, a light.
+    MapObject,
+}
+
+impl Word {
+    /// All of them.
+    pub const ALL: [Self; 2] = [Self::RoadType, Self::MapObject];
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::RoadType => "road_type",
+            Self::MapObject => "map_object",
+        }
+    }
+
+    /// The word of a name.
+    pub fn parse(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|word| word.name() == name)
     }
 }
 

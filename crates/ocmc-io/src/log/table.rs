@@ -32,6 +32,13 @@ pub fn read_table(
         columns.push(values(table, column, &mut file.unreadable)?);
     }
     let quantities = &file.columns.quantities;
+    for (which, index) in &file.columns.words {
+        let words = table.words(*index)?;
+        for row in 0..file.rows {
+            let word = if words.is_null(row) { "" } else { words.value(row).trim() };
+            drives.push_word(places.get(row).copied().unwrap_or(0), *which, word);
+        }
+    }
     file.drives = if one {
         drives.finish_one(quantities.iter().map(|column| column.quantity).zip(columns))
     } else {

@@ -4,7 +4,7 @@
 //! very hilly. Transport cycle by the mean distance between mission stops: stop and go below 0.5 km, local below 5 km, regional
 //! below 50 km, else long distance. Both \[PK\]: Volvo's global transport application, P. Edlund, P.-O. Fryk, SAE 2004-01-2645.
 
-use crate::operating_cycle::given::GivenCycle;
+use crate::log::road::LoggedRoad;
 use crate::road::point_event::EventKind;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -14,6 +14,14 @@ const SLOPES: [f64; 3] = [0.03, 0.06, 0.09];
 
 /// Share of the way on which the slope has to stay below.
 const SHARE: f64 = 0.98;
+
+/// Stops per km that divide the classes of their density: geometric means of what VECTO's cycles for long haul (0.06), regional
+/// delivery (0.23) and urban delivery (0.97) have \[D\].
+const STOPS_PER_KM: [f64; 2] = [0.12, 0.47];
+
+/// Curves per km below 500 m of radius that divide the classes of theirs: geometric means of what an OpenStreetMap extract has at limits
+/// of 100 km/h and more (0.5), 60 to 80 (1.0) and up to 50 (2.75) \[D\].
+const CURVES_PER_KM: [f64; 2] = [0.71, 1.66];
 
 /// Radius below which a curve slows a truck down, in m: the end of the curve-speed law.
 const SLOWING_RADIUS_M: f64 = 500.0;
@@ -46,6 +54,28 @@ pub enum TransportCycle {
     LongDistance,
 }
 
+/// Classes of how often something comes along.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Density {
+    /// Below both limits.
+    Low,
+    /// Between them.
+    Medium,
+    /// Above both.
+    High,
+}
+
+impl Density {
+    fn of(per_km: f64, limits: [f64; 2]) -> Self {
+        match per_km {
+            d if d < limits[0] => Self::Low,
+            d if d < limits[1] => Self::Medium,
+            _ => Self::High,
+        }
+    }
+}
+
 /// The bird's-eye view of roads.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct BirdsEye {
@@ -55,22 +85,26 @@ pub struct BirdsEye {
     pub share_below: [f64; 3],
     /// Class of the distance between mission stops; the end of a road counts as one.
     pub transport_cycle: TransportCycle,
-    /// Places per km at which a truck has to stop.
+    /// Places per km at which a truck has to stop; of a log, at which it stood.
     pub stops_per_km: f64,
+    /// Class of the density of stops.
+    pub stop_density: Density,
     /// Curves per km with radii below 500 m.
     pub curves_per_km: f64,
+    /// Class of the density of curves.
+    pub curve_density: Density,
     /// Share of each road type by length; empty where no road has types.
     pub road_type_share: BTreeMap<String, f64>,
 }
 
 /// Looks at roads on steps of `step_m`.
-pub fn birds_eye(cycles: &[GivenCycle], step_m: f64) -> BirdsEye {
-    let length_m: f64 = cycles.iter().map(|cycle| cycle.length_m).sum();
+pub fn birds_eye(roads: &[LoggedRoad], step_m: f64) -> BirdsEye {
+    let length_m: f64 = roads.iter().map(|road| road.cycle.length_m).sum();
     let mut below = [0usize; 3];
     let mut steps = 0;
     let (mut stops, mut mission_stops, mut curves) = (0, 0, 0);
     let mut shares: BTreeMap<String, f64> = BTreeMap::new();
-    for cycle in cycles {
+    for LoggedRoad { cycle, standstills } in roads {
         for k in 0..(cycle.length_m / step_m) as usize {
             let at = k as f64 * step_m;
             let slope = (cycle.altitude_m(at + step_m) - cycle.altitude_m(at)) / step_m;
@@ -79,6 +113,7 @@ pub fn birds_eye(cycles: &[GivenCycle], step_m: f64) -> BirdsEye {
                 *count += usize::from(slope.abs() < limit);
             }
         }
+        stops += standstills.len();
         stops += cycle.events.iter().filter(|event| event.kind.standstill_s().is_some()).count();
         let mission = |kind: &EventKind| matches!(kind, EventKind::MissionStop { .. });
         mission_stops += 1 + cycle.events.iter().filter(|event| mission(&event.kind)).count();
@@ -108,7 +143,9 @@ pub fn birds_eye(cycles: &[GivenCycle], step_m: f64) -> BirdsEye {
         share_below,
         transport_cycle,
         stops_per_km: per_km(stops),
+        stop_density: Density::of(per_km(stops), STOPS_PER_KM),
         curves_per_km: per_km(curves),
+        curve_density: Density::of(per_km(curves), CURVES_PER_KM),
         road_type_share: shares,
     }
 }

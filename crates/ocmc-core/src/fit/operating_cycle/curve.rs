@@ -14,7 +14,7 @@ const CUT: f64 = 1.0 - 1e-6;
 /// Intensity, radius and length; the smallest radius, the highest intensity and the largest heading stay those of `model`.
 pub(super) fn fit_curves(roads: &TypeRoads, model: &mut CurveModel, estimates: &mut Estimates) {
     let n = roads.curves.len();
-    fit_intensity(roads, model, estimates);
+    fit_intensity(roads, |_| 1.0, model, estimates);
     if n < FEWEST {
         estimates.warn("fewer than five curves: radius and length stay those of the base study");
         return;
@@ -45,8 +45,14 @@ pub(super) fn fit_curves(roads: &TypeRoads, model: &mut CurveModel, estimates: &
     fit_length(roads, model, estimates);
 }
 
-/// Poisson regression of the starts on the sign: λ_ref (v_ref/v)^p, at most λ_max.
-fn fit_intensity(roads: &TypeRoads, model: &mut CurveModel, estimates: &mut Estimates) {
+/// Poisson regression of the starts on the sign: λ_ref (v_ref/v)^p, at most λ_max; `seen` is the share of all curves under a sign's
+/// face that are seen.
+pub(super) fn fit_intensity(
+    roads: &TypeRoads,
+    seen: impl Fn(i64) -> f64,
+    model: &mut CurveModel,
+    estimates: &mut Estimates,
+) {
     let lengths: Vec<f64> = roads.curves.iter().map(|(c, _)| c.end_m - c.start_m).collect();
     let mean_length = lengths.iter().sum::<f64>() / (lengths.len() as f64).max(1.0);
     // a turn removes the curves that it overlaps: those that begin in it, or less than their length before it
@@ -59,7 +65,7 @@ fn fit_intensity(roads: &TypeRoads, model: &mut CurveModel, estimates: &mut Esti
             let count = roads.curves.iter().filter(|(_, sign)| at(*sign)).count();
             let turns = roads.turns.iter().filter(|turn| turn.1 == face);
             let lost: f64 = turns.map(|(turn, _)| turn.end_m - turn.start_m + mean_length).sum();
-            (speed, (length - lost).max(0.0), count as f64)
+            (speed, (length - lost).max(0.0) * seen(face), count as f64)
         })
         .collect();
     let n = roads.curves.len();

@@ -7,10 +7,11 @@ use crate::distribution::{
 use crate::road::RoadTypeModel;
 use crate::road::point_event::EventKind;
 
-/// Intensities and marks of all kinds.
+/// Intensities and marks of all kinds; shares of turns only where all turns are known.
 pub(super) fn fit_events(
     roads: &TypeRoads,
     spacing_m: f64,
+    all_turns: bool,
     model: &mut RoadTypeModel,
     estimates: &mut Estimates,
 ) {
@@ -43,7 +44,8 @@ pub(super) fn fit_events(
     model.stop_signs.per_m = intensity(estimates, "stop_signs", standstill.len());
     mark(estimates, "stop_signs.standstill_s", &standstill, &mut model.stop_signs.standstill_s);
     let (turns, n) = turning(&|kind| matches!(kind, EventKind::StopSign { .. }));
-    share(estimates, "stop_signs.turn_share", turns, n, &mut model.stop_signs.turn_share);
+    let known = |n: usize| if all_turns { n } else { 0 };
+    share(estimates, "stop_signs.turn_share", turns, known(n), &mut model.stop_signs.turn_share);
 
     let wait = values(&|kind| match kind {
         EventKind::GiveWayStop { standstill_s } => Some(*standstill_s),
@@ -62,7 +64,7 @@ pub(super) fn fit_events(
     let (turns, n) = turning(&|kind| {
         matches!(kind, EventKind::GiveWayStop { .. } | EventKind::GiveWayPass { .. })
     });
-    share(estimates, "give_ways.turn_share", turns, n, &mut give_ways.turn_share);
+    share(estimates, "give_ways.turn_share", turns, known(n), &mut give_ways.turn_share);
 
     let red = values(&|kind| match kind {
         EventKind::RedLight { standstill_s } => Some(*standstill_s),
@@ -76,7 +78,7 @@ pub(super) fn fit_events(
     mark(estimates, "traffic_lights.wait_s", &red, &mut lights.wait_s);
     let (turns, n) =
         turning(&|kind| matches!(kind, EventKind::RedLight { .. } | EventKind::GreenLight));
-    share(estimates, "traffic_lights.turn_share", turns, n, &mut lights.turn_share);
+    share(estimates, "traffic_lights.turn_share", turns, known(n), &mut lights.turn_share);
 
     let bump = |of: fn(f64, f64) -> f64| {
         values(&|kind| match kind {
@@ -88,6 +90,20 @@ pub(super) fn fit_events(
     model.speed_bumps.per_m = intensity(estimates, "speed_bumps", lengths.len());
     mark(estimates, "speed_bumps.length_m", &lengths, &mut model.speed_bumps.length_m);
     mark(estimates, "speed_bumps.height_m", &heights, &mut model.speed_bumps.height_m);
+}
+
+/// Stops that no object of a map explains: how often and how long, for whoever knows what they were.
+pub(super) fn count_standstills(roads: &TypeRoads, estimates: &mut Estimates) {
+    let n = roads.standstills_s.len();
+    let (count, length_m) = (n as f64, roads.length_m);
+    let error = libm::sqrt(count.max(1.0)) / length_m;
+    estimates.push("standstills, per m", count / length_m, Some(error), n);
+    if n >= 2 {
+        let mean = roads.standstills_s.iter().sum::<f64>() / count;
+        let squares: f64 = roads.standstills_s.iter().map(|x| (x - mean) * (x - mean)).sum();
+        let error = libm::sqrt(squares / (count - 1.0) / count);
+        estimates.push("standstills, mean in s", mean, Some(error), n);
+    }
 }
 
 /// Marks are times, lengths and speeds: the end that is moved out beyond the smallest value stops at 0.
@@ -108,20 +124,12 @@ fn share(estimates: &mut Estimates, key: &str, count: usize, n: usize, value: &m
     }
 }
 
-/// The law of a mark, of the family that it has in the base study; with fewer than two values, or another family, it stays.
+/// The law of a mark, of the family that it has in the base study; with fewer than two values, or another family, it stays. Values
+/// that are no numbers are not known.
 fn mark(estimates: &mut Estimates, key: &str, values: &[f64], law: &mut Quantity) {
-    let fitted = match law {
-        Quantity::Law(law) if values.len() >= 2 => match law {
-            Law::Normal { lower: None, upper: None, .. } => normal::fit(values),
-            Law::LogNormal { lower: None, upper: None, .. } => log_normal::fit(values),
-            Law::Uniform { .. } => uniform::fit(values).map(not_negative),
-            Law::Exponential { .. } => exponential::fit(values),
-            Law::Gamma { .. } => gamma::fit(values),
-            Law::Weibull { .. } => weibull::fit(values),
-            _ => None,
-        },
-        _ => None,
-    };
+    let values: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
+    let values = values.as_slice();
+    let fitted = if values.len() >= 2 { fitted_law(values, law) } else { None };
     let Some(fitted) = fitted else {
         if values.len() >= 2 {
             estimates.warn(&format!(
@@ -136,4 +144,18 @@ fn mark(estimates: &mut Estimates, key: &str, values: &[f64], law: &mut Quantity
     let error = libm::sqrt(squares / (n - 1.0) / n);
     estimates.push(&format!("{key}, mean"), mean, Some(error), values.len());
     *law = Quantity::Law(fitted);
+}
+
+/// A law of the family that a number has in the base study; none where that family has no fit, or the values have none of it.
+pub(super) fn fitted_law(values: &[f64], base: &Quantity) -> Option<Law> {
+    let Quantity::Law(law) = base else { return None };
+    match law {
+        Law::Normal { lower: None, upper: None, .. } => normal::fit(values),
+        Law::LogNormal { lower: None, upper: None, .. } => log_normal::fit(values),
+        Law::Uniform { .. } => uniform::fit(values).map(not_negative),
+        Law::Exponential { .. } => exponential::fit(values),
+        Law::Gamma { .. } => gamma::fit(values),
+        Law::Weibull { .. } => weibull::fit(values),
+        _ => None,
+    }
 }

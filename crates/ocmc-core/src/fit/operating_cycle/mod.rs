@@ -1,29 +1,40 @@
 //! The road model of operating cycles: every parameter that a realised road tells.
 //!
-//! The cycles are those of `ocmc cycle`, or others in the same tracks. Each parameter comes back as the maximum-likelihood or the
+//! The cycles are those of `ocmc cycle`, others in the same tracks, or the roads of logs ([`crate::log::road`]), of which not
+//! everything is known ([`Told`]): what is not known stays as in the base study, and a warning says so. Each parameter comes back as the maximum-likelihood or the
 //! moment estimate of the model that draws it, with its standard error where that has a simple form:
 //!
 //! - road types: jumps by their counts, mean length by exposure, the last stretch of a road censored;
 //! - signs: shares by length, mean length by the number of changes, similarity by the likelihood of the changes;
 //! - point events: intensity by exposure, less the length that the spacing of events blocks; marks by the law of the base study;
 //! - curves: intensity by Poisson regression on the sign, radius and length log-normal, lengths that the largest heading cuts off
-//!   as censored, junction turns apart;
+//!   as censored, junction turns apart; where a detector sees a window of radii and turns, with that window in the likelihood;
+//! - turns at junctions: their radii and angles, over all road types;
 //! - slope: SD, and hill length by sign changes, relative to the road's mean slope;
-//! - roughness by moments of its blocks, ground by its stretches.
+//! - roughness by moments of its blocks, ground by its stretches;
+//! - mission: length, payload, departure, distance between stops and dwell.
 //!
 //! Weather and traffic are not estimated: the tracks hold them at the free-flow clock of one departure, without the clock. They
 //! have fits of their own, [`super::weather`] and [`super::traffic`].
 
 mod birds_eye;
 mod curve;
+mod curve_window;
 mod event;
+mod junction_turn;
+mod mission;
 mod stretch;
 mod surface;
 
-pub use birds_eye::{BirdsEye, Hilliness, TransportCycle, birds_eye};
+pub use birds_eye::{BirdsEye, Density, Hilliness, TransportCycle, birds_eye};
 
+use crate::log::road::LoggedRoad;
+use crate::mission::MissionModel;
 use crate::operating_cycle::given::GivenCycle;
+use crate::operating_cycle::told::{CurvesTold, Told};
+use crate::road::point_event::JunctionTurnModel;
 use crate::road::{RoadModel, RoadTypeModel};
+use crate::study::StudyModel;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use stretch::Stretches;
@@ -84,8 +95,14 @@ pub struct RoadFit {
     pub cycles: usize,
     /// Length, in m.
     pub length_m: f64,
+    /// What the roads' source tells.
+    pub told: Told,
     /// What each type's roads tell.
     pub types: Vec<RoadTypeFit>,
+    /// Turns at junctions, over all types; keys below `road`.
+    pub junction_turn: Vec<ParameterFit>,
+    /// Keys below `mission`.
+    pub mission: Vec<ParameterFit>,
     /// What does not stop the fit and has to be known.
     pub warnings: Vec<String>,
     /// The bird's-eye view of the roads.
@@ -93,6 +110,31 @@ pub struct RoadFit {
     /// The model: the base study's, with what was estimated laid over it. Types that no road has keep their numbers.
     #[serde(skip)]
     pub model: RoadModel,
+    /// The mission: the base study's, with what was estimated laid over it.
+    #[serde(skip)]
+    pub mission_model: MissionModel,
+}
+
+/// What a fit of roads says in a study.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FittedStudy<'a> {
+    road: FittedRoad<'a>,
+    mission: &'a MissionModel,
+}
+
+/// The part `road` of it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+struct FittedRoad<'a> {
+    junction_turn: &'a JunctionTurnModel,
+    types: &'a BTreeMap<String, RoadTypeModel>,
+}
+
+impl RoadFit {
+    /// The part of a study that follows.
+    pub fn study(&self) -> FittedStudy<'_> {
+        let RoadModel { junction_turn, types, .. } = &self.model;
+        FittedStudy { road: FittedRoad { junction_turn, types }, mission: &self.mission_model }
+    }
 }
 
 /// Everything of one road type, over all cycles.
@@ -109,10 +151,12 @@ struct TypeRoads {
     sign_changes: Vec<(i64, i64)>,
     /// Curves with the sign at their start, in m/s.
     curves: Vec<(crate::road::curvature::Curve, f64)>,
-    /// Length of junction turns under each sign's face.
+    /// Junction turns, and the face of the sign over each.
     turns: Vec<(crate::road::curvature::Curve, i64)>,
     /// Events, and whether they carry a turn.
     events: Vec<(crate::road::point_event::EventKind, bool)>,
+    /// Times at rest that no object of a map explains, in s.
+    standstills_s: Vec<f64>,
     /// Length at the ends of the road that has no events, in m.
     eventless_m: f64,
     /// Slopes of consecutive steps, one list a stretch and cycle.
@@ -140,57 +184,136 @@ impl Estimates<'_> {
     }
 }
 
-/// Fits the road model. `base` gives what roads do not tell: steps and spacings, smallest lengths and radii, families of laws.
+/// Fits the road model and the mission of whole operating cycles. `base` gives what roads do not tell: steps and spacings, smallest
+/// lengths and radii, families of laws.
 ///
 /// # Errors
 /// [`RoadFitError`] says what the cycles lack.
-pub fn fit(cycles: &[GivenCycle], base: &RoadModel) -> Result<RoadFit, RoadFitError> {
-    if cycles.is_empty() {
+pub fn fit(cycles: &[GivenCycle], base: &StudyModel) -> Result<RoadFit, RoadFitError> {
+    let road = |cycle: &GivenCycle| LoggedRoad { cycle: cycle.clone(), standstills: Vec::new() };
+    let roads: Vec<LoggedRoad> = cycles.iter().map(road).collect();
+    fit_told(&roads, &Told::ALL, base)
+}
+
+/// As [`fit`], of roads of which not everything is known.
+///
+/// # Errors
+/// As [`fit`].
+pub fn fit_told(
+    roads: &[LoggedRoad],
+    told: &Told,
+    base: &StudyModel,
+) -> Result<RoadFit, RoadFitError> {
+    if roads.is_empty() {
         return Err(RoadFitError::NoCycles);
     }
-    let mut roads: BTreeMap<String, TypeRoads> = BTreeMap::new();
-    for (k, cycle) in cycles.iter().enumerate() {
+    let base_road = &base.road;
+    let mut of_type: BTreeMap<String, TypeRoads> = BTreeMap::new();
+    for (k, road) in roads.iter().enumerate() {
+        let cycle = &road.cycle;
         let stretches = Stretches::of(cycle).ok_or(RoadFitError::NoRoadTypes { cycle: k + 1 })?;
-        if let Some(name) = stretches.names().find(|name| !base.types.contains_key(*name)) {
-            let known: Vec<&str> = base.types.keys().map(String::as_str).collect();
+        if let Some(name) = stretches.names().find(|name| !base_road.types.contains_key(*name)) {
+            let known: Vec<&str> = base_road.types.keys().map(String::as_str).collect();
             let (name, known) = (name.to_owned(), known.join(", "));
             return Err(RoadFitError::UnknownRoadType { name, known });
         }
-        stretches.collect(k, cycle, base, &mut roads);
+        stretches.collect(k, road, told, base_road, &mut of_type);
     }
-    let mut warnings = Vec::new();
-    let mut model = base.clone();
+    let mut warnings = untold(told);
+    let mut model = base_road.clone();
     let mut types = Vec::new();
-    for (name, roads) in &roads {
+    for (name, roads) in &of_type {
         let mut estimates =
             Estimates { parameters: vec![], warnings: &mut warnings, road_type: name };
         if let Some(model) = model.types.get_mut(name) {
-            fit_type(roads, base, model, cycles.len(), &mut estimates);
+            fit_type(roads, told, base_road, model, &mut estimates);
         }
         let parameters = estimates.parameters;
         types.push(RoadTypeFit { road_type: name.clone(), length_m: roads.length_m, parameters });
     }
-    for name in base.types.keys().filter(|name| !roads.contains_key(*name)) {
+    for name in base_road.types.keys().filter(|name| !of_type.contains_key(*name)) {
         warnings.push(format!(
             "{name}: no road has this type, its numbers stay those of the base study"
         ));
     }
+    let mut estimates =
+        Estimates { parameters: vec![], warnings: &mut warnings, road_type: "turns at junctions" };
+    if told.events {
+        junction_turn::fit_turns(&of_type, told, &mut model.junction_turn, &mut estimates);
+    }
+    let junction_turn = estimates.parameters;
+    let cycles: Vec<&GivenCycle> = roads.iter().map(|road| &road.cycle).collect();
+    let mut mission_model = base.mission.clone();
+    let mut estimates =
+        Estimates { parameters: vec![], warnings: &mut warnings, road_type: "mission" };
+    mission::fit_mission(&cycles, &mut mission_model, &mut estimates);
+    let mission = estimates.parameters;
     let length_m = cycles.iter().map(|cycle| cycle.length_m).sum();
-    let birds_eye = birds_eye(cycles, base.slope_step_m);
-    Ok(RoadFit { cycles: cycles.len(), length_m, types, warnings, birds_eye, model })
+    let birds_eye = birds_eye(roads, base_road.slope_step_m);
+    Ok(RoadFit {
+        cycles: roads.len(),
+        length_m,
+        told: *told,
+        types,
+        junction_turn,
+        mission,
+        warnings,
+        birds_eye,
+        model,
+        mission_model,
+    })
+}
+
+/// What is not known, in words.
+fn untold(told: &Told) -> Vec<String> {
+    [
+        (told.signs, "no speed limits are known: signs stay those of the base study"),
+        (
+            told.events,
+            "no objects of a map are known (column map_object), and a standstill alone does not tell a sign from a queue: \
+             events and turns at junctions stay those of the base study, and such turns count as curves",
+        ),
+        (told.slopes, "no slope or altitude is known: slopes stay those of the base study"),
+        (
+            told.curves != CurvesTold::None,
+            "nothing tells how the vehicle turned: curves stay those of the base study",
+        ),
+    ]
+    .into_iter()
+    .filter(|(known, _)| !known)
+    .map(|(_, text)| text.to_owned())
+    .collect()
 }
 
 fn fit_type(
     roads: &TypeRoads,
+    told: &Told,
     base: &RoadModel,
     model: &mut RoadTypeModel,
-    cycles: usize,
     estimates: &mut Estimates,
 ) {
     stretch::fit_chain(roads, model, estimates);
-    stretch::fit_signs(roads, &mut model.speed_signs, estimates);
-    event::fit_events(roads, base.event_spacing_m, model, estimates);
-    curve::fit_curves(roads, &mut model.curves, estimates);
-    surface::fit_slopes(roads, base.slope_step_m, cycles, &mut model.topography, estimates);
+    if told.signs {
+        stretch::fit_signs(roads, &mut model.speed_signs, estimates);
+    }
+    if told.events {
+        let all_turns = told.curves == CurvesTold::All;
+        event::fit_events(roads, base.event_spacing_m, all_turns, model, estimates);
+    } else {
+        event::count_standstills(roads, estimates);
+    }
+    match told.curves {
+        CurvesTold::None => {}
+        _ if !told.signs && model.curves.reference_sign_mps.is_some() => estimates.warn(
+            "its curves follow the signs, which are not known: they stay those of the base study",
+        ),
+        CurvesTold::All => curve::fit_curves(roads, &mut model.curves, estimates),
+        CurvesTold::Within(window) => {
+            curve_window::fit_curves(roads, &window, &mut model.curves, estimates);
+        }
+    }
+    if told.slopes {
+        surface::fit_slopes(roads, base.slope_step_m, &mut model.topography, estimates);
+    }
     surface::fit_surface(roads, model, estimates);
 }

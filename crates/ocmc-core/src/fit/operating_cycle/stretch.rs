@@ -2,13 +2,13 @@
 
 use super::{Estimates, TypeRoads};
 use crate::fit::nelder_mead::minimise;
+use crate::log::road::LoggedRoad;
 use crate::operating_cycle::given::GivenCycle;
+use crate::operating_cycle::told::Told;
+use crate::road::curvature::Curve;
 use crate::road::speed_sign::SpeedSignModel;
 use crate::road::{RoadModel, RoadTypeModel};
 use std::collections::BTreeMap;
-
-/// Distance within which a turn begins at its event, in m.
-const AT_EVENT_M: f64 = 0.5;
 
 /// Changes of signs from which on their similarity is estimated.
 const FEWEST_CHANGES: usize = 30;
@@ -48,13 +48,15 @@ impl<'a> Stretches<'a> {
     pub(super) fn collect(
         &self,
         number: usize,
-        cycle: &GivenCycle,
+        road: &LoggedRoad,
+        told: &Told,
         base: &RoadModel,
         roads: &mut BTreeMap<String, TypeRoads>,
     ) {
-        let junction = |at_m: f64| {
-            cycle.curves.iter().find(|curve| (curve.start_m - at_m).abs() < AT_EVENT_M).copied()
-        };
+        let cycle = &road.cycle;
+        let standstills = &road.standstills;
+        let near = |curve: &Curve, at_m: f64| (curve.start_m - at_m).abs() < told.turn_within_m;
+        let junction = |at_m: f64| cycle.curves.iter().find(|curve| near(curve, at_m)).copied();
         let turns: Vec<f64> = cycle
             .events
             .iter()
@@ -81,6 +83,8 @@ impl<'a> Stretches<'a> {
             for event in cycle.events.iter().filter(|event| inside(event.position_m)) {
                 road.events.push((event.kind, junction(event.position_m).is_some()));
             }
+            let stood = standstills.iter().filter(|stop| inside(stop.position_m));
+            road.standstills_s.extend(stood.map(|stop| stop.duration_s));
             let free = base.event_free_end_m;
             road.eventless_m += (free - start).clamp(0.0, end - start)
                 + (end - (cycle.length_m - free)).clamp(0.0, end - start);

@@ -13,11 +13,11 @@ const NORMAL_975: f64 = 1.959963984540054;
 pub(super) fn fit_slopes(
     roads: &TypeRoads,
     step_m: f64,
-    cycles: usize,
     model: &mut TopographyModel,
     estimates: &mut Estimates,
 ) {
     // of each road: squares, steps, changes of sign, pairs
+    let cycles = roads.slopes.iter().map(|(cycle, _)| cycle + 1).max().unwrap_or(0);
     let mut sums = vec![[0.0; 4]; cycles];
     for (cycle, slopes) in &roads.slopes {
         let squares: f64 = slopes.iter().map(|slope| slope * slope).sum();

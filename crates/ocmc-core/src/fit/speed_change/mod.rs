@@ -9,21 +9,18 @@
 //!
 //! Source: Romano, Godio, Bruzelius, Johannesson, the paper in hand. The length of the window is not in the paper.
 
-use super::anderson_darling::normal;
-use super::mixed_model::GroupedRows;
-use super::nelder_mead::minimise;
-use super::p_value::{ln_normal_tail, sd_interval, t_of_interval};
+mod law;
+mod window;
+
+pub use law::{SpeedChangeLaw, UntruncatedLaw};
+pub use window::{SpeedLog, accelerations};
+
 use crate::distribution::{Law, Quantity};
 use crate::driver::speed_change::SpeedChangeModel;
+use law::fit_law;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use thiserror::Error;
-
-/// Level of all intervals.
-const LEVEL: f64 = 0.95;
-
-/// Smallest difference of two limits, in m/s.
-const SMALLEST_CHANGE_MPS: f64 = 0.1;
 
 /// Measured speed changes as columns of equal length.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -34,17 +31,6 @@ pub struct SpeedChangeTable {
     pub category: Vec<String>,
     /// Acceleration, negative for slowing down, in m/s².
     pub acceleration_mps2: Vec<f64>,
-}
-
-/// A time series with speed limits, as columns of equal length.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SpeedLog<'a> {
-    /// Time, rising, in s.
-    pub time_s: &'a [f64],
-    /// Speed, in m/s.
-    pub speed_mps: &'a [f64],
-    /// Speed limit, in m/s.
-    pub limit_mps: &'a [f64],
 }
 
 /// How accelerations are taken from a log, and which count.
@@ -122,44 +108,6 @@ pub enum SpeedChangeError {
     },
 }
 
-/// The law of one kind of change.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct SpeedChangeLaw {
-    /// Kind of change; `all accelerations` and `all decelerations` for the pooled ones.
-    pub category: String,
-    /// Changes that count.
-    pub n: usize,
-    /// Changes within the threshold, which do not.
-    pub within_threshold: usize,
-    /// Median, negative for slowing down, in m/s².
-    pub median_mps2: f64,
-    /// Its 95 % interval, in m/s²; none for a single change.
-    pub median_ci95: Option<[f64; 2]>,
-    /// Standard deviation of the logarithm; none for a single change.
-    pub log_sd: Option<f64>,
-    /// Its 95 % interval.
-    pub log_sd_ci95: Option<[f64; 2]>,
-    /// Anderson and Darling's A² of a log-normal law.
-    pub anderson_darling: Option<f64>,
-    /// p of a log-normal law.
-    pub anderson_darling_p: Option<f64>,
-    /// SD of the logarithm between drivers, by REML; none where drivers have no repetitions.
-    pub driver_log_sd: Option<f64>,
-    /// The law with the threshold in its likelihood; none where the changes do not determine it.
-    pub untruncated: Option<UntruncatedLaw>,
-}
-
-/// The law before the threshold cut it off.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct UntruncatedLaw {
-    /// Median, negative for slowing down, in m/s².
-    pub median_mps2: f64,
-    /// Standard deviation of the logarithm.
-    pub log_sd: f64,
-    /// Share of the law beyond the threshold.
-    pub share_beyond_threshold: f64,
-}
-
 /// Everything that speed changes tell.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SpeedChangeFit {
@@ -173,90 +121,6 @@ pub struct SpeedChangeFit {
     pub acceleration: Option<SpeedChangeLaw>,
     /// All decelerations.
     pub deceleration: Option<SpeedChangeLaw>,
-}
-
-/// The acceleration at each change of the limit of a log: its kind, such as `70-to-40` in km/h, and its value, in m/s².
-///
-/// Rows with a missing speed or limit are passed over, and so are rows with the time of the row before.
-///
-/// # Errors
-/// [`SpeedChangeError`] where the columns do not fit together.
-pub fn accelerations(
-    log: &SpeedLog,
-    options: &SpeedChangeOptions,
-) -> Result<Vec<(String, f64)>, SpeedChangeError> {
-    check(options)?;
-    let wanted = log.time_s.len();
-    for (column, length) in [("speed", log.speed_mps.len()), ("limit", log.limit_mps.len())] {
-        if length != wanted {
-            return Err(SpeedChangeError::UnequalColumns { column, length, wanted });
-        }
-    }
-    let seen = |k: &usize| {
-        [log.time_s[*k], log.speed_mps[*k], log.limit_mps[*k]].iter().all(|value| value.is_finite())
-    };
-    let mut rows: Vec<usize> = (0..wanted).filter(seen).collect();
-    // a second row of one time tells nothing new
-    rows.dedup_by_key(|row| log.time_s[*row]);
-    for pair in rows.windows(2) {
-        if !(log.time_s[pair[1]] > log.time_s[pair[0]]) {
-            return Err(SpeedChangeError::Time { row: pair[1] + 1, time_s: log.time_s[pair[1]] });
-        }
-    }
-    let changes: Vec<usize> = (1..rows.len())
-        .filter(|&k| {
-            (log.limit_mps[rows[k]] - log.limit_mps[rows[k - 1]]).abs() > SMALLEST_CHANGE_MPS
-        })
-        .collect();
-    let time = |k: usize| log.time_s[rows[k]];
-    let mut found = Vec::new();
-    for (i, &k) in changes.iter().enumerate() {
-        // not into what belongs to the sign before or behind
-        let begin = (time(k) - options.before_s).max(if i > 0 {
-            time(changes[i - 1])
-        } else {
-            f64::NEG_INFINITY
-        });
-        let end = (time(k) + options.after_s)
-            .min(changes.get(i + 1).map_or(f64::INFINITY, |&next| time(next)));
-        let (from, to) = (log.limit_mps[rows[k - 1]], log.limit_mps[rows[k]]);
-        let near: Vec<(f64, f64)> = rows
-            .iter()
-            .map(|&row| (log.time_s[row], log.speed_mps[row]))
-            .filter(|point| (begin..=end).contains(&point.0))
-            .collect();
-        if let Some(acceleration) = largest_window(&near, options.window_s, to > from) {
-            found.push((format!("{:.0}-to-{:.0}", 3.6 * from, 3.6 * to), acceleration));
-        }
-    }
-    Ok(found)
-}
-
-/// Mean acceleration over the window in which speed rises (or falls) most; none where the points are shorter.
-fn largest_window(points: &[(f64, f64)], window_s: f64, rising: bool) -> Option<f64> {
-    let mut best: Option<f64> = None;
-    let mut behind = 0;
-    for (k, &(time, speed)) in points.iter().enumerate() {
-        let until = time + window_s;
-        behind = behind.max(k);
-        while behind < points.len() && points[behind].0 < until {
-            behind += 1;
-        }
-        let Some(&(later, fast)) = points.get(behind) else { break };
-        let (sooner, slow) = points[behind.max(1) - 1];
-        let end = if later > until && behind > k {
-            slow + (fast - slow) * (until - sooner) / (later - sooner)
-        } else {
-            fast
-        };
-        let acceleration = (end - speed) / window_s;
-        let better =
-            best.is_none_or(|best| if rising { acceleration > best } else { acceleration < best });
-        if better {
-            best = Some(acceleration);
-        }
-    }
-    best
 }
 
 /// Fits each kind of change, and all of one direction.
@@ -353,86 +217,6 @@ fn check(options: &SpeedChangeOptions) -> Result<(), SpeedChangeError> {
     Ok(())
 }
 
-fn fit_law(
-    name: &str,
-    sign: f64,
-    threshold: f64,
-    within: usize,
-    logs: &[(&str, f64)],
-) -> SpeedChangeLaw {
-    let values: Vec<f64> = logs.iter().map(|row| row.1).collect();
-    let n = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / n;
-    let squares: f64 = values.iter().map(|y| (y - mean) * (y - mean)).sum();
-    let log_sd = (values.len() > 1).then(|| libm::sqrt(squares / (n - 1.0)));
-    let tested = normal(&values);
-    let ci95 = log_sd.map(|sd| {
-        let reach = t_of_interval(LEVEL, n - 1.0) * sd / libm::sqrt(n);
-        let [a, b] = [mean - reach, mean + reach].map(|y| sign * libm::exp(y));
-        [a.min(b), a.max(b)]
-    });
-    SpeedChangeLaw {
-        category: name.to_owned(),
-        n: values.len(),
-        within_threshold: within,
-        median_mps2: sign * libm::exp(mean),
-        median_ci95: ci95,
-        log_sd,
-        log_sd_ci95: log_sd.and_then(|sd| sd_interval(sd, n - 1.0, LEVEL)),
-        anderson_darling: tested.map(|tested| tested.0),
-        anderson_darling_p: tested.map(|tested| tested.1),
-        driver_log_sd: driver_log_sd(logs),
-        untruncated: log_sd
-            .filter(|sd| *sd > 0.0)
-            .and_then(|sd| untruncated(sign, threshold, &values, mean, sd)),
-    }
-}
-
-/// SD between drivers who have repetitions.
-fn driver_log_sd(logs: &[(&str, f64)]) -> Option<f64> {
-    let mut drivers: Vec<&str> = logs.iter().map(|row| row.0).collect();
-    drivers.sort_unstable();
-    drivers.dedup();
-    if drivers.len() < 2 || drivers.len() == logs.len() {
-        return None;
-    }
-    let rows = GroupedRows::reduce(logs.len(), 1, drivers.len(), |k, x| {
-        x[0] = 1.0;
-        (drivers.binary_search(&logs[k].0).unwrap_or(0), logs[k].1)
-    });
-    rows.random_intercept().map(|fit| libm::sqrt(fit.group_covariance[(0, 0)]))
-}
-
-/// Maximum likelihood with the cut: density φ((y − μ)/σ) / (σ P(Z > (ln threshold − μ)/σ)).
-fn untruncated(
-    sign: f64,
-    threshold: f64,
-    values: &[f64],
-    mean: f64,
-    sd: f64,
-) -> Option<UntruncatedLaw> {
-    let log_threshold = libm::log(threshold);
-    let minus_log_likelihood = |theta: &[f64; 2]| {
-        let (mu, sigma) = (theta[0], libm::exp(theta[1]));
-        let squares: f64 = values.iter().map(|y| ((y - mu) / sigma).powi(2)).sum();
-        let cut = if threshold > 0.0 { ln_normal_tail((log_threshold - mu) / sigma) } else { 0.0 };
-        0.5 * squares + values.len() as f64 * (libm::log(sigma) + cut)
-    };
-    let (theta, _) = minimise(minus_log_likelihood, [mean, libm::log(sd)], 0.5 * sd);
-    let (mu, log_sd) = (theta[0], libm::exp(theta[1]));
-    let beyond = if threshold > 0.0 {
-        libm::exp(ln_normal_tail((log_threshold - mu) / log_sd))
-    } else {
-        1.0
-    };
-    // where most of the law lies in the cut, its size is a guess
-    (beyond > 0.1 && log_sd.is_finite()).then(|| UntruncatedLaw {
-        median_mps2: sign * libm::exp(mu),
-        log_sd,
-        share_beyond_threshold: beyond,
-    })
-}
-
 impl SpeedChangeFit {
     /// The laws as a study has them; what was not measured stays as it is in `model`. `untruncated` takes the laws with the
     /// thresholds in their likelihood, where they are determined.
@@ -525,44 +309,5 @@ mod tests {
         assert!((whole.median_mps2 - 0.24).abs() < 0.01, "{whole:?}");
         assert!((whole.log_sd - 0.4).abs() < 0.02, "{whole:?}");
         assert!((whole.share_beyond_threshold - 0.676).abs() < 0.03, "{whole:?}");
-    }
-
-    #[test]
-    fn windows_of_a_log() {
-        // 70 km/h, down to 40 at -0.8 m/s2 before the sign at 100 s, up to 70 at 0.5 m/s2 behind the sign at 200 s
-        let (fast, slow) = (70.0 / 3.6, 40.0 / 3.6);
-        let time_s: Vec<f64> = (0..3000).map(|k| 0.1 * f64::from(k)).collect();
-        let speed = |t: f64| {
-            if t < 200.0 {
-                (fast - 0.8 * (t - 90.0).max(0.0)).max(slow)
-            } else {
-                (slow + 0.5 * (t - 200.0)).min(fast)
-            }
-        };
-        let speed_mps: Vec<f64> = time_s.iter().map(|t| speed(*t)).collect();
-        let limit_mps: Vec<f64> =
-            time_s.iter().map(|t| if (100.0..200.0).contains(t) { slow } else { fast }).collect();
-        let log = SpeedLog { time_s: &time_s, speed_mps: &speed_mps, limit_mps: &limit_mps };
-        let found = accelerations(&log, &SpeedChangeOptions::default()).unwrap();
-        assert_eq!(found.len(), 2);
-        for ((category, value), (name, wanted)) in
-            found.iter().zip([("70-to-40", -0.8), ("40-to-70", 0.5)])
-        {
-            assert_eq!(category, name);
-            assert!((value - wanted).abs() < 1e-9, "{value}");
-        }
-        // rows at any rate, with gaps
-        let keep: Vec<usize> = (0..3000).filter(|k| k % 7 != 3 && k % 4 != 1).collect();
-        let take = |values: &[f64]| keep.iter().map(|&k| values[k]).collect::<Vec<f64>>();
-        let (t, v, l) = (take(&time_s), take(&speed_mps), take(&limit_mps));
-        let log = SpeedLog { time_s: &t, speed_mps: &v, limit_mps: &l };
-        let thin = accelerations(&log, &SpeedChangeOptions::default()).unwrap();
-        assert!(thin.iter().zip(&found).all(|(a, b)| (a.1 - b.1).abs() < 1e-9));
-        let backwards =
-            SpeedLog { time_s: &[0.0, 1.0, 0.5], speed_mps: &[1.0; 3], limit_mps: &[1.0; 3] };
-        assert!(matches!(
-            accelerations(&backwards, &SpeedChangeOptions::default()),
-            Err(SpeedChangeError::Time { row: 3, .. })
-        ));
     }
 }

@@ -1,0 +1,128 @@
+//! The law of one kind of speed change: log-normal, with and without the threshold in its likelihood.
+
+use super::super::anderson_darling::normal;
+use super::super::mixed_model::GroupedRows;
+use super::super::nelder_mead::minimise;
+use super::super::p_value::{ln_normal_tail, sd_interval, t_of_interval};
+use serde::Serialize;
+
+/// Level of all intervals.
+const LEVEL: f64 = 0.95;
+
+/// The law of one kind of change.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SpeedChangeLaw {
+    /// Kind of change; `all accelerations` and `all decelerations` for the pooled ones.
+    pub category: String,
+    /// Changes that count.
+    pub n: usize,
+    /// Changes within the threshold, which do not.
+    pub within_threshold: usize,
+    /// Median, negative for slowing down, in m/s².
+    pub median_mps2: f64,
+    /// Its 95 % interval, in m/s²; none for a single change.
+    pub median_ci95: Option<[f64; 2]>,
+    /// Standard deviation of the logarithm; none for a single change.
+    pub log_sd: Option<f64>,
+    /// Its 95 % interval.
+    pub log_sd_ci95: Option<[f64; 2]>,
+    /// Anderson and Darling's A² of a log-normal law.
+    pub anderson_darling: Option<f64>,
+    /// p of a log-normal law.
+    pub anderson_darling_p: Option<f64>,
+    /// SD of the logarithm between drivers, by REML; none where drivers have no repetitions.
+    pub driver_log_sd: Option<f64>,
+    /// The law with the threshold in its likelihood; none where the changes do not determine it.
+    pub untruncated: Option<UntruncatedLaw>,
+}
+
+/// The law before the threshold cut it off.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct UntruncatedLaw {
+    /// Median, negative for slowing down, in m/s².
+    pub median_mps2: f64,
+    /// Standard deviation of the logarithm.
+    pub log_sd: f64,
+    /// Share of the law beyond the threshold.
+    pub share_beyond_threshold: f64,
+}
+
+pub(super) fn fit_law(
+    name: &str,
+    sign: f64,
+    threshold: f64,
+    within: usize,
+    logs: &[(&str, f64)],
+) -> SpeedChangeLaw {
+    let values: Vec<f64> = logs.iter().map(|row| row.1).collect();
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let squares: f64 = values.iter().map(|y| (y - mean) * (y - mean)).sum();
+    let log_sd = (values.len() > 1).then(|| libm::sqrt(squares / (n - 1.0)));
+    let tested = normal(&values);
+    let ci95 = log_sd.map(|sd| {
+        let reach = t_of_interval(LEVEL, n - 1.0) * sd / libm::sqrt(n);
+        let [a, b] = [mean - reach, mean + reach].map(|y| sign * libm::exp(y));
+        [a.min(b), a.max(b)]
+    });
+    SpeedChangeLaw {
+        category: name.to_owned(),
+        n: values.len(),
+        within_threshold: within,
+        median_mps2: sign * libm::exp(mean),
+        median_ci95: ci95,
+        log_sd,
+        log_sd_ci95: log_sd.and_then(|sd| sd_interval(sd, n - 1.0, LEVEL)),
+        anderson_darling: tested.map(|tested| tested.0),
+        anderson_darling_p: tested.map(|tested| tested.1),
+        driver_log_sd: driver_log_sd(logs),
+        untruncated: log_sd
+            .filter(|sd| *sd > 0.0)
+            .and_then(|sd| untruncated(sign, threshold, &values, mean, sd)),
+    }
+}
+
+/// SD between drivers who have repetitions.
+fn driver_log_sd(logs: &[(&str, f64)]) -> Option<f64> {
+    let mut drivers: Vec<&str> = logs.iter().map(|row| row.0).collect();
+    drivers.sort_unstable();
+    drivers.dedup();
+    if drivers.len() < 2 || drivers.len() == logs.len() {
+        return None;
+    }
+    let rows = GroupedRows::reduce(logs.len(), 1, drivers.len(), |k, x| {
+        x[0] = 1.0;
+        (drivers.binary_search(&logs[k].0).unwrap_or(0), logs[k].1)
+    });
+    rows.random_intercept().map(|fit| libm::sqrt(fit.group_covariance[(0, 0)]))
+}
+
+/// Maximum likelihood with the cut: density φ((y − μ)/σ) / (σ P(Z > (ln threshold − μ)/σ)).
+fn untruncated(
+    sign: f64,
+    threshold: f64,
+    values: &[f64],
+    mean: f64,
+    sd: f64,
+) -> Option<UntruncatedLaw> {
+    let log_threshold = libm::log(threshold);
+    let minus_log_likelihood = |theta: &[f64; 2]| {
+        let (mu, sigma) = (theta[0], libm::exp(theta[1]));
+        let squares: f64 = values.iter().map(|y| ((y - mu) / sigma).powi(2)).sum();
+        let cut = if threshold > 0.0 { ln_normal_tail((log_threshold - mu) / sigma) } else { 0.0 };
+        0.5 * squares + values.len() as f64 * (libm::log(sigma) + cut)
+    };
+    let (theta, _) = minimise(minus_log_likelihood, [mean, libm::log(sd)], 0.5 * sd);
+    let (mu, log_sd) = (theta[0], libm::exp(theta[1]));
+    let beyond = if threshold > 0.0 {
+        libm::exp(ln_normal_tail((log_threshold - mu) / log_sd))
+    } else {
+        1.0
+    };
+    // where most of the law lies in the cut, its size is a guess
+    (beyond > 0.1 && log_sd.is_finite()).then(|| UntruncatedLaw {
+        median_mps2: sign * libm::exp(mu),
+        log_sd,
+        share_beyond_threshold: beyond,
+    })
+}

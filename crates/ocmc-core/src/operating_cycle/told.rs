@@ -1,0 +1,94 @@
+//! What the source of a road tells of it: tracks of a cycle tell all, a measured log tells what its columns hold.
+
+use serde::Serialize;
+
+/// Tracks write a turn at the position of its event; a curve that begins elsewhere is none.
+const TURN_WITHIN_M: f64 = 0.01;
+
+/// Which parts of a road are known. What is not known is not absent: it may not be counted as zero.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Told {
+    /// Speed limits.
+    pub signs: bool,
+    /// Point events with their kinds.
+    pub events: bool,
+    /// Slopes.
+    pub slopes: bool,
+    /// Curves.
+    pub curves: CurvesTold,
+    /// A curve that begins this close to an event is a turn at it, in m.
+    pub turn_within_m: f64,
+}
+
+/// Which curves are known.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum CurvesTold {
+    /// None.
+    None,
+    /// All.
+    All,
+    /// Those within a window; the others are there and not seen.
+    Within(CurveWindow),
+}
+
+/// The curves that a detector sees.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct CurveWindow {
+    /// Smallest and largest radius, in m.
+    pub radius_m: [f64; 2],
+    /// Shortest curve, in m.
+    pub shortest_m: f64,
+    /// Smallest heading change, in rad.
+    pub smallest_turn_rad: f64,
+}
+
+impl Told {
+    /// Everything, as the tracks of an operating cycle do.
+    pub const ALL: Self = Self {
+        signs: true,
+        events: true,
+        slopes: true,
+        curves: CurvesTold::All,
+        turn_within_m: TURN_WITHIN_M,
+    };
+
+    /// What both tell.
+    #[must_use]
+    pub fn and(self, other: Self) -> Self {
+        Self {
+            signs: self.signs && other.signs,
+            events: self.events && other.events,
+            slopes: self.slopes && other.slopes,
+            curves: self.curves.and(other.curves),
+            turn_within_m: self.turn_within_m.max(other.turn_within_m),
+        }
+    }
+}
+
+impl CurvesTold {
+    fn and(self, other: Self) -> Self {
+        match (self, other) {
+            (Self::None, _) | (_, Self::None) => Self::None,
+            (Self::All, known) | (known, Self::All) => known,
+            (Self::Within(a), Self::Within(b)) => Self::Within(CurveWindow {
+                radius_m: [a.radius_m[0].max(b.radius_m[0]), a.radius_m[1].min(b.radius_m[1])],
+                shortest_m: a.shortest_m.max(b.shortest_m),
+                smallest_turn_rad: a.smallest_turn_rad.max(b.smallest_turn_rad),
+            }),
+        }
+    }
+}
+
+impl CurveWindow {
+    /// Whether a curve of this radius, in m, and length, in m, is seen.
+    pub fn sees(&self, radius_m: f64, length_m: f64) -> bool {
+        (self.radius_m[0]..=self.radius_m[1]).contains(&radius_m)
+            && length_m >= self.least_length_m(radius_m)
+    }
+
+    /// Length from which on a curve of this radius is seen, in m.
+    pub fn least_length_m(&self, radius_m: f64) -> f64 {
+        self.shortest_m.max(self.smallest_turn_rad * radius_m)
+    }
+}

@@ -1,0 +1,169 @@
+//! From log files to the roads that they were driven on.
+
+use super::curves::{DriveError, Steering, turning_log};
+use super::quantity::{Quantity, Word};
+use super::{LogFile, LogFileError, LoggedDrive, Mapping, Need, decompressed, delimiter};
+use crate::number_text::grouped;
+use ocmc_core::log::road::{LoggedRoad, LoggedRoads, RoadCounts, RoadLog, RoadOptions, roads};
+use ocmc_core::operating_cycle::given::GivenCycle;
+use ocmc_core::operating_cycle::told::{CurveWindow, CurvesTold, Told};
+use std::borrow::Cow;
+use std::fs::File;
+use std::io::{BufRead, BufReader, Read};
+use std::ops::ControlFlow;
+use std::path::Path;
+
+/// What roads need of a log.
+pub const NEEDS: [Need; 2] = [
+    Need { what: "time", any_of: &[Quantity::Time] },
+    Need { what: "speed", any_of: &[Quantity::Speed] },
+];
+
+/// Longest line of column names, in bytes.
+const LONGEST_HEADER: u64 = 1 << 20;
+
+/// Whether a file is a log: a table with columns for time and speed. What cannot be read is none.
+pub fn is_log(path: &Path, mappings: &[Mapping]) -> bool {
+    let Some(header) = header(path) else { return false };
+    let columns = super::mapping::Columns::find(&header, mappings);
+    // a log whose columns are unclear is one, and says so when it is read
+    columns.map_or_else(
+        |error| matches!(error, LogFileError::Ambiguous { .. }),
+        |columns| [Quantity::Time, Quantity::Speed].iter().all(|q| columns.quantity(*q).is_some()),
+    )
+}
+
+/// The names of the columns of a table.
+fn header(path: &Path) -> Option<Vec<String>> {
+    let text = decompressed(File::open(path).ok()?).ok()?;
+    let mut line = Vec::new();
+    let mut text = BufReader::new(text.take(LONGEST_HEADER));
+    text.read_until(b'\n', &mut line).ok()?;
+    let line = String::from_utf8(line).ok()?;
+    let separator = char::from(delimiter(line.as_bytes()));
+    let name = |name: &str| name.trim_start_matches('\u{feff}').trim().trim_matches('"').to_owned();
+    Some(line.split(separator).map(name).collect())
+}
+
+/// The roads of many drives.
+#[derive(Clone, Debug, Default)]
+pub struct FoundRoads {
+    /// The roads.
+    pub roads: Vec<LoggedRoad>,
+    /// What all of them tell; none before the first one.
+    told: Option<Told>,
+    /// What has to be known, each with its place.
+    pub notes: Vec<String>,
+    /// Where the drives stand that could not be used, and why.
+    pub left_out: Vec<(String, DriveError)>,
+}
+
+impl FoundRoads {
+    /// Finds the roads of a log's drives. `look` is called before each of them, and may break off.
+    pub fn add<B>(
+        &mut self,
+        file: &LogFile,
+        options: &RoadOptions,
+        steering: Option<Steering>,
+        mut look: impl FnMut() -> ControlFlow<B>,
+    ) -> ControlFlow<B> {
+        for drive in &file.drives {
+            look()?;
+            let place = file.place(drive);
+            match found(drive, options, steering) {
+                Ok(found) => {
+                    self.told = Some(self.told.map_or(found.told, |told| told.and(found.told)));
+                    self.notes.extend(notes(&place, &found.counts));
+                    self.roads.extend(found.roads);
+                }
+                Err(fault) => self.left_out.push((place, fault)),
+            }
+        }
+        ControlFlow::Continue(())
+    }
+
+    /// Adds the road of an operating cycle, of which everything is known.
+    pub fn add_cycle(&mut self, cycle: GivenCycle) {
+        self.roads.push(LoggedRoad { cycle, standstills: Vec::new() });
+        self.told = Some(self.told.map_or(Told::ALL, |told| told.and(Told::ALL)));
+    }
+
+    /// What all roads tell. With a range, in m, the curves of operating cycles are those of a detector: others are there and were not
+    /// seen.
+    pub fn told(&self, radius_range_m: Option<[f64; 2]>) -> Told {
+        let told = self.told.unwrap_or(Told::ALL);
+        match (told.curves, radius_range_m) {
+            (CurvesTold::All, Some(radius_m)) => {
+                let window = CurveWindow { radius_m, shortest_m: 0.0, smallest_turn_rad: 0.0 };
+                Told { curves: CurvesTold::Within(window), ..told }
+            }
+            _ => told,
+        }
+    }
+
+    /// The first drive that was left out, where nothing was found.
+    pub fn failed(&self) -> Option<&(String, DriveError)> {
+        self.left_out.first().filter(|_| self.roads.is_empty())
+    }
+}
+
+fn found(
+    drive: &LoggedDrive,
+    options: &RoadOptions,
+    steering: Option<Steering>,
+) -> Result<LoggedRoads, DriveError> {
+    let (log, corrections) = turning_log(drive, steering, &options.curves)?;
+    let lent = |quantity| drive.column(quantity).map(Cow::Borrowed);
+    let words = |word| drive.words(word).map(|words| words.rows().collect());
+    let log = RoadLog {
+        drive: log,
+        position_m: lent(Quantity::Position),
+        altitude_m: lent(Quantity::Altitude),
+        grade: lent(Quantity::Grade),
+        roughness_m3: lent(Quantity::Roughness),
+        payload_kg: lent(Quantity::Payload),
+        time_of_day_s: lent(Quantity::TimeOfDay),
+        day_of_year: lent(Quantity::DayOfYear),
+        road_type: words(Word::RoadType),
+        map_object: words(Word::MapObject),
+    };
+    Ok(roads(&log, &RoadOptions { curves: corrections, ..options.clone() })?)
+}
+
+/// What was not used of a drive, or had to be supposed.
+fn notes(place: &str, counts: &RoadCounts) -> Vec<String> {
+    let rows = &counts.rows;
+    let mut notes: Vec<String> = [
+        (rows.missing_time, "rows without time are not used"),
+        (rows.missing_speed, "rows without speed are not used"),
+        (rows.repeated_time, "rows with the time of the row before are not used"),
+        (rows.reversing, "rows in reverse are not used"),
+        (rows.implausible_speed, "rows are faster than 70 m/s: is the unit right?"),
+        (counts.cuts, "cuts at more than 10 s without rows: the road is not known there"),
+        (counts.too_short, "pieces shorter than 200 m are not used"),
+        (counts.without_limit, "rows without a possible speed limit: the one before holds"),
+        (counts.without_slope, "rows without slope or altitude: it goes on evenly"),
+        (counts.without_road_type, "rows without road type: the one before holds"),
+        (counts.curves_outside, "curves outside the range of radii are left out"),
+        (counts.curves_dropped, "curves are too short, too straight or too slow to be measured"),
+        (
+            counts.unknown_objects,
+            "objects of the map are none of stop_sign, give_way, traffic_light, speed_bump, mission_stop: they are left out",
+        ),
+    ]
+    .into_iter()
+    .filter(|(count, _)| *count > 0)
+    .map(|(count, what)| format!("{place}: {} {what}", grouped(count as u64)))
+    .collect();
+    if counts.by_speed {
+        notes.push(format!(
+            "{place}: no positions that only grow: the way is the integral of the speed"
+        ));
+    }
+    if counts.type_by_limit {
+        notes.push(format!(
+            "{place}: no column road_type: urban up to a limit of 55 km/h, motorway from 82 km/h, rural between (judgement)"
+        ));
+    }
+    notes
+}

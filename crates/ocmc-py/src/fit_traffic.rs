@@ -1,0 +1,80 @@
+//! The fit of traffic: from measured densities to the numbers of a study.
+
+use crate::error::{no_fit, table_error};
+use crate::fit::{answer, base_model};
+use crate::input::{Input, input};
+use crate::study::PyStudy;
+use ocmc_cli::traffic_answer;
+use ocmc_core::fit::traffic::fit;
+use ocmc_io::column_file::ColumnFile;
+use ocmc_io::traffic_table;
+use pyo3::prelude::*;
+
+/// Fit traffic densities by the hour and road type.
+///
+/// Parameters
+/// ----------
+/// table : table, str or os.PathLike
+///     One row a measurement: ``road_type``, ``time`` (such as ``2024-03-01T14:00``) or ``time_s`` (from a midnight), one of
+///     ``density_share`` (of the density of standing traffic), ``density_per_m`` (vehicles per m and lane) and ``speed_ratio``
+///     (of the free speed), and, where there are several of a type, ``site``. Any table that speaks Arrow, a dictionary of
+///     columns, or a CSV file.
+/// base : Study, optional
+///     The study that keeps what was not measured; ``field-truck`` by default.
+///
+/// Returns
+/// -------
+/// Answer
+///     The content of ``ocmc fit traffic --json``: ``parameters``, ``n`` and others; ``study`` is the part of a study that
+///     follows from it.
+///
+/// Raises
+/// ------
+/// ValueError
+///     Where a column is missing or a cell is wrong, or where the measurements do not determine the densities.
+/// OSError
+///     Where the file cannot be read.
+///
+/// Warns
+/// -----
+/// UserWarning
+///     Where the measurements do not tell something, which then stays as in the base study.
+///
+/// Notes
+/// -----
+/// Off-peak and peak densities with an autoregression on the logit scale: the guide's page on it has the list.
+///
+/// Examples
+/// --------
+/// >>> import numpy as np, ocmc
+/// >>> time = 300.0 * np.arange(20 * 288)
+/// >>> share = 0.1 * np.exp(0.2 * np.random.default_rng(1).normal(size=time.size))
+/// >>> table = {"time_s": time, "road_type": ["rural"] * time.size, "density_share": share}
+/// >>> import warnings
+/// >>> with warnings.catch_warnings():
+/// ...     warnings.simplefilter("ignore")  # noise without a correlation
+/// ...     fit = ocmc.fit_traffic(table)
+/// >>> round(fit["study"]["traffic"]["types"]["rural"]["off_peak_share"], 1)
+/// 0.1
+#[pyfunction]
+#[pyo3(signature = (table, *, base=None))]
+pub(crate) fn fit_traffic<'py>(
+    py: Python<'py>,
+    table: &Bound<'py, PyAny>,
+    base: Option<&Bound<'py, PyStudy>>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let table = input(table, "table")?;
+    let source = table.path().to_owned();
+    let model = base_model(base).traffic;
+    let answered = py.detach(|| {
+        let records = match table {
+            Input::File(path) => traffic_table::read(&path, &model),
+            Input::Table(table) => ColumnFile::of_table(table)
+                .and_then(|file| traffic_table::read_columns(file, &model)),
+        };
+        let records = records.map_err(|error| table_error(&error))?;
+        let fit = fit(&records, &model).map_err(|error| no_fit(&source, &error))?;
+        Ok::<_, PyErr>(traffic_answer(&fit))
+    })?;
+    answer(py, &answered)
+}

@@ -1,0 +1,83 @@
+//! The fit of weather: from hourly records to the numbers of a study.
+
+use crate::error::{no_fit, table_error};
+use crate::fit::{answer, base_model};
+use crate::input::{Input, input};
+use crate::study::PyStudy;
+use ocmc_cli::weather_answer;
+use ocmc_core::fit::weather::fit;
+use ocmc_io::column_file::ColumnFile;
+use ocmc_io::weather_table;
+use pyo3::prelude::*;
+
+/// Fit the climate of hourly records.
+///
+/// Parameters
+/// ----------
+/// table : table, str or os.PathLike
+///     One row an hour: ``time`` (such as ``2024-03-01T14:00``, the place's standard time) or ``time_s`` (from a midnight of
+///     1 January), and any of ``temperature_k`` or ``temperature_c``, ``pressure_pa`` or ``pressure_hpa``, ``relative_humidity``
+///     (0 to 1) or ``relative_humidity_percent``, ``precipitation_mps`` or ``precipitation_mm_per_h``, ``wind_speed_mps``,
+///     ``wind_direction_rad`` or ``wind_direction_deg``. Any table that speaks Arrow, a dictionary of columns, or a CSV file.
+/// base : Study, optional
+///     The study that keeps what was not recorded; ``field-truck`` by default.
+///
+/// Returns
+/// -------
+/// Answer
+///     The content of ``ocmc fit weather --json``: ``parameters``, ``hours``, ``years`` and others; ``study`` is the part of a
+///     study that follows from it.
+///
+/// Raises
+/// ------
+/// ValueError
+///     Where a column is missing or a cell is wrong, or where the records do not determine the climate.
+/// OSError
+///     Where the file cannot be read.
+///
+/// Warns
+/// -----
+/// UserWarning
+///     Where the records do not tell something, which then stays as in the base study.
+///
+/// Notes
+/// -----
+/// Harmonics of year and day, autoregressions, a chain of wet hours, Weibull winds: the guide's page on it has the list.
+///
+/// Examples
+/// --------
+/// >>> import numpy as np, ocmc
+/// >>> time = 3600.0 * np.arange(4 * 8766)
+/// >>> day = 2 * np.pi * time / 86400
+/// >>> noise = np.random.default_rng(1).normal(size=time.size)
+/// >>> year = 2 * np.pi * time / 86400 / 365.25
+/// >>> table = {"time_s": time, "temperature_c": 8 - 9 * np.cos(year) - 2 * np.cos(day) + noise}
+/// >>> import warnings
+/// >>> with warnings.catch_warnings():
+/// ...     warnings.simplefilter("ignore")  # only temperatures were recorded
+/// ...     fit = ocmc.fit_weather(table)
+/// >>> round(fit["study"]["weather"]["temperature"]["mean_k"])
+/// 281
+#[pyfunction]
+#[pyo3(signature = (table, *, base=None))]
+pub(crate) fn fit_weather<'py>(
+    py: Python<'py>,
+    table: &Bound<'py, PyAny>,
+    base: Option<&Bound<'py, PyStudy>>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let table = input(table, "table")?;
+    let source = table.path().to_owned();
+    let model = base_model(base).weather;
+    let answered = py.detach(|| {
+        let records = match table {
+            Input::File(path) => weather_table::read(&path),
+            Input::Table(table) => {
+                ColumnFile::of_table(table).and_then(|file| weather_table::read_columns(file))
+            }
+        };
+        let records = records.map_err(|error| table_error(&error))?;
+        let fit = fit(&records, &model).map_err(|error| no_fit(&source, &error))?;
+        Ok::<_, PyErr>(weather_answer(&fit))
+    })?;
+    answer(py, &answered)
+}
