@@ -156,11 +156,15 @@ fn an_empty_battery_is_an_outcome_and_charging_fills_it() {
     assert_eq!(record.outcome, Outcome::Depleted);
     assert!(sum.electric.unwrap().depleted_s > 0.0 && sum.missing_j > 0.0);
     let charging = "vehicle.electric.charging={ power_w = 350e3, begin_below = 0.2, end_at = 0.8, shortest_s = 600.0 }";
-    let rest =
-        DriveCycle::new(vec![0.0, 1800.0, 1801.0], vec![0.0, 0.0, 0.0], vec![0.0; 3]).unwrap();
+    // a rest of half an hour, second by second as tables of drive cycles have it
+    let rest = |time_s: Vec<f64>| {
+        let (speed_mps, slope) = (vec![0.0; time_s.len()], vec![0.0; time_s.len()]);
+        DriveCycle::new(time_s, speed_mps, slope).unwrap()
+    };
     let sets = [charging, "vehicle.electric.battery.initial_charge=0.15"];
-    let (_, sum) = follow_study(&study(&sets), 1, 0, &rest);
-    let e = sum.electric.unwrap();
+    let after = |rest: &DriveCycle| follow_study(&study(&sets), 1, 0, rest).1.electric.unwrap();
+    let e = after(&rest((0..=1800).map(f64::from).collect()));
+    assert_eq!(e, after(&rest(vec![0.0, 1800.0])));
     // half an hour of 350 kW, less the heat in the battery:
     let most = 350e3 * 1800.0;
     // U/(U + R I) of it arrives: about 635 V and 530 A over 0.05 Ω

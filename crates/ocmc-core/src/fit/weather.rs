@@ -13,7 +13,7 @@
 use super::least_squares::LeastSquares;
 use super::operating_cycle::ParameterFit;
 use crate::distribution::{Law, gamma, normal_quantile, weibull};
-use crate::weather::{Weather, WeatherModel, night, season};
+use crate::weather::{Weather, WeatherModel, night, season, standard_pressure_pa};
 use serde::Serialize;
 use std::f64::consts::FRAC_PI_2;
 use thiserror::Error;
@@ -60,6 +60,10 @@ pub struct WeatherFit {
 
 /// Years below which the seasons are not told from single winters.
 const ENOUGH_YEARS: f64 = 3.0;
+/// Difference of a mean pressure from the standard atmosphere's at which the records are of another altitude, in Pa: some
+/// 80 m.
+const PRESSURE_OF_ANOTHER_PLACE_PA: f64 = 1000.0;
+
 /// Fewest values from which anything is estimated.
 const FEWEST: usize = 48;
 /// An hour, and how far two records that are an hour apart may be off it, in s.
@@ -144,14 +148,15 @@ impl Estimates<'_> {
                 n += 1;
             }
         }
-        (n >= FEWEST).then(|| (both / (before * after).sqrt(), n))
+        // what does not vary has no correlation
+        (n >= FEWEST && before * after > 0.0).then(|| (both / (before * after).sqrt(), n))
     }
 
     /// Estimates a correlation over an hour; what it inflates standard errors by.
     fn correlate(&mut self, key: &str, values: &[f64], into: &mut f64) -> f64 {
         let Some((phi, n)) = self.hourly_correlation(values) else {
             self.warnings.push(format!(
-                "{key}: fewer than {FEWEST} records are an hour apart; it stays that of the base study"
+                "{key}: fewer than {FEWEST} records are an hour apart, or all are the same; it stays that of the base study"
             ));
             return inflation(*into);
         };
@@ -222,6 +227,15 @@ impl Estimates<'_> {
         let value = |place: &usize| self.records[*place].weather.pressure_pa;
         let n = places.len();
         let mean = places.iter().map(value).sum::<f64>() / n as f64;
+        let standard = standard_pressure_pa(model.altitude_m);
+        if (mean - standard).abs() > PRESSURE_OF_ANOTHER_PLACE_PA {
+            self.warnings.push(format!(
+                "pressure: the mean is {:.0} hPa; a study draws it around the standard atmosphere's {:.0} hPa at its weather.altitude_m = {}: give the place's",
+                mean / 100.0,
+                standard / 100.0,
+                model.altitude_m
+            ));
+        }
         let mut deviations = vec![f64::NAN; self.records.len()];
         for place in &places {
             deviations[*place] = value(place) - mean;

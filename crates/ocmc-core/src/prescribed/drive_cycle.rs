@@ -2,8 +2,10 @@
 
 use thiserror::Error;
 
-/// Longest step, in s.
+/// Longest step of a moving vehicle, in s.
 const LONGEST_STEP_S: f64 = 3600.0;
+/// Longest rest, in s: what a file of a road allows, too.
+const LONGEST_REST_S: f64 = 172_800.0;
 /// Highest speed, in m/s.
 const FASTEST_MPS: f64 = 70.0;
 /// Largest slope, as climb per metre of road.
@@ -98,13 +100,10 @@ impl DriveCycle {
             check(k, "speed_mps", speed_mps[k], 0.0, FASTEST_MPS)?;
             check(k, "grade", slope[k], -STEEPEST, STEEPEST)?;
             if k > 0 {
-                check(
-                    k,
-                    "time since the point before",
-                    time_s[k] - time_s[k - 1],
-                    1e-3,
-                    LONGEST_STEP_S,
-                )?;
+                let rests = speed_mps[k - 1] == 0.0 && speed_mps[k] == 0.0;
+                let longest_s = if rests { LONGEST_REST_S } else { LONGEST_STEP_S };
+                let since_s = time_s[k] - time_s[k - 1];
+                check(k, "time since the point before", since_s, 1e-3, longest_s)?;
             }
         }
         Ok(Self { time_s, speed_mps, slope })
@@ -116,13 +115,28 @@ impl DriveCycle {
         self.time_s.iter().zip(rest).map(|(time, (speed, slope))| [*time, *speed, *slope])
     }
 
-    /// Its steps.
+    /// Its steps. A rest is one step, however many points it has: whether it is worth charging depends on all of it.
     pub fn steps(&self) -> impl Iterator<Item = DriveStep> + '_ {
-        (1..self.time_s.len()).map(|k| DriveStep {
-            dt_s: self.time_s[k] - self.time_s[k - 1],
-            start_mps: self.speed_mps[k - 1],
-            end_mps: self.speed_mps[k],
-            slope: self.slope[k],
+        let rests = |k: usize| self.speed_mps[k] == 0.0;
+        let mut start = 0;
+        std::iter::from_fn(move || {
+            let mut end = start + 1;
+            if end >= self.time_s.len() {
+                return None;
+            }
+            if rests(start) && rests(end) {
+                while end + 1 < self.time_s.len() && rests(end + 1) {
+                    end += 1;
+                }
+            }
+            let step = DriveStep {
+                dt_s: self.time_s[end] - self.time_s[start],
+                start_mps: self.speed_mps[start],
+                end_mps: self.speed_mps[end],
+                slope: self.slope[end],
+            };
+            start = end;
+            Some(step)
         })
     }
 

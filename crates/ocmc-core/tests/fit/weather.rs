@@ -76,3 +76,19 @@ fn what_is_not_recorded_stays_and_is_told() {
     assert!(matches!(fit(&records[..3], &truth), Err(WeatherFitError::Nothing { hours: 3, .. })));
     assert!(fit(&[], &truth).is_err());
 }
+
+#[test]
+fn a_constant_pressure_of_another_altitude_is_told_and_nothing_is_nan() {
+    let truth = field_truck_model().weather;
+    let mut records = recorded(&truth, 1);
+    records.truncate(1000);
+    for record in &mut records {
+        record.weather.pressure_pa = 84_500.0;
+    }
+    let some = fit(&records, &truth).unwrap();
+    assert!(some.parameters.iter().all(|parameter| parameter.value.is_finite()));
+    assert_eq!(some.model.pressure.hourly_correlation, truth.pressure.hourly_correlation);
+    for word in ["845 hPa", "pressure.hourly_correlation"] {
+        assert!(some.warnings.iter().any(|w| w.contains(word)), "{word}: {:?}", some.warnings);
+    }
+}
