@@ -37,6 +37,7 @@ median_length_m = 400.0
 length_log_sd = 0.3
 maximum_heading_rad = 6.2
 [simulation]
+step_s = 0.2    # s: a log of at least 5 Hz
 without = ["slope", "stop_signs", "give_ways", "traffic_lights", "speed_bumps", "weather", "traffic", "vehicle_spread"]
 "#;
 

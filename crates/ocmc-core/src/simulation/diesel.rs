@@ -102,8 +102,10 @@ impl Traction for Diesel<'_> {
     #[inline(always)]
     fn pull<S: Simd>(&self, state: &State<S>, at: &Demand<S>, coupling: &Coupling<S>) -> Pull<S> {
         let engine_speed = coupling.closed.select(at.speed * state.gear_speed, coupling.free_speed);
+        // the clutch opens at the next step: until then an engine that is braked below turns no slower for its auxiliaries
+        let turning = engine_speed.max(self.open_radps);
         // one division serves the torque of the auxiliaries and the angle of the wind
-        let inverse = 1.0 / (engine_speed * at.air);
+        let inverse = 1.0 / (turning * at.air);
 
         let [full_0, full_1, drag_0, drag_1] = state.curves;
         let full_load = full_0 + full_1 * engine_speed;
@@ -126,7 +128,7 @@ impl Traction for Diesel<'_> {
             wheel,
             brake: at.brake,
             engine_brake,
-            wind_tangent: at.cross * engine_speed * inverse,
+            wind_tangent: at.cross * turning * inverse,
         }
     }
 
