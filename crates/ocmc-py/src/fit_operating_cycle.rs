@@ -135,7 +135,7 @@ pub(crate) fn fit_operating_cycle<'py>(
         }
         let item = input(cycle, &format!("cycles[{k}]"))?;
         if k == 0 {
-            source = item.path().to_owned();
+            item.path().clone_into(&mut source);
         }
         match item {
             Input::File(path) if logs.mappings.is_empty() && !is_log(&path, &[]) => {

@@ -72,7 +72,7 @@ pub(crate) fn fit_weather<'py>(
         let records = match table {
             Input::File(path) => weather_table::read(&path),
             Input::Table(table) => {
-                ColumnFile::of_table(table).and_then(|file| weather_table::read_columns(file))
+                ColumnFile::of_table(table).and_then(weather_table::read_columns)
             }
         };
         let records = records.map_err(|error| table_error(&error))?;
