@@ -1,4 +1,4 @@
-"""The closed-loop model over many lanes at once, for NumPy and for JAX: ocmc's method with its cuts, on whole arrays.
+"""The closed-loop model over many lanes at once, for NumPy and for JAX: Heun's method with cut steps, on whole arrays.
 
 All lanes take each step together; what one lane does and another does not is computed for all and selected. Like the scalar
 loop it books time, distance, wheel energy and fuel alone.

@@ -1,6 +1,6 @@
-"""The closed-loop model as a scalar loop in numba: what a user writes in an afternoon, and ocmc's own method.
+"""The closed-loop model as a scalar loop in numba: what a user writes in an afternoon, and a better one.
 
-Two integrators over the same model: `heun`, ocmc's method with its cuts, and `euler`, semi-implicit steps of fixed length.
+Two integrators over the same model: `heun`, Heun's method with cut steps, and `euler`, semi-implicit steps of fixed length.
 Both book less than ocmc does: time, distance, wheel energy and fuel, no balance and no look at the progress.
 """
 
