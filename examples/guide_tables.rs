@@ -117,7 +117,7 @@ fn steps(cycles: u64) {
         "| longest step, s | wheel energy: mean, mean absolute, % | fuel: mean, mean absolute, % | duration, mean absolute, % |"
     );
     println!("|---|---|---|---|");
-    for step in [2.0, 1.0, 0.5, 0.2, 0.1, 0.05, 0.02, 0.005] {
+    for step in [2.0, 1.5, 1.0, 0.5, 0.2, 0.1, 0.05, 0.02, 0.005] {
         let coarse = at(step);
         let error = |value: fn(&Record) -> f64| {
             let all: Vec<f64> = coarse

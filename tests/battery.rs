@@ -64,7 +64,7 @@ fn forty_tonnes_on_long_haul_between_1_1_and_1_5_kwh_per_km() {
     let Some(file) = shared("vecto/cycles/LongHaul.vdri") else { return };
     let loaded = load(CASE, &[] as &[&str]).unwrap();
     let given = loaded.on_routes(&[file], &[]).unwrap();
-    let (record, sum) = follow_planned(&given.study, 1, 0).unwrap();
+    let (record, sum) = follow_planned(&given.study, 1, 0);
     let kwh = record.consumption_kwh_per_km.unwrap();
     let e = sum.electric.unwrap();
     println!(
@@ -88,7 +88,7 @@ fn a_driver_takes_the_same_truck_over_long_haul() {
         let given =
             load(CASE, &[drag]).unwrap().on_routes(std::slice::from_ref(&file), &[]).unwrap();
         let driven = drive_scenario(&given.study, given.study.sample(1, 0));
-        let followed = follow_planned(&given.study, 1, 0).unwrap().0;
+        let followed = follow_planned(&given.study, 1, 0).0;
         let kwh = |record: &Record| record.consumption_kwh_per_km.unwrap();
         println!(
             "LongHaul 40 t, CdA {area_m2} m²: {:.3} kWh/km driven at {:.1} km/h, {:.3} followed at {:.1} km/h, {:.3} brought back, {} shifts",

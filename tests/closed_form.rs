@@ -9,7 +9,7 @@ use ocmc_core::simulation::diesel::Diesel;
 use ocmc_core::simulation::road_row::{FAR, RoadRow};
 use ocmc_core::simulation::state::{Shared, State, Total};
 use ocmc_core::simulation::trace::trace_scenario;
-use ocmc_core::study::Study;
+use ocmc_core::study::{SimulationModel, Study};
 use ocmc_core::vehicle::resistance::GRAVITY_MPS2;
 
 /// Engine torque that holds a speed on a slope, from the wheel back through axle, retarder and gearbox.
@@ -118,7 +118,12 @@ fn smooth_with<S: Simd>(simd: S, study: &Study, duration_s: f64) -> (f64, f64, f
 #[test]
 fn a_smooth_case_converges_with_second_order() {
     // steps of one length: the one that is allowed whatever acceleration does
-    let at = |step: f64| smooth(&typical(&[&format!("simulation.step_s={}", step / 0.4)]), 8.0);
+    let at = |step: f64| {
+        smooth(
+            &typical(&[&format!("simulation.step_s={}", step / SimulationModel::SHORT_STEP_SHARE)]),
+            8.0,
+        )
+    };
     let reference = at(0.002);
     let error = |r: (f64, f64, f64)| {
         [(r.0 - reference.0).abs(), (r.1 - reference.1).abs(), (r.2 - reference.2).abs()]

@@ -10,7 +10,7 @@ use ocmc_core::log::DriveLog;
 use ocmc_core::log::curve::{CurveOptions, detect_curves};
 use ocmc_core::simulation::trace::trace;
 use ocmc_core::study::Study;
-use ocmc_io::study::{fitted_study, fitted_text, load_text};
+use ocmc_io::study::{FittedPart, fitted_study, load_text};
 
 const TRUCKS: u64 = 25;
 const SEED: u64 = 1;
@@ -119,8 +119,9 @@ fn the_population_that_drove_comes_back() {
 #[test]
 fn a_fit_of_its_own_study_is_a_study_that_drives() {
     let base = study("field-truck", &[]);
-    let text = fitted_text(&["driver", "curve_speed"], &base.model().driver.curve_speed);
-    let (_, model) = fitted_study("field-truck", "again", "a note", &text).unwrap();
+    let own = &base.model().driver.curve_speed;
+    let part = FittedPart::new(base.model(), &["driver", "curve_speed"], own);
+    let (_, model) = fitted_study("field-truck", "again", "a note", &part.json()).unwrap();
     // written with eight digits
     let (a, b) = (&model.driver.curve_speed, &base.model().driver.curve_speed);
     assert!((a.reference_speed_mps / b.reference_speed_mps - 1.0).abs() < 1e-7);

@@ -110,7 +110,7 @@ fn tables_without_a_fit_are_refused_in_words() {
         |rows: &[String]| format!("driver,radius_m,direction,speed_mps\n{}\n", rows.join("\n"));
     for (table, part) in [
         (String::new(), "is empty"),
-        (rows(&[]), "no curve is left of 0 rows"),
+        (rows(&[]), "no rows"),
         (rows(&["a,5,left,3"]), "1 radius_too_small"),
         ("driver,radius_m,speed\na,100,5\n".to_owned(), "no column `speed_mps`"),
         (rows(&["a,100,up,5"]), "allowed is `left` or `right`"),

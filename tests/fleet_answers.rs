@@ -163,3 +163,24 @@ fn a_run_ends_when_it_is_precise_enough_whatever_the_threads() {
     assert!(short.contains("more --cycles are needed"), "{short}");
     assert_fits(&short);
 }
+
+#[test]
+fn the_birds_eye_view_of_a_study() {
+    let seen = |study: &str| {
+        let view = &json(&["study", "birds-eye", study, "--cycles", "20"])["birds_eye"];
+        ["hilliness", "transport_cycle", "stop_density"].map(|key| view[key].clone())
+    };
+    assert_eq!(seen("long-haul")[1], "long_distance");
+    assert_eq!(seen("urban-delivery")[1], "local");
+    assert_eq!(seen("urban-delivery")[2], "high");
+    let flat = ["study", "birds-eye", "field-truck", "--set", "simulation.without=[\"slope\"]"];
+    let words = text(&[&flat[..], &["--cycles", "3"]].concat());
+    assert!(
+        words.starts_with("field-truck: 3 operating cycles, 300.0 km\nhilliness        flat:"),
+        "{words}"
+    );
+    assert_fits(&words);
+    let refused = ocmc(&[&flat[..], &["--first-cycle", &u64::MAX.to_string()]].concat());
+    let output = { refused }.output().expect("the program starts");
+    assert_eq!(output.status.code(), Some(2));
+}

@@ -3,7 +3,8 @@
 
 mod program;
 
-use program::ocmc;
+use ocmc_core::simulation::record::Outcome;
+use program::{ocmc, records};
 use std::fmt::Write;
 use std::fs;
 use std::path::Path;
@@ -99,4 +100,57 @@ fn a_followed_speed_names_no_trace() {
     let told = ocmc(&run).assert().success();
     let told = String::from_utf8(told.get_output().stderr.clone()).unwrap();
     assert!(!told.contains("ocmc trace") && told.contains("records.parquet"), "{told}");
+}
+
+#[test]
+fn a_drive_cycle_keeps_nothing() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let file = directory.path().join("cycle.csv");
+    fs::write(&file, "time_s,speed_mps\n0,0\n10,10\n60,10\n70,0\n").expect("a file");
+    let file = file.to_str().expect("UTF-8");
+    for how in ["exact", "driver"] {
+        let output =
+            ocmc(&["drive", file, "--follow-speed", how, "--keep", "weather", "--cycles", "1"])
+                .output();
+        let output = output.expect("the program starts");
+        let told = String::from_utf8(output.stderr).expect("UTF-8");
+        assert_eq!(output.status.code(), Some(2), "{told}");
+        assert!(
+            told.contains("--keep: `") && told.contains("has no weather, traffic or mission"),
+            "{told}"
+        );
+    }
+}
+
+#[test]
+fn a_cycle_that_never_moves_has_no_consumption() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let (file, out) = (directory.path().join("rest.csv"), directory.path().join("run"));
+    fs::write(&file, "time_s,speed_mps\n0,0\n60,0\n120,0\n").expect("a file");
+    let (file, to) = (file.to_str().expect("UTF-8"), out.to_str().expect("UTF-8"));
+    ocmc(&["drive", file, "--follow-speed", "exact", "--cycles", "2", "--quiet", "--out", to])
+        .assert()
+        .success();
+    for record in records(&out.join("records.parquet")) {
+        assert_eq!((record.distance_m, record.standstill_s), (0.0, 120.0));
+        assert_eq!((record.consumption_l_per_100km, record.co2_g_per_km), (None, None));
+        assert!(record.fuel_kg.expect("an engine that idles") > 0.0);
+    }
+}
+
+#[test]
+fn a_plan_with_a_rest_of_days_is_followed() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let (file, out) = (directory.path().join("road.csv"), directory.path().join("run"));
+    // two stops at one place, which add up to four days: longer than what a file of a drive cycle may say
+    let road = "track,rule,position_m,value\nspeed_limit_mps,constant,0,20\nmission_stop_s,event,500,172800\nmission_stop_s,event,500.2,172800\n\
+                grade,constant,0,0\ngrade,constant,1000,0\n";
+    fs::write(&file, road).expect("a file");
+    let (file, to) = (file.to_str().expect("UTF-8"), out.to_str().expect("UTF-8"));
+    ocmc(&["drive", file, "--follow-speed", "exact", "--cycles", "2", "--quiet", "--out", to])
+        .assert()
+        .success();
+    for record in records(&out.join("records.parquet")) {
+        assert_eq!((record.outcome, record.standstill_s), (Outcome::Completed, 345_600.0));
+    }
 }

@@ -5,7 +5,7 @@
 mod common;
 
 use common::{run, shared};
-use ocmc_core::operating_cycle::given::Keep;
+use ocmc_core::operating_cycle::route::Keep;
 use ocmc_core::simulation::drive::drive_scenario;
 use ocmc_core::simulation::record::{COLUMNS, Cell, Outcome};
 use ocmc_io::{operating_cycle, study as studies};

@@ -24,6 +24,8 @@ PARTS = {
     "forces": "torque, cross wind, brakes, sum of forces",
     "wheel_forces_n": "losses of gearbox and axle",
     "drag_forces_n": "drag",
+    "turn_to_row": "road rows",
+    "following": "lags of torque and speed filter",
     "predict": "length of the step, state at its end",
     "change_of_mind": "cuts where a mind changes",
     "end": "cuts at segment ends and at rest",
@@ -37,12 +39,15 @@ PARTS = {
 ALIASES = {
     **dict.fromkeys(("hold_line", "up_line", "down_line", "crossed"), "change_of_mind"),
     **dict.fromkeys(("first", "second"), "forces"),
-    **dict.fromkeys(("cells", "piece_of", "columns", "two_rows"), "fuel_rates"),
+    **dict.fromkeys(("cells", "piece_of"), "fuel_rates"),
+    **dict.fromkeys(("is_too_long", "longest_next"), "predict"),
+    **dict.fromkeys(("piece_of_number", "curve_piece"), "renew_curves"),
     **dict.fromkeys(
         ("next_row", "set_row", "shift", "stop", "dwell", "start", "check", "stop_row"), "attend"
     ),
     **dict.fromkeys(("sights", "is_captured", "leave_line", "wanted_gear", "set_gear"), "attend"),
     "clamp_integral": "control",
+    "desired_ahead": "desired",
 }
 
 

@@ -29,7 +29,7 @@ EQUAL_ERROR = 5e-4
 # differences up to which two answers are the same: in closed loop at one step, and on one trace
 SAME_CLOSED_LOOP = 5e-3
 SAME_TRACE = 1e-2
-DEFAULT_STEP_S = 1.0
+DEFAULT_STEP_S = 1.5
 TRUTH_S = 0.001
 # chunks of 256 steps in one round of an array library: no cycle ends, so that no lane waits
 CHUNKS = 24

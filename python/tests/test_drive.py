@@ -121,8 +121,15 @@ def test_what_is_wrong_is_said(truck, route, speed_file, tmp_path):
     wrong(FileNotFoundError, r"cannot read `.*absent\.csv`", tmp_path / "absent.csv")
     wrong(FileNotFoundError, r"absent\.csv", tmp_path / "absent.csv", follow_speed="exact")
     wrong(IsADirectoryError, "cannot read", tmp_path)
-    wrong(ValueError, "follows one file", [route, speed_file], follow_speed="exact")
-    wrong(ValueError, "takes a drive cycle over time", route, follow_speed="driver")
+    wrong(
+        ValueError,
+        "`follow_speed`: a speed is followed of one file",
+        [route, speed_file],
+        follow_speed="exact",
+    )
+    wrong(ValueError, "`follow_speed`: `driver` takes a drive cycle over time", route, follow_speed="driver")
+    for cycle in [speed_file, SPEED]:
+        wrong(ValueError, "to keep: leave `keep` away", cycle, follow_speed="exact", keep=["weather"])
     wrong(ValueError, "say with `follow_speed` how to follow it", SPEED)
     wrong(ValueError, "several items, allowed are paths", [SPEED, route], follow_speed="exact")
     wrong(

@@ -75,8 +75,13 @@ def test_the_fit_makes_a_study(fit):
 
 
 def test_options_and_the_base(curves, fit):
-    with pytest.warns(UserWarning, match="reference radius of 250 m lies outside"):
+    with pytest.warns(UserWarning, match="reference radius of 250 m lies outside|table.exponent") as told:
         narrow = ocmc.fit_curve_speed(curves, radius_range_m=(100.0, 200.0), fixed_exponent=0.4)
+    told = " ".join(str(warning.message) for warning in told)
+    assert "reference radius of 250 m lies outside" in told
+    # two radii tell one driver an exponent below 0, which no study takes
+    assert "`driver.curve_speed.table.exponent` is -0.0" in told
+    assert "table" not in narrow["study"]["driver"]["curve_speed"]
     assert narrow["n"] == 32
     assert narrow["dropped"] == {"radius_too_large": 16}
     assert narrow["fixed"]["exponent"] == 0.4

@@ -53,6 +53,8 @@ def test_speed_changes_of_any_library(changes):
     assert both["acceleration"]["median_mps2"] == pytest.approx(fit["acceleration"]["median_mps2"], rel=1e-12)
 
 
+@pytest.mark.filterwarnings("ignore:.*rows with the time of the row before")  # traces have steps of no length
+@pytest.mark.filterwarnings("ignore:there is one driver only")  # one of the logs has all changes
 def test_speed_changes_of_logs(study, tmp_path):
     study = study.set("mission.length_m", 25_000)
     traces = [study.trace(k) for k in range(3)]
@@ -85,7 +87,7 @@ def test_speed_changes_make_a_study(changes):
     [
         ({"acceleration_mps2": [0.01, -0.01]}, {}, ValueError, "`table`: no speed change is left of 2"),
         ({"acceleration_mps2": ["fast"]}, {}, ValueError, "`table`, row 1, .*`fast`; allowed is a number"),
-        ({"acceleration": [1.0]}, {}, ValueError, "no column for the time"),
+        ({"acceleration": [1.0]}, {}, ValueError, "neither a table of speed changes"),
         ({"acceleration_mps2": [1.0]}, {"window_s": -1.0}, ValueError, "window"),
         ({"acceleration_mps2": [1.0]}, {"columns": {"sped_mps": "v"}}, ValueError, "did you mean"),
         ({"acceleration_mps2": [1.0]}, {"base": "field-truck"}, TypeError, "base"),
@@ -201,6 +203,24 @@ def test_weather_is_fitted_as_by_the_command(tmp_path):
         ocmc.fit_weather({"temperature_c": [1.0]})
     with pytest.raises(FileNotFoundError, match="absent"):
         ocmc.fit_weather(tmp_path / "absent.csv")
+
+
+@pytest.mark.filterwarnings("ignore::UserWarning")  # what was not recorded stays
+def test_times_in_utc_need_the_zone_of_the_place():
+    table = hours()
+    local = ocmc.fit_weather(table)["study"]["weather"]["temperature"]
+    stamps = np.datetime64("2019-01-01T00:00:00") + table["time_s"].astype("timedelta64[s]")
+    utc = table | {"time": np.datetime_as_string(stamps - np.timedelta64(2, "h"), timezone="UTC")}
+    del utc["time_s"]
+    told = ocmc.fit_weather(utc, utc_offset_h=2)["study"]["weather"]["temperature"]
+    assert told["mean_k"] == pytest.approx(local["mean_k"], abs=0.05)
+    assert told["summer_daily_amplitude_k"] == pytest.approx(local["summer_daily_amplitude_k"], abs=0.05)
+    with pytest.raises(ValueError, match=r"row 1.*UTC.*utc_offset_h"):
+        ocmc.fit_weather(utc)
+    with pytest.raises(ValueError, match="`utc_offset_h` is 99, allowed are hours from -12 to 14"):
+        ocmc.fit_weather(utc, utc_offset_h=99)
+    with pytest.raises(ValueError, match="`temperature_f` has a unit that is not read"):
+        ocmc.fit_weather({"time_s": [0.0], "temperature_f": [50.0]})
 
 
 @pytest.mark.filterwarnings("ignore::UserWarning")  # densities without a correlation

@@ -211,3 +211,18 @@ def test_a_wrong_file_is_a_value_error_with_line_and_column(study, tmp_path):
     path.write_bytes(b"\xff\xfe")
     with pytest.raises(ValueError, match="UTF-8"):
         ocmc.Study(path)
+
+
+@pytest.mark.filterwarnings("ignore::UserWarning")  # five roads do not tell everything
+def test_the_birds_eye_view_of_its_roads(study):
+    answer = study.birds_eye(cycles=5)
+    assert (answer["cycles"], answer["study_hash"]) == (5, study.hash)
+    view = answer["birds_eye"]
+    assert view["hilliness"] == "predominantly_flat"
+    assert sum(view["road_type_share"].values()) == pytest.approx(1.0)
+    assert "predominantly flat" in str(answer)
+    cycles = [study.operating_cycle(k) for k in range(5)]
+    fitted = ocmc.fit_operating_cycle(cycles, base=study)["birds_eye"]
+    assert fitted["curves_per_km"] == view["curves_per_km"]
+    with pytest.raises(ValueError, match="cycles"):
+        study.birds_eye(cycles=0)

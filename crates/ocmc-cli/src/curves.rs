@@ -2,46 +2,33 @@
 
 use crate::arguments::{CurvesArguments, DetectorName};
 use crate::failure::Failure;
+use crate::log::{mappings, read_logs, tell_left_out};
 use crate::log_text;
 use crate::{output, table_file};
 use ocmc_core::log::curve::{Correction, CurveOptions, Detector};
 use ocmc_core::log::hidden_markov::HiddenMarkov;
 use ocmc_core::log::threshold::Threshold;
-use ocmc_io::log::curves::{FoundCurves, Steering, needs, write_csv};
-use ocmc_io::log::mapping::Mapping;
-use ocmc_io::log::read;
+use ocmc_io::log::curves::{FoundCurves, needs, write_csv};
 use serde_json::json;
 use std::convert::Infallible;
 use std::ops::ControlFlow;
+use std::path::PathBuf;
 
 /// Finds the curves of all drives of the logs and writes them down.
 pub(crate) fn curves(arguments: &CurvesArguments) -> Result<(), Failure> {
     let target = table_file::target(arguments.out.as_deref())?;
     let options = options(arguments);
-    let mappings: Vec<Mapping> =
-        arguments.files.map.iter().map(|text| Mapping::parse(text)).collect::<Result<_, _>>()?;
-    let needs = needs(options.radius);
-    let steering = arguments
-        .steering_ratio
-        .zip(arguments.wheelbase_m)
-        .map(|(ratio, wheelbase_m)| Steering { ratio, wheelbase_m });
+    let mappings = mappings(&arguments.files.map)?;
+    let steering = arguments.steering.steering();
     let mut found = FoundCurves::default();
-    for path in &arguments.files.logs {
-        let file = read(path, &mappings, &needs)?;
-        for warning in file.warnings() {
-            output::note(&format!("warning: {warning}"));
-        }
+    let logs = arguments.files.logs.iter().map(PathBuf::as_path);
+    read_logs(logs, &mappings, &needs(options.radius), |file| {
         let go_on = || ControlFlow::<Infallible>::Continue(());
-        let ControlFlow::Continue(()) = found.add(&file, &options, steering, go_on);
-    }
-    if let Some((place, fault)) = found.failed() {
-        return Err(Failure::Drive { place: place.clone(), fault: fault.clone() });
-    }
-    let FoundCurves { drives, left_out: faults } = found;
-    let left_out = faults.len();
-    for (place, fault) in &faults {
-        output::note(&format!("warning: {place} is left out: {fault}"));
-    }
+        let ControlFlow::Continue(()) = found.add(file, &options, steering, go_on);
+    })?;
+    tell_left_out(found.failed(), &found.left_out)?;
+    let FoundCurves { drives, left_out } = found;
+    let left_out = left_out.len();
     if !arguments.quiet {
         output::note(&log_text::curves_account(&drives, left_out));
     }

@@ -4,7 +4,7 @@ use crate::arguments::{self, DriveArguments};
 use crate::failure::Failure;
 use crate::request;
 use crate::run::run_study;
-use ocmc_core::operating_cycle::given::Keep;
+use ocmc_core::operating_cycle::route::Keep;
 use ocmc_io::given_drive::{Follow, GivenDrive, GivenDriveError};
 
 /// Reads what is given, runs the study on it, and prints the answer.
@@ -17,7 +17,10 @@ pub(crate) fn drive(arguments: &DriveArguments) -> Result<(), Failure> {
     });
     let given = GivenDrive::read(arguments.files.clone(), keep, follow);
     let given = given.map_err(|error| match error {
-        GivenDriveError::Several | GivenDriveError::Route => request::usage(&error.to_string()),
+        GivenDriveError::Several | GivenDriveError::Route => {
+            request::usage(&format!("--follow-speed: {error}"))
+        }
+        GivenDriveError::Keep { .. } => request::usage(&format!("--keep: {error}")),
         GivenDriveError::DriveCycle(error) => error.into(),
         GivenDriveError::GivenCycle(error) => error.into(),
     })?;

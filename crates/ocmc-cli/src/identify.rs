@@ -3,34 +3,33 @@
 use crate::answer::Answer;
 use crate::arguments::{ControllerName, IdentifyArguments, SpeedTermName};
 use crate::failure::Failure;
+use crate::log::{mappings, read_logs};
+use crate::progress::Progress;
 use crate::{identify_text, output, request};
 use ocmc_core::identification::identify::{ControllerKind, IdentifyOptions, SpeedTerm};
 use ocmc_io::log::identification::{Identification, LeftOut};
-use ocmc_io::log::mapping::Mapping;
 use ocmc_io::log::pedals::NEEDS;
-use ocmc_io::log::read;
 use ocmc_io::study;
 use serde_json::json;
+use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 
 /// Fits each event of each log, and the population behind them.
 pub(crate) fn identify(arguments: &IdentifyArguments) -> Result<(), Failure> {
     let options = options(arguments)?;
     let loaded = study::load(&arguments.study, &arguments.set)?;
-    let mappings: Vec<Mapping> =
-        arguments.files.map.iter().map(|text| Mapping::parse(text)).collect::<Result<_, _>>()?;
+    let mappings = mappings(&arguments.files.map)?;
     let mut found = Identification::default();
-    for path in &arguments.files.logs {
-        let file = read(path, &mappings, &NEEDS)?;
-        for warning in file.warnings() {
-            output::note(&format!("warning: {warning}"));
-        }
-        found.add(&file);
-    }
+    let logs = arguments.files.logs.iter().map(PathBuf::as_path);
+    read_logs(logs, &mappings, &NEEDS, |file| found.add(file))?;
     if !arguments.quiet {
-        found.notes.iter().for_each(|note| output::note(note));
+        found.notes.iter().for_each(|note| output::note(&format!("warning: {note}")));
     }
-    found.identify(&loaded.study, &options, &AtomicBool::new(false), |_| {});
+    let progress = Progress::over("events", found.waiting() as u64, 0, arguments.quiet);
+    found.identify(&loaded.study, &options, &AtomicBool::new(false), |done| {
+        progress.reach(done as u64);
+    });
+    progress.finish();
     let answer = identification_answer(&arguments.study, &options, &found);
     let answer = answer.map_err(|LeftOut { place, reason }| Failure::NoEvent { place, reason })?;
     for warning in &answer.warnings {

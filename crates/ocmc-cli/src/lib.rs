@@ -4,6 +4,7 @@
 mod analysis;
 mod answer;
 mod arguments;
+mod birds_eye;
 mod compare;
 mod completions;
 mod curves;
@@ -15,6 +16,7 @@ mod histogram_chart;
 mod identify;
 mod identify_text;
 mod interrupt;
+mod log;
 mod log_text;
 mod man;
 mod merge;
@@ -32,6 +34,7 @@ mod table_file;
 mod trace;
 
 pub use answer::Answer;
+pub use birds_eye::birds_eye_answer;
 pub use compare::comparison_answer;
 pub use fit::{
     curve_speed_answer, operating_cycle_answer, speed_change_answer, traffic_answer, weather_answer,

@@ -21,6 +21,9 @@ pub(crate) fn curves_account(drives: &[DriveCurves], left_out: usize) -> String 
                 rounded(found.way_m / 1000.0),
                 found.curves.len()
             );
+            if drive.turning != "yaw_rate" {
+                let _ = write!(text, ", turning by its {}", drive.turning.replace('_', " "));
+            }
             if let Some(bias) = found.gyro_bias_radps.filter(|bias| *bias != 0.0) {
                 let _ = write!(text, ", yaw rate less {bias:.5} rad/s");
             }
@@ -53,7 +56,10 @@ pub(crate) fn curves_account(drives: &[DriveCurves], left_out: usize) -> String 
             "rows with the time of the row before",
             sum(&|drive| drive.detection.counts.repeated_time),
         ),
-        ("rows in reverse", sum(&|drive| drive.detection.counts.reversing)),
+        (
+            "rows in reverse (is the sign of the speed right?)",
+            sum(&|drive| drive.detection.counts.reversing),
+        ),
         ("gaps in time", sum(&|drive| drive.detection.counts.gaps)),
         ("curves too short", sum(&|drive| drive.detection.too_short)),
         ("curves that turn too little", sum(&|drive| drive.detection.too_straight)),

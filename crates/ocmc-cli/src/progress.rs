@@ -11,12 +11,17 @@ pub(crate) struct Progress(ProgressBar);
 impl Progress {
     /// Begins a bar over `cycles`, of which `done` are there already; `quiet` draws none.
     pub(crate) fn new(cycles: u64, done: u64, quiet: bool) -> Self {
+        Self::over("cycles", cycles, done, quiet)
+    }
+
+    /// As [`Progress::new`], over something else than cycles.
+    pub(crate) fn over(what: &str, all: u64, done: u64, quiet: bool) -> Self {
         let target =
             if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
-        let bar = ProgressBar::with_draw_target(Some(cycles), target);
-        let style = ProgressStyle::with_template(
-            "{wide_bar} {human_pos} of {human_len} cycles, {rate}/s, {eta} left",
-        );
+        let bar = ProgressBar::with_draw_target(Some(all), target);
+        let style = ProgressStyle::with_template(&format!(
+            "{{wide_bar}} {{human_pos}} of {{human_len}} {what}, {{rate}}/s, {{eta}} left"
+        ));
         if let Ok(style) = style {
             // without the decimals of indicatif's own rate
             bar.set_style(style.with_key("rate", |state: &ProgressState, out: &mut dyn Write| {

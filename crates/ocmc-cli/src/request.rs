@@ -16,7 +16,8 @@ pub(crate) fn plan(arguments: &RunArguments) -> Result<RunPlan, Failure> {
     plan_of(arguments, arguments.seed, first_cycle, cycles)
 }
 
-fn check_range(first_cycle: u64, cycles: u64) -> Result<(), Failure> {
+/// Checks that all cycles have an id.
+pub(crate) fn check_range(first_cycle: u64, cycles: u64) -> Result<(), Failure> {
     if first_cycle.checked_add(cycles).is_none_or(|end| end > LAST_CYCLE_ID) {
         return Err(usage(&format!(
             "--first-cycle {first_cycle} with --cycles {cycles} goes beyond the largest cycle id; \

@@ -9,7 +9,7 @@ use ocmc_core::fleet::dependence::Dependence;
 use ocmc_core::fleet::precision::Looks;
 use ocmc_core::fleet::run::RunPlan;
 use ocmc_core::fleet::summary::SummaryBuilder;
-use ocmc_core::operating_cycle::given::RouteModel;
+use ocmc_core::operating_cycle::route::RouteModel;
 use ocmc_core::simulation::record::Record;
 use ocmc_io::given_drive::GivenDrive;
 use ocmc_io::records::RecordFormat;

@@ -1,6 +1,7 @@
 //! `ocmc study`: lists, shows, writes and checks study files.
 
 use crate::arguments::{StudyArguments, StudyCommand};
+use crate::birds_eye::birds_eye;
 use crate::failure::Failure;
 use crate::output;
 use ocmc_io::study;
@@ -17,6 +18,7 @@ pub(crate) fn study(command: &StudyCommand) -> Result<(), Failure> {
         StudyCommand::Show { resolved: true, study } => show_resolved(study),
         StudyCommand::Init { file } => init(file),
         StudyCommand::Check { study } => check(study),
+        StudyCommand::BirdsEye(arguments) => birds_eye(arguments),
         StudyCommand::Schema => output::answer(&format!("{:#}\n", study::schema())),
     }
 }

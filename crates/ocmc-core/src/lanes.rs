@@ -3,7 +3,7 @@
 //! Its token `S` proves that the CPU has the instructions. Plain IEEE operations, never a fused multiply-add: the bits
 //! do not depend on the CPU.
 
-use fearless_simd::{f64x4, f64x8, mask64x8, prelude::*};
+use fearless_simd::{f64x4, f64x8, mask64x8, prelude::*, u64x8};
 
 /// Trucks of one block.
 pub const WIDTH: usize = 8;
@@ -26,6 +26,12 @@ pub fn clip<S: Simd>(numbers: Lanes<S>, lower: f64, upper: f64) -> Lanes<S> {
     numbers.max(lower).min(upper)
 }
 
+/// The first number and a share of what the second one differs from it.
+#[inline(always)]
+pub fn mix<S: Simd>(share: Lanes<S>, first: Lanes<S>, second: Lanes<S>) -> Lanes<S> {
+    first + share * (second - first)
+}
+
 /// The columns of rows that are found lane by lane: a row load and a transposition serve where a gather would be slow.
 #[inline(always)]
 pub fn columns<'a, S: Simd>(simd: S, row_of: impl Fn(usize) -> &'a [f64; 4]) -> [Lanes<S>; 4] {
@@ -42,6 +48,41 @@ pub fn columns<'a, S: Simd>(simd: S, row_of: impl Fn(usize) -> &'a [f64; 4]) -> 
 fn two_rows<S: Simd>(simd: S, front: &[f64; 4], back: &[f64; 4]) -> Lanes<S> {
     f64x4::load_array_ref(simd, front).combine(f64x4::load_array_ref(simd, back))
 }
+
+/// Natural logarithms of positive normal numbers: the bits of [`libm::log`], whose algorithm it is (FreeBSD, `e_log.c`).
+///
+/// x = 2ᵏ (1 + f) with 1 + f from √½ to √2; with s = f/(2 + f), ln(1 + f) = f − f²/2 + s (f²/2 + R(s²)).
+#[inline(always)]
+pub fn ln<S: Simd>(x: Lanes<S>) -> Lanes<S> {
+    const FRACTION: u64 = (1 << 52) - 1;
+    const ROOT_OF_HALF: u64 = 0x3fe6_a09e_0000_0000;
+    const ONE: u64 = 0x3ff0_0000_0000_0000;
+    /// 2⁵² as a number, where the last binary digit counts ones.
+    const TWO_TO_52: u64 = 0x4330_0000_0000_0000;
+    let bits: u64x8<S> = x.bitcast::<u64x8<S>>() + (ONE - ROOT_OF_HALF);
+    let exponent: Lanes<S> = ((bits >> 52) | TWO_TO_52).bitcast();
+    let k = exponent - (f64::from_bits(TWO_TO_52) + 1023.0);
+    let reduced: Lanes<S> = ((bits & FRACTION) + ROOT_OF_HALF).bitcast();
+    let f = reduced - 1.0;
+    let half_square = 0.5 * f * f;
+    let s = f / (2.0 + f);
+    let (z, w) = (s * s, s * s * (s * s));
+    let odd = w * (LN[1] + w * (LN[3] + w * LN[5]));
+    let even = z * (LN[0] + w * (LN[2] + w * (LN[4] + w * LN[6])));
+    s * (half_square + (even + odd)) + k * LN2_LOW - half_square + f + k * LN2_HIGH
+}
+
+const LN2_HIGH: f64 = 6.931_471_803_691_238_164_90e-01;
+const LN2_LOW: f64 = 1.908_214_929_270_587_700_02e-10;
+const LN: [f64; 7] = [
+    6.666_666_666_666_735_130e-01,
+    3.999_999_999_940_941_908e-01,
+    2.857_142_874_366_239_149e-01,
+    2.222_219_843_214_978_396e-01,
+    1.818_357_216_161_805_012e-01,
+    1.531_383_769_920_937_332e-01,
+    1.479_819_860_511_658_591e-01,
+];
 
 #[cfg(test)]
 mod tests {
@@ -104,6 +145,27 @@ mod tests {
             bits.push(std::array::from_fn(|l| row(l as u32 * 11 % 99)[n].to_bits()));
         }
         bits
+    }
+
+    #[test]
+    fn logarithms_are_those_of_plain_numbers() {
+        let mut state = 1_u64;
+        let mut next = || {
+            state = state.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(0x1405_7b7e_f767_814f);
+            // any positive normal number: an exponent from 1 to 2046
+            f64::from_bits((state >> 12) | ((1 + (state & 0xfff) % 2046) << 52))
+        };
+        let near_one = [0.5, 0.7, 0.75, 1.0 - 1e-16, 1.0, 1.0 + 3e-16, 1.4, 2.0];
+        let mut all: Vec<[f64; WIDTH]> =
+            (0..10_000).map(|_| std::array::from_fn(|_| next())).collect();
+        all.push(near_one);
+        for x in all {
+            let found: [f64; WIDTH] =
+                dispatch!(Level::new(), simd => ln(Lanes::load_array(simd, x)).into());
+            for (x, found) in x.into_iter().zip(found) {
+                assert_eq!(found.to_bits(), libm::log(x).to_bits(), "{x}");
+            }
+        }
     }
 
     #[test]

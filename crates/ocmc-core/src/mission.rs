@@ -1,7 +1,7 @@
 //! Mission: length, payload, departure and stops with dwell.
 
 use crate::distribution::Quantity;
-use crate::operating_cycle::given::RouteModel;
+use crate::operating_cycle::route::RouteModel;
 use crate::random::{Stream, Streams};
 use crate::road::point_event::{EventKind, PointEvent};
 use crate::study::Part;

@@ -9,9 +9,7 @@
 //!
 //! The printed v' = √(v_{i+1} − 2 a (x_{i+1} − x)) subtracts m²/s² from m/s: v_{i+1} has to be squared.
 
-use crate::driver::Driver;
 use crate::driver::speed_change::Rise;
-use crate::operating_cycle::OperatingCycle;
 use crate::operating_cycle::segments::{Segment, lower};
 use crate::road::point_event::EventKind;
 use crate::study::{Scenario, Study};
@@ -25,6 +23,10 @@ pub struct SpeedBranch {
     pub backward_end: f64,
     /// Accelerating branch at the segment's start; grows by 2 a_acc for each m behind it, and is at least launch².
     pub forward_start: f64,
+}
+
+impl SpeedBranch {
+    const NONE: Self = Self { limit: 0.0, backward_end: 0.0, forward_start: 0.0 };
 }
 
 /// Desired speed squared along the road: piecewise linear in position, stops included.
@@ -55,103 +57,123 @@ impl SpeedProfile {
 
 /// Plans the speed profile of a scenario into `profile`, whose buffers are reused.
 pub fn plan(study: &Study, scenario: &Scenario, profile: &mut SpeedProfile) {
-    let (cycle, driver) = (&scenario.cycle, &scenario.driver);
-    cycle.segments(&mut profile.segments);
-    static_limits(study, scenario, profile);
-    let change = &driver.speed_change;
+    scenario.cycle.segments(&mut profile.segments);
+    let change = &scenario.driver.speed_change;
     profile.twice_deceleration = 2.0 * change.deceleration_mps2;
     profile.twice_acceleration = 2.0 * change.acceleration_mps2;
     profile.launch = change.launch_speed_mps * change.launch_speed_mps;
-    backward_sweep(profile, cycle, driver);
-    forward_sweep(profile, cycle, driver);
-}
-
-/// The lowest static speed of each segment: sign, curve, traffic.
-fn static_limits(study: &Study, scenario: &Scenario, profile: &mut SpeedProfile) {
-    let (cycle, driver) = (&scenario.cycle, &scenario.driver);
-    let road = &cycle.road;
-    let curve_speeds: Vec<f64> = road
-        .curves
-        .iter()
-        .zip(&scenario.curve_residuals)
-        .map(|(curve, z)| driver.curve_speed.speed_mps(curve.radius_m, curve.left, *z))
-        .collect();
-    let types = study.operating_cycle().road().types();
-    let traffic = study.operating_cycle().traffic();
-    let (mut key, mut base) = ((u32::MAX, u32::MAX, u32::MAX), 0.0);
-    profile.branches.clear();
-    for segment in &profile.segments {
-        // sign and traffic hold over many segments
-        let here = (segment.sign, segment.traffic, segment.section);
-        if here != key {
-            key = here;
-            let sign_mps = road.signs[segment.sign as usize].speed_mps;
-            let road_type = road.sections[segment.section as usize].road_type;
-            let truck_limit = types[road_type].truck_limit_mps.unwrap_or(f64::INFINITY);
-            let density = cycle.traffic[segment.traffic as usize].density_per_m;
-            let flow =
-                if density > 0.0 { traffic.speed_mps(density, sign_mps) } else { f64::INFINITY };
-            base = driver.speed_limit.sign_speed_mps(sign_mps, truck_limit).min(flow);
-        }
-        let speed = segment.curve().map_or(base, |k| base.min(curve_speeds[k]));
-        profile.branches.push(SpeedBranch {
-            limit: speed * speed,
-            backward_end: 0.0,
-            forward_start: 0.0,
-        });
-    }
-}
-
-/// Speed squared that an event allows at its place.
-fn event_limit(kind: &EventKind, driver: &Driver) -> f64 {
-    match kind {
-        EventKind::StopSign { .. }
-        | EventKind::GiveWayStop { .. }
-        | EventKind::RedLight { .. }
-        | EventKind::MissionStop { .. } => 0.0,
-        EventKind::GiveWayPass { speed_mps } => speed_mps * speed_mps,
-        EventKind::GreenLight => f64::INFINITY,
-        EventKind::SpeedBump { length_m, height_m } => {
-            let speed = driver.speed_limit.bump_speed_mps(*length_m, *height_m);
-            speed * speed
+    backward_sweep(profile, StaticLimits::new(study, scenario));
+    match change.rise {
+        Rise::Ramp => forward_sweep(profile),
+        // the limit is followed upwards at once, and a stop is left at once, too
+        Rise::Paper => {
+            for branch in &mut profile.branches {
+                branch.forward_start = f64::INFINITY;
+            }
         }
     }
 }
 
-/// Speed squared allowed where segment `i` starts, by the event there alone.
-fn node_limit(segment: &Segment, cycle: &OperatingCycle, driver: &Driver) -> f64 {
-    segment.event().map_or(f64::INFINITY, |k| event_limit(&cycle.road.events[k].kind, driver))
+/// The static speeds of a scenario, in order along the road in either direction.
+struct StaticLimits<'a> {
+    study: &'a Study,
+    scenario: &'a Scenario,
+    /// Sign, traffic and section that hold now, and the lowest of their speeds, in m/s.
+    rules: (u32, u32, u32),
+    rules_mps: f64,
+    /// Curve that the road is in now, and the lower of its speed and that of the rules, in m/s.
+    curve: Option<usize>,
+    speed_mps: f64,
+}
+
+impl<'a> StaticLimits<'a> {
+    fn new(study: &'a Study, scenario: &'a Scenario) -> Self {
+        let nowhere = (u32::MAX, u32::MAX, u32::MAX);
+        Self { study, scenario, rules: nowhere, rules_mps: 0.0, curve: None, speed_mps: 0.0 }
+    }
+
+    /// Lowest static speed of a segment, squared: sign, curve, traffic.
+    #[inline(always)]
+    fn of_segment(&mut self, segment: &Segment) -> f64 {
+        // they hold over many segments
+        let rules = (segment.sign, segment.traffic, segment.section);
+        if (rules, segment.curve()) != (self.rules, self.curve) {
+            self.renew(rules, segment.curve());
+        }
+        self.speed_mps * self.speed_mps
+    }
+
+    #[inline(never)]
+    fn renew(&mut self, rules: (u32, u32, u32), curve: Option<usize>) {
+        if rules != self.rules {
+            self.rules_mps = self.speed_of_rules(rules);
+        }
+        (self.rules, self.curve) = (rules, curve);
+        self.speed_mps =
+            curve.map_or(self.rules_mps, |k| self.rules_mps.min(self.speed_of_curve(k)));
+    }
+
+    fn speed_of_rules(&self, (sign, traffic, section): (u32, u32, u32)) -> f64 {
+        let (cycle, model) = (&self.scenario.cycle, self.study.operating_cycle());
+        let sign_mps = cycle.road.signs[sign as usize].speed_mps;
+        let road_type = cycle.road.sections[section as usize].road_type;
+        let truck_limit = model.road().types()[road_type].truck_limit_mps.unwrap_or(f64::INFINITY);
+        let density = cycle.traffic[traffic as usize].density_per_m;
+        let flow = if density > 0.0 {
+            model.traffic().speed_mps(density, sign_mps)
+        } else {
+            f64::INFINITY
+        };
+        self.scenario.driver.speed_limit.sign_speed_mps(sign_mps, truck_limit).min(flow)
+    }
+
+    fn speed_of_curve(&self, k: usize) -> f64 {
+        let curve = &self.scenario.cycle.road.curves[k];
+        let z = self.scenario.curve_residuals[k];
+        self.scenario.driver.curve_speed.speed_mps(curve.radius_m, curve.left, z)
+    }
+
+    /// Speed that an event allows at its place, squared.
+    #[inline(never)]
+    fn of_event(&self, k: usize) -> f64 {
+        match &self.scenario.cycle.road.events[k].kind {
+            EventKind::StopSign { .. }
+            | EventKind::GiveWayStop { .. }
+            | EventKind::RedLight { .. }
+            | EventKind::MissionStop { .. } => 0.0,
+            EventKind::GiveWayPass { speed_mps } => speed_mps * speed_mps,
+            EventKind::GreenLight => f64::INFINITY,
+            EventKind::SpeedBump { length_m, height_m } => {
+                let speed = self.scenario.driver.speed_limit.bump_speed_mps(*length_m, *height_m);
+                speed * speed
+            }
+        }
+    }
 }
 
 /// From the end, where the truck stops, to the start.
-fn backward_sweep(profile: &mut SpeedProfile, cycle: &OperatingCycle, driver: &Driver) {
+fn backward_sweep(profile: &mut SpeedProfile, mut limits: StaticLimits) {
+    let slope = profile.twice_deceleration;
+    // all are written anew
+    profile.branches.resize(profile.segments.len(), SpeedBranch::NONE);
     let mut node: f64 = 0.0;
-    for i in (0..profile.segments.len()).rev() {
-        let (segment, branch) = (&profile.segments[i], &mut profile.branches[i]);
-        branch.backward_end = node;
-        let reached = node + profile.twice_deceleration * segment.length_m;
-        let allowed = lower(branch.limit, node_limit(segment, cycle, driver));
-        node = lower(reached, allowed);
+    for (segment, branch) in profile.segments.iter().zip(&mut profile.branches).rev() {
+        let limit = limits.of_segment(segment);
+        *branch = SpeedBranch { limit, backward_end: node, forward_start: 0.0 };
+        // what the start of the segment allows
+        let allowed = segment.event().map_or(limit, |k| lower(limits.of_event(k), limit));
+        node = lower(node + slope * segment.length_m, allowed);
     }
 }
 
-/// From the start, where the truck stands, to the end.
-fn forward_sweep(profile: &mut SpeedProfile, cycle: &OperatingCycle, driver: &Driver) {
-    if driver.speed_change.rise == Rise::Paper {
-        for branch in &mut profile.branches {
-            branch.forward_start = f64::INFINITY;
-        }
-        // a stop is left at once, too
-        return;
-    }
+/// From the start, where the truck stands, to the end. What a place allows is in the braking branch that ends there.
+fn forward_sweep(profile: &mut SpeedProfile) {
+    let slope = profile.twice_acceleration;
     let mut node = 0.0;
-    for i in 0..profile.segments.len() {
-        let (segment, branch) = (&profile.segments[i], &mut profile.branches[i]);
-        let event = node_limit(segment, cycle, driver);
-        branch.forward_start = lower(node, lower(event, branch.limit));
-        let reached = branch.forward_start + profile.twice_acceleration * segment.length_m;
+    for (segment, branch) in profile.segments.iter().zip(&mut profile.branches) {
+        branch.forward_start = node;
         // what is really reached: no branch may lie above the others at the node. The launch speed is a floor under the
         // whole branch wherever it is read; a floor at the nodes, too, would make the ramp depend on where nodes lie.
-        node = lower(reached, lower(branch.backward_end, branch.limit));
+        node = lower(node + slope * segment.length_m, lower(branch.backward_end, branch.limit));
     }
 }

@@ -112,9 +112,12 @@ impl TrafficModel {
         (free_speed_mps * libm::exp(-0.5 * ratio * ratio)).max(self.minimum_speed_mps)
     }
 
-    /// Density, as a share of the jam density, at which traffic has a share of its free speed: Drake's law, the other way round.
+    /// Density, as a share of the jam density, at which traffic has a share of its free speed: Drake's law, the other way round. Traffic
+    /// that stands, or is slower than the law at the jam density, has that density.
     pub fn share_at(&self, speed_ratio: f64) -> f64 {
-        self.critical_share * (-2.0 * libm::log(speed_ratio.min(1.0))).sqrt()
+        // clamp keeps what is missing, min and max would not
+        let ratio = speed_ratio.clamp(0.0, 1.0);
+        (self.critical_share * (-2.0 * libm::log(ratio)).sqrt()).clamp(0.0, 1.0)
     }
 }
 

@@ -309,7 +309,8 @@ impl Weather {
     /// Head-wind and cross-wind components at 10 m for a heading, in m/s; headwind positive.
     pub fn wind_components_mps(&self, heading_rad: f64) -> (f64, f64) {
         let angle = self.wind_direction_rad - heading_rad;
-        (self.wind_speed_mps * libm::cos(angle), self.wind_speed_mps * libm::sin(angle))
+        let (sine, cosine) = libm::sincos(angle);
+        (self.wind_speed_mps * cosine, self.wind_speed_mps * sine)
     }
 
     /// Direction wrapped to (-π, π].

@@ -11,6 +11,38 @@ use thiserror::Error;
 /// Most rows of a table: each keeps its numbers in memory.
 pub const MOST_ROWS: usize = 20_000_000;
 
+/// Suffixes of names that are units, the longer ones first.
+const UNITS: [&str; 28] = [
+    "_mm_per_h",
+    "_percent",
+    "_mps2",
+    "_mbar",
+    "_inhg",
+    "_mps",
+    "_kmh",
+    "_mph",
+    "_fps",
+    "_rad",
+    "_deg",
+    "_hpa",
+    "_kpa",
+    "_bar",
+    "_min",
+    "_kn",
+    "_km",
+    "_ft",
+    "_mi",
+    "_pa",
+    "_ms",
+    "_s",
+    "_h",
+    "_k",
+    "_c",
+    "_f",
+    "_g",
+    "_m",
+];
+
 /// Why a table cannot be read.
 #[derive(Debug, Error)]
 pub enum ColumnFileError {
@@ -35,6 +67,26 @@ pub enum ColumnFileError {
     Empty {
         /// The file.
         path: PathBuf,
+    },
+    /// Only a header.
+    #[error("`{}` has column names and no rows", path.display())]
+    NoRows {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A column of a known quantity in another unit.
+    #[error(
+        "`{}`: column `{column}` has a unit that is not read; allowed is `{}`: convert the numbers and rename the column",
+        path.display(),
+        allowed.join("` or `")
+    )]
+    Unit {
+        /// The file.
+        path: PathBuf,
+        /// The column.
+        column: String,
+        /// The names that are read.
+        allowed: Vec<String>,
     },
     /// A column that is needed is not there.
     #[error(
@@ -158,6 +210,16 @@ impl<R: Read> ColumnFile<R> {
         Ok(Self { path: path.to_owned(), names, rows: Rows::Csv(reader) })
     }
 
+    /// What it is called.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Names of the columns.
+    pub fn names(&self) -> &[String] {
+        &self.names
+    }
+
     /// Whether it has one of these columns.
     pub fn has(&self, names: &[&str]) -> bool {
         self.place(names).is_some()
@@ -168,12 +230,27 @@ impl<R: Read> ColumnFile<R> {
         names.iter().find_map(|name| self.names.iter().position(|found| found == name))
     }
 
+    /// A column that is none of these, and one of them in another unit.
+    pub fn other_unit(&self, names: &[&str]) -> Option<&str> {
+        let wanted: Vec<&str> = names.iter().filter_map(|name| without_unit(name)).collect();
+        let other = |name: &&String| without_unit(name).is_some_and(|name| wanted.contains(&name));
+        self.names.iter().find(other).map(String::as_str)
+    }
+
     /// The first of these columns that is there, as numbers.
     ///
     /// # Errors
-    /// [`ColumnFileError::Type`].
+    /// [`ColumnFileError::Unit`] where it is there in another unit, or [`ColumnFileError::Type`].
     pub fn numbers(&mut self, names: &[&str]) -> Result<Option<NumberColumn>, ColumnFileError> {
-        let Some(place) = self.place(names) else { return Ok(None) };
+        let Some(place) = self.place(names) else {
+            return self.other_unit(names).map_or(Ok(None), |column| {
+                Err(ColumnFileError::Unit {
+                    path: self.path.clone(),
+                    column: column.to_owned(),
+                    allowed: names.iter().map(|name| (*name).to_owned()).collect(),
+                })
+            });
+        };
         if let Rows::Table(table, columns) = &mut self.rows {
             columns[place] = Some(table.cells(place)?);
         }
@@ -195,7 +272,7 @@ impl<R: Read> ColumnFile<R> {
     /// As [`ColumnFile::numbers`], for a column that is needed.
     ///
     /// # Errors
-    /// [`ColumnFileError::MissingColumn`] or [`ColumnFileError::Type`].
+    /// [`ColumnFileError::MissingColumn`], or as [`ColumnFile::numbers`].
     pub fn need_numbers(&mut self, names: &[&str]) -> Result<NumberColumn, ColumnFileError> {
         self.numbers(names)?.ok_or_else(|| self.missing(names))
     }
@@ -225,7 +302,7 @@ impl<R: Read> ColumnFile<R> {
     /// Calls `use_row` with each row.
     ///
     /// # Errors
-    /// The first row that cannot be read, or that `use_row` refuses.
+    /// [`ColumnFileError::NoRows`], or the first row that cannot be read, or that `use_row` refuses.
     pub fn for_each(
         self,
         mut use_row: impl FnMut(&Row) -> Result<(), ColumnFileError>,
@@ -233,6 +310,9 @@ impl<R: Read> ColumnFile<R> {
         let Self { path, names, rows } = self;
         let mut reader = match rows {
             Rows::Csv(reader) => reader,
+            Rows::Table(table, _) if table.rows() == 0 => {
+                return Err(ColumnFileError::NoRows { path });
+            }
             Rows::Table(table, columns) => {
                 return (0..table.rows()).try_for_each(|row| {
                     let cells = RowCells::Table(&columns, row);
@@ -249,7 +329,7 @@ impl<R: Read> ColumnFile<R> {
             }
             use_row(&Row { path: &path, names: &names, cells: RowCells::Csv(&record) })?;
         }
-        Ok(())
+        if rows == 0 { Err(ColumnFileError::NoRows { path }) } else { Ok(()) }
     }
 }
 
@@ -313,6 +393,11 @@ impl Row<'_> {
             allowed,
         }
     }
+}
+
+/// A name without the unit at its end; none where it has none.
+fn without_unit(name: &str) -> Option<&str> {
+    UNITS.iter().find_map(|unit| name.strip_suffix(unit))
 }
 
 /// A word of a table, nothing where it is missing.
@@ -382,7 +467,9 @@ mod tests {
         for (text, parts) in [
             ("", &["empty"][..]),
             ("\n\n", &["empty"]),
-            ("b,speed_kmh\n1,2\n", &["no column `speed_mps`", "b, speed_kmh", "`speed_kmh`"]),
+            ("b,sped_mps\n1,2\n", &["no column `speed_mps`", "b, sped_mps", "`sped_mps`"]),
+            ("b,speed_kmh\n1,2\n", &["`speed_kmh`", "unit", "allowed is `speed_mps`"]),
+            ("speed_mps,b\n", &["no rows"]),
             ("speed_mps\nfast\n", &["line 2", "speed_mps", "`fast`", "a number"]),
             ("speed_mps,b\n1,2\n3\n", &["line 3 has 1 cells", "2"]),
             ("speed_mps,speed_mps\n1,2\n", &["twice"]),

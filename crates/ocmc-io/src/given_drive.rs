@@ -7,9 +7,10 @@ use crate::given_table::GivenTable;
 use crate::run_directory::Manifest;
 use crate::study::{LoadedStudy, StudyFileError};
 use ocmc_core::fleet::run::{RunPlan, replay, run, run_with};
-use ocmc_core::operating_cycle::given::{GivenCycle, Keep};
+use ocmc_core::operating_cycle::given::GivenCycle;
+use ocmc_core::operating_cycle::route::Keep;
 use ocmc_core::prescribed::{DriveCycle, follow_planned, follow_study};
-use ocmc_core::simulation::record::{Outcome, Record};
+use ocmc_core::simulation::record::Record;
 use ocmc_core::study::Study;
 use serde::{Deserialize, Serialize};
 use std::ops::{ControlFlow, Range};
@@ -56,13 +57,22 @@ pub struct Followed {
 #[derive(Debug, Error)]
 pub enum GivenDriveError {
     /// Several files where one can be followed.
-    #[error("--follow-speed follows one file; give one")]
+    #[error("a speed is followed of one file; give one")]
     Several,
     /// A route, which has a driver anyway.
     #[error(
-        "--follow-speed driver takes a drive cycle over time; a route is driven by a driver without it"
+        "`driver` takes a drive cycle over time; a route is driven by a driver when no speed is followed"
     )]
     Route,
+    /// A drive cycle, from which nothing can be kept.
+    #[error(
+        "`{}` is a drive cycle over time, which has no weather, traffic or mission to keep: leave `keep` away",
+        path.display()
+    )]
+    Keep {
+        /// The file.
+        path: PathBuf,
+    },
     /// A drive cycle that is not one.
     #[error(transparent)]
     DriveCycle(#[from] DriveCycleFileError),
@@ -110,18 +120,32 @@ impl GivenDrive {
             None => How::Driven,
             Some(follow) => followed(&files, follow)?,
         };
-        Ok(Self { files, keep, how })
+        Self { files, keep, how }.checked()
     }
 
     /// A drive cycle over time that a calling program holds as a table.
     ///
     /// # Errors
     /// As [`GivenDrive::read`].
-    pub fn of_table(table: &GivenTable, follow: Follow) -> Result<Self, GivenDriveError> {
+    pub fn of_table(
+        table: &GivenTable,
+        keep: Vec<Keep>,
+        follow: Follow,
+    ) -> Result<Self, GivenDriveError> {
         let path = table.path().to_owned();
         let cells = DelimitedTable::of_table(table).map_err(DriveCycleFileError::from)?;
         let how = cycle(&path, drive_cycle::of_table(&cells)?, follow)?;
-        Ok(Self { files: vec![path], keep: Vec::new(), how })
+        Self { files: vec![path], keep, how }.checked()
+    }
+
+    /// A drive cycle says nothing that a route could keep.
+    fn checked(self) -> Result<Self, GivenDriveError> {
+        match (&self.how, self.files.first()) {
+            (How::CycleAsRoute(..) | How::Cycle(_), Some(path)) if !self.keep.is_empty() => {
+                Err(GivenDriveError::Keep { path: path.clone() })
+            }
+            _ => Ok(self),
+        }
     }
 
     /// What a manifest keeps of it. The routes of a run are in its study.
@@ -220,11 +244,7 @@ impl GivenDrive {
     fn record(&self, study: &Study, seed: u64, cycle_id: u64) -> Record {
         match &self.how {
             How::Cycle(cycle) => follow_study(study, seed, cycle_id, cycle).0,
-            // a plan that is no drive cycle is a cycle that cannot be driven
-            _ => follow_planned(study, seed, cycle_id).map_or_else(
-                |_| Record { cycle_id, outcome: Outcome::Stalled, ..Record::default() },
-                |done| done.0,
-            ),
+            _ => follow_planned(study, seed, cycle_id).0,
         }
     }
 

@@ -1,6 +1,6 @@
 //! What `ocmc` reads and writes: study files, logs, records, run directories and reports.
 
-mod clock_column;
+pub mod clock_column;
 pub mod column_file;
 pub mod curve_table;
 pub mod delimited;

@@ -8,11 +8,13 @@ use crate::given_table::GivenTable;
 use crate::log::error::LogFileError;
 use crate::log::mapping::Mapping;
 use crate::log::quantity::Quantity;
-use crate::log::{LogFile, Need, read as read_log, read_table as read_log_table};
-use ocmc_core::fit::speed_change::{
-    SpeedChangeError, SpeedChangeOptions, SpeedChangeTable, SpeedLog, accelerations,
+use crate::log::{
+    LogFile, Need, counted, read as read_log, read_table as read_log_table, row_notes,
 };
-use std::path::Path;
+use ocmc_core::fit::speed_change::{
+    LoggedChanges, SpeedChangeError, SpeedChangeOptions, SpeedChangeTable, SpeedLog, accelerations,
+};
+use std::path::{Path, PathBuf};
 use thiserror::Error;
 
 /// What has to be in a log.
@@ -31,19 +33,29 @@ pub enum SpeedChangeFileError {
     /// A log that cannot be read.
     #[error(transparent)]
     Log(#[from] LogFileError),
-    /// A log that cannot be used.
-    #[error("`{}`, drive `{drive}`: {source}", path.display())]
+    /// A log without a drive that can be used.
+    #[error("{place}: {source}")]
     Drive {
-        /// The file.
-        path: std::path::PathBuf,
-        /// The drive.
-        drive: String,
-        /// What is wrong.
+        /// Where the first drive stands.
+        place: String,
+        /// What is wrong with it.
         source: SpeedChangeError,
+    },
+    /// Neither a table nor a log.
+    #[error(
+        "`{}` is neither a table of speed changes (acceleration_mps2) nor a log (time, speed, limit); its columns are {found}; --map \
+         says which column of a log is what",
+        path.display()
+    )]
+    Neither {
+        /// The file.
+        path: PathBuf,
+        /// Its columns.
+        found: String,
     },
 }
 
-/// Appends the speed changes of a file to a table, and returns the log where it is one.
+/// Appends the speed changes of a file to a table, and returns what has to be known of it.
 ///
 /// # Errors
 /// [`SpeedChangeFileError`] names the file, the place in it and what is allowed.
@@ -52,13 +64,15 @@ pub fn append(
     path: &Path,
     mappings: &[Mapping],
     options: &SpeedChangeOptions,
-) -> Result<Option<LogFile>, SpeedChangeFileError> {
-    // a compressed log is no table, and says so by its first bytes
-    if let Some(file) = ColumnFile::open(path).ok().filter(is_table) {
+) -> Result<Vec<String>, SpeedChangeFileError> {
+    // a compressed log is no table of text; whatever else cannot be opened here says so as a log
+    if let Ok(file) = ColumnFile::open(path)
+        && is_table(&file, mappings)?
+    {
         append_table(table, file)?;
-        return Ok(None);
+        return Ok(Vec::new());
     }
-    append_log(table, read_log(path, mappings, &NEEDS)?, options).map(Some)
+    append_log(table, &read_log(path, mappings, &NEEDS)?, options)
 }
 
 /// As [`append`], of a table of a calling program.
@@ -70,24 +84,46 @@ pub fn append_given(
     given: &GivenTable,
     mappings: &[Mapping],
     options: &SpeedChangeOptions,
-) -> Result<Option<LogFile>, SpeedChangeFileError> {
+) -> Result<Vec<String>, SpeedChangeFileError> {
     let file = ColumnFile::of_table(given.clone())?;
-    if is_table(&file) {
+    if is_table(&file, mappings)? {
         append_table(table, file)?;
-        return Ok(None);
+        return Ok(Vec::new());
     }
-    append_log(table, read_log_table(given, mappings, &NEEDS)?, options).map(Some)
+    append_log(table, &read_log_table(given, mappings, &NEEDS)?, options)
 }
 
-fn is_table(file: &ColumnFile) -> bool {
-    file.has(&["acceleration_mps2"]) && !file.has(&["time_s"])
+/// Whether a file is a table of accelerations, and no log.
+fn is_table(file: &ColumnFile, mappings: &[Mapping]) -> Result<bool, SpeedChangeFileError> {
+    let accelerations = ["acceleration_mps2"];
+    let any = file.has(&accelerations) || file.other_unit(&accelerations).is_some();
+    let logged = |quantity: Quantity| {
+        file.names().iter().any(|name| Quantity::with_wrong_unit(name) == Some(quantity))
+    };
+    let log = [Quantity::Time, Quantity::Speed, Quantity::Limit].map(logged);
+    if !any
+        && mappings.is_empty()
+        && log == [false; 3]
+        && file.names().iter().all(|name| is_text(name))
+    {
+        let found = file.names().join(", ");
+        return Err(SpeedChangeFileError::Neither { path: file.path().to_owned(), found });
+    }
+    Ok(any && !file.has(&["time_s"]))
+}
+
+/// Whether a name is one, and not a piece of a compressed file.
+fn is_text(name: &str) -> bool {
+    !name.contains(|c: char| c.is_control() || c == char::REPLACEMENT_CHARACTER)
 }
 
 fn append_log(
     table: &mut SpeedChangeTable,
-    log: LogFile,
+    log: &LogFile,
     options: &SpeedChangeOptions,
-) -> Result<LogFile, SpeedChangeFileError> {
+) -> Result<Vec<String>, SpeedChangeFileError> {
+    let mut notes = log.warnings();
+    let mut left_out = Vec::new();
     for drive in &log.drives {
         let column = |quantity| drive.column(quantity).unwrap_or_default();
         let series = SpeedLog {
@@ -95,19 +131,45 @@ fn append_log(
             speed_mps: column(Quantity::Speed),
             limit_mps: column(Quantity::Limit),
         };
-        let found =
-            accelerations(&series, options).map_err(|source| SpeedChangeFileError::Drive {
-                path: log.path.clone(),
-                drive: drive.drive.clone(),
-                source,
-            })?;
-        for (category, acceleration) in found {
+        let place = log.place(drive);
+        let found = match accelerations(&series, options) {
+            Ok(found) => found,
+            Err(source) => {
+                left_out.push((place, source));
+                continue;
+            }
+        };
+        notes.extend(drive_notes(&place, &found));
+        for (category, acceleration) in found.changes {
             table.driver.push(drive.driver.clone());
             table.category.push(category);
             table.acceleration_mps2.push(acceleration);
         }
     }
-    Ok(log)
+    if left_out.len() == log.drives.len()
+        && let Some((place, source)) = left_out.pop()
+    {
+        return Err(SpeedChangeFileError::Drive { place, source });
+    }
+    notes.extend(left_out.iter().map(|(place, fault)| format!("{place} is left out: {fault}")));
+    Ok(notes)
+}
+
+/// What was not used of a drive.
+fn drive_notes(place: &str, found: &LoggedChanges) -> Vec<String> {
+    let mut notes = row_notes(place, &found.rows);
+    notes.extend(counted(
+        place,
+        [
+            (found.rows.gaps, "gaps in time: no window reaches over one"),
+            (found.without_limit, "rows without a possible speed limit: the one before holds"),
+            (
+                found.without_window,
+                "changes of the limit without enough rows around them are left out",
+            ),
+        ],
+    ));
+    notes
 }
 
 fn append_table(table: &mut SpeedChangeTable, mut file: ColumnFile) -> Result<(), ColumnFileError> {

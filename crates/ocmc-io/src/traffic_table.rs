@@ -17,12 +17,17 @@ use std::collections::BTreeMap;
 use std::io::Read;
 use std::path::Path;
 
-/// Reads a table of traffic; `model` knows the jam density and the law of speeds.
+/// Reads a table of traffic; `model` knows the jam density and the law of speeds, `utc_offset_h` is by how many hours the place's standard
+/// time is ahead of UTC, where that is known.
 ///
 /// # Errors
 /// [`ColumnFileError`] names the file, the place in it and what is allowed.
-pub fn read(path: &Path, model: &TrafficModel) -> Result<Vec<TrafficRecord>, ColumnFileError> {
-    read_columns(ColumnFile::open(path)?, model)
+pub fn read(
+    path: &Path,
+    model: &TrafficModel,
+    utc_offset_h: Option<f64>,
+) -> Result<Vec<TrafficRecord>, ColumnFileError> {
+    read_columns(ColumnFile::open(path)?, model, utc_offset_h)
 }
 
 /// Reads a table whose header has been read.
@@ -32,8 +37,9 @@ pub fn read(path: &Path, model: &TrafficModel) -> Result<Vec<TrafficRecord>, Col
 pub fn read_columns(
     mut file: ColumnFile<impl Read>,
     model: &TrafficModel,
+    utc_offset_h: Option<f64>,
 ) -> Result<Vec<TrafficRecord>, ColumnFileError> {
-    let clock = ClockColumn::find(&mut file)?;
+    let mut clock = ClockColumn::find(&mut file, utc_offset_h)?;
     let road_type = file.need_words(&["road_type"])?;
     let kinds = ["density_share", "density_per_m", "speed_ratio"];
     let kind = kinds.into_iter().find(|kind| file.has(&[kind]));
@@ -74,6 +80,7 @@ mod tests {
         read_columns(
             ColumnFile::new(Path::new("traffic.csv"), text.as_bytes())?,
             &study.model.traffic,
+            None,
         )
     }
 
@@ -83,8 +90,11 @@ mod tests {
         assert!((by_share[0].share - 0.2).abs() < 1e-15 && by_share[1].share.is_nan());
         let by_density = table("time_s,road_type,density_per_m\n0,urban,0.026\n").unwrap();
         assert!((by_density[0].share - 0.2).abs() < 1e-12);
-        let speed = "time,road_type,speed_ratio,site\n2024-03-01T00:00,rural,0.8,a\n2024-03-01T00:00,rural,1.1,b\n";
+        let speed = "time,road_type,speed_ratio,site\n2024-03-01T00:00,rural,0.8,a\n2024-03-01T00:00,rural,1.1,b\n\
+                     2024-03-01T00:05,rural,0,a\n2024-03-01T00:05,rural,0.01,b\n2024-03-01T00:10,rural,,a\n";
         let by_speed = table(speed).unwrap();
+        // standing traffic, traffic slower than the law at the jam density, and a missing value
+        assert!(by_speed[2].share == 1.0 && by_speed[3].share == 1.0 && by_speed[4].share.is_nan());
         assert!((by_speed[0].share - 0.35 * (-2.0 * 0.8_f64.ln()).sqrt()).abs() < 1e-12);
         assert!(by_speed[1].share == 0.0 && by_speed[1].site == "b");
     }

@@ -1,7 +1,7 @@
 //! Tables of hourly weather, one row an hour, as weather services give them.
 //!
 //! The clock is the place's standard time all year: `time`, such as `2024-03-01T14:00` or `2024-03-01 14:00:00`, or `time_s`,
-//! counted from a midnight of 1 January. Then any of
+//! counted from a midnight of 1 January. Times with an offset are told in that clock ([`crate::clock_column`]). Then any of
 //!
 //! - `temperature_k` or `temperature_c`
 //! - `pressure_pa` or `pressure_hpa`, at the place, not reduced to the sea
@@ -65,27 +65,29 @@ const VARIABLES: [Variable; 6] = [
     },
 ];
 
-/// Reads a table of hourly weather.
+/// Reads a table of hourly weather. `utc_offset_h` is by how many hours the place's standard time is ahead of UTC, where that is known.
 ///
 /// # Errors
 /// [`ColumnFileError`] names the file, the place in it and what is allowed.
-pub fn read(path: &Path) -> Result<Vec<HourlyRecord>, ColumnFileError> {
-    read_columns(ColumnFile::open(path)?)
+pub fn read(path: &Path, utc_offset_h: Option<f64>) -> Result<Vec<HourlyRecord>, ColumnFileError> {
+    read_columns(ColumnFile::open(path)?, utc_offset_h)
 }
 
 /// Reads a table whose header has been read.
 ///
 /// # Errors
 /// As [`read`].
-pub fn read_columns(mut file: ColumnFile<impl Read>) -> Result<Vec<HourlyRecord>, ColumnFileError> {
-    let clock = ClockColumn::find(&mut file)?;
+pub fn read_columns(
+    mut file: ColumnFile<impl Read>,
+    utc_offset_h: Option<f64>,
+) -> Result<Vec<HourlyRecord>, ColumnFileError> {
+    let mut clock = ClockColumn::find(&mut file, utc_offset_h)?;
     let mut found = Vec::new();
     for variable in &VARIABLES {
-        for (name, factor, offset) in variable.columns {
-            if let Some(column) = file.numbers(&[name])? {
-                found.push((column, *factor, *offset, variable));
-                break;
-            }
+        let names: Vec<&str> = variable.columns.iter().map(|(name, ..)| *name).collect();
+        let unit = variable.columns.iter().find(|(name, ..)| file.has(&[name]));
+        if let (Some(column), Some((_, factor, offset))) = (file.numbers(&names)?, unit) {
+            found.push((column, *factor, *offset, variable));
         }
     }
     if found.is_empty() {
@@ -128,7 +130,7 @@ mod tests {
     use super::*;
 
     fn table(text: &str) -> Result<Vec<HourlyRecord>, ColumnFileError> {
-        read_columns(ColumnFile::new(Path::new("hours.csv"), text.as_bytes())?)
+        read_columns(ColumnFile::new(Path::new("hours.csv"), text.as_bytes())?, None)
     }
 
     #[test]
@@ -136,7 +138,7 @@ mod tests {
         let records = table(
             "time,temperature_c,pressure_hpa,relative_humidity_percent,precipitation_mm_per_h,wind_direction_deg,note\n\
              2024-02-29T23:00,-3.5,1013,80,0.36,180,a leap day\n\
-             2024-03-01 00:00:00Z,,1012,,0,,the next hour\n",
+             2024-03-01 00:00:00,,1012,,0,,the next hour\n",
         )
         .unwrap();
         let weather = records[0].weather;
@@ -155,6 +157,9 @@ mod tests {
     fn what_is_no_weather_is_refused_with_its_place() {
         for (text, words) in [
             ("time_s,rain\n0,1\n", "temperature_k"),
+            ("time_s,temperature_f\n0,59\n", "allowed is `temperature_k` or `temperature_c`"),
+            ("time_s,temperature_c,wind_speed_kmh\n0,5,3\n", "allowed is `wind_speed_mps`"),
+            ("time_s,temperature_c\n", "no rows"),
             ("temperature_k\n280\n", "`time` or `time_s`"),
             ("time_s,temperature_k\n0,15\n", "line 2"),
             ("time_s,temperature_k\n3600,280\n0,281\n", "line 3"),

@@ -5,7 +5,7 @@ use crate::input::{Input, inputs};
 use crate::run::{PyRun, run_with};
 use crate::value::one_of;
 use ocmc_core::fleet::run::RunPlan;
-use ocmc_core::operating_cycle::given::Keep;
+use ocmc_core::operating_cycle::route::Keep;
 use ocmc_io::given_cycle;
 use ocmc_io::given_drive::{Follow, GivenDrive};
 use ocmc_io::study::LoadedStudy;
@@ -36,7 +36,7 @@ pub(crate) fn given(
                  come as files",
             )
         })?;
-        let given = py.detach(|| GivenDrive::of_table(&table, follow));
+        let given = py.detach(|| GivenDrive::of_table(&table, keep, follow));
         return given.map_err(|error| given_drive_error(&error));
     }
     for file in given {

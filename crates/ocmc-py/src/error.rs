@@ -71,7 +71,9 @@ pub(crate) fn speed_change_error(error: &SpeedChangeFileError) -> PyErr {
     match error {
         SpeedChangeFileError::Table(error) => table_error(error),
         SpeedChangeFileError::Log(error) => log_error(error),
-        SpeedChangeFileError::Drive { .. } => PyValueError::new_err(error.to_string()),
+        SpeedChangeFileError::Drive { .. } | SpeedChangeFileError::Neither { .. } => {
+            PyValueError::new_err(error.to_string())
+        }
     }
 }
 
@@ -93,7 +95,12 @@ pub(crate) fn given_drive_error(error: &GivenDriveError) -> PyErr {
             source,
             ..
         })) => io_error(source, error),
-        _ => PyValueError::new_err(error.to_string()),
+        GivenDriveError::Several | GivenDriveError::Route => {
+            PyValueError::new_err(format!("`follow_speed`: {error}"))
+        }
+        GivenDriveError::Keep { .. } | GivenDriveError::DriveCycle(_) => {
+            PyValueError::new_err(error.to_string())
+        }
     }
 }
 

@@ -11,7 +11,6 @@ use ocmc_core::fit::curve_speed::{self, Coding, CurveSpeedOptions};
 use ocmc_core::fit::speed_change::{self, SpeedChangeOptions, SpeedChangeTable};
 use ocmc_core::study::StudyModel;
 use ocmc_io::column_file::ColumnFile;
-use ocmc_io::log::LogFile;
 use ocmc_io::speed_change_table::{append, append_given};
 use ocmc_io::{curve_table, study};
 use pyo3::exceptions::{PyUserWarning, PyValueError};
@@ -138,7 +137,7 @@ pub(crate) fn fit_curve_speed<'py>(
             )
         })?;
         let population = fit.population(best, &model.driver.curve_speed);
-        Ok::<Answer, PyErr>(curve_speed_answer(&fit, &population, table.driver.len()))
+        Ok::<Answer, PyErr>(curve_speed_answer(&fit, &population, table.driver.len(), &model))
     })?;
     answer(py, &answered)
 }
@@ -239,16 +238,15 @@ pub(crate) fn fit_speed_change<'py>(
         let mut warnings = Vec::new();
         for table in tables {
             watch.look(0)?;
-            let log = match table {
+            let notes = match table {
                 Input::File(path) => append(&mut changes, &path, &mappings, &options),
                 Input::Table(table) => append_given(&mut changes, &table, &mappings, &options),
             };
-            let log = log.map_err(|error| speed_change_error(&error))?;
-            warnings.extend(log.iter().flat_map(LogFile::warnings));
+            warnings.extend(notes.map_err(|error| speed_change_error(&error))?);
         }
         let fit = speed_change::fit(&changes, &options).map_err(|error| no_fit(&source, &error))?;
         let population = fit.population(&model.driver.speed_change, untruncated);
-        let mut answered = speed_change_answer(&fit, &population);
+        let mut answered = speed_change_answer(&fit, &population, &model);
         answered.warnings.splice(0..0, warnings);
         Ok::<Answer, PyErr>(answered)
     })?;

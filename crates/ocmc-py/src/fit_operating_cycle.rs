@@ -158,7 +158,7 @@ pub(crate) fn fit_operating_cycle<'py>(
     let told = found.told(radius_range_m);
     let answered = py.detach(|| {
         let fit = fit_told(&found.roads, &told, &model);
-        fit.map(|fit| operating_cycle_answer(&fit)).map_err(|error| no_fit(&source, &error))
+        fit.map(|fit| operating_cycle_answer(&fit, &model)).map_err(|error| no_fit(&source, &error))
     })?;
     answer(py, &answered)
 }

@@ -4,6 +4,7 @@ use crate::error::{no_fit, table_error};
 use crate::fit::{answer, base_model};
 use crate::input::{Input, input};
 use crate::study::PyStudy;
+use crate::value::utc_offset;
 use ocmc_cli::traffic_answer;
 use ocmc_core::fit::traffic::fit;
 use ocmc_io::column_file::ColumnFile;
@@ -21,6 +22,9 @@ use pyo3::prelude::*;
 ///     columns, or a CSV file.
 /// base : Study, optional
 ///     The study that keeps what was not measured; ``field-truck`` by default.
+/// utc_offset_h : float, optional
+///     Hours by which the place's standard time is ahead of UTC. Times in UTC need it; times with another offset are told at that of
+///     the first row without it.
 ///
 /// Returns
 /// -------
@@ -57,24 +61,26 @@ use pyo3::prelude::*;
 /// >>> round(fit["study"]["traffic"]["types"]["rural"]["off_peak_share"], 1)
 /// 0.1
 #[pyfunction]
-#[pyo3(signature = (table, *, base=None))]
+#[pyo3(signature = (table, *, base=None, utc_offset_h=None))]
 pub(crate) fn fit_traffic<'py>(
     py: Python<'py>,
     table: &Bound<'py, PyAny>,
     base: Option<&Bound<'py, PyStudy>>,
+    utc_offset_h: Option<f64>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let table = input(table, "table")?;
     let source = table.path().to_owned();
-    let model = base_model(base).traffic;
+    let utc_offset_h = utc_offset_h.map(utc_offset).transpose()?;
+    let model = base_model(base);
     let answered = py.detach(|| {
         let records = match table {
-            Input::File(path) => traffic_table::read(&path, &model),
+            Input::File(path) => traffic_table::read(&path, &model.traffic, utc_offset_h),
             Input::Table(table) => ColumnFile::of_table(table)
-                .and_then(|file| traffic_table::read_columns(file, &model)),
+                .and_then(|file| traffic_table::read_columns(file, &model.traffic, utc_offset_h)),
         };
         let records = records.map_err(|error| table_error(&error))?;
-        let fit = fit(&records, &model).map_err(|error| no_fit(&source, &error))?;
-        Ok::<_, PyErr>(traffic_answer(&fit))
+        let fit = fit(&records, &model.traffic).map_err(|error| no_fit(&source, &error))?;
+        Ok::<_, PyErr>(traffic_answer(&fit, &model))
     })?;
     answer(py, &answered)
 }

@@ -3,7 +3,8 @@
 use crate::fit::answer;
 use crate::progress::Watch;
 use crate::study::{PyStudy, plan_of};
-use ocmc_cli::{comparison_answer, sensitivity_answer};
+use ocmc_cli::{birds_eye_answer, comparison_answer, sensitivity_answer};
+use ocmc_core::fit::operating_cycle::birds_eye_of_study;
 use ocmc_core::fleet::comparison;
 use ocmc_core::fleet::quantity::{QUANTITIES, Quantity, quantity};
 use ocmc_core::fleet::run::RunPlan;
@@ -84,6 +85,19 @@ pub(crate) fn shares<'py>(
     })?;
     let shares = shares.map_err(|error| PyValueError::new_err(error.to_string()))?;
     answer(py, &sensitivity_answer(study, plan, &shares, None, wall_s))
+}
+
+/// `Study.birds_eye`.
+pub(crate) fn birds_eye<'py>(
+    py: Python<'py>,
+    study: &LoadedStudy,
+    plan: &RunPlan,
+) -> PyResult<Bound<'py, PyAny>> {
+    let ids = plan.first_cycle..plan.first_cycle + plan.cycles;
+    let (view, _) = driven(py, plan.cycles, None, |look| {
+        birds_eye_of_study(&study.study, plan.seed, ids.clone(), look)
+    })?;
+    answer(py, &birds_eye_answer(study, plan.seed, &ids, &view))
 }
 
 /// Compare two studies on the same cycles: the difference of each pair is that of the studies alone.

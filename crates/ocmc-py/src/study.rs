@@ -330,6 +330,50 @@ impl PyStudy {
         fleet::shares(py, &self.loaded, &plan, column, factors, progress)
     }
 
+    /// Look at the roads that the study draws from above: coarse classes.
+    ///
+    /// Parameters
+    /// ----------
+    /// cycles : int
+    ///     Number of operating cycles that are drawn.
+    /// seed : int
+    ///     Master seed.
+    /// first_cycle : int
+    ///     Id of the first cycle.
+    ///
+    /// Returns
+    /// -------
+    /// Answer
+    ///     The content of ``ocmc study birds-eye --json``: ``birds_eye`` with the classes ``hilliness``, ``transport_cycle``,
+    ///     ``stop_density`` and ``curve_density``, the shares and numbers per km that they come from, and others.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     Where a number is out of its range.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import ocmc
+    /// >>> view = ocmc.Study("field-truck").birds_eye(cycles=20)["birds_eye"]
+    /// >>> view["hilliness"], view["transport_cycle"]
+    /// ('predominantly_flat', 'long_distance')
+    #[pyo3(
+        signature = (*, cycles=None, seed=None, first_cycle=None),
+        text_signature = "($self, *, cycles=100, seed=1, first_cycle=0)"
+    )]
+    fn birds_eye<'py>(
+        &self,
+        py: Python<'py>,
+        cycles: Option<&Bound<'py, PyAny>>,
+        seed: Option<&Bound<'py, PyAny>>,
+        first_cycle: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let standard = 100_u64.into_pyobject(py)?.into_any();
+        let plan = plan_of(cycles.unwrap_or(&standard), seed, first_cycle, None)?;
+        fleet::birds_eye(py, &self.loaded, &plan)
+    }
+
     /// The operating cycle of one cycle, as tracks along the road: without the driver and the truck.
     ///
     /// Parameters

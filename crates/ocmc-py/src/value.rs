@@ -1,5 +1,6 @@
 //! Values of Python on their way into a study or a plan, hostile ones included: endless, huge or broken ones are errors.
 
+use ocmc_io::clock_column::UTC_OFFSETS_H;
 use pyo3::exceptions::{PyOverflowError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyFloat, PyInt, PyList, PyMapping, PyString, PyTuple};
@@ -11,6 +12,16 @@ const MOST_DEPTH: usize = 64;
 const MOST_VALUES: usize = 1_000_000;
 /// Longest value that a message shows, in characters.
 const SHOWN_VALUE: usize = 60;
+
+/// By how many hours a standard time is ahead of UTC.
+pub(crate) fn utc_offset(hours: f64) -> PyResult<f64> {
+    if UTC_OFFSETS_H.contains(&hours) {
+        return Ok(hours);
+    }
+    let [least, most] = [UTC_OFFSETS_H.start(), UTC_OFFSETS_H.end()];
+    let text = format!("`utc_offset_h` is {hours}, allowed are hours from {least} to {most}");
+    Err(PyValueError::new_err(text))
+}
 
 /// A dictionary, a list or a scalar as a value of a study. `key` is its path in messages.
 pub(crate) fn study_value(value: &Bound<PyAny>, key: &str) -> PyResult<Value> {

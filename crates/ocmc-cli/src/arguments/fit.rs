@@ -1,5 +1,7 @@
 //! What the user typed about fits.
 
+use super::log::SteeringArguments;
+use super::value::utc_offset_h;
 use clap::{Args, Subcommand, ValueEnum};
 use ocmc_core::fit::curve_speed::Coding;
 use std::path::PathBuf;
@@ -120,12 +122,8 @@ pub(crate) struct OperatingCycleArguments {
     /// Cuts a curve of a log in two where its curvature steps by this factor or more
     #[arg(long, value_name = "RATIO")]
     pub(crate) split: Option<f64>,
-    /// Ratio of the steering, for logs that only have the angle of the steering wheel
-    #[arg(long, value_name = "RATIO", requires = "wheelbase_m")]
-    pub(crate) steering_ratio: Option<f64>,
-    /// Wheelbase, in m, for logs that only have the angle of the steering wheel
-    #[arg(long, value_name = "M", requires = "steering_ratio")]
-    pub(crate) wheelbase_m: Option<f64>,
+    #[command(flatten)]
+    pub(crate) steering: SteeringArguments,
     #[command(flatten)]
     pub(crate) fitted: FittedArguments,
 }
@@ -137,6 +135,9 @@ pub(crate) struct WeatherArguments {
     /// precipitation_mps|_mm_per_h, wind_speed_mps, wind_direction_rad|_deg
     #[arg(value_name = "HOURS.csv")]
     pub(crate) file: PathBuf,
+    /// Hours by which the place's standard time is ahead of UTC, for times in UTC or with an offset, such as 2024-03-01T14:00Z
+    #[arg(long, value_name = "H", allow_negative_numbers = true, value_parser = utc_offset_h)]
+    pub(crate) utc_offset: Option<f64>,
     #[command(flatten)]
     pub(crate) fitted: FittedArguments,
 }
@@ -148,6 +149,9 @@ pub(crate) struct TrafficArguments {
     /// there are several of a type, site
     #[arg(value_name = "TRAFFIC.csv")]
     pub(crate) file: PathBuf,
+    /// Hours by which the place's standard time is ahead of UTC, for times in UTC or with an offset, such as 2024-03-01T14:00Z
+    #[arg(long, value_name = "H", allow_negative_numbers = true, value_parser = utc_offset_h)]
+    pub(crate) utc_offset: Option<f64>,
     #[command(flatten)]
     pub(crate) fitted: FittedArguments,
 }

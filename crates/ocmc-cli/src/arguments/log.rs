@@ -2,6 +2,7 @@
 
 use clap::{Args, ValueEnum};
 use ocmc_core::log::curve::RadiusDefinition;
+use ocmc_io::log::curves::Steering;
 use std::path::PathBuf;
 
 /// Log files, and what their columns are.
@@ -13,6 +14,25 @@ pub(crate) struct LogFileArguments {
     /// Says which column is what, as in speed_mph=gps_speed or yaw_rate_degps=-gyro; may be repeated
     #[arg(long, value_name = "NAME=COLUMN")]
     pub(crate) map: Vec<String>,
+}
+
+/// What the steering wheel does, for logs that only have its angle.
+#[derive(Clone, Copy, Debug, Args)]
+pub(crate) struct SteeringArguments {
+    /// Ratio of the steering, for logs that only have the angle of the steering wheel
+    #[arg(long, value_name = "RATIO", requires = "wheelbase_m")]
+    pub(crate) steering_ratio: Option<f64>,
+    /// Wheelbase, in m, for logs that only have the angle of the steering wheel
+    #[arg(long, value_name = "M", requires = "steering_ratio")]
+    pub(crate) wheelbase_m: Option<f64>,
+}
+
+impl SteeringArguments {
+    /// From the steering wheel to the path; none where nothing was given.
+    pub(crate) fn steering(self) -> Option<Steering> {
+        let given = self.steering_ratio.zip(self.wheelbase_m);
+        given.map(|(ratio, wheelbase_m)| Steering { ratio, wheelbase_m })
+    }
 }
 
 /// Options of `ocmc curves`.
@@ -41,12 +61,8 @@ pub(crate) struct CurvesArguments {
     /// Time by which the speed comes later than the yaw rate, in s [default: by correlation with the course]
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     pub(crate) speed_lag_s: Option<f64>,
-    /// Ratio of the steering, for logs that only have the angle of the steering wheel
-    #[arg(long, value_name = "RATIO", requires = "wheelbase_m")]
-    pub(crate) steering_ratio: Option<f64>,
-    /// Wheelbase, in m, for logs that only have the angle of the steering wheel
-    #[arg(long, value_name = "M", requires = "steering_ratio")]
-    pub(crate) wheelbase_m: Option<f64>,
+    #[command(flatten)]
+    pub(crate) steering: SteeringArguments,
     /// No account of what was found and left out
     #[arg(long)]
     pub(crate) quiet: bool,

@@ -18,7 +18,7 @@ pub(crate) use log::{
     ControllerName, CurvesArguments, DetectorName, IdentifyArguments, SpeedTermName,
 };
 pub(crate) use run::{MergeArguments, ReportArguments, RunArguments};
-pub(crate) use study::{CycleArguments, StudyArguments, StudyCommand};
+pub(crate) use study::{BirdsEyeArguments, CycleArguments, StudyArguments, StudyCommand};
 
 use clap::{Parser, Subcommand};
 use clap_complete::Shell;

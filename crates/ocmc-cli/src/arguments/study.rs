@@ -1,6 +1,6 @@
 //! What the user typed about studies and single cycles.
 
-use super::value::{cycle_id, whole_number};
+use super::value::{at_least_one, cycle_id, whole_number};
 use clap::{Args, Subcommand};
 use std::path::PathBuf;
 
@@ -27,6 +27,8 @@ pub(crate) enum StudyCommand {
         #[command(flatten)]
         study: StudyArguments,
     },
+    /// Looks at the roads that a study draws from above: hilliness, transport cycle, how dense stops and curves are
+    BirdsEye(BirdsEyeArguments),
     /// Prints the JSON schema of study files
     Schema,
 }
@@ -40,6 +42,25 @@ pub(crate) struct StudyArguments {
     /// Replaces one value of the study, as in driver.curve_speed.exponent=0.5; may be repeated
     #[arg(long, value_name = "KEY=VALUE")]
     pub(crate) set: Vec<String>,
+}
+
+/// Roads of a study.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct BirdsEyeArguments {
+    #[command(flatten)]
+    pub(crate) study: StudyArguments,
+    /// Number of operating cycles that are drawn
+    #[arg(long, value_name = "N", default_value = "100", allow_negative_numbers = true, value_parser = at_least_one)]
+    pub(crate) cycles: u64,
+    /// Id of the first cycle
+    #[arg(long, value_name = "ID", default_value = "0", allow_negative_numbers = true, value_parser = whole_number)]
+    pub(crate) first_cycle: u64,
+    /// Master seed
+    #[arg(long, value_name = "N", default_value = "1", allow_negative_numbers = true, value_parser = whole_number)]
+    pub(crate) seed: u64,
+    /// The answer as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 /// One cycle of a run.

@@ -3,6 +3,7 @@
 use ocmc_core::fleet::precision::Precision;
 use ocmc_core::fleet::run::MOST_THREADS;
 use ocmc_core::random::LAST_CYCLE_ID;
+use ocmc_io::clock_column::UTC_OFFSETS_H;
 
 /// Most cycles that can be driven at a time by a thread.
 const LARGEST_CHUNK: u64 = 65_536;
@@ -59,6 +60,13 @@ pub(super) fn chunk(text: &str) -> Result<u64, String> {
         Ok(number) if (1..=LARGEST_CHUNK).contains(&number) => Ok(number),
         _ => Err(format!("allowed is a whole number from 1 to {LARGEST_CHUNK}")),
     }
+}
+
+/// By how many hours a standard time is ahead of UTC.
+pub(super) fn utc_offset_h(text: &str) -> Result<f64, String> {
+    let hours = text.parse().ok().filter(|hours| UTC_OFFSETS_H.contains(hours));
+    let [least, most] = [UTC_OFFSETS_H.start(), UTC_OFFSETS_H.end()];
+    hours.ok_or_else(|| format!("allowed are hours from {least} to {most}"))
 }
 
 pub(super) fn threads(text: &str) -> Result<usize, String> {

@@ -8,7 +8,8 @@ use crate::failure::Failure;
 use crate::request;
 use ocmc_core::driver::curve_speed::CurveSpeedModel;
 use ocmc_core::fit::curve_speed::{CurveSpeedFit, CurveSpeedOptions, fit};
-use ocmc_io::study::{fitted_json, fitted_text};
+use ocmc_core::study::StudyModel;
+use ocmc_io::study::FittedPart;
 use ocmc_io::{curve_table, study};
 
 /// Where the values stand in a study.
@@ -29,22 +30,22 @@ pub(crate) fn curve_speed(arguments: &CurveSpeedArguments) -> Result<(), Failure
         }
     };
     let population = fit.population(best, &base.model.driver.curve_speed);
-    let answer = curve_speed_answer(&fit, &population, table.driver.len());
+    let answer = curve_speed_answer(&fit, &population, table.driver.len(), &base.model);
     super::print(&arguments.fitted, &answer)?;
-    let values = fitted_text(&KEYS, &population);
-    write_study(&arguments.fitted, "curve-speed", &arguments.file, &values)
+    write_study(&arguments.fitted, "curve-speed", &arguments.file, &answer)
 }
 
-/// What the fit of a table with so many rows tells; `population` is the part of a study that follows from it.
+/// What the fit of a table with so many rows tells; `population` is the part of a study that follows from it, `base` the study
+/// that it is laid over.
 pub fn curve_speed_answer(
     fit: &CurveSpeedFit,
     population: &CurveSpeedModel,
     rows: usize,
+    base: &StudyModel,
 ) -> Answer {
-    let mut json = serde_json::to_value(fit).expect("numbers, words and lists");
-    json["study"] = fitted_json(&KEYS, population);
-    let text = curve_speed_text(fit, rows, &fitted_text(&KEYS, population));
-    Answer { json, text, warnings: fit.warnings.clone() }
+    let part = FittedPart::new(base, &KEYS, population);
+    let text = curve_speed_text(fit, rows, &part.text());
+    super::answer(fit, text, &fit.warnings, &part)
 }
 
 fn options(arguments: &CurveSpeedArguments) -> CurveSpeedOptions {

@@ -18,7 +18,8 @@ use crate::arguments::{FitCommand, FittedArguments};
 use crate::failure::Failure;
 use crate::{output, study};
 use ocmc_core::fit::operating_cycle::ParameterFit;
-use ocmc_io::study::fitted_study;
+use ocmc_io::study::{FittedPart, fitted_study};
+use serde::Serialize;
 use std::fmt::Write;
 use std::path::Path;
 
@@ -38,6 +39,26 @@ fn no_fit(path: &Path, error: impl std::error::Error + 'static) -> Failure {
     Failure::Fit { path: path.to_owned(), error: Box::new(error) }
 }
 
+/// The answer of a fit: what it tells, as JSON with the study's part, and as text.
+fn answer(fit: &impl Serialize, text: String, warnings: &[String], part: &FittedPart) -> Answer {
+    let mut json = serde_json::to_value(fit).expect("numbers, words and lists");
+    json["study"] = part.json();
+    Answer { json, text, warnings: warnings.iter().cloned().chain(part.warnings()).collect() }
+}
+
+/// As [`answer`], of a fit that is a list of numbers.
+fn answer_of_parameters(
+    fit: &impl Serialize,
+    head: &str,
+    parameters: &[ParameterFit],
+    warnings: &[String],
+    part: &FittedPart,
+) -> Answer {
+    let (table, values) = (parameter_table("", parameters), part.text());
+    let text = format!("{head}\n{table}\nTo paste into a study:\n\n{values}");
+    answer(fit, text, warnings, part)
+}
+
 /// Prints the answer of a fit.
 fn print(arguments: &FittedArguments, answer: &Answer) -> Result<(), Failure> {
     for warning in &answer.warnings {
@@ -54,14 +75,14 @@ fn write_study(
     arguments: &FittedArguments,
     command: &str,
     source: &Path,
-    values: &str,
+    answer: &Answer,
 ) -> Result<(), Failure> {
     let Some(path) = &arguments.study_out else {
         return Ok(());
     };
     let name = path.file_stem().map_or("fitted".into(), |stem| stem.to_string_lossy());
     let note = format!("Written by `ocmc fit {command}` from `{}`.", source.display());
-    let (text, _) = fitted_study(&arguments.base, &name, &note, values)?;
+    let (text, _) = fitted_study(&arguments.base, &name, &note, &answer.json["study"])?;
     study::write_new(path, &text)?;
     output::note(&format!("Written: `{path}`. Run it: ocmc --study {path}", path = path.display()));
     Ok(())

@@ -4,13 +4,14 @@ use super::{no_fit, write_study};
 use crate::answer::Answer;
 use crate::arguments::SpeedChangeArguments;
 use crate::failure::Failure;
+use crate::log::mappings;
 use crate::output;
 use ocmc_core::driver::speed_change::SpeedChangeModel;
 use ocmc_core::fit::speed_change::{
     SpeedChangeFit, SpeedChangeLaw, SpeedChangeOptions, SpeedChangeTable, fit,
 };
-use ocmc_io::log::mapping::Mapping;
-use ocmc_io::study::{fitted_json, fitted_text};
+use ocmc_core::study::StudyModel;
+use ocmc_io::study::FittedPart;
 use ocmc_io::{speed_change_table, study};
 use std::fmt::Write;
 
@@ -20,8 +21,7 @@ const KEYS: [&str; 2] = ["driver", "speed_change"];
 /// Fits speed changes and prints their laws.
 pub(crate) fn speed_change(arguments: &SpeedChangeArguments) -> Result<(), Failure> {
     let base = study::load(&arguments.fitted.base, &[] as &[&str])?;
-    let mappings: Vec<Mapping> =
-        arguments.map.iter().map(|text| Mapping::parse(text)).collect::<Result<_, _>>()?;
+    let mappings = mappings(&arguments.map)?;
     let options = SpeedChangeOptions {
         window_s: arguments.window,
         smallest_acceleration_mps2: arguments.smallest_acceleration,
@@ -30,31 +30,33 @@ pub(crate) fn speed_change(arguments: &SpeedChangeArguments) -> Result<(), Failu
     };
     let mut table = SpeedChangeTable::default();
     for path in &arguments.files {
-        if let Some(log) = speed_change_table::append(&mut table, path, &mappings, &options)? {
-            for warning in log.warnings() {
-                output::note(&format!("warning: {warning}"));
-            }
+        for note in speed_change_table::append(&mut table, path, &mappings, &options)? {
+            output::note(&format!("warning: {note}"));
         }
     }
     let source = &arguments.files[0];
     let fit = fit(&table, &options).map_err(|error| no_fit(source, error))?;
     let model = fit.population(&base.model.driver.speed_change, arguments.untruncated);
-    super::print(&arguments.fitted, &speed_change_answer(&fit, &model))?;
-    write_study(&arguments.fitted, "speed-change", source, &fitted_text(&KEYS, &model))
+    let answer = speed_change_answer(&fit, &model, &base.model);
+    super::print(&arguments.fitted, &answer)?;
+    write_study(&arguments.fitted, "speed-change", source, &answer)
 }
 
-/// What the fit of speed changes tells; `model` is the part of a study that follows from it.
-pub fn speed_change_answer(fit: &SpeedChangeFit, model: &SpeedChangeModel) -> Answer {
-    let mut json = serde_json::to_value(fit).expect("numbers, words and lists");
-    json["study"] = fitted_json(&KEYS, model);
+/// What the fit of speed changes tells; `model` is the part of a study that follows from it, `base` the study that it is laid over.
+pub fn speed_change_answer(
+    fit: &SpeedChangeFit,
+    model: &SpeedChangeModel,
+    base: &StudyModel,
+) -> Answer {
+    let part = FittedPart::new(base, &KEYS, model);
     let laws = [("acceleration", &fit.acceleration), ("deceleration", &fit.deceleration)];
     let missing = laws.into_iter().filter(|(_, law)| law.is_none());
     let warning = |name| format!("no {name} was measured: the study keeps the one of its base");
-    Answer {
-        json,
-        text: text(fit, &fitted_text(&KEYS, model)),
-        warnings: missing.map(|(name, _)| warning(name)).collect(),
+    let mut warnings: Vec<String> = missing.map(|(name, _)| warning(name)).collect();
+    if fit.drivers == 1 {
+        warnings.push("there is one driver only: nothing is told about how drivers differ".into());
     }
+    super::answer(fit, text(fit, &part.text()), &warnings, &part)
 }
 
 fn text(fit: &SpeedChangeFit, values: &str) -> String {

@@ -1,7 +1,7 @@
 //! Quantile of the standard normal distribution, of one number and of many.
 #![allow(clippy::excessive_precision, reason = "coefficients as printed in the source")]
 
-use crate::lanes::{Lanes, WIDTH};
+use crate::lanes::{Lanes, WIDTH, ln};
 use fearless_simd::{Level, dispatch, prelude::*};
 
 /// Quantile of the standard normal distribution, Φ⁻¹(p), for p in (0, 1).
@@ -23,32 +23,62 @@ pub fn normal_quantiles(values: &mut [f64]) {
     dispatch!(Level::new(), simd => quantiles(simd, values));
 }
 
+/// Probabilities of a batch.
+const BATCH: usize = 64;
+
 #[inline(always)]
 fn quantiles<S: Simd>(simd: S, values: &mut [f64]) {
-    let (blocks, rest) = values.as_chunks_mut();
-    for block in blocks {
-        let probabilities: [f64; WIDTH] = *block;
-        let q = Lanes::load_array(simd, probabilities) - 0.5;
-        let r = CENTRE_SQUARE - q * q;
-        let centre = q * (horners(&CENTRE_NUMERATOR, r) / horners(&CENTRE_DENOMINATOR, r));
-        *block = centre.into();
-        let mut tails = q.abs().simd_gt(CENTRE).to_bitmask();
-        while tails != 0 {
-            let lane = tails.trailing_zeros() as usize % WIDTH;
-            tails &= tails - 1;
-            block[lane] = tail_quantile(probabilities[lane]);
+    for batch in values.chunks_mut(BATCH) {
+        // tails wait until eight of them have come together
+        let (mut waiting, mut places) = ([0.5; BATCH + WIDTH], [0; BATCH]);
+        let mut count = 0;
+        let (blocks, rest) = batch.as_chunks_mut();
+        for (b, block) in blocks.iter_mut().enumerate() {
+            let probabilities: [f64; WIDTH] = *block;
+            let q = Lanes::load_array(simd, probabilities) - 0.5;
+            let r = CENTRE_SQUARE - q * q;
+            let centre = q * (horners(&CENTRE_NUMERATOR, r) / horners(&CENTRE_DENOMINATOR, r));
+            *block = centre.into();
+            let mut tails = q.abs().simd_gt(CENTRE).to_bitmask();
+            while tails != 0 {
+                let lane = tails.trailing_zeros() as usize % WIDTH;
+                tails &= tails - 1;
+                waiting[count] = probabilities[lane];
+                places[count] = b * WIDTH + lane;
+                count += 1;
+            }
+        }
+        for value in rest {
+            *value = normal_quantile(*value);
+        }
+        for first in (0..count).step_by(WIDTH) {
+            let probabilities = std::array::from_fn(|lane| waiting[first + lane]);
+            let found = tail_quantiles(simd, probabilities);
+            for (place, value) in places[first..count].iter().zip(found) {
+                batch[*place] = value;
+            }
         }
     }
-    for value in rest {
-        *value = normal_quantile(*value);
+}
+
+#[inline(always)]
+fn tail_quantiles<S: Simd>(simd: S, probabilities: [f64; WIDTH]) -> [f64; WIDTH] {
+    let p = Lanes::load_array(simd, probabilities);
+    let below = (p - 0.5).simd_lt(0.0);
+    let r = (-ln(below.select(p, 1.0 - p))).sqrt();
+    if r.simd_gt(MIDDLE).any_true() {
+        return probabilities.map(tail_quantile);
     }
+    let s = r - 1.6;
+    let z = horners(&MIDDLE_NUMERATOR, s) / horners(&MIDDLE_DENOMINATOR, s);
+    below.select(-z, z).into()
 }
 
 fn tail_quantile(p: f64) -> f64 {
     let q = p - 0.5;
     let tail = if q < 0.0 { p } else { 1.0 - p };
     let r = (-libm::log(tail)).sqrt();
-    let z = if r <= 5.0 {
+    let z = if r <= MIDDLE {
         ratio(&MIDDLE_NUMERATOR, &MIDDLE_DENOMINATOR, r - 1.6)
     } else {
         ratio(&FAR_NUMERATOR, &FAR_DENOMINATOR, r - 5.0)
@@ -56,6 +86,8 @@ fn tail_quantile(p: f64) -> f64 {
     if q < 0.0 { -z } else { z }
 }
 
+/// Where the middle of a tail ends, as the root of minus its logarithm.
+const MIDDLE: f64 = 5.0;
 /// Half the width of the centre, where one ratio of polynomials serves.
 const CENTRE: f64 = 0.425;
 /// Its square.
@@ -74,7 +106,11 @@ fn horner(coefficients: &[f64; 8], r: f64) -> f64 {
 #[inline(always)]
 fn horners<S: Simd>(coefficients: &[f64; 8], r: Lanes<S>) -> Lanes<S> {
     let [lower @ .., highest] = coefficients;
-    lower.iter().rev().fold(Lanes::splat(r.simd, *highest), |sum, c| sum * r + *c)
+    let mut sum = Lanes::splat(r.simd, *highest);
+    for c in lower.iter().rev() {
+        sum = sum * r + *c;
+    }
+    sum
 }
 
 const CENTRE_NUMERATOR: [f64; 8] = [

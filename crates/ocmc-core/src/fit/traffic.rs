@@ -26,11 +26,13 @@ pub struct TrafficRecord {
 /// Why records have no fit.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum TrafficFitError {
-    /// Nothing to estimate from.
-    #[error("there are {n} densities; at least {FEWEST} of one road type are needed")]
-    TooFew {
-        /// Densities.
-        n: usize,
+    /// No road type can be estimated.
+    #[error("{records} records say nothing that can be estimated: {reasons}")]
+    Nothing {
+        /// Records.
+        records: usize,
+        /// Why, for each road type.
+        reasons: String,
     },
     /// A road type that the base study does not have.
     #[error("the road type `{name}` is not in the base study, which has {known}")]
@@ -62,6 +64,8 @@ const FEWEST: usize = 48;
 const EDGE: f64 = 0.005;
 /// How far two intervals may differ and still be one, as a share of it.
 const SAME_INTERVAL: f64 = 0.01;
+/// Heights of the peak that have to be seen, as shares of it (judgement): one of them is an extrapolation otherwise.
+const SEEN: [f64; 2] = [0.25, 0.75];
 /// Rounds after which Gauss and Newton's method is given up.
 const MOST_ROUNDS: usize = 100;
 
@@ -71,15 +75,20 @@ const MOST_ROUNDS: usize = 100;
 /// [`TrafficFitError`] says what the records lack.
 pub fn fit(records: &[TrafficRecord], base: &TrafficModel) -> Result<TrafficFit, TrafficFitError> {
     let mut by_type: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
-    for (k, record) in records.iter().enumerate().filter(|(_, record)| record.share.is_finite()) {
+    let known = |record: &TrafficRecord| record.share.is_finite() && !record.road_type.is_empty();
+    for (k, record) in records.iter().enumerate().filter(|(_, record)| known(record)) {
         by_type.entry(&record.road_type).or_default().push(k);
     }
     let n = by_type.values().map(Vec::len).sum();
     let mut model = base.clone();
     let (mut parameters, mut warnings) = (Vec::new(), Vec::new());
-    let missing = records.len() - n;
+    let missing = records.iter().filter(|record| !record.share.is_finite()).count();
     if missing > 0 {
         warnings.push(format!("{missing} records have no density"));
+    }
+    let untyped = records.iter().filter(|record| record.road_type.is_empty()).count();
+    if untyped > 0 {
+        warnings.push(format!("{untyped} records have no road type"));
     }
     let cut = records.iter().filter(|record| record.share != edge(record.share)).count() - missing;
     if cut > 0 {
@@ -106,7 +115,10 @@ pub fn fit(records: &[TrafficRecord], base: &TrafficModel) -> Result<TrafficFit,
                 (base.peak(records[*k].time_s / 3600.0 % 24.0), logit(edge(records[*k].share)))
             })
             .collect();
-        let Some((off, peak)) = typical_shares(&values) else {
+        let seen = values.iter().any(|(bell, _)| *bell <= SEEN[0])
+            && values.iter().any(|(bell, _)| *bell >= SEEN[1]);
+        let shares = if seen { typical_shares(&values) } else { None };
+        let Some((off, peak)) = shares else {
             warnings.push(format!("{road_type}: the hours do not tell peak and off peak apart; it stays that of the base study"));
             continue;
         };
@@ -123,7 +135,8 @@ pub fn fit(records: &[TrafficRecord], base: &TrafficModel) -> Result<TrafficFit,
         }
     }
     if parameters.is_empty() {
-        return Err(TrafficFitError::TooFew { n });
+        let reasons = warnings.join("; ").replace("; it stays that of the base study", "");
+        return Err(TrafficFitError::Nothing { records: records.len(), reasons });
     }
     let known: Vec<f64> = deviations.iter().copied().filter(|u| u.is_finite()).collect();
     model.logit_sd = (known.iter().map(|u| u * u).sum::<f64>() / known.len() as f64).sqrt();

@@ -8,7 +8,8 @@
 //!   normal law, E cos(θ − θ₀) = exp(−SD²/2) and E cos(θ' − θ) = exp(−SD²(1 − φ)).
 //!
 //! Standard errors are those of independent values times √((1 + φ)/(1 − φ)), and √((1 − φ²)/n) for a correlation φ. They are
-//! left out where they have no simple form. A variable that is nowhere recorded keeps the numbers of the base study.
+//! left out where they have no simple form. A variable that is nowhere recorded keeps the numbers of the base study, and so do
+//! temperature and humidity of records that lack a season, or day or night: harmonics of what was not seen are extrapolated.
 
 use super::least_squares::LeastSquares;
 use super::operating_cycle::ParameterFit;
@@ -69,6 +70,8 @@ const FEWEST: usize = 48;
 /// An hour, and how far two records that are an hour apart may be off it, in s.
 const HOUR_S: f64 = 3600.0;
 const OFF_S: f64 = 1.0;
+/// Harmonics of year and day have to be seen up to here on both sides of 0 (judgement): from November to February, and from May to August.
+const HARMONIC_SEEN: f64 = 0.5;
 /// Closest that a humidity comes to 0 and 1 on the logit scale.
 const HUMIDITY_EDGE: f64 = 0.005;
 
@@ -98,7 +101,7 @@ pub fn fit(records: &[HourlyRecord], base: &WeatherModel) -> Result<WeatherFit, 
     estimates.wind(&mut model);
     let Estimates { parameters, mut warnings, .. } = estimates;
     if parameters.is_empty() {
-        let reasons = warnings.join("; ");
+        let reasons = warnings.join("; ").replace("; it stays that of the base study", "");
         return Err(WeatherFitError::Nothing { hours: records.len(), reasons });
     }
     // each record stands for an hour
@@ -160,15 +163,42 @@ impl Estimates<'_> {
             ));
             return inflation(*into);
         };
+        if phi < 0.0 {
+            self.warnings.push(format!(
+                "{key}: an hour is forgotten by the next; the estimate {phi:.3} is taken as 0"
+            ));
+        }
+        let phi = phi.max(0.0);
         let error = ((1.0 - phi * phi).max(0.0) / n as f64).sqrt();
         self.push(key, phi, Some(error), n);
         *into = phi;
         inflation(phi)
     }
 
+    /// Whether these records tell the harmonics of year and day.
+    fn tells_harmonics(&mut self, name: &str, places: &[usize]) -> bool {
+        let seen = |of: fn((f64, f64)) -> f64| {
+            let values = places.iter().map(|place| of(clock(&self.records[*place])));
+            let (low, high) =
+                values.fold((1.0f64, -1.0f64), |(low, high), x| (low.min(x), high.max(x)));
+            low <= -HARMONIC_SEEN && high >= HARMONIC_SEEN
+        };
+        let lacks = match (seen(|clock| clock.0), seen(|clock| clock.1)) {
+            (true, true) => return true,
+            (false, _) => "winter or summer",
+            (true, false) => "day or night",
+        };
+        self.warnings
+            .push(format!("{name}: the records lack {lacks}; it stays that of the base study"));
+        false
+    }
+
     /// Temperatures; what the harmonics leave of each.
     fn temperature(&mut self, model: &mut WeatherModel) -> Option<Vec<f64>> {
         let places = self.recorded("temperature", |w| w.temperature_k)?;
+        if !self.tells_harmonics("temperature", &places) {
+            return None;
+        }
         let records = self.records;
         let clock = |k: usize| clock(&records[places[k]]);
         let value = |k: usize| records[places[k]].weather.temperature_k;
@@ -190,22 +220,35 @@ impl Estimates<'_> {
             x.copy_from_slice(&[1.0, clock(k).0]);
             left(k).abs() * FRAC_PI_2.sqrt()
         });
-        let spread = spread.expect("the season is among the harmonics").coefficients();
+        let mut spread = spread.expect("the season is among the harmonics").coefficients();
+        if spread[0] <= spread[1].abs() {
+            self.warnings.push(
+                "temperature: one season comes out without spread; both SDs are the mean one"
+                    .into(),
+            );
+            spread[1] = 0.0;
+        }
         let mut deviations = vec![f64::NAN; records.len()];
         let mut scores = deviations.clone();
         for (k, place) in places.iter().enumerate() {
             deviations[*place] = left(k);
             scores[*place] = left(k) / (spread[0] + spread[1] * clock(k).0);
         }
+        let gram = harmonics.inverse_gram();
+        let phi = self.hourly_correlation(&scores).map_or(0.0, |(phi, _)| phi);
+        let doubt_k = 2.0 * harmonics.residual_sd() * gram[(1, 1)].sqrt() * inflation(phi);
+        if found[1] < -doubt_k {
+            self.warnings.push("temperature: its coldest days lie in July, and a study knows northern seasons only; it stays that of the base study, and a table whose clock is half a year ahead tells it".into());
+            return Some(deviations);
+        }
+        if found[2] < 0.0 {
+            self.warnings.push("temperature: its nights are warmer than its days; is the clock the place's standard time?".into());
+        }
         let t = &mut model.temperature;
         let n = places.len();
         let inflation =
             self.correlate("temperature.hourly_correlation", &scores, &mut t.hourly_correlation);
-        let gram = harmonics.inverse_gram();
         let error = |c: usize| Some(harmonics.residual_sd() * gram[(c, c)].sqrt() * inflation);
-        if found[1] < 0.0 {
-            self.warnings.push("temperature: its coldest days lie in July; the model's are those of the northern hemisphere, and a study does not take an amplitude below 0".into());
-        }
         t.mean_k = found[0];
         t.annual_amplitude_k = found[1];
         self.push("temperature.mean_k", found[0], error(0), n);
@@ -251,6 +294,9 @@ impl Estimates<'_> {
         let Some(mut places) = self.recorded("humidity", |w| w.relative_humidity) else { return };
         if let Some(warmer) = warmer {
             places.retain(|place| warmer[*place].is_finite());
+        }
+        if !self.tells_harmonics("humidity", &places) {
+            return;
         }
         let records = self.records;
         let edge = |share: f64| share.clamp(HUMIDITY_EDGE, 1.0 - HUMIDITY_EDGE);
@@ -383,7 +429,7 @@ impl Estimates<'_> {
         }
         let calm = places.len() - moving.len();
         if calm > 0 {
-            self.warnings.push(format!("wind speed: {calm} calm hours have no part in its law"));
+            self.warnings.push(format!("wind speed: {calm} calm hours have no part in its law, nor in that of the direction"));
         }
         model.wind.mean_speed_mps = mean;
         model.wind.speed_shape = shape;
@@ -394,7 +440,13 @@ impl Estimates<'_> {
     }
 
     fn wind_direction(&mut self, places: &[usize], model: &mut WeatherModel) {
-        let value = |place: usize| self.records[place].weather.wind_direction_rad;
+        // a calm has no direction, whatever stands there
+        let value = |place: usize| {
+            let Weather { wind_speed_mps, wind_direction_rad, .. } = self.records[place].weather;
+            if wind_speed_mps == 0.0 { f64::NAN } else { wind_direction_rad }
+        };
+        let places: Vec<usize> =
+            places.iter().copied().filter(|place| value(*place).is_finite()).collect();
         let n = places.len() as f64;
         let north = places.iter().map(|place| libm::cos(value(*place))).sum::<f64>() / n;
         let east = places.iter().map(|place| libm::sin(value(*place))).sum::<f64>() / n;
@@ -415,12 +467,12 @@ impl Estimates<'_> {
         let (direction, sd) = (wind.prevailing_direction_rad, wind.direction.sd);
         self.push("wind.prevailing_direction_rad", direction, None, places.len());
         self.push("wind.direction.sd", sd, None, places.len());
-        if phi > 0.0 {
-            wind.direction.hourly_correlation = phi;
-            self.push("wind.direction.hourly_correlation", phi, None, turns.len());
-        } else {
-            self.warnings.push("wind direction: an hour is forgotten by the next; its correlation stays that of the base study".into());
+        if phi < 0.0 {
+            self.warnings.push(format!("wind.direction.hourly_correlation: an hour is forgotten by the next; the estimate {phi:.3} is taken as 0"));
         }
+        let phi = phi.max(0.0);
+        wind.direction.hourly_correlation = phi;
+        self.push("wind.direction.hourly_correlation", phi, None, turns.len());
     }
 }
 

@@ -67,7 +67,7 @@ pub enum EventError {
     },
     /// Time that does not grow, or leaps.
     #[error(
-        "time goes from {before_s} to {after_s} s after row {row}: allowed are steps above 0 and up to {LONGEST_INTERVAL_S} s"
+        "time goes from {before_s} to {after_s} s after row {row} of the event: allowed are steps above 0 and up to {LONGEST_INTERVAL_S} s"
     )]
     Time {
         /// Row before, from 1.
@@ -103,7 +103,9 @@ pub enum EventError {
     #[error("stopped before it was identified")]
     Stopped,
     /// A vehicle that stands.
-    #[error("the vehicle is slower than 2 m/s in {count} rows: the set speed is not constant")]
+    #[error(
+        "the vehicle stands, creeps or reverses (slower than 2 m/s) in {count} rows: the set speed is not constant"
+    )]
     Standing {
         /// How many rows.
         count: usize,

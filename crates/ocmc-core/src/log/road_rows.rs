@@ -4,8 +4,10 @@ use super::Samples;
 use super::curve::DrivenCurve;
 use super::road::{LoggedRoad, MAP_OBJECTS, RoadCounts, RoadLog, RoadOptions};
 use super::sensor::STANDSTILL_MPS;
+use super::signal::LIMITS_MPS;
 use super::standstill::{Standstill, standstills};
-use crate::operating_cycle::given::{GivenCycle, type_by_limit};
+use crate::operating_cycle::given::GivenCycle;
+use crate::operating_cycle::route::type_by_limit;
 use crate::road::curvature::Curve;
 use crate::road::point_event::{EventKind, PointEvent};
 
@@ -15,8 +17,6 @@ const LONGEST_BRIDGE_S: f64 = 10.0;
 const SAME_PLACE_M: f64 = 1.0;
 /// Shortest road, in m: that of a given cycle.
 const SHORTEST_ROAD_M: f64 = 200.0;
-/// Speed limits that can be, in m/s; anything else, such as 0 or 255 km/h, says that the map knows none.
-const LIMITS_MPS: [f64; 2] = [1.0, 70.0];
 /// Limits that differ by less are one, in m/s.
 const SAME_LIMIT_MPS: f64 = 0.1;
 /// A limit that changes this close to where the road type does changes with it, in m (judgement).

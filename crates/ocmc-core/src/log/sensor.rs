@@ -3,10 +3,13 @@
 //! A vehicle at rest does not turn, so the median yaw rate at standstill is the bias. A satellite receiver reports speed
 //! and course late by the same time, so the lag that makes the rate of the course most like the gyro's yaw rate is
 //! the lag of the speed, too. The maximum of the correlation is refined by a parabola.
+//!
+//! Without a gyro the course itself tells how the vehicle turns ([`yaw_rate_of_course`]).
 
 use super::DriveLog;
 use super::signal::{Piece, median};
 use std::f64::consts::PI;
+use std::ops::Range;
 
 /// Slower than this, in m/s, a vehicle stands.
 pub const STANDSTILL_MPS: f64 = 0.3;
@@ -18,6 +21,8 @@ const LARGEST_LAG_S: f64 = 4.0;
 const LAG_STEP_S: f64 = 0.1;
 /// Slower than this, in m/s, the course of a receiver is noise.
 const COURSE_FROM_MPS: f64 = 3.0;
+/// A step of the course that is a turn and no noise, in rad: 2°.
+const TURNING_STEP_RAD: f64 = 2.0 / 180.0 * PI;
 /// A smaller correlation tells no lag.
 const SMALLEST_CORRELATION: f64 = 0.5;
 /// Turning time that a lag needs, in s, and the yaw rate from which it counts, in rad/s.
@@ -88,6 +93,90 @@ fn resampled(piece: &Piece, course: &[f64]) -> Option<(Vec<f64>, Vec<f64>)> {
         turn.push(if rate.is_finite() { rate } else { 0.0 });
     }
     (steps > 0).then_some((yaw, turn))
+}
+
+/// The yaw rate that a receiver's course tells, in rad/s, row by row: the change of the course from the update before to the one behind, over
+/// the time between. Receivers update slower than logs are written: rows that repeat an update are interpolated.
+///
+/// Slower than 3 m/s the course is noise and the vehicle counts as going straight. NaN where course, time or speed are missing.
+pub fn yaw_rate_of_course(time_s: &[f64], speed_mps: &[f64], course_rad: &[f64]) -> Vec<f64> {
+    let rows = time_s.len().min(speed_mps.len()).min(course_rad.len());
+    let known = |k: usize| {
+        time_s[k].is_finite() && course_rad[k].is_finite() && speed_mps[k] > COURSE_FROM_MPS
+    };
+    let slow = |k: usize| speed_mps[k] <= COURSE_FROM_MPS;
+    let mut rates: Vec<f64> = (0..rows).map(|k| if slow(k) { 0.0 } else { f64::NAN }).collect();
+    let hold = rows_of_an_update(course_rad);
+    let mut start = 0;
+    while start < rows {
+        if !known(start) {
+            start += 1;
+            continue;
+        }
+        let end = (start..rows).find(|k| !known(*k)).unwrap_or(rows);
+        run_rates(&mut rates, start..end, hold, time_s, course_rad);
+        start = end;
+    }
+    rates
+}
+
+/// Rows that repeat one update of the course, itself among them: the median where the course turns fast.
+fn rows_of_an_update(course_rad: &[f64]) -> usize {
+    let mut held = Vec::new();
+    let mut since = 0;
+    for k in 1..course_rad.len() {
+        since += 1;
+        let change = wrapped(course_rad[k] - course_rad[k - 1]).abs();
+        if change > TURNING_STEP_RAD {
+            held.push(since as f64);
+        }
+        if change != 0.0 {
+            since = 0;
+        }
+    }
+    if held.is_empty() { 1 } else { (median(held) as usize).max(1) }
+}
+
+/// Yaw rates of consecutive rows with a course.
+fn run_rates(
+    rates: &mut [f64],
+    run: Range<usize>,
+    hold: usize,
+    time_s: &[f64],
+    course_rad: &[f64],
+) {
+    // the rows that bring an update: where the course changes, and at its beat before that
+    let mut updates = vec![run.start];
+    for k in run.start + 1..run.end {
+        if course_rad[k] != course_rad[k - 1] {
+            let last = updates[updates.len() - 1];
+            updates.extend((1..=(k - last - 1) / hold).rev().map(|beats| k - beats * hold));
+            updates.push(k);
+        }
+    }
+    let last = updates[updates.len() - 1];
+    updates.extend((last..run.end).step_by(hold).skip(1));
+    // the course is clockwise
+    let rate = |from: usize, to: usize| {
+        -wrapped(course_rad[to] - course_rad[from]) / (time_s[to] - time_s[from])
+    };
+    let at = |k: usize| {
+        let (from, to) = (updates[k.saturating_sub(1)], updates[(k + 1).min(updates.len() - 1)]);
+        if time_s[to] > time_s[from] { rate(from, to) } else { 0.0 }
+    };
+    let mut k = 0;
+    for row in run {
+        while k + 1 < updates.len() && updates[k + 1] <= row {
+            k += 1;
+        }
+        let (from, to) = (updates[k], updates[(k + 1).min(updates.len() - 1)]);
+        let part = if time_s[to] > time_s[from] {
+            (time_s[row] - time_s[from]) / (time_s[to] - time_s[from])
+        } else {
+            0.0
+        };
+        rates[row] = at(k) * (1.0 - part) + at((k + 1).min(updates.len() - 1)) * part;
+    }
 }
 
 /// An angle between −π and π.
@@ -172,5 +261,33 @@ mod tests {
         log.yaw_rate_radps.to_mut()[60] = 5.0; // a knock on the sensor
         let (pieces, _) = prepare(&log).unwrap();
         assert!((gyro_bias_radps(&pieces).unwrap() - 0.01).abs() < 1e-9);
+    }
+
+    #[test]
+    fn the_course_alone_tells_the_yaw_rate() {
+        // updates of 2 Hz in a log of 10 Hz; the course of a turn of 0.2 rad/s to the left that begins at 20 s
+        let time_s: Vec<f64> = (0..400).map(|k| 0.1 * f64::from(k)).collect();
+        let heading = |t: f64| 0.2 * (t - 20.0).clamp(0.0, 10.0);
+        let course: Vec<f64> = time_s
+            .iter()
+            .map(|t| (6.0 - heading((2.0 * t + 1e-9).floor() / 2.0)).rem_euclid(2.0 * PI))
+            .collect();
+        let mut speed = vec![10.0; 400];
+        speed[350..360].fill(1.0);
+        let mut course_with_hole = course.clone();
+        course_with_hole[100] = f64::NAN;
+        let rates = yaw_rate_of_course(&time_s, &speed, &course_with_hole);
+        for (t, rate) in time_s.iter().zip(&rates) {
+            let (inside, outside) = ((20.6..29.4).contains(t), !(19.0..31.0).contains(t));
+            if inside {
+                assert!((rate - 0.2).abs() < 1e-9, "{t}: {rate}");
+            } else if outside && *t != time_s[100] {
+                assert!(rate.abs() < 1e-9, "{t}: {rate}");
+            }
+        }
+        assert!(rates[100].is_nan());
+        // what was turned is all there
+        let turned: f64 = rates.iter().filter(|rate| !rate.is_nan()).map(|rate| 0.1 * rate).sum();
+        assert!((turned - 2.0).abs() < 0.02, "{turned}");
     }
 }

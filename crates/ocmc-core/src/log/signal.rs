@@ -10,11 +10,13 @@ pub const FEWEST_ROWS: usize = 10;
 pub const RATES_HZ: [f64; 2] = [0.9, 110.0];
 /// Rows farther apart than this many sampling intervals, and than [`SHORTEST_GAP_S`], have a gap between them.
 const GAP_INTERVALS: f64 = 2.5;
-/// See [`GAP_INTERVALS`], in s.
-const SHORTEST_GAP_S: f64 = 0.5;
+/// See [`GAP_INTERVALS`], in s: a log of 1 Hz has no gap there either, and a trace has steps of up to 2 s.
+const SHORTEST_GAP_S: f64 = 2.05;
 /// Speeds and yaw rates above these, in m/s and rad/s, are no road vehicle's: the unit is probably wrong.
 const IMPLAUSIBLE_SPEED_MPS: f64 = 70.0;
 const IMPLAUSIBLE_YAW_RADPS: f64 = 2.0;
+/// Speed limits that can be, in m/s; anything else, such as 0 or 255 km/h, says that the map knows none.
+pub(crate) const LIMITS_MPS: [f64; 2] = [1.0, 70.0];
 /// Nothing on the ground is faster than this, in m/s: the way of such a log would not fit into memory.
 const FASTEST_MPS: f64 = 1000.0;
 /// Slower than this, in m/s, the vehicle reverses; slightly negative speeds are noise around 0.
@@ -37,8 +39,8 @@ pub enum LogError {
     },
     /// Too little to work with.
     #[error(
-        "{usable} of {rows} rows have time, speed and yaw rate ({missing_time} lack the time, {missing_speed} the speed, \
-         {missing_yaw} the yaw rate): at least {FEWEST_ROWS} are needed"
+        "{usable} of {rows} rows can be used ({missing_time} lack the time, {missing_speed} the speed, {missing_yaw} the yaw rate, \
+         {others} repeat a time or reverse): at least {FEWEST_ROWS} are needed"
     )]
     TooFewRows {
         /// Rows of the log.
@@ -51,6 +53,8 @@ pub enum LogError {
         missing_speed: usize,
         /// Rows without yaw rate.
         missing_yaw: usize,
+        /// Rows with the time of the row before, and rows in reverse.
+        others: usize,
     },
     /// Time that runs backwards.
     #[error(
@@ -159,7 +163,7 @@ pub fn prepare(log: &DriveLog) -> Result<(Vec<Piece>, LogCounts), LogError> {
     if let Some(&row) = rows.iter().find(|&&row| log.speed_mps[row] > FASTEST_MPS) {
         return Err(LogError::Speed { row: row + 1, speed_mps: log.speed_mps[row] });
     }
-    check_time(log, &rows)?;
+    check_time(&log.time_s, &rows)?;
     let mut kept: Vec<usize> = Vec::with_capacity(rows.len());
     for row in rows {
         if kept.last().is_some_and(|&last| log.time_s[last] == log.time_s[row]) {
@@ -176,6 +180,7 @@ pub fn prepare(log: &DriveLog) -> Result<(Vec<Piece>, LogCounts), LogError> {
             missing_time: counts.missing_time,
             missing_speed: counts.missing_speed,
             missing_yaw: counts.missing_yaw_rate,
+            others: counts.repeated_time + counts.reversing,
         });
     }
     let intervals = kept.windows(2).map(|pair| log.time_s[pair[1]] - log.time_s[pair[0]]);
@@ -244,14 +249,18 @@ fn usable_rows(log: &DriveLog, counts: &mut LogCounts) -> Vec<usize> {
     rows
 }
 
-fn check_time(log: &DriveLog, rows: &[usize]) -> Result<(), LogError> {
-    let mut back = rows.windows(2).filter(|pair| log.time_s[pair[1]] < log.time_s[pair[0]]);
+/// Checks that time never runs backwards over these rows.
+///
+/// # Errors
+/// [`LogError::Backwards`].
+pub fn check_time(time_s: &[f64], rows: &[usize]) -> Result<(), LogError> {
+    let mut back = rows.windows(2).filter(|pair| time_s[pair[1]] < time_s[pair[0]]);
     let Some(first) = back.next() else { return Ok(()) };
     Err(LogError::Backwards {
         count: 1 + back.count(),
         row: first[0] + 1,
-        before_s: log.time_s[first[0]],
-        after_s: log.time_s[first[1]],
+        before_s: time_s[first[0]],
+        after_s: time_s[first[1]],
     })
 }
 

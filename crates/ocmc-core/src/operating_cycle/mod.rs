@@ -5,6 +5,7 @@
 //! seed all trucks and drivers meet the same cycle, and the speed profile is a function of position alone.
 
 pub mod given;
+pub mod route;
 pub mod segments;
 pub mod told;
 pub mod tracks;
@@ -15,7 +16,7 @@ use crate::road::{Road, RoadModel, RoadSampler};
 use crate::study::Part;
 use crate::traffic::{TrafficModel, TrafficTypeModel};
 use crate::weather::{STANDARD_WEATHER, Weather, WeatherModel};
-use given::Route;
+use route::Route;
 
 /// A limit that no truck reaches, in m/s: what a road without signs shows.
 pub const UNLIMITED_MPS: f64 = 130.0 / 3.6;
@@ -113,7 +114,7 @@ impl OperatingCycleSampler {
 
     /// Draws one operating cycle into `cycle`, whose buffers are reused.
     pub fn sample(&self, streams: &Streams, without: &[Part], cycle: &mut OperatingCycle) {
-        let route = given::choose(&self.routes, streams);
+        let route = route::choose(&self.routes, streams);
         let given_length_m = route.map(|route| route.cycle().length_m);
         cycle.mission = self.mission.sample(given_length_m, streams, without);
         if let Some(route) = route {

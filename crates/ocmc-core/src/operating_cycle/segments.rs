@@ -62,12 +62,12 @@ struct NextChanges {
 }
 
 impl NextChanges {
-    fn first(&self) -> f64 {
-        let surface = lower(self.slope, self.roughness);
+    /// The first change of any track but the slope.
+    fn first_but_slope(&self) -> f64 {
         let rules = lower(self.sign, self.section);
         let clock = lower(self.weather, self.traffic);
         let marks = lower(self.curve, self.event);
-        lower(lower(surface, rules), lower(clock, marks))
+        lower(lower(self.roughness, rules), lower(clock, marks))
     }
 }
 
@@ -148,7 +148,19 @@ impl OperatingCycle {
                 }
             }
 
-            let mut end_m = next.first();
+            // where the slope alone changes
+            let other_m = next.first_but_slope();
+            let last_m = lower(other_m, length_m) - SMALLEST_M;
+            while next.slope < last_m {
+                now.length_m = next.slope - now.start_m;
+                segments.push(now);
+                now.event = NONE;
+                now.start_m = next.slope;
+                now.slope += 1;
+                next.slope = f64::from(now.slope + 1) * road.slope_step_m;
+            }
+
+            let mut end_m = lower(next.slope, other_m);
             if length_m - end_m < SMALLEST_M {
                 end_m = length_m;
             }

@@ -2,6 +2,8 @@
 
 use thiserror::Error;
 
+/// Shortest step, in s.
+pub(super) const SHORTEST_STEP_S: f64 = 1e-3;
 /// Longest step of a moving vehicle, in s.
 const LONGEST_STEP_S: f64 = 3600.0;
 /// Longest rest, in s: what a file of a road allows, too.
@@ -103,10 +105,15 @@ impl DriveCycle {
                 let rests = speed_mps[k - 1] == 0.0 && speed_mps[k] == 0.0;
                 let longest_s = if rests { LONGEST_REST_S } else { LONGEST_STEP_S };
                 let since_s = time_s[k] - time_s[k - 1];
-                check(k, "time since the point before", since_s, 1e-3, longest_s)?;
+                check(k, "time since the point before", since_s, SHORTEST_STEP_S, longest_s)?;
             }
         }
         Ok(Self { time_s, speed_mps, slope })
+    }
+
+    /// A cycle that follows from a plan: its study and its road have been checked, and a truck may rest longer than what a file may say.
+    pub(super) fn of_plan(time_s: Vec<f64>, speed_mps: Vec<f64>, slope: Vec<f64>) -> Self {
+        Self { time_s, speed_mps, slope }
     }
 
     /// Its points: time in s, speed in m/s, and the slope over the step that ends there.

@@ -167,17 +167,9 @@ pub fn follow_study(
 }
 
 /// Follows the speed that the driver of one cycle of a study wants along its road, exactly. Air is that of the departure, the road smooth.
-///
-/// # Errors
-/// [`DriveCycleError`], for a road that is no drive cycle.
-pub fn follow_planned(
-    study: &Study,
-    seed: u64,
-    cycle_id: u64,
-) -> Result<(Record, Followed), DriveCycleError> {
+pub fn follow_planned(study: &Study, seed: u64, cycle_id: u64) -> (Record, Followed) {
     let scenario = study.sample(seed, cycle_id);
-    let cycle = planned_cycle(study, &scenario)?;
-    Ok(follow_scenario(study, &scenario, &cycle))
+    follow_scenario(study, &scenario, &planned_cycle(study, &scenario))
 }
 
 fn follow_scenario(study: &Study, scenario: &Scenario, cycle: &DriveCycle) -> (Record, Followed) {
@@ -228,13 +220,13 @@ fn follow_with_engine(
     sum.n_shifts = driveline.n_shifts;
     let fuel = &diesel.engine_model.fuel;
     let fuel_kg = sum.fuel_j / fuel.heating_value_jpkg;
-    let per_100km = sum.per_m(fuel_kg / fuel.density_kgpm3 * 1000.0) * 1e5;
+    let per_100km = sum.per_m(fuel_kg / fuel.density_kgpm3 * 1000.0).map(|per_m| per_m * 1e5);
     let payload_t = plain.payload_kg / 1000.0;
     let record = Record {
         fuel_kg: Some(fuel_kg),
-        consumption_l_per_100km: Some(per_100km),
-        consumption_l_per_100tkm: (payload_t > 0.0).then(|| per_100km / payload_t),
-        co2_g_per_km: Some(sum.per_m(fuel_kg * fuel.co2_kg_per_kg) * 1e6),
+        consumption_l_per_100km: per_100km,
+        consumption_l_per_100tkm: per_100km.filter(|_| payload_t > 0.0).map(|all| all / payload_t),
+        co2_g_per_km: sum.per_m(fuel_kg * fuel.co2_kg_per_kg).map(|per_m| per_m * 1e6),
         fuel_energy_j: Some(sum.fuel_j),
         engine_loss_j: Some(sum.fuel_j - sum.crankshaft_j),
         crankshaft_work_j: Some(sum.crankshaft_j),
@@ -275,16 +267,16 @@ fn follow_with_battery(
         charged_energy_j: Some(sums.charged_j),
         charging_loss_j: Some(sums.charging_loss_j),
         final_charge: Some(sums.final_charge),
-        consumption_kwh_per_km: Some(sum.per_m(sums.store_j) / 3600.0),
+        consumption_kwh_per_km: sum.per_m(sums.store_j).map(|per_m| per_m / 3600.0),
         ..sum.record(plain)
     };
     (record, sum)
 }
 
 impl Followed {
-    /// An amount per metre; 0 where nothing moved.
-    fn per_m(&self, amount: f64) -> f64 {
-        if self.distance_m > 0.0 { amount / self.distance_m } else { 0.0 }
+    /// An amount per metre; none where nothing moved.
+    fn per_m(&self, amount: f64) -> Option<f64> {
+        (self.distance_m > 0.0).then(|| amount / self.distance_m)
     }
 
     /// The columns that every vehicle has.
@@ -300,7 +292,8 @@ impl Followed {
             wheel_energy_j: self.wheel_j,
             brake_energy_j: self.service_brake_j + self.engine_brake_j,
             auxiliary_energy_j: self.auxiliary_j,
-            wheel_kwh_per_km: self.per_m(self.wheel_j) / 3600.0,
+            // a column without null: 0, as in the closed loop
+            wheel_kwh_per_km: self.per_m(self.wheel_j).unwrap_or(0.0) / 3600.0,
             climb_m: self.climb_m,
             transmission_loss_j: self.transmission_j,
             drag_energy_j: self.drag_j,

@@ -1,6 +1,6 @@
 //! The speed that a driver wants along a road as a drive cycle: for following it exactly, on drawn and on given roads.
 
-use super::drive_cycle::{DriveCycle, DriveCycleError};
+use super::drive_cycle::{DriveCycle, SHORTEST_STEP_S};
 use crate::operating_cycle::segments::Segment;
 use crate::study::{Scenario, Study};
 use crate::tactical::{SpeedProfile, plan};
@@ -11,10 +11,7 @@ const LONGEST_M: f64 = 10.0;
 const SHORTEST_M: f64 = 1.0;
 
 /// The planned speed of a scenario over time, from rest to rest, its standstills included.
-///
-/// # Errors
-/// [`DriveCycleError`], for a road that is no drive cycle.
-pub fn planned_cycle(study: &Study, scenario: &Scenario) -> Result<DriveCycle, DriveCycleError> {
+pub fn planned_cycle(study: &Study, scenario: &Scenario) -> DriveCycle {
     let mut profile = SpeedProfile::default();
     plan(study, scenario, &mut profile);
     let road = &scenario.cycle.road;
@@ -44,7 +41,7 @@ pub fn planned_cycle(study: &Study, scenario: &Scenario) -> Result<DriveCycle, D
             }
             // a truck that rests at both ends of a short piece of road has to move in between
             let mean_mps = (0.5 * (now_mps + end_mps)).max(0.5);
-            now_s += way_m / mean_mps;
+            now_s += (way_m / mean_mps).max(SHORTEST_STEP_S);
             now_mps = end_mps;
             time.push(now_s);
             speed.push(end_mps);
@@ -58,5 +55,5 @@ pub fn planned_cycle(study: &Study, scenario: &Scenario) -> Result<DriveCycle, D
             }
         }
     }
-    DriveCycle::new(time, speed, slope)
+    DriveCycle::of_plan(time, speed, slope)
 }

@@ -296,13 +296,14 @@ impl RoadSampler {
         road.climb_reached = true;
         if self.model.climb_rule == ClimbRule::Bridge {
             let net_climb_m = self.model.net_climb_m.sample(&mut draws);
-            let mut limits = Vec::with_capacity(road.slopes.len());
-            for section in &road.sections {
-                let last = (libm::ceil(section.end_m / step_m) as usize).min(road.slopes.len());
-                limits.resize(last, self.topographies[section.road_type].slope_limit);
-            }
+            let (count, types) = (road.slopes.len(), &self.topographies);
+            let limit = |section: &Section| {
+                let end = (libm::ceil(section.end_m / step_m) as usize).min(count);
+                (end, types[section.road_type].slope_limit)
+            };
+            let limits: Vec<(usize, f64)> = road.sections.iter().map(limit).collect();
             road.climb_reached =
-                bridge(&mut road.slopes, step_m, road.length_m, net_climb_m, |k| limits[k]);
+                bridge(&mut road.slopes, step_m, road.length_m, net_climb_m, &limits);
         }
     }
 }

@@ -94,7 +94,7 @@ impl Traction for Diesel<'_> {
         let [from, to] = state.piece;
         let outside = start_speed.simd_lt(from) | !start_speed.simd_lt(to);
         if outside.any_true() {
-            state.renew_curves(outside.to_bitmask(), start_speed.into(), self.engine);
+            state.renew_curves(outside, start_speed, self.engine);
         }
         Coupling { closed, engaged, free_speed, start_speed, inverse_mass }
     }

@@ -4,6 +4,7 @@ mod alarm;
 pub mod battery_electric;
 pub mod cabin;
 mod change_of_mind;
+mod control;
 pub mod cpu;
 pub mod diesel;
 pub mod drive;

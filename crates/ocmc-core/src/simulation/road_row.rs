@@ -1,5 +1,6 @@
 //! What the step function reads of the road: one row of twelve numbers a segment.
 
+use crate::operating_cycle::segments::Segment;
 use crate::road::surface::iri_mm_per_m;
 use crate::study::{Scenario, Study};
 use crate::tactical::SpeedProfile;
@@ -7,6 +8,7 @@ use crate::vehicle::resistance::{
     GRAVITY_MPS2, braking_friction, rolling_roughness_factor, rolling_temperature_factor,
     rolling_wet_factor,
 };
+use crate::weather::Weather;
 
 /// The numbers of one segment.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -66,104 +68,184 @@ pub struct RoadRows {
     pub head_wind_mps: f64,
     /// Sum of the climbs, in m.
     pub climb_m: f64,
+    /// Rows that end at a stop line, and the standstill there, in s.
+    stops: Vec<(usize, f64)>,
 }
 
 impl RoadRows {
     /// Writes the rows of a planned scenario; the buffers are reused.
     pub fn fill(&mut self, study: &Study, scenario: &Scenario, profile: &SpeedProfile) {
-        let (cycle, vehicle) = (&scenario.cycle, &scenario.vehicle);
-        let road = &cycle.road;
-        let model = &study.powertrain().model;
-        let types = study.operating_cycle().road().types();
-        self.rows.clear();
-        self.rows.reserve(profile.segments.len());
-        let (mut temperature_sum, mut wind_sum, mut climb_sum) = (0.0, 0.0, 0.0);
-        let mut heading = road.heading_rad;
-        let mut altitude_m = 0.0;
-        // what changes with the weather, the surface and the wind's angle, kept from row to row
-        let (mut weather_key, mut half_density, mut rolling_weather, mut grip) =
-            (u32::MAX, 0.0, 0.0, 0.0);
-        let (mut roughness_key, mut iri) = (u32::MAX, 0.0);
-        let (mut wind_key, mut head_wind, mut cross_wind) = ((u32::MAX, 0, 0u64), 0.0, 0.0);
-
-        for (segment, branch) in profile.segments.iter().zip(&profile.branches) {
-            let length_m = segment.length_m;
-            let weather = &cycle.weather[segment.weather as usize].weather;
-            if segment.weather != weather_key {
-                weather_key = segment.weather;
-                half_density = 0.5 * weather.air_density_kgpm3(altitude_m);
-                let coefficient = model.rolling_temperature_coefficient_per_k;
-                rolling_weather = vehicle.rolling_coefficient
-                    * rolling_temperature_factor(weather.temperature_k, coefficient)
-                    * rolling_wet_factor(weather.precipitation_mps, weather.snow);
-                grip = GRAVITY_MPS2 * braking_friction(weather.precipitation_mps, weather.snow);
-            }
-            if segment.roughness != roughness_key {
-                roughness_key = segment.roughness;
-                iri = iri_mm_per_m(road.roughness_m3[segment.roughness as usize]);
-            }
-            // a left curve turns the compass heading back
-            let turn =
-                segment.curve().map_or(0.0, |k| -road.curves[k].curvature_per_m() * length_m);
-            let middle = heading + 0.5 * turn;
-            heading += turn;
-            let key = (segment.weather, segment.section, middle.to_bits());
-            if key != wind_key {
-                wind_key = key;
-                let road_type = road.sections[segment.section as usize].road_type;
-                let exposure = types[road_type].wind_exposure;
-                let (head, cross) = weather.wind_components_mps(middle);
-                (head_wind, cross_wind) = (exposure * head, exposure * cross.abs());
-            }
-            let sine = road.slopes[segment.slope as usize];
-            let cosine = (1.0 - sine * sine).sqrt();
-            let ground = road.grounds[segment.section as usize].rolling_factor();
-            let rough = rolling_roughness_factor(iri, branch.limit.sqrt());
-
-            altitude_m += sine * length_m;
-            climb_sum += sine.max(0.0) * length_m;
-            temperature_sum += weather.temperature_k * length_m;
-            wind_sum += head_wind * length_m;
-            self.rows.push(RoadRow([
-                length_m,
-                branch.limit,
-                branch.backward_end,
-                branch.forward_start + profile.twice_acceleration * length_m,
-                GRAVITY_MPS2 * sine,
-                GRAVITY_MPS2 * cosine * rolling_weather * ground * rough,
-                half_density,
-                head_wind,
-                cross_wind,
-                FAR,
-                grip * cosine,
-                -1.0,
-            ]));
-        }
-        self.mark_stops(study, scenario, profile);
-        self.air_temperature_k = temperature_sum / road.length_m;
-        self.head_wind_mps = wind_sum / road.length_m;
-        self.climb_m = climb_sum;
+        let (rows, stops) = (&mut self.rows, &mut self.stops);
+        let (segments, road) = (&profile.segments, &scenario.cycle.road);
+        let twice_acceleration = profile.twice_acceleration;
+        let mut around = Surroundings::new(study, scenario);
+        let (mut altitude_m, mut climb_m) = (0.0, 0.0);
+        rows.clear();
+        stops.clear();
+        rows.extend(segments.iter().zip(&profile.branches).enumerate().map(
+            |(i, (segment, branch))| {
+                let length_m = segment.length_m;
+                if around.differ(segment, branch.limit) {
+                    around.renew(segment, branch.limit, altitude_m);
+                }
+                if let Some(k) = segment.event()
+                    && let Some(dwell_s) = road.events[k].kind.standstill_s()
+                    && i > 0
+                {
+                    stops.push((i - 1, dwell_s));
+                }
+                let sine = road.slopes[segment.slope as usize];
+                let cosine = (1.0 - sine * sine).sqrt();
+                altitude_m += sine * length_m;
+                climb_m += if sine > 0.0 { sine * length_m } else { 0.0 };
+                RoadRow([
+                    length_m,
+                    branch.limit,
+                    branch.backward_end,
+                    branch.forward_start + twice_acceleration * length_m,
+                    GRAVITY_MPS2 * sine,
+                    around.rolling * cosine,
+                    around.half_density,
+                    around.head_wind_mps,
+                    around.cross_wind_mps,
+                    FAR,
+                    around.grip * cosine,
+                    -1.0,
+                ])
+            },
+        ));
+        stops.push((rows.len() - 1, 0.0));
+        self.mark_stops(study.model().simulation.creep_distance_m);
+        around.leave(road.length_m);
+        self.air_temperature_k = around.temperature_sum / road.length_m;
+        self.head_wind_mps = around.head_wind_sum / road.length_m;
+        self.climb_m = climb_m;
     }
 
-    /// Writes dwell times and distances to stop lines, from the end back.
-    fn mark_stops(&mut self, study: &Study, scenario: &Scenario, profile: &SpeedProfile) {
-        let creep_m = study.model().simulation.creep_distance_m;
-        let events = &scenario.cycle.road.events;
-        let mut beyond_m = FAR;
-        for i in (0..self.rows.len()).rev() {
-            let row = &mut self.rows[i].0;
-            let last = i + 1 == profile.segments.len();
-            let dwell_s = if last {
-                Some(0.0)
-            } else {
-                profile.segments[i + 1].event().and_then(|k| events[k].kind.standstill_s())
-            };
-            if let Some(dwell_s) = dwell_s {
-                row[RoadRow::DWELL] = dwell_s;
-                beyond_m = 0.0;
+    /// Writes dwell times, and distances to stop lines from the rows that end near one.
+    fn mark_stops(&mut self, near_m: f64) {
+        for &(last, dwell_s) in &self.stops {
+            self.rows[last].0[RoadRow::DWELL] = dwell_s;
+            let mut beyond_m = 0.0;
+            for RoadRow(row) in self.rows[..=last].iter_mut().rev() {
+                let is_another = beyond_m > 0.0 && row[RoadRow::DWELL] >= 0.0;
+                if beyond_m > near_m || is_another {
+                    break;
+                }
+                row[RoadRow::TO_STOP] = beyond_m;
+                beyond_m += row[RoadRow::LENGTH];
             }
-            row[RoadRow::TO_STOP] = if beyond_m <= creep_m { beyond_m } else { FAR };
-            beyond_m += row[RoadRow::LENGTH];
         }
+    }
+}
+
+/// What rows take from weather, surface and speed limit: it holds over many segments.
+struct Surroundings<'a> {
+    study: &'a Study,
+    scenario: &'a Scenario,
+    /// Weather, roughness, section and curve here, and the static limit of v², in m²/s².
+    tracks: [u32; 3],
+    curve: Option<usize>,
+    limit: f64,
+    /// Where they began to hold, in m.
+    since_m: f64,
+    /// Compass heading in the middle of the segment and at its end, in rad.
+    middle_rad: f64,
+    heading_rad: f64,
+    /// Rolling on a smooth road in this weather.
+    rolling_weather: f64,
+    /// What [`RoadRow`] says, rolling and grip for a level road.
+    rolling: f64,
+    half_density: f64,
+    head_wind_mps: f64,
+    cross_wind_mps: f64,
+    grip: f64,
+    temperature_k: f64,
+    /// Temperature and headwind times the length that they held over.
+    temperature_sum: f64,
+    head_wind_sum: f64,
+}
+
+impl<'a> Surroundings<'a> {
+    fn new(study: &'a Study, scenario: &'a Scenario) -> Self {
+        Self {
+            study,
+            scenario,
+            tracks: [u32::MAX; 3],
+            curve: None,
+            limit: 0.0,
+            since_m: 0.0,
+            middle_rad: f64::NAN,
+            rolling_weather: 0.0,
+            heading_rad: scenario.cycle.road.heading_rad,
+            rolling: 0.0,
+            half_density: 0.0,
+            head_wind_mps: 0.0,
+            cross_wind_mps: 0.0,
+            grip: 0.0,
+            temperature_k: 0.0,
+            temperature_sum: 0.0,
+            head_wind_sum: 0.0,
+        }
+    }
+
+    /// Whether a segment differs from the one before, or turns the heading.
+    #[inline(always)]
+    fn differ(&self, segment: &Segment, limit: f64) -> bool {
+        let tracks = [segment.weather, segment.roughness, segment.section];
+        segment.curve().is_some()
+            || self.curve.is_some()
+            || tracks != self.tracks
+            || limit != self.limit
+    }
+
+    #[inline(never)]
+    fn renew(&mut self, segment: &Segment, limit: f64, altitude_m: f64) {
+        self.leave(segment.start_m);
+        let road = &self.scenario.cycle.road;
+        let weather = &self.scenario.cycle.weather[segment.weather as usize].weather;
+        let [last_weather, _, last_section] = self.tracks;
+        let new_weather = segment.weather != last_weather;
+        if new_weather {
+            self.meet(weather, altitude_m);
+        }
+        let iri = iri_mm_per_m(road.roughness_m3[segment.roughness as usize]);
+        self.rolling = self.rolling_weather
+            * road.grounds[segment.section as usize].rolling_factor()
+            * rolling_roughness_factor(iri, limit.sqrt());
+
+        let (curve, last_heading_rad) = (segment.curve(), self.middle_rad);
+        // a left curve turns the compass heading back
+        let turn_rad = curve.map_or(0.0, |k| -road.curves[k].curvature_per_m() * segment.length_m);
+        self.middle_rad = self.heading_rad + 0.5 * turn_rad;
+        self.heading_rad += turn_rad;
+        if new_weather || segment.section != last_section || self.middle_rad != last_heading_rad {
+            let road_type = road.sections[segment.section as usize].road_type;
+            let exposure = self.study.operating_cycle().road().types()[road_type].wind_exposure;
+            let (head, cross) = weather.wind_components_mps(self.middle_rad);
+            (self.head_wind_mps, self.cross_wind_mps) = (exposure * head, exposure * cross.abs());
+        }
+        self.tracks = [segment.weather, segment.roughness, segment.section];
+        (self.curve, self.limit) = (curve, limit);
+    }
+
+    fn meet(&mut self, weather: &Weather, altitude_m: f64) {
+        let vehicle = &self.study.powertrain().model;
+        self.half_density = 0.5 * weather.air_density_kgpm3(altitude_m);
+        self.temperature_k = weather.temperature_k;
+        self.grip = GRAVITY_MPS2 * braking_friction(weather.precipitation_mps, weather.snow);
+        let coefficient = vehicle.rolling_temperature_coefficient_per_k;
+        self.rolling_weather = GRAVITY_MPS2
+            * self.scenario.vehicle.rolling_coefficient
+            * rolling_temperature_factor(weather.temperature_k, coefficient)
+            * rolling_wet_factor(weather.precipitation_mps, weather.snow);
+    }
+
+    /// Books what held up to here.
+    fn leave(&mut self, here_m: f64) {
+        let length_m = here_m - self.since_m;
+        self.temperature_sum += self.temperature_k * length_m;
+        self.head_wind_sum += self.head_wind_mps * length_m;
+        self.since_m = here_m;
     }
 }

@@ -4,7 +4,7 @@ use super::road_row::{FAR, RoadRow};
 use super::step_length::AFTER_JUMP;
 use super::traction::Traction;
 use crate::driver::pedal::PedalModel;
-use crate::lanes::{Lanes, WIDTH};
+use crate::lanes::{Flags, Lanes, WIDTH};
 use crate::study::{SimulationModel, Study};
 use crate::vehicle::Powertrain;
 use crate::vehicle::engine::Engine;
@@ -281,17 +281,30 @@ impl<S: Simd> State<S> {
     }
 
     /// Looks up the piece of the full-load and drag curves in some lanes, by their engine speeds in rad/s.
-    #[cold]
-    #[inline(never)]
-    pub fn renew_curves(&mut self, lanes: u64, speed_radps: [f64; WIDTH], engine: &Engine) {
-        for lane in (0..WIDTH).filter(|lane| lanes >> lane & 1 != 0) {
+    ///
+    /// Whole vectors are written: a vector load right after a store to one of its lanes would wait for it.
+    #[inline(always)]
+    pub fn renew_curves(&mut self, lanes: Flags<S>, speed_radps: Lanes<S>, engine: &Engine) {
+        let simd = speed_radps.simd;
+        let mut left = lanes.to_bitmask();
+        while left != 0 {
+            let lane = left.trailing_zeros() as usize % WIDTH;
+            left &= left - 1;
+            let here = Flags::from_bitmask(simd, 1 << lane);
             let piece = engine.curve_piece(speed_radps[lane]);
-            self.piece[0][lane] = piece.from_radps;
-            self.piece[1][lane] = piece.to_radps;
-            for (column, value) in self.curves.iter_mut().zip(piece.row) {
-                column[lane] = value;
+            let [from, to] = &mut self.piece;
+            let [full, full_slope, drag, drag_slope] = &mut self.curves;
+            for (column, value) in [
+                (from, piece.from_radps),
+                (to, piece.to_radps),
+                (full, piece.row[0]),
+                (full_slope, piece.row[1]),
+                (drag, piece.row[2]),
+                (drag_slope, piece.row[3]),
+                (&mut self.map_torque, piece.map_torque_nm),
+            ] {
+                *column = here.select(Lanes::splat(simd, value), *column);
             }
-            self.map_torque[lane] = piece.map_torque_nm;
         }
     }
 

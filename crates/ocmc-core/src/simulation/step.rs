@@ -1,43 +1,32 @@
 //! One step of eight trucks: controller, powertrain, resistances, and the books.
 //!
-//! Heun's method: v₁ = v + dt (a₁ + a₂)/2, dx = dt (v + v₁)/2. Each force's work is the mean of its two stage forces
-//! times dx, so m (v₁² − v²)/2 equals the net work exactly and the energy balance closes without a remainder. The
-//! crankshaft's work is the mean torque times the crank angle, which is k dx with the clutch closed and w dt while it
-//! slips or is open. Fuel is the map at the step's mean speed and torque.
+//! Heun's method: v₁ = v + dt (a₁ + σ (a₂ − a₁)/2), dx = dt (v + v₁)/2, where σ is the share of the predicted step that is left
+//! where it is cut, otherwise 1. Each force's work is its mean, weighted alike, times dx, so m (v₁² − v²)/2 equals the net work
+//! exactly and the energy balance closes without a remainder. The crankshaft's work is the mean torque times the crank angle,
+//! which is k dx with the clutch closed and w dt while it slips or is open. Fuel is the map at the step's mean speed and torque.
 //!
-//! The step is cut where the segment ends, where a shift or the time until the next one ends, where the truck comes to
-//! rest, and where a driver or the gearbox changes its mind. Gear, clutch and
-//! hold are decided at the step's start and frozen over both stages.
+//! The step is cut where the segment ends, where a shift or the time until the next one ends, where the truck comes to rest, and
+//! where a driver or the gearbox changes its mind. Gear, clutch and hold are decided at the step's start and frozen over both
+//! stages.
 
+use super::control::Control;
 use super::lag::following;
 use super::road_row::RoadRow;
 use super::state::{Shared, State, Total};
 use super::step_length::{is_too_long, longest_next};
 use super::step_view::StepView;
 use super::traction::{Coupling, Demand, Pull, Traction, Turn};
-use crate::lanes::{Flags, Lanes, WIDTH, clip, columns, where_set};
+use crate::lanes::{Flags, Lanes, WIDTH, columns, mix, where_set};
 use crate::vehicle::resistance::drag_forces_n;
 use fearless_simd::prelude::*;
 
 /// The road rows under the trucks, by the columns of [`RoadRow`].
 pub(super) type Row<S> = [Lanes<S>; RoadRow::COLUMNS];
 
-/// What the driver does in one stage.
-#[derive(Clone, Copy)]
-pub(super) struct Control<S: Simd> {
-    pub desired: Lanes<S>,
-    /// The controller's output, and with the band of overspeed what the brakes see of it.
-    pub output: Lanes<S>,
-    pub demand: Lanes<S>,
-    pub accelerator: Lanes<S>,
-    brake: Lanes<S>,
-    integral_rate: Lanes<S>,
-}
-
 /// What is decided at the step's start.
 #[derive(Clone, Copy)]
 pub(super) struct Decision<S: Simd> {
-    row: Row<S>,
+    pub row: Row<S>,
     pub control: Control<S>,
     pub hold: Flags<S>,
     pub held: Lanes<S>,
@@ -137,12 +126,6 @@ pub fn stages<S: Simd, T: Traction>(
     )
 }
 
-/// The first number and a share of what the second one differs from it.
-#[inline(always)]
-fn mix<S: Simd>(share: Lanes<S>, first: Lanes<S>, second: Lanes<S>) -> Lanes<S> {
-    first + share * (second - first)
-}
-
 impl<S: Simd> State<S> {
     /// Advances one block alone by one step.
     #[inline(always)]
@@ -192,62 +175,6 @@ impl<S: Simd> State<S> {
         let row = [a, b, c, d, e, f, g, h, i, j, k, l];
         self.left = turns.select(row[RoadRow::LENGTH], self.left);
         row
-    }
-
-    /// The desired speed, in m/s, and the braking branch of its square.
-    #[inline(always)]
-    fn desired<T: Traction>(
-        &self,
-        row: &Row<S>,
-        left: Lanes<S>,
-        shared: &Shared<T>,
-    ) -> (Lanes<S>, Lanes<S>) {
-        let limit = row[RoadRow::LIMIT];
-        let backward = row[RoadRow::BACKWARD] + self.twice_deceleration * left;
-        let forward = (row[RoadRow::FORWARD] - self.twice_acceleration * left).max(shared.launch);
-        (limit.min(backward).min(forward).sqrt(), backward)
-    }
-
-    /// The operational module at one stage.
-    #[inline(always)]
-    fn control<T: Traction>(
-        &self,
-        limit: Lanes<S>,
-        speed: Lanes<S>,
-        (desired, backward): (Lanes<S>, Lanes<S>),
-        integral: Lanes<S>,
-        filtered: Lanes<S>,
-        hold: Flags<S>,
-        held: Lanes<S>,
-        shared: &Shared<T>,
-    ) -> Control<S> {
-        let pedals = shared.pedals;
-        let error = desired - speed;
-        let lag = speed - filtered;
-        let pull = self.proportional * error;
-        let continuous = pull + integral - self.derivative_over_filter * lag;
-        let output = hold.select(held, continuous);
-
-        // near its speed the limiter lets the pedal go down less and less far
-        let vehicle = &shared.powertrain.model;
-        let end_mps = vehicle.limiter_speed_mps + vehicle.limiter_range_mps;
-        let allowed = (end_mps - speed) * shared.per_limiter_range;
-        let accelerator = clip(output.min(allowed), 0.0, 1.0);
-
-        // downhill, above a static limit, the driver lets the truck run up to the edge of a band
-        let edge = pull + self.proportional * pedals.overspeed_band_mps;
-        let in_band = speed.simd_gt(pedals.overspeed_from_mps) & !backward.simd_lt(limit);
-        let demand = in_band.select(output.max(edge), output);
-        let brake = clip(demand * -pedals.brake_scale, 0.0, 1.0);
-        let realised = accelerator - brake * shared.per_brake_scale;
-        Control {
-            desired,
-            output,
-            demand,
-            accelerator,
-            brake,
-            integral_rate: self.integral_gain * error + self.tracking * (realised - output),
-        }
     }
 
     /// Pedals, clutch and hold at the step's start.
@@ -362,7 +289,7 @@ impl<S: Simd> State<S> {
         let filtered = self.filtered
             + filter.end * (self.speed - self.filtered)
             + filter.mean * (speed - self.speed);
-        let path = self.desired(&decision.row, left, shared);
+        let path = self.desired_ahead(decision, left, shared);
         let limit = decision.row[RoadRow::LIMIT];
         let (hold, held) = (decision.hold, decision.held);
         let control = self.control(limit, speed, path, integral, filtered, hold, held, shared);
@@ -461,6 +388,8 @@ impl<S: Simd> State<S> {
         let driven = (self.torque + engine.end * (command - self.torque) + engine.mean * change)
             .max(second.pull.drag_torque)
             .min(second.pull.full_load);
+        // the limits are those at the end of the step, which a step that is taken back has not come to
+        let driven = ending.too_long.select(self.torque, driven);
         self.torque = where_set(engaged, driven);
         let first_control = &decision.control;
         self.integral = self.clamp_integral(
@@ -522,13 +451,5 @@ impl<S: Simd> State<S> {
     ) {
         self.totals[total as usize] += amount;
         added[total as usize] = amount;
-    }
-
-    #[inline(always)]
-    fn clamp_integral<T: Traction>(&self, integral: Lanes<S>, shared: &Shared<T>) -> Lanes<S> {
-        let pid = &shared.pedals.pid;
-        let clamped = clip(integral, pid.integral_minimum, pid.integral_maximum);
-        // a driver without an integral part keeps none
-        where_set(self.integral_gain.simd_gt(0.0), clamped)
     }
 }

@@ -7,9 +7,9 @@ use fearless_simd::prelude::*;
 
 /// Share of the longest step that is taken right after a jump of the pedals: what it does to the gearbox's mind is seen at
 /// once.
-pub(super) const AFTER_JUMP: f64 = 0.1;
+pub(super) const AFTER_JUMP: f64 = 0.07;
 /// Change of acceleration over a step that its length aims at, in m/s².
-const AIM_MPS2: f64 = 0.02;
+const AIM_MPS2: f64 = 0.03;
 /// Change of acceleration at which a step that is longer than the short one is taken back, in m/s².
 const TOO_MUCH_MPS2: f64 = 0.05;
 /// Keeps a quotient finite, in m/s².

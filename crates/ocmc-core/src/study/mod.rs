@@ -10,7 +10,8 @@ pub use check::{Problem, StudyError};
 
 use crate::driver::{Driver, DriverModel};
 use crate::mission::MissionModel;
-use crate::operating_cycle::given::{GivenCycle, GivenCycleError, Keep, Route};
+use crate::operating_cycle::given::{GivenCycle, GivenCycleError};
+use crate::operating_cycle::route::{Keep, Route};
 use crate::operating_cycle::{OperatingCycle, OperatingCycleSampler};
 use crate::random::{Exchange, Factor, Stream, Streams};
 use crate::road::RoadModel;
@@ -61,7 +62,7 @@ pub struct Description {
 ///
 /// | Name | Default | Purpose |
 /// |---|---|---|
-/// | `step_s` | 1 | longest time step: that of a truck whose acceleration is steady |
+/// | `step_s` | 1.5 | longest time step: that of a truck whose acceleration is steady |
 /// | `longest_duration_s` | 172800 | a cycle that drives longer is `timed_out` |
 /// | `stall_time_s`, `stall_distance_m` | 60, 1 | less progress than this in this time is `stalled` |
 /// | `capture_distance_m` | 0.5 | a truck this close to its stop line has stopped |
@@ -95,16 +96,19 @@ pub struct SimulationModel {
 }
 
 impl SimulationModel {
+    /// The short step as a share of the longest one.
+    pub const SHORT_STEP_SHARE: f64 = 0.25;
+
     /// Step that may always be taken but right after a jump of the pedals, in s.
     pub fn short_step_s(&self) -> f64 {
-        0.4 * self.step_s
+        Self::SHORT_STEP_SHARE * self.step_s
     }
 }
 
 impl Default for SimulationModel {
     fn default() -> Self {
         Self {
-            step_s: 1.0,
+            step_s: 1.5,
             longest_duration_s: 172_800.0,
             stall_time_s: 60.0,
             stall_distance_m: 1.0,

@@ -77,6 +77,9 @@ pub struct FuelModel {
     pub co2_kg_per_kg: f64,
 }
 
+/// Torques that differ by this share are the same: full load often ends where the map does.
+const ROUNDING: f64 = 1e-9;
+
 /// Cells of the byte tables.
 const CELLS: usize = 1024;
 /// Speed covered by the byte table, in rad/s: 0.25 rad/s a cell. Faster engines have it twice or four times as wide.
@@ -111,6 +114,13 @@ impl PieceTable {
         clip(x * self.cells_per_unit - 0.5, 0.0, (CELLS - 1) as f64) + SHIFT
     }
 
+    /// The piece at the middle of a number's cell.
+    #[inline(always)]
+    fn piece_of_number(&self, x: f64) -> usize {
+        // NaN is in the first cell
+        self.piece[((x * self.cells_per_unit) as usize).min(CELLS - 1)] as usize
+    }
+
     #[inline(always)]
     fn piece_of(&self, cell: f64) -> usize {
         self.piece[cell.to_bits() as usize & (CELLS - 1)] as usize
@@ -142,12 +152,9 @@ pub struct CurvePiece {
 /// An engine prepared for the hot loop.
 #[derive(Clone, Debug)]
 pub struct Engine {
-    /// Speeds at which the pieces of the curves meet, in rad/s.
-    curve_knots: Vec<f64>,
-    /// {full load at 0, slope, drag at 0, slope} of each piece, in Nm and Nm s.
-    curves: Vec<CurveRow>,
-    /// [`CurvePiece::map_torque_nm`] of each piece.
-    map_reach_nm: Vec<f64>,
+    /// The pieces of the full-load and drag curves.
+    curves: Vec<CurvePiece>,
+    curve_pieces: PieceTable,
     peak_torque_nm: f64,
     map_speed_pieces: PieceTable,
     map_torque_pieces: PieceTable,
@@ -158,9 +165,14 @@ pub struct Engine {
 impl Engine {
     /// Prepares a checked model.
     pub fn new(model: &EngineModel) -> Self {
-        let (curve_knots, curves) = saturated_curves(model);
-        let reach = |piece| model.map_reach_nm(middle(&curve_knots, piece));
-        let map_reach_nm = (0..curves.len()).map(reach).collect();
+        let (curve_knots, rows) = saturated_curves(model);
+        let piece = |(k, row): (usize, &CurveRow)| CurvePiece {
+            from_radps: k.checked_sub(1).map_or(f64::NEG_INFINITY, |k| curve_knots[k]),
+            to_radps: curve_knots.get(k).copied().unwrap_or(f64::INFINITY),
+            row: *row,
+            map_torque_nm: model.map_reach_nm(middle(&curve_knots, k)) * (1.0 + ROUNDING),
+        };
+        let curves = rows.iter().enumerate().map(piece).collect();
         let map = filled_map(&model.map_torque_nm, &model.map_fuel_kgps);
         let mut cells = Box::new([[0.0; 4]; MOST_KNOTS * MOST_KNOTS]);
         let (speeds, torques) = (&model.map_speed_radps, &model.map_torque_nm);
@@ -180,9 +192,8 @@ impl Engine {
             span *= 2.0;
         }
         Self {
-            curve_knots,
             curves,
-            map_reach_nm,
+            curve_pieces: PieceTable::new(&curve_knots, span),
             peak_torque_nm: model.full_load_torque_nm.iter().copied().fold(0.0, f64::max),
             map_speed_pieces: PieceTable::new(inner(speeds), span),
             map_torque_pieces: PieceTable::new(inner(torques), TORQUE_SPAN_NM),
@@ -191,14 +202,17 @@ impl Engine {
     }
 
     /// The piece of the full-load and drag curves that holds at a speed.
-    pub fn curve_piece(&self, speed_radps: f64) -> CurvePiece {
-        let k = self.curve_knots.partition_point(|knot| *knot <= speed_radps);
-        CurvePiece {
-            from_radps: k.checked_sub(1).map_or(f64::NEG_INFINITY, |k| self.curve_knots[k]),
-            to_radps: self.curve_knots.get(k).copied().unwrap_or(f64::INFINITY),
-            row: self.curves[k],
-            map_torque_nm: self.map_reach_nm[k],
+    #[inline]
+    pub fn curve_piece(&self, speed_radps: f64) -> &CurvePiece {
+        // the table knows it but for the width of a cell
+        let mut k = self.curve_pieces.piece_of_number(speed_radps);
+        while speed_radps < self.curves[k].from_radps {
+            k -= 1;
         }
+        while speed_radps >= self.curves[k].to_radps {
+            k += 1;
+        }
+        &self.curves[k]
     }
 
     /// Highest full-load torque, in Nm.

@@ -1,6 +1,7 @@
 //! A log of a drive on a road whose curves are known.
 
 use ocmc_core::log::DriveLog;
+use ocmc_core::log::sensor::yaw_rate_of_course;
 use ocmc_core::random::{Draws, Stream};
 use ocmc_core::road::curvature::{Curve, CurveModel};
 
@@ -105,6 +106,34 @@ pub(crate) fn log(
         yaw_rate_radps: yaw_rates.into(),
         ..DriveLog::default()
     }
+}
+
+/// Takes the gyro out of a log of `rate_hz` and `noise`, and puts in the course of a receiver that updates each so many rows and
+/// whose velocity errs by `error_mps` across the way.
+pub(crate) fn course_alone(
+    log: &mut DriveLog,
+    seed: u64,
+    noise: f64,
+    rows_of_update: usize,
+    error_mps: f64,
+) {
+    let mut draws = Draws::new(seed, 2, Stream::Curve);
+    let (mut heading, mut shown) = (0.3f64, 0.0f64);
+    let mut course = Vec::with_capacity(log.time_s.len());
+    for k in 0..log.time_s.len() {
+        let before = k.saturating_sub(1);
+        let yaw =
+            0.5 * (log.yaw_rate_radps[before] + log.yaw_rate_radps[k]) - noise * GYRO_BIAS_RADPS;
+        if log.speed_mps[k] > 0.0 {
+            heading += yaw * (log.time_s[k] - log.time_s[before]);
+        }
+        let error = error_mps * draws.normal() / log.speed_mps[k].max(0.1);
+        if k % rows_of_update == 0 {
+            shown = (-heading - error).rem_euclid(std::f64::consts::TAU);
+        }
+        course.push(shown);
+    }
+    log.yaw_rate_radps = yaw_rate_of_course(&log.time_s, &log.speed_mps, &course).into();
 }
 
 /// Adds the positions that follow from speed and yaw rate, near 58° north.

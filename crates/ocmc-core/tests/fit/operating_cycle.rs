@@ -2,12 +2,16 @@
 
 use super::common::field_truck;
 use ocmc_core::distribution::{Law, Quantity};
-use ocmc_core::fit::operating_cycle::{Hilliness, RoadFit, TransportCycle, fit, fit_told};
+use ocmc_core::fit::operating_cycle::{
+    Density, Hilliness, RoadFit, TransportCycle, birds_eye_of_study, fit, fit_told,
+};
 use ocmc_core::log::road::LoggedRoad;
 use ocmc_core::mission::MissionStopModel;
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::told::{CurveWindow, CurvesTold, Told};
 use ocmc_core::road::RoadTypeModel;
+use std::convert::Infallible;
+use std::ops::ControlFlow;
 
 const CYCLES: u64 = 200;
 
@@ -120,6 +124,59 @@ fn slopes_signs_grounds_and_the_view_from_above() {
         let shares: f64 = view.road_type_share.values().sum();
         assert!((shares - 1.0).abs() < 1e-9);
     }
+}
+
+#[test]
+fn the_view_of_a_study_is_that_of_its_tracks() {
+    let go_on = |_| ControlFlow::<Infallible>::Continue(());
+    let study = field_truck(|_| {});
+    let ControlFlow::Continue(view) = birds_eye_of_study(&study, 1, 0..CYCLES, go_on);
+    let of_tracks = fitted(1).birds_eye;
+    // tracks hold altitudes, whose differences are the slopes up to rounding
+    assert_eq!(view.curves_per_km, of_tracks.curves_per_km);
+    assert_eq!(view.stops_per_km, of_tracks.stops_per_km);
+    for (a, b) in view.share_below.iter().zip(of_tracks.share_below) {
+        assert!((a - b).abs() < 1e-3, "{a} {b}");
+    }
+    for (name, share) in &view.road_type_share {
+        assert!((share - of_tracks.road_type_share[name]).abs() < 1e-9, "{name}: {share}");
+    }
+    assert_eq!(
+        (view.hilliness, view.transport_cycle, view.stop_density, view.curve_density),
+        (
+            of_tracks.hilliness,
+            of_tracks.transport_cycle,
+            of_tracks.stop_density,
+            of_tracks.curve_density
+        )
+    );
+
+    // roads whose classes are known: steep slopes, a stop every 400 m, a curve now and then
+    let study = field_truck(|model| {
+        model.mission.length_m = Quantity::Number(20.0e3);
+        model.mission.stops = Some(MissionStopModel {
+            spacing_m: Quantity::Number(400.0),
+            dwell_s: Quantity::Number(30.0),
+        });
+        for road in model.road.types.values_mut() {
+            road.topography.slope_sd = 0.08;
+            road.topography.slope_limit = 0.25;
+            road.curves.per_m = 0.0;
+            road.stop_signs.turn_share = 0.0;
+            road.give_ways.turn_share = 0.0;
+            road.traffic_lights.turn_share = 0.0;
+        }
+    });
+    let ControlFlow::Continue(view) = birds_eye_of_study(&study, 1, 0..20, go_on);
+    assert_eq!(
+        (view.hilliness, view.transport_cycle, view.stop_density, view.curve_density),
+        (Hilliness::VeryHilly, TransportCycle::StopAndGo, Density::High, Density::Low)
+    );
+    assert_eq!((view.curves_per_km, view.length_m), (0.0, 400.0e3));
+    let stopped = birds_eye_of_study(&study, 1, 0..20, |done| {
+        if done < 3 { ControlFlow::Continue(()) } else { ControlFlow::Break(done) }
+    });
+    assert_eq!(stopped, ControlFlow::Break(3));
 }
 
 #[test]

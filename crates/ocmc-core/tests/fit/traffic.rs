@@ -72,21 +72,29 @@ fn speeds_tell_densities() {
         let speed = truth.speed_mps(share * truth.jam_density_per_m, 30.0);
         assert!((truth.share_at(speed / 30.0) - share).abs() < 1e-9);
     }
-    assert!(truth.share_at(1.2) == 0.0);
+    assert!(truth.share_at(1.2) == 0.0 && truth.share_at(0.0) == 1.0);
+    assert!(truth.share_at(f64::NAN).is_nan());
 }
 
 #[test]
 fn what_says_nothing_is_told() {
     let truth = field_truck_model().traffic;
     let mut records = detected(&truth, 1, 1);
-    assert!(matches!(fit(&records[..9], &truth), Err(TrafficFitError::TooFew { n: 9 })));
-    // one hour of the day tells no peak
-    let night: Vec<_> = records.iter().filter(|r| r.time_s % DAY_S < 600.0).cloned().collect();
-    assert!(fit(&night, &truth).is_err());
+    let few = fit(&records[..9], &truth).unwrap_err();
+    assert!(matches!(few, TrafficFitError::Nothing { records: 9, .. }));
+    assert!(few.to_string().contains("densities, at least 48"), "{few}");
+    // one hour of the day tells no peak, however many days there are
+    let mut night: Vec<_> = records.iter().filter(|r| r.time_s % DAY_S < 600.0).cloned().collect();
+    let later = |r: &TrafficRecord| TrafficRecord { time_s: r.time_s + 100.0 * DAY_S, ..r.clone() };
+    night.extend(night.clone().iter().map(later));
+    let told = fit(&night, &truth).unwrap_err().to_string();
+    assert!(told.contains("do not tell peak and off peak apart"), "{told}");
     records[0].share = f64::NAN;
     records[1].share = 0.0;
+    records[3].road_type.clear();
     let some = fit(&records, &truth).unwrap();
-    for words in ["1 records have no density", "1 densities beyond"] {
+    for words in ["1 records have no density", "1 densities beyond", "1 records have no road type"]
+    {
         assert!(some.warnings.iter().any(|w| w.contains(words)), "{:?}", some.warnings);
     }
     records[2].road_type = "lane".to_owned();

@@ -3,7 +3,7 @@
 use crate::common::field_truck_model;
 use ocmc_core::fit::weather::{HourlyRecord, WeatherFit, WeatherFitError, fit};
 use ocmc_core::random::Streams;
-use ocmc_core::weather::WeatherModel;
+use ocmc_core::weather::{TemperatureModel, WeatherModel};
 
 const YEARS: usize = 3;
 
@@ -91,4 +91,80 @@ fn a_constant_pressure_of_another_altitude_is_told_and_nothing_is_nan() {
     for word in ["845 hPa", "pressure.hourly_correlation"] {
         assert!(some.warnings.iter().any(|w| w.contains(word)), "{word}: {:?}", some.warnings);
     }
+}
+
+#[test]
+fn a_calm_has_no_direction() {
+    let truth = field_truck_model().weather;
+    let records = recorded(&truth, 1);
+    let calm = |direction: f64| {
+        let mut records = records.clone();
+        for record in records.iter_mut().step_by(3) {
+            record.weather.wind_speed_mps = 0.0;
+            record.weather.wind_direction_rad = direction;
+        }
+        fit(&records, &truth).unwrap()
+    };
+    // services write north, or nothing
+    let (north, nothing) = (calm(0.0), calm(f64::NAN));
+    assert_eq!(north.model.wind, nothing.model.wind);
+    let all = fit(&records, &truth).unwrap().model.wind;
+    let turned = north.model.wind.prevailing_direction_rad - all.prevailing_direction_rad;
+    assert!(turned.abs() < 0.02, "{turned}");
+}
+
+#[test]
+fn a_season_that_was_not_seen_is_not_made_up() {
+    let truth = field_truck_model().weather;
+    let base = WeatherModel {
+        temperature: TemperatureModel { mean_k: 290.0, ..truth.temperature.clone() },
+        ..truth.clone()
+    };
+    let records = recorded(&truth, 1);
+    let spring = fit(&records[60 * 24..120 * 24], &base).unwrap();
+    let noon: Vec<_> = records.iter().skip(12).step_by(24).copied().collect();
+    for (some, words) in
+        [(spring, "lack winter or summer"), (fit(&noon, &base).unwrap(), "lack day or night")]
+    {
+        assert_eq!(
+            (&some.model.temperature, &some.model.humidity),
+            (&base.temperature, &base.humidity)
+        );
+        for variable in ["temperature", "humidity"] {
+            let told = format!("{variable}: the records {words}");
+            assert!(some.warnings.iter().any(|w| w.starts_with(&told)), "{:?}", some.warnings);
+        }
+    }
+    // and a southern year is no northern one
+    let mut south = truth.clone();
+    south.temperature.annual_amplitude_k = -9.0;
+    let some = fit(&recorded(&south, 1), &base).unwrap();
+    assert_eq!(some.model.temperature, base.temperature);
+    assert!(some.warnings.iter().any(|w| w.contains("northern seasons")), "{:?}", some.warnings);
+}
+
+#[test]
+fn what_an_hour_forgets_has_no_negative_correlation() {
+    let mut truth = field_truck_model().weather;
+    truth.temperature.hourly_correlation = 0.0;
+    truth.pressure.hourly_correlation = 0.0;
+    truth.humidity.hourly_correlation = 0.0;
+    truth.wind.speed_hourly_correlation = 0.0;
+    truth.wind.direction.hourly_correlation = 0.0;
+    let mut taken = 0;
+    for seed in 1..=3 {
+        let some = fit(&recorded(&truth, seed), &field_truck_model().weather).unwrap();
+        let of =
+            |end: &str| some.parameters.iter().filter(|p| p.key.ends_with(end)).collect::<Vec<_>>();
+        let correlations = of("hourly_correlation");
+        assert_eq!(correlations.len(), 5);
+        for parameter in correlations {
+            // four errors of 26 280 hours
+            assert!((0.0..0.025).contains(&parameter.value), "{parameter:?}");
+            assert_eq!(number(&some.model, &parameter.key), parameter.value);
+        }
+        taken += some.warnings.iter().filter(|w| w.contains("is taken as 0")).count();
+    }
+    // about half of fifteen
+    assert!((2..=13).contains(&taken), "{taken}");
 }

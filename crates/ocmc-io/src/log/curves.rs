@@ -6,6 +6,7 @@ use ocmc_core::log::DriveLog;
 use ocmc_core::log::curve::{
     Correction, CurveDetection, CurveOptions, RadiusDefinition, detect_curves,
 };
+use ocmc_core::log::sensor::yaw_rate_of_course;
 use ocmc_core::log::signal::LogError;
 use serde::Serialize;
 use std::borrow::Cow;
@@ -35,11 +36,12 @@ pub fn needs(radius: RadiusDefinition) -> Vec<Need<'static>> {
 }
 
 /// What tells how a vehicle turns, the best first.
-const TURNING: [Quantity; 4] = [
+const TURNING: [Quantity; 5] = [
     Quantity::YawRate,
     Quantity::Curvature,
     Quantity::LateralAcceleration,
     Quantity::SteeringWheelAngle,
+    Quantity::Course,
 ];
 
 /// Slower than this, in m/s, a lateral acceleration tells no yaw rate.
@@ -168,6 +170,10 @@ pub(super) fn turning_log<'a>(
             let rates = signal.iter().zip(&*speed_mps);
             rates.map(|(a, v)| if slow(*v) { 0.0 } else { a / v }).collect()
         }
+        Quantity::Course => {
+            let time_s = drive.column(Quantity::Time).unwrap_or_default();
+            yaw_rate_of_course(time_s, &speed_mps, &signal).into()
+        }
         _ => signal,
     };
     let mut options = *options;
@@ -179,7 +185,8 @@ pub(super) fn turning_log<'a>(
         time_s: lent(Quantity::Time).unwrap_or_default(),
         speed_mps,
         yaw_rate_radps,
-        course_rad: lent(Quantity::Course),
+        // a course that stands for the yaw rate tells no lag behind it
+        course_rad: lent(Quantity::Course).filter(|_| turning != Quantity::Course),
         latitude_deg: lent(Quantity::Latitude),
         longitude_deg: lent(Quantity::Longitude),
         limit_mps: lent(Quantity::Limit),

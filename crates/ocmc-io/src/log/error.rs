@@ -53,17 +53,17 @@ pub enum LogFileError {
     },
     /// A column that is needed and not there.
     #[error(
-        "`{}` has no column for the {what}: name it {wanted}, or say which one it is, as in --map {example}=COLUMN; its columns are {found}",
+        "`{}` has no column for the {what}: name it {wanted}, or say which one it is, as in --map {example}; its columns are {found}",
         path.display()
     )]
     Missing {
         /// The file.
         path: PathBuf,
-        /// What is missing.
+        /// What is missing, and which column would do but for its unit.
         what: String,
         /// Names that would do.
         wanted: String,
-        /// One of them.
+        /// An assignment that would do.
         example: String,
         /// What there is.
         found: String,

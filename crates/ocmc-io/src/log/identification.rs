@@ -27,7 +27,7 @@ pub struct Identification {
     pub fits: Vec<EventFit>,
     /// What was not, in the order in which that was noticed.
     pub left_out: Vec<LeftOut>,
-    /// Rows that are not used, of each drive that has such.
+    /// What was not used of the drives.
     pub notes: Vec<String>,
 }
 
@@ -36,15 +36,18 @@ impl Identification {
     pub fn add(&mut self, file: &LogFile) {
         for drive in &file.drives {
             let place = file.place(drive);
-            let (events, dropped) = events(drive);
-            if dropped > 0 {
-                self.notes.push(format!(
-                    "{place}: {dropped} of {} rows lack a number that is needed, or repeat the time before: they are not used",
-                    drive.rows()
-                ));
-            }
+            let events = match events(drive, &place) {
+                Ok((events, notes)) => {
+                    self.notes.extend(notes);
+                    events
+                }
+                Err(fault) => {
+                    self.left_out.push(LeftOut { place, reason: fault.to_string() });
+                    continue;
+                }
+            };
             if events.is_empty() {
-                let reason = "no event: a log needs the label `event`, or slopes of 0.5 % or more";
+                let reason = "no event in the rows that can be used: a log needs the label `event`, or slopes of 0.5 % or more";
                 self.left_out.push(LeftOut { place, reason: reason.to_owned() });
                 continue;
             }

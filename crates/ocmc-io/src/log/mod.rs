@@ -13,6 +13,7 @@ pub mod roads;
 mod table;
 mod words;
 
+pub(crate) use account::{counted, row_notes};
 pub use table::read_table;
 pub use words::Words;
 
@@ -237,12 +238,24 @@ fn check_need(
         return Ok(());
     }
     let wanted: Vec<String> = need.any_of.iter().flat_map(|quantity| quantity.names()).collect();
+    let without_unit = header.iter().find(|name| lacks_unit(name, need));
+    let hint = without_unit.map(|name| format!(" (`{name}` has no known unit)"));
     Err(LogFileError::Missing {
         path: path.to_owned(),
-        what: need.what.to_owned(),
-        example: wanted[0].clone(),
+        what: format!("{}{}", need.what, hint.unwrap_or_default()),
+        example: format!("{}={}", wanted[0], without_unit.map_or("COLUMN", String::as_str)),
         wanted: wanted.join(", "),
         found: header.join(", "),
+    })
+}
+
+/// Whether a name is that of a needed quantity, but for its unit.
+fn lacks_unit(name: &str, need: &Need) -> bool {
+    let quantity =
+        Quantity::with_wrong_unit(name).filter(|quantity| need.any_of.contains(quantity));
+    // `speed_furlongs`, but not `speed_limit_sign`
+    quantity.is_some_and(|quantity| {
+        !name[quantity.name().len()..].trim_start_matches('_').contains('_')
     })
 }
 

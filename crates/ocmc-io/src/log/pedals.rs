@@ -1,8 +1,9 @@
 //! From log files to events whose driver can be identified: by the label `event`, or by the slopes of the drive.
 
 use super::quantity::Quantity;
-use super::{LoggedDrive, Need};
+use super::{LoggedDrive, Need, counted};
 use ocmc_core::identification::event::PedalLog;
+use ocmc_core::log::signal::{LogError, check_time};
 
 /// What identification needs of a log.
 pub const NEEDS: [Need; 5] = [
@@ -29,21 +30,57 @@ pub struct LoggedEvent {
     pub log: PedalLog,
 }
 
-/// The events of a drive, and how many of its rows were dropped because a needed number is missing, or the time repeats.
-pub fn events(drive: &LoggedDrive) -> (Vec<LoggedEvent>, usize) {
+/// The events of a drive, and notes about what was not used of it; `place` is where it stands.
+///
+/// # Errors
+/// [`LogError::Backwards`].
+pub fn events(
+    drive: &LoggedDrive,
+    place: &str,
+) -> Result<(Vec<LoggedEvent>, Vec<String>), LogError> {
     let column = |quantity| drive.column(quantity).unwrap_or_default();
     let [time, speed, accelerator, brake, grade] =
         [Quantity::Time, Quantity::Speed, Quantity::Accelerator, Quantity::Brake, Quantity::Grade]
             .map(column);
     let mut rows: Vec<usize> = Vec::with_capacity(time.len());
+    let needed = [time, speed, accelerator, brake, grade];
+    let (mut missing, mut repeated) = ([0; 5], 0);
     for row in 0..drive.rows() {
-        let needed = [time, speed, accelerator, brake, grade];
-        let there = needed.iter().all(|values| values.get(row).is_some_and(|v| !v.is_nan()));
-        let repeats = rows.last().is_some_and(|&last| time[last] == time[row]);
-        if there && !repeats {
+        let lacks = |values: &&[f64]| values.get(row).is_none_or(|value| value.is_nan());
+        if let Some(k) = needed.iter().position(lacks) {
+            missing[k] += 1;
+        } else if rows.last().is_some_and(|&last| time[last] == time[row]) {
+            repeated += 1;
+        } else {
             rows.push(row);
         }
     }
+    check_time(time, &rows)?;
+    let lacking = |quantity| {
+        let values = drive.column(quantity)?;
+        Some(rows.iter().filter(|&&row| values[row].is_nan()).count())
+    };
+    let [positions, gears] =
+        [Quantity::Position, Quantity::Gear].map(|quantity| lacking(quantity).unwrap_or(0));
+    let notes = counted(
+        place,
+        [
+            (missing[0], "rows without time are not used"),
+            (missing[1], "rows without speed are not used"),
+            (missing[2], "rows without accelerator pedal are not used"),
+            (missing[3], "rows without brake pedal are not used"),
+            (missing[4], "rows without slope are not used"),
+            (repeated, "rows with the time of the row before are not used"),
+            (
+                positions,
+                "rows without position: the column is not used, the way is the integral of the speed",
+            ),
+            (
+                gears,
+                "rows without gear: the column is not used, gears follow from the speed of the engine",
+            ),
+        ],
+    );
     let of = |values: &[f64]| rows.iter().map(|&row| values[row]).collect::<Vec<f64>>();
     let known = |quantity| {
         let values = drive.column(quantity).map(of)?;
@@ -58,7 +95,6 @@ pub fn events(drive: &LoggedDrive) -> (Vec<LoggedEvent>, usize) {
         position_m: known(Quantity::Position),
         gear: known(Quantity::Gear),
     };
-    let dropped = drive.rows() - rows.len();
     let named = |event: String, log| LoggedEvent { driver: drive.driver.clone(), event, log };
     let events = if let Some(event) = &drive.event {
         vec![named(event.clone(), log)]
@@ -66,5 +102,5 @@ pub fn events(drive: &LoggedDrive) -> (Vec<LoggedEvent>, usize) {
         let found = log.slope_events(BEFORE_S, AFTER_S).into_iter();
         found.map(|(event, rows)| named(event, log.part(rows.start, rows.end))).collect()
     };
-    (events, dropped)
+    Ok((events, notes))
 }

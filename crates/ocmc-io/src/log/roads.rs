@@ -2,8 +2,9 @@
 
 use super::curves::{DriveError, Steering, turning_log};
 use super::quantity::{Quantity, Word};
-use super::{LogFile, LogFileError, LoggedDrive, Mapping, Need, decompressed, delimiter};
-use crate::number_text::grouped;
+use super::{
+    LogFile, LogFileError, LoggedDrive, Mapping, Need, counted, decompressed, delimiter, row_notes,
+};
 use ocmc_core::log::road::{LoggedRoad, LoggedRoads, RoadCounts, RoadLog, RoadOptions, roads};
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::told::{CurveWindow, CurvesTold, Told};
@@ -22,14 +23,18 @@ pub const NEEDS: [Need; 2] = [
 /// Longest line of column names, in bytes.
 const LONGEST_HEADER: u64 = 1 << 20;
 
-/// Whether a file is a log: a table with columns for time and speed. What cannot be read is none.
+/// Whether a file is a log: a table with a column for time or speed, which no operating cycle has. What cannot be read is none.
 pub fn is_log(path: &Path, mappings: &[Mapping]) -> bool {
     let Some(header) = header(path) else { return false };
+    // a unit may be missing: that is said when it is read
+    if header.iter().any(|name| name == "time" || name == "speed") {
+        return true;
+    }
     let columns = super::mapping::Columns::find(&header, mappings);
     // a log whose columns are unclear is one, and says so when it is read
     columns.map_or_else(
         |error| matches!(error, LogFileError::Ambiguous { .. }),
-        |columns| [Quantity::Time, Quantity::Speed].iter().all(|q| columns.quantity(*q).is_some()),
+        |columns| [Quantity::Time, Quantity::Speed].iter().any(|q| columns.quantity(*q).is_some()),
     )
 }
 
@@ -132,13 +137,8 @@ fn found(
 
 /// What was not used of a drive, or had to be supposed.
 fn notes(place: &str, counts: &RoadCounts) -> Vec<String> {
-    let rows = &counts.rows;
-    let mut notes: Vec<String> = [
-        (rows.missing_time, "rows without time are not used"),
-        (rows.missing_speed, "rows without speed are not used"),
-        (rows.repeated_time, "rows with the time of the row before are not used"),
-        (rows.reversing, "rows in reverse are not used"),
-        (rows.implausible_speed, "rows are faster than 70 m/s: is the unit right?"),
+    let mut notes = row_notes(place, &counts.rows);
+    notes.extend(counted(place, [
         (counts.cuts, "cuts at more than 10 s without rows: the road is not known there"),
         (counts.too_short, "pieces shorter than 200 m are not used"),
         (counts.without_limit, "rows without a possible speed limit: the one before holds"),
@@ -150,11 +150,7 @@ fn notes(place: &str, counts: &RoadCounts) -> Vec<String> {
             counts.unknown_objects,
             "objects of the map are none of stop_sign, give_way, traffic_light, speed_bump, mission_stop: they are left out",
         ),
-    ]
-    .into_iter()
-    .filter(|(count, _)| *count > 0)
-    .map(|(count, what)| format!("{place}: {} {what}", grouped(count as u64)))
-    .collect();
+    ]));
     if counts.by_speed {
         notes.push(format!(
             "{place}: no positions that only grow: the way is the integral of the speed"

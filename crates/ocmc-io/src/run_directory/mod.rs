@@ -25,7 +25,7 @@ use durable::{replace, replaced, temporary};
 use ocmc_core::fleet::dependence::Dependence;
 use ocmc_core::fleet::precision::Precision;
 use ocmc_core::fleet::run::RunPlan;
-use ocmc_core::operating_cycle::given::RouteModel;
+use ocmc_core::operating_cycle::route::RouteModel;
 use ocmc_core::sampling::Sampling;
 use ocmc_core::simulation::record::Record;
 use ocmc_core::study::StudyModel;

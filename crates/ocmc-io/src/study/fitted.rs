@@ -1,40 +1,98 @@
-//! Fitted values as a study file that differs from another one in them alone.
+//! Fitted values as a part of a study, and as a study file that differs from another one in them alone.
 
-use super::StudyFileError;
-use super::load_text;
-use ocmc_core::study::StudyModel;
-use serde::Serialize;
+use super::node::Node;
+use super::resolved::resolved_toml;
+use super::source::{Source, SourceKind};
+use super::{StudyFileError, load_text};
+use ocmc_core::study::{Problem, Study, StudyModel};
+use serde::{Deserialize, Serialize};
 use std::path::Path;
+use std::sync::Arc;
 use toml::{Table, Value};
 
 /// Significant digits of written numbers: more than any fit determines, and enough for shares to sum up to 1.
 const DIGITS: usize = 8;
 
-/// Fitted values under their keys, such as `[driver.curve_speed]`, as TOML to paste into a study.
+/// Fitted values under their keys, such as `[driver.curve_speed]`, to be laid over a study: those that a study takes.
 ///
 /// Numbers are rounded to eight digits.
-pub fn fitted_text(path: &[&str], value: &impl Serialize) -> String {
-    toml::to_string(&fitted(path, value)).expect("a study is tables, lists, numbers and words")
+#[derive(Clone, Debug)]
+pub struct FittedPart {
+    values: Table,
+    left_out: Vec<Problem>,
 }
 
-/// As [`fitted_text`], as JSON.
-pub fn fitted_json(path: &[&str], value: &impl Serialize) -> serde_json::Value {
-    serde_json::to_value(fitted(path, value)).expect("a study is tables, lists, numbers and words")
-}
-
-fn fitted(path: &[&str], value: &impl Serialize) -> Table {
-    let mut value = Value::try_from(value).expect("a study is tables, lists, numbers and words");
-    round(&mut value);
-    for key in path.iter().rev() {
-        value = Value::Table(Table::from_iter([((*key).to_owned(), value)]));
+impl FittedPart {
+    /// The values below `path`. What a study would refuse beside the rest of `base` is left out, so that it stays that of the base.
+    pub fn new(base: &StudyModel, path: &[&str], value: &impl Serialize) -> Self {
+        let mut value =
+            Value::try_from(value).expect("a study is tables, lists, numbers and words");
+        round(&mut value);
+        for key in path.iter().rev() {
+            value = Value::Table(Table::from_iter([((*key).to_owned(), value)]));
+        }
+        let values = if let Value::Table(values) = value { values } else { Table::new() };
+        let mut part = Self { values, left_out: Vec::new() };
+        // what depends on what was left out is refused only then
+        loop {
+            let refused = part.refused(base);
+            let taken_out =
+                refused.iter().filter(|problem| remove(&mut part.values, &problem.path));
+            let done = taken_out.count() == 0;
+            part.left_out.extend(refused);
+            if done {
+                return part;
+            }
+        }
     }
-    match value {
-        Value::Table(table) => table,
-        _ => Table::new(),
+
+    /// What a study with these values would refuse.
+    fn refused(&self, base: &StudyModel) -> Vec<Problem> {
+        let mut tree = tree(resolved_toml(base));
+        tree.overlay(tree_of(&self.values));
+        let model = StudyModel::deserialize(tree.to_toml()).expect("keys of a study over a study");
+        Study::new(model).err().map_or_else(Vec::new, |error| error.problems)
+    }
+
+    /// As TOML, to paste into a study.
+    pub fn text(&self) -> String {
+        toml::to_string(&self.values).expect("a study is tables, lists, numbers and words")
+    }
+
+    /// As JSON.
+    pub fn json(&self) -> serde_json::Value {
+        serde_json::to_value(&self.values).expect("a study is tables, lists, numbers and words")
+    }
+
+    /// What was left out, in words.
+    pub fn warnings(&self) -> impl Iterator<Item = String> + '_ {
+        self.left_out.iter().map(|problem| {
+            format!("{problem}: no study takes the estimate, it stays that of the base study")
+        })
     }
 }
 
-/// A whole study file: `base` with fitted values laid over it, `note` on top.
+/// The tree of a study's text that was written here.
+fn tree(text: String) -> Node {
+    let source = Source { kind: SourceKind::File, name: "fitted".into(), text };
+    Node::parse(&Arc::new(source)).expect("a study as it is written")
+}
+
+fn tree_of(values: &Table) -> Node {
+    tree(toml::to_string(values).expect("a study is tables, lists, numbers and words"))
+}
+
+/// Takes a key out, or the law or the table of lists that it belongs to; whether it was there.
+fn remove(values: &mut Table, path: &str) -> bool {
+    let (first, rest) = path.split_once('.').unwrap_or((path, ""));
+    match values.get_mut(first) {
+        None => false,
+        Some(Value::Table(below)) if !rest.is_empty() && !is_whole(below) => remove(below, rest),
+        Some(_) => values.remove(first).is_some(),
+    }
+}
+
+/// A whole study file: `base` with fitted values ([`FittedPart::json`]) laid over it, `note` on top.
 ///
 /// # Errors
 /// [`StudyFileError`] where the values do not make a study, such as a fitted value out of its range.
@@ -42,7 +100,7 @@ pub fn fitted_study(
     base: &str,
     name: &str,
     note: &str,
-    values: &str,
+    values: &serde_json::Value,
 ) -> Result<(String, StudyModel), StudyFileError> {
     let base = match Path::new(base).canonicalize() {
         Ok(file) if super::builtin::STUDIES.iter().all(|built_in| built_in.name != base) => {
@@ -56,9 +114,15 @@ pub fn fitted_study(
     ]);
     let head = Table::from_iter([("study".to_owned(), Value::Table(study))]);
     let head = toml::to_string(&head).expect("a table of words");
+    let values = toml::to_string(values).expect("a study is tables, lists, numbers and words");
     let text = format!("# {note}\n\n{head}\n{values}");
     let loaded = load_text("the fitted study", &text, &[] as &[&str])?;
     Ok((text, loaded.model))
+}
+
+/// Whether a table makes sense as a whole only: a law, or lists with a row in common.
+fn is_whole(table: &Table) -> bool {
+    table.contains_key("distribution") || table.values().all(Value::is_array)
 }
 
 fn round(value: &mut Value) {
@@ -75,20 +139,64 @@ fn round(value: &mut Value) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use ocmc_core::distribution::{Law, Quantity};
+
+    fn field_truck() -> StudyModel {
+        crate::study::load("field-truck", &[] as &[&str]).unwrap().model
+    }
 
     #[test]
     fn a_fitted_value_is_laid_over_its_base() {
-        let text = fitted_text(
-            &["driver", "curve_speed"],
-            &Table::from_iter([("exponent".to_owned(), Value::Float(0.123456789))]),
-        );
+        let value = Table::from_iter([("exponent".to_owned(), Value::Float(0.123456789))]);
+        let part = FittedPart::new(&field_truck(), &["driver", "curve_speed"], &value);
+        let (text, mut json) = (part.text(), part.json());
         assert_eq!(text, "[driver.curve_speed]\nexponent = 0.12345679\n");
-        let (study, model) = fitted_study("field-truck", "mine", "a note", &text).unwrap();
+        let (study, model) = fitted_study("field-truck", "mine", "a note", &json).unwrap();
         assert_eq!(model.driver.curve_speed.exponent, 0.12345679);
         assert_eq!(model.study.name, "mine");
         assert!(study.starts_with("# a note\n\n[study]\nbase = \"field-truck\""), "{study}");
-        let wild = text.replace("0.12345679", "-7.0");
-        let error = fitted_study("field-truck", "mine", "a note", &wild).unwrap_err();
+        json["driver"]["curve_speed"]["exponent"] = (-7.0).into();
+        let error = fitted_study("field-truck", "mine", "a note", &json).unwrap_err();
         assert!(error.to_string().contains("exponent"), "{error}");
+    }
+    #[test]
+    fn what_a_study_refuses_is_left_out_and_named() {
+        let base = field_truck();
+        let mut weather = base.weather.clone();
+        weather.temperature.mean_k = 281.5;
+        weather.temperature.summer_sd_k = -1.0;
+        weather.wind.speed_shape = f64::NAN;
+        let part = FittedPart::new(&base, &["weather"], &weather);
+        let told: Vec<String> = part.warnings().collect();
+        assert_eq!(told.len(), 2, "{told:?}");
+        assert!(told[0].starts_with("`weather.temperature.summer_sd_k` is -1, allowed is 0 to 20"));
+        assert!(told[1].starts_with("`weather.wind.speed_shape` is not a finite number"));
+        let temperature = &part.json()["weather"]["temperature"];
+        assert_eq!(temperature["mean_k"], 281.5);
+        assert!(temperature.get("summer_sd_k").is_none());
+        fitted_study("field-truck", "mine", "a note", &part.json()).unwrap();
+
+        // a table of lists is left out as a whole
+        let mut driver = base.driver.curve_speed.clone();
+        driver.table.as_mut().unwrap().exponent[0] = -0.1;
+        let part = FittedPart::new(&base, &["driver", "curve_speed"], &driver);
+        let told: Vec<String> = part.warnings().collect();
+        assert!(told.len() == 1 && told[0].contains("table.exponent` is -0.1"), "{told:?}");
+        assert!(part.json()["driver"]["curve_speed"].get("table").is_none());
+
+        // a law is left out as a whole, and so is what does not fit the rest of the study
+        let mut road = base.road.types.clone();
+        let rural = road.get_mut("rural").unwrap();
+        rural.stop_signs.standstill_s = Quantity::Law(Law::Exponential { mean: 1e5 });
+        rural.topography.hill_length_m = 80.0;
+        let part = FittedPart::new(&base, &["road", "types"], &road);
+        let told: Vec<String> = part.warnings().collect();
+        assert!(
+            told.len() == 2 && told[0].contains("draws") && told[1].contains("above 4 times"),
+            "{told:?}"
+        );
+        let left = &part.json()["road"]["types"]["rural"];
+        assert!(left["stop_signs"].get("standstill_s").is_none());
+        assert!(left["topography"].get("hill_length_m").is_none());
     }
 }

@@ -35,14 +35,15 @@ mod vehicle_input;
 
 pub use builtin::{BuiltIn, list, show};
 pub use error::{Cause, Fault, StudyFileError};
-pub use fitted::{fitted_json, fitted_study, fitted_text};
+pub use fitted::{FittedPart, fitted_study};
 pub use init::init_text;
 pub use resolved::{resolved_toml, study_hash};
 pub use schema::schema;
 pub use source::{Place, Source, SourceKind};
 
 use node::{Node, Step};
-use ocmc_core::operating_cycle::given::{GivenCycle, Keep, RouteModel};
+use ocmc_core::operating_cycle::given::GivenCycle;
+use ocmc_core::operating_cycle::route::{Keep, RouteModel};
 use ocmc_core::study::{Study, StudyModel};
 use read::{Kind, Text, read};
 use std::fmt;

@@ -45,7 +45,7 @@ mod tests {
         let hash = |set: &[&str]| study_hash(&load("field-truck", set).unwrap().model);
         let default = hash(&[]);
         assert_eq!(default.len(), 64);
-        assert_eq!(default, hash(&["simulation.step_s=1.0"]));
+        assert_eq!(default, hash(&["simulation.step_s=1.5"]));
         assert_ne!(default, hash(&["simulation.step_s=0.1"]));
         assert_ne!(default, hash(&["study.name=other"]));
     }

@@ -140,11 +140,11 @@ fn reason_against(
     options: &CurveSpeedOptions,
 ) -> Option<&'static str> {
     let [smallest, largest] = options.radius_range_m;
-    if driver.is_empty() || radius_m.is_nan() || speed_mps.is_nan() {
+    if driver.is_empty() || radius_m.is_nan() || speed_mps.is_nan() || speed_mps.is_infinite() {
         Some("missing_value")
-    } else if !(speed_mps > 0.0 && speed_mps.is_finite()) {
+    } else if !(speed_mps > 0.0) {
         Some("speed_not_positive")
-    } else if !(radius_m > 0.0 && radius_m.is_finite()) {
+    } else if !(radius_m > 0.0) {
         Some("radius_not_positive")
     } else if radius_m < smallest {
         Some("radius_too_small")

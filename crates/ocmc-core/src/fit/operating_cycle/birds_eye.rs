@@ -5,9 +5,13 @@
 //! below 50 km, else long distance. Both \[PK\]: Volvo's global transport application, P. Edlund, P.-O. Fryk, SAE 2004-01-2645.
 
 use crate::log::road::LoggedRoad;
-use crate::road::point_event::EventKind;
+use crate::road::Road;
+use crate::road::curvature::Curve;
+use crate::road::point_event::{EventKind, PointEvent};
+use crate::study::Study;
 use serde::Serialize;
 use std::collections::BTreeMap;
+use std::ops::{ControlFlow, Range};
 
 /// Slopes that divide the classes of hilliness.
 const SLOPES: [f64; 3] = [0.03, 0.06, 0.09];
@@ -79,6 +83,8 @@ impl Density {
 /// The bird's-eye view of roads.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct BirdsEye {
+    /// Length of the roads, in m.
+    pub length_m: f64,
     /// Class of hilliness.
     pub hilliness: Hilliness,
     /// Shares of the way with slopes below 3, 6 and 9 %.
@@ -99,53 +105,110 @@ pub struct BirdsEye {
 
 /// Looks at roads on steps of `step_m`.
 pub fn birds_eye(roads: &[LoggedRoad], step_m: f64) -> BirdsEye {
-    let length_m: f64 = roads.iter().map(|road| road.cycle.length_m).sum();
-    let mut below = [0usize; 3];
-    let mut steps = 0;
-    let (mut stops, mut mission_stops, mut curves) = (0, 0, 0);
-    let mut shares: BTreeMap<String, f64> = BTreeMap::new();
+    let mut view = View::default();
     for LoggedRoad { cycle, standstills } in roads {
-        for k in 0..(cycle.length_m / step_m) as usize {
+        let slope = |k: usize| {
             let at = k as f64 * step_m;
-            let slope = (cycle.altitude_m(at + step_m) - cycle.altitude_m(at)) / step_m;
-            steps += 1;
-            for (count, limit) in below.iter_mut().zip(SLOPES) {
+            (cycle.altitude_m(at + step_m) - cycle.altitude_m(at)) / step_m
+        };
+        view.slopes((0..(cycle.length_m / step_m) as usize).map(slope));
+        view.stops += standstills.len();
+        let types = cycle.road_types.as_deref().unwrap_or_default();
+        let ends = types.iter().skip(1).map(|start| start.0).chain([cycle.length_m]);
+        let sections =
+            types.iter().zip(ends).map(|((start, name), end)| (name.as_str(), end - start));
+        view.road(cycle.length_m, &cycle.curves, &cycle.events, sections);
+    }
+    view.finish()
+}
+
+/// Looks at the roads that a study draws, or its routes. `look` is called before each of them, and may break off.
+pub fn birds_eye_of_study<B>(
+    study: &Study,
+    seed: u64,
+    cycle_ids: Range<u64>,
+    mut look: impl FnMut(u64) -> ControlFlow<B>,
+) -> ControlFlow<B, BirdsEye> {
+    let mut view = View::default();
+    for (done, cycle_id) in cycle_ids.enumerate() {
+        look(done as u64)?;
+        let Road { length_m, slopes, slope_step_m, curves, events, sections, .. } =
+            study.sample(seed, cycle_id).cycle.road;
+        view.slopes(slopes.into_iter().take((length_m / slope_step_m) as usize));
+        let names = study.road_types();
+        let sections = sections.iter().map(|s| (names[s.road_type].as_str(), s.end_m - s.start_m));
+        view.road(length_m, &curves, &events, sections);
+    }
+    ControlFlow::Continue(view.finish())
+}
+
+/// What has been seen of roads.
+#[derive(Default)]
+struct View {
+    length_m: f64,
+    /// Steps, and those with slopes below the limits.
+    steps: usize,
+    below: [usize; 3],
+    stops: usize,
+    /// Ends of roads are among them.
+    mission_stops: usize,
+    curves: usize,
+    type_length_m: BTreeMap<String, f64>,
+}
+
+impl View {
+    fn slopes(&mut self, slopes: impl Iterator<Item = f64>) {
+        for slope in slopes {
+            self.steps += 1;
+            for (count, limit) in self.below.iter_mut().zip(SLOPES) {
                 *count += usize::from(slope.abs() < limit);
             }
         }
-        stops += standstills.len();
-        stops += cycle.events.iter().filter(|event| event.kind.standstill_s().is_some()).count();
-        let mission = |kind: &EventKind| matches!(kind, EventKind::MissionStop { .. });
-        mission_stops += 1 + cycle.events.iter().filter(|event| mission(&event.kind)).count();
-        curves += cycle.curves.iter().filter(|curve| curve.radius_m < SLOWING_RADIUS_M).count();
-        let types = cycle.road_types.as_deref().unwrap_or_default();
-        let ends = types.iter().skip(1).map(|start| start.0).chain([cycle.length_m]);
-        for ((start, name), end) in types.iter().zip(ends) {
-            *shares.entry(name.clone()).or_insert(0.0) += (end - start) / length_m;
+    }
+
+    fn road<'a>(
+        &mut self,
+        length_m: f64,
+        curves: &[Curve],
+        events: &[PointEvent],
+        sections: impl Iterator<Item = (&'a str, f64)>,
+    ) {
+        self.length_m += length_m;
+        self.stops += events.iter().filter(|event| event.kind.standstill_s().is_some()).count();
+        let mission = |event: &&PointEvent| matches!(event.kind, EventKind::MissionStop { .. });
+        self.mission_stops += 1 + events.iter().filter(mission).count();
+        self.curves += curves.iter().filter(|curve| curve.radius_m < SLOWING_RADIUS_M).count();
+        for (name, section_m) in sections {
+            *self.type_length_m.entry(name.to_owned()).or_insert(0.0) += section_m;
         }
     }
-    let share_below = below.map(|count| count as f64 / f64::from(steps).max(1.0));
-    let hilliness = match share_below.iter().position(|share| *share > SHARE) {
-        Some(0) => Hilliness::Flat,
-        Some(1) => Hilliness::PredominantlyFlat,
-        Some(_) => Hilliness::Hilly,
-        None => Hilliness::VeryHilly,
-    };
-    let transport_cycle = match length_m / mission_stops as f64 {
-        spacing if spacing < 500.0 => TransportCycle::StopAndGo,
-        spacing if spacing < 5.0e3 => TransportCycle::Local,
-        spacing if spacing < 50.0e3 => TransportCycle::Regional,
-        _ => TransportCycle::LongDistance,
-    };
-    let per_km = |count: usize| count as f64 / length_m * 1000.0;
-    BirdsEye {
-        hilliness,
-        share_below,
-        transport_cycle,
-        stops_per_km: per_km(stops),
-        stop_density: Density::of(per_km(stops), STOPS_PER_KM),
-        curves_per_km: per_km(curves),
-        curve_density: Density::of(per_km(curves), CURVES_PER_KM),
-        road_type_share: shares,
+
+    fn finish(self) -> BirdsEye {
+        let share_below = self.below.map(|count| count as f64 / self.steps.max(1) as f64);
+        let hilliness = match share_below.iter().position(|share| *share > SHARE) {
+            Some(0) => Hilliness::Flat,
+            Some(1) => Hilliness::PredominantlyFlat,
+            Some(_) => Hilliness::Hilly,
+            None => Hilliness::VeryHilly,
+        };
+        let transport_cycle = match self.length_m / self.mission_stops as f64 {
+            spacing if spacing < 500.0 => TransportCycle::StopAndGo,
+            spacing if spacing < 5.0e3 => TransportCycle::Local,
+            spacing if spacing < 50.0e3 => TransportCycle::Regional,
+            _ => TransportCycle::LongDistance,
+        };
+        let per_km = |count: usize| count as f64 / self.length_m * 1000.0;
+        let share = |(name, length_m): (String, f64)| (name, length_m / self.length_m);
+        BirdsEye {
+            length_m: self.length_m,
+            hilliness,
+            share_below,
+            transport_cycle,
+            stops_per_km: per_km(self.stops),
+            stop_density: Density::of(per_km(self.stops), STOPS_PER_KM),
+            curves_per_km: per_km(self.curves),
+            curve_density: Density::of(per_km(self.curves), CURVES_PER_KM),
+            road_type_share: self.type_length_m.into_iter().map(share).collect(),
+        }
     }
 }

@@ -136,6 +136,17 @@ fn profile_error(
     (bend > 0.0).then(|| h / libm::sqrt(bend))
 }
 
+/// Minus log-likelihood of normal values, some cut off and known to be at least so large, of mean and ln SD; less a constant.
+pub(super) fn minus_log_likelihood_of_cut(rows: &[(f64, bool)], theta: &[f64; 2]) -> f64 {
+    let sigma = libm::exp(theta[1]);
+    rows.iter()
+        .map(|&(y, cut)| {
+            let z = (y - theta[0]) / sigma;
+            if cut { -ln_normal_tail(z) } else { 0.5 * z * z + theta[1] }
+        })
+        .sum()
+}
+
 /// Log-normal length with the lengths that the largest heading cut off as "at least so long".
 fn fit_length(roads: &TypeRoads, model: &mut CurveModel, estimates: &mut Estimates) {
     let rows: Vec<(f64, bool)> = roads
@@ -156,15 +167,7 @@ fn fit_length(roads: &TypeRoads, model: &mut CurveModel, estimates: &mut Estimat
         return;
     }
     let (mean, sd) = moments(&whole);
-    let minus_log_likelihood = |theta: &[f64; 2]| {
-        let sigma = libm::exp(theta[1]);
-        rows.iter()
-            .map(|&(y, cut)| {
-                let z = (y - theta[0]) / sigma;
-                if cut { -ln_normal_tail(z) } else { 0.5 * z * z + theta[1] }
-            })
-            .sum::<f64>()
-    };
+    let minus_log_likelihood = |theta: &[f64; 2]| minus_log_likelihood_of_cut(&rows, theta);
     let (theta, value) = minimise(minus_log_likelihood, [mean, libm::log(sd.max(1e-3))], 0.3);
     let error = |j: usize| profile_error(&minus_log_likelihood, theta, value, j);
     let (errors, log_sd) = ([error(0), error(1)], libm::exp(theta[1]));

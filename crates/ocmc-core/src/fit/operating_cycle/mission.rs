@@ -1,10 +1,10 @@
 //! Missions: length, payload, departure, distance between stops, dwell. Each cycle, or drive of a log, counts as one mission.
 
 use super::Estimates;
+use super::curve::minus_log_likelihood_of_cut;
 use super::event::fitted_law;
 use crate::distribution::{Law, Quantity};
 use crate::fit::nelder_mead::minimise;
-use crate::fit::p_value::ln_normal_tail;
 use crate::mission::{MissionModel, MissionStopModel};
 use crate::operating_cycle::given::GivenCycle;
 use crate::road::point_event::EventKind;
@@ -118,15 +118,7 @@ fn log_normal_spacing(spacings: &[(f64, bool)], n: usize) -> (Law, &'static str,
         .filter(|row| row.0 > 0.0)
         .map(|&(spacing_m, cut)| (libm::log(spacing_m), cut))
         .collect();
-    let minus_log_likelihood = |theta: &[f64; 2]| {
-        let sigma = libm::exp(theta[1]);
-        rows.iter()
-            .map(|&(y, cut)| {
-                let z = (y - theta[0]) / sigma;
-                if cut { -ln_normal_tail(z) } else { 0.5 * z * z + theta[1] }
-            })
-            .sum::<f64>()
-    };
+    let minus_log_likelihood = |theta: &[f64; 2]| minus_log_likelihood_of_cut(&rows, theta);
     let mean = rows.iter().map(|row| row.0).sum::<f64>() / rows.len() as f64;
     let (theta, _) = minimise(minus_log_likelihood, [mean, libm::log(0.5)], 0.3);
     let (median, log_sd) = (libm::exp(theta[0]), libm::exp(theta[1]));

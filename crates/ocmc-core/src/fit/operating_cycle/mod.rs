@@ -26,7 +26,7 @@ mod mission;
 mod stretch;
 mod surface;
 
-pub use birds_eye::{BirdsEye, Density, Hilliness, TransportCycle, birds_eye};
+pub use birds_eye::{BirdsEye, Density, Hilliness, TransportCycle, birds_eye, birds_eye_of_study};
 
 use crate::log::road::LoggedRoad;
 use crate::mission::MissionModel;
@@ -44,7 +44,7 @@ use thiserror::Error;
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum RoadFitError {
     /// Nothing to estimate from.
-    #[error("there is no operating cycle")]
+    #[error("there is no operating cycle, and no stretch of a log of 200 m or more")]
     NoCycles,
     /// A cycle without road types.
     #[error("operating cycle {cycle} has no track `road_type`, which says what belongs together")]

@@ -13,10 +13,11 @@ mod law;
 mod window;
 
 pub use law::{SpeedChangeLaw, UntruncatedLaw};
-pub use window::{SpeedLog, accelerations};
+pub use window::{LoggedChanges, SpeedLog, accelerations};
 
 use crate::distribution::{Law, Quantity};
 use crate::driver::speed_change::SpeedChangeModel;
+use crate::log::signal::LogError;
 use law::fit_law;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -84,16 +85,12 @@ pub enum SpeedChangeError {
         /// The others' length.
         wanted: usize,
     },
-    /// Times that do not rise.
-    #[error(
-        "time {time_s} s of row {row} does not lie behind the one before; sort the log, or split it up"
-    )]
-    Time {
-        /// The row, from 1.
-        row: usize,
-        /// Its time, in s.
-        time_s: f64,
-    },
+    /// A log that cannot be used.
+    #[error(transparent)]
+    Log(#[from] LogError),
+    /// Nothing came in.
+    #[error("there is no speed change: no limit changes where speeds were logged")]
+    NoChanges,
     /// No row counts.
     #[error(
         "no speed change is left of {rows}: {within} lie within the thresholds, {missing} have no value"
@@ -113,6 +110,8 @@ pub enum SpeedChangeError {
 pub struct SpeedChangeFit {
     /// Changes that came in.
     pub n: usize,
+    /// Drivers with changes that count, where they are named.
+    pub drivers: usize,
     /// Rows left out, by reason.
     pub dropped: BTreeMap<&'static str, usize>,
     /// Each kind of change, in the order of their first rows.
@@ -137,6 +136,9 @@ pub fn fit(
         if length != n {
             return Err(SpeedChangeError::UnequalColumns { column, length, wanted: n });
         }
+    }
+    if n == 0 {
+        return Err(SpeedChangeError::NoChanges);
     }
     let counts =
         |a: f64| a > options.smallest_acceleration_mps2 || a < -options.smallest_deceleration_mps2;
@@ -183,8 +185,16 @@ pub fn fit(
         })
         .flatten()
         .collect();
+    let mut drivers: Vec<&str> = (0..n)
+        .filter(|k| counts(table.acceleration_mps2[*k]))
+        .map(|k| table.driver[k].as_str())
+        .collect();
+    drivers.sort_unstable();
+    drivers.dedup();
+    drivers.retain(|driver| !driver.is_empty());
     Ok(SpeedChangeFit {
         n,
+        drivers: drivers.len(),
         dropped,
         by_category,
         acceleration: law("all accelerations", true, &|_| true),

@@ -1,6 +1,8 @@
 //! Accelerations from logs: windows with the largest change of speed around changes of the limit.
 
 use super::{SpeedChangeError, SpeedChangeOptions, check};
+use crate::log::DriveLog;
+use crate::log::signal::{LIMITS_MPS, LogCounts, Piece, prepare};
 
 /// Smallest difference of two limits, in m/s.
 const SMALLEST_CHANGE_MPS: f64 = 0.1;
@@ -16,77 +18,113 @@ pub struct SpeedLog<'a> {
     pub limit_mps: &'a [f64],
 }
 
-/// The acceleration at each change of the limit of a log: its kind, such as `70-to-40` in km/h, and its value, in m/s².
-///
-/// Rows with a missing speed or limit are passed over, and so are rows with the time of the row before.
+/// The speed changes of a log, and what was not used of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LoggedChanges {
+    /// Of each change of the limit its kind, such as `70-to-40` in km/h, and the acceleration, in m/s².
+    pub changes: Vec<(String, f64)>,
+    /// Rows.
+    pub rows: LogCounts,
+    /// Rows whose limit is missing or impossible: the one before holds.
+    pub without_limit: usize,
+    /// Changes of the limit around which no window without a gap was logged.
+    pub without_window: usize,
+}
+
+/// A change of the limit.
+struct Change {
+    time_s: f64,
+    from_mps: f64,
+    to_mps: f64,
+}
+
+/// The acceleration at each change of the limit of a log. No window reaches over a gap.
 ///
 /// # Errors
-/// [`SpeedChangeError`] where the columns do not fit together.
+/// [`SpeedChangeError`] where an option is out of its range or the log cannot be used.
 pub fn accelerations(
     log: &SpeedLog,
     options: &SpeedChangeOptions,
-) -> Result<Vec<(String, f64)>, SpeedChangeError> {
+) -> Result<LoggedChanges, SpeedChangeError> {
     check(options)?;
-    let wanted = log.time_s.len();
-    for (column, length) in [("speed", log.speed_mps.len()), ("limit", log.limit_mps.len())] {
-        if length != wanted {
-            return Err(SpeedChangeError::UnequalColumns { column, length, wanted });
-        }
-    }
-    let seen = |k: &usize| {
-        [log.time_s[*k], log.speed_mps[*k], log.limit_mps[*k]].iter().all(|value| value.is_finite())
-    };
-    let mut rows: Vec<usize> = (0..wanted).filter(seen).collect();
-    // a second row of one time tells nothing new
-    rows.dedup_by_key(|row| log.time_s[*row]);
-    for pair in rows.windows(2) {
-        if !(log.time_s[pair[1]] > log.time_s[pair[0]]) {
-            return Err(SpeedChangeError::Time { row: pair[1] + 1, time_s: log.time_s[pair[1]] });
-        }
-    }
-    let changes: Vec<usize> = (1..rows.len())
-        .filter(|&k| {
-            (log.limit_mps[rows[k]] - log.limit_mps[rows[k - 1]]).abs() > SMALLEST_CHANGE_MPS
-        })
-        .collect();
-    let time = |k: usize| log.time_s[rows[k]];
-    let mut found = Vec::new();
-    for (i, &k) in changes.iter().enumerate() {
+    let (pieces, rows) = prepare(&DriveLog {
+        time_s: log.time_s.into(),
+        speed_mps: log.speed_mps.into(),
+        yaw_rate_radps: vec![0.0; log.time_s.len()].into(),
+        limit_mps: Some(log.limit_mps.into()),
+        ..DriveLog::default()
+    })?;
+    let mut found =
+        LoggedChanges { changes: Vec::new(), rows, without_limit: 0, without_window: 0 };
+    let signs = changes(log.limit_mps, &pieces, &mut found.without_limit);
+    for (k, sign) in signs.iter().enumerate() {
         // not into what belongs to the sign before or behind
-        let begin = (time(k) - options.before_s).max(if i > 0 {
-            time(changes[i - 1])
-        } else {
-            f64::NEG_INFINITY
+        let before_s = k.checked_sub(1).map_or(f64::NEG_INFINITY, |before| signs[before].time_s);
+        let behind_s = signs.get(k + 1).map_or(f64::INFINITY, |behind| behind.time_s);
+        let begin_s = before_s.max(sign.time_s - options.before_s);
+        let end_s = behind_s.min(sign.time_s + options.after_s);
+        let rising = sign.to_mps > sign.from_mps;
+        let first =
+            pieces.partition_point(|piece| !(piece.time_s[piece.time_s.len() - 1] >= begin_s));
+        let near = pieces[first..].iter().take_while(|piece| piece.time_s[0] <= end_s);
+        let windows = near.filter_map(|piece| {
+            let from = piece.time_s.partition_point(|time_s| *time_s < begin_s);
+            let to = piece.time_s.partition_point(|time_s| *time_s <= end_s);
+            largest_window(
+                &piece.time_s[from..to],
+                &piece.speed_mps[from..to],
+                options.window_s,
+                rising,
+            )
         });
-        let end = (time(k) + options.after_s)
-            .min(changes.get(i + 1).map_or(f64::INFINITY, |&next| time(next)));
-        let (from, to) = (log.limit_mps[rows[k - 1]], log.limit_mps[rows[k]]);
-        let near: Vec<(f64, f64)> = rows
-            .iter()
-            .map(|&row| (log.time_s[row], log.speed_mps[row]))
-            .filter(|point| (begin..=end).contains(&point.0))
-            .collect();
-        if let Some(acceleration) = largest_window(&near, options.window_s, to > from) {
-            found.push((format!("{:.0}-to-{:.0}", 3.6 * from, 3.6 * to), acceleration));
+        match windows.reduce(|a, b| if rising { a.max(b) } else { a.min(b) }) {
+            Some(acceleration) => {
+                let kind = format!("{:.0}-to-{:.0}", 3.6 * sign.from_mps, 3.6 * sign.to_mps);
+                found.changes.push((kind, acceleration));
+            }
+            None => found.without_window += 1,
         }
     }
     Ok(found)
 }
 
-/// Mean acceleration over the window in which speed rises (or falls) most; none where the points are shorter.
-fn largest_window(points: &[(f64, f64)], window_s: f64, rising: bool) -> Option<f64> {
+/// Where the limit changes; rows without a possible one are counted.
+fn changes(limit_mps: &[f64], pieces: &[Piece], without_limit: &mut usize) -> Vec<Change> {
+    let mut changes = Vec::new();
+    let mut holds_mps = f64::NAN;
+    for piece in pieces {
+        for (&row, &time_s) in piece.row.iter().zip(&piece.time_s) {
+            let to_mps = limit_mps[row];
+            if !(LIMITS_MPS[0]..=LIMITS_MPS[1]).contains(&to_mps) {
+                *without_limit += 1;
+                continue;
+            }
+            if (to_mps - holds_mps).abs() > SMALLEST_CHANGE_MPS {
+                changes.push(Change { time_s, from_mps: holds_mps, to_mps });
+            }
+            holds_mps = to_mps;
+        }
+    }
+    changes
+}
+
+/// Mean acceleration over the window in which speed rises (or falls) most; none where the rows span less.
+fn largest_window(time_s: &[f64], speed_mps: &[f64], window_s: f64, rising: bool) -> Option<f64> {
     let mut best: Option<f64> = None;
     let mut behind = 0;
-    for (k, &(time, speed)) in points.iter().enumerate() {
+    for (k, (time, speed)) in time_s.iter().zip(speed_mps).enumerate() {
         let until = time + window_s;
         behind = behind.max(k);
-        while behind < points.len() && points[behind].0 < until {
+        while behind < time_s.len() && time_s[behind] < until {
             behind += 1;
         }
-        let Some(&(later, fast)) = points.get(behind) else { break };
-        let (sooner, slow) = points[behind.max(1) - 1];
+        let (Some(&later), Some(&fast)) = (time_s.get(behind), speed_mps.get(behind)) else {
+            break;
+        };
+        let before = behind.max(1) - 1;
         let end = if later > until && behind > k {
-            slow + (fast - slow) * (until - sooner) / (later - sooner)
+            let part = (until - time_s[before]) / (later - time_s[before]);
+            speed_mps[before] + (fast - speed_mps[before]) * part
         } else {
             fast
         };
@@ -103,10 +141,10 @@ fn largest_window(points: &[(f64, f64)], window_s: f64, rising: bool) -> Option<
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::log::signal::LogError;
 
-    #[test]
-    fn windows_of_a_log() {
-        // 70 km/h, down to 40 at -0.8 m/s2 before the sign at 100 s, up to 70 at 0.5 m/s2 behind the sign at 200 s
+    /// 70 km/h, down to 40 at -0.8 m/s² before the sign at 100 s, up to 70 at 0.5 m/s² behind the sign at 200 s; ten rows a second.
+    fn drive() -> [Vec<f64>; 3] {
         let (fast, slow) = (70.0 / 3.6, 40.0 / 3.6);
         let time_s: Vec<f64> = (0..3000).map(|k| 0.1 * f64::from(k)).collect();
         let speed = |t: f64| {
@@ -116,30 +154,75 @@ mod tests {
                 (slow + 0.5 * (t - 200.0)).min(fast)
             }
         };
-        let speed_mps: Vec<f64> = time_s.iter().map(|t| speed(*t)).collect();
-        let limit_mps: Vec<f64> =
+        let speed_mps = time_s.iter().map(|t| speed(*t)).collect();
+        let limit_mps =
             time_s.iter().map(|t| if (100.0..200.0).contains(t) { slow } else { fast }).collect();
-        let log = SpeedLog { time_s: &time_s, speed_mps: &speed_mps, limit_mps: &limit_mps };
-        let found = accelerations(&log, &SpeedChangeOptions::default()).unwrap();
-        assert_eq!(found.len(), 2);
+        [time_s, speed_mps, limit_mps]
+    }
+
+    fn found([time_s, speed_mps, limit_mps]: &[Vec<f64>; 3]) -> LoggedChanges {
+        let log = SpeedLog { time_s, speed_mps, limit_mps };
+        accelerations(&log, &SpeedChangeOptions::default()).unwrap()
+    }
+
+    #[test]
+    fn windows_of_a_log() {
+        let log = drive();
+        let all = found(&log);
+        assert_eq!((all.rows.used, all.without_limit, all.without_window), (3000, 0, 0));
+        assert_eq!(all.changes.len(), 2);
         for ((category, value), (name, wanted)) in
-            found.iter().zip([("70-to-40", -0.8), ("40-to-70", 0.5)])
+            all.changes.iter().zip([("70-to-40", -0.8), ("40-to-70", 0.5)])
         {
             assert_eq!(category, name);
             assert!((value - wanted).abs() < 1e-9, "{value}");
         }
         // rows at any rate, with gaps
         let keep: Vec<usize> = (0..3000).filter(|k| k % 7 != 3 && k % 4 != 1).collect();
-        let take = |values: &[f64]| keep.iter().map(|&k| values[k]).collect::<Vec<f64>>();
-        let (t, v, l) = (take(&time_s), take(&speed_mps), take(&limit_mps));
-        let log = SpeedLog { time_s: &t, speed_mps: &v, limit_mps: &l };
-        let thin = accelerations(&log, &SpeedChangeOptions::default()).unwrap();
-        assert!(thin.iter().zip(&found).all(|(a, b)| (a.1 - b.1).abs() < 1e-9));
-        let backwards =
-            SpeedLog { time_s: &[0.0, 1.0, 0.5], speed_mps: &[1.0; 3], limit_mps: &[1.0; 3] };
+        let thin = log.map(|values| keep.iter().map(|&k| values[k]).collect::<Vec<f64>>());
+        let thin = found(&thin).changes;
+        assert!(thin.iter().zip(&all.changes).all(|(a, b)| (a.1 - b.1).abs() < 1e-9));
+    }
+
+    #[test]
+    fn what_is_not_used_is_counted() {
+        let mut log = drive();
+        log[1][5] = f64::NAN;
+        log[0][6] = f64::NAN;
+        log[0][8] = log[0][7];
+        // a map that knows no limit, and one that says so by 255 km/h: the limit before holds
+        log[2][300] = f64::NAN;
+        log[2][301] = 255.0 / 3.6;
+        let some = found(&log);
+        let rows = &some.rows;
+        assert_eq!((rows.missing_speed, rows.missing_time, rows.repeated_time), (1, 1, 1));
+        assert_eq!((some.without_limit, some.without_window, some.changes.len()), (2, 0, 2));
+        // nothing was logged around the second sign, but 2 s on either side
+        for speed in &mut log[1][1710..1980] {
+            *speed = f64::NAN;
+        }
+        for speed in &mut log[1][2020..2400] {
+            *speed = f64::NAN;
+        }
+        let some = found(&log);
+        assert_eq!((some.without_window, some.changes.len()), (0, 2));
+        for speed in &mut log[1][1980..1990] {
+            *speed = f64::NAN;
+        }
+        let some = found(&log);
+        assert_eq!((some.without_window, some.changes.len()), (1, 1));
+    }
+
+    #[test]
+    fn time_that_runs_backwards_is_refused() {
+        let mut log = drive();
+        log[0].swap(10, 20);
+        let [time_s, speed_mps, limit_mps] = &log;
+        let log = SpeedLog { time_s, speed_mps, limit_mps };
+        let error = accelerations(&log, &SpeedChangeOptions::default()).unwrap_err();
         assert!(matches!(
-            accelerations(&backwards, &SpeedChangeOptions::default()),
-            Err(SpeedChangeError::Time { row: 3, .. })
+            error,
+            SpeedChangeError::Log(LogError::Backwards { count: 2, row: 11, .. })
         ));
     }
 }

@@ -1,0 +1,293 @@
+//! The routes of a study: given operating cycles on the study's grid and road types, and what is drawn where a file says nothing.
+//!
+//! Slopes are laid on the study's steps: the mean climb of each step, so that the altitude is exact where steps meet.
+//! Where the file names no road types they follow from the speed limit: urban up to 55 km/h, motorway from 82 km/h, rural
+//! between (judgement: European general limits, trucks at 80 to 90 km/h on motorways).
+
+use super::OperatingCycle;
+use super::given::{GivenCycle, GivenCycleError, held, merge_events};
+use crate::mission::Mission;
+use crate::random::{Stream, Streams};
+use crate::road::point_event::{EventKind, PointEvent};
+use crate::road::road_type::Section;
+use crate::road::speed_sign::SpeedSign;
+use crate::road::surface::Ground;
+use crate::road::{Road, RoadSampler};
+use crate::study::Part;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Speed limit up to which an unnamed road is urban, in m/s.
+const URBAN_UP_TO_MPS: f64 = 55.0 / 3.6;
+/// Speed limit from which an unnamed road is a motorway, in m/s.
+const MOTORWAY_FROM_MPS: f64 = 82.0 / 3.6;
+
+/// A route of a study: a file with a given operating cycle.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RouteModel {
+    /// The file.
+    pub file: String,
+    /// How often it is driven, relative to the other routes.
+    pub weight: f64,
+    /// What is taken from the file instead of being drawn.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub keep: Vec<Keep>,
+    /// SHA-256 of the file; filled in when a study is loaded, so that a run names what it drove.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sha256: Option<String>,
+}
+
+/// What a route takes from its file instead of having it drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Keep {
+    /// Weather.
+    Weather,
+    /// Traffic density.
+    Traffic,
+    /// Payload and departure.
+    Mission,
+}
+
+impl Keep {
+    /// All that can be kept.
+    pub const ALL: [Self; 3] = [Self::Weather, Self::Traffic, Self::Mission];
+
+    /// The name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Weather => "weather",
+            Self::Traffic => "traffic",
+            Self::Mission => "mission",
+        }
+    }
+}
+
+/// A route of a study, laid on the study's grid of slopes and its road types.
+#[derive(Clone, Debug)]
+pub struct Route {
+    weight: f64,
+    keep: Vec<Keep>,
+    sections: Vec<Section>,
+    signs: Vec<SpeedSign>,
+    slopes: Vec<f64>,
+    /// Roughness coefficient of each block, in m³; none: drawn.
+    roughness_m3: Option<Vec<f64>>,
+    /// Ground of each section; none: drawn.
+    grounds: Option<Vec<Ground>>,
+    cycle: GivenCycle,
+}
+
+impl Route {
+    /// Lays a given cycle on a study's road. `names` are the study's road types, in the order of their numbers.
+    ///
+    /// # Errors
+    /// Of road types that the study does not have, and of what is to be kept and is not in the file.
+    pub fn new(
+        cycle: GivenCycle,
+        weight: f64,
+        keep: &[Keep],
+        names: &[String],
+        road: &RoadSampler,
+    ) -> Result<Self, GivenCycleError> {
+        let missing = |track: &str| GivenCycleError::Missing {
+            track: track.to_owned(),
+            purpose: "it is to be kept instead of being drawn",
+        };
+        if keep.contains(&Keep::Weather) && cycle.weather.is_none() {
+            return Err(missing("air_temperature_k"));
+        }
+        if keep.contains(&Keep::Traffic) && cycle.traffic.is_none() {
+            return Err(missing("traffic_density_per_m"));
+        }
+        if keep.contains(&Keep::Mission) && cycle.payload_kg.is_none() {
+            return Err(missing("payload_kg"));
+        }
+        let (sections, grounds) = sections_of(&cycle, names)?;
+        let signs = signs_of(&cycle, &sections);
+        let (step_m, block_m) = (road.slope_step_m(), road.roughness_block_m());
+        let steps = libm::ceil(cycle.length_m / step_m) as usize;
+        let slopes = (0..steps).map(|k| {
+            let (from_m, to_m) = (k as f64 * step_m, ((k + 1) as f64 * step_m).min(cycle.length_m));
+            (cycle.altitude_m(to_m) - cycle.altitude_m(from_m)) / (to_m - from_m)
+        });
+        let slopes = slopes.collect();
+        let roughness_m3 = cycle.roughness.as_ref().map(|points| {
+            let blocks = libm::ceil(cycle.length_m / block_m) as usize;
+            (0..blocks).map(|k| held(points, (k as f64 + 0.5) * block_m)).collect()
+        });
+        let keep = keep.to_vec();
+        Ok(Self { weight, keep, sections, signs, slopes, roughness_m3, grounds, cycle })
+    }
+
+    /// How often it is driven, relative to the other routes.
+    pub fn weight(&self) -> f64 {
+        self.weight
+    }
+
+    /// The given cycle.
+    pub fn cycle(&self) -> &GivenCycle {
+        &self.cycle
+    }
+
+    /// Whether this is taken from the file.
+    pub fn keeps(&self, what: Keep) -> bool {
+        self.keep.contains(&what)
+    }
+
+    /// Puts what the file says of the mission in place of what was drawn.
+    pub fn give_mission(&self, mission: &mut Mission) {
+        mission.length_m = self.cycle.length_m;
+        if self.keeps(Keep::Mission) {
+            mission.payload_kg = self.cycle.payload_kg.unwrap_or(mission.payload_kg);
+            if let Some((second, day)) = self.cycle.departure {
+                (mission.departure_s, mission.day_of_year) = (second, day);
+            }
+        }
+        let own = |e: &PointEvent| matches!(e.kind, EventKind::MissionStop { .. });
+        if self.cycle.events.iter().any(own) {
+            mission.stops.clear();
+        }
+    }
+
+    /// Lays the road down; what the file lacks is drawn, and the parts in `without` are left out.
+    pub fn lay(
+        &self,
+        sampler: &RoadSampler,
+        mission_stops: &[PointEvent],
+        streams: &Streams,
+        without: &[Part],
+        road: &mut Road,
+    ) {
+        let has = |part| !without.contains(&part);
+        road.length_m = self.cycle.length_m;
+        road.slope_step_m = sampler.slope_step_m();
+        road.roughness_block_m = sampler.roughness_block_m();
+        road.sections.clone_from(&self.sections);
+        road.signs.clone_from(&self.signs);
+        road.curves.clear();
+        if has(Part::Curves) {
+            road.curves.extend_from_slice(&self.cycle.curves);
+        }
+        road.slopes.clone_from(&self.slopes);
+        if !has(Part::Slope) {
+            road.slopes.fill(0.0);
+        }
+        match &self.roughness_m3 {
+            Some(blocks) => road.roughness_m3.clone_from(blocks),
+            None => sampler.sample_roughness(streams, road),
+        }
+        match &self.grounds {
+            Some(grounds) => road.grounds.clone_from(grounds),
+            None => sampler.sample_grounds(streams, road),
+        }
+        road.heading_rad = self
+            .cycle
+            .heading_rad
+            .unwrap_or_else(|| std::f64::consts::TAU * streams.open(Stream::Heading).uniform());
+        road.climb_reached = true;
+        let events = self.cycle.events.iter().filter(|event| match event.kind {
+            EventKind::StopSign { .. } => has(Part::StopSigns),
+            EventKind::GiveWayStop { .. } | EventKind::GiveWayPass { .. } => has(Part::GiveWays),
+            EventKind::RedLight { .. } | EventKind::GreenLight => has(Part::TrafficLights),
+            EventKind::SpeedBump { .. } => has(Part::SpeedBumps),
+            EventKind::MissionStop { .. } => true,
+        });
+        road.events.clear();
+        road.events.extend(events);
+        road.events.extend_from_slice(mission_stops);
+        merge_events(&mut road.events);
+    }
+
+    /// Puts the file's weather and traffic in place of what was drawn, where they are kept.
+    pub fn give_clock(&self, cycle: &mut OperatingCycle) {
+        if self.keeps(Keep::Weather)
+            && let Some(weather) = &self.cycle.weather
+        {
+            cycle.weather.clone_from(weather);
+        }
+        if self.keeps(Keep::Traffic)
+            && let Some(traffic) = &self.cycle.traffic
+        {
+            cycle.traffic.clone_from(traffic);
+        }
+    }
+}
+
+/// Chooses a route by its weight.
+pub fn choose<'a>(routes: &'a [Route], streams: &Streams) -> Option<&'a Route> {
+    match routes {
+        [] => None,
+        [only] => Some(only),
+        several => {
+            let weights: Vec<f64> = several.iter().map(Route::weight).collect();
+            several.get(streams.open(Stream::Route).index(&weights))
+        }
+    }
+}
+
+/// Sections of one road type and one ground each.
+fn sections_of(
+    cycle: &GivenCycle,
+    names: &[String],
+) -> Result<(Vec<Section>, Option<Vec<Ground>>), GivenCycleError> {
+    let types = match &cycle.road_types {
+        Some(types) => types.clone(),
+        None if names.len() == 1 => vec![(0.0, names[0].clone())],
+        None => cycle.limits.iter().map(|(x, v)| (*x, type_by_limit(*v).to_owned())).collect(),
+    };
+    let mut numbered: Vec<(f64, usize)> = Vec::with_capacity(types.len());
+    for (position_m, name) in types {
+        let number = names.iter().position(|have| *have == name);
+        let number = number.ok_or_else(|| GivenCycleError::Word {
+            track: "road_type".to_owned(),
+            position_m,
+            value: name,
+            allowed: names.join(", "),
+        })?;
+        // limits that change within a road type begin no section
+        if cycle.road_types.is_some() || numbered.last().is_none_or(|last| last.1 != number) {
+            numbered.push((position_m, number));
+        }
+    }
+    let grounds = cycle.grounds.as_deref().unwrap_or_default();
+    let mut starts: Vec<f64> =
+        numbered.iter().map(|p| p.0).chain(grounds.iter().map(|p| p.0)).collect();
+    starts.retain(|start_m| *start_m > 0.0 && *start_m < cycle.length_m);
+    starts.push(0.0);
+    starts.sort_by(f64::total_cmp);
+    starts.dedup();
+    let end_of = |k: usize| starts.get(k + 1).copied().unwrap_or(cycle.length_m);
+    let section = |(k, start_m): (usize, &f64)| Section {
+        start_m: *start_m,
+        end_m: end_of(k),
+        road_type: held(&numbered, *start_m),
+    };
+    let sections: Vec<Section> = starts.iter().enumerate().map(section).collect();
+    let grounds = (!grounds.is_empty())
+        .then(|| sections.iter().map(|section| held(grounds, section.start_m)).collect());
+    Ok((sections, grounds))
+}
+
+/// The road type of a limit.
+pub(crate) fn type_by_limit(limit_mps: f64) -> &'static str {
+    if limit_mps <= URBAN_UP_TO_MPS {
+        "urban"
+    } else if limit_mps < MOTORWAY_FROM_MPS {
+        "rural"
+    } else {
+        "motorway"
+    }
+}
+
+/// A sign at each limit, and one where a section begins: there the free-flow clock looks for the road type.
+fn signs_of(cycle: &GivenCycle, sections: &[Section]) -> Vec<SpeedSign> {
+    let mut starts: Vec<f64> = cycle.limits.iter().map(|limit| limit.0).collect();
+    starts.extend(sections.iter().map(|section| section.start_m));
+    starts.retain(|start_m| *start_m < cycle.length_m);
+    starts.sort_by(f64::total_cmp);
+    starts.dedup();
+    let sign = |start_m| SpeedSign { start_m, speed_mps: held(&cycle.limits, start_m) };
+    starts.into_iter().map(sign).collect()
+}
