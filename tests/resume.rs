@@ -265,9 +265,9 @@ fn files_behind_resume_have_to_be_those_of_the_run() {
 fn ctrl_c_stops_within_a_second_and_the_rest_is_resumed() {
     let parent = tempfile::tempdir().expect("a directory");
     let out = parent.path().join("run");
-    // one cycle of this study takes seconds on an idle machine: a stop cannot wait for the cycles on the road
+    // a chunk of such cycles takes half a minute of a core: a stop cannot wait for one, however many cores there are
     let run = Command::new(env!("CARGO_BIN_EXE_ocmc"))
-        .args(["--set", "mission.length_m=5000000", "--cycles", "64", "--out"])
+        .args(["--set", "mission.length_m=5000000", "--cycles", "1000000", "--out"])
         .arg(&out)
         .stdout(Stdio::null())
         .stderr(Stdio::piped())
@@ -288,7 +288,8 @@ fn an_interrupted_run_can_be_read_and_resumed() {
     let (expected, out) = (parent.path().join("whole"), parent.path().join("run"));
     let arguments = ["--cycles", "60000"];
     whole(&expected, &arguments);
-    let run = begin(&out, &arguments);
+    // on one thread, no machine is done in the moment after the first look
+    let run = begin(&out, &[&arguments[..], &["--threads", "1"]].concat());
     while !out.join("manifest.json").exists() {
         std::thread::sleep(Duration::from_millis(1));
     }

@@ -42,7 +42,7 @@ def test_what_a_callable_raises_ends_the_run(study):
 def test_a_terminal_has_a_bar_which_goes(study, monkeypatch, progress):
     terminal = Terminal()
     monkeypatch.setattr(sys, "stderr", terminal)
-    study.run(cycles=60_000, progress=progress)
+    study.run(cycles=60_000, threads=1, progress=progress)
     told = terminal.getvalue()
     assert "of 60,000 cycles, " in told
     assert " left" in told
@@ -63,7 +63,7 @@ def test_nothing_is_told_where_nobody_looks(study, capsys):
     study.run(cycles=2000)
     study.run(cycles=2000, progress=False)
     assert capsys.readouterr() == ("", "")
-    study.run(cycles=60_000, progress=True)
+    study.run(cycles=60_000, threads=1, progress=True)
     assert "cycles" in capsys.readouterr().err
 
 
@@ -91,7 +91,7 @@ def test_a_notebook_has_a_bar_which_goes(study, monkeypatch, capsys):
     parts.HTML, parts.display = str, display
     monkeypatch.setitem(sys.modules, "IPython", notebook)
     monkeypatch.setitem(sys.modules, "IPython.display", parts)
-    study.run(cycles=60_000)
+    study.run(cycles=60_000, threads=1)
     assert 'max="60000"' in shown[0]
     assert shown[-1] == ""
     assert capsys.readouterr() == ("", "")
