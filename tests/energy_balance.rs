@@ -89,6 +89,14 @@ fn fuel_kgps(engine: &Engine, speed_radps: f64, torque_nm: f64, drag_torque_nm: 
     })
 }
 
+/// The step keeps the piece of the drag curve on which it starts.
+fn drag_torque_nm(engine: &Engine, start_radps: f64, speed_radps: f64) -> f64 {
+    let [_, _, drag, slope] = dispatch!(Level::baseline(), simd => {
+        engine.curves_at(Lanes::splat(simd, start_radps)).lines.map(|line| line[0])
+    });
+    drag + slope * speed_radps
+}
+
 #[test]
 fn fuel_is_the_map_evaluated_again_on_the_trace() {
     let study = study("field-truck", &[]);
@@ -103,9 +111,7 @@ fn fuel_is_the_map_evaluated_again_on_the_trace() {
         let start = start_speeds_radps(&study, &trace);
         let mut again = 0.0;
         for k in 0..speed.len() {
-            // the step keeps the piece of the drag curve on which it starts
-            let [_, _, drag, slope] = engine.curve_piece(start[k]).row;
-            let drag_torque = drag + slope * speed[k];
+            let drag_torque = drag_torque_nm(engine, start[k], speed[k]);
             let rate = factor * fuel_kgps(engine, speed[k], torque[k], drag_torque);
             let slack = 1e-12 * (fuel[k] + 1e-6);
             let close = (rate * step[k] - fuel[k]).abs() <= slack;

@@ -17,36 +17,37 @@ from run import CYCLES, PEERS, SETS, output
 
 # functions of the model, and what they do
 PARTS = {
+    "turn_to_row": "road rows",
     "desired": "desired speed from the road row",
     "control": "pedal controllers, limiter, overspeed band",
-    "decide": "hold, clutch, gear: decisions at the start",
-    "renew_curves": "looking up the torque curves",
-    "forces": "torque, cross wind, brakes, sum of forces",
+    "decide": "hold and clutch: decisions at the start",
+    "curves_at": "looking up the torque curves",
+    "pull": "torque, brakes",
     "wheel_forces_n": "losses of gearbox and axle",
+    "net": "cross wind, sum of forces",
     "drag_forces_n": "drag",
-    "turn_to_row": "road rows",
+    "length": "length of the step, state at its end",
     "following": "lags of torque and speed filter",
-    "predict": "length of the step, state at its end",
     "change_of_mind": "cuts where a mind changes",
     "end": "cuts at segment ends and at rest",
+    "books": "work and fuel for the books",
     "fuel_rates": "fuel map",
-    "advance": "books, new state",
     "book": "adding to the totals",
+    "renew": "new state",
     "wants_shift": "whether another gear is wanted",
     "alarm": "whether a lane needs a look",
-    "attend": "looks: stops, shifts, segment ends",
+    "attend": "looks: stops, shifts",
 }
 ALIASES = {
-    **dict.fromkeys(("hold_line", "up_line", "down_line", "crossed"), "change_of_mind"),
-    **dict.fromkeys(("first", "second"), "forces"),
+    **dict.fromkeys(("hold_line", "gear_line", "pedal_line", "of_rise", "or_earlier"), "change_of_mind"),
+    **dict.fromkeys(("first_pull", "second_pull"), "pull"),
+    **dict.fromkeys(("wish", "couple"), "decide"),
     **dict.fromkeys(("cells", "piece_of"), "fuel_rates"),
-    **dict.fromkeys(("is_too_long", "longest_next"), "predict"),
-    **dict.fromkeys(("piece_of_number", "curve_piece"), "renew_curves"),
-    **dict.fromkeys(
-        ("next_row", "set_row", "shift", "stop", "dwell", "start", "check", "stop_row"), "attend"
-    ),
+    **dict.fromkeys(("is_too_long", "longest_next", "predict"), "length"),
+    **dict.fromkeys(("row", "set_row", "shift", "stop", "dwell", "start", "check", "stop_row"), "attend"),
     **dict.fromkeys(("sights", "is_captured", "leave_line", "wanted_gear", "set_gear"), "attend"),
-    "clamp_integral": "control",
+    **dict.fromkeys(("clamp_integral", "control_now"), "control"),
+    "spend": "books",
     "desired_ahead": "desired",
 }
 

@@ -20,6 +20,15 @@ pub fn where_set<S: Simd>(flags: Flags<S>, numbers: Lanes<S>) -> Lanes<S> {
     flags.select(numbers, Lanes::splat(numbers.simd, 0.0))
 }
 
+/// A mark in the program: these numbers are computed before whatever comes after the next mark.
+///
+/// Where two blocks take their parts of a step in turns, the compiler would put all parts of one block first, and those of the
+/// other behind them, beyond what the CPU can see at once. It costs a store.
+#[inline(always)]
+pub fn mark<S: Simd>(numbers: Lanes<S>) {
+    std::hint::black_box(&numbers);
+}
+
 /// Kept between two numbers.
 #[inline(always)]
 pub fn clip<S: Simd>(numbers: Lanes<S>, lower: f64, upper: f64) -> Lanes<S> {

@@ -1,8 +1,8 @@
 //! Which lanes need a look after a step: the gearbox may want another gear, a stop line is near.
 
 use super::road_row::{FAR, RoadRow};
+use super::stage::Row;
 use super::state::{Shared, State};
-use super::step::Row;
 use super::traction::Traction;
 use crate::lanes::{Flags, Lanes};
 use fearless_simd::prelude::*;

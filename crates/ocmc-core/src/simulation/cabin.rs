@@ -5,6 +5,7 @@ use super::event::Rolling;
 use super::record::{Outcome, Record};
 use super::road_row::{FAR, RoadRow, RoadRows};
 use super::state::{Shared, State, Total};
+use super::step::FAST_STEP;
 use super::traction::Traction;
 use crate::study::{Scenario, Study};
 use crate::tactical::{SpeedProfile, plan};
@@ -13,8 +14,8 @@ use crate::vehicle::resistance::GRAVITY_MPS2;
 use fearless_simd::Simd;
 use std::mem::swap;
 
-/// Steps for each whole step's time that cuts can make of it before a cycle is given up.
-const MOST_CUTS: f64 = 100.0;
+/// Steps, as they are counted, for each whole step's time that cuts can make of it before a cycle is given up.
+const MOST_CUTS: f64 = 10.0;
 
 /// A lane's truck.
 #[derive(Clone, Debug)]
@@ -31,8 +32,10 @@ pub struct Cabin {
     /// Time and place of the last look at the progress.
     checked_at_s: f64,
     checked_at_m: f64,
-    /// Looks at the progress so far: a cycle whose steps become ever shorter has to end, too.
-    looks: f64,
+    /// Steps counted at the looks at the progress so far: a cycle whose steps become ever shorter has to end, too.
+    counted: f64,
+    /// Steps until the next look.
+    until_look: f64,
     initial_energy_j: f64,
     /// What the last look added to the totals, in one addition each: a trace has to be able to repeat it.
     booked: [f64; Total::COUNT],
@@ -67,7 +70,8 @@ impl Cabin {
             n_gear_shifts: 0,
             checked_at_s: 0.0,
             checked_at_m: 0.0,
-            looks: 0.0,
+            counted: 0.0,
+            until_look: 0.0,
             initial_energy_j: 0.0,
             booked: [0.0; Total::COUNT],
         };
@@ -142,7 +146,7 @@ impl Cabin {
         self.n_gear_shifts = 0;
         self.checked_at_s = 0.0;
         self.checked_at_m = 0.0;
-        self.looks = 0.0;
+        self.counted = 0.0;
         swap(&mut state.roads[lane], &mut self.road.rows);
         state.at[lane] = 0;
         state.left[lane] = state.row(lane).0[RoadRow::LENGTH];
@@ -171,7 +175,7 @@ impl Cabin {
         state.shift_left[lane] = 0.0;
         state.hold_left[lane] = 0.0;
         state.kick_left[lane] = shift.kickdown_s;
-        state.steps_left[lane] = steps_to_check(shared);
+        self.wait_for_look(state, lane, shared);
         state.longest[lane] = shared.short_step_s;
     }
 
@@ -333,13 +337,13 @@ impl Cabin {
     ) -> Option<Outcome> {
         let simulation = shared.simulation;
         let (time, way) = (state.total(lane, Total::Time), state.total(lane, Total::Distance));
-        self.looks += 1.0;
-        let most_looks = MOST_CUTS * simulation.longest_duration_s / simulation.stall_time_s;
-        if time > simulation.longest_duration_s || self.looks > most_looks {
+        self.counted += self.until_look;
+        let most = MOST_CUTS * simulation.longest_duration_s / simulation.step_s;
+        if time > simulation.longest_duration_s || self.counted > most {
             return Some(Outcome::TimedOut);
         }
         let passed = time - self.checked_at_s;
-        state.steps_left[lane] = steps_to_check(shared);
+        self.wait_for_look(state, lane, shared);
         // steps that were cut are shorter: wait until the whole time has passed
         if passed >= simulation.stall_time_s * (1.0 - 1e-9) {
             if way - self.checked_at_m < simulation.stall_distance_m {
@@ -349,6 +353,21 @@ impl Cabin {
             self.checked_at_m = way;
         }
         None
+    }
+
+    /// The next look is due when a truck that makes no way has been standing long enough, and no later than the longest duration.
+    fn wait_for_look<S: Simd, T: Traction>(
+        &mut self,
+        state: &mut State<S>,
+        lane: usize,
+        shared: &Shared<T>,
+    ) {
+        let simulation = shared.simulation;
+        let left_s = (simulation.longest_duration_s - state.total(lane, Total::Time)).max(0.0);
+        let steps = |time_s: f64| libm::ceil(time_s / simulation.step_s);
+        let at_end = (steps(left_s) * FAST_STEP).max(FAST_STEP);
+        self.until_look = steps(simulation.stall_time_s).min(at_end);
+        state.steps_left[lane] = self.until_look;
     }
 
     /// The record of the cycle as it stands.
@@ -437,10 +456,6 @@ fn kinetic_energy_j<S: Simd, T: Traction>(
     let (speed, engine) = (state.speed[lane], state.engine_speed[lane]);
     0.5 * (state.mass[lane] + shared.wheel_mass_kg) * speed * speed
         + 0.5 * shared.engine_inertia_kgm2 * engine * engine
-}
-
-fn steps_to_check<T: Traction>(shared: &Shared<T>) -> f64 {
-    libm::ceil(shared.simulation.stall_time_s / shared.simulation.step_s)
 }
 
 fn is_captured<S: Simd, T: Traction>(state: &State<S>, lane: usize, shared: &Shared<T>) -> bool {

@@ -1,32 +1,49 @@
 //! Where a step is cut because a driver or the gearbox changes its mind. Without the cut it would be decided up to a step too
 //! late, and the error would be of first order in the step.
 
+use super::control::Control;
+use super::stage::{Decision, Prediction};
 use super::state::{Shared, State};
-use super::step::{Decision, Prediction};
 use super::traction::Traction;
-use crate::lanes::{Flags, Lanes, where_set};
+use crate::lanes::{Flags, Lanes, mark};
 use crate::vehicle::gearbox::ShiftModel;
 use fearless_simd::prelude::*;
 
 /// How far beyond the zero of a switching function a step goes, as a share of what is left of it.
 const PASSING: f64 = 2e-3;
 
-/// Where a line rises through zero.
-#[inline(always)]
-fn crossed<S: Simd>(before: Lanes<S>, after: Lanes<S>) -> Flags<S> {
-    before.simd_lt(0.0) & after.simd_gt(0.0)
+/// Where in a step something happens, as a quotient: it is made once, of the first of them.
+#[derive(Clone, Copy)]
+struct Moment<S: Simd> {
+    over: Lanes<S>,
+    under: Lanes<S>,
 }
 
-/// Rises through zero where a line changes its sign.
-#[inline(always)]
-fn reversal<S: Simd>(before: Lanes<S>, after: Lanes<S>) -> (Lanes<S>, Lanes<S>) {
-    let turns = (before * after).simd_lt(0.0);
-    (-before.abs(), where_set(turns, after.abs()))
+impl<S: Simd> Moment<S> {
+    /// Where the line between two values rises through zero, and a little later, so that the change is seen; 1 where it does not.
+    #[inline(always)]
+    fn of_rise([before, after]: [Lanes<S>; 2]) -> Self {
+        let one = Lanes::splat(before.simd, 1.0);
+        let rises = before.simd_lt(0.0) & after.simd_gt(0.0);
+        let part = after * PASSING - before;
+        Self { over: rises.select(part, one), under: rises.select(after - before, one) }
+    }
+
+    #[inline(always)]
+    fn or_earlier(self, other: Self) -> Self {
+        let is_earlier = (other.over * self.under).simd_lt(self.over * other.under);
+        Self {
+            over: is_earlier.select(other.over, self.over),
+            under: is_earlier.select(other.under, self.under),
+        }
+    }
 }
 
 impl<S: Simd> State<S> {
     /// The share of the step after which a driver goes from one pedal to the other, a switched driver begins or ends to
     /// hold, or an engine speed crosses a shifting line; 1 where none of it happens.
+    ///
+    /// All of it is computed in every step: in a block of eight trucks it happens every other time, and no CPU foresees when.
     #[inline(always)]
     pub(super) fn change_of_mind<T: Traction>(
         &self,
@@ -34,50 +51,26 @@ impl<S: Simd> State<S> {
         predicted: &Prediction<S>,
         shared: &Shared<T>,
     ) -> Lanes<S> {
-        let shift = &shared.powertrain.shift;
         let (first, second) = (&decision.control, &predicted.control);
-        let (error_1, error_2) = (first.desired - self.speed, second.desired - predicted.speed);
+        let errors = [first.desired - self.speed, second.desired - predicted.speed];
         let releases = decision.hold
             & decision.held.simd_lt(0.0)
             & !self.holds_brake.simd_gt(0.0)
-            & error_1.simd_lt(error_2);
-        // functions that rise through zero where a mind changes
-        let lines = [
-            (
-                self.hold_line(error_1, decision.hold, releases),
-                self.hold_line(error_2, decision.hold, releases),
-            ),
-            (
-                self.up_line(self.speed, first.accelerator, shift),
-                self.up_line(predicted.speed, second.accelerator, shift),
-            ),
-            (
-                self.down_line(self.speed, first.accelerator, shift),
-                self.down_line(predicted.speed, second.accelerator, shift),
-            ),
-            reversal(first.output, second.output),
-            reversal(first.demand, second.demand),
-        ];
-        let mut over = Lanes::splat(error_1.simd, 1.0);
-        let mut under = over;
-        if (crossed(lines[0].0, lines[0].1)
-            | crossed(lines[1].0, lines[1].1)
-            | crossed(lines[2].0, lines[2].1)
-            | crossed(lines[3].0, lines[3].1)
-            | crossed(lines[4].0, lines[4].1))
-        .any_true()
-        {
-            for (before, after) in lines {
-                // the zero of the line between both, and a little more, so that the change is seen
-                let part = after * PASSING - before;
-                let whole = after - before;
-                let first = crossed(before, after) & (part * under).simd_lt(over * whole);
-                over = first.select(part, over);
-                under = first.select(whole, under);
-            }
-            return over / under;
-        }
-        over
+            & errors[0].simd_lt(errors[1]);
+        let shift = &shared.powertrain.shift;
+        let hold = Moment::of_rise([
+            self.hold_line(errors[0], decision.hold, releases),
+            self.hold_line(errors[1], decision.hold, releases),
+        ]);
+        let gear = Moment::of_rise([
+            self.gear_line(self.speed, first.accelerator, shift),
+            self.gear_line(predicted.speed, second.accelerator, shift),
+        ]);
+        let pedal = Moment::of_rise([first.pedal_line(first), second.pedal_line(first)]);
+        let earliest = hold.or_earlier(gear).or_earlier(pedal);
+        let mind = earliest.over / earliest.under;
+        mark(mind);
+        mind
     }
 
     /// Rises through zero where a switched driver begins or ends to hold.
@@ -87,15 +80,25 @@ impl<S: Simd> State<S> {
         releases.select(error, hold.select(outside, -outside))
     }
 
-    /// Rises through zero where the engine would reach the upshift line in the next gear.
+    /// Rises through zero where the engine would reach the upshift line in the next gear, and where it falls below the
+    /// downshift line: it is far from the one where it is near the other.
     #[inline(always)]
-    fn up_line(&self, speed: Lanes<S>, accelerator: Lanes<S>, shift: &ShiftModel) -> Lanes<S> {
-        speed * self.gear_speed_up - shift.up_speed_radps - accelerator * shift.up_pedal_radps
+    fn gear_line(&self, speed: Lanes<S>, accelerator: Lanes<S>, shift: &ShiftModel) -> Lanes<S> {
+        let up =
+            speed * self.gear_speed_up - shift.up_speed_radps - accelerator * shift.up_pedal_radps;
+        let down =
+            accelerator * shift.down_pedal_radps + shift.down_speed_radps - speed * self.gear_speed;
+        up.max(down)
     }
+}
 
-    /// Rises through zero where the engine falls below the downshift line.
+impl<S: Simd> Control<S> {
+    /// Rises through zero where a driver leaves the pedal that was pressed at the step's start, or presses one.
     #[inline(always)]
-    fn down_line(&self, speed: Lanes<S>, accelerator: Lanes<S>, shift: &ShiftModel) -> Lanes<S> {
-        accelerator * shift.down_pedal_radps + shift.down_speed_radps - speed * self.gear_speed
+    fn pedal_line(&self, start: &Self) -> Lanes<S> {
+        let coasting = self.output.max(-self.demand);
+        let off_accelerator = start.output.simd_gt(0.0);
+        let off_brake = start.demand.simd_lt(0.0);
+        off_accelerator.select(-self.output, off_brake.select(self.demand, coasting))
     }
 }

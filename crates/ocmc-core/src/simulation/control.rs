@@ -1,8 +1,8 @@
 //! What the driver wants and does with the pedals: the planned speed under the truck, and the operational module at one stage.
 
 use super::road_row::RoadRow;
+use super::stage::{Decision, Row};
 use super::state::{Shared, State};
-use super::step::{Decision, Row};
 use super::traction::Traction;
 use crate::lanes::{Flags, Lanes, clip, mix, where_set};
 use fearless_simd::prelude::*;

@@ -91,11 +91,7 @@ impl Traction for Diesel<'_> {
             .select(Lanes::splat(simd, self.launch_radps), Lanes::splat(simd, self.idle_radps));
         let start_speed = closed.select(speed, free_speed);
         let inverse_mass = closed.select(state.inverse_mass_closed, state.inverse_mass_open);
-        let [from, to] = state.piece;
-        let outside = start_speed.simd_lt(from) | !start_speed.simd_lt(to);
-        if outside.any_true() {
-            state.renew_curves(outside, start_speed, self.engine);
-        }
+        state.curves = self.engine.curves_at(start_speed);
         Coupling { closed, engaged, free_speed, start_speed, inverse_mass }
     }
 
@@ -107,7 +103,7 @@ impl Traction for Diesel<'_> {
         // one division serves the torque of the auxiliaries and the angle of the wind
         let inverse = 1.0 / (turning * at.air);
 
-        let [full_0, full_1, drag_0, drag_1] = state.curves;
+        let [full_0, full_1, drag_0, drag_1] = state.curves.lines;
         let full_load = full_0 + full_1 * engine_speed;
         let drag_torque = drag_0 + drag_1 * engine_speed;
         let command = drag_torque + at.accelerator * (full_load - drag_torque);
@@ -139,12 +135,12 @@ impl Traction for Diesel<'_> {
         turn: &Turn<S>,
         added: &mut [Lanes<S>; Total::COUNT],
     ) -> Lanes<S> {
-        let [_, _, drag_0, drag_1] = state.curves;
+        let [_, _, drag_0, drag_1] = state.curves.lines;
         let drag_torque = drag_0 + drag_1 * turn.speed;
         let rate = self.engine.fuel_rates(turn.speed, turn.torque, drag_torque) * state.fuel_factor;
         state.book(Total::Fuel, rate * turn.dt, added);
         state.book(Total::Auxiliary, turn.auxiliary * turn.angle, added);
-        let outside = turn.torque.simd_gt(state.map_torque);
+        let outside = turn.torque.simd_gt(state.curves.map_torque);
         state.book(Total::OutsideMap, where_set(outside, turn.dt), added);
         rate
     }

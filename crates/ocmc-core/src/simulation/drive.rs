@@ -6,7 +6,7 @@ use super::cpu::CpuLevel;
 use super::diesel::Diesel;
 use super::record::Record;
 use super::state::{Shared, State};
-use super::step::{Stages, stages};
+use super::step::steps;
 use super::step_view::{Sights, StepView};
 use super::traction::Traction;
 use crate::lanes::WIDTH;
@@ -179,9 +179,15 @@ fn drive_blocks<S: Simd, T: Traction, O: Watch>(
     let mut front_cabins = desk.fill(&mut front, shared);
     let mut back_cabins = desk.fill(&mut back, shared);
     while desk.driving > 0 {
-        let (ahead_front, ahead_back) = stages((&mut front, &mut back), shared);
-        desk.advance(&mut front, &ahead_front, &mut front_cabins, shared);
-        desk.advance(&mut back, &ahead_back, &mut back_cabins, shared);
+        let views = steps((&mut front, &mut back), shared);
+        desk.watch.stepped(&front, &views.0, &front_cabins);
+        desk.watch.stepped(&back, &views.1, &back_cabins);
+        if views.0.alarm.any_true() {
+            desk.attend(&mut front, &mut front_cabins, &views.0.sights(), shared);
+        }
+        if views.1.alarm.any_true() {
+            desk.attend(&mut back, &mut back_cabins, &views.1.sights(), shared);
+        }
     }
     desk.records.sort_by_key(|record| record.cycle_id);
     desk.records
@@ -212,22 +218,6 @@ impl<O: Watch> Desk<'_, '_, O> {
             }
         }
         cabins
-    }
-
-    /// Ends the step of one block.
-    #[inline(always)]
-    fn advance<S: Simd, T: Traction>(
-        &mut self,
-        state: &mut State<S>,
-        stages: &Stages<S>,
-        cabins: &mut Cabins,
-        shared: &Shared<T>,
-    ) {
-        let view = state.advance(stages, shared);
-        self.watch.stepped(state, &view, cabins);
-        if view.alarm.any_true() {
-            self.attend(state, cabins, &view.sights(), shared);
-        }
     }
 
     /// Looks after the lanes that have raised an alarm.

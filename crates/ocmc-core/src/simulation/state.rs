@@ -4,10 +4,10 @@ use super::road_row::{FAR, RoadRow};
 use super::step_length::AFTER_JUMP;
 use super::traction::Traction;
 use crate::driver::pedal::PedalModel;
-use crate::lanes::{Flags, Lanes, WIDTH};
+use crate::lanes::{Lanes, WIDTH};
 use crate::study::{SimulationModel, Study};
 use crate::vehicle::Powertrain;
-use crate::vehicle::engine::Engine;
+use crate::vehicle::engine::Curves;
 use fearless_simd::prelude::*;
 
 /// What is summed up over a cycle. Each is integrated on its own.
@@ -90,6 +90,8 @@ pub struct Shared<'a, T> {
     pub short_step_s: f64,
     /// Longest step after a jump of the pedals, in s.
     pub step_after_jump_s: f64,
+    /// Speed, in m/s, below which a truck that makes too little progress is for half of the time, at least.
+    pub slow_mps: f64,
     /// Inverse time constants of the engine's torque and of the derivative filter, in 1/s.
     pub per_lag_s: [f64; 2],
 }
@@ -115,6 +117,7 @@ impl<'a, T: Traction> Shared<'a, T> {
             per_brake_scale: 1.0 / pedals.brake_scale,
             short_step_s: simulation.short_step_s(),
             step_after_jump_s: AFTER_JUMP * simulation.step_s,
+            slow_mps: 2.0 * simulation.stall_distance_m / simulation.stall_time_s,
             per_lag_s: [1.0 / torque_lag_s, 1.0 / pedals.pid.derivative_filter_s],
         }
     }
@@ -151,7 +154,7 @@ pub struct State<S: Simd> {
     pub kick_left: Lanes<S>,
     /// Longest next step, in s.
     pub longest: Lanes<S>,
-    /// Steps left until somebody looks whether the truck makes progress.
+    /// Steps left until somebody looks whether the truck makes progress; those of a truck that does count little.
     pub steps_left: Lanes<S>,
     /// Engine speed for each m/s in this gear, in rad/m.
     pub gear_speed: Lanes<S>,
@@ -193,12 +196,8 @@ pub struct State<S: Simd> {
     pub twice_deceleration: Lanes<S>,
     /// Twice the acceleration, in m/s².
     pub twice_acceleration: Lanes<S>,
-    /// Lowest and highest engine speed of the piece of the full-load and drag curves that the engine is on, in rad/s.
-    pub piece: [Lanes<S>; 2],
-    /// That piece: full-load torque at zero speed and its slope, drag torque at zero speed and its slope.
-    pub curves: [Lanes<S>; 4],
-    /// Torque up to which the fuel map has points on that piece, in Nm.
-    pub map_torque: Lanes<S>,
+    /// Full load and drag in this step.
+    pub curves: Curves<S>,
     /// State of charge of the battery.
     pub charge: Lanes<S>,
     /// Sums over the cycle, by [`Total`].
@@ -247,9 +246,7 @@ impl<S: Simd> State<S> {
             holds_brake: zero,
             twice_deceleration: all(1.0),
             twice_acceleration: all(1.0),
-            piece: [zero; 2],
-            curves: [zero; 4],
-            map_torque: zero,
+            curves: Curves { lines: [zero; 4], map_torque: zero },
             charge: all(f64::INFINITY),
             totals: [zero; Total::COUNT],
         }
@@ -278,34 +275,6 @@ impl<S: Simd> State<S> {
     #[inline(always)]
     pub fn row(&self, lane: usize) -> &RoadRow {
         &self.roads[lane][self.at[lane]]
-    }
-
-    /// Looks up the piece of the full-load and drag curves in some lanes, by their engine speeds in rad/s.
-    ///
-    /// Whole vectors are written: a vector load right after a store to one of its lanes would wait for it.
-    #[inline(always)]
-    pub fn renew_curves(&mut self, lanes: Flags<S>, speed_radps: Lanes<S>, engine: &Engine) {
-        let simd = speed_radps.simd;
-        let mut left = lanes.to_bitmask();
-        while left != 0 {
-            let lane = left.trailing_zeros() as usize % WIDTH;
-            left &= left - 1;
-            let here = Flags::from_bitmask(simd, 1 << lane);
-            let piece = engine.curve_piece(speed_radps[lane]);
-            let [from, to] = &mut self.piece;
-            let [full, full_slope, drag, drag_slope] = &mut self.curves;
-            for (column, value) in [
-                (from, piece.from_radps),
-                (to, piece.to_radps),
-                (full, piece.row[0]),
-                (full_slope, piece.row[1]),
-                (drag, piece.row[2]),
-                (drag_slope, piece.row[3]),
-                (&mut self.map_torque, piece.map_torque_nm),
-            ] {
-                *column = here.select(Lanes::splat(simd, value), *column);
-            }
-        }
     }
 
     /// Engages a gear (from 0) in a lane.

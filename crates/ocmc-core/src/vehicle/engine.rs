@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 
 use super::bilinear::bilinear_cell;
 use crate::distribution::Quantity;
-use crate::lanes::{Lanes, clip, columns};
+use crate::lanes::{Lanes, WIDTH, clip, columns};
 use fearless_simd::{Level, dispatch, prelude::*};
 
 /// A diesel engine.
@@ -127,6 +127,8 @@ impl PieceTable {
     }
 }
 
+/// Most pieces of the full-load and drag curves: what a byte can tell apart.
+const MOST_PIECES: usize = 256;
 /// Most knots of the map in speed and in torque.
 pub const MOST_KNOTS: usize = 16;
 
@@ -138,22 +140,29 @@ pub type FuelRow = [f64; 4];
 
 /// A piece of the full-load and drag curves.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CurvePiece {
-    /// Its lowest speed, in rad/s.
-    pub from_radps: f64,
-    /// The speed at which the next piece begins, in rad/s.
-    pub to_radps: f64,
+#[repr(align(64))]
+struct CurvePiece {
     /// The lines of full load and drag.
-    pub row: CurveRow,
-    /// Torque up to which the map has points, in Nm; without end below zero where it has none at the speed.
-    pub map_torque_nm: f64,
+    row: CurveRow,
+    /// Where the piece begins and ends, in rad/s, and the torque up to which the map has points, in Nm: without end below
+    /// zero where it has none at the speed. The fourth number fills the row.
+    reach: [f64; 4],
+}
+
+/// Full load, drag and the reach of the map of some engines.
+#[derive(Clone, Copy, Debug)]
+pub struct Curves<S: Simd> {
+    /// Full-load torque at zero speed, in Nm, and its slope; the same of drag.
+    pub lines: [Lanes<S>; 4],
+    /// Torque up to which the map has points, in Nm.
+    pub map_torque: Lanes<S>,
 }
 
 /// An engine prepared for the hot loop.
 #[derive(Clone, Debug)]
 pub struct Engine {
-    /// The pieces of the full-load and drag curves.
-    curves: Vec<CurvePiece>,
+    /// The pieces of the full-load and drag curves, of which there are less than bytes.
+    curves: Box<[CurvePiece; MOST_PIECES]>,
     curve_pieces: PieceTable,
     peak_torque_nm: f64,
     map_speed_pieces: PieceTable,
@@ -166,13 +175,14 @@ impl Engine {
     /// Prepares a checked model.
     pub fn new(model: &EngineModel) -> Self {
         let (curve_knots, rows) = saturated_curves(model);
-        let piece = |(k, row): (usize, &CurveRow)| CurvePiece {
-            from_radps: k.checked_sub(1).map_or(f64::NEG_INFINITY, |k| curve_knots[k]),
-            to_radps: curve_knots.get(k).copied().unwrap_or(f64::INFINITY),
-            row: *row,
-            map_torque_nm: model.map_reach_nm(middle(&curve_knots, k)) * (1.0 + ROUNDING),
-        };
-        let curves = rows.iter().enumerate().map(piece).collect();
+        let empty = CurvePiece { row: [0.0; 4], reach: [0.0; 4] };
+        let mut curves = Box::new([empty; MOST_PIECES]);
+        for (k, (piece, row)) in curves.iter_mut().zip(rows).enumerate() {
+            let from_radps = k.checked_sub(1).map_or(f64::NEG_INFINITY, |k| curve_knots[k]);
+            let to_radps = curve_knots.get(k).copied().unwrap_or(f64::INFINITY);
+            let map_torque_nm = model.map_reach_nm(middle(&curve_knots, k)) * (1.0 + ROUNDING);
+            *piece = CurvePiece { row, reach: [from_radps, to_radps, map_torque_nm, 0.0] };
+        }
         let map = filled_map(&model.map_torque_nm, &model.map_fuel_kgps);
         let mut cells = Box::new([[0.0; 4]; MOST_KNOTS * MOST_KNOTS]);
         let (speeds, torques) = (&model.map_speed_radps, &model.map_torque_nm);
@@ -201,18 +211,45 @@ impl Engine {
         }
     }
 
-    /// The piece of the full-load and drag curves that holds at a speed.
-    #[inline]
-    pub fn curve_piece(&self, speed_radps: f64) -> &CurvePiece {
-        // the table knows it but for the width of a cell
+    /// The lines of full load and drag that hold at a speed.
+    fn curve_row(&self, speed_radps: f64) -> &CurveRow {
+        // the table knows the piece but for the width of a cell
         let mut k = self.curve_pieces.piece_of_number(speed_radps);
-        while speed_radps < self.curves[k].from_radps {
+        while speed_radps < self.curves[k].reach[0] {
             k -= 1;
         }
-        while speed_radps >= self.curves[k].to_radps {
+        while speed_radps >= self.curves[k].reach[1] {
             k += 1;
         }
-        &self.curves[k]
+        &self.curves[k].row
+    }
+
+    /// Full load and drag at some speeds, in rad/s: within a cell of the table the line of the piece that it mostly belongs to.
+    #[inline(always)]
+    pub fn curves_at<S: Simd>(&self, speed_radps: Lanes<S>) -> Curves<S> {
+        let simd = speed_radps.simd;
+        let cells = self.curve_pieces.cells(speed_radps);
+        let pieces: [&CurvePiece; WIDTH] = [
+            &self.curves[self.curve_pieces.piece_of(cells[0])],
+            &self.curves[self.curve_pieces.piece_of(cells[1])],
+            &self.curves[self.curve_pieces.piece_of(cells[2])],
+            &self.curves[self.curve_pieces.piece_of(cells[3])],
+            &self.curves[self.curve_pieces.piece_of(cells[4])],
+            &self.curves[self.curve_pieces.piece_of(cells[5])],
+            &self.curves[self.curve_pieces.piece_of(cells[6])],
+            &self.curves[self.curve_pieces.piece_of(cells[7])],
+        ];
+        let lines = columns(
+            simd,
+            #[inline(always)]
+            |lane| &pieces[lane].row,
+        );
+        let [_, _, map_torque, _] = columns(
+            simd,
+            #[inline(always)]
+            |lane| &pieces[lane].reach,
+        );
+        Curves { lines, map_torque }
     }
 
     /// Highest full-load torque, in Nm.
@@ -222,13 +259,13 @@ impl Engine {
 
     /// Full-load torque, in Nm.
     pub fn full_load_nm(&self, speed_radps: f64) -> f64 {
-        let [value, slope, _, _] = self.curve_piece(speed_radps).row;
+        let [value, slope, _, _] = *self.curve_row(speed_radps);
         value + slope * speed_radps
     }
 
     /// Drag torque (negative), in Nm.
     pub fn drag_nm(&self, speed_radps: f64) -> f64 {
-        let [_, _, value, slope] = self.curve_piece(speed_radps).row;
+        let [_, _, value, slope] = *self.curve_row(speed_radps);
         value + slope * speed_radps
     }
 
@@ -459,12 +496,32 @@ pub(crate) mod tests {
             [500.0, 590.0, 610.0, 760.0, 1100.0, 1300.0, 1400.0, 1500.0, 1700.0, 1850.0, 1900.0]
         {
             let w = rpm * std::f64::consts::PI / 30.0;
-            let piece = engine.curve_piece(w);
-            assert!(piece.from_radps <= w && w < piece.to_radps);
+            let map_torque_nm = dispatch!(Level::baseline(), simd => {
+                engine.curves_at(Lanes::splat(simd, w)).map_torque[0]
+            });
             for t in [-100.0, 0.0, 800.0, 1200.0, 1500.0, 1900.0, 2200.0] {
                 let covers = model.map_covers(w, t);
-                assert_eq!(covers, t <= piece.map_torque_nm, "{rpm} {t}");
+                assert_eq!(covers, t <= map_torque_nm, "{rpm} {t}");
             }
         }
+    }
+
+    #[test]
+    fn curves_from_the_table_are_the_lines() {
+        let engine = Engine::new(&engine_b());
+        // half a cell beyond its end a line of some 23 Nm s is 3 Nm away from the next one
+        let (mut most_nm, mut exact) = (0.0_f64, 0);
+        for k in 0..2600 {
+            let w = 0.1 * f64::from(k);
+            let lines: [f64; 4] = dispatch!(Level::baseline(), simd => {
+                engine.curves_at(Lanes::splat(simd, w)).lines.map(|line| line[0])
+            });
+            let full = (lines[0] + lines[1] * w - engine.full_load_nm(w)).abs();
+            let drag = (lines[2] + lines[3] * w - engine.drag_nm(w)).abs();
+            most_nm = most_nm.max(full).max(drag);
+            exact += usize::from(full == 0.0 && drag == 0.0);
+        }
+        assert!(most_nm < 3.0, "{most_nm}");
+        assert!(exact > 2560, "{exact}");
     }
 }

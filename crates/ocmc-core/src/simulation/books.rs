@@ -1,0 +1,96 @@
+//! The books of a step: what it adds to the totals of a cycle.
+
+use super::road_row::RoadRow;
+use super::state::{Shared, State, Total};
+use super::step::Stages;
+use super::traction::{Coupling, Traction, Turn};
+use crate::lanes::{Lanes, mix};
+use fearless_simd::prelude::*;
+
+/// Keeps a quotient finite, in N.
+const SMALLEST_FORCE_N: f64 = 1e-9;
+
+/// What a step adds to the totals, and what the step shows of it.
+#[derive(Clone, Copy)]
+pub(super) struct Books<S: Simd> {
+    pub added: [Lanes<S>; Total::COUNT],
+    pub drag: Lanes<S>,
+    pub rolling: Lanes<S>,
+    pub grade: Lanes<S>,
+    pub engine_speed: Lanes<S>,
+    pub engine_torque: Lanes<S>,
+    pub store_rate: Lanes<S>,
+}
+
+impl<S: Simd> State<S> {
+    /// The books.
+    #[inline(always)]
+    pub(super) fn books<T: Traction>(
+        &mut self,
+        stages: &Stages<S>,
+        shared: &Shared<T>,
+    ) -> Books<S> {
+        let half = 0.5;
+        let Stages { decision, first, second, ending, .. } = stages;
+        let (dt, dx) = (ending.dt, ending.dx);
+        let simd = dt.simd;
+        let Coupling { closed, free_speed, start_speed, .. } = decision.coupling;
+
+        let angle = closed.select(dx * self.gear_speed, dt * free_speed);
+        let weight = ending.weight;
+        let gearbox_torque = mix(weight, first.pull.gearbox_torque, second.pull.gearbox_torque);
+        let auxiliary = mix(weight, first.pull.auxiliary_torque, second.pull.auxiliary_torque);
+        let torque = gearbox_torque + auxiliary;
+        let mean_speed =
+            closed.select((self.speed + ending.speed) * self.gear_speed * half, free_speed);
+        let jump = self.engine_speed * self.engine_speed - start_speed * start_speed;
+        let drag = mix(weight, first.drag, second.drag);
+        let rolling = self.mass * decision.row[RoadRow::ROLLING];
+        let grade = self.mass * decision.row[RoadRow::GRADE];
+        let engine_brake = mix(weight, first.pull.engine_brake, second.pull.engine_brake);
+        let service_brake = mix(weight, first.pull.brake, second.pull.brake) - engine_brake;
+        let wheel = mix(weight, first.pull.wheel, second.pull.wheel);
+        // the mean of the positive part of a force that changes evenly
+        let wheel_end = mix(weight + weight, first.pull.wheel, second.pull.wheel);
+        let positive = first.pull.wheel.max(0.0) + wheel_end.max(0.0);
+        let twice = first.pull.wheel.abs() + wheel_end.abs();
+        let driving = positive * positive / (twice + twice + SMALLEST_FORCE_N);
+        let mut added = [Lanes::splat(simd, 0.0); Total::COUNT];
+        self.book(Total::Time, dt, &mut added);
+        self.book(Total::Distance, dx, &mut added);
+        self.book(Total::Crankshaft, torque * angle, &mut added);
+        let turn = Turn { dt, angle, speed: mean_speed, torque, auxiliary };
+        let store_rate = shared.traction.spend(self, &turn, &mut added);
+        self.book(Total::Clutch, gearbox_torque * (angle - dx * self.gear_speed), &mut added);
+        let lost = gearbox_torque * self.gear_speed - wheel;
+        self.book(Total::Transmission, lost * dx, &mut added);
+        self.book(Total::Shift, jump * (0.5 * shared.engine_inertia_kgm2), &mut added);
+        self.book(Total::Drag, drag * dx, &mut added);
+        self.book(Total::Rolling, rolling * dx, &mut added);
+        self.book(Total::Grade, grade * dx, &mut added);
+        self.book(Total::ServiceBrake, service_brake * dx, &mut added);
+        self.book(Total::EngineBrake, engine_brake * dx, &mut added);
+        self.book(Total::Wheel, driving * dx, &mut added);
+        Books {
+            added,
+            drag,
+            rolling,
+            grade,
+            engine_speed: mean_speed,
+            engine_torque: torque,
+            store_rate,
+        }
+    }
+
+    /// Adds to a total.
+    #[inline(always)]
+    pub(super) fn book(
+        &mut self,
+        total: Total,
+        amount: Lanes<S>,
+        added: &mut [Lanes<S>; Total::COUNT],
+    ) {
+        self.totals[total as usize] += amount;
+        added[total as usize] = amount;
+    }
+}
