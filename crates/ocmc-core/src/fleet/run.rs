@@ -62,7 +62,7 @@ impl RunPlan {
 
 /// Cycles that one thread drives at a time where nothing else is asked for: enough to keep the lanes full,
 /// few enough to share small runs out.
-pub const CHUNK: u64 = 256;
+pub const CHUNK: u64 = 512;
 
 /// The chunk size for a run of that many cycles: at least four chunks a thread where the run is small.
 pub fn chunk_for(cycles: u64, threads: usize) -> u64 {

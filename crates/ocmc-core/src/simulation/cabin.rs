@@ -21,7 +21,8 @@ const MOST_CUTS: f64 = 10.0;
 #[derive(Clone, Debug)]
 pub struct Cabin {
     scenario: Scenario,
-    profile: SpeedProfile,
+    /// Twice the deceleration and the acceleration of the plan, in m/s².
+    twice_changes: [f64; 2],
     road: RoadRows,
     gear: usize,
     /// Rows of lines that have been served, as they were.
@@ -61,7 +62,7 @@ impl Cabin {
     pub fn new(study: &Study, scenario: Scenario) -> Self {
         let mut cabin = Self {
             scenario,
-            profile: SpeedProfile::default(),
+            twice_changes: [0.0; 2],
             road: RoadRows::default(),
             gear: 0,
             served: Vec::new(),
@@ -75,19 +76,21 @@ impl Cabin {
             initial_energy_j: 0.0,
             booked: [0.0; Total::COUNT],
         };
-        cabin.plan(study);
+        cabin.plan(study, &mut SpeedProfile::default());
         cabin
     }
 
-    /// Takes the next cycle; the buffers of the last one are reused.
-    pub fn renew(&mut self, study: &Study, seed: u64, cycle_id: u64) {
+    /// Takes the next cycle; the buffers of the last one are reused. The profile is needed for the planning only: a desk lends
+    /// the same to all its cabins, so that it stays in the CPU's cache.
+    pub fn renew(&mut self, study: &Study, seed: u64, cycle_id: u64, profile: &mut SpeedProfile) {
         study.resample(seed, cycle_id, &mut self.scenario);
-        self.plan(study);
+        self.plan(study, profile);
     }
 
-    fn plan(&mut self, study: &Study) {
-        plan(study, &self.scenario, &mut self.profile);
-        self.road.fill(study, &self.scenario, &self.profile);
+    fn plan(&mut self, study: &Study, profile: &mut SpeedProfile) {
+        plan(study, &self.scenario, profile);
+        self.road.fill(study, &self.scenario, profile);
+        self.twice_changes = [profile.twice_deceleration, profile.twice_acceleration];
     }
 
     /// The scenario.
@@ -135,8 +138,9 @@ impl Cabin {
         state.tracking[lane] = gains.integral / (pid.tracking_ratio * gains.proportional);
         state.threshold[lane] = gains.threshold_mps.unwrap_or(-1.0);
         state.holds_brake[lane] = if gains.holds_brake { 1.0 } else { 0.0 };
-        state.twice_deceleration[lane] = self.profile.twice_deceleration;
-        state.twice_acceleration[lane] = self.profile.twice_acceleration;
+        let [twice_deceleration, twice_acceleration] = self.twice_changes;
+        state.twice_deceleration[lane] = twice_deceleration;
+        state.twice_acceleration[lane] = twice_acceleration;
         for total in &mut state.totals {
             total[lane] = 0.0;
         }

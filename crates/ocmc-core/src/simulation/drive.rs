@@ -11,6 +11,7 @@ use super::step_view::{Sights, StepView};
 use super::traction::Traction;
 use crate::lanes::WIDTH;
 use crate::study::{Scenario, Study};
+use crate::tactical::SpeedProfile;
 use crate::vehicle::Drive;
 #[cfg(not(target_arch = "x86_64"))]
 use fearless_simd::dispatch;
@@ -144,11 +145,12 @@ pub fn sampled(
     seed: u64,
     mut cycles: Range<u64>,
 ) -> impl FnMut(Option<Cabin>) -> Option<Cabin> {
+    let mut profile = SpeedProfile::default();
     move |used| {
         let cycle_id = cycles.next()?;
         Some(match used {
             Some(mut cabin) => {
-                cabin.renew(study, seed, cycle_id);
+                cabin.renew(study, seed, cycle_id, &mut profile);
                 cabin
             }
             None => Cabin::new(study, study.sample(seed, cycle_id)),
