@@ -476,6 +476,8 @@ def build(model: dict[str, Any], *, fastmath: bool) -> tuple[Drive, Drive]:
                     gear = wanted
                     shift_left, hold_left, kick_left = shift_steps, interval_steps, shift_steps + kick_steps
             while left <= 0.0:
+                if row == last:  # a step so long that it passed the last line
+                    return np.nan, way, np.nan, np.nan, steps
                 if rows[row, DWELL] >= 0.0:
                     served = False
                 row += 1
