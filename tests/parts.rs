@@ -77,6 +77,24 @@ fn january_differs_from_july_and_rush_hour_from_night() {
 }
 
 #[test]
+fn traffic_and_weather_hold_over_blocks_of_any_length() {
+    // seven blocks of 90.7 s, divided by 90.7 s, are less than seven in floating-point numbers
+    for step_s in [10.3, 90.7, 100.1, 300.0, 2999.9] {
+        let study = study("field-truck", &[&format!("traffic.step_s={step_s}")]);
+        for id in 0..5 {
+            let cycle = study.sample(1, id).cycle;
+            let blocks = (cycle.free_flow_s / step_s).ceil() as usize;
+            let stretches = cycle.weather.len();
+            // a block that begins and ends at a stop has no road
+            assert!((1..=blocks).contains(&stretches), "{step_s}: {stretches} of {blocks}");
+            assert!(stretches as f64 > 0.5 * blocks as f64, "{step_s}: {stretches} of {blocks}");
+            assert!(cycle.weather.is_sorted_by(|a, b| a.start_m <= b.start_m), "{step_s}");
+            assert!(cycle.traffic.is_sorted_by(|a, b| a.start_m <= b.start_m), "{step_s}");
+        }
+    }
+}
+
+#[test]
 fn parts_off_leave_the_other_draws_alone() {
     let all = run(&study("field-truck", &[]), 40);
     for part in [

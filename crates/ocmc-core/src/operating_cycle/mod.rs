@@ -150,18 +150,20 @@ impl OperatingCycleSampler {
         let traffic = (!without.contains(&Part::Traffic))
             .then(|| self.traffic.sample(cycle.free_flow_s, streams));
         let weather_at = |time_s: f64| weather.as_ref().map_or(STANDARD_WEATHER, |w| w.at(time_s));
-        let density_at = |section: usize, time_s: f64| {
+        let step_s = self.traffic.step_s;
+        let middle_s = |block: f64| (block + 0.5) * step_s;
+        let density_at = |section: usize, block: f64| {
             traffic.as_ref().map_or(0.0, |series| {
                 let model = &self.traffic_types[cycle.road.sections[section].road_type];
-                self.traffic.density_per_m(model, series, mission.departure_s, time_s)
+                self.traffic.density_per_m(model, series, mission.departure_s, middle_s(block))
             })
         };
 
         cycle.weather.clear();
         cycle.traffic.clear();
-        let step_s = self.traffic.step_s;
         let (mut time_s, mut position_m, mut section, mut speed_mps) = (0.0, 0.0, 0, 1.0);
-        let mut block = -1.0;
+        // the block of the clock that the truck is in, and the one whose weather and traffic are written down
+        let (mut block, mut written): (f64, f64) = (0.0, -1.0);
         for (k, (start_m, change)) in changes.iter().enumerate() {
             position_m = f64::max(position_m, *start_m);
             match change {
@@ -169,7 +171,8 @@ impl OperatingCycleSampler {
                 Change::Speed { section: s, speed_mps: v } => {
                     if section != *s || k == 0 {
                         section = *s;
-                        let density_per_m = density_at(section, time_s);
+                        block = block.max(libm::floor(time_s / step_s));
+                        let density_per_m = density_at(section, block);
                         cycle.traffic.push(TrafficStretch { start_m: position_m, density_per_m });
                     }
                     speed_mps = *v;
@@ -178,13 +181,13 @@ impl OperatingCycleSampler {
             let end_m = changes.get(k + 1).map_or(length_m, |next| next.0);
             loop {
                 // a new block of the clock begins here, or at the moment it is reached
-                let now = libm::floor(time_s / step_s);
-                if now > block {
-                    block = now;
+                block = block.max(libm::floor(time_s / step_s));
+                if block > written {
+                    written = block;
                     // weather at the block's middle; its first moment may lie before this place
-                    let weather = weather_at((block + 0.5) * step_s);
+                    let weather = weather_at(middle_s(block));
                     cycle.weather.push(WeatherStretch { start_m: position_m, weather });
-                    let density_per_m = density_at(section, time_s);
+                    let density_per_m = density_at(section, block);
                     if cycle.traffic.last().is_some_and(|last| last.start_m >= position_m) {
                         cycle.traffic.pop();
                     }
@@ -197,6 +200,8 @@ impl OperatingCycleSampler {
                     position_m = end_m;
                     break;
                 }
+                // counted, not divided: seven times 90.7 s, divided by 90.7 s, is less than seven
+                block += 1.0;
                 time_s = next_block_s;
                 position_m = reach_m;
             }
