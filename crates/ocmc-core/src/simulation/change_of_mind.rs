@@ -2,7 +2,7 @@
 //! late, and the error would be of first order in the step.
 
 use super::control::Control;
-use super::stage::{Decision, Prediction};
+use super::stage::{Ahead, Decision};
 use super::state::{Shared, State};
 use super::traction::Traction;
 use crate::lanes::{Flags, Lanes, mark};
@@ -48,11 +48,12 @@ impl<S: Simd> State<S> {
     pub(super) fn change_of_mind<T: Traction>(
         &self,
         decision: &Decision<S>,
-        predicted: &Prediction<S>,
+        ahead: &Ahead<S>,
+        second: &Control<S>,
         shared: &Shared<T>,
     ) -> Lanes<S> {
-        let (first, second) = (&decision.control, &predicted.control);
-        let errors = [first.desired - self.speed, second.desired - predicted.speed];
+        let first = &decision.control;
+        let errors = [first.desired - self.speed, second.desired - ahead.speed];
         let releases = decision.hold
             & decision.held.simd_lt(0.0)
             & !self.holds_brake.simd_gt(0.0)
@@ -64,7 +65,7 @@ impl<S: Simd> State<S> {
         ]);
         let gear = Moment::of_rise([
             self.gear_line(self.speed, first.accelerator, shift),
-            self.gear_line(predicted.speed, second.accelerator, shift),
+            self.gear_line(ahead.speed, second.accelerator, shift),
         ]);
         let pedal = Moment::of_rise([first.pedal_line(first), second.pedal_line(first)]);
         let earliest = hold.or_earlier(gear).or_earlier(pedal);

@@ -1,6 +1,6 @@
 //! How a step ends: its time is over, a mind changes, the segment ends, the truck comes to rest.
 
-use super::stage::{Forces, Prediction};
+use super::stage::{Ahead, Forces};
 use super::state::{Shared, State};
 use super::step_length::is_too_long;
 use super::traction::Traction;
@@ -32,12 +32,12 @@ impl<S: Simd> State<S> {
         &self,
         mind: Lanes<S>,
         first: &Forces<S>,
-        predicted: &Prediction<S>,
+        ahead: &Ahead<S>,
         second: &Forces<S>,
         shared: &Shared<T>,
     ) -> Ending<S> {
         let half = 0.5;
-        let dt = predicted.dt;
+        let dt = ahead.dt;
         let change = second.acceleration - first.acceleration;
         let too_long = is_too_long(dt, change, shared);
         let jumps = mind.simd_lt(1.0);
@@ -51,7 +51,7 @@ impl<S: Simd> State<S> {
         let way = dt * (self.speed + mean * dt * half);
         let square = self.speed * self.speed + mean * self.left * 2.0;
         let at_end = square.max(0.0).sqrt();
-        let far = self.left.simd_lt(way) | predicted.to_end.simd_le(predicted.dt) & !jumps;
+        let far = self.left.simd_lt(way) | ahead.to_end.simd_le(ahead.dt) & !jumps;
         let reaches = square.simd_gt(0.0) & far & !too_long;
         let timed = self.speed + mean * dt;
         let rests = timed.simd_lt(0.0) & !reaches & !too_long;

@@ -40,30 +40,19 @@ pub(super) struct Forces<S: Simd> {
     pub pull: Pull<S>,
 }
 
-/// The state at the end of a step that follows its first stage all the way, without the pedals.
-#[derive(Clone, Copy)]
-pub(super) struct Ahead<S: Simd> {
-    pub to_end: Lanes<S>,
-    pub dt: Lanes<S>,
-    pub speed: Lanes<S>,
-    pub left: Lanes<S>,
-    pub torque: Lanes<S>,
-    pub follow: Lanes<S>,
-    pub integral: Lanes<S>,
-    pub filtered: Lanes<S>,
-}
-
 /// The state at the end of a step that follows its first stage all the way.
 #[derive(Clone, Copy)]
-pub(super) struct Prediction<S: Simd> {
+pub(super) struct Ahead<S: Simd> {
     /// Time to the segment's end, in s.
     pub to_end: Lanes<S>,
     pub dt: Lanes<S>,
     pub speed: Lanes<S>,
+    pub left: Lanes<S>,
     /// Torque of the second stage, and what comes to it for each Nm of its command.
     pub torque: Lanes<S>,
     pub follow: Lanes<S>,
-    pub control: Control<S>,
+    pub integral: Lanes<S>,
+    pub filtered: Lanes<S>,
 }
 
 /// The slowest pace at which a step is cut for a segment's end, in m/s.
@@ -221,10 +210,11 @@ impl<S: Simd> State<S> {
     pub(super) fn second_pull<T: Traction>(
         &self,
         decision: &Decision<S>,
-        end: &Prediction<S>,
+        ahead: &Ahead<S>,
+        control: &Control<S>,
         shared: &Shared<T>,
     ) -> Pull<S> {
-        self.pull(end.speed, end.torque, end.follow, &end.control, decision, shared)
+        self.pull(ahead.speed, ahead.torque, ahead.follow, control, decision, shared)
     }
 
     /// How far the step may go, and the state there.
@@ -262,18 +252,18 @@ impl<S: Simd> State<S> {
 
     /// The pedals there.
     #[inline(always)]
-    pub(super) fn predict<T: Traction>(
+    pub(super) fn control_ahead<T: Traction>(
         &self,
         decision: &Decision<S>,
-        ahead: Ahead<S>,
+        ahead: &Ahead<S>,
         shared: &Shared<T>,
-    ) -> Prediction<S> {
-        let Ahead { to_end, dt, speed, left, torque, follow, integral, filtered } = ahead;
+    ) -> Control<S> {
+        let Ahead { speed, left, integral, filtered, .. } = *ahead;
         let path = self.desired_ahead(decision, left, shared);
         let limit = decision.row[RoadRow::LIMIT];
         let (hold, held) = (decision.hold, decision.held);
         let control = self.control(limit, speed, path, integral, filtered, hold, held, shared);
         mark(control.accelerator);
-        Prediction { to_end, dt, speed, torque, follow, control }
+        control
     }
 }

@@ -10,10 +10,11 @@
 //! stages.
 
 use super::books::Books;
+use super::control::Control;
 use super::ending::Ending;
 use super::lag::following;
 use super::road_row::RoadRow;
-use super::stage::{Decision, Forces, Prediction};
+use super::stage::{Ahead, Decision, Forces};
 use super::state::{Shared, State};
 use super::step_length::longest_next;
 use super::step_view::StepView;
@@ -29,7 +30,9 @@ pub(super) const FAST_STEP: f64 = 1.0 / 16.0;
 pub(super) struct Stages<S: Simd> {
     pub decision: Decision<S>,
     pub first: Forces<S>,
-    pub predicted: Prediction<S>,
+    pub ahead: Ahead<S>,
+    /// The pedals there.
+    pub control: Control<S>,
     pub second: Forces<S>,
     pub ending: Ending<S>,
 }
@@ -58,19 +61,21 @@ pub fn steps<S: Simd, T: Traction>(
         front.length(&decisions.0, &firsts.0, shared),
         back.length(&decisions.1, &firsts.1, shared),
     );
-    let ahead =
-        (front.predict(&decisions.0, ahead.0, shared), back.predict(&decisions.1, ahead.1, shared));
+    let controls = (
+        front.control_ahead(&decisions.0, &ahead.0, shared),
+        back.control_ahead(&decisions.1, &ahead.1, shared),
+    );
     let pulls = (
-        front.second_pull(&decisions.0, &ahead.0, shared),
-        back.second_pull(&decisions.1, &ahead.1, shared),
+        front.second_pull(&decisions.0, &ahead.0, &controls.0, shared),
+        back.second_pull(&decisions.1, &ahead.1, &controls.1, shared),
     );
     let seconds = (
         front.net(ahead.0.speed, pulls.0, &decisions.0, shared),
         back.net(ahead.1.speed, pulls.1, &decisions.1, shared),
     );
     let minds = (
-        front.change_of_mind(&decisions.0, &ahead.0, shared),
-        back.change_of_mind(&decisions.1, &ahead.1, shared),
+        front.change_of_mind(&decisions.0, &ahead.0, &controls.0, shared),
+        back.change_of_mind(&decisions.1, &ahead.1, &controls.1, shared),
     );
     let ends = (
         front.end(minds.0, &firsts.0, &ahead.0, &seconds.0, shared),
@@ -80,14 +85,16 @@ pub fn steps<S: Simd, T: Traction>(
         Stages {
             decision: decisions.0,
             first: firsts.0,
-            predicted: ahead.0,
+            ahead: ahead.0,
+            control: controls.0,
             second: seconds.0,
             ending: ends.0,
         },
         Stages {
             decision: decisions.1,
             first: firsts.1,
-            predicted: ahead.1,
+            ahead: ahead.1,
+            control: controls.1,
             second: seconds.1,
             ending: ends.1,
         },
@@ -107,12 +114,12 @@ impl<S: Simd> State<S> {
         let pull = self.first_pull(&decision, shared);
         let first = self.net(self.speed, pull, &decision, shared);
         let ahead = self.length(&decision, &first, shared);
-        let predicted = self.predict(&decision, ahead, shared);
-        let pull = self.second_pull(&decision, &predicted, shared);
-        let second = self.net(predicted.speed, pull, &decision, shared);
-        let mind = self.change_of_mind(&decision, &predicted, shared);
-        let ending = self.end(mind, &first, &predicted, &second, shared);
-        let stages = Stages { decision, first, predicted, second, ending };
+        let control = self.control_ahead(&decision, &ahead, shared);
+        let pull = self.second_pull(&decision, &ahead, &control, shared);
+        let second = self.net(ahead.speed, pull, &decision, shared);
+        let mind = self.change_of_mind(&decision, &ahead, &control, shared);
+        let ending = self.end(mind, &first, &ahead, &second, shared);
+        let stages = Stages { decision, first, ahead, control, second, ending };
         let books = self.books(&stages, shared);
         self.renew(&stages, &books, shared)
     }
@@ -125,9 +132,8 @@ impl<S: Simd> State<S> {
         books: &Books<S>,
         shared: &Shared<T>,
     ) -> StepView<S> {
-        let Stages { decision, first, predicted, second, ending } = stages;
+        let Stages { decision, first, ahead, control: second_control, second, ending } = stages;
         let Coupling { closed, engaged, free_speed, .. } = decision.coupling;
-        let second_control = &predicted.control;
         let (dt, dx, weight) = (ending.dt, ending.dx, ending.weight);
         let simd = dt.simd;
         let [engine, filter] = following(dt, shared.per_lag_s);
@@ -162,7 +168,7 @@ impl<S: Simd> State<S> {
         let slow = ending.speed.simd_lt(shared.slow_mps);
         self.steps_left -= slow.select(Lanes::splat(simd, 1.0), Lanes::splat(simd, FAST_STEP));
         let change = second.acceleration - first.acceleration;
-        let longest = longest_next(predicted.dt, change, shared);
+        let longest = longest_next(ahead.dt, change, shared);
         let longest = ending.jumps.select(Lanes::splat(simd, shared.step_after_jump_s), longest);
         self.longest = ending.too_long.select(Lanes::splat(simd, shared.short_step_s), longest);
 
