@@ -4,7 +4,7 @@ use super::road_row::RoadRow;
 use super::stage::{Decision, Row};
 use super::state::{Shared, State};
 use super::traction::Traction;
-use crate::lanes::{Flags, Lanes, clip, mix, where_set};
+use crate::lanes::{Flags, Lanes, clip, mix};
 use fearless_simd::prelude::*;
 
 /// What the driver does in one stage.
@@ -102,8 +102,7 @@ impl<S: Simd> State<S> {
         shared: &Shared<T>,
     ) -> Lanes<S> {
         let pid = &shared.pedals.pid;
-        let clamped = clip(integral, pid.integral_minimum, pid.integral_maximum);
-        // a driver without an integral part keeps none
-        where_set(self.integral_gain.simd_gt(0.0), clamped)
+        // zero is within, and stays there for a driver without an integral part
+        clip(integral, pid.integral_minimum, pid.integral_maximum)
     }
 }

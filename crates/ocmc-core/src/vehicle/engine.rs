@@ -5,16 +5,15 @@
 //! last slope in torque. Below zero torque, fuel falls linearly from the map's value at 0 Nm to zero at the drag torque, and
 //! is zero below (overrun fuel cut).
 //!
-//! The piece of the curves is searched when the engine leaves it. In the hot loop a cell of the map is found by a table of
-//! bytes over equal cells of speed and torque; the one that holds a knot belongs to the piece at its centre, so the map
-//! differs from the exact one by at most half a cell times the change of slope, next to a knot only.
+//! In the hot loop the pieces of the curves and the cells of the map are found by a [`PieceTable`].
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::bilinear::bilinear_cell;
+use super::piece_table::PieceTable;
 use crate::distribution::Quantity;
-use crate::lanes::{Lanes, WIDTH, clip, columns};
+use crate::lanes::{Lanes, WIDTH, columns};
 use fearless_simd::{Level, dispatch, prelude::*};
 
 /// A diesel engine.
@@ -80,52 +79,10 @@ pub struct FuelModel {
 /// Torques that differ by this share are the same: full load often ends where the map does.
 const ROUNDING: f64 = 1e-9;
 
-/// Cells of the byte tables.
-const CELLS: usize = 1024;
 /// Speed covered by the byte table, in rad/s: 0.25 rad/s a cell. Faster engines have it twice or four times as wide.
 const SPEED_SPAN_RADPS: f64 = 256.0;
 /// Torque covered by the byte table, in Nm: 4 Nm a cell.
 const TORQUE_SPAN_NM: f64 = 4096.0;
-
-/// Finds the piece of a piecewise function by one look-up.
-#[derive(Clone, Debug)]
-struct PieceTable {
-    cells_per_unit: f64,
-    piece: Box<[u8; CELLS]>,
-}
-
-impl PieceTable {
-    /// `knots` are the inner ends of pieces, increasing.
-    fn new(knots: &[f64], span: f64) -> Self {
-        let cell = span / CELLS as f64;
-        let mut piece = Box::new([0; CELLS]);
-        for (k, entry) in piece.iter_mut().enumerate() {
-            let centre = (k as f64 + 0.5) * cell;
-            *entry = knots.iter().filter(|knot| **knot <= centre).count() as u8;
-        }
-        Self { cells_per_unit: 1.0 / cell, piece }
-    }
-
-    /// The cells of values, each as an integer in the low bits of its double.
-    #[inline(always)]
-    fn cells<S: Simd>(&self, x: Lanes<S>) -> Lanes<S> {
-        // a double of 2^52 has ulps of 1: adding it rounds, without a slow cast; less a half it is the floor
-        const SHIFT: f64 = 4503599627370496.0;
-        clip(x * self.cells_per_unit - 0.5, 0.0, (CELLS - 1) as f64) + SHIFT
-    }
-
-    /// The piece at the middle of a number's cell.
-    #[inline(always)]
-    fn piece_of_number(&self, x: f64) -> usize {
-        // NaN is in the first cell
-        self.piece[((x * self.cells_per_unit) as usize).min(CELLS - 1)] as usize
-    }
-
-    #[inline(always)]
-    fn piece_of(&self, cell: f64) -> usize {
-        self.piece[cell.to_bits() as usize & (CELLS - 1)] as usize
-    }
-}
 
 /// Most pieces of the full-load and drag curves: what a byte can tell apart.
 const MOST_PIECES: usize = 256;
@@ -203,10 +160,10 @@ impl Engine {
         }
         Self {
             curves,
-            curve_pieces: PieceTable::new(&curve_knots, span),
+            curve_pieces: PieceTable::new(&curve_knots, span, 1),
             peak_torque_nm: model.full_load_torque_nm.iter().copied().fold(0.0, f64::max),
-            map_speed_pieces: PieceTable::new(inner(speeds), span),
-            map_torque_pieces: PieceTable::new(inner(torques), TORQUE_SPAN_NM),
+            map_speed_pieces: PieceTable::new(inner(speeds), span, MOST_KNOTS as u8),
+            map_torque_pieces: PieceTable::new(inner(torques), TORQUE_SPAN_NM, 1),
             cells,
         }
     }
@@ -214,7 +171,7 @@ impl Engine {
     /// The lines of full load and drag that hold at a speed.
     fn curve_row(&self, speed_radps: f64) -> &CurveRow {
         // the table knows the piece but for the width of a cell
-        let mut k = self.curve_pieces.piece_of_number(speed_radps);
+        let mut k = self.curve_pieces.piece_of_number(speed_radps) as usize;
         while speed_radps < self.curves[k].reach[0] {
             k -= 1;
         }
@@ -230,14 +187,14 @@ impl Engine {
         let simd = speed_radps.simd;
         let cells = self.curve_pieces.cells(speed_radps);
         let pieces: [&CurvePiece; WIDTH] = [
-            &self.curves[self.curve_pieces.piece_of(cells[0])],
-            &self.curves[self.curve_pieces.piece_of(cells[1])],
-            &self.curves[self.curve_pieces.piece_of(cells[2])],
-            &self.curves[self.curve_pieces.piece_of(cells[3])],
-            &self.curves[self.curve_pieces.piece_of(cells[4])],
-            &self.curves[self.curve_pieces.piece_of(cells[5])],
-            &self.curves[self.curve_pieces.piece_of(cells[6])],
-            &self.curves[self.curve_pieces.piece_of(cells[7])],
+            &self.curves[self.curve_pieces.piece_of(cells[0]) as usize],
+            &self.curves[self.curve_pieces.piece_of(cells[1]) as usize],
+            &self.curves[self.curve_pieces.piece_of(cells[2]) as usize],
+            &self.curves[self.curve_pieces.piece_of(cells[3]) as usize],
+            &self.curves[self.curve_pieces.piece_of(cells[4]) as usize],
+            &self.curves[self.curve_pieces.piece_of(cells[5]) as usize],
+            &self.curves[self.curve_pieces.piece_of(cells[6]) as usize],
+            &self.curves[self.curve_pieces.piece_of(cells[7]) as usize],
         ];
         let lines = columns(
             simd,
@@ -284,9 +241,9 @@ impl Engine {
             speed_radps.simd,
             #[inline(always)]
             |l| {
-                let i = self.map_speed_pieces.piece_of(speed_cells[l]) & (MOST_KNOTS - 1);
-                let j = self.map_torque_pieces.piece_of(torque_cells[l]) & (MOST_KNOTS - 1);
-                &self.cells[i * MOST_KNOTS + j]
+                let row = self.map_speed_pieces.piece_of(speed_cells[l]);
+                let column = self.map_torque_pieces.piece_of(torque_cells[l]);
+                &self.cells[(row | column) as usize]
             },
         );
         let map = a + b * speed_radps + powered * (c + d * speed_radps);

@@ -11,6 +11,7 @@ pub mod engine;
 pub mod fuel_map;
 pub mod gearbox;
 pub mod motor;
+mod piece_table;
 pub mod resistance;
 pub mod tyre;
 
