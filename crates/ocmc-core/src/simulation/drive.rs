@@ -1,4 +1,4 @@
-//! Drives a range of cycles, sixteen side by side: a lane takes the next cycle as soon as its own has ended.
+//! Drives a range of cycles, eight or sixteen side by side: a lane takes the next cycle as soon as its own has ended.
 
 use super::battery_electric::BatteryElectric;
 use super::cabin::Cabin;
@@ -9,7 +9,7 @@ use super::state::{Shared, State};
 use super::step::steps;
 use super::step_view::{Sights, StepView};
 use super::traction::Traction;
-use crate::lanes::WIDTH;
+use crate::lanes::{WIDTH, blocks_take_turns};
 use crate::study::{Scenario, Study};
 use crate::tactical::SpeedProfile;
 use crate::vehicle::Drive;
@@ -165,7 +165,7 @@ pub fn drive_scenario(study: &Study, scenario: Scenario) -> Record {
     records.into_iter().next().expect("one scenario gives one record")
 }
 
-/// The loop over two blocks, until `next` gives no more cabins; the records are in order of the cycle ids.
+/// The loop over one or two blocks, until `next` gives no more cabins; the records are in order of the cycle ids.
 ///
 /// Inlined into each of the functions above, so that it is compiled for their CPUs.
 #[inline(always)]
@@ -179,16 +179,18 @@ fn drive_blocks<S: Simd, T: Traction, O: Watch>(
     let mut desk = Desk { study, next, watch, records: Vec::new(), driving: 0 };
     let (mut front, mut back) = (State::parked(simd, shared), State::parked(simd, shared));
     let mut front_cabins = desk.fill(&mut front, shared);
-    let mut back_cabins = desk.fill(&mut back, shared);
+    let mut back_cabins = [const { None }; WIDTH];
+    if blocks_take_turns(simd) {
+        back_cabins = desk.fill(&mut back, shared);
+    }
     while desk.driving > 0 {
-        let views = steps((&mut front, &mut back), shared);
-        desk.watch.stepped(&front, &views.0, &front_cabins);
-        desk.watch.stepped(&back, &views.1, &back_cabins);
-        if views.0.alarm.any_true() {
-            desk.attend(&mut front, &mut front_cabins, &views.0.sights(), shared);
-        }
-        if views.1.alarm.any_true() {
-            desk.attend(&mut back, &mut back_cabins, &views.1.sights(), shared);
+        if blocks_take_turns(simd) {
+            let views = steps((&mut front, &mut back), shared);
+            desk.look(&mut front, &mut front_cabins, &views.0, shared);
+            desk.look(&mut back, &mut back_cabins, &views.1, shared);
+        } else {
+            let view = front.step(shared);
+            desk.look(&mut front, &mut front_cabins, &view, shared);
         }
     }
     desk.records.sort_by_key(|record| record.cycle_id);
@@ -220,6 +222,21 @@ impl<O: Watch> Desk<'_, '_, O> {
             }
         }
         cabins
+    }
+
+    /// Looks at a block after a step.
+    #[inline(always)]
+    fn look<S: Simd, T: Traction>(
+        &mut self,
+        state: &mut State<S>,
+        cabins: &mut Cabins,
+        view: &StepView<S>,
+        shared: &Shared<T>,
+    ) {
+        self.watch.stepped(state, view, cabins);
+        if view.alarm.any_true() {
+            self.attend(state, cabins, &view.sights(), shared);
+        }
     }
 
     /// Looks after the lanes that have raised an alarm.
