@@ -6,15 +6,22 @@ use ocmc_core::fleet::summary::SummaryBuilder;
 use ocmc_core::simulation::cabin::Cabin;
 use ocmc_core::simulation::cpu::CpuLevel;
 use ocmc_core::simulation::drive::{drive, drive_cabins};
+use ocmc_core::simulation::record::Record;
 use ocmc_core::simulation::road_row::RoadRows;
 use ocmc_core::simulation::trace::trace;
 use ocmc_core::study::Study;
 use ocmc_core::tactical::{SpeedProfile, plan};
+use std::collections::VecDeque;
 use std::hint::black_box;
 use std::time::Duration;
 
-/// Cycles of one measurement of the kernel: enough to keep 16 lanes full most of the time.
-const CYCLES: u64 = 128;
+/// Cycles that are planned before the kernel is measured.
+const CYCLES: u64 = 64;
+/// How often they are driven in one measurement, more or less: it is the lanes that are measured, not how they run empty at the end, and
+/// roads that are in the cache, as in a run, where they have just been written.
+const ROUNDS: u64 = 16;
+/// Cycles of a run.
+const RUN_CYCLES: u64 = 1024;
 
 fn default_study() -> Study {
     ocmc_io::study::load::<&str>("field-truck", &[]).expect("the default study loads").study
@@ -45,17 +52,17 @@ fn stages(criterion: &mut Criterion) {
     });
 
     // a trace has one row a step, and one a stop
-    let steps: usize = (0..CYCLES).map(|id| trace(&study, 1, id).columns[0].values.len()).sum();
-    group.throughput(Throughput::Elements(steps as u64));
+    let steps: Vec<usize> =
+        (0..CYCLES).map(|id| trace(&study, 1, id).columns[0].values.len()).collect();
     for level in CpuLevel::ALL.into_iter().filter(|level| level.is_available()) {
+        let cabins = || (0..CYCLES).map(|id| Cabin::new(&study, study.sample(1, id))).collect();
+        let records = drive_in_rounds(&study, cabins(), level);
+        let driven: usize = records.iter().map(|record| steps[record.cycle_id as usize]).sum();
+        group.throughput(Throughput::Elements(driven as u64));
         group.bench_function(format!("lane-steps {}", level.name()), |b| {
             b.iter_batched(
-                || {
-                    let cabins: Vec<Cabin> =
-                        (0..CYCLES).map(|id| Cabin::new(&study, study.sample(1, id))).collect();
-                    cabins
-                },
-                |mut cabins| drive_cabins(&study, &mut |_| cabins.pop(), level),
+                cabins,
+                |cabins| black_box(drive_in_rounds(&study, cabins, level)),
                 BatchSize::PerIteration,
             );
         });
@@ -63,18 +70,29 @@ fn stages(criterion: &mut Criterion) {
     group.finish();
 }
 
+/// Drives the cabins again and again, as lanes become free.
+fn drive_in_rounds(study: &Study, cabins: VecDeque<Cabin>, level: CpuLevel) -> Vec<Record> {
+    let (mut cabins, mut left) = (cabins, ROUNDS * CYCLES);
+    let mut next = |used| {
+        cabins.extend(used);
+        left = left.checked_sub(1)?;
+        cabins.pop_front()
+    };
+    drive_cabins(study, &mut next, level)
+}
+
 fn whole(criterion: &mut Criterion) {
     let study = default_study();
     let mut group = criterion.benchmark_group("whole");
     group.measurement_time(Duration::from_secs(8)).sample_size(10);
-    let records = drive(&study, 1, 0..CYCLES, CpuLevel::best());
+    let records = drive(&study, 1, 0..RUN_CYCLES, CpuLevel::best());
     // nanoseconds per simulated second are the inverse of this throughput
     let simulated_s: f64 = records.iter().map(|r| r.simulated_s).sum();
     group.throughput(Throughput::Elements(simulated_s as u64));
     group.bench_function("simulated seconds, sampling and planning included", |b| {
-        b.iter(|| black_box(drive(&study, 1, 0..CYCLES, CpuLevel::best())));
+        b.iter(|| black_box(drive(&study, 1, 0..RUN_CYCLES, CpuLevel::best())));
     });
-    group.throughput(Throughput::Elements(CYCLES));
+    group.throughput(Throughput::Elements(RUN_CYCLES));
     group.bench_function("statistics of the records", |b| {
         b.iter(|| {
             let mut builder = SummaryBuilder::default();
