@@ -2,12 +2,12 @@
 //!
 //! P(x > t) = exp(−t/mean). Sampled by inversion, one uniform a draw.
 
-use super::{Law, all_positive};
+use super::{Law, all_positive, practical_exponential};
 use crate::random::Draws;
 
 /// One draw.
 pub fn sample(mean: f64, draws: &mut Draws) -> f64 {
-    mean * draws.exponential()
+    mean * practical_exponential(draws)
 }
 
 /// Quantile for p in (0, 1).

@@ -3,7 +3,7 @@
 //! ln x is normal with mean ln(median) and standard deviation `log_sd`; truncation, by inversion, where there are bounds.
 
 use super::normal::truncated_quantile;
-use super::{Law, all_positive, moments};
+use super::{Law, all_positive, moments, practical};
 use crate::random::Draws;
 
 /// One draw: exactly one uniform.
@@ -14,7 +14,7 @@ pub fn sample(
     upper: Option<f64>,
     draws: &mut Draws,
 ) -> f64 {
-    quantile(median, log_sd, lower, upper, draws.uniform())
+    quantile(median, log_sd, lower, upper, practical(draws.uniform()))
 }
 
 /// Quantile for p in (0, 1).

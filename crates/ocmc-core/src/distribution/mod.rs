@@ -18,10 +18,27 @@ mod quantity;
 pub mod uniform;
 pub mod weibull;
 
+use crate::random::Draws;
+
 pub use gamma::standard_gamma;
 pub use law::Law;
 pub use normal_quantile::{normal_quantile, normal_quantiles};
 pub use quantity::Quantity;
+
+/// What one draw in a million exceeds is drawn by none: the check of a study looks as far as that ([`Law::practical_range`]).
+const RARE: f64 = 1e-6;
+
+/// A probability, not nearer to 0 or 1 than that.
+fn practical(p: f64) -> f64 {
+    p.clamp(RARE, 1.0 - RARE)
+}
+
+/// An exponential of mean 1 between its quantiles of [`RARE`] and 1 − [`RARE`].
+fn practical_exponential(draws: &mut Draws) -> f64 {
+    const LOW: f64 = 1.000_000_500_000_333_4e-6;
+    const HIGH: f64 = 13.815_510_557_935_518;
+    draws.exponential().clamp(LOW, HIGH)
+}
 
 /// Mean and standard deviation (divisor n − 1); none for fewer than two values, or where one is not finite.
 fn moments(values: impl Iterator<Item = f64> + Clone) -> Option<(f64, f64)> {

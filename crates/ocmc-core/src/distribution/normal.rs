@@ -4,7 +4,7 @@
 //! Sampled by inversion, x = μ + σ Φ⁻¹(Φ(a) + u (Φ(b) − Φ(a))), exactly one uniform a draw. Bounds more than about eight
 //! standard deviations above the mean leave no digits of 1 − Φ and give the bound itself.
 
-use super::{Law, moments, normal_quantile};
+use super::{Law, moments, normal_quantile, practical};
 use crate::random::Draws;
 use std::f64::consts::SQRT_2;
 
@@ -16,7 +16,7 @@ pub fn sample(
     upper: Option<f64>,
     draws: &mut Draws,
 ) -> f64 {
-    quantile(mean, sd, lower, upper, draws.uniform())
+    quantile(mean, sd, lower, upper, practical(draws.uniform()))
 }
 
 /// Quantile for p in (0, 1).

@@ -2,12 +2,12 @@
 //!
 //! P(x > t) = exp(−(t/λ)^k), shape k, scale λ = mean/Γ(1 + 1/k). Sampled by inversion, one uniform a draw.
 
-use super::{Law, all_positive};
+use super::{Law, all_positive, practical_exponential};
 use crate::random::Draws;
 
 /// One draw.
 pub fn sample(mean: f64, shape: f64, draws: &mut Draws) -> f64 {
-    scale(mean, shape) * libm::pow(draws.exponential(), 1.0 / shape)
+    scale(mean, shape) * libm::pow(practical_exponential(draws), 1.0 / shape)
 }
 
 /// Quantile for p in (0, 1).
