@@ -103,7 +103,8 @@ impl<S: Simd> State<S> {
     pub(super) fn wish<T: Traction>(&self, row: Row<S>, shared: &Shared<T>) -> Wish<S> {
         let path = self.desired(&row, self.left, shared);
         let error = path.0 - self.speed;
-        let hold = error.abs().simd_lt(self.threshold);
+        // whose truck has come to rest wants to go on, however slowly
+        let hold = error.abs().simd_lt(self.threshold) & self.speed.simd_gt(0.0);
         // what is held is the output at the moment when holding began
         let held = self.holding.simd_gt(0.0).select(self.held, self.proportional * error);
         // a held brake is released when e >= 0, unless the driver holds as printed in the paper
