@@ -42,6 +42,7 @@ fn assert_rows(study: &Study, scenario: &Scenario) {
     let near_m = study.model().simulation.creep_distance_m;
     let coefficient = study.powertrain().model.rolling_temperature_coefficient_per_k;
     let (mut heading, mut climb_m, mut temperature, mut wind) = (road.heading_rad, 0.0, 0.0, 0.0);
+    let mut altitude_m = 0.0;
     assert_eq!(rows.rows.len(), profile.segments.len());
     for (i, (segment, RoadRow(row))) in profile.segments.iter().zip(&rows.rows).enumerate() {
         let weather = &cycle.weather[segment.weather as usize].weather;
@@ -77,6 +78,10 @@ fn assert_rows(study: &Study, scenario: &Scenario) {
                 row[column]
             );
         }
+        // 50 m of climb are 0.6 % of the density
+        let air = row[RoadRow::HALF_DENSITY] / (0.5 * weather.air_density_kgpm3(altitude_m));
+        assert!((air - 1.0).abs() < 0.008, "{i}: {air} at {altitude_m} m");
+        altitude_m += sine * segment.length_m;
         climb_m += sine.max(0.0) * segment.length_m;
         temperature += weather.temperature_k * segment.length_m / road.length_m;
         wind += exposure * head * segment.length_m / road.length_m;
@@ -93,6 +98,8 @@ fn each_row_says_what_its_segment_is() {
     for (name, sets) in [
         ("field-truck", &[] as &[&str]),
         ("urban-delivery", &[]),
+        // a pass road: the air gets thinner
+        ("field-truck", &["mission.length_m=40000", "road.net_climb_m=1000"]),
         // stops close to one another, all of them near the rows before
         ("urban-delivery", &["road.event_spacing_m=5", "simulation.creep_distance_m=10"]),
     ] {

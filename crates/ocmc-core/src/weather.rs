@@ -337,6 +337,10 @@ mod tests {
         assert!((warm - 1.204).abs() < 0.001 && (cold - 1.341).abs() < 0.001);
         assert!((STANDARD_WEATHER.air_density_kgpm3(0.0) - 1.225).abs() < 0.0005);
         assert!((standard_pressure_pa(1000.0) - 89_875.0).abs() < 10.0);
+        // dry air of one temperature: exp(-9.80665 x 1000 / (287.05 x 288.15)) = 0.8882
+        let dry = Weather { temperature_k: 288.15, relative_humidity: 0.0, ..STANDARD_WEATHER };
+        let part = dry.air_density_kgpm3(1000.0) / dry.air_density_kgpm3(0.0);
+        assert!((part - 0.8882).abs() < 1e-4, "{part}");
     }
 
     #[test]

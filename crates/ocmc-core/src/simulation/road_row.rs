@@ -54,6 +54,9 @@ impl RoadRow {
     }
 }
 
+/// Climb after which the air density is taken anew, in m: it has changed by 0.6 %.
+const SAME_AIR_M: f64 = 50.0;
+
 /// A distance or a squared speed that never binds.
 pub const FAR: f64 = 1e9;
 
@@ -85,7 +88,7 @@ impl RoadRows {
         rows.extend(segments.iter().zip(&profile.branches).enumerate().map(
             |(i, (segment, branch))| {
                 let length_m = segment.length_m;
-                if around.differ(segment, branch.limit) {
+                if around.differ(segment, branch.limit, altitude_m) {
                     around.renew(segment, branch.limit, altitude_m);
                 }
                 if let Some(k) = segment.event()
@@ -147,8 +150,9 @@ struct Surroundings<'a> {
     tracks: [u32; 3],
     curve: Option<usize>,
     limit: f64,
-    /// Where they began to hold, in m.
+    /// Where they began to hold, in m, and the altitude over the start at which the air density was taken, in m.
     since_m: f64,
+    air_altitude_m: f64,
     /// Compass heading in the middle of the segment and at its end, in rad.
     middle_rad: f64,
     heading_rad: f64,
@@ -175,6 +179,7 @@ impl<'a> Surroundings<'a> {
             curve: None,
             limit: 0.0,
             since_m: 0.0,
+            air_altitude_m: 0.0,
             middle_rad: f64::NAN,
             rolling_weather: 0.0,
             heading_rad: scenario.cycle.road.heading_rad,
@@ -189,14 +194,20 @@ impl<'a> Surroundings<'a> {
         }
     }
 
-    /// Whether a segment differs from the one before, or turns the heading.
+    /// Whether a segment differs from the one before, turns the heading, or lies elsewhere in altitude.
     #[inline(always)]
-    fn differ(&self, segment: &Segment, limit: f64) -> bool {
+    fn differ(&self, segment: &Segment, limit: f64, altitude_m: f64) -> bool {
         let tracks = [segment.weather, segment.roughness, segment.section];
         segment.curve().is_some()
             || self.curve.is_some()
             || tracks != self.tracks
             || limit != self.limit
+            || self.has_climbed(altitude_m)
+    }
+
+    #[inline(always)]
+    fn has_climbed(&self, altitude_m: f64) -> bool {
+        (altitude_m - self.air_altitude_m).abs() > SAME_AIR_M
     }
 
     #[inline(never)]
@@ -206,7 +217,7 @@ impl<'a> Surroundings<'a> {
         let weather = &self.scenario.cycle.weather[segment.weather as usize].weather;
         let [last_weather, _, last_section] = self.tracks;
         let new_weather = segment.weather != last_weather;
-        if new_weather {
+        if new_weather || self.has_climbed(altitude_m) {
             self.meet(weather, altitude_m);
         }
         let iri = iri_mm_per_m(road.roughness_m3[segment.roughness as usize]);
@@ -232,6 +243,7 @@ impl<'a> Surroundings<'a> {
     fn meet(&mut self, weather: &Weather, altitude_m: f64) {
         let vehicle = &self.study.powertrain().model;
         self.half_density = 0.5 * weather.air_density_kgpm3(altitude_m);
+        self.air_altitude_m = altitude_m;
         self.temperature_k = weather.temperature_k;
         self.grip = GRAVITY_MPS2 * braking_friction(weather.precipitation_mps, weather.snow);
         let coefficient = vehicle.rolling_temperature_coefficient_per_k;
