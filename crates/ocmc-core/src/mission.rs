@@ -2,14 +2,14 @@
 
 use crate::distribution::Quantity;
 use crate::operating_cycle::route::RouteModel;
-use crate::random::{Stream, Streams};
+use crate::random::{Draws, Stream, Streams};
 use crate::road::point_event::{EventKind, PointEvent};
 use crate::study::Part;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Stops that a law draws closer than this are moved apart, in m.
-const MINIMUM_SPACING_M: f64 = 50.0;
+pub(crate) const MINIMUM_SPACING_M: f64 = 50.0;
 
 /// Statistical description of missions.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -80,12 +80,14 @@ impl MissionModel {
         let mut stops = Vec::new();
         if let Some(model) = &self.stops {
             let mut draws = streams.open(Stream::MissionStop);
-            let mut position_m = model.spacing_m.sample(&mut draws);
+            let spacing_m =
+                |draws: &mut Draws| model.spacing_m.sample(draws).max(MINIMUM_SPACING_M);
+            let mut position_m = spacing_m(&mut draws);
             while position_m < length_m {
                 let standstill_s = model.dwell_s.sample(&mut draws);
                 let kind = EventKind::MissionStop { standstill_s };
                 stops.push(PointEvent { position_m, kind, turns: false });
-                position_m += model.spacing_m.sample(&mut draws).max(MINIMUM_SPACING_M);
+                position_m += spacing_m(&mut draws);
             }
         }
         Mission { length_m, payload_kg, departure_s, day_of_year, stops }

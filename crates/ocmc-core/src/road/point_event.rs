@@ -229,20 +229,20 @@ fn poisson(
 }
 
 /// Puts events in order, keeps the ends of the road free, and drops the later one of two events that are
-/// closer than the spacing. A mission stop is never dropped; what stands too close to it is.
+/// closer than the spacing. A mission stop between the ends is never dropped; what else stands too close to it is.
 pub fn space_out(events: &mut Vec<PointEvent>, length_m: f64, spacing_m: f64, free_end_m: f64) {
     events.retain(|e| e.position_m >= free_end_m && e.position_m <= length_m - free_end_m);
     events.sort_by(|a, b| a.position_m.total_cmp(&b.position_m));
     let mut kept: Vec<PointEvent> = Vec::with_capacity(events.len());
+    let of_mission = |event: &PointEvent| matches!(event.kind, EventKind::MissionStop { .. });
     for event in events.drain(..) {
-        let close = kept.last().is_some_and(|last| event.position_m - last.position_m < spacing_m);
-        let mission = matches!(event.kind, EventKind::MissionStop { .. });
-        if !close {
-            kept.push(event);
-        } else if mission {
-            kept.pop();
-            kept.push(event);
+        let close = kept.last().filter(|last| event.position_m - last.position_m < spacing_m);
+        match close {
+            Some(_) if !of_mission(&event) => continue,
+            Some(last) if !of_mission(last) => kept.truncate(kept.len() - 1),
+            _ => {}
         }
+        kept.push(event);
     }
     *events = kept;
 }
@@ -251,6 +251,17 @@ pub fn space_out(events: &mut Vec<PointEvent>, length_m: f64, spacing_m: f64, fr
 mod tests {
     use super::*;
     use crate::random::Stream;
+
+    #[test]
+    fn mission_stops_stay_and_push_others_away() {
+        let event = |position_m: f64, kind| PointEvent { position_m, kind, turns: false };
+        let stop = |at_m| event(at_m, EventKind::MissionStop { standstill_s: 60.0 });
+        let sign = |at_m| event(at_m, EventKind::StopSign { standstill_s: 2.0 });
+        let mut events =
+            vec![stop(5.0), sign(460.0), stop(500.0), stop(560.0), sign(600.0), sign(700.0)];
+        space_out(&mut events, 1000.0, 100.0, 20.0);
+        assert_eq!(events, [stop(500.0), stop(560.0), sign(700.0)]);
+    }
 
     #[test]
     fn counts_and_marks_within_four_standard_errors() {

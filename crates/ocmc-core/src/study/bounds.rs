@@ -35,7 +35,7 @@ pub const BOUNDS: &[Bound] = &[
     b("mission.payload_kg", 0.0, 100_000.0),
     b("mission.departure_s_of_day", -86_400.0, 172_800.0),
     b("mission.departure_day_of_year", 0.0, 366.0),
-    b("mission.stops.spacing_m", 50.0, 5.0e6),
+    b("mission.stops.spacing_m", 0.0, 5.0e6),
     b("mission.stops.dwell_s", 0.0, 86_400.0),
     b("mission.routes.weight", 1.0e-6, 1.0e6),
     b("road.slope_step_m", 5.0, 200.0),

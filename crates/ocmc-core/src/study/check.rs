@@ -1,8 +1,10 @@
 //! Checks a study file: every number within its bound, and the numbers that have to fit one another.
 
 use super::{StudyModel, bound_of};
-use crate::distribution::Law;
+use crate::distribution::{Law, Quantity};
 use crate::driver::curve_speed::CurveSpeedForm;
+use crate::mission::{MINIMUM_SPACING_M, MissionStopModel};
+use crate::road::topography::ClimbRule;
 use crate::vehicle::electric::ElectricModel;
 use crate::vehicle::engine::{EngineModel, MOST_KNOTS};
 use crate::vehicle::gearbox::GearboxModel;
@@ -214,6 +216,7 @@ fn consistency(model: &StudyModel, problems: &mut Vec<Problem>) {
         );
     }
 
+    mission(model, &mut require);
     let curve = &model.driver.curve_speed;
     if curve.form != CurveSpeedForm::Pooled {
         let rows = curve.table.as_ref().map_or(0, |t| t.exponent.len());
@@ -257,6 +260,27 @@ fn consistency(model: &StudyModel, problems: &mut Vec<Problem>) {
         "a positive definite correlation matrix",
     );
     vehicle(model, &mut require);
+}
+
+fn mission(model: &StudyModel, require: &mut impl FnMut(bool, &str, String, &str)) {
+    let (mission, road) = (&model.mission, &model.road);
+    if let Some(MissionStopModel { spacing_m: Quantity::Number(spacing_m), .. }) = mission.stops {
+        require(
+            spacing_m >= MINIMUM_SPACING_M,
+            "mission.stops.spacing_m",
+            spacing_m.to_string(),
+            "50 to 5000000; the draws of a law below 50 are put there",
+        );
+    }
+    let limits = road.types.values().map(|road_type| road_type.topography.slope_limit);
+    let steepest = limits.fold(0.0, f64::max);
+    let (climb_m, length_m) = (road.net_climb_m.centre().abs(), mission.length_m.centre());
+    require(
+        road.climb_rule == ClimbRule::Free || climb_m <= steepest * length_m,
+        "road.net_climb_m",
+        climb_m.to_string(),
+        "at most the largest slope_limit of the road types times mission.length_m",
+    );
 }
 
 fn electric_vehicle(electric: &ElectricModel, require: &mut impl FnMut(bool, &str, String, &str)) {
