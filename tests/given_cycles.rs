@@ -110,6 +110,50 @@ fn a_wrong_route_says_where_it_is_written() {
     assert!(fault.unwrap_err().to_string().contains("mission.routes"), "bounds hold");
 }
 
+/// Field-truck on a route that is written as CSV.
+fn on_csv(text: &str, sets: &[&str], keep: &[Keep]) -> Result<ocmc_core::study::Study, String> {
+    let folder = folder();
+    let file = folder.path().join("route.csv");
+    std::fs::write(&file, text).unwrap();
+    let loaded = studies::load("field-truck", sets).unwrap();
+    loaded.on_routes(&[file], keep).map(|loaded| loaded.study).map_err(|fault| fault.to_string())
+}
+
+#[test]
+fn an_altitude_that_no_road_climbs_is_refused() {
+    // one row of a receiver that had lost its satellites
+    let text = "position_m,speed_limit_kmh,altitude_m\n0,80,0\n500,80,500\n520,80,60\n1000,80,60\n";
+    let fault = on_csv(text, &[], &[]).unwrap_err();
+    assert!(fault.contains("altitude_m") && fault.contains("-0.5 to 0.5"), "{fault}");
+}
+
+#[test]
+fn a_driver_who_has_come_to_rest_goes_on_however_slowly() {
+    // 4 km/h is less than a switched driver's threshold may be
+    let text = "position_m,speed_limit_kmh\n0,50\n400,4\n500,50\n1000,50\n";
+    let all_switched = "driver.pedals.pid_share=0";
+    let study = on_csv(text, &[all_switched, "driver.pedals.switched.threshold_mps=1.2"], &[]);
+    for record in run(&study.unwrap(), 32) {
+        assert_eq!(record.outcome, Outcome::Completed, "{record:?}");
+    }
+}
+
+#[test]
+fn what_is_turned_off_is_off_on_a_route_that_keeps_it() {
+    let loaded = studies::load("field-truck", &["mission.length_m=10000"]).unwrap();
+    let tracks = operating_cycle::tracks(&loaded.study, &loaded.study.sample(1, 17).cycle);
+    let mut bytes = Vec::new();
+    operating_cycle::write_csv(&mut bytes, &tracks).unwrap();
+    let text = String::from_utf8(bytes).unwrap();
+    let litres = |without: &str| {
+        let sets = [format!("simulation.without=[{without}]")];
+        let study = on_csv(&text, &[&sets[0]], &Keep::ALL).unwrap();
+        drive_scenario(&study, study.sample(1, 17)).fuel_kg.unwrap()
+    };
+    let all = litres("");
+    assert!(litres("\"weather\"") != all && litres("\"traffic\"") < 0.999 * all, "{all}");
+}
+
 #[test]
 fn vecto_cycles_are_driven_to_their_ends() {
     let quiet = [

@@ -13,6 +13,10 @@ use crate::weather::{STANDARD_WEATHER, Weather};
 
 /// Events closer than this act at one place, in m.
 const SAME_PLACE_M: f64 = 1.0;
+/// Two slow places at one place are so far apart, in m: each begins a segment.
+const APART_M: f64 = 0.01;
+/// Steepest road, as climb per metre.
+pub(super) const STEEPEST: f64 = 0.5;
 /// Curves of a larger radius are straight road, in m.
 const STRAIGHT_M: f64 = 1.0e5;
 
@@ -145,8 +149,10 @@ impl GivenCycle {
         let road_types = find("road_type").map(words_of).transpose()?;
         let roughness = numbers("roughness_m3", 0.0, 0.1)?;
         let grounds = find("ground").map(grounds_of).transpose()?;
-        let altitude = match (numbers("grade", -0.5, 0.5)?, numbers("altitude_m", -500.0, 9000.0)?)
-        {
+        let altitude = match (
+            numbers("grade", -STEEPEST, STEEPEST)?,
+            numbers("altitude_m", -500.0, 9000.0)?,
+        ) {
             (Some(grades), _) => climbed(&grades, length_m),
             (None, Some(points)) => points,
             (None, None) => vec![(0.0, 0.0)],
@@ -308,7 +314,7 @@ fn events_of(numbers: &Numbers, length_m: f64) -> Result<Vec<PointEvent>, GivenC
     Ok(events)
 }
 
-/// Puts events in order; of two at one place the standstills add up, the lower speed holds.
+/// Puts events in order; of two at one place the standstills add up, and of two without a standstill both speeds hold.
 pub(super) fn merge_events(events: &mut Vec<PointEvent>) {
     events.sort_by(|a, b| a.position_m.total_cmp(&b.position_m));
     let mut kept: Vec<PointEvent> = Vec::with_capacity(events.len());
@@ -318,6 +324,14 @@ pub(super) fn merge_events(events: &mut Vec<PointEvent>) {
             kept.push(event);
             continue;
         };
+        // a green light is passed as if it were not there
+        if matches!(event.kind, EventKind::GreenLight) {
+            continue;
+        }
+        if matches!(before.kind, EventKind::GreenLight) {
+            *before = event;
+            continue;
+        }
         match (before.kind.standstill_s(), event.kind.standstill_s()) {
             (Some(a), Some(b)) => {
                 let standstill_s = a + b;
@@ -329,8 +343,12 @@ pub(super) fn merge_events(events: &mut Vec<PointEvent>) {
                 };
             }
             (None, Some(_)) => before.kind = event.kind,
-            // a light or a bump at a stop line does nothing more; of two slow places the second has little left to do
-            (_, None) => {}
+            // a slow place at a stop line does nothing more
+            (Some(_), None) => {}
+            (None, None) => {
+                let position_m = event.position_m.max(before.position_m + APART_M);
+                kept.push(PointEvent { position_m, ..event });
+            }
         }
     }
     *events = kept;
@@ -411,6 +429,24 @@ mod tests {
         assert_eq!(cycle.curves, [curve]);
         assert_eq!(cycle.events.len(), 1);
         assert_eq!(cycle.events[0].kind.standstill_s(), Some(12.0));
+    }
+
+    #[test]
+    fn a_slow_place_beside_another_event_stays_slow() {
+        let track = |name, value| track(name, Rule::Event, &[(500.0, value)]);
+        let bump = [track("speed_bump_length_m", 4.0), track("speed_bump_height_m", 0.1)];
+        let kinds = |other: Track| -> Vec<EventKind> {
+            let tracks = [vec![limit(), other], bump.to_vec()].concat();
+            let cycle = GivenCycle::from_tracks(&tracks, Some(1000.0)).unwrap();
+            assert!(cycle.events.windows(2).all(|pair| pair[1].position_m > pair[0].position_m));
+            cycle.events.iter().map(|event| event.kind).collect()
+        };
+        let bump_kind = EventKind::SpeedBump { length_m: 4.0, height_m: 0.1 };
+        assert_eq!(kinds(track("green_light", 1.0)), [bump_kind]);
+        let pass = EventKind::GiveWayPass { speed_mps: 12.0 };
+        assert_eq!(kinds(track("give_way_pass_mps", 12.0)), [pass, bump_kind]);
+        let stop = EventKind::StopSign { standstill_s: 9.0 };
+        assert_eq!(kinds(track("stop_sign_s", 9.0)), [stop]);
     }
 
     #[test]

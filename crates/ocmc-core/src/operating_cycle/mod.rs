@@ -132,7 +132,7 @@ impl OperatingCycleSampler {
         }
         self.pass(streams, without, cycle);
         if let Some(route) = route {
-            route.give_clock(cycle);
+            route.give_clock(without, cycle);
         }
     }
 

@@ -5,7 +5,7 @@
 //! between (judgement: European general limits, trucks at 80 to 90 km/h on motorways).
 
 use super::OperatingCycle;
-use super::given::{GivenCycle, GivenCycleError, held, merge_events};
+use super::given::{GivenCycle, GivenCycleError, STEEPEST, held, merge_events};
 use crate::mission::Mission;
 use crate::random::{Stream, Streams};
 use crate::road::point_event::{EventKind, PointEvent};
@@ -83,7 +83,7 @@ impl Route {
     /// Lays a given cycle on a study's road. `names` are the study's road types, in the order of their numbers.
     ///
     /// # Errors
-    /// Of road types that the study does not have, and of what is to be kept and is not in the file.
+    /// Of road types that the study does not have, of what is to be kept and is not in the file, and of altitudes that no road climbs.
     pub fn new(
         cycle: GivenCycle,
         weight: f64,
@@ -112,7 +112,16 @@ impl Route {
             let (from_m, to_m) = (k as f64 * step_m, ((k + 1) as f64 * step_m).min(cycle.length_m));
             (cycle.altitude_m(to_m) - cycle.altitude_m(from_m)) / (to_m - from_m)
         });
-        let slopes = slopes.collect();
+        let slopes: Vec<f64> = slopes.collect();
+        if let Some(k) = slopes.iter().position(|slope| slope.abs() > STEEPEST) {
+            return Err(GivenCycleError::Range {
+                track: "altitude_m, as climb per metre".to_owned(),
+                position_m: k as f64 * step_m,
+                value: slopes[k],
+                minimum: -STEEPEST,
+                maximum: STEEPEST,
+            });
+        }
         let roughness_m3 = cycle.roughness.as_ref().map(|points| {
             let blocks = libm::ceil(cycle.length_m / block_m) as usize;
             (0..blocks).map(|k| held(points, (k as f64 + 0.5) * block_m)).collect()
@@ -200,14 +209,16 @@ impl Route {
         merge_events(&mut road.events);
     }
 
-    /// Puts the file's weather and traffic in place of what was drawn, where they are kept.
-    pub fn give_clock(&self, cycle: &mut OperatingCycle) {
+    /// Puts the file's weather and traffic in place of what was drawn, where they are kept; the parts in `without` stay left out.
+    pub fn give_clock(&self, without: &[Part], cycle: &mut OperatingCycle) {
         if self.keeps(Keep::Weather)
+            && !without.contains(&Part::Weather)
             && let Some(weather) = &self.cycle.weather
         {
             cycle.weather.clone_from(weather);
         }
         if self.keeps(Keep::Traffic)
+            && !without.contains(&Part::Traffic)
             && let Some(traffic) = &self.cycle.traffic
         {
             cycle.traffic.clone_from(traffic);
