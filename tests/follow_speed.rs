@@ -3,7 +3,7 @@
 
 mod program;
 
-use ocmc_core::simulation::record::Outcome;
+use ocmc_core::simulation::record::{COLUMNS, Cell, Outcome, Record};
 use program::{ocmc, records};
 use std::fmt::Write;
 use std::fs;
@@ -89,6 +89,60 @@ fn a_speed_that_the_truck_cannot_hold_is_counted_and_told() {
     assert!(!answer(&easy, &[]).contains("Saturated"));
     let json: serde_json::Value = serde_json::from_str(&answer(&easy, &["--json"])).unwrap();
     assert_eq!(json["saturation"]["limited_s"], 0.0);
+}
+
+#[test]
+fn where_nobody_drives_the_records_have_no_driver_and_no_road() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = drive_cycle(folder.path(), "cycle.csv", 10.0, 0.0);
+    let driven = |how: &str, format: &str| {
+        let out = folder.path().join(format!("{how}-{format}"));
+        let follow = ["--follow-speed", how, "--cycles", "3", "--format", format, "--quiet"];
+        ocmc(&["drive", &file]).args(follow).arg("--out").arg(&out).assert().success();
+        records(&out.join(format!("records.{format}")))
+    };
+    let road = ["urban_share", "rural_share", "motorway_share", "mean_limit_mps", "n_curves"];
+    for format in ["parquet", "csv"] {
+        for record in driven("exact", format) {
+            let of_it = |name: &'static str| name.starts_with("driver_") || road.contains(&name);
+            for column in COLUMNS.iter().filter(|column| of_it(column.name)) {
+                let cell = (column.get)(&record);
+                let none = matches!(cell, Cell::Number(None) | Cell::Integer(None));
+                assert!(none, "{format} {}: {cell:?}", column.name);
+            }
+        }
+        for record in driven("driver", format) {
+            assert!(record.driver_kp > Some(0.0) && record.driver_effect.is_some());
+            assert!(record.mean_limit_mps > Some(0.0) && record.n_curves == Some(0));
+            assert!(record.driver_gain_redraws.is_some());
+        }
+    }
+}
+
+#[test]
+fn a_driver_rests_at_both_ends_of_the_cycle() {
+    let folder = tempfile::tempdir().unwrap();
+    let driven = |name: &str, table: &str| -> Vec<Record> {
+        let (file, out) = (folder.path().join(format!("{name}.csv")), folder.path().join(name));
+        fs::write(&file, format!("time_s,speed_mps\n{table}")).unwrap();
+        // the weather would go on during a rest
+        let calm = "simulation.without=[\"weather\"]";
+        let follow = ["--follow-speed", "driver", "--cycles", "20", "--quiet", "--set", calm];
+        ocmc(&["drive"]).arg(&file).args(follow).arg("--out").arg(&out).assert().success();
+        records(&out.join("records.parquet"))
+    };
+    let moves = driven("moves", "60,0\n90,15\n1090,15\n1110,0\n");
+    let rests = driven("rests", "0,0\n60,0\n90,15\n1090,15\n1110,0\n1235,0\n1360,0\n");
+    for (record, other) in rests.iter().zip(&moves) {
+        assert_eq!((record.outcome, other.outcome), (Outcome::Completed, Outcome::Completed));
+        assert_eq!((record.standstill_s, record.n_stops), (310.0, 2));
+        assert_eq!((other.standstill_s, other.n_stops), (0.0, 0));
+        assert!((record.distance_m - other.distance_m).abs() < 1.0, "{}", record.distance_m);
+        assert!(record.fuel_kg > other.fuel_kg, "an engine that idles");
+    }
+    let work = |all: &[Record]| all.iter().map(|record| record.wheel_energy_j).sum::<f64>();
+    let more = work(&rests) / work(&moves) - 1.0;
+    assert!(more.abs() < 1e-3, "{more}");
 }
 
 #[test]

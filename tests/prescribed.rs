@@ -7,7 +7,7 @@
 
 mod common;
 
-use common::{balance, shared, typical};
+use common::{balance, electric_balance, shared, typical};
 use ocmc_core::prescribed::{
     Body, DriveCycle, EfficiencyDriveline, Followed, follow, follow_study,
 };
@@ -37,6 +37,15 @@ fn busy() -> DriveCycle {
         slope.push(0.04 * (t / 200.0).sin());
     }
     DriveCycle::new(time, speed, slope).unwrap()
+}
+
+/// The busy cycle on hills so steep that no truck keeps its speed.
+fn steep() -> DriveCycle {
+    let points: Vec<[f64; 3]> = busy().points().collect();
+    let column = |k: usize, factor: f64| -> Vec<f64> {
+        points.iter().map(|point| factor * point[k]).collect()
+    };
+    DriveCycle::new(column(0, 1.0), column(1, 1.0), column(2, 2.5)).unwrap()
 }
 
 #[test]
@@ -69,6 +78,27 @@ fn the_balance_closes() {
         assert!((balance(&record) + missing).abs() < 1e-9, "{cycle_id} {}", balance(&record));
         assert!(record.n_stops >= 10 && record.n_gear_shifts > 50);
         assert!(record.consumption_l_per_100km.unwrap() > 10.0);
+    }
+}
+
+#[test]
+fn the_balance_in_the_records_closes_where_the_powertrain_is_saturated() {
+    let cycle = steep();
+    for study in [typical(&[]), common::study("battery-truck", &[])] {
+        for cycle_id in 0..8 {
+            let record = follow_study(&study, 1, cycle_id, &cycle).0;
+            let missing_j = record.missing_energy_j.unwrap();
+            let (open, of_j) = match record.battery_energy_j {
+                Some(store_j) => {
+                    (electric_balance(&record), store_j.abs().max(record.wheel_energy_j))
+                }
+                None => (balance(&record), record.crankshaft_work_j.unwrap().abs()),
+            };
+            assert!(missing_j > 1e-3 * of_j, "{cycle_id}: {missing_j} of {of_j}");
+            // what was missing is a source
+            let open = open + missing_j / of_j;
+            assert!(open.abs() < 1e-9, "{cycle_id}: {open}");
+        }
     }
 }
 

@@ -28,6 +28,31 @@ fn a_report_lies_beside_the_run_or_where_it_is_asked_for() {
     ocmc(&["--resume", "--out"]).arg(&run).assert().success();
 }
 
+#[test]
+fn the_energy_of_a_saturated_run_adds_up() {
+    let parent = tempfile::tempdir().expect("a directory");
+    let file = parent.path().join("steep.csv");
+    let table = "time_s,speed_mps,slope\n0,0,0\n30,20,0\n60,20,0.1\n90,20,0.1\n";
+    fs::write(&file, table).expect("space");
+    let page = |run: &Path| {
+        ocmc(&["report"]).arg(run).assert().success();
+        fs::read_to_string(run.join("report.html")).expect("written")
+    };
+    let row = "missing at the wheels<";
+    for study in ["field-truck", "battery-truck"] {
+        let run = parent.path().join(study);
+        let follow = ["--follow-speed", "exact", "--cycles", "6", "--quiet", "--study", study];
+        ocmc(&["drive"]).arg(&file).args(follow).arg("--out").arg(&run).assert().success();
+        let page = page(&run);
+        assert!(page.contains("add up to 100.0000 %") && page.contains(row), "{study}");
+    }
+    // somebody who drives is slower instead
+    let driven = parent.path().join("driven");
+    run_into(&driven, &["--cycles", "20"]);
+    let page = page(&driven);
+    assert!(page.contains("add up to 100.0000 %") && !page.contains(row));
+}
+
 /// The browser, where there is one.
 fn browser(profile: &Path) -> Option<Command> {
     let name = ["chromium", "chromium-browser", "google-chrome"].into_iter().find(|name| {

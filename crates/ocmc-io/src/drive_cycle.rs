@@ -31,6 +31,8 @@ const SPEEDS: [(&str, f64); 7] = [
 ];
 /// Seconds at rest from which a standstill is a stop of the route.
 const STOP_S: f64 = 0.5;
+/// How far inside the road a rest at one of its ends is a stop, in m: at the ends themselves a truck only starts and ends.
+const INSIDE_M: f64 = 0.5;
 
 /// What is wrong with a drive cycle's file.
 #[derive(Debug, Error)]
@@ -106,7 +108,8 @@ pub fn to_csv(cycle: &DriveCycle) -> String {
     text
 }
 
-/// The drive cycle as a route for a driver: the mean speed of each step is the limit on its stretch of road, a standstill is a stop.
+/// The drive cycle as a route for a driver: the mean speed of each step is the limit on its stretch of road, a standstill is a stop,
+/// half a metre inside the road where it is at one of its ends.
 ///
 /// # Errors
 /// [`DriveCycleFileError::Route`] where there is no road, as for a cycle that never moves.
@@ -114,21 +117,22 @@ pub fn as_route(path: &Path, cycle: &DriveCycle) -> Result<GivenCycle, DriveCycl
     let mut limits = Track::empty("speed_limit_mps", Rule::Constant);
     let mut grades = Track::empty("grade", Rule::Constant);
     let mut stops = Track::empty("stop_sign_s", Rule::Event);
-    let (mut position_m, mut rest_s) = (0.0, 0.0);
+    let mut position_m = 0.0;
+    let mut rests = Vec::new();
     for step in cycle.steps() {
         let way_m = step.distance_m();
         if way_m <= 0.0 {
-            rest_s += step.dt_s;
+            rests.push((position_m, step.dt_s));
             continue;
         }
-        if rest_s >= STOP_S && position_m > 0.0 {
-            stops.push(position_m, rest_s);
-        }
-        rest_s = 0.0;
         // a driver cannot be told less than walking pace
         limits.push(position_m, step.mean_mps().max(1.0));
         grades.push(position_m, step.slope);
         position_m += way_m;
+    }
+    // a rest is one step, however many rows it has
+    for (at_m, rest_s) in rests.into_iter().filter(|rest| rest.1 >= STOP_S) {
+        stops.push(f64::min(at_m, position_m - INSIDE_M).max(INSIDE_M), rest_s);
     }
     let route = GivenCycle::from_tracks(&[limits, grades, stops], Some(position_m));
     // whoever prescribes a speed has been through the traffic

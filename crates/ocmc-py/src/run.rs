@@ -32,9 +32,9 @@ const WIDTH: usize = 80;
 /// The records of a run, one a cycle, in the order of the cycle ids.
 ///
 /// ``run["column"]`` is one quantity of all cycles as a new numpy array: numbers as floats, NaN where a cycle does not
-/// have the quantity; ids and counts as unsigned integers; ``run["outcome"]`` as words. ``run.records`` is the whole
-/// table, for whoever speaks Arrow. SI units, with the unit as the name's suffix; consumption in kWh/km, L/100 km,
-/// L/100 tkm and g/km.
+/// have the quantity; ids and counts as unsigned integers, or as floats with NaN where a cycle lacks the count;
+/// ``run["outcome"]`` as words. ``run.records`` is the whole table, for whoever speaks Arrow. SI units, with the unit
+/// as the name's suffix; consumption in kWh/km, L/100 km, L/100 tkm and g/km.
 ///
 /// A run comes from `Study.run` or `load`, and can be pickled.
 ///

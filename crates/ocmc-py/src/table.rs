@@ -108,6 +108,12 @@ impl Table {
         })?;
         let parts = || self.batches.iter().map(|batch| batch.column(place));
         match self.schema.field(place).data_type() {
+            DataType::UInt64 if parts().any(|part| part.null_count() > 0) => {
+                // numpy's integers have no NaN
+                let counts = parts().flat_map(|part| part.as_primitive::<UInt64Type>().iter());
+                let numbers = counts.map(|count| count.map_or(f64::NAN, |count| count as f64));
+                Ok(PyArray1::from_vec(py, numbers.collect()).into_any())
+            }
             DataType::UInt64 => {
                 let mut values = Vec::with_capacity(self.rows());
                 for part in parts() {

@@ -188,6 +188,7 @@ fn follow_scenario(study: &Study, scenario: &Scenario, cycle: &DriveCycle) -> (R
         air_density_kgpm3: weather.air_density_kgpm3(0.0),
     };
     let mission = &scenario.cycle.mission;
+    // nobody drives: what a record says of the driver and of the road is none
     let plain = Record {
         cycle_id: scenario.cycle_id,
         payload_kg: mission.payload_kg,
@@ -230,7 +231,6 @@ fn follow_with_engine(
         fuel_energy_j: Some(sum.fuel_j),
         engine_loss_j: Some(sum.fuel_j - sum.crankshaft_j),
         crankshaft_work_j: Some(sum.crankshaft_j),
-        shift_loss_j: Some(sum.shift_j),
         clutch_loss_j: Some(sum.clutch_j),
         engine_brake_energy_j: Some(sum.engine_brake_j),
         ..sum.record(plain)
@@ -299,6 +299,8 @@ impl Followed {
             drag_energy_j: self.drag_j,
             rolling_energy_j: self.rolling_j,
             service_brake_energy_j: self.service_brake_j,
+            // a motor's speed does not jump here: its inertia moves with the mass
+            shift_loss_j: Some(self.shift_j),
             kinetic_change_j: self.kinetic_j,
             potential_change_j: self.grade_j,
             moving_s: self.duration_s - self.standstill_s,

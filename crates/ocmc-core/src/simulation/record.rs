@@ -83,20 +83,20 @@ pub struct Record {
     pub air_temperature_k: f64,
     /// Mean headwind beside the truck along the road, in m/s.
     pub head_wind_mps: f64,
-    /// The driver's curve speed at the reference radius, in m/s.
-    pub driver_curve_speed_mps: f64,
+    /// The driver's curve speed at the reference radius, in m/s. The driver's columns are none where nobody drives.
+    pub driver_curve_speed_mps: Option<f64>,
     /// The driver's curve exponent.
-    pub driver_curve_exponent: f64,
+    pub driver_curve_exponent: Option<f64>,
     /// The driver effect, log scale.
-    pub driver_effect: f64,
+    pub driver_effect: Option<f64>,
     /// The driver's deceleration, in m/s².
-    pub driver_deceleration_mps2: f64,
+    pub driver_deceleration_mps2: Option<f64>,
     /// The driver's acceleration, in m/s².
-    pub driver_acceleration_mps2: f64,
+    pub driver_acceleration_mps2: Option<f64>,
     /// The driver's factor on limits.
-    pub driver_compliance: f64,
+    pub driver_compliance: Option<f64>,
     /// K_P, in s/m.
-    pub driver_kp: f64,
+    pub driver_kp: Option<f64>,
     /// K_I, in 1/m; none for a switched driver.
     pub driver_ki: Option<f64>,
     /// K_D, in s²/m; none for a switched driver.
@@ -104,7 +104,7 @@ pub struct Record {
     /// Threshold of a switched driver, in m/s; none for a PID.
     pub driver_switch_threshold_mps: Option<f64>,
     /// Gains drawn again because they were out of bounds.
-    pub driver_gain_redraws: u32,
+    pub driver_gain_redraws: Option<u32>,
     /// Energy in the fuel, in J.
     pub fuel_energy_j: Option<f64>,
     /// Fuel energy less crankshaft work, in J.
@@ -139,10 +139,10 @@ pub struct Record {
     pub rural_share: Option<f64>,
     /// Share of motorways by length.
     pub motorway_share: Option<f64>,
-    /// Mean of the signs along the road, in m/s.
-    pub mean_limit_mps: f64,
-    /// Curves on the road.
-    pub n_curves: u32,
+    /// Mean of the signs along the road, in m/s; none where a speed is followed exactly.
+    pub mean_limit_mps: Option<f64>,
+    /// Curves on the road; none where a speed is followed exactly.
+    pub n_curves: Option<u32>,
     /// Drag area without cross wind, in m².
     pub drag_area_m2: f64,
     /// Rolling coefficient on smooth dry asphalt at 25 °C.
@@ -175,8 +175,8 @@ impl Record {
 /// One value of a record.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Cell {
-    /// A count or an index.
-    Integer(u64),
+    /// A count or an index, or none.
+    Integer(Option<u64>),
     /// A number, or none.
     Number(Option<f64>),
     /// How the cycle ended.
@@ -201,7 +201,7 @@ fn n(value: f64) -> Cell {
 }
 
 fn i(value: u32) -> Cell {
-    Cell::Integer(u64::from(value))
+    Cell::Integer(Some(u64::from(value)))
 }
 
 /// The column of that name.
@@ -211,7 +211,7 @@ pub fn column(name: &str) -> Option<&'static Column> {
 
 /// The columns, in the order in which they are written.
 pub const COLUMNS: &[Column] = &[
-    column_of("cycle_id", |r| Cell::Integer(r.cycle_id)),
+    column_of("cycle_id", |r| Cell::Integer(Some(r.cycle_id))),
     column_of("outcome", |r| Cell::Outcome(r.outcome)),
     column_of("distance_m", |r| n(r.distance_m)),
     column_of("duration_s", |r| n(r.duration_s)),
@@ -234,17 +234,17 @@ pub const COLUMNS: &[Column] = &[
     column_of("payload_kg", |r| n(r.payload_kg)),
     column_of("air_temperature_k", |r| n(r.air_temperature_k)),
     column_of("head_wind_mps", |r| n(r.head_wind_mps)),
-    column_of("driver_curve_speed_mps", |r| n(r.driver_curve_speed_mps)),
-    column_of("driver_curve_exponent", |r| n(r.driver_curve_exponent)),
-    column_of("driver_effect", |r| n(r.driver_effect)),
-    column_of("driver_deceleration_mps2", |r| n(r.driver_deceleration_mps2)),
-    column_of("driver_acceleration_mps2", |r| n(r.driver_acceleration_mps2)),
-    column_of("driver_compliance", |r| n(r.driver_compliance)),
-    column_of("driver_kp", |r| n(r.driver_kp)),
+    column_of("driver_curve_speed_mps", |r| Cell::Number(r.driver_curve_speed_mps)),
+    column_of("driver_curve_exponent", |r| Cell::Number(r.driver_curve_exponent)),
+    column_of("driver_effect", |r| Cell::Number(r.driver_effect)),
+    column_of("driver_deceleration_mps2", |r| Cell::Number(r.driver_deceleration_mps2)),
+    column_of("driver_acceleration_mps2", |r| Cell::Number(r.driver_acceleration_mps2)),
+    column_of("driver_compliance", |r| Cell::Number(r.driver_compliance)),
+    column_of("driver_kp", |r| Cell::Number(r.driver_kp)),
     column_of("driver_ki", |r| Cell::Number(r.driver_ki)),
     column_of("driver_kd", |r| Cell::Number(r.driver_kd)),
     column_of("driver_switch_threshold_mps", |r| Cell::Number(r.driver_switch_threshold_mps)),
-    column_of("driver_gain_redraws", |r| i(r.driver_gain_redraws)),
+    column_of("driver_gain_redraws", |r| Cell::Integer(r.driver_gain_redraws.map(u64::from))),
     column_of("fuel_energy_j", |r| Cell::Number(r.fuel_energy_j)),
     column_of("engine_loss_j", |r| Cell::Number(r.engine_loss_j)),
     column_of("crankshaft_work_j", |r| Cell::Number(r.crankshaft_work_j)),
@@ -263,8 +263,8 @@ pub const COLUMNS: &[Column] = &[
     column_of("urban_share", |r| Cell::Number(r.urban_share)),
     column_of("rural_share", |r| Cell::Number(r.rural_share)),
     column_of("motorway_share", |r| Cell::Number(r.motorway_share)),
-    column_of("mean_limit_mps", |r| n(r.mean_limit_mps)),
-    column_of("n_curves", |r| i(r.n_curves)),
+    column_of("mean_limit_mps", |r| Cell::Number(r.mean_limit_mps)),
+    column_of("n_curves", |r| Cell::Integer(r.n_curves.map(u64::from))),
     column_of("drag_area_m2", |r| n(r.drag_area_m2)),
     column_of("rolling_coefficient", |r| n(r.rolling_coefficient)),
     column_of("battery_loss_j", |r| Cell::Number(r.battery_loss_j)),

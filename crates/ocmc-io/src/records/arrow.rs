@@ -12,11 +12,11 @@ use serde::de::{Deserializer, Error as _, IntoDeserializer, Visitor};
 use serde::forward_to_deserialize_any;
 use std::sync::Arc;
 
-/// The schema of the records: counts are integers, quantities are numbers or null, the outcome is a word.
+/// The schema of the records: counts are integers, null where a cycle may lack them, quantities are numbers or null, the outcome is a word.
 pub fn schema() -> SchemaRef {
     let blank = Record::default();
     let field = |column: &Column| match (column.get)(&blank) {
-        Cell::Integer(_) => Field::new(column.name, DataType::UInt64, false),
+        Cell::Integer(value) => Field::new(column.name, DataType::UInt64, value.is_none()),
         Cell::Number(_) => Field::new(column.name, DataType::Float64, true),
         Cell::Outcome(_) => Field::new(column.name, DataType::Utf8, false),
     };
@@ -29,9 +29,7 @@ pub fn record_batch(records: &[Record]) -> RecordBatch {
     let columns = COLUMNS.iter().zip(schema.fields()).map(|(column, field)| {
         let cells = records.iter().map(column.get);
         match field.data_type() {
-            DataType::UInt64 => {
-                Arc::new(UInt64Array::from_iter_values(cells.map(integer))) as ArrayRef
-            }
+            DataType::UInt64 => Arc::new(cells.map(integer).collect::<UInt64Array>()) as ArrayRef,
             DataType::Float64 => Arc::new(cells.map(number).collect::<Float64Array>()),
             _ => Arc::new(StringArray::from_iter_values(cells.map(word))),
         }
@@ -40,8 +38,8 @@ pub fn record_batch(records: &[Record]) -> RecordBatch {
     RecordBatch::try_new(schema, columns).expect("every column has its type and length")
 }
 
-fn integer(cell: Cell) -> u64 {
-    if let Cell::Integer(value) = cell { value } else { 0 }
+fn integer(cell: Cell) -> Option<u64> {
+    if let Cell::Integer(value) = cell { value } else { None }
 }
 
 fn number(cell: Cell) -> Option<f64> {
@@ -102,7 +100,8 @@ fn gap(sources: &[(&str, Source)], row: usize) -> String {
 /// Whether a record may lack that quantity.
 fn optional(name: &str) -> bool {
     let blank = Record::default();
-    column(name).is_some_and(|column| matches!((column.get)(&blank), Cell::Number(None)))
+    let cell = column(name).map(|column| (column.get)(&blank));
+    matches!(cell, Some(Cell::Number(None) | Cell::Integer(None)))
 }
 
 /// Where a field's values come from.
@@ -150,7 +149,7 @@ impl<'a> Source<'a> {
     fn cell(&self, row: usize) -> Cell {
         match self {
             _ if self.is_null(row) => Cell::Number(None),
-            Self::Integers(values) => Cell::Integer(values.value(row)),
+            Self::Integers(values) => Cell::Integer(Some(values.value(row))),
             Self::Numbers(values) => Cell::Number(Some(values.value(row))),
             Self::Outcomes(outcomes) => outcomes[row],
             Self::Nothing => Cell::Number(None),
@@ -205,16 +204,16 @@ impl<'de> Deserializer<'de> for Value {
 
     fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {
         match self.0 {
-            Cell::Integer(value) => visitor.visit_u64(value),
+            Cell::Integer(Some(value)) => visitor.visit_u64(value),
             Cell::Number(Some(value)) => visitor.visit_f64(value),
-            Cell::Number(None) => visitor.visit_unit(),
+            Cell::Integer(None) | Cell::Number(None) => visitor.visit_unit(),
             Cell::Outcome(outcome) => visitor.visit_str(outcome.name()),
         }
     }
 
     fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {
         match self.0 {
-            Cell::Number(None) => visitor.visit_none(),
+            Cell::Integer(None) | Cell::Number(None) => visitor.visit_none(),
             _ => visitor.visit_some(self),
         }
     }
@@ -265,6 +264,8 @@ mod tests {
         let back = records(&old).expect("an older file");
         assert!(back.iter().all(|record| record.fuel_kg.is_none()));
         assert_eq!(in_our_order(&old).expect("an older file"), record_batch(&back));
+        let uncounted = records(&without("n_curves")).expect("an older file");
+        assert!(uncounted.iter().all(|record| record.n_curves.is_none()));
         let error = records(&without("distance_m")).expect_err("needed").to_string();
         assert!(error.contains("`distance_m`"), "{error}");
     }

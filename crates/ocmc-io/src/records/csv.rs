@@ -54,10 +54,10 @@ pub fn write_rows(out: &mut impl Write, records: &[Record]) -> io::Result<()> {
                 out.write_all(b",")?;
             }
             match (column.get)(record) {
-                Cell::Integer(value) => write!(out, "{value}")?,
+                Cell::Integer(Some(value)) => write!(out, "{value}")?,
                 // the Debug form is the shortest that reads back as the same number, with an exponent where it is large or small
                 Cell::Number(Some(value)) => write!(out, "{value:?}")?,
-                Cell::Number(None) => (),
+                Cell::Integer(None) | Cell::Number(None) => (),
                 Cell::Outcome(outcome) => out.write_all(outcome.name().as_bytes())?,
             }
         }

@@ -183,7 +183,8 @@ pub(crate) mod examples {
             mean_speed_mps: 0.1 + 0.2 * x,
             n_stops: cycle_id as u32,
             fuel_kg: cycle_id.is_multiple_of(2).then_some(x * 1e20),
-            driver_effect: -x / 7.0,
+            driver_effect: cycle_id.is_multiple_of(3).then_some(-x / 7.0),
+            n_curves: (!cycle_id.is_multiple_of(5)).then_some(cycle_id as u32),
             potential_change_j: -0.0,
             ..Record::default()
         }

@@ -8,7 +8,7 @@ use std::fmt::Write;
 type Loss = (&'static str, fn(&Record) -> Option<f64>);
 
 /// What the energy of fuel or battery goes into; together they are all of it.
-const LOSSES: [Loss; 13] = [
+const LOSSES: [Loss; 14] = [
     ("engine", |r| r.engine_loss_j),
     ("battery", |r| r.battery_loss_j),
     ("motor and inverter", |r| r.motor_loss_j),
@@ -22,6 +22,8 @@ const LOSSES: [Loss; 13] = [
     ("gear shifts", |r| r.shift_loss_j),
     ("climb, net", |r| Some(r.potential_change_j)),
     ("speed at the end", |r| Some(r.kinetic_change_j)),
+    // a speed that is followed exactly is kept with work that nothing has done
+    ("missing at the wheels", |r| r.missing_energy_j.filter(|j| *j > 0.0).map(|j| -j)),
 ];
 
 /// Joules of a kilowatt-hour.
@@ -51,12 +53,17 @@ pub(super) fn breakdown(records: &[Record]) -> String {
             ((*name).to_owned(), energy, words)
         })
         .collect();
+    let missing = if completed().any(|record| record.missing_energy_j > Some(0.0)) {
+        " What was missing at the wheels came from nowhere and counts against the rest."
+    } else {
+        ""
+    };
     let closed: f64 = rows.iter().map(|row| row.1).sum::<f64>() / used;
     let mut text = "<h2>Where the energy went</h2>\n".to_owned();
     let _ = writeln!(
         text,
         "<figure>{}<figcaption>Of the energy {store}, {:.2} kWh/km, over all completed cycles. The rows add up to \
-         {:.4} % of it.</figcaption></figure>",
+         {:.4} % of it.{missing}</figcaption></figure>",
         svg::bars(&rows, "Energy by kind of loss"),
         used / KWH_J / distance_km,
         100.0 * closed

@@ -151,7 +151,7 @@ fn explained(records: &[Record], quantity: &Quantity, statistic: &Statistic) -> 
 fn number(record: &Record, name: &str) -> Option<f64> {
     match (column(name)?.get)(record) {
         Cell::Number(value) => value,
-        Cell::Integer(value) => Some(value as f64),
+        Cell::Integer(value) => value.map(|value| value as f64),
         Cell::Outcome(_) => None,
     }
 }
