@@ -94,15 +94,14 @@ impl<S: Simd> State<S> {
             integral_rate: self.integral_gain * error + self.tracking * (realised - output),
         }
     }
+}
 
-    #[inline(always)]
-    pub(super) fn clamp_integral<T: Traction>(
-        &self,
-        integral: Lanes<S>,
-        shared: &Shared<T>,
-    ) -> Lanes<S> {
-        let pid = &shared.pedals.pid;
-        // zero is within, and stays there for a driver without an integral part
-        clip(integral, pid.integral_minimum, pid.integral_maximum)
-    }
+/// The integral part within its bounds. Zero is within, and stays there for a driver without an integral part.
+#[inline(always)]
+pub(super) fn clamp_integral<S: Simd, T: Traction>(
+    integral: Lanes<S>,
+    shared: &Shared<T>,
+) -> Lanes<S> {
+    let pid = &shared.pedals.pid;
+    clip(integral, pid.integral_minimum, pid.integral_maximum)
 }

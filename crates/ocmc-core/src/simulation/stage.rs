@@ -1,6 +1,6 @@
 //! The two stages of a step: what driver, powertrain, air and road do at its start, and where that would lead.
 
-use super::control::Control;
+use super::control::{Control, clamp_integral};
 use super::lag::following;
 use super::road_row::RoadRow;
 use super::state::{Shared, State};
@@ -243,7 +243,7 @@ impl<S: Simd> State<S> {
             - (engine.change + engine.change) * command;
         let follow = engine.change + engine.change;
         let rates = &decision.control;
-        let integral = self.clamp_integral(self.integral + dt * rates.integral_rate, shared);
+        let integral = clamp_integral(self.integral + dt * rates.integral_rate, shared);
         let filtered = self.filtered
             + filter.end * (self.speed - self.filtered)
             + filter.mean * (speed - self.speed);

@@ -10,7 +10,7 @@
 //! stages.
 
 use super::books::Books;
-use super::control::Control;
+use super::control::{Control, clamp_integral};
 use super::ending::Ending;
 use super::lag::following;
 use super::road_row::RoadRow;
@@ -146,7 +146,7 @@ impl<S: Simd> State<S> {
         let driven = ending.too_long.select(self.torque, driven);
         self.torque = where_set(engaged, driven);
         let first_control = &decision.control;
-        self.integral = self.clamp_integral(
+        self.integral = clamp_integral(
             self.integral
                 + dt * mix(weight, first_control.integral_rate, second_control.integral_rate),
             shared,
