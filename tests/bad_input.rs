@@ -346,3 +346,28 @@ fn too_little_to_tell_anything() {
         check(&[(command, log().rows(3), 1, &["3 of 3 rows", "at least 10 are needed"])]);
     }
 }
+
+#[test]
+fn corrections_that_no_sensor_needs() {
+    for (option, value, words) in [
+        ("--speed-lag-s", "1e9", &["the lag of the speed, in s, is 1000000000", "-60 to 60"][..]),
+        ("--speed-lag-s", "inf", &["is inf", "-60 to 60"]),
+        ("--speed-lag-s", "nan", &["is NaN", "-60 to 60"]),
+        ("--gyro-bias-radps", "inf", &["the bias of the yaw rate, in rad/s, is inf", "-1 to 1"]),
+        ("--gyro-bias-radps", "nan", &["is NaN", "-1 to 1"]),
+        ("--gyro-bias-radps", "-2", &["is -2", "-1 to 1"]),
+    ] {
+        check(&[(&["curves", option, value], log(), 1, words)]);
+    }
+    for (ratio, wheelbase_m, words) in [
+        ("nan", "3", &["--steering-ratio", "is NaN", "1 to 100"]),
+        ("0", "3", &["--steering-ratio", "is 0", "1 to 100"]),
+        ("inf", "3", &["--steering-ratio", "is inf", "1 to 100"]),
+        ("15", "nan", &["--wheelbase-m", "is NaN", "0.5 to 20"]),
+    ] {
+        let steering = ["--steering-ratio", ratio, "--wheelbase-m", wheelbase_m];
+        for command in [CURVES, OPERATING_CYCLE] {
+            check(&[(&[command, &steering[..]].concat(), log(), 1, words)]);
+        }
+    }
+}

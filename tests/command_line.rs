@@ -50,12 +50,17 @@ fn wrong_usage_says_what_is_allowed() {
         (&["--format", "xml", "--out", "x"], "parquet"),
         (&["--format", "csv"], "--out"),
         (&["--cycle", "5"], "--cycles"),
-        (&["--first-cycle", "18446744073709551615", "--cycles", "1"], "largest cycle id"),
+        (&["--cycles", "288230376151711744"], "from 1 to 288230376151711743"),
+        (&["--first-cycle", "18446744073709551615"], "from 0 to 288230376151711742"),
+        (&["--first-cycle", "288230376151711742", "--cycles", "2"], "largest cycle id"),
         (&["--cpu-level", "abacus"], "baseline"),
         (&["stduy"], "study"),
         (&["trace"], "--cycle-id"),
         (&["trace", "--cycle-id", "18446744073709551615"], "from 0 to"),
         (&["trace", "--cycle-id", "1", "--out", "x.xlsx"], ".csv"),
+        (&["trace", "--cycle-id", "1", "--out", "x.xlsx"], "Usage: ocmc trace"),
+        (&["study", "show", "field-truck", "--set", "nonsense=4"], "add --resolved"),
+        (&["study", "show", "field-truck", "--set", "nonsense=4"], "Usage: ocmc study show"),
         (&["completions", "dos"], "bash"),
     ] {
         let told = failure(arguments, 2);
@@ -123,6 +128,20 @@ fn a_run_prints_its_answer_and_nothing_else_to_standard_output() {
     assert!(told.contains("--out"), "{told}");
     let quiet = ocmc(&["--cycles", "4", "--set", SHORT, "--quiet"]).output().expect("it starts");
     assert!(quiet.stderr.is_empty() && !quiet.stdout.is_empty());
+}
+
+#[test]
+fn the_columns_of_a_wide_row_are_apart() {
+    // litres per tonne-kilometre spread wide where payloads are small
+    let text = answer(&["--study", "urban-delivery", "--cycles", "60", "--quiet"]);
+    let rows: Vec<&str> = text.lines().filter(|line| line.contains(" ± ")).skip(1).collect();
+    assert!(rows.iter().any(|row| row.starts_with("L/100 tkm")), "{text}");
+    for row in rows {
+        let (_, numbers) = row.split_once(" ± ").expect("a mean");
+        let numbers: Vec<f64> =
+            numbers.split_whitespace().map(|number| number.parse().expect("a number")).collect();
+        assert_eq!(numbers.len(), 8, "interval, SD and six quantiles: {row}");
+    }
 }
 
 #[test]
@@ -281,6 +300,7 @@ fn studies_are_listed_shown_written_and_checked() {
     let file = directory.path().join("mine.toml");
     let path = file.to_str().expect("UTF-8");
     ocmc(&["study", "init", path]).assert().success();
+    assert_eq!(answer(&["study", "show", path]), fs::read_to_string(&file).expect("written"));
     assert!(answer(&["study", "check", path]).contains("valid"));
     assert!(answer(&["--study", path, "--cycles", "1", "--set", SHORT]).contains("mine.toml"));
 }

@@ -135,6 +135,29 @@ fn a_part_that_was_cut_or_exchanged_is_named() {
 }
 
 #[test]
+fn a_merge_that_fails_leaves_nothing_behind() {
+    let parent = tempfile::tempdir().expect("a directory");
+    let parent = parent.path();
+    let a = part(parent, "a", "0", "50", &[]);
+    let b = part(parent, "b", "50", "10", &[]);
+    let (records, aside) = (b.join("records.parquet"), parent.join("aside"));
+    fs::rename(&records, &aside).expect("the same disk");
+    // a folder that is new, below another new one, and one that was there
+    let (new, old) = (parent.join("x").join("new"), parent.join("old"));
+    fs::create_dir(&old).expect("space");
+    for out in [&new, &old] {
+        assert!(refused(&[&a, &b], out).contains("records.parquet"));
+    }
+    assert!(!parent.join("x").exists());
+    assert_eq!(fs::read_dir(&old).expect("still there").count(), 0);
+    fs::rename(&aside, &records).expect("the same disk");
+    for out in [&new, &old] {
+        let output = merge(&[&a, &b], out);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    }
+}
+
+#[test]
 #[cfg(unix)]
 fn the_script_of_the_guide_works_with_plain_processes() {
     let guide = include_str!("../docs/src/how-to/parts.md");

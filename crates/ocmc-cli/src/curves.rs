@@ -19,7 +19,7 @@ pub(crate) fn curves(arguments: &CurvesArguments) -> Result<(), Failure> {
     let target = table_file::target(arguments.out.as_deref())?;
     let options = options(arguments);
     let mappings = mappings(&arguments.files.map)?;
-    let steering = arguments.steering.steering();
+    let steering = arguments.steering.steering()?;
     let mut found = FoundCurves::default();
     let logs = arguments.files.logs.iter().map(PathBuf::as_path);
     read_logs(logs, &mappings, &needs(options.radius), |file| {

@@ -18,8 +18,8 @@ use thiserror::Error;
 #[derive(Debug, Error)]
 pub(crate) enum Failure {
     /// Arguments that do not fit together.
-    #[error(transparent)]
-    Usage(clap::Error),
+    #[error("{0}")]
+    Usage(String),
     /// A study that is not one.
     #[error(transparent)]
     Study(#[from] StudyFileError),

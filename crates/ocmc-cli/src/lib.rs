@@ -43,7 +43,8 @@ pub use identify::identification_answer;
 pub use sensitivity::sensitivity_answer;
 
 use arguments::{Arguments, Command};
-use clap::Parser;
+use clap::error::ErrorKind;
+use clap::{CommandFactory, FromArgMatches};
 use failure::Failure;
 use ocmc_io::number_text;
 use ocmc_io::run_summary::RunSummary;
@@ -59,8 +60,8 @@ pub const WRONG_USAGE: i32 = 2;
 
 /// Runs the command with these arguments, the program's name first, and returns its exit status.
 pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> i32 {
-    let arguments = match Arguments::try_parse_from(arguments) {
-        Ok(arguments) => arguments,
+    let (arguments, path) = match parsed(arguments) {
+        Ok(parsed) => parsed,
         Err(answer) => return usage(&answer),
     };
     let done = match &arguments.command {
@@ -81,12 +82,38 @@ pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> i32 {
     };
     match done {
         Ok(()) => DONE,
-        Err(Failure::Usage(error)) => usage(&error),
+        Err(Failure::Usage(message)) => usage(&wrong_usage(&path, &message)),
         Err(failure) => {
             output::note(&failure.report());
             FAILED
         }
     }
+}
+
+/// What was typed, and the names of the sub-commands that it was typed to.
+fn parsed(
+    arguments: impl IntoIterator<Item = OsString>,
+) -> Result<(Arguments, Vec<String>), clap::Error> {
+    let mut matches = Arguments::command().try_get_matches_from(arguments)?;
+    let mut path = Vec::new();
+    let mut here = &matches;
+    while let Some((name, below)) = here.subcommand() {
+        path.push(name.to_owned());
+        here = below;
+    }
+    let arguments = Arguments::from_arg_matches_mut(&mut matches);
+    Ok((arguments.map_err(|error| error.format(&mut Arguments::command()))?, path))
+}
+
+/// Wrong usage that shows after parsing, with the usage of the sub-command at the end of the path.
+fn wrong_usage(path: &[String], message: &str) -> clap::Error {
+    let mut command = Arguments::command();
+    command.build();
+    let mut here = &mut command;
+    for name in path {
+        here = here.find_subcommand_mut(name).expect("a sub-command that was typed");
+    }
+    here.error(ErrorKind::ValueValidation, message)
 }
 
 /// What a run adds up to, as the command prints it, `width` columns wide.

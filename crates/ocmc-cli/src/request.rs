@@ -1,9 +1,7 @@
 //! What the arguments mean: the plan of a run, checked against this machine.
 
-use crate::arguments::{AnalysisArguments, Arguments, RunArguments};
+use crate::arguments::{AnalysisArguments, RunArguments};
 use crate::failure::Failure;
-use clap::CommandFactory;
-use clap::error::ErrorKind;
 use ocmc_core::fleet::quantity::{Quantity, quantity};
 use ocmc_core::fleet::run::RunPlan;
 use ocmc_core::random::LAST_CYCLE_ID;
@@ -63,5 +61,5 @@ fn level(arguments: &RunArguments) -> Result<CpuLevel, Failure> {
 
 /// Wrong usage that no single argument shows.
 pub(crate) fn usage(message: &str) -> Failure {
-    Failure::Usage(Arguments::command().error(ErrorKind::ValueValidation, message))
+    Failure::Usage(message.to_owned())
 }

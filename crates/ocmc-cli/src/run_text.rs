@@ -191,7 +191,7 @@ fn failed(run: &RunSummary) -> String {
         let _ = writeln!(
             text,
             "Worst case: had each of them been as long as the mean completed cycle and consumed like\n\
-             the worst one, the fleet's mean would be {} {label}.",
+             the worst one, or like its own record where that is more, the mean would be\n{} {label}.",
             rounded(factor * worst.mean)
         );
     }

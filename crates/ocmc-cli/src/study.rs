@@ -3,7 +3,7 @@
 use crate::arguments::{StudyArguments, StudyCommand};
 use crate::birds_eye::birds_eye;
 use crate::failure::Failure;
-use crate::output;
+use crate::{output, request};
 use ocmc_io::study;
 use std::fmt::Write as _;
 use std::fs::OpenOptions;
@@ -14,7 +14,7 @@ use std::path::Path;
 pub(crate) fn study(command: &StudyCommand) -> Result<(), Failure> {
     match command {
         StudyCommand::List => list(),
-        StudyCommand::Show { resolved: false, study } => output::answer(study::show(&study.study)?),
+        StudyCommand::Show { resolved: false, study } => show(study),
         StudyCommand::Show { resolved: true, study } => show_resolved(study),
         StudyCommand::Init { file } => init(file),
         StudyCommand::Check { study } => check(study),
@@ -30,6 +30,16 @@ fn list() -> Result<(), Failure> {
         let _ = writeln!(text, "{:width$}  {}", study.name, study.description);
     }
     output::answer(&text)
+}
+
+/// As it is written: what is set is no part of that.
+fn show(arguments: &StudyArguments) -> Result<(), Failure> {
+    if !arguments.set.is_empty() {
+        return Err(request::usage(
+            "--set changes values, which a study as it is written does not show; add --resolved",
+        ));
+    }
+    output::answer(&study::text(&arguments.study)?)
 }
 
 fn show_resolved(arguments: &StudyArguments) -> Result<(), Failure> {

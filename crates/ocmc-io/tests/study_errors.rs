@@ -129,6 +129,8 @@ fn faults_within_laws_are_placed() {
     }
     assert_says("mission.length_m = { distribution = \"normel\" }", &["did you mean `normal`?"]);
     assert_says("mission.length_m = {}", &["`mission.length_m.distribution` is missing"]);
+    // a law is replaced, never left as it was
+    assert_says("mission.payload_kg = {}", &["`mission.payload_kg.distribution` is missing"]);
     let part = "{ distribution = \"normal\", mean = 1.0, ad = 1.0 }";
     let mixture = format!("{{ distribution = \"mixture\", weights = [1], components = [{part}] }}");
     assert_says(
@@ -218,6 +220,9 @@ fn a_wrong_name_is_told_the_nearest() {
     );
     let error = study::show("tractor-40").expect_err("not built in").to_string();
     assert!(error.contains("did you mean `tractor-40t`?"), "{error}");
+    let error = study::text("tractor-40").expect_err("no file").to_string();
+    let message = "`tractor-40` is neither a built-in study or vehicle nor a file";
+    assert!(error.contains(message) && error.contains("did you mean `tractor-40t`?"), "{error}");
 }
 
 #[test]
@@ -239,7 +244,27 @@ fn a_wrong_setting_is_shown_as_it_was_typed() {
     let key = "driver.curve_sped.exponent=0.5";
     assert_says(key, "`driver.curve_sped` is not a key");
     assert_says(key, "did you mean `curve_speed`?");
-    assert_says("vehicle.axles.9.tyres=2", "`vehicle.axles` is a table, allowed is a list");
+    assert_says(
+        "vehicle.axles.9.tyres=2",
+        "`vehicle.axles` has 5 entries, allowed is an index of 0 to 4, not `9`",
+    );
+    assert_says(
+        "vehicle.axles.9.tyres=2",
+        "  1 | vehicle.axles.9.tyres=2\n    | ^^^^^^^^^^^^^^^^^^^^^",
+    );
+    assert_says("vehicle.axles.tyres=2", "allowed is an index of 0 to 4, not `tyres`");
+    assert_says("vehicle.axles=3", "`vehicle.axles` is 3, allowed is a list");
+    let component = "mission.payload_kg.components.2=5000";
+    let list =
+        "`mission.payload_kg.components` has 2 entries, allowed is an index of 0 to 1, not `2`";
+    assert_says(component, &format!("--set {component}: {list}"));
+    let law = "mission.payload_kg.distribution=0";
+    assert_says(law, "`mission.payload_kg.distribution` is 0, which is not one of its values");
+    assert_says(law, "`normal`");
+    let part = "mission.payload_kg.components.1.distribution=true";
+    assert_says(part, "`mission.payload_kg.components[1].distribution` is true");
+    assert_says(part, "`normal`");
+    assert_says("mission.payload_kg={}", "has no key in its table");
     assert_says("nonsense", "`--set nonsense` has no `=`");
 }
 

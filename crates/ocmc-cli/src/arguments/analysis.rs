@@ -1,6 +1,6 @@
 //! What the user typed about sensitivities and comparisons.
 
-use super::value::{at_least_one, threads, whole_number};
+use super::value::{at_least_one, cycle_id, threads, whole_number};
 use clap::Args;
 use clap::builder::PossibleValuesParser;
 use ocmc_core::fleet::quantity::QUANTITIES;
@@ -13,7 +13,7 @@ pub(crate) struct AnalysisArguments {
     #[arg(long, value_name = "N", default_value = "1000", allow_negative_numbers = true, value_parser = at_least_one)]
     pub(crate) cycles: u64,
     /// Id of the first cycle
-    #[arg(long, value_name = "ID", default_value = "0", allow_negative_numbers = true, value_parser = whole_number)]
+    #[arg(long, value_name = "ID", default_value = "0", allow_negative_numbers = true, value_parser = cycle_id)]
     pub(crate) first_cycle: u64,
     /// Master seed
     #[arg(long, value_name = "N", default_value = "1", allow_negative_numbers = true, value_parser = whole_number)]

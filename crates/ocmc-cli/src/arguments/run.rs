@@ -1,6 +1,6 @@
 //! What the user typed about runs and their directories.
 
-use super::value::{at_least_one, chunk, precision, threads, whole_number};
+use super::value::{at_least_one, chunk, cycle_id, precision, threads, whole_number};
 use clap::builder::{ArgPredicate, PossibleValuesParser};
 use clap::{Args, ValueEnum};
 use ocmc_core::fleet::precision::Precision;
@@ -25,7 +25,7 @@ pub(crate) struct RunArguments {
     #[arg(long, value_name = "PRECISION", value_parser = precision)]
     pub(crate) precision: Option<Precision>,
     /// Id of the first cycle: a run can be shared out over machines
-    #[arg(long, value_name = "ID", default_value = "0", allow_negative_numbers = true, value_parser = whole_number)]
+    #[arg(long, value_name = "ID", default_value = "0", allow_negative_numbers = true, value_parser = cycle_id)]
     pub(crate) first_cycle: u64,
     /// Master seed: with the study and a cycle's id it fixes everything that happens in the cycle
     #[arg(long, value_name = "N", default_value = "1", allow_negative_numbers = true, value_parser = whole_number)]

@@ -9,9 +9,9 @@ use std::path::PathBuf;
 pub(crate) enum StudyCommand {
     /// Lists the built-in studies
     List,
-    /// Prints a built-in study as it is written, with its sources
+    /// Prints a study or vehicle, a built-in one or a file, as it is written, with its sources
     Show {
-        /// Prints every value that a run uses instead, of a built-in study or a file, inherited values included
+        /// Prints every value of the study that a run uses instead, those inherited or given by --set included
         #[arg(long)]
         resolved: bool,
         #[command(flatten)]
@@ -53,7 +53,7 @@ pub(crate) struct BirdsEyeArguments {
     #[arg(long, value_name = "N", default_value = "100", allow_negative_numbers = true, value_parser = at_least_one)]
     pub(crate) cycles: u64,
     /// Id of the first cycle
-    #[arg(long, value_name = "ID", default_value = "0", allow_negative_numbers = true, value_parser = whole_number)]
+    #[arg(long, value_name = "ID", default_value = "0", allow_negative_numbers = true, value_parser = cycle_id)]
     pub(crate) first_cycle: u64,
     /// Master seed
     #[arg(long, value_name = "N", default_value = "1", allow_negative_numbers = true, value_parser = whole_number)]

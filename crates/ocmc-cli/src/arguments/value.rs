@@ -38,11 +38,11 @@ pub(super) fn whole_number(text: &str) -> Result<u64, String> {
     digits.parse().map_err(|_| allowed())
 }
 
-/// A whole number from 1 on.
+/// A number of cycles: as many as there are ids.
 pub(super) fn at_least_one(text: &str) -> Result<u64, String> {
     match whole_number(text) {
-        Ok(number) if number >= 1 => Ok(number),
-        _ => Err(format!("allowed is a whole number from 1 to {}", u64::MAX)),
+        Ok(number) if (1..=LAST_CYCLE_ID).contains(&number) => Ok(number),
+        _ => Err(format!("allowed is a whole number from 1 to {LAST_CYCLE_ID}")),
     }
 }
 
@@ -97,7 +97,10 @@ mod tests {
         for text in ["", "_", "-1", "+1", "1.5", "1e3", "18446744073709551616", "x"] {
             assert!(whole_number(text).is_err(), "{text}");
         }
-        assert!(at_least_one("0").is_err());
+        assert_eq!(at_least_one("288230376151711743"), Ok(LAST_CYCLE_ID));
+        for text in ["0", "288230376151711744"] {
+            assert!(at_least_one(text).is_err_and(|told| told.contains("288230376151711743")));
+        }
         assert!(threads("0").is_err() && threads("1025").is_err() && threads("1024").is_ok());
     }
 }

@@ -56,7 +56,7 @@ fn add_logs(
         mission_stop_s: arguments.mission_stop,
         road_type: arguments.road_type.clone(),
     };
-    let steering = arguments.steering.steering();
+    let steering = arguments.steering.steering()?;
     let paths = logs.iter().map(|path| path.as_path());
     read_logs(paths, mappings, &NEEDS, |file| {
         let go_on = || ControlFlow::<Infallible>::Continue(());

@@ -21,6 +21,11 @@ const EARTH_RADIUS_M: f64 = 6_371_008.8;
 /// Curvatures below this, in 1/m, count as this in the mean of 1/|κ|.
 const FLATTEST_PER_M: f64 = 1.0 / 5000.0;
 
+/// Largest bias of a yaw rate that can be given, in rad/s: gyros are off by a hundredth of it.
+const LARGEST_BIAS_RADPS: f64 = 1.0;
+/// Largest lag of the speed that can be given, in s, either way: receivers are late by a few.
+const LARGEST_LAG_S: f64 = 60.0;
+
 /// How curves are told from straights.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -53,6 +58,16 @@ pub enum Correction {
     Estimated,
     /// Given.
     Given(f64),
+}
+
+impl Correction {
+    /// What was given, otherwise 0.
+    fn given(self) -> f64 {
+        match self {
+            Self::Estimated => 0.0,
+            Self::Given(value) => value,
+        }
+    }
 }
 
 /// Options of the curve detection.
@@ -240,6 +255,7 @@ impl CurveOptions {
         let from = |value: f64| value >= 0.0 && value.is_finite();
         let share = self.central_share;
         let ratio = self.split_ratio.unwrap_or(f64::INFINITY);
+        let (bias_radps, lag_s) = (self.gyro_bias_radps.given(), self.speed_lag_s.given());
         for (option, value, allowed, good) in [
             ("the central share", share, "above 0 and at most 1", share > 0.0 && share <= 1.0),
             ("the cell, in m,", self.cell_m, positive, above(self.cell_m)),
@@ -254,6 +270,13 @@ impl CurveOptions {
                 not_negative,
                 from(self.smallest_turn_rad),
             ),
+            (
+                "the bias of the yaw rate, in rad/s,",
+                bias_radps,
+                "-1 to 1",
+                bias_radps.abs() <= LARGEST_BIAS_RADPS,
+            ),
+            ("the lag of the speed, in s,", lag_s, "-60 to 60", lag_s.abs() <= LARGEST_LAG_S),
         ] {
             if !good {
                 return Err(LogError::Option { option, value, allowed });

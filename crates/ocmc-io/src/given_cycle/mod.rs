@@ -67,6 +67,37 @@ pub enum GivenCycleFileError {
         /// The position, in m.
         position_m: f64,
     },
+    /// Two columns for one quantity.
+    #[error(
+        "`{}` has the columns `{}` and `{}`, which are both {quantity}; allowed is one of them",
+        path.display(),
+        columns[0],
+        columns[1]
+    )]
+    Ambiguous {
+        /// The file.
+        path: PathBuf,
+        /// The quantity.
+        quantity: &'static str,
+        /// Both columns.
+        columns: [String; 2],
+    },
+    /// A number out of its range.
+    #[error("{}:{line}: `{column}` is {value}, allowed is {minimum} to {maximum}", path.display())]
+    Range {
+        /// The file.
+        path: PathBuf,
+        /// Line, from 1.
+        line: u64,
+        /// The column.
+        column: String,
+        /// The number.
+        value: f64,
+        /// Smallest allowed value.
+        minimum: f64,
+        /// Largest allowed value.
+        maximum: f64,
+    },
     /// A file that is another one than the study was made with.
     #[error(
         "`{}` has another content than when this study was written: its SHA-256 is {found}, not {wanted}",

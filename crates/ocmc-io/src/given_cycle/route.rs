@@ -37,11 +37,33 @@ const COLUMNS: [&str; 13] = [
     "road_type",
 ];
 
+/// Quantities, each with the columns of which a route may have one.
+const QUANTITIES: [(&str, &[&str]); 9] = [
+    ("the position", &["position_m"]),
+    ("the latitude", LATITUDE),
+    ("the longitude", LONGITUDE),
+    ("the speed limit", &["speed_limit_mps", "speed_limit_kmh"]),
+    ("the altitude", &["altitude_m", "elevation_m"]),
+    ("the grade", &["grade"]),
+    ("the curvature", &["curvature_per_m"]),
+    ("the standstill", &["stop_s"]),
+    ("the road type", &["road_type"]),
+];
+const LATITUDE: &[&str] = &["lat", "latitude"];
+const LONGITUDE: &[&str] = &["lon", "longitude"];
+
+/// Allowed latitudes and longitudes, in °; some count eastwards all around.
+const LATITUDES: [f64; 2] = [-90.0, 90.0];
+const LONGITUDES: [f64; 2] = [-180.0, 360.0];
+/// Allowed standstills, in s; 0 is none.
+const STOPS_S: [f64; 2] = [0.0, 172_800.0];
+
 /// Reads a route.
 pub(super) fn read(table: &DelimitedTable) -> Result<GivenCycle, GivenCycleFileError> {
     table.refuse_others(&COLUMNS)?;
-    let latitude = table.numbers_of(&["lat", "latitude"])?;
-    let longitude = table.numbers_of(&["lon", "longitude"])?;
+    refuse_two_of_a_kind(table)?;
+    let latitude = within(table, LATITUDE, LATITUDES)?;
+    let longitude = within(table, LONGITUDE, LONGITUDES)?;
     let path = latitude.zip(longitude).map(|(lat, lon)| Path2d::new(&lat, &lon));
     let positions = match (table.numbers_of(&["position_m"])?, &path) {
         (Some(positions), _) => positions,
@@ -73,7 +95,7 @@ pub(super) fn read(table: &DelimitedTable) -> Result<GivenCycle, GivenCycleFileE
     } else if let Some(altitudes) = table.numbers_of(&["altitude_m", "elevation_m"])? {
         tracks.push(track("altitude_m", Rule::Linear, altitudes));
     }
-    if let Some(stops_s) = table.numbers_of(&["stop_s"])? {
+    if let Some(stops_s) = within(table, &["stop_s"], STOPS_S)? {
         let mut stops = Track::empty("stop_sign_s", Rule::Event);
         for (position_m, stop_s) in positions.iter().zip(stops_s).filter(|(_, stop)| *stop > 0.0) {
             stops.push(*position_m, stop_s);
@@ -98,6 +120,36 @@ pub(super) fn read(table: &DelimitedTable) -> Result<GivenCycle, GivenCycleFileE
     }
     cycle.heading_rad = path.as_ref().map(Path2d::heading_rad);
     Ok(cycle)
+}
+
+/// Refuses two columns for one quantity: nothing says which of them is meant.
+fn refuse_two_of_a_kind(table: &DelimitedTable) -> Result<(), GivenCycleFileError> {
+    for (quantity, names) in QUANTITIES {
+        let mut found = table.names().filter(|name| names.contains(&name.as_str()));
+        if let (Some(one), Some(other)) = (found.next(), found.next()) {
+            let (path, columns) = (table.path().to_owned(), [one, other]);
+            return Err(GivenCycleFileError::Ambiguous { path, quantity, columns });
+        }
+    }
+    Ok(())
+}
+
+/// The numbers of a column, each of which has to lie in a range; none where there is no such column.
+fn within(
+    table: &DelimitedTable,
+    names: &[&str],
+    [minimum, maximum]: [f64; 2],
+) -> Result<Option<Vec<f64>>, GivenCycleFileError> {
+    let Some(column) = table.find(names) else { return Ok(None) };
+    let numbers = table.numbers(column)?;
+    for (line, value) in table.lines().zip(&numbers) {
+        if !(minimum..=maximum).contains(value) {
+            let (path, value) = (table.path().to_owned(), *value);
+            let column = table.names().nth(column).unwrap_or_default();
+            return Err(GivenCycleFileError::Range { path, line, column, value, minimum, maximum });
+        }
+    }
+    Ok(Some(numbers))
 }
 
 #[cfg(test)]
@@ -150,5 +202,61 @@ mod tests {
         assert!((cycle.curves[0].radius_m - 100.0).abs() < 1e-9 && cycle.curves[0].left);
         let fault = parse("position_m,limit\n0,50\n300,50\n").unwrap_err().to_string();
         assert!(fault.contains("`limit`") && fault.contains("speed_limit_kmh"), "{fault}");
+    }
+
+    #[test]
+    fn numbers_that_cannot_be_are_refused_with_their_line() {
+        for (text, message) in [
+            (
+                "lat,lon,speed_limit_kmh\n52,9,50\n95,9,50\n",
+                "r.csv:3: `lat` is 95, allowed is -90 to 90",
+            ),
+            (
+                "lat,lon,speed_limit_kmh\n52,-181,50\n53,9,50\n",
+                "r.csv:2: `lon` is -181, allowed is -180 to 360",
+            ),
+            (
+                "# mine\nposition_m,speed_limit_kmh,stop_s\n0,50,0\n300,50,-5\n",
+                "r.csv:4: `stop_s` is -5, allowed is 0 to 172800",
+            ),
+        ] {
+            let fault = parse(text).unwrap_err().to_string();
+            assert!(fault.contains(message), "{fault}");
+        }
+    }
+
+    #[test]
+    fn two_columns_for_one_quantity_are_refused() {
+        for (header, one, other, quantity) in [
+            (
+                "position_m,speed_limit_kmh,speed_limit_mps",
+                "speed_limit_kmh",
+                "speed_limit_mps",
+                "speed limit",
+            ),
+            (
+                "position_m,speed_limit_kmh,Speed_limit_kmh",
+                "speed_limit_kmh",
+                "speed_limit_kmh",
+                "speed limit",
+            ),
+            ("lat,latitude,lon,speed_limit_kmh", "lat", "latitude", "latitude"),
+            ("position_m,position_m,speed_limit_kmh", "position_m", "position_m", "position"),
+            (
+                "position_m,speed_limit_kmh,altitude_m,elevation_m",
+                "altitude_m",
+                "elevation_m",
+                "altitude",
+            ),
+        ] {
+            let cells = header.split(',').count();
+            let row = |value: &str| vec![value; cells].join(",");
+            let fault = parse(&format!("{header}\n{}\n{}\n", row("1"), row("50")));
+            let fault = fault.unwrap_err().to_string();
+            let message = format!(
+                "`r.csv` has the columns `{one}` and `{other}`, which are both the {quantity}"
+            );
+            assert!(fault.contains(&message) && fault.contains("one of them"), "{fault}");
+        }
     }
 }

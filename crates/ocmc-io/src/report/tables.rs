@@ -2,6 +2,7 @@
 
 use super::svg::escaped;
 use super::{shown, study_argument, trace_command};
+use crate::given_drive::Followed;
 use crate::label::label;
 use crate::number_text::{decimals, grouped, rounded};
 use crate::run_directory::StoredRun;
@@ -95,15 +96,20 @@ pub(super) fn road_shares(records: &[Record]) -> String {
     }
     let share = |of: fn(&Record) -> Option<f64>| {
         let shares = completed().filter_map(|record| Some(of(record)? * record.distance_m));
-        100.0 * shares.sum::<f64>() / distance
+        let metres = shares.reduce(|sum, metres| sum + metres)?;
+        Some(100.0 * metres / distance)
+    };
+    let shares = [share(|r| r.urban_share), share(|r| r.rural_share), share(|r| r.motorway_share)];
+    let types = match shares {
+        [Some(urban), Some(rural), Some(motorway)] => format!(
+            "Of the distance {urban:.1} % is urban, {rural:.1} % rural and {motorway:.1} % motorway. "
+        ),
+        // what is driven exactly has no road types
+        _ => String::new(),
     };
     let standing = completed().map(|record| record.standstill_s).sum::<f64>() / duration;
     format!(
-        "<h2>Road</h2>\n<p>Of the distance {:.1} % is urban, {:.1} % rural and {:.1} % motorway. The trucks stand for \
-         {:.1} % of the time.</p>\n",
-        share(|r| r.urban_share),
-        share(|r| r.rural_share),
-        share(|r| r.motorway_share),
+        "<h2>Road</h2>\n<p>{types}The trucks stand for {:.1} % of the time.</p>\n",
         100.0 * standing
     )
 }
@@ -195,8 +201,8 @@ pub(super) fn failures(run: &StoredRun) -> String {
         let (unit, factor) = label(worst.column);
         let _ = writeln!(
             text,
-            "<p>Had each of them been as long as the mean completed cycle and consumed like the worst one, the fleet's \
-             mean would be {} {}.</p>",
+            "<p>Had each of them been as long as the mean completed cycle and consumed like the worst one, or like its \
+             own record where that is more, the fleet's mean would be {} {}.</p>",
             rounded(factor * worst.mean),
             escaped(unit)
         );
@@ -254,10 +260,23 @@ pub(super) fn study(run: &StoredRun) -> String {
     }
     let _ = writeln!(
         text,
-        "<details><summary>The whole study, as a file that repeats this run</summary>\n<pre>{}</pre></details>",
+        "<details><summary>The whole study, as a file that {}</summary>\n<pre>{}</pre></details>",
+        escaped(&what_it_repeats(run.manifest.followed.as_ref())),
         escaped(&run.manifest.resolved_study)
     );
     text
+}
+
+/// What the file of the study repeats, and what else that takes.
+fn what_it_repeats(followed: Option<&Followed>) -> String {
+    match followed {
+        None => "repeats this run".to_owned(),
+        Some(followed) => format!(
+            "repeats this run together with {}, whose speed is followed ({})",
+            followed.file,
+            followed.how.name()
+        ),
+    }
 }
 
 /// Where the numbers come from.
@@ -290,4 +309,41 @@ pub(super) fn provenance(run: &StoredRun) -> String {
          the error of the models, nor that of numbers that were judged.</p>\n",
     );
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::given_drive::Follow;
+    use crate::records::examples;
+
+    #[test]
+    fn shares_that_nobody_knows_are_not_told() {
+        let mut records = examples::records(5);
+        for record in &mut records {
+            record.outcome = Outcome::Completed;
+            (record.distance_m, record.duration_s, record.standstill_s) = (1000.0, 100.0, 5.0);
+            record.urban_share = Some(0.25);
+            record.rural_share = Some(0.75);
+            record.motorway_share = Some(0.0);
+        }
+        let told = road_shares(&records);
+        assert!(told.contains("25.0 % is urban, 75.0 % rural and 0.0 % motorway"), "{told}");
+        for record in &mut records {
+            record.urban_share = None;
+            record.rural_share = None;
+            record.motorway_share = None;
+        }
+        let told = road_shares(&records);
+        assert!(!told.contains("urban") && told.contains("stand for 5.0 %"), "{told}");
+    }
+
+    #[test]
+    fn a_run_that_follows_a_speed_takes_its_file_too() {
+        assert_eq!(what_it_repeats(None), "repeats this run");
+        let file = "city.csv".to_owned();
+        let followed = Followed { how: Follow::Exact, file, cycle: None };
+        let told = what_it_repeats(Some(&followed));
+        assert!(told.contains("together with city.csv"), "{told}");
+    }
 }

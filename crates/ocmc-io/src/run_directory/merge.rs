@@ -2,11 +2,14 @@
 
 use super::error::RunDirectoryError;
 use super::read::{Measured, check_by_driving, ended, measured, read_records, study_of};
-use super::{Manifest, RunDirectory};
+use super::{CHUNKS, MANIFEST, Manifest, RunDirectory, SUMMARY};
+use crate::given_drive::GivenDrive;
 use crate::records::{Group, RecordFormat};
 use crate::run_summary::RunSummary;
 use ocmc_core::fleet::summary::SummaryBuilder;
 use ocmc_core::simulation::record::Record;
+use ocmc_core::study::Study;
+use std::fs;
 use std::path::{Path, PathBuf};
 
 /// One part, and where it lies.
@@ -33,7 +36,7 @@ impl Part<'_> {
 
 /// Merges parts, given in any order, into a new run directory, in the format of the first part where none is given.
 /// Records and manifest are the bytes of the single run. The wall time is the longest of the parts, the threads are all
-/// of theirs.
+/// of theirs. A merge that fails leaves nothing behind.
 ///
 /// # Errors
 /// Names the parts that differ in study, seed or program, that leave a gap or overlap, or that are not whole.
@@ -60,11 +63,52 @@ pub fn merge(
 
     let begin = &parts[0];
     let (study, given) = study_of(begin.path, &begin.manifest)?;
+    let created = missing(out);
+    let merged = write_whole(&parts, &study.study, &given, out, format);
+    let taken = |error: &RunDirectoryError| {
+        matches!(error, RunDirectoryError::Exists { .. } | RunDirectoryError::Busy { .. })
+    };
+    // what another program has put there since is not ours
+    if merged.as_ref().is_err_and(|error| !taken(error)) {
+        remove_written(out, &created);
+    }
+    merged
+}
+
+/// The folders that are created for this one, itself first.
+fn missing(out: &Path) -> Vec<&Path> {
+    let folders = out.ancestors().filter(|folder| !folder.as_os_str().is_empty());
+    folders.take_while(|folder| !folder.exists()).collect()
+}
+
+/// Removes what a merge that failed has written, and the folders that were created for it. What cannot be removed stays:
+/// what matters is why the merge failed.
+fn remove_written(out: &Path, created: &[&Path]) {
+    let _ = fs::remove_dir_all(out.join(CHUNKS));
+    for file in
+        RecordFormat::ALL.map(RecordFormat::file_name).into_iter().chain([SUMMARY, MANIFEST])
+    {
+        let _ = fs::remove_file(out.join(file));
+    }
+    for folder in created {
+        let _ = fs::remove_dir(folder);
+    }
+}
+
+/// Writes the parts, one behind the other, as one run.
+fn write_whole(
+    parts: &[Part],
+    study: &Study,
+    given: &GivenDrive,
+    out: &Path,
+    format: RecordFormat,
+) -> Result<RunSummary, RunDirectoryError> {
+    let begin = &parts[0];
     let cycles = parts.iter().map(|part| part.manifest.completed).sum();
     let mut directory =
         RunDirectory::create(out, format, Manifest { cycles, ..begin.manifest.clone() })?;
     let mut fleet = SummaryBuilder::new(begin.manifest.dependence());
-    for part in &parts {
+    for part in parts {
         let mut last: Option<Record> = None;
         read_records(part.path, &part.manifest, |Group { records, .. }| {
             fleet.add(&records);
@@ -74,7 +118,7 @@ pub fn merge(
         })?;
         let place = part.path.join(&part.manifest.records);
         let last: Vec<(PathBuf, Record)> = last.map(|record| (place, record)).into_iter().collect();
-        check_by_driving(&study.study, &given, part.manifest.seed, &last)?;
+        check_by_driving(study, given, part.manifest.seed, &last)?;
     }
     let wall_s = parts.iter().map(|part| part.measured.wall_s).fold(0.0, f64::max);
     let threads = parts.iter().map(|part| part.measured.threads).sum();

@@ -36,7 +36,7 @@ pub(super) fn resolve(
     if let Some(drop) = drop {
         remove_all(&mut inherited, &drop)?;
     }
-    inherited.overlay(own);
+    inherited.overlay(own)?;
     Ok(inherited)
 }
 

@@ -1,6 +1,8 @@
 //! The studies and vehicles that are part of the program.
 
 use super::error::{Cause, Fault, StudyFileError};
+use super::read::{Kind, read};
+use std::path::Path;
 
 /// A study or vehicle that is part of the program.
 #[derive(Clone, Copy, Debug)]
@@ -128,10 +130,34 @@ pub fn list() -> &'static [BuiltIn] {
 /// # Errors
 /// [`StudyFileError`] names the nearest built-in name.
 pub fn show(name: &str) -> Result<&'static str, StudyFileError> {
-    let all = || STUDIES.iter().chain(VEHICLES);
-    all().find(|built_in| built_in.name == name).map(|built_in| built_in.text).ok_or_else(|| {
-        let names: Vec<&str> = all().map(|built_in| built_in.name).collect();
-        let cause = Cause::NotBuiltIn { name: name.to_owned() };
-        Box::new(Fault::new(cause).suggest(name, &names)).into()
-    })
+    find(name).ok_or_else(|| unknown(name, Cause::NotBuiltIn { name: name.to_owned() }))
+}
+
+/// The text of a built-in study or vehicle, or of a file, as it is written. A built-in name wins over a file.
+///
+/// # Errors
+/// [`StudyFileError`] names the nearest built-in name, or says why the file cannot be read.
+pub fn text(name_or_path: &str) -> Result<String, StudyFileError> {
+    if let Some(text) = find(name_or_path) {
+        return Ok(text.to_owned());
+    }
+    if !Path::new(name_or_path).exists() {
+        let (what, name) = ("study or vehicle", name_or_path.to_owned());
+        return Err(unknown(name_or_path, Cause::UnknownName { what, name }));
+    }
+    Ok(read(name_or_path, Kind::Study, None)?.source.text.clone())
+}
+
+fn all() -> impl Iterator<Item = &'static BuiltIn> {
+    STUDIES.iter().chain(VEHICLES)
+}
+
+fn find(name: &str) -> Option<&'static str> {
+    all().find(|built_in| built_in.name == name).map(|built_in| built_in.text)
+}
+
+/// The fault of a name that is not built in, with the nearest one that is.
+fn unknown(name: &str, cause: Cause) -> StudyFileError {
+    let names: Vec<&str> = all().map(|built_in| built_in.name).collect();
+    Box::new(Fault::new(cause).suggest(name, &names)).into()
 }

@@ -134,6 +134,16 @@ pub enum Cause {
         /// What is allowed.
         allowed: String,
     },
+    /// An entry that a list does not have.
+    #[error("`{key}` has {}, not `{index}`", entries_of(*entries))]
+    NoEntry {
+        /// Full path of the list.
+        key: String,
+        /// What was written as the index.
+        index: String,
+        /// Entries of the list.
+        entries: usize,
+    },
     /// A number that is infinite or none.
     #[error("`{key}` is {value}, allowed is a finite number{allowed}")]
     NotFinite {
@@ -223,6 +233,7 @@ impl Fault {
             | Cause::UnknownWord { key, .. }
             | Cause::Missing { key, .. }
             | Cause::WrongType { key, .. }
+            | Cause::NoEntry { key, .. }
             | Cause::NotFinite { key, .. }
             | Cause::NotAllowed { key, .. } => Some(key),
             Cause::BaseChain { key, .. } => Some(key),
@@ -274,6 +285,15 @@ impl std::error::Error for Fault {}
 impl From<Box<Fault>> for StudyFileError {
     fn from(fault: Box<Fault>) -> Self {
         Self { faults: vec![*fault] }
+    }
+}
+
+/// How many entries a list has, and which indices lead to them.
+fn entries_of(entries: usize) -> String {
+    match entries {
+        0 => "no entries, allowed is a whole list".to_owned(),
+        1 => "1 entry, allowed is the index 0".to_owned(),
+        n => format!("{n} entries, allowed is an index of 0 to {}", n - 1),
     }
 }
 

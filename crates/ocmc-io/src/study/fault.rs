@@ -74,14 +74,16 @@ pub(super) fn from_serde(
     if about.starts_with("unknown field") || about.starts_with("unknown variant") {
         return unknown(root, steps, about, &quoted(expected));
     }
-    // within a law serde loses the path: look for the value that is no number
+    // within a law serde loses the path: look for the law without a name, or for the value that is no number
+    let names_law = expected.starts_with("variant identifier");
     let (node, _) = root.follow(&steps);
-    if let Some(below) = wrong_in_law(node) {
+    let below = if names_law { nameless_law(node) } else { wrong_in_law(node) };
+    if let Some(below) = below {
         steps.extend(below);
     }
     let (node, _) = root.follow(&steps);
     let key = path_of(&steps);
-    if expected.starts_with("string") {
+    if names_law || expected.starts_with("string") {
         let words = words_of(root, &steps);
         let cause = Cause::UnknownWord { key, value: node.shown() };
         return Fault::new(cause).at(node.any_place()).suggest("", &words);
@@ -167,6 +169,13 @@ fn node_with(node: &Node, key: &str) -> Option<Vec<Step>> {
 /// The steps to a word within a law and its parts.
 fn node_with_word(node: &Node, word: &str) -> Option<Vec<Step>> {
     first_below(node, &|_, node| node.as_str() == Some(word))
+}
+
+/// The steps to the `distribution` that is no word in a law and its parts.
+fn nameless_law(node: &Node) -> Option<Vec<Step>> {
+    first_below(node, &|steps, node| {
+        steps.last() == Some(&Step::Key("distribution".to_owned())) && node.as_str().is_none()
+    })
 }
 
 /// The steps to what is no number in a law and its parts.

@@ -49,7 +49,7 @@ impl FittedPart {
     /// What a study with these values would refuse.
     fn refused(&self, base: &StudyModel) -> Vec<Problem> {
         let mut tree = tree(resolved_toml(base));
-        tree.overlay(tree_of(&self.values));
+        tree.overlay(tree_of(&self.values)).expect("a fit replaces lists as a whole");
         let model = StudyModel::deserialize(tree.to_toml()).expect("keys of a study over a study");
         Study::new(model).err().map_or_else(Vec::new, |error| error.problems)
     }

@@ -33,7 +33,7 @@ mod setting;
 mod source;
 mod vehicle_input;
 
-pub use builtin::{BuiltIn, list, show};
+pub use builtin::{BuiltIn, list, show, text};
 pub use error::{Cause, Fault, StudyFileError};
 pub use fitted::{FittedPart, fitted_study};
 pub use init::init_text;
@@ -181,7 +181,7 @@ fn finish<S: AsRef<str>>(
 
 fn lay_over<S: AsRef<str>>(own: &mut Node, sets: &[S]) -> Result<(), StudyFileError> {
     for setting in sets {
-        own.overlay(setting::parse(setting.as_ref())?);
+        own.overlay(setting::parse(setting.as_ref())?)?;
     }
     Ok(())
 }

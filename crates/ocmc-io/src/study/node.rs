@@ -1,7 +1,7 @@
 //! The tree of a study file, in which every value knows where it was written.
 
 use super::error::{Cause, Fault};
-use super::source::{Place, Source, cut};
+use super::source::{Place, Source, SourceKind, cut};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
@@ -173,15 +173,32 @@ impl Node {
 
     /// Lays another tree over this one. Tables are merged key by key; a law (a table with the key `distribution`),
     /// a list and a scalar replace what is below. Numbers as keys over a list change its entries.
-    pub(super) fn overlay(&mut self, over: Self) {
+    ///
+    /// # Errors
+    /// [`Cause::NoEntry`] where a list has no such entry.
+    pub(super) fn overlay(&mut self, over: Self) -> Result<(), Box<Fault>> {
+        self.overlay_at(over, &mut Vec::new())
+    }
+
+    /// As [`Node::overlay`], of a tree that these steps lead to.
+    fn overlay_at(&mut self, over: Self, steps: &mut Vec<Step>) -> Result<(), Box<Fault>> {
+        if let (Content::List(below), Content::Table(above)) = (&self.content, &over.content)
+            && over.names_entries()
+        {
+            check_entries(below.len(), above, steps)?;
+        }
         let (place, key_place) = (over.place, over.key_place);
         match (&mut self.content, over.content) {
             (Content::Table(below), Content::Table(above))
-                if !above.contains_key("distribution") =>
+                if !above.contains_key("distribution") && !empties_law(below, &above) =>
             {
                 for (key, node) in above {
                     match below.get_mut(&key) {
-                        Some(old) => old.overlay(node),
+                        Some(old) => {
+                            steps.push(Step::Key(key));
+                            old.overlay_at(node, steps)?;
+                            steps.pop();
+                        }
                         None => {
                             below.insert(key, node);
                         }
@@ -190,26 +207,62 @@ impl Node {
             }
             (Content::List(below), Content::Table(above)) if is_indexed(&above, below.len()) => {
                 for (key, node) in above {
-                    if let Some(old) = key.parse::<usize>().ok().and_then(|k| below.get_mut(k)) {
-                        old.overlay(node);
+                    let index = key.parse::<usize>().ok();
+                    if let Some((k, old)) = index.and_then(|k| Some((k, below.get_mut(k)?))) {
+                        steps.push(Step::Index(k));
+                        old.overlay_at(node, steps)?;
+                        steps.pop();
                     }
                 }
             }
             (content, above) => {
                 *content = above;
                 (self.place, self.key_place) = (place, key_place);
-                return;
+                return Ok(());
             }
         }
         // the tables of a setting have no place and leave that of the file
         self.place = place.or(self.place.take());
         self.key_place = key_place.or(self.key_place.take());
+        Ok(())
+    }
+
+    /// Whether the keys of a table can only mean entries of a list: all are numbers, or the table stands for the steps of a setting.
+    fn names_entries(&self) -> bool {
+        let Content::Table(entries) = &self.content else { return false };
+        let numbers = entries.keys().all(|key| key.parse::<usize>().is_ok());
+        let steps = self.place.is_none()
+            && self.key_place.is_none()
+            && self.any_place().is_some_and(|place| place.source.kind == SourceKind::Setting);
+        !entries.is_empty() && (numbers || steps)
     }
 }
 
+/// Checks that a list of so many entries, to which the steps lead, has an entry for each key.
+fn check_entries(
+    length: usize,
+    keys: &BTreeMap<String, Node>,
+    steps: &[Step],
+) -> Result<(), Box<Fault>> {
+    let Some((index, node)) = keys.iter().find(|(key, _)| !is_entry(key, length)) else {
+        return Ok(());
+    };
+    let (key, index) = (path_of(steps), cut(index, SHOWN_VALUE));
+    let cause = Cause::NoEntry { key, index, entries: length };
+    Err(Box::new(Fault::new(cause).at(node.key_place.as_ref().or(node.any_place()))))
+}
+
+/// Whether an empty table is laid over a law, which it would leave as it is.
+fn empties_law(below: &BTreeMap<String, Node>, above: &BTreeMap<String, Node>) -> bool {
+    above.is_empty() && below.contains_key("distribution")
+}
+
+fn is_entry(key: &str, length: usize) -> bool {
+    key.parse::<usize>().is_ok_and(|k| k < length)
+}
+
 fn is_indexed(entries: &BTreeMap<String, Node>, length: usize) -> bool {
-    let inside = |key: &String| key.parse::<usize>().is_ok_and(|k| k < length);
-    !entries.is_empty() && entries.keys().all(inside)
+    !entries.is_empty() && entries.keys().all(|key| is_entry(key, length))
 }
 
 /// A source whose parsed part begins at an offset.

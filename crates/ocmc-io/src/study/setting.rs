@@ -34,6 +34,9 @@ pub(super) fn parse(setting: &str) -> Result<Node, Box<Fault>> {
             key_place: None,
         },
     };
+    if matches!(&node.content, Content::Table(entries) if entries.is_empty()) {
+        return Err(lacks("key in its table: an empty table changes nothing"));
+    }
     node.key_place = Some(Place::new(&source, 0..key.trim_end().len()));
     for step in steps.into_iter().rev() {
         let mut table = Node::table();
@@ -99,6 +102,7 @@ mod tests {
             ("", "has no `=`"),
             ("a=[1", "not valid TOML"),
             ("a={", "not valid TOML"),
+            ("a={}", "has no key in its table"),
         ] {
             let text = parse(setting).unwrap_err().to_string();
             assert!(text.contains(message), "{setting}: {text}");

@@ -244,8 +244,7 @@ fn take(node: &mut Node, key: &str) -> Option<Node> {
 
 /// Lays keys over a table.
 fn put(node: &mut Node, keys: &Value) -> Result<(), Box<Fault>> {
-    node.overlay(Node::from_json(keys)?);
-    Ok(())
+    node.overlay(Node::from_json(keys)?)
 }
 
 fn numbers(node: &mut Node, key: &str) -> Vec<f64> {
