@@ -2,6 +2,7 @@
 
 mod program;
 
+use ocmc_core::simulation::record::Outcome;
 use program::{SHORT, ocmc, run_into};
 use serde_json::Value;
 use std::fs;
@@ -63,6 +64,88 @@ fn common_random_numbers_show_a_small_difference() {
     assert_eq!(answers.as_array().map(Vec::len), Some(2), "{answers}");
     assert_eq!(answers[1]["study_b"], "regional");
     assert_fits(&text(&several));
+}
+
+#[test]
+fn a_comparison_has_the_mean_of_a_run_and_empty_trips_are_no_failures() {
+    let column = "consumption_l_per_100tkm";
+    let fleet = ["--cycles", "60", "--set", SHORT];
+    let run = json(&fleet);
+    let studies = ["compare", "field-truck", "field-truck", "--column", column];
+    let answer = [&studies[..], &fleet[..]].concat();
+    let told = json(&answer);
+    let number = |value: &Value| value.as_f64().expect("a number");
+    let mean = number(&run["statistics"][column]["mean"]);
+    assert!((number(&told["a"]) / mean - 1.0).abs() < 1e-12, "{told}, a run says {mean}");
+    assert_eq!(
+        (&told["a_failed"], &told["b_failed"], &told["pairs"]),
+        (&0.into(), &0.into(), &60.into())
+    );
+    let without = told["pairs_without_value"].as_u64().expect("a number");
+    assert!(without > 0, "the study has empty trips: {told}");
+    let words = text(&answer);
+    assert!(words.contains(&format!("{without} pairs, counted in the means alone")), "{words}");
+    assert!(!words.contains("not completed"), "{words}");
+    assert_fits(&words);
+
+    // single cycles: an empty trip has no value, and that is no failure either
+    let analysis =
+        ["sensitivity", "--cycles", "60", "--set", SHORT, "--factor", "road", "--column", column];
+    let told = json(&analysis);
+    assert_eq!(told["failed_rows"], 0);
+    assert_eq!(told["dropped_rows"], told["rows_without_value"]);
+    let words = text(&analysis);
+    assert!(words.contains("dropped because a cycle had no value"), "{words}");
+    assert_fits(&words);
+}
+
+#[test]
+fn stops_of_the_same_cycle_are_the_same() {
+    let drag = "vehicle.drag_area_m2=4.6";
+    let arguments =
+        ["compare", "field-truck", "--set", drag, "--cycles", "20", "--column", "stops_per_km"];
+    let answer = json(&arguments);
+    assert_eq!((&answer["share_a_lower"], &answer["share_equal"]), (&0.0.into(), &1.0.into()));
+    assert!(answer["variance_reduction"].is_null(), "{answer}");
+    assert!(!text(&arguments).contains("variance"));
+}
+
+#[test]
+fn a_difference_tells_what_it_owes_to_uncertain_parameters() {
+    let sets = ["driver.curve_speed.parameter_uncertainty=true", "driver.curve_speed.replicates=8"];
+    let arguments = ["compare", "field-truck", "long-haul", "--cycles", "64", "--set", SHORT];
+    let arguments = [&arguments[..], &["--set", sets[0], "--set", sets[1]]].concat();
+    let uncertain = &json(&arguments)["parameter_uncertainty"];
+    assert_eq!(uncertain["replicates"], 8);
+    let words = text(&arguments);
+    assert!(words.contains("over 8 draws of the curve-speed fit"), "{words}");
+    assert_fits(&words);
+    assert!(json(&arguments[..7])["parameter_uncertainty"].is_null());
+}
+
+#[test]
+fn the_worst_case_is_no_better_than_what_the_failed_cycles_show() {
+    let parent = tempfile::tempdir().expect("a directory");
+    let out = parent.path().join("run");
+    let small = "vehicle.electric.battery.capacity_j=5e8";
+    let path = out.to_str().expect("UTF-8");
+    let run =
+        ["--study", "battery-truck", "--cycles", "40", "--set", small, "--quiet", "--out", path];
+    let answer = json(&run);
+    let records = program::records(&out.join("records.parquet"));
+    let failed: Vec<f64> = records
+        .iter()
+        .filter(|record| record.outcome != Outcome::Completed)
+        .filter_map(|record| record.consumption_kwh_per_km)
+        .collect();
+    assert_eq!(answer["worst_case"]["cycles"], failed.len());
+    assert!(failed.len() > 20, "most are depleted: {}", failed.len());
+    let number = |value: &Value| value.as_f64().expect("a number");
+    let fleet = number(&answer["statistics"]["consumption_kwh_per_km"]["mean"]);
+    let completed = (records.len() - failed.len()) as f64;
+    let least = (completed * fleet + failed.iter().sum::<f64>()) / records.len() as f64;
+    let worst = number(&answer["worst_case"]["mean"]);
+    assert!(worst >= least - 1e-12 && least > 1.2 * fleet, "{worst}, {least}, {fleet}");
 }
 
 #[test]

@@ -96,10 +96,11 @@ fn pick_and_freeze_agrees_with_nested_loops_on_a_10_km_study() {
         let streams = group(name).streams;
         let (first, first_error) = nested(&study, SEED, streams, alone.0, alone.1);
         let (others, total_error) = nested(&study, SEED, streams.complement(), total.0, total.1);
-        for (kind, brute, error, estimate, [low, high]) in [
+        for (kind, brute, error, estimate, ci95) in [
             ("alone", first, first_error, share.first, share.first_ci95),
             ("total", 1.0 - others, total_error, share.total, share.total_ci95),
         ] {
+            let [low, high] = ci95.expect("1000 rows");
             let own_error = (high - low) / 3.92;
             let inside = low <= brute && brute <= high && (brute - estimate).abs() < 1.96 * error;
             within_both += usize::from(inside);
@@ -143,14 +144,38 @@ fn two_ways_of_asking_for_the_driver_agree() {
     // the driver alone is the first-order share; with what both do together it is the total one. A variance of n normal
     // values is known to √(2/(n − 1)) of it, and a share S of two such variances to S (1 − S) times both together
     let known = (2.0 / (CYCLES - 1) as f64 + 2.0 / (DRIVERS - 1) as f64).sqrt();
-    for (crossed, estimate, [low, high]) in [
+    for (crossed, estimate, ci95) in [
         (crossed.driver, share.first, share.first_ci95),
         (1.0 - crossed.cycle, share.total, share.total_ci95),
     ] {
+        let [low, high] = ci95.expect("1500 rows");
         assert!((0.1..0.9).contains(&estimate), "a share that could be wrong: {estimate}");
         let error = ((high - low) / 3.92).hypot(crossed * (1.0 - crossed) * known);
         assert!((crossed - estimate).abs() < 4.0 * error, "{crossed} {estimate} {error}");
     }
+}
+
+#[test]
+fn rows_that_share_uncertain_parameters_count_as_their_replicates() {
+    let uncertain = "driver.curve_speed.parameter_uncertainty=true";
+    let curves: Vec<FactorGroup> =
+        factor_groups().into_iter().filter(|group| group.name == "driver.curve_speed").collect();
+    let plan = RunPlan::new(SEED, 0, 64, Some(2), None);
+    let of = |replicates: &str, uncertain: &[&str]| {
+        let sets = [&["mission.length_m=5000", replicates][..], uncertain].concat();
+        let study = common::study("field-truck", &sets);
+        let found = sensitivity(&study, &plan, &curves, None, |_| ControlFlow::Continue(()));
+        done(found).expect("enough rows")
+    };
+    let few = of("driver.curve_speed.replicates=4", &[uncertain]);
+    assert_eq!(few.replicates, Some(4));
+    assert_eq!((few.factors[0].first_ci95, few.factors[0].total_ci95), (None, None));
+    let many = of("driver.curve_speed.replicates=16", &[uncertain]);
+    assert_eq!(many.replicates, Some(16));
+    assert!(many.factors[0].total_ci95.is_some());
+    let certain = of("driver.curve_speed.replicates=4", &[]);
+    assert_eq!(certain.replicates, None);
+    assert!(certain.factors[0].total_ci95.is_some());
 }
 
 #[test]

@@ -125,16 +125,30 @@ fn comparison_text(comparison: &Comparison) -> String {
     let mut line = |name: &str, value: &str| {
         let _ = writeln!(text, "  {name:<18} {value}");
     };
+    if comparison.difference.is_some() {
+        difference_lines(comparison, factor, &mut line);
+    } else {
+        line("no pairs", "no cycle has it in both studies");
+    }
+    for (name, failed) in [("A", comparison.a_failed), ("B", comparison.b_failed)] {
+        if failed > 0 {
+            line("not completed", &format!("{} cycles of {name}, left out", grouped(failed)));
+        }
+    }
+    text
+}
+
+/// What the pairs tell, line by line.
+fn difference_lines(comparison: &Comparison, factor: f64, line: &mut impl FnMut(&str, &str)) {
     let (Some(a), Some(b), Some(difference)) = (comparison.a, comparison.b, comparison.difference)
     else {
-        line("no pairs", "no cycle has it in both studies");
-        return text;
+        return;
     };
     line("A", &rounded(factor * a));
     line("B", &rounded(factor * b));
     let digits = decimals_of(comparison, factor);
-    let half_width = comparison.ci95.map(|[low, high]| (high - low) / 2.0);
-    let interval = half_width.map_or("-".to_owned(), |h| format!("{:.digits$}", factor * h));
+    let half = |[low, high]: [f64; 2]| format!("{:.digits$}", factor * (high - low) / 2.0);
+    let interval = comparison.ci95.map_or("-".to_owned(), half);
     line(
         "B - A",
         &format!(
@@ -143,7 +157,11 @@ fn comparison_text(comparison: &Comparison) -> String {
             100.0 * difference / a
         ),
     );
-    let pairs = grouped(comparison.pairs);
+    if let Some(uncertain) = comparison.parameter_uncertainty {
+        let (wide, draws) = (half(uncertain.ci95), grouped(uncertain.replicates));
+        line("with parameters", &format!("± {wide}, over {draws} draws of the curve-speed fit"));
+    }
+    let pairs = grouped(comparison.pairs - comparison.pairs_without_value);
     if let (Some(lower), Some(equal)) = (comparison.share_a_lower, comparison.share_equal) {
         let higher = 1.0 - lower - equal;
         let [lower, equal, higher] = [lower, equal, higher].map(|share| 100.0 * share);
@@ -157,12 +175,10 @@ fn comparison_text(comparison: &Comparison) -> String {
             &format!("1/{} of two independent runs', like {like} cycles each", rough(reduction)),
         );
     }
-    for (name, failed) in [("A", comparison.a_failed), ("B", comparison.b_failed)] {
-        if failed > 0 {
-            line("not completed", &format!("{} cycles of {name}, left out", grouped(failed)));
-        }
+    if comparison.pairs_without_value > 0 {
+        let pairs = grouped(comparison.pairs_without_value);
+        line("no value", &format!("{pairs} pairs, counted in the means alone"));
     }
-    text
 }
 
 /// Decimals that show the interval with two digits.

@@ -8,7 +8,9 @@ use crate::number_text::{grouped, rounded};
 use crate::{output, request};
 use ocmc_core::fleet::random_effects::{TwoWay, two_way};
 use ocmc_core::fleet::run::RunPlan;
-use ocmc_core::fleet::sensitivity::{self, FactorGroup, FactorShare, Sensitivity, factor_groups};
+use ocmc_core::fleet::sensitivity::{
+    self, FactorGroup, FactorShare, LEAST_GROUPS, Sensitivity, factor_groups,
+};
 use ocmc_io::label::label;
 use ocmc_io::study::{self, LoadedStudy, study_hash};
 use serde::Serialize;
@@ -123,26 +125,51 @@ fn groups(names: &[String]) -> Vec<FactorGroup> {
 
 fn heading(loaded: &LoadedStudy, seed: u64, shares: &Sensitivity) -> String {
     let mut text = String::new();
-    let dropped = match shares.dropped_rows {
-        0 => String::new(),
-        n => format!(", {} dropped because a cycle was not completed", grouped(n)),
-    };
-    for (name, value) in [
+    let mut lines = vec![
         ("study", loaded.origin.to_string()),
         ("seed", seed.to_string()),
-        ("rows", format!("{}{dropped}", grouped(shares.rows))),
+        ("rows", format!("{}{}", grouped(shares.rows), dropped(shares))),
         ("cycles", grouped(shares.cycles)),
-    ] {
+    ];
+    if let Some(replicates) = shares.replicates {
+        let draws = grouped(replicates);
+        lines.push((
+            "replicates",
+            format!("{draws}, each with its draw of the uncertain parameters"),
+        ));
+    }
+    for (name, value) in lines {
         let _ = writeln!(text, "{name:<10} {value}");
     }
     text
 }
 
+/// How many rows were dropped, and why.
+fn dropped(shares: &Sensitivity) -> String {
+    match (shares.failed_rows, shares.rows_without_value) {
+        (0, 0) => String::new(),
+        (failed, 0) => format!(", {} dropped because a cycle was not completed", grouped(failed)),
+        (0, without) => format!(", {} dropped because a cycle had no value", grouped(without)),
+        (failed, without) => format!(
+            ", {} dropped because a cycle was not completed,\n{:<10} {} because one had no value",
+            grouped(failed),
+            "",
+            grouped(without)
+        ),
+    }
+}
+
 fn table(shares: &Sensitivity) -> String {
     let (name_width, width) = WIDTHS;
     let (label, factor) = label(shares.column);
+    let known = shares.factors.iter().any(|share| share.total_ci95.is_some());
+    let intervals = if known {
+        "with 95 % intervals".to_owned()
+    } else {
+        format!("no intervals below {LEAST_GROUPS} independent groups of rows")
+    };
     let mut text = format!(
-        "{label}: mean of the cycles {}, SD {}.\nShares of the variance in %, with 95 % intervals:\n\n",
+        "{label}: mean of the cycles {}, SD {}.\nShares of the variance in %, {intervals}:\n\n",
         rounded(factor * shares.mean),
         rounded(factor * shares.variance.sqrt())
     );
@@ -161,11 +188,37 @@ fn row(share: &FactorShare) -> String {
         Some((_, part)) => format!("  {part}"),
         None => share.factor.to_owned(),
     };
-    let cell = |share: f64, [low, high]: [f64; 2]| {
-        format!("{:.1} ({:.1} to {:.1})", 100.0 * share, 100.0 * low, 100.0 * high)
+    let cell = |share: f64, ci95: Option<[f64; 2]>| match ci95 {
+        Some([low, high]) => {
+            format!("{:.1} ({:.1} to {:.1})", 100.0 * share, 100.0 * low, 100.0 * high)
+        }
+        None => format!("{:.1}", 100.0 * share),
     };
     let first = cell(share.first, share.first_ci95);
     let total = cell(share.total, share.total_ci95);
     let bar = "█".repeat((BAR as f64 * share.total.clamp(0.0, 1.0)).round() as usize);
-    format!("{name:name_width$}{first:>width$}{total:>width$}  {bar}")
+    // a space of its own, whatever the width of the second
+    let rest = width - 1;
+    format!("{name:name_width$}{first:>width$} {total:>rest$}  {bar}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn wide_intervals_do_not_run_together() {
+        let share = FactorShare {
+            factor: "road",
+            first: 1.083,
+            first_ci95: Some([0.771, 1.365]),
+            total: 1.061,
+            total_ci95: Some([0.838, 1.29]),
+        };
+        let told = row(&share);
+        assert!(told.contains("108.3 (77.1 to 136.5) 106.1 (83.8 to 129.0)  █"), "{told}");
+        assert!(told.chars().count() <= 80, "{told}");
+        let unsure = row(&FactorShare { first_ci95: None, total_ci95: None, ..share });
+        assert!(unsure.contains(" 108.3 ") && !unsure.contains('('), "{unsure}");
+    }
 }

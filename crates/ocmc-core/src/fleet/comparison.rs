@@ -8,17 +8,23 @@
 //!
 //! Two independent runs of the same size would have se² = Σ (e_Aᵢ² + e_Bᵢ²) / (n (n − 1)); the quotient of the two is
 //! the variance reduction. Where cycles depend on one another, the residuals of a batch are added up first (see
-//! [`super::dependence`]). Source: W. G. Cochran, *Sampling Techniques*, 3rd ed. (1977), section 6.4, for the residuals;
-//! the rest is the variance of a difference.
+//! [`super::dependence`]). What uncertain parameters add is told from the differences of the replicates, as for one mean
+//! (see [`super::replicates`]). Source: W. G. Cochran, *Sampling Techniques*, 3rd ed. (1977), section 6.4, for the
+//! residuals; the rest is the variance of a difference.
 
 use super::dependence::Dependence;
 use super::quantity::{Quantity, consumption};
 use super::ratio::student_975;
+use super::replicates::ParameterUncertainty;
 use super::run::{RunPlan, records};
-use crate::simulation::record::Record;
+use crate::simulation::record::{Outcome, Record};
 use crate::study::Study;
 use serde::Serialize;
 use std::ops::ControlFlow;
+
+/// Relative difference below which two values are the same. A cycle ends within half a metre of the end of its road, so
+/// the same stops over 100 km differ by up to 5e-6 of them.
+pub const ROUNDING: f64 = 1e-5;
 
 /// How study B differs from study A.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -31,39 +37,46 @@ pub struct Comparison {
     pub b: Option<f64>,
     /// B less A.
     pub difference: Option<f64>,
-    /// 95 % interval of the difference; none from fewer than two pairs, or batches of pairs.
+    /// 95 % interval of the difference, of sampling alone; none from fewer than two pairs, or batches of pairs.
     pub ci95: Option<[f64; 2]>,
-    /// Share of the pairs in which A is lower.
+    /// What the difference owes to uncertain parameters; none where both studies take them for certain, where both
+    /// have replicates but not as many, and where a replicate has fewer than two pairs.
+    pub parameter_uncertainty: Option<ParameterUncertainty>,
+    /// Share of the pairs with values in which A is lower.
     pub share_a_lower: Option<f64>,
-    /// Share of the pairs in which both are the same.
+    /// Share of the pairs with values in which both are the same, to [`ROUNDING`].
     pub share_equal: Option<f64>,
-    /// Variance of the difference of two independent runs over that of the pairs; none where the pairs do not differ.
+    /// Variance of the difference of two independent runs over that of the pairs; none where the pairs do not differ by
+    /// more than [`ROUNDING`].
     pub variance_reduction: Option<f64>,
     /// Cycles that were driven in each study.
     pub cycles: u64,
-    /// Cycles that both completed and that have the quantity in both: the pairs.
+    /// Cycles that both completed and that count in both means: the pairs.
     pub pairs: u64,
-    /// Cycles that A did not complete, or where A does not have the quantity.
+    /// Pairs in which a cycle counts in the mean but has no value of its own, as an empty trip has no litres per 100 tkm.
+    pub pairs_without_value: u64,
+    /// Cycles that A did not complete.
     pub a_failed: u64,
-    /// Cycles that B did not complete, or where B does not have the quantity.
+    /// Cycles that B did not complete.
     pub b_failed: u64,
 }
 
-/// One cycle in one study: its own value, and what it adds to the two totals y and x of the mean.
+/// One cycle in one study: its own value, where it has one, and what it adds to the two totals y and x of the mean.
 #[derive(Clone, Copy, Debug)]
 struct Row {
     cycle_id: u64,
-    value: f64,
+    value: Option<f64>,
     y: f64,
     x: f64,
 }
 
-fn rows(quantity: &Quantity, records: &[Record]) -> Vec<Option<Row>> {
-    let row = |record: &Record| {
-        let (y, x) = quantity.totals(record)?;
-        Some(Row { cycle_id: record.cycle_id, value: quantity.of_cycle(record)?, y, x })
-    };
-    records.iter().map(row).collect()
+/// One cycle in both studies.
+type Pair = (Row, Row);
+
+/// What a cycle adds to the fleet's mean; none where it was not completed, or has nothing of the quantity.
+fn row(quantity: &Quantity, record: &Record) -> Option<Row> {
+    let (y, x) = quantity.totals(record)?;
+    Some(Row { cycle_id: record.cycle_id, value: quantity.of_cycle(record), y, x })
 }
 
 /// One side of the pairs: the fleet's mean, and each pair's residual after its cycle's id.
@@ -77,61 +90,122 @@ fn side(rows: impl Iterator<Item = Row> + Clone) -> Option<(f64, Vec<(u64, f64)>
     (x > 0.0).then_some((ratio, residuals))
 }
 
-impl Comparison {
-    /// Compares the records of the same cycles in two studies.
-    pub fn of(quantity: &Quantity, dependence: Dependence, a: &[Record], b: &[Record]) -> Self {
-        Self::of_rows(quantity.column, dependence, &rows(quantity, a), &rows(quantity, b))
-    }
+/// Whether two values are the same but for rounding.
+fn same(a: f64, b: f64) -> bool {
+    libm::fabs(a - b) <= ROUNDING * libm::fmax(libm::fabs(a), libm::fabs(b))
+}
 
-    fn of_rows(
-        column: &'static str,
-        dependence: Dependence,
-        a: &[Option<Row>],
-        b: &[Option<Row>],
-    ) -> Self {
-        let failed = |rows: &[Option<Row>]| rows.iter().filter(|row| row.is_none()).count() as u64;
-        let pairs: Vec<(Row, Row)> =
-            a.iter().zip(b).filter_map(|(a, b)| Some(((*a)?, (*b)?))).collect();
-        let n = pairs.len() as f64;
-        let share = |holds: fn(&(Row, Row)) -> bool| {
-            let count = pairs.iter().filter(|pair| holds(pair)).count();
-            (n > 0.0).then(|| count as f64 / n)
-        };
-        let mut comparison = Self {
-            column,
-            a: None,
-            b: None,
-            difference: None,
-            ci95: None,
-            share_a_lower: share(|(a, b)| a.value < b.value),
-            share_equal: share(|(a, b)| a.value == b.value),
-            variance_reduction: None,
-            cycles: a.len() as u64,
-            pairs: pairs.len() as u64,
-            a_failed: failed(a),
-            b_failed: failed(b),
-        };
-        let sides = (side(pairs.iter().map(|pair| pair.0)), side(pairs.iter().map(|pair| pair.1)));
-        let (Some((mean_a, errors_a)), Some((mean_b, errors_b))) = sides else {
-            return comparison;
-        };
-        let difference = mean_b - mean_a;
-        comparison.a = Some(mean_a);
-        comparison.b = Some(mean_b);
-        comparison.difference = Some(difference);
+fn failed(records: &[Record]) -> u64 {
+    records.iter().filter(|record| record.outcome != Outcome::Completed).count() as u64
+}
+
+/// The fleets' means over some pairs.
+#[derive(Clone, Copy, Debug)]
+struct Means {
+    a: f64,
+    b: f64,
+    spread: Option<Spread>,
+}
+
+/// How the difference of the pairs is spread; not known of fewer than two batches.
+#[derive(Clone, Copy, Debug)]
+struct Spread {
+    batches: usize,
+    standard_error: f64,
+    variance_reduction: Option<f64>,
+}
+
+impl Means {
+    /// None without pairs, and where they have nothing to divide by.
+    fn of(pairs: &[Pair], dependence: Dependence) -> Option<Self> {
+        let (a, errors_a) = side(pairs.iter().map(|pair| pair.0))?;
+        let (b, errors_b) = side(pairs.iter().map(|pair| pair.1))?;
         let errors = errors_a.iter().zip(&errors_b);
         let errors = dependence.batch_totals(errors.map(|((id, a), (_, b))| (*id, *a, *b)));
+        let rounding = ROUNDING * libm::fmax(libm::fabs(a), libm::fabs(b));
+        Some(Self { a, b, spread: Spread::of(&errors, pairs.len() as f64, rounding) })
+    }
+
+    fn difference(&self) -> f64 {
+        self.b - self.a
+    }
+
+    /// The difference with its standard error.
+    fn estimate(&self) -> Option<(f64, f64)> {
+        Some((self.difference(), self.spread?.standard_error))
+    }
+}
+
+impl Spread {
+    /// That of residuals of both sides, added up by batch, of so many pairs.
+    fn of(errors: &[(f64, f64)], pairs: f64, rounding: f64) -> Option<Self> {
         if errors.len() < 2 {
-            return comparison;
+            return None;
         }
         let m = errors.len() as f64;
         let paired: f64 = errors.iter().map(|(a, b)| (b - a) * (b - a)).sum();
         let independent: f64 = errors.iter().map(|(a, b)| a * a + b * b).sum();
-        let standard_error = libm::sqrt(m / (m - 1.0) * paired) / n;
-        let half_width = student_975(m - 1.0) * standard_error;
-        comparison.ci95 = Some([difference - half_width, difference + half_width]);
-        comparison.variance_reduction = (paired > 0.0).then(|| independent / paired);
-        comparison
+        let standard_error = libm::sqrt(m / (m - 1.0) * paired) / pairs;
+        let differs = paired > pairs * rounding * rounding;
+        let variance_reduction = differs.then(|| independent / paired);
+        Some(Self { batches: errors.len(), standard_error, variance_reduction })
+    }
+
+    /// 95 % interval of the difference.
+    fn ci95(&self, difference: f64) -> [f64; 2] {
+        let half_width = student_975(self.batches as f64 - 1.0) * self.standard_error;
+        [difference - half_width, difference + half_width]
+    }
+}
+
+/// What the difference owes to the parameters: the replicates' differences beyond their sampling.
+fn parameter_uncertainty(
+    column: &'static str,
+    dependence: Dependence,
+    pairs: &[Pair],
+) -> Option<ParameterUncertainty> {
+    let replicates = dependence.replicates?;
+    let whole = Means::of(pairs, dependence)?.estimate()?;
+    let mut groups = vec![Vec::new(); replicates as usize];
+    for pair in pairs {
+        groups[(pair.0.cycle_id % replicates) as usize].push(*pair);
+    }
+    let alone = Dependence::default();
+    let difference = |group: &Vec<Pair>| Means::of(group, alone)?.estimate();
+    let differences = groups.iter().map(difference).collect::<Option<Vec<_>>>()?;
+    ParameterUncertainty::of_replicates(column, whole, &differences)
+}
+
+impl Comparison {
+    /// Compares the records of the same cycles in two studies.
+    pub fn of(quantity: &Quantity, dependence: Dependence, a: &[Record], b: &[Record]) -> Self {
+        let pair = |(a, b): (&Record, &Record)| Some((row(quantity, a)?, row(quantity, b)?));
+        let pairs: Vec<Pair> = a.iter().zip(b).filter_map(pair).collect();
+        let values: Vec<(f64, f64)> =
+            pairs.iter().filter_map(|(a, b)| Some((a.value?, b.value?))).collect();
+        let share = |holds: fn(f64, f64) -> bool| {
+            let count = values.iter().filter(|(a, b)| holds(*a, *b)).count();
+            (!values.is_empty()).then(|| count as f64 / values.len() as f64)
+        };
+        let means = Means::of(&pairs, dependence);
+        let spread = means.and_then(|means| means.spread);
+        let difference = means.map(|means| means.difference());
+        Self {
+            column: quantity.column,
+            a: means.map(|means| means.a),
+            b: means.map(|means| means.b),
+            difference,
+            ci95: difference.zip(spread).map(|(difference, spread)| spread.ci95(difference)),
+            parameter_uncertainty: parameter_uncertainty(quantity.column, dependence, &pairs),
+            share_a_lower: share(|a, b| a < b && !same(a, b)),
+            share_equal: share(same),
+            variance_reduction: spread.and_then(|spread| spread.variance_reduction),
+            cycles: a.len() as u64,
+            pairs: pairs.len() as u64,
+            pairs_without_value: (pairs.len() - values.len()) as u64,
+            a_failed: failed(a),
+            b_failed: failed(b),
+        }
     }
 }
 
@@ -155,12 +229,9 @@ pub fn compare<B>(
         return ControlFlow::Continue(Vec::new());
     };
     let quantity = quantity.unwrap_or_else(|| consumption(baseline));
-    // pairs depend on one another where the cycles of either study do
-    let of = |study: &Study| Dependence::of(study.model()).batch;
+    let of = |study: &Study| Dependence::of(study.model());
     let compare = |(other, study): (&Vec<Record>, &&Study)| {
-        let batch = of(studies[0]).max(of(study));
-        let dependence = Dependence { batch, replicates: None };
-        Comparison::of(quantity, dependence, baseline, other)
+        Comparison::of(quantity, of(studies[0]).of_pairs(of(study)), baseline, other)
     };
     ControlFlow::Continue(others.iter().zip(&studies[1..]).map(compare).collect())
 }
@@ -169,8 +240,8 @@ pub fn compare<B>(
 mod tests {
     use super::*;
     use crate::fleet::quantity::quantity;
+    use crate::fleet::summary::SummaryBuilder;
     use crate::random::{Stream, Streams};
-    use crate::simulation::record::Outcome;
 
     const LITRES: &str = "consumption_l_per_100km";
 
@@ -220,6 +291,84 @@ mod tests {
         assert_eq!((c.cycles, c.pairs, c.a_failed, c.b_failed), (4, 2, 1, 2));
         assert_eq!((c.difference, c.ci95), (Some(0.0), Some([0.0, 0.0])));
         assert_eq!((c.variance_reduction, c.share_equal), (None, Some(1.0)));
+    }
+
+    const PER_TONNE: &str = "consumption_l_per_100tkm";
+
+    /// A cycle of 10 km: 10 t, or an empty trip.
+    fn trip(cycle_id: u64, litres: f64, loaded: bool) -> Record {
+        Record {
+            payload_kg: if loaded { 10_000.0 } else { 0.0 },
+            consumption_l_per_100tkm: loaded.then_some(litres / 10.0),
+            ..record(cycle_id, 10_000.0, litres)
+        }
+    }
+
+    #[test]
+    fn empty_trips_count_in_the_means_and_are_no_failures() {
+        let trips = |factor: f64| -> Vec<Record> {
+            (0..9).map(|id| trip(id, factor * (20.0 + id as f64), id % 3 > 0)).collect()
+        };
+        let (a, mut b) = (trips(1.0), trips(0.9));
+        let per_tonne = quantity(PER_TONNE).expect("known");
+        let c = Comparison::of(per_tonne, Dependence::default(), &a, &b);
+        // 216 l per 100 km of nine cycles over six loads of 10 t
+        let mut run = SummaryBuilder::default();
+        run.add(&a);
+        let mean = run.finish().statistic(PER_TONNE).expect("reported").mean;
+        assert!((c.a.expect("pairs") - 3.6).abs() < 1e-12, "{c:?}");
+        assert!((mean.expect("cycles") - 3.6).abs() < 1e-12, "a run says the same");
+        assert!((c.b.expect("pairs") - 3.24).abs() < 1e-12, "{c:?}");
+        assert_eq!((c.pairs, c.pairs_without_value, c.a_failed, c.b_failed), (9, 3, 0, 0));
+        assert_eq!((c.share_a_lower, c.share_equal), (Some(0.0), Some(0.0)));
+        b[0].outcome = Outcome::Stalled;
+        let c = Comparison::of(per_tonne, Dependence::default(), &a, &b);
+        assert_eq!((c.pairs, c.pairs_without_value, c.a_failed, c.b_failed), (8, 2, 0, 1));
+    }
+
+    #[test]
+    fn what_differs_by_rounding_is_the_same() {
+        let a: Vec<Record> = (0..9).map(|id| record(id, 1.0, 20.0 + id as f64)).collect();
+        let times = |factor: f64| -> Vec<Record> {
+            let litres = |k: usize| if k.is_multiple_of(2) { factor } else { 1.0 / factor };
+            (0..9).map(|k| record(k as u64, 1.0, (20.0 + k as f64) * litres(k))).collect()
+        };
+        let rounded = compared(&a, &times(1.0 + 5e-6));
+        assert_eq!((rounded.share_a_lower, rounded.share_equal), (Some(0.0), Some(1.0)));
+        assert_eq!(rounded.variance_reduction, None);
+        let other = compared(&a, &times(1.0 + 1e-4));
+        assert_eq!((other.share_a_lower, other.share_equal), (Some(5.0 / 9.0), Some(0.0)));
+        assert!(other.variance_reduction.is_some());
+    }
+
+    #[test]
+    fn the_interval_with_parameters_covers_the_difference_under_another_draw_of_them() {
+        // 8 replicates of 20 pairs: B = A + 1 + what the replicate's parameters do + a little of its own
+        const RUNS: u32 = 2000;
+        let dependence = Dependence { replicates: Some(8), ..Dependence::default() };
+        let (mut covered, mut sampling) = (0, 0);
+        for run in 0..RUNS {
+            let mut draws = Streams::new(1, u64::from(run)).open(Stream::CurveResidual);
+            let shifts: Vec<f64> = (0..8).map(|_| 1.0 + 0.5 * draws.normal()).collect();
+            let truth = 1.0 + 0.5 * draws.normal();
+            let (a, b): (Vec<_>, Vec<_>) = (0..160)
+                .map(|id| {
+                    let litres = 30.0 + 3.0 * draws.normal();
+                    let other = litres + shifts[(id % 8) as usize] + 0.2 * draws.normal();
+                    (record(id, 1.0, litres), record(id, 1.0, other))
+                })
+                .unzip();
+            let c = Comparison::of(quantity(LITRES).expect("known"), dependence, &a, &b);
+            let uncertain = c.parameter_uncertainty.expect("20 pairs a replicate");
+            assert_eq!((uncertain.column, uncertain.replicates), (LITRES, 8));
+            let holds = |[low, high]: [f64; 2]| u32::from(low <= truth && truth <= high);
+            covered += holds(uncertain.ci95);
+            sampling += holds(c.ci95.expect("160 pairs"));
+        }
+        let share = f64::from(covered) / f64::from(RUNS);
+        let standard_error = libm::sqrt(0.95 * 0.05 / f64::from(RUNS));
+        assert!((share - 0.95).abs() < 4.0 * standard_error, "{share}");
+        assert!(sampling < RUNS / 2, "sampling alone is not the whole: {sampling} of {RUNS}");
     }
 
     #[test]

@@ -32,6 +32,17 @@ impl Dependence {
         }
     }
 
+    /// That of pairs of cycles of two studies, which depend on one another where the cycles of either study do. Where both
+    /// have replicates, and not as many, their pairs share none.
+    #[must_use]
+    pub fn of_pairs(self, other: Self) -> Self {
+        let replicates = match (self.replicates, other.replicates) {
+            (Some(a), Some(b)) if a != b => None,
+            (a, b) => a.or(b),
+        };
+        Self { batch: self.batch.max(other.batch), replicates }
+    }
+
     /// Totals (Σ y, Σ x) of each batch, from (cycle id, y, x) in the order of the ids.
     pub fn batch_totals(self, cycles: impl Iterator<Item = (u64, f64, f64)>) -> Vec<(f64, f64)> {
         let mut totals: Vec<(f64, f64)> = Vec::new();
@@ -67,6 +78,14 @@ mod tests {
         assert_eq!(totals(4), [(13.0, 2.0), (29.0, 3.0), (12.0, 1.0)]);
         assert_eq!(totals(1).len(), 6);
         assert_eq!(totals(100), [(54.0, 6.0)]);
+    }
+
+    #[test]
+    fn pairs_depend_as_the_cycles_of_either_study_do() {
+        let of = |batch, replicates| Dependence { batch, replicates };
+        assert_eq!(of(16, None).of_pairs(of(1, Some(64))), of(16, Some(64)));
+        assert_eq!(of(1, Some(64)).of_pairs(of(1, Some(64))), of(1, Some(64)));
+        assert_eq!(of(1, Some(64)).of_pairs(of(1, Some(32))), of(1, None));
     }
 
     /// A fleet of cycles that spread evenly: litres are 30, what the driver does (all of it explained by the spread draws)

@@ -20,7 +20,7 @@ use std::ops::ControlFlow;
 /// Shares of the variance in a crossed design of cycles and drivers.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct TwoWay {
-    /// Cycles that every driver completed.
+    /// Cycles that every driver completed and that have the quantity with each of them.
     pub cycles: u64,
     /// Drivers.
     pub drivers: u64,
@@ -68,7 +68,7 @@ impl TwoWay {
 }
 
 /// Drives the plan's cycles with each of so many drivers, and splits the variance. A cycle that one of them does not
-/// complete is left out. Without a quantity that of the consumption.
+/// complete, or that has no value with one of them, is left out. Without a quantity that of the consumption.
 ///
 /// `progress` receives the number of cycles driven so far, of `plan.cycles` × `drivers`; breaking ends the analysis.
 pub fn two_way<B>(

@@ -9,16 +9,22 @@
 //!
 //! Sources: A. Saltelli et al., *Computer Physics Communications* 181 (2010) 259, table 2 (b) and (f), the latter from
 //! M. J. W. Jansen, *Computer Physics Communications* 117 (1999) 35 \[PK\]. Intervals are percentiles of bootstrap samples
-//! of rows, or of batches of rows where those depend on one another ([`super::dependence`]). A row in which one cycle has failed is dropped whole. Estimates are reported as they are: one of a small
-//! share may be negative.
+//! of groups of rows: single rows where all are independent, batches of rows where those depend on one another
+//! ([`super::dependence`]), and whole replicates where the study has uncertain parameters. Rows `k` and `k` + G share
+//! their draw of those in both samples, so that only the G replicates are independent, and more rows of them do not tell
+//! more about the parameters. With both, replicates are drawn: that batches spread evenly only makes the truth better
+//! than the interval. Below [`LEAST_GROUPS`] groups there is no interval. A row in which one cycle has failed, or has no
+//! value, is dropped whole. Estimates are reported as they are: one of a small share may be negative.
 
 use super::dependence::Dependence;
+use super::quantile::quantile;
 use super::quantity::{Quantity, consumption};
 use super::run::{RunPlan, records};
 use crate::random::{Draws, Exchange, Factor, Stream, StreamSet};
-use crate::simulation::record::Record;
+use crate::simulation::record::{Outcome, Record};
 use crate::study::Study;
 use serde::Serialize;
+use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use thiserror::Error;
 
@@ -63,8 +69,14 @@ pub struct Sensitivity {
     pub column: &'static str,
     /// Rows of the design that count.
     pub rows: u64,
-    /// Rows that were dropped, because one of their cycles has failed or does not have the quantity.
+    /// Rows that were dropped: the failed ones, and those without a value.
     pub dropped_rows: u64,
+    /// Rows of which a cycle was not completed.
+    pub failed_rows: u64,
+    /// Rows of completed cycles, one of which has no value, as an empty trip has no litres per 100 tkm.
+    pub rows_without_value: u64,
+    /// Replicates of uncertain parameters that the rows share; none where the study takes its parameters for certain.
+    pub replicates: Option<u64>,
     /// Cycles that were driven.
     pub cycles: u64,
     /// Mean over the cycles of both samples, each counted once.
@@ -82,12 +94,12 @@ pub struct FactorShare {
     pub factor: &'static str,
     /// Share that it explains alone.
     pub first: f64,
-    /// 95 % interval.
-    pub first_ci95: [f64; 2],
+    /// 95 % interval; none below [`LEAST_GROUPS`] independent groups of rows.
+    pub first_ci95: Option<[f64; 2]>,
     /// Share that would be gone if it were fixed.
     pub total: f64,
-    /// 95 % interval.
-    pub total_ci95: [f64; 2],
+    /// 95 % interval; none below [`LEAST_GROUPS`] independent groups of rows.
+    pub total_ci95: Option<[f64; 2]>,
 }
 
 /// Why there are no shares.
@@ -122,14 +134,33 @@ pub enum SensitivityError {
 /// Fewest rows for which shares are estimated.
 pub const LEAST_ROWS: u64 = 10;
 
+/// Fewest independent groups of rows for which intervals are: resampled from fewer, they are far too narrow.
+pub const LEAST_GROUPS: usize = 10;
+
+/// Why a cycle has no output.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Missing {
+    NotCompleted,
+    NoValue,
+}
+
+/// What one cycle of the design gives.
+type Output = Result<f64, Missing>;
+
+fn output(quantity: &Quantity, record: &Record) -> Output {
+    let completed = record.outcome == Outcome::Completed;
+    let missing = if completed { Missing::NoValue } else { Missing::NotCompleted };
+    quantity.of_cycle(record).ok_or(missing)
+}
+
 /// Outputs of the design: those of A and B, and of each AB_i.
 #[derive(Clone, Debug)]
 struct Outputs {
     a: Vec<f64>,
     b: Vec<f64>,
     ab: Vec<Vec<f64>>,
-    /// Rows that depend on one another.
-    batches: Vec<Vec<usize>>,
+    /// Rows that depend on one another; groups of them do not.
+    groups: Vec<Vec<usize>>,
 }
 
 /// Drives the design, `plan.cycles` rows, and shares out the variance. Without a quantity that of the consumption.
@@ -152,8 +183,8 @@ pub fn sensitivity<B>(
     };
     let a = driven(StreamSet::NONE)?;
     let quantity = quantity.unwrap_or_else(|| consumption(&a));
-    let values = |records: &[Record]| -> Vec<Option<f64>> {
-        records.iter().map(|record| quantity.of_cycle(record)).collect()
+    let values = |records: &[Record]| -> Vec<Output> {
+        records.iter().map(|record| output(quantity, record)).collect()
     };
     let mut designs = vec![values(&a), values(&driven(StreamSet::ALL)?)];
     drop(a);
@@ -164,35 +195,50 @@ pub fn sensitivity<B>(
     ControlFlow::Continue(share_out(quantity.column, plan, dependence, groups, &designs))
 }
 
+/// The outputs of one row of the design. A cycle that was not completed counts before one without a value.
+fn whole(designs: &[Vec<Output>], row: usize) -> Result<Vec<f64>, Missing> {
+    let outputs = || designs.iter().map(|design| design[row]);
+    if outputs().any(|output| output == Err(Missing::NotCompleted)) {
+        return Err(Missing::NotCompleted);
+    }
+    outputs().collect()
+}
+
 /// Drops rows that are not complete, and estimates the shares.
 fn share_out(
     column: &'static str,
     plan: &RunPlan,
     dependence: Dependence,
     groups: &[FactorGroup],
-    designs: &[Vec<Option<f64>>],
+    designs: &[Vec<Output>],
 ) -> Result<Sensitivity, SensitivityError> {
-    let whole = |row: usize| designs.iter().map(|design| design[row]).collect::<Option<Vec<f64>>>();
+    let group_of = |cycle_id: u64| match dependence.replicates {
+        Some(replicates) => cycle_id % replicates,
+        None => cycle_id / dependence.batch,
+    };
+    let (mut failed_rows, mut rows_without_value) = (0, 0);
     let mut complete = Vec::new();
-    let mut batches: Vec<(u64, Vec<usize>)> = Vec::new();
+    let mut dependent: BTreeMap<u64, Vec<usize>> = BTreeMap::new();
     for row in 0..plan.cycles {
-        let Some(outputs) = whole(row as usize) else { continue };
-        let batch = (plan.first_cycle + row) / dependence.batch;
-        match batches.last_mut() {
-            Some((last, rows)) if *last == batch => rows.push(complete.len()),
-            _ => batches.push((batch, vec![complete.len()])),
+        match whole(designs, row as usize) {
+            Ok(outputs) => {
+                dependent.entry(group_of(plan.first_cycle + row)).or_default().push(complete.len());
+                complete.push(outputs);
+            }
+            Err(Missing::NotCompleted) => failed_rows += 1,
+            Err(Missing::NoValue) => rows_without_value += 1,
         }
-        complete.push(outputs);
     }
-    let batches: Vec<Vec<usize>> = batches.into_iter().map(|(_, rows)| rows).collect();
     let rows = complete.len() as u64;
-    let dropped = plan.cycles - rows;
+    let dropped_rows = failed_rows + rows_without_value;
     if rows < LEAST_ROWS {
-        return Err(SensitivityError::TooFewRows { column, rows, dropped });
+        return Err(SensitivityError::TooFewRows { column, rows, dropped: dropped_rows });
     }
+    let replicates = dependence.replicates.map(|_| dependent.len() as u64);
+    let dependent = dependent.into_values().collect();
     let design = |k: usize| complete.iter().map(|row| row[k]).collect::<Vec<f64>>();
     let ab = (2..designs.len()).map(design).collect();
-    let outputs = Outputs { a: design(0), b: design(1), ab, batches };
+    let outputs = Outputs { a: design(0), b: design(1), ab, groups: dependent };
     let (mean, variance) = outputs.moments();
     if !(variance > 0.0) {
         return Err(SensitivityError::NoSpread { column });
@@ -207,16 +253,27 @@ fn share_out(
     });
     let factors = factors.collect();
     let cycles = plan.cycles * designs.len() as u64;
-    Ok(Sensitivity { column, rows, dropped_rows: dropped, cycles, mean, variance, factors })
+    Ok(Sensitivity {
+        column,
+        rows,
+        dropped_rows,
+        failed_rows,
+        rows_without_value,
+        replicates,
+        cycles,
+        mean,
+        variance,
+        factors,
+    })
 }
 
 /// The estimates of one group.
 #[derive(Clone, Copy, Debug)]
 struct Share {
     first: f64,
-    first_ci95: [f64; 2],
+    first_ci95: Option<[f64; 2]>,
     total: f64,
-    total_ci95: [f64; 2],
+    total_ci95: Option<[f64; 2]>,
 }
 
 /// Terms of one row, outputs centred by the mean of the whole sample; the estimators are quotients of their sums.
@@ -282,11 +339,12 @@ impl Outputs {
         let all: Vec<usize> = (0..n).collect();
         let estimates = estimate(&all);
         let mut samples = vec![(Vec::new(), Vec::new()); estimates.len()];
-        for replicate in 0..BOOTSTRAP_SAMPLES {
-            let mut draws = Draws::new(seed, replicate, Stream::Bootstrap);
-            let count = self.batches.len();
+        let count = self.groups.len();
+        let bootstrap = if count < LEAST_GROUPS { 0 } else { BOOTSTRAP_SAMPLES };
+        for number in 0..bootstrap {
+            let mut draws = Draws::new(seed, number, Stream::Bootstrap);
             let drawn = (0..count).map(|_| (draws.uniform() * count as f64) as usize);
-            let rows: Vec<usize> = drawn.flat_map(|batch| self.batches[batch].clone()).collect();
+            let rows: Vec<usize> = drawn.flat_map(|group| self.groups[group].clone()).collect();
             for (sample, (first, total)) in samples.iter_mut().zip(estimate(&rows)) {
                 sample.0.push(first);
                 sample.1.push(total);
@@ -305,23 +363,24 @@ impl Outputs {
     }
 }
 
-/// 2.5 % and 97.5 % points of bootstrap estimates.
-fn percentiles(mut estimates: Vec<f64>) -> [f64; 2] {
+/// 2.5 % and 97.5 % points of bootstrap estimates, where there are any.
+fn percentiles(mut estimates: Vec<f64>) -> Option<[f64; 2]> {
     estimates.sort_unstable_by(f64::total_cmp);
-    [0.025, 0.975].map(|level| super::quantile::quantile(&estimates, level).unwrap_or(f64::NAN))
+    Some([quantile(&estimates, 0.025)?, quantile(&estimates, 0.975)?])
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::fleet::quantity::quantity;
     use std::f64::consts::PI;
 
     /// Outputs of a function of `D` independent uniforms under the design.
     fn outputs<const D: usize>(f: impl Fn([f64; D]) -> f64, rows: usize, seed: u64) -> Outputs {
         let mut first = Draws::new(seed, 0, Stream::Curve);
         let mut second = Draws::of_second_sample(seed, 0, Stream::Curve);
-        let batches = (0..rows).map(|row| vec![row]).collect();
-        let mut design = Outputs { a: Vec::new(), b: Vec::new(), ab: vec![Vec::new(); D], batches };
+        let groups = (0..rows).map(|row| vec![row]).collect();
+        let mut design = Outputs { a: Vec::new(), b: Vec::new(), ab: vec![Vec::new(); D], groups };
         for _ in 0..rows {
             let a: [f64; D] = std::array::from_fn(|_| first.uniform());
             let b: [f64; D] = std::array::from_fn(|_| second.uniform());
@@ -371,10 +430,11 @@ mod tests {
     ) {
         for seed in 1..=3 {
             for (i, share) in outputs(f, 4000, seed).shares(seed).into_iter().enumerate() {
-                for (estimate, [low, high], known) in [
+                for (estimate, ci95, known) in [
                     (share.first, share.first_ci95, first[i]),
                     (share.total, share.total_ci95, total[i]),
                 ] {
+                    let [low, high] = ci95.expect("4000 rows");
                     // half of a 95 % interval is 1.96 standard errors
                     let error = (high - low) / 3.92;
                     let off = (estimate - known).abs();
@@ -386,6 +446,11 @@ mod tests {
                 }
             }
         }
+    }
+
+    fn inside(ci95: Option<[f64; 2]>, known: f64) -> u64 {
+        let [low, high] = ci95.expect("enough rows");
+        u64::from(low <= known && known <= high)
     }
 
     #[test]
@@ -405,8 +470,6 @@ mod tests {
         let mut covered = 0;
         for seed in 0..RUNS {
             for (i, share) in outputs(g, 300, 1000 + seed).shares(seed).into_iter().enumerate() {
-                let inside =
-                    |[low, high]: [f64; 2], known: f64| u64::from(low <= known && known <= high);
                 covered += inside(share.first_ci95, first[i]) + inside(share.total_ci95, total[i]);
             }
         }
@@ -427,19 +490,76 @@ mod tests {
     fn rows_that_are_not_complete_are_dropped_whole_and_counted() {
         let plan = RunPlan::new(1, 0, 12, Some(1), None);
         let (alone, groups) = (Dependence::default(), &factor_groups()[..1]);
-        let column: Vec<Option<f64>> = (0..12).map(|k| Some(f64::from(k * k % 7))).collect();
+        let column: Vec<Output> = (0..12).map(|k| Ok(f64::from(k * k % 7))).collect();
         let mut designs = vec![column.clone(), column.clone(), column];
         designs[1].reverse();
-        designs[2][3] = None;
-        designs[0][4] = None;
+        designs[2][3] = Err(Missing::NotCompleted);
+        designs[0][4] = Err(Missing::NoValue);
         let found = share_out("x", &plan, alone, groups, &designs).expect("ten rows are left");
         assert_eq!((found.rows, found.dropped_rows, found.cycles), (10, 2, 36));
-        designs[0][5] = None;
+        assert_eq!((found.failed_rows, found.rows_without_value, found.replicates), (1, 1, None));
+        designs[1][4] = Err(Missing::NotCompleted);
+        let found = share_out("x", &plan, alone, groups, &designs).expect("ten rows are left");
+        assert_eq!((found.failed_rows, found.rows_without_value), (2, 0), "a failure counts first");
+        designs[0][5] = Err(Missing::NoValue);
         let error = share_out("x", &plan, alone, groups, &designs).expect_err("nine are left");
         assert_eq!(error, SensitivityError::TooFewRows { column: "x", rows: 9, dropped: 3 });
-        let same = vec![vec![Some(1.0); 12]; 3];
+        let same = vec![vec![Ok(1.0); 12]; 3];
         let error = share_out("x", &plan, alone, groups, &same).expect_err("nothing varies");
         assert_eq!(error, SensitivityError::NoSpread { column: "x" });
+    }
+
+    #[test]
+    fn an_empty_trip_is_not_a_cycle_that_failed() {
+        let per_tonne = quantity("consumption_l_per_100tkm").expect("known");
+        let loaded = Record { consumption_l_per_100tkm: Some(2.0), ..Record::default() };
+        let stalled = Record { outcome: Outcome::Stalled, ..loaded.clone() };
+        assert_eq!(output(per_tonne, &loaded), Ok(2.0));
+        assert_eq!(output(per_tonne, &Record::default()), Err(Missing::NoValue));
+        assert_eq!(output(per_tonne, &stalled), Err(Missing::NotCompleted));
+    }
+
+    /// Half of the variance is that of parameters which the cycles of a replicate share, the rest each cycle's own.
+    fn replicated(seed: u64, replicates: u64, dependence: Dependence) -> Sensitivity {
+        const ROWS: u64 = 400;
+        let mut draws = Draws::new(seed, 0, Stream::Curve);
+        let mut normals = |n: u64| -> Vec<f64> { (0..n).map(|_| draws.normal()).collect() };
+        let [first, second] = [normals(replicates), normals(replicates)];
+        let [own, other] = [normals(ROWS), normals(ROWS)];
+        let design = |shared: &[f64], own: &[f64]| -> Vec<Output> {
+            own.iter().enumerate().map(|(k, own)| Ok(shared[k % shared.len()] + own)).collect()
+        };
+        let designs = [design(&first, &own), design(&second, &other), design(&second, &own)];
+        let plan = RunPlan::new(seed, 0, ROWS, Some(1), None);
+        share_out("x", &plan, dependence, &factor_groups()[..1], &designs).expect("it varies")
+    }
+
+    #[test]
+    fn intervals_of_rows_that_share_their_parameters_are_those_of_whole_replicates() {
+        const RUNS: u64 = 100;
+        let covered = |dependence: Dependence| -> f64 {
+            let hits = (0..RUNS).map(|seed| {
+                let share = replicated(seed, 40, dependence).factors.remove(0);
+                inside(share.first_ci95, 0.5) + inside(share.total_ci95, 0.5)
+            });
+            hits.sum::<u64>() as f64 / (2 * RUNS) as f64
+        };
+        // percentile intervals of 40 groups cover a little less than 95 %; of single rows, about half
+        let whole = covered(Dependence { replicates: Some(40), ..Dependence::default() });
+        assert!((0.84..0.99).contains(&whole), "{whole}");
+        let rows = covered(Dependence::default());
+        assert!(rows < 0.75, "{rows}");
+    }
+
+    #[test]
+    fn few_replicates_have_shares_and_no_intervals() {
+        let of = |replicates| Dependence { replicates: Some(replicates), ..Dependence::default() };
+        let few = replicated(1, 4, of(4));
+        assert_eq!(few.replicates, Some(4));
+        assert_eq!((few.factors[0].first_ci95, few.factors[0].total_ci95), (None, None));
+        let enough = replicated(1, 10, of(10));
+        assert_eq!(enough.replicates, Some(10));
+        assert!(enough.factors[0].first_ci95.is_some());
     }
 
     #[test]

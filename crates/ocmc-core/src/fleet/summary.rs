@@ -84,7 +84,8 @@ impl Serialize for Outcomes {
 }
 
 /// The mean of the fleet if each cycle that was not completed had been as long as the mean completed one and had
-/// consumed, per distance, as much as the worst completed one.
+/// consumed, per distance, as much as the worst completed one; as much as its own record shows, where that is more. A
+/// record holds what was driven until the cycle failed: one that failed within its first metres shows a large value.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct WorstCase {
     /// Name of the quantity: the fleet's consumption.
@@ -144,6 +145,8 @@ pub struct SummaryBuilder {
     saturation: Saturation,
     /// Completed cycles.
     rows: usize,
+    /// Per cycle that was not completed, the consumptions that its record shows.
+    failed: Vec<[Option<f64>; CONSUMPTIONS.len()]>,
     /// Per completed cycle.
     extents: Vec<Extent>,
     /// Which cycles depend on one another.
@@ -170,6 +173,8 @@ impl SummaryBuilder {
             self.saturation.add(record);
             if record.outcome == Outcome::Completed {
                 self.add_completed(record);
+            } else {
+                self.failed.push(CONSUMPTIONS.map(|column| shown(column, record)));
             }
         }
     }
@@ -294,13 +299,21 @@ impl SummaryBuilder {
         if failed as f64 <= WORST_CASE_SHARE * self.cycles as f64 {
             return None;
         }
-        let column = CONSUMPTIONS.into_iter().find(|column| !self.values_of(column).is_empty())?;
+        let choice = CONSUMPTIONS.iter().position(|column| !self.values_of(column).is_empty())?;
+        let column = CONSUMPTIONS[choice];
         let place = QUANTITIES.iter().position(|quantity| quantity.column == column)?;
         let worst = self.values[place].iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let (completed, failed) = (self.rows as f64, failed as f64);
-        let mean = (completed * means[place]?.ratio + failed * worst) / (completed + failed);
-        Some(WorstCase { column, cycles: self.outcomes.failed(), mean })
+        let own = |shown: &[Option<f64>; CONSUMPTIONS.len()]| shown[choice].unwrap_or(worst);
+        let others: f64 = self.failed.iter().map(|shown| own(shown).max(worst)).sum();
+        let (completed, cycles) = (self.rows as f64, self.cycles as f64);
+        let mean = (completed * means[place]?.ratio + others) / cycles;
+        Some(WorstCase { column, cycles: failed, mean })
     }
+}
+
+/// The finite value that a record shows, however its cycle ended.
+fn shown(column: &str, record: &Record) -> Option<f64> {
+    (quantity(column)?.value)(record).filter(|value| value.is_finite())
 }
 
 #[cfg(test)]
@@ -380,9 +393,26 @@ mod tests {
         assert_eq!(summary.outcomes.of(Outcome::Stalled), 1);
         assert_eq!(summary.outcomes.failed(), 1);
         assert_eq!(summary.statistic(LITRES).expect("reported").mean, Some(30.0));
-        // (2 × 30 + 1 × 40) / 3
+        // (2 × 30 + 1 × 900) / 3
         let worst = summary.worst_case.expect("a third has failed");
-        assert!((worst.mean - 100.0 / 3.0).abs() < 1e-12);
+        assert_eq!((worst.column, worst.cycles), (LITRES, 1));
+        assert!((worst.mean - 320.0).abs() < 1e-12, "{worst:?}");
+    }
+
+    #[test]
+    fn the_worst_case_is_no_better_than_what_the_failed_cycles_show() {
+        let failed = |id, litres: Option<f64>| Record {
+            outcome: Outcome::Depleted,
+            consumption_l_per_100km: litres,
+            ..record(id, 5.0, 0.0)
+        };
+        let shown = [Some(35.0), Some(60.0), Some(f64::INFINITY), None];
+        let mut records = vec![record(0, 10.0, 20.0), record(1, 10.0, 40.0)];
+        records.extend((2..).zip(shown).map(|(id, litres)| failed(id, litres)));
+        let worst = summary(&records).worst_case.expect("four of six have failed");
+        // the worst completed one, 40, for each of them but the one that shows more: (2 × 30 + 3 × 40 + 60) / 6
+        assert_eq!(worst.cycles, 4);
+        assert!((worst.mean - 40.0).abs() < 1e-12, "{worst:?}");
     }
 
     #[test]
