@@ -47,7 +47,9 @@ fn each_part_matters_in_the_right_direction() {
     assert!(equal.iter().all(|r| r.payload_kg == equal[0].payload_kg));
     // equal drivers and equal trucks
     let equal = without("driver_spread");
-    assert!(equal.iter().all(|r| r.driver_kp == equal[0].driver_kp && r.driver_effect == Some(0.0)));
+    assert!(
+        equal.iter().all(|r| r.driver_kp == equal[0].driver_kp && r.driver_effect == Some(0.0))
+    );
     assert!(paired(&all, &equal, fuel).0 != 0.0);
     let equal = without("vehicle_spread");
     assert!(equal.iter().all(|r| r.drag_area_m2 == equal[0].drag_area_m2));
