@@ -24,8 +24,9 @@ impl<S: Simd> State<S> {
         let up_speed = self.speed * self.gear_speed_up;
         let up_line = accelerator * shift.up_pedal_radps + shift.up_speed_radps;
         let down_line = accelerator * shift.down_pedal_radps + shift.down_speed_radps;
-        let ready = self.speed.simd_gt(shift.minimum_speed_mps)
-            & !self.hold_left.max(self.shift_left).simd_gt(0.0);
+        let settled = !self.hold_left.max(self.shift_left).simd_gt(0.0);
+        let rolls = self.speed.simd_gt(shift.minimum_speed_mps);
+        let ready = rolls & settled;
 
         // the most that the engine could give there; how much it does, the strategy asks the curve
         let most = up_speed * (shared.traction.peak_torque_nm() * shift.power_share);
@@ -34,13 +35,13 @@ impl<S: Simd> State<S> {
         let over = speed.simd_gt(shift.overspeed_radps) & self.gear_speed_up.simd_gt(0.0);
         let has_down = self.gear_speed_down.simd_lt(FAR);
         // a truck that rolls to a stop with an open clutch shifts when it is driven again, not before
-        let pressed = accelerator.simd_gt(0.0);
-        let low = speed.simd_lt(down_line) & (closed | !self.gear_launches.simd_gt(0.0) & pressed);
+        let cannot_launch = !(closed | self.gear_launches.simd_gt(0.0)) & accelerator.simd_gt(0.0);
+        let low = speed.simd_lt(down_line) & (closed | cannot_launch);
         let kick = !self.kick_left.simd_gt(0.0)
             & speed.simd_lt(shift.kickdown_speed_radps)
             & (self.speed * self.gear_speed_down).simd_lt(shift.overspeed_radps);
         let down = has_down & slowing & (low | kick);
-        up | ready & (over | down)
+        up | ready & (over | down) | settled & !rolls & cannot_launch
     }
 
     /// Flag: the lane needs a look.

@@ -183,8 +183,10 @@ impl ShiftModel {
     ) -> usize {
         let gear = inputs.gear;
         let speed = |g: usize| gears[g].speed_ratio_per_m * inputs.speed_mps;
+        let cannot_launch = !inputs.closed && !gears[gear].launches && inputs.pedal > 0.0;
         if inputs.speed_mps <= self.minimum_speed_mps {
-            return gear;
+            // a truck that has rolled to rest in a high gear
+            return if cannot_launch { 0 } else { gear };
         }
         let up_line = self.up_speed_radps + self.up_pedal_radps * inputs.pedal;
         let strong = |g: usize| {
@@ -202,7 +204,7 @@ impl ShiftModel {
             return gear;
         }
         let low = speed(gear) < self.down_speed_radps + self.down_pedal_radps * inputs.pedal;
-        if low && (inputs.closed || (!gears[gear].launches && inputs.pedal > 0.0)) {
+        if low && (inputs.closed || cannot_launch) {
             // the highest gear that is above the upshift line, otherwise first gear
             let fits = (0..gear).rev().find(|&g| speed(g) >= up_line);
             return fits.unwrap_or(0);
@@ -221,9 +223,9 @@ impl ShiftModel {
 mod tests {
     use super::*;
 
-    #[test]
-    fn the_torque_behind_a_force_gives_that_force() {
-        let model: GearboxModel = serde_json::from_value(serde_json::json!({
+    /// One to launch in and one that is direct.
+    fn two_gears() -> GearboxModel {
+        serde_json::from_value(serde_json::json!({
             "ratio": [14.94, 1.0], "loss_torque_nm": 5.1, "direct_loss_share": 0.005,
             "indirect_loss_share": 0.02, "retarder_torque_nm": 10.0, "axle_ratio": 2.64,
             "axle_loss_torque_nm": 40.0, "axle_loss_share": 0.015,
@@ -235,7 +237,33 @@ mod tests {
                 "steep_slope": 0.05, "launch_gears": 1, "launch_speed_radps": 84.0,
                 "open_share": 0.9 }
         }))
-        .unwrap();
+        .unwrap()
+    }
+
+    #[test]
+    fn a_truck_at_rest_in_a_high_gear_is_driven_in_first() {
+        let model = two_gears();
+        let gears = model.gears(0.492);
+        let wanted = |pedal, closed| {
+            let (speed_mps, road_power_w) = (0.0, 0.0);
+            let inputs = ShiftInputs {
+                gear: 1,
+                speed_mps,
+                pedal,
+                slowing: false,
+                kickdown: false,
+                closed,
+                road_power_w,
+            };
+            model.shift.wanted_gear(&inputs, &gears, |_| 1000.0)
+        };
+        // without a pedal nobody wants to go, and a motor that hangs on the wheels needs no clutch
+        assert_eq!([wanted(0.5, false), wanted(0.0, false), wanted(0.5, true)], [0, 1, 1]);
+    }
+
+    #[test]
+    fn the_torque_behind_a_force_gives_that_force() {
+        let model = two_gears();
         for gear in model.gears(0.492) {
             for force_n in [-50_000.0, -300.0, -80.0, 0.0, 10.0, 4000.0, 90_000.0] {
                 let torque = model.input_torque_nm(&gear, 2.64 / 0.492, force_n);
