@@ -140,7 +140,7 @@ fn a_driver_who_has_come_to_rest_goes_on_however_slowly() {
 
 #[test]
 fn what_is_turned_off_is_off_on_a_route_that_keeps_it() {
-    let loaded = studies::load("field-truck", &["mission.length_m=10000"]).unwrap();
+    let loaded = studies::load("field-truck", &[] as &[&str]).unwrap();
     let tracks = operating_cycle::tracks(&loaded.study, &loaded.study.sample(1, 17).cycle);
     let mut bytes = Vec::new();
     operating_cycle::write_csv(&mut bytes, &tracks).unwrap();
