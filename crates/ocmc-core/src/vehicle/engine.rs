@@ -5,7 +5,7 @@
 //! last slope in torque. Below zero torque, fuel falls linearly from the map's value at 0 Nm to zero at the drag torque, and
 //! is zero below (overrun fuel cut).
 //!
-//! In the hot loop the pieces of the curves and the cells of the map are found by a [`PieceTable`].
+//! In the hot loop the pieces of the curves and the cells of the map are found by tables of bytes (`piece_table.rs`).
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
