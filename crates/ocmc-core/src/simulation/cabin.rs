@@ -391,8 +391,10 @@ impl Cabin {
         let road = &cycle.road;
         let share = |name: &str| {
             let wanted = study.road_types().iter().position(|n| n == name)?;
-            let lengths = road.sections.iter().filter(|s| s.road_type == wanted);
-            Some(lengths.map(|s| s.end_m - s.start_m).sum::<f64>() / road.length_m)
+            let sections = road.sections.iter().filter(|s| s.road_type == wanted);
+            // not `sum`: that of nothing is -0
+            let length_m = sections.fold(0.0, |sum, s| sum + (s.end_m - s.start_m));
+            Some(length_m / road.length_m)
         };
         let mut limit_sum = 0.0;
         for (k, sign) in road.signs.iter().enumerate() {

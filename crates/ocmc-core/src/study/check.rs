@@ -334,7 +334,7 @@ fn electric_vehicle(electric: &ElectricModel, require: &mut impl FnMut(bool, &st
 
 fn vehicle(model: &StudyModel, require: &mut impl FnMut(bool, &str, String, &str)) {
     let vehicle = &model.vehicle;
-    let total: f64 = vehicle.axles.iter().map(|a| a.load_share).sum();
+    let total = vehicle.axles.iter().fold(0.0, |sum, axle| sum + axle.load_share);
     require(
         (total - 1.0).abs() < 1e-3,
         "vehicle.axles",
