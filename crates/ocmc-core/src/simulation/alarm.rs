@@ -29,13 +29,13 @@ impl<S: Simd> State<S> {
         let ready = rolls & settled;
 
         // the most that the engine could give there; how much it does, the strategy asks the curve
-        let most = up_speed * (shared.traction.peak_torque_nm() * shift.power_share);
-        let strong = !most.simd_lt(road_power * shift.power_reserve);
+        let most = up_speed * shared.most_power_nm;
+        let strong = !most.simd_lt(road_power);
         let up = ready & !up_speed.simd_lt(up_line) & strong;
-        let over = speed.simd_gt(shift.overspeed_radps) & self.gear_speed_up.simd_gt(0.0);
+        let over = self.speed.simd_gt(self.too_fast);
         let has_down = self.gear_speed_down.simd_lt(FAR);
         // a truck that rolls to a stop with an open clutch shifts when it is driven again, not before
-        let cannot_launch = !(closed | self.gear_launches.simd_gt(0.0)) & accelerator.simd_gt(0.0);
+        let cannot_launch = !(closed | self.slips_below.simd_gt(0.0)) & accelerator.simd_gt(0.0);
         let low = speed.simd_lt(down_line) & (closed | cannot_launch);
         let kick = !self.kick_left.simd_gt(0.0)
             & speed.simd_lt(shift.kickdown_speed_radps)

@@ -103,6 +103,7 @@ impl Traction for BatteryElectric<'_> {
             free_speed: Lanes::splat(simd, 0.0),
             start_speed,
             inverse_mass: state.inverse_mass_closed,
+            engine_brake: Lanes::splat(simd, 0.0),
         }
     }
 
@@ -111,7 +112,7 @@ impl Traction for BatteryElectric<'_> {
         let model = &self.drive.model;
         let motor = &model.motor;
         let zero = Lanes::splat(at.speed.simd, 0.0);
-        let speed = at.speed * state.gear_speed;
+        let speed = at.engine_speed;
         let driving = at.accelerator * motor.drive_limits_nm(speed);
         let braking = model
             .braking_torques_nm(state.gear_speed, at.brake)

@@ -1,6 +1,5 @@
 //! The books of a step: what it adds to the totals of a cycle.
 
-use super::road_row::RoadRow;
 use super::state::{Shared, State, Total};
 use super::step::Stages;
 use super::traction::{Coupling, Traction, Turn};
@@ -15,9 +14,9 @@ const SMALLEST_FORCE_N: f64 = 1e-9;
 pub(super) struct Books<S: Simd> {
     pub added: [Lanes<S>; Total::COUNT],
     pub drag: Lanes<S>,
-    pub rolling: Lanes<S>,
-    pub grade: Lanes<S>,
+    /// Mean speed of the engine, and its speed at the end, in rad/s.
     pub engine_speed: Lanes<S>,
+    pub end_speed: Lanes<S>,
     pub engine_torque: Lanes<S>,
     pub store_rate: Lanes<S>,
 }
@@ -35,23 +34,22 @@ impl<S: Simd> State<S> {
         let (dt, dx) = (ending.dt, ending.dx);
         let simd = dt.simd;
         let Coupling { closed, free_speed, start_speed, .. } = decision.coupling;
+        let end_speed = self.engine_speed_at(ending.speed, &decision.coupling);
+        let mean_speed = (start_speed + end_speed) * half;
 
         let angle = closed.select(dx * self.gear_speed, dt * free_speed);
         let weight = ending.weight;
         let gearbox_torque = mix(weight, first.pull.gearbox_torque, second.pull.gearbox_torque);
         let auxiliary = mix(weight, first.pull.auxiliary_torque, second.pull.auxiliary_torque);
         let torque = gearbox_torque + auxiliary;
-        let mean_speed =
-            closed.select((self.speed + ending.speed) * self.gear_speed * half, free_speed);
         let jump = self.engine_speed * self.engine_speed - start_speed * start_speed;
         let drag = mix(weight, first.drag, second.drag);
-        let rolling = self.mass * decision.row[RoadRow::ROLLING];
-        let grade = self.mass * decision.row[RoadRow::GRADE];
         let engine_brake = mix(weight, first.pull.engine_brake, second.pull.engine_brake);
         let service_brake = mix(weight, first.pull.brake, second.pull.brake) - engine_brake;
-        let wheel = mix(weight, first.pull.wheel, second.pull.wheel);
+        let half_change = weight * (second.pull.wheel - first.pull.wheel);
+        let wheel = first.pull.wheel + half_change;
         // the mean of the positive part of a force that changes evenly
-        let wheel_end = mix(weight + weight, first.pull.wheel, second.pull.wheel);
+        let wheel_end = wheel + half_change;
         let positive = first.pull.wheel.max(0.0) + wheel_end.max(0.0);
         let twice = first.pull.wheel.abs() + wheel_end.abs();
         let driving = positive * positive / (twice + twice + SMALLEST_FORCE_N);
@@ -66,17 +64,16 @@ impl<S: Simd> State<S> {
         self.book(Total::Transmission, lost * dx, &mut added);
         self.book(Total::Shift, jump * (0.5 * shared.engine_inertia_kgm2), &mut added);
         self.book(Total::Drag, drag * dx, &mut added);
-        self.book(Total::Rolling, rolling * dx, &mut added);
-        self.book(Total::Grade, grade * dx, &mut added);
+        self.book(Total::Rolling, decision.rolling * dx, &mut added);
+        self.book(Total::Grade, decision.grade * dx, &mut added);
         self.book(Total::ServiceBrake, service_brake * dx, &mut added);
         self.book(Total::EngineBrake, engine_brake * dx, &mut added);
         self.book(Total::Wheel, driving * dx, &mut added);
         Books {
             added,
             drag,
-            rolling,
-            grade,
             engine_speed: mean_speed,
+            end_speed,
             engine_torque: torque,
             store_rate,
         }

@@ -136,8 +136,9 @@ impl Cabin {
         state.derivative_over_filter[lane] = gains.derivative / pid.derivative_filter_s;
         // T_t = r K_P / K_I, so that K_I (1 / (K_I T_t)) = K_I / (r K_P) for J; 0 without an integral part
         state.tracking[lane] = gains.integral / (pid.tracking_ratio * gains.proportional);
-        state.threshold[lane] = gains.threshold_mps.unwrap_or(-1.0);
-        state.holds_brake[lane] = if gains.holds_brake { 1.0 } else { 0.0 };
+        state.band_output[lane] = gains.proportional * shared.pedals.overspeed_band_mps;
+        state.threshold[lane] = gains.threshold_mps.unwrap_or(-FAR);
+        state.lowest_held[lane] = if gains.holds_brake { -FAR } else { 0.0 };
         let [twice_deceleration, twice_acceleration] = self.twice_changes;
         state.twice_deceleration[lane] = twice_deceleration;
         state.twice_acceleration[lane] = twice_acceleration;

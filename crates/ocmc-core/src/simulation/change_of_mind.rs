@@ -12,7 +12,7 @@ use fearless_simd::prelude::*;
 /// How far beyond the zero of a switching function a step goes, as a share of what is left of it.
 const PASSING: f64 = 2e-3;
 
-/// Where in a step something happens, as a quotient: it is made once, of the first of them.
+/// Where in a step something happens, as a quotient of two negative numbers: it is made once, of the first of them.
 #[derive(Clone, Copy)]
 struct Moment<S: Simd> {
     over: Lanes<S>,
@@ -20,13 +20,12 @@ struct Moment<S: Simd> {
 }
 
 impl<S: Simd> Moment<S> {
-    /// Where the line between two values rises through zero, and a little later, so that the change is seen; 1 where it does not.
+    /// Where the line between two values rises through zero; 1 where it does not.
     #[inline(always)]
-    fn of_rise([before, after]: [Lanes<S>; 2]) -> Self {
-        let one = Lanes::splat(before.simd, 1.0);
+    fn of_rise(before: Lanes<S>, after: Lanes<S>) -> Self {
+        let one = Lanes::splat(before.simd, -1.0);
         let rises = before.simd_lt(0.0) & after.simd_gt(0.0);
-        let part = after * PASSING - before;
-        Self { over: rises.select(part, one), under: rises.select(after - before, one) }
+        Self { over: rises.select(before, one), under: rises.select(before - after, one) }
     }
 
     #[inline(always)]
@@ -54,31 +53,37 @@ impl<S: Simd> State<S> {
     ) -> Lanes<S> {
         let first = &decision.control;
         let errors = [first.desired - self.speed, second.desired - ahead.speed];
-        let releases = decision.hold
-            & decision.held.simd_lt(0.0)
-            & !self.holds_brake.simd_gt(0.0)
-            & errors[0].simd_lt(errors[1]);
+        let releases =
+            decision.hold & decision.held.simd_lt(self.lowest_held) & errors[0].simd_lt(errors[1]);
         let shift = &shared.powertrain.shift;
-        let hold = Moment::of_rise([
-            self.hold_line(errors[0], decision.hold, releases),
-            self.hold_line(errors[1], decision.hold, releases),
-        ]);
-        let gear = Moment::of_rise([
+        let driver = Moment::of_rise(
+            self.driver_line(errors[0], releases, decision, first),
+            self.driver_line(errors[1], releases, decision, second),
+        );
+        let gear = Moment::of_rise(
             self.gear_line(self.speed, first.accelerator, shift),
             self.gear_line(ahead.speed, second.accelerator, shift),
-        ]);
-        let pedal = Moment::of_rise([first.pedal_line(first), second.pedal_line(first)]);
-        let earliest = hold.or_earlier(gear).or_earlier(pedal);
-        let mind = earliest.over / earliest.under;
+        );
+        let earliest = driver.or_earlier(gear);
+        let share = earliest.over / earliest.under;
+        // a little later, so that the change is seen
+        let mind = share - (share - 1.0) * PASSING;
         mark(mind);
         mind
     }
 
-    /// Rises through zero where a switched driver begins or ends to hold.
+    /// Rises through zero where a driver changes pedals or a switched one begins or ends to hold.
     #[inline(always)]
-    fn hold_line(&self, error: Lanes<S>, hold: Flags<S>, releases: Flags<S>) -> Lanes<S> {
-        let outside = error.abs() - self.threshold;
-        releases.select(error, hold.select(outside, -outside))
+    fn driver_line(
+        &self,
+        error: Lanes<S>,
+        releases: Flags<S>,
+        decision: &Decision<S>,
+        control: &Control<S>,
+    ) -> Lanes<S> {
+        let within = self.threshold - error.abs();
+        let held = releases.select(error, -within);
+        decision.hold.select(held, within.max(control.pedal_line(&decision.control)))
     }
 
     /// Rises through zero where the engine would reach the upshift line in the next gear, and where it falls below the

@@ -16,6 +16,8 @@ pub(super) struct Control<S: Simd> {
     pub demand: Lanes<S>,
     pub accelerator: Lanes<S>,
     pub brake: Lanes<S>,
+    /// What the brakes realise of the controller's output, without its sign.
+    pub braking: Lanes<S>,
     pub integral_rate: Lanes<S>,
 }
 
@@ -45,7 +47,7 @@ impl<S: Simd> State<S> {
     ) -> (Lanes<S>, Lanes<S>) {
         let (row, before) = (&decision.row, decision.control.desired);
         let limit = row[RoadRow::LIMIT];
-        let backward_before = row[RoadRow::BACKWARD] + self.twice_deceleration * self.left;
+        let backward_before = decision.backward;
         let (desired, backward) = self.desired(row, left, shared);
         let begins = limit.simd_lt(backward_before) & backward.simd_lt(limit);
         // share of the step before the ramp
@@ -80,17 +82,18 @@ impl<S: Simd> State<S> {
         let accelerator = clip(output.min(allowed), 0.0, 1.0);
 
         // downhill, above a static limit, the driver lets the truck run up to the edge of a band
-        let edge = pull + self.proportional * pedals.overspeed_band_mps;
+        let edge = pull + self.band_output;
         let in_band = speed.simd_gt(pedals.overspeed_from_mps) & !backward.simd_lt(limit);
         let demand = in_band.select(output.max(edge), output);
-        let brake = clip(demand * -pedals.brake_scale, 0.0, 1.0);
-        let realised = accelerator - brake * shared.per_brake_scale;
+        let braking = clip(-demand, 0.0, shared.per_brake_scale);
+        let realised = accelerator - braking;
         Control {
             desired,
             output,
             demand,
             accelerator,
-            brake,
+            brake: (braking * pedals.brake_scale).min(1.0),
+            braking,
             integral_rate: self.integral_gain * error + self.tracking * (realised - output),
         }
     }

@@ -5,7 +5,7 @@ use super::state::{State, Total};
 use super::traction::{Book, Coupling, Demand, Pull, Traction, Turn};
 use crate::lanes::{Flags, Lanes, where_set};
 use crate::vehicle::engine::{Engine, EngineModel};
-use crate::vehicle::gearbox::GearboxModel;
+use crate::vehicle::gearbox::DrivelineLosses;
 use crate::vehicle::{DieselDrive, Vehicle, VehicleModel};
 use fearless_simd::prelude::*;
 
@@ -14,7 +14,7 @@ use fearless_simd::prelude::*;
 pub struct Diesel<'a> {
     engine: &'a Engine,
     model: &'a EngineModel,
-    gearbox: &'a GearboxModel,
+    losses: DrivelineLosses,
     /// Engine speed while the clutch slips, in rad/s.
     launch_radps: f64,
     /// Idle speed, in rad/s.
@@ -23,8 +23,6 @@ pub struct Diesel<'a> {
     open_radps: f64,
     /// Engine-brake torque for each rad/s, in Nm s.
     engine_brake_nms: f64,
-    /// Axle ratio over wheel radius, in 1/m.
-    axle_per_m: f64,
 }
 
 impl<'a> Diesel<'a> {
@@ -34,12 +32,11 @@ impl<'a> Diesel<'a> {
         Self {
             engine: &drive.engine,
             model,
-            gearbox,
+            losses: gearbox.losses(gearbox.axle_ratio / vehicle.wheel_radius_m),
             launch_radps: gearbox.shift.launch_speed_radps,
             idle_radps: model.idle_speed_radps,
             open_radps: gearbox.shift.open_share * model.idle_speed_radps,
             engine_brake_nms: vehicle.brakes.engine_brake_nms(),
-            axle_per_m: gearbox.axle_ratio / vehicle.wheel_radius_m,
         }
     }
 }
@@ -81,7 +78,7 @@ impl Traction for Diesel<'_> {
     fn couple<S: Simd>(&self, state: &mut State<S>, accelerator: Lanes<S>) -> Coupling<S> {
         let speed = state.speed * state.gear_speed;
         let pressed = accelerator.simd_gt(0.0);
-        let slips = speed.simd_lt(self.launch_radps) & state.gear_launches.simd_gt(0.0) & pressed;
+        let slips = speed.simd_lt(state.slips_below) & pressed;
         let slow = speed.simd_lt(self.open_radps);
         let closed = !(slips | slow);
         let shifting = state.shift_left.simd_gt(0.0);
@@ -91,13 +88,14 @@ impl Traction for Diesel<'_> {
             .select(Lanes::splat(simd, self.launch_radps), Lanes::splat(simd, self.idle_radps));
         let start_speed = closed.select(speed, free_speed);
         let inverse_mass = closed.select(state.inverse_mass_closed, state.inverse_mass_open);
+        let engine_brake = where_set(engaged, state.gear_speed * self.engine_brake_nms);
         state.curves = self.engine.curves_at(start_speed);
-        Coupling { closed, engaged, free_speed, start_speed, inverse_mass }
+        Coupling { closed, engaged, free_speed, start_speed, inverse_mass, engine_brake }
     }
 
     #[inline(always)]
     fn pull<S: Simd>(&self, state: &State<S>, at: &Demand<S>, coupling: &Coupling<S>) -> Pull<S> {
-        let engine_speed = coupling.closed.select(at.speed * state.gear_speed, coupling.free_speed);
+        let engine_speed = at.engine_speed;
         // the clutch opens at the next step: until then an engine that is braked below turns no slower for its auxiliaries
         let turning = engine_speed.max(self.open_radps);
         // one division serves the torque of the auxiliaries and the angle of the wind
@@ -107,14 +105,16 @@ impl Traction for Diesel<'_> {
         let full_load = full_0 + full_1 * engine_speed;
         let drag_torque = drag_0 + drag_1 * engine_speed;
         let command = drag_torque + at.accelerator * (full_load - drag_torque);
-        let available = (at.torque + at.follow * command).max(drag_torque).min(full_load);
+        let reached = match at.follow {
+            Some(follow) => at.torque + follow * command,
+            None => at.torque,
+        };
+        let available = reached.max(drag_torque).min(full_load);
         let auxiliary_torque = state.auxiliary_power * at.air * inverse;
         let gearbox_torque = where_set(coupling.engaged, available - auxiliary_torque);
 
-        let (ratio, loss_share) = (state.gear_ratio, state.gear_loss);
-        let wheel = self.gearbox.wheel_forces_n(ratio, loss_share, self.axle_per_m, gearbox_torque);
-        let reach = engine_speed * state.gear_speed * self.engine_brake_nms;
-        let engine_brake = at.brake.min(where_set(coupling.engaged, reach));
+        let wheel = self.losses.wheel_forces_n(state.gear_speed, state.gear_loss, gearbox_torque);
+        let engine_brake = at.brake.min(engine_speed * coupling.engine_brake);
         Pull {
             command,
             full_load,

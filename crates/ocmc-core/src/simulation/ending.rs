@@ -14,8 +14,6 @@ pub(super) struct Ending<S: Simd> {
     pub too_long: Flags<S>,
     /// Flag: where a mind changes.
     pub jumps: Flags<S>,
-    /// Flag: at the end of the segment.
-    pub reaches: Flags<S>,
     /// Share that the second stage has in the means over the step.
     pub weight: Lanes<S>,
     pub dt: Lanes<S>,
@@ -49,20 +47,21 @@ impl<S: Simd> State<S> {
         let free = first.acceleration + weight * change;
         let mean = self.speed.simd_gt(0.0).select(free, free.max(0.0));
         let way = dt * (self.speed + mean * dt * half);
-        let square = self.speed * self.speed + mean * self.left * 2.0;
+        let twice_left = self.left + self.left;
+        let square = self.speed * self.speed + mean * twice_left;
         let at_end = square.max(0.0).sqrt();
         let far = self.left.simd_lt(way) | ahead.to_end.simd_le(ahead.dt) & !jumps;
         let reaches = square.simd_gt(0.0) & far & !too_long;
         let timed = self.speed + mean * dt;
-        let rests = timed.simd_lt(0.0) & !reaches & !too_long;
-        let over = reaches.select(self.left * 2.0, rests.select(self.speed, dt));
+        let rests = timed.simd_lt(0.0) & !reaches;
+        let over = reaches.select(twice_left, rests.select(self.speed, dt));
         let under =
             reaches.select(self.speed + at_end, rests.select(-mean, Lanes::splat(dt.simd, 1.0)));
         let dt = over / under;
-        let timed = where_set(!(rests | reaches), self.speed + mean * dt);
+        let timed = where_set(!rests, self.speed + mean * dt);
         let speed = reaches.select(at_end, timed.max(0.0));
         let dx = reaches.select(self.left, dt * (self.speed + speed) * half);
         mark(speed);
-        Ending { too_long, jumps, reaches, weight, dt, dx, speed, acceleration: mean }
+        Ending { too_long, jumps, weight, dt, dx, speed, acceleration: mean }
     }
 }

@@ -7,15 +7,13 @@
 use crate::lanes::Lanes;
 use fearless_simd::Simd;
 
-/// How a quantity follows its leader over a step.
+/// How a quantity follows its leader over a step: with x the share (1 − exp(−x)) of a gap is x · inverse, its mean over the step
+/// over · inverse.
 #[derive(Clone, Copy)]
 pub(super) struct Following<S: Simd> {
-    /// Share of the way to where the leader was at the start, that is done at the end.
-    pub end: Lanes<S>,
-    /// The same on average over the step; also the share of the leader's change, at the end.
-    pub mean: Lanes<S>,
-    /// Share of the leader's change, on average over the step.
-    pub change: Lanes<S>,
+    x: Lanes<S>,
+    over: Lanes<S>,
+    inverse: Lanes<S>,
 }
 
 /// Of two time constants, given by their inverses in 1/s: one division serves both.
@@ -25,18 +23,30 @@ pub(super) fn following<S: Simd>(dt: Lanes<S>, per_s: [f64; 2]) -> [Following<S>
     let (over_x, over_y) = ((x * (1.0 / 12.0) + 0.5) * x, (y * (1.0 / 12.0) + 0.5) * y);
     let (under_x, under_y) = (over_x + 1.0, over_y + 1.0);
     let both = 1.0 / (under_x * under_y);
-    [Following::new(x, over_x, both * under_y), Following::new(y, over_y, both * under_x)]
+    let [inverse_x, inverse_y] = [both * under_y, both * under_x];
+    [
+        Following { x, over: over_x, inverse: inverse_x },
+        Following { x: y, over: over_y, inverse: inverse_y },
+    ]
 }
 
 impl<S: Simd> Following<S> {
-    // a closure would not be inlined, and without it no vector operation in it
+    /// How far it comes over the step, from the gap to its leader at the start and the leader's change.
     #[inline(always)]
-    fn new(x: Lanes<S>, over: Lanes<S>, inverse: Lanes<S>) -> Self {
-        Self {
-            end: x * inverse,
-            mean: over * inverse,
-            change: (x * (1.0 / 24.0) + 1.0 / 6.0) * x * inverse,
-        }
+    pub(super) fn way(self, gap: Lanes<S>, change: Lanes<S>) -> Lanes<S> {
+        (self.x * gap + self.over * change) * self.inverse
+    }
+
+    /// Twice the share of the gap at the start that it has come on average over the step.
+    #[inline(always)]
+    pub(super) fn twice_mean(self) -> Lanes<S> {
+        (self.over + self.over) * self.inverse
+    }
+
+    /// Twice the share of the leader's change that it has come on average over the step.
+    #[inline(always)]
+    pub(super) fn twice_mean_of_change(self) -> Lanes<S> {
+        (self.over - self.x * (1.0 / 6.0)) * self.inverse
     }
 }
 
@@ -55,7 +65,9 @@ mod tests {
     fn stepped(x: f64, other: f64) -> [f64; 3] {
         dispatch!(Level::baseline(), simd => {
             let [one, _] = following(Lanes::splat(simd, x), [1.0, other]);
-            [one.end[0], one.mean[0], one.change[0]]
+            let (none, unit) = (Lanes::splat(simd, 0.0), Lanes::splat(simd, 1.0));
+            assert!((one.way(none, unit)[0] - 0.5 * one.twice_mean()[0]).abs() < 1e-15);
+            [one.way(unit, none)[0], 0.5 * one.twice_mean()[0], 0.5 * one.twice_mean_of_change()[0]]
         })
     }
 

@@ -26,10 +26,16 @@ pub(super) struct Wish<S: Simd> {
 #[derive(Clone, Copy)]
 pub(super) struct Decision<S: Simd> {
     pub row: Row<S>,
+    /// Braking branch of the squared desired speed at the start.
+    pub backward: Lanes<S>,
     pub control: Control<S>,
     pub hold: Flags<S>,
     pub held: Lanes<S>,
     pub coupling: Coupling<S>,
+    /// Forces of the road, in N, and their sum: the same over the step.
+    pub rolling: Lanes<S>,
+    pub grade: Lanes<S>,
+    pub road: Lanes<S>,
 }
 
 /// Torques and forces of one stage.
@@ -48,7 +54,7 @@ pub(super) struct Ahead<S: Simd> {
     pub dt: Lanes<S>,
     pub speed: Lanes<S>,
     pub left: Lanes<S>,
-    /// Torque of the second stage, and what comes to it for each Nm of its command.
+    /// Torque of the second stage but for what comes to it for each Nm of its command, and that.
     pub torque: Lanes<S>,
     pub follow: Lanes<S>,
     pub integral: Lanes<S>,
@@ -108,8 +114,7 @@ impl<S: Simd> State<S> {
         // what is held is the output at the moment when holding began
         let held = self.holding.simd_gt(0.0).select(self.held, self.proportional * error);
         // a held brake is released when e >= 0, unless the driver holds as printed in the paper
-        let released = error.simd_lt(0.0).select(held, held.max(0.0));
-        let held = self.holds_brake.simd_gt(0.0).select(held, released);
+        let held = error.simd_lt(0.0).select(held, held.max(self.lowest_held));
         mark(path.0);
         Wish { row, path, hold, held }
     }
@@ -137,16 +142,21 @@ impl<S: Simd> State<S> {
         shared: &Shared<T>,
     ) -> Decision<S> {
         let coupling = shared.traction.couple(self, control.accelerator);
+        let Wish { row, path, hold, held } = wish;
+        let rolling = self.mass * row[RoadRow::ROLLING];
+        let grade = self.mass * row[RoadRow::GRADE];
+        let road = rolling + grade;
         mark(coupling.start_speed);
-        Decision { row: wish.row, control, hold: wish.hold, held: wish.held, coupling }
+        Decision { row, backward: path.1, control, hold, held, coupling, rolling, grade, road }
     }
 
     #[inline(always)]
     pub(super) fn pull<T: Traction>(
         &self,
         speed: Lanes<S>,
+        engine_speed: Lanes<S>,
         torque: Lanes<S>,
-        follow: Lanes<S>,
+        follow: Option<Lanes<S>>,
         control: &Control<S>,
         decision: &Decision<S>,
         shared: &Shared<T>,
@@ -154,13 +164,13 @@ impl<S: Simd> State<S> {
         let row = &decision.row;
         let relative = speed + row[RoadRow::HEAD_WIND];
         let cross = row[RoadRow::CROSS_WIND];
-        let full = shared.powertrain.model.brakes.full_deceleration_mps2;
         let demand = Demand {
             speed,
+            engine_speed,
             torque,
             follow,
             accelerator: control.accelerator,
-            brake: self.mass * (control.brake * full).min(row[RoadRow::GRIP]),
+            brake: self.mass * (control.braking * shared.brake_mps2).min(row[RoadRow::GRIP]),
             air: relative.max(1.0),
             cross,
         };
@@ -183,15 +193,12 @@ impl<S: Simd> State<S> {
         let cross = row[RoadRow::CROSS_WIND];
         let wind = &shared.powertrain.cross_wind;
         let tangent = pull.wind_tangent.min(wind.maximum_tangent);
-        let [c1, c2, c3, c4, c5] = wind.coefficients_m2;
-        let increment =
-            ((((tangent * c5 + c4) * tangent + c3) * tangent + c2) * tangent + c1) * tangent;
+        let [c1, c2, c3, c4] = wind.coefficients_m2;
+        let increment = (((tangent * c4 + c3) * tangent + c2) * tangent + c1) * tangent;
         let half_density = row[RoadRow::HALF_DENSITY];
         let drag = drag_forces_n(half_density, relative, cross, self.drag_area + increment);
 
-        let rolling = self.mass * row[RoadRow::ROLLING];
-        let grade = self.mass * row[RoadRow::GRADE];
-        let net = pull.wheel - drag - rolling - grade - pull.brake;
+        let net = pull.wheel - drag - decision.road - pull.brake;
         let acceleration = net * decision.coupling.inverse_mass;
         mark(acceleration);
         Forces { acceleration, drag, pull }
@@ -203,8 +210,8 @@ impl<S: Simd> State<S> {
         decision: &Decision<S>,
         shared: &Shared<T>,
     ) -> Pull<S> {
-        let none = Lanes::splat(self.speed.simd, 0.0);
-        self.pull(self.speed, self.torque, none, &decision.control, decision, shared)
+        let engine_speed = decision.coupling.start_speed;
+        self.pull(self.speed, engine_speed, self.torque, None, &decision.control, decision, shared)
     }
 
     #[inline(always)]
@@ -215,7 +222,15 @@ impl<S: Simd> State<S> {
         control: &Control<S>,
         shared: &Shared<T>,
     ) -> Pull<S> {
-        self.pull(ahead.speed, ahead.torque, ahead.follow, control, decision, shared)
+        let &Ahead { speed, torque, follow, .. } = ahead;
+        let engine_speed = self.engine_speed_at(speed, &decision.coupling);
+        self.pull(speed, engine_speed, torque, Some(follow), control, decision, shared)
+    }
+
+    /// Speed of the engine or motor at a speed of the truck.
+    #[inline(always)]
+    pub(super) fn engine_speed_at(&self, speed: Lanes<S>, coupling: &Coupling<S>) -> Lanes<S> {
+        coupling.closed.select(speed * self.gear_speed, coupling.free_speed)
     }
 
     /// How far the step may go, and the state there.
@@ -239,14 +254,11 @@ impl<S: Simd> State<S> {
         let [engine, filter] = following(dt, shared.per_lag_s);
         // so that the mean of both stages is the mean of the step
         let command = first.pull.command;
-        let torque = self.torque + (engine.mean + engine.mean) * (command - self.torque)
-            - (engine.change + engine.change) * command;
-        let follow = engine.change + engine.change;
+        let follow = engine.twice_mean_of_change();
+        let torque = self.torque + engine.twice_mean() * (command - self.torque) - follow * command;
         let rates = &decision.control;
         let integral = clamp_integral(self.integral + dt * rates.integral_rate, shared);
-        let filtered = self.filtered
-            + filter.end * (self.speed - self.filtered)
-            + filter.mean * (speed - self.speed);
+        let filtered = self.filtered + filter.way(self.speed - self.filtered, speed - self.speed);
         mark(torque);
         Ahead { to_end, dt, speed, left, torque, follow, integral, filtered }
     }

@@ -84,14 +84,18 @@ pub struct Shared<'a, T> {
     pub launch: f64,
     /// Inverse of the limiter's range, in s/m.
     pub per_limiter_range: f64,
-    /// Inverse of the brake pedal's scale.
+    /// Inverse of the brake pedal's scale: what the brakes realise of the controller's output, at most.
     pub per_brake_scale: f64,
+    /// Deceleration that the brakes give for each unit of it, in m/s².
+    pub brake_mps2: f64,
     /// Longest step of a truck whose acceleration changes, in s.
     pub short_step_s: f64,
     /// Longest step after a jump of the pedals, in s.
     pub step_after_jump_s: f64,
     /// Speed, in m/s, below which a truck that makes too little progress is for half of the time, at least.
     pub slow_mps: f64,
+    /// Torque, in Nm, that with an engine speed gives the highest road power, in W, with which a gear is strong enough.
+    pub most_power_nm: f64,
     /// Inverse time constants of the engine's torque and of the derivative filter, in 1/s.
     pub per_lag_s: [f64; 2],
 }
@@ -104,6 +108,8 @@ impl<'a, T: Traction> Shared<'a, T> {
         let simulation = &study.model().simulation;
         let torque_lag_s = traction.torque_lag_s();
         let launch_mps = study.model().driver.speed_change.launch_speed_mps;
+        let shift = &powertrain.shift;
+        let most_power_nm = traction.peak_torque_nm() * shift.power_share / shift.power_reserve;
         Self {
             engine_inertia_kgm2: traction.inertia_kgm2(),
             idle_radps: traction.idle_radps(),
@@ -115,9 +121,11 @@ impl<'a, T: Traction> Shared<'a, T> {
             launch: launch_mps * launch_mps,
             per_limiter_range: 1.0 / powertrain.model.limiter_range_mps,
             per_brake_scale: 1.0 / pedals.brake_scale,
+            brake_mps2: pedals.brake_scale * powertrain.model.brakes.full_deceleration_mps2,
             short_step_s: simulation.short_step_s(),
             step_after_jump_s: AFTER_JUMP * simulation.step_s,
             slow_mps: 2.0 * simulation.stall_distance_m / simulation.stall_time_s,
+            most_power_nm,
             per_lag_s: [1.0 / torque_lag_s, 1.0 / pedals.pid.derivative_filter_s],
         }
     }
@@ -162,12 +170,12 @@ pub struct State<S: Simd> {
     pub gear_speed_up: Lanes<S>,
     /// The same in the next lower gear; far above everything in first gear.
     pub gear_speed_down: Lanes<S>,
-    /// Gearbox ratio.
-    pub gear_ratio: Lanes<S>,
     /// Share of the input torque that the gearbox loses.
     pub gear_loss: Lanes<S>,
-    /// Flag: the clutch may slip in this gear.
-    pub gear_launches: Lanes<S>,
+    /// Engine speed below which the clutch may slip in this gear, in rad/s; 0 where it may not.
+    pub slips_below: Lanes<S>,
+    /// Speed above which the engine turns too fast in this gear, in m/s; none in the top gear.
+    pub too_fast: Lanes<S>,
     /// Inverse of the moving mass with the clutch closed, in 1/kg.
     pub inverse_mass_closed: Lanes<S>,
     /// Inverse of the moving mass without the engine, in 1/kg.
@@ -188,10 +196,12 @@ pub struct State<S: Simd> {
     pub derivative_over_filter: Lanes<S>,
     /// Anti-windup gain on J, 1/T_t, in 1/s.
     pub tracking: Lanes<S>,
-    /// Threshold of a switched driver, in m/s; below zero for a PID, which never holds.
+    /// K_P times the band of overspeed.
+    pub band_output: Lanes<S>,
+    /// Threshold of a switched driver, in m/s; far below zero for a PID, which never holds.
     pub threshold: Lanes<S>,
-    /// Flag: a held brake is held.
-    pub holds_brake: Lanes<S>,
+    /// Lowest output that is held where the desired speed is above the truck's: 0, or none where a held brake is held.
+    pub lowest_held: Lanes<S>,
     /// Twice the deceleration, in m/s².
     pub twice_deceleration: Lanes<S>,
     /// Twice the acceleration, in m/s².
@@ -229,9 +239,9 @@ impl<S: Simd> State<S> {
             gear_speed: all(gear.speed_ratio_per_m),
             gear_speed_up: zero,
             gear_speed_down: all(FAR),
-            gear_ratio: all(gear.ratio),
             gear_loss: all(gear.loss_share),
-            gear_launches: zero,
+            slips_below: zero,
+            too_fast: all(FAR),
             inverse_mass_closed: all(1e-3),
             inverse_mass_open: all(1e-3),
             mass: all(1e3),
@@ -242,8 +252,9 @@ impl<S: Simd> State<S> {
             integral_gain: zero,
             derivative_over_filter: zero,
             tracking: zero,
-            threshold: all(-1.0),
-            holds_brake: zero,
+            band_output: zero,
+            threshold: all(-FAR),
+            lowest_held: zero,
             twice_deceleration: all(1.0),
             twice_acceleration: all(1.0),
             curves: Curves { lines: [zero; 4], map_torque: zero },
@@ -285,9 +296,12 @@ impl<S: Simd> State<S> {
         self.gear_speed_up[lane] = gears.get(gear + 1).map_or(0.0, |up| up.speed_ratio_per_m);
         self.gear_speed_down[lane] =
             gear.checked_sub(1).map_or(FAR, |down| gears[down].speed_ratio_per_m);
-        self.gear_ratio[lane] = here.ratio;
         self.gear_loss[lane] = here.loss_share;
-        self.gear_launches[lane] = if here.launches { 1.0 } else { 0.0 };
+        let shift = &shared.powertrain.shift;
+        self.slips_below[lane] = if here.launches { shift.launch_speed_radps } else { 0.0 };
+        let is_top = gear + 1 == gears.len();
+        self.too_fast[lane] =
+            if is_top { FAR } else { shift.overspeed_radps / here.speed_ratio_per_m };
         let open = self.mass[lane] + shared.wheel_mass_kg;
         let engine = shared.engine_inertia_kgm2 * here.speed_ratio_per_m * here.speed_ratio_per_m;
         self.inverse_mass_open[lane] = 1.0 / open;

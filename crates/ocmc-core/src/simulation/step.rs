@@ -133,13 +133,13 @@ impl<S: Simd> State<S> {
         shared: &Shared<T>,
     ) -> StepView<S> {
         let Stages { decision, first, ahead, control: second_control, second, ending } = stages;
-        let Coupling { closed, engaged, free_speed, .. } = decision.coupling;
+        let Coupling { closed, engaged, .. } = decision.coupling;
         let (dt, dx, weight) = (ending.dt, ending.dx, ending.weight);
         let simd = dt.simd;
         let [engine, filter] = following(dt, shared.per_lag_s);
         let command = first.pull.command;
         let change = (weight + weight) * (second.pull.command - command);
-        let driven = (self.torque + engine.end * (command - self.torque) + engine.mean * change)
+        let driven = (self.torque + engine.way(command - self.torque, change))
             .max(second.pull.drag_torque)
             .min(second.pull.full_load);
         // the limits are those at the end of the step, which a step that is taken back has not come to
@@ -151,13 +151,12 @@ impl<S: Simd> State<S> {
                 + dt * mix(weight, first_control.integral_rate, second_control.integral_rate),
             shared,
         );
-        self.filtered +=
-            filter.end * (self.speed - self.filtered) + filter.mean * (ending.speed - self.speed);
+        self.filtered += filter.way(self.speed - self.filtered, ending.speed - self.speed);
         self.holding = where_set(decision.hold, Lanes::splat(simd, 1.0));
         self.held = decision.held;
         self.speed = ending.speed;
-        self.left = where_set(!ending.reaches, self.left - dx);
-        self.engine_speed = closed.select(ending.speed * self.gear_speed, free_speed);
+        self.left -= dx;
+        self.engine_speed = books.end_speed;
         self.shift_left = (self.shift_left - dt).max(0.0);
         self.hold_left = (self.hold_left - dt).max(0.0);
         let shift = &shared.powertrain.shift;
@@ -173,7 +172,7 @@ impl<S: Simd> State<S> {
         self.longest = ending.too_long.select(Lanes::splat(simd, shared.short_step_s), longest);
 
         let slowing = ending.acceleration.simd_lt(0.0);
-        let road_power = (books.drag + books.rolling + books.grade) * ending.speed;
+        let road_power = (books.drag + decision.road) * ending.speed;
         let wants_shift =
             self.wants_shift(second_control.accelerator, slowing, closed, road_power, shared);
         StepView {

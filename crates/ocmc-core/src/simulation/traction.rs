@@ -21,6 +21,8 @@ pub struct Coupling<S: Simd> {
     pub start_speed: Lanes<S>,
     /// Inverse of the moving mass, in 1/kg.
     pub inverse_mass: Lanes<S>,
+    /// Force of the engine brake for each rad/s, in N s.
+    pub engine_brake: Lanes<S>,
 }
 
 /// What the driver and the air ask of one stage.
@@ -28,10 +30,12 @@ pub struct Coupling<S: Simd> {
 pub struct Demand<S: Simd> {
     /// Speed of the truck, in m/s.
     pub speed: Lanes<S>,
+    /// Speed of the engine or motor, in rad/s.
+    pub engine_speed: Lanes<S>,
     /// Torque that the engine had reached, in Nm.
     pub torque: Lanes<S>,
-    /// What comes to it for each Nm of the command.
-    pub follow: Lanes<S>,
+    /// What comes to it for each Nm of the command; nothing in the first stage.
+    pub follow: Option<Lanes<S>>,
     /// Accelerator pedal.
     pub accelerator: Lanes<S>,
     /// Braking force that the driver wants, in N.

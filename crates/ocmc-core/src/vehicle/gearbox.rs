@@ -97,27 +97,50 @@ pub struct Gear {
     pub launches: bool,
 }
 
+/// Losses on the way from the gearbox's input to the wheels, those behind the gearbox as forces at the wheels.
+#[derive(Clone, Copy, Debug)]
+pub struct DrivelineLosses {
+    gearbox_nm: f64,
+    retarder_n: f64,
+    axle_n: f64,
+    axle_share: f64,
+}
+
+impl DrivelineLosses {
+    /// Forces at the wheels, in N, for torques at the gearbox's input, behind gearbox, retarder and axle.
+    ///
+    /// `per_m`: engine speed for each m/s in the gear, in rad/m; `loss_share`: what the gear loses.
+    #[inline(always)]
+    pub fn wheel_forces_n<S: Simd>(
+        &self,
+        per_m: Lanes<S>,
+        loss_share: Lanes<S>,
+        torque_nm: Lanes<S>,
+    ) -> Lanes<S> {
+        let shaft_nm = torque_nm - self.gearbox_nm - loss_share * torque_nm.abs();
+        let shaft_n = per_m * shaft_nm - self.retarder_n;
+        shaft_n - self.axle_n - shaft_n.abs() * self.axle_share
+    }
+}
+
 impl GearboxModel {
+    /// What is lost on the way to the wheels; `axle_per_m`: axle ratio over wheel radius, in 1/m.
+    pub fn losses(&self, axle_per_m: f64) -> DrivelineLosses {
+        DrivelineLosses {
+            gearbox_nm: self.loss_torque_nm,
+            retarder_n: self.retarder_torque_nm * axle_per_m,
+            axle_n: self.axle_loss_torque_nm * axle_per_m,
+            axle_share: self.axle_loss_share,
+        }
+    }
+
     /// Force at the wheels, in N, for a torque at the gearbox's input, behind gearbox, retarder and axle.
     pub fn wheel_force_n(&self, gear: &Gear, axle_per_m: f64, torque_nm: f64) -> f64 {
         dispatch!(Level::baseline(), simd => {
             let all = |value| Lanes::splat(simd, value);
-            self.wheel_forces_n(all(gear.ratio), all(gear.loss_share), axle_per_m, all(torque_nm))[0]
+            let (per_m, loss_share) = (all(gear.speed_ratio_per_m), all(gear.loss_share));
+            self.losses(axle_per_m).wheel_forces_n(per_m, loss_share, all(torque_nm))[0]
         })
-    }
-
-    /// The same for vehicles with their gears' ratios and loss shares.
-    #[inline(always)]
-    pub fn wheel_forces_n<S: Simd>(
-        &self,
-        ratio: Lanes<S>,
-        loss_share: Lanes<S>,
-        axle_per_m: f64,
-        torque_nm: Lanes<S>,
-    ) -> Lanes<S> {
-        let box_nm = torque_nm - self.loss_torque_nm - loss_share * torque_nm.abs();
-        let shaft = ratio * box_nm - self.retarder_torque_nm;
-        (shaft - self.axle_loss_torque_nm - shaft.abs() * self.axle_loss_share) * axle_per_m
     }
 
     /// Torque at the gearbox's input, in Nm, for a force at the wheels, in N: the inverse of [`GearboxModel::wheel_force_n`].
