@@ -46,13 +46,15 @@ impl<S: Simd> State<S> {
         // a truck at rest does not roll back: the brakes hold it, without work
         let free = first.acceleration + weight * change;
         let mean = self.speed.simd_gt(0.0).select(free, free.max(0.0));
-        let way = dt * (self.speed + mean * dt * half);
+        let timed = self.speed + mean * dt;
+        let way = dt * (self.speed + timed) * half;
         let twice_left = self.left + self.left;
         let square = self.speed * self.speed + mean * twice_left;
         let at_end = square.max(0.0).sqrt();
-        let far = self.left.simd_lt(way) | ahead.to_end.simd_le(ahead.dt) & !jumps;
+        // it is driven past, too, by a truck that comes to rest within the step, but behind it
+        let far =
+            self.left.simd_lt(way) | ahead.to_end.simd_le(ahead.dt) & !jumps | timed.simd_lt(0.0);
         let reaches = square.simd_gt(0.0) & far & !too_long;
-        let timed = self.speed + mean * dt;
         let rests = timed.simd_lt(0.0) & !reaches;
         let over = reaches.select(twice_left, rests.select(self.speed, dt));
         let under =
