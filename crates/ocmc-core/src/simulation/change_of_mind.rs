@@ -4,7 +4,7 @@
 use super::control::Control;
 use super::stage::{Ahead, Decision};
 use super::state::{Shared, State};
-use super::traction::Traction;
+use super::traction::{Coupling, Traction};
 use crate::lanes::{Flags, Lanes, mark};
 use crate::vehicle::gearbox::ShiftModel;
 use fearless_simd::prelude::*;
@@ -40,7 +40,7 @@ impl<S: Simd> Moment<S> {
 
 impl<S: Simd> State<S> {
     /// The share of the step after which a driver goes from one pedal to the other, a switched driver begins or ends to
-    /// hold, or an engine speed crosses a shifting line; 1 where none of it happens.
+    /// hold, an engine speed crosses a shifting line, or a slipping clutch has nothing left to slip; 1 where none of it happens.
     ///
     /// All of it is computed in every step: in a block of eight trucks it happens every other time, and no CPU foresees when.
     #[inline(always)]
@@ -61,8 +61,8 @@ impl<S: Simd> State<S> {
             self.driver_line(errors[1], releases, decision, second),
         );
         let gear = Moment::of_rise(
-            self.gear_line(self.speed, first.accelerator, shift),
-            self.gear_line(ahead.speed, second.accelerator, shift),
+            self.gear_line(self.speed, first.accelerator, &decision.coupling, shift),
+            self.gear_line(ahead.speed, second.accelerator, &decision.coupling, shift),
         );
         let earliest = driver.or_earlier(gear);
         let share = earliest.over / earliest.under;
@@ -87,14 +87,21 @@ impl<S: Simd> State<S> {
     }
 
     /// Rises through zero where the engine would reach the upshift line in the next gear, and where it falls below the
-    /// downshift line: it is far from the one where it is near the other.
+    /// downshift line: it is far from the one where it is near the other. With a clutch that is not closed, where the gear has
+    /// come to the engine's speed.
     #[inline(always)]
-    fn gear_line(&self, speed: Lanes<S>, accelerator: Lanes<S>, shift: &ShiftModel) -> Lanes<S> {
+    fn gear_line(
+        &self,
+        speed: Lanes<S>,
+        accelerator: Lanes<S>,
+        coupling: &Coupling<S>,
+        shift: &ShiftModel,
+    ) -> Lanes<S> {
+        let turns = speed * self.gear_speed;
         let up =
             speed * self.gear_speed_up - shift.up_speed_radps - accelerator * shift.up_pedal_radps;
-        let down =
-            accelerator * shift.down_pedal_radps + shift.down_speed_radps - speed * self.gear_speed;
-        up.max(down)
+        let down = accelerator * shift.down_pedal_radps + shift.down_speed_radps - turns;
+        coupling.closed.select(up.max(down), turns - coupling.free_speed)
     }
 }
 

@@ -111,7 +111,9 @@ impl Traction for Diesel<'_> {
         };
         let available = reached.max(drag_torque).min(full_load);
         let auxiliary_torque = state.auxiliary_power * at.air * inverse;
-        let gearbox_torque = where_set(coupling.engaged, available - auxiliary_torque);
+        let driving = where_set(coupling.engaged, available - auxiliary_torque);
+        // a slipping clutch takes nothing from wheels that turn slower than the engine
+        let gearbox_torque = coupling.closed.select(driving, driving.max(0.0));
 
         let wheel = self.losses.wheel_forces_n(state.gear_speed, state.gear_loss, gearbox_torque);
         let engine_brake = at.brake.min(engine_speed * coupling.engine_brake);
