@@ -12,6 +12,8 @@ const ROLLING_REFERENCE_K: f64 = 298.15;
 /// Distance from it beyond which the temperature coefficient is halved, in K: running tyres heat
 /// themselves (judgement).
 const ROLLING_FULL_RANGE_K: f64 = 15.0;
+/// Distance from it beyond which nothing changes, in K: without an end the factor has a pole (judgement).
+const ROLLING_WIDEST_RANGE_K: f64 = 60.0;
 /// Rain at which the wet term is complete, in m/s of water: 1 mm/h.
 const WET_RAIN_MPS: f64 = 1e-3 / 3600.0;
 /// Keeps the points apart by which the increment of cross wind becomes a polynomial.
@@ -79,8 +81,9 @@ pub fn drag_force_n(half_density: f64, relative_mps: f64, cross_mps: f64, area_m
 /// Rolling coefficient of the loaded vehicle on smooth, dry asphalt at 25 °C:
 /// RRC = Σ s_i RRC_i (s_i m g / (w_i F_i))^(β − 1), β = 0.9 (VECTO user manual, rolling resistance).
 pub fn rolling_coefficient(axles: &[AxleModel], mass_kg: f64, load_exponent: f64) -> f64 {
-    axles
-        .iter()
+    // an axle that is lifted carries nothing: nothing to a negative power would be no number
+    let on_the_road = axles.iter().filter(|axle| axle.load_share > 0.0);
+    on_the_road
         .map(|axle| {
             let load = axle.load_share * mass_kg * GRAVITY_MPS2 / (axle.tyres * axle.iso_load_n);
             axle.load_share * axle.iso_rolling_coefficient * libm::pow(load, load_exponent - 1.0)
@@ -88,12 +91,13 @@ pub fn rolling_coefficient(axles: &[AxleModel], mass_kg: f64, load_exponent: f64
         .sum()
 }
 
-/// Factor of temperature on rolling resistance, 1 / (1 + K (T − 25 °C)), with K halved beyond ±15 K.
+/// Factor of temperature on rolling resistance, 1 / (1 + K (T − 25 °C)), with K halved beyond ±15 K and no change beyond ±60 K.
 ///
 /// K = 0.006 1/K for truck tyres (ISO 28580, load index 122 and more; recalled). At 7 °C this is +11 %, an
 /// extrapolation of a correction meant for a few kelvin.
 pub fn rolling_temperature_factor(temperature_k: f64, coefficient_per_k: f64) -> f64 {
-    let difference = temperature_k - ROLLING_REFERENCE_K;
+    let difference = (temperature_k - ROLLING_REFERENCE_K)
+        .clamp(-ROLLING_WIDEST_RANGE_K, ROLLING_WIDEST_RANGE_K);
     let near = difference.clamp(-ROLLING_FULL_RANGE_K, ROLLING_FULL_RANGE_K);
     1.0 / (1.0 + coefficient_per_k * (near + 0.5 * (difference - near)))
 }
@@ -215,11 +219,20 @@ mod tests {
         // models.md section 14 runs this truck with 0.0058
         assert!((rolling_coefficient(&axles, 40_000.0, 0.9) - 0.0058).abs() < 5e-5);
         assert!(rolling_coefficient(&axles, 16_000.0, 0.9) > 0.0058);
+        // the last axle is lifted: the other two of the semitrailer carry its share
+        let mut lifted = axles.clone();
+        (lifted[2].load_share, lifted[3].load_share, lifted[4].load_share) = (0.275, 0.275, 0.0);
+        let more = rolling_coefficient(&lifted, 16_000.0, 0.9)
+            / rolling_coefficient(&axles, 16_000.0, 0.9);
+        assert!((0.97..1.0).contains(&more), "tyres with more load roll better: {more}");
     }
 
     #[test]
     fn cold_wet_and_rough_roads_roll_worse() {
         assert!((rolling_temperature_factor(298.15, 0.006) - 1.0).abs() < 1e-15);
+        // the coldest weather and the largest coefficient that a study may have
+        let coldest = rolling_temperature_factor(150.0, 0.02);
+        assert!(coldest == rolling_temperature_factor(238.15, 0.02) && coldest < 4.01);
         // closed-loop rule 20: about +11 % at 7 degC
         assert!((rolling_temperature_factor(280.15, 0.006) - 1.11).abs() < 0.005);
         assert!(rolling_wet_factor(WET_RAIN_MPS, false) > rolling_wet_factor(0.0, false));
