@@ -36,6 +36,15 @@ pub fn standard_gamma(draws: &mut Draws, shape: f64) -> f64 {
     }
 }
 
+/// Its logarithm, also where the number itself is too small for a double.
+pub fn log_standard_gamma(draws: &mut Draws, shape: f64) -> f64 {
+    if shape < 1.0 {
+        let boost = libm::log(draws.uniform()) / shape;
+        return boost + libm::log(standard_gamma(draws, shape + 1.0));
+    }
+    libm::log(standard_gamma(draws, shape))
+}
+
 /// Maximum likelihood: the mean, and the shape k of ln k − ψ(k) = ln(mean) − mean(ln x), by the iteration of
 /// T. P. Minka, "Estimating a gamma distribution" (2002), a Newton step on 1/k that converges within a few rounds.
 /// None without values, where one is not positive, or where all are equal.

@@ -91,6 +91,9 @@ pub enum Law {
 }
 
 impl Law {
+    /// Smallest shape of a beta law: below it a draw is 0 or `scale`, as good as always.
+    pub const LEAST_SHAPE: f64 = 1e-3;
+
     /// One draw.
     pub fn sample(&self, draws: &mut Draws) -> f64 {
         match self {
@@ -227,8 +230,10 @@ impl Law {
             Self::Gamma { mean, shape } | Self::Weibull { mean, shape } => {
                 positive("mean", *mean).or_else(|| positive("shape", *shape))
             }
-            Self::Beta { alpha, beta, scale } => positive("alpha", *alpha)
-                .or_else(|| positive("beta", *beta))
+            Self::Beta { alpha, beta, scale } => [("alpha", *alpha), ("beta", *beta)]
+                .into_iter()
+                .find(|(_, shape)| !(*shape >= Self::LEAST_SHAPE))
+                .map(|(name, shape)| (name, shape, "0.001 or more"))
                 .or_else(|| positive("scale", *scale)),
             Self::Mixture { weights, components } => {
                 weighted(weights, components.len()).or_else(|| {
