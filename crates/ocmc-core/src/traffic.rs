@@ -81,7 +81,9 @@ impl TrafficModel {
     /// Height of the day's peaks at an hour, 0 to 1.
     pub fn peak(&self, hour: f64) -> f64 {
         let bell = |centre: f64, width: f64| {
-            let z = (hour - centre) / width;
+            // the day's end is the next one's beginning
+            let away = hour - centre;
+            let z = (away - 24.0 * libm::round(away / 24.0)) / width;
             libm::exp(-0.5 * z * z)
         };
         let peak = bell(self.morning_peak_h, self.morning_width_h)
@@ -176,6 +178,10 @@ mod tests {
         assert!(model.speed_mps(at(7.5), 14.0) < model.speed_mps(at(2.0), 14.0));
         assert!((model.speed_mps(0.0, 14.0) - 14.0).abs() < 1e-12);
         assert!((model.speed_mps(0.13, 14.0) - 3.0).abs() < 1e-12);
+        // what an evening just before midnight has left over, the next day begins with
+        let late = TrafficModel { evening_peak_h: 23.9, ..self::tests::model() };
+        assert!((late.peak(0.0) - late.peak(23.8)).abs() < 1e-12);
+        assert!((late.peak(0.1) - late.peak(24.1)).abs() < 1e-12);
         // off peak, zero deviation: the share itself
         assert!((at(2.0) / 0.13 - 0.12).abs() < 1e-3);
     }
