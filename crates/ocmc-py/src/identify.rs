@@ -35,7 +35,8 @@ const MOST_STARTS: u64 = 4096;
 /// controller : {"pid", "switched"}
 ///     Controller that is fitted.
 /// speed_term : {"measured", "simulated", "none"}
-///     Speed that the objective compares with the set speed; the simulated one biases the gains.
+///     Speed that the objective compares with the set speed: the measured one, as the paper may mean, biases K_I, the
+///     simulated one as much; without this term the gains are unbiased.
 /// starts : int
 ///     Starts of the search for each event, at least 1.
 /// kp : tuple of float

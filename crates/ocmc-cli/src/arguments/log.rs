@@ -166,10 +166,10 @@ pub(crate) enum ControllerName {
 /// Speed terms, as typed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum SpeedTermName {
-    /// The measured speed
+    /// The measured speed, as the paper may mean; it biases K_I
     Measured,
-    /// The simulated speed; it biases the gains
+    /// The simulated speed; it biases K_I as much
     Simulated,
-    /// No speed term
+    /// No speed term; unbiased
     None,
 }
