@@ -1,4 +1,4 @@
-"""Runs on a Dask cluster (``pip install 'ocmc[dask]'``): the same bytes as one run on one machine.
+"""Runs on a Dask cluster (``pip install '.[dask]'``): the same bytes as one run on one machine.
 
 A run is cut into shards of consecutive cycles. A worker drives one shard on each of its threads, so that
 together they use the threads that the worker was given. The shards of a worker that is lost are driven again
@@ -17,7 +17,7 @@ from uuid import uuid4
 try:
     import distributed
 except ModuleNotFoundError as _error:
-    raise ModuleNotFoundError("ocmc.dask needs Dask: pip install 'ocmc[dask]'") from _error
+    raise ModuleNotFoundError("ocmc.dask needs Dask: pip install '.[dask]'") from _error
 
 from ocmc._ocmc import Run, Study, joined
 from ocmc._progress import progress as progress_of

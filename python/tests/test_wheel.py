@@ -66,7 +66,7 @@ def test_an_empty_environment_needs_no_more_than_numpy(python):
     assert quiet(python, "-c", script, cwd=python.parent) == "50\n"
     for name in ["plot", "dask"]:
         script = f"import ocmc\ntry:\n    ocmc.{name}\nexcept ModuleNotFoundError as error:\n    print(error)"
-        assert f"pip install 'ocmc[{name}]'" in quiet(python, "-c", script, cwd=python.parent)
+        assert f"pip install '.[{name}]'" in quiet(python, "-c", script, cwd=python.parent)
 
 
 def test_its_command_is_the_native_program(python):

@@ -1,4 +1,4 @@
-"""Pictures of runs, traces, fits and answers, with matplotlib (``pip install 'ocmc[plot]'``).
+"""Pictures of runs, traces, fits and answers, with matplotlib (``pip install '.[plot]'``).
 
 Each function draws into the axes that it is given or into new ones, and returns them. Axes carry units;
 speeds are in km/h, as people read them.
@@ -16,7 +16,7 @@ Examples
 try:
     import matplotlib as mpl  # noqa: F401 (only to say what is missing)
 except ModuleNotFoundError as _error:
-    raise ModuleNotFoundError("ocmc.plot needs matplotlib: pip install 'ocmc[plot]'") from _error
+    raise ModuleNotFoundError("ocmc.plot needs matplotlib: pip install '.[plot]'") from _error
 
 from ocmc.plot._comparison import comparison
 from ocmc.plot._consumption import consumption
