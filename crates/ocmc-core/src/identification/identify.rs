@@ -3,9 +3,9 @@
 //! min ∫ (a_p − â_p)² + (b_p − b̂_p)² + ((v_d − v) / 20 m/s)² dt
 //!
 //! over the gains and the set speed v_d, with the truck in closed loop and the slope as its input (paper, Eq. optimization). The
-//! paper does not say whether v in the last term is simulated or measured: with the simulated speed the term is not zero at
-//! the truth and pulls the gains, with the measured one it only draws v_d to the mean speed. All three, with none, can be
-//! chosen. The integral part at the start is estimated, too: no log tells it.
+//! paper does not say whether v in the last term is simulated or measured: either pulls the gains, the
+//! simulated speed since the term is not zero at the truth, the measured one by the set speed, which is estimated, too. Both, and none, can
+//! be chosen. The integral part at the start is estimated, too: no log tells it.
 //!
 //! The search starts from the best of many points (Sobol sequence, Owen-scrambled) within the box. Intervals are those of the profile: a parameter is moved away
 //! and held while all others follow, until the sum of squares has grown by 1.96² s². s is the standard deviation of the pedal residuals,
