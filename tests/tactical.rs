@@ -19,19 +19,30 @@ fn event_limit(kind: &EventKind, scenario: &Scenario) -> f64 {
     }
 }
 
+/// The last of some stretches that begins before a place.
+fn at<T>(stretches: &[T], begin: impl Fn(&T) -> f64, x: f64) -> &T {
+    stretches.iter().rev().find(|s| begin(s) <= x).expect("the first begins with the road")
+}
+
+/// The lower of sign and the road type's truck limit at a place, and the sign, in m/s.
+fn legal_and_sign(x: f64, study: &Study, scenario: &Scenario) -> (f64, f64) {
+    let road = &scenario.cycle.road;
+    let sign = at(&road.signs, |sign| sign.start_m, x).speed_mps;
+    let road_type = at(&road.sections, |section| section.start_m, x).road_type;
+    let truck_limit = study.operating_cycle().road().types()[road_type].truck_limit_mps;
+    (truck_limit.map_or(sign, |limit| limit.min(sign)), sign)
+}
+
 /// Speed squared that sign, traffic and curve allow at a place, written out again from the models: what holds is searched by position,
 /// the traffic goes by the sign (closed-loop rule 6), and the driver by the lower of sign and truck limit (rule 4).
 fn static_limit(x: f64, study: &Study, scenario: &Scenario) -> f64 {
     let (road, driver, models) = (&scenario.cycle.road, &scenario.driver, study.model());
-    let sign = road.signs.iter().rev().find(|sign| sign.start_m <= x).unwrap().speed_mps;
-    let section = road.sections.iter().find(|section| x < section.end_m).unwrap();
-    let truck_limit = study.operating_cycle().road().types()[section.road_type].truck_limit_mps;
-    let legal = truck_limit.map_or(sign, |limit| limit.min(sign));
+    let (legal, sign) = legal_and_sign(x, study, scenario);
     let wanted = driver.speed_limit.compliance * legal;
     let mut lowest = wanted.min(models.driver.speed_limit.maximum_speed_mps);
 
     let traffic = &models.traffic;
-    let here = scenario.cycle.traffic.iter().rev().find(|stretch| stretch.start_m <= x).unwrap();
+    let here = at(&scenario.cycle.traffic, |stretch| stretch.start_m, x);
     let ratio = here.density_per_m / (traffic.critical_share * traffic.jam_density_per_m);
     lowest = lowest.min((sign * (-0.5 * ratio * ratio).exp()).max(traffic.minimum_speed_mps));
 
@@ -86,12 +97,7 @@ fn the_free_flow_clock_counts_signs_and_standstills() {
             let scenario = study.sample(1, cycle_id);
             let (cycle, road) = (&scenario.cycle, &scenario.cycle.road);
             let waited: f64 = road.events.iter().filter_map(|e| e.kind.standstill_s()).sum();
-            let speed_at = |x: f64| {
-                let sign = road.signs.iter().rev().find(|sign| sign.start_m <= x).unwrap();
-                let section = road.sections.iter().find(|section| x < section.end_m).unwrap();
-                let kind = &study.operating_cycle().road().types()[section.road_type];
-                kind.truck_limit_mps.map_or(sign.speed_mps, |limit| limit.min(sign.speed_mps))
-            };
+            let speed_at = |x: f64| legal_and_sign(x, &study, &scenario).0;
             let driven = (0..10_000).map(|k| 1.0 / speed_at(f64::from(k) + 0.5)).sum::<f64>();
             let want = driven + waited;
             // a metre with a sign in it is counted wrong by a tenth of a second at most
