@@ -115,6 +115,47 @@ fn numbers_that_do_not_fit_say_what_is_inherited() {
 }
 
 #[test]
+fn keys_that_do_not_fit_together_say_what_would() {
+    for (line, message) in [
+        ("road.types.urban.minimum_length_m = 90000", "below mean_length_m"),
+        ("road.types.urban.next = { rural = 0.5 }", "a sum of 1 over the other road types"),
+        ("road.types.urban.next = { rural = 0.5, forest = 0.5 }", "another road type"),
+        ("road.types.urban.speed_signs.share = [1.0]", "one share for each sign"),
+        ("road.types.urban.ground = { gravel = 0.5 }", "a sum of 1"),
+        ("road.types.urban.topography.hill_length_m = 60", "above 4 times road.slope_step_m"),
+        ("traffic.types.forest = { off_peak_share = 0.1, peak_share = 0.1 }", "a road type of"),
+        ("mission.stops = { spacing_m = 20, dwell_s = 5 }", "50 to 5000000"),
+        ("road.net_climb_m = 9000", "at most the largest slope_limit"),
+        (
+            "driver.curve_speed.form = \"table\"\ndriver.curve_speed.table.exponent = [0.4]",
+            "trucks",
+        ),
+        ("driver.speed_limit.bump_minimum_mps = 15", "at most bump_maximum_mps"),
+        ("driver.pedals.pid.proportional_minimum = 3", "at most proportional_maximum"),
+        ("driver.pedals.pid.correlation = [0.9, 0.9, -0.9]", "a positive definite"),
+        ("vehicle.axles = []", "load shares with a sum of 1"),
+        ("study.drop = [\"vehicle.engine\"]", "an engine for the gearbox"),
+        ("study.drop = [\"vehicle.gearbox\"]", "a gearbox for the engine"),
+        ("study.drop = [\"vehicle.gearbox\", \"vehicle.engine\"]", "`engine` and `gearbox`, or"),
+        ("vehicle.gearbox.ratio = [1, 2]", "falling ratios"),
+        ("vehicle.gearbox.shift.start_gear = 13", "at most the number of gears"),
+        ("vehicle.gearbox.shift.launch_gears = 1", "only there the clutch slips"),
+        ("vehicle.gearbox.shift.launch_speed_radps = 50", "open_share times the idle speed"),
+        ("vehicle.engine.drag_torque_nm = [-10]", "as many as map_speed_radps"),
+        ("vehicle.engine.full_load_torque_nm = [10]", "as many as full_load_speed_radps"),
+    ] {
+        assert_says(line, &["mine.toml:", message]);
+    }
+    // a law draws some stops nearer than that: they are put there, and the study is none the worse
+    let stops = "mission.stops = { spacing_m = { distribution = \"exponential\", mean = 2000 }, dwell_s = 5 }";
+    let text = format!("study.base = \"field-truck\"\n{stops}\n");
+    assert!(study::load_text::<&str>("mine.toml", &text, &[]).is_ok());
+    // a road that goes up to where it may
+    let uphill = "study.base = \"field-truck\"\nroad.net_climb_m = 500\n";
+    assert!(study::load_text::<&str>("mine.toml", uphill, &[]).is_ok());
+}
+
+#[test]
 fn faults_within_laws_are_placed() {
     for (keys, message) in [
         ("mean = 1e5, s = 3", "`mission.length_m.s` is not a key"),
