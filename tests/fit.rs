@@ -423,3 +423,96 @@ fn traffic_of_detectors_makes_a_study_that_runs() {
     assert!((rural["peak_share"].as_f64().expect("a number") - 0.25).abs() < 1e-3);
     assert!(answer(&["--study", study, "--cycles", "2", "--quiet"]).contains("cycles"));
 }
+
+/// A log of 10 Hz at 20 m/s on hills of 3 %, with a curve of 100 m every 600 m; then as long once more without slope, yaw rate and
+/// limit, `gap_s` later.
+fn half_told_log(gap_s: Option<f64>) -> String {
+    let mut text = "time_s,speed_mps,yaw_rate_radps,limit_kmh,road_type,grade\n".to_owned();
+    for k in 0..9000 {
+        let time_s = f64::from(k) / 10.0;
+        let yaw = if time_s % 30.0 >= 25.0 { 0.2 } else { 0.0 };
+        let limit = if time_s < 450.0 { 70 } else { 50 };
+        let grade = 0.03 * (20.0 * time_s / 1000.0 * std::f64::consts::PI).cos();
+        let _ = writeln!(text, "{time_s},20,{yaw},{limit},rural,{grade}");
+    }
+    for k in 0..gap_s.map_or(0, |_| 9000) {
+        let time_s = 900.0 + gap_s.unwrap_or_default() + f64::from(k) / 10.0;
+        let _ = writeln!(text, "{time_s},20,,,rural,");
+    }
+    text
+}
+
+#[test]
+fn what_half_of_a_log_does_not_tell_is_not_taken_for_nothing() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let file = directory.path().join("log.csv");
+    let fitted = |text: &str| -> (Value, String) {
+        fs::write(&file, text).expect("a file");
+        let file = file.to_str().expect("UTF-8");
+        let (status, answer, notes) = run(&["fit", "operating-cycle", file, "--json"]);
+        assert_eq!(status, 0, "{notes}");
+        (serde_json::from_str(&answer).expect("JSON"), notes)
+    };
+    let value = |json: &Value, key: &str| -> f64 {
+        let parameters = json["types"][0]["parameters"].as_array().expect("a list").clone();
+        let of = parameters.iter().find(|parameter| parameter["key"] == key);
+        of.unwrap_or_else(|| panic!("{key}: {json}"))["value"].as_f64().expect("a number")
+    };
+    let keys = ["topography.slope_sd", "topography.hill_length_m", "curves.per_m"];
+    let (whole, _) = fitted(&half_told_log(None));
+    // another road, and the same one
+    for (gap_s, allowed) in [(60.0, 1e-9), (0.1, 0.01)] {
+        let (half, notes) = fitted(&half_told_log(Some(gap_s)));
+        for key in keys {
+            let (found, wanted) = (value(&half, key), value(&whole, key));
+            assert!((found / wanted - 1.0).abs() <= allowed, "{gap_s} s, {key}: {found} {wanted}");
+        }
+        let view = |json: &Value, key: &str| json["birds_eye"][key].as_f64().expect("a number");
+        let (found, wanted) = (view(&half, "curves_per_km"), view(&whole, "curves_per_km"));
+        assert!((found / wanted - 1.0).abs() < 0.01, "{found} {wanted}");
+        for part in [
+            "rows without slope or altitude: it goes on evenly over up to 200 m",
+            "9,000 rows without yaw rate",
+            "9,000 rows without a possible speed limit",
+        ] {
+            assert!(notes.contains(part), "{part}: {notes}");
+        }
+        if gap_s > 1.0 {
+            for face in ["speed_signs.share of 50", "speed_signs.share of 70"] {
+                assert!((value(&half, face) - value(&whole, face)).abs() < 1e-9, "{face}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_road_without_a_limit_has_no_sign_and_no_type() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let file = directory.path().join("log.csv");
+    // two roads of 4 km, a minute apart
+    let told = |header: &str, cells: [&str; 2]| {
+        let mut text = format!("time_s,speed_mps{header}\n");
+        for k in 0..400 {
+            let (at, part) = if k < 200 { (k, 0) } else { (k + 60, 1) };
+            let _ = writeln!(text, "{at},20{}", cells[part]);
+        }
+        fs::write(&file, text).expect("a file");
+        let (status, answer, notes) =
+            run(&["fit", "operating-cycle", file.to_str().expect("UTF-8")]);
+        assert_eq!(status, 0, "{notes}");
+        assert!(!answer.contains("share of 0 "), "{answer}");
+        (answer, notes)
+    };
+    let (answer, notes) = told(",limit_kmh", [",70", ","]);
+    assert!(answer.starts_with("1 operating cycles") && !answer.contains("motorway,"), "{answer}");
+    assert!(notes.contains("1 roads have neither road type nor speed limit"), "{notes}");
+    let (answer, notes) = told(",limit_kmh,road_type", [",70,rural", ",,urban"]);
+    assert!(
+        answer.contains("urban, ") && answer.contains("hilliness        not known"),
+        "{answer}"
+    );
+    assert!(notes.contains("urban: no speed limit is known on any of its roads"), "{notes}");
+    let (answer, notes) = told(",limit_kmh,road_type", [",50,rural", ",50,"]);
+    assert!(answer.contains("urban, "), "{answer}");
+    assert!(notes.contains("1 roads have no word in road_type"), "{notes}");
+}

@@ -240,6 +240,6 @@ fn the_roads_that_were_driven_come_back() {
     assert!((view.stops_per_km - stops).abs() < 4.0 * error, "{} {stops}", view.stops_per_km);
     assert_eq!(
         (view.hilliness, view.stop_density),
-        (Hilliness::PredominantlyFlat, Density::Medium)
+        (Some(Hilliness::PredominantlyFlat), Density::Medium)
     );
 }

@@ -61,18 +61,23 @@ fn words(class: &serde_json::Value) -> String {
 
 /// The classes and what they come from.
 pub(crate) fn birds_eye_text(view: &BirdsEye) -> String {
-    let [three, six, nine] = view.share_below.map(|share| 100.0 * share);
+    let unknown = || "not known".to_owned();
+    let hilliness = view.share_below.map_or_else(unknown, |shares| {
+        let [three, six, nine] = shares.map(|share| 100.0 * share);
+        let class = words(&json!(view.hilliness));
+        format!("{class}: below 3, 6, 9 % on {three:.1}, {six:.1}, {nine:.1} %")
+    });
+    let curves = view.curves_per_km.map_or_else(unknown, |per_km| {
+        format!("{}, {per_km:.2} per km", words(&json!(view.curve_density)))
+    });
     let mut text = format!(
-        "hilliness        {}: below 3, 6, 9 % on {three:.1}, {six:.1}, {nine:.1} %\n\
+        "hilliness        {hilliness}\n\
          transport cycle  {}\n\
          stops            {}, {:.2} per km\n\
-         curves < 500 m   {}, {:.2} per km\n",
-        words(&json!(view.hilliness)),
+         curves < 500 m   {curves}\n",
         words(&json!(view.transport_cycle)),
         words(&json!(view.stop_density)),
         view.stops_per_km,
-        words(&json!(view.curve_density)),
-        view.curves_per_km
     );
     for (name, share) in &view.road_type_share {
         let _ = writeln!(text, "{name:15}  {:.1} % of the way", 100.0 * share);

@@ -11,6 +11,7 @@ pub mod grid;
 pub mod hidden_markov;
 pub mod road;
 mod road_rows;
+mod road_slope;
 pub mod sensor;
 pub mod signal;
 pub mod standstill;

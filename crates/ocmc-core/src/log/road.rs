@@ -9,6 +9,7 @@
 //!   nothing else tells a sign from a queue
 //! - mission stops: the object, or standstills of at least 5 minutes (judgement)
 //!
+//! What a road's rows do not tell is not known of it ([`UnknownWay`]), rather than absent: a road without altitude is not flat.
 //! A drive is cut where nothing was logged for more than 10 s, unless the vehicle stood. Everything that is not used is counted.
 
 use super::DriveLog;
@@ -18,7 +19,7 @@ use super::road_rows::RoadRows;
 use super::signal::{LogCounts, LogError, prepare};
 use super::standstill::Standstill;
 use crate::operating_cycle::given::GivenCycle;
-use crate::operating_cycle::told::{CurveWindow, CurvesTold, Told};
+use crate::operating_cycle::told::{CurveWindow, CurvesTold, Told, UnknownWay};
 use serde::Serialize;
 
 /// A curve that begins this close to an object is a turn at it, in m: detectors see starts to within two cells and the object's row.
@@ -83,6 +84,8 @@ pub struct LoggedRoad {
     pub cycle: GivenCycle,
     /// Standstills that no event explains.
     pub standstills: Vec<Standstill>,
+    /// Where a part of it is not known.
+    pub unknown: UnknownWay,
 }
 
 /// What was not used, or had to be supposed.
@@ -94,12 +97,18 @@ pub struct RoadCounts {
     pub cuts: usize,
     /// Pieces shorter than 200 m, which are no roads.
     pub too_short: usize,
-    /// Rows whose limit is missing or impossible: the one before holds.
+    /// Rows whose limit is missing or impossible: the one before holds; a road without any has no signs.
     pub without_limit: usize,
-    /// Rows without slope or altitude: it goes on evenly.
+    /// Rows without slope or altitude, where others have one: it goes on evenly over up to 200 m, longer ways are not known.
     pub without_slope: usize,
+    /// Rows without yaw rate, where others have one: longer ways of them tell nothing of curves.
+    pub without_yaw_rate: usize,
     /// Rows without road type: the one before holds.
     pub without_road_type: usize,
+    /// Roads without road type and speed limit, which are left out.
+    pub untyped: usize,
+    /// Roads whose types follow from limits, where others have a column for it.
+    pub typed_by_limit: usize,
     /// Curves outside the range of radii.
     pub curves_outside: usize,
     /// Curves that the detector dropped: short, nearly straight, slow, or without a radius.
@@ -108,7 +117,7 @@ pub struct RoadCounts {
     pub unknown_objects: usize,
     /// Whether positions are the integral of the speed.
     pub by_speed: bool,
-    /// Whether road types follow from limits.
+    /// Whether the road types of the whole log follow from limits.
     pub type_by_limit: bool,
 }
 
@@ -170,10 +179,21 @@ pub fn roads(log: &RoadLog, options: &RoadOptions) -> Result<LoggedRoads, LogErr
         track.append(log, &piece.row, &piece.time_s, &piece.speed_mps);
     }
     roads.extend(track.road(log, options, curves, &mut counts));
+    let slopes = known(&log.grade) || known(&log.altitude_m);
+    // said of the whole log
+    if !slopes {
+        counts.without_slope = 0;
+    }
+    if !turns {
+        counts.without_yaw_rate = 0;
+    }
+    if counts.type_by_limit {
+        counts.typed_by_limit = 0;
+    }
     let told = Told {
         signs: limits,
         events: words(&log.map_object),
-        slopes: known(&log.grade) || known(&log.altitude_m),
+        slopes,
         curves: if turns { CurvesTold::Within(options.window()) } else { CurvesTold::None },
         turn_within_m: TURN_WITHIN_M,
     };

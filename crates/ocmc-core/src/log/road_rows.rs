@@ -3,11 +3,13 @@
 use super::Samples;
 use super::curve::DrivenCurve;
 use super::road::{LoggedRoad, MAP_OBJECTS, RoadCounts, RoadLog, RoadOptions};
+use super::road_slope::{Climb, interpolated};
 use super::sensor::STANDSTILL_MPS;
-use super::signal::LIMITS_MPS;
+use super::signal::{LIMITS_MPS, longest_interval_s};
 use super::standstill::{Standstill, standstills};
 use crate::operating_cycle::given::GivenCycle;
 use crate::operating_cycle::route::type_by_limit;
+use crate::operating_cycle::told::UnknownWay;
 use crate::road::curvature::Curve;
 use crate::road::point_event::{EventKind, PointEvent};
 
@@ -21,8 +23,6 @@ const SHORTEST_ROAD_M: f64 = 200.0;
 const SAME_LIMIT_MPS: f64 = 0.1;
 /// A limit that changes this close to where the road type does changes with it, in m (judgement).
 const AT_TYPE_M: f64 = 25.0;
-/// Step on which altitudes are averaged, in m.
-const ALTITUDE_STEP_M: f64 = 5.0;
 /// A standstill belongs to an object of the map from so far before it, in m: a queue at a light (judgement).
 const QUEUE_M: f64 = 100.0;
 /// And up to so far behind it, in m.
@@ -87,7 +87,7 @@ impl RoadRows {
         (way_m, true)
     }
 
-    /// The road; none where it is too short.
+    /// The road; none where it is too short, or nothing tells its type.
     pub(super) fn road(
         &self,
         log: &RoadLog,
@@ -109,7 +109,12 @@ impl RoadRows {
                 types
             }
             (Some(name), None) => vec![(0.0, name.clone())],
+            (None, None) if limits.iter().all(|limit| limit.1.is_nan()) => {
+                counts.untyped += 1;
+                return None;
+            }
             (None, None) => {
+                counts.typed_by_limit += 1;
                 let mut types: Vec<(f64, String)> = Vec::new();
                 for &(at_m, limit) in &limits {
                     let name = type_by_limit(limit);
@@ -127,11 +132,16 @@ impl RoadRows {
             let values = column.as_ref()?;
             self.row.iter().map(|&row| values[row]).find(|value| value.is_finite())
         };
+        let climb = self.climb(log, options, &way_m);
+        counts.without_slope += climb.missing;
+        let longest_s = longest_interval_s(counts.rows.interval_s);
+        let curves_m = self.unturned(log, &way_m, longest_s, counts);
+        let unknown = UnknownWay { slope_m: climb.unknown_m, curves_m };
         let cycle = GivenCycle {
             length_m,
             road_types: Some(road_types),
             limits,
-            altitude: self.altitude(log, options, &way_m, counts),
+            altitude: climb.altitude,
             curves: self.curves(options, &way_m, curves, counts),
             roughness: self.held(log.roughness_m3.as_ref(), &way_m),
             payload_kg: first(&log.payload_kg),
@@ -143,7 +153,7 @@ impl RoadRows {
         let standstills =
             stops.iter().zip(explained).filter(|(_, explained)| !explained).map(|(stop, _)| *stop);
         let standstills = standstills.collect();
-        Some(LoggedRoad { cycle, standstills })
+        Some(LoggedRoad { cycle, standstills, unknown })
     }
 
     /// Where limits begin; one without a value where none is known.
@@ -200,42 +210,51 @@ impl RoadRows {
         Some(one_a_place(points))
     }
 
-    /// Altitude over the way.
-    fn altitude(
+    /// Altitude over the way: of slopes where this road has any, otherwise of altitudes.
+    fn climb(&self, log: &RoadLog, options: &RoadOptions, way_m: &[f64]) -> Climb {
+        let own = |column: &Option<Samples>| -> Option<Vec<f64>> {
+            let values: Vec<f64> = self
+                .row
+                .iter()
+                .map(|&row| column.as_ref()?.get(row).copied())
+                .collect::<Option<_>>()?;
+            values.iter().any(|value| value.is_finite()).then_some(values)
+        };
+        if let Some(grade) = own(&log.grade) {
+            Climb::of_grades(way_m, &grade)
+        } else if let Some(altitude_m) = own(&log.altitude_m) {
+            Climb::of_altitudes(way_m, &altitude_m, options.altitude_average_m)
+        } else {
+            Climb::unknown(way_m)
+        }
+    }
+
+    /// Ways without yaw rates, from and to: a detector sees no curve where rows with one are more than `longest_s` apart.
+    fn unturned(
         &self,
         log: &RoadLog,
-        options: &RoadOptions,
         way_m: &[f64],
+        longest_s: f64,
         counts: &mut RoadCounts,
-    ) -> Vec<(f64, f64)> {
-        let mut points: Vec<(f64, f64)> = vec![(0.0, 0.0)];
-        if let Some(grade) = &log.grade
-            && grade.iter().any(|value| value.is_finite())
-        {
-            let (mut altitude_m, mut slope) = (0.0, 0.0);
-            for (k, &row) in self.row.iter().enumerate().skip(1) {
-                if grade[row].is_finite() {
-                    slope = grade[row];
-                } else {
-                    counts.without_slope += 1;
-                }
-                altitude_m += slope * (way_m[k] - way_m[k - 1]);
-                if way_m[k] > points[points.len() - 1].0 {
-                    points.push((way_m[k], altitude_m));
-                }
+    ) -> Vec<[f64; 2]> {
+        let mut ways = Vec::new();
+        let mut known = None;
+        for (k, &row) in self.row.iter().enumerate() {
+            if !log.drive.yaw_rate_radps.get(row).is_some_and(|yaw| yaw.is_finite()) {
+                counts.without_yaw_rate += 1;
+                continue;
             }
-            return points;
-        }
-        let Some(altitude) = &log.altitude_m else { return points };
-        points.clear();
-        for (&row, &at_m) in self.row.iter().zip(way_m) {
-            if !altitude[row].is_finite() {
-                counts.without_slope += 1;
-            } else if points.last().is_none_or(|last| at_m > last.0) {
-                points.push((at_m, altitude[row]));
+            let (from_m, time_s) = known.unwrap_or((0.0, f64::NEG_INFINITY));
+            if self.time_s[k] - time_s > longest_s && way_m[k] > from_m {
+                ways.push([from_m, way_m[k]]);
             }
+            known = Some((way_m[k], self.time_s[k]));
         }
-        averaged(points, options.altitude_average_m)
+        let (from_m, length_m) = (known.map_or(0.0, |known| known.0), way_m[way_m.len() - 1]);
+        if length_m > from_m {
+            ways.push([from_m, length_m]);
+        }
+        ways
     }
 
     /// Curves that lie on this road, within the range of radii.
@@ -373,35 +392,4 @@ fn one_a_place<T>(points: Vec<(f64, T)>) -> Vec<(f64, T)> {
         }
     }
     kept
-}
-
-/// The value at a point of a rising axis, linear between.
-fn interpolated(x: &[f64], y: &[f64], at: f64) -> f64 {
-    let k = x.partition_point(|value| *value <= at).clamp(1, x.len() - 1);
-    let part = ((at - x[k - 1]) / (x[k] - x[k - 1])).clamp(0.0, 1.0);
-    y[k - 1] + part * (y[k] - y[k - 1])
-}
-
-/// Altitudes averaged over a length, on an even step; the same where there is no length.
-fn averaged(points: Vec<(f64, f64)>, length_m: f64) -> Vec<(f64, f64)> {
-    if length_m <= 0.0 || points.len() < 2 {
-        return if points.is_empty() { vec![(0.0, 0.0)] } else { points };
-    }
-    let (x, z): (Vec<f64>, Vec<f64>) = points.into_iter().unzip();
-    let steps = libm::ceil(x[x.len() - 1] / ALTITUDE_STEP_M) as usize;
-    let even: Vec<f64> =
-        (0..=steps).map(|k| interpolated(&x, &z, k as f64 * ALTITUDE_STEP_M)).collect();
-    let half = libm::round(0.5 * length_m / ALTITUDE_STEP_M) as usize;
-    let mut sums = vec![0.0];
-    for value in &even {
-        sums.push(sums[sums.len() - 1] + value);
-    }
-    (0..even.len())
-        .map(|k| {
-            // as far to one side as to the other
-            let reach = half.min(k).min(even.len() - 1 - k);
-            let sum = sums[k + reach + 1] - sums[k - reach];
-            (k as f64 * ALTITUDE_STEP_M, sum / (2 * reach + 1) as f64)
-        })
-        .collect()
 }

@@ -151,6 +151,11 @@ pub struct Piece {
     pub row: Vec<usize>,
 }
 
+/// Time between rows from which on there is a gap, in s, at a median interval, in s.
+pub(super) fn longest_interval_s(interval_s: f64) -> f64 {
+    (GAP_INTERVALS * interval_s).max(SHORTEST_GAP_S)
+}
+
 /// Checks a log and cuts it at gaps.
 ///
 /// # Errors
@@ -189,7 +194,7 @@ pub fn prepare(log: &DriveLog) -> Result<(Vec<Piece>, LogCounts), LogError> {
     if !(RATES_HZ[0]..=RATES_HZ[1]).contains(&rate_hz) {
         return Err(LogError::Rate { interval_s: counts.interval_s, rate_hz });
     }
-    let longest_s = (GAP_INTERVALS * counts.interval_s).max(SHORTEST_GAP_S);
+    let longest_s = longest_interval_s(counts.interval_s);
     let mut pieces = vec![Piece::default()];
     let mut before_s = f64::NAN;
     for row in kept {

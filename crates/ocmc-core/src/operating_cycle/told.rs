@@ -20,6 +20,15 @@ pub struct Told {
     pub turn_within_m: f64,
 }
 
+/// Ways of one road of which a part is not known though its source tells it elsewhere; from and to, in m, in order.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct UnknownWay {
+    /// Without slope.
+    pub slope_m: Vec<[f64; 2]>,
+    /// Without anything that tells curves.
+    pub curves_m: Vec<[f64; 2]>,
+}
+
 /// Which curves are known.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -53,24 +62,27 @@ impl Told {
         turn_within_m: TURN_WITHIN_M,
     };
 
-    /// What both tell.
+    /// What roads of two sources tell together. Signs, slopes and curves that one of them does not know are left out road by road
+    /// ([`UnknownWay`]); events count where both know them.
     #[must_use]
-    pub fn and(self, other: Self) -> Self {
+    pub fn with(self, other: Self) -> Self {
         Self {
-            signs: self.signs && other.signs,
+            signs: self.signs || other.signs,
             events: self.events && other.events,
-            slopes: self.slopes && other.slopes,
-            curves: self.curves.and(other.curves),
+            slopes: self.slopes || other.slopes,
+            curves: self.curves.with(other.curves),
             turn_within_m: self.turn_within_m.max(other.turn_within_m),
         }
     }
 }
 
 impl CurvesTold {
-    fn and(self, other: Self) -> Self {
+    fn with(self, other: Self) -> Self {
         match (self, other) {
-            (Self::None, _) | (_, Self::None) => Self::None,
-            (Self::All, known) | (known, Self::All) => known,
+            (Self::None | Self::All, known @ Self::Within(_))
+            | (known @ Self::Within(_), Self::None | Self::All) => known,
+            (Self::None, known) | (known, Self::None) => known,
+            (Self::All, Self::All) => Self::All,
             (Self::Within(a), Self::Within(b)) => Self::Within(CurveWindow {
                 radius_m: [a.radius_m[0].max(b.radius_m[0]), a.radius_m[1].min(b.radius_m[1])],
                 shortest_m: a.shortest_m.max(b.shortest_m),
@@ -78,6 +90,11 @@ impl CurvesTold {
             }),
         }
     }
+}
+
+/// The part of a way, in m, that lies within some ways.
+pub(crate) fn overlap_m(ways: &[[f64; 2]], from_m: f64, to_m: f64) -> f64 {
+    ways.iter().map(|[from, to]| (to.min(to_m) - from.max(from_m)).max(0.0)).sum()
 }
 
 impl CurveWindow {

@@ -77,7 +77,7 @@ impl FoundRoads {
             let place = file.place(drive);
             match found(drive, options, steering) {
                 Ok(found) => {
-                    self.told = Some(self.told.map_or(found.told, |told| told.and(found.told)));
+                    self.told = Some(self.told.map_or(found.told, |told| told.with(found.told)));
                     self.notes.extend(notes(&place, &found.counts));
                     self.roads.extend(found.roads);
                 }
@@ -89,8 +89,8 @@ impl FoundRoads {
 
     /// Adds the road of an operating cycle, of which everything is known.
     pub fn add_cycle(&mut self, cycle: GivenCycle) {
-        self.roads.push(LoggedRoad { cycle, standstills: Vec::new() });
-        self.told = Some(self.told.map_or(Told::ALL, |told| told.and(Told::ALL)));
+        self.roads.push(LoggedRoad { cycle, ..LoggedRoad::default() });
+        self.told = Some(self.told.map_or(Told::ALL, |told| told.with(Told::ALL)));
     }
 
     /// What all roads tell. With a range, in m, the curves of operating cycles are those of a detector: others are there and were not
@@ -141,8 +141,20 @@ fn notes(place: &str, counts: &RoadCounts) -> Vec<String> {
     notes.extend(counted(place, [
         (counts.cuts, "cuts at more than 10 s without rows: the road is not known there"),
         (counts.too_short, "pieces shorter than 200 m are not used"),
-        (counts.without_limit, "rows without a possible speed limit: the one before holds"),
-        (counts.without_slope, "rows without slope or altitude: it goes on evenly"),
+        (counts.untyped, "roads have neither road type nor speed limit: they are left out"),
+        (
+            counts.typed_by_limit,
+            "roads have no word in road_type: urban up to a limit of 55 km/h, motorway from 82 km/h, rural between (judgement)",
+        ),
+        (
+            counts.without_limit,
+            "rows without a possible speed limit: the one before holds, and a road without any tells no signs",
+        ),
+        (
+            counts.without_slope,
+            "rows without slope or altitude: it goes on evenly over up to 200 m, and longer ways tell no slopes",
+        ),
+        (counts.without_yaw_rate, "rows without yaw rate: ways of more than 2 s of them tell no curves"),
         (counts.without_road_type, "rows without road type: the one before holds"),
         (counts.curves_outside, "curves outside the range of radii are left out"),
         (counts.curves_dropped, "curves are too short, too straight or too slow to be measured"),

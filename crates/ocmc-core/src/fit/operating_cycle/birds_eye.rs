@@ -5,6 +5,7 @@
 //! below 50 km, else long distance. Both \[PK\]: Volvo's global transport application, P. Edlund, P.-O. Fryk, SAE 2004-01-2645.
 
 use crate::log::road::LoggedRoad;
+use crate::operating_cycle::told::overlap_m;
 use crate::road::Road;
 use crate::road::curvature::Curve;
 use crate::road::point_event::{EventKind, PointEvent};
@@ -85,20 +86,20 @@ impl Density {
 pub struct BirdsEye {
     /// Length of the roads, in m.
     pub length_m: f64,
-    /// Class of hilliness.
-    pub hilliness: Hilliness,
-    /// Shares of the way with slopes below 3, 6 and 9 %.
-    pub share_below: [f64; 3],
+    /// Class of hilliness; none where no slope is known.
+    pub hilliness: Option<Hilliness>,
+    /// Shares of the way with slopes below 3, 6 and 9 %, of the way whose slope is known; none where none is.
+    pub share_below: Option<[f64; 3]>,
     /// Class of the distance between mission stops; the end of a road counts as one.
     pub transport_cycle: TransportCycle,
     /// Places per km at which a truck has to stop; of a log, at which it stood.
     pub stops_per_km: f64,
     /// Class of the density of stops.
     pub stop_density: Density,
-    /// Curves per km with radii below 500 m.
-    pub curves_per_km: f64,
-    /// Class of the density of curves.
-    pub curve_density: Density,
+    /// Curves per km with radii below 500 m, of the way whose curves are known; none where none is.
+    pub curves_per_km: Option<f64>,
+    /// Class of the density of curves; none where none is known.
+    pub curve_density: Option<Density>,
     /// Share of each road type by length; empty where no road has types.
     pub road_type_share: BTreeMap<String, f64>,
 }
@@ -106,12 +107,17 @@ pub struct BirdsEye {
 /// Looks at roads on steps of `step_m`.
 pub fn birds_eye(roads: &[LoggedRoad], step_m: f64) -> BirdsEye {
     let mut view = View::default();
-    for LoggedRoad { cycle, standstills } in roads {
+    for LoggedRoad { cycle, standstills, unknown } in roads {
         let slope = |k: usize| {
             let at = k as f64 * step_m;
             (cycle.altitude_m(at + step_m) - cycle.altitude_m(at)) / step_m
         };
-        view.slopes((0..(cycle.length_m / step_m) as usize).map(slope));
+        let known = |k: &usize| {
+            let at = *k as f64 * step_m;
+            overlap_m(&unknown.slope_m, at, at + step_m) == 0.0
+        };
+        view.slopes((0..(cycle.length_m / step_m) as usize).filter(known).map(slope));
+        view.curve_way_m += cycle.length_m - overlap_m(&unknown.curves_m, 0.0, cycle.length_m);
         view.stops += standstills.len();
         let types = cycle.road_types.as_deref().unwrap_or_default();
         let ends = types.iter().skip(1).map(|start| start.0).chain([cycle.length_m]);
@@ -134,6 +140,7 @@ pub fn birds_eye_of_study<B>(
         look(done as u64)?;
         let Road { length_m, slopes, slope_step_m, curves, events, sections, .. } =
             study.sample(seed, cycle_id).cycle.road;
+        view.curve_way_m += length_m;
         view.slopes(slopes.into_iter().take((length_m / slope_step_m) as usize));
         let names = study.road_types();
         let sections = sections.iter().map(|s| (names[s.road_type].as_str(), s.end_m - s.start_m));
@@ -153,6 +160,8 @@ struct View {
     /// Ends of roads are among them.
     mission_stops: usize,
     curves: usize,
+    /// Way whose curves are known, in m.
+    curve_way_m: f64,
     type_length_m: BTreeMap<String, f64>,
 }
 
@@ -184,13 +193,17 @@ impl View {
     }
 
     fn finish(self) -> BirdsEye {
-        let share_below = self.below.map(|count| count as f64 / self.steps.max(1) as f64);
-        let hilliness = match share_below.iter().position(|share| *share > SHARE) {
-            Some(0) => Hilliness::Flat,
-            Some(1) => Hilliness::PredominantlyFlat,
-            Some(_) => Hilliness::Hilly,
-            None => Hilliness::VeryHilly,
-        };
+        let share_below =
+            (self.steps > 0).then(|| self.below.map(|count| count as f64 / self.steps as f64));
+        let hilliness =
+            share_below.map(|shares| match shares.iter().position(|share| *share > SHARE) {
+                Some(0) => Hilliness::Flat,
+                Some(1) => Hilliness::PredominantlyFlat,
+                Some(_) => Hilliness::Hilly,
+                None => Hilliness::VeryHilly,
+            });
+        let curves_per_km =
+            (self.curve_way_m > 0.0).then(|| self.curves as f64 / self.curve_way_m * 1000.0);
         let transport_cycle = match self.length_m / self.mission_stops as f64 {
             spacing if spacing < 500.0 => TransportCycle::StopAndGo,
             spacing if spacing < 5.0e3 => TransportCycle::Local,
@@ -206,8 +219,8 @@ impl View {
             transport_cycle,
             stops_per_km: per_km(self.stops),
             stop_density: Density::of(per_km(self.stops), STOPS_PER_KM),
-            curves_per_km: per_km(self.curves),
-            curve_density: Density::of(per_km(self.curves), CURVES_PER_KM),
+            curves_per_km,
+            curve_density: curves_per_km.map(|per_km| Density::of(per_km, CURVES_PER_KM)),
             road_type_share: self.type_length_m.into_iter().map(share).collect(),
         }
     }

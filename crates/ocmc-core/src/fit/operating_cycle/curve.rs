@@ -57,11 +57,11 @@ pub(super) fn fit_intensity(
     let mean_length = lengths.iter().sum::<f64>() / (lengths.len() as f64).max(1.0);
     // a turn removes the curves that it overlaps: those that begin in it, or less than their length before it
     let exposure: Vec<(f64, f64, f64)> = roads
-        .sign_length_m
+        .curve_way_m
         .iter()
         .map(|(&face, &length)| {
             let speed = face as f64 / 36.0;
-            let at = |sign: f64| libm::round(36.0 * sign) as i64 == face;
+            let at = |sign: f64| super::stretch::face(sign) == face;
             let count = roads.curves.iter().filter(|(_, sign)| at(*sign)).count();
             let turns = roads.turns.iter().filter(|turn| turn.1 == face);
             let lost: f64 = turns.map(|(turn, _)| turn.end_m - turn.start_m + mean_length).sum();
@@ -80,7 +80,9 @@ pub(super) fn fit_intensity(
             .iter()
             .map(|&(speed, length, count)| {
                 let expected = model.intensity_per_m(speed) * length;
-                expected - if count > 0.0 { count * libm::log(expected) } else { 0.0 }
+                // a curve that begins where no way counts tells nothing
+                let told = count > 0.0 && length > 0.0;
+                expected - if told { count * libm::log(expected) } else { 0.0 }
             })
             .sum::<f64>()
     };
@@ -88,7 +90,7 @@ pub(super) fn fit_intensity(
     let crude = n as f64 / length;
     if n == 0 {
         model.per_m = 0.0;
-        estimates.push("curves.per_m", 0.0, Some(1.0 / roads.length_m), 0);
+        estimates.push("curves.per_m", 0.0, Some(1.0 / length), 0);
         return;
     }
     let relative = 1.0 / libm::sqrt(n as f64);

@@ -72,7 +72,7 @@ pub(super) fn fit_curves(
     }
     let laws = laws_of(model);
     let share: BTreeMap<i64, f64> = roads
-        .sign_length_m
+        .curve_way_m
         .keys()
         .map(|&face| (face, seen_share(&laws, window, model, scale(model, face))))
         .collect();
@@ -101,7 +101,7 @@ fn laws_of(model: &CurveModel) -> Laws {
 fn seen_curves(roads: &TypeRoads, window: &CurveWindow, model: &CurveModel) -> Vec<Seen> {
     let row = |(curve, sign_mps): &(crate::road::curvature::Curve, f64)| {
         let length_m = curve.end_m - curve.start_m;
-        let face = if sign_mps.is_finite() { libm::round(36.0 * sign_mps) as i64 } else { 0 };
+        let face = super::stretch::face(*sign_mps);
         let beyond_m = curve.radius_m - model.turn_radius_m;
         let inside = window.sees(curve.radius_m, length_m) && beyond_m > 0.0;
         inside.then(|| Seen {

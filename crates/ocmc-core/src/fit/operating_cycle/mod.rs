@@ -145,8 +145,12 @@ struct TypeRoads {
     stretches: Vec<(f64, bool)>,
     /// Types that followed.
     next: BTreeMap<String, usize>,
-    /// Length under each sign, by its face in tenths of km/h.
+    /// Length under each sign that is known, by its face in tenths of km/h.
     sign_length_m: BTreeMap<i64, f64>,
+    /// Length on which curves are known, by the face of the sign over them; 0 where it is not known.
+    curve_way_m: BTreeMap<i64, f64>,
+    /// Curves that would follow a sign which is not known.
+    unsigned_curves: usize,
     /// Changes from face to face.
     sign_changes: Vec<(i64, i64)>,
     /// Curves with the sign at their start, in m/s.
@@ -159,7 +163,7 @@ struct TypeRoads {
     standstills_s: Vec<f64>,
     /// Length at the ends of the road that has no events, in m.
     eventless_m: f64,
-    /// Slopes of consecutive steps, one list a stretch and cycle.
+    /// Slopes of consecutive steps, one list for each run of them within a stretch.
     slopes: Vec<(usize, Vec<f64>)>,
     /// Roughness of blocks, in m³.
     blocks: Vec<f64>,
@@ -190,7 +194,7 @@ impl Estimates<'_> {
 /// # Errors
 /// [`RoadFitError`] says what the cycles lack.
 pub fn fit(cycles: &[GivenCycle], base: &StudyModel) -> Result<RoadFit, RoadFitError> {
-    let road = |cycle: &GivenCycle| LoggedRoad { cycle: cycle.clone(), standstills: Vec::new() };
+    let road = |cycle: &GivenCycle| LoggedRoad { cycle: cycle.clone(), ..LoggedRoad::default() };
     let roads: Vec<LoggedRoad> = cycles.iter().map(road).collect();
     fit_told(&roads, &Told::ALL, base)
 }
@@ -302,10 +306,20 @@ fn fit_type(
     } else {
         event::count_standstills(roads, estimates);
     }
+    if roads.unsigned_curves > 0 && told.signs {
+        estimates.warn(&format!(
+            "{} curves on roads without a speed limit are left out: they follow the signs",
+            roads.unsigned_curves
+        ));
+    }
+    let way_m: f64 = roads.curve_way_m.values().sum();
     match told.curves {
         CurvesTold::None => {}
         _ if !told.signs && model.curves.reference_sign_mps.is_some() => estimates.warn(
             "its curves follow the signs, which are not known: they stay those of the base study",
+        ),
+        _ if !(way_m > 0.0) => estimates.warn(
+            "nothing tells its curves on any of its roads: they stay those of the base study",
         ),
         CurvesTold::All => curve::fit_curves(roads, &mut model.curves, estimates),
         CurvesTold::Within(window) => {

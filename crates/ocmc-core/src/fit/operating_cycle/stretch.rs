@@ -4,7 +4,7 @@ use super::{Estimates, TypeRoads};
 use crate::fit::nelder_mead::minimise;
 use crate::log::road::LoggedRoad;
 use crate::operating_cycle::given::GivenCycle;
-use crate::operating_cycle::told::Told;
+use crate::operating_cycle::told::{Told, UnknownWay, overlap_m};
 use crate::road::curvature::Curve;
 use crate::road::speed_sign::SpeedSignModel;
 use crate::road::{RoadModel, RoadTypeModel};
@@ -19,9 +19,12 @@ pub(super) struct Stretches<'a> {
     stretches: Vec<(f64, f64, &'a str)>,
 }
 
-/// A sign's face, in tenths of km/h.
-fn face(speed_mps: f64) -> i64 {
-    libm::round(36.0 * speed_mps) as i64
+/// Face of a sign that is not known.
+const NO_FACE: i64 = 0;
+
+/// A sign's face, in tenths of km/h; [`NO_FACE`] where it is not known.
+pub(super) fn face(speed_mps: f64) -> i64 {
+    if speed_mps.is_finite() { libm::round(36.0 * speed_mps) as i64 } else { NO_FACE }
 }
 
 /// The value of a constant track at a position.
@@ -53,8 +56,7 @@ impl<'a> Stretches<'a> {
         base: &RoadModel,
         roads: &mut BTreeMap<String, TypeRoads>,
     ) {
-        let cycle = &road.cycle;
-        let standstills = &road.standstills;
+        let LoggedRoad { cycle, standstills, unknown } = road;
         let near = |curve: &Curve, at_m: f64| (curve.start_m - at_m).abs() < told.turn_within_m;
         let junction = |at_m: f64| cycle.curves.iter().find(|curve| near(curve, at_m)).copied();
         let turns: Vec<f64> = cycle
@@ -66,16 +68,20 @@ impl<'a> Stretches<'a> {
         for (k, &(start, end, name)) in self.stretches.iter().enumerate() {
             let inside = |at_m: f64| (start..end).contains(&at_m);
             let road = roads.entry(name.to_owned()).or_default();
+            let types = base.types.get(name);
+            let follow = types.is_some_and(|model| model.curves.reference_sign_mps.is_some());
             road.length_m += end - start;
             road.stretches.push((end - start, k + 1 < self.stretches.len()));
             if let Some(next) = self.stretches.get(k + 1) {
                 *road.next.entry(next.2.to_owned()).or_insert(0) += 1;
             }
-            signs(cycle, start, end, road);
+            signs(cycle, unknown, follow, [start, end], road);
             for curve in cycle.curves.iter().filter(|curve| inside(curve.start_m)) {
                 let sign_mps = held(&cycle.limits, curve.start_m);
                 if turns.contains(&curve.start_m) {
                     road.turns.push((*curve, face(sign_mps)));
+                } else if follow && sign_mps.is_nan() {
+                    road.unsigned_curves += 1;
                 } else {
                     road.curves.push((*curve, sign_mps));
                 }
@@ -88,7 +94,8 @@ impl<'a> Stretches<'a> {
             let free = base.event_free_end_m;
             road.eventless_m += (free - start).clamp(0.0, end - start)
                 + (end - (cycle.length_m - free)).clamp(0.0, end - start);
-            road.slopes.push((number, slopes(cycle, base.slope_step_m, start, end)));
+            let runs = slopes(cycle, unknown, base.slope_step_m, start, end);
+            road.slopes.extend(runs.into_iter().map(|run| (number, run)));
             if let Some(points) = &cycle.roughness {
                 let block = |k: &usize| inside(*k as f64 * base.roughness_block_m);
                 let last = libm::ceil(cycle.length_m / base.roughness_block_m) as usize;
@@ -105,28 +112,62 @@ impl<'a> Stretches<'a> {
     }
 }
 
-/// Lengths under signs, and their changes, within one stretch.
-fn signs(cycle: &GivenCycle, start: f64, end: f64, road: &mut TypeRoads) {
+/// Lengths under signs, their changes, and the length on which curves are known, within one stretch. Curves that follow the signs
+/// are not known where the sign is not.
+fn signs(
+    cycle: &GivenCycle,
+    unknown: &UnknownWay,
+    follow: bool,
+    [start, end]: [f64; 2],
+    road: &mut TypeRoads,
+) {
     let changes = cycle.limits.iter().map(|limit| limit.0).filter(|at| *at > start && *at < end);
     let starts: Vec<f64> = [start].into_iter().chain(changes).chain([end]).collect();
     let faces: Vec<i64> = starts.iter().map(|at| face(held(&cycle.limits, *at))).collect();
     for k in 0..starts.len() - 1 {
-        *road.sign_length_m.entry(faces[k]).or_insert(0.0) += starts[k + 1] - starts[k];
-        if k > 0 && faces[k] != faces[k - 1] {
+        let (from, to, known) = (starts[k], starts[k + 1], faces[k] != NO_FACE);
+        if known {
+            *road.sign_length_m.entry(faces[k]).or_insert(0.0) += to - from;
+        }
+        if known || !follow {
+            let seen = to - from - overlap_m(&unknown.curves_m, from, to);
+            *road.curve_way_m.entry(faces[k]).or_insert(0.0) += seen;
+        }
+        if k > 0 && faces[k] != faces[k - 1] && known && faces[k - 1] != NO_FACE {
             road.sign_changes.push((faces[k - 1], faces[k]));
         }
     }
 }
 
-/// Slopes of the steps that begin within a stretch, less the road's mean slope.
-fn slopes(cycle: &GivenCycle, step_m: f64, start: f64, end: f64) -> Vec<f64> {
-    let whole = (cycle.altitude_m(cycle.length_m) - cycle.altitude_m(0.0)) / cycle.length_m;
+/// Slopes of the steps that begin within a stretch, less the road's mean slope, in runs of steps whose slope is known.
+fn slopes(
+    cycle: &GivenCycle,
+    unknown: &UnknownWay,
+    step_m: f64,
+    start: f64,
+    end: f64,
+) -> Vec<Vec<f64>> {
+    let climb_m = |from_m: f64, to_m: f64| cycle.altitude_m(to_m) - cycle.altitude_m(from_m);
+    let (mut way_m, mut climbed_m, mut from_m) = (0.0, 0.0, 0.0);
+    for [gap_m, to_m] in unknown.slope_m.iter().copied().chain([[cycle.length_m; 2]]) {
+        way_m += gap_m - from_m;
+        climbed_m += climb_m(from_m, gap_m);
+        from_m = to_m;
+    }
+    let whole = climbed_m / way_m;
     let first = libm::ceil(start / step_m) as usize;
     let last = libm::ceil(end.min(cycle.length_m - step_m) / step_m) as usize;
-    (first..last)
-        .map(|k| k as f64 * step_m)
-        .map(|at| (cycle.altitude_m(at + step_m) - cycle.altitude_m(at)) / step_m - whole)
-        .collect()
+    let mut runs = vec![Vec::new()];
+    for k in first..last {
+        let at = k as f64 * step_m;
+        if overlap_m(&unknown.slope_m, at, at + step_m) > 0.0 {
+            runs.push(Vec::new());
+        } else if let Some(run) = runs.last_mut() {
+            run.push(climb_m(at, at + step_m) / step_m - whole);
+        }
+    }
+    runs.retain(|run| !run.is_empty());
+    runs
 }
 
 /// Mean length, and the types that follow.
@@ -157,8 +198,15 @@ pub(super) fn fit_chain(roads: &TypeRoads, model: &mut RoadTypeModel, estimates:
 /// Shares, mean length and similarity of signs.
 pub(super) fn fit_signs(roads: &TypeRoads, model: &mut SpeedSignModel, estimates: &mut Estimates) {
     let faces: Vec<i64> = roads.sign_length_m.keys().copied().collect();
+    let length_m: f64 = roads.sign_length_m.values().sum();
+    if faces.is_empty() {
+        estimates.warn(
+            "no speed limit is known on any of its roads: its signs stay those of the base study",
+        );
+        return;
+    }
     model.speed_kmh = faces.iter().map(|face| *face as f64 / 10.0).collect();
-    model.share = roads.sign_length_m.values().map(|length| length / roads.length_m).collect();
+    model.share = roads.sign_length_m.values().map(|length| length / length_m).collect();
     for (speed, share) in model.speed_kmh.iter().zip(&model.share) {
         estimates.push(&format!("speed_signs.share of {speed}"), *share, None, faces.len());
     }
@@ -167,7 +215,7 @@ pub(super) fn fit_signs(roads: &TypeRoads, model: &mut SpeedSignModel, estimates
         estimates.warn("its signs never change within a stretch: their mean length stays that of the base study");
         return;
     }
-    model.mean_length_m = roads.length_m / changes as f64;
+    model.mean_length_m = length_m / changes as f64;
     let error = model.mean_length_m / libm::sqrt(changes as f64);
     estimates.push("speed_signs.mean_length_m", model.mean_length_m, Some(error), changes);
     if changes < FEWEST_CHANGES || faces.len() < 3 {

@@ -33,7 +33,7 @@ pub(super) fn fit_slopes(
         Ratio::estimate(pairs)
     };
     let (Some(variance), Some(changes)) = (ratio(0, 1), ratio(2, 3)) else {
-        estimates.warn("it is too short to tell about slopes, which stay those of the base study");
+        estimates.warn("it is too short to tell about slopes, or none of them is known: they stay those of the base study");
         return;
     };
     let relative = |ratio: &Ratio| {
