@@ -133,7 +133,7 @@ pub(crate) fn fit_curve_speed<'py>(
         let best = if tobit { fit.tobit.as_ref() } else { Some(&fit.estimated) };
         let best = best.ok_or_else(|| {
             PyValueError::new_err(
-                "`tobit` needs a column limit_mps, and curves below the limit that determine the regression",
+                "`tobit` needs a column limit_mps with limits above 0, and curves below them that determine the regression",
             )
         })?;
         let population = fit.population(best, &model.driver.curve_speed);

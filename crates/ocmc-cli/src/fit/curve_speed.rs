@@ -25,7 +25,7 @@ pub(crate) fn curve_speed(arguments: &CurveSpeedArguments) -> Result<(), Failure
         (true, Some(tobit)) => tobit,
         (true, None) => {
             return Err(request::usage(
-                "--tobit needs a column limit_mps, and curves below the limit that determine the regression",
+                "--tobit needs a column limit_mps with limits above 0, and curves below them that determine the regression",
             ));
         }
     };

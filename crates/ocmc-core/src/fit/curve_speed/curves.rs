@@ -19,7 +19,7 @@ pub struct CurveTable {
     pub left: Option<Vec<bool>>,
     /// Length of the route that the curve belongs to, in m, where it is known.
     pub route_m: Option<Vec<f64>>,
-    /// Speed limit in the curve, in m/s, where limits are known; NaN where this one is not.
+    /// Speed limit in the curve, in m/s, where limits are known; NaN or 0 where this one is not, infinite where there is none.
     pub limit_mps: Option<Vec<f64>>,
 }
 
@@ -36,7 +36,7 @@ pub(super) struct Curve {
     /// ln v.
     pub log_speed: f64,
     pub left: bool,
-    /// ln of the speed limit; infinite where there is none.
+    /// ln of the speed limit; infinite where there is none, NaN where it is not known.
     pub log_limit: f64,
 }
 
@@ -118,7 +118,7 @@ pub(super) fn select(
             log_radius: libm::log(radius / options.reference_radius_m),
             log_speed: libm::log(speed),
             left: table.left.as_ref().is_none_or(|left| left[k]),
-            log_limit: if limit > 0.0 { libm::log(limit) } else { f64::INFINITY },
+            log_limit: if limit > 0.0 { libm::log(limit) } else { f64::NAN },
         });
     }
     if curves.is_empty() {

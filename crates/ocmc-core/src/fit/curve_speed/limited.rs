@@ -14,13 +14,28 @@ pub(super) struct Limited {
     pub below_limit: Option<CurveSpeedEstimate>,
 }
 
-/// Fits with curves from `limit_share` of the limit on as "at least that fast".
+/// Fits with curves from `limit_share` of the limit on as "at least that fast". A curve whose limit is not known may be at it or not:
+/// it takes no part.
 pub(super) fn limited(
     curves: &Curves,
     direction: bool,
     options: &CurveSpeedOptions,
     warnings: &mut Vec<String>,
 ) -> Limited {
+    let all = curves.rows.len();
+    let curves = &curves.only(|curve| !curve.log_limit.is_nan());
+    let unknown = all - curves.rows.len();
+    if curves.rows.is_empty() {
+        warnings.push(
+            "no curve has a known speed limit (above 0): there is no censored regression".into(),
+        );
+        return Limited::default();
+    }
+    if unknown > 0 {
+        warnings.push(format!(
+            "{unknown} of {all} curves have no known speed limit (above 0): the censored regression and that below the limits leave them out"
+        ));
+    }
     let log_share = libm::log(options.limit_share);
     let cut = |curve: &Curve| curve.log_speed >= curve.log_limit + log_share;
     let at_limit = curves.rows.iter().filter(|curve| cut(curve)).count();
@@ -108,5 +123,53 @@ fn estimate(fit: &TobitFit, curves: &Curves, direction: bool) -> CurveSpeedEstim
         residual_sd,
         residual_sd_ci95: Some(around(residual_sd, error(last), t)),
         residual_df: df,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{CurveSpeedOptions, CurveTable, fit};
+    use crate::random::{Draws, Stream};
+
+    /// Drivers with the exponent 0.5 who keep to 16 m/s; every third curve has a limit of `other`, which they keep to, too.
+    fn table(other: f64) -> CurveTable {
+        let mut draws = Draws::new(3, 0, Stream::Curve);
+        let mut table = CurveTable { limit_mps: Some(vec![]), ..CurveTable::default() };
+        for k in 0..600 {
+            let radius_m = 30.0 + 400.0 * draws.uniform();
+            let speed = 20.0 * libm::sqrt(radius_m / 250.0) * libm::exp(0.08 * draws.normal());
+            table.driver.push(format!("driver {}", k % 6));
+            table.radius_m.push(radius_m);
+            table.speed_mps.push(speed.min(16.0));
+            table.limit_mps.as_mut().unwrap().push(if k % 3 == 0 { other } else { 16.0 });
+        }
+        table
+    }
+
+    #[test]
+    fn curves_with_an_unknown_limit_take_no_part() {
+        for unknown in [f64::NAN, 0.0] {
+            let found = fit(&table(unknown), &CurveSpeedOptions::default()).unwrap();
+            let tobit = found.tobit.unwrap();
+            let error = tobit.exponent_standard_error.unwrap();
+            assert!((tobit.exponent - 0.5).abs() < 4.0 * error && error < 0.02, "{tobit:?}");
+            assert_eq!(tobit.n, 400);
+            assert!(found.below_limit.unwrap().n < 400 && found.at_limit.unwrap() < 400);
+            let told = "200 of 600 curves have no known speed limit";
+            assert!(found.warnings.iter().any(|text| text.contains(told)), "{:?}", found.warnings);
+        }
+        // no limit at all is known, and never censors
+        let free = fit(&table(f64::INFINITY), &CurveSpeedOptions::default()).unwrap();
+        assert_eq!(free.tobit.unwrap().n, 600);
+    }
+
+    #[test]
+    fn without_a_known_limit_there_is_no_censored_regression() {
+        let mut none = table(f64::NAN);
+        none.limit_mps = Some(vec![f64::NAN; 600]);
+        let found = fit(&none, &CurveSpeedOptions::default()).unwrap();
+        assert_eq!((found.tobit, found.at_limit, found.below_limit), (None, None, None));
+        let told = "no curve has a known speed limit";
+        assert!(found.warnings.iter().any(|text| text.contains(told)), "{:?}", found.warnings);
     }
 }
