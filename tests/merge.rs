@@ -97,6 +97,14 @@ fn parts_that_are_not_of_one_run_are_named() {
     let version = format!("\"program_version\": \"{}\"", env!("CARGO_PKG_VERSION"));
     assert!(changed(&version, "\"program_version\": \"9.9\"").contains("program version 9.9"));
     assert!(changed("complete", "running").contains("not ended"));
+    let more = changed("\"completed\": 10", "\"completed\": 11");
+    assert!(more.contains("11 of 10 cycles are completed"), "{more}");
+    // the last part, interrupted: its records fit, and others of the run are missing
+    let of_more = text.replacen("\"cycles\": 10", "\"cycles\": 20", 1);
+    fs::write(&file, of_more.replacen("complete\"", "interrupted\"", 1)).expect("space");
+    let told = refused(&[&a, &b], &out);
+    assert!(told.contains("interrupted after 10 of its 20 cycles"), "{told}");
+    assert!(told.contains(&format!("ocmc --out {} --resume", b.display())), "{told}");
     assert!(!out.exists(), "nothing is written of parts that do not fit");
 }
 

@@ -98,6 +98,7 @@ impl Failure {
             Self::RunDirectory(RunDirectoryError::NotWhole { .. }) => {
                 Some("if it was ended by force, `ocmc --out DIR --resume` finishes it")
             }
+            Self::RunDirectory(RunDirectoryError::NotFinished { help, .. }) => Some(help),
             Self::RunDirectory(RunDirectoryError::NotOneRun { .. }) => Some(
                 "parts have the same study, seed and program, and each begins where another one ends",
             ),

@@ -53,6 +53,21 @@ pub enum RunDirectoryError {
         /// Why.
         reason: String,
     },
+    /// A part of a run that was ended before its last cycle.
+    #[error(
+        "`{}` is not a whole part: it was interrupted after {completed} of its {cycles} cycles",
+        path.display()
+    )]
+    NotFinished {
+        /// The directory.
+        path: PathBuf,
+        /// Cycles that are there.
+        completed: u64,
+        /// Cycles that were asked for.
+        cycles: u64,
+        /// What finishes it.
+        help: String,
+    },
     /// A file does not hold the records that its manifest promises.
     #[error("`{}` does not hold what its manifest says: {reason}", path.display())]
     Damaged {

@@ -2,7 +2,7 @@
 
 use super::error::RunDirectoryError;
 use super::read::{Measured, check_by_driving, ended, measured, read_records, study_of};
-use super::{CHUNKS, MANIFEST, Manifest, RunDirectory, SUMMARY};
+use super::{CHUNKS, MANIFEST, Manifest, RunDirectory, RunStatus, SUMMARY};
 use crate::given_drive::GivenDrive;
 use crate::records::{Group, RecordFormat};
 use crate::run_summary::RunSummary;
@@ -48,7 +48,7 @@ pub fn merge(
     super::check_free(out)?;
     let mut parts = parts
         .iter()
-        .map(|path| Ok(Part { path, manifest: ended(path)?, measured: measured(path)? }))
+        .map(|path| Ok(Part { path, manifest: whole(path)?, measured: measured(path)? }))
         .collect::<Result<Vec<_>, RunDirectoryError>>()?;
     let Some(first) = parts.first() else {
         return Err(RunDirectoryError::NotOneRun { reason: "there are none".to_owned() });
@@ -73,6 +73,18 @@ pub fn merge(
         remove_written(out, &created);
     }
     merged
+}
+
+/// The manifest of a part that has all the cycles that it was asked for: of an interrupted one nobody would know that the run has
+/// others.
+fn whole(path: &Path) -> Result<Manifest, RunDirectoryError> {
+    let manifest = ended(path)?;
+    if manifest.status == RunStatus::Complete {
+        return Ok(manifest);
+    }
+    let Manifest { completed, cycles, .. } = manifest;
+    let help = format!("`ocmc --out {} --resume` finishes it; then merge", path.display());
+    Err(RunDirectoryError::NotFinished { path: path.to_owned(), completed, cycles, help })
 }
 
 /// The folders that are created for this one, itself first.

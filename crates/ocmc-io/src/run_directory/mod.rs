@@ -290,10 +290,25 @@ fn read_chunks(
 }
 
 /// Reads the manifest of a run directory.
+///
+/// # Errors
+/// [`RunDirectoryError`] where there is none, or its numbers cannot be.
 pub fn read_manifest(directory: &Path) -> Result<Manifest, RunDirectoryError> {
     let path = directory.join(MANIFEST);
     let text = fs::read_to_string(&path).map_err(FileError::read(&path))?;
-    serde_json::from_str(&text).map_err(|source| RunDirectoryError::Manifest { path, source })
+    let manifest: Manifest = match serde_json::from_str(&text) {
+        Ok(manifest) => manifest,
+        Err(source) => return Err(RunDirectoryError::Manifest { path, source }),
+    };
+    let Manifest { first_cycle, cycles, completed, .. } = manifest;
+    let reason = if completed > cycles {
+        format!("{completed} of {cycles} cycles are completed, allowed are at most {cycles}")
+    } else if first_cycle.checked_add(cycles).is_none() {
+        format!("{cycles} cycles from id {first_cycle} on go beyond the largest id")
+    } else {
+        return Ok(manifest);
+    };
+    Err(RunDirectoryError::Damaged { path, reason })
 }
 
 /// Checks that a new run may be written to this path.
