@@ -113,6 +113,19 @@ pub enum ColumnFileError {
         /// The column.
         column: String,
     },
+    /// Two columns for one quantity.
+    #[error(
+        "`{}` has the columns `{}` and `{}`, and nothing says which of them is meant; allowed is one of them",
+        path.display(),
+        columns[0],
+        columns[1]
+    )]
+    Ambiguous {
+        /// The file.
+        path: PathBuf,
+        /// Both columns.
+        columns: [String; 2],
+    },
     /// A column of a type that no cell has.
     #[error(transparent)]
     Type(#[from] ColumnTypeError),
@@ -237,10 +250,11 @@ impl<R: Read> ColumnFile<R> {
         self.names.iter().find(other).map(String::as_str)
     }
 
-    /// The first of these columns that is there, as numbers.
+    /// The one of these columns that is there, as numbers.
     ///
     /// # Errors
-    /// [`ColumnFileError::Unit`] where it is there in another unit, or [`ColumnFileError::Type`].
+    /// [`ColumnFileError::Unit`] where it is there in another unit, [`ColumnFileError::Ambiguous`] where two of them are there, or
+    /// [`ColumnFileError::Type`].
     pub fn numbers(&mut self, names: &[&str]) -> Result<Option<NumberColumn>, ColumnFileError> {
         let Some(place) = self.place(names) else {
             return self.other_unit(names).map_or(Ok(None), |column| {
@@ -251,6 +265,11 @@ impl<R: Read> ColumnFile<R> {
                 })
             });
         };
+        let mut found = self.names.iter().filter(|found| names.contains(&found.as_str()));
+        if let (Some(one), Some(other)) = (found.next(), found.next()) {
+            let (path, columns) = (self.path.clone(), [one.clone(), other.clone()]);
+            return Err(ColumnFileError::Ambiguous { path, columns });
+        }
         if let Rows::Table(table, columns) = &mut self.rows {
             columns[place] = Some(table.cells(place)?);
         }

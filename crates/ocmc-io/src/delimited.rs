@@ -1,6 +1,7 @@
 //! Tables that others write: a header, and rows of cells between commas, semicolons or tabs.
 //!
-//! Column names are compared without case, units and brackets: `<s>`, `s [m]` and `S` are all `s`. Lines that begin with
+//! Column names are compared without case, units and brackets: `<s>`, `s [m]` and `S` are all `s`. A unit that stands in square
+//! brackets has to be the one that is read, where a quantity has only one. Lines that begin with
 //! `#` are comments; a byte-order mark and letters that are not UTF-8 (old files are Latin-1) do no harm.
 
 use crate::given_table::{ColumnTypeError, GivenTable};
@@ -74,6 +75,34 @@ pub enum TableError {
         /// The columns that there are.
         have: String,
     },
+    /// Two columns for one quantity.
+    #[error(
+        "`{}` has the columns `{}` and `{}`, and nothing says which of them is meant; allowed is one of them",
+        path.display(),
+        columns[0],
+        columns[1]
+    )]
+    Ambiguous {
+        /// The file.
+        path: PathBuf,
+        /// Both columns.
+        columns: [String; 2],
+    },
+    /// A column in another unit.
+    #[error(
+        "`{}`: column `{column}` is read in {allowed}, not in {unit}; convert the numbers, and write `[{allowed}]` or nothing",
+        path.display()
+    )]
+    Unit {
+        /// The file.
+        path: PathBuf,
+        /// The column.
+        column: String,
+        /// Its unit as written.
+        unit: String,
+        /// The unit that is read.
+        allowed: &'static str,
+    },
     /// A column that nobody knows.
     #[error("`{}` has an unknown column `{column}`; allowed are: {allowed}", path.display())]
     Unknown {
@@ -85,6 +114,24 @@ pub enum TableError {
         allowed: String,
     },
 }
+
+/// How a unit is written; first the usual way.
+pub type Unit = &'static [&'static str];
+
+/// Metres.
+pub const METRES: Unit = &["m", "metre", "metres", "meter", "meters"];
+/// Seconds.
+pub const SECONDS: Unit = &["s", "sec", "second", "seconds"];
+/// Kilometres an hour.
+pub const KMH: Unit = &["km/h", "kmh", "kph", "km/hr"];
+/// Metres a second.
+pub const MPS: Unit = &["m/s", "mps"];
+/// Miles an hour.
+pub const MPH: Unit = &["mph", "mile/h", "miles/h", "mi/h"];
+/// Per cent.
+pub const PERCENT: Unit = &["%", "percent", "per cent"];
+/// Without a unit.
+pub const PLAIN: Unit = &["-", "1", "m/m"];
 
 /// A table as text.
 #[derive(Clone, Debug)]
@@ -190,12 +237,42 @@ impl DelimitedTable {
         self.names().position(|name| names.contains(&name.as_str()))
     }
 
-    /// The place of a column that has to be there.
+    /// The place of the one column that has one of these names.
     ///
     /// # Errors
-    /// [`TableError::Column`].
+    /// [`TableError::Ambiguous`] where there are two of them.
+    pub fn one_of(&self, names: &[&str]) -> Result<Option<usize>, TableError> {
+        let mut found = (0..).zip(self.names()).filter(|(_, name)| names.contains(&name.as_str()));
+        match (found.next(), found.next()) {
+            (Some((one, _)), Some((other, _))) => {
+                let columns = [one, other].map(|k: usize| self.header[k].clone());
+                Err(TableError::Ambiguous { path: self.path.clone(), columns })
+            }
+            (one, _) => Ok(one.map(|(one, _)| one)),
+        }
+    }
+
+    /// Refuses a column whose name has another unit in brackets than one of these, of which the first is the one to write.
+    ///
+    /// # Errors
+    /// [`TableError::Unit`].
+    pub fn check_unit(&self, column: usize, units: Unit) -> Result<(), TableError> {
+        let name = &self.header[column];
+        let Some((_, unit)) = name.split_once('[') else { return Ok(()) };
+        let unit = unit.split(']').next().unwrap_or_default().trim();
+        if unit.is_empty() || units.iter().any(|known| known.eq_ignore_ascii_case(unit)) {
+            return Ok(());
+        }
+        let (column, unit, allowed) = (name.clone(), unit.to_owned(), units[0]);
+        Err(TableError::Unit { path: self.path.clone(), column, unit, allowed })
+    }
+
+    /// The place of the one column that has to be there.
+    ///
+    /// # Errors
+    /// [`TableError::Column`], or [`TableError::Ambiguous`] where there are two.
     pub fn column(&self, names: &[&str]) -> Result<usize, TableError> {
-        self.find(names).ok_or_else(|| TableError::Column {
+        self.one_of(names)?.ok_or_else(|| TableError::Column {
             path: self.path.clone(),
             wanted: names.iter().map(|n| format!("`{n}`")).collect::<Vec<_>>().join(" or "),
             have: self.header.join(", "),
@@ -230,7 +307,17 @@ impl DelimitedTable {
     /// # Errors
     /// As [`DelimitedTable::numbers`].
     pub fn numbers_of(&self, names: &[&str]) -> Result<Option<Vec<f64>>, TableError> {
-        self.find(names).map(|column| self.numbers(column)).transpose()
+        self.one_of(names)?.map(|column| self.numbers(column)).transpose()
+    }
+
+    /// As [`DelimitedTable::numbers_of`], of a column that has one unit only.
+    ///
+    /// # Errors
+    /// As [`DelimitedTable::numbers_of`] and [`DelimitedTable::check_unit`].
+    pub fn numbers_in(&self, names: &[&str], unit: Unit) -> Result<Option<Vec<f64>>, TableError> {
+        let Some(column) = self.one_of(names)? else { return Ok(None) };
+        self.check_unit(column, unit)?;
+        self.numbers(column).map(Some)
     }
 
     /// Refuses columns that are not among these.
@@ -274,6 +361,20 @@ mod tests {
         assert_eq!(table.lines().collect::<Vec<_>>(), [3, 5]);
         assert!(table.numbers_of(&["torque"]).unwrap().is_none());
         assert!(table.refuse_others(&["n", "mfull"]).is_err());
+    }
+
+    #[test]
+    fn units_and_columns_that_are_not_meant_are_refused() {
+        let parse = |text: &str| DelimitedTable::parse(Path::new("c.csv"), text).unwrap();
+        let table = parse("<s> [km],v [Km/h],t []\n1,2,3\n");
+        let fault = table.numbers_in(&["s"], METRES).unwrap_err().to_string();
+        assert!(fault.contains("`<s> [km]` is read in m, not in km"), "{fault}");
+        assert_eq!(table.numbers_in(&["v"], KMH).unwrap().unwrap(), [2.0]);
+        assert_eq!(table.numbers_in(&["t"], SECONDS).unwrap().unwrap(), [3.0]);
+        let table = parse("s,V,v [km/h]\n1,2,3\n");
+        let fault = table.column(&["v"]).unwrap_err().to_string();
+        assert!(fault.contains("`c.csv` has the columns `V` and `v [km/h]`"), "{fault}");
+        assert_eq!(table.one_of(&["s"]).unwrap(), Some(0));
     }
 
     #[test]

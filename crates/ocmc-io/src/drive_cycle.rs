@@ -8,7 +8,7 @@
 //!
 //! Other columns are not used. The slope of a row holds over the step that ends there.
 
-use crate::delimited::{DelimitedTable, TableError};
+use crate::delimited::{DelimitedTable, KMH, MPH, MPS, PERCENT, PLAIN, SECONDS, TableError, Unit};
 use ocmc_core::operating_cycle::TrafficStretch;
 use ocmc_core::operating_cycle::given::{GivenCycle, GivenCycleError};
 use ocmc_core::operating_cycle::tracks::{Rule, Track};
@@ -19,15 +19,22 @@ use thiserror::Error;
 
 /// Names of the time's column.
 const TIME: [&str; 4] = ["time_s", "time", "t", "cycsecs"];
-/// Names of the speed's column, and what is 1 of it in m/s.
-const SPEEDS: [(&str, f64); 7] = [
-    ("speed_mps", 1.0),
-    ("mps", 1.0),
-    ("cycmps", 1.0),
-    ("speed_kmh", 1.0 / 3.6),
-    ("v", 1.0 / 3.6),
-    ("speed_mph", 0.44704),
-    ("mph", 0.44704),
+/// Names of the speed's column, its unit, and what is 1 of it in m/s.
+const SPEEDS: [(&str, Unit, f64); 7] = [
+    ("speed_mps", MPS, 1.0),
+    ("mps", MPS, 1.0),
+    ("cycmps", MPS, 1.0),
+    ("speed_kmh", KMH, 1.0 / 3.6),
+    ("v", KMH, 1.0 / 3.6),
+    ("speed_mph", MPH, 0.44704),
+    ("mph", MPH, 0.44704),
+];
+/// Names of the slope's column, its unit, and what it has to be multiplied with.
+const SLOPES: [(&str, Unit, f64); 4] = [
+    ("slope", PLAIN, 1.0),
+    ("grade", PLAIN, 1.0),
+    ("cycgrade", PLAIN, 1.0),
+    ("grad", PERCENT, 0.01),
 ];
 /// Seconds at rest from which a standstill is a stop of the route.
 const STOP_S: f64 = 0.5;
@@ -78,22 +85,25 @@ pub fn read(path: &Path) -> Result<DriveCycle, DriveCycleFileError> {
 /// # Errors
 /// As [`read`].
 pub fn of_table(table: &DelimitedTable) -> Result<DriveCycle, DriveCycleFileError> {
-    let time_s = table.numbers(table.column(&TIME)?)?;
-    let scaled = |names: &[&str], factor: f64| -> Result<Option<Vec<f64>>, TableError> {
-        let numbers = table.numbers_of(names)?;
-        Ok(numbers.map(|numbers| numbers.into_iter().map(|number| number * factor).collect()))
+    let read = |column: usize, names: &[(&str, Unit, f64)]| -> Result<Vec<f64>, TableError> {
+        let name = table.names().nth(column).unwrap_or_default();
+        let known = names.iter().find(|known| name == known.0);
+        let (unit, factor) = known.map_or((PLAIN, 1.0), |known| (known.1, known.2));
+        table.check_unit(column, unit)?;
+        Ok(table.numbers(column)?.into_iter().map(|number| number * factor).collect())
     };
-    let column = table.column(&SPEEDS.map(|(name, _)| name))?;
-    let name = table.names().nth(column);
-    let unit = SPEEDS.iter().find(|speed| name.as_deref() == Some(speed.0)).map_or(1.0, |s| s.1);
-    let speed = table.numbers(column)?.into_iter().map(|number| number * unit).collect();
-    let sine = |tangents: Vec<f64>| tangents.iter().map(|t| t / (1.0 + t * t).sqrt()).collect();
-    let slope = match table.numbers_of(&["slope"])? {
-        Some(slope) => slope,
-        None => match scaled(&["grade", "cycgrade"], 1.0)? {
-            Some(grade) => sine(grade),
-            None => scaled(&["grad"], 0.01)?.map_or_else(|| vec![0.0; time_s.len()], sine),
-        },
+    let time_s = read(table.column(&TIME)?, &TIME.map(|name| (name, SECONDS, 1.0)))?;
+    let speed = read(table.column(&SPEEDS.map(|(name, ..)| name))?, &SPEEDS)?;
+    let slope = match table.one_of(&SLOPES.map(|(name, ..)| name))? {
+        None => vec![0.0; time_s.len()],
+        Some(column) => {
+            let values = read(column, &SLOPES)?;
+            if table.names().nth(column).as_deref() == Some("slope") {
+                values
+            } else {
+                values.iter().map(|t| t / (1.0 + t * t).sqrt()).collect()
+            }
+        }
     };
     DriveCycle::new(time_s, speed, slope)
         .map_err(|source| DriveCycleFileError::Cycle { path: table.path().to_owned(), source })

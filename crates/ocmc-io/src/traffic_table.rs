@@ -104,6 +104,7 @@ mod tests {
         for (text, words) in [
             ("time_s,road_type,cars\n0,urban,3\n", "speed_ratio"),
             ("time_s,density_share\n0,0.1\n", "road_type"),
+            ("time_s,road_type,density_share,speed_ratio\n0,urban,0.1,0.9\n", "nothing says which"),
             ("time_s,road_type,density_share\n300,urban,0.1\n300,urban,0.1\n", "line 3"),
             ("time_s,road_type,density_share\n0,urban,20\n", "standing traffic"),
             ("time_s,road_type,speed_ratio\n0,urban,-1\n", "from 0 on"),
