@@ -180,3 +180,21 @@ pub fn hash(bytes: &[u8]) -> String {
 fn in_file(path: &Path) -> impl FnOnce(GivenCycleError) -> GivenCycleFileError + '_ {
     |source| GivenCycleFileError::Cycle { path: path.to_owned(), source }
 }
+
+/// The numbers of a column, each of which has to lie in a range; none where there is no such column.
+fn within(
+    table: &DelimitedTable,
+    names: &[&str],
+    [minimum, maximum]: [f64; 2],
+) -> Result<Option<Vec<f64>>, GivenCycleFileError> {
+    let Some(column) = table.one_of(names)? else { return Ok(None) };
+    let numbers = table.numbers(column)?;
+    for (line, value) in table.lines().zip(&numbers) {
+        if !(minimum..=maximum).contains(value) {
+            let (path, value) = (table.path().to_owned(), *value);
+            let column = table.names().nth(column).unwrap_or_default();
+            return Err(GivenCycleFileError::Range { path, line, column, value, minimum, maximum });
+        }
+    }
+    Ok(Some(numbers))
+}

@@ -14,8 +14,8 @@
 //! averaged over 45 m, because the roads of maps turn at their points only. Curvature is the change of direction per metre; curves
 //! are found in it by [`ocmc_core::road::route_geometry`]. Altitude is taken as it is given: smooth GPS heights before.
 
-use super::{GivenCycleFileError, in_file};
-use crate::delimited::DelimitedTable;
+use super::{GivenCycleFileError, in_file, within};
+use crate::delimited::{DelimitedTable, KMH, METRES, MPS};
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::tracks::{Rule, Track, Values};
 use ocmc_core::road::route_geometry::{self, Path2d};
@@ -55,6 +55,8 @@ const LONGITUDE: &[&str] = &["lon", "longitude"];
 /// Allowed latitudes and longitudes, in °; some count eastwards all around.
 const LATITUDES: [f64; 2] = [-90.0, 90.0];
 const LONGITUDES: [f64; 2] = [-180.0, 360.0];
+/// Allowed curvatures, in 1/m: those of a track.
+const CURVATURES_PER_M: [f64; 2] = [-0.5, 0.5];
 /// Allowed standstills, in s; 0 is none.
 const STOPS_S: [f64; 2] = [0.0, 172_800.0];
 
@@ -64,8 +66,13 @@ pub(super) fn read(table: &DelimitedTable) -> Result<GivenCycle, GivenCycleFileE
     refuse_two_of_a_kind(table)?;
     let latitude = within(table, LATITUDE, LATITUDES)?;
     let longitude = within(table, LONGITUDE, LONGITUDES)?;
+    // one of the two tells no place
+    if latitude.is_some() != longitude.is_some() {
+        table.column(LATITUDE)?;
+        table.column(LONGITUDE)?;
+    }
     let path = latitude.zip(longitude).map(|(lat, lon)| Path2d::new(&lat, &lon));
-    let positions = match (table.numbers_of(&["position_m"])?, &path) {
+    let positions = match (table.numbers_in(&["position_m"], METRES)?, &path) {
         (Some(positions), _) => positions,
         (None, Some(path)) => path.position_m.clone(),
         (None, None) => table.numbers(table.column(&["position_m", "lat"])?)?,
@@ -77,10 +84,11 @@ pub(super) fn read(table: &DelimitedTable) -> Result<GivenCycle, GivenCycleFileE
         let (path, position_m) = (table.path().to_owned(), positions[k + 1]);
         return Err(GivenCycleFileError::Order { path, line, position_m });
     }
-    let limits = if let Some(limits) = table.numbers_of(&["speed_limit_mps"])? {
+    let limits = if let Some(limits) = table.numbers_in(&["speed_limit_mps"], MPS)? {
         limits
     } else {
         let column = table.column(&["speed_limit_kmh", "speed_limit_mps"])?;
+        table.check_unit(column, KMH)?;
         table.numbers(column)?.iter().map(|limit| limit / 3.6).collect()
     };
     let track = |name, rule, value: Vec<f64>| Track {
@@ -92,7 +100,7 @@ pub(super) fn read(table: &DelimitedTable) -> Result<GivenCycle, GivenCycleFileE
     let mut tracks = vec![track("speed_limit_mps", Rule::Constant, limits)];
     if let Some(grades) = table.numbers_of(&["grade"])? {
         tracks.push(track("grade", Rule::Constant, grades));
-    } else if let Some(altitudes) = table.numbers_of(&["altitude_m", "elevation_m"])? {
+    } else if let Some(altitudes) = table.numbers_in(&["altitude_m", "elevation_m"], METRES)? {
         tracks.push(track("altitude_m", Rule::Linear, altitudes));
     }
     if let Some(stops_s) = within(table, &["stop_s"], STOPS_S)? {
@@ -107,7 +115,7 @@ pub(super) fn read(table: &DelimitedTable) -> Result<GivenCycle, GivenCycleFileE
         let position_m = positions.clone();
         tracks.push(Track { name: "road_type", rule: Rule::Constant, position_m, value });
     }
-    let curvature = table.numbers_of(&["curvature_per_m"])?;
+    let curvature = within(table, &["curvature_per_m"], CURVATURES_PER_M)?;
     for track in &mut tracks {
         track.merge_equal();
     }
@@ -132,24 +140,6 @@ fn refuse_two_of_a_kind(table: &DelimitedTable) -> Result<(), GivenCycleFileErro
         }
     }
     Ok(())
-}
-
-/// The numbers of a column, each of which has to lie in a range; none where there is no such column.
-fn within(
-    table: &DelimitedTable,
-    names: &[&str],
-    [minimum, maximum]: [f64; 2],
-) -> Result<Option<Vec<f64>>, GivenCycleFileError> {
-    let Some(column) = table.find(names) else { return Ok(None) };
-    let numbers = table.numbers(column)?;
-    for (line, value) in table.lines().zip(&numbers) {
-        if !(minimum..=maximum).contains(value) {
-            let (path, value) = (table.path().to_owned(), *value);
-            let column = table.names().nth(column).unwrap_or_default();
-            return Err(GivenCycleFileError::Range { path, line, column, value, minimum, maximum });
-        }
-    }
-    Ok(Some(numbers))
 }
 
 #[cfg(test)]
@@ -219,6 +209,13 @@ mod tests {
                 "# mine\nposition_m,speed_limit_kmh,stop_s\n0,50,0\n300,50,-5\n",
                 "r.csv:4: `stop_s` is -5, allowed is 0 to 172800",
             ),
+            (
+                "position_m,speed_limit_kmh,curvature_per_m\n0,50,0\n300,50,7\n",
+                "r.csv:3: `curvature_per_m` is 7, allowed is -0.5 to 0.5",
+            ),
+            ("lat,speed_limit_kmh\n52,50\n53,50\n", "`r.csv` has no column `lon` or `longitude`"),
+            ("lon,speed_limit_kmh\n9,50\n10,50\n", "`r.csv` has no column `lat` or `latitude`"),
+            ("position_m [km],speed_limit_kmh\n0,50\n9,50\n", "is read in m, not in km"),
         ] {
             let fault = parse(text).unwrap_err().to_string();
             assert!(fault.contains(message), "{fault}");

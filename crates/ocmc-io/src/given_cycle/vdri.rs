@@ -2,20 +2,33 @@
 //!
 //! A row holds up to the next one. A row with a stop time is a stop line; behind it the next row's target speed holds. The gradient
 //! is rise over run, tan θ; the road's slope is sin θ. The first and the last stop are the start and the end of the trip: a truck
-//! stands there anyway, their times are not counted. Other columns (auxiliaries, wind) are not used.
+//! stands there anyway, their times are not counted. A unit in brackets, as in `<s> [m]`, has to be that one. Other columns (auxiliaries, wind) are not used.
 
 use super::{GivenCycleFileError, in_file};
-use crate::delimited::DelimitedTable;
+use crate::delimited::{DelimitedTable, KMH, METRES, PERCENT, SECONDS, Unit};
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::tracks::{Rule, Track};
 
+/// Allowed target speeds, in km/h: those of any track; 0 where a truck stops.
+const SPEEDS_KMH: [f64; 2] = [0.0, 252.0];
+/// Allowed stop times, in s; 0 is none.
+const STOPS_S: [f64; 2] = [0.0, 172_800.0];
+
 /// Reads a cycle.
 pub(super) fn read(table: &DelimitedTable) -> Result<GivenCycle, GivenCycleFileError> {
-    let position_m = table.numbers(table.column(&["s"])?)?;
-    let speed_kmh = table.numbers(table.column(&["v"])?)?;
+    let needed = |name: &str, unit: Unit| {
+        let column = table.column(&[name])?;
+        table.check_unit(column, unit).map(|()| column)
+    };
+    let position_m = table.numbers(needed("s", METRES)?)?;
+    needed("v", KMH)?;
+    let speed_kmh = super::within(table, &["v"], SPEEDS_KMH)?.unwrap_or_default();
     let zero = || vec![0.0; position_m.len()];
-    let gradient = table.numbers_of(&["grad"])?.unwrap_or_else(zero);
-    let stop_s = table.numbers_of(&["stop"])?.unwrap_or_else(zero);
+    let gradient = table.numbers_in(&["grad"], PERCENT)?.unwrap_or_else(zero);
+    if let Some(column) = table.one_of(&["stop"])? {
+        table.check_unit(column, SECONDS)?;
+    }
+    let stop_s = super::within(table, &["stop"], STOPS_S)?.unwrap_or_else(zero);
     let lines: Vec<u64> = table.lines().collect();
     let mut limits = Track::empty("speed_limit_mps", Rule::Constant);
     let mut grades = Track::empty("grade", Rule::Constant);
@@ -70,6 +83,30 @@ mod tests {
         // 100 m up 3 % of the run
         let climb = 100.0 * 0.03 / (1.0f64 + 0.03 * 0.03).sqrt();
         assert!((cycle.altitude_m(120.0) - climb).abs() < 1e-9);
+    }
+
+    #[test]
+    fn what_no_cycle_has_is_refused_with_its_place() {
+        for (header, row, words) in [
+            (
+                "<s>,<v>,<grad>,<stop>",
+                "9,60,0,-5",
+                "a.vdri:3: `stop` is -5, allowed is 0 to 172800",
+            ),
+            ("<s>,<v>,<grad>,<stop>", "9,-60,0,0", "a.vdri:3: `v` is -60, allowed is 0 to 252"),
+            ("<s> [km],<v>,<grad>,<stop>", "9,60,0,0", "`<s> [km]` is read in m, not in km"),
+            ("<s>,<v> [m/s],<grad>,<stop>", "9,60,0,0", "`<v> [m/s]` is read in km/h"),
+            ("<s>,<v>,<v>,<stop>", "9,60,50,0", "the columns `<v>` and `<v>`"),
+        ] {
+            let fault = DelimitedTable::parse(
+                Path::new("a.vdri"),
+                &format!("{header}\n0,0,0,2\n{row}\n400,0,0,2\n"),
+            );
+            let fault = read(&fault.unwrap()).unwrap_err().to_string();
+            assert!(fault.contains(words), "{fault}");
+        }
+        let units = "<s> [m],<v> [km/h],<grad> [%],<stop> [s]\n0,0,0,2\n9,60,0,0\n400,0,0,2\n";
+        assert_eq!(parse(units).unwrap().length_m, 400.0);
     }
 
     #[test]
