@@ -36,13 +36,22 @@ pub struct Path2d {
 }
 
 impl Path2d {
-    /// Puts latitudes and longitudes, in degrees, on a plane.
+    /// Puts latitudes and longitudes, in degrees, on a plane; longitudes may step from 180 to -180 and from 360 to 0.
     pub fn new(latitude_deg: &[f64], longitude_deg: &[f64]) -> Self {
         let (phi, lambda) = (latitude_deg[0], longitude_deg[0]);
         let per_degree = EARTH_RADIUS_M.to_radians();
         let shrink = libm::cos(phi.to_radians());
-        let x_m: Vec<f64> =
-            longitude_deg.iter().map(|degrees| (degrees - lambda) * per_degree * shrink).collect();
+        // some count eastwards all around, and the date line is no step: from each point the short way to the next
+        let mut turns = 0.0;
+        let mut before = lambda;
+        let x_m: Vec<f64> = longitude_deg
+            .iter()
+            .map(|&degrees| {
+                turns -= libm::round((degrees - before) / 360.0);
+                before = degrees;
+                (degrees - lambda + 360.0 * turns) * per_degree * shrink
+            })
+            .collect();
         let y_m: Vec<f64> = latitude_deg.iter().map(|d| (d - phi) * per_degree).collect();
         let mut position_m = vec![0.0];
         for k in 1..x_m.len() {
@@ -136,4 +145,22 @@ fn curves_on_grid(curvature: &[f64], length_m: f64) -> Vec<Curve> {
         first += steps.max(1);
     }
     curves
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_date_line_and_a_full_turn_are_no_step() {
+        let latitude = [10.0; 4];
+        let plain = Path2d::new(&latitude, &[5.0, 5.001, 5.002, 5.001]);
+        for longitude in [[179.999, -180.0, -179.999, 180.0], [359.999, 0.0, 0.001, 360.0]] {
+            let path = Path2d::new(&latitude, &longitude);
+            for (a, b) in path.position_m.iter().zip(&plain.position_m) {
+                assert!((a - b).abs() < 1e-5, "{longitude:?}: {a} {b}");
+            }
+            assert!((path.heading_rad() - plain.heading_rad()).abs() < 1e-9);
+        }
+    }
 }
