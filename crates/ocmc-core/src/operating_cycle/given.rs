@@ -41,6 +41,26 @@ pub enum GivenCycleError {
         /// What they have to be.
         wanted: &'static str,
     },
+    /// Two tracks of one name.
+    #[error(
+        "there are two tracks `{track}`, and nothing says which of them is meant; allowed is one"
+    )]
+    Twice {
+        /// Name of the tracks.
+        track: String,
+    },
+    /// Positions and values that are not pairs.
+    #[error(
+        "track `{track}` has {positions} positions and {values} values, allowed is one value for each position"
+    )]
+    Lengths {
+        /// Name of the track.
+        track: String,
+        /// Its positions.
+        positions: usize,
+        /// Its values.
+        values: usize,
+    },
     /// Positions out of order.
     #[error(
         "in track `{track}`, position {position_m} m (entry {entry}) is not above the one before it; \
@@ -130,7 +150,10 @@ impl GivenCycle {
     /// # Errors
     /// [`GivenCycleError`] names the track, the place and what is allowed.
     pub fn from_tracks(tracks: &[Track], length_m: Option<f64>) -> Result<Self, GivenCycleError> {
-        for track in tracks {
+        for (k, track) in tracks.iter().enumerate() {
+            if tracks[..k].iter().any(|other| other.name == track.name) {
+                return Err(GivenCycleError::Twice { track: track.name.to_owned() });
+            }
             check_positions(track)?;
         }
         let find = |name: &str| tracks.iter().find(|t| t.name == name && !t.position_m.is_empty());
@@ -194,6 +217,15 @@ impl GivenCycle {
 }
 
 fn check_positions(track: &Track) -> Result<(), GivenCycleError> {
+    let positions = track.position_m.len();
+    let values = match &track.value {
+        Values::Numbers(numbers) => numbers.len(),
+        Values::Names(names) => names.len(),
+    };
+    if positions != values {
+        let track = track.name.to_owned();
+        return Err(GivenCycleError::Lengths { track, positions, values });
+    }
     let mut before = -1.0;
     for (k, position_m) in track.position_m.iter().enumerate() {
         let rises = *position_m > before || (track.rule == Rule::Event && *position_m >= before);
@@ -301,14 +333,16 @@ fn events_of(numbers: &Numbers, length_m: f64) -> Result<Vec<PointEvent>, GivenC
     add("mission_stop_s", wait, &|standstill_s| EventKind::MissionStop { standstill_s })?;
     let lengths = numbers("speed_bump_length_m", 0.1, 50.0)?.unwrap_or_default();
     let heights = numbers("speed_bump_height_m", 0.005, 0.5)?.unwrap_or_default();
-    for (position_m, length_m) in lengths {
+    for (position_m, bump_m) in lengths {
         let height = heights.iter().find(|height| height.0 == position_m);
         let (_, height_m) = *height.ok_or_else(|| GivenCycleError::Missing {
             track: "speed_bump_height_m".to_owned(),
             purpose: "each speed bump has a length and, at the same position, a height",
         })?;
-        let kind = EventKind::SpeedBump { length_m, height_m };
-        events.push(PointEvent { position_m, kind, turns: false });
+        if position_m > 0.0 && position_m < length_m {
+            let kind = EventKind::SpeedBump { length_m: bump_m, height_m };
+            events.push(PointEvent { position_m, kind, turns: false });
+        }
     }
     merge_events(&mut events);
     Ok(events)
@@ -450,6 +484,20 @@ mod tests {
     }
 
     #[test]
+    fn events_at_the_ends_of_the_road_and_beyond_are_dropped() {
+        let places: [f64; 4] = [0.0, 500.0, 1000.0, 1500.0];
+        let at = |name, value: f64| track(name, Rule::Event, &places.map(|x| (x, value)));
+        for tracks in [
+            vec![at("speed_bump_length_m", 4.0), at("speed_bump_height_m", 0.1)],
+            vec![at("stop_sign_s", 5.0)],
+        ] {
+            let cycle = GivenCycle::from_tracks(&[vec![limit()], tracks].concat(), Some(1000.0));
+            let events = cycle.unwrap().events;
+            assert_eq!(events.iter().map(|event| event.position_m).collect::<Vec<_>>(), [500.0]);
+        }
+    }
+
+    #[test]
     fn what_is_wrong_is_named() {
         let wrong = |tracks: &[Track]| GivenCycle::from_tracks(tracks, None).unwrap_err();
         assert!(wrong(&[]).to_string().contains("0 m long"));
@@ -461,6 +509,12 @@ mod tests {
         assert!(text.contains("50 m is 2, allowed is -0.5 to 0.5"), "{text}");
         let nan = track("grade", Rule::Constant, &[(0.0, f64::NAN)]);
         assert!(wrong(&[limit(), nan]).to_string().contains("NaN"));
+        let text = wrong(&[limit(), limit()]).to_string();
+        assert!(text.contains("two tracks `speed_limit_mps`"), "{text}");
+        let mut short = limit();
+        short.position_m.push(900.0);
+        let text = wrong(&[short]).to_string();
+        assert!(text.contains("`speed_limit_mps` has 3 positions and 2 values"), "{text}");
         let text =
             wrong(&[track("grade", Rule::Constant, &[(0.0, 0.0), (900.0, 0.0)])]).to_string();
         assert!(text.contains("speed_limit_mps"), "{text}");

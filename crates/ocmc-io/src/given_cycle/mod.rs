@@ -57,6 +57,18 @@ pub enum GivenCycleFileError {
         /// What is wrong.
         source: GivenCycleError,
     },
+    /// A number of the whole cycle out of its range, or alone.
+    #[error("`{}`: `{key}` is {value}, allowed is {allowed}", path.display())]
+    Value {
+        /// The file.
+        path: PathBuf,
+        /// What it is called.
+        key: &'static str,
+        /// The number.
+        value: f64,
+        /// What is allowed.
+        allowed: &'static str,
+    },
     /// A position that does not lie behind the one before it.
     #[error("{}:{line}: position {position_m} m does not lie behind the one before it", path.display())]
     Order {

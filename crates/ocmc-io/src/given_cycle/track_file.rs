@@ -2,7 +2,7 @@
 
 use super::{GivenCycleFileError, in_file};
 use crate::delimited::DelimitedTable;
-use ocmc_core::operating_cycle::given::GivenCycle;
+use ocmc_core::operating_cycle::given::{GivenCycle, GivenCycleError};
 use ocmc_core::operating_cycle::tracks::{NAMES, Rule, Track, Values};
 use serde::Deserialize;
 use std::path::Path;
@@ -31,6 +31,14 @@ enum CellJson {
     Name(String),
 }
 
+/// Departures that a study allows: its keys, in s of the day and in days of the year.
+const DEPARTURE_S: &str = "departure_s_of_day";
+const DEPARTURE_DAY: &str = "departure_day_of_year";
+const DEPARTURES_S: [f64; 2] = [-86_400.0, 172_800.0];
+const DAYS: [f64; 2] = [0.0, 366.0];
+/// One turn, in either direction; a little more for what is rounded.
+const HEADINGS_RAD: [f64; 2] = [-6.3, 6.3];
+
 /// Reads the JSON form.
 pub(super) fn read_json(path: &Path, text: &str) -> Result<GivenCycle, GivenCycleFileError> {
     let json: CycleJson = serde_json::from_str(text)
@@ -38,6 +46,11 @@ pub(super) fn read_json(path: &Path, text: &str) -> Result<GivenCycle, GivenCycl
     let mut tracks = Vec::with_capacity(json.tracks.len());
     for track in json.tracks {
         let name = known(path, &track.name)?;
+        let (positions, values) = (track.position_m.len(), track.value.len());
+        if positions != values {
+            let track = track.name;
+            return Err(in_file(path)(GivenCycleError::Lengths { track, positions, values }));
+        }
         let cells = track.value.into_iter().map(|cell| match cell {
             CellJson::Number(number) => Ok(number),
             CellJson::Name(name) => Err(name),
@@ -45,8 +58,20 @@ pub(super) fn read_json(path: &Path, text: &str) -> Result<GivenCycle, GivenCycl
         tracks.push(track_of(name, track.position_m.into_iter().zip(cells)));
     }
     let mut cycle = GivenCycle::from_tracks(&tracks, json.length_m).map_err(in_file(path))?;
+    let (second, day) = (json.departure_s_of_day, json.departure_day_of_year);
+    for (key, value, [from, to], allowed) in [
+        ("heading_rad", json.heading_rad, HEADINGS_RAD, "an angle from -2 π to 2 π"),
+        (DEPARTURE_S, second, DEPARTURES_S, "-86400 to 172800 s, with a departure_day_of_year"),
+        (DEPARTURE_DAY, day, DAYS, "0 to 366, with a departure_s_of_day"),
+    ] {
+        let alone = key != "heading_rad" && second.is_some() != day.is_some();
+        if let Some(value) = value.filter(|value| alone || !(*value >= from && *value <= to)) {
+            let path = path.to_owned();
+            return Err(GivenCycleFileError::Value { path, key, value, allowed });
+        }
+    }
     cycle.heading_rad = json.heading_rad;
-    cycle.departure = json.departure_s_of_day.zip(json.departure_day_of_year);
+    cycle.departure = second.zip(day);
     Ok(cycle)
 }
 
@@ -101,4 +126,36 @@ fn known(path: &Path, name: &str) -> Result<&'static str, GivenCycleFileError> {
         name: name.to_owned(),
         allowed: NAMES.join(", "),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parse(head: &str, tracks: &str) -> Result<GivenCycle, GivenCycleFileError> {
+        let text = format!(r#"{{"length_m": 1000.0, {head}"tracks": [{tracks}]}}"#);
+        read_json(Path::new("a.json"), &text)
+    }
+
+    #[test]
+    fn what_no_cycle_has_is_refused() {
+        let limit = r#"{"name": "speed_limit_mps", "position_m": [0.0], "value": [20.0]}"#;
+        let departure =
+            r#""departure_s_of_day": 3600.0, "departure_day_of_year": 12.0, "heading_rad": 1.0, "#;
+        let cycle = parse(departure, limit).unwrap();
+        assert_eq!((cycle.departure, cycle.heading_rad), (Some((3600.0, 12.0)), Some(1.0)));
+        let short =
+            r#"{"name": "speed_limit_mps", "position_m": [0.0, 50.0, 60.0], "value": [20.0]}"#;
+        for (head, tracks, words) in [
+            ("", short, "3 positions and 1 values"),
+            ("", &format!("{limit}, {limit}"), "two tracks `speed_limit_mps`"),
+            (r#""heading_rad": 1e300, "#, limit, "`heading_rad` is 1"),
+            (r#""departure_s_of_day": 1e9, "departure_day_of_year": 1, "#, limit, "172800"),
+            (r#""departure_s_of_day": 1, "departure_day_of_year": -3, "#, limit, "0 to 366"),
+            (r#""departure_s_of_day": 1, "#, limit, "with a departure_day_of_year"),
+        ] {
+            let fault = parse(head, tracks).unwrap_err().to_string();
+            assert!(fault.contains("`a.json`") && fault.contains(words), "{fault}");
+        }
+    }
 }
