@@ -166,7 +166,10 @@ pub fn fit(
         } else {
             options.smallest_deceleration_mps2
         };
-        let of = |k: &usize| keep(*k) && sign * table.acceleration_mps2[*k] > 0.0;
+        let of = |k: &usize| {
+            let a = table.acceleration_mps2[*k];
+            keep(*k) && a.is_finite() && sign * a > 0.0
+        };
         let rows: Vec<usize> = (0..n).filter(of).collect();
         let used = |k: &&usize| sign * table.acceleration_mps2[**k] > threshold;
         let logs: Vec<(&str, f64)> = rows
@@ -319,5 +322,20 @@ mod tests {
         assert!((whole.median_mps2 - 0.24).abs() < 0.01, "{whole:?}");
         assert!((whole.log_sd - 0.4).abs() < 0.02, "{whole:?}");
         assert!((whole.share_beyond_threshold - 0.676).abs() < 0.03, "{whole:?}");
+    }
+
+    #[test]
+    fn an_infinite_acceleration_is_missing_and_not_used() {
+        let clean = table(1, 50);
+        let mut odd = clean.clone();
+        for infinite in [f64::INFINITY, f64::NEG_INFINITY] {
+            odd.driver.push("driver 0".to_owned());
+            odd.category.push("40-to-70".to_owned());
+            odd.acceleration_mps2.push(infinite);
+        }
+        let options = SpeedChangeOptions::default();
+        let (clean, odd) = (fit(&clean, &options).unwrap(), fit(&odd, &options).unwrap());
+        assert_eq!((odd.acceleration, odd.deceleration), (clean.acceleration, clean.deceleration));
+        assert_eq!(odd.dropped["missing_value"], 2);
     }
 }
