@@ -108,6 +108,9 @@ impl Failure {
             Self::Sensitivity(SensitivityError::TooFewRows { .. }) => Some(
                 "more --cycles, or another --column; `ocmc` with this study says why cycles fail",
             ),
+            Self::Sensitivity(SensitivityError::TooFewCrossed { .. }) => Some(
+                "more cycles with --crossed, or another --column; `ocmc` with this study says why cycles fail",
+            ),
             Self::Sensitivity(SensitivityError::NotIndependent) => {
                 Some("add --set simulation.sampling=independent, or leave --crossed away")
             }

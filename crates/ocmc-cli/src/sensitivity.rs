@@ -9,8 +9,9 @@ use crate::{output, request};
 use ocmc_core::fleet::random_effects::{TwoWay, two_way};
 use ocmc_core::fleet::run::RunPlan;
 use ocmc_core::fleet::sensitivity::{
-    self, FactorGroup, FactorShare, LEAST_GROUPS, Sensitivity, factor_groups,
+    self, FactorGroup, FactorShare, LEAST_GROUPS, Sensitivity, SensitivityError, factor_groups,
 };
+use ocmc_core::sampling::Sampling;
 use ocmc_io::label::label;
 use ocmc_io::study::{self, LoadedStudy, study_hash};
 use serde::Serialize;
@@ -45,6 +46,9 @@ pub(crate) fn sensitivity(arguments: &SensitivityArguments) -> Result<(), Failur
     let loaded = study::load(&arguments.study, &arguments.set)?;
     let groups = groups(&arguments.factor);
     let (plan, quantity) = request::analysis(&arguments.analysis)?;
+    if let Some(cycles) = arguments.crossed {
+        check_crossed(&loaded, plan.first_cycle, cycles)?;
+    }
     let cycles = plan.cycles * (2 + groups.len() as u64);
     let analysis = Analysis::begin(cycles, &arguments.analysis);
     let shares = sensitivity::sensitivity(&loaded.study, &plan, &groups, quantity, |cycles| {
@@ -90,6 +94,17 @@ pub fn sensitivity_answer(
     }
     let json = serde_json::to_value(&content).expect("numbers and words");
     Answer { json, text, warnings: Vec::new() }
+}
+
+/// What the second opinion would be refused for, before the first one is driven.
+fn check_crossed(loaded: &LoadedStudy, first_cycle: u64, cycles: u64) -> Result<(), Failure> {
+    request::check_range(first_cycle, cycles).map_err(|_| {
+        request::usage("--first-cycle with --crossed goes beyond the largest cycle id")
+    })?;
+    if loaded.model.simulation.sampling != Sampling::Independent {
+        return Err(SensitivityError::NotIndependent.into());
+    }
+    Ok(())
 }
 
 /// Every cycle with every driver.

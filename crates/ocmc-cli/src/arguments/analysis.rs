@@ -1,6 +1,6 @@
 //! What the user typed about sensitivities and comparisons.
 
-use super::value::{at_least_one, cycle_id, threads, whole_number};
+use super::value::{at_least_one, crossed, cycle_id, threads, whole_number};
 use clap::Args;
 use clap::builder::PossibleValuesParser;
 use ocmc_core::fleet::quantity::QUANTITIES;
@@ -45,7 +45,7 @@ pub(crate) struct SensitivityArguments {
     #[arg(long, value_name = "NAME", value_delimiter = ',', value_parser = PossibleValuesParser::new(factor_groups().into_iter().map(|group| group.name)))]
     pub(crate) factor: Vec<String>,
     /// A second opinion: also drives so many cycles with each of 30 drivers, and splits the variance two ways
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = at_least_one)]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = crossed)]
     pub(crate) crossed: Option<u64>,
     #[command(flatten)]
     pub(crate) analysis: AnalysisArguments,

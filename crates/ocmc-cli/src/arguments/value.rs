@@ -46,6 +46,17 @@ pub(super) fn at_least_one(text: &str) -> Result<u64, String> {
     }
 }
 
+/// Most cycles of a crossed design: the values of all of them are held in memory, once for each driver.
+const MOST_CROSSED: u64 = 1_000_000;
+
+/// A number of cycles whose variance can be split.
+pub(super) fn crossed(text: &str) -> Result<u64, String> {
+    match whole_number(text) {
+        Ok(number) if (2..=MOST_CROSSED).contains(&number) => Ok(number),
+        _ => Err(format!("allowed is a whole number from 2 to {MOST_CROSSED}")),
+    }
+}
+
 /// An id after which there is another number, so that a run of this cycle alone ends at a number.
 pub(super) fn cycle_id(text: &str) -> Result<u64, String> {
     match whole_number(text) {
@@ -100,6 +111,10 @@ mod tests {
         assert_eq!(at_least_one("288230376151711743"), Ok(LAST_CYCLE_ID));
         for text in ["0", "288230376151711744"] {
             assert!(at_least_one(text).is_err_and(|told| told.contains("288230376151711743")));
+        }
+        assert_eq!(crossed("2"), Ok(2));
+        for text in ["1", "1000001", "99999999999999", "x"] {
+            assert!(crossed(text).is_err_and(|told| told.contains("2 to 1000000")), "{text}");
         }
         assert!(threads("0").is_err() && threads("1025").is_err() && threads("1024").is_ok());
     }

@@ -104,7 +104,7 @@ pub fn two_way<B>(
         Some(shares) => Ok(shares),
         None if count < 2 => {
             let dropped = plan.cycles - count;
-            Err(SensitivityError::TooFewRows { column, rows: count, dropped })
+            Err(SensitivityError::TooFewCrossed { column, cycles: count, dropped })
         }
         None => Err(SensitivityError::NoSpread { column }),
     })

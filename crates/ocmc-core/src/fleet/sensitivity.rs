@@ -118,6 +118,18 @@ pub enum SensitivityError {
         /// Dropped rows.
         dropped: u64,
     },
+    /// Too few cycles of a crossed design are complete.
+    #[error(
+        "{cycles} of the crossed cycles have `{column}` with every driver, {dropped} do not; at least 2 are needed"
+    )]
+    TooFewCrossed {
+        /// Name of the quantity.
+        column: &'static str,
+        /// Complete cycles.
+        cycles: u64,
+        /// Dropped cycles.
+        dropped: u64,
+    },
     /// Every cycle has the same value.
     #[error("`{column}` is the same in every cycle: there is no variance to share out")]
     NoSpread {
