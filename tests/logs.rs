@@ -307,3 +307,15 @@ fn gains_of_a_trace_are_identified() {
     let told = failure(&["identify", &flat]);
     assert!(told.contains("no event"), "{told}");
 }
+
+#[test]
+fn a_log_in_another_encoding_is_named_so() {
+    let directory = tempfile::tempdir().expect("a temporary directory");
+    let path = directory.path().join("latin.csv");
+    let mut bytes = b"time_s,speed_mps,yaw_rate_radps,place\n0,10,0,home\n1,10,0,K".to_vec();
+    bytes.push(0xf6);
+    bytes.extend(b"ln\n");
+    fs::write(&path, bytes).expect("a temporary file");
+    let told = failure(&["curves", path.to_str().expect("UTF-8")]);
+    assert!(told.contains("line 3: the text is not UTF-8") && told.contains("save"), "{told}");
+}

@@ -28,6 +28,17 @@ pub enum LogFileError {
         /// Why.
         reason: String,
     },
+    /// Letters of another encoding.
+    #[error(
+        "`{}`, {place}: the text is not UTF-8 (perhaps Latin-1 or UTF-16); save the file as CSV in UTF-8",
+        path.display()
+    )]
+    NotUtf8 {
+        /// The file.
+        path: PathBuf,
+        /// The line, in words.
+        place: String,
+    },
     /// A column of a type that no quantity has.
     #[error(transparent)]
     Type(#[from] ColumnTypeError),

@@ -134,9 +134,12 @@ pub fn read_text(
     let delimiter = delimiter(start);
     let mut reader =
         csv::ReaderBuilder::new().flexible(true).delimiter(delimiter).from_reader(text);
-    let not_csv = |error: &csv::Error| LogFileError::NotCsv {
-        path: path.to_owned(),
-        reason: error.to_string(),
+    let not_csv = |error: &csv::Error| match error.kind() {
+        csv::ErrorKind::Utf8 { pos, .. } => {
+            let line = pos.as_ref().map_or(1, csv::Position::line);
+            LogFileError::NotUtf8 { path: path.to_owned(), place: format!("line {line}") }
+        }
+        _ => LogFileError::NotCsv { path: path.to_owned(), reason: error.to_string() },
     };
     let header: Vec<String> = reader
         .headers()
