@@ -2,6 +2,7 @@
 
 mod program;
 
+use ocmc_core::random::LAST_CYCLE_ID;
 use ocmc_core::simulation::record::Outcome;
 use program::{SHORT, ocmc, run_into};
 use serde_json::Value;
@@ -266,4 +267,33 @@ fn the_birds_eye_view_of_a_study() {
     let refused = ocmc(&[&flat[..], &["--first-cycle", &u64::MAX.to_string()]].concat());
     let output = { refused }.output().expect("the program starts");
     assert_eq!(output.status.code(), Some(2));
+}
+
+#[test]
+fn studies_of_two_powertrains_are_compared_by_the_work_at_the_wheels() {
+    let arguments = ["compare", "field-truck", "battery-truck", "--cycles", "20", "--set", SHORT];
+    let answer = json(&arguments);
+    assert_eq!(answer["column"], "wheel_kwh_per_km");
+    assert!(answer["pairs"].as_u64() > Some(0) && !answer["difference"].is_null(), "{answer}");
+}
+
+#[test]
+fn a_second_opinion_that_cannot_be_is_refused_before_anything_is_driven() {
+    let told = |more: &[&str], status: i32| {
+        // so many cycles would take for ever
+        let run = ["sensitivity", "--cycles", "100000", "--quiet", "--first-cycle"];
+        let output = ocmc(&[&run[..], more].concat()).output().expect("the program starts");
+        assert_eq!(output.status.code(), Some(status), "{more:?}");
+        String::from_utf8(output.stderr).expect("UTF-8")
+    };
+    for number in ["1", "99999999999999"] {
+        let text = told(&["0", "--crossed", number], 2);
+        assert!(text.contains("--crossed") && text.contains("2 to 1000000"), "{text}");
+    }
+    let sobol = ["0", "--crossed", "50", "--set", "simulation.sampling=sobol"];
+    assert!(told(&sobol, 1).contains("independent draws"));
+    // room for the rows of the design, not for the crossed cycles
+    let last = (LAST_CYCLE_ID - 100_000).to_string();
+    let text = told(&[&last, "--crossed", "1000000"], 2);
+    assert!(text.contains("--first-cycle with --crossed"), "{text}");
 }

@@ -113,7 +113,8 @@ pub(crate) fn birds_eye<'py>(
 /// first_cycle : int
 ///     Id of the first cycle.
 /// column : str, optional
-///     The quantity that is compared, such as ``"mean_speed_mps"``; by default the consumption of `a`.
+///     The quantity that is compared, such as ``"mean_speed_mps"``; by default the first consumption that both have:
+///     fuel, electricity, or the work at the wheels.
 /// threads : int, optional
 ///     Threads to use, one for each CPU by default.
 /// progress : bool or callable, optional

@@ -18,7 +18,7 @@ pub(crate) struct AnalysisArguments {
     /// Master seed
     #[arg(long, value_name = "N", default_value = "1", allow_negative_numbers = true, value_parser = whole_number)]
     pub(crate) seed: u64,
-    /// Quantity that is asked about [default: the consumption]
+    /// Quantity that is asked about [default: the consumption; of several studies the first that all have]
     #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(QUANTITIES.map(|quantity| quantity.column)))]
     pub(crate) column: Option<String>,
     /// Threads [default: one for each CPU]

@@ -13,7 +13,7 @@
 //! residuals; the rest is the variance of a difference.
 
 use super::dependence::Dependence;
-use super::quantity::{Quantity, consumption};
+use super::quantity::{Quantity, shared_consumption};
 use super::ratio::student_975;
 use super::replicates::ParameterUncertainty;
 use super::run::{RunPlan, records};
@@ -210,7 +210,7 @@ impl Comparison {
 }
 
 /// Drives the plan in each study, and compares all of them with the first one, the baseline. Without a quantity the
-/// consumption of the baseline is compared.
+/// first consumption that all of them have is compared: fuel, else electricity, else the work at the wheels.
 ///
 /// `progress` receives the number of cycles driven so far, over all studies, several times a second; breaking ends the
 /// comparison.
@@ -225,10 +225,11 @@ pub fn compare<B>(
         let before = k as u64 * plan.cycles;
         driven.push(records(study, plan, |cycles| progress(before + cycles))?);
     }
+    let fleets: Vec<&[Record]> = driven.iter().map(Vec::as_slice).collect();
+    let quantity = quantity.unwrap_or_else(|| shared_consumption(&fleets));
     let Some((baseline, others)) = driven.split_first() else {
         return ControlFlow::Continue(Vec::new());
     };
-    let quantity = quantity.unwrap_or_else(|| consumption(baseline));
     let of = |study: &Study| Dependence::of(study.model());
     let compare = |(other, study): (&Vec<Record>, &&Study)| {
         Comparison::of(quantity, of(studies[0]).of_pairs(of(study)), baseline, other)

@@ -136,7 +136,36 @@ pub fn quantity(column: &str) -> Option<&'static Quantity> {
 
 /// The consumption that these cycles have: fuel, else electricity, else the work at the wheels.
 pub fn consumption(records: &[Record]) -> &'static Quantity {
-    let consumptions = QUANTITIES.iter().filter(|q| CONSUMPTIONS.contains(&q.column));
-    let mut had = consumptions.filter(|q| records.iter().any(|r| q.of_cycle(r).is_some()));
-    had.next().unwrap_or(&QUANTITIES[0])
+    shared_consumption(&[records])
+}
+
+/// The consumption that all of these fleets have; of fleets that have none in common that of the first.
+pub fn shared_consumption(fleets: &[&[Record]]) -> &'static Quantity {
+    let has = |quantity: &Quantity, fleet: &[Record]| {
+        fleet.iter().any(|record| quantity.of_cycle(record).is_some())
+    };
+    let consumptions = || QUANTITIES.iter().filter(|q| CONSUMPTIONS.contains(&q.column));
+    let shared = consumptions().find(|q| fleets.iter().all(|fleet| has(q, fleet)));
+    let first = || consumptions().find(|q| fleets.first().is_some_and(|fleet| has(q, fleet)));
+    shared.or_else(first).unwrap_or(&QUANTITIES[0])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn fleets_of_two_powertrains_share_the_work_at_the_wheels() {
+        let diesel = Record { consumption_l_per_100km: Some(30.0), ..Record::default() };
+        let electric = Record { consumption_kwh_per_km: Some(1.2), ..Record::default() };
+        let failed = Record { outcome: Outcome::Stalled, ..diesel };
+        let (diesel, electric, failed) = ([diesel], [electric], [failed]);
+        let of = |fleets: &[&[Record]]| shared_consumption(fleets).column;
+        assert_eq!(of(&[&diesel, &diesel]), LITRES);
+        assert_eq!(of(&[&electric, &electric]), ELECTRICITY);
+        assert_eq!(of(&[&diesel, &electric]), WHEEL);
+        // nothing in common: that of the first
+        assert_eq!(of(&[&electric, &failed]), ELECTRICITY);
+        assert_eq!(of(&[&failed]), LITRES);
+    }
 }
