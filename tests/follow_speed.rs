@@ -54,6 +54,7 @@ fn the_hint_behind_a_route_traces_a_cycle_on_it() {
     let told = ocmc(&run).assert().success();
     let told = String::from_utf8(told.get_output().stderr.clone()).unwrap();
     assert!(told.contains("records.csv"), "{told}");
+    assert!(told.contains(&format!("`ocmc report {}`", out.display())), "{told}");
     let trace = folder.path().join("trace.csv");
     let mut arguments = hinted(&told);
     arguments.extend(["--out".to_owned(), trace.display().to_string()]);

@@ -206,6 +206,10 @@ fn more(out: Option<&Path>, manifest: &Manifest, routes: &[RouteModel]) -> Strin
         Some(path) => written(path, manifest),
         None => "More: --out DIR keeps a record of each cycle.".to_owned(),
     };
+    let kept = match out {
+        Some(path) => format!("{kept} `ocmc report {}` makes a page of it.", path.display()),
+        None => kept,
+    };
     // `trace` knows no followed speed
     if manifest.followed.is_some() {
         return kept;
