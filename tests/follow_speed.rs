@@ -209,3 +209,35 @@ fn a_plan_with_a_rest_of_days_is_followed() {
         assert_eq!((record.outcome, record.standstill_s), (Outcome::Completed, 345_600.0));
     }
 }
+
+#[test]
+fn what_is_beyond_a_map_for_a_moment_is_no_saturation() {
+    let folder = tempfile::tempdir().unwrap();
+    // half a minute from rest: the motor starts below the first point of its map
+    let file = drive_cycle(folder.path(), "gentle.csv", 8.0, 0.0);
+    for study in ["field-truck", "battery-truck"] {
+        let run = ["drive", &file, "--follow-speed", "exact", "--cycles", "3", "--study", study];
+        let told = ocmc(&run).args(["--json", "--quiet"]).assert().success();
+        let json: serde_json::Value = serde_json::from_slice(&told.get_output().stdout).unwrap();
+        assert!(json["saturation"]["limited_s"].as_f64().unwrap() == 0.0, "{json}");
+        let told = ocmc(&run).arg("--quiet").assert().success();
+        let text = String::from_utf8(told.get_output().stdout.clone()).unwrap();
+        assert!(!text.contains("Saturated"), "{study}: {text}");
+    }
+}
+
+#[test]
+fn a_mission_without_its_departure_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    for (ending, told) in [("csv", true), ("json", false)] {
+        let file = folder.path().join(format!("road.{ending}")).display().to_string();
+        let short = ["cycle", "--cycle-id", "3", "--set", "mission.length_m=3000", "--out", &file];
+        ocmc(&short).assert().success();
+        let run = ["drive", &file, "--cycles", "2", "--quiet"];
+        for (keep, told) in [(&["--keep", "mission"][..], told), (&[], false)] {
+            let driven = ocmc(&run).args(keep).assert().success();
+            let text = String::from_utf8(driven.get_output().stderr.clone()).unwrap();
+            assert_eq!(text.contains("holds no departure"), told, "{ending}: {text}");
+        }
+    }
+}

@@ -137,13 +137,18 @@ fn uncertain(summary: &Summary) -> String {
     )
 }
 
+/// Work a cycle, in J, below which nothing is missing at the wheels but digits.
+const ROUNDING_J: f64 = 1.0;
+
 /// Where powertrains could not do what a followed speed asked for, and left their maps.
 fn saturated(summary: &Summary) -> String {
     let saturation = &summary.saturation;
     let outside_s = saturation.outside_map_s;
     let (cycles, of) = (grouped(saturation.cycles), grouped(summary.cycles));
-    let (Some(limited_s), Some(missing_j)) = (saturation.limited_s, saturation.missing_energy_j)
-    else {
+    let limited_s = saturation.limited_s.unwrap_or(0.0);
+    let missing_j = saturation.missing_energy_j.unwrap_or(0.0);
+    // the balance of a step is exact but for rounding
+    if !(limited_s > 0.0 || missing_j > ROUNDING_J * summary.cycles as f64) {
         if outside_s <= OUTSIDE_MAP_SHARE * summary.simulated_s {
             return String::new();
         }
@@ -151,9 +156,6 @@ fn saturated(summary: &Summary) -> String {
         return format!(
             "\nBeyond the points of the powertrain's maps for {percent} % of the driving,\nin {cycles} of {of} cycles.\n"
         );
-    };
-    if saturation.cycles == 0 {
-        return String::new();
     }
     let mut text = format!(
         "\nSaturated in {cycles} of {of} cycles: {} s at the powertrain's limit, {} kWh missing at the wheels",
