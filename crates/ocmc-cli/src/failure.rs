@@ -98,7 +98,6 @@ impl Failure {
             Self::RunDirectory(RunDirectoryError::NotWhole { .. }) => {
                 Some("if it was ended by force, `ocmc --out DIR --resume` finishes it")
             }
-            Self::RunDirectory(RunDirectoryError::NotFinished { help, .. }) => Some(help),
             Self::RunDirectory(RunDirectoryError::NotOneRun { .. }) => Some(
                 "parts have the same study, seed and program, and each begins where another one ends",
             ),
@@ -115,7 +114,8 @@ impl Failure {
                 Some("add --set simulation.sampling=independent, or leave --crossed away")
             }
             Self::Exists { .. } => Some("give another name, or remove the file"),
-            Self::Interrupted { help, .. } => Some(help),
+            Self::Interrupted { help, .. }
+            | Self::RunDirectory(RunDirectoryError::NotFinished { help, .. }) => Some(help),
             _ => None,
         }
     }

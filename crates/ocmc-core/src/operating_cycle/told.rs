@@ -79,15 +79,14 @@ impl Told {
 impl CurvesTold {
     fn with(self, other: Self) -> Self {
         match (self, other) {
-            (Self::None | Self::All, known @ Self::Within(_))
-            | (known @ Self::Within(_), Self::None | Self::All) => known,
-            (Self::None, known) | (known, Self::None) => known,
-            (Self::All, Self::All) => Self::All,
             (Self::Within(a), Self::Within(b)) => Self::Within(CurveWindow {
                 radius_m: [a.radius_m[0].max(b.radius_m[0]), a.radius_m[1].min(b.radius_m[1])],
                 shortest_m: a.shortest_m.max(b.shortest_m),
                 smallest_turn_rad: a.smallest_turn_rad.max(b.smallest_turn_rad),
             }),
+            (known @ Self::Within(_), _) | (_, known @ Self::Within(_)) => known,
+            (Self::All, _) | (_, Self::All) => Self::All,
+            (Self::None, Self::None) => Self::None,
         }
     }
 }

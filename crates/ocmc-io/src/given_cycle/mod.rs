@@ -58,7 +58,7 @@ pub enum GivenCycleFileError {
         source: GivenCycleError,
     },
     /// A number of the whole cycle out of its range, or alone.
-    #[error("`{}`: `{key}` is {value}, allowed is {allowed}", path.display())]
+    #[error("`{}`: `{key}` is {value:?}, allowed is {allowed}", path.display())]
     Value {
         /// The file.
         path: PathBuf,
