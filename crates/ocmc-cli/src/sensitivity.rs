@@ -9,8 +9,9 @@ use crate::{output, request};
 use ocmc_core::fleet::random_effects::{TwoWay, two_way};
 use ocmc_core::fleet::run::RunPlan;
 use ocmc_core::fleet::sensitivity::{
-    self, FactorGroup, FactorShare, LEAST_GROUPS, Sensitivity, SensitivityError, factor_groups,
+    self, FactorGroup, FactorShare, Sensitivity, SensitivityError, factor_groups,
 };
+use ocmc_core::fleet::variance_share::LEAST_GROUPS;
 use ocmc_core::sampling::Sampling;
 use ocmc_io::label::label;
 use ocmc_io::study::{self, LoadedStudy, study_hash};

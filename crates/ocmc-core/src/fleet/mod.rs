@@ -14,3 +14,4 @@ pub mod run;
 pub mod sensitivity;
 pub mod statistic;
 pub mod summary;
+pub mod variance_share;
