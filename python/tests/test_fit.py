@@ -191,6 +191,11 @@ def test_detectors_and_radii(log):
         ({"columns": MEANING, "detector": "eye"}, "allowed is one of: hidden_markov, trained, threshold"),
         ({"columns": MEANING, "radius": "wide"}, "allowed is one of: turn, mean, positions"),
         ({"columns": MEANING, "radius": "positions"}, "latitude"),
+        (
+            {"columns": MEANING, "steering_ratio": 0.0, "wheelbase_m": 3.0},
+            "is 0: allowed is 1 to 100",
+        ),
+        ({"columns": MEANING, "steering_ratio": 15.0, "wheelbase_m": np.nan}, "allowed is 0.5 to 20"),
         ({"columns": MEANING, "central_share": 2.0}, "central"),
         ({"columns": MEANING, "wheelbase_m": 3.6}, "belong together"),
     ],

@@ -47,9 +47,9 @@ use std::path::{Path, PathBuf};
 /// split_ratio : float, optional
 ///     Cut a curve of a log in two where its curvature steps by this factor or more.
 /// steering_ratio : float, optional
-///     Ratio of the steering, for logs that only have the angle of the steering wheel.
+///     Ratio of the steering, 1 to 100, for logs that only have the angle of the steering wheel.
 /// wheelbase_m : float, optional
-///     Wheelbase, in m, for such logs.
+///     Wheelbase, 0.5 to 20 m, for such logs.
 ///
 /// Returns
 /// -------

@@ -43,9 +43,9 @@ use std::sync::Arc;
 /// speed_lag_s : float, optional
 ///     Time by which the speed comes later than the yaw rate, in s; by default estimated from the course.
 /// steering_ratio : float, optional
-///     Ratio of the steering, for logs that only have the angle of the steering wheel.
+///     Ratio of the steering, 1 to 100, for logs that only have the angle of the steering wheel.
 /// wheelbase_m : float, optional
-///     Wheelbase, in m, for such logs.
+///     Wheelbase, 0.5 to 20 m, for such logs.
 ///
 /// Returns
 /// -------
@@ -140,7 +140,10 @@ pub(crate) fn detect_curves(
 /// The steering of a vehicle whose logs only have the angle of the steering wheel.
 pub(crate) fn steering(ratio: Option<f64>, wheelbase_m: Option<f64>) -> PyResult<Option<Steering>> {
     match (ratio, wheelbase_m) {
-        (Some(ratio), Some(wheelbase_m)) => Ok(Some(Steering { ratio, wheelbase_m })),
+        (Some(ratio), Some(wheelbase_m)) => {
+            let steering = Steering::new(ratio, wheelbase_m);
+            Ok(Some(steering.map_err(|fault| PyValueError::new_err(fault.to_string()))?))
+        }
         (None, None) => Ok(None),
         _ => {
             let text = "`steering_ratio` and `wheelbase_m` belong together: give both or neither";

@@ -3,7 +3,6 @@
 use crate::failure::Failure;
 use clap::{Args, ValueEnum};
 use ocmc_core::log::curve::RadiusDefinition;
-use ocmc_core::log::signal::LogError;
 use ocmc_io::log::curves::{DriveError, Steering};
 use std::path::PathBuf;
 
@@ -32,20 +31,12 @@ pub(crate) struct SteeringArguments {
 impl SteeringArguments {
     /// From the steering wheel to the path; none where nothing was given.
     pub(crate) fn steering(self) -> Result<Option<Steering>, Failure> {
-        let Some((ratio, wheelbase_m)) = self.steering_ratio.zip(self.wheelbase_m) else {
-            return Ok(None);
-        };
-        let refused = |place: &str, option, value, allowed| Failure::Drive {
-            place: place.to_owned(),
-            fault: DriveError::Log(LogError::Option { option, value, allowed }),
-        };
-        if !(1.0..=100.0).contains(&ratio) {
-            return Err(refused("--steering-ratio", "the ratio", ratio, "1 to 100"));
-        }
-        if !(0.5..=20.0).contains(&wheelbase_m) {
-            return Err(refused("--wheelbase-m", "the wheelbase, in m,", wheelbase_m, "0.5 to 20"));
-        }
-        Ok(Some(Steering { ratio, wheelbase_m }))
+        let given = self.steering_ratio.zip(self.wheelbase_m);
+        let steering = given.map(|(ratio, wheelbase_m)| Steering::new(ratio, wheelbase_m));
+        steering.transpose().map_err(|fault| Failure::Drive {
+            place: "--steering-ratio, --wheelbase-m".to_owned(),
+            fault: DriveError::Log(fault),
+        })
     }
 }
 

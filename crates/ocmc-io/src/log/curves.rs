@@ -56,6 +56,21 @@ pub struct Steering {
     pub wheelbase_m: f64,
 }
 
+impl Steering {
+    /// A ratio of 1 to 100 and a wheelbase of 0.5 to 20 m; errors: other ones, which no vehicle has.
+    pub fn new(ratio: f64, wheelbase_m: f64) -> Result<Self, LogError> {
+        for (option, value, range, allowed) in [
+            ("the ratio of the steering", ratio, 1.0..=100.0, "1 to 100"),
+            ("the wheelbase, in m,", wheelbase_m, 0.5..=20.0, "0.5 to 20"),
+        ] {
+            if !range.contains(&value) {
+                return Err(LogError::Option { option, value, allowed });
+            }
+        }
+        Ok(Self { ratio, wheelbase_m })
+    }
+}
+
 /// The curves of one drive.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct DriveCurves {
