@@ -1,6 +1,7 @@
 //! Tables with named columns, read row by row: CSV files, of which only the columns that are wanted are kept, and tables of a
 //! calling program.
 
+use crate::ambiguous_columns::{AmbiguousColumns, the_only};
 use crate::given_table::{Cells, ColumnTypeError, GivenTable, RowPlace};
 use arrow_array::{Array, StringArray};
 use std::fs::File;
@@ -114,18 +115,8 @@ pub enum ColumnFileError {
         column: String,
     },
     /// Two columns for one quantity.
-    #[error(
-        "`{}` has the columns `{}` and `{}`, and nothing says which of them is meant; allowed is one of them",
-        path.display(),
-        columns[0],
-        columns[1]
-    )]
-    Ambiguous {
-        /// The file.
-        path: PathBuf,
-        /// Both columns.
-        columns: [String; 2],
-    },
+    #[error(transparent)]
+    Ambiguous(#[from] AmbiguousColumns),
     /// A column of a type that no cell has.
     #[error(transparent)]
     Type(#[from] ColumnTypeError),
@@ -256,7 +247,9 @@ impl<R: Read> ColumnFile<R> {
     /// [`ColumnFileError::Unit`] where it is there in another unit, [`ColumnFileError::Ambiguous`] where two of them are there, or
     /// [`ColumnFileError::Type`].
     pub fn numbers(&mut self, names: &[&str]) -> Result<Option<NumberColumn>, ColumnFileError> {
-        let Some(place) = self.place(names) else {
+        let meant = self.names.iter().map(String::as_str).enumerate();
+        let meant = meant.filter(|(_, name)| names.contains(name));
+        let Some(place) = the_only(&self.path, meant)? else {
             return self.other_unit(names).map_or(Ok(None), |column| {
                 Err(ColumnFileError::Unit {
                     path: self.path.clone(),
@@ -265,11 +258,6 @@ impl<R: Read> ColumnFile<R> {
                 })
             });
         };
-        let mut found = self.names.iter().filter(|found| names.contains(&found.as_str()));
-        if let (Some(one), Some(other)) = (found.next(), found.next()) {
-            let (path, columns) = (self.path.clone(), [one.clone(), other.clone()]);
-            return Err(ColumnFileError::Ambiguous { path, columns });
-        }
         if let Rows::Table(table, columns) = &mut self.rows {
             columns[place] = Some(table.cells(place)?);
         }

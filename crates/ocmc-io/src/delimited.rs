@@ -4,6 +4,7 @@
 //! brackets has to be the one that is read, where a quantity has only one. Lines that begin with
 //! `#` are comments; a byte-order mark and letters that are not UTF-8 (old files are Latin-1) do no harm.
 
+use crate::ambiguous_columns::{AmbiguousColumns, the_only};
 use crate::given_table::{ColumnTypeError, GivenTable};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -76,18 +77,8 @@ pub enum TableError {
         have: String,
     },
     /// Two columns for one quantity.
-    #[error(
-        "`{}` has the columns `{}` and `{}`, and nothing says which of them is meant; allowed is one of them",
-        path.display(),
-        columns[0],
-        columns[1]
-    )]
-    Ambiguous {
-        /// The file.
-        path: PathBuf,
-        /// Both columns.
-        columns: [String; 2],
-    },
+    #[error(transparent)]
+    Ambiguous(#[from] AmbiguousColumns),
     /// A column in another unit.
     #[error(
         "`{}`: column `{column}` is read in {allowed}, not in {unit}; convert the numbers, and write `[{allowed}]` or nothing",
@@ -242,14 +233,8 @@ impl DelimitedTable {
     /// # Errors
     /// [`TableError::Ambiguous`] where there are two of them.
     pub fn one_of(&self, names: &[&str]) -> Result<Option<usize>, TableError> {
-        let mut found = (0..).zip(self.names()).filter(|(_, name)| names.contains(&name.as_str()));
-        match (found.next(), found.next()) {
-            (Some((one, _)), Some((other, _))) => {
-                let columns = [one, other].map(|k: usize| self.header[k].clone());
-                Err(TableError::Ambiguous { path: self.path.clone(), columns })
-            }
-            (one, _) => Ok(one.map(|(one, _)| one)),
-        }
+        let meant = self.names().enumerate().filter(|(_, name)| names.contains(&name.as_str()));
+        Ok(the_only(&self.path, meant.map(|(place, _)| (place, self.header[place].as_str())))?)
     }
 
     /// Refuses a column whose name has another unit in brackets than one of these, of which the first is the one to write.

@@ -1,5 +1,6 @@
 //! What `ocmc` reads and writes: study files, logs, records, run directories and reports.
 
+pub mod ambiguous_columns;
 pub mod clock_column;
 pub mod column_file;
 pub mod curve_table;

@@ -23,9 +23,12 @@ impl<S: Simd> Moment<S> {
     /// Where the line between two values rises through zero; 1 where it does not.
     #[inline(always)]
     fn of_rise(before: Lanes<S>, after: Lanes<S>) -> Self {
-        let one = Lanes::splat(before.simd, -1.0);
+        let minus_one = Lanes::splat(before.simd, -1.0);
         let rises = before.simd_lt(0.0) & after.simd_gt(0.0);
-        Self { over: rises.select(before, one), under: rises.select(before - after, one) }
+        Self {
+            over: rises.select(before, minus_one),
+            under: rises.select(before - after, minus_one),
+        }
     }
 
     #[inline(always)]
