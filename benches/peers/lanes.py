@@ -118,7 +118,7 @@ def step_function(model: dict[str, Any], xp: Any, *, shifts_apart: bool) -> Step
         relative = v + row["head"]
         t = minimum(row["cross"] / maximum(relative, 1.0), largest_tangent)
         area = truck["drag_area"]
-        area = area + ((((t * wind[4] + wind[3]) * t + wind[2]) * t + wind[1]) * t + wind[0]) * t
+        area = area + (((t * wind[3] + wind[2]) * t + wind[1]) * t + wind[0]) * t
         pressure = row["half_density"] * (relative * relative + row["cross"] * row["cross"])
         drag = where(relative < 0.0, -pressure, pressure) * area
         braking = truck["mass"] * minimum(brake * brakes["full_deceleration_mps2"], row["grip"])

@@ -58,7 +58,7 @@ def build(model: dict[str, Any], *, fastmath: bool) -> tuple[Drive, Drive]:
     wheel_mass = model["wheel_mass_kg"]
     box_loss, retarder = gearbox["loss_torque_nm"], gearbox["retarder_torque_nm"]
     axle_loss, axle_share = gearbox["axle_loss_torque_nm"], gearbox["axle_loss_share"]
-    c1, c2, c3, c4, c5 = model["cross_wind"]["coefficients_m2"]
+    c1, c2, c3, c4 = model["cross_wind"]["coefficients_m2"]
     largest_tangent = model["cross_wind"]["maximum_tangent"]
     launch_w, minimum_v = shift["launch_speed_radps"], shift["minimum_speed_mps"]
     up_w, up_pedal = shift["up_speed_radps"], shift["up_pedal_radps"]
@@ -181,7 +181,7 @@ def build(model: dict[str, Any], *, fastmath: bool) -> tuple[Drive, Drive]:
         wheel = (shaft - axle_loss - axle_share * abs(shaft)) * axle
         relative = v + head
         t = min(cross / max(relative, 1.0), largest_tangent)
-        area = drag_area + ((((t * c5 + c4) * t + c3) * t + c2) * t + c1) * t
+        area = drag_area + (((t * c4 + c3) * t + c2) * t + c1) * t
         drag = half_density * (relative * relative + cross * cross) * area
         if relative < 0.0:
             drag = -drag
