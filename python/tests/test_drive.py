@@ -96,6 +96,14 @@ def test_a_route_is_driven_as_by_the_command(route, tmp_path):
     assert (drawn["duration_s"] != run["duration_s"]).any(), "with traffic of the study"
 
 
+def test_a_mission_without_its_departure_is_told(route, recwarn):
+    study = ocmc.Study("field-truck")
+    study.drive(route, cycles=1)
+    assert not recwarn, "nothing of the mission is kept"
+    with pytest.warns(UserWarning, match="holds no departure, which is drawn from the study"):
+        study.drive(route, cycles=1, keep=["mission"])
+
+
 def test_the_speed_planned_on_a_route_is_kept_exactly(route, tmp_path):
     run = ocmc.Study("field-truck").drive(route, cycles=20, seed=3, follow_speed="exact")
     other, _ = by_command(tmp_path, route, "--follow-speed", "exact")

@@ -192,6 +192,23 @@ impl GivenDrive {
         matches!(self.how, How::Driven | How::Planned) && !self.files.is_empty()
     }
 
+    /// What has to be known of it: missions that are kept of files that hold no departure.
+    pub fn warnings(&self) -> Vec<String> {
+        if !self.keep.contains(&Keep::Mission) {
+            return Vec::new();
+        }
+        // what cannot be read is said when the study is made
+        let without =
+            |file: &&PathBuf| given_cycle::read(file).is_ok_and(|cycle| cycle.departure.is_none());
+        let told = |file: &PathBuf| {
+            format!(
+                "`{}` holds no departure, which is drawn from the study: of what `ocmc cycle` writes only the .json has it",
+                file.display()
+            )
+        };
+        self.files.iter().filter(without).map(told).collect()
+    }
+
     /// Whether this is what the run of a manifest was given; names of files do not matter.
     ///
     /// # Errors

@@ -1,6 +1,7 @@
 //! `Study.drive`: what somebody has given to be driven.
 
 use crate::error::{given_cycle_error, given_drive_error, study_error};
+use crate::fit::warn;
 use crate::input::{Input, inputs};
 use crate::run::{PyRun, run_with};
 use crate::value::one_of;
@@ -47,12 +48,19 @@ pub(crate) fn given(
             }
         }
     }
-    py.detach(|| {
+    let (given, warnings) = py.detach(|| {
         for path in &paths {
             given_cycle::check_readable(path).map_err(|error| given_cycle_error(&error))?;
         }
-        GivenDrive::read(paths, keep, follow).map_err(|error| given_drive_error(&error))
-    })
+        let given = GivenDrive::read(paths, keep, follow);
+        let given = given.map_err(|error| given_drive_error(&error))?;
+        let warnings = given.warnings();
+        Ok::<_, PyErr>((given, warnings))
+    })?;
+    for warning in &warnings {
+        warn(py, warning)?;
+    }
+    Ok(given)
 }
 
 /// Drives it.

@@ -229,6 +229,11 @@ impl PyStudy {
     /// Run
     ///     The records, as of ``ocmc drive``. Where a speed was followed, the run's manifest holds it beside the study.
     ///
+    /// Warns
+    /// -----
+    /// UserWarning
+    ///     Where the mission of a file is kept that holds no departure.
+    ///
     /// Raises
     /// ------
     /// ValueError
