@@ -90,6 +90,7 @@ fn export(folder: &Path, cycles: u64) -> Result<(), Failure> {
             "holds_brake": pedals.holds_brake,
             "twice_deceleration_mps2": profile.twice_deceleration,
             "twice_acceleration_mps2": profile.twice_acceleration,
+            "slips_from": diesel.slips_from(vehicle.auxiliary_power_w),
         }));
         first_row += road.rows.len();
     }

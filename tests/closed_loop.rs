@@ -197,6 +197,55 @@ fn rule_8_an_undrivable_climb_is_an_outcome() {
     assert!(record.duration_s < 400.0);
 }
 
+/// How often a driver goes from one pedal to the other.
+fn reversals(trace: &Trace) -> usize {
+    let (accelerator, brake) = (column(trace, "accelerator"), column(trace, "brake"));
+    let pedals = accelerator.iter().zip(brake);
+    let pressed: Vec<bool> =
+        pedals.filter(|(a, b)| (**a > 0.0) != (**b > 0.0)).map(|(_, b)| *b > 0.0).collect();
+    pressed.windows(2).filter(|w| w[0] != w[1]).count()
+}
+
+#[test]
+fn rule_9_pedals_do_not_reverse_hundreds_of_times() {
+    let pid = "driver.pedals.pid_share=1.0";
+    let study = study("field-truck", &[pid]);
+    // steps with which no pedal can swing from step to step
+    let short = common::study("field-truck", &[pid, "simulation.step_s=0.02"]);
+    // of all trips: as drawn, and with gains far beyond the bound of the rule
+    let [mut drawn, mut drawn_short, mut beyond, mut beyond_short] = [0; 4];
+    for id in 0..10 {
+        let trip = study.sample(1, id);
+        let mut wild = trip.clone();
+        wild.driver.pedals.proportional *= 10.0;
+        wild.driver.pedals.integral *= 10.0;
+        drawn += reversals(&trace_scenario(&study, trip.clone()));
+        drawn_short += reversals(&trace_scenario(&short, trip));
+        beyond += reversals(&trace_scenario(&study, wild.clone()));
+        beyond_short += reversals(&trace_scenario(&short, wild));
+    }
+    // there is one every kilometre or less, and steps make few of them
+    assert!(drawn < 2000 && 2 * drawn < 3 * drawn_short, "{drawn} {drawn_short}");
+    // without the rule hundreds a trip, most of them made by the steps
+    assert!(beyond > 5000 && beyond > 3 * beyond_short, "{beyond} {beyond_short}");
+}
+
+#[test]
+fn rule_14_the_clutch_does_not_chatter_when_a_truck_comes_to_a_stop() {
+    // a driver who touches the accelerator on the way to a stop: a clutch that let go of the braking engine there made him
+    // brake, and closed again as he did, thousands of times within a second
+    let sharp = ["proportional_median=1.5", "proportional_maximum=2.0"]
+        .map(|gain| format!("driver.pedals.pid.{gain}"));
+    let study = study("field-truck", &["driver.pedals.pid_share=1.0", &sharp[0], &sharp[1]]);
+    for id in [2, 97, 117, 251, 277] {
+        let trace = ocmc_core::simulation::trace::trace(&study, 1, id);
+        let closed = column(&trace, "clutch_closed");
+        let changes = closed.windows(2).filter(|w| w[0] != w[1]).count();
+        // at each stop it opens and closes, once more where the truck rolls up to the line
+        assert!(changes < 100, "cycle {id}: {changes} for {} stops", trace.record.n_stops);
+    }
+}
+
 #[test]
 fn rule_10_no_wind_up_on_a_long_climb() {
     // ten minutes at full throttle; then the road is flat and the truck has to meet its limit without overshoot

@@ -185,7 +185,7 @@ def step_function(model: dict[str, Any], xp: Any, *, shifts_apart: bool) -> Step
             v, desired, braking, s["integral"], s["filtered"], hold, held, row, truck
         )
         w = v * ratio_w
-        slips = (w < shift["launch_speed_radps"]) & launches & (pedal > 0.0)
+        slips = (w < shift["launch_speed_radps"]) & launches & (pedal > truck["slips_from"])
         closed = ~(slips | (w < model["open_radps"]))
         engaged = (slips | closed) & (s["shift"] <= 0.0)
         free_w = where(slips, shift["launch_speed_radps"], idle)
@@ -332,6 +332,7 @@ def lanes(scenarios: Scenarios, cycles: list[int]) -> tuple[State, State]:
         "holds_brake": columns["holds_brake"] > 0.0,
         "dec2": columns["twice_deceleration_mps2"],
         "acc2": columns["twice_acceleration_mps2"],
+        "slips_from": columns["slips_from"],
         "idling": idling,
         "step_s": np.zeros(len(cycles)),
         "last": (first + scenarios.n_rows[cycles] - 1).astype(np.int32),

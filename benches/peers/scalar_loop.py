@@ -200,7 +200,7 @@ def build(model: dict[str, Any], *, fastmath: bool) -> tuple[Drive, Drive]:
         mass, drag_area, auxiliary_w, fuel_factor = p[0], p[1], p[2], p[3]
         gains = (p[4], p[5], p[6] / filter_s, p[5] / (tracking_ratio * p[4]))
         kp, has_integral = p[4], p[5] > 0.0
-        threshold, holds_brake, dec2, acc2 = p[7], p[8] > 0.0, p[9], p[10]
+        threshold, holds_brake, dec2, acc2, slips_from = p[7], p[8] > 0.0, p[9], p[10], p[11]
         truck = (mass, drag_area, auxiliary_w)
         open_inverse = 1.0 / (mass + wheel_mass)
         last = rows.shape[0] - 1
@@ -240,7 +240,7 @@ def build(model: dict[str, Any], *, fastmath: bool) -> tuple[Drive, Drive]:
                 v, desired, braking, limit, integral, filtered, hold, held, gains
             )
             w = v * ratio_w
-            slips = w < launch_w and launches_of[gear] and pedal > 0.0
+            slips = w < launch_w and launches_of[gear] and pedal > slips_from
             closed = not (slips or w < open_w)
             engaged = (slips or closed) and shift_left <= 0.0
             free_w = launch_w if slips else idle
@@ -374,7 +374,7 @@ def build(model: dict[str, Any], *, fastmath: bool) -> tuple[Drive, Drive]:
         mass, drag_area, auxiliary_w, fuel_factor = p[0], p[1], p[2], p[3]
         gains = (p[4], p[5], p[6] / filter_s, p[5] / (tracking_ratio * p[4]))
         kp, has_integral = p[4], p[5] > 0.0
-        threshold, holds_brake, dec2, acc2 = p[7], p[8] > 0.0, p[9], p[10]
+        threshold, holds_brake, dec2, acc2, slips_from = p[7], p[8] > 0.0, p[9], p[10], p[11]
         truck = (mass, drag_area, auxiliary_w)
         open_inverse = 1.0 / (mass + wheel_mass)
         last = rows.shape[0] - 1
@@ -417,7 +417,7 @@ def build(model: dict[str, Any], *, fastmath: bool) -> tuple[Drive, Drive]:
             )
             holding = hold
             w = v * ratio_w
-            slips = w < launch_w and launches_of[gear] and pedal > 0.0
+            slips = w < launch_w and launches_of[gear] and pedal > slips_from
             closed = not (slips or w < open_w)
             engaged = (slips or closed) and shift_left <= 0
             free_w = launch_w if slips else idle

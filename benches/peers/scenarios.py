@@ -29,6 +29,7 @@ TRUCK = (
     "holds_brake",
     "twice_deceleration_mps2",
     "twice_acceleration_mps2",
+    "slips_from",
 )
 
 # cells of the look-up tables of speed (0.25 rad/s) and torque (4 Nm)

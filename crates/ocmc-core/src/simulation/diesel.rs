@@ -12,6 +12,7 @@ use fearless_simd::prelude::*;
 /// Engine and gearbox, and what the step reads of them.
 #[derive(Clone, Copy, Debug)]
 pub struct Diesel<'a> {
+    drive: &'a DieselDrive,
     engine: &'a Engine,
     model: &'a EngineModel,
     losses: DrivelineLosses,
@@ -30,6 +31,7 @@ impl<'a> Diesel<'a> {
     pub fn new(drive: &'a DieselDrive, vehicle: &VehicleModel) -> Self {
         let (model, gearbox) = (&drive.engine_model, &drive.gearbox);
         Self {
+            drive,
             engine: &drive.engine,
             model,
             losses: gearbox.losses(gearbox.axle_ratio / vehicle.wheel_radius_m),
@@ -77,8 +79,10 @@ impl Traction for Diesel<'_> {
     #[inline(always)]
     fn couple<S: Simd>(&self, state: &mut State<S>, accelerator: Lanes<S>) -> Coupling<S> {
         let speed = state.speed * state.gear_speed;
-        let pressed = accelerator.simd_gt(0.0);
-        let slips = speed.simd_lt(state.slips_below) & pressed;
+        // with a pedal that asks for no torque there is nothing to slip for: where the clutch would let go of a braking engine at the
+        // first touch of the accelerator, truck and pedals would chatter
+        let drives = accelerator.simd_gt(state.slips_from);
+        let slips = speed.simd_lt(state.slips_below) & drives;
         let slow = speed.simd_lt(self.open_radps);
         let closed = !(slips | slow);
         let shifting = state.shift_left.simd_gt(0.0);
@@ -158,6 +162,7 @@ impl Traction for Diesel<'_> {
 
     fn enter<S: Simd>(&self, state: &mut State<S>, lane: usize, vehicle: &Vehicle) {
         state.fuel_factor[lane] = vehicle.fuel_factor;
+        state.slips_from[lane] = self.drive.slips_from(vehicle.auxiliary_power_w);
     }
 
     /// The engine idles.

@@ -87,6 +87,16 @@ pub struct DieselDrive {
     pub gearbox: GearboxModel,
 }
 
+impl DieselDrive {
+    /// Accelerator from which on the engine drives at the speed of a slipping clutch. With less there is nothing to slip for.
+    pub fn slips_from(&self, auxiliary_power_w: f64) -> f64 {
+        let speed_radps = self.gearbox.shift.launch_speed_radps;
+        let drag_nm = self.engine.drag_nm(speed_radps);
+        let reach_nm = self.engine.full_load_nm(speed_radps) - drag_nm;
+        (auxiliary_power_w / speed_radps - drag_nm) / reach_nm
+    }
+}
+
 /// What all trucks of a study share, prepared for the hot loop.
 #[derive(Clone, Debug)]
 pub struct Powertrain {
