@@ -229,17 +229,17 @@ impl PyStudy {
     /// Run
     ///     The records, as of ``ocmc drive``. Where a speed was followed, the run's manifest holds it beside the study.
     ///
-    /// Warns
-    /// -----
-    /// UserWarning
-    ///     Where the mission of a file is kept that holds no departure.
-    ///
     /// Raises
     /// ------
     /// ValueError
     ///     Where a file is neither a route nor a drive cycle, or where a number is out of its range.
     /// OSError
     ///     Where a file cannot be read.
+    ///
+    /// Warns
+    /// -----
+    /// UserWarning
+    ///     Where the mission of a file is kept that holds no departure.
     ///
     /// Examples
     /// --------

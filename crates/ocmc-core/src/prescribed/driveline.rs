@@ -185,7 +185,8 @@ impl<'a> GearedDriveline<'a> {
             0.0
         };
         let gearbox_nm = if engaged { engine_nm - auxiliary_nm - inertia_nm } else { 0.0 };
-        let wheel_n = self.diesel.gearbox.wheel_force_n(gear, self.axle_per_m(), gearbox_nm);
+        let [wheel_n, lost_n] =
+            self.diesel.gearbox.wheel_and_lost_n(gear, self.axle_per_m(), gearbox_nm);
         let way_m = step.distance_m();
         let turned_rad = fit.engine_radps * step.dt_s;
         let gearbox_rad = gear.speed_ratio_per_m * way_m;
@@ -205,7 +206,7 @@ impl<'a> GearedDriveline<'a> {
             crankshaft_j: engine_nm * turned_rad,
             auxiliary_j: auxiliary_nm * turned_rad,
             clutch_j: gearbox_nm * (turned_rad - gearbox_rad),
-            transmission_j: gearbox_nm * gearbox_rad - wheel_n * way_m,
+            transmission_j: lost_n * way_m,
             shift_j: 0.5 * inertia_kgm2 * jump,
             fuel_j: fuel_kgps * self.fuel_factor * heating * step.dt_s,
             engine_brake_reach_n: if engaged {

@@ -45,6 +45,7 @@ struct Fit {
     gear: usize,
     motor_nm: f64,
     wheel_n: f64,
+    lost_n: f64,
     terminals_w: f64,
     limited: bool,
 }
@@ -90,11 +91,11 @@ impl<'a> ElectricDriveline<'a> {
         let lowest = -motor.brake_limit_nm(speed, step.mean_mps());
         let able = wanted.max(lowest).min(motor.drive_limit_nm(speed));
         let motor_nm = self.drive.within_battery_nm(self.charge, self.auxiliary_w, speed, able);
-        let wheel_n = model.wheel_force_n(per_m, motor_nm);
+        let [wheel_n, lost_n] = model.wheel_and_lost_n(per_m, motor_nm);
         let terminals_w = self.drive.motor.terminals_w(speed, motor_nm) + self.auxiliary_w;
         // a brake that the motor does not serve is the service brakes'
         let limited = force_n >= 0.0 && motor_nm < wanted;
-        Some(Fit { gear, motor_nm, wheel_n, terminals_w, limited })
+        Some(Fit { gear, motor_nm, wheel_n, lost_n, terminals_w, limited })
     }
 
     /// Carries one step with that force wanted at the wheels.
@@ -119,6 +120,7 @@ impl<'a> ElectricDriveline<'a> {
             gear: self.gear,
             motor_nm: 0.0,
             wheel_n: 0.0,
+            lost_n: 0.0,
             terminals_w: self.auxiliary_w,
             limited: false,
         };
@@ -151,7 +153,7 @@ impl<'a> ElectricDriveline<'a> {
             wheel_n: chosen.wheel_n,
             crankshaft_j: shaft_w * step.dt_s,
             auxiliary_j: self.auxiliary_w * step.dt_s,
-            transmission_j: shaft_w * step.dt_s - chosen.wheel_n * step.distance_m(),
+            transmission_j: chosen.lost_n * step.distance_m(),
             limited: chosen.limited || (empty && force_n > 0.0),
             outside_map: overdrawn
                 || !standing && !model.motor.map_covers(per_m * step.mean_mps(), chosen.motor_nm),

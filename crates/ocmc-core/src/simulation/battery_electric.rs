@@ -119,7 +119,7 @@ impl Traction for BatteryElectric<'_> {
             .min(motor.brake_limits_nm(speed, at.speed));
         let wanted = where_set(coupling.engaged, driving - braking);
         let torque = self.within_battery(state, speed, wanted);
-        let wheel = model.wheel_forces_n(state.gear_speed, torque);
+        let [wheel, lost] = model.wheel_and_lost_forces_n(state.gear_speed, torque);
         Pull {
             command: zero,
             full_load: zero,
@@ -127,6 +127,7 @@ impl Traction for BatteryElectric<'_> {
             auxiliary_torque: zero,
             gearbox_torque: torque,
             wheel,
+            lost,
             // the service brakes do what the motor does not
             brake: (at.brake + wheel.min(0.0)).max(0.0),
             engine_brake: zero,

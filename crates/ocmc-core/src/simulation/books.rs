@@ -60,7 +60,7 @@ impl<S: Simd> State<S> {
         let turn = Turn { dt, angle, speed: mean_speed, torque, auxiliary };
         let store_rate = shared.traction.spend(self, &turn, &mut added);
         self.book(Total::Clutch, gearbox_torque * (angle - dx * self.gear_speed), &mut added);
-        let lost = gearbox_torque * self.gear_speed - wheel;
+        let lost = mix(weight, first.pull.lost, second.pull.lost);
         self.book(Total::Transmission, lost * dx, &mut added);
         self.book(Total::Shift, jump * (0.5 * shared.engine_inertia_kgm2), &mut added);
         self.book(Total::Drag, drag * dx, &mut added);

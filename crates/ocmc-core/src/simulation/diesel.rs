@@ -119,7 +119,8 @@ impl Traction for Diesel<'_> {
         // a slipping clutch takes nothing from wheels that turn slower than the engine
         let gearbox_torque = coupling.closed.select(driving, driving.max(0.0));
 
-        let wheel = self.losses.wheel_forces_n(state.gear_speed, state.gear_loss, gearbox_torque);
+        let (per_m, share) = (state.gear_speed, state.gear_loss);
+        let [wheel, lost] = self.losses.wheel_and_lost_forces_n(per_m, share, gearbox_torque);
         let engine_brake = at.brake.min(engine_speed * coupling.engine_brake);
         Pull {
             command,
@@ -128,6 +129,7 @@ impl Traction for Diesel<'_> {
             auxiliary_torque,
             gearbox_torque,
             wheel,
+            lost,
             brake: at.brake,
             engine_brake,
             wind_tangent: at.cross * turning * inverse,

@@ -61,6 +61,8 @@ pub struct Pull<S: Simd> {
     pub gearbox_torque: Lanes<S>,
     /// Force of the driveline at the wheels, in N.
     pub wheel: Lanes<S>,
+    /// What the driveline takes on the way, in N at the wheels.
+    pub lost: Lanes<S>,
     /// Force of the brakes, in N.
     pub brake: Lanes<S>,
     /// What the engine brake has of it, in N.

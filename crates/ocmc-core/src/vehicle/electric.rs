@@ -123,20 +123,28 @@ impl ElectricModel {
         }
     }
 
-    /// Force at the wheels, in N, for a motor torque; `per_m`: motor speed for each m/s, in rad/m.
-    pub fn wheel_force_n(&self, per_m: f64, torque_nm: f64) -> f64 {
+    /// Force at the wheels for a motor torque, and what the gears take on the way, in N; `per_m`: motor speed for each m/s, in rad/m.
+    pub fn wheel_and_lost_n(&self, per_m: f64, torque_nm: f64) -> [f64; 2] {
         dispatch!(Level::baseline(), simd => {
             let all = |value| Lanes::splat(simd, value);
-            self.wheel_forces_n(all(per_m), all(torque_nm))[0]
+            self.wheel_and_lost_forces_n(all(per_m), all(torque_nm)).map(|forces| forces[0])
         })
     }
 
     /// The same for vehicles: gears and axle take their share of what comes from the motor, and of what goes to it.
     #[inline(always)]
-    pub fn wheel_forces_n<S: Simd>(&self, per_m: Lanes<S>, torque_nm: Lanes<S>) -> Lanes<S> {
+    pub fn wheel_and_lost_forces_n<S: Simd>(
+        &self,
+        per_m: Lanes<S>,
+        torque_nm: Lanes<S>,
+    ) -> [Lanes<S>; 2] {
         let plain = per_m * torque_nm;
-        let driving = plain * self.gear_efficiency;
-        plain.simd_lt(0.0).select(plain * (1.0 / self.gear_efficiency), driving)
+        let brakes = plain.simd_lt(0.0);
+        let inverse = 1.0 / self.gear_efficiency;
+        [
+            brakes.select(plain * inverse, plain * self.gear_efficiency),
+            brakes.select(plain * (1.0 - inverse), plain * (1.0 - self.gear_efficiency)),
+        ]
     }
 
     /// Torque with which the motor brakes at most of a braking force at the wheels, without sign, in Nm: only driven axles brake by

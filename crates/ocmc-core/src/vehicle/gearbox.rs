@@ -107,19 +107,20 @@ pub struct DrivelineLosses {
 }
 
 impl DrivelineLosses {
-    /// Forces at the wheels, in N, for torques at the gearbox's input, behind gearbox, retarder and axle.
+    /// Forces at the wheels for torques at the gearbox's input, and what gearbox, retarder and axle take on the way, in N.
     ///
     /// `per_m`: engine speed for each m/s in the gear, in rad/m; `loss_share`: what the gear loses.
     #[inline(always)]
-    pub fn wheel_forces_n<S: Simd>(
+    pub fn wheel_and_lost_forces_n<S: Simd>(
         &self,
         per_m: Lanes<S>,
         loss_share: Lanes<S>,
         torque_nm: Lanes<S>,
-    ) -> Lanes<S> {
-        let shaft_nm = torque_nm - self.gearbox_nm - loss_share * torque_nm.abs();
-        let shaft_n = per_m * shaft_nm - self.retarder_n;
-        shaft_n - self.axle_n - shaft_n.abs() * self.axle_share
+    ) -> [Lanes<S>; 2] {
+        let gearbox_nm = loss_share * torque_nm.abs() + self.gearbox_nm;
+        let shaft_n = per_m * (torque_nm - gearbox_nm) - self.retarder_n;
+        let axle_n = shaft_n.abs() * self.axle_share + self.axle_n;
+        [shaft_n - axle_n, per_m * gearbox_nm + axle_n + self.retarder_n]
     }
 }
 
@@ -134,16 +135,17 @@ impl GearboxModel {
         }
     }
 
-    /// Force at the wheels, in N, for a torque at the gearbox's input, behind gearbox, retarder and axle.
-    pub fn wheel_force_n(&self, gear: &Gear, axle_per_m: f64, torque_nm: f64) -> f64 {
+    /// Force at the wheels for a torque at the gearbox's input, and what gearbox, retarder and axle take on the way, in N.
+    pub fn wheel_and_lost_n(&self, gear: &Gear, axle_per_m: f64, torque_nm: f64) -> [f64; 2] {
         dispatch!(Level::baseline(), simd => {
             let all = |value| Lanes::splat(simd, value);
             let (per_m, loss_share) = (all(gear.speed_ratio_per_m), all(gear.loss_share));
-            self.losses(axle_per_m).wheel_forces_n(per_m, loss_share, all(torque_nm))[0]
+            let losses = self.losses(axle_per_m);
+            losses.wheel_and_lost_forces_n(per_m, loss_share, all(torque_nm)).map(|forces| forces[0])
         })
     }
 
-    /// Torque at the gearbox's input, in Nm, for a force at the wheels, in N: the inverse of [`GearboxModel::wheel_force_n`].
+    /// Torque at the gearbox's input, in Nm, for a force at the wheels, in N: the inverse of [`GearboxModel::wheel_and_lost_n`].
     pub fn input_torque_nm(&self, gear: &Gear, axle_per_m: f64, wheel_n: f64) -> f64 {
         // x - share |x| = y has one solution, of the sign of y
         let undo =
@@ -290,7 +292,9 @@ mod tests {
         for gear in model.gears(0.492) {
             for force_n in [-50_000.0, -300.0, -80.0, 0.0, 10.0, 4000.0, 90_000.0] {
                 let torque = model.input_torque_nm(&gear, 2.64 / 0.492, force_n);
-                let back = model.wheel_force_n(&gear, 2.64 / 0.492, torque);
+                let [back, lost] = model.wheel_and_lost_n(&gear, 2.64 / 0.492, torque);
+                let given = gear.speed_ratio_per_m * torque;
+                assert!((given - back - lost).abs() < 1e-9 * given.abs().max(100.0), "{force_n}");
                 assert!((back - force_n).abs() < 1e-9 * force_n.abs().max(100.0), "{force_n}");
             }
         }
