@@ -1,4 +1,5 @@
-//! The rules that make the parts work together: each test fails without its rule.
+//! The rules that make the parts work together: each test fails without its rule. Others stand with their parts, `rule N` in a
+//! comment or a name.
 
 mod common;
 
@@ -34,14 +35,16 @@ fn rules_1_and_14_a_40_t_truck_starts_again_after_a_stop_sign_on_a_6_percent_cli
 }
 
 #[test]
-fn rule_1_no_launch_speed_no_start() {
+fn rule_1_a_standing_truck_wants_its_launch_speed() {
     // the floor is needed at run time: below it a standing truck wants to stand
-    let study = typical(&["driver.speed_change.launch_speed_mps=2"]);
-    let road = GivenRoad::flat(2000.0, 80.0 / 3.6).stop(1000.0, 5.0);
-    let trace = trace_scenario(&study, road.scenario(&study));
-    let restart = column(&trace, "step_s").iter().position(|dt| *dt == 5.0).unwrap();
-    let wanted = column(&trace, "desired_speed_mps")[restart + 1];
-    assert!((wanted - 2.0).abs() < 1e-9, "{wanted}");
+    for launch in [1.5, 2.0, 3.0] {
+        let study = typical(&[&format!("driver.speed_change.launch_speed_mps={launch}")]);
+        let road = GivenRoad::flat(2000.0, 80.0 / 3.6).stop(1000.0, 5.0);
+        let trace = trace_scenario(&study, road.scenario(&study));
+        let restart = column(&trace, "step_s").iter().position(|dt| *dt == 5.0).unwrap();
+        let wanted = column(&trace, "desired_speed_mps")[restart + 1];
+        assert!((wanted - launch).abs() < 1e-9, "{wanted}");
+    }
 }
 
 #[test]
@@ -194,7 +197,8 @@ fn rule_8_an_undrivable_climb_is_an_outcome() {
     scenario.vehicle.mass_kg = 120_000.0;
     let record = drive_scenario(&study, scenario);
     assert_eq!(record.outcome, Outcome::Stalled);
-    assert!(record.duration_s < 400.0);
+    // it cannot move at all: found after 60 s without a metre, or after twice that
+    assert!((60.0..=130.0).contains(&record.duration_s), "{}", record.duration_s);
 }
 
 /// How often a driver goes from one pedal to the other.
@@ -207,27 +211,37 @@ fn reversals(trace: &Trace) -> usize {
 }
 
 #[test]
-fn rule_9_pedals_do_not_reverse_hundreds_of_times() {
+fn rule_9_steps_hardly_add_to_the_reversals_of_the_pedals() {
     let pid = "driver.pedals.pid_share=1.0";
     let study = study("field-truck", &[pid]);
     // steps with which no pedal can swing from step to step
     let short = common::study("field-truck", &[pid, "simulation.step_s=0.02"]);
-    // of all trips: as drawn, and with gains far beyond the bound of the rule
-    let [mut drawn, mut drawn_short, mut beyond, mut beyond_short] = [0; 4];
+    let (mut drawn, mut drawn_short) = (0, 0);
     for id in 0..10 {
         let trip = study.sample(1, id);
-        let mut wild = trip.clone();
-        wild.driver.pedals.proportional *= 10.0;
-        wild.driver.pedals.integral *= 10.0;
-        drawn += reversals(&trace_scenario(&study, trip.clone()));
-        drawn_short += reversals(&trace_scenario(&short, trip));
-        beyond += reversals(&trace_scenario(&study, wild.clone()));
-        beyond_short += reversals(&trace_scenario(&short, wild));
+        let long = reversals(&trace_scenario(&study, trip.clone()));
+        let fine = reversals(&trace_scenario(&short, trip));
+        assert!(5 * long < 8 * fine + 50, "cycle {id}: {long} {fine}");
+        drawn += long;
+        drawn_short += fine;
     }
-    // there is one every kilometre or less, and steps make few of them
-    assert!(drawn < 2000 && 2 * drawn < 3 * drawn_short, "{drawn} {drawn_short}");
-    // without the rule hundreds a trip, most of them made by the steps
-    assert!(beyond > 5000 && beyond > 3 * beyond_short, "{beyond} {beyond_short}");
+    // one or two a kilometre, made by the hills
+    assert!(drawn < 2000 && 10 * drawn < 13 * drawn_short, "{drawn} {drawn_short}");
+}
+
+#[test]
+fn rule_9_a_pressed_brake_shortens_the_step() {
+    // 5 m/s² x 0.3 x K_P x dt <= 1: with steps of 1.5 s, which nothing else would have shortened, the truck braked 70 times
+    let study = typical(&["driver.pedals.pid.proportional_median=0.99"]);
+    let road = GivenRoad::flat(4000.0, 30.0 / 3.6).slope(-0.015);
+    let trace = trace_scenario(&study, road.scenario(&study));
+    let (brake, step) = (column(&trace, "brake"), column(&trace, "step_s"));
+    assert!(presses(brake) <= 4, "{}", presses(brake));
+    let driven = column(&trace, "simulated_added_s");
+    for k in 1..brake.len() {
+        let bound = 1.0 / (5.0 * 0.3 * 0.99) + 1e-9;
+        assert!(brake[k - 1] == 0.0 || driven[k] == 0.0 || step[k] <= bound, "{}", step[k]);
+    }
 }
 
 #[test]
@@ -293,9 +307,12 @@ fn rule_13_shifts_per_km_are_those_of_the_field() {
         records.iter().map(|r| f64::from(r.n_gear_shifts)).sum::<f64>()
             / records.iter().map(|r| r.distance_m / 1000.0).sum::<f64>()
     };
-    // about 1 on long haul, 4 on regional roads
-    assert!((0.5..2.5).contains(&per_km("long-haul")));
-    assert!((2.0..6.0).contains(&per_km("regional")));
+    // the rule says about 1 on long haul and 4 on regional roads; it is 1.8 and 3.3. A strategy that looks at the power of each slope
+    // step shifts 38 % more
+    for (name, wanted) in [("long-haul", 1.8), ("regional", 3.3)] {
+        let found = per_km(name);
+        assert!((found / wanted - 1.0).abs() < 0.15, "{name}: {found}");
+    }
 }
 
 #[test]

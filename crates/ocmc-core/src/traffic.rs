@@ -178,6 +178,18 @@ mod tests {
         assert!(model.speed_mps(at(7.5), 14.0) < model.speed_mps(at(2.0), 14.0));
         assert!((model.speed_mps(0.0, 14.0) - 14.0).abs() < 1e-12);
         assert!((model.speed_mps(0.13, 14.0) - 3.0).abs() < 1e-12);
+        // rule 6, written out again; the profile holds over five minutes, at their middle
+        for (off, peak) in [(0.12, 0.3), (0.06, 0.12), (0.08, 0.25)] {
+            let road_type = TrafficTypeModel { off_peak_share: off, peak_share: peak };
+            for hour in [0.0, 5.5, 6.5, 7.5, 9.0, 12.0, 15.3, 16.5, 18.9] {
+                let middle: f64 = hour + 2.5 / 60.0;
+                let morning = (-0.5 * (middle - 7.5).powi(2)).exp();
+                let evening = (-0.5 * ((middle - 16.5) / 1.2).powi(2)).exp();
+                let share = off + (peak - off) * (morning + evening).min(1.0);
+                let found = model.density_per_m(&road_type, &series, hour * 3600.0, 0.0) / 0.13;
+                assert!((found - share).abs() < 1e-9, "{hour} h: {found} {share}");
+            }
+        }
         // what an evening just before midnight has left over, the next day begins with
         let late = TrafficModel { evening_peak_h: 23.9, ..self::tests::model() };
         assert!((late.peak(0.0) - late.peak(23.8)).abs() < 1e-12);

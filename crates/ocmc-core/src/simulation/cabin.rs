@@ -136,6 +136,7 @@ impl Cabin {
         state.derivative_over_filter[lane] = gains.derivative / pid.derivative_filter_s;
         // T_t = r K_P / K_I, so that K_I (1 / (K_I T_t)) = K_I / (r K_P) for J; 0 without an integral part
         state.tracking[lane] = gains.integral / (pid.tracking_ratio * gains.proportional);
+        state.brake_step[lane] = 1.0 / (shared.brake_mps2 * gains.proportional);
         state.band_output[lane] = gains.proportional * shared.pedals.overspeed_band_mps;
         state.threshold[lane] = gains.threshold_mps.unwrap_or(-FAR);
         state.lowest_held[lane] = if gains.holds_brake { -FAR } else { 0.0 };

@@ -174,6 +174,8 @@ pub struct State<S: Simd> {
     pub gear_loss: Lanes<S>,
     /// Engine speed below which the clutch may slip in this gear, in rad/s; 0 where it may not.
     pub slips_below: Lanes<S>,
+    /// Longest step with a pressed brake, in s: with longer ones the pedals would swing from step to step.
+    pub brake_step: Lanes<S>,
     /// Accelerator from which on an engine at the speed of a slipping clutch drives; with less the clutch does not slip.
     pub slips_from: Lanes<S>,
     /// Speed above which the engine turns too fast in this gear, in m/s; none in the top gear.
@@ -243,6 +245,7 @@ impl<S: Simd> State<S> {
             gear_speed_down: all(FAR),
             gear_loss: all(gear.loss_share),
             slips_below: zero,
+            brake_step: all(shared.short_step_s),
             slips_from: zero,
             too_fast: all(FAR),
             inverse_mass_closed: all(1e-3),

@@ -168,6 +168,8 @@ impl<S: Simd> State<S> {
         self.steps_left -= slow.select(Lanes::splat(simd, 1.0), Lanes::splat(simd, FAST_STEP));
         let change = second.acceleration - first.acceleration;
         let longest = longest_next(ahead.dt, change, shared);
+        let brakes = second_control.braking.simd_gt(0.0);
+        let longest = brakes.select(longest.min(self.brake_step), longest);
         let longest = ending.jumps.select(Lanes::splat(simd, shared.step_after_jump_s), longest);
         self.longest = ending.too_long.select(Lanes::splat(simd, shared.short_step_s), longest);
 

@@ -235,8 +235,26 @@ mod tests {
         assert!((coldest - 4.0).abs() < 1e-9, "{coldest}");
         // closed-loop rule 20: about +11 % at 7 degC
         assert!((rolling_temperature_factor(280.15, 0.006) - 1.11).abs() < 0.005);
-        assert!(rolling_wet_factor(WET_RAIN_MPS, false) > rolling_wet_factor(0.0, false));
-        assert!(rolling_wet_factor(WET_RAIN_MPS, true) > rolling_wet_factor(WET_RAIN_MPS, false));
-        assert!(rolling_roughness_factor(4.0, 20.0) > rolling_roughness_factor(1.5, 20.0));
+        // as models.md gives them, in numbers: rain of 0.5 and 2 mm/h, snow
+        let mm_per_h = 1e-3 / 3600.0;
+        let wet = |rain: f64, snow| rolling_wet_factor(rain * mm_per_h, snow);
+        let factors = [wet(0.0, false), wet(0.5, false), wet(2.0, false), wet(2.0, true)];
+        for (found, wanted) in factors.into_iter().zip([1.0, 1.025, 1.05, 1.25]) {
+            assert!((found - wanted).abs() < 1e-12, "{found} {wanted}");
+        }
+        let friction =
+            [(0.0, false), (1e-7, false), (1e-7, true)].map(|(p, snow)| braking_friction(p, snow));
+        assert_eq!(friction, [0.8, 0.5, 0.25]);
+        // 1 + 0.004 (IRI - 1.5)(v / 20), from 0.95 to 1.3
+        for (iri, v, wanted) in [
+            (1.5, 20.0, 1.0),
+            (4.0, 20.0, 1.01),
+            (4.0, 10.0, 1.005),
+            (0.0, 60.0, 0.982),
+            (90.0, 20.0, 1.3),
+        ] {
+            let found = rolling_roughness_factor(iri, v);
+            assert!((found - wanted).abs() < 1e-12, "{iri} {v}: {found}");
+        }
     }
 }
