@@ -310,6 +310,35 @@ fn a_wrong_setting_is_shown_as_it_was_typed() {
 }
 
 #[test]
+fn probabilities_replace_what_was_inherited() {
+    let text = r#"
+[study]
+name = "two types"
+description = "no motorways"
+base = "field-truck"
+drop = ["road.types.motorway", "traffic.types.motorway"]
+
+[road.types.urban]
+next = { rural = 1.0 }
+
+[road.types.rural]
+next = { urban = 1.0 }
+ground = { gravel = 1.0 }
+"#;
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("two.toml");
+    std::fs::write(&path, text).unwrap();
+    let load = |sets: &[&str]| ocmc_io::study::load(path.to_str().unwrap(), sets);
+    let rural = load(&[]).unwrap().model.road.types["rural"].clone();
+    assert_eq!((rural.next.len(), rural.ground.len()), (1, 1));
+    // the steps of a setting change one of them, a table in a setting all
+    let one = load(&["road.types.rural.ground.asphalt=0.0"]).unwrap();
+    assert_eq!(one.model.road.types["rural"].ground.len(), 2);
+    let all = load(&["road.types.rural.ground={asphalt=1.0}"]).unwrap();
+    assert_eq!(all.model.road.types["rural"].ground.len(), 1);
+}
+
+#[test]
 fn a_wrong_dictionary_names_the_key() {
     let assert_says = |dictionary: serde_json::Value, message: &str| {
         let error = study::load_json::<&str>(&dictionary, &[]).expect_err(message).to_string();

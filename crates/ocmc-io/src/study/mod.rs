@@ -11,8 +11,8 @@
 //!
 //! A study may hold only what differs from another one:
 //!
-//! - `study.base`: a built-in name or a file beside this one. Tables are merged key by key; a list, a number and a law
-//!   (a table with the key `distribution`) replace what was inherited.
+//! - `study.base`: a built-in name or a file beside this one. Tables are merged key by key; a list, a number, a law
+//!   (a table with the key `distribution`) and the probabilities of `next` and `ground` replace what was inherited.
 //! - `study.drop`: a list of inherited paths that go before that, such as `["road.types.rural", "traffic.types.rural"]`.
 //! - `vehicle.base`: a built-in vehicle or a file with the keys of `[vehicle]`, instead of an inherited vehicle.
 //!

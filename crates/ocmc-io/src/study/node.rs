@@ -12,6 +12,9 @@ pub(super) const MOST_DEPTH: usize = 64;
 /// Longest value that a message shows, in characters.
 const SHOWN_VALUE: usize = 60;
 
+/// Keys of tables whose numbers are the probabilities of names, so that one of them alone says nothing.
+const PROBABILITIES: [&str; 2] = ["next", "ground"];
+
 /// A value of a study file.
 #[derive(Clone, Debug)]
 pub(super) struct Node {
@@ -171,8 +174,9 @@ impl Node {
         }
     }
 
-    /// Lays another tree over this one. Tables are merged key by key; a law (a table with the key `distribution`),
-    /// a list and a scalar replace what is below. Numbers as keys over a list change its entries.
+    /// Lays another tree over this one. Tables are merged key by key; a law (a table with the key `distribution`), probabilities
+    /// (a table whose numbers add up to one), a list and a scalar replace what is below. Numbers as keys over a list change its
+    /// entries.
     ///
     /// # Errors
     /// [`Cause::NoEntry`] where a list has no such entry.
@@ -187,10 +191,13 @@ impl Node {
         {
             check_entries(below.len(), above, steps)?;
         }
+        let shares = over.is_written() && is_probabilities(steps);
         let (place, key_place) = (over.place, over.key_place);
         match (&mut self.content, over.content) {
             (Content::Table(below), Content::Table(above))
-                if !above.contains_key("distribution") && !empties_law(below, &above) =>
+                if !(shares
+                    || above.contains_key("distribution")
+                    || empties_law(below, &above)) =>
             {
                 for (key, node) in above {
                     match below.get_mut(&key) {
@@ -227,12 +234,16 @@ impl Node {
         Ok(())
     }
 
+    /// Whether somebody has written this table, which does not stand for the steps of a setting.
+    fn is_written(&self) -> bool {
+        self.place.is_some() || self.key_place.is_some()
+    }
+
     /// Whether the keys of a table can only mean entries of a list: all are numbers, or the table stands for the steps of a setting.
     fn names_entries(&self) -> bool {
         let Content::Table(entries) = &self.content else { return false };
         let numbers = entries.keys().all(|key| key.parse::<usize>().is_ok());
-        let steps = self.place.is_none()
-            && self.key_place.is_none()
+        let steps = !self.is_written()
             && self.any_place().is_some_and(|place| place.source.kind == SourceKind::Setting);
         !entries.is_empty() && (numbers || steps)
     }
@@ -250,6 +261,11 @@ fn check_entries(
     let (key, index) = (path_of(steps), cut(index, SHOWN_VALUE));
     let cause = Cause::NoEntry { key, index, entries: length };
     Err(Box::new(Fault::new(cause).at(node.key_place.as_ref().or(node.any_place()))))
+}
+
+/// Whether the steps lead to a table of probabilities, one for each name: where a road goes on, what its ground is.
+fn is_probabilities(steps: &[Step]) -> bool {
+    matches!(steps.last(), Some(Step::Key(key)) if PROBABILITIES.contains(&key.as_str()))
 }
 
 /// Whether an empty table is laid over a law, which it would leave as it is.
