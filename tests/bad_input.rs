@@ -192,13 +192,13 @@ fn time_that_runs_backwards() {
             OPERATING_CYCLE,
             log().with("time_s", 7, 8, "0.6"),
             0,
-            &["1 rows with the time of the row before"],
+            &["1 row with the time of the row before"],
         ),
         (
             IDENTIFY,
             log().with("time_s", 7, 8, "0.6"),
             0,
-            &["1 rows with the time of the row before"],
+            &["1 row with the time of the row before"],
         ),
     ]);
 }
@@ -227,7 +227,7 @@ fn runs_of_missing_numbers() {
             SPEED_CHANGE,
             speed_changes().with("acceleration_mps2", 0, 20, "NaN"),
             0,
-            &["20 rows, missing value"],
+            &["20 speed changes, missing value"],
         ),
         (
             SPEED_CHANGE,
@@ -239,7 +239,7 @@ fn runs_of_missing_numbers() {
             SPEED_CHANGE,
             holes.clone(),
             0,
-            &["100 rows without speed", "1 gaps in time", "40 rows without a possible speed limit"],
+            &["100 rows without speed", "1 gap in time", "40 rows without a possible speed limit"],
         ),
         (
             OPERATING_CYCLE,

@@ -160,7 +160,8 @@ fn speed_changes_from_a_table_and_from_a_log() {
     let (status, stdout, stderr) = run(&["fit", "speed-change", path]);
     assert_eq!(status, 0, "{stderr}");
     assert!(
-        stdout.contains("70-to-40") && stdout.contains("left out: 1 rows, within threshold"),
+        stdout.contains("70-to-40")
+            && stdout.contains("left out: 1 speed change, within threshold"),
         "{stdout}"
     );
     assert!(stderr.contains("no acceleration was measured"), "{stderr}");
@@ -295,7 +296,7 @@ fn what_is_wrong_with_logs_of_roads_is_said() {
         (
             bare.replace("300,20", "30,20"),
             &["--road-type", "rural"][..],
-            "time runs backwards 1 times, first after row 300",
+            "time runs backwards once, first after row 300",
         ),
         (
             "time_s,speed_mps\n0,20\n1,20\n2,20\n".to_owned(),
@@ -325,7 +326,7 @@ fn what_is_wrong_with_logs_of_roads_is_said() {
     for words in [
         "300 rows without a possible speed limit",
         "200 rows without slope or altitude",
-        "1 objects of the map are none of stop_sign",
+        "1 object of the map is none of stop_sign",
         "the way is the integral of the speed",
         "nothing tells how the vehicle turned",
     ] {
@@ -335,7 +336,7 @@ fn what_is_wrong_with_logs_of_roads_is_said() {
     let kept = limits.lines().enumerate().filter(|(k, _)| !(200..260).contains(k));
     let hole = kept.map(|(_, line)| line).collect::<Vec<&str>>().join("\n");
     let (status, notes) = told(&hole, &[]);
-    assert!(status == 0 && notes.contains("1 cuts at more than 10 s"), "{notes}");
+    assert!(status == 0 && notes.contains("1 cut at more than 10 s"), "{notes}");
 }
 
 /// Two years of hours with every variable, from plain functions of the clock.
@@ -504,8 +505,8 @@ fn a_road_without_a_limit_has_no_sign_and_no_type() {
         (answer, notes)
     };
     let (answer, notes) = told(",limit_kmh", [",70", ","]);
-    assert!(answer.starts_with("1 operating cycles") && !answer.contains("motorway,"), "{answer}");
-    assert!(notes.contains("1 roads have neither road type nor speed limit"), "{notes}");
+    assert!(answer.starts_with("1 operating cycle,") && !answer.contains("motorway,"), "{answer}");
+    assert!(notes.contains("1 road has neither road type nor speed limit"), "{notes}");
     let (answer, notes) = told(",limit_kmh,road_type", [",70,rural", ",,urban"]);
     assert!(
         answer.contains("urban, ") && answer.contains("hilliness        not known"),
@@ -514,5 +515,48 @@ fn a_road_without_a_limit_has_no_sign_and_no_type() {
     assert!(notes.contains("urban: no speed limit is known on any of its roads"), "{notes}");
     let (answer, notes) = told(",limit_kmh,road_type", [",50,rural", ",50,"]);
     assert!(answer.contains("urban, "), "{answer}");
-    assert!(notes.contains("1 roads have no word in road_type"), "{notes}");
+    assert!(notes.contains("1 road has no word in road_type"), "{notes}");
+}
+
+/// The answer of a fit of a table, and of the same table between semicolons and tabulators.
+fn told_alike(command: &str, table: &str) {
+    let directory = tempfile::tempdir().expect("a directory");
+    let written = |name: &str, bytes: &[u8]| {
+        let path = directory.path().join(name);
+        fs::write(&path, bytes).expect("a file");
+        answer(&["fit", command, path.to_str().expect("UTF-8"), "--json"])
+    };
+    let plain = written("plain.csv", table.as_bytes());
+    assert_eq!(written("semicolons.csv", table.replace(',', ";").as_bytes()), plain, "{command}");
+    assert_eq!(written("tabs.csv", table.replace(',', "\t").as_bytes()), plain, "{command}");
+}
+
+#[test]
+fn tables_of_every_separator_are_read() {
+    told_alike("curve-speed", &fs::read_to_string(simulator_curves()).expect("a file"));
+    let changes = (1..=12).map(|k| format!("d{k},70-to-40,{}\n", -0.9 - 0.05 * f64::from(k)));
+    let changes: String = changes.collect();
+    told_alike("speed-change", &format!("driver,category,acceleration_mps2\n{changes}"));
+    told_alike("weather", &two_years_of_hours());
+}
+
+#[test]
+fn a_fitted_study_names_all_its_sources() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let files: Vec<String> = (0..6)
+        .map(|k| {
+            let path = directory.path().join(format!("{k}.csv"));
+            let rows = (1..=12).map(|row| format!("d{row},{}\n", -0.9 - 0.05 * f64::from(row)));
+            let rows: String = rows.collect();
+            fs::write(&path, format!("driver,acceleration_mps2\n{rows}")).expect("a file");
+            path.to_str().expect("UTF-8").to_owned()
+        })
+        .collect();
+    let out = directory.path().join("mine.toml");
+    let out = out.to_str().expect("UTF-8");
+    let files: Vec<&str> = files.iter().map(String::as_str).collect();
+    answer(&[&["fit", "speed-change", "--study-out", out][..], &files].concat());
+    let study = fs::read_to_string(out).expect("a study");
+    assert!(study.contains(files[0]) && study.contains(files[3]), "{study}");
+    assert!(!study.contains(files[4]) && study.contains(" and 2 more."), "{study}");
 }

@@ -76,7 +76,7 @@ fn a_curve_is_found_at_every_rate() {
         assert!(
             (number("start_m") - 405.0).abs() <= 20.0 && (number("route_m") - 1000.0).abs() < 20.0
         );
-        assert!(told.contains("1 curves on"), "{told}");
+        assert!(told.contains("1 curve on"), "{told}");
     }
 }
 
@@ -291,7 +291,8 @@ fn gains_of_a_trace_are_identified() {
     let gain = |k: usize| fits[k]["kp"].as_f64().expect("a number");
     assert!((gain(1) / gain(0) - 1.0).abs() < 0.01, "{} {}", gain(0), gain(1));
     assert!(
-        json["population"].is_null() && told.contains("1 rows with the time of the row before"),
+        json["population"].is_null()
+            && told.contains("1 row with the time of the row before is not used"),
         "{told}"
     );
     // a log of speed alone
@@ -306,6 +307,45 @@ fn gains_of_a_trace_are_identified() {
     let flat = written(directory.path(), "flat.csv", &flat);
     let told = failure(&["identify", &flat]);
     assert!(told.contains("no event"), "{told}");
+}
+
+#[test]
+fn events_without_a_fit_are_counted_and_quiet_is_quiet() {
+    let directory = tempfile::tempdir().expect("a temporary directory");
+    // twelve events of 2 s, and one that can be identified
+    let mut text = "time_s,speed_mps,grade,accelerator,brake,event\n".to_owned();
+    for k in 0..240 + 400 {
+        let event = if k < 240 { k / 20 } else { 99 };
+        let grade = if k < 340 { 0.0 } else { 0.02 };
+        writeln!(text, "{},20,{grade},0.3,0,{event}", f64::from(k) * 0.1).expect("memory");
+    }
+    let path = written(directory.path(), "events.csv", &text);
+    let arguments = ["identify", &path, "--no-intervals", "--starts", "1"];
+    let (_, told) = answer(&arguments);
+    assert!(
+        told.contains("12 events or drives are left out: 12 for less than 30 rows or 10 s"),
+        "{told}"
+    );
+    assert_eq!(told.matches("warning").count(), 1, "{told}");
+    let (json, told) = answer(&[&arguments[..], &["--quiet", "--json"]].concat());
+    assert_eq!(told, "");
+    let json: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+    assert_eq!(json["left_out"].as_array().map(Vec::len), Some(12));
+    // without the event that can be, the first reason and the account are the error
+    let short: String = text.lines().take(241).fold(String::new(), |all, line| all + line + "\n");
+    let told = failure(&["identify", &written(directory.path(), "short.csv", &short)]);
+    assert!(told.contains("20 rows over 1.9 s") && told.contains("12 for less than"), "{told}");
+}
+
+#[test]
+fn decimal_commas_and_dates_get_a_hint() {
+    let directory = tempfile::tempdir().expect("a temporary directory");
+    let commas = "time_s;speed_mps;yaw_rate_radps\n0,0;10,5;0,1\n0,1;10,5;0,1\n";
+    let told = failure(&["curves", &written(directory.path(), "commas.csv", commas)]);
+    assert!(told.contains("line 2 has `0,0`; numbers take a decimal point"), "{told}");
+    let dates = "time_s,speed_mps,yaw_rate_radps\n2024-03-01T12:00:00Z,10,0\n";
+    let told = failure(&["curves", &written(directory.path(), "dates.csv", dates)]);
+    assert!(told.contains("`2024-03-01T12:00:00Z`; times are numbers: seconds"), "{told}");
 }
 
 #[test]

@@ -93,7 +93,7 @@ def test_what_is_left_out_is_said(part, simulator):
     assert answer["notes"] == []
     gaps = part | {"grade": np.where(np.arange(800) == 5, np.nan, part["grade"])}
     answer = ocmc.identify(gaps, simulator, **(QUICK | {"starts": 1}))
-    assert answer["notes"] == ["`logs`: 1 rows without slope are not used"]
+    assert answer["notes"] == ["`logs`: 1 row without slope is not used"]
 
 
 @pytest.mark.parametrize(

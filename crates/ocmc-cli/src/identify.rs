@@ -31,9 +31,10 @@ pub(crate) fn identify(arguments: &IdentifyArguments) -> Result<(), Failure> {
     });
     progress.finish();
     let answer = identification_answer(&arguments.study, &options, &found);
-    let answer = answer.map_err(|LeftOut { place, reason }| Failure::NoEvent { place, reason })?;
-    for warning in &answer.warnings {
-        output::note(&format!("warning: {warning}"));
+    let answer =
+        answer.map_err(|LeftOut { place, reason, .. }| Failure::NoEvent { place, reason })?;
+    if !arguments.quiet {
+        answer.warnings.iter().for_each(|text| output::note(&format!("warning: {text}")));
     }
     if arguments.json {
         return output::answer(&format!("{}\n", answer.json));
@@ -50,8 +51,8 @@ pub fn identification_answer(
     options: &IdentifyOptions,
     found: &Identification,
 ) -> Result<Answer, LeftOut> {
-    if let (true, Some(first)) = (found.fits.is_empty(), found.left_out.first()) {
-        return Err(first.clone());
+    if let Some(first) = found.failed() {
+        return Err(first);
     }
     let population = found.population();
     let json = json!({
@@ -62,11 +63,10 @@ pub fn identification_answer(
         "left_out": found.left_out,
         "notes": found.notes,
     });
-    let left_out = found.left_out.iter();
     Ok(Answer {
         json,
         text: identify_text::text(&found.fits, population.as_ref()),
-        warnings: left_out.map(|l| format!("{} is left out: {}", l.place, l.reason)).collect(),
+        warnings: found.left_out_warnings(),
     })
 }
 

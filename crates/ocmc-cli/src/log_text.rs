@@ -1,6 +1,6 @@
 //! What is said about logs: what was found, and everything that was not used.
 
-use crate::number_text::{grouped, rounded};
+use crate::number_text::{count_of, grouped, rounded};
 use ocmc_core::log::signal::LogCounts;
 use ocmc_io::log::curves::DriveCurves;
 use std::fmt::Write;
@@ -16,10 +16,10 @@ pub(crate) fn curves_account(drives: &[DriveCurves], left_out: usize) -> String 
             let found = &drive.detection;
             let _ = write!(
                 text,
-                "{}: {} km, {} curves",
+                "{}: {} km, {}",
                 drive.drive,
                 rounded(found.way_m / 1000.0),
-                found.curves.len()
+                count_of(found.curves.len() as u64, "curve")
             );
             if drive.turning != "yaw_rate" {
                 let _ = write!(text, ", turning by its {}", drive.turning.replace('_', " "));
@@ -39,10 +39,10 @@ pub(crate) fn curves_account(drives: &[DriveCurves], left_out: usize) -> String 
     let slow_km: f64 = drives.iter().map(|drive| drive.detection.slow_m / 1000.0).sum();
     let _ = write!(
         text,
-        "{} curves on {} km of {} drives ({} km of it too slow to tell)",
-        grouped(sum(&|drive| drive.detection.curves.len())),
+        "{} on {} km of {} ({} km of it too slow to tell)",
+        count_of(sum(&|drive| drive.detection.curves.len()), "curve"),
         rounded(way_km),
-        grouped(drives.len() as u64),
+        count_of(drives.len() as u64, "drive"),
         rounded(slow_km)
     );
     let rows = sum(&|drive| drive.detection.counts.rows);
@@ -92,10 +92,15 @@ fn left_out_of(counts: &LogCounts) -> String {
     let unused = counts.rows - counts.used;
     let mut text = String::new();
     if unused > 0 {
-        let _ = write!(text, ", {} rows not used", grouped(unused as u64));
+        let _ = write!(text, ", {} not used", count_of(unused as u64, "row"));
     }
     if counts.gaps > 0 {
-        let _ = write!(text, ", {} gaps of {} s", counts.gaps, rounded(counts.gap_s));
+        let _ = write!(
+            text,
+            ", {} of {} s",
+            count_of(counts.gaps as u64, "gap"),
+            rounded(counts.gap_s)
+        );
     }
     text
 }

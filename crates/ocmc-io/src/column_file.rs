@@ -1,11 +1,12 @@
 //! Tables with named columns, read row by row: CSV files, of which only the columns that are wanted are kept, and tables of a
-//! calling program.
+//! calling program. Cells stand between commas, semicolons or tabulators, and a file may be compressed by gzip.
 
 use crate::ambiguous_columns::{AmbiguousColumns, the_only};
 use crate::given_table::{Cells, ColumnTypeError, GivenTable, RowPlace};
+use crate::text_file::{decompressed, delimiter};
 use arrow_array::{Array, StringArray};
 use std::fs::File;
-use std::io::Read;
+use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
@@ -55,7 +56,7 @@ pub enum ColumnFileError {
         /// What the system says.
         source: std::io::Error,
     },
-    /// The file is not a table of comma-separated values.
+    /// The file is not a table.
     #[error("`{}`: {message}", path.display())]
     Csv {
         /// The file.
@@ -143,7 +144,7 @@ pub enum ColumnFileError {
 }
 
 /// A table whose header has been read.
-pub struct ColumnFile<R = File> {
+pub struct ColumnFile<R = Box<dyn Read>> {
     path: PathBuf,
     names: Vec<String>,
     rows: Rows<R>,
@@ -151,7 +152,7 @@ pub struct ColumnFile<R = File> {
 
 /// Where the rows come from.
 enum Rows<R> {
-    Csv(csv::Reader<R>),
+    Csv(csv::Reader<BufReader<R>>),
     /// With the columns that were asked for, by their places.
     Table(GivenTable, Vec<Option<Cells>>),
 }
@@ -182,9 +183,9 @@ impl ColumnFile {
     /// # Errors
     /// [`ColumnFileError`] where the file cannot be read or has no header.
     pub fn open(path: &Path) -> Result<Self, ColumnFileError> {
-        let file = File::open(path)
-            .map_err(|source| ColumnFileError::Read { path: path.to_owned(), source })?;
-        Self::new(path, file)
+        let failed = |source| ColumnFileError::Read { path: path.to_owned(), source };
+        let file = File::open(path).map_err(failed)?;
+        Self::new(path, decompressed(file).map_err(failed)?)
     }
 
     /// A table of a calling program.
@@ -205,8 +206,14 @@ impl<R: Read> ColumnFile<R> {
     /// # Errors
     /// As [`ColumnFile::open`].
     pub fn new(path: &Path, from: R) -> Result<Self, ColumnFileError> {
-        let mut reader =
-            csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(from);
+        let mut from = BufReader::new(from);
+        let failed = |source| ColumnFileError::Read { path: path.to_owned(), source };
+        let delimiter = delimiter(from.fill_buf().map_err(failed)?);
+        let mut reader = csv::ReaderBuilder::new()
+            .trim(csv::Trim::All)
+            .comment(Some(b'#'))
+            .delimiter(delimiter)
+            .from_reader(from);
         let header = reader.headers().map_err(|error| csv_error(path, error))?;
         let names: Vec<String> =
             header.iter().map(|name| name.trim_start_matches('\u{feff}').to_owned()).collect();
@@ -371,7 +378,7 @@ impl Row<'_> {
         if text.is_empty() || ["na", "nan", "null"].contains(&text.to_ascii_lowercase().as_str()) {
             return Ok(f64::NAN);
         }
-        let allowed = "a number, or nothing where it is missing";
+        let allowed = "a number with a decimal point, or nothing where it is missing";
         text.parse().map_err(|_| self.refused(column.0, allowed))
     }
 
@@ -477,6 +484,7 @@ mod tests {
             ("b,sped_mps\n1,2\n", &["no column `speed_mps`", "b, sped_mps", "`sped_mps`"]),
             ("b,speed_kmh\n1,2\n", &["`speed_kmh`", "unit", "allowed is `speed_mps`"]),
             ("speed_mps,b\n", &["no rows"]),
+            ("b;speed_mps\n1;2,5\n", &["line 2", "`2,5`", "a number with a decimal point"]),
             ("speed_mps\nfast\n", &["line 2", "speed_mps", "`fast`", "a number"]),
             ("speed_mps,b\n1,2\n3\n", &["line 3 has 1 cells", "2"]),
             ("speed_mps,speed_mps\n1,2\n", &["twice"]),

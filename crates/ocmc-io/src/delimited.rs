@@ -6,7 +6,10 @@
 
 use crate::ambiguous_columns::{AmbiguousColumns, the_only};
 use crate::given_table::{ColumnTypeError, GivenTable};
+use crate::text_file::{decompressed, delimiter};
 use std::fmt::Write;
+use std::fs::File;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
@@ -134,14 +137,19 @@ pub struct DelimitedTable {
     rows: Vec<(u64, Vec<String>)>,
 }
 
-/// Reads a file as text; what is not UTF-8 is read as Latin-1.
+/// Reads a file as text, compressed by gzip or not; what is not UTF-8 is read as Latin-1.
 pub(crate) fn read_text(path: &Path) -> Result<String, TableError> {
     let unreadable = |source| TableError::Unreadable { path: path.to_owned(), source };
     let bytes = std::fs::metadata(path).map_err(unreadable)?.len();
     if bytes > MOST_BYTES {
         return Err(TableError::TooLarge { path: path.to_owned(), bytes });
     }
-    let bytes = std::fs::read(path).map_err(unreadable)?;
+    let text = decompressed(File::open(path).map_err(unreadable)?).map_err(unreadable)?;
+    let mut bytes = Vec::new();
+    text.take(MOST_BYTES + 1).read_to_end(&mut bytes).map_err(unreadable)?;
+    if bytes.len() as u64 > MOST_BYTES {
+        return Err(TableError::TooLarge { path: path.to_owned(), bytes: bytes.len() as u64 });
+    }
     let text = match String::from_utf8(bytes) {
         Ok(text) => text,
         Err(error) => error.into_bytes().into_iter().map(char::from).collect(),
@@ -168,9 +176,9 @@ impl DelimitedTable {
             !line.is_empty() && !line.starts_with('#')
         });
         let (_, first) = lines.next().ok_or_else(|| TableError::Empty { path: path.to_owned() })?;
-        let delimiter = [',', ';', '\t'].into_iter().max_by_key(|d| first.matches(*d).count());
+        let delimiter = char::from(delimiter(first.as_bytes()));
         let split = |line: &str| -> Vec<String> {
-            let cells = line.split(delimiter.unwrap_or(','));
+            let cells = line.split(delimiter);
             cells.map(|cell| cell.trim().trim_matches('"').to_owned()).collect()
         };
         let header = split(first);

@@ -21,5 +21,6 @@ pub mod run_summary;
 pub mod speed_change_table;
 pub mod study;
 pub mod table;
+mod text_file;
 pub mod traffic_table;
 pub mod weather_table;

@@ -13,6 +13,12 @@ pub fn grouped(number: u64) -> String {
     text
 }
 
+/// So many things: `1 row`, `1,200 rows`.
+pub fn count_of(number: u64, thing: &str) -> String {
+    let plural = if number == 1 { "" } else { "s" };
+    format!("{} {thing}{plural}", grouped(number))
+}
+
 /// A quantity rounded to about four digits, with commas from a thousand on.
 pub fn rounded(number: f64) -> String {
     if number.abs() >= 1000.0 {
@@ -55,6 +61,13 @@ mod tests {
     fn thousands() {
         for (number, text) in [(0, "0"), (999, "999"), (1000, "1,000"), (1234567, "1,234,567")] {
             assert_eq!(grouped(number), text);
+        }
+    }
+
+    #[test]
+    fn one_thing_and_several() {
+        for (number, text) in [(0, "0 rows"), (1, "1 row"), (1200, "1,200 rows")] {
+            assert_eq!(count_of(number, "row"), text);
         }
     }
 

@@ -65,7 +65,7 @@ pub fn append(
     mappings: &[Mapping],
     options: &SpeedChangeOptions,
 ) -> Result<Vec<String>, SpeedChangeFileError> {
-    // a compressed log is no table of text; whatever else cannot be opened here says so as a log
+    // what cannot be opened here says so as a log
     if let Ok(file) = ColumnFile::open(path)
         && is_table(&file, mappings)?
     {
@@ -112,7 +112,7 @@ fn is_table(file: &ColumnFile, mappings: &[Mapping]) -> Result<bool, SpeedChange
     Ok(any && !file.has(&["time_s"]))
 }
 
-/// Whether a name is one, and not a piece of a compressed file.
+/// Whether a name is one, and not a piece of a file that is no text.
 fn is_text(name: &str) -> bool {
     !name.contains(|c: char| c.is_control() || c == char::REPLACEMENT_CHARACTER)
 }

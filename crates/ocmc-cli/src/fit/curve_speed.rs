@@ -32,7 +32,7 @@ pub(crate) fn curve_speed(arguments: &CurveSpeedArguments) -> Result<(), Failure
     let population = fit.population(best, &base.model.driver.curve_speed);
     let answer = curve_speed_answer(&fit, &population, table.driver.len(), &base.model);
     super::print(&arguments.fitted, &answer)?;
-    write_study(&arguments.fitted, "curve-speed", &arguments.file, &answer)
+    write_study(&arguments.fitted, "curve-speed", std::slice::from_ref(&arguments.file), &answer)
 }
 
 /// What the fit of a table with so many rows tells; `population` is the part of a study that follows from it, `base` the study

@@ -1,6 +1,6 @@
 //! The fit of curve speeds as text: the paper's two tables first, then what stands beside them.
 
-use crate::number_text::grouped;
+use crate::number_text::{count_of, grouped};
 use ocmc_core::fit::analysis_of_variance::VarianceRow;
 use ocmc_core::fit::curve_speed::{
     CurveSpeedEstimate, CurveSpeedFit, DriverFit, Dropped, RandomEffects,
@@ -35,23 +35,22 @@ pub(super) fn curve_speed_text(fit: &CurveSpeedFit, rows: usize, values: &str) -
 
 fn heading(fit: &CurveSpeedFit, rows: usize) -> String {
     let [smallest, largest] = fit.radius_range_m;
-    let plural = if fit.drivers == 1 { "" } else { "s" };
     let mut text = format!(
-        "{} of {} curves, {} driver{plural}, radii of {smallest:.0} to {largest:.0} m\n",
+        "{} of {} curves, {}, radii of {smallest:.0} to {largest:.0} m\n",
         grouped(fit.n as u64),
         grouped(rows as u64),
-        fit.drivers,
+        count_of(fit.drivers as u64, "driver"),
     );
-    text.push_str(&dropped(&fit.dropped));
+    text.push_str(&dropped(&fit.dropped, "row"));
     text
 }
 
-/// Rows left out, by reason.
-pub(super) fn dropped(dropped: &Dropped) -> String {
-    let rows = dropped.iter().map(|(reason, rows)| {
-        format!("left out: {} rows, {}\n", grouped(*rows as u64), reason.replace('_', " "))
+/// How many of a thing were left out, by reason.
+pub(super) fn dropped(dropped: &Dropped, thing: &str) -> String {
+    let lines = dropped.iter().map(|(reason, count)| {
+        format!("left out: {}, {}\n", count_of(*count as u64, thing), reason.replace('_', " "))
     });
-    rows.collect()
+    lines.collect()
 }
 
 fn variance_table(rows: &[VarianceRow]) -> String {

@@ -21,7 +21,10 @@ use ocmc_core::fit::operating_cycle::ParameterFit;
 use ocmc_io::study::{FittedPart, fitted_study};
 use serde::Serialize;
 use std::fmt::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+
+/// Most files that a study names as its sources.
+const MOST_NAMED: usize = 4;
 
 /// Fits what was asked for.
 pub(crate) fn fit(command: &FitCommand) -> Result<(), Failure> {
@@ -74,18 +77,28 @@ fn print(arguments: &FittedArguments, answer: &Answer) -> Result<(), Failure> {
 fn write_study(
     arguments: &FittedArguments,
     command: &str,
-    source: &Path,
+    sources: &[PathBuf],
     answer: &Answer,
 ) -> Result<(), Failure> {
     let Some(path) = &arguments.study_out else {
         return Ok(());
     };
     let name = path.file_stem().map_or("fitted".into(), |stem| stem.to_string_lossy());
-    let note = format!("Written by `ocmc fit {command}` from `{}`.", source.display());
+    let note = format!("Written by `ocmc fit {command}` from {}.", named(sources));
     let (text, _) = fitted_study(&arguments.base, &name, &note, &answer.json["study"])?;
     study::write_new(path, &text)?;
     output::note(&format!("Written: `{path}`. Run it: ocmc --study {path}", path = path.display()));
     Ok(())
+}
+
+/// Files by their names; of many, the first ones.
+fn named(files: &[PathBuf]) -> String {
+    let names = files.iter().take(MOST_NAMED).map(|file| format!("`{}`", file.display()));
+    let names = names.collect::<Vec<_>>().join(", ");
+    match files.len().saturating_sub(MOST_NAMED) {
+        0 => names,
+        more => format!("{names} and {more} more"),
+    }
 }
 
 /// A table of estimated numbers with their errors, under a title.
@@ -106,5 +119,18 @@ fn short(number: f64) -> String {
         size if size < 1e-2 => format!("{number:.3e}"),
         size if size < 10.0 => format!("{number:.4}"),
         _ => format!("{number:.1}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sources_are_named() {
+        let files: Vec<PathBuf> = (1..=6).map(|k| PathBuf::from(format!("{k}.csv"))).collect();
+        assert_eq!(named(&files[..1]), "`1.csv`");
+        assert_eq!(named(&files[..4]), "`1.csv`, `2.csv`, `3.csv`, `4.csv`");
+        assert_eq!(named(&files), "`1.csv`, `2.csv`, `3.csv`, `4.csv` and 2 more");
     }
 }

@@ -6,6 +6,7 @@ use crate::arguments::OperatingCycleArguments;
 use crate::birds_eye::birds_eye_text;
 use crate::failure::Failure;
 use crate::log::{mappings, read_logs, tell_left_out};
+use crate::number_text::count_of;
 use crate::output;
 use ocmc_core::fit::operating_cycle::{RoadFit, fit_told};
 use ocmc_core::log::curve::CurveOptions;
@@ -34,11 +35,12 @@ pub(crate) fn operating_cycle(arguments: &OperatingCycleArguments) -> Result<(),
     for path in cycles {
         found.add_cycle(given_cycle::read(path)?);
     }
-    let (source, told) = (&arguments.files[0], found.told(radius_range_m));
-    let fit = fit_told(&found.roads, &told, &base.model).map_err(|error| no_fit(source, error))?;
+    let (sources, told) = (&arguments.files, found.told(radius_range_m));
+    let fit =
+        fit_told(&found.roads, &told, &base.model).map_err(|error| no_fit(&sources[0], error))?;
     let answer = operating_cycle_answer(&fit, &base.model);
     super::print(&arguments.fitted, &answer)?;
-    write_study(&arguments.fitted, "operating-cycle", source, &answer)
+    write_study(&arguments.fitted, "operating-cycle", sources, &answer)
 }
 
 fn add_logs(
@@ -75,7 +77,11 @@ pub fn operating_cycle_answer(fit: &RoadFit, base: &StudyModel) -> Answer {
 }
 
 fn text(fit: &RoadFit, values: &str) -> String {
-    let mut text = format!("{} operating cycles, {:.1} km\n", fit.cycles, fit.length_m / 1000.0);
+    let mut text = format!(
+        "{}, {:.1} km\n",
+        count_of(fit.cycles as u64, "operating cycle"),
+        fit.length_m / 1000.0
+    );
     text.push_str(&birds_eye_text(&fit.birds_eye));
     for of_type in &fit.types {
         let _ = writeln!(text, "\n{}, {:.1} km", of_type.road_type, of_type.length_m / 1000.0);

@@ -5,6 +5,7 @@ use crate::answer::Answer;
 use crate::arguments::SpeedChangeArguments;
 use crate::failure::Failure;
 use crate::log::mappings;
+use crate::number_text::count_of;
 use crate::output;
 use ocmc_core::driver::speed_change::SpeedChangeModel;
 use ocmc_core::fit::speed_change::{
@@ -34,12 +35,12 @@ pub(crate) fn speed_change(arguments: &SpeedChangeArguments) -> Result<(), Failu
             output::note(&format!("warning: {note}"));
         }
     }
-    let source = &arguments.files[0];
-    let fit = fit(&table, &options).map_err(|error| no_fit(source, error))?;
+    let sources = &arguments.files;
+    let fit = fit(&table, &options).map_err(|error| no_fit(&sources[0], error))?;
     let model = fit.population(&base.model.driver.speed_change, arguments.untruncated);
     let answer = speed_change_answer(&fit, &model, &base.model);
     super::print(&arguments.fitted, &answer)?;
-    write_study(&arguments.fitted, "speed-change", source, &answer)
+    write_study(&arguments.fitted, "speed-change", sources, &answer)
 }
 
 /// What the fit of speed changes tells; `model` is the part of a study that follows from it, `base` the study that it is laid over.
@@ -59,18 +60,16 @@ pub fn speed_change_answer(
     super::answer(fit, text(fit, &part.text()), &warnings, &part)
 }
 
+/// Columns of the printed table: a name, then numbers.
+const COLUMNS: usize = 6;
+
 fn text(fit: &SpeedChangeFit, values: &str) -> String {
-    let mut text = format!("{} speed changes\n", fit.n);
-    text.push_str(&super::curve_speed_text::dropped(&fit.dropped));
-    let _ = writeln!(
-        text,
-        "\n{:18}{:>6}{:>25}{:>21}{:>9}{:>16}",
-        "", "n", "median, m/s2", "SD of ln", "p normal", "with threshold"
-    );
+    let mut text = format!("{}\n", count_of(fit.n as u64, "speed change"));
+    text.push_str(&super::curve_speed_text::dropped(&fit.dropped, "speed change"));
     let pooled = [&fit.acceleration, &fit.deceleration].into_iter().flatten();
-    for law in fit.by_category.iter().chain(pooled) {
-        text.push_str(&row(law));
-    }
+    let laws: Vec<&SpeedChangeLaw> = fit.by_category.iter().chain(pooled).collect();
+    text.push('\n');
+    text.push_str(&law_table(&laws));
     text.push_str(
         "p normal: of a log-normal law, by Anderson and Darling. With threshold: median and SD with the\n\
          changes below the threshold in the likelihood.\n",
@@ -79,7 +78,34 @@ fn text(fit: &SpeedChangeFit, values: &str) -> String {
     text
 }
 
-fn row(law: &SpeedChangeLaw) -> String {
+/// A row a law, in columns as wide as what stands in them.
+fn law_table(laws: &[&SpeedChangeLaw]) -> String {
+    let head = ["", "n", "median, m/s2", "SD of ln", "p normal", "with threshold"];
+    let rows: Vec<[String; COLUMNS]> =
+        std::iter::once(head.map(str::to_owned)).chain(laws.iter().map(|law| row(law))).collect();
+    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max();
+    let widths: [usize; COLUMNS] = std::array::from_fn(|column| width(column).unwrap_or(0));
+    let between = std::iter::once(None).chain(laws.iter().map(|law| law.driver_log_sd));
+    let mut text = String::new();
+    for (row, between) in rows.iter().zip(between) {
+        let _ = write!(text, "{:width$}", row[0], width = widths[0]);
+        for (cell, width) in row.iter().zip(widths).skip(1) {
+            let _ = write!(text, "  {cell:>width$}");
+        }
+        text.push('\n');
+        if let Some(sd) = between {
+            let _ = writeln!(
+                text,
+                "{:width$}  between drivers, SD of ln {sd:.3}",
+                "",
+                width = widths[0]
+            );
+        }
+    }
+    text
+}
+
+fn row(law: &SpeedChangeLaw) -> [String; COLUMNS] {
     let interval = |value: f64, ci: Option<[f64; 2]>| match ci {
         Some([low, high]) => format!("{value:.3} ({low:.3} ; {high:.3})"),
         None => format!("{value:.3}"),
@@ -93,15 +119,6 @@ fn row(law: &SpeedChangeLaw) -> String {
         let [low, high] = law.log_sd_ci95.unwrap_or([f64::NAN; 2]);
         format!("{sd:.2} ({low:.2} ; {high:.2})")
     });
-    let mut text = String::new();
-    let _ = writeln!(
-        text,
-        "{name:18}{:>6}{:>25}{sd:>21}{p:>9}{whole:>16}",
-        law.n,
-        interval(law.median_mps2, law.median_ci95)
-    );
-    if let Some(between) = law.driver_log_sd {
-        let _ = writeln!(text, "{:18}between drivers, SD of ln {between:.3}", "");
-    }
-    text
+    let median = interval(law.median_mps2, law.median_ci95);
+    [name.to_owned(), law.n.to_string(), median, sd, p, whole]
 }

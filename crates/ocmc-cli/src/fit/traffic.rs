@@ -19,7 +19,7 @@ pub(crate) fn traffic(arguments: &TrafficArguments) -> Result<(), Failure> {
     let fit = fit(&records, &base.model.traffic).map_err(|error| no_fit(&arguments.file, error))?;
     let answer = traffic_answer(&fit, &base.model);
     super::print(&arguments.fitted, &answer)?;
-    write_study(&arguments.fitted, "traffic", &arguments.file, &answer)
+    write_study(&arguments.fitted, "traffic", std::slice::from_ref(&arguments.file), &answer)
 }
 
 /// What the fit of traffic tells; `base` keeps what it does not tell.

@@ -19,7 +19,7 @@ pub(crate) fn weather(arguments: &WeatherArguments) -> Result<(), Failure> {
     let fit = fit(&records, &base.model.weather).map_err(|error| no_fit(&arguments.file, error))?;
     let answer = weather_answer(&fit, &base.model);
     super::print(&arguments.fitted, &answer)?;
-    write_study(&arguments.fitted, "weather", &arguments.file, &answer)
+    write_study(&arguments.fitted, "weather", std::slice::from_ref(&arguments.file), &answer)
 }
 
 /// What the fit of weather tells; `base` keeps what it does not tell.

@@ -67,7 +67,7 @@ pub enum EventError {
     },
     /// Time that does not grow, or leaps.
     #[error(
-        "time goes from {before_s} to {after_s} s after row {row} of the event: allowed are steps above 0 and up to {LONGEST_INTERVAL_S} s"
+        "time goes from {before_s:.3} to {after_s:.3} s after row {row} of the event: allowed are steps above 0 and up to {LONGEST_INTERVAL_S} s"
     )]
     Time {
         /// Row before, from 1.
@@ -79,7 +79,8 @@ pub enum EventError {
     },
     /// Too little to identify anything.
     #[error(
-        "{rows} rows over {duration_s:.1} s: at least {FEWEST_ROWS} rows over {SHORTEST_S} s are needed"
+        "{rows} row{} over {duration_s:.1} s: at least {FEWEST_ROWS} rows over {SHORTEST_S} s are needed",
+        if *rows == 1 { "" } else { "s" }
     )]
     TooShort {
         /// Rows.
@@ -110,6 +111,21 @@ pub enum EventError {
         /// How many rows.
         count: usize,
     },
+}
+
+impl EventError {
+    /// The reason without its numbers, by which many events are counted: `left out for ...`.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::Lengths { .. } => "columns of different lengths",
+            Self::Missing { .. } => "missing numbers",
+            Self::Time { .. } => "rows more than 1.1 s apart or not in order of time",
+            Self::TooShort { .. } => "less than 30 rows or 10 s",
+            Self::Pedal { .. } => "pedals outside 0 to 1",
+            Self::Stopped => "an end before their turn",
+            Self::Standing { .. } => "a vehicle that stands, creeps or reverses",
+        }
+    }
 }
 
 /// What an event is like.
@@ -333,6 +349,10 @@ mod tests {
             with(&|log| *log = log.part(0, 20)),
             EventError::TooShort { rows: 20, .. }
         ));
+        assert_eq!(LONGEST_INTERVAL_S.to_string(), "1.1");
+        assert!(with(&|log| log.time_s[7] = 0.0).kind().contains("1.1 s"));
+        let short = with(&|log| *log = log.part(0, 20)).kind();
+        assert_eq!(short, format!("less than {FEWEST_ROWS} rows or {SHORTEST_S} s"));
         assert!(matches!(
             with(&|log| _ = log.grade.pop()),
             EventError::Lengths { column: "grade", .. }

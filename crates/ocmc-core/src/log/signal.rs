@@ -58,8 +58,9 @@ pub enum LogError {
     },
     /// Time that runs backwards.
     #[error(
-        "time runs backwards {count} times, first after row {row}, from {before_s} to {after_s} s: sort the rows, or name the \
-         column that tells the drives apart"
+        "time runs backwards {}, first after row {row}, from {before_s:.3} to {after_s:.3} s: sort the rows, or name the \
+         column that tells the drives apart",
+        if *count == 1 { "once".to_owned() } else { format!("{count} times") }
     )]
     Backwards {
         /// How often.

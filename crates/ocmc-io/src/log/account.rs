@@ -4,10 +4,32 @@ use super::{LogFile, LoggedDrive};
 use crate::number_text::grouped;
 use ocmc_core::log::signal::LogCounts;
 
-/// What there is of something at a place, each with its number.
+/// What there is of something at a place, each with its number. `what` is in the plural; of one thing its first noun and verb are
+/// told in the singular.
 pub(crate) fn counted<const N: usize>(place: &str, counts: [(usize, &str); N]) -> Vec<String> {
     let some = counts.into_iter().filter(|(count, _)| *count > 0);
-    some.map(|(count, what)| format!("{place}: {} {what}", grouped(count as u64))).collect()
+    some.map(|(count, what)| match count {
+        1 => format!("{place}: 1 {}", of_one(what)),
+        _ => format!("{place}: {} {what}", grouped(count as u64)),
+    })
+    .collect()
+}
+
+/// `rows without time are not used` of one row.
+fn of_one(what: &str) -> String {
+    let (noun, rest) = what.split_once(' ').unwrap_or((what, ""));
+    let noun = noun.strip_suffix('s').unwrap_or(noun);
+    let (clause, reason) = rest.split_once(':').unwrap_or((rest, ""));
+    let clause = format!(" {clause} ")
+        .replacen(" are ", " is ", 1)
+        .replacen(" have ", " has ", 1)
+        .replacen(" around them ", " around it ", 1);
+    let reason = match reason {
+        "" => String::new(),
+        " they are left out" => ": it is left out".to_owned(),
+        reason => format!(":{reason}"),
+    };
+    format!("{noun} {}{reason}", clause.trim())
 }
 
 /// Rows that are not used, or doubtful.
@@ -54,13 +76,69 @@ impl LogFile {
         }
         for cells in &self.unreadable {
             warnings.push(format!(
-                "{} cells of `{}` in `{path}` are no numbers, first `{}` in {}: they count as missing",
+                "{} cells of `{}` in `{path}` are no numbers, first `{}` in {}: they count as missing{}",
                 grouped(cells.cells as u64),
                 cells.column,
                 cells.text,
-                cells.place
+                cells.place,
+                how_numbers_are_written(&cells.column, &cells.text)
             ));
         }
         warnings
+    }
+}
+
+/// What to do about a cell that is no number and looks like one, or like a time.
+pub(super) fn how_numbers_are_written(column: &str, text: &str) -> &'static str {
+    let digits = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
+    let unsigned = text.trim_start_matches(['-', '+']);
+    if unsigned.split_once(',').is_some_and(|(whole, part)| digits(whole) && digits(part)) {
+        return "; numbers take a decimal point: write 0.5, not 0,5";
+    }
+    let date = text.get(..4).is_some_and(digits) && text[4..].starts_with(['-', '/']);
+    if date || (column.starts_with("time") && text.contains(':')) {
+        return "; times are numbers: seconds from any origin, as in time_s";
+    }
+    ""
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_thing_is_told_in_the_singular() {
+        for (what, one) in [
+            ("rows without time are not used", "row without time is not used"),
+            ("gaps in time: no window reaches over one", "gap in time: no window reaches over one"),
+            ("roads have no word in road_type: urban", "road has no word in road_type: urban"),
+            (
+                "changes without enough rows around them are left out",
+                "change without enough rows around it is left out",
+            ),
+            (
+                "rows without road type: the ones before are held",
+                "row without road type: the ones before are held",
+            ),
+        ] {
+            assert_eq!(counted("log", [(1, what), (0, what)]), [format!("log: 1 {one}")]);
+            assert_eq!(counted("log", [(1200, what)]), [format!("log: 1,200 {what}")]);
+        }
+    }
+
+    #[test]
+    fn decimal_commas_and_dates_get_a_hint() {
+        for (column, text, hint) in [
+            ("speed_kmh", "0,0", "decimal point"),
+            ("speed_kmh", "-12,5", "decimal point"),
+            ("speed_kmh", "fast", ""),
+            ("speed_kmh", "ä,5", ""),
+            ("zeit", "2024-03-01T12:00:00Z", "seconds from any origin"),
+            ("time_s", "12:00:01", "seconds from any origin"),
+            ("time_s", "", ""),
+        ] {
+            let told = how_numbers_are_written(column, text);
+            assert!(told.contains(hint) && told.is_empty() == hint.is_empty(), "{text}: {told}");
+        }
     }
 }

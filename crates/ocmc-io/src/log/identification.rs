@@ -2,12 +2,16 @@
 
 use super::LogFile;
 use super::pedals::{LoggedEvent, events};
+use crate::number_text::grouped;
 use ocmc_core::identification::event::EventError;
 use ocmc_core::identification::identify::{EventFit, IdentifyOptions, identify_event};
 use ocmc_core::identification::population::Population;
 use ocmc_core::study::Study;
 use serde::Serialize;
 use std::sync::atomic::AtomicBool;
+
+/// Most drives and events without a fit that are told of one by one.
+const MOST_TOLD: usize = 5;
 
 /// A drive or an event without a fit.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -16,6 +20,9 @@ pub struct LeftOut {
     pub place: String,
     /// Why there is no fit.
     pub reason: String,
+    /// The reason without its numbers.
+    #[serde(skip)]
+    pub kind: &'static str,
 }
 
 /// Events on their way to fits.
@@ -42,13 +49,15 @@ impl Identification {
                     events
                 }
                 Err(fault) => {
-                    self.left_out.push(LeftOut { place, reason: fault.to_string() });
+                    let kind = "time that runs backwards";
+                    self.left_out.push(LeftOut { place, reason: fault.to_string(), kind });
                     continue;
                 }
             };
             if events.is_empty() {
                 let reason = "no event in the rows that can be used: a log needs the label `event`, or slopes of 0.5 % or more";
-                self.left_out.push(LeftOut { place, reason: reason.to_owned() });
+                let kind = "no event in them";
+                self.left_out.push(LeftOut { place, reason: reason.to_owned(), kind });
                 continue;
             }
             self.waiting.extend(events.into_iter().map(|event| (place.clone(), event)));
@@ -77,14 +86,78 @@ impl Identification {
                 Err(fault) => self.left_out.push(LeftOut {
                     place: format!("event `{name}` of {place}"),
                     reason: fault.to_string(),
+                    kind: fault.kind(),
                 }),
             }
             done(k + 1);
         }
     }
 
+    /// What has to be said of what has no fit: each where it is a few, otherwise how many for which reason.
+    pub fn left_out_warnings(&self) -> Vec<String> {
+        if self.left_out.len() > MOST_TOLD {
+            return vec![self.left_out_by_kind()];
+        }
+        self.left_out.iter().map(|l| format!("{} is left out: {}", l.place, l.reason)).collect()
+    }
+
+    /// How many drives and events have no fit for which reason, the most frequent one first.
+    fn left_out_by_kind(&self) -> String {
+        let mut kinds: Vec<(&str, u64)> = Vec::new();
+        for LeftOut { kind, .. } in &self.left_out {
+            match kinds.iter_mut().find(|(known, _)| known == kind) {
+                Some((_, count)) => *count += 1,
+                None => kinds.push((kind, 1)),
+            }
+        }
+        kinds.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
+        let reasons = kinds.iter().map(|(kind, count)| format!("{} for {kind}", grouped(*count)));
+        format!(
+            "{} events or drives are left out: {}; `left_out` (--json) has each",
+            grouped(self.left_out.len() as u64),
+            reasons.collect::<Vec<_>>().join(", ")
+        )
+    }
+
+    /// The first drive or event that was left out, where nothing has a fit, with the account of the others where they are many.
+    pub fn failed(&self) -> Option<LeftOut> {
+        let mut first = self.left_out.first().filter(|_| self.fits.is_empty())?.clone();
+        if self.left_out.len() > MOST_TOLD {
+            first.reason = format!("{}; {}", first.reason, self.left_out_by_kind());
+        }
+        Some(first)
+    }
+
     /// The population behind the fits.
     pub fn population(&self) -> Option<Population> {
         Population::of(&self.fits)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_few_are_named_and_many_are_counted_by_reason() {
+        let left_out = |k: usize| LeftOut {
+            place: format!("event `{k}`"),
+            reason: format!("{k} rows"),
+            kind: if k == 2 { "a vehicle that stands" } else { "less than 30 rows" },
+        };
+        let found = |count| Identification {
+            left_out: (1..=count).map(left_out).collect(),
+            ..Identification::default()
+        };
+        let few = found(MOST_TOLD);
+        assert_eq!(few.left_out_warnings().len(), MOST_TOLD);
+        assert_eq!(few.left_out_warnings()[1], "event `2` is left out: 2 rows");
+        assert_eq!(few.failed().unwrap().reason, "1 rows");
+        let many = found(1200);
+        let account = "1,200 events or drives are left out: 1,199 for less than 30 rows, 1 for a vehicle that stands; \
+                       `left_out` (--json) has each";
+        assert_eq!(many.left_out_warnings(), [account]);
+        assert_eq!(many.failed().unwrap().reason, format!("1 rows; {account}"));
+        assert!(found(0).left_out_warnings().is_empty() && found(0).failed().is_none());
     }
 }

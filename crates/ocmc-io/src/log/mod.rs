@@ -13,15 +13,16 @@ pub mod roads;
 mod table;
 mod words;
 
+use account::how_numbers_are_written;
 pub(crate) use account::{counted, row_notes};
 pub use table::read_table;
 pub use words::Words;
 
 use crate::given_table::RowPlace;
+use crate::text_file::{decompressed, delimiter};
 use arrow_array::Float64Array;
 use drives::Drives;
 use error::LogFileError;
-use flate2::read::MultiGzDecoder;
 use mapping::{Columns, Mapping};
 use quantity::{Label, Quantity, Word};
 use std::collections::BTreeMap;
@@ -216,21 +217,6 @@ fn ended(file: LogFile, needs: &[Need]) -> Result<LogFile, LogFileError> {
     Ok(file)
 }
 
-/// The text of a file that may be compressed.
-fn decompressed(file: File) -> std::io::Result<Box<dyn Read>> {
-    let mut file = BufReader::new(file);
-    let compressed = file.fill_buf()?.starts_with(&[0x1f, 0x8b]);
-    Ok(if compressed { Box::new(MultiGzDecoder::new(file)) } else { Box::new(file) })
-}
-
-/// What separates the names of the first line: a comma, unless there are more semicolons or tabulators.
-fn delimiter(start: &[u8]) -> u8 {
-    let line = start.split(|byte| *byte == b'\n').next().unwrap_or_default();
-    let count = |wanted: u8| line.split(|byte| *byte == wanted).count();
-    // of equal counts the last one wins
-    [b'\t', b';', b','].into_iter().max_by_key(|separator| count(*separator)).unwrap_or(b',')
-}
-
 fn check_need(
     path: &Path,
     columns: &Columns,
@@ -279,8 +265,10 @@ fn check_numbers(file: &LogFile, need: &Need) -> Result<(), LogFileError> {
         path: file.path.clone(),
         column: column.name.clone(),
         rows: file.rows,
-        example: example
-            .map_or_else(String::new, |cells| format!(": {} has `{}`", cells.place, cells.text)),
+        example: example.map_or_else(String::new, |cells| {
+            let hint = how_numbers_are_written(&cells.column, &cells.text);
+            format!(": {} has `{}`{hint}", cells.place, cells.text)
+        }),
     })
 }
 
