@@ -13,7 +13,7 @@ mod read;
 pub use chunks::{CHUNK_ROWS, CHUNKS};
 pub use error::RunDirectoryError;
 pub use merge::merge;
-pub use read::{StoredRun, Unfinished, read, read_groups, unfinished};
+pub use read::{StoredRun, Unfinished, directory_of, read, read_groups, unfinished};
 
 use crate::file_error::FileError;
 use crate::given_drive::Followed;
@@ -295,7 +295,8 @@ fn read_chunks(
 /// [`RunDirectoryError`] where there is none, or its numbers cannot be.
 pub fn read_manifest(directory: &Path) -> Result<Manifest, RunDirectoryError> {
     let path = directory.join(MANIFEST);
-    let text = fs::read_to_string(&path).map_err(FileError::read(&path))?;
+    let text = fs::read_to_string(&path)
+        .map_err(|source| RunDirectoryError::no_manifest(directory, source))?;
     let manifest: Manifest = match serde_json::from_str(&text) {
         Ok(manifest) => manifest,
         Err(source) => return Err(RunDirectoryError::Manifest { path, source }),
