@@ -61,7 +61,7 @@ fn begin(arguments: &RunArguments, given: GivenDrive) -> Result<Job, Failure> {
     let loaded = given.study(study::load(&arguments.study, &arguments.set)?)?;
     let precision = arguments.precision.clone();
     let records = RecordFormat::from(arguments.format).file_name().to_owned();
-    let manifest = Manifest::new(&loaded.model, &plan, given.followed());
+    let manifest = Manifest::new(&loaded.model, &plan, &given);
     let manifest = Manifest { precision, records, ..manifest };
     let fleet = SummaryBuilder::new(Dependence::of(&loaded.model));
     let directory = match &arguments.out {
