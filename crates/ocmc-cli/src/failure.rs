@@ -114,6 +114,7 @@ impl Failure {
                 let resume = resume_command(path);
                 return Some(format!("if it was ended by force, `{resume}` finishes it").into());
             }
+            Self::GivenCycle(error) => error.help(),
             Self::NothingToResume(_) => {
                 Some("--resume finishes a run that was begun; leave it away to begin one")
             }
