@@ -13,6 +13,17 @@ pub fn grouped(number: u64) -> String {
     text
 }
 
+/// So many of something: one pair, two pairs.
+pub fn counted(number: u64, one: &str) -> String {
+    format!("{} {one}{}", grouped(number), if number == 1 { "" } else { "s" })
+}
+
+/// A share in per cent, to a tenth; what rounds to nothing has no sign.
+pub fn percent(share: f64) -> String {
+    let text = format!("{:.1}", 100.0 * share);
+    if text == "-0.0" { "0.0".to_owned() } else { text }
+}
+
 /// A quantity rounded to about four digits, with commas from a thousand on.
 pub fn rounded(number: f64) -> String {
     if number.abs() >= 1000.0 {
@@ -55,6 +66,22 @@ mod tests {
     fn thousands() {
         for (number, text) in [(0, "0"), (999, "999"), (1000, "1,000"), (1234567, "1,234,567")] {
             assert_eq!(grouped(number), text);
+        }
+    }
+
+    #[test]
+    fn one_and_many() {
+        assert_eq!(
+            (counted(1, "pair").as_str(), counted(1234, "pair").as_str()),
+            ("1 pair", "1,234 pairs")
+        );
+        assert_eq!(counted(0, "cycle"), "0 cycles");
+    }
+
+    #[test]
+    fn nothing_has_no_sign() {
+        for (share, text) in [(-0.0003, "0.0"), (-0.0, "0.0"), (-0.001, "-0.1"), (1.083, "108.3")] {
+            assert_eq!(percent(share), text);
         }
     }
 
