@@ -275,6 +275,31 @@ fn studies_of_two_powertrains_are_compared_by_the_work_at_the_wheels() {
     let answer = json(&arguments);
     assert_eq!(answer["column"], "wheel_kwh_per_km");
     assert!(answer["pairs"].as_u64() > Some(0) && !answer["difference"].is_null(), "{answer}");
+    let why = "battery-truck burns no fuel: compared by work at the wheels";
+    let told = text(&arguments);
+    assert!(told.contains(why), "{told}");
+    assert_fits(&told);
+    // who names a quantity is told who lacks it
+    let asked = |column: &str| text(&[&arguments[..], &["--column", column]].concat());
+    for column in ["consumption_l_per_100km", "co2_g_per_km"] {
+        let told = asked(column);
+        assert!(told.contains(&format!("battery-truck has no {column}")), "{told}");
+        assert_fits(&told);
+    }
+    assert!(asked("consumption_kwh_per_km").contains("field-truck has no consumption_kwh_per_km"));
+    assert!(!asked("wheel_kwh_per_km").contains("burns no fuel"));
+    let neither = ["compare", "battery-truck", "battery-truck", "--cycles", "1", "--set", SHORT];
+    let told = text(&[&neither[..], &["--column", "co2_g_per_km"]].concat());
+    assert!(told.contains("neither study has co2_g_per_km"), "{told}");
+    let told = text(&neither);
+    assert!(told.contains("of 1 pair\n") && !told.contains("burn"), "{told}");
+}
+
+#[test]
+fn the_help_of_an_analysis_says_what_its_cycles_are() {
+    assert!(text(&["compare", "--help"]).contains("Number of cycles in each study"));
+    let told = text(&["sensitivity", "--help"]);
+    assert!(told.contains("Number of rows of the design"), "{told}");
 }
 
 #[test]

@@ -241,3 +241,47 @@ fn a_mission_without_its_departure_is_told() {
         }
     }
 }
+
+#[test]
+fn a_run_on_routes_is_called_by_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = route(folder.path());
+    let out = folder.path().join("run");
+    let name = |files: &[&str]| {
+        let more = ["--cycles", "2", "--quiet", "--json"];
+        let told = ocmc(&["drive"]).args(files).args(more).assert().success();
+        let told: serde_json::Value = serde_json::from_slice(&told.get_output().stdout).unwrap();
+        told["study"].as_str().unwrap().to_owned()
+    };
+    assert_eq!(name(&[&file]), format!("field-truck on {file}"));
+    assert_eq!(name(&[&file, &file]), format!("field-truck on {file}, {file}"));
+    assert_eq!(name(&[&file, &file, &file]), format!("field-truck on {file} and 2 more"));
+    let arguments = ["drive", &file, "--cycles", "2", "--out", out.to_str().unwrap()];
+    let told = ocmc(&arguments).assert().success();
+    let told = String::from_utf8(told.get_output().stdout.clone()).unwrap();
+    assert!(told.contains(&format!("study      field-truck on {file}\n")), "{told}");
+    ocmc(&["report"]).arg(&out).assert().success();
+    let page = fs::read_to_string(out.join("report.html")).unwrap();
+    assert!(page.contains(&format!("<td>routes</td><td class=\"words\">{file}</td>")), "{page}");
+    assert!(page.contains(&format!("<h1>field-truck on {file}</h1>")), "{page}");
+    assert!(!page.contains("length of a mission"), "{page}");
+}
+
+#[test]
+fn a_speed_over_time_is_no_route_and_says_how_it_is_driven() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = drive_cycle(folder.path(), "dc.csv", 10.0, 0.0);
+    let vecto = folder.path().join("dc.vdri");
+    fs::write(&vecto, "<t>,<v>,<grad>\n0,0,0\n30,36,0\n60,36,1\n").unwrap();
+    let vecto = vecto.display().to_string();
+    for file in [&file, &vecto] {
+        let told = ocmc(&["drive", file, "--cycles", "2"]).assert().code(1);
+        let told = String::from_utf8(told.get_output().stderr.clone()).unwrap();
+        assert!(told.contains("is a speed over time"), "{told}");
+        let help = "help: a speed over time is driven with --follow-speed exact or --follow-speed";
+        assert!(told.contains(help), "{told}");
+        for follow in ["exact", "driver"] {
+            ocmc(&["drive", file, "--cycles", "2", "--follow-speed", follow]).assert().success();
+        }
+    }
+}

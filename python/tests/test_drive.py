@@ -90,6 +90,7 @@ def test_a_route_is_driven_as_by_the_command(route, tmp_path):
     other, manifest = by_command(tmp_path, route, "--keep", "traffic")
     same(run, other)
     assert "followed" not in manifest
+    assert manifest["study"] == run.summary()["study"] == f"field-truck on {route}"
     np.testing.assert_allclose(run["distance_m"], 4000.0, rtol=1e-3)
     same(run, run.study.run(cycles=20, seed=3))
     drawn = study.drive([route], cycles=20, seed=3)

@@ -4,9 +4,10 @@ use crate::analysis::Analysis;
 use crate::answer::Answer;
 use crate::arguments::CompareArguments;
 use crate::failure::Failure;
-use crate::number_text::{grouped, rough, rounded};
+use crate::number_text::{count_of, grouped, percent, rough, rounded};
 use crate::{output, request};
 use ocmc_core::fleet::comparison::{Comparison, compare as compare_studies};
+use ocmc_core::fleet::quantity::WHEEL;
 use ocmc_core::fleet::run::RunPlan;
 use ocmc_core::study::{Study, StudyModel};
 use ocmc_io::label::label;
@@ -44,7 +45,7 @@ pub(crate) fn compare(arguments: &CompareArguments) -> Result<(), Failure> {
 
     let named: Vec<(&str, &StudyModel)> =
         candidates.iter().map(|c| (c.name.as_str(), &c.loaded.model)).collect();
-    let answer = comparison_answer(&named, &plan, &comparisons, wall_s);
+    let answer = comparison_answer(&named, &plan, &comparisons, quantity.is_some(), wall_s);
     if arguments.analysis.json {
         return output::answer_json(&answer.json);
     }
@@ -52,10 +53,12 @@ pub(crate) fn compare(arguments: &CompareArguments) -> Result<(), Failure> {
 }
 
 /// What comparisons with the first of these studies tell; two studies are one comparison, more are a list in the JSON.
+/// `asked` says whether somebody named the quantity.
 pub fn comparison_answer(
     studies: &[(&str, &StudyModel)],
     plan: &RunPlan,
     comparisons: &[Comparison],
+    asked: bool,
     wall_s: f64,
 ) -> Answer {
     let [(name_a, model_a), others @ ..] = studies else {
@@ -87,12 +90,15 @@ pub fn comparison_answer(
     let cycles = grouped(plan.cycles);
     let _ = writeln!(text, "{:<10} {cycles} in each study, ids {first} to {last}", "cycles");
     text.push_str(&Analysis::took(wall_s, plan.threads, plan.cycles * studies.len() as u64));
+    if !asked && comparisons.iter().all(|comparison| comparison.column == WHEEL) {
+        text.push_str(&no_common_consumption(studies));
+    }
     for (comparison, (name, _)) in comparisons.iter().zip(others) {
         text.push('\n');
         if comparisons.len() > 1 {
             let _ = writeln!(text, "{:<10} {name}", "B");
         }
-        text.push_str(&comparison_text(comparison));
+        text.push_str(&comparison_text(comparison, [name_a, name]));
     }
     Answer { json: json.expect("numbers and words"), text, warnings: Vec::new() }
 }
@@ -118,8 +124,21 @@ fn candidates(arguments: &CompareArguments) -> Result<Vec<Candidate>, Failure> {
     arguments.studies.iter().map(|name| load(name, &arguments.set)).collect()
 }
 
+/// Why studies are compared by the work at the wheels, where some burn no fuel.
+fn no_common_consumption(studies: &[(&str, &StudyModel)]) -> String {
+    let electric = studies.iter().filter(|(_, model)| model.vehicle.electric.is_some());
+    let electric: Vec<&str> = electric.map(|(name, _)| *name).collect();
+    let burn = match electric.len() {
+        0 => return String::new(),
+        1 => "burns",
+        _ => "burn",
+    };
+    let names = electric.join(", ");
+    format!("{:<10} {names} {burn} no fuel: compared by work at the wheels\n", "note")
+}
+
 /// One comparison in words and numbers.
-fn comparison_text(comparison: &Comparison) -> String {
+fn comparison_text(comparison: &Comparison, names: [&str; 2]) -> String {
     let (label, factor) = label(comparison.column);
     let mut text = format!("{label}, mean of the fleet\n");
     let mut line = |name: &str, value: &str| {
@@ -128,11 +147,23 @@ fn comparison_text(comparison: &Comparison) -> String {
     if comparison.difference.is_some() {
         difference_lines(comparison, factor, &mut line);
     } else {
-        line("no pairs", "no cycle has it in both studies");
+        let without = [
+            (names[0], comparison.a_without_quantity, comparison.a_failed),
+            (names[1], comparison.b_without_quantity, comparison.b_failed),
+        ];
+        let all = |(_, without, failed): &&(&str, u64, u64)| {
+            *without > 0 && without + failed == comparison.cycles
+        };
+        let named: Vec<&str> = without.iter().filter(all).map(|(name, ..)| *name).collect();
+        match named.as_slice() {
+            [] => line("no pairs", "no cycle has it in both studies"),
+            [name] => line("no pairs", &format!("{name} has no {}", comparison.column)),
+            _ => line("no pairs", &format!("neither study has {}", comparison.column)),
+        }
     }
     for (name, failed) in [("A", comparison.a_failed), ("B", comparison.b_failed)] {
         if failed > 0 {
-            line("not completed", &format!("{} cycles of {name}, left out", grouped(failed)));
+            line("not completed", &format!("{} of {name}, left out", count_of(failed, "cycle")));
         }
     }
     text
@@ -161,12 +192,12 @@ fn difference_lines(comparison: &Comparison, factor: f64, line: &mut impl FnMut(
         let (wide, draws) = (half(uncertain.ci95), grouped(uncertain.replicates));
         line("with parameters", &format!("± {wide}, over {draws} draws of the curve-speed fit"));
     }
-    let pairs = grouped(comparison.pairs - comparison.pairs_without_value);
+    let pairs = count_of(comparison.pairs - comparison.pairs_without_value, "pair");
     if let (Some(lower), Some(equal)) = (comparison.share_a_lower, comparison.share_equal) {
         let higher = 1.0 - lower - equal;
-        let [lower, equal, higher] = [lower, equal, higher].map(|share| 100.0 * share);
-        line("A lower", &format!("in {lower:.1} % of {pairs} pairs"));
-        line("B lower", &format!("in {higher:.1} %, the same in {equal:.1} %"));
+        let [lower, equal, higher] = [lower, equal, higher].map(percent);
+        line("A lower", &format!("in {lower} % of {pairs}"));
+        line("B lower", &format!("in {higher} %, the same in {equal} %"));
     }
     if let Some(reduction) = comparison.variance_reduction {
         let like = rough(reduction * comparison.pairs as f64);
@@ -176,8 +207,8 @@ fn difference_lines(comparison: &Comparison, factor: f64, line: &mut impl FnMut(
         );
     }
     if comparison.pairs_without_value > 0 {
-        let pairs = grouped(comparison.pairs_without_value);
-        line("no value", &format!("{pairs} pairs, counted in the means alone"));
+        let pairs = count_of(comparison.pairs_without_value, "pair");
+        line("no value", &format!("{pairs}, counted in the means alone"));
     }
 }
 

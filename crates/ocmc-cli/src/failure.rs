@@ -8,8 +8,10 @@ use ocmc_io::given_cycle::GivenCycleFileError;
 use ocmc_io::log::curves::DriveError;
 use ocmc_io::log::error::LogFileError;
 use ocmc_io::run_directory::RunDirectoryError;
+use ocmc_io::shell_word::resume_command;
 use ocmc_io::speed_change_table::SpeedChangeFileError;
 use ocmc_io::study::StudyFileError;
+use std::borrow::Cow;
 use std::io;
 use std::path::PathBuf;
 use thiserror::Error;
@@ -50,6 +52,9 @@ pub(crate) enum Failure {
     /// A run directory that cannot be written.
     #[error(transparent)]
     RunDirectory(#[from] RunDirectoryError),
+    /// A run that is to be resumed and is not there.
+    #[error(transparent)]
+    NothingToResume(RunDirectoryError),
     /// A run directory that takes no more of a run that is under way.
     #[error(transparent)]
     Unwritten(RunDirectoryError),
@@ -79,24 +84,45 @@ impl Failure {
         let mut text = format!("error: {self}");
         if let Some(help) = self.help() {
             text.push_str("\n  help: ");
-            text.push_str(help);
+            text.push_str(&help);
         }
         text
     }
 
-    fn help(&self) -> Option<&str> {
+    /// That of a run which could not be resumed.
+    pub(crate) fn of_resume(self) -> Self {
         match self {
-            Self::RunDirectory(RunDirectoryError::Exists { unfinished: true, .. }) => Some(
-                "--out with this directory and --resume finishes it; or give another directory, or remove this one",
-            ),
+            Self::RunDirectory(error @ RunDirectoryError::NotARun { .. }) => {
+                Self::NothingToResume(error)
+            }
+            other => other,
+        }
+    }
+
+    fn help(&self) -> Option<Cow<'_, str>> {
+        let help = match self {
+            Self::RunDirectory(RunDirectoryError::Exists { unfinished: true, path, .. }) => {
+                let resume = resume_command(path);
+                return Some(
+                    format!(
+                        "`{resume}` finishes it; or give another directory, or remove this one"
+                    )
+                    .into(),
+                );
+            }
+            Self::RunDirectory(RunDirectoryError::NotWhole { path, .. }) => {
+                let resume = resume_command(path);
+                return Some(format!("if it was ended by force, `{resume}` finishes it").into());
+            }
+            Self::GivenCycle(error) => error.help(),
+            Self::NothingToResume(_) => {
+                Some("--resume finishes a run that was begun; leave it away to begin one")
+            }
             Self::RunDirectory(RunDirectoryError::Exists { .. }) => {
                 Some("give another directory with --out, or remove this one")
             }
             Self::Unwritten(_) => {
                 Some("what was finished is kept: --out with this directory and --resume goes on")
-            }
-            Self::RunDirectory(RunDirectoryError::NotWhole { .. }) => {
-                Some("if it was ended by force, `ocmc --out DIR --resume` finishes it")
             }
             Self::RunDirectory(RunDirectoryError::NotOneRun { .. }) => Some(
                 "parts have the same study, seed and program, and each begins where another one ends",
@@ -115,8 +141,11 @@ impl Failure {
             }
             Self::Exists { .. } => Some("give another name, or remove the file"),
             Self::Interrupted { help, .. }
-            | Self::RunDirectory(RunDirectoryError::NotFinished { help, .. }) => Some(help),
+            | Self::RunDirectory(RunDirectoryError::NotFinished { help, .. }) => {
+                Some(help.as_str())
+            }
             _ => None,
-        }
+        };
+        help.map(Cow::Borrowed)
     }
 }

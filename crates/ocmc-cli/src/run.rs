@@ -15,6 +15,7 @@ use ocmc_io::given_drive::GivenDrive;
 use ocmc_io::records::RecordFormat;
 use ocmc_io::run_directory::{self, Manifest, RunDirectory};
 use ocmc_io::run_summary::RunSummary;
+use ocmc_io::shell_word::{quoted, resume_command, shell_word};
 use ocmc_io::study::{self, LoadedStudy, Origin};
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -46,7 +47,7 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
 /// As [`run`], with what is given to be driven.
 pub(crate) fn run_study(arguments: &RunArguments, given: GivenDrive) -> Result<(), Failure> {
     let job = match (&arguments.out, arguments.resume) {
-        (Some(path), true) => resume(arguments, path, &given)?,
+        (Some(path), true) => resume(arguments, path, &given).map_err(Failure::of_resume)?,
         _ => Some(begin(arguments, given)?),
     };
     let Some(job) = job else {
@@ -60,7 +61,7 @@ fn begin(arguments: &RunArguments, given: GivenDrive) -> Result<Job, Failure> {
     let loaded = given.study(study::load(&arguments.study, &arguments.set)?)?;
     let precision = arguments.precision.clone();
     let records = RecordFormat::from(arguments.format).file_name().to_owned();
-    let manifest = Manifest::new(&loaded.model, &plan, given.followed());
+    let manifest = Manifest::new(&loaded.model, &plan, &given);
     let manifest = Manifest { precision, records, ..manifest };
     let fleet = SummaryBuilder::new(Dependence::of(&loaded.model));
     let directory = match &arguments.out {
@@ -98,9 +99,9 @@ fn check_typed(typed: &GivenDrive, path: &Path) -> Result<(), Failure> {
     if typed.is_nothing() || typed.is_that_of(&run_directory::read_manifest(path)?)? {
         return Ok(());
     }
-    let path = path.display();
+    let (path, resume) = (path.display(), resume_command(path));
     Err(request::usage(&format!(
-        "`{path}` holds a run of other files, or of another --keep or --follow-speed; `ocmc --out {path} --resume` finishes it as it was begun"
+        "`{path}` holds a run of other files, or of another --keep or --follow-speed; `{resume}` finishes it as it was begun"
     )))
 }
 
@@ -187,7 +188,7 @@ fn stopped(summary: &RunSummary, manifest: &Manifest, out: Option<&Path>) -> Fai
     match out {
         Some(path) => Failure::Interrupted {
             finished: format!("{finished} and kept in `{}`", path.display()),
-            help: format!("ocmc --out {} --resume runs the rest", path.display()),
+            help: format!("{} runs the rest", resume_command(path)),
         },
         None => Failure::Interrupted {
             finished,
@@ -207,7 +208,7 @@ fn more(out: Option<&Path>, manifest: &Manifest, routes: &[RouteModel]) -> Strin
         None => "More: --out DIR keeps a record of each cycle.".to_owned(),
     };
     let kept = match out {
-        Some(path) => format!("{kept} `ocmc report {}` makes a page of it.", path.display()),
+        Some(path) => format!("{kept} `ocmc report {}` makes a page of it.", shell_word(path)),
         None => kept,
     };
     // `trace` knows no followed speed
@@ -216,7 +217,7 @@ fn more(out: Option<&Path>, manifest: &Manifest, routes: &[RouteModel]) -> Strin
     }
     let files = routes.iter().any(|route| Path::new(&route.file).exists());
     let setting =
-        if files { format!(" --set '{}'", routes_setting(routes)) } else { String::new() };
+        if files { format!(" --set {}", quoted(&routes_setting(routes))) } else { String::new() };
     format!(
         "{kept} `ocmc trace --cycle-id ID{setting}`, with the same study and seed, shows one cycle step by step."
     )

@@ -1,6 +1,6 @@
 //! The answer of a run as text: what was run, the distribution over the fleet, a histogram, and what failed.
 
-use crate::number_text::{grouped, rough, rounded, short};
+use crate::number_text::{count_of, grouped, rough, rounded, short};
 use crate::{histogram_chart, summary_table};
 use ocmc_core::fleet::precision::{Precision, Reached};
 use ocmc_core::fleet::summary::{OUTSIDE_MAP_SHARE, Summary};
@@ -115,10 +115,10 @@ fn empty(summary: &Summary) -> String {
     if carrying == 0 || carrying == completed {
         return String::new();
     }
-    format!(
-        "L/100 tkm: {} empty trips count in the mean, not in the other columns.\n",
-        grouped(completed - carrying)
-    )
+    let empty = completed - carrying;
+    let trips = count_of(empty, "empty trip");
+    let count = if empty == 1 { "counts" } else { "count" };
+    format!("L/100 tkm: {trips} {count} in the mean, not in the other columns.\n")
 }
 
 /// How sure the mean is when the parameters are not, where the study says how uncertain they are.
@@ -183,10 +183,11 @@ fn failed(run: &RunSummary) -> String {
         .collect();
     let share = 100.0 * failed as f64 / summary.cycles as f64;
     let mut text = format!(
-        "\nNot completed: {} of {} cycles ({share:.2} %): {}.\nThey are in the records, but in no mean and no quantile above.\n",
+        "\nNot completed: {} of {} cycles ({share:.2} %): {}.\n{} in the records, but in no mean and no quantile above.\n",
         grouped(failed),
         grouped(summary.cycles),
-        reasons.join(", ")
+        reasons.join(", "),
+        if failed == 1 { "It is" } else { "They are" }
     );
     if let Some(worst) = summary.worst_case {
         let (label, factor) = label(worst.column);

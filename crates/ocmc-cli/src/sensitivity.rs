@@ -4,7 +4,7 @@ use crate::analysis::Analysis;
 use crate::answer::Answer;
 use crate::arguments::SensitivityArguments;
 use crate::failure::Failure;
-use crate::number_text::{grouped, rounded};
+use crate::number_text::{grouped, percent, rounded};
 use crate::{output, request};
 use ocmc_core::fleet::random_effects::{TwoWay, two_way};
 use ocmc_core::fleet::run::RunPlan;
@@ -122,11 +122,10 @@ fn crossed(
 }
 
 fn two_way_text(shares: &TwoWay) -> String {
-    let [cycle, driver, both] =
-        [shares.cycle, shares.driver, shares.both].map(|share| 100.0 * share);
+    let [cycle, driver, both] = [shares.cycle, shares.driver, shares.both].map(percent);
     format!(
         "\nA second opinion, {} cycles by {} drivers, two-way random effects, in %:\n\
-         cycle {cycle:.1}, driver {driver:.1}, both together {both:.1}\n",
+         cycle {cycle}, driver {driver}, both together {both}\n",
         grouped(shares.cycles),
         shares.drivers
     )
@@ -206,9 +205,9 @@ fn row(share: &FactorShare) -> String {
     };
     let cell = |share: f64, ci95: Option<[f64; 2]>| match ci95 {
         Some([low, high]) => {
-            format!("{:.1} ({:.1} to {:.1})", 100.0 * share, 100.0 * low, 100.0 * high)
+            format!("{} ({} to {})", percent(share), percent(low), percent(high))
         }
-        None => format!("{:.1}", 100.0 * share),
+        None => percent(share),
     };
     let first = cell(share.first, share.first_ci95);
     let total = cell(share.total, share.total_ci95);

@@ -4,6 +4,7 @@ use crate::arguments::{StudyArguments, StudyCommand};
 use crate::birds_eye::birds_eye;
 use crate::failure::Failure;
 use crate::{output, request};
+use ocmc_io::shell_word::shell_word;
 use ocmc_io::study;
 use std::fmt::Write as _;
 use std::fs::OpenOptions;
@@ -49,9 +50,9 @@ fn show_resolved(arguments: &StudyArguments) -> Result<(), Failure> {
 
 fn init(path: &Path) -> Result<(), Failure> {
     write_new(path, &study::init_text())?;
+    let (shown, word) = (path.display(), shell_word(path));
     output::note(&format!(
-        "Written: `{path}`. Change it, then: ocmc study check {path}; ocmc --study {path}",
-        path = path.display()
+        "Written: `{shown}`. Change it, then: ocmc study check {word}; ocmc --study {word}"
     ));
     Ok(())
 }

@@ -16,6 +16,9 @@ use thiserror::Error;
 /// Largest table, in bytes.
 const MOST_BYTES: u64 = 256 << 20;
 
+/// Likeness of two names (Jaro and Winkler's) from which one is taken for a slip of the other.
+const LIKE: f64 = 0.8;
+
 /// What is wrong with a table.
 #[derive(Debug, Error)]
 #[non_exhaustive]
@@ -58,7 +61,7 @@ pub enum TableError {
         wanted: usize,
     },
     /// A cell that is no finite number.
-    #[error("{}:{line}: `{column}` is `{value}`, allowed is a finite number", path.display())]
+    #[error("{}:{line}: `{column}` is {}, allowed is a finite number", path.display(), cell(value))]
     Number {
         /// The file.
         path: PathBuf,
@@ -97,16 +100,35 @@ pub enum TableError {
         /// The unit that is read.
         allowed: &'static str,
     },
-    /// A column that nobody knows.
-    #[error("`{}` has an unknown column `{column}`; allowed are: {allowed}", path.display())]
+    /// Columns that nobody knows.
+    #[error("`{}` has {}; allowed are: {allowed}", path.display(), unknown(columns))]
     Unknown {
         /// The file.
         path: PathBuf,
-        /// The column.
-        column: String,
+        /// The columns, each with the known name that was probably meant.
+        columns: Vec<(String, Option<String>)>,
         /// The columns that are known.
         allowed: String,
     },
+}
+
+/// A cell in a message.
+fn cell(value: &str) -> String {
+    if value.is_empty() { "empty".to_owned() } else { format!("`{value}`") }
+}
+
+/// Columns that nobody knows, in a message.
+fn unknown(columns: &[(String, Option<String>)]) -> String {
+    let named = columns.iter().map(|(name, meant)| match meant {
+        Some(meant) => format!("`{name}` (did you mean `{meant}`?)"),
+        None => format!("`{name}`"),
+    });
+    let named = named.collect::<Vec<_>>().join(", ");
+    if columns.len() == 1 {
+        format!("an unknown column {named}")
+    } else {
+        format!("unknown columns {named}")
+    }
 }
 
 /// How a unit is written; first the usual way.
@@ -282,8 +304,19 @@ impl DelimitedTable {
     /// # Errors
     /// [`TableError::Number`].
     pub fn numbers(&self, column: usize) -> Result<Vec<f64>, TableError> {
+        self.numbers_or(column, None)
+    }
+
+    /// As [`DelimitedTable::numbers`], with the number that an empty cell means.
+    ///
+    /// # Errors
+    /// As [`DelimitedTable::numbers`].
+    pub fn numbers_or(&self, column: usize, empty: Option<f64>) -> Result<Vec<f64>, TableError> {
         let parse = |(line, cells): &(u64, Vec<String>)| {
             let cell = &cells[column];
+            if let Some(number) = empty.filter(|_| cell.is_empty()) {
+                return Ok(number);
+            }
             let number = cell.parse::<f64>().ok().filter(|number| number.is_finite());
             number.ok_or_else(|| TableError::Number {
                 path: self.path.clone(),
@@ -318,14 +351,21 @@ impl DelimitedTable {
     /// # Errors
     /// [`TableError::Unknown`].
     pub fn refuse_others(&self, known: &[&str]) -> Result<(), TableError> {
-        match self.names().position(|name| !known.contains(&name.as_str())) {
-            None => Ok(()),
-            Some(k) => {
-                let (column, allowed) = (self.header[k].clone(), known.join(", "));
-                Err(TableError::Unknown { path: self.path.clone(), column, allowed })
-            }
+        let others = self.names().zip(&self.header).filter(|(n, _)| !known.contains(&n.as_str()));
+        let columns: Vec<_> =
+            others.map(|(n, written)| (written.clone(), meant(&n, known))).collect();
+        if columns.is_empty() {
+            return Ok(());
         }
+        Err(TableError::Unknown { path: self.path.clone(), columns, allowed: known.join(", ") })
     }
+}
+
+/// The known name that a name is most like; none where it is like none.
+fn meant(name: &str, known: &[&str]) -> Option<String> {
+    let scored = known.iter().map(|known| (strsim::jaro_winkler(name, known), known));
+    let nearest = scored.max_by(|a, b| a.0.total_cmp(&b.0));
+    nearest.filter(|(likeness, _)| *likeness > LIKE).map(|(_, known)| (*known).to_owned())
 }
 
 /// A column name without case, brackets, units and blanks at its ends.
@@ -378,6 +418,15 @@ mod tests {
         assert!(fault("a,b\n1,2\n3\n").starts_with("b.csv:3: 1 cells"));
         let table = DelimitedTable::parse(path, "a,b\n1,2\n3,x\n").unwrap();
         assert!(table.numbers(1).unwrap_err().to_string().contains("b.csv:3: `b` is `x`"));
+        let unknown = table.refuse_others(&["c"]).unwrap_err().to_string();
+        assert!(unknown.contains("has unknown columns `a`, `b`; allowed are: c"), "{unknown}");
+        let other = DelimitedTable::parse(path, "speed_kmh,s\n,1\n").unwrap();
+        let unknown = other.refuse_others(&["s", "speed_limit_kmh"]).unwrap_err().to_string();
+        let words = "an unknown column `speed_kmh` (did you mean `speed_limit_kmh`?); allowed";
+        assert!(unknown.contains(words), "{unknown}");
+        let empty = other.numbers(0).unwrap_err().to_string();
+        assert!(empty.contains("b.csv:2: `speed_kmh` is empty, allowed is"), "{empty}");
+        assert_eq!(other.numbers_or(0, Some(7.0)).unwrap(), [7.0]);
         let missing = table.column(&["s", "position_m"]).unwrap_err().to_string();
         assert!(missing.contains("`s` or `position_m`") && missing.contains("a, b"), "{missing}");
     }

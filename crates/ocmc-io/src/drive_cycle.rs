@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 use thiserror::Error;
 
 /// Names of the time's column.
-const TIME: [&str; 4] = ["time_s", "time", "t", "cycsecs"];
+pub(crate) const TIME: [&str; 4] = ["time_s", "time", "t", "cycsecs"];
 /// Names of the speed's column, its unit, and what is 1 of it in m/s.
 const SPEEDS: [(&str, Unit, f64); 7] = [
     ("speed_mps", MPS, 1.0),
@@ -66,10 +66,15 @@ pub enum DriveCycleFileError {
     },
 }
 
-/// Whether a file is a table over time; what cannot be read is none.
+/// Whether a file is a table over time, of ours or of VECTO; what cannot be read is none.
 pub fn is_one(path: &Path) -> bool {
-    let csv = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("csv"));
-    csv && DelimitedTable::read(path).is_ok_and(|table| table.find(&TIME).is_some())
+    let ending = path.extension().unwrap_or_default();
+    let [csv, vecto] = ["csv", "vdri"].map(|known| ending.eq_ignore_ascii_case(known));
+    // a cycle of VECTO over distance may name the time, too
+    let over_time = |table: &DelimitedTable| {
+        table.find(&TIME).is_some() && (csv || table.find(&["s"]).is_none())
+    };
+    (csv || vecto) && DelimitedTable::read(path).is_ok_and(|table| over_time(&table))
 }
 
 /// Reads a drive cycle.

@@ -161,6 +161,20 @@ impl GivenDrive {
         Some(Followed { how, file: file.unwrap_or_default(), cycle })
     }
 
+    /// What a run of it is called: by its study, and by what is driven instead of the study's roads.
+    pub fn name_of_run(&self, study: &str) -> String {
+        let file = |k: usize| self.files[k].display();
+        let followed = |how: Follow| format!("{study} following {} ({})", file(0), how.name());
+        match (&self.how, self.files.len()) {
+            (How::CycleAsRoute(..), _) => followed(Follow::Driver),
+            (How::Cycle(_) | How::Planned, _) => followed(Follow::Exact),
+            (How::Driven, 0) => study.to_owned(),
+            (How::Driven, 1) => format!("{study} on {}", file(0)),
+            (How::Driven, 2) => format!("{study} on {}, {}", file(0), file(1)),
+            (How::Driven, files) => format!("{study} on {} and {} more", file(0), files - 1),
+        }
+    }
+
     /// What was given to the run of a manifest.
     ///
     /// # Errors

@@ -18,6 +18,7 @@ pub mod records;
 pub mod report;
 pub mod run_directory;
 pub mod run_summary;
+pub mod shell_word;
 pub mod speed_change_table;
 pub mod study;
 pub mod table;

@@ -19,6 +19,12 @@ pub fn count_of(number: u64, thing: &str) -> String {
     format!("{} {thing}{plural}", grouped(number))
 }
 
+/// A share in per cent, to a tenth; what rounds to nothing has no sign.
+pub fn percent(share: f64) -> String {
+    let text = format!("{:.1}", 100.0 * share);
+    if text == "-0.0" { "0.0".to_owned() } else { text }
+}
+
 /// A quantity rounded to about four digits, with commas from a thousand on.
 pub fn rounded(number: f64) -> String {
     if number.abs() >= 1000.0 {
@@ -68,6 +74,13 @@ mod tests {
     fn one_thing_and_several() {
         for (number, text) in [(0, "0 rows"), (1, "1 row"), (1200, "1,200 rows")] {
             assert_eq!(count_of(number, "row"), text);
+        }
+    }
+
+    #[test]
+    fn nothing_has_no_sign() {
+        for (share, text) in [(-0.0003, "0.0"), (-0.0, "0.0"), (-0.001, "-0.1"), (1.083, "108.3")] {
+            assert_eq!(percent(share), text);
         }
     }
 

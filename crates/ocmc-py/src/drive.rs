@@ -72,7 +72,5 @@ pub(crate) fn drive(
     progress: Option<&Bound<PyAny>>,
 ) -> PyResult<PyRun> {
     let study = py.detach(|| given.study(study.clone())).map_err(|error| study_error(&error))?;
-    run_with(py, &study, plan, progress, given.followed(), |study, plan, sink| {
-        given.run(study, plan, sink)
-    })
+    run_with(py, &study, plan, progress, given)
 }

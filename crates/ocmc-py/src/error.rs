@@ -43,6 +43,7 @@ pub(crate) fn run_directory_error(error: &RunDirectoryError) -> PyErr {
     match error {
         RunDirectoryError::Exists { .. } => PyFileExistsError::new_err(text),
         RunDirectoryError::NotADirectory { .. } => PyNotADirectoryError::new_err(text),
+        RunDirectoryError::NotARun { source, .. } => io_error(source, error),
         RunDirectoryError::File(file) | RunDirectoryError::Records(RecordsError::File(file)) => {
             io_error(file.reason(), error)
         }

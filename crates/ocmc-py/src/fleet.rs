@@ -164,5 +164,5 @@ pub(crate) fn compare<'py>(
     })?;
     let named: [(&str, &StudyModel); 2] =
         loaded.map(|study| (study.model.study.name.as_str(), &study.model));
-    answer(py, &comparison_answer(&named, &plan, &comparisons, wall_s))
+    answer(py, &comparison_answer(&named, &plan, &comparisons, quantity.is_some(), wall_s))
 }

@@ -6,11 +6,10 @@ use crate::progress::Watch;
 use crate::study::PyStudy;
 use crate::table::Table;
 use ocmc_core::fleet::dependence::Dependence;
-use ocmc_core::fleet::run::{self, RunPlan};
+use ocmc_core::fleet::run::RunPlan;
 use ocmc_core::fleet::summary::SummaryBuilder;
 use ocmc_core::simulation::record::Record;
-use ocmc_core::study::Study;
-use ocmc_io::given_drive::Followed;
+use ocmc_io::given_drive::GivenDrive;
 use ocmc_io::records::arrow::{record_batch, records, schema};
 use ocmc_io::records::{GROUP_ROWS, RecordFormat};
 use ocmc_io::report;
@@ -82,9 +81,6 @@ impl Batches {
     }
 }
 
-/// Takes the next records of a run.
-pub(crate) type Sink<'a> = &'a mut dyn FnMut(Vec<Record>) -> ControlFlow<PyErr>;
-
 /// Drives the plan, without the interpreter but for a look at its signals and the progress bar.
 pub(crate) fn run(
     py: Python,
@@ -92,25 +88,24 @@ pub(crate) fn run(
     plan: &RunPlan,
     progress: Option<&Bound<PyAny>>,
 ) -> PyResult<PyRun> {
-    run_with(py, study, plan, progress, None, |study, plan, sink| run::run(study, plan, sink))
+    run_with(py, study, plan, progress, &GivenDrive::nothing())
 }
 
-/// As [`run`], with what `drive` makes of the plan.
+/// As [`run`], of what is given to be driven.
 pub(crate) fn run_with(
     py: Python,
     study: &LoadedStudy,
     plan: &RunPlan,
     progress: Option<&Bound<PyAny>>,
-    followed: Option<Followed>,
-    drive: impl FnOnce(&Study, &RunPlan, Sink) -> ControlFlow<PyErr> + Send,
+    given: &GivenDrive,
 ) -> PyResult<PyRun> {
     let mut watch = Watch::new(py, progress, plan.cycles)?;
     let mut fleet = SummaryBuilder::new(Dependence::of(&study.model));
     let ended = py.detach(|| {
-        let manifest = Manifest::new(&study.model, plan, followed);
+        let manifest = Manifest::new(&study.model, plan, given);
         let clock = Instant::now();
         let mut batches = Batches::default();
-        let ended = drive(&study.study, plan, &mut |chunk| {
+        let ended = given.run(&study.study, plan, |chunk| {
             fleet.add(&chunk);
             batches.add(chunk);
             match watch.look(fleet.cycles()) {

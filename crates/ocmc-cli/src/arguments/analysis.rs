@@ -9,7 +9,7 @@ use ocmc_core::fleet::sensitivity::factor_groups;
 /// Options of an analysis that drives many cycles.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct AnalysisArguments {
-    /// Number of cycles: in each study, or rows of the design
+    /// Number of cycles
     #[arg(long, value_name = "N", default_value = "1000", allow_negative_numbers = true, value_parser = at_least_one)]
     pub(crate) cycles: u64,
     /// Id of the first cycle
@@ -34,6 +34,7 @@ pub(crate) struct AnalysisArguments {
 
 /// A sensitivity analysis.
 #[derive(Clone, Debug, Args)]
+#[command(mut_arg("cycles", |cycles| cycles.help("Number of rows of the design: each drives two cycles, and one more for each factor")))]
 pub(crate) struct SensitivityArguments {
     /// Name of a built-in study, or a study file
     #[arg(long, value_name = "NAME|FILE", default_value = "field-truck")]
@@ -53,6 +54,7 @@ pub(crate) struct SensitivityArguments {
 
 /// Studies to compare.
 #[derive(Clone, Debug, Args)]
+#[command(mut_arg("cycles", |cycles| cycles.help("Number of cycles in each study")))]
 pub(crate) struct CompareArguments {
     /// Built-in studies or study files, the baseline first; a single one is compared with itself under --set
     #[arg(value_name = "NAME|FILE", required = true)]

@@ -18,6 +18,7 @@ use crate::arguments::{FitCommand, FittedArguments};
 use crate::failure::Failure;
 use crate::{output, study};
 use ocmc_core::fit::operating_cycle::ParameterFit;
+use ocmc_io::shell_word::shell_word;
 use ocmc_io::study::{FittedPart, fitted_study};
 use serde::Serialize;
 use std::fmt::Write;
@@ -87,7 +88,8 @@ fn write_study(
     let note = format!("Written by `ocmc fit {command}` from {}.", named(sources));
     let (text, _) = fitted_study(&arguments.base, &name, &note, &answer.json["study"])?;
     study::write_new(path, &text)?;
-    output::note(&format!("Written: `{path}`. Run it: ocmc --study {path}", path = path.display()));
+    let (shown, word) = (path.display(), shell_word(path));
+    output::note(&format!("Written: `{shown}`. Run it: ocmc --study {word}"));
     Ok(())
 }
 

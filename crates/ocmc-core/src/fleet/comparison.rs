@@ -55,6 +55,10 @@ pub struct Comparison {
     pub pairs: u64,
     /// Pairs in which a cycle counts in the mean but has no value of its own, as an empty trip has no litres per 100 tkm.
     pub pairs_without_value: u64,
+    /// Cycles that A completed and that have nothing of the quantity, as an electric truck has no litres.
+    pub a_without_quantity: u64,
+    /// Cycles that B completed and that have nothing of the quantity.
+    pub b_without_quantity: u64,
     /// Cycles that A did not complete.
     pub a_failed: u64,
     /// Cycles that B did not complete.
@@ -93,6 +97,12 @@ fn side(rows: impl Iterator<Item = Row> + Clone) -> Option<(f64, Vec<(u64, f64)>
 /// Whether two values are the same but for rounding.
 fn same(a: f64, b: f64) -> bool {
     libm::fabs(a - b) <= ROUNDING * libm::fmax(libm::fabs(a), libm::fabs(b))
+}
+
+/// Completed cycles that have nothing of the quantity.
+fn without(quantity: &Quantity, records: &[Record]) -> u64 {
+    let completed = records.iter().filter(|record| record.outcome == Outcome::Completed);
+    completed.filter(|record| row(quantity, record).is_none()).count() as u64
 }
 
 fn failed(records: &[Record]) -> u64 {
@@ -203,6 +213,8 @@ impl Comparison {
             cycles: a.len() as u64,
             pairs: pairs.len() as u64,
             pairs_without_value: (pairs.len() - values.len()) as u64,
+            a_without_quantity: without(quantity, a),
+            b_without_quantity: without(quantity, b),
             a_failed: failed(a),
             b_failed: failed(b),
         }

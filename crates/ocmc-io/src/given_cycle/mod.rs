@@ -9,6 +9,7 @@ mod track_file;
 mod vdri;
 
 use crate::delimited::{DelimitedTable, TableError, read_text};
+use crate::drive_cycle;
 use crate::study::builtin;
 use ocmc_core::operating_cycle::given::{GivenCycle, GivenCycleError};
 use sha2::{Digest, Sha256};
@@ -69,6 +70,14 @@ pub enum GivenCycleFileError {
         /// What is allowed.
         allowed: &'static str,
     },
+    /// A drive cycle over time.
+    #[error("`{}` is a speed over time: it has a column `{column}`, and none for the position", path.display())]
+    OverTime {
+        /// The file.
+        path: PathBuf,
+        /// The column of the time.
+        column: String,
+    },
     /// A position that does not lie behind the one before it.
     #[error("{}:{line}: position {position_m} m does not lie behind the one before it", path.display())]
     Order {
@@ -123,6 +132,18 @@ pub enum GivenCycleFileError {
         /// The hash in the study.
         wanted: String,
     },
+}
+
+impl GivenCycleFileError {
+    /// What to do, where the message does not say so.
+    pub fn help(&self) -> Option<&'static str> {
+        match self {
+            Self::OverTime { .. } => Some(
+                "a speed over time is driven with --follow-speed exact or --follow-speed driver (in Python follow_speed)",
+            ),
+            _ => None,
+        }
+    }
 }
 
 /// Reads a given operating cycle; the ending of the name, and for `.csv` the header, say in which format.
@@ -193,14 +214,34 @@ fn in_file(path: &Path) -> impl FnOnce(GivenCycleError) -> GivenCycleFileError +
     |source| GivenCycleFileError::Cycle { path: path.to_owned(), source }
 }
 
+/// Refuses a table that has the time, and no column for the position.
+fn refuse_over_time(table: &DelimitedTable, positions: &[&str]) -> Result<(), GivenCycleFileError> {
+    match table.names().find(|name| drive_cycle::TIME.contains(&name.as_str())) {
+        Some(column) if table.find(positions).is_none() => {
+            Err(GivenCycleFileError::OverTime { path: table.path().to_owned(), column })
+        }
+        _ => Ok(()),
+    }
+}
+
 /// The numbers of a column, each of which has to lie in a range; none where there is no such column.
 fn within(
     table: &DelimitedTable,
     names: &[&str],
     [minimum, maximum]: [f64; 2],
 ) -> Result<Option<Vec<f64>>, GivenCycleFileError> {
+    within_or(table, names, [minimum, maximum], None)
+}
+
+/// As [`within`], with the number that an empty cell means.
+fn within_or(
+    table: &DelimitedTable,
+    names: &[&str],
+    [minimum, maximum]: [f64; 2],
+    empty: Option<f64>,
+) -> Result<Option<Vec<f64>>, GivenCycleFileError> {
     let Some(column) = table.one_of(names)? else { return Ok(None) };
-    let numbers = table.numbers(column)?;
+    let numbers = table.numbers_or(column, empty)?;
     for (line, value) in table.lines().zip(&numbers) {
         if !(minimum..=maximum).contains(value) {
             let (path, value) = (table.path().to_owned(), *value);

@@ -7,14 +7,14 @@
 //! | `speed_limit_mps` or `speed_limit_kmh` | m/s, km/h | limit from here on |
 //! | `altitude_m` (`elevation_m`) or `grade` | m, - | height, linear between rows; or slope as climb per metre from here on |
 //! | `curvature_per_m` | 1/m | from here on, left positive; instead of `lat` and `lon` |
-//! | `stop_s` | s | above 0: a stop line with this standstill |
+//! | `stop_s` | s | above 0: a stop line with this standstill; 0 or empty: none |
 //! | `road_type` | - | name of a road type of the study |
 //!
 //! Geometry: points are put on a plane around the first one (equirectangular, good for a few hundred km), resampled every 5 m, and
 //! averaged over 45 m, because the roads of maps turn at their points only. Curvature is the change of direction per metre; curves
 //! are found in it by [`ocmc_core::road::route_geometry`]. Altitude is taken as it is given: smooth GPS heights before.
 
-use super::{GivenCycleFileError, in_file, within};
+use super::{GivenCycleFileError, in_file, refuse_over_time, within, within_or};
 use crate::delimited::{DelimitedTable, KMH, METRES, MPS};
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::tracks::{Rule, Track, Values};
@@ -62,6 +62,7 @@ const STOPS_S: [f64; 2] = [0.0, 172_800.0];
 
 /// Reads a route.
 pub(super) fn read(table: &DelimitedTable) -> Result<GivenCycle, GivenCycleFileError> {
+    refuse_over_time(table, &[&["position_m"], LATITUDE, LONGITUDE].concat())?;
     table.refuse_others(&COLUMNS)?;
     refuse_two_of_a_kind(table)?;
     let latitude = within(table, LATITUDE, LATITUDES)?;
@@ -103,7 +104,7 @@ pub(super) fn read(table: &DelimitedTable) -> Result<GivenCycle, GivenCycleFileE
     } else if let Some(altitudes) = table.numbers_in(&["altitude_m", "elevation_m"], METRES)? {
         tracks.push(track("altitude_m", Rule::Linear, altitudes));
     }
-    if let Some(stops_s) = within(table, &["stop_s"], STOPS_S)? {
+    if let Some(stops_s) = within_or(table, &["stop_s"], STOPS_S, Some(0.0))? {
         let mut stops = Track::empty("stop_sign_s", Rule::Event);
         for (position_m, stop_s) in positions.iter().zip(stops_s).filter(|(_, stop)| *stop > 0.0) {
             stops.push(*position_m, stop_s);
@@ -190,6 +191,10 @@ mod tests {
         assert_eq!(cycle.events[0].kind.standstill_s(), Some(20.0));
         assert_eq!(cycle.curves.len(), 1);
         assert!((cycle.curves[0].radius_m - 100.0).abs() < 1e-9 && cycle.curves[0].left);
+        let empty = "position_m,speed_limit_kmh,stop_s\n0,50,\n150,70,20\n600,70,\n";
+        let cycle = parse(empty).unwrap();
+        assert_eq!(cycle.events.len(), 1);
+        assert_eq!(cycle.events[0].position_m, 150.0);
         let fault = parse("position_m,limit\n0,50\n300,50\n").unwrap_err().to_string();
         assert!(fault.contains("`limit`") && fault.contains("speed_limit_kmh"), "{fault}");
     }
@@ -212,6 +217,15 @@ mod tests {
             (
                 "position_m,speed_limit_kmh,curvature_per_m\n0,50,0\n300,50,7\n",
                 "r.csv:3: `curvature_per_m` is 7, allowed is -0.5 to 0.5",
+            ),
+            (
+                "position_m,speed_limit_kmh\n0,50\n300,\n",
+                "r.csv:3: `speed_limit_kmh` is empty, allowed is a finite number",
+            ),
+            ("time_s,speed_kmh\n0,0\n9,50\n", "is a speed over time: it has a column `time_s`"),
+            (
+                "time_s,position_m,speed_kmh\n0,0,0\n9,50,50\n",
+                "unknown columns `time_s`, `speed_kmh` (did you mean `speed_limit_kmh`?); allowed",
             ),
             ("lat,speed_limit_kmh\n52,50\n53,50\n", "`r.csv` has no column `lon` or `longitude`"),
             ("lon,speed_limit_kmh\n9,50\n10,50\n", "`r.csv` has no column `lat` or `latitude`"),

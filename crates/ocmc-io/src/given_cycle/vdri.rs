@@ -20,6 +20,7 @@ pub(super) fn read(table: &DelimitedTable) -> Result<GivenCycle, GivenCycleFileE
         let column = table.column(&[name])?;
         table.check_unit(column, unit).map(|()| column)
     };
+    super::refuse_over_time(table, &["s"])?;
     let position_m = table.numbers(needed("s", METRES)?)?;
     needed("v", KMH)?;
     let speed_kmh = super::within(table, &["v"], SPEEDS_KMH)?.unwrap_or_default();
@@ -96,6 +97,7 @@ mod tests {
             ("<s>,<v>,<grad>,<stop>", "9,-60,0,0", "a.vdri:3: `v` is -60, allowed is 0 to 252"),
             ("<s> [km],<v>,<grad>,<stop>", "9,60,0,0", "`<s> [km]` is read in m, not in km"),
             ("<s>,<v> [m/s],<grad>,<stop>", "9,60,0,0", "`<v> [m/s]` is read in km/h"),
+            ("<t>,<v>,<grad>,<stop>", "9,60,0,0", "it has a column `t`, and none for the position"),
             ("<s>,<v>,<v>,<stop>", "9,60,50,0", "the columns `<v>` and `<v>`"),
         ] {
             let fault = DelimitedTable::parse(

@@ -8,6 +8,7 @@ use crate::number_text::{decimals, grouped, rounded};
 use crate::run_directory::StoredRun;
 use ocmc_core::fleet::quantity::Quantity;
 use ocmc_core::fleet::statistic::Statistic;
+use ocmc_core::operating_cycle::route::RouteModel;
 use ocmc_core::simulation::record::{Outcome, Record};
 use std::fmt::Write;
 
@@ -99,13 +100,21 @@ pub(super) fn road_shares(records: &[Record]) -> String {
         let metres = shares.reduce(|sum, metres| sum + metres)?;
         Some(100.0 * metres / distance)
     };
-    let shares = [share(|r| r.urban_share), share(|r| r.rural_share), share(|r| r.motorway_share)];
-    let types = match shares {
-        [Some(urban), Some(rural), Some(motorway)] => format!(
-            "Of the distance {urban:.1} % is urban, {rural:.1} % rural and {motorway:.1} % motorway. "
-        ),
-        // what is driven exactly has no road types
-        _ => String::new(),
+    let shares = [
+        (share(|r| r.urban_share), "urban"),
+        (share(|r| r.rural_share), "rural"),
+        (share(|r| r.motorway_share), "motorway"),
+    ];
+    // a study need not have all of these road types, and what is driven exactly has none
+    let shares = shares.into_iter().filter_map(|(share, name)| Some((share?, name)));
+    let shares = shares.enumerate().map(|(k, (share, name))| match k {
+        0 => format!("{share:.1} % is {name}"),
+        _ => format!("{share:.1} % {name}"),
+    });
+    let types = match shares.collect::<Vec<_>>().as_slice() {
+        [] => String::new(),
+        [only] => format!("Of the distance {only}. "),
+        [others @ .., last] => format!("Of the distance {} and {last}. ", others.join(", ")),
     };
     let standing = completed().map(|record| record.standstill_s).sum::<f64>() / duration;
     format!(
@@ -175,11 +184,13 @@ pub(super) fn failures(run: &StoredRun) -> String {
     }
     let study = study_argument(run);
     let mut text = format!(
-        "<h2>Cycles that failed</h2>\n<p>{} of {} cycles were not completed. They are in the records, but in no mean \
+        "<h2>Cycles that failed</h2>\n<p>{} of {} cycles {} not completed. {} in the records, but in no mean \
          and no quantile.</p>\n<div class=\"wide\"><table>\n<thead><tr><th>why</th><th>cycles</th><td class=\"words\">the \
          first ones, step by step</td></tr></thead>\n<tbody>\n",
         grouped(failed),
-        grouped(summary.cycles)
+        grouped(summary.cycles),
+        if failed == 1 { "was" } else { "were" },
+        if failed == 1 { "It is" } else { "They are" }
     );
     for outcome in Outcome::ALL.into_iter().filter(|outcome| *outcome != Outcome::Completed) {
         let count = summary.outcomes.of(outcome);
@@ -210,9 +221,12 @@ pub(super) fn failures(run: &StoredRun) -> String {
     text
 }
 
+/// The key of what routes and drive cycles have a length of their own for.
+const LENGTH: &str = "mission.length_m";
+
 /// Keys of the study that say what kind of fleet it is.
 const STUDY_KEYS: [(&str, &str); 13] = [
-    ("length of a mission, m", "mission.length_m"),
+    ("length of a mission, m", LENGTH),
     ("payload, kg", "mission.payload_kg"),
     ("departure, s of the day", "mission.departure_s_of_day"),
     ("vehicle: own mass, kg", "vehicle.curb_mass_kg"),
@@ -232,7 +246,15 @@ pub(super) fn study(run: &StoredRun) -> String {
     let mut text = "<h2>Study</h2>\n".to_owned();
     if let Some(table) = resolved(run) {
         text.push_str("<div class=\"wide\"><table><tbody>\n");
+        let driven = driven_instead(&run.manifest.routes(), run.manifest.followed.as_ref());
+        for (name, value) in &driven {
+            let value = escaped(value);
+            let _ = writeln!(text, "<tr><td>{name}</td><td class=\"words\">{value}</td></tr>");
+        }
         for (name, path) in STUDY_KEYS {
+            if path == LENGTH && !driven.is_empty() {
+                continue;
+            }
             let mut steps = path.split('.');
             let first = steps.next().and_then(|key| table.get(key));
             let Some(value) = steps.try_fold(first, |value, key| Some(value?.get(key))).flatten()
@@ -265,6 +287,37 @@ pub(super) fn study(run: &StoredRun) -> String {
         escaped(&run.manifest.resolved_study)
     );
     text
+}
+
+/// What was driven instead of the study's own roads: routes, with what is kept of them, and a speed that was followed.
+fn driven_instead(
+    routes: &[RouteModel],
+    followed: Option<&Followed>,
+) -> Vec<(&'static str, String)> {
+    let whole: f64 = routes.iter().map(|route| route.weight).sum();
+    let route = |route: &RouteModel| {
+        let keep: Vec<&str> = route.keep.iter().map(|keep| keep.name()).collect();
+        let kept = if keep.is_empty() {
+            String::new()
+        } else {
+            format!(", with its own {}", keep.join(" and "))
+        };
+        let share = if routes.len() == 1 {
+            String::new()
+        } else {
+            format!(", {:.1} % of the cycles", 100.0 * route.weight / whole)
+        };
+        format!("{}{kept}{share}", route.file)
+    };
+    let mut rows = Vec::new();
+    if !routes.is_empty() {
+        let named: Vec<String> = routes.iter().map(route).collect();
+        rows.push(("routes", named.join("; ")));
+    }
+    if let Some(Followed { how, file, .. }) = followed {
+        rows.push(("speed that is followed", format!("{file} ({})", how.name())));
+    }
+    rows
 }
 
 /// What the file of the study repeats, and what else that takes.
@@ -316,6 +369,7 @@ mod tests {
     use super::*;
     use crate::given_drive::Follow;
     use crate::records::examples;
+    use ocmc_core::operating_cycle::route::Keep;
 
     #[test]
     fn shares_that_nobody_knows_are_not_told() {
@@ -329,6 +383,16 @@ mod tests {
         }
         let told = road_shares(&records);
         assert!(told.contains("25.0 % is urban, 75.0 % rural and 0.0 % motorway"), "{told}");
+        for (urban, rural, words) in [
+            (Some(0.25), None, "Of the distance 25.0 % is urban and 0.0 % motorway. "),
+            (None, None, "Of the distance 0.0 % is motorway. "),
+        ] {
+            for record in &mut records {
+                (record.urban_share, record.rural_share) = (urban, rural);
+            }
+            let told = road_shares(&records);
+            assert!(told.contains(words), "{told}");
+        }
         for record in &mut records {
             record.urban_share = None;
             record.rural_share = None;
@@ -336,6 +400,26 @@ mod tests {
         }
         let told = road_shares(&records);
         assert!(!told.contains("urban") && told.contains("stand for 5.0 %"), "{told}");
+    }
+
+    #[test]
+    fn what_was_driven_instead_of_the_studys_roads_is_named() {
+        assert!(driven_instead(&[], None).is_empty());
+        let route = |file: &str, weight: f64, keep: &[Keep]| RouteModel {
+            file: file.to_owned(),
+            weight,
+            keep: keep.to_vec(),
+            sha256: None,
+        };
+        let one = route("a.csv", 3.0, &[Keep::Weather, Keep::Traffic]);
+        let rows = driven_instead(std::slice::from_ref(&one), None);
+        let told = "a.csv, with its own weather and traffic".to_owned();
+        assert_eq!(rows, [("routes", told.clone())]);
+        let told = format!("{told}, 75.0 % of the cycles; b.csv, 25.0 % of the cycles");
+        assert_eq!(driven_instead(&[one, route("b.csv", 1.0, &[])], None), [("routes", told)]);
+        let followed = Followed { how: Follow::Exact, file: "dc.csv".to_owned(), cycle: None };
+        let rows = driven_instead(&[], Some(&followed));
+        assert_eq!(rows, [("speed that is followed", "dc.csv (exact)".to_owned())]);
     }
 
     #[test]

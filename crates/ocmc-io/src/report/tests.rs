@@ -1,5 +1,5 @@
 use super::*;
-use crate::given_drive::{Follow, Followed};
+use crate::given_drive::{Follow, Followed, GivenDrive};
 use crate::run_directory::{Manifest, RunStatus};
 use crate::run_summary::RunSummary;
 use ocmc_core::fleet::run::{RunPlan, records as drive};
@@ -17,7 +17,7 @@ fn run(name: &str) -> StoredRun {
     records[7].outcome = Outcome::Stalled;
     let mut fleet = SummaryBuilder::default();
     fleet.add(&records);
-    let mut manifest = Manifest::new(&loaded.model, &plan, None);
+    let mut manifest = Manifest::new(&loaded.model, &plan, &GivenDrive::nothing());
     manifest.study = name.to_owned();
     manifest.status = RunStatus::Complete;
     manifest.completed = 200;
@@ -37,7 +37,7 @@ fn the_report_has_every_part_and_fetches_nothing() {
         "payload",
         "Lowest and highest",
         "ocmc trace --study study.toml --seed 1 --cycle-id",
-        "1 of 200 cycles were not completed",
+        "1 of 200 cycles was not completed",
         "stalled",
         "Provenance",
         "length_m = 2000.0",

@@ -1,9 +1,12 @@
 //! What can go wrong with a run directory.
 
+use super::MANIFEST;
 use crate::file_error::FileError;
 use crate::records::RecordsError;
+use crate::shell_word::resume_command;
 use crate::study::StudyFileError;
-use std::path::PathBuf;
+use std::io;
+use std::path::{Path, PathBuf};
 use thiserror::Error;
 
 /// What can go wrong with a run directory.
@@ -26,6 +29,30 @@ pub enum RunDirectoryError {
         /// The path.
         path: PathBuf,
     },
+    /// There is no run.
+    #[error("`{}` is no run directory ({why}); `ocmc --out DIR` makes one", path.display())]
+    NotARun {
+        /// The path.
+        path: PathBuf,
+        /// Why not.
+        why: String,
+        /// What the system says of its manifest.
+        source: io::Error,
+    },
+    /// A run that is under way, or that was ended by force.
+    #[error(
+        "`{}` holds a run that was not ended ({completed} of {cycles} cycles, running); `{}` finishes it",
+        path.display(),
+        resume_command(path)
+    )]
+    NotEnded {
+        /// The directory.
+        path: PathBuf,
+        /// Cycles that are there.
+        completed: u64,
+        /// Cycles that were asked for.
+        cycles: u64,
+    },
     /// The directory or a file in it cannot be created, written or read.
     #[error(transparent)]
     File(#[from] FileError),
@@ -37,7 +64,7 @@ pub enum RunDirectoryError {
         /// Why.
         source: serde_json::Error,
     },
-    /// The files do not fit together, or the run has no end.
+    /// The files do not fit together.
     #[error("`{}` holds no run that can be read back: {reason}", path.display())]
     NotWhole {
         /// The directory.
@@ -99,4 +126,20 @@ pub enum RunDirectoryError {
     /// The records cannot be written or read.
     #[error(transparent)]
     Records(#[from] RecordsError),
+}
+
+impl RunDirectoryError {
+    /// That of a directory whose manifest cannot be read.
+    pub(super) fn no_manifest(directory: &Path, source: io::Error) -> Self {
+        let why = match source.kind() {
+            io::ErrorKind::NotFound | io::ErrorKind::NotADirectory if directory.is_file() => {
+                "it is a file".to_owned()
+            }
+            io::ErrorKind::NotFound | io::ErrorKind::NotADirectory => {
+                format!("it holds no {MANIFEST}")
+            }
+            _ => return FileError::read(&directory.join(MANIFEST))(source).into(),
+        };
+        Self::NotARun { path: directory.to_owned(), why, source }
+    }
 }

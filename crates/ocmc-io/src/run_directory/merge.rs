@@ -1,11 +1,14 @@
 //! Merges the parts of one run, from as many machines as there were, into the run that one machine would have written.
 
 use super::error::RunDirectoryError;
-use super::read::{Measured, check_by_driving, ended, measured, read_records, study_of};
+use super::read::{
+    Measured, check_by_driving, directory_of, ended, measured, read_records, study_of,
+};
 use super::{CHUNKS, MANIFEST, Manifest, RunDirectory, RunStatus, SUMMARY};
 use crate::given_drive::GivenDrive;
 use crate::records::{Group, RecordFormat};
 use crate::run_summary::RunSummary;
+use crate::shell_word::resume_command;
 use ocmc_core::fleet::summary::SummaryBuilder;
 use ocmc_core::simulation::record::Record;
 use ocmc_core::study::Study;
@@ -48,6 +51,7 @@ pub fn merge(
     super::check_free(out)?;
     let mut parts = parts
         .iter()
+        .map(|path| directory_of(path))
         .map(|path| Ok(Part { path, manifest: whole(path)?, measured: measured(path)? }))
         .collect::<Result<Vec<_>, RunDirectoryError>>()?;
     let Some(first) = parts.first() else {
@@ -83,7 +87,7 @@ fn whole(path: &Path) -> Result<Manifest, RunDirectoryError> {
         return Ok(manifest);
     }
     let Manifest { completed, cycles, .. } = manifest;
-    let help = format!("`ocmc --out {} --resume` finishes it; then merge", path.display());
+    let help = format!("`{}` finishes it; then merge", resume_command(path));
     Err(RunDirectoryError::NotFinished { path: path.to_owned(), completed, cycles, help })
 }
 

@@ -13,10 +13,10 @@ mod read;
 pub use chunks::{CHUNK_ROWS, CHUNKS};
 pub use error::RunDirectoryError;
 pub use merge::merge;
-pub use read::{StoredRun, Unfinished, read, read_groups, unfinished};
+pub use read::{StoredRun, Unfinished, directory_of, read, read_groups, unfinished};
 
 use crate::file_error::FileError;
-use crate::given_drive::Followed;
+use crate::given_drive::{Followed, GivenDrive};
 use crate::records::{RecordFormat, RecordWriter};
 use crate::run_summary::RunSummary;
 use crate::study::{resolved_toml, study_hash};
@@ -51,7 +51,7 @@ pub struct Manifest {
     pub program_version: String,
     /// How far the run has come.
     pub status: RunStatus,
-    /// Name of the study.
+    /// Name of the study, and what was driven instead of its roads.
     pub study: String,
     /// Hash of the resolved study.
     pub study_hash: String,
@@ -77,21 +77,19 @@ pub struct Manifest {
 
 impl Manifest {
     /// What the run is, before its first cycle.
-    pub fn new(study: &StudyModel, plan: &RunPlan, followed: Option<Followed>) -> Self {
-        let name = &study.study.name;
-        let following = |f: &Followed| format!("{name} following {} ({})", f.file, f.how.name());
+    pub fn new(study: &StudyModel, plan: &RunPlan, given: &GivenDrive) -> Self {
         Self {
             format_version: FORMAT_VERSION,
             program_version: env!("CARGO_PKG_VERSION").to_owned(),
             status: RunStatus::Running,
-            study: followed.as_ref().map_or_else(|| name.clone(), following),
+            study: given.name_of_run(&study.study.name),
             study_hash: study_hash(study),
             seed: plan.seed,
             first_cycle: plan.first_cycle,
             cycles: plan.cycles,
             completed: 0,
             records: String::new(),
-            followed,
+            followed: given.followed(),
             precision: None,
             resolved_study: resolved_toml(study),
         }
@@ -295,7 +293,8 @@ fn read_chunks(
 /// [`RunDirectoryError`] where there is none, or its numbers cannot be.
 pub fn read_manifest(directory: &Path) -> Result<Manifest, RunDirectoryError> {
     let path = directory.join(MANIFEST);
-    let text = fs::read_to_string(&path).map_err(FileError::read(&path))?;
+    let text = fs::read_to_string(&path)
+        .map_err(|source| RunDirectoryError::no_manifest(directory, source))?;
     let manifest: Manifest = match serde_json::from_str(&text) {
         Ok(manifest) => manifest,
         Err(source) => return Err(RunDirectoryError::Manifest { path, source }),

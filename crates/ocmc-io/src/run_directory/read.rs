@@ -33,7 +33,16 @@ pub(super) struct Measured {
     pub(super) threads: usize,
 }
 
-/// Reads a run back, whole or interrupted.
+/// The run directory that a path means: the one around it, where it is that of a manifest.
+pub fn directory_of(path: &Path) -> &Path {
+    if path.file_name().is_none_or(|name| name != MANIFEST) || !path.is_file() {
+        return path;
+    }
+    let around = path.parent().filter(|around| !around.as_os_str().is_empty());
+    around.unwrap_or(Path::new("."))
+}
+
+/// Reads a run back, whole or interrupted, from its directory or by the name of its manifest.
 pub fn read(directory: &Path) -> Result<StoredRun, RunDirectoryError> {
     let mut records = Vec::new();
     let (manifest, summary) = read_groups(directory, |group| records.extend(group.records))?;
@@ -48,6 +57,7 @@ pub fn read_groups(
     directory: &Path,
     mut sink: impl FnMut(Group),
 ) -> Result<(Manifest, RunSummary), RunDirectoryError> {
+    let directory = directory_of(directory);
     let manifest = ended(directory)?;
     let Measured { wall_s, threads } = measured(directory)?;
     let mut fleet = SummaryBuilder::new(manifest.dependence());
@@ -62,14 +72,15 @@ pub fn read_groups(
 
 /// The manifest of a run that was ended, whole or interrupted.
 pub(super) fn ended(directory: &Path) -> Result<Manifest, RunDirectoryError> {
-    let not_whole =
-        |reason: String| RunDirectoryError::NotWhole { path: directory.to_owned(), reason };
     let manifest = read_manifest(directory)?;
     if manifest.format_version != FORMAT_VERSION {
-        return Err(not_whole(other_version(&manifest)));
+        let (path, reason) = (directory.to_owned(), other_version(&manifest));
+        return Err(RunDirectoryError::NotWhole { path, reason });
     }
     if manifest.status == RunStatus::Running {
-        return Err(not_whole("it was not ended".to_owned()));
+        let Manifest { completed, cycles, .. } = manifest;
+        let path = directory.to_owned();
+        return Err(RunDirectoryError::NotEnded { path, completed, cycles });
     }
     Ok(manifest)
 }

@@ -20,7 +20,10 @@ pub(super) fn attach(
         let in_folder =
             || folder.map_or_else(|| route.file.clone().into(), |f| f.join(&route.file));
         let path = built_in.map_or_else(in_folder, |_| route.file.clone().into());
-        let wrong = |error: &GivenCycleFileError| (k, fault(error.to_string()));
+        let wrong = |error: &GivenCycleFileError| {
+            let fault = fault(error.to_string());
+            (k, Box::new(Fault { help: error.help().map(str::to_owned), ..*fault }))
+        };
         let cycle = match built_in {
             Some(text) => given_cycle::read_tracks(&path, text),
             None => given_cycle::read(&path),

@@ -1,0 +1,49 @@
+//! Words as a shell reads them, for commands that are suggested.
+
+use std::path::Path;
+
+/// Characters beside letters and digits that no shell parts or changes.
+const PLAIN: &str = "/._-+,:@%=";
+
+/// A path as one word of a command: between single quotes where a shell would part or change it.
+pub fn shell_word(path: &Path) -> String {
+    let text = path.display().to_string();
+    // behind a dash a program looks for an option
+    if text.starts_with('-') { quoted(&format!("./{text}")) } else { quoted(&text) }
+}
+
+/// A text as one word of a command.
+pub fn quoted(text: &str) -> String {
+    let plain = |c: char| c.is_alphanumeric() || PLAIN.contains(c) || (cfg!(windows) && c == '\\');
+    if !text.is_empty() && text.chars().all(plain) {
+        return text.to_owned();
+    }
+    format!("'{}'", text.replace('\'', r"'\''"))
+}
+
+/// The command that finishes the run of a directory.
+pub fn resume_command(directory: &Path) -> String {
+    format!("ocmc --out {} --resume", shell_word(directory))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_what_a_shell_would_change_is_quoted() {
+        for (path, word) in [
+            ("runs/a-1_b.csv", "runs/a-1_b.csv"),
+            ("straße/ä", "straße/ä"),
+            ("a b/run", "'a b/run'"),
+            ("it's", r"'it'\''s'"),
+            ("a;b", "'a;b'"),
+            ("$HOME", "'$HOME'"),
+            ("~x", "'~x'"),
+            ("", "''"),
+            ("-x", "./-x"),
+        ] {
+            assert_eq!(shell_word(Path::new(path)), word);
+        }
+    }
+}
