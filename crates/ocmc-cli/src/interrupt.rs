@@ -19,7 +19,7 @@ pub(crate) fn listen() {
         let _ = ctrlc::set_handler(|| {
             let asked_at = ASKED_AT.get_or_init(Instant::now);
             if ASKED.swap(true, Ordering::Relaxed) && asked_at.elapsed() > SAME_WISH {
-                eprintln!("ended by a second signal");
+                crate::output::note("ended by a second signal");
                 std::process::exit(ENDED_BY_CTRL_C);
             }
         });

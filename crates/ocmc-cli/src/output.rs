@@ -7,6 +7,9 @@ use std::io::{self, ErrorKind, IsTerminal, Write};
 /// Width of what is printed where there is no terminal.
 const DEFAULT_WIDTH: usize = 80;
 
+/// Longest line of a hint or an error, in characters: a file without line ends is no message.
+const LONGEST_LINE: usize = 2000;
+
 /// Widths between which text is fitted to a terminal.
 const NARROWEST: usize = 40;
 const WIDEST: usize = 160;
@@ -34,7 +37,34 @@ pub(crate) fn answer_json(value: &impl Serialize) -> Result<(), Failure> {
 
 /// Writes a hint or an error. There is nobody to tell where this fails.
 pub(crate) fn note(text: &str) {
-    let _ = writeln!(io::stderr().lock(), "{text}");
+    let _ = writeln!(io::stderr().lock(), "{}", printable(text));
+}
+
+/// A text that may hold what a file holds: control characters are spelled out, but for line ends and colours, and lines end
+/// somewhere.
+fn printable(text: &str) -> String {
+    let mut shown = String::with_capacity(text.len());
+    let mut in_line = 0;
+    for (place, letter) in text.char_indices() {
+        in_line = if letter == '\n' { 0 } else { in_line + 1 };
+        if in_line == LONGEST_LINE {
+            shown.push('…');
+        } else if in_line < LONGEST_LINE {
+            if letter.is_control() && !matches!(letter, '\n' | '\t') && !is_colour(&text[place..]) {
+                shown.extend(letter.escape_default());
+            } else {
+                shown.push(letter);
+            }
+        }
+    }
+    shown
+}
+
+/// Whether a text begins with what changes a terminal's colour.
+fn is_colour(text: &str) -> bool {
+    text.strip_prefix("\u{1b}[").is_some_and(|rest| {
+        rest.trim_start_matches(|c: char| c.is_ascii_digit() || c == ';').starts_with('m')
+    })
 }
 
 /// Columns that the answer may use.
@@ -52,4 +82,18 @@ pub(crate) fn error_terminal_width() -> Option<usize> {
 
 fn clamped(width: u16) -> usize {
     usize::from(width).clamp(NARROWEST, WIDEST)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_terminal_would_obey_is_spelled_out_and_lines_end() {
+        let text = "a\tb\u{1b}[1;31mred\u{1b}[0m\u{1b}]0;title\u{7}\u{1b}[2J\nnext";
+        let wanted = "a\tb\u{1b}[1;31mred\u{1b}[0m\\u{1b}]0;title\\u{7}\\u{1b}[2J\nnext";
+        assert_eq!(printable(text), wanted);
+        let long = printable(&format!("{}\nnext", "x".repeat(5_000_000)));
+        assert_eq!(long, format!("{}…\nnext", "x".repeat(LONGEST_LINE - 1)));
+    }
 }

@@ -169,6 +169,11 @@ fn faults_within_laws_are_placed() {
         );
     }
     assert_says("mission.length_m = { distribution = \"normel\" }", &["did you mean `normal`?"]);
+    // one key of a law beside the others of the law that is inherited
+    assert_says(
+        "mission.payload_kg = { mean = 10000.0, sd = 4.0 }",
+        &["the law there is inherited, a `mixture`", "begins with `distribution`"],
+    );
     assert_says("mission.length_m = {}", &["`mission.length_m.distribution` is missing"]);
     // a law is replaced, never left as it was
     assert_says("mission.payload_kg = {}", &["`mission.payload_kg.distribution` is missing"]);
@@ -185,6 +190,9 @@ fn a_missing_key_is_named_with_its_table() {
     let error = error_of("study = { name = \"a\", description = \"b\" }\n").to_string();
     assert!(error.contains("mine.toml:1:1: `mission` is missing"), "{error}");
     assert!(error.contains("study.base"), "{error}");
+    let part = "study = { name = \"a\", description = \"b\" }\nmission = { length_m = 1e5 }\n";
+    let error = error_of(part).to_string();
+    assert!(error.contains("a study without a base has to say everything"), "{error}");
     let whole = study::init_text().replace("curb_mass_kg = ", "# ");
     let error = error_of(&whole).to_string();
     let message = "`vehicle.curb_mass_kg` is missing, allowed is 500 to 100000";

@@ -3,7 +3,7 @@
 use super::error::{Cause, Fault, StudyFileError};
 use super::init::number;
 use super::node::{Content, Node, Step, path_of};
-use super::source::SourceKind;
+use super::source::{Place, SourceKind};
 use ocmc_core::study::{Problem, StudyError, StudyModel, bound_of};
 use serde_path_to_error::Segment;
 
@@ -114,6 +114,9 @@ fn missing(root: &Node, mut steps: Vec<Step>, key: &str) -> Fault {
         [Step::Key(table), _] if table == "vehicle" => {
             fault.help("`vehicle.base = \"tractor-40t\"` inherits what a vehicle does not say")
         }
+        _ if !inherits(root) => fault.help(
+            "a study without a base has to say everything: `study.base = \"field-truck\"` inherits what it does not say",
+        ),
         _ => fault,
     }
 }
@@ -134,7 +137,13 @@ fn unknown(root: &Node, mut steps: Vec<Step>, about: &str, names: &[&str]) -> Fa
         let (node, _) = root.follow(&steps);
         let place = node.key_place.as_ref().or(node.any_place()).cloned();
         let cause = Cause::UnknownKey { key: path_of(&steps) };
-        return Fault::new(cause).at(place.as_ref()).suggest(wrong, names);
+        let fault = Fault::new(cause).at(place.as_ref());
+        return match inherited_law(root, &steps, place.as_ref()) {
+            Some(law) => fault.help(format!(
+                "the law there is inherited, a `{law}`, of which this changes one key; a law of your own begins with `distribution`"
+            )),
+            None => fault.suggest(wrong, names),
+        };
     }
     if node.get(wrong).is_some() {
         // the keys of the table are words
@@ -149,6 +158,20 @@ fn unknown(root: &Node, mut steps: Vec<Step>, about: &str, names: &[&str]) -> Fa
     let (node, _) = root.follow(&steps);
     let (key, value) = (path_of(&steps), node.shown());
     Fault::new(Cause::UnknownWord { key, value }).at(node.any_place()).suggest(wrong, names)
+}
+
+/// Whether anything of a study comes from a built-in one.
+fn inherits(root: &Node) -> bool {
+    let built_in = |place: &Place| place.source.kind == SourceKind::BuiltIn;
+    first_below(root, &|_, node| node.place.as_ref().is_some_and(built_in)).is_some()
+}
+
+/// The distribution of the law that the last step leads into, where somebody else has written it.
+fn inherited_law(root: &Node, steps: &[Step], place: Option<&Place>) -> Option<String> {
+    let (_, law) = steps.split_last()?;
+    let word = root.follow(law).0.get("distribution")?;
+    let elsewhere = word.place.as_ref()?.source.label() != place?.source.label();
+    elsewhere.then(|| word.as_str().map(str::to_owned)).flatten()
 }
 
 /// The words that a key allows: those that serde lists when it meets a wrong one.
