@@ -157,7 +157,7 @@ def test_broken_files_are_errors_that_name_them(run, tmp_path, name, content):
 
 def test_other_threads_go_on_during_a_run(study, other_threads_go_on):
     with other_threads_go_on():
-        study.run(cycles=4000, threads=1)
+        study.run(cycles=40_000, threads=1)
 
 
 def test_runs_in_two_threads_at_once(study, run):
