@@ -53,7 +53,7 @@ def test_speed_changes_of_any_library(changes):
     assert both["acceleration"]["median_mps2"] == pytest.approx(fit["acceleration"]["median_mps2"], rel=1e-12)
 
 
-@pytest.mark.filterwarnings("ignore:.*rows? with the time of the row before")  # traces have steps of no length
+@pytest.mark.filterwarnings("ignore:.*rows? with the time of the row before")  # steps of no length
 @pytest.mark.filterwarnings("ignore:there is one driver only")  # one of the logs has all changes
 def test_speed_changes_of_logs(study, tmp_path):
     study = study.set("mission.length_m", 25_000)
