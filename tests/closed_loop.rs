@@ -129,6 +129,31 @@ fn rule_7_who_stops_beyond_the_end_of_a_segment_has_left_it() {
 }
 
 #[test]
+fn rule_7_who_comes_to_rest_three_metres_before_the_line_has_stopped() {
+    // a brake that is held as printed stops this truck 1.6 m before its line
+    let before_m = |sets: &[&str]| {
+        let mut all = vec![
+            "driver.pedals.pid_share=0.0",
+            "driver.pedals.switched.hold=\"paper\"",
+            "driver.pedals.switched.proportional=0.47",
+            "driver.pedals.switched.threshold_mps=1.2",
+        ];
+        all.extend_from_slice(sets);
+        let study = typical(&all);
+        let road = GivenRoad::flat(2000.0, 50.0 / 3.6).stop(1000.0, 5.0);
+        let trace = trace_scenario(&study, road.scenario(&study));
+        assert_eq!((trace.record.outcome, trace.record.n_stops), (Outcome::Completed, 1));
+        let stood = column(&trace, "step_s").iter().position(|dt| *dt == 5.0).unwrap();
+        1000.0 - column(&trace, "position_m")[stood - 1]
+    };
+    let captured = before_m(&[]);
+    assert!(captured > 0.5 && captured <= 3.0, "{captured}");
+    // without it the truck has to start again and to come nearer
+    let nearer = before_m(&["simulation.creep_distance_m=0.5"]);
+    assert!(nearer <= 0.5, "{nearer}");
+}
+
+#[test]
 fn rule_12_during_a_shift_the_engine_drives_the_auxiliaries_only() {
     let study = study("field-truck", &["mission.length_m=20000", "driver.pedals.pid_share=1"]);
     let mut shifts = 0;
@@ -281,6 +306,28 @@ fn rule_10_no_wind_up_on_a_long_climb() {
     let trace = trace_scenario(&wound, road.scenario(&wound));
     let wound = column(&trace, "speed_mps").iter().fold(0.0, |a: f64, b| a.max(*b));
     assert!(wound > fastest + 0.5, "{wound} {fastest}");
+}
+
+#[test]
+fn rule_10_the_clamp_keeps_a_descents_brake_out_of_the_plain_behind_it() {
+    // how far a truck falls below its wish behind 3 km of -10 % at 40 km/h, where no band lets it run
+    let below_mps = |sets: &[&str]| {
+        let study = typical(sets);
+        let mut road = GivenRoad::flat(6000.0, 40.0 / 3.6).stop(5500.0, 5.0);
+        road.slopes = vec![-0.1; 120];
+        road.slopes.push(0.0);
+        let trace = trace_scenario(&study, road.scenario(&study));
+        assert_eq!(trace.record.outcome, Outcome::Completed);
+        let [position, speed, desired] =
+            ["position_m", "speed_mps", "desired_speed_mps"].map(|name| column(&trace, name));
+        let behind = (0..position.len()).filter(|&k| (3000.0..5000.0).contains(&position[k]));
+        behind.map(|k| desired[k] - speed[k]).fold(0.0, f64::max)
+    };
+    let [clamped, free] = [below_mps(&[]), below_mps(&["driver.pedals.pid.integral_minimum=-10"])];
+    assert!(clamped < 0.9 && free > 1.2, "{clamped} {free}");
+    // a driver without an integral part has nothing to wind up, and no tracking term, which would divide by zero
+    let without = below_mps(&["driver.pedals.pid.integral_time_median_s=0"]);
+    assert!(without < clamped, "{without} {clamped}");
 }
 
 #[test]
