@@ -5,11 +5,11 @@
 mod common;
 
 use common::study;
-use ocmc_core::fit::curve_speed::{CurveSpeedFit, CurveSpeedOptions, CurveTable, fit};
-use ocmc_core::log::DriveLog;
-use ocmc_core::log::curve::{CurveOptions, detect_curves};
 use ocmc_core::simulation::trace::trace;
 use ocmc_core::study::Study;
+use ocmc_estimation::fit::curve_speed::{CurveSpeedFit, CurveSpeedOptions, CurveTable, fit};
+use ocmc_estimation::log::DriveLog;
+use ocmc_estimation::log::curve::{CurveOptions, detect_curves};
 use ocmc_io::study::{FittedPart, fitted_study, load_text};
 
 const TRUCKS: u64 = 25;

@@ -7,14 +7,14 @@
     reason = "a test fails by panic, and prints its table"
 )]
 
-use ocmc_core::identification::event::PedalLog;
-use ocmc_core::identification::identify::{
-    ControllerKind, EventFit, IdentifyOptions, SpeedTerm, identify_event,
-};
-use ocmc_core::identification::population::Population;
 use ocmc_core::random::{Draws, Stream};
 use ocmc_core::simulation::trace::trace;
 use ocmc_core::study::Study;
+use ocmc_estimation::identification::event::PedalLog;
+use ocmc_estimation::identification::identify::{
+    ControllerKind, EventFit, IdentifyOptions, SpeedTerm, identify_event,
+};
+use ocmc_estimation::identification::population::Population;
 use std::sync::atomic::AtomicBool;
 
 const DRIVERS: u64 = 8;

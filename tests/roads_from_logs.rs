@@ -2,13 +2,13 @@
 //! them, and the road model fitted. It has to be the one that drew the roads.
 #![allow(clippy::unwrap_used, reason = "a test without what it looks for fails")]
 
-use ocmc_core::fit::operating_cycle::{Density, Hilliness, ParameterFit, RoadFit, fit_told};
-use ocmc_core::log::DriveLog;
-use ocmc_core::log::road::{LoggedRoad, RoadLog, RoadOptions, roads};
 use ocmc_core::operating_cycle::told::Told;
 use ocmc_core::road::point_event::EventKind;
 use ocmc_core::simulation::trace::trace;
 use ocmc_core::study::Study;
+use ocmc_estimation::fit::operating_cycle::{Density, Hilliness, ParameterFit, RoadFit, fit_told};
+use ocmc_estimation::log::DriveLog;
+use ocmc_estimation::log::road::{LoggedRoad, RoadLog, RoadOptions, roads};
 use ocmc_io::study::load_text;
 
 const TRUCKS: u64 = 24;

@@ -6,7 +6,7 @@ use crate::failure::Failure;
 use crate::number_text::{grouped, rounded};
 use crate::output;
 use crate::request::check_range;
-use ocmc_core::fit::operating_cycle::{BirdsEye, birds_eye_of_study};
+use ocmc_estimation::fit::operating_cycle::{BirdsEye, birds_eye_of_study};
 use ocmc_io::study::{self, LoadedStudy, study_hash};
 use serde_json::json;
 use std::convert::Infallible;

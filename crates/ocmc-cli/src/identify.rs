@@ -6,7 +6,7 @@ use crate::failure::Failure;
 use crate::log::{mappings, read_logs};
 use crate::progress::Progress;
 use crate::{identify_text, output, request};
-use ocmc_core::identification::identify::{ControllerKind, IdentifyOptions, SpeedTerm};
+use ocmc_estimation::identification::identify::{ControllerKind, IdentifyOptions, SpeedTerm};
 use ocmc_io::log::identification::{Identification, LeftOut};
 use ocmc_io::log::pedals::NEEDS;
 use ocmc_io::study;

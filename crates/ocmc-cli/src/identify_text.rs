@@ -1,7 +1,7 @@
 //! What an identification says: a line for each event, what the data do not tell, and a table to paste into a study.
 
-use ocmc_core::identification::identify::{EventFit, ParameterFit};
-use ocmc_core::identification::population::Population;
+use ocmc_estimation::identification::identify::{EventFit, ParameterFit};
+use ocmc_estimation::identification::population::Population;
 use std::fmt::Write;
 
 /// The whole answer.

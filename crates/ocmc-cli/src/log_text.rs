@@ -1,7 +1,7 @@
 //! What is said about logs: what was found, and everything that was not used.
 
 use crate::number_text::{count_of, grouped, rounded};
-use ocmc_core::log::signal::LogCounts;
+use ocmc_estimation::log::signal::LogCounts;
 use ocmc_io::log::curves::DriveCurves;
 use std::fmt::Write;
 

@@ -15,11 +15,8 @@
 
 pub mod distribution;
 pub mod driver;
-pub mod fit;
 pub mod fleet;
-pub mod identification;
 pub mod lanes;
-pub mod log;
 pub mod mission;
 pub mod operating_cycle;
 pub mod prescribed;

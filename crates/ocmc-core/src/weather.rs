@@ -277,12 +277,12 @@ fn seasonal(winter: f64, summer: f64, day: f64) -> f64 {
 }
 
 /// The annual harmonic: 1 on the coldest day of the year.
-pub(crate) fn season(day: f64) -> f64 {
+pub fn season(day: f64) -> f64 {
     libm::cos(TAU * (day - COLDEST_DAY) / DAYS_OF_YEAR)
 }
 
 /// The daily harmonic: 1 in the coldest hour.
-pub(crate) fn night(hour: f64) -> f64 {
+pub fn night(hour: f64) -> f64 {
     libm::cos(TAU * (hour - COLDEST_HOUR) / 24.0)
 }
 

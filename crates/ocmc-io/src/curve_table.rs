@@ -5,7 +5,7 @@
 //! Other columns are not looked at. An empty cell is a missing value.
 
 use crate::column_file::{ColumnFile, ColumnFileError};
-use ocmc_core::fit::curve_speed::CurveTable;
+use ocmc_estimation::fit::curve_speed::CurveTable;
 use std::io::Read;
 use std::path::Path;
 

@@ -11,7 +11,7 @@ use crate::log::quantity::Quantity;
 use crate::log::{
     LogFile, Need, counted, read as read_log, read_table as read_log_table, row_notes,
 };
-use ocmc_core::fit::speed_change::{
+use ocmc_estimation::fit::speed_change::{
     LoggedChanges, SpeedChangeError, SpeedChangeOptions, SpeedChangeTable, SpeedLog, accelerations,
 };
 use std::path::{Path, PathBuf};

@@ -11,8 +11,8 @@
 
 use crate::clock_column::ClockColumn;
 use crate::column_file::{ColumnFile, ColumnFileError};
-use ocmc_core::fit::traffic::TrafficRecord;
 use ocmc_core::traffic::TrafficModel;
+use ocmc_estimation::fit::traffic::TrafficRecord;
 use std::collections::BTreeMap;
 use std::io::Read;
 use std::path::Path;

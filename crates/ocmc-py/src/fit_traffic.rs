@@ -6,7 +6,7 @@ use crate::input::{Input, input};
 use crate::study::PyStudy;
 use crate::value::utc_offset;
 use ocmc_cli::traffic_answer;
-use ocmc_core::fit::traffic::fit;
+use ocmc_estimation::fit::traffic::fit;
 use ocmc_io::column_file::ColumnFile;
 use ocmc_io::traffic_table;
 use pyo3::prelude::*;

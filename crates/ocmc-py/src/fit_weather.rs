@@ -6,7 +6,7 @@ use crate::input::{Input, input};
 use crate::study::PyStudy;
 use crate::value::utc_offset;
 use ocmc_cli::weather_answer;
-use ocmc_core::fit::weather::fit;
+use ocmc_estimation::fit::weather::fit;
 use ocmc_io::column_file::ColumnFile;
 use ocmc_io::weather_table;
 use pyo3::prelude::*;

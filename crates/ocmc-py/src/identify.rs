@@ -7,7 +7,7 @@ use crate::progress::{Watch, watched};
 use crate::study::PyStudy;
 use crate::value::{one_of, whole_number};
 use ocmc_cli::identification_answer;
-use ocmc_core::identification::identify::{ControllerKind, IdentifyOptions, SpeedTerm};
+use ocmc_estimation::identification::identify::{ControllerKind, IdentifyOptions, SpeedTerm};
 use ocmc_io::log::identification::Identification;
 use ocmc_io::log::pedals::NEEDS;
 use ocmc_io::study::Origin;

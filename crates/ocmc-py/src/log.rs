@@ -7,9 +7,11 @@ use crate::progress::Watch;
 use crate::table::Table;
 use crate::value::one_of;
 use arrow_array::{ArrayRef, Float64Array, StringArray};
-use ocmc_core::log::curve::{Correction, CurveOptions, Detector, DrivenCurve, RadiusDefinition};
-use ocmc_core::log::hidden_markov::HiddenMarkov;
-use ocmc_core::log::threshold::Threshold;
+use ocmc_estimation::log::curve::{
+    Correction, CurveOptions, Detector, DrivenCurve, RadiusDefinition,
+};
+use ocmc_estimation::log::hidden_markov::HiddenMarkov;
+use ocmc_estimation::log::threshold::Threshold;
 use ocmc_io::log::curves::{DriveCurves, FoundCurves, Steering, needs};
 use ocmc_io::log::mapping::Mapping;
 use ocmc_io::log::{LogFile, Need, read, read_table};

@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use clap::{Args, ValueEnum};
-use ocmc_core::log::curve::RadiusDefinition;
+use ocmc_estimation::log::curve::RadiusDefinition;
 use ocmc_io::log::curves::{DriveError, Steering};
 use std::path::PathBuf;
 

@@ -7,8 +7,8 @@ use crate::arguments::CurveSpeedArguments;
 use crate::failure::Failure;
 use crate::request;
 use ocmc_core::driver::curve_speed::CurveSpeedModel;
-use ocmc_core::fit::curve_speed::{CurveSpeedFit, CurveSpeedOptions, fit};
 use ocmc_core::study::StudyModel;
+use ocmc_estimation::fit::curve_speed::{CurveSpeedFit, CurveSpeedOptions, fit};
 use ocmc_io::study::FittedPart;
 use ocmc_io::{curve_table, study};
 

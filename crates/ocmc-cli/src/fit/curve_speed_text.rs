@@ -1,11 +1,11 @@
 //! The fit of curve speeds as text: the paper's two tables first, then what stands beside them.
 
 use crate::number_text::{count_of, grouped};
-use ocmc_core::fit::analysis_of_variance::VarianceRow;
-use ocmc_core::fit::curve_speed::{
+use ocmc_estimation::fit::analysis_of_variance::VarianceRow;
+use ocmc_estimation::fit::curve_speed::{
     CurveSpeedEstimate, CurveSpeedFit, DriverFit, Dropped, RandomEffects,
 };
-use ocmc_core::fit::p_value::p_text;
+use ocmc_estimation::fit::p_value::p_text;
 use std::fmt::Write;
 
 /// Widths of a name and of an estimate.

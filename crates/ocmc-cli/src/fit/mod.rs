@@ -17,7 +17,7 @@ use crate::answer::Answer;
 use crate::arguments::{FitCommand, FittedArguments};
 use crate::failure::Failure;
 use crate::{output, study};
-use ocmc_core::fit::operating_cycle::ParameterFit;
+use ocmc_estimation::fit::operating_cycle::ParameterFit;
 use ocmc_io::shell_word::shell_word;
 use ocmc_io::study::{FittedPart, fitted_study};
 use serde::Serialize;

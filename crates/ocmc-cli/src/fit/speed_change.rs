@@ -8,10 +8,10 @@ use crate::log::mappings;
 use crate::number_text::count_of;
 use crate::output;
 use ocmc_core::driver::speed_change::SpeedChangeModel;
-use ocmc_core::fit::speed_change::{
+use ocmc_core::study::StudyModel;
+use ocmc_estimation::fit::speed_change::{
     SpeedChangeFit, SpeedChangeLaw, SpeedChangeOptions, SpeedChangeTable, fit,
 };
-use ocmc_core::study::StudyModel;
 use ocmc_io::study::FittedPart;
 use ocmc_io::{speed_change_table, study};
 use std::fmt::Write;

@@ -4,8 +4,8 @@ use super::{no_fit, write_study};
 use crate::answer::Answer;
 use crate::arguments::TrafficArguments;
 use crate::failure::Failure;
-use ocmc_core::fit::traffic::{TrafficFit, fit};
 use ocmc_core::study::StudyModel;
+use ocmc_estimation::fit::traffic::{TrafficFit, fit};
 use ocmc_io::study::FittedPart;
 use ocmc_io::{study, traffic_table};
 

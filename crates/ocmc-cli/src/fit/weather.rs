@@ -4,8 +4,8 @@ use super::{no_fit, write_study};
 use crate::answer::Answer;
 use crate::arguments::WeatherArguments;
 use crate::failure::Failure;
-use ocmc_core::fit::weather::{WeatherFit, fit};
 use ocmc_core::study::StudyModel;
+use ocmc_estimation::fit::weather::{WeatherFit, fit};
 use ocmc_io::study::FittedPart;
 use ocmc_io::{study, weather_table};
 

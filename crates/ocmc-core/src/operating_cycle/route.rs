@@ -282,7 +282,7 @@ fn sections_of(
 }
 
 /// The road type of a limit.
-pub(crate) fn type_by_limit(limit_mps: f64) -> &'static str {
+pub fn type_by_limit(limit_mps: f64) -> &'static str {
     if limit_mps <= URBAN_UP_TO_MPS {
         "urban"
     } else if limit_mps < MOTORWAY_FROM_MPS {

@@ -92,7 +92,7 @@ impl CurvesTold {
 }
 
 /// The part of a way, in m, that lies within some ways.
-pub(crate) fn overlap_m(ways: &[[f64; 2]], from_m: f64, to_m: f64) -> f64 {
+pub fn overlap_m(ways: &[[f64; 2]], from_m: f64, to_m: f64) -> f64 {
     ways.iter().map(|[from, to]| (to.min(to_m) - from.max(from_m)).max(0.0)).sum()
 }
 

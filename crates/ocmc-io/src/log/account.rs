@@ -2,7 +2,7 @@
 
 use super::{LogFile, LoggedDrive};
 use crate::number_text::grouped;
-use ocmc_core::log::signal::LogCounts;
+use ocmc_estimation::log::signal::LogCounts;
 
 /// What there is of something at a place, each with its number. `what` is in the plural; of one thing its first noun and verb are
 /// told in the singular.

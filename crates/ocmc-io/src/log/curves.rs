@@ -2,12 +2,12 @@
 
 use super::quantity::Quantity;
 use super::{LogFile, LoggedDrive, Need};
-use ocmc_core::log::DriveLog;
-use ocmc_core::log::curve::{
+use ocmc_estimation::log::DriveLog;
+use ocmc_estimation::log::curve::{
     Correction, CurveDetection, CurveOptions, RadiusDefinition, detect_curves,
 };
-use ocmc_core::log::sensor::yaw_rate_of_course;
-use ocmc_core::log::signal::LogError;
+use ocmc_estimation::log::sensor::yaw_rate_of_course;
+use ocmc_estimation::log::signal::LogError;
 use serde::Serialize;
 use std::borrow::Cow;
 use std::io;

@@ -3,10 +3,10 @@
 use super::LogFile;
 use super::pedals::{LoggedEvent, events};
 use crate::number_text::grouped;
-use ocmc_core::identification::event::EventError;
-use ocmc_core::identification::identify::{EventFit, IdentifyOptions, identify_event};
-use ocmc_core::identification::population::Population;
 use ocmc_core::study::Study;
+use ocmc_estimation::identification::event::EventError;
+use ocmc_estimation::identification::identify::{EventFit, IdentifyOptions, identify_event};
+use ocmc_estimation::identification::population::Population;
 use serde::Serialize;
 use std::sync::atomic::AtomicBool;
 

@@ -2,8 +2,8 @@
 
 use super::quantity::Quantity;
 use super::{LoggedDrive, Need, counted};
-use ocmc_core::identification::event::PedalLog;
-use ocmc_core::log::signal::{LogError, check_time};
+use ocmc_estimation::identification::event::PedalLog;
+use ocmc_estimation::log::signal::{LogError, check_time};
 
 /// What identification needs of a log.
 pub const NEEDS: [Need; 5] = [

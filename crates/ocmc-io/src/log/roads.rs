@@ -4,9 +4,11 @@ use super::curves::{DriveError, Steering, turning_log};
 use super::quantity::{Quantity, Word};
 use super::{LogFile, LogFileError, LoggedDrive, Mapping, Need, counted, row_notes};
 use crate::text_file::{decompressed, delimiter};
-use ocmc_core::log::road::{LoggedRoad, LoggedRoads, RoadCounts, RoadLog, RoadOptions, roads};
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::told::{CurveWindow, CurvesTold, Told};
+use ocmc_estimation::log::road::{
+    LoggedRoad, LoggedRoads, RoadCounts, RoadLog, RoadOptions, roads,
+};
 use std::borrow::Cow;
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};

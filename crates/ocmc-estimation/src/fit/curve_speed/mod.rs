@@ -1,0 +1,347 @@
+//! Curve speed from measured curves: the regression and the analysis of variance of the paper, and what stands beside them.
+//!
+//! ln v = ln v₀ + δ (ln R − ln R₀) + α_driver + β_direction + e, Σ α = 0, β = + for left and − for right.
+//!
+//! - the table of the analysis of variance, of the model with all terms;
+//! - the model with the direction kept where it is significant (`estimated`), and with δ fixed (`fixed`);
+//! - the regression of each driver alone;
+//! - drivers as random effects (REML), with the share of the variance that they explain;
+//! - the censored regression at known speed limits (Tobit). Where a driver keeps to the limit, the curve only tells that
+//!   the driver would take it at least that fast. Leaving such curves out instead cuts the response off and bends δ; the
+//!   fit of the slow curves alone is given as a diagnostic.
+//!
+//! ln v₀ is the unweighted mean over drivers (sum-to-zero coding), and SD(α) the sample SD of the drivers' effects. Beside it
+//! stands the SD over curves, in which a driver counts as often as it has curves.
+//!
+//! Source: Romano, Godio, Bruzelius, Johannesson, the paper in hand. The clustered errors take the curves of one driver as one
+//! observation: those of the paper take all curves as independent.
+
+mod curves;
+mod drivers;
+mod estimate;
+mod limited;
+
+pub use curves::{CurveTable, Dropped, MOST_DRIVERS};
+pub use drivers::{DriverFit, DriverSpread, RandomEffects};
+pub use estimate::{Coefficient, CurveSpeedEstimate, DriverEffect, ExponentTest};
+
+use super::analysis_of_variance::{VarianceRow, marginal, sequential};
+use curves::select;
+use estimate::Regression;
+use ocmc_core::driver::curve_speed::{CurveSpeedForm, CurveSpeedModel, CurveSpeedTable};
+use serde::Serialize;
+use thiserror::Error;
+
+/// Level of all intervals.
+pub const LEVEL: f64 = 0.95;
+
+/// What to fit, and to which curves.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CurveSpeedOptions {
+    /// Reference radius R₀, in m.
+    pub reference_radius_m: f64,
+    /// Radii that take part, in m.
+    pub radius_range_m: [f64; 2],
+    /// Routes have to be longer than this, in m, where their lengths are known.
+    pub minimum_route_m: f64,
+    /// The exponent that `fixed` takes, and that is tested.
+    pub fixed_exponent: f64,
+    /// The direction stays where its p is below this.
+    pub significance: f64,
+    /// Share of the speed limit from which on a curve counts as driven at the limit.
+    pub limit_share: f64,
+    /// How the coefficients are listed.
+    pub coding: Coding,
+}
+
+impl Default for CurveSpeedOptions {
+    /// The paper's choices; the share of the limit is ours.
+    fn default() -> Self {
+        Self {
+            reference_radius_m: 250.0,
+            radius_range_m: [20.0, 500.0],
+            minimum_route_m: 5000.0,
+            fixed_exponent: 0.5,
+            significance: 0.05,
+            limit_share: 0.9,
+            coding: Coding::SumToZero,
+        }
+    }
+}
+
+/// How the coefficients of drivers and directions are listed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Coding {
+    /// As deviations from their unweighted mean.
+    SumToZero,
+    /// As differences to the first driver and to left curves.
+    Treatment,
+}
+
+/// Why curves have no fit.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum CurveSpeedFitError {
+    /// An option out of its range.
+    #[error("{option} is {value}; allowed is {allowed}")]
+    Option {
+        /// Name of the option.
+        option: &'static str,
+        /// Its value.
+        value: f64,
+        /// What is allowed.
+        allowed: &'static str,
+    },
+    /// Columns of different lengths.
+    #[error("column {column} has {length} values, column driver has {wanted}")]
+    UnequalColumns {
+        /// The column.
+        column: &'static str,
+        /// Its length.
+        length: usize,
+        /// The length of the first column.
+        wanted: usize,
+    },
+    /// Nothing is left.
+    #[error("no curve is left of {rows} rows{}", dropped_text(dropped))]
+    NoCurves {
+        /// Rows that came in.
+        rows: usize,
+        /// Rows left out, by reason.
+        dropped: Dropped,
+    },
+    /// Fewer curves than the model needs.
+    #[error("{curves} curves of {drivers} drivers are too few; allowed are {needed} or more")]
+    TooFewCurves {
+        /// Curves that take part.
+        curves: usize,
+        /// Drivers that take part.
+        drivers: usize,
+        /// The smallest number that leaves a degree of freedom for the residual.
+        needed: usize,
+    },
+    /// No two radii differ.
+    #[error(
+        "all curves have the same radius, so that they tell nothing about the exponent; allowed are two radii or more"
+    )]
+    OneRadius,
+    /// Radius and driver cannot be told apart.
+    #[error(
+        "the radius is the same in all curves of a driver, so that exponent and drivers cannot be told apart; \
+         allowed are drivers of whom at least one drove two radii"
+    )]
+    RadiusOfDriver,
+    /// More drivers than are fitted.
+    #[error("{drivers} drivers; allowed are at most {MOST_DRIVERS}")]
+    TooManyDrivers {
+        /// Drivers that take part.
+        drivers: usize,
+    },
+}
+
+/// Reasons and rows in words, such as `: 3 radius_too_large, 1 missing_value`.
+fn dropped_text(dropped: &Dropped) -> String {
+    let reasons: Vec<String> =
+        dropped.iter().map(|(reason, rows)| format!("{rows} {reason}")).collect();
+    if reasons.is_empty() { String::new() } else { format!(": {}", reasons.join(", ")) }
+}
+
+/// Everything that measured curves tell about curve speeds.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct CurveSpeedFit {
+    /// Curves that take part.
+    pub n: usize,
+    /// Drivers that take part.
+    pub drivers: usize,
+    /// Reference radius, in m.
+    pub reference_radius_m: f64,
+    /// Smallest and largest radius that takes part, in m.
+    pub radius_range_m: [f64; 2],
+    /// Radii that were asked for, in m.
+    pub radius_filter_m: [f64; 2],
+    /// Rows left out, by reason.
+    pub dropped: Dropped,
+    /// What does not stop the fit and has to be known.
+    pub warnings: Vec<String>,
+    /// Analysis of variance with sequential sums of squares, of the model with all terms.
+    pub anova: Vec<VarianceRow>,
+    /// The same with marginal sums of squares.
+    pub anova_marginal: Vec<VarianceRow>,
+    /// The model with the direction only where it is significant.
+    pub estimated: CurveSpeedEstimate,
+    /// The same terms with the exponent fixed.
+    pub fixed: CurveSpeedEstimate,
+    /// The model with the direction, where directions are known.
+    pub with_direction: Option<CurveSpeedEstimate>,
+    /// Test of the fixed exponent.
+    pub exponent_test: ExponentTest,
+    /// How the coefficients are listed.
+    pub coding: Coding,
+    /// Coefficients of `estimated`.
+    pub coefficients: Vec<Coefficient>,
+    /// Effect of each driver in `estimated`.
+    pub driver_effects: Vec<DriverEffect>,
+    /// The regression of each driver alone.
+    pub by_driver: Vec<DriverFit>,
+    /// How the drivers' own regressions spread.
+    pub between_drivers: Option<DriverSpread>,
+    /// Drivers as random levels.
+    pub random_intercept: Option<RandomEffects>,
+    /// Drivers as random levels and exponents.
+    pub random_slope: Option<RandomEffects>,
+    /// The regression that takes curves at the limit as censored, where limits are known.
+    pub tobit: Option<CurveSpeedEstimate>,
+    /// Curves that count as driven at the limit.
+    pub at_limit: Option<usize>,
+    /// Diagnostic only: the regression of the curves below the limit. It cuts the response off.
+    pub below_limit: Option<CurveSpeedEstimate>,
+}
+
+/// Fits curve speeds.
+///
+/// # Errors
+/// [`CurveSpeedFitError`] says what the curves lack.
+pub fn fit(
+    table: &CurveTable,
+    options: &CurveSpeedOptions,
+) -> Result<CurveSpeedFit, CurveSpeedFitError> {
+    check(options)?;
+    let (curves, dropped) = select(table, options)?;
+    let mut warnings = Vec::new();
+    let full = Regression::new(&curves, table.left.is_some(), &mut warnings)?;
+    let terms = full.terms();
+    let anova = sequential(&full.fit, &terms);
+    let kept = full.terms.direction
+        && anova.iter().any(|row| {
+            row.term == "direction"
+                && row.ln_p.is_some_and(|ln_p| ln_p < libm::log(options.significance))
+        });
+    let chosen = full.with_direction(kept);
+    let fixed = chosen.with_exponent(options.fixed_exponent);
+    if curves.drivers.len() == 1 {
+        warnings.push("there is one driver only: nothing is told about how drivers differ".into());
+    }
+    let estimated = chosen.estimate(&curves);
+    let by_driver = drivers::by_driver(&curves, options.reference_radius_m, &mut warnings);
+    let (random_intercept, random_slope) = drivers::random_effects(&curves, kept);
+    let limits = table.limit_mps.is_some();
+    let limited = limits.then(|| limited::limited(&curves, kept, options, &mut warnings));
+    let limited = limited.unwrap_or_default();
+    Ok(CurveSpeedFit {
+        n: curves.rows.len(),
+        drivers: curves.drivers.len(),
+        reference_radius_m: options.reference_radius_m,
+        radius_range_m: [curves.smallest_radius_m, curves.largest_radius_m],
+        radius_filter_m: options.radius_range_m,
+        dropped,
+        anova_marginal: marginal(&full.fit, &terms),
+        anova,
+        fixed: fixed.estimate(&curves),
+        with_direction: full.terms.direction.then(|| full.estimate(&curves)),
+        exponent_test: estimate::exponent_test(
+            &estimated,
+            options.fixed_exponent,
+            curves.drivers.len(),
+        ),
+        coding: options.coding,
+        coefficients: chosen.coefficients(&curves, options.coding),
+        driver_effects: chosen.driver_effects(&curves),
+        between_drivers: drivers::spread(&by_driver),
+        estimated,
+        by_driver,
+        random_intercept,
+        random_slope,
+        tobit: limited.tobit,
+        at_limit: limited.at_limit,
+        below_limit: limited.below_limit,
+        warnings,
+    })
+}
+
+fn check(options: &CurveSpeedOptions) -> Result<(), CurveSpeedFitError> {
+    let [smallest, largest] = options.radius_range_m;
+    let positive = "a number above 0";
+    let share = "a number above 0 and up to 1";
+    for (option, value, good, allowed) in [
+        (
+            "the reference radius",
+            options.reference_radius_m,
+            options.reference_radius_m > 0.0,
+            positive,
+        ),
+        ("the smallest radius", smallest, smallest >= 0.0, "a number from 0 on"),
+        ("the largest radius", largest, largest > smallest, "a number above the smallest radius"),
+        (
+            "the shortest route",
+            options.minimum_route_m,
+            options.minimum_route_m >= 0.0,
+            "a number from 0 on",
+        ),
+        (
+            "the fixed exponent",
+            options.fixed_exponent,
+            options.fixed_exponent.is_finite(),
+            "a number",
+        ),
+        (
+            "the significance",
+            options.significance,
+            options.significance > 0.0 && options.significance <= 1.0,
+            share,
+        ),
+        (
+            "the share of the limit",
+            options.limit_share,
+            options.limit_share > 0.0 && options.limit_share <= 1.0,
+            share,
+        ),
+    ] {
+        if !good || (value.is_infinite() && option == "the reference radius") {
+            return Err(CurveSpeedFitError::Option { option, value, allowed });
+        }
+    }
+    Ok(())
+}
+
+impl CurveSpeedFit {
+    /// The population of drivers as a study has it, from one of the estimates. What curves do not tell (the guard's lateral
+    /// acceleration, the uncertainty switch, the replicates) stays as it is in `model`.
+    pub fn population(
+        &self,
+        best: &CurveSpeedEstimate,
+        model: &CurveSpeedModel,
+    ) -> CurveSpeedModel {
+        let fitted = self.by_driver.iter().filter_map(|driver| {
+            Some((driver.driver.clone(), driver.exponent?, driver.reference_speed_mps?))
+        });
+        let mut table =
+            CurveSpeedTable { truck: vec![], exponent: vec![], reference_speed_mps: vec![] };
+        for (truck, exponent, speed) in fitted {
+            table.truck.push(truck);
+            table.exponent.push(exponent);
+            table.reference_speed_mps.push(speed);
+        }
+        let error = best.exponent_clustered_standard_error.or(best.exponent_standard_error);
+        let log_error = best
+            .reference_speed_log_clustered_standard_error
+            .unwrap_or(best.reference_speed_log_standard_error);
+        // where curves stop to limit the speed: as asked for, for no curve tells
+        let [_, asked] = self.radius_filter_m;
+        let [smallest, largest] = self.radius_range_m;
+        CurveSpeedModel {
+            form: CurveSpeedForm::Pooled,
+            reference_radius_m: self.reference_radius_m,
+            reference_speed_mps: best.reference_speed_mps,
+            exponent: best.exponent,
+            exponent_standard_error: error.unwrap_or(0.0),
+            reference_speed_log_standard_error: log_error,
+            driver_sd: best.driver_sd.unwrap_or(0.0),
+            direction_effect: best.direction_effect.unwrap_or(0.0),
+            residual_sd: best.residual_sd,
+            maximum_radius_m: if asked.is_finite() { asked } else { largest },
+            guard_radius_m: smallest,
+            table: (table.truck.len() >= 3).then_some(table),
+            ..model.clone()
+        }
+    }
+}

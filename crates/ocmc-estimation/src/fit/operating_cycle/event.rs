@@ -1,0 +1,161 @@
+//! Point events: intensities and marks.
+
+use super::{Estimates, TypeRoads};
+use ocmc_core::distribution::{
+    Law, Quantity, exponential, gamma, log_normal, normal, uniform, weibull,
+};
+use ocmc_core::road::RoadTypeModel;
+use ocmc_core::road::point_event::EventKind;
+
+/// Intensities and marks of all kinds; shares of turns only where all turns are known.
+pub(super) fn fit_events(
+    roads: &TypeRoads,
+    spacing_m: f64,
+    all_turns: bool,
+    model: &mut RoadTypeModel,
+    estimates: &mut Estimates,
+) {
+    // an event blocks the spacing behind it for all kinds
+    let blocked = spacing_m * roads.events.len() as f64 + roads.eventless_m;
+    let exposure = roads.length_m - blocked;
+    if !(exposure > 0.0) {
+        estimates.warn("it is too short to tell about events, which stay those of the base study");
+        return;
+    }
+    let intensity = |estimates: &mut Estimates, key: &str, n: usize| {
+        let per_m = n as f64 / exposure;
+        let error = libm::sqrt((n as f64).max(1.0)) / exposure;
+        estimates.push(&format!("{key}.per_m"), per_m, Some(error), n);
+        per_m
+    };
+    let values = |of: &dyn Fn(&EventKind) -> Option<f64>| -> Vec<f64> {
+        roads.events.iter().filter_map(|(kind, _)| of(kind)).collect()
+    };
+    let turning = |is: &dyn Fn(&EventKind) -> bool| {
+        let all: Vec<bool> =
+            roads.events.iter().filter(|(kind, _)| is(kind)).map(|(_, turns)| *turns).collect();
+        (all.iter().filter(|turns| **turns).count(), all.len())
+    };
+
+    let standstill = values(&|kind| match kind {
+        EventKind::StopSign { standstill_s } => Some(*standstill_s),
+        _ => None,
+    });
+    model.stop_signs.per_m = intensity(estimates, "stop_signs", standstill.len());
+    mark(estimates, "stop_signs.standstill_s", &standstill, &mut model.stop_signs.standstill_s);
+    let (turns, n) = turning(&|kind| matches!(kind, EventKind::StopSign { .. }));
+    let known = |n: usize| if all_turns { n } else { 0 };
+    share(estimates, "stop_signs.turn_share", turns, known(n), &mut model.stop_signs.turn_share);
+
+    let wait = values(&|kind| match kind {
+        EventKind::GiveWayStop { standstill_s } => Some(*standstill_s),
+        _ => None,
+    });
+    let pass = values(&|kind| match kind {
+        EventKind::GiveWayPass { speed_mps } => Some(*speed_mps),
+        _ => None,
+    });
+    let give_ways = &mut model.give_ways;
+    let n = wait.len() + pass.len();
+    give_ways.per_m = intensity(estimates, "give_ways", n);
+    share(estimates, "give_ways.stop_probability", wait.len(), n, &mut give_ways.stop_probability);
+    mark(estimates, "give_ways.wait_s", &wait, &mut give_ways.wait_s);
+    mark(estimates, "give_ways.pass_speed_mps", &pass, &mut give_ways.pass_speed_mps);
+    let (turns, n) = turning(&|kind| {
+        matches!(kind, EventKind::GiveWayStop { .. } | EventKind::GiveWayPass { .. })
+    });
+    share(estimates, "give_ways.turn_share", turns, known(n), &mut give_ways.turn_share);
+
+    let red = values(&|kind| match kind {
+        EventKind::RedLight { standstill_s } => Some(*standstill_s),
+        _ => None,
+    });
+    let green = values(&|kind| matches!(kind, EventKind::GreenLight).then_some(0.0));
+    let lights = &mut model.traffic_lights;
+    let n = red.len() + green.len();
+    lights.per_m = intensity(estimates, "traffic_lights", n);
+    share(estimates, "traffic_lights.red_probability", red.len(), n, &mut lights.red_probability);
+    mark(estimates, "traffic_lights.wait_s", &red, &mut lights.wait_s);
+    let (turns, n) =
+        turning(&|kind| matches!(kind, EventKind::RedLight { .. } | EventKind::GreenLight));
+    share(estimates, "traffic_lights.turn_share", turns, known(n), &mut lights.turn_share);
+
+    let bump = |of: fn(f64, f64) -> f64| {
+        values(&|kind| match kind {
+            EventKind::SpeedBump { length_m, height_m } => Some(of(*length_m, *height_m)),
+            _ => None,
+        })
+    };
+    let (lengths, heights) = (bump(|length, _| length), bump(|_, height| height));
+    model.speed_bumps.per_m = intensity(estimates, "speed_bumps", lengths.len());
+    mark(estimates, "speed_bumps.length_m", &lengths, &mut model.speed_bumps.length_m);
+    mark(estimates, "speed_bumps.height_m", &heights, &mut model.speed_bumps.height_m);
+}
+
+/// Stops that no object of a map explains: how often and how long, for whoever knows what they were.
+pub(super) fn count_standstills(roads: &TypeRoads, estimates: &mut Estimates) {
+    let n = roads.standstills_s.len();
+    let (count, length_m) = (n as f64, roads.length_m);
+    let error = libm::sqrt(count.max(1.0)) / length_m;
+    estimates.push("standstills, per m", count / length_m, Some(error), n);
+    if n >= 2 {
+        let mean = roads.standstills_s.iter().sum::<f64>() / count;
+        let squares: f64 = roads.standstills_s.iter().map(|x| (x - mean) * (x - mean)).sum();
+        let error = libm::sqrt(squares / (count - 1.0) / count);
+        estimates.push("standstills, mean in s", mean, Some(error), n);
+    }
+}
+
+/// Marks are times, lengths and speeds: the end that is moved out beyond the smallest value stops at 0.
+fn not_negative(law: Law) -> Law {
+    match law {
+        Law::Uniform { lower, upper } => Law::Uniform { lower: lower.max(0.0), upper },
+        other => other,
+    }
+}
+
+/// A share of trials; without a trial it stays.
+fn share(estimates: &mut Estimates, key: &str, count: usize, n: usize, value: &mut f64) {
+    if n > 0 {
+        let share = count as f64 / n as f64;
+        *value = share;
+        let error = libm::sqrt(share * (1.0 - share) / n as f64);
+        estimates.push(key, share, Some(error), n);
+    }
+}
+
+/// The law of a mark, of the family that it has in the base study; with fewer than two values, or another family, it stays. Values
+/// that are no numbers are not known.
+fn mark(estimates: &mut Estimates, key: &str, values: &[f64], law: &mut Quantity) {
+    let values: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
+    let values = values.as_slice();
+    let fitted = if values.len() >= 2 { fitted_law(values, law) } else { None };
+    let Some(fitted) = fitted else {
+        if values.len() >= 2 {
+            estimates.warn(&format!(
+                "the law of {key} has no fit here and stays that of the base study"
+            ));
+        }
+        return;
+    };
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let squares: f64 = values.iter().map(|x| (x - mean) * (x - mean)).sum();
+    let error = libm::sqrt(squares / (n - 1.0) / n);
+    estimates.push(&format!("{key}, mean"), mean, Some(error), values.len());
+    *law = Quantity::Law(fitted);
+}
+
+/// A law of the family that a number has in the base study; none where that family has no fit, or the values have none of it.
+pub(super) fn fitted_law(values: &[f64], base: &Quantity) -> Option<Law> {
+    let Quantity::Law(law) = base else { return None };
+    match law {
+        Law::Normal { lower: None, upper: None, .. } => normal::fit(values),
+        Law::LogNormal { lower: None, upper: None, .. } => log_normal::fit(values),
+        Law::Uniform { .. } => uniform::fit(values).map(not_negative),
+        Law::Exponential { .. } => exponential::fit(values),
+        Law::Gamma { .. } => gamma::fit(values),
+        Law::Weibull { .. } => weibull::fit(values),
+        _ => None,
+    }
+}

@@ -1,0 +1,333 @@
+//! The road model of operating cycles: every parameter that a realised road tells.
+//!
+//! The cycles are those of `ocmc cycle`, others in the same tracks, or the roads of logs ([`crate::log::road`]), of which not
+//! everything is known ([`Told`]): what is not known stays as in the base study, and a warning says so. Each parameter comes back as the maximum-likelihood or the
+//! moment estimate of the model that draws it, with its standard error where that has a simple form:
+//!
+//! - road types: jumps by their counts, mean length by exposure, the last stretch of a road censored;
+//! - signs: shares by length, mean length by the number of changes, similarity by the likelihood of the changes;
+//! - point events: intensity by exposure, less the length that the spacing of events blocks; marks by the law of the base study;
+//! - curves: intensity by Poisson regression on the sign, radius and length log-normal, lengths that the largest heading cuts off
+//!   as censored, junction turns apart; where a detector sees a window of radii and turns, with that window in the likelihood;
+//! - turns at junctions: their radii and angles, over all road types;
+//! - slope: SD, and hill length by sign changes, relative to the road's mean slope;
+//! - roughness by moments of its blocks, ground by its stretches;
+//! - mission: length, payload, departure, distance between stops and dwell.
+//!
+//! Weather and traffic are not estimated: the tracks hold them at the free-flow clock of one departure, without the clock. They
+//! have fits of their own, [`super::weather`] and [`super::traffic`].
+
+mod birds_eye;
+mod curve;
+mod curve_window;
+mod event;
+mod junction_turn;
+mod mission;
+mod stretch;
+mod surface;
+
+pub use birds_eye::{BirdsEye, Density, Hilliness, TransportCycle, birds_eye, birds_eye_of_study};
+
+use crate::log::road::LoggedRoad;
+use ocmc_core::mission::MissionModel;
+use ocmc_core::operating_cycle::given::GivenCycle;
+use ocmc_core::operating_cycle::told::{CurvesTold, Told};
+use ocmc_core::road::point_event::JunctionTurnModel;
+use ocmc_core::road::{RoadModel, RoadTypeModel};
+use ocmc_core::study::StudyModel;
+use serde::Serialize;
+use std::collections::BTreeMap;
+use stretch::Stretches;
+use thiserror::Error;
+
+/// Why operating cycles have no fit.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum RoadFitError {
+    /// Nothing to estimate from.
+    #[error("there is no operating cycle, and no stretch of a log of 200 m or more")]
+    NoCycles,
+    /// A cycle without road types.
+    #[error("operating cycle {cycle} has no track `road_type`, which says what belongs together")]
+    NoRoadTypes {
+        /// The cycle, from 1.
+        cycle: usize,
+    },
+    /// A road type that the base study does not have.
+    #[error(
+        "the road type `{name}` is not in the base study, which has {known}; the numbers that roads do not tell come from there"
+    )]
+    UnknownRoadType {
+        /// The type.
+        name: String,
+        /// Types of the base study.
+        known: String,
+    },
+}
+
+/// One estimated number of the study.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ParameterFit {
+    /// Path of the key below the road type, such as `curves.per_m`.
+    pub key: String,
+    /// Estimate.
+    pub value: f64,
+    /// Standard error; none where it has no simple form.
+    pub standard_error: Option<f64>,
+    /// What was counted: stretches, signs, events, curves, steps, blocks.
+    pub n: usize,
+}
+
+/// What the roads tell about one type.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct RoadTypeFit {
+    /// Name of the type.
+    pub road_type: String,
+    /// Length, in m.
+    pub length_m: f64,
+    /// Numbers that were estimated.
+    pub parameters: Vec<ParameterFit>,
+}
+
+/// The road model of operating cycles.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct RoadFit {
+    /// Cycles.
+    pub cycles: usize,
+    /// Length, in m.
+    pub length_m: f64,
+    /// What the roads' source tells.
+    pub told: Told,
+    /// What each type's roads tell.
+    pub types: Vec<RoadTypeFit>,
+    /// Turns at junctions, over all types; keys below `road`.
+    pub junction_turn: Vec<ParameterFit>,
+    /// Keys below `mission`.
+    pub mission: Vec<ParameterFit>,
+    /// What does not stop the fit and has to be known.
+    pub warnings: Vec<String>,
+    /// The bird's-eye view of the roads.
+    pub birds_eye: BirdsEye,
+    /// The model: the base study's, with what was estimated laid over it. Types that no road has keep their numbers.
+    #[serde(skip)]
+    pub model: RoadModel,
+    /// The mission: the base study's, with what was estimated laid over it.
+    #[serde(skip)]
+    pub mission_model: MissionModel,
+}
+
+/// What a fit of roads says in a study.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FittedStudy<'a> {
+    road: FittedRoad<'a>,
+    mission: &'a MissionModel,
+}
+
+/// The part `road` of it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+struct FittedRoad<'a> {
+    junction_turn: &'a JunctionTurnModel,
+    types: &'a BTreeMap<String, RoadTypeModel>,
+}
+
+impl RoadFit {
+    /// The part of a study that follows.
+    pub fn study(&self) -> FittedStudy<'_> {
+        let RoadModel { junction_turn, types, .. } = &self.model;
+        FittedStudy { road: FittedRoad { junction_turn, types }, mission: &self.mission_model }
+    }
+}
+
+/// Everything of one road type, over all cycles.
+#[derive(Clone, Debug, Default)]
+struct TypeRoads {
+    length_m: f64,
+    /// Lengths of stretches, and whether they ended by themselves.
+    stretches: Vec<(f64, bool)>,
+    /// Types that followed.
+    next: BTreeMap<String, usize>,
+    /// Length under each sign that is known, by its face in tenths of km/h.
+    sign_length_m: BTreeMap<i64, f64>,
+    /// Length on which curves are known, by the face of the sign over them; 0 where it is not known.
+    curve_way_m: BTreeMap<i64, f64>,
+    /// Curves that would follow a sign which is not known.
+    unsigned_curves: usize,
+    /// Changes from face to face.
+    sign_changes: Vec<(i64, i64)>,
+    /// Curves with the sign at their start, in m/s.
+    curves: Vec<(ocmc_core::road::curvature::Curve, f64)>,
+    /// Junction turns, and the face of the sign over each.
+    turns: Vec<(ocmc_core::road::curvature::Curve, i64)>,
+    /// Events, and whether they carry a turn.
+    events: Vec<(ocmc_core::road::point_event::EventKind, bool)>,
+    /// Times at rest that no object of a map explains, in s.
+    standstills_s: Vec<f64>,
+    /// Length at the ends of the road that has no events, in m.
+    eventless_m: f64,
+    /// Slopes of consecutive steps, one list for each run of them within a stretch.
+    slopes: Vec<(usize, Vec<f64>)>,
+    /// Roughness of blocks, in m³.
+    blocks: Vec<f64>,
+    /// Stretches on each ground.
+    grounds: BTreeMap<ocmc_core::road::surface::Ground, usize>,
+}
+
+/// The estimates of one type while they are made.
+struct Estimates<'a> {
+    parameters: Vec<ParameterFit>,
+    warnings: &'a mut Vec<String>,
+    road_type: &'a str,
+}
+
+impl Estimates<'_> {
+    fn push(&mut self, key: &str, value: f64, standard_error: Option<f64>, n: usize) {
+        self.parameters.push(ParameterFit { key: key.to_owned(), value, standard_error, n });
+    }
+
+    fn warn(&mut self, message: &str) {
+        self.warnings.push(format!("{}: {message}", self.road_type));
+    }
+}
+
+/// Fits the road model and the mission of whole operating cycles. `base` gives what roads do not tell: steps and spacings, smallest
+/// lengths and radii, families of laws.
+///
+/// # Errors
+/// [`RoadFitError`] says what the cycles lack.
+pub fn fit(cycles: &[GivenCycle], base: &StudyModel) -> Result<RoadFit, RoadFitError> {
+    let road = |cycle: &GivenCycle| LoggedRoad { cycle: cycle.clone(), ..LoggedRoad::default() };
+    let roads: Vec<LoggedRoad> = cycles.iter().map(road).collect();
+    fit_told(&roads, &Told::ALL, base)
+}
+
+/// As [`fit`], of roads of which not everything is known.
+///
+/// # Errors
+/// As [`fit`].
+pub fn fit_told(
+    roads: &[LoggedRoad],
+    told: &Told,
+    base: &StudyModel,
+) -> Result<RoadFit, RoadFitError> {
+    if roads.is_empty() {
+        return Err(RoadFitError::NoCycles);
+    }
+    let base_road = &base.road;
+    let mut of_type: BTreeMap<String, TypeRoads> = BTreeMap::new();
+    for (k, road) in roads.iter().enumerate() {
+        let cycle = &road.cycle;
+        let stretches = Stretches::of(cycle).ok_or(RoadFitError::NoRoadTypes { cycle: k + 1 })?;
+        if let Some(name) = stretches.names().find(|name| !base_road.types.contains_key(*name)) {
+            let known: Vec<&str> = base_road.types.keys().map(String::as_str).collect();
+            let (name, known) = (name.to_owned(), known.join(", "));
+            return Err(RoadFitError::UnknownRoadType { name, known });
+        }
+        stretches.collect(k, road, told, base_road, &mut of_type);
+    }
+    let mut warnings = untold(told);
+    let mut model = base_road.clone();
+    let mut types = Vec::new();
+    for (name, roads) in &of_type {
+        let mut estimates =
+            Estimates { parameters: vec![], warnings: &mut warnings, road_type: name };
+        if let Some(model) = model.types.get_mut(name) {
+            fit_type(roads, told, base_road, model, &mut estimates);
+        }
+        let parameters = estimates.parameters;
+        types.push(RoadTypeFit { road_type: name.clone(), length_m: roads.length_m, parameters });
+    }
+    for name in base_road.types.keys().filter(|name| !of_type.contains_key(*name)) {
+        warnings.push(format!(
+            "{name}: no road has this type, its numbers stay those of the base study"
+        ));
+    }
+    let mut estimates =
+        Estimates { parameters: vec![], warnings: &mut warnings, road_type: "turns at junctions" };
+    if told.events {
+        junction_turn::fit_turns(&of_type, told, &mut model.junction_turn, &mut estimates);
+    }
+    let junction_turn = estimates.parameters;
+    let cycles: Vec<&GivenCycle> = roads.iter().map(|road| &road.cycle).collect();
+    let mut mission_model = base.mission.clone();
+    let mut estimates =
+        Estimates { parameters: vec![], warnings: &mut warnings, road_type: "mission" };
+    mission::fit_mission(&cycles, &mut mission_model, &mut estimates);
+    let mission = estimates.parameters;
+    let length_m = cycles.iter().map(|cycle| cycle.length_m).sum();
+    let birds_eye = birds_eye(roads, base_road.slope_step_m);
+    Ok(RoadFit {
+        cycles: roads.len(),
+        length_m,
+        told: *told,
+        types,
+        junction_turn,
+        mission,
+        warnings,
+        birds_eye,
+        model,
+        mission_model,
+    })
+}
+
+/// What is not known, in words.
+fn untold(told: &Told) -> Vec<String> {
+    [
+        (told.signs, "no speed limits are known: signs stay those of the base study"),
+        (
+            told.events,
+            "no objects of a map are known (column map_object), and a standstill alone does not tell a sign from a queue: \
+             events and turns at junctions stay those of the base study, and such turns count as curves",
+        ),
+        (told.slopes, "no slope or altitude is known: slopes stay those of the base study"),
+        (
+            told.curves != CurvesTold::None,
+            "nothing tells how the vehicle turned: curves stay those of the base study",
+        ),
+    ]
+    .into_iter()
+    .filter(|(known, _)| !known)
+    .map(|(_, text)| text.to_owned())
+    .collect()
+}
+
+fn fit_type(
+    roads: &TypeRoads,
+    told: &Told,
+    base: &RoadModel,
+    model: &mut RoadTypeModel,
+    estimates: &mut Estimates,
+) {
+    stretch::fit_chain(roads, model, estimates);
+    if told.signs {
+        stretch::fit_signs(roads, &mut model.speed_signs, estimates);
+    }
+    if told.events {
+        let all_turns = told.curves == CurvesTold::All;
+        event::fit_events(roads, base.event_spacing_m, all_turns, model, estimates);
+    } else {
+        event::count_standstills(roads, estimates);
+    }
+    if roads.unsigned_curves > 0 && told.signs {
+        estimates.warn(&format!(
+            "{} curves on roads without a speed limit are left out: they follow the signs",
+            roads.unsigned_curves
+        ));
+    }
+    let way_m: f64 = roads.curve_way_m.values().sum();
+    match told.curves {
+        CurvesTold::None => {}
+        _ if !told.signs && model.curves.reference_sign_mps.is_some() => estimates.warn(
+            "its curves follow the signs, which are not known: they stay those of the base study",
+        ),
+        _ if !(way_m > 0.0) => estimates.warn(
+            "nothing tells its curves on any of its roads: they stay those of the base study",
+        ),
+        CurvesTold::All => curve::fit_curves(roads, &mut model.curves, estimates),
+        CurvesTold::Within(window) => {
+            curve_window::fit_curves(roads, &window, &mut model.curves, estimates);
+        }
+    }
+    if told.slopes {
+        surface::fit_slopes(roads, base.slope_step_m, &mut model.topography, estimates);
+    }
+    surface::fit_surface(roads, model, estimates);
+}

@@ -1,0 +1,249 @@
+//! Stretches of road types, and the signs on them.
+
+use super::{Estimates, TypeRoads};
+use crate::fit::nelder_mead::minimise;
+use crate::log::road::LoggedRoad;
+use ocmc_core::operating_cycle::given::GivenCycle;
+use ocmc_core::operating_cycle::told::{Told, UnknownWay, overlap_m};
+use ocmc_core::road::curvature::Curve;
+use ocmc_core::road::speed_sign::SpeedSignModel;
+use ocmc_core::road::{RoadModel, RoadTypeModel};
+use std::collections::BTreeMap;
+
+/// Changes of signs from which on their similarity is estimated.
+const FEWEST_CHANGES: usize = 30;
+
+/// The stretches of one cycle.
+pub(super) struct Stretches<'a> {
+    /// Start, end and type.
+    stretches: Vec<(f64, f64, &'a str)>,
+}
+
+/// Face of a sign that is not known.
+const NO_FACE: i64 = 0;
+
+/// A sign's face, in tenths of km/h; [`NO_FACE`] where it is not known.
+pub(super) fn face(speed_mps: f64) -> i64 {
+    if speed_mps.is_finite() { libm::round(36.0 * speed_mps) as i64 } else { NO_FACE }
+}
+
+/// The value of a constant track at a position.
+fn held(points: &[(f64, f64)], at_m: f64) -> f64 {
+    let k = points.partition_point(|point| point.0 <= at_m);
+    points.get(k.saturating_sub(1)).map_or(f64::NAN, |point| point.1)
+}
+
+impl<'a> Stretches<'a> {
+    /// None where the cycle has no road types.
+    pub(super) fn of(cycle: &'a GivenCycle) -> Option<Self> {
+        let types = cycle.road_types.as_ref().filter(|types| !types.is_empty())?;
+        let ends = types.iter().skip(1).map(|start| start.0).chain([cycle.length_m]);
+        let stretches =
+            types.iter().zip(ends).map(|((start, name), end)| (*start, end, name.as_str()));
+        Some(Self { stretches: stretches.filter(|stretch| stretch.1 > stretch.0).collect() })
+    }
+
+    pub(super) fn names(&self) -> impl Iterator<Item = &'a str> {
+        self.stretches.iter().map(|stretch| stretch.2)
+    }
+
+    /// Adds all that a cycle tells to its types.
+    pub(super) fn collect(
+        &self,
+        number: usize,
+        road: &LoggedRoad,
+        told: &Told,
+        base: &RoadModel,
+        roads: &mut BTreeMap<String, TypeRoads>,
+    ) {
+        let LoggedRoad { cycle, standstills, unknown } = road;
+        let near = |curve: &Curve, at_m: f64| (curve.start_m - at_m).abs() < told.turn_within_m;
+        let junction = |at_m: f64| cycle.curves.iter().find(|curve| near(curve, at_m)).copied();
+        let turns: Vec<f64> = cycle
+            .events
+            .iter()
+            .filter_map(|event| junction(event.position_m))
+            .map(|curve| curve.start_m)
+            .collect();
+        for (k, &(start, end, name)) in self.stretches.iter().enumerate() {
+            let inside = |at_m: f64| (start..end).contains(&at_m);
+            let road = roads.entry(name.to_owned()).or_default();
+            let types = base.types.get(name);
+            let follow = types.is_some_and(|model| model.curves.reference_sign_mps.is_some());
+            road.length_m += end - start;
+            road.stretches.push((end - start, k + 1 < self.stretches.len()));
+            if let Some(next) = self.stretches.get(k + 1) {
+                *road.next.entry(next.2.to_owned()).or_insert(0) += 1;
+            }
+            signs(cycle, unknown, follow, [start, end], road);
+            for curve in cycle.curves.iter().filter(|curve| inside(curve.start_m)) {
+                let sign_mps = held(&cycle.limits, curve.start_m);
+                if turns.contains(&curve.start_m) {
+                    road.turns.push((*curve, face(sign_mps)));
+                } else if follow && sign_mps.is_nan() {
+                    road.unsigned_curves += 1;
+                } else {
+                    road.curves.push((*curve, sign_mps));
+                }
+            }
+            for event in cycle.events.iter().filter(|event| inside(event.position_m)) {
+                road.events.push((event.kind, junction(event.position_m).is_some()));
+            }
+            let stood = standstills.iter().filter(|stop| inside(stop.position_m));
+            road.standstills_s.extend(stood.map(|stop| stop.duration_s));
+            let free = base.event_free_end_m;
+            road.eventless_m += (free - start).clamp(0.0, end - start)
+                + (end - (cycle.length_m - free)).clamp(0.0, end - start);
+            let runs = slopes(cycle, unknown, base.slope_step_m, start, end);
+            road.slopes.extend(runs.into_iter().map(|run| (number, run)));
+            if let Some(points) = &cycle.roughness {
+                let block = |k: &usize| inside(*k as f64 * base.roughness_block_m);
+                let last = libm::ceil(cycle.length_m / base.roughness_block_m) as usize;
+                let middle = |k: usize| (k as f64 + 0.5) * base.roughness_block_m;
+                road.blocks.extend((0..last).filter(block).map(|k| held(points, middle(k))));
+            }
+            if let Some(grounds) = &cycle.grounds {
+                let at = grounds.partition_point(|ground| ground.0 <= start);
+                if let Some((_, ground)) = grounds.get(at.saturating_sub(1)) {
+                    *road.grounds.entry(*ground).or_insert(0) += 1;
+                }
+            }
+        }
+    }
+}
+
+/// Lengths under signs, their changes, and the length on which curves are known, within one stretch. Curves that follow the signs
+/// are not known where the sign is not.
+fn signs(
+    cycle: &GivenCycle,
+    unknown: &UnknownWay,
+    follow: bool,
+    [start, end]: [f64; 2],
+    road: &mut TypeRoads,
+) {
+    let changes = cycle.limits.iter().map(|limit| limit.0).filter(|at| *at > start && *at < end);
+    let starts: Vec<f64> = [start].into_iter().chain(changes).chain([end]).collect();
+    let faces: Vec<i64> = starts.iter().map(|at| face(held(&cycle.limits, *at))).collect();
+    for k in 0..starts.len() - 1 {
+        let (from, to, known) = (starts[k], starts[k + 1], faces[k] != NO_FACE);
+        if known {
+            *road.sign_length_m.entry(faces[k]).or_insert(0.0) += to - from;
+        }
+        if known || !follow {
+            let seen = to - from - overlap_m(&unknown.curves_m, from, to);
+            *road.curve_way_m.entry(faces[k]).or_insert(0.0) += seen;
+        }
+        if k > 0 && faces[k] != faces[k - 1] && known && faces[k - 1] != NO_FACE {
+            road.sign_changes.push((faces[k - 1], faces[k]));
+        }
+    }
+}
+
+/// Slopes of the steps that begin within a stretch, less the road's mean slope, in runs of steps whose slope is known.
+fn slopes(
+    cycle: &GivenCycle,
+    unknown: &UnknownWay,
+    step_m: f64,
+    start: f64,
+    end: f64,
+) -> Vec<Vec<f64>> {
+    let climb_m = |from_m: f64, to_m: f64| cycle.altitude_m(to_m) - cycle.altitude_m(from_m);
+    let (mut way_m, mut climbed_m, mut from_m) = (0.0, 0.0, 0.0);
+    for [gap_m, to_m] in unknown.slope_m.iter().copied().chain([[cycle.length_m; 2]]) {
+        way_m += gap_m - from_m;
+        climbed_m += climb_m(from_m, gap_m);
+        from_m = to_m;
+    }
+    let whole = climbed_m / way_m;
+    let first = libm::ceil(start / step_m) as usize;
+    let last = libm::ceil(end.min(cycle.length_m - step_m) / step_m) as usize;
+    let mut runs = vec![Vec::new()];
+    for k in first..last {
+        let at = k as f64 * step_m;
+        if overlap_m(&unknown.slope_m, at, at + step_m) > 0.0 {
+            runs.push(Vec::new());
+        } else if let Some(run) = runs.last_mut() {
+            run.push(climb_m(at, at + step_m) / step_m - whole);
+        }
+    }
+    runs.retain(|run| !run.is_empty());
+    runs
+}
+
+/// Mean length, and the types that follow.
+pub(super) fn fit_chain(roads: &TypeRoads, model: &mut RoadTypeModel, estimates: &mut Estimates) {
+    let ended = roads.stretches.iter().filter(|stretch| stretch.1).count();
+    if ended == 0 {
+        estimates.warn("no stretch of it ends before its road: mean length and next type stay those of the base study");
+        return;
+    }
+    let minimum = model.minimum_length_m;
+    let beyond: f64 = roads.stretches.iter().map(|stretch| (stretch.0 - minimum).max(0.0)).sum();
+    let mean = beyond / ended as f64;
+    model.mean_length_m = minimum + mean;
+    let error = mean / libm::sqrt(ended as f64);
+    estimates.push("mean_length_m", model.mean_length_m, Some(error), ended);
+    // a type that never followed keeps its key: a study that is laid over another one replaces keys, and drops none
+    for share in model.next.values_mut() {
+        *share = 0.0;
+    }
+    for (name, &count) in &roads.next {
+        let share = count as f64 / ended as f64;
+        model.next.insert(name.clone(), share);
+        let error = libm::sqrt(share * (1.0 - share) / ended as f64);
+        estimates.push(&format!("next.{name}"), share, Some(error), ended);
+    }
+}
+
+/// Shares, mean length and similarity of signs.
+pub(super) fn fit_signs(roads: &TypeRoads, model: &mut SpeedSignModel, estimates: &mut Estimates) {
+    let faces: Vec<i64> = roads.sign_length_m.keys().copied().collect();
+    let length_m: f64 = roads.sign_length_m.values().sum();
+    if faces.is_empty() {
+        estimates.warn(
+            "no speed limit is known on any of its roads: its signs stay those of the base study",
+        );
+        return;
+    }
+    model.speed_kmh = faces.iter().map(|face| *face as f64 / 10.0).collect();
+    model.share = roads.sign_length_m.values().map(|length| length / length_m).collect();
+    for (speed, share) in model.speed_kmh.iter().zip(&model.share) {
+        estimates.push(&format!("speed_signs.share of {speed}"), *share, None, faces.len());
+    }
+    let changes = roads.sign_changes.len();
+    if changes == 0 {
+        estimates.warn("its signs never change within a stretch: their mean length stays that of the base study");
+        return;
+    }
+    model.mean_length_m = length_m / changes as f64;
+    let error = model.mean_length_m / libm::sqrt(changes as f64);
+    estimates.push("speed_signs.mean_length_m", model.mean_length_m, Some(error), changes);
+    if changes < FEWEST_CHANGES || faces.len() < 3 {
+        return;
+    }
+    // the next sign: P(j | i) in proportion to s_j exp(-|v_i - v_j| / V)
+    let place = |face: i64| faces.binary_search(&face).unwrap_or(0);
+    let mut counts = vec![vec![0.0; faces.len()]; faces.len()];
+    for &(from, to) in &roads.sign_changes {
+        counts[place(from)][place(to)] += 1.0;
+    }
+    let minus_log_likelihood = |theta: &[f64; 1]| {
+        let chain = SpeedSignModel { similarity_kmh: libm::exp(theta[0]), ..model.clone() }.chain();
+        chain.minus_log_likelihood(&counts)
+    };
+    let (theta, value) = minimise(minus_log_likelihood, [libm::log(model.similarity_kmh)], 0.3);
+    // curvature of the likelihood, by differences
+    let h = 0.05;
+    let bend =
+        minus_log_likelihood(&[theta[0] + h]) + minus_log_likelihood(&[theta[0] - h]) - 2.0 * value;
+    let similarity = libm::exp(theta[0]);
+    let error = (bend > 0.0).then(|| similarity * h / libm::sqrt(bend));
+    if (1.0..=300.0).contains(&similarity) {
+        model.similarity_kmh = similarity;
+        estimates.push("speed_signs.similarity_kmh", similarity, error, changes);
+    } else {
+        estimates.warn(
+            "its changes of signs do not tell their similarity, which stays that of the base study",
+        );
+    }
+}

@@ -1,0 +1,341 @@
+//! Accelerations and decelerations at changes of the speed limit: the paper's log-normal law.
+//!
+//! a = a₀ exp(e), e ~ N(0, σ²), with the sign apart. Of a log, the acceleration at a change of the limit is the mean over the
+//! window with the largest change of speed in the direction of the new limit, close to the sign.
+//!
+//! Changes below a threshold count as none, because the vehicle already had the wanted speed (the paper: 0.2 m/s² up, 0.4 m/s² down).
+//! This cuts the law off and moves the median away from zero: beside the paper's estimate stands the one that has the cut in
+//! its likelihood.
+//!
+//! Source: Romano, Godio, Bruzelius, Johannesson, the paper in hand. The length of the window is not in the paper.
+
+mod law;
+mod window;
+
+pub use law::{SpeedChangeLaw, UntruncatedLaw};
+pub use window::{LoggedChanges, SpeedLog, accelerations};
+
+use crate::log::signal::LogError;
+use law::fit_law;
+use ocmc_core::distribution::{Law, Quantity};
+use ocmc_core::driver::speed_change::SpeedChangeModel;
+use serde::Serialize;
+use std::collections::BTreeMap;
+use thiserror::Error;
+
+/// Measured speed changes as columns of equal length.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SpeedChangeTable {
+    /// Who drove.
+    pub driver: Vec<String>,
+    /// Kind of change, such as `70-to-40`.
+    pub category: Vec<String>,
+    /// Acceleration, negative for slowing down, in m/s².
+    pub acceleration_mps2: Vec<f64>,
+}
+
+/// How accelerations are taken from a log, and which count.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpeedChangeOptions {
+    /// Length of the window, in s.
+    pub window_s: f64,
+    /// How long before a sign the window may begin, in s.
+    pub before_s: f64,
+    /// How long behind a sign the window may end, in s.
+    pub after_s: f64,
+    /// Smallest acceleration that counts, in m/s².
+    pub smallest_acceleration_mps2: f64,
+    /// Smallest deceleration that counts, as a positive number, in m/s².
+    pub smallest_deceleration_mps2: f64,
+}
+
+impl Default for SpeedChangeOptions {
+    /// The thresholds are the paper's; the times are judgement: a heavy truck from 40 to 70 km/h takes half a minute.
+    fn default() -> Self {
+        Self {
+            window_s: 3.0,
+            before_s: 20.0,
+            after_s: 30.0,
+            smallest_acceleration_mps2: 0.2,
+            smallest_deceleration_mps2: 0.4,
+        }
+    }
+}
+
+/// Why speed changes have no fit.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum SpeedChangeError {
+    /// An option out of its range.
+    #[error("{option} is {value}; allowed is {allowed}")]
+    Option {
+        /// Name of the option.
+        option: &'static str,
+        /// Its value.
+        value: f64,
+        /// What is allowed.
+        allowed: &'static str,
+    },
+    /// Columns of different lengths.
+    #[error("column {column} has {length} values, the others have {wanted}")]
+    UnequalColumns {
+        /// The column.
+        column: &'static str,
+        /// Its length.
+        length: usize,
+        /// The others' length.
+        wanted: usize,
+    },
+    /// A log that cannot be used.
+    #[error(transparent)]
+    Log(#[from] LogError),
+    /// Nothing came in.
+    #[error("there is no speed change: no limit changes where speeds were logged")]
+    NoChanges,
+    /// No row counts.
+    #[error(
+        "no speed change is left of {rows}: {within} lie within the thresholds, {missing} have no value"
+    )]
+    Nothing {
+        /// Changes that came in.
+        rows: usize,
+        /// Those within the thresholds.
+        within: usize,
+        /// Those without a value.
+        missing: usize,
+    },
+}
+
+/// Everything that speed changes tell.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SpeedChangeFit {
+    /// Changes that came in.
+    pub n: usize,
+    /// Drivers with changes that count, where they are named.
+    pub drivers: usize,
+    /// Rows left out, by reason.
+    pub dropped: BTreeMap<&'static str, usize>,
+    /// Each kind of change, in the order of their first rows.
+    pub by_category: Vec<SpeedChangeLaw>,
+    /// All accelerations.
+    pub acceleration: Option<SpeedChangeLaw>,
+    /// All decelerations.
+    pub deceleration: Option<SpeedChangeLaw>,
+}
+
+/// Fits each kind of change, and all of one direction.
+///
+/// # Errors
+/// [`SpeedChangeError`] says what the changes lack.
+pub fn fit(
+    table: &SpeedChangeTable,
+    options: &SpeedChangeOptions,
+) -> Result<SpeedChangeFit, SpeedChangeError> {
+    check(options)?;
+    let n = table.acceleration_mps2.len();
+    for (column, length) in [("driver", table.driver.len()), ("category", table.category.len())] {
+        if length != n {
+            return Err(SpeedChangeError::UnequalColumns { column, length, wanted: n });
+        }
+    }
+    if n == 0 {
+        return Err(SpeedChangeError::NoChanges);
+    }
+    let counts =
+        |a: f64| a > options.smallest_acceleration_mps2 || a < -options.smallest_deceleration_mps2;
+    let missing = table.acceleration_mps2.iter().filter(|a| !a.is_finite()).count();
+    let within = table.acceleration_mps2.iter().filter(|a| a.is_finite() && !counts(**a)).count();
+    if missing + within == n {
+        return Err(SpeedChangeError::Nothing { rows: n, within, missing });
+    }
+    let mut dropped = BTreeMap::new();
+    for (reason, rows) in [("missing_value", missing), ("within_threshold", within)] {
+        if rows > 0 {
+            dropped.insert(reason, rows);
+        }
+    }
+    let mut categories: Vec<&str> = Vec::new();
+    for category in &table.category {
+        if !categories.contains(&category.as_str()) {
+            categories.push(category);
+        }
+    }
+    let law = |name: &str, rising: bool, keep: &dyn Fn(usize) -> bool| {
+        let sign = if rising { 1.0 } else { -1.0 };
+        let threshold = if rising {
+            options.smallest_acceleration_mps2
+        } else {
+            options.smallest_deceleration_mps2
+        };
+        let of = |k: &usize| {
+            let a = table.acceleration_mps2[*k];
+            keep(*k) && a.is_finite() && sign * a > 0.0
+        };
+        let rows: Vec<usize> = (0..n).filter(of).collect();
+        let used = |k: &&usize| sign * table.acceleration_mps2[**k] > threshold;
+        let logs: Vec<(&str, f64)> = rows
+            .iter()
+            .filter(used)
+            .map(|&k| (table.driver[k].as_str(), libm::log(sign * table.acceleration_mps2[k])))
+            .collect();
+        let within = rows.len() - logs.len();
+        (!logs.is_empty()).then(|| fit_law(name, sign, threshold, within, &logs))
+    };
+    let by_category = categories
+        .iter()
+        .flat_map(|category| {
+            let keep = |k: usize| table.category[k] == *category;
+            [law(category, true, &keep), law(category, false, &keep)]
+        })
+        .flatten()
+        .collect();
+    let mut drivers: Vec<&str> = (0..n)
+        .filter(|k| counts(table.acceleration_mps2[*k]))
+        .map(|k| table.driver[k].as_str())
+        .collect();
+    drivers.sort_unstable();
+    drivers.dedup();
+    drivers.retain(|driver| !driver.is_empty());
+    Ok(SpeedChangeFit {
+        n,
+        drivers: drivers.len(),
+        dropped,
+        by_category,
+        acceleration: law("all accelerations", true, &|_| true),
+        deceleration: law("all decelerations", false, &|_| true),
+    })
+}
+
+fn check(options: &SpeedChangeOptions) -> Result<(), SpeedChangeError> {
+    for (option, value, least, allowed) in [
+        ("the window", options.window_s, f64::MIN_POSITIVE, "a number above 0"),
+        ("the time before a sign", options.before_s, 0.0, "a number from 0 on"),
+        ("the time behind a sign", options.after_s, 0.0, "a number from 0 on"),
+        (
+            "the smallest acceleration",
+            options.smallest_acceleration_mps2,
+            0.0,
+            "a number from 0 on",
+        ),
+        (
+            "the smallest deceleration",
+            options.smallest_deceleration_mps2,
+            0.0,
+            "a number from 0 on",
+        ),
+    ] {
+        if !(value >= least && value.is_finite()) {
+            return Err(SpeedChangeError::Option { option, value, allowed });
+        }
+    }
+    Ok(())
+}
+
+impl SpeedChangeFit {
+    /// The laws as a study has them; what was not measured stays as it is in `model`. `untruncated` takes the laws with the
+    /// thresholds in their likelihood, where they are determined.
+    pub fn population(&self, model: &SpeedChangeModel, untruncated: bool) -> SpeedChangeModel {
+        let law = |fitted: &Option<SpeedChangeLaw>, given: &Quantity| {
+            let Some(fitted) = fitted else { return given.clone() };
+            let (mut median, mut log_sd) = (fitted.median_mps2, fitted.log_sd);
+            if let Some(law) = fitted.untruncated.filter(|_| untruncated) {
+                (median, log_sd) = (law.median_mps2, Some(law.log_sd));
+            }
+            let median = median.abs();
+            match log_sd.filter(|sd| *sd > 0.0) {
+                Some(log_sd) => {
+                    Quantity::Law(Law::LogNormal { median, log_sd, lower: None, upper: None })
+                }
+                None => Quantity::Number(median),
+            }
+        };
+        SpeedChangeModel {
+            deceleration_mps2: law(&self.deceleration, &model.deceleration_mps2),
+            acceleration_mps2: law(&self.acceleration, &model.acceleration_mps2),
+            ..model.clone()
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ocmc_core::random::{Draws, Stream};
+
+    /// Changes of the paper's laws, drawn.
+    fn table(seed: u64, n: usize) -> SpeedChangeTable {
+        let mut draws = Draws::new(seed, 0, Stream::SpeedChange);
+        let mut table = SpeedChangeTable::default();
+        for (category, median, sd) in [
+            ("70-to-40", -1.16, 0.28),
+            ("40-to-70", 0.52, 0.18),
+            ("70-to-60", -1.06, 0.16),
+            ("60-to-70", 0.44, 0.18),
+        ] {
+            for k in 0..n {
+                table.driver.push(format!("driver {k}"));
+                table.category.push(category.to_owned());
+                table.acceleration_mps2.push(median * libm::exp(sd * draws.normal()));
+            }
+        }
+        table
+    }
+
+    #[test]
+    fn laws_come_back() {
+        for seed in 1..=3 {
+            let fit = fit(&table(seed, 2000), &SpeedChangeOptions::default()).unwrap();
+            assert_eq!(fit.by_category.len(), 4);
+            for (law, (median, sd)) in fit.by_category.iter().zip([
+                (-1.16, 0.28),
+                (0.52, 0.18),
+                (-1.06, 0.16),
+                (0.44, 0.18),
+            ]) {
+                let n = law.n as f64;
+                let log_ratio = f64::ln(law.median_mps2 / median);
+                assert!(log_ratio.abs() < 4.0 * sd / n.sqrt(), "{law:?}");
+                assert!((law.log_sd.unwrap() - sd).abs() < 4.0 * sd / (2.0 * n).sqrt(), "{law:?}");
+                assert!(law.anderson_darling_p.unwrap() > 1e-4, "{law:?}");
+            }
+            assert_eq!(
+                fit.acceleration.as_ref().unwrap().n,
+                fit.by_category[1].n + fit.by_category[3].n
+            );
+        }
+    }
+
+    #[test]
+    fn the_cut_is_undone() {
+        // a third of the law lies within the threshold: the plain median is high, the other is not
+        let mut draws = Draws::new(1, 0, Stream::SpeedChange);
+        let values: Vec<f64> =
+            (0..20_000).map(|_| 0.24 * libm::exp(0.4 * draws.normal())).collect();
+        let table = SpeedChangeTable {
+            driver: vec!["a".to_owned(); values.len()],
+            category: vec!["60-to-70".to_owned(); values.len()],
+            acceleration_mps2: values,
+        };
+        let fit = fit(&table, &SpeedChangeOptions::default()).unwrap();
+        let law = fit.acceleration.unwrap();
+        assert!(law.median_mps2 > 0.28 && fit.dropped["within_threshold"] > 6000);
+        let whole = law.untruncated.unwrap();
+        assert!((whole.median_mps2 - 0.24).abs() < 0.01, "{whole:?}");
+        assert!((whole.log_sd - 0.4).abs() < 0.02, "{whole:?}");
+        assert!((whole.share_beyond_threshold - 0.676).abs() < 0.03, "{whole:?}");
+    }
+
+    #[test]
+    fn an_infinite_acceleration_is_missing_and_not_used() {
+        let clean = table(1, 50);
+        let mut odd = clean.clone();
+        for infinite in [f64::INFINITY, f64::NEG_INFINITY] {
+            odd.driver.push("driver 0".to_owned());
+            odd.category.push("40-to-70".to_owned());
+            odd.acceleration_mps2.push(infinite);
+        }
+        let options = SpeedChangeOptions::default();
+        let (clean, odd) = (fit(&clean, &options).unwrap(), fit(&odd, &options).unwrap());
+        assert_eq!((odd.acceleration, odd.deceleration), (clean.acceleration, clean.deceleration));
+        assert_eq!(odd.dropped["missing_value"], 2);
+    }
+}

@@ -1,0 +1,232 @@
+//! The traffic model of measured densities: what [`ocmc_core::traffic`] draws, estimated.
+//!
+//! logit x = logit m_r(H) + u: the typical shares off peak and at the peak of each road type by least squares on the logit scale
+//! (Gauss and Newton's method), with the hours and widths of the peaks as the base study has them; SD of u, and its correlation over a step
+//! from records that follow each other at the same site: records τ apart tell φ^(τ/step).
+
+use super::operating_cycle::ParameterFit;
+use ocmc_core::traffic::TrafficModel;
+use serde::Serialize;
+use std::collections::BTreeMap;
+use thiserror::Error;
+
+/// One measurement of density.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TrafficRecord {
+    /// Where: records of one site follow each other in time.
+    pub site: String,
+    /// Road type there.
+    pub road_type: String,
+    /// Time since some midnight, in s.
+    pub time_s: f64,
+    /// Density as a share of the jam density; NaN where it is missing.
+    pub share: f64,
+}
+
+/// Why records have no fit.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum TrafficFitError {
+    /// No road type can be estimated.
+    #[error("{records} records say nothing that can be estimated: {reasons}")]
+    Nothing {
+        /// Records.
+        records: usize,
+        /// Why, for each road type.
+        reasons: String,
+    },
+    /// A road type that the base study does not have.
+    #[error("the road type `{name}` is not in the base study, which has {known}")]
+    UnknownRoadType {
+        /// The type.
+        name: String,
+        /// Types of the base study.
+        known: String,
+    },
+}
+
+/// The traffic model of records.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct TrafficFit {
+    /// Densities.
+    pub n: usize,
+    /// Numbers that were estimated.
+    pub parameters: Vec<ParameterFit>,
+    /// What does not stop the fit and has to be known.
+    pub warnings: Vec<String>,
+    /// The model: the base study's, with what was estimated laid over it.
+    #[serde(skip)]
+    pub model: TrafficModel,
+}
+
+/// Fewest densities of a type.
+const FEWEST: usize = 48;
+/// Closest that a share comes to 0 and 1 on the logit scale.
+const EDGE: f64 = 0.005;
+/// How far two intervals may differ and still be one, as a share of it.
+const SAME_INTERVAL: f64 = 0.01;
+/// Heights of the peak that have to be seen, as shares of it (judgement): one of them is an extrapolation otherwise.
+const SEEN: [f64; 2] = [0.25, 0.75];
+/// Rounds after which Gauss and Newton's method is given up.
+const MOST_ROUNDS: usize = 100;
+
+/// Fits the traffic model. `base` gives what the records do not tell: hours and widths of the peaks, jam and critical density.
+///
+/// # Errors
+/// [`TrafficFitError`] says what the records lack.
+pub fn fit(records: &[TrafficRecord], base: &TrafficModel) -> Result<TrafficFit, TrafficFitError> {
+    let mut by_type: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
+    let known = |record: &TrafficRecord| record.share.is_finite() && !record.road_type.is_empty();
+    for (k, record) in records.iter().enumerate().filter(|(_, record)| known(record)) {
+        by_type.entry(&record.road_type).or_default().push(k);
+    }
+    let n = by_type.values().map(Vec::len).sum();
+    let mut model = base.clone();
+    let (mut parameters, mut warnings) = (Vec::new(), Vec::new());
+    let missing = records.iter().filter(|record| !record.share.is_finite()).count();
+    if missing > 0 {
+        warnings.push(format!("{missing} records have no density"));
+    }
+    let untyped = records.iter().filter(|record| record.road_type.is_empty()).count();
+    if untyped > 0 {
+        warnings.push(format!("{untyped} records have no road type"));
+    }
+    let cut = records.iter().filter(|record| record.share != edge(record.share)).count() - missing;
+    if cut > 0 {
+        warnings.push(format!(
+            "{cut} densities beyond {EDGE} from 0 and 1 of the jam density are taken as there"
+        ));
+    }
+    let mut deviations = vec![f64::NAN; records.len()];
+    for (road_type, places) in &by_type {
+        let Some(of_type) = model.types.get_mut(*road_type) else {
+            let known = base.types.keys().cloned().collect::<Vec<_>>().join(", ");
+            return Err(TrafficFitError::UnknownRoadType { name: (*road_type).to_owned(), known });
+        };
+        if places.len() < FEWEST {
+            warnings.push(format!(
+                "{road_type}: {} densities, at least {FEWEST} are needed; it stays that of the base study",
+                places.len()
+            ));
+            continue;
+        }
+        let values: Vec<(f64, f64)> = places
+            .iter()
+            .map(|k| {
+                (base.peak(records[*k].time_s / 3600.0 % 24.0), logit(edge(records[*k].share)))
+            })
+            .collect();
+        let seen = values.iter().any(|(bell, _)| *bell <= SEEN[0])
+            && values.iter().any(|(bell, _)| *bell >= SEEN[1]);
+        let shares = if seen { typical_shares(&values) } else { None };
+        let Some((off, peak)) = shares else {
+            warnings.push(format!("{road_type}: the hours do not tell peak and off peak apart; it stays that of the base study"));
+            continue;
+        };
+        (of_type.off_peak_share, of_type.peak_share) = (off, peak);
+        let keys = [("off_peak_share", off), ("peak_share", peak)];
+        parameters.extend(keys.map(|(key, value)| ParameterFit {
+            key: format!("types.{road_type}.{key}"),
+            value,
+            standard_error: None,
+            n: places.len(),
+        }));
+        for (k, (bell, value)) in places.iter().zip(&values) {
+            deviations[*k] = value - logit(off + (peak - off) * bell);
+        }
+    }
+    if parameters.is_empty() {
+        let reasons = warnings.join("; ").replace("; it stays that of the base study", "");
+        return Err(TrafficFitError::Nothing { records: records.len(), reasons });
+    }
+    let known: Vec<f64> = deviations.iter().copied().filter(|u| u.is_finite()).collect();
+    model.logit_sd = (known.iter().map(|u| u * u).sum::<f64>() / known.len() as f64).sqrt();
+    let of =
+        |key: &str, value, n| ParameterFit { key: key.to_owned(), value, standard_error: None, n };
+    parameters.push(of("logit_sd", model.logit_sd, known.len()));
+    match step_correlation(records, &deviations, base.step_s) {
+        Some((phi, pairs)) => {
+            model.step_correlation = phi;
+            parameters.push(of("step_correlation", phi, pairs));
+        }
+        None => warnings.push(
+            "no densities follow each other at one site, at one interval and alike; the correlation stays that of the base study".to_owned(),
+        ),
+    }
+    Ok(TrafficFit { n, parameters, warnings, model })
+}
+
+/// Typical shares off peak and at the peak, of values (height of the peak from 0 to 1, logit of the share).
+fn typical_shares(values: &[(f64, f64)]) -> Option<(f64, f64)> {
+    let mean = values.iter().map(|(_, y)| y).sum::<f64>() / values.len() as f64;
+    let start = 1.0 / (1.0 + libm::exp(-mean));
+    let (mut off, mut peak) = (start, start);
+    for _ in 0..MOST_ROUNDS {
+        // normal equations of two columns: d logit(m)/dm = 1/(m (1 − m)), times 1 − g and g
+        let (mut a, mut b, mut c, mut d, mut e) = (0.0, 0.0, 0.0, 0.0, 0.0);
+        for (bell, y) in values {
+            let share = off + (peak - off) * bell;
+            let slope = 1.0 / (share * (1.0 - share));
+            let (x_off, x_peak) = (slope * (1.0 - bell), slope * bell);
+            let left = y - logit(share);
+            a += x_off * x_off;
+            b += x_off * x_peak;
+            c += x_peak * x_peak;
+            d += x_off * left;
+            e += x_peak * left;
+        }
+        let determinant = a * c - b * b;
+        if !(determinant > 1e-9 * a * c) {
+            return None;
+        }
+        // at most half the way to an edge
+        let within =
+            |share: f64, change: f64| share + change.clamp(-0.5 * share, 0.5 * (1.0 - share));
+        let next = (
+            within(off, (c * d - b * e) / determinant),
+            within(peak, (a * e - b * d) / determinant),
+        );
+        let change = (next.0 - off).abs().max((next.1 - peak).abs());
+        (off, peak) = next;
+        if change < 1e-12 {
+            return Some((off, peak));
+        }
+    }
+    None
+}
+
+/// The correlation over a step, and from how many pairs.
+fn step_correlation(
+    records: &[TrafficRecord],
+    deviations: &[f64],
+    step_s: f64,
+) -> Option<(f64, usize)> {
+    let mut last: BTreeMap<&str, usize> = BTreeMap::new();
+    let mut pairs = Vec::new();
+    for (k, record) in records.iter().enumerate() {
+        if let Some(before) = last.insert(&record.site, k) {
+            let interval = record.time_s - records[before].time_s;
+            if interval > 0.0 && (deviations[before] * deviations[k]).is_finite() {
+                pairs.push((interval, deviations[before], deviations[k]));
+            }
+        }
+    }
+    pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let interval = pairs.get(pairs.len() / 2)?.0;
+    let (mut before, mut after, mut both, mut n) = (0.0, 0.0, 0.0, 0);
+    for (_, x, y) in pairs.iter().filter(|p| (p.0 - interval).abs() <= SAME_INTERVAL * interval) {
+        before += x * x;
+        after += y * y;
+        both += x * y;
+        n += 1;
+    }
+    let phi = both / (before * after).sqrt();
+    (n >= FEWEST && phi > 0.0).then(|| (libm::pow(phi, step_s / interval), n))
+}
+
+fn edge(share: f64) -> f64 {
+    share.clamp(EDGE, 1.0 - EDGE)
+}
+
+fn logit(share: f64) -> f64 {
+    libm::log(share / (1.0 - share))
+}

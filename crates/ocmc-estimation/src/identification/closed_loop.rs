@@ -1,0 +1,318 @@
+//! The closed loop of an event: the study's truck on the log's slopes, a driver with given gains who wants one speed.
+//!
+//! The truck starts as the log says: speed, gear, and an engine that has followed the pedal. What the controller knows at
+//! the start is not in a log: the filtered speed follows from the measured acceleration, the integral part is estimated with
+//! the gains. The air is still, dry and at 15 °C, the road smooth asphalt, the truck the typical one with the mean payload.
+
+use super::event::PedalLog;
+use nalgebra::{DMatrix, DVector};
+use ocmc_core::driver::Driver;
+use ocmc_core::driver::pedal::{Hold, Pedals};
+use ocmc_core::driver::speed_change::Rise;
+use ocmc_core::operating_cycle::{OperatingCycle, TrafficStretch, UNLIMITED_MPS, WeatherStretch};
+use ocmc_core::random::Streams;
+use ocmc_core::road::Road;
+use ocmc_core::road::road_type::Section;
+use ocmc_core::road::speed_sign::SpeedSign;
+use ocmc_core::road::surface::Ground;
+use ocmc_core::simulation::event::{EventDrive, Rolling, drive_event};
+use ocmc_core::study::{Part, Scenario, Study};
+use ocmc_core::weather::STANDARD_WEATHER;
+
+/// Length of a cell of constant slope where the study's step is too coarse for the log's slopes, in m.
+const CELL_M: f64 = 5.0;
+/// Slopes that differ by less are the same.
+const SAME_SLOPE: f64 = 5e-4;
+/// Road behind the event, in m: nobody brakes for its end within the event.
+const BEHIND_M: f64 = 600.0;
+/// Roughness at which rolling resistance is that of a smooth road, in m³: an IRI of 1.5 mm/m.
+const SMOOTH_M3: f64 = 7.603e-6;
+/// Length of a roughness block, in m.
+const BLOCK_M: f64 = 1000.0;
+/// Time over which what a log shows at the start is averaged, in s.
+const START_S: f64 = 1.0;
+/// Highest degree of that average.
+const HIGHEST_DEGREE: usize = 4;
+/// A coefficient of so many standard errors is one.
+const SIGNIFICANT: f64 = 3.0;
+/// Engine speed that a gear has at least, in rad/s, where a log does not tell the gear.
+const SLOWEST_ENGINE_RADPS: f64 = 100.0;
+
+/// A pedal controller with its set speed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Controller {
+    /// PID.
+    Pid {
+        /// K_P, in s/m.
+        proportional: f64,
+        /// K_I, in 1/m.
+        integral: f64,
+        /// K_D, in s²/m.
+        derivative: f64,
+        /// Set speed, in m/s.
+        set_speed_mps: f64,
+        /// Integral part J at the start.
+        start: f64,
+    },
+    /// Switched proportional.
+    Switched {
+        /// K_P, in s/m.
+        proportional: f64,
+        /// Threshold, in m/s.
+        threshold_mps: f64,
+        /// Set speed, in m/s.
+        set_speed_mps: f64,
+    },
+}
+
+/// An event made ready to be driven again and again.
+#[derive(Clone, Debug)]
+pub struct ClosedLoop<'a> {
+    study: &'a Study,
+    scenario: Scenario,
+    rolling: Rolling,
+    /// Output of the controller at the start, from the pedals.
+    pub start_output: f64,
+    /// Factor from the set speed to the driver's compliance.
+    compliance_per_mps: f64,
+    duration_s: f64,
+}
+
+impl<'a> ClosedLoop<'a> {
+    /// Makes a checked event ready.
+    pub fn new(study: &'a Study, log: &PedalLog) -> Self {
+        let position_m = log.positions_m();
+        let rows = position_m.len();
+        // a step of the simulation is cut where a cell ends: no more cells than the slopes need
+        let step_m = study.model().road.slope_step_m;
+        let cell_m = if fits(&position_m, &log.grade, step_m) { step_m } else { CELL_M };
+        let origin_m = cell_m * libm::floor(position_m[0] / cell_m);
+        let way_m = position_m[rows - 1] - origin_m + BEHIND_M;
+        let cells = libm::ceil(way_m / cell_m) as usize;
+        let slopes = cell_slopes(&position_m, &log.grade, origin_m, cell_m, cells);
+        let length_m = cells as f64 * cell_m;
+        let blocks = libm::ceil(length_m / BLOCK_M) as usize;
+        let streams = Streams::new(0, 0);
+        let without = [Part::PayloadSpread, Part::DriverSpread, Part::VehicleSpread];
+        let model = study.model();
+        let mission = model.mission.sample(Some(length_m), &streams, &without);
+        let payload_kg = mission.payload_kg;
+        let road = Road {
+            length_m,
+            sections: vec![Section { start_m: 0.0, end_m: length_m, road_type: 0 }],
+            signs: vec![SpeedSign { start_m: 0.0, speed_mps: UNLIMITED_MPS }],
+            slopes,
+            slope_step_m: cell_m,
+            roughness_m3: vec![SMOOTH_M3; blocks],
+            roughness_block_m: BLOCK_M,
+            grounds: vec![Ground::Asphalt],
+            climb_reached: true,
+            ..Road::default()
+        };
+        let mut driver: Driver = model.driver.sample(&streams, &without, f64::INFINITY);
+        driver.speed_change.rise = Rise::Paper;
+        // brakes late and hard for the end of the road, which the event does not reach
+        driver.speed_change.deceleration_mps2 = 1.0;
+        driver.speed_limit.maximum_speed_mps = f64::INFINITY;
+        let types = study.operating_cycle().road().types();
+        let legal = types[0].truck_limit_mps.unwrap_or(f64::INFINITY).min(UNLIMITED_MPS);
+        let scenario = Scenario {
+            cycle_id: 0,
+            cycle: OperatingCycle {
+                mission,
+                road,
+                weather: vec![WeatherStretch { start_m: 0.0, weather: STANDARD_WEATHER }],
+                traffic: vec![TrafficStretch { start_m: 0.0, density_per_m: 0.0 }],
+                ..OperatingCycle::default()
+            },
+            driver,
+            curve_residuals: Vec::new(),
+            vehicle: model.vehicle.sample(payload_kg, &streams, &without),
+        };
+        // the controller's filter has followed the speed, the engine the pedal: both with a lag
+        let speed_mps = log.speed_mps[0];
+        let speed = start_of(log, &log.speed_mps);
+        let pedal = start_of(log, &log.accelerator);
+        let brake = start_of(log, &log.brake)[0];
+        let lag_s =
+            study.powertrain().diesel().map_or(0.0, |drive| drive.engine_model.torque_lag_s);
+        let accelerator = lagged(&pedal, lag_s).clamp(0.0, 1.0);
+        let filter_s = model.driver.pedals.pid.derivative_filter_s;
+        let start_output = pedal[0] - brake / model.driver.pedals.brake_scale;
+        let rolling = Rolling {
+            offset_m: position_m[0] - origin_m,
+            speed_mps,
+            gear: start_gear(study, log, speed_mps),
+            accelerator,
+            integral: 0.0,
+            filtered_mps: speed_mps - speed[0] + lagged(&speed, filter_s),
+            held: start_output,
+            holds: false,
+        };
+        Self {
+            study,
+            scenario,
+            rolling,
+            start_output,
+            compliance_per_mps: 1.0 / legal,
+            duration_s: log.duration_s(),
+        }
+    }
+
+    /// Speed at the start, in m/s.
+    pub fn start_speed_mps(&self) -> f64 {
+        self.rolling.speed_mps
+    }
+
+    /// Drives the event.
+    pub fn drive(&self, controller: &Controller) -> EventDrive {
+        let mut scenario = self.scenario.clone();
+        let mut rolling = self.rolling;
+        let gains = &mut scenario.driver.pedals;
+        let set_speed = match *controller {
+            Controller::Pid { proportional, integral, derivative, set_speed_mps, start } => {
+                rolling.integral = start;
+                *gains = Pedals {
+                    proportional,
+                    integral,
+                    derivative,
+                    threshold_mps: None,
+                    holds_brake: false,
+                    redraws: 0,
+                };
+                set_speed_mps
+            }
+            Controller::Switched { proportional, threshold_mps, set_speed_mps } => {
+                let hold = self.study.model().driver.pedals.switched.hold;
+                rolling.holds = (set_speed_mps - rolling.speed_mps).abs() < threshold_mps;
+                *gains = Pedals {
+                    proportional,
+                    integral: 0.0,
+                    derivative: 0.0,
+                    threshold_mps: Some(threshold_mps),
+                    holds_brake: hold == Hold::Paper,
+                    redraws: 0,
+                };
+                set_speed_mps
+            }
+        };
+        scenario.driver.speed_limit.compliance = set_speed * self.compliance_per_mps;
+        drive_event(self.study, scenario, &rolling, self.duration_s)
+    }
+}
+
+/// Whether cells of this length, in m, have the slopes of the rows.
+fn fits(position_m: &[f64], grade: &[f64], cell_m: f64) -> bool {
+    let rows = position_m.len();
+    let origin_m = cell_m * libm::floor(position_m[0] / cell_m);
+    let cells = libm::ceil((position_m[rows - 1] - origin_m) / cell_m) as usize;
+    let slopes = cell_slopes(position_m, grade, origin_m, cell_m, cells);
+    (1..rows).all(|k| {
+        let middle_m = 0.5 * (position_m[k - 1] + position_m[k]);
+        let cell = ((middle_m - origin_m) / cell_m) as usize;
+        slopes.get(cell).is_none_or(|slope| (slope - grade[k]).abs() < SAME_SLOPE)
+    })
+}
+
+/// Mean slope of each cell: row k's grade holds on the way from row k − 1 to row k, the last one beyond.
+fn cell_slopes(
+    position_m: &[f64],
+    grade: &[f64],
+    origin_m: f64,
+    cell_m: f64,
+    cells: usize,
+) -> Vec<f64> {
+    let rows = position_m.len();
+    let mut row = 0;
+    (0..cells)
+        .map(|cell| {
+            let (mut at, end) =
+                (origin_m + cell as f64 * cell_m, origin_m + (cell + 1) as f64 * cell_m);
+            let mut climb = 0.0;
+            while at < end {
+                while row < rows && position_m[row] <= at {
+                    row += 1;
+                }
+                let (to, slope) = if row < rows {
+                    (position_m[row].min(end), grade[row])
+                } else {
+                    (end, grade[rows - 1])
+                };
+                climb += slope * (to - at);
+                at = to;
+            }
+            climb / cell_m
+        })
+        .collect()
+}
+
+/// Coefficients of a polynomial of the time since the first row, through the first [`START_S`] of even slope: of the highest degree whose last
+/// coefficient is more than the scatter explains, at least a line.
+fn start_of(log: &PedalLog, values: &[f64]) -> Vec<f64> {
+    let time_s = &log.time_s;
+    let rows = time_s.partition_point(|t| *t <= time_s[0] + START_S);
+    // a driver bends his pedal where the slope does
+    let even = log.grade.iter().take_while(|grade| (*grade - log.grade[0]).abs() < SAME_SLOPE);
+    let rows = rows.min(even.count()).max(3).min(values.len());
+    let power = |row: usize, column: usize| libm::pow(time_s[row] - time_s[0], column as f64);
+    let right = DVector::from_column_slice(&values[..rows]);
+    for degree in (1..=HIGHEST_DEGREE.min(rows - 2)).rev() {
+        let matrix = DMatrix::from_fn(rows, degree + 1, power);
+        let factors = matrix.clone().qr();
+        let projected = factors.q().transpose() * &right;
+        let Some(found) = factors.r().solve_upper_triangular(&projected) else { continue };
+        let freedom = (rows - degree - 1) as f64;
+        let scatter = (&right - matrix * &found).norm() / freedom.sqrt();
+        let error = scatter / factors.r()[(degree, degree)].abs();
+        if degree == 1 || found[degree].abs() > SIGNIFICANT * error {
+            return found.iter().copied().collect();
+        }
+    }
+    vec![values[0]]
+}
+
+/// What a first-order lag makes of a polynomial c₀ + c₁ t + c₂ t² + ... at t = 0, long after it began: Σ (−τ)^k k! c_k.
+fn lagged(coefficients: &[f64], lag_s: f64) -> f64 {
+    let mut factor = 1.0;
+    let mut sum = 0.0;
+    for (k, coefficient) in coefficients.iter().enumerate() {
+        if k > 0 {
+            factor *= -lag_s * k as f64;
+        }
+        sum += factor * coefficient;
+    }
+    sum
+}
+
+/// Gear at the start, from 0: that of the log, or the highest one in which the engine turns fast enough.
+fn start_gear(study: &Study, log: &PedalLog, speed_mps: f64) -> usize {
+    let gears = &study.powertrain().gears;
+    if let Some(gear) = &log.gear {
+        return (libm::round(gear[0]).max(1.0) as usize).min(gears.len()) - 1;
+    }
+    let fast = |gear: &usize| gears[*gear].speed_ratio_per_m * speed_mps >= SLOWEST_ENGINE_RADPS;
+    (0..gears.len()).rev().find(fast).unwrap_or(0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_lag_makes_of_a_polynomial() {
+        // f = t² − 2 t + 2 solves f' + f = t²
+        assert!((lagged(&[0.0, 0.0, 1.0], 1.0) - 2.0).abs() < 1e-12);
+        assert!((lagged(&[3.0, 0.4], 0.5) - 2.8).abs() < 1e-12);
+        let time_s: Vec<f64> = (0..40).map(|k| 7.0 + 0.05 * f64::from(k)).collect();
+        let log = PedalLog { grade: vec![0.0; 40], time_s, ..PedalLog::default() };
+        let time_s = &log.time_s;
+        let cubic: Vec<f64> = time_s.iter().map(|t| 0.3 + 0.2 * (t - 7.0).powi(3)).collect();
+        let found = start_of(&log, &cubic);
+        assert!((lagged(&found, 0.5) - (0.3 - 0.125 * 6.0 * 0.2)).abs() < 1e-9, "{found:?}");
+        // noise does not bend
+        let noisy: Vec<f64> =
+            time_s.iter().enumerate().map(|(k, t)| 0.1 * t + [0.02, -0.02][k % 2]).collect();
+        let found = start_of(&log, &noisy);
+        assert!(found.len() == 2 && (found[1] - 0.1).abs() < 0.02, "{found:?}");
+    }
+}

@@ -1,0 +1,241 @@
+//! The road that a log was driven on: as far as the log tells it.
+//!
+//! - way: the column of positions where it never falls, otherwise the integral of the speed
+//! - curves: those of [`super::curve`]; length = heading change × radius of the central part, so that length and radius are
+//!   those of one constant curvature
+//! - slope: climbed up by the column of slopes; or the altitude, averaged over a length (judgement: 200 m for a satellite receiver)
+//! - speed limits, road types, roughness: columns, each value held until another one comes
+//! - events: the map's objects where a column names them, with the standstills from 100 m before to 10 m behind them (judgement);
+//!   nothing else tells a sign from a queue
+//! - mission stops: the object, or standstills of at least 5 minutes (judgement)
+//!
+//! What a road's rows do not tell is not known of it ([`UnknownWay`]), rather than absent: a road without altitude is not flat.
+//! A drive is cut where nothing was logged for more than 10 s, unless the vehicle stood. Everything that is not used is counted.
+
+use super::DriveLog;
+use super::Samples;
+use super::curve::{CurveDetection, CurveOptions, detect_curves};
+use super::road_rows::RoadRows;
+use super::signal::{LogCounts, LogError, prepare};
+use super::standstill::Standstill;
+use ocmc_core::operating_cycle::given::GivenCycle;
+use ocmc_core::operating_cycle::told::{CurveWindow, CurvesTold, Told, UnknownWay};
+use serde::Serialize;
+
+/// A curve that begins this close to an object is a turn at it, in m: detectors see starts to within two cells and the object's row.
+const TURN_WITHIN_M: f64 = 20.0;
+
+/// One drive whose road is wanted.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RoadLog<'a> {
+    /// Time, speed, yaw rate, limit. Without yaw rates no curves.
+    pub drive: DriveLog<'a>,
+    /// Positions along the road, in m.
+    pub position_m: Option<Samples<'a>>,
+    /// Altitudes, in m.
+    pub altitude_m: Option<Samples<'a>>,
+    /// Slopes, each on the way from the row before.
+    pub grade: Option<Samples<'a>>,
+    /// Roughness coefficients, in m³.
+    pub roughness_m3: Option<Samples<'a>>,
+    /// Payload, in kg.
+    pub payload_kg: Option<Samples<'a>>,
+    /// Time of the day, in s from midnight.
+    pub time_of_day_s: Option<Samples<'a>>,
+    /// Day of the year, from 0.
+    pub day_of_year: Option<Samples<'a>>,
+    /// Road type of each row, empty where it is not known.
+    pub road_type: Option<Vec<&'a str>>,
+    /// Object of the map at each row, empty where there is none.
+    pub map_object: Option<Vec<&'a str>>,
+}
+
+/// Options.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct RoadOptions {
+    /// How curves are found.
+    pub curves: CurveOptions,
+    /// Smallest and largest radius of curves that are taken, in m.
+    pub radius_range_m: [f64; 2],
+    /// Length over which altitudes are averaged, in m; 0: not.
+    pub altitude_average_m: f64,
+    /// Standstills from this time on are stops of the mission, in s.
+    pub mission_stop_s: f64,
+    /// Road type of logs that have none; none: by the speed limit.
+    pub road_type: Option<String>,
+}
+
+impl Default for RoadOptions {
+    fn default() -> Self {
+        Self {
+            curves: CurveOptions::default(),
+            radius_range_m: [20.0, 500.0],
+            altitude_average_m: 200.0,
+            mission_stop_s: 300.0,
+            road_type: None,
+        }
+    }
+}
+
+/// A stretch of road, and what is known of it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LoggedRoad {
+    /// The road.
+    pub cycle: GivenCycle,
+    /// Standstills that no event explains.
+    pub standstills: Vec<Standstill>,
+    /// Where a part of it is not known.
+    pub unknown: UnknownWay,
+}
+
+/// What was not used, or had to be supposed.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct RoadCounts {
+    /// Rows.
+    pub rows: LogCounts,
+    /// Cuts at times without rows.
+    pub cuts: usize,
+    /// Pieces shorter than 200 m, which are no roads.
+    pub too_short: usize,
+    /// Rows whose limit is missing or impossible: the one before holds; a road without any has no signs.
+    pub without_limit: usize,
+    /// Rows without slope or altitude, where others have one: it goes on evenly over up to 200 m, longer ways are not known.
+    pub without_slope: usize,
+    /// Rows without yaw rate, where others have one: longer ways of them tell nothing of curves.
+    pub without_yaw_rate: usize,
+    /// Rows without road type: the one before holds.
+    pub without_road_type: usize,
+    /// Roads without road type and speed limit, which are left out.
+    pub untyped: usize,
+    /// Roads whose types follow from limits, where others have a column for it.
+    pub typed_by_limit: usize,
+    /// Curves outside the range of radii.
+    pub curves_outside: usize,
+    /// Curves that the detector dropped: short, nearly straight, slow, or without a radius.
+    pub curves_dropped: usize,
+    /// Objects of the map with a name that means nothing here.
+    pub unknown_objects: usize,
+    /// Whether positions are the integral of the speed.
+    pub by_speed: bool,
+    /// Whether the road types of the whole log follow from limits.
+    pub type_by_limit: bool,
+}
+
+/// The roads of a drive.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LoggedRoads {
+    /// Roads, in order.
+    pub roads: Vec<LoggedRoad>,
+    /// What the log tells.
+    pub told: Told,
+    /// What was not used.
+    pub counts: RoadCounts,
+}
+
+/// Names of objects of the map that are events.
+pub const MAP_OBJECTS: [&str; 5] =
+    ["stop_sign", "give_way", "traffic_light", "speed_bump", "mission_stop"];
+
+/// The roads of a log.
+///
+/// # Errors
+/// [`LogError`] where the log cannot be used, an option is out of its range, or nothing tells road types.
+pub fn roads(log: &RoadLog, options: &RoadOptions) -> Result<LoggedRoads, LogError> {
+    options.check()?;
+    let known = |column: &Option<Samples>| {
+        column.as_ref().is_some_and(|values| values.iter().any(|value| value.is_finite()))
+    };
+    let limits = known(&log.drive.limit_mps);
+    let words = |column: &Option<Vec<&str>>| {
+        column.as_ref().is_some_and(|words| words.iter().any(|word| !word.is_empty()))
+    };
+    let types = words(&log.road_type);
+    if !types && options.road_type.is_none() && !limits {
+        return Err(LogError::NoRoadType);
+    }
+    let turns = log.drive.yaw_rate_radps.iter().any(|yaw| yaw.is_finite());
+    let (pieces, rows) = prepare(&DriveLog {
+        time_s: log.drive.time_s.clone(),
+        speed_mps: log.drive.speed_mps.clone(),
+        yaw_rate_radps: vec![0.0; log.drive.time_s.len()].into(),
+        ..DriveLog::default()
+    })?;
+    let mut counts = RoadCounts {
+        rows,
+        type_by_limit: !types && options.road_type.is_none(),
+        ..RoadCounts::default()
+    };
+    let detection = if turns { Some(detect_curves(&log.drive, &options.curves)?) } else { None };
+    let curves = detection.as_ref().map_or(&[][..], |found| &found.curves);
+    counts.curves_dropped = detection.as_ref().map_or(0, dropped);
+    let mut roads = Vec::new();
+    let mut track = RoadRows::default();
+    for piece in &pieces {
+        if !track.goes_on(log, piece.row[0]) {
+            roads.extend(track.road(log, options, curves, &mut counts));
+            track = RoadRows::default();
+            counts.cuts += 1;
+        }
+        track.append(log, &piece.row, &piece.time_s, &piece.speed_mps);
+    }
+    roads.extend(track.road(log, options, curves, &mut counts));
+    let slopes = known(&log.grade) || known(&log.altitude_m);
+    // said of the whole log
+    if !slopes {
+        counts.without_slope = 0;
+    }
+    if !turns {
+        counts.without_yaw_rate = 0;
+    }
+    if counts.type_by_limit {
+        counts.typed_by_limit = 0;
+    }
+    let told = Told {
+        signs: limits,
+        events: words(&log.map_object),
+        slopes,
+        curves: if turns { CurvesTold::Within(options.window()) } else { CurvesTold::None },
+        turn_within_m: TURN_WITHIN_M,
+    };
+    Ok(LoggedRoads { roads, told, counts })
+}
+
+fn dropped(found: &CurveDetection) -> usize {
+    found.too_short + found.too_straight + found.too_slow + found.without_radius
+}
+
+impl RoadOptions {
+    /// The curves that are seen.
+    pub fn window(&self) -> CurveWindow {
+        CurveWindow {
+            radius_m: self.radius_range_m,
+            shortest_m: self.curves.shortest_m,
+            smallest_turn_rad: self.curves.smallest_turn_rad,
+        }
+    }
+
+    fn check(&self) -> Result<(), LogError> {
+        let [low, high] = self.radius_range_m;
+        for (option, value, allowed, good) in [
+            ("the smallest radius, in m,", low, "a number from 0 on", low >= 0.0),
+            ("the largest radius, in m,", high, "a number above the smallest", high > low),
+            (
+                "the length over which altitudes are averaged, in m,",
+                self.altitude_average_m,
+                "0 to 2000",
+                (0.0..=2000.0).contains(&self.altitude_average_m),
+            ),
+            (
+                "the time from which a standstill is a stop of the mission, in s,",
+                self.mission_stop_s,
+                "a number above 0",
+                self.mission_stop_s > 0.0,
+            ),
+        ] {
+            if !good {
+                return Err(LogError::Option { option, value, allowed });
+            }
+        }
+        Ok(())
+    }
+}
