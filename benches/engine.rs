@@ -3,12 +3,12 @@
 
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
 use ocmc_core::fleet::summary::SummaryBuilder;
-use ocmc_core::simulation::cabin::Cabin;
-use ocmc_core::simulation::cpu::CpuLevel;
-use ocmc_core::simulation::drive::{drive, drive_cabins};
-use ocmc_core::simulation::record::Record;
-use ocmc_core::simulation::road_row::RoadRows;
-use ocmc_core::simulation::trace::trace;
+use ocmc_core::kernel::cpu::CpuLevel;
+use ocmc_core::kernel::lane_task::Cabin;
+use ocmc_core::kernel::record::Record;
+use ocmc_core::kernel::road_row::RoadRows;
+use ocmc_core::kernel::scheduler::{drive, drive_cabins};
+use ocmc_core::kernel::trace::trace;
 use ocmc_core::study::Study;
 use ocmc_core::tactical::{SpeedProfile, plan};
 use std::collections::VecDeque;

@@ -3,8 +3,8 @@
 #![allow(clippy::print_stdout, reason = "its output is the guide's text")]
 
 use ocmc_core::fleet::run::{RunPlan, chunk_for, run};
-use ocmc_core::simulation::cpu::CpuLevel;
-use ocmc_core::simulation::record::Record;
+use ocmc_core::kernel::cpu::CpuLevel;
+use ocmc_core::kernel::record::Record;
 use ocmc_core::study::Study;
 use std::ops::ControlFlow;
 

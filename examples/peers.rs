@@ -5,17 +5,17 @@
 //! `peers follow < DRIVE.json`
 #![allow(clippy::print_stdout, reason = "its output is read by the benches' scripts")]
 
+use ocmc_core::kernel::cpu::CpuLevel;
+use ocmc_core::kernel::lane_task::Cabin;
+use ocmc_core::kernel::record::Record;
+use ocmc_core::kernel::road_row::RoadRows;
+use ocmc_core::kernel::scheduler::drive_cabins;
+use ocmc_core::kernel::trace::trace;
+use ocmc_core::powertrain::efficiency::EfficiencyCurve;
 use ocmc_core::prescribed::{Body, DriveCycle, EfficiencyDriveline, follow};
-use ocmc_core::simulation::cabin::Cabin;
-use ocmc_core::simulation::cpu::CpuLevel;
-use ocmc_core::simulation::drive::drive_cabins;
-use ocmc_core::simulation::record::Record;
-use ocmc_core::simulation::road_row::RoadRows;
-use ocmc_core::simulation::trace::trace;
 use ocmc_core::study::Study;
 use ocmc_core::tactical::{SpeedProfile, plan};
 use ocmc_core::vehicle::Drive;
-use ocmc_core::vehicle::efficiency::EfficiencyCurve;
 use serde_json::{Value, json};
 use std::fs::{File, write};
 use std::io::{BufWriter, Write, stdin};

@@ -4,8 +4,8 @@ use crate::arguments::{AnalysisArguments, RunArguments};
 use crate::failure::Failure;
 use ocmc_core::fleet::quantity::{Quantity, quantity};
 use ocmc_core::fleet::run::RunPlan;
+use ocmc_core::kernel::cpu::CpuLevel;
 use ocmc_core::random::LAST_CYCLE_ID;
-use ocmc_core::simulation::cpu::CpuLevel;
 
 /// Works out which cycles to run, and on what.
 pub(crate) fn plan(arguments: &RunArguments) -> Result<RunPlan, Failure> {

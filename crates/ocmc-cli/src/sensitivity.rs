@@ -12,7 +12,7 @@ use ocmc_core::fleet::sensitivity::{
     self, FactorGroup, FactorShare, Sensitivity, SensitivityError, factor_groups,
 };
 use ocmc_core::fleet::variance_share::LEAST_GROUPS;
-use ocmc_core::sampling::Sampling;
+use ocmc_core::random::sampling::Sampling;
 use ocmc_io::label::label;
 use ocmc_io::study::{self, LoadedStudy, study_hash};
 use serde::Serialize;

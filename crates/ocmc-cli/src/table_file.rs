@@ -2,8 +2,8 @@
 
 use crate::failure::Failure;
 use crate::{output, request};
+use ocmc_core::kernel::trace::TableColumn;
 use ocmc_core::operating_cycle::tracks::Track;
-use ocmc_core::simulation::trace::TableColumn;
 use ocmc_io::{operating_cycle, table};
 use std::fs;
 use std::io;

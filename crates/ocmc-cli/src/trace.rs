@@ -3,7 +3,7 @@
 use crate::arguments::CycleArguments;
 use crate::failure::Failure;
 use crate::table_file;
-use ocmc_core::simulation::trace;
+use ocmc_core::kernel::trace;
 use ocmc_io::study;
 
 /// Drives one cycle and writes down every step.

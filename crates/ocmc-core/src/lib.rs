@@ -16,23 +16,21 @@
 pub mod distribution;
 pub mod driver;
 pub mod fleet;
+pub mod kernel;
 pub mod lanes;
-pub mod mission;
 pub mod operating_cycle;
+pub mod powertrain;
 pub mod prescribed;
 pub mod random;
-pub mod road;
-pub mod sampling;
-pub mod simulation;
+pub mod special_functions;
 pub mod study;
+pub mod switch;
 pub mod tactical;
-pub mod traffic;
 pub mod vehicle;
-pub mod weather;
 
 /// The statistics of the integration tests.
 #[cfg(test)]
-#[path = "../tests/common/statistics.rs"]
+#[path = "../tests/it/common/statistics.rs"]
 #[allow(dead_code, reason = "the integration tests use the rest")]
 mod statistics;
 #[cfg(test)]

@@ -10,8 +10,8 @@
 //! The printed v' = √(v_{i+1} − 2 a (x_{i+1} − x)) subtracts m²/s² from m/s: v_{i+1} has to be squared.
 
 use crate::driver::speed_change::Rise;
+use crate::operating_cycle::road::point_event::EventKind;
 use crate::operating_cycle::segments::{Segment, lower};
-use crate::road::point_event::EventKind;
 use crate::study::{Scenario, Study};
 
 /// Desired speed squared of one segment, in m²/s²: the lowest of three branches.

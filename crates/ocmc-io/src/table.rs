@@ -1,6 +1,6 @@
 //! Tables of numbers, such as tracks and time series, as CSV and JSON.
 
-use ocmc_core::simulation::trace::TableColumn;
+use ocmc_core::kernel::trace::TableColumn;
 use std::io::{self, Write};
 
 /// Writes a table as comma-separated values: shortest decimals that read back as the same numbers, an empty cell for

@@ -11,7 +11,7 @@
 
 use crate::clock_column::ClockColumn;
 use crate::column_file::{ColumnFile, ColumnFileError};
-use ocmc_core::traffic::TrafficModel;
+use ocmc_core::operating_cycle::traffic::TrafficModel;
 use ocmc_estimation::fit::traffic::TrafficRecord;
 use std::collections::BTreeMap;
 use std::io::Read;

@@ -14,7 +14,7 @@
 
 use crate::clock_column::ClockColumn;
 use crate::column_file::{ColumnFile, ColumnFileError};
-use ocmc_core::weather::{STANDARD_WEATHER, Weather};
+use ocmc_core::operating_cycle::weather::{STANDARD_WEATHER, Weather};
 use ocmc_estimation::fit::weather::HourlyRecord;
 use std::io::Read;
 use std::path::Path;

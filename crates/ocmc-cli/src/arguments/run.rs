@@ -4,7 +4,7 @@ use super::value::{at_least_one, chunk, cycle_id, precision, threads, whole_numb
 use clap::builder::{ArgPredicate, PossibleValuesParser};
 use clap::{Args, ValueEnum};
 use ocmc_core::fleet::precision::Precision;
-use ocmc_core::simulation::cpu::CpuLevel;
+use ocmc_core::kernel::cpu::CpuLevel;
 use ocmc_io::records::RecordFormat;
 use std::path::PathBuf;
 

@@ -98,7 +98,8 @@ fn trigamma(x: f64) -> f64 {
 /// About the quantile, by the cube root of a gamma variable being nearly normal (E. B. Wilson and M. M. Hilferty, 1931):
 /// good to a few per cent in the tails.
 pub fn approximate_quantile(mean: f64, shape: f64, p: f64) -> f64 {
-    let root = 1.0 - 1.0 / (9.0 * shape) + super::normal_quantile(p) / (3.0 * shape.sqrt());
+    let root = 1.0 - 1.0 / (9.0 * shape)
+        + crate::special_functions::normal_quantile(p) / (3.0 * shape.sqrt());
     let root = root.max(0.0);
     mean * root * root * root
 }

@@ -3,7 +3,7 @@
 //! One file a law: what it is for, its formula, how it samples, how its parameters are estimated from data (`fit`,
 //! beside `sample`), its quantile where there is a closed form, and the tests of all three. Every law samples with
 //! elementary operations and `libm`, so that the bits are the same everywhere; draws are part of the program's values
-//! and do not change without a note in the changelog (`tests/value_stability.rs`).
+//! and do not change without a note in the changelog (`tests/it/value_stability.rs`).
 
 pub mod beta;
 pub mod empirical;
@@ -13,7 +13,6 @@ mod law;
 pub mod log_normal;
 pub mod mixture;
 pub mod normal;
-mod normal_quantile;
 mod quantity;
 pub mod uniform;
 pub mod weibull;
@@ -22,7 +21,6 @@ use crate::random::Draws;
 
 pub use gamma::standard_gamma;
 pub use law::Law;
-pub use normal_quantile::{normal_quantile, normal_quantiles};
 pub use quantity::Quantity;
 
 /// What one draw in a million exceeds is drawn by none: the check of a study looks as far as that ([`Law::practical_range`]).

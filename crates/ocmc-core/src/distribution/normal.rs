@@ -4,8 +4,9 @@
 //! Sampled by inversion, x = μ + σ Φ⁻¹(Φ(a) + u (Φ(b) − Φ(a))), exactly one uniform a draw. Bounds more than about eight
 //! standard deviations above the mean leave no digits of 1 − Φ and give the bound itself.
 
-use super::{Law, moments, normal_quantile, practical};
+use super::{Law, moments, practical};
 use crate::random::Draws;
+use crate::special_functions::normal_quantile;
 use std::f64::consts::SQRT_2;
 
 /// One draw.

@@ -6,7 +6,7 @@ pub mod speed_change;
 pub mod speed_limit;
 
 use crate::random::Streams;
-use crate::study::Part;
+use crate::switch::ModelSwitch;
 use curve_speed::{CurveSpeed, CurveSpeedModel};
 use pedal::{PedalModel, Pedals};
 use schemars::JsonSchema;
@@ -42,9 +42,14 @@ pub struct Driver {
 }
 
 impl DriverModel {
-    /// Draws one driver. Without [`Part::DriverSpread`] all are the typical one.
-    pub fn sample(&self, streams: &Streams, without: &[Part], stability_limit: f64) -> Driver {
-        let spread = !without.contains(&Part::DriverSpread);
+    /// Draws one driver. Without [`ModelSwitch::DriverSpread`] all are the typical one.
+    pub fn sample(
+        &self,
+        streams: &Streams,
+        without: &[ModelSwitch],
+        stability_limit: f64,
+    ) -> Driver {
+        let spread = !without.contains(&ModelSwitch::DriverSpread);
         Driver {
             curve_speed: self.curve_speed.sample(streams, spread),
             speed_change: self.speed_change.sample(streams, spread),

@@ -17,7 +17,7 @@ use super::quantity::{Quantity, shared_consumption};
 use super::ratio::student_975;
 use super::replicates::ParameterUncertainty;
 use super::run::{RunPlan, records};
-use crate::simulation::record::{Outcome, Record};
+use crate::kernel::record::{Outcome, Record};
 use crate::study::Study;
 use serde::Serialize;
 use std::ops::ControlFlow;

@@ -1,6 +1,6 @@
 //! Which cycles of a run depend on one another.
 //!
-//! Where the cycles of a batch spread evenly ([`crate::sampling`]), they are not independent, but batches are. A batch then
+//! Where the cycles of a batch spread evenly ([`crate::random::sampling`]), they are not independent, but batches are. A batch then
 //! counts as one: with y_b and x_b the totals of batch b, the fleet's mean is R = Σ y_b / Σ x_b as ever, and its interval is
 //! that of a ratio of batches ([`super::ratio`]), which is narrower the more evenly they spread. A batch that the run has
 //! only a part of counts as a smaller one. Source: W. G. Cochran, *Sampling Techniques*, 3rd ed. (1977), chapter 9A, the
@@ -66,9 +66,9 @@ impl Dependence {
 mod tests {
     use super::*;
     use crate::fleet::summary::SummaryBuilder;
+    use crate::kernel::record::Record;
+    use crate::random::sampling::Sampling;
     use crate::random::{Stream, Streams};
-    use crate::sampling::Sampling;
-    use crate::simulation::record::Record;
     use crate::statistics::assert_share;
 
     #[test]

@@ -8,7 +8,7 @@
 
 use super::quantile::LEVELS;
 use super::summary::SummaryBuilder;
-use crate::simulation::record::Record;
+use crate::kernel::record::Record;
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 

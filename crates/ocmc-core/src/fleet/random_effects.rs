@@ -11,8 +11,8 @@
 use super::quantity::{Quantity, consumption};
 use super::run::{RunPlan, records};
 use super::sensitivity::SensitivityError;
+use crate::random::sampling::Sampling;
 use crate::random::{Exchange, Factor, StreamSet};
-use crate::sampling::Sampling;
 use crate::study::Study;
 use serde::Serialize;
 use std::ops::ControlFlow;

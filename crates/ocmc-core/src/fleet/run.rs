@@ -1,10 +1,10 @@
 //! Runs a range of cycles in parallel and hands the records over in the order of their ids.
 
+use crate::kernel::cpu::CpuLevel;
+use crate::kernel::lane_task::Cabin;
+use crate::kernel::record::Record;
+use crate::kernel::scheduler::{drive_cabins, drive_until, sampled};
 use crate::random::Exchange;
-use crate::simulation::cabin::Cabin;
-use crate::simulation::cpu::CpuLevel;
-use crate::simulation::drive::{drive_cabins, drive_until, sampled};
-use crate::simulation::record::Record;
 use crate::study::Study;
 use std::collections::BTreeMap;
 use std::num::NonZero;

@@ -6,7 +6,7 @@ use super::quantity::{CONSUMPTIONS, Extent, QUANTITIES, Quantity, Weight, quanti
 use super::ratio::Ratio;
 use super::replicates::ParameterUncertainty;
 use super::statistic::Statistic;
-use crate::simulation::record::{Outcome, Record};
+use crate::kernel::record::{Outcome, Record};
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
 

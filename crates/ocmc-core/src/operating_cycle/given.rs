@@ -6,10 +6,10 @@
 
 use super::tracks::{Rule, Track, Values};
 use super::{TrafficStretch, WeatherStretch};
-use crate::road::curvature::Curve;
-use crate::road::point_event::{EventKind, PointEvent};
-use crate::road::surface::{GROUNDS, Ground};
-use crate::weather::{STANDARD_WEATHER, Weather};
+use crate::operating_cycle::road::curvature::Curve;
+use crate::operating_cycle::road::point_event::{EventKind, PointEvent};
+use crate::operating_cycle::road::surface::{GROUNDS, Ground};
+use crate::operating_cycle::weather::{STANDARD_WEATHER, Weather};
 
 /// Events closer than this act at one place, in m.
 const SAME_PLACE_M: f64 = 1.0;

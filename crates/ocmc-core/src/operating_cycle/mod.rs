@@ -5,17 +5,21 @@
 //! seed all trucks and drivers meet the same cycle, and the speed profile is a function of position alone.
 
 pub mod given;
+pub mod mission;
+pub mod road;
 pub mod route;
 pub mod segments;
 pub mod told;
 pub mod tracks;
+pub mod traffic;
+pub mod weather;
 
-use crate::mission::{Mission, MissionModel};
+use crate::operating_cycle::mission::{Mission, MissionModel};
+use crate::operating_cycle::road::{Road, RoadModel, RoadSampler};
+use crate::operating_cycle::traffic::{TrafficModel, TrafficTypeModel};
+use crate::operating_cycle::weather::{STANDARD_WEATHER, Weather, WeatherModel};
 use crate::random::Streams;
-use crate::road::{Road, RoadModel, RoadSampler};
-use crate::study::Part;
-use crate::traffic::{TrafficModel, TrafficTypeModel};
-use crate::weather::{STANDARD_WEATHER, Weather, WeatherModel};
+use crate::switch::ModelSwitch;
 use route::Route;
 
 /// A limit that no truck reaches, in m/s: what a road without signs shows.
@@ -113,7 +117,7 @@ impl OperatingCycleSampler {
     }
 
     /// Draws one operating cycle into `cycle`, whose buffers are reused.
-    pub fn sample(&self, streams: &Streams, without: &[Part], cycle: &mut OperatingCycle) {
+    pub fn sample(&self, streams: &Streams, without: &[ModelSwitch], cycle: &mut OperatingCycle) {
         let route = route::choose(&self.routes, streams);
         let given_length_m = route.map(|route| route.cycle().length_m);
         cycle.mission = self.mission.sample(given_length_m, streams, without);
@@ -125,7 +129,7 @@ impl OperatingCycleSampler {
             None => self.road.sample(mission.length_m, &mission.stops, streams, without, road),
             Some(route) => route.lay(&self.road, &mission.stops, streams, without, road),
         }
-        if without.contains(&Part::Signs) {
+        if without.contains(&ModelSwitch::Signs) {
             for sign in &mut cycle.road.signs {
                 sign.speed_mps = UNLIMITED_MPS;
             }
@@ -137,17 +141,17 @@ impl OperatingCycleSampler {
     }
 
     /// Runs the free-flow clock along the road and writes down what it meets.
-    fn pass(&self, streams: &Streams, without: &[Part], cycle: &mut OperatingCycle) {
+    fn pass(&self, streams: &Streams, without: &[ModelSwitch], cycle: &mut OperatingCycle) {
         let changes = self.changes(&cycle.road);
         let length_m = cycle.road.length_m;
         cycle.free_flow_s = free_flow_s(&changes, length_m);
         let mission = &cycle.mission;
 
-        let weather = (!without.contains(&Part::Weather)).then(|| {
+        let weather = (!without.contains(&ModelSwitch::Weather)).then(|| {
             let (day, second) = (mission.day_of_year, mission.departure_s);
             self.weather.sample(day, second, cycle.free_flow_s, streams)
         });
-        let traffic = (!without.contains(&Part::Traffic))
+        let traffic = (!without.contains(&ModelSwitch::Traffic))
             .then(|| self.traffic.sample(cycle.free_flow_s, streams));
         let weather_at = |time_s: f64| weather.as_ref().map_or(STANDARD_WEATHER, |w| w.at(time_s));
         let step_s = self.traffic.step_s;

@@ -6,14 +6,14 @@
 
 use super::OperatingCycle;
 use super::given::{GivenCycle, GivenCycleError, STEEPEST, held, merge_events};
-use crate::mission::Mission;
+use crate::operating_cycle::mission::Mission;
+use crate::operating_cycle::road::point_event::{EventKind, PointEvent};
+use crate::operating_cycle::road::road_type::Section;
+use crate::operating_cycle::road::speed_sign::SpeedSign;
+use crate::operating_cycle::road::surface::Ground;
+use crate::operating_cycle::road::{Road, RoadSampler};
 use crate::random::{Stream, Streams};
-use crate::road::point_event::{EventKind, PointEvent};
-use crate::road::road_type::Section;
-use crate::road::speed_sign::SpeedSign;
-use crate::road::surface::Ground;
-use crate::road::{Road, RoadSampler};
-use crate::study::Part;
+use crate::switch::ModelSwitch;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -166,7 +166,7 @@ impl Route {
         sampler: &RoadSampler,
         mission_stops: &[PointEvent],
         streams: &Streams,
-        without: &[Part],
+        without: &[ModelSwitch],
         road: &mut Road,
     ) {
         let has = |part| !without.contains(&part);
@@ -176,11 +176,11 @@ impl Route {
         road.sections.clone_from(&self.sections);
         road.signs.clone_from(&self.signs);
         road.curves.clear();
-        if has(Part::Curves) {
+        if has(ModelSwitch::Curves) {
             road.curves.extend_from_slice(&self.cycle.curves);
         }
         road.slopes.clone_from(&self.slopes);
-        if !has(Part::Slope) {
+        if !has(ModelSwitch::Slope) {
             road.slopes.fill(0.0);
         }
         match &self.roughness_m3 {
@@ -197,10 +197,12 @@ impl Route {
             .unwrap_or_else(|| std::f64::consts::TAU * streams.open(Stream::Heading).uniform());
         road.climb_reached = true;
         let events = self.cycle.events.iter().filter(|event| match event.kind {
-            EventKind::StopSign { .. } => has(Part::StopSigns),
-            EventKind::GiveWayStop { .. } | EventKind::GiveWayPass { .. } => has(Part::GiveWays),
-            EventKind::RedLight { .. } | EventKind::GreenLight => has(Part::TrafficLights),
-            EventKind::SpeedBump { .. } => has(Part::SpeedBumps),
+            EventKind::StopSign { .. } => has(ModelSwitch::StopSigns),
+            EventKind::GiveWayStop { .. } | EventKind::GiveWayPass { .. } => {
+                has(ModelSwitch::GiveWays)
+            }
+            EventKind::RedLight { .. } | EventKind::GreenLight => has(ModelSwitch::TrafficLights),
+            EventKind::SpeedBump { .. } => has(ModelSwitch::SpeedBumps),
             EventKind::MissionStop { .. } => true,
         });
         road.events.clear();
@@ -210,15 +212,15 @@ impl Route {
     }
 
     /// Puts the file's weather and traffic in place of what was drawn, where they are kept; the parts in `without` stay left out.
-    pub fn give_clock(&self, without: &[Part], cycle: &mut OperatingCycle) {
+    pub fn give_clock(&self, without: &[ModelSwitch], cycle: &mut OperatingCycle) {
         if self.keeps(Keep::Weather)
-            && !without.contains(&Part::Weather)
+            && !without.contains(&ModelSwitch::Weather)
             && let Some(weather) = &self.cycle.weather
         {
             cycle.weather.clone_from(weather);
         }
         if self.keeps(Keep::Traffic)
-            && !without.contains(&Part::Traffic)
+            && !without.contains(&ModelSwitch::Traffic)
             && let Some(traffic) = &self.cycle.traffic
         {
             cycle.traffic.clone_from(traffic);

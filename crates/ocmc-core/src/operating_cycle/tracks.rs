@@ -4,8 +4,8 @@
 //! an event acts at its position alone. Weather and traffic are given where the free-flow clock meets them.
 
 use super::OperatingCycle;
-use crate::road::RoadTypeModel;
-use crate::road::point_event::EventKind;
+use crate::operating_cycle::road::RoadTypeModel;
+use crate::operating_cycle::road::point_event::EventKind;
 use serde::Serialize;
 
 /// How a track is read between its positions.

@@ -3,7 +3,7 @@
 //! The same functions serve here and in the closed loop: gearbox and axle losses, engine curves and map. Here they are run backwards.
 
 use super::drive_cycle::DriveStep;
-use crate::vehicle::efficiency::EfficiencyCurve;
+use crate::powertrain::efficiency::EfficiencyCurve;
 use crate::vehicle::{DieselDrive, Powertrain, Vehicle};
 
 /// What the driveline did in one step.

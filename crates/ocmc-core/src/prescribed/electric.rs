@@ -2,7 +2,7 @@
 
 use super::drive_cycle::DriveStep;
 use super::driveline::DrivelineStep;
-use crate::vehicle::electric::ElectricDrive;
+use crate::powertrain::battery_electric::ElectricDrive;
 
 /// The driveline and the state of its battery.
 #[derive(Clone, Debug)]

@@ -16,9 +16,9 @@ pub use driveline::EfficiencyDriveline;
 pub use electric::ElectricSums;
 pub use planned::planned_cycle;
 
-use crate::simulation::record::{Outcome, Record};
+use crate::kernel::record::{Outcome, Record};
+use crate::powertrain::battery_electric::ElectricDrive;
 use crate::study::{Scenario, Study};
-use crate::vehicle::electric::ElectricDrive;
 use crate::vehicle::resistance::{
     GRAVITY_MPS2, drag_force_n, rolling_temperature_factor, rolling_wet_factor,
 };

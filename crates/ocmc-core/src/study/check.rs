@@ -3,11 +3,11 @@
 use super::{StudyModel, bound_of};
 use crate::distribution::{Law, Quantity};
 use crate::driver::curve_speed::CurveSpeedForm;
-use crate::mission::{MINIMUM_SPACING_M, MissionStopModel};
-use crate::road::topography::ClimbRule;
-use crate::vehicle::electric::ElectricModel;
-use crate::vehicle::engine::{EngineModel, MOST_KNOTS};
-use crate::vehicle::gearbox::GearboxModel;
+use crate::operating_cycle::mission::{MINIMUM_SPACING_M, MissionStopModel};
+use crate::operating_cycle::road::topography::ClimbRule;
+use crate::powertrain::battery_electric::ElectricModel;
+use crate::powertrain::diesel::engine::{EngineModel, MOST_KNOTS};
+use crate::powertrain::gearbox::GearboxModel;
 use nalgebra::Matrix3;
 use serde::Deserialize;
 use serde_json::Value;

@@ -9,16 +9,17 @@ pub use bounds::{BOUNDS, Bound, bound_of};
 pub use check::{Problem, StudyError};
 
 use crate::driver::{Driver, DriverModel};
-use crate::mission::MissionModel;
 use crate::operating_cycle::given::{GivenCycle, GivenCycleError};
+use crate::operating_cycle::mission::MissionModel;
+use crate::operating_cycle::road::RoadModel;
 use crate::operating_cycle::route::{Keep, Route};
+use crate::operating_cycle::traffic::TrafficModel;
+use crate::operating_cycle::weather::WeatherModel;
 use crate::operating_cycle::{OperatingCycle, OperatingCycleSampler};
+use crate::random::sampling::Sampling;
 use crate::random::{Exchange, Factor, Stream, Streams};
-use crate::road::RoadModel;
-use crate::sampling::Sampling;
-use crate::traffic::TrafficModel;
+use crate::switch::ModelSwitch;
 use crate::vehicle::{Powertrain, Vehicle, VehicleModel};
-use crate::weather::WeatherModel;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -88,7 +89,7 @@ pub struct SimulationModel {
     /// Speed below which a truck is slow, in m/s.
     pub creep_speed_mps: f64,
     /// Parts that are turned off.
-    pub without: Vec<Part>,
+    pub without: Vec<ModelSwitch>,
     /// Factors that every cycle takes from cycle 0.
     pub frozen: Vec<Factor>,
     /// Whether batches of cycles spread evenly over what describes a whole cycle.
@@ -120,36 +121,6 @@ impl Default for SimulationModel {
             sampling: Sampling::Independent,
         }
     }
-}
-
-/// A part that can be turned off, to see what it does.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Part {
-    /// A flat road.
-    Slope,
-    /// A straight road, without junction turns.
-    Curves,
-    /// No signs: 130 km/h, so that only the truck's limits hold. Curves still follow the drawn signs.
-    Signs,
-    /// No stop signs.
-    StopSigns,
-    /// No give-way signs.
-    GiveWays,
-    /// No traffic lights.
-    TrafficLights,
-    /// No speed bumps.
-    SpeedBumps,
-    /// Still, dry air at 15 °C.
-    Weather,
-    /// No other vehicles.
-    Traffic,
-    /// Every truck carries the mean payload.
-    PayloadSpread,
-    /// Every driver is the typical one, without residuals.
-    DriverSpread,
-    /// Every truck is the typical one.
-    VehicleSpread,
 }
 
 /// A checked study, prepared for sampling.

@@ -1,27 +1,17 @@
 //! The truck: masses, resistances, engine, gearbox and brakes, and how the trucks of a fleet differ.
 
-pub mod battery;
-pub mod bilinear;
 pub mod brakes;
-pub mod climate;
 pub mod coast_down;
-pub mod efficiency;
-pub mod electric;
-pub mod engine;
-pub mod fuel_map;
-pub mod gearbox;
-pub mod motor;
-mod piece_table;
 pub mod resistance;
 pub mod tyre;
 
 use crate::distribution::Quantity;
+use crate::powertrain::battery_electric::{ElectricDrive, ElectricModel};
+use crate::powertrain::diesel::engine::{Engine, EngineModel};
+use crate::powertrain::gearbox::{Gear, GearboxModel, ShiftModel};
 use crate::random::{Stream, Streams};
-use crate::study::Part;
+use crate::switch::ModelSwitch;
 use brakes::BrakeModel;
-use electric::{ElectricDrive, ElectricModel};
-use engine::{Engine, EngineModel};
-use gearbox::{Gear, GearboxModel, ShiftModel};
 use resistance::{AxleModel, CrossWind, CrossWindModel, rolling_coefficient};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -130,9 +120,9 @@ pub struct Vehicle {
 }
 
 impl VehicleModel {
-    /// Draws one truck with a payload. Without [`Part::VehicleSpread`] all are the typical one.
-    pub fn sample(&self, payload_kg: f64, streams: &Streams, without: &[Part]) -> Vehicle {
-        let spread = !without.contains(&Part::VehicleSpread);
+    /// Draws one truck with a payload. Without [`ModelSwitch::VehicleSpread`] all are the typical one.
+    pub fn sample(&self, payload_kg: f64, streams: &Streams, without: &[ModelSwitch]) -> Vehicle {
+        let spread = !without.contains(&ModelSwitch::VehicleSpread);
         let mut draws = streams.open(Stream::Vehicle);
         let mut draw = |law: &Quantity| {
             if spread { law.sample(&mut draws) } else { law.centre() }

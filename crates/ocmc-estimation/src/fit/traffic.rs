@@ -1,11 +1,11 @@
-//! The traffic model of measured densities: what [`ocmc_core::traffic`] draws, estimated.
+//! The traffic model of measured densities: what [`ocmc_core::operating_cycle::traffic`] draws, estimated.
 //!
 //! logit x = logit m_r(H) + u: the typical shares off peak and at the peak of each road type by least squares on the logit scale
 //! (Gauss and Newton's method), with the hours and widths of the peaks as the base study has them; SD of u, and its correlation over a step
 //! from records that follow each other at the same site: records τ apart tell φ^(τ/step).
 
 use super::operating_cycle::ParameterFit;
-use ocmc_core::traffic::TrafficModel;
+use ocmc_core::operating_cycle::traffic::TrafficModel;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use thiserror::Error;

@@ -1,4 +1,4 @@
-//! The weather model of hourly records of one place: what [`ocmc_core::weather`] draws, estimated.
+//! The weather model of hourly records of one place: what [`ocmc_core::operating_cycle::weather`] draws, estimated.
 //!
 //! - temperature and humidity: the harmonics of year and day by least squares; SD and correlation over an hour of what they leave,
 //!   the temperature's SD by season from E|ξ| = SD √(2/π);
@@ -13,8 +13,11 @@
 
 use super::least_squares::LeastSquares;
 use super::operating_cycle::ParameterFit;
-use ocmc_core::distribution::{Law, gamma, normal_quantile, weibull};
-use ocmc_core::weather::{Weather, WeatherModel, night, season, standard_pressure_pa};
+use ocmc_core::distribution::{Law, gamma, weibull};
+use ocmc_core::operating_cycle::weather::{
+    Weather, WeatherModel, night, season, standard_pressure_pa,
+};
+use ocmc_core::special_functions::normal_quantile;
 use serde::Serialize;
 use std::f64::consts::FRAC_PI_2;
 use thiserror::Error;

@@ -9,15 +9,16 @@ use nalgebra::{DMatrix, DVector};
 use ocmc_core::driver::Driver;
 use ocmc_core::driver::pedal::{Hold, Pedals};
 use ocmc_core::driver::speed_change::Rise;
+use ocmc_core::kernel::pedal_event::{EventDrive, Rolling, drive_event};
+use ocmc_core::operating_cycle::road::Road;
+use ocmc_core::operating_cycle::road::road_type::Section;
+use ocmc_core::operating_cycle::road::speed_sign::SpeedSign;
+use ocmc_core::operating_cycle::road::surface::Ground;
+use ocmc_core::operating_cycle::weather::STANDARD_WEATHER;
 use ocmc_core::operating_cycle::{OperatingCycle, TrafficStretch, UNLIMITED_MPS, WeatherStretch};
 use ocmc_core::random::Streams;
-use ocmc_core::road::Road;
-use ocmc_core::road::road_type::Section;
-use ocmc_core::road::speed_sign::SpeedSign;
-use ocmc_core::road::surface::Ground;
-use ocmc_core::simulation::event::{EventDrive, Rolling, drive_event};
-use ocmc_core::study::{Part, Scenario, Study};
-use ocmc_core::weather::STANDARD_WEATHER;
+use ocmc_core::study::{Scenario, Study};
+use ocmc_core::switch::ModelSwitch;
 
 /// Length of a cell of constant slope where the study's step is too coarse for the log's slopes, in m.
 const CELL_M: f64 = 5.0;
@@ -93,7 +94,8 @@ impl<'a> ClosedLoop<'a> {
         let length_m = cells as f64 * cell_m;
         let blocks = libm::ceil(length_m / BLOCK_M) as usize;
         let streams = Streams::new(0, 0);
-        let without = [Part::PayloadSpread, Part::DriverSpread, Part::VehicleSpread];
+        let without =
+            [ModelSwitch::PayloadSpread, ModelSwitch::DriverSpread, ModelSwitch::VehicleSpread];
         let model = study.model();
         let mission = model.mission.sample(Some(length_m), &streams, &without);
         let payload_kg = mission.payload_kg;

@@ -6,7 +6,7 @@ use super::closed_loop::{ClosedLoop, Controller};
 use super::compass_search::descend;
 use super::event::PedalLog;
 use super::identify::{ControllerKind, IdentifyOptions, NORMAL_95, ParameterFit, SpeedTerm};
-use ocmc_core::simulation::event::EventDrive;
+use ocmc_core::kernel::pedal_event::EventDrive;
 use ocmc_core::study::Study;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};

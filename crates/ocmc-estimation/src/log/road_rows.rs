@@ -8,10 +8,10 @@ use super::sensor::STANDSTILL_MPS;
 use super::signal::{LIMITS_MPS, longest_interval_s};
 use super::standstill::{Standstill, standstills};
 use ocmc_core::operating_cycle::given::GivenCycle;
+use ocmc_core::operating_cycle::road::curvature::Curve;
+use ocmc_core::operating_cycle::road::point_event::{EventKind, PointEvent};
 use ocmc_core::operating_cycle::route::type_by_limit;
 use ocmc_core::operating_cycle::told::UnknownWay;
-use ocmc_core::road::curvature::Curve;
-use ocmc_core::road::point_event::{EventKind, PointEvent};
 
 /// Time without rows through which a road goes on, in s.
 const LONGEST_BRIDGE_S: f64 = 10.0;

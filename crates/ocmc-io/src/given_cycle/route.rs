@@ -12,13 +12,13 @@
 //!
 //! Geometry: points are put on a plane around the first one (equirectangular, good for a few hundred km), resampled every 5 m, and
 //! averaged over 45 m, because the roads of maps turn at their points only. Curvature is the change of direction per metre; curves
-//! are found in it by [`ocmc_core::road::route_geometry`]. Altitude is taken as it is given: smooth GPS heights before.
+//! are found in it by [`ocmc_core::operating_cycle::road::route_geometry`]. Altitude is taken as it is given: smooth GPS heights before.
 
 use super::{GivenCycleFileError, in_file, refuse_over_time, within, within_or};
 use crate::delimited::{DelimitedTable, KMH, METRES, MPS};
 use ocmc_core::operating_cycle::given::GivenCycle;
+use ocmc_core::operating_cycle::road::route_geometry::{self, Path2d};
 use ocmc_core::operating_cycle::tracks::{Rule, Track, Values};
-use ocmc_core::road::route_geometry::{self, Path2d};
 
 /// The columns.
 const COLUMNS: [&str; 13] = [

@@ -5,7 +5,7 @@ use arrow_array::{
     Array, ArrayRef, Float64Array, RecordBatch, StringArray, UInt64Array, new_null_array,
 };
 use arrow_schema::{DataType, Field, Schema, SchemaRef};
-use ocmc_core::simulation::record::{COLUMNS, Cell, Column, Outcome, Record, column};
+use ocmc_core::kernel::record::{COLUMNS, Cell, Column, Outcome, Record, column};
 use serde::Deserialize;
 use serde::de::value::{Error, SeqDeserializer, StrDeserializer};
 use serde::de::{Deserializer, Error as _, IntoDeserializer, Visitor};

@@ -2,7 +2,7 @@
 
 use super::{GROUP_ROWS, Group, RecordsError};
 use crate::file_error::FileError;
-use ocmc_core::simulation::record::{COLUMNS, Cell, Record};
+use ocmc_core::kernel::record::{COLUMNS, Cell, Record};
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};

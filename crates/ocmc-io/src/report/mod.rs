@@ -11,7 +11,7 @@ use crate::study;
 use ocmc_core::fleet::association::{Association, association};
 use ocmc_core::fleet::quantity::{Quantity, quantity};
 use ocmc_core::fleet::statistic::Statistic;
-use ocmc_core::simulation::record::{Cell, Record, column};
+use ocmc_core::kernel::record::{Cell, Record, column};
 use std::fmt::Write;
 use svg::escaped;
 

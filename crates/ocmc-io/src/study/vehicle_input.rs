@@ -14,9 +14,9 @@
 use super::error::{Cause, Fault};
 use super::node::Node;
 use crate::delimited::{DelimitedTable, TableError};
+use ocmc_core::powertrain::diesel::engine::MOST_KNOTS;
+use ocmc_core::powertrain::diesel::fuel_map::{FuelPoint, on_grid};
 use ocmc_core::vehicle::coast_down::CoastDown;
-use ocmc_core::vehicle::engine::MOST_KNOTS;
-use ocmc_core::vehicle::fuel_map::{FuelPoint, on_grid};
 use ocmc_core::vehicle::tyre::TyreSize;
 use serde::Deserialize;
 use serde_json::{Value, json};

@@ -5,10 +5,10 @@
 //! below 50 km, else long distance. Both \[PK\]: Volvo's global transport application, P. Edlund, P.-O. Fryk, SAE 2004-01-2645.
 
 use crate::log::road::LoggedRoad;
+use ocmc_core::operating_cycle::road::Road;
+use ocmc_core::operating_cycle::road::curvature::Curve;
+use ocmc_core::operating_cycle::road::point_event::{EventKind, PointEvent};
 use ocmc_core::operating_cycle::told::overlap_m;
-use ocmc_core::road::Road;
-use ocmc_core::road::curvature::Curve;
-use ocmc_core::road::point_event::{EventKind, PointEvent};
 use ocmc_core::study::Study;
 use serde::Serialize;
 use std::collections::BTreeMap;

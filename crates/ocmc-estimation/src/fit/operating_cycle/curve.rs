@@ -3,7 +3,7 @@
 use super::{Estimates, TypeRoads};
 use crate::fit::nelder_mead::minimise;
 use crate::fit::p_value::ln_normal_tail;
-use ocmc_core::road::curvature::CurveModel;
+use ocmc_core::operating_cycle::road::curvature::CurveModel;
 
 /// Fewest curves from which laws are estimated.
 const FEWEST: usize = 5;

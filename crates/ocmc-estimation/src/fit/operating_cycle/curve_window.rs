@@ -14,8 +14,8 @@ use super::{Estimates, TypeRoads};
 use crate::fit::nelder_mead::minimise;
 use crate::fit::p_value::ln_normal_tail;
 use nalgebra::{DMatrix, DVector};
+use ocmc_core::operating_cycle::road::curvature::CurveModel;
 use ocmc_core::operating_cycle::told::CurveWindow;
-use ocmc_core::road::curvature::CurveModel;
 use std::collections::BTreeMap;
 
 /// Share of the largest heading from which on a measured turn counts as cut there.
@@ -99,7 +99,7 @@ fn laws_of(model: &CurveModel) -> Laws {
 }
 
 fn seen_curves(roads: &TypeRoads, window: &CurveWindow, model: &CurveModel) -> Vec<Seen> {
-    let row = |(curve, sign_mps): &(ocmc_core::road::curvature::Curve, f64)| {
+    let row = |(curve, sign_mps): &(ocmc_core::operating_cycle::road::curvature::Curve, f64)| {
         let length_m = curve.end_m - curve.start_m;
         let face = super::stretch::face(*sign_mps);
         let beyond_m = curve.radius_m - model.turn_radius_m;

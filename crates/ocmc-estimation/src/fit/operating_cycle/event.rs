@@ -4,8 +4,8 @@ use super::{Estimates, TypeRoads};
 use ocmc_core::distribution::{
     Law, Quantity, exponential, gamma, log_normal, normal, uniform, weibull,
 };
-use ocmc_core::road::RoadTypeModel;
-use ocmc_core::road::point_event::EventKind;
+use ocmc_core::operating_cycle::road::RoadTypeModel;
+use ocmc_core::operating_cycle::road::point_event::EventKind;
 
 /// Intensities and marks of all kinds; shares of turns only where all turns are known.
 pub(super) fn fit_events(

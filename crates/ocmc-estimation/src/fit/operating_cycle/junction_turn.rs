@@ -1,8 +1,8 @@
 //! Turns at junctions: radii R = r₀ + exp(N(ln m, σ²)) and angles π/2 U(f, 1).
 
 use super::{Estimates, TypeRoads};
+use ocmc_core::operating_cycle::road::point_event::JunctionTurnModel;
 use ocmc_core::operating_cycle::told::{CurvesTold, Told};
-use ocmc_core::road::point_event::JunctionTurnModel;
 use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_2;
 

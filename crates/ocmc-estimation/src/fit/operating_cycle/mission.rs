@@ -5,9 +5,9 @@ use super::curve::minus_log_likelihood_of_cut;
 use super::event::fitted_law;
 use crate::fit::nelder_mead::minimise;
 use ocmc_core::distribution::{Law, Quantity};
-use ocmc_core::mission::{MissionModel, MissionStopModel};
 use ocmc_core::operating_cycle::given::GivenCycle;
-use ocmc_core::road::point_event::EventKind;
+use ocmc_core::operating_cycle::mission::{MissionModel, MissionStopModel};
+use ocmc_core::operating_cycle::road::point_event::EventKind;
 
 /// Most values of an empirical law: quantiles of as many equal shares where there are more.
 const MOST_VALUES: usize = 100;

@@ -29,11 +29,11 @@ mod surface;
 pub use birds_eye::{BirdsEye, Density, Hilliness, TransportCycle, birds_eye, birds_eye_of_study};
 
 use crate::log::road::LoggedRoad;
-use ocmc_core::mission::MissionModel;
 use ocmc_core::operating_cycle::given::GivenCycle;
+use ocmc_core::operating_cycle::mission::MissionModel;
+use ocmc_core::operating_cycle::road::point_event::JunctionTurnModel;
+use ocmc_core::operating_cycle::road::{RoadModel, RoadTypeModel};
 use ocmc_core::operating_cycle::told::{CurvesTold, Told};
-use ocmc_core::road::point_event::JunctionTurnModel;
-use ocmc_core::road::{RoadModel, RoadTypeModel};
 use ocmc_core::study::StudyModel;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -154,11 +154,11 @@ struct TypeRoads {
     /// Changes from face to face.
     sign_changes: Vec<(i64, i64)>,
     /// Curves with the sign at their start, in m/s.
-    curves: Vec<(ocmc_core::road::curvature::Curve, f64)>,
+    curves: Vec<(ocmc_core::operating_cycle::road::curvature::Curve, f64)>,
     /// Junction turns, and the face of the sign over each.
-    turns: Vec<(ocmc_core::road::curvature::Curve, i64)>,
+    turns: Vec<(ocmc_core::operating_cycle::road::curvature::Curve, i64)>,
     /// Events, and whether they carry a turn.
-    events: Vec<(ocmc_core::road::point_event::EventKind, bool)>,
+    events: Vec<(ocmc_core::operating_cycle::road::point_event::EventKind, bool)>,
     /// Times at rest that no object of a map explains, in s.
     standstills_s: Vec<f64>,
     /// Length at the ends of the road that has no events, in m.
@@ -168,7 +168,7 @@ struct TypeRoads {
     /// Roughness of blocks, in m³.
     blocks: Vec<f64>,
     /// Stretches on each ground.
-    grounds: BTreeMap<ocmc_core::road::surface::Ground, usize>,
+    grounds: BTreeMap<ocmc_core::operating_cycle::road::surface::Ground, usize>,
 }
 
 /// The estimates of one type while they are made.

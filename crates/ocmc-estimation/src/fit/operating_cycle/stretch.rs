@@ -4,10 +4,10 @@ use super::{Estimates, TypeRoads};
 use crate::fit::nelder_mead::minimise;
 use crate::log::road::LoggedRoad;
 use ocmc_core::operating_cycle::given::GivenCycle;
+use ocmc_core::operating_cycle::road::curvature::Curve;
+use ocmc_core::operating_cycle::road::speed_sign::SpeedSignModel;
+use ocmc_core::operating_cycle::road::{RoadModel, RoadTypeModel};
 use ocmc_core::operating_cycle::told::{Told, UnknownWay, overlap_m};
-use ocmc_core::road::curvature::Curve;
-use ocmc_core::road::speed_sign::SpeedSignModel;
-use ocmc_core::road::{RoadModel, RoadTypeModel};
 use std::collections::BTreeMap;
 
 /// Changes of signs from which on their similarity is estimated.

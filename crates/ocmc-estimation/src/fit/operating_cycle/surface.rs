@@ -2,8 +2,8 @@
 
 use super::{Estimates, TypeRoads};
 use ocmc_core::fleet::ratio::Ratio;
-use ocmc_core::road::RoadTypeModel;
-use ocmc_core::road::topography::TopographyModel;
+use ocmc_core::operating_cycle::road::RoadTypeModel;
+use ocmc_core::operating_cycle::road::topography::TopographyModel;
 
 /// Half-width of a 95 % interval over the standard error, of many values.
 const NORMAL_975: f64 = 1.959963984540054;

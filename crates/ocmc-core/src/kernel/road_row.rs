@@ -1,0 +1,263 @@
+//! What the step function reads of the road: one row of twelve numbers a segment.
+
+use crate::operating_cycle::road::surface::iri_mm_per_m;
+use crate::operating_cycle::segments::Segment;
+use crate::operating_cycle::weather::Weather;
+use crate::study::{Scenario, Study};
+use crate::tactical::SpeedProfile;
+use crate::vehicle::resistance::{
+    GRAVITY_MPS2, braking_friction, rolling_roughness_factor, rolling_temperature_factor,
+    rolling_wet_factor,
+};
+
+/// The numbers of one segment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(align(32))]
+pub struct RoadRow(pub [f64; Self::COLUMNS]);
+
+impl RoadRow {
+    /// Where an empty lane stands.
+    pub const PARKED: Self = Self([FAR, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, FAR, 1.0, -1.0]);
+    /// Numbers in a row.
+    pub const COLUMNS: usize = 12;
+    /// Length, in m.
+    pub const LENGTH: usize = 0;
+    /// Static limit of v², in m²/s².
+    pub const LIMIT: usize = 1;
+    /// Braking branch of v² at the end, in m²/s².
+    pub const BACKWARD: usize = 2;
+    /// Accelerating branch of v² at the end, in m²/s².
+    pub const FORWARD: usize = 3;
+    /// g sin θ, in m/s².
+    pub const GRADE: usize = 4;
+    /// g cos θ times the rolling coefficient, in m/s².
+    pub const ROLLING: usize = 5;
+    /// Half the air density, in kg/m³.
+    pub const HALF_DENSITY: usize = 6;
+    /// Headwind beside the truck, in m/s.
+    pub const HEAD_WIND: usize = 7;
+    /// Cross wind beside the truck, without sign, in m/s.
+    pub const CROSS_WIND: usize = 8;
+    /// Distance from the end to the stop line, in m; [`FAR`] where it is not near.
+    pub const TO_STOP: usize = 9;
+    /// Deceleration that the tyres allow, in m/s².
+    pub const GRIP: usize = 10;
+    /// Standstill at the end, in s; negative where there is no stop.
+    pub const DWELL: usize = 11;
+}
+
+impl RoadRow {
+    /// The row in groups of four numbers.
+    #[inline(always)]
+    pub fn quads(&self) -> &[[f64; 4]] {
+        self.0.as_chunks().0
+    }
+}
+
+/// Climb after which the air density is taken anew, in m: it has changed by 0.6 %.
+const SAME_AIR_M: f64 = 50.0;
+
+/// A distance or a squared speed that never binds.
+pub const FAR: f64 = 1e9;
+
+/// The rows of one scenario, and what the record says about its road.
+#[derive(Clone, Debug, Default)]
+pub struct RoadRows {
+    /// One row a segment.
+    pub rows: Vec<RoadRow>,
+    /// Mean air temperature along the road, in K.
+    pub air_temperature_k: f64,
+    /// Mean headwind beside the truck along the road, in m/s.
+    pub head_wind_mps: f64,
+    /// Sum of the climbs, in m.
+    pub climb_m: f64,
+    /// Rows that end at a stop line, and the standstill there, in s.
+    stops: Vec<(usize, f64)>,
+}
+
+impl RoadRows {
+    /// Writes the rows of a planned scenario; the buffers are reused.
+    pub fn fill(&mut self, study: &Study, scenario: &Scenario, profile: &SpeedProfile) {
+        let (rows, stops) = (&mut self.rows, &mut self.stops);
+        let (segments, road) = (&profile.segments, &scenario.cycle.road);
+        let twice_acceleration = profile.twice_acceleration;
+        let mut around = Surroundings::new(study, scenario);
+        let (mut altitude_m, mut climb_m) = (0.0, 0.0);
+        rows.clear();
+        stops.clear();
+        rows.extend(segments.iter().zip(&profile.branches).enumerate().map(
+            |(i, (segment, branch))| {
+                let length_m = segment.length_m;
+                if around.differ(segment, branch.limit, altitude_m) {
+                    around.renew(segment, branch.limit, altitude_m);
+                }
+                if let Some(k) = segment.event()
+                    && let Some(dwell_s) = road.events[k].kind.standstill_s()
+                    && i > 0
+                {
+                    stops.push((i - 1, dwell_s));
+                }
+                let sine = road.slopes[segment.slope as usize];
+                let cosine = (1.0 - sine * sine).sqrt();
+                altitude_m += sine * length_m;
+                climb_m += if sine > 0.0 { sine * length_m } else { 0.0 };
+                RoadRow([
+                    length_m,
+                    branch.limit,
+                    branch.backward_end,
+                    branch.forward_start + twice_acceleration * length_m,
+                    GRAVITY_MPS2 * sine,
+                    around.rolling * cosine,
+                    around.half_density,
+                    around.head_wind_mps,
+                    around.cross_wind_mps,
+                    FAR,
+                    around.grip * cosine,
+                    -1.0,
+                ])
+            },
+        ));
+        stops.push((rows.len() - 1, 0.0));
+        self.mark_stops(study.model().simulation.creep_distance_m);
+        around.leave(road.length_m);
+        self.air_temperature_k = around.temperature_sum / road.length_m;
+        self.head_wind_mps = around.head_wind_sum / road.length_m;
+        self.climb_m = climb_m;
+    }
+
+    /// Writes dwell times, and distances to stop lines from the rows that end near one.
+    fn mark_stops(&mut self, near_m: f64) {
+        for &(last, dwell_s) in &self.stops {
+            self.rows[last].0[RoadRow::DWELL] = dwell_s;
+            let mut beyond_m = 0.0;
+            for RoadRow(row) in self.rows[..=last].iter_mut().rev() {
+                let is_another = beyond_m > 0.0 && row[RoadRow::DWELL] >= 0.0;
+                if beyond_m > near_m || is_another {
+                    break;
+                }
+                row[RoadRow::TO_STOP] = beyond_m;
+                beyond_m += row[RoadRow::LENGTH];
+            }
+        }
+    }
+}
+
+/// What rows take from weather, surface and speed limit: it holds over many segments.
+struct Surroundings<'a> {
+    study: &'a Study,
+    scenario: &'a Scenario,
+    /// Weather, roughness, section and curve here, and the static limit of v², in m²/s².
+    tracks: [u32; 3],
+    curve: Option<usize>,
+    limit: f64,
+    /// Where they began to hold, in m, and the altitude over the start at which the air density was taken, in m.
+    since_m: f64,
+    air_altitude_m: f64,
+    /// Compass heading in the middle of the segment and at its end, in rad.
+    middle_rad: f64,
+    heading_rad: f64,
+    /// Rolling on a smooth road in this weather.
+    rolling_weather: f64,
+    /// What [`RoadRow`] says, rolling and grip for a level road.
+    rolling: f64,
+    half_density: f64,
+    head_wind_mps: f64,
+    cross_wind_mps: f64,
+    grip: f64,
+    temperature_k: f64,
+    /// Temperature and headwind times the length that they held over.
+    temperature_sum: f64,
+    head_wind_sum: f64,
+}
+
+impl<'a> Surroundings<'a> {
+    fn new(study: &'a Study, scenario: &'a Scenario) -> Self {
+        Self {
+            study,
+            scenario,
+            tracks: [u32::MAX; 3],
+            curve: None,
+            limit: 0.0,
+            since_m: 0.0,
+            air_altitude_m: 0.0,
+            middle_rad: f64::NAN,
+            rolling_weather: 0.0,
+            heading_rad: scenario.cycle.road.heading_rad,
+            rolling: 0.0,
+            half_density: 0.0,
+            head_wind_mps: 0.0,
+            cross_wind_mps: 0.0,
+            grip: 0.0,
+            temperature_k: 0.0,
+            temperature_sum: 0.0,
+            head_wind_sum: 0.0,
+        }
+    }
+
+    /// Whether a segment differs from the one before, turns the heading, or lies elsewhere in altitude.
+    #[inline(always)]
+    fn differ(&self, segment: &Segment, limit: f64, altitude_m: f64) -> bool {
+        let tracks = [segment.weather, segment.roughness, segment.section];
+        segment.curve().is_some()
+            || self.curve.is_some()
+            || tracks != self.tracks
+            || limit != self.limit
+            || self.has_climbed(altitude_m)
+    }
+
+    #[inline(always)]
+    fn has_climbed(&self, altitude_m: f64) -> bool {
+        (altitude_m - self.air_altitude_m).abs() > SAME_AIR_M
+    }
+
+    #[inline(never)]
+    fn renew(&mut self, segment: &Segment, limit: f64, altitude_m: f64) {
+        self.leave(segment.start_m);
+        let road = &self.scenario.cycle.road;
+        let weather = &self.scenario.cycle.weather[segment.weather as usize].weather;
+        let [last_weather, _, last_section] = self.tracks;
+        let new_weather = segment.weather != last_weather;
+        if new_weather || self.has_climbed(altitude_m) {
+            self.meet(weather, altitude_m);
+        }
+        let iri = iri_mm_per_m(road.roughness_m3[segment.roughness as usize]);
+        self.rolling = self.rolling_weather
+            * road.grounds[segment.section as usize].rolling_factor()
+            * rolling_roughness_factor(iri, limit.sqrt());
+
+        let (curve, last_heading_rad) = (segment.curve(), self.middle_rad);
+        // a left curve turns the compass heading back
+        let turn_rad = curve.map_or(0.0, |k| -road.curves[k].curvature_per_m() * segment.length_m);
+        self.middle_rad = self.heading_rad + 0.5 * turn_rad;
+        self.heading_rad += turn_rad;
+        if new_weather || segment.section != last_section || self.middle_rad != last_heading_rad {
+            let road_type = road.sections[segment.section as usize].road_type;
+            let exposure = self.study.operating_cycle().road().types()[road_type].wind_exposure;
+            let (head, cross) = weather.wind_components_mps(self.middle_rad);
+            (self.head_wind_mps, self.cross_wind_mps) = (exposure * head, exposure * cross.abs());
+        }
+        self.tracks = [segment.weather, segment.roughness, segment.section];
+        (self.curve, self.limit) = (curve, limit);
+    }
+
+    fn meet(&mut self, weather: &Weather, altitude_m: f64) {
+        let vehicle = &self.study.powertrain().model;
+        self.half_density = 0.5 * weather.air_density_kgpm3(altitude_m);
+        self.air_altitude_m = altitude_m;
+        self.temperature_k = weather.temperature_k;
+        self.grip = GRAVITY_MPS2 * braking_friction(weather.precipitation_mps, weather.snow);
+        let coefficient = vehicle.rolling_temperature_coefficient_per_k;
+        self.rolling_weather = GRAVITY_MPS2
+            * self.scenario.vehicle.rolling_coefficient
+            * rolling_temperature_factor(weather.temperature_k, coefficient)
+            * rolling_wet_factor(weather.precipitation_mps, weather.snow);
+    }
+
+    /// Books what held up to here.
+    fn leave(&mut self, here_m: f64) {
+        let length_m = here_m - self.since_m;
+        self.temperature_sum += self.temperature_k * length_m;
+        self.head_wind_sum += self.head_wind_mps * length_m;
+        self.since_m = here_m;
+    }
+}

@@ -1,0 +1,37 @@
+//! How long a step may be. `step_s` is for a truck whose acceleration hardly changes.
+
+use super::powertrain::Traction;
+use super::state::Shared;
+use crate::lanes::{Flags, Lanes};
+use fearless_simd::prelude::*;
+
+/// Share of the longest step that is taken right after a jump of the pedals: what it does to the gearbox's mind is seen at
+/// once.
+pub(super) const AFTER_JUMP: f64 = 0.07;
+/// Change of acceleration over a step that its length aims at, in m/s².
+const AIM_MPS2: f64 = 0.03;
+/// Change of acceleration at which a step that is longer than the short one is taken back, in m/s².
+const TOO_MUCH_MPS2: f64 = 0.05;
+/// Keeps a quotient finite, in m/s².
+const SMALLEST_MPS2: f64 = 1e-9;
+
+/// Flag: the step was too long for what happened in it.
+#[inline(always)]
+pub(super) fn is_too_long<S: Simd, T: Traction>(
+    dt: Lanes<S>,
+    change: Lanes<S>,
+    shared: &Shared<T>,
+) -> Flags<S> {
+    change.abs().simd_gt(TOO_MUCH_MPS2) & dt.simd_gt(shared.short_step_s)
+}
+
+/// Longest next step, in s, after one in which acceleration would have changed so much, in m/s².
+#[inline(always)]
+pub(super) fn longest_next<S: Simd, T: Traction>(
+    dt: Lanes<S>,
+    change: Lanes<S>,
+    shared: &Shared<T>,
+) -> Lanes<S> {
+    let aimed = dt * AIM_MPS2 / (change.abs() + SMALLEST_MPS2);
+    aimed.max(shared.short_step_s).min(shared.simulation.step_s)
+}

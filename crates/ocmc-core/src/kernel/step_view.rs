@@ -1,0 +1,84 @@
+//! What a step shows: to a trace everything, to the cold side of the program what it needs of single lanes.
+
+use super::lane_task::Sight;
+use super::state::Total;
+use crate::lanes::{Flags, Lanes, WIDTH};
+use fearless_simd::prelude::*;
+
+/// What one step did, for a trace. Means are over the step.
+#[derive(Clone, Copy, Debug)]
+pub struct StepView<S: Simd> {
+    /// Length of the step, in s.
+    pub dt: Lanes<S>,
+    /// Way, in m.
+    pub dx: Lanes<S>,
+    /// Component of gravity along the road, in m/s².
+    pub grade: Lanes<S>,
+    /// Desired speed at the start, in m/s.
+    pub desired: Lanes<S>,
+    /// Accelerator pedal at the end.
+    pub accelerator: Lanes<S>,
+    /// Brake pedal at the end.
+    pub brake: Lanes<S>,
+    /// Mean engine speed, in rad/s.
+    pub engine_speed: Lanes<S>,
+    /// Mean engine torque, in Nm.
+    pub engine_torque: Lanes<S>,
+    /// Fuel, in kg/s, or power at the battery's terminals, in W.
+    pub store_rate: Lanes<S>,
+    /// Mean acceleration, in m/s².
+    pub acceleration: Lanes<S>,
+    /// Flag: the clutch is closed.
+    pub closed: Flags<S>,
+    /// What was added to each total.
+    pub added: [Lanes<S>; Total::COUNT],
+    /// Flag: the lane needs a look: stop, shift, check of progress.
+    pub alarm: Flags<S>,
+    /// Flag: the strategy wants another gear.
+    pub wants_shift: Flags<S>,
+    /// Flag: the truck slows.
+    pub slowing: Flags<S>,
+    /// Steady power that the road asks for, in W.
+    pub road_power: Lanes<S>,
+}
+
+/// What the cold side of the program has to know of a step, lane by lane. Flags are bits.
+#[derive(Clone, Copy, Debug)]
+pub struct Sights {
+    /// Flag: the lane needs a look.
+    pub alarm: u64,
+    wants_shift: u64,
+    slowing: u64,
+    closed: u64,
+    accelerator: [f64; WIDTH],
+    road_power_w: [f64; WIDTH],
+}
+
+impl Sights {
+    /// Those of one lane.
+    pub fn of(&self, lane: usize) -> Sight {
+        let is_set = |flags: u64| flags >> lane & 1 != 0;
+        Sight {
+            accelerator: self.accelerator[lane],
+            wants_shift: is_set(self.wants_shift),
+            slowing: is_set(self.slowing),
+            closed: is_set(self.closed),
+            road_power_w: self.road_power_w[lane],
+        }
+    }
+}
+
+impl<S: Simd> StepView<S> {
+    /// What the cold side has to know.
+    #[inline(always)]
+    pub fn sights(&self) -> Sights {
+        Sights {
+            alarm: self.alarm.to_bitmask(),
+            wants_shift: self.wants_shift.to_bitmask(),
+            slowing: self.slowing.to_bitmask(),
+            closed: self.closed.to_bitmask(),
+            accelerator: self.accelerator.into(),
+            road_power_w: self.road_power.into(),
+        }
+    }
+}

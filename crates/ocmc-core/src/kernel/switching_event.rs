@@ -1,0 +1,120 @@
+//! Where a step is cut because a driver or the gearbox changes its mind. Without the cut it would be decided up to a step too
+//! late, and the error would be of first order in the step.
+
+use super::control::Control;
+use super::powertrain::{Coupling, Traction};
+use super::stage::{Ahead, Decision};
+use super::state::{Shared, State};
+use crate::lanes::{Flags, Lanes, mark};
+use crate::powertrain::gearbox::ShiftModel;
+use fearless_simd::prelude::*;
+
+/// How far beyond the zero of a switching function a step goes, as a share of what is left of it.
+const PASSING: f64 = 2e-3;
+
+/// Where in a step something happens, as a quotient of two negative numbers: it is made once, of the first of them.
+#[derive(Clone, Copy)]
+struct Moment<S: Simd> {
+    over: Lanes<S>,
+    under: Lanes<S>,
+}
+
+impl<S: Simd> Moment<S> {
+    /// Where the line between two values rises through zero; 1 where it does not.
+    #[inline(always)]
+    fn of_rise(before: Lanes<S>, after: Lanes<S>) -> Self {
+        let minus_one = Lanes::splat(before.simd, -1.0);
+        let rises = before.simd_lt(0.0) & after.simd_gt(0.0);
+        Self {
+            over: rises.select(before, minus_one),
+            under: rises.select(before - after, minus_one),
+        }
+    }
+
+    #[inline(always)]
+    fn or_earlier(self, other: Self) -> Self {
+        let is_earlier = (other.over * self.under).simd_lt(self.over * other.under);
+        Self {
+            over: is_earlier.select(other.over, self.over),
+            under: is_earlier.select(other.under, self.under),
+        }
+    }
+}
+
+impl<S: Simd> State<S> {
+    /// The share of the step after which a driver goes from one pedal to the other, a switched driver begins or ends to
+    /// hold, an engine speed crosses a shifting line, or a slipping clutch has nothing left to slip; 1 where none of it happens.
+    ///
+    /// All of it is computed in every step: in a block of eight trucks it happens every other time, and no CPU foresees when.
+    #[inline(always)]
+    pub(super) fn change_of_mind<T: Traction>(
+        &self,
+        decision: &Decision<S>,
+        ahead: &Ahead<S>,
+        second: &Control<S>,
+        shared: &Shared<T>,
+    ) -> Lanes<S> {
+        let first = &decision.control;
+        let errors = [first.desired - self.speed, second.desired - ahead.speed];
+        let releases =
+            decision.hold & decision.held.simd_lt(self.lowest_held) & errors[0].simd_lt(errors[1]);
+        let shift = &shared.powertrain.shift;
+        let driver = Moment::of_rise(
+            self.driver_line(errors[0], releases, decision, first),
+            self.driver_line(errors[1], releases, decision, second),
+        );
+        let gear = Moment::of_rise(
+            self.gear_line(self.speed, first.accelerator, &decision.coupling, shift),
+            self.gear_line(ahead.speed, second.accelerator, &decision.coupling, shift),
+        );
+        let earliest = driver.or_earlier(gear);
+        let share = earliest.over / earliest.under;
+        // a little later, so that the change is seen
+        let mind = share - (share - 1.0) * PASSING;
+        mark(mind);
+        mind
+    }
+
+    /// Rises through zero where a driver changes pedals or a switched one begins or ends to hold.
+    #[inline(always)]
+    fn driver_line(
+        &self,
+        error: Lanes<S>,
+        releases: Flags<S>,
+        decision: &Decision<S>,
+        control: &Control<S>,
+    ) -> Lanes<S> {
+        let within = self.threshold - error.abs();
+        let held = releases.select(error, -within);
+        decision.hold.select(held, within.max(control.pedal_line(&decision.control)))
+    }
+
+    /// Rises through zero where the engine would reach the upshift line in the next gear, and where it falls below the
+    /// downshift line: it is far from the one where it is near the other. With a clutch that is not closed, where the gear has
+    /// come to the engine's speed.
+    #[inline(always)]
+    fn gear_line(
+        &self,
+        speed: Lanes<S>,
+        accelerator: Lanes<S>,
+        coupling: &Coupling<S>,
+        shift: &ShiftModel,
+    ) -> Lanes<S> {
+        let turns = speed * self.gear_speed;
+        let up =
+            speed * self.gear_speed_up - shift.up_speed_radps - accelerator * shift.up_pedal_radps;
+        let down = accelerator * shift.down_pedal_radps + shift.down_speed_radps - turns;
+        coupling.closed.select(up.max(down), turns - coupling.free_speed)
+    }
+}
+
+impl<S: Simd> Control<S> {
+    /// Rises through zero where a driver leaves the pedal that was pressed at the step's start, or presses one.
+    #[inline(always)]
+    fn pedal_line(&self, start: &Self) -> Lanes<S> {
+        let coasting = self.output.max(-self.demand);
+        let off_accelerator = start.output.simd_gt(0.0);
+        let off_brake = start.demand.simd_lt(0.0);
+        off_accelerator.select(-self.output, off_brake.select(self.demand, coasting))
+    }
+}

@@ -1,0 +1,95 @@
+//! Mission: length, payload, departure and stops with dwell.
+
+use crate::distribution::Quantity;
+use crate::operating_cycle::road::point_event::{EventKind, PointEvent};
+use crate::operating_cycle::route::RouteModel;
+use crate::random::{Draws, Stream, Streams};
+use crate::switch::ModelSwitch;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Stops that a law draws closer than this are moved apart, in m.
+pub(crate) const MINIMUM_SPACING_M: f64 = 50.0;
+
+/// Statistical description of missions.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MissionModel {
+    /// Length, in m.
+    pub length_m: Quantity,
+    /// Payload, in kg.
+    pub payload_kg: Quantity,
+    /// Departure, in s from midnight; a draw outside the day is wrapped into it.
+    pub departure_s_of_day: Quantity,
+    /// Day of the year, from 0.
+    pub departure_day_of_year: Quantity,
+    /// Stops of the mission; absent: none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stops: Option<MissionStopModel>,
+    /// Given operating cycles to drive instead of drawn roads; absent: none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub routes: Vec<RouteModel>,
+}
+
+/// Stops of a mission.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MissionStopModel {
+    /// Distance from one stop to the next, in m.
+    pub spacing_m: Quantity,
+    /// Dwell, in s.
+    pub dwell_s: Quantity,
+}
+
+/// A realised mission.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Mission {
+    /// Length, in m.
+    pub length_m: f64,
+    /// Payload, in kg.
+    pub payload_kg: f64,
+    /// Departure, in s from midnight.
+    pub departure_s: f64,
+    /// Day of the year, from 0.
+    pub day_of_year: f64,
+    /// Stops with their dwell.
+    pub stops: Vec<PointEvent>,
+}
+
+impl MissionModel {
+    /// Draws a mission, of `given_length_m` where the road is given. Without [`ModelSwitch::PayloadSpread`] every truck carries the
+    /// mean payload.
+    pub fn sample(
+        &self,
+        given_length_m: Option<f64>,
+        streams: &Streams,
+        without: &[ModelSwitch],
+    ) -> Mission {
+        let draw = || self.length_m.sample(&mut streams.open(Stream::MissionLength));
+        let length_m = given_length_m.unwrap_or_else(draw);
+        let payload_kg = if without.contains(&ModelSwitch::PayloadSpread) {
+            self.payload_kg.centre()
+        } else {
+            self.payload_kg.sample(&mut streams.open(Stream::Payload))
+        };
+        let mut draws = streams.open(Stream::Departure);
+        let clock = self.departure_s_of_day.sample(&mut draws);
+        let departure_s = clock - 86_400.0 * libm::floor(clock / 86_400.0);
+        let day_of_year = libm::floor(self.departure_day_of_year.sample(&mut draws));
+
+        let mut stops = Vec::new();
+        if let Some(model) = &self.stops {
+            let mut draws = streams.open(Stream::MissionStop);
+            let spacing_m =
+                |draws: &mut Draws| model.spacing_m.sample(draws).max(MINIMUM_SPACING_M);
+            let mut position_m = spacing_m(&mut draws);
+            while position_m < length_m {
+                let standstill_s = model.dwell_s.sample(&mut draws);
+                let kind = EventKind::MissionStop { standstill_s };
+                stops.push(PointEvent { position_m, kind, turns: false });
+                position_m += spacing_m(&mut draws);
+            }
+        }
+        Mission { length_m, payload_kg, departure_s, day_of_year, stops }
+    }
+}

@@ -1,0 +1,309 @@
+//! The road of an operating cycle: what a truck meets because of where it drives.
+//!
+//! Models are conditionally independent given the road type, save that curves follow the sign.
+
+pub mod curvature;
+pub mod point_event;
+pub mod road_type;
+pub mod route_geometry;
+pub mod speed_sign;
+pub mod surface;
+pub mod topography;
+
+use crate::distribution::Quantity;
+use crate::random::{Stream, Streams};
+use crate::switch::ModelSwitch;
+use curvature::{Curve, CurveModel, merge_turns};
+use point_event::{
+    GiveWayModel, JunctionTurnModel, PointEvent, SpeedBumpModel, StopSignModel, TrafficLightModel,
+    space_out,
+};
+use road_type::{RoadTypeChain, Section};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use speed_sign::{SpeedSign, SpeedSignChain, SpeedSignModel};
+use std::collections::BTreeMap;
+use std::f64::consts::TAU;
+use surface::{Ground, GroundModel, RoughnessModel, sample_grounds, sample_roughness};
+use topography::{ClimbRule, TopographyModel, bridge, sample_slopes};
+
+/// Statistical description of roads.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RoadModel {
+    /// Step L_s of the slope, in m.
+    pub slope_step_m: f64,
+    /// How the elevation drifts.
+    pub climb_rule: ClimbRule,
+    /// Net climb of a mission, in m.
+    pub net_climb_m: Quantity,
+    /// Length of a roughness block, in m.
+    pub roughness_block_m: f64,
+    /// Smallest distance between events, in m.
+    pub event_spacing_m: f64,
+    /// Length at both ends without events, in m.
+    pub event_free_end_m: f64,
+    /// Turns taken at junctions.
+    pub junction_turn: JunctionTurnModel,
+    /// The road types.
+    pub types: BTreeMap<String, RoadTypeModel>,
+}
+
+/// Statistical description of one road type.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RoadTypeModel {
+    /// Mean length of a stretch of this type, in m.
+    pub mean_length_m: f64,
+    /// Shortest stretch, in m.
+    pub minimum_length_m: f64,
+    /// Probabilities of the type that follows; empty where this is the only type.
+    pub next: BTreeMap<String, f64>,
+    /// Legal limit for trucks on this type beside the signs, in m/s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub truck_limit_mps: Option<f64>,
+    /// Ratio of the wind beside the truck to the wind at 10 m.
+    pub wind_exposure: f64,
+    /// Speed signs.
+    pub speed_signs: SpeedSignModel,
+    /// Curves.
+    pub curves: CurveModel,
+    /// Slope.
+    pub topography: TopographyModel,
+    /// Roughness.
+    pub roughness: RoughnessModel,
+    /// Ground types.
+    pub ground: GroundModel,
+    /// Stop signs.
+    pub stop_signs: StopSignModel,
+    /// Give-way signs and roundabouts.
+    pub give_ways: GiveWayModel,
+    /// Traffic lights.
+    pub traffic_lights: TrafficLightModel,
+    /// Speed bumps.
+    pub speed_bumps: SpeedBumpModel,
+}
+
+/// A realised road.
+#[derive(Clone, Debug, Default)]
+pub struct Road {
+    /// Length, in m.
+    pub length_m: f64,
+    /// Stretches of one road type.
+    pub sections: Vec<Section>,
+    /// Speed limits.
+    pub signs: Vec<SpeedSign>,
+    /// Curves, in order and disjoint.
+    pub curves: Vec<Curve>,
+    /// Slope (climb per metre of road) of each step.
+    pub slopes: Vec<f64>,
+    /// Length of a slope step, in m.
+    pub slope_step_m: f64,
+    /// Roughness coefficient of each block, in m³.
+    pub roughness_m3: Vec<f64>,
+    /// Length of a roughness block, in m.
+    pub roughness_block_m: f64,
+    /// Ground of each section.
+    pub grounds: Vec<Ground>,
+    /// Events, in order.
+    pub events: Vec<PointEvent>,
+    /// Compass heading at the start, in rad from north, clockwise.
+    pub heading_rad: f64,
+    /// Whether the limits on the slope allowed the net climb.
+    pub climb_reached: bool,
+}
+
+/// What the road type decides along the road, prepared for sampling; types in the order of their names.
+#[derive(Clone, Debug)]
+pub struct RoadSampler {
+    chain: RoadTypeChain,
+    sign_chains: Vec<SpeedSignChain>,
+    types: Vec<RoadTypeModel>,
+    topographies: Vec<TopographyModel>,
+    roughnesses: Vec<RoughnessModel>,
+    grounds: Vec<GroundModel>,
+    model: RoadModel,
+}
+
+impl RoadSampler {
+    /// Prepares a checked model.
+    pub fn new(model: &RoadModel) -> Self {
+        let types: Vec<RoadTypeModel> = model.types.values().cloned().collect();
+        let names: Vec<&String> = model.types.keys().collect();
+        let next = types
+            .iter()
+            .map(|t| names.iter().map(|n| t.next.get(*n).copied().unwrap_or(0.0)).collect())
+            .collect();
+        let chain = RoadTypeChain::new(
+            types.iter().map(|t| t.mean_length_m).collect(),
+            types.iter().map(|t| t.minimum_length_m).collect(),
+            next,
+        );
+        Self {
+            chain,
+            sign_chains: types.iter().map(|t| t.speed_signs.chain()).collect(),
+            topographies: types.iter().map(|t| t.topography.clone()).collect(),
+            roughnesses: types.iter().map(|t| t.roughness.clone()).collect(),
+            grounds: types.iter().map(|t| t.ground.clone()).collect(),
+            types,
+            model: model.clone(),
+        }
+    }
+
+    /// The road types, in the order of their names.
+    pub fn types(&self) -> &[RoadTypeModel] {
+        &self.types
+    }
+
+    /// Step of the slope, in m.
+    pub fn slope_step_m(&self) -> f64 {
+        self.model.slope_step_m
+    }
+
+    /// Length of a roughness block, in m.
+    pub fn roughness_block_m(&self) -> f64 {
+        self.model.roughness_block_m
+    }
+
+    /// Long-run share of each type by length.
+    pub fn share_by_length(&self) -> &[f64] {
+        self.chain.share_by_length()
+    }
+
+    /// Draws a road into `road`, whose buffers are reused. `mission_stops` are placed first; the parts in
+    /// `without` are left out, and no other draw changes. (An event that is gone makes room: what it had pushed out by the
+    /// spacing of events, or by its turn, comes back.)
+    pub fn sample(
+        &self,
+        length_m: f64,
+        mission_stops: &[PointEvent],
+        streams: &Streams,
+        without: &[ModelSwitch],
+        road: &mut Road,
+    ) {
+        let has = |part| !without.contains(&part);
+        road.length_m = length_m;
+        road.slope_step_m = self.model.slope_step_m;
+        road.roughness_block_m = self.model.roughness_block_m;
+        road.sections = self.chain.sample(length_m, &mut streams.open(Stream::RoadType));
+
+        let mut draws = streams.open(Stream::SpeedSign);
+        road.signs.clear();
+        for section in &road.sections {
+            self.sign_chains[section.road_type].sample(section, &mut draws, &mut road.signs);
+        }
+        self.sample_events(mission_stops, streams, without, road);
+        road.curves.clear();
+        if has(ModelSwitch::Curves) {
+            self.sample_curves(streams, road);
+        }
+        self.sample_slopes(streams, without, road);
+
+        self.sample_roughness(streams, road);
+        self.sample_grounds(streams, road);
+        road.heading_rad = TAU * streams.open(Stream::Heading).uniform();
+    }
+
+    /// Draws the roughness of a road whose sections are known.
+    pub fn sample_roughness(&self, streams: &Streams, road: &mut Road) {
+        let mut draws = streams.open(Stream::Roughness);
+        let block_m = self.model.roughness_block_m;
+        let (models, blocks) = (&self.roughnesses, &mut road.roughness_m3);
+        sample_roughness(models, block_m, &road.sections, &mut draws, blocks);
+    }
+
+    /// Draws the ground of a road whose sections are known.
+    pub fn sample_grounds(&self, streams: &Streams, road: &mut Road) {
+        let mut draws = streams.open(Stream::Ground);
+        road.grounds = sample_grounds(&self.grounds, &road.sections, &mut draws);
+    }
+
+    fn sample_events(
+        &self,
+        mission_stops: &[PointEvent],
+        streams: &Streams,
+        without: &[ModelSwitch],
+        road: &mut Road,
+    ) {
+        let has = |part| !without.contains(&part);
+        road.events.clear();
+        road.events.extend_from_slice(mission_stops);
+        let mut stop = streams.open(Stream::StopSign);
+        let mut give = streams.open(Stream::GiveWay);
+        let mut light = streams.open(Stream::TrafficLight);
+        let mut bump = streams.open(Stream::SpeedBump);
+        for section in &road.sections {
+            let model = &self.types[section.road_type];
+            if has(ModelSwitch::StopSigns) {
+                model.stop_signs.sample(section, &mut stop, &mut road.events);
+            }
+            if has(ModelSwitch::GiveWays) {
+                model.give_ways.sample(section, &mut give, &mut road.events);
+            }
+            if has(ModelSwitch::TrafficLights) {
+                model.traffic_lights.sample(section, &mut light, &mut road.events);
+            }
+            if has(ModelSwitch::SpeedBumps) {
+                model.speed_bumps.sample(section, &mut bump, &mut road.events);
+            }
+        }
+        let free_m = self.model.event_free_end_m;
+        space_out(&mut road.events, road.length_m, self.model.event_spacing_m, free_m);
+    }
+
+    fn sample_curves(&self, streams: &Streams, road: &mut Road) {
+        let mut draws = streams.open(Stream::Curve);
+        let mut sign = 0;
+        for section in &road.sections {
+            let model = &self.types[section.road_type].curves;
+            while sign < road.signs.len() && road.signs[sign].start_m < section.end_m {
+                let here = road.signs[sign];
+                let end_m = road.signs.get(sign + 1).map_or(section.end_m, |next| next.start_m);
+                model.sample(here.start_m, end_m, here.speed_mps, &mut draws, &mut road.curves);
+                sign += 1;
+            }
+        }
+        // a turn belongs to its place, so that it stays when another event goes
+        let mut draws = streams.open(Stream::JunctionTurn);
+        let turns: Vec<Curve> = road
+            .events
+            .iter()
+            .filter(|event| event.turns)
+            .map(|event| {
+                let draws = draws.at(event.position_m as u64);
+                self.model.junction_turn.sample(event.position_m, draws)
+            })
+            .collect();
+        merge_turns(&mut road.curves, &turns);
+        while road.curves.last().is_some_and(|curve| curve.start_m >= road.length_m) {
+            road.curves.pop();
+        }
+        if let Some(last) = road.curves.last_mut() {
+            last.end_m = last.end_m.min(road.length_m);
+        }
+    }
+
+    fn sample_slopes(&self, streams: &Streams, without: &[ModelSwitch], road: &mut Road) {
+        let step_m = self.model.slope_step_m;
+        if without.contains(&ModelSwitch::Slope) {
+            road.slopes.clear();
+            road.slopes.resize(libm::ceil(road.length_m / step_m) as usize, 0.0);
+            road.climb_reached = true;
+            return;
+        }
+        let mut draws = streams.open(Stream::Topography);
+        sample_slopes(&self.topographies, step_m, &road.sections, &mut draws, &mut road.slopes);
+        road.climb_reached = true;
+        if self.model.climb_rule == ClimbRule::Bridge {
+            let net_climb_m = self.model.net_climb_m.sample(&mut draws);
+            let (count, types) = (road.slopes.len(), &self.topographies);
+            let limit = |section: &Section| {
+                let end = (libm::ceil(section.end_m / step_m) as usize).min(count);
+                (end, types[section.road_type].slope_limit)
+            };
+            let limits: Vec<(usize, f64)> = road.sections.iter().map(limit).collect();
+            road.climb_reached =
+                bridge(&mut road.slopes, step_m, road.length_m, net_climb_m, &limits);
+        }
+    }
+}

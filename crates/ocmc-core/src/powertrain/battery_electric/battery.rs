@@ -1,0 +1,223 @@
+//! Traction battery: state of charge, internal resistance, and the limits of its power.
+//!
+//! The store holds energy E = s E_full at the open-circuit voltage U(s) = U_empty + s (U_full − U_empty). A power P at the terminals
+//! (positive: discharge) takes the current I of P = U I − R I², I = 2 P / (U + √(U² − 4 R P)), a form without cancellation. The store loses U I,
+//! of which R I² becomes heat. Discharge ends at the power limit or at U²/4R, whichever is lower; charging fades out over the last share of
+//! the window, so that a full battery takes nothing.
+//!
+//! One resistance for all temperatures and both directions, no ageing, no diffusion: the slow part of a cell's voltage is not there.
+
+use crate::distribution::Quantity;
+use crate::lanes::{Flags, Lanes, clip};
+use crate::powertrain::battery_electric::ChargingModel;
+use fearless_simd::{Level, dispatch, prelude::*};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// A traction battery.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BatteryModel {
+    /// Energy of the full store, in J.
+    pub capacity_j: f64,
+    /// Open-circuit voltage of the empty battery, in V.
+    pub empty_voltage_v: f64,
+    /// Open-circuit voltage of the full battery, in V.
+    pub full_voltage_v: f64,
+    /// Internal resistance, in Ω.
+    pub resistance_ohm: f64,
+    /// Highest power of discharge at the terminals, in W.
+    pub discharge_power_w: f64,
+    /// Highest power of charging at the terminals, in W.
+    pub charge_power_w: f64,
+    /// State of charge at which a truck stops.
+    pub minimum_charge: f64,
+    /// State of charge above which nothing is charged.
+    pub maximum_charge: f64,
+    /// Range below the highest state of charge over which charging fades out.
+    pub charge_fade: f64,
+    /// State of charge at departure.
+    pub initial_charge: Quantity,
+}
+
+/// What a power at the terminals does to the store.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BatteryFlow {
+    /// Power that the store loses, U I, in W; negative while it is charged.
+    pub store_w: f64,
+    /// Heat, R I², in W.
+    pub loss_w: f64,
+}
+
+/// What charging at rest did.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Charged {
+    /// Energy that the store has gained, in J.
+    pub gained_j: f64,
+    /// Heat, in J.
+    pub loss_j: f64,
+}
+
+/// Longest time for which one current holds while charging at rest, in s: the limit falls as the battery fills.
+const SLICE_S: f64 = 60.0;
+
+impl BatteryModel {
+    /// Open-circuit voltages at states of charge, in V.
+    #[inline(always)]
+    pub fn voltages_v<S: Simd>(&self, charge: Lanes<S>) -> Lanes<S> {
+        let rise = self.full_voltage_v - self.empty_voltage_v;
+        clip(charge, 0.0, 1.0) * rise + self.empty_voltage_v
+    }
+
+    /// Highest power of discharge at the terminals, in W.
+    pub fn discharge_limit_w(&self, charge: f64) -> f64 {
+        dispatch!(Level::baseline(), simd => self.discharge_limits_w(Lanes::splat(simd, charge))[0])
+    }
+
+    /// The same for vehicles.
+    #[inline(always)]
+    pub fn discharge_limits_w<S: Simd>(&self, charge: Lanes<S>) -> Lanes<S> {
+        let voltage = self.voltages_v(charge);
+        // a little below U²/4R, where the current would double for nothing
+        (voltage * voltage * (0.249 / self.resistance_ohm)).min(self.discharge_power_w)
+    }
+
+    /// Highest power of charging at the terminals, in W, as a positive number.
+    pub fn charge_limit_w(&self, charge: f64) -> f64 {
+        dispatch!(Level::baseline(), simd => self.charge_limits_w(Lanes::splat(simd, charge))[0])
+    }
+
+    /// The same for vehicles.
+    #[inline(always)]
+    pub fn charge_limits_w<S: Simd>(&self, charge: Lanes<S>) -> Lanes<S> {
+        let room = (self.maximum_charge - charge) * (1.0 / self.charge_fade);
+        clip(room, 0.0, 1.0) * self.charge_power_w
+    }
+
+    /// What a power at the terminals, in W, does to the store; beyond the highest power the current stays at its peak.
+    pub fn flow(&self, charge: f64, power_w: f64) -> BatteryFlow {
+        dispatch!(Level::baseline(), simd => {
+            let all = |value| Lanes::splat(simd, value);
+            let (store, loss) = self.flows(all(charge), all(power_w));
+            BatteryFlow { store_w: store[0], loss_w: loss[0] }
+        })
+    }
+
+    /// The same for vehicles: what the stores lose, and the heat, in W.
+    #[inline(always)]
+    pub fn flows<S: Simd>(&self, charge: Lanes<S>, power_w: Lanes<S>) -> (Lanes<S>, Lanes<S>) {
+        let voltage = self.voltages_v(charge);
+        let under = voltage * voltage - power_w * (4.0 * self.resistance_ohm);
+        let current = power_w * 2.0 / (voltage + under.max(0.0).sqrt());
+        (voltage * current, current * current * self.resistance_ohm)
+    }
+
+    /// Whether a power at the terminals, in W, is more than the battery has at any current.
+    pub fn is_overdrawn(&self, charge: f64, power_w: f64) -> bool {
+        dispatch!(Level::baseline(), simd => {
+            let all = |value| Lanes::splat(simd, value);
+            self.overdrawn(all(charge), all(power_w)).test(0)
+        })
+    }
+
+    /// The same for vehicles.
+    #[inline(always)]
+    pub fn overdrawn<S: Simd>(&self, charge: Lanes<S>, power_w: Lanes<S>) -> Flags<S> {
+        let voltage = self.voltages_v(charge);
+        (voltage * voltage).simd_lt(power_w * (4.0 * self.resistance_ohm))
+    }
+
+    /// Charges at rest for some time with a charger, where that is worth while; the new state of charge is the old one and
+    /// what was gained over [`BatteryModel::capacity_j`].
+    pub fn charge_at_rest(&self, charging: &ChargingModel, charge: f64, time_s: f64) -> Charged {
+        let mut done = Charged::default();
+        if time_s < charging.shortest_s || charge >= charging.begin_below {
+            return done;
+        }
+        let mut left_s = time_s;
+        while left_s > 0.0 {
+            let now = charge + done.gained_j / self.capacity_j;
+            let flow = self.flow(now, -charging.power_w.min(self.charge_limit_w(now)));
+            let room_j = (charging.end_at - now) * self.capacity_j;
+            if !(flow.store_w < 0.0 && room_j > 1e-9 * self.capacity_j) {
+                break;
+            }
+            let slice_s = left_s.min(SLICE_S).min(room_j / -flow.store_w);
+            done.gained_j -= flow.store_w * slice_s;
+            done.loss_j += flow.loss_w * slice_s;
+            left_s -= slice_s;
+        }
+        done
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    pub(crate) fn pack() -> BatteryModel {
+        BatteryModel {
+            capacity_j: 540.0 * 3.6e6,
+            empty_voltage_v: 600.0,
+            full_voltage_v: 720.0,
+            resistance_ohm: 0.05,
+            discharge_power_w: 500e3,
+            charge_power_w: 300e3,
+            minimum_charge: 0.1,
+            maximum_charge: 0.9,
+            charge_fade: 0.05,
+            initial_charge: Quantity::Number(0.9),
+        }
+    }
+
+    #[test]
+    fn the_circuit_is_kirchhoffs() {
+        let pack = pack();
+        for charge in [0.1, 0.5, 0.9] {
+            for power in [-300e3, -10.0, 0.0, 10.0, 150e3, 500e3] {
+                let flow = pack.flow(charge, power);
+                let voltage = 600.0 + 120.0 * charge;
+                let current = flow.store_w / voltage;
+                // P = U I − R I²
+                let terminals = voltage * current - 0.05 * current * current;
+                assert!(
+                    (terminals - power).abs() < 1e-9 * power.abs().max(1.0),
+                    "{charge} {power}"
+                );
+                assert!((flow.loss_w - 0.05 * current * current).abs() < 1e-6);
+            }
+        }
+    }
+
+    #[test]
+    fn a_round_trip_loses_twice_the_resistance() {
+        // 100 kW out and in at 660 V: I ≈ 151.5 A, R I² = 1.15 kW each way
+        let pack = pack();
+        let out = pack.flow(0.5, 100e3).loss_w;
+        let back = pack.flow(0.5, -100e3).loss_w;
+        let plain = 0.05 * (100e3f64 / 660.0).powi(2);
+        assert!((out / plain - 1.0).abs() < 0.05 && (back / plain - 1.0).abs() < 0.05);
+        assert!(out > plain && back < plain);
+    }
+
+    #[test]
+    fn limits_fade_and_nothing_is_not_a_number() {
+        let pack = pack();
+        assert_eq!(pack.charge_limit_w(0.9), 0.0);
+        assert_eq!(pack.charge_limit_w(0.95), 0.0);
+        assert!((pack.charge_limit_w(0.875) - 150e3).abs() < 1e-6);
+        assert_eq!(pack.charge_limit_w(0.3), 300e3);
+        let weak = BatteryModel { resistance_ohm: 1.0, ..pack };
+        let limit = weak.discharge_limit_w(0.0);
+        assert!((limit - 0.249 * 600.0 * 600.0).abs() < 1e-6);
+        for charge in [-1.0, 0.0, 2.0] {
+            for power in [-1e7, 0.0, 1e7] {
+                let flow = weak.flow(charge, power);
+                assert!(flow.store_w.is_finite() && flow.loss_w.is_finite());
+                // U²/4R is 90 kW empty and 130 kW full
+                assert_eq!(weak.is_overdrawn(charge, power), power > 0.0);
+            }
+        }
+        assert!(!weak.is_overdrawn(0.0, 89.9e3) && weak.is_overdrawn(0.0, 90.1e3));
+    }
+}

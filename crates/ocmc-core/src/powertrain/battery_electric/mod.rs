@@ -1,0 +1,190 @@
+//! A battery-electric powertrain: battery, motor, gears between motor and wheels, heating and cooling, charging.
+
+pub mod battery;
+pub mod climate;
+pub mod motor;
+
+use crate::lanes::Lanes;
+use crate::powertrain::gearbox::{Gear, ShiftModel};
+use battery::BatteryModel;
+use climate::ClimateModel;
+use fearless_simd::{Level, dispatch, prelude::*};
+use motor::{Motor, MotorModel};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// A battery-electric powertrain.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ElectricModel {
+    /// Battery.
+    pub battery: BatteryModel,
+    /// Motor with inverter.
+    pub motor: MotorModel,
+    /// Ratios between motor and wheels, the axle included, from first to top gear.
+    pub ratio: Vec<f64>,
+    /// Efficiency of gears and axle, in both directions.
+    pub gear_efficiency: f64,
+    /// Shifting; absent where there is one gear.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shift: Option<ElectricShiftModel>,
+    /// Heating and cooling; absent: none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub climate: Option<ClimateModel>,
+    /// Charging at stops; absent: none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub charging: Option<ChargingModel>,
+}
+
+/// When the gears behind a motor are shifted: by lines of its speed that rise with the pedal.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ElectricShiftModel {
+    /// Time without torque, in s.
+    pub duration_s: f64,
+    /// Shortest time from shift to shift, in s.
+    pub interval_s: f64,
+    /// Motor speed after an upshift from which there is one, at zero pedal, in rad/s.
+    pub up_speed_radps: f64,
+    /// Its rise with the pedal, in rad/s.
+    pub up_pedal_radps: f64,
+    /// Motor speed below which there is a downshift, at zero pedal, in rad/s.
+    pub down_speed_radps: f64,
+    /// Its rise with the pedal, in rad/s.
+    pub down_pedal_radps: f64,
+}
+
+/// Charging at stops.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ChargingModel {
+    /// Power of the charger at the terminals, in W.
+    pub power_w: f64,
+    /// State of charge below which a stop is used to charge.
+    pub begin_below: f64,
+    /// State of charge at which charging ends.
+    pub end_at: f64,
+    /// Shortest standstill that is used, in s.
+    pub shortest_s: f64,
+}
+
+/// A powertrain prepared for the hot loop.
+#[derive(Clone, Debug)]
+pub struct ElectricDrive {
+    /// Motor with the cells of its map.
+    pub motor: Motor,
+    /// The numbers as given.
+    pub model: ElectricModel,
+}
+
+/// A speed that no motor reaches, in rad/s.
+const NEVER_RADPS: f64 = 1e9;
+/// Share of the motor's highest speed at which a box shifts up in any case (judgement).
+const OVERSPEED_SHARE: f64 = 0.95;
+/// Power wanted after an upshift over what the road asks for (judgement, as of the diesel trucks).
+const POWER_RESERVE: f64 = 1.1;
+/// Speed below which there is no shift, in m/s (judgement, as of the diesel trucks).
+const SLOWEST_SHIFT_MPS: f64 = 0.5;
+
+impl ElectricModel {
+    /// The gears over a wheel; nothing slips and there is no loss but the efficiency.
+    pub fn gears(&self, wheel_radius_m: f64) -> Vec<Gear> {
+        let gear = |&ratio: &f64| Gear {
+            speed_ratio_per_m: ratio / wheel_radius_m,
+            ratio,
+            loss_share: 0.0,
+            launches: false,
+        };
+        self.ratio.iter().map(gear).collect()
+    }
+
+    /// The strategy in the terms of an engine's gearbox: no clutch, no kick-down, a start in first gear.
+    pub fn strategy(&self) -> ShiftModel {
+        let shift = self.shift.as_ref();
+        let of = |value: fn(&ElectricShiftModel) -> f64, absent| shift.map_or(absent, value);
+        ShiftModel {
+            duration_s: of(|s| s.duration_s, 0.0),
+            interval_s: of(|s| s.interval_s, 0.0),
+            minimum_speed_mps: SLOWEST_SHIFT_MPS,
+            up_speed_radps: of(|s| s.up_speed_radps, NEVER_RADPS),
+            up_pedal_radps: of(|s| s.up_pedal_radps, 0.0),
+            down_speed_radps: of(|s| s.down_speed_radps, 0.0),
+            down_pedal_radps: of(|s| s.down_pedal_radps, 0.0),
+            overspeed_radps: OVERSPEED_SHARE * self.motor.maximum_speed_radps,
+            power_share: 1.0,
+            power_reserve: POWER_RESERVE,
+            most_steps: self.ratio.len() as u32,
+            // a pedal that nobody can press
+            kickdown_pedal: 2.0,
+            kickdown_s: 1.0,
+            kickdown_speed_radps: 0.0,
+            start_gear: 1,
+            steep_start_gear: 1,
+            steep_slope: 1.0,
+            launch_gears: 0,
+            launch_speed_radps: 0.0,
+            open_share: 0.0,
+        }
+    }
+
+    /// Force at the wheels for a motor torque, and what the gears take on the way, in N; `per_m`: motor speed for each m/s, in rad/m.
+    pub fn wheel_and_lost_n(&self, per_m: f64, torque_nm: f64) -> [f64; 2] {
+        dispatch!(Level::baseline(), simd => {
+            let all = |value| Lanes::splat(simd, value);
+            self.wheel_and_lost_forces_n(all(per_m), all(torque_nm)).map(|forces| forces[0])
+        })
+    }
+
+    /// The same for vehicles: gears and axle take their share of what comes from the motor, and of what goes to it.
+    #[inline(always)]
+    pub fn wheel_and_lost_forces_n<S: Simd>(
+        &self,
+        per_m: Lanes<S>,
+        torque_nm: Lanes<S>,
+    ) -> [Lanes<S>; 2] {
+        let plain = per_m * torque_nm;
+        let brakes = plain.simd_lt(0.0);
+        let inverse = 1.0 / self.gear_efficiency;
+        [
+            brakes.select(plain * inverse, plain * self.gear_efficiency),
+            brakes.select(plain * (1.0 - inverse), plain * (1.0 - self.gear_efficiency)),
+        ]
+    }
+
+    /// Torque with which the motor brakes at most of a braking force at the wheels, without sign, in Nm: only driven axles brake by
+    /// it. `per_m`: motor speed for each m/s, in rad/m.
+    pub fn braking_torque_nm(&self, per_m: f64, force_n: f64) -> f64 {
+        dispatch!(Level::baseline(), simd => {
+            let all = |value| Lanes::splat(simd, value);
+            self.braking_torques_nm(all(per_m), all(force_n))[0]
+        })
+    }
+
+    /// The same for vehicles.
+    #[inline(always)]
+    pub fn braking_torques_nm<S: Simd>(&self, per_m: Lanes<S>, force_n: Lanes<S>) -> Lanes<S> {
+        force_n * (self.motor.brake_share * self.gear_efficiency) / per_m
+    }
+}
+
+impl ElectricDrive {
+    /// Prepares a checked model.
+    pub fn new(model: &ElectricModel) -> Self {
+        Self { motor: Motor::new(&model.motor), model: model.clone() }
+    }
+
+    /// The torque next to the wanted one, in Nm, at which the terminals' power stays within what the battery allows, auxiliaries
+    /// included; towards zero, so that both have one sign.
+    pub fn within_battery_nm(
+        &self,
+        charge: f64,
+        auxiliary_w: f64,
+        speed_radps: f64,
+        torque_nm: f64,
+    ) -> f64 {
+        let battery = &self.model.battery;
+        let most = battery.discharge_limit_w(charge) - auxiliary_w;
+        let least = -battery.charge_limit_w(charge) - auxiliary_w;
+        self.motor.within_nm(speed_radps, torque_nm, least, most)
+    }
+}

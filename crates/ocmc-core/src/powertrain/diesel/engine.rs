@@ -1,0 +1,484 @@
+//! Diesel engine: full-load and drag curves, and fuel map.
+//!
+//! Curves are linear between the given points, the map is bilinear in its cells; beyond their ends they continue
+//! the last slope, but drag stays below zero and full load does not fall below drag. An empty cell of the map continues the
+//! last slope in torque. Below zero torque, fuel falls linearly from the map's value at 0 Nm to zero at the drag torque, and
+//! is zero below (overrun fuel cut).
+//!
+//! In the hot loop the pieces of the curves and the cells of the map are found by tables of bytes (`piece_table.rs`).
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::distribution::Quantity;
+use crate::lanes::{Lanes, WIDTH, columns};
+use crate::powertrain::bilinear::bilinear_cell;
+use crate::powertrain::piece_table::PieceTable;
+use fearless_simd::{Level, dispatch, prelude::*};
+
+/// A diesel engine.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct EngineModel {
+    /// Moment of inertia, in kg m².
+    pub inertia_kgm2: f64,
+    /// Idle speed, in rad/s.
+    pub idle_speed_radps: f64,
+    /// Time constant of the torque, in s.
+    pub torque_lag_s: f64,
+    /// Engine speeds of the full-load curve, in rad/s.
+    pub full_load_speed_radps: Vec<f64>,
+    /// Full-load torque, in Nm.
+    pub full_load_torque_nm: Vec<f64>,
+    /// Engine speeds of the map and the drag curve, in rad/s.
+    pub map_speed_radps: Vec<f64>,
+    /// Drag torque (negative), in Nm, at the map's speeds.
+    pub drag_torque_nm: Vec<f64>,
+    /// Torques of the map from 0 up, in Nm.
+    pub map_torque_nm: Vec<f64>,
+    /// Fuel, in kg/s: a row for each speed, a column for each torque; rows may end early.
+    pub map_fuel_kgps: Vec<Vec<f64>>,
+    /// Factor on the fuel map.
+    pub fuel_factor: Quantity,
+    /// The fuel.
+    pub fuel: FuelModel,
+}
+
+impl EngineModel {
+    /// Whether a speed in rad/s and a torque in Nm lie within the points of the map; below zero torque there is nothing to know.
+    pub fn map_covers(&self, speed_radps: f64, torque_nm: f64) -> bool {
+        torque_nm <= self.map_reach_nm(speed_radps)
+    }
+
+    /// Torque up to which the map has points at a speed in rad/s, in Nm; without end below zero where it has none.
+    fn map_reach_nm(&self, speed_radps: f64) -> f64 {
+        let speeds = &self.map_speed_radps;
+        let above = speeds.partition_point(|knot| *knot < speed_radps);
+        if speed_radps < speeds[0] || above == speeds.len() {
+            return f64::NEG_INFINITY;
+        }
+        // between two rows the shorter one counts, on a row it alone
+        let below = if speeds[above] > speed_radps { above - 1 } else { above };
+        let rows = &self.map_fuel_kgps[below..=above];
+        rows.iter().map(|row| self.map_torque_nm[row.len() - 1]).fold(f64::INFINITY, f64::min)
+    }
+}
+
+/// A fuel.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FuelModel {
+    /// Density, in kg/m³.
+    pub density_kgpm3: f64,
+    /// Lower heating value, in J/kg.
+    pub heating_value_jpkg: f64,
+    /// Carbon dioxide for each kg of fuel, in kg.
+    pub co2_kg_per_kg: f64,
+}
+
+/// Torques that differ by this share are the same: full load often ends where the map does.
+const ROUNDING: f64 = 1e-9;
+
+/// Speed covered by the byte table, in rad/s: 0.25 rad/s a cell. Faster engines have it twice or four times as wide.
+const SPEED_SPAN_RADPS: f64 = 256.0;
+/// Torque covered by the byte table, in Nm: 4 Nm a cell.
+const TORQUE_SPAN_NM: f64 = 4096.0;
+
+/// Most pieces of the full-load and drag curves: what a byte can tell apart.
+const MOST_PIECES: usize = 256;
+/// Most knots of the map in speed and in torque.
+pub const MOST_KNOTS: usize = 16;
+
+/// Full load and drag at one engine speed: value at zero speed and slope of the piece.
+pub type CurveRow = [f64; 4];
+
+/// One cell of the map, {a, b, c, d}: fuel = a + b w + T (c + d w).
+pub type FuelRow = [f64; 4];
+
+/// A piece of the full-load and drag curves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(align(64))]
+struct CurvePiece {
+    /// The lines of full load and drag.
+    row: CurveRow,
+    /// Where the piece begins and ends, in rad/s, and the torque up to which the map has points, in Nm: without end below
+    /// zero where it has none at the speed. The fourth number fills the row.
+    reach: [f64; 4],
+}
+
+/// Full load, drag and the reach of the map of some engines.
+#[derive(Clone, Copy, Debug)]
+pub struct Curves<S: Simd> {
+    /// Full-load torque at zero speed, in Nm, and its slope; the same of drag.
+    pub lines: [Lanes<S>; 4],
+    /// Torque up to which the map has points, in Nm.
+    pub map_torque: Lanes<S>,
+}
+
+/// An engine prepared for the hot loop.
+#[derive(Clone, Debug)]
+pub struct Engine {
+    /// The pieces of the full-load and drag curves, of which there are less than bytes.
+    curves: Box<[CurvePiece; MOST_PIECES]>,
+    curve_pieces: PieceTable,
+    peak_torque_nm: f64,
+    map_speed_pieces: PieceTable,
+    map_torque_pieces: PieceTable,
+    /// The map's cells; those of one speed lie together.
+    cells: Box<[FuelRow; MOST_KNOTS * MOST_KNOTS]>,
+}
+
+impl Engine {
+    /// Prepares a checked model.
+    pub fn new(model: &EngineModel) -> Self {
+        let (curve_knots, rows) = saturated_curves(model);
+        let empty = CurvePiece { row: [0.0; 4], reach: [0.0; 4] };
+        let mut curves = Box::new([empty; MOST_PIECES]);
+        for (k, (piece, row)) in curves.iter_mut().zip(rows).enumerate() {
+            let from_radps = k.checked_sub(1).map_or(f64::NEG_INFINITY, |k| curve_knots[k]);
+            let to_radps = curve_knots.get(k).copied().unwrap_or(f64::INFINITY);
+            let map_torque_nm = model.map_reach_nm(middle(&curve_knots, k)) * (1.0 + ROUNDING);
+            *piece = CurvePiece { row, reach: [from_radps, to_radps, map_torque_nm, 0.0] };
+        }
+        let map = filled_map(&model.map_torque_nm, &model.map_fuel_kgps);
+        let mut cells = Box::new([[0.0; 4]; MOST_KNOTS * MOST_KNOTS]);
+        let (speeds, torques) = (&model.map_speed_radps, &model.map_torque_nm);
+        for i in 0..speeds.len() - 1 {
+            for j in 0..torques.len() - 1 {
+                let corners = [[map[i][j], map[i][j + 1]], [map[i + 1][j], map[i + 1][j + 1]]];
+                cells[i * MOST_KNOTS + j] = bilinear_cell(
+                    [speeds[i], speeds[i + 1]],
+                    [torques[j], torques[j + 1]],
+                    corners,
+                );
+            }
+        }
+        let fastest = speeds[speeds.len() - 1];
+        let mut span = SPEED_SPAN_RADPS;
+        while span < fastest {
+            span *= 2.0;
+        }
+        Self {
+            curves,
+            curve_pieces: PieceTable::new(&curve_knots, span, 1),
+            peak_torque_nm: model.full_load_torque_nm.iter().copied().fold(0.0, f64::max),
+            map_speed_pieces: PieceTable::new(inner(speeds), span, MOST_KNOTS as u8),
+            map_torque_pieces: PieceTable::new(inner(torques), TORQUE_SPAN_NM, 1),
+            cells,
+        }
+    }
+
+    /// The lines of full load and drag that hold at a speed.
+    fn curve_row(&self, speed_radps: f64) -> &CurveRow {
+        // the table knows the piece but for the width of a cell
+        let mut k = self.curve_pieces.piece_of_number(speed_radps) as usize;
+        while speed_radps < self.curves[k].reach[0] {
+            k -= 1;
+        }
+        while speed_radps >= self.curves[k].reach[1] {
+            k += 1;
+        }
+        &self.curves[k].row
+    }
+
+    /// Full load and drag at some speeds, in rad/s: within a cell of the table the line of the piece that it mostly belongs to.
+    #[inline(always)]
+    pub fn curves_at<S: Simd>(&self, speed_radps: Lanes<S>) -> Curves<S> {
+        let simd = speed_radps.simd;
+        let cells = self.curve_pieces.cells(speed_radps);
+        let pieces: [&CurvePiece; WIDTH] = [
+            &self.curves[self.curve_pieces.piece_of(cells[0]) as usize],
+            &self.curves[self.curve_pieces.piece_of(cells[1]) as usize],
+            &self.curves[self.curve_pieces.piece_of(cells[2]) as usize],
+            &self.curves[self.curve_pieces.piece_of(cells[3]) as usize],
+            &self.curves[self.curve_pieces.piece_of(cells[4]) as usize],
+            &self.curves[self.curve_pieces.piece_of(cells[5]) as usize],
+            &self.curves[self.curve_pieces.piece_of(cells[6]) as usize],
+            &self.curves[self.curve_pieces.piece_of(cells[7]) as usize],
+        ];
+        let lines = columns(
+            simd,
+            #[inline(always)]
+            |lane| &pieces[lane].row,
+        );
+        let [_, _, map_torque, _] = columns(
+            simd,
+            #[inline(always)]
+            |lane| &pieces[lane].reach,
+        );
+        Curves { lines, map_torque }
+    }
+
+    /// Highest full-load torque, in Nm.
+    pub fn peak_torque_nm(&self) -> f64 {
+        self.peak_torque_nm
+    }
+
+    /// Full-load torque, in Nm.
+    pub fn full_load_nm(&self, speed_radps: f64) -> f64 {
+        let [value, slope, _, _] = *self.curve_row(speed_radps);
+        value + slope * speed_radps
+    }
+
+    /// Drag torque (negative), in Nm.
+    pub fn drag_nm(&self, speed_radps: f64) -> f64 {
+        let [_, _, value, slope] = *self.curve_row(speed_radps);
+        value + slope * speed_radps
+    }
+
+    /// Fuel of some engines, in kg/s, before the vehicles' factors; the drag torque is that at the speed.
+    #[inline(always)]
+    pub fn fuel_rates<S: Simd>(
+        &self,
+        speed_radps: Lanes<S>,
+        torque_nm: Lanes<S>,
+        drag_torque_nm: Lanes<S>,
+    ) -> Lanes<S> {
+        let powered = torque_nm.max(0.0);
+        let speed_cells = self.map_speed_pieces.cells(speed_radps);
+        let torque_cells = self.map_torque_pieces.cells(powered);
+        let [a, b, c, d] = columns(
+            speed_radps.simd,
+            #[inline(always)]
+            |l| {
+                let row = self.map_speed_pieces.piece_of(speed_cells[l]);
+                let column = self.map_torque_pieces.piece_of(torque_cells[l]);
+                &self.cells[(row | column) as usize]
+            },
+        );
+        let map = a + b * speed_radps + powered * (c + d * speed_radps);
+        let overrun = 1.0 - torque_nm.min(0.0) / drag_torque_nm;
+        map.max(0.0) * overrun.max(0.0)
+    }
+
+    /// Fuel of one engine, in kg/s, before the vehicle's factor.
+    pub fn fuel_kgps(&self, speed_radps: f64, torque_nm: f64) -> f64 {
+        dispatch!(Level::baseline(), simd => {
+            let all = |value| Lanes::splat(simd, value);
+            self.fuel_rates(all(speed_radps), all(torque_nm), all(self.drag_nm(speed_radps)))[0]
+        })
+    }
+}
+
+/// Least drag torque, without sign, in Nm: what the bounds of a study allow at a point.
+const LEAST_DRAG_NM: f64 = 0.1;
+
+/// The lines of full load and drag by pieces of engine speed, and the speeds in rad/s at which the pieces meet; the ends of the map are
+/// among them. Drag stays below zero, and full load does not fall below drag.
+fn saturated_curves(model: &EngineModel) -> (Vec<f64>, Vec<CurveRow>) {
+    let full = (&model.full_load_speed_radps, &model.full_load_torque_nm);
+    let drag = (&model.map_speed_radps, &model.drag_torque_nm);
+    let least = (-LEAST_DRAG_NM, 0.0);
+    let lines =
+        |speed_radps| (line_at(full.0, full.1, speed_radps), line_at(drag.0, drag.1, speed_radps));
+    let mut knots: Vec<f64> = inner(full.0).iter().chain(drag.0).copied().collect();
+    knots.sort_by(f64::total_cmp);
+    knots.dedup();
+    // where a line begins to be held
+    let mut crossings = Vec::new();
+    for piece in 0..=knots.len() {
+        let (f, d) = lines(middle(&knots, piece));
+        let within = |speed: &f64| knots.partition_point(|knot| knot < speed) == piece;
+        let meet = [(f, d), (f, least), (d, least)].map(|(a, b)| (b.0 - a.0) / (a.1 - b.1));
+        crossings.extend(meet.into_iter().filter(|speed| speed.is_finite()).filter(within));
+    }
+    knots.extend(crossings);
+    knots.sort_by(f64::total_cmp);
+    knots.dedup();
+    let row = |piece| {
+        let inside = middle(&knots, piece);
+        let at = |line: (f64, f64)| line.0 + line.1 * inside;
+        let (f, d) = lines(inside);
+        let d = if at(d) > at(least) { least } else { d };
+        let f = if at(f) < at(d) { d } else { f };
+        [f.0, f.1, d.0, d.1]
+    };
+    let rows = (0..=knots.len()).map(row).collect();
+    (knots, rows)
+}
+
+fn inner(points: &[f64]) -> &[f64] {
+    &points[1..points.len() - 1]
+}
+
+/// A place inside piece number `piece` of the pieces that `knots` part.
+fn middle(knots: &[f64], piece: usize) -> f64 {
+    match (piece.checked_sub(1).map(|k| knots[k]), knots.get(piece)) {
+        (Some(a), Some(b)) => 0.5 * (a + b),
+        (Some(a), None) => a + 1.0,
+        (None, Some(b)) => b - 1.0,
+        (None, None) => 0.0,
+    }
+}
+
+/// Value at zero and slope of the piece of a polygon that holds at `x`.
+fn line_at(xs: &[f64], ys: &[f64], x: f64) -> (f64, f64) {
+    let k = xs[1..xs.len() - 1].iter().filter(|knot| **knot <= x).count();
+    let slope = (ys[k + 1] - ys[k]) / (xs[k + 1] - xs[k]);
+    (ys[k] - slope * xs[k], slope)
+}
+
+/// The map with its empty cells filled: each continues the row's last slope in torque.
+fn filled_map(torques: &[f64], rows: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    rows.iter()
+        .map(|row| {
+            let mut full = row.clone();
+            while full.len() < torques.len() {
+                let k = full.len();
+                let slope = (full[k - 1] - full[k - 2]) / (torques[k - 1] - torques[k - 2]);
+                full.push(full[k - 1] + slope * (torques[k] - torques[k - 1]));
+            }
+            full
+        })
+        .collect()
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    /// Engine B of models.md, sections 13 and 16.
+    pub(crate) fn engine_b() -> EngineModel {
+        let radps = |rpm: &[f64]| rpm.iter().map(|n| n * std::f64::consts::PI / 30.0).collect();
+        let kgps = |row: &[f64]| row.iter().map(|g| g / 3.6e6).collect();
+        EngineModel {
+            inertia_kgm2: 5.15,
+            idle_speed_radps: 62.832,
+            torque_lag_s: 0.5,
+            full_load_speed_radps: radps(&[600., 800., 1000., 1400., 1600., 1800., 2000., 2100.]),
+            full_load_torque_nm: vec![1188., 1661., 2134., 2134., 1928., 1722., 1253., 1019.],
+            map_speed_radps: radps(&[
+                600., 751., 902., 1053., 1204., 1367., 1490., 1612., 1735., 1857.,
+            ]),
+            drag_torque_nm: vec![
+                -138., -142., -148., -155., -165., -183., -201., -219., -235., -254.,
+            ],
+            map_torque_nm: vec![0., 427., 854., 1280., 1707., 2134.],
+            map_fuel_kgps: vec![
+                kgps(&[1355., 5830., 10440.]),
+                kgps(&[1649., 7149., 12957., 19231.]),
+                kgps(&[2211., 8515., 15411., 22743., 30535.]),
+                kgps(&[2768., 9836., 17855., 26161., 35019., 45438.]),
+                kgps(&[3087., 11040., 20336., 29782., 39786., 51129.]),
+                kgps(&[3845., 12797., 22854., 33740., 45836., 58296.]),
+                kgps(&[4373., 14091., 25093., 36865., 50250.]),
+                kgps(&[4904., 15404., 27492., 40115., 54666.]),
+                kgps(&[5587., 16949., 30160., 43924., 59469.]),
+                kgps(&[6674., 18688., 33003., 48118.]),
+            ],
+            fuel_factor: Quantity::Number(1.0),
+            fuel: FuelModel {
+                density_kgpm3: 836.0,
+                heating_value_jpkg: 42.7e6,
+                co2_kg_per_kg: 3.13,
+            },
+        }
+    }
+
+    #[test]
+    fn the_map_returns_its_own_points() {
+        let model = engine_b();
+        let engine = Engine::new(&model);
+        for (w, row) in model.map_speed_radps.iter().zip(&model.map_fuel_kgps) {
+            for (t, fuel) in model.map_torque_nm.iter().zip(row) {
+                let got = engine.fuel_kgps(*w, *t);
+                assert!((got / fuel - 1.0).abs() < 1e-9, "{w} {t}: {got} {fuel}");
+            }
+        }
+        for (w, t) in model.full_load_speed_radps.iter().zip(&model.full_load_torque_nm) {
+            assert!((engine.full_load_nm(*w) / t - 1.0).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn the_map_agrees_with_the_fitted_polynomial() {
+        // models.md section 13: P = 203.79 w + .8413 w^2 + 1.7072 w T + 1.988e-4 w T^2, rms 4.8, max 9.4 kW
+        let engine = Engine::new(&engine_b());
+        for rpm in [900.0, 1100.0, 1300.0, 1500.0] {
+            for t in [200.0, 700.0, 1200.0, 1600.0] {
+                let w: f64 = rpm * std::f64::consts::PI / 30.0;
+                let fit = 203.79 * w + 0.8413 * w * w + 1.7072 * w * t + 1.988e-4 * w * t * t;
+                let power = engine.fuel_kgps(w, t) * 42.7e6;
+                assert!((power - fit).abs() < 9.4e3, "{rpm} {t}: {power} {fit}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_map_knows_its_edges() {
+        let model = engine_b();
+        let rpm = |n: f64| n * std::f64::consts::PI / 30.0;
+        assert!(model.map_covers(rpm(1053.0), 2134.0) && model.map_covers(rpm(1200.0), -300.0));
+        // the rows of 1367 and 1490 rpm end at 2134 and 1707 Nm
+        assert!(!model.map_covers(rpm(1400.0), 2000.0) && model.map_covers(rpm(1300.0), 2000.0));
+        assert!(!model.map_covers(rpm(1900.0), 100.0) && !model.map_covers(rpm(590.0), 100.0));
+    }
+
+    #[test]
+    fn overrun_cuts_the_fuel() {
+        let engine = Engine::new(&engine_b());
+        let (w, idle) = (110.0, engine.fuel_kgps(110.0, 0.0));
+        let drag = engine.drag_nm(w);
+        assert!(engine.fuel_kgps(w, drag) == 0.0 && engine.fuel_kgps(w, 2.0 * drag) == 0.0);
+        assert!((engine.fuel_kgps(w, 0.5 * drag) / idle - 0.5).abs() < 1e-12);
+    }
+
+    #[test]
+    fn beyond_the_map_nothing_breaks() {
+        // drag that falls with speed, and a full-load curve that ends long before the map
+        let falling = EngineModel {
+            drag_torque_nm: (0..10).map(|k| f64::from(10 * k) - 100.0).collect(),
+            full_load_speed_radps: vec![62.8, 90.0],
+            full_load_torque_nm: vec![900.0, 500.0],
+            ..engine_b()
+        };
+        for model in [engine_b(), falling] {
+            let engine = Engine::new(&model);
+            for w in [0.0, 10.0, 100.0, 150.0, 240.0, 400.0, 1e6] {
+                let (full, drag) = (engine.full_load_nm(w), engine.drag_nm(w));
+                assert!(drag <= -0.09 && full >= drag, "{w}: {drag} {full}");
+                for t in [-1e5, drag, 0.0, 3000.0, 1e5] {
+                    let fuel = engine.fuel_kgps(w, t);
+                    assert!(fuel >= 0.0 && fuel.is_finite(), "{w} {t}: {fuel}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_piece_knows_how_far_the_map_reaches() {
+        let model = engine_b();
+        let engine = Engine::new(&model);
+        for rpm in
+            [500.0, 590.0, 610.0, 760.0, 1100.0, 1300.0, 1400.0, 1500.0, 1700.0, 1850.0, 1900.0]
+        {
+            let w = rpm * std::f64::consts::PI / 30.0;
+            let map_torque_nm = dispatch!(Level::baseline(), simd => {
+                engine.curves_at(Lanes::splat(simd, w)).map_torque[0]
+            });
+            for t in [-100.0, 0.0, 800.0, 1200.0, 1500.0, 1900.0, 2200.0] {
+                let covers = model.map_covers(w, t);
+                assert_eq!(covers, t <= map_torque_nm, "{rpm} {t}");
+            }
+        }
+    }
+
+    #[test]
+    fn curves_from_the_table_are_the_lines() {
+        let engine = Engine::new(&engine_b());
+        // half a cell beyond its end a line of some 23 Nm s is 3 Nm away from the next one
+        let (mut most_nm, mut exact) = (0.0_f64, 0);
+        for k in 0..2600 {
+            let w = 0.1 * f64::from(k);
+            let lines: [f64; 4] = dispatch!(Level::baseline(), simd => {
+                engine.curves_at(Lanes::splat(simd, w)).lines.map(|line| line[0])
+            });
+            let full = (lines[0] + lines[1] * w - engine.full_load_nm(w)).abs();
+            let drag = (lines[2] + lines[3] * w - engine.drag_nm(w)).abs();
+            most_nm = most_nm.max(full).max(drag);
+            exact += usize::from(full == 0.0 && drag == 0.0);
+        }
+        assert!(most_nm < 3.0, "{most_nm}");
+        assert!(exact > 2560, "{exact}");
+    }
+}

@@ -1,0 +1,499 @@
+//! Random numbers: one independent stream for each sampled factor of each cycle.
+//!
+//! Everything random in cycle `k` is a pure function of (seed, k, stream). No generator is shared or
+//! stored, so a cycle is replayed alone, parts of a run come from many machines, one factor is frozen
+//! while another varies, and a new draw in the weather moves no curve in the road.
+//!
+//! The generator is ChaCha with 8 rounds (D. J. Bernstein, 2008), whose 64-bit stream number is
+//! `64 k + stream`, so ids go up to [`LAST_CYCLE_ID`]; its key is the seed. Transcendental functions come from `libm`, so that the draws
+//! have the same bits on every platform.
+
+pub mod sampling;
+
+use crate::random::sampling::{Point, Sampling};
+use rand_chacha::ChaCha8Rng;
+use rand_core::{Rng, SeedableRng};
+use serde::{Deserialize, Serialize};
+
+/// The last cycle id that has streams of its own.
+pub const LAST_CYCLE_ID: u64 = u64::MAX / 64;
+
+/// One sampled factor. The number is part of the stream's key: append, never renumber.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Stream {
+    /// Sequence and lengths of road types.
+    RoadType = 0,
+    /// Speed signs.
+    SpeedSign = 1,
+    /// Curve positions, radii, lengths and directions.
+    Curve = 2,
+    /// Slope of the road.
+    Topography = 3,
+    /// Stop signs and their marks.
+    StopSign = 4,
+    /// Give-way signs and their marks.
+    GiveWay = 5,
+    /// Traffic lights and their marks.
+    TrafficLight = 6,
+    /// Speed bumps and their marks.
+    SpeedBump = 7,
+    /// Turns taken at junctions.
+    JunctionTurn = 8,
+    /// Roughness blocks.
+    Roughness = 9,
+    /// Ground types.
+    Ground = 10,
+    /// Compass heading at the start.
+    Heading = 11,
+    /// Air temperature.
+    Temperature = 12,
+    /// Air pressure.
+    Pressure = 13,
+    /// Relative humidity.
+    Humidity = 14,
+    /// Rain and snow.
+    Precipitation = 15,
+    /// Wind speed and direction.
+    Wind = 16,
+    /// Traffic density.
+    Traffic = 17,
+    /// Length of the mission.
+    MissionLength = 18,
+    /// Payload.
+    Payload = 19,
+    /// Day and time of departure.
+    Departure = 20,
+    /// Mission stops and dwell times.
+    MissionStop = 21,
+    /// The driver's curve-speed parameters.
+    CurveSpeed = 22,
+    /// The residual of each curve.
+    CurveResidual = 23,
+    /// The driver's decelerations and accelerations.
+    SpeedChange = 24,
+    /// Compliance with speed limits.
+    Compliance = 25,
+    /// Pedal controller and its gains.
+    Pedals = 26,
+    /// Comfort at speed bumps.
+    BumpComfort = 27,
+    /// The truck: drag area, rolling, auxiliaries, engine.
+    Vehicle = 28,
+    /// Parameter uncertainty of the curve-speed fit, keyed by replicate and not by cycle.
+    CurveSpeedParameters = 29,
+    /// Which of several given routes is driven.
+    Route = 30,
+    /// Resampling of rows for bootstrap intervals, keyed by replicate and not by cycle. Belongs to no cycle.
+    Bootstrap = 31,
+    /// A battery-electric powertrain: state of charge at departure, auxiliaries.
+    Electric = 32,
+}
+
+/// A set of streams.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct StreamSet(u64);
+
+impl StreamSet {
+    /// No stream.
+    pub const NONE: Self = Self(0);
+    /// Every stream.
+    pub const ALL: Self = Self(u64::MAX);
+
+    /// These streams.
+    pub fn of(streams: &[Stream]) -> Self {
+        Self(streams.iter().fold(0, |set, stream| set | 1 << *stream as u8))
+    }
+
+    /// The streams of a factor.
+    pub fn of_factor(factor: Factor) -> Self {
+        let all = Stream::ALL.into_iter().filter(|stream| stream.factor() == Some(factor));
+        Self::of(&all.collect::<Vec<_>>())
+    }
+
+    /// All other streams.
+    #[must_use]
+    pub fn complement(self) -> Self {
+        Self(!self.0)
+    }
+
+    /// Whether it holds a stream.
+    pub fn contains(self, stream: Stream) -> bool {
+        self.0 & 1 << stream as u8 != 0
+    }
+}
+
+/// Streams that cycles take from a second sample, which is independent of the first: the same seed, with one bit of the
+/// generator's key the other way round.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Exchange {
+    /// Which streams.
+    pub streams: StreamSet,
+    /// The cycle of the second sample that they come from; none for the cycle's own id.
+    pub cycle_id: Option<u64>,
+}
+
+impl Exchange {
+    /// Nothing is exchanged.
+    pub const NONE: Self = Self { streams: StreamSet::NONE, cycle_id: None };
+}
+
+/// A group of streams that is frozen, and turned off, together.
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema, PartialOrd, Ord,
+)]
+#[serde(rename_all = "snake_case")]
+pub enum Factor {
+    /// Road types, signs, curves, topography, events, surface.
+    Road,
+    /// Temperature, pressure, humidity, precipitation, wind.
+    Weather,
+    /// Traffic density.
+    Traffic,
+    /// Length, payload, departure, mission stops.
+    Mission,
+    /// The whole driver.
+    Driver,
+    /// Drag area, rolling, auxiliaries, engine.
+    Vehicle,
+}
+
+impl Stream {
+    /// All streams, in the order of their numbers.
+    pub const ALL: [Self; 33] = [
+        Self::RoadType,
+        Self::SpeedSign,
+        Self::Curve,
+        Self::Topography,
+        Self::StopSign,
+        Self::GiveWay,
+        Self::TrafficLight,
+        Self::SpeedBump,
+        Self::JunctionTurn,
+        Self::Roughness,
+        Self::Ground,
+        Self::Heading,
+        Self::Temperature,
+        Self::Pressure,
+        Self::Humidity,
+        Self::Precipitation,
+        Self::Wind,
+        Self::Traffic,
+        Self::MissionLength,
+        Self::Payload,
+        Self::Departure,
+        Self::MissionStop,
+        Self::CurveSpeed,
+        Self::CurveResidual,
+        Self::SpeedChange,
+        Self::Compliance,
+        Self::Pedals,
+        Self::BumpComfort,
+        Self::Vehicle,
+        Self::CurveSpeedParameters,
+        Self::Route,
+        Self::Bootstrap,
+        Self::Electric,
+    ];
+
+    /// The factor that this stream belongs to; none for what is no part of a cycle.
+    pub fn factor(self) -> Option<Factor> {
+        use Stream as S;
+        Some(match self {
+            S::RoadType
+            | S::SpeedSign
+            | S::Curve
+            | S::Topography
+            | S::StopSign
+            | S::GiveWay
+            | S::TrafficLight
+            | S::SpeedBump
+            | S::JunctionTurn
+            | S::Roughness
+            | S::Ground
+            | S::Heading
+            | S::Route => Factor::Road,
+            S::Temperature | S::Pressure | S::Humidity | S::Precipitation | S::Wind => {
+                Factor::Weather
+            }
+            S::Traffic => Factor::Traffic,
+            S::MissionLength | S::Payload | S::Departure | S::MissionStop => Factor::Mission,
+            S::CurveSpeed
+            | S::CurveResidual
+            | S::SpeedChange
+            | S::Compliance
+            | S::Pedals
+            | S::BumpComfort
+            | S::CurveSpeedParameters => Factor::Driver,
+            S::Vehicle | S::Electric => Factor::Vehicle,
+            S::Bootstrap => return None,
+        })
+    }
+}
+
+/// Where the draws of one cycle come from.
+#[derive(Clone, Debug)]
+pub struct Streams<'a> {
+    /// Master seed of the run.
+    pub seed: u64,
+    /// Index of the cycle in the run.
+    pub cycle_id: u64,
+    /// Factors that every cycle takes from cycle 0.
+    pub frozen: &'a [Factor],
+    /// Streams that come from the second sample. A frozen factor stays where it is.
+    pub exchange: Exchange,
+    /// Whether the first draws are spread evenly over a batch of cycles.
+    pub sampling: Sampling,
+}
+
+impl<'a> Streams<'a> {
+    /// The streams of one cycle, nothing frozen and nothing exchanged.
+    pub fn new(seed: u64, cycle_id: u64) -> Streams<'a> {
+        let sampling = Sampling::Independent;
+        Self { seed, cycle_id, frozen: &[], exchange: Exchange::NONE, sampling }
+    }
+
+    /// Opens the stream of one factor of this cycle.
+    pub fn open(&self, stream: Stream) -> Draws {
+        let (sample, id) = self.source(stream);
+        let draws = Draws::of(self.seed, sample, id, stream);
+        if self.sampling == Sampling::Sobol && stream.is_spread() {
+            return draws.spread(self.seed, sample, id, stream);
+        }
+        draws
+    }
+
+    /// Opens a stream that is shared by all cycles of one replicate (`cycle_id mod replicates`). What a fit does not know
+    /// belongs to no factor and cannot be frozen.
+    pub fn open_replicate(&self, stream: Stream, replicates: u64) -> Draws {
+        let (sample, id) = Streams { frozen: &[], ..self.clone() }.source(stream);
+        Draws::of(self.seed, sample, id % replicates.max(1), stream)
+    }
+
+    /// The sample and the cycle that a stream comes from.
+    fn source(&self, stream: Stream) -> (Sample, u64) {
+        if stream.factor().is_some_and(|factor| self.frozen.contains(&factor)) {
+            (Sample::First, 0)
+        } else if self.exchange.streams.contains(stream) {
+            (Sample::Second, self.exchange.cycle_id.unwrap_or(self.cycle_id))
+        } else {
+            (Sample::First, self.cycle_id)
+        }
+    }
+}
+
+/// Which of the two samples of a seed; bits of the generator's key that are the other way round.
+#[derive(Clone, Copy, Debug)]
+#[repr(u8)]
+enum Sample {
+    First = 0,
+    Second = 0x80,
+}
+
+/// The bit of the key that is the other way round for the scrambling of points.
+const SCRAMBLING: u8 = 0x40;
+
+/// A stream of draws.
+#[derive(Clone, Debug)]
+pub struct Draws {
+    generator: ChaCha8Rng,
+    point: Point,
+}
+
+impl Draws {
+    /// The stream of (seed, cycle, stream).
+    pub fn new(seed: u64, cycle_id: u64, stream: Stream) -> Self {
+        Self::of(seed, Sample::First, cycle_id, stream)
+    }
+
+    /// The stream of (seed, cycle, stream) of the second sample.
+    pub fn of_second_sample(seed: u64, cycle_id: u64, stream: Stream) -> Self {
+        Self::of(seed, Sample::Second, cycle_id, stream)
+    }
+
+    fn of(seed: u64, sample: Sample, cycle_id: u64, stream: Stream) -> Self {
+        Self { generator: generator(seed, sample as u8, cycle_id, stream), point: Point::NONE }
+    }
+
+    /// Its first draws spread evenly over the batch of the cycle.
+    fn spread(self, seed: u64, sample: Sample, cycle_id: u64, stream: Stream) -> Self {
+        let batch = cycle_id / Sampling::Sobol.batch();
+        let scrambling = generator(seed, sample as u8 | SCRAMBLING, batch, stream);
+        Self { point: Point::new(scrambling, cycle_id), ..self }
+    }
+
+    /// Continues with the draws that belong to a place: whatever was drawn before, the next ones are a function of
+    /// (seed, cycle, stream, place) alone. Places are 8 uniforms apart.
+    pub fn at(&mut self, place: u64) -> &mut Self {
+        self.generator.set_word_pos(u128::from(place) * 16);
+        self.point = Point::NONE;
+        self
+    }
+
+    /// Uniform on the open interval (0, 1), on a grid of 2⁻⁵³ shifted by half a step.
+    #[inline]
+    pub fn uniform(&mut self) -> f64 {
+        const STEP: f64 = 1.0 / (1u64 << 53) as f64;
+        let mut word = self.generator.next_u64();
+        if self.point.is_left() {
+            word = self.point.lead(word);
+        }
+        ((word >> 11) as f64 + 0.5) * STEP
+    }
+
+    /// Uniform on (`lower`, `upper`).
+    #[inline]
+    pub fn uniform_between(&mut self, lower: f64, upper: f64) -> f64 {
+        lower + (upper - lower) * self.uniform()
+    }
+
+    /// Standard normal, by inversion.
+    #[inline]
+    pub fn normal(&mut self) -> f64 {
+        crate::special_functions::normal_quantile(self.uniform())
+    }
+
+    /// The next standard normals: those that [`Self::normal`] would give, faster.
+    pub fn normals(&mut self, values: &mut [f64]) {
+        values.fill_with(|| self.uniform());
+        crate::special_functions::normal_quantiles(values);
+    }
+
+    /// Exponential with mean 1.
+    #[inline]
+    pub fn exponential(&mut self) -> f64 {
+        -libm::log(self.uniform())
+    }
+
+    /// True with probability `p`.
+    #[inline]
+    pub fn happens(&mut self, p: f64) -> bool {
+        self.uniform() < p
+    }
+
+    /// Index drawn with the given weights, which need not sum to one; the last index with a positive
+    /// weight where rounding leaves a remainder.
+    pub fn index(&mut self, weights: &[f64]) -> usize {
+        let total: f64 = weights.iter().sum();
+        let mut left = self.uniform() * total;
+        let mut chosen = 0;
+        for (i, &weight) in weights.iter().enumerate() {
+            if weight > 0.0 {
+                chosen = i;
+                if left < weight {
+                    break;
+                }
+                left -= weight;
+            }
+        }
+        chosen
+    }
+}
+
+/// The generator of (seed, id, stream), these bits of its key the other way round.
+fn generator(seed: u64, flipped: u8, id: u64, stream: Stream) -> ChaCha8Rng {
+    let mut generator = ChaCha8Rng::seed_from_u64(seed);
+    if flipped != 0 {
+        let mut key = generator.get_seed();
+        key[31] ^= flipped;
+        generator = ChaCha8Rng::from_seed(key);
+    }
+    generator.set_stream(id.wrapping_mul(64).wrapping_add(stream as u64));
+    generator
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn streams_of_cycles_and_factors_differ_and_repeat() {
+        let first = |seed, id, stream| Draws::new(seed, id, stream).uniform();
+        let a = first(1, 2, Stream::Curve);
+        assert!(a == first(1, 2, Stream::Curve));
+        assert!(a != first(1, 2, Stream::Wind));
+        assert!(a != first(1, 3, Stream::Curve));
+        assert!(a != first(2, 2, Stream::Curve));
+    }
+
+    #[test]
+    fn freezing_a_factor_takes_it_from_cycle_zero_and_leaves_the_others() {
+        let frozen = Streams { frozen: &[Factor::Road], ..Streams::new(1, 5) };
+        let free = Streams::new(1, 5);
+        assert!(frozen.open(Stream::Curve).uniform() == Draws::new(1, 0, Stream::Curve).uniform());
+        assert!(frozen.open(Stream::Wind).uniform() == free.open(Stream::Wind).uniform());
+    }
+
+    #[test]
+    fn what_a_fit_does_not_know_varies_between_replicates_of_a_frozen_driver() {
+        let first = |cycle_id, frozen| {
+            let streams = Streams { frozen, ..Streams::new(1, cycle_id) };
+            streams.open_replicate(Stream::CurveSpeedParameters, 64).uniform()
+        };
+        let driver = &[Factor::Driver];
+        assert_ne!(first(0, driver), first(1, driver));
+        assert_eq!(first(1, driver), first(65, driver));
+        assert_eq!(first(1, driver), first(1, &[]));
+    }
+
+    #[test]
+    fn the_list_of_streams_is_in_the_order_of_their_numbers() {
+        for (number, stream) in Stream::ALL.into_iter().enumerate() {
+            assert_eq!(stream as usize, number);
+        }
+    }
+
+    #[test]
+    fn an_exchanged_stream_is_that_of_the_second_sample_and_the_others_stay() {
+        let streams = StreamSet::of_factor(Factor::Driver);
+        let own = Streams { exchange: Exchange { streams, cycle_id: None }, ..Streams::new(1, 5) };
+        let other =
+            Streams { exchange: Exchange { streams, cycle_id: Some(9) }, ..Streams::new(1, 5) };
+        let first = |mut draws: Draws| draws.uniform();
+        let plain = |stream| first(Streams::new(1, 5).open(stream));
+        for stream in Stream::ALL {
+            let (a, b) = (first(own.open(stream)), first(other.open(stream)));
+            if stream.factor() == Some(Factor::Driver) {
+                assert!(a == first(Draws::of_second_sample(1, 5, stream)) && a != plain(stream));
+                assert!(b == first(Draws::of_second_sample(1, 9, stream)) && b != a);
+            } else {
+                assert!(a == plain(stream) && b == plain(stream), "{stream:?}");
+            }
+        }
+        let frozen = Streams { frozen: &[Factor::Driver], ..own };
+        assert!(
+            first(frozen.open(Stream::Pedals)) == first(Draws::new(1, 0, Stream::Pedals)),
+            "what is frozen does not vary"
+        );
+    }
+
+    #[test]
+    fn draws_of_a_place_do_not_depend_on_what_was_drawn_before() {
+        let mut draws = Draws::new(1, 2, Stream::Curve);
+        let here = draws.at(700).uniform();
+        let next = draws.at(701).uniform();
+        assert!(here != next);
+        assert!(draws.at(700).uniform() == here);
+        // place 0 is the beginning, and 8 uniforms fill a place
+        let mut plain = Draws::new(1, 2, Stream::Curve);
+        assert!(plain.clone().uniform() == draws.at(0).uniform());
+        for _ in 0..8 {
+            plain.uniform();
+        }
+        assert!(plain.uniform() == draws.at(1).uniform());
+    }
+
+    #[test]
+    fn index_follows_the_weights() {
+        let mut draws = Draws::new(1, 0, Stream::Payload);
+        let mut counts = [0.0; 3];
+        for _ in 0..30_000 {
+            counts[draws.index(&[1.0, 0.0, 3.0])] += 1.0;
+        }
+        assert!(counts[1] == 0.0);
+        // 4 standard errors of a proportion of 0.25 over 30,000 draws
+        assert!(
+            (counts[0] / 30_000.0_f64 - 0.25).abs() < 4.0 * (0.25_f64 * 0.75 / 30_000.0).sqrt()
+        );
+    }
+}

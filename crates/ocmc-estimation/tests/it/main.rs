@@ -1,0 +1,14 @@
+//! Tests of ocmc-estimation: one executable.
+#![allow(
+    clippy::unwrap_used,
+    clippy::float_cmp,
+    clippy::print_stdout,
+    reason = "a test fails by panic, compares bits, and prints its figures"
+)]
+
+#[path = "../../../ocmc-core/tests/it/common/mod.rs"]
+#[allow(dead_code, reason = "the tests of the core use the rest")]
+mod common;
+mod curve_detection;
+mod fit;
+mod nist_nonlinear;

@@ -1,0 +1,11 @@
+//! Tests of ocmc-io: one executable.
+#![allow(
+    clippy::unwrap_used,
+    clippy::float_cmp,
+    clippy::print_stdout,
+    reason = "a test fails by panic, compares bits, and prints its figures"
+)]
+
+mod study_builtin;
+mod study_errors;
+mod study_mutation;

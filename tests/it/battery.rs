@@ -1,0 +1,186 @@
+//! The battery-electric truck in the exact prescribed-speed mode: consumption, the limits of what comes back, and the balance.
+
+use crate::common::{electric_balance, shared};
+use ocmc_core::kernel::record::{Outcome, Record};
+use ocmc_core::kernel::scheduler::drive_scenario;
+use ocmc_core::prescribed::{DriveCycle, Followed, follow_planned, follow_study};
+use ocmc_core::study::Study;
+use ocmc_io::study::load;
+
+const CASE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/it/cases/battery.toml");
+
+fn study(sets: &[&str]) -> Study {
+    load(CASE, sets).unwrap().study
+}
+
+/// A road of 2 km up and 2 km down at one speed, from rest to rest.
+fn hill(slope: f64, speed_mps: f64) -> DriveCycle {
+    let (mut time, mut speed, mut grade) = (vec![0.0], vec![0.0], vec![0.0]);
+    let mut way_m = 0.0;
+    let mut push = |now: f64, slope: f64| {
+        time.push(time[time.len() - 1] + 1.0);
+        speed.push(now);
+        grade.push(slope);
+    };
+    let ramp = 40;
+    for k in 1..=ramp {
+        push(speed_mps * f64::from(k) / f64::from(ramp), 0.0);
+    }
+    while way_m < 4000.0 {
+        push(speed_mps, if way_m < 2000.0 { slope } else { -slope });
+        way_m += speed_mps;
+    }
+    for k in (0..ramp).rev() {
+        push(speed_mps * f64::from(k) / f64::from(ramp), 0.0);
+    }
+    DriveCycle::new(time, speed, grade).unwrap()
+}
+
+/// What leaves the store less everything that it went into, over what leaves it.
+fn open_share(record: &Record, sum: &Followed) -> f64 {
+    let e = sum.electric.unwrap();
+    let spent = e.battery_loss_j
+        + e.motor_loss_j
+        + record.auxiliary_energy_j
+        + record.transmission_loss_j
+        + record.drag_energy_j
+        + record.rolling_energy_j
+        + record.potential_change_j
+        + record.kinetic_change_j
+        + record.service_brake_energy_j
+        - sum.missing_j;
+    (e.store_j - spent) / e.store_j
+}
+
+#[test]
+fn forty_tonnes_on_long_haul_between_1_1_and_1_5_kwh_per_km() {
+    let Some(file) = shared("vecto/cycles/LongHaul.vdri") else { return };
+    let loaded = load(CASE, &[] as &[&str]).unwrap();
+    let given = loaded.on_routes(&[file], &[]).unwrap();
+    let (record, sum) = follow_planned(&given.study, 1, 0);
+    let kwh = record.consumption_kwh_per_km.unwrap();
+    let e = sum.electric.unwrap();
+    println!(
+        "LongHaul 40 t: {kwh:.3} kWh/km, wheel {:.3}, back {:.3} kWh/km, charge {:.2} at the end, {:.0} s at the limit",
+        record.wheel_kwh_per_km,
+        e.regenerated_j / record.distance_m / 3600.0,
+        e.final_charge,
+        sum.limited_s
+    );
+    assert!((1.1..=1.5).contains(&kwh), "{kwh}");
+    assert_eq!(record.outcome, Outcome::Completed);
+    assert!(open_share(&record, &sum).abs() < 1e-9, "{}", open_share(&record, &sum));
+    assert!(record.fuel_kg.is_none() && record.co2_g_per_km.is_none());
+}
+
+#[test]
+fn a_driver_takes_the_same_truck_over_long_haul() {
+    let Some(file) = shared("vecto/cycles/LongHaul.vdri") else { return };
+    for area_m2 in ["5.0", "5.3", "5.8"] {
+        let drag = format!("vehicle.drag_area_m2={area_m2}");
+        let given =
+            load(CASE, &[drag]).unwrap().on_routes(std::slice::from_ref(&file), &[]).unwrap();
+        let driven = drive_scenario(&given.study, given.study.sample(1, 0));
+        let followed = follow_planned(&given.study, 1, 0).0;
+        let kwh = |record: &Record| record.consumption_kwh_per_km.unwrap();
+        println!(
+            "LongHaul 40 t, CdA {area_m2} m²: {:.3} kWh/km driven at {:.1} km/h, {:.3} followed at {:.1} km/h, {:.3} brought back, {} shifts",
+            kwh(&driven),
+            3.6 * driven.mean_speed_mps,
+            kwh(&followed),
+            3.6 * followed.mean_speed_mps,
+            driven.regenerated_energy_j.unwrap() / driven.distance_m / 3600.0,
+            driven.n_gear_shifts
+        );
+        assert_eq!(driven.outcome, Outcome::Completed);
+        assert!(electric_balance(&driven).abs() < 1e-9);
+        // the named assumptions: the drag area of the diesel tractor
+        if area_m2 == "5.3" {
+            assert!((1.1..=1.5).contains(&kwh(&driven)), "{}", kwh(&driven));
+        }
+    }
+}
+
+#[test]
+fn up_and_down_is_never_below_flat() {
+    let study = study(&[]);
+    let flat = follow_study(&study, 1, 0, &hill(0.0, 20.0)).0;
+    let mut before = flat.battery_energy_j.unwrap();
+    for slope in [0.005, 0.01, 0.02, 0.03, 0.04] {
+        let (record, sum) = follow_study(&study, 1, 0, &hill(slope, 20.0));
+        let store = record.battery_energy_j.unwrap();
+        assert!(store >= before * (1.0 - 1e-9), "{slope}: {store} {before}");
+        assert!(open_share(&record, &sum).abs() < 1e-9);
+        before = store;
+    }
+}
+
+#[test]
+fn what_comes_back_is_limited_by_power_and_by_a_full_battery() {
+    let steep = hill(0.05, 20.0);
+    let back = |sets: &[&str]| {
+        let (record, sum) = follow_study(&study(sets), 1, 0, &steep);
+        assert!(open_share(&record, &sum).abs() < 1e-9);
+        (sum.electric.unwrap().regenerated_j, record.service_brake_energy_j)
+    };
+    let (free, little) = back(&[]);
+    let (half, more) = back(&["vehicle.electric.motor.brake_power_w=100e3"]);
+    let (weak, most) = back(&["vehicle.electric.battery.charge_power_w=50e3"]);
+    assert!(free > half && half > weak, "{free} {half} {weak}");
+    assert!(little < more && more < most);
+    // at most 145 s of braking at the charge limit, with what the auxiliaries take on the way
+    assert!(weak <= (50e3 + 4e3) * 145.0, "{weak}");
+    // a battery that is full on the top takes nothing, and the service brakes do it all; the climb comes after in this cycle
+    let down =
+        DriveCycle::new((0..100).map(f64::from).collect(), vec![20.0; 100], vec![-0.05; 100])
+            .unwrap();
+    let full = study(&["vehicle.electric.battery.initial_charge=0.9"]);
+    let (record, sum) = follow_study(&full, 1, 0, &down);
+    let e = sum.electric.unwrap();
+    // what the auxiliaries draw makes a little room
+    assert!(e.regenerated_j < 0.02 * record.service_brake_energy_j, "{e:?}");
+    assert!(e.final_charge <= 0.9 && record.service_brake_energy_j > 0.0);
+}
+
+#[test]
+fn an_empty_battery_is_an_outcome_and_charging_fills_it() {
+    let empty = study(&["vehicle.electric.battery.initial_charge=0.1005"]);
+    let (record, sum) = follow_study(&empty, 1, 0, &hill(0.03, 20.0));
+    assert_eq!(record.outcome, Outcome::Depleted);
+    assert!(sum.electric.unwrap().depleted_s > 0.0 && sum.missing_j > 0.0);
+    let charging = "vehicle.electric.charging={ power_w = 350e3, begin_below = 0.2, end_at = 0.8, shortest_s = 600.0 }";
+    // a rest of half an hour, second by second as tables of drive cycles have it
+    let rest = |time_s: Vec<f64>| {
+        let (speed_mps, slope) = (vec![0.0; time_s.len()], vec![0.0; time_s.len()]);
+        DriveCycle::new(time_s, speed_mps, slope).unwrap()
+    };
+    let sets = [charging, "vehicle.electric.battery.initial_charge=0.15"];
+    let after = |rest: &DriveCycle| follow_study(&study(&sets), 1, 0, rest).1.electric.unwrap();
+    let e = after(&rest((0..=1800).map(f64::from).collect()));
+    assert_eq!(e, after(&rest(vec![0.0, 1800.0])));
+    // half an hour of 350 kW, less the heat in the battery:
+    let most = 350e3 * 1800.0;
+    // U/(U + R I) of it arrives: about 635 V and 530 A over 0.05 Ω
+    let arrives = 635.0 / (635.0 + 0.05 * 530.0);
+    assert!((e.charged_j / most / arrives - 1.0).abs() < 0.01, "{e:?}");
+    let wanted = 0.15 + (e.charged_j - e.store_j) / 1.944e9;
+    assert!((e.final_charge - wanted).abs() < 1e-9);
+}
+
+#[test]
+fn cold_air_costs_and_no_corner_breaks() {
+    let cold = study(&["weather.temperature.mean_k=253.15"]);
+    let a = follow_study(&study(&[]), 1, 0, &hill(0.0, 20.0)).0.auxiliary_energy_j;
+    let b = follow_study(&cold, 1, 0, &hill(0.0, 20.0)).0.auxiliary_energy_j;
+    assert!((b / a - (4000.0 + 5000.0) / 4000.0).abs() < 1e-9, "{a} {b}");
+    for (speed, slope) in [(69.0, 0.5), (69.0, -0.5), (0.5, 0.5), (0.5, -0.5)] {
+        let cycle = DriveCycle::new(
+            vec![0.0, 1.0, 2.0, 3.0],
+            vec![speed, speed, 0.0, speed],
+            vec![slope; 4],
+        );
+        let (record, sum) = follow_study(&study(&[]), 1, 0, &cycle.unwrap());
+        assert!(record.battery_energy_j.unwrap().is_finite() && sum.missing_j.is_finite());
+        assert!(sum.electric.unwrap().final_charge.is_finite());
+    }
+}

@@ -1,0 +1,93 @@
+//! The same study, seed and range give the same bytes, on any number of threads, chunks and every CPU.
+
+use crate::program::run_into;
+use ocmc_core::kernel::cpu::CpuLevel;
+use ocmc_core::kernel::lane_task::Cabin;
+use ocmc_core::kernel::scheduler::drive_cabins;
+use std::fs;
+use std::path::Path;
+
+const CYCLES: &str = "300";
+
+/// Bytes of records and manifest of a run with these options, too.
+fn bytes(parent: &Path, name: &str, options: &[&str]) -> (Vec<u8>, Vec<u8>) {
+    let directory = parent.join(name);
+    run_into(&directory, &[&["--cycles", CYCLES], options].concat());
+    let read = |file: &str| fs::read(directory.join(file)).expect("written");
+    (read("records.parquet"), read("manifest.json"))
+}
+
+#[test]
+fn records_and_manifest_do_not_depend_on_threads_chunks_or_cpu() {
+    let parent = tempfile::tempdir().expect("a directory");
+    let expected = bytes(parent.path(), "reference", &["--threads", "1"]);
+    let rows = crate::program::records(&parent.path().join("reference/records.parquet"));
+    assert_eq!(rows.len(), 300);
+    assert!(rows.iter().all(|row| row.distance_m > 0.0), "every cycle has gone some way");
+    for threads in ["2", "8"] {
+        assert!(
+            bytes(parent.path(), threads, &["--threads", threads]) == expected,
+            "{threads} threads"
+        );
+    }
+    for chunk in ["1", "7", "100", "300", "65536"] {
+        let name = format!("chunk {chunk}");
+        assert!(bytes(parent.path(), &name, &["--chunk", chunk]) == expected, "{name}");
+    }
+    let mut compared = Vec::new();
+    for level in CpuLevel::ALL.into_iter().filter(|level| level.is_available()) {
+        let name = level.name();
+        assert!(bytes(parent.path(), name, &["--cpu-level", name]) == expected, "{name}");
+        compared.push(name);
+    }
+    eprintln!("CPU levels compared: {}", compared.join(", "));
+}
+
+#[test]
+fn a_part_of_a_run_is_the_run_of_that_part() {
+    let parent = tempfile::tempdir().expect("a directory");
+    let (whole, part) = (parent.path().join("whole"), parent.path().join("part"));
+    run_into(&whole, &["--format", "csv", "--cycles", "1000"]);
+    run_into(&part, &["--format", "csv", "--first-cycle", "100", "--cycles", "100"]);
+    let text =
+        |directory: &Path| fs::read_to_string(directory.join("records.csv")).expect("written");
+    let (whole, part) = (text(&whole), text(&part));
+    let rows = |text: &str| text.lines().skip(1).map(str::to_owned).collect::<Vec<_>>();
+    let (whole, part) = (rows(&whole), rows(&part));
+    assert_eq!((whole.len(), part.len()), (1000, 100));
+    assert!(whole[100..200] == part[..]);
+    assert!(part[0].starts_with("100,"), "{}", part[0]);
+}
+
+#[test]
+fn another_seed_is_another_run() {
+    let parent = tempfile::tempdir().expect("a directory");
+    let one = bytes(parent.path(), "one", &["--seed", "1"]);
+    let two = bytes(parent.path(), "two", &["--seed", "2"]);
+    assert!(one.0 != two.0);
+}
+
+#[test]
+fn a_road_that_was_driven_is_driven_again_alike() {
+    // served lines are taken off the road while it is driven; stops lie close together in towns
+    let study = ocmc_io::study::load("urban-delivery", &["mission.length_m=20000.0"])
+        .expect("a built-in study")
+        .study;
+    let mut cabins: Vec<Cabin> =
+        (0..20).map(|id| Cabin::new(&study, study.sample(1, id))).collect();
+    let mut runs = Vec::new();
+    for _ in 0..2 {
+        let mut used = Vec::new();
+        runs.push(drive_cabins(
+            &study,
+            &mut |back| {
+                used.extend(back);
+                cabins.pop()
+            },
+            CpuLevel::best(),
+        ));
+        cabins = used;
+    }
+    assert!(runs[0].iter().all(|record| record.n_stops > 5));
+    assert_eq!(runs[0], runs[1]);
+}

@@ -1,0 +1,121 @@
+//! The books of every cycle close, and the fuel is the map's.
+
+use crate::common::{balance, column, diesel, electric_balance, run, start_speeds_radps, study};
+use fearless_simd::{Level, dispatch, prelude::*};
+use ocmc_core::kernel::record::{COLUMNS, Cell, Outcome};
+use ocmc_core::kernel::trace::trace;
+use ocmc_core::lanes::Lanes;
+use ocmc_core::powertrain::diesel::engine::Engine;
+
+#[test]
+fn energy_closes_to_1e_9_in_every_built_in_study_and_nothing_is_nan() {
+    for built_in in ocmc_io::study::list() {
+        let study = study(built_in.name, &[]);
+        for record in run(&study, 200) {
+            let open = if record.battery_energy_j.is_some() {
+                electric_balance(&record)
+            } else {
+                balance(&record)
+            };
+            assert!(open.abs() < 1e-9, "{}: {record:?}", built_in.name);
+            for column in COLUMNS {
+                if let Cell::Number(Some(value)) = (column.get)(&record) {
+                    assert!(value.is_finite(), "{} {}", built_in.name, column.name);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn shift_and_clutch_losses_are_needed_for_the_balance() {
+    // closed-loop rule 15: without the jumps of the engine's kinetic energy the balance does not close
+    let study = study("regional", &[]);
+    let records = run(&study, 50);
+    let share = |loss: fn(&ocmc_core::kernel::record::Record) -> f64| {
+        records.iter().map(loss).sum::<f64>()
+            / records.iter().map(|r| r.wheel_energy_j).sum::<f64>()
+    };
+    assert!(share(|r| r.shift_loss_j.unwrap().abs()) > 1e-4);
+    assert!(share(|r| r.clutch_loss_j.unwrap()) > 1e-5);
+}
+
+#[test]
+fn potential_energy_is_that_of_the_net_climb() {
+    // the road's net climb is zero; a truck stops up to half a metre short of its end
+    let study = study("field-truck", &[]);
+    for record in run(&study, 50) {
+        if record.outcome == Outcome::Completed {
+            let mass_kg = study.model().vehicle.curb_mass_kg + record.payload_kg;
+            let most = mass_kg * 9.80665 * 0.12 * 3.0;
+            assert!(record.potential_change_j.abs() < most, "{record:?}");
+            assert!(record.kinetic_change_j == 0.0);
+        }
+    }
+}
+
+#[test]
+fn the_trace_sums_up_to_the_record_exactly() {
+    let study = study("field-truck", &[]);
+    let records = run(&study, 20);
+    for id in [0, 3, 17] {
+        let trace = trace(&study, 1, id);
+        let record = &records[id as usize];
+        assert_eq!(&trace.record, record);
+        let sum = |name| column(&trace, name).iter().fold(0.0, |sum, value| sum + value);
+        assert!(sum("fuel_added_kg") == record.fuel_kg.unwrap());
+        assert!(sum("distance_added_m") == record.distance_m);
+        assert!(sum("simulated_added_s") == record.simulated_s);
+        assert!(sum("crankshaft_work_added_j") == record.crankshaft_work_j.unwrap());
+        assert!(sum("auxiliary_energy_added_j") == record.auxiliary_energy_j);
+        assert!(sum("clutch_loss_added_j") == record.clutch_loss_j.unwrap());
+        assert!(sum("transmission_loss_added_j") == record.transmission_loss_j);
+        assert!(sum("shift_loss_added_j") == record.shift_loss_j.unwrap());
+        assert!(sum("drag_energy_added_j") == record.drag_energy_j);
+        assert!(sum("rolling_energy_added_j") == record.rolling_energy_j);
+        assert!(sum("potential_added_j") == record.potential_change_j);
+        assert!(sum("service_brake_energy_added_j") == record.service_brake_energy_j);
+        assert!(sum("engine_brake_energy_added_j") == record.engine_brake_energy_j.unwrap());
+        assert!(sum("wheel_energy_added_j") == record.wheel_energy_j);
+    }
+}
+
+fn fuel_kgps(engine: &Engine, speed_radps: f64, torque_nm: f64, drag_torque_nm: f64) -> f64 {
+    dispatch!(Level::baseline(), simd => {
+        let all = |number| Lanes::splat(simd, number);
+        engine.fuel_rates(all(speed_radps), all(torque_nm), all(drag_torque_nm))[0]
+    })
+}
+
+/// The step keeps the piece of the drag curve on which it starts.
+fn drag_torque_nm(engine: &Engine, start_radps: f64, speed_radps: f64) -> f64 {
+    let [_, _, drag, slope] = dispatch!(Level::baseline(), simd => {
+        engine.curves_at(Lanes::splat(simd, start_radps)).lines.map(|line| line[0])
+    });
+    drag + slope * speed_radps
+}
+
+#[test]
+fn fuel_is_the_map_evaluated_again_on_the_trace() {
+    let study = study("field-truck", &[]);
+    let engine = &diesel(&study).engine;
+    for id in [1, 5] {
+        let factor = study.sample(1, id).vehicle.fuel_factor;
+        let trace = trace(&study, 1, id);
+        let speed = column(&trace, "engine_speed_radps");
+        let torque = column(&trace, "engine_torque_nm");
+        let step = column(&trace, "step_s");
+        let fuel = column(&trace, "fuel_added_kg");
+        let start = start_speeds_radps(&study, &trace);
+        let mut again = 0.0;
+        for k in 0..speed.len() {
+            let drag_torque = drag_torque_nm(engine, start[k], speed[k]);
+            let rate = factor * fuel_kgps(engine, speed[k], torque[k], drag_torque);
+            let slack = 1e-12 * (fuel[k] + 1e-6);
+            let close = (rate * step[k] - fuel[k]).abs() <= slack;
+            assert!(close, "row {k}: {} {}", rate * step[k], fuel[k]);
+            again += rate * step[k];
+        }
+        assert!((again / trace.record.fuel_kg.unwrap() - 1.0).abs() < 1e-6);
+    }
+}

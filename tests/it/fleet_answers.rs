@@ -1,0 +1,322 @@
+//! Comparison, sensitivity and precision, as a user of the command meets them.
+
+use crate::program::{SHORT, ocmc, run_into};
+use ocmc_core::kernel::record::Outcome;
+use ocmc_core::random::LAST_CYCLE_ID;
+use serde_json::Value;
+use std::fs;
+use std::path::Path;
+
+fn text(arguments: &[&str]) -> String {
+    let output = ocmc(arguments).assert().success().get_output().clone();
+    String::from_utf8(output.stdout).expect("UTF-8")
+}
+
+fn json(arguments: &[&str]) -> Value {
+    serde_json::from_str(&text(&[arguments, &["--json"]].concat())).expect("JSON")
+}
+
+fn assert_fits(text: &str) {
+    assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
+    assert!(!text.contains("NaN") && !text.contains('\u{1b}'), "{text}");
+}
+
+#[test]
+fn a_study_compared_with_itself_is_the_same() {
+    let arguments = ["compare", "field-truck", "field-truck", "--cycles", "50", "--set", SHORT];
+    let answer = json(&arguments);
+    assert_eq!((&answer["difference"], &answer["share_equal"]), (&0.0.into(), &1.0.into()));
+    assert_eq!(answer["ci95"], serde_json::json!([0.0, 0.0]));
+    assert!(answer["variance_reduction"].is_null());
+    let told = text(&arguments);
+    assert!(told.contains("the same in 100.0 %"), "{told}");
+    assert_fits(&told);
+}
+
+#[test]
+fn common_random_numbers_show_a_small_difference() {
+    let drag = "vehicle.drag_area_m2=4.6";
+    let study = tempfile::NamedTempFile::with_suffix(".toml").expect("a file");
+    let path = study.path().to_str().expect("UTF-8");
+    fs::write(path, "[study]\nbase = \"field-truck\"\n[mission]\nlength_m = 5000\n")
+        .expect("space");
+    let arguments = ["compare", path, "--set", drag, "--cycles", "200"];
+    let answer = json(&arguments);
+    for key in ["column", "a", "b", "difference", "ci95", "share_a_lower", "variance_reduction"] {
+        assert!(!answer[key].is_null(), "{key}");
+    }
+    assert_eq!(answer["column"], "consumption_l_per_100km");
+    let number = |value: &Value| value.as_f64().expect("a number");
+    // less drag, less fuel, in nearly every cycle; the difference is known far better than either mean
+    assert!(number(&answer["ci95"][1]) < 0.0, "{answer}");
+    assert!(number(&answer["share_a_lower"]) < 0.2, "{answer}");
+    assert!(number(&answer["variance_reduction"]) > 20.0, "{answer}");
+    let told = text(&arguments);
+    assert!(told.contains("\n  with vehicle.drag_area_m2=4.6\n"), "{told}");
+    assert_fits(&told);
+
+    let speed = json(&[&arguments[..], &["--column", "mean_speed_mps"]].concat());
+    assert_eq!(speed["column"], "mean_speed_mps");
+    let several =
+        ["compare", "field-truck", "long-haul", "regional", "--cycles", "20", "--set", SHORT];
+    let answers = json(&several);
+    assert_eq!(answers.as_array().map(Vec::len), Some(2), "{answers}");
+    assert_eq!(answers[1]["study_b"], "regional");
+    assert_fits(&text(&several));
+}
+
+#[test]
+fn a_comparison_has_the_mean_of_a_run_and_empty_trips_are_no_failures() {
+    let column = "consumption_l_per_100tkm";
+    let fleet = ["--cycles", "60", "--set", SHORT];
+    let run = json(&fleet);
+    let studies = ["compare", "field-truck", "field-truck", "--column", column];
+    let answer = [&studies[..], &fleet[..]].concat();
+    let told = json(&answer);
+    let number = |value: &Value| value.as_f64().expect("a number");
+    let mean = number(&run["statistics"][column]["mean"]);
+    assert!((number(&told["a"]) / mean - 1.0).abs() < 1e-12, "{told}, a run says {mean}");
+    assert_eq!(
+        (&told["a_failed"], &told["b_failed"], &told["pairs"]),
+        (&0.into(), &0.into(), &60.into())
+    );
+    let without = told["pairs_without_value"].as_u64().expect("a number");
+    assert!(without > 0, "the study has empty trips: {told}");
+    let words = text(&answer);
+    assert!(words.contains(&format!("{without} pairs, counted in the means alone")), "{words}");
+    assert!(!words.contains("not completed"), "{words}");
+    assert_fits(&words);
+
+    // single cycles: an empty trip has no value, and that is no failure either
+    let analysis =
+        ["sensitivity", "--cycles", "60", "--set", SHORT, "--factor", "road", "--column", column];
+    let told = json(&analysis);
+    assert_eq!(told["failed_rows"], 0);
+    assert_eq!(told["dropped_rows"], told["rows_without_value"]);
+    let words = text(&analysis);
+    assert!(words.contains("dropped because a cycle had no value"), "{words}");
+    assert_fits(&words);
+}
+
+#[test]
+fn stops_of_the_same_cycle_are_the_same() {
+    let drag = "vehicle.drag_area_m2=4.6";
+    let arguments =
+        ["compare", "field-truck", "--set", drag, "--cycles", "20", "--column", "stops_per_km"];
+    let answer = json(&arguments);
+    assert_eq!((&answer["share_a_lower"], &answer["share_equal"]), (&0.0.into(), &1.0.into()));
+    assert!(answer["variance_reduction"].is_null(), "{answer}");
+    assert!(!text(&arguments).contains("variance"));
+}
+
+#[test]
+fn a_difference_tells_what_it_owes_to_uncertain_parameters() {
+    let sets = ["driver.curve_speed.parameter_uncertainty=true", "driver.curve_speed.replicates=8"];
+    let arguments = ["compare", "field-truck", "long-haul", "--cycles", "64", "--set", SHORT];
+    let arguments = [&arguments[..], &["--set", sets[0], "--set", sets[1]]].concat();
+    let uncertain = &json(&arguments)["parameter_uncertainty"];
+    assert_eq!(uncertain["replicates"], 8);
+    let words = text(&arguments);
+    assert!(words.contains("over 8 draws of the curve-speed fit"), "{words}");
+    assert_fits(&words);
+    assert!(json(&arguments[..7])["parameter_uncertainty"].is_null());
+}
+
+#[test]
+fn the_worst_case_is_no_better_than_what_the_failed_cycles_show() {
+    let parent = tempfile::tempdir().expect("a directory");
+    let out = parent.path().join("run");
+    let small = "vehicle.electric.battery.capacity_j=5e8";
+    let path = out.to_str().expect("UTF-8");
+    let run =
+        ["--study", "battery-truck", "--cycles", "40", "--set", small, "--quiet", "--out", path];
+    let answer = json(&run);
+    let records = crate::program::records(&out.join("records.parquet"));
+    let failed: Vec<f64> = records
+        .iter()
+        .filter(|record| record.outcome != Outcome::Completed)
+        .filter_map(|record| record.consumption_kwh_per_km)
+        .collect();
+    assert_eq!(answer["worst_case"]["cycles"], failed.len());
+    assert!(failed.len() > 20, "most are depleted: {}", failed.len());
+    let number = |value: &Value| value.as_f64().expect("a number");
+    let fleet = number(&answer["statistics"]["consumption_kwh_per_km"]["mean"]);
+    let completed = (records.len() - failed.len()) as f64;
+    let least = (completed * fleet + failed.iter().sum::<f64>()) / records.len() as f64;
+    let worst = number(&answer["worst_case"]["mean"]);
+    assert!(worst >= least - 1e-12 && least > 1.2 * fleet, "{worst}, {least}, {fleet}");
+}
+
+#[test]
+fn shares_of_the_variance() {
+    let arguments = ["sensitivity", "--cycles", "60", "--set", SHORT, "--factor", "mission,driver"];
+    let mut one = json(&[&arguments[..], &["--threads", "1"]].concat());
+    let mut two = json(&[&arguments[..], &["--threads", "2"]].concat());
+    for answer in [&mut one, &mut two] {
+        answer["wall_s"].take();
+        answer["threads"].take();
+    }
+    assert_eq!(one, two, "the answer does not depend on threads");
+    assert_eq!((&one["rows"], &one["cycles"]), (&60.into(), &240.into()));
+    let factors = one["factors"].as_array().expect("a list");
+    let names: Vec<&Value> = factors.iter().map(|factor| &factor["factor"]).collect();
+    assert_eq!(names, ["mission", "driver"]);
+    for factor in factors {
+        for key in ["first", "total"] {
+            assert!(factor[key].is_number(), "{factor}");
+            assert_eq!(factor[format!("{key}_ci95")].as_array().map(Vec::len), Some(2));
+        }
+    }
+    assert_fits(&text(&[&arguments[..], &["--crossed", "10"]].concat()));
+}
+
+#[test]
+fn what_cannot_be_analysed_is_said() {
+    for (arguments, status, part) in [
+        (&["compare", "field-truck"][..], 2, "--set"),
+        (&["compare"], 2, "NAME|FILE"),
+        (&["compare", "field-truck", "nowhere"], 1, "nowhere"),
+        (&["compare", "field-truck", "regional", "--column", "x"], 2, "consumption_l_per_100km"),
+        (&["sensitivity", "--factor", "moon"], 2, "driver.curve_speed"),
+        (&["sensitivity", "--cycles", "9", "--set", SHORT, "--factor", "road"], 1, "at least 10"),
+        (
+            &[
+                "sensitivity",
+                "--cycles",
+                "10",
+                "--set",
+                SHORT,
+                "--column",
+                "consumption_kwh_per_km",
+            ],
+            1,
+            "0 of the rows",
+        ),
+        (&["--precision", "0%"], 2, "p95:1%"),
+        (&["--precision", "p96:1%"], 2, "p95:1%"),
+    ] {
+        let output = ocmc(arguments).output().expect("the program starts");
+        let told = String::from_utf8(output.stderr).expect("UTF-8");
+        assert_eq!(output.status.code(), Some(status), "{arguments:?}: {told}");
+        assert!(output.stdout.is_empty());
+        assert!(told.contains(part) && !told.contains("panicked"), "{arguments:?}: {told}");
+    }
+}
+
+fn bytes(directory: &Path) -> (Vec<u8>, Vec<u8>) {
+    let read = |file: &str| fs::read(directory.join(file)).expect("written");
+    (read("records.parquet"), read("manifest.json"))
+}
+
+#[test]
+fn a_run_ends_when_it_is_precise_enough_whatever_the_threads() {
+    let parent = tempfile::tempdir().expect("a directory");
+    let run = |name: &str, arguments: &[&str]| {
+        let out = parent.path().join(name);
+        run_into(&out, arguments);
+        out
+    };
+    let one = run("one", &["--precision", "1.2%", "--threads", "1"]);
+    let manifest: Value = serde_json::from_slice(&bytes(&one).1).expect("JSON");
+    let cycles = manifest["cycles"].as_u64().expect("a number");
+    assert!([1250, 1563, 1954, 2443].contains(&cycles), "a look after the first one: {cycles}");
+    assert_eq!(manifest["status"], "complete");
+    for (name, options) in [("two", ["--threads", "2"]), ("chunk", ["--chunk", "7"])] {
+        let other = run(name, &[&["--precision", "1.2%"], &options[..]].concat());
+        assert!(bytes(&other) == bytes(&one), "{name}");
+    }
+    let plain = run("plain", &["--cycles", &cycles.to_string()]);
+    assert!(bytes(&plain) == bytes(&one), "a run of so many cycles is the same");
+
+    let summary: Value =
+        serde_json::from_str(&fs::read_to_string(one.join("summary.json")).expect("written"))
+            .expect("JSON");
+    let precision = &summary["precision"];
+    assert_eq!((&precision["of"], &precision["met"]), (&"mean".into(), &true.into()));
+    assert!(precision["reached"].as_f64().is_some_and(|reached| reached <= 0.012), "{precision}");
+    let litres = &summary["statistics"]["consumption_l_per_100km"];
+    let [mean, low, high] =
+        [&litres["mean"], &litres["ci95"][0], &litres["ci95"][1]].map(|x| x.as_f64().expect("one"));
+    assert!(
+        ((high - low) / 2.0 / mean - precision["reached"].as_f64().expect("one")).abs() < 1e-12
+    );
+
+    let short = text(&["--precision", "p95:0.01%", "--cycles", "1100", "--set", SHORT]);
+    assert!(short.contains("more --cycles are needed"), "{short}");
+    assert_fits(&short);
+}
+
+#[test]
+fn the_birds_eye_view_of_a_study() {
+    let seen = |study: &str| {
+        let view = &json(&["study", "birds-eye", study, "--cycles", "20"])["birds_eye"];
+        ["hilliness", "transport_cycle", "stop_density"].map(|key| view[key].clone())
+    };
+    assert_eq!(seen("long-haul")[1], "long_distance");
+    assert_eq!(seen("urban-delivery")[1], "local");
+    assert_eq!(seen("urban-delivery")[2], "high");
+    let flat = ["study", "birds-eye", "field-truck", "--set", "simulation.without=[\"slope\"]"];
+    let words = text(&[&flat[..], &["--cycles", "3"]].concat());
+    assert!(
+        words.starts_with("field-truck: 3 operating cycles, 300.0 km\nhilliness        flat:"),
+        "{words}"
+    );
+    assert_fits(&words);
+    let refused = ocmc(&[&flat[..], &["--first-cycle", &u64::MAX.to_string()]].concat());
+    let output = { refused }.output().expect("the program starts");
+    assert_eq!(output.status.code(), Some(2));
+}
+
+#[test]
+fn studies_of_two_powertrains_are_compared_by_the_work_at_the_wheels() {
+    let arguments = ["compare", "field-truck", "battery-truck", "--cycles", "20", "--set", SHORT];
+    let answer = json(&arguments);
+    assert_eq!(answer["column"], "wheel_kwh_per_km");
+    assert!(answer["pairs"].as_u64() > Some(0) && !answer["difference"].is_null(), "{answer}");
+    let why = "battery-truck burns no fuel: compared by work at the wheels";
+    let told = text(&arguments);
+    assert!(told.contains(why), "{told}");
+    assert_fits(&told);
+    // who names a quantity is told who lacks it
+    let asked = |column: &str| text(&[&arguments[..], &["--column", column]].concat());
+    for column in ["consumption_l_per_100km", "co2_g_per_km"] {
+        let told = asked(column);
+        assert!(told.contains(&format!("battery-truck has no {column}")), "{told}");
+        assert_fits(&told);
+    }
+    assert!(asked("consumption_kwh_per_km").contains("field-truck has no consumption_kwh_per_km"));
+    assert!(!asked("wheel_kwh_per_km").contains("burns no fuel"));
+    let neither = ["compare", "battery-truck", "battery-truck", "--cycles", "1", "--set", SHORT];
+    let told = text(&[&neither[..], &["--column", "co2_g_per_km"]].concat());
+    assert!(told.contains("neither study has co2_g_per_km"), "{told}");
+    let told = text(&neither);
+    assert!(told.contains("of 1 pair\n") && !told.contains("burn"), "{told}");
+}
+
+#[test]
+fn the_help_of_an_analysis_says_what_its_cycles_are() {
+    assert!(text(&["compare", "--help"]).contains("Number of cycles in each study"));
+    let told = text(&["sensitivity", "--help"]);
+    assert!(told.contains("Number of rows of the design"), "{told}");
+}
+
+#[test]
+fn a_second_opinion_that_cannot_be_is_refused_before_anything_is_driven() {
+    let told = |more: &[&str], status: i32| {
+        // so many cycles would take for ever
+        let run = ["sensitivity", "--cycles", "100000", "--quiet", "--first-cycle"];
+        let output = ocmc(&[&run[..], more].concat()).output().expect("the program starts");
+        assert_eq!(output.status.code(), Some(status), "{more:?}");
+        String::from_utf8(output.stderr).expect("UTF-8")
+    };
+    for number in ["1", "99999999999999"] {
+        let text = told(&["0", "--crossed", number], 2);
+        assert!(text.contains("--crossed") && text.contains("2 to 1000000"), "{text}");
+    }
+    let sobol = ["0", "--crossed", "50", "--set", "simulation.sampling=sobol"];
+    assert!(told(&sobol, 1).contains("independent draws"));
+    // room for the rows of the design, not for the crossed cycles
+    let last = (LAST_CYCLE_ID - 100_000).to_string();
+    let text = told(&[&last, "--crossed", "1000000"], 2);
+    assert!(text.contains("--first-cycle with --crossed"), "{text}");
+}

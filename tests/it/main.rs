@@ -1,0 +1,43 @@
+//! Tests of the whole program: one executable.
+#![allow(
+    clippy::unwrap_used,
+    clippy::float_cmp,
+    clippy::print_stdout,
+    reason = "a test fails by panic, compares bits, and prints its figures"
+)]
+
+mod bad_input;
+mod battery;
+mod closed_form;
+mod closed_loop;
+mod closing_the_loop;
+mod command_line;
+mod common;
+mod determinism;
+mod electric;
+mod energy_balance;
+mod fit;
+mod fleet_answers;
+mod follow_speed;
+mod given_cycles;
+mod hints;
+mod identification;
+mod logs;
+mod map_corners;
+mod merge;
+mod parts;
+mod precision;
+mod prescribed;
+mod program;
+mod report;
+mod resume;
+mod road_rows;
+mod roads_from_logs;
+mod run_directory;
+mod sampling;
+mod sensitivity;
+mod shift_strategy;
+mod step_bias;
+mod tables;
+mod tactical;
+mod vecto;

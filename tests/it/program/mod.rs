@@ -1,0 +1,28 @@
+//! Runs the command, and reads what it leaves behind.
+
+use assert_cmd::Command;
+use ocmc_core::kernel::record::Record;
+use std::path::Path;
+
+/// A setting that makes cycles short, so that tests are.
+pub(crate) const SHORT: &str = "mission.length_m=5000";
+
+/// The command, in its own directory so that nothing is written to ours.
+pub(crate) fn ocmc(arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_ocmc"));
+    command.args(arguments).current_dir(std::env::temp_dir()).env_remove("NO_COLOR");
+    command
+}
+
+/// Runs short cycles into a directory, and returns nothing but success.
+pub(crate) fn run_into(directory: &Path, arguments: &[&str]) {
+    let out = directory.to_str().expect("UTF-8");
+    ocmc(&["--set", SHORT, "--quiet", "--out", out]).args(arguments).assert().success();
+}
+
+/// The records of a file.
+pub(crate) fn records(path: &Path) -> Vec<Record> {
+    let mut records = Vec::new();
+    ocmc_io::records::read(path, |group| records.extend(group.records)).expect("a file of records");
+    records
+}

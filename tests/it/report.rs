@@ -1,0 +1,107 @@
+//! The report of a run, as the command writes it and as a real browser shows it.
+
+use crate::program::{ocmc, run_into};
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+#[test]
+fn a_report_lies_beside_the_run_or_where_it_is_asked_for() {
+    let parent = tempfile::tempdir().expect("a directory");
+    let run = parent.path().join("run");
+    run_into(&run, &["--cycles", "100"]);
+    ocmc(&["report"]).arg(&run).assert().success();
+    let page = fs::read_to_string(run.join("report.html")).expect("written");
+    assert!(page.starts_with("<!DOCTYPE html>") && page.trim_end().ends_with("</html>"));
+    assert!(page.contains("field-truck") && page.contains("of 100 cycles"));
+    // once more, to another place: the same run, the same page
+    let other = parent.path().join("other.html");
+    ocmc(&["report", "--out"]).arg(&other).arg(&run).assert().success();
+    assert_eq!(page, fs::read_to_string(&other).expect("written"));
+
+    let output = ocmc(&["report", "nowhere"]).output().expect("the program starts");
+    assert_eq!(output.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("nowhere"));
+    // a run with its report can still be read, and is not in the way of --resume
+    ocmc(&["--resume", "--out"]).arg(&run).assert().success();
+}
+
+#[test]
+fn the_energy_of_a_saturated_run_adds_up() {
+    let parent = tempfile::tempdir().expect("a directory");
+    let file = parent.path().join("steep.csv");
+    let table = "time_s,speed_mps,slope\n0,0,0\n30,20,0\n60,20,0.1\n90,20,0.1\n";
+    fs::write(&file, table).expect("space");
+    let page = |run: &Path| {
+        ocmc(&["report"]).arg(run).assert().success();
+        fs::read_to_string(run.join("report.html")).expect("written")
+    };
+    let row = "missing at the wheels<";
+    for study in ["field-truck", "battery-truck"] {
+        let run = parent.path().join(study);
+        let follow = ["--follow-speed", "exact", "--cycles", "6", "--quiet", "--study", study];
+        ocmc(&["drive"]).arg(&file).args(follow).arg("--out").arg(&run).assert().success();
+        let page = page(&run);
+        assert!(page.contains("add up to 100.0000 %") && page.contains(row), "{study}");
+    }
+    // somebody who drives is slower instead
+    let driven = parent.path().join("driven");
+    run_into(&driven, &["--cycles", "20"]);
+    let page = page(&driven);
+    assert!(page.contains("add up to 100.0000 %") && !page.contains(row));
+}
+
+/// The browser, where there is one.
+fn browser(profile: &Path) -> Option<Command> {
+    let name = ["chromium", "chromium-browser", "google-chrome"].into_iter().find(|name| {
+        let version = Command::new(name).arg("--version").stdout(Stdio::null()).status();
+        version.is_ok_and(|status| status.success())
+    })?;
+    let mut command = Command::new(name);
+    command.args(["--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage"]);
+    command.args([
+        "--disable-background-networking",
+        "--disable-component-update",
+        "--no-first-run",
+    ]);
+    command.args(["--disable-sync", "--disable-default-apps", "--disable-extensions"]);
+    command.arg(format!("--user-data-dir={}", profile.display()));
+    Some(command)
+}
+
+#[test]
+fn a_browser_shows_it_without_errors_and_fetches_nothing() {
+    let parent = tempfile::tempdir().expect("a directory");
+    let Some(mut browser) = browser(&parent.path().join("profile")) else {
+        eprintln!("not tested: no Chromium here");
+        return;
+    };
+    let run = parent.path().join("run");
+    run_into(&run, &["--cycles", "400"]);
+    ocmc(&["report"]).arg(&run).assert().success();
+    let network = parent.path().join("network.json");
+    let address = format!("file://{}", run.join("report.html").display());
+    let output = browser
+        .args(["--enable-logging=stderr", "--v=0", "--dump-dom"])
+        .arg(format!("--log-net-log={}", network.display()))
+        .arg(&address)
+        .output()
+        .expect("the browser starts");
+    assert!(output.status.success());
+    let page = String::from_utf8(output.stdout).expect("UTF-8");
+    for part in ["Where the energy went", "<polyline", "<rect", "Provenance"] {
+        assert!(page.contains(part), "{part}");
+    }
+    let told = String::from_utf8_lossy(&output.stderr);
+    assert!(!told.contains("CONSOLE"), "{told}");
+    let log = fs::read_to_string(&network).expect("the browser writes its log");
+    assert!(log.contains("report.html") || log.contains("constants"), "a log of requests");
+    // the browser's own services are not the page's; what the page asks for has it as its initiator
+    let asked: Vec<&str> = log
+        .lines()
+        .filter(|line| {
+            line.contains("\"initiator\":\"file:") || line.contains("\"initiator\":\"null")
+        })
+        .collect();
+    assert!(asked.is_empty(), "{asked:?}");
+}
