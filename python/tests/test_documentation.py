@@ -101,3 +101,57 @@ def test_the_example_of_the_readme(tmp_path, monkeypatch):
     assert examples
     for example in examples:
         exec(compile(example, README, "exec"), {})  # noqa: S102 (our own)
+
+
+MARKDOWN = [
+    page
+    for page in sorted(ROOT.rglob("*.md"))
+    if not {"target", "node_modules", ".venv", ".git"} & set(page.relative_to(ROOT).parts)
+]
+FILES = {
+    path.relative_to(ROOT).as_posix()
+    for folder in ["crates", "tests", "docs", "configs", "scripts", "benches", "examples", "python"]
+    for path in (ROOT / folder).rglob("*")
+}
+# a name of a source file between backticks, with its folders or a part of them
+SOURCE = re.compile(r"`((?:[\w-]+/)*[\w-]+\.(?:rs|py))`")
+
+
+def prose(page):
+    """Give the text of a page without its blocks of code."""
+    return re.sub(r"^```.*?^```$", "", page.read_text(encoding="utf-8"), flags=re.M | re.S)
+
+
+def anchor(heading):
+    """Make the anchor of a heading as mdBook and most hosts of Markdown do."""
+    plain = re.sub(r"[`*]|\]\([^)]*\)|\[", "", heading).strip().lower()
+    return re.sub(r"\s", "-", re.sub(r"[^\w\s-]", "", plain))
+
+
+def test_links_of_the_pages_lead_somewhere():
+    missing = []
+    for page in MARKDOWN:
+        for target in re.findall(r"\]\(([^)\s]+)\)", prose(page)):
+            if target.startswith(("http://", "https://", "mailto:")):
+                continue
+            path, _, place = target.partition("#")
+            file = (page.parent / path).resolve() if path else page
+            ok = file.exists()
+            if ok and place:
+                headings = re.findall(r"^#+ (.+)$", prose(file), flags=re.M)
+                ok = place in map(anchor, headings)
+            if not ok:
+                missing.append(f"{page.relative_to(ROOT)}: {target}")
+    assert not missing
+
+
+def test_source_files_that_the_pages_name_are_there():
+    missing = [
+        f"{page.relative_to(ROOT)}: {name}"
+        for page in MARKDOWN
+        # the history names files as they were
+        if page.name != "CHANGELOG.md"
+        for name in SOURCE.findall(prose(page))
+        if not any(f"/{file}".endswith(f"/{name}") for file in FILES)
+    ]
+    assert not missing
