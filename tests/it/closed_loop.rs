@@ -1,5 +1,5 @@
-//! The rules that make the parts work together: each test fails without its rule. Others stand with their parts, `rule N` in a
-//! comment or a name.
+//! The closed-loop rules by their names in the guide (`docs/src/theory/closed-loop-rules.md`): each
+//! test fails without its rule. Others stand with their parts.
 
 use crate::common::{GivenRoad, column, mean_and_error, run, study, typical};
 use ocmc_core::kernel::record::Outcome;
@@ -16,7 +16,7 @@ fn shifts(trace: &Trace) -> u32 {
 }
 
 #[test]
-fn rules_1_and_14_a_40_t_truck_starts_again_after_a_stop_sign_on_a_6_percent_climb() {
+fn launch_floor_and_clutch_a_40_t_truck_starts_again_after_a_stop_sign_on_a_6_percent_climb() {
     for sets in [&[][..], &["driver.pedals.pid_share=0.0"][..]] {
         let study = typical(sets);
         let road = GivenRoad::flat(3000.0, 80.0 / 3.6).slope(0.06).stop(1500.0, 5.0);
@@ -33,7 +33,7 @@ fn rules_1_and_14_a_40_t_truck_starts_again_after_a_stop_sign_on_a_6_percent_cli
 }
 
 #[test]
-fn rule_1_a_standing_truck_wants_its_launch_speed() {
+fn launch_floor_a_standing_truck_wants_its_launch_speed() {
     // the floor is needed at run time: below it a standing truck wants to stand
     for launch in [1.5, 2.0, 3.0] {
         let study = typical(&[&format!("driver.speed_change.launch_speed_mps={launch}")]);
@@ -46,7 +46,7 @@ fn rule_1_a_standing_truck_wants_its_launch_speed() {
 }
 
 #[test]
-fn rule_5_no_pedal_or_gear_chatter_on_a_smooth_descent() {
+fn overspeed_band_no_pedal_or_gear_chatter_on_a_smooth_descent() {
     for share in ["1.0", "0.0"] {
         let study = typical(&[&format!("driver.pedals.pid_share={share}")]);
         for slope in [-0.01, -0.02, -0.03, -0.05] {
@@ -67,7 +67,7 @@ fn rule_5_no_pedal_or_gear_chatter_on_a_smooth_descent() {
 }
 
 #[test]
-fn rule_5_the_band_saves_the_brakes_on_gentle_descents() {
+fn overspeed_band_saves_the_brakes_on_gentle_descents() {
     let with = typical(&[]);
     let without = typical(&["driver.pedals.overspeed_band_mps=0"]);
     // a descent on which a coasting truck settles between 80 and 85 km/h
@@ -88,7 +88,7 @@ fn rule_5_the_band_saves_the_brakes_on_gentle_descents() {
 }
 
 #[test]
-fn rule_7_trucks_arrive_slowly_and_stop_at_the_line() {
+fn stop_capture_trucks_arrive_slowly_and_stop_at_the_line() {
     let study = study("regional", &["mission.length_m=20000"]);
     let mut arrivals = Vec::new();
     for id in 0..20 {
@@ -116,7 +116,7 @@ fn rule_7_trucks_arrive_slowly_and_stop_at_the_line() {
 }
 
 #[test]
-fn rule_7_who_stops_beyond_the_end_of_a_segment_has_left_it() {
+fn stop_capture_who_stops_beyond_the_end_of_a_segment_has_left_it() {
     // a truck that comes to rest within a step may pass the segment's end on the way
     for name in ["regional", "passenger-car", "battery-truck"] {
         for record in run(&study(name, &[]), 80) {
@@ -152,7 +152,7 @@ fn rule_7_who_comes_to_rest_three_metres_before_the_line_has_stopped() {
 }
 
 #[test]
-fn rule_12_during_a_shift_the_engine_drives_the_auxiliaries_only() {
+fn torque_during_a_shift_the_engine_drives_the_auxiliaries_only() {
     let study = study("field-truck", &["mission.length_m=20000", "driver.pedals.pid_share=1"]);
     let mut shifts = 0;
     for id in 0..5 {
@@ -185,7 +185,7 @@ fn rule_12_during_a_shift_the_engine_drives_the_auxiliaries_only() {
 }
 
 #[test]
-fn rule_14_a_clutch_slips_until_the_gear_has_come_to_the_engines_speed() {
+fn launch_clutch_slips_until_the_gear_has_come_to_the_engines_speed() {
     // where the pedal asks for less than the auxiliaries take, the wheels of a truck that starts must not drive them
     let hardly = "driver.speed_change.launch_speed_mps=0.5";
     let length = "mission.length_m=20000";
@@ -210,7 +210,7 @@ fn rule_14_a_clutch_slips_until_the_gear_has_come_to_the_engines_speed() {
 }
 
 #[test]
-fn rule_8_an_undrivable_climb_is_an_outcome() {
+fn stall_an_undrivable_climb_is_an_outcome() {
     let study = typical(&[
         "road.types.motorway.topography.slope_limit=0.25",
         "vehicle.gearbox.shift.launch_gears=3",
@@ -234,7 +234,7 @@ fn reversals(trace: &Trace) -> usize {
 }
 
 #[test]
-fn rule_9_steps_hardly_add_to_the_reversals_of_the_pedals() {
+fn brake_stability_limit_steps_hardly_add_to_the_reversals_of_the_pedals() {
     let pid = "driver.pedals.pid_share=1.0";
     let study = study("field-truck", &[pid]);
     // steps with which no pedal can swing from step to step
@@ -253,7 +253,7 @@ fn rule_9_steps_hardly_add_to_the_reversals_of_the_pedals() {
 }
 
 #[test]
-fn rule_9_a_pressed_brake_shortens_the_step() {
+fn brake_stability_limit_a_pressed_brake_shortens_the_step() {
     // 5 m/s² x 0.3 x K_P x dt <= 1: with steps of 1.5 s, which nothing else would have shortened, the truck braked 70 times
     let study = typical(&["driver.pedals.pid.proportional_median=0.99"]);
     let road = GivenRoad::flat(4000.0, 30.0 / 3.6).slope(-0.015);
@@ -268,7 +268,7 @@ fn rule_9_a_pressed_brake_shortens_the_step() {
 }
 
 #[test]
-fn rule_14_the_clutch_does_not_chatter_when_a_truck_comes_to_a_stop() {
+fn launch_clutch_does_not_chatter_when_a_truck_comes_to_a_stop() {
     // a driver who touches the accelerator on the way to a stop: a clutch that let go of the braking engine there made him
     // brake, and closed again as he did, thousands of times within a second
     let sharp = ["proportional_median=1.5", "proportional_maximum=2.0"]
@@ -284,7 +284,7 @@ fn rule_14_the_clutch_does_not_chatter_when_a_truck_comes_to_a_stop() {
 }
 
 #[test]
-fn rule_10_no_wind_up_on_a_long_climb() {
+fn anti_windup_tracking_no_wind_up_on_a_long_climb() {
     // ten minutes at full throttle; then the road is flat and the truck has to meet its limit without overshoot
     let study = typical(&[]);
     let mut road = GivenRoad::flat(16_000.0, 80.0 / 3.6);
@@ -307,7 +307,7 @@ fn rule_10_no_wind_up_on_a_long_climb() {
 }
 
 #[test]
-fn rule_10_the_clamp_keeps_a_descents_brake_out_of_the_plain_behind_it() {
+fn integral_clamp_keeps_a_descents_brake_out_of_the_plain_behind_it() {
     // how far a truck falls below its wish behind 3 km of -10 % at 40 km/h, where no band lets it run
     let below_mps = |sets: &[&str]| {
         let study = typical(sets);
@@ -329,7 +329,7 @@ fn rule_10_the_clamp_keeps_a_descents_brake_out_of_the_plain_behind_it() {
 }
 
 #[test]
-fn rule_11_a_brake_held_as_printed_costs_fuel() {
+fn held_throttle_a_brake_held_as_printed_costs_fuel() {
     let sets = |hold: &str| {
         study(
             "field-truck",
@@ -346,14 +346,14 @@ fn rule_11_a_brake_held_as_printed_costs_fuel() {
 }
 
 #[test]
-fn rule_13_shifts_per_km_are_those_of_the_field() {
+fn upshift_line_shifts_per_km_are_those_of_the_field() {
     let per_km = |name: &str| {
         let records = run(&study(name, &[]), 60);
         records.iter().map(|r| f64::from(r.n_gear_shifts)).sum::<f64>()
             / records.iter().map(|r| r.distance_m / 1000.0).sum::<f64>()
     };
-    // the rule says about 1 on long haul and 4 on regional roads; it is 1.8 and 3.3. A strategy that looks at the power of each slope
-    // step shifts 38 % more
+    // judged in advance: about 1 on long haul and 4 on regional roads; it is 1.8 and 3.3. A strategy
+    // that looks at the power of each slope step shifts 38 % more
     for (name, wanted) in [("long-haul", 1.8), ("regional", 3.3)] {
         let found = per_km(name);
         assert!((found / wanted - 1.0).abs() < 0.15, "{name}: {found}");
@@ -361,7 +361,7 @@ fn rule_13_shifts_per_km_are_those_of_the_field() {
 }
 
 #[test]
-fn rule_13_a_constant_climb_does_not_hunt() {
+fn upshift_line_a_constant_climb_does_not_hunt() {
     let study = typical(&[]);
     for slope in [0.01, 0.02, 0.03, 0.04, 0.05, 0.06] {
         let road = GivenRoad::flat(12_000.0, 80.0 / 3.6).slope(slope);
@@ -379,10 +379,10 @@ fn no_stalled_cycle_in_10_000_of_the_default_study() {
     let records = run(&study("field-truck", &[]), 10_000);
     let failed = records.iter().filter(|r| r.outcome != Outcome::Completed).count();
     assert_eq!(failed, 0);
-    // rule 9: pedals do not reverse hundreds of times; a redraw of gains is rare
+    // gain law: a redraw of gains is rare
     let redrawn: u32 = records.iter().filter_map(|r| r.driver_gain_redraws).sum();
     assert!(f64::from(redrawn) < 0.2 * records.len() as f64);
-    // rule 19: mean gross about 29 t
+    // payload mixture: mean gross about 29 t
     let gross: Vec<f64> = records.iter().map(|r| (15_700.0 + r.payload_kg) / 1000.0).collect();
     let (mean, error) = mean_and_error(&gross);
     // 15.7 + 0.8 x 24.3 x 2/3
@@ -390,7 +390,7 @@ fn no_stalled_cycle_in_10_000_of_the_default_study() {
 }
 
 #[test]
-fn rule_18_shares_of_the_road_mixes() {
+fn road_mix_shares_of_the_road_mixes() {
     for (name, printed) in [("field-truck", [0.50, 0.41, 0.09]), ("long-haul", [0.80, 0.17, 0.03])]
     {
         let study = study(name, &[]);

@@ -29,7 +29,7 @@ fn energy_closes_to_1e_9_in_every_built_in_study_and_nothing_is_nan() {
 
 #[test]
 fn shift_and_clutch_losses_are_needed_for_the_balance() {
-    // closed-loop rule 15: without the jumps of the engine's kinetic energy the balance does not close
+    // shift loss: without the jumps of the engine's kinetic energy the balance does not close
     let study = study("regional", &[]);
     let records = run(&study, 50);
     let share = |loss: fn(&ocmc_core::kernel::record::Record) -> f64| {

@@ -169,7 +169,7 @@ fn vecto_cycles_are_driven_to_their_ends() {
         assert_eq!(record.outcome, Outcome::Completed, "{name}");
         assert!((record.distance_m - length_m).abs() < 1.0, "{name} {}", record.distance_m);
         assert_eq!(record.n_stops, stops, "{name}");
-        // models.md section 7: the cycles' mean slope is 0.00 %
+        // VECTO's cycles: the mean slope is 0.00 %
         let mean = record.potential_change_j / (9.80665 * 34_900.0 * length_m);
         assert!((mean - climb).abs() < 5e-5, "{name} {mean}");
     }

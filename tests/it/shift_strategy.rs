@@ -1,4 +1,4 @@
-//! The lines of the gearbox's strategy, closed-loop rule 13, one by one for the default truck. Gears count from 0 here.
+//! The lines of the gearbox's strategy one by one for the default truck. Gears count from 0 here.
 
 use crate::common::{GivenRoad, column, diesel, study, typical};
 use ocmc_core::kernel::trace::{trace, trace_scenario};
@@ -12,7 +12,7 @@ const DOWN_RADPS: f64 = 98.0;
 const TOO_STEEP_W: f64 = 1e9;
 
 #[test]
-fn rule_13_each_line_of_the_strategy() {
+fn each_line_of_the_strategy() {
     let study = study("field-truck", &[]);
     let drive = diesel(&study);
     let gears = &study.powertrain().gears;
@@ -69,7 +69,7 @@ fn rule_13_each_line_of_the_strategy() {
 }
 
 #[test]
-fn rule_13_two_seconds_lie_between_shifts() {
+fn shift_interval_two_seconds_lie_between_shifts() {
     let study = study("regional", &[]);
     for id in 0..10 {
         let trace = trace(&study, 1, id);
@@ -90,7 +90,7 @@ fn rule_13_two_seconds_lie_between_shifts() {
 }
 
 #[test]
-fn rule_14_a_truck_starts_in_third_gear_and_in_first_on_a_climb() {
+fn start_gear_a_truck_starts_in_third_gear_and_in_first_on_a_climb() {
     let study = typical(&[]);
     for (slope, first) in [(0.0, 3.0), (0.049, 3.0), (0.051, 1.0)] {
         let road = GivenRoad::flat(500.0, 50.0 / 3.6).slope(slope);

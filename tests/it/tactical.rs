@@ -32,7 +32,7 @@ fn legal_and_sign(x: f64, study: &Study, scenario: &Scenario) -> (f64, f64) {
 }
 
 /// Speed squared that sign, traffic and curve allow at a place, written out again from the models: what holds is searched by position,
-/// the traffic goes by the sign (closed-loop rule 6), and the driver by the lower of sign and truck limit (rule 4).
+/// traffic by the sign, and the driver by the lower of sign and truck limit (sign speed).
 fn static_limit(x: f64, study: &Study, scenario: &Scenario) -> f64 {
     let (road, driver, models) = (&scenario.cycle.road, &scenario.driver, study.model());
     let (legal, sign) = legal_and_sign(x, study, scenario);
@@ -87,7 +87,7 @@ fn static_limits_are_those_of_sign_traffic_and_curve() {
 
 #[test]
 fn the_free_flow_clock_counts_signs_and_standstills() {
-    // closed-loop rule 3: a step of one metre with what the sign and the truck's limit allow there, and all waits
+    // one metre at a time at what the sign and the truck's limit allow there, and all waits
     for name in ["field-truck", "urban-delivery"] {
         let study = study(name, &["mission.length_m=10000"]);
         let mut waits = 0;
@@ -188,7 +188,7 @@ fn sweeps_equal_brute_force() {
 
 #[test]
 fn looking_only_at_the_next_change_would_be_wrong() {
-    // models.md 11.2: a low limit shortly after a mild one needs braking before the mild one
+    // a low limit shortly after a mild one needs braking before the mild one
     let study = study("field-truck", &["mission.length_m=6000"]);
     let mut profile = SpeedProfile::default();
     let mut wrong = 0;

@@ -8,7 +8,7 @@ use ocmc_core::prescribed::{DriveCycle, follow_study};
 use ocmc_io::study::{LoadedStudy, load};
 use std::path::Path;
 
-/// Cycles, and l/100 km of the quasi-static run (design notes of this project, models.md section 14) by gross mass.
+/// Cycles, and l/100 km of a quasi-static run of this truck over them, by gross mass.
 const CYCLES: [(&str, [f64; 4]); 2] =
     [("LongHaul", [23.5, 30.1, 34.3, 37.6]), ("RegionalDelivery", [25.6, 35.0, 40.9, 45.4])];
 /// Payloads, in kg: 17.6, 28.3, 34.9 and 40 t.

@@ -5,7 +5,7 @@
 //! together are one backward sweep, n_b(x) = min_j [n_j + 2 a (x_j − x)]; looking only at the next change, as printed, fails
 //! where a low limit follows a mild one closely. A rise of the limit is followed with the driver's acceleration, one
 //! forward sweep (or at once, `rise = "paper"`). A standing truck starts because the accelerating branch never lies below
-//! the launch speed (closed-loop rule 1).
+//! the launch speed (launch floor).
 //!
 //! The printed v' = √(v_{i+1} − 2 a (x_{i+1} − x)) subtracts m²/s² from m/s: v_{i+1} has to be squared.
 

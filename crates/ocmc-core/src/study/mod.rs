@@ -159,7 +159,7 @@ impl Study {
             OperatingCycleSampler::new(&model.road, &model.weather, &model.traffic, &model.mission);
         let powertrain = model.vehicle.powertrain().expect("checked: one powertrain");
         let road_types = model.road.types.keys().cloned().collect();
-        // closed-loop rule 9: 5 m/s² × brake scale × K_P × step <= 1, or pedals reverse hundreds of times
+        // brake stability limit: 5 m/s² × brake scale × K_P × step <= 1
         let brake = model.vehicle.brakes.full_deceleration_mps2 * model.driver.pedals.brake_scale;
         let stability_limit = 1.0 / (brake * model.simulation.short_step_s());
         Ok(Self { model, operating_cycle, powertrain, road_types, stability_limit })

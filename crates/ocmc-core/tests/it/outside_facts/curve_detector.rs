@@ -1,4 +1,4 @@
-//! Curves in a curvature signal by thresholds with hysteresis (models.md section 12).
+//! Curves in a curvature signal by thresholds with hysteresis (the guide's page on curve detection).
 
 /// Grid of the signal, in m.
 pub(crate) const STEP_M: f64 = 5.0;

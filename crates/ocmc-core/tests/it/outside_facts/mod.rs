@@ -76,7 +76,7 @@ fn default_road_beside_the_facts() {
     println!("{}", found.row("default road as detected, without junction turns"));
     println!("{}", found_turns.row("the same with junction turns"));
 
-    // field trucks (from the tables of the paper): 116 m and 0.97; rule 17 expects 113 m and 0.87
+    // field trucks (from the tables of the paper): 116 m and 0.97; 113 m and 0.87 were expected
     let (mean_m, sd) = drawn_turns.field_moments();
     assert!((95.0..135.0).contains(&mean_m), "{mean_m}");
     assert!((0.80..1.05).contains(&sd), "{sd}");
@@ -109,12 +109,12 @@ fn default_road_beside_the_facts() {
     for (what, table) in [("drawn", &drawn_turns), ("detected", &found_turns)] {
         println!("on the lengths of Lower Saxony, {what}: {:.2} per km", table.per_km_on(&map.all));
     }
-    // rule 17: 1.44 per km, 173 m, and 2.75, 1.0, 0.5 per km by limit
+    // curves by the sign: 1.44 per km, 173 m, and 2.75, 1.0, 0.5 per km by limit
     assert!((1.2..1.7).contains(&map.all.per_km()));
     assert!((120.0..200.0).contains(&map.all.geometric_mean_m()));
     for (class, fact) in [2.75, 1.0, 0.5].into_iter().enumerate() {
         let rate = map.all.per_km_of(class);
-        assert!((0.75..1.33).contains(&(rate / fact)), "{class}: {rate}, rule 17 {fact}");
+        assert!((0.75..1.33).contains(&(rate / fact)), "{class}: {rate}, the extract {fact}");
     }
     // where trucks slow down for curves the default road has about as many
     for class in 0..2 {

@@ -10,7 +10,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 #[test]
 fn sojourns_of_signs_are_exponential_with_the_printed_means() {
-    // models.md section 4
+    // mean lengths between changes of the sign, as the solver of the chain has to find them
     let printed: [(&str, &[f64]); 3] = [
         ("urban", &[658.0, 456.0, 711.0, 464.0, 735.0]),
         ("rural", &[3737.0, 2085.0, 2516.0, 2431.0, 2422.0]),
@@ -44,7 +44,7 @@ fn sojourns_of_signs_are_exponential_with_the_printed_means() {
 #[test]
 fn curves_of_each_sign_follow_their_law() {
     let types = field_truck_model().road.types;
-    // closed-loop rule 17: per km and median radius at 70 km/h, smallest radius, and the motorway's
+    // curves by the sign: per km and median radius at 70 km/h, smallest radius, and the motorway's
     for (name, per_km, median_m, turn_m, log_sd, length_m, length_sd) in [
         ("urban", 1.5, 120.0, 15.0, 0.9, 40.0, 0.6),
         ("rural", 1.0, 250.0, 15.0, 0.9, 120.0, 0.6),
