@@ -31,7 +31,7 @@ class Spent(NamedTuple):
 
 
 def ocmc(cycles: int, *more: object, length_m: float | None = None) -> Spent:
-    """Run ocmc in a process of its own, so that its memory can be told."""
+    """Run ocmc in a process of its own, so that its memory can be measured."""
     words = [str(BINARY), "--cycles", str(cycles), "--quiet", "--json", *map(str, more)]
     if length_m is not None:
         words += ["--set", f"mission.length_m={length_m}"]

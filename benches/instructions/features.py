@@ -2,7 +2,7 @@
 """Count what each part of the model costs: `python3 benches/instructions/features.py`.
 
 Turns parts of the default study off, one by one, and counts the kernel's lane-steps and instructions (AVX2) for a simulated
-second. The step has no branch for a part: what a part costs is the steps that it cuts and the looks that it asks for.
+second. The step has no branch for a part: what a part costs is the steps that it cuts and the lane events that it causes.
 """
 
 import json

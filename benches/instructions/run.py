@@ -5,7 +5,7 @@
 
 The count does not depend on what else the machine does. It is the difference between driving planned cycles once more and
 not, so that neither start-up nor planning is in it. valgrind 3.19 knows no AVX-512; the baseline and AVX2 are counted. The
-count belongs to one compiler: with another one it is shown, not judged. Skips aloud without valgrind.
+count belongs to one compiler: with another one it is shown, not judged. Skips with a message without valgrind.
 """
 
 import argparse

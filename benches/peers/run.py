@@ -5,7 +5,7 @@
 
 Installs the rivals of requirements.txt into FOLDER/venv, builds ocmc, exports the scenarios with ocmc's answers, gives each
 rival the step that it needs for 0.05 %, and then runs rounds in which everybody drives once. Needs nothing but Python and a
-Rust toolchain; a rival that cannot be installed is skipped aloud.
+Rust toolchain; a rival that cannot be installed is skipped with a message.
 """
 
 import argparse
@@ -75,7 +75,7 @@ class Entry:
 
 
 class Worker:
-    """A contender in its own process, which drives when it is told to."""
+    """A contender in its own process, which drives on request."""
 
     def __init__(self, python: Path, folder: Path, kind: str) -> None:
         self.process = subprocess.Popen(
@@ -101,7 +101,7 @@ class Worker:
 
 
 def say(text: str) -> None:
-    """Tell what is going on."""
+    """Print what is going on."""
     print(text, file=sys.stderr, flush=True)
 
 

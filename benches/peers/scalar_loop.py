@@ -281,7 +281,7 @@ def build(model: dict[str, Any], *, fastmath: bool) -> tuple[Drive, Drive]:
                 air,
             )
 
-            # a step ends where a driver or the gearbox changes its mind
+            # a step ends where a switching function of driver or gearbox crosses zero
             error_2 = desired_2 - v_2
             if hold and held < 0.0 and not holds_brake and error < error_2:
                 part = line_cut(error, error_2, 1.0)
