@@ -14,7 +14,7 @@ def progress(
     total: int,
     what: str = "cycles",
 ) -> "Silent":
-    """Choose what a run tells its progress to.
+    """Choose what a run reports its progress to.
 
     Parameters
     ----------
@@ -29,7 +29,7 @@ def progress(
     Returns
     -------
     Silent
-        What is told by `reach` and `finish`.
+        What `reach` and `finish` are called on.
 
     Raises
     ------
@@ -37,7 +37,7 @@ def progress(
         Where it is none of these.
     """
     if callable(asked):
-        return Told(asked, total)
+        return Callback(asked, total)
     if asked is not None and not isinstance(asked, bool):
         message = f"`progress` is {asked!r}, allowed is True, False or a callable"
         raise TypeError(message)
@@ -51,7 +51,7 @@ def progress(
 
 
 class Silent:
-    """Tells nothing."""
+    """Reports nothing."""
 
     def reach(self, done: int) -> None:
         """Go on to that number."""
@@ -60,7 +60,7 @@ class Silent:
         """End, after that number."""
 
 
-class Told(Silent):
+class Callback(Silent):
     """Calls the user's own callable."""
 
     def __init__(self, call: Callable[[int, int], object], total: int) -> None:
@@ -92,7 +92,8 @@ class Terminal(Silent):
         if elapsed < _QUIET_S:
             return
         filled = _WIDTH * done // self._total
-        text = f"[{'=' * filled}{' ' * (_WIDTH - filled)}] {_told(done, self._total, self._what, elapsed)}"
+        status = _status(done, self._total, self._what, elapsed)
+        text = f"[{'=' * filled}{' ' * (_WIDTH - filled)}] {status}"
         sys.stderr.write("\r" + text.ljust(self._shown))
         sys.stderr.flush()
         self._shown = len(text)
@@ -118,8 +119,8 @@ class Notebook(Silent):
         elapsed = time.monotonic() - self._begin
         if elapsed < _QUIET_S:
             return
-        told = _told(done, self._total, self._what, elapsed)
-        self._draw(f'<progress max="{self._total}" value="{done}"></progress> {told}')
+        status = _status(done, self._total, self._what, elapsed)
+        self._draw(f'<progress max="{self._total}" value="{done}"></progress> {status}')
 
     def finish(self, done: int) -> None:  # noqa: ARG002 (the same for all)
         """Take the bar away."""
@@ -141,7 +142,7 @@ def _in_notebook() -> bool:
     return getattr(shell, "kernel", None) is not None
 
 
-def _told(done: int, total: int, what: str, elapsed_s: float) -> str:
+def _status(done: int, total: int, what: str, elapsed_s: float) -> str:
     digits = 0 if done > 10 * elapsed_s else 1
     left = _duration((total - done) * elapsed_s / done) if done else "-"
     return f"{done:,} of {total:,} {what}, {done / elapsed_s:,.{digits}f}/s, {left} left"

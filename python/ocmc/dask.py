@@ -145,16 +145,16 @@ def _gathered(
     places = {shard.key: k for k, shard in enumerate(shards)}
     results: list[Any] = [None] * len(shards)
     cycles, done = sum(n for _, n in ranges), 0
-    told = progress_of(progress, cycles)
+    bar = progress_of(progress, cycles)
     try:
         for shard in distributed.as_completed(shards):
             place = places[shard.key]
             results[place] = shard.result()
             shard.release()
             done += ranges[place][1]
-            told.reach(done)
+            bar.reach(done)
     finally:
-        told.finish(done)
+        bar.finish(done)
         if done < cycles:
             client.cancel(shards)
     return results

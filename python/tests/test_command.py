@@ -38,21 +38,21 @@ def test_the_command_gives_the_same_summary(run):
 
 
 def test_the_command_gives_the_same_text(run):
-    told = command(*SHORT, "--cycles", "300", "--quiet").stdout.splitlines()
+    text = command(*SHORT, "--cycles", "300", "--quiet").stdout.splitlines()
     printed = str(run.summary()).splitlines()
-    assert len(told) > 20
-    assert [line for line in told if "took" not in line] == [line for line in printed if "took" not in line]
+    assert len(text) > 20
+    assert [line for line in text if "took" not in line] == [line for line in printed if "took" not in line]
 
 
 def test_the_command_gives_the_same_operating_cycle(study):
-    told = command("cycle", *SHORT, "--cycle-id", "3", "--seed", "2").stdout.splitlines()[1:]
+    text = command("cycle", *SHORT, "--cycle-id", "3", "--seed", "2").stdout.splitlines()[1:]
     rows = [
         (name, track["rule"], position, value)
         for name, track in study.operating_cycle(3, seed=2).items()
         for position, value in zip(track["position_m"], track["value"], strict=True)
     ]
     assert len(rows) > 50
-    for line, (name, rule, position, value) in zip(told, rows, strict=True):
+    for line, (name, rule, position, value) in zip(text, rows, strict=True):
         their_name, their_rule, their_position, their_value = line.split(",")
         assert (their_name, their_rule, float(their_position)) == (name, rule, position)
         assert their_value == value if isinstance(value, str) else float(their_value) == value
@@ -72,8 +72,8 @@ def test_exit_statuses(arguments, status):
 def test_messages_are_those_of_the_exceptions():
     with pytest.raises(ValueError, match="did you mean") as caught:
         ocmc.Study("field-truck").set("driver.curve_sped.exponent", 0.5)
-    told = command("--set", "driver.curve_sped.exponent=0.5").stderr
-    assert told == f"error: {caught.value}\n"
+    text = command("--set", "driver.curve_sped.exponent=0.5").stderr
+    assert text == f"error: {caught.value}\n"
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Ctrl-C is a signal elsewhere")
@@ -87,10 +87,10 @@ def test_ctrl_c_ends_the_command_within_a_second(tmp_path):
         time.sleep(1.0)
         begin = time.monotonic()
         process.send_signal(signal.SIGINT)
-        _, told = process.communicate(timeout=30)
+        _, text = process.communicate(timeout=30)
         elapsed = time.monotonic() - begin
     assert process.returncode == 1
-    assert "interrupted" in told
-    assert "Traceback" not in told
+    assert "interrupted" in text
+    assert "Traceback" not in text
     assert elapsed < 1.5, "a second, and the end of the interpreter"
     assert len(ocmc.load(out)) > 0

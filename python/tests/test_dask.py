@@ -50,11 +50,11 @@ def test_a_cluster_gives_the_records_of_one_run(study, whole, client, tmp_path):
     run.save(tmp_path / "cluster")
     for name in ["records.parquet", "manifest.json"]:
         assert (tmp_path / "whole" / name).read_bytes() == (tmp_path / "cluster" / name).read_bytes(), name
-    told, expected = run.summary(), whole.summary()
-    assert told["threads"] == 4
+    summary, expected = run.summary(), whole.summary()
+    assert summary["threads"] == 4
     for key in ["wall_s", "threads"]:
-        del told[key], expected[key]
-    assert told == expected
+        del summary[key], expected[key]
+    assert summary == expected
     assert calls[-1] == (CYCLES, CYCLES)
     assert len(calls) > 3
 

@@ -69,10 +69,10 @@ def close():
 def test_examples_of_docstrings(name):
     thing = PUBLIC[name]
     assert thing.__doc__, "everything public is documented"
-    told = []
+    printed = []
     test = doctest.DocTestParser().get_doctest(inspect.cleandoc(thing.__doc__), {}, name, None, 0)
-    doctest.DocTestRunner(verbose=False, optionflags=doctest.ELLIPSIS).run(test, out=told.append)
-    assert not told, "".join(told)
+    doctest.DocTestRunner(verbose=False, optionflags=doctest.ELLIPSIS).run(test, out=printed.append)
+    assert not printed, "".join(printed)
 
 
 @pytest.mark.parametrize("name", CALLABLE)
@@ -119,7 +119,7 @@ SOURCE = re.compile(r"`((?:[\w-]+/)*[\w-]+\.(?:rs|py))`")
 
 def prose(page):
     """Give the text of a page without its blocks of code."""
-    return re.sub(r"^```.*?^```$", "", page.read_text(encoding="utf-8"), flags=re.M | re.S)
+    return re.sub(r"^```.*?^```$", "", page.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
 
 
 def anchor(heading):
@@ -138,7 +138,7 @@ def test_links_of_the_pages_lead_somewhere():
             file = (page.parent / path).resolve() if path else page
             ok = file.exists()
             if ok and place:
-                headings = re.findall(r"^#+ (.+)$", prose(file), flags=re.M)
+                headings = re.findall(r"^#+ (.+)$", prose(file), flags=re.MULTILINE)
                 ok = place in map(anchor, headings)
             if not ok:
                 missing.append(f"{page.relative_to(ROOT)}: {target}")

@@ -75,12 +75,12 @@ def test_the_fit_makes_a_study(fit):
 
 
 def test_options_and_the_base(curves, fit):
-    with pytest.warns(UserWarning, match="reference radius of 250 m lies outside|table.exponent") as told:
+    with pytest.warns(UserWarning, match="reference radius of 250 m lies outside|table.exponent") as warned:
         narrow = ocmc.fit_curve_speed(curves, radius_range_m=(100.0, 200.0), fixed_exponent=0.4)
-    told = " ".join(str(warning.message) for warning in told)
-    assert "reference radius of 250 m lies outside" in told
+    warned = " ".join(str(warning.message) for warning in warned)
+    assert "reference radius of 250 m lies outside" in warned
     # two radii tell one driver an exponent below 0, which no study takes
-    assert "`driver.curve_speed.table.exponent` is -0.0" in told
+    assert "`driver.curve_speed.table.exponent` is -0.0" in warned
     assert "table" not in narrow["study"]["driver"]["curve_speed"]
     assert narrow["n"] == 32
     assert narrow["dropped"] == {"radius_too_large": 16}
@@ -169,8 +169,8 @@ def test_curves_of_a_log(log, tmp_path):
         rows.writerow(log)
         rows.writerows(zip(*log.values(), strict=True))
     maps = [f"--map={name}={column}" for name, column in MEANING.items()]
-    told = command("curves", path, *maps, "--gyro-bias-radps=0", "--quiet").stdout
-    lines = list(csv.DictReader(told.splitlines()))
+    answered = command("curves", path, *maps, "--gyro-bias-radps=0", "--quiet").stdout
+    lines = list(csv.DictReader(answered.splitlines()))
     assert list(lines[0]) == curves.columns
     for name in ["radius_m", "start_m", "turn_rad"]:
         assert [float(line[name]) for line in lines] == curves[name].tolist()

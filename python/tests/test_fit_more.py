@@ -127,9 +127,9 @@ def test_roads_are_fitted_as_by_the_command(roads, tmp_path):
 
 
 def test_what_the_roads_do_not_tell_is_a_warning(roads):
-    with pytest.warns(UserWarning) as told:  # noqa: PT030 (what it says is compared below)
+    with pytest.warns(UserWarning) as warned:  # noqa: PT030 (what it says is compared below)
         fit = ocmc.fit_operating_cycle(roads[0])
-    assert [str(warning.message) for warning in told] == fit["warnings"] != []
+    assert [str(warning.message) for warning in warned] == fit["warnings"] != []
 
 
 def test_what_is_wrong_with_roads_is_said(roads, tmp_path):
@@ -212,9 +212,9 @@ def test_times_in_utc_need_the_zone_of_the_place():
     stamps = np.datetime64("2019-01-01T00:00:00") + table["time_s"].astype("timedelta64[s]")
     utc = table | {"time": np.datetime_as_string(stamps - np.timedelta64(2, "h"), timezone="UTC")}
     del utc["time_s"]
-    told = ocmc.fit_weather(utc, utc_offset_h=2)["study"]["weather"]["temperature"]
-    assert told["mean_k"] == pytest.approx(local["mean_k"], abs=0.05)
-    assert told["summer_daily_amplitude_k"] == pytest.approx(local["summer_daily_amplitude_k"], abs=0.05)
+    fitted = ocmc.fit_weather(utc, utc_offset_h=2)["study"]["weather"]["temperature"]
+    assert fitted["mean_k"] == pytest.approx(local["mean_k"], abs=0.05)
+    assert fitted["summer_daily_amplitude_k"] == pytest.approx(local["summer_daily_amplitude_k"], abs=0.05)
     with pytest.raises(ValueError, match=r"row 1.*UTC.*utc_offset_h"):
         ocmc.fit_weather(utc)
     with pytest.raises(ValueError, match="`utc_offset_h` is 99, allowed are hours from -12 to 14"):

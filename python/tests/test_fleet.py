@@ -37,10 +37,10 @@ def test_the_command_gives_the_same_comparison(study):
     other = study.set("driver.curve_speed.exponent", 0.5)
     answer = ocmc.compare(study, other, cycles=100, seed=3, column="mean_speed_mps")
     options = [*SHORT, "--cycles", "100", "--seed", "3", "--column", "mean_speed_mps", "--json"]
-    told = json.loads(command("compare", "field-truck", "field-truck", *options).stdout)
-    assert told["a"] == answer["a"]
-    assert told["difference"] == 0.0
-    assert set(told) == set(answer)
+    printed = json.loads(command("compare", "field-truck", "field-truck", *options).stdout)
+    assert printed["a"] == answer["a"]
+    assert printed["difference"] == 0.0
+    assert set(printed) == set(answer)
 
 
 def test_a_study_compared_with_itself_does_not_differ(study):
@@ -51,8 +51,8 @@ def test_a_study_compared_with_itself_does_not_differ(study):
 def test_the_shares_of_the_factors_are_the_command_s(study):
     answer = study.sensitivity(cycles=64, factors=["road", "mission"])
     options = [*SHORT, "--cycles", "64", "--factor", "road,mission", "--json", "--quiet"]
-    told = json.loads(command("sensitivity", *options).stdout)
-    assert without_times(told) == without_times(answer)
+    printed = json.loads(command("sensitivity", *options).stdout)
+    assert without_times(printed) == without_times(answer)
     for share in answer["factors"]:
         low, high = share["total_ci95"]
         assert low <= share["total"] <= high

@@ -55,11 +55,11 @@ def test_the_command_gives_the_same_answer(log, simulator, answer, tmp_path):
         rows.writerow(log[0])
         rows.writerows(zip(*(np.asarray(column).tolist() for column in log[0].values()), strict=True))
     options = ["--starts", "2", "--no-intervals", "--speed-term", "none"]
-    told = json.loads(command("identify", path, *options, "--json").stdout)
+    printed = json.loads(command("identify", path, *options, "--json").stdout)
     assert command("identify", path, *options).stdout == str(answer)
-    assert ocmc.identify(path, simulator, **QUICK) == told
-    assert [note.replace(str(path), "logs") for note in told.pop("notes")] == answer["notes"]
-    assert told == {key: value for key, value in answer.items() if key != "notes"}
+    assert ocmc.identify(path, simulator, **QUICK) == printed
+    assert [note.replace(str(path), "logs") for note in printed.pop("notes")] == answer["notes"]
+    assert printed == {key: value for key, value in answer.items() if key != "notes"}
 
 
 @pytest.fixture(scope="module")

@@ -20,7 +20,7 @@ def close():
 
 
 def drawn(ax):
-    """The picture can be drawn, and nothing is told on the way."""
+    """The picture can be drawn, and nothing is printed on the way."""
     ax.figure.canvas.draw()
     return ax
 
@@ -200,8 +200,8 @@ def test_identified_gains_uphill_and_downhill():
     assert -0.5 < found[0.7][0] < 0.0
     ends = [list(a.get_ydata()) for a in panels[0].lines if a.get_marker() != "o"]
     np.testing.assert_allclose(sorted(ends), [[0.45, 0.6], [0.63, 0.84], [4.5, 6.0]])
-    told = [text.get_text() for text in panels[0].get_legend().get_texts()]
-    assert told == ["uphill", "uphill, not identified", "downhill"]
+    printed = [text.get_text() for text in panels[0].get_legend().get_texts()]
+    assert printed == ["uphill", "uphill, not identified", "downhill"]
     assert len(panels[1].lines) == 3
     assert len(panels[2].lines) == 0, "nobody has a K_D"
     with pytest.raises(ValueError, match="`ax` has 2 axes"):

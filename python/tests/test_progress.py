@@ -43,10 +43,10 @@ def test_a_terminal_has_a_bar_which_goes(study, monkeypatch, progress):
     terminal = Terminal()
     monkeypatch.setattr(sys, "stderr", terminal)
     study.run(cycles=60_000, threads=1, progress=progress)
-    told = terminal.getvalue()
-    assert "of 60,000 cycles, " in told
-    assert " left" in told
-    assert told.endswith(" \r")
+    printed = terminal.getvalue()
+    assert "of 60,000 cycles, " in printed
+    assert " left" in printed
+    assert printed.endswith(" \r")
 
 
 def test_a_bar_says_what_it_counts(monkeypatch):

@@ -47,8 +47,8 @@ def test_the_tutorial_runs(outputs):
 
 
 def test_the_smoother_truck_consumes_less(outputs):
-    told = shown(outputs, "ocmc.compare(", "text/plain")
-    difference, _, rest = re.search(r"B - A +(.*)", told)[1].partition(" ± ")
+    printed = shown(outputs, "ocmc.compare(", "text/plain")
+    difference, _, rest = re.search(r"B - A +(.*)", printed)[1].partition(" ± ")
     error = float(rest.split()[0])
     assert float(difference) < 0
     assert error < 0.1 * abs(float(difference)), "much better known than either consumption"

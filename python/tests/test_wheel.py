@@ -59,8 +59,8 @@ def test_one_wheel_for_all_pythons_from_3_11(wheel):
 
 
 def test_an_empty_environment_needs_no_more_than_numpy(python):
-    told = quiet(python, "-m", "pip", "list", "--format", "freeze", "--disable-pip-version-check")
-    names = {line.partition("==")[0].lower() for line in told.splitlines()}
+    printed = quiet(python, "-m", "pip", "list", "--format", "freeze", "--disable-pip-version-check")
+    names = {line.partition("==")[0].lower() for line in printed.splitlines()}
     assert names - {"pip", "setuptools"} == {"numpy", "ocmc"}
     script = "import ocmc; print(len(ocmc.Study('field-truck').set('mission.length_m', 2000).run(cycles=50)))"
     assert quiet(python, "-c", script, cwd=python.parent) == "50\n"

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 
 from ocmc._ocmc import label
 
-# Okabe and Ito's colours, which people with any kind of colour vision can tell apart
+# Okabe and Ito's colours, which people with any kind of colour vision can distinguish
 BLUE, ORANGE, GREEN, RED, PURPLE, SKY, YELLOW = (
     "#0072B2",
     "#E69F00",

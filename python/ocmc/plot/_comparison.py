@@ -55,9 +55,9 @@ def comparison(a: "Run", b: "Run", *, column: str | None = None, ax: Axes | None
         shares = np.full(sample.size, 100.0 / sample.size)
         mean = sample.mean()
         spread = f" ± {sample.std(ddof=1):.2g} (mean ± SD of the cycles)" if sample.size > 1 else ""
-        told = f"{run.summary()['study']}: {mean:.4g}{spread}"
+        label = f"{run.summary()['study']}: {mean:.4g}{spread}"
         ax.hist(sample, bins=edges, weights=shares, color=colour, alpha=0.25)
-        ax.hist(sample, bins=edges, weights=shares, color=colour, histtype="step", linewidth=1.2, label=told)
+        ax.hist(sample, bins=edges, weights=shares, color=colour, histtype="step", linewidth=1.2, label=label)
         ax.axvline(mean, color=colour, linestyle="--", linewidth=1.0)
     ax.set(xlabel=quantity(column)[0], ylabel="share of the cycles, %")
     ax.legend(frameon=False, loc="lower center", bbox_to_anchor=(0.5, 1.0))

@@ -72,13 +72,13 @@ def curve_fit(curves: Any, fit: Mapping[str, Any], *, ax: Axes | None = None) ->
         ax.fill_between(
             along_m, middle / factor, middle * factor, color=BLUE, alpha=alpha, linewidth=0, label=name
         )
-    told = f"$v_0$ {KMH_PER_MPS * estimated['reference_speed_mps']:.1f} km/h, δ {estimated['exponent']:.3f}"
+    label = f"$v_0$ {KMH_PER_MPS * estimated['reference_speed_mps']:.1f} km/h, δ {estimated['exponent']:.3f}"
     interval = estimated.get("exponent_ci95")
     if interval is not None:
-        told += f" ({interval[0]:.3f}; {interval[1]:.3f})"
-    ax.plot(along_m, law(estimated), color=BLUE, linewidth=2, label=told)
-    told = f"$v_0$ {KMH_PER_MPS * fixed['reference_speed_mps']:.1f} km/h, δ {fixed['exponent']:g} (fixed)"
-    ax.plot(along_m, law(fixed), color=RED, linestyle="--", linewidth=1.5, label=told)
+        label += f" ({interval[0]:.3f}; {interval[1]:.3f})"
+    ax.plot(along_m, law(estimated), color=BLUE, linewidth=2, label=label)
+    label = f"$v_0$ {KMH_PER_MPS * fixed['reference_speed_mps']:.1f} km/h, δ {fixed['exponent']:g} (fixed)"
+    ax.plot(along_m, law(fixed), color=RED, linestyle="--", linewidth=1.5, label=label)
     ax.set(xscale="log", xlabel="curve radius, m", ylabel="speed in the curve, km/h")
     ax.set_ylim(bottom=0)
     _round_ticks(ax, along_m)

@@ -62,16 +62,16 @@ def identified(answer: Mapping[str, Any], *, ax: Sequence[Axes] | None = None) -
         for fit in fits:
             if fit[gain] is None:
                 continue
-            uphill, told = fit["grade"] > 0, gain not in fit.get("not_identifiable", fit["at_bound"])
+            uphill, found = fit["grade"] > 0, gain not in fit.get("not_identifiable", fit["at_bound"])
             colour = RED if uphill else BLUE
             place = drivers.index(str(fit["driver"])) + offsets[fit["grade"]]
             interval = _interval(fit, gain)
             if interval is not None:
                 panel.plot([place, place], interval, color=colour, linewidth=1.0, alpha=0.6)
             (handle,) = panel.plot(
-                place, fit[gain], "o", color=colour, markersize=5, markerfacecolor=colour if told else "none"
+                place, fit[gain], "o", color=colour, markersize=5, markerfacecolor=colour if found else "none"
             )
-            handles[("uphill" if uphill else "downhill") + ("" if told else ", not identified")] = handle
+            handles[("uphill" if uphill else "downhill") + ("" if found else ", not identified")] = handle
         panel.set(yscale="log", ylabel=name)
         panel.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
         panel.yaxis.set_major_formatter("{x:g}")
