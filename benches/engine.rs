@@ -4,10 +4,10 @@
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
 use ocmc_core::fleet::summary::SummaryBuilder;
 use ocmc_core::kernel::cpu::CpuLevel;
-use ocmc_core::kernel::lane_task::Cabin;
+use ocmc_core::kernel::lane_task::LaneTask;
 use ocmc_core::kernel::record::Record;
 use ocmc_core::kernel::road_row::RoadRows;
-use ocmc_core::kernel::scheduler::{drive, drive_cabins};
+use ocmc_core::kernel::scheduler::{drive, drive_tasks};
 use ocmc_core::kernel::trace::trace;
 use ocmc_core::study::Study;
 use ocmc_core::tactical::{SpeedProfile, plan};
@@ -59,15 +59,15 @@ fn stages(criterion: &mut Criterion) {
         // a trace has one row a step, and one a stop
         let steps: Vec<usize> =
             (0..CYCLES).map(|id| trace(&study, 1, id).columns[0].values.len()).collect();
-        let cabins = || (0..CYCLES).map(|id| Cabin::new(&study, study.sample(1, id))).collect();
+        let tasks = || (0..CYCLES).map(|id| LaneTask::new(&study, study.sample(1, id))).collect();
         for level in CpuLevel::ALL.into_iter().filter(|level| level.is_available()) {
-            let records = drive_in_rounds(&study, cabins(), level);
+            let records = drive_in_rounds(&study, tasks(), level);
             let driven: usize = records.iter().map(|record| steps[record.cycle_id as usize]).sum();
             group.throughput(Throughput::Elements(driven as u64));
             group.bench_function(format!("lane-steps {}{name}", level.name()), |b| {
                 b.iter_batched(
-                    cabins,
-                    |cabins| black_box(drive_in_rounds(&study, cabins, level)),
+                    tasks,
+                    |tasks| black_box(drive_in_rounds(&study, tasks, level)),
                     BatchSize::PerIteration,
                 );
             });
@@ -76,15 +76,15 @@ fn stages(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// Drives the cabins again and again, as lanes become free.
-fn drive_in_rounds(study: &Study, cabins: VecDeque<Cabin>, level: CpuLevel) -> Vec<Record> {
-    let (mut cabins, mut left) = (cabins, ROUNDS * CYCLES);
+/// Drives the tasks again and again, as lanes become free.
+fn drive_in_rounds(study: &Study, tasks: VecDeque<LaneTask>, level: CpuLevel) -> Vec<Record> {
+    let (mut tasks, mut left) = (tasks, ROUNDS * CYCLES);
     let mut next = |used| {
-        cabins.extend(used);
+        tasks.extend(used);
         left = left.checked_sub(1)?;
-        cabins.pop_front()
+        tasks.pop_front()
     };
-    drive_cabins(study, &mut next, level)
+    drive_tasks(study, &mut next, level)
 }
 
 fn whole(criterion: &mut Criterion) {

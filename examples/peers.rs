@@ -6,16 +6,16 @@
 #![allow(clippy::print_stdout, reason = "its output is read by the benches' scripts")]
 
 use ocmc_core::kernel::cpu::CpuLevel;
-use ocmc_core::kernel::lane_task::Cabin;
+use ocmc_core::kernel::lane_task::LaneTask;
 use ocmc_core::kernel::record::Record;
 use ocmc_core::kernel::road_row::RoadRows;
-use ocmc_core::kernel::scheduler::drive_cabins;
+use ocmc_core::kernel::scheduler::drive_tasks;
 use ocmc_core::kernel::trace::trace;
 use ocmc_core::powertrain::efficiency::EfficiencyCurve;
 use ocmc_core::prescribed::{Body, DriveCycle, EfficiencyDriveline, follow};
 use ocmc_core::study::Study;
 use ocmc_core::tactical::{SpeedProfile, plan};
-use ocmc_core::vehicle::Drive;
+use ocmc_core::vehicle::PowertrainKind;
 use serde_json::{Value, json};
 use std::fs::{File, write};
 use std::io::{BufWriter, Write, stdin};
@@ -50,18 +50,18 @@ fn study(sets: &[&str]) -> Result<Study, Failure> {
 }
 
 /// Planned cycles of a study.
-fn cabins(study: &Study, cycles: u64) -> Vec<Cabin> {
-    (0..cycles).map(|id| Cabin::new(study, study.sample(SEED, id))).collect()
+fn tasks(study: &Study, cycles: u64) -> Vec<LaneTask> {
+    (0..cycles).map(|id| LaneTask::new(study, study.sample(SEED, id))).collect()
 }
 
 /// Writes `scenarios.json`, and the road rows and traces as plain doubles, little end first.
 fn export(folder: &Path, cycles: u64) -> Result<(), Failure> {
     let study = study(&[])?;
-    let powertrain = study.powertrain();
-    let Drive::Diesel(diesel) = &powertrain.drive else {
+    let parameters = study.vehicle();
+    let PowertrainKind::Diesel(diesel) = &parameters.powertrain else {
         return Err("the rivals' model is that of a diesel truck".into());
     };
-    let (gearbox, vehicle_model) = (&diesel.gearbox, &powertrain.model);
+    let (gearbox, vehicle_model) = (&diesel.gearbox, &parameters.model);
     let idle_radps = diesel.engine_model.idle_speed_radps;
     let launch_mps = study.model().driver.speed_change.launch_speed_mps;
     let mut rows_file = BufWriter::new(File::create(folder.join("rows.f64"))?);
@@ -97,7 +97,7 @@ fn export(folder: &Path, cycles: u64) -> Result<(), Failure> {
     rows_file.flush()?;
     let answers: Result<Vec<Value>, Failure> =
         STEPS_S.iter().map(|step_s| answers(cycles, *step_s)).collect();
-    let gears: Vec<Value> = powertrain
+    let gears: Vec<Value> = parameters
         .gears
         .iter()
         .map(|gear| {
@@ -105,7 +105,7 @@ fn export(folder: &Path, cycles: u64) -> Result<(), Failure> {
                 "loss_share": gear.loss_share, "launches": gear.launches })
         })
         .collect();
-    let cross_wind = &powertrain.cross_wind;
+    let cross_wind = &parameters.cross_wind;
     let scenarios = json!({
         "seed": SEED,
         "study": study.model(),
@@ -129,8 +129,8 @@ fn export(folder: &Path, cycles: u64) -> Result<(), Failure> {
 /// The engine's answers at one step.
 fn answers(cycles: u64, step_s: f64) -> Result<Value, Failure> {
     let study = study(&[&format!("simulation.step_s={step_s}")])?;
-    let mut left = cabins(&study, cycles);
-    let records = drive_cabins(&study, &mut |_| left.pop(), CpuLevel::best());
+    let mut left = tasks(&study, cycles);
+    let records = drive_tasks(&study, &mut |_| left.pop(), CpuLevel::best());
     let column = |of: fn(&Record) -> f64| -> Vec<f64> { records.iter().map(of).collect() };
     Ok(json!({
         "step_s": step_s,
@@ -173,12 +173,12 @@ fn drive_again(cycles: u64, rounds: u32, level: &str, sets: &[&str]) -> Result<(
         .into_iter()
         .find(|known| known.name() == level && known.is_available())
         .ok_or("this CPU has no such level")?;
-    // the same roads for each round: a cabin that comes back is driven again
-    let mut ready = cabins(&study, cycles);
+    // the same roads for each round: a task that comes back is driven again
+    let mut ready = tasks(&study, cycles);
     let mut records = Vec::new();
     for _ in 0..rounds {
         let mut used = Vec::with_capacity(ready.len());
-        records = drive_cabins(
+        records = drive_tasks(
             &study,
             &mut |back| {
                 used.extend(back);

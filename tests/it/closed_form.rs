@@ -3,8 +3,8 @@
 use crate::common::{GivenRoad, column, diesel, typical};
 use fearless_simd::{Level, dispatch, prelude::*};
 use ocmc_core::kernel::diesel::Diesel;
-use ocmc_core::kernel::road_row::{FAR, RoadRow};
-use ocmc_core::kernel::state::{Shared, State, Total};
+use ocmc_core::kernel::road_row::{RoadRow, UNBOUNDED};
+use ocmc_core::kernel::state::{KernelParameters, State, Total};
 use ocmc_core::kernel::trace::trace_scenario;
 use ocmc_core::lanes::Lanes;
 use ocmc_core::study::{SimulationModel, Study};
@@ -57,7 +57,7 @@ fn constant_speed_is_the_closed_form_to_1e_6() {
         assert!((work / (wanted * way) - 1.0).abs() < 1e-6, "{} {wanted}", work / way);
 
         let g = gear[to] as usize - 1;
-        let w = v * study.powertrain().gears[g].speed_ratio_per_m;
+        let w = v * study.vehicle().gears[g].speed_ratio_per_m;
         let torque = steady_torque_nm(&study, g, wanted, vehicle.auxiliary_power_w / w);
         let rate = diesel(&study).engine.fuel_kgps(w, torque) * vehicle.fuel_factor;
         let fuel: f64 = column(&trace, "fuel_added_kg")[from + 1..=to].iter().sum();
@@ -73,19 +73,19 @@ fn smooth(study: &Study, duration_s: f64) -> (f64, f64, f64) {
 
 fn smooth_with<S: Simd>(simd: S, study: &Study, duration_s: f64) -> (f64, f64, f64) {
     let all = |value| Lanes::splat(simd, value);
-    let shared = Shared::new(study, Diesel::new(diesel(study), &study.powertrain().model));
+    let shared = KernelParameters::new(study, Diesel::new(diesel(study), &study.vehicle().model));
     let mut state = State::parked(simd, &shared);
     let mut row = [0.0; RoadRow::COLUMNS];
     row[RoadRow::LENGTH] = 1e7;
     row[RoadRow::LIMIT] = 20.5 * 20.5;
-    row[RoadRow::BACKWARD] = FAR;
-    row[RoadRow::FORWARD] = FAR;
+    row[RoadRow::BACKWARD] = UNBOUNDED;
+    row[RoadRow::FORWARD] = UNBOUNDED;
     row[RoadRow::GRADE] = 0.05;
     row[RoadRow::ROLLING] = 0.055;
     row[RoadRow::HALF_DENSITY] = 0.6;
     row[RoadRow::HEAD_WIND] = 2.0;
     row[RoadRow::CROSS_WIND] = 1.5;
-    row[RoadRow::TO_STOP] = FAR;
+    row[RoadRow::TO_STOP] = UNBOUNDED;
     row[RoadRow::GRIP] = 7.0;
     row[RoadRow::DWELL] = -1.0;
     state.roads[0] = vec![RoadRow(row)];
@@ -94,7 +94,7 @@ fn smooth_with<S: Simd>(simd: S, study: &Study, duration_s: f64) -> (f64, f64, f
     state.drag_area = all(5.3);
     state.auxiliary_power = all(4700.0);
     state.fuel_factor = all(1.0);
-    state.set_gear(0, shared.powertrain.gears.len() - 1, &shared);
+    state.set_gear(0, shared.vehicle.gears.len() - 1, &shared);
     state.speed = all(20.0);
     state.filtered = all(20.0);
     state.torque = all(900.0);

@@ -2,8 +2,8 @@
 
 use crate::program::run_into;
 use ocmc_core::kernel::cpu::CpuLevel;
-use ocmc_core::kernel::lane_task::Cabin;
-use ocmc_core::kernel::scheduler::drive_cabins;
+use ocmc_core::kernel::lane_task::LaneTask;
+use ocmc_core::kernel::scheduler::drive_tasks;
 use std::fs;
 use std::path::Path;
 
@@ -73,20 +73,20 @@ fn a_road_that_was_driven_is_driven_again_alike() {
     let study = ocmc_io::study::load("urban-delivery", &["mission.length_m=20000.0"])
         .expect("a built-in study")
         .study;
-    let mut cabins: Vec<Cabin> =
-        (0..20).map(|id| Cabin::new(&study, study.sample(1, id))).collect();
+    let mut tasks: Vec<LaneTask> =
+        (0..20).map(|id| LaneTask::new(&study, study.sample(1, id))).collect();
     let mut runs = Vec::new();
     for _ in 0..2 {
         let mut used = Vec::new();
-        runs.push(drive_cabins(
+        runs.push(drive_tasks(
             &study,
             &mut |back| {
                 used.extend(back);
-                cabins.pop()
+                tasks.pop()
             },
             CpuLevel::best(),
         ));
-        cabins = used;
+        tasks = used;
     }
     assert!(runs[0].iter().all(|record| record.n_stops > 5));
     assert_eq!(runs[0], runs[1]);

@@ -5,9 +5,9 @@ use ocmc_core::kernel::cpu::CpuLevel;
 use ocmc_core::kernel::record::{COLUMNS, Cell, Outcome, Record};
 use ocmc_core::kernel::scheduler::{drive, drive_scenario};
 use ocmc_core::kernel::trace::{Trace, trace, trace_scenario};
-use ocmc_core::powertrain::battery_electric::ElectricDrive;
+use ocmc_core::powertrain::battery_electric::BatteryElectricPowertrain;
 use ocmc_core::study::Study;
-use ocmc_core::vehicle::Drive;
+use ocmc_core::vehicle::PowertrainKind;
 use ocmc_io::study::load_text;
 
 const VEHICLES: [&str; 3] = ["tractor-electric-40t", "city-bus-electric-12m", "car-electric"];
@@ -29,10 +29,10 @@ fn tractor(sets: &[&str]) -> Study {
     with_vehicle("field-truck", "tractor-electric-40t", &all)
 }
 
-fn electric(study: &Study) -> &ElectricDrive {
-    match &study.powertrain().drive {
-        Drive::BatteryElectric(drive) => drive,
-        Drive::Diesel(_) => panic!("a battery-electric vehicle"),
+fn electric(study: &Study) -> &BatteryElectricPowertrain {
+    match &study.vehicle().powertrain {
+        PowertrainKind::BatteryElectric(drive) => drive,
+        PowertrainKind::Diesel(_) => panic!("a battery-electric vehicle"),
     }
 }
 
@@ -107,7 +107,7 @@ fn rows(trace: &Trace, from_m: f64, to_m: f64) -> std::ops::Range<usize> {
 #[test]
 fn constant_speed_is_the_closed_form_to_1e_6() {
     let study = tractor(&[]);
-    let ElectricDrive { motor, model } = electric(&study);
+    let BatteryElectricPowertrain { motor, model } = electric(&study);
     // 48 m of climb: beyond 50 m the air density would be taken anew
     for (slope, kmh) in [(0.0, 80.0), (0.0, 50.0), (0.0008, 70.0)] {
         let scenario = road(60_000.0, kmh, &[(0.0, slope)]).scenario(&study);
@@ -311,7 +311,7 @@ fn a_study_has_one_powertrain() {
         "base = \"field-truck\"\n",
         "base = \"field-truck\"\ndrop = [\"vehicle.engine\", \"vehicle.gearbox\"]\n",
     );
-    assert!(load_text("a.toml", &dropped, none).unwrap().study.powertrain().diesel().is_none());
+    assert!(load_text("a.toml", &dropped, none).unwrap().study.vehicle().diesel().is_none());
     let neither = "[study]\nbase = \"field-truck\"\ndrop = [\"vehicle.gearbox\"]\n";
     let error = load_text("a.toml", neither, none).unwrap_err().to_string();
     assert!(error.contains("`vehicle.gearbox`"), "{error}");

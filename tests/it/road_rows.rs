@@ -1,7 +1,7 @@
 //! The rows of a road are written from what holds over many segments; here each one from its segment alone.
 
 use crate::common::study;
-use ocmc_core::kernel::road_row::{FAR, RoadRow, RoadRows};
+use ocmc_core::kernel::road_row::{RoadRow, RoadRows, UNBOUNDED};
 use ocmc_core::operating_cycle::road::surface::iri_mm_per_m;
 use ocmc_core::study::{Scenario, Study};
 use ocmc_core::tactical::{SpeedProfile, plan};
@@ -29,7 +29,7 @@ fn to_stop_m(near_m: f64, scenario: &Scenario, profile: &SpeedProfile, i: usize)
             break;
         }
     }
-    FAR
+    UNBOUNDED
 }
 
 fn assert_rows(study: &Study, scenario: &Scenario) {
@@ -38,7 +38,7 @@ fn assert_rows(study: &Study, scenario: &Scenario) {
     rows.fill(study, scenario, &profile);
     let (cycle, road) = (&scenario.cycle, &scenario.cycle.road);
     let near_m = study.model().simulation.creep_distance_m;
-    let coefficient = study.powertrain().model.rolling_temperature_coefficient_per_k;
+    let coefficient = study.vehicle().model.rolling_temperature_coefficient_per_k;
     let (mut heading, mut climb_m, mut temperature, mut wind) = (road.heading_rad, 0.0, 0.0, 0.0);
     let mut altitude_m = 0.0;
     assert_eq!(rows.rows.len(), profile.segments.len());

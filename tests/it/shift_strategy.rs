@@ -15,7 +15,7 @@ const TOO_STEEP_W: f64 = 1e9;
 fn each_line_of_the_strategy() {
     let study = study("field-truck", &[]);
     let drive = diesel(&study);
-    let gears = &study.powertrain().gears;
+    let gears = &study.vehicle().gears;
     let full_load_nm = |w: f64| drive.engine.full_load_nm(w);
     // a truck in a gear, whose engine turns so fast, or would in another gear
     let at = |gear: usize, turning: f64, there: usize| ShiftInputs {

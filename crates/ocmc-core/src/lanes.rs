@@ -16,16 +16,16 @@ pub type Flags<S> = mask64x8<S>;
 
 /// The numbers where a flag is set, otherwise zero.
 #[inline(always)]
-pub fn where_set<S: Simd>(flags: Flags<S>, numbers: Lanes<S>) -> Lanes<S> {
+pub fn masked<S: Simd>(flags: Flags<S>, numbers: Lanes<S>) -> Lanes<S> {
     flags.select(numbers, Lanes::splat(numbers.simd, 0.0))
 }
 
-/// Whether two blocks drive in turns, so that the CPU works on one while it waits for results of the other.
+/// Whether the steps of two blocks are interleaved, so that the CPU works on one while it waits for results of the other.
 ///
 /// That is for vectors of eight numbers. With narrower ones a step has so many instructions that those of two blocks do not
 /// fit into the first-level cache of 32 KB, and one block alone takes a quarter less time.
 #[inline(always)]
-pub fn blocks_take_turns<S: Simd>(simd: S) -> bool {
+pub fn interleaves_blocks<S: Simd>(simd: S) -> bool {
     match simd.level() {
         #[cfg(target_arch = "x86_64")]
         Level::Avx512(_) => true,
@@ -33,13 +33,13 @@ pub fn blocks_take_turns<S: Simd>(simd: S) -> bool {
     }
 }
 
-/// A mark in the program: these numbers are computed before whatever comes after the next mark.
+/// A scheduling barrier: these numbers are computed before what comes after the next barrier.
 ///
-/// Where two blocks take their parts of a step in turns, the compiler would put all parts of one block first, and those of the
-/// other behind them, beyond what the CPU can see at once. One block alone is compiled a little better with the marks, too.
-/// A mark costs a store.
+/// Where the steps of two blocks are interleaved, the compiler would put all parts of one block first, and those of the
+/// other behind them, beyond what the CPU can see at once. One block alone is compiled a little better with the barriers, too.
+/// A barrier costs a store.
 #[inline(always)]
-pub fn mark<S: Simd>(numbers: Lanes<S>) {
+pub fn scheduling_barrier<S: Simd>(numbers: Lanes<S>) {
     std::hint::black_box(&numbers);
 }
 
@@ -49,9 +49,9 @@ pub fn clip<S: Simd>(numbers: Lanes<S>, lower: f64, upper: f64) -> Lanes<S> {
     numbers.max(lower).min(upper)
 }
 
-/// The first number and a share of what the second one differs from it.
+/// Linear interpolation: the first number at share 0, the second one at share 1.
 #[inline(always)]
-pub fn mix<S: Simd>(share: Lanes<S>, first: Lanes<S>, second: Lanes<S>) -> Lanes<S> {
+pub fn lerp<S: Simd>(share: Lanes<S>, first: Lanes<S>, second: Lanes<S>) -> Lanes<S> {
     first + share * (second - first)
 }
 
@@ -132,7 +132,7 @@ mod tests {
             clip(a, -1.0, 0.5),
             1.0 - a * 3.0 + 0.1,
             less.select(a, b),
-            where_set(!less & a.simd_gt(0.0) | b.simd_lt(0.5), a),
+            masked(!less & a.simd_gt(0.0) | b.simd_lt(0.5), a),
         ];
         let mut bits: Vec<[u64; WIDTH]> =
             results.iter().map(|lanes| <[f64; WIDTH]>::from(*lanes).map(f64::to_bits)).collect();

@@ -98,13 +98,13 @@ impl<'a> StaticLimits<'a> {
         // they hold over many segments
         let rules = (segment.sign, segment.traffic, segment.section);
         if (rules, segment.curve()) != (self.rules, self.curve) {
-            self.renew(rules, segment.curve());
+            self.update(rules, segment.curve());
         }
         self.speed_mps * self.speed_mps
     }
 
     #[inline(never)]
-    fn renew(&mut self, rules: (u32, u32, u32), curve: Option<usize>) {
+    fn update(&mut self, rules: (u32, u32, u32), curve: Option<usize>) {
         if rules != self.rules {
             self.rules_mps = self.speed_of_rules(rules);
         }

@@ -13,7 +13,7 @@ use ocmc_core::operating_cycle::weather::STANDARD_WEATHER;
 use ocmc_core::operating_cycle::{OperatingCycle, TrafficStretch, WeatherStretch};
 use ocmc_core::random::Streams;
 use ocmc_core::study::{Scenario, Study};
-use ocmc_core::vehicle::DieselDrive;
+use ocmc_core::vehicle::DieselPowertrain;
 use std::path::PathBuf;
 
 /// A file of the shared data; none, said aloud, where they are absent.
@@ -128,8 +128,8 @@ pub(crate) fn typical(sets: &[&str]) -> Study {
 }
 
 /// Engine and gearbox of a study that has them.
-pub(crate) fn diesel(study: &Study) -> &DieselDrive {
-    study.powertrain().diesel().unwrap()
+pub(crate) fn diesel(study: &Study) -> &DieselPowertrain {
+    study.vehicle().diesel().unwrap()
 }
 
 /// Engine speed at the start of each row, in rad/s: that of the wheels where the clutch is closed.
@@ -137,7 +137,7 @@ pub(crate) fn start_speeds_radps(study: &Study, trace: &Trace) -> Vec<f64> {
     let [speed, gear, closed, engine] =
         ["speed_mps", "gear", "clutch_closed", "engine_speed_radps"]
             .map(|name| column(trace, name));
-    let gears = &study.powertrain().gears;
+    let gears = &study.vehicle().gears;
     let start = |k: usize| {
         let ratio_per_m = gears[gear[k] as usize - 1].speed_ratio_per_m;
         if k > 0 && closed[k] > 0.0 { speed[k - 1] * ratio_per_m } else { engine[k] }

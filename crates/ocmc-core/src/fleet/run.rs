@@ -1,9 +1,9 @@
 //! Runs a range of cycles in parallel and hands the records over in the order of their ids.
 
 use crate::kernel::cpu::CpuLevel;
-use crate::kernel::lane_task::Cabin;
+use crate::kernel::lane_task::LaneTask;
 use crate::kernel::record::Record;
-use crate::kernel::scheduler::{drive_cabins, drive_until, sampled};
+use crate::kernel::scheduler::{drive_tasks, drive_until, sampled};
 use crate::random::Exchange;
 use crate::study::Study;
 use std::collections::BTreeMap;
@@ -80,7 +80,7 @@ pub fn run<B>(
     sink: impl FnMut(Vec<Record>) -> ControlFlow<B>,
 ) -> ControlFlow<B> {
     let drive = |range: Range<u64>, stop: &AtomicBool| {
-        let mut cycles = cabins(study, plan, range);
+        let mut cycles = tasks(study, plan, range);
         let mut next = |used| if stop.load(Ordering::Relaxed) { None } else { cycles(used) };
         drive_until(study, &mut next, plan.level, stop)
     };
@@ -171,23 +171,23 @@ pub fn records<B>(
 }
 
 /// Hands out the cycles of a range of the plan.
-fn cabins<'a>(
+fn tasks<'a>(
     study: &'a Study,
     plan: &'a RunPlan,
     mut cycles: Range<u64>,
-) -> Box<dyn FnMut(Option<Cabin>) -> Option<Cabin> + 'a> {
+) -> Box<dyn FnMut(Option<LaneTask>) -> Option<LaneTask> + 'a> {
     if plan.exchange == Exchange::NONE {
         return Box::new(sampled(study, plan.seed, cycles));
     }
     Box::new(move |_| {
         let cycle_id = cycles.next()?;
-        Some(Cabin::new(study, study.sample_exchanged(plan.seed, cycle_id, plan.exchange)))
+        Some(LaneTask::new(study, study.sample_exchanged(plan.seed, cycle_id, plan.exchange)))
     })
 }
 
 /// Drives single cycles again, in the order of their ids.
 pub fn replay(study: &Study, seed: u64, cycle_ids: &[u64]) -> Vec<Record> {
     let mut ids = cycle_ids.iter();
-    let mut next = |_| ids.next().map(|id| Cabin::new(study, study.sample(seed, *id)));
-    drive_cabins(study, &mut next, CpuLevel::best())
+    let mut next = |_| ids.next().map(|id| LaneTask::new(study, study.sample(seed, *id)));
+    drive_tasks(study, &mut next, CpuLevel::best())
 }

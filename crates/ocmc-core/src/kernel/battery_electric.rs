@@ -3,25 +3,25 @@
 //! The motor's torque follows the pedals at once: accelerator times the highest torque, less the motor's share of what the brake pedal asks
 //! for. Where the battery cannot give or take so much, the torque is brought back to what it can. At rest and in a shift there is none.
 //! State of charge is frozen over a step. Of a step the motor's loss is the map at the step's mean speed and torque, the battery's the circuit at its mean
-//! power: shaft work, losses and auxiliaries are each booked on their own.
+//! power: shaft work, losses and auxiliaries are integrated each on its own.
 
-use super::powertrain::{Book, Coupling, Demand, Pull, Traction, Turn};
+use super::powertrain::{Add, Coupling, Demand, Powertrain, ShaftStep, TractiveEffort};
 use super::record::Record;
 use super::state::{State, Total};
-use crate::lanes::{Flags, Lanes, WIDTH, where_set};
-use crate::powertrain::battery_electric::ElectricDrive;
+use crate::lanes::{Flags, Lanes, WIDTH, masked};
+use crate::powertrain::battery_electric::BatteryElectricPowertrain;
 use crate::vehicle::Vehicle;
 use fearless_simd::prelude::*;
 
 /// Battery, motor and gears.
 #[derive(Clone, Copy, Debug)]
 pub struct BatteryElectric<'a> {
-    drive: &'a ElectricDrive,
+    drive: &'a BatteryElectricPowertrain,
 }
 
 impl<'a> BatteryElectric<'a> {
     /// Of a vehicle.
-    pub fn new(drive: &'a ElectricDrive) -> Self {
+    pub fn new(drive: &'a BatteryElectricPowertrain) -> Self {
         Self { drive }
     }
 
@@ -39,14 +39,14 @@ impl<'a> BatteryElectric<'a> {
         let beyond = drawn.simd_gt(battery.discharge_limits_w(state.charge))
             | drawn.simd_lt(-battery.charge_limits_w(state.charge));
         if beyond.any_true() {
-            return self.brought_back(state, beyond.to_bitmask(), speed.into(), torque);
+            return self.limited_torque(state, beyond.to_bitmask(), speed.into(), torque);
         }
         torque
     }
 
     #[cold]
     #[inline(never)]
-    fn brought_back<S: Simd>(
+    fn limited_torque<S: Simd>(
         self,
         state: &State<S>,
         lanes: u64,
@@ -62,7 +62,7 @@ impl<'a> BatteryElectric<'a> {
     }
 }
 
-impl Traction for BatteryElectric<'_> {
+impl Powertrain for BatteryElectric<'_> {
     fn inertia_kgm2(&self) -> f64 {
         self.drive.model.motor.inertia_kgm2
     }
@@ -108,7 +108,12 @@ impl Traction for BatteryElectric<'_> {
     }
 
     #[inline(always)]
-    fn pull<S: Simd>(&self, state: &State<S>, at: &Demand<S>, coupling: &Coupling<S>) -> Pull<S> {
+    fn tractive_effort<S: Simd>(
+        &self,
+        state: &State<S>,
+        at: &Demand<S>,
+        coupling: &Coupling<S>,
+    ) -> TractiveEffort<S> {
         let model = &self.drive.model;
         let motor = &model.motor;
         let zero = Lanes::splat(at.speed.simd, 0.0);
@@ -117,10 +122,10 @@ impl Traction for BatteryElectric<'_> {
         let braking = model
             .braking_torques_nm(state.gear_speed, at.brake)
             .min(motor.brake_limits_nm(speed, at.speed));
-        let wanted = where_set(coupling.engaged, driving - braking);
+        let wanted = masked(coupling.engaged, driving - braking);
         let torque = self.within_battery(state, speed, wanted);
         let [wheel, lost] = model.wheel_and_lost_forces_n(state.gear_speed, torque);
-        Pull {
+        TractiveEffort {
             command: zero,
             full_load: zero,
             drag_torque: zero,
@@ -136,28 +141,28 @@ impl Traction for BatteryElectric<'_> {
     }
 
     #[inline(always)]
-    fn spend<S: Simd>(
+    fn consume<S: Simd>(
         &self,
         state: &mut State<S>,
-        turn: &Turn<S>,
+        shaft: &ShaftStep<S>,
         added: &mut [Lanes<S>; Total::COUNT],
     ) -> Lanes<S> {
-        let (battery, dt) = (&self.drive.model.battery, turn.dt);
-        let loss = self.drive.motor.losses_w(turn.speed, turn.torque);
-        let motor = turn.speed * turn.torque + loss;
+        let (battery, dt) = (&self.drive.model.battery, shaft.dt);
+        let loss = self.drive.motor.losses_w(shaft.speed, shaft.torque);
+        let motor = shaft.speed * shaft.torque + loss;
         let terminals = motor + state.auxiliary_power;
         let charge = state.charge;
         let (store, heat) = battery.flows(charge, terminals);
-        let back = where_set(turn.torque.simd_lt(0.0), (-motor).max(0.0));
-        state.book(Total::Battery, store * dt, added);
-        state.book(Total::BatteryLoss, heat * dt, added);
-        state.book(Total::MotorLoss, loss * dt, added);
-        state.book(Total::Auxiliary, state.auxiliary_power * dt, added);
-        state.book(Total::Regenerated, back * dt, added);
+        let back = masked(shaft.torque.simd_lt(0.0), (-motor).max(0.0));
+        state.add(Total::Battery, store * dt, added);
+        state.add(Total::BatteryLoss, heat * dt, added);
+        state.add(Total::MotorLoss, loss * dt, added);
+        state.add(Total::Auxiliary, state.auxiliary_power * dt, added);
+        state.add(Total::Regenerated, back * dt, added);
         state.charge -= store * dt * (1.0 / battery.capacity_j);
-        let covered = self.drive.model.motor.maps_cover(turn.speed, turn.torque)
+        let covered = self.drive.model.motor.maps_cover(shaft.speed, shaft.torque)
             & !battery.overdrawn(charge, terminals);
-        state.book(Total::OutsideMap, where_set(!covered, dt), added);
+        state.add(Total::OutsideMap, masked(!covered, dt), added);
         terminals
     }
 
@@ -175,20 +180,20 @@ impl Traction for BatteryElectric<'_> {
     }
 
     /// The auxiliaries draw, and a charger may charge.
-    fn stand<S: Simd>(&self, state: &mut State<S>, lane: usize, time_s: f64, book: Book) {
+    fn stand<S: Simd>(&self, state: &mut State<S>, lane: usize, time_s: f64, add: Add) {
         let (battery, power_w) = (&self.drive.model.battery, state.auxiliary_power[lane]);
         let flow = battery.flow(state.charge[lane], power_w);
-        book(Total::Battery, flow.store_w * time_s);
-        book(Total::BatteryLoss, flow.loss_w * time_s);
-        book(Total::Auxiliary, power_w * time_s);
+        add(Total::Battery, flow.store_w * time_s);
+        add(Total::BatteryLoss, flow.loss_w * time_s);
+        add(Total::Auxiliary, power_w * time_s);
         if battery.is_overdrawn(state.charge[lane], power_w) {
-            book(Total::OutsideMap, time_s);
+            add(Total::OutsideMap, time_s);
         }
         let mut charge = state.charge[lane] - flow.store_w * time_s / battery.capacity_j;
         if let Some(charging) = &self.drive.model.charging {
             let charged = battery.charge_at_rest(charging, charge, time_s);
-            book(Total::Charged, charged.gained_j);
-            book(Total::ChargingLoss, charged.loss_j);
+            add(Total::Charged, charged.gained_j);
+            add(Total::ChargingLoss, charged.loss_j);
             charge += charged.gained_j / battery.capacity_j;
         }
         state.charge[lane] = charge;

@@ -1,10 +1,10 @@
 //! What the driver wants and does with the pedals: the planned speed under the truck, and the operational module at one stage.
 
-use super::powertrain::Traction;
+use super::powertrain::Powertrain;
 use super::road_row::RoadRow;
 use super::stage::{Decision, Row};
-use super::state::{Shared, State};
-use crate::lanes::{Flags, Lanes, clip, mix};
+use super::state::{KernelParameters, State};
+use crate::lanes::{Flags, Lanes, clip, lerp};
 use fearless_simd::prelude::*;
 
 /// What the driver does in one stage.
@@ -24,40 +24,41 @@ pub(super) struct Control<S: Simd> {
 impl<S: Simd> State<S> {
     /// The desired speed, in m/s, and the braking branch of its square.
     #[inline(always)]
-    pub(super) fn desired<T: Traction>(
+    pub(super) fn desired<T: Powertrain>(
         &self,
         row: &Row<S>,
         left: Lanes<S>,
-        shared: &Shared<T>,
+        parameters: &KernelParameters<T>,
     ) -> (Lanes<S>, Lanes<S>) {
         let limit = row[RoadRow::LIMIT];
         let backward = row[RoadRow::BACKWARD] + self.twice_deceleration * left;
-        let forward = (row[RoadRow::FORWARD] - self.twice_acceleration * left).max(shared.launch);
+        let forward =
+            (row[RoadRow::FORWARD] - self.twice_acceleration * left).max(parameters.launch);
         (limit.min(backward).min(forward).sqrt(), backward)
     }
 
     /// The same where a step ends. Where it passes the beginning of a ramp down to a lower limit, the line from start to end
     /// would lie below the desired speed everywhere between: the second stage takes the end of the line that has its mean.
     #[inline(always)]
-    pub(super) fn desired_ahead<T: Traction>(
+    pub(super) fn desired_at_end<T: Powertrain>(
         &self,
         decision: &Decision<S>,
         left: Lanes<S>,
-        shared: &Shared<T>,
+        parameters: &KernelParameters<T>,
     ) -> (Lanes<S>, Lanes<S>) {
         let (row, before) = (&decision.row, decision.control.desired);
         let limit = row[RoadRow::LIMIT];
         let backward_before = decision.backward;
-        let (desired, backward) = self.desired(row, left, shared);
+        let (desired, backward) = self.desired(row, left, parameters);
         let begins = limit.simd_lt(backward_before) & backward.simd_lt(limit);
         // share of the step before the ramp
         let share = (backward_before - limit) / (backward_before - backward);
-        (begins.select(mix(share, desired, before), desired), backward)
+        (begins.select(lerp(share, desired, before), desired), backward)
     }
 
     /// The operational module at one stage.
     #[inline(always)]
-    pub(super) fn control<T: Traction>(
+    pub(super) fn control<T: Powertrain>(
         &self,
         limit: Lanes<S>,
         speed: Lanes<S>,
@@ -66,26 +67,26 @@ impl<S: Simd> State<S> {
         filtered: Lanes<S>,
         hold: Flags<S>,
         held: Lanes<S>,
-        shared: &Shared<T>,
+        parameters: &KernelParameters<T>,
     ) -> Control<S> {
-        let pedals = shared.pedals;
+        let pedals = parameters.pedals;
         let error = desired - speed;
         let lag = speed - filtered;
-        let pull = self.proportional * error;
-        let continuous = pull + integral - self.derivative_over_filter * lag;
+        let effort = self.proportional * error;
+        let continuous = effort + integral - self.derivative_over_filter * lag;
         let output = hold.select(held, continuous);
 
         // near its speed the limiter lets the pedal go down less and less far
-        let vehicle = &shared.powertrain.model;
+        let vehicle = &parameters.vehicle.model;
         let end_mps = vehicle.limiter_speed_mps + vehicle.limiter_range_mps;
-        let allowed = (end_mps - speed) * shared.per_limiter_range;
+        let allowed = (end_mps - speed) * parameters.per_limiter_range;
         let accelerator = clip(output.min(allowed), 0.0, 1.0);
 
         // downhill, above a static limit, the driver lets the truck run up to the edge of a band
-        let edge = pull + self.band_output;
+        let edge = effort + self.band_output;
         let in_band = speed.simd_gt(pedals.overspeed_from_mps) & !backward.simd_lt(limit);
         let demand = in_band.select(output.max(edge), output);
-        let braking = clip(-demand, 0.0, shared.per_brake_scale);
+        let braking = clip(-demand, 0.0, parameters.per_brake_scale);
         let realised = accelerator - braking;
         Control {
             desired,
@@ -101,10 +102,10 @@ impl<S: Simd> State<S> {
 
 /// The integral part within its bounds. Zero is within, and stays there for a driver without an integral part.
 #[inline(always)]
-pub(super) fn clamp_integral<S: Simd, T: Traction>(
+pub(super) fn clamp_integral<S: Simd, T: Powertrain>(
     integral: Lanes<S>,
-    shared: &Shared<T>,
+    parameters: &KernelParameters<T>,
 ) -> Lanes<S> {
-    let pid = &shared.pedals.pid;
+    let pid = &parameters.pedals.pid;
     clip(integral, pid.integral_minimum, pid.integral_maximum)
 }

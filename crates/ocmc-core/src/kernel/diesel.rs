@@ -1,18 +1,18 @@
 //! A diesel engine behind clutch and gearbox, in the step.
 
-use super::powertrain::{Book, Coupling, Demand, Pull, Traction, Turn};
+use super::powertrain::{Add, Coupling, Demand, Powertrain, ShaftStep, TractiveEffort};
 use super::record::Record;
 use super::state::{State, Total};
-use crate::lanes::{Flags, Lanes, where_set};
+use crate::lanes::{Flags, Lanes, masked};
 use crate::powertrain::diesel::engine::{Engine, EngineModel};
 use crate::powertrain::gearbox::DrivelineLosses;
-use crate::vehicle::{DieselDrive, Vehicle, VehicleModel};
+use crate::vehicle::{DieselPowertrain, Vehicle, VehicleModel};
 use fearless_simd::prelude::*;
 
 /// Engine and gearbox, and what the step reads of them.
 #[derive(Clone, Copy, Debug)]
 pub struct Diesel<'a> {
-    drive: &'a DieselDrive,
+    drive: &'a DieselPowertrain,
     engine: &'a Engine,
     model: &'a EngineModel,
     losses: DrivelineLosses,
@@ -28,7 +28,7 @@ pub struct Diesel<'a> {
 
 impl<'a> Diesel<'a> {
     /// Of a vehicle.
-    pub fn new(drive: &'a DieselDrive, vehicle: &VehicleModel) -> Self {
+    pub fn new(drive: &'a DieselPowertrain, vehicle: &VehicleModel) -> Self {
         let (model, gearbox) = (&drive.engine_model, &drive.gearbox);
         Self {
             drive,
@@ -43,7 +43,7 @@ impl<'a> Diesel<'a> {
     }
 }
 
-impl Traction for Diesel<'_> {
+impl Powertrain for Diesel<'_> {
     fn inertia_kgm2(&self) -> f64 {
         self.model.inertia_kgm2
     }
@@ -92,13 +92,18 @@ impl Traction for Diesel<'_> {
             .select(Lanes::splat(simd, self.launch_radps), Lanes::splat(simd, self.idle_radps));
         let start_speed = closed.select(speed, free_speed);
         let inverse_mass = closed.select(state.inverse_mass_closed, state.inverse_mass_open);
-        let engine_brake = where_set(engaged, state.gear_speed * self.engine_brake_nms);
+        let engine_brake = masked(engaged, state.gear_speed * self.engine_brake_nms);
         state.curves = self.engine.curves_at(start_speed);
         Coupling { closed, engaged, free_speed, start_speed, inverse_mass, engine_brake }
     }
 
     #[inline(always)]
-    fn pull<S: Simd>(&self, state: &State<S>, at: &Demand<S>, coupling: &Coupling<S>) -> Pull<S> {
+    fn tractive_effort<S: Simd>(
+        &self,
+        state: &State<S>,
+        at: &Demand<S>,
+        coupling: &Coupling<S>,
+    ) -> TractiveEffort<S> {
         let engine_speed = at.engine_speed;
         // the clutch opens at the next step: until then an engine that is braked below turns no slower for its auxiliaries
         let turning = engine_speed.max(self.open_radps);
@@ -115,14 +120,14 @@ impl Traction for Diesel<'_> {
         };
         let available = reached.max(drag_torque).min(full_load);
         let auxiliary_torque = state.auxiliary_power * at.air * inverse;
-        let driving = where_set(coupling.engaged, available - auxiliary_torque);
+        let driving = masked(coupling.engaged, available - auxiliary_torque);
         // a slipping clutch takes nothing from wheels that turn slower than the engine
         let gearbox_torque = coupling.closed.select(driving, driving.max(0.0));
 
         let (per_m, share) = (state.gear_speed, state.gear_loss);
         let [wheel, lost] = self.losses.wheel_and_lost_forces_n(per_m, share, gearbox_torque);
         let engine_brake = at.brake.min(engine_speed * coupling.engine_brake);
-        Pull {
+        TractiveEffort {
             command,
             full_load,
             drag_torque,
@@ -137,19 +142,20 @@ impl Traction for Diesel<'_> {
     }
 
     #[inline(always)]
-    fn spend<S: Simd>(
+    fn consume<S: Simd>(
         &self,
         state: &mut State<S>,
-        turn: &Turn<S>,
+        shaft: &ShaftStep<S>,
         added: &mut [Lanes<S>; Total::COUNT],
     ) -> Lanes<S> {
         let [_, _, drag_0, drag_1] = state.curves.lines;
-        let drag_torque = drag_0 + drag_1 * turn.speed;
-        let rate = self.engine.fuel_rates(turn.speed, turn.torque, drag_torque) * state.fuel_factor;
-        state.book(Total::Fuel, rate * turn.dt, added);
-        state.book(Total::Auxiliary, turn.auxiliary * turn.angle, added);
-        let outside = turn.torque.simd_gt(state.curves.map_torque);
-        state.book(Total::OutsideMap, where_set(outside, turn.dt), added);
+        let drag_torque = drag_0 + drag_1 * shaft.speed;
+        let rate =
+            self.engine.fuel_rates(shaft.speed, shaft.torque, drag_torque) * state.fuel_factor;
+        state.add(Total::Fuel, rate * shaft.dt, added);
+        state.add(Total::Auxiliary, shaft.auxiliary * shaft.angle, added);
+        let outside = shaft.torque.simd_gt(state.curves.map_torque);
+        state.add(Total::OutsideMap, masked(outside, shaft.dt), added);
         rate
     }
 
@@ -168,15 +174,15 @@ impl Traction for Diesel<'_> {
     }
 
     /// The engine idles.
-    fn stand<S: Simd>(&self, state: &mut State<S>, lane: usize, time_s: f64, book: Book) {
+    fn stand<S: Simd>(&self, state: &mut State<S>, lane: usize, time_s: f64, add: Add) {
         let power_w = state.auxiliary_power[lane];
         let torque = power_w / self.idle_radps;
         let idle_rate = self.engine.fuel_kgps(self.idle_radps, torque);
-        book(Total::Fuel, idle_rate * state.fuel_factor[lane] * time_s);
-        book(Total::Crankshaft, power_w * time_s);
-        book(Total::Auxiliary, power_w * time_s);
+        add(Total::Fuel, idle_rate * state.fuel_factor[lane] * time_s);
+        add(Total::Crankshaft, power_w * time_s);
+        add(Total::Auxiliary, power_w * time_s);
         if !self.model.map_covers(self.idle_radps, torque) {
-            book(Total::OutsideMap, time_s);
+            add(Total::OutsideMap, time_s);
         }
     }
 

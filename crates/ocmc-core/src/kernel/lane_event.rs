@@ -1,9 +1,9 @@
-//! Which lanes need a look after a step: the gearbox may want another gear, a stop line is near.
+//! Which lanes have an event after a step: the gearbox may want another gear, a stop line is near, a check is due.
 
-use super::powertrain::Traction;
-use super::road_row::{FAR, RoadRow};
+use super::powertrain::Powertrain;
+use super::road_row::{RoadRow, UNBOUNDED};
 use super::stage::Row;
-use super::state::{Shared, State};
+use super::state::{KernelParameters, State};
 use crate::lanes::{Flags, Lanes};
 use fearless_simd::prelude::*;
 
@@ -11,15 +11,15 @@ impl<S: Simd> State<S> {
     /// Whether the strategy may want another gear: the exact answer is
     /// [`crate::powertrain::gearbox::ShiftModel::wanted_gear`].
     #[inline(always)]
-    pub(super) fn wants_shift<T: Traction>(
+    pub(super) fn wants_shift<T: Powertrain>(
         &self,
         accelerator: Lanes<S>,
         slowing: Flags<S>,
         closed: Flags<S>,
         road_power: Lanes<S>,
-        shared: &Shared<T>,
+        parameters: &KernelParameters<T>,
     ) -> Flags<S> {
-        let shift = &shared.powertrain.shift;
+        let shift = &parameters.vehicle.shift;
         let speed = self.speed * self.gear_speed;
         let up_speed = self.speed * self.gear_speed_up;
         let up_line = accelerator * shift.up_pedal_radps + shift.up_speed_radps;
@@ -29,11 +29,11 @@ impl<S: Simd> State<S> {
         let ready = rolls & settled;
 
         // the most that the engine could give there; how much it does, the strategy asks the curve
-        let most = up_speed * shared.most_power_nm;
+        let most = up_speed * parameters.most_power_nm;
         let strong = !most.simd_lt(road_power);
         let up = ready & !up_speed.simd_lt(up_line) & strong;
         let over = self.speed.simd_gt(self.too_fast);
-        let has_down = self.gear_speed_down.simd_lt(FAR);
+        let has_down = self.gear_speed_down.simd_lt(UNBOUNDED);
         // a truck that rolls to a stop with an open clutch shifts when it is driven again, not before
         let cannot_launch = !(closed | self.slips_below.simd_gt(0.0)) & accelerator.simd_gt(0.0);
         let low = speed.simd_lt(down_line) & (closed | cannot_launch);
@@ -44,15 +44,15 @@ impl<S: Simd> State<S> {
         up | ready & (over | down) | settled & !rolls & cannot_launch
     }
 
-    /// Flag: the lane needs a look.
+    /// Flag: the lane has an event.
     #[inline(always)]
-    pub(super) fn alarm<T: Traction>(
+    pub(super) fn event_flags<T: Powertrain>(
         &self,
         row: &Row<S>,
         wants_shift: Flags<S>,
-        shared: &Shared<T>,
+        parameters: &KernelParameters<T>,
     ) -> Flags<S> {
-        let simulation = shared.simulation;
+        let simulation = parameters.simulation;
         let to_line = self.left + row[RoadRow::TO_STOP];
         let reach = self.speed.simd_lt(simulation.creep_speed_mps).select(
             Lanes::splat(to_line.simd, simulation.creep_distance_m),
@@ -60,6 +60,6 @@ impl<S: Simd> State<S> {
         );
         let captured = !reach.simd_lt(to_line);
         let due = !self.steps_left.simd_gt(0.0);
-        captured | due | wants_shift | shared.traction.is_empty(self)
+        captured | due | wants_shift | parameters.powertrain.is_empty(self)
     }
 }

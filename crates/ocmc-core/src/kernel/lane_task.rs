@@ -1,11 +1,11 @@
-//! One lane's truck outside the hot loop: its scenario, its road, its gear, and what happens at stops, shifts, segment
-//! ends and the end of the mission.
+//! The task of one lane: its scenario, its road, its gear, and how the events of the lane are handled outside of the hot
+//! loop: stops, shifts, checks of progress and the end of the mission.
 
-use super::pedal_event::Rolling;
-use super::powertrain::Traction;
+use super::pedal_event::InitialMotion;
+use super::powertrain::Powertrain;
 use super::record::{Outcome, Record};
-use super::road_row::{FAR, RoadRow, RoadRows};
-use super::state::{Shared, State, Total};
+use super::road_row::{RoadRow, RoadRows, UNBOUNDED};
+use super::state::{KernelParameters, State, Total};
 use super::step::FAST_STEP;
 use crate::powertrain::gearbox::ShiftInputs;
 use crate::study::{Scenario, Study};
@@ -17,9 +17,9 @@ use std::mem::swap;
 /// Steps, as they are counted, for each whole step's time that cuts can make of it before a cycle is given up.
 const MOST_CUTS: f64 = 10.0;
 
-/// A lane's truck.
+/// The cycle that one lane drives.
 #[derive(Clone, Debug)]
-pub struct Cabin {
+pub struct LaneTask {
     scenario: Scenario,
     /// Twice the deceleration and the acceleration of the plan, in m/s².
     twice_changes: [f64; 2],
@@ -30,21 +30,21 @@ pub struct Cabin {
     standstill_s: f64,
     n_stops: u32,
     n_gear_shifts: u32,
-    /// Time and place of the last look at the progress.
+    /// Time and position of the last check of progress.
     checked_at_s: f64,
     checked_at_m: f64,
-    /// Steps counted at the looks at the progress so far: a cycle whose steps become ever shorter has to end, too.
+    /// Steps counted at the checks so far: a cycle whose steps become ever shorter has to end, too.
     counted: f64,
-    /// Steps until the next look.
-    until_look: f64,
+    /// Steps until the next check.
+    until_check: f64,
     initial_energy_j: f64,
-    /// What the last look added to the totals, in one addition each: a trace has to be able to repeat it.
-    booked: [f64; Total::COUNT],
+    /// What the last event added to the totals, in one addition each: a trace has to be able to repeat it.
+    added_by_event: [f64; Total::COUNT],
 }
 
-/// What the step saw that the strategy needs.
+/// An event of one lane: what the step knows that its handling needs.
 #[derive(Clone, Copy, Debug)]
-pub struct Sight {
+pub struct LaneEvent {
     /// Accelerator pedal.
     pub accelerator: f64,
     /// Whether the strategy may want another gear.
@@ -57,10 +57,10 @@ pub struct Sight {
     pub road_power_w: f64,
 }
 
-impl Cabin {
+impl LaneTask {
     /// Plans a scenario.
     pub fn new(study: &Study, scenario: Scenario) -> Self {
-        let mut cabin = Self {
+        let mut task = Self {
             scenario,
             twice_changes: [0.0; 2],
             road: RoadRows::default(),
@@ -72,17 +72,17 @@ impl Cabin {
             checked_at_s: 0.0,
             checked_at_m: 0.0,
             counted: 0.0,
-            until_look: 0.0,
+            until_check: 0.0,
             initial_energy_j: 0.0,
-            booked: [0.0; Total::COUNT],
+            added_by_event: [0.0; Total::COUNT],
         };
-        cabin.plan(study, &mut SpeedProfile::default());
-        cabin
+        task.plan(study, &mut SpeedProfile::default());
+        task
     }
 
-    /// Takes the next cycle; the buffers of the last one are reused. The profile is needed for the planning only: a desk lends
-    /// the same to all its cabins, so that it stays in the CPU's cache.
-    pub fn renew(&mut self, study: &Study, seed: u64, cycle_id: u64, profile: &mut SpeedProfile) {
+    /// Takes the next cycle; the buffers of the last one are reused. The profile is needed for the planning only: a scheduler lends
+    /// the same one to all its tasks, so that it stays in the CPU's cache.
+    pub fn reuse(&mut self, study: &Study, seed: u64, cycle_id: u64, profile: &mut SpeedProfile) {
         study.resample(seed, cycle_id, &mut self.scenario);
         self.plan(study, profile);
     }
@@ -103,13 +103,13 @@ impl Cabin {
         self.gear
     }
 
-    /// What the last look added to the totals.
-    pub fn booked(&self) -> &[f64; Total::COUNT] {
-        &self.booked
+    /// What the last event added to the totals.
+    pub fn added_by_event(&self) -> &[f64; Total::COUNT] {
+        &self.added_by_event
     }
 
-    fn book(&mut self, total: Total, amount: f64) {
-        self.booked[total as usize] += amount;
+    fn add(&mut self, total: Total, amount: f64) {
+        self.added_by_event[total as usize] += amount;
     }
 
     /// Time at stops so far, in s.
@@ -118,35 +118,35 @@ impl Cabin {
     }
 
     /// Loads the truck into a lane, standing at the start of its road.
-    pub fn enter<S: Simd, T: Traction>(
+    pub fn enter<S: Simd, T: Powertrain>(
         &mut self,
         state: &mut State<S>,
         lane: usize,
-        shared: &Shared<T>,
+        parameters: &KernelParameters<T>,
     ) {
         let (driver, vehicle) = (&self.scenario.driver, &self.scenario.vehicle);
         state.mass[lane] = vehicle.mass_kg;
         state.drag_area[lane] = vehicle.drag_area_m2;
-        let climate_w = shared.traction.climate_w(self.road.air_temperature_k);
+        let climate_w = parameters.powertrain.climate_w(self.road.air_temperature_k);
         state.auxiliary_power[lane] = vehicle.auxiliary_power_w + climate_w;
-        shared.traction.enter(state, lane, vehicle);
-        let (gains, pid) = (&driver.pedals, &shared.pedals.pid);
+        parameters.powertrain.enter(state, lane, vehicle);
+        let (gains, pid) = (&driver.pedals, &parameters.pedals.pid);
         state.proportional[lane] = gains.proportional;
         state.integral_gain[lane] = gains.integral;
         state.derivative_over_filter[lane] = gains.derivative / pid.derivative_filter_s;
         // T_t = r K_P / K_I, so that K_I (1 / (K_I T_t)) = K_I / (r K_P) for J; 0 without an integral part
         state.tracking[lane] = gains.integral / (pid.tracking_ratio * gains.proportional);
-        state.brake_step[lane] = 1.0 / (shared.brake_mps2 * gains.proportional);
-        state.band_output[lane] = gains.proportional * shared.pedals.overspeed_band_mps;
-        state.threshold[lane] = gains.threshold_mps.unwrap_or(-FAR);
-        state.lowest_held[lane] = if gains.holds_brake { -FAR } else { 0.0 };
+        state.brake_step[lane] = 1.0 / (parameters.brake_mps2 * gains.proportional);
+        state.band_output[lane] = gains.proportional * parameters.pedals.overspeed_band_mps;
+        state.threshold[lane] = gains.threshold_mps.unwrap_or(-UNBOUNDED);
+        state.lowest_held[lane] = if gains.holds_brake { -UNBOUNDED } else { 0.0 };
         let [twice_deceleration, twice_acceleration] = self.twice_changes;
         state.twice_deceleration[lane] = twice_deceleration;
         state.twice_acceleration[lane] = twice_acceleration;
         for total in &mut state.totals {
             total[lane] = 0.0;
         }
-        state.engine_speed[lane] = shared.idle_radps;
+        state.engine_speed[lane] = parameters.idle_radps;
         self.standstill_s = 0.0;
         self.n_stops = 0;
         self.n_gear_shifts = 0;
@@ -156,23 +156,23 @@ impl Cabin {
         swap(&mut state.roads[lane], &mut self.road.rows);
         state.at[lane] = 0;
         state.left[lane] = state.row(lane).0[RoadRow::LENGTH];
-        self.start(state, lane, shared);
-        self.initial_energy_j = kinetic_energy_j(state, lane, shared);
+        self.start(state, lane, parameters);
+        self.initial_energy_j = kinetic_energy_j(state, lane, parameters);
     }
 
-    /// A truck at rest makes ready to start: gear by the slope, nothing left of what the controller knew.
-    fn start<S: Simd, T: Traction>(
+    /// Prepares a truck at rest to start: gear by the slope, the controller reset.
+    fn start<S: Simd, T: Powertrain>(
         &mut self,
         state: &mut State<S>,
         lane: usize,
-        shared: &Shared<T>,
+        parameters: &KernelParameters<T>,
     ) {
-        let shift = &shared.powertrain.shift;
+        let shift = &parameters.vehicle.shift;
         let steep = slope(state, lane) > shift.steep_slope;
         let gear = if steep { shift.steep_start_gear } else { shift.start_gear };
         self.gear = gear as usize - 1;
         state.speed[lane] = 0.0;
-        state.set_gear(lane, self.gear, shared);
+        state.set_gear(lane, self.gear, parameters);
         for column in
             [&mut state.torque, &mut state.integral, &mut state.filtered, &mut state.holding]
         {
@@ -181,30 +181,31 @@ impl Cabin {
         state.shift_left[lane] = 0.0;
         state.hold_left[lane] = 0.0;
         state.kick_left[lane] = shift.kickdown_s;
-        self.wait_for_look(state, lane, shared);
-        state.longest[lane] = shared.short_step_s;
+        self.schedule_check(state, lane, parameters);
+        state.longest[lane] = parameters.short_step_s;
     }
 
     /// Puts the truck that has just entered onto its road as it rolls, instead of standing.
-    pub(super) fn roll<S: Simd, T: Traction>(
+    pub(super) fn roll<S: Simd, T: Powertrain>(
         &mut self,
         state: &mut State<S>,
         lane: usize,
-        rolling: &Rolling,
-        shared: &Shared<T>,
+        rolling: &InitialMotion,
+        parameters: &KernelParameters<T>,
     ) {
         self.gear = rolling.gear;
-        state.set_gear(lane, self.gear, shared);
+        state.set_gear(lane, self.gear, parameters);
         let engine_speed = rolling.speed_mps * state.gear_speed[lane];
         state.speed[lane] = rolling.speed_mps;
-        state.engine_speed[lane] = engine_speed.max(shared.idle_radps);
-        state.torque[lane] = shared.traction.settled_torque_nm(engine_speed, rolling.accelerator);
+        state.engine_speed[lane] = engine_speed.max(parameters.idle_radps);
+        state.torque[lane] =
+            parameters.powertrain.settled_torque_nm(engine_speed, rolling.accelerator);
         state.integral[lane] = rolling.integral;
         state.filtered[lane] = rolling.filtered_mps;
         state.held[lane] = rolling.held;
         state.holding[lane] = if rolling.holds { 1.0 } else { 0.0 };
         state.left[lane] -= rolling.offset_m;
-        self.initial_energy_j = kinetic_energy_j(state, lane, shared);
+        self.initial_energy_j = kinetic_energy_j(state, lane, parameters);
     }
 
     /// Takes the road back from a lane whose cycle has ended, as it was before.
@@ -216,49 +217,49 @@ impl Cabin {
         swap(&mut state.roads[lane], &mut self.road.rows);
     }
 
-    /// Deals with whatever raised the lane's alarm; some where the cycle has ended.
+    /// Handles the event of a lane; returns the outcome where the cycle has ended.
     #[cold]
-    pub fn attend<S: Simd, T: Traction>(
+    pub fn handle_event<S: Simd, T: Powertrain>(
         &mut self,
         state: &mut State<S>,
         lane: usize,
-        sight: Sight,
-        shared: &Shared<T>,
+        event: LaneEvent,
+        parameters: &KernelParameters<T>,
     ) -> Option<Outcome> {
-        self.booked = [0.0; Total::COUNT];
-        if is_captured(state, lane, shared) {
-            self.stop(state, lane, shared);
+        self.added_by_event = [0.0; Total::COUNT];
+        if is_captured(state, lane, parameters) {
+            self.stop(state, lane, parameters);
             let ends = stop_row(state, lane) + 1 == state.roads[lane].len();
             if !ends {
-                self.dwell(state, lane, shared);
+                self.dwell(state, lane, parameters);
             }
-            for (total, amount) in state.totals.iter_mut().zip(self.booked) {
+            for (total, amount) in state.totals.iter_mut().zip(self.added_by_event) {
                 total[lane] += amount;
             }
             if ends {
                 return Some(Outcome::Completed);
             }
-        } else if sight.wants_shift {
-            self.shift(state, lane, sight, shared);
+        } else if event.wants_shift {
+            self.shift(state, lane, event, parameters);
         }
-        if shared.traction.is_stranded(state, lane) {
+        if parameters.powertrain.is_stranded(state, lane) {
             return Some(Outcome::Depleted);
         }
-        if state.steps_left[lane] <= 0.0 { self.check(state, lane, shared) } else { None }
+        if state.steps_left[lane] <= 0.0 { self.check(state, lane, parameters) } else { None }
     }
 
     /// The truck comes to rest: its kinetic energy goes into the service brakes, the engine returns to idle.
-    fn stop<S: Simd, T: Traction>(
+    fn stop<S: Simd, T: Powertrain>(
         &mut self,
         state: &mut State<S>,
         lane: usize,
-        shared: &Shared<T>,
+        parameters: &KernelParameters<T>,
     ) {
         let speed = state.speed[lane];
-        let inertia = shared.engine_inertia_kgm2;
+        let inertia = parameters.engine_inertia_kgm2;
         let engine_speed = state.engine_speed[lane];
-        let mut braked = 0.5 * (state.mass[lane] + shared.wheel_mass_kg) * speed * speed;
-        let idle = shared.idle_radps;
+        let mut braked = 0.5 * (state.mass[lane] + parameters.wheel_mass_kg) * speed * speed;
+        let idle = parameters.idle_radps;
         // a closed clutch brakes the engine with the wheels; it is restarted to idle
         let closed = engine_speed == speed * state.gear_speed[lane];
         let left_over = if closed {
@@ -267,26 +268,26 @@ impl Cabin {
         } else {
             engine_speed
         };
-        self.book(Total::ServiceBrake, braked);
-        self.book(Total::Shift, 0.5 * inertia * (left_over * left_over - idle * idle));
+        self.add(Total::ServiceBrake, braked);
+        self.add(Total::Shift, 0.5 * inertia * (left_over * left_over - idle * idle));
         state.speed[lane] = 0.0;
         state.engine_speed[lane] = idle;
     }
 
-    /// Stands for the drawn time with the engine idling, then makes ready to start.
-    fn dwell<S: Simd, T: Traction>(
+    /// Stands for the drawn time with the engine idling, then prepares to start.
+    fn dwell<S: Simd, T: Powertrain>(
         &mut self,
         state: &mut State<S>,
         lane: usize,
-        shared: &Shared<T>,
+        parameters: &KernelParameters<T>,
     ) {
         let dwell_s = state.roads[lane][stop_row(state, lane)].0[RoadRow::DWELL];
-        let mut book = |total, amount| self.book(total, amount);
-        shared.traction.stand(state, lane, dwell_s, &mut book);
+        let mut add = |total, amount| self.add(total, amount);
+        parameters.powertrain.stand(state, lane, dwell_s, &mut add);
         self.standstill_s += dwell_s;
         self.n_stops += 1;
         self.leave_line(state, lane);
-        self.start(state, lane, shared);
+        self.start(state, lane, parameters);
         self.checked_at_s = state.total(lane, Total::Time);
         self.checked_at_m = state.total(lane, Total::Distance);
     }
@@ -296,60 +297,60 @@ impl Cabin {
         let (here, line) = (state.at[lane], stop_row(state, lane));
         for (k, row) in state.roads[lane][here..=line].iter_mut().enumerate() {
             self.served.push((here + k, *row));
-            row.0[RoadRow::BACKWARD] = FAR;
-            row.0[RoadRow::FORWARD] = -FAR;
-            row.0[RoadRow::TO_STOP] = FAR;
+            row.0[RoadRow::BACKWARD] = UNBOUNDED;
+            row.0[RoadRow::FORWARD] = -UNBOUNDED;
+            row.0[RoadRow::TO_STOP] = UNBOUNDED;
             row.0[RoadRow::DWELL] = -1.0;
         }
     }
 
-    fn shift<S: Simd, T: Traction>(
+    fn shift<S: Simd, T: Powertrain>(
         &mut self,
         state: &mut State<S>,
         lane: usize,
-        sight: Sight,
-        shared: &Shared<T>,
+        event: LaneEvent,
+        parameters: &KernelParameters<T>,
     ) {
-        let shift = &shared.powertrain.shift;
+        let shift = &parameters.vehicle.shift;
         let inputs = ShiftInputs {
             gear: self.gear,
             speed_mps: state.speed[lane],
-            pedal: sight.accelerator,
-            slowing: sight.slowing,
+            pedal: event.accelerator,
+            slowing: event.slowing,
             kickdown: state.kick_left[lane] <= 0.0,
-            closed: sight.closed,
-            road_power_w: sight.road_power_w,
+            closed: event.closed,
+            road_power_w: event.road_power_w,
         };
-        let full_load_nm = |w| shared.traction.full_load_nm(w);
-        let gear = shift.wanted_gear(&inputs, &shared.powertrain.gears, full_load_nm);
+        let full_load_nm = |w| parameters.powertrain.full_load_nm(w);
+        let gear = shift.wanted_gear(&inputs, &parameters.vehicle.gears, full_load_nm);
         if gear != self.gear {
             self.gear = gear;
             self.n_gear_shifts += 1;
-            state.set_gear(lane, gear, shared);
+            state.set_gear(lane, gear, parameters);
             state.shift_left[lane] = shift.duration_s;
             state.hold_left[lane] = shift.interval_s;
             // torque comes back after the shift: only then a pressed pedal tells that it is not enough
             state.kick_left[lane] = shift.duration_s + shift.kickdown_s;
-            state.longest[lane] = shared.short_step_s;
+            state.longest[lane] = parameters.short_step_s;
         }
     }
 
-    /// Looks whether the truck makes progress and whether its time is over.
-    fn check<S: Simd, T: Traction>(
+    /// Checks whether the truck makes progress and whether its time is over.
+    fn check<S: Simd, T: Powertrain>(
         &mut self,
         state: &mut State<S>,
         lane: usize,
-        shared: &Shared<T>,
+        parameters: &KernelParameters<T>,
     ) -> Option<Outcome> {
-        let simulation = shared.simulation;
+        let simulation = parameters.simulation;
         let (time, way) = (state.total(lane, Total::Time), state.total(lane, Total::Distance));
-        self.counted += self.until_look;
+        self.counted += self.until_check;
         let most = MOST_CUTS * simulation.longest_duration_s / simulation.step_s;
         if time > simulation.longest_duration_s || self.counted > most {
             return Some(Outcome::TimedOut);
         }
         let passed = time - self.checked_at_s;
-        self.wait_for_look(state, lane, shared);
+        self.schedule_check(state, lane, parameters);
         // steps that were cut are shorter: wait until the whole time has passed
         if passed >= simulation.stall_time_s * (1.0 - 1e-9) {
             if way - self.checked_at_m < simulation.stall_distance_m {
@@ -361,29 +362,30 @@ impl Cabin {
         None
     }
 
-    /// The next look is due when a truck that makes no way has been standing long enough, and no later than the longest duration.
-    fn wait_for_look<S: Simd, T: Traction>(
+    /// The next check is due when a truck that makes no progress has been standing long enough, and no later than the longest
+    /// duration.
+    fn schedule_check<S: Simd, T: Powertrain>(
         &mut self,
         state: &mut State<S>,
         lane: usize,
-        shared: &Shared<T>,
+        parameters: &KernelParameters<T>,
     ) {
-        let simulation = shared.simulation;
+        let simulation = parameters.simulation;
         let left_s = (simulation.longest_duration_s - state.total(lane, Total::Time)).max(0.0);
         let steps = |time_s: f64| libm::ceil(time_s / simulation.step_s);
         let at_end = (steps(left_s) * FAST_STEP).max(FAST_STEP);
-        self.until_look = steps(simulation.stall_time_s).min(at_end);
-        state.steps_left[lane] = self.until_look;
+        self.until_check = steps(simulation.stall_time_s).min(at_end);
+        state.steps_left[lane] = self.until_check;
     }
 
     /// The record of the cycle as it stands.
-    pub fn record<S: Simd, T: Traction>(
+    pub fn record<S: Simd, T: Powertrain>(
         &self,
         study: &Study,
         state: &State<S>,
         lane: usize,
         outcome: Outcome,
-        shared: &Shared<T>,
+        parameters: &KernelParameters<T>,
     ) -> Record {
         let total = |total| state.total(lane, total);
         let (cycle, driver, vehicle) =
@@ -434,9 +436,9 @@ impl Cabin {
             transmission_loss_j: total(Total::Transmission),
             shift_loss_j: Some(total(Total::Shift)),
             drag_energy_j: total(Total::Drag),
-            rolling_energy_j: total(Total::Rolling),
+            rolling_energy_j: total(Total::InitialMotion),
             service_brake_energy_j: total(Total::ServiceBrake),
-            kinetic_change_j: kinetic_energy_j(state, lane, shared) - self.initial_energy_j,
+            kinetic_change_j: kinetic_energy_j(state, lane, parameters) - self.initial_energy_j,
             potential_change_j: total(Total::Grade),
             moving_s: duration_s - self.standstill_s,
             departure_s_of_year: cycle.mission.day_of_year * 86_400.0 + cycle.mission.departure_s,
@@ -451,23 +453,27 @@ impl Cabin {
             ..Record::default()
         };
         let wheel_kwh_per_km = plain.per_distance(plain.wheel_energy_j) / 3600.0;
-        shared.traction.record(state, lane, Record { wheel_kwh_per_km, ..plain })
+        parameters.powertrain.record(state, lane, Record { wheel_kwh_per_km, ..plain })
     }
 }
 
 /// Translational energy, and rotational energy of wheels and engine, in J.
-fn kinetic_energy_j<S: Simd, T: Traction>(
+fn kinetic_energy_j<S: Simd, T: Powertrain>(
     state: &State<S>,
     lane: usize,
-    shared: &Shared<T>,
+    parameters: &KernelParameters<T>,
 ) -> f64 {
     let (speed, engine) = (state.speed[lane], state.engine_speed[lane]);
-    0.5 * (state.mass[lane] + shared.wheel_mass_kg) * speed * speed
-        + 0.5 * shared.engine_inertia_kgm2 * engine * engine
+    0.5 * (state.mass[lane] + parameters.wheel_mass_kg) * speed * speed
+        + 0.5 * parameters.engine_inertia_kgm2 * engine * engine
 }
 
-fn is_captured<S: Simd, T: Traction>(state: &State<S>, lane: usize, shared: &Shared<T>) -> bool {
-    let simulation = shared.simulation;
+fn is_captured<S: Simd, T: Powertrain>(
+    state: &State<S>,
+    lane: usize,
+    parameters: &KernelParameters<T>,
+) -> bool {
+    let simulation = parameters.simulation;
     let slow = state.speed[lane] < simulation.creep_speed_mps;
     let reach = if slow { simulation.creep_distance_m } else { simulation.capture_distance_m };
     state.left[lane] + state.row(lane).0[RoadRow::TO_STOP] <= reach
@@ -480,6 +486,6 @@ pub(super) fn slope<S: Simd>(state: &State<S>, lane: usize) -> f64 {
 
 /// The row at whose end the next stop line is.
 fn stop_row<S: Simd>(state: &State<S>, lane: usize) -> usize {
-    let ahead = state.roads[lane][state.at[lane]..].iter();
-    state.at[lane] + ahead.take_while(|row| row.0[RoadRow::DWELL] < 0.0).count()
+    let predicted = state.roads[lane][state.at[lane]..].iter();
+    state.at[lane] + predicted.take_while(|row| row.0[RoadRow::DWELL] < 0.0).count()
 }

@@ -4,18 +4,18 @@
 
 use super::battery_electric::BatteryElectric;
 use super::diesel::Diesel;
-use super::lane_task::Cabin;
-use super::powertrain::Traction;
-use super::state::{Shared, State};
+use super::lane_task::LaneTask;
+use super::powertrain::Powertrain;
+use super::state::{KernelParameters, State};
 use crate::study::{Scenario, Study};
-use crate::vehicle::Drive;
+use crate::vehicle::PowertrainKind;
 #[cfg(not(target_arch = "x86_64"))]
 use fearless_simd::dispatch;
 use fearless_simd::{Level, prelude::*};
 
 /// How a truck rolls where an event begins.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Rolling {
+pub struct InitialMotion {
     /// Way from the start of the scenario's road, in m; within its first segment.
     pub offset_m: f64,
     /// Speed, in m/s.
@@ -36,7 +36,7 @@ pub struct Rolling {
 
 /// The time series of an event, at the ends of the steps.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct EventDrive {
+pub struct EventSeries {
     /// Time since the start, in s.
     pub time_s: Vec<f64>,
     /// Speed, in m/s.
@@ -48,79 +48,82 @@ pub struct EventDrive {
 }
 
 /// Drives an event for some time, in s, or until the road ends.
-pub fn drive_event(
+pub fn simulate_event(
     study: &Study,
     scenario: Scenario,
-    rolling: &Rolling,
+    rolling: &InitialMotion,
     duration_s: f64,
-) -> EventDrive {
-    let cabin = Cabin::new(study, scenario);
-    match &study.powertrain().drive {
-        Drive::Diesel(drive) => {
-            let shared = Shared::new(study, Diesel::new(drive, &study.powertrain().model));
-            drive_on(&shared, cabin, rolling, duration_s)
+) -> EventSeries {
+    let task = LaneTask::new(study, scenario);
+    match &study.vehicle().powertrain {
+        PowertrainKind::Diesel(drive) => {
+            let parameters =
+                KernelParameters::new(study, Diesel::new(drive, &study.vehicle().model));
+            drive_on(&parameters, task, rolling, duration_s)
         }
-        Drive::BatteryElectric(drive) => {
-            let shared = Shared::new(study, BatteryElectric::new(drive));
-            drive_on(&shared, cabin, rolling, duration_s)
+        PowertrainKind::BatteryElectric(drive) => {
+            let parameters = KernelParameters::new(study, BatteryElectric::new(drive));
+            drive_on(&parameters, task, rolling, duration_s)
         }
     }
 }
 
 /// With AVX2 where the CPU has it: one truck gains nothing from wider vectors.
-fn drive_on<T: Traction>(
-    shared: &Shared<T>,
-    cabin: Cabin,
-    rolling: &Rolling,
+fn drive_on<T: Powertrain>(
+    parameters: &KernelParameters<T>,
+    task: LaneTask,
+    rolling: &InitialMotion,
     duration_s: f64,
-) -> EventDrive {
+) -> EventSeries {
     #[cfg(target_arch = "x86_64")]
     if let Some(simd) = Level::new().as_avx2() {
         return simd.vectorize(
             #[inline(always)]
-            || drive_cabin(simd, shared, cabin, rolling, duration_s),
+            || drive_task(simd, parameters, task, rolling, duration_s),
         );
     }
     #[cfg(target_arch = "x86_64")]
     if let Some(simd) = Level::baseline().as_sse2() {
         return simd.vectorize(
             #[inline(always)]
-            || drive_cabin(simd, shared, cabin, rolling, duration_s),
+            || drive_task(simd, parameters, task, rolling, duration_s),
         );
     }
     #[cfg(target_arch = "x86_64")]
     unreachable!("x86-64 has SSE2");
     #[cfg(not(target_arch = "x86_64"))]
-    dispatch!(Level::baseline(), simd => drive_cabin(simd, shared, cabin, rolling, duration_s))
+    dispatch!(Level::baseline(), simd => drive_task(simd, parameters, task, rolling, duration_s))
 }
 
 #[inline(always)]
-fn drive_cabin<S: Simd, T: Traction>(
+fn drive_task<S: Simd, T: Powertrain>(
     simd: S,
-    shared: &Shared<T>,
-    mut cabin: Cabin,
-    rolling: &Rolling,
+    parameters: &KernelParameters<T>,
+    mut task: LaneTask,
+    rolling: &InitialMotion,
     duration_s: f64,
-) -> EventDrive {
-    let mut state = State::parked(simd, shared);
-    cabin.enter(&mut state, 0, shared);
-    cabin.roll(&mut state, 0, rolling, shared);
-    let mut drive = EventDrive::default();
+) -> EventSeries {
+    let mut state = State::parked(simd, parameters);
+    task.enter(&mut state, 0, parameters);
+    task.roll(&mut state, 0, rolling, parameters);
+    let mut series = EventSeries::default();
     let mut time_s = 0.0;
     while time_s < duration_s {
-        let view = state.step(shared);
+        let view = state.step(parameters);
         if view.dt[0] == 0.0 {
             continue; // it was taken back
         }
         time_s += view.dt[0];
-        drive.time_s.push(time_s);
-        drive.speed_mps.push(state.speed[0]);
-        drive.accelerator.push(view.accelerator[0]);
-        drive.brake.push(view.brake[0]);
-        let sights = view.sights();
-        if sights.alarm & 1 != 0 && cabin.attend(&mut state, 0, sights.of(0), shared).is_some() {
+        series.time_s.push(time_s);
+        series.speed_mps.push(state.speed[0]);
+        series.accelerator.push(view.accelerator[0]);
+        series.brake.push(view.brake[0]);
+        let events = view.events();
+        if events.lanes & 1 != 0
+            && task.handle_event(&mut state, 0, events.lane(0), parameters).is_some()
+        {
             break;
         }
     }
-    drive
+    series
 }

@@ -1,4 +1,4 @@
-//! What drives the wheels, as the step asks it: a diesel engine behind clutch and gearbox, or a battery and a motor.
+//! The powertrain as the step sees it: a diesel engine behind clutch and gearbox, or a battery and a motor.
 //!
 //! A run has one kind. The step is compiled for each of them, so that neither knows of the other.
 
@@ -11,7 +11,7 @@ use fearless_simd::prelude::*;
 /// How the engine or motor hangs on the wheels, decided at the step's start.
 #[derive(Clone, Copy)]
 pub struct Coupling<S: Simd> {
-    /// Flag: it turns with the wheels.
+    /// Flag: its shaft turns with the wheels.
     pub closed: Flags<S>,
     /// Flag: its torque comes to the wheels.
     pub engaged: Flags<S>,
@@ -25,7 +25,7 @@ pub struct Coupling<S: Simd> {
     pub engine_brake: Lanes<S>,
 }
 
-/// What the driver and the air ask of one stage.
+/// The inputs of one stage: the demand of the driver, and the air.
 #[derive(Clone, Copy)]
 pub struct Demand<S: Simd> {
     /// Speed of the truck, in m/s.
@@ -48,7 +48,7 @@ pub struct Demand<S: Simd> {
 
 /// Torques and forces of one stage.
 #[derive(Clone, Copy)]
-pub struct Pull<S: Simd> {
+pub struct TractiveEffort<S: Simd> {
     /// Torque that the engine's torque follows, in Nm.
     pub command: Lanes<S>,
     /// Highest torque of the engine, in Nm.
@@ -71,9 +71,9 @@ pub struct Pull<S: Simd> {
     pub wind_tangent: Lanes<S>,
 }
 
-/// A step of the engine or motor, for the books.
+/// What the shaft of the engine or motor does in a step.
 #[derive(Clone, Copy)]
-pub struct Turn<S: Simd> {
+pub struct ShaftStep<S: Simd> {
     /// Length of the step, in s.
     pub dt: Lanes<S>,
     /// Angle of the shaft, in rad.
@@ -87,10 +87,10 @@ pub struct Turn<S: Simd> {
 }
 
 /// Takes an amount for a total.
-pub type Book<'a> = &'a mut dyn FnMut(Total, f64);
+pub type Add<'a> = &'a mut dyn FnMut(Total, f64);
 
 /// A kind of powertrain.
-pub trait Traction {
+pub trait Powertrain {
     /// Moment of inertia of engine or motor, in kg m².
     fn inertia_kgm2(&self) -> f64;
     /// Speed of the engine at rest, in rad/s.
@@ -109,13 +109,18 @@ pub trait Traction {
     /// How it hangs on the wheels in this step.
     fn couple<S: Simd>(&self, state: &mut State<S>, accelerator: Lanes<S>) -> Coupling<S>;
     /// Torques and forces at one stage.
-    fn pull<S: Simd>(&self, state: &State<S>, at: &Demand<S>, coupling: &Coupling<S>) -> Pull<S>;
-    /// Books what the step takes from the store, and what it loses on the way to the shaft. What it takes: fuel in kg/s, or power
-    /// at the battery's terminals in W.
-    fn spend<S: Simd>(
+    fn tractive_effort<S: Simd>(
+        &self,
+        state: &State<S>,
+        at: &Demand<S>,
+        coupling: &Coupling<S>,
+    ) -> TractiveEffort<S>;
+    /// Adds what the step takes from the store and what it loses on the way to the shaft, and returns the rate: fuel in kg/s, or
+    /// power at the battery's terminals in W.
+    fn consume<S: Simd>(
         &self,
         state: &mut State<S>,
-        turn: &Turn<S>,
+        shaft: &ShaftStep<S>,
         added: &mut [Lanes<S>; Total::COUNT],
     ) -> Lanes<S>;
     /// Flag: the store is empty.
@@ -126,7 +131,7 @@ pub trait Traction {
     /// Loads what belongs to one truck.
     fn enter<S: Simd>(&self, state: &mut State<S>, lane: usize, vehicle: &Vehicle);
     /// Stands for some time, in s.
-    fn stand<S: Simd>(&self, state: &mut State<S>, lane: usize, time_s: f64, book: Book);
+    fn stand<S: Simd>(&self, state: &mut State<S>, lane: usize, time_s: f64, add: Add);
     /// Fills in what the record says of it.
     fn record<S: Simd>(&self, state: &State<S>, lane: usize, plain: Record) -> Record;
 }

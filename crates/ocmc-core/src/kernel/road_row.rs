@@ -1,4 +1,4 @@
-//! What the step function reads of the road: one row of twelve numbers a segment.
+//! What the step function reads of the road: one row of twelve numbers for each segment.
 
 use crate::operating_cycle::road::surface::iri_mm_per_m;
 use crate::operating_cycle::segments::Segment;
@@ -17,7 +17,8 @@ pub struct RoadRow(pub [f64; Self::COLUMNS]);
 
 impl RoadRow {
     /// Where an empty lane stands.
-    pub const PARKED: Self = Self([FAR, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, FAR, 1.0, -1.0]);
+    pub const PARKED: Self =
+        Self([UNBOUNDED, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, UNBOUNDED, 1.0, -1.0]);
     /// Numbers in a row.
     pub const COLUMNS: usize = 12;
     /// Length, in m.
@@ -38,7 +39,7 @@ impl RoadRow {
     pub const HEAD_WIND: usize = 7;
     /// Cross wind beside the truck, without sign, in m/s.
     pub const CROSS_WIND: usize = 8;
-    /// Distance from the end to the stop line, in m; [`FAR`] where it is not near.
+    /// Distance from the end to the stop line, in m; [`UNBOUNDED`] where it is not near.
     pub const TO_STOP: usize = 9;
     /// Deceleration that the tyres allow, in m/s².
     pub const GRIP: usize = 10;
@@ -58,7 +59,7 @@ impl RoadRow {
 const SAME_AIR_M: f64 = 50.0;
 
 /// A distance or a squared speed that never binds.
-pub const FAR: f64 = 1e9;
+pub const UNBOUNDED: f64 = 1e9;
 
 /// The rows of one scenario, and what the record says about its road.
 #[derive(Clone, Debug, Default)]
@@ -89,7 +90,7 @@ impl RoadRows {
             |(i, (segment, branch))| {
                 let length_m = segment.length_m;
                 if around.differ(segment, branch.limit, altitude_m) {
-                    around.renew(segment, branch.limit, altitude_m);
+                    around.update(segment, branch.limit, altitude_m);
                 }
                 if let Some(k) = segment.event()
                     && let Some(dwell_s) = road.events[k].kind.standstill_s()
@@ -111,7 +112,7 @@ impl RoadRows {
                     around.half_density,
                     around.head_wind_mps,
                     around.cross_wind_mps,
-                    FAR,
+                    UNBOUNDED,
                     around.grip * cosine,
                     -1.0,
                 ])
@@ -119,7 +120,7 @@ impl RoadRows {
         ));
         stops.push((rows.len() - 1, 0.0));
         self.mark_stops(study.model().simulation.creep_distance_m);
-        around.leave(road.length_m);
+        around.add_to_means(road.length_m);
         self.air_temperature_k = around.temperature_sum / road.length_m;
         self.head_wind_mps = around.head_wind_sum / road.length_m;
         self.climb_m = climb_m;
@@ -211,14 +212,14 @@ impl<'a> Surroundings<'a> {
     }
 
     #[inline(never)]
-    fn renew(&mut self, segment: &Segment, limit: f64, altitude_m: f64) {
-        self.leave(segment.start_m);
+    fn update(&mut self, segment: &Segment, limit: f64, altitude_m: f64) {
+        self.add_to_means(segment.start_m);
         let road = &self.scenario.cycle.road;
         let weather = &self.scenario.cycle.weather[segment.weather as usize].weather;
         let [last_weather, _, last_section] = self.tracks;
         let new_weather = segment.weather != last_weather;
         if new_weather || self.has_climbed(altitude_m) {
-            self.meet(weather, altitude_m);
+            self.set_weather(weather, altitude_m);
         }
         let iri = iri_mm_per_m(road.roughness_m3[segment.roughness as usize]);
         self.rolling = self.rolling_weather
@@ -240,8 +241,8 @@ impl<'a> Surroundings<'a> {
         (self.curve, self.limit) = (curve, limit);
     }
 
-    fn meet(&mut self, weather: &Weather, altitude_m: f64) {
-        let vehicle = &self.study.powertrain().model;
+    fn set_weather(&mut self, weather: &Weather, altitude_m: f64) {
+        let vehicle = &self.study.vehicle().model;
         self.half_density = 0.5 * weather.air_density_kgpm3(altitude_m);
         self.air_altitude_m = altitude_m;
         self.temperature_k = weather.temperature_k;
@@ -253,8 +254,8 @@ impl<'a> Surroundings<'a> {
             * rolling_wet_factor(weather.precipitation_mps, weather.snow);
     }
 
-    /// Books what held up to here.
-    fn leave(&mut self, here_m: f64) {
+    /// Adds what held up to here to the means.
+    fn add_to_means(&mut self, here_m: f64) {
         let length_m = here_m - self.since_m;
         self.temperature_sum += self.temperature_k * length_m;
         self.head_wind_sum += self.head_wind_mps * length_m;

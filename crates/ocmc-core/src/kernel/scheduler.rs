@@ -3,96 +3,102 @@
 use super::battery_electric::BatteryElectric;
 use super::cpu::CpuLevel;
 use super::diesel::Diesel;
-use super::lane_task::Cabin;
-use super::powertrain::Traction;
+use super::lane_task::LaneTask;
+use super::powertrain::Powertrain;
 use super::record::Record;
-use super::state::{Shared, State};
+use super::state::{KernelParameters, State};
 use super::step::steps;
-use super::step_view::{Sights, StepView};
-use crate::lanes::{WIDTH, blocks_take_turns};
+use super::step_view::{LaneEvents, StepView};
+use crate::lanes::{WIDTH, interleaves_blocks};
 use crate::study::{Scenario, Study};
 use crate::tactical::SpeedProfile;
-use crate::vehicle::Drive;
+use crate::vehicle::PowertrainKind;
 #[cfg(not(target_arch = "x86_64"))]
 use fearless_simd::dispatch;
 use fearless_simd::{Level, prelude::*};
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Sees every step of every lane; the fleet does not look, a trace does.
-pub trait Watch {
-    /// After a step, before anything is done about it.
-    fn stepped<S: Simd>(
+/// Observes every step of every lane: a trace does, a fleet does not.
+pub trait Observer {
+    /// After a step, before its events are handled.
+    fn after_step<S: Simd>(
         &mut self,
         _state: &State<S>,
         _view: &StepView<S>,
-        _cabins: &[Option<Cabin>],
+        _cabins: &[Option<LaneTask>],
     ) {
     }
-    /// After a lane has been attended to.
-    fn attended<S: Simd>(&mut self, _state: &State<S>, _lane: usize, _cabins: &[Option<Cabin>]) {}
-    /// Whether enough was seen: cycles that are on the road are then given up.
-    fn has_enough(&self) -> bool {
+    /// After the event of a lane has been handled.
+    fn after_event<S: Simd>(
+        &mut self,
+        _state: &State<S>,
+        _lane: usize,
+        _cabins: &[Option<LaneTask>],
+    ) {
+    }
+    /// Whether the run is to stop: cycles that are on the road are then given up.
+    fn is_stopped(&self) -> bool {
         false
     }
 }
 
-/// Looks at nothing but a flag: once it is raised, the cycles on the road are given up.
+/// Observes nothing; once the flag is set, the cycles on the road are given up.
 #[derive(Clone, Copy, Debug)]
-pub struct Until<'a>(pub &'a AtomicBool);
+pub struct StopFlag<'a>(pub &'a AtomicBool);
 
-impl Watch for Until<'_> {
-    fn has_enough(&self) -> bool {
+impl Observer for StopFlag<'_> {
+    fn is_stopped(&self) -> bool {
         self.0.load(Ordering::Relaxed)
     }
 }
 
-/// Hands out cabins; takes back the used one, to be furnished anew.
-pub type Next<'a> = &'a mut dyn FnMut(Option<Cabin>) -> Option<Cabin>;
+/// Gives the next task; takes back the used one, whose buffers are reused.
+pub type Next<'a> = &'a mut dyn FnMut(Option<LaneTask>) -> Option<LaneTask>;
 
 /// Drives the cycles of a range; the records are in order of the ids.
 pub fn drive(study: &Study, seed: u64, cycles: Range<u64>, level: CpuLevel) -> Vec<Record> {
-    drive_cabins(study, &mut sampled(study, seed, cycles), level)
+    drive_tasks(study, &mut sampled(study, seed, cycles), level)
 }
 
-/// Drives whatever `next` hands out; the records are in order of the cycle ids.
-pub fn drive_cabins(study: &Study, next: Next, level: CpuLevel) -> Vec<Record> {
+/// Drives the tasks that `next` gives; the records are in order of the cycle ids.
+pub fn drive_tasks(study: &Study, next: Next, level: CpuLevel) -> Vec<Record> {
     drive_until(study, next, level, &AtomicBool::new(false))
 }
 
-/// As [`drive_cabins`], until a flag is raised; there are no records of cycles that were given up.
+/// As [`drive_tasks`], until a flag is set; there are no records of cycles that were given up.
 pub fn drive_until(study: &Study, next: Next, level: CpuLevel, stop: &AtomicBool) -> Vec<Record> {
-    match &study.powertrain().drive {
-        Drive::Diesel(drive) => {
-            let traction = Diesel::new(drive, &study.powertrain().model);
-            drive_on(level, study, &Shared::new(study, traction), next, stop)
+    match &study.vehicle().powertrain {
+        PowertrainKind::Diesel(drive) => {
+            let powertrain = Diesel::new(drive, &study.vehicle().model);
+            drive_on(level, study, &KernelParameters::new(study, powertrain), next, stop)
         }
-        Drive::BatteryElectric(drive) => {
-            let traction = BatteryElectric::new(drive);
-            drive_on(level, study, &Shared::new(study, traction), next, stop)
+        PowertrainKind::BatteryElectric(drive) => {
+            let powertrain = BatteryElectric::new(drive);
+            drive_on(level, study, &KernelParameters::new(study, powertrain), next, stop)
         }
     }
 }
 
-/// As [`drive_cabins`], with somebody who looks at every step: slower.
-pub fn drive_watched<O: Watch>(study: &Study, next: Next, watch: &mut O) -> Vec<Record> {
-    match &study.powertrain().drive {
-        Drive::Diesel(drive) => {
-            let traction = Diesel::new(drive, &study.powertrain().model);
-            drive_baseline(study, &Shared::new(study, traction), next, watch)
+/// As [`drive_tasks`], with an observer of every step: slower.
+pub fn drive_observed<O: Observer>(study: &Study, next: Next, observer: &mut O) -> Vec<Record> {
+    match &study.vehicle().powertrain {
+        PowertrainKind::Diesel(drive) => {
+            let powertrain = Diesel::new(drive, &study.vehicle().model);
+            drive_baseline(study, &KernelParameters::new(study, powertrain), next, observer)
         }
-        Drive::BatteryElectric(drive) => {
-            let traction = BatteryElectric::new(drive);
-            drive_baseline(study, &Shared::new(study, traction), next, watch)
+        PowertrainKind::BatteryElectric(drive) => {
+            let powertrain = BatteryElectric::new(drive);
+            drive_baseline(study, &KernelParameters::new(study, powertrain), next, observer)
         }
     }
 }
 
 /// With the instructions of a level.
-fn drive_on<T: Traction>(
+fn drive_on<T: Powertrain>(
     level: CpuLevel,
     study: &Study,
-    shared: &Shared<T>,
+    parameters: &KernelParameters<T>,
     next: Next,
     stop: &AtomicBool,
 ) -> Vec<Record> {
@@ -102,7 +108,7 @@ fn drive_on<T: Traction>(
             if let Some(simd) = Level::new().as_avx512() {
                 return simd.vectorize(
                     #[inline(always)]
-                    || drive_blocks(simd, study, shared, next, &mut Until(stop)),
+                    || drive_blocks(simd, study, parameters, next, &mut StopFlag(stop)),
                 );
             }
         }
@@ -110,166 +116,170 @@ fn drive_on<T: Traction>(
             if let Some(simd) = Level::new().as_avx2() {
                 return simd.vectorize(
                     #[inline(always)]
-                    || drive_blocks(simd, study, shared, next, &mut Until(stop)),
+                    || drive_blocks(simd, study, parameters, next, &mut StopFlag(stop)),
                 );
             }
         }
         CpuLevel::Baseline => {}
     }
-    drive_baseline(study, shared, next, &mut Until(stop))
+    drive_baseline(study, parameters, next, &mut StopFlag(stop))
 }
 
 /// With the instructions that every CPU of the platform has. `dispatch!` would compile the loop for all the others, too.
-fn drive_baseline<T: Traction, O: Watch>(
+fn drive_baseline<T: Powertrain, O: Observer>(
     study: &Study,
-    shared: &Shared<T>,
+    parameters: &KernelParameters<T>,
     next: Next,
-    watch: &mut O,
+    observer: &mut O,
 ) -> Vec<Record> {
     #[cfg(target_arch = "x86_64")]
     if let Some(simd) = Level::baseline().as_sse2() {
         return simd.vectorize(
             #[inline(always)]
-            || drive_blocks(simd, study, shared, next, watch),
+            || drive_blocks(simd, study, parameters, next, observer),
         );
     }
     #[cfg(target_arch = "x86_64")]
     unreachable!("x86-64 has SSE2");
     #[cfg(not(target_arch = "x86_64"))]
-    dispatch!(Level::baseline(), simd => drive_blocks(simd, study, shared, next, watch))
+    dispatch!(Level::baseline(), simd => drive_blocks(simd, study, parameters, next, observer))
 }
 
-/// Hands out the cycles of a range one by one; a used cabin is furnished anew.
+/// Gives the cycles of a range one by one; the buffers of a used task are reused.
 pub fn sampled(
     study: &Study,
     seed: u64,
     mut cycles: Range<u64>,
-) -> impl FnMut(Option<Cabin>) -> Option<Cabin> {
+) -> impl FnMut(Option<LaneTask>) -> Option<LaneTask> {
     let mut profile = SpeedProfile::default();
     move |used| {
         let cycle_id = cycles.next()?;
         Some(match used {
-            Some(mut cabin) => {
-                cabin.renew(study, seed, cycle_id, &mut profile);
-                cabin
+            Some(mut task) => {
+                task.reuse(study, seed, cycle_id, &mut profile);
+                task
             }
-            None => Cabin::new(study, study.sample(seed, cycle_id)),
+            None => LaneTask::new(study, study.sample(seed, cycle_id)),
         })
     }
 }
 
 /// Drives one given scenario.
 pub fn drive_scenario(study: &Study, scenario: Scenario) -> Record {
-    let mut cabin = Some(Cabin::new(study, scenario));
-    let records = drive_cabins(study, &mut |_| cabin.take(), CpuLevel::Baseline);
+    let mut task = Some(LaneTask::new(study, scenario));
+    let records = drive_tasks(study, &mut |_| task.take(), CpuLevel::Baseline);
     records.into_iter().next().expect("one scenario gives one record")
 }
 
-/// The loop over one or two blocks, until `next` gives no more cabins; the records are in order of the cycle ids.
+/// The loop over one or two blocks, until `next` gives no more tasks; the records are in order of the cycle ids.
 ///
 /// Inlined into each of the functions above, so that it is compiled for their CPUs.
 #[inline(always)]
-fn drive_blocks<S: Simd, T: Traction, O: Watch>(
+fn drive_blocks<S: Simd, T: Powertrain, O: Observer>(
     simd: S,
     study: &Study,
-    shared: &Shared<T>,
+    parameters: &KernelParameters<T>,
     next: Next,
-    watch: &mut O,
+    observer: &mut O,
 ) -> Vec<Record> {
-    let mut desk = Desk { study, next, watch, records: Vec::new(), driving: 0 };
-    let (mut front, mut back) = (State::parked(simd, shared), State::parked(simd, shared));
-    let mut front_cabins = desk.fill(&mut front, shared);
-    let mut back_cabins = [const { None }; WIDTH];
-    if blocks_take_turns(simd) {
-        back_cabins = desk.fill(&mut back, shared);
+    let mut scheduler = LaneScheduler { study, next, observer, records: Vec::new(), driving: 0 };
+    let (mut front, mut back) = (State::parked(simd, parameters), State::parked(simd, parameters));
+    let mut front_tasks = scheduler.fill(&mut front, parameters);
+    let mut back_tasks = [const { None }; WIDTH];
+    if interleaves_blocks(simd) {
+        back_tasks = scheduler.fill(&mut back, parameters);
     }
-    while desk.driving > 0 {
-        if blocks_take_turns(simd) {
-            let views = steps((&mut front, &mut back), shared);
-            desk.look(&mut front, &mut front_cabins, &views.0, shared);
-            desk.look(&mut back, &mut back_cabins, &views.1, shared);
+    while scheduler.driving > 0 {
+        if interleaves_blocks(simd) {
+            let views = steps((&mut front, &mut back), parameters);
+            scheduler.after_step(&mut front, &mut front_tasks, &views.0, parameters);
+            scheduler.after_step(&mut back, &mut back_tasks, &views.1, parameters);
         } else {
-            let view = front.step(shared);
-            desk.look(&mut front, &mut front_cabins, &view, shared);
+            let view = front.step(parameters);
+            scheduler.after_step(&mut front, &mut front_tasks, &view, parameters);
         }
     }
-    desk.records.sort_by_key(|record| record.cycle_id);
-    desk.records
+    scheduler.records.sort_by_key(|record| record.cycle_id);
+    scheduler.records
 }
 
-/// The cabins of one block. A lane whose last cycle has ended is empty.
-type Cabins = [Option<Cabin>; WIDTH];
+/// The tasks of one block. A lane whose last cycle has ended is empty.
+type LaneTasks = [Option<LaneTask>; WIDTH];
 
-/// Where cycles are handed out and their records come in.
-struct Desk<'a, 'b, O> {
+/// Gives tasks to lanes and collects their records.
+struct LaneScheduler<'a, 'b, O> {
     study: &'a Study,
     next: Next<'b>,
-    watch: &'a mut O,
+    observer: &'a mut O,
     records: Vec<Record>,
     /// Lanes with a cycle.
     driving: usize,
 }
 
-impl<O: Watch> Desk<'_, '_, O> {
+impl<O: Observer> LaneScheduler<'_, '_, O> {
     /// Puts a cycle into each lane of a block.
-    fn fill<S: Simd, T: Traction>(&mut self, state: &mut State<S>, shared: &Shared<T>) -> Cabins {
-        let mut cabins = [const { None }; WIDTH];
-        for (lane, place) in cabins.iter_mut().enumerate() {
+    fn fill<S: Simd, T: Powertrain>(
+        &mut self,
+        state: &mut State<S>,
+        parameters: &KernelParameters<T>,
+    ) -> LaneTasks {
+        let mut tasks = [const { None }; WIDTH];
+        for (lane, place) in tasks.iter_mut().enumerate() {
             *place = (self.next)(None);
-            if let Some(cabin) = place {
-                cabin.enter(state, lane, shared);
+            if let Some(task) = place {
+                task.enter(state, lane, parameters);
                 self.driving += 1;
             }
         }
-        cabins
+        tasks
     }
 
-    /// Looks at a block after a step.
+    /// Shows a step to the observer and handles the events of its lanes.
     #[inline(always)]
-    fn look<S: Simd, T: Traction>(
+    fn after_step<S: Simd, T: Powertrain>(
         &mut self,
         state: &mut State<S>,
-        cabins: &mut Cabins,
+        tasks: &mut LaneTasks,
         view: &StepView<S>,
-        shared: &Shared<T>,
+        parameters: &KernelParameters<T>,
     ) {
-        self.watch.stepped(state, view, cabins);
-        if view.alarm.any_true() {
-            self.attend(state, cabins, &view.sights(), shared);
+        self.observer.after_step(state, view, tasks);
+        if view.event.any_true() {
+            self.handle_events(state, tasks, &view.events(), parameters);
         }
     }
 
-    /// Looks after the lanes that have raised an alarm.
+    /// Handles the events of a block's lanes.
     #[cold]
     #[inline(never)]
-    fn attend<S: Simd, T: Traction>(
+    fn handle_events<S: Simd, T: Powertrain>(
         &mut self,
         state: &mut State<S>,
-        cabins: &mut Cabins,
-        sights: &Sights,
-        shared: &Shared<T>,
+        tasks: &mut LaneTasks,
+        events: &LaneEvents,
+        parameters: &KernelParameters<T>,
     ) {
-        if self.watch.has_enough() {
+        if self.observer.is_stopped() {
             self.driving = 0;
             return;
         }
-        let mut alarms = sights.alarm;
-        while alarms != 0 {
-            let lane = alarms.trailing_zeros() as usize % WIDTH;
-            alarms &= alarms - 1;
-            let Some(cabin) = &mut cabins[lane] else { continue };
-            let outcome = cabin.attend(state, lane, sights.of(lane), shared);
+        let mut lanes = events.lanes;
+        while lanes != 0 {
+            let lane = lanes.trailing_zeros() as usize % WIDTH;
+            lanes &= lanes - 1;
+            let Some(task) = &mut tasks[lane] else { continue };
+            let outcome = task.handle_event(state, lane, events.lane(lane), parameters);
             if let Some(outcome) = outcome {
-                self.records.push(cabin.record(self.study, state, lane, outcome, shared));
+                self.records.push(task.record(self.study, state, lane, outcome, parameters));
             }
-            self.watch.attended(state, lane, cabins);
+            self.observer.after_event(state, lane, tasks);
             if outcome.is_some() {
-                if let Some(cabin) = &mut cabins[lane] {
-                    cabin.leave(state, lane);
+                if let Some(task) = &mut tasks[lane] {
+                    task.leave(state, lane);
                 }
-                cabins[lane] = (self.next)(cabins[lane].take());
-                if let Some(cabin) = &mut cabins[lane] {
-                    cabin.enter(state, lane, shared);
+                tasks[lane] = (self.next)(tasks[lane].take());
+                if let Some(task) = &mut tasks[lane] {
+                    task.enter(state, lane, parameters);
                 } else {
                     state.park(lane);
                     self.driving -= 1;

@@ -1,20 +1,20 @@
 //! The two stages of a step: what driver, powertrain, air and road do at its start, and where that would lead.
 
 use super::control::{Control, clamp_integral};
-use super::first_order_lag::following;
-use super::powertrain::{Coupling, Demand, Pull, Traction};
+use super::first_order_lag::first_order_lags;
+use super::powertrain::{Coupling, Demand, Powertrain, TractiveEffort};
 use super::road_row::RoadRow;
-use super::state::{Shared, State};
-use crate::lanes::{Flags, Lanes, WIDTH, columns, mark};
+use super::state::{KernelParameters, State};
+use crate::lanes::{Flags, Lanes, WIDTH, columns, scheduling_barrier};
 use crate::vehicle::resistance::drag_forces_n;
 use fearless_simd::prelude::*;
 
 /// The road rows under the trucks, by the columns of [`RoadRow`].
 pub(super) type Row<S> = [Lanes<S>; RoadRow::COLUMNS];
 
-/// What the driver wants at the step's start.
+/// The target of the driver at the step's start.
 #[derive(Clone, Copy)]
-pub(super) struct Wish<S: Simd> {
+pub(super) struct SpeedTarget<S: Simd> {
     pub row: Row<S>,
     /// Desired speed, in m/s, and the braking branch of its square.
     pub path: (Lanes<S>, Lanes<S>),
@@ -43,12 +43,12 @@ pub(super) struct Decision<S: Simd> {
 pub(super) struct Forces<S: Simd> {
     pub acceleration: Lanes<S>,
     pub drag: Lanes<S>,
-    pub pull: Pull<S>,
+    pub effort: TractiveEffort<S>,
 }
 
 /// The state at the end of a step that follows its first stage all the way.
 #[derive(Clone, Copy)]
-pub(super) struct Ahead<S: Simd> {
+pub(super) struct Predicted<S: Simd> {
     /// Time to the segment's end, in s.
     pub to_end: Lanes<S>,
     pub dt: Lanes<S>,
@@ -65,9 +65,9 @@ pub(super) struct Ahead<S: Simd> {
 const SMALLEST_SPEED: f64 = 1e-9;
 
 impl<S: Simd> State<S> {
-    /// Where a segment has ended the next one begins; the rows under the trucks.
+    /// Advances to the next segment where one has ended; returns the rows under the trucks.
     #[inline(always)]
-    pub(super) fn turn_to_row(&mut self) -> Row<S> {
+    pub(super) fn advance_segment(&mut self) -> Row<S> {
         let simd = self.left.simd;
         let turns = self.left.simd_le(0.0);
         let bits = turns.to_bitmask() as usize;
@@ -104,10 +104,14 @@ impl<S: Simd> State<S> {
         row
     }
 
-    /// What the driver wants at the step's start.
+    /// The target of the driver at the step's start.
     #[inline(always)]
-    pub(super) fn wish<T: Traction>(&self, row: Row<S>, shared: &Shared<T>) -> Wish<S> {
-        let path = self.desired(&row, self.left, shared);
+    pub(super) fn speed_target<T: Powertrain>(
+        &self,
+        row: Row<S>,
+        parameters: &KernelParameters<T>,
+    ) -> SpeedTarget<S> {
+        let path = self.desired(&row, self.left, parameters);
         let error = path.0 - self.speed;
         // whose truck has come to rest wants to go on, however slowly
         let hold = error.abs().simd_lt(self.threshold) & self.speed.simd_gt(0.0);
@@ -115,43 +119,51 @@ impl<S: Simd> State<S> {
         let held = self.holding.simd_gt(0.0).select(self.held, self.proportional * error);
         // a held brake is released when e >= 0, unless the driver holds as printed in the paper
         let held = error.simd_lt(0.0).select(held, held.max(self.lowest_held));
-        mark(path.0);
-        Wish { row, path, hold, held }
+        scheduling_barrier(path.0);
+        SpeedTarget { row, path, hold, held }
     }
 
     #[inline(always)]
-    pub(super) fn control_now<T: Traction>(
+    pub(super) fn control_at_start<T: Powertrain>(
         &self,
-        wish: &Wish<S>,
-        shared: &Shared<T>,
+        speed_target: &SpeedTarget<S>,
+        parameters: &KernelParameters<T>,
     ) -> Control<S> {
-        let (limit, speed) = (wish.row[RoadRow::LIMIT], self.speed);
-        let (hold, held) = (wish.hold, wish.held);
-        let control =
-            self.control(limit, speed, wish.path, self.integral, self.filtered, hold, held, shared);
-        mark(control.accelerator);
+        let (limit, speed) = (speed_target.row[RoadRow::LIMIT], self.speed);
+        let (hold, held) = (speed_target.hold, speed_target.held);
+        let control = self.control(
+            limit,
+            speed,
+            speed_target.path,
+            self.integral,
+            self.filtered,
+            hold,
+            held,
+            parameters,
+        );
+        scheduling_barrier(control.accelerator);
         control
     }
 
     /// Pedals, clutch and hold at the step's start.
     #[inline(always)]
-    pub(super) fn decide<T: Traction>(
+    pub(super) fn decide<T: Powertrain>(
         &mut self,
-        wish: Wish<S>,
+        speed_target: SpeedTarget<S>,
         control: Control<S>,
-        shared: &Shared<T>,
+        parameters: &KernelParameters<T>,
     ) -> Decision<S> {
-        let coupling = shared.traction.couple(self, control.accelerator);
-        let Wish { row, path, hold, held } = wish;
+        let coupling = parameters.powertrain.couple(self, control.accelerator);
+        let SpeedTarget { row, path, hold, held } = speed_target;
         let rolling = self.mass * row[RoadRow::ROLLING];
         let grade = self.mass * row[RoadRow::GRADE];
         let road = rolling + grade;
-        mark(coupling.start_speed);
+        scheduling_barrier(coupling.start_speed);
         Decision { row, backward: path.1, control, hold, held, coupling, rolling, grade, road }
     }
 
     #[inline(always)]
-    pub(super) fn pull<T: Traction>(
+    pub(super) fn tractive_effort<T: Powertrain>(
         &self,
         speed: Lanes<S>,
         engine_speed: Lanes<S>,
@@ -159,8 +171,8 @@ impl<S: Simd> State<S> {
         follow: Option<Lanes<S>>,
         control: &Control<S>,
         decision: &Decision<S>,
-        shared: &Shared<T>,
-    ) -> Pull<S> {
+        parameters: &KernelParameters<T>,
+    ) -> TractiveEffort<S> {
         let row = &decision.row;
         let relative = speed + row[RoadRow::HEAD_WIND];
         let cross = row[RoadRow::CROSS_WIND];
@@ -170,61 +182,77 @@ impl<S: Simd> State<S> {
             torque,
             follow,
             accelerator: control.accelerator,
-            brake: self.mass * (control.braking * shared.brake_mps2).min(row[RoadRow::GRIP]),
+            brake: self.mass * (control.braking * parameters.brake_mps2).min(row[RoadRow::GRIP]),
             air: relative.max(1.0),
             cross,
         };
-        let pull = shared.traction.pull(self, &demand, &decision.coupling);
-        mark(pull.wheel);
-        pull
+        let effort = parameters.powertrain.tractive_effort(self, &demand, &decision.coupling);
+        scheduling_barrier(effort.wheel);
+        effort
     }
 
     /// Forces at one stage.
     #[inline(always)]
-    pub(super) fn net<T: Traction>(
+    pub(super) fn net<T: Powertrain>(
         &self,
         speed: Lanes<S>,
-        pull: Pull<S>,
+        effort: TractiveEffort<S>,
         decision: &Decision<S>,
-        shared: &Shared<T>,
+        parameters: &KernelParameters<T>,
     ) -> Forces<S> {
         let row = &decision.row;
         let relative = speed + row[RoadRow::HEAD_WIND];
         let cross = row[RoadRow::CROSS_WIND];
-        let wind = &shared.powertrain.cross_wind;
-        let tangent = pull.wind_tangent.min(wind.maximum_tangent);
+        let wind = &parameters.vehicle.cross_wind;
+        let tangent = effort.wind_tangent.min(wind.maximum_tangent);
         let [c1, c2, c3, c4] = wind.coefficients_m2;
         let increment = (((tangent * c4 + c3) * tangent + c2) * tangent + c1) * tangent;
         let half_density = row[RoadRow::HALF_DENSITY];
         let drag = drag_forces_n(half_density, relative, cross, self.drag_area + increment);
 
-        let net = pull.wheel - drag - decision.road - pull.brake;
+        let net = effort.wheel - drag - decision.road - effort.brake;
         let acceleration = net * decision.coupling.inverse_mass;
-        mark(acceleration);
-        Forces { acceleration, drag, pull }
+        scheduling_barrier(acceleration);
+        Forces { acceleration, drag, effort }
     }
 
     #[inline(always)]
-    pub(super) fn first_pull<T: Traction>(
+    pub(super) fn first_effort<T: Powertrain>(
         &self,
         decision: &Decision<S>,
-        shared: &Shared<T>,
-    ) -> Pull<S> {
+        parameters: &KernelParameters<T>,
+    ) -> TractiveEffort<S> {
         let engine_speed = decision.coupling.start_speed;
-        self.pull(self.speed, engine_speed, self.torque, None, &decision.control, decision, shared)
+        self.tractive_effort(
+            self.speed,
+            engine_speed,
+            self.torque,
+            None,
+            &decision.control,
+            decision,
+            parameters,
+        )
     }
 
     #[inline(always)]
-    pub(super) fn second_pull<T: Traction>(
+    pub(super) fn second_effort<T: Powertrain>(
         &self,
         decision: &Decision<S>,
-        ahead: &Ahead<S>,
+        predicted: &Predicted<S>,
         control: &Control<S>,
-        shared: &Shared<T>,
-    ) -> Pull<S> {
-        let &Ahead { speed, torque, follow, .. } = ahead;
+        parameters: &KernelParameters<T>,
+    ) -> TractiveEffort<S> {
+        let &Predicted { speed, torque, follow, .. } = predicted;
         let engine_speed = self.engine_speed_at(speed, &decision.coupling);
-        self.pull(speed, engine_speed, torque, Some(follow), control, decision, shared)
+        self.tractive_effort(
+            speed,
+            engine_speed,
+            torque,
+            Some(follow),
+            control,
+            decision,
+            parameters,
+        )
     }
 
     /// Speed of the engine or motor at a speed of the truck.
@@ -235,12 +263,12 @@ impl<S: Simd> State<S> {
 
     /// How far the step may go, and the state there.
     #[inline(always)]
-    pub(super) fn length<T: Traction>(
+    pub(super) fn predict<T: Powertrain>(
         &self,
         decision: &Decision<S>,
         first: &Forces<S>,
-        shared: &Shared<T>,
-    ) -> Ahead<S> {
+        parameters: &KernelParameters<T>,
+    ) -> Predicted<S> {
         let half = 0.5;
         let longest = self.longest;
         let whole = self.shift_left.simd_gt(0.0).select(self.shift_left.min(longest), longest);
@@ -251,32 +279,33 @@ impl<S: Simd> State<S> {
 
         let speed = (self.speed + dt * first.acceleration).max(0.0);
         let left = (self.left - dt * (self.speed + speed) * half).max(0.0);
-        let [engine, filter] = following(dt, shared.per_lag_s);
+        let [engine, filter] = first_order_lags(dt, parameters.per_lag_s);
         // so that the mean of both stages is the mean of the step
-        let command = first.pull.command;
+        let command = first.effort.command;
         let follow = engine.twice_mean_of_change();
         let torque = self.torque + engine.twice_mean() * (command - self.torque) - follow * command;
         let rates = &decision.control;
-        let integral = clamp_integral(self.integral + dt * rates.integral_rate, shared);
-        let filtered = self.filtered + filter.way(self.speed - self.filtered, speed - self.speed);
-        mark(torque);
-        Ahead { to_end, dt, speed, left, torque, follow, integral, filtered }
+        let integral = clamp_integral(self.integral + dt * rates.integral_rate, parameters);
+        let filtered =
+            self.filtered + filter.response(self.speed - self.filtered, speed - self.speed);
+        scheduling_barrier(torque);
+        Predicted { to_end, dt, speed, left, torque, follow, integral, filtered }
     }
 
     /// The pedals there.
     #[inline(always)]
-    pub(super) fn control_ahead<T: Traction>(
+    pub(super) fn control_at_end<T: Powertrain>(
         &self,
         decision: &Decision<S>,
-        ahead: &Ahead<S>,
-        shared: &Shared<T>,
+        predicted: &Predicted<S>,
+        parameters: &KernelParameters<T>,
     ) -> Control<S> {
-        let Ahead { speed, left, integral, filtered, .. } = *ahead;
-        let path = self.desired_ahead(decision, left, shared);
+        let Predicted { speed, left, integral, filtered, .. } = *predicted;
+        let path = self.desired_at_end(decision, left, parameters);
         let limit = decision.row[RoadRow::LIMIT];
         let (hold, held) = (decision.hold, decision.held);
-        let control = self.control(limit, speed, path, integral, filtered, hold, held, shared);
-        mark(control.accelerator);
+        let control = self.control(limit, speed, path, integral, filtered, hold, held, parameters);
+        scheduling_barrier(control.accelerator);
         control
     }
 }

@@ -1,13 +1,13 @@
 //! The state of trucks that drive side by side.
 
-use super::powertrain::Traction;
-use super::road_row::{FAR, RoadRow};
+use super::powertrain::Powertrain;
+use super::road_row::{RoadRow, UNBOUNDED};
 use super::step_length::AFTER_JUMP;
 use crate::driver::pedal::PedalModel;
 use crate::lanes::{Lanes, WIDTH};
 use crate::powertrain::diesel::engine::Curves;
 use crate::study::{SimulationModel, Study};
-use crate::vehicle::Powertrain;
+use crate::vehicle::VehicleParameters;
 use fearless_simd::prelude::*;
 
 /// What is summed up over a cycle. Each is integrated on its own.
@@ -33,7 +33,7 @@ pub enum Total {
     /// Work against the air, in J.
     Drag,
     /// Work against rolling resistance, in J.
-    Rolling,
+    InitialMotion,
     /// Work against gravity, in J.
     Grade,
     /// Work of the service brakes, in J.
@@ -65,11 +65,11 @@ impl Total {
 
 /// Numbers that all trucks of a study share, read in every step.
 #[derive(Clone, Debug)]
-pub struct Shared<'a, T> {
-    /// What drives the wheels.
-    pub traction: T,
+pub struct KernelParameters<'a, T> {
+    /// The powertrain.
+    pub powertrain: T,
     /// Gears, cross wind.
-    pub powertrain: &'a Powertrain,
+    pub vehicle: &'a VehicleParameters,
     /// Numerics.
     pub simulation: &'a SimulationModel,
     /// Pedals.
@@ -100,28 +100,28 @@ pub struct Shared<'a, T> {
     pub per_lag_s: [f64; 2],
 }
 
-impl<'a, T: Traction> Shared<'a, T> {
+impl<'a, T: Powertrain> KernelParameters<'a, T> {
     /// Collects them from a study that has this powertrain.
-    pub fn new(study: &'a Study, traction: T) -> Self {
-        let powertrain = study.powertrain();
+    pub fn new(study: &'a Study, powertrain: T) -> Self {
+        let vehicle = study.vehicle();
         let pedals = &study.model().driver.pedals;
         let simulation = &study.model().simulation;
-        let torque_lag_s = traction.torque_lag_s();
+        let torque_lag_s = powertrain.torque_lag_s();
         let launch_mps = study.model().driver.speed_change.launch_speed_mps;
-        let shift = &powertrain.shift;
-        let most_power_nm = traction.peak_torque_nm() * shift.power_share / shift.power_reserve;
+        let shift = &vehicle.shift;
+        let most_power_nm = powertrain.peak_torque_nm() * shift.power_share / shift.power_reserve;
         Self {
-            engine_inertia_kgm2: traction.inertia_kgm2(),
-            idle_radps: traction.idle_radps(),
-            traction,
+            engine_inertia_kgm2: powertrain.inertia_kgm2(),
+            idle_radps: powertrain.idle_radps(),
             powertrain,
+            vehicle,
             simulation,
             pedals,
-            wheel_mass_kg: powertrain.model.wheel_mass_kg(),
+            wheel_mass_kg: vehicle.model.wheel_mass_kg(),
             launch: launch_mps * launch_mps,
-            per_limiter_range: 1.0 / powertrain.model.limiter_range_mps,
+            per_limiter_range: 1.0 / vehicle.model.limiter_range_mps,
             per_brake_scale: 1.0 / pedals.brake_scale,
-            brake_mps2: pedals.brake_scale * powertrain.model.brakes.full_deceleration_mps2,
+            brake_mps2: pedals.brake_scale * vehicle.model.brakes.full_deceleration_mps2,
             short_step_s: simulation.short_step_s(),
             step_after_jump_s: AFTER_JUMP * simulation.step_s,
             slow_mps: 2.0 * simulation.stall_distance_m / simulation.stall_time_s,
@@ -162,7 +162,7 @@ pub struct State<S: Simd> {
     pub kick_left: Lanes<S>,
     /// Longest next step, in s.
     pub longest: Lanes<S>,
-    /// Steps left until somebody looks whether the truck makes progress; those of a truck that does count little.
+    /// Steps left until the next check of progress; those of a moving truck count little.
     pub steps_left: Lanes<S>,
     /// Engine speed for each m/s in this gear, in rad/m.
     pub gear_speed: Lanes<S>,
@@ -220,34 +220,34 @@ pub struct State<S: Simd> {
 
 impl<S: Simd> State<S> {
     /// Trucks that stand on a flat road for ever: what an empty lane does.
-    pub fn parked<T: Traction>(simd: S, shared: &Shared<T>) -> Self {
+    pub fn parked<T: Powertrain>(simd: S, parameters: &KernelParameters<T>) -> Self {
         let all = |value| Lanes::splat(simd, value);
         let zero = all(0.0);
-        let gear = &shared.powertrain.gears[0];
+        let gear = &parameters.vehicle.gears[0];
         Self {
             speed: zero,
             roads: std::array::from_fn(|_| vec![RoadRow::PARKED]),
             at: [0; WIDTH],
-            left: all(FAR),
+            left: all(UNBOUNDED),
             torque: zero,
             integral: zero,
             filtered: zero,
             held: zero,
             holding: zero,
-            engine_speed: all(shared.idle_radps),
+            engine_speed: all(parameters.idle_radps),
             shift_left: zero,
             hold_left: zero,
-            kick_left: all(FAR),
-            longest: all(shared.short_step_s),
+            kick_left: all(UNBOUNDED),
+            longest: all(parameters.short_step_s),
             steps_left: all(f64::INFINITY),
             gear_speed: all(gear.speed_ratio_per_m),
             gear_speed_up: zero,
-            gear_speed_down: all(FAR),
+            gear_speed_down: all(UNBOUNDED),
             gear_loss: all(gear.loss_share),
             slips_below: zero,
-            brake_step: all(shared.short_step_s),
+            brake_step: all(parameters.short_step_s),
             slips_from: zero,
-            too_fast: all(FAR),
+            too_fast: all(UNBOUNDED),
             inverse_mass_closed: all(1e-3),
             inverse_mass_open: all(1e-3),
             mass: all(1e3),
@@ -259,7 +259,7 @@ impl<S: Simd> State<S> {
             derivative_over_filter: zero,
             tracking: zero,
             band_output: zero,
-            threshold: all(-FAR),
+            threshold: all(-UNBOUNDED),
             lowest_held: zero,
             twice_deceleration: all(1.0),
             twice_acceleration: all(1.0),
@@ -275,7 +275,7 @@ impl<S: Simd> State<S> {
             column[lane] = 0.0;
         }
         self.integral_gain[lane] = 0.0;
-        self.left[lane] = FAR;
+        self.left[lane] = UNBOUNDED;
         self.roads[lane] = vec![RoadRow::PARKED];
         self.at[lane] = 0;
         self.steps_left[lane] = f64::INFINITY;
@@ -295,21 +295,27 @@ impl<S: Simd> State<S> {
     }
 
     /// Engages a gear (from 0) in a lane.
-    pub fn set_gear<T: Traction>(&mut self, lane: usize, gear: usize, shared: &Shared<T>) {
-        let gears = &shared.powertrain.gears;
+    pub fn set_gear<T: Powertrain>(
+        &mut self,
+        lane: usize,
+        gear: usize,
+        parameters: &KernelParameters<T>,
+    ) {
+        let gears = &parameters.vehicle.gears;
         let here = &gears[gear];
         self.gear_speed[lane] = here.speed_ratio_per_m;
         self.gear_speed_up[lane] = gears.get(gear + 1).map_or(0.0, |up| up.speed_ratio_per_m);
         self.gear_speed_down[lane] =
-            gear.checked_sub(1).map_or(FAR, |down| gears[down].speed_ratio_per_m);
+            gear.checked_sub(1).map_or(UNBOUNDED, |down| gears[down].speed_ratio_per_m);
         self.gear_loss[lane] = here.loss_share;
-        let shift = &shared.powertrain.shift;
+        let shift = &parameters.vehicle.shift;
         self.slips_below[lane] = if here.launches { shift.launch_speed_radps } else { 0.0 };
         let is_top = gear + 1 == gears.len();
         self.too_fast[lane] =
-            if is_top { FAR } else { shift.overspeed_radps / here.speed_ratio_per_m };
-        let open = self.mass[lane] + shared.wheel_mass_kg;
-        let engine = shared.engine_inertia_kgm2 * here.speed_ratio_per_m * here.speed_ratio_per_m;
+            if is_top { UNBOUNDED } else { shift.overspeed_radps / here.speed_ratio_per_m };
+        let open = self.mass[lane] + parameters.wheel_mass_kg;
+        let engine =
+            parameters.engine_inertia_kgm2 * here.speed_ratio_per_m * here.speed_ratio_per_m;
         self.inverse_mass_open[lane] = 1.0 / open;
         self.inverse_mass_closed[lane] = 1.0 / (open + engine);
     }

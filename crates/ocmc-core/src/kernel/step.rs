@@ -1,4 +1,4 @@
-//! One step of eight trucks: controller, powertrain, resistances, and the books.
+//! One step of eight trucks: controller, powertrain, resistances, and the energy ledger.
 //!
 //! Heun's method: v₁ = v + dt (a₁ + σ (a₂ − a₁)/2), dx = dt (v + v₁)/2, where σ is the share of the predicted step that is left
 //! where it is cut, otherwise 1. Each force's work is its mean, weighted alike, times dx, so m (v₁² − v²)/2 equals the net work
@@ -6,177 +6,189 @@
 //! which is k dx with the clutch closed and w dt while it slips or is open. Fuel is the map at the step's mean speed and torque.
 //!
 //! The step is cut where the segment ends, where a shift or the time until the next one ends, where the truck comes to rest, and
-//! where a driver or the gearbox changes its mind. Gear, clutch and hold are decided at the step's start and frozen over both
+//! where a switching function of the driver or of the gearbox crosses zero. Gear, clutch and hold are decided at the step's start and frozen over both
 //! stages.
 
-use super::accumulate::Books;
+use super::accumulate::StepTotals;
 use super::control::{Control, clamp_integral};
-use super::first_order_lag::following;
-use super::powertrain::{Coupling, Traction};
+use super::first_order_lag::first_order_lags;
+use super::powertrain::{Coupling, Powertrain};
 use super::road_row::RoadRow;
-use super::stage::{Ahead, Decision, Forces};
-use super::state::{Shared, State};
-use super::step_end::Ending;
+use super::stage::{Decision, Forces, Predicted};
+use super::state::{KernelParameters, State};
+use super::step_end::StepEnd;
 use super::step_length::longest_next;
 use super::step_view::StepView;
-use crate::lanes::{Lanes, mix, where_set};
+use crate::lanes::{Lanes, lerp, masked};
 use fearless_simd::prelude::*;
 
-/// What the step of a truck that makes way counts of the steps until the next look at the progress.
+/// How much the step of a moving truck counts of the steps until the next check of progress.
 pub(super) const FAST_STEP: f64 = 1.0 / 16.0;
 
-/// All of a step but the books.
+/// All of a step but what it adds to the integrals.
 #[derive(Clone, Copy)]
 pub(super) struct Stages<S: Simd> {
     pub decision: Decision<S>,
     pub first: Forces<S>,
-    pub ahead: Ahead<S>,
+    pub predicted: Predicted<S>,
     /// The pedals there.
     pub control: Control<S>,
     pub second: Forces<S>,
-    pub ending: Ending<S>,
+    pub step_end: StepEnd<S>,
 }
 
 /// Advances two blocks of trucks by one step, which is cut for each truck where something ends.
 ///
-/// A step is one long chain of operations. The blocks take its parts in turns: the parts are short enough that the CPU
-/// works on the other block's while it waits for results of this one's. Each part ends with a [`crate::lanes::mark`], so
-/// that the compiler leaves the turns as they are.
+/// A step is one long chain of operations. The parts of the two blocks are interleaved: they are short enough that the CPU
+/// works on the other block's while it waits for results of this one's. Each part ends with a [`scheduling_barrier`](crate::lanes::scheduling_barrier), so
+/// that the compiler keeps this order.
 #[inline(always)]
-pub fn steps<S: Simd, T: Traction>(
+pub fn steps<S: Simd, T: Powertrain>(
     (front, back): (&mut State<S>, &mut State<S>),
-    shared: &Shared<T>,
+    parameters: &KernelParameters<T>,
 ) -> (StepView<S>, StepView<S>) {
-    let rows = (front.turn_to_row(), back.turn_to_row());
-    let wishes = (front.wish(rows.0, shared), back.wish(rows.1, shared));
-    let controls = (front.control_now(&wishes.0, shared), back.control_now(&wishes.1, shared));
-    let decisions =
-        (front.decide(wishes.0, controls.0, shared), back.decide(wishes.1, controls.1, shared));
-    let pulls = (front.first_pull(&decisions.0, shared), back.first_pull(&decisions.1, shared));
-    let firsts = (
-        front.net(front.speed, pulls.0, &decisions.0, shared),
-        back.net(back.speed, pulls.1, &decisions.1, shared),
+    let rows = (front.advance_segment(), back.advance_segment());
+    let targets = (front.speed_target(rows.0, parameters), back.speed_target(rows.1, parameters));
+    let controls = (
+        front.control_at_start(&targets.0, parameters),
+        back.control_at_start(&targets.1, parameters),
     );
-    let ahead = (
-        front.length(&decisions.0, &firsts.0, shared),
-        back.length(&decisions.1, &firsts.1, shared),
+    let decisions = (
+        front.decide(targets.0, controls.0, parameters),
+        back.decide(targets.1, controls.1, parameters),
+    );
+    let efforts =
+        (front.first_effort(&decisions.0, parameters), back.first_effort(&decisions.1, parameters));
+    let firsts = (
+        front.net(front.speed, efforts.0, &decisions.0, parameters),
+        back.net(back.speed, efforts.1, &decisions.1, parameters),
+    );
+    let predicted = (
+        front.predict(&decisions.0, &firsts.0, parameters),
+        back.predict(&decisions.1, &firsts.1, parameters),
     );
     let controls = (
-        front.control_ahead(&decisions.0, &ahead.0, shared),
-        back.control_ahead(&decisions.1, &ahead.1, shared),
+        front.control_at_end(&decisions.0, &predicted.0, parameters),
+        back.control_at_end(&decisions.1, &predicted.1, parameters),
     );
-    let pulls = (
-        front.second_pull(&decisions.0, &ahead.0, &controls.0, shared),
-        back.second_pull(&decisions.1, &ahead.1, &controls.1, shared),
+    let efforts = (
+        front.second_effort(&decisions.0, &predicted.0, &controls.0, parameters),
+        back.second_effort(&decisions.1, &predicted.1, &controls.1, parameters),
     );
     let seconds = (
-        front.net(ahead.0.speed, pulls.0, &decisions.0, shared),
-        back.net(ahead.1.speed, pulls.1, &decisions.1, shared),
+        front.net(predicted.0.speed, efforts.0, &decisions.0, parameters),
+        back.net(predicted.1.speed, efforts.1, &decisions.1, parameters),
     );
-    let minds = (
-        front.change_of_mind(&decisions.0, &ahead.0, &controls.0, shared),
-        back.change_of_mind(&decisions.1, &ahead.1, &controls.1, shared),
+    let crossings = (
+        front.locate_crossing(&decisions.0, &predicted.0, &controls.0, parameters),
+        back.locate_crossing(&decisions.1, &predicted.1, &controls.1, parameters),
     );
     let ends = (
-        front.end(minds.0, &firsts.0, &ahead.0, &seconds.0, shared),
-        back.end(minds.1, &firsts.1, &ahead.1, &seconds.1, shared),
+        front.end_step(crossings.0, &firsts.0, &predicted.0, &seconds.0, parameters),
+        back.end_step(crossings.1, &firsts.1, &predicted.1, &seconds.1, parameters),
     );
     let stages = (
         Stages {
             decision: decisions.0,
             first: firsts.0,
-            ahead: ahead.0,
+            predicted: predicted.0,
             control: controls.0,
             second: seconds.0,
-            ending: ends.0,
+            step_end: ends.0,
         },
         Stages {
             decision: decisions.1,
             first: firsts.1,
-            ahead: ahead.1,
+            predicted: predicted.1,
             control: controls.1,
             second: seconds.1,
-            ending: ends.1,
+            step_end: ends.1,
         },
     );
-    let books = (front.books(&stages.0, shared), back.books(&stages.1, shared));
-    (front.renew(&stages.0, &books.0, shared), back.renew(&stages.1, &books.1, shared))
+    let totals = (front.accumulate(&stages.0, parameters), back.accumulate(&stages.1, parameters));
+    (
+        front.commit_step(&stages.0, &totals.0, parameters),
+        back.commit_step(&stages.1, &totals.1, parameters),
+    )
 }
 
 impl<S: Simd> State<S> {
     /// Advances one block alone by one step.
     #[inline(always)]
-    pub fn step<T: Traction>(&mut self, shared: &Shared<T>) -> StepView<S> {
-        let row = self.turn_to_row();
-        let wish = self.wish(row, shared);
-        let control = self.control_now(&wish, shared);
-        let decision = self.decide(wish, control, shared);
-        let pull = self.first_pull(&decision, shared);
-        let first = self.net(self.speed, pull, &decision, shared);
-        let ahead = self.length(&decision, &first, shared);
-        let control = self.control_ahead(&decision, &ahead, shared);
-        let pull = self.second_pull(&decision, &ahead, &control, shared);
-        let second = self.net(ahead.speed, pull, &decision, shared);
-        let mind = self.change_of_mind(&decision, &ahead, &control, shared);
-        let ending = self.end(mind, &first, &ahead, &second, shared);
-        let stages = Stages { decision, first, ahead, control, second, ending };
-        let books = self.books(&stages, shared);
-        self.renew(&stages, &books, shared)
+    pub fn step<T: Powertrain>(&mut self, parameters: &KernelParameters<T>) -> StepView<S> {
+        let row = self.advance_segment();
+        let speed_target = self.speed_target(row, parameters);
+        let control = self.control_at_start(&speed_target, parameters);
+        let decision = self.decide(speed_target, control, parameters);
+        let effort = self.first_effort(&decision, parameters);
+        let first = self.net(self.speed, effort, &decision, parameters);
+        let predicted = self.predict(&decision, &first, parameters);
+        let control = self.control_at_end(&decision, &predicted, parameters);
+        let effort = self.second_effort(&decision, &predicted, &control, parameters);
+        let second = self.net(predicted.speed, effort, &decision, parameters);
+        let crossing = self.locate_crossing(&decision, &predicted, &control, parameters);
+        let step_end = self.end_step(crossing, &first, &predicted, &second, parameters);
+        let stages = Stages { decision, first, predicted, control, second, step_end };
+        let totals = self.accumulate(&stages, parameters);
+        self.commit_step(&stages, &totals, parameters)
     }
 
-    /// The new state, and whether somebody has to look at it.
+    /// The new state, and the events of the lanes.
     #[inline(always)]
-    fn renew<T: Traction>(
+    fn commit_step<T: Powertrain>(
         &mut self,
         stages: &Stages<S>,
-        books: &Books<S>,
-        shared: &Shared<T>,
+        totals: &StepTotals<S>,
+        parameters: &KernelParameters<T>,
     ) -> StepView<S> {
-        let Stages { decision, first, ahead, control: second_control, second, ending } = stages;
+        let Stages { decision, first, predicted, control: second_control, second, step_end } =
+            stages;
         let Coupling { closed, engaged, .. } = decision.coupling;
-        let (dt, dx, weight) = (ending.dt, ending.dx, ending.weight);
+        let (dt, dx, weight) = (step_end.dt, step_end.dx, step_end.weight);
         let simd = dt.simd;
-        let [engine, filter] = following(dt, shared.per_lag_s);
-        let command = first.pull.command;
-        let change = (weight + weight) * (second.pull.command - command);
-        let driven = (self.torque + engine.way(command - self.torque, change))
-            .max(second.pull.drag_torque)
-            .min(second.pull.full_load);
+        let [engine, filter] = first_order_lags(dt, parameters.per_lag_s);
+        let command = first.effort.command;
+        let change = (weight + weight) * (second.effort.command - command);
+        let driven = (self.torque + engine.response(command - self.torque, change))
+            .max(second.effort.drag_torque)
+            .min(second.effort.full_load);
         // the limits are those at the end of the step, which a step that is taken back has not come to
-        let driven = ending.too_long.select(self.torque, driven);
-        self.torque = where_set(engaged, driven);
+        let driven = step_end.too_long.select(self.torque, driven);
+        self.torque = masked(engaged, driven);
         let first_control = &decision.control;
         self.integral = clamp_integral(
             self.integral
-                + dt * mix(weight, first_control.integral_rate, second_control.integral_rate),
-            shared,
+                + dt * lerp(weight, first_control.integral_rate, second_control.integral_rate),
+            parameters,
         );
-        self.filtered += filter.way(self.speed - self.filtered, ending.speed - self.speed);
-        self.holding = where_set(decision.hold, Lanes::splat(simd, 1.0));
+        self.filtered += filter.response(self.speed - self.filtered, step_end.speed - self.speed);
+        self.holding = masked(decision.hold, Lanes::splat(simd, 1.0));
         self.held = decision.held;
-        self.speed = ending.speed;
+        self.speed = step_end.speed;
         self.left -= dx;
-        self.engine_speed = books.end_speed;
+        self.engine_speed = totals.end_speed;
         self.shift_left = (self.shift_left - dt).max(0.0);
         self.hold_left = (self.hold_left - dt).max(0.0);
-        let shift = &shared.powertrain.shift;
+        let shift = &parameters.vehicle.shift;
         let pressed = second_control.accelerator.simd_gt(shift.kickdown_pedal);
         let kick_left = (self.kick_left - dt).max(0.0);
         self.kick_left =
-            (pressed | ending.too_long).select(kick_left, Lanes::splat(simd, shift.kickdown_s));
-        let slow = ending.speed.simd_lt(shared.slow_mps);
+            (pressed | step_end.too_long).select(kick_left, Lanes::splat(simd, shift.kickdown_s));
+        let slow = step_end.speed.simd_lt(parameters.slow_mps);
         self.steps_left -= slow.select(Lanes::splat(simd, 1.0), Lanes::splat(simd, FAST_STEP));
         let change = second.acceleration - first.acceleration;
-        let longest = longest_next(ahead.dt, change, shared);
+        let longest = longest_next(predicted.dt, change, parameters);
         let brakes = second_control.braking.simd_gt(0.0);
         let longest = brakes.select(longest.min(self.brake_step), longest);
-        let longest = ending.jumps.select(Lanes::splat(simd, shared.step_after_jump_s), longest);
-        self.longest = ending.too_long.select(Lanes::splat(simd, shared.short_step_s), longest);
+        let longest =
+            step_end.jumps.select(Lanes::splat(simd, parameters.step_after_jump_s), longest);
+        self.longest =
+            step_end.too_long.select(Lanes::splat(simd, parameters.short_step_s), longest);
 
-        let slowing = ending.acceleration.simd_lt(0.0);
-        let road_power = (books.drag + decision.road) * ending.speed;
+        let slowing = step_end.acceleration.simd_lt(0.0);
+        let road_power = (totals.drag + decision.road) * step_end.speed;
         let wants_shift =
-            self.wants_shift(second_control.accelerator, slowing, closed, road_power, shared);
+            self.wants_shift(second_control.accelerator, slowing, closed, road_power, parameters);
         StepView {
             dt,
             dx,
@@ -184,13 +196,13 @@ impl<S: Simd> State<S> {
             desired: first_control.desired,
             accelerator: second_control.accelerator,
             brake: second_control.brake,
-            engine_speed: books.engine_speed,
-            engine_torque: books.engine_torque,
-            store_rate: books.store_rate,
-            acceleration: ending.acceleration,
+            engine_speed: totals.engine_speed,
+            engine_torque: totals.engine_torque,
+            store_rate: totals.store_rate,
+            acceleration: step_end.acceleration,
             closed,
-            added: books.added,
-            alarm: self.alarm(&decision.row, wants_shift, shared) & !ending.too_long,
+            added: totals.added,
+            event: self.event_flags(&decision.row, wants_shift, parameters) & !step_end.too_long,
             wants_shift,
             slowing,
             road_power,

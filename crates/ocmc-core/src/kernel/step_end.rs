@@ -1,18 +1,18 @@
-//! How a step ends: its time is over, a mind changes, the segment ends, the truck comes to rest.
+//! How a step ends: its time is over, a switching function crosses zero, the segment ends, the truck comes to rest.
 
-use super::powertrain::Traction;
-use super::stage::{Ahead, Forces};
-use super::state::{Shared, State};
+use super::powertrain::Powertrain;
+use super::stage::{Forces, Predicted};
+use super::state::{KernelParameters, State};
 use super::step_length::is_too_long;
-use crate::lanes::{Flags, Lanes, mark, where_set};
+use crate::lanes::{Flags, Lanes, masked, scheduling_barrier};
 use fearless_simd::prelude::*;
 
 /// How a step ends.
 #[derive(Clone, Copy)]
-pub(super) struct Ending<S: Simd> {
+pub(super) struct StepEnd<S: Simd> {
     /// Flag: it was too long. It is taken back: nothing of it happens, and the next one is short.
     pub too_long: Flags<S>,
-    /// Flag: where a mind changes.
+    /// Flag: a switching function crosses zero within the step.
     pub jumps: Flags<S>,
     /// Share that the second stage has in the means over the step.
     pub weight: Lanes<S>,
@@ -24,22 +24,22 @@ pub(super) struct Ending<S: Simd> {
 }
 
 impl<S: Simd> State<S> {
-    /// The ends of a step: its time is over, a mind changes, the segment ends, the truck comes to rest.
+    /// The ends of a step: its time is over, a switching function crosses zero, the segment ends, the truck comes to rest.
     #[inline(always)]
-    pub(super) fn end<T: Traction>(
+    pub(super) fn end_step<T: Powertrain>(
         &self,
-        mind: Lanes<S>,
+        crossing: Lanes<S>,
         first: &Forces<S>,
-        ahead: &Ahead<S>,
+        predicted: &Predicted<S>,
         second: &Forces<S>,
-        shared: &Shared<T>,
-    ) -> Ending<S> {
+        parameters: &KernelParameters<T>,
+    ) -> StepEnd<S> {
         let half = 0.5;
-        let dt = ahead.dt;
+        let dt = predicted.dt;
         let change = second.acceleration - first.acceleration;
-        let too_long = is_too_long(dt, change, shared);
-        let jumps = mind.simd_lt(1.0);
-        let share = where_set(!too_long, mind);
+        let too_long = is_too_long(dt, change, parameters);
+        let jumps = crossing.simd_lt(1.0);
+        let share = masked(!too_long, crossing);
         let weight = share * half;
         let dt = dt * share;
 
@@ -47,23 +47,24 @@ impl<S: Simd> State<S> {
         let free = first.acceleration + weight * change;
         let mean = self.speed.simd_gt(0.0).select(free, free.max(0.0));
         let timed = self.speed + mean * dt;
-        let way = dt * (self.speed + timed) * half;
+        let distance = dt * (self.speed + timed) * half;
         let twice_left = self.left + self.left;
         let square = self.speed * self.speed + mean * twice_left;
         let at_end = square.max(0.0).sqrt();
         // it is driven past, too, by a truck that comes to rest within the step, but behind it
-        let far =
-            self.left.simd_lt(way) | ahead.to_end.simd_le(ahead.dt) & !jumps | timed.simd_lt(0.0);
+        let far = self.left.simd_lt(distance)
+            | predicted.to_end.simd_le(predicted.dt) & !jumps
+            | timed.simd_lt(0.0);
         let reaches = square.simd_gt(0.0) & far & !too_long;
         let rests = timed.simd_lt(0.0) & !reaches;
         let over = reaches.select(twice_left, rests.select(self.speed, dt));
         let under =
             reaches.select(self.speed + at_end, rests.select(-mean, Lanes::splat(dt.simd, 1.0)));
         let dt = over / under;
-        let timed = where_set(!rests, self.speed + mean * dt);
+        let timed = masked(!rests, self.speed + mean * dt);
         let speed = reaches.select(at_end, timed.max(0.0));
         let dx = reaches.select(self.left, dt * (self.speed + speed) * half);
-        mark(speed);
-        Ending { too_long, jumps, weight, dt, dx, speed, acceleration: mean }
+        scheduling_barrier(speed);
+        StepEnd { too_long, jumps, weight, dt, dx, speed, acceleration: mean }
     }
 }

@@ -1,11 +1,11 @@
 //! How long a step may be. `step_s` is for a truck whose acceleration hardly changes.
 
-use super::powertrain::Traction;
-use super::state::Shared;
+use super::powertrain::Powertrain;
+use super::state::KernelParameters;
 use crate::lanes::{Flags, Lanes};
 use fearless_simd::prelude::*;
 
-/// Share of the longest step that is taken right after a jump of the pedals: what it does to the gearbox's mind is seen at
+/// Share of the longest step that is taken right after a jump of the pedals: its effect on the gearbox is seen at
 /// once.
 pub(super) const AFTER_JUMP: f64 = 0.07;
 /// Change of acceleration over a step that its length aims at, in m/s².
@@ -17,21 +17,21 @@ const SMALLEST_MPS2: f64 = 1e-9;
 
 /// Flag: the step was too long for what happened in it.
 #[inline(always)]
-pub(super) fn is_too_long<S: Simd, T: Traction>(
+pub(super) fn is_too_long<S: Simd, T: Powertrain>(
     dt: Lanes<S>,
     change: Lanes<S>,
-    shared: &Shared<T>,
+    parameters: &KernelParameters<T>,
 ) -> Flags<S> {
-    change.abs().simd_gt(TOO_MUCH_MPS2) & dt.simd_gt(shared.short_step_s)
+    change.abs().simd_gt(TOO_MUCH_MPS2) & dt.simd_gt(parameters.short_step_s)
 }
 
 /// Longest next step, in s, after one in which acceleration would have changed so much, in m/s².
 #[inline(always)]
-pub(super) fn longest_next<S: Simd, T: Traction>(
+pub(super) fn longest_next<S: Simd, T: Powertrain>(
     dt: Lanes<S>,
     change: Lanes<S>,
-    shared: &Shared<T>,
+    parameters: &KernelParameters<T>,
 ) -> Lanes<S> {
     let aimed = dt * AIM_MPS2 / (change.abs() + SMALLEST_MPS2);
-    aimed.max(shared.short_step_s).min(shared.simulation.step_s)
+    aimed.max(parameters.short_step_s).min(parameters.simulation.step_s)
 }

@@ -1,6 +1,6 @@
-//! What a step shows: to a trace everything, to the cold side of the program what it needs of single lanes.
+//! What a step shows: everything to a trace, the events of single lanes to the code outside of the hot loop.
 
-use super::lane_task::Sight;
+use super::lane_task::LaneEvent;
 use super::state::Total;
 use crate::lanes::{Flags, Lanes, WIDTH};
 use fearless_simd::prelude::*;
@@ -10,7 +10,7 @@ use fearless_simd::prelude::*;
 pub struct StepView<S: Simd> {
     /// Length of the step, in s.
     pub dt: Lanes<S>,
-    /// Way, in m.
+    /// Distance, in m.
     pub dx: Lanes<S>,
     /// Component of gravity along the road, in m/s².
     pub grade: Lanes<S>,
@@ -32,8 +32,8 @@ pub struct StepView<S: Simd> {
     pub closed: Flags<S>,
     /// What was added to each total.
     pub added: [Lanes<S>; Total::COUNT],
-    /// Flag: the lane needs a look: stop, shift, check of progress.
-    pub alarm: Flags<S>,
+    /// Flag: the lane has an event: stop, shift, check of progress.
+    pub event: Flags<S>,
     /// Flag: the strategy wants another gear.
     pub wants_shift: Flags<S>,
     /// Flag: the truck slows.
@@ -42,11 +42,11 @@ pub struct StepView<S: Simd> {
     pub road_power: Lanes<S>,
 }
 
-/// What the cold side of the program has to know of a step, lane by lane. Flags are bits.
+/// The events of a step, lane by lane, for the code outside of the hot loop. Flags are bits.
 #[derive(Clone, Copy, Debug)]
-pub struct Sights {
-    /// Flag: the lane needs a look.
-    pub alarm: u64,
+pub struct LaneEvents {
+    /// The lanes that have an event.
+    pub lanes: u64,
     wants_shift: u64,
     slowing: u64,
     closed: u64,
@@ -54,11 +54,11 @@ pub struct Sights {
     road_power_w: [f64; WIDTH],
 }
 
-impl Sights {
-    /// Those of one lane.
-    pub fn of(&self, lane: usize) -> Sight {
+impl LaneEvents {
+    /// The event of one lane.
+    pub fn lane(&self, lane: usize) -> LaneEvent {
         let is_set = |flags: u64| flags >> lane & 1 != 0;
-        Sight {
+        LaneEvent {
             accelerator: self.accelerator[lane],
             wants_shift: is_set(self.wants_shift),
             slowing: is_set(self.slowing),
@@ -69,11 +69,11 @@ impl Sights {
 }
 
 impl<S: Simd> StepView<S> {
-    /// What the cold side has to know.
+    /// The events of the lanes.
     #[inline(always)]
-    pub fn sights(&self) -> Sights {
-        Sights {
-            alarm: self.alarm.to_bitmask(),
+    pub fn events(&self) -> LaneEvents {
+        LaneEvents {
+            lanes: self.event.to_bitmask(),
             wants_shift: self.wants_shift.to_bitmask(),
             slowing: self.slowing.to_bitmask(),
             closed: self.closed.to_bitmask(),

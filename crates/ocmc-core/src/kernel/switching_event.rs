@@ -1,42 +1,44 @@
-//! Where a step is cut because a driver or the gearbox changes its mind. Without the cut it would be decided up to a step too
-//! late, and the error would be of first order in the step.
+//! Switching functions of driver and gearbox, and event location: a step is cut where one of them crosses zero. Without the cut
+//! the switch would come up to a step too late, and the error would be of first order in the step.
 
 use super::control::Control;
-use super::powertrain::{Coupling, Traction};
-use super::stage::{Ahead, Decision};
-use super::state::{Shared, State};
-use crate::lanes::{Flags, Lanes, mark};
+use super::powertrain::{Coupling, Powertrain};
+use super::stage::{Decision, Predicted};
+use super::state::{KernelParameters, State};
+use crate::lanes::{Flags, Lanes, scheduling_barrier};
 use crate::powertrain::gearbox::ShiftModel;
 use fearless_simd::prelude::*;
 
-/// How far beyond the zero of a switching function a step goes, as a share of what is left of it.
-const PASSING: f64 = 2e-3;
+/// How far beyond the zero of a switching function a step goes, as a share of what is left of the step.
+const OVERSHOOT: f64 = 2e-3;
 
-/// Where in a step something happens, as a quotient of two negative numbers: it is made once, of the first of them.
+/// Where in a step a switching function crosses zero, as a quotient of two negative numbers: the division is made once, of the
+/// earliest crossing.
 #[derive(Clone, Copy)]
-struct Moment<S: Simd> {
-    over: Lanes<S>,
-    under: Lanes<S>,
+struct Crossing<S: Simd> {
+    numerator: Lanes<S>,
+    denominator: Lanes<S>,
 }
 
-impl<S: Simd> Moment<S> {
+impl<S: Simd> Crossing<S> {
     /// Where the line between two values rises through zero; 1 where it does not.
     #[inline(always)]
     fn of_rise(before: Lanes<S>, after: Lanes<S>) -> Self {
         let minus_one = Lanes::splat(before.simd, -1.0);
         let rises = before.simd_lt(0.0) & after.simd_gt(0.0);
         Self {
-            over: rises.select(before, minus_one),
-            under: rises.select(before - after, minus_one),
+            numerator: rises.select(before, minus_one),
+            denominator: rises.select(before - after, minus_one),
         }
     }
 
     #[inline(always)]
     fn or_earlier(self, other: Self) -> Self {
-        let is_earlier = (other.over * self.under).simd_lt(self.over * other.under);
+        let is_earlier =
+            (other.numerator * self.denominator).simd_lt(self.numerator * other.denominator);
         Self {
-            over: is_earlier.select(other.over, self.over),
-            under: is_earlier.select(other.under, self.under),
+            numerator: is_earlier.select(other.numerator, self.numerator),
+            denominator: is_earlier.select(other.denominator, self.denominator),
         }
     }
 }
@@ -47,37 +49,37 @@ impl<S: Simd> State<S> {
     ///
     /// All of it is computed in every step: in a block of eight trucks it happens every other time, and no CPU foresees when.
     #[inline(always)]
-    pub(super) fn change_of_mind<T: Traction>(
+    pub(super) fn locate_crossing<T: Powertrain>(
         &self,
         decision: &Decision<S>,
-        ahead: &Ahead<S>,
+        predicted: &Predicted<S>,
         second: &Control<S>,
-        shared: &Shared<T>,
+        parameters: &KernelParameters<T>,
     ) -> Lanes<S> {
         let first = &decision.control;
-        let errors = [first.desired - self.speed, second.desired - ahead.speed];
+        let errors = [first.desired - self.speed, second.desired - predicted.speed];
         let releases =
             decision.hold & decision.held.simd_lt(self.lowest_held) & errors[0].simd_lt(errors[1]);
-        let shift = &shared.powertrain.shift;
-        let driver = Moment::of_rise(
-            self.driver_line(errors[0], releases, decision, first),
-            self.driver_line(errors[1], releases, decision, second),
+        let shift = &parameters.vehicle.shift;
+        let driver = Crossing::of_rise(
+            self.driver_function(errors[0], releases, decision, first),
+            self.driver_function(errors[1], releases, decision, second),
         );
-        let gear = Moment::of_rise(
-            self.gear_line(self.speed, first.accelerator, &decision.coupling, shift),
-            self.gear_line(ahead.speed, second.accelerator, &decision.coupling, shift),
+        let gear = Crossing::of_rise(
+            self.gear_function(self.speed, first.accelerator, &decision.coupling, shift),
+            self.gear_function(predicted.speed, second.accelerator, &decision.coupling, shift),
         );
         let earliest = driver.or_earlier(gear);
-        let share = earliest.over / earliest.under;
+        let share = earliest.numerator / earliest.denominator;
         // a little later, so that the change is seen
-        let mind = share - (share - 1.0) * PASSING;
-        mark(mind);
-        mind
+        let crossing = share - (share - 1.0) * OVERSHOOT;
+        scheduling_barrier(crossing);
+        crossing
     }
 
     /// Rises through zero where a driver changes pedals or a switched one begins or ends to hold.
     #[inline(always)]
-    fn driver_line(
+    fn driver_function(
         &self,
         error: Lanes<S>,
         releases: Flags<S>,
@@ -86,14 +88,14 @@ impl<S: Simd> State<S> {
     ) -> Lanes<S> {
         let within = self.threshold - error.abs();
         let held = releases.select(error, -within);
-        decision.hold.select(held, within.max(control.pedal_line(&decision.control)))
+        decision.hold.select(held, within.max(control.pedal_function(&decision.control)))
     }
 
     /// Rises through zero where the engine would reach the upshift line in the next gear, and where it falls below the
     /// downshift line: it is far from the one where it is near the other. With a clutch that is not closed, where the gear has
     /// come to the engine's speed.
     #[inline(always)]
-    fn gear_line(
+    fn gear_function(
         &self,
         speed: Lanes<S>,
         accelerator: Lanes<S>,
@@ -111,7 +113,7 @@ impl<S: Simd> State<S> {
 impl<S: Simd> Control<S> {
     /// Rises through zero where a driver leaves the pedal that was pressed at the step's start, or presses one.
     #[inline(always)]
-    fn pedal_line(&self, start: &Self) -> Lanes<S> {
+    fn pedal_function(&self, start: &Self) -> Lanes<S> {
         let coasting = self.output.max(-self.demand);
         let off_accelerator = start.output.simd_gt(0.0);
         let off_brake = start.demand.simd_lt(0.0);

@@ -3,9 +3,9 @@
 //! Each row is one step, or one standstill or gear jump that took no step. The `*_added` columns are what the record's
 //! totals gained in that row: summed in order they give the record to the bit.
 
-use super::lane_task::{Cabin, slope};
+use super::lane_task::{LaneTask, slope};
 use super::record::Record;
-use super::scheduler::{Watch, drive_watched};
+use super::scheduler::{Observer, drive_observed};
 use super::state::{State, Total};
 use super::step_view::StepView;
 use crate::operating_cycle::road::Road;
@@ -105,11 +105,11 @@ pub fn trace(study: &Study, seed: u64, cycle_id: u64) -> Trace {
 
 /// Drives one given scenario and writes down every step.
 pub fn trace_scenario(study: &Study, scenario: Scenario) -> Trace {
-    let electric = study.powertrain().diesel().is_none();
+    let electric = study.vehicle().diesel().is_none();
     let mut writer = Writer::new(electric);
     let road = scenario.cycle.road.clone();
-    let mut cabin = Some(Cabin::new(study, scenario));
-    let mut records = drive_watched(study, &mut |_| cabin.take(), &mut writer);
+    let mut task = Some(LaneTask::new(study, scenario));
+    let mut records = drive_observed(study, &mut |_| task.take(), &mut writer);
     let column = |(name, place): (_, usize)| TableColumn {
         name,
         values: std::mem::take(&mut writer.columns[place]),
@@ -193,9 +193,14 @@ impl Writer {
     }
 }
 
-impl Watch for Writer {
-    fn stepped<S: Simd>(&mut self, state: &State<S>, view: &StepView<S>, cabins: &[Option<Cabin>]) {
-        let Some(cabin) = &cabins[0] else { return };
+impl Observer for Writer {
+    fn after_step<S: Simd>(
+        &mut self,
+        state: &State<S>,
+        view: &StepView<S>,
+        tasks: &[Option<LaneTask>],
+    ) {
+        let Some(task) = &tasks[0] else { return };
         let mut added = view.added.map(|lanes| lanes[0]);
         // of a step that was taken back nothing is left but the jump of the engine's speed: the next row has it
         for (amount, kept) in added.iter_mut().zip(&mut self.kept) {
@@ -217,7 +222,7 @@ impl Watch for Writer {
                 view.acceleration[0],
                 view.accelerator[0],
                 view.brake[0],
-                cabin.gear() as f64 + 1.0,
+                task.gear() as f64 + 1.0,
                 view.engine_speed[0],
                 view.engine_torque[0],
                 view.store_rate[0],
@@ -228,14 +233,14 @@ impl Watch for Writer {
         );
     }
 
-    fn attended<S: Simd>(&mut self, state: &State<S>, _lane: usize, cabins: &[Option<Cabin>]) {
-        let Some(cabin) = &cabins[0] else { return };
-        let added = *cabin.booked();
-        let waited_s = cabin.standstill_s() - self.standstill_s;
+    fn after_event<S: Simd>(&mut self, state: &State<S>, _lane: usize, tasks: &[Option<LaneTask>]) {
+        let Some(task) = &tasks[0] else { return };
+        let added = *task.added_by_event();
+        let waited_s = task.standstill_s() - self.standstill_s;
         if added == [0.0; Total::COUNT] && waited_s == 0.0 {
             return;
         }
-        self.standstill_s = cabin.standstill_s();
+        self.standstill_s = task.standstill_s();
         self.time_s += waited_s;
         let engine_speed = state.engine_speed[0];
         let per_second = |total: Total| {
@@ -256,7 +261,7 @@ impl Watch for Writer {
                 0.0,
                 0.0,
                 1.0,
-                cabin.gear() as f64 + 1.0,
+                task.gear() as f64 + 1.0,
                 engine_speed,
                 torque,
                 rate,

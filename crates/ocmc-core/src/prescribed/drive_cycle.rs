@@ -49,7 +49,7 @@ pub enum DriveCycleError {
 
 /// One step of a drive cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DriveStep {
+pub struct CycleStep {
     /// Length, in s.
     pub dt_s: f64,
     /// Speed at its start, in m/s.
@@ -60,7 +60,7 @@ pub struct DriveStep {
     pub slope: f64,
 }
 
-impl DriveStep {
+impl CycleStep {
     /// Mean speed, in m/s.
     pub fn mean_mps(&self) -> f64 {
         0.5 * (self.start_mps + self.end_mps)
@@ -123,7 +123,7 @@ impl DriveCycle {
     }
 
     /// Its steps. A rest is one step, however many points it has: whether it is worth charging depends on all of it.
-    pub fn steps(&self) -> impl Iterator<Item = DriveStep> + '_ {
+    pub fn steps(&self) -> impl Iterator<Item = CycleStep> + '_ {
         let rests = |k: usize| self.speed_mps[k] == 0.0;
         let mut start = 0;
         std::iter::from_fn(move || {
@@ -136,7 +136,7 @@ impl DriveCycle {
                     end += 1;
                 }
             }
-            let step = DriveStep {
+            let step = CycleStep {
                 dt_s: self.time_s[end] - self.time_s[start],
                 start_mps: self.speed_mps[start],
                 end_mps: self.speed_mps[end],

@@ -2,9 +2,9 @@
 //!
 //! The same functions serve here and in the closed loop: gearbox and axle losses, engine curves and map. Here they are run backwards.
 
-use super::drive_cycle::DriveStep;
+use super::drive_cycle::CycleStep;
 use crate::powertrain::efficiency::EfficiencyCurve;
-use crate::vehicle::{DieselDrive, Powertrain, Vehicle};
+use crate::vehicle::{DieselPowertrain, Vehicle, VehicleParameters};
 
 /// What the driveline did in one step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -37,8 +37,8 @@ pub(super) struct DrivelineStep {
 /// A gearbox behind an engine with its map, and where both are.
 #[derive(Clone, Debug)]
 pub(super) struct GearedDriveline<'a> {
-    powertrain: &'a Powertrain,
-    diesel: &'a DieselDrive,
+    powertrain: &'a VehicleParameters,
+    diesel: &'a DieselPowertrain,
     auxiliary_power_w: f64,
     fuel_factor: f64,
     gear: usize,
@@ -66,8 +66,8 @@ struct Fit {
 
 impl<'a> GearedDriveline<'a> {
     pub(super) fn new(
-        powertrain: &'a Powertrain,
-        diesel: &'a DieselDrive,
+        powertrain: &'a VehicleParameters,
+        diesel: &'a DieselPowertrain,
         vehicle: &Vehicle,
     ) -> Self {
         let engine_radps = diesel.engine_model.idle_speed_radps;
@@ -92,7 +92,7 @@ impl<'a> GearedDriveline<'a> {
         self.diesel.gearbox.axle_ratio / self.powertrain.model.wheel_radius_m
     }
 
-    fn fit(&self, gear: usize, step: &DriveStep, force_n: f64) -> Fit {
+    fn fit(&self, gear: usize, step: &CycleStep, force_n: f64) -> Fit {
         let (model, engine) = (&self.diesel.engine_model, &self.diesel.engine);
         let shift = &self.powertrain.shift;
         let here = &self.powertrain.gears[gear];
@@ -129,7 +129,7 @@ impl<'a> GearedDriveline<'a> {
 
     /// The highest gear above the upshift line that has the torque; where there is none, the highest that has it; where none has it,
     /// the strongest. The gear that is engaged stays while it is above the downshift line and has the torque.
-    fn choose(&self, step: &DriveStep, force_n: f64) -> Fit {
+    fn choose(&self, step: &CycleStep, force_n: f64) -> Fit {
         let shift = &self.powertrain.shift;
         let fits: Vec<Fit> =
             (0..self.powertrain.gears.len()).map(|gear| self.fit(gear, step, force_n)).collect();
@@ -159,7 +159,7 @@ impl<'a> GearedDriveline<'a> {
     }
 
     /// Carries one step with that force wanted at the wheels.
-    pub(super) fn step(&mut self, step: &DriveStep, force_n: f64) -> DrivelineStep {
+    pub(super) fn step(&mut self, step: &CycleStep, force_n: f64) -> DrivelineStep {
         let fit = if step.distance_m() > 0.0 {
             self.choose(step, force_n)
         } else {
@@ -234,7 +234,7 @@ pub struct EfficiencyDriveline {
 
 impl EfficiencyDriveline {
     /// Carries one step with that force wanted at the wheels.
-    pub(super) fn step(&self, step: &DriveStep, force_n: f64) -> DrivelineStep {
+    pub(super) fn step(&self, step: &CycleStep, force_n: f64) -> DrivelineStep {
         let wanted_w = (force_n * step.mean_mps()).max(0.0);
         let most_w = (self.engine.rated_power_w - self.auxiliary_power_w).max(0.0);
         let gearbox_w = (wanted_w / self.transmission_efficiency).min(most_w);

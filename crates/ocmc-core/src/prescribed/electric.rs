@@ -1,13 +1,13 @@
 //! A battery-electric driveline in prescribed speed: the gear with the least draw, braking by the motor as far as motor and battery reach.
 
-use super::drive_cycle::DriveStep;
+use super::drive_cycle::CycleStep;
 use super::driveline::DrivelineStep;
-use crate::powertrain::battery_electric::ElectricDrive;
+use crate::powertrain::battery_electric::BatteryElectricPowertrain;
 
 /// The driveline and the state of its battery.
 #[derive(Clone, Debug)]
 pub(super) struct ElectricDriveline<'a> {
-    drive: &'a ElectricDrive,
+    drive: &'a BatteryElectricPowertrain,
     wheel_radius_m: f64,
     auxiliary_w: f64,
     /// State of charge.
@@ -52,7 +52,7 @@ struct Fit {
 
 impl<'a> ElectricDriveline<'a> {
     pub(super) fn new(
-        drive: &'a ElectricDrive,
+        drive: &'a BatteryElectricPowertrain,
         wheel_radius_m: f64,
         auxiliary_w: f64,
         charge: f64,
@@ -75,7 +75,7 @@ impl<'a> ElectricDriveline<'a> {
         model.motor.inertia_kgm2 * top * top
     }
 
-    fn fit(&self, gear: usize, step: &DriveStep, force_n: f64) -> Option<Fit> {
+    fn fit(&self, gear: usize, step: &CycleStep, force_n: f64) -> Option<Fit> {
         let model = &self.drive.model;
         let motor = &model.motor;
         let per_m = model.ratio[gear] / self.wheel_radius_m;
@@ -99,7 +99,7 @@ impl<'a> ElectricDriveline<'a> {
     }
 
     /// Carries one step with that force wanted at the wheels.
-    pub(super) fn step(&mut self, step: &DriveStep, force_n: f64) -> DrivelineStep {
+    pub(super) fn step(&mut self, step: &CycleStep, force_n: f64) -> DrivelineStep {
         let model = &self.drive.model;
         let battery = &model.battery;
         let standing = step.distance_m() <= 0.0;

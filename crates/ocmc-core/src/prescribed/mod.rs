@@ -11,18 +11,18 @@ mod driveline;
 mod electric;
 mod planned;
 
-pub use drive_cycle::{DriveCycle, DriveCycleError, DriveStep};
+pub use drive_cycle::{CycleStep, DriveCycle, DriveCycleError};
 pub use driveline::EfficiencyDriveline;
 pub use electric::ElectricSums;
 pub use planned::planned_cycle;
 
 use crate::kernel::record::{Outcome, Record};
-use crate::powertrain::battery_electric::ElectricDrive;
+use crate::powertrain::battery_electric::BatteryElectricPowertrain;
 use crate::study::{Scenario, Study};
 use crate::vehicle::resistance::{
     GRAVITY_MPS2, drag_force_n, rolling_temperature_factor, rolling_wet_factor,
 };
-use crate::vehicle::{DieselDrive, Drive, Vehicle};
+use crate::vehicle::{DieselPowertrain, PowertrainKind, Vehicle};
 use driveline::{DrivelineStep, GearedDriveline};
 use electric::ElectricDriveline;
 
@@ -101,7 +101,7 @@ pub fn follow(cycle: &DriveCycle, body: &Body, driveline: &EfficiencyDriveline) 
 fn balance(
     cycle: &DriveCycle,
     body: &Body,
-    mut carry: impl FnMut(&DriveStep, f64) -> DrivelineStep,
+    mut carry: impl FnMut(&CycleStep, f64) -> DrivelineStep,
 ) -> Followed {
     let mut sum = Followed { duration_s: cycle.duration_s(), ..Followed::default() };
     let mut moving = false;
@@ -173,7 +173,7 @@ pub fn follow_planned(study: &Study, seed: u64, cycle_id: u64) -> (Record, Follo
 }
 
 fn follow_scenario(study: &Study, scenario: &Scenario, cycle: &DriveCycle) -> (Record, Followed) {
-    let (vehicle, model) = (&scenario.vehicle, &study.powertrain().model);
+    let (vehicle, model) = (&scenario.vehicle, &study.vehicle().model);
     let weather = &scenario.cycle.weather[0].weather;
     let temperature = rolling_temperature_factor(
         weather.temperature_k,
@@ -198,9 +198,11 @@ fn follow_scenario(study: &Study, scenario: &Scenario, cycle: &DriveCycle) -> (R
         rolling_coefficient: vehicle.rolling_coefficient,
         ..Record::default()
     };
-    match &study.powertrain().drive {
-        Drive::Diesel(diesel) => follow_with_engine(study, diesel, scenario, cycle, &body, &plain),
-        Drive::BatteryElectric(electric) => {
+    match &study.vehicle().powertrain {
+        PowertrainKind::Diesel(diesel) => {
+            follow_with_engine(study, diesel, scenario, cycle, &body, &plain)
+        }
+        PowertrainKind::BatteryElectric(electric) => {
             follow_with_battery(electric, model.wheel_radius_m, vehicle, cycle, &body, &plain)
         }
     }
@@ -208,13 +210,13 @@ fn follow_scenario(study: &Study, scenario: &Scenario, cycle: &DriveCycle) -> (R
 
 fn follow_with_engine(
     study: &Study,
-    diesel: &DieselDrive,
+    diesel: &DieselPowertrain,
     scenario: &Scenario,
     cycle: &DriveCycle,
     body: &Body,
     plain: &Record,
 ) -> (Record, Followed) {
-    let mut driveline = GearedDriveline::new(study.powertrain(), diesel, &scenario.vehicle);
+    let mut driveline = GearedDriveline::new(study.vehicle(), diesel, &scenario.vehicle);
     let before_j = driveline.kinetic_j();
     let mut sum = balance(cycle, body, |step, force_n| driveline.step(step, force_n));
     sum.kinetic_j += driveline.kinetic_j() - before_j;
@@ -239,7 +241,7 @@ fn follow_with_engine(
 }
 
 fn follow_with_battery(
-    electric: &ElectricDrive,
+    electric: &BatteryElectricPowertrain,
     wheel_radius_m: f64,
     vehicle: &Vehicle,
     cycle: &DriveCycle,

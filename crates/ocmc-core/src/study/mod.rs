@@ -19,7 +19,7 @@ use crate::operating_cycle::{OperatingCycle, OperatingCycleSampler};
 use crate::random::sampling::Sampling;
 use crate::random::{Exchange, Factor, Stream, Streams};
 use crate::switch::ModelSwitch;
-use crate::vehicle::{Powertrain, Vehicle, VehicleModel};
+use crate::vehicle::{Vehicle, VehicleModel, VehicleParameters};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -128,7 +128,7 @@ impl Default for SimulationModel {
 pub struct Study {
     model: StudyModel,
     operating_cycle: OperatingCycleSampler,
-    powertrain: Powertrain,
+    vehicle: VehicleParameters,
     road_types: Vec<String>,
     stability_limit: f64,
 }
@@ -157,12 +157,12 @@ impl Study {
         check::check(&model)?;
         let operating_cycle =
             OperatingCycleSampler::new(&model.road, &model.weather, &model.traffic, &model.mission);
-        let powertrain = model.vehicle.powertrain().expect("checked: one powertrain");
+        let vehicle = model.vehicle.prepare().expect("checked: one powertrain");
         let road_types = model.road.types.keys().cloned().collect();
         // brake stability limit: 5 m/s² × brake scale × K_P × step <= 1
         let brake = model.vehicle.brakes.full_deceleration_mps2 * model.driver.pedals.brake_scale;
         let stability_limit = 1.0 / (brake * model.simulation.short_step_s());
-        Ok(Self { model, operating_cycle, powertrain, road_types, stability_limit })
+        Ok(Self { model, operating_cycle, vehicle, road_types, stability_limit })
     }
 
     /// Drives given cycles instead of drawn roads, each with its weight and what it keeps of its file.
@@ -194,8 +194,8 @@ impl Study {
     }
 
     /// What all trucks share.
-    pub fn powertrain(&self) -> &Powertrain {
-        &self.powertrain
+    pub fn vehicle(&self) -> &VehicleParameters {
+        &self.vehicle
     }
 
     /// Names of the road types, in the order of their numbers.

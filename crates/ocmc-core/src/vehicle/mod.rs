@@ -6,7 +6,7 @@ pub mod resistance;
 pub mod tyre;
 
 use crate::distribution::Quantity;
-use crate::powertrain::battery_electric::{ElectricDrive, ElectricModel};
+use crate::powertrain::battery_electric::{BatteryElectricPowertrain, ElectricModel};
 use crate::powertrain::diesel::engine::{Engine, EngineModel};
 use crate::powertrain::gearbox::{Gear, GearboxModel, ShiftModel};
 use crate::random::{Stream, Streams};
@@ -59,16 +59,16 @@ pub struct VehicleModel {
 
 /// What drives the wheels.
 #[derive(Clone, Debug)]
-pub enum Drive {
+pub enum PowertrainKind {
     /// A diesel engine behind clutch and gearbox.
-    Diesel(DieselDrive),
+    Diesel(DieselPowertrain),
     /// A battery and a motor.
-    BatteryElectric(ElectricDrive),
+    BatteryElectric(BatteryElectricPowertrain),
 }
 
 /// A diesel engine and its gearbox, prepared for the hot loop.
 #[derive(Clone, Debug)]
-pub struct DieselDrive {
+pub struct DieselPowertrain {
     /// Engine curves and map.
     pub engine: Engine,
     /// The engine as given.
@@ -77,7 +77,7 @@ pub struct DieselDrive {
     pub gearbox: GearboxModel,
 }
 
-impl DieselDrive {
+impl DieselPowertrain {
     /// Accelerator from which on the engine drives at the speed of a slipping clutch. With less there is nothing to slip for.
     pub fn slips_from(&self, auxiliary_power_w: f64) -> f64 {
         let speed_radps = self.gearbox.shift.launch_speed_radps;
@@ -89,9 +89,9 @@ impl DieselDrive {
 
 /// What all trucks of a study share, prepared for the hot loop.
 #[derive(Clone, Debug)]
-pub struct Powertrain {
+pub struct VehicleParameters {
     /// What drives the wheels.
-    pub drive: Drive,
+    pub powertrain: PowertrainKind,
     /// Gears, from first to top.
     pub gears: Vec<Gear>,
     /// When they are shifted.
@@ -148,25 +148,26 @@ impl VehicleModel {
     }
 
     /// Prepares what all trucks share; none without a whole powertrain, or with two.
-    pub fn powertrain(&self) -> Option<Powertrain> {
+    pub fn prepare(&self) -> Option<VehicleParameters> {
         let radius_m = self.wheel_radius_m;
-        let (drive, gears, shift) = match (&self.engine, &self.gearbox, &self.electric) {
+        let (powertrain, gears, shift) = match (&self.engine, &self.gearbox, &self.electric) {
             (Some(engine_model), Some(gearbox), None) => {
-                let drive = DieselDrive {
+                let drive = DieselPowertrain {
                     engine: Engine::new(engine_model),
                     engine_model: engine_model.clone(),
                     gearbox: gearbox.clone(),
                 };
-                (Drive::Diesel(drive), gearbox.gears(radius_m), gearbox.shift.clone())
+                (PowertrainKind::Diesel(drive), gearbox.gears(radius_m), gearbox.shift.clone())
             }
             (None, None, Some(electric)) => {
-                let drive = Drive::BatteryElectric(ElectricDrive::new(electric));
+                let drive =
+                    PowertrainKind::BatteryElectric(BatteryElectricPowertrain::new(electric));
                 (drive, electric.gears(radius_m), electric.strategy())
             }
             _ => return None,
         };
         let cross_wind = self.cross_wind.in_tangent();
-        Some(Powertrain { drive, gears, shift, cross_wind, model: self.clone() })
+        Some(VehicleParameters { powertrain, gears, shift, cross_wind, model: self.clone() })
     }
 
     /// Wheels' inertia as a mass at the rim, in kg.
@@ -175,12 +176,12 @@ impl VehicleModel {
     }
 }
 
-impl Powertrain {
+impl VehicleParameters {
     /// Engine and gearbox, where there are any.
-    pub fn diesel(&self) -> Option<&DieselDrive> {
-        match &self.drive {
-            Drive::Diesel(diesel) => Some(diesel),
-            Drive::BatteryElectric(_) => None,
+    pub fn diesel(&self) -> Option<&DieselPowertrain> {
+        match &self.powertrain {
+            PowertrainKind::Diesel(diesel) => Some(diesel),
+            PowertrainKind::BatteryElectric(_) => None,
         }
     }
 }

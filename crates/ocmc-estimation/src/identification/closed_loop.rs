@@ -9,7 +9,7 @@ use nalgebra::{DMatrix, DVector};
 use ocmc_core::driver::Driver;
 use ocmc_core::driver::pedal::{Hold, Pedals};
 use ocmc_core::driver::speed_change::Rise;
-use ocmc_core::kernel::pedal_event::{EventDrive, Rolling, drive_event};
+use ocmc_core::kernel::pedal_event::{EventSeries, InitialMotion, simulate_event};
 use ocmc_core::operating_cycle::road::Road;
 use ocmc_core::operating_cycle::road::road_type::Section;
 use ocmc_core::operating_cycle::road::speed_sign::SpeedSign;
@@ -71,7 +71,7 @@ pub enum Controller {
 pub struct ClosedLoop<'a> {
     study: &'a Study,
     scenario: Scenario,
-    rolling: Rolling,
+    rolling: InitialMotion,
     /// Output of the controller at the start, from the pedals.
     pub start_output: f64,
     /// Factor from the set speed to the driver's compliance.
@@ -136,12 +136,11 @@ impl<'a> ClosedLoop<'a> {
         let speed = start_of(log, &log.speed_mps);
         let pedal = start_of(log, &log.accelerator);
         let brake = start_of(log, &log.brake)[0];
-        let lag_s =
-            study.powertrain().diesel().map_or(0.0, |drive| drive.engine_model.torque_lag_s);
+        let lag_s = study.vehicle().diesel().map_or(0.0, |drive| drive.engine_model.torque_lag_s);
         let accelerator = lagged(&pedal, lag_s).clamp(0.0, 1.0);
         let filter_s = model.driver.pedals.pid.derivative_filter_s;
         let start_output = pedal[0] - brake / model.driver.pedals.brake_scale;
-        let rolling = Rolling {
+        let rolling = InitialMotion {
             offset_m: position_m[0] - origin_m,
             speed_mps,
             gear: start_gear(study, log, speed_mps),
@@ -167,7 +166,7 @@ impl<'a> ClosedLoop<'a> {
     }
 
     /// Drives the event.
-    pub fn drive(&self, controller: &Controller) -> EventDrive {
+    pub fn drive(&self, controller: &Controller) -> EventSeries {
         let mut scenario = self.scenario.clone();
         let mut rolling = self.rolling;
         let gains = &mut scenario.driver.pedals;
@@ -199,7 +198,7 @@ impl<'a> ClosedLoop<'a> {
             }
         };
         scenario.driver.speed_limit.compliance = set_speed * self.compliance_per_mps;
-        drive_event(self.study, scenario, &rolling, self.duration_s)
+        simulate_event(self.study, scenario, &rolling, self.duration_s)
     }
 }
 
@@ -288,7 +287,7 @@ fn lagged(coefficients: &[f64], lag_s: f64) -> f64 {
 
 /// Gear at the start, from 0: that of the log, or the highest one in which the engine turns fast enough.
 fn start_gear(study: &Study, log: &PedalLog, speed_mps: f64) -> usize {
-    let gears = &study.powertrain().gears;
+    let gears = &study.vehicle().gears;
     if let Some(gear) = &log.gear {
         return (libm::round(gear[0]).max(1.0) as usize).min(gears.len()) - 1;
     }

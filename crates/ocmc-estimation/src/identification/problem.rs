@@ -6,7 +6,7 @@ use super::closed_loop::{ClosedLoop, Controller};
 use super::compass_search::descend;
 use super::event::PedalLog;
 use super::identify::{ControllerKind, IdentifyOptions, NORMAL_95, ParameterFit, SpeedTerm};
-use ocmc_core::kernel::pedal_event::EventDrive;
+use ocmc_core::kernel::pedal_event::EventSeries;
 use ocmc_core::study::Study;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -304,12 +304,12 @@ impl<'a> Problem<'a> {
 
 /// Reads a drive at rising times.
 struct Interpolation<'a> {
-    drive: &'a EventDrive,
+    drive: &'a EventSeries,
     step: usize,
 }
 
 impl<'a> Interpolation<'a> {
-    fn new(drive: &'a EventDrive) -> Self {
+    fn new(drive: &'a EventSeries) -> Self {
         Self { drive, step: 0 }
     }
 

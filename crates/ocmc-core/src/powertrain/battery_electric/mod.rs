@@ -70,7 +70,7 @@ pub struct ChargingModel {
 
 /// A powertrain prepared for the hot loop.
 #[derive(Clone, Debug)]
-pub struct ElectricDrive {
+pub struct BatteryElectricPowertrain {
     /// Motor with the cells of its map.
     pub motor: Motor,
     /// The numbers as given.
@@ -167,7 +167,7 @@ impl ElectricModel {
     }
 }
 
-impl ElectricDrive {
+impl BatteryElectricPowertrain {
     /// Prepares a checked model.
     pub fn new(model: &ElectricModel) -> Self {
         Self { motor: Motor::new(&model.motor), model: model.clone() }

@@ -4,7 +4,7 @@
 //! and torque without sign, the same for driving and braking; bilinear in the map's cells, held beyond its edges. Terminals see
 //! P = w T + loss: what the motor gives back while braking is w |T| less the loss, and may be less than nothing.
 
-use crate::lanes::{Flags, Lanes, clip, columns, where_set};
+use crate::lanes::{Flags, Lanes, clip, columns, masked};
 use crate::powertrain::bilinear::bilinear_cell;
 use crate::powertrain::diesel::engine::MOST_KNOTS;
 use fearless_simd::{Level, dispatch, prelude::*};
@@ -79,7 +79,7 @@ impl MotorModel {
     #[inline(always)]
     pub fn drive_limits_nm<S: Simd>(&self, speed_radps: Lanes<S>) -> Lanes<S> {
         let limit = (self.power_w / speed_radps.max(1.0)).min(self.torque_nm);
-        where_set(!speed_radps.simd_gt(self.maximum_speed_radps), limit)
+        masked(!speed_radps.simd_gt(self.maximum_speed_radps), limit)
     }
 
     /// Highest torque while braking, in Nm, without sign, at a motor speed in rad/s and a vehicle speed in m/s.
@@ -178,7 +178,7 @@ fn pieces<S: Simd>(knots: &[f64], x: Lanes<S>) -> Lanes<S> {
     let one = Lanes::splat(x.simd, 1.0);
     let mut piece = Lanes::splat(x.simd, 0.0);
     for knot in &knots[1..knots.len() - 1] {
-        piece += where_set(!x.simd_lt(*knot), one);
+        piece += masked(!x.simd_lt(*knot), one);
     }
     piece
 }
