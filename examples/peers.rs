@@ -207,7 +207,7 @@ fn count_steps(cycles: u64, sets: &[&str]) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The exact prescribed-speed mode for somebody else's vehicle and speed.
+/// The exact prescribed-speed mode for another program's vehicle and speed.
 fn follow_given() -> Result<(), Failure> {
     let given: Value = serde_json::from_reader(stdin().lock())?;
     let list = |key: &str| serde_json::from_value::<Vec<f64>>(given[key].clone());

@@ -84,7 +84,7 @@ def step_function(model: dict[str, Any], xp: Any, *, shifts_apart: bool) -> Step
     def cell(x):
         return xp.clip(x, 0, CELLS - 1).astype(xp.int32)
 
-    def wish(left, row, truck):
+    def speed_target(left, row, truck):
         braking = row["backward"] + truck["dec2"] * left
         leaving = maximum(row["forward"] - truck["acc2"] * left, model["launch_m2ps2"])
         return xp.sqrt(minimum(minimum(row["limit"], braking), leaving)), braking
@@ -176,7 +176,7 @@ def step_function(model: dict[str, Any], xp: Any, *, shifts_apart: bool) -> Step
         v, left, gear = s["v"], s["left"], s["gear"]
         gearing = t["gears"][gear]
         ratio_w, launches = gearing[:, 0], gearing[:, 3] > 0.0
-        desired, braking = wish(left, row, truck)
+        desired, braking = speed_target(left, row, truck)
         error = desired - v
         hold = xp.abs(error) < truck["threshold"]
         held = where(s["holding"], s["held"], truck["kp"] * error)
@@ -203,7 +203,7 @@ def step_function(model: dict[str, Any], xp: Any, *, shifts_apart: bool) -> Step
         to_end = left / maximum(v + 0.5 * a_1 * whole, 1e-9)
         dt = minimum(whole, to_end)
         v_2 = maximum(v + dt * a_1, 0.0)
-        desired_2, braking_2 = wish(maximum(left - 0.5 * dt * (v + v_2), 0.0), row, truck)
+        desired_2, braking_2 = speed_target(maximum(left - 0.5 * dt * (v + v_2), 0.0), row, truck)
 
         def clamped(integral):
             return where(

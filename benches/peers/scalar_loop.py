@@ -123,7 +123,9 @@ def build(model: dict[str, Any], *, fastmath: bool) -> tuple[Drive, Drive]:
         return gear
 
     @jit
-    def wish(left: float, limit: float, backward: float, forward: float, dec2: float, acc2: float) -> tuple:
+    def speed_target(
+        left: float, limit: float, backward: float, forward: float, dec2: float, acc2: float
+    ) -> tuple:
         braking = backward + dec2 * left
         leaving = max(forward - acc2 * left, launch)
         return np.sqrt(min(limit, braking, leaving)), braking
@@ -229,7 +231,7 @@ def build(model: dict[str, Any], *, fastmath: bool) -> tuple[Drive, Drive]:
             steps += 1
             ratio_w = speed_of[gear]
             gearing = (ratio_w, ratio_of[gear], loss_of[gear])
-            desired, braking = wish(left, limit, backward, forward, dec2, acc2)
+            desired, braking = speed_target(left, limit, backward, forward, dec2, acc2)
             error = desired - v
             hold = abs(error) < threshold
             if not holding:
@@ -260,7 +262,7 @@ def build(model: dict[str, Any], *, fastmath: bool) -> tuple[Drive, Drive]:
             to_end = left / max(v + 0.5 * a_1 * whole, 1e-9)
             dt = min(whole, to_end)
             v_2 = max(v + dt * a_1, 0.0)
-            desired_2, braking_2 = wish(
+            desired_2, braking_2 = speed_target(
                 max(left - 0.5 * dt * (v + v_2), 0.0), limit, backward, forward, dec2, acc2
             )
             integral_2 = clip(integral + dt * j_rate, j_low, j_high) if has_integral else 0.0
@@ -405,7 +407,7 @@ def build(model: dict[str, Any], *, fastmath: bool) -> tuple[Drive, Drive]:
         while steps < MOST_STEPS:
             steps += 1
             ratio_w = speed_of[gear]
-            desired, braking = wish(left, limit, backward, forward, dec2, acc2)
+            desired, braking = speed_target(left, limit, backward, forward, dec2, acc2)
             error = desired - v
             hold = abs(error) < threshold
             if not holding:

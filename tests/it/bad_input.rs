@@ -8,7 +8,7 @@ use std::fs;
 use std::path::Path;
 
 /// Runs a command on a table; its status, and what it says in all.
-fn told(command: &[&str], text: &str) -> (i32, String) {
+fn message(command: &[&str], text: &str) -> (i32, String) {
     let directory = tempfile::tempdir().expect("a directory");
     let path = directory.path().join("bad.csv");
     fs::write(&path, text).expect("a file");
@@ -27,7 +27,7 @@ type Case<'a> = (&'a [&'a str], Table, i32, &'a [&'a str]);
 
 fn check(cases: &[Case]) {
     for (command, table, status, parts) in cases {
-        let (found, text) = told(command, &table.text());
+        let (found, text) = message(command, &table.text());
         assert_eq!(found, *status, "{command:?}: {text}");
         assert!(!text.contains("panicked"), "{command:?}: {text}");
         for part in *parts {
@@ -57,12 +57,12 @@ fn files_without_rows() {
         (IDENTIFY, log()),
     ];
     for (command, table) in tables {
-        let (status, text) = told(command, &table.rows(0).text());
+        let (status, text) = message(command, &table.rows(0).text());
         assert!(
             status == 1 && text.contains("no rows") && text.contains("bad.csv"),
             "{command:?}: {text}"
         );
-        let (status, text) = told(command, "");
+        let (status, text) = message(command, "");
         let empty = text.contains("is empty") || text.contains("no rows");
         assert!(status == 1 && empty && text.contains("bad.csv"), "{command:?}: {text}");
         let (status, text) = run(command, Path::new("there-is-no-such.csv"));

@@ -308,7 +308,7 @@ fn anti_windup_tracking_no_wind_up_on_a_long_climb() {
 
 #[test]
 fn integral_clamp_keeps_a_descents_brake_out_of_the_plain_behind_it() {
-    // how far a truck falls below its wish behind 3 km of -10 % at 40 km/h, where no band lets it run
+    // how far a truck falls below its desired speed behind 3 km of -10 % at 40 km/h, where no band lets it run
     let below_mps = |sets: &[&str]| {
         let study = typical(sets);
         let mut road = GivenRoad::flat(6000.0, 40.0 / 3.6).stop(5500.0, 5.0);

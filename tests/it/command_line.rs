@@ -7,12 +7,12 @@ use std::fs;
 /// What a failing command writes to standard error, after checks of what every failure has to be.
 fn failure(arguments: &[&str], status: i32) -> String {
     let output = ocmc(arguments).output().expect("the program starts");
-    let told = String::from_utf8(output.stderr).expect("UTF-8");
-    assert_eq!(output.status.code(), Some(status), "{arguments:?}: {told}");
+    let message = String::from_utf8(output.stderr).expect("UTF-8");
+    assert_eq!(output.status.code(), Some(status), "{arguments:?}: {message}");
     assert!(output.stdout.is_empty(), "{arguments:?} has no answer");
-    assert!(!told.contains("panicked") && !told.contains("RUST_BACKTRACE"), "{told}");
-    assert!(told.contains("error"), "{told}");
-    told
+    assert!(!message.contains("panicked") && !message.contains("RUST_BACKTRACE"), "{message}");
+    assert!(message.contains("error"), "{message}");
+    message
 }
 
 /// What a command answers.
@@ -61,8 +61,8 @@ fn wrong_usage_says_what_is_allowed() {
         (&["study", "show", "field-truck", "--set", "nonsense=4"], "Usage: ocmc study show"),
         (&["completions", "dos"], "bash"),
     ] {
-        let told = failure(arguments, 2);
-        assert!(told.contains(part), "{arguments:?}: {told}");
+        let message = failure(arguments, 2);
+        assert!(message.contains(part), "{arguments:?}: {message}");
     }
 }
 
@@ -83,9 +83,9 @@ fn wrong_studies_are_explained() {
     fs::write(&file, "[study]\nbase = \"field-truck\"\n\n[mission]\nlenght_m = 5\n")
         .expect("space");
     for arguments in [&["--study", path, "--cycles", "1"][..], &["study", "check", path]] {
-        let told = failure(arguments, 1);
+        let message = failure(arguments, 1);
         for part in ["mine.toml", "5", "lenght_m", "length_m"] {
-            assert!(told.contains(part), "{part}: {told}");
+            assert!(message.contains(part), "{part}: {message}");
         }
     }
     for (arguments, part) in [
@@ -96,8 +96,8 @@ fn wrong_studies_are_explained() {
         (&["--set", "nonsense"], "nonsense"),
         (&["study", "show", "nowhere"], "nowhere"),
     ] {
-        let told = failure(arguments, 1);
-        assert!(told.contains(part), "{arguments:?}: {told}");
+        let message = failure(arguments, 1);
+        assert!(message.contains(part), "{arguments:?}: {message}");
     }
 }
 
@@ -120,10 +120,10 @@ fn a_run_prints_its_answer_and_nothing_else_to_standard_output() {
     ] {
         assert!(text.contains(part), "{part}: {text}");
     }
-    assert!(!text.contains('\u{1b}'), "no colours where nobody looks");
+    assert!(!text.contains('\u{1b}'), "no colours without a terminal");
     assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
-    let told = String::from_utf8(output.stderr).expect("UTF-8");
-    assert!(told.contains("--out"), "{told}");
+    let message = String::from_utf8(output.stderr).expect("UTF-8");
+    assert!(message.contains("--out"), "{message}");
     let quiet = ocmc(&["--cycles", "4", "--set", SHORT, "--quiet"]).output().expect("it starts");
     assert!(quiet.stderr.is_empty() && !quiet.stdout.is_empty());
 }
@@ -190,9 +190,9 @@ fn an_existing_run_is_not_overwritten() {
     let arguments = ["--cycles", "3", "--set", SHORT, "--out", path];
     ocmc(&arguments).assert().success();
     let before = fs::read(out.join("records.parquet")).expect("written");
-    let told = failure(&arguments, 1);
+    let message = failure(&arguments, 1);
     for part in [path, "already holds a run", "3 of 3 cycles", "help"] {
-        assert!(told.contains(part), "{part}: {told}");
+        assert!(message.contains(part), "{part}: {message}");
     }
     assert_eq!(before, fs::read(out.join("records.parquet")).expect("still there"));
 }
@@ -207,15 +207,15 @@ fn places_that_cannot_be_written_are_named() {
     assert!(run(path).contains("not a directory"));
     assert!(run(&format!("{path}/below")).contains(path));
     assert_eq!(fs::read(&file).expect("still there"), b"mine");
-    let told = failure(
+    let message = failure(
         &["trace", "--cycle-id", "0", "--set", SHORT, "--out", &format!("{path}/t.csv")],
         1,
     );
-    assert!(told.contains(path), "{told}");
-    let told = failure(&["study", "init", path], 1);
-    assert!(told.contains("exists already"), "{told}");
-    let told = failure(&["man", "--out", path], 1);
-    assert!(told.contains(path), "{told}");
+    assert!(message.contains(path), "{message}");
+    let message = failure(&["study", "init", path], 1);
+    assert!(message.contains("exists already"), "{message}");
+    let message = failure(&["man", "--out", path], 1);
+    assert!(message.contains(path), "{message}");
 }
 
 #[test]
@@ -232,16 +232,16 @@ fn a_read_only_directory_is_named() {
     }
     for out in [closed.clone(), closed.join("below")] {
         let out = out.to_str().expect("UTF-8");
-        let told = failure(&["--cycles", "2", "--set", SHORT, "--out", out], 1);
-        assert!(told.contains("closed") && told.contains("ermission"), "{told}");
+        let message = failure(&["--cycles", "2", "--set", SHORT, "--out", out], 1);
+        assert!(message.contains("closed") && message.contains("ermission"), "{message}");
     }
 }
 
 #[test]
 #[cfg(target_os = "linux")]
 fn a_directory_that_the_system_refuses_is_named() {
-    let told = failure(&["--cycles", "2", "--set", SHORT, "--out", "/proc/ocmc-run"], 1);
-    assert!(told.contains("/proc/ocmc-run"), "{told}");
+    let message = failure(&["--cycles", "2", "--set", SHORT, "--out", "/proc/ocmc-run"], 1);
+    assert!(message.contains("/proc/ocmc-run"), "{message}");
 }
 
 #[test]
@@ -255,11 +255,11 @@ fn a_full_disk_is_told() {
         .stderr(Stdio::piped())
         .output()
         .expect("the program starts");
-    let told = String::from_utf8(run.stderr).expect("UTF-8");
-    assert_eq!(run.status.code(), Some(1), "{told}");
-    assert!(told.contains("standard output") && told.contains("No space left"), "{told}");
-    let told = failure(&["trace", "--cycle-id", "0", "--set", SHORT, "--out", "/dev/full"], 2);
-    assert!(told.contains(".csv"), "{told}");
+    let message = String::from_utf8(run.stderr).expect("UTF-8");
+    assert_eq!(run.status.code(), Some(1), "{message}");
+    assert!(message.contains("standard output") && message.contains("No space left"), "{message}");
+    let message = failure(&["trace", "--cycle-id", "0", "--set", SHORT, "--out", "/dev/full"], 2);
+    assert!(message.contains(".csv"), "{message}");
 }
 
 #[test]
@@ -277,9 +277,9 @@ fn a_closed_pipe_is_success() {
             .expect("the program starts");
         drop(run.stdout.take());
         let output = run.wait_with_output().expect("it ends");
-        let told = String::from_utf8(output.stderr).expect("UTF-8");
-        assert_eq!(output.status.code(), Some(0), "{arguments:?}: {told}");
-        assert!(!told.contains("panicked"), "{told}");
+        let message = String::from_utf8(output.stderr).expect("UTF-8");
+        assert_eq!(output.status.code(), Some(0), "{arguments:?}: {message}");
+        assert!(!message.contains("panicked"), "{message}");
     }
 }
 

@@ -1,4 +1,4 @@
-//! Battery-electric vehicles in the closed loop: the books, the closed form, the limits of what comes back, and an empty battery.
+//! Battery-electric vehicles in the closed loop: the energy balance, the closed form, the limits of what comes back, and an empty battery.
 
 use crate::common::{GivenRoad, column, electric_balance, run};
 use ocmc_core::kernel::cpu::CpuLevel;

@@ -120,11 +120,11 @@ fn tables_without_a_fit_are_refused_in_words() {
         (text(&own_radius), "cannot be told apart"),
         (rows(&["a,100,left,x"]), "line 2, column `speed_mps`: `x`"),
     ] {
-        let told = refusal(&table, &[]);
-        assert!(told.contains(part), "{part}: {told}");
+        let printed = refusal(&table, &[]);
+        assert!(printed.contains(part), "{part}: {printed}");
     }
-    let told = refusal(&rows(&["a,100,left,5"]), &["--limit-share", "2"]);
-    assert!(told.contains("share of the limit is 2; allowed"), "{told}");
+    let printed = refusal(&rows(&["a,100,left,5"]), &["--limit-share", "2"]);
+    assert!(printed.contains("share of the limit is 2; allowed"), "{printed}");
     let missing = run(&["fit", "curve-speed", "there-is-no-such.csv"]);
     assert!(missing.0 == 1 && missing.2.contains("there-is-no-such.csv"), "{}", missing.2);
 }
@@ -266,7 +266,7 @@ fn what_is_wrong_with_logs_of_roads_is_said() {
     let directory = tempfile::tempdir().expect("a directory");
     let file = directory.path().join("log.csv");
     let path = file.to_str().expect("UTF-8");
-    let told = |text: &str, options: &[&str]| {
+    let printed = |text: &str, options: &[&str]| {
         fs::write(&file, text).expect("a file");
         let (status, _, notes) = run(&[&["fit", "operating-cycle", path], options].concat());
         assert!(!notes.contains("panicked"), "{notes}");
@@ -309,7 +309,7 @@ fn what_is_wrong_with_logs_of_roads_is_said() {
             "no number in any of its 600 rows",
         ),
     ] {
-        let (status, notes) = told(&text, options);
+        let (status, notes) = printed(&text, options);
         assert!(status == 1 && notes.contains(words), "{words}: {status}, {notes}");
     }
     // what is missing here and there is counted
@@ -319,7 +319,7 @@ fn what_is_wrong_with_logs_of_roads_is_said() {
         let object = if k == 100 { "bridge" } else { "" };
         format!(",{limit},{altitude},{object}")
     });
-    let (status, notes) = told(&limits, &[]);
+    let (status, notes) = printed(&limits, &[]);
     assert_eq!(status, 0, "{notes}");
     for words in [
         "300 rows without a possible speed limit",
@@ -333,7 +333,7 @@ fn what_is_wrong_with_logs_of_roads_is_said() {
     // a hole of a minute is no road
     let kept = limits.lines().enumerate().filter(|(k, _)| !(200..260).contains(k));
     let hole = kept.map(|(_, line)| line).collect::<Vec<&str>>().join("\n");
-    let (status, notes) = told(&hole, &[]);
+    let (status, notes) = printed(&hole, &[]);
     assert!(status == 0 && notes.contains("1 cut at more than 10 s"), "{notes}");
 }
 
@@ -489,7 +489,7 @@ fn a_road_without_a_limit_has_no_sign_and_no_type() {
     let directory = tempfile::tempdir().expect("a directory");
     let file = directory.path().join("log.csv");
     // two roads of 4 km, a minute apart
-    let told = |header: &str, cells: [&str; 2]| {
+    let printed = |header: &str, cells: [&str; 2]| {
         let mut text = format!("time_s,speed_mps{header}\n");
         for k in 0..400 {
             let (at, part) = if k < 200 { (k, 0) } else { (k + 60, 1) };
@@ -502,16 +502,16 @@ fn a_road_without_a_limit_has_no_sign_and_no_type() {
         assert!(!answer.contains("share of 0 "), "{answer}");
         (answer, notes)
     };
-    let (answer, notes) = told(",limit_kmh", [",70", ","]);
+    let (answer, notes) = printed(",limit_kmh", [",70", ","]);
     assert!(answer.starts_with("1 operating cycle,") && !answer.contains("motorway,"), "{answer}");
     assert!(notes.contains("1 road has neither road type nor speed limit"), "{notes}");
-    let (answer, notes) = told(",limit_kmh,road_type", [",70,rural", ",,urban"]);
+    let (answer, notes) = printed(",limit_kmh,road_type", [",70,rural", ",,urban"]);
     assert!(
         answer.contains("urban, ") && answer.contains("hilliness        not known"),
         "{answer}"
     );
     assert!(notes.contains("urban: no speed limit is known on any of its roads"), "{notes}");
-    let (answer, notes) = told(",limit_kmh,road_type", [",50,rural", ",50,"]);
+    let (answer, notes) = printed(",limit_kmh,road_type", [",50,rural", ",50,"]);
     assert!(answer.contains("urban, "), "{answer}");
     assert!(notes.contains("1 road has no word in road_type"), "{notes}");
 }

@@ -28,9 +28,9 @@ fn a_study_compared_with_itself_is_the_same() {
     assert_eq!((&answer["difference"], &answer["share_equal"]), (&0.0.into(), &1.0.into()));
     assert_eq!(answer["ci95"], serde_json::json!([0.0, 0.0]));
     assert!(answer["variance_reduction"].is_null());
-    let told = text(&arguments);
-    assert!(told.contains("the same in 100.0 %"), "{told}");
-    assert_fits(&told);
+    let found = text(&arguments);
+    assert!(found.contains("the same in 100.0 %"), "{found}");
+    assert_fits(&found);
 }
 
 #[test]
@@ -51,9 +51,9 @@ fn common_random_numbers_show_a_small_difference() {
     assert!(number(&answer["ci95"][1]) < 0.0, "{answer}");
     assert!(number(&answer["share_a_lower"]) < 0.2, "{answer}");
     assert!(number(&answer["variance_reduction"]) > 20.0, "{answer}");
-    let told = text(&arguments);
-    assert!(told.contains("\n  with vehicle.drag_area_m2=4.6\n"), "{told}");
-    assert_fits(&told);
+    let found = text(&arguments);
+    assert!(found.contains("\n  with vehicle.drag_area_m2=4.6\n"), "{found}");
+    assert_fits(&found);
 
     let speed = json(&[&arguments[..], &["--column", "mean_speed_mps"]].concat());
     assert_eq!(speed["column"], "mean_speed_mps");
@@ -72,16 +72,16 @@ fn a_comparison_has_the_mean_of_a_run_and_empty_trips_are_no_failures() {
     let run = json(&fleet);
     let studies = ["compare", "field-truck", "field-truck", "--column", column];
     let answer = [&studies[..], &fleet[..]].concat();
-    let told = json(&answer);
+    let found = json(&answer);
     let number = |value: &Value| value.as_f64().expect("a number");
     let mean = number(&run["statistics"][column]["mean"]);
-    assert!((number(&told["a"]) / mean - 1.0).abs() < 1e-12, "{told}, a run says {mean}");
+    assert!((number(&found["a"]) / mean - 1.0).abs() < 1e-12, "{found}, a run says {mean}");
     assert_eq!(
-        (&told["a_failed"], &told["b_failed"], &told["pairs"]),
+        (&found["a_failed"], &found["b_failed"], &found["pairs"]),
         (&0.into(), &0.into(), &60.into())
     );
-    let without = told["pairs_without_value"].as_u64().expect("a number");
-    assert!(without > 0, "the study has empty trips: {told}");
+    let without = found["pairs_without_value"].as_u64().expect("a number");
+    assert!(without > 0, "the study has empty trips: {found}");
     let words = text(&answer);
     assert!(words.contains(&format!("{without} pairs, counted in the means alone")), "{words}");
     assert!(!words.contains("not completed"), "{words}");
@@ -90,9 +90,9 @@ fn a_comparison_has_the_mean_of_a_run_and_empty_trips_are_no_failures() {
     // single cycles: an empty trip has no value, and that is no failure either
     let analysis =
         ["sensitivity", "--cycles", "60", "--set", SHORT, "--factor", "road", "--column", column];
-    let told = json(&analysis);
-    assert_eq!(told["failed_rows"], 0);
-    assert_eq!(told["dropped_rows"], told["rows_without_value"]);
+    let found = json(&analysis);
+    assert_eq!(found["failed_rows"], 0);
+    assert_eq!(found["dropped_rows"], found["rows_without_value"]);
     let words = text(&analysis);
     assert!(words.contains("dropped because a cycle had no value"), "{words}");
     assert_fits(&words);
@@ -196,10 +196,10 @@ fn what_cannot_be_analysed_is_said() {
         (&["--precision", "p96:1%"], 2, "p95:1%"),
     ] {
         let output = ocmc(arguments).output().expect("the program starts");
-        let told = String::from_utf8(output.stderr).expect("UTF-8");
-        assert_eq!(output.status.code(), Some(status), "{arguments:?}: {told}");
+        let found = String::from_utf8(output.stderr).expect("UTF-8");
+        assert_eq!(output.status.code(), Some(status), "{arguments:?}: {found}");
         assert!(output.stdout.is_empty());
-        assert!(told.contains(part) && !told.contains("panicked"), "{arguments:?}: {told}");
+        assert!(found.contains(part) && !found.contains("panicked"), "{arguments:?}: {found}");
     }
 }
 
@@ -274,35 +274,35 @@ fn studies_of_two_powertrains_are_compared_by_the_work_at_the_wheels() {
     assert_eq!(answer["column"], "wheel_kwh_per_km");
     assert!(answer["pairs"].as_u64() > Some(0) && !answer["difference"].is_null(), "{answer}");
     let why = "battery-truck burns no fuel: compared by work at the wheels";
-    let told = text(&arguments);
-    assert!(told.contains(why), "{told}");
-    assert_fits(&told);
-    // who names a quantity is told who lacks it
+    let found = text(&arguments);
+    assert!(found.contains(why), "{found}");
+    assert_fits(&found);
+    // a quantity that is named: the message says which study lacks it
     let asked = |column: &str| text(&[&arguments[..], &["--column", column]].concat());
     for column in ["consumption_l_per_100km", "co2_g_per_km"] {
-        let told = asked(column);
-        assert!(told.contains(&format!("battery-truck has no {column}")), "{told}");
-        assert_fits(&told);
+        let found = asked(column);
+        assert!(found.contains(&format!("battery-truck has no {column}")), "{found}");
+        assert_fits(&found);
     }
     assert!(asked("consumption_kwh_per_km").contains("field-truck has no consumption_kwh_per_km"));
     assert!(!asked("wheel_kwh_per_km").contains("burns no fuel"));
     let neither = ["compare", "battery-truck", "battery-truck", "--cycles", "1", "--set", SHORT];
-    let told = text(&[&neither[..], &["--column", "co2_g_per_km"]].concat());
-    assert!(told.contains("neither study has co2_g_per_km"), "{told}");
-    let told = text(&neither);
-    assert!(told.contains("of 1 pair\n") && !told.contains("burn"), "{told}");
+    let found = text(&[&neither[..], &["--column", "co2_g_per_km"]].concat());
+    assert!(found.contains("neither study has co2_g_per_km"), "{found}");
+    let found = text(&neither);
+    assert!(found.contains("of 1 pair\n") && !found.contains("burn"), "{found}");
 }
 
 #[test]
 fn the_help_of_an_analysis_says_what_its_cycles_are() {
     assert!(text(&["compare", "--help"]).contains("Number of cycles in each study"));
-    let told = text(&["sensitivity", "--help"]);
-    assert!(told.contains("Number of rows of the design"), "{told}");
+    let found = text(&["sensitivity", "--help"]);
+    assert!(found.contains("Number of rows of the design"), "{found}");
 }
 
 #[test]
 fn a_second_opinion_that_cannot_be_is_refused_before_anything_is_driven() {
-    let told = |more: &[&str], status: i32| {
+    let found = |more: &[&str], status: i32| {
         // so many cycles would take for ever
         let run = ["sensitivity", "--cycles", "100000", "--quiet", "--first-cycle"];
         let output = ocmc(&[&run[..], more].concat()).output().expect("the program starts");
@@ -310,13 +310,13 @@ fn a_second_opinion_that_cannot_be_is_refused_before_anything_is_driven() {
         String::from_utf8(output.stderr).expect("UTF-8")
     };
     for number in ["1", "99999999999999"] {
-        let text = told(&["0", "--crossed", number], 2);
+        let text = found(&["0", "--crossed", number], 2);
         assert!(text.contains("--crossed") && text.contains("2 to 1000000"), "{text}");
     }
     let sobol = ["0", "--crossed", "50", "--set", "simulation.sampling=sobol"];
-    assert!(told(&sobol, 1).contains("independent draws"));
+    assert!(found(&sobol, 1).contains("independent draws"));
     // room for the rows of the design, not for the crossed cycles
     let last = (LAST_CYCLE_ID - 100_000).to_string();
-    let text = told(&[&last, "--crossed", "1000000"], 2);
+    let text = found(&[&last, "--crossed", "1000000"], 2);
     assert!(text.contains("--first-cycle with --crossed"), "{text}");
 }

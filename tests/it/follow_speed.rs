@@ -29,8 +29,8 @@ fn drive_cycle(folder: &Path, name: &str, speed_mps: f64, slope: f64) -> String 
 }
 
 /// The arguments of the command between the first pair of backticks, as a shell would part them.
-fn hinted(told: &str) -> Vec<String> {
-    let command = told.split('`').find(|part| part.starts_with("ocmc trace")).unwrap();
+fn hinted(message: &str) -> Vec<String> {
+    let command = message.split('`').find(|part| part.starts_with("ocmc trace")).unwrap();
     let mut parts = Vec::new();
     for (k, part) in command.split('\'').enumerate() {
         if k % 2 == 1 {
@@ -48,12 +48,12 @@ fn the_hint_behind_a_route_traces_a_cycle_on_it() {
     let file = route(folder.path());
     let out = folder.path().join("run");
     let run = ["drive", &file, "--cycles", "4", "--format", "csv", "--out", out.to_str().unwrap()];
-    let told = ocmc(&run).assert().success();
-    let told = String::from_utf8(told.get_output().stderr.clone()).unwrap();
-    assert!(told.contains("records.csv"), "{told}");
-    assert!(told.contains(&format!("`ocmc report {}`", out.display())), "{told}");
+    let message = ocmc(&run).assert().success();
+    let message = String::from_utf8(message.get_output().stderr.clone()).unwrap();
+    assert!(message.contains("records.csv"), "{message}");
+    assert!(message.contains(&format!("`ocmc report {}`", out.display())), "{message}");
     let trace = folder.path().join("trace.csv");
-    let mut arguments = hinted(&told);
+    let mut arguments = hinted(&message);
     arguments.extend(["--out".to_owned(), trace.display().to_string()]);
     let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
     ocmc(&arguments).assert().success();
@@ -69,11 +69,11 @@ fn the_hint_behind_a_route_traces_a_cycle_on_it() {
 fn a_speed_that_the_truck_cannot_hold_is_counted_and_told() {
     let folder = tempfile::tempdir().unwrap();
     let answer = |file: &str, more: &[&str]| {
-        let told = ocmc(&["drive", file, "--follow-speed", "exact", "--cycles", "5", "--quiet"])
+        let message = ocmc(&["drive", file, "--follow-speed", "exact", "--cycles", "5", "--quiet"])
             .args(more)
             .assert()
             .success();
-        String::from_utf8(told.get_output().stdout.clone()).unwrap()
+        String::from_utf8(message.get_output().stdout.clone()).unwrap()
     };
     let steep = drive_cycle(folder.path(), "steep.csv", 20.0, 0.10);
     let text = answer(&steep, &[]);
@@ -149,9 +149,9 @@ fn a_followed_speed_names_no_trace() {
     let file = drive_cycle(folder.path(), "cycle.csv", 10.0, 0.0);
     let out = folder.path().join("run").display().to_string();
     let run = ["drive", &file, "--follow-speed", "exact", "--cycles", "5", "--out", &out];
-    let told = ocmc(&run).assert().success();
-    let told = String::from_utf8(told.get_output().stderr.clone()).unwrap();
-    assert!(!told.contains("ocmc trace") && told.contains("records.parquet"), "{told}");
+    let message = ocmc(&run).assert().success();
+    let message = String::from_utf8(message.get_output().stderr.clone()).unwrap();
+    assert!(!message.contains("ocmc trace") && message.contains("records.parquet"), "{message}");
 }
 
 #[test]
@@ -165,11 +165,11 @@ fn a_drive_cycle_keeps_nothing() {
             ocmc(&["drive", file, "--follow-speed", how, "--keep", "weather", "--cycles", "1"])
                 .output();
         let output = output.expect("the program starts");
-        let told = String::from_utf8(output.stderr).expect("UTF-8");
-        assert_eq!(output.status.code(), Some(2), "{told}");
+        let message = String::from_utf8(output.stderr).expect("UTF-8");
+        assert_eq!(output.status.code(), Some(2), "{message}");
         assert!(
-            told.contains("--keep: `") && told.contains("has no weather, traffic or mission"),
-            "{told}"
+            message.contains("--keep: `") && message.contains("has no weather, traffic or mission"),
+            "{message}"
         );
     }
 }
@@ -214,11 +214,11 @@ fn what_is_beyond_a_map_for_a_moment_is_no_saturation() {
     let file = drive_cycle(folder.path(), "gentle.csv", 8.0, 0.0);
     for study in ["field-truck", "battery-truck"] {
         let run = ["drive", &file, "--follow-speed", "exact", "--cycles", "3", "--study", study];
-        let told = ocmc(&run).args(["--json", "--quiet"]).assert().success();
-        let json: serde_json::Value = serde_json::from_slice(&told.get_output().stdout).unwrap();
+        let message = ocmc(&run).args(["--json", "--quiet"]).assert().success();
+        let json: serde_json::Value = serde_json::from_slice(&message.get_output().stdout).unwrap();
         assert!(json["saturation"]["limited_s"].as_f64().unwrap() == 0.0, "{json}");
-        let told = ocmc(&run).arg("--quiet").assert().success();
-        let text = String::from_utf8(told.get_output().stdout.clone()).unwrap();
+        let message = ocmc(&run).arg("--quiet").assert().success();
+        let text = String::from_utf8(message.get_output().stdout.clone()).unwrap();
         assert!(!text.contains("Saturated"), "{study}: {text}");
     }
 }
@@ -226,15 +226,15 @@ fn what_is_beyond_a_map_for_a_moment_is_no_saturation() {
 #[test]
 fn a_mission_without_its_departure_is_told() {
     let folder = tempfile::tempdir().unwrap();
-    for (ending, told) in [("csv", true), ("json", false)] {
+    for (ending, message) in [("csv", true), ("json", false)] {
         let file = folder.path().join(format!("road.{ending}")).display().to_string();
         let short = ["cycle", "--cycle-id", "3", "--set", "mission.length_m=3000", "--out", &file];
         ocmc(&short).assert().success();
         let run = ["drive", &file, "--cycles", "2", "--quiet"];
-        for (keep, told) in [(&["--keep", "mission"][..], told), (&[], false)] {
+        for (keep, message) in [(&["--keep", "mission"][..], message), (&[], false)] {
             let driven = ocmc(&run).args(keep).assert().success();
             let text = String::from_utf8(driven.get_output().stderr.clone()).unwrap();
-            assert_eq!(text.contains("holds no departure"), told, "{ending}: {text}");
+            assert_eq!(text.contains("holds no departure"), message, "{ending}: {text}");
         }
     }
 }
@@ -246,17 +246,18 @@ fn a_run_on_routes_is_called_by_them() {
     let out = folder.path().join("run");
     let name = |files: &[&str]| {
         let more = ["--cycles", "2", "--quiet", "--json"];
-        let told = ocmc(&["drive"]).args(files).args(more).assert().success();
-        let told: serde_json::Value = serde_json::from_slice(&told.get_output().stdout).unwrap();
-        told["study"].as_str().unwrap().to_owned()
+        let message = ocmc(&["drive"]).args(files).args(more).assert().success();
+        let message: serde_json::Value =
+            serde_json::from_slice(&message.get_output().stdout).unwrap();
+        message["study"].as_str().unwrap().to_owned()
     };
     assert_eq!(name(&[&file]), format!("field-truck on {file}"));
     assert_eq!(name(&[&file, &file]), format!("field-truck on {file}, {file}"));
     assert_eq!(name(&[&file, &file, &file]), format!("field-truck on {file} and 2 more"));
     let arguments = ["drive", &file, "--cycles", "2", "--out", out.to_str().unwrap()];
-    let told = ocmc(&arguments).assert().success();
-    let told = String::from_utf8(told.get_output().stdout.clone()).unwrap();
-    assert!(told.contains(&format!("study      field-truck on {file}\n")), "{told}");
+    let message = ocmc(&arguments).assert().success();
+    let message = String::from_utf8(message.get_output().stdout.clone()).unwrap();
+    assert!(message.contains(&format!("study      field-truck on {file}\n")), "{message}");
     ocmc(&["report"]).arg(&out).assert().success();
     let page = fs::read_to_string(out.join("report.html")).unwrap();
     assert!(page.contains(&format!("<td>routes</td><td class=\"words\">{file}</td>")), "{page}");
@@ -272,11 +273,11 @@ fn a_speed_over_time_is_no_route_and_says_how_it_is_driven() {
     fs::write(&vecto, "<t>,<v>,<grad>\n0,0,0\n30,36,0\n60,36,1\n").unwrap();
     let vecto = vecto.display().to_string();
     for file in [&file, &vecto] {
-        let told = ocmc(&["drive", file, "--cycles", "2"]).assert().code(1);
-        let told = String::from_utf8(told.get_output().stderr.clone()).unwrap();
-        assert!(told.contains("is a speed over time"), "{told}");
+        let message = ocmc(&["drive", file, "--cycles", "2"]).assert().code(1);
+        let message = String::from_utf8(message.get_output().stderr.clone()).unwrap();
+        assert!(message.contains("is a speed over time"), "{message}");
         let help = "help: a speed over time is driven with --follow-speed exact or --follow-speed";
-        assert!(told.contains(help), "{told}");
+        assert!(message.contains(help), "{message}");
         for follow in ["exact", "driver"] {
             ocmc(&["drive", file, "--cycles", "2", "--follow-speed", follow]).assert().success();
         }

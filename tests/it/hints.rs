@@ -5,11 +5,11 @@ use std::fs;
 use std::path::Path;
 
 /// What the command tells beside its answer.
-fn told(folder: &Path, arguments: &[&str], status: i32) -> String {
+fn message(folder: &Path, arguments: &[&str], status: i32) -> String {
     let output = ocmc(arguments).current_dir(folder).output().expect("the program starts");
-    let told = String::from_utf8(output.stderr).expect("UTF-8");
-    assert_eq!(output.status.code(), Some(status), "{told}");
-    told
+    let message = String::from_utf8(output.stderr).expect("UTF-8");
+    assert_eq!(output.status.code(), Some(status), "{message}");
+    message
 }
 
 #[test]
@@ -17,14 +17,14 @@ fn paths_with_blanks_are_quoted_in_commands() {
     let folder = tempfile::tempdir().expect("a directory");
     let folder = folder.path();
     let run = ["--cycles", "2", "--set", SHORT, "--out", "a b/it's"];
-    let hint = told(folder, &run, 0);
+    let hint = message(folder, &run, 0);
     assert!(hint.contains(r"`ocmc report 'a b/it'\''s'`"), "{hint}");
-    let hint = told(folder, &["study", "init", "my study.toml"], 0);
+    let hint = message(folder, &["study", "init", "my study.toml"], 0);
     assert!(
         hint.contains("ocmc study check 'my study.toml'; ocmc --study 'my study.toml'"),
         "{hint}"
     );
-    let hint = told(folder, &["study", "init", "mine.toml"], 0);
+    let hint = message(folder, &["study", "init", "mine.toml"], 0);
     assert!(hint.contains("ocmc study check mine.toml;"), "{hint}");
 }
 
@@ -41,12 +41,16 @@ fn a_path_that_holds_no_run_says_what_to_do() {
     ] {
         let expected = format!("`{path}` is no run directory ({why}); `ocmc --out DIR` makes one");
         for arguments in [&["report", path][..], &["--resume", "--out", path]] {
-            let told = told(folder, arguments, 1);
-            assert!(told.contains(&expected), "{told}");
-            assert_eq!(told.contains("leave it away to begin one"), arguments.len() == 3, "{told}");
+            let message = message(folder, arguments, 1);
+            assert!(message.contains(&expected), "{message}");
+            assert_eq!(
+                message.contains("leave it away to begin one"),
+                arguments.len() == 3,
+                "{message}"
+            );
         }
-        let told = told(folder, &["merge", path, "--out", "whole"], 1);
-        assert!(told.contains(&expected), "{told}");
+        let message = message(folder, &["merge", path, "--out", "whole"], 1);
+        assert!(message.contains(&expected), "{message}");
     }
 }
 
@@ -55,10 +59,10 @@ fn a_manifest_stands_for_its_directory() {
     let folder = tempfile::tempdir().expect("a directory");
     let run = folder.path().join("run");
     run_into(&run, &["--cycles", "5"]);
-    told(folder.path(), &["report", "run/manifest.json"], 0);
+    message(folder.path(), &["report", "run/manifest.json"], 0);
     assert!(run.join("report.html").exists());
     fs::remove_file(run.join("report.html")).expect("there");
-    told(&run, &["report", "manifest.json"], 0);
+    message(&run, &["report", "manifest.json"], 0);
     assert!(run.join("report.html").exists());
 }
 
@@ -72,10 +76,10 @@ fn a_run_that_was_ended_by_force_names_the_command_that_finishes_it() {
     let text = text.replace(r#""status": "complete""#, r#""status": "running""#);
     let text = text.replace(r#""completed": 5"#, r#""completed": 0"#);
     fs::write(&path, text).expect("space");
-    let report = told(folder.path(), &["report", "a b"], 1);
+    let report = message(folder.path(), &["report", "a b"], 1);
     let finishes = "`ocmc --out 'a b' --resume` finishes it";
     assert!(report.contains("not ended (0 of 5 cycles, running)"), "{report}");
     assert!(report.contains(finishes), "{report}");
-    let again = told(folder.path(), &["--out", "a b"], 1);
+    let again = message(folder.path(), &["--out", "a b"], 1);
     assert!(again.contains(finishes), "{again}");
 }

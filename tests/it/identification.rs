@@ -94,7 +94,7 @@ fn noise_free_gains_come_back() {
     let options = IdentifyOptions { starts: 4, ..without_speed_term(true) };
     println!("| driver, event | K_P | K_I | K_D | rms | pressed |");
     println!("|---|---|---|---|---|---|");
-    let (mut free, mut failed, mut told) = (0, Vec::new(), 0);
+    let (mut free, mut failed, mut determined) = (0, Vec::new(), 0);
     let mut fits = Vec::new();
     for known in events(&study, DRIVERS, 0.0) {
         let fit = fit(&study, &known, &options);
@@ -109,17 +109,19 @@ fn noise_free_gains_come_back() {
         );
         if fit.saturated_s == 0.0 {
             free += 1;
-            let tells_kd = !fit.not_identifiable.contains(&"kd");
-            told += usize::from(tells_kd);
-            if !(kp.abs() < 1.0 && ki.abs() < 1.0 && (kd.abs() < 1.0 || !tells_kd)) {
+            let determines_kd = !fit.not_identifiable.contains(&"kd");
+            determined += usize::from(determines_kd);
+            if !(kp.abs() < 1.0 && ki.abs() < 1.0 && (kd.abs() < 1.0 || !determines_kd)) {
                 failed.push(format!("{}, {}", known.driver, known.event));
             }
         }
         fits.push(fit);
     }
-    println!("{free} events without a fully pressed pedal; K_D is told in {told} of them");
+    println!(
+        "{free} events without a fully pressed pedal; K_D is determined in {determined} of them"
+    );
     assert!(free >= 25 && failed.is_empty(), "{failed:?} of {free}");
-    assert!(told as f64 >= 0.75 * free as f64);
+    assert!(determined as f64 >= 0.75 * free as f64);
     let population = Population::of(&fits).unwrap();
     println!("{population:?}");
     let known: Vec<f64> =

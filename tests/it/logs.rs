@@ -8,10 +8,10 @@ use std::path::{Path, PathBuf};
 /// What a failing command writes to standard error.
 fn failure(arguments: &[&str]) -> String {
     let output = ocmc(arguments).output().expect("the program starts");
-    let told = String::from_utf8(output.stderr).expect("UTF-8");
-    assert_eq!(output.status.code(), Some(1), "{arguments:?}: {told}");
-    assert!(output.stdout.is_empty() && !told.contains("panicked"), "{told}");
-    told
+    let message = String::from_utf8(output.stderr).expect("UTF-8");
+    assert_eq!(output.status.code(), Some(1), "{arguments:?}: {message}");
+    assert!(output.stdout.is_empty() && !message.contains("panicked"), "{message}");
+    message
 }
 
 /// What a command answers, and what it says beside.
@@ -53,7 +53,7 @@ fn a_curve_is_found_at_every_rate() {
     let directory = tempfile::tempdir().expect("a temporary directory");
     for rate_hz in [1.0, 10.0, 100.0] {
         let path = written(directory.path(), "truck-7.csv", &log(rate_hz));
-        let (csv, told) = answer(&[&["curves", &path][..], &MAPS].concat());
+        let (csv, message) = answer(&[&["curves", &path][..], &MAPS].concat());
         let mut reader = csv::Reader::from_reader(csv.as_bytes());
         let names = reader.headers().expect("a header").clone();
         let rows: Vec<csv::StringRecord> =
@@ -73,7 +73,7 @@ fn a_curve_is_found_at_every_rate() {
         assert!(
             (number("start_m") - 405.0).abs() <= 20.0 && (number("route_m") - 1000.0).abs() < 20.0
         );
-        assert!(told.contains("1 curve on"), "{told}");
+        assert!(message.contains("1 curve on"), "{message}");
     }
 }
 
@@ -91,7 +91,7 @@ fn the_course_does_for_a_gyro() {
         writeln!(text, "{time_s},{speed},{course}").expect("memory");
     }
     let path = written(directory.path(), "truck-8.csv", &text);
-    let (csv, told) = answer(&["curves", &path]);
+    let (csv, message) = answer(&["curves", &path]);
     let rows: Vec<csv::StringRecord> =
         csv::Reader::from_reader(csv.as_bytes()).records().map(|row| row.expect("a row")).collect();
     assert_eq!(rows.len(), 1, "{csv}");
@@ -99,8 +99,8 @@ fn the_course_does_for_a_gyro() {
     let radius_m: f64 = rows[0][3].parse().expect("a number");
     assert!((radius_m - 100.0).abs() < 1.0, "{csv}");
     assert!(
-        told.contains("turning by its course") && told.contains("1,100 of 1,100 rows used"),
-        "{told}"
+        message.contains("turning by its course") && message.contains("1,100 of 1,100 rows used"),
+        "{message}"
     );
 }
 
@@ -142,19 +142,22 @@ fn bad_logs_say_what_is_wrong_and_where() {
         ),
     ] {
         let path = written(directory.path(), name, text);
-        let told = failure(&[&["curves", &path][..], &MAPS].concat());
-        assert!(expected.iter().all(|part| told.contains(part)), "{name}: {told}");
-        assert!(told.contains(name), "{told}");
+        let message = failure(&[&["curves", &path][..], &MAPS].concat());
+        assert!(expected.iter().all(|part| message.contains(part)), "{name}: {message}");
+        assert!(message.contains(name), "{message}");
     }
     let path = written(directory.path(), "plain.csv", &good);
-    let told = failure(&["curves", &path]);
-    assert!(told.contains("no column for the time") && told.contains("--map time_s="), "{told}");
-    let told = failure(&["curves", &path, "--map", "speed_knots=v_kmh"]);
-    assert!(told.contains("speed_kn"), "{told}");
-    let told = failure(&["curves", "absent.csv"]);
-    assert!(told.contains("cannot read `absent.csv`"), "{told}");
+    let message = failure(&["curves", &path]);
+    assert!(
+        message.contains("no column for the time") && message.contains("--map time_s="),
+        "{message}"
+    );
+    let message = failure(&["curves", &path, "--map", "speed_knots=v_kmh"]);
+    assert!(message.contains("speed_kn"), "{message}");
+    let message = failure(&["curves", "absent.csv"]);
+    assert!(message.contains("cannot read `absent.csv`"), "{message}");
     // seconds taken for milliseconds
-    let told = failure(&[
+    let message = failure(&[
         "curves",
         &path,
         "--map",
@@ -164,7 +167,7 @@ fn bad_logs_say_what_is_wrong_and_where() {
         "--map",
         "yaw_rate_degps=gyro_right_degps",
     ]);
-    assert!(told.contains("is the unit of time right?"), "{told}");
+    assert!(message.contains("is the unit of time right?"), "{message}");
 }
 
 #[test]
@@ -177,7 +180,7 @@ fn what_is_not_used_is_counted() {
     lines[400] = "what".to_owned();
     lines[600].push('x'); // not a number
     let path = written(directory.path(), "a.csv", &lines.join("\n"));
-    let (_, told) = answer(&[&["curves", &path][..], &MAPS].concat());
+    let (_, message) = answer(&[&["curves", &path][..], &MAPS].concat());
     for part in [
         "1 of 1,100 rows",
         "have too few or too many cells",
@@ -186,7 +189,7 @@ fn what_is_not_used_is_counted() {
         "1,058 of 1,100 rows used",
         "gaps in time: 1",
     ] {
-        assert!(told.contains(part), "{part}: {told}");
+        assert!(message.contains(part), "{part}: {message}");
     }
 }
 
@@ -207,7 +210,7 @@ fn shared(folder: &str) -> Option<PathBuf> {
 fn the_logs_of_others_give_curves() {
     let Some(logs) = shared("logs") else { return };
     let path = |name: &str| logs.join(name).to_str().expect("UTF-8").to_owned();
-    let (csv, told) = answer(&[
+    let (csv, message) = answer(&[
         "curves",
         &path("driveplotr_nds_28drives.csv.gz"),
         "--map=time_s=time_utc",
@@ -217,8 +220,11 @@ fn the_logs_of_others_give_curves() {
     // 28 drives of a car in towns, sampled with 1 Hz: some 200 to 300 curves, mostly junction turns
     let curves = csv.lines().count() - 1;
     assert!((150..400).contains(&curves), "{curves}");
-    assert!(told.contains("of 28 drives") && told.contains("23,186 of 23,187 rows used"), "{told}");
-    let (csv, told) = answer(&[
+    assert!(
+        message.contains("of 28 drives") && message.contains("23,186 of 23,187 rows used"),
+        "{message}"
+    );
+    let (csv, message) = answer(&[
         "curves",
         &path("udacity_ch2_part1.csv.gz"),
         &path("udacity_ch2_part4.csv.gz"),
@@ -226,7 +232,7 @@ fn the_logs_of_others_give_curves() {
         "--steering-ratio=14.8",
         "--wheelbase-m=2.85",
     ]);
-    assert!((10..60).contains(&(csv.lines().count() - 1)), "{told}");
+    assert!((10..60).contains(&(csv.lines().count() - 1)), "{message}");
 }
 
 #[test]
@@ -236,16 +242,16 @@ fn a_trace_is_a_log() {
     let path = path.to_str().expect("UTF-8");
     let setting = ["--set", "mission.length_m=40000", "--cycle-id", "3"];
     answer(&[&["trace", "--out", path][..], &setting].concat());
-    let (csv, told) = answer(&["curves", path, "--split", "1.3"]);
+    let (csv, message) = answer(&["curves", path, "--split", "1.3"]);
     // its steps are of unequal length: only standstills part it
-    let way_km: f64 = told
+    let way_km: f64 = message
         .split("curves on ")
         .nth(1)
         .and_then(|rest| rest.split(' ').next())
         .expect("a way")
         .parse()
         .expect("km");
-    assert!(way_km > 39.5, "{told}");
+    assert!(way_km > 39.5, "{message}");
     let (cycle, _) = answer(&[&["cycle"][..], &setting].concat());
     // curvature of the road, where it changes
     let road: Vec<(f64, f64)> = cycle
@@ -278,7 +284,7 @@ fn gains_of_a_trace_are_identified() {
     let path = path.to_str().expect("UTF-8");
     answer(&["trace", "--study", "simulator-study", "--cycle-id", "0", "--out", path]);
     let quick = ["--speed-term", "none", "--no-intervals", "--starts", "4"];
-    let (json, told) = answer(&[&["identify", path, "--json"][..], &quick].concat());
+    let (json, message) = answer(&[&["identify", path, "--json"][..], &quick].concat());
     let json: serde_json::Value = serde_json::from_str(&json).expect("JSON");
     let fits = json["fits"].as_array().expect("a list");
     let events: Vec<&str> = fits.iter().filter_map(|fit| fit["event"].as_str()).collect();
@@ -289,21 +295,21 @@ fn gains_of_a_trace_are_identified() {
     assert!((gain(1) / gain(0) - 1.0).abs() < 0.01, "{} {}", gain(0), gain(1));
     assert!(
         json["population"].is_null()
-            && told.contains("1 row with the time of the row before is not used"),
-        "{told}"
+            && message.contains("1 row with the time of the row before is not used"),
+        "{message}"
     );
     // a log of speed alone
     let plain = written(directory.path(), "plain.csv", "time_s,speed_mps,grade\n0,20,0.0\n");
-    let told = failure(&["identify", &plain]);
-    assert!(told.contains("no column for the accelerator pedal"), "{told}");
+    let message = failure(&["identify", &plain]);
+    assert!(message.contains("no column for the accelerator pedal"), "{message}");
     let flat: String =
         (0..400).fold("time_s,speed_mps,grade,accelerator,brake\n".to_owned(), |mut text, k| {
             writeln!(text, "{},20,0.0,0.3,0", f64::from(k) * 0.1).expect("memory");
             text
         });
     let flat = written(directory.path(), "flat.csv", &flat);
-    let told = failure(&["identify", &flat]);
-    assert!(told.contains("no event"), "{told}");
+    let message = failure(&["identify", &flat]);
+    assert!(message.contains("no event"), "{message}");
 }
 
 #[test]
@@ -318,31 +324,34 @@ fn events_without_a_fit_are_counted_and_quiet_is_quiet() {
     }
     let path = written(directory.path(), "events.csv", &text);
     let arguments = ["identify", &path, "--no-intervals", "--starts", "1"];
-    let (_, told) = answer(&arguments);
+    let (_, message) = answer(&arguments);
     assert!(
-        told.contains("12 events or drives are left out: 12 for less than 30 rows or 10 s"),
-        "{told}"
+        message.contains("12 events or drives are left out: 12 for less than 30 rows or 10 s"),
+        "{message}"
     );
-    assert_eq!(told.matches("warning").count(), 1, "{told}");
-    let (json, told) = answer(&[&arguments[..], &["--quiet", "--json"]].concat());
-    assert_eq!(told, "");
+    assert_eq!(message.matches("warning").count(), 1, "{message}");
+    let (json, message) = answer(&[&arguments[..], &["--quiet", "--json"]].concat());
+    assert_eq!(message, "");
     let json: serde_json::Value = serde_json::from_str(&json).expect("JSON");
     assert_eq!(json["left_out"].as_array().map(Vec::len), Some(12));
     // without the event that can be, the first reason and the account are the error
     let short: String = text.lines().take(241).fold(String::new(), |all, line| all + line + "\n");
-    let told = failure(&["identify", &written(directory.path(), "short.csv", &short)]);
-    assert!(told.contains("20 rows over 1.9 s") && told.contains("12 for less than"), "{told}");
+    let message = failure(&["identify", &written(directory.path(), "short.csv", &short)]);
+    assert!(
+        message.contains("20 rows over 1.9 s") && message.contains("12 for less than"),
+        "{message}"
+    );
 }
 
 #[test]
 fn decimal_commas_and_dates_get_a_hint() {
     let directory = tempfile::tempdir().expect("a temporary directory");
     let commas = "time_s;speed_mps;yaw_rate_radps\n0,0;10,5;0,1\n0,1;10,5;0,1\n";
-    let told = failure(&["curves", &written(directory.path(), "commas.csv", commas)]);
-    assert!(told.contains("line 2 has `0,0`; numbers take a decimal point"), "{told}");
+    let message = failure(&["curves", &written(directory.path(), "commas.csv", commas)]);
+    assert!(message.contains("line 2 has `0,0`; numbers take a decimal point"), "{message}");
     let dates = "time_s,speed_mps,yaw_rate_radps\n2024-03-01T12:00:00Z,10,0\n";
-    let told = failure(&["curves", &written(directory.path(), "dates.csv", dates)]);
-    assert!(told.contains("`2024-03-01T12:00:00Z`; times are numbers: seconds"), "{told}");
+    let message = failure(&["curves", &written(directory.path(), "dates.csv", dates)]);
+    assert!(message.contains("`2024-03-01T12:00:00Z`; times are numbers: seconds"), "{message}");
 }
 
 #[test]
@@ -353,6 +362,9 @@ fn a_log_in_another_encoding_is_named_so() {
     bytes.push(0xf6);
     bytes.extend(b"ln\n");
     fs::write(&path, bytes).expect("a temporary file");
-    let told = failure(&["curves", path.to_str().expect("UTF-8")]);
-    assert!(told.contains("line 3: the text is not UTF-8") && told.contains("save"), "{told}");
+    let message = failure(&["curves", path.to_str().expect("UTF-8")]);
+    assert!(
+        message.contains("line 3: the text is not UTF-8") && message.contains("save"),
+        "{message}"
+    );
 }

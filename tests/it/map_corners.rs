@@ -168,8 +168,8 @@ fn the_answer_says_it() {
         let sets = sets.iter().flat_map(|set| ["--set", set]);
         let arguments: Vec<&str> =
             ["--cycles", "4", "--quiet", "--set", SHORT].into_iter().chain(sets).collect();
-        let told = ocmc(&arguments).args(more).assert().success();
-        String::from_utf8(told.get_output().stdout.clone()).unwrap()
+        let printed = ocmc(&arguments).args(more).assert().success();
+        String::from_utf8(printed.get_output().stdout.clone()).unwrap()
     };
     let text = run(&NARROW, &[]);
     assert!(text.contains("Beyond the points of the powertrain's maps for"), "{text}");

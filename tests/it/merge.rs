@@ -20,10 +20,10 @@ fn merge(parts: &[&Path], out: &Path) -> std::process::Output {
 
 fn refused(parts: &[&Path], out: &Path) -> String {
     let output = merge(parts, out);
-    let told = String::from_utf8(output.stderr).expect("UTF-8");
-    assert_eq!(output.status.code(), Some(1), "{told}");
-    assert!(!told.contains("panicked"), "{told}");
-    told
+    let message = String::from_utf8(output.stderr).expect("UTF-8");
+    assert_eq!(output.status.code(), Some(1), "{message}");
+    assert!(!message.contains("panicked"), "{message}");
+    message
 }
 
 #[test]
@@ -79,9 +79,9 @@ fn parts_that_are_not_of_one_run_are_named() {
         (part(parent, "seed", "50", "10", &["--seed", "2"]), "seed"),
         (part(parent, "study", "50", "10", &["--set", "driver.curve_speed.exponent=0.5"]), "study"),
     ] {
-        let told = refused(&[&a, &b], &out);
+        let message = refused(&[&a, &b], &out);
         let name = b.file_name().and_then(|name| name.to_str()).expect("UTF-8");
-        assert!(told.contains(words) && told.contains(name), "{name}: {told}");
+        assert!(message.contains(words) && message.contains(name), "{name}: {message}");
     }
     assert!(refused(&[&a, &a], &out).contains("overlap from id 0"), "one part twice");
     assert!(refused(&[&a, &parent.join("nowhere")], &out).contains("nowhere"));
@@ -100,9 +100,9 @@ fn parts_that_are_not_of_one_run_are_named() {
     // the last part, interrupted: its records fit, and others of the run are missing
     let of_more = text.replacen("\"cycles\": 10", "\"cycles\": 20", 1);
     fs::write(&file, of_more.replacen("complete\"", "interrupted\"", 1)).expect("space");
-    let told = refused(&[&a, &b], &out);
-    assert!(told.contains("interrupted after 10 of its 20 cycles"), "{told}");
-    assert!(told.contains(&format!("ocmc --out {} --resume", b.display())), "{told}");
+    let message = refused(&[&a, &b], &out);
+    assert!(message.contains("interrupted after 10 of its 20 cycles"), "{message}");
+    assert!(message.contains(&format!("ocmc --out {} --resume", b.display())), "{message}");
     assert!(!out.exists(), "nothing is written of parts that do not fit");
 }
 
@@ -125,18 +125,18 @@ fn a_part_that_was_cut_or_exchanged_is_named() {
         let good = fs::read(&file).expect("written");
         let name = format!("b-{format}");
         let mut k = 0;
-        let mut told = || {
+        let mut message = || {
             k += 1;
             refused(&[&a, &b], &parent.join(format!("out-{format}-{k}")))
         };
         for bytes in [&good[..good.len() / 2], &good[..good.len() - 5]] {
             fs::write(&file, bytes).expect("space");
-            let told = told();
-            assert!(told.contains(&name), "{told}");
+            let message = message();
+            assert!(message.contains(&name), "{message}");
         }
         fs::copy(other.join(format!("records.{format}")), &file).expect("space");
-        let told = told();
-        assert!(told.contains(&name) && told.contains("study and seed"), "{told}");
+        let message = message();
+        assert!(message.contains(&name) && message.contains("study and seed"), "{message}");
     }
 }
 

@@ -109,13 +109,13 @@ fn what_no_engine_can_do_is_counted_and_nothing_breaks() {
             assert!(value.is_finite(), "{}", column.name);
         }
     }
-    // the books close in terms of what was turned over: the engine's own work is little of it
+    // the balance closes relative to what was turned over: the engine's own work is little of it
     let open_j = balance(&record) * record.crankshaft_work_j.unwrap().abs() + sum.missing_j;
     let turned_over_j = sum.missing_j + sum.service_brake_j;
     assert!((open_j / turned_over_j).abs() < 1e-9, "{open_j} of {turned_over_j}");
 }
 
-/// What FASTSim says of a vehicle on a cycle; none, said aloud, where there is no FASTSim.
+/// What FASTSim says of a vehicle on a cycle; none, with a message, where there is no FASTSim.
 fn fastsim(vehicle: &str, cycle: &str) -> Option<serde_json::Value> {
     let in_shared = || shared(&format!("vehicles/fastsim/{vehicle}.yaml"));
     // a name with an ending is one of FASTSim's own

@@ -44,7 +44,7 @@ fn the_energy_of_a_saturated_run_adds_up() {
         let page = page(&run);
         assert!(page.contains("add up to 100.0000 %") && page.contains(row), "{study}");
     }
-    // somebody who drives is slower instead
+    // with a driver the truck is slower instead
     let driven = parent.path().join("driven");
     run_into(&driven, &["--cycles", "20"]);
     let page = page(&driven);
@@ -92,8 +92,8 @@ fn a_browser_shows_it_without_errors_and_fetches_nothing() {
     for part in ["Where the energy went", "<polyline", "<rect", "Provenance"] {
         assert!(page.contains(part), "{part}");
     }
-    let told = String::from_utf8_lossy(&output.stderr);
-    assert!(!told.contains("CONSOLE"), "{told}");
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert!(!message.contains("CONSOLE"), "{message}");
     let log = fs::read_to_string(&network).expect("the browser writes its log");
     assert!(log.contains("report.html") || log.contains("constants"), "a log of requests");
     // the browser's own services are not the page's; what the page asks for has it as its initiator

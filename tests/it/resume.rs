@@ -39,10 +39,10 @@ fn begin_again(out: &Path) -> Child {
 /// What a failing `--resume` tells.
 fn refused(out: &Path) -> String {
     let output = begin_again(out).wait_with_output().expect("it ends");
-    let told = String::from_utf8(output.stderr).expect("UTF-8");
-    assert_eq!(output.status.code(), Some(1), "{told}");
-    assert!(!told.contains("panicked"), "{told}");
-    told
+    let message = String::from_utf8(output.stderr).expect("UTF-8");
+    assert_eq!(output.status.code(), Some(1), "{message}");
+    assert!(!message.contains("panicked"), "{message}");
+    message
 }
 
 fn whole(out: &Path, arguments: &[&str]) {
@@ -69,10 +69,10 @@ fn interrupt(run: Child) -> (String, Duration) {
     let kill = Command::new("kill").args(["-INT", &run.id().to_string()]).status();
     assert!(kill.expect("kill starts").success());
     let output = run.wait_with_output().expect("it ends");
-    let told = String::from_utf8(output.stderr).expect("UTF-8");
-    assert_eq!(output.status.code(), Some(1), "{told}");
-    assert!(told.contains("interrupted") && told.contains("--resume"), "{told}");
-    (told, asked.elapsed())
+    let message = String::from_utf8(output.stderr).expect("UTF-8");
+    assert_eq!(output.status.code(), Some(1), "{message}");
+    assert!(message.contains("interrupted") && message.contains("--resume"), "{message}");
+    (message, asked.elapsed())
 }
 
 fn assert_same(expected: &Path, out: &Path, records: &str) {
@@ -200,11 +200,12 @@ fn the_manifest_of_a_followed_cycle_is_all_that_it_takes() {
         fs::write(&copy, held["followed"]["cycle"].as_str().expect("a text")).expect("space");
         let out = elsewhere.path().join("run");
         let (study, copy) = (study.display().to_string(), copy.display().to_string());
-        let told = ocmc(&["drive", &copy, "--follow-speed", how, "--cycles", "20", "--seed", "5"])
-            .args(["--study", &study, "--quiet", "--out"])
-            .arg(&out)
-            .output();
-        assert!(told.expect("it starts").status.success());
+        let message =
+            ocmc(&["drive", &copy, "--follow-speed", how, "--cycles", "20", "--seed", "5"])
+                .args(["--study", &study, "--quiet", "--out"])
+                .arg(&out)
+                .output();
+        assert!(message.expect("it starts").status.success());
         let bytes = |folder: &Path| fs::read(folder.join("records.parquet")).expect("written");
         assert!(bytes(&expected) == bytes(&out), "{how}");
     }
@@ -241,19 +242,19 @@ fn files_behind_resume_have_to_be_those_of_the_run() {
         (&["drive", &route, &route], &drives),
         (&["drive", &route, "--keep", "weather"], &drives),
     ] {
-        let (code, told) = again(arguments, out);
-        assert_eq!(code, Some(2), "{arguments:?}: {told}");
-        assert!(told.contains("other files") && told.contains("--resume"), "{told}");
+        let (code, message) = again(arguments, out);
+        assert_eq!(code, Some(2), "{arguments:?}: {message}");
+        assert!(message.contains("other files") && message.contains("--resume"), "{message}");
     }
-    // a run so long is not finished here: its manifest is told that it was to be shorter
+    // a run so long is not finished here: its manifest says that it was to be shorter
     for (arguments, out) in [(&followed[..], &follows), (&["drive", &route], &drives)] {
         let path = out.join("manifest.json");
         let text = fs::read_to_string(&path).expect("written");
         let completed = manifest(out)["completed"].as_u64().expect("a number") + 100;
         let text = text.replace("\"cycles\": 10000000", &format!("\"cycles\": {completed}"));
         fs::write(&path, text).expect("space");
-        let (code, told) = again(arguments, out);
-        assert_eq!(code, Some(0), "{arguments:?}: {told}");
+        let (code, message) = again(arguments, out);
+        assert_eq!(code, Some(0), "{arguments:?}: {message}");
         assert_eq!(manifest(out)["completed"], completed);
     }
 }
@@ -338,12 +339,12 @@ fn a_damaged_or_foreign_chunk_is_named() {
         let arguments = ["--cycles", "1024", "--first-cycle", "1024", "--seed", "2", "--format"];
         whole(&other, &[&arguments[..], &[format]].concat());
         fs::copy(other.join(format!("records.{format}")), &chunk).expect("space");
-        let told = refused(&out);
-        assert!(told.contains("00000001") && told.contains("study and seed"), "{told}");
+        let message = refused(&out);
+        assert!(message.contains("00000001") && message.contains("study and seed"), "{message}");
         // other cycles of this one
         fs::copy(out.join("chunks").join(format!("00000000.{format}")), &chunk).expect("space");
-        let told = refused(&out);
-        assert!(told.contains("cycle 0 where cycle 1024 should be"), "{told}");
+        let message = refused(&out);
+        assert!(message.contains("cycle 0 where cycle 1024 should be"), "{message}");
     }
 }
 
@@ -360,10 +361,10 @@ fn what_cannot_be_resumed_is_said() {
         refused(&out)
     };
     let version = format!("\"program_version\": \"{}\"", env!("CARGO_PKG_VERSION"));
-    let told = changed(&version, "\"program_version\": \"0.0.1\"");
-    assert!(told.contains("version 0.0.1 of the program"), "{told}");
-    let told = changed("length_m = 200.0", "length_m = 300.0");
-    assert!(told.contains("hash"), "{told}");
+    let message = changed(&version, "\"program_version\": \"0.0.1\"");
+    assert!(message.contains("version 0.0.1 of the program"), "{message}");
+    let message = changed("length_m = 200.0", "length_m = 300.0");
+    assert!(message.contains("hash"), "{message}");
     for option in ["--study", "--set", "--cycles", "--first-cycle", "--seed", "--format"] {
         let value = if option == "--format" { "csv" } else { "1" };
         let output = ocmc(&["--resume", option, value, "--out"]).arg(&out).output();
@@ -380,10 +381,10 @@ fn two_programs_do_not_write_one_run() {
     while !out.join("chunks").join("00000000.parquet").exists() {
         std::thread::sleep(Duration::from_millis(20));
     }
-    let told = refused(&out);
+    let message = refused(&out);
     run.kill().expect("it is ours");
     run.wait().expect("it ends");
-    assert!(told.contains("another program"), "{told}");
+    assert!(message.contains("another program"), "{message}");
 }
 
 #[test]
@@ -399,10 +400,10 @@ fn a_disk_that_takes_no_more_is_named_and_loses_nothing() {
         out.display()
     );
     let output = Command::new("bash").args(["-c", &script]).output().expect("bash starts");
-    let told = String::from_utf8(output.stderr).expect("UTF-8");
-    assert_eq!(output.status.code(), Some(1), "{told}");
+    let message = String::from_utf8(output.stderr).expect("UTF-8");
+    assert_eq!(output.status.code(), Some(1), "{message}");
     for part in ["records.parquet", "too large", "--resume"] {
-        assert!(told.contains(part), "{part}: {told}");
+        assert!(message.contains(part), "{part}: {message}");
     }
     assert_eq!(manifest(&out)["completed"], 5000);
     resume(&out);
@@ -461,14 +462,14 @@ fn a_full_disk_is_named_and_after_space_was_made_the_run_goes_on() {
             };
             let out = disk.0.path().join("run");
             let output = begin(&out, &arguments).wait_with_output().expect("it ends");
-            let told = String::from_utf8(output.stderr).expect("UTF-8");
-            assert_eq!(output.status.code(), Some(1), "{told}");
-            assert_eq!(told.matches("error:").count(), 1, "one error: {told}");
+            let message = String::from_utf8(output.stderr).expect("UTF-8");
+            assert_eq!(output.status.code(), Some(1), "{message}");
+            assert_eq!(message.matches("error:").count(), 1, "one error: {message}");
             assert!(
-                told.contains("No space left on device") && !told.contains("panicked"),
-                "{told}"
+                message.contains("No space left on device") && !message.contains("panicked"),
+                "{message}"
             );
-            assert_eq!(told.contains("--resume"), share > 0.0, "{told}");
+            assert_eq!(message.contains("--resume"), share > 0.0, "{message}");
             disk.grow(16 * kilobytes + 16_384);
             if share > 0.0 {
                 eprintln!("{format}, {kilobytes} kB: {}", manifest(&out)["completed"]);

@@ -74,6 +74,7 @@ fn the_summary_is_the_answer_in_json() {
     };
     let mean =
         rows.iter().map(litres).sum::<f64>() / rows.iter().map(|r| r.distance_m).sum::<f64>();
-    let told = summary["statistics"]["consumption_l_per_100km"]["mean"].as_f64().expect("a number");
-    assert!((told / mean - 1.0).abs() < 1e-12, "{told} {mean}");
+    let printed =
+        summary["statistics"]["consumption_l_per_100km"]["mean"].as_f64().expect("a number");
+    assert!((printed / mean - 1.0).abs() < 1e-12, "{printed} {mean}");
 }

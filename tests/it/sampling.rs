@@ -83,9 +83,12 @@ fn the_means_of_repeated_runs_are_spread_as_their_intervals_say() {
     let spread = crate::common::sd(&means);
     // 20 batches: Student's 2.093 standard errors
     let squares = runs.iter().map(|run| (half_width(run) / 2.093).powi(2)).sum::<f64>();
-    let told = (squares / RUNS as f64).sqrt();
-    // an SD of 200 means is known to 1/√400; that of the told one's square from 19 degrees of freedom a run adds little
-    assert!((spread / told - 1.0).abs() < 4.0 / (2.0 * RUNS as f64).sqrt(), "{spread} {told}");
+    let estimated = (squares / RUNS as f64).sqrt();
+    // an SD of 200 means is known to 1/√400; that of the estimated one's square from 19 degrees of freedom a run adds little
+    assert!(
+        (spread / estimated - 1.0).abs() < 4.0 / (2.0 * RUNS as f64).sqrt(),
+        "{spread} {estimated}"
+    );
 
     let plain = crate::common::study("field-truck", &["mission.length_m=1000"]);
     let cycles = RUNS * CYCLES;

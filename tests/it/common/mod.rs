@@ -16,7 +16,7 @@ use ocmc_core::study::{Scenario, Study};
 use ocmc_core::vehicle::DieselPowertrain;
 use std::path::PathBuf;
 
-/// A file of the shared data; none, said aloud, where they are absent.
+/// A file of the shared data; none, with a message, where they are absent.
 pub(crate) fn shared(name: &str) -> Option<PathBuf> {
     let folder = std::env::var_os("OCMC_DATA").map_or_else(
         || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/data")),
