@@ -5,7 +5,7 @@ use crate::common::study;
 use ocmc_core::kernel::trace::trace;
 use ocmc_core::study::Study;
 use ocmc_estimation::fit::curve_speed::{CurveSpeedFit, CurveSpeedOptions, CurveTable, fit};
-use ocmc_estimation::log::DriveLog;
+use ocmc_estimation::log::TripLog;
 use ocmc_estimation::log::curve::{CurveOptions, detect_curves};
 use ocmc_io::study::{FittedPart, fitted_study, load_text};
 
@@ -44,12 +44,12 @@ fn curves(study: &Study, truck: u64) -> CurveTable {
     let column = |name: &str| {
         trace.columns.iter().find(|column| column.name == name).unwrap().values.as_slice().into()
     };
-    let log = DriveLog {
+    let log = TripLog {
         time_s: column("time_s"),
         speed_mps: column("speed_mps"),
         yaw_rate_radps: column("yaw_rate_radps"),
         limit_mps: Some(column("limit_mps")),
-        ..DriveLog::default()
+        ..TripLog::default()
     };
     let found = detect_curves(&log, &CurveOptions::default()).unwrap().curves;
     CurveTable {

@@ -3,7 +3,7 @@
 //! without an error.
 
 use ocmc_core::fleet::dependence::Dependence;
-use ocmc_core::fleet::precision::{Looks, Precision};
+use ocmc_core::fleet::precision::{InterimChecks, Precision};
 use ocmc_core::fleet::run::{RunPlan, records};
 use ocmc_core::fleet::summary::{Summary, SummaryBuilder};
 use ocmc_core::kernel::record::Record;
@@ -45,7 +45,7 @@ fn assert_covers(sets: &[&str], names: &[&str]) {
         for run in 0..RUNS {
             let mut draws = Draws::new(1, run, Stream::Bootstrap);
             let mut fleet = SummaryBuilder::new(dependence);
-            let mut looks = Looks::new(Some(&precision), 0);
+            let mut checks = InterimChecks::new(Some(&precision), 0);
             loop {
                 let batch = batches[(draws.uniform() * batches.len() as f64) as usize];
                 let ids = fleet.cycles()..;
@@ -54,7 +54,7 @@ fn assert_covers(sets: &[&str], names: &[&str]) {
                     .map(|(cycle_id, record)| Record { cycle_id, ..record.clone() })
                     .collect();
                 let taken: ControlFlow<Option<()>> =
-                    looks.take(&mut fleet, &drawn, |_, _| ControlFlow::Continue(()));
+                    checks.take(&mut fleet, &drawn, |_, _| ControlFlow::Continue(()));
                 if taken.is_break() {
                     break;
                 }
@@ -67,7 +67,7 @@ fn assert_covers(sets: &[&str], names: &[&str]) {
         eprintln!("{of}, {sets:?}: {share} cover {truth:.3}, {cycles} cycles on average");
         // 95 % of 1000 runs, two standard errors to either side
         assert!((0.936..=0.964).contains(&share), "{of} {sets:?}: {share}");
-        assert!(cycles > 1250.0, "{of} {sets:?}: several looks, {cycles}");
+        assert!(cycles > 1250.0, "{of} {sets:?}: several checks, {cycles}");
     }
 }
 

@@ -2,11 +2,13 @@
 //! them, and the road model fitted. It has to be the one that drew the roads.
 
 use ocmc_core::kernel::trace::trace;
+use ocmc_core::operating_cycle::coverage::Coverage;
 use ocmc_core::operating_cycle::road::point_event::EventKind;
-use ocmc_core::operating_cycle::told::Told;
 use ocmc_core::study::Study;
-use ocmc_estimation::fit::operating_cycle::{Density, Hilliness, ParameterFit, RoadFit, fit_told};
-use ocmc_estimation::log::DriveLog;
+use ocmc_estimation::fit::operating_cycle::{
+    Density, Hilliness, RoadFit, StudyParameterFit, fit_with_coverage,
+};
+use ocmc_estimation::log::TripLog;
 use ocmc_estimation::log::road::{LoggedRoad, RoadLog, RoadOptions, roads};
 use ocmc_io::study::load_text;
 
@@ -128,15 +130,15 @@ fn logged(study: &Study, truck: u64) -> Logged {
     log
 }
 
-fn roads_of(log: &Logged) -> (Vec<LoggedRoad>, Told) {
+fn roads_of(log: &Logged) -> (Vec<LoggedRoad>, Coverage) {
     let found = roads(
         &RoadLog {
-            drive: DriveLog {
+            drive: TripLog {
                 time_s: log.time_s.as_slice().into(),
                 speed_mps: log.speed_mps.as_slice().into(),
                 yaw_rate_radps: log.yaw_rate_radps.as_slice().into(),
                 limit_mps: Some(log.limit_mps.as_slice().into()),
-                ..DriveLog::default()
+                ..TripLog::default()
             },
             position_m: Some(log.position_m.as_slice().into()),
             grade: Some(log.grade.as_slice().into()),
@@ -148,7 +150,7 @@ fn roads_of(log: &Logged) -> (Vec<LoggedRoad>, Told) {
     )
     .unwrap();
     assert_eq!(found.roads.len(), 1);
-    (found.roads, found.told)
+    (found.roads, found.coverage)
 }
 
 /// All trucks, on two threads.
@@ -163,13 +165,13 @@ fn fitted(study: &Study) -> RoadFit {
         let (even, odd) = (half(0), half(1));
         [even.join().unwrap(), odd.join().unwrap()]
     });
-    let all: Vec<(Vec<LoggedRoad>, Told)> = halves.into_iter().flatten().collect();
-    let told = all[0].1;
+    let all: Vec<(Vec<LoggedRoad>, Coverage)> = halves.into_iter().flatten().collect();
+    let coverage = all[0].1;
     let roads: Vec<LoggedRoad> = all.into_iter().flat_map(|(roads, _)| roads).collect();
-    fit_told(&roads, &told, study.model()).unwrap()
+    fit_with_coverage(&roads, &coverage, study.model()).unwrap()
 }
 
-fn parameter<'a>(fit: &'a RoadFit, road_type: &str, key: &str) -> &'a ParameterFit {
+fn parameter<'a>(fit: &'a RoadFit, road_type: &str, key: &str) -> &'a StudyParameterFit {
     let of_type = fit.types.iter().find(|of_type| of_type.road_type == road_type).unwrap();
     let found = of_type.parameters.iter().find(|parameter| parameter.key == key);
     found.unwrap_or_else(|| panic!("{road_type}: no {key} in {:?}", fit.warnings))

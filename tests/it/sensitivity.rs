@@ -1,10 +1,10 @@
 //! The shares of the variance of a real study, estimated in two ways that have nothing in common but the cycles.
 
-use ocmc_core::fleet::quantity::{Quantity, quantity};
+use ocmc_core::fleet::quantity::{RecordQuantity, quantity};
 use ocmc_core::fleet::random_effects::two_way;
 use ocmc_core::fleet::run::{RunPlan, records};
 use ocmc_core::fleet::sensitivity::{FactorGroup, SensitivityError, factor_groups, sensitivity};
-use ocmc_core::random::{Exchange, StreamSet};
+use ocmc_core::random::{PickFreeze, StreamSet};
 use ocmc_core::study::Study;
 use std::convert::Infallible;
 use std::ops::ControlFlow;
@@ -18,7 +18,7 @@ fn done<T>(answer: ControlFlow<Infallible, T>) -> T {
     }
 }
 
-fn values(study: &Study, plan: &RunPlan, quantity: &Quantity) -> Vec<f64> {
+fn values(study: &Study, plan: &RunPlan, quantity: &RecordQuantity) -> Vec<f64> {
     let records = done(records(study, plan, |_| ControlFlow::Continue(())));
     records.iter().map(|record| quantity.of_cycle(record).expect("every cycle completes")).collect()
 }
@@ -38,7 +38,7 @@ fn nested(study: &Study, seed: u64, streams: StreamSet, outer: u64, inner: u64) 
         .map(|k| {
             // ids that no other loop of this test uses
             let plan = RunPlan {
-                exchange: Exchange { streams, cycle_id: Some(1_000_000 + k) },
+                pick_freeze: PickFreeze { streams, cycle_id: Some(1_000_000 + k) },
                 ..RunPlan::new(seed, 2_000_000 + k * inner, inner, Some(2), None)
             };
             mean_and_variance(&values(study, &plan, quantity))

@@ -5,7 +5,7 @@ use ocmc_core::fleet::sensitivity::SensitivityError;
 use ocmc_io::column_file::ColumnFileError;
 use ocmc_io::drive_cycle::DriveCycleFileError;
 use ocmc_io::given_cycle::GivenCycleFileError;
-use ocmc_io::log::curves::DriveError;
+use ocmc_io::log::curves::TripError;
 use ocmc_io::log::error::LogFileError;
 use ocmc_io::run_directory::RunDirectoryError;
 use ocmc_io::shell_word::resume_command;
@@ -45,7 +45,7 @@ pub(crate) enum Failure {
     LogFile(#[from] LogFileError),
     /// Logs without a single usable drive.
     #[error("{place}: {fault}")]
-    Drive { place: String, fault: DriveError },
+    Drive { place: String, fault: TripError },
     /// Logs without a single event that can be identified.
     #[error("{place}: {reason}")]
     NoEvent { place: String, reason: String },

@@ -1,6 +1,6 @@
 //! What an identification says: a line for each event, what the data do not tell, and a table to paste into a study.
 
-use ocmc_estimation::identification::identify::{EventFit, ParameterFit};
+use ocmc_estimation::identification::identify::{DriverParameterFit, EventFit};
 use ocmc_estimation::identification::population::Population;
 use std::fmt::Write;
 
@@ -37,7 +37,7 @@ pub(crate) fn text(fits: &[EventFit], population: Option<&Population>) -> String
     text
 }
 
-fn line(text: &mut String, parameter: &ParameterFit) {
+fn line(text: &mut String, parameter: &DriverParameterFit) {
     let (label, unit) = match parameter.name {
         "kp" => ("K_P", "s/m"),
         "ki" => ("K_I", "1/m"),

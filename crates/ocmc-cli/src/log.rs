@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use crate::output;
-use ocmc_io::log::curves::DriveError;
+use ocmc_io::log::curves::TripError;
 use ocmc_io::log::mapping::Mapping;
 use ocmc_io::log::{LogFile, Need, read};
 use std::path::Path;
@@ -31,8 +31,8 @@ pub(crate) fn read_logs<'a>(
 
 /// Fails by the first drive that was left out, where nothing could be used, and names the others.
 pub(crate) fn tell_left_out(
-    failed: Option<&(String, DriveError)>,
-    left_out: &[(String, DriveError)],
+    failed: Option<&(String, TripError)>,
+    left_out: &[(String, TripError)],
 ) -> Result<(), Failure> {
     if let Some((place, fault)) = failed {
         return Err(Failure::Drive { place: place.clone(), fault: fault.clone() });

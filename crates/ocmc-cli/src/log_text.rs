@@ -2,14 +2,14 @@
 
 use crate::number_text::{count_of, grouped, rounded};
 use ocmc_estimation::log::signal::LogCounts;
-use ocmc_io::log::curves::DriveCurves;
+use ocmc_io::log::curves::TripCurves;
 use std::fmt::Write;
 
 /// Most drives that get a line of their own.
 const MOST_LINES: usize = 40;
 
 /// What was found in the drives.
-pub(crate) fn curves_account(drives: &[DriveCurves], left_out: usize) -> String {
+pub(crate) fn curves_account(drives: &[TripCurves], left_out: usize) -> String {
     let mut text = String::new();
     if drives.len() <= MOST_LINES {
         for drive in drives {
@@ -33,8 +33,7 @@ pub(crate) fn curves_account(drives: &[DriveCurves], left_out: usize) -> String 
             let _ = writeln!(text, "{}", left_out_of(&found.counts));
         }
     }
-    let sum =
-        |count: &dyn Fn(&DriveCurves) -> usize| drives.iter().map(count).sum::<usize>() as u64;
+    let sum = |count: &dyn Fn(&TripCurves) -> usize| drives.iter().map(count).sum::<usize>() as u64;
     let way_km: f64 = drives.iter().map(|drive| drive.detection.way_m / 1000.0).sum();
     let slow_km: f64 = drives.iter().map(|drive| drive.detection.slow_m / 1000.0).sum();
     let _ = write!(

@@ -2,7 +2,7 @@
 
 use crate::arguments::{AnalysisArguments, RunArguments};
 use crate::failure::Failure;
-use ocmc_core::fleet::quantity::{Quantity, quantity};
+use ocmc_core::fleet::quantity::{RecordQuantity, quantity};
 use ocmc_core::fleet::run::RunPlan;
 use ocmc_core::kernel::cpu::CpuLevel;
 use ocmc_core::random::LAST_CYCLE_ID;
@@ -28,7 +28,7 @@ pub(crate) fn check_range(first_cycle: u64, cycles: u64) -> Result<(), Failure> 
 /// The plan of an analysis, and the quantity that it asks about, where one was named.
 pub(crate) fn analysis(
     arguments: &AnalysisArguments,
-) -> Result<(RunPlan, Option<&'static Quantity>), Failure> {
+) -> Result<(RunPlan, Option<&'static RecordQuantity>), Failure> {
     let AnalysisArguments { seed, first_cycle, cycles, threads, .. } = *arguments;
     check_range(first_cycle, cycles)?;
     let quantity = arguments.column.as_deref().and_then(quantity);

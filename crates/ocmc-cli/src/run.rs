@@ -6,7 +6,7 @@ use crate::progress::Progress;
 use crate::run_text::{self, Circumstances};
 use crate::{interrupt, output, request};
 use ocmc_core::fleet::dependence::Dependence;
-use ocmc_core::fleet::precision::Looks;
+use ocmc_core::fleet::precision::InterimChecks;
 use ocmc_core::fleet::run::RunPlan;
 use ocmc_core::fleet::summary::SummaryBuilder;
 use ocmc_core::kernel::record::Record;
@@ -112,7 +112,7 @@ fn drive_job(arguments: &RunArguments, job: Job) -> Result<(), Failure> {
     let clock = Instant::now();
     let progress = Progress::new(manifest.cycles, resumed, arguments.quiet);
     let precision = manifest.precision.as_ref();
-    let mut looks = Looks::new(precision, resumed);
+    let mut checks = InterimChecks::new(precision, resumed);
     let mut take = |records: &[Record], cycles: u64| {
         if let Some(directory) = &mut directory
             && let Err(error) = directory.add(records)
@@ -126,7 +126,7 @@ fn drive_job(arguments: &RunArguments, job: Job) -> Result<(), Failure> {
         ControlFlow::Continue(())
     };
     let ended = given.run(&loaded.study, &plan, |records: Vec<Record>| {
-        let taken = looks.take(&mut fleet, &records, &mut take);
+        let taken = checks.take(&mut fleet, &records, &mut take);
         taken.map_break(|stop| stop.unwrap_or(Stop::PreciseEnough))
     });
     progress.finish();
@@ -137,7 +137,7 @@ fn drive_job(arguments: &RunArguments, job: Job) -> Result<(), Failure> {
     };
 
     let wall_s = clock.elapsed().as_secs_f64();
-    let reached = precision.map(|precision| precision.look(&fleet));
+    let reached = precision.map(|precision| precision.check(&fleet));
     let summary = RunSummary::new(&manifest, fleet.finish(), wall_s, plan.threads);
     let summary = RunSummary { precision: reached, ..summary };
     if let Some(mut directory) = directory {

@@ -1,8 +1,9 @@
 //! From measurements to the laws of a study: estimators of `ocmc`, over plain columns.
 //!
-//! [`fit`] turns measured curves, speed changes, traffic counts, weather and roads into laws with their intervals;
-//! [`log`] finds curves and roads in the time series of a drive; [`identification`] finds the gains of a driver.
-//! Nothing here reads files or prints; the engine that simulates is `ocmc-core`.
+//! [`fit`] turns measured curves, speed changes, traffic counts, weather and roads into laws with
+//! their intervals; [`log`] finds curves and roads in the time series of a drive;
+//! [`identification`] finds the gains of a driver. Nothing here reads files or prints; the engine
+//! that simulates is `ocmc-core`.
 
 #![cfg_attr(
     test,

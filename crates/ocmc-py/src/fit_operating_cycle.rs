@@ -9,7 +9,7 @@ use crate::progress::Watch;
 use crate::study::PyStudy;
 use crate::value::shown;
 use ocmc_cli::operating_cycle_answer;
-use ocmc_estimation::fit::operating_cycle::fit_told;
+use ocmc_estimation::fit::operating_cycle::fit_with_coverage;
 use ocmc_estimation::log::curve::CurveOptions;
 use ocmc_estimation::log::road::RoadOptions;
 use ocmc_io::given_cycle;
@@ -155,9 +155,9 @@ pub(crate) fn fit_operating_cycle<'py>(
         warn(py, &format!("{place} is left out: {fault}"))?;
     }
     let model = base_model(base);
-    let told = found.told(radius_range_m);
+    let coverage = found.coverage(radius_range_m);
     let answered = py.detach(|| {
-        let fit = fit_told(&found.roads, &told, &model);
+        let fit = fit_with_coverage(&found.roads, &coverage, &model);
         fit.map(|fit| operating_cycle_answer(&fit, &model)).map_err(|error| no_fit(&source, &error))
     })?;
     answer(py, &answered)

@@ -5,7 +5,7 @@ use crate::progress::Watch;
 use crate::study::{PyStudy, plan_of};
 use ocmc_cli::{birds_eye_answer, comparison_answer, sensitivity_answer};
 use ocmc_core::fleet::comparison;
-use ocmc_core::fleet::quantity::{QUANTITIES, Quantity, quantity};
+use ocmc_core::fleet::quantity::{QUANTITIES, RecordQuantity, quantity};
 use ocmc_core::fleet::run::RunPlan;
 use ocmc_core::fleet::sensitivity::{self, factor_groups};
 use ocmc_core::study::{Study, StudyModel};
@@ -51,7 +51,7 @@ fn driven<T: Send>(
 }
 
 /// The quantity that is asked about.
-fn quantity_of(column: Option<&str>) -> PyResult<Option<&'static Quantity>> {
+fn quantity_of(column: Option<&str>) -> PyResult<Option<&'static RecordQuantity>> {
     let Some(column) = column else { return Ok(None) };
     let known = quantity(column).ok_or_else(|| {
         let names = QUANTITIES.map(|quantity| quantity.column).join(", ");

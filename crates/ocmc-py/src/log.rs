@@ -12,7 +12,7 @@ use ocmc_estimation::log::curve::{
 };
 use ocmc_estimation::log::hidden_markov::HiddenMarkov;
 use ocmc_estimation::log::threshold::Threshold;
-use ocmc_io::log::curves::{DriveCurves, FoundCurves, Steering, needs};
+use ocmc_io::log::curves::{FoundCurves, Steering, TripCurves, needs};
 use ocmc_io::log::mapping::Mapping;
 use ocmc_io::log::{LogFile, Need, read, read_table};
 use pyo3::exceptions::PyValueError;
@@ -185,15 +185,15 @@ fn detectors() -> [(&'static str, Detector); 3] {
 }
 
 /// The curves of all drives, one row a curve: the columns of the command's file.
-fn curve_table(drives: &[DriveCurves]) -> Table {
-    let rows: Vec<(&DriveCurves, &DrivenCurve)> = drives
+fn curve_table(drives: &[TripCurves]) -> Table {
+    let rows: Vec<(&TripCurves, &DrivenCurve)> = drives
         .iter()
         .flat_map(|drive| drive.detection.curves.iter().map(move |curve| (drive, curve)))
         .collect();
-    let words = |word: fn(&DriveCurves, &DrivenCurve) -> String| {
+    let words = |word: fn(&TripCurves, &DrivenCurve) -> String| {
         Arc::new(StringArray::from_iter_values(rows.iter().map(|(d, c)| word(d, c)))) as ArrayRef
     };
-    let numbers = |number: fn(&DriveCurves, &DrivenCurve) -> Option<f64>| {
+    let numbers = |number: fn(&TripCurves, &DrivenCurve) -> Option<f64>| {
         let numbers: Float64Array = rows.iter().map(|(d, c)| number(d, c)).collect();
         Arc::new(numbers) as ArrayRef
     };

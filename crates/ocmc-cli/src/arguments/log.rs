@@ -3,7 +3,7 @@
 use crate::failure::Failure;
 use clap::{Args, ValueEnum};
 use ocmc_estimation::log::curve::RadiusDefinition;
-use ocmc_io::log::curves::{DriveError, Steering};
+use ocmc_io::log::curves::{Steering, TripError};
 use std::path::PathBuf;
 
 /// Log files, and what their columns are.
@@ -35,7 +35,7 @@ impl SteeringArguments {
         let steering = given.map(|(ratio, wheelbase_m)| Steering::new(ratio, wheelbase_m));
         steering.transpose().map_err(|fault| Failure::Drive {
             place: "--steering-ratio, --wheelbase-m".to_owned(),
-            fault: DriveError::Log(fault),
+            fault: TripError::Log(fault),
         })
     }
 }

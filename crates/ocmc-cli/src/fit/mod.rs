@@ -17,7 +17,7 @@ use crate::answer::Answer;
 use crate::arguments::{FitCommand, FittedArguments};
 use crate::failure::Failure;
 use crate::{output, study};
-use ocmc_estimation::fit::operating_cycle::ParameterFit;
+use ocmc_estimation::fit::operating_cycle::StudyParameterFit;
 use ocmc_io::shell_word::shell_word;
 use ocmc_io::study::{FittedPart, fitted_study};
 use serde::Serialize;
@@ -54,7 +54,7 @@ fn answer(fit: &impl Serialize, text: String, warnings: &[String], part: &Fitted
 fn answer_of_parameters(
     fit: &impl Serialize,
     head: &str,
-    parameters: &[ParameterFit],
+    parameters: &[StudyParameterFit],
     warnings: &[String],
     part: &FittedPart,
 ) -> Answer {
@@ -104,7 +104,7 @@ fn named(files: &[PathBuf]) -> String {
 }
 
 /// A table of estimated numbers with their errors, under a title.
-fn parameter_table(title: &str, parameters: &[ParameterFit]) -> String {
+fn parameter_table(title: &str, parameters: &[StudyParameterFit]) -> String {
     let mut text = format!("{title:38}{:>14}{:>14}{:>10}\n", "estimate", "error", "n");
     for parameter in parameters {
         let error = parameter.standard_error.map_or("-".to_owned(), short);

@@ -9,7 +9,7 @@ use crate::log::{mappings, read_logs, tell_left_out};
 use crate::number_text::count_of;
 use crate::output;
 use ocmc_core::study::StudyModel;
-use ocmc_estimation::fit::operating_cycle::{RoadFit, fit_told};
+use ocmc_estimation::fit::operating_cycle::{RoadFit, fit_with_coverage};
 use ocmc_estimation::log::curve::CurveOptions;
 use ocmc_estimation::log::road::RoadOptions;
 use ocmc_io::log::mapping::Mapping;
@@ -35,9 +35,9 @@ pub(crate) fn operating_cycle(arguments: &OperatingCycleArguments) -> Result<(),
     for path in cycles {
         found.add_cycle(given_cycle::read(path)?);
     }
-    let (sources, told) = (&arguments.files, found.told(radius_range_m));
-    let fit =
-        fit_told(&found.roads, &told, &base.model).map_err(|error| no_fit(&sources[0], error))?;
+    let (sources, coverage) = (&arguments.files, found.coverage(radius_range_m));
+    let fit = fit_with_coverage(&found.roads, &coverage, &base.model)
+        .map_err(|error| no_fit(&sources[0], error))?;
     let answer = operating_cycle_answer(&fit, &base.model);
     super::print(&arguments.fitted, &answer)?;
     write_study(&arguments.fitted, "operating-cycle", sources, &answer)

@@ -55,7 +55,7 @@ pub fn speed_change_answer(
     let warning = |name| format!("no {name} was measured: the study keeps the one of its base");
     let mut warnings: Vec<String> = missing.map(|(name, _)| warning(name)).collect();
     if fit.drivers == 1 {
-        warnings.push("there is one driver only: nothing is told about how drivers differ".into());
+        warnings.push("there is one driver only: nothing is known about how drivers differ".into());
     }
     super::answer(fit, text(fit, &part.text()), &warnings, &part)
 }

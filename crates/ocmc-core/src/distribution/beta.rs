@@ -1,6 +1,7 @@
 //! Beta law on (0, `scale`): a share of a limit, such as a payload of the room there is.
 //!
-//! Density proportional to (x/s)^(α−1) (1 − x/s)^(β−1). Sampled as G_α/(G_α + G_β) of two gamma variables.
+//! Density proportional to (x/s)^(α−1) (1 − x/s)^(β−1). Sampled as G_α/(G_α + G_β) of two gamma
+//! variables.
 
 use super::gamma::{log_standard_gamma, standard_gamma};
 use crate::random::Draws;

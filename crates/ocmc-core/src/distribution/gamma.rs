@@ -1,6 +1,7 @@
 //! Gamma law: amounts that add up, such as rain in an hour or the variance of a block of road.
 //!
-//! Density x^(k−1) exp(−x/θ) / (Γ(k) θ^k) with shape k and scale θ = mean/k; the coefficient of variation is 1/√k.
+//! Density x^(k−1) exp(−x/θ) / (Γ(k) θ^k) with shape k and scale θ = mean/k; the coefficient of
+//! variation is 1/√k.
 
 use super::{Law, all_positive};
 use crate::random::Draws;
@@ -45,9 +46,10 @@ pub fn log_standard_gamma(draws: &mut Draws, shape: f64) -> f64 {
     libm::log(standard_gamma(draws, shape))
 }
 
-/// Maximum likelihood: the mean, and the shape k of ln k − ψ(k) = ln(mean) − mean(ln x), by the iteration of
-/// T. P. Minka, "Estimating a gamma distribution" (2002), a Newton step on 1/k that converges within a few rounds.
-/// None without values, where one is not positive, or where all are equal.
+/// Maximum likelihood: the mean, and the shape k of ln k − ψ(k) = ln(mean) − mean(ln x), by the
+/// iteration of T. P. Minka, "Estimating a gamma distribution" (2002), a Newton step on 1/k that
+/// converges within a few rounds. None without values, where one is not positive, or where all are
+/// equal.
 pub fn fit(values: &[f64]) -> Option<Law> {
     let n = values.len() as f64;
     let mean = values.iter().sum::<f64>() / n;
@@ -70,7 +72,8 @@ pub fn fit(values: &[f64]) -> Option<Law> {
     (shape > 0.0 && shape < LARGEST_SHAPE).then_some(Law::Gamma { mean, shape })
 }
 
-/// ψ(x) for x > 0: the recurrence up to 10, then the asymptotic series (Abramowitz and Stegun 6.3.5, 6.3.18).
+/// ψ(x) for x > 0: the recurrence up to 10, then the asymptotic series (Abramowitz and Stegun
+/// 6.3.5, 6.3.18).
 fn digamma(x: f64) -> f64 {
     let (mut x, mut below) = (x, 0.0);
     while x < 10.0 {
@@ -95,8 +98,8 @@ fn trigamma(x: f64) -> f64 {
     1.0 / x + 0.5 * y + series + below
 }
 
-/// About the quantile, by the cube root of a gamma variable being nearly normal (E. B. Wilson and M. M. Hilferty, 1931):
-/// good to a few per cent in the tails.
+/// About the quantile, by the cube root of a gamma variable being nearly normal (E. B. Wilson and
+/// M. M. Hilferty, 1931): good to a few per cent in the tails.
 pub fn approximate_quantile(mean: f64, shape: f64, p: f64) -> f64 {
     let root = 1.0 - 1.0 / (9.0 * shape)
         + crate::special_functions::normal_quantile(p) / (3.0 * shape.sqrt());

@@ -91,7 +91,7 @@ pub enum Law {
 }
 
 impl Law {
-    /// Smallest shape of a beta law: below it a draw is 0 or `scale`, as good as always.
+    /// Smallest shape of a beta law: below it a draw is 0 or `scale`, almost surely.
     pub const LEAST_SHAPE: f64 = 1e-3;
 
     /// One draw.
@@ -115,8 +115,8 @@ impl Law {
         }
     }
 
-    /// The value below which a share `p` of all draws lies, for p in (0, 1); none where it has no closed form
-    /// (gamma, beta, mixture, empirical).
+    /// The value below which a share `p` of all draws lies, for p in (0, 1); none where it has no
+    /// closed form (gamma, beta, mixture, empirical).
     ///
     /// ```
     /// use ocmc_core::distribution::Law;
@@ -175,8 +175,9 @@ impl Law {
         }
     }
 
-    /// The range of all draws. Of a law whose tails go on it is that of all but one in a million on each side: those draws are put at
-    /// its ends, so that a value that the check of a study has not seen is never drawn. (Gamma: its tail goes on.)
+    /// The range of all draws. Of a law whose tails go on it is that of all but one in a million on
+    /// each side: those draws are put at its ends, so that a value that the check of a study has
+    /// not seen is never drawn. (Gamma: its tail goes on.)
     pub fn practical_range(&self) -> (f64, f64) {
         match self {
             Self::Gamma { mean, shape } => (

@@ -1,6 +1,8 @@
-//! Log-normal law: a positive quantity that varies by factors, such as a drag area, a gain, an acceleration.
+//! Log-normal law: a positive quantity that varies by factors, such as a drag area, a gain, an
+//! acceleration.
 //!
-//! ln x is normal with mean ln(median) and standard deviation `log_sd`; truncation, by inversion, where there are bounds.
+//! ln x is normal with mean ln(median) and standard deviation `log_sd`; truncation, by inversion,
+//! where there are bounds.
 
 use super::normal::truncated_quantile;
 use super::{Law, all_positive, moments, practical};
@@ -25,8 +27,8 @@ pub fn quantile(median: f64, log_sd: f64, lower: Option<f64>, upper: Option<f64>
     x.clamp(lower.unwrap_or(0.0), upper.unwrap_or(f64::INFINITY))
 }
 
-/// Fits mean and standard deviation (divisor n − 1) of ln x without truncation; none where a value is not positive
-/// or all are equal.
+/// Fits mean and standard deviation (divisor n − 1) of ln x without truncation; none where a value
+/// is not positive or all are equal.
 pub fn fit(values: &[f64]) -> Option<Law> {
     if !all_positive(values) {
         return None;

@@ -1,9 +1,10 @@
 //! The scalar laws that a study file names, and the number-or-distribution that uses them.
 //!
-//! One file a law: what it is for, its formula, how it samples, how its parameters are estimated from data (`fit`,
-//! beside `sample`), its quantile where there is a closed form, and the tests of all three. Every law samples with
-//! elementary operations and `libm`, so that the bits are the same everywhere; draws are part of the program's values
-//! and do not change without a note in the changelog (`tests/it/value_stability.rs`).
+//! One file a law: what it is for, its formula, how it samples, how its parameters are estimated
+//! from data (`fit`, beside `sample`), its quantile where there is a closed form, and the tests of
+//! all three. Every law samples with elementary operations and `libm`, so that the bits are the
+//! same everywhere; draws are part of the program's values and do not change without a note in the
+//! changelog (`tests/it/value_stability.rs`).
 
 pub mod beta;
 pub mod empirical;
@@ -23,7 +24,8 @@ pub use gamma::standard_gamma;
 pub use law::Law;
 pub use quantity::Quantity;
 
-/// What one draw in a million exceeds is drawn by none: the check of a study looks as far as that ([`Law::practical_range`]).
+/// What one draw in a million exceeds is drawn by none: the check of a study looks as far as that
+/// ([`Law::practical_range`]).
 const RARE: f64 = 1e-6;
 
 /// A probability, not nearer to 0 or 1 than that.
@@ -38,7 +40,8 @@ fn practical_exponential(draws: &mut Draws) -> f64 {
     draws.exponential().clamp(LOW, HIGH)
 }
 
-/// Mean and standard deviation (divisor n − 1); none for fewer than two values, or where one is not finite.
+/// Mean and standard deviation (divisor n − 1); none for fewer than two values, or where one is not
+/// finite.
 fn moments(values: impl Iterator<Item = f64> + Clone) -> Option<(f64, f64)> {
     let n = values.clone().count() as f64;
     let mean = values.clone().sum::<f64>() / n;

@@ -1,8 +1,9 @@
 //! Normal law, truncated where a quantity has bounds: compliance with a limit, a departure time.
 //!
 //! Density φ((x − μ)/σ)/σ, φ(z) = exp(−z²/2)/√(2π), on [lower, upper] divided by its mass there.
-//! Sampled by inversion, x = μ + σ Φ⁻¹(Φ(a) + u (Φ(b) − Φ(a))), exactly one uniform a draw. Bounds more than about eight
-//! standard deviations above the mean leave no digits of 1 − Φ and give the bound itself.
+//! Sampled by inversion, x = μ + σ Φ⁻¹(Φ(a) + u (Φ(b) − Φ(a))), exactly one uniform a draw. Bounds
+//! more than about eight standard deviations above the mean leave no digits of 1 − Φ and give the
+//! bound itself.
 
 use super::{Law, moments, practical};
 use crate::random::Draws;
@@ -26,7 +27,8 @@ pub fn quantile(mean: f64, sd: f64, lower: Option<f64>, upper: Option<f64>, p: f
     mean + sd * truncated_quantile(limit(lower), limit(upper), p)
 }
 
-/// Fits mean and standard deviation (divisor n − 1) without truncation; none for fewer than two different values.
+/// Fits mean and standard deviation (divisor n − 1) without truncation; none for fewer than two
+/// different values.
 pub fn fit(values: &[f64]) -> Option<Law> {
     let (mean, sd) = moments(values.iter().copied())?;
     (sd > 0.0).then_some(Law::Normal { mean, sd, lower: None, upper: None })

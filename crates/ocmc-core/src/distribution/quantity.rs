@@ -34,8 +34,8 @@ impl Quantity {
         }
     }
 
-    /// The value where the spread is turned off: the number, the median of a symmetric or log-normal
-    /// law, otherwise the mean.
+    /// The value where the spread is turned off: the number, the median of a symmetric or
+    /// log-normal law, otherwise the mean.
     pub fn centre(&self) -> f64 {
         match self {
             Self::Number(value) => *value,

@@ -1,4 +1,5 @@
-//! Uniform law on (`lower`, `upper`): a range that is all one knows, such as the standstill at a stop sign.
+//! Uniform law on (`lower`, `upper`): a range that is all one knows, such as the standstill at a
+//! stop sign.
 
 use super::Law;
 use crate::random::Draws;
@@ -13,8 +14,9 @@ pub fn quantile(lower: f64, upper: f64, p: f64) -> f64 {
     lower + (upper - lower) * p
 }
 
-/// Fits the ends without bias: the extremes of n values (the maximum-likelihood estimate) lie (upper − lower)/(n + 1)
-/// inside the ends on the average, and are moved out by their range over n − 1. None for fewer than two different values.
+/// Fits the ends without bias: the extremes of n values (the maximum-likelihood estimate) lie
+/// (upper − lower)/(n + 1) inside the ends on the average, and are moved out by their range over n
+/// − 1. None for fewer than two different values.
 pub fn fit(values: &[f64]) -> Option<Law> {
     let smallest = values.iter().copied().fold(f64::INFINITY, f64::min);
     let largest = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);

@@ -1,6 +1,7 @@
 //! Weibull law: wind speeds.
 //!
-//! P(x > t) = exp(−(t/λ)^k), shape k, scale λ = mean/Γ(1 + 1/k). Sampled by inversion, one uniform a draw.
+//! P(x > t) = exp(−(t/λ)^k), shape k, scale λ = mean/Γ(1 + 1/k). Sampled by inversion, one uniform
+//! a draw.
 
 use super::{Law, all_positive, practical_exponential};
 use crate::random::Draws;
@@ -15,8 +16,9 @@ pub fn quantile(mean: f64, shape: f64, p: f64) -> f64 {
     scale(mean, shape) * libm::pow(-libm::log1p(-p), 1.0 / shape)
 }
 
-/// Maximum likelihood: the shape k of Σ x^k ln x / Σ x^k − 1/k = mean(ln x) by Newton's method from the moments of
-/// ln x, and λ^k = mean(x^k). None without values, where one is not positive, or where all are equal.
+/// Maximum likelihood: the shape k of Σ x^k ln x / Σ x^k − 1/k = mean(ln x) by Newton's method from
+/// the moments of ln x, and λ^k = mean(x^k). None without values, where one is not positive, or
+/// where all are equal.
 pub fn fit(values: &[f64]) -> Option<Law> {
     if !all_positive(values) {
         return None;

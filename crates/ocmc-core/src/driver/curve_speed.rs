@@ -1,11 +1,13 @@
 //! How fast a driver takes a curve: the law that the paper fits.
 //!
-//! ln v = ln v₀ + δ (ln R − ln R₀) + α_driver + β_direction + e, e ~ N(0, σ_e²), one residual a curve.
+//! ln v = ln v₀ + δ (ln R − ln R₀) + α_driver + β_direction + e, e ~ N(0, σ_e²), one residual a
+//! curve.
 //!
-//! Source: Romano, Godio, Bruzelius, Johannesson, the paper in hand, with R₀ = 250 m. Field data: δ = 0.460,
-//! v₀ = 54.5 km/h, SD(α) = 5.6 %, β = ±0.2 % (left faster), σ_e = 17.7 %; simulator: 0.23, 60 km/h, 16 %, none, 4.8 %.
-//! The field fit uses 20 m ≤ R ≤ 500 m and knows nothing beyond: there a curve does not limit the speed.
-//! v₀ of the field fit contains curves under low signs, so it is censored low; the mean over trucks is 57.6 km/h.
+//! Source: Romano, Godio, Bruzelius, Johannesson, the paper in hand, with R₀ = 250 m. Field data: δ
+//! = 0.460, v₀ = 54.5 km/h, SD(α) = 5.6 %, β = ±0.2 % (left faster), σ_e = 17.7 %; simulator: 0.23,
+//! 60 km/h, 16 %, none, 4.8 %. The field fit uses 20 m ≤ R ≤ 500 m and knows nothing beyond: there
+//! a curve does not limit the speed. v₀ of the field fit contains curves under low signs, so it is
+//! censored low; the mean over trucks is 57.6 km/h.
 
 use crate::random::{Draws, Stream, Streams};
 use nalgebra::{Matrix2, Vector2};
@@ -137,7 +139,8 @@ impl CurveSpeedTable {
 }
 
 impl CurveSpeedModel {
-    /// Draws of uncertain parameters that the cycles share; none where the parameters are taken for certain.
+    /// Draws of uncertain parameters that the cycles share; none where the parameters are taken for
+    /// certain.
     pub fn uncertain_replicates(&self) -> Option<u64> {
         self.parameter_uncertainty.then_some(self.replicates.max(1))
     }
@@ -258,7 +261,7 @@ mod tests {
 
     #[test]
     fn lateral_accelerations_of_the_field_fit() {
-        // models.md section 11.1: R = 20/50/100/250/500 m -> 1.12/1.04/.99/.92/.87 m/s2
+        // R = 20/50/100/250/500 m -> 1.12/1.04/.99/.92/.87 m/s2
         let law = field().sample(&Streams::new(1, 0), false);
         for (radius, printed) in
             [(20.0, 1.12), (50.0, 1.04), (100.0, 0.99), (250.0, 0.92), (500.0, 0.87)]
@@ -271,7 +274,7 @@ mod tests {
 
     #[test]
     fn bivariate_fit_recovers_the_tables_moments() {
-        // models.md section 11.1: mean .438, SD .024; mean 57.6 km/h, log-SD 7.1 %; correlation .11
+        // mean .438, SD .024; mean 57.6 km/h, log-SD 7.1 %; correlation .11
         let fit = Bivariate::fit(&table().pairs());
         let (sd_e, sd_v) = (fit.covariance[(0, 0)].sqrt(), fit.covariance[(1, 1)].sqrt());
         assert!((fit.mean[0] - 0.438).abs() < 0.0006);

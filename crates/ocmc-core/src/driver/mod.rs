@@ -1,4 +1,5 @@
-//! The driver: what speed is wanted (tactical parameters) and how the pedals follow it (operational).
+//! The driver: what speed is wanted (tactical parameters) and how the pedals follow it
+//! (operational).
 
 pub mod curve_speed;
 pub mod pedal;

@@ -1,15 +1,16 @@
 //! The operational module: from the speed error to the pedals.
 //!
-//! PID: u = K_P e + J − K_D dv/dt with J = K_I ∫e dt; the derivative acts on the filtered speed, because the desired
-//! speed jumps. Anti-windup by back-calculation with tracking time T_t = r K_P/K_I, and J clamped: with a fixed T_t of
-//! 2 s the integral runs to −8 while saturated and the truck stalls in front of stops (closed-loop rule 10).
-//! Switched: u = K_P e while |e| > threshold, otherwise the throttle is held; a held brake is released when e ≥ 0
-//! (rule 11). Pedals: a_p = clip(u, 0, 1), b_p = clip(−s u, 0, 1) with the brake scale s, because the brake acts about
-//! 12 times stronger than the throttle.
+//! PID: u = K_P e + J − K_D dv/dt with J = K_I ∫e dt; the derivative acts on the filtered speed,
+//! because the desired speed jumps. Anti-windup by back-calculation with tracking time T_t = r
+//! K_P/K_I, and J clamped: with a fixed T_t of 2 s the integral runs to −8 while saturated and the
+//! truck stalls in front of stops. Switched: u = K_P e while |e| > threshold, otherwise the
+//! throttle is held; a held brake is released when e ≥ 0 (rule 11). Pedals: a_p = clip(u, 0, 1),
+//! b_p = clip(−s u, 0, 1) with the brake scale s, because the brake acts about 12 times stronger
+//! than the throttle.
 //!
-//! Both are one controller in the step: a PID never holds, a switched driver has K_I = K_D = 0.
-//! The paper prints gains in figures only; the numbers of the default study are derived (two real poles at 0.1 rad/s
-//! for 40 t at 70 km/h).
+//! Both are one controller in the step: a PID never holds, a switched driver has K_I = K_D = 0. The
+//! paper prints gains in figures only; the numbers of the default study are derived (two real poles
+//! at 0.1 rad/s for 40 t at 70 km/h).
 
 use crate::distribution::Quantity;
 use crate::random::{Draws, Stream, Streams};

@@ -1,8 +1,8 @@
 //! How hard a driver brakes and accelerates for a change of the desired speed.
 //!
-//! a = a₀ exp(e), e ~ N(0, σ²), with the sign apart: the paper's log-normal law, one draw a driver for each
-//! direction. The paper's medians (1.16 down, 0.52 up, in m/s²) are those of the *largest* windows; the default
-//! study takes 0.6 and 0.5.
+//! a = a₀ exp(e), e ~ N(0, σ²), with the sign apart: the paper's log-normal law, one draw a driver
+//! for each direction. The paper's medians (1.16 down, 0.52 up, in m/s²) are those of the *largest*
+//! windows; the default study takes 0.6 and 0.5.
 
 use crate::distribution::Quantity;
 use crate::random::{Stream, Streams};

@@ -51,13 +51,13 @@ impl SpeedLimitModel {
 }
 
 impl SpeedLimit {
-    /// v_sign = min(compliance · min(sign, legal truck limit), maximum), in m/s (closed-loop rule 4).
+    /// v_sign = min(compliance · min(sign, legal truck limit), maximum), in m/s.
     pub fn sign_speed_mps(&self, sign_mps: f64, truck_limit_mps: f64) -> f64 {
         (self.compliance * sign_mps.min(truck_limit_mps)).min(self.maximum_speed_mps)
     }
 
-    /// Speed at a bump, in m/s: v = L √(a_z / (8 h)), from the vertical acceleration v²/ρ on a crest of
-    /// radius ρ = L²/(8h). Judgement, kept between the driver's bounds.
+    /// Speed at a bump, in m/s: v = L √(a_z / (8 h)), from the vertical acceleration v²/ρ on a
+    /// crest of radius ρ = L²/(8h). Judgement, kept between the driver's bounds.
     pub fn bump_speed_mps(&self, length_m: f64, height_m: f64) -> f64 {
         let speed = length_m * (self.bump_acceleration_mps2 / (8.0 * height_m)).sqrt();
         speed.clamp(self.bump_minimum_mps, self.bump_maximum_mps)
@@ -77,7 +77,7 @@ mod tests {
             bump_minimum_mps: 15.0 / 3.6,
             bump_maximum_mps: 35.0 / 3.6,
         };
-        // models.md section 11.1: L 4 m, h 0.10 m -> 6.3 m/s
+        // L 4 m, h 0.10 m -> 6.3 m/s
         assert!((limit.bump_speed_mps(4.0, 0.10) - 6.3).abs() < 0.03);
         assert!((limit.sign_speed_mps(120.0 / 3.6, 85.0 / 3.6) - 85.0 / 3.6).abs() < 1e-12);
         assert!((limit.sign_speed_mps(120.0 / 3.6, f64::INFINITY) - 89.0 / 3.6).abs() < 1e-12);

@@ -1,12 +1,15 @@
 //! How a quantity goes with what is known of each cycle: bands over tenths of the cycles.
 //!
-//! The cycles are sorted by x, a column of the records, and cut into tenths; equal values of x stay together, and what is left
-//! of a tenth beside them goes with its neighbour where it is less than half of one. In each tenth the middle and the spread of y are shown. The share of the variance of y that lies between the tenths is
+//! The cycles are sorted by x, a column of the records, and cut into tenths; equal values of x stay
+//! together, and what is left of a tenth beside them goes with its neighbour where it is less than
+//! half of one. In each tenth the middle and the spread of y are shown. The share of the variance
+//! of y that lies between the tenths is
 //!
 //! ε² = 1 − (SS_within/(n − k)) / (SS/(n − 1))
 //!
-//! the correlation ratio, freed of its bias (T. L. Kelley, *Proc. Natl. Acad. Sci.* 21 (1935) 554 \[PK\]). It says what goes together, not what
-//! causes what: columns that go with one another share their shares. [`super::sensitivity`] tells causes apart.
+//! the correlation ratio, freed of its bias (T. L. Kelley, *Proc. Natl. Acad. Sci.* 21 (1935) 554
+//! \[PK\]). It says what goes together, not what causes what: columns that go with one another
+//! share their shares. [`super::sensitivity`] separates causes.
 
 use super::quantile::quantile;
 use serde::Serialize;
@@ -28,13 +31,15 @@ pub struct Band {
 /// How y goes with x.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Association {
-    /// Share of the variance of y between the bands; about 0, on either side, where y does not go with x.
+    /// Share of the variance of y between the bands; about 0, on either side, where y does not go
+    /// with x.
     pub share: f64,
     /// The bands, from the lowest x.
     pub bands: Vec<Band>,
 }
 
-/// Cuts pairs (x, y) of finite numbers into bands; none where either does not vary, or for fewer pairs than 5 a band.
+/// Cuts pairs (x, y) of finite numbers into bands; none where either does not vary, or for fewer
+/// pairs than 5 a band.
 pub fn association(pairs: &[(f64, f64)]) -> Option<Association> {
     let n = pairs.len();
     if n < 5 * BANDS {
@@ -119,7 +124,8 @@ mod tests {
         let found = association(&pairs).expect("it varies");
         assert_eq!(found.bands[0].x, [90.0, 90.0]);
         assert_eq!(found.bands.iter().map(|band| band.n).sum::<u64>(), 200);
-        // 91 equal values; half a tenth up to the next place where a tenth ends; then tenths: no band of a few cycles
+        // 91 equal values; half a tenth up to the next place where a tenth ends; then tenths: no
+        // band of a few cycles
         let sizes: Vec<u64> = found.bands.iter().map(|band| band.n).collect();
         assert_eq!(sizes, [91, 10, 19, 20, 20, 20, 20]);
         assert_eq!(association(&vec![(1.0, 2.0); 100]), None);

@@ -1,19 +1,21 @@
-//! Comparison of two studies under common random numbers: both drive the same cycle ids under one seed, so that
-//! whatever they do not differ in is the same, cycle by cycle, and falls out of the difference.
+//! Comparison of two studies under common random numbers: both drive the same cycle ids under one
+//! seed, so that whatever they do not differ in is the same, cycle by cycle, and falls out of the
+//! difference.
 //!
-//! With R = Σ y / Σ x the fleet's mean on each side (see [`super::ratio`]), the difference is R_B − R_A. Its linearised
-//! standard error is that of a mean of paired residuals:
+//! With R = Σ y / Σ x the fleet's mean on each side (see [`super::ratio`]), the difference is R_B −
+//! R_A. Its linearised standard error is that of a mean of paired residuals:
 //!
 //! e_Aᵢ = (y_Aᵢ − R_A x_Aᵢ) / x̄_A,  e_B alike,  se² = Σ (e_Bᵢ − e_Aᵢ)² / (n (n − 1))
 //!
-//! Two independent runs of the same size would have se² = Σ (e_Aᵢ² + e_Bᵢ²) / (n (n − 1)); the quotient of the two is
-//! the variance reduction. Where cycles depend on one another, the residuals of a batch are added up first (see
-//! [`super::dependence`]). What uncertain parameters add is told from the differences of the replicates, as for one mean
-//! (see [`super::replicates`]). Source: W. G. Cochran, *Sampling Techniques*, 3rd ed. (1977), section 6.4, for the
-//! residuals; the rest is the variance of a difference.
+//! Two independent runs of the same size would have se² = Σ (e_Aᵢ² + e_Bᵢ²) / (n (n − 1)); the
+//! quotient of the two is the variance reduction. Where cycles depend on one another, the residuals
+//! of a batch are added up first (see [`super::dependence`]). What uncertain parameters add is
+//! estimated from the differences of the replicates, as for one mean (see [`super::replicates`]).
+//! Source: W. G. Cochran, *Sampling Techniques*, 3rd ed. (1977), section 6.4, for the residuals;
+//! the rest is the variance of a difference.
 
 use super::dependence::Dependence;
-use super::quantity::{Quantity, shared_consumption};
+use super::quantity::{RecordQuantity, shared_consumption};
 use super::ratio::student_975;
 use super::replicates::ParameterUncertainty;
 use super::run::{RunPlan, records};
@@ -22,8 +24,8 @@ use crate::study::Study;
 use serde::Serialize;
 use std::ops::ControlFlow;
 
-/// Relative difference below which two values are the same. A cycle ends within half a metre of the end of its road, so
-/// the same stops over 100 km differ by up to 5e-6 of them.
+/// Relative difference below which two values are the same. A cycle ends within half a metre of the
+/// end of its road, so the same stops over 100 km differ by up to 5e-6 of them.
 pub const ROUNDING: f64 = 1e-5;
 
 /// How study B differs from study A.
@@ -37,25 +39,29 @@ pub struct Comparison {
     pub b: Option<f64>,
     /// B less A.
     pub difference: Option<f64>,
-    /// 95 % interval of the difference, of sampling alone; none from fewer than two pairs, or batches of pairs.
+    /// 95 % interval of the difference, of sampling alone; none from fewer than two pairs, or
+    /// batches of pairs.
     pub ci95: Option<[f64; 2]>,
-    /// What the difference owes to uncertain parameters; none where both studies take them for certain, where both
-    /// have replicates but not as many, and where a replicate has fewer than two pairs.
+    /// What the difference owes to uncertain parameters; none where both studies take them for
+    /// certain, where both have replicates but not as many, and where a replicate has fewer than
+    /// two pairs.
     pub parameter_uncertainty: Option<ParameterUncertainty>,
     /// Share of the pairs with values in which A is lower.
     pub share_a_lower: Option<f64>,
     /// Share of the pairs with values in which both are the same, to [`ROUNDING`].
     pub share_equal: Option<f64>,
-    /// Variance of the difference of two independent runs over that of the pairs; none where the pairs do not differ by
-    /// more than [`ROUNDING`].
+    /// Variance of the difference of two independent runs over that of the pairs; none where the
+    /// pairs do not differ by more than [`ROUNDING`].
     pub variance_reduction: Option<f64>,
     /// Cycles that were driven in each study.
     pub cycles: u64,
     /// Cycles that both completed and that count in both means: the pairs.
     pub pairs: u64,
-    /// Pairs in which a cycle counts in the mean but has no value of its own, as an empty trip has no litres per 100 tkm.
+    /// Pairs in which a cycle counts in the mean but has no value of its own, as an empty trip has
+    /// no litres per 100 tkm.
     pub pairs_without_value: u64,
-    /// Cycles that A completed and that have nothing of the quantity, as an electric truck has no litres.
+    /// Cycles that A completed and that have nothing of the quantity, as an electric truck has no
+    /// litres.
     pub a_without_quantity: u64,
     /// Cycles that B completed and that have nothing of the quantity.
     pub b_without_quantity: u64,
@@ -65,7 +71,8 @@ pub struct Comparison {
     pub b_failed: u64,
 }
 
-/// One cycle in one study: its own value, where it has one, and what it adds to the two totals y and x of the mean.
+/// One cycle in one study: its own value, where it has one, and what it adds to the two totals y
+/// and x of the mean.
 #[derive(Clone, Copy, Debug)]
 struct Row {
     cycle_id: u64,
@@ -77,8 +84,9 @@ struct Row {
 /// One cycle in both studies.
 type Pair = (Row, Row);
 
-/// What a cycle adds to the fleet's mean; none where it was not completed, or has nothing of the quantity.
-fn row(quantity: &Quantity, record: &Record) -> Option<Row> {
+/// What a cycle adds to the fleet's mean; none where it was not completed, or has nothing of the
+/// quantity.
+fn row(quantity: &RecordQuantity, record: &Record) -> Option<Row> {
     let (y, x) = quantity.totals(record)?;
     Some(Row { cycle_id: record.cycle_id, value: quantity.of_cycle(record), y, x })
 }
@@ -100,7 +108,7 @@ fn same(a: f64, b: f64) -> bool {
 }
 
 /// Completed cycles that have nothing of the quantity.
-fn without(quantity: &Quantity, records: &[Record]) -> u64 {
+fn without(quantity: &RecordQuantity, records: &[Record]) -> u64 {
     let completed = records.iter().filter(|record| record.outcome == Outcome::Completed);
     completed.filter(|record| row(quantity, record).is_none()).count() as u64
 }
@@ -188,7 +196,12 @@ fn parameter_uncertainty(
 
 impl Comparison {
     /// Compares the records of the same cycles in two studies.
-    pub fn of(quantity: &Quantity, dependence: Dependence, a: &[Record], b: &[Record]) -> Self {
+    pub fn of(
+        quantity: &RecordQuantity,
+        dependence: Dependence,
+        a: &[Record],
+        b: &[Record],
+    ) -> Self {
         let pair = |(a, b): (&Record, &Record)| Some((row(quantity, a)?, row(quantity, b)?));
         let pairs: Vec<Pair> = a.iter().zip(b).filter_map(pair).collect();
         let values: Vec<(f64, f64)> =
@@ -221,15 +234,16 @@ impl Comparison {
     }
 }
 
-/// Drives the plan in each study, and compares all of them with the first one, the baseline. Without a quantity the
-/// first consumption that all of them have is compared: fuel, else electricity, else the work at the wheels.
+/// Drives the plan in each study, and compares all of them with the first one, the baseline.
+/// Without a quantity the first consumption that all of them have is compared: fuel, else
+/// electricity, else the work at the wheels.
 ///
-/// `progress` receives the number of cycles driven so far, over all studies, several times a second; breaking ends the
-/// comparison.
+/// `progress` receives the number of cycles driven so far, over all studies, several times a
+/// second; breaking ends the comparison.
 pub fn compare<B>(
     studies: &[&Study],
     plan: &RunPlan,
-    quantity: Option<&'static Quantity>,
+    quantity: Option<&'static RecordQuantity>,
     mut progress: impl FnMut(u64) -> ControlFlow<B>,
 ) -> ControlFlow<B, Vec<Comparison>> {
     let mut driven = Vec::with_capacity(studies.len());
@@ -280,7 +294,8 @@ mod tests {
         // 90/4 and 98/4
         assert_eq!((c.a, c.b, c.difference), (Some(22.5), Some(24.5), Some(2.0)));
         assert_eq!((c.share_a_lower, c.share_equal), (Some(2.0 / 3.0), Some(1.0 / 3.0)));
-        // residuals over x̄ = 4/3: A −9.375, −1.875, 11.25; B −9.375, −3.375, 12.75; their difference 0, −1.5, 1.5
+        // residuals over x̄ = 4/3: A −9.375, −1.875, 11.25; B −9.375, −3.375, 12.75; their
+        // difference 0, −1.5, 1.5
         let half_width = 4.302652729749462 * (4.5_f64 / 6.0).sqrt();
         let [low, high] = c.ci95.expect("three pairs");
         assert!(
@@ -356,7 +371,8 @@ mod tests {
 
     #[test]
     fn the_interval_with_parameters_covers_the_difference_under_another_draw_of_them() {
-        // 8 replicates of 20 pairs: B = A + 1 + what the replicate's parameters do + a little of its own
+        // 8 replicates of 20 pairs: B = A + 1 + what the replicate's parameters do + a little of
+        // its own
         const RUNS: u32 = 2000;
         let dependence = Dependence { replicates: Some(8), ..Dependence::default() };
         let (mut covered, mut sampling) = (0, 0);
@@ -394,7 +410,8 @@ mod tests {
 
     #[test]
     fn the_interval_covers_the_difference_of_a_known_population_95_times_in_100() {
-        // distances log-normal; A = 30 + road, B = A + 1 + a little of its own: the difference of the means is 1
+        // distances log-normal; A = 30 + road, B = A + 1 + a little of its own: the difference of
+        // the means is 1
         const RUNS: u32 = 1000;
         let mut covered = 0;
         let mut reductions = 0.0;
@@ -416,8 +433,8 @@ mod tests {
         let share = f64::from(covered) / f64::from(RUNS);
         let standard_error = libm::sqrt(0.95 * 0.05 / f64::from(RUNS));
         assert!((share - 0.95).abs() < 4.0 * standard_error, "{share}");
-        // (9 + 9.25) / 0.25. A mean of quotients lies 2/m too high, where distances as spread as these leave m = 200/e of
-        // 200 degrees of freedom: 2.8 %
+        // (9 + 9.25) / 0.25. A mean of quotients lies 2/m too high, where distances as spread as
+        // these leave m = 200/e of 200 degrees of freedom: 2.8 %
         assert!((reductions / (73.0 * 1.028) - 1.0).abs() < 0.02, "{reductions}");
     }
 }

@@ -1,17 +1,19 @@
 //! Which cycles of a run depend on one another.
 //!
-//! Where the cycles of a batch spread evenly ([`crate::random::sampling`]), they are not independent, but batches are. A batch then
-//! counts as one: with y_b and x_b the totals of batch b, the fleet's mean is R = Σ y_b / Σ x_b as ever, and its interval is
-//! that of a ratio of batches ([`super::ratio`]), which is narrower the more evenly they spread. A batch that the run has
-//! only a part of counts as a smaller one. Source: W. G. Cochran, *Sampling Techniques*, 3rd ed. (1977), chapter 9A, the
-//! ratio estimator of clusters of different size \[PK\].
+//! Where the cycles of a batch spread evenly ([`crate::random::sampling`]), they are not
+//! independent, but batches are. A batch then counts as one: with y_b and x_b the totals of batch
+//! b, the fleet's mean is R = Σ y_b / Σ x_b as ever, and its interval is that of a ratio of batches
+//! ([`super::ratio`]), which is narrower the more evenly they spread. A batch that the run has only
+//! a part of counts as a smaller one. Source: W. G. Cochran, *Sampling Techniques*, 3rd ed. (1977),
+//! chapter 9A, the ratio estimator of clusters of different size \[PK\].
 
 use crate::study::StudyModel;
 
 /// Which cycles depend on one another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Dependence {
-    /// Cycles of a batch: those with the same quotient of their id by this. 1 where all are independent.
+    /// Cycles of a batch: those with the same quotient of their id by this. 1 where all are
+    /// independent.
     pub batch: u64,
     /// Replicates of uncertain parameters that the cycles share, where there are any.
     pub replicates: Option<u64>,
@@ -32,8 +34,8 @@ impl Dependence {
         }
     }
 
-    /// That of pairs of cycles of two studies, which depend on one another where the cycles of either study do. Where both
-    /// have replicates, and not as many, their pairs share none.
+    /// That of pairs of cycles of two studies, which depend on one another where the cycles of
+    /// either study do. Where both have replicates, and not as many, their pairs share none.
     #[must_use]
     pub fn of_pairs(self, other: Self) -> Self {
         let replicates = match (self.replicates, other.replicates) {
@@ -88,8 +90,8 @@ mod tests {
         assert_eq!(of(1, Some(64)).of_pairs(of(1, Some(32))), of(1, None));
     }
 
-    /// A fleet of cycles that spread evenly: litres are 30, what the driver does (all of it explained by the spread draws)
-    /// and what the road does; distances vary with the road.
+    /// A fleet of cycles that spread evenly: litres are 30, what the driver does (all of it
+    /// explained by the spread draws) and what the road does; distances vary with the road.
     fn fleet(run: u64, cycles: u64) -> SummaryBuilder {
         let sampling = Sampling::Sobol;
         let mut fleet =
@@ -143,8 +145,9 @@ mod tests {
         let share = median_covered as f64 / RUNS as f64;
         let error = (0.95 * 0.05 / RUNS as f64).sqrt();
         assert!(share > 0.95 - 4.0 * error && share < 0.97 + 4.0 * error, "{share}");
-        // the variance between cycles is 16 (payload) + 16 (empty) + 9; weights of e^(0.3 z) cost e^0.09 of the road's part,
-        // and of the spread part what they do to its balance: less than half of the whole is left
+        // the variance between cycles is 16 (payload) + 16 (empty) + 9; weights of e^(0.3 z) cost
+        // e^0.09 of the road's part, and of the spread part what they do to its balance: less than
+        // half of the whole is left
         let independent = 2.0 * 1.96 * (41.0 * libm::exp(0.09) / 500.0_f64).sqrt();
         assert!(widths < 0.75 * independent, "{widths} {independent}");
     }

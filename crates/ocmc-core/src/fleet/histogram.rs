@@ -3,7 +3,8 @@
 /// Bins that a histogram has at most, those for the tails not counted.
 pub const LARGEST_NUMBER_OF_BINS: usize = 20;
 
-/// Share of the sample on each side that may lie outside the bins, so that one odd cycle does not flatten the picture.
+/// Share of the sample on each side that may lie outside the bins, so that one odd cycle does not
+/// flatten the picture.
 const TAIL: f64 = 0.005;
 
 /// A histogram: equal bins between round edges, and what lies outside them.
@@ -74,7 +75,8 @@ impl Histogram {
 
 /// The smallest round step that covers a range with no more bins than allowed.
 fn round_step(low: f64, high: f64) -> Step {
-    // values all the same, or nearly: bins as wide as a thousandth of the value, far above its last digit
+    // values all the same, or nearly: bins as wide as a thousandth of the value, far above its last
+    // digit
     let size = libm::fabs(low).max(libm::fabs(high));
     let narrow = high - low <= 1e-9 * size;
     let wanted = if !narrow {

@@ -1,10 +1,12 @@
 //! Runs that end when their answer is precise enough.
 //!
-//! The answer is looked at after fixed numbers of cycles: 1000, and then 1.25 times as many each time, whatever the
-//! number of threads. It is precise enough when half of its 95 % interval, relative to it, is at most what was asked for.
+//! The answer is checked after fixed numbers of cycles: 1000, and then 1.25 times as many each
+//! time, whatever the number of threads. It is precise enough when half of its 95 % interval,
+//! relative to it, is at most what was asked for.
 //!
-//! Every look is a chance to stop too early by luck, so the first one is late and the others are far apart: for the mean
-//! of a normal law, looks from 10 cycles on cover 92.4 % instead of 95 %, from 100 on with a factor of 1.25 94.7 % \[D\].
+//! Every check is a chance to stop too early by luck, so the first check is late and the others are
+//! far apart: for the mean of a normal law, checks from 10 cycles on cover 92.4 % instead of 95 %,
+//! from 100 on with a factor of 1.25 94.7 % \[D\].
 
 use super::quantile::LEVELS;
 use super::summary::SummaryBuilder;
@@ -12,10 +14,10 @@ use crate::kernel::record::Record;
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 
-/// Cycles before the first look.
-pub const FIRST_LOOK: u64 = 1000;
+/// Cycles before the first check.
+pub const FIRST_CHECK: u64 = 1000;
 
-/// Cycles of a look over those of the one before.
+/// Cycles of a check over those of the one before.
 const GROWTH: f64 = 1.25;
 
 /// What has to be known, and how well.
@@ -47,7 +49,7 @@ impl Precision {
     }
 
     /// How well the fleet's consumption is known from these cycles.
-    pub fn look(&self, fleet: &SummaryBuilder) -> Reached {
+    pub fn check(&self, fleet: &SummaryBuilder) -> Reached {
         let level = LEVELS.into_iter().find(|(_, name)| *name == self.of).map(|(level, _)| level);
         let reached = fleet.relative_half_width(level);
         let met = reached.is_some_and(|reached| reached <= self.wanted);
@@ -55,31 +57,32 @@ impl Precision {
     }
 }
 
-/// Cycles at the first look from so many on.
-pub fn look_from(cycles: u64) -> u64 {
-    let mut look = FIRST_LOOK;
-    while look < cycles {
-        look = (look as f64 * GROWTH).ceil() as u64;
+/// Cycles at the first check from so many on.
+pub fn next_check(cycles: u64) -> u64 {
+    let mut check = FIRST_CHECK;
+    while check < cycles {
+        check = (check as f64 * GROWTH).ceil() as u64;
     }
-    look
+    check
 }
 
-/// Watches a run whose records a fleet takes, and ends it at the first look at which it knows its answer precisely
-/// enough. Where that happens depends on the records alone.
+/// Watches a run whose records a fleet takes, and ends it at the first check at which it knows its
+/// answer precisely enough. Where that happens depends on the records alone.
 #[derive(Clone, Debug)]
-pub struct Looks<'a> {
+pub struct InterimChecks<'a> {
     precision: Option<&'a Precision>,
     next: u64,
 }
 
-impl<'a> Looks<'a> {
-    /// For a run of which the fleet has so many cycles already; without a precision it goes on to its last cycle. A run that
-    /// was interrupted at a look has not looked yet.
+impl<'a> InterimChecks<'a> {
+    /// For a run of which the fleet has so many cycles already; without a precision it goes on to
+    /// its last cycle. A run that was interrupted at a check has not been checked yet.
     pub fn new(precision: Option<&'a Precision>, cycles: u64) -> Self {
-        Self { precision, next: look_from(cycles) }
+        Self { precision, next: next_check(cycles) }
     }
 
-    /// Gives the next records to the fleet, and those that count to `sink`, with the number of cycles so far.
+    /// Gives the next records to the fleet, and those that count to `sink`, with the number of
+    /// cycles so far.
     ///
     /// Breaks with nothing when the fleet knows enough, with what `sink` says where that breaks.
     pub fn take<B>(
@@ -90,11 +93,11 @@ impl<'a> Looks<'a> {
     ) -> ControlFlow<Option<B>> {
         let mut rest = records;
         loop {
-            let before_look = match self.precision {
+            let before_check = match self.precision {
                 Some(_) => (self.next - fleet.cycles()) as usize,
                 None => usize::MAX,
             };
-            let (now, later) = rest.split_at(rest.len().min(before_look));
+            let (now, later) = rest.split_at(rest.len().min(before_check));
             fleet.add(now);
             if let ControlFlow::Break(broken) = sink(now, fleet.cycles()) {
                 return ControlFlow::Break(Some(broken));
@@ -102,10 +105,10 @@ impl<'a> Looks<'a> {
             if let Some(precision) = self.precision
                 && self.next == fleet.cycles()
             {
-                if precision.look(fleet).met {
+                if precision.check(fleet).met {
                     return ControlFlow::Break(None);
                 }
-                self.next = look_from(fleet.cycles() + 1);
+                self.next = next_check(fleet.cycles() + 1);
             }
             if later.is_empty() {
                 return ControlFlow::Continue(());
@@ -121,28 +124,28 @@ mod tests {
     use crate::random::{Draws, Stream};
 
     #[test]
-    fn looks_grow_from_1000_by_a_quarter() {
-        let mut looks = vec![look_from(0)];
+    fn checks_grow_from_1000_by_a_quarter() {
+        let mut checks = vec![next_check(0)];
         for _ in 0..5 {
-            looks.push(look_from(looks[looks.len() - 1] + 1));
+            checks.push(next_check(checks[checks.len() - 1] + 1));
         }
-        assert_eq!(looks, [1000, 1250, 1563, 1954, 2443, 3054]);
-        assert_eq!((look_from(1000), look_from(1001), look_from(1300)), (1000, 1250, 1563));
+        assert_eq!(checks, [1000, 1250, 1563, 1954, 2443, 3054]);
+        assert_eq!((next_check(1000), next_check(1001), next_check(1300)), (1000, 1250, 1563));
     }
 
     #[test]
-    fn a_run_that_was_interrupted_at_a_look_ends_there_when_it_is_resumed() {
+    fn a_run_that_was_interrupted_at_a_check_ends_there_when_it_is_resumed() {
         let precision = Precision { of: "mean".to_owned(), wanted: 0.1 };
         let records: Vec<Record> =
             (0..1300).map(|k| record(1.0, 30.0 + f64::from(k % 2))).collect();
         let mut fleet = SummaryBuilder::default();
-        let mut looks = Looks::new(Some(&precision), 0);
+        let mut checks = InterimChecks::new(Some(&precision), 0);
         // Ctrl-C, which is noticed when the 1000th record has been written
-        let interrupted = looks.take(&mut fleet, &records, |_, _| ControlFlow::Break("Ctrl-C"));
+        let interrupted = checks.take(&mut fleet, &records, |_, _| ControlFlow::Break("Ctrl-C"));
         assert_eq!((interrupted, fleet.cycles()), (ControlFlow::Break(Some("Ctrl-C")), 1000));
-        let mut looks = Looks::new(Some(&precision), fleet.cycles());
+        let mut checks = InterimChecks::new(Some(&precision), fleet.cycles());
         let resumed: ControlFlow<Option<()>> =
-            looks.take(&mut fleet, &records[1000..], |_, _| ControlFlow::Continue(()));
+            checks.take(&mut fleet, &records[1000..], |_, _| ControlFlow::Continue(()));
         assert_eq!((resumed, fleet.cycles()), (ControlFlow::Break(None), 1000));
     }
 
@@ -170,10 +173,10 @@ mod tests {
             let mut draws = Draws::new(1, k, Stream::CurveResidual);
             let mut fleet = SummaryBuilder::default();
             loop {
-                let rows = look_from(fleet.cycles() + 1) - fleet.cycles();
+                let rows = next_check(fleet.cycles() + 1) - fleet.cycles();
                 let records: Vec<Record> = (0..rows).map(|_| cycle(&mut draws)).collect();
                 fleet.add(&records);
-                if precision.look(&fleet).met {
+                if precision.check(&fleet).met {
                     break;
                 }
             }
@@ -190,15 +193,16 @@ mod tests {
 
     #[test]
     fn intervals_of_runs_that_were_stopped_cover_the_mean_as_often_as_they_should() {
-        // distances log-normal, litres shifted log-normal (skewed, as consumption is): the fleet's mean is 30 + e^(1/8)·4.
-        // a spread of 6 % of the mean over 1000 cycles gives 0.4 %, so 0.25 % takes several looks
+        // distances log-normal, litres shifted log-normal (skewed, as consumption is): the fleet's
+        // mean is 30 + e^(1/8)·4. a spread of 6 % of the mean over 1000 cycles gives 0.4 %, so 0.25
+        // % takes several checks
         let truth = 30.0 + 4.0 * libm::exp(0.125);
         let (share, cycles) = coverage("mean", 0.0025, truth, |draws| {
             let distance_m = libm::exp(0.3 * draws.normal());
             record(distance_m, 30.0 + 4.0 * libm::exp(0.5 * draws.normal()))
         });
         assert!((0.936..=0.964).contains(&share), "{share}");
-        assert!((2000.0..4000.0).contains(&cycles), "several looks: {cycles}");
+        assert!((2000.0..4000.0).contains(&cycles), "several checks: {cycles}");
     }
 
     #[test]
@@ -207,6 +211,6 @@ mod tests {
         let (share, cycles) =
             coverage("p95", 0.008, truth, |draws| record(1.0, 30.0 + 3.0 * draws.normal()));
         assert!((0.936..=0.964).contains(&share), "{share}");
-        assert!(cycles > 1200.0, "several looks: {cycles}");
+        assert!(cycles > 1200.0, "several checks: {cycles}");
     }
 }

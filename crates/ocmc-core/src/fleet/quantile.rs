@@ -15,7 +15,8 @@ const NEGLIGIBLE: f64 = 1e-20;
 
 /// The quantile of a sorted sample, linear between order statistics: x₍ₕ₎ with h = 1 + (n − 1) p.
 ///
-/// This is type 7 of Hyndman and Fan, *The American Statistician* 50 (1996) 361, the default of NumPy and R.
+/// This is type 7 of Hyndman and Fan, *The American Statistician* 50 (1996) 361, the default of
+/// NumPy and R.
 pub fn quantile(sorted: &[f64], level: f64) -> Option<f64> {
     let last = sorted.len().checked_sub(1)?;
     let place = last as f64 * level;
@@ -25,10 +26,11 @@ pub fn quantile(sorted: &[f64], level: f64) -> Option<f64> {
     Some(low + (place - below) * (high - low))
 }
 
-/// The 95 % interval [x₍ₗ₎, x₍ᵤ₎] of a quantile of a sorted sample; none where the sample is too small.
+/// The 95 % interval [x₍ₗ₎, x₍ᵤ₎] of a quantile of a sorted sample; none where the sample is too
+/// small.
 ///
-/// With B ~ Bin(n, p), the number of values below the quantile: l is the largest rank with P(B < l) <= 2.5 %,
-/// u the smallest with P(B >= u) <= 2.5 %. P99 needs 368 values, P5 and P95 need 72.
+/// With B ~ Bin(n, p), the number of values below the quantile: l is the largest rank with P(B < l)
+/// <= 2.5 %, u the smallest with P(B >= u) <= 2.5 %. P99 needs 368 values, P5 and P95 need 72.
 ///
 /// Source: David and Nagaraja, *Order Statistics*, 3rd ed. (2003), section 7.1.
 pub fn interval(sorted: &[f64], level: f64) -> Option<[f64; 2]> {
@@ -36,10 +38,12 @@ pub fn interval(sorted: &[f64], level: f64) -> Option<[f64; 2]> {
     Some([sorted[low - 1], sorted[high - 1]])
 }
 
-/// As [`interval`], for values of cycles that depend on one another, given with their ids in the order of these.
+/// As [`interval`], for values of cycles that depend on one another, given with their ids in the
+/// order of these.
 ///
-/// With F the share of values up to the quantile and h half of its 95 % interval as a ratio of batches
-/// ([`super::dependence`]): the order statistics at the levels p − h and p + h, rounded outwards.
+/// With F the share of values up to the quantile and h half of its 95 % interval as a ratio of
+/// batches ([`super::dependence`]): the order statistics at the levels p − h and p + h, rounded
+/// outwards.
 ///
 /// Source: R. S. Woodruff, *Journal of the American Statistical Association* 47 (1952) 635 \[PK\].
 pub fn interval_of_batches(
@@ -90,7 +94,8 @@ fn ranks(n: usize, level: f64) -> Option<(usize, usize)> {
     (low >= 1 && high <= n).then_some((low, high))
 }
 
-/// Probabilities of a binomial law relative to its mode, from the returned value on. Their number grows as √n.
+/// Probabilities of a binomial law relative to its mode, from the returned value on. Their number
+/// grows as √n.
 ///
 /// P(k + 1) / P(k) = (n − k)/(k + 1) · p/(1 − p), so no factorial and no logarithm is needed.
 fn binomial_weights(n: usize, p: f64) -> (usize, Vec<f64>) {

@@ -1,4 +1,5 @@
-//! The quantities that a fleet is asked about, and what their mean over the fleet is: total over total.
+//! The quantities that a fleet is asked about, and what their mean over the fleet is: total over
+//! total.
 //!
 //! | quantity | mean of the fleet | per cycle |
 //! |---|---|---|
@@ -56,7 +57,7 @@ impl Weight {
 
 /// One quantity: its fleet mean is Σ `of` × `times` / Σ `over`.
 #[derive(Clone, Copy, Debug)]
-pub struct Quantity {
+pub struct RecordQuantity {
     /// Name, with its unit.
     pub column: &'static str,
     /// A cycle's own value.
@@ -69,7 +70,7 @@ pub struct Quantity {
     pub over: Weight,
 }
 
-impl Quantity {
+impl RecordQuantity {
     /// The value of a completed cycle that has one.
     pub fn of_cycle(&self, record: &Record) -> Option<f64> {
         let value = (self.value)(record).filter(|value| value.is_finite());
@@ -95,14 +96,14 @@ pub const WHEEL: &str = "wheel_kwh_per_km";
 pub const CONSUMPTIONS: [&str; 3] = [LITRES, ELECTRICITY, WHEEL];
 
 /// A quantity per distance.
-const fn per_distance(column: &'static str, value: fn(&Record) -> Option<f64>) -> Quantity {
-    Quantity { column, value, of: column, times: Weight::Distance, over: Weight::Distance }
+const fn per_distance(column: &'static str, value: fn(&Record) -> Option<f64>) -> RecordQuantity {
+    RecordQuantity { column, value, of: column, times: Weight::Distance, over: Weight::Distance }
 }
 
 /// The quantities, in the order in which they are reported.
-pub const QUANTITIES: [Quantity; 8] = [
+pub const QUANTITIES: [RecordQuantity; 8] = [
     per_distance(LITRES, |r| r.consumption_l_per_100km),
-    Quantity {
+    RecordQuantity {
         column: "consumption_l_per_100tkm",
         value: |r| r.consumption_l_per_100tkm,
         of: LITRES,
@@ -112,14 +113,14 @@ pub const QUANTITIES: [Quantity; 8] = [
     per_distance(ELECTRICITY, |r| r.consumption_kwh_per_km),
     per_distance(WHEEL, |r| Some(r.wheel_kwh_per_km)),
     per_distance("co2_g_per_km", |r| r.co2_g_per_km),
-    Quantity {
+    RecordQuantity {
         column: "mean_speed_mps",
         value: |r| Some(r.mean_speed_mps),
         of: "mean_speed_mps",
         times: Weight::Duration,
         over: Weight::Duration,
     },
-    Quantity {
+    RecordQuantity {
         column: "duration_s",
         value: |r| Some(r.duration_s),
         of: "duration_s",
@@ -130,18 +131,19 @@ pub const QUANTITIES: [Quantity; 8] = [
 ];
 
 /// The quantity of that name.
-pub fn quantity(column: &str) -> Option<&'static Quantity> {
+pub fn quantity(column: &str) -> Option<&'static RecordQuantity> {
     QUANTITIES.iter().find(|quantity| quantity.column == column)
 }
 
 /// The consumption that these cycles have: fuel, else electricity, else the work at the wheels.
-pub fn consumption(records: &[Record]) -> &'static Quantity {
+pub fn consumption(records: &[Record]) -> &'static RecordQuantity {
     shared_consumption(&[records])
 }
 
-/// The consumption that all of these fleets have; of fleets that have none in common that of the first.
-pub fn shared_consumption(fleets: &[&[Record]]) -> &'static Quantity {
-    let has = |quantity: &Quantity, fleet: &[Record]| {
+/// The consumption that all of these fleets have; of fleets that have none in common that of the
+/// first.
+pub fn shared_consumption(fleets: &[&[Record]]) -> &'static RecordQuantity {
+    let has = |quantity: &RecordQuantity, fleet: &[Record]| {
         fleet.iter().any(|record| quantity.of_cycle(record).is_some())
     };
     let consumptions = || QUANTITIES.iter().filter(|q| CONSUMPTIONS.contains(&q.column));

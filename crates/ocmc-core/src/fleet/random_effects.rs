@@ -1,18 +1,20 @@
-//! Two-way random effects: every cycle with every driver, a second opinion on who the spread comes from.
+//! Two-way random effects: every cycle with every driver, a second opinion on who the spread comes
+//! from.
 //!
-//! yᵢⱼ = μ + cᵢ + dⱼ + eᵢⱼ, cycles i = 1…I crossed with drivers j = 1…J, one observation each. With the mean squares of
-//! the analysis of variance,
+//! yᵢⱼ = μ + cᵢ + dⱼ + eᵢⱼ, cycles i = 1…I crossed with drivers j = 1…J, one observation each. With
+//! the mean squares of the analysis of variance,
 //!
 //! σ_c² = (MS_c − MS_e)/J,  σ_d² = (MS_d − MS_e)/I,  σ_e² = MS_e
 //!
-//! where e holds what cycle and driver do together. Estimates are reported as they are and may be negative. Source:
-//! S. R. Searle, G. Casella, C. E. McCulloch, *Variance Components* (1992), chapter 4 \[PK\].
+//! where e holds what cycle and driver do together. Estimates are reported as they are and may be
+//! negative. Source: S. R. Searle, G. Casella, C. E. McCulloch, *Variance Components* (1992),
+//! chapter 4 \[PK\].
 
-use super::quantity::{Quantity, consumption};
+use super::quantity::{RecordQuantity, consumption};
 use super::run::{RunPlan, records};
 use super::sensitivity::SensitivityError;
 use crate::random::sampling::Sampling;
-use crate::random::{Exchange, Factor, StreamSet};
+use crate::random::{Factor, PickFreeze, StreamSet};
 use crate::study::Study;
 use serde::Serialize;
 use std::ops::ControlFlow;
@@ -33,8 +35,8 @@ pub struct TwoWay {
 }
 
 impl TwoWay {
-    /// Estimates the shares from one row a cycle, one column a driver; none from fewer than two of either or without
-    /// spread.
+    /// Estimates the shares from one row a cycle, one column a driver; none from fewer than two of
+    /// either or without spread.
     pub fn estimate(rows: &[Vec<f64>]) -> Option<Self> {
         let (cycles, drivers) = (rows.len(), rows.first()?.len());
         if cycles < 2 || drivers < 2 {
@@ -67,15 +69,17 @@ impl TwoWay {
     }
 }
 
-/// Drives the plan's cycles with each of so many drivers, and splits the variance. A cycle that one of them does not
-/// complete, or that has no value with one of them, is left out. Without a quantity that of the consumption.
+/// Drives the plan's cycles with each of so many drivers, and splits the variance. A cycle that one
+/// of them does not complete, or that has no value with one of them, is left out. Without a
+/// quantity that of the consumption.
 ///
-/// `progress` receives the number of cycles driven so far, of `plan.cycles` × `drivers`; breaking ends the analysis.
+/// `progress` receives the number of cycles driven so far, of `plan.cycles` × `drivers`; breaking
+/// ends the analysis.
 pub fn two_way<B>(
     study: &Study,
     plan: &RunPlan,
     drivers: u64,
-    quantity: Option<&'static Quantity>,
+    quantity: Option<&'static RecordQuantity>,
     mut progress: impl FnMut(u64) -> ControlFlow<B>,
 ) -> ControlFlow<B, Result<TwoWay, SensitivityError>> {
     // strata would pass for spread that drivers and cycles do not have
@@ -86,7 +90,7 @@ pub fn two_way<B>(
     let mut quantity = quantity;
     let mut rows: Vec<Option<Vec<f64>>> = vec![Some(Vec::new()); plan.cycles as usize];
     for driver in 0..drivers {
-        let plan = RunPlan { exchange: Exchange { streams, cycle_id: Some(driver) }, ..*plan };
+        let plan = RunPlan { pick_freeze: PickFreeze { streams, cycle_id: Some(driver) }, ..*plan };
         let before = driver * plan.cycles;
         let driven = records(study, &plan, |cycles| progress(before + cycles))?;
         let quantity = *quantity.get_or_insert_with(|| consumption(&driven));

@@ -2,8 +2,9 @@
 //!
 //! R = Σ yᵢ / Σ xᵢ,  se² = n/(n−1) · Σ (yᵢ − R xᵢ)² / (Σ xᵢ)²,  interval R ± t₀.₉₇₅(n−1) · se
 //!
-//! The linearised variance of the ratio estimator: Cochran, *Sampling Techniques*, 3rd ed. (1977), section 6.4.
-//! Its bias is of order 1/n and is left alone. With every xᵢ = 1 this is the plain mean and its Student interval.
+//! The linearised variance of the ratio estimator: Cochran, *Sampling Techniques*, 3rd ed. (1977),
+//! section 6.4. Its bias is of order 1/n and is left alone. With every xᵢ = 1 this is the plain
+//! mean and its Student interval.
 
 /// A ratio and its 95 % interval.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,7 +16,8 @@ pub struct Ratio {
 }
 
 impl Ratio {
-    /// Estimates Σ y / Σ x from pairs (y, x), summed up in the order given. None where Σ x is not positive.
+    /// Estimates Σ y / Σ x from pairs (y, x), summed up in the order given. None where Σ x is not
+    /// positive.
     pub fn estimate(pairs: impl Iterator<Item = (f64, f64)> + Clone) -> Option<Self> {
         let (mut n, mut sum_y, mut sum_x) = (0_u64, 0.0, 0.0);
         for (y, x) in pairs.clone() {
@@ -41,11 +43,13 @@ impl Ratio {
 /// 97.5 % quantile of the standard normal law.
 const NORMAL_975: f64 = 1.959963984540054;
 
-/// 97.5 % quantiles of Student's law with 1 to 4 degrees of freedom, where the expansion below is too coarse.
+/// 97.5 % quantiles of Student's law with 1 to 4 degrees of freedom, where the expansion below is
+/// too coarse.
 const STUDENT_975: [f64; 4] =
     [12.706204736174694, 4.302652729749462, 3.182446305283708, 2.7764451051977934];
 
-/// 97.5 % quantile of Student's law: expansion in 1/ν around the normal law, error below 3e-4 from ν = 5 on.
+/// 97.5 % quantile of Student's law: expansion in 1/ν around the normal law, error below 3e-4 from
+/// ν = 5 on.
 ///
 /// Source: Abramowitz and Stegun, *Handbook of Mathematical Functions*, 26.7.5.
 pub(super) fn student_975(degrees: f64) -> f64 {

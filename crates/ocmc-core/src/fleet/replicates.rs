@@ -1,16 +1,19 @@
 //! How sure the fleet's mean is when the parameters of the study are themselves uncertain.
 //!
-//! Cycles are dealt out to G replicates (`cycle_id mod G`), each with its own draw of the uncertain parameters. With R_r
-//! the mean of replicate r and s_r its standard error (see [`super::ratio`]), the variance that the parameters cause is
-//! what the replicates' means differ by beyond their sampling,
+//! Cycles are dealt out to G replicates (`cycle_id mod G`), each with its own draw of the uncertain
+//! parameters. With R_r the mean of replicate r and s_r its standard error (see [`super::ratio`]),
+//! the variance that the parameters cause is what the replicates' means differ by beyond their
+//! sampling,
 //!
-//! σ² = Var(R_r) − mean s_r²   (0 where it is negative),   interval R ± t₀.₉₇₅(G − 1) √(σ² (1 + 1/G) + se²)
+//! - σ² = Var(R_r) − mean s_r²   (0 where it is negative)
+//! - interval R ± t₀.₉₇₅(G − 1) √(σ² (1 + 1/G) + se²)
 //!
-//! with se the standard error of the mean R of all cycles. The interval is for the fleet's mean under the one true value of
-//! the parameters, which is another draw from their law: σ² is the variance of that draw, σ²/G that of the mean of the G
-//! draws which R is made of, as in the prediction interval of a further observation. With se = 0 its coverage is exact for
-//! normal draws. More cycles shrink se, and leave σ: that needs more measurements behind the parameters. The spread between
-//! cycles is neither of the two.
+//! with se the standard error of the mean R of all cycles. The interval is for the fleet's mean
+//! under the one true value of the parameters, which is another draw from their law: σ² is the
+//! variance of that draw, σ²/G that of the mean of the G draws which R is made of, as in the
+//! prediction interval of a further observation. With se = 0 its coverage is exact for normal
+//! draws. More cycles shrink se, and leave σ: that needs more measurements behind the parameters.
+//! The spread between cycles is neither of the two.
 
 use super::dependence::Dependence;
 use super::ratio::{Ratio, student_975};
@@ -30,7 +33,8 @@ pub struct ParameterUncertainty {
 }
 
 impl ParameterUncertainty {
-    /// Estimates it from cycles (id, y, x); none without replicates, and where one of them has fewer than two cycles.
+    /// Estimates it from cycles (id, y, x); none without replicates, and where one of them has
+    /// fewer than two cycles.
     pub fn estimate(
         column: &'static str,
         dependence: Dependence,
@@ -52,8 +56,8 @@ impl ParameterUncertainty {
         Self::of_replicates(column, (whole.ratio, error), &means)
     }
 
-    /// Estimates it from the mean of all cycles and those of the replicates, each with its standard error; none from fewer
-    /// than two replicates. The mean may as well be a difference of two.
+    /// Estimates it from the mean of all cycles and those of the replicates, each with its standard
+    /// error; none from fewer than two replicates. The mean may as well be a difference of two.
     pub(super) fn of_replicates(
         column: &'static str,
         (whole, error): (f64, f64),
@@ -108,7 +112,8 @@ mod tests {
     fn what_the_parameters_do_is_told_from_sampling() {
         for seed in 1..=3 {
             let found = fleet(seed, 0.5, 12_800);
-            // an SD from 64 replicates has a standard error of 9 %; sampling adds 0.3² to the 0.5² that are looked for
+            // an SD from 64 replicates has a standard error of 9 %; sampling adds 0.3² to the 0.5²
+            // that are looked for
             assert!((found.sd / 0.5 - 1.0).abs() < 4.0 * 0.09 * 1.36, "{found:?}");
             let half_width = (found.ci95[1] - found.ci95[0]) / 2.0;
             assert!(half_width > 1.9 * found.sd, "the parameters are in the interval: {found:?}");
@@ -118,7 +123,8 @@ mod tests {
 
     #[test]
     fn the_interval_covers_the_mean_under_another_draw_of_the_parameters() {
-        // four draws, and next to no sampling: without σ²/G the share would be that of t(3) within 3.18/√1.25, 93.5 %
+        // four draws, and next to no sampling: without σ²/G the share would be that of t(3) within
+        // 3.18/√1.25, 93.5 %
         const RUNS: u64 = 20_000;
         let dependence = Dependence { replicates: Some(4), ..Dependence::default() };
         let mut covered = 0;

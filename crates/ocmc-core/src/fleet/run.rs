@@ -4,7 +4,7 @@ use crate::kernel::cpu::CpuLevel;
 use crate::kernel::lane_task::LaneTask;
 use crate::kernel::record::Record;
 use crate::kernel::scheduler::{drive_tasks, drive_until, sampled};
-use crate::random::Exchange;
+use crate::random::PickFreeze;
 use crate::study::Study;
 use std::collections::BTreeMap;
 use std::num::NonZero;
@@ -14,7 +14,8 @@ use std::sync::mpsc::{self, RecvTimeoutError};
 use std::thread;
 use std::time::Duration;
 
-/// Which cycles to run, and on what. Only `seed`, `first_cycle`, `cycles` and `exchange` decide the records.
+/// Which cycles to run, and on what. Only `seed`, `first_cycle`, `cycles` and `pick_freeze` decide
+/// the records.
 #[derive(Clone, Copy, Debug)]
 pub struct RunPlan {
     /// Master seed.
@@ -24,7 +25,7 @@ pub struct RunPlan {
     /// Number of cycles.
     pub cycles: u64,
     /// Streams that the cycles take from the second sample.
-    pub exchange: Exchange,
+    pub pick_freeze: PickFreeze,
     /// Threads, at least 1.
     pub threads: usize,
     /// Cycles that one thread drives at a time.
@@ -40,8 +41,8 @@ const LONGEST_SILENCE: Duration = Duration::from_millis(100);
 pub const MOST_THREADS: usize = 1024;
 
 impl RunPlan {
-    /// A plan on the best instructions of this CPU: on all its threads and in chunks of [`chunk_for`], where nothing else
-    /// is asked for.
+    /// A plan on the best instructions of this CPU: on all its threads and in chunks of
+    /// [`chunk_for`], where nothing else is asked for.
     pub fn new(
         seed: u64,
         first_cycle: u64,
@@ -55,23 +56,25 @@ impl RunPlan {
         // a thread without a chunk would only be started
         let chunks = usize::try_from(cycles.div_ceil(chunk)).unwrap_or(usize::MAX);
         let threads = threads.min(chunks).max(1);
-        let exchange = Exchange::NONE;
-        Self { seed, first_cycle, cycles, exchange, threads, chunk, level: CpuLevel::best() }
+        let pick_freeze = PickFreeze::NONE;
+        Self { seed, first_cycle, cycles, pick_freeze, threads, chunk, level: CpuLevel::best() }
     }
 }
 
-/// Cycles that one thread drives at a time where nothing else is asked for: enough to keep the lanes full,
-/// few enough to share small runs out.
+/// Cycles that one thread drives at a time where nothing else is asked for: enough to keep the
+/// lanes full, few enough to share small runs out.
 pub const CHUNK: u64 = 512;
 
-/// The chunk size for a run of that many cycles: at least four chunks a thread where the run is small.
+/// The chunk size for a run of that many cycles: at least four chunks a thread where the run is
+/// small.
 pub fn chunk_for(cycles: u64, threads: usize) -> u64 {
     (cycles / (4 * threads as u64)).clamp(16, CHUNK)
 }
 
-/// Runs the plan. `sink` is called on this thread with the records of consecutive chunks, in order of the cycle ids,
-/// while the next chunks are computed; and several times a second, with no records where none have come. Breaking ends
-/// the run at once: cycles that are on the road are given up.
+/// Runs the plan. `sink` is called on this thread with the records of consecutive chunks, in order
+/// of the cycle ids, while the next chunks are computed; and several times a second, with no
+/// records where none have come. Breaking ends the run at once: cycles that are on the road are
+/// given up.
 ///
 /// The records do not depend on threads, chunks or level. The rayon pool is the run's own.
 pub fn run<B>(
@@ -87,8 +90,8 @@ pub fn run<B>(
     run_with(plan, &drive, sink)
 }
 
-/// As [`run`], with whatever `drive` makes of a range of cycle ids: one record for each, in their order. It may give up, and then give
-/// fewer, once its flag is set.
+/// As [`run`], with whatever `drive` makes of a range of cycle ids: one record for each, in their
+/// order. It may give up, and then give fewer, once its flag is set.
 pub fn run_with<B>(
     plan: &RunPlan,
     drive: &(dyn Fn(Range<u64>, &AtomicBool) -> Vec<Record> + Sync),
@@ -155,8 +158,8 @@ pub fn run_with<B>(
     })
 }
 
-/// All records of a plan. `progress` receives the number of cycles driven so far, several times a second; breaking ends
-/// the run.
+/// All records of a plan. `progress` receives the number of cycles driven so far, several times a
+/// second; breaking ends the run.
 pub fn records<B>(
     study: &Study,
     plan: &RunPlan,
@@ -176,12 +179,12 @@ fn tasks<'a>(
     plan: &'a RunPlan,
     mut cycles: Range<u64>,
 ) -> Box<dyn FnMut(Option<LaneTask>) -> Option<LaneTask> + 'a> {
-    if plan.exchange == Exchange::NONE {
+    if plan.pick_freeze == PickFreeze::NONE {
         return Box::new(sampled(study, plan.seed, cycles));
     }
     Box::new(move |_| {
         let cycle_id = cycles.next()?;
-        Some(LaneTask::new(study, study.sample_exchanged(plan.seed, cycle_id, plan.exchange)))
+        Some(LaneTask::new(study, study.sample_pick_freeze(plan.seed, cycle_id, plan.pick_freeze)))
     })
 }
 

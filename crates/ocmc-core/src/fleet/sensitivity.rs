@@ -1,27 +1,30 @@
 //! Sensitivity: the shares of the variance between cycles that groups of random streams explain.
 //!
-//! A row `k` of the design is driven with all streams from the first sample (A), with all from the second (B), and for
-//! each group `i` with this group alone from the second (AB_i); [`super::variance_share`] has the estimators.
+//! A row `k` of the design is driven with all streams from the first sample (A), with all from the
+//! second (B), and for each group `i` with this group alone from the second (AB_i);
+//! [`super::variance_share`] has the estimators.
 //!
-//! Groups of rows that do not depend on one another are single rows where all are independent, batches of rows where those depend on one
-//! another ([`super::dependence`]), and whole replicates where the study has uncertain parameters. Rows `k` and `k` + G share
-//! their draw of those in both samples, so that only the G replicates are independent, and more rows of them do not tell
-//! more about the parameters. With both, replicates are drawn: that batches spread evenly only makes the truth better
-//! than the interval. A row in which one cycle has failed, or has no value, is dropped whole.
+//! Groups of rows that do not depend on one another are single rows where all are independent,
+//! batches of rows where those depend on one another ([`super::dependence`]), and whole replicates
+//! where the study has uncertain parameters. Rows `k` and `k` + G share their draw of those in both
+//! samples, so that only the G replicates are independent, and more rows of them do not show more
+//! about the parameters. With both, replicates are drawn: that batches spread evenly only makes the
+//! truth better than the interval. A row in which one cycle has failed, or has no value, is dropped
+//! whole.
 
 use super::dependence::Dependence;
-use super::quantity::{Quantity, consumption};
+use super::quantity::{RecordQuantity, consumption};
 use super::run::{RunPlan, records};
 use super::variance_share::Outputs;
 use crate::kernel::record::{Outcome, Record};
-use crate::random::{Exchange, Factor, Stream, StreamSet};
+use crate::random::{Factor, PickFreeze, Stream, StreamSet};
 use crate::study::Study;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use thiserror::Error;
 
-/// Streams that are exchanged together.
+/// Streams that are taken from the other sample together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FactorGroup {
     /// Its name: a factor, or a part of one after a dot.
@@ -30,7 +33,8 @@ pub struct FactorGroup {
     pub streams: StreamSet,
 }
 
-/// The groups that are reported: the six factors, which together are all that is random, and parts of two of them.
+/// The groups that are reported: the six factors, which together are all that is random, and parts
+/// of two of them.
 pub fn factor_groups() -> Vec<FactorGroup> {
     let factor = |name, factor| FactorGroup { name, streams: StreamSet::of_factor(factor) };
     let part = |name, streams: &[Stream]| FactorGroup { name, streams: StreamSet::of(streams) };
@@ -63,9 +67,11 @@ pub struct Sensitivity {
     pub dropped_rows: u64,
     /// Rows of which a cycle was not completed.
     pub failed_rows: u64,
-    /// Rows of completed cycles, one of which has no value, as an empty trip has no litres per 100 tkm.
+    /// Rows of completed cycles, one of which has no value, as an empty trip has no litres per 100
+    /// tkm.
     pub rows_without_value: u64,
-    /// Replicates of uncertain parameters that the rows share; none where the study takes its parameters for certain.
+    /// Replicates of uncertain parameters that the rows share; none where the study takes its
+    /// parameters for certain.
     pub replicates: Option<u64>,
     /// Cycles that were driven.
     pub cycles: u64,
@@ -84,11 +90,13 @@ pub struct FactorShare {
     pub factor: &'static str,
     /// Share that it explains alone.
     pub first: f64,
-    /// 95 % interval; none below [`super::variance_share::LEAST_GROUPS`] independent groups of rows.
+    /// 95 % interval; none below [`super::variance_share::LEAST_GROUPS`] independent groups of
+    /// rows.
     pub first_ci95: Option<[f64; 2]>,
     /// Share that would be gone if it were fixed.
     pub total: f64,
-    /// 95 % interval; none below [`super::variance_share::LEAST_GROUPS`] independent groups of rows.
+    /// 95 % interval; none below [`super::variance_share::LEAST_GROUPS`] independent groups of
+    /// rows.
     pub total_ci95: Option<[f64; 2]>,
 }
 
@@ -146,26 +154,27 @@ enum Missing {
 /// What one cycle of the design gives.
 type Output = Result<f64, Missing>;
 
-fn output(quantity: &Quantity, record: &Record) -> Output {
+fn output(quantity: &RecordQuantity, record: &Record) -> Output {
     let completed = record.outcome == Outcome::Completed;
     let missing = if completed { Missing::NoValue } else { Missing::NotCompleted };
     quantity.of_cycle(record).ok_or(missing)
 }
 
-/// Drives the design, `plan.cycles` rows, and shares out the variance. Without a quantity that of the consumption.
+/// Drives the design, `plan.cycles` rows, and shares out the variance. Without a quantity that of
+/// the consumption.
 ///
-/// `progress` receives the number of cycles driven so far, of `plan.cycles` × (2 + number of groups); breaking ends the
-/// analysis.
+/// `progress` receives the number of cycles driven so far, of `plan.cycles` × (2 + number of
+/// groups); breaking ends the analysis.
 pub fn sensitivity<B>(
     study: &Study,
     plan: &RunPlan,
     groups: &[FactorGroup],
-    quantity: Option<&'static Quantity>,
+    quantity: Option<&'static RecordQuantity>,
     mut progress: impl FnMut(u64) -> ControlFlow<B>,
 ) -> ControlFlow<B, Result<Sensitivity, SensitivityError>> {
     let mut before = 0;
     let mut driven = |streams: StreamSet| {
-        let plan = RunPlan { exchange: Exchange { streams, cycle_id: None }, ..*plan };
+        let plan = RunPlan { pick_freeze: PickFreeze { streams, cycle_id: None }, ..*plan };
         let records = records(study, &plan, |cycles| progress(before + cycles))?;
         before += plan.cycles;
         ControlFlow::Continue(records)
@@ -184,7 +193,8 @@ pub fn sensitivity<B>(
     ControlFlow::Continue(share_out(quantity.column, plan, dependence, groups, &designs))
 }
 
-/// The outputs of one row of the design. A cycle that was not completed counts before one without a value.
+/// The outputs of one row of the design. A cycle that was not completed counts before one without a
+/// value.
 fn whole(designs: &[Vec<Output>], row: usize) -> Result<Vec<f64>, Missing> {
     let outputs = || designs.iter().map(|design| design[row]);
     if outputs().any(|output| output == Err(Missing::NotCompleted)) {
@@ -296,7 +306,8 @@ mod tests {
         assert_eq!(output(per_tonne, &stalled), Err(Missing::NotCompleted));
     }
 
-    /// Half of the variance is that of parameters which the cycles of a replicate share, the rest each cycle's own.
+    /// Half of the variance is that of parameters which the cycles of a replicate share, the rest
+    /// each cycle's own.
     fn replicated(seed: u64, replicates: u64, dependence: Dependence) -> Sensitivity {
         const ROWS: u64 = 400;
         let mut draws = Draws::new(seed, 0, Stream::Curve);
@@ -321,7 +332,8 @@ mod tests {
             });
             hits.sum::<u64>() as f64 / (2 * RUNS) as f64
         };
-        // percentile intervals of 40 groups cover a little less than 95 %; of single rows, about half
+        // percentile intervals of 40 groups cover a little less than 95 %; of single rows, about
+        // half
         let whole = covered(Dependence { replicates: Some(40), ..Dependence::default() });
         assert!((0.84..0.99).contains(&whole), "{whole}");
         let rows = covered(Dependence::default());

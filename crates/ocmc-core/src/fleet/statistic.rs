@@ -7,10 +7,10 @@ use super::ratio::Ratio;
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
 
-/// One quantity of a fleet. What cannot be told from so few cycles is `None`.
+/// One quantity of a fleet. What cannot be estimated from so few cycles is `None`.
 ///
-/// Mean and interval are the fleet's (total over total); standard deviation, quantiles and histogram count each
-/// cycle once.
+/// Mean and interval are the fleet's (total over total); standard deviation, quantiles and
+/// histogram count each cycle once.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Statistic {
     /// Name of the quantity, with its unit.
@@ -43,7 +43,8 @@ pub struct Quantile {
 }
 
 impl Statistic {
-    /// Sums up the values of cycles (id and finite value, in the order of the ids) under the mean of their fleet.
+    /// Sums up the values of cycles (id and finite value, in the order of the ids) under the mean
+    /// of their fleet.
     pub fn new(
         column: &'static str,
         mean: Option<Ratio>,

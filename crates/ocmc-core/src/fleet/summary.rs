@@ -1,8 +1,9 @@
-//! What a fleet's cycles add up to: consumption, speed, duration and stops, over the cycles that were completed.
+//! What a fleet's cycles add up to: consumption, speed, duration and stops, over the cycles that
+//! were completed.
 
 use super::dependence::Dependence;
 use super::quantile::{interval_of_batches, quantile};
-use super::quantity::{CONSUMPTIONS, Extent, QUANTITIES, Quantity, Weight, quantity};
+use super::quantity::{CONSUMPTIONS, Extent, QUANTITIES, RecordQuantity, Weight, quantity};
 use super::ratio::Ratio;
 use super::replicates::ParameterUncertainty;
 use super::statistic::Statistic;
@@ -23,7 +24,8 @@ pub struct Summary {
     pub simulated_s: f64,
     /// The quantities, over completed cycles.
     pub statistics: Vec<Statistic>,
-    /// What the mean owes to uncertain parameters; none where the study takes them for certain, or has too few cycles.
+    /// What the mean owes to uncertain parameters; none where the study takes them for certain, or
+    /// has too few cycles.
     pub parameter_uncertainty: Option<ParameterUncertainty>,
     /// What the cycles that were not completed could change; none where they are at most 0.1 %.
     pub worst_case: Option<WorstCase>,
@@ -36,9 +38,9 @@ pub struct Summary {
 pub struct Saturation {
     /// Cycles with either.
     pub cycles: u64,
-    /// Time at the limit, in s; none where somebody drives.
+    /// Time at the limit, in s; none where a driver model drives.
     pub limited_s: Option<f64>,
-    /// Work at the wheels that was missing then, in J; none where somebody drives.
+    /// Work at the wheels that was missing then, in J; none where a driver model drives.
     pub missing_energy_j: Option<f64>,
     /// Time beyond the points of the map, in s.
     pub outside_map_s: f64,
@@ -83,9 +85,10 @@ impl Serialize for Outcomes {
     }
 }
 
-/// The mean of the fleet if each cycle that was not completed had been as long as the mean completed one and had
-/// consumed, per distance, as much as the worst completed one; as much as its own record shows, where that is more. A
-/// record holds what was driven until the cycle failed: one that failed within its first metres shows a large value.
+/// The mean of the fleet if each cycle that was not completed had been as long as the mean
+/// completed one and had consumed, per distance, as much as the worst completed one; as much as its
+/// own record shows, where that is more. A record holds what was driven until the cycle failed: one
+/// that failed within its first metres shows a large value.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct WorstCase {
     /// Name of the quantity: the fleet's consumption.
@@ -105,7 +108,8 @@ impl Summary {
         self.statistics.iter().find(|statistic| statistic.column == column)
     }
 
-    /// The consumption that the fleet is judged by: fuel, else electricity, else the work at the wheels.
+    /// The consumption that the fleet is judged by: fuel, else electricity, else the work at the
+    /// wheels.
     pub fn consumption(&self) -> Option<&Statistic> {
         CONSUMPTIONS.iter().filter_map(|column| self.statistic(column)).find(|s| s.n > 0)
     }
@@ -135,7 +139,8 @@ impl Serialize for StatisticsByName<'_> {
     }
 }
 
-/// Collects records in the order of their cycle ids, and keeps of each only what the summary needs: 8 bytes a value.
+/// Collects records in the order of their cycle ids, and keeps of each only what the summary needs:
+/// 8 bytes a value.
 #[derive(Clone, Debug, Default)]
 pub struct SummaryBuilder {
     cycles: u64,
@@ -153,7 +158,8 @@ pub struct SummaryBuilder {
     dependence: Dependence,
     /// Ids of the completed cycles, where cycles depend on one another.
     cycle_ids: Vec<u64>,
-    /// Per quantity and completed cycle, NaN where there is none; empty while no cycle has the quantity.
+    /// Per quantity and completed cycle, NaN where there is none; empty while no cycle has the
+    /// quantity.
     values: [Vec<f64>; QUANTITIES.len()],
 }
 
@@ -198,7 +204,8 @@ impl SummaryBuilder {
         self.cycles
     }
 
-    /// Half of the 95 % interval of the fleet's consumption, or of its quantile of that level, relative to it.
+    /// Half of the 95 % interval of the fleet's consumption, or of its quantile of that level,
+    /// relative to it.
     pub fn relative_half_width(&self, level: Option<f64>) -> Option<f64> {
         let column = CONSUMPTIONS.into_iter().find(|column| !self.values_of(column).is_empty())?;
         let (value, ci95) = match level {
@@ -270,7 +277,7 @@ impl SummaryBuilder {
         values.map(|(row, value)| (self.id(row), *value))
     }
 
-    fn mean(&self, quantity: &Quantity) -> Option<Ratio> {
+    fn mean(&self, quantity: &RecordQuantity) -> Option<Ratio> {
         let totals = self.totals(quantity);
         if self.dependence.batch == 1 {
             return Ratio::estimate(totals.map(|(_, y, x)| (y, x)));
@@ -278,8 +285,9 @@ impl SummaryBuilder {
         Ratio::estimate(self.dependence.batch_totals(totals).into_iter())
     }
 
-    /// What each completed cycle that has the quantity adds to the two totals of its mean, after the cycle's id.
-    fn totals(&self, quantity: &Quantity) -> impl Iterator<Item = (u64, f64, f64)> + Clone {
+    /// What each completed cycle that has the quantity adds to the two totals of its mean, after
+    /// the cycle's id.
+    fn totals(&self, quantity: &RecordQuantity) -> impl Iterator<Item = (u64, f64, f64)> + Clone {
         let (times, over) = (quantity.times, quantity.over);
         let values = self.values_of(quantity.of).iter().enumerate();
         let values = values.filter(|(_, value)| !value.is_nan());
@@ -410,7 +418,8 @@ mod tests {
         let mut records = vec![record(0, 10.0, 20.0), record(1, 10.0, 40.0)];
         records.extend((2..).zip(shown).map(|(id, litres)| failed(id, litres)));
         let worst = summary(&records).worst_case.expect("four of six have failed");
-        // the worst completed one, 40, for each of them but the one that shows more: (2 × 30 + 3 × 40 + 60) / 6
+        // the worst completed one, 40, for each of them but the one that shows more: (2 × 30 + 3 ×
+        // 40 + 60) / 6
         assert_eq!(worst.cycles, 4);
         assert!((worst.mean - 40.0).abs() < 1e-12, "{worst:?}");
     }

@@ -1,15 +1,18 @@
-//! Estimators of the shares of a variance, from the outputs of a design of two samples and of one for each group in which this group
-//! alone is exchanged.
+//! Estimators of the shares of a variance, from the outputs of a design of two samples and of one
+//! for each group in which this group alone is taken from the other sample.
 //!
-//! With f the outputs of A, B and AB_i, centred by their common mean, and V the variance of A and B together:
+//! With f the outputs of A, B and AB_i, centred by their common mean, and V the variance of A and B
+//! together:
 //!
 //! first order  S_i = mean f(B) (f(AB_i) − f(A)) / V       share that the group explains alone
-//! total        T_i = mean (f(A) − f(AB_i))² / 2 V         share that would be gone if the group were fixed, joint effects included
+//! total        T_i = mean (f(A) − f(AB_i))² / 2 V         share that would be gone if the group
+//! were fixed, joint effects included
 //!
-//! Sources: A. Saltelli et al., *Computer Physics Communications* 181 (2010) 259, table 2 (b) and (f), the latter from
-//! M. J. W. Jansen, *Computer Physics Communications* 117 (1999) 35 \[PK\]. Intervals are percentiles of bootstrap samples
-//! of independent groups of rows; below [`LEAST_GROUPS`] groups there is no interval. Estimates are reported as they are: one of a
-//! small share may be negative.
+//! Sources: A. Saltelli et al., *Computer Physics Communications* 181 (2010) 259, table 2 (b) and
+//! (f), the latter from M. J. W. Jansen, *Computer Physics Communications* 117 (1999) 35 \[PK\].
+//! Intervals are percentiles of bootstrap samples of independent groups of rows; below
+//! [`LEAST_GROUPS`] groups there is no interval. Estimates are reported as they are: one of a small
+//! share may be negative.
 
 use super::quantile::quantile;
 use crate::random::{Draws, Stream};
@@ -17,7 +20,8 @@ use crate::random::{Draws, Stream};
 /// Bootstrap samples behind an interval.
 pub const BOOTSTRAP_SAMPLES: u64 = 1000;
 
-/// Fewest independent groups of rows for which intervals are: resampled from fewer, they are far too narrow.
+/// Fewest independent groups of rows for which intervals are: resampled from fewer, they are far
+/// too narrow.
 pub const LEAST_GROUPS: usize = 10;
 
 /// Outputs of the design: those of A and B, and of each AB_i.
@@ -39,7 +43,8 @@ pub(super) struct Share {
     pub total_ci95: Option<[f64; 2]>,
 }
 
-/// Terms of one row, outputs centred by the mean of the whole sample; the estimators are quotients of their sums.
+/// Terms of one row, outputs centred by the mean of the whole sample; the estimators are quotients
+/// of their sums.
 #[derive(Clone, Copy, Debug)]
 struct Term {
     /// f(B) (f(AB) − f(A))
@@ -169,7 +174,8 @@ mod tests {
         libm::sin(x[0]) * (1.0 + 0.1 * libm::pow(x[2], 4.0)) + 7.0 * libm::pow(libm::sin(x[1]), 2.0)
     }
 
-    /// T. Ishigami, T. Homma (1990), a = 7, b = 0.1: V₁ = (1 + b π⁴/5)²/2, V₂ = a²/8, V₁₃ = b² π⁸ (1/18 − 1/50).
+    /// T. Ishigami, T. Homma (1990), a = 7, b = 0.1: V₁ = (1 + b π⁴/5)²/2, V₂ = a²/8, V₁₃ = b² π⁸
+    /// (1/18 − 1/50).
     fn ishigami_shares() -> ([f64; 3], [f64; 3]) {
         let v1 = (1.0 + 0.1 * PI.powi(4) / 5.0).powi(2) / 2.0;
         let v2 = 49.0 / 8.0;
@@ -237,7 +243,8 @@ mod tests {
                 covered += inside(share.first_ci95, first[i]) + inside(share.total_ci95, total[i]);
             }
         }
-        // percentile intervals of skewed estimates cover a little less; the eight of one run are not independent
+        // percentile intervals of skewed estimates cover a little less; the eight of one run are
+        // not independent
         let share = covered as f64 / (8 * RUNS) as f64;
         assert!((0.90..0.98).contains(&share), "{share}");
     }

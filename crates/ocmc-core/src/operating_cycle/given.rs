@@ -1,8 +1,9 @@
-//! A given operating cycle: a route that somebody has measured or prescribed, instead of a drawn one.
+//! A given operating cycle: a route that was measured or prescribed, instead of a drawn one.
 //!
-//! It is read from tracks, the same that a drawn cycle is written as ([`super::tracks`]). The road comes from the file;
-//! what the file lacks (roughness, ground, heading) and what varies from trip to trip (weather, traffic, payload, departure) is
-//! drawn from the study, unless a route says that it keeps the file's own ([`super::route`]).
+//! It is read from tracks, the same that a drawn cycle is written as ([`super::tracks`]). The road
+//! comes from the file; what the file lacks (roughness, ground, heading) and what varies from trip
+//! to trip (weather, traffic, payload, departure) is drawn from the study, unless a route says that
+//! it keeps the file's own ([`super::route`]).
 
 use super::tracks::{Rule, Track, Values};
 use super::{TrafficStretch, WeatherStretch};
@@ -144,8 +145,8 @@ pub struct GivenCycle {
 }
 
 impl GivenCycle {
-    /// Reads a cycle from its tracks. `speed_limit_mps` has to be there; its length is the largest position of any track where
-    /// `length_m` does not say it.
+    /// Reads a cycle from its tracks. `speed_limit_mps` has to be there; its length is the largest
+    /// position of any track where `length_m` does not say it.
     ///
     /// # Errors
     /// [`GivenCycleError`] names the track, the place and what is allowed.
@@ -348,7 +349,8 @@ fn events_of(numbers: &Numbers, length_m: f64) -> Result<Vec<PointEvent>, GivenC
     Ok(events)
 }
 
-/// Puts events in order; of two at one place the standstills add up, and of two without a standstill both speeds hold.
+/// Puts events in order; of two at one place the standstills add up, and of two without a
+/// standstill both speeds hold.
 pub(super) fn merge_events(events: &mut Vec<PointEvent>) {
     events.sort_by(|a, b| a.position_m.total_cmp(&b.position_m));
     let mut kept: Vec<PointEvent> = Vec::with_capacity(events.len());

@@ -57,8 +57,8 @@ pub struct Mission {
 }
 
 impl MissionModel {
-    /// Draws a mission, of `given_length_m` where the road is given. Without [`ModelSwitch::PayloadSpread`] every truck carries the
-    /// mean payload.
+    /// Draws a mission, of `given_length_m` where the road is given. Without
+    /// [`ModelSwitch::PayloadSpread`] every truck carries the mean payload.
     pub fn sample(
         &self,
         given_length_m: Option<f64>,

@@ -1,15 +1,16 @@
 //! The operating cycle of one trip: road, weather, traffic and mission together, and its tracks.
 //!
 //! Traffic and weather are evaluated along the road at the free-flow passing time, the integral of
-//! dx / min(sign, legal truck limit) plus the drawn standstill: no driver and no truck enter, so under one
-//! seed all trucks and drivers meet the same cycle, and the speed profile is a function of position alone.
+//! dx / min(sign, legal truck limit) plus the drawn standstill: no driver and no truck enter, so
+//! under one seed all trucks and drivers meet the same cycle, and the speed profile is a function
+//! of position alone.
 
+pub mod coverage;
 pub mod given;
 pub mod mission;
 pub mod road;
 pub mod route;
 pub mod segments;
-pub mod told;
 pub mod tracks;
 pub mod traffic;
 pub mod weather;
@@ -96,7 +97,8 @@ impl OperatingCycleSampler {
         }
     }
 
-    /// Lays down given cycles, with their weights and what they keep, to be driven instead of drawn roads.
+    /// Lays down given cycles, with their weights and what they keep, to be driven instead of drawn
+    /// roads.
     pub(crate) fn set_routes(&mut self, routes: Vec<Route>) {
         self.routes = routes;
     }
@@ -166,7 +168,8 @@ impl OperatingCycleSampler {
         cycle.weather.clear();
         cycle.traffic.clear();
         let (mut time_s, mut position_m, mut section, mut speed_mps) = (0.0, 0.0, 0, 1.0);
-        // the block of the clock that the truck is in, and the one whose weather and traffic are written down
+        // the block of the clock that the truck is in, and the one whose weather and traffic are
+        // written down
         let (mut block, mut written): (f64, f64) = (0.0, -1.0);
         for (k, (start_m, change)) in changes.iter().enumerate() {
             position_m = f64::max(position_m, *start_m);

@@ -1,8 +1,10 @@
-//! The routes of a study: given operating cycles on the study's grid and road types, and what is drawn where a file says nothing.
+//! The routes of a study: given operating cycles on the study's grid and road types, and what is
+//! drawn where a file says nothing.
 //!
-//! Slopes are laid on the study's steps: the mean climb of each step, so that the altitude is exact where steps meet.
-//! Where the file names no road types they follow from the speed limit: urban up to 55 km/h, motorway from 82 km/h, rural
-//! between (judgement: European general limits, trucks at 80 to 90 km/h on motorways).
+//! Slopes are laid on the study's steps: the mean climb of each step, so that the altitude is exact
+//! where steps meet. Where the file names no road types they follow from the speed limit: urban up
+//! to 55 km/h, motorway from 82 km/h, rural between (judgement: European general limits, trucks at
+//! 80 to 90 km/h on motorways).
 
 use super::OperatingCycle;
 use super::given::{GivenCycle, GivenCycleError, STEEPEST, held, merge_events};
@@ -80,10 +82,12 @@ pub struct Route {
 }
 
 impl Route {
-    /// Lays a given cycle on a study's road. `names` are the study's road types, in the order of their numbers.
+    /// Lays a given cycle on a study's road. `names` are the study's road types, in the order of
+    /// their numbers.
     ///
     /// # Errors
-    /// Of road types that the study does not have, of what is to be kept and is not in the file, and of altitudes that no road climbs.
+    /// Of road types that the study does not have, of what is to be kept and is not in the file,
+    /// and of altitudes that no road climbs.
     pub fn new(
         cycle: GivenCycle,
         weight: f64,
@@ -211,7 +215,8 @@ impl Route {
         merge_events(&mut road.events);
     }
 
-    /// Puts the file's weather and traffic in place of what was drawn, where they are kept; the parts in `without` stay left out.
+    /// Puts the file's weather and traffic in place of what was drawn, where they are kept; the
+    /// parts in `without` stay left out.
     pub fn give_clock(&self, without: &[ModelSwitch], cycle: &mut OperatingCycle) {
         if self.keeps(Keep::Weather)
             && !without.contains(&ModelSwitch::Weather)
@@ -294,7 +299,8 @@ pub fn type_by_limit(limit_mps: f64) -> &'static str {
     }
 }
 
-/// A sign at each limit, and one where a section begins: there the free-flow clock looks for the road type.
+/// A sign at each limit, and one where a section begins: there the free-flow clock reads the road
+/// type.
 fn signs_of(cycle: &GivenCycle, sections: &[Section]) -> Vec<SpeedSign> {
     let mut starts: Vec<f64> = cycle.limits.iter().map(|limit| limit.0).collect();
     starts.extend(sections.iter().map(|section| section.start_m));

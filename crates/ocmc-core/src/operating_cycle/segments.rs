@@ -5,7 +5,7 @@ use serde::Serialize;
 
 /// No curve, no event.
 const NONE: u32 = u32::MAX;
-/// Changes closer than this are one, in m: a segment takes at least this long a way.
+/// Changes closer than this are one, in m: a segment has at least this length.
 const SMALLEST_M: f64 = 1e-3;
 
 /// A stretch on which every track of the operating cycle is constant.

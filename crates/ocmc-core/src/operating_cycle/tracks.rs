@@ -1,7 +1,9 @@
-//! The tracks of a realised operating cycle: what a route planner, another simulator or a plot needs of it.
+//! The tracks of a realised operating cycle: what a route planner, another simulator or a plot
+//! needs of it.
 //!
-//! Tracks need not share a grid. A constant track holds from its position to the next one, a linear one is interpolated,
-//! an event acts at its position alone. Weather and traffic are given where the free-flow clock meets them.
+//! Tracks need not share a grid. A constant track holds from its position to the next one, a linear
+//! one is interpolated, an event acts at its position alone. Weather and traffic are given where
+//! the free-flow clock meets them.
 
 use super::OperatingCycle;
 use crate::operating_cycle::road::RoadTypeModel;

@@ -1,12 +1,14 @@
 //! Traffic: density as an autoregression around a daily profile, and the speed that it leaves.
 //!
-//! logit x(t) = logit m_r(H) + u, x = ρ/ρ_jam, u AR(1) on steps of five minutes;
-//! m_r(H) = off + (peak − off) min(1, exp(−½((H − 7.5)/1)²) + exp(−½((H − 16.5)/1.2)²)), on every day of the week.
-//! Speed by Drake's law, v_t = v_f exp(−½ (ρ/ρ_c)²) (J. L. Drake, J. L. Schofer, A. D. May, 1967), with v_f the free speed
-//! of cars (the sign), not the truck's cap: Greenshields' law caps a truck below the sign all day (closed-loop rule 6).
+//! logit x(t) = logit m_r(H) + u, x = ρ/ρ_jam, u AR(1) on steps of five minutes; m_r(H) = off +
+//! (peak − off) min(1, exp(−½((H − 7.5)/1)²) + exp(−½((H − 16.5)/1.2)²)), on every day of the week.
+//! Speed by Drake's law, v_t = v_f exp(−½ (ρ/ρ_c)²) (J. L. Drake, J. L. Schofer, A. D. May, 1967),
+//! with v_f the free speed of cars (the sign), not the truck's cap: Greenshields' law caps a truck
+//! below the sign all day.
 //!
-//! The operating-cycle papers say "macroscopic density by a simple autoregressive process"; the rest is ours.
-//! No car following, no queue at signals, no overtaking; stop-and-go is outside a macroscopic model.
+//! The operating-cycle papers say "macroscopic density by a simple autoregressive process"; the
+//! rest is ours. No car following, no queue at signals, no overtaking; stop-and-go is outside a
+//! macroscopic model.
 
 use crate::random::{Stream, Streams};
 use schemars::JsonSchema;
@@ -114,8 +116,9 @@ impl TrafficModel {
         (free_speed_mps * libm::exp(-0.5 * ratio * ratio)).max(self.minimum_speed_mps)
     }
 
-    /// Density, as a share of the jam density, at which traffic has a share of its free speed: Drake's law, the other way round. Traffic
-    /// that stands, or is slower than the law at the jam density, has that density.
+    /// Density, as a share of the jam density, at which traffic has a share of its free speed:
+    /// Drake's law, inverted. Traffic that stands, or is slower than the law at the jam density,
+    /// has that density.
     pub fn share_at(&self, speed_ratio: f64) -> f64 {
         // clamp keeps what is missing, min and max would not
         let ratio = speed_ratio.clamp(0.0, 1.0);

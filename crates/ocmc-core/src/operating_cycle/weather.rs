@@ -1,8 +1,9 @@
-//! Weather along a mission: temperature, pressure, humidity, precipitation and wind on hours counted from departure.
+//! Weather along a mission: temperature, pressure, humidity, precipitation and wind on hours
+//! counted from departure.
 //!
-//! Equations are ours, in the tradition of weather generators (occurrence by a Markov chain, gamma amounts,
-//! autoregressions for the rest); the operating-cycle papers publish only the list of variables. With day of
-//! year d, local hour H and autoregressions ξ of lag one hour:
+//! Equations are ours, in the tradition of weather generators (occurrence by a Markov chain, gamma
+//! amounts, autoregressions for the rest); the operating-cycle papers publish only the list of
+//! variables. With day of year d, local hour H and autoregressions ξ of lag one hour:
 //!
 //! - temperature  T = T₀ − A_y cos(2π(d − 20)/365) − A_d(d) cos(2π(H − 3)/24) + ξ_T
 //! - pressure     p = p₀(1 − 2.2558e-5 z)^5.2559 + ξ_p   (standard atmosphere)
@@ -10,8 +11,9 @@
 //! - rain or snow two-state chain by hour, gamma intensity; snow below 0.5 °C
 //! - wind speed   w = F⁻¹(Φ(g)), g AR(1), F Weibull; direction θ = θ₀ + AR(1)
 //!
-//! A mission is short, so it starts in the stationary state: the spread between missions is the stationary
-//! spread. One climate, one place: a mission of 500 km crosses weather systems, and this does not know it.
+//! A mission is short, so it starts in the stationary state: the spread between missions is the
+//! stationary spread. One climate, one place: a mission of 500 km crosses weather systems, and this
+//! does not know it.
 
 use crate::random::{Draws, Stream, Streams};
 use schemars::JsonSchema;
@@ -294,7 +296,8 @@ pub fn standard_pressure_pa(altitude_m: f64) -> f64 {
 impl Weather {
     /// Density of the moist air, in kg/m³, `climb_m` above the start.
     ///
-    /// ρ = p_d/(287.05 T) + p_v/(461.5 T), p_v = RH · 610.94 exp(17.625 t/(t + 243.04)) (Magnus form), t in °C.
+    /// ρ = p_d/(287.05 T) + p_v/(461.5 T), p_v = RH · 610.94 exp(17.625 t/(t + 243.04)) (Magnus
+    /// form), t in °C.
     pub fn air_density_kgpm3(&self, climb_m: f64) -> f64 {
         let celsius = self.temperature_k - 273.15;
         let saturation_pa = 610.94 * libm::exp(17.625 * celsius / (celsius + 243.04));
@@ -327,7 +330,7 @@ mod tests {
 
     #[test]
     fn air_density_of_the_sources() {
-        // models.md section 9: 20 degC, 101.3 kPa -> 1.20; -10 degC -> 1.34 (+11.5 %)
+        // 20 degC, 101.3 kPa -> 1.20; -10 degC -> 1.34 (+11.5 %)
         let air = |celsius: f64| Weather {
             temperature_k: 273.15 + celsius,
             pressure_pa: 101_300.0,

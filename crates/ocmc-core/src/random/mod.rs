@@ -1,12 +1,12 @@
 //! Random numbers: one independent stream for each sampled factor of each cycle.
 //!
-//! Everything random in cycle `k` is a pure function of (seed, k, stream). No generator is shared or
-//! stored, so a cycle is replayed alone, parts of a run come from many machines, one factor is frozen
-//! while another varies, and a new draw in the weather moves no curve in the road.
+//! Everything random in cycle `k` is a pure function of (seed, k, stream). No generator is shared
+//! or stored, so a cycle is replayed alone, parts of a run come from many machines, one factor is
+//! frozen while another varies, and a new draw in the weather moves no curve in the road.
 //!
-//! The generator is ChaCha with 8 rounds (D. J. Bernstein, 2008), whose 64-bit stream number is
-//! `64 k + stream`, so ids go up to [`LAST_CYCLE_ID`]; its key is the seed. Transcendental functions come from `libm`, so that the draws
-//! have the same bits on every platform.
+//! The generator is ChaCha with 8 rounds (D. J. Bernstein, 2008), whose 64-bit stream number is `64
+//! k + stream`, so ids go up to [`LAST_CYCLE_ID`]; its key is the seed. Transcendental functions
+//! come from `libm`, so that the draws have the same bits on every platform.
 
 pub mod sampling;
 
@@ -84,7 +84,8 @@ pub enum Stream {
     CurveSpeedParameters = 29,
     /// Which of several given routes is driven.
     Route = 30,
-    /// Resampling of rows for bootstrap intervals, keyed by replicate and not by cycle. Belongs to no cycle.
+    /// Resampling of rows for bootstrap intervals, keyed by replicate and not by cycle. Belongs to
+    /// no cycle.
     Bootstrap = 31,
     /// A battery-electric powertrain: state of charge at departure, auxiliaries.
     Electric = 32,
@@ -123,18 +124,18 @@ impl StreamSet {
     }
 }
 
-/// Streams that cycles take from a second sample, which is independent of the first: the same seed, with one bit of the
-/// generator's key the other way round.
+/// Streams that cycles take from a second sample, which is independent of the first: the same seed,
+/// with one bit of the generator's key inverted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Exchange {
+pub struct PickFreeze {
     /// Which streams.
     pub streams: StreamSet,
     /// The cycle of the second sample that they come from; none for the cycle's own id.
     pub cycle_id: Option<u64>,
 }
 
-impl Exchange {
-    /// Nothing is exchanged.
+impl PickFreeze {
+    /// Every stream comes from the first sample.
     pub const NONE: Self = Self { streams: StreamSet::NONE, cycle_id: None };
 }
 
@@ -241,16 +242,16 @@ pub struct Streams<'a> {
     /// Factors that every cycle takes from cycle 0.
     pub frozen: &'a [Factor],
     /// Streams that come from the second sample. A frozen factor stays where it is.
-    pub exchange: Exchange,
+    pub pick_freeze: PickFreeze,
     /// Whether the first draws are spread evenly over a batch of cycles.
     pub sampling: Sampling,
 }
 
 impl<'a> Streams<'a> {
-    /// The streams of one cycle, nothing frozen and nothing exchanged.
+    /// The streams of one cycle, nothing frozen, all from the first sample.
     pub fn new(seed: u64, cycle_id: u64) -> Streams<'a> {
         let sampling = Sampling::Independent;
-        Self { seed, cycle_id, frozen: &[], exchange: Exchange::NONE, sampling }
+        Self { seed, cycle_id, frozen: &[], pick_freeze: PickFreeze::NONE, sampling }
     }
 
     /// Opens the stream of one factor of this cycle.
@@ -263,8 +264,8 @@ impl<'a> Streams<'a> {
         draws
     }
 
-    /// Opens a stream that is shared by all cycles of one replicate (`cycle_id mod replicates`). What a fit does not know
-    /// belongs to no factor and cannot be frozen.
+    /// Opens a stream that is shared by all cycles of one replicate (`cycle_id mod replicates`).
+    /// What a fit does not know belongs to no factor and cannot be frozen.
     pub fn open_replicate(&self, stream: Stream, replicates: u64) -> Draws {
         let (sample, id) = Streams { frozen: &[], ..self.clone() }.source(stream);
         Draws::of(self.seed, sample, id % replicates.max(1), stream)
@@ -274,15 +275,15 @@ impl<'a> Streams<'a> {
     fn source(&self, stream: Stream) -> (Sample, u64) {
         if stream.factor().is_some_and(|factor| self.frozen.contains(&factor)) {
             (Sample::First, 0)
-        } else if self.exchange.streams.contains(stream) {
-            (Sample::Second, self.exchange.cycle_id.unwrap_or(self.cycle_id))
+        } else if self.pick_freeze.streams.contains(stream) {
+            (Sample::Second, self.pick_freeze.cycle_id.unwrap_or(self.cycle_id))
         } else {
             (Sample::First, self.cycle_id)
         }
     }
 }
 
-/// Which of the two samples of a seed; bits of the generator's key that are the other way round.
+/// Which of the two samples of a seed; bits of the generator's key that are inverted.
 #[derive(Clone, Copy, Debug)]
 #[repr(u8)]
 enum Sample {
@@ -290,7 +291,7 @@ enum Sample {
     Second = 0x80,
 }
 
-/// The bit of the key that is the other way round for the scrambling of points.
+/// The bit of the key that is inverted for the scrambling of points.
 const SCRAMBLING: u8 = 0x40;
 
 /// A stream of draws.
@@ -322,8 +323,8 @@ impl Draws {
         Self { point: Point::new(scrambling, cycle_id), ..self }
     }
 
-    /// Continues with the draws that belong to a place: whatever was drawn before, the next ones are a function of
-    /// (seed, cycle, stream, place) alone. Places are 8 uniforms apart.
+    /// Continues with the draws that belong to a place: whatever was drawn before, the next ones
+    /// are a function of (seed, cycle, stream, place) alone. Places are 8 uniforms apart.
     pub fn at(&mut self, place: u64) -> &mut Self {
         self.generator.set_word_pos(u128::from(place) * 16);
         self.point = Point::NONE;
@@ -371,8 +372,8 @@ impl Draws {
         self.uniform() < p
     }
 
-    /// Index drawn with the given weights, which need not sum to one; the last index with a positive
-    /// weight where rounding leaves a remainder.
+    /// Index drawn with the given weights, which need not sum to one; the last index with a
+    /// positive weight where rounding leaves a remainder.
     pub fn index(&mut self, weights: &[f64]) -> usize {
         let total: f64 = weights.iter().sum();
         let mut left = self.uniform() * total;
@@ -390,7 +391,7 @@ impl Draws {
     }
 }
 
-/// The generator of (seed, id, stream), these bits of its key the other way round.
+/// The generator of (seed, id, stream), these bits of its key inverted.
 fn generator(seed: u64, flipped: u8, id: u64, stream: Stream) -> ChaCha8Rng {
     let mut generator = ChaCha8Rng::seed_from_u64(seed);
     if flipped != 0 {
@@ -444,11 +445,14 @@ mod tests {
     }
 
     #[test]
-    fn an_exchanged_stream_is_that_of_the_second_sample_and_the_others_stay() {
+    fn a_picked_stream_is_that_of_the_second_sample_and_the_others_stay() {
         let streams = StreamSet::of_factor(Factor::Driver);
-        let own = Streams { exchange: Exchange { streams, cycle_id: None }, ..Streams::new(1, 5) };
-        let other =
-            Streams { exchange: Exchange { streams, cycle_id: Some(9) }, ..Streams::new(1, 5) };
+        let own =
+            Streams { pick_freeze: PickFreeze { streams, cycle_id: None }, ..Streams::new(1, 5) };
+        let other = Streams {
+            pick_freeze: PickFreeze { streams, cycle_id: Some(9) },
+            ..Streams::new(1, 5)
+        };
         let first = |mut draws: Draws| draws.uniform();
         let plain = |stream| first(Streams::new(1, 5).open(stream));
         for stream in Stream::ALL {

@@ -1,17 +1,19 @@
-//! How a run's cycles share out the values that describe a whole cycle: each by itself, or evenly over a batch.
+//! How a run's cycles share out the values that describe a whole cycle: each by itself, or evenly
+//! over a batch.
 //!
-//! With [`Sampling::Sobol`] the cycles b·[`BATCH`] to (b + 1)·[`BATCH`] − 1 are batch b. They take the first four draws of
-//! each stream that describes a whole cycle ([`Stream::is_spread`]) from an Owen-scrambled Sobol sequence, so that among
-//! them every sixteenth of the values occurs once. Each batch and each stream has a scrambling of its own: batches are
-//! independent of one another, and alike, which is what intervals rest on ([`crate::fleet::dependence`]). Each draw alone is
+//! With [`Sampling::Sobol`] the cycles b·[`BATCH`] to (b + 1)·[`BATCH`] − 1 are batch b. They take
+//! the first four draws of each stream that describes a whole cycle ([`Stream::is_spread`]) from an
+//! Owen-scrambled Sobol sequence, so that among them every sixteenth of the values occurs once.
+//! Each batch and each stream has a scrambling of its own: batches are independent of one another,
+//! and alike, which is what intervals rest on (the module `fleet::dependence`). Each draw alone is
 //! uniform, as ever:
 //!
-//! u = 0.s ⊕ d …, the 23 binary digits s of the Sobol point shifted by random digits d of the batch, followed by
-//! the digits of the cycle's own draw.
+//! u = 0.s ⊕ d …, the 23 binary digits s of the Sobol point shifted by random digits d of the
+//! batch, followed by the digits of the cycle's own draw.
 //!
-//! Sources: A. B. Owen, *Annals of Statistics* 25 (1997) 1541, for scrambled nets \[PK\]; B. Burley, *Journal of Computer
-//! Graphics Techniques* 9 (2020) 1, for scrambling by hashes, as in the crate `sobol_burley`, and for sets of four dimensions
-//! that are scrambled apart.
+//! Sources: A. B. Owen, *Annals of Statistics* 25 (1997) 1541, for scrambled nets \[PK\]; B.
+//! Burley, *Journal of Computer Graphics Techniques* 9 (2020) 1, for scrambling by hashes, as in
+//! the crate `sobol_burley`, and for sets of four dimensions that are scrambled apart.
 
 use crate::random::Stream;
 use rand_chacha::ChaCha8Rng;
@@ -44,8 +46,8 @@ impl Sampling {
 }
 
 impl Stream {
-    /// Whether its first draws describe a whole cycle: mission, driver, truck, first hours of weather, and the first
-    /// stretches of road.
+    /// Whether its first draws describe a whole cycle: mission, driver, truck, first hours of
+    /// weather, and the first stretches of road.
     pub fn is_spread(self) -> bool {
         use Stream as S;
         matches!(
@@ -119,7 +121,7 @@ impl Point {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::random::{Draws, Exchange, Factor, StreamSet, Streams};
+    use crate::random::{Draws, Factor, PickFreeze, StreamSet, Streams};
     use crate::statistics::{SEEDS, assert_follows, assert_mean};
 
     fn streams(seed: u64, cycle_id: u64) -> Streams<'static> {
@@ -182,7 +184,8 @@ mod tests {
             })
             .collect();
         assert_mean("correlation", &correlations, 0.0);
-        // as spread as those of few points are: of 16 by themselves 1/15, of 8 pairs that go together 1/7
+        // as spread as those of few points are: of 16 by themselves 1/15, of 8 pairs that go
+        // together 1/7
         let squares = correlations.iter().map(|c| c * c).sum::<f64>() / 400.0;
         assert!(squares < 1.0 / 7.0, "{squares}");
     }
@@ -205,9 +208,9 @@ mod tests {
         let frozen = Streams { frozen: &[Factor::Mission], ..streams(1, 37) };
         let at_zero: [f64; 8] = first(streams(1, 0).open(Stream::Payload));
         assert!(first::<8>(frozen.open(Stream::Payload)) == at_zero);
-        let exchange = Exchange { streams: StreamSet::ALL, cycle_id: None };
+        let pick_freeze = PickFreeze { streams: StreamSet::ALL, cycle_id: None };
         let points: Vec<[f64; DIMENSIONS]> = (0..BATCH)
-            .map(|k| first(Streams { exchange, ..streams(1, k) }.open(Stream::Payload)))
+            .map(|k| first(Streams { pick_freeze, ..streams(1, k) }.open(Stream::Payload)))
             .collect();
         assert!(points != batch(1, 0, Stream::Payload), "another sample");
         let mut parts: Vec<usize> = points.iter().map(|p| (16.0 * p[0]) as usize).collect();

@@ -1,6 +1,7 @@
 //! The study: the one place that knows all domains.
 //!
-//! [`StudyModel`] is the study file as it is written; [`Study`] is a checked one, prepared for sampling.
+//! [`StudyModel`] is the study file as it is written; [`Study`] is a checked one, prepared for
+//! sampling.
 
 mod bounds;
 mod check;
@@ -17,7 +18,7 @@ use crate::operating_cycle::traffic::TrafficModel;
 use crate::operating_cycle::weather::WeatherModel;
 use crate::operating_cycle::{OperatingCycle, OperatingCycleSampler};
 use crate::random::sampling::Sampling;
-use crate::random::{Exchange, Factor, Stream, Streams};
+use crate::random::{Factor, PickFreeze, Stream, Streams};
 use crate::switch::ModelSwitch;
 use crate::vehicle::{Vehicle, VehicleModel, VehicleParameters};
 use schemars::JsonSchema;
@@ -165,7 +166,8 @@ impl Study {
         Ok(Self { model, operating_cycle, vehicle, road_types, stability_limit })
     }
 
-    /// Drives given cycles instead of drawn roads, each with its weight and what it keeps of its file.
+    /// Drives given cycles instead of drawn roads, each with its weight and what it keeps of its
+    /// file.
     ///
     /// # Errors
     /// The number of the cycle, from 0, and what does not fit this study.
@@ -205,14 +207,19 @@ impl Study {
 
     /// Draws the scenario of one cycle: a pure function of (study, seed, cycle id).
     pub fn sample(&self, seed: u64, cycle_id: u64) -> Scenario {
-        self.sample_exchanged(seed, cycle_id, Exchange::NONE)
+        self.sample_pick_freeze(seed, cycle_id, PickFreeze::NONE)
     }
 
     /// As [`Study::sample`], some of the streams taken from the second sample.
-    pub fn sample_exchanged(&self, seed: u64, cycle_id: u64, exchange: Exchange) -> Scenario {
+    pub fn sample_pick_freeze(
+        &self,
+        seed: u64,
+        cycle_id: u64,
+        pick_freeze: PickFreeze,
+    ) -> Scenario {
         let mut cycle = OperatingCycle::default();
         let (driver, vehicle, curve_residuals) =
-            self.sample_into(seed, cycle_id, exchange, &mut cycle);
+            self.sample_into(seed, cycle_id, pick_freeze, &mut cycle);
         Scenario { cycle_id, cycle, driver, curve_residuals, vehicle }
     }
 
@@ -220,27 +227,27 @@ impl Study {
     pub fn resample(&self, seed: u64, cycle_id: u64, scenario: &mut Scenario) {
         scenario.cycle_id = cycle_id;
         let (driver, vehicle, residuals) =
-            self.sample_into(seed, cycle_id, Exchange::NONE, &mut scenario.cycle);
+            self.sample_into(seed, cycle_id, PickFreeze::NONE, &mut scenario.cycle);
         scenario.driver = driver;
         scenario.vehicle = vehicle;
         scenario.curve_residuals = residuals;
     }
 
     /// Where the draws of one cycle come from.
-    pub(crate) fn streams(&self, seed: u64, cycle_id: u64, exchange: Exchange) -> Streams<'_> {
+    pub(crate) fn streams(&self, seed: u64, cycle_id: u64, pick_freeze: PickFreeze) -> Streams<'_> {
         let SimulationModel { frozen, sampling, .. } = &self.model.simulation;
-        Streams { seed, cycle_id, frozen, exchange, sampling: *sampling }
+        Streams { seed, cycle_id, frozen, pick_freeze, sampling: *sampling }
     }
 
     fn sample_into(
         &self,
         seed: u64,
         cycle_id: u64,
-        exchange: Exchange,
+        pick_freeze: PickFreeze,
         cycle: &mut OperatingCycle,
     ) -> (Driver, Vehicle, Vec<f64>) {
         let simulation = &self.model.simulation;
-        let streams = self.streams(seed, cycle_id, exchange);
+        let streams = self.streams(seed, cycle_id, pick_freeze);
         self.operating_cycle.sample(&streams, &simulation.without, cycle);
         let driver = self.model.driver.sample(&streams, &simulation.without, self.stability_limit);
         // a residual belongs to the curve's place, so that it stays when another curve goes

@@ -1,5 +1,5 @@
-//! The first draws of each primitive of a stream, pinned. A change here changes every result of every study: it needs an
-//! entry under *Values* in CHANGELOG.md that says why.
+//! The first draws of each primitive of a stream, pinned. A change here changes every result of
+//! every study: it needs an entry under *Values* in CHANGELOG.md that says why.
 //!
 //! The generator is ChaCha8 keyed by the seed, its stream number is 64 × cycle + stream.
 

@@ -1,8 +1,9 @@
 //! Analysis of variance of a linear model: how much of the sum of squares each term explains.
 //!
-//! Sequential sums of squares credit a term with what it explains of what the terms before it leave (type I, the paper's
-//! table); marginal ones with what it explains of what all the others leave (type III with sum-to-zero coding, which
-//! without interactions is type II). F = (SS/df)/(RSS/df_e) follows the F law under a term without effect.
+//! Sequential sums of squares credit a term with what it explains of what the terms before it leave
+//! (type I, the paper's table); marginal ones with what it explains of what all the others leave
+//! (type III with sum-to-zero coding, which without interactions is type II). F =
+//! (SS/df)/(RSS/df_e) follows the F law under a term without effect.
 
 use super::least_squares::LeastSquares;
 use super::p_value::ln_f_tail;

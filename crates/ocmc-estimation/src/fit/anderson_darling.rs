@@ -1,8 +1,10 @@
 //! Test of a normal law with estimated mean and standard deviation, by Anderson and Darling.
 //!
-//! A² = −n − (1/n) Σ (2i − 1) (ln Φ(z_i) + ln(1 − Φ(z_{n+1−i}))), of the ordered z = (x − mean)/SD; A*² = A² (1 + 0.75/n + 2.25/n²).
+//! A² = −n − (1/n) Σ (2i − 1) (ln Φ(z_i) + ln(1 − Φ(z_{n+1−i}))), of the ordered z = (x − mean)/SD;
+//! A*² = A² (1 + 0.75/n + 2.25/n²).
 //!
-//! Source of the p of A*²: R. B. D'Agostino, M. A. Stephens, Goodness-of-Fit Techniques, 1986, table 4.9 \[PK\].
+//! Source of the p of A*²: R. B. D'Agostino, M. A. Stephens, Goodness-of-Fit Techniques, 1986,
+//! table 4.9 \[PK\].
 
 use super::p_value::ln_normal_tail;
 

@@ -1,11 +1,12 @@
-//! Linear least squares by Householder QR: one reduction of the rows, from which every sub-model follows.
+//! Linear least squares by Householder QR: one reduction of the rows, from which every sub-model
+//! follows.
 //!
-//! The rows (x, y) are reduced to the triangle R of \[X y\] block by block, so memory does not grow with their number, and
-//! normal equations are never formed. Dropping, reordering or fixing coefficients then works on the triangle alone: its QR
-//! is that of the whole data.
+//! The rows (x, y) are reduced to the triangle R of \[X y\] block by block, so memory does not grow
+//! with their number, and normal equations are never formed. Dropping, reordering or fixing
+//! coefficients then works on the triangle alone: its QR is that of the whole data.
 //!
-//! Predictors and response are taken relative to their means while they are reduced, and the triangle is set back
-//! afterwards. This keeps the digits of data with a large common part.
+//! Predictors and response are taken relative to their means while they are reduced, and the
+//! triangle is set back afterwards. This keeps the digits of data with a large common part.
 
 use nalgebra::{DMatrix, DVector};
 use thiserror::Error;
@@ -71,8 +72,8 @@ impl LeastSquares {
     /// `row` writes the predictors of a row into its argument and returns the response.
     ///
     /// # Errors
-    /// [`Collinear`] names the first column that those before it determine, which is always the case with fewer rows
-    /// than columns.
+    /// [`Collinear`] names the first column that those before it determine, which is always the
+    /// case with fewer rows than columns.
     pub fn reduce(
         n: usize,
         width: usize,
@@ -116,7 +117,8 @@ impl LeastSquares {
         Ok(Self { r, effects, residual_sum_sq: last * last, rows: n })
     }
 
-    /// The same rows with these columns in this order; the others are left out. Column 0 has to stay first.
+    /// The same rows with these columns in this order; the others are left out. Column 0 has to
+    /// stay first.
     ///
     /// # Panics
     /// Where column 0 is not first or a column does not exist.
@@ -158,7 +160,8 @@ impl LeastSquares {
         solved.expect("no diagonal is zero: collinear columns were refused")
     }
 
-    /// (XᵀX)⁻¹ = R⁻¹R⁻ᵀ, whose product with the residual variance is the covariance of the coefficients.
+    /// (XᵀX)⁻¹ = R⁻¹R⁻ᵀ, whose product with the residual variance is the covariance of the
+    /// coefficients.
     pub fn inverse_gram(&self) -> DMatrix<f64> {
         let width = self.r.ncols();
         let inverse = self.r.solve_upper_triangular(&DMatrix::identity(width, width));

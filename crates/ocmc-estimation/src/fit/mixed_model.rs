@@ -1,15 +1,17 @@
 //! Linear model whose first coefficients vary over groups: restricted maximum likelihood (REML).
 //!
-//! y = X β + Z b + e with Z the first q columns of X, b ~ N(0, σ² Λ Λᵀ) in each group and e ~ N(0, σ²). With
-//! W = (I + Z Λ Λᵀ Zᵀ)⁻¹ the criterion, β and σ² profiled out, is
+//! y = X β + Z b + e with Z the first q columns of X, b ~ N(0, σ² Λ Λᵀ) in each group and e ~ N(0,
+//! σ²). With W = (I + Z Λ Λᵀ Zᵀ)⁻¹ the criterion, β and σ² profiled out, is
 //!
-//! −2 l(Λ) = ln|I + Z Λ Λᵀ Zᵀ| + ln|XᵀWX| + (n − p) (1 + ln(2π s²/(n − p))), s² = min over β of (y − Xβ)ᵀW(y − Xβ).
+//! −2 l(Λ) = ln|I + Z Λ Λᵀ Zᵀ| + ln|XᵀWX| + (n − p) (1 + ln(2π s²/(n − p))), s² = min over β of (y
+//! − Xβ)ᵀW(y − Xβ).
 //!
-//! Each group's rows are first reduced to the triangle of \[X y\], which leaves every term as it is; an evaluation then
-//! costs a few small matrices a group.
+//! Each group's rows are first reduced to the triangle of \[X y\], which leaves every term as it
+//! is; an evaluation then costs a few small matrices a group.
 //!
-//! Source: D. Bates, M. Mächler, B. Bolker, S. Walker, Fitting linear mixed-effects models using lme4, Journal of
-//! Statistical Software 67 (2015), sections 3.3 to 3.5 (the same criterion and parametrisation).
+//! Source: D. Bates, M. Mächler, B. Bolker, S. Walker, Fitting linear mixed-effects models using
+//! lme4, Journal of Statistical Software 67 (2015), sections 3.3 to 3.5 (the same criterion and
+//! parametrisation).
 
 use super::least_squares::Triangle;
 use super::nelder_mead::minimise;
@@ -45,8 +47,8 @@ pub struct GroupedRows {
 }
 
 impl GroupedRows {
-    /// Reduces `n` rows of `width` predictors; `row` writes a row's predictors into its argument and returns its group
-    /// and the response.
+    /// Reduces `n` rows of `width` predictors; `row` writes a row's predictors into its argument
+    /// and returns its group and the response.
     pub fn reduce(
         n: usize,
         width: usize,
@@ -164,7 +166,8 @@ mod tests {
 
     #[test]
     fn balanced_one_way_data_have_the_closed_form() {
-        // REML of balanced one-way data is the analysis-of-variance estimate: (MS_between - MS_within) / k
+        // REML of balanced one-way data is the analysis-of-variance estimate: (MS_between -
+        // MS_within) / k
         let (groups, k) = (8, 6);
         let mut draws = Draws::new(2, 0, Stream::Vehicle);
         let y: Vec<Vec<f64>> = (0..groups)

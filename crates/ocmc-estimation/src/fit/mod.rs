@@ -1,7 +1,7 @@
-//! The way back: from measurements to the numbers of a study.
+//! The inverse: from measurements to the numbers of a study.
 //!
-//! Estimators take plain columns and return numbers with their intervals; they read and print nothing. The laws of
-//! `distribution` carry their own `fit`.
+//! Estimators take plain columns and return numbers with their intervals; they read and print
+//! nothing. The laws of `distribution` carry their own `fit`.
 
 pub mod analysis_of_variance;
 pub mod anderson_darling;

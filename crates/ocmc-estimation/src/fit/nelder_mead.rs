@@ -1,8 +1,8 @@
 //! The smallest value of a function of few variables, without derivatives.
 //!
-//! Source: J. A. Nelder, R. Mead, A simplex method for function minimization, The Computer Journal 7 (1965), 308-313, with
-//! reflection 1, expansion 2, contraction and shrinkage 1/2. The search is begun again from what it found until that
-//! changes nothing, since a simplex may collapse early.
+//! Source: J. A. Nelder, R. Mead, A simplex method for function minimization, The Computer Journal
+//! 7 (1965), 308-313, with reflection 1, expansion 2, contraction and shrinkage 1/2. The search is
+//! begun again from what it found until that changes nothing, since a simplex may collapse early.
 
 /// Most evaluations of one search.
 const MOST_EVALUATIONS: usize = 4000;

@@ -1,8 +1,10 @@
-//! Tail probabilities of the F, t and chi-square laws, in logarithms where they underflow, and quantiles for intervals.
+//! Tail probabilities of the F, t and chi-square laws, in logarithms where they underflow, and
+//! quantiles for intervals.
 //!
-//! P(F > f) with d₁ and d₂ degrees of freedom is the regularised incomplete beta function I_x(d₂/2, d₁/2) at
-//! x = d₂/(d₂ + d₁ f). Its continued fraction (Lentz's method; Abramowitz and Stegun, 26.5.8) is multiplied by a power of
-//! x that underflows below 1e-308, so the power stays a logarithm.
+//! P(F > f) with d₁ and d₂ degrees of freedom is the regularised incomplete beta function I_x(d₂/2,
+//! d₁/2) at x = d₂/(d₂ + d₁ f). Its continued fraction (Lentz's method; Abramowitz and Stegun,
+//! 26.5.8) is multiplied by a power of x that underflows below 1e-308, so the power stays a
+//! logarithm.
 
 use statrs::distribution::{ChiSquared, Continuous, ContinuousCDF, StudentsT};
 use std::f64::consts::PI;
@@ -52,7 +54,8 @@ pub fn t_of_interval(level: f64, df: f64) -> f64 {
     t
 }
 
-/// The interval at `level` of a standard deviation that was estimated with `df` degrees of freedom: √(df s²/χ²).
+/// The interval at `level` of a standard deviation that was estimated with `df` degrees of freedom:
+/// √(df s²/χ²).
 ///
 /// None without a degree of freedom.
 pub fn sd_interval(sd: f64, df: f64, level: f64) -> Option<[f64; 2]> {
@@ -100,8 +103,8 @@ fn continued_fraction(x: f64, a: f64, b: f64) -> f64 {
     fraction
 }
 
-/// ln B(a, b). Where an argument is large, the difference of its two log-gammas is taken in Stirling's series, where
-/// the large terms cancel on paper.
+/// ln B(a, b). Where an argument is large, the difference of its two log-gammas is taken in
+/// Stirling's series, where the large terms cancel on paper.
 fn ln_beta(a: f64, b: f64) -> f64 {
     let (small, large) = if a < b { (a, b) } else { (b, a) };
     if large < 10.0 {
@@ -135,7 +138,8 @@ pub fn normal_hazard(z: f64) -> f64 {
     libm::exp(-0.5 * z * z - 0.5 * libm::log(2.0 * PI) - ln_normal_tail(z))
 }
 
-/// A probability from its natural logarithm, in words for people: `0.768`, `2.05e-11`, `1.3e-21429`.
+/// A probability from its natural logarithm, in words for people: `0.768`, `2.05e-11`,
+/// `1.3e-21429`.
 pub fn p_text(ln_p: f64) -> String {
     if ln_p.is_nan() {
         return "-".to_owned();

@@ -1,14 +1,15 @@
-//! Regression of a response that is cut off from above at a known limit, one level for each group: Tobit.
+//! Regression of a response that is cut off from above at a known limit, one level for each group:
+//! Tobit.
 //!
-//! y* = level_g + x β + e, e ~ N(0, σ²); seen is y = y* where y* lies below the row's limit c, and only "at least c"
-//! elsewhere. In the parameters γ = (levels, β)/σ and h = 1/σ the log-likelihood
+//! y* = level_g + x β + e, e ~ N(0, σ²); seen is y = y* where y* lies below the row's limit c, and
+//! only "at least c" elsewhere. In the parameters γ = (levels, β)/σ and h = 1/σ the log-likelihood
 //!
 //! Σ_seen (ln h − (h y − xγ)²/2) + Σ_cut ln P(Z > h c − xγ)
 //!
 //! is concave, so that Newton's method with halved steps finds its one maximum.
 //!
-//! Source: R. J. Olsen, Note on the uniqueness of the maximum likelihood estimator for the Tobit model, Econometrica 46
-//! (1978), 1211-1215 \[PK\].
+//! Source: R. J. Olsen, Note on the uniqueness of the maximum likelihood estimator for the Tobit
+//! model, Econometrica 46 (1978), 1211-1215 \[PK\].
 
 use super::p_value::{ln_normal_tail, normal_hazard};
 use nalgebra::{DMatrix, DVector};
@@ -39,8 +40,8 @@ pub struct TobitFit {
     pub parameters: DVector<f64>,
     /// Their covariance, from the curvature of the log-likelihood.
     pub covariance: DMatrix<f64>,
-    /// Their covariance with rows of one group taken as one observation, times G/(G − 1); the levels' part has no
-    /// meaning, since a group determines its own level.
+    /// Their covariance with rows of one group taken as one observation, times G/(G − 1); the
+    /// levels' part has no meaning, since a group determines its own level.
     pub clustered_covariance: DMatrix<f64>,
     /// Logarithm of the likelihood.
     pub log_likelihood: f64,
@@ -86,8 +87,8 @@ struct Derivatives {
 
 /// Fits `groups` levels, `X` coefficients and σ to rows.
 ///
-/// None where a group has no row below its limit, where the coefficients are not determined, or where the search does
-/// not end.
+/// None where a group has no row below its limit, where the coefficients are not determined, or
+/// where the search does not end.
 pub fn fit<const X: usize>(rows: &[TobitRow<X>], groups: usize) -> Option<TobitFit> {
     let mut seen = vec![0usize; groups];
     for row in rows.iter().filter(|row| !row.cut) {
@@ -103,7 +104,8 @@ pub fn fit<const X: usize>(rows: &[TobitRow<X>], groups: usize) -> Option<TobitF
         let step = here.information.clone().cholesky()?.solve(&here.gradient);
         let decrement = step.dot(&here.gradient);
         if decrement < SETTLED {
-            // the likelihood cannot tell this step from none any more, while the step still doubles the digits
+            // the likelihood cannot distinguish this step from none any more, while the step still
+            // doubles the digits
             let theta = theta + step;
             let here = derivatives(rows, groups, &theta);
             return Some(summary(rows, groups, &theta, &here));

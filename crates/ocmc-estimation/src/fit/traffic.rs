@@ -1,10 +1,12 @@
-//! The traffic model of measured densities: what [`ocmc_core::operating_cycle::traffic`] draws, estimated.
+//! The traffic model of measured densities: what [`ocmc_core::operating_cycle::traffic`] draws,
+//! estimated.
 //!
-//! logit x = logit m_r(H) + u: the typical shares off peak and at the peak of each road type by least squares on the logit scale
-//! (Gauss and Newton's method), with the hours and widths of the peaks as the base study has them; SD of u, and its correlation over a step
-//! from records that follow each other at the same site: records τ apart tell φ^(τ/step).
+//! logit x = logit m_r(H) + u: the typical shares off peak and at the peak of each road type by
+//! least squares on the logit scale (Gauss and Newton's method), with the hours and widths of the
+//! peaks as the base study has them; SD of u, and its correlation over a step from records that
+//! follow each other at the same site: records τ apart determine φ^(τ/step).
 
-use super::operating_cycle::ParameterFit;
+use super::operating_cycle::StudyParameterFit;
 use ocmc_core::operating_cycle::traffic::TrafficModel;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -50,7 +52,7 @@ pub struct TrafficFit {
     /// Densities.
     pub n: usize,
     /// Numbers that were estimated.
-    pub parameters: Vec<ParameterFit>,
+    pub parameters: Vec<StudyParameterFit>,
     /// What does not stop the fit and has to be known.
     pub warnings: Vec<String>,
     /// The model: the base study's, with what was estimated laid over it.
@@ -64,12 +66,14 @@ const FEWEST: usize = 48;
 const EDGE: f64 = 0.005;
 /// How far two intervals may differ and still be one, as a share of it.
 const SAME_INTERVAL: f64 = 0.01;
-/// Heights of the peak that have to be seen, as shares of it (judgement): one of them is an extrapolation otherwise.
+/// Heights of the peak that have to be seen, as shares of it (judgement): one of them is an
+/// extrapolation otherwise.
 const SEEN: [f64; 2] = [0.25, 0.75];
 /// Rounds after which Gauss and Newton's method is given up.
 const MOST_ROUNDS: usize = 100;
 
-/// Fits the traffic model. `base` gives what the records do not tell: hours and widths of the peaks, jam and critical density.
+/// Fits the traffic model. `base` gives what the records do not determine: hours and widths of the
+/// peaks, jam and critical density.
 ///
 /// # Errors
 /// [`TrafficFitError`] says what the records lack.
@@ -124,7 +128,7 @@ pub fn fit(records: &[TrafficRecord], base: &TrafficModel) -> Result<TrafficFit,
         };
         (of_type.off_peak_share, of_type.peak_share) = (off, peak);
         let keys = [("off_peak_share", off), ("peak_share", peak)];
-        parameters.extend(keys.map(|(key, value)| ParameterFit {
+        parameters.extend(keys.map(|(key, value)| StudyParameterFit {
             key: format!("types.{road_type}.{key}"),
             value,
             standard_error: None,
@@ -140,8 +144,12 @@ pub fn fit(records: &[TrafficRecord], base: &TrafficModel) -> Result<TrafficFit,
     }
     let known: Vec<f64> = deviations.iter().copied().filter(|u| u.is_finite()).collect();
     model.logit_sd = (known.iter().map(|u| u * u).sum::<f64>() / known.len() as f64).sqrt();
-    let of =
-        |key: &str, value, n| ParameterFit { key: key.to_owned(), value, standard_error: None, n };
+    let of = |key: &str, value, n| StudyParameterFit {
+        key: key.to_owned(),
+        value,
+        standard_error: None,
+        n,
+    };
     parameters.push(of("logit_sd", model.logit_sd, known.len()));
     match step_correlation(records, &deviations, base.step_s) {
         Some((phi, pairs)) => {
@@ -155,7 +163,8 @@ pub fn fit(records: &[TrafficRecord], base: &TrafficModel) -> Result<TrafficFit,
     Ok(TrafficFit { n, parameters, warnings, model })
 }
 
-/// Typical shares off peak and at the peak, of values (height of the peak from 0 to 1, logit of the share).
+/// Typical shares off peak and at the peak, of values (height of the peak from 0 to 1, logit of the
+/// share).
 fn typical_shares(values: &[(f64, f64)]) -> Option<(f64, f64)> {
     let mean = values.iter().map(|(_, y)| y).sum::<f64>() / values.len() as f64;
     let start = 1.0 / (1.0 + libm::exp(-mean));

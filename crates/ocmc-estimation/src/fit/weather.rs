@@ -1,18 +1,21 @@
-//! The weather model of hourly records of one place: what [`ocmc_core::operating_cycle::weather`] draws, estimated.
+//! The weather model of hourly records of one place: what [`ocmc_core::operating_cycle::weather`]
+//! draws, estimated.
 //!
-//! - temperature and humidity: the harmonics of year and day by least squares; SD and correlation over an hour of what they leave,
-//!   the temperature's SD by season from E|ξ| = SD √(2/π);
+//! - temperature and humidity: the harmonics of year and day by least squares; SD and correlation
+//!   over an hour of what they leave, the temperature's SD by season from E|ξ| = SD √(2/π);
 //! - pressure: SD and correlation about its mean;
 //! - rain and snow: wet hours by counts, the intensity of wet hours by the gamma likelihood;
-//! - wind: the Weibull likelihood of the speeds, correlation of their normal scores; the direction by the moments of a wrapped
-//!   normal law, E cos(θ − θ₀) = exp(−SD²/2) and E cos(θ' − θ) = exp(−SD²(1 − φ)).
+//! - wind: the Weibull likelihood of the speeds, correlation of their normal scores; the direction
+//!   by the moments of a wrapped normal law, E cos(θ − θ₀) = exp(−SD²/2) and E cos(θ' − θ) =
+//!   exp(−SD²(1 − φ)).
 //!
-//! Standard errors are those of independent values times √((1 + φ)/(1 − φ)), and √((1 − φ²)/n) for a correlation φ. They are
-//! left out where they have no simple form. A variable that is nowhere recorded keeps the numbers of the base study, and so do
-//! temperature and humidity of records that lack a season, or day or night: harmonics of what was not seen are extrapolated.
+//! Standard errors are those of independent values times √((1 + φ)/(1 − φ)), and √((1 − φ²)/n) for
+//! a correlation φ. They are left out where they have no simple form. A variable that is nowhere
+//! recorded keeps the numbers of the base study, and so do temperature and humidity of records that
+//! lack a season, or day or night: harmonics of what was not seen are extrapolated.
 
 use super::least_squares::LeastSquares;
-use super::operating_cycle::ParameterFit;
+use super::operating_cycle::StudyParameterFit;
 use ocmc_core::distribution::{Law, gamma, weibull};
 use ocmc_core::operating_cycle::weather::{
     Weather, WeatherModel, night, season, standard_pressure_pa,
@@ -54,7 +57,7 @@ pub struct WeatherFit {
     /// From the first to the last, in years of 365 days.
     pub years: f64,
     /// Numbers that were estimated.
-    pub parameters: Vec<ParameterFit>,
+    pub parameters: Vec<StudyParameterFit>,
     /// What does not stop the fit and has to be known.
     pub warnings: Vec<String>,
     /// The model: the base study's, with what was estimated laid over it.
@@ -62,10 +65,10 @@ pub struct WeatherFit {
     pub model: WeatherModel,
 }
 
-/// Years below which the seasons are not told from single winters.
+/// Years below which the seasons are not distinguished from single winters.
 const ENOUGH_YEARS: f64 = 3.0;
-/// Difference of a mean pressure from the standard atmosphere's at which the records are of another altitude, in Pa: some
-/// 80 m.
+/// Difference of a mean pressure from the standard atmosphere's at which the records are of another
+/// altitude, in Pa: some 80 m.
 const PRESSURE_OF_ANOTHER_PLACE_PA: f64 = 1000.0;
 
 /// Fewest values from which anything is estimated.
@@ -73,7 +76,8 @@ const FEWEST: usize = 48;
 /// An hour, and how far two records that are an hour apart may be off it, in s.
 const HOUR_S: f64 = 3600.0;
 const OFF_S: f64 = 1.0;
-/// Harmonics of year and day have to be seen up to here on both sides of 0 (judgement): from November to February, and from May to August.
+/// Harmonics of year and day have to be seen up to here on both sides of 0 (judgement): from
+/// November to February, and from May to August.
 const HARMONIC_SEEN: f64 = 0.5;
 /// Closest that a humidity comes to 0 and 1 on the logit scale.
 const HUMIDITY_EDGE: f64 = 0.005;
@@ -82,11 +86,12 @@ struct Estimates<'a> {
     records: &'a [HourlyRecord],
     /// Places of records that an hour parts.
     pairs: Vec<[usize; 2]>,
-    parameters: Vec<ParameterFit>,
+    parameters: Vec<StudyParameterFit>,
     warnings: Vec<String>,
 }
 
-/// Fits the weather model. `base` gives what the records do not tell: the altitude, when it snows, variables not recorded.
+/// Fits the weather model. `base` gives what the records do not determine: the altitude, when it
+/// snows, variables not recorded.
 ///
 /// # Errors
 /// [`WeatherFitError`] where nothing can be estimated.
@@ -120,7 +125,7 @@ pub fn fit(records: &[HourlyRecord], base: &WeatherModel) -> Result<WeatherFit, 
 
 impl Estimates<'_> {
     fn push(&mut self, key: &str, value: f64, standard_error: Option<f64>, n: usize) {
-        self.parameters.push(ParameterFit { key: key.to_owned(), value, standard_error, n });
+        self.parameters.push(StudyParameterFit { key: key.to_owned(), value, standard_error, n });
     }
 
     /// Places of the records that have a value; none where there are too few.
@@ -178,7 +183,7 @@ impl Estimates<'_> {
         inflation(phi)
     }
 
-    /// Whether these records tell the harmonics of year and day.
+    /// Whether these records determine the harmonics of year and day.
     fn tells_harmonics(&mut self, name: &str, places: &[usize]) -> bool {
         let seen = |of: fn((f64, f64)) -> f64| {
             let values = places.iter().map(|place| of(clock(&self.records[*place])));
@@ -456,7 +461,8 @@ impl Estimates<'_> {
         let length = libm::hypot(north, east);
         let turns = self.pairs.iter().map(|[a, b]| libm::cos(value(*b) - value(*a)));
         let turns: Vec<f64> = turns.filter(|cosine| cosine.is_finite()).collect();
-        // a mean direction is told apart from none where its length is beyond that of independent directions
+        // a mean direction is distinguished from none where its length is beyond that of
+        // independent directions
         if !(length * length * n > 9.0) || length >= 1.0 || turns.len() < FEWEST {
             self.warnings.push("wind direction: it has no prevailing direction, no spread, or no hours that follow each other; it stays that of the base study".into());
             return;

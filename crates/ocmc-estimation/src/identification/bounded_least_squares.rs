@@ -2,14 +2,16 @@
 //!
 //! min ½ Σ r_i(x)²,   lower <= x <= upper
 //!
-//! Each step solves the damped linear problem [J; √μ D] δ = [−r; 0] by QR, never by normal equations, with J by central
-//! differences, D the largest norms that the columns of J have had (Moré, 1978), and the damping μ by the ratio of the real to the
-//! predicted gain (Nielsen, 1999). A parameter at a bound with a gradient out of the box is held there; a step that leaves the box
-//! is cut at it. Residuals that are not finite refuse a step. Certified on the nonlinear problems of NIST in
-//! `tests/nist_nonlinear`.
+//! Each step solves the damped linear problem [J; √μ D] δ = [−r; 0] by QR, never by normal
+//! equations, with J by central differences, D the largest norms that the columns of J have had
+//! (Moré, 1978), and the damping μ by the ratio of the real to the predicted gain (Nielsen, 1999).
+//! A parameter at a bound with a gradient out of the box is held there; a step that leaves the box
+//! is cut at it. Residuals that are not finite refuse a step. Certified on the nonlinear problems
+//! of NIST in `tests/nist_nonlinear`.
 //!
-//! J. J. Moré, "The Levenberg-Marquardt algorithm: implementation and theory", Lecture Notes in Mathematics 630 (1978)
-//! 105-116. H. B. Nielsen, "Damping parameter in Marquardt's method", report IMM-REP-1999-05, DTU (1999).
+//! J. J. Moré, "The Levenberg-Marquardt algorithm: implementation and theory", Lecture Notes in
+//! Mathematics 630 (1978) 105-116. H. B. Nielsen, "Damping parameter in Marquardt's method", report
+//! IMM-REP-1999-05, DTU (1999).
 
 use nalgebra::{DMatrix, DVector};
 
@@ -163,7 +165,7 @@ fn differences(
     let mut at = x.to_vec();
     for k in 0..x.len() {
         let width = upper[k] - lower[k];
-        // of a parameter at zero the box tells the size
+        // of a parameter at zero the bounds give the size
         let size = if width.is_finite() { x[k].abs().max(1e-3 * width) } else { x[k].abs() };
         let step = relative * if size > 0.0 { size } else { 1.0 };
         at[k] = (x[k] + step).min(upper[k]);

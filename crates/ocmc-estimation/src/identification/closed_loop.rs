@@ -1,8 +1,10 @@
-//! The closed loop of an event: the study's truck on the log's slopes, a driver with given gains who wants one speed.
+//! The closed loop of an event: the study's truck on the log's slopes, a driver with given gains
+//! who wants one speed.
 //!
-//! The truck starts as the log says: speed, gear, and an engine that has followed the pedal. What the controller knows at
-//! the start is not in a log: the filtered speed follows from the measured acceleration, the integral part is estimated with
-//! the gains. The air is still, dry and at 15 °C, the road smooth asphalt, the truck the typical one with the mean payload.
+//! The truck starts as the log says: speed, gear, and an engine that has followed the pedal. What
+//! the controller knows at the start is not in a log: the filtered speed follows from the measured
+//! acceleration, the integral part is estimated with the gains. The air is still, dry and at 15 °C,
+//! the road smooth asphalt, the truck the typical one with the mean payload.
 
 use super::event::PedalLog;
 use nalgebra::{DMatrix, DVector};
@@ -20,11 +22,12 @@ use ocmc_core::random::Streams;
 use ocmc_core::study::{Scenario, Study};
 use ocmc_core::switch::ModelSwitch;
 
-/// Length of a cell of constant slope where the study's step is too coarse for the log's slopes, in m.
+/// Length of a cell of constant slope where the study's step is too coarse for the log's slopes, in
+/// m.
 const CELL_M: f64 = 5.0;
 /// Slopes that differ by less are the same.
 const SAME_SLOPE: f64 = 5e-4;
-/// Road behind the event, in m: nobody brakes for its end within the event.
+/// Road behind the event, in m: no driver brakes for its end within the event.
 const BEHIND_M: f64 = 600.0;
 /// Roughness at which rolling resistance is that of a smooth road, in m³: an IRI of 1.5 mm/m.
 const SMOOTH_M3: f64 = 7.603e-6;
@@ -36,7 +39,7 @@ const START_S: f64 = 1.0;
 const HIGHEST_DEGREE: usize = 4;
 /// A coefficient of so many standard errors is one.
 const SIGNIFICANT: f64 = 3.0;
-/// Engine speed that a gear has at least, in rad/s, where a log does not tell the gear.
+/// Engine speed that a gear has at least, in rad/s, where a log does not determine the gear.
 const SLOWEST_ENGINE_RADPS: f64 = 100.0;
 
 /// A pedal controller with its set speed.
@@ -215,7 +218,8 @@ fn fits(position_m: &[f64], grade: &[f64], cell_m: f64) -> bool {
     })
 }
 
-/// Mean slope of each cell: row k's grade holds on the way from row k − 1 to row k, the last one beyond.
+/// Mean slope of each cell: row k's grade holds on the way from row k − 1 to row k, the last one
+/// beyond.
 fn cell_slopes(
     position_m: &[f64],
     grade: &[f64],
@@ -247,8 +251,9 @@ fn cell_slopes(
         .collect()
 }
 
-/// Coefficients of a polynomial of the time since the first row, through the first [`START_S`] of even slope: of the highest degree whose last
-/// coefficient is more than the scatter explains, at least a line.
+/// Coefficients of a polynomial of the time since the first row, through the first [`START_S`] of
+/// even slope: of the highest degree whose last coefficient is more than the scatter explains, at
+/// least a line.
 fn start_of(log: &PedalLog, values: &[f64]) -> Vec<f64> {
     let time_s = &log.time_s;
     let rows = time_s.partition_point(|t| *t <= time_s[0] + START_S);
@@ -272,7 +277,8 @@ fn start_of(log: &PedalLog, values: &[f64]) -> Vec<f64> {
     vec![values[0]]
 }
 
-/// What a first-order lag makes of a polynomial c₀ + c₁ t + c₂ t² + ... at t = 0, long after it began: Σ (−τ)^k k! c_k.
+/// What a first-order lag makes of a polynomial c₀ + c₁ t + c₂ t² + ... at t = 0, long after it
+/// began: Σ (−τ)^k k! c_k.
 fn lagged(coefficients: &[f64], lag_s: f64) -> f64 {
     let mut factor = 1.0;
     let mut sum = 0.0;
@@ -285,7 +291,8 @@ fn lagged(coefficients: &[f64], lag_s: f64) -> f64 {
     sum
 }
 
-/// Gear at the start, from 0: that of the log, or the highest one in which the engine turns fast enough.
+/// Gear at the start, from 0: that of the log, or the highest one in which the engine turns fast
+/// enough.
 fn start_gear(study: &Study, log: &PedalLog, speed_mps: f64) -> usize {
     let gears = &study.vehicle().gears;
     if let Some(gear) = &log.gear {

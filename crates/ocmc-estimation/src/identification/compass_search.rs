@@ -1,6 +1,7 @@
 //! Least squares within a box without derivatives: steps along the axes, halved when none helps.
 //!
-//! For residuals that jump, such as those of a driver who switches: derivatives would see the jumps only by chance.
+//! For residuals that jump, such as those of a driver who switches: derivatives would see the jumps
+//! only by chance.
 
 /// First step and last step, as shares of the box.
 const FIRST_STEP: f64 = 0.08;

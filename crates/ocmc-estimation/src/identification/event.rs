@@ -1,6 +1,7 @@
 //! An event of a log: a stretch in which the driver wants one speed and the slope disturbs it.
 //!
-//! The slope is the exogenous input. An event begins a few seconds before the slope changes and ends where the next one begins.
+//! The slope is the exogenous input. An event begins a few seconds before the slope changes and
+//! ends where the next one begins.
 
 use serde::Serialize;
 use thiserror::Error;
@@ -14,12 +15,14 @@ const FEWEST_ROWS: usize = 30;
 const SHORTEST_S: f64 = 10.0;
 /// Longest time between rows of an event, in s.
 const LONGEST_INTERVAL_S: f64 = 1.1;
-/// A shift is over and forgotten after this time, in s: one without torque, then eight lags of the engine.
+/// A shift is over and forgotten after this time, in s: one without torque, then eight lags of the
+/// engine.
 const AFTER_SHIFT_S: f64 = 5.0;
 /// A pedal from here on is fully pressed.
 const PRESSED: f64 = 0.99;
 
-/// The log of one event, or of a drive with several; rows in order of time, all columns equally long.
+/// The log of one event, or of a drive with several; rows in order of time, all columns equally
+/// long.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PedalLog {
     /// Time, in s.
@@ -130,7 +133,7 @@ impl EventError {
 
 /// What an event is like.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct EventKind {
+pub struct EventSummary {
     /// The largest slope, signed.
     pub grade: f64,
     /// Time with a fully pressed pedal, in s.
@@ -155,8 +158,8 @@ impl PedalLog {
         }
     }
 
-    /// The slope events of a drive: name, and rows. An event begins `before_s` before its slope does, and ends where the next
-    /// one begins, but at most `after_s` behind its slope.
+    /// The slope events of a drive: name, and rows. An event begins `before_s` before its slope
+    /// does, and ends where the next one begins, but at most `after_s` behind its slope.
     pub fn slope_events(
         &self,
         before_s: f64,
@@ -176,7 +179,7 @@ impl PedalLog {
             }
             k = end;
         }
-        // no event begins before a shift is over: the log does not tell how far it is
+        // no event begins before a shift is over: the log does not determine how far it is
         let begin = |&(first, end): &(usize, usize)| {
             let start_s = self.time_s[first] - before_s;
             let mut start = self.time_s.partition_point(|t| *t < start_s).min(first);
@@ -211,7 +214,7 @@ impl PedalLog {
     ///
     /// # Errors
     /// [`EventError`].
-    pub fn check(&self) -> Result<EventKind, EventError> {
+    pub fn check(&self) -> Result<EventSummary, EventError> {
         let rows = self.time_s.len();
         let optional = |column: &Option<Vec<f64>>| column.as_ref().map_or(rows, Vec::len);
         for (column, found) in [
@@ -269,7 +272,7 @@ impl PedalLog {
         let pressed = |k: usize| self.accelerator[k] >= PRESSED || self.brake[k] >= PRESSED;
         let saturated =
             (1..rows).filter(|k| pressed(*k)).map(|k| self.time_s[k] - self.time_s[k - 1]);
-        Ok(EventKind { grade, saturated_s: saturated.fold(0.0, |sum, s| sum + s), duration_s })
+        Ok(EventSummary { grade, saturated_s: saturated.fold(0.0, |sum, s| sum + s), duration_s })
     }
 
     /// From the first to the last row, in s.

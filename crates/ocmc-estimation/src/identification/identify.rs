@@ -1,16 +1,20 @@
-//! The gains of a driver from one event: the paper's objective, bounds, many starts, and what the data do not tell.
+//! The gains of a driver from one event: the paper's objective, bounds, many starts, and what the
+//! data do not determine.
 //!
 //! min ∫ (a_p − â_p)² + (b_p − b̂_p)² + ((v_d − v) / 20 m/s)² dt
 //!
-//! over the gains and the set speed v_d, with the truck in closed loop and the slope as its input (paper, Eq. optimization). The
-//! paper does not say whether v in the last term is simulated or measured: either pulls the gains, the
-//! simulated speed since the term is not zero at the truth, the measured one by the set speed, which is estimated, too. Both, and none, can
-//! be chosen. The integral part at the start is estimated, too: no log tells it.
+//! over the gains and the set speed v_d, with the truck in closed loop and the slope as its input
+//! (paper, Eq. optimization). The paper does not say whether v in the last term is simulated or
+//! measured: either pulls the gains, the simulated speed since the term is not zero at the truth,
+//! the measured one by the set speed, which is estimated, too. Both, and none, can be chosen. The
+//! integral part at the start is estimated, too: no log contains it.
 //!
-//! The search starts from the best of many points (Sobol sequence, Owen-scrambled) within the box. Intervals are those of the profile: a parameter is moved away
-//! and held while all others follow, until the sum of squares has grown by 1.96² s². s is the standard deviation of the pedal residuals,
-//! but at least that of a pedal sensor's resolution: a fit to noiseless data is not infinitely sure of itself. The residuals are taken as
-//! independent; where they are not, the intervals are too short.
+//! The search starts from the best of many points (Sobol sequence, Owen-scrambled) within the box.
+//! Intervals are those of the profile: a parameter is moved away and held while all others follow,
+//! until the sum of squares has grown by 1.96² s². s is the standard deviation of the pedal
+//! residuals, but at least that of a pedal sensor's resolution: a fit to noiseless data is not
+//! infinitely sure of itself. The residuals are taken as independent; where they are not, the
+//! intervals are too short.
 
 use super::bounded_least_squares::Optimum;
 use super::event::{EventError, PedalLog};
@@ -121,7 +125,7 @@ impl IdentifyOptions {
 
 /// What was found for one parameter.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct ParameterFit {
+pub struct DriverParameterFit {
     /// Its name.
     pub name: &'static str,
     /// Its value.
@@ -132,7 +136,7 @@ pub struct ParameterFit {
     pub spread: [f64; 2],
     /// Whether it ended at a bound.
     pub at_bound: bool,
-    /// Why the data do not tell it; none where they do.
+    /// Why the data do not determine it; none where they do.
     pub not_identifiable: Option<&'static str>,
 }
 
@@ -157,7 +161,7 @@ pub struct EventFit {
     pub set_speed_mps: f64,
     /// Names of the parameters at a bound.
     pub at_bound: Vec<&'static str>,
-    /// Names of the parameters that the data do not tell.
+    /// Names of the parameters that the data do not determine.
     pub not_identifiable: Vec<&'static str>,
     /// The objective, in s.
     pub objective: f64,
@@ -174,12 +178,12 @@ pub struct EventFit {
     /// Duration, in s.
     pub duration_s: f64,
     /// Each parameter.
-    pub parameters: Vec<ParameterFit>,
+    pub parameters: Vec<DriverParameterFit>,
 }
 
 impl EventFit {
     /// A parameter by its name.
-    pub fn parameter(&self, name: &str) -> Option<&ParameterFit> {
+    pub fn parameter(&self, name: &str) -> Option<&DriverParameterFit> {
         self.parameters.iter().find(|parameter| parameter.name == name)
     }
 }
@@ -224,7 +228,7 @@ pub fn identify_event(
     };
     let good: Vec<&Optimum> = optima.iter().filter(as_good).collect();
     let errors = standard_errors(&best.jacobian, deviation);
-    let parameters: Vec<ParameterFit> = (0..count)
+    let parameters: Vec<DriverParameterFit> = (0..count)
         .into_par_iter()
         .map(|k| {
             let value = best.parameters[k];
@@ -236,7 +240,7 @@ pub fn identify_event(
             let interval = options.intervals.then(|| {
                 [-1.0, 1.0].map(|side| problem.profile_end(best, k, side, errors[k], deviation))
             });
-            let mut fit = ParameterFit {
+            let mut fit = DriverParameterFit {
                 name: problem.names[k],
                 value,
                 interval,
@@ -249,7 +253,7 @@ pub fn identify_event(
         })
         .collect();
     go_on()?;
-    let named = |wanted: &dyn Fn(&ParameterFit) -> bool| -> Vec<&'static str> {
+    let named = |wanted: &dyn Fn(&DriverParameterFit) -> bool| -> Vec<&'static str> {
         parameters.iter().filter(|fit| wanted(fit)).map(|fit| fit.name).collect()
     };
     let value = |name: &str| parameters.iter().find(|fit| fit.name == name).map(|fit| fit.value);
@@ -275,7 +279,7 @@ pub fn identify_event(
     })
 }
 
-/// Standard errors from the derivatives; infinite where they do not tell.
+/// Standard errors from the derivatives; infinite where they do not determine.
 fn standard_errors(jacobian: &DMatrix<f64>, deviation: f64) -> Vec<f64> {
     let count = jacobian.ncols();
     let free: Vec<usize> = (0..count).filter(|k| jacobian.column(*k).norm() > 0.0).collect();

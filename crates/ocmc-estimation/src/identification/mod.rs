@@ -1,8 +1,8 @@
 //! From logs of single events to the gains of the driver who drove them.
 //!
-//! [`event::PedalLog`] is the log of an event as plain columns; [`identify::identify_event`] fits a controller to it,
-//! with the truck of a study in closed loop ([`closed_loop`]) and least squares within a box
-//! ([`bounded_least_squares`]).
+//! [`event::PedalLog`] is the log of an event as plain columns; [`identify::identify_event`] fits a
+//! controller to it, with the truck of a study in closed loop ([`closed_loop`]) and least squares
+//! within a box ([`bounded_least_squares`]).
 
 pub mod bounded_least_squares;
 pub mod closed_loop;

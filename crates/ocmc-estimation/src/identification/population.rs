@@ -1,4 +1,5 @@
-//! The population of drivers behind many fits: log-normal gains with correlations, as a study has them.
+//! The population of drivers behind many fits: log-normal gains with correlations, as a study has
+//! them.
 
 use super::identify::EventFit;
 use serde::Serialize;
@@ -40,8 +41,10 @@ impl Population {
     ///
     /// A driver counts with the mean logarithm over his events.
     pub fn of(fits: &[EventFit]) -> Option<Self> {
-        let told = |fit: &EventFit, name: &str| !fit.not_identifiable.contains(&name);
-        let usable = |fit: &&EventFit| fit.ki.is_some() && told(fit, "kp") && told(fit, "ki");
+        let identifiable = |fit: &EventFit, name: &str| !fit.not_identifiable.contains(&name);
+        let usable = |fit: &&EventFit| {
+            fit.ki.is_some() && identifiable(fit, "kp") && identifiable(fit, "ki")
+        };
         let mut names: Vec<&str> = fits.iter().map(|fit| fit.driver.as_str()).collect();
         names.sort_unstable();
         names.dedup();
@@ -66,7 +69,7 @@ impl Population {
             gains.push([average, mean(&time)]);
             let derivative: Vec<f64> = mine
                 .iter()
-                .filter(|fit| told(fit, "kd"))
+                .filter(|fit| identifiable(fit, "kd"))
                 .filter_map(|fit| fit.kd.map(libm::log))
                 .collect();
             if !derivative.is_empty() {

@@ -1,11 +1,11 @@
-//! The least-squares problem of one event: residuals of the pedals in closed loop, where the search starts, how far a parameter
-//! may move.
+//! The least-squares problem of one event: residuals of the pedals in closed loop, where the search
+//! starts, how far a parameter may move.
 
 use super::bounded_least_squares::{Optimum, Tolerances, minimise};
 use super::closed_loop::{ClosedLoop, Controller};
 use super::compass_search::descend;
 use super::event::PedalLog;
-use super::identify::{ControllerKind, IdentifyOptions, NORMAL_95, ParameterFit, SpeedTerm};
+use super::identify::{ControllerKind, DriverParameterFit, IdentifyOptions, NORMAL_95, SpeedTerm};
 use ocmc_core::kernel::pedal_event::EventSeries;
 use ocmc_core::study::Study;
 use rayon::prelude::*;
@@ -23,8 +23,8 @@ const START_RANGE_MPS: f64 = 1.0;
 const PROFILE_ROUNDS: usize = 6;
 /// Time at the start in which pedals are not compared, in s.
 const NOT_COMPARED_S: f64 = 1.0;
-/// Points for each start among which the starts are the best: shifts of the gearbox and switched drivers leave jumps in the
-/// residuals, behind which a search does not see.
+/// Points for each start among which the starts are the best: shifts of the gearbox and switched
+/// drivers leave jumps in the residuals, behind which a search does not see.
 const CANDIDATES: usize = 16;
 /// Seed of the scrambling.
 const SCRAMBLE: u32 = 1;
@@ -43,7 +43,7 @@ pub(super) struct Problem<'a> {
     pub(super) lower: Vec<f64>,
     pub(super) upper: Vec<f64>,
     integral_range: [f64; 2],
-    /// Set once nobody waits for an answer any more.
+    /// Set once no caller waits for an answer any more.
     stop: &'a AtomicBool,
 }
 
@@ -235,7 +235,8 @@ impl<'a> Problem<'a> {
         if self.options.speed_term == SpeedTerm::None { 2 } else { 3 }
     }
 
-    /// Where the profile of parameter `k` has grown by 1.96² s², to one side; the bound where it does not before.
+    /// Where the profile of parameter `k` has grown by 1.96² s², to one side; the bound where it
+    /// does not before.
     pub(super) fn profile_end(
         &self,
         best: &Optimum,
@@ -280,8 +281,8 @@ impl<'a> Problem<'a> {
         value + side * away.min(room)
     }
 
-    /// Why a parameter is not told by the data.
-    pub(super) fn verdict(&self, k: usize, fit: &ParameterFit) -> Option<&'static str> {
+    /// Why a parameter is not determined by the data.
+    pub(super) fn verdict(&self, k: usize, fit: &DriverParameterFit) -> Option<&'static str> {
         if fit.at_bound {
             return Some("it ended at a bound");
         }

@@ -1,13 +1,16 @@
-//! The circle that lies closest to some points: the algebraic fit of Taubin (1991), by Newton's method.
+//! The circle that lies closest to some points: the algebraic fit of Taubin (1991), by Newton's
+//! method.
 //!
-//! G. Taubin, "Estimation of planar curves, surfaces and nonplanar space curves defined by implicit equations", IEEE
-//! Transactions on Pattern Analysis and Machine Intelligence 13 (1991) 1115-1138. Its radius is hardly biased on
-//! short arcs, where the simplest fit (Kåsa) is biased to small radii.
+//! G. Taubin, "Estimation of planar curves, surfaces and nonplanar space curves defined by implicit
+//! equations", IEEE Transactions on Pattern Analysis and Machine Intelligence 13 (1991) 1115-1138.
+//! Its radius is hardly biased on short arcs, where the simplest fit (Kåsa) is biased to small
+//! radii.
 
 /// Rounds of Newton's method; it takes four or five.
 const MOST_ROUNDS: usize = 50;
 
-/// Radius of the circle closest to some points, in their unit; none for fewer than four points, or points on a line.
+/// Radius of the circle closest to some points, in their unit; none for fewer than four points, or
+/// points on a line.
 pub fn fitted_radius(x: &[f64], y: &[f64]) -> Option<f64> {
     let n = x.len() as f64;
     if x.len() < 4 || x.len() != y.len() {

@@ -1,13 +1,13 @@
 //! The curves of a log: where they are, how tight, and how fast they were driven.
 //!
-//! Only the central part of a curve is measured, the middle third of its length by default: speeds change before and
-//! behind it (the paper does the same, without a number). There
+//! Only the central part of a curve is measured, the middle third of its length by default: speeds
+//! change before and behind it (the paper does the same, without a number). There
 //!
-//! v = length / time,   R by one of three definitions:
-//! 1/κ (the default: length over heading change, 1 / mean |κ|), the mean of 1/|κ| (what the paper calls the average of the
-//! radius; noise biases it upwards), or the circle through the positions.
+//! v = length / time,   R by one of three definitions: 1/κ (the default: length over heading
+//! change, 1 / mean |κ|), the mean of 1/|κ| (what the paper calls the average of the radius; noise
+//! biases it upwards), or the circle through the positions.
 
-use super::DriveLog;
+use super::TripLog;
 use super::circle::fitted_radius;
 use super::grid::CurvatureGrid;
 use super::hidden_markov::{HiddenMarkov, Training};
@@ -26,7 +26,7 @@ const LARGEST_BIAS_RADPS: f64 = 1.0;
 /// Largest lag of the speed that can be given, in s, either way: receivers are late by a few.
 const LARGEST_LAG_S: f64 = 60.0;
 
-/// How curves are told from straights.
+/// How curves are distinguished from straights.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Detector {
@@ -54,7 +54,7 @@ pub enum RadiusDefinition {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Correction {
-    /// Estimated; 0 where the log does not tell it.
+    /// Estimated; 0 where the log does not determine it.
     Estimated,
     /// Given.
     Given(f64),
@@ -73,7 +73,7 @@ impl Correction {
 /// Options of the curve detection.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct CurveOptions {
-    /// How curves are told from straights.
+    /// How curves are distinguished from straights.
     pub detector: Detector,
     /// What the radius is.
     pub radius: RadiusDefinition,
@@ -87,8 +87,8 @@ pub struct CurveOptions {
     pub slowest_mps: f64,
     /// Curves of one direction with a shorter gap are one, in m.
     pub largest_gap_m: f64,
-    /// A curve whose curvature steps by this factor or more is cut there in two; none for no cuts. On a real road a
-    /// transition curve would be cut off, too.
+    /// A curve whose curvature steps by this factor or more is cut there in two; none for no cuts.
+    /// On a real road a transition curve would be cut off, too.
     pub split_ratio: Option<f64>,
     /// Shorter curves are dropped, in m.
     pub shortest_m: f64,
@@ -160,9 +160,10 @@ pub struct CurveDetection {
     pub way_m: f64,
     /// Of it too slow for a curvature, in m.
     pub slow_m: f64,
-    /// Bias that was subtracted from the yaw rate, in rad/s; none where the log does not tell it.
+    /// Bias that was subtracted from the yaw rate, in rad/s; none where the log does not determine
+    /// it.
     pub gyro_bias_radps: Option<f64>,
-    /// Lag of the speed that was taken back, in s; none where the log does not tell it.
+    /// Lag of the speed that was taken back, in s; none where the log does not determine it.
     pub speed_lag_s: Option<f64>,
     /// Correlation of the rate of the course with the yaw rate at this lag, where it was estimated.
     pub lag_correlation: Option<f64>,
@@ -172,7 +173,8 @@ pub struct CurveDetection {
     pub too_straight: usize,
     /// Curves that were dropped because the vehicle crept or stood in their central part.
     pub too_slow: usize,
-    /// Curves that were dropped because their radius cannot be told: fewer than four positions, or no turn in the middle.
+    /// Curves that were dropped because their radius cannot be determined: fewer than four
+    /// positions, or no turn in the middle.
     pub without_radius: usize,
     /// The fitted laws of a trained detector.
     pub training: Option<Training>,
@@ -182,7 +184,7 @@ pub struct CurveDetection {
 ///
 /// # Errors
 /// [`LogError`] where the log cannot be used or an option is out of its range.
-pub fn detect_curves(log: &DriveLog, options: &CurveOptions) -> Result<CurveDetection, LogError> {
+pub fn detect_curves(log: &TripLog, options: &CurveOptions) -> Result<CurveDetection, LogError> {
     options.check()?;
     let (pieces, counts) = prepare(log)?;
     let gyro_bias_radps = match options.gyro_bias_radps {
@@ -318,7 +320,8 @@ fn runs(directions: &[i8], gap: f64) -> Vec<Run> {
 /// Cells at a run's ends, and at a step, whose curvature is a mixture of both sides.
 const MIXED_CELLS: usize = 2;
 
-/// Cuts a run where its curvature steps most, and the parts again, as far as each part is a curve of its own.
+/// Cuts a run where its curvature steps most, and the parts again, as far as each part is a curve
+/// of its own.
 fn split(grid: &CurvatureGrid, run: Run, options: &CurveOptions, parts: &mut Vec<Run>) {
     let cut = options.split_ratio.and_then(|ratio| largest_step(grid, &run, ratio, options));
     let Some(cut) = cut else { return parts.push(run) };
@@ -326,7 +329,8 @@ fn split(grid: &CurvatureGrid, run: Run, options: &CurveOptions, parts: &mut Vec
     split(grid, Run { first: cut, ..run }, options, parts);
 }
 
-/// The cell before which the curvature of a run steps most, by the sum of squares between both parts.
+/// The cell before which the curvature of a run steps most, by the sum of squares between both
+/// parts.
 fn largest_step(
     grid: &CurvatureGrid,
     run: &Run,
@@ -356,7 +360,7 @@ fn largest_step(
 
 /// Adds the curve of a run, or counts why it is none.
 fn measure(
-    log: &DriveLog,
+    log: &TripLog,
     piece: &Piece,
     grid: &CurvatureGrid,
     run: &Run,
@@ -416,7 +420,7 @@ fn measure(
 }
 
 /// Radius of the circle through the positions between two moments, one row more on each side, in m.
-fn radius_of_positions(log: &DriveLog, piece: &Piece, enter_s: f64, leave_s: f64) -> Option<f64> {
+fn radius_of_positions(log: &TripLog, piece: &Piece, enter_s: f64, leave_s: f64) -> Option<f64> {
     let (latitude, longitude) = (log.latitude_deg.as_ref()?, log.longitude_deg.as_ref()?);
     let first = piece.time_s.partition_point(|t| *t < enter_s).max(1) - 1;
     let end = (piece.time_s.partition_point(|t| *t <= leave_s) + 1).min(piece.time_s.len());

@@ -1,7 +1,8 @@
 //! Curvature along the way: κ = Δψ / Δs, the heading change over each cell of the way.
 //!
-//! Speed and yaw rate are taken as linear between rows, so way and heading are known exactly at every cell's ends
-//! whatever the sampling rate, and no division by a noisy speed is needed. The vehicle does not turn at standstill.
+//! Speed and yaw rate are taken as linear between rows, so way and heading are known exactly at
+//! every cell's ends whatever the sampling rate, and no division by a noisy speed is needed. The
+//! vehicle does not turn at standstill.
 
 use super::sensor::STANDSTILL_MPS;
 use super::signal::Piece;
@@ -28,8 +29,9 @@ pub struct CurvatureGrid {
 impl CurvatureGrid {
     /// The grid of a piece.
     ///
-    /// `bias_radps` is subtracted from the yaw rate, the speed is taken `lag_s` later than its row says; cells slower
-    /// than `slowest_mps` count as straight; `smooth_m` is the length of the moving average.
+    /// `bias_radps` is subtracted from the yaw rate, the speed is taken `lag_s` later than its row
+    /// says; cells slower than `slowest_mps` count as straight; `smooth_m` is the length of the
+    /// moving average.
     pub fn new(
         piece: &Piece,
         bias_radps: f64,

@@ -1,13 +1,15 @@
-//! The hidden Markov detector: three states along the way, left, straight and right, and Viterbi's most likely path.
+//! The hidden Markov detector: three states along the way, left, straight and right, and Viterbi's
+//! most likely path.
 //!
-//! Emissions of the curvature κ of a cell: straight Laplace(0, b); a curve to the left (right) has κ (−κ) log-normal,
-//! truncated to [1/1000, 1/8] 1/m, and with a small share the straight's law, so that no single cell rules a curve out.
-//! Transitions over a cell of length d: a curve starts with probability d λ, ends with d / L, and turns into one of the
-//! other direction with 10⁻⁴.
+//! Emissions of the curvature κ of a cell: straight Laplace(0, b); a curve to the left (right) has
+//! κ (−κ) log-normal, truncated to [1/1000, 1/8] 1/m, and with a small share the straight's law, so
+//! that no single cell rules a curve out. Transitions over a cell of length d: a curve starts with
+//! probability d λ, ends with d / L, and turns into one of the other direction with 10⁻⁴.
 //!
-//! The detector of the paper works on lateral acceleration over time (Maghsood, 2016); states along the way and the
-//! numbers here are our judgement. With [`HiddenMarkov::trained`] b, λ, L and the log-normal law come from the log itself, by
-//! expectation and maximisation (Baum-Welch); the truncation is left out of the maximisation.
+//! The detector of the paper works on lateral acceleration over time (Maghsood, 2016); states along
+//! the way and the numbers here are our judgement. With [`HiddenMarkov::trained`] b, λ, L and the
+//! log-normal law come from the log itself, by expectation and maximisation (Baum-Welch); the
+//! truncation is left out of the maximisation.
 
 use serde::Serialize;
 use std::f64::consts::{PI, SQRT_2};
@@ -21,7 +23,8 @@ const OUTLIER_SHARE: f64 = 0.01;
 /// Most rounds of the training, and the gain of the log-likelihood per cell below which it ends.
 const MOST_ROUNDS: usize = 50;
 const SMALLEST_GAIN: f64 = 1e-6;
-/// A straight's scale is not trained below this, in 1/m: a signal without noise would make every bend of 10 km a curve.
+/// A straight's scale is not trained below this, in 1/m: a signal without noise would make every
+/// bend of 10 km a curve.
 const SMALLEST_SCALE_PER_M: f64 = 1e-4;
 
 /// Laws of the three states.
@@ -89,7 +92,8 @@ struct Expected {
 }
 
 impl HiddenMarkov {
-    /// Direction of the curve that each cell lies in, by the most likely path: 1 left, −1 right, 0 none.
+    /// Direction of the curve that each cell lies in, by the most likely path: 1 left, −1 right, 0
+    /// none.
     pub fn directions(&self, curvature_per_m: &[f64], cell_m: f64) -> Vec<i8> {
         let transition = self.transition(cell_m).map(|row| row.map(libm::log));
         let emission = self.emission();

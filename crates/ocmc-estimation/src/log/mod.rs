@@ -1,9 +1,10 @@
 //! Measured logs: from the time series of a drive to the curves that were driven.
 //!
-//! A [`DriveLog`] is one drive as plain columns. [`signal::prepare`] checks it and cuts it at gaps, [`sensor`] estimates
-//! the bias of the gyro and the lag of the speed, [`grid::CurvatureGrid`] turns yaw rate and speed into curvature along
-//! the way, a detector ([`hidden_markov`], [`threshold`]) tells curves from straights, and [`curve::detect_curves`] does
-//! all of it and measures each curve.
+//! A [`TripLog`] is one drive as plain columns. [`signal::prepare`] checks it and cuts it at gaps,
+//! [`sensor`] estimates the bias of the gyro and the lag of the speed, [`grid::CurvatureGrid`]
+//! turns yaw rate and speed into curvature along the way, a detector ([`hidden_markov`],
+//! [`threshold`]) distinguishes curves from straights, and [`curve::detect_curves`] does all of it
+//! and measures each curve.
 
 pub mod circle;
 pub mod curve;
@@ -24,14 +25,15 @@ pub type Samples<'a> = Cow<'a, [f64]>;
 
 /// One drive as it was measured; rows in order of time, NaN where a value is missing.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct DriveLog<'a> {
+pub struct TripLog<'a> {
     /// Time, in s, from any origin.
     pub time_s: Samples<'a>,
     /// Speed, in m/s.
     pub speed_mps: Samples<'a>,
     /// Yaw rate, in rad/s, positive to the left.
     pub yaw_rate_radps: Samples<'a>,
-    /// Course over ground of the receiver that measured the speed, in rad, clockwise from north; to estimate its lag.
+    /// Course over ground of the receiver that measured the speed, in rad, clockwise from north; to
+    /// estimate its lag.
     pub course_rad: Option<Samples<'a>>,
     /// Latitude, in degrees; for radii by position.
     pub latitude_deg: Option<Samples<'a>>,

@@ -1,35 +1,38 @@
-//! The road that a log was driven on: as far as the log tells it.
+//! The road that a log was driven on: as far as the log determines it.
 //!
 //! - way: the column of positions where it never falls, otherwise the integral of the speed
-//! - curves: those of [`super::curve`]; length = heading change × radius of the central part, so that length and radius are
-//!   those of one constant curvature
-//! - slope: climbed up by the column of slopes; or the altitude, averaged over a length (judgement: 200 m for a satellite receiver)
+//! - curves: those of [`super::curve`]; length = heading change × radius of the central part, so
+//!   that length and radius are those of one constant curvature
+//! - slope: climbed up by the column of slopes; or the altitude, averaged over a length (judgement:
+//!   200 m for a satellite receiver)
 //! - speed limits, road types, roughness: columns, each value held until another one comes
-//! - events: the map's objects where a column names them, with the standstills from 100 m before to 10 m behind them (judgement);
-//!   nothing else tells a sign from a queue
+//! - events: the map's objects where a column names them, with the standstills from 100 m before to
+//!   10 m behind them (judgement); nothing else distinguishes a sign from a queue
 //! - mission stops: the object, or standstills of at least 5 minutes (judgement)
 //!
-//! What a road's rows do not tell is not known of it ([`UnknownWay`]), rather than absent: a road without altitude is not flat.
-//! A drive is cut where nothing was logged for more than 10 s, unless the vehicle stood. Everything that is not used is counted.
+//! What a road's rows do not determine is not known of it ([`UnobservedSpans`]), rather than
+//! absent: a road without altitude is not flat. A drive is cut where nothing was logged for more
+//! than 10 s, unless the vehicle stood. Everything that is not used is counted.
 
-use super::DriveLog;
 use super::Samples;
+use super::TripLog;
 use super::curve::{CurveDetection, CurveOptions, detect_curves};
 use super::road_rows::RoadRows;
 use super::signal::{LogCounts, LogError, prepare};
 use super::standstill::Standstill;
+use ocmc_core::operating_cycle::coverage::{Coverage, CurveCoverage, CurveWindow, UnobservedSpans};
 use ocmc_core::operating_cycle::given::GivenCycle;
-use ocmc_core::operating_cycle::told::{CurveWindow, CurvesTold, Told, UnknownWay};
 use serde::Serialize;
 
-/// A curve that begins this close to an object is a turn at it, in m: detectors see starts to within two cells and the object's row.
+/// A curve that begins this close to an object is a turn at it, in m: detectors see starts to
+/// within two cells and the object's row.
 const TURN_WITHIN_M: f64 = 20.0;
 
 /// One drive whose road is wanted.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RoadLog<'a> {
     /// Time, speed, yaw rate, limit. Without yaw rates no curves.
-    pub drive: DriveLog<'a>,
+    pub drive: TripLog<'a>,
     /// Positions along the road, in m.
     pub position_m: Option<Samples<'a>>,
     /// Altitudes, in m.
@@ -85,7 +88,7 @@ pub struct LoggedRoad {
     /// Standstills that no event explains.
     pub standstills: Vec<Standstill>,
     /// Where a part of it is not known.
-    pub unknown: UnknownWay,
+    pub unobserved: UnobservedSpans,
 }
 
 /// What was not used, or had to be supposed.
@@ -97,11 +100,14 @@ pub struct RoadCounts {
     pub cuts: usize,
     /// Pieces shorter than 200 m, which are no roads.
     pub too_short: usize,
-    /// Rows whose limit is missing or impossible: the one before holds; a road without any has no signs.
+    /// Rows whose limit is missing or impossible: the one before holds; a road without any has no
+    /// signs.
     pub without_limit: usize,
-    /// Rows without slope or altitude, where others have one: it goes on evenly over up to 200 m, longer ways are not known.
+    /// Rows without slope or altitude, where others have one: it goes on evenly over up to 200 m,
+    /// longer ways are not known.
     pub without_slope: usize,
-    /// Rows without yaw rate, where others have one: longer ways of them tell nothing of curves.
+    /// Rows without yaw rate, where others have one: longer ways of them determine nothing about
+    /// curves.
     pub without_yaw_rate: usize,
     /// Rows without road type: the one before holds.
     pub without_road_type: usize,
@@ -126,8 +132,8 @@ pub struct RoadCounts {
 pub struct LoggedRoads {
     /// Roads, in order.
     pub roads: Vec<LoggedRoad>,
-    /// What the log tells.
-    pub told: Told,
+    /// What the log determines.
+    pub coverage: Coverage,
     /// What was not used.
     pub counts: RoadCounts,
 }
@@ -139,7 +145,8 @@ pub const MAP_OBJECTS: [&str; 5] =
 /// The roads of a log.
 ///
 /// # Errors
-/// [`LogError`] where the log cannot be used, an option is out of its range, or nothing tells road types.
+/// [`LogError`] where the log cannot be used, an option is out of its range, or nothing determines
+/// road types.
 pub fn roads(log: &RoadLog, options: &RoadOptions) -> Result<LoggedRoads, LogError> {
     options.check()?;
     let known = |column: &Option<Samples>| {
@@ -154,11 +161,11 @@ pub fn roads(log: &RoadLog, options: &RoadOptions) -> Result<LoggedRoads, LogErr
         return Err(LogError::NoRoadType);
     }
     let turns = log.drive.yaw_rate_radps.iter().any(|yaw| yaw.is_finite());
-    let (pieces, rows) = prepare(&DriveLog {
+    let (pieces, rows) = prepare(&TripLog {
         time_s: log.drive.time_s.clone(),
         speed_mps: log.drive.speed_mps.clone(),
         yaw_rate_radps: vec![0.0; log.drive.time_s.len()].into(),
-        ..DriveLog::default()
+        ..TripLog::default()
     })?;
     let mut counts = RoadCounts {
         rows,
@@ -190,14 +197,14 @@ pub fn roads(log: &RoadLog, options: &RoadOptions) -> Result<LoggedRoads, LogErr
     if counts.type_by_limit {
         counts.typed_by_limit = 0;
     }
-    let told = Told {
+    let coverage = Coverage {
         signs: limits,
         events: words(&log.map_object),
         slopes,
-        curves: if turns { CurvesTold::Within(options.window()) } else { CurvesTold::None },
+        curves: if turns { CurveCoverage::Within(options.window()) } else { CurveCoverage::None },
         turn_within_m: TURN_WITHIN_M,
     };
-    Ok(LoggedRoads { roads, told, counts })
+    Ok(LoggedRoads { roads, coverage, counts })
 }
 
 fn dropped(found: &CurveDetection) -> usize {

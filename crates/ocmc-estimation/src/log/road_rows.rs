@@ -7,11 +7,11 @@ use super::road_slope::{Climb, interpolated};
 use super::sensor::STANDSTILL_MPS;
 use super::signal::{LIMITS_MPS, longest_interval_s};
 use super::standstill::{Standstill, standstills};
+use ocmc_core::operating_cycle::coverage::UnobservedSpans;
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::road::curvature::Curve;
 use ocmc_core::operating_cycle::road::point_event::{EventKind, PointEvent};
 use ocmc_core::operating_cycle::route::type_by_limit;
-use ocmc_core::operating_cycle::told::UnknownWay;
 
 /// Time without rows through which a road goes on, in s.
 const LONGEST_BRIDGE_S: f64 = 10.0;
@@ -23,7 +23,8 @@ const SHORTEST_ROAD_M: f64 = 200.0;
 const SAME_LIMIT_MPS: f64 = 0.1;
 /// A limit that changes this close to where the road type does changes with it, in m (judgement).
 const AT_TYPE_M: f64 = 25.0;
-/// A standstill belongs to an object of the map from so far before it, in m: a queue at a light (judgement).
+/// A standstill belongs to an object of the map from so far before it, in m: a queue at a light
+/// (judgement).
 const QUEUE_M: f64 = 100.0;
 /// And up to so far behind it, in m.
 const BEHIND_M: f64 = 10.0;
@@ -87,7 +88,7 @@ impl RoadRows {
         (way_m, true)
     }
 
-    /// The road; none where it is too short, or nothing tells its type.
+    /// The road; none where it is too short, or nothing determines its type.
     pub(super) fn road(
         &self,
         log: &RoadLog,
@@ -136,7 +137,7 @@ impl RoadRows {
         counts.without_slope += climb.missing;
         let longest_s = longest_interval_s(counts.rows.interval_s);
         let curves_m = self.unturned(log, &way_m, longest_s, counts);
-        let unknown = UnknownWay { slope_m: climb.unknown_m, curves_m };
+        let unobserved = UnobservedSpans { slope_m: climb.unobserved_m, curves_m };
         let cycle = GivenCycle {
             length_m,
             road_types: Some(road_types),
@@ -153,7 +154,7 @@ impl RoadRows {
         let standstills =
             stops.iter().zip(explained).filter(|(_, explained)| !explained).map(|(stop, _)| *stop);
         let standstills = standstills.collect();
-        Some(LoggedRoad { cycle, standstills, unknown })
+        Some(LoggedRoad { cycle, standstills, unobserved })
     }
 
     /// Where limits begin; one without a value where none is known.
@@ -225,11 +226,12 @@ impl RoadRows {
         } else if let Some(altitude_m) = own(&log.altitude_m) {
             Climb::of_altitudes(way_m, &altitude_m, options.altitude_average_m)
         } else {
-            Climb::unknown(way_m)
+            Climb::unobserved(way_m)
         }
     }
 
-    /// Ways without yaw rates, from and to: a detector sees no curve where rows with one are more than `longest_s` apart.
+    /// Ways without yaw rates, from and to: a detector sees no curve where rows with one are more
+    /// than `longest_s` apart.
     fn unturned(
         &self,
         log: &RoadLog,
@@ -284,7 +286,8 @@ impl RoadRows {
         curves
     }
 
-    /// Objects of the map with what happened there, and stops of the mission; which standstills they explain.
+    /// Objects of the map with what happened there, and stops of the mission; which standstills
+    /// they explain.
     fn events(
         &self,
         log: &RoadLog,
@@ -326,7 +329,7 @@ impl RoadRows {
                 ("traffic_light", Some(standstill_s)) => EventKind::RedLight { standstill_s },
                 ("traffic_light", None) => EventKind::GreenLight,
                 ("mission_stop", _) => EventKind::MissionStop { standstill_s: or_none },
-                // a log tells neither its length nor its height
+                // a log contains neither its length nor its height
                 _ => EventKind::SpeedBump { length_m: f64::NAN, height_m: f64::NAN },
             };
             let position_m = 0.5 * (way_m[first] + way_m[last]);
@@ -370,7 +373,8 @@ fn stood(log: &RoadLog, from: usize, to: usize) -> bool {
     }
 }
 
-/// Limits with those that change where the road type does moved to that place: two columns seldom change in the same row.
+/// Limits with those that change where the road type does moved to that place: two columns seldom
+/// change in the same row.
 fn at_types(mut limits: Vec<(f64, f64)>, types: &[(f64, String)]) -> Vec<(f64, f64)> {
     for (start_m, _) in types.iter().skip(1) {
         for limit in limits.iter_mut().skip(1).filter(|l| (l.0 - start_m).abs() < AT_TYPE_M) {

@@ -1,31 +1,32 @@
-//! Altitude over the way of a log, and the ways on which nothing tells it.
+//! Altitude over the way of a log, and the ways on which nothing determines it.
 
-/// Ways without slope or altitude up to this length are bridged evenly, in m (judgement: altitudes are averaged over as much).
+/// Ways without slope or altitude up to this length are bridged evenly, in m (judgement: altitudes
+/// are averaged over as much).
 const LONGEST_BRIDGE_M: f64 = 200.0;
 /// Step on which altitudes are averaged, in m.
 const ALTITUDE_STEP_M: f64 = 5.0;
 
-/// What the rows of a road tell of its altitude.
+/// What the rows of a road determine of its altitude.
 pub(super) struct Climb {
     /// Altitude over position, both in m.
     pub altitude: Vec<(f64, f64)>,
     /// Ways on which it is not known: from and to, in m.
-    pub unknown_m: Vec<[f64; 2]>,
-    /// Rows that do not tell it.
+    pub unobserved_m: Vec<[f64; 2]>,
+    /// Rows that do not determine it.
     pub missing: usize,
 }
 
 impl Climb {
-    /// Of a road of which no row tells anything.
-    pub(super) fn unknown(way_m: &[f64]) -> Self {
+    /// For a road of which no row determines anything.
+    pub(super) fn unobserved(way_m: &[f64]) -> Self {
         let length_m = way_m.last().copied().unwrap_or(0.0);
         let missing = way_m.len();
-        Self { altitude: vec![(0.0, 0.0)], unknown_m: vec![[0.0, length_m]], missing }
+        Self { altitude: vec![(0.0, 0.0)], unobserved_m: vec![[0.0, length_m]], missing }
     }
 
     /// From slopes, each on the way from the row before.
     pub(super) fn of_grades(way_m: &[f64], grade: &[f64]) -> Self {
-        let mut climb = Self { altitude: vec![(0.0, 0.0)], unknown_m: vec![], missing: 0 };
+        let mut climb = Self { altitude: vec![(0.0, 0.0)], unobserved_m: vec![], missing: 0 };
         let (mut altitude_m, mut slope) = (0.0, 0.0);
         // where the last slope was known
         let mut known_to = None;
@@ -47,7 +48,7 @@ impl Climb {
 
     /// From altitudes, averaged over a length; not across what is not known.
     pub(super) fn of_altitudes(way_m: &[f64], altitude_m: &[f64], average_m: f64) -> Self {
-        let mut climb = Self { altitude: vec![], unknown_m: vec![], missing: 0 };
+        let mut climb = Self { altitude: vec![], unobserved_m: vec![], missing: 0 };
         let mut piece: Vec<(f64, f64)> = Vec::new();
         for (&at_m, &altitude_m) in way_m.iter().zip(altitude_m) {
             let last_m = piece.last().map(|last| last.0);
@@ -62,21 +63,22 @@ impl Climb {
         }
         let (last_m, length_m) = (piece.last().map(|last| last.0), way_m.last().copied());
         climb.altitude.extend(averaged(piece, average_m));
-        // behind the last altitude nothing tells where the road goes
+        // behind the last altitude nothing shows where the road goes
         if let (Some(last_m), Some(length_m)) = (last_m, length_m)
             && length_m > last_m
         {
-            climb.unknown_m.push([last_m, length_m]);
+            climb.unobserved_m.push([last_m, length_m]);
         }
         climb
     }
 
-    /// Leaves out what lies between two places where something is known, if it is too long; whether it was.
+    /// Leaves out what lies between two places where something is known, if it is too long; whether
+    /// it was.
     fn leave_out(&mut self, known_to: Option<f64>, known_from_m: f64) -> bool {
         let (from_m, bridge_m) = known_to.map_or((0.0, 0.0), |to_m| (to_m, LONGEST_BRIDGE_M));
         let long = known_from_m - from_m > bridge_m;
         if long {
-            self.unknown_m.push([from_m, known_from_m]);
+            self.unobserved_m.push([from_m, known_from_m]);
         }
         long
     }
@@ -121,15 +123,15 @@ mod tests {
     fn what_no_row_tells_is_left_out_and_short_ways_are_bridged() {
         let way_m: Vec<f64> = (0..=200).map(|k| 10.0 * f64::from(k)).collect();
         // 3 % up; nothing from 300 to 400 m, nothing from 1000 m on
-        let told = |at_m: f64| !(at_m > 300.0 && at_m < 400.0) && at_m <= 1000.0;
+        let known = |at_m: f64| !(at_m > 300.0 && at_m < 400.0) && at_m <= 1000.0;
         let column = |value: &dyn Fn(f64) -> f64| -> Vec<f64> {
-            way_m.iter().map(|at_m| if told(*at_m) { value(*at_m) } else { f64::NAN }).collect()
+            way_m.iter().map(|at_m| if known(*at_m) { value(*at_m) } else { f64::NAN }).collect()
         };
         for climb in [
             Climb::of_grades(&way_m, &column(&|_| 0.03)),
             Climb::of_altitudes(&way_m, &column(&|at_m| 0.03 * at_m), 100.0),
         ] {
-            assert_eq!(climb.unknown_m, [[1000.0, 2000.0]]);
+            assert_eq!(climb.unobserved_m, [[1000.0, 2000.0]]);
             assert_eq!(climb.missing, 9 + 100);
             let known = climb.altitude.iter().filter(|point| point.0 <= 1000.0);
             for (at_m, altitude_m) in known {
@@ -149,10 +151,10 @@ mod tests {
         };
         let altitude_m: Vec<f64> = way_m.iter().map(of).collect();
         let climb = Climb::of_altitudes(&way_m, &altitude_m, 200.0);
-        assert_eq!(climb.unknown_m, [[500.0, 1000.0]]);
+        assert_eq!(climb.unobserved_m, [[500.0, 1000.0]]);
         assert!(climb.altitude.iter().all(|point| point.1 == of(&point.0)));
         // what comes before the first value is not known either
         let late = Climb::of_grades(&[0.0, 10.0, 20.0], &[f64::NAN, f64::NAN, 0.01]);
-        assert_eq!((late.unknown_m, late.missing), (vec![[0.0, 10.0]], 1));
+        assert_eq!((late.unobserved_m, late.missing), (vec![[0.0, 10.0]], 1));
     }
 }

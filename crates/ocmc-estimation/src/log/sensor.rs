@@ -1,12 +1,14 @@
-//! What the sensors add: the gyro's bias, from standstill, and the lag of the speed behind the gyro, by correlation.
+//! What the sensors add: the gyro's bias, from standstill, and the lag of the speed behind the
+//! gyro, by correlation.
 //!
-//! A vehicle at rest does not turn, so the median yaw rate at standstill is the bias. A satellite receiver reports speed
-//! and course late by the same time, so the lag that makes the rate of the course most like the gyro's yaw rate is
-//! the lag of the speed, too. The maximum of the correlation is refined by a parabola.
+//! A vehicle at rest does not turn, so the median yaw rate at standstill is the bias. A satellite
+//! receiver reports speed and course late by the same time, so the lag that makes the rate of the
+//! course most like the gyro's yaw rate is the lag of the speed, too. The maximum of the
+//! correlation is refined by a parabola.
 //!
-//! Without a gyro the course itself tells how the vehicle turns ([`yaw_rate_of_course`]).
+//! Without a gyro the course itself shows how the vehicle turns ([`yaw_rate_of_course`]).
 
-use super::DriveLog;
+use super::TripLog;
 use super::signal::{Piece, median};
 use std::f64::consts::PI;
 use std::ops::Range;
@@ -23,7 +25,7 @@ const LAG_STEP_S: f64 = 0.1;
 const COURSE_FROM_MPS: f64 = 3.0;
 /// A step of the course that is a turn and no noise, in rad: 2°.
 const TURNING_STEP_RAD: f64 = 2.0 / 180.0 * PI;
-/// A smaller correlation tells no lag.
+/// A smaller correlation determines no lag.
 const SMALLEST_CORRELATION: f64 = 0.5;
 /// Turning time that a lag needs, in s, and the yaw rate from which it counts, in rad/s.
 const SHORTEST_TURNING_S: f64 = 10.0;
@@ -44,9 +46,9 @@ pub fn gyro_bias_radps(pieces: &[Piece]) -> Option<f64> {
     (time_s >= SHORTEST_STANDSTILL_S).then(|| median(still))
 }
 
-/// Time by which the speed comes later than the yaw rate, in s, and the correlation there; none where the log has no
-/// course or too little of it.
-pub fn speed_lag_s(log: &DriveLog, pieces: &[Piece]) -> Option<(f64, f64)> {
+/// Time by which the speed comes later than the yaw rate, in s, and the correlation there; none
+/// where the log has no course or too little of it.
+pub fn speed_lag_s(log: &TripLog, pieces: &[Piece]) -> Option<(f64, f64)> {
     let course = log.course_rad.as_ref()?;
     let pairs: Vec<_> = pieces.iter().filter_map(|piece| resampled(piece, course)).collect();
     let turning =
@@ -70,7 +72,8 @@ pub fn speed_lag_s(log: &DriveLog, pieces: &[Piece]) -> Option<(f64, f64)> {
     Some(((best as f64 - most as f64 + shift) * LAG_STEP_S, at))
 }
 
-/// Yaw rate and rate of the course to the left on an even grid; the course where the vehicle is fast enough.
+/// Yaw rate and rate of the course to the left on an even grid; the course where the vehicle is
+/// fast enough.
 fn resampled(piece: &Piece, course: &[f64]) -> Option<(Vec<f64>, Vec<f64>)> {
     let n = piece.time_s.len();
     let start_s = piece.time_s[0];
@@ -95,10 +98,12 @@ fn resampled(piece: &Piece, course: &[f64]) -> Option<(Vec<f64>, Vec<f64>)> {
     (steps > 0).then_some((yaw, turn))
 }
 
-/// The yaw rate that a receiver's course tells, in rad/s, row by row: the change of the course from the update before to the one behind, over
-/// the time between. Receivers update slower than logs are written: rows that repeat an update are interpolated.
+/// The yaw rate that a receiver's course gives, in rad/s, row by row: the change of the course from
+/// the update before to the one behind, over the time between. Receivers update slower than logs
+/// are written: rows that repeat an update are interpolated.
 ///
-/// Slower than 3 m/s the course is noise and the vehicle counts as going straight. NaN where course, time or speed are missing.
+/// Slower than 3 m/s the course is noise and the vehicle counts as going straight. NaN where
+/// course, time or speed are missing.
 pub fn yaw_rate_of_course(time_s: &[f64], speed_mps: &[f64], course_rad: &[f64]) -> Vec<f64> {
     let rows = time_s.len().min(speed_mps.len()).min(course_rad.len());
     let known = |k: usize| {
@@ -120,7 +125,8 @@ pub fn yaw_rate_of_course(time_s: &[f64], speed_mps: &[f64], course_rad: &[f64])
     rates
 }
 
-/// Rows that repeat one update of the course, itself among them: the median where the course turns fast.
+/// Rows that repeat one update of the course, itself among them: the median where the course turns
+/// fast.
 fn rows_of_an_update(course_rad: &[f64]) -> usize {
     let mut held = Vec::new();
     let mut since = 0;
@@ -203,7 +209,7 @@ mod tests {
     use crate::log::signal::prepare;
 
     /// A drive with turns of 3 s each 20 s, whose course comes `lag_s` late, in some steps.
-    fn drive(rate_hz: f64, lag_s: f64) -> DriveLog<'static> {
+    fn drive(rate_hz: f64, lag_s: f64) -> TripLog<'static> {
         let rows = (600.0 * rate_hz) as usize;
         let yaw = |t: f64| {
             let phase = t % 20.0;
@@ -215,14 +221,14 @@ mod tests {
             (0..(t.max(0.0) * 100.0) as usize).map(|k| 0.01 * yaw(k as f64 * 0.01)).sum::<f64>()
         };
         let time_s: Vec<f64> = (0..rows).map(|k| k as f64 / rate_hz).collect();
-        DriveLog {
+        TripLog {
             speed_mps: vec![10.0; rows].into(),
             yaw_rate_radps: time_s.iter().map(|t| yaw(*t)).collect(),
             course_rad: Some(
                 time_s.iter().map(|t| (7.0 - heading(t - lag_s)) % (2.0 * PI)).collect(),
             ),
             time_s: time_s.into(),
-            ..DriveLog::default()
+            ..TripLog::default()
         }
     }
 
@@ -265,7 +271,8 @@ mod tests {
 
     #[test]
     fn the_course_alone_tells_the_yaw_rate() {
-        // updates of 2 Hz in a log of 10 Hz; the course of a turn of 0.2 rad/s to the left that begins at 20 s
+        // updates of 2 Hz in a log of 10 Hz; the course of a turn of 0.2 rad/s to the left that
+        // begins at 20 s
         let time_s: Vec<f64> = (0..400).map(|k| 0.1 * f64::from(k)).collect();
         let heading = |t: f64| 0.2 * (t - 20.0).clamp(0.0, 10.0);
         let course: Vec<f64> = time_s

@@ -1,6 +1,7 @@
-//! What has to be right with a log, and its pieces between gaps. Nothing is dropped without being counted.
+//! What has to be right with a log, and its pieces between gaps. Nothing is dropped without being
+//! counted.
 
-use super::{DriveLog, Samples};
+use super::{Samples, TripLog};
 use serde::Serialize;
 use thiserror::Error;
 
@@ -8,16 +9,21 @@ use thiserror::Error;
 pub const FEWEST_ROWS: usize = 10;
 /// Sampling rates that the detectors are meant for, in Hz, with some slack for clocks.
 pub const RATES_HZ: [f64; 2] = [0.9, 110.0];
-/// Rows farther apart than this many sampling intervals, and than [`SHORTEST_GAP_S`], have a gap between them.
+/// Rows farther apart than this many sampling intervals, and than [`SHORTEST_GAP_S`], have a gap
+/// between them.
 const GAP_INTERVALS: f64 = 2.5;
-/// See [`GAP_INTERVALS`], in s: a log of 1 Hz has no gap there either, and a trace has steps of up to 2 s.
+/// See [`GAP_INTERVALS`], in s: a log of 1 Hz has no gap there either, and a trace has steps of up
+/// to 2 s.
 const SHORTEST_GAP_S: f64 = 2.05;
-/// Speeds and yaw rates above these, in m/s and rad/s, are no road vehicle's: the unit is probably wrong.
+/// Speeds and yaw rates above these, in m/s and rad/s, are no road vehicle's: the unit is probably
+/// wrong.
 const IMPLAUSIBLE_SPEED_MPS: f64 = 70.0;
 const IMPLAUSIBLE_YAW_RADPS: f64 = 2.0;
-/// Speed limits that can be, in m/s; anything else, such as 0 or 255 km/h, says that the map knows none.
+/// Speed limits that can be, in m/s; anything else, such as 0 or 255 km/h, says that the map knows
+/// none.
 pub(crate) const LIMITS_MPS: [f64; 2] = [1.0, 70.0];
-/// Nothing on the ground is faster than this, in m/s: the way of such a log would not fit into memory.
+/// Nothing on the ground is faster than this, in m/s: the way of such a log would not fit into
+/// memory.
 const FASTEST_MPS: f64 = 1000.0;
 /// Slower than this, in m/s, the vehicle reverses; slightly negative speeds are noise around 0.
 const REVERSE_MPS: f64 = -0.5;
@@ -92,7 +98,7 @@ pub enum LogError {
         /// Its speed, in m/s.
         speed_mps: f64,
     },
-    /// Nothing that tells road types.
+    /// nothing that determines road types.
     #[error(
         "no road type is known: name a column road_type, or one with the speed limit, from which types follow, or give one \
          type for the whole log (--road-type)"
@@ -139,7 +145,8 @@ pub struct LogCounts {
     pub interval_s: f64,
 }
 
-/// A log without gaps; all columns have equal lengths of at least 2, optional ones are empty where they are not known.
+/// A log without gaps; all columns have equal lengths of at least 2, optional ones are empty where
+/// they are not known.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Piece {
     /// Time, in s, increasing.
@@ -160,9 +167,9 @@ pub(super) fn longest_interval_s(interval_s: f64) -> f64 {
 /// Checks a log and cuts it at gaps.
 ///
 /// # Errors
-/// [`LogError`] where columns have different lengths, too few rows are usable, time runs backwards, or the sampling rate
-/// is outside 1 to 100 Hz.
-pub fn prepare(log: &DriveLog) -> Result<(Vec<Piece>, LogCounts), LogError> {
+/// [`LogError`] where columns have different lengths, too few rows are usable, time runs backwards,
+/// or the sampling rate is outside 1 to 100 Hz.
+pub fn prepare(log: &TripLog) -> Result<(Vec<Piece>, LogCounts), LogError> {
     check_lengths(log)?;
     let mut counts = LogCounts { rows: log.time_s.len(), ..LogCounts::default() };
     let rows = usable_rows(log, &mut counts);
@@ -216,7 +223,7 @@ pub fn prepare(log: &DriveLog) -> Result<(Vec<Piece>, LogCounts), LogError> {
     Ok((pieces, counts))
 }
 
-fn check_lengths(log: &DriveLog) -> Result<(), LogError> {
+fn check_lengths(log: &TripLog) -> Result<(), LogError> {
     let expected = log.time_s.len();
     let optional = |column: &Option<Samples>| column.as_ref().map_or(expected, |c| c.len());
     for (column, found) in [
@@ -234,7 +241,7 @@ fn check_lengths(log: &DriveLog) -> Result<(), LogError> {
     Ok(())
 }
 
-fn usable_rows(log: &DriveLog, counts: &mut LogCounts) -> Vec<usize> {
+fn usable_rows(log: &TripLog, counts: &mut LogCounts) -> Vec<usize> {
     let mut rows = Vec::with_capacity(counts.rows);
     for row in 0..counts.rows {
         let (speed, yaw) = (log.speed_mps[row], log.yaw_rate_radps[row]);
@@ -284,12 +291,12 @@ pub(crate) fn median(mut values: Vec<f64>) -> f64 {
 mod tests {
     use super::*;
 
-    fn log(rows: usize) -> DriveLog<'static> {
-        DriveLog {
+    fn log(rows: usize) -> TripLog<'static> {
+        TripLog {
             time_s: (0..rows).map(|k| k as f64 * 0.1).collect(),
             speed_mps: vec![10.0; rows].into(),
             yaw_rate_radps: vec![0.0; rows].into(),
-            ..DriveLog::default()
+            ..TripLog::default()
         }
     }
 
@@ -331,7 +338,7 @@ mod tests {
         let error = prepare(&backwards).unwrap_err();
         assert!(matches!(error, LogError::Backwards { count: 1, row: 30, .. }), "{error}");
         assert!(matches!(prepare(&log(3)), Err(LogError::TooFewRows { rows: 3, .. })));
-        assert!(matches!(prepare(&DriveLog::default()), Err(LogError::TooFewRows { rows: 0, .. })));
+        assert!(matches!(prepare(&TripLog::default()), Err(LogError::TooFewRows { rows: 0, .. })));
         let mut short = log(50);
         short.yaw_rate_radps.to_mut().pop();
         assert!(matches!(prepare(&short), Err(LogError::Lengths { column: "yaw rate", .. })));

@@ -1,8 +1,9 @@
 //! Where a vehicle stood, and for how long.
 //!
-//! A standstill is a time below 0.3 m/s of at least 1 s; where the speed crosses this between two rows the moment is
-//! interpolated. Standstills less than 30 m of way apart are one stop, whose times add up: a queue that creeps forward is
-//! one (judgement). A log tells that a vehicle stood, not why: a sign, a light and a queue look alike.
+//! A standstill is a time below 0.3 m/s of at least 1 s; where the speed crosses this between two
+//! rows the moment is interpolated. Standstills less than 30 m of way apart are one stop, whose
+//! times add up: a queue that creeps forward is one (judgement). A log shows that a vehicle stood,
+//! not why: a sign, a light and a queue look alike.
 
 use super::sensor::STANDSTILL_MPS;
 use serde::Serialize;
@@ -21,8 +22,9 @@ pub struct Standstill {
     pub duration_s: f64,
 }
 
-/// The stops of a drive; times, speeds and positions by row. Standing at the start or at the end of the drive is none.
-/// `unseen` says of a row whether nothing was logged before it for so long that only the position tells what happened.
+/// The stops of a drive; times, speeds and positions by row. Standing at the start or at the end of
+/// the drive is none. `unseen` says of a row whether nothing was logged before it for so long that
+/// only the position shows what happened.
 pub fn standstills(
     time_s: &[f64],
     speed_mps: &[f64],
@@ -47,7 +49,8 @@ pub fn standstills(
         if first == 0 || last + 1 == rows {
             continue;
         }
-        // moment at which the speed passes the limit between two rows; an interval without rows was stood through
+        // moment at which the speed passes the limit between two rows; an interval without rows was
+        // stood through
         let crossing = |fast: usize, slow: usize| {
             let part = (speed_mps[fast] - STANDSTILL_MPS) / (speed_mps[fast] - speed_mps[slow]);
             time_s[fast] + part * (time_s[slow] - time_s[fast])

@@ -1,7 +1,7 @@
 //! The threshold detector: a curve begins above one curvature and ends below a smaller one.
 //!
-//! The numbers are judgement: a curve of 700 m hardly slows a truck, and the hysteresis keeps a curve of changing radius
-//! in one piece.
+//! The numbers are judgement: a curve of 700 m hardly slows a truck, and the hysteresis keeps a
+//! curve of changing radius in one piece.
 
 use serde::Serialize;
 

@@ -1,6 +1,8 @@
-//! The nonlinear least-squares problems of NIST (StRD), from both starts: what the solver of the identification reaches.
+//! The nonlinear least-squares problems of NIST (StRD), from both starts: what the solver of the
+//! identification reaches.
 //!
-//! Prints a row for each problem and start: `cargo test -p ocmc-estimation --test it nist_nonlinear -- --nocapture`.
+//! Prints a row for each problem and start: `cargo test -p ocmc-estimation --test it nist_nonlinear
+//! -- --nocapture`.
 
 use ocmc_estimation::identification::bounded_least_squares::{Tolerances, minimise};
 use std::f64::consts::PI;
@@ -154,8 +156,9 @@ fn certified_from_both_starts() {
             }
         }
     }
-    // From (1, 1) the second step makes b2 so large that exp(−b2 x) is zero at every x: the residuals no longer depend on
-    // b2, and nothing leads back. Solvers that start from here need a box, or other starts.
+    // From (1, 1) the second step makes b2 so large that exp(−b2 x) is zero at every x: the
+    // residuals no longer depend on b2, and nothing leads back. Solvers that start from here need a
+    // box, or other starts.
     assert_eq!(failures, ["BoxBOD from start 1: -2.3 digits"]);
     let problem = read(&folder.join("BoxBOD.dat"));
     let mut residuals = |b: &[f64], r: &mut Vec<f64>| {

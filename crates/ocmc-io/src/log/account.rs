@@ -1,6 +1,6 @@
 //! What has to be said of a log that was read: where a drive stands, and what is odd.
 
-use super::{LogFile, LoggedDrive};
+use super::{LogFile, LoggedTrip};
 use crate::number_text::grouped;
 use ocmc_estimation::log::signal::LogCounts;
 
@@ -53,7 +53,7 @@ pub(crate) fn row_notes(place: &str, rows: &LogCounts) -> Vec<String> {
 
 impl LogFile {
     /// Where a drive stands.
-    pub fn place(&self, drive: &LoggedDrive) -> String {
+    pub fn place(&self, drive: &LoggedTrip) -> String {
         let path = self.path.display();
         if self.drives.len() == 1 {
             return format!("`{path}`");

@@ -1,8 +1,8 @@
 //! From log files to the curves that were driven, and the table of them: a row a curve, as `ocmc fit curve-speed` reads it.
 
 use super::quantity::Quantity;
-use super::{LogFile, LoggedDrive, Need};
-use ocmc_estimation::log::DriveLog;
+use super::{LogFile, LoggedTrip, Need};
+use ocmc_estimation::log::TripLog;
 use ocmc_estimation::log::curve::{
     Correction, CurveDetection, CurveOptions, RadiusDefinition, detect_curves,
 };
@@ -73,7 +73,7 @@ impl Steering {
 
 /// The curves of one drive.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct DriveCurves {
+pub struct TripCurves {
     /// The driver, or the truck.
     pub driver: String,
     /// The drive.
@@ -87,7 +87,7 @@ pub struct DriveCurves {
 
 /// Why a drive gives no curves.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum DriveError {
+pub enum TripError {
     /// The log cannot be used.
     #[error(transparent)]
     Log(#[from] LogError),
@@ -102,9 +102,9 @@ pub enum DriveError {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FoundCurves {
     /// Drives that could be used.
-    pub drives: Vec<DriveCurves>,
+    pub drives: Vec<TripCurves>,
     /// Where the others stand, and why they could not.
-    pub left_out: Vec<(String, DriveError)>,
+    pub left_out: Vec<(String, TripError)>,
 }
 
 impl FoundCurves {
@@ -127,7 +127,7 @@ impl FoundCurves {
     }
 
     /// The first drive that was left out, where all were.
-    pub fn failed(&self) -> Option<&(String, DriveError)> {
+    pub fn failed(&self) -> Option<&(String, TripError)> {
         self.left_out.first().filter(|_| self.drives.is_empty())
     }
 }
@@ -135,14 +135,14 @@ impl FoundCurves {
 /// Finds the curves of a drive.
 ///
 /// # Errors
-/// [`DriveError`] where the log cannot be used, or only tells steering angles and `steering` is not given.
+/// [`TripError`] where the log cannot be used, or only tells steering angles and `steering` is not given.
 fn detect(
-    drive: &LoggedDrive,
+    drive: &LoggedTrip,
     options: &CurveOptions,
     steering: Option<Steering>,
-) -> Result<DriveCurves, DriveError> {
+) -> Result<TripCurves, TripError> {
     let (log, options) = turning_log(drive, steering, options)?;
-    Ok(DriveCurves {
+    Ok(TripCurves {
         driver: drive.driver.clone(),
         drive: drive.drive.clone(),
         turning: turning(drive).name(),
@@ -151,7 +151,7 @@ fn detect(
 }
 
 /// What tells how the vehicle of a drive turned.
-fn turning(drive: &LoggedDrive) -> Quantity {
+fn turning(drive: &LoggedTrip) -> Quantity {
     let known = |quantity: &Quantity| {
         drive.column(*quantity).is_some_and(|values| values.iter().any(|value| !value.is_nan()))
     };
@@ -161,12 +161,12 @@ fn turning(drive: &LoggedDrive) -> Quantity {
 /// A drive with its yaw rate, and the options that go with where that comes from.
 ///
 /// # Errors
-/// [`DriveError::Steering`] where only the steering wheel tells it and `steering` is not given.
+/// [`TripError::Steering`] where only the steering wheel tells it and `steering` is not given.
 pub(super) fn turning_log<'a>(
-    drive: &'a LoggedDrive,
+    drive: &'a LoggedTrip,
     steering: Option<Steering>,
     options: &CurveOptions,
-) -> Result<(DriveLog<'a>, CurveOptions), DriveError> {
+) -> Result<(TripLog<'a>, CurveOptions), TripError> {
     let lent = |quantity| drive.column(quantity).map(Cow::Borrowed);
     let turning = turning(drive);
     let speed_mps = lent(Quantity::Speed).unwrap_or_default();
@@ -177,7 +177,7 @@ pub(super) fn turning_log<'a>(
     let yaw_rate_radps = match turning {
         Quantity::Curvature => times_speed(1.0),
         Quantity::SteeringWheelAngle => {
-            let steering = steering.ok_or(DriveError::Steering)?;
+            let steering = steering.ok_or(TripError::Steering)?;
             times_speed(1.0 / (steering.ratio * steering.wheelbase_m))
         }
         Quantity::LateralAcceleration => {
@@ -196,7 +196,7 @@ pub(super) fn turning_log<'a>(
         // no gyro, no bias of it
         options.gyro_bias_radps = Correction::Given(0.0);
     }
-    let log = DriveLog {
+    let log = TripLog {
         time_s: lent(Quantity::Time).unwrap_or_default(),
         speed_mps,
         yaw_rate_radps,
@@ -213,7 +213,7 @@ pub(super) fn turning_log<'a>(
 ///
 /// # Errors
 /// Those of writing.
-pub fn write_csv(out: impl io::Write, drives: &[DriveCurves]) -> io::Result<()> {
+pub fn write_csv(out: impl io::Write, drives: &[TripCurves]) -> io::Result<()> {
     let mut writer = csv::Writer::from_writer(out);
     writer.write_record([
         "driver",

@@ -1,6 +1,6 @@
 //! Rows of a log on their way into drives: rows with the same labels are of one drive.
 
-use super::LoggedDrive;
+use super::LoggedTrip;
 use super::mapping::QuantityColumn;
 use super::quantity::Word;
 use arrow_array::Float64Array;
@@ -8,16 +8,16 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 /// Drives whose rows are being read.
-pub(super) struct Drives {
+pub(super) struct Trips {
     /// What stands for a label that is not there.
     name: String,
     known: BTreeMap<[String; 3], usize>,
-    found: Vec<LoggedDrive>,
+    found: Vec<LoggedTrip>,
     /// Values of each drive, by the place of their quantity.
     values: Vec<Vec<Vec<f64>>>,
 }
 
-impl Drives {
+impl Trips {
     /// No drives yet, of a file that lends them its name.
     pub(super) fn new(path: &Path) -> Self {
         Self { name: stem(path), known: BTreeMap::new(), found: Vec::new(), values: Vec::new() }
@@ -28,7 +28,7 @@ impl Drives {
         *self.known.entry(labels).or_insert_with_key(|[driver, drive, event]| {
             let or_name =
                 |text: &String| if text.is_empty() { self.name.clone() } else { text.clone() };
-            self.found.push(LoggedDrive {
+            self.found.push(LoggedTrip {
                 driver: or_name(driver),
                 drive: or_name(drive),
                 event: (!event.is_empty()).then(|| event.clone()),
@@ -55,7 +55,7 @@ impl Drives {
     }
 
     /// The drives with the values that were added.
-    pub(super) fn finish(self, quantities: &[QuantityColumn]) -> Vec<LoggedDrive> {
+    pub(super) fn finish(self, quantities: &[QuantityColumn]) -> Vec<LoggedTrip> {
         let mut drives = self.found;
         for (drive, values) in drives.iter_mut().zip(self.values) {
             let columns = quantities.iter().zip(values);
@@ -68,7 +68,7 @@ impl Drives {
     pub(super) fn finish_one(
         self,
         columns: impl Iterator<Item = (super::Quantity, Float64Array)>,
-    ) -> Vec<LoggedDrive> {
+    ) -> Vec<LoggedTrip> {
         let mut drives = self.found;
         if let [drive] = drives.as_mut_slice() {
             drive.columns = columns.collect();

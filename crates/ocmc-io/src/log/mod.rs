@@ -21,7 +21,7 @@ pub use words::Words;
 use crate::given_table::RowPlace;
 use crate::text_file::{decompressed, delimiter};
 use arrow_array::Float64Array;
-use drives::Drives;
+use drives::Trips;
 use error::LogFileError;
 use mapping::{Columns, Mapping};
 use quantity::{Label, Quantity, Word};
@@ -37,7 +37,7 @@ const MISSING: [&str; 6] = ["NA", "na", "N/A", "null", "None", "-"];
 
 /// The rows of one drive (and event).
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct LoggedDrive {
+pub struct LoggedTrip {
     /// The driver, or the truck: the label, or the name of the file.
     pub driver: String,
     /// The drive: the label, or the name of the file.
@@ -50,7 +50,7 @@ pub struct LoggedDrive {
     words: BTreeMap<Word, Words>,
 }
 
-impl LoggedDrive {
+impl LoggedTrip {
     /// The words of a column.
     pub fn words(&self, word: Word) -> Option<&Words> {
         self.words.get(&word)
@@ -86,7 +86,7 @@ pub struct LogFile {
     /// Where it was read.
     pub path: PathBuf,
     /// The drives, in the order in which they begin.
-    pub drives: Vec<LoggedDrive>,
+    pub drives: Vec<LoggedTrip>,
     /// Where each quantity stood.
     pub columns: Columns,
     /// Rows.
@@ -149,7 +149,7 @@ pub fn read_text(
         .map(|name| name.trim_start_matches('\u{feff}').trim().to_owned())
         .collect();
     let mut file = opened(path, &header, mappings, needs)?;
-    let mut drives = Drives::new(path);
+    let mut drives = Trips::new(path);
     let mut record = csv::StringRecord::new();
     loop {
         match reader.read_record(&mut record) {

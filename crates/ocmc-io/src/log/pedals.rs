@@ -1,7 +1,7 @@
 //! From log files to events whose driver can be identified: by the label `event`, or by the slopes of the drive.
 
 use super::quantity::Quantity;
-use super::{LoggedDrive, Need, counted};
+use super::{LoggedTrip, Need, counted};
 use ocmc_estimation::identification::event::PedalLog;
 use ocmc_estimation::log::signal::{LogError, check_time};
 
@@ -35,7 +35,7 @@ pub struct LoggedEvent {
 /// # Errors
 /// [`LogError::Backwards`].
 pub fn events(
-    drive: &LoggedDrive,
+    drive: &LoggedTrip,
     place: &str,
 ) -> Result<(Vec<LoggedEvent>, Vec<String>), LogError> {
     let column = |quantity| drive.column(quantity).unwrap_or_default();

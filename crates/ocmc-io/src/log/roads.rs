@@ -1,11 +1,11 @@
 //! From log files to the roads that they were driven on.
 
-use super::curves::{DriveError, Steering, turning_log};
+use super::curves::{Steering, TripError, turning_log};
 use super::quantity::{Quantity, Word};
-use super::{LogFile, LogFileError, LoggedDrive, Mapping, Need, counted, row_notes};
+use super::{LogFile, LogFileError, LoggedTrip, Mapping, Need, counted, row_notes};
 use crate::text_file::{decompressed, delimiter};
+use ocmc_core::operating_cycle::coverage::{Coverage, CurveCoverage, CurveWindow};
 use ocmc_core::operating_cycle::given::GivenCycle;
-use ocmc_core::operating_cycle::told::{CurveWindow, CurvesTold, Told};
 use ocmc_estimation::log::road::{
     LoggedRoad, LoggedRoads, RoadCounts, RoadLog, RoadOptions, roads,
 };
@@ -57,11 +57,11 @@ pub struct FoundRoads {
     /// The roads.
     pub roads: Vec<LoggedRoad>,
     /// What all of them tell; none before the first one.
-    told: Option<Told>,
+    coverage: Option<Coverage>,
     /// What has to be known, each with its place.
     pub notes: Vec<String>,
     /// Where the drives stand that could not be used, and why.
-    pub left_out: Vec<(String, DriveError)>,
+    pub left_out: Vec<(String, TripError)>,
 }
 
 impl FoundRoads {
@@ -78,7 +78,10 @@ impl FoundRoads {
             let place = file.place(drive);
             match found(drive, options, steering) {
                 Ok(found) => {
-                    self.told = Some(self.told.map_or(found.told, |told| told.with(found.told)));
+                    self.coverage = Some(
+                        self.coverage
+                            .map_or(found.coverage, |coverage| coverage.with(found.coverage)),
+                    );
                     self.notes.extend(notes(&place, &found.counts));
                     self.roads.extend(found.roads);
                 }
@@ -91,33 +94,34 @@ impl FoundRoads {
     /// Adds the road of an operating cycle, of which everything is known.
     pub fn add_cycle(&mut self, cycle: GivenCycle) {
         self.roads.push(LoggedRoad { cycle, ..LoggedRoad::default() });
-        self.told = Some(self.told.map_or(Told::ALL, |told| told.with(Told::ALL)));
+        self.coverage =
+            Some(self.coverage.map_or(Coverage::ALL, |coverage| coverage.with(Coverage::ALL)));
     }
 
     /// What all roads tell. With a range, in m, the curves of operating cycles are those of a detector: others are there and were not
     /// seen.
-    pub fn told(&self, radius_range_m: Option<[f64; 2]>) -> Told {
-        let told = self.told.unwrap_or(Told::ALL);
-        match (told.curves, radius_range_m) {
-            (CurvesTold::All, Some(radius_m)) => {
+    pub fn coverage(&self, radius_range_m: Option<[f64; 2]>) -> Coverage {
+        let coverage = self.coverage.unwrap_or(Coverage::ALL);
+        match (coverage.curves, radius_range_m) {
+            (CurveCoverage::All, Some(radius_m)) => {
                 let window = CurveWindow { radius_m, shortest_m: 0.0, smallest_turn_rad: 0.0 };
-                Told { curves: CurvesTold::Within(window), ..told }
+                Coverage { curves: CurveCoverage::Within(window), ..coverage }
             }
-            _ => told,
+            _ => coverage,
         }
     }
 
     /// The first drive that was left out, where nothing was found.
-    pub fn failed(&self) -> Option<&(String, DriveError)> {
+    pub fn failed(&self) -> Option<&(String, TripError)> {
         self.left_out.first().filter(|_| self.roads.is_empty())
     }
 }
 
 fn found(
-    drive: &LoggedDrive,
+    drive: &LoggedTrip,
     options: &RoadOptions,
     steering: Option<Steering>,
-) -> Result<LoggedRoads, DriveError> {
+) -> Result<LoggedRoads, TripError> {
     let (log, corrections) = turning_log(drive, steering, &options.curves)?;
     let lent = |quantity| drive.column(quantity).map(Cow::Borrowed);
     let words = |word| drive.words(word).map(|words| words.rows().collect());

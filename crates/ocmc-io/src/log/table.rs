@@ -1,6 +1,6 @@
 //! Logs that a calling program holds as tables.
 
-use super::drives::Drives;
+use super::drives::Trips;
 use super::error::LogFileError;
 use super::mapping::{Mapping, QuantityColumn};
 use super::quantity::Label;
@@ -24,7 +24,7 @@ pub fn read_table(
     let header: Vec<String> = table.names().iter().map(|name| name.trim().to_owned()).collect();
     let mut file = opened(table.path(), &header, mappings, needs)?;
     file.rows = table.rows();
-    let mut drives = Drives::new(table.path());
+    let mut drives = Trips::new(table.path());
     let places = places(table, &file, &mut drives)?;
     let one = places.iter().all(|place| *place == 0);
     let mut columns = Vec::with_capacity(file.columns.quantities.len());
@@ -56,7 +56,7 @@ pub fn read_table(
 fn places(
     table: &GivenTable,
     file: &LogFile,
-    drives: &mut Drives,
+    drives: &mut Trips,
 ) -> Result<Vec<usize>, LogFileError> {
     let mut labels: [Option<StringArray>; 3] = [None, None, None];
     for (which, words) in Label::ALL.into_iter().zip(&mut labels) {
@@ -103,7 +103,7 @@ fn values(
 mod tests {
     use super::*;
     use crate::log::quantity::Quantity;
-    use crate::log::{LoggedDrive, read_text};
+    use crate::log::{LoggedTrip, read_text};
     use arrow_array::ArrayRef;
     use std::path::Path;
     use std::sync::Arc;
@@ -146,7 +146,7 @@ mod tests {
         ];
         let by_table = read_table(&table(&columns), &[], &[]).expect("a log");
         let by_text = read_text(Path::new("log"), text.as_bytes(), &[], &[]).expect("a log");
-        let shown = |drives: &[LoggedDrive]| format!("{drives:?}");
+        let shown = |drives: &[LoggedTrip]| format!("{drives:?}");
         assert_eq!(shown(&by_table.drives), shown(&by_text.drives));
         assert_eq!((by_table.rows, by_table.drives.len()), (4, 2));
         let unreadable = &by_table.unreadable[0];

@@ -9,7 +9,7 @@ use crate::number_text::{grouped, rounded};
 use crate::run_directory::StoredRun;
 use crate::study;
 use ocmc_core::fleet::association::{Association, association};
-use ocmc_core::fleet::quantity::{Quantity, quantity};
+use ocmc_core::fleet::quantity::{RecordQuantity, quantity};
 use ocmc_core::fleet::statistic::Statistic;
 use ocmc_core::kernel::record::{Cell, Record, column};
 use std::fmt::Write;
@@ -101,7 +101,7 @@ fn distribution(statistic: &Statistic) -> String {
 }
 
 /// What goes with the consumption: bands over tenths of the cycles, the strongest first.
-fn explained(records: &[Record], quantity: &Quantity, statistic: &Statistic) -> String {
+fn explained(records: &[Record], quantity: &RecordQuantity, statistic: &Statistic) -> String {
     let mut found: Vec<(String, f64, Association)> = EXPLAINING
         .iter()
         .filter_map(|(name, per_distance)| {

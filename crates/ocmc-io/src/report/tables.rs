@@ -6,7 +6,7 @@ use crate::given_drive::Followed;
 use crate::label::label;
 use crate::number_text::{decimals, grouped, rounded};
 use crate::run_directory::StoredRun;
-use ocmc_core::fleet::quantity::Quantity;
+use ocmc_core::fleet::quantity::RecordQuantity;
 use ocmc_core::fleet::statistic::Statistic;
 use ocmc_core::kernel::record::{Outcome, Record};
 use ocmc_core::operating_cycle::route::RouteModel;
@@ -124,7 +124,7 @@ pub(super) fn road_shares(records: &[Record]) -> String {
 }
 
 /// The cycles with the lowest and the highest consumption.
-pub(super) fn outliers(run: &StoredRun, quantity: &Quantity) -> String {
+pub(super) fn outliers(run: &StoredRun, quantity: &RecordQuantity) -> String {
     let mut cycles: Vec<(f64, &Record)> = run
         .records
         .iter()

@@ -1,4 +1,5 @@
-//! What a user reads when a study is wrong: the place, the key, the value, what is allowed, the nearest name.
+//! What a user reads when a study is wrong: the place, the key, the value, what is allowed, the
+//! nearest name.
 
 use ocmc_io::study::{self, Cause, StudyFileError};
 
@@ -9,7 +10,8 @@ fn error_of(text: &str) -> StudyFileError {
     }
 }
 
-/// Asserts that the message about a study, which derives from the default one, has each of the pieces.
+/// Asserts that the message about a study, which derives from the default one, has each of the
+/// pieces.
 fn assert_says(line: &str, pieces: &[&str]) {
     let error = error_of(&format!("study.base = \"field-truck\"\n{line}\n")).to_string();
     for piece in pieces {

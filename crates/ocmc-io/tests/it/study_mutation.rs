@@ -1,4 +1,5 @@
-//! Whatever is done to the text of a study, it loads to a valid study or to an error, and never panics.
+//! Whatever is done to the text of a study, it loads to a valid study or to an error, and never
+//! panics.
 
 use ocmc_core::study::Study;
 use ocmc_io::study;

@@ -1,13 +1,13 @@
 //! Curves: Poisson starts, shifted log-normal radius, log-normal length, random direction.
 //!
-//! R = r_turn + exp(N(ln median, σ²)); ln L ~ N(ln median, σ_L²); curvature is constant within a curve and
-//! zero outside. A curve that would start inside another starts at its end, which keeps the intensity;
-//! L is shortened so that the heading change L/R stays within its bound.
+//! R = r_turn + exp(N(ln median, σ²)); ln L ~ N(ln median, σ_L²); curvature is constant within a
+//! curve and zero outside. A curve that would start inside another starts at its end, which keeps
+//! the intensity; L is shortened so that the heading change L/R stays within its bound.
 //!
-//! On urban and rural roads curves follow the sign: λ(v) = λ_ref (v_ref / v_sign)^p, at most λ_max, and the
-//! median of R − r_turn is proportional to v_sign. Derived from an OpenStreetMap extract of Lower Saxony
-//! (closed-loop rule 17): drawn independently of the sign, tight bends fall on 80 km/h roads and cost
-//! 1.6 L/100 km. Junction turns belong to events, see [`super::point_event`].
+//! On urban and rural roads curves follow the sign: λ(v) = λ_ref (v_ref / v_sign)^p, at most λ_max,
+//! and the median of R − r_turn is proportional to v_sign. Derived from an OpenStreetMap extract of
+//! Lower Saxony: drawn independently of the sign, tight bends fall on 80 km/h roads and cost 1.6
+//! L/100 km. Junction turns belong to events, see [`super::point_event`].
 
 use crate::random::Draws;
 use schemars::JsonSchema;

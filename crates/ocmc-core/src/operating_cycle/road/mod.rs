@@ -113,7 +113,8 @@ pub struct Road {
     pub climb_reached: bool,
 }
 
-/// What the road type decides along the road, prepared for sampling; types in the order of their names.
+/// What the road type decides along the road, prepared for sampling; types in the order of their
+/// names.
 #[derive(Clone, Debug)]
 pub struct RoadSampler {
     chain: RoadTypeChain,
@@ -170,9 +171,9 @@ impl RoadSampler {
         self.chain.share_by_length()
     }
 
-    /// Draws a road into `road`, whose buffers are reused. `mission_stops` are placed first; the parts in
-    /// `without` are left out, and no other draw changes. (An event that is gone makes room: what it had pushed out by the
-    /// spacing of events, or by its turn, comes back.)
+    /// Draws a road into `road`, whose buffers are reused. `mission_stops` are placed first; the
+    /// parts in `without` are left out, and no other draw changes. (An event that is gone makes
+    /// room: what it had pushed out by the spacing of events, or by its turn, comes back.)
     pub fn sample(
         &self,
         length_m: f64,

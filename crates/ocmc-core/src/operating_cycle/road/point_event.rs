@@ -1,11 +1,12 @@
-//! Point events: stop signs, give-way signs, traffic lights and speed bumps, as marked Poisson processes.
+//! Point events: stop signs, give-way signs, traffic lights and speed bumps, as marked Poisson
+//! processes.
 //!
-//! Gaps are exponential with the intensity of the road type; marks are independent. A Poisson process has
-//! no minimum spacing, so of two events closer than the study's spacing the later one is dropped, and the
-//! first and last metres of the road stay free. Signals are not coordinated.
+//! Gaps are exponential with the intensity of the road type; marks are independent. A Poisson
+//! process has no minimum spacing, so of two events closer than the study's spacing the later one
+//! is dropped, and the first and last metres of the road stay free. Signals are not coordinated.
 //!
-//! A share of the junction events carries a turn, R = r₀ + exp(N(ln median, σ²)), over a length R π/2 U(f, 1),
-//! because there the truck leaves the road it was on (closed-loop rule 17).
+//! A share of the junction events carries a turn, R = r₀ + exp(N(ln median, σ²)), over a length R
+//! π/2 U(f, 1), because there the truck leaves the road it was on.
 
 use super::curvature::Curve;
 use super::road_type::Section;
@@ -228,8 +229,9 @@ fn poisson(
     }
 }
 
-/// Puts events in order, keeps the ends of the road free, and drops the later one of two events that are
-/// closer than the spacing. A mission stop between the ends is never dropped; what else stands too close to it is.
+/// Puts events in order, keeps the ends of the road free, and drops the later one of two events
+/// that are closer than the spacing. A mission stop between the ends is never dropped; what else
+/// stands too close to it is.
 pub fn space_out(events: &mut Vec<PointEvent>, length_m: f64, spacing_m: f64, free_end_m: f64) {
     events.retain(|e| e.position_m >= free_end_m && e.position_m <= length_m - free_end_m);
     events.sort_by(|a, b| a.position_m.total_cmp(&b.position_m));

@@ -1,11 +1,11 @@
 //! Sequence of road types along a mission: a semi-Markov chain.
 //!
-//! The embedded chain has the transition probabilities `next` (zero diagonal); a sojourn has the length
-//! L = L₀ + Exp(mean − L₀), where L₀ is the minimum length. The start is drawn from the shares by
-//! length, s_r = π_r L_r / Σ π L with π = π P, and the first sojourn is a fresh one.
+//! The embedded chain has the transition probabilities `next` (zero diagonal); a sojourn has the
+//! length L = L₀ + Exp(mean − L₀), where L₀ is the minimum length. The start is drawn from the
+//! shares by length, s_r = π_r L_r / Σ π L with π = π P, and the first sojourn is a fresh one.
 //!
-//! Structure: Pettersson, Johannesson et al., the operating-cycle papers (recalled with confidence).
-//! Valid where route structure (depot, motorway, depot) may be ignored.
+//! Structure: Pettersson, Johannesson et al., the operating-cycle papers (recalled with
+//! confidence). Valid where route structure (depot, motorway, depot) may be ignored.
 
 use crate::random::Draws;
 
@@ -65,7 +65,8 @@ impl RoadTypeChain {
     }
 }
 
-/// Stationary distribution of the embedded chain, by averaging its powers (the chain may be periodic).
+/// Stationary distribution of the embedded chain, by averaging its powers (the chain may be
+/// periodic).
 fn stationary(next: &[Vec<f64>]) -> Vec<f64> {
     let n = next.len();
     let mut now = vec![1.0 / n as f64; n];
@@ -99,7 +100,7 @@ mod tests {
     use crate::random::Stream;
 
     fn field_truck() -> RoadTypeChain {
-        // models.md section 3: order motorway, rural, urban
+        // order motorway, rural, urban
         RoadTypeChain::new(
             vec![40_000.0, 15_000.0, 4_000.0],
             vec![0.0; 3],
@@ -109,7 +110,7 @@ mod tests {
 
     #[test]
     fn shares_are_those_of_the_defining_equations() {
-        // pi = (0.364, 0.433, 0.203) and shares 9/40/51 % for urban/rural/motorway: models.md section 3
+        // pi = (0.364, 0.433, 0.203) and shares 9/40/51 % for urban/rural/motorway
         let shares = field_truck().share_by_length().to_vec();
         assert!((shares[0] - 0.51).abs() < 0.01, "{shares:?}");
         assert!((shares[1] - 0.40).abs() < 0.01, "{shares:?}");

@@ -1,11 +1,14 @@
-//! The geometry of a given route: length, heading and curves from latitude and longitude, or curves from curvature.
+//! The geometry of a given route: length, heading and curves from latitude and longitude, or curves
+//! from curvature.
 //!
-//! Points lie on a plane around the first one: x = R cos φ₀ Δλ, y = R Δφ, R = 6 371 008.8 m (mean radius of the Earth, IUGG); good to
-//! 0.1 % within a few hundred km of the start's latitude. They are resampled every 5 m and averaged over 45 m, because
-//! the roads of maps turn at their points only; κ = change of direction per metre.
+//! Points lie on a plane around the first one: x = R cos φ₀ Δλ, y = R Δφ, R = 6 371 008.8 m (mean
+//! radius of the Earth, IUGG); good to 0.1 % within a few hundred km of the start's latitude. They
+//! are resampled every 5 m and averaged over 45 m, because the roads of maps turn at their points
+//! only; κ = change of direction per metre.
 //!
-//! A curve is where |κ| > 1/700 1/m somewhere and ≥ 1/1000 1/m throughout, in one direction, over at least 15 m and 8°
-//! (judgement, the thresholds with which the default road was compared with maps); its radius is 1 / mean |κ| of its middle third.
+//! A curve is where |κ| > 1/700 1/m somewhere and ≥ 1/1000 1/m throughout, in one direction, over
+//! at least 15 m and 8° (judgement, the thresholds with which the default road was compared with
+//! maps); its radius is 1 / mean |κ| of its middle third.
 
 use super::curvature::Curve;
 
@@ -36,12 +39,14 @@ pub struct Path2d {
 }
 
 impl Path2d {
-    /// Puts latitudes and longitudes, in degrees, on a plane; longitudes may step from 180 to -180 and from 360 to 0.
+    /// Puts latitudes and longitudes, in degrees, on a plane; longitudes may step from 180 to -180
+    /// and from 360 to 0.
     pub fn new(latitude_deg: &[f64], longitude_deg: &[f64]) -> Self {
         let (phi, lambda) = (latitude_deg[0], longitude_deg[0]);
         let per_degree = EARTH_RADIUS_M.to_radians();
         let shrink = libm::cos(phi.to_radians());
-        // some count eastwards all around, and the date line is no step: from each point the short way to the next
+        // some count eastwards all around, and the date line is no step: from each point the short
+        // way to the next
         let mut turns = 0.0;
         let mut before = lambda;
         let x_m: Vec<f64> = longitude_deg
@@ -68,7 +73,8 @@ impl Path2d {
         libm::atan2(self.x_m[k] - self.x_m[0], self.y_m[k] - self.y_m[0])
     }
 
-    /// The curves; `positions_m` are the points' distances along the road, which may be an odometer's.
+    /// The curves; `positions_m` are the points' distances along the road, which may be an
+    /// odometer's.
     pub fn curves(&self, positions_m: &[f64]) -> Vec<Curve> {
         let length_m = positions_m.last().copied().unwrap_or(0.0);
         let count = libm::floor(length_m / STEP_M) as usize + 1;
@@ -98,7 +104,8 @@ fn interpolate(places: &[f64], values: &[f64], place: f64) -> f64 {
     values[k - 1] + share * (values[k] - values[k - 1])
 }
 
-/// Curvature of a path given on the grid, smoothed. The ends, where the average is lopsided, count as straight.
+/// Curvature of a path given on the grid, smoothed. The ends, where the average is lopsided, count
+/// as straight.
 fn path_curvature(x: &[f64], y: &[f64]) -> Vec<f64> {
     let mut curvature = vec![0.0; x.len()];
     let (x, y) = (smooth(x), smooth(y));

@@ -1,8 +1,9 @@
 //! Speed signs: a reversible Markov chain in position, one for each road type.
 //!
-//! Rate from sign i to sign j per metre: q_ij = c s_j exp(-|v_i - v_j| / V). Detailed balance makes the
-//! wanted shares by length, s, exactly stationary; c = 1 / (L̄ Σ_{i≠j} s_i s_j exp(-|v_i - v_j| / V)), where
-//! L̄ is the mean length of a sign. At a change of road type the sign is redrawn from s.
+//! Rate from sign i to sign j per metre: q_ij = c s_j exp(-|v_i - v_j| / V). Detailed balance makes
+//! the wanted shares by length, s, exactly stationary; c = 1 / (L̄ Σ_{i≠j} s_i s_j exp(-|v_i - v_j|
+//! / V)), where L̄ is the mean length of a sign. At a change of road type the sign is redrawn from
+//! s.
 //!
 //! Structure of the operating-cycle papers (recalled with confidence); the reversible form is ours.
 
@@ -53,15 +54,15 @@ impl SpeedSignModel {
             libm::exp(-difference / self.similarity_kmh)
         };
         let n = share.len();
-        let mut exchange = 0.0;
+        let mut flux = 0.0;
         for i in 0..n {
             for j in 0..n {
                 if i != j {
-                    exchange += share[i] * share[j] * affinity(i, j);
+                    flux += share[i] * share[j] * affinity(i, j);
                 }
             }
         }
-        let c = if exchange > 0.0 { 1.0 / (self.mean_length_m * exchange) } else { 0.0 };
+        let c = if flux > 0.0 { 1.0 / (self.mean_length_m * flux) } else { 0.0 };
         let rate_per_m = (0..n)
             .map(|i| {
                 (0..n).map(|j| if i == j { 0.0 } else { c * share[j] * affinity(i, j) }).collect()
@@ -73,7 +74,8 @@ impl SpeedSignModel {
 }
 
 impl SpeedSignChain {
-    /// Minus the logarithm of the likelihood of changes from sign to sign, counted as `changes[from][to]`.
+    /// Minus the logarithm of the likelihood of changes from sign to sign, counted as
+    /// `changes[from][to]`.
     pub fn minus_log_likelihood(&self, changes: &[Vec<f64>]) -> f64 {
         let of_sign = |(counts, rates): (&Vec<f64>, &Vec<f64>)| {
             let exit: f64 = rates.iter().sum();
@@ -115,7 +117,7 @@ mod tests {
 
     #[test]
     fn mean_sojourns_are_those_printed_for_the_default() {
-        // models.md section 4, urban row: 658/456/711/464/735 m
+        // urban row: 658/456/711/464/735 m
         let chain = urban().chain();
         for (row, printed) in chain.rate_per_m.iter().zip([658.0, 456.0, 711.0, 464.0, 735.0]) {
             let sojourn = 1.0 / row.iter().sum::<f64>();

@@ -1,8 +1,10 @@
-//! Road surface: roughness (Laplace-ISO blocks), ground type, and what both do to rolling resistance.
+//! Road surface: roughness (Laplace-ISO blocks), ground type, and what both do to rolling
+//! resistance.
 //!
-//! Roughness: displacement spectrum G_d(n) = C (n/n₀)^-2, n₀ = 0.1 1/m (ISO 8608); the coefficient of a block is
-//! C times a gamma variable with mean 1 and variance ν (Laplace-ISO: K. Bogsjö, K. Podgórski, I. Rychlik,
-//! P. Johannesson). IRI = 0.544 √(C / 1e-6 m³) mm/m, by integrating the golden-car response over that spectrum.
+//! Roughness: displacement spectrum G_d(n) = C (n/n₀)^-2, n₀ = 0.1 1/m (ISO 8608); the coefficient
+//! of a block is C times a gamma variable with mean 1 and variance ν (Laplace-ISO: K. Bogsjö, K.
+//! Podgórski, I. Rychlik, P. Johannesson). IRI = 0.544 √(C / 1e-6 m³) mm/m, by integrating the
+//! golden-car response over that spectrum.
 
 use super::road_type::Section;
 use crate::distribution::standard_gamma;
@@ -44,7 +46,8 @@ pub const GROUNDS: [Ground; 4] = [Ground::Asphalt, Ground::Concrete, Ground::Gra
 pub type GroundModel = BTreeMap<Ground, f64>;
 
 impl Ground {
-    /// Factor on the rolling coefficient. Judgement: smooth asphalt 0.006, gravel 0.010, soil 0.020.
+    /// Factor on the rolling coefficient. Judgement: smooth asphalt 0.006, gravel 0.010, soil
+    /// 0.020.
     pub fn rolling_factor(self) -> f64 {
         match self {
             Self::Asphalt => 1.0,
@@ -130,7 +133,7 @@ mod tests {
 
     #[test]
     fn iri_of_the_iso_classes() {
-        // models.md section 8: A 16e-6 -> 2.2, B 64e-6 -> 4.4, C 256e-6 -> 8.7 mm/m
+        // A 16e-6 -> 2.2, B 64e-6 -> 4.4, C 256e-6 -> 8.7 mm/m
         for (c, printed) in [(16e-6, 2.2), (64e-6, 4.4), (256e-6, 8.7)] {
             assert!((iri_mm_per_m(c) - printed).abs() < 0.05);
         }

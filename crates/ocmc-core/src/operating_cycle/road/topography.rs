@@ -1,15 +1,18 @@
 //! Topography: a Gaussian first-order autoregression of the slope on steps of fixed length.
 //!
-//! Y_k = a Y_{k-1} + e_k, e_k ~ N(0, σ²(1 − a²)), with a = cos(2π L_s / L_h), where L_s is the step and L_h the
-//! mean distance between upcrossings of zero (one hill: up and down). Exact for a Gaussian AR(1), because
-//! P(sign change) = arccos(a)/π; valid for L_h > 4 L_s. L_h has no meaning without L_s.
+//! Y_k = a Y_{k-1} + e_k, e_k ~ N(0, σ²(1 − a²)), with a = cos(2π L_s / L_h), where L_s is the step
+//! and L_h the mean distance between upcrossings of zero (one hill: up and down). Exact for a
+//! Gaussian AR(1), because P(sign change) = arccos(a)/π; valid for L_h > 4 L_s. L_h has no meaning
+//! without L_s.
 //!
-//! Y is the climb per metre of road, dz/ds = sin θ: that is what an odometer and an altimeter measure, and it
-//! makes the net climb a linear condition. (Rise over run, tan θ, differs by 0.1 % at a slope of 5 %.)
+//! Y is the climb per metre of road, dz/ds = sin θ: that is what an odometer and an altimeter
+//! measure, and it makes the net climb a linear condition. (Rise over run, tan θ, differs by 0.1 %
+//! at a slope of 5 %.)
 //!
-//! At a change of road type the standardised state carries over and (a, σ) change, so the variance is
-//! right on both sides without a jump. A draw beyond the slope limit is redrawn. Elevation drifts like a
-//! random walk, 400 m over 100 km at σ = 2 %; the bridge removes the mean slope so that the net climb is exact.
+//! At a change of road type the standardised state carries over and (a, σ) change, so the variance
+//! is right on both sides without a jump. A draw beyond the slope limit is redrawn. Elevation
+//! drifts like a random walk, 400 m over 100 km at σ = 2 %; the bridge removes the mean slope so
+//! that the net climb is exact.
 
 use super::road_type::Section;
 use crate::random::Draws;
@@ -49,8 +52,8 @@ impl TopographyModel {
 /// Normals that are drawn at once.
 const DRAWN_AT_ONCE: usize = 64;
 
-/// Slopes on steps of `step_m` from 0 to the end of the last section, one model a road type. It takes all that
-/// is left of the stream.
+/// Slopes on steps of `step_m` from 0 to the end of the last section, one model a road type. It
+/// takes all that is left of the stream.
 pub fn sample_slopes(
     models: &[TopographyModel],
     step_m: f64,
@@ -96,8 +99,9 @@ pub fn sample_slopes(
     }
 }
 
-/// Shifts the slopes so that the road of length `length_m` climbs exactly `net_climb_m`, each slope within the limit of its
-/// place: `limits` are the ends of stretches, as an index, and the limits on them. Returns false where the limits leave no way.
+/// Shifts the slopes so that the road of length `length_m` climbs exactly `net_climb_m`, each slope
+/// within the limit of its place: `limits` are the ends of stretches, as an index, and the limits
+/// on them. Returns false where the limits leave no solution.
 pub fn bridge(
     slopes: &mut [f64],
     step_m: f64,
@@ -218,7 +222,7 @@ mod tests {
 
     #[test]
     fn printed_coefficients() {
-        // models.md section 7: L_h 300/500/1000/2000 m -> .8660/.9511/.9877/.9969
+        // L_h 300/500/1000/2000 m -> .8660/.9511/.9877/.9969
         for (hill, printed) in
             [(300.0, 0.8660), (500.0, 0.9511), (1000.0, 0.9877), (2000.0, 0.9969)]
         {

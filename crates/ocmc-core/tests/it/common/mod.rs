@@ -6,7 +6,8 @@ use ocmc_core::study::{Study, StudyModel};
 use std::fs;
 use std::path::Path;
 
-/// `configs/field-truck.toml` with its vehicle. It names no other base, so that reading both files is enough.
+/// `configs/field-truck.toml` with its vehicle. It names no other base, so that reading both files
+/// is enough.
 pub(crate) fn field_truck_model() -> StudyModel {
     let configs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../configs");
     let read = |name: &str| fs::read_to_string(configs.join(name)).unwrap();

@@ -48,8 +48,9 @@ pub(crate) fn assert_near(what: &str, estimate: f64, wanted: f64, error: f64) {
     );
 }
 
-/// Kolmogorov-Smirnov: fails where independent draws of a continuous law contradict its distribution function at
-/// level 0.001. The largest distance exceeds √(−ln(α/2) / 2n) with probability α for large n.
+/// Kolmogorov-Smirnov: fails where independent draws of a continuous law contradict its
+/// distribution function at level 0.001. The largest distance exceeds √(−ln(α/2) / 2n) with
+/// probability α for large n.
 #[track_caller]
 pub(crate) fn assert_follows(what: &str, mut values: Vec<f64>, cdf: impl Fn(f64) -> f64) {
     let n = values.len() as f64;

@@ -1,4 +1,5 @@
-//! Curves in a curvature signal by thresholds with hysteresis (the guide's page on curve detection).
+//! Curves in a curvature signal by thresholds with hysteresis (the guide's page on curve
+//! detection).
 
 /// Grid of the signal, in m.
 pub(crate) const STEP_M: f64 = 5.0;
@@ -78,8 +79,9 @@ fn measure(curvature: &[f64], first: usize, end: usize) -> Option<DetectedCurve>
     })
 }
 
-/// Curvature of a path given every [`STEP_M`], smoothed: positions are averaged over `2 half + 1` points first, because
-/// a map's roads turn at their points only. The ends, where the average is lopsided, count as straight.
+/// Curvature of a path given every [`STEP_M`], smoothed: positions are averaged over `2 half + 1`
+/// points first, because a map's roads turn at their points only. The ends, where the average is
+/// lopsided, count as straight.
 pub(crate) fn curvature(x: &[f64], y: &[f64], half: usize) -> Vec<f64> {
     let mut curvature = vec![0.0; x.len()];
     let (x, y) = (smooth(x, half), smooth(y, half));

@@ -63,7 +63,8 @@ impl CurveTable {
         (self.log_radii.iter().sum::<f64>() / self.log_radii.len() as f64).exp()
     }
 
-    /// Geometric mean, in m, and standard deviation of ln R, of the radii that the field's fit uses.
+    /// Geometric mean, in m, and standard deviation of ln R, of the radii that the field's fit
+    /// uses.
     pub(crate) fn field_moments(&self) -> (f64, f64) {
         let logs: Vec<f64> =
             self.log_radii.iter().copied().filter(|log| *log >= TIGHTEST_M.ln()).collect();

@@ -1,6 +1,8 @@
-//! The default road beside facts from outside: curves of an OpenStreetMap extract, and radii of the field study.
+//! The default road beside facts from outside: curves of an OpenStreetMap extract, and radii of the
+//! field study.
 //!
-//! Prints the table of `docs/src/outside-facts.md`: `cargo test -p ocmc-core --test it outside_facts -- --nocapture`.
+//! Prints the table of `docs/src/outside-facts.md`: `cargo test -p ocmc-core --test it
+//! outside_facts -- --nocapture`.
 
 mod curve_detector;
 mod curve_table;

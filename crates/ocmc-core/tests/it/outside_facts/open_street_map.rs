@@ -1,7 +1,7 @@
 //! Main roads of an OpenStreetMap extract, and their curvature.
 //!
-//! © OpenStreetMap contributors, ODbL 1.0. The data are not part of this project: they are read from `OCMC_DATA`, or
-//! from `../shared/data` beside the checkout.
+//! © OpenStreetMap contributors, ODbL 1.0. The data are not part of this project: they are read
+//! from `OCMC_DATA`, or from `../shared/data` beside the checkout.
 
 use super::curve_detector::STEP_M;
 use flate2::read::GzDecoder;

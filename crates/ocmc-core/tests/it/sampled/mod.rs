@@ -1,5 +1,6 @@
-//! What the default study samples, against the laws that its file and the guide state: each sampled quantity that has no
-//! test beside its model, and that freezing a factor or turning a part off changes nothing else.
+//! What the default study samples, against the laws that its file and the guide state: each sampled
+//! quantity that has no test beside its model, and that freezing a factor or turning a part off
+//! changes nothing else.
 
 mod driver;
 mod mission;

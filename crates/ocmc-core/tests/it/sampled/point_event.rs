@@ -1,4 +1,5 @@
-//! Stop signs, give ways, lights and bumps of each road type of the default study, before events are spaced out.
+//! Stop signs, give ways, lights and bumps of each road type of the default study, before events
+//! are spaced out.
 
 use crate::common::field_truck_model;
 use crate::common::statistics::{SEEDS, assert_count, assert_follows, assert_share};

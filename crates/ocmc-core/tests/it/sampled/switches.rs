@@ -1,4 +1,5 @@
-//! Freezing a factor takes it from cycle 0 and changes nothing else; turning a part off changes only what it must.
+//! Freezing a factor takes it from cycle 0 and changes nothing else; turning a part off changes
+//! only what it must.
 
 use crate::common::field_truck;
 use ocmc_core::operating_cycle::road::Road;
@@ -115,8 +116,8 @@ fn weather_traffic_driver_and_vehicle_leave_the_whole_cycle_alone() {
     }
 }
 
-/// Scenarios of the default study with and without a part. Events keep no distance, because an event that is gone
-/// makes room for one that it had pushed out.
+/// Scenarios of the default study with and without a part. Events keep no distance, because an
+/// event that is gone makes room for one that it had pushed out.
 fn with_and_without(part: ModelSwitch) -> impl Iterator<Item = (Scenario, Scenario)> {
     let with = field_truck(|model| model.road.event_spacing_m = 0.0);
     let without = field_truck(|model| {

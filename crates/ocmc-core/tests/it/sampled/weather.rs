@@ -1,4 +1,5 @@
-//! Weather: means, deviations and persistence by season, against the equations of the guide written out again.
+//! Weather: means, deviations and persistence by season, against the equations of the guide written
+//! out again.
 
 use super::{CYCLES, cycles};
 use crate::common::field_truck_model;

@@ -19,7 +19,8 @@ pub struct CurveTable {
     pub left: Option<Vec<bool>>,
     /// Length of the route that the curve belongs to, in m, where it is known.
     pub route_m: Option<Vec<f64>>,
-    /// Speed limit in the curve, in m/s, where limits are known; NaN or 0 where this one is not, infinite where there is none.
+    /// Speed limit in the curve, in m/s, where limits are known; NaN or 0 where this one is not,
+    /// infinite where there is none.
     pub limit_mps: Option<Vec<f64>>,
 }
 

@@ -1,4 +1,5 @@
-//! The regression with drivers and directions as fixed effects, and its estimates with their intervals.
+//! The regression with drivers and directions as fixed effects, and its estimates with their
+//! intervals.
 
 use super::curves::{Curve, Curves};
 use super::{Coding, CurveSpeedFitError, LEVEL};
@@ -35,7 +36,8 @@ pub struct CurveSpeedEstimate {
     pub driver_sd: Option<f64>,
     /// SD of the drivers' effects with each counted as often as it has curves.
     pub driver_sd_weighted: Option<f64>,
-    /// Share of the variance of ln v at one radius that lies between drivers: SD(α)² / (SD(α)² + SD(e)²).
+    /// Share of the variance of ln v at one radius that lies between drivers: SD(α)² / (SD(α)² +
+    /// SD(e)²).
     pub driver_share: Option<f64>,
     /// Direction effect β, + for left and − for right; none where it is left out.
     pub direction_effect: Option<f64>,
@@ -120,7 +122,8 @@ impl Terms {
         self.first_driver() + self.drivers - 1
     }
 
-    /// The predictors of a curve: 1, ln R − ln R₀, sum-to-zero contrasts of the drivers, ±1 for the direction.
+    /// The predictors of a curve: 1, ln R − ln R₀, sum-to-zero contrasts of the drivers, ±1 for the
+    /// direction.
     fn row(self, curve: &Curve, row: &mut [f64]) {
         row.fill(0.0);
         row[0] = 1.0;
@@ -148,7 +151,7 @@ pub(super) struct Regression {
 }
 
 impl Regression {
-    /// Fits all terms. A direction that the curves do not tell is left out, with a warning.
+    /// Fits all terms. A direction that the curves do not determine is left out, with a warning.
     pub(super) fn new(
         curves: &Curves,
         direction: bool,
@@ -163,7 +166,7 @@ impl Regression {
         let left = curves.rows.iter().filter(|curve| curve.left).count();
         if direction && (left == 0 || left == n) {
             warnings
-                .push("all curves turn the same way: nothing is told about the direction".into());
+                .push("all curves turn the same way: nothing is known about the direction".into());
             terms.direction = false;
         }
         loop {
@@ -276,8 +279,8 @@ impl Regression {
         }
     }
 
-    /// Standard error of a coefficient with the curves of a driver as one observation: the sandwich with the factor
-    /// G/(G − 1) (n − 1)/(n − p).
+    /// Standard error of a coefficient with the curves of a driver as one observation: the sandwich
+    /// with the factor G/(G − 1) (n − 1)/(n − p).
     fn clustered_error(
         &self,
         curves: &Curves,

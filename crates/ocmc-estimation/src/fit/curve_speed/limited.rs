@@ -6,7 +6,7 @@ use super::{CurveSpeedOptions, LEVEL};
 use crate::fit::p_value::t_of_interval;
 use crate::fit::tobit::{TobitFit, TobitRow, fit};
 
-/// What the limits tell.
+/// What the limits determine.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Limited {
     pub tobit: Option<CurveSpeedEstimate>,
@@ -14,8 +14,8 @@ pub(super) struct Limited {
     pub below_limit: Option<CurveSpeedEstimate>,
 }
 
-/// Fits with curves from `limit_share` of the limit on as "at least that fast". A curve whose limit is not known may be at it or not:
-/// it takes no part.
+/// Fits with curves from `limit_share` of the limit on as "at least that fast". A curve whose limit
+/// is not known may be at it or not: it takes no part.
 pub(super) fn limited(
     curves: &Curves,
     direction: bool,
@@ -131,7 +131,8 @@ mod tests {
     use super::super::{CurveSpeedOptions, CurveTable, fit};
     use ocmc_core::random::{Draws, Stream};
 
-    /// Drivers with the exponent 0.5 who keep to 16 m/s; every third curve has a limit of `other`, which they keep to, too.
+    /// Drivers with the exponent 0.5 who keep to 16 m/s; every third curve has a limit of `other`,
+    /// which they keep to, too.
     fn table(other: f64) -> CurveTable {
         let mut draws = Draws::new(3, 0, Stream::Curve);
         let mut table = CurveTable { limit_mps: Some(vec![]), ..CurveTable::default() };
@@ -155,8 +156,12 @@ mod tests {
             assert!((tobit.exponent - 0.5).abs() < 4.0 * error && error < 0.02, "{tobit:?}");
             assert_eq!(tobit.n, 400);
             assert!(found.below_limit.unwrap().n < 400 && found.at_limit.unwrap() < 400);
-            let told = "200 of 600 curves have no known speed limit";
-            assert!(found.warnings.iter().any(|text| text.contains(told)), "{:?}", found.warnings);
+            let message = "200 of 600 curves have no known speed limit";
+            assert!(
+                found.warnings.iter().any(|text| text.contains(message)),
+                "{:?}",
+                found.warnings
+            );
         }
         // no limit at all is known, and never censors
         let free = fit(&table(f64::INFINITY), &CurveSpeedOptions::default()).unwrap();
@@ -169,7 +174,7 @@ mod tests {
         none.limit_mps = Some(vec![f64::NAN; 600]);
         let found = fit(&none, &CurveSpeedOptions::default()).unwrap();
         assert_eq!((found.tobit, found.at_limit, found.below_limit), (None, None, None));
-        let told = "no curve has a known speed limit";
-        assert!(found.warnings.iter().any(|text| text.contains(told)), "{:?}", found.warnings);
+        let message = "no curve has a known speed limit";
+        assert!(found.warnings.iter().any(|text| text.contains(message)), "{:?}", found.warnings);
     }
 }

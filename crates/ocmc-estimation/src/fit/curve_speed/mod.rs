@@ -1,20 +1,25 @@
-//! Curve speed from measured curves: the regression and the analysis of variance of the paper, and what stands beside them.
+//! Curve speed from measured curves: the regression and the analysis of variance of the paper, and
+//! what stands beside them.
 //!
-//! ln v = ln v₀ + δ (ln R − ln R₀) + α_driver + β_direction + e, Σ α = 0, β = + for left and − for right.
+//! ln v = ln v₀ + δ (ln R − ln R₀) + α_driver + β_direction + e, Σ α = 0, β = + for left and − for
+//! right.
 //!
 //! - the table of the analysis of variance, of the model with all terms;
-//! - the model with the direction kept where it is significant (`estimated`), and with δ fixed (`fixed`);
+//! - the model with the direction kept where it is significant (`estimated`), and with δ fixed
+//!   (`fixed`);
 //! - the regression of each driver alone;
 //! - drivers as random effects (REML), with the share of the variance that they explain;
-//! - the censored regression at known speed limits (Tobit). Where a driver keeps to the limit, the curve only tells that
-//!   the driver would take it at least that fast. Leaving such curves out instead cuts the response off and bends δ; the
-//!   fit of the slow curves alone is given as a diagnostic.
+//! - the censored regression at known speed limits (Tobit). Where a driver keeps to the limit, the
+//!   curve only shows that the driver would take it at least that fast. Leaving such curves out
+//!   instead cuts the response off and bends δ; the fit of the slow curves alone is given as a
+//!   diagnostic.
 //!
-//! ln v₀ is the unweighted mean over drivers (sum-to-zero coding), and SD(α) the sample SD of the drivers' effects. Beside it
-//! stands the SD over curves, in which a driver counts as often as it has curves.
+//! ln v₀ is the unweighted mean over drivers (sum-to-zero coding), and SD(α) the sample SD of the
+//! drivers' effects. Beside it stands the SD over curves, in which a driver counts as often as it
+//! has curves.
 //!
-//! Source: Romano, Godio, Bruzelius, Johannesson, the paper in hand. The clustered errors take the curves of one driver as one
-//! observation: those of the paper take all curves as independent.
+//! Source: Romano, Godio, Bruzelius, Johannesson, the paper in hand. The clustered errors take the
+//! curves of one driver as one observation: those of the paper take all curves as independent.
 
 mod curves;
 mod drivers;
@@ -125,7 +130,7 @@ pub enum CurveSpeedFitError {
         "all curves have the same radius, so that they tell nothing about the exponent; allowed are two radii or more"
     )]
     OneRadius,
-    /// Radius and driver cannot be told apart.
+    /// Radius and driver cannot be separated.
     #[error(
         "the radius is the same in all curves of a driver, so that exponent and drivers cannot be told apart; \
          allowed are drivers of whom at least one drove two radii"
@@ -146,7 +151,7 @@ fn dropped_text(dropped: &Dropped) -> String {
     if reasons.is_empty() { String::new() } else { format!(": {}", reasons.join(", ")) }
 }
 
-/// Everything that measured curves tell about curve speeds.
+/// Everything that measured curves determine about curve speeds.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CurveSpeedFit {
     /// Curves that take part.
@@ -219,7 +224,7 @@ pub fn fit(
     let chosen = full.with_direction(kept);
     let fixed = chosen.with_exponent(options.fixed_exponent);
     if curves.drivers.len() == 1 {
-        warnings.push("there is one driver only: nothing is told about how drivers differ".into());
+        warnings.push("there is one driver only: nothing is known about how drivers differ".into());
     }
     let estimated = chosen.estimate(&curves);
     let by_driver = drivers::by_driver(&curves, options.reference_radius_m, &mut warnings);
@@ -304,8 +309,9 @@ fn check(options: &CurveSpeedOptions) -> Result<(), CurveSpeedFitError> {
 }
 
 impl CurveSpeedFit {
-    /// The population of drivers as a study has it, from one of the estimates. What curves do not tell (the guard's lateral
-    /// acceleration, the uncertainty switch, the replicates) stays as it is in `model`.
+    /// The population of drivers as a study has it, from one of the estimates. What curves do not
+    /// determine (the guard's lateral acceleration, the uncertainty switch, the replicates) stays
+    /// as it is in `model`.
     pub fn population(
         &self,
         best: &CurveSpeedEstimate,
@@ -325,7 +331,7 @@ impl CurveSpeedFit {
         let log_error = best
             .reference_speed_log_clustered_standard_error
             .unwrap_or(best.reference_speed_log_standard_error);
-        // where curves stop to limit the speed: as asked for, for no curve tells
+        // where curves stop to limit the speed: as asked for, for no curve shows it
         let [_, asked] = self.radius_filter_m;
         let [smallest, largest] = self.radius_range_m;
         CurveSpeedModel {

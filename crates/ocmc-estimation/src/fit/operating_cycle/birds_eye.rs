@@ -1,14 +1,16 @@
 //! The bird's-eye view: coarse classes of roads and missions.
 //!
-//! Hilliness: flat where the slope is below 3 % on more than 98 % of the way, predominantly flat below 6 %, hilly below 9 %, else
-//! very hilly. Transport cycle by the mean distance between mission stops: stop and go below 0.5 km, local below 5 km, regional
-//! below 50 km, else long distance. Both \[PK\]: Volvo's global transport application, P. Edlund, P.-O. Fryk, SAE 2004-01-2645.
+//! Hilliness: flat where the slope is below 3 % on more than 98 % of the way, predominantly flat
+//! below 6 %, hilly below 9 %, else very hilly. Transport cycle by the mean distance between
+//! mission stops: stop and go below 0.5 km, local below 5 km, regional below 50 km, else long
+//! distance. Both \[PK\]: Volvo's global transport application, P. Edlund, P.-O. Fryk, SAE
+//! 2004-01-2645.
 
 use crate::log::road::LoggedRoad;
+use ocmc_core::operating_cycle::coverage::overlap_m;
 use ocmc_core::operating_cycle::road::Road;
 use ocmc_core::operating_cycle::road::curvature::Curve;
 use ocmc_core::operating_cycle::road::point_event::{EventKind, PointEvent};
-use ocmc_core::operating_cycle::told::overlap_m;
 use ocmc_core::study::Study;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -20,12 +22,13 @@ const SLOPES: [f64; 3] = [0.03, 0.06, 0.09];
 /// Share of the way on which the slope has to stay below.
 const SHARE: f64 = 0.98;
 
-/// Stops per km that divide the classes of their density: geometric means of what VECTO's cycles for long haul (0.06), regional
-/// delivery (0.23) and urban delivery (0.97) have \[D\].
+/// Stops per km that divide the classes of their density: geometric means of what VECTO's cycles
+/// for long haul (0.06), regional delivery (0.23) and urban delivery (0.97) have \[D\].
 const STOPS_PER_KM: [f64; 2] = [0.12, 0.47];
 
-/// Curves per km below 500 m of radius that divide the classes of theirs: geometric means of what an OpenStreetMap extract has at limits
-/// of 100 km/h and more (0.5), 60 to 80 (1.0) and up to 50 (2.75) \[D\].
+/// Curves per km below 500 m of radius that divide the classes of theirs: geometric means of what
+/// an OpenStreetMap extract has at limits of 100 km/h and more (0.5), 60 to 80 (1.0) and up to 50
+/// (2.75) \[D\].
 const CURVES_PER_KM: [f64; 2] = [0.71, 1.66];
 
 /// Radius below which a curve slows a truck down, in m: the end of the curve-speed law.
@@ -88,7 +91,8 @@ pub struct BirdsEye {
     pub length_m: f64,
     /// Class of hilliness; none where no slope is known.
     pub hilliness: Option<Hilliness>,
-    /// Shares of the way with slopes below 3, 6 and 9 %, of the way whose slope is known; none where none is.
+    /// Shares of the way with slopes below 3, 6 and 9 %, of the way whose slope is known; none
+    /// where none is.
     pub share_below: Option<[f64; 3]>,
     /// Class of the distance between mission stops; the end of a road counts as one.
     pub transport_cycle: TransportCycle,
@@ -104,20 +108,20 @@ pub struct BirdsEye {
     pub road_type_share: BTreeMap<String, f64>,
 }
 
-/// Looks at roads on steps of `step_m`.
+/// Analyses roads on steps of `step_m`.
 pub fn birds_eye(roads: &[LoggedRoad], step_m: f64) -> BirdsEye {
     let mut view = View::default();
-    for LoggedRoad { cycle, standstills, unknown } in roads {
+    for LoggedRoad { cycle, standstills, unobserved } in roads {
         let slope = |k: usize| {
             let at = k as f64 * step_m;
             (cycle.altitude_m(at + step_m) - cycle.altitude_m(at)) / step_m
         };
         let known = |k: &usize| {
             let at = *k as f64 * step_m;
-            overlap_m(&unknown.slope_m, at, at + step_m) == 0.0
+            overlap_m(&unobserved.slope_m, at, at + step_m) == 0.0
         };
         view.slopes((0..(cycle.length_m / step_m) as usize).filter(known).map(slope));
-        view.curve_way_m += cycle.length_m - overlap_m(&unknown.curves_m, 0.0, cycle.length_m);
+        view.curve_way_m += cycle.length_m - overlap_m(&unobserved.curves_m, 0.0, cycle.length_m);
         view.stops += standstills.len();
         let types = cycle.road_types.as_deref().unwrap_or_default();
         let ends = types.iter().skip(1).map(|start| start.0).chain([cycle.length_m]);
@@ -128,16 +132,17 @@ pub fn birds_eye(roads: &[LoggedRoad], step_m: f64) -> BirdsEye {
     view.finish()
 }
 
-/// Looks at the roads that a study draws, or its routes. `look` is called before each of them, and may break off.
+/// Analyses the roads that a study draws, or its routes. `before_each` is called before each
+/// of them, and may break off.
 pub fn birds_eye_of_study<B>(
     study: &Study,
     seed: u64,
     cycle_ids: Range<u64>,
-    mut look: impl FnMut(u64) -> ControlFlow<B>,
+    mut before_each: impl FnMut(u64) -> ControlFlow<B>,
 ) -> ControlFlow<B, BirdsEye> {
     let mut view = View::default();
     for (done, cycle_id) in cycle_ids.enumerate() {
-        look(done as u64)?;
+        before_each(done as u64)?;
         let Road { length_m, slopes, slope_step_m, curves, events, sections, .. } =
             study.sample(seed, cycle_id).cycle.road;
         view.curve_way_m += length_m;

@@ -11,7 +11,8 @@ const FEWEST: usize = 5;
 /// How close to its largest heading a curve counts as cut off there.
 const CUT: f64 = 1.0 - 1e-6;
 
-/// Intensity, radius and length; the smallest radius, the highest intensity and the largest heading stay those of `model`.
+/// Intensity, radius and length; the smallest radius, the highest intensity and the largest heading
+/// stay those of `model`.
 pub(super) fn fit_curves(roads: &TypeRoads, model: &mut CurveModel, estimates: &mut Estimates) {
     let n = roads.curves.len();
     fit_intensity(roads, |_| 1.0, model, estimates);
@@ -45,8 +46,8 @@ pub(super) fn fit_curves(roads: &TypeRoads, model: &mut CurveModel, estimates: &
     fit_length(roads, model, estimates);
 }
 
-/// Poisson regression of the starts on the sign: λ_ref (v_ref/v)^p, at most λ_max; `seen` is the share of all curves under a sign's
-/// face that are seen.
+/// Poisson regression of the starts on the sign: λ_ref (v_ref/v)^p, at most λ_max; `seen` is the
+/// share of all curves under a sign's face that are seen.
 pub(super) fn fit_intensity(
     roads: &TypeRoads,
     seen: impl Fn(i64) -> f64,
@@ -55,7 +56,8 @@ pub(super) fn fit_intensity(
 ) {
     let lengths: Vec<f64> = roads.curves.iter().map(|(c, _)| c.end_m - c.start_m).collect();
     let mean_length = lengths.iter().sum::<f64>() / (lengths.len() as f64).max(1.0);
-    // a turn removes the curves that it overlaps: those that begin in it, or less than their length before it
+    // a turn removes the curves that it overlaps: those that begin in it, or less than their length
+    // before it
     let exposure: Vec<(f64, f64, f64)> = roads
         .curve_way_m
         .iter()
@@ -80,9 +82,9 @@ pub(super) fn fit_intensity(
             .iter()
             .map(|&(speed, length, count)| {
                 let expected = model.intensity_per_m(speed) * length;
-                // a curve that begins where no way counts tells nothing
-                let told = count > 0.0 && length > 0.0;
-                expected - if told { count * libm::log(expected) } else { 0.0 }
+                // a curve that begins where no way counts determines nothing
+                let informative = count > 0.0 && length > 0.0;
+                expected - if informative { count * libm::log(expected) } else { 0.0 }
             })
             .sum::<f64>()
     };
@@ -117,7 +119,8 @@ pub(super) fn fit_intensity(
     }
 }
 
-/// Standard error of one of two parameters from the curvature of the profile likelihood, by differences.
+/// Standard error of one of two parameters from the curvature of the profile likelihood, by
+/// differences.
 fn profile_error(
     function: &impl Fn(&[f64; 2]) -> f64,
     best: [f64; 2],
@@ -138,7 +141,8 @@ fn profile_error(
     (bend > 0.0).then(|| h / libm::sqrt(bend))
 }
 
-/// Minus log-likelihood of normal values, some cut off and known to be at least so large, of mean and ln SD; less a constant.
+/// Minus log-likelihood of normal values, some cut off and known to be at least so large, of mean
+/// and ln SD; less a constant.
 pub(super) fn minus_log_likelihood_of_cut(rows: &[(f64, bool)], theta: &[f64; 2]) -> f64 {
     let sigma = libm::exp(theta[1]);
     rows.iter()

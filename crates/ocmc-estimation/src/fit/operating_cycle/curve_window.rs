@@ -1,21 +1,23 @@
-//! Curves of which only a window of radii and turns is seen: the laws of all curves from those within it.
+//! Curves of which only a window of radii and turns is seen: the laws of all curves from those
+//! within it.
 //!
-//! R = r_turn + exp(N(ln m_v, σ²)), ln L ~ N(ln m_L, σ_L²), cut at θ_max R; seen where R_min ≤ R ≤ R_max and
-//! L ≥ max(L_min, θ_min R). The likelihood of a seen curve is f(R) f(L), with P(L ≥ θ_max R) in place of f(L) where it is cut,
-//! over the share that is seen,
+//! R = r_turn + exp(N(ln m_v, σ²)), ln L ~ N(ln m_L, σ_L²), cut at θ_max R; seen where R_min ≤ R ≤
+//! R_max and L ≥ max(L_min, θ_min R). The likelihood of a seen curve is f(R) f(L), with P(L ≥ θ_max
+//! R) in place of f(L) where it is cut, over the share that is seen,
 //!
 //! P(v) = ∫ f(R) P(L ≥ max(L_min, θ_min R)) dR over R_min to R_max,
 //!
-//! under the sign v; the intensity of seen curves is λ(v) P(v). Without the window in the likelihood the laws of the seen curves
-//! would be taken for those of all: too narrow, and too few curves.
+//! under the sign v; the intensity of seen curves is λ(v) P(v). Without the window in the
+//! likelihood the laws of the seen curves would be taken for those of all: too narrow, and too few
+//! curves.
 
 use super::curve::fit_intensity;
 use super::{Estimates, TypeRoads};
 use crate::fit::nelder_mead::minimise;
 use crate::fit::p_value::ln_normal_tail;
 use nalgebra::{DMatrix, DVector};
+use ocmc_core::operating_cycle::coverage::CurveWindow;
 use ocmc_core::operating_cycle::road::curvature::CurveModel;
-use ocmc_core::operating_cycle::told::CurveWindow;
 use std::collections::BTreeMap;
 
 /// Share of the largest heading from which on a measured turn counts as cut there.
@@ -26,7 +28,8 @@ const FEWEST_OF_WINDOW: usize = 30;
 const INTERVALS: usize = 64;
 /// Step of the differences of the likelihood, in ln.
 const DIFFERENCE: f64 = 0.02;
-/// Estimates farther than this from the base study, in ln, are no estimates: the likelihood has no maximum.
+/// Estimates farther than this from the base study, in ln, are no estimates: the likelihood has no
+/// maximum.
 const FARTHEST: f64 = 4.0;
 
 /// A base study without a spread starts the search here.
@@ -174,7 +177,8 @@ fn fit_laws(
     }
 }
 
-/// Share of all curves under a sign that the window sees; `scale` is the sign's factor of the median.
+/// Share of all curves under a sign that the window sees; `scale` is the sign's factor of the
+/// median.
 fn seen_share(laws: &Laws, window: &CurveWindow, model: &CurveModel, scale: f64) -> f64 {
     let [median, sigma, length, length_sd] =
         [laws[0] + libm::log(scale), libm::exp(laws[1]), laws[2], libm::exp(laws[3])];

@@ -92,7 +92,8 @@ pub(super) fn fit_events(
     mark(estimates, "speed_bumps.height_m", &heights, &mut model.speed_bumps.height_m);
 }
 
-/// Stops that no object of a map explains: how often and how long, for whoever knows what they were.
+/// Stops that no object of a map explains: how often and how long, for whoever knows what they
+/// were.
 pub(super) fn count_standstills(roads: &TypeRoads, estimates: &mut Estimates) {
     let n = roads.standstills_s.len();
     let (count, length_m) = (n as f64, roads.length_m);
@@ -106,7 +107,8 @@ pub(super) fn count_standstills(roads: &TypeRoads, estimates: &mut Estimates) {
     }
 }
 
-/// Marks are times, lengths and speeds: the end that is moved out beyond the smallest value stops at 0.
+/// Marks are times, lengths and speeds: the end that is moved out beyond the smallest value stops
+/// at 0.
 fn not_negative(law: Law) -> Law {
     match law {
         Law::Uniform { lower, upper } => Law::Uniform { lower: lower.max(0.0), upper },
@@ -124,8 +126,8 @@ fn share(estimates: &mut Estimates, key: &str, count: usize, n: usize, value: &m
     }
 }
 
-/// The law of a mark, of the family that it has in the base study; with fewer than two values, or another family, it stays. Values
-/// that are no numbers are not known.
+/// The law of a mark, of the family that it has in the base study; with fewer than two values, or
+/// another family, it stays. Values that are no numbers are not known.
 fn mark(estimates: &mut Estimates, key: &str, values: &[f64], law: &mut Quantity) {
     let values: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
     let values = values.as_slice();
@@ -146,7 +148,8 @@ fn mark(estimates: &mut Estimates, key: &str, values: &[f64], law: &mut Quantity
     *law = Quantity::Law(fitted);
 }
 
-/// A law of the family that a number has in the base study; none where that family has no fit, or the values have none of it.
+/// A law of the family that a number has in the base study; none where that family has no fit, or
+/// the values have none of it.
 pub(super) fn fitted_law(values: &[f64], base: &Quantity) -> Option<Law> {
     let Quantity::Law(law) = base else { return None };
     match law {

@@ -1,8 +1,8 @@
 //! Turns at junctions: radii R = r₀ + exp(N(ln m, σ²)) and angles π/2 U(f, 1).
 
 use super::{Estimates, TypeRoads};
+use ocmc_core::operating_cycle::coverage::{Coverage, CurveCoverage};
 use ocmc_core::operating_cycle::road::point_event::JunctionTurnModel;
-use ocmc_core::operating_cycle::told::{CurvesTold, Told};
 use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_2;
 
@@ -11,15 +11,15 @@ const FEWEST: usize = 5;
 
 /// Radii and smallest angle of the turns of all road types; r₀ stays.
 ///
-/// m and σ by moments of ln(R − r₀). Of n angles U(f, 1) the smallest has the mean f + (1 − f)/(n + 1), so that
-/// f = ((n + 1) min − 1)/n is unbiased, with the standard error (1 − f)/√(n(n + 2)).
+/// m and σ by moments of ln(R − r₀). Of n angles U(f, 1) the smallest has the mean f + (1 − f)/(n +
+/// 1), so that f = ((n + 1) min − 1)/n is unbiased, with the standard error (1 − f)/√(n(n + 2)).
 pub(super) fn fit_turns(
     roads: &BTreeMap<String, TypeRoads>,
-    told: &Told,
+    coverage: &Coverage,
     model: &mut JunctionTurnModel,
     estimates: &mut Estimates,
 ) {
-    if told.curves != CurvesTold::All {
+    if coverage.curves != CurveCoverage::All {
         estimates.warn(
             "many are tighter than the curves that a detector is made for: their radii and their shares of events stay those of the base study",
         );

@@ -1,4 +1,5 @@
-//! Missions: length, payload, departure, distance between stops, dwell. Each cycle, or drive of a log, counts as one mission.
+//! Missions: length, payload, departure, distance between stops, dwell. Each cycle, or drive of a
+//! log, counts as one mission.
 
 use super::Estimates;
 use super::curve::minus_log_likelihood_of_cut;
@@ -15,7 +16,8 @@ const MOST_VALUES: usize = 100;
 /// Values that differ by less, relative to the largest, are one.
 const SAME: f64 = 1e-9;
 
-/// Laws of the mission: of the families of the base study where these have a fit, otherwise the measured values themselves.
+/// Laws of the mission: of the families of the base study where these have a fit, otherwise the
+/// measured values themselves.
 pub(super) fn fit_mission(
     cycles: &[&GivenCycle],
     model: &mut MissionModel,
@@ -72,7 +74,8 @@ fn quantiles(values: &[f64]) -> Vec<f64> {
     (0..MOST_VALUES).map(|k| sorted[((middle(k) * n as f64) as usize).min(n - 1)]).collect()
 }
 
-/// Stops: the distance from one to the next, with the one that the road's end cuts off, and the dwell.
+/// Stops: the distance from one to the next, with the one that the road's end cuts off, and the
+/// dwell.
 fn fit_stops(cycles: &[&GivenCycle], model: &mut MissionModel, estimates: &mut Estimates) {
     let (mut spacings, mut dwells) = (Vec::new(), Vec::new());
     for cycle in cycles {

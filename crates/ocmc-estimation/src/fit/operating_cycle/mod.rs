@@ -1,21 +1,28 @@
-//! The road model of operating cycles: every parameter that a realised road tells.
+//! The road model of operating cycles: every parameter that a realised road determines.
 //!
-//! The cycles are those of `ocmc cycle`, others in the same tracks, or the roads of logs ([`crate::log::road`]), of which not
-//! everything is known ([`Told`]): what is not known stays as in the base study, and a warning says so. Each parameter comes back as the maximum-likelihood or the
-//! moment estimate of the model that draws it, with its standard error where that has a simple form:
+//! The cycles are those of `ocmc cycle`, others in the same tracks, or the roads of logs
+//! ([`crate::log::road`]), of which not everything is known ([`Coverage`]): what is not known stays
+//! as in the base study, and a warning says so. Each parameter comes back as the maximum-likelihood
+//! or the moment estimate of the model that draws it, with its standard error where that has a
+//! simple form:
 //!
-//! - road types: jumps by their counts, mean length by exposure, the last stretch of a road censored;
-//! - signs: shares by length, mean length by the number of changes, similarity by the likelihood of the changes;
-//! - point events: intensity by exposure, less the length that the spacing of events blocks; marks by the law of the base study;
-//! - curves: intensity by Poisson regression on the sign, radius and length log-normal, lengths that the largest heading cuts off
-//!   as censored, junction turns apart; where a detector sees a window of radii and turns, with that window in the likelihood;
+//! - road types: jumps by their counts, mean length by exposure, the last stretch of a road
+//!   censored;
+//! - signs: shares by length, mean length by the number of changes, similarity by the likelihood of
+//!   the changes;
+//! - point events: intensity by exposure, less the length that the spacing of events blocks; marks
+//!   by the law of the base study;
+//! - curves: intensity by Poisson regression on the sign, radius and length log-normal, lengths
+//!   that the largest heading cuts off as censored, junction turns apart; where a detector sees a
+//!   window of radii and turns, with that window in the likelihood;
 //! - turns at junctions: their radii and angles, over all road types;
 //! - slope: SD, and hill length by sign changes, relative to the road's mean slope;
 //! - roughness by moments of its blocks, ground by its stretches;
 //! - mission: length, payload, departure, distance between stops and dwell.
 //!
-//! Weather and traffic are not estimated: the tracks hold them at the free-flow clock of one departure, without the clock. They
-//! have fits of their own, [`super::weather`] and [`super::traffic`].
+//! Weather and traffic are not estimated: the tracks hold them at the free-flow clock of one
+//! departure, without the clock. They have fits of their own, [`super::weather`] and
+//! [`super::traffic`].
 
 mod birds_eye;
 mod curve;
@@ -29,11 +36,11 @@ mod surface;
 pub use birds_eye::{BirdsEye, Density, Hilliness, TransportCycle, birds_eye, birds_eye_of_study};
 
 use crate::log::road::LoggedRoad;
+use ocmc_core::operating_cycle::coverage::{Coverage, CurveCoverage};
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::mission::MissionModel;
 use ocmc_core::operating_cycle::road::point_event::JunctionTurnModel;
 use ocmc_core::operating_cycle::road::{RoadModel, RoadTypeModel};
-use ocmc_core::operating_cycle::told::{CurvesTold, Told};
 use ocmc_core::study::StudyModel;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -66,7 +73,7 @@ pub enum RoadFitError {
 
 /// One estimated number of the study.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct ParameterFit {
+pub struct StudyParameterFit {
     /// Path of the key below the road type, such as `curves.per_m`.
     pub key: String,
     /// Estimate.
@@ -77,7 +84,7 @@ pub struct ParameterFit {
     pub n: usize,
 }
 
-/// What the roads tell about one type.
+/// What the roads determine about one type.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RoadTypeFit {
     /// Name of the type.
@@ -85,7 +92,7 @@ pub struct RoadTypeFit {
     /// Length, in m.
     pub length_m: f64,
     /// Numbers that were estimated.
-    pub parameters: Vec<ParameterFit>,
+    pub parameters: Vec<StudyParameterFit>,
 }
 
 /// The road model of operating cycles.
@@ -95,19 +102,21 @@ pub struct RoadFit {
     pub cycles: usize,
     /// Length, in m.
     pub length_m: f64,
-    /// What the roads' source tells.
-    pub told: Told,
-    /// What each type's roads tell.
+    /// What the roads' source determines.
+    #[serde(rename = "told")]
+    pub coverage: Coverage,
+    /// What each type's roads determine.
     pub types: Vec<RoadTypeFit>,
     /// Turns at junctions, over all types; keys below `road`.
-    pub junction_turn: Vec<ParameterFit>,
+    pub junction_turn: Vec<StudyParameterFit>,
     /// Keys below `mission`.
-    pub mission: Vec<ParameterFit>,
+    pub mission: Vec<StudyParameterFit>,
     /// What does not stop the fit and has to be known.
     pub warnings: Vec<String>,
     /// The bird's-eye view of the roads.
     pub birds_eye: BirdsEye,
-    /// The model: the base study's, with what was estimated laid over it. Types that no road has keep their numbers.
+    /// The model: the base study's, with what was estimated laid over it. Types that no road has
+    /// keep their numbers.
     #[serde(skip)]
     pub model: RoadModel,
     /// The mission: the base study's, with what was estimated laid over it.
@@ -147,7 +156,8 @@ struct TypeRoads {
     next: BTreeMap<String, usize>,
     /// Length under each sign that is known, by its face in tenths of km/h.
     sign_length_m: BTreeMap<i64, f64>,
-    /// Length on which curves are known, by the face of the sign over them; 0 where it is not known.
+    /// Length on which curves are known, by the face of the sign over them; 0 where it is not
+    /// known.
     curve_way_m: BTreeMap<i64, f64>,
     /// Curves that would follow a sign which is not known.
     unsigned_curves: usize,
@@ -173,14 +183,14 @@ struct TypeRoads {
 
 /// The estimates of one type while they are made.
 struct Estimates<'a> {
-    parameters: Vec<ParameterFit>,
+    parameters: Vec<StudyParameterFit>,
     warnings: &'a mut Vec<String>,
     road_type: &'a str,
 }
 
 impl Estimates<'_> {
     fn push(&mut self, key: &str, value: f64, standard_error: Option<f64>, n: usize) {
-        self.parameters.push(ParameterFit { key: key.to_owned(), value, standard_error, n });
+        self.parameters.push(StudyParameterFit { key: key.to_owned(), value, standard_error, n });
     }
 
     fn warn(&mut self, message: &str) {
@@ -188,24 +198,24 @@ impl Estimates<'_> {
     }
 }
 
-/// Fits the road model and the mission of whole operating cycles. `base` gives what roads do not tell: steps and spacings, smallest
-/// lengths and radii, families of laws.
+/// Fits the road model and the mission of whole operating cycles. `base` gives what roads do not
+/// determine: steps and spacings, smallest lengths and radii, families of laws.
 ///
 /// # Errors
 /// [`RoadFitError`] says what the cycles lack.
 pub fn fit(cycles: &[GivenCycle], base: &StudyModel) -> Result<RoadFit, RoadFitError> {
     let road = |cycle: &GivenCycle| LoggedRoad { cycle: cycle.clone(), ..LoggedRoad::default() };
     let roads: Vec<LoggedRoad> = cycles.iter().map(road).collect();
-    fit_told(&roads, &Told::ALL, base)
+    fit_with_coverage(&roads, &Coverage::ALL, base)
 }
 
 /// As [`fit`], of roads of which not everything is known.
 ///
 /// # Errors
 /// As [`fit`].
-pub fn fit_told(
+pub fn fit_with_coverage(
     roads: &[LoggedRoad],
-    told: &Told,
+    coverage: &Coverage,
     base: &StudyModel,
 ) -> Result<RoadFit, RoadFitError> {
     if roads.is_empty() {
@@ -221,16 +231,16 @@ pub fn fit_told(
             let (name, known) = (name.to_owned(), known.join(", "));
             return Err(RoadFitError::UnknownRoadType { name, known });
         }
-        stretches.collect(k, road, told, base_road, &mut of_type);
+        stretches.collect(k, road, coverage, base_road, &mut of_type);
     }
-    let mut warnings = untold(told);
+    let mut warnings = undetermined(coverage);
     let mut model = base_road.clone();
     let mut types = Vec::new();
     for (name, roads) in &of_type {
         let mut estimates =
             Estimates { parameters: vec![], warnings: &mut warnings, road_type: name };
         if let Some(model) = model.types.get_mut(name) {
-            fit_type(roads, told, base_road, model, &mut estimates);
+            fit_type(roads, coverage, base_road, model, &mut estimates);
         }
         let parameters = estimates.parameters;
         types.push(RoadTypeFit { road_type: name.clone(), length_m: roads.length_m, parameters });
@@ -242,8 +252,8 @@ pub fn fit_told(
     }
     let mut estimates =
         Estimates { parameters: vec![], warnings: &mut warnings, road_type: "turns at junctions" };
-    if told.events {
-        junction_turn::fit_turns(&of_type, told, &mut model.junction_turn, &mut estimates);
+    if coverage.events {
+        junction_turn::fit_turns(&of_type, coverage, &mut model.junction_turn, &mut estimates);
     }
     let junction_turn = estimates.parameters;
     let cycles: Vec<&GivenCycle> = roads.iter().map(|road| &road.cycle).collect();
@@ -257,7 +267,7 @@ pub fn fit_told(
     Ok(RoadFit {
         cycles: roads.len(),
         length_m,
-        told: *told,
+        coverage: *coverage,
         types,
         junction_turn,
         mission,
@@ -269,17 +279,17 @@ pub fn fit_told(
 }
 
 /// What is not known, in words.
-fn untold(told: &Told) -> Vec<String> {
+fn undetermined(coverage: &Coverage) -> Vec<String> {
     [
-        (told.signs, "no speed limits are known: signs stay those of the base study"),
+        (coverage.signs, "no speed limits are known: signs stay those of the base study"),
         (
-            told.events,
+            coverage.events,
             "no objects of a map are known (column map_object), and a standstill alone does not tell a sign from a queue: \
              events and turns at junctions stay those of the base study, and such turns count as curves",
         ),
-        (told.slopes, "no slope or altitude is known: slopes stay those of the base study"),
+        (coverage.slopes, "no slope or altitude is known: slopes stay those of the base study"),
         (
-            told.curves != CurvesTold::None,
+            coverage.curves != CurveCoverage::None,
             "nothing tells how the vehicle turned: curves stay those of the base study",
         ),
     ]
@@ -291,42 +301,42 @@ fn untold(told: &Told) -> Vec<String> {
 
 fn fit_type(
     roads: &TypeRoads,
-    told: &Told,
+    coverage: &Coverage,
     base: &RoadModel,
     model: &mut RoadTypeModel,
     estimates: &mut Estimates,
 ) {
     stretch::fit_chain(roads, model, estimates);
-    if told.signs {
+    if coverage.signs {
         stretch::fit_signs(roads, &mut model.speed_signs, estimates);
     }
-    if told.events {
-        let all_turns = told.curves == CurvesTold::All;
+    if coverage.events {
+        let all_turns = coverage.curves == CurveCoverage::All;
         event::fit_events(roads, base.event_spacing_m, all_turns, model, estimates);
     } else {
         event::count_standstills(roads, estimates);
     }
-    if roads.unsigned_curves > 0 && told.signs {
+    if roads.unsigned_curves > 0 && coverage.signs {
         estimates.warn(&format!(
             "{} curves on roads without a speed limit are left out: they follow the signs",
             roads.unsigned_curves
         ));
     }
     let way_m: f64 = roads.curve_way_m.values().sum();
-    match told.curves {
-        CurvesTold::None => {}
-        _ if !told.signs && model.curves.reference_sign_mps.is_some() => estimates.warn(
+    match coverage.curves {
+        CurveCoverage::None => {}
+        _ if !coverage.signs && model.curves.reference_sign_mps.is_some() => estimates.warn(
             "its curves follow the signs, which are not known: they stay those of the base study",
         ),
         _ if !(way_m > 0.0) => estimates.warn(
             "nothing tells its curves on any of its roads: they stay those of the base study",
         ),
-        CurvesTold::All => curve::fit_curves(roads, &mut model.curves, estimates),
-        CurvesTold::Within(window) => {
+        CurveCoverage::All => curve::fit_curves(roads, &mut model.curves, estimates),
+        CurveCoverage::Within(window) => {
             curve_window::fit_curves(roads, &window, &mut model.curves, estimates);
         }
     }
-    if told.slopes {
+    if coverage.slopes {
         surface::fit_slopes(roads, base.slope_step_m, &mut model.topography, estimates);
     }
     surface::fit_surface(roads, model, estimates);

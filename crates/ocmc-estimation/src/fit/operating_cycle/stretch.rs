@@ -3,11 +3,11 @@
 use super::{Estimates, TypeRoads};
 use crate::fit::nelder_mead::minimise;
 use crate::log::road::LoggedRoad;
+use ocmc_core::operating_cycle::coverage::{Coverage, UnobservedSpans, overlap_m};
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::road::curvature::Curve;
 use ocmc_core::operating_cycle::road::speed_sign::SpeedSignModel;
 use ocmc_core::operating_cycle::road::{RoadModel, RoadTypeModel};
-use ocmc_core::operating_cycle::told::{Told, UnknownWay, overlap_m};
 use std::collections::BTreeMap;
 
 /// Changes of signs from which on their similarity is estimated.
@@ -47,17 +47,17 @@ impl<'a> Stretches<'a> {
         self.stretches.iter().map(|stretch| stretch.2)
     }
 
-    /// Adds all that a cycle tells to its types.
+    /// Adds all that a cycle determines to its types.
     pub(super) fn collect(
         &self,
         number: usize,
         road: &LoggedRoad,
-        told: &Told,
+        coverage: &Coverage,
         base: &RoadModel,
         roads: &mut BTreeMap<String, TypeRoads>,
     ) {
-        let LoggedRoad { cycle, standstills, unknown } = road;
-        let near = |curve: &Curve, at_m: f64| (curve.start_m - at_m).abs() < told.turn_within_m;
+        let LoggedRoad { cycle, standstills, unobserved } = road;
+        let near = |curve: &Curve, at_m: f64| (curve.start_m - at_m).abs() < coverage.turn_within_m;
         let junction = |at_m: f64| cycle.curves.iter().find(|curve| near(curve, at_m)).copied();
         let turns: Vec<f64> = cycle
             .events
@@ -75,7 +75,7 @@ impl<'a> Stretches<'a> {
             if let Some(next) = self.stretches.get(k + 1) {
                 *road.next.entry(next.2.to_owned()).or_insert(0) += 1;
             }
-            signs(cycle, unknown, follow, [start, end], road);
+            signs(cycle, unobserved, follow, [start, end], road);
             for curve in cycle.curves.iter().filter(|curve| inside(curve.start_m)) {
                 let sign_mps = held(&cycle.limits, curve.start_m);
                 if turns.contains(&curve.start_m) {
@@ -94,7 +94,7 @@ impl<'a> Stretches<'a> {
             let free = base.event_free_end_m;
             road.eventless_m += (free - start).clamp(0.0, end - start)
                 + (end - (cycle.length_m - free)).clamp(0.0, end - start);
-            let runs = slopes(cycle, unknown, base.slope_step_m, start, end);
+            let runs = slopes(cycle, unobserved, base.slope_step_m, start, end);
             road.slopes.extend(runs.into_iter().map(|run| (number, run)));
             if let Some(points) = &cycle.roughness {
                 let block = |k: &usize| inside(*k as f64 * base.roughness_block_m);
@@ -112,11 +112,11 @@ impl<'a> Stretches<'a> {
     }
 }
 
-/// Lengths under signs, their changes, and the length on which curves are known, within one stretch. Curves that follow the signs
-/// are not known where the sign is not.
+/// Lengths under signs, their changes, and the length on which curves are known, within one
+/// stretch. Curves that follow the signs are not known where the sign is not.
 fn signs(
     cycle: &GivenCycle,
-    unknown: &UnknownWay,
+    unobserved: &UnobservedSpans,
     follow: bool,
     [start, end]: [f64; 2],
     road: &mut TypeRoads,
@@ -130,7 +130,7 @@ fn signs(
             *road.sign_length_m.entry(faces[k]).or_insert(0.0) += to - from;
         }
         if known || !follow {
-            let seen = to - from - overlap_m(&unknown.curves_m, from, to);
+            let seen = to - from - overlap_m(&unobserved.curves_m, from, to);
             *road.curve_way_m.entry(faces[k]).or_insert(0.0) += seen;
         }
         if k > 0 && faces[k] != faces[k - 1] && known && faces[k - 1] != NO_FACE {
@@ -139,17 +139,18 @@ fn signs(
     }
 }
 
-/// Slopes of the steps that begin within a stretch, less the road's mean slope, in runs of steps whose slope is known.
+/// Slopes of the steps that begin within a stretch, less the road's mean slope, in runs of steps
+/// whose slope is known.
 fn slopes(
     cycle: &GivenCycle,
-    unknown: &UnknownWay,
+    unobserved: &UnobservedSpans,
     step_m: f64,
     start: f64,
     end: f64,
 ) -> Vec<Vec<f64>> {
     let climb_m = |from_m: f64, to_m: f64| cycle.altitude_m(to_m) - cycle.altitude_m(from_m);
     let (mut way_m, mut climbed_m, mut from_m) = (0.0, 0.0, 0.0);
-    for [gap_m, to_m] in unknown.slope_m.iter().copied().chain([[cycle.length_m; 2]]) {
+    for [gap_m, to_m] in unobserved.slope_m.iter().copied().chain([[cycle.length_m; 2]]) {
         way_m += gap_m - from_m;
         climbed_m += climb_m(from_m, gap_m);
         from_m = to_m;
@@ -160,7 +161,7 @@ fn slopes(
     let mut runs = vec![Vec::new()];
     for k in first..last {
         let at = k as f64 * step_m;
-        if overlap_m(&unknown.slope_m, at, at + step_m) > 0.0 {
+        if overlap_m(&unobserved.slope_m, at, at + step_m) > 0.0 {
             runs.push(Vec::new());
         } else if let Some(run) = runs.last_mut() {
             run.push(climb_m(at, at + step_m) / step_m - whole);
@@ -183,7 +184,8 @@ pub(super) fn fit_chain(roads: &TypeRoads, model: &mut RoadTypeModel, estimates:
     model.mean_length_m = minimum + mean;
     let error = mean / libm::sqrt(ended as f64);
     estimates.push("mean_length_m", model.mean_length_m, Some(error), ended);
-    // a type that never followed keeps its key: a study that is laid over another one replaces keys, and drops none
+    // a type that never followed keeps its key: a study that is laid over another one replaces
+    // keys, and drops none
     for share in model.next.values_mut() {
         *share = 0.0;
     }

@@ -8,8 +8,8 @@ use ocmc_core::operating_cycle::road::topography::TopographyModel;
 /// Half-width of a 95 % interval over the standard error, of many values.
 const NORMAL_975: f64 = 1.959963984540054;
 
-/// SD of the slope, and hill length by the share of steps at which the slope changes its sign: L_h = 2 L_s / share. The errors
-/// take roads as independent.
+/// SD of the slope, and hill length by the share of steps at which the slope changes its sign: L_h
+/// = 2 L_s / share. The errors take roads as independent.
 pub(super) fn fit_slopes(
     roads: &TypeRoads,
     step_m: f64,

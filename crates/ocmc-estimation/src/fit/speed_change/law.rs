@@ -1,4 +1,5 @@
-//! The law of one kind of speed change: log-normal, with and without the threshold in its likelihood.
+//! The law of one kind of speed change: log-normal, with and without the threshold in its
+//! likelihood.
 
 use super::super::anderson_darling::normal;
 use super::super::mixed_model::GroupedRows;

@@ -1,13 +1,15 @@
 //! Accelerations and decelerations at changes of the speed limit: the paper's log-normal law.
 //!
-//! a = a₀ exp(e), e ~ N(0, σ²), with the sign apart. Of a log, the acceleration at a change of the limit is the mean over the
-//! window with the largest change of speed in the direction of the new limit, close to the sign.
+//! a = a₀ exp(e), e ~ N(0, σ²), with the sign apart. Of a log, the acceleration at a change of the
+//! limit is the mean over the window with the largest change of speed in the direction of the new
+//! limit, close to the sign.
 //!
-//! Changes below a threshold count as none, because the vehicle already had the wanted speed (the paper: 0.2 m/s² up, 0.4 m/s² down).
-//! This cuts the law off and moves the median away from zero: beside the paper's estimate stands the one that has the cut in
-//! its likelihood.
+//! Changes below a threshold count as none, because the vehicle already had the wanted speed (the
+//! paper: 0.2 m/s² up, 0.4 m/s² down). This cuts the law off and moves the median away from zero:
+//! beside the paper's estimate stands the one that has the cut in its likelihood.
 //!
-//! Source: Romano, Godio, Bruzelius, Johannesson, the paper in hand. The length of the window is not in the paper.
+//! Source: Romano, Godio, Bruzelius, Johannesson, the paper in hand. The length of the window is
+//! not in the paper.
 
 mod law;
 mod window;
@@ -50,7 +52,8 @@ pub struct SpeedChangeOptions {
 }
 
 impl Default for SpeedChangeOptions {
-    /// The thresholds are the paper's; the times are judgement: a heavy truck from 40 to 70 km/h takes half a minute.
+    /// The thresholds are the paper's; the times are judgement: a heavy truck from 40 to 70 km/h
+    /// takes half a minute.
     fn default() -> Self {
         Self {
             window_s: 3.0,
@@ -105,7 +108,7 @@ pub enum SpeedChangeError {
     },
 }
 
-/// Everything that speed changes tell.
+/// Everything that speed changes determine.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SpeedChangeFit {
     /// Changes that came in.
@@ -231,8 +234,8 @@ fn check(options: &SpeedChangeOptions) -> Result<(), SpeedChangeError> {
 }
 
 impl SpeedChangeFit {
-    /// The laws as a study has them; what was not measured stays as it is in `model`. `untruncated` takes the laws with the
-    /// thresholds in their likelihood, where they are determined.
+    /// The laws as a study has them; what was not measured stays as it is in `model`. `untruncated`
+    /// takes the laws with the thresholds in their likelihood, where they are determined.
     pub fn population(&self, model: &SpeedChangeModel, untruncated: bool) -> SpeedChangeModel {
         let law = |fitted: &Option<SpeedChangeLaw>, given: &Quantity| {
             let Some(fitted) = fitted else { return given.clone() };

@@ -1,7 +1,7 @@
 //! Accelerations from logs: windows with the largest change of speed around changes of the limit.
 
 use super::{SpeedChangeError, SpeedChangeOptions, check};
-use crate::log::DriveLog;
+use crate::log::TripLog;
 use crate::log::signal::{LIMITS_MPS, LogCounts, Piece, prepare};
 
 /// Smallest difference of two limits, in m/s.
@@ -21,7 +21,8 @@ pub struct SpeedLog<'a> {
 /// The speed changes of a log, and what was not used of it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LoggedChanges {
-    /// Of each change of the limit its kind, such as `70-to-40` in km/h, and the acceleration, in m/s².
+    /// Of each change of the limit its kind, such as `70-to-40` in km/h, and the acceleration, in
+    /// m/s².
     pub changes: Vec<(String, f64)>,
     /// Rows.
     pub rows: LogCounts,
@@ -47,12 +48,12 @@ pub fn accelerations(
     options: &SpeedChangeOptions,
 ) -> Result<LoggedChanges, SpeedChangeError> {
     check(options)?;
-    let (pieces, rows) = prepare(&DriveLog {
+    let (pieces, rows) = prepare(&TripLog {
         time_s: log.time_s.into(),
         speed_mps: log.speed_mps.into(),
         yaw_rate_radps: vec![0.0; log.time_s.len()].into(),
         limit_mps: Some(log.limit_mps.into()),
-        ..DriveLog::default()
+        ..TripLog::default()
     })?;
     let mut found =
         LoggedChanges { changes: Vec::new(), rows, without_limit: 0, without_window: 0 };
@@ -108,7 +109,8 @@ fn changes(limit_mps: &[f64], pieces: &[Piece], without_limit: &mut usize) -> Ve
     changes
 }
 
-/// Mean acceleration over the window in which speed rises (or falls) most; none where the rows span less.
+/// Mean acceleration over the window in which speed rises (or falls) most; none where the rows span
+/// less.
 fn largest_window(time_s: &[f64], speed_mps: &[f64], window_s: f64, rising: bool) -> Option<f64> {
     let mut best: Option<f64> = None;
     let mut behind = 0;
@@ -143,7 +145,8 @@ mod tests {
     use super::*;
     use crate::log::signal::LogError;
 
-    /// 70 km/h, down to 40 at -0.8 m/s² before the sign at 100 s, up to 70 at 0.5 m/s² behind the sign at 200 s; ten rows a second.
+    /// 70 km/h, down to 40 at -0.8 m/s² before the sign at 100 s, up to 70 at 0.5 m/s² behind the
+    /// sign at 200 s; ten rows a second.
     fn drive() -> [Vec<f64>; 3] {
         let (fast, slow) = (70.0 / 3.6, 40.0 / 3.6);
         let time_s: Vec<f64> = (0..3000).map(|k| 0.1 * f64::from(k)).collect();

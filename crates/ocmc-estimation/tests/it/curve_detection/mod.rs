@@ -1,4 +1,5 @@
-//! Curves of logs whose roads are known: how many are found, how many are made up, and how their radii err.
+//! Curves of logs whose roads are known: how many are found, how many are made up, and how their
+//! radii err.
 //!
 //! Prints the table of `docs/src/theory/curve-detection.md`:
 //! `cargo test -p ocmc-estimation --test it curve_detection -- --nocapture`.
@@ -98,7 +99,8 @@ fn nearly_all_curves_are_found_and_none_is_made_up() {
     let cut = CurveOptions { split_ratio: Some(1.3), ..CurveOptions::default() };
     let trained =
         CurveOptions { detector: Detector::TrainedHiddenMarkov(HiddenMarkov::default()), ..cut };
-    // without noise and without cuts the threshold detector joins a curve to a wider one behind it: a bias of 0.014
+    // without noise and without cuts the threshold detector joins a curve to a wider one behind it:
+    // a bias of 0.014
     let threshold = CurveOptions { detector: Detector::Threshold(Threshold::default()), ..cut };
     println!("| detector | log | curves | found | false | bias of ln R | SD of ln R |");
     println!("|---|---|---|---|---|---|---|");
@@ -116,7 +118,7 @@ fn nearly_all_curves_are_found_and_none_is_made_up() {
             assert!(share(score.false_curves, score.detected) <= 0.01);
             let (bias, sd) = score.radius_error();
             assert!(bias.abs() <= 0.01, "{bias}");
-            // where two curves of one direction meet, only the cut tells them apart
+            // where two curves of one direction meet, only the cut separates them
             assert!(sd < if options.split_ratio.is_some() { 0.1 } else { 0.25 }, "{sd}");
         }
     }

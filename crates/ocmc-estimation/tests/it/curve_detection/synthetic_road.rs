@@ -2,7 +2,7 @@
 
 use ocmc_core::operating_cycle::road::curvature::{Curve, CurveModel};
 use ocmc_core::random::{Draws, Stream};
-use ocmc_estimation::log::DriveLog;
+use ocmc_estimation::log::TripLog;
 use ocmc_estimation::log::sensor::yaw_rate_of_course;
 
 /// Grid of the drive, in m.
@@ -10,7 +10,8 @@ const GRID_M: f64 = 0.5;
 /// Speed on straights, acceleration and retardation: a loaded truck on a rural road.
 const CRUISE_MPS: f64 = 22.0;
 const ACCELERATION_MPS2: f64 = 0.5;
-/// Lateral wandering of a driver: standard deviation of the curvature, in 1/m, and its length of correlation, in m.
+/// Lateral wandering of a driver: standard deviation of the curvature, in 1/m, and its length of
+/// correlation, in m.
 const WANDER_PER_M: f64 = 2.5e-4;
 const WANDER_LENGTH_M: f64 = 20.0;
 /// White noise and bias of the gyro, in rad/s: those of a cheap sensor.
@@ -46,7 +47,7 @@ pub(crate) fn log(
     length_m: f64,
     rate_hz: f64,
     noise: f64,
-) -> DriveLog<'static> {
+) -> TripLog<'static> {
     let cells = (length_m / GRID_M) as usize;
     let mut curvature = vec![0.0; cells];
     for curve in curves {
@@ -100,18 +101,18 @@ pub(crate) fn log(
         }
         time_s += took_s;
     }
-    DriveLog {
+    TripLog {
         time_s: times.into(),
         speed_mps: speeds.into(),
         yaw_rate_radps: yaw_rates.into(),
-        ..DriveLog::default()
+        ..TripLog::default()
     }
 }
 
-/// Takes the gyro out of a log of `rate_hz` and `noise`, and puts in the course of a receiver that updates each so many rows and
-/// whose velocity errs by `error_mps` across the way.
+/// Takes the gyro out of a log of `rate_hz` and `noise`, and puts in the course of a receiver that
+/// updates each so many rows and whose velocity errs by `error_mps` across the way.
 pub(crate) fn course_alone(
-    log: &mut DriveLog,
+    log: &mut TripLog,
     seed: u64,
     noise: f64,
     rows_of_update: usize,
@@ -137,7 +138,7 @@ pub(crate) fn course_alone(
 }
 
 /// Adds the positions that follow from speed and yaw rate, near 58° north.
-pub(crate) fn add_positions(log: &mut DriveLog) {
+pub(crate) fn add_positions(log: &mut TripLog) {
     let (mut heading, mut east_m, mut north_m) = (0.3f64, 0.0, 0.0);
     let (mut latitude, mut longitude) = (vec![58.0], vec![12.0]);
     for k in 1..log.time_s.len() {

@@ -1,9 +1,11 @@
-//! The paper's field tables from drawn sets with their moments: 25 trucks, 49,310 curves, five seeds.
+//! The paper's field tables from drawn sets with their moments: 25 trucks, 49,310 curves, five
+//! seeds.
 //!
-//! What is made: counts that are small for trucks far from the mean, so that both SS 60.1 and SD(α) 5.6 % come out; radii whose
-//! truck means go with the effects, so that a fixed exponent moves v₀ and SD(α) as printed; directions whose radii differ, so
-//! that β moves; a residual without a share in any column, of the printed sum of squares. What is tested: all that follows from
-//! these by the fit.
+//! What is made: counts that are small for trucks far from the mean, so that both SS 60.1 and SD(α)
+//! 5.6 % come out; radii whose truck means go with the effects, so that a fixed exponent moves v₀
+//! and SD(α) as printed; directions whose radii differ, so that β moves; a residual without a share
+//! in any column, of the printed sum of squares. What is tested: all that follows from these by the
+//! fit.
 
 use super::assert_prints;
 use ocmc_core::random::{Draws, Stream};
@@ -61,7 +63,8 @@ fn standardised(mut values: Vec<f64>) -> Vec<f64> {
     values
 }
 
-/// A set in which a truck with effect α has exp(−shrink (α/SD)²) times as many curves, and radii spread by `spread`.
+/// A set in which a truck with effect α has exp(−shrink (α/SD)²) times as many curves, and radii
+/// spread by `spread`.
 fn set(seed: u64, shrink: f64, spread: f64) -> Set {
     let mut draws = Draws::new(seed, 0, Stream::Vehicle);
     let effects = standardised((0..TRUCKS).map(|_| draws.normal()).collect());
@@ -75,7 +78,8 @@ fn set(seed: u64, shrink: f64, spread: f64) -> Set {
         .collect();
     let largest = (0..TRUCKS).max_by_key(|&t| counts[t]).unwrap();
     counts[largest] += CURVES - counts.iter().sum::<usize>();
-    // unweighted mean of the trucks' ln R, which moves v0 from 54.5 to 56.2 km/h when the exponent is fixed
+    // unweighted mean of the trucks' ln R, which moves v0 from 54.5 to 56.2 km/h when the exponent
+    // is fixed
     let centre = -(56.2f64 / 54.5).ln() / 0.04;
     // the trucks' own means go with their effects: 5.6 % become 4.5 %
     let slope = (TRUCK_SD - 0.045) / (0.04 * TRUCK_SD);
@@ -137,7 +141,8 @@ fn table(seed: u64) -> CurveTable {
     }
 }
 
-/// The radii of the drawn sets are normal in ln R and reach beyond 20 to 500 m; all belong to the set.
+/// The radii of the drawn sets are normal in ln R and reach beyond 20 to 500 m; all belong to the
+/// set.
 fn options() -> CurveSpeedOptions {
     CurveSpeedOptions { radius_range_m: [0.0, f64::INFINITY], ..CurveSpeedOptions::default() }
 }

@@ -11,7 +11,7 @@ mod weather;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// A file of the shared data; none, said aloud, where it is absent.
+/// A file of the shared data; none, with a message, where it is absent.
 fn shared(path: &str) -> Option<String> {
     let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
     let folder = std::env::var_os("OCMC_DATA").map_or_else(beside, PathBuf::from);

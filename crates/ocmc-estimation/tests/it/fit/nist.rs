@@ -1,10 +1,12 @@
-//! Certified values of NIST's Statistical Reference Datasets: linear regression and one-way analysis of variance.
+//! Certified values of NIST's Statistical Reference Datasets: linear regression and one-way
+//! analysis of variance.
 
 use super::shared;
 use ocmc_estimation::fit::analysis_of_variance::{Term, sequential};
 use ocmc_estimation::fit::least_squares::LeastSquares;
 
-/// Digits that two numbers share, as NIST counts them: −log₁₀ of the relative difference, at most 15.
+/// Digits that two numbers share, as NIST counts them: −log₁₀ of the relative difference, at most
+/// 15.
 fn digits(value: f64, certified: f64) -> f64 {
     let difference = ((value - certified) / certified).abs();
     if difference == 0.0 { 15.0 } else { (-difference.log10()).min(15.0) }
@@ -58,7 +60,8 @@ fn one_way(name: &str) -> Option<f64> {
 
 #[test]
 fn analysis_of_variance() {
-    // SmLs04 and 06 have 7 constant leading digits, which cost the data themselves that many of their 16; the others have none
+    // SmLs04 and 06 have 7 constant leading digits, which cost the data themselves that many of
+    // their 16; the others have none
     for (name, wanted) in
         [("SiRstv", 12.0), ("SmLs01", 13.0), ("SmLs03", 12.0), ("SmLs04", 9.0), ("SmLs06", 9.0)]
     {
@@ -70,8 +73,8 @@ fn analysis_of_variance() {
 
 #[test]
 fn analysis_of_variance_at_the_end_of_double_precision() {
-    // 13 constant leading digits: 0.1 beside 1e12 is stored to 1.2e-4, so the data hold three digits. Exact arithmetic on the
-    // stored numbers gives no more; ours has to give the same.
+    // 13 constant leading digits: 0.1 beside 1e12 is stored to 1.2e-4, so the data hold three
+    // digits. Exact arithmetic on the stored numbers gives no more; ours has to give the same.
     for (name, wanted) in [("SmLs07", 2.0), ("SmLs08", 2.0)] {
         if let Some(digits) = one_way(name) {
             assert!(digits >= wanted, "{name}: {digits:.1} digits, wanted {wanted}");

@@ -1,13 +1,14 @@
-//! Round trip: operating cycles are drawn from the default study, written as tracks, and their parameters estimated.
+//! Round trip: operating cycles are drawn from the default study, written as tracks, and their
+//! parameters estimated.
 
 use crate::common::field_truck;
 use ocmc_core::distribution::{Law, Quantity};
+use ocmc_core::operating_cycle::coverage::{Coverage, CurveCoverage, CurveWindow};
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::mission::MissionStopModel;
 use ocmc_core::operating_cycle::road::RoadTypeModel;
-use ocmc_core::operating_cycle::told::{CurveWindow, CurvesTold, Told};
 use ocmc_estimation::fit::operating_cycle::{
-    Density, Hilliness, RoadFit, TransportCycle, birds_eye_of_study, fit, fit_told,
+    Density, Hilliness, RoadFit, TransportCycle, birds_eye_of_study, fit, fit_with_coverage,
 };
 use ocmc_estimation::log::road::LoggedRoad;
 use std::convert::Infallible;
@@ -99,8 +100,9 @@ fn slopes_signs_grounds_and_the_view_from_above() {
         let fit = fitted(seed);
         for (name, model) in &study.model().road.types {
             let found = &fit.model.types[name];
-            // The bridge shifts all slopes of a road alike. It removes 1.3 % of the SD of a road of one type; where slopes are
-            // small, the shift by the others' mean, of SD 0.0033, adds to them: √(1 + (0.0033/0.015)²) = 1.024 in towns.
+            // The bridge shifts all slopes of a road alike. It removes 1.3 % of the SD of a road of
+            // one type; where slopes are small, the shift by the others' mean, of SD 0.0033, adds
+            // to them: √(1 + (0.0033/0.015)²) = 1.024 in towns.
             let ratio = found.topography.slope_sd / model.topography.slope_sd;
             assert!((0.95..1.05).contains(&ratio), "{name}: {ratio}");
             let ratio = found.topography.hill_length_m / model.topography.hill_length_m;
@@ -265,7 +267,7 @@ fn curves_outside_the_window_of_a_detector_are_made_up_for() {
         shortest_m: 15.0,
         smallest_turn_rad: 8.0 / 180.0 * std::f64::consts::PI,
     };
-    let told = Told { curves: CurvesTold::Within(window), ..Told::ALL };
+    let coverage = Coverage { curves: CurveCoverage::Within(window), ..Coverage::ALL };
     for seed in 1..=3 {
         let mut cycles: Vec<GivenCycle> = (0..CYCLES)
             .map(|id| {
@@ -283,8 +285,8 @@ fn curves_outside_the_window_of_a_detector_are_made_up_for() {
             .collect();
         let mut plain_misses = 0;
         for (fit, with_window) in [
-            (fit_told(&roads, &told, study.model()).unwrap(), true),
-            (fit_told(&roads, &Told::ALL, study.model()).unwrap(), false),
+            (fit_with_coverage(&roads, &coverage, study.model()).unwrap(), true),
+            (fit_with_coverage(&roads, &Coverage::ALL, study.model()).unwrap(), false),
         ] {
             for name in ["urban", "rural"] {
                 let model = &study.model().road.types[name];

@@ -1,7 +1,8 @@
 //! The paper's simulator tables from a data set with their moments.
 //!
-//! The set has the printed sums of squares. The paper prints F with more digits than those determine (87.6916 beside
-//! 0.205265/0.00234079 = 87.6905), so F is compared to the digits that they do.
+//! The set has the printed sums of squares. The paper prints F with more digits than those
+//! determine (87.6916 beside 0.205265/0.00234079 = 87.6905), so F is compared to the digits that
+//! they do.
 
 use super::assert_prints;
 use ocmc_estimation::fit::curve_speed::{CurveSpeedFit, CurveSpeedOptions, CurveTable, fit};

@@ -1,7 +1,8 @@
 //! The sleep study beside its published mixed model.
 //!
-//! Belenky and others (2003), as fitted in D. Bates, M. Mächler, B. Bolker, S. Walker, Fitting linear mixed-effects models using
-//! lme4, Journal of Statistical Software 67 (2015), section 5: `Reaction ~ Days + (Days | Subject)`.
+//! Belenky and others (2003), as fitted in D. Bates, M. Mächler, B. Bolker, S. Walker, Fitting
+//! linear mixed-effects models using lme4, Journal of Statistical Software 67 (2015), section 5:
+//! `Reaction ~ Days + (Days | Subject)`.
 
 use super::{assert_prints, shared};
 use ocmc_estimation::fit::mixed_model::GroupedRows;

@@ -83,12 +83,12 @@ fn what_says_nothing_is_told() {
     let few = fit(&records[..9], &truth).unwrap_err();
     assert!(matches!(few, TrafficFitError::Nothing { records: 9, .. }));
     assert!(few.to_string().contains("densities, at least 48"), "{few}");
-    // one hour of the day tells no peak, however many days there are
+    // one hour of the day determines no peak, however many days there are
     let mut night: Vec<_> = records.iter().filter(|r| r.time_s % DAY_S < 600.0).cloned().collect();
     let later = |r: &TrafficRecord| TrafficRecord { time_s: r.time_s + 100.0 * DAY_S, ..r.clone() };
     night.extend(night.clone().iter().map(later));
-    let told = fit(&night, &truth).unwrap_err().to_string();
-    assert!(told.contains("do not tell peak and off peak apart"), "{told}");
+    let message = fit(&night, &truth).unwrap_err().to_string();
+    assert!(message.contains("do not tell peak and off peak apart"), "{message}");
     records[0].share = f64::NAN;
     records[1].share = 0.0;
     records[3].road_type.clear();

@@ -49,7 +49,7 @@ fn a_sampled_climate_comes_back() {
         let off = if key == "wind.prevailing_direction_rad" { off.sin() } else { off };
         assert!(off.abs() < 4.0 * sd / n.sqrt(), "{key}: {mean} ± {sd}, sampled with {wanted}");
         if let Some(error) = parameter.standard_error {
-            // 20 values tell an SD within a factor of 2
+            // 20 values determine an SD within a factor of 2
             assert!((0.5..2.0).contains(&(error / sd)), "{key}: {error} given, {sd} seen");
         }
     }
@@ -131,8 +131,8 @@ fn a_season_that_was_not_seen_is_not_made_up() {
             (&base.temperature, &base.humidity)
         );
         for variable in ["temperature", "humidity"] {
-            let told = format!("{variable}: the records {words}");
-            assert!(some.warnings.iter().any(|w| w.starts_with(&told)), "{:?}", some.warnings);
+            let message = format!("{variable}: the records {words}");
+            assert!(some.warnings.iter().any(|w| w.starts_with(&message)), "{:?}", some.warnings);
         }
     }
     // and a southern year is no northern one

@@ -1,4 +1,5 @@
-//! What the source of a road tells of it: tracks of a cycle tell all, a measured log tells what its columns hold.
+//! What the source of a road determines of it: tracks of a cycle all, a measured log what its
+//! columns hold.
 
 use serde::Serialize;
 
@@ -7,7 +8,7 @@ const TURN_WITHIN_M: f64 = 0.01;
 
 /// Which parts of a road are known. What is not known is not absent: it may not be counted as zero.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Told {
+pub struct Coverage {
     /// Speed limits.
     pub signs: bool,
     /// Point events with their kinds.
@@ -15,24 +16,25 @@ pub struct Told {
     /// Slopes.
     pub slopes: bool,
     /// Curves.
-    pub curves: CurvesTold,
+    pub curves: CurveCoverage,
     /// A curve that begins this close to an event is a turn at it, in m.
     pub turn_within_m: f64,
 }
 
-/// Ways of one road of which a part is not known though its source tells it elsewhere; from and to, in m, in order.
+/// Spans of one road in which something is not known that its source determines elsewhere; from and
+/// to, in m, in order.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct UnknownWay {
+pub struct UnobservedSpans {
     /// Without slope.
     pub slope_m: Vec<[f64; 2]>,
-    /// Without anything that tells curves.
+    /// Without anything that determines curves.
     pub curves_m: Vec<[f64; 2]>,
 }
 
 /// Which curves are known.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum CurvesTold {
+pub enum CurveCoverage {
     /// None.
     None,
     /// All.
@@ -52,18 +54,18 @@ pub struct CurveWindow {
     pub smallest_turn_rad: f64,
 }
 
-impl Told {
+impl Coverage {
     /// Everything, as the tracks of an operating cycle do.
     pub const ALL: Self = Self {
         signs: true,
         events: true,
         slopes: true,
-        curves: CurvesTold::All,
+        curves: CurveCoverage::All,
         turn_within_m: TURN_WITHIN_M,
     };
 
-    /// What roads of two sources tell together. Signs, slopes and curves that one of them does not know are left out road by road
-    /// ([`UnknownWay`]); events count where both know them.
+    /// What roads of two sources determine together. Signs, slopes and curves that one of them does
+    /// not know are left out road by road ([`UnobservedSpans`]); events count where both know them.
     #[must_use]
     pub fn with(self, other: Self) -> Self {
         Self {
@@ -76,7 +78,7 @@ impl Told {
     }
 }
 
-impl CurvesTold {
+impl CurveCoverage {
     fn with(self, other: Self) -> Self {
         match (self, other) {
             (Self::Within(a), Self::Within(b)) => Self::Within(CurveWindow {
@@ -91,7 +93,7 @@ impl CurvesTold {
     }
 }
 
-/// The part of a way, in m, that lies within some ways.
+/// The part of a span, in m, that lies within other spans.
 pub fn overlap_m(ways: &[[f64; 2]], from_m: f64, to_m: f64) -> f64 {
     ways.iter().map(|[from, to]| (to.min(to_m) - from.max(from_m)).max(0.0)).sum()
 }
