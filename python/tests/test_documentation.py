@@ -4,6 +4,7 @@ import doctest
 import inspect
 import re
 import runpy
+import xml.etree.ElementTree as ET
 from pathlib import Path
 
 import ocmc
@@ -91,6 +92,18 @@ def test_the_page_of_the_guide_is_made_of_the_docstrings():
     assert page == PAGE.read_text(encoding="utf-8"), "run scripts/python_reference.py again"
     for name in PUBLIC:
         assert name.removeprefix("ocmc.") in page
+
+
+def test_pictures_keep_their_columns_in_any_browser():
+    # Chromium does not take xml:space from a group over to its texts
+    pictures = list((ROOT / "docs" / "images").glob("*.svg"))
+    assert pictures
+    for picture in pictures:
+        texts = ET.parse(picture).iter("{http://www.w3.org/2000/svg}text")  # noqa: S314 (our own)
+        columns = [text for text in texts if "  " in (text.text or "")]
+        assert columns
+        space = "{http://www.w3.org/XML/1998/namespace}space"
+        assert [text.text for text in columns if text.get(space) != "preserve"] == []
 
 
 def test_the_example_of_the_readme(tmp_path, monkeypatch):
