@@ -99,7 +99,7 @@ def identify(
     *,
     columns: Mapping[str, str] | None = None,
     controller: Literal["pid", "switched"] = "pid",
-    speed_term: Literal["measured", "simulated", "none"] = "measured",
+    speed_term: Literal["none", "measured", "simulated"] = "none",
     starts: SupportsIndex = 8,
     kp: tuple[float, float] = (0.01, 2.0),
     ki: tuple[float, float] = (0.0001, 0.2),

@@ -34,9 +34,9 @@ const MOST_STARTS: u64 = 4096;
 ///     Which column is what, such as ``{"grade_percent": "slope"}``.
 /// controller : {"pid", "switched"}
 ///     Controller that is fitted.
-/// speed_term : {"measured", "simulated", "none"}
-///     Speed that the objective compares with the set speed: the measured one, as the paper may mean, biases K_I, the
-///     simulated one as much; without this term the gains are unbiased.
+/// speed_term : {"none", "measured", "simulated"}
+///     Speed that the objective compares with the set speed. The paper may mean the measured or the
+///     simulated one: both bias the gains. Without this term they are unbiased.
 /// starts : int
 ///     Starts of the search for each event, at least 1.
 /// kp : tuple of float
@@ -90,10 +90,10 @@ const MOST_STARTS: u64 = 4096;
 #[pyfunction]
 #[pyo3(
     signature = (
-        logs, study, *, columns=None, controller="pid", speed_term="measured", starts=None, kp=None, ki=None, kd=None,
+        logs, study, *, columns=None, controller="pid", speed_term="none", starts=None, kp=None, ki=None, kd=None,
         intervals=true, progress=None
     ),
-    text_signature = "(logs, study, *, columns=None, controller='pid', speed_term='measured', starts=8, \
+    text_signature = "(logs, study, *, columns=None, controller='pid', speed_term='none', starts=8, \
                       kp=(0.01, 2.0), ki=(0.0001, 0.2), kd=(0.0, 2.0), intervals=True, progress=None)"
 )]
 pub(crate) fn identify<'py>(
@@ -163,7 +163,7 @@ const CONTROLLERS: [(&str, ControllerKind); 2] =
     [("pid", ControllerKind::Pid), ("switched", ControllerKind::Switched)];
 
 const SPEED_TERMS: [(&str, SpeedTerm); 3] = [
+    ("none", SpeedTerm::None),
     ("measured", SpeedTerm::Measured),
     ("simulated", SpeedTerm::Simulated),
-    ("none", SpeedTerm::None),
 ];

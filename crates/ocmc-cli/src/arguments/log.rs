@@ -119,8 +119,9 @@ pub(crate) struct IdentifyArguments {
     /// Controller that is fitted
     #[arg(long, value_name = "NAME", default_value = "pid")]
     pub(crate) controller: ControllerName,
-    /// Speed that the objective compares with the set speed
-    #[arg(long, value_name = "NAME", default_value = "measured")]
+    /// Speed that the objective compares with the set speed: none by default, for both readings of
+    /// the paper bias the gains
+    #[arg(long, value_name = "NAME", default_value = "none")]
     pub(crate) speed_term: SpeedTermName,
     /// Starts of the search for each event
     #[arg(long, value_name = "N", default_value = "8", value_parser = clap::value_parser!(u16).range(1..=4096))]
@@ -157,9 +158,9 @@ pub(crate) enum ControllerName {
 /// Speed terms, as typed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum SpeedTermName {
-    /// The measured speed, as the paper may mean; it biases K_I
+    /// The measured speed, as the paper may mean; it biases the gains
     Measured,
-    /// The simulated speed; it biases K_I as much
+    /// The simulated speed, as the paper may mean, too; it biases the gains as much
     Simulated,
     /// No speed term; unbiased
     None,
