@@ -60,6 +60,37 @@ fn the_curves_of_the_guide() {
 }
 
 #[test]
+fn the_spread_between_drivers_is_that_of_reml_and_of_one_driver_that_of_the_base() {
+    let file = simulator_curves();
+    let fitted = |path: &str, options: &[&str]| -> Value {
+        let answer = answer(&[&["fit", "curve-speed", path, "--json"], options].concat());
+        serde_json::from_str(&answer).expect("JSON")
+    };
+    let written = |json: &Value| {
+        json["study"]["driver"]["curve_speed"]["driver_sd"].as_f64().expect("a number")
+    };
+    let all = fitted(file.to_str().expect("UTF-8"), &[]);
+    let reml = all["random_intercept"]["driver_sd"].as_f64().expect("a number");
+    assert!((written(&all) / reml - 1.0).abs() < 1e-6, "{} {reml}", written(&all));
+    let sample = all["estimated"]["driver_sd"].as_f64().expect("a number");
+    assert!((reml / sample - 1.0).abs() > 1e-3, "{reml} {sample}");
+    // one driver says nothing about how drivers differ
+    let table = fs::read_to_string(file).expect("curves");
+    let rows =
+        table.lines().filter(|row| row.starts_with("driver 1,") || row.starts_with("driver,"));
+    let directory = tempfile::tempdir().expect("a directory");
+    let one = directory.path().join("one.csv");
+    fs::write(&one, rows.collect::<Vec<_>>().join("\n")).expect("space");
+    let base = directory.path().join("base.toml");
+    let text = "study.base = \"field-truck\"\nstudy.name = \"base\"\ndriver.curve_speed.driver_sd = 0.123\n";
+    fs::write(&base, text).expect("space");
+    let base = base.to_str().expect("UTF-8");
+    let one = fitted(one.to_str().expect("UTF-8"), &["--base", base]);
+    assert_eq!((&one["drivers"], written(&one)), (&Value::from(1), 0.123));
+    assert!(one["warnings"][0].as_str().is_some_and(|text| text.contains("that of the base")));
+}
+
+#[test]
 fn a_fitted_study_runs() {
     let directory = tempfile::tempdir().expect("a directory");
     let study = directory.path().join("mine.toml");

@@ -130,13 +130,13 @@ pub(crate) fn fit_curve_speed<'py>(
         };
         let table = table.map_err(|error| table_error(&error))?;
         let fit = curve_speed::fit(&table, &options).map_err(|error| no_fit(&source, &error))?;
-        let best = if tobit { fit.tobit.as_ref() } else { Some(&fit.estimated) };
-        let best = best.ok_or_else(|| {
-            PyValueError::new_err(
+        let censored = fit.tobit.as_ref().filter(|_| tobit);
+        if tobit && censored.is_none() {
+            return Err(PyValueError::new_err(
                 "`tobit` needs a column limit_mps with limits above 0, and curves below them that determine the regression",
-            )
-        })?;
-        let population = fit.population(best, &model.driver.curve_speed);
+            ));
+        }
+        let population = fit.population(censored, &model.driver.curve_speed);
         Ok::<Answer, PyErr>(curve_speed_answer(&fit, &population, table.driver.len(), &model))
     })?;
     answer(py, &answered)

@@ -20,16 +20,13 @@ pub(crate) fn curve_speed(arguments: &CurveSpeedArguments) -> Result<(), Failure
     let base = study::load(&arguments.fitted.base, &[] as &[&str])?;
     let table = curve_table::read(&arguments.file)?;
     let fit = fit(&table, &options(arguments)).map_err(|error| no_fit(&arguments.file, error))?;
-    let best = match (arguments.tobit, &fit.tobit) {
-        (false, _) => &fit.estimated,
-        (true, Some(tobit)) => tobit,
-        (true, None) => {
-            return Err(request::usage(
-                "--tobit needs a column limit_mps with limits above 0, and curves below them that determine the regression",
-            ));
-        }
-    };
-    let population = fit.population(best, &base.model.driver.curve_speed);
+    let censored = fit.tobit.as_ref().filter(|_| arguments.tobit);
+    if arguments.tobit && censored.is_none() {
+        return Err(request::usage(
+            "--tobit needs a column limit_mps with limits above 0, and curves below them that determine the regression",
+        ));
+    }
+    let population = fit.population(censored, &base.model.driver.curve_speed);
     let answer = curve_speed_answer(&fit, &population, table.driver.len(), &base.model);
     super::print(&arguments.fitted, &answer)?;
     write_study(&arguments.fitted, "curve-speed", std::slice::from_ref(&arguments.file), &answer)

@@ -224,7 +224,11 @@ pub fn fit(
     let chosen = full.with_direction(kept);
     let fixed = chosen.with_exponent(options.fixed_exponent);
     if curves.drivers.len() == 1 {
-        warnings.push("there is one driver only: nothing is known about how drivers differ".into());
+        warnings.push(
+            "there is one driver only: how drivers differ is not determined, `driver_sd` stays that \
+             of the base study"
+                .into(),
+        );
     }
     let estimated = chosen.estimate(&curves);
     let by_driver = drivers::by_driver(&curves, options.reference_radius_m, &mut warnings);
@@ -309,14 +313,19 @@ fn check(options: &CurveSpeedOptions) -> Result<(), CurveSpeedFitError> {
 }
 
 impl CurveSpeedFit {
-    /// The population of drivers as a study has it, from one of the estimates. What curves do not
-    /// determine (the guard's lateral acceleration, the uncertainty switch, the replicates) stays
-    /// as it is in `model`.
+    /// The population of drivers as a study has it: that of the `censored` regression where it is
+    /// given, otherwise that of `estimated` with the spread between drivers by REML. What curves do
+    /// not determine (the guard's lateral acceleration, the uncertainty switch, the replicates, with
+    /// one driver the spread between drivers) stays as it is in `model`.
     pub fn population(
         &self,
-        best: &CurveSpeedEstimate,
+        censored: Option<&CurveSpeedEstimate>,
         model: &CurveSpeedModel,
     ) -> CurveSpeedModel {
+        let best = censored.unwrap_or(&self.estimated);
+        // the sample SD of the effects holds the error of each of them, too
+        let reml = self.random_intercept.as_ref().filter(|_| censored.is_none());
+        let driver_sd = reml.map(|drivers| drivers.driver_sd).or(best.driver_sd);
         let fitted = self.by_driver.iter().filter_map(|driver| {
             Some((driver.driver.clone(), driver.exponent?, driver.reference_speed_mps?))
         });
@@ -341,7 +350,7 @@ impl CurveSpeedFit {
             exponent: best.exponent,
             exponent_standard_error: error.unwrap_or(0.0),
             reference_speed_log_standard_error: log_error,
-            driver_sd: best.driver_sd.unwrap_or(0.0),
+            driver_sd: driver_sd.unwrap_or(model.driver_sd),
             direction_effect: best.direction_effect.unwrap_or(0.0),
             residual_sd: best.residual_sd,
             maximum_radius_m: if asked.is_finite() { asked } else { largest },
