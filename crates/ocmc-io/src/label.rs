@@ -29,7 +29,6 @@ pub fn label_of_record(column: &str) -> (&str, f64) {
         "air_temperature_k" => ("air temperature, K", 1.0),
         "head_wind_mps" => ("head wind, m/s", 1.0),
         "drag_area_m2" => ("drag area, m²", 1.0),
-        "rolling_coefficient" => ("rolling coefficient", 1.0),
         "driver_curve_speed_mps" => ("driver: curve speed, km/h", 3.6),
         "driver_deceleration_mps2" => ("driver: deceleration, m/s²", 1.0),
         "driver_acceleration_mps2" => ("driver: acceleration, m/s²", 1.0),

@@ -21,7 +21,11 @@ pub const REPORT: &str = "report.html";
 const STYLE: &str = include_str!("style.css");
 
 /// Columns that may explain the consumption, and what a distance divides.
-const EXPLAINING: [(&str, bool); 18] = [
+///
+/// The rolling coefficient is not among them: a tyre's coefficient falls with its load, so that the
+/// column goes with the payload and would show the payload's effect once more. The factor that is
+/// sampled is not in the records; `ocmc sensitivity` has its share.
+const EXPLAINING: [(&str, bool); 17] = [
     ("payload_kg", false),
     ("climb_m", true),
     ("mean_limit_mps", false),
@@ -34,7 +38,6 @@ const EXPLAINING: [(&str, bool); 18] = [
     ("air_temperature_k", false),
     ("head_wind_mps", false),
     ("drag_area_m2", false),
-    ("rolling_coefficient", false),
     ("driver_curve_speed_mps", false),
     ("driver_deceleration_mps2", false),
     ("driver_acceleration_mps2", false),

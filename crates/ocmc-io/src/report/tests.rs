@@ -104,3 +104,12 @@ fn a_study_with_routes_is_saved_where_they_are_named_from() {
     run.manifest.resolved_study.push_str(route);
     assert!(html(&run).contains("in the folder in which the run was started"));
 }
+
+#[test]
+fn what_only_follows_from_the_payload_explains_nothing() {
+    let page = html(&run("x"));
+    let from = page.find("What goes with the spread").expect("a panel");
+    let panel = &page[from..from + page[from..].find("<h2>Road").expect("the next part")];
+    assert!(panel.contains("payload"), "{panel}");
+    assert!(!panel.contains("rolling"), "{panel}");
+}
