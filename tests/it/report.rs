@@ -69,6 +69,56 @@ fn browser(profile: &Path) -> Option<Command> {
     Some(command)
 }
 
+/// A report in a frame as wide as a phone, and a script that notes how it lies there.
+const PHONE: &str = r#"<!DOCTYPE html><meta charset="utf-8"><body>
+<iframe scrolling="no" style="border: 0; width: WIDTHpx; height: 800px" srcdoc="PAGE"></iframe>
+<script>
+  window.onload = () => {
+    const page = document.querySelector("iframe").contentDocument;
+    const boxes = (what) =>
+      [...page.querySelectorAll(what)].map((part) => part.getBoundingClientRect());
+    const rows = boxes(".commands tbody > tr");
+    const highest = Math.max(...rows.map((row) => row.height));
+    const cells = boxes(".commands td, .commands th, .commands code");
+    const right = Math.max(...cells.map((cell) => cell.right));
+    const wide = page.documentElement.scrollWidth;
+    document.title = `rows ${rows.length} highest ${highest} right ${right} page ${wide}`;
+  };
+</script>"#;
+
+#[test]
+fn on_a_phone_commands_stand_below_their_rows_and_nothing_overflows() {
+    let parent = tempfile::tempdir().expect("a directory");
+    let run = parent.path().join("run");
+    run_into(&run, &["--cycles", "40"]);
+    ocmc(&["report"]).arg(&run).assert().success();
+    let page = fs::read_to_string(run.join("report.html")).expect("written");
+    let page = page.replace('&', "&amp;").replace('"', "&quot;");
+    for width in [360.0, 390.0] {
+        let Some(mut browser) = browser(&parent.path().join("profile")) else {
+            eprintln!("not tested: no Chromium here");
+            return;
+        };
+        let file = parent.path().join("phone.html");
+        let phone = PHONE.replace("WIDTH", &width.to_string()).replace("PAGE", &page);
+        fs::write(&file, phone).expect("space");
+        let address = format!("file://{}", file.display());
+        let output = browser.args(["--dump-dom", &address]).output().expect("the browser starts");
+        let shown = String::from_utf8(output.stdout).expect("UTF-8");
+        let measured = |name: &str| -> f64 {
+            let title = shown.split_once("<title>").and_then(|(_, rest)| rest.split_once('<'));
+            let mut words = title.expect("the script ran").0.split(' ');
+            words.find(|word| *word == name).expect("measured");
+            words.next().and_then(|number| number.parse().ok()).expect("a number")
+        };
+        assert!(measured("rows") == 10.0);
+        // numbers, and below them a command of up to three lines
+        assert!(measured("highest") < 110.0, "{width}: {}", measured("highest"));
+        assert!(measured("right") <= width, "{width}: {}", measured("right"));
+        assert!(measured("page") <= width, "{width}: {}", measured("page"));
+    }
+}
+
 #[test]
 fn a_browser_shows_it_without_errors_and_fetches_nothing() {
     let parent = tempfile::tempdir().expect("a directory");

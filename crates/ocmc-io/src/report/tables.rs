@@ -140,7 +140,7 @@ pub(super) fn outliers(run: &StoredRun, quantity: &RecordQuantity) -> String {
     let (unit, factor) = label(quantity.column);
     let study = study_argument(run);
     let mut text = format!(
-        "<h2>Lowest and highest</h2>\n<div class=\"wide\"><table>\n<thead><tr><th>cycle</th><th>{}</th><th>payload, \
+        "<h2>Lowest and highest</h2>\n<div class=\"wide commands\" style=\"--columns: 7\"><table>\n<thead><tr><th>cycle</th><th>{}</th><th>payload, \
          t</th><th>km</th><th>km/h</th><th>climb, m/km</th><th>stops</th><td class=\"words\">step by step</td></tr></thead>\n<tbody>\n",
         escaped(unit)
     );
@@ -185,7 +185,7 @@ pub(super) fn failures(run: &StoredRun) -> String {
     let study = study_argument(run);
     let mut text = format!(
         "<h2>Cycles that failed</h2>\n<p>{} of {} cycles {} not completed. {} in the records, but in no mean \
-         and no quantile.</p>\n<div class=\"wide\"><table>\n<thead><tr><th>why</th><th>cycles</th><td class=\"words\">the \
+         and no quantile.</p>\n<div class=\"wide commands\" style=\"--columns: 2\"><table>\n<thead><tr><th>why</th><th>cycles</th><td class=\"words\">the \
          first ones, step by step</td></tr></thead>\n<tbody>\n",
         grouped(failed),
         grouped(summary.cycles),
