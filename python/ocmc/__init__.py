@@ -82,5 +82,6 @@ def __dir__() -> list[str]:
 def _main() -> NoReturn:
     """Run the ``ocmc`` command: the same program as the native one."""
     # the command listens for Ctrl-C itself; Python would only note it until the command has ended
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:  # as in the background of a script
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
     sys.exit(run_from(sys.argv))

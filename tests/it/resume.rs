@@ -281,6 +281,36 @@ fn ctrl_c_stops_within_a_second_and_the_rest_is_resumed() {
 }
 
 #[test]
+#[cfg(target_os = "linux")]
+fn a_signal_that_was_ignored_at_the_start_stays_ignored() {
+    let parent = tempfile::tempdir().expect("a directory");
+    // as `nohup` does for the hang-up, and scripts do for Ctrl-C to jobs in the background
+    for (name, signal) in [("nohup", "HUP"), ("background", "INT")] {
+        let out = parent.path().join(name);
+        let run = Command::new("sh")
+            .args(["-c", &format!("trap '' {signal}; exec \"$@\""), "sh"])
+            .arg(env!("CARGO_BIN_EXE_ocmc"))
+            .args(["--set", TINY, "--cycles", "30000", "--threads", "1", "--quiet", "--out"])
+            .arg(&out)
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("the program starts");
+        while !out.join("manifest.json").exists() {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        std::thread::sleep(Duration::from_millis(100));
+        let mut kill = Command::new("kill");
+        kill.args([&format!("-{signal}"), &run.id().to_string()]);
+        assert!(kill.status().expect("kill starts").success());
+        let output = run.wait_with_output().expect("it ends");
+        let errors = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{signal}: {:?} {errors}", output.status);
+        assert_eq!(manifest(&out)["status"], "complete", "{signal}");
+    }
+}
+
+#[test]
 #[cfg(unix)]
 fn an_interrupted_run_can_be_read_and_resumed() {
     let parent = tempfile::tempdir().expect("a directory");
