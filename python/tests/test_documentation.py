@@ -106,6 +106,11 @@ def test_pictures_keep_their_columns_in_any_browser():
         assert [text.text for text in columns if text.get(space) != "preserve"] == []
 
 
+def test_what_is_cited_is_this_version():
+    citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    assert re.search(r"^version: (.*)$", citation, re.MULTILINE).group(1) == ocmc.__version__
+
+
 def test_the_example_of_the_readme(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     examples = re.findall(

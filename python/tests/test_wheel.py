@@ -58,6 +58,16 @@ def test_one_wheel_for_all_pythons_from_3_11(wheel):
     assert not [name for name in names if "tests" in name or name.endswith(".toml")]
 
 
+def test_the_wheel_says_what_it_is_and_has_its_licences(wheel):
+    with zipfile.ZipFile(wheel) as files:
+        (metadata,) = [name for name in files.namelist() if name.endswith(".dist-info/METADATA")]
+        lines = files.read(metadata).decode().splitlines()
+    for licence in ["LICENSE-APACHE", "LICENSE-MIT"]:
+        assert f"License-File: {licence}" in lines
+    assert "Author: The ocmc authors" in lines
+    assert "Classifier: Topic :: Scientific/Engineering" in lines
+
+
 def test_an_empty_environment_needs_no_more_than_numpy(python):
     printed = quiet(python, "-m", "pip", "list", "--format", "freeze", "--disable-pip-version-check")
     names = {line.partition("==")[0].lower() for line in printed.splitlines()}
