@@ -181,7 +181,7 @@ mod tests {
         assert!(model.speed_mps(at(7.5), 14.0) < model.speed_mps(at(2.0), 14.0));
         assert!((model.speed_mps(0.0, 14.0) - 14.0).abs() < 1e-12);
         assert!((model.speed_mps(0.13, 14.0) - 3.0).abs() < 1e-12);
-        // rule 6, written out again; the profile holds over five minutes, at their middle
+        // the density's law, written out again; the profile holds over five minutes, at their middle
         for (off, peak) in [(0.12, 0.3), (0.06, 0.12), (0.08, 0.25)] {
             let road_type = TrafficTypeModel { off_peak_share: off, peak_share: peak };
             for hour in [0.0, 5.5, 6.5, 7.5, 9.0, 12.0, 15.3, 16.5, 18.9] {

@@ -3,7 +3,7 @@
 //! Losses by VECTO's generic maps: gearbox T_loss = c₀ + c₁|T| at its input (direct or indirect gear), retarder
 //! drag at the propeller shaft, axle T_loss = a₀ + a₁|T| at its input.
 //!
-//! Strategy by load-dependent lines (closed-loop rule 13), without a look at a noisy power demand: up, by at most
+//! Strategy by load-dependent lines (upshift line, downshift line), without a look at a noisy power demand: up, by at most
 //! three gears, to the highest gear with w ≥ 95 + 32 a_p and 0.95 P_full(w) ≥ 1.1 P_road; down when w < 88 + 20 a_p or
 //! when the pedal is down for 2 s and the truck slows below 136 rad/s; up when w > 219.
 //! Added here: both downshifts need a slowing truck, otherwise a truck that has just started in third gear

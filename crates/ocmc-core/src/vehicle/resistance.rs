@@ -216,7 +216,7 @@ mod tests {
             axle(0.55 / 3.0, 0.0055, 37_500.0, 2.0),
             axle(0.55 / 3.0, 0.0055, 37_500.0, 2.0),
         ];
-        // models.md section 14 runs this truck with 0.0058
+        // the quasi-static runs of this truck took 0.0058
         assert!((rolling_coefficient(&axles, 40_000.0, 0.9) - 0.0058).abs() < 5e-5);
         assert!(rolling_coefficient(&axles, 16_000.0, 0.9) > 0.0058);
         // the last axle is lifted: the other two of the semitrailer carry its share
@@ -233,9 +233,9 @@ mod tests {
         // the coldest weather and the largest coefficient that a study may have
         let coldest = rolling_temperature_factor(150.0, 0.02);
         assert!((coldest - 4.0).abs() < 1e-9, "{coldest}");
-        // closed-loop rule 20: about +11 % at 7 degC
+        // rolling in the cold: about +11 % at 7 degC
         assert!((rolling_temperature_factor(280.15, 0.006) - 1.11).abs() < 0.005);
-        // as models.md gives them, in numbers: rain of 0.5 and 2 mm/h, snow
+        // in numbers: rain of 0.5 and 2 mm/h, snow
         let mm_per_h = 1e-3 / 3600.0;
         let wet = |rain: f64, snow| rolling_wet_factor(rain * mm_per_h, snow);
         let factors = [wet(0.0, false), wet(0.5, false), wet(2.0, false), wet(2.0, true)];

@@ -74,7 +74,7 @@ mod tests {
     fn sizes_of_the_sources() {
         let size: TyreSize = "315/70R22.5".parse().unwrap();
         assert!((size.diameter_m() - 1.0125).abs() < 1e-9);
-        // models.md section 13: dynamic radius .488 to .492 m
+        // VECTO's tyres: dynamic radius .488 to .492 m
         assert!((size.dynamic_radius_m() - 0.4915).abs() < 1e-4);
         let spaced: TyreSize = "245/70 R19.5 136/134M".parse().unwrap();
         // VECTO, 12t Delivery Truck: 406.9 mm

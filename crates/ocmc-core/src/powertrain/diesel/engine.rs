@@ -337,7 +337,7 @@ fn filled_map(torques: &[f64], rows: &[Vec<f64>]) -> Vec<Vec<f64>> {
 pub(crate) mod tests {
     use super::*;
 
-    /// Engine B of models.md, sections 13 and 16.
+    /// The engine of `tractor-40t`: VECTO's 325 kW.
     pub(crate) fn engine_b() -> EngineModel {
         let radps = |rpm: &[f64]| rpm.iter().map(|n| n * std::f64::consts::PI / 30.0).collect();
         let kgps = |row: &[f64]| row.iter().map(|g| g / 3.6e6).collect();
@@ -392,7 +392,7 @@ pub(crate) mod tests {
 
     #[test]
     fn the_map_agrees_with_the_fitted_polynomial() {
-        // models.md section 13: P = 203.79 w + .8413 w^2 + 1.7072 w T + 1.988e-4 w T^2, rms 4.8, max 9.4 kW
+        // a polynomial fitted to the map: P = 203.79 w + .8413 w^2 + 1.7072 w T + 1.988e-4 w T^2, rms 4.8, max 9.4 kW
         let engine = Engine::new(&engine_b());
         for rpm in [900.0, 1100.0, 1300.0, 1500.0] {
             for t in [200.0, 700.0, 1200.0, 1600.0] {
