@@ -3,10 +3,10 @@
 //! PID: u = K_P e + J − K_D dv/dt with J = K_I ∫e dt; the derivative acts on the filtered speed,
 //! because the desired speed jumps. Anti-windup by back-calculation with tracking time T_t = r
 //! K_P/K_I, and J clamped: with a fixed T_t of 2 s the integral runs to −8 while saturated and the
-//! truck stalls in front of stops. Switched: u = K_P e while |e| > threshold, otherwise the
-//! throttle is held; a held brake is released when e ≥ 0 (held throttle). Pedals: a_p = clip(u, 0, 1),
-//! b_p = clip(−s u, 0, 1) with the brake scale s, because the brake acts about 12 times stronger
-//! than the throttle.
+//! truck stalls in front of stops (anti-windup tracking, integral clamp). Switched: u = K_P e
+//! while |e| > threshold, otherwise the throttle is held; a held brake is released when e ≥ 0 (held
+//! throttle). Pedals: a_p = clip(u, 0, 1), b_p = clip(−s u, 0, 1) with the brake scale s, because
+//! the brake acts about 12 times stronger than the throttle.
 //!
 //! Both are one controller in the step: a PID never holds, a switched driver has K_I = K_D = 0. The
 //! paper prints gains in figures only; the numbers of the default study are derived (two real poles

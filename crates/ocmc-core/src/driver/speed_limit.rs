@@ -51,7 +51,7 @@ impl SpeedLimitModel {
 }
 
 impl SpeedLimit {
-    /// v_sign = min(compliance · min(sign, legal truck limit), maximum), in m/s.
+    /// Sign speed: v_sign = min(compliance · min(sign, legal truck limit), maximum), in m/s.
     pub fn sign_speed_mps(&self, sign_mps: f64, truck_limit_mps: f64) -> f64 {
         (self.compliance * sign_mps.min(truck_limit_mps)).min(self.maximum_speed_mps)
     }

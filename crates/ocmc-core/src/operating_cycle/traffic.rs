@@ -4,7 +4,7 @@
 //! (peak − off) min(1, exp(−½((H − 7.5)/1)²) + exp(−½((H − 16.5)/1.2)²)), on every day of the week.
 //! Speed by Drake's law, v_t = v_f exp(−½ (ρ/ρ_c)²) (J. L. Drake, J. L. Schofer, A. D. May, 1967),
 //! with v_f the free speed of cars (the sign), not the truck's cap: Greenshields' law caps a truck
-//! below the sign all day.
+//! below the sign all day (traffic by the sign).
 //!
 //! The operating-cycle papers say "macroscopic density by a simple autoregressive process"; the
 //! rest is ours. No car following, no queue at signals, no overtaking; stop-and-go is outside a
@@ -181,7 +181,8 @@ mod tests {
         assert!(model.speed_mps(at(7.5), 14.0) < model.speed_mps(at(2.0), 14.0));
         assert!((model.speed_mps(0.0, 14.0) - 14.0).abs() < 1e-12);
         assert!((model.speed_mps(0.13, 14.0) - 3.0).abs() < 1e-12);
-        // the density's law, written out again; the profile holds over five minutes, at their middle
+        // the density's law, written out again; the profile holds over five minutes, at their
+        // middle
         for (off, peak) in [(0.12, 0.3), (0.06, 0.12), (0.08, 0.25)] {
             let road_type = TrafficTypeModel { off_peak_share: off, peak_share: peak };
             for hour in [0.0, 5.5, 6.5, 7.5, 9.0, 12.0, 15.3, 16.5, 18.9] {

@@ -7,7 +7,7 @@
 //! On urban and rural roads curves follow the sign: λ(v) = λ_ref (v_ref / v_sign)^p, at most λ_max,
 //! and the median of R − r_turn is proportional to v_sign. Derived from an OpenStreetMap extract of
 //! Lower Saxony: drawn independently of the sign, tight bends fall on 80 km/h roads and cost 1.6
-//! L/100 km. Junction turns belong to events, see [`super::point_event`].
+//! L/100 km (curves by the sign). Junction turns belong to events, see [`super::point_event`].
 
 use crate::random::Draws;
 use schemars::JsonSchema;
