@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from scenarios import Array, Scenarios
 
-# what FASTSim takes, as in tests/prescribed.rs: gravity, and the density of air that its drag energies say
+# what FASTSim takes, as in tests/it/prescribed.rs: gravity, and the density of air that its drag energies say
 FASTSIM_GRAVITY_MPS2 = 9.80
 FASTSIM_AIR_KGPM3 = 1.1729
 GRAVITY_MPS2 = 9.80665
