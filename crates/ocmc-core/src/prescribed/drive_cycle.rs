@@ -4,6 +4,8 @@ use thiserror::Error;
 
 /// Shortest step, in s.
 pub(super) const SHORTEST_STEP_S: f64 = 1e-3;
+/// Points that are closer than [`SHORTEST_STEP_S`] and differ by less than this, in m/s, are one.
+const SAME_SPEED_MPS: f64 = 0.01;
 /// Longest step of a moving vehicle, in s.
 const LONGEST_STEP_S: f64 = 3600.0;
 /// Longest rest, in s: what a file of a road allows, too.
@@ -98,17 +100,31 @@ impl DriveCycle {
                 Err(DriveCycleError::Range { point: k + 1, name, value, minimum, maximum })
             }
         };
+        let mut kept: Vec<usize> = Vec::with_capacity(points);
         for k in 0..points {
             check(k, "speed_mps", speed_mps[k], 0.0, FASTEST_MPS)?;
             check(k, "grade", slope[k], -STEEPEST, STEEPEST)?;
-            if k > 0 {
-                let rests = speed_mps[k - 1] == 0.0 && speed_mps[k] == 0.0;
+            if let Some(&before) = kept.last() {
+                let since_s = time_s[k] - time_s[before];
+                let change_mps = (speed_mps[k] - speed_mps[before]).abs();
+                // traces have steps of microseconds, and end with a row of no duration, at rest
+                let same =
+                    since_s > 0.0 && since_s < SHORTEST_STEP_S && change_mps < SAME_SPEED_MPS;
+                let end = since_s == 0.0 && k + 1 == points && speed_mps[k] == 0.0;
+                if same || end {
+                    continue;
+                }
+                let rests = speed_mps[before] == 0.0 && speed_mps[k] == 0.0;
                 let longest_s = if rests { LONGEST_REST_S } else { LONGEST_STEP_S };
-                let since_s = time_s[k] - time_s[k - 1];
                 check(k, "time since the point before", since_s, SHORTEST_STEP_S, longest_s)?;
             }
+            kept.push(k);
         }
-        Ok(Self { time_s, speed_mps, slope })
+        if kept.len() < 2 {
+            return Err(DriveCycleError::Short { points: kept.len() });
+        }
+        let of = |values: &[f64]| kept.iter().map(|&k| values[k]).collect();
+        Ok(Self { time_s: of(&time_s), speed_mps: of(&speed_mps), slope: of(&slope) })
     }
 
     /// A cycle that follows from a plan: its study and its road have been checked, and a truck may rest longer than what a file may say.
@@ -150,5 +166,29 @@ impl DriveCycle {
     /// Duration, in s.
     pub fn duration_s(&self) -> f64 {
         self.time_s[self.time_s.len() - 1] - self.time_s[0]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_that_say_nothing_new_are_left_out_and_others_too_close_are_refused() {
+        let cycle = |time_s: &[f64], speed_mps: &[f64]| {
+            DriveCycle::new(time_s.to_vec(), speed_mps.to_vec(), vec![0.0; time_s.len()])
+        };
+        let trace = cycle(&[0.0, 1.0, 1.0 + 1e-6, 2.0, 2.0], &[0.0, 2.0, 2.0, 1.0, 0.0]).unwrap();
+        let points: Vec<f64> = trace.points().map(|point| point[0]).collect();
+        assert_eq!(points, [0.0, 1.0, 2.0]);
+        for (time_s, speed_mps) in [
+            ([0.0, 1.0, 1.0, 2.0], [0.0, 2.0, 2.0, 1.0]),
+            ([0.0, 1.0, 1.0 + 1e-6, 2.0], [0.0, 2.0, 3.0, 1.0]),
+            ([0.0, 1.0, 2.0, 2.0], [0.0, 2.0, 2.0, 1.0]),
+            ([0.0, 1.0, 2.0, 1.0], [0.0, 2.0, 2.0, 0.0]),
+        ] {
+            let error = cycle(&time_s, &speed_mps).unwrap_err().to_string();
+            assert!(error.contains("time since the point before"), "{error}");
+        }
     }
 }

@@ -129,7 +129,7 @@ pub struct LogCounts {
     pub missing_speed: usize,
     /// Rows without yaw rate.
     pub missing_yaw_rate: usize,
-    /// Rows with the same time as the row before.
+    /// Rows with the same time as the row before, without that which ends a trace.
     pub repeated_time: usize,
     /// Rows that reverse; not used.
     pub reversing: usize,
@@ -180,7 +180,7 @@ pub fn prepare(log: &TripLog) -> Result<(Vec<Piece>, LogCounts), LogError> {
     let mut kept: Vec<usize> = Vec::with_capacity(rows.len());
     for row in rows {
         if kept.last().is_some_and(|&last| log.time_s[last] == log.time_s[row]) {
-            counts.repeated_time += 1;
+            counts.repeated_time += usize::from(!ends_at_rest(&log.time_s, &log.speed_mps, row));
         } else {
             kept.push(row);
         }
@@ -221,6 +221,12 @@ pub fn prepare(log: &TripLog) -> Result<(Vec<Piece>, LogCounts), LogError> {
     }
     pieces.retain(|piece| piece.time_s.len() >= 2);
     Ok((pieces, counts))
+}
+
+/// Whether a row that repeats a time only says that the drive ends at rest there, as the last row
+/// of a trace does.
+pub fn ends_at_rest(time_s: &[f64], speed_mps: &[f64], row: usize) -> bool {
+    row + 1 == time_s.len() && speed_mps[row] == 0.0
 }
 
 fn check_lengths(log: &TripLog) -> Result<(), LogError> {

@@ -3,7 +3,7 @@
 use super::quantity::Quantity;
 use super::{LoggedTrip, Need, counted};
 use ocmc_estimation::identification::event::PedalLog;
-use ocmc_estimation::log::signal::{LogError, check_time};
+use ocmc_estimation::log::signal::{LogError, check_time, ends_at_rest};
 
 /// What identification needs of a log.
 pub const NEEDS: [Need; 5] = [
@@ -50,7 +50,7 @@ pub fn events(
         if let Some(k) = needed.iter().position(lacks) {
             missing[k] += 1;
         } else if rows.last().is_some_and(|&last| time[last] == time[row]) {
-            repeated += 1;
+            repeated += usize::from(!ends_at_rest(time, speed, row));
         } else {
             rows.push(row);
         }
