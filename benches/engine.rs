@@ -5,10 +5,10 @@ use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_mai
 use ocmc_core::fleet::summary::SummaryBuilder;
 use ocmc_core::kernel::cpu::CpuLevel;
 use ocmc_core::kernel::lane_task::LaneTask;
-use ocmc_core::kernel::record::Record;
 use ocmc_core::kernel::road_row::RoadRows;
 use ocmc_core::kernel::scheduler::{drive, drive_tasks};
 use ocmc_core::kernel::trace::trace;
+use ocmc_core::record::Record;
 use ocmc_core::study::Study;
 use ocmc_core::tactical::{SpeedProfile, plan};
 use std::collections::VecDeque;

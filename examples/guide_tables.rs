@@ -4,7 +4,8 @@
 
 use ocmc_core::fleet::run::{RunPlan, chunk_for, run};
 use ocmc_core::kernel::cpu::CpuLevel;
-use ocmc_core::kernel::record::Record;
+use ocmc_core::powertrain::PowertrainKind;
+use ocmc_core::record::Record;
 use ocmc_core::study::Study;
 use std::ops::ControlFlow;
 
@@ -168,7 +169,7 @@ fn plausibility(cycles: u64) {
     println!("|---|---|---|---|---|---|---|---|---|");
     for built_in in ocmc_io::study::list() {
         let study = ocmc_io::study::load::<&str>(built_in.name, &[]).expect("it loads").study;
-        let Some(diesel) = study.vehicle().diesel() else { continue };
+        let PowertrainKind::Diesel(diesel) = &study.vehicle().powertrain else { continue };
         let records = records(built_in.name, &[], cycles);
         let sum = |value: fn(&Record) -> f64| records.iter().map(value).sum::<f64>();
         let km = sum(|r| r.distance_m) / 1000.0;

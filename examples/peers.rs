@@ -5,17 +5,18 @@
 //! `peers follow < DRIVE.json`
 #![allow(clippy::print_stdout, reason = "its output is read by the benches' scripts")]
 
+use ocmc_core::energy_ledger::Term;
 use ocmc_core::kernel::cpu::CpuLevel;
 use ocmc_core::kernel::lane_task::LaneTask;
-use ocmc_core::kernel::record::Record;
 use ocmc_core::kernel::road_row::RoadRows;
 use ocmc_core::kernel::scheduler::drive_tasks;
 use ocmc_core::kernel::trace::trace;
-use ocmc_core::powertrain::efficiency::EfficiencyCurve;
-use ocmc_core::prescribed::{Body, DriveCycle, EfficiencyDriveline, follow};
+use ocmc_core::powertrain::PowertrainKind;
+use ocmc_core::powertrain::efficiency::{EfficiencyCurve, EfficiencyDriveline};
+use ocmc_core::prescribed::{Body, DriveCycle, follow};
+use ocmc_core::record::Record;
 use ocmc_core::study::Study;
 use ocmc_core::tactical::{SpeedProfile, plan};
-use ocmc_core::vehicle::PowertrainKind;
 use serde_json::{Value, json};
 use std::fs::{File, write};
 use std::io::{BufWriter, Write, stdin};
@@ -226,9 +227,9 @@ fn follow_given() -> Result<(), Failure> {
         power_share: vec![0.0, 1.0],
         efficiency: vec![1.0, 1.0],
     };
-    let driveline =
+    let mut driveline =
         EfficiencyDriveline { transmission_efficiency: 1.0, engine, auxiliary_power_w: 0.0 };
-    let sum = follow(&cycle, &body, &driveline);
-    println!("{}", json!({ "wheel_j": sum.wheel_j, "distance_m": sum.distance_m }));
+    let sum = follow(&cycle, &body, &mut driveline).ledger;
+    println!("{}", json!({ "wheel_j": sum[Term::Wheel], "distance_m": sum[Term::Distance] }));
     Ok(())
 }

@@ -1,9 +1,10 @@
 //! The battery-electric truck in the exact prescribed-speed mode: consumption, the limits of what comes back, and the balance.
 
 use crate::common::{electric_balance, shared};
-use ocmc_core::kernel::record::{Outcome, Record};
+use ocmc_core::energy_ledger::Term;
 use ocmc_core::kernel::scheduler::drive_scenario;
-use ocmc_core::prescribed::{DriveCycle, Followed, follow_planned, follow_study};
+use ocmc_core::prescribed::{DriveCycle, FollowedCycle, follow_planned, follow_study};
+use ocmc_core::record::{Outcome, Record};
 use ocmc_core::study::Study;
 use ocmc_io::study::load;
 
@@ -37,10 +38,10 @@ fn hill(slope: f64, speed_mps: f64) -> DriveCycle {
 }
 
 /// What leaves the store less everything that it went into, over what leaves it.
-fn open_share(record: &Record, sum: &Followed) -> f64 {
-    let e = sum.electric.unwrap();
-    let spent = e.battery_loss_j
-        + e.motor_loss_j
+fn open_share(record: &Record, sum: &FollowedCycle) -> f64 {
+    let store_j = record.battery_energy_j.unwrap();
+    let spent = record.battery_loss_j.unwrap()
+        + record.motor_loss_j.unwrap()
         + record.auxiliary_energy_j
         + record.transmission_loss_j
         + record.drag_energy_j
@@ -48,8 +49,8 @@ fn open_share(record: &Record, sum: &Followed) -> f64 {
         + record.potential_change_j
         + record.kinetic_change_j
         + record.service_brake_energy_j
-        - sum.missing_j;
-    (e.store_j - spent) / e.store_j
+        - sum.ledger[Term::Missing];
+    (store_j - spent) / store_j
 }
 
 #[test]
@@ -59,13 +60,12 @@ fn forty_tonnes_on_long_haul_between_1_1_and_1_5_kwh_per_km() {
     let given = loaded.on_routes(&[file], &[]).unwrap();
     let (record, sum) = follow_planned(&given.study, 1, 0);
     let kwh = record.consumption_kwh_per_km.unwrap();
-    let e = sum.electric.unwrap();
     println!(
         "LongHaul 40 t: {kwh:.3} kWh/km, wheel {:.3}, back {:.3} kWh/km, charge {:.2} at the end, {:.0} s at the limit",
         record.wheel_kwh_per_km,
-        e.regenerated_j / record.distance_m / 3600.0,
-        e.final_charge,
-        sum.limited_s
+        record.regenerated_energy_j.unwrap() / record.distance_m / 3600.0,
+        record.final_charge.unwrap(),
+        sum.ledger[Term::Limited]
     );
     assert!((1.1..=1.5).contains(&kwh), "{kwh}");
     assert_eq!(record.outcome, Outcome::Completed);
@@ -121,7 +121,7 @@ fn what_comes_back_is_limited_by_power_and_by_a_full_battery() {
     let back = |sets: &[&str]| {
         let (record, sum) = follow_study(&study(sets), 1, 0, &steep);
         assert!(open_share(&record, &sum).abs() < 1e-9);
-        (sum.electric.unwrap().regenerated_j, record.service_brake_energy_j)
+        (record.regenerated_energy_j.unwrap(), record.service_brake_energy_j)
     };
     let (free, little) = back(&[]);
     let (half, more) = back(&["vehicle.electric.motor.brake_power_w=100e3"]);
@@ -135,11 +135,11 @@ fn what_comes_back_is_limited_by_power_and_by_a_full_battery() {
         DriveCycle::new((0..100).map(f64::from).collect(), vec![20.0; 100], vec![-0.05; 100])
             .unwrap();
     let full = study(&["vehicle.electric.battery.initial_charge=0.9"]);
-    let (record, sum) = follow_study(&full, 1, 0, &down);
-    let e = sum.electric.unwrap();
+    let record = follow_study(&full, 1, 0, &down).0;
     // what the auxiliaries draw makes a little room
-    assert!(e.regenerated_j < 0.02 * record.service_brake_energy_j, "{e:?}");
-    assert!(e.final_charge <= 0.9 && record.service_brake_energy_j > 0.0);
+    let back_j = record.regenerated_energy_j.unwrap();
+    assert!(back_j < 0.02 * record.service_brake_energy_j, "{record:?}");
+    assert!(record.final_charge.unwrap() <= 0.9 && record.service_brake_energy_j > 0.0);
 }
 
 #[test]
@@ -147,7 +147,7 @@ fn an_empty_battery_is_an_outcome_and_charging_fills_it() {
     let empty = study(&["vehicle.electric.battery.initial_charge=0.1005"]);
     let (record, sum) = follow_study(&empty, 1, 0, &hill(0.03, 20.0));
     assert_eq!(record.outcome, Outcome::Depleted);
-    assert!(sum.electric.unwrap().depleted_s > 0.0 && sum.missing_j > 0.0);
+    assert!(sum.ledger[Term::Missing] > 0.0);
     let charging = "vehicle.electric.charging={ power_w = 350e3, begin_below = 0.2, end_at = 0.8, shortest_s = 600.0 }";
     // a rest of half an hour, second by second as tables of drive cycles have it
     let rest = |time_s: Vec<f64>| {
@@ -155,16 +155,17 @@ fn an_empty_battery_is_an_outcome_and_charging_fills_it() {
         DriveCycle::new(time_s, speed_mps, slope).unwrap()
     };
     let sets = [charging, "vehicle.electric.battery.initial_charge=0.15"];
-    let after = |rest: &DriveCycle| follow_study(&study(&sets), 1, 0, rest).1.electric.unwrap();
+    let after = |rest: &DriveCycle| follow_study(&study(&sets), 1, 0, rest).0;
     let e = after(&rest((0..=1800).map(f64::from).collect()));
     assert_eq!(e, after(&rest(vec![0.0, 1800.0])));
     // half an hour of 350 kW, less the heat in the battery:
     let most = 350e3 * 1800.0;
     // U/(U + R I) of it arrives: about 635 V and 530 A over 0.05 Ω
     let arrives = 635.0 / (635.0 + 0.05 * 530.0);
-    assert!((e.charged_j / most / arrives - 1.0).abs() < 0.01, "{e:?}");
-    let wanted = 0.15 + (e.charged_j - e.store_j) / 1.944e9;
-    assert!((e.final_charge - wanted).abs() < 1e-9);
+    let charged_j = e.charged_energy_j.unwrap();
+    assert!((charged_j / most / arrives - 1.0).abs() < 0.01, "{e:?}");
+    let wanted = 0.15 + (charged_j - e.battery_energy_j.unwrap()) / 1.944e9;
+    assert!((e.final_charge.unwrap() - wanted).abs() < 1e-9);
 }
 
 #[test]
@@ -180,7 +181,9 @@ fn cold_air_costs_and_no_corner_breaks() {
             vec![slope; 4],
         );
         let (record, sum) = follow_study(&study(&[]), 1, 0, &cycle.unwrap());
-        assert!(record.battery_energy_j.unwrap().is_finite() && sum.missing_j.is_finite());
-        assert!(sum.electric.unwrap().final_charge.is_finite());
+        assert!(
+            record.battery_energy_j.unwrap().is_finite() && sum.ledger[Term::Missing].is_finite()
+        );
+        assert!(record.final_charge.unwrap().is_finite());
     }
 }

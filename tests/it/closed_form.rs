@@ -2,11 +2,11 @@
 
 use crate::common::{GivenRoad, column, diesel, typical};
 use fearless_simd::{Level, dispatch, prelude::*};
-use ocmc_core::kernel::diesel::Diesel;
-use ocmc_core::kernel::road_row::{RoadRow, UNBOUNDED};
-use ocmc_core::kernel::state::{KernelParameters, State, Total};
+use ocmc_core::energy_ledger::Term;
+use ocmc_core::kernel::road_row::RoadRow;
+use ocmc_core::kernel::state::{KernelParameters, State};
 use ocmc_core::kernel::trace::trace_scenario;
-use ocmc_core::lanes::Lanes;
+use ocmc_core::lanes::{Lanes, UNBOUNDED};
 use ocmc_core::study::{SimulationModel, Study};
 use ocmc_core::vehicle::resistance::GRAVITY_MPS2;
 
@@ -73,7 +73,7 @@ fn smooth(study: &Study, duration_s: f64) -> (f64, f64, f64) {
 
 fn smooth_with<S: Simd>(simd: S, study: &Study, duration_s: f64) -> (f64, f64, f64) {
     let all = |value| Lanes::splat(simd, value);
-    let shared = KernelParameters::new(study, Diesel::new(diesel(study), &study.vehicle().model));
+    let shared = KernelParameters::new(study, diesel(study));
     let mut state = State::parked(simd, &shared);
     let mut row = [0.0; RoadRow::COLUMNS];
     row[RoadRow::LENGTH] = 1e7;
@@ -88,30 +88,30 @@ fn smooth_with<S: Simd>(simd: S, study: &Study, duration_s: f64) -> (f64, f64, f
     row[RoadRow::TO_STOP] = UNBOUNDED;
     row[RoadRow::GRIP] = 7.0;
     row[RoadRow::DWELL] = -1.0;
-    state.roads[0] = vec![RoadRow(row)];
-    state.left[0] = row[RoadRow::LENGTH];
-    state.mass = all(30_000.0);
-    state.drag_area = all(5.3);
-    state.auxiliary_power = all(4700.0);
-    state.fuel_factor = all(1.0);
+    state.motion.roads[0] = vec![RoadRow(row)];
+    state.motion.left[0] = row[RoadRow::LENGTH];
+    state.constants.mass = all(30_000.0);
+    state.constants.drag_area = all(5.3);
+    state.powertrain.auxiliary_power = all(4700.0);
+    state.powertrain.fuel_factor = all(1.0);
     state.set_gear(0, shared.vehicle.gears.len() - 1, &shared);
-    state.speed = all(20.0);
-    state.filtered = all(20.0);
-    state.torque = all(900.0);
-    state.integral = all(0.3);
-    state.proportional = all(0.4);
-    state.integral_gain = all(0.02);
-    state.derivative_over_filter = all(0.1);
-    state.tracking = all(0.1);
-    state.engine_speed = all(20.0 * state.gear_speed[0]);
-    state.hold_left = all(f64::INFINITY);
+    state.motion.speed = all(20.0);
+    state.motion.filtered = all(20.0);
+    state.powertrain.torque = all(900.0);
+    state.motion.integral = all(0.3);
+    state.constants.proportional = all(0.4);
+    state.constants.integral_gain = all(0.02);
+    state.constants.derivative_over_filter = all(0.1);
+    state.constants.tracking = all(0.1);
+    state.motion.engine_speed = all(20.0 * state.gear.speed_ratio[0]);
+    state.motion.hold_left = all(f64::INFINITY);
     let steps = (duration_s / shared.short_step_s).round() as usize;
     for _ in 0..steps {
-        state.longest = all(shared.short_step_s);
+        state.motion.longest = all(shared.short_step_s);
         let view = state.step(&shared);
         assert!(view.accelerator[0] > 0.05 && view.accelerator[0] < 0.95);
     }
-    (state.speed[0], state.total(0, Total::Fuel), state.total(0, Total::Wheel))
+    (state.motion.speed[0], state.ledger[Term::Fuel][0], state.ledger[Term::Wheel][0])
 }
 
 #[test]

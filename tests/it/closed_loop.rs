@@ -2,9 +2,9 @@
 //! test fails without its rule. Others stand with their parts.
 
 use crate::common::{GivenRoad, column, mean_and_error, run, study, typical};
-use ocmc_core::kernel::record::Outcome;
 use ocmc_core::kernel::scheduler::drive_scenario;
 use ocmc_core::kernel::trace::{Trace, trace_scenario};
+use ocmc_core::record::Outcome;
 
 /// How often a column goes from zero to above.
 fn presses(values: &[f64]) -> usize {

@@ -2,10 +2,10 @@
 
 use crate::common::{balance, column, diesel, electric_balance, run, start_speeds_radps, study};
 use fearless_simd::{Level, dispatch, prelude::*};
-use ocmc_core::kernel::record::{COLUMNS, Cell, Outcome};
 use ocmc_core::kernel::trace::trace;
 use ocmc_core::lanes::Lanes;
 use ocmc_core::powertrain::diesel::engine::Engine;
+use ocmc_core::record::{COLUMNS, Cell, Outcome};
 
 #[test]
 fn energy_closes_to_1e_9_in_every_built_in_study_and_nothing_is_nan() {
@@ -19,7 +19,7 @@ fn energy_closes_to_1e_9_in_every_built_in_study_and_nothing_is_nan() {
             };
             assert!(open.abs() < 1e-9, "{}: {record:?}", built_in.name);
             for column in COLUMNS {
-                if let Cell::Number(Some(value)) = (column.get)(&record) {
+                if let Cell::Number(Some(value)) = column.get(&record) {
                     assert!(value.is_finite(), "{} {}", built_in.name, column.name);
                 }
             }
@@ -32,7 +32,7 @@ fn shift_and_clutch_losses_are_needed_for_the_balance() {
     // shift loss: without the jumps of the engine's kinetic energy the balance does not close
     let study = study("regional", &[]);
     let records = run(&study, 50);
-    let share = |loss: fn(&ocmc_core::kernel::record::Record) -> f64| {
+    let share = |loss: fn(&ocmc_core::record::Record) -> f64| {
         records.iter().map(loss).sum::<f64>()
             / records.iter().map(|r| r.wheel_energy_j).sum::<f64>()
     };

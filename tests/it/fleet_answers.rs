@@ -1,8 +1,8 @@
 //! Comparison, sensitivity and precision, as a user of the command meets them.
 
 use crate::program::{SHORT, ocmc, run_into};
-use ocmc_core::kernel::record::Outcome;
 use ocmc_core::random::LAST_CYCLE_ID;
+use ocmc_core::record::Outcome;
 use serde_json::Value;
 use std::fs;
 use std::path::Path;

@@ -1,7 +1,7 @@
 //! What `ocmc drive` says of routes and of speeds that are followed: how to see more, what saturated.
 
 use crate::program::{ocmc, records};
-use ocmc_core::kernel::record::{COLUMNS, Cell, Outcome, Record};
+use ocmc_core::record::{COLUMNS, Cell, Outcome, Record};
 use std::fmt::Write;
 use std::fs;
 use std::path::Path;
@@ -104,7 +104,7 @@ fn where_nobody_drives_the_records_have_no_driver_and_no_road() {
         for record in driven("exact", format) {
             let of_it = |name: &'static str| name.starts_with("driver_") || road.contains(&name);
             for column in COLUMNS.iter().filter(|column| of_it(column.name)) {
-                let cell = (column.get)(&record);
+                let cell = column.get(&record);
                 let none = matches!(cell, Cell::Number(None) | Cell::Integer(None));
                 assert!(none, "{format} {}: {cell:?}", column.name);
             }

@@ -1,9 +1,9 @@
 //! Given operating cycles: what a drawn one is written as drives the same again; routes mix by weight; VECTO's cycles can be driven.
 
 use crate::common::{run, shared};
-use ocmc_core::kernel::record::{COLUMNS, Cell, Outcome};
 use ocmc_core::kernel::scheduler::drive_scenario;
 use ocmc_core::operating_cycle::route::Keep;
+use ocmc_core::record::{COLUMNS, Cell, Outcome};
 use ocmc_io::{operating_cycle, study as studies};
 
 /// A folder for this test's files.
@@ -43,7 +43,7 @@ fn a_written_cycle_drives_again_to_the_same_record() {
                 if column.name == "departure_s_of_year" {
                     continue;
                 }
-                match ((column.get)(&record), (column.get)(&again)) {
+                match (column.get(&record), column.get(&again)) {
                     (Cell::Number(Some(a)), Cell::Number(Some(b))) => {
                         let error = (a - b).abs() / a.abs().max(1.0);
                         assert!(error < 1e-6, "{cycle_id} {}: {a} {b}", column.name);

@@ -3,9 +3,9 @@
 
 use crate::common::{GivenRoad, column, diesel, run, start_speeds_radps, study};
 use crate::program::ocmc;
-use ocmc_core::kernel::record::{COLUMNS, Cell, Record};
 use ocmc_core::kernel::trace::{trace, trace_scenario};
 use ocmc_core::prescribed::{DriveCycle, follow_study};
+use ocmc_core::record::{COLUMNS, Cell, Record};
 use ocmc_core::study::Study;
 
 const SHORT: &str = "mission.length_m=4000";
@@ -33,7 +33,7 @@ fn loaded(name: &str, sets: &[&str]) -> Study {
 fn assert_finite(records: &[Record], what: &str) {
     for record in records {
         for column in COLUMNS {
-            if let Cell::Number(Some(value)) = (column.get)(record) {
+            if let Cell::Number(Some(value)) = column.get(record) {
                 assert!(value.is_finite(), "{what}: {} {value}", column.name);
             }
         }

@@ -1,7 +1,7 @@
 //! Turning a part off changes the records, in the physically right direction.
 
 use crate::common::{mean_and_error, run, sd, study};
-use ocmc_core::kernel::record::Record;
+use ocmc_core::record::Record;
 
 const CYCLES: u64 = 300;
 

@@ -6,8 +6,8 @@ use ocmc_core::fleet::dependence::Dependence;
 use ocmc_core::fleet::precision::{InterimChecks, Precision};
 use ocmc_core::fleet::run::{RunPlan, records};
 use ocmc_core::fleet::summary::{Summary, SummaryBuilder};
-use ocmc_core::kernel::record::Record;
 use ocmc_core::random::{Draws, Stream};
+use ocmc_core::record::Record;
 use std::convert::Infallible;
 use std::ops::ControlFlow;
 

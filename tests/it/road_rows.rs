@@ -1,7 +1,8 @@
 //! The rows of a road are written from what holds over many segments; here each one from its segment alone.
 
 use crate::common::study;
-use ocmc_core::kernel::road_row::{RoadRow, RoadRows, UNBOUNDED};
+use ocmc_core::kernel::road_row::{RoadRow, RoadRows};
+use ocmc_core::lanes::UNBOUNDED;
 use ocmc_core::operating_cycle::road::surface::iri_mm_per_m;
 use ocmc_core::study::{Scenario, Study};
 use ocmc_core::tactical::{SpeedProfile, plan};

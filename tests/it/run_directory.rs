@@ -69,9 +69,8 @@ fn the_summary_is_the_answer_in_json() {
     assert_eq!(summary["study_hash"], json(&out.join("manifest.json"))["study_hash"]);
     // the fleet's mean is total fuel over total distance
     let rows = records(&out.join("records.parquet"));
-    let litres = |r: &ocmc_core::kernel::record::Record| {
-        r.consumption_l_per_100km.expect("a diesel") * r.distance_m
-    };
+    let litres =
+        |r: &ocmc_core::record::Record| r.consumption_l_per_100km.expect("a diesel") * r.distance_m;
     let mean =
         rows.iter().map(litres).sum::<f64>() / rows.iter().map(|r| r.distance_m).sum::<f64>();
     let printed =

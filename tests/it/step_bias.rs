@@ -8,7 +8,7 @@ fn the_default_steps_are_within_0_05_percent_of_steps_of_a_few_milliseconds() {
     let cycles = 32;
     let default = run(&study("field-truck", &[]), cycles);
     let short = run(&study("field-truck", &["simulation.step_s=0.005"]), cycles);
-    let bias = |of: fn(&ocmc_core::kernel::record::Record) -> f64| {
+    let bias = |of: fn(&ocmc_core::record::Record) -> f64| {
         let pairs = default.iter().zip(&short);
         pairs.map(|(a, b)| (of(a) / of(b) - 1.0).abs()).sum::<f64>() / cycles as f64
     };

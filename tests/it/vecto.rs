@@ -2,9 +2,10 @@
 //! `docs/src/vecto-comparison.md`: `cargo test -p ocmc --test it vecto -- --nocapture`.
 
 use crate::common::shared;
-use ocmc_core::kernel::record::{Outcome, Record};
+use ocmc_core::energy_ledger::Term;
 use ocmc_core::kernel::scheduler::drive_scenario;
 use ocmc_core::prescribed::{DriveCycle, follow_study};
+use ocmc_core::record::{Outcome, Record};
 use ocmc_io::study::{LoadedStudy, load};
 use std::path::Path;
 
@@ -97,7 +98,8 @@ fn quasi_static_figures_on_vecto_cycles() {
             let record = driven(&file, &[&payload]);
             let strong = study(&[&payload, STRONG]);
             let (followed, sum) = follow_study(&strong.study, 1, 0, &perfect);
-            assert!(sum.limited_s < 0.01 * sum.duration_s, "{name} {}", sum.limited_s);
+            let limited_s = sum.ledger[Term::Limited];
+            assert!(limited_s < 0.01 * sum.duration_s, "{name} {limited_s}");
             let difference = litres(&record) / figure - 1.0;
             println!(
                 "| {name} | {:.1} | {figure:.1} | {:.2} | {:+.1} % | {:.2} | {:.1} | {:.1} |",

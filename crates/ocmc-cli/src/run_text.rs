@@ -4,7 +4,7 @@ use crate::number_text::{count_of, grouped, rough, rounded, short};
 use crate::{histogram_chart, summary_table};
 use ocmc_core::fleet::precision::{Precision, Reached};
 use ocmc_core::fleet::summary::{OUTSIDE_MAP_SHARE, Summary};
-use ocmc_core::kernel::record::Outcome;
+use ocmc_core::record::Outcome;
 use ocmc_io::label::label;
 use ocmc_io::run_summary::RunSummary;
 use ocmc_io::study::Origin;

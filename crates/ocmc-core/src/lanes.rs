@@ -8,6 +8,9 @@ use fearless_simd::{Level, f64x4, f64x8, mask64x8, prelude::*, u64x8};
 /// Trucks of one block.
 pub const WIDTH: usize = 8;
 
+/// A number that never binds: a distance, a speed or a squared speed.
+pub const UNBOUNDED: f64 = 1e9;
+
 /// A number for each truck.
 pub type Lanes<S> = f64x8<S>;
 

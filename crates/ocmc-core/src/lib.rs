@@ -15,6 +15,8 @@
 
 pub mod distribution;
 pub mod driver;
+pub mod energy_ledger;
+pub mod first_order_lag;
 pub mod fleet;
 pub mod kernel;
 pub mod lanes;
@@ -22,6 +24,7 @@ pub mod operating_cycle;
 pub mod powertrain;
 pub mod prescribed;
 pub mod random;
+pub mod record;
 pub mod special_functions;
 pub mod study;
 pub mod switch;

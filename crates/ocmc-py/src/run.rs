@@ -8,7 +8,7 @@ use crate::table::Table;
 use ocmc_core::fleet::dependence::Dependence;
 use ocmc_core::fleet::run::RunPlan;
 use ocmc_core::fleet::summary::SummaryBuilder;
-use ocmc_core::kernel::record::Record;
+use ocmc_core::record::Record;
 use ocmc_io::given_drive::GivenDrive;
 use ocmc_io::records::arrow::{record_batch, records, schema};
 use ocmc_io::records::{GROUP_ROWS, RecordFormat};

@@ -1,7 +1,6 @@
 //! Studies and hand-made roads for the whole-program tests.
 
 use ocmc_core::kernel::cpu::CpuLevel;
-use ocmc_core::kernel::record::Record;
 use ocmc_core::kernel::scheduler::drive;
 use ocmc_core::kernel::trace::Trace;
 use ocmc_core::operating_cycle::road::Road;
@@ -11,9 +10,11 @@ use ocmc_core::operating_cycle::road::speed_sign::SpeedSign;
 use ocmc_core::operating_cycle::road::surface::Ground;
 use ocmc_core::operating_cycle::weather::STANDARD_WEATHER;
 use ocmc_core::operating_cycle::{OperatingCycle, TrafficStretch, WeatherStretch};
+use ocmc_core::powertrain::PowertrainKind;
+use ocmc_core::powertrain::diesel::DieselPowertrain;
 use ocmc_core::random::Streams;
+use ocmc_core::record::Record;
 use ocmc_core::study::{Scenario, Study};
-use ocmc_core::vehicle::DieselPowertrain;
 use std::path::PathBuf;
 
 /// A file of the shared data; none, with a message, where they are absent.
@@ -129,7 +130,10 @@ pub(crate) fn typical(sets: &[&str]) -> Study {
 
 /// Engine and gearbox of a study that has them.
 pub(crate) fn diesel(study: &Study) -> &DieselPowertrain {
-    study.vehicle().diesel().unwrap()
+    match &study.vehicle().powertrain {
+        PowertrainKind::Diesel(diesel) => diesel,
+        PowertrainKind::BatteryElectric(_) => panic!("a diesel truck"),
+    }
 }
 
 /// Engine speed at the start of each row, in rad/s: that of the wheels where the clutch is closed.

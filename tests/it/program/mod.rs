@@ -1,7 +1,7 @@
 //! Runs the command, and reads what it leaves behind.
 
 use assert_cmd::Command;
-use ocmc_core::kernel::record::Record;
+use ocmc_core::record::Record;
 use std::path::Path;
 
 /// A setting that makes cycles short, so that tests are.

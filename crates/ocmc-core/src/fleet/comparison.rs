@@ -19,7 +19,7 @@ use super::quantity::{RecordQuantity, shared_consumption};
 use super::ratio::student_975;
 use super::replicates::ParameterUncertainty;
 use super::run::{RunPlan, records};
-use crate::kernel::record::{Outcome, Record};
+use crate::record::{Outcome, Record};
 use crate::study::Study;
 use serde::Serialize;
 use std::ops::ControlFlow;

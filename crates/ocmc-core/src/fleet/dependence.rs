@@ -68,9 +68,9 @@ impl Dependence {
 mod tests {
     use super::*;
     use crate::fleet::summary::SummaryBuilder;
-    use crate::kernel::record::Record;
     use crate::random::sampling::Sampling;
     use crate::random::{Stream, Streams};
+    use crate::record::Record;
     use crate::statistics::assert_share;
 
     #[test]

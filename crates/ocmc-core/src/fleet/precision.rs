@@ -10,7 +10,7 @@
 
 use super::quantile::LEVELS;
 use super::summary::SummaryBuilder;
-use crate::kernel::record::Record;
+use crate::record::Record;
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 

@@ -9,7 +9,7 @@
 //! | stops per km | total stops over total distance | the cycle's own |
 //! | duration | plain mean | the cycle's own |
 
-use crate::kernel::record::{Outcome, Record};
+use crate::record::{Outcome, Record};
 
 /// What a cycle's value is multiplied by for a total, or what a total is divided by.
 #[derive(Clone, Copy, Debug)]

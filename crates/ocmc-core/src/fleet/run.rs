@@ -2,9 +2,9 @@
 
 use crate::kernel::cpu::CpuLevel;
 use crate::kernel::lane_task::LaneTask;
-use crate::kernel::record::Record;
 use crate::kernel::scheduler::{drive_tasks, drive_until, sampled};
 use crate::random::PickFreeze;
+use crate::record::Record;
 use crate::study::Study;
 use std::collections::BTreeMap;
 use std::num::NonZero;

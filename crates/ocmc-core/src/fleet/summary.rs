@@ -7,7 +7,7 @@ use super::quantity::{CONSUMPTIONS, Extent, QUANTITIES, RecordQuantity, Weight, 
 use super::ratio::Ratio;
 use super::replicates::ParameterUncertainty;
 use super::statistic::Statistic;
-use crate::kernel::record::{Outcome, Record};
+use crate::record::{Outcome, Record};
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
 

@@ -1,10 +1,10 @@
 //! What the driver wants and does with the pedals: the planned speed under the truck, and the operational module at one stage.
 
-use super::powertrain::Powertrain;
 use super::road_row::RoadRow;
 use super::stage::{Decision, Row};
 use super::state::{KernelParameters, State};
 use crate::lanes::{Flags, Lanes, clip, lerp};
+use crate::powertrain::Powertrain;
 use fearless_simd::prelude::*;
 
 /// What the driver does in one stage.
@@ -21,30 +21,30 @@ pub(super) struct Control<S: Simd> {
     pub integral_rate: Lanes<S>,
 }
 
-impl<S: Simd> State<S> {
+impl<S: Simd, P: Powertrain> State<S, P> {
     /// The desired speed, in m/s, and the braking branch of its square.
     #[inline(always)]
-    pub(super) fn desired<T: Powertrain>(
+    pub(super) fn desired(
         &self,
         row: &Row<S>,
         left: Lanes<S>,
-        parameters: &KernelParameters<T>,
+        parameters: &KernelParameters<P>,
     ) -> (Lanes<S>, Lanes<S>) {
         let limit = row[RoadRow::LIMIT];
-        let backward = row[RoadRow::BACKWARD] + self.twice_deceleration * left;
-        let forward =
-            (row[RoadRow::FORWARD] - self.twice_acceleration * left).max(parameters.launch);
+        let backward = row[RoadRow::BACKWARD] + self.constants.twice_deceleration * left;
+        let forward = (row[RoadRow::FORWARD] - self.constants.twice_acceleration * left)
+            .max(parameters.launch);
         (limit.min(backward).min(forward).sqrt(), backward)
     }
 
     /// The same where a step ends. Where it passes the beginning of a ramp down to a lower limit, the line from start to end
     /// would lie below the desired speed everywhere between: the second stage takes the end of the line that has its mean.
     #[inline(always)]
-    pub(super) fn desired_at_end<T: Powertrain>(
+    pub(super) fn desired_at_end(
         &self,
         decision: &Decision<S>,
         left: Lanes<S>,
-        parameters: &KernelParameters<T>,
+        parameters: &KernelParameters<P>,
     ) -> (Lanes<S>, Lanes<S>) {
         let (row, before) = (&decision.row, decision.control.desired);
         let limit = row[RoadRow::LIMIT];
@@ -58,7 +58,7 @@ impl<S: Simd> State<S> {
 
     /// The operational module at one stage.
     #[inline(always)]
-    pub(super) fn control<T: Powertrain>(
+    pub(super) fn control(
         &self,
         limit: Lanes<S>,
         speed: Lanes<S>,
@@ -67,13 +67,13 @@ impl<S: Simd> State<S> {
         filtered: Lanes<S>,
         hold: Flags<S>,
         held: Lanes<S>,
-        parameters: &KernelParameters<T>,
+        parameters: &KernelParameters<P>,
     ) -> Control<S> {
         let pedals = parameters.pedals;
         let error = desired - speed;
         let lag = speed - filtered;
-        let effort = self.proportional * error;
-        let continuous = effort + integral - self.derivative_over_filter * lag;
+        let effort = self.constants.proportional * error;
+        let continuous = effort + integral - self.constants.derivative_over_filter * lag;
         let output = hold.select(held, continuous);
 
         // near its speed the limiter lets the pedal go down less and less far
@@ -83,7 +83,7 @@ impl<S: Simd> State<S> {
         let accelerator = clip(output.min(allowed), 0.0, 1.0);
 
         // downhill, above a static limit, the driver lets the truck run up to the edge of a band
-        let edge = effort + self.band_output;
+        let edge = effort + self.constants.band_output;
         let in_band = speed.simd_gt(pedals.overspeed_from_mps) & !backward.simd_lt(limit);
         let demand = in_band.select(output.max(edge), output);
         let braking = clip(-demand, 0.0, parameters.per_brake_scale);
@@ -95,16 +95,17 @@ impl<S: Simd> State<S> {
             accelerator,
             brake: (braking * pedals.brake_scale).min(1.0),
             braking,
-            integral_rate: self.integral_gain * error + self.tracking * (realised - output),
+            integral_rate: self.constants.integral_gain * error
+                + self.constants.tracking * (realised - output),
         }
     }
 }
 
 /// The integral part within its bounds. Zero is within, and stays there for a driver without an integral part.
 #[inline(always)]
-pub(super) fn clamp_integral<S: Simd, T: Powertrain>(
+pub(super) fn clamp_integral<S: Simd, P: Powertrain>(
     integral: Lanes<S>,
-    parameters: &KernelParameters<T>,
+    parameters: &KernelParameters<P>,
 ) -> Lanes<S> {
     let pid = &parameters.pedals.pid;
     clip(integral, pid.integral_minimum, pid.integral_maximum)

@@ -1,65 +1,273 @@
-//! Which lanes have an event after a step: the gearbox may want another gear, a stop line is near, a check is due.
+//! Events of lanes: the flags that a step sets where the gearbox may want another gear, a stop line
+//! is near or a check is due, and how an event is handled outside of the hot loop.
 
-use super::powertrain::Powertrain;
-use super::road_row::{RoadRow, UNBOUNDED};
+use super::lane_task::LaneTask;
+use super::road_row::RoadRow;
 use super::stage::Row;
 use super::state::{KernelParameters, State};
-use crate::lanes::{Flags, Lanes};
+use super::step::FAST_STEP;
+use crate::energy_ledger::{Ledger, Term};
+use crate::lanes::{Flags, Lanes, UNBOUNDED};
+use crate::powertrain::Powertrain;
+use crate::powertrain::gearbox::ShiftInputs;
+use crate::record::Outcome;
 use fearless_simd::prelude::*;
 
-impl<S: Simd> State<S> {
+/// Steps, as they are counted, for each whole step's time that cuts can make of it before a cycle is given up.
+const MOST_CUTS: f64 = 10.0;
+
+/// An event of one lane: what the step knows that its handling needs.
+#[derive(Clone, Copy, Debug)]
+pub struct LaneEvent {
+    /// Accelerator pedal.
+    pub accelerator: f64,
+    /// Whether the strategy may want another gear.
+    pub wants_shift: bool,
+    /// Whether the truck slows.
+    pub slowing: bool,
+    /// Whether the clutch is closed.
+    pub closed: bool,
+    /// Steady power that the road asks for, in W.
+    pub road_power_w: f64,
+}
+
+impl<S: Simd, P: Powertrain> State<S, P> {
     /// Whether the strategy may want another gear: the exact answer is
     /// [`crate::powertrain::gearbox::ShiftModel::wanted_gear`].
     #[inline(always)]
-    pub(super) fn wants_shift<T: Powertrain>(
+    pub(super) fn wants_shift(
         &self,
         accelerator: Lanes<S>,
         slowing: Flags<S>,
         closed: Flags<S>,
         road_power: Lanes<S>,
-        parameters: &KernelParameters<T>,
+        parameters: &KernelParameters<P>,
     ) -> Flags<S> {
         let shift = &parameters.vehicle.shift;
-        let speed = self.speed * self.gear_speed;
-        let up_speed = self.speed * self.gear_speed_up;
+        let speed = self.motion.speed * self.gear.speed_ratio;
+        let up_speed = self.motion.speed * self.gear.speed_ratio_up;
         let up_line = accelerator * shift.up_pedal_radps + shift.up_speed_radps;
         let down_line = accelerator * shift.down_pedal_radps + shift.down_speed_radps;
-        let settled = !self.hold_left.max(self.shift_left).simd_gt(0.0);
-        let rolls = self.speed.simd_gt(shift.minimum_speed_mps);
+        let settled = !self.motion.hold_left.max(self.motion.shift_left).simd_gt(0.0);
+        let rolls = self.motion.speed.simd_gt(shift.minimum_speed_mps);
         let ready = rolls & settled;
 
         // the most that the engine could give there; how much it does, the strategy asks the curve
         let most = up_speed * parameters.most_power_nm;
         let strong = !most.simd_lt(road_power);
         let up = ready & !up_speed.simd_lt(up_line) & strong;
-        let over = self.speed.simd_gt(self.too_fast);
-        let has_down = self.gear_speed_down.simd_lt(UNBOUNDED);
+        let over = self.motion.speed.simd_gt(self.gear.too_fast);
+        let has_down = self.gear.speed_ratio_down.simd_lt(UNBOUNDED);
         // a truck that rolls to a stop with an open clutch shifts when it is driven again, not before
-        let cannot_launch = !(closed | self.slips_below.simd_gt(0.0)) & accelerator.simd_gt(0.0);
+        let cannot_launch =
+            !(closed | self.gear.slips_below.simd_gt(0.0)) & accelerator.simd_gt(0.0);
         let low = speed.simd_lt(down_line) & (closed | cannot_launch);
-        let kick = !self.kick_left.simd_gt(0.0)
+        let kick = !self.motion.kick_left.simd_gt(0.0)
             & speed.simd_lt(shift.kickdown_speed_radps)
-            & (self.speed * self.gear_speed_down).simd_lt(shift.overspeed_radps);
+            & (self.motion.speed * self.gear.speed_ratio_down).simd_lt(shift.overspeed_radps);
         let down = has_down & slowing & (low | kick);
         up | ready & (over | down) | settled & !rolls & cannot_launch
     }
 
     /// Flag: the lane has an event.
     #[inline(always)]
-    pub(super) fn event_flags<T: Powertrain>(
+    pub(super) fn event_flags(
         &self,
         row: &Row<S>,
         wants_shift: Flags<S>,
-        parameters: &KernelParameters<T>,
+        parameters: &KernelParameters<P>,
     ) -> Flags<S> {
         let simulation = parameters.simulation;
-        let to_line = self.left + row[RoadRow::TO_STOP];
-        let reach = self.speed.simd_lt(simulation.creep_speed_mps).select(
+        let to_line = self.motion.left + row[RoadRow::TO_STOP];
+        let reach = self.motion.speed.simd_lt(simulation.creep_speed_mps).select(
             Lanes::splat(to_line.simd, simulation.creep_distance_m),
             Lanes::splat(to_line.simd, simulation.capture_distance_m),
         );
         let captured = !reach.simd_lt(to_line);
-        let due = !self.steps_left.simd_gt(0.0);
-        captured | due | wants_shift | parameters.powertrain.is_empty(self)
+        let due = !self.motion.steps_left.simd_gt(0.0);
+        captured | due | wants_shift | parameters.powertrain.depleted(&self.powertrain)
     }
+}
+
+impl LaneTask {
+    /// Handles the event of a lane; returns the outcome where the cycle has ended.
+    #[cold]
+    pub fn handle_event<S: Simd, P: Powertrain>(
+        &mut self,
+        state: &mut State<S, P>,
+        lane: usize,
+        event: LaneEvent,
+        parameters: &KernelParameters<P>,
+    ) -> Option<Outcome> {
+        self.added_by_event = Ledger::EMPTY;
+        if is_captured(state, lane, parameters) {
+            self.stop(state, lane, parameters);
+            let ends = stop_row(state, lane) + 1 == state.motion.roads[lane].len();
+            if !ends {
+                self.dwell(state, lane, parameters);
+            }
+            state.ledger.add_to_lane(lane, &self.added_by_event);
+            if ends {
+                return Some(Outcome::Completed);
+            }
+        } else if event.wants_shift {
+            self.shift(state, lane, event, parameters);
+        }
+        if parameters.powertrain.depleted(&state.powertrain).test(lane) {
+            return Some(Outcome::Depleted);
+        }
+        if state.motion.steps_left[lane] <= 0.0 {
+            self.check(state, lane, parameters)
+        } else {
+            None
+        }
+    }
+
+    /// The truck comes to rest: its kinetic energy goes into the service brakes, the engine returns to idle.
+    fn stop<S: Simd, P: Powertrain>(
+        &mut self,
+        state: &mut State<S, P>,
+        lane: usize,
+        parameters: &KernelParameters<P>,
+    ) {
+        let speed = state.motion.speed[lane];
+        let inertia = parameters.engine_inertia_kgm2;
+        let engine_speed = state.motion.engine_speed[lane];
+        let mut braked =
+            0.5 * (state.constants.mass[lane] + parameters.wheel_mass_kg) * speed * speed;
+        let idle = parameters.idle_radps;
+        // a closed clutch brakes the engine with the wheels; it is restarted to idle
+        let closed = engine_speed == speed * state.gear.speed_ratio[lane];
+        let left_over = if closed {
+            braked += 0.5 * inertia * engine_speed * engine_speed;
+            0.0
+        } else {
+            engine_speed
+        };
+        self.added_by_event[Term::ServiceBrake] += braked;
+        self.added_by_event[Term::Shift] += 0.5 * inertia * (left_over * left_over - idle * idle);
+        state.motion.speed[lane] = 0.0;
+        state.motion.engine_speed[lane] = idle;
+    }
+
+    /// Stands for the drawn time with the engine idling, then prepares to start.
+    fn dwell<S: Simd, P: Powertrain>(
+        &mut self,
+        state: &mut State<S, P>,
+        lane: usize,
+        parameters: &KernelParameters<P>,
+    ) {
+        let dwell_s = state.motion.roads[lane][stop_row(state, lane)].0[RoadRow::DWELL];
+        let added = &mut self.added_by_event;
+        parameters.powertrain.stand(&mut state.powertrain, lane, dwell_s, added);
+        self.standstill_s += dwell_s;
+        self.n_stops += 1;
+        self.leave_line(state, lane);
+        self.start(state, lane, parameters);
+        self.checked_at_s = state.ledger[Term::Time][lane];
+        self.checked_at_m = state.ledger[Term::Distance][lane];
+    }
+
+    /// Takes a line that has been served off the road: up to it nothing but the launch speed holds.
+    fn leave_line<S: Simd, P: Powertrain>(&mut self, state: &mut State<S, P>, lane: usize) {
+        let (here, line) = (state.motion.at[lane], stop_row(state, lane));
+        for (k, row) in state.motion.roads[lane][here..=line].iter_mut().enumerate() {
+            self.served.push((here + k, *row));
+            row.0[RoadRow::BACKWARD] = UNBOUNDED;
+            row.0[RoadRow::FORWARD] = -UNBOUNDED;
+            row.0[RoadRow::TO_STOP] = UNBOUNDED;
+            row.0[RoadRow::DWELL] = -1.0;
+        }
+    }
+
+    fn shift<S: Simd, P: Powertrain>(
+        &mut self,
+        state: &mut State<S, P>,
+        lane: usize,
+        event: LaneEvent,
+        parameters: &KernelParameters<P>,
+    ) {
+        let shift = &parameters.vehicle.shift;
+        let inputs = ShiftInputs {
+            gear: self.gear,
+            speed_mps: state.motion.speed[lane],
+            pedal: event.accelerator,
+            slowing: event.slowing,
+            kickdown: state.motion.kick_left[lane] <= 0.0,
+            closed: event.closed,
+            road_power_w: event.road_power_w,
+        };
+        let full_load_nm = |w| parameters.powertrain.full_load_nm(w);
+        let gear = shift.wanted_gear(&inputs, &parameters.vehicle.gears, full_load_nm);
+        if gear != self.gear {
+            self.gear = gear;
+            self.n_gear_shifts += 1;
+            state.set_gear(lane, gear, parameters);
+            state.motion.shift_left[lane] = shift.duration_s;
+            state.motion.hold_left[lane] = shift.interval_s;
+            // torque comes back after the shift: only then a pressed pedal tells that it is not enough
+            state.motion.kick_left[lane] = shift.duration_s + shift.kickdown_s;
+            state.motion.longest[lane] = parameters.short_step_s;
+        }
+    }
+
+    /// Checks whether the truck makes progress and whether its time is over.
+    fn check<S: Simd, P: Powertrain>(
+        &mut self,
+        state: &mut State<S, P>,
+        lane: usize,
+        parameters: &KernelParameters<P>,
+    ) -> Option<Outcome> {
+        let simulation = parameters.simulation;
+        let (time, way) = (state.ledger[Term::Time][lane], state.ledger[Term::Distance][lane]);
+        self.counted += self.until_check;
+        let most = MOST_CUTS * simulation.longest_duration_s / simulation.step_s;
+        if time > simulation.longest_duration_s || self.counted > most {
+            return Some(Outcome::TimedOut);
+        }
+        let passed = time - self.checked_at_s;
+        self.schedule_check(state, lane, parameters);
+        // steps that were cut are shorter: wait until the whole time has passed
+        if passed >= simulation.stall_time_s * (1.0 - 1e-9) {
+            if way - self.checked_at_m < simulation.stall_distance_m {
+                return Some(Outcome::Stalled);
+            }
+            self.checked_at_s = time;
+            self.checked_at_m = way;
+        }
+        None
+    }
+
+    /// The next check is due when a truck that makes no progress has been standing long enough, and no later than the longest
+    /// duration.
+    pub(super) fn schedule_check<S: Simd, P: Powertrain>(
+        &mut self,
+        state: &mut State<S, P>,
+        lane: usize,
+        parameters: &KernelParameters<P>,
+    ) {
+        let simulation = parameters.simulation;
+        let left_s = (simulation.longest_duration_s - state.ledger[Term::Time][lane]).max(0.0);
+        let steps = |time_s: f64| libm::ceil(time_s / simulation.step_s);
+        let at_end = (steps(left_s) * FAST_STEP).max(FAST_STEP);
+        self.until_check = steps(simulation.stall_time_s).min(at_end);
+        state.motion.steps_left[lane] = self.until_check;
+    }
+}
+
+fn is_captured<S: Simd, P: Powertrain>(
+    state: &State<S, P>,
+    lane: usize,
+    parameters: &KernelParameters<P>,
+) -> bool {
+    let simulation = parameters.simulation;
+    let slow = state.motion.speed[lane] < simulation.creep_speed_mps;
+    let reach = if slow { simulation.creep_distance_m } else { simulation.capture_distance_m };
+    state.motion.left[lane] + state.row(lane).0[RoadRow::TO_STOP] <= reach
+}
+
+/// The row at whose end the next stop line is.
+fn stop_row<S: Simd, P: Powertrain>(state: &State<S, P>, lane: usize) -> usize {
+    let predicted = state.motion.roads[lane][state.motion.at[lane]..].iter();
+    state.motion.at[lane] + predicted.take_while(|row| row.0[RoadRow::DWELL] < 0.0).count()
 }

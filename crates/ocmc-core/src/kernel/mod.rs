@@ -1,16 +1,11 @@
-//! The closed loop: lanes, one step, records and traces.
+//! The closed loop: lanes, one step, their events and traces.
 
 mod accumulate;
-pub mod battery_electric;
 mod control;
 pub mod cpu;
-pub mod diesel;
-mod first_order_lag;
-mod lane_event;
+pub mod lane_event;
 pub mod lane_task;
 pub mod pedal_event;
-pub mod powertrain;
-pub mod record;
 pub mod road_row;
 pub mod scheduler;
 mod stage;

@@ -2,13 +2,10 @@
 //!
 //! It is what the identification of a driver's gains simulates again and again.
 
-use super::battery_electric::BatteryElectric;
-use super::diesel::Diesel;
 use super::lane_task::LaneTask;
-use super::powertrain::Powertrain;
 use super::state::{KernelParameters, State};
+use crate::powertrain::{Powertrain, PowertrainTask};
 use crate::study::{Scenario, Study};
-use crate::vehicle::PowertrainKind;
 #[cfg(not(target_arch = "x86_64"))]
 use fearless_simd::dispatch;
 use fearless_simd::{Level, prelude::*};
@@ -55,22 +52,29 @@ pub fn simulate_event(
     duration_s: f64,
 ) -> EventSeries {
     let task = LaneTask::new(study, scenario);
-    match &study.vehicle().powertrain {
-        PowertrainKind::Diesel(drive) => {
-            let parameters =
-                KernelParameters::new(study, Diesel::new(drive, &study.vehicle().model));
-            drive_on(&parameters, task, rolling, duration_s)
-        }
-        PowertrainKind::BatteryElectric(drive) => {
-            let parameters = KernelParameters::new(study, BatteryElectric::new(drive));
-            drive_on(&parameters, task, rolling, duration_s)
-        }
+    let powertrain = &study.vehicle().powertrain;
+    powertrain.dispatch(EventTask { study, task, rolling, duration_s })
+}
+
+struct EventTask<'a> {
+    study: &'a Study,
+    task: LaneTask,
+    rolling: &'a InitialMotion,
+    duration_s: f64,
+}
+
+impl PowertrainTask for EventTask<'_> {
+    type Answer = EventSeries;
+
+    fn run<P: Powertrain>(self, powertrain: &P) -> EventSeries {
+        let parameters = KernelParameters::new(self.study, powertrain);
+        drive_on(&parameters, self.task, self.rolling, self.duration_s)
     }
 }
 
 /// With AVX2 where the CPU has it: one truck gains nothing from wider vectors.
-fn drive_on<T: Powertrain>(
-    parameters: &KernelParameters<T>,
+fn drive_on<P: Powertrain>(
+    parameters: &KernelParameters<P>,
     task: LaneTask,
     rolling: &InitialMotion,
     duration_s: f64,
@@ -96,9 +100,9 @@ fn drive_on<T: Powertrain>(
 }
 
 #[inline(always)]
-fn drive_task<S: Simd, T: Powertrain>(
+fn drive_task<S: Simd, P: Powertrain>(
     simd: S,
-    parameters: &KernelParameters<T>,
+    parameters: &KernelParameters<P>,
     mut task: LaneTask,
     rolling: &InitialMotion,
     duration_s: f64,
@@ -115,7 +119,7 @@ fn drive_task<S: Simd, T: Powertrain>(
         }
         time_s += view.dt[0];
         series.time_s.push(time_s);
-        series.speed_mps.push(state.speed[0]);
+        series.speed_mps.push(state.motion.speed[0]);
         series.accelerator.push(view.accelerator[0]);
         series.brake.push(view.brake[0]);
         let events = view.events();

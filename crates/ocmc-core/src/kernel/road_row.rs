@@ -1,5 +1,6 @@
 //! What the step function reads of the road: one row of twelve numbers for each segment.
 
+use crate::lanes::UNBOUNDED;
 use crate::operating_cycle::road::surface::iri_mm_per_m;
 use crate::operating_cycle::segments::Segment;
 use crate::operating_cycle::weather::Weather;
@@ -57,9 +58,6 @@ impl RoadRow {
 
 /// Climb after which the air density is taken anew, in m: it has changed by 0.6 %.
 const SAME_AIR_M: f64 = 50.0;
-
-/// A distance or a squared speed that never binds.
-pub const UNBOUNDED: f64 = 1e9;
 
 /// The rows of one scenario, and what the record says about its road.
 #[derive(Clone, Debug, Default)]

@@ -1,18 +1,15 @@
 //! Drives a range of cycles, eight or sixteen side by side: a lane takes the next cycle as soon as its own has ended.
 
-use super::battery_electric::BatteryElectric;
 use super::cpu::CpuLevel;
-use super::diesel::Diesel;
 use super::lane_task::LaneTask;
-use super::powertrain::Powertrain;
-use super::record::Record;
 use super::state::{KernelParameters, State};
 use super::step::steps;
 use super::step_view::{LaneEvents, StepView};
 use crate::lanes::{WIDTH, interleaves_blocks};
+use crate::powertrain::{Powertrain, PowertrainTask};
+use crate::record::Record;
 use crate::study::{Scenario, Study};
 use crate::tactical::SpeedProfile;
-use crate::vehicle::PowertrainKind;
 #[cfg(not(target_arch = "x86_64"))]
 use fearless_simd::dispatch;
 use fearless_simd::{Level, prelude::*};
@@ -22,19 +19,20 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// Observes every step of every lane: a trace does, a fleet does not.
 pub trait Observer {
     /// After a step, before its events are handled.
-    fn after_step<S: Simd>(
+    fn after_step<S: Simd, P: Powertrain>(
         &mut self,
-        _state: &State<S>,
+        _parameters: &KernelParameters<P>,
+        _state: &State<S, P>,
         _view: &StepView<S>,
-        _cabins: &[Option<LaneTask>],
+        _tasks: &[Option<LaneTask>],
     ) {
     }
     /// After the event of a lane has been handled.
-    fn after_event<S: Simd>(
+    fn after_event<S: Simd, P: Powertrain>(
         &mut self,
-        _state: &State<S>,
-        _lane: usize,
-        _cabins: &[Option<LaneTask>],
+        _parameters: &KernelParameters<P>,
+        _state: &State<S, P>,
+        _tasks: &[Option<LaneTask>],
     ) {
     }
     /// Whether the run is to stop: cycles that are on the road are then given up.
@@ -68,37 +66,40 @@ pub fn drive_tasks(study: &Study, next: Next, level: CpuLevel) -> Vec<Record> {
 
 /// As [`drive_tasks`], until a flag is set; there are no records of cycles that were given up.
 pub fn drive_until(study: &Study, next: Next, level: CpuLevel, stop: &AtomicBool) -> Vec<Record> {
-    match &study.vehicle().powertrain {
-        PowertrainKind::Diesel(drive) => {
-            let powertrain = Diesel::new(drive, &study.vehicle().model);
-            drive_on(level, study, &KernelParameters::new(study, powertrain), next, stop)
-        }
-        PowertrainKind::BatteryElectric(drive) => {
-            let powertrain = BatteryElectric::new(drive);
-            drive_on(level, study, &KernelParameters::new(study, powertrain), next, stop)
-        }
+    study.vehicle().powertrain.dispatch(FleetTask { study, next, level, stop })
+}
+
+struct FleetTask<'a, 'b> {
+    study: &'a Study,
+    next: Next<'b>,
+    level: CpuLevel,
+    stop: &'a AtomicBool,
+}
+
+impl PowertrainTask for FleetTask<'_, '_> {
+    type Answer = Vec<Record>;
+
+    fn run<P: Powertrain>(self, powertrain: &P) -> Vec<Record> {
+        let parameters = KernelParameters::new(self.study, powertrain);
+        drive_on(self.level, self.study, &parameters, self.next, self.stop)
     }
 }
 
 /// As [`drive_tasks`], with an observer of every step: slower.
-pub fn drive_observed<O: Observer>(study: &Study, next: Next, observer: &mut O) -> Vec<Record> {
-    match &study.vehicle().powertrain {
-        PowertrainKind::Diesel(drive) => {
-            let powertrain = Diesel::new(drive, &study.vehicle().model);
-            drive_baseline(study, &KernelParameters::new(study, powertrain), next, observer)
-        }
-        PowertrainKind::BatteryElectric(drive) => {
-            let powertrain = BatteryElectric::new(drive);
-            drive_baseline(study, &KernelParameters::new(study, powertrain), next, observer)
-        }
-    }
+pub fn drive_observed<P: Powertrain, O: Observer>(
+    study: &Study,
+    powertrain: &P,
+    next: Next,
+    observer: &mut O,
+) -> Vec<Record> {
+    drive_baseline(study, &KernelParameters::new(study, powertrain), next, observer)
 }
 
 /// With the instructions of a level.
-fn drive_on<T: Powertrain>(
+fn drive_on<P: Powertrain>(
     level: CpuLevel,
     study: &Study,
-    parameters: &KernelParameters<T>,
+    parameters: &KernelParameters<P>,
     next: Next,
     stop: &AtomicBool,
 ) -> Vec<Record> {
@@ -126,9 +127,9 @@ fn drive_on<T: Powertrain>(
 }
 
 /// With the instructions that every CPU of the platform has. `dispatch!` would compile the loop for all the others, too.
-fn drive_baseline<T: Powertrain, O: Observer>(
+fn drive_baseline<P: Powertrain, O: Observer>(
     study: &Study,
-    parameters: &KernelParameters<T>,
+    parameters: &KernelParameters<P>,
     next: Next,
     observer: &mut O,
 ) -> Vec<Record> {
@@ -175,10 +176,10 @@ pub fn drive_scenario(study: &Study, scenario: Scenario) -> Record {
 ///
 /// Inlined into each of the functions above, so that it is compiled for their CPUs.
 #[inline(always)]
-fn drive_blocks<S: Simd, T: Powertrain, O: Observer>(
+fn drive_blocks<S: Simd, P: Powertrain, O: Observer>(
     simd: S,
     study: &Study,
-    parameters: &KernelParameters<T>,
+    parameters: &KernelParameters<P>,
     next: Next,
     observer: &mut O,
 ) -> Vec<Record> {
@@ -218,10 +219,10 @@ struct LaneScheduler<'a, 'b, O> {
 
 impl<O: Observer> LaneScheduler<'_, '_, O> {
     /// Puts a cycle into each lane of a block.
-    fn fill<S: Simd, T: Powertrain>(
+    fn fill<S: Simd, P: Powertrain>(
         &mut self,
-        state: &mut State<S>,
-        parameters: &KernelParameters<T>,
+        state: &mut State<S, P>,
+        parameters: &KernelParameters<P>,
     ) -> LaneTasks {
         let mut tasks = [const { None }; WIDTH];
         for (lane, place) in tasks.iter_mut().enumerate() {
@@ -236,14 +237,14 @@ impl<O: Observer> LaneScheduler<'_, '_, O> {
 
     /// Shows a step to the observer and handles the events of its lanes.
     #[inline(always)]
-    fn after_step<S: Simd, T: Powertrain>(
+    fn after_step<S: Simd, P: Powertrain>(
         &mut self,
-        state: &mut State<S>,
+        state: &mut State<S, P>,
         tasks: &mut LaneTasks,
         view: &StepView<S>,
-        parameters: &KernelParameters<T>,
+        parameters: &KernelParameters<P>,
     ) {
-        self.observer.after_step(state, view, tasks);
+        self.observer.after_step(parameters, state, view, tasks);
         if view.event.any_true() {
             self.handle_events(state, tasks, &view.events(), parameters);
         }
@@ -252,12 +253,12 @@ impl<O: Observer> LaneScheduler<'_, '_, O> {
     /// Handles the events of a block's lanes.
     #[cold]
     #[inline(never)]
-    fn handle_events<S: Simd, T: Powertrain>(
+    fn handle_events<S: Simd, P: Powertrain>(
         &mut self,
-        state: &mut State<S>,
+        state: &mut State<S, P>,
         tasks: &mut LaneTasks,
         events: &LaneEvents,
-        parameters: &KernelParameters<T>,
+        parameters: &KernelParameters<P>,
     ) {
         if self.observer.is_stopped() {
             self.driving = 0;
@@ -272,7 +273,7 @@ impl<O: Observer> LaneScheduler<'_, '_, O> {
             if let Some(outcome) = outcome {
                 self.records.push(task.record(self.study, state, lane, outcome, parameters));
             }
-            self.observer.after_event(state, lane, tasks);
+            self.observer.after_event(parameters, state, tasks);
             if outcome.is_some() {
                 if let Some(task) = &mut tasks[lane] {
                     task.leave(state, lane);
@@ -281,7 +282,7 @@ impl<O: Observer> LaneScheduler<'_, '_, O> {
                 if let Some(task) = &mut tasks[lane] {
                     task.enter(state, lane, parameters);
                 } else {
-                    state.park(lane);
+                    state.park(lane, parameters);
                     self.driving -= 1;
                 }
             }

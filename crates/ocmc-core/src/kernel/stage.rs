@@ -1,11 +1,12 @@
 //! The two stages of a step: what driver, powertrain, air and road do at its start, and where that would lead.
 
 use super::control::{Control, clamp_integral};
-use super::first_order_lag::first_order_lags;
-use super::powertrain::{Coupling, Demand, Powertrain, TractiveEffort};
 use super::road_row::RoadRow;
 use super::state::{KernelParameters, State};
+use crate::first_order_lag::first_order_lags;
 use crate::lanes::{Flags, Lanes, WIDTH, columns, scheduling_barrier};
+use crate::powertrain::gearbox::GearLanes;
+use crate::powertrain::{Coupling, Demand, Powertrain, TractiveEffort};
 use crate::vehicle::resistance::drag_forces_n;
 use fearless_simd::prelude::*;
 
@@ -32,31 +33,32 @@ pub(super) struct Decision<S: Simd> {
     pub hold: Flags<S>,
     pub held: Lanes<S>,
     pub coupling: Coupling<S>,
+    /// Inverse of the moving mass, in 1/kg.
+    pub inverse_mass: Lanes<S>,
     /// Forces of the road, in N, and their sum: the same over the step.
     pub rolling: Lanes<S>,
     pub grade: Lanes<S>,
     pub road: Lanes<S>,
 }
 
+/// The effort of a powertrain at one stage.
+pub(super) type Effort<S, P> = TractiveEffort<S, <P as Powertrain>::Stage<S>>;
+
 /// Torques and forces of one stage.
-#[derive(Clone, Copy)]
-pub(super) struct Forces<S: Simd> {
+pub(super) struct Forces<S: Simd, P: Powertrain> {
     pub acceleration: Lanes<S>,
     pub drag: Lanes<S>,
-    pub effort: TractiveEffort<S>,
+    pub effort: Effort<S, P>,
 }
 
 /// The state at the end of a step that follows its first stage all the way.
-#[derive(Clone, Copy)]
-pub(super) struct Predicted<S: Simd> {
+pub(super) struct Predicted<S: Simd, P: Powertrain> {
     /// Time to the segment's end, in s.
     pub to_end: Lanes<S>,
     pub dt: Lanes<S>,
     pub speed: Lanes<S>,
     pub left: Lanes<S>,
-    /// Torque of the second stage but for what comes to it for each Nm of its command, and that.
-    pub torque: Lanes<S>,
-    pub follow: Lanes<S>,
+    pub powertrain: P::Predicted<S>,
     pub integral: Lanes<S>,
     pub filtered: Lanes<S>,
 }
@@ -64,15 +66,15 @@ pub(super) struct Predicted<S: Simd> {
 /// The slowest pace at which a step is cut for a segment's end, in m/s.
 const SMALLEST_SPEED: f64 = 1e-9;
 
-impl<S: Simd> State<S> {
+impl<S: Simd, P: Powertrain> State<S, P> {
     /// Advances to the next segment where one has ended; returns the rows under the trucks.
     #[inline(always)]
     pub(super) fn advance_segment(&mut self) -> Row<S> {
-        let simd = self.left.simd;
-        let turns = self.left.simd_le(0.0);
+        let simd = self.motion.left.simd;
+        let turns = self.motion.left.simd_le(0.0);
         let bits = turns.to_bitmask() as usize;
         for lane in 0..WIDTH {
-            self.at[lane] += bits >> lane & 1;
+            self.motion.at[lane] += bits >> lane & 1;
         }
         let rows = [
             self.row(0).quads(),
@@ -100,43 +102,47 @@ impl<S: Simd> State<S> {
             |lane| &rows[lane][2],
         );
         let row = [a, b, c, d, e, f, g, h, i, j, k, l];
-        self.left = turns.select(row[RoadRow::LENGTH], self.left);
+        self.motion.left = turns.select(row[RoadRow::LENGTH], self.motion.left);
         row
     }
 
     /// The target of the driver at the step's start.
     #[inline(always)]
-    pub(super) fn speed_target<T: Powertrain>(
+    pub(super) fn speed_target(
         &self,
         row: Row<S>,
-        parameters: &KernelParameters<T>,
+        parameters: &KernelParameters<P>,
     ) -> SpeedTarget<S> {
-        let path = self.desired(&row, self.left, parameters);
-        let error = path.0 - self.speed;
+        let path = self.desired(&row, self.motion.left, parameters);
+        let error = path.0 - self.motion.speed;
         // whose truck has come to rest wants to go on, however slowly
-        let hold = error.abs().simd_lt(self.threshold) & self.speed.simd_gt(0.0);
+        let hold = error.abs().simd_lt(self.constants.threshold) & self.motion.speed.simd_gt(0.0);
         // what is held is the output at the moment when holding began
-        let held = self.holding.simd_gt(0.0).select(self.held, self.proportional * error);
+        let held = self
+            .motion
+            .holding
+            .simd_gt(0.0)
+            .select(self.motion.held, self.constants.proportional * error);
         // a held brake is released when e >= 0, unless the driver holds as printed in the paper
-        let held = error.simd_lt(0.0).select(held, held.max(self.lowest_held));
+        let held = error.simd_lt(0.0).select(held, held.max(self.constants.lowest_held));
         scheduling_barrier(path.0);
         SpeedTarget { row, path, hold, held }
     }
 
     #[inline(always)]
-    pub(super) fn control_at_start<T: Powertrain>(
+    pub(super) fn control_at_start(
         &self,
         speed_target: &SpeedTarget<S>,
-        parameters: &KernelParameters<T>,
+        parameters: &KernelParameters<P>,
     ) -> Control<S> {
-        let (limit, speed) = (speed_target.row[RoadRow::LIMIT], self.speed);
+        let (limit, speed) = (speed_target.row[RoadRow::LIMIT], self.motion.speed);
         let (hold, held) = (speed_target.hold, speed_target.held);
         let control = self.control(
             limit,
             speed,
             speed_target.path,
-            self.integral,
-            self.filtered,
+            self.motion.integral,
+            self.motion.filtered,
             hold,
             held,
             parameters,
@@ -147,59 +153,81 @@ impl<S: Simd> State<S> {
 
     /// Pedals, clutch and hold at the step's start.
     #[inline(always)]
-    pub(super) fn decide<T: Powertrain>(
+    pub(super) fn decide(
         &mut self,
         speed_target: SpeedTarget<S>,
         control: Control<S>,
-        parameters: &KernelParameters<T>,
+        parameters: &KernelParameters<P>,
     ) -> Decision<S> {
-        let coupling = parameters.powertrain.couple(self, control.accelerator);
+        let motion = &self.motion;
+        let coupling = parameters.powertrain.couple(
+            &mut self.powertrain,
+            &self.gear,
+            motion.speed,
+            motion.shift_left.simd_gt(0.0),
+            control.accelerator,
+        );
+        let constants = &self.constants;
+        let (closed, open) = (constants.inverse_mass_closed, constants.inverse_mass_open);
+        let inverse_mass = coupling.closed.select(closed, open);
         let SpeedTarget { row, path, hold, held } = speed_target;
-        let rolling = self.mass * row[RoadRow::ROLLING];
-        let grade = self.mass * row[RoadRow::GRADE];
+        let rolling = self.constants.mass * row[RoadRow::ROLLING];
+        let grade = self.constants.mass * row[RoadRow::GRADE];
         let road = rolling + grade;
         scheduling_barrier(coupling.start_speed);
-        Decision { row, backward: path.1, control, hold, held, coupling, rolling, grade, road }
+        let backward = path.1;
+        Decision {
+            row,
+            backward,
+            control,
+            hold,
+            held,
+            coupling,
+            inverse_mass,
+            rolling,
+            grade,
+            road,
+        }
     }
 
     #[inline(always)]
-    pub(super) fn tractive_effort<T: Powertrain>(
+    pub(super) fn tractive_effort(
         &self,
         speed: Lanes<S>,
-        engine_speed: Lanes<S>,
-        torque: Lanes<S>,
-        follow: Option<Lanes<S>>,
+        shaft_speed: Lanes<S>,
+        predicted: Option<&P::Predicted<S>>,
         control: &Control<S>,
         decision: &Decision<S>,
-        parameters: &KernelParameters<T>,
-    ) -> TractiveEffort<S> {
+        parameters: &KernelParameters<P>,
+    ) -> Effort<S, P> {
         let row = &decision.row;
         let relative = speed + row[RoadRow::HEAD_WIND];
         let cross = row[RoadRow::CROSS_WIND];
         let demand = Demand {
             speed,
-            engine_speed,
-            torque,
-            follow,
+            shaft_speed,
             accelerator: control.accelerator,
-            brake: self.mass * (control.braking * parameters.brake_mps2).min(row[RoadRow::GRIP]),
+            brake: self.constants.mass
+                * (control.braking * parameters.brake_mps2).min(row[RoadRow::GRIP]),
             air: relative.max(1.0),
             cross,
         };
-        let effort = parameters.powertrain.tractive_effort(self, &demand, &decision.coupling);
+        let (state, gear, coupling) = (&self.powertrain, &self.gear, &decision.coupling);
+        let effort =
+            parameters.powertrain.tractive_effort(state, gear, coupling, &demand, predicted);
         scheduling_barrier(effort.wheel);
         effort
     }
 
     /// Forces at one stage.
     #[inline(always)]
-    pub(super) fn net<T: Powertrain>(
+    pub(super) fn net(
         &self,
         speed: Lanes<S>,
-        effort: TractiveEffort<S>,
+        effort: Effort<S, P>,
         decision: &Decision<S>,
-        parameters: &KernelParameters<T>,
-    ) -> Forces<S> {
+        parameters: &KernelParameters<P>,
+    ) -> Forces<S, P> {
         let row = &decision.row;
         let relative = speed + row[RoadRow::HEAD_WIND];
         let cross = row[RoadRow::CROSS_WIND];
@@ -208,97 +236,79 @@ impl<S: Simd> State<S> {
         let [c1, c2, c3, c4] = wind.coefficients_m2;
         let increment = (((tangent * c4 + c3) * tangent + c2) * tangent + c1) * tangent;
         let half_density = row[RoadRow::HALF_DENSITY];
-        let drag = drag_forces_n(half_density, relative, cross, self.drag_area + increment);
+        let drag =
+            drag_forces_n(half_density, relative, cross, self.constants.drag_area + increment);
 
         let net = effort.wheel - drag - decision.road - effort.brake;
-        let acceleration = net * decision.coupling.inverse_mass;
+        let acceleration = net * decision.inverse_mass;
         scheduling_barrier(acceleration);
         Forces { acceleration, drag, effort }
     }
 
     #[inline(always)]
-    pub(super) fn first_effort<T: Powertrain>(
+    pub(super) fn first_effort(
         &self,
         decision: &Decision<S>,
-        parameters: &KernelParameters<T>,
-    ) -> TractiveEffort<S> {
-        let engine_speed = decision.coupling.start_speed;
-        self.tractive_effort(
-            self.speed,
-            engine_speed,
-            self.torque,
-            None,
-            &decision.control,
-            decision,
-            parameters,
-        )
+        parameters: &KernelParameters<P>,
+    ) -> Effort<S, P> {
+        let (speed, shaft_speed) = (self.motion.speed, decision.coupling.start_speed);
+        let control = &decision.control;
+        self.tractive_effort(speed, shaft_speed, None, control, decision, parameters)
     }
 
     #[inline(always)]
-    pub(super) fn second_effort<T: Powertrain>(
+    pub(super) fn second_effort(
         &self,
         decision: &Decision<S>,
-        predicted: &Predicted<S>,
+        predicted: &Predicted<S, P>,
         control: &Control<S>,
-        parameters: &KernelParameters<T>,
-    ) -> TractiveEffort<S> {
-        let &Predicted { speed, torque, follow, .. } = predicted;
-        let engine_speed = self.engine_speed_at(speed, &decision.coupling);
-        self.tractive_effort(
-            speed,
-            engine_speed,
-            torque,
-            Some(follow),
-            control,
-            decision,
-            parameters,
-        )
-    }
-
-    /// Speed of the engine or motor at a speed of the truck.
-    #[inline(always)]
-    pub(super) fn engine_speed_at(&self, speed: Lanes<S>, coupling: &Coupling<S>) -> Lanes<S> {
-        coupling.closed.select(speed * self.gear_speed, coupling.free_speed)
+        parameters: &KernelParameters<P>,
+    ) -> Effort<S, P> {
+        let shaft_speed = engine_speed_at(predicted.speed, &self.gear, &decision.coupling);
+        let torque = Some(&predicted.powertrain);
+        self.tractive_effort(predicted.speed, shaft_speed, torque, control, decision, parameters)
     }
 
     /// How far the step may go, and the state there.
     #[inline(always)]
-    pub(super) fn predict<T: Powertrain>(
+    pub(super) fn predict(
         &self,
         decision: &Decision<S>,
-        first: &Forces<S>,
-        parameters: &KernelParameters<T>,
-    ) -> Predicted<S> {
+        first: &Forces<S, P>,
+        parameters: &KernelParameters<P>,
+    ) -> Predicted<S, P> {
         let half = 0.5;
-        let longest = self.longest;
-        let whole = self.shift_left.simd_gt(0.0).select(self.shift_left.min(longest), longest);
-        let whole = self.hold_left.simd_gt(0.0).select(self.hold_left.min(whole), whole);
-        let pace = (self.speed + first.acceleration * whole * half).max(SMALLEST_SPEED);
-        let to_end = self.left / pace;
+        let longest = self.motion.longest;
+        let whole = self
+            .motion
+            .shift_left
+            .simd_gt(0.0)
+            .select(self.motion.shift_left.min(longest), longest);
+        let whole =
+            self.motion.hold_left.simd_gt(0.0).select(self.motion.hold_left.min(whole), whole);
+        let pace = (self.motion.speed + first.acceleration * whole * half).max(SMALLEST_SPEED);
+        let to_end = self.motion.left / pace;
         let dt = whole.min(to_end);
 
-        let speed = (self.speed + dt * first.acceleration).max(0.0);
-        let left = (self.left - dt * (self.speed + speed) * half).max(0.0);
+        let speed = (self.motion.speed + dt * first.acceleration).max(0.0);
+        let left = (self.motion.left - dt * (self.motion.speed + speed) * half).max(0.0);
         let [engine, filter] = first_order_lags(dt, parameters.per_lag_s);
-        // so that the mean of both stages is the mean of the step
-        let command = first.effort.command;
-        let follow = engine.twice_mean_of_change();
-        let torque = self.torque + engine.twice_mean() * (command - self.torque) - follow * command;
+        let own = &first.effort.own;
+        let powertrain = parameters.powertrain.predict(&self.powertrain, engine, own);
         let rates = &decision.control;
-        let integral = clamp_integral(self.integral + dt * rates.integral_rate, parameters);
-        let filtered =
-            self.filtered + filter.response(self.speed - self.filtered, speed - self.speed);
-        scheduling_barrier(torque);
-        Predicted { to_end, dt, speed, left, torque, follow, integral, filtered }
+        let integral = clamp_integral(self.motion.integral + dt * rates.integral_rate, parameters);
+        let filtered = self.motion.filtered
+            + filter.response(self.motion.speed - self.motion.filtered, speed - self.motion.speed);
+        Predicted { to_end, dt, speed, left, powertrain, integral, filtered }
     }
 
     /// The pedals there.
     #[inline(always)]
-    pub(super) fn control_at_end<T: Powertrain>(
+    pub(super) fn control_at_end(
         &self,
         decision: &Decision<S>,
-        predicted: &Predicted<S>,
-        parameters: &KernelParameters<T>,
+        predicted: &Predicted<S, P>,
+        parameters: &KernelParameters<P>,
     ) -> Control<S> {
         let Predicted { speed, left, integral, filtered, .. } = *predicted;
         let path = self.desired_at_end(decision, left, parameters);
@@ -308,4 +318,14 @@ impl<S: Simd> State<S> {
         scheduling_barrier(control.accelerator);
         control
     }
+}
+
+/// Speed of the engine or motor at a speed of the truck.
+#[inline(always)]
+pub(super) fn engine_speed_at<S: Simd>(
+    speed: Lanes<S>,
+    gear: &GearLanes<S>,
+    coupling: &Coupling<S>,
+) -> Lanes<S> {
+    coupling.closed.select(speed * gear.speed_ratio, coupling.free_speed)
 }

@@ -11,30 +11,29 @@
 
 use super::accumulate::StepTotals;
 use super::control::{Control, clamp_integral};
-use super::first_order_lag::first_order_lags;
-use super::powertrain::{Coupling, Powertrain};
 use super::road_row::RoadRow;
 use super::stage::{Decision, Forces, Predicted};
 use super::state::{KernelParameters, State};
 use super::step_end::StepEnd;
 use super::step_length::longest_next;
 use super::step_view::StepView;
+use crate::first_order_lag::first_order_lags;
 use crate::lanes::{Lanes, lerp, masked};
+use crate::powertrain::{Coupling, Powertrain, StepOutcome};
 use fearless_simd::prelude::*;
 
 /// How much the step of a moving truck counts of the steps until the next check of progress.
 pub(super) const FAST_STEP: f64 = 1.0 / 16.0;
 
 /// All of a step but what it adds to the integrals.
-#[derive(Clone, Copy)]
-pub(super) struct Stages<S: Simd> {
+pub(super) struct Stages<S: Simd, P: Powertrain> {
     pub decision: Decision<S>,
-    pub first: Forces<S>,
-    pub predicted: Predicted<S>,
+    pub first: Forces<S, P>,
+    pub predicted: Predicted<S, P>,
     /// The pedals there.
     pub control: Control<S>,
-    pub second: Forces<S>,
-    pub step_end: StepEnd<S>,
+    pub second: Forces<S, P>,
+    pub end: StepEnd<S>,
 }
 
 /// Advances two blocks of trucks by one step, which is cut for each truck where something ends.
@@ -43,9 +42,9 @@ pub(super) struct Stages<S: Simd> {
 /// works on the other block's while it waits for results of this one's. Each part ends with a [`scheduling_barrier`](crate::lanes::scheduling_barrier), so
 /// that the compiler keeps this order.
 #[inline(always)]
-pub fn steps<S: Simd, T: Powertrain>(
-    (front, back): (&mut State<S>, &mut State<S>),
-    parameters: &KernelParameters<T>,
+pub fn steps<S: Simd, P: Powertrain>(
+    (front, back): (&mut State<S, P>, &mut State<S, P>),
+    parameters: &KernelParameters<P>,
 ) -> (StepView<S>, StepView<S>) {
     let rows = (front.advance_segment(), back.advance_segment());
     let targets = (front.speed_target(rows.0, parameters), back.speed_target(rows.1, parameters));
@@ -60,8 +59,8 @@ pub fn steps<S: Simd, T: Powertrain>(
     let efforts =
         (front.first_effort(&decisions.0, parameters), back.first_effort(&decisions.1, parameters));
     let firsts = (
-        front.net(front.speed, efforts.0, &decisions.0, parameters),
-        back.net(back.speed, efforts.1, &decisions.1, parameters),
+        front.net(front.motion.speed, efforts.0, &decisions.0, parameters),
+        back.net(back.motion.speed, efforts.1, &decisions.1, parameters),
     );
     let predicted = (
         front.predict(&decisions.0, &firsts.0, parameters),
@@ -94,7 +93,7 @@ pub fn steps<S: Simd, T: Powertrain>(
             predicted: predicted.0,
             control: controls.0,
             second: seconds.0,
-            step_end: ends.0,
+            end: ends.0,
         },
         Stages {
             decision: decisions.1,
@@ -102,7 +101,7 @@ pub fn steps<S: Simd, T: Powertrain>(
             predicted: predicted.1,
             control: controls.1,
             second: seconds.1,
-            step_end: ends.1,
+            end: ends.1,
         },
     );
     let totals = (front.accumulate(&stages.0, parameters), back.accumulate(&stages.1, parameters));
@@ -112,81 +111,75 @@ pub fn steps<S: Simd, T: Powertrain>(
     )
 }
 
-impl<S: Simd> State<S> {
+impl<S: Simd, P: Powertrain> State<S, P> {
     /// Advances one block alone by one step.
     #[inline(always)]
-    pub fn step<T: Powertrain>(&mut self, parameters: &KernelParameters<T>) -> StepView<S> {
+    pub fn step(&mut self, parameters: &KernelParameters<P>) -> StepView<S> {
         let row = self.advance_segment();
         let speed_target = self.speed_target(row, parameters);
         let control = self.control_at_start(&speed_target, parameters);
         let decision = self.decide(speed_target, control, parameters);
         let effort = self.first_effort(&decision, parameters);
-        let first = self.net(self.speed, effort, &decision, parameters);
+        let first = self.net(self.motion.speed, effort, &decision, parameters);
         let predicted = self.predict(&decision, &first, parameters);
         let control = self.control_at_end(&decision, &predicted, parameters);
         let effort = self.second_effort(&decision, &predicted, &control, parameters);
         let second = self.net(predicted.speed, effort, &decision, parameters);
         let crossing = self.locate_crossing(&decision, &predicted, &control, parameters);
-        let step_end = self.end_step(crossing, &first, &predicted, &second, parameters);
-        let stages = Stages { decision, first, predicted, control, second, step_end };
+        let end = self.end_step(crossing, &first, &predicted, &second, parameters);
+        let stages = Stages { decision, first, predicted, control, second, end };
         let totals = self.accumulate(&stages, parameters);
         self.commit_step(&stages, &totals, parameters)
     }
 
     /// The new state, and the events of the lanes.
     #[inline(always)]
-    fn commit_step<T: Powertrain>(
+    fn commit_step(
         &mut self,
-        stages: &Stages<S>,
+        stages: &Stages<S, P>,
         totals: &StepTotals<S>,
-        parameters: &KernelParameters<T>,
+        parameters: &KernelParameters<P>,
     ) -> StepView<S> {
-        let Stages { decision, first, predicted, control: second_control, second, step_end } =
-            stages;
-        let Coupling { closed, engaged, .. } = decision.coupling;
-        let (dt, dx, weight) = (step_end.dt, step_end.dx, step_end.weight);
+        let Stages { decision, first, predicted, control: second_control, second, end } = stages;
+        let (dt, dx, weight) = (end.dt, end.dx, end.weight);
         let simd = dt.simd;
-        let [engine, filter] = first_order_lags(dt, parameters.per_lag_s);
-        let command = first.effort.command;
-        let change = (weight + weight) * (second.effort.command - command);
-        let driven = (self.torque + engine.response(command - self.torque, change))
-            .max(second.effort.drag_torque)
-            .min(second.effort.full_load);
-        // the limits are those at the end of the step, which a step that is taken back has not come to
-        let driven = step_end.too_long.select(self.torque, driven);
-        self.torque = masked(engaged, driven);
+        let [torque_lag, filter_lag] = first_order_lags(dt, parameters.per_lag_s);
+        let Coupling { closed, engaged, .. } = decision.coupling;
+        let outcome = StepOutcome { engaged, too_long: end.too_long, weight, lag: torque_lag };
+        let (first_own, second_own) = (&first.effort.own, &second.effort.own);
+        parameters.powertrain.commit(&mut self.powertrain, &outcome, first_own, second_own);
+        let motion = &mut self.motion;
         let first_control = &decision.control;
-        self.integral = clamp_integral(
-            self.integral
+        motion.integral = clamp_integral(
+            motion.integral
                 + dt * lerp(weight, first_control.integral_rate, second_control.integral_rate),
             parameters,
         );
-        self.filtered += filter.response(self.speed - self.filtered, step_end.speed - self.speed);
-        self.holding = masked(decision.hold, Lanes::splat(simd, 1.0));
-        self.held = decision.held;
-        self.speed = step_end.speed;
-        self.left -= dx;
-        self.engine_speed = totals.end_speed;
-        self.shift_left = (self.shift_left - dt).max(0.0);
-        self.hold_left = (self.hold_left - dt).max(0.0);
+        motion.filtered +=
+            filter_lag.response(motion.speed - motion.filtered, end.speed - motion.speed);
+        motion.holding = masked(decision.hold, Lanes::splat(simd, 1.0));
+        motion.held = decision.held;
+        motion.speed = end.speed;
+        motion.left -= dx;
+        motion.engine_speed = totals.end_speed;
+        motion.shift_left = (motion.shift_left - dt).max(0.0);
+        motion.hold_left = (motion.hold_left - dt).max(0.0);
         let shift = &parameters.vehicle.shift;
         let pressed = second_control.accelerator.simd_gt(shift.kickdown_pedal);
-        let kick_left = (self.kick_left - dt).max(0.0);
-        self.kick_left =
-            (pressed | step_end.too_long).select(kick_left, Lanes::splat(simd, shift.kickdown_s));
-        let slow = step_end.speed.simd_lt(parameters.slow_mps);
-        self.steps_left -= slow.select(Lanes::splat(simd, 1.0), Lanes::splat(simd, FAST_STEP));
+        let kick_left = (motion.kick_left - dt).max(0.0);
+        motion.kick_left =
+            (pressed | end.too_long).select(kick_left, Lanes::splat(simd, shift.kickdown_s));
+        let slow = end.speed.simd_lt(parameters.slow_mps);
+        motion.steps_left -= slow.select(Lanes::splat(simd, 1.0), Lanes::splat(simd, FAST_STEP));
         let change = second.acceleration - first.acceleration;
         let longest = longest_next(predicted.dt, change, parameters);
         let brakes = second_control.braking.simd_gt(0.0);
-        let longest = brakes.select(longest.min(self.brake_step), longest);
-        let longest =
-            step_end.jumps.select(Lanes::splat(simd, parameters.step_after_jump_s), longest);
-        self.longest =
-            step_end.too_long.select(Lanes::splat(simd, parameters.short_step_s), longest);
+        let longest = brakes.select(longest.min(self.constants.brake_step), longest);
+        let longest = end.jumps.select(Lanes::splat(simd, parameters.step_after_jump_s), longest);
+        motion.longest = end.too_long.select(Lanes::splat(simd, parameters.short_step_s), longest);
 
-        let slowing = step_end.acceleration.simd_lt(0.0);
-        let road_power = (totals.drag + decision.road) * step_end.speed;
+        let slowing = end.acceleration.simd_lt(0.0);
+        let road_power = (totals.drag + decision.road) * end.speed;
         let wants_shift =
             self.wants_shift(second_control.accelerator, slowing, closed, road_power, parameters);
         StepView {
@@ -198,11 +191,11 @@ impl<S: Simd> State<S> {
             brake: second_control.brake,
             engine_speed: totals.engine_speed,
             engine_torque: totals.engine_torque,
-            store_rate: totals.store_rate,
-            acceleration: step_end.acceleration,
+            source_rate: totals.source_rate,
+            acceleration: end.acceleration,
             closed,
             added: totals.added,
-            event: self.event_flags(&decision.row, wants_shift, parameters) & !step_end.too_long,
+            event: self.event_flags(&decision.row, wants_shift, parameters) & !end.too_long,
             wants_shift,
             slowing,
             road_power,

@@ -1,10 +1,10 @@
 //! How a step ends: its time is over, a switching function crosses zero, the segment ends, the truck comes to rest.
 
-use super::powertrain::Powertrain;
 use super::stage::{Forces, Predicted};
 use super::state::{KernelParameters, State};
 use super::step_length::is_too_long;
 use crate::lanes::{Flags, Lanes, masked, scheduling_barrier};
+use crate::powertrain::Powertrain;
 use fearless_simd::prelude::*;
 
 /// How a step ends.
@@ -23,16 +23,16 @@ pub(super) struct StepEnd<S: Simd> {
     pub acceleration: Lanes<S>,
 }
 
-impl<S: Simd> State<S> {
+impl<S: Simd, P: Powertrain> State<S, P> {
     /// The ends of a step: its time is over, a switching function crosses zero, the segment ends, the truck comes to rest.
     #[inline(always)]
-    pub(super) fn end_step<T: Powertrain>(
+    pub(super) fn end_step(
         &self,
         crossing: Lanes<S>,
-        first: &Forces<S>,
-        predicted: &Predicted<S>,
-        second: &Forces<S>,
-        parameters: &KernelParameters<T>,
+        first: &Forces<S, P>,
+        predicted: &Predicted<S, P>,
+        second: &Forces<S, P>,
+        parameters: &KernelParameters<P>,
     ) -> StepEnd<S> {
         let half = 0.5;
         let dt = predicted.dt;
@@ -45,25 +45,25 @@ impl<S: Simd> State<S> {
 
         // a truck at rest does not roll back: the brakes hold it, without work
         let free = first.acceleration + weight * change;
-        let mean = self.speed.simd_gt(0.0).select(free, free.max(0.0));
-        let timed = self.speed + mean * dt;
-        let distance = dt * (self.speed + timed) * half;
-        let twice_left = self.left + self.left;
-        let square = self.speed * self.speed + mean * twice_left;
+        let mean = self.motion.speed.simd_gt(0.0).select(free, free.max(0.0));
+        let timed = self.motion.speed + mean * dt;
+        let distance = dt * (self.motion.speed + timed) * half;
+        let twice_left = self.motion.left + self.motion.left;
+        let square = self.motion.speed * self.motion.speed + mean * twice_left;
         let at_end = square.max(0.0).sqrt();
         // it is driven past, too, by a truck that comes to rest within the step, but behind it
-        let far = self.left.simd_lt(distance)
+        let far = self.motion.left.simd_lt(distance)
             | predicted.to_end.simd_le(predicted.dt) & !jumps
             | timed.simd_lt(0.0);
         let reaches = square.simd_gt(0.0) & far & !too_long;
         let rests = timed.simd_lt(0.0) & !reaches;
-        let over = reaches.select(twice_left, rests.select(self.speed, dt));
-        let under =
-            reaches.select(self.speed + at_end, rests.select(-mean, Lanes::splat(dt.simd, 1.0)));
+        let over = reaches.select(twice_left, rests.select(self.motion.speed, dt));
+        let under = reaches
+            .select(self.motion.speed + at_end, rests.select(-mean, Lanes::splat(dt.simd, 1.0)));
         let dt = over / under;
-        let timed = masked(!rests, self.speed + mean * dt);
+        let timed = masked(!rests, self.motion.speed + mean * dt);
         let speed = reaches.select(at_end, timed.max(0.0));
-        let dx = reaches.select(self.left, dt * (self.speed + speed) * half);
+        let dx = reaches.select(self.motion.left, dt * (self.motion.speed + speed) * half);
         scheduling_barrier(speed);
         StepEnd { too_long, jumps, weight, dt, dx, speed, acceleration: mean }
     }

@@ -1,8 +1,8 @@
 //! How long a step may be. `step_s` is for a truck whose acceleration hardly changes.
 
-use super::powertrain::Powertrain;
 use super::state::KernelParameters;
 use crate::lanes::{Flags, Lanes};
+use crate::powertrain::Powertrain;
 use fearless_simd::prelude::*;
 
 /// Share of the longest step that is taken right after a jump of the pedals: its effect on the gearbox is seen at
@@ -17,20 +17,20 @@ const SMALLEST_MPS2: f64 = 1e-9;
 
 /// Flag: the step was too long for what happened in it.
 #[inline(always)]
-pub(super) fn is_too_long<S: Simd, T: Powertrain>(
+pub(super) fn is_too_long<S: Simd, P: Powertrain>(
     dt: Lanes<S>,
     change: Lanes<S>,
-    parameters: &KernelParameters<T>,
+    parameters: &KernelParameters<P>,
 ) -> Flags<S> {
     change.abs().simd_gt(TOO_MUCH_MPS2) & dt.simd_gt(parameters.short_step_s)
 }
 
 /// Longest next step, in s, after one in which acceleration would have changed so much, in m/s².
 #[inline(always)]
-pub(super) fn longest_next<S: Simd, T: Powertrain>(
+pub(super) fn longest_next<S: Simd, P: Powertrain>(
     dt: Lanes<S>,
     change: Lanes<S>,
-    parameters: &KernelParameters<T>,
+    parameters: &KernelParameters<P>,
 ) -> Lanes<S> {
     let aimed = dt * AIM_MPS2 / (change.abs() + SMALLEST_MPS2);
     aimed.max(parameters.short_step_s).min(parameters.simulation.step_s)

@@ -1,7 +1,7 @@
 //! What a step shows: everything to a trace, the events of single lanes to the code outside of the hot loop.
 
-use super::lane_task::LaneEvent;
-use super::state::Total;
+use super::lane_event::LaneEvent;
+use crate::energy_ledger::Ledger;
 use crate::lanes::{Flags, Lanes, WIDTH};
 use fearless_simd::prelude::*;
 
@@ -24,14 +24,14 @@ pub struct StepView<S: Simd> {
     pub engine_speed: Lanes<S>,
     /// Mean engine torque, in Nm.
     pub engine_torque: Lanes<S>,
-    /// Fuel, in kg/s, or power at the battery's terminals, in W.
-    pub store_rate: Lanes<S>,
+    /// What is taken from the source: fuel in kg/s, or power at the battery's terminals in W.
+    pub source_rate: Lanes<S>,
     /// Mean acceleration, in m/s².
     pub acceleration: Lanes<S>,
     /// Flag: the clutch is closed.
     pub closed: Flags<S>,
-    /// What was added to each total.
-    pub added: [Lanes<S>; Total::COUNT],
+    /// What was added to the ledger.
+    pub added: Ledger<Lanes<S>>,
     /// Flag: the lane has an event: stop, shift, check of progress.
     pub event: Flags<S>,
     /// Flag: the strategy wants another gear.

@@ -2,11 +2,11 @@
 //! the switch would come up to a step too late, and the error would be of first order in the step.
 
 use super::control::Control;
-use super::powertrain::{Coupling, Powertrain};
 use super::stage::{Decision, Predicted};
 use super::state::{KernelParameters, State};
 use crate::lanes::{Flags, Lanes, scheduling_barrier};
 use crate::powertrain::gearbox::ShiftModel;
+use crate::powertrain::{Coupling, Powertrain};
 use fearless_simd::prelude::*;
 
 /// How far beyond the zero of a switching function a step goes, as a share of what is left of the step.
@@ -43,30 +43,31 @@ impl<S: Simd> Crossing<S> {
     }
 }
 
-impl<S: Simd> State<S> {
+impl<S: Simd, P: Powertrain> State<S, P> {
     /// The share of the step after which a driver goes from one pedal to the other, a switched driver begins or ends to
     /// hold, an engine speed crosses a shifting line, or a slipping clutch has nothing left to slip; 1 where none of it happens.
     ///
     /// All of it is computed in every step: in a block of eight trucks it happens every other time, and no CPU foresees when.
     #[inline(always)]
-    pub(super) fn locate_crossing<T: Powertrain>(
+    pub(super) fn locate_crossing(
         &self,
         decision: &Decision<S>,
-        predicted: &Predicted<S>,
+        predicted: &Predicted<S, P>,
         second: &Control<S>,
-        parameters: &KernelParameters<T>,
+        parameters: &KernelParameters<P>,
     ) -> Lanes<S> {
         let first = &decision.control;
-        let errors = [first.desired - self.speed, second.desired - predicted.speed];
-        let releases =
-            decision.hold & decision.held.simd_lt(self.lowest_held) & errors[0].simd_lt(errors[1]);
+        let errors = [first.desired - self.motion.speed, second.desired - predicted.speed];
+        let releases = decision.hold
+            & decision.held.simd_lt(self.constants.lowest_held)
+            & errors[0].simd_lt(errors[1]);
         let shift = &parameters.vehicle.shift;
         let driver = Crossing::of_rise(
             self.driver_function(errors[0], releases, decision, first),
             self.driver_function(errors[1], releases, decision, second),
         );
         let gear = Crossing::of_rise(
-            self.gear_function(self.speed, first.accelerator, &decision.coupling, shift),
+            self.gear_function(self.motion.speed, first.accelerator, &decision.coupling, shift),
             self.gear_function(predicted.speed, second.accelerator, &decision.coupling, shift),
         );
         let earliest = driver.or_earlier(gear);
@@ -86,7 +87,7 @@ impl<S: Simd> State<S> {
         decision: &Decision<S>,
         control: &Control<S>,
     ) -> Lanes<S> {
-        let within = self.threshold - error.abs();
+        let within = self.constants.threshold - error.abs();
         let held = releases.select(error, -within);
         decision.hold.select(held, within.max(control.pedal_function(&decision.control)))
     }
@@ -102,9 +103,10 @@ impl<S: Simd> State<S> {
         coupling: &Coupling<S>,
         shift: &ShiftModel,
     ) -> Lanes<S> {
-        let turns = speed * self.gear_speed;
-        let up =
-            speed * self.gear_speed_up - shift.up_speed_radps - accelerator * shift.up_pedal_radps;
+        let turns = speed * self.gear.speed_ratio;
+        let up = speed * self.gear.speed_ratio_up
+            - shift.up_speed_radps
+            - accelerator * shift.up_pedal_radps;
         let down = accelerator * shift.down_pedal_radps + shift.down_speed_radps - turns;
         coupling.closed.select(up.max(down), turns - coupling.free_speed)
     }

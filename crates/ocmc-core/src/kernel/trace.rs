@@ -4,11 +4,13 @@
 //! totals gained in that row: summed in order they give the record to the bit.
 
 use super::lane_task::{LaneTask, slope};
-use super::record::Record;
 use super::scheduler::{Observer, drive_observed};
-use super::state::{State, Total};
+use super::state::{KernelParameters, State};
 use super::step_view::StepView;
+use crate::energy_ledger::{Ledger, Mode, TERMS, Term};
 use crate::operating_cycle::road::Road;
+use crate::powertrain::{Powertrain, PowertrainTask, SignalNames};
+use crate::record::Record;
 use crate::study::{Scenario, Study};
 use crate::vehicle::resistance::GRAVITY_MPS2;
 use fearless_simd::prelude::*;
@@ -31,71 +33,30 @@ pub struct Trace {
     pub record: Record,
 }
 
-/// Names of the columns that come before the totals.
-const SIGNALS: [&str; 14] = [
-    "time_s",
-    "step_s",
-    "position_m",
-    "speed_mps",
-    "desired_speed_mps",
-    "acceleration_mps2",
-    "accelerator",
-    "brake",
-    "gear",
-    "engine_speed_radps",
-    "engine_torque_nm",
-    "fuel_rate_kgps",
-    "grade",
-    "clutch_closed",
-];
+/// Number of columns that come before those of the ledger.
+const SIGNALS: usize = 14;
+/// Places of two of them.
+const POSITION: usize = 2;
+const SPEED: usize = 3;
 
-/// The last of them with a motor and a battery.
-const ELECTRIC_SIGNALS: [&str; 5] =
-    ["motor_speed_radps", "motor_torque_nm", "battery_power_w", "grade", "state_of_charge"];
-
-/// Which powertrain has a total.
-#[derive(Clone, Copy, PartialEq)]
-enum Has {
-    Both,
-    Diesel,
-    Electric,
-}
-
-/// Names of the columns of the totals, by [`Total`].
-const ADDED: [(&str, Has); Total::COUNT] = [
-    ("simulated_added_s", Has::Both),
-    ("distance_added_m", Has::Both),
-    ("fuel_added_kg", Has::Diesel),
-    ("crankshaft_work_added_j", Has::Diesel),
-    ("auxiliary_energy_added_j", Has::Both),
-    ("clutch_loss_added_j", Has::Diesel),
-    ("transmission_loss_added_j", Has::Both),
-    ("shift_loss_added_j", Has::Both),
-    ("drag_energy_added_j", Has::Both),
-    ("rolling_energy_added_j", Has::Both),
-    ("potential_added_j", Has::Both),
-    ("service_brake_energy_added_j", Has::Both),
-    ("engine_brake_energy_added_j", Has::Diesel),
-    ("wheel_energy_added_j", Has::Both),
-    ("battery_energy_added_j", Has::Electric),
-    ("battery_loss_added_j", Has::Electric),
-    ("motor_loss_added_j", Has::Electric),
-    ("regenerated_energy_added_j", Has::Electric),
-    ("charged_energy_added_j", Has::Electric),
-    ("charging_loss_added_j", Has::Electric),
-    ("outside_map_added_s", Has::Both),
-];
-
-/// The columns of a powertrain: name and place among the written ones.
-fn columns_of(electric: bool) -> impl Iterator<Item = (&'static str, usize)> {
-    let mut signals = SIGNALS;
-    if electric {
-        signals[SIGNALS.len() - ELECTRIC_SIGNALS.len()..].copy_from_slice(&ELECTRIC_SIGNALS);
-    }
-    let absent = if electric { Has::Diesel } else { Has::Electric };
-    let totals = ADDED.into_iter().map(move |(name, has)| (name, has != absent));
-    let all = signals.into_iter().map(|name| (name, true)).chain(totals);
-    all.enumerate().filter(|(_, (_, there))| *there).map(|(place, (name, _))| (name, place))
+/// Their names; those of the powertrain are its own.
+fn signal_names(powertrain: SignalNames) -> [&'static str; SIGNALS] {
+    [
+        "time_s",
+        "step_s",
+        "position_m",
+        "speed_mps",
+        "desired_speed_mps",
+        "acceleration_mps2",
+        "accelerator",
+        "brake",
+        "gear",
+        powertrain.speed,
+        powertrain.torque,
+        powertrain.source_rate,
+        "grade",
+        powertrain.state,
+    ]
 }
 
 /// Drives one cycle and writes down every step.
@@ -105,25 +66,36 @@ pub fn trace(study: &Study, seed: u64, cycle_id: u64) -> Trace {
 
 /// Drives one given scenario and writes down every step.
 pub fn trace_scenario(study: &Study, scenario: Scenario) -> Trace {
-    let electric = study.vehicle().diesel().is_none();
-    let mut writer = Writer::new(electric);
-    let road = scenario.cycle.road.clone();
-    let mut task = Some(LaneTask::new(study, scenario));
-    let mut records = drive_observed(study, &mut |_| task.take(), &mut writer);
-    let column = |(name, place): (_, usize)| TableColumn {
-        name,
-        values: std::mem::take(&mut writer.columns[place]),
-    };
-    let mut columns: Vec<TableColumn> = columns_of(electric).map(column).collect();
-    let seen = road_signals(study, &road, &columns[POSITION].values, &columns[SPEED].values);
-    columns.extend(seen);
-    let record = records.pop().expect("one cycle gives one record");
-    Trace { columns, record }
+    study.vehicle().powertrain.dispatch(TraceTask { study, scenario })
 }
 
-/// Places of two of the [`SIGNALS`].
-const POSITION: usize = 2;
-const SPEED: usize = 3;
+struct TraceTask<'a> {
+    study: &'a Study,
+    scenario: Scenario,
+}
+
+impl PowertrainTask for TraceTask<'_> {
+    type Answer = Trace;
+
+    fn run<P: Powertrain>(self, powertrain: &P) -> Trace {
+        let study = self.study;
+        let mut writer = Writer::default();
+        let road = self.scenario.cycle.road.clone();
+        let mut task = Some(LaneTask::new(study, self.scenario));
+        let mut records = drive_observed(study, powertrain, &mut |_| task.take(), &mut writer);
+        let is_there = |term: Term| term.is_in(Mode::Driven, P::TERMS);
+        let terms = TERMS.iter().map(|declared| (declared.trace, is_there(declared.term)));
+        let signals = signal_names(P::SIGNALS).into_iter().map(|name| (name, true));
+        let columns = signals.chain(terms).zip(writer.columns);
+        let there = columns.filter(|((_, is_there), _)| *is_there);
+        let mut columns: Vec<TableColumn> =
+            there.map(|((name, _), values)| TableColumn { name, values }).collect();
+        let seen = road_signals(study, &road, &columns[POSITION].values, &columns[SPEED].values);
+        columns.extend(seen);
+        let record = records.pop().expect("one cycle gives one record");
+        Trace { columns, record }
+    }
+}
 
 /// What a log of this drive would tell of the road: yaw rate and speed limit at each row's end.
 fn road_signals(
@@ -164,60 +136,56 @@ struct Writer {
     position_m: f64,
     standstill_s: f64,
     /// What a step that was taken back added.
-    kept: [f64; Total::COUNT],
-    /// Whether there is a battery instead of an engine.
-    electric: bool,
+    kept: Ledger<f64>,
 }
 
-impl Writer {
-    fn new(electric: bool) -> Self {
+impl Default for Writer {
+    fn default() -> Self {
         Self {
-            columns: vec![Vec::new(); SIGNALS.len() + Total::COUNT],
+            columns: vec![Vec::new(); SIGNALS + Term::COUNT],
             time_s: 0.0,
             position_m: 0.0,
             standstill_s: 0.0,
-            kept: [0.0; Total::COUNT],
-            electric,
+            kept: Ledger::EMPTY,
         }
     }
+}
 
-    /// State of charge, or whether the clutch is closed.
-    fn last_signal<S: Simd>(&self, state: &State<S>, closed: bool) -> f64 {
-        if self.electric { state.charge[0] } else { f64::from(u8::from(closed)) }
-    }
-
-    fn push(&mut self, signals: [f64; SIGNALS.len()], added: [f64; Total::COUNT]) {
-        for (column, value) in self.columns.iter_mut().zip(signals.into_iter().chain(added)) {
+impl Writer {
+    fn push(&mut self, signals: [f64; SIGNALS], added: &Ledger<f64>) {
+        for (column, value) in self.columns.iter_mut().zip(signals.into_iter().chain(added.sums()))
+        {
             column.push(value);
         }
     }
 }
 
 impl Observer for Writer {
-    fn after_step<S: Simd>(
+    fn after_step<S: Simd, P: Powertrain>(
         &mut self,
-        state: &State<S>,
+        parameters: &KernelParameters<P>,
+        state: &State<S, P>,
         view: &StepView<S>,
         tasks: &[Option<LaneTask>],
     ) {
         let Some(task) = &tasks[0] else { return };
-        let mut added = view.added.map(|lanes| lanes[0]);
-        // of a step that was taken back nothing is left but the jump of the engine's speed: the next row has it
-        for (amount, kept) in added.iter_mut().zip(&mut self.kept) {
-            *amount += std::mem::take(kept);
-        }
+        let mut added = view.added.lane(0);
+        // of a step that was taken back nothing is left but the jump of the engine's speed: the
+        // next row has it
+        added.add(&std::mem::replace(&mut self.kept, Ledger::EMPTY));
         if view.dt[0] == 0.0 {
             self.kept = added;
             return;
         }
         self.time_s += view.dt[0];
         self.position_m += view.dx[0];
+        let closed = view.closed.test(0);
         self.push(
             [
                 self.time_s,
                 view.dt[0],
                 self.position_m,
-                state.speed[0],
+                state.motion.speed[0],
                 view.desired[0],
                 view.acceleration[0],
                 view.accelerator[0],
@@ -225,32 +193,31 @@ impl Observer for Writer {
                 task.gear() as f64 + 1.0,
                 view.engine_speed[0],
                 view.engine_torque[0],
-                view.store_rate[0],
+                view.source_rate[0],
                 view.grade[0] / GRAVITY_MPS2,
-                self.last_signal(state, view.closed.test(0)),
+                parameters.powertrain.state_signal(&state.powertrain, 0, closed),
             ],
-            added,
+            &added,
         );
     }
 
-    fn after_event<S: Simd>(&mut self, state: &State<S>, _lane: usize, tasks: &[Option<LaneTask>]) {
+    fn after_event<S: Simd, P: Powertrain>(
+        &mut self,
+        parameters: &KernelParameters<P>,
+        state: &State<S, P>,
+        tasks: &[Option<LaneTask>],
+    ) {
         let Some(task) = &tasks[0] else { return };
         let added = *task.added_by_event();
         let waited_s = task.standstill_s() - self.standstill_s;
-        if added == [0.0; Total::COUNT] && waited_s == 0.0 {
+        if added == Ledger::EMPTY && waited_s == 0.0 {
             return;
         }
         self.standstill_s = task.standstill_s();
         self.time_s += waited_s;
-        let engine_speed = state.engine_speed[0];
-        let per_second = |total: Total| {
-            if waited_s > 0.0 { added[total as usize] / waited_s } else { 0.0 }
-        };
-        let (torque, rate) = if self.electric {
-            (0.0, per_second(Total::Auxiliary))
-        } else {
-            (per_second(Total::Crankshaft) / engine_speed, per_second(Total::Fuel))
-        };
+        let engine_speed = state.motion.engine_speed[0];
+        let powertrain = parameters.powertrain;
+        let [torque, source_rate] = powertrain.standing_signals(&added, waited_s, engine_speed);
         self.push(
             [
                 self.time_s,
@@ -264,11 +231,11 @@ impl Observer for Writer {
                 task.gear() as f64 + 1.0,
                 engine_speed,
                 torque,
-                rate,
+                source_rate,
                 slope(state, 0),
-                self.last_signal(state, false),
+                powertrain.state_signal(&state.powertrain, 0, false),
             ],
-            added,
+            &added,
         );
     }
 }

@@ -1,5 +1,8 @@
 //! An engine or motor of which only the efficiency over its power is known, as FASTSim and many data sheets have it.
 
+use super::{InversePowertrain, InverseStep, SpeedStep};
+use crate::energy_ledger::{Ledger, Term};
+
 /// Efficiency over the share of the rated power, linear between the points.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EfficiencyCurve {
@@ -22,6 +25,41 @@ impl EfficiencyCurve {
         let k = x.partition_point(|point| *point <= share).clamp(1, x.len() - 1);
         let part = ((share - x[k - 1]) / (x[k] - x[k - 1])).clamp(0.0, 1.0);
         output_w / (y[k - 1] + part * (y[k] - y[k - 1]))
+    }
+}
+
+/// A driveline of which only efficiencies are known, as in FASTSim: no gears, no drag torque, no
+/// engine brake.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EfficiencyDriveline {
+    /// Efficiency from engine to wheels.
+    pub transmission_efficiency: f64,
+    /// The engine.
+    pub engine: EfficiencyCurve,
+    /// Power of the auxiliaries, in W.
+    pub auxiliary_power_w: f64,
+}
+
+impl InversePowertrain for EfficiencyDriveline {
+    fn terms(&self) -> &'static [Term] {
+        &[Term::Crankshaft]
+    }
+
+    fn step(&mut self, step: &SpeedStep, force_n: f64, ledger: &mut Ledger<f64>) -> InverseStep {
+        let wanted_w = (force_n * step.mean_mps()).max(0.0);
+        let most_w = (self.engine.rated_power_w - self.auxiliary_power_w).max(0.0);
+        let gearbox_w = (wanted_w / self.transmission_efficiency).min(most_w);
+        let wheel_w = gearbox_w * self.transmission_efficiency;
+        let engine_w = gearbox_w + self.auxiliary_power_w;
+        ledger[Term::Crankshaft] += engine_w * step.dt_s;
+        ledger[Term::Auxiliary] += self.auxiliary_power_w * step.dt_s;
+        ledger[Term::Transmission] += (gearbox_w - wheel_w) * step.dt_s;
+        ledger[Term::FuelEnergy] += self.engine.input_w(engine_w) * step.dt_s;
+        InverseStep {
+            wheel_n: if step.mean_mps() > 0.0 { wheel_w / step.mean_mps() } else { 0.0 },
+            engine_brake_reach_n: 0.0,
+            limited: wanted_w / self.transmission_efficiency > most_w,
+        }
     }
 }
 

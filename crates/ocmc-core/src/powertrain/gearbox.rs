@@ -9,7 +9,7 @@
 //! Added here: both downshifts need a slowing truck, otherwise a truck that has just started in third gear
 //! shifts down while it accelerates through 84-108 rad/s.
 
-use crate::lanes::Lanes;
+use crate::lanes::{Lanes, UNBOUNDED};
 use fearless_simd::{Level, dispatch, prelude::*};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -95,6 +95,59 @@ pub struct Gear {
     pub loss_share: f64,
     /// Whether the clutch may slip in it.
     pub launches: bool,
+}
+
+impl Gear {
+    /// Engine speed below which the clutch may slip, in rad/s; 0 where it may not.
+    pub fn slips_below_radps(&self, shift: &ShiftModel) -> f64 {
+        if self.launches { shift.launch_speed_radps } else { 0.0 }
+    }
+}
+
+/// The gears of a block.
+#[derive(Clone, Debug)]
+pub struct GearLanes<S: Simd> {
+    /// Engine speed for each m/s, in rad/m.
+    pub speed_ratio: Lanes<S>,
+    /// The same in the next higher gear; 0 in the top gear.
+    pub speed_ratio_up: Lanes<S>,
+    /// The same in the next lower gear; unbounded in first gear.
+    pub speed_ratio_down: Lanes<S>,
+    /// Share of the input torque that the gearbox loses.
+    pub loss_share: Lanes<S>,
+    /// Engine speed below which the clutch may slip, in rad/s; 0 where it may not.
+    pub slips_below: Lanes<S>,
+    /// Speed above which the engine turns too fast, in m/s; unbounded in the top gear.
+    pub too_fast: Lanes<S>,
+}
+
+impl<S: Simd> GearLanes<S> {
+    /// All in first gear, for trucks that stand for ever.
+    pub fn parked(simd: S, gears: &[Gear]) -> Self {
+        let all = |value| Lanes::splat(simd, value);
+        Self {
+            speed_ratio: all(gears[0].speed_ratio_per_m),
+            speed_ratio_up: all(0.0),
+            speed_ratio_down: all(UNBOUNDED),
+            loss_share: all(gears[0].loss_share),
+            slips_below: all(0.0),
+            too_fast: all(UNBOUNDED),
+        }
+    }
+
+    /// Engages a gear, from 0, in a lane.
+    pub fn engage(&mut self, lane: usize, gear: usize, gears: &[Gear], shift: &ShiftModel) {
+        let ratio = |gear: usize| gears.get(gear).map(|gear| gear.speed_ratio_per_m);
+        let down = gear.checked_sub(1).and_then(ratio);
+        let (here, up) = (&gears[gear], ratio(gear + 1));
+        self.speed_ratio[lane] = here.speed_ratio_per_m;
+        self.speed_ratio_up[lane] = up.unwrap_or(0.0);
+        self.speed_ratio_down[lane] = down.unwrap_or(UNBOUNDED);
+        self.loss_share[lane] = here.loss_share;
+        self.slips_below[lane] = here.slips_below_radps(shift);
+        let too_fast = shift.overspeed_radps / here.speed_ratio_per_m;
+        self.too_fast[lane] = if up.is_some() { too_fast } else { UNBOUNDED };
+    }
 }
 
 /// Losses on the way from the gearbox's input to the wheels, those behind the gearbox as forces at the wheels.

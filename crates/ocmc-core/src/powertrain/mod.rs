@@ -1,8 +1,360 @@
 //! Powertrains: what turns fuel or charge into force at the wheels.
+//!
+//! The kernel asks a powertrain by the trait [`Powertrain`], the backward mode by
+//! [`InversePowertrain`]. Each kind has a folder: its model, its state in the lanes, its terms of
+//! the energy ledger, its columns in trace and record. The step is compiled for each kind, so that
+//! none has a branch for another.
 
 pub mod battery_electric;
 mod bilinear;
+pub mod clutch;
 pub mod diesel;
 pub mod efficiency;
 pub mod gearbox;
 mod piece_table;
+
+use crate::energy_ledger::{Ledger, StepLedger, Term};
+use crate::first_order_lag::FirstOrderLag;
+use crate::lanes::{Flags, Lanes};
+use crate::record::Record;
+use battery_electric::BatteryElectricPowertrain;
+use diesel::DieselPowertrain;
+use fearless_simd::prelude::*;
+use gearbox::GearLanes;
+
+/// The kinds of powertrain.
+#[derive(Clone, Debug)]
+pub enum PowertrainKind {
+    /// A diesel engine behind clutch and gearbox.
+    Diesel(DieselPowertrain),
+    /// A battery and a motor.
+    BatteryElectric(BatteryElectricPowertrain),
+}
+
+impl PowertrainKind {
+    /// Gives the powertrain to a task that is compiled for each kind.
+    pub fn dispatch<T: PowertrainTask>(&self, task: T) -> T::Answer {
+        match self {
+            Self::Diesel(powertrain) => task.run(powertrain),
+            Self::BatteryElectric(powertrain) => task.run(powertrain),
+        }
+    }
+
+    /// Its constants.
+    pub fn constants(&self) -> PowertrainConstants {
+        struct Constants;
+        impl PowertrainTask for Constants {
+            type Answer = PowertrainConstants;
+
+            fn run<P: Powertrain>(self, powertrain: &P) -> PowertrainConstants {
+                powertrain.constants()
+            }
+        }
+        self.dispatch(Constants)
+    }
+}
+
+/// What is done with a powertrain of any kind.
+pub trait PowertrainTask {
+    /// What comes of it.
+    type Answer;
+    /// Does it.
+    fn run<P: Powertrain>(self, powertrain: &P) -> Self::Answer;
+}
+
+/// Numbers of a powertrain that hold for all trucks of a study.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PowertrainConstants {
+    /// Moment of inertia of engine or motor, in kg m².
+    pub inertia_kgm2: f64,
+    /// Speed of its shaft at rest, in rad/s.
+    pub idle_radps: f64,
+    /// Highest torque, in Nm.
+    pub peak_torque_nm: f64,
+    /// Time constant with which torque follows the pedal, in s; none where it follows at once.
+    pub torque_lag_s: Option<f64>,
+}
+
+/// Names of the columns in which a trace shows a powertrain.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SignalNames {
+    /// Speed of the shaft.
+    pub speed: &'static str,
+    /// Its torque.
+    pub torque: &'static str,
+    /// What is taken from the source.
+    pub source_rate: &'static str,
+    /// A state: [`Powertrain::state_signal`].
+    pub state: &'static str,
+}
+
+/// What the powertrain of one truck is given at the start of its cycle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TruckInputs {
+    /// Power of the auxiliaries, heating and cooling included, in W.
+    pub auxiliary_power_w: f64,
+    /// Factor on the fuel map.
+    pub fuel_factor: f64,
+    /// State of charge; none without a battery.
+    pub initial_charge: Option<f64>,
+}
+
+/// How engine or motor hang on the wheels, decided at the step's start.
+#[derive(Clone, Copy)]
+pub struct Coupling<S: Simd> {
+    /// Flag: the shaft turns with the wheels.
+    pub closed: Flags<S>,
+    /// Flag: its torque comes to the wheels.
+    pub engaged: Flags<S>,
+    /// Speed of the shaft where it does not turn with the wheels, in rad/s.
+    pub free_speed: Lanes<S>,
+    /// Speed of the shaft at the start, in rad/s.
+    pub start_speed: Lanes<S>,
+}
+
+/// Inputs of one stage: the demand of the driver, and the air.
+#[derive(Clone, Copy)]
+pub struct Demand<S: Simd> {
+    /// Speed of the truck, in m/s.
+    pub speed: Lanes<S>,
+    /// Speed of the shaft, in rad/s.
+    pub shaft_speed: Lanes<S>,
+    /// Accelerator pedal.
+    pub accelerator: Lanes<S>,
+    /// Braking force that the driver wants, in N.
+    pub brake: Lanes<S>,
+    /// Relative wind from ahead, at least 1 m/s.
+    pub air: Lanes<S>,
+    /// Cross wind, in m/s.
+    pub cross: Lanes<S>,
+}
+
+/// Torques and forces of one stage.
+#[derive(Clone, Copy)]
+pub struct TractiveEffort<S: Simd, Own> {
+    /// Torque that goes to the gears, in Nm.
+    pub gearbox_torque: Lanes<S>,
+    /// Force of the driveline at the wheels, in N.
+    pub wheel: Lanes<S>,
+    /// What the driveline loses, in N at the wheels.
+    pub lost: Lanes<S>,
+    /// Force of the brakes, in N.
+    pub brake: Lanes<S>,
+    /// What the engine brake has of it, in N.
+    pub engine_brake: Lanes<S>,
+    /// Tangent of the wind's angle.
+    pub wind_tangent: Lanes<S>,
+    /// What this kind of powertrain has beside it.
+    pub own: Own,
+}
+
+/// What the shaft of engine or motor does in a step.
+#[derive(Clone, Copy)]
+pub struct ShaftStep<S: Simd> {
+    /// Length of the step, in s.
+    pub dt: Lanes<S>,
+    /// Angle of the shaft, in rad.
+    pub angle: Lanes<S>,
+    /// Angle of the gearbox's input, in rad.
+    pub gearbox_angle: Lanes<S>,
+    /// Mean speed, in rad/s.
+    pub speed: Lanes<S>,
+    /// Mean torque that goes to the gears, in Nm.
+    pub gearbox_torque: Lanes<S>,
+    /// Mean force of the engine brake times distance, in J.
+    pub engine_brake: Lanes<S>,
+    /// Share that the second stage has in the means over the step.
+    pub weight: Lanes<S>,
+}
+
+/// How a step ended, for the powertrain's state.
+#[derive(Clone, Copy)]
+pub struct StepOutcome<S: Simd> {
+    /// Flag: the torque came to the wheels.
+    pub engaged: Flags<S>,
+    /// Flag: the step is taken back.
+    pub too_long: Flags<S>,
+    /// Share that the second stage has in the means over the step.
+    pub weight: Lanes<S>,
+    /// The lag of the torque over the step.
+    pub lag: FirstOrderLag<S>,
+}
+
+/// A kind of powertrain, as the step of the kernel asks it.
+pub trait Powertrain {
+    /// Its state in the lanes of a block.
+    type State<S: Simd>: Clone;
+    /// What it knows of a stage beside torques and forces that all kinds have.
+    type Stage<S: Simd>: Copy;
+    /// What the second stage knows of its torque before its pedals are known.
+    type Predicted<S: Simd>: Copy;
+
+    /// The source in the energy balance.
+    const SOURCE: Term;
+    /// The terms of the energy ledger that are its own.
+    const TERMS: &'static [Term];
+    /// Its columns in a trace.
+    const SIGNALS: SignalNames;
+
+    /// Numbers that hold for all trucks.
+    fn constants(&self) -> PowertrainConstants;
+    /// Highest torque at a speed in rad/s, in Nm.
+    fn full_load_nm(&self, speed_radps: f64) -> f64;
+    /// Heating and cooling at a temperature, in W, beside the auxiliaries of the truck.
+    fn climate_w(&self, air_temperature_k: f64) -> f64;
+
+    /// The state of trucks that stand for ever.
+    fn parked<S: Simd>(&self, simd: S) -> Self::State<S>;
+    /// Parks one lane.
+    fn park<S: Simd>(&self, state: &mut Self::State<S>, lane: usize);
+    /// Loads what belongs to one truck.
+    fn enter<S: Simd>(&self, state: &mut Self::State<S>, lane: usize, truck: &TruckInputs);
+    /// A truck at rest prepares to start.
+    fn start<S: Simd>(&self, state: &mut Self::State<S>, lane: usize);
+    /// A truck has rolled with an accelerator pedal for long; shaft speed in rad/s.
+    fn settle<S: Simd>(
+        &self,
+        state: &mut Self::State<S>,
+        lane: usize,
+        speed_radps: f64,
+        accelerator: f64,
+    );
+    /// Stands for some time, in s.
+    fn stand<S: Simd>(
+        &self,
+        state: &mut Self::State<S>,
+        lane: usize,
+        time_s: f64,
+        ledger: &mut Ledger<f64>,
+    );
+
+    /// How it hangs on the wheels in this step. `speed`: of the trucks, in m/s; `shifting`: flag,
+    /// the gearbox shifts.
+    fn couple<S: Simd>(
+        &self,
+        state: &mut Self::State<S>,
+        gear: &GearLanes<S>,
+        speed: Lanes<S>,
+        shifting: Flags<S>,
+        accelerator: Lanes<S>,
+    ) -> Coupling<S>;
+    /// Torques and forces at one stage; `predicted` at the second one.
+    fn tractive_effort<S: Simd>(
+        &self,
+        state: &Self::State<S>,
+        gear: &GearLanes<S>,
+        coupling: &Coupling<S>,
+        demand: &Demand<S>,
+        predicted: Option<&Self::Predicted<S>>,
+    ) -> TractiveEffort<S, Self::Stage<S>>;
+    /// What is known of the torque at the second stage: the mean of both stages has to be the mean
+    /// over the step.
+    fn predict<S: Simd>(
+        &self,
+        state: &Self::State<S>,
+        lag: FirstOrderLag<S>,
+        first: &Self::Stage<S>,
+    ) -> Self::Predicted<S>;
+    /// Adds the terms of its own to the ledger. Returns the mean torque of the shaft, in Nm, and
+    /// what is taken from the source: fuel in kg/s, or power at the battery's terminals in W.
+    fn consume<S: Simd>(
+        &self,
+        state: &mut Self::State<S>,
+        shaft: &ShaftStep<S>,
+        first: &Self::Stage<S>,
+        second: &Self::Stage<S>,
+        ledger: &mut StepLedger<S>,
+    ) -> [Lanes<S>; 2];
+    /// The new state at the end of a step.
+    fn commit<S: Simd>(
+        &self,
+        state: &mut Self::State<S>,
+        outcome: &StepOutcome<S>,
+        first: &Self::Stage<S>,
+        second: &Self::Stage<S>,
+    );
+    /// Flag: the source is empty.
+    fn depleted<S: Simd>(&self, state: &Self::State<S>) -> Flags<S>;
+
+    /// The state that a trace shows. `closed`: whether the shaft turned with the wheels.
+    fn state_signal<S: Simd>(&self, state: &Self::State<S>, lane: usize, closed: bool) -> f64;
+    /// Torque, in Nm, and source rate of a truck that stood, from what was added to its ledger.
+    fn standing_signals(&self, added: &Ledger<f64>, time_s: f64, speed_radps: f64) -> [f64; 2];
+    /// Fills in what the record of a driven cycle says of it.
+    fn record<S: Simd>(
+        &self,
+        state: &Self::State<S>,
+        lane: usize,
+        ledger: &Ledger<f64>,
+        record: &mut Record,
+    );
+
+    /// The same powertrain in the backward mode.
+    fn inverse<'a>(&'a self, truck: &TruckInputs) -> Box<dyn InversePowertrain + 'a>;
+}
+
+/// One step of prescribed speed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpeedStep {
+    /// Length, in s.
+    pub dt_s: f64,
+    /// Speed at its start, in m/s.
+    pub start_mps: f64,
+    /// Speed at its end, in m/s.
+    pub end_mps: f64,
+}
+
+impl SpeedStep {
+    /// Mean speed, in m/s.
+    pub fn mean_mps(&self) -> f64 {
+        0.5 * (self.start_mps + self.end_mps)
+    }
+
+    /// Distance, in m.
+    pub fn distance_m(&self) -> f64 {
+        self.mean_mps() * self.dt_s
+    }
+
+    /// Acceleration, in m/s².
+    pub fn acceleration_mps2(&self) -> f64 {
+        (self.end_mps - self.start_mps) / self.dt_s
+    }
+}
+
+/// What a powertrain did in a step of prescribed speed, beside what it added to the ledger.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct InverseStep {
+    /// Force of the driveline at the wheels, in N; less than was asked for where the powertrain is
+    /// at its limit, more where brakes have to help.
+    pub wheel_n: f64,
+    /// Largest force of the engine brake at the wheels, in N.
+    pub engine_brake_reach_n: f64,
+    /// Whether the powertrain is at its limit.
+    pub limited: bool,
+}
+
+/// A powertrain in the backward mode: from the force at the wheels to what it takes.
+pub trait InversePowertrain {
+    /// The terms of the energy ledger that are its own.
+    fn terms(&self) -> &'static [Term];
+    /// Carries one step with that force wanted at the wheels.
+    fn step(&mut self, step: &SpeedStep, force_n: f64, ledger: &mut Ledger<f64>) -> InverseStep;
+    /// Kinetic energy beside that of the truck and of the mass that turns with it, in J.
+    fn kinetic_j(&self) -> f64 {
+        0.0
+    }
+    /// Mass that turns with the wheels, in kg.
+    fn rotating_mass_kg(&self) -> f64 {
+        0.0
+    }
+    /// Shifts so far.
+    fn n_shifts(&self) -> u32 {
+        0
+    }
+    /// Time after the source had run empty, in s.
+    fn depleted_s(&self) -> f64 {
+        0.0
+    }
+    /// Fills in what the record of a followed cycle says of it.
+    fn record(&self, _ledger: &Ledger<f64>, _record: &mut Record) {}
+}

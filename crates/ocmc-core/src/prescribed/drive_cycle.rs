@@ -1,5 +1,6 @@
 //! A drive cycle: speed over time, as regulations and other simulators prescribe it.
 
+use crate::powertrain::SpeedStep;
 use thiserror::Error;
 
 /// Shortest step, in s.
@@ -52,31 +53,10 @@ pub enum DriveCycleError {
 /// One step of a drive cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CycleStep {
-    /// Length, in s.
-    pub dt_s: f64,
-    /// Speed at its start, in m/s.
-    pub start_mps: f64,
-    /// Speed at its end, in m/s.
-    pub end_mps: f64,
+    /// Its speed.
+    pub speed: SpeedStep,
     /// Climb per metre of road.
     pub slope: f64,
-}
-
-impl CycleStep {
-    /// Mean speed, in m/s.
-    pub fn mean_mps(&self) -> f64 {
-        0.5 * (self.start_mps + self.end_mps)
-    }
-
-    /// Distance, in m.
-    pub fn distance_m(&self) -> f64 {
-        self.mean_mps() * self.dt_s
-    }
-
-    /// Acceleration, in m/s².
-    pub fn acceleration_mps2(&self) -> f64 {
-        (self.end_mps - self.start_mps) / self.dt_s
-    }
 }
 
 impl DriveCycle {
@@ -152,12 +132,12 @@ impl DriveCycle {
                     end += 1;
                 }
             }
-            let step = CycleStep {
+            let speed = SpeedStep {
                 dt_s: self.time_s[end] - self.time_s[start],
                 start_mps: self.speed_mps[start],
                 end_mps: self.speed_mps[end],
-                slope: self.slope[end],
             };
+            let step = CycleStep { speed, slope: self.slope[end] };
             start = end;
             Some(step)
         })

@@ -7,8 +7,10 @@ pub mod tyre;
 
 use crate::distribution::Quantity;
 use crate::powertrain::battery_electric::{BatteryElectricPowertrain, ElectricModel};
-use crate::powertrain::diesel::engine::{Engine, EngineModel};
+use crate::powertrain::diesel::DieselPowertrain;
+use crate::powertrain::diesel::engine::EngineModel;
 use crate::powertrain::gearbox::{Gear, GearboxModel, ShiftModel};
+use crate::powertrain::{PowertrainKind, TruckInputs};
 use crate::random::{Stream, Streams};
 use crate::switch::ModelSwitch;
 use brakes::BrakeModel;
@@ -57,40 +59,10 @@ pub struct VehicleModel {
     pub electric: Option<ElectricModel>,
 }
 
-/// What drives the wheels.
-#[derive(Clone, Debug)]
-pub enum PowertrainKind {
-    /// A diesel engine behind clutch and gearbox.
-    Diesel(DieselPowertrain),
-    /// A battery and a motor.
-    BatteryElectric(BatteryElectricPowertrain),
-}
-
-/// A diesel engine and its gearbox, prepared for the hot loop.
-#[derive(Clone, Debug)]
-pub struct DieselPowertrain {
-    /// Engine curves and map.
-    pub engine: Engine,
-    /// The engine as given.
-    pub engine_model: EngineModel,
-    /// The gearbox as given.
-    pub gearbox: GearboxModel,
-}
-
-impl DieselPowertrain {
-    /// Accelerator from which on the engine drives at the speed of a slipping clutch. With less there is nothing to slip for.
-    pub fn slips_from(&self, auxiliary_power_w: f64) -> f64 {
-        let speed_radps = self.gearbox.shift.launch_speed_radps;
-        let drag_nm = self.engine.drag_nm(speed_radps);
-        let reach_nm = self.engine.full_load_nm(speed_radps) - drag_nm;
-        (auxiliary_power_w / speed_radps - drag_nm) / reach_nm
-    }
-}
-
 /// What all trucks of a study share, prepared for the hot loop.
 #[derive(Clone, Debug)]
 pub struct VehicleParameters {
-    /// What drives the wheels.
+    /// The powertrain.
     pub powertrain: PowertrainKind,
     /// Gears, from first to top.
     pub gears: Vec<Gear>,
@@ -151,18 +123,16 @@ impl VehicleModel {
     pub fn prepare(&self) -> Option<VehicleParameters> {
         let radius_m = self.wheel_radius_m;
         let (powertrain, gears, shift) = match (&self.engine, &self.gearbox, &self.electric) {
-            (Some(engine_model), Some(gearbox), None) => {
-                let drive = DieselPowertrain {
-                    engine: Engine::new(engine_model),
-                    engine_model: engine_model.clone(),
-                    gearbox: gearbox.clone(),
-                };
-                (PowertrainKind::Diesel(drive), gearbox.gears(radius_m), gearbox.shift.clone())
+            (Some(engine), Some(gearbox), None) => {
+                let engine_brake_nms = self.brakes.engine_brake_nms();
+                let diesel = DieselPowertrain::new(engine, gearbox, radius_m, engine_brake_nms);
+                let gears = diesel.gears.clone();
+                (PowertrainKind::Diesel(diesel), gears, gearbox.shift.clone())
             }
-            (None, None, Some(electric)) => {
-                let drive =
-                    PowertrainKind::BatteryElectric(BatteryElectricPowertrain::new(electric));
-                (drive, electric.gears(radius_m), electric.strategy())
+            (None, None, Some(model)) => {
+                let electric = BatteryElectricPowertrain::new(model, radius_m);
+                let gears = electric.gears.clone();
+                (PowertrainKind::BatteryElectric(electric), gears, model.strategy())
             }
             _ => return None,
         };
@@ -176,12 +146,13 @@ impl VehicleModel {
     }
 }
 
-impl VehicleParameters {
-    /// Engine and gearbox, where there are any.
-    pub fn diesel(&self) -> Option<&DieselPowertrain> {
-        match &self.powertrain {
-            PowertrainKind::Diesel(diesel) => Some(diesel),
-            PowertrainKind::BatteryElectric(_) => None,
+impl Vehicle {
+    /// What its powertrain is given. `climate_w`: power of heating and cooling, in W.
+    pub fn powertrain_inputs(&self, climate_w: f64) -> TruckInputs {
+        TruckInputs {
+            auxiliary_power_w: self.auxiliary_power_w + climate_w,
+            fuel_factor: self.fuel_factor,
+            initial_charge: self.initial_charge,
         }
     }
 }

@@ -139,7 +139,7 @@ impl<'a> ClosedLoop<'a> {
         let speed = start_of(log, &log.speed_mps);
         let pedal = start_of(log, &log.accelerator);
         let brake = start_of(log, &log.brake)[0];
-        let lag_s = study.vehicle().diesel().map_or(0.0, |drive| drive.engine_model.torque_lag_s);
+        let lag_s = study.vehicle().powertrain.constants().torque_lag_s.unwrap_or(0.0);
         let accelerator = lagged(&pedal, lag_s).clamp(0.0, 1.0);
         let filter_s = model.driver.pedals.pid.derivative_filter_s;
         let start_output = pedal[0] - brake / model.driver.pedals.brake_scale;

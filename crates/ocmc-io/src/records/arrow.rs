@@ -5,7 +5,7 @@ use arrow_array::{
     Array, ArrayRef, Float64Array, RecordBatch, StringArray, UInt64Array, new_null_array,
 };
 use arrow_schema::{DataType, Field, Schema, SchemaRef};
-use ocmc_core::kernel::record::{COLUMNS, Cell, Column, Outcome, Record, column};
+use ocmc_core::record::{COLUMNS, Cell, Column, Outcome, Record, column, own_columns};
 use serde::Deserialize;
 use serde::de::value::{Error, SeqDeserializer, StrDeserializer};
 use serde::de::{Deserializer, Error as _, IntoDeserializer, Visitor};
@@ -15,7 +15,7 @@ use std::sync::Arc;
 /// The schema of the records: counts are integers, null where a cycle may lack them, quantities are numbers or null, the outcome is a word.
 pub fn schema() -> SchemaRef {
     let blank = Record::default();
-    let field = |column: &Column| match (column.get)(&blank) {
+    let field = |column: &Column| match column.get(&blank) {
         Cell::Integer(value) => Field::new(column.name, DataType::UInt64, value.is_none()),
         Cell::Number(_) => Field::new(column.name, DataType::Float64, true),
         Cell::Outcome(_) => Field::new(column.name, DataType::Utf8, false),
@@ -27,7 +27,7 @@ pub fn schema() -> SchemaRef {
 pub fn record_batch(records: &[Record]) -> RecordBatch {
     let schema = schema();
     let columns = COLUMNS.iter().zip(schema.fields()).map(|(column, field)| {
-        let cells = records.iter().map(column.get);
+        let cells = records.iter().map(|record| column.get(record));
         match field.data_type() {
             DataType::UInt64 => Arc::new(cells.map(integer).collect::<UInt64Array>()) as ArrayRef,
             DataType::Float64 => Arc::new(cells.map(number).collect::<Float64Array>()),
@@ -59,11 +59,17 @@ pub fn records(batch: &RecordBatch) -> Result<Vec<Record>, Error> {
     for name in fields() {
         sources.push((*name, Source::of(batch, name)?));
     }
+    let own_sources = own_columns().iter().map(|column| Source::of(batch, column.name));
+    let own_sources = own_sources.collect::<Result<Vec<_>, _>>()?;
     let record = |row: usize| {
         let cells = sources.iter().map(|(_, source)| Value(source.cell(row)));
-        Record::deserialize(SeqDeserializer::new(cells)).map_err(|error| {
+        let mut record = Record::deserialize(SeqDeserializer::new(cells)).map_err(|error| {
             Error::custom(format!("row {}: {error}{}", row + 1, gap(&sources, row)))
-        })
+        })?;
+        for (own, source) in record.own_columns.iter_mut().zip(&own_sources) {
+            *own = number(source.cell(row));
+        }
+        Ok(record)
     };
     (0..batch.num_rows()).map(record).collect()
 }
@@ -100,7 +106,7 @@ fn gap(sources: &[(&str, Source)], row: usize) -> String {
 /// Whether a record may lack that quantity.
 fn optional(name: &str) -> bool {
     let blank = Record::default();
-    let cell = column(name).map(|column| (column.get)(&blank));
+    let cell = column(name).map(|column| column.get(&blank));
     matches!(cell, Some(Cell::Number(None) | Cell::Integer(None)))
 }
 

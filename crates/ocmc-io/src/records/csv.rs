@@ -2,7 +2,7 @@
 
 use super::{GROUP_ROWS, Group, RecordsError};
 use crate::file_error::FileError;
-use ocmc_core::kernel::record::{COLUMNS, Cell, Record};
+use ocmc_core::record::{COLUMNS, Cell, Record};
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -53,7 +53,7 @@ pub fn write_rows(out: &mut impl Write, records: &[Record]) -> io::Result<()> {
             if k > 0 {
                 out.write_all(b",")?;
             }
-            match (column.get)(record) {
+            match column.get(record) {
                 Cell::Integer(Some(value)) => write!(out, "{value}")?,
                 // the Debug form is the shortest that reads back as the same number, with an exponent where it is large or small
                 Cell::Number(Some(value)) => write!(out, "{value:?}")?,

@@ -10,7 +10,7 @@ pub mod parquet;
 use crate::file_error::FileError;
 use arrow::record_batch;
 use arrow_array::RecordBatch;
-use ocmc_core::kernel::record::Record;
+use ocmc_core::record::Record;
 use std::fs::{File, OpenOptions};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
@@ -170,7 +170,7 @@ pub fn read(path: &Path, sink: impl FnMut(Group)) -> Result<(), RecordsError> {
 pub(crate) mod examples {
     //! Records for tests, with values that are hard to write.
 
-    use ocmc_core::kernel::record::{Outcome, Record};
+    use ocmc_core::record::{Outcome, Record};
 
     /// A record whose values depend on its id.
     pub(crate) fn record(cycle_id: u64) -> Record {

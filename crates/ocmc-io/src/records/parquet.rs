@@ -3,7 +3,7 @@
 use super::arrow::{in_our_order, record_batch, records, schema};
 use super::{GROUP_ROWS, Group, RecordsError};
 use crate::file_error::FileError;
-use ocmc_core::kernel::record::Record;
+use ocmc_core::record::Record;
 use parquet::arrow::ArrowWriter;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use parquet::basic::{Compression, ZstdLevel};

@@ -1,7 +1,7 @@
 //! Where the energy went: every kind of loss, over all completed cycles.
 
 use super::svg;
-use ocmc_core::kernel::record::{Outcome, Record};
+use ocmc_core::record::{Outcome, Record};
 use std::fmt::Write;
 
 /// A kind of loss, and its part of a record.

@@ -11,7 +11,7 @@ use crate::study;
 use ocmc_core::fleet::association::{Association, association};
 use ocmc_core::fleet::quantity::{RecordQuantity, quantity};
 use ocmc_core::fleet::statistic::Statistic;
-use ocmc_core::kernel::record::{Cell, Record, column};
+use ocmc_core::record::{Cell, Record, column};
 use std::fmt::Write;
 use svg::escaped;
 
@@ -152,7 +152,7 @@ fn explained(records: &[Record], quantity: &RecordQuantity, statistic: &Statisti
 
 /// A number of a record, by the name of its column.
 fn number(record: &Record, name: &str) -> Option<f64> {
-    match (column(name)?.get)(record) {
+    match column(name)?.get(record) {
         Cell::Number(value) => value,
         Cell::Integer(value) => value.map(|value| value as f64),
         Cell::Outcome(_) => None,

@@ -8,8 +8,8 @@ use crate::number_text::{decimals, grouped, rounded};
 use crate::run_directory::StoredRun;
 use ocmc_core::fleet::quantity::RecordQuantity;
 use ocmc_core::fleet::statistic::Statistic;
-use ocmc_core::kernel::record::{Outcome, Record};
 use ocmc_core::operating_cycle::route::RouteModel;
+use ocmc_core::record::{Outcome, Record};
 use std::fmt::Write;
 
 /// Cycles that are listed at each end, and of each kind of failure.

@@ -4,7 +4,7 @@ use crate::run_directory::{Manifest, RunStatus};
 use crate::run_summary::RunSummary;
 use ocmc_core::fleet::run::{RunPlan, records as drive};
 use ocmc_core::fleet::summary::SummaryBuilder;
-use ocmc_core::kernel::record::Outcome;
+use ocmc_core::record::Outcome;
 use std::convert::Infallible;
 use std::ops::ControlFlow;
 

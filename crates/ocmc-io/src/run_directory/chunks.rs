@@ -8,7 +8,7 @@ use super::durable::{replaced, sync_directory, temporary};
 use super::error::RunDirectoryError;
 use crate::file_error::FileError;
 use crate::records::{self, RecordFormat, RecordWriter};
-use ocmc_core::kernel::record::Record;
+use ocmc_core::record::Record;
 use std::fs::{self, File, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};

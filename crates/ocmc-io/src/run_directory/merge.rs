@@ -10,7 +10,7 @@ use crate::records::{Group, RecordFormat};
 use crate::run_summary::RunSummary;
 use crate::shell_word::resume_command;
 use ocmc_core::fleet::summary::SummaryBuilder;
-use ocmc_core::kernel::record::Record;
+use ocmc_core::record::Record;
 use ocmc_core::study::Study;
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -9,7 +9,7 @@ use crate::records::{self, Group, RecordFormat};
 use crate::run_summary::RunSummary;
 use crate::study::{LoadedStudy, load_text, study_hash};
 use ocmc_core::fleet::summary::SummaryBuilder;
-use ocmc_core::kernel::record::Record;
+use ocmc_core::record::Record;
 use ocmc_core::study::Study;
 use serde::Deserialize;
 use std::fs;

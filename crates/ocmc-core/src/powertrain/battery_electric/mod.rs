@@ -2,8 +2,13 @@
 
 pub mod battery;
 pub mod climate;
+mod inverse;
 pub mod motor;
+mod powertrain;
 
+pub use powertrain::BatteryState;
+
+use crate::energy_ledger::{Ledger, Term};
 use crate::lanes::Lanes;
 use crate::powertrain::gearbox::{Gear, ShiftModel};
 use battery::BatteryModel;
@@ -75,6 +80,8 @@ pub struct BatteryElectricPowertrain {
     pub motor: Motor,
     /// The numbers as given.
     pub model: ElectricModel,
+    /// Gears, from first to top.
+    pub gears: Vec<Gear>,
 }
 
 /// A speed that no motor reaches, in rad/s.
@@ -169,8 +176,20 @@ impl ElectricModel {
 
 impl BatteryElectricPowertrain {
     /// Prepares a checked model.
-    pub fn new(model: &ElectricModel) -> Self {
-        Self { motor: Motor::new(&model.motor), model: model.clone() }
+    pub fn new(model: &ElectricModel, wheel_radius_m: f64) -> Self {
+        let (motor, gears) = (Motor::new(&model.motor), model.gears(wheel_radius_m));
+        Self { motor, model: model.clone(), gears }
+    }
+
+    /// Charges at rest for some time, where a charger is worth while; adds to the ledger and
+    /// returns the rise of the state of charge.
+    fn charge_at_rest(&self, charge: f64, time_s: f64, ledger: &mut Ledger<f64>) -> f64 {
+        let Some(charging) = &self.model.charging else { return 0.0 };
+        let battery = &self.model.battery;
+        let charged = battery.charge_at_rest(charging, charge, time_s);
+        ledger[Term::Charged] += charged.gained_j;
+        ledger[Term::ChargingLoss] += charged.loss_j;
+        charged.gained_j / battery.capacity_j
     }
 
     /// The torque next to the wanted one, in Nm, at which the terminals' power stays within what the battery allows, auxiliaries

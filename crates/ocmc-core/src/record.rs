@@ -1,5 +1,6 @@
 //! The record: the scalars of one driven cycle, and the columns in which they are written.
 
+use crate::energy_ledger::{Ledger, Mode, Recorded, TERMS, Term};
 use serde::{Deserialize, Serialize};
 
 /// How a cycle ended.
@@ -163,12 +164,87 @@ pub struct Record {
     pub missing_energy_j: Option<f64>,
     /// Time that engine or motor spent beyond the points of its map, or that more was drawn than the battery has, in s.
     pub outside_map_s: Option<f64>,
+    /// The terms of the ledger that have a column of their own, in the order of their declarations.
+    #[serde(skip)]
+    pub own_columns: [Option<f64>; OWN_COLUMNS],
 }
 
+/// Terms of the ledger that have a column of their own.
+const OWN_COLUMNS: usize = {
+    let (mut count, mut k) = (0, 0);
+    while k < TERMS.len() {
+        count += matches!(TERMS[k].recorded, Recorded::Column(_)) as usize;
+        k += 1;
+    }
+    count
+};
+
 impl Record {
-    /// An amount per metre; 0 where nothing moved.
-    pub(crate) fn per_distance(&self, amount: f64) -> f64 {
-        if self.distance_m > 0.0 { amount / self.distance_m } else { 0.0 }
+    /// The record of a cycle from its ledger. `known`: what is known beside it, duration and
+    /// standstill among it; `terms`: those that the powertrain names.
+    pub fn from_ledger(known: Self, ledger: &Ledger<f64>, mode: Mode, terms: &[Term]) -> Self {
+        let mut record = known;
+        let mut column = 0;
+        for declared in TERMS {
+            let value = ledger[declared.term];
+            let is_in = declared.term.is_in(mode, terms);
+            match declared.recorded {
+                Recorded::Field if is_in => record.set(declared.term, value),
+                Recorded::Field | Recorded::ByPowertrain => {}
+                Recorded::Column(_) => {
+                    record.own_columns[column] = is_in.then_some(value);
+                    column += 1;
+                }
+            }
+        }
+        let (distance_m, duration_s) = (record.distance_m, record.duration_s);
+        record.mean_speed_mps = if duration_s > 0.0 { distance_m / duration_s } else { 0.0 };
+        record.moving_s = duration_s - record.standstill_s;
+        record.brake_energy_j = ledger[Term::ServiceBrake] + ledger[Term::EngineBrake];
+        // a column without null
+        let wheel_per_m = record.per_distance(record.wheel_energy_j, mode).unwrap_or(0.0);
+        record.wheel_kwh_per_km = wheel_per_m / 3600.0;
+        record
+    }
+
+    /// An amount per metre. Where nothing moved it is none, in closed loop 0.
+    pub fn per_distance(&self, amount: f64, mode: Mode) -> Option<f64> {
+        let at_rest = match mode {
+            Mode::Driven => Some(0.0),
+            Mode::Followed => None,
+        };
+        if self.distance_m > 0.0 { Some(amount / self.distance_m) } else { at_rest }
+    }
+
+    /// Sets the field of a term.
+    fn set(&mut self, term: Term, value: f64) {
+        let optional = match term {
+            Term::Time => return self.simulated_s = value,
+            Term::Distance => return self.distance_m = value,
+            Term::Auxiliary => return self.auxiliary_energy_j = value,
+            Term::Transmission => return self.transmission_loss_j = value,
+            Term::Drag => return self.drag_energy_j = value,
+            Term::Rolling => return self.rolling_energy_j = value,
+            Term::Grade => return self.potential_change_j = value,
+            Term::ServiceBrake => return self.service_brake_energy_j = value,
+            Term::Wheel => return self.wheel_energy_j = value,
+            Term::Fuel => &mut self.fuel_kg,
+            Term::FuelEnergy => &mut self.fuel_energy_j,
+            Term::Crankshaft => &mut self.crankshaft_work_j,
+            Term::Clutch => &mut self.clutch_loss_j,
+            Term::Shift => &mut self.shift_loss_j,
+            Term::EngineBrake => &mut self.engine_brake_energy_j,
+            Term::Battery => &mut self.battery_energy_j,
+            Term::BatteryLoss => &mut self.battery_loss_j,
+            Term::MotorLoss => &mut self.motor_loss_j,
+            Term::Regenerated => &mut self.regenerated_energy_j,
+            Term::Charged => &mut self.charged_energy_j,
+            Term::ChargingLoss => &mut self.charging_loss_j,
+            Term::OutsideMap => &mut self.outside_map_s,
+            Term::Limited => &mut self.limited_s,
+            Term::Missing => &mut self.missing_energy_j,
+        };
+        *optional = Some(value);
     }
 }
 
@@ -188,12 +264,28 @@ pub enum Cell {
 pub struct Column {
     /// Name, with its unit as a suffix.
     pub name: &'static str,
-    /// Reads the value of a record.
-    pub get: fn(&Record) -> Cell,
+    source: Source,
+}
+
+/// Where a column has its values from.
+#[derive(Clone, Copy, Debug)]
+enum Source {
+    Field(fn(&Record) -> Cell),
+    OwnColumn(usize),
+}
+
+impl Column {
+    /// The value of a record.
+    pub fn get(&self, record: &Record) -> Cell {
+        match self.source {
+            Source::Field(get) => get(record),
+            Source::OwnColumn(k) => Cell::Number(record.own_columns[k]),
+        }
+    }
 }
 
 const fn column_of(name: &'static str, get: fn(&Record) -> Cell) -> Column {
-    Column { name, get }
+    Column { name, source: Source::Field(get) }
 }
 
 fn n(value: f64) -> Cell {
@@ -209,8 +301,35 @@ pub fn column(name: &str) -> Option<&'static Column> {
     COLUMNS.iter().find(|column| column.name == name)
 }
 
-/// The columns, in the order in which they are written.
-pub const COLUMNS: &[Column] = &[
+/// The columns of [`Record::own_columns`].
+pub fn own_columns() -> &'static [Column] {
+    &COLUMNS[FIELDS.len()..]
+}
+
+/// The columns, in the order in which they are written: the fields, then the terms of the ledger
+/// that have a column of their own.
+pub const COLUMNS: &[Column] = &ALL_COLUMNS;
+
+const ALL_COLUMNS: [Column; FIELDS.len() + OWN_COLUMNS] = {
+    let mut all = [FIELDS[0]; FIELDS.len() + OWN_COLUMNS];
+    let mut k = 0;
+    while k < FIELDS.len() {
+        all[k] = FIELDS[k];
+        k += 1;
+    }
+    let (mut own, mut term) = (0, 0);
+    while term < TERMS.len() {
+        if let Recorded::Column(name) = TERMS[term].recorded {
+            all[FIELDS.len() + own] = Column { name, source: Source::OwnColumn(own) };
+            own += 1;
+        }
+        term += 1;
+    }
+    all
+};
+
+/// The columns of the fields.
+const FIELDS: &[Column] = &[
     column_of("cycle_id", |r| Cell::Integer(Some(r.cycle_id))),
     column_of("outcome", |r| Cell::Outcome(r.outcome)),
     column_of("distance_m", |r| n(r.distance_m)),

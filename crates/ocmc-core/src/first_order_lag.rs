@@ -10,7 +10,7 @@ use fearless_simd::Simd;
 /// A first-order lag over a step: with x = dt/T the share 1 − exp(−x) of a gap is x · inverse, its mean over the step is
 /// over · inverse.
 #[derive(Clone, Copy)]
-pub(super) struct FirstOrderLag<S: Simd> {
+pub struct FirstOrderLag<S: Simd> {
     x: Lanes<S>,
     over: Lanes<S>,
     inverse: Lanes<S>,
@@ -18,7 +18,7 @@ pub(super) struct FirstOrderLag<S: Simd> {
 
 /// The lags of two time constants, given by their inverses in 1/s: one division serves both.
 #[inline(always)]
-pub(super) fn first_order_lags<S: Simd>(dt: Lanes<S>, per_s: [f64; 2]) -> [FirstOrderLag<S>; 2] {
+pub fn first_order_lags<S: Simd>(dt: Lanes<S>, per_s: [f64; 2]) -> [FirstOrderLag<S>; 2] {
     let (x, y) = (dt * per_s[0], dt * per_s[1]);
     let (over_x, over_y) = ((x * (1.0 / 12.0) + 0.5) * x, (y * (1.0 / 12.0) + 0.5) * y);
     let (under_x, under_y) = (over_x + 1.0, over_y + 1.0);
@@ -33,19 +33,19 @@ pub(super) fn first_order_lags<S: Simd>(dt: Lanes<S>, per_s: [f64; 2]) -> [First
 impl<S: Simd> FirstOrderLag<S> {
     /// The response over the step to the gap between input and output at the start and to the input's change.
     #[inline(always)]
-    pub(super) fn response(self, gap: Lanes<S>, change: Lanes<S>) -> Lanes<S> {
+    pub fn response(self, gap: Lanes<S>, change: Lanes<S>) -> Lanes<S> {
         (self.x * gap + self.over * change) * self.inverse
     }
 
     /// Twice the mean response over the step to a gap of 1 at the start.
     #[inline(always)]
-    pub(super) fn twice_mean(self) -> Lanes<S> {
+    pub fn twice_mean(self) -> Lanes<S> {
         (self.over + self.over) * self.inverse
     }
 
     /// Twice the mean response over the step to an input that changes by 1.
     #[inline(always)]
-    pub(super) fn twice_mean_of_change(self) -> Lanes<S> {
+    pub fn twice_mean_of_change(self) -> Lanes<S> {
         (self.over - self.x * (1.0 / 6.0)) * self.inverse
     }
 }

@@ -1,0 +1,278 @@
+//! A battery and a motor, in the step of the kernel.
+//!
+//! The motor's torque follows the pedals at once: accelerator times the highest torque, less the
+//! motor's share of what the brake pedal asks for. Where the battery cannot give or take so much,
+//! the torque is brought back to what it can. At rest and in a shift there is none. State of charge
+//! is frozen over a step. Of a step the motor's loss is the map at the step's mean speed and
+//! torque, the battery's the circuit at its mean power: shaft work, losses and auxiliaries are
+//! integrated each on its own.
+
+use super::BatteryElectricPowertrain;
+use super::inverse::InverseBatteryElectric;
+use crate::energy_ledger::{Ledger, Mode, StepLedger, Term};
+use crate::first_order_lag::FirstOrderLag;
+use crate::lanes::{Flags, Lanes, WIDTH, masked};
+use crate::powertrain::gearbox::GearLanes;
+use crate::powertrain::{
+    Coupling, Demand, InversePowertrain, Powertrain, PowertrainConstants, ShaftStep, SignalNames,
+    StepOutcome, TractiveEffort, TruckInputs,
+};
+use crate::record::Record;
+use fearless_simd::prelude::*;
+
+/// The batteries of a block.
+#[derive(Clone, Debug)]
+pub struct BatteryState<S: Simd> {
+    /// State of charge; without end in a parked lane.
+    pub charge: Lanes<S>,
+    /// Power of the auxiliaries, in W.
+    pub auxiliary_power: Lanes<S>,
+}
+
+impl BatteryElectricPowertrain {
+    /// The torques within the battery's limits, in Nm.
+    #[inline(always)]
+    fn within_battery<S: Simd>(
+        &self,
+        state: &BatteryState<S>,
+        speed: Lanes<S>,
+        torque: Lanes<S>,
+    ) -> Lanes<S> {
+        let battery = &self.model.battery;
+        let drawn = speed * torque + self.motor.losses_w(speed, torque) + state.auxiliary_power;
+        let beyond = drawn.simd_gt(battery.discharge_limits_w(state.charge))
+            | drawn.simd_lt(-battery.charge_limits_w(state.charge));
+        if beyond.any_true() {
+            return self.limited_torques(state, beyond.to_bitmask(), speed.into(), torque);
+        }
+        torque
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn limited_torques<S: Simd>(
+        &self,
+        state: &BatteryState<S>,
+        lanes: u64,
+        speed: [f64; WIDTH],
+        mut torque: Lanes<S>,
+    ) -> Lanes<S> {
+        for lane in (0..WIDTH).filter(|lane| lanes >> lane & 1 != 0) {
+            let (charge, auxiliary_w) = (state.charge[lane], state.auxiliary_power[lane]);
+            torque[lane] = self.within_battery_nm(charge, auxiliary_w, speed[lane], torque[lane]);
+        }
+        torque
+    }
+
+    /// Fills in the columns of the battery that are no terms of the ledger.
+    pub(super) fn record_battery(
+        &self,
+        charge: f64,
+        ledger: &Ledger<f64>,
+        mode: Mode,
+        record: &mut Record,
+    ) {
+        let per_m = record.per_distance(ledger[Term::Battery], mode);
+        record.consumption_kwh_per_km = per_m.map(|per_m| per_m / 3600.0);
+        record.final_charge = Some(charge);
+    }
+}
+
+impl Powertrain for BatteryElectricPowertrain {
+    type State<S: Simd> = BatteryState<S>;
+    type Stage<S: Simd> = ();
+    type Predicted<S: Simd> = ();
+
+    const SOURCE: Term = Term::Battery;
+    const TERMS: &'static [Term] = &[
+        Term::Battery,
+        Term::BatteryLoss,
+        Term::MotorLoss,
+        Term::Regenerated,
+        Term::Charged,
+        Term::ChargingLoss,
+    ];
+    const SIGNALS: SignalNames = SignalNames {
+        speed: "motor_speed_radps",
+        torque: "motor_torque_nm",
+        source_rate: "battery_power_w",
+        state: "state_of_charge",
+    };
+
+    fn constants(&self) -> PowertrainConstants {
+        PowertrainConstants {
+            inertia_kgm2: self.model.motor.inertia_kgm2,
+            idle_radps: 0.0,
+            peak_torque_nm: self.model.motor.torque_nm,
+            torque_lag_s: None,
+        }
+    }
+
+    fn full_load_nm(&self, speed_radps: f64) -> f64 {
+        self.model.motor.drive_limit_nm(speed_radps)
+    }
+
+    fn climate_w(&self, air_temperature_k: f64) -> f64 {
+        let climate = self.model.climate.as_ref();
+        climate.map_or(0.0, |climate| climate.power_w(air_temperature_k))
+    }
+
+    fn parked<S: Simd>(&self, simd: S) -> BatteryState<S> {
+        BatteryState {
+            charge: Lanes::splat(simd, f64::INFINITY),
+            auxiliary_power: Lanes::splat(simd, 0.0),
+        }
+    }
+
+    fn park<S: Simd>(&self, state: &mut BatteryState<S>, lane: usize) {
+        state.charge[lane] = f64::INFINITY;
+    }
+
+    fn enter<S: Simd>(&self, state: &mut BatteryState<S>, lane: usize, truck: &TruckInputs) {
+        state.auxiliary_power[lane] = truck.auxiliary_power_w;
+        state.charge[lane] = truck.initial_charge.unwrap_or(0.0);
+    }
+
+    fn start<S: Simd>(&self, _state: &mut BatteryState<S>, _lane: usize) {}
+
+    /// Torque has no memory.
+    fn settle<S: Simd>(&self, _: &mut BatteryState<S>, _: usize, _: f64, _: f64) {}
+
+    /// The auxiliaries draw, and a charger may charge.
+    fn stand<S: Simd>(
+        &self,
+        state: &mut BatteryState<S>,
+        lane: usize,
+        time_s: f64,
+        ledger: &mut Ledger<f64>,
+    ) {
+        let (battery, power_w) = (&self.model.battery, state.auxiliary_power[lane]);
+        let flow = battery.flow(state.charge[lane], power_w);
+        ledger[Term::Battery] += flow.store_w * time_s;
+        ledger[Term::BatteryLoss] += flow.loss_w * time_s;
+        ledger[Term::Auxiliary] += power_w * time_s;
+        if battery.is_overdrawn(state.charge[lane], power_w) {
+            ledger[Term::OutsideMap] += time_s;
+        }
+        let charge = state.charge[lane] - flow.store_w * time_s / battery.capacity_j;
+        state.charge[lane] = charge + self.charge_at_rest(charge, time_s, ledger);
+    }
+
+    #[inline(always)]
+    fn couple<S: Simd>(
+        &self,
+        _state: &mut BatteryState<S>,
+        gear: &GearLanes<S>,
+        speed: Lanes<S>,
+        shifting: Flags<S>,
+        _accelerator: Lanes<S>,
+    ) -> Coupling<S> {
+        let simd = speed.simd;
+        Coupling {
+            closed: Flags::splat(simd, true),
+            engaged: !shifting,
+            free_speed: Lanes::splat(simd, 0.0),
+            start_speed: speed * gear.speed_ratio,
+        }
+    }
+
+    #[inline(always)]
+    fn tractive_effort<S: Simd>(
+        &self,
+        state: &BatteryState<S>,
+        gear: &GearLanes<S>,
+        coupling: &Coupling<S>,
+        demand: &Demand<S>,
+        _predicted: Option<&()>,
+    ) -> TractiveEffort<S, ()> {
+        let model = &self.model;
+        let motor = &model.motor;
+        let speed = demand.shaft_speed;
+        let driving = demand.accelerator * motor.drive_limits_nm(speed);
+        let braking = model
+            .braking_torques_nm(gear.speed_ratio, demand.brake)
+            .min(motor.brake_limits_nm(speed, demand.speed));
+        let wanted = masked(coupling.engaged, driving - braking);
+        let torque = self.within_battery(state, speed, wanted);
+        let [wheel, lost] = model.wheel_and_lost_forces_n(gear.speed_ratio, torque);
+        TractiveEffort {
+            gearbox_torque: torque,
+            wheel,
+            lost,
+            // the service brakes do what the motor does not
+            brake: (demand.brake + wheel.min(0.0)).max(0.0),
+            engine_brake: Lanes::splat(speed.simd, 0.0),
+            wind_tangent: demand.cross / demand.air,
+            own: (),
+        }
+    }
+
+    #[inline(always)]
+    fn predict<S: Simd>(&self, _state: &BatteryState<S>, _lag: FirstOrderLag<S>, _first: &()) {}
+
+    #[inline(always)]
+    fn consume<S: Simd>(
+        &self,
+        state: &mut BatteryState<S>,
+        shaft: &ShaftStep<S>,
+        _first: &(),
+        _second: &(),
+        ledger: &mut StepLedger<S>,
+    ) -> [Lanes<S>; 2] {
+        let (battery, dt, torque) = (&self.model.battery, shaft.dt, shaft.gearbox_torque);
+        let loss = self.motor.losses_w(shaft.speed, torque);
+        let motor = shaft.speed * torque + loss;
+        let terminals = motor + state.auxiliary_power;
+        let charge = state.charge;
+        let (store, heat) = battery.flows(charge, terminals);
+        let back = masked(torque.simd_lt(0.0), (-motor).max(0.0));
+        ledger.add(Term::Crankshaft, torque * shaft.angle);
+        ledger.add(Term::Battery, store * dt);
+        ledger.add(Term::BatteryLoss, heat * dt);
+        ledger.add(Term::MotorLoss, loss * dt);
+        ledger.add(Term::Auxiliary, state.auxiliary_power * dt);
+        ledger.add(Term::Regenerated, back * dt);
+        state.charge -= store * dt * (1.0 / battery.capacity_j);
+        let covered = self.model.motor.maps_cover(shaft.speed, torque)
+            & !battery.overdrawn(charge, terminals);
+        ledger.add(Term::OutsideMap, masked(!covered, dt));
+        [torque, terminals]
+    }
+
+    #[inline(always)]
+    fn commit<S: Simd>(
+        &self,
+        _state: &mut BatteryState<S>,
+        _outcome: &StepOutcome<S>,
+        _first: &(),
+        _second: &(),
+    ) {
+    }
+
+    #[inline(always)]
+    fn depleted<S: Simd>(&self, state: &BatteryState<S>) -> Flags<S> {
+        !state.charge.simd_gt(self.model.battery.minimum_charge)
+    }
+
+    fn state_signal<S: Simd>(&self, state: &BatteryState<S>, lane: usize, _closed: bool) -> f64 {
+        state.charge[lane]
+    }
+
+    fn standing_signals(&self, added: &Ledger<f64>, time_s: f64, _speed_radps: f64) -> [f64; 2] {
+        [0.0, if time_s > 0.0 { added[Term::Auxiliary] / time_s } else { 0.0 }]
+    }
+
+    fn record<S: Simd>(
+        &self,
+        state: &BatteryState<S>,
+        lane: usize,
+        ledger: &Ledger<f64>,
+        record: &mut Record,
+    ) {
+        self.record_battery(state.charge[lane], ledger, Mode::Driven, record);
+    }
+
+    fn inverse<'a>(&'a self, truck: &TruckInputs) -> Box<dyn InversePowertrain + 'a> {
+        Box::new(InverseBatteryElectric::new(self, truck))
+    }
+}

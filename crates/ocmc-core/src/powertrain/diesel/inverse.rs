@@ -1,0 +1,180 @@
+//! A diesel engine behind clutch and gearbox in the backward mode: from the force at the wheels to
+//! what the engine burns, in one step of prescribed speed.
+
+use super::powertrain::DieselPowertrain;
+use crate::energy_ledger::{Ledger, Mode, Term};
+use crate::powertrain::{InversePowertrain, InverseStep, Powertrain, SpeedStep, TruckInputs};
+use crate::record::Record;
+
+/// The powertrain, its gear and its engine speed.
+#[derive(Clone, Debug)]
+pub(super) struct InverseDiesel<'a> {
+    powertrain: &'a DieselPowertrain,
+    truck: TruckInputs,
+    gear: usize,
+    engine_radps: f64,
+    n_shifts: u32,
+}
+
+/// How a gear would carry a step.
+#[derive(Clone, Copy)]
+struct Fit {
+    gear: usize,
+    /// Engine speed at the mean vehicle speed, in rad/s.
+    engine_radps: f64,
+    closed: bool,
+    /// Whether the clutch slips (otherwise, not closed, it is open).
+    slips: bool,
+    /// Torque wanted at the gearbox's input, in Nm.
+    gearbox_nm: f64,
+    /// Torque wanted of the engine, in Nm.
+    engine_nm: f64,
+    full_nm: f64,
+    drag_nm: f64,
+}
+
+impl<'a> InverseDiesel<'a> {
+    pub(super) fn new(powertrain: &'a DieselPowertrain, truck: &TruckInputs) -> Self {
+        let gear = powertrain.gearbox.shift.start_gear as usize - 1;
+        let engine_radps = powertrain.clutch.idle_radps;
+        Self { powertrain, truck: *truck, gear, engine_radps, n_shifts: 0 }
+    }
+
+    fn fit(&self, gear: usize, step: &SpeedStep, force_n: f64) -> Fit {
+        let DieselPowertrain { engine, engine_model: model, gearbox, clutch, .. } = self.powertrain;
+        let here = &self.powertrain.gears[gear];
+        let speed_radps = here.speed_ratio_per_m * step.mean_mps();
+        let gearbox_nm = gearbox.input_torque_nm(here, self.powertrain.axle_per_m, force_n);
+        let slips_below = here.slips_below_radps(&gearbox.shift);
+        let (closed, slips, free_radps) =
+            clutch.engage_one(speed_radps, slips_below, gearbox_nm > 0.0);
+        let engine_radps = if closed { speed_radps } else { free_radps };
+        // the engine's own inertia has to be turned up, too
+        let inertia_nm = if closed {
+            model.inertia_kgm2 * here.speed_ratio_per_m * step.acceleration_mps2()
+        } else {
+            0.0
+        };
+        let passes = if closed || slips { gearbox_nm } else { 0.0 };
+        Fit {
+            gear,
+            engine_radps,
+            closed,
+            slips,
+            gearbox_nm,
+            engine_nm: passes + inertia_nm + self.truck.auxiliary_power_w / engine_radps,
+            full_nm: engine.full_load_nm(engine_radps),
+            drag_nm: engine.drag_nm(engine_radps),
+        }
+    }
+
+    /// The highest gear above the upshift line that has the torque; where there is none, the highest that has it; where none has it,
+    /// the strongest. The gear that is engaged stays while it is above the downshift line and has the torque.
+    fn choose(&self, step: &SpeedStep, force_n: f64) -> Fit {
+        let shift = &self.powertrain.gearbox.shift;
+        let fits: Vec<Fit> =
+            (0..self.powertrain.gears.len()).map(|gear| self.fit(gear, step, force_n)).collect();
+        let now = fits[self.gear];
+        let strong = |fit: &Fit| fit.engine_nm <= shift.power_share * fit.full_nm;
+        let turns = |fit: &Fit| fit.engine_radps <= shift.overspeed_radps;
+        let drives = |fit: &Fit| fit.closed || fit.slips || fit.gearbox_nm <= 0.0;
+        let fast = |fit: &Fit| fit.engine_radps >= shift.up_speed_radps;
+        let fast_enough = |fit: &Fit| fit.engine_radps >= shift.down_speed_radps;
+        if now.closed && fast_enough(&now) && strong(&now) && turns(&now) && !fast(&now) {
+            return now;
+        }
+        let highest =
+            |good: &dyn Fn(&Fit) -> bool| fits.iter().rev().find(|fit| good(fit)).copied();
+        highest(&|fit| fit.closed && fast(fit) && strong(fit) && turns(fit))
+            .or_else(|| {
+                highest(&|fit| drives(fit) && strong(fit) && turns(fit) && fit.gear == self.gear)
+            })
+            .or_else(|| highest(&|fit| drives(fit) && strong(fit) && turns(fit)))
+            .unwrap_or_else(|| {
+                let power =
+                    |fit: &Fit| if drives(fit) { fit.full_nm * fit.engine_radps } else { -1.0 };
+                let able = fits.iter().filter(|fit| turns(fit));
+                let best = able.max_by(|a, b| power(a).total_cmp(&power(b)));
+                *best.unwrap_or(&fits[fits.len() - 1])
+            })
+    }
+}
+
+impl InversePowertrain for InverseDiesel<'_> {
+    fn terms(&self) -> &'static [Term] {
+        DieselPowertrain::TERMS
+    }
+
+    fn step(&mut self, step: &SpeedStep, force_n: f64, ledger: &mut Ledger<f64>) -> InverseStep {
+        let fit = if step.distance_m() > 0.0 {
+            self.choose(step, force_n)
+        } else {
+            Fit { closed: false, slips: false, ..self.fit(self.gear, step, -1.0) }
+        };
+        if fit.gear != self.gear && step.distance_m() > 0.0 {
+            self.gear = fit.gear;
+            self.n_shifts += 1;
+        }
+        let DieselPowertrain { engine, engine_model: model, gearbox, .. } = self.powertrain;
+        let gear = &self.powertrain.gears[fit.gear];
+        let inertia_kgm2 = model.inertia_kgm2;
+        let auxiliary_nm = self.truck.auxiliary_power_w / fit.engine_radps;
+        let engaged = fit.closed || fit.slips;
+        let (engine_nm, limited) = if engaged {
+            (fit.engine_nm.max(fit.drag_nm).min(fit.full_nm), fit.engine_nm > fit.full_nm)
+        } else {
+            (auxiliary_nm, false)
+        };
+        let inertia_nm = if fit.closed {
+            inertia_kgm2 * gear.speed_ratio_per_m * step.acceleration_mps2()
+        } else {
+            0.0
+        };
+        let gearbox_nm = if engaged { engine_nm - auxiliary_nm - inertia_nm } else { 0.0 };
+        let [wheel_n, lost_n] =
+            gearbox.wheel_and_lost_n(gear, self.powertrain.axle_per_m, gearbox_nm);
+        let distance_m = step.distance_m();
+        let turned_rad = fit.engine_radps * step.dt_s;
+        let gearbox_rad = gear.speed_ratio_per_m * distance_m;
+        // the engine's speed jumps where the step does not begin as the last one ended
+        let (start, end) = if fit.closed {
+            (gear.speed_ratio_per_m * step.start_mps, gear.speed_ratio_per_m * step.end_mps)
+        } else {
+            (fit.engine_radps, fit.engine_radps)
+        };
+        let jump = self.engine_radps * self.engine_radps - start * start;
+        self.engine_radps = end;
+        let fuel_kgps = engine.fuel_kgps(fit.engine_radps, engine_nm);
+        let heating = model.fuel.heating_value_jpkg;
+        ledger[Term::Crankshaft] += engine_nm * turned_rad;
+        ledger[Term::Auxiliary] += auxiliary_nm * turned_rad;
+        ledger[Term::Clutch] += gearbox_nm * (turned_rad - gearbox_rad);
+        ledger[Term::Transmission] += lost_n * distance_m;
+        ledger[Term::Shift] += 0.5 * inertia_kgm2 * jump;
+        ledger[Term::FuelEnergy] += fuel_kgps * self.truck.fuel_factor * heating * step.dt_s;
+        if !model.map_covers(fit.engine_radps, engine_nm) {
+            ledger[Term::OutsideMap] += step.dt_s;
+        }
+        let reach_nms = self.powertrain.engine_brake_nms * fit.engine_radps;
+        InverseStep {
+            wheel_n,
+            engine_brake_reach_n: if engaged { reach_nms * gear.speed_ratio_per_m } else { 0.0 },
+            limited,
+        }
+    }
+
+    fn kinetic_j(&self) -> f64 {
+        let inertia_kgm2 = self.powertrain.engine_model.inertia_kgm2;
+        0.5 * inertia_kgm2 * self.engine_radps * self.engine_radps
+    }
+
+    fn n_shifts(&self) -> u32 {
+        self.n_shifts
+    }
+
+    fn record(&self, ledger: &Ledger<f64>, record: &mut Record) {
+        let fuel_energy_j = ledger[Term::FuelEnergy];
+        let fuel_kg = fuel_energy_j / self.powertrain.engine_model.fuel.heating_value_jpkg;
+        self.powertrain.record_fuel(fuel_kg, fuel_energy_j, ledger, Mode::Followed, record);
+    }
+}

@@ -1,0 +1,370 @@
+//! A diesel engine behind clutch and gearbox, in the step of the kernel.
+
+use super::engine::{Curves, Engine, EngineModel};
+use super::inverse::InverseDiesel;
+use crate::energy_ledger::{Ledger, Mode, StepLedger, Term};
+use crate::first_order_lag::FirstOrderLag;
+use crate::lanes::{Flags, Lanes, lerp, masked, scheduling_barrier};
+use crate::powertrain::clutch::Clutch;
+use crate::powertrain::gearbox::{DrivelineLosses, Gear, GearLanes, GearboxModel};
+use crate::powertrain::{
+    Coupling, Demand, InversePowertrain, Powertrain, PowertrainConstants, ShaftStep, SignalNames,
+    StepOutcome, TractiveEffort, TruckInputs,
+};
+use crate::record::Record;
+use fearless_simd::prelude::*;
+
+/// A diesel engine and its gearbox, prepared for the hot loop.
+#[derive(Clone, Debug)]
+pub struct DieselPowertrain {
+    /// Engine curves and map.
+    pub engine: Engine,
+    /// The engine as given.
+    pub engine_model: EngineModel,
+    /// The gearbox as given.
+    pub gearbox: GearboxModel,
+    /// Gears, from first to top.
+    pub gears: Vec<Gear>,
+    /// The clutch.
+    pub(super) clutch: Clutch,
+    /// Axle ratio over wheel radius, in 1/m.
+    pub(super) axle_per_m: f64,
+    /// Engine-brake torque for each rad/s, in Nm s.
+    pub(super) engine_brake_nms: f64,
+    losses: DrivelineLosses,
+}
+
+/// The engines of a block.
+#[derive(Clone, Debug)]
+pub struct DieselState<S: Simd> {
+    /// Torque of the engine when it drives the wheels, in Nm.
+    pub torque: Lanes<S>,
+    /// Power of the auxiliaries, in W.
+    pub auxiliary_power: Lanes<S>,
+    /// Factor on the fuel map.
+    pub fuel_factor: Lanes<S>,
+    /// Accelerator from which on an engine at the speed of a slipping clutch drives; with less the
+    /// clutch does not slip.
+    slips_from: Lanes<S>,
+    /// Force of the engine brake for each rad/s in this step, in N s.
+    engine_brake: Lanes<S>,
+    /// Full load and drag in this step.
+    curves: Curves<S>,
+}
+
+/// Engine torques of one stage, in Nm.
+#[derive(Clone, Copy)]
+pub struct DieselStage<S: Simd> {
+    /// What the engine's torque follows.
+    command: Lanes<S>,
+    full_load: Lanes<S>,
+    drag: Lanes<S>,
+    auxiliary: Lanes<S>,
+}
+
+/// Torque of the second stage but for what comes to it for each Nm of its command, and that.
+#[derive(Clone, Copy)]
+pub struct PredictedTorque<S: Simd> {
+    torque: Lanes<S>,
+    response: Lanes<S>,
+}
+
+impl DieselPowertrain {
+    /// Prepares checked models. `engine_brake_nms`: torque of the engine brake for each rad/s.
+    pub fn new(
+        engine_model: &EngineModel,
+        gearbox: &GearboxModel,
+        wheel_radius_m: f64,
+        engine_brake_nms: f64,
+    ) -> Self {
+        let axle_per_m = gearbox.axle_ratio / wheel_radius_m;
+        Self {
+            engine: Engine::new(engine_model),
+            engine_model: engine_model.clone(),
+            gearbox: gearbox.clone(),
+            gears: gearbox.gears(wheel_radius_m),
+            clutch: Clutch::new(&gearbox.shift, engine_model.idle_speed_radps),
+            axle_per_m,
+            engine_brake_nms,
+            losses: gearbox.losses(axle_per_m),
+        }
+    }
+
+    /// Accelerator from which on the engine drives at the speed of a slipping clutch. With less
+    /// there is nothing to slip for.
+    pub fn slips_from(&self, auxiliary_power_w: f64) -> f64 {
+        let speed_radps = self.clutch.launch_radps;
+        let drag_nm = self.engine.drag_nm(speed_radps);
+        let reach_nm = self.engine.full_load_nm(speed_radps) - drag_nm;
+        (auxiliary_power_w / speed_radps - drag_nm) / reach_nm
+    }
+
+    /// Fills in the columns of the fuel, by its mass and its energy.
+    pub(super) fn record_fuel(
+        &self,
+        fuel_kg: f64,
+        fuel_energy_j: f64,
+        ledger: &Ledger<f64>,
+        mode: Mode,
+        record: &mut Record,
+    ) {
+        let fuel = &self.engine_model.fuel;
+        let litres = fuel_kg / fuel.density_kgpm3 * 1000.0;
+        let payload_t = record.payload_kg / 1000.0;
+        let per_100km = record.per_distance(litres, mode).map(|per_m| per_m * 1e5);
+        let co2 = record.per_distance(fuel_kg * fuel.co2_kg_per_kg, mode);
+        record.fuel_kg = Some(fuel_kg);
+        record.consumption_l_per_100km = per_100km;
+        record.consumption_l_per_100tkm =
+            per_100km.filter(|_| payload_t > 0.0).map(|litres| litres / payload_t);
+        record.co2_g_per_km = co2.map(|per_m| per_m * 1e6);
+        record.fuel_energy_j = Some(fuel_energy_j);
+        record.engine_loss_j = Some(fuel_energy_j - ledger[Term::Crankshaft]);
+    }
+}
+
+impl Powertrain for DieselPowertrain {
+    type State<S: Simd> = DieselState<S>;
+    type Stage<S: Simd> = DieselStage<S>;
+    type Predicted<S: Simd> = PredictedTorque<S>;
+
+    const SOURCE: Term = Term::Crankshaft;
+    const TERMS: &'static [Term] = &[Term::Fuel, Term::Crankshaft, Term::Clutch, Term::EngineBrake];
+    const SIGNALS: SignalNames = SignalNames {
+        speed: "engine_speed_radps",
+        torque: "engine_torque_nm",
+        source_rate: "fuel_rate_kgps",
+        state: "clutch_closed",
+    };
+
+    fn constants(&self) -> PowertrainConstants {
+        PowertrainConstants {
+            inertia_kgm2: self.engine_model.inertia_kgm2,
+            idle_radps: self.clutch.idle_radps,
+            peak_torque_nm: self.engine.peak_torque_nm(),
+            torque_lag_s: Some(self.engine_model.torque_lag_s),
+        }
+    }
+
+    fn full_load_nm(&self, speed_radps: f64) -> f64 {
+        self.engine.full_load_nm(speed_radps)
+    }
+
+    /// The cab is heated by the engine's waste heat; what it is cooled with is among the
+    /// auxiliaries.
+    fn climate_w(&self, _air_temperature_k: f64) -> f64 {
+        0.0
+    }
+
+    fn parked<S: Simd>(&self, simd: S) -> DieselState<S> {
+        let zero = Lanes::splat(simd, 0.0);
+        DieselState {
+            torque: zero,
+            auxiliary_power: zero,
+            fuel_factor: zero,
+            slips_from: zero,
+            engine_brake: zero,
+            curves: Curves { lines: [zero; 4], map_torque: zero },
+        }
+    }
+
+    fn park<S: Simd>(&self, state: &mut DieselState<S>, lane: usize) {
+        state.torque[lane] = 0.0;
+    }
+
+    fn enter<S: Simd>(&self, state: &mut DieselState<S>, lane: usize, truck: &TruckInputs) {
+        state.auxiliary_power[lane] = truck.auxiliary_power_w;
+        state.fuel_factor[lane] = truck.fuel_factor;
+        state.slips_from[lane] = self.slips_from(truck.auxiliary_power_w);
+    }
+
+    fn start<S: Simd>(&self, state: &mut DieselState<S>, lane: usize) {
+        state.torque[lane] = 0.0;
+    }
+
+    fn settle<S: Simd>(
+        &self,
+        state: &mut DieselState<S>,
+        lane: usize,
+        speed_radps: f64,
+        accelerator: f64,
+    ) {
+        let full_nm = self.engine.full_load_nm(speed_radps);
+        let drag_nm = self.engine.drag_nm(speed_radps);
+        state.torque[lane] = drag_nm + accelerator * (full_nm - drag_nm);
+    }
+
+    /// The engine idles.
+    fn stand<S: Simd>(
+        &self,
+        state: &mut DieselState<S>,
+        lane: usize,
+        time_s: f64,
+        ledger: &mut Ledger<f64>,
+    ) {
+        let (power_w, idle_radps) = (state.auxiliary_power[lane], self.clutch.idle_radps);
+        let torque = power_w / idle_radps;
+        let idle_rate = self.engine.fuel_kgps(idle_radps, torque);
+        ledger[Term::Fuel] += idle_rate * state.fuel_factor[lane] * time_s;
+        ledger[Term::Crankshaft] += power_w * time_s;
+        ledger[Term::Auxiliary] += power_w * time_s;
+        if !self.engine_model.map_covers(idle_radps, torque) {
+            ledger[Term::OutsideMap] += time_s;
+        }
+    }
+
+    #[inline(always)]
+    fn couple<S: Simd>(
+        &self,
+        state: &mut DieselState<S>,
+        gear: &GearLanes<S>,
+        speed: Lanes<S>,
+        shifting: Flags<S>,
+        accelerator: Lanes<S>,
+    ) -> Coupling<S> {
+        let speed = speed * gear.speed_ratio;
+        // with a pedal that asks for no torque there is nothing to slip for: where the clutch would
+        // let go of a braking engine at the first touch of the accelerator, truck and pedals would
+        // chatter
+        let drives = accelerator.simd_gt(state.slips_from);
+        let clutch = self.clutch.engage(speed, gear.slips_below, drives);
+        let closed = clutch.closed;
+        let engaged = (clutch.slips | closed) & !shifting;
+        let start_speed = closed.select(speed, clutch.free_speed);
+        state.engine_brake = masked(engaged, gear.speed_ratio * self.engine_brake_nms);
+        state.curves = self.engine.curves_at(start_speed);
+        Coupling { closed, engaged, free_speed: clutch.free_speed, start_speed }
+    }
+
+    #[inline(always)]
+    fn tractive_effort<S: Simd>(
+        &self,
+        state: &DieselState<S>,
+        gear: &GearLanes<S>,
+        coupling: &Coupling<S>,
+        demand: &Demand<S>,
+        predicted: Option<&PredictedTorque<S>>,
+    ) -> TractiveEffort<S, DieselStage<S>> {
+        let engine_speed = demand.shaft_speed;
+        // the clutch opens at the next step: until then an engine that is braked below turns no
+        // slower for its auxiliaries
+        let turning = engine_speed.max(self.clutch.open_radps);
+        // one division serves the torque of the auxiliaries and the angle of the wind
+        let inverse = 1.0 / (turning * demand.air);
+
+        let [full_0, full_1, drag_0, drag_1] = state.curves.lines;
+        let full_load = full_0 + full_1 * engine_speed;
+        let drag = drag_0 + drag_1 * engine_speed;
+        let command = drag + demand.accelerator * (full_load - drag);
+        let reached = match predicted {
+            Some(predicted) => predicted.torque + predicted.response * command,
+            None => state.torque,
+        };
+        let available = reached.max(drag).min(full_load);
+        let auxiliary = state.auxiliary_power * demand.air * inverse;
+        let driving = masked(coupling.engaged, available - auxiliary);
+        // a slipping clutch takes nothing from wheels that turn slower than the engine
+        let gearbox_torque = coupling.closed.select(driving, driving.max(0.0));
+
+        let (ratio, share) = (gear.speed_ratio, gear.loss_share);
+        let [wheel, lost] = self.losses.wheel_and_lost_forces_n(ratio, share, gearbox_torque);
+        TractiveEffort {
+            gearbox_torque,
+            wheel,
+            lost,
+            brake: demand.brake,
+            engine_brake: demand.brake.min(engine_speed * state.engine_brake),
+            wind_tangent: demand.cross * turning * inverse,
+            own: DieselStage { command, full_load, drag, auxiliary },
+        }
+    }
+
+    #[inline(always)]
+    fn predict<S: Simd>(
+        &self,
+        state: &DieselState<S>,
+        lag: FirstOrderLag<S>,
+        first: &DieselStage<S>,
+    ) -> PredictedTorque<S> {
+        let command = first.command;
+        let response = lag.twice_mean_of_change();
+        let torque =
+            state.torque + lag.twice_mean() * (command - state.torque) - response * command;
+        scheduling_barrier(torque);
+        PredictedTorque { torque, response }
+    }
+
+    #[inline(always)]
+    fn consume<S: Simd>(
+        &self,
+        state: &mut DieselState<S>,
+        shaft: &ShaftStep<S>,
+        first: &DieselStage<S>,
+        second: &DieselStage<S>,
+        ledger: &mut StepLedger<S>,
+    ) -> [Lanes<S>; 2] {
+        let auxiliary = lerp(shaft.weight, first.auxiliary, second.auxiliary);
+        let torque = shaft.gearbox_torque + auxiliary;
+        let [_, _, drag_0, drag_1] = state.curves.lines;
+        let drag = drag_0 + drag_1 * shaft.speed;
+        let rate = self.engine.fuel_rates(shaft.speed, torque, drag) * state.fuel_factor;
+        ledger.add(Term::Crankshaft, torque * shaft.angle);
+        ledger.add(Term::Fuel, rate * shaft.dt);
+        ledger.add(Term::Auxiliary, auxiliary * shaft.angle);
+        let outside = torque.simd_gt(state.curves.map_torque);
+        ledger.add(Term::OutsideMap, masked(outside, shaft.dt));
+        let slipped = shaft.angle - shaft.gearbox_angle;
+        ledger.add(Term::Clutch, shaft.gearbox_torque * slipped);
+        ledger.add(Term::EngineBrake, shaft.engine_brake);
+        [torque, rate]
+    }
+
+    #[inline(always)]
+    fn commit<S: Simd>(
+        &self,
+        state: &mut DieselState<S>,
+        outcome: &StepOutcome<S>,
+        first: &DieselStage<S>,
+        second: &DieselStage<S>,
+    ) {
+        let weight = outcome.weight;
+        let change = (weight + weight) * (second.command - first.command);
+        let driven = (state.torque + outcome.lag.response(first.command - state.torque, change))
+            .max(second.drag)
+            .min(second.full_load);
+        // the limits are those at the end of the step, which a step that is taken back has not
+        // come to
+        let driven = outcome.too_long.select(state.torque, driven);
+        state.torque = masked(outcome.engaged, driven);
+    }
+
+    #[inline(always)]
+    fn depleted<S: Simd>(&self, state: &DieselState<S>) -> Flags<S> {
+        Flags::splat(state.torque.simd, false)
+    }
+
+    fn state_signal<S: Simd>(&self, _state: &DieselState<S>, _lane: usize, closed: bool) -> f64 {
+        f64::from(u8::from(closed))
+    }
+
+    fn standing_signals(&self, added: &Ledger<f64>, time_s: f64, speed_radps: f64) -> [f64; 2] {
+        let per_second = |term| if time_s > 0.0 { added[term] / time_s } else { 0.0 };
+        [per_second(Term::Crankshaft) / speed_radps, per_second(Term::Fuel)]
+    }
+
+    fn record<S: Simd>(
+        &self,
+        _state: &DieselState<S>,
+        _lane: usize,
+        ledger: &Ledger<f64>,
+        record: &mut Record,
+    ) {
+        let fuel_kg = ledger[Term::Fuel];
+        let fuel_energy_j = fuel_kg * self.engine_model.fuel.heating_value_jpkg;
+        self.record_fuel(fuel_kg, fuel_energy_j, ledger, Mode::Driven, record);
+    }
+
+    fn inverse<'a>(&'a self, truck: &TruckInputs) -> Box<dyn InversePowertrain + 'a> {
+        Box::new(InverseDiesel::new(self, truck))
+    }
+}
