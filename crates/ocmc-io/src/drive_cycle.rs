@@ -135,13 +135,13 @@ pub fn as_route(path: &Path, cycle: &DriveCycle) -> Result<GivenCycle, DriveCycl
     let mut position_m = 0.0;
     let mut rests = Vec::new();
     for step in cycle.steps() {
-        let way_m = step.distance_m();
+        let way_m = step.speed.distance_m();
         if way_m <= 0.0 {
-            rests.push((position_m, step.dt_s));
+            rests.push((position_m, step.speed.dt_s));
             continue;
         }
         // a driver cannot be told less than walking pace
-        limits.push(position_m, step.mean_mps().max(1.0));
+        limits.push(position_m, step.speed.mean_mps().max(1.0));
         grades.push(position_m, step.slope);
         position_m += way_m;
     }
