@@ -29,6 +29,7 @@ pub mod special_functions;
 pub mod study;
 pub mod switch;
 pub mod tactical;
+pub mod validation;
 pub mod vehicle;
 
 /// The statistics of the integration tests.

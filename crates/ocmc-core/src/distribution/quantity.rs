@@ -93,11 +93,15 @@ impl JsonSchema for Quantity {
     fn schema_name() -> std::borrow::Cow<'static, str> {
         "Quantity".into()
     }
-    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
-        let law = generator.subschema_for::<Law>();
+    fn inline_schema() -> bool {
+        // a key's range is put beside its type
+        true
+    }
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
         schemars::json_schema!({
             "description": "a number, or a distribution",
-            "anyOf": [{ "type": "number" }, law]
+            "type": ["number", "object"],
+            "anyOf": [{ "type": "number" }, { "$ref": "#/$defs/Law" }]
         })
     }
 }

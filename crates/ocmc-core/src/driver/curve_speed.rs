@@ -10,6 +10,7 @@
 //! censored low; the mean over trucks is 57.6 km/h.
 
 use crate::random::{Draws, Stream, Streams};
+use crate::validation::Problems;
 use nalgebra::{Matrix2, Vector2};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -33,30 +34,42 @@ pub struct CurveSpeedModel {
     /// Where v₀ and δ come from.
     pub form: CurveSpeedForm,
     /// Reference radius R₀, in m.
+    #[schemars(range(min = 10.0, max = 5000.0))]
     pub reference_radius_m: f64,
     /// Speed v₀ of the typical driver at R₀, in m/s.
+    #[schemars(range(min = 3.0, max = 60.0))]
     pub reference_speed_mps: f64,
     /// Exponent δ.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub exponent: f64,
     /// Standard error of δ, clustered by truck.
+    #[schemars(range(min = 0.0, max = 0.5))]
     pub exponent_standard_error: f64,
     /// Standard error of ln v₀, clustered by truck.
+    #[schemars(range(min = 0.0, max = 0.5))]
     pub reference_speed_log_standard_error: f64,
     /// Standard deviation of the driver effect α.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub driver_sd: f64,
     /// Direction effect β: + for left, − for right.
+    #[schemars(range(min = -0.5, max = 0.5))]
     pub direction_effect: f64,
     /// Standard deviation of the residual e.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub residual_sd: f64,
     /// Largest radius of the fit, in m; wider curves do not limit the speed.
+    #[schemars(range(min = 10.0, max = 100_000.0))]
     pub maximum_radius_m: f64,
     /// Radius below which the guard acts, in m; 0 for none.
+    #[schemars(range(min = 0.0, max = 100_000.0))]
     pub guard_radius_m: f64,
     /// Lateral acceleration that the guard allows, in m/s².
+    #[schemars(range(min = 0.1, max = 20.0))]
     pub guard_lateral_mps2: f64,
     /// Whether v₀ and δ are uncertain (drawn for each replicate) or as given.
     pub parameter_uncertainty: bool,
     /// Number of replicates; cycle k belongs to replicate k mod replicates.
+    #[schemars(range(min = 1.0, max = 1_000_000.0))]
     pub replicates: u64,
     /// The trucks of the forms `table` and `bivariate`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -70,9 +83,35 @@ pub struct CurveSpeedTable {
     /// Names of the trucks.
     pub truck: Vec<String>,
     /// Exponent of each truck.
+    #[schemars(inner(range(min = 0.0, max = 1.0)))]
     pub exponent: Vec<f64>,
     /// Speed v₀ of each truck, in m/s.
+    #[schemars(inner(range(min = 3.0, max = 60.0)))]
     pub reference_speed_mps: Vec<f64>,
+}
+
+impl CurveSpeedModel {
+    /// A table of as many trucks as its form needs, one entry of each list for each truck.
+    pub fn validate(&self, problems: &mut Problems) {
+        if self.form != CurveSpeedForm::Pooled {
+            let rows = self.table.as_ref().map_or(0, |table| table.exponent.len());
+            problems.require(
+                rows >= 3,
+                "table",
+                format!("{rows} trucks"),
+                "at least 3 trucks, for the forms `table` and `bivariate`",
+            );
+        }
+        if let Some(table) = &self.table {
+            let rows = table.exponent.len();
+            problems.require(
+                rows == table.reference_speed_mps.len() && rows == table.truck.len(),
+                "table",
+                "lists of different lengths",
+                "one truck, exponent and reference_speed_mps a row",
+            );
+        }
+    }
 }
 
 /// One driver's curve-speed law.

@@ -8,6 +8,7 @@ pub mod speed_limit;
 
 use crate::random::Streams;
 use crate::switch::ModelSwitch;
+use crate::validation::Problems;
 use curve_speed::{CurveSpeed, CurveSpeedModel};
 use pedal::{PedalModel, Pedals};
 use schemars::JsonSchema;
@@ -43,6 +44,13 @@ pub struct Driver {
 }
 
 impl DriverModel {
+    /// The rules between the numbers of each of its models.
+    pub fn validate(&self, problems: &mut Problems) {
+        problems.part("curve_speed", |problems| self.curve_speed.validate(problems));
+        problems.part("speed_limit", |problems| self.speed_limit.validate(problems));
+        problems.part("pedals.pid", |problems| self.pedals.pid.validate(problems));
+    }
+
     /// Draws one driver. Without [`ModelSwitch::DriverSpread`] all are the typical one.
     pub fn sample(
         &self,

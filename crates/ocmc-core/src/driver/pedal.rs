@@ -14,6 +14,7 @@
 
 use crate::distribution::Quantity;
 use crate::random::{Draws, Stream, Streams};
+use crate::validation::Problems;
 use nalgebra::{Matrix3, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -23,16 +24,20 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields)]
 pub struct PedalModel {
     /// Share of drivers with a PID controller; the others switch.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub pid_share: f64,
     /// The PID controller.
     pub pid: PidModel,
     /// The switched controller.
     pub switched: SwitchedModel,
     /// Brake pedal for each unit of u.
+    #[schemars(range(min = 0.01, max = 10.0))]
     pub brake_scale: f64,
     /// Speed above the desired one that a driver allows downhill, in m/s.
+    #[schemars(range(min = 0.0, max = 10.0))]
     pub overspeed_band_mps: f64,
     /// Speed above which the band exists, in m/s.
+    #[schemars(range(min = 0.0, max = 100.0))]
     pub overspeed_from_mps: f64,
 }
 
@@ -41,31 +46,64 @@ pub struct PedalModel {
 #[serde(deny_unknown_fields)]
 pub struct PidModel {
     /// Median of K_P, in s/m.
+    #[schemars(range(min = 0.01, max = 10.0))]
     pub proportional_median: f64,
     /// Standard deviation of ln K_P.
+    #[schemars(range(min = 0.0, max = 2.0))]
     pub proportional_log_sd: f64,
     /// Smallest K_P, in s/m; draws outside are redrawn.
+    #[schemars(range(min = 0.001, max = 10.0))]
     pub proportional_minimum: f64,
     /// Largest K_P, in s/m.
+    #[schemars(range(min = 0.001, max = 10.0))]
     pub proportional_maximum: f64,
     /// Median of T_i = K_P / K_I, in s; 0 for no integral part.
+    #[schemars(range(min = 0.0, max = 10_000.0))]
     pub integral_time_median_s: f64,
     /// Standard deviation of ln T_i.
+    #[schemars(range(min = 0.0, max = 2.0))]
     pub integral_time_log_sd: f64,
     /// Median of K_D, in s²/m.
+    #[schemars(range(min = 0.0, max = 5.0))]
     pub derivative_median: f64,
     /// Standard deviation of ln K_D.
+    #[schemars(range(min = 0.0, max = 2.0))]
     pub derivative_log_sd: f64,
     /// Correlations of (ln K_P, ln T_i), (ln K_P, ln K_D), (ln T_i, ln K_D).
+    #[schemars(inner(range(min = -0.99, max = 0.99)))]
     pub correlation: [f64; 3],
     /// Time constant of the speed filter of the derivative, in s.
+    #[schemars(range(min = 0.2, max = 10.0))]
     pub derivative_filter_s: f64,
     /// Ratio r of the tracking time to K_P / K_I.
+    #[schemars(range(min = 0.01, max = 100.0))]
     pub tracking_ratio: f64,
     /// Lowest integral part J.
+    #[schemars(range(min = -10.0, max = 0.0))]
     pub integral_minimum: f64,
     /// Highest integral part J.
+    #[schemars(range(min = 0.0, max = 10.0))]
     pub integral_maximum: f64,
+}
+
+impl PidModel {
+    /// Gains in order, and correlations that there can be.
+    pub fn validate(&self, problems: &mut Problems) {
+        problems.require(
+            self.proportional_minimum <= self.proportional_maximum,
+            "proportional_minimum",
+            self.proportional_minimum,
+            "at most proportional_maximum",
+        );
+        let [pi, pd, id] = self.correlation;
+        let matrix = Matrix3::new(1.0, pi, pd, pi, 1.0, id, pd, id, 1.0);
+        problems.require(
+            matrix.cholesky().is_some(),
+            "correlation",
+            format!("{:?}", self.correlation),
+            "a positive definite correlation matrix",
+        );
+    }
 }
 
 /// The switched proportional controller.
@@ -73,8 +111,10 @@ pub struct PidModel {
 #[serde(deny_unknown_fields)]
 pub struct SwitchedModel {
     /// K_P, in s/m.
+    #[schemars(range(min = 0.01, max = 10.0))]
     pub proportional: Quantity,
     /// Threshold of |e|, in m/s.
+    #[schemars(range(min = 0.0, max = 10.0))]
     pub threshold_mps: Quantity,
     /// What is held inside the threshold.
     pub hold: Hold,

@@ -14,12 +14,15 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields)]
 pub struct SpeedChangeModel {
     /// Deceleration, as a positive number, in m/s².
+    #[schemars(range(min = 0.05, max = 5.0))]
     pub deceleration_mps2: Quantity,
     /// Acceleration, in m/s².
+    #[schemars(range(min = 0.05, max = 5.0))]
     pub acceleration_mps2: Quantity,
     /// How the desired speed rises.
     pub rise: Rise,
     /// Desired speed at which a standing truck starts, in m/s.
+    #[schemars(range(min = 0.5, max = 6.0))]
     pub launch_speed_mps: f64,
 }
 

@@ -2,6 +2,7 @@
 
 use crate::distribution::Quantity;
 use crate::random::{Stream, Streams};
+use crate::validation::Problems;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -10,15 +11,32 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields)]
 pub struct SpeedLimitModel {
     /// Factor on the limit.
+    #[schemars(range(min = 0.5, max = 1.5))]
     pub compliance: Quantity,
     /// Highest speed that a driver wants, just below the limiter, in m/s.
+    #[schemars(range(min = 3.0, max = 70.0))]
     pub maximum_speed_mps: f64,
     /// Vertical acceleration that a driver accepts at a bump, in m/s².
+    #[schemars(range(min = 0.1, max = 20.0))]
     pub bump_acceleration_mps2: Quantity,
     /// Lowest speed at a bump, in m/s.
+    #[schemars(range(min = 1.0, max = 20.0))]
     pub bump_minimum_mps: f64,
     /// Highest speed at a bump, in m/s.
+    #[schemars(range(min = 1.0, max = 30.0))]
     pub bump_maximum_mps: f64,
+}
+
+impl SpeedLimitModel {
+    /// The speeds at bumps are in order.
+    pub fn validate(&self, problems: &mut Problems) {
+        problems.require(
+            self.bump_minimum_mps <= self.bump_maximum_mps,
+            "bump_minimum_mps",
+            self.bump_minimum_mps,
+            "at most bump_maximum_mps",
+        );
+    }
 }
 
 /// One driver's compliance.

@@ -5,6 +5,7 @@ use crate::operating_cycle::road::point_event::{EventKind, PointEvent};
 use crate::operating_cycle::route::RouteModel;
 use crate::random::{Draws, Stream, Streams};
 use crate::switch::ModelSwitch;
+use crate::validation::Problems;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -16,12 +17,16 @@ pub(crate) const MINIMUM_SPACING_M: f64 = 50.0;
 #[serde(deny_unknown_fields)]
 pub struct MissionModel {
     /// Length, in m.
+    #[schemars(range(min = 200.0, max = 5.0e6))]
     pub length_m: Quantity,
     /// Payload, in kg.
+    #[schemars(range(min = 0.0, max = 100_000.0))]
     pub payload_kg: Quantity,
     /// Departure, in s from midnight; a draw outside the day is wrapped into it.
+    #[schemars(range(min = -86_400.0, max = 172_800.0))]
     pub departure_s_of_day: Quantity,
     /// Day of the year, from 0.
+    #[schemars(range(min = 0.0, max = 366.0))]
     pub departure_day_of_year: Quantity,
     /// Stops of the mission; absent: none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -36,8 +41,10 @@ pub struct MissionModel {
 #[serde(deny_unknown_fields)]
 pub struct MissionStopModel {
     /// Distance from one stop to the next, in m.
+    #[schemars(range(min = 0.0, max = 5.0e6))]
     pub spacing_m: Quantity,
     /// Dwell, in s.
+    #[schemars(range(min = 0.0, max = 86_400.0))]
     pub dwell_s: Quantity,
 }
 
@@ -57,6 +64,20 @@ pub struct Mission {
 }
 
 impl MissionModel {
+    /// Stops that are given a fixed distance lie so far apart.
+    pub fn validate(&self, problems: &mut Problems) {
+        let Some(MissionStopModel { spacing_m: Quantity::Number(spacing_m), .. }) = &self.stops
+        else {
+            return;
+        };
+        problems.require(
+            *spacing_m >= MINIMUM_SPACING_M,
+            "stops.spacing_m",
+            spacing_m,
+            "50 to 5000000; the draws of a law below 50 are put there",
+        );
+    }
+
     /// Draws a mission, of `given_length_m` where the road is given. Without
     /// [`ModelSwitch::PayloadSpread`] every truck carries the mean payload.
     pub fn sample(

@@ -28,14 +28,15 @@ const MOTORWAY_FROM_MPS: f64 = 82.0 / 3.6;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RouteModel {
-    /// The file.
+    /// A file, relative to the folder of the study.
     pub file: String,
     /// How often it is driven, relative to the other routes.
+    #[schemars(range(min = 1.0e-6, max = 1.0e6))]
     pub weight: f64,
     /// What is taken from the file instead of being drawn.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub keep: Vec<Keep>,
-    /// SHA-256 of the file; filled in when a study is loaded, so that a run names what it drove.
+    /// SHA-256 of the file; a run fills it in, and a file with another one is refused.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sha256: Option<String>,
 }

@@ -10,7 +10,9 @@
 //! rest is ours. No car following, no queue at signals, no overtaking; stop-and-go is outside a
 //! macroscopic model.
 
+use crate::operating_cycle::road::RoadModel;
 use crate::random::{Stream, Streams};
+use crate::validation::Problems;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -20,24 +22,34 @@ use std::collections::BTreeMap;
 #[serde(deny_unknown_fields)]
 pub struct TrafficModel {
     /// Time over which the density holds, in s.
+    #[schemars(range(min = 10.0, max = 3600.0))]
     pub step_s: f64,
     /// Correlation of the deviation u over one step.
+    #[schemars(range(min = 0.0, max = 0.9999))]
     pub step_correlation: f64,
     /// Stationary standard deviation of u.
+    #[schemars(range(min = 0.0, max = 5.0))]
     pub logit_sd: f64,
     /// Density at standstill, in vehicles per m and lane.
+    #[schemars(range(min = 0.02, max = 0.5))]
     pub jam_density_per_m: f64,
     /// Density ρ_c of Drake's law as a share of the jam density.
+    #[schemars(range(min = 0.05, max = 1.0))]
     pub critical_share: f64,
     /// Lowest traffic speed, in m/s.
+    #[schemars(range(min = 2.0, max = 20.0))]
     pub minimum_speed_mps: f64,
     /// Centre of the morning peak, in h.
+    #[schemars(range(min = 0.0, max = 24.0))]
     pub morning_peak_h: f64,
     /// Width of the morning peak, in h.
+    #[schemars(range(min = 0.05, max = 12.0))]
     pub morning_width_h: f64,
     /// Centre of the evening peak, in h.
+    #[schemars(range(min = 0.0, max = 24.0))]
     pub evening_peak_h: f64,
     /// Width of the evening peak, in h.
+    #[schemars(range(min = 0.05, max = 12.0))]
     pub evening_width_h: f64,
     /// Density by road type.
     pub types: BTreeMap<String, TrafficTypeModel>,
@@ -48,8 +60,10 @@ pub struct TrafficModel {
 #[serde(deny_unknown_fields)]
 pub struct TrafficTypeModel {
     /// Typical share off peak.
+    #[schemars(range(min = 0.0, max = 0.99))]
     pub off_peak_share: f64,
     /// Typical share at the peak.
+    #[schemars(range(min = 0.0, max = 0.99))]
     pub peak_share: f64,
 }
 
@@ -60,6 +74,17 @@ pub struct TrafficSeries {
 }
 
 impl TrafficModel {
+    /// One entry for each road type, and no other.
+    pub fn validate(&self, road: &RoadModel, problems: &mut Problems) {
+        for name in road.types.keys().filter(|name| !self.types.contains_key(*name)) {
+            let shown = format!("without `{name}`");
+            problems.require(false, "types", shown, "an entry for each road type");
+        }
+        for name in self.types.keys().filter(|name| !road.types.contains_key(*name)) {
+            problems.require(false, "types", format!("`{name}`"), "a road type of this study");
+        }
+    }
+
     /// Draws the deviations of `duration_s`.
     pub fn sample(&self, duration_s: f64, streams: &Streams) -> TrafficSeries {
         let count = libm::ceil(duration_s / self.step_s) as usize + 1;

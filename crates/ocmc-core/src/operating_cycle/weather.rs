@@ -25,11 +25,12 @@ use std::f64::consts::{PI, TAU};
 #[serde(deny_unknown_fields)]
 pub struct WeatherModel {
     /// Altitude of the start above the sea, in m.
+    #[schemars(range(min = -500.0, max = 5000.0))]
     pub altitude_m: f64,
     /// Air temperature.
     pub temperature: TemperatureModel,
     /// Air pressure.
-    pub pressure: AutoregressionModel,
+    pub pressure: PressureModel,
     /// Relative humidity.
     pub humidity: HumidityModel,
     /// Rain and snow.
@@ -38,13 +39,15 @@ pub struct WeatherModel {
     pub wind: WindModel,
 }
 
-/// A Gaussian autoregression of lag one hour.
+/// Air pressure: a Gaussian autoregression of lag one hour around the standard pressure.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct AutoregressionModel {
+pub struct PressureModel {
     /// Correlation over one hour.
+    #[schemars(range(min = 0.0, max = 0.9999))]
     pub hourly_correlation: f64,
-    /// Stationary standard deviation, in the variable's unit (Pa, rad, or none).
+    /// Stationary standard deviation, in Pa.
+    #[schemars(range(min = 0.0, max = 5000.0))]
     pub sd: f64,
 }
 
@@ -53,18 +56,25 @@ pub struct AutoregressionModel {
 #[serde(deny_unknown_fields)]
 pub struct TemperatureModel {
     /// Mean over the year, in K.
+    #[schemars(range(min = 220.0, max = 320.0))]
     pub mean_k: f64,
     /// Amplitude of the year, in K.
+    #[schemars(range(min = 0.0, max = 40.0))]
     pub annual_amplitude_k: f64,
     /// Amplitude of the day in January, in K.
+    #[schemars(range(min = 0.0, max = 30.0))]
     pub winter_daily_amplitude_k: f64,
     /// Amplitude of the day in July, in K.
+    #[schemars(range(min = 0.0, max = 30.0))]
     pub summer_daily_amplitude_k: f64,
     /// Correlation over one hour.
+    #[schemars(range(min = 0.0, max = 0.9999))]
     pub hourly_correlation: f64,
     /// Stationary standard deviation in January, in K.
+    #[schemars(range(min = 0.0, max = 20.0))]
     pub winter_sd_k: f64,
     /// Stationary standard deviation in July, in K.
+    #[schemars(range(min = 0.0, max = 20.0))]
     pub summer_sd_k: f64,
 }
 
@@ -73,16 +83,22 @@ pub struct TemperatureModel {
 #[serde(deny_unknown_fields)]
 pub struct HumidityModel {
     /// Mean b₀ of logit(RH).
+    #[schemars(range(min = -10.0, max = 10.0))]
     pub mean_logit: f64,
     /// Amplitude b₁ of the year.
+    #[schemars(range(min = -5.0, max = 5.0))]
     pub annual_amplitude: f64,
     /// Amplitude b₂ of the day.
+    #[schemars(range(min = -5.0, max = 5.0))]
     pub daily_amplitude: f64,
     /// Change of logit(RH) for each K that it is warmer than usual.
+    #[schemars(range(min = -1.0, max = 1.0))]
     pub temperature_slope_per_k: f64,
     /// Correlation over one hour.
+    #[schemars(range(min = 0.0, max = 0.9999))]
     pub hourly_correlation: f64,
     /// Stationary standard deviation.
+    #[schemars(range(min = 0.0, max = 5.0))]
     pub sd: f64,
 }
 
@@ -91,14 +107,19 @@ pub struct HumidityModel {
 #[serde(deny_unknown_fields)]
 pub struct PrecipitationModel {
     /// Probability that a wet hour follows a dry one.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub wet_after_dry: f64,
     /// Probability that a wet hour follows a wet one.
+    #[schemars(range(min = 0.0, max = 0.9999))]
     pub wet_after_wet: f64,
     /// Shape of the gamma intensity.
+    #[schemars(range(min = 0.05, max = 50.0))]
     pub intensity_shape: f64,
     /// Mean intensity of a wet hour, in m/s of water (0.8 mm/h = 2.2e-7 m/s).
+    #[schemars(range(min = 0.0, max = 1.0e-4))]
     pub mean_intensity_mps: f64,
     /// Temperature below which it snows, in K.
+    #[schemars(range(min = 200.0, max = 290.0))]
     pub snow_below_k: f64,
 }
 
@@ -107,15 +128,31 @@ pub struct PrecipitationModel {
 #[serde(deny_unknown_fields)]
 pub struct WindModel {
     /// Mean speed, in m/s.
+    #[schemars(range(min = 0.0, max = 30.0))]
     pub mean_speed_mps: f64,
     /// Weibull shape of the speed.
+    #[schemars(range(min = 0.5, max = 20.0))]
     pub speed_shape: f64,
     /// Correlation over one hour of the normal score of the speed.
+    #[schemars(range(min = 0.0, max = 0.9999))]
     pub speed_hourly_correlation: f64,
     /// Direction that the wind usually comes from, in rad from north, clockwise.
+    #[schemars(range(min = -6.3, max = 6.3))]
     pub prevailing_direction_rad: f64,
     /// The direction's departure from it, in rad.
-    pub direction: AutoregressionModel,
+    pub direction: WindDirectionModel,
+}
+
+/// Direction of the wind: a Gaussian autoregression of lag one hour around the prevailing one.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct WindDirectionModel {
+    /// Correlation over one hour.
+    #[schemars(range(min = 0.0, max = 0.9999))]
+    pub hourly_correlation: f64,
+    /// Stationary standard deviation, in rad.
+    #[schemars(range(min = 0.0, max = 10.0))]
+    pub sd: f64,
 }
 
 /// The weather at one time and place.

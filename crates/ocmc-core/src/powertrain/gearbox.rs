@@ -10,6 +10,7 @@
 //! shifts down while it accelerates through 84-108 rad/s.
 
 use crate::lanes::{Lanes, UNBOUNDED};
+use crate::validation::Problems;
 use fearless_simd::{Level, dispatch, prelude::*};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -19,23 +20,67 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields)]
 pub struct GearboxModel {
     /// Ratios from first to top gear.
+    #[schemars(inner(range(min = 0.1, max = 30.0)))]
     pub ratio: Vec<f64>,
     /// Constant loss torque at the input, in Nm.
+    #[schemars(range(min = 0.0, max = 500.0))]
     pub loss_torque_nm: f64,
     /// Share of the input torque lost in a direct gear (ratio 1).
+    #[schemars(range(min = 0.0, max = 0.5))]
     pub direct_loss_share: f64,
     /// Share of the input torque lost in other gears.
+    #[schemars(range(min = 0.0, max = 0.5))]
     pub indirect_loss_share: f64,
     /// Retarder drag at the propeller shaft, in Nm.
+    #[schemars(range(min = 0.0, max = 500.0))]
     pub retarder_torque_nm: f64,
     /// Ratio of the axle.
+    #[schemars(range(min = 0.5, max = 20.0))]
     pub axle_ratio: f64,
     /// Constant loss torque at the axle's input, in Nm.
+    #[schemars(range(min = 0.0, max = 1000.0))]
     pub axle_loss_torque_nm: f64,
     /// Share of the axle's input torque lost.
+    #[schemars(range(min = 0.0, max = 0.5))]
     pub axle_loss_share: f64,
     /// Shifting.
     pub shift: ShiftModel,
+}
+
+impl GearboxModel {
+    /// Falling ratios, starting gears among the launching ones, and a clutch that slips above the idle speed, in rad/s.
+    pub fn validate(&self, idle_radps: f64, problems: &mut Problems) {
+        validate_ratios(&self.ratio, problems);
+        let shift = &self.shift;
+        for (key, gear) in [
+            ("shift.start_gear", shift.start_gear),
+            ("shift.steep_start_gear", shift.steep_start_gear),
+            ("shift.launch_gears", shift.launch_gears),
+        ] {
+            let there = gear as usize <= self.ratio.len();
+            problems.require(there, key, gear, "at most the number of gears");
+        }
+        let start = shift.start_gear.max(shift.steep_start_gear);
+        problems.require(
+            start <= shift.launch_gears,
+            "shift.start_gear",
+            start,
+            "at most launch_gears: only there the clutch slips",
+        );
+        problems.require(
+            shift.launch_speed_radps >= shift.open_share * idle_radps,
+            "shift.launch_speed_radps",
+            shift.launch_speed_radps,
+            "at least open_share times the idle speed",
+        );
+    }
+}
+
+/// The gears of a box, from first to top.
+pub fn validate_ratios(ratio: &[f64], problems: &mut Problems) {
+    let falls = ratio.windows(2).all(|pair| pair[0] > pair[1]);
+    let fits = falls && (1..=24).contains(&ratio.len());
+    problems.require(fits, "ratio", format!("{ratio:?}"), "1 to 24 falling ratios");
 }
 
 /// The shifting strategy.
@@ -43,44 +88,64 @@ pub struct GearboxModel {
 #[serde(deny_unknown_fields)]
 pub struct ShiftModel {
     /// Time without torque, in s.
+    #[schemars(range(min = 0.0, max = 5.0))]
     pub duration_s: f64,
     /// Shortest time from shift to shift, in s.
+    #[schemars(range(min = 0.0, max = 60.0))]
     pub interval_s: f64,
     /// Speed below which there is no shift, in m/s.
+    #[schemars(range(min = 0.0, max = 10.0))]
     pub minimum_speed_mps: f64,
     /// Engine speed of the upshift line at zero pedal, in rad/s.
+    #[schemars(range(min = 20.0, max = 1024.0))]
     pub up_speed_radps: f64,
     /// Its rise with the pedal, in rad/s.
+    #[schemars(range(min = 0.0, max = 1024.0))]
     pub up_pedal_radps: f64,
     /// Engine speed of the downshift line at zero pedal, in rad/s.
+    #[schemars(range(min = 20.0, max = 1024.0))]
     pub down_speed_radps: f64,
     /// Its rise with the pedal, in rad/s.
+    #[schemars(range(min = 0.0, max = 1024.0))]
     pub down_pedal_radps: f64,
     /// Engine speed above which the box shifts up in any case, in rad/s.
+    #[schemars(range(min = 50.0, max = 1024.0))]
     pub overspeed_radps: f64,
     /// Share of full load that counts after an upshift.
+    #[schemars(range(min = 0.01, max = 1.0))]
     pub power_share: f64,
     /// Power demanded after an upshift over the road's.
+    #[schemars(range(min = 0.0, max = 10.0))]
     pub power_reserve: f64,
     /// Most gears in one upshift.
+    #[schemars(range(min = 1.0, max = 20.0))]
     pub most_steps: u32,
     /// Pedal from which a kick-down is asked for.
+    #[schemars(range(min = 0.1, max = 1.0))]
     pub kickdown_pedal: f64,
     /// Time for which it has to be there, in s.
+    #[schemars(range(min = 0.0, max = 60.0))]
     pub kickdown_s: f64,
     /// Engine speed above which there is no kick-down, in rad/s.
+    #[schemars(range(min = 20.0, max = 1024.0))]
     pub kickdown_speed_radps: f64,
     /// Gear in which a truck starts (from 1).
+    #[schemars(range(min = 1.0, max = 24.0))]
     pub start_gear: u32,
     /// Gear in which it starts on a steep climb.
+    #[schemars(range(min = 1.0, max = 24.0))]
     pub steep_start_gear: u32,
     /// Slope from which a climb is steep.
+    #[schemars(range(min = 0.0, max = 0.3))]
     pub steep_slope: f64,
     /// Highest gear in which the clutch slips at a start.
+    #[schemars(range(min = 1.0, max = 24.0))]
     pub launch_gears: u32,
     /// Engine speed while it slips, in rad/s.
+    #[schemars(range(min = 20.0, max = 1024.0))]
     pub launch_speed_radps: f64,
     /// Share of the idle speed below which the clutch opens.
+    #[schemars(range(min = 0.1, max = 1.0))]
     pub open_share: f64,
 }
 

@@ -3,11 +3,11 @@
 //! [`StudyModel`] is the study file as it is written; [`Study`] is a checked one, prepared for
 //! sampling.
 
-mod bounds;
 mod check;
+pub mod keys;
 
-pub use bounds::{BOUNDS, Bound, bound_of};
-pub use check::{Problem, StudyError};
+pub use crate::validation::Problem;
+pub use check::StudyError;
 
 use crate::driver::{Driver, DriverModel};
 use crate::operating_cycle::given::{GivenCycle, GivenCycleError};
@@ -51,11 +51,11 @@ pub struct StudyModel {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Description {
-    /// Name.
+    /// Name; it appears in answers and manifests.
     pub name: String,
-    /// What it describes.
+    /// What the study describes, in one line.
     pub description: String,
-    /// Where its numbers come from.
+    /// Where its numbers come from, one source an entry. May be left out.
     #[serde(default)]
     pub sources: Vec<String>,
 }
@@ -76,18 +76,25 @@ pub struct Description {
 #[serde(deny_unknown_fields, default)]
 pub struct SimulationModel {
     /// Longest time step, in s: that of a truck whose acceleration is steady.
+    #[schemars(range(min = 0.0005, max = 2.0))]
     pub step_s: f64,
     /// Driving time after which a cycle is given up, in s.
+    #[schemars(range(min = 10.0, max = 1.0e8))]
     pub longest_duration_s: f64,
     /// Time without progress after which a truck has stalled, in s.
+    #[schemars(range(min = 5.0, max = 86_400.0))]
     pub stall_time_s: f64,
     /// Progress that a truck has to make in that time, in m.
+    #[schemars(range(min = 0.0, max = 1000.0))]
     pub stall_distance_m: f64,
     /// Distance from a stop line at which a truck has stopped, in m.
+    #[schemars(range(min = 0.05, max = 5.0))]
     pub capture_distance_m: f64,
     /// Distance from a stop line at which a slow truck has stopped, in m.
+    #[schemars(range(min = 0.05, max = 10.0))]
     pub creep_distance_m: f64,
     /// Speed below which a truck is slow, in m/s.
+    #[schemars(range(min = 0.0, max = 2.0))]
     pub creep_speed_mps: f64,
     /// Parts that are turned off.
     pub without: Vec<ModelSwitch>,

@@ -13,10 +13,13 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields)]
 pub struct BrakeModel {
     /// Deceleration at full pedal, in m/s².
+    #[schemars(range(min = 0.5, max = 15.0))]
     pub full_deceleration_mps2: f64,
     /// Power of the engine brake at its reference speed, in W; 0 for none.
+    #[schemars(range(min = 0.0, max = 2.0e6))]
     pub engine_brake_power_w: f64,
     /// Engine speed at which it has that power, in rad/s.
+    #[schemars(range(min = 50.0, max = 1024.0))]
     pub engine_brake_speed_radps: f64,
 }
 

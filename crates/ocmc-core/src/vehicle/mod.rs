@@ -13,6 +13,7 @@ use crate::powertrain::gearbox::{Gear, GearboxModel, ShiftModel};
 use crate::powertrain::{PowertrainKind, TruckInputs};
 use crate::random::{Stream, Streams};
 use crate::switch::ModelSwitch;
+use crate::validation::Problems;
 use brakes::BrakeModel;
 use resistance::{AxleModel, CrossWind, CrossWindModel, rolling_coefficient};
 use schemars::JsonSchema;
@@ -23,28 +24,38 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields)]
 pub struct VehicleModel {
     /// Mass without payload, in kg.
+    #[schemars(range(min = 500.0, max = 100_000.0))]
     pub curb_mass_kg: f64,
     /// Drag area CdA without cross wind, in m².
+    #[schemars(range(min = 0.1, max = 20.0))]
     pub drag_area_m2: Quantity,
     /// Growth of the drag area in a cross wind.
     pub cross_wind: CrossWindModel,
     /// Axles.
     pub axles: Vec<AxleModel>,
     /// Factor on the axles' rolling coefficients.
+    #[schemars(range(min = 0.1, max = 10.0))]
     pub rolling_factor: Quantity,
     /// Exponent β of the tyre load.
+    #[schemars(range(min = 0.5, max = 1.5))]
     pub rolling_load_exponent: f64,
     /// Temperature coefficient K of rolling resistance, in 1/K.
+    #[schemars(range(min = 0.0, max = 0.02))]
     pub rolling_temperature_coefficient_per_k: f64,
     /// Dynamic radius of the driven wheels, in m.
+    #[schemars(range(min = 0.1, max = 1.5))]
     pub wheel_radius_m: f64,
     /// Moment of inertia of all wheels, in kg m².
+    #[schemars(range(min = 0.0, max = 5000.0))]
     pub wheel_inertia_kgm2: f64,
     /// Power of the auxiliaries, in W: at the crankshaft, or from the battery without heating and cooling.
+    #[schemars(range(min = 0.0, max = 100_000.0))]
     pub auxiliary_power_w: Quantity,
     /// Speed from which the limiter fades traction out, over `limiter_range_mps`, in m/s.
+    #[schemars(range(min = 5.0, max = 100.0))]
     pub limiter_speed_mps: f64,
     /// Speed range over which the limiter fades traction out, in m/s.
+    #[schemars(range(min = 0.05, max = 5.0))]
     pub limiter_range_mps: f64,
     /// Engine of a diesel powertrain.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -92,6 +103,43 @@ pub struct Vehicle {
 }
 
 impl VehicleModel {
+    /// Axles that carry the whole weight, and one powertrain that fits in itself.
+    pub fn validate(&self, problems: &mut Problems) {
+        let carried = self.axles.iter().fold(0.0, |sum, axle| sum + axle.load_share);
+        problems.require(
+            (carried - 1.0).abs() < 1e-3,
+            "axles",
+            format!("load shares with a sum of {carried}"),
+            "load shares with a sum of 1",
+        );
+        match (&self.engine, &self.gearbox, &self.electric) {
+            (Some(engine), Some(gearbox), None) => {
+                problems.part("engine", |problems| engine.validate(problems));
+                let idle_radps = engine.idle_speed_radps;
+                problems.part("gearbox", |problems| gearbox.validate(idle_radps, problems));
+            }
+            (None, None, Some(electric)) => {
+                problems.part("electric", |problems| electric.validate(problems));
+            }
+            (None, Some(_), None) => {
+                problems.require(false, "engine", "not there", "an engine for the gearbox");
+            }
+            (Some(_), None, None) => {
+                problems.require(false, "gearbox", "not there", "a gearbox for the engine");
+            }
+            (None, None, None) => {
+                let allowed = "`engine` and `gearbox`, or `electric`";
+                problems.require(false, "", "without a powertrain", allowed);
+            }
+            (_, _, Some(_)) => problems.require(
+                false,
+                "electric",
+                "there beside `engine` or `gearbox`",
+                "one powertrain: leave an inherited one out by study.drop = [\"vehicle.engine\", \"vehicle.gearbox\"]",
+            ),
+        }
+    }
+
     /// Draws one truck with a payload. Without [`ModelSwitch::VehicleSpread`] all are the typical one.
     pub fn sample(&self, payload_kg: f64, streams: &Streams, without: &[ModelSwitch]) -> Vehicle {
         let spread = !without.contains(&ModelSwitch::VehicleSpread);

@@ -26,12 +26,16 @@ const DEGREES: f64 = 180.0 / std::f64::consts::PI;
 #[serde(deny_unknown_fields)]
 pub struct AxleModel {
     /// Share of the weight.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub load_share: f64,
     /// Rolling coefficient by ISO 28580, at the test load.
+    #[schemars(range(min = 0.0005, max = 0.05))]
     pub iso_rolling_coefficient: f64,
     /// Test load of one tyre, in N.
+    #[schemars(range(min = 500.0, max = 100_000.0))]
     pub iso_load_n: f64,
     /// Number of tyres on the axle.
+    #[schemars(range(min = 1.0, max = 16.0))]
     pub tyres: f64,
 }
 
@@ -41,8 +45,10 @@ pub struct AxleModel {
 #[serde(deny_unknown_fields)]
 pub struct CrossWindModel {
     /// a₁, a₂, a₃, in m² per degree, degree² and degree³.
+    #[schemars(inner(range(min = -1.0, max = 1.0)))]
     pub coefficients: [f64; 3],
     /// Angle at which the increment ends, in degrees: the cubic of a tractor-semitrailer turns over at 14.3°.
+    #[schemars(range(min = 0.0, max = 20.0))]
     pub maximum_angle_deg: f64,
 }
 

@@ -1,16 +1,17 @@
 //! From what serde and the core say about a study to faults with a place.
 
 use super::error::{Cause, Fault, StudyFileError};
-use super::init::number;
+use super::init::range;
 use super::node::{Content, Node, Step, path_of};
 use super::source::{Place, SourceKind};
-use ocmc_core::study::{Problem, StudyError, StudyModel, bound_of};
+use ocmc_core::study::keys::{Key, declarations};
+use ocmc_core::study::{Problem, StudyError, StudyModel};
 use serde_path_to_error::Segment;
 
 /// The range of a number at a path with `[index]`es, as a text behind "a number".
 fn range_of(path: &str) -> Option<String> {
     let plain: String = path.split('[').map(|p| p.split_once(']').map_or(p, |(_, q)| q)).collect();
-    bound_of(&plain).map(|bound| format!("{} to {}", number(bound.minimum), number(bound.maximum)))
+    Key(&declarations()).at(&plain).and_then(Key::bounds).map(range)
 }
 
 /// Numbers that are infinite or none, each with its place.

@@ -1,9 +1,9 @@
 //! The default study as one commented file to start from, each number with its allowed range.
 
 use super::builtin::{BuiltIn, DEFAULT, STUDIES, VEHICLES};
-use super::node::{Content, Node, Step, path_of};
+use super::node::{Content, Node};
 use super::source::{Source, SourceKind};
-use ocmc_core::study::{Bound, bound_of};
+use ocmc_core::study::keys::{Bounds, Key, declarations};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -55,7 +55,7 @@ fn with_ranges(text: String) -> String {
         return source.text.clone();
     };
     let mut notes = BTreeMap::new();
-    collect(&root, &mut Vec::new(), &mut notes);
+    collect(&root, Key(&declarations()), &mut notes);
     let mut text = String::new();
     for (k, line) in source.text.lines().enumerate() {
         match notes.get(&(k + 1)) {
@@ -68,55 +68,51 @@ fn with_ranges(text: String) -> String {
 }
 
 /// Notes for each line where the value on it ends, in characters, and the ranges of its numbers.
-fn collect(node: &Node, steps: &mut Vec<Step>, notes: &mut BTreeMap<usize, (usize, String)>) {
+fn collect(node: &Node, key: Key, notes: &mut BTreeMap<usize, (usize, String)>) {
     let Content::Table(entries) = &node.content else { return };
-    for (key, below) in entries {
-        steps.push(Step::Key(key.clone()));
+    for (name, below) in entries {
+        let Some(key) = key.below(name) else { continue };
         let written = below.place.as_ref().map_or("", |p| &p.source.text[p.span.clone()]);
         if matches!(below.content, Content::Table(_)) && !written.starts_with('{') {
-            collect(below, steps, notes);
-        } else if let (Some(key), Some(value)) = (&below.key_place, &below.place) {
-            let ranges = ranges_in(below, &path_of(steps));
+            collect(below, key, notes);
+        } else if let (Some(place), Some(value)) = (&below.key_place, &below.place) {
+            let ranges = ranges_in(below, key);
             if !ranges.is_empty() {
                 let first_line = written.lines().next().unwrap_or_default();
                 let end = value.column() - 1 + first_line.chars().count();
-                notes.insert(key.line(), (end, ranges.join("; ")));
+                notes.insert(place.line(), (end, ranges.join("; ")));
             }
         }
-        steps.pop();
     }
 }
 
 /// The range of a value, or of each key in it.
-fn ranges_in(node: &Node, path: &str) -> Vec<String> {
-    if let Some(bound) = bound_of(path) {
-        return vec![range(bound)];
+fn ranges_in(node: &Node, key: Key) -> Vec<String> {
+    if let Some(bounds) = key.bounds() {
+        return vec![range(bounds)];
     }
     match &node.content {
-        Content::Table(entries) => {
-            let bounds: Vec<(&String, &Bound)> = entries
-                .keys()
-                .filter_map(|key| Some((key, bound_of(&format!("{path}.{key}"))?)))
-                .collect();
-            match bounds.as_slice() {
-                // names that a user chooses, such as road types, share one bound
-                [(_, bound), ..] if bound.path.ends_with('*') => {
-                    vec![format!("each {}", range(bound))]
-                }
-                bounds => bounds.iter().map(|(key, b)| format!("{key} {}", range(b))).collect(),
-            }
+        // names that a user chooses, such as road types, share one range
+        Content::Table(_) if key.any_name().is_some() => {
+            let bounds = key.any_name().and_then(Key::bounds);
+            bounds.map(|bounds| format!("each {}", range(bounds))).into_iter().collect()
         }
-        Content::List(items) => items.first().map_or_else(Vec::new, |item| ranges_in(item, path)),
+        Content::Table(entries) => entries
+            .keys()
+            .filter_map(|name| Some(format!("{name} {}", range(key.below(name)?.bounds()?))))
+            .collect(),
+        Content::List(items) => items.first().map_or_else(Vec::new, |item| ranges_in(item, key)),
         Content::Scalar(_) => Vec::new(),
     }
 }
 
-fn range(bound: &Bound) -> String {
-    format!("{} to {}", number(bound.minimum), number(bound.maximum))
+/// A range in words.
+pub(super) fn range(bounds: Bounds) -> String {
+    format!("{} to {}", number(bounds.minimum), number(bounds.maximum))
 }
 
 /// A number without rows of zeros.
-pub(super) fn number(value: f64) -> String {
+fn number(value: f64) -> String {
     let size = value.abs();
     if size != 0.0 && !(1e-4..1e6).contains(&size) {
         format!("{value:e}")

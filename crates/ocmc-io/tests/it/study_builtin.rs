@@ -1,7 +1,8 @@
 //! The built-in studies: that they are valid, and that nothing in them is out of the tables.
 
 use ocmc_core::distribution::{Law, Quantity};
-use ocmc_core::study::{Study, StudyModel, bound_of};
+use ocmc_core::study::keys::{Key, declarations};
+use ocmc_core::study::{Study, StudyModel};
 use ocmc_io::study::{self, LoadedStudy, Origin};
 use serde_json::Value;
 
@@ -44,12 +45,14 @@ fn every_built_in_study_is_valid_and_described() {
 
 #[test]
 fn every_number_has_a_bound() {
+    let declared = declarations();
     for built_in in study::list() {
         let tree = serde_json::to_value(model(built_in.name)).expect("a study");
         let mut count = 0;
         numbers("", &tree, &mut |path| {
             count += 1;
-            assert!(bound_of(path).is_some(), "{}: `{path}` has no bound", built_in.name);
+            let bounds = Key(&declared).at(path).and_then(Key::bounds);
+            assert!(bounds.is_some(), "{}: `{path}` has no bound", built_in.name);
         });
         assert!(count > 200, "{count}");
     }

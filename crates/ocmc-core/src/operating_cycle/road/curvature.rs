@@ -18,26 +18,36 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields)]
 pub struct CurveModel {
     /// Intensity of curve starts, per m, at the reference sign.
+    #[schemars(range(min = 0.0, max = 0.05))]
     pub per_m: f64,
     /// Highest intensity, per m.
+    #[schemars(range(min = 0.0, max = 0.05))]
     pub maximum_per_m: f64,
     /// Sign at which intensity and median radius hold, in m/s; absent: they hold for every sign.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 2.0, max = 70.0))]
     pub reference_sign_mps: Option<f64>,
     /// Exponent p of the intensity in v_ref / v_sign.
     #[serde(default)]
+    #[schemars(range(min = 0.0, max = 10.0))]
     pub sign_exponent: f64,
     /// Smallest radius r_turn, in m.
+    #[schemars(range(min = 5.0, max = 2000.0))]
     pub turn_radius_m: f64,
     /// Median of R − r_turn, in m, at the reference sign.
+    #[schemars(range(min = 1.0, max = 10_000.0))]
     pub median_radius_m: f64,
     /// Standard deviation of ln(R − r_turn).
+    #[schemars(range(min = 0.0, max = 3.0))]
     pub radius_log_sd: f64,
     /// Median length, in m.
+    #[schemars(range(min = 1.0, max = 5000.0))]
     pub median_length_m: f64,
     /// Standard deviation of ln L.
+    #[schemars(range(min = 0.0, max = 3.0))]
     pub length_log_sd: f64,
     /// Largest heading change L/R, in rad.
+    #[schemars(range(min = 0.1, max = 6.3))]
     pub maximum_heading_rad: f64,
 }
 

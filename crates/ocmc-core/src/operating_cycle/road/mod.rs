@@ -13,6 +13,7 @@ pub mod topography;
 use crate::distribution::Quantity;
 use crate::random::{Stream, Streams};
 use crate::switch::ModelSwitch;
+use crate::validation::Problems;
 use curvature::{Curve, CurveModel, merge_turns};
 use point_event::{
     GiveWayModel, JunctionTurnModel, PointEvent, SpeedBumpModel, StopSignModel, TrafficLightModel,
@@ -32,16 +33,21 @@ use topography::{ClimbRule, TopographyModel, bridge, sample_slopes};
 #[serde(deny_unknown_fields)]
 pub struct RoadModel {
     /// Step L_s of the slope, in m.
+    #[schemars(range(min = 5.0, max = 200.0))]
     pub slope_step_m: f64,
     /// How the elevation drifts.
     pub climb_rule: ClimbRule,
     /// Net climb of a mission, in m.
+    #[schemars(range(min = -5000.0, max = 5000.0))]
     pub net_climb_m: Quantity,
     /// Length of a roughness block, in m.
+    #[schemars(range(min = 20.0, max = 10_000.0))]
     pub roughness_block_m: f64,
     /// Smallest distance between events, in m.
+    #[schemars(range(min = 0.0, max = 1000.0))]
     pub event_spacing_m: f64,
     /// Length at both ends without events, in m.
+    #[schemars(range(min = 5.0, max = 1000.0))]
     pub event_free_end_m: f64,
     /// Turns taken at junctions.
     pub junction_turn: JunctionTurnModel,
@@ -54,15 +60,20 @@ pub struct RoadModel {
 #[serde(deny_unknown_fields)]
 pub struct RoadTypeModel {
     /// Mean length of a stretch of this type, in m.
+    #[schemars(range(min = 50.0, max = 1.0e7))]
     pub mean_length_m: f64,
     /// Shortest stretch, in m.
+    #[schemars(range(min = 0.0, max = 1.0e6))]
     pub minimum_length_m: f64,
     /// Probabilities of the type that follows; empty where this is the only type.
+    #[schemars(extend("additionalProperties" = { "type": "number", "minimum": 0.0, "maximum": 1.0 }))]
     pub next: BTreeMap<String, f64>,
     /// Legal limit for trucks on this type beside the signs, in m/s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 2.0, max = 70.0))]
     pub truck_limit_mps: Option<f64>,
     /// Ratio of the wind beside the truck to the wind at 10 m.
+    #[schemars(range(min = 0.0, max = 1.5))]
     pub wind_exposure: f64,
     /// Speed signs.
     pub speed_signs: SpeedSignModel,
@@ -73,6 +84,7 @@ pub struct RoadTypeModel {
     /// Roughness.
     pub roughness: RoughnessModel,
     /// Ground types.
+    #[schemars(extend("additionalProperties" = { "type": "number", "minimum": 0.0, "maximum": 1.0 }))]
     pub ground: GroundModel,
     /// Stop signs.
     pub stop_signs: StopSignModel,
@@ -124,6 +136,59 @@ pub struct RoadSampler {
     roughnesses: Vec<RoughnessModel>,
     grounds: Vec<GroundModel>,
     model: RoadModel,
+}
+
+impl RoadModel {
+    /// The rules between its numbers, and with the typical length of a mission, in m.
+    pub fn validate(&self, mission_length_m: f64, problems: &mut Problems) {
+        problems.require(!self.types.is_empty(), "types", "empty", "at least one road type");
+        for (name, road_type) in &self.types {
+            problems.part(&format!("types.{name}"), |problems| {
+                road_type.validate(name, self, problems);
+            });
+        }
+        let limits = self.types.values().map(|road_type| road_type.topography.slope_limit);
+        let steepest = limits.fold(0.0, f64::max);
+        let climb_m = self.net_climb_m.centre().abs();
+        problems.require(
+            self.climb_rule == ClimbRule::Free || climb_m <= steepest * mission_length_m,
+            "net_climb_m",
+            climb_m,
+            "at most the largest slope_limit of the road types times mission.length_m",
+        );
+    }
+}
+
+impl RoadTypeModel {
+    /// The rules of the type of a name, one of those of a road.
+    fn validate(&self, name: &str, road: &RoadModel, problems: &mut Problems) {
+        let sum: f64 = self.next.values().sum();
+        problems.require(
+            if road.types.len() > 1 { (sum - 1.0).abs() < 1e-6 } else { sum == 0.0 },
+            "next",
+            format!("a sum of {sum}"),
+            "a sum of 1 over the other road types (empty where there is only one)",
+        );
+        for (next, share) in &self.next {
+            let known = road.types.contains_key(next) && (next != name || *share == 0.0);
+            problems.require(known, "next", format!("`{next}`"), "another road type of this study");
+        }
+        problems.require(
+            self.minimum_length_m < self.mean_length_m,
+            "minimum_length_m",
+            self.minimum_length_m,
+            "below mean_length_m",
+        );
+        problems.part("speed_signs", |problems| self.speed_signs.validate(problems));
+        problems.require_sum_of_one("ground", self.ground.values().sum());
+        let hill_length_m = self.topography.hill_length_m;
+        problems.require(
+            hill_length_m > 4.0 * road.slope_step_m,
+            "topography.hill_length_m",
+            hill_length_m,
+            "above 4 times road.slope_step_m",
+        );
+    }
 }
 
 impl RoadSampler {

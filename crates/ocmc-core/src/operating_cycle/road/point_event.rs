@@ -21,10 +21,13 @@ use std::f64::consts::FRAC_PI_2;
 #[serde(deny_unknown_fields)]
 pub struct StopSignModel {
     /// Intensity, per m.
+    #[schemars(range(min = 0.0, max = 0.02))]
     pub per_m: f64,
     /// Standstill, in s.
+    #[schemars(range(min = 0.0, max = 3600.0))]
     pub standstill_s: Quantity,
     /// Share that carries a junction turn.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub turn_share: f64,
 }
 
@@ -33,14 +36,19 @@ pub struct StopSignModel {
 #[serde(deny_unknown_fields)]
 pub struct GiveWayModel {
     /// Intensity, per m.
+    #[schemars(range(min = 0.0, max = 0.02))]
     pub per_m: f64,
     /// Probability that the truck has to stop.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub stop_probability: f64,
     /// Wait when it stops, in s.
+    #[schemars(range(min = 0.0, max = 3600.0))]
     pub wait_s: Quantity,
     /// Speed at which it passes when it does not stop, in m/s.
+    #[schemars(range(min = 1.0, max = 40.0))]
     pub pass_speed_mps: Quantity,
     /// Share that carries a junction turn.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub turn_share: f64,
 }
 
@@ -49,12 +57,16 @@ pub struct GiveWayModel {
 #[serde(deny_unknown_fields)]
 pub struct TrafficLightModel {
     /// Intensity, per m.
+    #[schemars(range(min = 0.0, max = 0.02))]
     pub per_m: f64,
     /// Probability of red.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub red_probability: f64,
     /// Wait at red, in s.
+    #[schemars(range(min = 0.0, max = 3600.0))]
     pub wait_s: Quantity,
     /// Share that carries a junction turn.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub turn_share: f64,
 }
 
@@ -63,10 +75,13 @@ pub struct TrafficLightModel {
 #[serde(deny_unknown_fields)]
 pub struct SpeedBumpModel {
     /// Intensity, per m.
+    #[schemars(range(min = 0.0, max = 0.02))]
     pub per_m: f64,
     /// Length, in m.
+    #[schemars(range(min = 0.1, max = 50.0))]
     pub length_m: Quantity,
     /// Height, in m.
+    #[schemars(range(min = 0.005, max = 0.5))]
     pub height_m: Quantity,
 }
 
@@ -75,12 +90,16 @@ pub struct SpeedBumpModel {
 #[serde(deny_unknown_fields)]
 pub struct JunctionTurnModel {
     /// Smallest radius r₀, in m.
+    #[schemars(range(min = 5.0, max = 200.0))]
     pub turn_radius_m: f64,
     /// Median of R − r₀, in m.
+    #[schemars(range(min = 0.1, max = 200.0))]
     pub median_radius_m: f64,
     /// Standard deviation of ln(R − r₀).
+    #[schemars(range(min = 0.0, max = 2.0))]
     pub radius_log_sd: f64,
     /// Shortest turn as a share f of a right angle.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub minimum_share: f64,
 }
 

@@ -9,6 +9,7 @@
 
 use super::road_type::Section;
 use crate::random::Draws;
+use crate::validation::Problems;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -17,13 +18,32 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields)]
 pub struct SpeedSignModel {
     /// The signs' faces, in km/h.
+    #[schemars(inner(range(min = 5.0, max = 200.0)))]
     pub speed_kmh: Vec<f64>,
     /// Wanted share of each face by length.
+    #[schemars(inner(range(min = 0.0, max = 1.0)))]
     pub share: Vec<f64>,
     /// Mean length over which a sign holds, in m.
+    #[schemars(range(min = 20.0, max = 1.0e6))]
     pub mean_length_m: f64,
     /// Speed difference over which a change becomes e times rarer, in km/h.
+    #[schemars(range(min = 1.0, max = 1000.0))]
     pub similarity_kmh: f64,
+}
+
+impl SpeedSignModel {
+    /// One share for each face, one in all.
+    pub fn validate(&self, problems: &mut Problems) {
+        let (faces, shares) = (self.speed_kmh.len(), self.share.len());
+        problems.require(faces > 0, "speed_kmh", "empty", "at least one sign");
+        problems.require(
+            shares == faces,
+            "share",
+            format!("{shares} numbers"),
+            "one share for each sign of speed_kmh",
+        );
+        problems.require_sum_of_one("share", self.share.iter().sum());
+    }
 }
 
 /// The chain of one road type, prepared for sampling.

@@ -18,8 +18,10 @@ use std::collections::BTreeMap;
 #[serde(deny_unknown_fields)]
 pub struct RoughnessModel {
     /// Mean roughness coefficient G_d(n₀), in m³.
+    #[schemars(range(min = 0.0, max = 0.01))]
     pub mean_coefficient_m3: f64,
     /// Laplace shape ν: squared coefficient of variation of a block's coefficient.
+    #[schemars(range(min = 0.01, max = 20.0))]
     pub shape: f64,
 }
 

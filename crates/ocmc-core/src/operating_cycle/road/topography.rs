@@ -25,10 +25,13 @@ use std::f64::consts::TAU;
 #[serde(deny_unknown_fields)]
 pub struct TopographyModel {
     /// Standard deviation of the slope.
+    #[schemars(range(min = 1.0e-6, max = 0.15))]
     pub slope_sd: f64,
     /// Mean distance between upcrossings of zero, in m.
+    #[schemars(range(min = 50.0, max = 100_000.0))]
     pub hill_length_m: f64,
     /// Largest slope, up or down.
+    #[schemars(range(min = 0.001, max = 0.25))]
     pub slope_limit: f64,
 }
 

@@ -10,6 +10,7 @@
 use crate::distribution::Quantity;
 use crate::lanes::{Flags, Lanes, clip};
 use crate::powertrain::battery_electric::ChargingModel;
+use crate::validation::Problems;
 use fearless_simd::{Level, dispatch, prelude::*};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -19,25 +20,53 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields)]
 pub struct BatteryModel {
     /// Energy of the full store, in J.
+    #[schemars(range(min = 1.0e6, max = 1.0e11))]
     pub capacity_j: f64,
     /// Open-circuit voltage of the empty battery, in V.
+    #[schemars(range(min = 10.0, max = 5000.0))]
     pub empty_voltage_v: f64,
     /// Open-circuit voltage of the full battery, in V.
+    #[schemars(range(min = 10.0, max = 5000.0))]
     pub full_voltage_v: f64,
     /// Internal resistance, in Ω.
+    #[schemars(range(min = 1.0e-6, max = 10.0))]
     pub resistance_ohm: f64,
     /// Highest power of discharge at the terminals, in W.
+    #[schemars(range(min = 1000.0, max = 1.0e7))]
     pub discharge_power_w: f64,
     /// Highest power of charging at the terminals, in W.
+    #[schemars(range(min = 0.0, max = 1.0e7))]
     pub charge_power_w: f64,
     /// State of charge at which a truck stops.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub minimum_charge: f64,
     /// State of charge above which nothing is charged.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub maximum_charge: f64,
     /// Range below the highest state of charge over which charging fades out.
+    #[schemars(range(min = 1.0e-4, max = 1.0))]
     pub charge_fade: f64,
     /// State of charge at departure.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub initial_charge: Quantity,
+}
+
+impl BatteryModel {
+    /// Voltages and states of charge in order.
+    pub fn validate(&self, problems: &mut Problems) {
+        problems.require(
+            self.empty_voltage_v < self.full_voltage_v * (1.0 + 1e-9),
+            "empty_voltage_v",
+            self.empty_voltage_v,
+            "at most full_voltage_v",
+        );
+        problems.require(
+            self.minimum_charge < self.maximum_charge,
+            "minimum_charge",
+            self.minimum_charge,
+            "below maximum_charge",
+        );
+    }
 }
 
 /// What a power at the terminals does to the store.

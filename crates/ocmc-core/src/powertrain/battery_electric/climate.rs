@@ -8,14 +8,19 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields)]
 pub struct ClimateModel {
     /// Air temperature below which is heated, in K.
+    #[schemars(range(min = 200.0, max = 340.0))]
     pub heat_below_k: f64,
     /// Power of heating for each K below, in W/K.
+    #[schemars(range(min = 0.0, max = 10_000.0))]
     pub heat_w_per_k: f64,
     /// Air temperature above which is cooled, in K.
+    #[schemars(range(min = 200.0, max = 340.0))]
     pub cool_above_k: f64,
     /// Power of cooling for each K above, in W/K.
+    #[schemars(range(min = 0.0, max = 10_000.0))]
     pub cool_w_per_k: f64,
     /// Highest power, in W.
+    #[schemars(range(min = 0.0, max = 200_000.0))]
     pub maximum_w: f64,
 }
 

@@ -10,7 +10,8 @@ pub use powertrain::BatteryState;
 
 use crate::energy_ledger::{Ledger, Term};
 use crate::lanes::Lanes;
-use crate::powertrain::gearbox::{Gear, ShiftModel};
+use crate::powertrain::gearbox::{Gear, ShiftModel, validate_ratios};
+use crate::validation::Problems;
 use battery::BatteryModel;
 use climate::ClimateModel;
 use fearless_simd::{Level, dispatch, prelude::*};
@@ -27,8 +28,10 @@ pub struct ElectricModel {
     /// Motor with inverter.
     pub motor: MotorModel,
     /// Ratios between motor and wheels, the axle included, from first to top gear.
+    #[schemars(inner(range(min = 0.1, max = 200.0)))]
     pub ratio: Vec<f64>,
     /// Efficiency of gears and axle, in both directions.
+    #[schemars(range(min = 0.5, max = 1.0))]
     pub gear_efficiency: f64,
     /// Shifting; absent where there is one gear.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -46,16 +49,22 @@ pub struct ElectricModel {
 #[serde(deny_unknown_fields)]
 pub struct ElectricShiftModel {
     /// Time without torque, in s.
+    #[schemars(range(min = 0.0, max = 5.0))]
     pub duration_s: f64,
     /// Shortest time from shift to shift, in s.
+    #[schemars(range(min = 0.0, max = 60.0))]
     pub interval_s: f64,
     /// Motor speed after an upshift from which there is one, at zero pedal, in rad/s.
+    #[schemars(range(min = 1.0, max = 5000.0))]
     pub up_speed_radps: f64,
     /// Its rise with the pedal, in rad/s.
+    #[schemars(range(min = 0.0, max = 5000.0))]
     pub up_pedal_radps: f64,
     /// Motor speed below which there is a downshift, at zero pedal, in rad/s.
+    #[schemars(range(min = 1.0, max = 5000.0))]
     pub down_speed_radps: f64,
     /// Its rise with the pedal, in rad/s.
+    #[schemars(range(min = 0.0, max = 5000.0))]
     pub down_pedal_radps: f64,
 }
 
@@ -64,12 +73,16 @@ pub struct ElectricShiftModel {
 #[serde(deny_unknown_fields)]
 pub struct ChargingModel {
     /// Power of the charger at the terminals, in W.
+    #[schemars(range(min = 0.0, max = 1.0e7))]
     pub power_w: f64,
     /// State of charge below which a stop is used to charge.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub begin_below: f64,
     /// State of charge at which charging ends.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub end_at: f64,
     /// Shortest standstill that is used, in s.
+    #[schemars(range(min = 0.0, max = 86_400.0))]
     pub shortest_s: f64,
 }
 
@@ -94,6 +107,19 @@ const POWER_RESERVE: f64 = 1.1;
 const SLOWEST_SHIFT_MPS: f64 = 0.5;
 
 impl ElectricModel {
+    /// A battery, a map and gears that fit in themselves.
+    pub fn validate(&self, problems: &mut Problems) {
+        problems.part("battery", |problems| self.battery.validate(problems));
+        problems.part("motor", |problems| self.motor.validate(problems));
+        problems.require(
+            self.ratio.len() < 2 || self.shift.is_some(),
+            "shift",
+            "not there",
+            "when to shift, where there is more than one gear",
+        );
+        validate_ratios(&self.ratio, problems);
+    }
+
     /// The gears over a wheel; nothing slips and there is no loss but the efficiency.
     pub fn gears(&self, wheel_radius_m: f64) -> Vec<Gear> {
         let gear = |&ratio: &f64| Gear {

@@ -7,6 +7,7 @@
 use crate::lanes::{Flags, Lanes, clip, columns, masked};
 use crate::powertrain::bilinear::bilinear_cell;
 use crate::powertrain::diesel::engine::MOST_KNOTS;
+use crate::validation::{Problems, rises};
 use fearless_simd::{Level, dispatch, prelude::*};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -16,27 +17,61 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields)]
 pub struct MotorModel {
     /// Highest torque, in Nm.
+    #[schemars(range(min = 1.0, max = 100_000.0))]
     pub torque_nm: f64,
     /// Highest power, in W.
+    #[schemars(range(min = 1000.0, max = 1.0e7))]
     pub power_w: f64,
     /// Highest torque while braking, in Nm.
+    #[schemars(range(min = 0.0, max = 100_000.0))]
     pub brake_torque_nm: f64,
     /// Highest power while braking, in W.
+    #[schemars(range(min = 0.0, max = 1.0e7))]
     pub brake_power_w: f64,
     /// Share of what the pedal asks for that the motor may brake at most: only driven axles brake by it.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub brake_share: f64,
     /// Speed below which braking by the motor fades out, in m/s.
+    #[schemars(range(min = 0.01, max = 20.0))]
     pub brake_fade_mps: f64,
     /// Highest speed, in rad/s.
+    #[schemars(range(min = 10.0, max = 5000.0))]
     pub maximum_speed_radps: f64,
     /// Moment of inertia, in kg m².
+    #[schemars(range(min = 0.0, max = 100.0))]
     pub inertia_kgm2: f64,
     /// Speeds of the map of losses, in rad/s.
+    #[schemars(inner(range(min = 0.0, max = 5000.0)))]
     pub map_speed_radps: Vec<f64>,
     /// Torques of the map of losses, from 0 up, in Nm.
+    #[schemars(inner(range(min = 0.0, max = 100_000.0)))]
     pub map_torque_nm: Vec<f64>,
     /// Losses of motor and inverter, in W: a row for each speed.
+    #[schemars(inner(inner(range(min = 0.0, max = 1.0e7))))]
     pub map_loss_w: Vec<Vec<f64>>,
+}
+
+impl MotorModel {
+    /// A map of rising speeds and torques, with a value for each of them.
+    pub fn validate(&self, problems: &mut Problems) {
+        for (key, knots) in
+            [("map_speed_radps", &self.map_speed_radps), ("map_torque_nm", &self.map_torque_nm)]
+        {
+            let rising = knots.len() >= 2 && rises(knots);
+            problems.require(rising, key, format!("{knots:?}"), "2 and more rising numbers");
+            let count = knots.len();
+            let few = count <= MOST_KNOTS;
+            problems.require(few, key, format!("{count} numbers"), "at most 16 numbers");
+        }
+        let columns = self.map_torque_nm.len();
+        problems.require(
+            self.map_loss_w.len() == self.map_speed_radps.len()
+                && self.map_loss_w.iter().all(|row| row.len() == columns),
+            "map_loss_w",
+            "a map of another size",
+            "a row for each of map_speed_radps, with a column for each of map_torque_nm",
+        );
+    }
 }
 
 /// A motor prepared for the hot loop.

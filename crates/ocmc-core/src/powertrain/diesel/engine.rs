@@ -7,6 +7,7 @@
 //!
 //! In the hot loop the pieces of the curves and the cells of the map are found by tables of bytes (`piece_table.rs`).
 
+use crate::validation::{Problems, rises};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -21,30 +22,79 @@ use fearless_simd::{Level, dispatch, prelude::*};
 #[serde(deny_unknown_fields)]
 pub struct EngineModel {
     /// Moment of inertia, in kg m².
+    #[schemars(range(min = 0.01, max = 100.0))]
     pub inertia_kgm2: f64,
     /// Idle speed, in rad/s.
+    #[schemars(range(min = 20.0, max = 150.0))]
     pub idle_speed_radps: f64,
     /// Time constant of the torque, in s.
+    #[schemars(range(min = 0.2, max = 5.0))]
     pub torque_lag_s: f64,
     /// Engine speeds of the full-load curve, in rad/s.
+    #[schemars(inner(range(min = 10.0, max = 1024.0)))]
     pub full_load_speed_radps: Vec<f64>,
     /// Full-load torque, in Nm.
+    #[schemars(inner(range(min = 1.0, max = 4096.0)))]
     pub full_load_torque_nm: Vec<f64>,
     /// Engine speeds of the map and the drag curve, in rad/s.
+    #[schemars(inner(range(min = 10.0, max = 1024.0)))]
     pub map_speed_radps: Vec<f64>,
     /// Drag torque (negative), in Nm, at the map's speeds.
+    #[schemars(inner(range(min = -4096.0, max = -0.1)))]
     pub drag_torque_nm: Vec<f64>,
     /// Torques of the map from 0 up, in Nm.
+    #[schemars(inner(range(min = 0.0, max = 4096.0)))]
     pub map_torque_nm: Vec<f64>,
     /// Fuel, in kg/s: a row for each speed, a column for each torque; rows may end early.
+    #[schemars(inner(inner(range(min = 0.0, max = 1.0))))]
     pub map_fuel_kgps: Vec<Vec<f64>>,
     /// Factor on the fuel map.
+    #[schemars(range(min = 0.1, max = 10.0))]
     pub fuel_factor: Quantity,
     /// The fuel.
     pub fuel: FuelModel,
 }
 
 impl EngineModel {
+    /// Curves and a map of rising speeds and torques, each with as many values as it needs.
+    pub fn validate(&self, problems: &mut Problems) {
+        for (key, knots) in [
+            ("full_load_speed_radps", &self.full_load_speed_radps),
+            ("map_speed_radps", &self.map_speed_radps),
+            ("map_torque_nm", &self.map_torque_nm),
+        ] {
+            let fits = rises(knots) && (2..=MOST_KNOTS).contains(&knots.len());
+            problems.require(fits, key, format!("{knots:?}"), "2 to 16 rising numbers");
+        }
+        let (curve, rows) = (self.full_load_speed_radps.len(), self.map_speed_radps.len());
+        let map_rows = "a row for each of map_speed_radps";
+        for (key, have, want, allowed) in [
+            (
+                "full_load_torque_nm",
+                self.full_load_torque_nm.len(),
+                curve,
+                "as many as full_load_speed_radps",
+            ),
+            ("drag_torque_nm", self.drag_torque_nm.len(), rows, "as many as map_speed_radps"),
+            ("map_fuel_kgps", self.map_fuel_kgps.len(), rows, map_rows),
+        ] {
+            problems.require(have == want, key, format!("{have} entries"), allowed);
+        }
+        problems.require(
+            self.map_torque_nm.first() == Some(&0.0),
+            "map_torque_nm",
+            format!("{:?}", self.map_torque_nm),
+            "torques that begin with 0",
+        );
+        let columns = 2..=self.map_torque_nm.len();
+        problems.require(
+            self.map_fuel_kgps.iter().all(|row| columns.contains(&row.len())),
+            "map_fuel_kgps",
+            "a row of another length",
+            "2 to as many columns as map_torque_nm in each row",
+        );
+    }
+
     /// Whether a speed in rad/s and a torque in Nm lie within the points of the map; below zero torque there is nothing to know.
     pub fn map_covers(&self, speed_radps: f64, torque_nm: f64) -> bool {
         torque_nm <= self.map_reach_nm(speed_radps)
@@ -69,10 +119,13 @@ impl EngineModel {
 #[serde(deny_unknown_fields)]
 pub struct FuelModel {
     /// Density, in kg/m³.
+    #[schemars(range(min = 50.0, max = 2000.0))]
     pub density_kgpm3: f64,
     /// Lower heating value, in J/kg.
+    #[schemars(range(min = 1.0e6, max = 2.0e8))]
     pub heating_value_jpkg: f64,
     /// Carbon dioxide for each kg of fuel, in kg.
+    #[schemars(range(min = 0.0, max = 10.0))]
     pub co2_kg_per_kg: f64,
 }
 

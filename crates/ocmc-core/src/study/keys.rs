@@ -1,0 +1,99 @@
+//! What is declared of the keys of a study: meaning, words and range, on the fields of the models' structs.
+//!
+//! A field is the only place that says it: the check of a study, the schema for editors, the comments of
+//! `ocmc study init` and the reference pages are made from the fields' schema. Ranges are physical or
+//! sanity limits (judgement); within them anything runs.
+
+use super::StudyModel;
+use crate::distribution::Law;
+use schemars::Schema;
+use schemars::generate::SchemaSettings;
+use schemars::transform::RecursiveTransform;
+use serde_json::{Value, json};
+
+/// The allowed range of a number.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounds {
+    /// Smallest allowed value.
+    pub minimum: f64,
+    /// Largest allowed value.
+    pub maximum: f64,
+}
+
+impl Bounds {
+    /// Those of a key without bounds: it has to be finite.
+    pub const FINITE: Self = Self { minimum: f64::MIN, maximum: f64::MAX };
+}
+
+/// What is declared of a key, and of the keys below it: a part of the schema.
+#[derive(Clone, Copy, Debug)]
+pub struct Key<'a>(pub &'a Value);
+
+impl<'a> Key<'a> {
+    /// The key at a path below this one, without indices of lists; a name that a study is free to choose
+    /// leads to what all such names share.
+    pub fn at(self, path: &str) -> Option<Self> {
+        path.split('.').try_fold(self, Self::below)
+    }
+
+    /// A key of this table, or of each table of this list.
+    pub fn below(self, name: &str) -> Option<Self> {
+        let Self(table) = self.entry();
+        let named = table.get("properties").and_then(|keys| keys.get(name));
+        named.map(Key).or_else(|| self.any_name())
+    }
+
+    /// What all keys of a table share whose names a study is free to choose.
+    pub fn any_name(self) -> Option<Self> {
+        self.entry().0.get("additionalProperties").filter(|any| any.is_object()).map(Key)
+    }
+
+    /// The range of the key's number, of each number of its lists, or of what its law draws.
+    pub fn bounds(self) -> Option<Bounds> {
+        let Self(entry) = self.entry();
+        // of a quantity the number stands first
+        let number = entry.get("anyOf").map_or(entry, |kinds| &kinds[0]);
+        let bound = |keyword| number.get(keyword).and_then(Value::as_f64);
+        Some(Bounds { minimum: bound("minimum")?, maximum: bound("maximum")? })
+    }
+
+    /// The innermost entry of a list of lists; what is no list is its own entry.
+    pub fn entry(self) -> Self {
+        self.0.get("items").map_or(self, |items| Key(items).entry())
+    }
+}
+
+/// The declarations of all keys: the JSON schema of a study, without references but to the laws.
+///
+/// No key is required in it, because any key may be inherited.
+pub fn declarations() -> Value {
+    let settings =
+        SchemaSettings::draft2020_12().with(|settings| settings.inline_subschemas = true);
+    let mut generator = settings.with_transform(RecursiveTransform(as_written)).into_generator();
+    let law = generator.subschema_for::<Law>();
+    let mut schema = generator.into_root_schema_for::<StudyModel>();
+    schema.insert("$defs".to_owned(), json!({ "Law": law }));
+    schema.to_value()
+}
+
+/// Makes of the schema of a Rust type that of what is written in a file.
+fn as_written(schema: &mut Schema) {
+    schema.remove("required");
+    // a file has no null: what may be absent is described as what it is where it is there
+    if let Some(Value::Array(kinds)) = schema.get_mut("type") {
+        kinds.retain(|kind| kind != "null");
+        if let [kind] = kinds.as_slice() {
+            let kind = kind.clone();
+            schema.insert("type".to_owned(), kind);
+        }
+    }
+    // the range of a quantity is that of its number
+    if schema.get("anyOf").is_some() {
+        schema.remove("type");
+        for keyword in ["minimum", "maximum"] {
+            if let Some(bound) = schema.remove(keyword) {
+                schema.ensure_object()["anyOf"][0][keyword] = bound;
+            }
+        }
+    }
+}

@@ -1,0 +1,72 @@
+//! What is wrong with a part of a study, collected by the rules beside its model.
+
+use std::fmt;
+
+/// One thing that is wrong with a study.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Problem {
+    /// Full path of the key.
+    pub path: String,
+    /// Its value.
+    pub value: String,
+    /// What is allowed.
+    pub allowed: String,
+}
+
+impl fmt::Display for Problem {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "`{}` is {}, allowed is {}", self.path, self.value, self.allowed)
+    }
+}
+
+/// Collects the problems of a study, part by part.
+#[derive(Debug, Default)]
+pub struct Problems {
+    /// Path of the part whose rules are applied.
+    part: String,
+    found: Vec<Problem>,
+}
+
+impl Problems {
+    /// Applies the rules of a part; the keys that they name lie below `key`.
+    pub fn part(&mut self, key: &str, rules: impl FnOnce(&mut Self)) {
+        let above = self.part.len();
+        self.part = path(&self.part, key);
+        rules(self);
+        self.part.truncate(above);
+    }
+
+    /// Notes a key whose rule does not hold.
+    pub fn require(&mut self, holds: bool, key: &str, value: impl fmt::Display, allowed: &str) {
+        if !holds {
+            self.found.push(Problem {
+                path: path(&self.part, key),
+                value: value.to_string(),
+                allowed: allowed.to_owned(),
+            });
+        }
+    }
+
+    /// Notes shares whose sum, which is given, is not one.
+    pub fn require_sum_of_one(&mut self, key: &str, sum: f64) {
+        self.require((sum - 1.0).abs() < 1e-6, key, format!("a sum of {sum}"), "a sum of 1");
+    }
+
+    /// What was found.
+    pub fn into_found(self) -> Vec<Problem> {
+        self.found
+    }
+}
+
+/// Path of a key of a part; the study itself and a part itself have an empty one.
+fn path(part: &str, key: &str) -> String {
+    if part.is_empty() || key.is_empty() {
+        return format!("{part}{key}");
+    }
+    format!("{part}.{key}")
+}
+
+/// Whether numbers rise.
+pub fn rises(numbers: &[f64]) -> bool {
+    numbers.windows(2).all(|pair| pair[0] < pair[1])
+}

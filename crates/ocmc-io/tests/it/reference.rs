@@ -1,0 +1,259 @@
+//! The tables of the reference pages are those that the declarations make.
+//!
+//! `OCMC_UPDATE_DOCS=1 cargo test -p ocmc-io --test it reference` writes them anew.
+
+use ocmc_core::study::keys::{Bounds, Key};
+use ocmc_io::study::{self, init_text};
+use serde_json::{Map, Value};
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::path::Path;
+
+/// A region begins with this and what it is made from, and ends with [`END`].
+const BEGIN: &str = "<!-- generated: begin ";
+const END: &str = "<!-- generated: end -->";
+/// Longest list whose entries are shown.
+const MOST_ENTRIES: usize = 12;
+/// Value of a key that the example lacks.
+const ABSENT: &str = "absent";
+/// Longest text that is shown.
+const MOST_CHARACTERS: usize = 24;
+
+/// Compares the regions of a page with what is made for them, or writes them.
+fn page(name: &str, render: impl Fn(&str) -> String) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/src/reference").join(name);
+    let old = std::fs::read_to_string(&path).unwrap();
+    let mut parts = old.split(BEGIN);
+    let mut new = parts.next().unwrap().to_owned();
+    for part in parts {
+        let (what, rest) = part.split_once(" -->").unwrap();
+        let (_, prose) = rest.split_once(END).unwrap();
+        write!(new, "{BEGIN}{what} -->\n\n{}\n\n{END}{prose}", render(what).trim()).unwrap();
+    }
+    assert_ne!(new, old.replace(BEGIN, ""), "{name} has no generated region");
+    if std::env::var_os("OCMC_UPDATE_DOCS").is_some() {
+        std::fs::write(&path, new).unwrap();
+    } else {
+        let remedy = "OCMC_UPDATE_DOCS=1 cargo test -p ocmc-io --test it reference";
+        assert!(new == old, "{name} is not what the declarations say; `{remedy}` writes it");
+    }
+}
+
+#[test]
+fn the_pages_of_the_study_file_are_made_from_its_keys() {
+    let schema = study::schema();
+    let all = RefCell::new(String::new());
+    for name in ["mission", "road", "weather-traffic", "driver", "vehicle", "simulation"] {
+        page(&format!("study-{name}.md"), |what| {
+            let (path, example) = what.split_once(" of ").unwrap();
+            let model = study::load::<&str>(example, &[]).unwrap().model;
+            let example = Example {
+                values: serde_json::to_value(model).unwrap(),
+                standings: if example == "field-truck" { standings() } else { BTreeMap::new() },
+            };
+            let mut text = String::new();
+            let key = Key(&schema).at(path).unwrap();
+            example.table(path, path, key, &mut text);
+            all.borrow_mut().push_str(&text);
+            text
+        });
+    }
+    // what the examples lack has a region of its own
+    let all = all.into_inner();
+    for table in schema["properties"].as_object().unwrap() {
+        assert_has_tables(table.0, Key(table.1), &all);
+    }
+}
+
+fn assert_has_tables(path: &str, key: Key, all: &str) {
+    assert!(all.contains(&format!("[{path}]")), "`{path}` is on no page");
+    for (name, key) in key.entry().0["properties"].as_object().unwrap() {
+        match Key(key).any_name().filter(|_| is_table(Key(key))) {
+            Some(any) => assert_has_tables(&format!("{path}.{name}.NAME"), any, all),
+            None if is_table(Key(key)) => {
+                assert_has_tables(&format!("{path}.{name}"), Key(key), all)
+            }
+            None => {}
+        }
+    }
+}
+
+/// What the default values rest on, by path: the tags of the comments of `ocmc study init`.
+fn standings() -> BTreeMap<String, String> {
+    let (mut standings, mut table, mut above) = (BTreeMap::new(), String::new(), String::new());
+    for line in init_text().lines() {
+        if let Some(header) = line.strip_prefix('[') {
+            table = header.trim_end_matches(']').to_owned();
+        } else if let Some((key, rest)) = line.split_once(" = ")
+            && !line.starts_with([' ', '#'])
+        {
+            let own = rest.rsplit_once("# ").map_or("", |(_, comment)| comment);
+            let tag = standing(own).or_else(|| standing(&above));
+            standings.extend(tag.map(|tag| (format!("{table}.{key}"), tag)));
+        }
+        above = if line.starts_with('#') { line.to_owned() } else { String::new() };
+    }
+    standings
+}
+
+/// The tags in brackets of a comment, such as `EJ` of `[EJ: road design]`.
+fn standing(comment: &str) -> Option<String> {
+    let tags = comment.split('[').skip(1).filter_map(|text| {
+        let end = text.find([']', ':', ';']).unwrap_or(text.len());
+        let known = |tag: &&str| ["S", "F", "D", "EJ", "PK", "PK?"].contains(tag);
+        let tags: Vec<&str> = text[..end].split(", ").filter(known).collect();
+        (!tags.is_empty()).then(|| tags.join(", "))
+    });
+    tags.reduce(|all, tag| format!("{all}, {tag}"))
+}
+
+/// A study whose values the tables show.
+struct Example {
+    values: Value,
+    standings: BTreeMap<String, String>,
+}
+
+impl Example {
+    /// A table of the study and those below it; `path` has the names of the example in place of `shown`'s.
+    fn table(&self, path: &str, shown: &str, key: Key, text: &mut String) {
+        let is_list = key.0["type"] == "array";
+        let header = if is_list { format!("[[{shown}]]") } else { format!("[{shown}]") };
+        writeln!(text, "## `{header}`\n\n{}\n", meaning(key)).unwrap();
+        let names = names_of(&self.values, path);
+        let defaults = names.as_ref().map_or("default".to_owned(), |names| names.join(" | "));
+        let columns = names.as_ref().map_or(1, Vec::len);
+        let keys = key.entry().0["properties"].as_object().unwrap();
+        let (tables, plain): (Vec<_>, Vec<_>) =
+            keys.iter().partition(|(_, key)| is_table(Key(key)));
+        if !plain.is_empty() {
+            let rule = "---|".repeat(4 + columns);
+            writeln!(text, "| key | {defaults} | standing | range | meaning |\n|{rule}").unwrap();
+        }
+        for (name, key) in plain {
+            let key = Key(key);
+            let law = if key.0.get("anyOf").is_some() { " ⁎" } else { "" };
+            let paths: Vec<String> = match &names {
+                Some(names) => {
+                    names.iter().map(|n| format!("{}.{name}", path.replace('*', n))).collect()
+                }
+                None => vec![format!("{path}.{name}")],
+            };
+            let values: Vec<String> = paths.iter().map(|path| self.value(path)).collect();
+            let mut standings: Vec<&str> = paths
+                .iter()
+                .filter_map(|path| self.standings.get(path))
+                .map(String::as_str)
+                .collect();
+            standings.dedup();
+            let (values, standings) = (values.join(" | "), standings.join("; "));
+            let (range, meaning) = (range(key), meaning(key).replace('|', "\\|"));
+            writeln!(text, "| `{name}`{law} | {values} | {standings} | {range} | {meaning} |")
+                .unwrap();
+        }
+        text.push('\n');
+        for (name, key) in tables {
+            let (path, shown) = (format!("{path}.{name}"), format!("{shown}.{name}"));
+            match Key(key).any_name() {
+                Some(any) => self.table(&format!("{path}.*"), &format!("{shown}.NAME"), any, text),
+                None if self.value(&path) != ABSENT => self.table(&path, &shown, Key(key), text),
+                None => {}
+            }
+        }
+    }
+
+    /// The value at a path.
+    fn value(&self, path: &str) -> String {
+        let mut entries = vec![&self.values];
+        for name in path.split('.') {
+            let tables = entries.into_iter().flat_map(|value| match value {
+                Value::Array(items) => items.iter().collect(),
+                value => vec![value],
+            });
+            entries = match name {
+                "*" => tables.filter_map(Value::as_object).flat_map(Map::values).collect(),
+                name => tables.filter_map(|table| table.get(name)).collect(),
+            };
+        }
+        let mut shown: Vec<String> = entries.into_iter().map(in_words).collect();
+        shown.dedup();
+        if shown.is_empty() { ABSENT.to_owned() } else { shown.join(", ") }
+    }
+}
+
+/// Names that the example gives to the tables at a path with a `*`.
+fn names_of(values: &Value, path: &str) -> Option<Vec<String>> {
+    let (above, _) = path.split_once(".*")?;
+    let table = above.split('.').try_fold(values, |value, name| value.get(name));
+    Some(table?.as_object()?.keys().cloned().collect())
+}
+
+/// Whether a key has keys of its own that are declared.
+fn is_table(key: Key) -> bool {
+    let has_keys = |key: Key| key.entry().0.get("properties").is_some();
+    has_keys(key) || key.any_name().is_some_and(has_keys)
+}
+
+fn meaning(key: Key) -> String {
+    key.0["description"].as_str().unwrap().replace('\n', " ")
+}
+
+/// The range of numbers, or the words.
+fn range(key: Key) -> String {
+    let any = key.any_name().unwrap_or(key);
+    if let Some(Bounds { minimum, maximum }) = any.bounds() {
+        return format!("{} to {}", number(minimum), number(maximum));
+    }
+    let entry = any.entry().0;
+    let words = |keyword: &str| entry.get(keyword).and_then(Value::as_array);
+    let one_of = words("oneOf").into_iter().flatten().map(|word| &word["const"]);
+    let all = words("enum").into_iter().flatten().chain(one_of);
+    let words: Vec<String> = all.filter_map(|word| Some(format!("`{}`", word.as_str()?))).collect();
+    match entry["type"].as_str() {
+        _ if !words.is_empty() => words.join(", "),
+        Some("boolean") => "true, false".to_owned(),
+        _ => String::new(),
+    }
+}
+
+fn number(value: f64) -> String {
+    let size = value.abs();
+    if size != 0.0 && !(1e-4..1e6).contains(&size) {
+        format!("{value:e}")
+    } else {
+        value.to_string()
+    }
+}
+
+/// A value of the example, where it is not too long.
+fn in_words(value: &Value) -> String {
+    match value {
+        Value::Number(value) => number(value.as_f64().unwrap()),
+        Value::String(text) if text.len() > MOST_CHARACTERS => "–".to_owned(),
+        Value::String(text) => format!("`\"{text}\"`"),
+        Value::Array(items) if items.len() > MOST_ENTRIES || items.iter().any(Value::is_array) => {
+            format!("{} entries", items.len())
+        }
+        Value::Array(items) => {
+            format!("[{}]", items.iter().map(in_words).collect::<Vec<_>>().join(", "))
+        }
+        Value::Object(law) => match law.get("distribution").and_then(Value::as_str) {
+            Some("mixture") => mixture(law),
+            Some(name) => format!("{name}, {}", named(law)),
+            None => named(law),
+        },
+        value => value.to_string(),
+    }
+}
+
+fn named(table: &Map<String, Value>) -> String {
+    let keys = table.iter().filter(|(key, _)| *key != "distribution");
+    keys.map(|(key, value)| format!("{key} {}", in_words(value))).collect::<Vec<_>>().join(", ")
+}
+
+fn mixture(law: &Map<String, Value>) -> String {
+    let (weights, parts) =
+        (law["weights"].as_array().unwrap(), law["components"].as_array().unwrap());
+    let part = |(weight, part)| format!("{}: {}", in_words(weight), in_words(part));
+    weights.iter().zip(parts).map(part).collect::<Vec<_>>().join("; ")
+}
