@@ -13,6 +13,36 @@ use std::path::Path;
 /// A region begins with this and what it is made from, and ends with [`END`].
 const BEGIN: &str = "<!-- generated: begin ";
 const END: &str = "<!-- generated: end -->";
+/// The unit of a name, by its suffix; a longer suffix stands before a shorter one.
+const UNITS: [(&str, &str); 27] = [
+    ("_w_per_k", "W/K"),
+    ("_per_k", "K"),
+    ("_per_m", "per m"),
+    ("_kgpm3", "kg/m³"),
+    ("_jpkg", "J/kg"),
+    ("_kgm2", "kg m²"),
+    ("_kgps", "kg/s"),
+    ("_radps", "rad/s"),
+    ("_mps2", "m/s²"),
+    ("_mps", "m/s"),
+    ("_kmh", "km/h"),
+    ("_rad", "rad"),
+    ("_deg", "degrees"),
+    ("_ohm", "Ω"),
+    ("_m2", "m²"),
+    ("_m3", "m³"),
+    ("_nm", "Nm"),
+    ("_kg", "kg"),
+    ("_pa", "Pa"),
+    ("_n", "N"),
+    ("_w", "W"),
+    ("_j", "J"),
+    ("_k", "K"),
+    ("_v", "V"),
+    ("_h", "h"),
+    ("_s", "s"),
+    ("_m", "m"),
+];
 /// Longest list whose entries are shown.
 const MOST_ENTRIES: usize = 12;
 /// Value of a key that the example lacks.
@@ -132,6 +162,7 @@ impl Example {
         }
         for (name, key) in plain {
             let key = Key(key);
+            assert_names_unit(name, &meaning(key));
             let law = if key.0.get("anyOf").is_some() { " ⁎" } else { "" };
             let paths: Vec<String> = match &names {
                 Some(names) => {
@@ -192,6 +223,15 @@ fn names_of(values: &Value, path: &str) -> Option<Vec<String>> {
 fn is_table(key: Key) -> bool {
     let has_keys = |key: Key| key.entry().0.get("properties").is_some();
     has_keys(key) || key.any_name().is_some_and(has_keys)
+}
+
+/// The unit is declared by the suffix, and the meaning says it again.
+fn assert_names_unit(name: &str, meaning: &str) {
+    let Some((_, unit)) = UNITS.iter().find(|(suffix, _)| name.ends_with(suffix)) else { return };
+    let text = format!("{meaning} ");
+    let ends = [' ', ',', ';', ':', '.', ')'];
+    let named = ends.iter().any(|end| text.contains(&format!(" {unit}{end}")));
+    assert!(named, "`{name}` is in {unit}: {meaning}");
 }
 
 fn meaning(key: Key) -> String {
