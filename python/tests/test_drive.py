@@ -152,7 +152,7 @@ def test_what_is_wrong_is_said(truck, route, speed_file, tmp_path):
     wrong(ValueError, "`files` is empty", [])
     wrong(TypeError, "`files` is 3, allowed is a path", 3)
     wrong(ValueError, "`cycles` is 0", route, cycles=0)
-    wrong(ValueError, "no column `speed_mps`", {"time_s": [0.0, 1.0]}, follow_speed="exact")
+    wrong(ValueError, "no column for the speed", {"time_s": [0.0, 1.0]}, follow_speed="exact")
     backwards = SPEED | {"time_s": SPEED["time_s"][::-1]}
     wrong(ValueError, "`files`: ", backwards, follow_speed="exact")
     standing = {"time_s": [0.0, 1.0], "speed_mps": [0.0, 0.0]}

@@ -77,13 +77,13 @@ fn missing_columns_and_unknown_units() {
             CURVE_SPEED,
             curves().without("speed_mps"),
             1,
-            &["no column `speed_mps`", "driver, radius_m"],
+            &["no column for the speed", "`speed_mps`", "driver, radius_m"],
         ),
         (
             CURVE_SPEED,
-            curves().renamed("speed_mps", "speed_kmh"),
+            curves().renamed("speed_mps", "speed_furlongs"),
             1,
-            &["`speed_kmh`", "unit", "`speed_mps`"],
+            &["`speed_furlongs` has no known unit", "`speed_mps`"],
         ),
         (
             SPEED_CHANGE,
@@ -93,9 +93,9 @@ fn missing_columns_and_unknown_units() {
         ),
         (
             SPEED_CHANGE,
-            speed_changes().renamed("acceleration_mps2", "acceleration_g"),
+            speed_changes().renamed("acceleration_mps2", "acceleration_kmh"),
             1,
-            &["`acceleration_g`", "unit"],
+            &["`acceleration_kmh`", "unit"],
         ),
         (
             SPEED_CHANGE,
@@ -120,7 +120,7 @@ fn missing_columns_and_unknown_units() {
             0,
             &["nothing tells how the vehicle turned"],
         ),
-        (WEATHER, hours().without("time_s"), 1, &["no column `time` or `time_s`"]),
+        (WEATHER, hours().without("time_s"), 1, &["no column for the time", "`time`, `time_s`"]),
         (
             WEATHER,
             hours().renamed("temperature_c", "temperature_f"),
@@ -129,9 +129,9 @@ fn missing_columns_and_unknown_units() {
         ),
         (
             WEATHER,
-            hours().renamed("wind_speed_mps", "wind_speed_kmh"),
+            hours().renamed("wind_speed_mps", "wind_speed_fps"),
             1,
-            &["`wind_speed_kmh`", "unit"],
+            &["`wind_speed_fps`", "unit"],
         ),
         (
             WEATHER,
@@ -143,7 +143,7 @@ fn missing_columns_and_unknown_units() {
             TRAFFIC,
             densities().without("density_share"),
             1,
-            &["no column `density_share` or", "`speed_ratio`"],
+            &["no column for the traffic", "`density_share`", "`speed_ratio`"],
         ),
         (
             TRAFFIC,
@@ -151,7 +151,7 @@ fn missing_columns_and_unknown_units() {
             1,
             &["`density_per_km`", "unit", "`density_per_m`"],
         ),
-        (TRAFFIC, densities().without("road_type"), 1, &["no column `road_type`"]),
+        (TRAFFIC, densities().without("road_type"), 1, &["no column for the road type"]),
         (CURVES, log().without("yaw_rate_radps"), 1, &["no column for the yaw rate", "--map"]),
         (
             CURVES,

@@ -48,7 +48,7 @@ fn held(table: &[(f64, f64); 4], speed_mps: f64) -> f64 {
 
 /// The speed of a perfect follower: VECTO's target speeds, reached and left with VECTO's accelerations, whatever the truck can do.
 fn perfect_follower(file: &Path) -> DriveCycle {
-    let cycle = ocmc_io::given_cycle::read(file).unwrap();
+    let cycle = ocmc_io::given_cycle::read(file, &[]).unwrap();
     let step_m = 1.0;
     let n = cycle.length_m as usize;
     let mut limit = vec![0.0f64; n + 1];

@@ -2,6 +2,7 @@
 
 use crate::arguments::{self, DriveArguments};
 use crate::failure::Failure;
+use crate::log::mappings;
 use crate::output;
 use crate::request;
 use crate::run::run_study;
@@ -16,7 +17,7 @@ pub(crate) fn drive(arguments: &DriveArguments) -> Result<(), Failure> {
         arguments::Follow::Driver => Follow::Driver,
         arguments::Follow::Exact => Follow::Exact,
     });
-    let given = GivenDrive::read(arguments.files.clone(), keep, follow);
+    let given = GivenDrive::read(arguments.files.clone(), mappings(&arguments.map)?, keep, follow);
     let given = given.map_err(|error| match error {
         GivenDriveError::Several | GivenDriveError::Route => {
             request::usage(&format!("--follow-speed: {error}"))

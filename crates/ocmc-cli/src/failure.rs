@@ -2,15 +2,14 @@
 
 use crate::study_report::study_report;
 use ocmc_core::fleet::sensitivity::SensitivityError;
-use ocmc_io::column_file::ColumnFileError;
 use ocmc_io::drive_cycle::DriveCycleFileError;
 use ocmc_io::given_cycle::GivenCycleFileError;
 use ocmc_io::log::curves::TripError;
-use ocmc_io::log::error::LogFileError;
 use ocmc_io::run_directory::RunDirectoryError;
 use ocmc_io::shell_word::resume_command;
 use ocmc_io::speed_change_table::SpeedChangeFileError;
 use ocmc_io::study::StudyFileError;
+use ocmc_io::table::TableError;
 use std::borrow::Cow;
 use std::io;
 use std::path::PathBuf;
@@ -30,7 +29,7 @@ pub(crate) enum Failure {
     DriveCycle(#[from] DriveCycleFileError),
     /// A table that cannot be read.
     #[error(transparent)]
-    Table(#[from] ColumnFileError),
+    Table(#[from] TableError),
     /// Speed changes that cannot be read.
     #[error(transparent)]
     SpeedChange(#[from] SpeedChangeFileError),
@@ -40,9 +39,6 @@ pub(crate) enum Failure {
     /// Measurements that have no fit.
     #[error("`{}`: {error}", path.display())]
     Fit { path: PathBuf, error: Box<dyn std::error::Error> },
-    /// A log file that cannot be read.
-    #[error(transparent)]
-    LogFile(#[from] LogFileError),
     /// Logs without a single usable drive.
     #[error("{place}: {fault}")]
     Drive { place: String, fault: TripError },

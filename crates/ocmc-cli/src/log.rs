@@ -3,8 +3,8 @@
 use crate::failure::Failure;
 use crate::output;
 use ocmc_io::log::curves::TripError;
-use ocmc_io::log::mapping::Mapping;
 use ocmc_io::log::{LogFile, Need, read};
+use ocmc_io::table::{Mapping, Source};
 use std::path::Path;
 
 /// Which column is what, as typed.
@@ -20,7 +20,7 @@ pub(crate) fn read_logs<'a>(
     mut use_file: impl FnMut(&LogFile),
 ) -> Result<(), Failure> {
     for path in paths {
-        let file = read(path, mappings, needs)?;
+        let file = read(Source::File(path), mappings, needs)?;
         for warning in file.warnings() {
             output::note(&format!("warning: {warning}"));
         }

@@ -229,7 +229,15 @@ fn routes_setting(routes: &[RouteModel]) -> String {
         let file = std::path::absolute(&route.file).unwrap_or_else(|_| route.file.clone().into());
         let keep: Vec<&str> = route.keep.iter().map(|keep| keep.name()).collect();
         let keep = if keep.is_empty() { String::new() } else { format!(", keep = {keep:?}") };
-        format!("{{file = {:?}, weight = {}{keep}}}", file.display().to_string(), route.weight)
+        let columns = route.columns.iter().map(|(name, column)| format!("{name} = {column:?}"));
+        let columns: Vec<String> = columns.collect();
+        let columns = if columns.is_empty() {
+            String::new()
+        } else {
+            format!(", columns = {{{}}}", columns.join(", "))
+        };
+        let file = file.display().to_string();
+        format!("{{file = {file:?}, weight = {}{keep}{columns}}}", route.weight)
     };
     let all: Vec<String> = routes.iter().map(route).collect();
     format!("mission.routes=[{}]", all.join(", "))

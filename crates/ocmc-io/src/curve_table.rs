@@ -1,33 +1,34 @@
-//! Tables of measured curves: `driver,radius_m,direction,speed_mps`, one row a curve.
-//!
-//! As `ocmc curves` writes them. `truck` may stand in place of `driver`; `direction` (`left` or `right`), `route_m` and
-//! `limit_mps` may be absent.
-//! Other columns are not looked at. An empty cell is a missing value.
+//! Tables of measured curves, one row a curve, as `ocmc curves` writes them.
 
-use crate::column_file::{ColumnFile, ColumnFileError};
+use crate::table::{Column, Field, Mapping, Quantity, Schema, Source, Style, Table, TableError};
 use ocmc_estimation::fit::curve_speed::CurveTable;
-use std::io::Read;
-use std::path::Path;
+
+/// What a table of curves holds. Driver, radius and speed are needed.
+pub const SCHEMA: Schema = Schema {
+    what: "a table of curves",
+    style: Style::Measurements,
+    fields: &[
+        Field::named(Quantity::Driver, &[("driver", ""), ("truck", "")]),
+        Field::named(Quantity::Radius, &[("radius_m", "m")]),
+        Field::named(Quantity::Speed, &[("speed_mps", "mps")]),
+        Field::of(Quantity::Direction),
+        Field::named(Quantity::RouteLength, &[("route_m", "m"), ("route_length_m", "m")]),
+        Field::named(Quantity::Limit, &[("limit_mps", "mps"), ("speed_limit_mps", "mps")]),
+    ],
+};
 
 /// Reads a table of curves.
 ///
 /// # Errors
-/// [`ColumnFileError`] names the file, the place in it and what is allowed.
-pub fn read(path: &Path) -> Result<CurveTable, ColumnFileError> {
-    read_columns(ColumnFile::open(path)?)
-}
-
-/// Reads a table of curves whose header has been read.
-///
-/// # Errors
-/// As [`read`].
-pub fn read_columns(mut file: ColumnFile<impl Read>) -> Result<CurveTable, ColumnFileError> {
-    let driver = file.need_words(&["driver", "truck"])?;
-    let radius = file.need_numbers(&["radius_m"])?;
-    let speed = file.need_numbers(&["speed_mps"])?;
-    let direction = file.words(&["direction"])?;
-    let route = file.numbers(&["route_m", "route_length_m"])?;
-    let limit = file.numbers(&["limit_mps", "speed_limit_mps"])?;
+/// [`TableError`] names the file, the place in it and what is allowed.
+pub fn read(source: Source, mappings: &[Mapping]) -> Result<CurveTable, TableError> {
+    let file = Table::open(source, &SCHEMA, mappings)?;
+    file.refuse_other_units()?;
+    let driver = file.need(Quantity::Driver)?;
+    let radius = file.need(Quantity::Radius)?;
+    let speed = file.need(Quantity::Speed)?;
+    let [direction, route, limit] =
+        [Quantity::Direction, Quantity::RouteLength, Quantity::Limit].map(|q| file.column(q));
     let mut table = CurveTable {
         left: direction.map(|_| Vec::new()),
         route_m: route.map(|_| Vec::new()),
@@ -35,17 +36,19 @@ pub fn read_columns(mut file: ColumnFile<impl Read>) -> Result<CurveTable, Colum
         ..CurveTable::default()
     };
     file.for_each(|row| {
-        table.driver.push(row.text(driver).to_owned());
-        table.radius_m.push(row.number(radius)?);
-        table.speed_mps.push(row.number(speed)?);
-        if let (Some(column), Some(left)) = (direction, &mut table.left) {
+        table.driver.push(row.text(&driver).to_owned());
+        table.radius_m.push(row.number(&radius)?);
+        table.speed_mps.push(row.number(&speed)?);
+        if let (Some(column), Some(left)) = (&direction, &mut table.left) {
             left.push(match row.text(column).to_ascii_lowercase().as_str() {
                 "left" => true,
                 "right" => false,
                 _ => return Err(row.refuse(column, "`left` or `right`")),
             });
         }
-        for (column, values) in [(route, &mut table.route_m), (limit, &mut table.limit_mps)] {
+        let optional: [(&Option<Column>, _); 2] =
+            [(&route, &mut table.route_m), (&limit, &mut table.limit_mps)];
+        for (column, values) in optional {
             if let (Some(column), Some(values)) = (column, values) {
                 values.push(row.number(column)?);
             }

@@ -1,14 +1,11 @@
-//! Drive cycles over time: a table with time, speed and slope.
-//!
-//! | column | unit |
-//! |---|---|
-//! | `time_s` (`time`, `t`, `cycSecs`) | s |
-//! | `speed_mps` (`mps`, `cycMps`), `speed_kmh` (`v` of a VECTO cycle over time) or `speed_mph` (`mph`) | m/s, km/h, mile/h |
-//! | `slope` (climb per metre of road), or `grade` (`cycGrade`: rise over run), or `grad` (rise over run in %); absent: flat | - |
+//! Drive cycles over time: a table with time, speed and slope, of ours, of FASTSim or of VECTO.
 //!
 //! Other columns are not used. The slope of a row holds over the step that ends there.
 
-use crate::delimited::{DelimitedTable, KMH, MPH, MPS, PERCENT, PLAIN, SECONDS, TableError, Unit};
+use crate::given_cycle::VECTO_CYCLE;
+use crate::table::source::{ending, is_table};
+use crate::table::unit::KMH;
+use crate::table::{Field, Mapping, Quantity, Schema, Source, Style, Table, TableError};
 use ocmc_core::operating_cycle::TrafficStretch;
 use ocmc_core::operating_cycle::given::{GivenCycle, GivenCycleError};
 use ocmc_core::operating_cycle::tracks::{Rule, Track};
@@ -17,28 +14,45 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
-/// Names of the time's column.
-pub(crate) const TIME: [&str; 4] = ["time_s", "time", "t", "cycsecs"];
-/// Names of the speed's column, its unit, and what is 1 of it in m/s.
-const SPEEDS: [(&str, Unit, f64); 7] = [
-    ("speed_mps", MPS, 1.0),
-    ("mps", MPS, 1.0),
-    ("cycmps", MPS, 1.0),
-    ("speed_kmh", KMH, 1.0 / 3.6),
-    ("v", KMH, 1.0 / 3.6),
-    ("speed_mph", MPH, 0.44704),
-    ("mph", MPH, 0.44704),
-];
-/// Names of the slope's column, its unit, and what it has to be multiplied with.
-const SLOPES: [(&str, Unit, f64); 4] = [
-    ("slope", PLAIN, 1.0),
-    ("grade", PLAIN, 1.0),
-    ("cycgrade", PLAIN, 1.0),
-    ("grad", PERCENT, 0.01),
-];
+/// What a drive cycle holds. Time and speed are needed; without a slope the road is flat.
+pub const SCHEMA: Schema = Schema {
+    what: "a drive cycle",
+    style: Style::Description,
+    fields: &[
+        Field::named(
+            Quantity::Time,
+            &[("time_s", "s"), ("time", "s"), ("t", "s"), ("cycsecs", "s")],
+        ),
+        Field::named(
+            Quantity::Speed,
+            &[
+                ("speed_mps", "mps"),
+                ("mps", "mps"),
+                ("cycmps", "mps"),
+                ("speed_kmh", KMH),
+                ("v", KMH),
+                ("speed_mph", "mph"),
+                ("mph", "mph"),
+            ],
+        ),
+        Field::named(
+            Quantity::Gradient,
+            &[
+                ("grade", ""),
+                ("cycgrade", ""),
+                ("grad", "percent"),
+                // whatever the unit, a `grade` of a drive cycle is rise over run
+                ("grade_percent", "percent"),
+            ],
+        ),
+        Field::named(Quantity::Grade, &[("slope", "")]),
+    ],
+};
+
 /// Seconds at rest from which a standstill is a stop of the route.
 const STOP_S: f64 = 0.5;
-/// How far inside the road a rest at one of its ends is a stop, in m: at the ends themselves a truck only starts and ends.
+/// How far inside the road a rest at one of its ends is a stop, in m: at the ends themselves a
+/// truck only starts and ends.
 const INSIDE_M: f64 = 0.5;
 
 /// What is wrong with a drive cycle's file.
@@ -67,54 +81,49 @@ pub enum DriveCycleFileError {
 }
 
 /// Whether a file is a table over time, of ours or of VECTO; what cannot be read is none.
-pub fn is_one(path: &Path) -> bool {
-    let ending = path.extension().unwrap_or_default();
-    let [csv, vecto] = ["csv", "vdri"].map(|known| ending.eq_ignore_ascii_case(known));
+pub fn is_one(path: &Path, mappings: &[Mapping]) -> bool {
+    let (ours, vecto) = (is_table(path), ending(path) == "vdri");
     // a cycle of VECTO over distance may name the time, too
-    let over_time = |table: &DelimitedTable| {
-        table.find(&TIME).is_some() && (csv || table.find(&["s"]).is_none())
-    };
-    (csv || vecto) && DelimitedTable::read(path).is_ok_and(|table| over_time(&table))
+    let distance =
+        |name: &String| vecto && VECTO_CYCLE.quantity_of(name) == Some(Quantity::Position);
+    match Table::open(Source::File(path), &SCHEMA, mappings) {
+        Ok(table) => {
+            let time = table.column(Quantity::Time).is_some();
+            (ours || vecto) && time && !table.names().iter().any(distance)
+        }
+        // a cycle whose columns are unclear is one, and says so when it is read
+        Err(error) => (ours || vecto) && error.is_ambiguous(),
+    }
 }
 
 /// Reads a drive cycle.
 ///
 /// # Errors
 /// [`DriveCycleFileError`] names the file, the line and what is allowed.
-pub fn read(path: &Path) -> Result<DriveCycle, DriveCycleFileError> {
-    of_table(&DelimitedTable::read(path)?)
+pub fn read(source: Source, mappings: &[Mapping]) -> Result<DriveCycle, DriveCycleFileError> {
+    let table = Table::open(source, &SCHEMA, mappings)?;
+    let time = table.need(Quantity::Time)?;
+    let speed = table.need(Quantity::Speed)?;
+    let slope = table.one_of(&[Quantity::Gradient, Quantity::Grade])?;
+    let (mut time_s, mut speed_mps, mut sine) = (Vec::new(), Vec::new(), Vec::new());
+    table.for_each(|row| {
+        time_s.push(row.number(&time)?);
+        speed_mps.push(row.number(&speed)?);
+        let slope = slope.map(|column| row.number(&column).map(|slope| (column.quantity, slope)));
+        sine.push(match slope.transpose()? {
+            None => 0.0,
+            Some((Quantity::Grade, slope)) => slope,
+            Some((_, tangent)) => tangent / (1.0 + tangent * tangent).sqrt(),
+        });
+        Ok(())
+    })?;
+    DriveCycle::new(time_s, speed_mps, sine).map_err(|error| DriveCycleFileError::Cycle {
+        path: source.path().to_owned(),
+        source: error,
+    })
 }
 
-/// The drive cycle of a table.
-///
-/// # Errors
-/// As [`read`].
-pub fn of_table(table: &DelimitedTable) -> Result<DriveCycle, DriveCycleFileError> {
-    let read = |column: usize, names: &[(&str, Unit, f64)]| -> Result<Vec<f64>, TableError> {
-        let name = table.names().nth(column).unwrap_or_default();
-        let known = names.iter().find(|known| name == known.0);
-        let (unit, factor) = known.map_or((PLAIN, 1.0), |known| (known.1, known.2));
-        table.check_unit(column, unit)?;
-        Ok(table.numbers(column)?.into_iter().map(|number| number * factor).collect())
-    };
-    let time_s = read(table.column(&TIME)?, &TIME.map(|name| (name, SECONDS, 1.0)))?;
-    let speed = read(table.column(&SPEEDS.map(|(name, ..)| name))?, &SPEEDS)?;
-    let slope = match table.one_of(&SLOPES.map(|(name, ..)| name))? {
-        None => vec![0.0; time_s.len()],
-        Some(column) => {
-            let values = read(column, &SLOPES)?;
-            if table.names().nth(column).as_deref() == Some("slope") {
-                values
-            } else {
-                values.iter().map(|t| t / (1.0 + t * t).sqrt()).collect()
-            }
-        }
-    };
-    DriveCycle::new(time_s, speed, slope)
-        .map_err(|source| DriveCycleFileError::Cycle { path: table.path().to_owned(), source })
-}
-
-/// The drive cycle as a table in CSV, from which [`of_table`] makes it again to the last bit.
+/// The drive cycle as a table in CSV, from which [`read`] makes it again to the last bit.
 pub fn to_csv(cycle: &DriveCycle) -> String {
     let mut text = "time_s,speed_mps,slope\n".to_owned();
     for [time_s, speed_mps, slope] in cycle.points() {
@@ -123,8 +132,8 @@ pub fn to_csv(cycle: &DriveCycle) -> String {
     text
 }
 
-/// The drive cycle as a route for a driver: the mean speed of each step is the limit on its stretch of road, a standstill is a stop,
-/// half a metre inside the road where it is at one of its ends.
+/// The drive cycle as a route for a driver: the mean speed of each step is the limit on its stretch
+/// of road, a standstill is a stop, half a metre inside the road where it is at one of its ends.
 ///
 /// # Errors
 /// [`DriveCycleFileError::Route`] where there is no road, as for a cycle that never moves.

@@ -1,11 +1,12 @@
-//! What somebody has given to be driven instead of a study's own roads: routes, for the study's drivers, or a speed to follow.
+//! What somebody has given to be driven instead of a study's own roads: routes, for the study's
+//! drivers, or a speed to follow.
 
-use crate::delimited::DelimitedTable;
 use crate::drive_cycle::{self, DriveCycleFileError};
 use crate::given_cycle::{self, GivenCycleFileError};
-use crate::given_table::GivenTable;
 use crate::run_directory::Manifest;
 use crate::study::{LoadedStudy, StudyFileError};
+use crate::table::given::GivenTable;
+use crate::table::{Mapping, Source};
 use ocmc_core::fleet::run::{RunPlan, replay, run, run_with};
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::route::Keep;
@@ -41,14 +42,16 @@ impl Follow {
     }
 }
 
-/// What the trucks of a run follow, as its manifest keeps it: with the study, enough to follow it again.
+/// What the trucks of a run follow, as its manifest keeps it: with the study, enough to follow it
+/// again.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Followed {
     /// How.
     pub how: Follow,
     /// The file that it was read from, or the name of the table.
     pub file: String,
-    /// The drive cycle, a table in CSV; absent where it is the speed that drivers plan on the study's routes.
+    /// The drive cycle, a table in CSV; absent where it is the speed that drivers plan on the
+    /// study's routes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cycle: Option<String>,
 }
@@ -85,6 +88,7 @@ pub enum GivenDriveError {
 #[derive(Clone, Debug)]
 pub struct GivenDrive {
     files: Vec<PathBuf>,
+    mappings: Vec<Mapping>,
     keep: Vec<Keep>,
     how: How,
 }
@@ -104,7 +108,7 @@ enum How {
 impl GivenDrive {
     /// Nothing is given: the study's own roads are driven.
     pub fn nothing() -> Self {
-        Self { files: Vec::new(), keep: Vec::new(), how: How::Driven }
+        Self { files: Vec::new(), mappings: Vec::new(), keep: Vec::new(), how: How::Driven }
     }
 
     /// Reads what has to be known before a study is. Routes are read with the study.
@@ -113,14 +117,15 @@ impl GivenDrive {
     /// [`GivenDriveError`] names the file, the place and what is allowed.
     pub fn read(
         files: Vec<PathBuf>,
+        mappings: Vec<Mapping>,
         keep: Vec<Keep>,
         follow: Option<Follow>,
     ) -> Result<Self, GivenDriveError> {
         let how = match follow {
             None => How::Driven,
-            Some(follow) => followed(&files, follow)?,
+            Some(follow) => followed(&files, &mappings, follow)?,
         };
-        Self { files, keep, how }.checked()
+        Self { files, mappings, keep, how }.checked()
     }
 
     /// A drive cycle over time that a calling program holds as a table.
@@ -129,13 +134,13 @@ impl GivenDrive {
     /// As [`GivenDrive::read`].
     pub fn of_table(
         table: &GivenTable,
+        mappings: &[Mapping],
         keep: Vec<Keep>,
         follow: Follow,
     ) -> Result<Self, GivenDriveError> {
         let path = table.path().to_owned();
-        let cells = DelimitedTable::of_table(table).map_err(DriveCycleFileError::from)?;
-        let how = cycle(&path, drive_cycle::of_table(&cells)?, follow)?;
-        Self { files: vec![path], keep, how }.checked()
+        let how = cycle(&path, drive_cycle::read(Source::Given(table), mappings)?, follow)?;
+        Self { files: vec![path], mappings: Vec::new(), keep, how }.checked()
     }
 
     /// A drive cycle says nothing that a route could keep.
@@ -161,7 +166,8 @@ impl GivenDrive {
         Some(Followed { how, file: file.unwrap_or_default(), cycle })
     }
 
-    /// What a run of it is called: by its study, and by what is driven instead of the study's roads.
+    /// What a run of it is called: by its study, and by what is driven instead of the study's
+    /// roads.
     pub fn name_of_run(&self, study: &str) -> String {
         let file = |k: usize| self.files[k].display();
         let followed = |how: Follow| format!("{study} following {} ({})", file(0), how.name());
@@ -186,14 +192,12 @@ impl GivenDrive {
         let file = PathBuf::from(file);
         let how = match (text, how) {
             (Some(text), follow) => {
-                let table =
-                    DelimitedTable::parse(&file, text).map_err(DriveCycleFileError::from)?;
-                cycle(&file, drive_cycle::of_table(&table)?, *follow)?
+                cycle(&file, drive_cycle::read(Source::Text(&file, text), &[])?, *follow)?
             }
             (None, Follow::Exact) => How::Planned,
             (None, Follow::Driver) => return Err(GivenDriveError::Route),
         };
-        Ok(Self { files: vec![file], keep: Vec::new(), how })
+        Ok(Self { files: vec![file], how, ..Self::nothing() })
     }
 
     /// Whether nothing is given.
@@ -212,8 +216,9 @@ impl GivenDrive {
             return Vec::new();
         }
         // what cannot be read is said when the study is made
-        let without =
-            |file: &&PathBuf| given_cycle::read(file).is_ok_and(|cycle| cycle.departure.is_none());
+        let without = |file: &&PathBuf| {
+            given_cycle::read(file, &self.mappings).is_ok_and(|cycle| cycle.departure.is_none())
+        };
         let told = |file: &PathBuf| {
             format!(
                 "`{}` holds no departure, which is drawn from the study: of what `ocmc cycle` writes only the .json has it",
@@ -239,7 +244,7 @@ impl GivenDrive {
         let mut same = routes.len() == self.files.len();
         for (file, route) in self.files.iter().zip(&routes) {
             same &= route.sha256.as_ref() == Some(&given_cycle::file_hash(file)?);
-            same &= route.keep == self.keep;
+            same &= route.keep == self.keep && route.columns == Mapping::columns(&self.mappings);
         }
         Ok(same)
     }
@@ -255,7 +260,7 @@ impl GivenDrive {
     /// As [`LoadedStudy::on_routes`].
     pub fn study(&self, loaded: LoadedStudy) -> Result<LoadedStudy, StudyFileError> {
         if self.has_routes() {
-            return loaded.on_routes(&self.files, &self.keep);
+            return loaded.on_mapped_routes(&self.files, &self.keep, &self.mappings);
         }
         self.study_again(loaded)
     }
@@ -305,16 +310,20 @@ impl GivenDrive {
     }
 }
 
-fn followed(files: &[PathBuf], follow: Follow) -> Result<How, GivenDriveError> {
+fn followed(
+    files: &[PathBuf],
+    mappings: &[Mapping],
+    follow: Follow,
+) -> Result<How, GivenDriveError> {
     let [file] = files else { return Err(GivenDriveError::Several) };
-    if !drive_cycle::is_one(file) {
+    if !drive_cycle::is_one(file, mappings) {
         if follow == Follow::Driver {
             return Err(GivenDriveError::Route);
         }
-        given_cycle::read(file)?;
+        given_cycle::read(file, mappings)?;
         return Ok(How::Planned);
     }
-    cycle(file, drive_cycle::read(file)?, follow)
+    cycle(file, drive_cycle::read(Source::File(file), mappings)?, follow)
 }
 
 fn cycle(file: &Path, cycle: DriveCycle, follow: Follow) -> Result<How, GivenDriveError> {

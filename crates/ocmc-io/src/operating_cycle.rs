@@ -72,7 +72,7 @@ mod tests {
             let path = directory.path().join("cycle.json");
             let json = to_json(cycle_id, 1, &cycle, &tracks);
             std::fs::write(&path, json.to_string()).expect("space");
-            let read = given_cycle::read(&path).expect("an operating cycle");
+            let read = given_cycle::read(&path, &[]).expect("an operating cycle");
             assert_eq!(given(&cycle, &tracks).expect("a road"), read);
         }
     }

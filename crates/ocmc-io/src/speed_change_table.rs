@@ -1,38 +1,37 @@
-//! Measured speed changes: a table of accelerations, one row a change, or the logs in which they happened.
+//! Measured speed changes: a table of accelerations, one row a change, or the logs in which they
+//! happened.
 //!
-//! A file with a column `acceleration_mps2` and without `time_s` is a table; `category` and `driver` (or `truck`) may be absent.
-//! Any other file is a log with time, speed and limit.
+//! A file with a column `acceleration_mps2` and without `time_s` is a table; `category` and
+//! `driver` (or `truck`) may be absent. Any other file is a log with time, speed and limit.
 
-use crate::column_file::{ColumnFile, ColumnFileError, WordColumn};
-use crate::given_table::GivenTable;
-use crate::log::error::LogFileError;
-use crate::log::mapping::Mapping;
-use crate::log::quantity::Quantity;
-use crate::log::{
-    LogFile, Need, counted, read as read_log, read_table as read_log_table, row_notes,
-};
+use crate::log::{self, LogFile, counted, row_notes};
+use crate::table::{Field, Mapping, Quantity, Schema, Source, Style, Table, TableError};
 use ocmc_estimation::fit::speed_change::{
     LoggedChanges, SpeedChangeError, SpeedChangeOptions, SpeedChangeTable, SpeedLog, accelerations,
 };
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use thiserror::Error;
 
+/// What a table of accelerations holds. The accelerations are needed.
+pub const SCHEMA: Schema = Schema {
+    what: "a table of speed changes",
+    style: Style::Measurements,
+    fields: &[
+        Field::named(Quantity::Acceleration, &[("acceleration_mps2", "mps2")]),
+        Field::named(Quantity::Driver, &[("driver", ""), ("truck", "")]),
+        Field::of(Quantity::Category),
+    ],
+};
+
 /// What has to be in a log.
-const NEEDS: [Need; 3] = [
-    Need { what: "time", any_of: &[Quantity::Time] },
-    Need { what: "speed", any_of: &[Quantity::Speed] },
-    Need { what: "speed limit", any_of: &[Quantity::Limit] },
-];
+const NEEDS: [&[Quantity]; 3] = [&[Quantity::Time], &[Quantity::Speed], &[Quantity::Limit]];
 
 /// Why speed changes cannot be read.
 #[derive(Debug, Error)]
 pub enum SpeedChangeFileError {
-    /// A table that cannot be read.
+    /// A table or a log that cannot be read.
     #[error(transparent)]
-    Table(#[from] ColumnFileError),
-    /// A log that cannot be read.
-    #[error(transparent)]
-    Log(#[from] LogFileError),
+    Table(#[from] TableError),
     /// A log without a drive that can be used.
     #[error("{place}: {source}")]
     Drive {
@@ -55,61 +54,41 @@ pub enum SpeedChangeFileError {
     },
 }
 
-/// Appends the speed changes of a file to a table, and returns what has to be known of it.
+/// Appends the speed changes of a table or a log, and returns what has to be known of it.
 ///
 /// # Errors
 /// [`SpeedChangeFileError`] names the file, the place in it and what is allowed.
 pub fn append(
     table: &mut SpeedChangeTable,
-    path: &Path,
+    source: Source,
     mappings: &[Mapping],
     options: &SpeedChangeOptions,
 ) -> Result<Vec<String>, SpeedChangeFileError> {
-    // what cannot be opened here says so as a log
-    if let Ok(file) = ColumnFile::open(path)
-        && is_table(&file, mappings)?
-    {
+    let of_table: Vec<Mapping> =
+        mappings.iter().filter(|mapping| mapping.is_of(&SCHEMA)).cloned().collect();
+    let file = Table::open(source, &SCHEMA, &of_table)?;
+    let log = file.names().iter().any(|name| name == "time_s");
+    if !log && file.has(Quantity::Acceleration) {
         append_table(table, file)?;
         return Ok(Vec::new());
     }
-    append_log(table, &read_log(path, mappings, &NEEDS)?, options)
+    refuse_other(&file, mappings)?;
+    append_log(table, &log::read(source, mappings, &NEEDS)?, options)
 }
 
-/// As [`append`], of a table of a calling program.
-///
-/// # Errors
-/// As [`append`].
-pub fn append_given(
-    table: &mut SpeedChangeTable,
-    given: &GivenTable,
-    mappings: &[Mapping],
-    options: &SpeedChangeOptions,
-) -> Result<Vec<String>, SpeedChangeFileError> {
-    let file = ColumnFile::of_table(given.clone())?;
-    if is_table(&file, mappings)? {
-        append_table(table, file)?;
-        return Ok(Vec::new());
-    }
-    append_log(table, &read_log_table(given, mappings, &NEEDS)?, options)
-}
-
-/// Whether a file is a table of accelerations, and no log.
-fn is_table(file: &ColumnFile, mappings: &[Mapping]) -> Result<bool, SpeedChangeFileError> {
-    let accelerations = ["acceleration_mps2"];
-    let any = file.has(&accelerations) || file.other_unit(&accelerations).is_some();
-    let logged = |quantity: Quantity| {
-        file.names().iter().any(|name| Quantity::with_wrong_unit(name) == Some(quantity))
+/// Refuses a table that holds nothing of a log.
+fn refuse_other(file: &Table, mappings: &[Mapping]) -> Result<(), SpeedChangeFileError> {
+    let logged = |name: &String| {
+        log::SCHEMA.means(name).is_some_and(|quantity| NEEDS.concat().contains(&quantity))
     };
-    let log = [Quantity::Time, Quantity::Speed, Quantity::Limit].map(logged);
-    if !any
-        && mappings.is_empty()
-        && log == [false; 3]
+    if mappings.is_empty()
+        && !file.names().iter().any(logged)
         && file.names().iter().all(|name| is_text(name))
     {
         let found = file.names().join(", ");
         return Err(SpeedChangeFileError::Neither { path: file.path().to_owned(), found });
     }
-    Ok(any && !file.has(&["time_s"]))
+    Ok(())
 }
 
 /// Whether a name is one, and not a piece of a file that is no text.
@@ -172,13 +151,14 @@ fn drive_notes(place: &str, found: &LoggedChanges) -> Vec<String> {
     notes
 }
 
-fn append_table(table: &mut SpeedChangeTable, mut file: ColumnFile) -> Result<(), ColumnFileError> {
-    let acceleration = file.need_numbers(&["acceleration_mps2"])?;
-    let driver = file.words(&["driver", "truck"])?;
-    let category = file.words(&["category"])?;
+fn append_table(table: &mut SpeedChangeTable, file: Table) -> Result<(), TableError> {
+    file.refuse_other_units()?;
+    let acceleration = file.need(Quantity::Acceleration)?;
+    let [driver, category] =
+        [Quantity::Driver, Quantity::Category].map(|quantity| file.column(quantity));
     file.for_each(|row| {
-        let text = |column: Option<WordColumn>| column.map_or("", |c| row.text(c)).to_owned();
-        table.acceleration_mps2.push(row.number(acceleration)?);
+        let text = |column: Option<_>| column.map_or("", |column| row.text(&column)).to_owned();
+        table.acceleration_mps2.push(row.number(&acceleration)?);
         table.driver.push(text(driver));
         table.category.push(text(category));
         Ok(())

@@ -1,68 +1,68 @@
 //! Tables of traffic, one row a site and interval.
 //!
-//! `road_type`, a clock (`time`, such as `2024-03-01T14:00`, or `time_s` from a midnight of 1 January), and one of
-//!
-//! - `density_share`, vehicles per m and lane over those of standing traffic
-//! - `density_per_m`, vehicles per m and lane
-//! - `speed_ratio`, speed of the traffic over the speed of cars on the empty road, as floating cars tell it
-//!
-//! `site` says which rows follow each other; without it each road type is one site. Rows of a site are in order of time. Other columns are not
-//! looked at. An empty cell is a missing value.
+//! `site` says which rows follow each other; without it each road type is one site. Rows of a site
+//! are in order of time.
 
-use crate::clock_column::ClockColumn;
-use crate::column_file::{ColumnFile, ColumnFileError};
+use crate::table::clock::ClockColumn;
+use crate::table::{Field, Mapping, Quantity, Schema, Source, Style, Table, TableError};
 use ocmc_core::operating_cycle::traffic::TrafficModel;
 use ocmc_estimation::fit::traffic::TrafficRecord;
 use std::collections::BTreeMap;
-use std::io::Read;
-use std::path::Path;
 
-/// Reads a table of traffic; `model` knows the jam density and the law of speeds, `utc_offset_h` is by how many hours the place's standard
-/// time is ahead of UTC, where that is known.
-///
-/// # Errors
-/// [`ColumnFileError`] names the file, the place in it and what is allowed.
-pub fn read(
-    path: &Path,
-    model: &TrafficModel,
-    utc_offset_h: Option<f64>,
-) -> Result<Vec<TrafficRecord>, ColumnFileError> {
-    read_columns(ColumnFile::open(path)?, model, utc_offset_h)
+/// A number that is not negative.
+const fn positive(quantity: Quantity) -> Field {
+    Field::of(quantity).within(0.0, f64::MAX, "a number from 0 on, or nothing")
 }
 
-/// Reads a table whose header has been read.
+/// What a table of traffic holds. A clock, the road type and one of densities and speeds are
+/// needed.
+pub const SCHEMA: Schema = Schema {
+    what: "a table of traffic",
+    style: Style::Measurements,
+    fields: &[
+        Field::named(Quantity::Time, &[("time_s", "s")]),
+        Field::of(Quantity::Date),
+        Field::of(Quantity::RoadType),
+        Field::of(Quantity::Site),
+        positive(Quantity::DensityShare),
+        positive(Quantity::Density),
+        positive(Quantity::SpeedRatio),
+    ],
+};
+
+/// Reads a table of traffic; `model` knows the jam density and the law of speeds, `utc_offset_h` is
+/// by how many hours the place's standard time is ahead of UTC, where that is known.
 ///
 /// # Errors
-/// As [`read`].
-pub fn read_columns(
-    mut file: ColumnFile<impl Read>,
+/// [`TableError`] names the file, the place in it and what is allowed.
+pub fn read(
+    source: Source,
+    mappings: &[Mapping],
     model: &TrafficModel,
     utc_offset_h: Option<f64>,
-) -> Result<Vec<TrafficRecord>, ColumnFileError> {
-    let mut clock = ClockColumn::find(&mut file, utc_offset_h)?;
-    let road_type = file.need_words(&["road_type"])?;
-    let kinds = ["density_share", "density_per_m", "speed_ratio"];
-    let kind = kinds.into_iter().find(|kind| file.has(&[kind]));
-    let measured = file.need_numbers(&kinds)?;
-    let site = file.words(&["site"])?;
+) -> Result<Vec<TrafficRecord>, TableError> {
+    let file = Table::open(source, &SCHEMA, mappings)?;
+    file.refuse_other_units()?;
+    let mut clock = ClockColumn::find(&file, utc_offset_h)?;
+    let road_type = file.need(Quantity::RoadType)?;
+    let kinds = [Quantity::DensityShare, Quantity::Density, Quantity::SpeedRatio];
+    let measured = file.one_of(&kinds)?.ok_or_else(|| file.missing("traffic", &kinds))?;
+    let site = file.column(Quantity::Site);
     let mut last: BTreeMap<String, f64> = BTreeMap::new();
     let mut records = Vec::new();
     file.for_each(|row| {
-        let road_type = row.text(road_type).to_owned();
-        let site = site.map_or_else(|| road_type.clone(), |site| row.text(site).to_owned());
+        let road_type = row.text(&road_type).to_owned();
+        let site = site.map_or_else(|| road_type.clone(), |site| row.text(&site).to_owned());
         let (time_s, _) = clock.after(row, last.get(&site).copied())?;
         last.insert(site.clone(), time_s);
-        let value = row.number(measured)?;
-        if value < 0.0 || value == f64::INFINITY {
-            return Err(row.refuse_number(measured, "a number from 0 on, or nothing"));
-        }
-        let share = match kind {
-            Some("density_per_m") => value / model.jam_density_per_m,
-            Some("speed_ratio") => model.share_at(value),
+        let value = row.number(&measured)?;
+        let share = match measured.quantity {
+            Quantity::Density => value / model.jam_density_per_m,
+            Quantity::SpeedRatio => model.share_at(value),
             _ => value,
         };
-        if share > 1.0 && kind != Some("speed_ratio") {
-            return Err(row.refuse_number(measured, "a density up to that of standing traffic"));
+        if share > 1.0 && measured.quantity != Quantity::SpeedRatio {
+            return Err(row.refuse(&measured, "a density up to that of standing traffic"));
         }
         records.push(TrafficRecord { site, road_type, time_s, share });
         Ok(())
@@ -74,14 +74,11 @@ pub fn read_columns(
 mod tests {
     use super::*;
     use crate::study;
+    use std::path::Path;
 
-    fn table(text: &str) -> Result<Vec<TrafficRecord>, ColumnFileError> {
+    fn table(text: &str) -> Result<Vec<TrafficRecord>, TableError> {
         let study = study::load("field-truck", &[] as &[&str]).expect("a built-in study");
-        read_columns(
-            ColumnFile::new(Path::new("traffic.csv"), text.as_bytes())?,
-            &study.model.traffic,
-            None,
-        )
+        read(Source::Text(Path::new("traffic.csv"), text), &[], &study.model.traffic, None)
     }
 
     #[test]
@@ -104,7 +101,10 @@ mod tests {
         for (text, words) in [
             ("time_s,road_type,cars\n0,urban,3\n", "speed_ratio"),
             ("time_s,density_share\n0,0.1\n", "road_type"),
-            ("time_s,road_type,density_share,speed_ratio\n0,urban,0.1,0.9\n", "nothing says which"),
+            (
+                "time_s,road_type,density_share,speed_ratio\n0,urban,0.1,0.9\n",
+                "`density_share` and `speed_ratio`, which are both the density",
+            ),
             ("time_s,road_type,density_share\n300,urban,0.1\n300,urban,0.1\n", "line 3"),
             ("time_s,road_type,density_share\n0,urban,20\n", "standing traffic"),
             ("time_s,road_type,speed_ratio\n0,urban,-1\n", "from 0 on"),

@@ -1,112 +1,83 @@
 //! Tables of hourly weather, one row an hour, as weather services give them.
 //!
-//! The clock is the place's standard time all year: `time`, such as `2024-03-01T14:00` or `2024-03-01 14:00:00`, or `time_s`,
-//! counted from a midnight of 1 January. Times with an offset are told in that clock ([`crate::clock_column`]). Then any of
-//!
-//! - `temperature_k` or `temperature_c`
-//! - `pressure_pa` or `pressure_hpa`, at the place, not reduced to the sea
-//! - `relative_humidity` (0 to 1) or `relative_humidity_percent`
-//! - `precipitation_mps` or `precipitation_mm_per_h`, as water
-//! - `wind_speed_mps` at 10 m
-//! - `wind_direction_rad` or `wind_direction_deg`, where it comes from, from north, clockwise
-//!
-//! Other columns are not looked at. An empty cell is a missing value.
+//! The clock is the place's standard time all year ([`crate::table::clock`]). Beside it stands any
+//! of the quantities of the weather.
 
-use crate::clock_column::ClockColumn;
-use crate::column_file::{ColumnFile, ColumnFileError};
+use crate::table::clock::ClockColumn;
+use crate::table::{Field, Mapping, Quantity, Schema, Source, Style, Table, TableError};
 use ocmc_core::operating_cycle::weather::{STANDARD_WEATHER, Weather};
 use ocmc_estimation::fit::weather::HourlyRecord;
-use std::io::Read;
-use std::path::Path;
 
-/// What a column may hold: from and to, in SI, and how that reads.
-type Range = (f64, f64, &'static str);
-
-/// A variable: its columns with the factor and the offset to SI, and its range.
-struct Variable {
-    columns: &'static [(&'static str, f64, f64)],
-    range: Range,
-    into: fn(&mut Weather) -> &mut f64,
-}
-
-const VARIABLES: [Variable; 6] = [
-    Variable {
-        columns: &[("temperature_k", 1.0, 0.0), ("temperature_c", 1.0, 273.15)],
-        range: (173.15, 343.15, "a temperature between -100 and 70 °C, or nothing"),
-        into: |weather| &mut weather.temperature_k,
-    },
-    Variable {
-        columns: &[("pressure_pa", 1.0, 0.0), ("pressure_hpa", 100.0, 0.0)],
-        range: (3e4, 1.2e5, "a pressure between 300 and 1200 hPa, or nothing"),
-        into: |weather| &mut weather.pressure_pa,
-    },
-    Variable {
-        columns: &[("relative_humidity", 1.0, 0.0), ("relative_humidity_percent", 0.01, 0.0)],
-        range: (0.0, 1.05, "a relative humidity between 0 and 1.05 (105 %), or nothing"),
-        into: |weather| &mut weather.relative_humidity,
-    },
-    Variable {
-        columns: &[("precipitation_mps", 1.0, 0.0), ("precipitation_mm_per_h", 1e-3 / 3600.0, 0.0)],
-        range: (0.0, 1.4e-4, "between 0 and 500 mm an hour, or nothing"),
-        into: |weather| &mut weather.precipitation_mps,
-    },
-    Variable {
-        columns: &[("wind_speed_mps", 1.0, 0.0)],
-        range: (0.0, 120.0, "a wind speed between 0 and 120 m/s, or nothing"),
-        into: |weather| &mut weather.wind_speed_mps,
-    },
-    Variable {
-        columns: &[
-            ("wind_direction_rad", 1.0, 0.0),
-            ("wind_direction_deg", std::f64::consts::PI / 180.0, 0.0),
+/// What a table of weather holds. A clock and one of the others are needed.
+pub const SCHEMA: Schema =
+    Schema {
+        what: "a table of weather",
+        style: Style::Measurements,
+        fields: &[
+            Field::named(Quantity::Time, &[("time_s", "s")]),
+            Field::of(Quantity::Date),
+            Field::named(Quantity::Temperature, &[("temperature_k", "k"), ("temperature_c", "c")])
+                .within(173.15, 343.15, "a temperature between -100 and 70 °C, or nothing"),
+            Field::named(Quantity::Pressure, &[("pressure_pa", "pa"), ("pressure_hpa", "hpa")])
+                .within(3e4, 1.2e5, "a pressure between 300 and 1200 hPa, or nothing"),
+            Field::of(Quantity::RelativeHumidity).within(
+                0.0,
+                1.05,
+                "a relative humidity between 0 and 1.05 (105 %), or nothing",
+            ),
+            Field::of(Quantity::Precipitation).within(
+                0.0,
+                1.4e-4,
+                "between 0 and 500 mm an hour, or nothing",
+            ),
+            Field::named(Quantity::WindSpeed, &[("wind_speed_mps", "mps")]).within(
+                0.0,
+                120.0,
+                "a wind speed between 0 and 120 m/s, or nothing",
+            ),
+            Field::of(Quantity::WindDirection).within(
+                -7.0,
+                7.0,
+                "a direction of at most one turn, or nothing",
+            ),
         ],
-        range: (-7.0, 7.0, "a direction of at most one turn, or nothing"),
-        into: |weather| &mut weather.wind_direction_rad,
-    },
+    };
+
+/// Where a variable of the weather is kept.
+type Into = fn(&mut Weather) -> &mut f64;
+
+const VARIABLES: [(Quantity, Into); 6] = [
+    (Quantity::Temperature, |weather| &mut weather.temperature_k),
+    (Quantity::Pressure, |weather| &mut weather.pressure_pa),
+    (Quantity::RelativeHumidity, |weather| &mut weather.relative_humidity),
+    (Quantity::Precipitation, |weather| &mut weather.precipitation_mps),
+    (Quantity::WindSpeed, |weather| &mut weather.wind_speed_mps),
+    (Quantity::WindDirection, |weather| &mut weather.wind_direction_rad),
 ];
 
-/// Reads a table of hourly weather. `utc_offset_h` is by how many hours the place's standard time is ahead of UTC, where that is known.
+/// Reads a table of hourly weather. `utc_offset_h` is by how many hours the place's standard time
+/// is ahead of UTC, where that is known.
 ///
 /// # Errors
-/// [`ColumnFileError`] names the file, the place in it and what is allowed.
-pub fn read(path: &Path, utc_offset_h: Option<f64>) -> Result<Vec<HourlyRecord>, ColumnFileError> {
-    read_columns(ColumnFile::open(path)?, utc_offset_h)
-}
-
-/// Reads a table whose header has been read.
-///
-/// # Errors
-/// As [`read`].
-pub fn read_columns(
-    mut file: ColumnFile<impl Read>,
+/// [`TableError`] names the file, the place in it and what is allowed.
+pub fn read(
+    source: Source,
+    mappings: &[Mapping],
     utc_offset_h: Option<f64>,
-) -> Result<Vec<HourlyRecord>, ColumnFileError> {
-    let mut clock = ClockColumn::find(&mut file, utc_offset_h)?;
-    let mut found = Vec::new();
-    for variable in &VARIABLES {
-        let names: Vec<&str> = variable.columns.iter().map(|(name, ..)| *name).collect();
-        let unit = variable.columns.iter().find(|(name, ..)| file.has(&[name]));
-        if let (Some(column), Some((_, factor, offset))) = (file.numbers(&names)?, unit) {
-            found.push((column, *factor, *offset, variable));
-        }
-    }
-    if found.is_empty() {
-        let names: Vec<&str> =
-            VARIABLES.iter().flat_map(|v| v.columns.iter().map(|(name, ..)| *name)).collect();
-        file.need_numbers(&names)?;
-    }
+) -> Result<Vec<HourlyRecord>, TableError> {
+    let file = Table::open(source, &SCHEMA, mappings)?;
+    file.refuse_other_units()?;
+    let mut clock = ClockColumn::find(&file, utc_offset_h)?;
+    file.need_any("weather", &VARIABLES.map(|(quantity, _)| quantity))?;
+    let column = |(quantity, into): (Quantity, Into)| Some((file.column(quantity)?, into));
+    let found: Vec<_> = VARIABLES.into_iter().filter_map(column).collect();
     let mut records: Vec<HourlyRecord> = Vec::new();
     file.for_each(|row| {
         let last = records.last().map(|last| last.time_s);
         let (time_s, day_of_year) = clock.after(row, last)?;
         let mut weather = MISSING;
-        for (column, factor, offset, variable) in &found {
-            let value = row.number(*column)? * factor + offset;
-            let (from, to, allowed) = variable.range;
-            if value < from || value > to {
-                return Err(row.refuse_number(*column, allowed));
-            }
-            *(variable.into)(&mut weather) = value;
+        for (column, into) in &found {
+            *into(&mut weather) = row.number(column)?;
         }
         records.push(HourlyRecord { time_s, day_of_year, weather });
         Ok(())
@@ -128,9 +99,10 @@ const MISSING: Weather = Weather {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::path::Path;
 
-    fn table(text: &str) -> Result<Vec<HourlyRecord>, ColumnFileError> {
-        read_columns(ColumnFile::new(Path::new("hours.csv"), text.as_bytes())?, None)
+    fn table(text: &str) -> Result<Vec<HourlyRecord>, TableError> {
+        read(Source::Text(Path::new("hours.csv"), text), &[], None)
     }
 
     #[test]
@@ -158,9 +130,9 @@ mod tests {
         for (text, words) in [
             ("time_s,rain\n0,1\n", "temperature_k"),
             ("time_s,temperature_f\n0,59\n", "allowed is `temperature_k` or `temperature_c`"),
-            ("time_s,temperature_c,wind_speed_kmh\n0,5,3\n", "allowed is `wind_speed_mps`"),
+            ("time_s,temperature_c,wind_speed_fps\n0,5,3\n", "allowed is `wind_speed_mps`"),
             ("time_s,temperature_c\n", "no rows"),
-            ("temperature_k\n280\n", "`time` or `time_s`"),
+            ("temperature_k\n280\n", "no column for the time: name it `time`, `time_s`"),
             ("time_s,temperature_k\n0,15\n", "line 2"),
             ("time_s,temperature_k\n3600,280\n0,281\n", "line 3"),
             ("time,temperature_k\n2023-02-29T00:00,280\n", "2024-03-01T14:00"),

@@ -3,6 +3,7 @@
 use crate::error::{given_cycle_error, given_drive_error, study_error};
 use crate::fit::warn;
 use crate::input::{Input, inputs};
+use crate::log::mappings;
 use crate::run::{PyRun, run_with};
 use crate::value::one_of;
 use ocmc_core::fleet::run::RunPlan;
@@ -12,12 +13,14 @@ use ocmc_io::given_drive::{Follow, GivenDrive};
 use ocmc_io::study::LoadedStudy;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 /// What is to be driven.
 pub(crate) fn given(
     py: Python,
     files: &Bound<PyAny>,
+    columns: Option<BTreeMap<String, String>>,
     keep: Option<Vec<String>>,
     follow_speed: Option<&str>,
 ) -> PyResult<GivenDrive> {
@@ -26,6 +29,7 @@ pub(crate) fn given(
     let keeps = Keep::ALL.map(|keep| (keep.name(), keep));
     let keep = keep.unwrap_or_default();
     let keep = keep.iter().map(|word| one_of("keep", word, &keeps)).collect::<PyResult<_>>()?;
+    let mappings = mappings(columns)?;
     let mut paths: Vec<PathBuf> = Vec::new();
     let mut given = inputs(files, "files")?;
     if let [Input::Table(_)] = given.as_slice()
@@ -37,7 +41,7 @@ pub(crate) fn given(
                  come as files",
             )
         })?;
-        let given = py.detach(|| GivenDrive::of_table(&table, keep, follow));
+        let given = py.detach(|| GivenDrive::of_table(&table, &mappings, keep, follow));
         return given.map_err(|error| given_drive_error(&error));
     }
     for file in given {
@@ -52,7 +56,7 @@ pub(crate) fn given(
         for path in &paths {
             given_cycle::check_readable(path).map_err(|error| given_cycle_error(&error))?;
         }
-        let given = GivenDrive::read(paths, keep, follow);
+        let given = GivenDrive::read(paths, mappings, keep, follow);
         let given = given.map_err(|error| given_drive_error(&error))?;
         let warnings = given.warnings();
         Ok::<_, PyErr>((given, warnings))

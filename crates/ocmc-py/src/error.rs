@@ -1,15 +1,13 @@
 //! Errors of the engine as exceptions: the same text as the command's.
 
-use ocmc_io::column_file::ColumnFileError;
-use ocmc_io::delimited::TableError;
 use ocmc_io::drive_cycle::DriveCycleFileError;
 use ocmc_io::given_cycle::GivenCycleFileError;
 use ocmc_io::given_drive::GivenDriveError;
-use ocmc_io::log::error::LogFileError;
 use ocmc_io::records::RecordsError;
 use ocmc_io::run_directory::RunDirectoryError;
 use ocmc_io::speed_change_table::SpeedChangeFileError;
 use ocmc_io::study::{Cause, StudyFileError};
+use ocmc_io::table::TableError;
 use pyo3::PyErr;
 use pyo3::exceptions::{
     PyFileExistsError, PyFileNotFoundError, PyIsADirectoryError, PyNotADirectoryError, PyOSError,
@@ -51,19 +49,11 @@ pub(crate) fn run_directory_error(error: &RunDirectoryError) -> PyErr {
     }
 }
 
-/// A table of measurements that cannot be read.
-pub(crate) fn table_error(error: &ColumnFileError) -> PyErr {
-    match error {
-        ColumnFileError::Read { source, .. } => io_error(source, error),
-        _ => PyValueError::new_err(error.to_string()),
-    }
-}
-
-/// A log that cannot be read.
-pub(crate) fn log_error(error: &LogFileError) -> PyErr {
-    match error {
-        LogFileError::Read { source, .. } => io_error(source, error),
-        _ => PyValueError::new_err(error.to_string()),
+/// A table that cannot be read.
+pub(crate) fn table_error(error: &TableError) -> PyErr {
+    match error.reason() {
+        Some(reason) => io_error(reason, error),
+        None => PyValueError::new_err(error.to_string()),
     }
 }
 
@@ -71,7 +61,6 @@ pub(crate) fn log_error(error: &LogFileError) -> PyErr {
 pub(crate) fn speed_change_error(error: &SpeedChangeFileError) -> PyErr {
     match error {
         SpeedChangeFileError::Table(error) => table_error(error),
-        SpeedChangeFileError::Log(error) => log_error(error),
         SpeedChangeFileError::Drive { .. } | SpeedChangeFileError::Neither { .. } => {
             PyValueError::new_err(error.to_string())
         }
@@ -81,9 +70,7 @@ pub(crate) fn speed_change_error(error: &SpeedChangeFileError) -> PyErr {
 /// An operating cycle that cannot be read.
 pub(crate) fn given_cycle_error(error: &GivenCycleFileError) -> PyErr {
     match error {
-        GivenCycleFileError::Table(TableError::Unreadable { source, .. }) => {
-            io_error(source, error)
-        }
+        GivenCycleFileError::Table(error) => table_error(error),
         _ => PyValueError::new_err(error.to_string()),
     }
 }
@@ -92,10 +79,7 @@ pub(crate) fn given_cycle_error(error: &GivenCycleFileError) -> PyErr {
 pub(crate) fn given_drive_error(error: &GivenDriveError) -> PyErr {
     match error {
         GivenDriveError::GivenCycle(error) => given_cycle_error(error),
-        GivenDriveError::DriveCycle(DriveCycleFileError::Table(TableError::Unreadable {
-            source,
-            ..
-        })) => io_error(source, error),
+        GivenDriveError::DriveCycle(DriveCycleFileError::Table(error)) => table_error(error),
         GivenDriveError::Several | GivenDriveError::Route => {
             PyValueError::new_err(format!("`follow_speed`: {error}"))
         }

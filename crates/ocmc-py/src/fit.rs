@@ -1,7 +1,7 @@
 //! Fits: from measurements to the numbers of a study.
 
 use crate::error::{no_fit, speed_change_error, table_error};
-use crate::input::{Input, input, inputs};
+use crate::input::{input, inputs};
 use crate::log::mappings;
 use crate::progress::Watch;
 use crate::study::PyStudy;
@@ -10,8 +10,7 @@ use ocmc_cli::{Answer, curve_speed_answer, speed_change_answer};
 use ocmc_core::study::StudyModel;
 use ocmc_estimation::fit::curve_speed::{self, Coding, CurveSpeedOptions};
 use ocmc_estimation::fit::speed_change::{self, SpeedChangeOptions, SpeedChangeTable};
-use ocmc_io::column_file::ColumnFile;
-use ocmc_io::speed_change_table::{append, append_given};
+use ocmc_io::speed_change_table::append;
 use ocmc_io::{curve_table, study};
 use pyo3::exceptions::{PyUserWarning, PyValueError};
 use pyo3::prelude::*;
@@ -41,6 +40,8 @@ pub(crate) fn warn(py: Python, text: &str) -> PyResult<()> {
 ///     One row a curve: ``driver`` (or ``truck``), ``radius_m`` (m), ``speed_mps`` (m/s), and where known ``direction``
 ///     (``left`` or ``right``), ``route_m`` (length of the route, m), ``limit_mps`` (m/s). Any table that speaks Arrow, a
 ///     dictionary of columns, or a CSV file.
+/// columns : dict of str to str, optional
+///     Which column is what, such as ``{"speed_kmh": "v"}``.
 /// base : Study, optional
 ///     The study that keeps what curves do not tell; ``field-truck`` by default.
 /// tobit : bool
@@ -91,16 +92,17 @@ pub(crate) fn warn(py: Python, text: &str) -> PyResult<()> {
 #[pyfunction]
 #[pyo3(
     signature = (
-        curves, *, base=None, tobit=false, reference_radius_m=250.0, radius_range_m=(20.0, 500.0),
+        curves, *, columns=None, base=None, tobit=false, reference_radius_m=250.0, radius_range_m=(20.0, 500.0),
         minimum_route_m=5000.0, fixed_exponent=0.5, significance=0.05, limit_share=0.9, coding="sum_to_zero"
     ),
-    text_signature = "(curves, *, base=None, tobit=False, reference_radius_m=250.0, radius_range_m=(20.0, 500.0), \
-                      minimum_route_m=5000.0, fixed_exponent=0.5, significance=0.05, limit_share=0.9, \
+    text_signature = "(curves, *, columns=None, base=None, tobit=False, reference_radius_m=250.0, \
+                      radius_range_m=(20.0, 500.0), minimum_route_m=5000.0, fixed_exponent=0.5, significance=0.05, limit_share=0.9, \
                       coding='sum_to_zero')"
 )]
 pub(crate) fn fit_curve_speed<'py>(
     py: Python<'py>,
     curves: &Bound<'py, PyAny>,
+    columns: Option<BTreeMap<String, String>>,
     base: Option<&Bound<'py, PyStudy>>,
     tobit: bool,
     reference_radius_m: f64,
@@ -120,14 +122,12 @@ pub(crate) fn fit_curve_speed<'py>(
         limit_share,
         coding: one_of("coding", coding, &CODINGS)?,
     };
+    let mappings = mappings(columns)?;
     let curves = input(curves, "curves")?;
     let source = curves.path().to_owned();
     let model = base_model(base);
     let answered = py.detach(|| {
-        let table = match curves {
-            Input::File(path) => curve_table::read(&path),
-            Input::Table(table) => ColumnFile::of_table(table).and_then(curve_table::read_columns),
-        };
+        let table = curve_table::read(curves.source(), &mappings);
         let table = table.map_err(|error| table_error(&error))?;
         let fit = curve_speed::fit(&table, &options).map_err(|error| no_fit(&source, &error))?;
         let censored = fit.tobit.as_ref().filter(|_| tobit);
@@ -238,10 +238,7 @@ pub(crate) fn fit_speed_change<'py>(
         let mut warnings = Vec::new();
         for table in tables {
             watch.look(0)?;
-            let notes = match table {
-                Input::File(path) => append(&mut changes, &path, &mappings, &options),
-                Input::Table(table) => append_given(&mut changes, &table, &mappings, &options),
-            };
+            let notes = append(&mut changes, table.source(), &mappings, &options);
             warnings.extend(notes.map_err(|error| speed_change_error(&error))?);
         }
         let fit = speed_change::fit(&changes, &options).map_err(|error| no_fit(&source, &error))?;

@@ -14,8 +14,8 @@ use ocmc_estimation::log::curve::CurveOptions;
 use ocmc_estimation::log::road::RoadOptions;
 use ocmc_io::given_cycle;
 use ocmc_io::log::curves::Steering;
-use ocmc_io::log::mapping::Mapping;
 use ocmc_io::log::roads::{FoundRoads, NEEDS, is_log};
+use ocmc_io::table::Mapping;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use std::collections::BTreeMap;
@@ -139,7 +139,7 @@ pub(crate) fn fit_operating_cycle<'py>(
         }
         match item {
             Input::File(path) if logs.mappings.is_empty() && !is_log(&path, &[]) => {
-                let road = py.detach(|| given_cycle::read(&path));
+                let road = py.detach(|| given_cycle::read(&path, &[]));
                 found.add_cycle(road.map_err(|error| given_cycle_error(&error))?);
             }
             log => logs.add(py, &mut found, &log)?,

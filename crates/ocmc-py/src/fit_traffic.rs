@@ -2,14 +2,15 @@
 
 use crate::error::{no_fit, table_error};
 use crate::fit::{answer, base_model};
-use crate::input::{Input, input};
+use crate::input::input;
+use crate::log::mappings;
 use crate::study::PyStudy;
 use crate::value::utc_offset;
 use ocmc_cli::traffic_answer;
 use ocmc_estimation::fit::traffic::fit;
-use ocmc_io::column_file::ColumnFile;
 use ocmc_io::traffic_table;
 use pyo3::prelude::*;
+use std::collections::BTreeMap;
 
 /// Fit traffic densities by the hour and road type.
 ///
@@ -20,6 +21,8 @@ use pyo3::prelude::*;
 ///     ``density_share`` (of the density of standing traffic), ``density_per_m`` (vehicles per m and lane) and ``speed_ratio``
 ///     (of the free speed), and, where there are several of a type, ``site``. Any table that speaks Arrow, a dictionary of
 ///     columns, or a CSV file.
+/// columns : dict of str to str, optional
+///     Which column is what, such as ``{"time": "stamp"}``.
 /// base : Study, optional
 ///     The study that keeps what was not measured; ``field-truck`` by default.
 /// utc_offset_h : float, optional
@@ -61,23 +64,21 @@ use pyo3::prelude::*;
 /// >>> round(fit["study"]["traffic"]["types"]["rural"]["off_peak_share"], 1)
 /// 0.1
 #[pyfunction]
-#[pyo3(signature = (table, *, base=None, utc_offset_h=None))]
+#[pyo3(signature = (table, *, columns=None, base=None, utc_offset_h=None))]
 pub(crate) fn fit_traffic<'py>(
     py: Python<'py>,
     table: &Bound<'py, PyAny>,
+    columns: Option<BTreeMap<String, String>>,
     base: Option<&Bound<'py, PyStudy>>,
     utc_offset_h: Option<f64>,
 ) -> PyResult<Bound<'py, PyAny>> {
+    let mappings = mappings(columns)?;
     let table = input(table, "table")?;
     let source = table.path().to_owned();
     let utc_offset_h = utc_offset_h.map(utc_offset).transpose()?;
     let model = base_model(base);
     let answered = py.detach(|| {
-        let records = match table {
-            Input::File(path) => traffic_table::read(&path, &model.traffic, utc_offset_h),
-            Input::Table(table) => ColumnFile::of_table(table)
-                .and_then(|file| traffic_table::read_columns(file, &model.traffic, utc_offset_h)),
-        };
+        let records = traffic_table::read(table.source(), &mappings, &model.traffic, utc_offset_h);
         let records = records.map_err(|error| table_error(&error))?;
         let fit = fit(&records, &model.traffic).map_err(|error| no_fit(&source, &error))?;
         Ok::<_, PyErr>(traffic_answer(&fit, &model))

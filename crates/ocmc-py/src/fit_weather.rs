@@ -2,14 +2,15 @@
 
 use crate::error::{no_fit, table_error};
 use crate::fit::{answer, base_model};
-use crate::input::{Input, input};
+use crate::input::input;
+use crate::log::mappings;
 use crate::study::PyStudy;
 use crate::value::utc_offset;
 use ocmc_cli::weather_answer;
 use ocmc_estimation::fit::weather::fit;
-use ocmc_io::column_file::ColumnFile;
 use ocmc_io::weather_table;
 use pyo3::prelude::*;
+use std::collections::BTreeMap;
 
 /// Fit the climate of hourly records.
 ///
@@ -20,6 +21,8 @@ use pyo3::prelude::*;
 ///     1 January), and any of ``temperature_k`` or ``temperature_c``, ``pressure_pa`` or ``pressure_hpa``, ``relative_humidity``
 ///     (0 to 1) or ``relative_humidity_percent``, ``precipitation_mps`` or ``precipitation_mm_per_h``, ``wind_speed_mps``,
 ///     ``wind_direction_rad`` or ``wind_direction_deg``. Any table that speaks Arrow, a dictionary of columns, or a CSV file.
+/// columns : dict of str to str, optional
+///     Which column is what, such as ``{"time": "stamp"}``.
 /// base : Study, optional
 ///     The study that keeps what was not recorded; ``field-truck`` by default.
 /// utc_offset_h : float, optional
@@ -63,23 +66,21 @@ use pyo3::prelude::*;
 /// >>> round(fit["study"]["weather"]["temperature"]["mean_k"])
 /// 281
 #[pyfunction]
-#[pyo3(signature = (table, *, base=None, utc_offset_h=None))]
+#[pyo3(signature = (table, *, columns=None, base=None, utc_offset_h=None))]
 pub(crate) fn fit_weather<'py>(
     py: Python<'py>,
     table: &Bound<'py, PyAny>,
+    columns: Option<BTreeMap<String, String>>,
     base: Option<&Bound<'py, PyStudy>>,
     utc_offset_h: Option<f64>,
 ) -> PyResult<Bound<'py, PyAny>> {
+    let mappings = mappings(columns)?;
     let table = input(table, "table")?;
     let source = table.path().to_owned();
     let utc_offset_h = utc_offset_h.map(utc_offset).transpose()?;
     let model = base_model(base);
     let answered = py.detach(|| {
-        let records = match table {
-            Input::File(path) => weather_table::read(&path, utc_offset_h),
-            Input::Table(table) => ColumnFile::of_table(table)
-                .and_then(|file| weather_table::read_columns(file, utc_offset_h)),
-        };
+        let records = weather_table::read(table.source(), &mappings, utc_offset_h);
         let records = records.map_err(|error| table_error(&error))?;
         let fit = fit(&records, &model.weather).map_err(|error| no_fit(&source, &error))?;
         Ok::<_, PyErr>(weather_answer(&fit, &model))

@@ -3,7 +3,8 @@
 use crate::value::shown;
 use arrow_array::{ArrayRef, Float64Array, Int64Array, StringArray, UInt64Array};
 use numpy::PyReadonlyArray1;
-use ocmc_io::given_table::GivenTable;
+use ocmc_io::table::Source;
+use ocmc_io::table::given::GivenTable;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyList, PyString, PyTuple};
@@ -25,6 +26,14 @@ impl Input {
         match self {
             Self::File(path) => path,
             Self::Table(table) => table.path(),
+        }
+    }
+
+    /// As the reader of tables takes it.
+    pub(crate) fn source(&self) -> Source<'_> {
+        match self {
+            Self::File(path) => Source::File(path),
+            Self::Table(table) => Source::Given(table),
         }
     }
 }

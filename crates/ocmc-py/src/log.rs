@@ -1,6 +1,6 @@
 //! Measured logs: the curves that were driven.
 
-use crate::error::log_error;
+use crate::error::table_error;
 use crate::fit::warn;
 use crate::input::{Input, input};
 use crate::progress::Watch;
@@ -13,8 +13,8 @@ use ocmc_estimation::log::curve::{
 use ocmc_estimation::log::hidden_markov::HiddenMarkov;
 use ocmc_estimation::log::threshold::Threshold;
 use ocmc_io::log::curves::{FoundCurves, Steering, TripCurves, needs};
-use ocmc_io::log::mapping::Mapping;
-use ocmc_io::log::{LogFile, Need, read, read_table};
+use ocmc_io::log::{LogFile, Need, read};
+use ocmc_io::table::Mapping;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use std::collections::BTreeMap;
@@ -156,18 +156,12 @@ pub(crate) fn steering(ratio: Option<f64>, wheelbase_m: Option<f64>) -> PyResult
 
 /// Reads a log.
 pub(crate) fn read_input(log: &Input, mappings: &[Mapping], needs: &[Need]) -> PyResult<LogFile> {
-    let file = match log {
-        Input::File(path) => read(path, mappings, needs),
-        Input::Table(table) => read_table(table, mappings, needs),
-    };
-    file.map_err(|error| log_error(&error))
+    read(log.source(), mappings, needs).map_err(|error| table_error(&error))
 }
 
 /// What a user says that columns are.
 pub(crate) fn mappings(columns: Option<BTreeMap<String, String>>) -> PyResult<Vec<Mapping>> {
-    let mappings = columns.unwrap_or_default().into_iter();
-    let mappings = mappings.map(|(name, column)| Mapping::parse(&format!("{name}={column}")));
-    mappings.collect::<Result<_, _>>().map_err(|error| log_error(&error))
+    Mapping::of_columns(&columns.unwrap_or_default()).map_err(|error| table_error(&error))
 }
 
 const RADII: [(&str, RadiusDefinition); 3] = [

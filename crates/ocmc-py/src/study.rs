@@ -13,6 +13,7 @@ use ocmc_io::study::{self, LoadedStudy, StudyFileError};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyMapping, PyType};
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 /// A study: models of operating cycles, drivers and vehicles, and the numerics.
@@ -210,6 +211,8 @@ impl PyStudy {
     ///     ``speed_kmh``, and ``slope`` or ``grade``; or, with ``"exact"``, a route.
     /// cycles : int
     ///     Number of cycles, at least 1.
+    /// columns : dict of str to str, optional
+    ///     Which column of a table is what, such as ``{"speed_limit_kmh": "vmax"}``.
     /// keep : sequence of {"weather", "traffic", "mission"}, optional
     ///     What is taken from the file of a route instead of being drawn from the study.
     /// follow_speed : {"driver", "exact"}, optional
@@ -251,9 +254,9 @@ impl PyStudy {
     /// (np.float64(3000.0), np.float64(180.0))
     #[pyo3(
         signature = (
-            files, *, cycles, keep=None, follow_speed=None, seed=None, first_cycle=None, threads=None, progress=None
+            files, *, cycles, columns=None, keep=None, follow_speed=None, seed=None, first_cycle=None, threads=None, progress=None
         ),
-        text_signature = "($self, files, *, cycles, keep=None, follow_speed=None, seed=1, first_cycle=0, threads=None, \
+        text_signature = "($self, files, *, cycles, columns=None, keep=None, follow_speed=None, seed=1, first_cycle=0, threads=None, \
                           progress=None)"
     )]
     fn drive(
@@ -261,6 +264,7 @@ impl PyStudy {
         py: Python,
         files: &Bound<PyAny>,
         cycles: &Bound<PyAny>,
+        columns: Option<BTreeMap<String, String>>,
         keep: Option<Vec<String>>,
         follow_speed: Option<&str>,
         seed: Option<&Bound<PyAny>>,
@@ -269,7 +273,7 @@ impl PyStudy {
         progress: Option<&Bound<PyAny>>,
     ) -> PyResult<PyRun> {
         let plan = plan_of(cycles, seed, first_cycle, threads)?;
-        let given = drive::given(py, files, keep, follow_speed)?;
+        let given = drive::given(py, files, columns, keep, follow_speed)?;
         drive::drive(py, &self.loaded, &given, &plan, progress)
     }
 

@@ -12,6 +12,9 @@ pub(crate) struct DriveArguments {
     /// one, by the weights of the study's `mission.routes`
     #[arg(value_name = "FILE", required = true)]
     pub(crate) files: Vec<PathBuf>,
+    /// Says which column of a table is what, as in speed_limit_kmh=vmax; may be repeated
+    #[arg(long, value_name = "NAME=COLUMN")]
+    pub(crate) map: Vec<String>,
     /// What is taken from the file instead of being drawn from the study; may be repeated or joined by commas
     #[arg(long, value_name = "WHAT", value_delimiter = ',')]
     pub(crate) keep: Vec<Kept>,

@@ -41,6 +41,9 @@ pub(crate) struct CurveSpeedArguments {
     /// Table of curves: driver,radius_m,direction,speed_mps and, where known, route_m,limit_mps
     #[arg(value_name = "CURVES.csv")]
     pub(crate) file: PathBuf,
+    /// Says which column is what, as in speed_mph=gps_speed or yaw_rate_degps=-gyro; may be repeated
+    #[arg(long, value_name = "NAME=COLUMN")]
+    pub(crate) map: Vec<String>,
     /// Radius at which speeds are compared, in m
     #[arg(long, value_name = "M", default_value = "250", allow_negative_numbers = true)]
     pub(crate) reference_radius: f64,
@@ -78,7 +81,7 @@ pub(crate) struct SpeedChangeArguments {
     /// Tables of speed changes (acceleration_mps2 and, where known, category,driver), or logs (time, speed, limit)
     #[arg(required = true, value_name = "FILE.csv")]
     pub(crate) files: Vec<PathBuf>,
-    /// Says which column of a log is what, as in speed_mph=gps_speed; may be repeated
+    /// Says which column is what, as in speed_mph=gps_speed or yaw_rate_degps=-gyro; may be repeated
     #[arg(long, value_name = "NAME=COLUMN")]
     pub(crate) map: Vec<String>,
     /// Length of the window with the largest change of speed in a log, in s
@@ -103,7 +106,7 @@ pub(crate) struct OperatingCycleArguments {
     /// Operating cycles with road types, as `ocmc cycle` writes them, or logs: CSV with time and speed
     #[arg(required = true, value_name = "FILE")]
     pub(crate) files: Vec<PathBuf>,
-    /// Says which column of a log is what, as in speed_mph=gps_speed; may be repeated
+    /// Says which column is what, as in speed_mph=gps_speed or yaw_rate_degps=-gyro; may be repeated
     #[arg(long, value_name = "NAME=COLUMN")]
     pub(crate) map: Vec<String>,
     /// Smallest and largest radius of the curves that are known, in m; the others are there and were not seen [default: 20 500 of
@@ -135,6 +138,9 @@ pub(crate) struct WeatherArguments {
     /// precipitation_mps|_mm_per_h, wind_speed_mps, wind_direction_rad|_deg
     #[arg(value_name = "HOURS.csv")]
     pub(crate) file: PathBuf,
+    /// Says which column is what, as in speed_mph=gps_speed or yaw_rate_degps=-gyro; may be repeated
+    #[arg(long, value_name = "NAME=COLUMN")]
+    pub(crate) map: Vec<String>,
     /// Hours by which the place's standard time is ahead of UTC, for times in UTC or with an offset, such as 2024-03-01T14:00Z
     #[arg(long, value_name = "H", allow_negative_numbers = true, value_parser = utc_offset_h)]
     pub(crate) utc_offset: Option<f64>,
@@ -149,6 +155,9 @@ pub(crate) struct TrafficArguments {
     /// there are several of a type, site
     #[arg(value_name = "TRAFFIC.csv")]
     pub(crate) file: PathBuf,
+    /// Says which column is what, as in speed_mph=gps_speed or yaw_rate_degps=-gyro; may be repeated
+    #[arg(long, value_name = "NAME=COLUMN")]
+    pub(crate) map: Vec<String>,
     /// Hours by which the place's standard time is ahead of UTC, for times in UTC or with an offset, such as 2024-03-01T14:00Z
     #[arg(long, value_name = "H", allow_negative_numbers = true, value_parser = utc_offset_h)]
     pub(crate) utc_offset: Option<f64>,

@@ -3,7 +3,7 @@
 use ocmc_core::fleet::precision::Precision;
 use ocmc_core::fleet::run::MOST_THREADS;
 use ocmc_core::random::LAST_CYCLE_ID;
-use ocmc_io::clock_column::UTC_OFFSETS_H;
+use ocmc_io::table::clock::UTC_OFFSETS_H;
 
 /// Most cycles that can be driven at a time by a thread.
 const LARGEST_CHUNK: u64 = 65_536;

@@ -5,11 +5,13 @@ use super::{no_fit, write_study};
 use crate::answer::Answer;
 use crate::arguments::CurveSpeedArguments;
 use crate::failure::Failure;
+use crate::log::mappings;
 use crate::request;
 use ocmc_core::driver::curve_speed::CurveSpeedModel;
 use ocmc_core::study::StudyModel;
 use ocmc_estimation::fit::curve_speed::{CurveSpeedFit, CurveSpeedOptions, fit};
 use ocmc_io::study::FittedPart;
+use ocmc_io::table::Source;
 use ocmc_io::{curve_table, study};
 
 /// Where the values stand in a study.
@@ -18,7 +20,7 @@ const KEYS: [&str; 2] = ["driver", "curve_speed"];
 /// Fits curve speeds and prints what they tell.
 pub(crate) fn curve_speed(arguments: &CurveSpeedArguments) -> Result<(), Failure> {
     let base = study::load(&arguments.fitted.base, &[] as &[&str])?;
-    let table = curve_table::read(&arguments.file)?;
+    let table = curve_table::read(Source::File(&arguments.file), &mappings(&arguments.map)?)?;
     let fit = fit(&table, &options(arguments)).map_err(|error| no_fit(&arguments.file, error))?;
     let censored = fit.tobit.as_ref().filter(|_| arguments.tobit);
     if arguments.tobit && censored.is_none() {

@@ -12,9 +12,9 @@ use ocmc_core::study::StudyModel;
 use ocmc_estimation::fit::operating_cycle::{RoadFit, fit_with_coverage};
 use ocmc_estimation::log::curve::CurveOptions;
 use ocmc_estimation::log::road::RoadOptions;
-use ocmc_io::log::mapping::Mapping;
 use ocmc_io::log::roads::{FoundRoads, NEEDS, is_log};
 use ocmc_io::study::FittedPart;
+use ocmc_io::table::Mapping;
 use ocmc_io::{given_cycle, study};
 use std::convert::Infallible;
 use std::fmt::Write;
@@ -33,7 +33,7 @@ pub(crate) fn operating_cycle(arguments: &OperatingCycleArguments) -> Result<(),
         add_logs(&mut found, arguments, radius_range_m, &logs, &mappings)?;
     }
     for path in cycles {
-        found.add_cycle(given_cycle::read(path)?);
+        found.add_cycle(given_cycle::read(path, &[])?);
     }
     let (sources, coverage) = (&arguments.files, found.coverage(radius_range_m));
     let fit = fit_with_coverage(&found.roads, &coverage, &base.model)

@@ -13,6 +13,7 @@ use ocmc_estimation::fit::speed_change::{
     SpeedChangeFit, SpeedChangeLaw, SpeedChangeOptions, SpeedChangeTable, fit,
 };
 use ocmc_io::study::FittedPart;
+use ocmc_io::table::Source;
 use ocmc_io::{speed_change_table, study};
 use std::fmt::Write;
 
@@ -31,7 +32,8 @@ pub(crate) fn speed_change(arguments: &SpeedChangeArguments) -> Result<(), Failu
     };
     let mut table = SpeedChangeTable::default();
     for path in &arguments.files {
-        for note in speed_change_table::append(&mut table, path, &mappings, &options)? {
+        for note in speed_change_table::append(&mut table, Source::File(path), &mappings, &options)?
+        {
             output::note(&format!("warning: {note}"));
         }
     }

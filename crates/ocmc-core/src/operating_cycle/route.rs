@@ -18,6 +18,7 @@ use crate::random::{Stream, Streams};
 use crate::switch::ModelSwitch;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
 /// Speed limit up to which an unnamed road is urban, in m/s.
 const URBAN_UP_TO_MPS: f64 = 55.0 / 3.6;
@@ -36,6 +37,9 @@ pub struct RouteModel {
     /// What is taken from the file instead of being drawn.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub keep: Vec<Keep>,
+    /// Which column of its table is what: name of a quantity with its unit, and the column.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub columns: BTreeMap<String, String>,
     /// SHA-256 of the file; a run fills it in, and a file with another one is refused.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sha256: Option<String>,

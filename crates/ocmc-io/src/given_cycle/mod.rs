@@ -1,16 +1,22 @@
 //! Given operating cycles, from the files of others and of ours:
 //!
 //! - `.vdri`: a VECTO cycle (distance, target speed, gradient, stop), `vdri`
-//! - `.json` and `.csv` with a column `track`: what `ocmc cycle` writes, `track_file`
-//! - any other `.csv`: a route by rows, with position or latitude and longitude, `route`
+//! - `.json` and tables with a column `track`: what `ocmc cycle` writes, `track_file`
+//! - any other table: a route by rows, with position or latitude and longitude, `route`
 
 mod route;
 mod track_file;
 mod vdri;
 
-use crate::delimited::{DelimitedTable, TableError, read_text};
+pub use route::SCHEMA as ROUTE;
+pub use track_file::SCHEMA as TRACKS;
+pub use vdri::SCHEMA as VECTO_CYCLE;
+
 use crate::drive_cycle;
 use crate::study::builtin;
+use crate::table::given::RowPlace;
+use crate::table::source::{ending, is_table, read_text};
+use crate::table::{Column, Mapping, Quantity, Source, Table, TableError};
 use ocmc_core::operating_cycle::given::{GivenCycle, GivenCycleError};
 use sha2::{Digest, Sha256};
 use std::fmt::Write;
@@ -24,7 +30,7 @@ use thiserror::Error;
 #[non_exhaustive]
 pub enum GivenCycleFileError {
     /// A name that says no format.
-    #[error("`{}` ends in none of `.vdri`, `.csv` and `.json`", path.display())]
+    #[error("`{}` ends in none of `.vdri`, `.csv`, `.parquet` and `.json`", path.display())]
     Extension {
         /// The file.
         path: PathBuf,
@@ -79,45 +85,14 @@ pub enum GivenCycleFileError {
         column: String,
     },
     /// A position that does not lie behind the one before it.
-    #[error("{}:{line}: position {position_m} m does not lie behind the one before it", path.display())]
+    #[error("`{}`, {place}: position {position_m} m does not lie behind the one before it", path.display())]
     Order {
         /// The file.
         path: PathBuf,
-        /// Line, from 1.
-        line: u64,
+        /// The row.
+        place: RowPlace,
         /// The position, in m.
         position_m: f64,
-    },
-    /// Two columns for one quantity.
-    #[error(
-        "`{}` has the columns `{}` and `{}`, which are both {quantity}; allowed is one of them",
-        path.display(),
-        columns[0],
-        columns[1]
-    )]
-    Ambiguous {
-        /// The file.
-        path: PathBuf,
-        /// The quantity.
-        quantity: &'static str,
-        /// Both columns.
-        columns: [String; 2],
-    },
-    /// A number out of its range.
-    #[error("{}:{line}: `{column}` is {value}, allowed is {minimum} to {maximum}", path.display())]
-    Range {
-        /// The file.
-        path: PathBuf,
-        /// Line, from 1.
-        line: u64,
-        /// The column.
-        column: String,
-        /// The number.
-        value: f64,
-        /// Smallest allowed value.
-        minimum: f64,
-        /// Largest allowed value.
-        maximum: f64,
     },
     /// A file that is another one than the study was made with.
     #[error(
@@ -146,33 +121,34 @@ impl GivenCycleFileError {
     }
 }
 
-/// Reads a given operating cycle; the ending of the name, and for `.csv` the header, say in which format.
+/// Reads a given operating cycle; the ending of the name, and for tables the header, say in which
+/// format.
 ///
 /// # Errors
 /// [`GivenCycleFileError`] names the file, the place and what is allowed.
-pub fn read(path: &Path) -> Result<GivenCycle, GivenCycleFileError> {
-    let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
-    match ending.to_lowercase().as_str() {
-        "vdri" => vdri::read(&DelimitedTable::read(path)?),
+pub fn read(path: &Path, mappings: &[Mapping]) -> Result<GivenCycle, GivenCycleFileError> {
+    match ending(path).as_str() {
+        "vdri" => vdri::read(Source::File(path), mappings),
         "json" => track_file::read_json(path, &read_text(path)?),
-        "csv" => {
-            let table = DelimitedTable::read(path)?;
-            if table.find(&["track"]).is_some() {
-                track_file::read_csv(&table)
+        _ if is_table(path) => {
+            let tracks = Table::open(Source::File(path), &TRACKS, &[])?;
+            if tracks.column(Quantity::Track).is_some() {
+                track_file::read_table(tracks)
             } else {
-                route::read(&table)
+                route::read(Source::File(path), mappings)
             }
         }
         _ => Err(GivenCycleFileError::Extension { path: path.to_owned() }),
     }
 }
 
-/// Reads an operating cycle from the text of a CSV file as `ocmc cycle` writes it; `path` is its name in messages.
+/// Reads an operating cycle from the text of a CSV file as `ocmc cycle` writes it; `path` is its
+/// name in messages.
 ///
 /// # Errors
 /// As [`read`].
 pub fn read_tracks(path: &Path, text: &str) -> Result<GivenCycle, GivenCycleFileError> {
-    track_file::read_csv(&DelimitedTable::parse(path, text)?)
+    track_file::read_table(Table::open(Source::Text(path, text), &TRACKS, &[])?)
 }
 
 /// Whether a file, or what is built in under its name, can be read at all.
@@ -184,8 +160,7 @@ pub fn check_readable(path: &Path) -> Result<(), GivenCycleFileError> {
         return Ok(());
     }
     let read = File::open(path).and_then(|mut file| file.read(&mut [0]));
-    let unreadable = |source| TableError::Unreadable { path: path.to_owned(), source };
-    Ok(read.map(drop).map_err(unreadable)?)
+    Ok(read.map(drop).map_err(TableError::read(path))?)
 }
 
 /// SHA-256 of a file, or of what is built in under its name, in hexadecimal digits.
@@ -196,8 +171,7 @@ pub fn file_hash(path: &Path) -> Result<String, GivenCycleFileError> {
     if let Some(text) = path.to_str().and_then(builtin::route) {
         return Ok(hash(text.as_bytes()));
     }
-    let unreadable = |source| TableError::Unreadable { path: path.to_owned(), source };
-    Ok(hash(&std::fs::read(path).map_err(unreadable)?))
+    Ok(hash(&std::fs::read(path).map_err(TableError::read(path))?))
 }
 
 /// SHA-256 of some bytes, in hexadecimal digits.
@@ -215,39 +189,20 @@ fn in_file(path: &Path) -> impl FnOnce(GivenCycleError) -> GivenCycleFileError +
 }
 
 /// Refuses a table that has the time, and no column for the position.
-fn refuse_over_time(table: &DelimitedTable, positions: &[&str]) -> Result<(), GivenCycleFileError> {
-    match table.names().find(|name| drive_cycle::TIME.contains(&name.as_str())) {
-        Some(column) if table.find(positions).is_none() => {
-            Err(GivenCycleFileError::OverTime { path: table.path().to_owned(), column })
+fn refuse_over_time(table: &Table, positions: &[Quantity]) -> Result<(), GivenCycleFileError> {
+    let time = |name: &&String| drive_cycle::SCHEMA.quantity_of(name) == Some(Quantity::Time);
+    match table.names().iter().find(time) {
+        Some(column) if positions.iter().all(|position| table.column(*position).is_none()) => {
+            let (path, column) = (table.path().to_owned(), column.clone());
+            Err(GivenCycleFileError::OverTime { path, column })
         }
         _ => Ok(()),
     }
 }
 
-/// The numbers of a column, each of which has to lie in a range; none where there is no such column.
-fn within(
-    table: &DelimitedTable,
-    names: &[&str],
-    [minimum, maximum]: [f64; 2],
-) -> Result<Option<Vec<f64>>, GivenCycleFileError> {
-    within_or(table, names, [minimum, maximum], None)
-}
-
-/// As [`within`], with the number that an empty cell means.
-fn within_or(
-    table: &DelimitedTable,
-    names: &[&str],
-    [minimum, maximum]: [f64; 2],
-    empty: Option<f64>,
-) -> Result<Option<Vec<f64>>, GivenCycleFileError> {
-    let Some(column) = table.one_of(names)? else { return Ok(None) };
-    let numbers = table.numbers_or(column, empty)?;
-    for (line, value) in table.lines().zip(&numbers) {
-        if !(minimum..=maximum).contains(value) {
-            let (path, value) = (table.path().to_owned(), *value);
-            let column = table.names().nth(column).unwrap_or_default();
-            return Err(GivenCycleFileError::Range { path, line, column, value, minimum, maximum });
-        }
-    }
-    Ok(Some(numbers))
+/// A number of another unit than SI's, divided: the factor would differ in the last bit.
+fn divided(column: &Column, suffix: &str, by: f64) -> impl FnOnce(f64) -> f64 {
+    let column = *column;
+    let divide = column.unit.suffix == suffix;
+    move |number| if divide { column.sign * number / by } else { column.si(number) }
 }

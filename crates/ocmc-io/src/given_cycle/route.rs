@@ -1,146 +1,172 @@
 //! A route by rows, as a planner or a logger gives it.
 //!
-//! | column | unit | meaning |
-//! |---|---|---|
-//! | `position_m` | m | distance along the road; or it is computed from `lat` and `lon` |
-//! | `lat`, `lon` | ° | for length, curves and the heading at the start |
-//! | `speed_limit_mps` or `speed_limit_kmh` | m/s, km/h | limit from here on |
-//! | `altitude_m` (`elevation_m`) or `grade` | m, - | height, linear between rows; or slope as climb per metre from here on |
-//! | `curvature_per_m` | 1/m | from here on, left positive; instead of `lat` and `lon` |
-//! | `stop_s` | s | above 0: a stop line with this standstill; 0 or empty: none |
-//! | `road_type` | - | name of a road type of the study |
+//! Numbers hold from their row on; altitudes are linear between rows. The position is computed from
+//! latitude and longitude where it is not there.
 //!
-//! Geometry: points are put on a plane around the first one (equirectangular, good for a few hundred km), resampled every 5 m, and
-//! averaged over 45 m, because the roads of maps turn at their points only. Curvature is the change of direction per metre; curves
-//! are found in it by [`ocmc_core::operating_cycle::road::route_geometry`]. Altitude is taken as it is given: smooth GPS heights before.
+//! Geometry: points are put on a plane around the first one (equirectangular, good for a few
+//! hundred km), resampled every 5 m, and averaged over 45 m, because the roads of maps turn at
+//! their points only. Curvature is the change of direction per metre; curves are found in it by
+//! [`ocmc_core::operating_cycle::road::route_geometry`]. Altitude is taken as it is given: smooth
+//! GPS heights before.
 
-use super::{GivenCycleFileError, in_file, refuse_over_time, within, within_or};
-use crate::delimited::{DelimitedTable, KMH, METRES, MPS};
+use super::{GivenCycleFileError, divided, in_file, refuse_over_time};
+use crate::table::given::RowPlace;
+use crate::table::unit::KMH;
+use crate::table::{Column, Field, Mapping, Quantity, Schema, Source, Style, Table};
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::road::route_geometry::{self, Path2d};
 use ocmc_core::operating_cycle::tracks::{Rule, Track, Values};
 
-/// The columns.
-const COLUMNS: [&str; 13] = [
-    "position_m",
-    "lat",
-    "latitude",
-    "lon",
-    "longitude",
-    "speed_limit_mps",
-    "speed_limit_kmh",
-    "altitude_m",
-    "elevation_m",
-    "grade",
-    "curvature_per_m",
-    "stop_s",
-    "road_type",
-];
+/// What a route holds. The position, or latitude and longitude, and the limit are needed.
+pub const SCHEMA: Schema = Schema {
+    what: "a route",
+    style: Style::Description,
+    fields: &[
+        Field::named(Quantity::Position, &[("position_m", "m")]),
+        Field::named(Quantity::Latitude, &[("lat", ""), ("latitude", "")]).within(
+            -90.0,
+            90.0,
+            "-90 to 90",
+        ),
+        // some count eastwards all around
+        Field::named(Quantity::Longitude, &[("lon", ""), ("longitude", "")]).within(
+            -180.0,
+            360.0,
+            "-180 to 360",
+        ),
+        Field::named(Quantity::Limit, &[("speed_limit_mps", "mps"), ("speed_limit_kmh", KMH)]),
+        Field::named(Quantity::Altitude, &[("altitude_m", "m"), ("elevation_m", "m")]),
+        Field::of(Quantity::Grade),
+        // those of a track
+        Field::of(Quantity::Curvature).within(-0.5, 0.5, "-0.5 to 0.5"),
+        Field::of(Quantity::Stop).within(0.0, 172_800.0, "0 to 172800"),
+        Field::of(Quantity::RoadType),
+    ],
+};
 
-/// Quantities, each with the columns of which a route may have one.
-const QUANTITIES: [(&str, &[&str]); 9] = [
-    ("the position", &["position_m"]),
-    ("the latitude", LATITUDE),
-    ("the longitude", LONGITUDE),
-    ("the speed limit", &["speed_limit_mps", "speed_limit_kmh"]),
-    ("the altitude", &["altitude_m", "elevation_m"]),
-    ("the grade", &["grade"]),
-    ("the curvature", &["curvature_per_m"]),
-    ("the standstill", &["stop_s"]),
-    ("the road type", &["road_type"]),
-];
-const LATITUDE: &[&str] = &["lat", "latitude"];
-const LONGITUDE: &[&str] = &["lon", "longitude"];
+/// The rows of a route; a column that is not there has none.
+#[derive(Default)]
+struct Rows {
+    places: Vec<RowPlace>,
+    position_m: Vec<f64>,
+    latitude: Vec<f64>,
+    longitude: Vec<f64>,
+    limit_mps: Vec<f64>,
+    altitude_m: Vec<f64>,
+    grade: Vec<f64>,
+    curvature: Vec<f64>,
+    stop_s: Vec<f64>,
+    road_type: Vec<String>,
+}
 
-/// Allowed latitudes and longitudes, in °; some count eastwards all around.
-const LATITUDES: [f64; 2] = [-90.0, 90.0];
-const LONGITUDES: [f64; 2] = [-180.0, 360.0];
-/// Allowed curvatures, in 1/m: those of a track.
-const CURVATURES_PER_M: [f64; 2] = [-0.5, 0.5];
-/// Allowed standstills, in s; 0 is none.
-const STOPS_S: [f64; 2] = [0.0, 172_800.0];
+impl Rows {
+    fn read(table: Table) -> Result<Self, GivenCycleFileError> {
+        let limit = table.need(Quantity::Limit)?;
+        let stop = table.column(Quantity::Stop);
+        let road_type = table.column(Quantity::RoadType);
+        let [position, latitude, longitude, altitude, grade, curvature] = [
+            Quantity::Position,
+            Quantity::Latitude,
+            Quantity::Longitude,
+            Quantity::Altitude,
+            Quantity::Grade,
+            Quantity::Curvature,
+        ]
+        .map(|quantity| table.column(quantity));
+        let mut rows = Self::default();
+        table.for_each(|row| {
+            rows.places.push(row.place());
+            rows.limit_mps.push(row.number_as(&limit, divided(&limit, KMH, 3.6))?);
+            let numbers: [(&Option<Column>, &mut Vec<f64>); 6] = [
+                (&position, &mut rows.position_m),
+                (&latitude, &mut rows.latitude),
+                (&longitude, &mut rows.longitude),
+                (&altitude, &mut rows.altitude_m),
+                (&grade, &mut rows.grade),
+                (&curvature, &mut rows.curvature),
+            ];
+            for (column, values) in numbers {
+                if let Some(column) = column {
+                    values.push(row.number(column)?);
+                }
+            }
+            if let Some(column) = &stop {
+                let empty = row.text(column).is_empty();
+                rows.stop_s.push(if empty { 0.0 } else { row.number(column)? });
+            }
+            if let Some(column) = &road_type {
+                rows.road_type.push(row.text(column).to_owned());
+            }
+            Ok(())
+        })?;
+        Ok(rows)
+    }
+}
 
 /// Reads a route.
-pub(super) fn read(table: &DelimitedTable) -> Result<GivenCycle, GivenCycleFileError> {
-    refuse_over_time(table, &[&["position_m"], LATITUDE, LONGITUDE].concat())?;
-    table.refuse_others(&COLUMNS)?;
-    refuse_two_of_a_kind(table)?;
-    let latitude = within(table, LATITUDE, LATITUDES)?;
-    let longitude = within(table, LONGITUDE, LONGITUDES)?;
+pub(super) fn read(
+    source: Source,
+    mappings: &[Mapping],
+) -> Result<GivenCycle, GivenCycleFileError> {
+    let table = Table::open(source, &SCHEMA, mappings)?;
+    let file = source.path();
+    let [position, latitude, longitude] =
+        [Quantity::Position, Quantity::Latitude, Quantity::Longitude];
+    refuse_over_time(&table, &[position, latitude, longitude])?;
+    table.refuse_others()?;
+    table.need_any("position", &[position, latitude, longitude])?;
     // one of the two tells no place
-    if latitude.is_some() != longitude.is_some() {
-        table.column(LATITUDE)?;
-        table.column(LONGITUDE)?;
+    if table.column(latitude).is_some() || table.column(longitude).is_some() {
+        table.need(latitude)?;
+        table.need(longitude)?;
     }
-    let path = latitude.zip(longitude).map(|(lat, lon)| Path2d::new(&lat, &lon));
-    let positions = match (table.numbers_in(&["position_m"], METRES)?, &path) {
-        (Some(positions), _) => positions,
-        (None, Some(path)) => path.position_m.clone(),
-        (None, None) => table.numbers(table.column(&["position_m", "lat"])?)?,
+    let rows = Rows::read(table)?;
+    let path = (!rows.latitude.is_empty()).then(|| Path2d::new(&rows.latitude, &rows.longitude));
+    let positions = match &path {
+        Some(path) if rows.position_m.is_empty() => &path.position_m,
+        _ => &rows.position_m,
     };
     let start_m = positions[0];
     let positions: Vec<f64> = positions.iter().map(|position_m| position_m - start_m).collect();
     if let Some(k) = positions.windows(2).position(|pair| pair[1] <= pair[0]) {
-        let line = table.lines().nth(k + 1).unwrap_or_default();
-        let (path, position_m) = (table.path().to_owned(), positions[k + 1]);
-        return Err(GivenCycleFileError::Order { path, line, position_m });
+        let (path, place) = (file.to_owned(), rows.places[k + 1]);
+        return Err(GivenCycleFileError::Order { path, place, position_m: positions[k + 1] });
     }
-    let limits = if let Some(limits) = table.numbers_in(&["speed_limit_mps"], MPS)? {
-        limits
-    } else {
-        let column = table.column(&["speed_limit_kmh", "speed_limit_mps"])?;
-        table.check_unit(column, KMH)?;
-        table.numbers(column)?.iter().map(|limit| limit / 3.6).collect()
-    };
     let track = |name, rule, value: Vec<f64>| Track {
         name,
         rule,
         position_m: positions.clone(),
         value: Values::Numbers(value),
     };
-    let mut tracks = vec![track("speed_limit_mps", Rule::Constant, limits)];
-    if let Some(grades) = table.numbers_of(&["grade"])? {
-        tracks.push(track("grade", Rule::Constant, grades));
-    } else if let Some(altitudes) = table.numbers_in(&["altitude_m", "elevation_m"], METRES)? {
-        tracks.push(track("altitude_m", Rule::Linear, altitudes));
+    let mut tracks = vec![track("speed_limit_mps", Rule::Constant, rows.limit_mps)];
+    if !rows.grade.is_empty() {
+        tracks.push(track("grade", Rule::Constant, rows.grade));
+    } else if !rows.altitude_m.is_empty() {
+        tracks.push(track("altitude_m", Rule::Linear, rows.altitude_m));
     }
-    if let Some(stops_s) = within_or(table, &["stop_s"], STOPS_S, Some(0.0))? {
+    if !rows.stop_s.is_empty() {
         let mut stops = Track::empty("stop_sign_s", Rule::Event);
-        for (position_m, stop_s) in positions.iter().zip(stops_s).filter(|(_, stop)| *stop > 0.0) {
-            stops.push(*position_m, stop_s);
-        }
+        let at = positions.iter().zip(rows.stop_s).filter(|(_, stop)| *stop > 0.0);
+        at.for_each(|(position_m, stop_s)| stops.push(*position_m, stop_s));
         tracks.push(stops);
     }
-    if let Some(column) = table.find(&["road_type"]) {
-        let value = Values::Names(table.words(column));
+    if !rows.road_type.is_empty() {
+        let value = Values::Names(rows.road_type);
         let position_m = positions.clone();
         tracks.push(Track { name: "road_type", rule: Rule::Constant, position_m, value });
     }
-    let curvature = within(table, &["curvature_per_m"], CURVATURES_PER_M)?;
     for track in &mut tracks {
         track.merge_equal();
     }
     let length_m = positions.last().copied();
-    let mut cycle = GivenCycle::from_tracks(&tracks, length_m).map_err(in_file(table.path()))?;
-    if let Some(curvature) = curvature {
-        cycle.curves = route_geometry::curves_of_curvature(&positions, &curvature);
+    let mut cycle = GivenCycle::from_tracks(&tracks, length_m).map_err(in_file(file))?;
+    if !rows.curvature.is_empty() {
+        cycle.curves = route_geometry::curves_of_curvature(&positions, &rows.curvature);
     } else if let Some(path) = &path {
         cycle.curves = path.curves(&positions);
     }
     cycle.heading_rad = path.as_ref().map(Path2d::heading_rad);
     Ok(cycle)
-}
-
-/// Refuses two columns for one quantity: nothing says which of them is meant.
-fn refuse_two_of_a_kind(table: &DelimitedTable) -> Result<(), GivenCycleFileError> {
-    for (quantity, names) in QUANTITIES {
-        let mut found = table.names().filter(|name| names.contains(&name.as_str()));
-        if let (Some(one), Some(other)) = (found.next(), found.next()) {
-            let (path, columns) = (table.path().to_owned(), [one, other]);
-            return Err(GivenCycleFileError::Ambiguous { path, quantity, columns });
-        }
-    }
-    Ok(())
 }
 
 #[cfg(test)]
@@ -150,7 +176,7 @@ mod tests {
     use std::path::Path;
 
     fn parse(text: &str) -> Result<GivenCycle, GivenCycleFileError> {
-        read(&DelimitedTable::parse(Path::new("r.csv"), text).unwrap())
+        read(Source::Text(Path::new("r.csv"), text), &[])
     }
 
     #[test]
@@ -204,31 +230,37 @@ mod tests {
         for (text, message) in [
             (
                 "lat,lon,speed_limit_kmh\n52,9,50\n95,9,50\n",
-                "r.csv:3: `lat` is 95, allowed is -90 to 90",
+                "`r.csv`, line 3, column `lat`: `95`; allowed is -90 to 90",
             ),
             (
                 "lat,lon,speed_limit_kmh\n52,-181,50\n53,9,50\n",
-                "r.csv:2: `lon` is -181, allowed is -180 to 360",
+                "`r.csv`, line 2, column `lon`: `-181`; allowed is -180 to 360",
             ),
             (
                 "# mine\nposition_m,speed_limit_kmh,stop_s\n0,50,0\n300,50,-5\n",
-                "r.csv:4: `stop_s` is -5, allowed is 0 to 172800",
+                "`r.csv`, line 4, column `stop_s`: `-5`; allowed is 0 to 172800",
             ),
             (
                 "position_m,speed_limit_kmh,curvature_per_m\n0,50,0\n300,50,7\n",
-                "r.csv:3: `curvature_per_m` is 7, allowed is -0.5 to 0.5",
+                "`r.csv`, line 3, column `curvature_per_m`: `7`; allowed is -0.5 to 0.5",
             ),
             (
                 "position_m,speed_limit_kmh\n0,50\n300,\n",
-                "r.csv:3: `speed_limit_kmh` is empty, allowed is a finite number",
+                "`r.csv`, line 3, column `speed_limit_kmh`: empty; allowed is a finite number",
             ),
             ("time_s,speed_kmh\n0,0\n9,50\n", "is a speed over time: it has a column `time_s`"),
             (
                 "time_s,position_m,speed_kmh\n0,0,0\n9,50,50\n",
                 "unknown columns `time_s`, `speed_kmh` (did you mean `speed_limit_kmh`?); allowed",
             ),
-            ("lat,speed_limit_kmh\n52,50\n53,50\n", "`r.csv` has no column `lon` or `longitude`"),
-            ("lon,speed_limit_kmh\n9,50\n10,50\n", "`r.csv` has no column `lat` or `latitude`"),
+            (
+                "lat,speed_limit_kmh\n52,50\n53,50\n",
+                "`r.csv` has no column for the longitude: name it `lon`, `longitude`",
+            ),
+            (
+                "lon,speed_limit_kmh\n9,50\n10,50\n",
+                "`r.csv` has no column for the latitude: name it `lat`, `latitude`",
+            ),
             ("position_m [km],speed_limit_kmh\n0,50\n9,50\n", "is read in m, not in km"),
         ] {
             let fault = parse(text).unwrap_err().to_string();
@@ -248,7 +280,7 @@ mod tests {
             (
                 "position_m,speed_limit_kmh,Speed_limit_kmh",
                 "speed_limit_kmh",
-                "speed_limit_kmh",
+                "Speed_limit_kmh",
                 "speed limit",
             ),
             ("lat,latitude,lon,speed_limit_kmh", "lat", "latitude", "latitude"),
@@ -267,7 +299,7 @@ mod tests {
             let message = format!(
                 "`r.csv` has the columns `{one}` and `{other}`, which are both the {quantity}"
             );
-            assert!(fault.contains(&message) && fault.contains("one of them"), "{fault}");
+            assert!(fault.contains(&message) && fault.contains("--map"), "{fault}");
         }
     }
 }

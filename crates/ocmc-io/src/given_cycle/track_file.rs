@@ -1,13 +1,14 @@
 //! The tracks that `ocmc cycle` writes, read back: CSV (`track,rule,position_m,value`) or JSON.
 
 use super::{GivenCycleFileError, in_file};
-use crate::delimited::DelimitedTable;
+use crate::table::{Field, Quantity, Schema, Style, Table};
 use ocmc_core::operating_cycle::given::{GivenCycle, GivenCycleError};
 use ocmc_core::operating_cycle::tracks::{NAMES, Rule, Track, Values};
 use serde::Deserialize;
 use std::path::Path;
 
-/// An operating cycle in JSON. What it says beside this (cycle id, seed, free-flow time) is not needed.
+/// An operating cycle in JSON. What it says beside this (cycle id, seed, free-flow time) is not
+/// needed.
 #[derive(Deserialize)]
 struct CycleJson {
     length_m: Option<f64>,
@@ -75,12 +76,32 @@ pub(super) fn read_json(path: &Path, text: &str) -> Result<GivenCycle, GivenCycl
     Ok(cycle)
 }
 
-/// Reads the CSV form.
-pub(super) fn read_csv(table: &DelimitedTable) -> Result<GivenCycle, GivenCycleFileError> {
-    table.refuse_others(&["track", "rule", "position_m", "value"])?;
-    let names = table.words(table.column(&["track"])?);
-    let positions = table.numbers(table.column(&["position_m"])?)?;
-    let values = table.words(table.column(&["value"])?);
+/// What a table of tracks holds. The rule follows from the track.
+pub const SCHEMA: Schema = Schema {
+    what: "an operating cycle",
+    style: Style::Description,
+    fields: &[
+        Field::of(Quantity::Track),
+        Field::of(Quantity::Rule),
+        Field::named(Quantity::Position, &[("position_m", "m")]),
+        Field::of(Quantity::Value),
+    ],
+};
+
+/// Reads the form of a table.
+pub(super) fn read_table(table: Table) -> Result<GivenCycle, GivenCycleFileError> {
+    table.refuse_others()?;
+    let file = table.path().to_owned();
+    let track = table.need(Quantity::Track)?;
+    let position = table.need(Quantity::Position)?;
+    let value = table.need(Quantity::Value)?;
+    let (mut names, mut positions, mut values) = (Vec::new(), Vec::new(), Vec::new());
+    table.for_each(|row| {
+        names.push(row.text(&track).to_owned());
+        positions.push(row.number(&position)?);
+        values.push(row.text(&value).to_owned());
+        Ok(())
+    })?;
     let mut tracks = Vec::new();
     for name in NAMES {
         let rows = (0..names.len()).filter(|k| names[*k] == name);
@@ -91,9 +112,9 @@ pub(super) fn read_csv(table: &DelimitedTable) -> Result<GivenCycle, GivenCycleF
         tracks.push(track_of(name, cells));
     }
     for name in &names {
-        known(table.path(), name)?;
+        known(&file, name)?;
     }
-    GivenCycle::from_tracks(&tracks, None).map_err(in_file(table.path()))
+    GivenCycle::from_tracks(&tracks, None).map_err(in_file(&file))
 }
 
 /// A track of numbers where every cell is one, otherwise of words.

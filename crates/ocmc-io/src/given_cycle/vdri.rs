@@ -1,36 +1,52 @@
-//! VECTO's cycles over distance: `<s>` in m, `<v>` target speed in km/h, `<grad>` in %, `<stop>` in s.
+//! VECTO's cycles over distance: `<s>` in m, `<v>` target speed in km/h, `<grad>` in %, `<stop>` in
+//! s.
 //!
-//! A row holds up to the next one. A row with a stop time is a stop line; behind it the next row's target speed holds. The gradient
-//! is rise over run, tan θ; the road's slope is sin θ. The first and the last stop are the start and the end of the trip: a truck
-//! stands there anyway, their times are not counted. A unit in brackets, as in `<s> [m]`, has to be that one. Other columns (auxiliaries, wind) are not used.
+//! A row holds up to the next one. A row with a stop time is a stop line; behind it the next row's
+//! target speed holds. The gradient is rise over run, tan θ; the road's slope is sin θ. The first
+//! and the last stop are the start and the end of the trip: a truck stands there anyway, their
+//! times are not counted. A unit in brackets, as in `<s> [m]`, has to be that one. Other columns
+//! (auxiliaries, wind) are not used.
 
-use super::{GivenCycleFileError, in_file};
-use crate::delimited::{DelimitedTable, KMH, METRES, PERCENT, SECONDS, Unit};
+use super::{GivenCycleFileError, divided, in_file};
+use crate::table::unit::KMH;
+use crate::table::{Field, Mapping, Quantity, Schema, Source, Style, Table};
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::tracks::{Rule, Track};
 
-/// Allowed target speeds, in km/h: those of any track; 0 where a truck stops.
-const SPEEDS_KMH: [f64; 2] = [0.0, 252.0];
-/// Allowed stop times, in s; 0 is none.
-const STOPS_S: [f64; 2] = [0.0, 172_800.0];
+/// What a cycle holds. Position and speed are needed.
+pub const SCHEMA: Schema = Schema {
+    what: "a cycle of VECTO",
+    style: Style::Description,
+    fields: &[
+        Field::named(Quantity::Position, &[("s", "m")]),
+        // that of any track; 0 where a truck stops
+        Field::named(Quantity::Speed, &[("v", KMH)]).within(0.0, 70.0, "0 to 252 km/h"),
+        Field::named(Quantity::Gradient, &[("grad", "percent")]),
+        Field::named(Quantity::Stop, &[("stop", "s")]).within(0.0, 172_800.0, "0 to 172800 s"),
+    ],
+};
 
 /// Reads a cycle.
-pub(super) fn read(table: &DelimitedTable) -> Result<GivenCycle, GivenCycleFileError> {
-    let needed = |name: &str, unit: Unit| {
-        let column = table.column(&[name])?;
-        table.check_unit(column, unit).map(|()| column)
-    };
-    super::refuse_over_time(table, &["s"])?;
-    let position_m = table.numbers(needed("s", METRES)?)?;
-    needed("v", KMH)?;
-    let speed_kmh = super::within(table, &["v"], SPEEDS_KMH)?.unwrap_or_default();
-    let zero = || vec![0.0; position_m.len()];
-    let gradient = table.numbers_in(&["grad"], PERCENT)?.unwrap_or_else(zero);
-    if let Some(column) = table.one_of(&["stop"])? {
-        table.check_unit(column, SECONDS)?;
-    }
-    let stop_s = super::within(table, &["stop"], STOPS_S)?.unwrap_or_else(zero);
-    let lines: Vec<u64> = table.lines().collect();
+pub(super) fn read(
+    source: Source,
+    mappings: &[Mapping],
+) -> Result<GivenCycle, GivenCycleFileError> {
+    let table = Table::open(source, &SCHEMA, mappings)?;
+    super::refuse_over_time(&table, &[Quantity::Position])?;
+    let position = table.need(Quantity::Position)?;
+    let speed = table.need(Quantity::Speed)?;
+    let [grad, stop] = [Quantity::Gradient, Quantity::Stop].map(|quantity| table.column(quantity));
+    let (mut places, mut position_m, mut speed_mps) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut gradient, mut stop_s) = (Vec::new(), Vec::new());
+    table.for_each(|row| {
+        places.push(row.place());
+        position_m.push(row.number(&position)?);
+        speed_mps.push(row.number_as(&speed, divided(&speed, KMH, 3.6))?);
+        let tangent = |column| row.number_as(column, divided(column, "percent", 100.0));
+        gradient.push(grad.as_ref().map_or(Ok(0.0), tangent)?);
+        stop_s.push(stop.as_ref().map_or(Ok(0.0), |column| row.number(column))?);
+        Ok(())
+    })?;
     let mut limits = Track::empty("speed_limit_mps", Rule::Constant);
     let mut grades = Track::empty("grade", Rule::Constant);
     let mut stops = Track::empty("stop_sign_s", Rule::Event);
@@ -39,8 +55,8 @@ pub(super) fn read(table: &DelimitedTable) -> Result<GivenCycle, GivenCycleFileE
         // at a stop line two rows may share a place: the second one says how fast the road goes on
         let same_place = k > 0 && position_m[k] == position_m[k - 1] && stop_s[k - 1] > 0.0;
         if k > 0 && position_m[k] <= position_m[k - 1] && !same_place {
-            let (path, line) = (table.path().to_owned(), lines[k]);
-            return Err(GivenCycleFileError::Order { path, line, position_m: position_m[k] });
+            let (path, place) = (source.path().to_owned(), places[k]);
+            return Err(GivenCycleFileError::Order { path, place, position_m: position_m[k] });
         }
         if stop_s[k] > 0.0 {
             stops.push(here_m, stop_s[k]);
@@ -48,19 +64,20 @@ pub(super) fn read(table: &DelimitedTable) -> Result<GivenCycle, GivenCycleFileE
         if same_place {
             continue;
         }
-        let moving = speed_kmh[k..].iter().find(|speed| **speed > 0.0);
+        let moving = speed_mps[k..].iter().find(|speed| **speed > 0.0);
         // behind the last stop there is no road
-        if let Some(speed_kmh) = moving {
-            limits.push(here_m, speed_kmh / 3.6);
+        if let Some(speed_mps) = moving {
+            limits.push(here_m, *speed_mps);
         }
-        let tangent = gradient[k] / 100.0;
+        let tangent = gradient[k];
         grades.push(here_m, tangent / (1.0 + tangent * tangent).sqrt());
     }
     let length_m = position_m.last().map_or(0.0, |last| last - position_m[0]);
     for track in [&mut limits, &mut grades] {
         track.merge_equal();
     }
-    GivenCycle::from_tracks(&[limits, grades, stops], Some(length_m)).map_err(in_file(table.path()))
+    GivenCycle::from_tracks(&[limits, grades, stops], Some(length_m))
+        .map_err(in_file(source.path()))
 }
 
 #[cfg(test)]
@@ -69,7 +86,7 @@ mod tests {
     use std::path::Path;
 
     fn parse(text: &str) -> Result<GivenCycle, GivenCycleFileError> {
-        read(&DelimitedTable::parse(Path::new("a.vdri"), text).unwrap())
+        read(Source::Text(Path::new("a.vdri"), text), &[])
     }
 
     #[test]
@@ -92,19 +109,24 @@ mod tests {
             (
                 "<s>,<v>,<grad>,<stop>",
                 "9,60,0,-5",
-                "a.vdri:3: `stop` is -5, allowed is 0 to 172800",
+                "`a.vdri`, line 3, column `<stop>`: `-5`; allowed is 0 to 172800",
             ),
-            ("<s>,<v>,<grad>,<stop>", "9,-60,0,0", "a.vdri:3: `v` is -60, allowed is 0 to 252"),
+            (
+                "<s>,<v>,<grad>,<stop>",
+                "9,-60,0,0",
+                "`a.vdri`, line 3, column `<v>`: `-60`; allowed is 0 to 252",
+            ),
             ("<s> [km],<v>,<grad>,<stop>", "9,60,0,0", "`<s> [km]` is read in m, not in km"),
             ("<s>,<v> [m/s],<grad>,<stop>", "9,60,0,0", "`<v> [m/s]` is read in km/h"),
-            ("<t>,<v>,<grad>,<stop>", "9,60,0,0", "it has a column `t`, and none for the position"),
+            (
+                "<t>,<v>,<grad>,<stop>",
+                "9,60,0,0",
+                "it has a column `<t>`, and none for the position",
+            ),
             ("<s>,<v>,<v>,<stop>", "9,60,50,0", "the columns `<v>` and `<v>`"),
         ] {
-            let fault = DelimitedTable::parse(
-                Path::new("a.vdri"),
-                &format!("{header}\n0,0,0,2\n{row}\n400,0,0,2\n"),
-            );
-            let fault = read(&fault.unwrap()).unwrap_err().to_string();
+            let fault = parse(&format!("{header}\n0,0,0,2\n{row}\n400,0,0,2\n"));
+            let fault = fault.unwrap_err().to_string();
             assert!(fault.contains(words), "{fault}");
         }
         let units = "<s> [m],<v> [km/h],<grad> [%],<stop> [s]\n0,0,0,2\n9,60,0,0\n400,0,0,2\n";
@@ -114,6 +136,6 @@ mod tests {
     #[test]
     fn positions_have_to_grow() {
         let text = "<s>,<v>,<grad>,<stop>\n0,0,0,2\n9,60,0,0\n8,60,0,0\n400,0,0,2\n";
-        assert!(parse(text).unwrap_err().to_string().starts_with("a.vdri:4: position 8 m"));
+        assert!(parse(text).unwrap_err().to_string().starts_with("`a.vdri`, line 4: position 8 m"));
     }
 }

@@ -4,8 +4,8 @@ use super::{LogFile, LoggedTrip};
 use crate::number_text::grouped;
 use ocmc_estimation::log::signal::LogCounts;
 
-/// What there is of something at a place, each with its number. `what` is in the plural; of one thing its first noun and verb are
-/// told in the singular.
+/// What there is of something at a place, each with its number. `what` is in the plural; of one
+/// thing its first noun and verb are told in the singular.
 pub(crate) fn counted<const N: usize>(place: &str, counts: [(usize, &str); N]) -> Vec<String> {
     let some = counts.into_iter().filter(|(count, _)| *count > 0);
     some.map(|(count, what)| match count {

@@ -1,7 +1,8 @@
-//! From log files to the curves that were driven, and the table of them: a row a curve, as `ocmc fit curve-speed` reads it.
+//! From log files to the curves that were driven, and the table of them: a row a curve, as `ocmc
+//! fit curve-speed` reads it.
 
-use super::quantity::Quantity;
 use super::{LogFile, LoggedTrip, Need};
+use crate::table::Quantity;
 use ocmc_estimation::log::TripLog;
 use ocmc_estimation::log::curve::{
     Correction, CurveDetection, CurveOptions, RadiusDefinition, detect_curves,
@@ -14,20 +15,13 @@ use std::io;
 use std::ops::ControlFlow;
 
 /// What curve detection needs of a log.
-const NEEDS: [Need; 3] = [
-    Need { what: "time", any_of: &[Quantity::Time] },
-    Need { what: "speed", any_of: &[Quantity::Speed] },
-    Need { what: "yaw rate", any_of: &TURNING },
-];
+const NEEDS: [Need; 3] = [&[Quantity::Time], &[Quantity::Speed], &TURNING];
 
 /// Needed on top where radii come from positions.
-const POSITIONS: [Need; 2] = [
-    Need { what: "latitude", any_of: &[Quantity::Latitude] },
-    Need { what: "longitude", any_of: &[Quantity::Longitude] },
-];
+const POSITIONS: [Need; 2] = [&[Quantity::Latitude], &[Quantity::Longitude]];
 
 /// What curve detection needs of a log for radii of this definition.
-pub fn needs(radius: RadiusDefinition) -> Vec<Need<'static>> {
+pub fn needs(radius: RadiusDefinition) -> Vec<Need> {
     let mut needs = NEEDS.to_vec();
     if radius == RadiusDefinition::Positions {
         needs.extend(POSITIONS);
@@ -57,7 +51,8 @@ pub struct Steering {
 }
 
 impl Steering {
-    /// A ratio of 1 to 100 and a wheelbase of 0.5 to 20 m; errors: other ones, which no vehicle has.
+    /// A ratio of 1 to 100 and a wheelbase of 0.5 to 20 m; errors: other ones, which no vehicle
+    /// has.
     pub fn new(ratio: f64, wheelbase_m: f64) -> Result<Self, LogError> {
         for (option, value, range, allowed) in [
             ("the ratio of the steering", ratio, 1.0..=100.0, "1 to 100"),
@@ -135,7 +130,8 @@ impl FoundCurves {
 /// Finds the curves of a drive.
 ///
 /// # Errors
-/// [`TripError`] where the log cannot be used, or only tells steering angles and `steering` is not given.
+/// [`TripError`] where the log cannot be used, or only tells steering angles and `steering` is not
+/// given.
 fn detect(
     drive: &LoggedTrip,
     options: &CurveOptions,

@@ -1,8 +1,7 @@
 //! Rows of a log on their way into drives: rows with the same labels are of one drive.
 
 use super::LoggedTrip;
-use super::mapping::QuantityColumn;
-use super::quantity::Word;
+use crate::table::{Column, Quantity};
 use arrow_array::Float64Array;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -50,28 +49,23 @@ impl Trips {
     }
 
     /// Adds the next word of a column to a drive.
-    pub(super) fn push_word(&mut self, drive: usize, which: Word, word: &str) {
+    pub(super) fn push_word(&mut self, drive: usize, which: Quantity, word: &str) {
         self.found[drive].words.entry(which).or_default().push(word);
     }
 
-    /// The drives with the values that were added.
-    pub(super) fn finish(self, quantities: &[QuantityColumn]) -> Vec<LoggedTrip> {
-        let mut drives = self.found;
-        for (drive, values) in drives.iter_mut().zip(self.values) {
-            let columns = quantities.iter().zip(values);
-            drive.columns = columns.map(|(c, v)| (c.quantity, Float64Array::from(v))).collect();
-        }
-        drives
-    }
-
-    /// The drives with whole columns: all rows are of the only drive.
-    pub(super) fn finish_one(
+    /// The drives with the values that were added, or with whole columns that stand for them.
+    pub(super) fn finish(
         self,
-        columns: impl Iterator<Item = (super::Quantity, Float64Array)>,
+        columns: &[Column],
+        whole: &[Option<Float64Array>],
     ) -> Vec<LoggedTrip> {
         let mut drives = self.found;
-        if let [drive] = drives.as_mut_slice() {
-            drive.columns = columns.collect();
+        for (drive, mut values) in drives.iter_mut().zip(self.values) {
+            values.resize_with(columns.len(), Vec::new);
+            let arrays = values.into_iter().zip(whole);
+            let arrays =
+                arrays.map(|(values, whole)| whole.clone().unwrap_or_else(|| values.into()));
+            drive.columns = columns.iter().map(|column| column.quantity).zip(arrays).collect();
         }
         drives
     }
@@ -80,5 +74,6 @@ impl Trips {
 /// The name of a file without its extensions.
 fn stem(path: &Path) -> String {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
-    name.trim_end_matches(".gz").trim_end_matches(".csv").to_owned()
+    let name = name.trim_end_matches(".gz").trim_end_matches(".zst");
+    name.trim_end_matches(".parquet").trim_end_matches(".csv").to_owned()
 }

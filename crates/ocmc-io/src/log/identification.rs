@@ -69,7 +69,8 @@ impl Identification {
         self.waiting.len()
     }
 
-    /// Answers them, one after the other; `done` counts them. Ends soon once `stop` is set, with the answers so far.
+    /// Answers them, one after the other; `done` counts them. Ends soon once `stop` is set, with
+    /// the answers so far.
     pub fn identify(
         &mut self,
         study: &Study,
@@ -93,7 +94,8 @@ impl Identification {
         }
     }
 
-    /// What has to be said of what has no fit: each where it is a few, otherwise how many for which reason.
+    /// What has to be said of what has no fit: each where it is a few, otherwise how many for which
+    /// reason.
     pub fn left_out_warnings(&self) -> Vec<String> {
         if self.left_out.len() > MOST_TOLD {
             return vec![self.left_out_by_kind()];
@@ -119,7 +121,8 @@ impl Identification {
         )
     }
 
-    /// The first drive or event that was left out, where nothing has a fit, with the account of the others where they are many.
+    /// The first drive or event that was left out, where nothing has a fit, with the account of the
+    /// others where they are many.
     pub fn failed(&self) -> Option<LeftOut> {
         let mut first = self.left_out.first().filter(|_| self.fits.is_empty())?.clone();
         if self.left_out.len() > MOST_TOLD {

@@ -1,39 +1,65 @@
-//! Measured logs as CSV, plain or compressed with gzip, or as tables of a calling program: columns found by name and unit, rows
-//! split into drives.
+//! Measured logs: columns found by name and unit, rows split into drives.
 
 mod account;
 pub mod curves;
 mod drives;
-pub mod error;
 pub mod identification;
-pub mod mapping;
 pub mod pedals;
-pub mod quantity;
 pub mod roads;
-mod table;
 mod words;
 
 use account::how_numbers_are_written;
 pub(crate) use account::{counted, row_notes};
-pub use table::read_table;
 pub use words::Words;
 
-use crate::given_table::RowPlace;
-use crate::text_file::{decompressed, delimiter};
-use arrow_array::Float64Array;
+use crate::table::error::Fault;
+use crate::table::given::{GivenTable, RowPlace};
+use crate::table::{
+    self, Column, Field, Mapping, Quantity, Schema, Source, Style, Table, TableError,
+};
+use arrow_array::{Array, Float64Array};
 use drives::Trips;
-use error::LogFileError;
-use mapping::{Columns, Mapping};
-use quantity::{Label, Quantity, Word};
 use std::collections::BTreeMap;
-use std::fs::File;
-use std::io::{BufRead, BufReader, Read};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-/// Most rows of a file: they are kept in memory.
-const MOST_ROWS: usize = 100_000_000;
-/// What stands for a missing number, beside an empty cell.
-const MISSING: [&str; 6] = ["NA", "na", "N/A", "null", "None", "-"];
+/// What a log holds.
+pub const SCHEMA: Schema = Schema {
+    what: "a log",
+    style: Style::Log,
+    fields: &[
+        Field::of(Quantity::Time),
+        Field::of(Quantity::Speed),
+        Field::of(Quantity::YawRate),
+        Field::of(Quantity::Curvature),
+        Field::of(Quantity::LateralAcceleration),
+        Field::of(Quantity::SteeringWheelAngle),
+        Field::of(Quantity::Course),
+        Field::named(Quantity::Latitude, &[("latitude_deg", "deg")]),
+        Field::named(Quantity::Longitude, &[("longitude_deg", "deg")]),
+        Field::of(Quantity::Limit),
+        Field::of(Quantity::Accelerator),
+        Field::of(Quantity::Brake),
+        Field::of(Quantity::Grade),
+        Field::of(Quantity::Position),
+        Field::of(Quantity::Gear),
+        Field::of(Quantity::Altitude),
+        Field::of(Quantity::Roughness),
+        Field::of(Quantity::Payload),
+        Field::of(Quantity::TimeOfDay),
+        Field::of(Quantity::DayOfYear),
+        Field::of(Quantity::Driver),
+        Field::of(Quantity::Drive),
+        Field::of(Quantity::Event),
+        Field::of(Quantity::RoadType),
+        Field::of(Quantity::MapObject),
+    ],
+};
+
+/// What tells rows of different drives apart.
+const LABELS: [Quantity; 3] = [Quantity::Driver, Quantity::Drive, Quantity::Event];
+
+/// What a command needs of a log: one of these quantities.
+pub type Need = &'static [Quantity];
 
 /// The rows of one drive (and event).
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -47,12 +73,12 @@ pub struct LoggedTrip {
     /// Values in SI, NaN where missing.
     columns: BTreeMap<Quantity, Float64Array>,
     /// Words of each row.
-    words: BTreeMap<Word, Words>,
+    words: BTreeMap<Quantity, Words>,
 }
 
 impl LoggedTrip {
     /// The words of a column.
-    pub fn words(&self, word: Word) -> Option<&Words> {
+    pub fn words(&self, word: Quantity) -> Option<&Words> {
         self.words.get(&word)
     }
 
@@ -87,8 +113,8 @@ pub struct LogFile {
     pub path: PathBuf,
     /// The drives, in the order in which they begin.
     pub drives: Vec<LoggedTrip>,
-    /// Where each quantity stood.
-    pub columns: Columns,
+    /// The columns that are understood, with their names.
+    pub columns: Vec<(Column, String)>,
     /// Rows.
     pub rows: usize,
     /// Rows with too few or too many cells; what is there was used.
@@ -97,197 +123,167 @@ pub struct LogFile {
     pub unreadable: Vec<Unreadable>,
 }
 
-/// What a reader needs of a log: one of the quantities.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Need<'a> {
-    /// In words.
-    pub what: &'a str,
-    /// Any of these.
-    pub any_of: &'a [Quantity],
-}
-
-/// Reads a log.
+/// Reads a log. A column of a given table in SI units that [`GivenTable`] does not copy is not
+/// copied here either, as long as the table holds a single drive and no infinite number.
 ///
 /// # Errors
-/// [`LogFileError`] where the file cannot be read, columns are missing or unclear, or there are no rows.
-pub fn read(path: &Path, mappings: &[Mapping], needs: &[Need]) -> Result<LogFile, LogFileError> {
-    let failed = |source| LogFileError::Read { path: path.to_owned(), source };
-    let file = File::open(path).map_err(failed)?;
-    read_text(path, decompressed(file).map_err(failed)?, mappings, needs)
-}
-
-/// Reads the text of a log, which is called `path` in messages.
-///
-/// # Errors
-/// As [`read`].
-pub fn read_text(
-    path: &Path,
-    text: impl Read,
-    mappings: &[Mapping],
-    needs: &[Need],
-) -> Result<LogFile, LogFileError> {
-    let failed = |source| LogFileError::Read { path: path.to_owned(), source };
-    let mut text = BufReader::new(text);
-    let start = text.fill_buf().map_err(failed)?;
-    if start.is_empty() {
-        return Err(LogFileError::Empty { path: path.to_owned() });
-    }
-    let delimiter = delimiter(start);
-    let mut reader =
-        csv::ReaderBuilder::new().flexible(true).delimiter(delimiter).from_reader(text);
-    let not_csv = |error: &csv::Error| match error.kind() {
-        csv::ErrorKind::Utf8 { pos, .. } => {
-            let line = pos.as_ref().map_or(1, csv::Position::line);
-            LogFileError::NotUtf8 { path: path.to_owned(), place: format!("line {line}") }
-        }
-        _ => LogFileError::NotCsv { path: path.to_owned(), reason: error.to_string() },
-    };
-    let header: Vec<String> = reader
-        .headers()
-        .map_err(|error| not_csv(&error))?
-        .iter()
-        .map(|name| name.trim_start_matches('\u{feff}').trim().to_owned())
-        .collect();
-    let mut file = opened(path, &header, mappings, needs)?;
-    let mut drives = Trips::new(path);
-    let mut record = csv::StringRecord::new();
-    loop {
-        match reader.read_record(&mut record) {
-            Ok(true) => {}
-            Ok(false) => break,
-            Err(error) => return Err(not_csv(&error)),
-        }
-        file.rows += 1;
-        if file.rows > MOST_ROWS {
-            return Err(LogFileError::TooManyRows { path: path.to_owned(), most: MOST_ROWS });
-        }
-        file.ragged_rows += usize::from(record.len() != header.len());
-        let label = |label| {
-            let index = file.columns.label(label)?;
-            Some(record.get(index).unwrap_or("").trim().to_owned())
-        };
-        let labels = Label::ALL.map(|which| label(which).unwrap_or_default());
-        let drive = drives.place(labels);
-        for (k, column) in file.columns.quantities.iter().enumerate() {
-            let cell = record.get(column.index).unwrap_or("");
-            let place = RowPlace::Line(record.position().map_or(0, csv::Position::line));
-            let value = number(&mut file.unreadable, &column.name, cell, place);
-            drives.push(drive, k, column.factor * value);
-        }
-        for (word, index) in &file.columns.words {
-            drives.push_word(drive, *word, record.get(*index).unwrap_or("").trim());
-        }
-    }
-    file.drives = drives.finish(&file.columns.quantities);
-    ended(file, needs)
-}
-
-/// A file with this header, whose rows have not been read.
-fn opened(
-    path: &Path,
-    header: &[String],
-    mappings: &[Mapping],
-    needs: &[Need],
-) -> Result<LogFile, LogFileError> {
-    let columns = Columns::find(header, mappings).map_err(|source| LogFileError::Header {
-        path: path.to_owned(),
-        source: Box::new(source),
-    })?;
+/// [`TableError`] where the file cannot be read, columns are missing or unclear, or there are no
+/// rows.
+pub fn read(source: Source, mappings: &[Mapping], needs: &[Need]) -> Result<LogFile, TableError> {
+    let table = Table::open(source, &SCHEMA, mappings)?;
     for need in needs {
-        check_need(path, &columns, header, need)?;
+        table.need_any(need[0].noun(), need)?;
     }
-    Ok(LogFile {
-        path: path.to_owned(),
+    let named = table.columns().iter().map(|column| (*column, table.names()[column.place].clone()));
+    let mut file = LogFile {
+        path: source.path().to_owned(),
         drives: Vec::new(),
-        columns,
+        columns: named.collect(),
         rows: 0,
         ragged_rows: 0,
         unreadable: Vec::new(),
-    })
-}
-
-/// The file, all of whose rows have been read.
-fn ended(file: LogFile, needs: &[Need]) -> Result<LogFile, LogFileError> {
-    if file.rows == 0 {
-        return Err(LogFileError::NoRows { path: file.path });
-    }
+    };
+    let labels = LABELS.map(|label| table.column(label));
+    let (texts, numbers): (Vec<Column>, Vec<Column>) = table
+        .columns()
+        .iter()
+        .filter(|column| !LABELS.contains(&column.quantity))
+        .partition(|column| column.quantity.is_text());
+    let whole: Vec<Option<Float64Array>> = match table.given().filter(|t| is_one_drive(t, labels)) {
+        Some(given) => numbers.iter().map(|column| table::unchanged(given, column)).collect(),
+        None => vec![None; numbers.len()],
+    };
+    let mut drives = Trips::new(source.path());
+    table.for_each(|row| {
+        file.rows += 1;
+        file.ragged_rows += usize::from(row.is_ragged());
+        let label = |column: &Option<Column>| column.map_or("", |column| row.text(&column));
+        let drive = drives.place(labels.each_ref().map(|column| label(column).to_owned()));
+        for (k, column) in numbers.iter().enumerate().filter(|(k, _)| whole[*k].is_none()) {
+            let value = row.logged(column).unwrap_or_else(|text| {
+                let name = &file.columns.iter().find(|(known, _)| known.place == column.place);
+                let name = name.map_or("", |(_, name)| name);
+                count(&mut file.unreadable, name, text, row.place());
+                f64::NAN
+            });
+            drives.push(drive, k, value);
+        }
+        for column in &texts {
+            drives.push_word(drive, column.quantity, row.text(column));
+        }
+        Ok(())
+    })?;
+    file.drives = drives.finish(&numbers, &whole);
     for need in needs {
         check_numbers(&file, need)?;
     }
     Ok(file)
 }
 
-fn check_need(
-    path: &Path,
-    columns: &Columns,
-    header: &[String],
-    need: &Need,
-) -> Result<(), LogFileError> {
-    if need.any_of.iter().any(|quantity| columns.quantity(*quantity).is_some()) {
-        return Ok(());
-    }
-    let wanted: Vec<String> = need.any_of.iter().flat_map(|quantity| quantity.names()).collect();
-    let without_unit = header.iter().find(|name| lacks_unit(name, need));
-    let hint = without_unit.map(|name| format!(" (`{name}` has no known unit)"));
-    Err(LogFileError::Missing {
-        path: path.to_owned(),
-        what: format!("{}{}", need.what, hint.unwrap_or_default()),
-        example: format!("{}={}", wanted[0], without_unit.map_or("COLUMN", String::as_str)),
-        wanted: wanted.join(", "),
-        found: header.join(", "),
+/// Whether all rows of a given table have the same labels.
+fn is_one_drive(table: &GivenTable, labels: [Option<Column>; 3]) -> bool {
+    labels.into_iter().flatten().all(|column| {
+        let words = table.words(column.place);
+        words.is_ok_and(|words| {
+            let first = words.is_valid(0).then(|| words.value(0));
+            words.iter().all(|word| word == first)
+        })
     })
 }
 
-/// Whether a name is that of a needed quantity, but for its unit.
-fn lacks_unit(name: &str, need: &Need) -> bool {
-    let quantity =
-        Quantity::with_wrong_unit(name).filter(|quantity| need.any_of.contains(quantity));
-    // `speed_furlongs`, but not `speed_limit_sign`
-    quantity.is_some_and(|quantity| {
-        !name[quantity.name().len()..].trim_start_matches('_').contains('_')
-    })
+/// Counts a cell that is no number.
+fn count(unreadable: &mut Vec<Unreadable>, column: &str, text: String, place: RowPlace) {
+    if let Some(cells) = unreadable.iter_mut().find(|cells| cells.column == column) {
+        cells.cells += 1;
+    } else {
+        unreadable.push(Unreadable { column: column.to_owned(), cells: 1, place, text });
+    }
 }
 
 /// A column that is needed has a number somewhere.
-fn check_numbers(file: &LogFile, need: &Need) -> Result<(), LogFileError> {
-    let present = need.any_of.iter().filter_map(|quantity| file.columns.quantity(*quantity));
+fn check_numbers(file: &LogFile, need: Need) -> Result<(), TableError> {
+    let present = file.columns.iter().filter(|(column, _)| need.contains(&column.quantity));
     let mut empty = None;
-    for column in present {
+    for (column, name) in present {
         let values = file.drives.iter().filter_map(|drive| drive.column(column.quantity));
         if values.flatten().any(|value| !value.is_nan()) {
             return Ok(());
         }
-        empty = Some(column);
+        empty = Some(name);
     }
     let Some(column) = empty else { return Ok(()) };
-    let example = file.unreadable.iter().find(|cells| cells.column == column.name);
-    Err(LogFileError::NoNumbers {
-        path: file.path.clone(),
-        column: column.name.clone(),
+    let example = file.unreadable.iter().find(|cells| cells.column == *column);
+    let fault = Fault::NoNumbers {
+        column: column.clone(),
         rows: file.rows,
         example: example.map_or_else(String::new, |cells| {
             let hint = how_numbers_are_written(&cells.column, &cells.text);
             format!(": {} has `{}`{hint}", cells.place, cells.text)
         }),
-    })
+    };
+    Err(TableError::of(&file.path, fault))
 }
 
-/// The number in a cell, NaN where there is none. A cell with something else than a number or a usual sign for a missing one is
-/// counted.
-fn number(unreadable: &mut Vec<Unreadable>, column: &str, cell: &str, place: RowPlace) -> f64 {
-    let cell = cell.trim();
-    let number = cell.parse().unwrap_or(f64::NAN);
-    if number.is_finite() {
-        return number;
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use arrow_array::{ArrayRef, StringArray};
+    use std::path::Path;
+    use std::sync::Arc;
+
+    fn table(columns: &[(&str, ArrayRef)]) -> GivenTable {
+        let (names, arrays): (Vec<_>, Vec<_>) =
+            columns.iter().map(|(name, array)| ((*name).to_owned(), Arc::clone(array))).unzip();
+        GivenTable::new("log", names, vec![arrays])
     }
-    if cell.is_empty() || cell.eq_ignore_ascii_case("nan") || MISSING.contains(&cell) {
-        return f64::NAN;
+
+    fn numbers(values: &[f64]) -> ArrayRef {
+        Arc::new(Float64Array::from(values.to_vec()))
     }
-    if let Some(cells) = unreadable.iter_mut().find(|cells| cells.column == column) {
-        cells.cells += 1;
-    } else {
-        let text = cell.chars().take(40).collect();
-        unreadable.push(Unreadable { column: column.to_owned(), cells: 1, place, text });
+
+    fn words(values: &[&str]) -> ArrayRef {
+        Arc::new(StringArray::from(values.to_vec()))
     }
-    f64::NAN
+
+    #[test]
+    fn si_columns_of_one_drive_are_not_copied() {
+        let (time, speed) = (numbers(&[0.0, 1.0]), numbers(&[36.0, f64::NAN]));
+        let table = table(&[("time_s", Arc::clone(&time)), ("speed_kmh", Arc::clone(&speed))]);
+        let file = read(Source::Given(&table), &[], &[]).expect("a log");
+        let column = |quantity| file.drives[0].column(quantity).expect("is there");
+        let place = |array: &ArrayRef| array.to_data().buffers()[0].as_ptr();
+        assert_eq!(column(Quantity::Time).as_ptr().cast(), place(&time));
+        assert_ne!(column(Quantity::Speed).as_ptr().cast(), place(&speed), "another unit");
+        assert_eq!(column(Quantity::Speed)[0], 10.0);
+        assert!(column(Quantity::Speed)[1].is_nan());
+    }
+
+    #[test]
+    fn a_table_is_read_as_the_same_file() {
+        let text = "driver,event,time_s,speed_kmh\nx,,0,36\ny,up,0,inf\nx,,1,fast\ny,up,1,-\n";
+        let columns = [
+            ("driver", words(&["x", "y", "x", "y"])),
+            ("event", words(&["", "up", "", "up"])),
+            ("time_s", numbers(&[0.0, 0.0, 1.0, 1.0])),
+            ("speed_kmh", words(&["36", "inf", "fast", "-"])),
+        ];
+        let by_table = read(Source::Given(&table(&columns)), &[], &[]).expect("a log");
+        let by_text = read(Source::Text(Path::new("log"), text), &[], &[]).expect("a log");
+        let shown = |drives: &[LoggedTrip]| format!("{drives:?}");
+        assert_eq!(shown(&by_table.drives), shown(&by_text.drives));
+        assert_eq!((by_table.rows, by_table.drives.len()), (4, 2));
+        let unreadable = &by_table.unreadable[0];
+        assert_eq!((unreadable.cells, unreadable.text.as_str()), (2, "inf"));
+        assert_eq!(unreadable.place, RowPlace::Row(2));
+        assert_eq!(by_text.unreadable[0].place, RowPlace::Line(3));
+    }
+
+    #[test]
+    fn what_is_wrong_is_said() {
+        let error = |columns: &[(&str, ArrayRef)]| {
+            read(Source::Given(&table(columns)), &[], &[]).expect_err("wrong").to_string()
+        };
+        assert!(error(&[]).contains("`log` is empty"));
+        assert!(error(&[("time_s", numbers(&[]))]).contains("no rows"));
+    }
 }

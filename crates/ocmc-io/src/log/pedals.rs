@@ -1,22 +1,24 @@
-//! From log files to events whose driver can be identified: by the label `event`, or by the slopes of the drive.
+//! From log files to events whose driver can be identified: by the label `event`, or by the slopes
+//! of the drive.
 
-use super::quantity::Quantity;
 use super::{LoggedTrip, Need, counted};
+use crate::table::Quantity;
 use ocmc_estimation::identification::event::PedalLog;
 use ocmc_estimation::log::signal::{LogError, check_time, ends_at_rest};
 
 /// What identification needs of a log.
 pub const NEEDS: [Need; 5] = [
-    Need { what: "time", any_of: &[Quantity::Time] },
-    Need { what: "speed", any_of: &[Quantity::Speed] },
-    Need { what: "accelerator pedal", any_of: &[Quantity::Accelerator] },
-    Need { what: "brake pedal", any_of: &[Quantity::Brake] },
-    Need { what: "slope", any_of: &[Quantity::Grade] },
+    &[Quantity::Time],
+    &[Quantity::Speed],
+    &[Quantity::Accelerator],
+    &[Quantity::Brake],
+    &[Quantity::Grade],
 ];
 
 /// Time that an event begins before its slope does, in s.
 const BEFORE_S: f64 = 5.0;
-/// Time that it goes on behind its slope, in s: the 350 m between the events of the paper, at 70 km/h.
+/// Time that it goes on behind its slope, in s: the 350 m between the events of the paper, at 70
+/// km/h.
 const AFTER_S: f64 = 18.0;
 
 /// The log of one event.

@@ -1,54 +1,33 @@
 //! From log files to the roads that they were driven on.
 
 use super::curves::{Steering, TripError, turning_log};
-use super::quantity::{Quantity, Word};
-use super::{LogFile, LogFileError, LoggedTrip, Mapping, Need, counted, row_notes};
-use crate::text_file::{decompressed, delimiter};
+use super::{LogFile, LoggedTrip, Need, SCHEMA, counted, row_notes};
+use crate::table::{Mapping, Quantity, Source, Table};
 use ocmc_core::operating_cycle::coverage::{Coverage, CurveCoverage, CurveWindow};
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_estimation::log::road::{
     LoggedRoad, LoggedRoads, RoadCounts, RoadLog, RoadOptions, roads,
 };
 use std::borrow::Cow;
-use std::fs::File;
-use std::io::{BufRead, BufReader, Read};
 use std::ops::ControlFlow;
 use std::path::Path;
 
 /// What roads need of a log.
-pub const NEEDS: [Need; 2] = [
-    Need { what: "time", any_of: &[Quantity::Time] },
-    Need { what: "speed", any_of: &[Quantity::Speed] },
-];
+pub const NEEDS: [Need; 2] = [&[Quantity::Time], &[Quantity::Speed]];
 
-/// Longest line of column names, in bytes.
-const LONGEST_HEADER: u64 = 1 << 20;
-
-/// Whether a file is a log: a table with a column for time or speed, which no operating cycle has. What cannot be read is none.
+/// Whether a file is a log: a table with a column for time or speed, which no operating cycle has.
+/// What cannot be read is none.
 pub fn is_log(path: &Path, mappings: &[Mapping]) -> bool {
-    let Some(header) = header(path) else { return false };
-    // a unit may be missing: that is said when it is read
-    if header.iter().any(|name| name == "time" || name == "speed") {
-        return true;
+    match Table::open(Source::File(path), &SCHEMA, mappings) {
+        // a unit may be missing: that is said when it is read
+        Ok(table) => {
+            let named = |name: &String| name == "time" || name == "speed";
+            NEEDS.iter().any(|need| table.column(need[0]).is_some())
+                || table.names().iter().any(named)
+        }
+        // a log whose columns are unclear is one, and says so when it is read
+        Err(error) => error.is_ambiguous(),
     }
-    let columns = super::mapping::Columns::find(&header, mappings);
-    // a log whose columns are unclear is one, and says so when it is read
-    columns.map_or_else(
-        |error| matches!(error, LogFileError::Ambiguous { .. }),
-        |columns| [Quantity::Time, Quantity::Speed].iter().any(|q| columns.quantity(*q).is_some()),
-    )
-}
-
-/// The names of the columns of a table.
-fn header(path: &Path) -> Option<Vec<String>> {
-    let text = decompressed(File::open(path).ok()?).ok()?;
-    let mut line = Vec::new();
-    let mut text = BufReader::new(text.take(LONGEST_HEADER));
-    text.read_until(b'\n', &mut line).ok()?;
-    let line = String::from_utf8(line).ok()?;
-    let separator = char::from(delimiter(line.as_bytes()));
-    let name = |name: &str| name.trim_start_matches('\u{feff}').trim().trim_matches('"').to_owned();
-    Some(line.split(separator).map(name).collect())
 }
 
 /// The roads of many drives.
@@ -98,8 +77,8 @@ impl FoundRoads {
             Some(self.coverage.map_or(Coverage::ALL, |coverage| coverage.with(Coverage::ALL)));
     }
 
-    /// What all roads tell. With a range, in m, the curves of operating cycles are those of a detector: others are there and were not
-    /// seen.
+    /// What all roads tell. With a range, in m, the curves of operating cycles are those of a
+    /// detector: others are there and were not seen.
     pub fn coverage(&self, radius_range_m: Option<[f64; 2]>) -> Coverage {
         let coverage = self.coverage.unwrap_or(Coverage::ALL);
         match (coverage.curves, radius_range_m) {
@@ -134,8 +113,8 @@ fn found(
         payload_kg: lent(Quantity::Payload),
         time_of_day_s: lent(Quantity::TimeOfDay),
         day_of_year: lent(Quantity::DayOfYear),
-        road_type: words(Word::RoadType),
-        map_object: words(Word::MapObject),
+        road_type: words(Quantity::RoadType),
+        map_object: words(Quantity::MapObject),
     };
     Ok(roads(&log, &RoadOptions { curves: corrections, ..options.clone() })?)
 }

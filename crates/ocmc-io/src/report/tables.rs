@@ -409,6 +409,7 @@ mod tests {
             file: file.to_owned(),
             weight,
             keep: keep.to_vec(),
+            columns: std::collections::BTreeMap::new(),
             sha256: None,
         };
         let one = route("a.csv", 3.0, &[Keep::Weather, Keep::Traffic]);

@@ -40,7 +40,9 @@ pub use init::init_text;
 pub use resolved::{resolved_toml, study_hash};
 pub use schema::schema;
 pub use source::{Place, Source, SourceKind};
+pub(crate) use vehicle_input::{ENGINE_CURVES, FUEL_MAP, LOSS_MAP};
 
+use crate::table::Mapping;
 use node::{Node, Step};
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::route::{Keep, RouteModel};
@@ -78,7 +80,21 @@ impl LoadedStudy {
     ///
     /// # Errors
     /// [`StudyFileError`] says what is wrong with which file.
-    pub fn on_routes(mut self, files: &[PathBuf], keep: &[Keep]) -> Result<Self, StudyFileError> {
+    pub fn on_routes(self, files: &[PathBuf], keep: &[Keep]) -> Result<Self, StudyFileError> {
+        self.on_mapped_routes(files, keep, &[])
+    }
+
+    /// As [`LoadedStudy::on_routes`], of tables whose columns are assigned.
+    ///
+    /// # Errors
+    /// As [`LoadedStudy::on_routes`].
+    pub fn on_mapped_routes(
+        mut self,
+        files: &[PathBuf],
+        keep: &[Keep],
+        mappings: &[Mapping],
+    ) -> Result<Self, StudyFileError> {
+        let columns = Mapping::columns(mappings);
         let listed = std::mem::take(&mut self.model.mission.routes);
         let weight = |file: &Path| {
             let same = |route: &&RouteModel| Path::new(&route.file).file_name() == file.file_name();
@@ -88,6 +104,7 @@ impl LoadedStudy {
             file: file.display().to_string(),
             weight: weight(file),
             keep: keep.to_vec(),
+            columns: columns.clone(),
             sha256: None,
         };
         self.model.mission.routes = files.iter().map(route).collect();

@@ -3,6 +3,7 @@
 use super::builtin;
 use super::error::{Cause, Fault};
 use crate::given_cycle::{self, GivenCycleFileError};
+use crate::table::Mapping;
 use ocmc_core::operating_cycle::given::GivenCycleError;
 use ocmc_core::study::{Study, StudyModel};
 use std::path::Path;
@@ -26,7 +27,9 @@ pub(super) fn attach(
         };
         let cycle = match built_in {
             Some(text) => given_cycle::read_tracks(&path, text),
-            None => given_cycle::read(&path),
+            None => Mapping::of_columns(&route.columns)
+                .map_err(GivenCycleFileError::from)
+                .and_then(|mappings| given_cycle::read(&path, &mappings)),
         };
         let cycle = cycle.map_err(|error| wrong(&error))?;
         let found = given_cycle::file_hash(&path).map_err(|error| wrong(&error))?;

@@ -1,4 +1,5 @@
-//! Vehicles as engineers have them: keys of a study that stand for others, worked out when the study is loaded.
+//! Vehicles as engineers have them: keys of a study that stand for others, worked out when the
+//! study is loaded.
 //!
 //! | key | stands for |
 //! |---|---|
@@ -9,35 +10,99 @@
 //! | `vehicle.gearbox.direct_loss_file`, `indirect_loss_file`, `axle_loss_file` (`.vtlm`: speed, torque, loss) | loss torques and shares, by least squares |
 //! | `vehicle.gearbox.retarder_loss_file` (`.vrlm`: speed, loss) | `retarder_torque_nm`, the mean |
 //!
-//! Files lie relative to the study.
+//! Files lie relative to the study. In place of a file stands `{ file, columns }` where columns
+//! have other names.
 
 use super::error::{Cause, Fault};
 use super::node::Node;
-use crate::delimited::{DelimitedTable, TableError};
+use crate::table::{Field, Mapping, Quantity, Schema, Source, Style, Table, TableError};
 use ocmc_core::powertrain::diesel::engine::MOST_KNOTS;
 use ocmc_core::powertrain::diesel::fuel_map::{FuelPoint, on_grid};
 use ocmc_core::vehicle::coast_down::CoastDown;
 use ocmc_core::vehicle::tyre::TyreSize;
 use serde::Deserialize;
 use serde_json::{Value, json};
-use std::f64::consts::PI;
-use std::path::Path;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 
-/// rad/s in a revolution a minute.
-const RADPS_PER_RPM: f64 = PI / 30.0;
-/// kg/s in a gram an hour.
-const KGPS_PER_GPH: f64 = 1.0 / 3.6e6;
-/// Names of the speed's column.
-const SPEED: [&str; 8] = [
-    "n",
-    "engine speed",
-    "speed",
-    "rpm",
-    "input speed",
-    "retarder speed",
-    "speed_rpm",
-    "engine_speed_rpm",
-];
+/// The speed of a shaft.
+const SPEED: Field = Field::named(
+    Quantity::EngineSpeed,
+    &[
+        ("n", "rpm"),
+        ("engine_speed", "rpm"),
+        ("speed", "rpm"),
+        ("rpm", "rpm"),
+        ("input_speed", "rpm"),
+        ("retarder_speed", "rpm"),
+        ("speed_rpm", "rpm"),
+        ("engine_speed_rpm", "rpm"),
+    ],
+);
+
+/// What the curves of an engine hold.
+pub(crate) const ENGINE_CURVES: Schema = Schema {
+    what: "the curves of an engine",
+    style: Style::Description,
+    fields: &[
+        SPEED,
+        Field::named(
+            Quantity::FullLoadTorque,
+            &[
+                ("mfull", "nm"),
+                ("full_load_torque", "nm"),
+                ("max._torque", "nm"),
+                ("torque_nm", "nm"),
+                ("full_load_torque_nm", "nm"),
+            ],
+        ),
+        Field::named(
+            Quantity::DragTorque,
+            &[
+                ("mdrag", "nm"),
+                ("motoring_torque", "nm"),
+                ("drag_torque", "nm"),
+                ("drag_torque_nm", "nm"),
+            ],
+        ),
+    ],
+};
+
+/// What the map of an engine holds.
+pub(crate) const FUEL_MAP: Schema = Schema {
+    what: "the fuel map of an engine",
+    style: Style::Description,
+    fields: &[
+        SPEED,
+        Field::named(Quantity::Torque, &[("m", "nm"), ("torque", "nm"), ("torque_nm", "nm")]),
+        Field::named(
+            Quantity::FuelRate,
+            &[("fc", "gph"), ("fuel_consumption", "gph"), ("fuel_gph", "gph"), ("fuel", "gph")],
+        ),
+    ],
+};
+
+/// What the loss map of a gearbox, an axle or a retarder holds.
+pub(crate) const LOSS_MAP: Schema = Schema {
+    what: "a loss map",
+    style: Style::Description,
+    fields: &[
+        SPEED,
+        Field::named(
+            Quantity::InputTorque,
+            &[("input_torque", "nm"), ("torque", "nm"), ("input_torque_nm", "nm")],
+        ),
+        Field::named(
+            Quantity::LossTorque,
+            &[
+                ("torque_loss", "nm"),
+                ("loss_torque_nm", "nm"),
+                ("torque_loss_nm", "nm"),
+                ("loss_torque", "nm"),
+            ],
+        ),
+    ],
+};
 
 /// `vehicle.coast_down`, as it is written.
 #[derive(Deserialize)]
@@ -119,22 +184,9 @@ fn engine_files(engine: &mut Node, folder: Option<&Path>) -> Result<(), Box<Faul
 }
 
 /// Full-load curve as keys, and the drag curve: speed in rad/s, torque in Nm.
-fn full_load(table: &DelimitedTable) -> Result<(Value, Vec<(f64, f64)>), TableError> {
-    let speed = table.numbers(table.column(&SPEED)?)?;
-    let full = table.numbers(table.column(&[
-        "mfull",
-        "full load torque",
-        "max. torque",
-        "torque_nm",
-        "full_load_torque_nm",
-    ])?)?;
-    let drag = table.numbers(table.column(&[
-        "mdrag",
-        "motoring torque",
-        "drag torque",
-        "drag_torque_nm",
-    ])?)?;
-    let speed: Vec<f64> = speed.iter().map(|rpm| rpm * RADPS_PER_RPM).collect();
+fn full_load(file: &TableFile) -> Result<(Value, Vec<(f64, f64)>), TableError> {
+    let columns = [Quantity::EngineSpeed, Quantity::FullLoadTorque, Quantity::DragTorque];
+    let [speed, full, drag] = file.numbers(&ENGINE_CURVES, columns)?;
     let drag = speed.iter().copied().zip(drag).collect();
     // a curve may end at zero torque; the model's torques are above 0
     let points: Vec<(f64, f64)> = speed.iter().copied().zip(full).filter(|p| p.1 >= 1.0).collect();
@@ -146,16 +198,11 @@ fn full_load(table: &DelimitedTable) -> Result<(Value, Vec<(f64, f64)>), TableEr
     Ok((keys, drag))
 }
 
-fn fuel_map(table: &DelimitedTable) -> Result<Value, TableError> {
-    let speed = table.numbers(table.column(&SPEED)?)?;
-    let torque = table.numbers(table.column(&["m", "torque", "torque_nm"])?)?;
-    let fuel = table.numbers(table.column(&["fc", "fuel consumption", "fuel_gph", "fuel"])?)?;
+fn fuel_map(file: &TableFile) -> Result<Value, TableError> {
+    let columns = [Quantity::EngineSpeed, Quantity::Torque, Quantity::FuelRate];
+    let [speed, torque, fuel] = file.numbers(&FUEL_MAP, columns)?;
     let points: Vec<FuelPoint> = (0..speed.len())
-        .map(|k| FuelPoint {
-            speed_radps: speed[k] * RADPS_PER_RPM,
-            torque_nm: torque[k],
-            fuel_kgps: fuel[k] * KGPS_PER_GPH,
-        })
+        .map(|k| FuelPoint { speed_radps: speed[k], torque_nm: torque[k], fuel_kgps: fuel[k] })
         .collect();
     // a map of one row comes back as empty lists, which the study's check refuses by name
     let grid = on_grid(&points);
@@ -186,12 +233,8 @@ fn gearbox_files(gearbox: &mut Node, folder: Option<&Path>) -> Result<(), Box<Fa
         put(gearbox, &json!({ "axle_loss_torque_nm": constant, "axle_loss_share": slope }))?;
     }
     if let Some(node) = take(gearbox, "retarder_loss_file") {
-        let mean = in_file(&node, "vehicle.gearbox.retarder_loss_file", folder, |table| {
-            let loss = table.numbers(table.column(&[
-                "loss torque",
-                "loss_torque_nm",
-                "torque loss",
-            ])?)?;
+        let mean = in_file(&node, "vehicle.gearbox.retarder_loss_file", folder, |file| {
+            let [loss] = file.numbers(&LOSS_MAP, [Quantity::LossTorque])?;
             Ok(loss.iter().sum::<f64>() / loss.len() as f64)
         })?;
         put(gearbox, &json!({ "retarder_torque_nm": mean }))?;
@@ -200,10 +243,9 @@ fn gearbox_files(gearbox: &mut Node, folder: Option<&Path>) -> Result<(), Box<Fa
 }
 
 /// Loss = c + k |T| by least squares over a loss map, both at least 0.
-fn loss_line(table: &DelimitedTable) -> Result<(f64, f64), TableError> {
-    let torque = table.numbers(table.column(&["input torque", "torque", "input_torque_nm"])?)?;
-    let loss =
-        table.numbers(table.column(&["torque loss", "loss_torque_nm", "torque_loss_nm"])?)?;
+fn loss_line(file: &TableFile) -> Result<(f64, f64), TableError> {
+    let columns = [Quantity::InputTorque, Quantity::LossTorque];
+    let [torque, loss] = file.numbers(&LOSS_MAP, columns)?;
     let n = torque.len() as f64;
     let mean = |values: &mut dyn Iterator<Item = f64>| values.sum::<f64>() / n;
     let (x, y) = (mean(&mut torque.iter().map(|t| t.abs())), mean(&mut loss.iter().copied()));
@@ -213,17 +255,54 @@ fn loss_line(table: &DelimitedTable) -> Result<(f64, f64), TableError> {
     Ok(((y - slope * x).max(0.0), slope))
 }
 
+/// A table that a key names: its file alone, or `{ file, columns }` with what its columns are.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct TableFile {
+    file: PathBuf,
+    #[serde(default)]
+    columns: BTreeMap<String, String>,
+}
+
+impl TableFile {
+    fn of(node: &Node, key: &str) -> Result<Self, Box<Fault>> {
+        if node.get("file").is_none() {
+            return Ok(Self { file: text(node, key)?.into(), columns: BTreeMap::new() });
+        }
+        node.to_toml().try_into().map_err(|error: toml::de::Error| {
+            let message = format!("`{key}`: {}", error.message());
+            Box::new(file_fault(&message).at(node.any_place()))
+        })
+    }
+
+    /// Some of its columns, all of which are needed, in SI.
+    fn numbers<const N: usize>(
+        &self,
+        schema: &'static Schema,
+        quantities: [Quantity; N],
+    ) -> Result<[Vec<f64>; N], TableError> {
+        let mappings = Mapping::of_columns(&self.columns)?;
+        let table = Table::open(Source::File(&self.file), schema, &mappings)?;
+        let mut columns = Vec::with_capacity(N);
+        for quantity in quantities {
+            columns.push(table.need(quantity)?);
+        }
+        table.numbers(std::array::from_fn(|k| columns[k]))
+    }
+}
+
 /// Reads the file that a key names, and names the key's place in what is wrong with it.
 fn in_file<T>(
     node: &Node,
     key: &str,
     folder: Option<&Path>,
-    read: impl FnOnce(&DelimitedTable) -> Result<T, TableError>,
+    read: impl FnOnce(&TableFile) -> Result<T, TableError>,
 ) -> Result<T, Box<Fault>> {
-    let name = text(node, key)?;
-    let path = folder.map_or_else(|| name.clone().into(), |folder| folder.join(&name));
-    let table = DelimitedTable::read(&path).and_then(|table| read(&table));
-    table.map_err(|error| Box::new(file_fault(&error).at(node.any_place())))
+    let mut file = TableFile::of(node, key)?;
+    if let Some(folder) = folder {
+        file.file = folder.join(&file.file);
+    }
+    read(&file).map_err(|error| Box::new(file_fault(&error).at(node.any_place())))
 }
 
 fn file_fault(message: &impl ToString) -> Fault {

@@ -10,3 +10,6 @@ mod reference;
 mod study_builtin;
 mod study_errors;
 mod study_mutation;
+mod table_names;
+mod table_reference;
+mod table_sources;

@@ -3,8 +3,8 @@
 use ocmc_core::kernel::trace::TableColumn;
 use std::io::{self, Write};
 
-/// Writes a table as comma-separated values: shortest decimals that read back as the same numbers, an empty cell for
-/// NaN and for what a shorter column lacks.
+/// Writes a table as comma-separated values: shortest decimals that read back as the same numbers,
+/// an empty cell for NaN and for what a shorter column lacks.
 pub fn write_csv(out: &mut impl Write, columns: &[TableColumn]) -> io::Result<()> {
     let names: Vec<&str> = columns.iter().map(|column| column.name).collect();
     writeln!(out, "{}", names.join(","))?;

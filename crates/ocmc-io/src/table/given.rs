@@ -1,7 +1,8 @@
-//! Tables that a calling program holds in Arrow's form. A column of 64-bit numbers in one piece and without nulls is taken as it
-//! lies in memory; others are copied: other types of numbers, texts that are to be numbers, nulls (which become NaN), and
-//! columns in several pieces.
+//! Tables that a calling program holds in Arrow's form. A column of 64-bit numbers in one piece and
+//! without nulls is taken as it lies in memory; others are copied: other types of numbers, texts
+//! that are to be numbers, nulls (which become NaN), and columns in several pieces.
 
+use super::error::{Fault, TableError};
 use arrow_array::cast::AsArray;
 use arrow_array::types::Float64Type;
 use arrow_array::{Array, ArrayRef, Float64Array, StringArray};
@@ -9,19 +10,6 @@ use arrow_cast::cast;
 use arrow_schema::DataType;
 use std::fmt;
 use std::path::{Path, PathBuf};
-use thiserror::Error;
-
-/// A column that holds neither numbers nor texts.
-#[derive(Clone, Debug, PartialEq, Error)]
-#[error("`{}`: column `{column}` is of type {found}, allowed are numbers or texts", path.display())]
-pub struct ColumnTypeError {
-    /// What the table is called.
-    path: PathBuf,
-    /// The column.
-    column: String,
-    /// Its type.
-    found: DataType,
-}
 
 /// Where a row stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -83,8 +71,8 @@ impl GivenTable {
     /// A column as numbers where it has a type of numbers, otherwise as texts.
     ///
     /// # Errors
-    /// [`ColumnTypeError`].
-    pub fn cells(&self, column: usize) -> Result<Cells, ColumnTypeError> {
+    /// [`TableError`].
+    pub fn cells(&self, column: usize) -> Result<Cells, TableError> {
         if !self.pieces.iter().all(|piece| is_number(piece[column].data_type())) {
             return Ok(Cells::Words(self.words(column)?));
         }
@@ -105,8 +93,8 @@ impl GivenTable {
     /// A column as texts; numbers are written.
     ///
     /// # Errors
-    /// [`ColumnTypeError`].
-    pub fn words(&self, column: usize) -> Result<StringArray, ColumnTypeError> {
+    /// [`TableError`].
+    pub fn words(&self, column: usize) -> Result<StringArray, TableError> {
         let mut pieces = Vec::with_capacity(self.pieces.len());
         for piece in &self.pieces {
             let words = self.cast(column, &piece[column], &DataType::Utf8)?;
@@ -118,17 +106,11 @@ impl GivenTable {
         }
     }
 
-    fn cast(
-        &self,
-        column: usize,
-        array: &ArrayRef,
-        to: &DataType,
-    ) -> Result<ArrayRef, ColumnTypeError> {
+    fn cast(&self, column: usize, array: &ArrayRef, to: &DataType) -> Result<ArrayRef, TableError> {
         let found = array.data_type();
-        let refused = || ColumnTypeError {
-            path: self.name.clone(),
-            column: self.names[column].clone(),
-            found: found.clone(),
+        let refused = || {
+            let column = self.names[column].clone();
+            TableError::of(&self.name, Fault::Type { column, found: found.clone() })
         };
         if found.is_nested() {
             return Err(refused());

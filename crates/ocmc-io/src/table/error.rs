@@ -1,0 +1,276 @@
+//! What can be wrong with a table: where it is, what stands there, and what would do.
+
+use super::given::RowPlace;
+use super::quantity::VOCABULARY;
+use arrow_schema::DataType;
+use std::fmt;
+use std::io;
+use std::path::{Path, PathBuf};
+use thiserror::Error;
+
+/// Names that are proposed for a misspelt one are at least this similar (Jaro and Winkler).
+const SIMILAR: f64 = 0.8;
+
+/// Why a table cannot be read.
+#[derive(Debug)]
+pub struct TableError {
+    /// The file, or what a table is called; none of an assignment that is none.
+    path: Option<PathBuf>,
+    /// What is wrong.
+    pub fault: Fault,
+}
+
+impl fmt::Display for TableError {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match (&self.path, &self.fault) {
+            (None, fault) => fault.fmt(f),
+            (Some(path), Fault::Read(source)) => {
+                write!(f, "cannot read `{}`: {source}", path.display())
+            }
+            (Some(path), fault) => write!(f, "`{}`{fault}", path.display()),
+        }
+    }
+}
+
+impl std::error::Error for TableError {}
+
+/// What is wrong with a table; its message goes on behind the name of the file.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum Fault {
+    /// The file cannot be opened or read.
+    #[error(": {0}")]
+    Read(io::Error),
+    /// More than fits into memory.
+    #[error(" has more than {0}, which is the most that is read; split it up")]
+    TooLarge(String),
+    /// The file is no table, and why.
+    #[error(" is no table: {0}")]
+    NoTable(String),
+    /// Letters of another encoding, in this line.
+    #[error(
+        ", line {0}: the text is not UTF-8 (perhaps Latin-1 or UTF-16); save the file as CSV in \
+         UTF-8"
+    )]
+    NotUtf8(u64),
+    /// Nothing in it.
+    #[error(" is empty: a table has a line of column names, and rows below it")]
+    Empty,
+    /// Only a header.
+    #[error(" has column names and no rows")]
+    NoRows,
+    /// A row of another length.
+    #[error(", {place} has {found} cells, allowed are {wanted}, as many as there are column names")]
+    Cells {
+        /// The row.
+        place: RowPlace,
+        /// Cells in the row.
+        found: usize,
+        /// Columns.
+        wanted: usize,
+    },
+    /// A column that holds neither numbers nor texts.
+    #[error(": column `{column}` is of type {found}, allowed are numbers or texts")]
+    Type {
+        /// The column.
+        column: String,
+        /// Its type.
+        found: DataType,
+    },
+    /// A cell with something else than what its column holds.
+    #[error(", {place}, column `{column}`: {}; allowed is {allowed}", shown(value))]
+    Cell {
+        /// The row.
+        place: RowPlace,
+        /// The column.
+        column: String,
+        /// What is there.
+        value: String,
+        /// What may be there.
+        allowed: &'static str,
+    },
+    /// A column that is needed and not there.
+    #[error(
+        " has no column for the {what}: name it {}, or say which one it is, as in --map {example}; \
+         its columns are {found}{nearest}",
+        list(wanted)
+    )]
+    Missing {
+        /// What is missing, and which column would do but for its unit.
+        what: String,
+        /// Names that would do.
+        wanted: Vec<String>,
+        /// An assignment that would do.
+        example: String,
+        /// What there is.
+        found: String,
+        /// A column of a similar name.
+        nearest: String,
+    },
+    /// Columns that the format does not have.
+    #[error(" has {}; allowed are: {allowed}", unknown(columns))]
+    Unknown {
+        /// The columns, each with the known name that was probably meant.
+        columns: Vec<(String, String)>,
+        /// The columns that are known.
+        allowed: String,
+    },
+    /// A column of a known quantity in another unit.
+    #[error(
+        ": column `{column}` has a unit that is not read; allowed is {}: convert the numbers and \
+         rename the column",
+        list(allowed)
+    )]
+    Unit {
+        /// The column.
+        column: String,
+        /// The names that are read.
+        allowed: Vec<String>,
+    },
+    /// A column with another unit in brackets than its name has.
+    #[error(
+        ": column `{column}` is read in {allowed}, not in {unit}; convert the numbers, and write \
+         `[{allowed}]` or nothing"
+    )]
+    Bracket {
+        /// The column.
+        column: String,
+        /// Its unit as written.
+        unit: String,
+        /// The unit that is read.
+        allowed: &'static str,
+    },
+    /// Two columns for one quantity.
+    #[error(
+        " has the columns `{}` and `{}`, which are both the {quantity}: leave one of them out, or \
+         choose one with --map",
+        columns[0],
+        columns[1]
+    )]
+    Ambiguous {
+        /// The quantity.
+        quantity: &'static str,
+        /// Both columns.
+        columns: [String; 2],
+    },
+    /// A column without a single number.
+    #[error(": column `{column}` has no number in any of its {rows} rows{example}")]
+    NoNumbers {
+        /// The column.
+        column: String,
+        /// Rows.
+        rows: usize,
+        /// What stands there instead.
+        example: String,
+    },
+    /// An assignment that is none, as it was written.
+    #[error("`{0}` assigns no column: write NAME=COLUMN, as in speed_mph=gps_speed")]
+    Mapping(String),
+    /// A quantity without a unit, or with a wrong one.
+    #[error("`{name}` has no known unit: allowed are {allowed}")]
+    UnknownUnit {
+        /// What was written.
+        name: String,
+        /// What is allowed.
+        allowed: String,
+    },
+    /// A name that means nothing.
+    #[error("`{name}` is not known{nearest}: allowed are, with their units, {allowed}")]
+    UnknownName {
+        /// What was written.
+        name: String,
+        /// A similar name.
+        nearest: String,
+        /// What is allowed.
+        allowed: String,
+    },
+    /// An assigned quantity that the format does not have.
+    #[error(": `{name}` is assigned a column, and is nothing of {what}: allowed are {allowed}")]
+    NotOfFormat {
+        /// What was assigned.
+        name: String,
+        /// The format.
+        what: &'static str,
+        /// What is allowed.
+        allowed: String,
+    },
+    /// An assigned column that is not there.
+    #[error(": there is no column `{column}`{nearest}; its columns are {found}")]
+    NoSuchColumn {
+        /// What was written.
+        column: String,
+        /// A similar one.
+        nearest: String,
+        /// What there is.
+        found: String,
+    },
+}
+
+impl TableError {
+    /// What is wrong with a table that is called so.
+    pub(crate) fn of(path: &Path, fault: Fault) -> Self {
+        Self { path: Some(path.to_owned()), fault }
+    }
+
+    /// What the system does not let us read.
+    pub(crate) fn read(path: &Path) -> impl Fn(io::Error) -> Self + Copy + '_ {
+        |source| Self::of(path, Fault::Read(source))
+    }
+
+    /// What is wrong with an assignment.
+    pub(super) fn of_mapping(fault: Fault) -> Self {
+        Self { path: None, fault }
+    }
+
+    pub(super) fn unknown_name(name: &str) -> Self {
+        let all: Vec<String> = VOCABULARY.iter().flat_map(|entry| entry.quantity.names()).collect();
+        let allowed: Vec<&str> = VOCABULARY.iter().map(|entry| entry.names[0]).collect();
+        Self::of_mapping(Fault::UnknownName {
+            name: name.to_owned(),
+            nearest: nearest(name, all.iter().map(String::as_str)),
+            allowed: allowed.join(", "),
+        })
+    }
+
+    /// What the system says, where a file cannot be read.
+    pub fn reason(&self) -> Option<&io::Error> {
+        match &self.fault {
+            Fault::Read(source) => Some(source),
+            _ => None,
+        }
+    }
+
+    /// Whether it is that two columns are the same quantity.
+    pub(crate) fn is_ambiguous(&self) -> bool {
+        matches!(self.fault, Fault::Ambiguous { .. })
+    }
+}
+
+/// ` (did you mean ...?)` for the most similar name.
+pub(super) fn nearest<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> String {
+    let scored = known.map(|known| (strsim::jaro_winkler(name, known), known));
+    let best = scored.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|(score, _)| *score > SIMILAR);
+    best.map_or_else(String::new, |(_, known)| format!(" (did you mean `{known}`?)"))
+}
+
+/// A cell in a message.
+fn shown(value: &str) -> String {
+    if value.is_empty() { "empty".to_owned() } else { format!("`{value}`") }
+}
+
+/// Columns that a format does not have, in a message.
+fn unknown(columns: &[(String, String)]) -> String {
+    let named: Vec<String> =
+        columns.iter().map(|(name, nearest)| format!("`{name}`{nearest}")).collect();
+    let what = if columns.len() == 1 { "an unknown column" } else { "unknown columns" };
+    format!("{what} {}", named.join(", "))
+}
+
+/// Names one after the other: `a`, `b` or `c`.
+fn list(names: &[String]) -> String {
+    let quoted: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
+    match quoted.split_last() {
+        Some((last, first)) if !first.is_empty() => format!("{} or {last}", first.join(", ")),
+        _ => quoted.concat(),
+    }
+}

@@ -1,0 +1,101 @@
+//! Which column of a table is what, as a user says with `--map speed_mph=gps_speed`.
+
+use super::error::{Fault, TableError, nearest};
+use super::formats::SCHEMAS;
+use super::quantity::{Quantity, VOCABULARY};
+use super::schema::{Column, Schema};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// One assignment of a user.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mapping {
+    /// Name of a quantity with its unit.
+    name: String,
+    column: String,
+    /// -1 where the column counts the other way round, written as `yaw_rate_degps=-gyro`.
+    sign: f64,
+}
+
+impl Mapping {
+    /// Reads `NAME=COLUMN`.
+    ///
+    /// # Errors
+    /// [`Fault::Mapping`], [`Fault::UnknownUnit`] or [`Fault::UnknownName`].
+    pub fn parse(text: &str) -> Result<Self, TableError> {
+        let wrong = || TableError::of_mapping(Fault::Mapping(text.to_owned()));
+        let (name, column) = text.split_once('=').ok_or_else(wrong)?;
+        let (name, column) = (name.trim(), column.trim());
+        let (sign, column) = match column.strip_prefix('-') {
+            Some(rest) => (-1.0, rest),
+            None => (1.0, column),
+        };
+        if name.is_empty() || column.is_empty() {
+            return Err(wrong());
+        }
+        let known = |entry: Quantity| entry.unit_of(name).is_some();
+        if VOCABULARY.iter().any(|entry| known(entry.quantity))
+            || SCHEMAS.iter().any(|schema| schema.field(name, None).is_some())
+        {
+            return Ok(Self { name: name.to_owned(), column: column.to_owned(), sign });
+        }
+        let lacking = VOCABULARY.iter().find(|entry| entry.quantity.lacks_unit(name));
+        Err(lacking.map_or_else(
+            || TableError::unknown_name(name),
+            |entry| {
+                let allowed = entry.quantity.names().collect::<Vec<_>>().join(", ");
+                TableError::of_mapping(Fault::UnknownUnit { name: name.to_owned(), allowed })
+            },
+        ))
+    }
+
+    /// The assignments of a table of names and columns.
+    ///
+    /// # Errors
+    /// As [`Mapping::parse`].
+    pub fn of_columns(columns: &BTreeMap<String, String>) -> Result<Vec<Self>, TableError> {
+        columns.iter().map(|(name, column)| Self::parse(&format!("{name}={column}"))).collect()
+    }
+
+    /// Assignments as a table of names and columns.
+    pub fn columns(mappings: &[Self]) -> BTreeMap<String, String> {
+        let column = |mapping: &Self| {
+            let sign = if mapping.sign < 0.0 { "-" } else { "" };
+            (mapping.name.clone(), format!("{sign}{}", mapping.column))
+        };
+        mappings.iter().map(column).collect()
+    }
+
+    /// The column of a table that is assigned.
+    pub(super) fn column(
+        &self,
+        schema: &Schema,
+        path: &Path,
+        header: &[String],
+    ) -> Result<Column, TableError> {
+        let Some((field, unit, _)) = schema.field(&self.name, None) else {
+            let names = schema.fields.iter().map(|field| field.quantity.name());
+            let fault = Fault::NotOfFormat {
+                name: self.name.clone(),
+                what: schema.what,
+                allowed: names.collect::<Vec<_>>().join(", "),
+            };
+            return Err(TableError::of(path, fault));
+        };
+        let place = header.iter().position(|name| *name == self.column).ok_or_else(|| {
+            let fault = Fault::NoSuchColumn {
+                column: self.column.clone(),
+                nearest: nearest(&self.column, header.iter().map(String::as_str)),
+                found: header.join(", "),
+            };
+            TableError::of(path, fault)
+        })?;
+        let sign = if field.quantity.is_text() { 1.0 } else { self.sign };
+        Ok(Column { quantity: field.quantity, place, unit, sign, bounds: field.bounds })
+    }
+
+    /// Whether a format has what is assigned.
+    pub(crate) fn is_of(&self, schema: &Schema) -> bool {
+        schema.field(&self.name, None).is_some()
+    }
+}

@@ -1,0 +1,308 @@
+//! Tables with named columns, from wherever they come, and one vocabulary for all of them.
+//!
+//! [`source`] says where a table comes from, [`quantity`] and [`unit`] what a column can be called,
+//! [`schema`] which columns a format has, [`mapping`] what a user says about them, and [`error`]
+//! what can be wrong. A format is a [`Schema`] and a function that takes its rows.
+
+pub mod clock;
+pub mod error;
+pub mod formats;
+pub mod given;
+pub mod mapping;
+pub mod quantity;
+mod row;
+pub mod schema;
+pub mod source;
+pub mod unit;
+mod write;
+
+pub use error::TableError;
+pub use mapping::Mapping;
+pub use quantity::Quantity;
+pub use row::Row;
+use schema::ambiguous;
+pub use schema::{Column, Field, Schema, Style};
+pub use source::Source;
+pub use write::{to_json, write_csv};
+
+use arrow_array::Float64Array;
+use error::{Fault, nearest};
+use given::{Cells, GivenTable, RowPlace};
+use row::{Header, RowCells};
+use source::{Opened, Rows, TextRows, csv_error};
+use std::path::{Path, PathBuf};
+
+/// A table whose header has been read.
+pub struct Table {
+    path: PathBuf,
+    schema: &'static Schema,
+    /// Names of the columns as they are written.
+    names: Vec<String>,
+    columns: Vec<Column>,
+    rows: Rows,
+}
+
+impl Table {
+    /// Reads the header of a table of a format.
+    ///
+    /// # Errors
+    /// [`TableError`] where the table cannot be read, has no header, or has columns that are not
+    /// clear.
+    pub fn open(
+        source: Source,
+        schema: &'static Schema,
+        mappings: &[Mapping],
+    ) -> Result<Self, TableError> {
+        let path = source.path().to_owned();
+        let Opened { names, rows } = source::open(source, schema.style)?;
+        if names.iter().all(String::is_empty) {
+            return Err(TableError::of(&path, Fault::Empty));
+        }
+        let columns = schema.find(&path, &names, mappings)?;
+        Ok(Self { path, schema, names, columns, rows })
+    }
+
+    /// What it is called.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Names of the columns.
+    pub fn names(&self) -> &[String] {
+        &self.names
+    }
+
+    /// The columns that are understood.
+    pub fn columns(&self) -> &[Column] {
+        &self.columns
+    }
+
+    /// The column of a quantity.
+    pub fn column(&self, quantity: Quantity) -> Option<Column> {
+        self.columns.iter().find(|column| column.quantity == quantity).copied()
+    }
+
+    /// The column of a quantity that has to be there.
+    ///
+    /// # Errors
+    /// [`Fault::Missing`].
+    pub fn need(&self, quantity: Quantity) -> Result<Column, TableError> {
+        self.need_any(quantity.noun(), &[quantity])
+    }
+
+    /// The column of the first of these quantities that is there.
+    ///
+    /// # Errors
+    /// [`Fault::Missing`]; `what` is what is missing, in words.
+    pub fn need_any(&self, what: &str, any_of: &[Quantity]) -> Result<Column, TableError> {
+        let found = any_of.iter().find_map(|quantity| self.column(*quantity));
+        found.ok_or_else(|| self.missing(what, any_of))
+    }
+
+    /// The column of the one of these quantities that is there.
+    ///
+    /// # Errors
+    /// [`Fault::Ambiguous`] where there are two of them.
+    pub fn one_of(&self, any_of: &[Quantity]) -> Result<Option<Column>, TableError> {
+        let mut found = any_of.iter().filter_map(|quantity| self.column(*quantity));
+        match (found.next(), found.next()) {
+            (Some(one), Some(other)) => Err(ambiguous(&self.path, &self.names, [one, other])),
+            (one, _) => Ok(one),
+        }
+    }
+
+    /// That none of these quantities is there; `what` says in words what is missing.
+    pub fn missing(&self, what: &str, any_of: &[Quantity]) -> TableError {
+        let fields = any_of.iter().filter_map(|quantity| self.schema.of(*quantity));
+        let wanted: Vec<String> = fields.flat_map(Field::names).collect();
+        let lacking = self.names.iter().find(|name| {
+            let field = self.schema.lacking_unit(name);
+            field.is_some_and(|field| any_of.contains(&field.quantity))
+        });
+        let hint = lacking.map(|name| format!(" (`{name}` has no known unit)"));
+        let first = wanted.first().map_or("", String::as_str);
+        let fault = Fault::Missing {
+            what: format!("{what}{}", hint.unwrap_or_default()),
+            example: format!("{first}={}", lacking.map_or("COLUMN", String::as_str)),
+            found: self.names.join(", "),
+            nearest: nearest(first, self.names.iter().map(String::as_str)),
+            wanted,
+        };
+        TableError::of(&self.path, fault)
+    }
+
+    /// Whether a quantity is there, be it in a unit that is not read.
+    pub fn has(&self, quantity: Quantity) -> bool {
+        self.column(quantity).is_some() || self.in_other_unit(quantity).is_some()
+    }
+
+    /// A column of a quantity in a unit that is not read.
+    fn in_other_unit(&self, quantity: Quantity) -> Option<&String> {
+        self.names.iter().find(|name| quantity.in_other_unit(&name.to_lowercase()))
+    }
+
+    /// Refuses a quantity of the format that is there in a unit that is not read, and in no other.
+    ///
+    /// # Errors
+    /// [`Fault::Unit`].
+    pub fn refuse_other_units(&self) -> Result<(), TableError> {
+        for field in self.schema.fields {
+            if self.column(field.quantity).is_none()
+                && let Some(column) = self.in_other_unit(field.quantity)
+            {
+                let fault = Fault::Unit { column: column.clone(), allowed: field.names() };
+                return Err(TableError::of(&self.path, fault));
+            }
+        }
+        Ok(())
+    }
+
+    /// Refuses columns that the format does not have.
+    ///
+    /// # Errors
+    /// [`Fault::Unknown`].
+    pub fn refuse_others(&self) -> Result<(), TableError> {
+        let known: Vec<String> = self.schema.fields.iter().flat_map(Field::names).collect();
+        let understood = |place: usize| self.columns.iter().any(|column| column.place == place);
+        let others = self.names.iter().enumerate().filter(|(place, _)| !understood(*place));
+        let named = others.map(|(_, name)| {
+            (name.clone(), nearest(&name.to_lowercase(), known.iter().map(String::as_str)))
+        });
+        let columns: Vec<_> = named.collect();
+        if columns.is_empty() {
+            return Ok(());
+        }
+        let fault = Fault::Unknown { columns, allowed: known.join(", ") };
+        Err(TableError::of(&self.path, fault))
+    }
+
+    /// The table of a calling program, where it is one.
+    pub(crate) fn given(&self) -> Option<&GivenTable> {
+        match &self.rows {
+            Rows::Given(table) => Some(table),
+            Rows::Text(_) => None,
+        }
+    }
+
+    /// Calls `use_row` with each row.
+    ///
+    /// # Errors
+    /// [`Fault::NoRows`], or the first row that cannot be read, or that `use_row` refuses.
+    pub fn for_each(
+        self,
+        mut use_row: impl FnMut(&Row) -> Result<(), TableError>,
+    ) -> Result<(), TableError> {
+        let Self { path, schema, names, columns, rows } = self;
+        let header = Header { path: &path, names: &names, style: schema.style };
+        let rows = match rows {
+            Rows::Text(rows) => header.each_of_text(rows, use_row)?,
+            Rows::Given(table) => {
+                header.check_size(table.rows())?;
+                let cells = cells(&table, &columns, schema.style)?;
+                for row in 0..table.rows() {
+                    let place = RowPlace::Row(row as u64 + 1);
+                    use_row(&Row { table: &header, place, cells: RowCells::Given(&cells, row) })?;
+                }
+                table.rows()
+            }
+        };
+        if rows == 0 { Err(TableError::of(&path, Fault::NoRows)) } else { Ok(()) }
+    }
+
+    /// The numbers of some columns, in SI.
+    ///
+    /// # Errors
+    /// As [`Table::for_each`], and [`Fault::Cell`].
+    pub fn numbers<const N: usize>(
+        self,
+        columns: [Column; N],
+    ) -> Result<[Vec<f64>; N], TableError> {
+        let mut numbers = [const { Vec::new() }; N];
+        self.for_each(|row| {
+            for (column, numbers) in columns.iter().zip(&mut numbers) {
+                numbers.push(row.number(column)?);
+            }
+            Ok(())
+        })?;
+        Ok(numbers)
+    }
+}
+
+impl Header<'_> {
+    /// Most rows: each keeps its numbers in memory.
+    fn check_size(&self, rows: usize) -> Result<(), TableError> {
+        let most = if self.style == Style::Log { 100_000_000 } else { 20_000_000 };
+        if rows <= most {
+            return Ok(());
+        }
+        Err(TableError::of(self.path, Fault::TooLarge(format!("{most} rows"))))
+    }
+
+    /// Number of rows.
+    fn each_of_text(
+        &self,
+        mut rows: TextRows,
+        mut use_row: impl FnMut(&Row) -> Result<(), TableError>,
+    ) -> Result<usize, TableError> {
+        let mut record = csv::StringRecord::new();
+        let mut count = 0;
+        loop {
+            match rows.reader.read_record(&mut record) {
+                Ok(false) => return Ok(count),
+                Ok(true) => {}
+                Err(error) => {
+                    let line = rows.line(&csv::StringRecord::new());
+                    return Err(csv_error(self.path, error, line));
+                }
+            }
+            if self.style == Style::Description && is_aside(&record) {
+                continue;
+            }
+            let place = RowPlace::Line(rows.line(&record));
+            if self.style != Style::Log && record.len() != self.names.len() {
+                let (found, wanted) = (record.len(), self.names.len());
+                return Err(TableError::of(self.path, Fault::Cells { place, found, wanted }));
+            }
+            count += 1;
+            self.check_size(count)?;
+            let cells = RowCells::Text(&record);
+            use_row(&Row { table: self, place, cells })?;
+        }
+    }
+}
+
+/// A line of blanks, or a comment behind blanks.
+fn is_aside(record: &csv::StringRecord) -> bool {
+    let first = record.get(0).unwrap_or("");
+    first.starts_with('#') || (first.is_empty() && record.len() == 1)
+}
+
+/// The cells of the columns that are understood, by their places.
+fn cells(
+    table: &GivenTable,
+    columns: &[Column],
+    style: Style,
+) -> Result<Vec<Option<Cells>>, TableError> {
+    let mut cells = vec![None; table.names().len()];
+    for column in columns {
+        // of a description numbers of 32 bits are the decimals that they were written from
+        let words = style == Style::Description || column.quantity.is_text();
+        cells[column.place] = Some(if words {
+            Cells::Words(table.words(column.place)?)
+        } else {
+            table.cells(column.place)?
+        });
+    }
+    Ok(cells)
+}
+
+/// The numbers of a column of a given table as they stand, and whether each one is such that they
+/// can be used so: in SI and not infinite.
+pub(crate) fn unchanged(table: &GivenTable, column: &Column) -> Option<Float64Array> {
+    match table.cells(column.place) {
+        Ok(Cells::Numbers(numbers)) if column.is_si() => {
+            (!numbers.values().iter().any(|number| number.is_infinite())).then_some(numbers)
+        }
+        _ => None,
+    }
+}

@@ -1,0 +1,281 @@
+//! What a format's tables hold, and which column of a table is what: by its name, or as a user says
+//! with `--map`.
+
+use super::error::{Fault, TableError};
+use super::mapping::Mapping;
+use super::quantity::{Quantity, with_unit};
+use super::unit::{Unit, with_suffix, written};
+use std::path::Path;
+
+/// A format.
+#[derive(Debug)]
+pub struct Schema {
+    /// One table of it, in messages.
+    pub what: &'static str,
+    /// How its tables are written.
+    pub style: Style,
+    /// What a table may hold.
+    pub fields: &'static [Field],
+}
+
+/// How the tables of a format are written, and how much is taken from them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Style {
+    /// By machines, over hours: rows may lack cells, and a cell that is no number counts as
+    /// missing. Other columns are not looked at.
+    Log,
+    /// By people, from measurements: a number may be missing. Other columns are not looked at, but
+    /// for a quantity in another unit.
+    Measurements,
+    /// As the description of one thing: every cell is a finite number. Names are compared without
+    /// case; old files are Latin-1.
+    Description,
+}
+
+/// What a column of a format holds.
+#[derive(Debug)]
+pub struct Field {
+    /// What it is.
+    pub quantity: Quantity,
+    /// Names of the format's own, with the suffix of their unit. They come before those of the
+    /// vocabulary.
+    pub own: &'static [(&'static str, &'static str)],
+    /// What its numbers have to be.
+    pub bounds: Option<Bounds>,
+}
+
+/// Bounds of a number, in SI.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounds {
+    /// Smallest number.
+    pub minimum: f64,
+    /// Largest number.
+    pub maximum: f64,
+    /// How that reads.
+    pub allowed: &'static str,
+}
+
+impl Field {
+    /// With the names of the vocabulary.
+    pub const fn of(quantity: Quantity) -> Self {
+        Self { quantity, own: &[], bounds: None }
+    }
+
+    /// With names of the format's own.
+    pub const fn named(quantity: Quantity, own: &'static [(&'static str, &'static str)]) -> Self {
+        Self { quantity, own, bounds: None }
+    }
+
+    /// Bounded, in SI; `allowed` says so.
+    pub const fn within(self, minimum: f64, maximum: f64, allowed: &'static str) -> Self {
+        Self { bounds: Some(Bounds { minimum, maximum, allowed }), ..self }
+    }
+
+    /// The names with which its column can be written.
+    pub fn names(&self) -> Vec<String> {
+        let own = self.own.iter().map(|(name, _)| (*name).to_owned());
+        let mut names: Vec<String> = own.collect();
+        let usual: Vec<String> = self.quantity.names().filter(|n| !names.contains(n)).collect();
+        names.extend(usual);
+        names
+    }
+
+    /// The unit of a name of the format's own, and how far it stands behind the first one.
+    fn own_unit(&self, name: &str) -> Option<(&'static Unit, usize)> {
+        let place = self.own.iter().position(|(own, _)| *own == name)?;
+        Some((with_suffix(self.quantity.units(), self.own[place].1)?, place))
+    }
+}
+
+/// A column of a table that is understood.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Column {
+    /// What it holds.
+    pub quantity: Quantity,
+    /// Its place in the table.
+    pub place: usize,
+    /// Its unit.
+    pub unit: &'static Unit,
+    /// -1 where it counts the other way round.
+    pub sign: f64,
+    /// What its numbers have to be.
+    pub bounds: Option<Bounds>,
+}
+
+impl Column {
+    /// A number of it in SI.
+    pub fn si(&self, number: f64) -> f64 {
+        self.sign * self.unit.si(number)
+    }
+
+    /// Whether its numbers are in SI as they stand.
+    pub fn is_si(&self) -> bool {
+        self.sign == 1.0 && self.unit.factor == 1.0 && self.unit.offset == 0.0
+    }
+}
+
+/// A column's name as it is compared: without case, and with what stands in brackets apart.
+struct Name<'a> {
+    text: String,
+    bracket: Option<&'a str>,
+}
+
+impl<'a> Name<'a> {
+    fn of(header: &'a str) -> Self {
+        let (text, bracket) = match header.split_once('[') {
+            None => (header, None),
+            Some((text, rest)) => (text, Some(rest.split(']').next().unwrap_or_default().trim())),
+        };
+        let text = text.trim().trim_matches(|c| c == '<' || c == '>').trim();
+        let words: Vec<&str> = text.split_whitespace().collect();
+        let text = words.join("_").to_lowercase();
+        Self { text, bracket: bracket.filter(|bracket| !bracket.is_empty()) }
+    }
+}
+
+/// That two columns are the same quantity.
+pub(super) fn ambiguous(path: &Path, header: &[String], columns: [Column; 2]) -> TableError {
+    let quantity = columns[0].quantity.noun();
+    let columns = columns.map(|column| header[column.place].clone());
+    TableError::of(path, Fault::Ambiguous { quantity, columns })
+}
+
+/// How well a name fits: of several columns for one quantity the one with the smallest number is
+/// meant.
+type Rank = usize;
+const OTHER_SPELLING: Rank = 100;
+const OTHER_NAME: Rank = 200;
+
+impl Schema {
+    /// The columns of a table, first those that a user assigns, then those whose names say what
+    /// they are.
+    ///
+    /// # Errors
+    /// [`TableError`] for an assigned column that is not there or that the format does not have,
+    /// for two columns of one quantity, and for a quantity in a unit that is not read.
+    pub(super) fn find(
+        &self,
+        path: &Path,
+        header: &[String],
+        mappings: &[Mapping],
+    ) -> Result<Vec<Column>, TableError> {
+        let mut found: Vec<(Column, Rank)> = Vec::new();
+        for mapping in mappings {
+            let column = mapping.column(self, path, header)?;
+            if let Some((other, _)) = found.iter().find(|(c, _)| c.quantity == column.quantity) {
+                return Err(ambiguous(path, header, [*other, column]));
+            }
+            found.push((column, 0));
+        }
+        let assigned: Vec<Quantity> = found.iter().map(|(column, _)| column.quantity).collect();
+        let mut twice: Vec<([Column; 2], Rank)> = Vec::new();
+        for (place, name) in header.iter().enumerate() {
+            let Some((field, unit, rank)) = self.understand(path, name)? else { continue };
+            let quantity = field.quantity;
+            if assigned.contains(&quantity) {
+                continue;
+            }
+            let column = Column { quantity, place, unit, sign: 1.0, bounds: field.bounds };
+            match found.iter_mut().find(|(other, _)| other.quantity == quantity) {
+                None => found.push((column, rank)),
+                Some((other, best)) if rank == *best => twice.push(([*other, column], rank)),
+                Some(other) if rank < other.1 => *other = (column, rank),
+                Some(_) => {}
+            }
+        }
+        // two that fit as well as the best
+        for (columns, rank) in twice {
+            if found.iter().any(|(c, best)| c.quantity == columns[0].quantity && rank == *best) {
+                return Err(ambiguous(path, header, columns));
+            }
+        }
+        Ok(found.into_iter().map(|(column, _)| column).collect())
+    }
+
+    /// What the name of a column means.
+    fn understand(
+        &self,
+        path: &Path,
+        header: &str,
+    ) -> Result<Option<(&Field, &'static Unit, Rank)>, TableError> {
+        let name = Name::of(header);
+        let Some((field, unit, rank)) = self.field(&name.text, name.bracket) else {
+            return Ok(None);
+        };
+        let text = field.quantity.is_text();
+        if let Some(bracket) = name.bracket
+            && !(text && self.style == Style::Description)
+            && !written(field.quantity.units(), bracket).is_some_and(|written| {
+                written.factor == unit.factor && written.offset == unit.offset
+            })
+        {
+            if self.style != Style::Description {
+                return Ok(None);
+            }
+            let fault = Fault::Bracket {
+                column: header.to_owned(),
+                unit: bracket.to_owned(),
+                allowed: unit.written.first().copied().unwrap_or(unit.suffix),
+            };
+            return Err(TableError::of(path, fault));
+        }
+        let same = self.style == Style::Description || header == name.text;
+        Ok(Some((field, unit, if same { rank } else { rank + OTHER_SPELLING })))
+    }
+
+    /// The field that a name means, its unit, and how well it fits.
+    pub(super) fn field(
+        &self,
+        name: &str,
+        bracket: Option<&str>,
+    ) -> Option<(&Field, &'static Unit, Rank)> {
+        let own = self.fields.iter().find_map(|field| {
+            let (unit, place) = field.own_unit(name)?;
+            Some((field, unit, if field.quantity.is_text() { place } else { 0 }))
+        });
+        own.or_else(|| self.fields.iter().find_map(|field| field.of_vocabulary(name, bracket)))
+    }
+
+    /// What the name of a column means.
+    pub(crate) fn quantity_of(&self, header: &str) -> Option<Quantity> {
+        let name = Name::of(header);
+        self.field(&name.text, name.bracket).map(|(field, ..)| field.quantity)
+    }
+
+    /// What the name of a column means, be it without a unit that is read.
+    pub(crate) fn means(&self, header: &str) -> Option<Quantity> {
+        let lacking = || self.lacking_unit(header).map(|field| field.quantity);
+        self.quantity_of(header).or_else(lacking)
+    }
+
+    /// The quantity that a name is but for its unit.
+    pub(super) fn lacking_unit(&self, name: &str) -> Option<&Field> {
+        let name = Name::of(name);
+        self.fields.iter().find(|field| field.quantity.lacks_unit(&name.text))
+    }
+
+    /// The field of a quantity.
+    pub(super) fn of(&self, quantity: Quantity) -> Option<&Field> {
+        self.fields.iter().find(|field| field.quantity == quantity)
+    }
+}
+
+impl Field {
+    /// The unit in which a name means its quantity, and how well it fits.
+    fn of_vocabulary(
+        &self,
+        name: &str,
+        bracket: Option<&str>,
+    ) -> Option<(&Self, &'static Unit, Rank)> {
+        let entry = self.quantity.entry();
+        if let Some(unit) = self.quantity.unit_of(name) {
+            // where the name has no unit the brackets have it
+            let bracket = bracket.filter(|_| unit.suffix.is_empty());
+            let unit = bracket.and_then(|text| written(entry.units, text)).unwrap_or(unit);
+            let usual = self.own.is_empty() && with_unit(entry.names[0], unit.suffix) == name;
+            return Some((self, unit, if usual { 0 } else { OTHER_NAME }));
+        }
+        let unit = written(entry.units, bracket?)?;
+        entry.names.contains(&name).then_some((self, unit, OTHER_NAME))
+    }
+}

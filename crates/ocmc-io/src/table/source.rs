@@ -1,0 +1,226 @@
+//! Where a table comes from: a file of separated cells, plain or compressed by gzip or zstd, a
+//! Parquet file, a text, or a table that a calling program holds.
+
+use super::error::{Fault, TableError};
+use super::given::GivenTable;
+use super::schema::Style;
+use arrow_array::{Array, RecordBatchReader};
+use flate2::read::MultiGzDecoder;
+use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+use std::fs::File;
+use std::io::{BufRead, BufReader, Cursor, Read};
+use std::path::Path;
+
+/// Largest description, in bytes: it is read as a whole.
+const MOST_BYTES: u64 = 256 << 20;
+
+/// Where a table comes from.
+#[derive(Clone, Copy, Debug)]
+pub enum Source<'a> {
+    /// A file.
+    File(&'a Path),
+    /// A text that is called so in messages.
+    Text(&'a Path, &'a str),
+    /// A table of a calling program.
+    Given(&'a GivenTable),
+}
+
+impl Source<'_> {
+    /// What it is called.
+    pub fn path(&self) -> &Path {
+        match self {
+            Self::File(path) | Self::Text(path, _) => path,
+            Self::Given(table) => table.path(),
+        }
+    }
+}
+
+/// A header, and rows that have not been read.
+pub(super) struct Opened {
+    /// Names of the columns as they are written.
+    pub(super) names: Vec<String>,
+    pub(super) rows: Rows,
+}
+
+/// Where the rows come from.
+pub(super) enum Rows {
+    Text(TextRows),
+    Given(GivenTable),
+}
+
+/// Rows of separated cells.
+pub(super) struct TextRows {
+    pub(super) reader: csv::Reader<Box<dyn Read>>,
+    /// Whether a line ends before its line feed, which then is that of the next one.
+    crlf: bool,
+}
+
+impl TextRows {
+    /// The line of the record that has been read, from 1.
+    pub(super) fn line(&self, record: &csv::StringRecord) -> u64 {
+        // where the record begins its position still is that of the comments and empty lines before
+        // it
+        let inside = record.as_slice().bytes().filter(|byte| *byte == b'\n').count() as u64;
+        (self.reader.position().line() - inside).saturating_sub(u64::from(!self.crlf))
+    }
+}
+
+/// Reads the header of a table.
+pub(super) fn open(source: Source, style: Style) -> Result<Opened, TableError> {
+    let path = source.path();
+    let failed = TableError::read(path);
+    match source {
+        Source::Given(table) => Ok(given(table.clone())),
+        Source::Text(_, text) => {
+            of_text(path, Box::new(Cursor::new(text.as_bytes().to_vec())), style)
+        }
+        Source::File(_) => {
+            let mut file = BufReader::new(File::open(path).map_err(failed)?);
+            if file.fill_buf().map_err(failed)?.starts_with(b"PAR1") {
+                return parquet(path);
+            }
+            let text = if style == Style::Description {
+                Box::new(Cursor::new(read_text(path)?.into_bytes()))
+            } else {
+                decompressed(file).map_err(failed)?
+            };
+            of_text(path, text, style)
+        }
+    }
+}
+
+/// A file as text; what is not UTF-8 is read as Latin-1.
+pub(crate) fn read_text(path: &Path) -> Result<String, TableError> {
+    let failed = TableError::read(path);
+    let text = decompressed(BufReader::new(File::open(path).map_err(failed)?)).map_err(failed)?;
+    let mut bytes = Vec::new();
+    text.take(MOST_BYTES + 1).read_to_end(&mut bytes).map_err(failed)?;
+    if bytes.len() as u64 > MOST_BYTES {
+        return Err(TableError::of(path, Fault::TooLarge(format!("{MOST_BYTES} bytes"))));
+    }
+    let text = match String::from_utf8(bytes) {
+        Ok(text) => text,
+        Err(error) => error.into_bytes().into_iter().map(char::from).collect(),
+    };
+    Ok(text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text))
+}
+
+/// The text of a file that may be compressed by gzip or zstd.
+fn decompressed(mut file: BufReader<File>) -> std::io::Result<Box<dyn Read>> {
+    let start = file.fill_buf()?;
+    Ok(if start.starts_with(&[0x1f, 0x8b]) {
+        Box::new(MultiGzDecoder::new(file))
+    } else if start.starts_with(&[0x28, 0xb5, 0x2f, 0xfd]) {
+        Box::new(zstd::Decoder::with_buffer(file)?)
+    } else {
+        Box::new(file)
+    })
+}
+
+fn of_text(path: &Path, text: Box<dyn Read>, style: Style) -> Result<Opened, TableError> {
+    let mut text = BufReader::new(text);
+    let failed = TableError::read(path);
+    let start = text.fill_buf().map_err(failed)?;
+    if start.is_empty() {
+        return Err(TableError::of(path, Fault::Empty));
+    }
+    let separator = separator(start);
+    let feed = start.iter().position(|byte| *byte == b'\n').unwrap_or(0);
+    let crlf = feed > 0 && start[feed - 1] == b'\r';
+    // a last line without an end would be counted as none
+    let end: &[u8] = if crlf { b"\r\n" } else { b"\n" };
+    let text: Box<dyn Read> = Box::new(text.chain(end));
+    let log = style == Style::Log;
+    let mut reader = csv::ReaderBuilder::new()
+        .flexible(true)
+        .trim(if log { csv::Trim::None } else { csv::Trim::All })
+        .comment((!log).then_some(b'#'))
+        .delimiter(separator)
+        .from_reader(text);
+    let header = reader.headers().map_err(|error| csv_error(path, error, 1))?;
+    let name = |name: &str| name.trim_start_matches('\u{feff}').trim().to_owned();
+    let names: Vec<String> = header.iter().map(name).collect();
+    Ok(Opened { names, rows: Rows::Text(TextRows { reader, crlf }) })
+}
+
+fn given(table: GivenTable) -> Opened {
+    let names = table.names().iter().map(|name| name.trim().to_owned()).collect();
+    Opened { names, rows: Rows::Given(table) }
+}
+
+fn parquet(path: &Path) -> Result<Opened, TableError> {
+    let failed = TableError::read(path);
+    let no_table = |reason: String| TableError::of(path, Fault::NoTable(reason));
+    let file = File::open(path).map_err(failed)?;
+    let reader = ParquetRecordBatchReaderBuilder::try_new(file)
+        .and_then(ParquetRecordBatchReaderBuilder::build)
+        .map_err(|error| no_table(error.to_string()))?;
+    let names = reader.schema().fields().iter().map(|field| field.name().clone()).collect();
+    let mut pieces = Vec::new();
+    for batch in reader {
+        pieces.push(batch.map_err(|error| no_table(error.to_string()))?.columns().to_vec());
+    }
+    pieces.retain(|piece| piece.first().is_some_and(|column| !column.is_empty()));
+    Ok(given(GivenTable::new(&path.to_string_lossy(), names, pieces)))
+}
+
+/// What the csv crate says, with the line that was being read.
+pub(super) fn csv_error(path: &Path, error: csv::Error, line: u64) -> TableError {
+    let fault = match error.into_kind() {
+        csv::ErrorKind::Io(source) => Fault::Read(source),
+        csv::ErrorKind::Utf8 { .. } => Fault::NotUtf8(line),
+        other => Fault::NoTable(format!("{other:?}")),
+    };
+    TableError::of(path, fault)
+}
+
+/// What separates the names of a table that begins so: a comma, unless there are more semicolons or
+/// tabulators. The names stand in the first line that is neither blank nor a comment (`#`).
+fn separator(start: &[u8]) -> u8 {
+    let start = start.strip_prefix(b"\xef\xbb\xbf").unwrap_or(start);
+    let mut lines = start.split(|byte| *byte == b'\n').map(<[u8]>::trim_ascii);
+    let line = lines.find(|line| !line.is_empty() && !line.starts_with(b"#")).unwrap_or_default();
+    let count = |wanted: u8| line.split(|byte| *byte == wanted).count();
+    // of equal counts the last one wins
+    [b'\t', b';', b','].into_iter().max_by_key(|separator| count(*separator)).unwrap_or(b',')
+}
+
+/// The ending of a file's name that says its format, in lower-case letters, without that of a
+/// compression.
+pub fn ending(path: &Path) -> String {
+    let name = path.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
+    let name = name.strip_suffix(".gz").or_else(|| name.strip_suffix(".zst")).unwrap_or(&name);
+    name.rsplit_once('.').map_or_else(String::new, |(_, ending)| ending.to_owned())
+}
+
+/// Whether a file is a table by its name.
+pub fn is_table(path: &Path) -> bool {
+    ["csv", "tsv", "txt", "parquet"].contains(&ending(path).as_str())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_header_tells_the_separator() {
+        for (start, separated) in [
+            ("a,b,c\n1;2;3;4\n", b','),
+            ("\u{feff}a;b (x, y);c\n", b';'),
+            ("# a, b, c\n\n a\tb\n1,2,3\n", b'\t'),
+            ("a\n1;2\n", b','),
+            ("", b','),
+        ] {
+            assert_eq!(separator(start.as_bytes()), separated, "{start}");
+        }
+    }
+
+    #[test]
+    fn a_compression_says_no_format() {
+        for (name, wanted) in
+            [("a.csv", "csv"), ("a.b.VDRI.gz", "vdri"), ("a.json.zst", "json"), ("a", "")]
+        {
+            assert_eq!(ending(Path::new(name)), wanted);
+        }
+    }
+}

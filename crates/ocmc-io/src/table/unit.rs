@@ -1,0 +1,131 @@
+//! Units in which the columns of a table may be written, and how large they are in SI.
+
+use super::quantity::VOCABULARY;
+use std::f64::consts::PI;
+
+/// A unit.
+#[derive(Debug, PartialEq)]
+pub struct Unit {
+    /// At the end of a column's name: `kmh` of `speed_kmh`. Empty where the name alone says it.
+    pub suffix: &'static str,
+    /// How it is written in brackets, the usual way first.
+    pub written: &'static [&'static str],
+    /// One of it in SI.
+    pub factor: f64,
+    /// Its zero in SI.
+    pub offset: f64,
+}
+
+impl Unit {
+    const fn new(suffix: &'static str, written: &'static [&'static str], factor: f64) -> Self {
+        Self { suffix, written, factor, offset: 0.0 }
+    }
+
+    /// A number of it in SI.
+    pub fn si(&self, number: f64) -> f64 {
+        let size = self.factor * number;
+        // adding zero would lose the sign of a zero
+        if self.offset == 0.0 { size } else { size + self.offset }
+    }
+}
+
+/// Kilometres an hour.
+pub const KMH: &str = "kmh";
+
+/// Texts, which have no unit.
+pub const TEXT: &[Unit] = &[Unit::new("", &[], 1.0)];
+/// A number without a unit.
+pub const NUMBER: &[Unit] = &[Unit::new("", &["-", "1"], 1.0)];
+/// Shares.
+pub const SHARE: &[Unit] = &[
+    Unit::new("", &["-", "1", "m/m"], 1.0),
+    Unit::new("percent", &["%", "percent", "per cent"], 0.01),
+];
+/// Times.
+pub const TIME: &[Unit] = &[
+    Unit::new("s", &["s", "sec", "second", "seconds"], 1.0),
+    Unit::new("ms", &["ms"], 1e-3),
+    Unit::new("us", &["us", "µs"], 1e-6),
+    Unit::new("ns", &["ns"], 1e-9),
+    Unit::new("min", &["min", "minutes"], 60.0),
+    Unit::new("h", &["h", "hours"], 3600.0),
+];
+/// Lengths.
+pub const LENGTH: &[Unit] = &[
+    Unit::new("m", &["m", "metre", "metres", "meter", "meters"], 1.0),
+    Unit::new("km", &["km"], 1000.0),
+];
+/// Speeds.
+pub const SPEED: &[Unit] = &[
+    Unit::new("mps", &["m/s", "mps"], 1.0),
+    Unit::new(KMH, &["km/h", "kmh", "kph", "km/hr"], 1.0 / 3.6),
+    Unit::new("mph", &["mph", "mile/h", "miles/h", "mi/h"], 0.44704),
+    Unit::new("kn", &["kn", "kt", "knots"], 1852.0 / 3600.0),
+];
+/// Accelerations.
+pub const ACCELERATION: &[Unit] =
+    &[Unit::new("mps2", &["m/s²", "m/s2", "m/s^2", "mps2"], 1.0), Unit::new("g", &["g"], 9.80665)];
+/// Angles.
+pub const ANGLE: &[Unit] =
+    &[Unit::new("rad", &["rad"], 1.0), Unit::new("deg", &["°", "deg"], PI / 180.0)];
+/// Angular rates.
+pub const ANGULAR_RATE: &[Unit] = &[
+    Unit::new("radps", &["rad/s", "radps"], 1.0),
+    Unit::new("degps", &["°/s", "deg/s", "degps"], PI / 180.0),
+];
+/// Latitude and longitude, which stay degrees.
+pub const DEGREES: &[Unit] =
+    &[Unit::new("deg", &["°", "deg"], 1.0), Unit::new("", &["°", "deg"], 1.0)];
+/// 1 over a length.
+pub const PER_LENGTH: &[Unit] = &[Unit::new("per_m", &["1/m"], 1.0)];
+/// Coefficients of a road's roughness.
+pub const ROUGHNESS: &[Unit] = &[Unit::new("m3", &["m³", "m3", "m^3"], 1.0)];
+/// Masses.
+pub const MASS: &[Unit] = &[Unit::new("kg", &["kg"], 1.0), Unit::new("t", &["t"], 1000.0)];
+/// Temperatures.
+pub const TEMPERATURE: &[Unit] = &[
+    Unit::new("k", &["K"], 1.0),
+    Unit { offset: 273.15, ..Unit::new("c", &["°C", "C", "degC"], 1.0) },
+];
+/// Pressures.
+pub const PRESSURE: &[Unit] =
+    &[Unit::new("pa", &["Pa"], 1.0), Unit::new("hpa", &["hPa", "mbar"], 100.0)];
+/// Water that falls.
+pub const PRECIPITATION: &[Unit] =
+    &[Unit::new("mps", &["m/s"], 1.0), Unit::new("mm_per_h", &["mm/h"], 1e-3 / 3600.0)];
+/// Rotational speeds.
+pub const ROTATIONAL_SPEED: &[Unit] = &[
+    Unit::new("radps", &["rad/s", "radps"], 1.0),
+    Unit::new(
+        "rpm",
+        &["rpm", "1/min", "min-1", "min^-1", "/min", "U/min", "rev/min", "r/min"],
+        PI / 30.0,
+    ),
+];
+/// Torques.
+pub const TORQUE: &[Unit] = &[Unit::new("nm", &["Nm", "N m", "N.m", "N·m"], 1.0)];
+/// Mass a time.
+pub const MASS_FLOW: &[Unit] = &[
+    Unit::new("kgps", &["kg/s"], 1.0),
+    Unit::new("gph", &["g/h", "g/hr"], 1.0 / 3.6e6),
+    Unit::new("kgph", &["kg/h", "kg/hr"], 1.0 / 3600.0),
+];
+
+/// Units that people write at the end of a column's name, and that no quantity is read in.
+const OTHER_SUFFIXES: [&str; 9] = ["f", "mbar", "inhg", "kpa", "bar", "ft", "mi", "fps", "per_km"];
+
+/// The one of some units that has this suffix.
+pub fn with_suffix(units: &'static [Unit], suffix: &str) -> Option<&'static Unit> {
+    units.iter().find(|unit| unit.suffix == suffix)
+}
+
+/// The one of some units that is written so in brackets.
+pub fn written(units: &'static [Unit], text: &str) -> Option<&'static Unit> {
+    units.iter().find(|unit| unit.written.iter().any(|known| known.eq_ignore_ascii_case(text)))
+}
+
+/// Whether the end of a column's name is a unit, of whatever quantity.
+pub fn is_suffix(text: &str) -> bool {
+    VOCABULARY.iter().any(|entry| with_suffix(entry.units, text).is_some())
+        || OTHER_SUFFIXES.contains(&text)
+}
