@@ -88,6 +88,42 @@ fn overspeed_band_saves_the_brakes_on_gentle_descents() {
 }
 
 #[test]
+fn overspeed_band_ends_where_a_ramp_to_a_lower_speed_begins() {
+    // a driver without integral and derivative part: u = K_P (v_desired - v), and the brake pedal is 0.3 of it below zero
+    let study = typical(&[
+        "driver.pedals.pid.integral_time_median_s=0",
+        "driver.pedals.pid.derivative_median=0",
+        "simulation.step_s=0.02",
+    ]);
+    // a descent on which a coasting truck gets faster
+    let road = GivenRoad::flat(3000.0, 80.0 / 3.6).slope(-0.02).stop(2500.0, 5.0);
+    let scenario = road.scenario(&study);
+    let gain = scenario.driver.pedals.proportional;
+    let band_mps = study.model().driver.pedals.overspeed_band_mps;
+    let trace = trace_scenario(&study, scenario);
+    let [desired, speed, brake] =
+        ["desired_speed_mps", "speed_mps", "brake"].map(|name| column(&trace, name));
+    let top_mps = desired.iter().fold(0.0, |a: f64, b| a.max(*b));
+    let (mut before, mut ramp) = (0, 0);
+    for k in 1..speed.len() - 1 {
+        // above the speed from which there is a band, and faster than wanted
+        let over_mps = speed[k] - desired[k + 1];
+        if speed[k].min(speed[k - 1]) < 15.0 || over_mps <= 0.01 {
+            continue;
+        }
+        if desired[k].min(desired[k + 1]) == top_mps {
+            assert!(over_mps > band_mps || brake[k] == 0.0, "{over_mps} {}", brake[k]);
+            before += 1;
+        } else if desired[k].max(desired[k + 1]) < top_mps {
+            let wanted = 0.3 * gain * over_mps;
+            assert!((brake[k] - wanted).abs() < 0.01 * wanted + 1e-3, "{wanted} {}", brake[k]);
+            ramp += 1;
+        }
+    }
+    assert!(before > 100 && ramp > 100, "{before} {ramp}");
+}
+
+#[test]
 fn stop_capture_trucks_arrive_slowly_and_stop_at_the_line() {
     let study = study("regional", &["mission.length_m=20000"]);
     let mut arrivals = Vec::new();
@@ -127,28 +163,41 @@ fn stop_capture_who_stops_beyond_the_end_of_a_segment_has_left_it() {
 }
 
 #[test]
-fn rule_7_who_comes_to_rest_three_metres_before_the_line_has_stopped() {
-    // a brake that is held as printed stops this truck 1.6 m before its line
-    let before_m = |sets: &[&str]| {
-        let mut all = vec![
-            "driver.pedals.pid_share=0.0",
-            "driver.pedals.switched.hold=\"paper\"",
-            "driver.pedals.switched.proportional=0.47",
-            "driver.pedals.switched.threshold_mps=1.2",
-        ];
-        all.extend_from_slice(sets);
-        let study = typical(&all);
-        let road = GivenRoad::flat(2000.0, 50.0 / 3.6).stop(1000.0, 5.0);
+fn stop_capture_who_is_below_creep_speed_three_metres_before_the_line_has_stopped() {
+    // a gentle driver, whose ramp has a speed of √(2 × 0.2 × 3) = 1.1 m/s three metres before the line and of 0.45 m/s half
+    // a metre before it; a step is at most 0.02 s long
+    let stop = |creep_speed_mps: f64, creep_distance_m: f64| {
+        let study = typical(&[
+            "driver.speed_change.deceleration_mps2=0.2",
+            "simulation.step_s=0.02",
+            &format!("simulation.creep_speed_mps={creep_speed_mps}"),
+            &format!("simulation.creep_distance_m={creep_distance_m}"),
+        ]);
+        let road = GivenRoad::flat(400.0, 30.0 / 3.6).stop(200.0, 5.0);
         let trace = trace_scenario(&study, road.scenario(&study));
         assert_eq!((trace.record.outcome, trace.record.n_stops), (Outcome::Completed, 1));
         let stood = column(&trace, "step_s").iter().position(|dt| *dt == 5.0).unwrap();
-        1000.0 - column(&trace, "position_m")[stood - 1]
+        let [position, speed] =
+            ["position_m", "speed_mps"].map(|name| column(&trace, name)[stood - 1]);
+        (200.0 - position, speed)
     };
-    let captured = before_m(&[]);
-    assert!(captured > 0.5 && captured <= 3.0, "{captured}");
-    // without it the truck has to start again and to come nearer
-    let nearer = before_m(&["simulation.creep_distance_m=0.5"]);
-    assert!(nearer <= 0.5, "{nearer}");
+    let short_m = 2.0 * 0.02;
+    // slower than the creep speed all along the creep distance: captured where it begins
+    for creep_distance_m in [3.0, 2.0] {
+        let (left_m, speed_mps) = stop(2.0, creep_distance_m);
+        let begin = creep_distance_m - short_m..=creep_distance_m;
+        assert!(begin.contains(&left_m) && speed_mps < 2.0, "{left_m} {speed_mps}");
+    }
+    // faster than the creep speed there: captured where it falls below it
+    let (left_m, speed_mps) = stop(0.9, 3.0);
+    assert!((0.5..2.8).contains(&left_m), "{left_m}");
+    assert!((0.9 - 0.4 * 0.02..0.9).contains(&speed_mps), "{speed_mps}");
+    // never slower: captured half a metre before the line, as without a creep distance
+    for (creep_speed_mps, creep_distance_m) in [(0.0, 3.0), (2.0, 0.5)] {
+        let (left_m, speed_mps) = stop(creep_speed_mps, creep_distance_m);
+        assert!((0.5 - short_m..=0.5).contains(&left_m), "{left_m}");
+        assert!(speed_mps > 0.3, "{speed_mps}");
+    }
 }
 
 #[test]

@@ -52,6 +52,42 @@ fn driven(study: &Study, road: &GivenRoad) -> Record {
 }
 
 #[test]
+fn motor_and_auxiliaries_together_stay_within_the_battery() {
+    // 25 kW of auxiliaries beside a battery of 200 kW and a charging limit of 100 kW
+    let limits = [
+        "vehicle.auxiliary_power_w=25000",
+        "vehicle.electric.climate.maximum_w=0",
+        "vehicle.electric.battery.discharge_power_w=200e3",
+        "vehicle.electric.battery.charge_power_w=100e3",
+    ];
+    // a motor far stronger than the battery, and one that alone stays within its limits
+    let weak =
+        ["vehicle.electric.motor.power_w=175e3", "vehicle.electric.motor.brake_power_w=120e3"];
+    for motor in [&[][..], &weak] {
+        let study = tractor(&[&limits[..], motor, &["simulation.step_s=0.1"]].concat());
+        let road = road(6000.0, 80.0, &[(0.0, 0.03), (3000.0, -0.06)]);
+        let trace = trace_scenario(&study, road.scenario(&study));
+        let power = column(&trace, "battery_power_w");
+        let most = power.iter().copied().fold(0.0, f64::max);
+        let least = power.iter().copied().fold(0.0, f64::min);
+        // the power at the step's mean is not the mean of the powers, by a little
+        assert!((most / 200e3 - 1.0).abs() < 2e-3, "{motor:?}: {most}");
+        assert!((least / -100e3 - 1.0).abs() < 2e-3, "{motor:?}: {least}");
+        // at the limit of either sign, motor and auxiliaries have it to themselves
+        let drive = electric(&study);
+        let charge = 0.5;
+        for (speed, torque) in
+            [(100.0, 2400.0), (250.0, 2000.0), (300.0, -1500.0), (150.0, -2400.0)]
+        {
+            let held = drive.within_battery_nm(charge, 25e3, speed, torque);
+            let terminals = drive.motor.terminals_w(speed, held) + 25e3;
+            let limit = if torque > 0.0 { 200e3 } else { -100e3 };
+            assert!((terminals / limit - 1.0).abs() < 1e-9, "{speed} {torque}: {terminals}");
+        }
+    }
+}
+
+#[test]
 fn energy_closes_to_1e_9_with_every_electric_vehicle_and_nothing_is_nan() {
     for study in ["field-truck", "regional", "urban-delivery"] {
         for vehicle in VEHICLES {

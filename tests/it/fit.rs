@@ -141,7 +141,10 @@ fn tables_without_a_fit_are_refused_in_words() {
         (String::new(), "is empty"),
         (rows(&[]), "no rows"),
         (rows(&["a,5,left,3"]), "1 radius_too_small"),
-        ("driver,radius_m,speed\na,100,5\n".to_owned(), "no column for the speed (`speed` has no known unit)"),
+        (
+            "driver,radius_m,speed\na,100,5\n".to_owned(),
+            "no column for the speed (`speed` has no known unit)",
+        ),
         (rows(&["a,100,up,5"]), "allowed is `left` or `right`"),
         (
             rows(&["a,100,left,5", "a,200,right,6", "b,300,left,8"]),

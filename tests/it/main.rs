@@ -19,6 +19,8 @@ mod energy_balance;
 mod fit;
 mod fleet_answers;
 mod follow_speed;
+mod forces;
+mod free_flow_clock;
 mod given_cycles;
 mod hints;
 mod identification;

@@ -1,7 +1,7 @@
 //! The lines of the gearbox's strategy one by one for the default truck. Gears count from 0 here.
 
 use crate::common::{GivenRoad, column, diesel, study, typical};
-use ocmc_core::kernel::trace::{trace, trace_scenario};
+use ocmc_core::kernel::trace::{Trace, trace, trace_scenario};
 use ocmc_core::powertrain::gearbox::ShiftInputs;
 
 /// With half the pedal a gear is entered from 95 + 32/2 rad/s on, and left below 88 + 20/2.
@@ -87,6 +87,89 @@ fn shift_interval_two_seconds_lie_between_shifts() {
             }
         }
     }
+}
+
+/// Rows of a trace from which on a higher gear is engaged while the truck drives.
+fn upshifts(trace: &Trace) -> Vec<usize> {
+    let [gear, driven] = ["gear", "simulated_added_s"].map(|name| column(trace, name));
+    let up = |k: &usize| gear[*k] > gear[*k - 1] && driven[*k] > 0.0 && driven[*k - 1] > 0.0;
+    (1..gear.len()).filter(up).collect()
+}
+
+#[test]
+fn shift_interval_counts_from_the_shifts_beginning() {
+    // gears that are shifted one by one as soon as the interval is over: the torque is gone for half of it
+    for (duration_s, interval_s) in [(1.0, 2.0), (1.5, 3.0)] {
+        let study = typical(&[
+            "vehicle.gearbox.shift.most_steps=1",
+            "vehicle.gearbox.shift.up_speed_radps=60",
+            "vehicle.gearbox.shift.up_pedal_radps=1",
+            "vehicle.gearbox.shift.down_speed_radps=50",
+            "vehicle.gearbox.shift.down_pedal_radps=0",
+            &format!("vehicle.gearbox.shift.duration_s={duration_s}"),
+            &format!("vehicle.gearbox.shift.interval_s={interval_s}"),
+        ]);
+        // downhill and without payload: speed and power never lack
+        let road = GivenRoad { payload_kg: 0.0, ..GivenRoad::flat(1500.0, 22.0).slope(-0.03) };
+        let trace = trace_scenario(&study, road.scenario(&study));
+        let time = column(&trace, "time_s");
+        let at: Vec<f64> = upshifts(&trace).iter().map(|k| time[k - 1]).collect();
+        let between: Vec<f64> = at.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        let bound = between.iter().filter(|s| (*s - interval_s).abs() < 1e-9).count();
+        let shortest = between.iter().copied().fold(f64::INFINITY, f64::min);
+        assert!(shortest > interval_s - 1e-9 && bound >= 4, "{interval_s}: {between:?}");
+    }
+}
+
+#[test]
+fn upshift_line_a_step_ends_where_the_engine_reaches_the_line_of_the_next_gear() {
+    // without it a shift came up to a whole step too late. Nothing but the line holds a shift back
+    let study = typical(&[
+        "vehicle.gearbox.shift.duration_s=0",
+        "vehicle.gearbox.shift.interval_s=0",
+        "vehicle.gearbox.shift.most_steps=1",
+        "vehicle.gearbox.shift.up_pedal_radps=0",
+        "simulation.step_s=2.0",
+    ]);
+    let gears = &study.vehicle().gears;
+    let mut shifts = 0;
+    for slope in [0.0, -0.01, 0.005] {
+        let road = GivenRoad { payload_kg: 5000.0, ..GivenRoad::flat(4000.0, 22.0).slope(slope) };
+        let trace = trace_scenario(&study, road.scenario(&study));
+        let [speed, gear, step] = ["speed_mps", "gear", "step_s"].map(|name| column(&trace, name));
+        for k in upshifts(&trace) {
+            let up = |speed_mps: f64| speed_mps * gears[gear[k] as usize - 1].speed_ratio_per_m;
+            let (before, after) = (up(speed[k - 2]), up(speed[k - 1]));
+            // where the line was passed already, the row before was a shift, too
+            if before < 95.0 {
+                println!("{slope} {before} {after} {}", step[k - 1]);
+                assert!((95.0..95.05).contains(&after), "{before} {after} in {} s", step[k - 1]);
+                shifts += 1;
+            }
+        }
+    }
+    assert!(shifts >= 10, "{shifts}");
+}
+
+#[test]
+fn kickdown_counts_a_pressed_pedal_from_where_the_torque_is_back() {
+    // a loaded truck on a climb that it cannot take in any high gear; the lines of engine speed alone do not shift it down
+    let study = typical(&[
+        "vehicle.gearbox.shift.down_speed_radps=60",
+        "vehicle.gearbox.shift.down_pedal_radps=0",
+        "vehicle.gearbox.shift.interval_s=0",
+    ]);
+    let mut road = GivenRoad::flat(4000.0, 80.0 / 3.6);
+    road.slopes = vec![0.0; 80];
+    road.slopes.push(0.06);
+    let trace = trace_scenario(&study, road.scenario(&study));
+    let [gear, time] = ["gear", "time_s"].map(|name| column(&trace, name));
+    let climbing = (1..gear.len()).filter(|k| column(&trace, "position_m")[*k] > 2000.0);
+    let at: Vec<f64> = climbing.filter(|k| gear[*k] < gear[*k - 1]).map(|k| time[k - 1]).collect();
+    let between: Vec<f64> = at.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    // a second without torque, and two with the pedal down; a step more until it is seen
+    let shortest = between.iter().copied().fold(f64::INFINITY, f64::min);
+    assert!((3.0 - 1e-9..5.0).contains(&shortest) && at.len() >= 3, "{between:?}");
 }
 
 #[test]

@@ -161,6 +161,35 @@ mod tests {
     }
 
     #[test]
+    fn ranks_of_batches_by_hand() {
+        let sorted: Vec<f64> = (1..=32).map(f64::from).collect();
+        // the values 1 to 32 in batches of four: of each batch so many are among the lowest
+        let ranks = |batch: u64, level: f64, lowest: [u64; 8]| {
+            let count: u64 = lowest.iter().sum();
+            let (mut low, mut high) = (1..=count, count + 1..=32);
+            let cycles = (0..32).map(|id| {
+                let is_low = id % 4 < lowest[id as usize / 4];
+                let value = if is_low { low.next() } else { high.next() };
+                (id, value.expect("so many of each") as f64)
+            });
+            let dependence = Dependence { batch, replicates: None };
+            interval_of_batches(&sorted, level, dependence, cycles)
+        };
+        let halves = [0, 1, 1, 2, 2, 3, 3, 4];
+        // R = 16/32; squares of y - 4 R: 12; se = √(8/7 · 12)/32 = 0.115728; t₀.₉₇₅(7) = 2.364624;
+        // h = 0.273652: ranks ⌊32 (0.5 − h)⌋ = ⌊7.243⌋ and ⌈32 (0.5 + h)⌉ + 1 = ⌈24.757⌉ + 1
+        assert_eq!(ranks(4, 0.5, halves), Some([7.0, 26.0]));
+        // independent values: P(B < 10) = 1.003 % and P(B < 11) = 2.505 % of Bin(32, 1/2)
+        assert_eq!(ranks(1, 0.5, halves), Some([10.0, 23.0]));
+        // one batch has no spread
+        assert_eq!(ranks(32, 0.5, halves), None);
+        // R = 8/32; squares of y - 4 R: 2; h = 2.364624 √(8/7 · 2)/32 = 0.111718: ⌊4.425⌋ and ⌈11.575⌉ + 1
+        assert_eq!(ranks(4, 0.25, [1, 1, 1, 1, 1, 1, 2, 0]), Some([4.0, 13.0]));
+        // squares: 8; h = 0.223436: ⌊0.850⌋ is no rank
+        assert_eq!(ranks(4, 0.25, [2, 2, 2, 2, 0, 0, 0, 0]), None);
+    }
+
+    #[test]
     fn smallest_samples_of_each_quantile() {
         for (level, n) in [(0.99, 368), (0.95, 72), (0.05, 72), (0.5, 6)] {
             assert_eq!(ranks(n - 1, level), None, "{level}");

@@ -384,6 +384,16 @@ mod tests {
     }
 
     #[test]
+    fn pressure_falls_more_slowly_in_warm_air() {
+        // exp(-9806.65 / (287.05 T)): 0.876043 at -15 degC, 0.893423 at 30 degC
+        for (celsius, wanted) in [(-15.0, 0.876_043), (30.0, 0.893_423)] {
+            let dry = Weather { temperature_k: 273.15 + celsius, ..STANDARD_WEATHER };
+            let part = dry.air_density_kgpm3(1000.0) / dry.air_density_kgpm3(0.0);
+            assert!((part - wanted).abs() < 2e-6, "{celsius} degC: {part}");
+        }
+    }
+
+    #[test]
     fn a_wind_from_the_front_is_a_headwind() {
         let wind = Weather { wind_speed_mps: 5.0, wind_direction_rad: 1.0, ..STANDARD_WEATHER };
         let (head, cross) = wind.wind_components_mps(1.0);

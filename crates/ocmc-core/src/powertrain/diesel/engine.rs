@@ -444,6 +444,39 @@ pub(crate) mod tests {
     }
 
     #[test]
+    fn an_empty_cell_continues_the_last_slope_of_its_row() {
+        // rows at 100 and 200 rad/s over 0, 100, 200, 400 and 800 Nm, in mg/s. The first one is convex and ends at
+        // 200 Nm: its slopes are 10 and 30, the mean of both is 20
+        let fuel_kgps = |row: &[f64]| row.iter().map(|mgps| mgps * 1e-6).collect();
+        let model = EngineModel {
+            map_speed_radps: vec![100.0, 200.0],
+            drag_torque_nm: vec![-100.0, -100.0],
+            map_torque_nm: vec![0.0, 100.0, 200.0, 400.0, 800.0],
+            map_fuel_kgps: vec![
+                fuel_kgps(&[1000.0, 2000.0, 5000.0]),
+                fuel_kgps(&[3000.0, 6000.0, 9000.0, 19_000.0]),
+            ],
+            ..engine_b()
+        };
+        let engine = Engine::new(&model);
+        for (w, t, mgps) in [
+            (100.0, 150.0, 3500.0),
+            (100.0, 200.0, 5000.0),
+            (100.0, 300.0, 8000.0),
+            (100.0, 400.0, 11_000.0),
+            (100.0, 800.0, 23_000.0),
+            (100.0, 900.0, 26_000.0),
+            // the second row has slopes of 30, 30 and 50
+            (200.0, 600.0, 29_000.0),
+            (200.0, 800.0, 39_000.0),
+            (150.0, 600.0, 0.5 * (17_000.0 + 29_000.0)),
+        ] {
+            let got = engine.fuel_kgps(w, t) * 1e6;
+            assert!((got / mgps - 1.0).abs() < 1e-9, "{w} {t}: {got} {mgps}");
+        }
+    }
+
+    #[test]
     fn the_map_agrees_with_the_fitted_polynomial() {
         // a polynomial fitted to the map: P = 203.79 w + .8413 w^2 + 1.7072 w T + 1.988e-4 w T^2, rms 4.8, max 9.4 kW
         let engine = Engine::new(&engine_b());
