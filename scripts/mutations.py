@@ -1,0 +1,717 @@
+#!/usr/bin/env python3
+"""Do the tests notice subtle changes to physics, statistics, planning and sampling?
+
+    scripts/mutations.py            all of them, a table on standard output
+    scripts/mutations.py 3 17      these two
+    scripts/mutations.py --list     what would be changed, nothing is built
+
+Each row of MUTATIONS is one change. The tree is copied to a temporary folder, all changes are written
+into it at once, each behind `if mutant(number)`, and compiled once; then the tests run with one change
+turned on at a time by an environment variable. Tests of value stability, which notice that anything
+changed, are left out. The tests named in a row are those that should notice it on principle; where they
+do not, all others run.
+
+The code of a row must occur exactly once in the sources (white space does not matter, tests beside the
+code do not count), or the script stops: a row whose code was renamed is to be mended.
+"""
+
+import argparse
+import dataclasses
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+VARIABLE = "OCMC_MUTANT"
+SKIPPED = "value_stability"
+LIMIT_S = 900
+
+
+@dataclasses.dataclass
+class Mutation:
+    """One change: `code` has the expression to be replaced between `{{` and `}}`."""
+
+    what: str
+    code: str
+    new: str
+    tests: str  # "EXECUTABLE FILTER..." separated by ";", the executables as in EXECUTABLES
+
+
+# ------------------------------------------------------------------------------------------ the list
+PHYSICS = [
+    Mutation(
+        "empty cells of a fuel map: the row's mean slope in place of its last",
+        "let slope = {{(full[k - 1] - full[k - 2]) / (torques[k - 1] - torques[k - 2])}};",
+        "(full[k - 1] - full[0]) / (torques[k - 1] - torques[0])",
+        "core engine::tests",
+    ),
+    Mutation(
+        "the battery's limit without auxiliaries, where a torque is brought back",
+        "let most = {{battery.discharge_limit_w(charge) - auxiliary_w}};",
+        "battery.discharge_limit_w(charge)",
+        "it electric::motor_and_auxiliaries",
+    ),
+    Mutation(
+        "the battery's limit without auxiliaries, where it is looked for",
+        "let drawn = {{speed * torque + self.drive.motor.losses_w(speed, torque)"
+        " + state.auxiliary_power}};",
+        "speed * torque + self.drive.motor.losses_w(speed, torque)",
+        "it electric::motor_and_auxiliaries",
+    ),
+    Mutation(
+        "no bound of tyre grip on the brake",
+        "brake: self.mass * {{(control.braking * parameters.brake_mps2).min(row[RoadRow::GRIP])}},",
+        "(control.braking * parameters.brake_mps2)",
+        "it forces::",
+    ),
+    Mutation(
+        "pressure falls with altitude as at 288.15 K",
+        "libm::exp(-9.80665 * climb_m / (287.05 * {{self.temperature_k}}))",
+        "288.15",
+        "core weather::tests",
+    ),
+    Mutation(
+        "the shift interval counts from the shift's end",
+        "state.hold_left[lane] = {{shift.interval_s}};",
+        "shift.interval_s + shift.duration_s",
+        "it shift_strategy::",
+    ),
+    Mutation(
+        "the overspeed band acts on braking ramps, too",
+        "let in_band = {{speed.simd_gt(pedals.overspeed_from_mps) & !backward.simd_lt(limit)}};",
+        "speed.simd_gt(pedals.overspeed_from_mps)",
+        "it closed_loop::overspeed_band",
+    ),
+    Mutation(
+        "no step is cut where the gearbox decides",
+        "let earliest = {{driver.or_earlier(gear)}};",
+        "driver",
+        "it shift_strategy::",
+    ),
+    Mutation(
+        "no step is cut where a driver changes pedals",
+        "let earliest = {{driver}}.or_earlier(gear);",
+        "gear",
+        "it closed_loop:: step_bias::",
+    ),
+    Mutation(
+        "rolling resistance of the empty truck",
+        "rolling_coefficient(&self.axles, {{mass_kg}}, self.rolling_load_exponent)",
+        "self.curb_mass_kg",
+        "core-it sampled::driver",
+    ),
+    Mutation(
+        "half of the engine brake",
+        "let engine_brake = at.brake.min({{engine_speed * coupling.engine_brake}});",
+        "engine_speed * coupling.engine_brake * 0.5",
+        "it closed_loop:: energy_balance::",
+    ),
+    Mutation(
+        "drag without the square of the cross wind",
+        "half_density * ({{relative_mps * relative_mps + cross_mps * cross_mps}});",
+        "relative_mps * relative_mps",
+        "core resistance::tests; it energy_balance:: closed_form::",
+    ),
+    Mutation(
+        "the cross-wind increment beyond its largest angle",
+        "let tangent = {{effort.wind_tangent.min(wind.maximum_tangent)}};",
+        "effort.wind_tangent",
+        "it forces::",
+    ),
+    Mutation(
+        "gearbox loss with the sign of the torque",
+        "let gearbox_nm = loss_share * {{torque_nm.abs()}} + self.gearbox_nm;",
+        "torque_nm",
+        "core gearbox::tests",
+    ),
+    Mutation(
+        "the temperature coefficient of rolling is not halved far from 25 degC",
+        "coefficient_per_k * (near + {{0.5}} * (difference - near))",
+        "1.0",
+        "core resistance::tests",
+    ),
+    Mutation(
+        "full exposure to cross wind",
+        "= {{(exposure * head, exposure * cross.abs())}};",
+        "(exposure * head, cross.abs())",
+        "it road_rows::",
+    ),
+    Mutation(
+        "a left curve turns the heading the other way",
+        "curve.map_or(0.0, |k| {{-road.curves[k].curvature_per_m()}} * segment.length_m)",
+        "road.curves[k].curvature_per_m()",
+        "it road_rows::",
+    ),
+    Mutation(
+        "rolling without the slope's cosine",
+        "GRAVITY_MPS2 * sine, around.rolling * {{cosine}},",
+        "1.0",
+        "it road_rows::",
+    ),
+    Mutation(
+        "air density of the start all the way up",
+        "if new_weather || {{self.has_climbed(altitude_m)}} {",
+        "false",
+        "it road_rows::",
+    ),
+    Mutation(
+        "a slipping clutch brakes the wheels",
+        "let gearbox_torque = coupling.closed.select(driving, {{driving.max(0.0)}});",
+        "driving",
+        "it closed_loop::launch",
+    ),
+    Mutation(
+        "no lower clamp of the integral part",
+        "clip(integral, {{pid.integral_minimum}}, pid.integral_maximum)",
+        "-10.0",
+        "it closed_loop::integral_clamp closed_loop::anti_windup",
+    ),
+    Mutation(
+        "no anti-windup",
+        "integral_rate: {{self.integral_gain * error + self.tracking * (realised - output)}},",
+        "self.integral_gain * error",
+        "it closed_loop::integral_clamp closed_loop::anti_windup",
+    ),
+    Mutation(
+        "the derivative acts with the wrong sign",
+        "let continuous = effort + integral - {{self.derivative_over_filter * lag}};",
+        "-(self.derivative_over_filter * lag)",
+        "it closed_loop::",
+    ),
+    Mutation(
+        "the limiter has no range",
+        "let end_mps = vehicle.limiter_speed_mps + {{vehicle.limiter_range_mps}};",
+        "0.0",
+        "it forces::",
+    ),
+    Mutation(
+        "a held brake is not released",
+        "error.simd_lt(0.0).select(held, {{held.max(self.lowest_held)}});",
+        "held",
+        "it closed_loop::held_throttle",
+    ),
+    Mutation(
+        "fuel is not cut in overrun",
+        "map.max(0.0) * {{overrun.max(0.0)}}",
+        "overrun.max(0.5)",
+        "core engine::tests",
+    ),
+    Mutation(
+        "an idling engine without auxiliaries",
+        "let torque = {{power_w / self.idle_radps}};",
+        "0.0 * power_w",
+        "it forces::",
+    ),
+    Mutation(
+        "a kick-down is asked for while the torque is still coming back",
+        "state.kick_left[lane] = {{shift.duration_s + shift.kickdown_s}};",
+        "shift.kickdown_s",
+        "it shift_strategy::",
+    ),
+    Mutation(
+        "an upshift needs no reserve of power",
+        "full_load_nm(w) * w >= {{self.power_reserve}} * inputs.road_power_w",
+        "1.0",
+        "it shift_strategy::",
+    ),
+    Mutation(
+        "the battery's current as of half its resistance",
+        "let under = voltage * voltage - power_w * ({{4.0}} * self.resistance_ohm);",
+        "2.0",
+        "core battery::tests",
+    ),
+    Mutation(
+        "braking by the motor does not fade out",
+        "let fade = {{clip(vehicle_mps * (1.0 / self.brake_fade_mps), 0.0, 1.0)}};",
+        "Lanes::splat(vehicle_mps.simd, 1.0)",
+        "core motor::tests",
+    ),
+    Mutation(
+        "the motor brakes with all axles",
+        "force_n * ({{self.motor.brake_share}} * self.gear_efficiency) / per_m",
+        "1.0",
+        "core battery_electric::; it electric::",
+    ),
+]
+
+PLANNING = [
+    Mutation(
+        "traffic of the section before where the road type changes",
+        "let density_per_m = density_at({{section}}, block);"
+        " cycle.traffic.push(TrafficStretch { start_m: position_m, density_per_m }); }"
+        " speed_mps = *v;",
+        "section.saturating_sub(1)",
+        "it free_flow_clock::",
+    ),
+    Mutation(
+        "weather at a block's start",
+        "let weather = weather_at({{middle_s(block)}});",
+        "block * step_s",
+        "it free_flow_clock::",
+    ),
+    Mutation(
+        "the clock that traffic and weather go by does not wait at stops",
+        "match change { Change::Standstill(wait_s) => time_s += {{wait_s}},"
+        " Change::Speed { section: s",
+        "&0.0",
+        "it free_flow_clock::",
+    ),
+    Mutation(
+        "the clock goes by the sign alone",
+        "let speed_mps = {{sign.speed_mps.min(model.truck_limit_mps.unwrap_or(f64::INFINITY))}};",
+        "sign.speed_mps",
+        "it free_flow_clock:: tactical::",
+    ),
+    Mutation(
+        "the daily profile of traffic at a block's start",
+        "let middle_s = departure_s + (step as f64 + {{0.5}}) * self.step_s;",
+        "0.0",
+        "core traffic::tests; it free_flow_clock::",
+    ),
+    Mutation(
+        "traffic goes by the truck's limit",
+        "model.traffic().speed_mps(density, {{sign_mps}})",
+        "sign_mps.min(truck_limit)",
+        "it tactical::",
+    ),
+    Mutation(
+        "the accelerating branch starts at the segment's limit, whatever the branch before",
+        "lower(node + slope * segment.length_m, {{lower(branch.backward_end, branch.limit)}})",
+        "branch.limit",
+        "it tactical::",
+    ),
+    Mutation(
+        "left curves are those that are driven slower",
+        "let direction = if {{left}} { self.direction_effect }",
+        "!left",
+        "core curve_speed::tests; it tactical::",
+    ),
+    Mutation(
+        "no guard at tight curves",
+        "if {{radius_m < self.guard_radius_m}} { speed.min",
+        "false",
+        "core curve_speed::tests; it tactical::",
+    ),
+    Mutation(
+        "a bump's speed as if its height were half",
+        "length_m * (self.bump_acceleration_mps2 / ({{8.0}} * height_m)).sqrt()",
+        "4.0",
+        "core speed_limit::tests",
+    ),
+    Mutation(
+        "compliance with the sign holds for the truck's limit not",
+        "({{self.compliance * sign_mps.min(truck_limit_mps)}}).min(self.maximum_speed_mps)",
+        "(self.compliance * sign_mps).min(truck_limit_mps)",
+        "core speed_limit::tests; it tactical::",
+    ),
+    Mutation(
+        "creeping trucks are captured as late as others",
+        "let reach = if slow { {{simulation.creep_distance_m}} } else",
+        "simulation.capture_distance_m",
+        "it closed_loop::stop_capture",
+    ),
+]
+
+SAMPLING = [
+    Mutation(
+        "K_P is clipped at its bounds",
+        "if !inside && redraws < MOST_REDRAWS && {{spread}} {",
+        "false",
+        "core-it sampled::driver",
+    ),
+    Mutation(
+        "innovations of traffic as large as the stationary spread",
+        "let innovation = {{(1.0 - self.step_correlation * self.step_correlation).sqrt()}};",
+        "1.0",
+        "core traffic::tests",
+    ),
+    Mutation(
+        "warm air is as humid as cold",
+        "+ {{self.humidity.temperature_slope_per_k * deviation_k}} + self.humidity.sd",
+        "0.0 * deviation_k",
+        "core-it sampled::weather",
+    ),
+    Mutation(
+        "curves may overlap",
+        "curves.last().map_or(position, |last| {{position.max(last.end_m)}});",
+        "position.max(0.0 * last.end_m)",
+        "core curvature::tests; core-it sampled::road",
+    ),
+    Mutation(
+        "any speed sign follows any other",
+        "0.0 } else { c * share[j] * {{affinity(i, j)}} }",
+        "affinity(i, i)",
+        "core speed_sign::tests",
+    ),
+    Mutation(
+        "slopes beyond the limit are kept",
+        "while {{next.abs() > limit}} {",
+        "false",
+        "core topography::tests; core-it sampled::road",
+    ),
+    Mutation(
+        "roughness with the shape's inverse as its shape",
+        "let shape = {{1.0 / model.shape}};",
+        "model.shape",
+        "core surface::tests",
+    ),
+    Mutation(
+        "all curves of a road have one residual",
+        "draws.at({{c.start_m as u64}}).normal()",
+        "0 * c.start_m as u64",
+        "core-it sampled::driver",
+    ),
+    Mutation(
+        "Sobol points without digital shift",
+        "(f64::from(x) * scale) as u32 ^ {{shift}}",
+        "0 * shift",
+        "core sampling::; it sampling::",
+    ),
+    Mutation(
+        "speed of a bivariate driver independent of its exponent",
+        "self.mean[1] + {{b * x}} + c * y",
+        "b * y",
+        "core curve_speed::tests",
+    ),
+    Mutation(
+        "junction turns of at least nothing",
+        "draws.uniform_between({{self.minimum_share}}, 1.0)",
+        "0.0",
+        "core-it sampled::",
+    ),
+    Mutation(
+        "stretches of road are longer by their smallest length",
+        "let sojourn = minimum + {{(self.mean_length_m[road_type] - minimum)}}"
+        " * draws.exponential();",
+        "(self.mean_length_m[road_type])",
+        "core road_type::tests; core-it sampled::road",
+    ),
+    Mutation(
+        "the day of the weather begins with the departure",
+        "let hour = {{time_s / 3600.0}};",
+        "h as f64",
+        "core-it sampled::weather",
+    ),
+]
+
+STATISTICS = [
+    Mutation(
+        "the clustered sandwich without (n-1)/(n-p)",
+        "libm::sqrt({{squares * g / (g - 1.0) * (n - 1.0) / (n - p)}})",
+        "squares * g / (g - 1.0) * (n / n) * (p / p)",
+        "estimation-it fit::clustered_error",
+    ),
+    Mutation(
+        "the upper rank of batches one lower",
+        "let high = libm::ceil(n * (level + half_width)) + {{1.0}};",
+        "0.0",
+        "core quantile::tests",
+    ),
+    Mutation(
+        "the lower rank of batches rounded inwards",
+        "let low = {{libm::floor(n * (level - half_width))}};",
+        "libm::ceil(n * (level - half_width))",
+        "core quantile::tests",
+    ),
+    Mutation(
+        "a ratio's variance with n in place of n - 1",
+        "let standard_error = libm::sqrt({{n / (n - 1.0)}} * squares) / sum_x;",
+        "n / n",
+        "core ratio::tests",
+    ),
+    Mutation(
+        "Student's t with one degree of freedom too many",
+        "let half_width = student_975({{n - 1.0}}) * standard_error;",
+        "n",
+        "core ratio::tests",
+    ),
+    Mutation(
+        "quantiles of Hazen's type",
+        "let place = {{last as f64 * level}};",
+        "((last as f64 + 1.0) * level - 0.5).clamp(0.0, last as f64)",
+        "core quantile::tests",
+    ),
+    Mutation(
+        "differences of pairs as if they were independent",
+        "errors.iter().map(|(a, b)| {{(b - a) * (b - a)}}).sum();",
+        "(a * a + b * b)",
+        "core comparison::tests",
+    ),
+    Mutation(
+        "residuals of a comparison as if all distances were one metre",
+        "(row.y - ratio * row.x) / {{(x / n)}});",
+        "(n / n)",
+        "core comparison::tests",
+    ),
+    Mutation(
+        "total shares of variance twice as large",
+        "(first, square / ({{2.0}} * n * variance))",
+        "1.0",
+        "core variance_share::tests",
+    ),
+    Mutation(
+        "uncertain parameters: the spread between replicates with the sampling error in it",
+        "let variance = (between - {{sampling}}).max(0.0);",
+        "0.0 * sampling",
+        "core replicates::tests",
+    ),
+    Mutation(
+        "two-way analysis: the driver's part with the rest in it",
+        "let driver = squares(&column_means) / (j - 1.0) - {{both / i}};",
+        "0.0 * i",
+        "core random_effects::tests",
+    ),
+    Mutation(
+        "the worst case without the energy that stranded cycles did need",
+        "self.failed.iter().map(|shown| {{own(shown).max(worst)}}).sum();",
+        "(0.0 * own(shown) + worst)",
+        "core summary::tests",
+    ),
+    Mutation(
+        "Tobit: the curvature of a censored row without its second term",
+        "bend: ({{hazard * (hazard - z)}}).clamp(0.0, 1.0)",
+        "hazard * hazard",
+        "estimation tobit::tests",
+    ),
+    Mutation(
+        "Anderson-Darling without the correction for a small sample",
+        "let a = a2 * ({{1.0 + 0.75 / n + 2.25 / (n * n)}});",
+        "n / n",
+        "estimation anderson_darling::tests",
+    ),
+    Mutation(
+        "maximum likelihood in place of REML",
+        "let (sum_sq, df) = (last * last, {{(self.n - p) as f64}});",
+        "self.n as f64",
+        "estimation-it fit::sleepstudy; estimation mixed_model::tests",
+    ),
+    Mutation(
+        "the mean absolute deviation as a standard deviation",
+        "left(k).abs() * {{FRAC_PI_2.sqrt()}}",
+        "(FRAC_PI_2 / FRAC_PI_2)",
+        "estimation-it fit::weather",
+    ),
+    Mutation(
+        "traffic's correlation over the counts' interval, not over the study's step",
+        "(libm::pow(phi, {{step_s / interval}}), n)",
+        "step_s / step_s",
+        "estimation-it fit::traffic",
+    ),
+    Mutation(
+        "radius of a detected curve from all of its cells",
+        "{{grid.curvature_per_m[first..end].iter().sum::<f64>()}};"
+        " (turn > 0.0).then(|| inner / turn)",
+        "grid.curvature_per_m[run.first..run.end].iter().sum::<f64>()",
+        "estimation-it curve_detection::; estimation curve::tests",
+    ),
+]
+
+MUTATIONS = PHYSICS + PLANNING + SAMPLING + STATISTICS
+
+# ----------------------------------------------------------------------------------------- the script
+# package and target of cargo, in the order in which all tests of a change run
+EXECUTABLES = {
+    "core": ("ocmc-core", "lib"),
+    "core-it": ("ocmc-core", "test"),
+    "estimation": ("ocmc-estimation", "lib"),
+    "estimation-it": ("ocmc-estimation", "test"),
+    "io": ("ocmc-io", "lib"),
+    "io-it": ("ocmc-io", "test"),
+    "it": ("ocmc", "test"),
+}
+
+SWITCH = f"""
+/// Whether this change is turned on: only in a copy made by `scripts/mutations.py`.
+#[inline(always)]
+pub fn mutant(number: u32) -> bool {{
+    use std::sync::atomic::{{AtomicU32, Ordering}};
+    static ON: AtomicU32 = AtomicU32::new(u32::MAX);
+    #[cold]
+    #[inline(never)]
+    fn read() -> u32 {{
+        let text = std::env::var("{VARIABLE}").unwrap_or_default();
+        let on = text.parse().unwrap_or(0);
+        ON.store(on, Ordering::Relaxed);
+        on
+    }}
+    let on = ON.load(Ordering::Relaxed);
+    (if on == u32::MAX {{ read() }} else {{ on }}) == number
+}}
+"""
+
+
+def sources(root):
+    """The Rust sources of the libraries, with the place where their tests begin."""
+    for path in sorted(root.glob("crates/*/src/**/*.rs")):
+        text = path.read_text()
+        tests = text.find("#[cfg(test)]\nmod tests")
+        if tests < 0:
+            tests = text.find("#[cfg(test)]\npub(crate) mod tests")
+        yield path, text[:tests] if tests >= 0 else text
+
+
+def pattern(code):
+    """A regular expression for code, white space aside; its group is what is replaced."""
+    before, rest = code.split("{{")
+    old, after = rest.split("}}")
+    parts = []
+    for part in (before, old, after):
+        tokens = re.findall(r"\w+|[^\w\s]", part)
+        parts.append(r"\s*".join(re.escape(token) for token in tokens))
+    before, old, after = parts
+    return re.compile(rf"{before}\s*({old})\s*{after}" if before else rf"({old})\s*{after}")
+
+
+def locate(root):
+    """Where each change stands: (file, start, end), or the script stops."""
+    texts = list(sources(root))
+    places, faults = [], []
+    for number, mutation in enumerate(MUTATIONS, 1):
+        found = [
+            (path, match.span(1))
+            for path, text in texts
+            for match in pattern(mutation.code).finditer(text)
+        ]
+        if len(found) != 1:
+            where = ", ".join(str(path.relative_to(root)) for path, _ in found) or "nowhere"
+            faults.append(f"{number} ({mutation.what}): {len(found)} times, {where}")
+        places.append(found[0] if found else None)
+    if faults:
+        sys.exit("the code of these rows has to occur exactly once:\n  " + "\n  ".join(faults))
+    return places
+
+
+def write(root, places):
+    """Writes all changes into the sources, each behind its number."""
+    by_file = {}
+    for number, (path, span) in enumerate(places, 1):
+        by_file.setdefault(path, []).append((span, number))
+    for path, changes in by_file.items():
+        text = path.read_text()
+        # inner changes of an expression before the outer one: from the back, the shorter one first
+        changes.sort(key=lambda change: (-change[0][0], change[0][1]))
+        for k, ((start, end), number) in enumerate(changes):
+            crate = "crate" if "ocmc-core" in path.parts else "ocmc_core"
+            new = MUTATIONS[number - 1].new
+            old = text[start:end]
+            both = f"(if {crate}::mutant({number}) {{ {new} }} else {{ {old} }})"
+            text = text[:start] + both + text[end:]
+            grown = len(both) - len(old)
+            changes[k + 1 :] = [
+                ((a, b + grown if b >= end else b), other) for (a, b), other in changes[k + 1 :]
+            ]
+        path.write_text(text)
+    lib = root / "crates/ocmc-core/src/lib.rs"
+    lib.write_text(lib.read_text() + SWITCH)
+
+
+def build(root, target):
+    """Compiles the tests; their executables by name."""
+    environment = os.environ | {"CARGO_TARGET_DIR": str(target)}
+    command = ["cargo", "test", "--workspace", "--no-run", "--lib", "--test", "it", "--locked"]
+    command += ["--message-format=json-render-diagnostics"]
+    built = subprocess.run(command, cwd=root, env=environment, stdout=subprocess.PIPE, check=True)
+    found = {}
+    for line in built.stdout.decode().splitlines():
+        message = json.loads(line)
+        if message.get("executable") and message["profile"]["test"]:
+            folder = Path(message["manifest_path"]).parent
+            package = "ocmc" if folder == root else folder.name
+            kind = "test" if message["target"]["kind"] == ["test"] else "lib"
+            for name, wanted in EXECUTABLES.items():
+                if wanted == (package, kind):
+                    found[name] = (message["executable"], folder)
+    missing = EXECUTABLES.keys() - found.keys()
+    return found if not missing else sys.exit(f"no executable of {sorted(missing)}")
+
+
+def run(executable, filters, number):
+    """Names of the tests that fail with a change turned on; ["(no end)"] where they do not end."""
+    program, folder = executable
+    command = [program, "--skip", SKIPPED, *filters]
+    environment = os.environ | {VARIABLE: str(number)}
+    try:
+        done = subprocess.run(
+            command, cwd=folder, env=environment, capture_output=True, timeout=LIMIT_S, check=False
+        )
+    except subprocess.TimeoutExpired:
+        return ["(no end)"]
+    text = done.stdout.decode(errors="replace")
+    failed = re.findall(r"^test (\S+)(?: - should panic)? \.\.\. FAILED$", text, re.MULTILINE)
+    count = re.search(r"^test result: .* (\d+) passed; (\d+) failed", text, re.MULTILINE)
+    if filters and count and count[1] == count[2] == "0":
+        sys.exit(f"no test has the name {filters} in {program}")
+    return failed or ([] if done.returncode == 0 else ["(aborted)"])
+
+
+def notice(executables, number, mutation):
+    """(whether the named tests notice it, names of those that do)."""
+    for part in mutation.tests.split(";"):
+        name, *filters = part.split()
+        if failed := run(executables[name], filters, number):
+            return True, failed
+    for executable in executables.values():
+        if failed := run(executable, [], number):
+            return False, failed
+    return False, []
+
+
+def main():
+    """Reads the arguments, builds, runs and prints."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
+    parser.add_argument("numbers", type=int, nargs="*", help="only these changes")
+    parser.add_argument("--list", action="store_true", help="only say where they stand")
+    parser.add_argument("--target", type=Path, help="where cargo builds; default: in the copy")
+    parser.add_argument("--copy", type=Path, help="where the tree is copied to")
+    arguments = parser.parse_args()
+    here = Path(__file__).resolve().parents[1]
+    places = locate(here)
+    if arguments.list:
+        for number, (mutation, (path, _)) in enumerate(zip(MUTATIONS, places, strict=True), 1):
+            print(f"{number:3} {path.relative_to(here)}: {mutation.what}")
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        root = (arguments.copy or Path(folder) / "ocmc").resolve()
+        shutil.copytree(
+            here, root, ignore=shutil.ignore_patterns("target", ".git"), dirs_exist_ok=True
+        )
+        os.environ.setdefault("OCMC_DATA", str(here.parent / "shared" / "data"))
+        write(root, locate(root))
+        executables = build(root, arguments.target or root / "target")
+        if not arguments.numbers:
+            for name, executable in executables.items():
+                if failed := run(executable, [], 0):
+                    sys.exit(f"without a change these fail in {name}: {failed}")
+        report(executables, arguments.numbers or range(1, len(MUTATIONS) + 1))
+
+
+def report(executables, numbers):
+    """Runs the changes and prints the table and the shares."""
+    print("| # | change | noticed by |\n|---|---|---|", flush=True)
+    principled = noticed = 0
+    for number in numbers:
+        begin = time.monotonic()
+        mutation = MUTATIONS[number - 1]
+        named, failed = notice(executables, number, mutation)
+        principled += named
+        noticed += bool(failed)
+        names = [f"`{name}`" for name in failed[:2]]
+        more = f" and {len(failed) - 2} more" if len(failed) > 2 else ""
+        by = ", ".join(names) + more if failed else "UNNOTICED"
+        chance = "" if named or not failed else " (not named)"
+        print(f"| {number} | {mutation.what} | {by}{chance} |", flush=True)
+        print(f"{number}: {time.monotonic() - begin:.0f} s", file=sys.stderr, flush=True)
+    count = len(numbers)
+    print(
+        f"\n{noticed} of {count} noticed ({noticed / count:.0%}), "
+        f"{principled} by the tests named for them ({principled / count:.0%})."
+    )
+
+
+if __name__ == "__main__":
+    main()
