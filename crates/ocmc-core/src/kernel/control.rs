@@ -76,13 +76,13 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         let continuous = effort + integral - self.constants.derivative_over_filter * lag;
         let output = hold.select(held, continuous);
 
-        // near its speed the limiter lets the pedal go down less and less far
+        // speed limiter: above its speed the pedal goes down less and less far
         let vehicle = &parameters.vehicle.model;
         let end_mps = vehicle.limiter_speed_mps + vehicle.limiter_range_mps;
         let allowed = (end_mps - speed) * parameters.per_limiter_range;
         let accelerator = clip(output.min(allowed), 0.0, 1.0);
 
-        // downhill, above a static limit, the driver lets the truck run up to the edge of a band
+        // overspeed band: above a static limit the driver lets the truck run up to its edge
         let edge = effort + self.constants.band_output;
         let in_band = speed.simd_gt(pedals.overspeed_from_mps) & !backward.simd_lt(limit);
         let demand = in_band.select(output.max(edge), output);
@@ -101,7 +101,7 @@ impl<S: Simd, P: Powertrain> State<S, P> {
     }
 }
 
-/// The integral part within its bounds. Zero is within, and stays there for a driver without an integral part.
+/// The integral part within its bounds (integral clamp). Zero is within, and stays there for a driver without an integral part.
 #[inline(always)]
 pub(super) fn clamp_integral<S: Simd, P: Powertrain>(
     integral: Lanes<S>,

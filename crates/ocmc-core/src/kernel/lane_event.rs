@@ -123,7 +123,8 @@ impl LaneTask {
         }
     }
 
-    /// The truck comes to rest: its kinetic energy goes into the service brakes, the engine returns to idle.
+    /// The truck comes to rest: its kinetic energy goes into the service brakes, the engine returns
+    /// to idle (shift loss).
     fn stop<S: Simd, P: Powertrain>(
         &mut self,
         state: &mut State<S, P>,
@@ -168,7 +169,7 @@ impl LaneTask {
         self.checked_at_m = state.ledger[Term::Distance][lane];
     }
 
-    /// Takes a line that has been served off the road: up to it nothing but the launch speed holds.
+    /// Takes a line that has been served off the road: up to it nothing but the launch floor holds.
     fn leave_line<S: Simd, P: Powertrain>(&mut self, state: &mut State<S, P>, lane: usize) {
         let (here, line) = (state.motion.at[lane], stop_row(state, lane));
         for (k, row) in state.motion.roads[lane][here..=line].iter_mut().enumerate() {
@@ -211,7 +212,7 @@ impl LaneTask {
         }
     }
 
-    /// Checks whether the truck makes progress and whether its time is over.
+    /// Checks whether the truck makes progress (stall) and whether its time is over.
     fn check<S: Simd, P: Powertrain>(
         &mut self,
         state: &mut State<S, P>,
@@ -255,6 +256,7 @@ impl LaneTask {
     }
 }
 
+/// Stop capture, and creep capture of a slow truck.
 fn is_captured<S: Simd, P: Powertrain>(
     state: &State<S, P>,
     lane: usize,

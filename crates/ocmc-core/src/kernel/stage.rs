@@ -123,7 +123,7 @@ impl<S: Simd, P: Powertrain> State<S, P> {
             .holding
             .simd_gt(0.0)
             .select(self.motion.held, self.constants.proportional * error);
-        // a held brake is released when e >= 0, unless the driver holds as printed in the paper
+        // held throttle: a held brake is released when e >= 0, unless the driver holds as printed in the paper
         let held = error.simd_lt(0.0).select(held, held.max(self.constants.lowest_held));
         scheduling_barrier(path.0);
         SpeedTarget { row, path, hold, held }

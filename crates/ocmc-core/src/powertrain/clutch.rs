@@ -1,5 +1,5 @@
-//! The clutch between engine and gearbox: open below a share of the idle speed, slipping at a
-//! start, closed otherwise.
+//! The clutch between engine and gearbox: open below a share of the idle speed (open clutch),
+//! slipping at a start (launch clutch), closed otherwise.
 
 use super::gearbox::ShiftModel;
 use crate::lanes::{Flags, Lanes};

@@ -3,7 +3,7 @@
 //! Curves are linear between the given points, the map is bilinear in its cells; beyond their ends they continue
 //! the last slope, but drag stays below zero and full load does not fall below drag. An empty cell of the map continues the
 //! last slope in torque. Below zero torque, fuel falls linearly from the map's value at 0 Nm to zero at the drag torque, and
-//! is zero below (overrun fuel cut).
+//! is zero below (fuel below zero torque).
 //!
 //! In the hot loop the pieces of the curves and the cells of the map are found by tables of bytes (`piece_table.rs`).
 
