@@ -58,6 +58,7 @@ def detect_curves(
 def fit_curve_speed(
     curves: object,
     *,
+    columns: Mapping[str, str] | None = None,
     base: Study | None = None,
     tobit: bool = False,
     reference_radius_m: float = 250.0,
@@ -91,8 +92,20 @@ def fit_operating_cycle(
     steering_ratio: float | None = None,
     wheelbase_m: float | None = None,
 ) -> Answer: ...
-def fit_traffic(table: object, *, base: Study | None = None, utc_offset_h: float | None = None) -> Answer: ...
-def fit_weather(table: object, *, base: Study | None = None, utc_offset_h: float | None = None) -> Answer: ...
+def fit_traffic(
+    table: object,
+    *,
+    columns: Mapping[str, str] | None = None,
+    base: Study | None = None,
+    utc_offset_h: float | None = None,
+) -> Answer: ...
+def fit_weather(
+    table: object,
+    *,
+    columns: Mapping[str, str] | None = None,
+    base: Study | None = None,
+    utc_offset_h: float | None = None,
+) -> Answer: ...
 def identify(
     logs: object,
     study: Study,
@@ -136,6 +149,7 @@ class Study:
         files: object,
         *,
         cycles: SupportsIndex,
+        columns: Mapping[str, str] | None = None,
         keep: Sequence[Literal["weather", "traffic", "mission"]] | None = None,
         follow_speed: Literal["driver", "exact"] | None = None,
         seed: SupportsIndex = 1,

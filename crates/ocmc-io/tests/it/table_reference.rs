@@ -22,12 +22,27 @@ fn row(entry: &Entry) -> String {
     format!("| {} | {} | {}{meaning} |", names.join(", "), units.join(" "), entry.noun)
 }
 
+/// All names of the vocabulary for a quantity.
+fn names(entry: &Entry) -> Vec<String> {
+    let with_units = |name: &&'static str| {
+        let name = *name;
+        entry.units.iter().map(move |unit| match unit.suffix {
+            "" => name.to_owned(),
+            suffix => format!("{name}_{suffix}"),
+        })
+    };
+    entry.names.iter().flat_map(with_units).collect()
+}
+
 /// The columns of each format, with the names of its own.
 fn formats() -> String {
     let mut text = String::new();
     for schema in SCHEMAS {
         let columns = schema.fields.iter().map(|field| {
-            let own: Vec<String> = field.own.iter().map(|(own, _)| format!("`{own}`")).collect();
+            let of_vocabulary = names(field.quantity.entry());
+            let own = field.own.iter().map(|(own, _)| (*own).to_owned());
+            let own = own.filter(|own| !of_vocabulary.contains(own));
+            let own: Vec<String> = own.map(|own| format!("`{own}`")).collect();
             let own = if own.is_empty() { String::new() } else { format!(" ({})", own.join(", ")) };
             format!("{}{own}", field.quantity.noun())
         });
