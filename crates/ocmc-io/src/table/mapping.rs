@@ -42,10 +42,7 @@ impl Mapping {
         let lacking = VOCABULARY.iter().find(|entry| entry.quantity.lacks_unit(name));
         Err(lacking.map_or_else(
             || TableError::unknown_name(name),
-            |entry| {
-                let allowed = entry.quantity.names().collect::<Vec<_>>().join(", ");
-                TableError::of_mapping(Fault::UnknownUnit { name: name.to_owned(), allowed })
-            },
+            |entry| unknown_unit(name, &entry.quantity.names().collect::<Vec<_>>()),
         ))
     }
 
@@ -74,6 +71,9 @@ impl Mapping {
         header: &[String],
     ) -> Result<Column, TableError> {
         let Some((field, unit, _)) = schema.field(&self.name, None) else {
+            if let Some(field) = schema.lacking_unit(&self.name) {
+                return Err(unknown_unit(&self.name, &field.names()));
+            }
             let names = schema.fields.iter().map(|field| field.quantity.name());
             let fault = Fault::NotOfFormat {
                 name: self.name.clone(),
@@ -98,4 +98,9 @@ impl Mapping {
     pub(crate) fn is_of(&self, schema: &Schema) -> bool {
         schema.field(&self.name, None).is_some()
     }
+}
+
+fn unknown_unit(name: &str, allowed: &[String]) -> TableError {
+    let (name, allowed) = (name.to_owned(), allowed.join(", "));
+    TableError::of_mapping(Fault::UnknownUnit { name, allowed })
 }

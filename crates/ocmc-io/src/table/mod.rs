@@ -255,9 +255,6 @@ impl Header<'_> {
                     return Err(csv_error(self.path, error, line));
                 }
             }
-            if self.style == Style::Description && is_aside(&record) {
-                continue;
-            }
             let place = RowPlace::Line(rows.line(&record));
             if self.style != Style::Log && record.len() != self.names.len() {
                 let (found, wanted) = (record.len(), self.names.len());
@@ -269,12 +266,6 @@ impl Header<'_> {
             use_row(&Row { table: self, place, cells })?;
         }
     }
-}
-
-/// A line of blanks, or a comment behind blanks.
-fn is_aside(record: &csv::StringRecord) -> bool {
-    let first = record.get(0).unwrap_or("");
-    first.starts_with('#') || (first.is_empty() && record.len() == 1)
 }
 
 /// The cells of the columns that are understood, by their places.

@@ -71,16 +71,17 @@ pub(super) fn open(source: Source, style: Style) -> Result<Opened, TableError> {
     let failed = TableError::read(path);
     match source {
         Source::Given(table) => Ok(given(table.clone())),
-        Source::Text(_, text) => {
-            of_text(path, Box::new(Cursor::new(text.as_bytes().to_vec())), style)
+        Source::Text(_, text) if style == Style::Description => {
+            of_text(path, in_memory(text), style)
         }
+        Source::Text(_, text) => of_text(path, Box::new(Cursor::new(text.to_owned())), style),
         Source::File(_) => {
             let mut file = BufReader::new(File::open(path).map_err(failed)?);
             if file.fill_buf().map_err(failed)?.starts_with(b"PAR1") {
                 return parquet(path);
             }
-            let text = if style == Style::Description {
-                Box::new(Cursor::new(read_text(path)?.into_bytes()))
+            let text: Box<dyn Read> = if style == Style::Description {
+                in_memory(&text_of(path, file)?)
             } else {
                 decompressed(file).map_err(failed)?
             };
@@ -89,10 +90,21 @@ pub(super) fn open(source: Source, style: Style) -> Result<Opened, TableError> {
     }
 }
 
+/// A text without the comments and the blanks of empty lines, whose ends stay.
+fn in_memory(text: &str) -> Box<dyn Read> {
+    let aside = |line: &str| line.trim().is_empty() || line.trim_start().starts_with('#');
+    let lines = text.lines().map(|line| if aside(line) { "" } else { line });
+    Box::new(Cursor::new(lines.flat_map(|line| [line, "\n"]).collect::<String>()))
+}
+
 /// A file as text; what is not UTF-8 is read as Latin-1.
 pub(crate) fn read_text(path: &Path) -> Result<String, TableError> {
+    text_of(path, BufReader::new(File::open(path).map_err(TableError::read(path))?))
+}
+
+fn text_of(path: &Path, file: BufReader<File>) -> Result<String, TableError> {
     let failed = TableError::read(path);
-    let text = decompressed(BufReader::new(File::open(path).map_err(failed)?)).map_err(failed)?;
+    let text = decompressed(file).map_err(failed)?;
     let mut bytes = Vec::new();
     text.take(MOST_BYTES + 1).read_to_end(&mut bytes).map_err(failed)?;
     if bytes.len() as u64 > MOST_BYTES {

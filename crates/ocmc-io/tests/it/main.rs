@@ -11,5 +11,6 @@ mod study_builtin;
 mod study_errors;
 mod study_mutation;
 mod table_names;
+mod table_reading;
 mod table_reference;
 mod table_sources;

@@ -1,0 +1,126 @@
+//! How tables are read: what is a missing number, and what is said of what is wrong.
+
+use ocmc_io::table::formats::SCHEMAS;
+use ocmc_io::table::{Mapping, Quantity, Schema, Source, Table};
+use ocmc_io::{curve_table, drive_cycle, log};
+use std::fs;
+use std::path::Path;
+
+fn open(schema: &'static Schema, text: &str, mappings: &[Mapping]) -> Result<Table, String> {
+    let source = Source::Text(Path::new("t.csv"), text);
+    Table::open(source, schema, mappings).map_err(|error| error.to_string())
+}
+
+/// The speeds of a table of curves, or what is wrong with it.
+fn speeds(text: &str) -> Result<Vec<f64>, String> {
+    let table = open(&curve_table::SCHEMA, text, &[])?;
+    let column = table.need(Quantity::Speed).map_err(|error| error.to_string())?;
+    table.numbers([column]).map(|[speeds]| speeds).map_err(|error| error.to_string())
+}
+
+#[test]
+fn numbers_and_gaps() {
+    let found = speeds("\u{feff}speed_mps, b\n1,2\n,NaN\n1e3 , 4\nN/A,\ninf,-\n").unwrap();
+    assert!(found[0] == 1.0 && found[1].is_nan() && found[2] == 1000.0 && found[3].is_nan());
+    assert_eq!(found[4], f64::INFINITY);
+}
+
+#[test]
+fn what_is_wrong_is_said_with_its_place() {
+    for (text, parts) in [
+        ("", &["is empty"][..]),
+        ("\n\n", &["is empty"]),
+        (
+            "b,sped_mps\n1,2\n",
+            &["no column for the speed", "b, sped_mps (did you mean `sped_mps`?)"],
+        ),
+        ("b,speed_furlongs\n1,2\n", &["(`speed_furlongs` has no known unit)", "`speed_kmh`"]),
+        ("speed_mps,b\n", &["no rows"]),
+        ("b;speed_mps\n1;2,5\n", &["line 2", "`2,5`", "a number with a decimal point"]),
+        ("speed_mps\nfast\n", &["line 2", "speed_mps", "`fast`", "a number"]),
+        ("speed_mps,b\n1,2\n3\n", &["line 3 has 1 cells", "2"]),
+        ("speed_mps,speed_mps\n1,2\n", &["`speed_mps` and `speed_mps`", "both the speed"]),
+        ("# one\n\nspeed_mps\n# two\n\n1\nfast\n", &["line 7"]),
+        ("# one\r\n\r\nspeed_mps\r\n# two\r\n\r\n1\r\nfast", &["line 7"]),
+        ("b,speed_mps\n\"x\ny\",1\nz,fast\n", &["line 4"]),
+    ] {
+        let told = speeds(text).expect_err(text);
+        for part in parts {
+            assert!(told.contains(part) && told.contains("t.csv"), "{text:?}: {told}");
+        }
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("t.csv");
+    fs::write(&path, b"driver,radius_m,speed_mps\na,1,1\n\xff,1,1\n").unwrap();
+    let told = curve_table::read(Source::File(&path), &[]).unwrap_err().to_string();
+    assert!(told.contains("line 3") && told.contains("UTF-8"), "{told}");
+}
+
+#[test]
+fn descriptions_of_others_are_understood() {
+    let engine =
+        SCHEMAS.into_iter().find(|schema| schema.what == "the curves of an engine").unwrap();
+    let text = "  # made by hand\n n [U/min];Mfull [Nm];<PT1> [s];Mdrag\n560;1180;0.6;-1\n \n # x\n600; 1282 ;0.6;-2\n";
+    let table = open(engine, text, &[]).unwrap();
+    let full = table.need(Quantity::FullLoadTorque).unwrap();
+    let mut places = Vec::new();
+    table
+        .for_each(|row| {
+            places.push((row.place().to_string(), row.number(&full)?));
+            Ok(())
+        })
+        .unwrap();
+    assert_eq!(places, [("line 3".to_owned(), 1180.0), ("line 6".to_owned(), 1282.0)]);
+    let told = open(engine, "n,Mfull [kNm]\n1,2\n", &[]).err().unwrap();
+    assert!(told.contains("`Mfull [kNm]` is read in Nm, not in kNm"), "{told}");
+    // Latin-1, as old files are
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("cycle.csv");
+    fs::write(&path, b"time_s,speed_kmh,stra\xdfe\n0,0,a\n9,36,b\n18,0,c\n").unwrap();
+    let cycle = drive_cycle::read(Source::File(&path), &[]).unwrap();
+    assert_eq!(cycle.points().nth(1).unwrap()[1], 10.0);
+}
+
+#[test]
+fn assigned_columns_come_before_named_ones() {
+    let mappings: Vec<Mapping> = ["speed_mph=gps_speed", "yaw_rate_degps=-gyro", "driver=who"]
+        .iter()
+        .map(|text| Mapping::parse(text).unwrap())
+        .collect();
+    let header = "time_s,speed_mps,gps_speed,gyro,who\n0,1,2,3,a\n";
+    let table = open(&log::SCHEMA, header, &mappings).unwrap();
+    let place = |quantity| table.column(quantity).map(|column| column.place);
+    assert_eq!(place(Quantity::Speed), Some(2));
+    assert_eq!((place(Quantity::YawRate), place(Quantity::Driver)), (Some(3), Some(4)));
+    assert_eq!(table.column(Quantity::YawRate).unwrap().sign, -1.0);
+}
+
+#[test]
+fn a_name_of_the_format_comes_before_others() {
+    let place = |schema, header: &str, quantity| {
+        let table = open(schema, &format!("{header}\n1,1\n"), &[]).unwrap();
+        table.column(quantity).map(|column| column.place)
+    };
+    assert_eq!(place(&log::SCHEMA, "speed_limit_kmh,limit_kmh", Quantity::Limit), Some(1));
+    assert_eq!(place(&log::SCHEMA, "Speed_mps,speed_mps", Quantity::Speed), Some(1));
+    assert_eq!(place(&curve_table::SCHEMA, "speed_kmh,speed_mps", Quantity::Speed), Some(1));
+    assert_eq!(place(&curve_table::SCHEMA, "truck,driver", Quantity::Driver), Some(1));
+    let told = open(&log::SCHEMA, "speed_kmh,speed_mps\n1,1\n", &[]).err().unwrap();
+    assert!(told.contains("`speed_kmh` and `speed_mps`") && told.contains("--map"), "{told}");
+    let told = open(&curve_table::SCHEMA, "limit_mps,speed_limit_mps\n1,1\n", &[]).err().unwrap();
+    assert!(told.contains("both the speed limit"), "{told}");
+}
+
+#[test]
+fn wrong_assignments_are_said() {
+    let told = |text: &str| Mapping::parse(text).unwrap_err().to_string();
+    assert!(told("speed_furlongs=v").contains("speed_mps, speed_kmh, speed_mph"));
+    assert!(told("sped_mps=v").contains("did you mean `speed_mps`?"));
+    assert!(told("speed_mps").contains("NAME=COLUMN"));
+    let mapping = [Mapping::parse("yaw_rate_degps=speed_mp").unwrap()];
+    let told = open(&log::SCHEMA, "time_s,speed_mps\n0,1\n", &mapping).err().unwrap();
+    assert!(told.contains("no column `speed_mp` (did you mean `speed_mps`?)"), "{told}");
+    let mapping = [Mapping::parse("time=time_s").unwrap()];
+    let told = open(&log::SCHEMA, "time_s,speed_mps\n0,1\n", &mapping).err().unwrap();
+    assert!(told.contains("`time` has no known unit: allowed are time_s"), "{told}");
+}
