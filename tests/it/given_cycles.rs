@@ -4,7 +4,8 @@ use crate::common::{run, shared};
 use ocmc_core::kernel::scheduler::drive_scenario;
 use ocmc_core::operating_cycle::route::Keep;
 use ocmc_core::record::{COLUMNS, Cell, Outcome};
-use ocmc_io::{operating_cycle, study as studies};
+use ocmc_io::operating_cycle::RealisedCycle;
+use ocmc_io::study as studies;
 
 /// A folder for this test's files.
 fn folder() -> tempfile::TempDir {
@@ -18,13 +19,13 @@ fn a_written_cycle_drives_again_to_the_same_record() {
     let mut same = 0;
     for cycle_id in [3, 17, 18, 19, 20] {
         let scenario = loaded.study.sample(1, cycle_id);
-        let tracks = operating_cycle::tracks(&loaded.study, &scenario.cycle);
-        let json = operating_cycle::to_json(cycle_id, 1, &scenario.cycle, &tracks);
+        let cycle = RealisedCycle::new(&loaded, 1, cycle_id);
+        let json = serde_json::to_string(&cycle).unwrap();
         let as_json = folder.path().join("cycle.json");
-        std::fs::write(&as_json, json.to_string()).unwrap();
+        std::fs::write(&as_json, json).unwrap();
         let as_csv = folder.path().join("cycle.csv");
         let mut bytes = Vec::new();
-        operating_cycle::write_csv(&mut bytes, &tracks).unwrap();
+        cycle.write_csv(&mut bytes).unwrap();
         std::fs::write(&as_csv, bytes).unwrap();
         let record = drive_scenario(&loaded.study, scenario);
         for file in [as_json, as_csv] {
@@ -137,9 +138,8 @@ fn a_driver_who_has_come_to_rest_goes_on_however_slowly() {
 #[test]
 fn what_is_turned_off_is_off_on_a_route_that_keeps_it() {
     let loaded = studies::load("field-truck", &[] as &[&str]).unwrap();
-    let tracks = operating_cycle::tracks(&loaded.study, &loaded.study.sample(1, 17).cycle);
     let mut bytes = Vec::new();
-    operating_cycle::write_csv(&mut bytes, &tracks).unwrap();
+    RealisedCycle::new(&loaded, 1, 17).write_csv(&mut bytes).unwrap();
     let text = String::from_utf8(bytes).unwrap();
     let litres = |without: &str| {
         let sets = [format!("simulation.without=[{without}]")];

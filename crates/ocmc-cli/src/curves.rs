@@ -2,41 +2,27 @@
 
 use crate::arguments::{CurvesArguments, DetectorName};
 use crate::failure::Failure;
-use crate::log::{mappings, read_logs, tell_left_out};
-use crate::log_text;
-use crate::{output, table_file};
-use ocmc_estimation::log::curve::{Correction, CurveOptions, Detector};
-use ocmc_estimation::log::hidden_markov::HiddenMarkov;
-use ocmc_estimation::log::threshold::Threshold;
-use ocmc_io::log::curves::{FoundCurves, needs, write_csv};
-use serde_json::json;
-use std::convert::Infallible;
-use std::ops::ControlFlow;
-use std::path::PathBuf;
+use crate::fit::sources;
+use crate::output::{self, warn};
+use crate::table_file;
+use ocmc_api::{
+    Correction, CurveOptions, CurvesRequest, Detector, HiddenMarkov, Threshold, go_on, mappings,
+};
 
 /// Finds the curves of all drives of the logs and writes them down.
 pub(crate) fn curves(arguments: &CurvesArguments) -> Result<(), Failure> {
     let target = table_file::target(arguments.out.as_deref())?;
-    let options = options(arguments);
-    let mappings = mappings(&arguments.files.map)?;
-    let steering = arguments.steering.steering()?;
-    let mut found = FoundCurves::default();
-    let logs = arguments.files.logs.iter().map(PathBuf::as_path);
-    read_logs(logs, &mappings, &needs(options.radius), |file| {
-        let go_on = || ControlFlow::<Infallible>::Continue(());
-        let ControlFlow::Continue(()) = found.add(file, &options, steering, go_on);
-    })?;
-    tell_left_out(found.failed(), &found.left_out)?;
-    let FoundCurves { drives, left_out } = found;
-    let left_out = left_out.len();
+    let request = CurvesRequest {
+        logs: &sources(&arguments.files.logs),
+        mappings: mappings(&arguments.files.map)?,
+        options: options(arguments),
+        steering: arguments.steering.steering()?,
+    };
+    let answer = ocmc_api::curves(&request, &mut warn, &mut go_on)?;
     if !arguments.quiet {
-        output::note(&log_text::curves_account(&drives, left_out));
+        output::note(&answer.account());
     }
-    table_file::write_either(
-        &target,
-        |bytes| write_csv(bytes, &drives),
-        || json!({ "options": options, "left_out": left_out, "drives": drives }),
-    )
+    table_file::write(&target, &answer, |bytes| answer.write_csv(bytes))
 }
 
 fn options(arguments: &CurvesArguments) -> CurveOptions {

@@ -1,62 +1,23 @@
 //! Everything that can end a command early.
 
 use crate::study_report::study_report;
-use ocmc_core::fleet::sensitivity::SensitivityError;
-use ocmc_io::drive_cycle::DriveCycleFileError;
-use ocmc_io::given_cycle::GivenCycleFileError;
-use ocmc_io::log::curves::TripError;
-use ocmc_io::run_directory::RunDirectoryError;
-use ocmc_io::shell_word::resume_command;
-use ocmc_io::speed_change_table::SpeedChangeFileError;
-use ocmc_io::study::StudyFileError;
-use ocmc_io::table::TableError;
+use ocmc_api::shell_word::resume_command;
+use ocmc_api::study::StudyFileError;
+use ocmc_api::{Error, GivenDriveError, RunDirectoryError, SensitivityError};
 use std::borrow::Cow;
 use std::io;
 use std::path::PathBuf;
-use thiserror::Error;
+use thiserror::Error as ThisError;
 
 /// Why a command did not do what it was asked to do.
-#[derive(Debug, Error)]
+#[derive(Debug, ThisError)]
 pub(crate) enum Failure {
     /// Arguments that do not fit together.
     #[error("{0}")]
     Usage(String),
-    /// A study that is not one.
+    /// A question without an answer.
     #[error(transparent)]
-    Study(#[from] StudyFileError),
-    /// A drive cycle that is not one.
-    #[error(transparent)]
-    DriveCycle(#[from] DriveCycleFileError),
-    /// A table that cannot be read.
-    #[error(transparent)]
-    Table(#[from] TableError),
-    /// Speed changes that cannot be read.
-    #[error(transparent)]
-    SpeedChange(#[from] SpeedChangeFileError),
-    /// An operating cycle that cannot be read.
-    #[error(transparent)]
-    GivenCycle(#[from] GivenCycleFileError),
-    /// Measurements that have no fit.
-    #[error("`{}`: {error}", path.display())]
-    Fit { path: PathBuf, error: Box<dyn std::error::Error> },
-    /// Logs without a single usable drive.
-    #[error("{place}: {fault}")]
-    Drive { place: String, fault: TripError },
-    /// Logs without a single event that can be identified.
-    #[error("{place}: {reason}")]
-    NoEvent { place: String, reason: String },
-    /// A run directory that cannot be written.
-    #[error(transparent)]
-    RunDirectory(#[from] RunDirectoryError),
-    /// A run that is to be resumed and is not there.
-    #[error(transparent)]
-    NothingToResume(RunDirectoryError),
-    /// A run directory that takes no more of a run that is under way.
-    #[error(transparent)]
-    Unwritten(RunDirectoryError),
-    /// Shares that cannot be estimated.
-    #[error(transparent)]
-    Sensitivity(#[from] SensitivityError),
+    Question(Error),
     /// A file that exists already.
     #[error("`{}` exists already", path.display())]
     Exists { path: PathBuf },
@@ -71,10 +32,33 @@ pub(crate) enum Failure {
     Interrupted { finished: String, help: String },
 }
 
+impl From<Error> for Failure {
+    /// What options that do not fit together cause is wrong usage.
+    fn from(error: Error) -> Self {
+        match error {
+            Error::GivenDrive(GivenDriveError::Several | GivenDriveError::Route) => {
+                Self::Usage(format!("--follow-speed: {error}"))
+            }
+            Error::GivenDrive(GivenDriveError::Keep { .. }) => {
+                Self::Usage(format!("--keep: {error}"))
+            }
+            Error::OtherRun { .. } | Error::Bounds(_) => Self::Usage(error.to_string()),
+            Error::Tobit => Self::Usage(format!("--tobit {error}")),
+            error => Self::Question(error),
+        }
+    }
+}
+
+impl From<StudyFileError> for Failure {
+    fn from(error: StudyFileError) -> Self {
+        Error::from(error).into()
+    }
+}
+
 impl Failure {
     /// What to tell the user.
     pub(crate) fn report(&self) -> String {
-        if let Self::Study(error) = self {
+        if let Self::Question(Error::Study(error)) = self {
             return study_report(error);
         }
         let mut text = format!("error: {self}");
@@ -85,63 +69,68 @@ impl Failure {
         text
     }
 
-    /// That of a run which could not be resumed.
-    pub(crate) fn of_resume(self) -> Self {
+    fn help(&self) -> Option<Cow<'_, str>> {
         match self {
-            Self::RunDirectory(error @ RunDirectoryError::NotARun { .. }) => {
-                Self::NothingToResume(error)
-            }
-            other => other,
+            Self::Question(error) => help_of(error),
+            Self::Exists { .. } => Some("give another name, or remove the file".into()),
+            Self::Interrupted { help, .. } => Some(help.into()),
+            _ => None,
         }
     }
+}
 
-    fn help(&self) -> Option<Cow<'_, str>> {
-        let help = match self {
-            Self::RunDirectory(RunDirectoryError::Exists { unfinished: true, path, .. }) => {
-                let resume = resume_command(path);
-                return Some(
-                    format!(
-                        "`{resume}` finishes it; or give another directory, or remove this one"
-                    )
+/// What to do about a question without an answer.
+fn help_of(error: &Error) -> Option<Cow<'_, str>> {
+    let help = match error {
+        Error::RunDirectory(error) => return help_of_directory(error),
+        Error::GivenCycle(error) | Error::GivenDrive(GivenDriveError::GivenCycle(error)) => {
+            return error.help().map(Cow::Borrowed);
+        }
+        Error::NothingToResume(_) => {
+            "--resume finishes a run that was begun; leave it away to begin one"
+        }
+        Error::Unwritten(_) => {
+            "what was finished is kept: --out with this directory and --resume goes on"
+        }
+        Error::Sensitivity(SensitivityError::TooFewRows { .. }) => {
+            "more --cycles, or another --column; `ocmc` with this study says why cycles fail"
+        }
+        Error::Sensitivity(SensitivityError::TooFewCrossed { .. }) => {
+            "more cycles with --crossed, or another --column; `ocmc` with this study says why cycles fail"
+        }
+        Error::Sensitivity(SensitivityError::NotIndependent) => {
+            "add --set simulation.sampling=independent, or leave --crossed away"
+        }
+        Error::Interrupted(_) => {
+            "there is no answer without the rest; fewer --cycles take less time"
+        }
+        _ => return None,
+    };
+    Some(help.into())
+}
+
+fn help_of_directory(error: &RunDirectoryError) -> Option<Cow<'_, str>> {
+    let help = match error {
+        RunDirectoryError::Exists { unfinished: true, path, .. } => {
+            let resume = resume_command(path);
+            return Some(
+                format!("`{resume}` finishes it; or give another directory, or remove this one")
                     .into(),
-                );
-            }
-            Self::RunDirectory(RunDirectoryError::NotWhole { path, .. }) => {
-                let resume = resume_command(path);
-                return Some(format!("if it was ended by force, `{resume}` finishes it").into());
-            }
-            Self::GivenCycle(error) => error.help(),
-            Self::NothingToResume(_) => {
-                Some("--resume finishes a run that was begun; leave it away to begin one")
-            }
-            Self::RunDirectory(RunDirectoryError::Exists { .. }) => {
-                Some("give another directory with --out, or remove this one")
-            }
-            Self::Unwritten(_) => {
-                Some("what was finished is kept: --out with this directory and --resume goes on")
-            }
-            Self::RunDirectory(RunDirectoryError::NotOneRun { .. }) => Some(
-                "parts have the same study, seed and program, and each begins where another one ends",
-            ),
-            Self::RunDirectory(RunDirectoryError::NotADirectory { .. }) => {
-                Some("give a directory with --out; it is created where it does not exist")
-            }
-            Self::Sensitivity(SensitivityError::TooFewRows { .. }) => Some(
-                "more --cycles, or another --column; `ocmc` with this study says why cycles fail",
-            ),
-            Self::Sensitivity(SensitivityError::TooFewCrossed { .. }) => Some(
-                "more cycles with --crossed, or another --column; `ocmc` with this study says why cycles fail",
-            ),
-            Self::Sensitivity(SensitivityError::NotIndependent) => {
-                Some("add --set simulation.sampling=independent, or leave --crossed away")
-            }
-            Self::Exists { .. } => Some("give another name, or remove the file"),
-            Self::Interrupted { help, .. }
-            | Self::RunDirectory(RunDirectoryError::NotFinished { help, .. }) => {
-                Some(help.as_str())
-            }
-            _ => None,
-        };
-        help.map(Cow::Borrowed)
-    }
+            );
+        }
+        RunDirectoryError::NotWhole { path, .. } => {
+            let resume = resume_command(path);
+            return Some(format!("if it was ended by force, `{resume}` finishes it").into());
+        }
+        RunDirectoryError::Exists { .. } => "give another directory with --out, or remove this one",
+        RunDirectoryError::NotOneRun { .. } => {
+            "parts have the same study, seed and program, and each begins where another one ends"
+        }
+        RunDirectoryError::NotADirectory { .. } => {
+            "give a directory with --out; it is created where it does not exist"
+        }
+        RunDirectoryError::NotFinished { help, .. } => help,
+        _ => return None,
+    };
+    Some(help.into())
 }

@@ -1,10 +1,7 @@
 //! The `ocmc` command as a library: arguments, calls, printing. The native program and the wheel's script are both
 //! one call of [`run_from`].
 
-mod analysis;
-mod answer;
 mod arguments;
-mod birds_eye;
 mod compare;
 mod completions;
 mod curves;
@@ -12,12 +9,8 @@ mod cycle;
 mod drive;
 mod failure;
 mod fit;
-mod histogram_chart;
 mod identify;
-mod identify_text;
 mod interrupt;
-mod log;
-mod log_text;
 mod man;
 mod merge;
 mod output;
@@ -25,30 +18,17 @@ mod progress;
 mod report;
 mod request;
 mod run;
-mod run_text;
 mod sensitivity;
 mod study;
 mod study_report;
-mod summary_table;
 mod table_file;
+mod terminal;
 mod trace;
-
-pub use answer::Answer;
-pub use birds_eye::birds_eye_answer;
-pub use compare::comparison_answer;
-pub use fit::{
-    curve_speed_answer, operating_cycle_answer, speed_change_answer, traffic_answer, weather_answer,
-};
-pub use identify::identification_answer;
-pub use sensitivity::sensitivity_answer;
 
 use arguments::{Arguments, Command};
 use clap::error::ErrorKind;
 use clap::{CommandFactory, FromArgMatches};
 use failure::Failure;
-use ocmc_io::number_text;
-use ocmc_io::run_summary::RunSummary;
-use ocmc_io::study::Origin;
 use std::ffi::OsString;
 
 /// Done.
@@ -114,11 +94,6 @@ fn wrong_usage(path: &[String], message: &str) -> clap::Error {
         here = here.find_subcommand_mut(name).expect("a sub-command that was typed");
     }
     here.error(ErrorKind::ValueValidation, message)
-}
-
-/// What a run adds up to, as the command prints it, `width` columns wide.
-pub fn run_text(run: &RunSummary, origin: &Origin, width: usize) -> String {
-    run_text::run_text(run, &run_text::Circumstances { origin, width, resumed: 0 })
 }
 
 /// Prints help, version or what is wrong with the arguments.

@@ -2,24 +2,16 @@
 
 use crate::arguments::MergeArguments;
 use crate::failure::Failure;
-use crate::run_text::{self, Circumstances};
 use crate::{output, run};
-use ocmc_io::run_directory;
-use ocmc_io::study::Origin;
+use ocmc_api::MergeRequest;
 
 /// Merges the parts and prints what their fleet adds up to.
 pub(crate) fn merge(arguments: &MergeArguments) -> Result<(), Failure> {
     let MergeArguments { parts, out, format, .. } = arguments;
-    let summary = run_directory::merge(parts, out, format.map(Into::into))?;
-    if arguments.json {
-        output::answer(&summary.to_json())?;
-    } else {
-        let origin = Origin::BuiltIn(summary.study.clone());
-        let circumstances = Circumstances { origin: &origin, width: output::width(), resumed: 0 };
-        output::answer(&run_text::run_text(&summary, &circumstances))?;
-    }
+    let answer = ocmc_api::merge(&MergeRequest { parts, out, format: format.map(Into::into) })?;
+    output::print_run(&answer, arguments.json)?;
     if !arguments.quiet && !arguments.json {
-        output::note(&run::written(out, &run_directory::read_manifest(out)?));
+        output::note(&run::written(out, &answer.manifest));
     }
     Ok(())
 }

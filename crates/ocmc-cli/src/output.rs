@@ -1,18 +1,12 @@
 //! The two ways out: the answer to standard output, everything else to standard error. Neither can panic.
 
 use crate::failure::Failure;
-use serde::Serialize;
-use std::io::{self, ErrorKind, IsTerminal, Write};
-
-/// Width of what is printed where there is no terminal.
-const DEFAULT_WIDTH: usize = 80;
+use crate::terminal::width;
+use ocmc_api::{Answer, RunAnswer};
+use std::io::{self, ErrorKind, Write};
 
 /// Longest line of a hint or an error, in characters: a file without line ends is no message.
 const LONGEST_LINE: usize = 2000;
-
-/// Widths between which text is fitted to a terminal.
-const NARROWEST: usize = 40;
-const WIDEST: usize = 160;
 
 /// Writes a part of the answer. A reader who has seen enough and closed the pipe is no failure.
 pub(crate) fn answer(text: &str) -> Result<(), Failure> {
@@ -29,15 +23,25 @@ pub(crate) fn answer_bytes(bytes: &[u8]) -> Result<(), Failure> {
     }
 }
 
-/// As [`answer`], as indented JSON.
-pub(crate) fn answer_json(value: &impl Serialize) -> Result<(), Failure> {
-    let text = serde_json::to_string_pretty(value).expect("numbers, and keys that are words");
-    answer(&format!("{text}\n"))
+/// Writes an answer, as JSON where that was asked for, and its warnings before it.
+pub(crate) fn print(found: &impl Answer, json: bool) -> Result<(), Failure> {
+    found.warnings().iter().for_each(|warning| warn(warning));
+    answer(&if json { found.to_indented_json() } else { found.text() })
+}
+
+/// As [`print`], of a run, as wide as the terminal is.
+pub(crate) fn print_run(run: &RunAnswer, json: bool) -> Result<(), Failure> {
+    answer(&if json { run.to_indented_json() } else { run.text_of_width(width()) })
 }
 
 /// Writes a hint or an error. There is nobody to tell where this fails.
 pub(crate) fn note(text: &str) {
     let _ = writeln!(io::stderr().lock(), "{}", printable(text));
+}
+
+/// Writes what has to be known.
+pub(crate) fn warn(text: &str) {
+    note(&format!("warning: {text}"));
 }
 
 /// A text that may hold what a file holds: control characters are spelled out, but for line ends and colours, and lines end
@@ -65,23 +69,6 @@ fn is_colour(text: &str) -> bool {
     text.strip_prefix("\u{1b}[").is_some_and(|rest| {
         rest.trim_start_matches(|c: char| c.is_ascii_digit() || c == ';').starts_with('m')
     })
-}
-
-/// Columns that the answer may use.
-pub(crate) fn width() -> usize {
-    let width = terminal_size::terminal_size_of(io::stdout()).map(|(width, _)| width.0);
-    width.map_or(DEFAULT_WIDTH, clamped)
-}
-
-/// Columns of the terminal that shows standard error; none where it is no terminal.
-pub(crate) fn error_terminal_width() -> Option<usize> {
-    let stderr = io::stderr();
-    let size = terminal_size::terminal_size_of(&stderr).map(|(width, _)| clamped(width.0));
-    stderr.is_terminal().then(|| size.unwrap_or(DEFAULT_WIDTH))
-}
-
-fn clamped(width: u16) -> usize {
-    usize::from(width).clamp(NARROWEST, WIDEST)
 }
 
 #[cfg(test)]

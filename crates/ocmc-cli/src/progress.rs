@@ -1,46 +1,70 @@
-//! The progress bar of a run: on a terminal, with rate and time left; nothing elsewhere.
+//! Watches what takes its time: a progress bar on a terminal, with rate and time left, and Ctrl-C.
 
-use crate::number_text::rough;
+use crate::interrupt;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
+use ocmc_api::number_text::rough;
+use ocmc_api::{Error, Progress, Watch};
 use std::fmt::Write;
+use std::ops::ControlFlow;
 use std::time::Duration;
 
-/// A progress bar over cycles.
-pub(crate) struct Progress(ProgressBar);
+/// Asks a question, draws a bar of the work on it, and ends it on Ctrl-C; `quiet` draws no bar.
+pub(crate) fn watched<T>(
+    quiet: bool,
+    ask: impl FnOnce(&mut Watch) -> Result<T, Error>,
+) -> Result<T, Error> {
+    interrupt::listen();
+    shown(quiet, ask)
+}
 
-impl Progress {
-    /// Begins a bar over `cycles`, of which `done` are there already; `quiet` draws none.
-    pub(crate) fn new(cycles: u64, done: u64, quiet: bool) -> Self {
-        Self::over("cycles", cycles, done, quiet)
-    }
-
-    /// As [`Progress::new`], over something else than cycles.
-    pub(crate) fn over(what: &str, all: u64, done: u64, quiet: bool) -> Self {
-        let target =
-            if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
-        let bar = ProgressBar::with_draw_target(Some(all), target);
-        let style = ProgressStyle::with_template(&format!(
-            "{{wide_bar}} {{human_pos}} of {{human_len}} {what}, {{rate}}/s, {{eta}} left"
-        ));
-        if let Ok(style) = style {
-            // without the decimals of indicatif's own rate
-            bar.set_style(style.with_key("rate", |state: &ProgressState, out: &mut dyn Write| {
-                let _ = write!(out, "{}", rough(state.per_sec()));
-            }));
+/// As [`watched`], of work that Ctrl-C may end as it ends any program.
+pub(crate) fn shown<T>(
+    quiet: bool,
+    ask: impl FnOnce(&mut Watch) -> Result<T, Error>,
+) -> Result<T, Error> {
+    let mut shown: Option<ProgressBar> = None;
+    let answer = ask(&mut |progress| {
+        if progress.what != "logs"
+            && shown.as_ref().is_none_or(|bar| bar.length() != Some(progress.total))
+        {
+            end(shown.take());
+            shown = Some(begin(progress, quiet));
         }
-        bar.set_position(done);
-        bar.reset_eta();
-        bar.enable_steady_tick(Duration::from_millis(200));
-        Self(bar)
-    }
+        if let Some(bar) = &shown {
+            bar.set_position(progress.done);
+        }
+        if interrupt::asked() && progress.done < progress.total {
+            return ControlFlow::Break(());
+        }
+        ControlFlow::Continue(())
+    });
+    end(shown);
+    answer
+}
 
-    /// Goes on to that number of cycles.
-    pub(crate) fn reach(&self, cycles: u64) {
-        self.0.set_position(cycles);
+/// A bar from what is done already on.
+fn begin(progress: Progress, quiet: bool) -> ProgressBar {
+    let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
+    let bar = ProgressBar::with_draw_target(Some(progress.total), target);
+    let style = ProgressStyle::with_template(&format!(
+        "{{wide_bar}} {{human_pos}} of {{human_len}} {}, {{rate}}/s, {{eta}} left",
+        progress.what
+    ));
+    if let Ok(style) = style {
+        // without the decimals of indicatif's own rate
+        bar.set_style(style.with_key("rate", |state: &ProgressState, out: &mut dyn Write| {
+            let _ = write!(out, "{}", rough(state.per_sec()));
+        }));
     }
+    bar.set_position(progress.done);
+    bar.reset_eta();
+    bar.enable_steady_tick(Duration::from_millis(200));
+    bar
+}
 
-    /// Removes the bar.
-    pub(crate) fn finish(self) {
-        self.0.finish_and_clear();
+/// Removes a bar.
+fn end(bar: Option<ProgressBar>) {
+    if let Some(bar) = bar {
+        bar.finish_and_clear();
     }
 }

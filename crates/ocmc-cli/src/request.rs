@@ -2,16 +2,20 @@
 
 use crate::arguments::{AnalysisArguments, RunArguments};
 use crate::failure::Failure;
-use ocmc_core::fleet::quantity::{RecordQuantity, quantity};
-use ocmc_core::fleet::run::RunPlan;
-use ocmc_core::kernel::cpu::CpuLevel;
-use ocmc_core::random::LAST_CYCLE_ID;
+use ocmc_api::{CpuLevel, LAST_CYCLE_ID, RunPlan};
 
-/// Works out which cycles to run, and on what.
+/// The plan of a run.
 pub(crate) fn plan(arguments: &RunArguments) -> Result<RunPlan, Failure> {
-    let (first_cycle, cycles) = (arguments.first_cycle, arguments.cycles);
+    let RunArguments { seed, first_cycle, cycles, threads, chunk, .. } = *arguments;
     check_range(first_cycle, cycles)?;
-    plan_of(arguments, arguments.seed, first_cycle, cycles)
+    Ok(RunPlan::new(seed, first_cycle, cycles, threads, chunk))
+}
+
+/// The plan of an analysis.
+pub(crate) fn analysis(arguments: &AnalysisArguments) -> Result<RunPlan, Failure> {
+    let AnalysisArguments { seed, first_cycle, cycles, threads, .. } = *arguments;
+    check_range(first_cycle, cycles)?;
+    Ok(RunPlan::new(seed, first_cycle, cycles, threads, None))
 }
 
 /// Checks that all cycles have an id.
@@ -25,29 +29,8 @@ pub(crate) fn check_range(first_cycle: u64, cycles: u64) -> Result<(), Failure> 
     Ok(())
 }
 
-/// The plan of an analysis, and the quantity that it asks about, where one was named.
-pub(crate) fn analysis(
-    arguments: &AnalysisArguments,
-) -> Result<(RunPlan, Option<&'static RecordQuantity>), Failure> {
-    let AnalysisArguments { seed, first_cycle, cycles, threads, .. } = *arguments;
-    check_range(first_cycle, cycles)?;
-    let quantity = arguments.column.as_deref().and_then(quantity);
-    Ok((RunPlan::new(seed, first_cycle, cycles, threads, None), quantity))
-}
-
-/// The plan of these cycles, on what the arguments say.
-pub(crate) fn plan_of(
-    arguments: &RunArguments,
-    seed: u64,
-    first_cycle: u64,
-    cycles: u64,
-) -> Result<RunPlan, Failure> {
-    let level = level(arguments)?;
-    let RunArguments { threads, chunk, .. } = *arguments;
-    Ok(RunPlan { level, ..RunPlan::new(seed, first_cycle, cycles, threads, chunk) })
-}
-
-fn level(arguments: &RunArguments) -> Result<CpuLevel, Failure> {
+/// The instructions to use.
+pub(crate) fn level(arguments: &RunArguments) -> Result<CpuLevel, Failure> {
     let Some(name) = &arguments.cpu_level else {
         return Ok(CpuLevel::best());
     };

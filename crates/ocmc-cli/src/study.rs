@@ -1,11 +1,10 @@
 //! `ocmc study`: lists, shows, writes and checks study files.
 
-use crate::arguments::{StudyArguments, StudyCommand};
-use crate::birds_eye::birds_eye;
+use crate::arguments::{BirdsEyeArguments, StudyArguments, StudyCommand};
 use crate::failure::Failure;
 use crate::{output, request};
-use ocmc_io::shell_word::shell_word;
-use ocmc_io::study;
+use ocmc_api::shell_word::shell_word;
+use ocmc_api::{BirdsEyeRequest, RunPlan, go_on, study};
 use std::fmt::Write as _;
 use std::fs::OpenOptions;
 use std::io::{ErrorKind, Write as _};
@@ -75,4 +74,13 @@ fn check(arguments: &StudyArguments) -> Result<(), Failure> {
         loaded.model.study.name,
         study::study_hash(&loaded.model)
     ))
+}
+
+fn birds_eye(arguments: &BirdsEyeArguments) -> Result<(), Failure> {
+    let loaded = study::load(&arguments.study.study, &arguments.study.set)?;
+    let BirdsEyeArguments { seed, first_cycle, cycles, json, .. } = *arguments;
+    request::check_range(first_cycle, cycles)?;
+    let plan = RunPlan::new(seed, first_cycle, cycles, None, None);
+    let answer = ocmc_api::birds_eye(&BirdsEyeRequest { study: &loaded, plan }, &mut go_on)?;
+    output::print(&answer, json)
 }

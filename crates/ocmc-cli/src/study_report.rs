@@ -1,10 +1,10 @@
 //! What is wrong with a study, drawn around the lines where it is written. Where nobody looks, the same as plain text.
 
-use crate::output;
+use crate::terminal::error_terminal_width;
 use miette::{
     Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, NamedSource, SourceCode,
 };
-use ocmc_io::study::{Fault, StudyFileError};
+use ocmc_api::study::{Fault, StudyFileError};
 use std::fmt::{self, Display};
 
 /// Most faults that are drawn at once.
@@ -15,7 +15,7 @@ const LONGEST_LINE: usize = 120;
 
 /// The whole report.
 pub(crate) fn study_report(error: &StudyFileError) -> String {
-    let Some(width) = output::error_terminal_width() else {
+    let Some(width) = error_terminal_width() else {
         return format!("error: {error}");
     };
     let drawn: Option<Vec<String>> =

@@ -2,9 +2,7 @@
 
 use crate::failure::Failure;
 use crate::{output, request};
-use ocmc_core::kernel::trace::TableColumn;
-use ocmc_core::operating_cycle::tracks::Track;
-use ocmc_io::{operating_cycle, table};
+use serde::Serialize;
 use std::fs;
 use std::io;
 use std::path::Path;
@@ -34,41 +32,17 @@ pub(crate) fn target(path: Option<&Path>) -> Result<Target<'_>, Failure> {
     Ok(Target { path, format })
 }
 
-/// Writes a table.
-pub(crate) fn write(target: &Target, columns: &[TableColumn]) -> Result<(), Failure> {
-    let mut bytes = Vec::new();
-    match target.format {
-        TableFormat::Csv => {
-            table::write_csv(&mut bytes, columns).expect("memory takes what is written to it");
-        }
-        TableFormat::Json => {
-            bytes.extend_from_slice(table::to_json(columns).to_string().as_bytes());
-            bytes.push(b'\n');
-        }
-    }
-    deliver(target, &bytes)
-}
-
-/// Writes the tracks of an operating cycle.
-pub(crate) fn write_tracks(
-    target: &Target,
-    tracks: &[Track],
-    json: impl FnOnce() -> serde_json::Value,
-) -> Result<(), Failure> {
-    write_either(target, |bytes| operating_cycle::write_csv(bytes, tracks), json)
-}
-
 /// Writes what has a form for each format.
-pub(crate) fn write_either(
+pub(crate) fn write(
     target: &Target,
+    answer: &impl Serialize,
     csv: impl FnOnce(&mut Vec<u8>) -> io::Result<()>,
-    json: impl FnOnce() -> serde_json::Value,
 ) -> Result<(), Failure> {
     let mut bytes = Vec::new();
     match target.format {
         TableFormat::Csv => csv(&mut bytes).expect("memory takes what is written to it"),
         TableFormat::Json => {
-            bytes.extend_from_slice(json().to_string().as_bytes());
+            serde_json::to_writer(&mut bytes, answer).expect("numbers, and keys that are words");
             bytes.push(b'\n');
         }
     }

@@ -3,13 +3,12 @@
 use crate::arguments::CycleArguments;
 use crate::failure::Failure;
 use crate::table_file;
-use ocmc_core::kernel::trace;
-use ocmc_io::study;
+use ocmc_api::study;
 
 /// Drives one cycle and writes down every step.
 pub(crate) fn trace(arguments: &CycleArguments) -> Result<(), Failure> {
     let target = table_file::target(arguments.out.as_deref())?;
     let loaded = study::load(&arguments.study, &arguments.set)?;
-    let trace = trace::trace(&loaded.study, arguments.seed, arguments.cycle_id);
-    table_file::write(&target, &trace.columns)
+    let series = ocmc_api::trace(&loaded, arguments.seed, arguments.cycle_id);
+    table_file::write(&target, &series, |bytes| series.write_csv(bytes))
 }

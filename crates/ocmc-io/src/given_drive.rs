@@ -3,13 +3,12 @@
 
 use crate::drive_cycle::{self, DriveCycleFileError};
 use crate::given_cycle::{self, GivenCycleFileError};
-use crate::run_directory::Manifest;
 use crate::study::{LoadedStudy, StudyFileError};
 use crate::table::given::GivenTable;
 use crate::table::{Mapping, Source};
 use ocmc_core::fleet::run::{RunPlan, replay, run, run_with};
 use ocmc_core::operating_cycle::given::GivenCycle;
-use ocmc_core::operating_cycle::route::Keep;
+use ocmc_core::operating_cycle::route::{Keep, RouteModel};
 use ocmc_core::prescribed::{DriveCycle, follow_planned, follow_study};
 use ocmc_core::record::Record;
 use ocmc_core::study::Study;
@@ -228,21 +227,24 @@ impl GivenDrive {
         self.files.iter().filter(without).map(told).collect()
     }
 
-    /// Whether this is what the run of a manifest was given; names of files do not matter.
+    /// Whether this is what a run was given that followed this and had these routes; names of files do not matter.
     ///
     /// # Errors
     /// Names the file that cannot be read.
-    pub fn is_that_of(&self, manifest: &Manifest) -> Result<bool, GivenCycleFileError> {
+    pub fn is_that_of(
+        &self,
+        run_followed: Option<&Followed>,
+        run_routes: &[RouteModel],
+    ) -> Result<bool, GivenCycleFileError> {
         let essence = |followed: Option<Followed>| followed.map(|f| (f.how, f.cycle));
-        if essence(self.followed()) != essence(manifest.followed.clone()) {
+        if essence(self.followed()) != essence(run_followed.cloned()) {
             return Ok(false);
         }
         if !self.has_routes() {
             return Ok(true);
         }
-        let routes = manifest.routes();
-        let mut same = routes.len() == self.files.len();
-        for (file, route) in self.files.iter().zip(&routes) {
+        let mut same = run_routes.len() == self.files.len();
+        for (file, route) in self.files.iter().zip(run_routes) {
             same &= route.sha256.as_ref() == Some(&given_cycle::file_hash(file)?);
             same &= route.keep == self.keep && route.columns == Mapping::columns(&self.mappings);
         }

@@ -12,7 +12,6 @@ pub mod operating_cycle;
 pub mod records;
 pub mod report;
 pub mod run_directory;
-pub mod run_summary;
 pub mod shell_word;
 pub mod speed_change_table;
 pub mod study;

@@ -1,60 +1,82 @@
 //! A realised operating cycle as CSV tracks or JSON.
 
-use ocmc_core::operating_cycle::OperatingCycle;
+use crate::study::LoadedStudy;
 use ocmc_core::operating_cycle::given::{GivenCycle, GivenCycleError};
 use ocmc_core::operating_cycle::tracks::{Track, Values};
-use ocmc_core::study::Study;
-use serde_json::{Value, json};
+use serde::Serialize;
 use std::io::{self, Write};
 
-/// All tracks of a cycle of a study.
-pub fn tracks(study: &Study, cycle: &OperatingCycle) -> Vec<Track> {
-    cycle.tracks(study.road_types(), study.operating_cycle().road().types())
+/// One operating cycle of a study: its mission, and its tracks along the road.
+#[derive(Clone, Debug, Serialize)]
+pub struct RealisedCycle {
+    /// Id of the cycle.
+    pub cycle_id: u64,
+    /// Master seed.
+    pub seed: u64,
+    /// Length, in m.
+    pub length_m: f64,
+    /// Time of departure, in s from midnight.
+    pub departure_s_of_day: f64,
+    /// Day of departure, from the beginning of the year.
+    pub departure_day_of_year: f64,
+    /// Payload, in kg.
+    pub payload_kg: f64,
+    /// Heading of the road at its start, in rad.
+    pub heading_rad: f64,
+    /// Time along the road at the speed of free traffic, in s.
+    pub free_flow_s: f64,
+    /// The tracks.
+    pub tracks: Vec<Track>,
 }
 
-/// The cycle as a given one, as if it had been read from what [`to_json`] gives.
-///
-/// # Errors
-/// Where its tracks are no road.
-pub fn given(cycle: &OperatingCycle, tracks: &[Track]) -> Result<GivenCycle, GivenCycleError> {
-    let mission = &cycle.mission;
-    Ok(GivenCycle {
-        heading_rad: Some(cycle.road.heading_rad),
-        departure: Some((mission.departure_s, mission.day_of_year)),
-        ..GivenCycle::from_tracks(tracks, Some(cycle.road.length_m))?
-    })
-}
-
-/// Writes the tracks one below the other: `track,rule,position_m,value`.
-pub fn write_csv(out: &mut impl Write, tracks: &[Track]) -> io::Result<()> {
-    writeln!(out, "track,rule,position_m,value")?;
-    for track in tracks {
-        let rule = json!(track.rule);
-        let rule = rule.as_str().unwrap_or_default();
-        for (k, position_m) in track.position_m.iter().enumerate() {
-            write!(out, "{},{rule},{position_m:?},", track.name)?;
-            match &track.value {
-                Values::Numbers(values) => writeln!(out, "{:?}", values[k])?,
-                Values::Names(names) => writeln!(out, "{}", names[k])?,
-            }
+impl RealisedCycle {
+    /// The cycle that a study draws.
+    pub fn new(study: &LoadedStudy, seed: u64, cycle_id: u64) -> Self {
+        let study = &study.study;
+        let cycle = study.sample(seed, cycle_id).cycle;
+        let tracks = cycle.tracks(study.road_types(), study.operating_cycle().road().types());
+        Self {
+            cycle_id,
+            seed,
+            length_m: cycle.road.length_m,
+            departure_s_of_day: cycle.mission.departure_s,
+            departure_day_of_year: cycle.mission.day_of_year,
+            payload_kg: cycle.mission.payload_kg,
+            heading_rad: cycle.road.heading_rad,
+            free_flow_s: cycle.free_flow_s,
+            tracks,
         }
     }
-    Ok(())
-}
 
-/// The cycle as a JSON object: its mission, and a list of tracks.
-pub fn to_json(cycle_id: u64, seed: u64, cycle: &OperatingCycle, tracks: &[Track]) -> Value {
-    json!({
-        "cycle_id": cycle_id,
-        "seed": seed,
-        "length_m": cycle.road.length_m,
-        "departure_s_of_day": cycle.mission.departure_s,
-        "departure_day_of_year": cycle.mission.day_of_year,
-        "payload_kg": cycle.mission.payload_kg,
-        "heading_rad": cycle.road.heading_rad,
-        "free_flow_s": cycle.free_flow_s,
-        "tracks": tracks,
-    })
+    /// The cycle as a given one, as if it had been read from its JSON.
+    ///
+    /// # Errors
+    /// Where its tracks are no road.
+    pub fn given(&self) -> Result<GivenCycle, GivenCycleError> {
+        Ok(GivenCycle {
+            heading_rad: Some(self.heading_rad),
+            departure: Some((self.departure_s_of_day, self.departure_day_of_year)),
+            ..GivenCycle::from_tracks(&self.tracks, Some(self.length_m))?
+        })
+    }
+
+    /// Writes the tracks one below the other: `track,rule,position_m,value`.
+    ///
+    /// # Errors
+    /// Those of writing.
+    pub fn write_csv(&self, out: &mut impl Write) -> io::Result<()> {
+        writeln!(out, "track,rule,position_m,value")?;
+        for track in &self.tracks {
+            for (k, position_m) in track.position_m.iter().enumerate() {
+                write!(out, "{},{},{position_m:?},", track.name, track.rule.name())?;
+                match &track.value {
+                    Values::Numbers(values) => writeln!(out, "{:?}", values[k])?,
+                    Values::Names(names) => writeln!(out, "{}", names[k])?,
+                }
+            }
+        }
+        Ok(())
+    }
 }
 
 #[cfg(test)]
@@ -64,16 +86,15 @@ mod tests {
 
     #[test]
     fn a_given_cycle_is_what_its_file_gives() {
-        let study = study::load("field-truck", &["mission.length_m=3000"]).expect("built in").study;
+        let study = study::load("field-truck", &["mission.length_m=3000"]).expect("built in");
         let directory = tempfile::tempdir().expect("a directory");
         for cycle_id in 0..3 {
-            let cycle = study.sample(1, cycle_id).cycle;
-            let tracks = tracks(&study, &cycle);
+            let cycle = RealisedCycle::new(&study, 1, cycle_id);
             let path = directory.path().join("cycle.json");
-            let json = to_json(cycle_id, 1, &cycle, &tracks);
-            std::fs::write(&path, json.to_string()).expect("space");
+            let json = serde_json::to_string(&cycle).expect("numbers and words");
+            std::fs::write(&path, json).expect("space");
             let read = given_cycle::read(&path, &[]).expect("an operating cycle");
-            assert_eq!(given(&cycle, &tracks).expect("a road"), read);
+            assert_eq!(cycle.given().expect("a road"), read);
         }
     }
 }

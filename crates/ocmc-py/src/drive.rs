@@ -1,16 +1,11 @@
-//! `Study.drive`: what somebody has given to be driven.
+//! `Study.drive`: what is given to be driven.
 
-use crate::error::{given_cycle_error, given_drive_error, study_error};
-use crate::fit::warn;
-use crate::input::{Input, inputs};
+use crate::answer::warn;
+use crate::error::exception;
+use crate::input::inputs;
 use crate::log::mappings;
-use crate::run::{PyRun, run_with};
 use crate::value::one_of;
-use ocmc_core::fleet::run::RunPlan;
-use ocmc_core::operating_cycle::route::Keep;
-use ocmc_io::given_cycle;
-use ocmc_io::given_drive::{Follow, GivenDrive};
-use ocmc_io::study::LoadedStudy;
+use ocmc_api::{Error, Follow, GivenDrive, Keep, Source, check_readable};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use std::collections::BTreeMap;
@@ -32,8 +27,8 @@ pub(crate) fn given(
     let mappings = mappings(columns)?;
     let mut paths: Vec<PathBuf> = Vec::new();
     let mut given = inputs(files, "files")?;
-    if let [Input::Table(_)] = given.as_slice()
-        && let Some(Input::Table(table)) = given.pop()
+    if let [Source::Table(_)] = given.as_slice()
+        && let Some(Source::Table(table)) = given.pop()
     {
         let follow = follow.ok_or_else(|| {
             PyValueError::new_err(
@@ -42,39 +37,27 @@ pub(crate) fn given(
             )
         })?;
         let given = py.detach(|| GivenDrive::of_table(&table, &mappings, keep, follow));
-        return given.map_err(|error| given_drive_error(&error));
+        return given.map_err(|error| exception(&error.into()));
     }
     for file in given {
         match file {
-            Input::File(path) => paths.push(path),
-            Input::Table(_) => {
+            Source::File(path) => paths.push(path),
+            Source::Table(_) => {
                 return Err(PyValueError::new_err("`files` has several items, allowed are paths"));
             }
         }
     }
-    let (given, warnings) = py.detach(|| {
+    let read = py.detach(|| -> Result<_, Error> {
         for path in &paths {
-            given_cycle::check_readable(path).map_err(|error| given_cycle_error(&error))?;
+            check_readable(path)?;
         }
-        let given = GivenDrive::read(paths, mappings, keep, follow);
-        let given = given.map_err(|error| given_drive_error(&error))?;
+        let given = GivenDrive::read(paths, mappings, keep, follow)?;
         let warnings = given.warnings();
-        Ok::<_, PyErr>((given, warnings))
-    })?;
+        Ok((given, warnings))
+    });
+    let (given, warnings) = read.map_err(|error| exception(&error))?;
     for warning in &warnings {
         warn(py, warning)?;
     }
     Ok(given)
-}
-
-/// Drives it.
-pub(crate) fn drive(
-    py: Python,
-    study: &LoadedStudy,
-    given: &GivenDrive,
-    plan: &RunPlan,
-    progress: Option<&Bound<PyAny>>,
-) -> PyResult<PyRun> {
-    let study = py.detach(|| given.study(study.clone())).map_err(|error| study_error(&error))?;
-    run_with(py, &study, plan, progress, given)
 }

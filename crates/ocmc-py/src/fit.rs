@@ -1,36 +1,19 @@
 //! Fits: from measurements to the numbers of a study.
 
-use crate::error::{no_fit, speed_change_error, table_error};
+use crate::answer::{answer, warned};
+use crate::error::exception;
 use crate::input::{input, inputs};
 use crate::log::mappings;
-use crate::progress::Watch;
+use crate::progress::watched;
 use crate::study::PyStudy;
 use crate::value::one_of;
-use ocmc_cli::{Answer, curve_speed_answer, speed_change_answer};
-use ocmc_core::study::StudyModel;
-use ocmc_estimation::fit::curve_speed::{self, Coding, CurveSpeedOptions};
-use ocmc_estimation::fit::speed_change::{self, SpeedChangeOptions, SpeedChangeTable};
-use ocmc_io::speed_change_table::append;
-use ocmc_io::{curve_table, study};
-use pyo3::exceptions::{PyUserWarning, PyValueError};
+use ocmc_api::study::{self, StudyModel};
+use ocmc_api::{
+    Coding, CurveSpeedOptions, CurveSpeedRequest, SpeedChangeOptions, SpeedChangeRequest,
+    fit_curve_speed as ask_curve_speed, fit_speed_change as ask_speed_change,
+};
 use pyo3::prelude::*;
 use std::collections::BTreeMap;
-use std::ffi::CString;
-
-/// An answer as ``ocmc.Answer``, and its warnings as warnings.
-pub(crate) fn answer<'py>(py: Python<'py>, answer: &Answer) -> PyResult<Bound<'py, PyAny>> {
-    for warning in &answer.warnings {
-        warn(py, warning)?;
-    }
-    let content = py.import("json")?.call_method1("loads", (answer.json.to_string(),))?;
-    py.import("ocmc._answer")?.call_method1("Answer", (content, &answer.text))
-}
-
-/// Something that has to be known, as a warning.
-pub(crate) fn warn(py: Python, text: &str) -> PyResult<()> {
-    let text = CString::new(text.replace('\0', " ")).expect("no zeros are left");
-    PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 1)
-}
 
 /// Fit the curve speeds of drivers: regression, analysis of variance, population.
 ///
@@ -123,23 +106,10 @@ pub(crate) fn fit_curve_speed<'py>(
         coding: one_of("coding", coding, &CODINGS)?,
     };
     let mappings = mappings(columns)?;
-    let curves = input(curves, "curves")?;
-    let source = curves.path().to_owned();
-    let model = base_model(base);
-    let answered = py.detach(|| {
-        let table = curve_table::read(curves.source(), &mappings);
-        let table = table.map_err(|error| table_error(&error))?;
-        let fit = curve_speed::fit(&table, &options).map_err(|error| no_fit(&source, &error))?;
-        let censored = fit.tobit.as_ref().filter(|_| tobit);
-        if tobit && censored.is_none() {
-            return Err(PyValueError::new_err(
-                "`tobit` needs a column limit_mps with limits above 0, and curves below them that determine the regression",
-            ));
-        }
-        let population = fit.population(censored, &model.driver.curve_speed);
-        Ok::<Answer, PyErr>(curve_speed_answer(&fit, &population, table.driver.len(), &model))
-    })?;
-    answer(py, &answered)
+    let (curves, base) = (input(curves, "curves")?, &base_model(base));
+    let request = CurveSpeedRequest { curves, mappings, base, options, tobit };
+    let fitted = py.detach(|| ask_curve_speed(&request));
+    answer(py, &fitted.map_err(|error| exception(&error))?)
 }
 
 const CODINGS: [(&str, Coding); 2] =
@@ -229,23 +199,9 @@ pub(crate) fn fit_speed_change<'py>(
         ..SpeedChangeOptions::default()
     };
     let mappings = mappings(columns)?;
-    let tables = inputs(table, "table")?;
-    let source = tables[0].path().to_owned();
-    let model = base_model(base);
-    let mut watch = Watch::without_bar();
-    let answered = py.detach(|| {
-        let mut changes = SpeedChangeTable::default();
-        let mut warnings = Vec::new();
-        for table in tables {
-            watch.look(0)?;
-            let notes = append(&mut changes, table.source(), &mappings, &options);
-            warnings.extend(notes.map_err(|error| speed_change_error(&error))?);
-        }
-        let fit = speed_change::fit(&changes, &options).map_err(|error| no_fit(&source, &error))?;
-        let population = fit.population(&model.driver.speed_change, untruncated);
-        let mut answered = speed_change_answer(&fit, &population, &model);
-        answered.warnings.splice(0..0, warnings);
-        Ok::<Answer, PyErr>(answered)
-    })?;
-    answer(py, &answered)
+    let (tables, base) = (&inputs(table, "table")?[..], &base_model(base));
+    let request = SpeedChangeRequest { tables, mappings, base, options, untruncated };
+    let fitted =
+        warned(py, |warn| watched(py, None, |watch| ask_speed_change(&request, warn, watch)))?;
+    answer(py, &fitted)
 }

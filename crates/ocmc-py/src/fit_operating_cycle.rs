@@ -1,26 +1,17 @@
 //! Fits of roads: from operating cycles or logs to the numbers of a study.
 
-use crate::error::{given_cycle_error, no_fit};
-use crate::fit::{answer, base_model, warn};
-use crate::input::{Input, input, is_path, is_table, sequence};
-use crate::log::{mappings, read_input, steering};
+use crate::answer::{answer, warned};
+use crate::fit::base_model;
+use crate::input::{input, is_path, is_table, sequence};
+use crate::log::{mappings, steering};
 use crate::operating_cycle::PyOperatingCycle;
-use crate::progress::Watch;
+use crate::progress::watched;
 use crate::study::PyStudy;
 use crate::value::shown;
-use ocmc_cli::operating_cycle_answer;
-use ocmc_estimation::fit::operating_cycle::fit_with_coverage;
-use ocmc_estimation::log::curve::CurveOptions;
-use ocmc_estimation::log::road::RoadOptions;
-use ocmc_io::given_cycle;
-use ocmc_io::log::curves::Steering;
-use ocmc_io::log::roads::{FoundRoads, NEEDS, is_log};
-use ocmc_io::table::Mapping;
-use pyo3::exceptions::{PyTypeError, PyValueError};
+use ocmc_api::{CurveOptions, OperatingCycleRequest, RoadOptions, RoadSource};
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use std::collections::BTreeMap;
-use std::ops::ControlFlow;
-use std::path::{Path, PathBuf};
 
 /// Fit the road model of given operating cycles or logs, and look at them from above.
 ///
@@ -106,85 +97,35 @@ pub(crate) fn fit_operating_cycle<'py>(
 ) -> PyResult<Bound<'py, PyAny>> {
     let standard = RoadOptions::default();
     let radius_range_m: Option<[f64; 2]> = radius_range_m.map(Into::into);
-    let logs = Logs {
-        options: RoadOptions {
-            curves: CurveOptions { split_ratio, ..standard.curves },
-            radius_range_m: radius_range_m.unwrap_or(standard.radius_range_m),
-            altitude_average_m,
-            mission_stop_s,
-            road_type,
-        },
-        steering: steering(steering_ratio, wheelbase_m)?,
-        mappings: mappings(columns)?,
+    let options = RoadOptions {
+        curves: CurveOptions { split_ratio, ..standard.curves },
+        radius_range_m: radius_range_m.unwrap_or(standard.radius_range_m),
+        altitude_average_m,
+        mission_stop_s,
+        road_type,
     };
+    let steering = steering(steering_ratio, wheelbase_m)?;
+    let mappings = mappings(columns)?;
     let given = sequence(cycles, "cycles")?.unwrap_or_else(|| vec![cycles.clone()]);
-    let mut found = FoundRoads::default();
-    let mut source = PathBuf::from("cycles");
-    for (k, cycle) in given.iter().enumerate() {
-        py.check_signals()?;
-        if let Ok(cycle) = cycle.cast::<PyOperatingCycle>() {
-            let cycle = cycle.get();
-            let road = py.detach(|| cycle.given());
-            found.add_cycle(road.map_err(|error| no_fit(Path::new("cycles"), &error))?);
-            continue;
-        }
-        if !is_path(cycle)? && !is_table(cycle)? {
-            let allowed = "a path, a log or an ocmc.OperatingCycle, or a list of these";
-            let text = format!("`cycles` is {}, allowed is {allowed}", shown(cycle));
-            return Err(PyTypeError::new_err(text));
-        }
-        let item = input(cycle, &format!("cycles[{k}]"))?;
-        if k == 0 {
-            item.path().clone_into(&mut source);
-        }
-        match item {
-            Input::File(path) if logs.mappings.is_empty() && !is_log(&path, &[]) => {
-                let road = py.detach(|| given_cycle::read(&path, &[]));
-                found.add_cycle(road.map_err(|error| given_cycle_error(&error))?);
-            }
-            log => logs.add(py, &mut found, &log)?,
-        }
-    }
-    if let Some((place, fault)) = found.failed() {
-        return Err(PyValueError::new_err(format!("{place}: {fault}")));
-    }
-    for note in &found.notes {
-        warn(py, note)?;
-    }
-    for (place, fault) in &found.left_out {
-        warn(py, &format!("{place} is left out: {fault}"))?;
-    }
-    let model = base_model(base);
-    let coverage = found.coverage(radius_range_m);
-    let answered = py.detach(|| {
-        let fit = fit_with_coverage(&found.roads, &coverage, &model);
-        fit.map(|fit| operating_cycle_answer(&fit, &model)).map_err(|error| no_fit(&source, &error))
+    let roads = given.iter().enumerate().map(|(k, cycle)| road(cycle, k));
+    let (roads, base) = (&roads.collect::<PyResult<Vec<_>>>()?[..], &base_model(base));
+    let request =
+        OperatingCycleRequest { roads, mappings, base, options, radius_range_m, steering };
+    let fitted = warned(py, |warn| {
+        watched(py, None, |watch| ocmc_api::fit_operating_cycle(&request, warn, watch))
     })?;
-    answer(py, &answered)
+    answer(py, &fitted)
 }
 
-/// How logs are read.
-struct Logs {
-    options: RoadOptions,
-    steering: Option<Steering>,
-    mappings: Vec<Mapping>,
-}
-
-impl Logs {
-    /// Adds the roads of a log, and warns of what is odd in it.
-    fn add(&self, py: Python, found: &mut FoundRoads, log: &Input) -> PyResult<()> {
-        let mut watch = Watch::without_bar();
-        let file = py.detach(|| {
-            let file = read_input(log, &self.mappings, &NEEDS)?;
-            let ended = found.add(&file, &self.options, self.steering, || match watch.look(0) {
-                Ok(()) => ControlFlow::Continue(()),
-                Err(interrupt) => ControlFlow::Break(interrupt),
-            });
-            match ended {
-                ControlFlow::Continue(()) => Ok(file),
-                ControlFlow::Break(interrupt) => Err(interrupt),
-            }
-        })?;
-        file.warnings().iter().try_for_each(|warning| warn(py, warning))
+/// An operating cycle, or what one or a log is read from.
+fn road<'a>(cycle: &'a Bound<PyAny>, k: usize) -> PyResult<RoadSource<'a>> {
+    if let Ok(cycle) = cycle.cast::<PyOperatingCycle>() {
+        return Ok(RoadSource::Cycle(cycle.get().realised()));
     }
+    if !is_path(cycle)? && !is_table(cycle)? {
+        let allowed = "a path, a log or an ocmc.OperatingCycle, or a list of these";
+        let text = format!("`cycles` is {}, allowed is {allowed}", shown(cycle));
+        return Err(PyTypeError::new_err(text));
+    }
+    Ok(RoadSource::Measured(input(cycle, &format!("cycles[{k}]"))?))
 }

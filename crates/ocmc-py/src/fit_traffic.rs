@@ -1,14 +1,13 @@
 //! The fit of traffic: from measured densities to the numbers of a study.
 
-use crate::error::{no_fit, table_error};
-use crate::fit::{answer, base_model};
+use crate::answer::answer;
+use crate::error::exception;
+use crate::fit::base_model;
 use crate::input::input;
 use crate::log::mappings;
 use crate::study::PyStudy;
 use crate::value::utc_offset;
-use ocmc_cli::traffic_answer;
-use ocmc_estimation::fit::traffic::fit;
-use ocmc_io::traffic_table;
+use ocmc_api::TrafficRequest;
 use pyo3::prelude::*;
 use std::collections::BTreeMap;
 
@@ -73,15 +72,9 @@ pub(crate) fn fit_traffic<'py>(
     utc_offset_h: Option<f64>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let mappings = mappings(columns)?;
-    let table = input(table, "table")?;
-    let source = table.path().to_owned();
     let utc_offset_h = utc_offset_h.map(utc_offset).transpose()?;
-    let model = base_model(base);
-    let answered = py.detach(|| {
-        let records = traffic_table::read(table.source(), &mappings, &model.traffic, utc_offset_h);
-        let records = records.map_err(|error| table_error(&error))?;
-        let fit = fit(&records, &model.traffic).map_err(|error| no_fit(&source, &error))?;
-        Ok::<_, PyErr>(traffic_answer(&fit, &model))
-    })?;
-    answer(py, &answered)
+    let (table, base) = (input(table, "table")?, &base_model(base));
+    let request = TrafficRequest { table, mappings, base, utc_offset_h };
+    let fitted = py.detach(|| ocmc_api::fit_traffic(&request));
+    answer(py, &fitted.map_err(|error| exception(&error))?)
 }

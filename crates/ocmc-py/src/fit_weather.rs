@@ -1,14 +1,13 @@
 //! The fit of weather: from hourly records to the numbers of a study.
 
-use crate::error::{no_fit, table_error};
-use crate::fit::{answer, base_model};
+use crate::answer::answer;
+use crate::error::exception;
+use crate::fit::base_model;
 use crate::input::input;
 use crate::log::mappings;
 use crate::study::PyStudy;
 use crate::value::utc_offset;
-use ocmc_cli::weather_answer;
-use ocmc_estimation::fit::weather::fit;
-use ocmc_io::weather_table;
+use ocmc_api::WeatherRequest;
 use pyo3::prelude::*;
 use std::collections::BTreeMap;
 
@@ -75,15 +74,9 @@ pub(crate) fn fit_weather<'py>(
     utc_offset_h: Option<f64>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let mappings = mappings(columns)?;
-    let table = input(table, "table")?;
-    let source = table.path().to_owned();
     let utc_offset_h = utc_offset_h.map(utc_offset).transpose()?;
-    let model = base_model(base);
-    let answered = py.detach(|| {
-        let records = weather_table::read(table.source(), &mappings, utc_offset_h);
-        let records = records.map_err(|error| table_error(&error))?;
-        let fit = fit(&records, &model.weather).map_err(|error| no_fit(&source, &error))?;
-        Ok::<_, PyErr>(weather_answer(&fit, &model))
-    })?;
-    answer(py, &answered)
+    let (table, base) = (input(table, "table")?, &base_model(base));
+    let request = WeatherRequest { table, mappings, base, utc_offset_h };
+    let fitted = py.detach(|| ocmc_api::fit_weather(&request));
+    answer(py, &fitted.map_err(|error| exception(&error))?)
 }

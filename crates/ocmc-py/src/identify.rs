@@ -1,20 +1,14 @@
 //! Identification: the pedal gains of drivers.
 
-use crate::fit::{answer, warn};
+use crate::answer::{answer, warned};
 use crate::input::inputs;
-use crate::log::{mappings, read_input};
-use crate::progress::{Watch, watched};
+use crate::log::mappings;
+use crate::progress::watched;
 use crate::study::PyStudy;
 use crate::value::{one_of, whole_number};
-use ocmc_cli::identification_answer;
-use ocmc_estimation::identification::identify::{ControllerKind, IdentifyOptions, SpeedTerm};
-use ocmc_io::log::identification::Identification;
-use ocmc_io::log::pedals::NEEDS;
-use ocmc_io::study::Origin;
-use pyo3::exceptions::PyValueError;
+use ocmc_api::{ControllerKind, IdentifyOptions, IdentifyRequest, SpeedTerm};
 use pyo3::prelude::*;
 use std::collections::BTreeMap;
-use std::sync::atomic::Ordering;
 
 /// Most starts of a search, as on the command line.
 const MOST_STARTS: u64 = 4096;
@@ -122,41 +116,17 @@ pub(crate) fn identify<'py>(
         derivative: kd.map_or(standard.derivative, Into::into),
         ..standard
     };
-    options.check().map_err(|error| PyValueError::new_err(error.to_string()))?;
-    let mappings = mappings(columns)?;
-    let logs = inputs(logs, "logs")?;
-    let mut watch = Watch::without_bar();
-    let (found, warnings) = py.detach(|| {
-        let mut found = Identification::default();
-        let mut warnings = Vec::new();
-        for log in &logs {
-            watch.look(0)?;
-            let file = read_input(log, &mappings, &NEEDS)?;
-            warnings.extend(file.warnings());
-            found.add(&file);
-        }
-        Ok::<_, PyErr>((found, warnings))
-    })?;
-    let loaded = study.get().loaded();
-    let events = found.waiting() as u64;
-    let found = watched(py, progress, events, "events", move |work| {
-        let mut found = found;
-        found.identify(&loaded.study, &options, &work.stop, |done| {
-            work.done.store(done as u64, Ordering::Relaxed);
-        });
-        found
-    })?;
-    for warning in warnings {
-        warn(py, &warning)?;
-    }
-    let name = match &loaded.origin {
-        Origin::Dictionary => loaded.model.study.name.clone(),
-        other => other.to_string(),
+    let request = IdentifyRequest {
+        logs: &inputs(logs, "logs")?,
+        study: study.get().loaded(),
+        mappings: mappings(columns)?,
+        options,
+        warn_of_rows: false,
     };
-    let answered = identification_answer(&name, &options, &found).map_err(|left_out| {
-        PyValueError::new_err(format!("{}: {}", left_out.place, left_out.reason))
+    let identified = warned(py, |warn| {
+        watched(py, progress, |watch| ocmc_api::identify(&request, warn, watch))
     })?;
-    answer(py, &answered)
+    answer(py, &identified)
 }
 
 const CONTROLLERS: [(&str, ControllerKind); 2] =

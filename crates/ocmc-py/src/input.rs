@@ -3,48 +3,20 @@
 use crate::value::shown;
 use arrow_array::{ArrayRef, Float64Array, Int64Array, StringArray, UInt64Array};
 use numpy::PyReadonlyArray1;
-use ocmc_io::table::Source;
-use ocmc_io::table::given::GivenTable;
+use ocmc_api::{GivenTable, Source};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyList, PyString, PyTuple};
 use pyo3_arrow::input::AnyRecordBatch;
-use std::path::{Path, PathBuf};
 use std::sync::Arc;
-
-/// Where a table is read from.
-pub(crate) enum Input {
-    /// A file.
-    File(PathBuf),
-    /// A table of the user.
-    Table(GivenTable),
-}
-
-impl Input {
-    /// What messages call it.
-    pub(crate) fn path(&self) -> &Path {
-        match self {
-            Self::File(path) => path,
-            Self::Table(table) => table.path(),
-        }
-    }
-
-    /// As the reader of tables takes it.
-    pub(crate) fn source(&self) -> Source<'_> {
-        match self {
-            Self::File(path) => Source::File(path),
-            Self::Table(table) => Source::Given(table),
-        }
-    }
-}
 
 /// A file, or a table of any library. `argument` is its name in messages.
 ///
 /// # Errors
 /// ``TypeError`` where it is neither, ``ValueError`` where its columns do not fit together.
-pub(crate) fn input(table: &Bound<PyAny>, argument: &str) -> PyResult<Input> {
+pub(crate) fn input(table: &Bound<PyAny>, argument: &str) -> PyResult<Source> {
     if is_path(table)? {
-        return Ok(Input::File(table.extract()?));
+        return Ok(Source::File(table.extract()?));
     }
     let (names, pieces) = if speaks_arrow(table)? {
         let (batches, schema) = table.extract::<AnyRecordBatch>()?.into_table()?.into_inner();
@@ -60,14 +32,14 @@ pub(crate) fn input(table: &Bound<PyAny>, argument: &str) -> PyResult<Input> {
             shown(table)
         )));
     };
-    Ok(Input::Table(GivenTable::new(argument, names, pieces)))
+    Ok(Source::Table(GivenTable::new(argument, names, pieces)))
 }
 
 /// One or several of what [`input`] takes.
 ///
 /// # Errors
 /// As [`input`], and ``ValueError`` where there is none.
-pub(crate) fn inputs(tables: &Bound<PyAny>, argument: &str) -> PyResult<Vec<Input>> {
+pub(crate) fn inputs(tables: &Bound<PyAny>, argument: &str) -> PyResult<Vec<Source>> {
     let Some(tables) = sequence(tables, argument)? else {
         return Ok(vec![input(tables, argument)?]);
     };

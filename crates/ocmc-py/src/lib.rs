@@ -5,6 +5,7 @@
 )]
 #![allow(clippy::needless_pass_by_value, reason = "arguments of Python arrive as converted values")]
 
+mod answer;
 mod drive;
 mod error;
 mod fit;
@@ -19,11 +20,11 @@ mod operating_cycle;
 mod parts;
 mod progress;
 mod run;
+mod stream;
 mod study;
 mod table;
 mod value;
 
-use ocmc_io::label;
 use pyo3::prelude::*;
 use std::ffi::OsString;
 
@@ -60,5 +61,5 @@ fn run_from(py: Python, arguments: Vec<OsString>) -> i32 {
 #[pyfunction]
 #[pyo3(name = "label")]
 fn label_of(column: &str) -> (&str, f64) {
-    label::label(column)
+    ocmc_api::label(column)
 }

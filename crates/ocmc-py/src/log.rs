@@ -1,24 +1,19 @@
 //! Measured logs: the curves that were driven.
 
-use crate::error::table_error;
-use crate::fit::warn;
-use crate::input::{Input, input};
-use crate::progress::Watch;
+use crate::answer::warned;
+use crate::error::exception;
+use crate::input::input;
+use crate::progress::watched;
 use crate::table::Table;
 use crate::value::one_of;
 use arrow_array::{ArrayRef, Float64Array, StringArray};
-use ocmc_estimation::log::curve::{
-    Correction, CurveOptions, Detector, DrivenCurve, RadiusDefinition,
+use ocmc_api::{
+    Correction, CurveOptions, CurvesRequest, Detector, DrivenCurve, HiddenMarkov, Mapping,
+    RadiusDefinition, Steering, Threshold, TripCurves,
 };
-use ocmc_estimation::log::hidden_markov::HiddenMarkov;
-use ocmc_estimation::log::threshold::Threshold;
-use ocmc_io::log::curves::{FoundCurves, Steering, TripCurves, needs};
-use ocmc_io::log::{LogFile, Need, read};
-use ocmc_io::table::Mapping;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use std::collections::BTreeMap;
-use std::ops::ControlFlow;
 use std::sync::Arc;
 
 /// Find the curves that were driven, from speed and yaw rate.
@@ -111,31 +106,10 @@ pub(crate) fn detect_curves(
         speed_lag_s: given(speed_lag_s),
         ..standard
     };
-    let mappings = mappings(columns)?;
-    let needs = needs(options.radius);
-    let log = input(log, "log")?;
-    let mut watch = Watch::without_bar();
-    let (file, found) = py.detach(|| {
-        let file = read_input(&log, &mappings, &needs)?;
-        let mut found = FoundCurves::default();
-        let ended = found.add(&file, &options, steering, || match watch.look(0) {
-            Ok(()) => ControlFlow::Continue(()),
-            Err(interrupt) => ControlFlow::Break(interrupt),
-        });
-        match ended {
-            ControlFlow::Continue(()) => Ok((file, found)),
-            ControlFlow::Break(interrupt) => Err(interrupt),
-        }
-    })?;
-    if let Some((place, fault)) = found.failed() {
-        return Err(PyValueError::new_err(format!("{place}: {fault}")));
-    }
-    for warning in file.warnings() {
-        warn(py, &warning)?;
-    }
-    for (place, fault) in &found.left_out {
-        warn(py, &format!("{place} is left out: {fault}"))?;
-    }
+    let (mappings, logs) = (mappings(columns)?, &[input(log, "log")?]);
+    let request = CurvesRequest { logs, mappings, options, steering };
+    let found =
+        warned(py, |warn| watched(py, None, |watch| ocmc_api::curves(&request, warn, watch)))?;
     Ok(curve_table(&found.drives))
 }
 
@@ -154,14 +128,10 @@ pub(crate) fn steering(ratio: Option<f64>, wheelbase_m: Option<f64>) -> PyResult
     }
 }
 
-/// Reads a log.
-pub(crate) fn read_input(log: &Input, mappings: &[Mapping], needs: &[Need]) -> PyResult<LogFile> {
-    read(log.source(), mappings, needs).map_err(|error| table_error(&error))
-}
-
 /// What a user says that columns are.
 pub(crate) fn mappings(columns: Option<BTreeMap<String, String>>) -> PyResult<Vec<Mapping>> {
-    Mapping::of_columns(&columns.unwrap_or_default()).map_err(|error| table_error(&error))
+    let mappings = Mapping::of_columns(&columns.unwrap_or_default());
+    mappings.map_err(|error| exception(&error.into()))
 }
 
 const RADII: [(&str, RadiusDefinition); 3] = [

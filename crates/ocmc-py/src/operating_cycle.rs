@@ -4,16 +4,11 @@ use crate::table::Table;
 use crate::value::shown;
 use arrow_array::{ArrayRef, Float64Array, StringArray};
 use numpy::PyArray1;
-use ocmc_core::operating_cycle::OperatingCycle;
-use ocmc_core::operating_cycle::given::{GivenCycle, GivenCycleError};
-use ocmc_core::operating_cycle::tracks::{Track, Values};
-use ocmc_core::study::Study;
-use ocmc_io::operating_cycle::{given, tracks};
+use ocmc_api::{RealisedCycle, Track, Values};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::{PyCapsule, PyDict, PyIterator, PyList};
 use pyo3_arrow::error::PyArrowResult;
-use serde_json::json;
 use std::sync::Arc;
 
 /// Road, weather, traffic and mission of one cycle, as tracks along the road: without driver and truck.
@@ -34,28 +29,17 @@ use std::sync::Arc;
 /// >>> cycle["altitude_m"]["rule"]
 /// 'linear'
 #[pyclass(name = "OperatingCycle", module = "ocmc", frozen, mapping)]
-pub(crate) struct PyOperatingCycle {
-    cycle_id: u64,
-    seed: u64,
-    cycle: OperatingCycle,
-    tracks: Vec<Track>,
-}
+pub(crate) struct PyOperatingCycle(pub(crate) RealisedCycle);
 
 impl PyOperatingCycle {
-    pub(crate) fn new(study: &Study, cycle_id: u64, seed: u64) -> Self {
-        let cycle = study.sample(seed, cycle_id).cycle;
-        let tracks = tracks(study, &cycle);
-        Self { cycle_id, seed, cycle, tracks }
-    }
-
-    /// As a given cycle.
-    pub(crate) fn given(&self) -> Result<GivenCycle, GivenCycleError> {
-        given(&self.cycle, &self.tracks)
+    /// The cycle itself.
+    pub(crate) fn realised(&self) -> &RealisedCycle {
+        &self.0
     }
 
     fn track<'py>(py: Python<'py>, track: &Track) -> PyResult<Bound<'py, PyDict>> {
         let parts = PyDict::new(py);
-        parts.set_item("rule", rule(track))?;
+        parts.set_item("rule", track.rule.name())?;
         parts.set_item("position_m", PyArray1::from_slice(py, &track.position_m))?;
         let value = match &track.value {
             Values::Numbers(values) => PyArray1::from_slice(py, values).into_any(),
@@ -66,29 +50,24 @@ impl PyOperatingCycle {
     }
 }
 
-/// The rule's name in files.
-fn rule(track: &Track) -> String {
-    json!(track.rule).as_str().unwrap_or_default().to_owned()
-}
-
 #[pymethods]
 impl PyOperatingCycle {
     /// Id of the cycle.
     #[getter]
     fn cycle_id(&self) -> u64 {
-        self.cycle_id
+        self.0.cycle_id
     }
 
     /// The master seed.
     #[getter]
     fn seed(&self) -> u64 {
-        self.seed
+        self.0.seed
     }
 
     /// Length, in m.
     #[getter]
     fn length_m(&self) -> f64 {
-        self.cycle.road.length_m
+        self.0.length_m
     }
 
     /// Names of the tracks, so that ``dict(cycle)`` is a dictionary of them.
@@ -98,7 +77,7 @@ impl PyOperatingCycle {
     /// list of str
     ///     The names.
     fn keys(&self) -> Vec<&'static str> {
-        self.tracks.iter().map(|track| track.name).collect()
+        self.0.tracks.iter().map(|track| track.name).collect()
     }
 
     /// Names and tracks.
@@ -115,7 +94,7 @@ impl PyOperatingCycle {
     /// >>> [name for name, track in cycle.items() if track["rule"] == "linear"]
     /// ['altitude_m']
     fn items<'py>(&self, py: Python<'py>) -> PyResult<Vec<(&'static str, Bound<'py, PyDict>)>> {
-        self.tracks.iter().map(|track| Ok((track.name, Self::track(py, track)?))).collect()
+        self.0.tracks.iter().map(|track| Ok((track.name, Self::track(py, track)?))).collect()
     }
 
     /// All tracks one below the other, as ``ocmc cycle`` writes them.
@@ -135,10 +114,10 @@ impl PyOperatingCycle {
     fn to_table(&self) -> Table {
         let (mut names, mut rules, mut positions) = (Vec::new(), Vec::new(), Vec::new());
         let (mut values, mut words) = (Vec::new(), Vec::new());
-        for track in &self.tracks {
+        for track in &self.0.tracks {
             let rows = track.position_m.len();
             names.resize(names.len() + rows, track.name);
-            rules.resize(rules.len() + rows, rule(track));
+            rules.resize(rules.len() + rows, track.rule.name());
             positions.extend_from_slice(&track.position_m);
             match &track.value {
                 Values::Numbers(numbers) => {
@@ -166,7 +145,7 @@ impl PyOperatingCycle {
         name: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let wanted = name.extract::<String>().unwrap_or_default();
-        let track = self.tracks.iter().find(|track| track.name == wanted);
+        let track = self.0.tracks.iter().find(|track| track.name == wanted);
         let track = track.ok_or_else(|| {
             PyKeyError::new_err(format!("no track {}; `list(cycle)` names them", shown(name)))
         })?;
@@ -175,7 +154,7 @@ impl PyOperatingCycle {
 
     fn __contains__(&self, name: &Bound<PyAny>) -> bool {
         let name = name.extract::<String>();
-        name.is_ok_and(|name| self.tracks.iter().any(|track| track.name == name))
+        name.is_ok_and(|name| self.0.tracks.iter().any(|track| track.name == name))
     }
 
     fn __iter__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyIterator>> {
@@ -183,12 +162,12 @@ impl PyOperatingCycle {
     }
 
     fn __len__(&self) -> usize {
-        self.tracks.len()
+        self.0.tracks.len()
     }
 
     fn __repr__(&self) -> String {
-        let Self { cycle_id, seed, .. } = self;
-        let (kilometres, tracks) = (self.length_m() / 1000.0, self.tracks.len());
+        let RealisedCycle { cycle_id, seed, .. } = &self.0;
+        let (kilometres, tracks) = (self.length_m() / 1000.0, self.0.tracks.len());
         format!(
             "<ocmc.OperatingCycle {cycle_id}, seed {seed}: {kilometres:.1} km, {tracks} tracks>"
         )

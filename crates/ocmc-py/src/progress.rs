@@ -1,110 +1,76 @@
 //! Looks after what takes its time, from Python's side: Ctrl-C and a progress bar, some times a second.
 
+use crate::error::exception;
+use ocmc_api::{Error, Progress};
 use pyo3::prelude::*;
-use std::panic::resume_unwind;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::mpsc::{self, RecvTimeoutError};
-use std::thread;
+use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 /// Time between two looks.
 const INTERVAL: Duration = Duration::from_millis(100);
 
 /// What looks after something.
-pub(crate) struct Watch {
-    /// What ``ocmc._progress.progress`` made of the user's wish; none for what has no bar.
-    progress: Option<Py<PyAny>>,
+struct Watch {
+    /// What the user asked for.
+    asked: Option<Py<PyAny>>,
+    /// What ``ocmc._progress.progress`` made of it.
+    bar: Option<Py<PyAny>>,
+    progress: Progress,
     looked: Instant,
+    /// ``KeyboardInterrupt`` after Ctrl-C, or what a callback of the user raised.
+    raised: Option<PyErr>,
 }
 
 impl Watch {
-    /// Begins to watch a run of that many cycles. `progress` is what the user asked for.
-    pub(crate) fn new(py: Python, progress: Option<&Bound<PyAny>>, cycles: u64) -> PyResult<Self> {
-        Self::of(py, progress, cycles, "cycles")
-    }
-
-    /// As [`Watch::new`], of that many of something.
-    fn of(py: Python, progress: Option<&Bound<PyAny>>, total: u64, what: &str) -> PyResult<Self> {
-        let module = py.import("ocmc._progress")?;
-        let progress = module.call_method1("progress", (progress, total, what))?.unbind();
-        Ok(Self { progress: Some(progress), looked: Instant::now() })
-    }
-
-    /// Watches for Ctrl-C alone.
-    pub(crate) fn without_bar() -> Self {
-        Self { progress: None, looked: Instant::now() }
-    }
-
     /// Called without the interpreter, as often as one likes.
-    ///
-    /// # Errors
-    /// ``KeyboardInterrupt`` after Ctrl-C, and what a callback of the user raises.
-    pub(crate) fn look(&mut self, done: u64) -> PyResult<()> {
-        if self.looked.elapsed() < INTERVAL {
-            return Ok(());
+    fn look(&mut self, progress: Progress) -> ControlFlow<()> {
+        self.progress = progress;
+        let begins = self.bar.is_none() && progress.what != "logs";
+        if !begins && self.looked.elapsed() < INTERVAL {
+            return ControlFlow::Continue(());
         }
         self.looked = Instant::now();
-        Python::attach(|py| {
+        let looked = Python::attach(|py| {
+            if begins {
+                let asked = (&self.asked, progress.total, progress.what);
+                let bar = py.import("ocmc._progress")?.call_method1("progress", asked)?;
+                self.bar = Some(bar.unbind());
+                return Ok(());
+            }
             py.check_signals()?;
-            match &self.progress {
-                Some(progress) => progress.call_method1(py, "reach", (done,)).map(drop),
+            match &self.bar {
+                Some(bar) => bar.call_method1(py, "reach", (progress.done,)).map(drop),
                 None => Ok(()),
             }
-        })
-    }
-
-    /// Ends the bar: `done` is all cycles where the run was not interrupted.
-    pub(crate) fn finish(self, py: Python, done: u64) -> PyResult<()> {
-        match self.progress {
-            Some(progress) => progress.call_method1(py, "finish", (done,)).map(drop),
-            None => Ok(()),
-        }
+        });
+        self.raised = looked.err();
+        if self.raised.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 }
 
-/// How far some work is, and whether it is to end.
-#[derive(Default)]
-pub(crate) struct Work {
-    pub(crate) done: AtomicU64,
-    pub(crate) stop: AtomicBool,
-}
-
-/// Does `work` on another thread and without the interpreter, while this thread looks after it. `what` is what the bar counts.
+/// Asks a question without the interpreter but for a look at its signals and the progress bar.
 ///
 /// # Errors
-/// As [`Watch::look`].
+/// ``KeyboardInterrupt`` after Ctrl-C, what a callback of the user raises, and what the answer says.
 pub(crate) fn watched<T: Send>(
     py: Python,
     progress: Option<&Bound<PyAny>>,
-    total: u64,
-    what: &str,
-    work: impl FnOnce(&Work) -> T + Send,
+    ask: impl FnOnce(&mut ocmc_api::Watch) -> Result<T, Error> + Send,
 ) -> PyResult<T> {
-    let mut watch = Watch::of(py, progress, total, what)?;
-    let state = &Work::default();
-    let (answer, interrupt) = py.detach(|| {
-        thread::scope(|scope| {
-            let (under_way, ended) = mpsc::channel::<()>();
-            let worker = scope.spawn(move || {
-                let answer = work(state);
-                drop(under_way);
-                answer
-            });
-            let mut interrupt = None;
-            while ended.recv_timeout(INTERVAL) == Err(RecvTimeoutError::Timeout) {
-                if interrupt.is_none()
-                    && let Err(raised) = watch.look(state.done.load(Ordering::Relaxed))
-                {
-                    state.stop.store(true, Ordering::Relaxed);
-                    interrupt = Some(raised);
-                }
-            }
-            (worker.join().unwrap_or_else(|panic| resume_unwind(panic)), interrupt)
-        })
-    });
-    let finished = watch.finish(py, state.done.load(Ordering::Relaxed));
-    match interrupt {
-        Some(raised) => Err(raised),
-        None => finished.map(|()| answer),
+    let mut watch = Watch {
+        asked: progress.map(|asked| asked.clone().unbind()),
+        bar: None,
+        progress: Progress { what: "logs", done: 0, total: 0 },
+        looked: Instant::now(),
+        raised: None,
+    };
+    let answer = py.detach(|| ask(&mut |progress| watch.look(progress)));
+    let Watch { bar, progress: Progress { done, total, .. }, raised, .. } = watch;
+    let done = if raised.is_none() && answer.is_ok() { total } else { done };
+    let finished = bar.map_or(Ok(()), |bar| bar.call_method1(py, "finish", (done,)).map(drop));
+    if let Some(raised) = raised {
+        return Err(raised);
     }
+    let answer = answer.map_err(|error| exception(&error))?;
+    finished.map(|()| answer)
 }

@@ -1,32 +1,19 @@
 //! `ocmc.Run`.
 
-use crate::error::run_directory_error;
-use crate::parts;
-use crate::progress::Watch;
+use crate::error::exception;
+use crate::progress::watched;
+use crate::stream::{checksum, to_bytes};
 use crate::study::PyStudy;
 use crate::table::Table;
-use ocmc_core::fleet::dependence::Dependence;
-use ocmc_core::fleet::run::RunPlan;
-use ocmc_core::fleet::summary::SummaryBuilder;
-use ocmc_core::record::Record;
-use ocmc_io::given_drive::GivenDrive;
-use ocmc_io::records::arrow::{record_batch, records, schema};
-use ocmc_io::records::{GROUP_ROWS, RecordFormat};
-use ocmc_io::report;
-use ocmc_io::run_directory::{
-    self, Manifest, RunDirectory, RunDirectoryError, RunStatus, StoredRun,
+use ocmc_api::study::{LoadedStudy, load_text};
+use ocmc_api::{
+    Answer, GROUP_ROWS, GivenDrive, Manifest, Record, RecordFormat, RunAnswer, RunPlan, RunRequest,
+    StoredRun, record_batch, records, schema,
 };
-use ocmc_io::run_summary::RunSummary;
-use ocmc_io::study::{LoadedStudy, Origin, load_text};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyIterator, PyList};
-use std::ops::ControlFlow;
 use std::path::PathBuf;
-use std::time::Instant;
-
-/// Columns of a printed summary.
-const WIDTH: usize = 80;
 
 /// The records of a run, one a cycle, in the order of the cycle ids.
 ///
@@ -47,10 +34,8 @@ const WIDTH: usize = 80;
 /// array([0, 1, 2], dtype=uint64)
 #[pyclass(name = "Run", module = "ocmc", frozen, mapping)]
 pub(crate) struct PyRun {
-    pub(crate) manifest: Manifest,
-    pub(crate) summary: RunSummary,
+    pub(crate) answer: RunAnswer,
     pub(crate) records: Table,
-    pub(crate) origin: Origin,
 }
 
 /// What `unpickled` makes a run of.
@@ -64,8 +49,8 @@ struct Batches {
 }
 
 impl Batches {
-    fn add(&mut self, mut records: Vec<Record>) {
-        self.waiting.append(&mut records);
+    fn add(&mut self, records: &[Record]) {
+        self.waiting.extend_from_slice(records);
         while self.waiting.len() >= GROUP_ROWS {
             let rest = self.waiting.split_off(GROUP_ROWS);
             self.full.push(record_batch(&self.waiting));
@@ -81,50 +66,21 @@ impl Batches {
     }
 }
 
-/// Drives the plan, without the interpreter but for a look at its signals and the progress bar.
+/// Drives the plan, or what is given.
 pub(crate) fn run(
     py: Python,
     study: &LoadedStudy,
-    plan: &RunPlan,
-    progress: Option<&Bound<PyAny>>,
-) -> PyResult<PyRun> {
-    run_with(py, study, plan, progress, &GivenDrive::nothing())
-}
-
-/// As [`run`], of what is given to be driven.
-pub(crate) fn run_with(
-    py: Python,
-    study: &LoadedStudy,
-    plan: &RunPlan,
-    progress: Option<&Bound<PyAny>>,
     given: &GivenDrive,
+    plan: RunPlan,
+    progress: Option<&Bound<PyAny>>,
 ) -> PyResult<PyRun> {
-    let mut watch = Watch::new(py, progress, plan.cycles)?;
-    let mut fleet = SummaryBuilder::new(Dependence::of(&study.model));
-    let ended = py.detach(|| {
-        let manifest = Manifest::new(&study.model, plan, given);
-        let clock = Instant::now();
+    let request = RunRequest { study, given, plan, precision: None, out: None };
+    let (answer, records) = watched(py, progress, |watch| {
         let mut batches = Batches::default();
-        let ended = given.run(&study.study, plan, |chunk| {
-            fleet.add(&chunk);
-            batches.add(chunk);
-            match watch.look(fleet.cycles()) {
-                Ok(()) => ControlFlow::Continue(()),
-                Err(interrupt) => ControlFlow::Break(interrupt),
-            }
-        });
-        (ended, manifest, clock.elapsed().as_secs_f64(), batches.finish())
-    });
-    let (ended, mut manifest, wall_s, records) = ended;
-    let finished = watch.finish(py, fleet.cycles());
-    if let ControlFlow::Break(interrupt) = ended {
-        return Err(interrupt);
-    }
-    finished?;
-    manifest.status = RunStatus::Complete;
-    manifest.completed = manifest.cycles;
-    let summary = RunSummary::new(&manifest, fleet.finish(), wall_s, plan.threads);
-    Ok(PyRun { manifest, summary, records, origin: study.origin.clone() })
+        let answer = ocmc_api::run(&request, &mut |records| batches.add(records), watch)?;
+        Ok((answer, batches.finish()))
+    })?;
+    Ok(PyRun { answer, records })
 }
 
 /// Read a run back from its directory.
@@ -157,14 +113,10 @@ pub(crate) fn run_with(
 /// True
 #[pyfunction]
 pub(crate) fn load(py: Python, path: PathBuf) -> PyResult<PyRun> {
-    let stored = py.detach(|| {
-        let mut batches = Vec::new();
-        let (manifest, summary) =
-            run_directory::read_groups(&path, |group| batches.push(group.into_batch()))?;
-        Ok((manifest, summary, Table::new(schema(), batches)))
-    });
-    let (manifest, summary, records) = stored.map_err(|error| run_directory_error(&error))?;
-    Ok(PyRun { manifest, summary, records, origin: Origin::File(path) })
+    let mut batches = Vec::new();
+    let loaded = py.detach(|| ocmc_api::load(path, |batch| batches.push(batch)));
+    let answer = loaded.map_err(|error| exception(&error))?;
+    Ok(PyRun { answer, records: Table::new(schema(), batches) })
 }
 
 #[pymethods]
@@ -184,20 +136,20 @@ impl PyRun {
     /// The study, as the run's manifest keeps it: every value that the run used.
     #[getter]
     fn study(&self) -> PyResult<PyStudy> {
-        let manifest = &self.manifest;
+        let manifest = &self.answer.manifest;
         PyStudy::new(load_text(&manifest.study, &manifest.resolved_study, &[] as &[&str]))
     }
 
     /// The master seed.
     #[getter]
     fn seed(&self) -> u64 {
-        self.manifest.seed
+        self.answer.manifest.seed
     }
 
     /// Id of the first cycle.
     #[getter]
     fn first_cycle(&self) -> u64 {
-        self.manifest.first_cycle
+        self.answer.manifest.first_cycle
     }
 
     /// What the run adds up to.
@@ -215,9 +167,8 @@ impl PyRun {
     /// >>> summary["cycles"], sorted(summary["statistics"]["duration_s"])[:3]
     /// (50, ['ci95', 'mean', 'p25'])
     fn summary<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let content = py.import("json")?.call_method1("loads", (self.summary.to_json(),))?;
-        let text = ocmc_cli::run_text(&self.summary, &self.origin, WIDTH);
-        py.import("ocmc._summary")?.call_method1("Summary", (content, text))
+        let content = py.import("json")?.call_method1("loads", (self.answer.to_json(),))?;
+        py.import("ocmc._summary")?.call_method1("Summary", (content, self.answer.text()))
     }
 
     /// One page with everything about the run: it opens offline in any browser.
@@ -237,8 +188,8 @@ impl PyRun {
         py.detach(|| {
             let batches = self.records.batches().iter();
             let rows = batches.flat_map(|batch| records(batch).expect("made of records"));
-            let (manifest, summary) = (self.manifest.clone(), self.summary.clone());
-            report::html(&StoredRun { manifest, records: rows.collect(), summary })
+            let RunAnswer { manifest, summary, .. } = self.answer.clone();
+            ocmc_api::report(&StoredRun { manifest, records: rows.collect(), summary })
         })
     }
 
@@ -273,14 +224,12 @@ impl PyRun {
             let names = RecordFormat::ALL.map(RecordFormat::name).join(", ");
             PyValueError::new_err(format!("`format` is {format:?}, allowed is one of: {names}"))
         })?;
-        let saved = py.detach(|| -> Result<(), RunDirectoryError> {
-            let mut directory = RunDirectory::create(&path, format, self.manifest.clone())?;
-            for batch in self.records.batches() {
-                directory.add(&records(batch).expect("made of records"))?;
-            }
-            directory.finish(&self.summary).map(drop)
+        let saved = py.detach(|| {
+            let batches = self.records.batches().iter();
+            let groups = batches.map(|batch| records(batch).expect("made of records"));
+            ocmc_api::save(&self.answer, &path, format, groups)
         });
-        saved.map_err(|error| run_directory_error(&error))
+        saved.map_err(|error| exception(&error))
     }
 
     fn __getitem__<'py>(
@@ -304,7 +253,7 @@ impl PyRun {
     }
 
     fn __repr__(&self) -> String {
-        let Manifest { study, seed, first_cycle, .. } = &self.manifest;
+        let Manifest { study, seed, first_cycle, .. } = &self.answer.manifest;
         let cycles = self.records.rows();
         format!("<ocmc.Run of {study:?}, seed {seed}, {cycles} cycles from id {first_cycle}>")
     }
@@ -314,10 +263,10 @@ impl PyRun {
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Pickled<'py>)> {
-        let manifest = serde_json::to_string(&self.manifest).expect("numbers and words");
-        let stream = parts::to_bytes(py, &self.records)?;
+        let manifest = serde_json::to_string(&self.answer.manifest).expect("numbers and words");
+        let stream = to_bytes(py, &self.records)?;
         let make = py.import("ocmc._ocmc")?.getattr("unpickled")?;
-        let sum = parts::checksum(&manifest, stream.as_bytes());
-        Ok((make, (manifest, self.summary.wall_s, self.summary.threads, stream, sum)))
+        let sum = checksum(&manifest, stream.as_bytes());
+        Ok((make, (manifest, self.answer.summary.wall_s, self.answer.summary.threads, stream, sum)))
     }
 }

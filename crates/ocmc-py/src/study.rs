@@ -1,15 +1,17 @@
 //! `ocmc.Study`.
 
+use crate::answer::answer;
 use crate::error::study_error;
 use crate::operating_cycle::PyOperatingCycle;
+use crate::progress::watched;
 use crate::run::PyRun;
 use crate::table::Table;
 use crate::value::{study_value, whole_number};
-use crate::{drive, fleet, run};
-use ocmc_core::fleet::run::{MOST_THREADS, RunPlan};
-use ocmc_core::kernel::trace;
-use ocmc_core::random::LAST_CYCLE_ID;
-use ocmc_io::study::{self, LoadedStudy, StudyFileError};
+use crate::{drive, run};
+use ocmc_api::study::{self, LoadedStudy, StudyFileError};
+use ocmc_api::{
+    BirdsEyeRequest, GivenDrive, LAST_CYCLE_ID, MOST_THREADS, RunPlan, SensitivityRequest,
+};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyMapping, PyType};
@@ -198,7 +200,7 @@ impl PyStudy {
         progress: Option<&Bound<PyAny>>,
     ) -> PyResult<PyRun> {
         let plan = plan_of(cycles, seed, first_cycle, threads)?;
-        run::run(py, &self.loaded, &plan, progress)
+        run::run(py, &self.loaded, &GivenDrive::nothing(), plan, progress)
     }
 
     /// Drive given routes, or follow a given speed, with the study's drivers and trucks.
@@ -274,7 +276,7 @@ impl PyStudy {
     ) -> PyResult<PyRun> {
         let plan = plan_of(cycles, seed, first_cycle, threads)?;
         let given = drive::given(py, files, columns, keep, follow_speed)?;
-        drive::drive(py, &self.loaded, &given, &plan, progress)
+        run::run(py, &self.loaded, &given, plan, progress)
     }
 
     /// Which factors the spread between cycles comes from: shares of the variance.
@@ -336,7 +338,9 @@ impl PyStudy {
         progress: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let plan = plan_of(cycles, seed, first_cycle, threads)?;
-        fleet::shares(py, &self.loaded, &plan, column, factors, progress)
+        let (study, column) = (&self.loaded, column.map(str::to_owned));
+        let request = SensitivityRequest { study, plan, column, factors, crossed: None };
+        answer(py, &watched(py, progress, |watch| ocmc_api::sensitivity(&request, watch))?)
     }
 
     /// Look at the roads that the study draws from above: coarse classes.
@@ -380,7 +384,8 @@ impl PyStudy {
     ) -> PyResult<Bound<'py, PyAny>> {
         let standard = 100_u64.into_pyobject(py)?.into_any();
         let plan = plan_of(cycles.unwrap_or(&standard), seed, first_cycle, None)?;
-        fleet::birds_eye(py, &self.loaded, &plan)
+        let request = BirdsEyeRequest { study: &self.loaded, plan };
+        answer(py, &watched(py, None, |watch| ocmc_api::birds_eye(&request, watch))?)
     }
 
     /// The operating cycle of one cycle, as tracks along the road: without the driver and the truck.
@@ -415,8 +420,8 @@ impl PyStudy {
         seed: Option<&Bound<PyAny>>,
     ) -> PyResult<PyOperatingCycle> {
         let (cycle_id, seed) = (cycle_id_of(cycle_id)?, seed_of(seed)?);
-        let study = &self.loaded.study;
-        Ok(py.detach(|| PyOperatingCycle::new(study, cycle_id, seed)))
+        let cycle = py.detach(|| ocmc_api::operating_cycle(&self.loaded, seed, cycle_id));
+        Ok(PyOperatingCycle(cycle))
     }
 
     /// The time series of one cycle.
@@ -452,8 +457,8 @@ impl PyStudy {
         seed: Option<&Bound<PyAny>>,
     ) -> PyResult<Table> {
         let (cycle_id, seed) = (cycle_id_of(cycle_id)?, seed_of(seed)?);
-        let trace = py.detach(|| trace::trace(&self.loaded.study, seed, cycle_id));
-        Ok(Table::of_numbers(trace.columns))
+        let series = py.detach(|| ocmc_api::trace(&self.loaded, seed, cycle_id));
+        Ok(Table::of_numbers(series.columns))
     }
 
     fn __eq__(&self, other: &Self) -> bool {

@@ -1,6 +1,6 @@
 //! Values of Python on their way into a study or a plan, hostile ones included: endless, huge or broken ones are errors.
 
-use ocmc_io::table::clock::UTC_OFFSETS_H;
+use ocmc_api::UTC_OFFSETS_H;
 use pyo3::exceptions::{PyOverflowError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyFloat, PyInt, PyList, PyMapping, PyString, PyTuple};

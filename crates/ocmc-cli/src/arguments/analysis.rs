@@ -3,8 +3,8 @@
 use super::value::{at_least_one, crossed, cycle_id, threads, whole_number};
 use clap::Args;
 use clap::builder::PossibleValuesParser;
-use ocmc_core::fleet::quantity::QUANTITIES;
-use ocmc_core::fleet::sensitivity::factor_groups;
+use ocmc_api::columns;
+use ocmc_api::factors;
 
 /// Options of an analysis that drives many cycles.
 #[derive(Clone, Debug, Args)]
@@ -19,7 +19,7 @@ pub(crate) struct AnalysisArguments {
     #[arg(long, value_name = "N", default_value = "1", allow_negative_numbers = true, value_parser = whole_number)]
     pub(crate) seed: u64,
     /// Quantity that is asked about [default: the consumption; of several studies the first that all have]
-    #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(QUANTITIES.map(|quantity| quantity.column)))]
+    #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(columns()))]
     pub(crate) column: Option<String>,
     /// Threads [default: one for each CPU]
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = threads)]
@@ -43,7 +43,7 @@ pub(crate) struct SensitivityArguments {
     #[arg(long, value_name = "KEY=VALUE")]
     pub(crate) set: Vec<String>,
     /// Only these factors; may be repeated or joined by commas [default: all]
-    #[arg(long, value_name = "NAME", value_delimiter = ',', value_parser = PossibleValuesParser::new(factor_groups().into_iter().map(|group| group.name)))]
+    #[arg(long, value_name = "NAME", value_delimiter = ',', value_parser = PossibleValuesParser::new(factors()))]
     pub(crate) factor: Vec<String>,
     /// A second opinion: also drives so many cycles with each of 30 drivers, and splits the variance two ways
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = crossed)]

@@ -2,7 +2,7 @@
 
 use super::run::RunArguments;
 use clap::{Args, ValueEnum};
-use ocmc_core::operating_cycle::route::Keep;
+use ocmc_api::Keep;
 use std::path::PathBuf;
 
 /// A run on given routes.

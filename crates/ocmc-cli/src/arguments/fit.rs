@@ -3,7 +3,7 @@
 use super::log::SteeringArguments;
 use super::value::utc_offset_h;
 use clap::{Args, Subcommand, ValueEnum};
-use ocmc_estimation::fit::curve_speed::Coding;
+use ocmc_api::Coding;
 use std::path::PathBuf;
 
 /// What can be fitted.

@@ -2,8 +2,7 @@
 
 use crate::failure::Failure;
 use clap::{Args, ValueEnum};
-use ocmc_estimation::log::curve::RadiusDefinition;
-use ocmc_io::log::curves::{Steering, TripError};
+use ocmc_api::{Error, RadiusDefinition, Steering, TripError};
 use std::path::PathBuf;
 
 /// Log files, and what their columns are.
@@ -33,9 +32,9 @@ impl SteeringArguments {
     pub(crate) fn steering(self) -> Result<Option<Steering>, Failure> {
         let given = self.steering_ratio.zip(self.wheelbase_m);
         let steering = given.map(|(ratio, wheelbase_m)| Steering::new(ratio, wheelbase_m));
-        steering.transpose().map_err(|fault| Failure::Drive {
-            place: "--steering-ratio, --wheelbase-m".to_owned(),
-            fault: TripError::Log(fault),
+        steering.transpose().map_err(|fault| {
+            let place = "--steering-ratio, --wheelbase-m".to_owned();
+            Error::Drive { place, fault: TripError::Log(fault) }.into()
         })
     }
 }

@@ -3,9 +3,9 @@
 use super::value::{at_least_one, chunk, cycle_id, precision, threads, whole_number};
 use clap::builder::{ArgPredicate, PossibleValuesParser};
 use clap::{Args, ValueEnum};
-use ocmc_core::fleet::precision::Precision;
-use ocmc_core::kernel::cpu::CpuLevel;
-use ocmc_io::records::RecordFormat;
+use ocmc_api::CpuLevel;
+use ocmc_api::Precision;
+use ocmc_api::RecordFormat;
 use std::path::PathBuf;
 
 /// Options of a run.

@@ -1,9 +1,6 @@
 //! How numbers are typed, and which are allowed.
 
-use ocmc_core::fleet::precision::Precision;
-use ocmc_core::fleet::run::MOST_THREADS;
-use ocmc_core::random::LAST_CYCLE_ID;
-use ocmc_io::table::clock::UTC_OFFSETS_H;
+use ocmc_api::{LAST_CYCLE_ID, MOST_THREADS, Precision, UTC_OFFSETS_H};
 
 /// Most cycles that can be driven at a time by a thread.
 const LARGEST_CHUNK: u64 = 65_536;

@@ -22,6 +22,17 @@ pub enum Rule {
     Event,
 }
 
+impl Rule {
+    /// Its name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Constant => "constant",
+            Self::Linear => "linear",
+            Self::Event => "event",
+        }
+    }
+}
+
 /// The values of a track.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]

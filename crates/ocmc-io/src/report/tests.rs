@@ -1,7 +1,7 @@
 use super::*;
 use crate::given_drive::{Follow, Followed, GivenDrive};
+use crate::run_directory::RunSummary;
 use crate::run_directory::{Manifest, RunStatus};
-use crate::run_summary::RunSummary;
 use ocmc_core::fleet::run::{RunPlan, records as drive};
 use ocmc_core::fleet::summary::SummaryBuilder;
 use ocmc_core::record::Outcome;

@@ -4,10 +4,9 @@ use super::error::RunDirectoryError;
 use super::read::{
     Measured, check_by_driving, directory_of, ended, measured, read_records, study_of,
 };
-use super::{CHUNKS, MANIFEST, Manifest, RunDirectory, RunStatus, SUMMARY};
+use super::{CHUNKS, MANIFEST, Manifest, RunDirectory, RunStatus, RunSummary, SUMMARY};
 use crate::given_drive::GivenDrive;
 use crate::records::{Group, RecordFormat};
-use crate::run_summary::RunSummary;
 use crate::shell_word::resume_command;
 use ocmc_core::fleet::summary::SummaryBuilder;
 use ocmc_core::record::Record;

@@ -9,16 +9,17 @@ mod durable;
 mod error;
 mod merge;
 mod read;
+mod run_summary;
 
 pub use chunks::{CHUNK_ROWS, CHUNKS};
 pub use error::RunDirectoryError;
 pub use merge::merge;
 pub use read::{StoredRun, Unfinished, directory_of, read, read_groups, unfinished};
+pub use run_summary::RunSummary;
 
 use crate::file_error::FileError;
 use crate::given_drive::{Followed, GivenDrive};
 use crate::records::{RecordFormat, RecordWriter};
-use crate::run_summary::RunSummary;
 use crate::study::{resolved_toml, study_hash};
 use chunks::Chunks;
 use durable::{replace, replaced, temporary};

@@ -2,11 +2,10 @@
 
 use super::chunks::{check_rows, remove_left_over};
 use super::error::RunDirectoryError;
-use super::{FORMAT_VERSION, MANIFEST, Manifest, RunStatus, SUMMARY, read_manifest};
+use super::{FORMAT_VERSION, MANIFEST, Manifest, RunStatus, RunSummary, SUMMARY, read_manifest};
 use crate::file_error::FileError;
 use crate::given_drive::GivenDrive;
 use crate::records::{self, Group, RecordFormat};
-use crate::run_summary::RunSummary;
 use crate::study::{LoadedStudy, load_text, study_hash};
 use ocmc_core::fleet::summary::SummaryBuilder;
 use ocmc_core::record::Record;

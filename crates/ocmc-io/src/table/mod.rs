@@ -14,7 +14,6 @@ mod row;
 pub mod schema;
 pub mod source;
 pub mod unit;
-mod write;
 
 pub use error::TableError;
 pub use mapping::Mapping;
@@ -23,7 +22,6 @@ pub use row::Row;
 use schema::ambiguous;
 pub use schema::{Column, Field, Schema, Style};
 pub use source::Source;
-pub use write::{to_json, write_csv};
 
 use arrow_array::Float64Array;
 use error::{Fault, nearest};

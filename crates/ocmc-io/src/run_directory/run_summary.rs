@@ -1,6 +1,6 @@
 //! The machine-readable answer of a run: what `--json` prints and what `summary.json` holds.
 
-use crate::run_directory::Manifest;
+use super::Manifest;
 use ocmc_core::fleet::precision::Reached;
 use ocmc_core::fleet::summary::Summary;
 use serde::Serialize;

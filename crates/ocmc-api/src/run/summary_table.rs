@@ -1,8 +1,8 @@
 //! The distribution over the fleet as a table that fits 80 columns.
 
-use crate::number_text::decimals;
 use ocmc_core::fleet::statistic::Statistic;
 use ocmc_io::label::label;
+use ocmc_io::number_text::decimals;
 use std::fmt::Write;
 
 /// Width of the names, of the mean with its interval, and of the other columns, behind a space each.

@@ -1,29 +1,23 @@
 //! The answer of a run as text: what was run, the distribution over the fleet, a histogram, and what failed.
 
-use crate::number_text::{count_of, grouped, rough, rounded, short};
-use crate::{histogram_chart, summary_table};
+use super::{RunAnswer, histogram_chart, summary_table};
+use crate::cost::threads_text;
 use ocmc_core::fleet::precision::{Precision, Reached};
 use ocmc_core::fleet::summary::{OUTSIDE_MAP_SHARE, Summary};
 use ocmc_core::record::Outcome;
 use ocmc_io::label::label;
-use ocmc_io::run_summary::RunSummary;
+use ocmc_io::number_text::{count_of, grouped, rough, rounded, short};
+use ocmc_io::run_directory::RunSummary;
 use ocmc_io::study::Origin;
 use std::fmt::Write;
 
 /// The quantity that empty trips do not have.
 const PER_TONNE: &str = "consumption_l_per_100tkm";
 
-/// What the text depends on besides the summary.
-pub(crate) struct Circumstances<'a> {
-    pub(crate) origin: &'a Origin,
-    pub(crate) width: usize,
-    /// Cycles that were there before a run was resumed.
-    pub(crate) resumed: u64,
-}
-
-/// The whole answer.
-pub(crate) fn run_text(run: &RunSummary, circumstances: &Circumstances) -> String {
-    let mut text = heading(run, circumstances);
+/// The whole answer, so many columns wide.
+pub(crate) fn run_text(answer: &RunAnswer, width: usize) -> String {
+    let run = &answer.summary;
+    let mut text = heading(answer, run);
     if run.summary.outcomes.of(Outcome::Completed) > 0 {
         text.push('\n');
         text.push_str(&summary_table::summary_table(&run.summary.statistics));
@@ -31,7 +25,7 @@ pub(crate) fn run_text(run: &RunSummary, circumstances: &Circumstances) -> Strin
         text.push_str(&uncertain(&run.summary));
         if let Some(statistic) = run.summary.consumption() {
             text.push('\n');
-            text.push_str(&histogram_chart::histogram_chart(statistic, circumstances.width));
+            text.push_str(&histogram_chart::histogram_chart(statistic, width));
         }
     }
     text.push_str(&saturated(&run.summary));
@@ -39,12 +33,12 @@ pub(crate) fn run_text(run: &RunSummary, circumstances: &Circumstances) -> Strin
     text
 }
 
-fn heading(run: &RunSummary, circumstances: &Circumstances) -> String {
+fn heading(answer: &RunAnswer, run: &RunSummary) -> String {
     let summary = &run.summary;
     let mut lines = Vec::new();
     lines.push((
         "study",
-        match circumstances.origin {
+        match &answer.origin {
             Origin::File(path) => format!("{} ({})", run.study, path.display()),
             _ => run.study.clone(),
         },
@@ -63,14 +57,12 @@ fn heading(run: &RunSummary, circumstances: &Circumstances) -> String {
             rounded(summary.simulated_s / 3600.0)
         ),
     ));
-    let threads =
-        if run.threads == 1 { "1 thread".to_owned() } else { format!("{} threads", run.threads) };
     if let Some(reached) = &run.precision {
         lines.push(("precision", precision(reached)));
     }
-    let took = format!("{} s on {threads}", short(run.wall_s));
+    let took = format!("{} s on {}", short(run.wall_s), threads_text(run.threads));
     let rate = |cycles: u64| rough(cycles as f64 / run.wall_s);
-    let took = match circumstances.resumed {
+    let took = match answer.resumed {
         0 => {
             let real = rough(summary.simulated_s / run.wall_s);
             format!("{took}: {} cycles/s, {real} times real time", rate(summary.cycles))

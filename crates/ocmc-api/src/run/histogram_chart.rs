@@ -1,9 +1,9 @@
 //! A histogram of bars that fit the terminal.
 
-use crate::number_text::grouped;
 use ocmc_core::fleet::histogram::Histogram;
 use ocmc_core::fleet::statistic::Statistic;
 use ocmc_io::label::label;
+use ocmc_io::number_text::grouped;
 use std::fmt::Write;
 
 /// Bars from an eighth of a character to seven of them.

@@ -1,11 +1,11 @@
 //! The fit of curve speeds as text: the paper's two tables first, then what stands beside them.
 
-use crate::number_text::{count_of, grouped};
 use ocmc_estimation::fit::analysis_of_variance::VarianceRow;
 use ocmc_estimation::fit::curve_speed::{
     CurveSpeedEstimate, CurveSpeedFit, DriverFit, Dropped, RandomEffects,
 };
 use ocmc_estimation::fit::p_value::p_text;
+use ocmc_io::number_text::{count_of, grouped};
 use std::fmt::Write;
 
 /// Widths of a name and of an estimate.
@@ -19,7 +19,7 @@ type Line<'a, Model> = (&'a str, fn(&Model) -> String);
 const MOST_DRIVERS: usize = 50;
 
 /// The whole answer.
-pub(super) fn curve_speed_text(fit: &CurveSpeedFit, rows: usize, values: &str) -> String {
+pub(crate) fn curve_speed_text(fit: &CurveSpeedFit, rows: usize, values: &str) -> String {
     let mut text = heading(fit, rows);
     text.push_str("\nAnalysis of variance of ln v, each term beside those above it\n");
     text.push_str(&variance_table(&fit.anova));

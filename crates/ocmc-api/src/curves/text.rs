@@ -1,8 +1,8 @@
 //! What is said about logs: what was found, and everything that was not used.
 
-use crate::number_text::{count_of, grouped, rounded};
 use ocmc_estimation::log::signal::LogCounts;
 use ocmc_io::log::curves::TripCurves;
+use ocmc_io::number_text::{count_of, grouped, rounded};
 use std::fmt::Write;
 
 /// Most drives that get a line of their own.

@@ -1,0 +1,25 @@
+//! What all answers have in common.
+
+use serde::Serialize;
+
+/// An answer, in the forms for programs and for people.
+pub trait Answer: Serialize {
+    /// For people, with a line end.
+    fn text(&self) -> String;
+
+    /// What does not stop the answer and has to be known.
+    fn warnings(&self) -> Vec<String> {
+        Vec::new()
+    }
+
+    /// For programs: JSON on one line.
+    fn to_json(&self) -> String {
+        serde_json::to_string(self).expect("numbers, and keys that are words")
+    }
+
+    /// For programs and people: indented JSON, with a line end.
+    fn to_indented_json(&self) -> String {
+        let text = serde_json::to_string_pretty(self).expect("numbers, and keys that are words");
+        format!("{text}\n")
+    }
+}

@@ -1,0 +1,21 @@
+//! What is driven instead of a study's own roads: given routes, or a speed that is followed.
+//!
+//! [`GivenDrive::read`] reads files, [`GivenDrive::of_table`] takes a table; [`crate::run`] drives either.
+//!
+//! ```
+//! use ocmc_api::{Follow, GivenDrive, RunPlan, RunRequest, go_on, run, study};
+//! let folder = tempfile::tempdir().expect("a directory");
+//! let file = folder.path().join("speed.csv");
+//! std::fs::write(&file, "time_s,speed_mps,grade\n0,0,0\n40,20,0\n160,20,0\n180,0,0\n").expect("space");
+//! let given = &GivenDrive::read(vec![file], Vec::new(), Vec::new(), Some(Follow::Exact))?;
+//! let study = &study::load("field-truck-loaded", &[] as &[&str])?;
+//! let plan = RunPlan::new(1, 0, 4, None, None);
+//! let request = RunRequest { study, given, plan, precision: None, out: None };
+//! let answer = run(&request, &mut |_| (), &mut go_on)?;
+//! assert_eq!(answer.summary.summary.distance_m, 4.0 * 3000.0);
+//! # Ok::<(), ocmc_api::Error>(())
+//! ```
+
+pub use ocmc_core::operating_cycle::route::{Keep, RouteModel};
+pub use ocmc_io::given_cycle::check_readable;
+pub use ocmc_io::given_drive::{Follow, GivenDrive, GivenDriveError};

@@ -1,0 +1,171 @@
+//! Why a question has no answer.
+
+use crate::progress::Progress;
+use ocmc_core::fleet::quantity::QUANTITIES;
+use ocmc_core::fleet::sensitivity::{SensitivityError, factor_groups};
+use ocmc_core::operating_cycle::given::GivenCycleError;
+use ocmc_estimation::fit::curve_speed::CurveSpeedFitError;
+use ocmc_estimation::fit::operating_cycle::RoadFitError;
+use ocmc_estimation::fit::speed_change::SpeedChangeError;
+use ocmc_estimation::fit::traffic::TrafficFitError;
+use ocmc_estimation::fit::weather::WeatherFitError;
+use ocmc_estimation::identification::identify::BoundsError;
+use ocmc_io::drive_cycle::DriveCycleFileError;
+use ocmc_io::given_cycle::GivenCycleFileError;
+use ocmc_io::given_drive::GivenDriveError;
+use ocmc_io::log::curves::TripError;
+use ocmc_io::records::RecordsError;
+use ocmc_io::run_directory::RunDirectoryError;
+use ocmc_io::shell_word::resume_command;
+use ocmc_io::speed_change_table::SpeedChangeFileError;
+use ocmc_io::study::StudyFileError;
+use ocmc_io::table::TableError;
+use std::io;
+use std::path::PathBuf;
+use thiserror::Error;
+
+/// Why a question has no answer.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A study that is not one.
+    #[error(transparent)]
+    Study(#[from] StudyFileError),
+    /// Something that cannot be driven.
+    #[error(transparent)]
+    GivenDrive(#[from] GivenDriveError),
+    /// An operating cycle that cannot be read.
+    #[error(transparent)]
+    GivenCycle(#[from] GivenCycleFileError),
+    /// A run directory that cannot be written or read.
+    #[error(transparent)]
+    RunDirectory(#[from] RunDirectoryError),
+    /// A run that is to be resumed and is not there.
+    #[error(transparent)]
+    NothingToResume(RunDirectoryError),
+    /// A run that is to be resumed and was given something else to drive.
+    #[error(
+        "`{}` holds a run of other files, or of another --keep or --follow-speed; `{}` finishes it as it was begun",
+        directory.display(),
+        resume_command(directory)
+    )]
+    OtherRun {
+        /// Its directory.
+        directory: PathBuf,
+    },
+    /// A run directory that takes no more of a run that is under way.
+    #[error(transparent)]
+    Unwritten(RunDirectoryError),
+    /// A quantity that there is not.
+    #[error("`column` is {name:?}, allowed is one of: {}", columns().join(", "))]
+    UnknownColumn {
+        /// Its name.
+        name: String,
+    },
+    /// A factor that there is not.
+    #[error("`factors` has {name:?}, allowed are: {}", factors().join(", "))]
+    UnknownFactor {
+        /// Its name.
+        name: String,
+    },
+    /// A comparison of fewer than two studies.
+    #[error("a study is compared with another one: give two at least")]
+    NothingToCompare,
+    /// A table or a log that cannot be read.
+    #[error(transparent)]
+    Table(#[from] TableError),
+    /// Speed changes that cannot be read.
+    #[error(transparent)]
+    SpeedChange(#[from] SpeedChangeFileError),
+    /// Logs without a drive that can be used.
+    #[error("{place}: {fault}")]
+    Drive {
+        /// Where the first drive stands.
+        place: String,
+        /// What is wrong with it.
+        fault: TripError,
+    },
+    /// Logs without an event that can be identified.
+    #[error("{place}: {reason}")]
+    NoEvent {
+        /// Where the first drive or event stands.
+        place: String,
+        /// Why it has no fit.
+        reason: String,
+    },
+    /// Bounds of a gain that are none.
+    #[error(transparent)]
+    Bounds(#[from] BoundsError),
+    /// A censored regression that is asked for and not determined.
+    #[error(
+        "needs a column limit_mps with limits above 0, and curves below them that determine the regression"
+    )]
+    Tobit,
+    /// Measurements that have no fit.
+    #[error("`{}`: {error}", path.display())]
+    Fit {
+        /// What they are called.
+        path: PathBuf,
+        /// Why.
+        error: FitError,
+    },
+    /// Shares that cannot be estimated.
+    #[error(transparent)]
+    Sensitivity(#[from] SensitivityError),
+    /// Whoever asked does not want to know any more.
+    #[error("interrupted: {} of {} {} finished", .0.done, .0.total, .0.what)]
+    Interrupted(Progress),
+}
+
+impl Error {
+    /// What the system says, where a file cannot be read or written.
+    pub fn system(&self) -> Option<&io::Error> {
+        match self {
+            Self::Table(error)
+            | Self::SpeedChange(SpeedChangeFileError::Table(error))
+            | Self::GivenCycle(GivenCycleFileError::Table(error))
+            | Self::GivenDrive(
+                GivenDriveError::GivenCycle(GivenCycleFileError::Table(error))
+                | GivenDriveError::DriveCycle(DriveCycleFileError::Table(error)),
+            ) => error.reason(),
+            Self::RunDirectory(error) | Self::NothingToResume(error) | Self::Unwritten(error) => {
+                match error {
+                    RunDirectoryError::NotARun { source, .. } => Some(source),
+                    RunDirectoryError::File(file)
+                    | RunDirectoryError::Records(RecordsError::File(file)) => Some(file.reason()),
+                    _ => None,
+                }
+            }
+            _ => None,
+        }
+    }
+}
+
+/// Why measurements have no fit.
+#[derive(Debug, Error)]
+#[error(transparent)]
+#[non_exhaustive]
+pub enum FitError {
+    /// Those of curve speeds.
+    CurveSpeed(#[from] CurveSpeedFitError),
+    /// Those of speed changes.
+    SpeedChange(#[from] SpeedChangeError),
+    /// Those of roads.
+    Road(#[from] RoadFitError),
+    /// An operating cycle that is no road.
+    Cycle(#[from] GivenCycleError),
+    /// Those of traffic.
+    Traffic(#[from] TrafficFitError),
+    /// Those of weather.
+    Weather(#[from] WeatherFitError),
+}
+
+/// Names of the quantities that can be asked about.
+pub fn columns() -> Vec<&'static str> {
+    QUANTITIES.iter().map(|quantity| quantity.column).collect()
+}
+
+/// Names of the factors that a variance is shared out to.
+pub fn factors() -> Vec<&'static str> {
+    factor_groups().into_iter().map(|group| group.name).collect()
+}

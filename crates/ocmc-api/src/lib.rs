@@ -1,0 +1,75 @@
+//! What can be asked of `ocmc`: one function a question, a request in, an answer out that serialises to the JSON
+//! of the command. Nothing here prints or listens to signals; whoever asks watches the work, and can end it.
+//!
+//! ```
+//! use ocmc_api::{Answer, CompareRequest, RunPlan, compare, go_on, study};
+//! let a = study::load("field-truck", &["mission.length_m=5000"])?;
+//! let b = a.set(&["driver.curve_speed.exponent=0.5"])?;
+//! let request = CompareRequest {
+//!     studies: vec![("estimated".to_owned(), &a), ("square root".to_owned(), &b)],
+//!     plan: RunPlan::new(1, 0, 10, None, None),
+//!     column: None,
+//! };
+//! let answer = compare(&request, &mut go_on)?;
+//! assert!(answer.text().starts_with("A          estimated\nB          square root\n"));
+//! assert!(answer.to_json().contains("\"pairs\":10"));
+//! # Ok::<(), ocmc_api::Error>(())
+//! ```
+
+mod answer;
+mod birds_eye;
+mod compare;
+mod cost;
+mod curves;
+mod cycle;
+mod drive;
+mod error;
+mod fit;
+mod identify;
+mod merge;
+mod progress;
+mod report;
+mod run;
+mod sensitivity;
+mod source;
+mod stored;
+pub mod study;
+mod trace;
+mod watch;
+
+pub use answer::Answer;
+pub use birds_eye::{BirdsEyeAnswer, BirdsEyeRequest, birds_eye};
+pub use compare::{CompareAnswer, CompareRequest, ComparedStudies, compare};
+pub use curves::{
+    Correction, CurveOptions, CurvesAnswer, CurvesRequest, Detector, DrivenCurve, HiddenMarkov,
+    RadiusDefinition, Steering, Threshold, TripCurves, TripError, curves,
+};
+pub use cycle::{RealisedCycle, Track, Values, operating_cycle};
+pub use drive::{Follow, GivenDrive, GivenDriveError, Keep, RouteModel, check_readable};
+pub use error::{Error, FitError, columns, factors};
+pub use fit::{
+    Coding, CurveSpeedOptions, CurveSpeedRequest, FitAnswer, OperatingCycleRequest, RoadOptions,
+    RoadSource, SpeedChangeOptions, SpeedChangeRequest, TrafficRequest, WeatherRequest,
+    fit_curve_speed, fit_operating_cycle, fit_speed_change, fit_traffic, fit_weather,
+};
+pub use identify::{
+    ControllerKind, IdentifyAnswer, IdentifyOptions, IdentifyRequest, SpeedTerm, identify,
+};
+pub use merge::{MergeRequest, merge};
+pub use progress::{Progress, Watch, go_on};
+pub use report::{REPORT, StoredRun, directory_of, read_run, report};
+pub use run::{
+    CpuLevel, LAST_CYCLE_ID, MANIFEST, MOST_THREADS, Manifest, Precision, RecordFormat,
+    ResumeRequest, RunAnswer, RunDirectoryError, RunEnd, RunPlan, RunRequest, SUMMARY, resume, run,
+};
+pub use sensitivity::{SensitivityAnswer, SensitivityError, SensitivityRequest, sensitivity};
+pub use source::{GivenTable, Mapping, Source, UTC_OFFSETS_H, mappings};
+pub use stored::{
+    GROUP_ROWS, PartsError, joined, load, record_batch, records, save, schema, summed_up,
+};
+pub use trace::{TimeSeries, trace};
+
+pub use ocmc_core::kernel::trace::TableColumn;
+pub use ocmc_core::record::Record;
+pub use ocmc_io::label::label;
+pub use ocmc_io::{number_text, shell_word};

@@ -1,0 +1,23 @@
+//! Everything about a run as one page.
+
+use ocmc_io::report;
+
+pub use ocmc_io::report::REPORT;
+pub use ocmc_io::run_directory::{StoredRun, directory_of, read as read_run};
+
+/// The page: HTML that opens offline in any browser.
+///
+/// ```
+/// use ocmc_api::{GivenDrive, RecordFormat, RunPlan, RunRequest, go_on, read_run, report, run, study};
+/// let study = study::load("field-truck", &["mission.length_m=3000"])?;
+/// let folder = tempfile::tempdir().expect("a directory");
+/// let (given, plan) = (&GivenDrive::nothing(), RunPlan::new(1, 0, 4, None, None));
+/// let out = Some((folder.path().join("a"), RecordFormat::Csv));
+/// run(&RunRequest { study: &study, given, plan, precision: None, out }, &mut |_| (), &mut go_on)?;
+/// let page = report(&read_run(&folder.path().join("a"))?);
+/// assert!(page.starts_with("<!DOCTYPE html>"));
+/// # Ok::<(), ocmc_api::Error>(())
+/// ```
+pub fn report(run: &StoredRun) -> String {
+    report::html(run)
+}

@@ -1,0 +1,278 @@
+//! What a fleet adds up to: a study is driven, or what is given is driven by its population.
+
+mod histogram_chart;
+mod summary_table;
+mod text;
+
+use crate::answer::Answer;
+use crate::error::Error;
+use crate::progress::{Progress, Watch};
+use ocmc_core::fleet::dependence::Dependence;
+use ocmc_core::fleet::precision::InterimChecks;
+use ocmc_core::fleet::summary::SummaryBuilder;
+use ocmc_core::record::Record;
+use ocmc_core::study::Study;
+use ocmc_io::given_drive::GivenDrive;
+use ocmc_io::run_directory::{self, RunDirectory, RunStatus, RunSummary, read_manifest};
+use ocmc_io::study::{LoadedStudy, Origin};
+use serde::{Serialize, Serializer};
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+pub use ocmc_core::fleet::precision::Precision;
+pub use ocmc_core::fleet::run::{MOST_THREADS, RunPlan};
+pub use ocmc_core::kernel::cpu::CpuLevel;
+pub use ocmc_core::random::LAST_CYCLE_ID;
+pub use ocmc_io::records::RecordFormat;
+pub use ocmc_io::run_directory::{MANIFEST, Manifest, RunDirectoryError, SUMMARY};
+
+/// What is driven.
+#[derive(Clone, Debug)]
+pub struct RunRequest<'a> {
+    /// The study.
+    pub study: &'a LoadedStudy,
+    /// What is driven instead of its roads.
+    pub given: &'a GivenDrive,
+    /// The cycles, and on what they are driven.
+    pub plan: RunPlan,
+    /// At which precision the run may end before its last cycle.
+    pub precision: Option<Precision>,
+    /// Where the run is written, and in which format its records are.
+    pub out: Option<(PathBuf, RecordFormat)>,
+}
+
+/// A run that is to be finished.
+#[derive(Clone, Copy, Debug)]
+pub struct ResumeRequest<'a> {
+    /// Its directory.
+    pub directory: &'a Path,
+    /// What it is said to have been given to drive; nothing has to be said.
+    pub given: &'a GivenDrive,
+    /// Threads; one for each CPU where there is no number.
+    pub threads: Option<usize>,
+    /// Cycles that a thread drives at a time.
+    pub chunk: Option<u64>,
+    /// Instructions to use.
+    pub level: CpuLevel,
+}
+
+/// What a run adds up to.
+#[derive(Clone, Debug)]
+pub struct RunAnswer {
+    /// What the run is.
+    pub manifest: Manifest,
+    /// What its cycles add up to.
+    pub summary: RunSummary,
+    /// Where its study comes from.
+    pub origin: Origin,
+    /// Cycles that were there before it was resumed.
+    pub resumed: u64,
+    /// How it ended.
+    pub ended: RunEnd,
+}
+
+/// How a run ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RunEnd {
+    /// All that was asked for is known.
+    Complete,
+    /// Whoever asked has ended it.
+    Interrupted,
+    /// It was complete before it was resumed: nothing was driven.
+    WasComplete,
+}
+
+/// Drives a run. `sink` receives the records in the order of the cycle ids.
+///
+/// Where the watch breaks, the answer is that of the cycles that are done.
+///
+/// ```
+/// use ocmc_api::{Answer, GivenDrive, RunPlan, RunRequest, go_on, run, study};
+/// let study = study::load("field-truck", &["mission.length_m=5000"])?;
+/// let given = &GivenDrive::nothing();
+/// let plan = RunPlan::new(1, 0, 20, None, None);
+/// let request = RunRequest { study: &study, given, plan, precision: None, out: None };
+/// let mut litres = Vec::new();
+/// let answer = run(
+///     &request,
+///     &mut |records| litres.extend(records.iter().map(|record| record.consumption_l_per_100km)),
+///     &mut go_on,
+/// )?;
+/// assert_eq!((litres.len(), answer.summary.summary.cycles), (20, 20));
+/// assert!(answer.text().starts_with("study      field-truck\n"));
+/// # Ok::<(), ocmc_api::Error>(())
+/// ```
+///
+/// # Errors
+/// [`Error::Study`] where what is given does not fit the study, [`Error::RunDirectory`] where the directory holds a
+/// run already, and [`Error::Unwritten`] where it takes no more.
+pub fn run(
+    request: &RunRequest,
+    sink: &mut dyn FnMut(&[Record]),
+    watch: &mut Watch,
+) -> Result<RunAnswer, Error> {
+    let RunRequest { study, given, plan, precision, out } = request;
+    let loaded = given.study((*study).clone())?;
+    let manifest =
+        Manifest { precision: precision.clone(), ..Manifest::new(&loaded.model, plan, given) };
+    let fleet = SummaryBuilder::new(Dependence::of(&loaded.model));
+    let directory = match out {
+        Some((path, format)) => Some(RunDirectory::create(path, *format, manifest.clone())?),
+        None => None,
+    };
+    let origin = loaded.origin;
+    Job { study: &loaded.study, given, manifest, plan: *plan, directory, fleet, origin }
+        .drive(sink, watch)
+}
+
+/// Finishes a run.
+///
+/// ```
+/// use ocmc_api::{CpuLevel, GivenDrive, RecordFormat, ResumeRequest, RunEnd, RunPlan, RunRequest};
+/// use ocmc_api::{go_on, resume, run, study};
+/// use std::ops::ControlFlow;
+/// let study = study::load("field-truck", &["mission.length_m=3000"])?;
+/// let (given, plan) = (&GivenDrive::nothing(), RunPlan::new(1, 0, 8, None, None));
+/// let folder = tempfile::tempdir().expect("a directory");
+/// let directory = &folder.path().join("a");
+/// let out = Some((directory.clone(), RecordFormat::Csv));
+/// let request = RunRequest { study: &study, given, plan, precision: None, out };
+/// let begun = run(&request, &mut |_| (), &mut |_| ControlFlow::Break(()))?;
+/// assert_eq!((begun.ended, begun.manifest.completed), (RunEnd::Interrupted, 0));
+/// let level = CpuLevel::best();
+/// let request = ResumeRequest { directory, given, threads: None, chunk: None, level };
+/// assert_eq!(resume(&request, &mut go_on)?.manifest.completed, 8);
+/// assert_eq!(resume(&request, &mut go_on)?.ended, RunEnd::WasComplete);
+/// # Ok::<(), ocmc_api::Error>(())
+/// ```
+///
+/// # Errors
+/// [`Error::NothingToResume`] where there is no run, [`Error::OtherRun`] where it is one of something else,
+/// [`Error::RunDirectory`] where this program cannot go on with it, and [`Error::Unwritten`] where its directory
+/// takes no more.
+pub fn resume(request: &ResumeRequest, watch: &mut Watch) -> Result<RunAnswer, Error> {
+    let ResumeRequest { directory: path, given, threads, chunk, level } = *request;
+    let no_run = |error| match error {
+        RunDirectoryError::NotARun { .. } => Error::NothingToResume(error),
+        error => error.into(),
+    };
+    if !given.is_nothing() {
+        let manifest = read_manifest(path).map_err(no_run)?;
+        if !given.is_that_of(manifest.followed.as_ref(), &manifest.routes())? {
+            return Err(Error::OtherRun { directory: path.to_owned() });
+        }
+    }
+    let Some(unfinished) = run_directory::unfinished(path).map_err(no_run)? else {
+        let stored = run_directory::read(path)?;
+        return Ok(RunAnswer::stored(stored.manifest, stored.summary, RunEnd::WasComplete));
+    };
+    let mut fleet = SummaryBuilder::new(Dependence::of(&unfinished.study.model));
+    let directory = RunDirectory::resume(&unfinished, |records| fleet.add(records))?;
+    let run_directory::Unfinished { manifest, study, given, .. } = unfinished;
+    let done = fleet.cycles();
+    let (first_cycle, cycles) = (manifest.first_cycle + done, manifest.cycles - done);
+    let plan = RunPlan::new(manifest.seed, first_cycle, cycles, threads, chunk);
+    let plan = RunPlan { level, ..plan };
+    // the study is that of the run, not the file that its manifest is
+    let origin = Origin::BuiltIn(manifest.study.clone());
+    let directory = Some(directory);
+    Job { study: &study.study, given: &given, manifest, plan, directory, fleet, origin }
+        .drive(&mut |_| (), watch)
+}
+
+/// A run that is to be driven: all of it, or what is left of it.
+struct Job<'a> {
+    study: &'a Study,
+    given: &'a GivenDrive,
+    manifest: Manifest,
+    plan: RunPlan,
+    directory: Option<RunDirectory>,
+    /// Holds what was driven before.
+    fleet: SummaryBuilder,
+    origin: Origin,
+}
+
+/// Why a run ended early.
+enum Stop {
+    PreciseEnough,
+    Interrupted,
+    Unwritten(RunDirectoryError),
+}
+
+impl Job<'_> {
+    fn drive(self, sink: &mut dyn FnMut(&[Record]), watch: &mut Watch) -> Result<RunAnswer, Error> {
+        let Self { study, given, mut manifest, plan, mut directory, mut fleet, origin } = self;
+        let resumed = fleet.cycles();
+        let clock = Instant::now();
+        let mut look = |done| {
+            watch(Progress { what: "cycles", done, total: manifest.cycles })
+                .map_break(|()| Stop::Interrupted)
+        };
+        let mut checks = InterimChecks::new(manifest.precision.as_ref(), resumed);
+        let mut ended = look(resumed);
+        if ended.is_continue() {
+            let mut take = |records: &[Record], cycles: u64| {
+                sink(records);
+                if let Some(directory) = &mut directory
+                    && let Err(error) = directory.add(records)
+                {
+                    return ControlFlow::Break(Stop::Unwritten(error));
+                }
+                look(cycles)
+            };
+            ended = given.run(study, &plan, |records: Vec<Record>| {
+                let taken = checks.take(&mut fleet, &records, &mut take);
+                taken.map_break(|stop| stop.unwrap_or(Stop::PreciseEnough))
+            });
+        }
+        let ended = match ended {
+            ControlFlow::Break(Stop::Unwritten(error)) => return Err(Error::Unwritten(error)),
+            ControlFlow::Break(Stop::Interrupted) => RunEnd::Interrupted,
+            ControlFlow::Break(Stop::PreciseEnough) | ControlFlow::Continue(()) => RunEnd::Complete,
+        };
+        let wall_s = clock.elapsed().as_secs_f64();
+        let reached = manifest.precision.as_ref().map(|precision| precision.check(&fleet));
+        let cycles = fleet.cycles();
+        let summary = RunSummary::new(&manifest, fleet.finish(), wall_s, plan.threads);
+        let summary = RunSummary { precision: reached, ..summary };
+        if let Some(mut directory) = directory {
+            if ended == RunEnd::Complete {
+                directory.end_here();
+            }
+            manifest = directory.finish(&summary).map_err(Error::Unwritten)?;
+        } else if ended == RunEnd::Complete {
+            let (status, completed) = (RunStatus::Complete, cycles);
+            manifest = Manifest { status, completed, cycles, precision: None, ..manifest };
+        }
+        Ok(RunAnswer { manifest, summary, origin, resumed, ended })
+    }
+}
+
+impl RunAnswer {
+    /// Of a run that is read back.
+    pub(crate) fn stored(manifest: Manifest, summary: RunSummary, ended: RunEnd) -> Self {
+        let origin = Origin::BuiltIn(manifest.study.clone());
+        Self { manifest, summary, origin, resumed: 0, ended }
+    }
+
+    /// The answer for people, for a terminal of that width.
+    pub fn text_of_width(&self, width: usize) -> String {
+        text::run_text(self, width)
+    }
+}
+
+impl Serialize for RunAnswer {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.summary.serialize(serializer)
+    }
+}
+
+/// Columns of a text where nothing is said of its width.
+const WIDTH: usize = 80;
+
+impl Answer for RunAnswer {
+    fn text(&self) -> String {
+        self.text_of_width(WIDTH)
+    }
+}

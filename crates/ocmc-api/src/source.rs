@@ -1,0 +1,62 @@
+//! Where measurements come from.
+
+use crate::error::Error;
+use ocmc_io::log::{LogFile, Need, read};
+use ocmc_io::table;
+use std::path::{Path, PathBuf};
+
+pub use ocmc_io::table::Mapping;
+pub use ocmc_io::table::clock::UTC_OFFSETS_H;
+pub use ocmc_io::table::given::GivenTable;
+
+/// Where measurements come from.
+#[derive(Clone, Debug)]
+pub enum Source {
+    /// A file.
+    File(PathBuf),
+    /// A table of a calling program.
+    Table(GivenTable),
+}
+
+impl Source {
+    /// What messages call it.
+    pub fn path(&self) -> &Path {
+        match self {
+            Self::File(path) => path,
+            Self::Table(table) => table.path(),
+        }
+    }
+
+    /// As the reader of tables takes it.
+    pub(crate) fn lent(&self) -> table::Source<'_> {
+        match self {
+            Self::File(path) => table::Source::File(path),
+            Self::Table(table) => table::Source::Given(table),
+        }
+    }
+
+    /// Reads it as a log, and warns of what is odd in it.
+    pub(crate) fn log(
+        &self,
+        mappings: &[Mapping],
+        needs: &[Need],
+        warn: &mut dyn FnMut(&str),
+    ) -> Result<LogFile, Error> {
+        let file = read(self.lent(), mappings, needs)?;
+        file.warnings().iter().for_each(|warning| warn(warning));
+        Ok(file)
+    }
+}
+
+/// Reads `NAME=COLUMN`, each of which says which column of a table is what.
+///
+/// ```
+/// assert!(ocmc_api::mappings(&["speed_mph=gps_speed".to_owned()]).is_ok());
+/// assert!(ocmc_api::mappings(&["speed_parsec=gps_speed".to_owned()]).is_err());
+/// ```
+///
+/// # Errors
+/// [`Error::Table`] where a name means nothing.
+pub fn mappings(assignments: &[String]) -> Result<Vec<Mapping>, Error> {
+    Ok(assignments.iter().map(|text| Mapping::parse(text)).collect::<Result<_, _>>()?)
+}

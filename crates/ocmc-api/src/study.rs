@@ -1,0 +1,7 @@
+//! Studies: the built-in ones, files and dictionaries, read and checked.
+
+pub use ocmc_core::study::StudyModel;
+pub use ocmc_io::study::{
+    BuiltIn, Cause, Fault, LoadedStudy, Origin, StudyFileError, fitted_study, init_text, list,
+    load, load_json, load_text, resolved_toml, schema, study_hash, text,
+};
