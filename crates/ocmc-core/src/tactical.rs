@@ -10,7 +10,7 @@
 //! The printed v' = √(v_{i+1} − 2 a (x_{i+1} − x)) subtracts m²/s² from m/s: v_{i+1} has to be squared.
 
 use crate::driver::speed_change::Rise;
-use crate::operating_cycle::road::point_event::EventKind;
+use crate::operating_cycle::road::point_event::Passage;
 use crate::operating_cycle::segments::{Segment, lower};
 use crate::study::{Scenario, Study};
 
@@ -136,15 +136,12 @@ impl<'a> StaticLimits<'a> {
     /// Speed that an event allows at its place, squared.
     #[inline(never)]
     fn of_event(&self, k: usize) -> f64 {
-        match &self.scenario.cycle.road.events[k].kind {
-            EventKind::StopSign { .. }
-            | EventKind::GiveWayStop { .. }
-            | EventKind::RedLight { .. }
-            | EventKind::MissionStop { .. } => 0.0,
-            EventKind::GiveWayPass { speed_mps } => speed_mps * speed_mps,
-            EventKind::GreenLight => f64::INFINITY,
-            EventKind::SpeedBump { length_m, height_m } => {
-                let speed = self.scenario.driver.speed_limit.bump_speed_mps(*length_m, *height_m);
+        match self.scenario.passage(k) {
+            Passage::Stop { .. } => 0.0,
+            Passage::Slow { speed_mps } => speed_mps * speed_mps,
+            Passage::Free => f64::INFINITY,
+            Passage::Bump { length_m, height_m } => {
+                let speed = self.scenario.driver.speed_limit.bump_speed_mps(length_m, height_m);
                 speed * speed
             }
         }

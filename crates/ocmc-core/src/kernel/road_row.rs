@@ -91,7 +91,7 @@ impl RoadRows {
                     around.update(segment, branch.limit, altitude_m);
                 }
                 if let Some(k) = segment.event()
-                    && let Some(dwell_s) = road.events[k].kind.standstill_s()
+                    && let Some(dwell_s) = scenario.passage(k).standstill_s()
                     && i > 0
                 {
                     stops.push((i - 1, dwell_s));

@@ -8,7 +8,7 @@
 use super::tracks::{Rule, Track, Values};
 use super::{TrafficStretch, WeatherStretch};
 use crate::operating_cycle::road::curvature::Curve;
-use crate::operating_cycle::road::point_event::{EventKind, PointEvent};
+use crate::operating_cycle::road::point_event::{EventKind, KINDS, Passage, PointEvent};
 use crate::operating_cycle::road::surface::{GROUNDS, Ground};
 use crate::operating_cycle::weather::{STANDARD_WEATHER, Weather};
 
@@ -313,36 +313,26 @@ type Numbers<'a> = dyn Fn(&str, f64, f64) -> Result<Option<Vec<(f64, f64)>>, Giv
 
 fn events_of(numbers: &Numbers, length_m: f64) -> Result<Vec<PointEvent>, GivenCycleError> {
     let mut events = Vec::new();
-    let mut add = |name: &str,
-                   (minimum, maximum): (f64, f64),
-                   kind: &dyn Fn(f64) -> EventKind|
-     -> Result<(), GivenCycleError> {
-        for (position_m, value) in numbers(name, minimum, maximum)?.unwrap_or_default() {
-            // a truck starts and ends at rest
-            if position_m > 0.0 && position_m < length_m {
-                events.push(PointEvent { position_m, kind: kind(value), turns: false });
-            }
+    for form in KINDS.iter().flat_map(|kind| kind.forms) {
+        let mut tracks = Vec::with_capacity(form.tracks.len());
+        for track in form.tracks {
+            let [minimum, maximum] = track.range;
+            tracks.push(numbers(track.name, minimum, maximum)?.unwrap_or_default());
         }
-        Ok(())
-    };
-    let wait = (0.0, 172_800.0);
-    add("stop_sign_s", wait, &|standstill_s| EventKind::StopSign { standstill_s })?;
-    add("give_way_stop_s", wait, &|standstill_s| EventKind::GiveWayStop { standstill_s })?;
-    add("give_way_pass_mps", (1.0, 40.0), &|speed_mps| EventKind::GiveWayPass { speed_mps })?;
-    add("red_light_s", wait, &|standstill_s| EventKind::RedLight { standstill_s })?;
-    add("green_light", (0.0, 1.0), &|_| EventKind::GreenLight)?;
-    add("mission_stop_s", wait, &|standstill_s| EventKind::MissionStop { standstill_s })?;
-    let lengths = numbers("speed_bump_length_m", 0.1, 50.0)?.unwrap_or_default();
-    let heights = numbers("speed_bump_height_m", 0.005, 0.5)?.unwrap_or_default();
-    for (position_m, bump_m) in lengths {
-        let height = heights.iter().find(|height| height.0 == position_m);
-        let (_, height_m) = *height.ok_or_else(|| GivenCycleError::Missing {
-            track: "speed_bump_height_m".to_owned(),
-            purpose: "each speed bump has a length and, at the same position, a height",
-        })?;
-        if position_m > 0.0 && position_m < length_m {
-            let kind = EventKind::SpeedBump { length_m: bump_m, height_m };
-            events.push(PointEvent { position_m, kind, turns: false });
+        for &(position_m, first) in &tracks[0] {
+            let mut values = vec![first];
+            for (track, points) in form.tracks.iter().zip(&tracks).skip(1) {
+                let point = points.iter().find(|point| point.0 == position_m);
+                let (_, value) = *point.ok_or_else(|| GivenCycleError::Missing {
+                    track: track.name.to_owned(),
+                    purpose: form.purpose,
+                })?;
+                values.push(value);
+            }
+            // a vehicle starts and ends at rest
+            if position_m > 0.0 && position_m < length_m {
+                events.push(PointEvent { position_m, kind: (form.event)(&values), turns: false });
+            }
         }
     }
     merge_events(&mut events);
@@ -361,10 +351,10 @@ pub(super) fn merge_events(events: &mut Vec<PointEvent>) {
             continue;
         };
         // a green light is passed as if it were not there
-        if matches!(event.kind, EventKind::GreenLight) {
+        if event.kind.passage() == Passage::Free {
             continue;
         }
-        if matches!(before.kind, EventKind::GreenLight) {
+        if before.kind.passage() == Passage::Free {
             *before = event;
             continue;
         }

@@ -9,7 +9,7 @@
 use super::OperatingCycle;
 use super::given::{GivenCycle, GivenCycleError, STEEPEST, held, merge_events};
 use crate::operating_cycle::mission::Mission;
-use crate::operating_cycle::road::point_event::{EventKind, PointEvent};
+use crate::operating_cycle::road::point_event::{EventKind, PointEvent, is_left_out};
 use crate::operating_cycle::road::road_type::Section;
 use crate::operating_cycle::road::speed_sign::SpeedSign;
 use crate::operating_cycle::road::surface::Ground;
@@ -205,15 +205,7 @@ impl Route {
             .heading_rad
             .unwrap_or_else(|| std::f64::consts::TAU * streams.open(Stream::Heading).uniform());
         road.climb_reached = true;
-        let events = self.cycle.events.iter().filter(|event| match event.kind {
-            EventKind::StopSign { .. } => has(ModelSwitch::StopSigns),
-            EventKind::GiveWayStop { .. } | EventKind::GiveWayPass { .. } => {
-                has(ModelSwitch::GiveWays)
-            }
-            EventKind::RedLight { .. } | EventKind::GreenLight => has(ModelSwitch::TrafficLights),
-            EventKind::SpeedBump { .. } => has(ModelSwitch::SpeedBumps),
-            EventKind::MissionStop { .. } => true,
-        });
+        let events = self.cycle.events.iter().filter(|e| !is_left_out(&e.kind, without));
         road.events.clear();
         road.events.extend(events);
         road.events.extend_from_slice(mission_stops);

@@ -7,7 +7,7 @@
 
 use super::OperatingCycle;
 use crate::operating_cycle::road::RoadTypeModel;
-use crate::operating_cycle::road::point_event::EventKind;
+use crate::operating_cycle::road::point_event::{KINDS, PointEvent};
 use serde::Serialize;
 
 /// How a track is read between its positions.
@@ -56,8 +56,8 @@ pub struct Track {
     pub value: Values,
 }
 
-/// Names of all tracks that an operating cycle is written as.
-pub const NAMES: [&str; 25] = [
+/// Tracks of the road, before those of the events.
+const OF_ROAD: [&str; 8] = [
     "road_type",
     "speed_limit_mps",
     "curvature_per_m",
@@ -66,14 +66,10 @@ pub const NAMES: [&str; 25] = [
     "roughness_m3",
     "ground",
     "wind_exposure",
-    "stop_sign_s",
-    "give_way_stop_s",
-    "give_way_pass_mps",
-    "red_light_s",
-    "green_light",
-    "speed_bump_length_m",
-    "speed_bump_height_m",
-    "mission_stop_s",
+];
+
+/// Tracks of weather, traffic and mission, behind those of the events.
+const OF_TRIP: [&str; 9] = [
     "air_temperature_k",
     "air_pressure_pa",
     "relative_humidity",
@@ -84,6 +80,23 @@ pub const NAMES: [&str; 25] = [
     "traffic_density_per_m",
     "payload_kg",
 ];
+
+/// Names of all tracks that an operating cycle is written as, in order.
+pub fn names() -> Vec<&'static str> {
+    let of_events = KINDS.iter().flat_map(|kind| kind.tracks()).map(|track| track.name);
+    OF_ROAD.into_iter().chain(of_events).chain(OF_TRIP).collect()
+}
+
+/// How the track of a name is read.
+pub fn rule_of(name: &str) -> Rule {
+    if name == "altitude_m" {
+        Rule::Linear
+    } else if KINDS.iter().flat_map(|kind| kind.tracks()).any(|track| track.name == name) {
+        Rule::Event
+    } else {
+        Rule::Constant
+    }
+}
 
 impl Track {
     /// A track of numbers without a value yet.
@@ -163,12 +176,7 @@ impl OperatingCycle {
             let points = self.weather.iter().map(|w| (w.start_m, value(&w.weather)));
             Track::numbers(name, constant, points)
         };
-        let events = |name, value: fn(&EventKind) -> Option<f64>| {
-            let points =
-                road.events.iter().filter_map(|e| value(&e.kind).map(|v| (e.position_m, v)));
-            Track::numbers(name, Rule::Event, points)
-        };
-        vec![
+        let mut tracks = vec![
             Track::names("road_type", sections().map(|s| (s.start_m, names[s.road_type].clone()))),
             Track::numbers(
                 "speed_limit_mps",
@@ -199,35 +207,15 @@ impl OperatingCycle {
                 constant,
                 sections().map(|s| (s.start_m, types[s.road_type].wind_exposure)),
             ),
-            events("stop_sign_s", |kind| match kind {
-                EventKind::StopSign { standstill_s } => Some(*standstill_s),
-                _ => None,
-            }),
-            events("give_way_stop_s", |kind| match kind {
-                EventKind::GiveWayStop { standstill_s } => Some(*standstill_s),
-                _ => None,
-            }),
-            events("give_way_pass_mps", |kind| match kind {
-                EventKind::GiveWayPass { speed_mps } => Some(*speed_mps),
-                _ => None,
-            }),
-            events("red_light_s", |kind| match kind {
-                EventKind::RedLight { standstill_s } => Some(*standstill_s),
-                _ => None,
-            }),
-            events("green_light", |kind| matches!(kind, EventKind::GreenLight).then_some(1.0)),
-            events("speed_bump_length_m", |kind| match kind {
-                EventKind::SpeedBump { length_m, .. } => Some(*length_m),
-                _ => None,
-            }),
-            events("speed_bump_height_m", |kind| match kind {
-                EventKind::SpeedBump { height_m, .. } => Some(*height_m),
-                _ => None,
-            }),
-            events("mission_stop_s", |kind| match kind {
-                EventKind::MissionStop { standstill_s } => Some(*standstill_s),
-                _ => None,
-            }),
+        ];
+        for kind in KINDS {
+            let of_kind = kind.tracks().map(|track| {
+                let value = |e: &PointEvent| (track.value)(&e.kind).map(|v| (e.position_m, v));
+                Track::numbers(track.name, Rule::Event, road.events.iter().filter_map(value))
+            });
+            tracks.extend(of_kind.filter(|track| !(kind.rare && track.position_m.is_empty())));
+        }
+        tracks.extend([
             weather("air_temperature_k", |w| w.temperature_k),
             weather("air_pressure_pa", |w| w.pressure_pa),
             weather("relative_humidity", |w| w.relative_humidity),
@@ -241,6 +229,7 @@ impl OperatingCycle {
                 self.traffic.iter().map(|t| (t.start_m, t.density_per_m)),
             ),
             Track::numbers("payload_kg", constant, [(0.0, self.mission.payload_kg)]),
-        ]
+        ]);
+        tracks
     }
 }

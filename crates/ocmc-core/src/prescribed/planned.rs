@@ -20,8 +20,8 @@ pub fn planned_cycle(study: &Study, scenario: &Scenario) -> DriveCycle {
     let last = profile.segments.len() - 1;
     for (i, segment) in profile.segments.iter().enumerate() {
         let next = profile.segments.get(i + 1);
-        let event = next.and_then(Segment::event).map(|k| road.events[k].kind);
-        let rest_s = event.and_then(|kind| kind.standstill_s());
+        let event = next.and_then(Segment::event);
+        let rest_s = event.and_then(|k| scenario.passage(k).standstill_s());
         let pieces = libm::ceil(segment.length_m / LONGEST_M).max(1.0);
         let piece_m = segment.length_m / pieces;
         for k in 1..=pieces as usize {

@@ -13,6 +13,7 @@ use crate::driver::{Driver, DriverModel};
 use crate::operating_cycle::given::{GivenCycle, GivenCycleError};
 use crate::operating_cycle::mission::MissionModel;
 use crate::operating_cycle::road::RoadModel;
+use crate::operating_cycle::road::point_event::Passage;
 use crate::operating_cycle::route::{Keep, Route};
 use crate::operating_cycle::traffic::TrafficModel;
 use crate::operating_cycle::weather::WeatherModel;
@@ -154,6 +155,13 @@ pub struct Scenario {
     pub curve_residuals: Vec<f64>,
     /// The truck.
     pub vehicle: Vehicle,
+}
+
+impl Scenario {
+    /// How this vehicle passes an event of the road.
+    pub fn passage(&self, event: usize) -> Passage {
+        self.cycle.road.events[event].kind.passage()
+    }
 }
 
 impl Study {

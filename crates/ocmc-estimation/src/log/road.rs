@@ -138,10 +138,6 @@ pub struct LoggedRoads {
     pub counts: RoadCounts,
 }
 
-/// Names of objects of the map that are events.
-pub const MAP_OBJECTS: [&str; 5] =
-    ["stop_sign", "give_way", "traffic_light", "speed_bump", "mission_stop"];
-
 /// The roads of a log.
 ///
 /// # Errors

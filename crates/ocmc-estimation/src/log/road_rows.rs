@@ -2,7 +2,7 @@
 
 use super::Samples;
 use super::curve::DrivenCurve;
-use super::road::{LoggedRoad, MAP_OBJECTS, RoadCounts, RoadLog, RoadOptions};
+use super::road::{LoggedRoad, RoadCounts, RoadLog, RoadOptions};
 use super::road_slope::{Climb, interpolated};
 use super::sensor::STANDSTILL_MPS;
 use super::signal::{LIMITS_MPS, longest_interval_s};
@@ -10,7 +10,9 @@ use super::standstill::{Standstill, standstills};
 use ocmc_core::operating_cycle::coverage::UnobservedSpans;
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::road::curvature::Curve;
-use ocmc_core::operating_cycle::road::point_event::{EventKind, PointEvent};
+use ocmc_core::operating_cycle::road::point_event::{
+    EventDeclaration, EventKind, KINDS, PointEvent,
+};
 use ocmc_core::operating_cycle::route::type_by_limit;
 
 /// Time without rows through which a road goes on, in s.
@@ -297,11 +299,15 @@ impl RoadRows {
         counts: &mut RoadCounts,
     ) -> (Vec<PointEvent>, Vec<bool>) {
         let objects = self.objects(log);
-        let (known, unknown): (Vec<_>, Vec<_>) =
-            objects.into_iter().partition(|object| MAP_OBJECTS.contains(&object.2));
-        counts.unknown_objects += unknown.len();
+        let found = objects.len();
+        let declared = |word: &str| KINDS.into_iter().find(|kind| kind.map_object == word);
+        let known: Vec<(usize, usize, &EventDeclaration)> = objects
+            .into_iter()
+            .filter_map(|(first, last, word)| declared(word).map(|kind| (first, last, kind)))
+            .collect();
+        counts.unknown_objects += found - known.len();
         // each standstill belongs to the nearest object at which one stops
-        let distance_m = |&(first, last, _): &(usize, usize, &str), at_m: f64| {
+        let distance_m = |&(first, last, _): &(usize, usize, &EventDeclaration), at_m: f64| {
             let (before, behind) = (way_m[first] - at_m, at_m - way_m[last]);
             let reach = before <= QUEUE_M && behind <= BEHIND_M;
             if reach { before.max(behind).max(0.0) } else { f64::INFINITY }
@@ -310,7 +316,7 @@ impl RoadRows {
         let mut explained = vec![false; stops.len()];
         for (stop, explained) in stops.iter().zip(&mut explained) {
             let of = |k: &usize| distance_m(&known[*k], stop.position_m);
-            let places = (0..known.len()).filter(|k| known[*k].2 != "speed_bump");
+            let places = (0..known.len()).filter(|k| known[*k].2.stops);
             let nearest = places.min_by(|a, b| of(a).total_cmp(&of(b)));
             if let Some(k) = nearest.filter(|k| of(k).is_finite()) {
                 *standstill_s[k].get_or_insert(0.0) += stop.duration_s;
@@ -318,20 +324,10 @@ impl RoadRows {
             }
         }
         let mut events = Vec::with_capacity(known.len());
-        for (&(first, last, word), stood_s) in known.iter().zip(standstill_s) {
-            let slowest =
+        for (&(first, last, declared), standstill_s) in known.iter().zip(standstill_s) {
+            let slowest_mps =
                 self.speed_mps[first..=last].iter().copied().fold(f64::INFINITY, f64::min);
-            let or_none = stood_s.unwrap_or(0.0);
-            let kind = match (word, stood_s) {
-                ("stop_sign", _) => EventKind::StopSign { standstill_s: or_none },
-                ("give_way", Some(standstill_s)) => EventKind::GiveWayStop { standstill_s },
-                ("give_way", None) => EventKind::GiveWayPass { speed_mps: slowest },
-                ("traffic_light", Some(standstill_s)) => EventKind::RedLight { standstill_s },
-                ("traffic_light", None) => EventKind::GreenLight,
-                ("mission_stop", _) => EventKind::MissionStop { standstill_s: or_none },
-                // a log contains neither its length nor its height
-                _ => EventKind::SpeedBump { length_m: f64::NAN, height_m: f64::NAN },
-            };
+            let kind = (declared.of_log)(standstill_s, slowest_mps);
             let position_m = 0.5 * (way_m[first] + way_m[last]);
             events.push(PointEvent { position_m, kind, turns: false });
         }

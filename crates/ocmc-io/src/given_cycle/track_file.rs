@@ -3,7 +3,7 @@
 use super::{GivenCycleFileError, in_file};
 use crate::table::{Field, Quantity, Schema, Style, Table};
 use ocmc_core::operating_cycle::given::{GivenCycle, GivenCycleError};
-use ocmc_core::operating_cycle::tracks::{NAMES, Rule, Track, Values};
+use ocmc_core::operating_cycle::tracks::{Track, Values, names, rule_of};
 use serde::Deserialize;
 use std::path::Path;
 
@@ -95,23 +95,23 @@ pub(super) fn read_table(table: Table) -> Result<GivenCycle, GivenCycleFileError
     let track = table.need(Quantity::Track)?;
     let position = table.need(Quantity::Position)?;
     let value = table.need(Quantity::Value)?;
-    let (mut names, mut positions, mut values) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut written, mut positions, mut values) = (Vec::new(), Vec::new(), Vec::new());
     table.for_each(|row| {
-        names.push(row.text(&track).to_owned());
+        written.push(row.text(&track).to_owned());
         positions.push(row.number(&position)?);
         values.push(row.text(&value).to_owned());
         Ok(())
     })?;
     let mut tracks = Vec::new();
-    for name in NAMES {
-        let rows = (0..names.len()).filter(|k| names[*k] == name);
+    for name in names() {
+        let rows = (0..written.len()).filter(|k| written[*k] == name);
         let cells = rows.map(|k| {
             let number = values[k].parse::<f64>();
             (positions[k], number.map_err(|_| values[k].clone()))
         });
         tracks.push(track_of(name, cells));
     }
-    for name in &names {
+    for name in &written {
         known(&file, name)?;
     }
     GivenCycle::from_tracks(&tracks, None).map_err(in_file(&file))
@@ -130,22 +130,11 @@ fn track_of(name: &'static str, cells: impl Iterator<Item = (f64, Result<f64, St
     Track { name, rule: rule_of(name), position_m, value }
 }
 
-fn rule_of(name: &str) -> Rule {
-    match name {
-        "altitude_m" => Rule::Linear,
-        "green_light" | "give_way_pass_mps" | "speed_bump_length_m" | "speed_bump_height_m" => {
-            Rule::Event
-        }
-        name if name.ends_with("_s") => Rule::Event,
-        _ => Rule::Constant,
-    }
-}
-
 fn known(path: &Path, name: &str) -> Result<&'static str, GivenCycleFileError> {
-    NAMES.into_iter().find(|known| *known == name).ok_or_else(|| GivenCycleFileError::Track {
+    names().into_iter().find(|known| *known == name).ok_or_else(|| GivenCycleFileError::Track {
         path: path.to_owned(),
         name: name.to_owned(),
-        allowed: NAMES.join(", "),
+        allowed: names().join(", "),
     })
 }
 

@@ -5,6 +5,7 @@ use super::{LogFile, LoggedTrip, Need, SCHEMA, counted, row_notes};
 use crate::table::{Mapping, Quantity, Source, Table};
 use ocmc_core::operating_cycle::coverage::{Coverage, CurveCoverage, CurveWindow};
 use ocmc_core::operating_cycle::given::GivenCycle;
+use ocmc_core::operating_cycle::road::point_event::KINDS;
 use ocmc_estimation::log::road::{
     LoggedRoad, LoggedRoads, RoadCounts, RoadLog, RoadOptions, roads,
 };
@@ -122,6 +123,7 @@ fn found(
 /// What was not used of a drive, or had to be supposed.
 fn notes(place: &str, counts: &RoadCounts) -> Vec<String> {
     let mut notes = row_notes(place, &counts.rows);
+    let objects = KINDS.map(|kind| kind.map_object);
     notes.extend(counted(place, [
         (counts.cuts, "cuts at more than 10 s without rows: the road is not known there"),
         (counts.too_short, "pieces shorter than 200 m are not used"),
@@ -144,7 +146,7 @@ fn notes(place: &str, counts: &RoadCounts) -> Vec<String> {
         (counts.curves_dropped, "curves are too short, too straight or too slow to be measured"),
         (
             counts.unknown_objects,
-            "objects of the map are none of stop_sign, give_way, traffic_light, speed_bump, mission_stop: they are left out",
+            &format!("objects of the map are none of {}: they are left out", objects.join(", ")),
         ),
     ]));
     if counts.by_speed {

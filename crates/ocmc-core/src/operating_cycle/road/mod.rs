@@ -16,8 +16,8 @@ use crate::switch::ModelSwitch;
 use crate::validation::Problems;
 use curvature::{Curve, CurveModel, merge_turns};
 use point_event::{
-    GiveWayModel, JunctionTurnModel, PointEvent, SpeedBumpModel, StopSignModel, TrafficLightModel,
-    space_out,
+    GiveWayModel, JunctionTurnModel, KINDS, PointEvent, SpeedBumpModel, StopSignModel,
+    TrafficLightModel, space_out,
 };
 use road_type::{RoadTypeChain, Section};
 use schemars::JsonSchema;
@@ -291,26 +291,16 @@ impl RoadSampler {
         without: &[ModelSwitch],
         road: &mut Road,
     ) {
-        let has = |part| !without.contains(&part);
         road.events.clear();
         road.events.extend_from_slice(mission_stops);
-        let mut stop = streams.open(Stream::StopSign);
-        let mut give = streams.open(Stream::GiveWay);
-        let mut light = streams.open(Stream::TrafficLight);
-        let mut bump = streams.open(Stream::SpeedBump);
-        for section in &road.sections {
-            let model = &self.types[section.road_type];
-            if has(ModelSwitch::StopSigns) {
-                model.stop_signs.sample(section, &mut stop, &mut road.events);
+        for model in KINDS.iter().filter_map(|kind| kind.model) {
+            if without.contains(&model.switch) {
+                continue;
             }
-            if has(ModelSwitch::GiveWays) {
-                model.give_ways.sample(section, &mut give, &mut road.events);
-            }
-            if has(ModelSwitch::TrafficLights) {
-                model.traffic_lights.sample(section, &mut light, &mut road.events);
-            }
-            if has(ModelSwitch::SpeedBumps) {
-                model.speed_bumps.sample(section, &mut bump, &mut road.events);
+            let mut draws = streams.open(model.stream);
+            for section in &road.sections {
+                let road_type = &self.types[section.road_type];
+                (model.sample)(road_type, section, &mut draws, &mut road.events);
             }
         }
         let free_m = self.model.event_free_end_m;

@@ -5,7 +5,9 @@ use ocmc_core::distribution::{
     Law, Quantity, exponential, gamma, log_normal, normal, uniform, weibull,
 };
 use ocmc_core::operating_cycle::road::RoadTypeModel;
-use ocmc_core::operating_cycle::road::point_event::EventKind;
+use ocmc_core::operating_cycle::road::point_event::{
+    EventEstimation, EventKind, EventModel, EventParameter, KINDS,
+};
 
 /// Intensities and marks of all kinds; shares of turns only where all turns are known.
 pub(super) fn fit_events(
@@ -22,74 +24,40 @@ pub(super) fn fit_events(
         estimates.warn("it is too short to tell about events, which stay those of the base study");
         return;
     }
-    let intensity = |estimates: &mut Estimates, key: &str, n: usize| {
-        let per_m = n as f64 / exposure;
+    for declared in KINDS {
+        let of_kind: Vec<&(EventKind, bool)> =
+            roads.events.iter().filter(|(kind, _)| declared.includes(kind)).collect();
+        let Some(EventModel { table, estimation, .. }) = declared.model else { continue };
+        let Some(EventEstimation { per_m, parameters }) = estimation(model) else {
+            if !of_kind.is_empty() {
+                estimates
+                    .warn(&format!("its {table} have no table in the base study and are left out"));
+            }
+            continue;
+        };
+        let n = of_kind.len();
+        *per_m = n as f64 / exposure;
         let error = libm::sqrt((n as f64).max(1.0)) / exposure;
-        estimates.push(&format!("{key}.per_m"), per_m, Some(error), n);
-        per_m
-    };
-    let values = |of: &dyn Fn(&EventKind) -> Option<f64>| -> Vec<f64> {
-        roads.events.iter().filter_map(|(kind, _)| of(kind)).collect()
-    };
-    let turning = |is: &dyn Fn(&EventKind) -> bool| {
-        let all: Vec<bool> =
-            roads.events.iter().filter(|(kind, _)| is(kind)).map(|(_, turns)| *turns).collect();
-        (all.iter().filter(|turns| **turns).count(), all.len())
-    };
-
-    let standstill = values(&|kind| match kind {
-        EventKind::StopSign { standstill_s } => Some(*standstill_s),
-        _ => None,
-    });
-    model.stop_signs.per_m = intensity(estimates, "stop_signs", standstill.len());
-    mark(estimates, "stop_signs.standstill_s", &standstill, &mut model.stop_signs.standstill_s);
-    let (turns, n) = turning(&|kind| matches!(kind, EventKind::StopSign { .. }));
-    let known = |n: usize| if all_turns { n } else { 0 };
-    share(estimates, "stop_signs.turn_share", turns, known(n), &mut model.stop_signs.turn_share);
-
-    let wait = values(&|kind| match kind {
-        EventKind::GiveWayStop { standstill_s } => Some(*standstill_s),
-        _ => None,
-    });
-    let pass = values(&|kind| match kind {
-        EventKind::GiveWayPass { speed_mps } => Some(*speed_mps),
-        _ => None,
-    });
-    let give_ways = &mut model.give_ways;
-    let n = wait.len() + pass.len();
-    give_ways.per_m = intensity(estimates, "give_ways", n);
-    share(estimates, "give_ways.stop_probability", wait.len(), n, &mut give_ways.stop_probability);
-    mark(estimates, "give_ways.wait_s", &wait, &mut give_ways.wait_s);
-    mark(estimates, "give_ways.pass_speed_mps", &pass, &mut give_ways.pass_speed_mps);
-    let (turns, n) = turning(&|kind| {
-        matches!(kind, EventKind::GiveWayStop { .. } | EventKind::GiveWayPass { .. })
-    });
-    share(estimates, "give_ways.turn_share", turns, known(n), &mut give_ways.turn_share);
-
-    let red = values(&|kind| match kind {
-        EventKind::RedLight { standstill_s } => Some(*standstill_s),
-        _ => None,
-    });
-    let green = values(&|kind| matches!(kind, EventKind::GreenLight).then_some(0.0));
-    let lights = &mut model.traffic_lights;
-    let n = red.len() + green.len();
-    lights.per_m = intensity(estimates, "traffic_lights", n);
-    share(estimates, "traffic_lights.red_probability", red.len(), n, &mut lights.red_probability);
-    mark(estimates, "traffic_lights.wait_s", &red, &mut lights.wait_s);
-    let (turns, n) =
-        turning(&|kind| matches!(kind, EventKind::RedLight { .. } | EventKind::GreenLight));
-    share(estimates, "traffic_lights.turn_share", turns, known(n), &mut lights.turn_share);
-
-    let bump = |of: fn(f64, f64) -> f64| {
-        values(&|kind| match kind {
-            EventKind::SpeedBump { length_m, height_m } => Some(of(*length_m, *height_m)),
-            _ => None,
-        })
-    };
-    let (lengths, heights) = (bump(|length, _| length), bump(|_, height| height));
-    model.speed_bumps.per_m = intensity(estimates, "speed_bumps", lengths.len());
-    mark(estimates, "speed_bumps.length_m", &lengths, &mut model.speed_bumps.length_m);
-    mark(estimates, "speed_bumps.height_m", &heights, &mut model.speed_bumps.height_m);
+        estimates.push(&format!("{table}.per_m"), *per_m, Some(error), n);
+        for parameter in parameters {
+            match parameter {
+                EventParameter::Share(key, value, holds) => {
+                    let count = of_kind.iter().filter(|(kind, _)| holds(kind)).count();
+                    share(estimates, &format!("{table}.{key}"), count, n, value);
+                }
+                EventParameter::Law(key, law, value) => {
+                    let values: Vec<f64> =
+                        of_kind.iter().filter_map(|(kind, _)| value(kind)).collect();
+                    mark(estimates, &format!("{table}.{key}"), &values, law);
+                }
+                EventParameter::TurnShare(value) => {
+                    let turns = of_kind.iter().filter(|(_, turns)| *turns).count();
+                    let known = if all_turns { n } else { 0 };
+                    share(estimates, &format!("{table}.turn_share"), turns, known, value);
+                }
+            }
+        }
+    }
 }
 
 /// Stops that no object of a map explains: how often and how long, for whoever knows what they

@@ -1,0 +1,113 @@
+//! Give-way signs and roundabouts: some vehicles have to wait, the others pass slowly.
+
+use super::{
+    EventDeclaration, EventEstimation, EventForm, EventKind, EventModel, EventParameter,
+    EventTrack, PASSING_SPEEDS_MPS, PointEvent, STANDSTILLS_S, poisson,
+};
+use crate::distribution::Quantity;
+use crate::operating_cycle::road::road_type::Section;
+use crate::random::{Draws, Stream};
+use crate::switch::ModelSwitch;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// What the other rooms know of give-way signs.
+pub(super) const GIVE_WAY: EventDeclaration = EventDeclaration {
+    map_object: "give_way",
+    forms: &[
+        EventForm {
+            tracks: &[EventTrack { name: "give_way_stop_s", range: STANDSTILLS_S, value: wait_s }],
+            event: |values| EventKind::GiveWayStop { standstill_s: values[0] },
+            purpose: "",
+        },
+        EventForm {
+            tracks: &[EventTrack {
+                name: "give_way_pass_mps",
+                range: PASSING_SPEEDS_MPS,
+                value: pass_speed_mps,
+            }],
+            event: |values| EventKind::GiveWayPass { speed_mps: values[0] },
+            purpose: "",
+        },
+    ],
+    rare: false,
+    stops: true,
+    of_log: |standstill_s, slowest_mps| match standstill_s {
+        Some(standstill_s) => EventKind::GiveWayStop { standstill_s },
+        None => EventKind::GiveWayPass { speed_mps: slowest_mps },
+    },
+    model: Some(EventModel {
+        table: "give_ways",
+        stream: Stream::GiveWay,
+        switch: ModelSwitch::GiveWays,
+        sample: |road_type, section, draws, events| {
+            road_type.give_ways.sample(section, draws, events);
+        },
+        estimation: |road_type| {
+            let model = &mut road_type.give_ways;
+            let stops = |kind: &EventKind| wait_s(kind).is_some();
+            Some(EventEstimation {
+                per_m: &mut model.per_m,
+                parameters: vec![
+                    EventParameter::Share("stop_probability", &mut model.stop_probability, stops),
+                    EventParameter::Law("wait_s", &mut model.wait_s, wait_s),
+                    EventParameter::Law(
+                        "pass_speed_mps",
+                        &mut model.pass_speed_mps,
+                        pass_speed_mps,
+                    ),
+                    EventParameter::TurnShare(&mut model.turn_share),
+                ],
+            })
+        },
+    }),
+};
+
+fn wait_s(kind: &EventKind) -> Option<f64> {
+    match kind {
+        EventKind::GiveWayStop { standstill_s } => Some(*standstill_s),
+        _ => None,
+    }
+}
+
+fn pass_speed_mps(kind: &EventKind) -> Option<f64> {
+    match kind {
+        EventKind::GiveWayPass { speed_mps } => Some(*speed_mps),
+        _ => None,
+    }
+}
+
+/// Give-way signs (roundabouts included) of one road type.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct GiveWayModel {
+    /// Intensity, per m.
+    #[schemars(range(min = 0.0, max = 0.02))]
+    pub per_m: f64,
+    /// Probability that the truck has to stop.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub stop_probability: f64,
+    /// Wait when it stops, in s.
+    #[schemars(range(min = 0.0, max = 3600.0))]
+    pub wait_s: Quantity,
+    /// Speed at which it passes when it does not stop, in m/s.
+    #[schemars(range(min = 1.0, max = 40.0))]
+    pub pass_speed_mps: Quantity,
+    /// Share that carries a junction turn.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub turn_share: f64,
+}
+
+impl GiveWayModel {
+    /// Appends the give-way signs of one section.
+    pub fn sample(&self, section: &Section, draws: &mut Draws, events: &mut Vec<PointEvent>) {
+        poisson(self.per_m, section, draws, events, |draws| {
+            let kind = if draws.happens(self.stop_probability) {
+                EventKind::GiveWayStop { standstill_s: self.wait_s.sample(draws) }
+            } else {
+                EventKind::GiveWayPass { speed_mps: self.pass_speed_mps.sample(draws) }
+            };
+            (kind, draws.happens(self.turn_share))
+        });
+    }
+}

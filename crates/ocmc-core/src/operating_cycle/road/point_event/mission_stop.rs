@@ -1,0 +1,24 @@
+//! Stops of the mission, which the mission draws and no road type.
+
+use super::{EventDeclaration, EventForm, EventKind, EventTrack, STANDSTILLS_S};
+
+/// What the other rooms know of stops of the mission.
+pub(super) const MISSION_STOP: EventDeclaration = EventDeclaration {
+    map_object: "mission_stop",
+    forms: &[EventForm {
+        tracks: &[EventTrack {
+            name: "mission_stop_s",
+            range: STANDSTILLS_S,
+            value: |kind| match kind {
+                EventKind::MissionStop { standstill_s } => Some(*standstill_s),
+                _ => None,
+            },
+        }],
+        event: |values| EventKind::MissionStop { standstill_s: values[0] },
+        purpose: "",
+    }],
+    rare: false,
+    stops: true,
+    of_log: |standstill_s, _| EventKind::MissionStop { standstill_s: standstill_s.unwrap_or(0.0) },
+    model: None,
+};
