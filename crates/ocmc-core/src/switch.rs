@@ -21,6 +21,8 @@ pub enum ModelSwitch {
     TrafficLights,
     /// No speed bumps.
     SpeedBumps,
+    /// No railway crossings.
+    RailwayCrossings,
     /// Still, dry air at 15 °C.
     Weather,
     /// No other vehicles.

@@ -89,6 +89,8 @@ pub enum Stream {
     Bootstrap = 31,
     /// A battery-electric powertrain: state of charge at departure, auxiliaries.
     Electric = 32,
+    /// Railway crossings and their marks.
+    RailwayCrossing = 33,
 }
 
 /// A set of streams.
@@ -161,7 +163,7 @@ pub enum Factor {
 
 impl Stream {
     /// All streams, in the order of their numbers.
-    pub const ALL: [Self; 33] = [
+    pub const ALL: [Self; 34] = [
         Self::RoadType,
         Self::SpeedSign,
         Self::Curve,
@@ -195,6 +197,7 @@ impl Stream {
         Self::Route,
         Self::Bootstrap,
         Self::Electric,
+        Self::RailwayCrossing,
     ];
 
     /// The factor that this stream belongs to; none for what is no part of a cycle.
@@ -209,6 +212,7 @@ impl Stream {
             | S::GiveWay
             | S::TrafficLight
             | S::SpeedBump
+            | S::RailwayCrossing
             | S::JunctionTurn
             | S::Roughness
             | S::Ground

@@ -16,8 +16,8 @@ use crate::switch::ModelSwitch;
 use crate::validation::Problems;
 use curvature::{Curve, CurveModel, merge_turns};
 use point_event::{
-    GiveWayModel, JunctionTurnModel, KINDS, PointEvent, SpeedBumpModel, StopSignModel,
-    TrafficLightModel, space_out,
+    GiveWayModel, JunctionTurnModel, KINDS, PointEvent, RailwayCrossingModel, SpeedBumpModel,
+    StopSignModel, TrafficLightModel, space_out,
 };
 use road_type::{RoadTypeChain, Section};
 use schemars::JsonSchema;
@@ -94,6 +94,9 @@ pub struct RoadTypeModel {
     pub traffic_lights: TrafficLightModel,
     /// Speed bumps.
     pub speed_bumps: SpeedBumpModel,
+    /// Railway crossings; none where absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub railway_crossings: Option<RailwayCrossingModel>,
 }
 
 /// A realised road.

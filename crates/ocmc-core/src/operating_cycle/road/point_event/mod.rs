@@ -13,12 +13,14 @@
 mod give_way;
 mod junction_turn;
 mod mission_stop;
+mod railway_crossing;
 mod speed_bump;
 mod stop_sign;
 mod traffic_light;
 
 pub use give_way::GiveWayModel;
 pub use junction_turn::JunctionTurnModel;
+pub use railway_crossing::RailwayCrossingModel;
 pub use speed_bump::SpeedBumpModel;
 pub use stop_sign::StopSignModel;
 pub use traffic_light::TrafficLightModel;
@@ -30,12 +32,13 @@ use crate::random::{Draws, Stream};
 use crate::switch::ModelSwitch;
 
 /// All kinds of point events, in the order of their tracks and fits.
-pub const KINDS: [&EventDeclaration; 5] = [
+pub const KINDS: [&EventDeclaration; 6] = [
     &stop_sign::STOP_SIGN,
     &give_way::GIVE_WAY,
     &traffic_light::TRAFFIC_LIGHT,
     &speed_bump::SPEED_BUMP,
     &mission_stop::MISSION_STOP,
+    &railway_crossing::RAILWAY_CROSSING,
 ];
 
 /// Standstills that a track may have, in s.
@@ -74,6 +77,16 @@ pub enum EventKind {
         length_m: f64,
         /// Height, in m.
         height_m: f64,
+    },
+    /// A railway crossing with a closed barrier.
+    ClosedCrossing {
+        /// Wait, in s.
+        standstill_s: f64,
+    },
+    /// A railway crossing that is passed slowly.
+    OpenCrossing {
+        /// Speed, in m/s.
+        speed_mps: f64,
     },
     /// A stop of the mission: unloading, rest.
     MissionStop {
@@ -124,8 +137,11 @@ impl EventKind {
             Self::StopSign { standstill_s }
             | Self::GiveWayStop { standstill_s }
             | Self::RedLight { standstill_s }
+            | Self::ClosedCrossing { standstill_s }
             | Self::MissionStop { standstill_s } => Passage::Stop { standstill_s },
-            Self::GiveWayPass { speed_mps } => Passage::Slow { speed_mps },
+            Self::GiveWayPass { speed_mps } | Self::OpenCrossing { speed_mps } => {
+                Passage::Slow { speed_mps }
+            }
             Self::GreenLight => Passage::Free,
             Self::SpeedBump { length_m, height_m } => Passage::Bump { length_m, height_m },
         }

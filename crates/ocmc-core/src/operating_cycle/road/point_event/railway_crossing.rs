@@ -1,0 +1,120 @@
+//! Railway crossings: a vehicle waits where the barrier is closed, and passes slowly where it is
+//! open.
+
+use super::{
+    EventDeclaration, EventEstimation, EventForm, EventKind, EventModel, EventParameter,
+    EventTrack, PASSING_SPEEDS_MPS, PointEvent, STANDSTILLS_S, poisson,
+};
+use crate::distribution::Quantity;
+use crate::operating_cycle::road::road_type::Section;
+use crate::random::{Draws, Stream};
+use crate::switch::ModelSwitch;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// What the other rooms know of railway crossings.
+pub(super) const RAILWAY_CROSSING: EventDeclaration = EventDeclaration {
+    map_object: "railway_crossing",
+    forms: &[
+        EventForm {
+            tracks: &[EventTrack {
+                name: "railway_crossing_wait_s",
+                range: STANDSTILLS_S,
+                value: wait_s,
+            }],
+            event: |values| EventKind::ClosedCrossing { standstill_s: values[0] },
+            purpose: "",
+        },
+        EventForm {
+            tracks: &[EventTrack {
+                name: "railway_crossing_pass_mps",
+                range: PASSING_SPEEDS_MPS,
+                value: pass_speed_mps,
+            }],
+            event: |values| EventKind::OpenCrossing { speed_mps: values[0] },
+            purpose: "",
+        },
+    ],
+    rare: true,
+    stops: true,
+    of_log: |standstill_s, slowest_mps| match standstill_s {
+        Some(standstill_s) => EventKind::ClosedCrossing { standstill_s },
+        None => EventKind::OpenCrossing { speed_mps: slowest_mps },
+    },
+    model: Some(EventModel {
+        table: "railway_crossings",
+        stream: Stream::RailwayCrossing,
+        switch: ModelSwitch::RailwayCrossings,
+        sample: |road_type, section, draws, events| {
+            if let Some(model) = &road_type.railway_crossings {
+                model.sample(section, draws, events);
+            }
+        },
+        estimation: |road_type| {
+            let model = road_type.railway_crossings.as_mut()?;
+            let closed = |kind: &EventKind| wait_s(kind).is_some();
+            Some(EventEstimation {
+                per_m: &mut model.per_m,
+                parameters: vec![
+                    EventParameter::Share(
+                        "closed_probability",
+                        &mut model.closed_probability,
+                        closed,
+                    ),
+                    EventParameter::Law("wait_s", &mut model.wait_s, wait_s),
+                    EventParameter::Law(
+                        "pass_speed_mps",
+                        &mut model.pass_speed_mps,
+                        pass_speed_mps,
+                    ),
+                ],
+            })
+        },
+    }),
+};
+
+fn wait_s(kind: &EventKind) -> Option<f64> {
+    match kind {
+        EventKind::ClosedCrossing { standstill_s } => Some(*standstill_s),
+        _ => None,
+    }
+}
+
+fn pass_speed_mps(kind: &EventKind) -> Option<f64> {
+    match kind {
+        EventKind::OpenCrossing { speed_mps } => Some(*speed_mps),
+        _ => None,
+    }
+}
+
+/// Railway crossings of one road type.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RailwayCrossingModel {
+    /// Intensity, per m.
+    #[schemars(range(min = 0.0, max = 0.02))]
+    pub per_m: f64,
+    /// Probability that the barrier is closed.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub closed_probability: f64,
+    /// Wait at a closed barrier, in s.
+    #[schemars(range(min = 0.0, max = 3600.0))]
+    pub wait_s: Quantity,
+    /// Speed at which an open crossing is passed, in m/s.
+    #[schemars(range(min = 1.0, max = 40.0))]
+    pub pass_speed_mps: Quantity,
+}
+
+impl RailwayCrossingModel {
+    /// Appends the railway crossings of one section.
+    pub fn sample(&self, section: &Section, draws: &mut Draws, events: &mut Vec<PointEvent>) {
+        poisson(self.per_m, section, draws, events, |draws| {
+            let kind = if draws.happens(self.closed_probability) {
+                EventKind::ClosedCrossing { standstill_s: self.wait_s.sample(draws) }
+            } else {
+                EventKind::OpenCrossing { speed_mps: self.pass_speed_mps.sample(draws) }
+            };
+            (kind, false)
+        });
+    }
+}
