@@ -160,7 +160,8 @@ pub struct Scenario {
 impl Scenario {
     /// How this vehicle passes an event of the road.
     pub fn passage(&self, event: usize) -> Passage {
-        self.cycle.road.events[event].kind.passage()
+        let stops = self.vehicle.stops_at_railway_crossings;
+        self.cycle.road.events[event].kind.passage_of(stops)
     }
 }
 

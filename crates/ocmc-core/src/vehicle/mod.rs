@@ -65,6 +65,9 @@ pub struct VehicleModel {
     pub gearbox: Option<GearboxModel>,
     /// Brakes.
     pub brakes: BrakeModel,
+    /// Whether it has to stop at open railway crossings, as buses and dangerous goods.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub stops_at_railway_crossings: bool,
     /// Battery-electric powertrain, instead of engine and gearbox.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub electric: Option<ElectricModel>,
@@ -100,6 +103,8 @@ pub struct Vehicle {
     pub fuel_factor: f64,
     /// State of charge at departure; none without a battery.
     pub initial_charge: Option<f64>,
+    /// Whether it has to stop at open railway crossings.
+    pub stops_at_railway_crossings: bool,
 }
 
 impl VehicleModel {
@@ -164,6 +169,7 @@ impl VehicleModel {
             auxiliary_power_w,
             fuel_factor,
             initial_charge,
+            stops_at_railway_crossings: self.stops_at_railway_crossings,
         }
     }
 

@@ -83,10 +83,12 @@ pub enum EventKind {
         /// Wait, in s.
         standstill_s: f64,
     },
-    /// A railway crossing that is passed slowly.
+    /// An open railway crossing: passed slowly, or after a stop by vehicles that have to stop there.
     OpenCrossing {
         /// Speed, in m/s.
         speed_mps: f64,
+        /// Standstill of vehicles that have to stop, in s.
+        standstill_s: f64,
     },
     /// A stop of the mission: unloading, rest.
     MissionStop {
@@ -131,7 +133,17 @@ pub enum Passage {
 }
 
 impl EventKind {
-    /// How it is passed.
+    /// How a vehicle passes it that has to stop at railway crossings, or need not.
+    pub fn passage_of(&self, stops_at_railway_crossings: bool) -> Passage {
+        match *self {
+            Self::OpenCrossing { standstill_s, .. } if stops_at_railway_crossings => {
+                Passage::Stop { standstill_s }
+            }
+            _ => self.passage(),
+        }
+    }
+
+    /// How any vehicle passes it that need not stop at railway crossings.
     pub fn passage(&self) -> Passage {
         match *self {
             Self::StopSign { standstill_s }
@@ -139,7 +151,7 @@ impl EventKind {
             | Self::RedLight { standstill_s }
             | Self::ClosedCrossing { standstill_s }
             | Self::MissionStop { standstill_s } => Passage::Stop { standstill_s },
-            Self::GiveWayPass { speed_mps } | Self::OpenCrossing { speed_mps } => {
+            Self::GiveWayPass { speed_mps } | Self::OpenCrossing { speed_mps, .. } => {
                 Passage::Slow { speed_mps }
             }
             Self::GreenLight => Passage::Free,
@@ -147,7 +159,7 @@ impl EventKind {
         }
     }
 
-    /// Time at rest, in s; none where a vehicle need not stop.
+    /// Time at rest of every vehicle, in s; none where one need not stop.
     pub fn standstill_s(&self) -> Option<f64> {
         self.passage().standstill_s()
     }

@@ -1,5 +1,6 @@
 //! Railway crossings: a vehicle waits where the barrier is closed, and passes slowly where it is
-//! open.
+//! open. Some vehicles have to stop even then: buses with passengers and dangerous goods, for
+//! example in the United States (49 CFR 392.10 \[PK\]).
 
 use super::{
     EventDeclaration, EventEstimation, EventForm, EventKind, EventModel, EventParameter,
@@ -26,20 +27,28 @@ pub(super) const RAILWAY_CROSSING: EventDeclaration = EventDeclaration {
             purpose: "",
         },
         EventForm {
-            tracks: &[EventTrack {
-                name: "railway_crossing_pass_mps",
-                range: PASSING_SPEEDS_MPS,
-                value: pass_speed_mps,
-            }],
-            event: |values| EventKind::OpenCrossing { speed_mps: values[0] },
-            purpose: "",
+            tracks: &[
+                EventTrack {
+                    name: "railway_crossing_pass_mps",
+                    range: PASSING_SPEEDS_MPS,
+                    value: pass_speed_mps,
+                },
+                EventTrack { name: "railway_crossing_stop_s", range: STANDSTILLS_S, value: stop_s },
+            ],
+            event: |values| EventKind::OpenCrossing {
+                speed_mps: values[0],
+                standstill_s: values[1],
+            },
+            purpose: "each open railway crossing has a speed and, at the same position, the \
+                      standstill of vehicles that have to stop",
         },
     ],
     rare: true,
     stops: true,
+    // a log does not show whether a vehicle stood because it had to: it counts as a closed barrier
     of_log: |standstill_s, slowest_mps| match standstill_s {
         Some(standstill_s) => EventKind::ClosedCrossing { standstill_s },
-        None => EventKind::OpenCrossing { speed_mps: slowest_mps },
+        None => EventKind::OpenCrossing { speed_mps: slowest_mps, standstill_s: f64::NAN },
     },
     model: Some(EventModel {
         table: "railway_crossings",
@@ -67,6 +76,7 @@ pub(super) const RAILWAY_CROSSING: EventDeclaration = EventDeclaration {
                         &mut model.pass_speed_mps,
                         pass_speed_mps,
                     ),
+                    EventParameter::Law("stop_s", &mut model.stop_s, stop_s),
                 ],
             })
         },
@@ -82,7 +92,14 @@ fn wait_s(kind: &EventKind) -> Option<f64> {
 
 fn pass_speed_mps(kind: &EventKind) -> Option<f64> {
     match kind {
-        EventKind::OpenCrossing { speed_mps } => Some(*speed_mps),
+        EventKind::OpenCrossing { speed_mps, .. } => Some(*speed_mps),
+        _ => None,
+    }
+}
+
+fn stop_s(kind: &EventKind) -> Option<f64> {
+    match kind {
+        EventKind::OpenCrossing { standstill_s, .. } => Some(*standstill_s),
         _ => None,
     }
 }
@@ -103,6 +120,9 @@ pub struct RailwayCrossingModel {
     /// Speed at which an open crossing is passed, in m/s.
     #[schemars(range(min = 1.0, max = 40.0))]
     pub pass_speed_mps: Quantity,
+    /// Standstill at an open crossing of vehicles that have to stop there, in s.
+    #[schemars(range(min = 0.0, max = 3600.0))]
+    pub stop_s: Quantity,
 }
 
 impl RailwayCrossingModel {
@@ -112,7 +132,8 @@ impl RailwayCrossingModel {
             let kind = if draws.happens(self.closed_probability) {
                 EventKind::ClosedCrossing { standstill_s: self.wait_s.sample(draws) }
             } else {
-                EventKind::OpenCrossing { speed_mps: self.pass_speed_mps.sample(draws) }
+                let speed_mps = self.pass_speed_mps.sample(draws);
+                EventKind::OpenCrossing { speed_mps, standstill_s: self.stop_s.sample(draws) }
             };
             (kind, false)
         });
