@@ -3,7 +3,7 @@
 
 use ocmc_core::kernel::trace::trace;
 use ocmc_core::operating_cycle::coverage::Coverage;
-use ocmc_core::operating_cycle::road::point_event::EventKind;
+use ocmc_core::operating_cycle::road::point_event::{KINDS, PointEvent};
 use ocmc_core::study::Study;
 use ocmc_estimation::fit::operating_cycle::{
     Density, Hilliness, RoadFit, StudyParameterFit, fit_with_coverage,
@@ -119,13 +119,8 @@ fn logged(study: &Study, truck: u64) -> Logged {
         log.grade.push(slope);
         log.position_m.push(at_m);
         log.road_type.push(study.road_types()[section.road_type].clone());
-        log.map_object.push(object.map_or("", |event| match event.kind {
-            EventKind::StopSign { .. } => "stop_sign",
-            EventKind::GiveWayStop { .. } | EventKind::GiveWayPass { .. } => "give_way",
-            EventKind::RedLight { .. } | EventKind::GreenLight => "traffic_light",
-            EventKind::SpeedBump { .. } => "speed_bump",
-            EventKind::MissionStop { .. } => "mission_stop",
-        }));
+        let declared = |event: &PointEvent| KINDS.iter().find(|kind| kind.includes(&event.kind));
+        log.map_object.push(object.and_then(declared).map_or("", |kind| kind.map_object));
     }
     log
 }

@@ -135,7 +135,7 @@ pub const VOCABULARY: [Entry; 53] = [
         "coefficient of ISO 8608, of the road"),
     entry(Q::RoadType, &["road_type"], unit::TEXT, "road type", "name of a road type of the study"),
     entry(Q::MapObject, &["map_object"], unit::TEXT, "object of the map",
-        "`stop_sign`, `give_way`, `traffic_light`, `speed_bump`, `mission_stop`"),
+        "`stop_sign`, `give_way`, `traffic_light`, `speed_bump`, `mission_stop`, `railway_crossing`"),
     entry(Q::Stop, &["stop"], unit::TIME, "standstill", "at this place; 0 or an empty cell: none"),
     entry(Q::Radius, &["radius"], unit::LENGTH, "radius", "of a curve"),
     entry(Q::Direction, &["direction"], unit::TEXT, "direction", "of a curve: `left` or `right`"),

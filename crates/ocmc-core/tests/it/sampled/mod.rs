@@ -5,6 +5,7 @@
 mod driver;
 mod mission;
 mod point_event;
+mod railway_crossing;
 mod road;
 mod switches;
 mod weather;

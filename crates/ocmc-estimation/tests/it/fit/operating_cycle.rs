@@ -7,6 +7,7 @@ use ocmc_core::operating_cycle::coverage::{Coverage, CurveCoverage, CurveWindow}
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::mission::MissionStopModel;
 use ocmc_core::operating_cycle::road::RoadTypeModel;
+use ocmc_core::operating_cycle::road::point_event::RailwayCrossingModel;
 use ocmc_estimation::fit::operating_cycle::{
     Density, Hilliness, RoadFit, TransportCycle, birds_eye_of_study, fit, fit_with_coverage,
 };
@@ -309,4 +310,49 @@ fn curves_outside_the_window_of_a_detector_are_made_up_for() {
         // taken for all curves, those of the window give other laws
         assert!(plain_misses >= 6, "{plain_misses}");
     }
+}
+
+#[test]
+fn railway_crossings_come_back_where_the_base_study_has_them() {
+    let uniform = |lower, upper| Quantity::Law(Law::Uniform { lower, upper });
+    let crossings = RailwayCrossingModel {
+        per_m: 0.5e-3,
+        closed_probability: 0.2,
+        wait_s: uniform(30.0, 180.0),
+        pass_speed_mps: uniform(5.0, 10.0),
+        stop_s: uniform(3.0, 6.0),
+    };
+    let study = field_truck(|model| {
+        for road_type in model.road.types.values_mut() {
+            road_type.railway_crossings = Some(crossings.clone());
+        }
+    });
+    let cycles: Vec<GivenCycle> = (0..50)
+        .map(|id| {
+            let cycle = study.sample(1, id).cycle;
+            let tracks = cycle.tracks(study.road_types(), study.operating_cycle().road().types());
+            GivenCycle::from_tracks(&tracks, Some(cycle.road.length_m)).unwrap()
+        })
+        .collect();
+    let mut compared = 0;
+    for of_type in fit(&cycles, study.model()).unwrap().types {
+        for parameter in of_type.parameters {
+            let wanted = match parameter.key.as_str() {
+                "railway_crossings.per_m" => crossings.per_m,
+                "railway_crossings.closed_probability" => crossings.closed_probability,
+                "railway_crossings.wait_s, mean" => mean(&crossings.wait_s),
+                "railway_crossings.pass_speed_mps, mean" => mean(&crossings.pass_speed_mps),
+                "railway_crossings.stop_s, mean" => mean(&crossings.stop_s),
+                _ => continue,
+            };
+            compared += 1;
+            let error = parameter.standard_error.unwrap();
+            assert!((parameter.value - wanted).abs() <= 4.0 * error, "{parameter:?}, {wanted}");
+        }
+    }
+    assert_eq!(compared, 15, "five numbers of three road types");
+    let bare = fit(&cycles, field_truck(|_| {}).model()).unwrap();
+    let left_out = "its railway_crossings have no table in the base study and are left out";
+    assert!(bare.warnings.iter().any(|text| text.contains(left_out)), "{:?}", bare.warnings);
+    assert!(bare.model.types.values().all(|of| of.railway_crossings.is_none()));
 }
