@@ -61,8 +61,7 @@ fn motor_and_auxiliaries_together_stay_within_the_battery() {
         "vehicle.electric.battery.charge_power_w=100e3",
     ];
     // a motor far stronger than the battery, and one that alone stays within its limits
-    let weak =
-        ["vehicle.electric.motor.power_w=175e3", "vehicle.electric.motor.brake_power_w=120e3"];
+    let weak = ["vehicle.electric.motor.power_w=175e3"];
     for motor in [&[][..], &weak] {
         let study = tractor(&[&limits[..], motor, &["simulation.step_s=0.1"]].concat());
         let road = road(6000.0, 80.0, &[(0.0, 0.03), (3000.0, -0.06)]);

@@ -42,7 +42,7 @@ fn tyres_bound_the_brake() {
 #[test]
 fn drag_in_a_cross_wind_is_the_formula_with_the_increment_up_to_its_largest_angle() {
     let study = typical(&["simulation.step_s=0.1", "road.types.motorway.wind_exposure=1.0"]);
-    let mut scenario = GivenRoad::flat(1500.0, 70.0 / 3.6).stop(700.0, 5.0).scenario(&study);
+    let mut scenario = GivenRoad::flat(3000.0, 70.0 / 3.6).stop(700.0, 5.0).scenario(&study);
     // 5.5 m/s from the front and 6 m/s from the side: 45 degrees at rest, 13.5 degrees at 70 km/h
     let wind = Weather {
         wind_speed_mps: 5.5f64.hypot(6.0),
@@ -74,7 +74,11 @@ fn drag_in_a_cross_wind_is_the_formula_with_the_increment_up_to_its_largest_angl
 #[test]
 fn the_limiter_takes_the_pedal_back_over_its_range() {
     // 25 to 25.5 m/s; the driver wants 28 m/s
-    let study = typical(&["driver.speed_limit.maximum_speed_mps=28", "simulation.step_s=0.1"]);
+    let study = typical(&[
+        "driver.speed_limit.maximum_speed_mps=28",
+        "road.types.motorway.truck_limit_mps=40",
+        "simulation.step_s=0.1",
+    ]);
     let road = GivenRoad { payload_kg: 0.0, ..GivenRoad::flat(5000.0, 130.0 / 3.6).slope(-0.005) };
     let trace = trace_scenario(&study, road.scenario(&study));
     let [speed, desired, accelerator] =

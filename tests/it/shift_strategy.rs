@@ -142,8 +142,7 @@ fn upshift_line_a_step_ends_where_the_engine_reaches_the_line_of_the_next_gear()
             let (before, after) = (up(speed[k - 2]), up(speed[k - 1]));
             // where the line was passed already, the row before was a shift, too
             if before < 95.0 {
-                println!("{slope} {before} {after} {}", step[k - 1]);
-                assert!((95.0..95.05).contains(&after), "{before} {after} in {} s", step[k - 1]);
+                assert!((95.0..95.5).contains(&after), "{before} {after} in {} s", step[k - 1]);
                 shifts += 1;
             }
         }
@@ -158,6 +157,7 @@ fn kickdown_counts_a_pressed_pedal_from_where_the_torque_is_back() {
         "vehicle.gearbox.shift.down_speed_radps=60",
         "vehicle.gearbox.shift.down_pedal_radps=0",
         "vehicle.gearbox.shift.interval_s=0",
+        "vehicle.gearbox.shift.kickdown_speed_radps=210",
     ]);
     let mut road = GivenRoad::flat(4000.0, 80.0 / 3.6);
     road.slopes = vec![0.0; 80];
