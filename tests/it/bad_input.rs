@@ -307,7 +307,7 @@ fn too_little_to_tell_anything() {
         (CURVE_SPEED, curves().rows(3), 1, &["3 curves of 3 drivers are too few", "6 or more"]),
         (CURVE_SPEED, curves().with("driver", 0, 100, "one"), 0, &["one driver only"]),
         (CURVE_SPEED, curves().with("radius_m", 0, 100, "100"), 1, &["the same radius"]),
-        (CURVE_SPEED, own_radius(), 1, &["cannot be told apart"]),
+        (CURVE_SPEED, own_radius(), 1, &["cannot be separated"]),
         (CURVE_SPEED, own_direction(), 0, &["one direction only"]),
         (
             SPEED_CHANGE,

@@ -151,7 +151,7 @@ fn tables_without_a_fit_are_refused_in_words() {
             "3 curves of 2 drivers are too few; allowed are 5",
         ),
         (text(&one_radius), "the same radius"),
-        (text(&own_radius), "cannot be told apart"),
+        (text(&own_radius), "cannot be separated"),
         (rows(&["a,100,left,x"]), "line 2, column `speed_mps`: `x`"),
     ] {
         let printed = refusal(&table, &[]);

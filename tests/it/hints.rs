@@ -44,7 +44,7 @@ fn a_path_that_holds_no_run_says_what_to_do() {
             let message = message(folder, arguments, 1);
             assert!(message.contains(&expected), "{message}");
             assert_eq!(
-                message.contains("leave it away to begin one"),
+                message.contains("leave it out to begin one"),
                 arguments.len() == 3,
                 "{message}"
             );

@@ -112,7 +112,7 @@ pub enum Error {
     /// Shares that cannot be estimated.
     #[error(transparent)]
     Sensitivity(#[from] SensitivityError),
-    /// Whoever asked does not want to know any more.
+    /// The caller has ended it.
     #[error("interrupted: {} of {} {} finished", .0.done, .0.total, .0.what)]
     Interrupted(Progress),
 }

@@ -1,4 +1,4 @@
-//! How far the work on a question is: whoever asks can watch it, and end it.
+//! How far the work on a question is: the caller can watch it, and end it.
 
 use std::ops::ControlFlow;
 

@@ -87,7 +87,7 @@ fn help_of(error: &Error) -> Option<Cow<'_, str>> {
             return error.help().map(Cow::Borrowed);
         }
         Error::NothingToResume(_) => {
-            "--resume finishes a run that was begun; leave it away to begin one"
+            "--resume finishes a run that was begun; leave it out to begin one"
         }
         Error::Unwritten(_) => {
             "what was finished is kept: --out with this directory and --resume goes on"
@@ -99,7 +99,7 @@ fn help_of(error: &Error) -> Option<Cow<'_, str>> {
             "more cycles with --crossed, or another --column; `ocmc` with this study says why cycles fail"
         }
         Error::Sensitivity(SensitivityError::NotIndependent) => {
-            "add --set simulation.sampling=independent, or leave --crossed away"
+            "add --set simulation.sampling=independent, or leave --crossed out"
         }
         Error::Interrupted(_) => {
             "there is no answer without the rest; fewer --cycles take less time"

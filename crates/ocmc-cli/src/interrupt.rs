@@ -10,7 +10,7 @@ static INSTALL: Once = Once::new();
 
 /// Exit status after a second Ctrl-C, by convention of the shells.
 const ENDED_BY_CTRL_C: i32 = 130;
-/// One wish to stop may arrive twice: `timeout` and schedulers signal a process and its group.
+/// One request to stop may arrive twice: `timeout` and schedulers signal a process and its group.
 const SAME_WISH: Duration = Duration::from_millis(500);
 
 /// Listens from now on. Where the system refuses, Ctrl-C ends the program at once, as it does by default.
@@ -23,7 +23,7 @@ pub(crate) fn asked() -> bool {
     ASKED.load(Ordering::Relaxed)
 }
 
-/// Notes a wish to stop, or ends the program where it is another one than the first.
+/// Notes a request to stop, or ends the program where it is another one than the first.
 fn ask() {
     let asked_at = ASKED_AT.get_or_init(Instant::now);
     if ASKED.swap(true, Ordering::Relaxed) && asked_at.elapsed() > SAME_WISH {

@@ -34,7 +34,7 @@ pub(crate) fn print_run(run: &RunAnswer, json: bool) -> Result<(), Failure> {
     answer(&if json { run.to_indented_json() } else { run.text_of_width(width()) })
 }
 
-/// Writes a hint or an error. There is nobody to tell where this fails.
+/// Writes a hint or an error. Where this fails, there is nowhere to report it.
 pub(crate) fn note(text: &str) {
     let _ = writeln!(io::stderr().lock(), "{}", printable(text));
 }

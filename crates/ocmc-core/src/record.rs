@@ -84,7 +84,7 @@ pub struct Record {
     pub air_temperature_k: f64,
     /// Mean headwind beside the truck along the road, in m/s.
     pub head_wind_mps: f64,
-    /// The driver's curve speed at the reference radius, in m/s. The driver's columns are none where nobody drives.
+    /// The driver's curve speed at the reference radius, in m/s. The driver's columns are none without a driver.
     pub driver_curve_speed_mps: Option<f64>,
     /// The driver's curve exponent.
     pub driver_curve_exponent: Option<f64>,
@@ -158,7 +158,7 @@ pub struct Record {
     pub charging_loss_j: Option<f64>,
     /// State of charge at the end.
     pub final_charge: Option<f64>,
-    /// Time at which an exactly followed speed asked for more than the powertrain can, in s; none where somebody drives.
+    /// Time at which an exactly followed speed asked for more than the powertrain can, in s; none with a driver.
     pub limited_s: Option<f64>,
     /// Work at the wheels that was missing then, in J.
     pub missing_energy_j: Option<f64>,

@@ -149,7 +149,7 @@ pub fn as_route(path: &Path, cycle: &DriveCycle) -> Result<GivenCycle, DriveCycl
             rests.push((position_m, step.speed.dt_s));
             continue;
         }
-        // a driver cannot be told less than walking pace
+        // a driver cannot be asked for less than walking pace
         limits.push(position_m, step.speed.mean_mps().max(1.0));
         grades.push(position_m, step.slope);
         position_m += way_m;
@@ -159,7 +159,7 @@ pub fn as_route(path: &Path, cycle: &DriveCycle) -> Result<GivenCycle, DriveCycl
         stops.push(f64::min(at_m, position_m - INSIDE_M).max(INSIDE_M), rest_s);
     }
     let route = GivenCycle::from_tracks(&[limits, grades, stops], Some(position_m));
-    // whoever prescribes a speed has been through the traffic
+    // a prescribed speed contains the traffic already
     let free = vec![TrafficStretch { start_m: 0.0, density_per_m: 0.0 }];
     route
         .map(|route| GivenCycle { traffic: Some(free), ..route })

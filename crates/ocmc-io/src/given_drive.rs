@@ -1,4 +1,4 @@
-//! What somebody has given to be driven instead of a study's own roads: routes, for the study's
+//! What is given to be driven instead of a study's own roads: routes, for the study's
 //! drivers, or a speed to follow.
 
 use crate::drive_cycle::{self, DriveCycleFileError};
@@ -24,7 +24,7 @@ use thiserror::Error;
 pub enum Follow {
     /// By a driver of the study: its speeds are limits along the road, its standstills are stops.
     Driver,
-    /// By nobody: the exact force balance of the prescribed speed.
+    /// Without a driver: the exact force balance of the prescribed speed.
     Exact,
 }
 
@@ -68,7 +68,7 @@ pub enum GivenDriveError {
     Route,
     /// A drive cycle, from which nothing can be kept.
     #[error(
-        "`{}` is a drive cycle over time, which has no weather, traffic or mission to keep: leave `keep` away",
+        "`{}` is a drive cycle over time, which has no weather, traffic or mission to keep: leave `keep` out",
         path.display()
     )]
     Keep {
@@ -218,13 +218,13 @@ impl GivenDrive {
         let without = |file: &&PathBuf| {
             given_cycle::read(file, &self.mappings).is_ok_and(|cycle| cycle.departure.is_none())
         };
-        let told = |file: &PathBuf| {
+        let message = |file: &PathBuf| {
             format!(
                 "`{}` holds no departure, which is drawn from the study: of what `ocmc cycle` writes only the .json has it",
                 file.display()
             )
         };
-        self.files.iter().filter(without).map(told).collect()
+        self.files.iter().filter(without).map(message).collect()
     }
 
     /// Whether this is what a run was given that followed this and had these routes; names of files do not matter.
@@ -251,7 +251,7 @@ impl GivenDrive {
         Ok(same)
     }
 
-    /// Whether nobody drives.
+    /// Whether there is no driver.
     fn is_exact(&self) -> bool {
         matches!(self.how, How::Cycle(_) | How::Planned)
     }
@@ -278,7 +278,7 @@ impl GivenDrive {
         }
     }
 
-    /// The record of one cycle that nobody drives.
+    /// The record of one cycle without a driver.
     fn record(&self, study: &Study, seed: u64, cycle_id: u64) -> Record {
         match &self.how {
             How::Cycle(cycle) => follow_study(study, seed, cycle_id, cycle).0,

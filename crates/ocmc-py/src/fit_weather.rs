@@ -25,7 +25,7 @@ use std::collections::BTreeMap;
 /// base : Study, optional
 ///     The study that keeps what was not recorded; ``field-truck`` by default.
 /// utc_offset_h : float, optional
-///     Hours by which the place's standard time is ahead of UTC. Times in UTC need it; times with another offset are told at that of
+///     Hours by which the place's standard time is ahead of UTC. Times in UTC need it; times with another offset are taken at that of
 ///     the first row without it.
 ///
 /// Returns

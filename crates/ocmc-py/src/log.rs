@@ -27,7 +27,7 @@ use std::sync::Arc;
 /// columns : dict of str to str, optional
 ///     Which column is what, such as ``{"speed_mph": "gps_speed", "yaw_rate_degps": "-gyro"}``.
 /// detector : {"hidden_markov", "trained", "threshold"}
-///     How curves are told from straights: hidden Markov states, the same fitted to each drive first, or thresholds.
+///     How curves are distinguished from straights: hidden Markov states, the same fitted to each drive first, or thresholds.
 /// radius : {"turn", "mean", "positions"}
 ///     What the radius of a curve is: length over heading change, the mean of 1 / curvature, or the circle through the
 ///     positions.

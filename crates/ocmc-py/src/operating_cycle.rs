@@ -15,7 +15,7 @@ use std::sync::Arc;
 ///
 /// ``cycle["grade"]`` is one track, a dictionary: ``position_m`` and ``value`` are numpy arrays, ``rule`` says how they
 /// are read: ``"constant"`` up to the next position, ``"linear"`` between them, or ``"event"`` at the position alone.
-/// The whole cycle is also one table for whoever speaks Arrow, such as ``polars.DataFrame(cycle)``. SI units throughout,
+/// The whole cycle is also one table for all that speak Arrow, such as ``polars.DataFrame(cycle)``. SI units throughout,
 /// with the unit as the name's suffix.
 ///
 /// An operating cycle comes from `Study.operating_cycle`.
@@ -173,7 +173,7 @@ impl PyOperatingCycle {
         )
     }
 
-    /// The rows of `to_table`, for whoever speaks Arrow.
+    /// The rows of `to_table`, for all that speak Arrow.
     #[pyo3(signature = (requested_schema=None))]
     fn __arrow_c_stream__<'py>(
         &self,

@@ -19,7 +19,7 @@ use std::path::PathBuf;
 ///
 /// ``run["column"]`` is one quantity of all cycles as a new numpy array: numbers as floats, NaN where a cycle does not
 /// have the quantity; ids and counts as unsigned integers, or as floats with NaN where a cycle lacks the count;
-/// ``run["outcome"]`` as words. ``run.records`` is the whole table, for whoever speaks Arrow. SI units, with the unit
+/// ``run["outcome"]`` as words. ``run.records`` is the whole table, for all that speak Arrow. SI units, with the unit
 /// as the name's suffix; consumption in kWh/km, L/100 km, L/100 tkm and g/km.
 ///
 /// A run comes from `Study.run` or `load`, and can be pickled.

@@ -218,7 +218,7 @@ impl PyStudy {
     /// keep : sequence of {"weather", "traffic", "mission"}, optional
     ///     What is taken from the file of a route instead of being drawn from the study.
     /// follow_speed : {"driver", "exact"}, optional
-    ///     A driver of the study drives the speeds as limits along the road and stops where it stands; or nobody drives, and
+    ///     A driver of the study drives the speeds as limits along the road and stops where it stands; or there is no driver, and
     ///     the speed is kept exactly. Of a route, ``"exact"`` keeps the speed that the driver plans.
     /// seed : int
     ///     Master seed.
@@ -401,7 +401,7 @@ impl PyStudy {
     /// -------
     /// OperatingCycle
     ///     Tracks by their names (``grade``, ``curvature_per_m``, ``speed_limit_mps`` and others, in SI units, with the
-    ///     unit as the name's suffix); also one table, for whoever speaks Arrow.
+    ///     unit as the name's suffix); also one table, for all that speak Arrow.
     ///
     /// Examples
     /// --------

@@ -1,4 +1,4 @@
-//! `ocmc.Table`: columns of equal length, for whoever speaks Arrow or numpy.
+//! `ocmc.Table`: columns of equal length, for all that speak Arrow or numpy.
 
 use crate::value::shown;
 use arrow_array::cast::AsArray;
@@ -213,12 +213,12 @@ impl Table {
         slf.py().import("ocmc._display")?.call_method1("table", (slf,))
     }
 
-    /// The schema, for whoever speaks Arrow.
+    /// The schema, for all that speak Arrow.
     fn __arrow_c_schema__<'py>(&self, py: Python<'py>) -> PyArrowResult<Bound<'py, PyCapsule>> {
         to_schema_pycapsule(py, self.schema.as_ref())
     }
 
-    /// The rows, for whoever speaks Arrow: shared, not copied.
+    /// The rows, for all that speak Arrow: shared, not copied.
     #[pyo3(signature = (requested_schema=None))]
     fn __arrow_c_stream__<'py>(
         &self,

@@ -31,7 +31,7 @@ pub struct CompareRequest<'a> {
 pub struct CompareAnswer {
     /// One for each study but the baseline.
     pub comparisons: Vec<ComparedStudies>,
-    /// Studies that are compared by the work at the wheels, nobody having asked, because they burn no fuel.
+    /// Studies that are compared by the work at the wheels, although it was not asked for, because they burn no fuel.
     pub(crate) without_fuel: Vec<String>,
     pub(crate) plan: RunPlan,
     pub(crate) wall_s: f64,

@@ -63,7 +63,7 @@ pub(crate) fn curves_account(drives: &[TripCurves], left_out: usize) -> String {
         ("curves too short", sum(&|drive| drive.detection.too_short)),
         ("curves that turn too little", sum(&|drive| drive.detection.too_straight)),
         ("curves in which the vehicle crept or stood", sum(&|drive| drive.detection.too_slow)),
-        ("curves whose radius cannot be told", sum(&|drive| drive.detection.without_radius)),
+        ("curves whose radius cannot be measured", sum(&|drive| drive.detection.without_radius)),
         ("drives left out", left_out as u64),
         (
             "drives without standstill, so the bias of the gyro is not known",

@@ -77,7 +77,7 @@ pub struct RunAnswer {
 pub enum RunEnd {
     /// All that was asked for is known.
     Complete,
-    /// Whoever asked has ended it.
+    /// The caller has ended it.
     Interrupted,
     /// It was complete before it was resumed: nothing was driven.
     WasComplete,

@@ -130,9 +130,9 @@ mod tests {
             total: 1.061,
             total_ci95: Some([0.838, 1.29]),
         };
-        let told = row(&share);
-        assert!(told.contains("108.3 (77.1 to 136.5) 106.1 (83.8 to 129.0)  █"), "{told}");
-        assert!(told.chars().count() <= 80, "{told}");
+        let message = row(&share);
+        assert!(message.contains("108.3 (77.1 to 136.5) 106.1 (83.8 to 129.0)  █"), "{message}");
+        assert!(message.chars().count() <= 80, "{message}");
         let unsure = row(&FactorShare { first_ci95: None, total_ci95: None, ..share });
         assert!(unsure.contains(" 108.3 ") && !unsure.contains('('), "{unsure}");
     }

@@ -30,7 +30,7 @@ pub(crate) struct DriveArguments {
 pub(crate) enum Follow {
     /// A driver of the study drives it: its speeds are limits along the road, its standstills are stops
     Driver,
-    /// Nobody drives it: the exact backward force balance of the prescribed speed
+    /// Without a driver: the exact backward force balance of the prescribed speed
     Exact,
 }
 

@@ -47,7 +47,7 @@ pub(crate) struct CurvesArguments {
     /// File to write, `.csv` or `.json`; an existing one is replaced [default: CSV to standard output]
     #[arg(long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,
-    /// How curves are told from straights
+    /// How curves are distinguished from straights
     #[arg(long, value_name = "NAME", default_value = "hidden-markov")]
     pub(crate) detector: DetectorName,
     /// What the radius of a curve is

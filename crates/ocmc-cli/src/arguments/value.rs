@@ -96,7 +96,7 @@ mod tests {
         assert_eq!(read("0.2%"), Ok(("mean".to_owned(), 0.002)));
         assert_eq!(read("p95:1%"), Ok(("p95".to_owned(), 0.01)));
         for text in ["", "%", "0", "-1%", "51%", "nan", "inf", "p96:1%", "p95", ":1%", "1%%"] {
-            assert!(read(text).is_err_and(|told| told.contains("p95")), "{text}");
+            assert!(read(text).is_err_and(|message| message.contains("p95")), "{text}");
         }
         // 0.2 % to some, 20 % to others
         for (text, unit) in [("0.2", "--precision 0.2%"), ("p95:1", "--precision p95:1%")] {
@@ -113,11 +113,13 @@ mod tests {
         }
         assert_eq!(at_least_one("288230376151711743"), Ok(LAST_CYCLE_ID));
         for text in ["0", "288230376151711744"] {
-            assert!(at_least_one(text).is_err_and(|told| told.contains("288230376151711743")));
+            assert!(
+                at_least_one(text).is_err_and(|message| message.contains("288230376151711743"))
+            );
         }
         assert_eq!(crossed("2"), Ok(2));
         for text in ["1", "1000001", "99999999999999", "x"] {
-            assert!(crossed(text).is_err_and(|told| told.contains("2 to 1000000")), "{text}");
+            assert!(crossed(text).is_err_and(|message| message.contains("2 to 1000000")), "{text}");
         }
         assert!(threads("0").is_err() && threads("1025").is_err() && threads("1024").is_ok());
     }

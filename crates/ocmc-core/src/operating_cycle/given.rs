@@ -168,7 +168,7 @@ impl GivenCycle {
         };
         let limits = numbers("speed_limit_mps", 1.0, 70.0)?.ok_or(GivenCycleError::Missing {
             track: "speed_limit_mps".to_owned(),
-            purpose: "without a limit nobody knows how fast to drive",
+            purpose: "without a limit it is not known how fast to drive",
         })?;
         let road_types = find("road_type").map(words_of).transpose()?;
         let roughness = numbers("roughness_m3", 0.0, 0.1)?;

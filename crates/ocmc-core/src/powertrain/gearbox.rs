@@ -400,7 +400,7 @@ mod tests {
             };
             model.shift.wanted_gear(&inputs, &gears, |_| 1000.0)
         };
-        // without a pedal nobody wants to go, and a motor that hangs on the wheels needs no clutch
+        // without a pedal the truck is not to go, and a motor on the wheels needs no clutch
         assert_eq!([wanted(0.5, false), wanted(0.0, false), wanted(0.5, true)], [0, 1, 1]);
     }
 

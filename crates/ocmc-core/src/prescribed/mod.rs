@@ -144,7 +144,7 @@ fn follow_scenario(
         air_density_kgpm3: weather.air_density_kgpm3(0.0),
     };
     let mission = &scenario.cycle.mission;
-    // nobody drives: what a record says of the driver and of the road is none
+    // without a driver what a record says of the driver and of the road is none
     let known = Record {
         cycle_id: scenario.cycle_id,
         payload_kg: mission.payload_kg,

@@ -103,7 +103,7 @@ pub enum EventError {
         /// Its row, from 1.
         row: usize,
     },
-    /// Nobody waits for the answer any more.
+    /// The answer is not needed any more.
     #[error("stopped before it was identified")]
     Stopped,
     /// A vehicle that stands.

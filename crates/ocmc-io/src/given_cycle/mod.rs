@@ -46,7 +46,7 @@ pub enum GivenCycleFileError {
         /// What the parser found.
         source: serde_json::Error,
     },
-    /// A track that nobody knows.
+    /// An unknown track.
     #[error("`{}` has a track `{name}`; allowed are: {allowed}", path.display())]
     Track {
         /// The file.

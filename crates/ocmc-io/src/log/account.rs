@@ -5,7 +5,7 @@ use crate::number_text::grouped;
 use ocmc_estimation::log::signal::LogCounts;
 
 /// What there is of something at a place, each with its number. `what` is in the plural; of one
-/// thing its first noun and verb are told in the singular.
+/// thing its first noun and verb are named in the singular.
 pub(crate) fn counted<const N: usize>(place: &str, counts: [(usize, &str); N]) -> Vec<String> {
     let some = counts.into_iter().filter(|(count, _)| *count > 0);
     some.map(|(count, what)| match count {
@@ -137,8 +137,11 @@ mod tests {
             ("time_s", "12:00:01", "seconds from any origin"),
             ("time_s", "", ""),
         ] {
-            let told = how_numbers_are_written(column, text);
-            assert!(told.contains(hint) && told.is_empty() == hint.is_empty(), "{text}: {told}");
+            let message = how_numbers_are_written(column, text);
+            assert!(
+                message.contains(hint) && message.is_empty() == hint.is_empty(),
+                "{text}: {message}"
+            );
         }
     }
 }

@@ -10,7 +10,7 @@ use ocmc_estimation::identification::population::Population;
 use serde::Serialize;
 use std::sync::atomic::AtomicBool;
 
-/// Most drives and events without a fit that are told of one by one.
+/// Most drives and events without a fit that are named one by one.
 const MOST_TOLD: usize = 5;
 
 /// A drive or an event without a fit.

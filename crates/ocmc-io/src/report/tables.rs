@@ -381,8 +381,8 @@ mod tests {
             record.rural_share = Some(0.75);
             record.motorway_share = Some(0.0);
         }
-        let told = road_shares(&records);
-        assert!(told.contains("25.0 % is urban, 75.0 % rural and 0.0 % motorway"), "{told}");
+        let message = road_shares(&records);
+        assert!(message.contains("25.0 % is urban, 75.0 % rural and 0.0 % motorway"), "{message}");
         for (urban, rural, words) in [
             (Some(0.25), None, "Of the distance 25.0 % is urban and 0.0 % motorway. "),
             (None, None, "Of the distance 0.0 % is motorway. "),
@@ -390,16 +390,16 @@ mod tests {
             for record in &mut records {
                 (record.urban_share, record.rural_share) = (urban, rural);
             }
-            let told = road_shares(&records);
-            assert!(told.contains(words), "{told}");
+            let message = road_shares(&records);
+            assert!(message.contains(words), "{message}");
         }
         for record in &mut records {
             record.urban_share = None;
             record.rural_share = None;
             record.motorway_share = None;
         }
-        let told = road_shares(&records);
-        assert!(!told.contains("urban") && told.contains("stand for 5.0 %"), "{told}");
+        let message = road_shares(&records);
+        assert!(!message.contains("urban") && message.contains("stand for 5.0 %"), "{message}");
     }
 
     #[test]
@@ -414,10 +414,10 @@ mod tests {
         };
         let one = route("a.csv", 3.0, &[Keep::Weather, Keep::Traffic]);
         let rows = driven_instead(std::slice::from_ref(&one), None);
-        let told = "a.csv, with its own weather and traffic".to_owned();
-        assert_eq!(rows, [("routes", told.clone())]);
-        let told = format!("{told}, 75.0 % of the cycles; b.csv, 25.0 % of the cycles");
-        assert_eq!(driven_instead(&[one, route("b.csv", 1.0, &[])], None), [("routes", told)]);
+        let message = "a.csv, with its own weather and traffic".to_owned();
+        assert_eq!(rows, [("routes", message.clone())]);
+        let message = format!("{message}, 75.0 % of the cycles; b.csv, 25.0 % of the cycles");
+        assert_eq!(driven_instead(&[one, route("b.csv", 1.0, &[])], None), [("routes", message)]);
         let followed = Followed { how: Follow::Exact, file: "dc.csv".to_owned(), cycle: None };
         let rows = driven_instead(&[], Some(&followed));
         assert_eq!(rows, [("speed that is followed", "dc.csv (exact)".to_owned())]);
@@ -428,7 +428,7 @@ mod tests {
         assert_eq!(what_it_repeats(None), "repeats this run");
         let file = "city.csv".to_owned();
         let followed = Followed { how: Follow::Exact, file, cycle: None };
-        let told = what_it_repeats(Some(&followed));
-        assert!(told.contains("together with city.csv"), "{told}");
+        let message = what_it_repeats(Some(&followed));
+        assert!(message.contains("together with city.csv"), "{message}");
     }
 }

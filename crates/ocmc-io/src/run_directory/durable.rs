@@ -13,7 +13,7 @@ pub(super) fn temporary(path: &Path) -> PathBuf {
     PathBuf::from(name)
 }
 
-/// Replaces a file in one go: `write` writes its successor, down to the disk, to [`temporary`]. Whoever reads the file
+/// Replaces a file in one go: `write` writes its successor, down to the disk, to [`temporary`]. A reader of the file
 /// sees the old one or the new one, and after a power cut, too.
 pub(super) fn replaced(
     path: &Path,

@@ -78,7 +78,7 @@ pub fn merge(
     merged
 }
 
-/// The manifest of a part that has all the cycles that it was asked for: of an interrupted one nobody would know that the run has
+/// The manifest of a part that has all the cycles that it was asked for: of an interrupted one it would not be known that the run has
 /// others.
 fn whole(path: &Path) -> Result<Manifest, RunDirectoryError> {
     let manifest = ended(path)?;

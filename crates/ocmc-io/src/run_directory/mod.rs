@@ -199,7 +199,7 @@ impl RunDirectory {
         let path = unfinished.path.clone();
         let format = unfinished.format;
         let chunks = Chunks::open(&path, format)?;
-        // as it is now that nobody else writes
+        // as it is now that no other process writes
         let manifest = Manifest { status: RunStatus::Running, ..read_manifest(&path)? };
         let (full, waiting) = read_chunks(&chunks, &manifest, unfinished, sink)?;
         write_manifest(&path, &manifest)?;

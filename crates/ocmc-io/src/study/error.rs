@@ -26,7 +26,7 @@ pub struct Fault {
     pub cause: Cause,
     /// Where it is written; none for what is wrong with a whole file, or a study without a text.
     pub place: Option<Place>,
-    /// How to mend it.
+    /// How to correct it.
     pub help: Option<String>,
     /// Where a value that the user did not write comes from.
     pub note: Option<String>,

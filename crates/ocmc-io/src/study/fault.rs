@@ -167,7 +167,7 @@ fn inherits(root: &Node) -> bool {
     first_below(root, &|_, node| node.place.as_ref().is_some_and(built_in)).is_some()
 }
 
-/// The distribution of the law that the last step leads into, where somebody else has written it.
+/// The distribution of the law that the last step leads into, where it is inherited.
 fn inherited_law(root: &Node, steps: &[Step], place: Option<&Place>) -> Option<String> {
     let (_, law) = steps.split_last()?;
     let word = root.follow(law).0.get("distribution")?;

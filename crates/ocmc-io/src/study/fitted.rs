@@ -167,10 +167,12 @@ mod tests {
         weather.temperature.summer_sd_k = -1.0;
         weather.wind.speed_shape = f64::NAN;
         let part = FittedPart::new(&base, &["weather"], &weather);
-        let told: Vec<String> = part.warnings().collect();
-        assert_eq!(told.len(), 2, "{told:?}");
-        assert!(told[0].starts_with("`weather.temperature.summer_sd_k` is -1, allowed is 0 to 20"));
-        assert!(told[1].starts_with("`weather.wind.speed_shape` is not a finite number"));
+        let message: Vec<String> = part.warnings().collect();
+        assert_eq!(message.len(), 2, "{message:?}");
+        assert!(
+            message[0].starts_with("`weather.temperature.summer_sd_k` is -1, allowed is 0 to 20")
+        );
+        assert!(message[1].starts_with("`weather.wind.speed_shape` is not a finite number"));
         let temperature = &part.json()["weather"]["temperature"];
         assert_eq!(temperature["mean_k"], 281.5);
         assert!(temperature.get("summer_sd_k").is_none());
@@ -180,8 +182,11 @@ mod tests {
         let mut driver = base.driver.curve_speed.clone();
         driver.table.as_mut().unwrap().exponent[0] = -0.1;
         let part = FittedPart::new(&base, &["driver", "curve_speed"], &driver);
-        let told: Vec<String> = part.warnings().collect();
-        assert!(told.len() == 1 && told[0].contains("table.exponent` is -0.1"), "{told:?}");
+        let message: Vec<String> = part.warnings().collect();
+        assert!(
+            message.len() == 1 && message[0].contains("table.exponent` is -0.1"),
+            "{message:?}"
+        );
         assert!(part.json()["driver"]["curve_speed"].get("table").is_none());
 
         // a law is left out as a whole, and so is what does not fit the rest of the study
@@ -190,10 +195,12 @@ mod tests {
         rural.stop_signs.standstill_s = Quantity::Law(Law::Exponential { mean: 1e5 });
         rural.topography.hill_length_m = 80.0;
         let part = FittedPart::new(&base, &["road", "types"], &road);
-        let told: Vec<String> = part.warnings().collect();
+        let message: Vec<String> = part.warnings().collect();
         assert!(
-            told.len() == 2 && told[0].contains("draws") && told[1].contains("above 4 times"),
-            "{told:?}"
+            message.len() == 2
+                && message[0].contains("draws")
+                && message[1].contains("above 4 times"),
+            "{message:?}"
         );
         let left = &part.json()["road"]["types"]["rural"];
         assert!(left["stop_signs"].get("standstill_s").is_none());

@@ -234,7 +234,7 @@ impl Node {
         Ok(())
     }
 
-    /// Whether somebody has written this table, which does not stand for the steps of a setting.
+    /// Whether this table is written, and does not stand for the steps of a setting.
     fn is_written(&self) -> bool {
         self.place.is_some() || self.key_place.is_some()
     }

@@ -1,7 +1,7 @@
 //! The clock of tables of measurements: a date and time of the day, or seconds.
 //!
 //! A study's clock is the standard time of its place, all year. A stamp without a zone is taken for
-//! that. One with an offset, such as `2024-07-01T14:00+02:00`, names an instant: it is told in the
+//! that. One with an offset, such as `2024-07-01T14:00+02:00`, names an instant: it is converted to the
 //! zone that the caller gives, otherwise at the offset of the first row. A stamp in UTC (`Z`,
 //! `+00:00`) does not tell where the place is, so that the zone has to be given.
 
@@ -158,8 +158,8 @@ mod tests {
             let (_, day) = read(&[stamp], Some(-3.5)).unwrap();
             assert!((day - 364.0 - 20.0 / 24.0).abs() < 1e-11, "{stamp}: {day}");
         }
-        let told = read(&["2023-12-31T23:30Z"], None).unwrap_err().to_string();
-        assert!(told.contains("line 2") && told.contains("--utc-offset"), "{told}");
+        let message = read(&["2023-12-31T23:30Z"], None).unwrap_err().to_string();
+        assert!(message.contains("line 2") && message.contains("--utc-offset"), "{message}");
     }
 
     #[test]
@@ -188,10 +188,14 @@ mod tests {
             "2024-03-01T00:00+1",
             "2024-03-01T00:00 CET",
         ] {
-            let told = read(&[stamp], None).unwrap_err().to_string();
-            assert!(told.contains(stamp) && told.contains("2024-03-01T14:00"), "{told}");
+            let message = read(&[stamp], None).unwrap_err().to_string();
+            assert!(message.contains(stamp) && message.contains("2024-03-01T14:00"), "{message}");
         }
-        let told = read(&["2024-03-01T02:00", "2024-03-01T02:00"], None).unwrap_err().to_string();
-        assert!(told.contains("line 3") && told.contains("after that of the row before"), "{told}");
+        let message =
+            read(&["2024-03-01T02:00", "2024-03-01T02:00"], None).unwrap_err().to_string();
+        assert!(
+            message.contains("line 3") && message.contains("after that of the row before"),
+            "{message}"
+        );
     }
 }

@@ -44,16 +44,16 @@ fn what_is_wrong_is_said_with_its_place() {
         ("# one\r\n\r\nspeed_mps\r\n# two\r\n\r\n1\r\nfast", &["line 7"]),
         ("b,speed_mps\n\"x\ny\",1\nz,fast\n", &["line 4"]),
     ] {
-        let told = speeds(text).expect_err(text);
+        let message = speeds(text).expect_err(text);
         for part in parts {
-            assert!(told.contains(part) && told.contains("t.csv"), "{text:?}: {told}");
+            assert!(message.contains(part) && message.contains("t.csv"), "{text:?}: {message}");
         }
     }
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("t.csv");
     fs::write(&path, b"driver,radius_m,speed_mps\na,1,1\n\xff,1,1\n").unwrap();
-    let told = curve_table::read(Source::File(&path), &[]).unwrap_err().to_string();
-    assert!(told.contains("line 3") && told.contains("UTF-8"), "{told}");
+    let message = curve_table::read(Source::File(&path), &[]).unwrap_err().to_string();
+    assert!(message.contains("line 3") && message.contains("UTF-8"), "{message}");
 }
 
 #[test]
@@ -71,8 +71,8 @@ fn descriptions_of_others_are_understood() {
         })
         .unwrap();
     assert_eq!(places, [("line 3".to_owned(), 1180.0), ("line 6".to_owned(), 1282.0)]);
-    let told = open(engine, "n,Mfull [kNm]\n1,2\n", &[]).err().unwrap();
-    assert!(told.contains("`Mfull [kNm]` is read in Nm, not in kNm"), "{told}");
+    let message = open(engine, "n,Mfull [kNm]\n1,2\n", &[]).err().unwrap();
+    assert!(message.contains("`Mfull [kNm]` is read in Nm, not in kNm"), "{message}");
     // Latin-1, as old files are
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("cycle.csv");
@@ -105,22 +105,26 @@ fn a_name_of_the_format_comes_before_others() {
     assert_eq!(place(&log::SCHEMA, "Speed_mps,speed_mps", Quantity::Speed), Some(1));
     assert_eq!(place(&curve_table::SCHEMA, "speed_kmh,speed_mps", Quantity::Speed), Some(1));
     assert_eq!(place(&curve_table::SCHEMA, "truck,driver", Quantity::Driver), Some(1));
-    let told = open(&log::SCHEMA, "speed_kmh,speed_mps\n1,1\n", &[]).err().unwrap();
-    assert!(told.contains("`speed_kmh` and `speed_mps`") && told.contains("--map"), "{told}");
-    let told = open(&curve_table::SCHEMA, "limit_mps,speed_limit_mps\n1,1\n", &[]).err().unwrap();
-    assert!(told.contains("both the speed limit"), "{told}");
+    let message = open(&log::SCHEMA, "speed_kmh,speed_mps\n1,1\n", &[]).err().unwrap();
+    assert!(
+        message.contains("`speed_kmh` and `speed_mps`") && message.contains("--map"),
+        "{message}"
+    );
+    let message =
+        open(&curve_table::SCHEMA, "limit_mps,speed_limit_mps\n1,1\n", &[]).err().unwrap();
+    assert!(message.contains("both the speed limit"), "{message}");
 }
 
 #[test]
 fn wrong_assignments_are_said() {
-    let told = |text: &str| Mapping::parse(text).unwrap_err().to_string();
-    assert!(told("speed_furlongs=v").contains("speed_mps, speed_kmh, speed_mph"));
-    assert!(told("sped_mps=v").contains("did you mean `speed_mps`?"));
-    assert!(told("speed_mps").contains("NAME=COLUMN"));
+    let message = |text: &str| Mapping::parse(text).unwrap_err().to_string();
+    assert!(message("speed_furlongs=v").contains("speed_mps, speed_kmh, speed_mph"));
+    assert!(message("sped_mps=v").contains("did you mean `speed_mps`?"));
+    assert!(message("speed_mps").contains("NAME=COLUMN"));
     let mapping = [Mapping::parse("yaw_rate_degps=speed_mp").unwrap()];
-    let told = open(&log::SCHEMA, "time_s,speed_mps\n0,1\n", &mapping).err().unwrap();
-    assert!(told.contains("no column `speed_mp` (did you mean `speed_mps`?)"), "{told}");
+    let message = open(&log::SCHEMA, "time_s,speed_mps\n0,1\n", &mapping).err().unwrap();
+    assert!(message.contains("no column `speed_mp` (did you mean `speed_mps`?)"), "{message}");
     let mapping = [Mapping::parse("time=time_s").unwrap()];
-    let told = open(&log::SCHEMA, "time_s,speed_mps\n0,1\n", &mapping).err().unwrap();
-    assert!(told.contains("`time` has no known unit: allowed are time_s"), "{told}");
+    let message = open(&log::SCHEMA, "time_s,speed_mps\n0,1\n", &mapping).err().unwrap();
+    assert!(message.contains("`time` has no known unit: allowed are time_s"), "{message}");
 }

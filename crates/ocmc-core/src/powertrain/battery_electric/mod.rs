@@ -147,7 +147,7 @@ impl ElectricModel {
             power_share: 1.0,
             power_reserve: POWER_RESERVE,
             most_steps: self.ratio.len() as u32,
-            // a pedal that nobody can press
+            // a pedal that cannot be pressed
             kickdown_pedal: 2.0,
             kickdown_s: 1.0,
             kickdown_speed_radps: 0.0,

@@ -132,7 +132,7 @@ pub enum CurveSpeedFitError {
     OneRadius,
     /// Radius and driver cannot be separated.
     #[error(
-        "the radius is the same in all curves of a driver, so that exponent and drivers cannot be told apart; \
+        "the radius is the same in all curves of a driver, so that exponent and drivers cannot be separated; \
          allowed are drivers of whom at least one drove two radii"
     )]
     RadiusOfDriver,

@@ -60,7 +60,7 @@ pub(super) fn fit_events(
     }
 }
 
-/// Stops that no object of a map explains: how often and how long, for whoever knows what they
+/// Stops that no object of a map explains: how often and how long, for those who know what they
 /// were.
 pub(super) fn count_standstills(roads: &TypeRoads, estimates: &mut Estimates) {
     let n = roads.standstills_s.len();
