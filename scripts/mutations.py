@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Do the tests notice subtle changes to physics, statistics, planning and sampling?
+"""Show which subtle changes to physics, statistics, planning and sampling the tests notice.
 
     scripts/mutations.py            all of them, a table on standard output
     scripts/mutations.py 3 17      these two
@@ -30,6 +30,7 @@ from pathlib import Path
 VARIABLE = "OCMC_MUTANT"
 SKIPPED = "value_stability"
 LIMIT_S = 900
+NAMED = 2
 
 
 @dataclasses.dataclass
@@ -58,8 +59,7 @@ PHYSICS = [
     ),
     Mutation(
         "the battery's limit without auxiliaries, where it is looked for",
-        "let drawn = {{speed * torque + self.motor.losses_w(speed, torque)"
-        " + state.auxiliary_power}};",
+        "let drawn = {{speed * torque + self.motor.losses_w(speed, torque) + state.auxiliary_power}};",
         "speed * torque + self.motor.losses_w(speed, torque)",
         "it electric::motor_and_auxiliaries",
     ),
@@ -257,8 +257,7 @@ PLANNING = [
     ),
     Mutation(
         "the clock that traffic and weather go by does not wait at stops",
-        "match change { Change::Standstill(wait_s) => time_s += {{wait_s}},"
-        " Change::Speed { section: s",
+        "match change { Change::Standstill(wait_s) => time_s += {{wait_s}}, Change::Speed { section: s",
         "&0.0",
         "it free_flow_clock::",
     ),
@@ -387,8 +386,7 @@ SAMPLING = [
     ),
     Mutation(
         "stretches of road are longer by their smallest length",
-        "let sojourn = minimum + {{(self.mean_length_m[road_type] - minimum)}}"
-        " * draws.exponential();",
+        "let sojourn = minimum + {{(self.mean_length_m[road_type] - minimum)}} * draws.exponential();",
         "(self.mean_length_m[road_type])",
         "core road_type::tests; core-it sampled::road",
     ),
@@ -505,8 +503,7 @@ STATISTICS = [
     ),
     Mutation(
         "radius of a detected curve from all of its cells",
-        "{{grid.curvature_per_m[first..end].iter().sum::<f64>()}};"
-        " (turn > 0.0).then(|| inner / turn)",
+        "{{grid.curvature_per_m[first..end].iter().sum::<f64>()}}; (turn > 0.0).then(|| inner / turn)",
         "grid.curvature_per_m[run.first..run.end].iter().sum::<f64>()",
         "estimation-it curve_detection::",
     ),
@@ -545,7 +542,7 @@ pub fn mutant(number: u32) -> bool {{
 
 
 def sources(root):
-    """The Rust sources of the libraries, with the place where their tests begin."""
+    """List the Rust sources of the libraries, without the tests beside the code."""
     for path in sorted(root.glob("crates/*/src/**/*.rs")):
         text = path.read_text()
         tests = text.find("#[cfg(test)]\nmod tests")
@@ -555,7 +552,7 @@ def sources(root):
 
 
 def pattern(code):
-    """A regular expression for code, white space aside; its group is what is replaced."""
+    """Make a regular expression of code, white space aside; its group is what is replaced."""
     before, rest = code.split("{{")
     old, after = rest.split("}}")
     parts = []
@@ -572,9 +569,7 @@ def locate(root):
     places, faults = [], []
     for number, mutation in enumerate(MUTATIONS, 1):
         found = [
-            (path, match.span(1))
-            for path, text in texts
-            for match in pattern(mutation.code).finditer(text)
+            (path, match.span(1)) for path, text in texts for match in pattern(mutation.code).finditer(text)
         ]
         if len(found) != 1:
             where = ", ".join(str(path.relative_to(root)) for path, _ in found) or "nowhere"
@@ -586,7 +581,7 @@ def locate(root):
 
 
 def write(root, places):
-    """Writes all changes into the sources, each behind its number."""
+    """Write all changes into the sources, each behind its number."""
     by_file = {}
     for number, (path, span) in enumerate(places, 1):
         by_file.setdefault(path, []).append((span, number))
@@ -620,9 +615,7 @@ def build(root, target):
         command += ["--lib"] if group != ["ocmc"] else []
         command += [part for package in group for part in ("-p", package)]
         command += ["--message-format=json-render-diagnostics"]
-        built = subprocess.run(
-            command, cwd=root, env=environment, stdout=subprocess.PIPE, check=True
-        )
+        built = subprocess.run(command, cwd=root, env=environment, stdout=subprocess.PIPE, check=True)
         lines += built.stdout.decode().splitlines()
     found = {}
     for line in lines:
@@ -655,7 +648,7 @@ def run(executable, filters, number):
 
 
 def check_names(executables):
-    """Stops where a row names tests that are not there."""
+    """Stop where a row names tests that are not there."""
     lists = {}
     for name, (program, folder) in executables.items():
         listed = subprocess.run([program, "--list"], cwd=folder, capture_output=True, check=True)
@@ -664,9 +657,8 @@ def check_names(executables):
     for number, mutation in enumerate(MUTATIONS, 1):
         for part in mutation.tests.split(";"):
             name, *filters = part.split()
-            for wanted in filters:
-                if not any(wanted in test for test in lists[name]):
-                    faults.append(f"{number}: no test {wanted} in {name}")
+            missing = [wanted for wanted in filters if not any(wanted in test for test in lists[name])]
+            faults += [f"{number}: no test {wanted} in {name}" for wanted in missing]
     if faults:
         sys.exit("these rows name tests that are not there:\n  " + "\n  ".join(faults))
 
@@ -684,12 +676,14 @@ def notice(executables, number, mutation):
 
 
 def main():
-    """Reads the arguments, builds, runs and prints."""
+    """Read the arguments, build, run and print."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
     parser.add_argument("numbers", type=int, nargs="*", help="only these changes")
     parser.add_argument("--list", action="store_true", help="only say where they stand")
     parser.add_argument("--target", type=Path, help="where cargo builds; default: in the copy")
-    parser.add_argument("--copy", type=Path, help="where the tree is copied to; one that is there is used as it is")
+    parser.add_argument(
+        "--copy", type=Path, help="where the tree is copied to; one that is there is used as it is"
+    )
     arguments = parser.parse_args()
     here = Path(__file__).resolve().parents[1]
     places = locate(here)
@@ -713,7 +707,7 @@ def main():
 
 
 def report(executables, numbers):
-    """Runs the changes and prints the table and the shares."""
+    """Run the changes and print the table and the shares."""
     print("| # | change | noticed by |\n|---|---|---|", flush=True)
     principled = noticed = 0
     for number in numbers:
@@ -722,8 +716,8 @@ def report(executables, numbers):
         named, failed = notice(executables, number, mutation)
         principled += named
         noticed += bool(failed)
-        names = [f"`{name}`" for name in failed[:2]]
-        more = f" and {len(failed) - 2} more" if len(failed) > 2 else ""
+        names = [f"`{name}`" for name in failed[:NAMED]]
+        more = f" and {len(failed) - NAMED} more" if len(failed) > NAMED else ""
         by = ", ".join(names) + more if failed else "UNNOTICED"
         chance = "" if named or not failed else " (not named)"
         print(f"| {number} | {mutation.what} | {by}{chance} |", flush=True)
