@@ -2,8 +2,8 @@
 
     python3 scripts/code_lines.py [--files] [TREE ...]
 
-Counts the Rust of `crates/*/src` and the Python of `python/ocmc`, a row a crate, for each tree (this one where none is
-given). Exits 1 where a file has more than 400 such lines.
+Counts the Rust of `crates/*/src` and the Python of `python/ocmc`, a row a crate, for each tree
+(this one where none is given). Exits 1 where a file has more than 400 such lines.
 """
 
 import argparse
@@ -25,7 +25,7 @@ def without_comments(text: str) -> str:
         token = match[0]
         if token.startswith(("//", "/*")):
             return "\n" * token.count("\n")
-        return '""' + 's\n' * token.count("\n")
+        return '""' + "s\n" * token.count("\n")
 
     return TOKEN.sub(short, text)
 
@@ -46,31 +46,38 @@ def without_tests(text: str) -> str:
 
 
 def rust_lines(path: pathlib.Path) -> int:
+    """Count the lines of a Rust file."""
     text = without_tests(without_comments(path.read_text()))
     return sum(1 for line in text.splitlines() if line.strip())
 
 
 def python_lines(path: pathlib.Path) -> int:
-    text = re.sub(r'^\s*[rf]?"""(?:[^\\]|\\.)*?"""', "", path.read_text(), flags=re.M | re.DOTALL)
+    """Count the lines of a Python file."""
+    text = re.sub(r'^\s*[rf]?"""(?:[^\\]|\\.)*?"""', "", path.read_text(), flags=re.MULTILINE | re.DOTALL)
     return sum(1 for line in text.splitlines() if line.strip() and not line.strip().startswith("#"))
 
 
 def is_test(path: pathlib.Path) -> bool:
-    """A file that its module declares under `#[cfg(test)]`."""
+    """Say whether its module declares a file under `#[cfg(test)]`."""
     return path.name in {"tests.rs", "testing.rs"}
 
 
 def count(tree: pathlib.Path) -> dict[str, dict[pathlib.Path, int]]:
+    """Count the lines of each file of a tree, by crate."""
     rooms = {}
     for crate in sorted(tree.glob("crates/*/src")):
         files = [path for path in crate.rglob("*.rs") if not is_test(path)]
         rooms[crate.parent.name] = {path: rust_lines(path) for path in files}
-    rooms["python"] = {path: python_lines(path) for path in (tree / "python/ocmc").rglob("*.py*")
-                       if path.suffix in {".py", ".pyi"}}
+    rooms["python"] = {
+        path: python_lines(path)
+        for path in (tree / "python/ocmc").rglob("*.py*")
+        if path.suffix in {".py", ".pyi"}
+    }
     return rooms
 
 
 def main() -> int:
+    """Print the counts."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("trees", nargs="*", type=pathlib.Path, default=[pathlib.Path(__file__).parents[1]])
     parser.add_argument("--files", action="store_true", help="a row a file, the longest first")

@@ -6,6 +6,7 @@ do not count. Exits with 1 where rooms import each other in a circle, where a st
 imports a later one, or where a crate depends on a later one.
 """
 
+import itertools
 import pathlib
 import re
 import sys
@@ -45,7 +46,7 @@ Graph = dict[str, dict[str, pathlib.Path]]
 
 
 def code(text: str) -> str:
-    """The text without unit tests, comments and strings."""
+    """Take the text without unit tests, comments and strings."""
     text = UNIT_TESTS.split(text)[0]
     return COMMENT.sub("", TEXT.sub('""', text))
 
@@ -96,7 +97,7 @@ def crates() -> Graph:
 
 
 def circle(graph: Graph) -> list[str]:
-    """A circle of the graph, its first name repeated at the end; empty where there is none."""
+    """Find a circle of the graph, its first name repeated at the end; empty where there is none."""
     done: set[str] = set()
 
     def visit(name: str, path: list[str]) -> list[str]:
@@ -129,7 +130,7 @@ def upward(graph: Graph, order: list[str]) -> list[str]:
 
 
 def draw(title: str, graph: Graph) -> None:
-    """Prints a graph as text, the names in the order from the bottom up."""
+    """Print a graph as text, the names in the order from the bottom up."""
     print(f"\n{title}")
     height: dict[str, int] = {}
 
@@ -158,9 +159,7 @@ def main() -> int:
         # all circles: one arrow of each that is found is taken away before the next one is looked for
         left = {room: dict(arrows) for room, arrows in graph.items()}
         while found := circle(left):
-            files = [
-                str(graph[a][b].relative_to(ROOT)) for a, b in zip(found, found[1:], strict=False)
-            ]
+            files = [str(graph[a][b].relative_to(ROOT)) for a, b in itertools.pairwise(found)]
             faults.append(f"{name}: circle {' -> '.join(found)} ({', '.join(files)})")
             del left[found[-2]][found[-1]]
         if name == "ocmc-core":
