@@ -110,7 +110,13 @@ fn crossings_move_nothing_else_and_a_study_without_them_is_as_before() {
 
 #[test]
 fn a_truck_slows_at_an_open_crossing_and_a_bus_stops() {
-    let (truck, bus) = (study(|_| ()), study(|m| m.vehicle.stops_at_railway_crossings = true));
+    let [truck, bus] = [false, true].map(|stops| {
+        study(|model| {
+            // stops that are less than the capture distance apart are one
+            model.road.event_spacing_m = 50.0;
+            model.vehicle.stops_at_railway_crossings = stops;
+        })
+    });
     let mut open = 0;
     for cycle_id in CYCLES {
         let mut stops_s = [0.0; 2];
