@@ -99,18 +99,16 @@ fn parse_date(text: &str) -> Option<(f64, Option<f64>)> {
         return None;
     }
     let since = time.duration_since(ORIGIN.to_datetime(civil::Time::midnight()));
-    Some((since.as_secs_f64(), offset(zone)?))
+    let offset_s = if zone.is_empty() { None } else { Some(offset(zone)?) };
+    Some((since.as_secs_f64(), offset_s))
 }
 
-/// The offset from UTC, in s, of the zone at the end of a date; none inside where there is no zone.
-fn offset(zone: &str) -> Option<Option<f64>> {
-    if zone.is_empty() {
-        return Some(None);
-    }
+/// The offset from UTC, in s, of the zone at the end of a date.
+fn offset(zone: &str) -> Option<f64> {
     let pieces = format!("2000-01-01T00:00{zone}");
     let offset = Pieces::parse(&pieces).ok()?.to_numeric_offset()?;
     let offset_s = f64::from(offset.seconds());
-    UTC_OFFSETS_H.contains(&(offset_s / 3600.0)).then_some(Some(offset_s))
+    UTC_OFFSETS_H.contains(&(offset_s / 3600.0)).then_some(offset_s)
 }
 
 #[cfg(test)]

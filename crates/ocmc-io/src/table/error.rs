@@ -17,12 +17,12 @@ pub struct TableError {
     /// The file, or what a table is called; none of an assignment that is none.
     path: Option<PathBuf>,
     /// What is wrong.
-    pub fault: Fault,
+    fault: Box<Fault>,
 }
 
 impl fmt::Display for TableError {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        match (&self.path, &self.fault) {
+        match (&self.path, &*self.fault) {
             (None, fault) => fault.fmt(f),
             (Some(path), Fault::Read(source)) => {
                 write!(f, "cannot read `{}`: {source}", path.display())
@@ -209,7 +209,7 @@ pub enum Fault {
 impl TableError {
     /// What is wrong with a table that is called so.
     pub(crate) fn of(path: &Path, fault: Fault) -> Self {
-        Self { path: Some(path.to_owned()), fault }
+        Self { path: Some(path.to_owned()), fault: Box::new(fault) }
     }
 
     /// What the system does not let us read.
@@ -219,7 +219,7 @@ impl TableError {
 
     /// What is wrong with an assignment.
     pub(super) fn of_mapping(fault: Fault) -> Self {
-        Self { path: None, fault }
+        Self { path: None, fault: Box::new(fault) }
     }
 
     pub(super) fn unknown_name(name: &str) -> Self {
@@ -234,7 +234,7 @@ impl TableError {
 
     /// What the system says, where a file cannot be read.
     pub fn reason(&self) -> Option<&io::Error> {
-        match &self.fault {
+        match &*self.fault {
             Fault::Read(source) => Some(source),
             _ => None,
         }
@@ -242,7 +242,7 @@ impl TableError {
 
     /// Whether it is that two columns are the same quantity.
     pub(crate) fn is_ambiguous(&self) -> bool {
-        matches!(self.fault, Fault::Ambiguous { .. })
+        matches!(*self.fault, Fault::Ambiguous { .. })
     }
 }
 

@@ -206,8 +206,8 @@ impl Quantity {
     /// The unit in which a name means it, all in lower-case letters; a name without a unit means
     /// none of those that have a suffix.
     pub(super) fn unit_of(self, name: &str) -> Option<&'static Unit> {
-        let rest = self.entry().names.iter().filter_map(|base| rest(name, base));
-        rest.filter_map(|suffix| with_suffix(self.units(), suffix)).next()
+        let mut rest = self.entry().names.iter().filter_map(|base| rest(name, base));
+        rest.find_map(|suffix| with_suffix(self.units(), suffix))
     }
 
     /// Whether a name is this quantity, but for its unit, which is missing, unknown, or one of

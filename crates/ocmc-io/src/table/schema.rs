@@ -67,6 +67,7 @@ impl Field {
     }
 
     /// Bounded, in SI; `allowed` says so.
+    #[must_use]
     pub const fn within(self, minimum: f64, maximum: f64, allowed: &'static str) -> Self {
         Self { bounds: Some(Bounds { minimum, maximum, allowed }), ..self }
     }

@@ -37,7 +37,10 @@ const DEGREE: f64 = PI / 180.0;
 const RPM: f64 = PI / 30.0;
 const GPH: f64 = 1.0 / 3.6e6;
 
-const NAMES: &[(&str, Q, &[(&str, f64)])] = &[
+/// A format, a quantity, and its names with the size of their units in SI.
+type Understood = (&'static str, Q, &'static [(&'static str, f64)]);
+
+const NAMES: &[Understood] = &[
     (
         LOG,
         Q::Time,
