@@ -103,7 +103,12 @@ pub enum Recorded {
     /// In the fields that the powertrain fills.
     ByPowertrain,
     /// In a column of its own, behind the fields. New terms are recorded so.
-    Column(&'static str),
+    Column {
+        /// Name, with its unit as a suffix.
+        name: &'static str,
+        /// What it is, with its unit.
+        meaning: &'static str,
+    },
 }
 
 /// The declaration of a term.

@@ -1,10 +1,13 @@
 //! The record: the scalars of one driven cycle, and the columns in which they are written.
 
 use crate::energy_ledger::{Ledger, Mode, Recorded, TERMS, Term};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// How a cycle ended.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
+)]
 #[serde(rename_all = "snake_case")]
 pub enum Outcome {
     /// Driven to its end.
@@ -33,48 +36,51 @@ impl Outcome {
     }
 }
 
-/// Scalars of one cycle. A quantity that does not exist is `None`, never 0.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+/// Scalars of one cycle. A quantity that does not exist is `None`, never 0, and null in files. The text
+/// on a field is what the reference says of its column.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Record {
-    /// Index in the run.
+    /// Id of the cycle in the run.
     pub cycle_id: u64,
-    /// How it ended.
+    /// How the cycle ended.
     pub outcome: Outcome,
-    /// Distance driven, in m.
+    /// Distance driven, in m; a truck stops up to half a metre short of the road's end.
     pub distance_m: f64,
-    /// Duration, standstill included, in s.
+    /// Driving and standstill, in s.
     pub duration_s: f64,
-    /// Time at stops (dwell), in s.
+    /// Dwell at stops, in s: stop signs, red lights, give ways, stops of the mission.
     pub standstill_s: f64,
-    /// Time that was integrated, in s.
+    /// Time that was integrated, in s: dwell is not.
     pub simulated_s: f64,
     /// Distance over duration, in m/s.
     pub mean_speed_mps: f64,
-    /// Stops, the final one excluded.
+    /// Stops with a dwell; the final one is not counted. Of a drive cycle that a driver follows,
+    /// rests at its start and its end count.
     pub n_stops: u32,
-    /// Gear shifts.
+    /// Gear shifts; the choice of a starting gear is none.
     pub n_gear_shifts: u32,
-    /// Integral of the positive wheel force over distance, in J.
+    /// Integral of the positive wheel force over distance, in J; not part of the balance.
     pub wheel_energy_j: f64,
-    /// Service and engine brake together, in J.
+    /// Service and engine brake together, in J; of a battery-electric vehicle the service brakes.
     pub brake_energy_j: f64,
-    /// Energy that braking by the motor brought back to the battery's terminals, in J.
+    /// What braking by the motor brought back to the battery's terminals, in J; null for a diesel
+    /// truck.
     pub regenerated_energy_j: Option<f64>,
-    /// Work of the auxiliaries, in J.
+    /// Work of the auxiliaries, in J, standstill included.
     pub auxiliary_energy_j: f64,
-    /// Fuel, in kg.
+    /// Fuel, in kg, idling at stops included.
     pub fuel_kg: Option<f64>,
-    /// Energy that the battery's store has lost, charging at stops not counted, in J.
+    /// What the battery's store lost, in J, charging at stops not counted; null for a diesel truck.
     pub battery_energy_j: Option<f64>,
-    /// Litres over 100 km.
+    /// Fuel over distance, in L/100 km.
     pub consumption_l_per_100km: Option<f64>,
-    /// Litres over 100 tonne-kilometres of payload.
+    /// Fuel over distance and tonne of payload, in L/100 tkm; null for an empty truck.
     pub consumption_l_per_100tkm: Option<f64>,
-    /// Battery energy over distance, in kWh/km.
+    /// What the battery's store lost over distance, in kWh/km; null for a diesel truck.
     pub consumption_kwh_per_km: Option<f64>,
-    /// Wheel energy over distance, in kWh/km.
+    /// Positive work at the wheels over distance, in kWh/km.
     pub wheel_kwh_per_km: f64,
-    /// Carbon dioxide over distance, in g/km.
+    /// Carbon dioxide from burning the fuel over distance, in g/km.
     pub co2_g_per_km: Option<f64>,
     /// Sum of the climbs of the road, in m.
     pub climb_m: f64,
@@ -82,51 +88,52 @@ pub struct Record {
     pub payload_kg: f64,
     /// Mean air temperature along the road, in K.
     pub air_temperature_k: f64,
-    /// Mean headwind beside the truck along the road, in m/s.
+    /// Mean headwind beside the truck along the road, in m/s, exposure included; negative from
+    /// behind.
     pub head_wind_mps: f64,
-    /// The driver's curve speed at the reference radius, in m/s. The driver's columns are none without a driver.
+    /// Speed in a curve of the reference radius, in m/s, driver effect included.
     pub driver_curve_speed_mps: Option<f64>,
-    /// The driver's curve exponent.
+    /// Exponent δ.
     pub driver_curve_exponent: Option<f64>,
-    /// The driver effect, log scale.
+    /// Driver effect α: ln of this driver's reference speed over the study's.
     pub driver_effect: Option<f64>,
-    /// The driver's deceleration, in m/s².
+    /// Deceleration for changes of the desired speed, in m/s².
     pub driver_deceleration_mps2: Option<f64>,
-    /// The driver's acceleration, in m/s².
+    /// Acceleration for changes of the desired speed, in m/s².
     pub driver_acceleration_mps2: Option<f64>,
-    /// The driver's factor on limits.
+    /// Factor on limits.
     pub driver_compliance: Option<f64>,
-    /// K_P, in s/m.
+    /// Proportional gain K_P, in s/m.
     pub driver_kp: Option<f64>,
-    /// K_I, in 1/m; none for a switched driver.
+    /// Integral gain K_I, in 1/m; null for a switched driver.
     pub driver_ki: Option<f64>,
-    /// K_D, in s²/m; none for a switched driver.
+    /// Derivative gain K_D, in s²/m; null for a switched driver.
     pub driver_kd: Option<f64>,
-    /// Threshold of a switched driver, in m/s; none for a PID.
+    /// Threshold of a switched driver, in m/s; null for a PID.
     pub driver_switch_threshold_mps: Option<f64>,
     /// Gains drawn again because they were out of bounds.
     pub driver_gain_redraws: Option<u32>,
-    /// Energy in the fuel, in J.
+    /// Fuel times lower heating value, in J.
     pub fuel_energy_j: Option<f64>,
     /// Fuel energy less crankshaft work, in J.
     pub engine_loss_j: Option<f64>,
-    /// Work of the engine at the crankshaft, in J.
+    /// Work of the engine at the crankshaft, in J; negative torque in overrun counts negative.
     pub crankshaft_work_j: Option<f64>,
-    /// Loss of gearbox, retarder and axle, in J.
+    /// Loss of gearbox, retarder at rest and axle, in J.
     pub transmission_loss_j: f64,
-    /// Kinetic energy of the engine lost in shifts and at the clutch, signed, in J.
+    /// Kinetic energy of the engine lost where its speed jumps (shifts, clutch), in J, signed.
     pub shift_loss_j: Option<f64>,
     /// Loss of the slipping clutch, in J.
     pub clutch_loss_j: Option<f64>,
-    /// Work against the air, in J.
+    /// Work against the air, in J; wind from behind can make it negative.
     pub drag_energy_j: f64,
     /// Work against rolling resistance, in J.
     pub rolling_energy_j: f64,
-    /// Work of the service brakes, capture at stops included, in J.
+    /// Work of the service brakes, in J, the capture at a stop line included.
     pub service_brake_energy_j: f64,
-    /// Work of the engine brake beyond drag torque, in J.
+    /// Work of the engine brake beyond the engine's drag torque, in J.
     pub engine_brake_energy_j: Option<f64>,
-    /// Kinetic energy at the end less at the start, in J.
+    /// Kinetic energy at the end less at the start, in J, rotating parts included.
     pub kinetic_change_j: f64,
     /// Potential energy at the end less at the start, in J.
     pub potential_change_j: f64,
@@ -134,35 +141,41 @@ pub struct Record {
     pub moving_s: f64,
     /// Departure, in s from the start of the year.
     pub departure_s_of_year: f64,
-    /// Share of urban roads by length.
+    /// Share of roads of the type `urban` by length; null where a study has no type of that name,
+    /// and where a speed is followed exactly.
     pub urban_share: Option<f64>,
-    /// Share of rural roads by length.
+    /// Share of roads of the type `rural` by length, as `urban_share`.
     pub rural_share: Option<f64>,
-    /// Share of motorways by length.
+    /// Share of roads of the type `motorway` by length, as `urban_share`.
     pub motorway_share: Option<f64>,
-    /// Mean of the signs along the road, in m/s; none where a speed is followed exactly.
+    /// Mean of the signs along the road by length, in m/s; null where a speed is followed exactly.
     pub mean_limit_mps: Option<f64>,
-    /// Curves on the road; none where a speed is followed exactly.
+    /// Curves on the road, junction turns included; null where a speed is followed exactly.
     pub n_curves: Option<u32>,
-    /// Drag area without cross wind, in m².
+    /// CdA of this truck without cross wind, in m².
     pub drag_area_m2: f64,
-    /// Rolling coefficient on smooth dry asphalt at 25 °C.
+    /// Rolling coefficient of this loaded truck on smooth, dry asphalt at 25 °C.
     pub rolling_coefficient: f64,
-    /// Heat in the battery, in J.
+    /// Heat in the battery, in J; null for a diesel truck.
     pub battery_loss_j: Option<f64>,
-    /// Losses of motor and inverter, in J.
+    /// Losses of motor and inverter, in J; null for a diesel truck.
     pub motor_loss_j: Option<f64>,
-    /// Energy that charging at stops put into the store, in J.
+    /// What charging at stops put into the store, in J; null for a diesel truck.
     pub charged_energy_j: Option<f64>,
-    /// Heat in the battery while it was charged at stops, in J.
+    /// Heat in the battery while it was charged at stops, in J, not part of the balance; null for a
+    /// diesel truck.
     pub charging_loss_j: Option<f64>,
-    /// State of charge at the end.
+    /// State of charge at the end; null for a diesel truck.
     pub final_charge: Option<f64>,
-    /// Time at which an exactly followed speed asked for more than the powertrain can, in s; none with a driver.
+    /// Time at which a speed that is followed exactly asked for more than the powertrain can give,
+    /// in s; null where somebody drives.
     pub limited_s: Option<f64>,
-    /// Work at the wheels that was missing then, in J.
+    /// Work at the wheels that was missing then, in J: a source in the energy balance; null where
+    /// somebody drives.
     pub missing_energy_j: Option<f64>,
-    /// Time that engine or motor spent beyond the points of its map, or that more was drawn than the battery has, in s.
+    /// Time that engine or motor spent beyond the points of its map, in s, where a motor's map is
+    /// held and an engine's goes on with its last slope, or in which more was drawn than the
+    /// battery has at any current; to a step where an edge is crossed.
     pub outside_map_s: Option<f64>,
     /// The terms of the ledger that have a column of their own, in the order of their declarations.
     #[serde(skip)]
@@ -173,7 +186,7 @@ pub struct Record {
 const OWN_COLUMNS: usize = {
     let (mut count, mut k) = (0, 0);
     while k < TERMS.len() {
-        count += matches!(TERMS[k].recorded, Recorded::Column(_)) as usize;
+        count += matches!(TERMS[k].recorded, Recorded::Column { .. }) as usize;
         k += 1;
     }
     count
@@ -191,7 +204,7 @@ impl Record {
             match declared.recorded {
                 Recorded::Field if is_in => record.set(declared.term, value),
                 Recorded::Field | Recorded::ByPowertrain => {}
-                Recorded::Column(_) => {
+                Recorded::Column { .. } => {
                     record.own_columns[column] = is_in.then_some(value);
                     column += 1;
                 }
@@ -319,7 +332,7 @@ const ALL_COLUMNS: [Column; FIELDS.len() + OWN_COLUMNS] = {
     }
     let (mut own, mut term) = (0, 0);
     while term < TERMS.len() {
-        if let Recorded::Column(name) = TERMS[term].recorded {
+        if let Recorded::Column { name, .. } = TERMS[term].recorded {
             all[FIELDS.len() + own] = Column { name, source: Source::OwnColumn(own) };
             own += 1;
         }

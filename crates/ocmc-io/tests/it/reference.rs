@@ -1,20 +1,28 @@
 //! The tables of the reference pages are those that the declarations make.
 //!
-//! `OCMC_UPDATE_DOCS=1 cargo test -p ocmc-io --test it reference` writes them anew.
+//! `OCMC_WRITE_DOCS=1 cargo test -p ocmc-io --test it reference` writes them anew.
 
+use ocmc_core::energy_ledger::{Extent, Mode, Recorded, TERMS};
+use ocmc_core::kernel::trace::trace;
+use ocmc_core::record::{COLUMNS, Record};
+use ocmc_core::study::Study;
 use ocmc_core::study::keys::{Bounds, Key};
 use ocmc_io::study::{self, init_text};
 use serde_json::{Map, Value};
 use std::cell::RefCell;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// A region begins with this and what it is made from, and ends with [`END`].
 const BEGIN: &str = "<!-- generated: begin ";
 const END: &str = "<!-- generated: end -->";
 /// The unit of a name, by its suffix; a longer suffix stands before a shorter one.
-const UNITS: [(&str, &str); 27] = [
+const UNITS: [(&str, &str); 31] = [
+    ("_l_per_100km", "L/100 km"),
+    ("_l_per_100tkm", "L/100 tkm"),
+    ("_kwh_per_km", "kWh/km"),
+    ("_g_per_km", "g/km"),
     ("_w_per_k", "W/K"),
     ("_per_k", "K"),
     ("_per_m", "per m"),
@@ -47,25 +55,35 @@ const UNITS: [(&str, &str); 27] = [
 const MOST_ENTRIES: usize = 12;
 /// Value of a key that the example lacks.
 const ABSENT: &str = "absent";
+/// In place of a longer text.
+const LONG: &str = "–";
 /// Longest text that is shown.
 const MOST_CHARACTERS: usize = 24;
 
+fn path_of(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/src/reference").join(name)
+}
+
+fn read(name: &str) -> String {
+    std::fs::read_to_string(path_of(name)).unwrap()
+}
+
 /// Compares the regions of a page with what is made for them, or writes them.
 fn page(name: &str, render: impl Fn(&str) -> String) {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/src/reference").join(name);
-    let old = std::fs::read_to_string(&path).unwrap();
+    let old = read(name);
     let mut parts = old.split(BEGIN);
     let mut new = parts.next().unwrap().to_owned();
     for part in parts {
-        let (what, rest) = part.split_once(" -->").unwrap();
+        let (what, rest) = part.split_once("-->").unwrap();
+        let what = what.trim_end();
         let (_, prose) = rest.split_once(END).unwrap();
         write!(new, "{BEGIN}{what} -->\n\n{}\n\n{END}{prose}", render(what).trim()).unwrap();
     }
     assert_ne!(new, old.replace(BEGIN, ""), "{name} has no generated region");
-    if std::env::var_os("OCMC_UPDATE_DOCS").is_some() {
-        std::fs::write(&path, new).unwrap();
+    if std::env::var_os("OCMC_WRITE_DOCS").is_some() {
+        std::fs::write(path_of(name), new).unwrap();
     } else {
-        let remedy = "OCMC_UPDATE_DOCS=1 cargo test -p ocmc-io --test it reference";
+        let remedy = "OCMC_WRITE_DOCS=1 cargo test -p ocmc-io --test it reference";
         assert!(new == old, "{name} is not what the declarations say; `{remedy}` writes it");
     }
 }
@@ -107,6 +125,63 @@ fn assert_has_tables(path: &str, key: Key, all: &str) {
             None => {}
         }
     }
+}
+
+#[test]
+fn the_page_of_the_records_is_made_from_their_columns() {
+    let schema = schemars::schema_for!(Record).to_value();
+    let fields = Key(&schema);
+    let shown = RefCell::new(BTreeSet::new());
+    page("records.md", |what| {
+        let mut text = "| column | meaning |\n|---|---|\n".to_owned();
+        for name in what.split_whitespace() {
+            let own = TERMS.iter().find_map(|declared| match declared.recorded {
+                Recorded::Column { name: own, meaning } => {
+                    (own == name).then(|| meaning.to_owned())
+                }
+                Recorded::Field | Recorded::ByPowertrain => None,
+            });
+            let meaning = own.or_else(|| Some(meaning(fields.below(name)?)));
+            let meaning = meaning.unwrap_or_else(|| panic!("no column `{name}`"));
+            assert_names_unit(name, &meaning);
+            writeln!(text, "| `{name}` | {meaning} |").unwrap();
+            assert!(shown.borrow_mut().insert(name.to_owned()), "`{name}` is there twice");
+        }
+        text
+    });
+    let all: BTreeSet<String> = COLUMNS.iter().map(|column| column.name.to_owned()).collect();
+    assert_eq!(shown.into_inner(), all);
+}
+
+#[test]
+fn the_page_of_the_trace_has_its_columns() {
+    page("trace.md", |what| {
+        assert_eq!(what, "terms of the ledger");
+        let mut text = "| column | record |\n|---|---|\n".to_owned();
+        for declared in
+            TERMS.iter().filter(|declared| declared.extent != Extent::Only(Mode::Followed))
+        {
+            let (stem, unit) = declared.trace.split_once("_added").unwrap();
+            let mut names = COLUMNS.iter().map(|column| column.name);
+            let recorded =
+                names.find(|name| name.starts_with(stem) && name.ends_with(unit)).unwrap();
+            writeln!(text, "| `{}` | `{recorded}` |", declared.trace).unwrap();
+        }
+        text
+    });
+    let mut shown: BTreeSet<String> = BTreeSet::new();
+    for line in read("trace.md").lines().filter(|line| line.starts_with("| `")) {
+        shown.extend(
+            line.split('|').nth(1).unwrap().split('`').skip(1).step_by(2).map(str::to_owned),
+        );
+    }
+    let mut all = BTreeSet::new();
+    for name in ["field-truck", "battery-truck"] {
+        let model = study::load(name, &["mission.length_m=500"]).unwrap().model;
+        let columns = trace(&Study::new(model).unwrap(), 1, 0).columns;
+        all.extend(columns.into_iter().map(|column| column.name.to_owned()));
+    }
+    assert_eq!(shown, all);
 }
 
 /// What the default values rest on, by path: the tags of the comments of `ocmc study init`.
@@ -269,13 +344,15 @@ fn number(value: f64) -> String {
 fn in_words(value: &Value) -> String {
     match value {
         Value::Number(value) => number(value.as_f64().unwrap()),
-        Value::String(text) if text.len() > MOST_CHARACTERS => "–".to_owned(),
+        Value::String(text) if text.len() > MOST_CHARACTERS => LONG.to_owned(),
         Value::String(text) => format!("`\"{text}\"`"),
-        Value::Array(items) if items.len() > MOST_ENTRIES || items.iter().any(Value::is_array) => {
-            format!("{} entries", items.len())
-        }
         Value::Array(items) => {
-            format!("[{}]", items.iter().map(in_words).collect::<Vec<_>>().join(", "))
+            let shown: Vec<String> = items.iter().map(in_words).collect();
+            let is_long = |item: &Value| item.is_array() || in_words(item) == LONG;
+            if items.len() > MOST_ENTRIES || items.iter().any(is_long) {
+                return format!("{} entries", items.len());
+            }
+            format!("[{}]", shown.join(", "))
         }
         Value::Object(law) => match law.get("distribution").and_then(Value::as_str) {
             Some("mixture") => mixture(law),
