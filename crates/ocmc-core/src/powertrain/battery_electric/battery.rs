@@ -163,7 +163,7 @@ impl BatteryModel {
         if time_s < charging.shortest_s || charge >= charging.begin_below {
             return done;
         }
-        let mut left_s = time_s;
+        let mut left_s = time_s - charging.connection_s;
         while left_s > 0.0 {
             let now = charge + done.gained_j / self.capacity_j;
             let flow = self.flow(now, -charging.power_w.min(self.charge_limit_w(now)));
@@ -248,5 +248,23 @@ pub(crate) mod tests {
             }
         }
         assert!(!weak.is_overdrawn(0.0, 89.9e3) && weak.is_overdrawn(0.0, 90.1e3));
+    }
+
+    #[test]
+    fn the_plug_takes_its_time_of_a_standstill() {
+        let charging = |connection_s| ChargingModel {
+            power_w: 200e3,
+            begin_below: 0.5,
+            end_at: 0.8,
+            shortest_s: 600.0,
+            connection_s,
+        };
+        let charged =
+            |connection_s, time_s| pack().charge_at_rest(&charging(connection_s), 0.3, time_s);
+        assert_eq!(charged(120.0, 720.0), charged(0.0, 600.0));
+        assert_eq!(charged(720.0, 720.0), Charged::default());
+        // the whole standstill counts for whether it is used
+        assert_eq!(charged(0.0, 599.0), Charged::default());
+        assert!(charged(120.0, 600.0).gained_j > 0.0);
     }
 }

@@ -84,6 +84,10 @@ pub struct ChargingModel {
     /// Shortest standstill that is used, in s.
     #[schemars(range(min = 0.0, max = 86_400.0))]
     pub shortest_s: f64,
+    /// Part of the standstill in which the plug is put in and taken out, in s; absent: none.
+    #[serde(default)]
+    #[schemars(range(min = 0.0, max = 86_400.0))]
+    pub connection_s: f64,
 }
 
 /// A powertrain prepared for the hot loop.
