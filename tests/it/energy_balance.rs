@@ -2,10 +2,11 @@
 
 use crate::common::{balance, column, diesel, electric_balance, run, start_speeds_radps, study};
 use fearless_simd::{Level, dispatch, prelude::*};
+use ocmc_core::energy_ledger::{Ledger, Place, Recorded, TERMS, Term};
 use ocmc_core::kernel::trace::trace;
 use ocmc_core::lanes::Lanes;
 use ocmc_core::powertrain::diesel::engine::Engine;
-use ocmc_core::record::{COLUMNS, Cell, Outcome};
+use ocmc_core::record::{self, COLUMNS, Cell, Outcome};
 
 #[test]
 fn energy_closes_to_1e_9_in_every_built_in_study_and_nothing_is_nan() {
@@ -38,6 +39,50 @@ fn shift_and_clutch_losses_are_needed_for_the_balance() {
     };
     assert!(share(|r| r.shift_loss_j.unwrap().abs()) > 1e-4);
     assert!(share(|r| r.clutch_loss_j.unwrap()) > 1e-5);
+}
+
+#[test]
+fn the_declared_terms_close_the_balance_and_sum_up_to_the_record() {
+    for built_in in ocmc_io::study::list() {
+        let trace = trace(&study(built_in.name, &[]), 1, 0);
+        let mut ledger = Ledger::EMPTY;
+        for declared in TERMS {
+            let column = trace.columns.iter().find(|column| column.name == declared.trace);
+            // one by one, as the record was summed
+            let sum = column.map(|column| column.values.iter().fold(0.0, |sum, x| sum + x));
+            ledger[declared.term] = sum.unwrap_or(0.0);
+            if let (Recorded::Column(name), Some(sum)) = (declared.recorded, sum) {
+                let recorded = record::column(name).unwrap().get(&trace.record);
+                assert_eq!(recorded, Cell::Number(Some(sum)), "{name}");
+            }
+        }
+        let is_electric = trace.record.battery_energy_j.is_some();
+        let source = if is_electric { Term::Battery } else { Term::Crankshaft };
+        let open_j = ledger.open_balance_j(source, trace.record.kinetic_change_j);
+        assert!((open_j / ledger[source]).abs() < 1e-9, "{}: {open_j}", built_in.name);
+        // each term of the balance is needed
+        for declared in TERMS.iter().filter(|declared| declared.place == Place::Loss) {
+            let mut without = ledger;
+            without[declared.term] = 0.0;
+            let open_j = without.open_balance_j(source, trace.record.kinetic_change_j);
+            let share = ledger[declared.term] / ledger[source];
+            assert!((open_j / ledger[source] - share).abs() < 1e-9, "{:?}", declared.term);
+        }
+        assert!((0.0..ledger[Term::Distance]).contains(&ledger[Term::Coasting]));
+    }
+}
+
+#[test]
+fn a_truck_that_rolls_downhill_without_pedals_coasts() {
+    let study = study("long-haul", &[]);
+    for record in run(&study, 20) {
+        let Cell::Number(Some(coasting_m)) =
+            record::column("coasting_distance_m").unwrap().get(&record)
+        else {
+            panic!("a driven cycle has it");
+        };
+        assert!(coasting_m > 0.0 && coasting_m < 0.5 * record.distance_m, "{coasting_m}");
+    }
 }
 
 #[test]

@@ -60,6 +60,8 @@ pub enum Term {
     Limited,
     /// Work at the wheels that the powertrain could not give, in J.
     Missing,
+    /// Distance driven with neither pedal pressed, in m.
+    Coasting,
 }
 
 /// The place of a term in the energy balance: source + given = losses + change of kinetic energy.
@@ -162,6 +164,13 @@ pub const TERMS: &[Declaration] = &[
     },
     field(Term::Limited, "limited_added_s", Place::Outside, Extent::Only(Mode::Followed)),
     field(Term::Missing, "missing_energy_added_j", Place::Given, Extent::Only(Mode::Followed)),
+    Declaration {
+        term: Term::Coasting,
+        trace: "coasting_distance_added_m",
+        recorded: Recorded::Column("coasting_distance_m"),
+        place: Place::Outside,
+        extent: Extent::Only(Mode::Driven),
+    },
 ];
 
 // the place of a term in a ledger is that of its declaration

@@ -242,7 +242,6 @@ impl Record {
             Term::ServiceBrake => return self.service_brake_energy_j = value,
             Term::Wheel => return self.wheel_energy_j = value,
             Term::Fuel => &mut self.fuel_kg,
-            Term::FuelEnergy => &mut self.fuel_energy_j,
             Term::Crankshaft => &mut self.crankshaft_work_j,
             Term::Clutch => &mut self.clutch_loss_j,
             Term::Shift => &mut self.shift_loss_j,
@@ -256,6 +255,8 @@ impl Record {
             Term::OutsideMap => &mut self.outside_map_s,
             Term::Limited => &mut self.limited_s,
             Term::Missing => &mut self.missing_energy_j,
+            // the powertrain writes it, or it has a column of its own
+            _ => return,
         };
         *optional = Some(value);
     }

@@ -4,7 +4,7 @@ use super::stage::engine_speed_at;
 use super::state::{KernelParameters, State};
 use super::step::Stages;
 use crate::energy_ledger::{Ledger, StepLedger, Term};
-use crate::lanes::{Lanes, lerp};
+use crate::lanes::{Lanes, lerp, masked};
 use crate::powertrain::{Powertrain, ShaftStep};
 use fearless_simd::prelude::*;
 
@@ -58,6 +58,9 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         let mut ledger = StepLedger::new(dt.simd, &mut self.ledger);
         ledger.add(Term::Time, dt);
         ledger.add(Term::Distance, dx);
+        let pedals = &decision.control;
+        let pressed = pedals.accelerator.simd_gt(0.0) | pedals.braking.simd_gt(0.0);
+        ledger.add(Term::Coasting, masked(!pressed, dx));
         let shaft = ShaftStep {
             dt,
             angle,

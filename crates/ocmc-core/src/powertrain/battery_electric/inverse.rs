@@ -160,6 +160,6 @@ impl InversePowertrain for InverseBatteryElectric<'_> {
     }
 
     fn record(&self, ledger: &Ledger<f64>, record: &mut Record) {
-        self.powertrain.record_battery(self.charge, ledger, Mode::Followed, record);
+        BatteryElectricPowertrain::record_battery(self.charge, ledger, Mode::Followed, record);
     }
 }

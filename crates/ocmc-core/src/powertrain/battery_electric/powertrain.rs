@@ -66,7 +66,6 @@ impl BatteryElectricPowertrain {
 
     /// Fills in the columns of the battery that are no terms of the ledger.
     pub(super) fn record_battery(
-        &self,
         charge: f64,
         ledger: &Ledger<f64>,
         mode: Mode,
@@ -269,7 +268,7 @@ impl Powertrain for BatteryElectricPowertrain {
         ledger: &Ledger<f64>,
         record: &mut Record,
     ) {
-        self.record_battery(state.charge[lane], ledger, Mode::Driven, record);
+        Self::record_battery(state.charge[lane], ledger, Mode::Driven, record);
     }
 
     fn inverse<'a>(&'a self, truck: &TruckInputs) -> Box<dyn InversePowertrain + 'a> {
