@@ -10,7 +10,8 @@
     allow(
         clippy::unwrap_used,
         clippy::float_cmp,
-        reason = "tests fail by panic, and compare bits"
+        clippy::disallowed_methods,
+        reason = "tests fail by panic, compare bits, and compare with the platform's functions"
     )
 )]
 

@@ -137,7 +137,12 @@ fn start<const X: usize>(rows: &[TobitRow<X>], seen: &[usize]) -> DVector<f64> {
         level[row.group] += row.y / seen[row.group] as f64;
     }
     let seen_rows = rows.iter().filter(|row| !row.cut);
-    let squares: f64 = seen_rows.map(|row| (row.y - level[row.group]).powi(2)).sum();
+    let squares: f64 = seen_rows
+        .map(|row| {
+            let off = row.y - level[row.group];
+            off * off
+        })
+        .sum();
     let total: usize = seen.iter().sum();
     let h = 1.0 / libm::sqrt(squares / total as f64).max(1e-6);
     let mut theta = DVector::zeros(groups + X + 1);

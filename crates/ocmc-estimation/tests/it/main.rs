@@ -3,7 +3,8 @@
     clippy::unwrap_used,
     clippy::float_cmp,
     clippy::print_stdout,
-    reason = "a test fails by panic, compares bits, and prints its figures"
+    clippy::disallowed_methods,
+    reason = "a test fails by panic, compares bits, prints its figures, and has functions of the platform"
 )]
 
 #[path = "../../../ocmc-core/tests/it/common/mod.rs"]

@@ -185,10 +185,9 @@ pub(super) fn random_effects(
         }
         (curve.driver, curve.log_speed)
     });
-    let mean = |power: i32| {
-        curves.rows.iter().map(|curve| curve.log_radius.powi(power)).sum::<f64>() / n as f64
-    };
-    let (x, xx) = (mean(1), mean(2));
+    let log_radii = || curves.rows.iter().map(|curve| curve.log_radius);
+    let x = log_radii().sum::<f64>() / n as f64;
+    let xx = log_radii().map(|x| x * x).sum::<f64>() / n as f64;
     let summary = |fit: MixedFit| summary(&fit, direction, x, xx);
     (rows.random_intercept().map(summary), rows.random_slope().map(summary))
 }

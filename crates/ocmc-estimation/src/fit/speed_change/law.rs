@@ -109,7 +109,13 @@ fn untruncated(
     let log_threshold = libm::log(threshold);
     let minus_log_likelihood = |theta: &[f64; 2]| {
         let (mu, sigma) = (theta[0], libm::exp(theta[1]));
-        let squares: f64 = values.iter().map(|y| ((y - mu) / sigma).powi(2)).sum();
+        let squares: f64 = values
+            .iter()
+            .map(|y| {
+                let off = (y - mu) / sigma;
+                off * off
+            })
+            .sum();
         let cut = if threshold > 0.0 { ln_normal_tail((log_threshold - mu) / sigma) } else { 0.0 };
         0.5 * squares + values.len() as f64 * (libm::log(sigma) + cut)
     };
