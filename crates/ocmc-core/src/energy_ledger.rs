@@ -167,7 +167,10 @@ pub const TERMS: &[Declaration] = &[
     Declaration {
         term: Term::Coasting,
         trace: "coasting_distance_added_m",
-        recorded: Recorded::Column("coasting_distance_m"),
+        recorded: Recorded::Column {
+            name: "coasting_distance_m",
+            meaning: "Distance driven with neither pedal pressed, in m.",
+        },
         place: Place::Outside,
         extent: Extent::Only(Mode::Driven),
     },
