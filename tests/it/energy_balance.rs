@@ -51,7 +51,7 @@ fn the_declared_terms_close_the_balance_and_sum_up_to_the_record() {
             // one by one, as the record was summed
             let sum = column.map(|column| column.values.iter().fold(0.0, |sum, x| sum + x));
             ledger[declared.term] = sum.unwrap_or(0.0);
-            if let (Recorded::Column(name), Some(sum)) = (declared.recorded, sum) {
+            if let (Recorded::Column { name, .. }, Some(sum)) = (declared.recorded, sum) {
                 let recorded = record::column(name).unwrap().get(&trace.record);
                 assert_eq!(recorded, Cell::Number(Some(sum)), "{name}");
             }
