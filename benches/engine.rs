@@ -17,11 +17,12 @@ use std::time::Duration;
 
 /// Cycles that are planned before the kernel is measured.
 const CYCLES: u64 = 64;
-/// How often they are driven in one measurement, more or less: it is the lanes that are measured, not how they run empty at the end, and
-/// roads that are in the cache, as in a run, where they have just been written.
+/// How often they are driven in one measurement, more or less: it is the lanes that are measured,
+/// not how they run empty at the end, and roads that are in the cache, as in a run, where they have
+/// just been written.
 const ROUNDS: u64 = 16;
-/// Settings with which the kernel is measured, and their name in the bench: the default's long steps, and the short ones that its goal of
-/// 50 million lane-steps a second was set for.
+/// Settings with which the kernel is measured, and their name in the bench: the default's long
+/// steps, and the short ones that its goal of 50 million lane-steps a second was set for.
 const STEPS: [(&str, &[&str]); 2] = [("", &[]), (", steps to 0.2 s", &["simulation.step_s=0.2"])];
 /// Cycles of a run.
 const RUN_CYCLES: u64 = 1024;

@@ -1,5 +1,6 @@
-//! Prints the measured tables of the guide (docs/src/results.md): effects of the parts, errors of the time step, the held
-//! brake, and how plausible the default study is. `cargo run --release --example guide_tables [CYCLES]`
+//! Prints the measured tables of the guide (docs/src/results.md): effects of the parts, errors of
+//! the time step, the held brake, and how plausible the default study is.
+//! `cargo run --release --example guide_tables [CYCLES]`
 #![allow(clippy::print_stdout, reason = "its output is the guide's text")]
 
 use ocmc_core::fleet::run::{RunPlan, chunk_for, run};
@@ -35,7 +36,8 @@ fn mean_and_sd(values: &[f64]) -> (f64, f64) {
     (mean, (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt())
 }
 
-/// Paired difference of the mean with its 95 % half-width, and of the SD by the jackknife over pairs.
+/// Paired difference of the mean with its 95 % half-width, and of the SD by the jackknife over
+/// pairs.
 fn effect_row(label: &str, all: &[Record], other: &[Record]) {
     let (a, b): (Vec<f64>, Vec<f64>) =
         (all.iter().map(litres).collect(), other.iter().map(litres).collect());

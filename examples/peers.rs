@@ -1,8 +1,8 @@
-//! The engine's side of `benches/peers`: exports planned scenarios with the engine's answers, drives them again and again,
-//! and follows given speeds.
+//! The engine's side of `benches/peers`: exports planned scenarios with the engine's answers,
+//! drives them again and again, and follows given speeds.
 //!
-//! `peers export FOLDER CYCLES`, `peers drive CYCLES ROUNDS LEVEL [KEY=VALUE]...`, `peers steps CYCLES [KEY=VALUE]...`,
-//! `peers follow < DRIVE.json`
+//! `peers export FOLDER CYCLES`, `peers drive CYCLES ROUNDS LEVEL [KEY=VALUE]...`,
+//! `peers steps CYCLES [KEY=VALUE]...`, `peers follow < DRIVE.json`
 #![allow(clippy::print_stdout, reason = "its output is read by the benches' scripts")]
 
 use ocmc_core::energy_ledger::Term;

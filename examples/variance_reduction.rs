@@ -1,5 +1,6 @@
-//! Measures what `simulation.sampling = "sobol"` gains: prints the table of docs/src/how-to/spread-evenly.md.
-//! `cargo run --release --example variance_reduction [CYCLES]`, on a machine that has nothing else to do.
+//! Measures what `simulation.sampling = "sobol"` gains: prints the table of
+//! docs/src/how-to/spread-evenly.md. `cargo run --release --example variance_reduction [CYCLES]`,
+//! on a machine that has nothing else to do.
 #![allow(clippy::print_stdout, reason = "its output is the guide's text")]
 
 use ocmc_core::fleet::dependence::Dependence;

@@ -1,4 +1,5 @@
-//! The battery-electric truck in the exact prescribed-speed mode: consumption, the limits of what comes back, and the balance.
+//! The battery-electric truck in the exact prescribed-speed mode: consumption, the limits of what
+//! comes back, and the balance.
 
 use crate::common::{electric_balance, shared};
 use ocmc_core::energy_ledger::Term;
@@ -130,7 +131,8 @@ fn what_comes_back_is_limited_by_power_and_by_a_full_battery() {
     assert!(little < more && more < most);
     // at most 145 s of braking at the charge limit, with what the auxiliaries take on the way
     assert!(weak <= (50e3 + 4e3) * 145.0, "{weak}");
-    // a battery that is full on the top takes nothing, and the service brakes do it all; the climb comes after in this cycle
+    // a battery that is full on the top takes nothing, and the service brakes do it all; the climb
+    // comes after in this cycle
     let down =
         DriveCycle::new((0..100).map(f64::from).collect(), vec![20.0; 100], vec![-0.05; 100])
             .unwrap();

@@ -10,7 +10,8 @@ use ocmc_core::lanes::{Lanes, UNBOUNDED};
 use ocmc_core::study::{SimulationModel, Study};
 use ocmc_core::vehicle::resistance::GRAVITY_MPS2;
 
-/// Engine torque that holds a speed on a slope, from the wheel back through axle, retarder and gearbox.
+/// Engine torque that holds a speed on a slope, from the wheel back through axle, retarder and
+/// gearbox.
 fn steady_torque_nm(study: &Study, gear: usize, wheel_force_n: f64, auxiliary_nm: f64) -> f64 {
     let vehicle = &study.model().vehicle;
     let gearbox = &diesel(study).gearbox;
@@ -44,7 +45,8 @@ fn constant_speed_is_the_closed_form_to_1e_6() {
         let crr = vehicle.rolling_coefficient
             * ocmc_core::vehicle::resistance::rolling_temperature_factor(288.15, 0.006);
         let cosine = (1.0f64 - slope * slope).sqrt();
-        // the study's weather was replaced by the standard one at the altitude of the start, plus the climb
+        // the study's weather was replaced by the standard one at the altitude of the start, plus
+        // the climb
         let force = |climb_m: f64| {
             let density = weather.air_density_kgpm3(climb_m);
             vehicle.mass_kg * GRAVITY_MPS2 * (crr * cosine + slope)
@@ -66,7 +68,8 @@ fn constant_speed_is_the_closed_form_to_1e_6() {
     }
 }
 
-/// A truck in top gear at 20 m/s that wants 20.5 m/s on an endless constant row: nothing saturates or shifts.
+/// A truck in top gear at 20 m/s that wants 20.5 m/s on an endless constant row: nothing saturates
+/// or shifts.
 fn smooth(study: &Study, duration_s: f64) -> (f64, f64, f64) {
     dispatch!(Level::baseline(), simd => smooth_with(simd, study, duration_s))
 }

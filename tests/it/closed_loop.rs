@@ -89,7 +89,8 @@ fn overspeed_band_saves_the_brakes_on_gentle_descents() {
 
 #[test]
 fn overspeed_band_ends_where_a_ramp_to_a_lower_speed_begins() {
-    // a driver without integral and derivative part: u = K_P (v_desired - v), and the brake pedal is 0.3 of it below zero
+    // a driver without integral and derivative part: u = K_P (v_desired - v), and the brake pedal
+    // is 0.3 of it below zero
     let study = typical(&[
         "driver.pedals.pid.integral_time_median_s=0",
         "driver.pedals.pid.derivative_median=0",
@@ -145,8 +146,8 @@ fn stop_capture_trucks_arrive_slowly_and_stop_at_the_line() {
     }
     arrivals.sort_by(f64::total_cmp);
     let median = arrivals[arrivals.len() / 2];
-    // sqrt(2 x 0.6 x 0.5) = 0.8 m/s is wanted half a metre before the line; the brake's lag of 1/(5 x 0.3 x K_P) s adds
-    // 0.9 m/s for the median driver and 2 m/s for the slowest
+    // sqrt(2 x 0.6 x 0.5) = 0.8 m/s is wanted half a metre before the line; the brake's lag of 1/(5
+    // x 0.3 x K_P) s adds 0.9 m/s for the median driver and 2 m/s for the slowest
     assert!(arrivals.len() > 40 && (0.5..2.5).contains(&median), "{median}");
     assert!(arrivals[arrivals.len() - 1] < 5.0, "{arrivals:?}");
 }
@@ -164,8 +165,8 @@ fn stop_capture_who_stops_beyond_the_end_of_a_segment_has_left_it() {
 
 #[test]
 fn stop_capture_who_is_below_creep_speed_three_metres_before_the_line_has_stopped() {
-    // a gentle driver, whose ramp has a speed of √(2 × 0.2 × 3) = 1.1 m/s three metres before the line and of 0.45 m/s half
-    // a metre before it; a step is at most 0.02 s long
+    // a gentle driver, whose ramp has a speed of √(2 × 0.2 × 3) = 1.1 m/s three metres before the
+    // line and of 0.45 m/s half a metre before it; a step is at most 0.02 s long
     let stop = |creep_speed_mps: f64, creep_distance_m: f64| {
         let study = typical(&[
             "driver.speed_change.deceleration_mps2=0.2",
@@ -235,7 +236,8 @@ fn torque_during_a_shift_the_engine_drives_the_auxiliaries_only() {
 
 #[test]
 fn launch_clutch_slips_until_the_gear_has_come_to_the_engines_speed() {
-    // where the pedal asks for less than the auxiliaries take, the wheels of a truck that starts must not drive them
+    // where the pedal asks for less than the auxiliaries take, the wheels of a truck that starts
+    // must not drive them
     let hardly = "driver.speed_change.launch_speed_mps=0.5";
     let length = "mission.length_m=20000";
     let mut slipped_j = 0.0;
@@ -303,7 +305,8 @@ fn brake_stability_limit_steps_hardly_add_to_the_reversals_of_the_pedals() {
 
 #[test]
 fn brake_stability_limit_a_pressed_brake_shortens_the_step() {
-    // 5 m/s² x 0.3 x K_P x dt <= 1: with steps of 1.5 s, which nothing else would have shortened, the truck braked 70 times
+    // 5 m/s² x 0.3 x K_P x dt <= 1: with steps of 1.5 s, which nothing else would have shortened,
+    // the truck braked 70 times
     let study = typical(&["driver.pedals.pid.proportional_median=0.99"]);
     let road = GivenRoad::flat(4000.0, 30.0 / 3.6).slope(-0.015);
     let trace = trace_scenario(&study, road.scenario(&study));
@@ -318,8 +321,9 @@ fn brake_stability_limit_a_pressed_brake_shortens_the_step() {
 
 #[test]
 fn launch_clutch_does_not_chatter_when_a_truck_comes_to_a_stop() {
-    // a driver who touches the accelerator on the way to a stop: a clutch that let go of the braking engine there made him
-    // brake, and closed again as he did, thousands of times within a second
+    // a driver who touches the accelerator on the way to a stop: a clutch that let go of the
+    // braking engine there made him brake, and closed again as he did, thousands of times within a
+    // second
     let sharp = ["proportional_median=1.5", "proportional_maximum=2.0"]
         .map(|gain| format!("driver.pedals.pid.{gain}"));
     let study = study("field-truck", &["driver.pedals.pid_share=1.0", &sharp[0], &sharp[1]]);
@@ -334,7 +338,8 @@ fn launch_clutch_does_not_chatter_when_a_truck_comes_to_a_stop() {
 
 #[test]
 fn anti_windup_tracking_no_wind_up_on_a_long_climb() {
-    // ten minutes at full throttle; then the road is flat and the truck has to meet its limit without overshoot
+    // ten minutes at full throttle; then the road is flat and the truck has to meet its limit
+    // without overshoot
     let study = typical(&[]);
     let mut road = GivenRoad::flat(16_000.0, 80.0 / 3.6);
     road.slopes = vec![0.05; 400];
@@ -357,7 +362,8 @@ fn anti_windup_tracking_no_wind_up_on_a_long_climb() {
 
 #[test]
 fn integral_clamp_keeps_a_descents_brake_out_of_the_plain_behind_it() {
-    // how far a truck falls below its desired speed behind 3 km of -10 % at 40 km/h, where no band lets it run
+    // how far a truck falls below its desired speed behind 3 km of -10 % at 40 km/h, where no band
+    // lets it run
     let below_mps = |sets: &[&str]| {
         let study = typical(sets);
         let mut road = GivenRoad::flat(6000.0, 40.0 / 3.6).stop(5500.0, 5.0);
@@ -372,7 +378,8 @@ fn integral_clamp_keeps_a_descents_brake_out_of_the_plain_behind_it() {
     };
     let [clamped, free] = [below_mps(&[]), below_mps(&["driver.pedals.pid.integral_minimum=-10"])];
     assert!(clamped < 0.9 && free > 1.2, "{clamped} {free}");
-    // a driver without an integral part has nothing to wind up, and no tracking term, which would divide by zero
+    // a driver without an integral part has nothing to wind up, and no tracking term, which would
+    // divide by zero
     let without = below_mps(&["driver.pedals.pid.integral_time_median_s=0"]);
     assert!(without < clamped, "{without} {clamped}");
 }
@@ -401,8 +408,8 @@ fn upshift_line_shifts_per_km_are_those_of_the_field() {
         records.iter().map(|r| f64::from(r.n_gear_shifts)).sum::<f64>()
             / records.iter().map(|r| r.distance_m / 1000.0).sum::<f64>()
     };
-    // judged in advance: about 1 on long haul and 4 on regional roads; it is 1.8 and 3.3. A strategy
-    // that looks at the power of each slope step shifts 38 % more
+    // judged in advance: about 1 on long haul and 4 on regional roads; it is 1.8 and 3.3. A
+    // strategy that looks at the power of each slope step shifts 38 % more
     for (name, wanted) in [("long-haul", 1.8), ("regional", 3.3)] {
         let found = per_km(name);
         assert!((found / wanted - 1.0).abs() < 0.15, "{name}: {found}");

@@ -1,5 +1,5 @@
-//! From a study to logs and back: 25 trucks are driven, their traces taken as logs, the curves found in them, and the driver
-//! population fitted to these. It has to be the one that drove.
+//! From a study to logs and back: 25 trucks are driven, their traces taken as logs, the curves
+//! found in them, and the driver population fitted to these. It has to be the one that drove.
 
 use crate::common::study;
 use ocmc_core::kernel::trace::trace;
@@ -12,8 +12,9 @@ use ocmc_io::study::{FittedPart, fitted_study, load_text};
 const TRUCKS: u64 = 25;
 const SEED: u64 = 1;
 
-/// Rural roads with bends far enough apart that a truck is back at its speed before the next one, and long enough that it is
-/// steady in their middle; nothing else slows it. The drivers are those of field-truck.
+/// Rural roads with bends far enough apart that a truck is back at its speed before the next one,
+/// and long enough that it is steady in their middle; nothing else slows it. The drivers are those
+/// of field-truck.
 const ROADS: &str = r#"
 [study]
 name = "loop"

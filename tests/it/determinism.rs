@@ -1,4 +1,5 @@
-//! The same study, seed and range give the same bytes, on any number of threads, chunks and every CPU.
+//! The same study, seed and range give the same bytes, on any number of threads, chunks and every
+//! CPU.
 
 use crate::program::run_into;
 use ocmc_core::kernel::cpu::CpuLevel;

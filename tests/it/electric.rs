@@ -1,4 +1,5 @@
-//! Battery-electric vehicles in the closed loop: the energy balance, the closed form, the limits of what comes back, and an empty battery.
+//! Battery-electric vehicles in the closed loop: the energy balance, the closed form, the limits of
+//! what comes back, and an empty battery.
 
 use crate::common::{GivenRoad, column, electric_balance, run};
 use ocmc_core::kernel::cpu::CpuLevel;
@@ -182,8 +183,9 @@ fn constant_speed_is_the_closed_form_to_1e_6() {
 
 /// The battery's power stays within limits.
 ///
-/// They hold at both stages of a step, over which speed changes by the share δ. The product of mean speed and mean torque, of a step that may be cut between
-/// them, is beyond the stages' by at most δ of the shaft's power.
+/// They hold at both stages of a step, over which speed changes by the share δ. The product of mean
+/// speed and mean torque, of a step that may be cut between them, is beyond the stages' by at most
+/// δ of the shaft's power.
 fn assert_within(trace: &Trace, least_w: f64, most_w: f64) {
     let (speed, acceleration) = (column(trace, "speed_mps"), column(trace, "acceleration_mps2"));
     let (shaft, torque) = (column(trace, "motor_speed_radps"), column(trace, "motor_torque_nm"));
@@ -271,7 +273,8 @@ fn an_empty_battery_is_an_outcome_and_charging_at_a_stop_fills_it() {
     let charged = driven(&study, &stop);
     assert_eq!(charged.outcome, Outcome::Completed);
     let gained = charged.charged_energy_j.unwrap();
-    // half an hour of 350 kW, less the heat: U/(U + R I) of it arrives, about 631 V and 533 A over 0.05 Ω
+    // half an hour of 350 kW, less the heat: U/(U + R I) of it arrives, about 631 V and 533 A over
+    // 0.05 Ω
     let arrives = 350e3 * 1800.0 * 631.0 / (631.0 + 0.05 * 533.0);
     assert!((gained / arrives - 1.0).abs() < 0.01, "{gained} {arrives}");
     let capacity = electric(&study).model.battery.capacity_j;

@@ -411,7 +411,8 @@ fn weather_of_hours_makes_a_study_that_runs() {
     assert!(notes.contains("span 2.0 years"), "{notes}");
     let json: Value =
         serde_json::from_str(&answer(&["fit", "weather", path, "--json"])).expect("JSON");
-    // three hours in twelve are wet: two of three wet hours are followed by one, one of nine dry ones
+    // three hours in twelve are wet: two of three wet hours are followed by one, one of nine dry
+    // ones
     let rain = &json["study"]["weather"]["precipitation"];
     let share = |key: &str| rain[key].as_f64().expect("a number");
     assert!((share("wet_after_wet") - 2.0 / 3.0).abs() < 1e-3);
@@ -457,8 +458,8 @@ fn traffic_of_detectors_makes_a_study_that_runs() {
     assert!(answer(&["--study", study, "--cycles", "2", "--quiet"]).contains("cycles"));
 }
 
-/// A log of 10 Hz at 20 m/s on hills of 3 %, with a curve of 100 m every 600 m; then as long once more without slope, yaw rate and
-/// limit, `gap_s` later.
+/// A log of 10 Hz at 20 m/s on hills of 3 %, with a curve of 100 m every 600 m; then as long once
+/// more without slope, yaw rate and limit, `gap_s` later.
 fn half_told_log(gap_s: Option<f64>) -> String {
     let mut text = "time_s,speed_mps,yaw_rate_radps,limit_kmh,road_type,grade\n".to_owned();
     for k in 0..9000 {

@@ -47,7 +47,8 @@ fn common_random_numbers_show_a_small_difference() {
     }
     assert_eq!(answer["column"], "consumption_l_per_100km");
     let number = |value: &Value| value.as_f64().expect("a number");
-    // less drag, less fuel, in nearly every cycle; the difference is known far better than either mean
+    // less drag, less fuel, in nearly every cycle; the difference is known far better than either
+    // mean
     assert!(number(&answer["ci95"][1]) < 0.0, "{answer}");
     assert!(number(&answer["share_a_lower"]) < 0.2, "{answer}");
     assert!(number(&answer["variance_reduction"]) > 20.0, "{answer}");

@@ -1,5 +1,5 @@
-//! Traffic and weather along a cycle are written down by a clock that runs through the changes of the
-//! road; here each place from its section and its own passing time alone.
+//! Traffic and weather along a cycle are written down by a clock that runs through the changes of
+//! the road; here each place from its section and its own passing time alone.
 
 use crate::common::study;
 use ocmc_core::operating_cycle::traffic::TrafficTypeModel;

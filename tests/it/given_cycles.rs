@@ -1,4 +1,5 @@
-//! Given operating cycles: what a drawn one is written as drives the same again; routes mix by weight; VECTO's cycles can be driven.
+//! Given operating cycles: what a drawn one is written as drives the same again; routes mix by
+//! weight; VECTO's cycles can be driven.
 
 use crate::common::{run, shared};
 use ocmc_core::kernel::scheduler::drive_scenario;
@@ -31,8 +32,8 @@ fn a_written_cycle_drives_again_to_the_same_record() {
         for file in [as_json, as_csv] {
             let given = loaded.clone().on_routes(&[file], &Keep::ALL).unwrap();
             let again = drive_scenario(&given.study, given.study.sample(1, cycle_id));
-            // radii go through 1/R and slopes through altitudes: the last bits differ, and a truck that just misses a
-            // shifting line in one of them may cross it in the other
+            // radii go through 1/R and slopes through altitudes: the last bits differ, and a truck
+            // that just misses a shifting line in one of them may cross it in the other
             if again.n_gear_shifts != record.n_gear_shifts {
                 let part = again.wheel_energy_j / record.wheel_energy_j;
                 assert!((part - 1.0).abs() < 1e-3, "{cycle_id}: {part}");
@@ -186,7 +187,8 @@ fn every_built_in_vehicle_drives_the_default_roads() {
         let loaded = studies::load_text("v.toml", &text, &[] as &[&str]).unwrap();
         for record in run(&loaded.study, 8) {
             assert_eq!(record.outcome, Outcome::Completed, "{} {}", vehicle.name, record.cycle_id);
-            // of what the store gives, and of what braking brings back, a fifth at least comes to the wheels and not more than all
+            // of what the store gives, and of what braking brings back, a fifth at least comes to
+            // the wheels and not more than all
             let store = record.fuel_energy_j.or(record.battery_energy_j).unwrap();
             let given = store + record.regenerated_energy_j.unwrap_or(0.0);
             let share = record.wheel_energy_j / given;

@@ -1,4 +1,5 @@
-//! What the program tells people to type: commands that a shell takes as they stand, and what to do about a directory.
+//! What the program tells people to type: commands that a shell takes as they stand, and what to do
+//! about a directory.
 
 use crate::program::{SHORT, ocmc, run_into};
 use std::fs;

@@ -1,6 +1,8 @@
-//! The virtual simulator study: eight drivers on six slopes, their traces taken as logs, their gains identified.
+//! The virtual simulator study: eight drivers on six slopes, their traces taken as logs, their
+//! gains identified.
 //!
-//! Prints the tables of `docs/src/theory/identification.md`: `cargo test --test it identification -- --nocapture`.
+//! Prints the tables of `docs/src/theory/identification.md`:
+//! `cargo test --test it identification -- --nocapture`.
 
 use ocmc_core::kernel::trace::trace;
 use ocmc_core::random::{Draws, Stream};
@@ -152,7 +154,8 @@ fn noisy_gains_lie_within_their_intervals() {
 
 #[test]
 fn uphill_runs_to_the_bounds_and_downhill_does_not() {
-    // the slope alone, as a fit to the event sees it: uphill the pedal is on the floor nearly all the time
+    // the slope alone, as a fit to the event sees it: uphill the pedal is on the floor nearly all
+    // the time
     let study = study(&[]);
     let options = IdentifyOptions { starts: 4, ..without_speed_term(true) };
     let (mut uphill, mut downhill) = (Vec::new(), Vec::new());

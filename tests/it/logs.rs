@@ -1,4 +1,5 @@
-//! The command on measured logs: what it finds, what it says about bad ones, and what comes out of the logs of others.
+//! The command on measured logs: what it finds, what it says about bad ones, and what comes out of
+//! the logs of others.
 
 use crate::program::ocmc;
 use std::fmt::Write;
@@ -21,7 +22,8 @@ fn answer(arguments: &[&str]) -> (String, String) {
     (text(output.stdout), text(output.stderr))
 }
 
-/// Ten seconds of standstill, then a left curve of 100 m in the middle of a straight road at 10 m/s.
+/// Ten seconds of standstill, then a left curve of 100 m in the middle of a straight road at 10
+/// m/s.
 fn log(rate_hz: f64) -> String {
     let mut text = "t_ms,v_kmh,gyro_right_degps\n".to_owned();
     for k in 0..(110.0 * rate_hz) as usize {
@@ -80,7 +82,8 @@ fn a_curve_is_found_at_every_rate() {
 #[test]
 fn the_course_does_for_a_gyro() {
     let directory = tempfile::tempdir().expect("a temporary directory");
-    // the same drive with a compass course, which a receiver updates once a second and loses at rest
+    // the same drive with a compass course, which a receiver updates once a second and loses at
+    // rest
     let mut text = "time_s,speed_kmh,course_deg\n".to_owned();
     for k in 0..1100 {
         let time_s = f64::from(k) / 10.0;

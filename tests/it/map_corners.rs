@@ -1,5 +1,5 @@
-//! Beyond the points of the maps: held or continued, counted, reported, and never "not a number", in the closed loop and at a followed
-//! speed.
+//! Beyond the points of the maps: held or continued, counted, reported, and never "not a number",
+//! in the closed loop and at a followed speed.
 
 use crate::common::{GivenRoad, column, diesel, run, start_speeds_radps, study};
 use crate::program::ocmc;

@@ -113,7 +113,8 @@ fn parts_off_leave_the_other_draws_alone() {
             assert!(
                 a.urban_share == b.urban_share && a.departure_s_of_year == b.departure_s_of_year
             );
-            // changes within a millimetre are one segment, so the sum of the climbs differs a little
+            // changes within a millimetre are one segment, so the sum of the climbs differs a
+            // little
             assert!(part == "slope" || (a.climb_m - b.climb_m).abs() < 1e-2);
             assert!(part == "curves" || a.n_curves == b.n_curves);
         }

@@ -1,6 +1,6 @@
-//! Runs that end at a precision, over and over: how often their intervals cover what they are about. The cycles are those
-//! of the real engine, driven once; each run draws its own from them, with replacement, so that the truth is known
-//! without an error.
+//! Runs that end at a precision, over and over: how often their intervals cover what they are
+//! about. The cycles are those of the real engine, driven once; each run draws its own from them,
+//! with replacement, so that the truth is known without an error.
 
 use ocmc_core::fleet::dependence::Dependence;
 use ocmc_core::fleet::precision::{InterimChecks, Precision};

@@ -1,4 +1,5 @@
-//! The exact prescribed-speed mode: closed forms, the energy balance, limits, and FASTSim's figures.
+//! The exact prescribed-speed mode: closed forms, the energy balance, limits, and FASTSim's
+//! figures.
 
 use crate::common::{balance, electric_balance, shared, typical};
 use ocmc_core::energy_ledger::Term;
@@ -163,7 +164,8 @@ fn ours(answer: &serde_json::Value, text: &str) -> FollowedCycle {
 
 #[test]
 fn fastsim_says_the_same() {
-    // FASTSim 3.1.0, Line_Haul_Conv: positive wheel work, drag, rolling and fuel, in MJ, as it printed them when this was written
+    // FASTSim 3.1.0, Line_Haul_Conv: positive wheel work, drag, rolling and fuel, in MJ, as it
+    // printed them when this was written
     let printed = [
         ("Line_Haul_Conv", "hwfet", Some([81.048, 28.293, 31.477, 233.157])),
         ("Line_Haul_Conv", "udds", Some([87.525, 8.508, 22.661, 262.314])),
@@ -193,7 +195,8 @@ fn fastsim_says_the_same() {
 
 #[test]
 fn the_petrol_car_burns_what_fastsim_says() {
-    // its body and its engine's efficiency are those of FASTSim's car; the air here is 4 % denser, and gears, axle and idling are its own
+    // its body and its engine's efficiency are those of FASTSim's car; the air here is 4 % denser,
+    // and gears, axle and idling are its own
     let sets = [
         "simulation.without=[\"driver_spread\", \"vehicle_spread\", \"weather\", \"traffic\"]",
         "mission.payload_kg=136",
@@ -234,8 +237,9 @@ fn the_petrol_car_burns_what_fastsim_says() {
 
 #[test]
 fn a_fleet_of_petrol_cars_burns_what_the_car_does_in_town_and_on_highways() {
-    // FASTSim 3.1.0, the same car, warm: 26.488 MJ over the 16.507 km of HWFET, 26.292 MJ over the 11.990 km of UDDS. The label of its model
-    // year, 7.1 to 10.2 L/100 km, contains cold starts and air conditioning, which are not modelled here
+    // FASTSim 3.1.0, the same car, warm: 26.488 MJ over the 16.507 km of HWFET, 26.292 MJ over the
+    // 11.990 km of UDDS. The label of its model year, 7.1 to 10.2 L/100 km, contains cold starts
+    // and air conditioning, which are not modelled here
     let [highway, town] =
         [26.488 / 16.507, 26.292 / 11.990].map(|mj_per_km: f64| mj_per_km / 43.2 / 0.745 * 100.0);
     let study = crate::common::study("passenger-car", &[]);

@@ -1,4 +1,5 @@
-//! Runs that survive: whatever ends a run, `--resume` makes of it the bytes of a run that was never ended.
+//! Runs that survive: whatever ends a run, `--resume` makes of it the bytes of a run that was never
+//! ended.
 
 use crate::program::{ocmc, records};
 use serde_json::Value;
@@ -88,7 +89,8 @@ fn random_moment(most_ms: u64) -> Duration {
     Duration::from_millis(RandomState::new().build_hasher().finish() % most_ms)
 }
 
-/// Ends the run by force at random moments, over and over, until it is complete or has been ended so often.
+/// Ends the run by force at random moments, over and over, until it is complete or has been ended
+/// so often.
 fn kill_until_complete(out: &Path, arguments: &[&str], times: usize, most_ms: u64) {
     let mut run = begin(out, arguments);
     for _ in 0..times {
@@ -264,7 +266,8 @@ fn files_behind_resume_have_to_be_those_of_the_run() {
 fn ctrl_c_stops_within_a_second_and_the_rest_is_resumed() {
     let parent = tempfile::tempdir().expect("a directory");
     let out = parent.path().join("run");
-    // a chunk of such cycles takes half a minute of a core: a stop cannot wait for one, however many cores there are
+    // a chunk of such cycles takes half a minute of a core: a stop cannot wait for one, however
+    // many cores there are
     let run = Command::new(env!("CARGO_BIN_EXE_ocmc"))
         .args(["--set", "mission.length_m=5000000", "--cycles", "1000000", "--out"])
         .arg(&out)

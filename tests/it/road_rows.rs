@@ -1,4 +1,5 @@
-//! The rows of a road are written from what holds over many segments; here each one from its segment alone.
+//! The rows of a road are written from what holds over many segments; here each one from its
+//! segment alone.
 
 use crate::common::study;
 use ocmc_core::kernel::road_row::{RoadRow, RoadRows};

@@ -1,5 +1,6 @@
-//! From a study to logs and back to its roads: trucks are driven, their traces written as a logger would, the roads found in
-//! them, and the road model fitted. It has to be the one that drew the roads.
+//! From a study to logs and back to its roads: trucks are driven, their traces written as a logger
+//! would, the roads found in them, and the road model fitted. It has to be the one that drew the
+//! roads.
 
 use ocmc_core::kernel::trace::trace;
 use ocmc_core::operating_cycle::coverage::Coverage;
@@ -18,8 +19,8 @@ const RATE_HZ: f64 = 10.0;
 /// Rows this close to an object of the map name it, in m.
 const AT_OBJECT_M: f64 = 15.0;
 
-/// Towns and country roads. No sign above the legal speed of trucks, which a trace shows instead of it; curves far enough apart
-/// that two of one direction are seldom taken for one.
+/// Towns and country roads. No sign above the legal speed of trucks, which a trace shows instead of
+/// it; curves far enough apart that two of one direction are seldom taken for one.
 const ROADS: &str = r#"
 [study]
 name = "roads"
@@ -176,7 +177,8 @@ fn parameter<'a>(fit: &'a RoadFit, road_type: &str, key: &str) -> &'a StudyParam
 fn the_roads_that_were_driven_come_back() {
     let loaded = load_text("roads", ROADS, &[] as &[&str]).unwrap();
     let fit = fitted(&loaded.study);
-    // the truck is below 0.3 m/s for at most a second on either side of a standstill: it brakes and starts with 0.3 m/s² and more
+    // the truck is below 0.3 m/s for at most a second on either side of a standstill: it brakes and
+    // starts with 0.3 m/s² and more
     let edge_s = 2.0;
     for (name, model) in &loaded.model.road.types {
         let curves = &model.curves;

@@ -1,4 +1,5 @@
-//! Cycles that spread evenly over batches: the same bytes whatever the threads and parts, and honest intervals.
+//! Cycles that spread evenly over batches: the same bytes whatever the threads and parts, and
+//! honest intervals.
 
 use crate::program::{SHORT, ocmc, run_into};
 use ocmc_core::fleet::dependence::Dependence;
@@ -84,7 +85,8 @@ fn the_means_of_repeated_runs_are_spread_as_their_intervals_say() {
     // 20 batches: Student's 2.093 standard errors
     let squares = runs.iter().map(|run| (half_width(run) / 2.093).powi(2)).sum::<f64>();
     let estimated = (squares / RUNS as f64).sqrt();
-    // an SD of 200 means is known to 1/√400; that of the estimated one's square from 19 degrees of freedom a run adds little
+    // an SD of 200 means is known to 1/√400; that of the estimated one's square from 19 degrees of
+    // freedom a run adds little
     assert!(
         (spread / estimated - 1.0).abs() < 4.0 / (2.0 * RUNS as f64).sqrt(),
         "{spread} {estimated}"

@@ -48,7 +48,8 @@ fn each_line_of_the_strategy() {
         let road_power_w = share * enough_w;
         assert_eq!(wanted(ShiftInputs { road_power_w, ..at(5, turning, 6) }), gear);
     }
-    // up by one where the engine turns too fast, whatever the road takes; there is nothing above the top
+    // up by one where the engine turns too fast, whatever the road takes; there is nothing above
+    // the top
     assert_eq!([wanted(climbing(at(5, 219.1, 5))), wanted(climbing(at(5, 218.9, 5)))], [6, 5]);
     assert_eq!(wanted(climbing(at(11, 230.0, 11))), 11);
 
@@ -98,7 +99,8 @@ fn upshifts(trace: &Trace) -> Vec<usize> {
 
 #[test]
 fn shift_interval_counts_from_the_shifts_beginning() {
-    // gears that are shifted one by one as soon as the interval is over: the torque is gone for half of it
+    // gears that are shifted one by one as soon as the interval is over: the torque is gone for
+    // half of it
     for (duration_s, interval_s) in [(1.0, 2.0), (1.5, 3.0)] {
         let study = typical(&[
             "vehicle.gearbox.shift.most_steps=1",
@@ -152,7 +154,8 @@ fn upshift_line_a_step_ends_where_the_engine_reaches_the_line_of_the_next_gear()
 
 #[test]
 fn kickdown_counts_a_pressed_pedal_from_where_the_torque_is_back() {
-    // a loaded truck on a climb that it cannot take in any high gear; the lines of engine speed alone do not shift it down
+    // a loaded truck on a climb that it cannot take in any high gear; the lines of engine speed
+    // alone do not shift it down
     let study = typical(&[
         "vehicle.gearbox.shift.down_speed_radps=60",
         "vehicle.gearbox.shift.down_pedal_radps=0",

@@ -4,7 +4,8 @@ use crate::common::{run, study};
 
 #[test]
 fn the_default_steps_are_within_0_05_percent_of_steps_of_a_few_milliseconds() {
-    // steps of 5 ms instead of 1 ms, so that it takes seconds: steps of 200 ms have a bias of 0.007 %
+    // steps of 5 ms instead of 1 ms, so that it takes seconds: steps of 200 ms have a bias of 0.007
+    // %
     let cycles = 32;
     let default = run(&study("field-truck", &[]), cycles);
     let short = run(&study("field-truck", &["simulation.step_s=0.005"]), cycles);

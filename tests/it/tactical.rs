@@ -31,8 +31,9 @@ fn legal_and_sign(x: f64, study: &Study, scenario: &Scenario) -> (f64, f64) {
     (truck_limit.map_or(sign, |limit| limit.min(sign)), sign)
 }
 
-/// Speed squared that sign, traffic and curve allow at a place, written out again from the models: what holds is searched by position,
-/// traffic by the sign, and the driver by the lower of sign and truck limit (sign speed).
+/// Speed squared that sign, traffic and curve allow at a place, written out again from the models:
+/// what holds is searched by position, traffic by the sign, and the driver by the lower of sign and
+/// truck limit (sign speed).
 fn static_limit(x: f64, study: &Study, scenario: &Scenario) -> f64 {
     let (road, driver, models) = (&scenario.cycle.road, &scenario.driver, study.model());
     let (legal, sign) = legal_and_sign(x, study, scenario);
@@ -127,7 +128,8 @@ fn constraints(study: &Study, scenario: &Scenario, profile: &SpeedProfile) -> Ve
     all
 }
 
-/// Lowest of what is demanded here, of what lies ahead under braking, and of what lies behind under acceleration.
+/// Lowest of what is demanded here, of what lies ahead under braking, and of what lies behind under
+/// acceleration.
 fn brute_force(x: f64, all: &[(f64, f64, f64)], braking: &[f64], profile: &SpeedProfile) -> f64 {
     let mut lowest = f64::INFINITY;
     for ((from, to, limit), braked) in all.iter().zip(braking) {
@@ -136,7 +138,8 @@ fn brute_force(x: f64, all: &[(f64, f64, f64)], braking: &[f64], profile: &Speed
         } else if x <= *to && to > from {
             lowest = lowest.min(*limit);
         } else {
-            // behind: the truck leaves it at the speed that braking for everything later allowed there
+            // behind: the truck leaves it at the speed that braking for everything later allowed
+            // there
             let left_at = braked.min(*limit);
             let risen = left_at + profile.twice_acceleration * (x - to);
             lowest = lowest.min(risen.max(profile.launch));

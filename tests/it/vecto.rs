@@ -1,5 +1,5 @@
-//! The forward simulation on VECTO's cycles beside quasi-static runs of the same truck; prints the tables of
-//! `docs/src/vecto-comparison.md`: `cargo test -p ocmc --test it vecto -- --nocapture`.
+//! The forward simulation on VECTO's cycles beside quasi-static runs of the same truck; prints the
+//! tables of `docs/src/vecto-comparison.md`: `cargo test -p ocmc --test it vecto -- --nocapture`.
 
 use crate::common::shared;
 use ocmc_core::energy_ledger::Term;
@@ -14,10 +14,12 @@ const CYCLES: [(&str, [f64; 4]); 2] =
     [("LongHaul", [23.5, 30.1, 34.3, 37.6]), ("RegionalDelivery", [25.6, 35.0, 40.9, 45.4])];
 /// Payloads, in kg: 17.6, 28.3, 34.9 and 40 t.
 const PAYLOADS_KG: [f64; 4] = [1900.0, 12_600.0, 19_200.0, 24_300.0];
-/// An engine with nearly twice the torque, which can follow VECTO's target speeds everywhere; its map goes on with its last slopes.
+/// An engine with nearly twice the torque, which can follow VECTO's target speeds everywhere; its
+/// map goes on with its last slopes.
 const STRONG: &str =
     "vehicle.engine.full_load_torque_nm=[2257, 3156, 4055, 4055, 3663, 3272, 2381, 1936]";
-/// VECTO's driver [F: Truck.vacc]: accelerations, in m/s², at speeds in km/h; the decelerations are 1 up to 50 km/h, 0.5 from 60 on.
+/// VECTO's driver [F: Truck.vacc]: accelerations, in m/s², at speeds in km/h; the decelerations are
+/// 1 up to 50 km/h, 0.5 from 60 on.
 const ACCELERATION: [(f64, f64); 4] = [(25.0, 1.0), (50.0, 0.642857), (60.0, 0.5), (120.0, 0.5)];
 const DECELERATION: [(f64, f64); 4] = [(25.0, 1.0), (50.0, 1.0), (60.0, 0.5), (120.0, 0.5)];
 
@@ -46,7 +48,8 @@ fn held(table: &[(f64, f64); 4], speed_mps: f64) -> f64 {
     y0 + (y1 - y0) * (kmh - x0) / (x1 - x0)
 }
 
-/// The speed of a perfect follower: VECTO's target speeds, reached and left with VECTO's accelerations, whatever the truck can do.
+/// The speed of a perfect follower: VECTO's target speeds, reached and left with VECTO's
+/// accelerations, whatever the truck can do.
 fn perfect_follower(file: &Path) -> DriveCycle {
     let cycle = ocmc_io::given_cycle::read(file, &[]).unwrap();
     let step_m = 1.0;
@@ -143,7 +146,8 @@ fn each_difference_has_its_switch() {
     }
     let change = |switch: usize, cycle: usize| found[switch][cycle] - found[0][cycle];
     for cycle in 0..2 {
-        // auxiliaries cost, the band saves, quick braking costs, dense air costs: the signs that the guide explains
+        // auxiliaries cost, the band saves, quick braking costs, dense air costs: the signs that
+        // the guide explains
         assert!(change(1, cycle) > 0.5 && change(2, cycle) < -0.3);
         assert!(change(4, cycle) > 0.0 && change(6, cycle) > 0.0);
         assert!(change(7, cycle).abs() < 0.1, "the slope's step does not matter");
@@ -177,7 +181,8 @@ fn the_truck_of_vectos_own_files() {
     let loaded = load(file.to_str().unwrap(), none).unwrap();
     let (model, drive) = (&loaded.model.vehicle, crate::common::diesel(&loaded.study));
     assert!((model.wheel_radius_m - 0.4915).abs() < 1e-4);
-    // points of the files: 1200 rpm, 2300 Nm full load, −179 Nm drag; 1000 rpm and 1000 Nm, as the map says; the axle's line
+    // points of the files: 1200 rpm, 2300 Nm full load, −179 Nm drag; 1000 rpm and 1000 Nm, as the
+    // map says; the axle's line
     let w = 1200.0 * std::f64::consts::PI / 30.0;
     assert!((drive.engine.full_load_nm(w) - 2300.0).abs() < 0.5);
     assert!((drive.engine.drag_nm(w) + 179.0).abs() < 0.5);

@@ -1,6 +1,7 @@
 //! What is driven instead of a study's own roads: given routes, or a speed that is followed.
 //!
-//! [`GivenDrive::read`] reads files, [`GivenDrive::of_table`] takes a table; [`crate::run`] drives either.
+//! [`GivenDrive::read`] reads files, [`GivenDrive::of_table`] takes a table; [`crate::run`] drives
+//! either.
 //!
 //! ```
 //! use ocmc_api::{Follow, GivenDrive, RunPlan, RunRequest, go_on, run, study};

@@ -13,8 +13,8 @@ pub struct Progress {
     pub total: u64,
 }
 
-/// Watches the work: it is called before the work begins, and several times a second. Where it breaks,
-/// the question has no answer but [`crate::Error::Interrupted`].
+/// Watches the work: it is called before the work begins, and several times a second. Where it
+/// breaks, the question has no answer but [`crate::Error::Interrupted`].
 pub type Watch<'a> = dyn FnMut(Progress) -> ControlFlow<()> + 'a;
 
 /// Watches nothing: the work goes on to its end.

@@ -1,4 +1,5 @@
-//! Runs that are kept: read back from their directories, written to them, and put together from parts in memory.
+//! Runs that are kept: read back from their directories, written to them, and put together from
+//! parts in memory.
 
 use crate::error::Error;
 use crate::run::{Manifest, RecordFormat, RunAnswer, RunEnd};
@@ -41,7 +42,8 @@ pub fn save(
     Ok(())
 }
 
-/// What the records of a whole run add up to. `measured` is how long it took, in s, and on how many threads.
+/// What the records of a whole run add up to. `measured` is how long it took, in s, and on how many
+/// threads.
 ///
 /// # Errors
 /// That of the records.

@@ -27,8 +27,8 @@ pub fn trace(study: &LoadedStudy, seed: u64, cycle_id: u64) -> TimeSeries {
 }
 
 impl TimeSeries {
-    /// Writes the series as comma-separated values: shortest decimals that read back as the same numbers, an empty
-    /// cell for NaN and for what a shorter column lacks.
+    /// Writes the series as comma-separated values: shortest decimals that read back as the same
+    /// numbers, an empty cell for NaN and for what a shorter column lacks.
     ///
     /// # Errors
     /// Those of writing.

@@ -50,7 +50,8 @@ pub(crate) fn watched<T>(
     progress.ended(ended)
 }
 
-/// Does work on another thread that says what is done and ends soon once its flag is set, and watches it from this one.
+/// Does work on another thread that says what is done and ends soon once its flag is set, and
+/// watches it from this one.
 pub(crate) fn aside<T: Send>(
     start: Progress,
     watch: &mut Watch,

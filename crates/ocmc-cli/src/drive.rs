@@ -1,4 +1,5 @@
-//! `ocmc drive`: given operating cycles, driven by the population of a study, and speeds that are followed.
+//! `ocmc drive`: given operating cycles, driven by the population of a study, and speeds that are
+//! followed.
 
 use crate::arguments::{self, DriveArguments};
 use crate::failure::Failure;

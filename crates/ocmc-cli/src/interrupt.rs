@@ -13,7 +13,8 @@ const ENDED_BY_CTRL_C: i32 = 130;
 /// One request to stop may arrive twice: `timeout` and schedulers signal a process and its group.
 const SAME_WISH: Duration = Duration::from_millis(500);
 
-/// Listens from now on. Where the system refuses, Ctrl-C ends the program at once, as it does by default.
+/// Listens from now on. Where the system refuses, Ctrl-C ends the program at once, as it does by
+/// default.
 pub(crate) fn listen() {
     INSTALL.call_once(install);
 }

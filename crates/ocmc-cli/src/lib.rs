@@ -1,5 +1,5 @@
-//! The `ocmc` command as a library: arguments, calls, printing. The native program and the wheel's script are both
-//! one call of [`run_from`].
+//! The `ocmc` command as a library: arguments, calls, printing. The native program and the wheel's
+//! script are both one call of [`run_from`].
 
 mod arguments;
 mod compare;

@@ -1,4 +1,5 @@
-//! The two ways out: the answer to standard output, everything else to standard error. Neither can panic.
+//! The two ways out: the answer to standard output, everything else to standard error. Neither can
+//! panic.
 
 use crate::failure::Failure;
 use crate::terminal::width;
@@ -44,8 +45,8 @@ pub(crate) fn warn(text: &str) {
     note(&format!("warning: {text}"));
 }
 
-/// A text that may hold what a file holds: control characters are spelled out, but for line ends and colours, and lines end
-/// somewhere.
+/// A text that may hold what a file holds: control characters are spelled out, but for line ends
+/// and colours, and lines end somewhere.
 fn printable(text: &str) -> String {
     let mut shown = String::with_capacity(text.len());
     let mut in_line = 0;

@@ -1,4 +1,5 @@
-//! What is wrong with a study, drawn around the lines where it is written. Without a terminal, the same as plain text.
+//! What is wrong with a study, drawn around the lines where it is written. Without a terminal, the
+//! same as plain text.
 
 use crate::terminal::error_terminal_width;
 use miette::{

@@ -1,14 +1,14 @@
 //! First-order lags: the engine's torque follows its command, the filtered speed follows the speed.
 //!
-//! Time constants are half a second, and a step may be longer. So a step takes the solution for an input that changes
-//! linearly, with exp(−x), x = dt/T, in its Padé approximation (1 − x/2 + x²/12) / (1 + x/2 + x²/12): right to the fourth order, and
-//! damped for steps of any length.
+//! Time constants are half a second, and a step may be longer. So a step takes the solution for an
+//! input that changes linearly, with exp(−x), x = dt/T, in its Padé approximation (1 − x/2 + x²/12)
+//! / (1 + x/2 + x²/12): right to the fourth order, and damped for steps of any length.
 
 use crate::lanes::Lanes;
 use fearless_simd::Simd;
 
-/// A first-order lag over a step: with x = dt/T the share 1 − exp(−x) of a gap is x · inverse, its mean over the step is
-/// over · inverse.
+/// A first-order lag over a step: with x = dt/T the share 1 − exp(−x) of a gap is x · inverse, its
+/// mean over the step is over · inverse.
 #[derive(Clone, Copy)]
 pub struct FirstOrderLag<S: Simd> {
     x: Lanes<S>,
@@ -31,7 +31,8 @@ pub fn first_order_lags<S: Simd>(dt: Lanes<S>, per_s: [f64; 2]) -> [FirstOrderLa
 }
 
 impl<S: Simd> FirstOrderLag<S> {
-    /// The response over the step to the gap between input and output at the start and to the input's change.
+    /// The response over the step to the gap between input and output at the start and to the
+    /// input's change.
     #[inline(always)]
     pub fn response(self, gap: Lanes<S>, change: Lanes<S>) -> Lanes<S> {
         (self.x * gap + self.over * change) * self.inverse

@@ -1,7 +1,8 @@
-//! Eight trucks side by side: the numbers and flags of the step function are the vectors of the `fearless_simd` crate.
+//! Eight trucks side by side: the numbers and flags of the step function are the vectors of the
+//! `fearless_simd` crate.
 //!
-//! Its token `S` proves that the CPU has the instructions. Plain IEEE operations, never a fused multiply-add: the bits
-//! do not depend on the CPU.
+//! Its token `S` proves that the CPU has the instructions. Plain IEEE operations, never a fused
+//! multiply-add: the bits do not depend on the CPU.
 
 use fearless_simd::{Level, f64x4, f64x8, mask64x8, prelude::*, u64x8};
 
@@ -23,10 +24,12 @@ pub fn masked<S: Simd>(flags: Flags<S>, numbers: Lanes<S>) -> Lanes<S> {
     flags.select(numbers, Lanes::splat(numbers.simd, 0.0))
 }
 
-/// Whether the steps of two blocks are interleaved, so that the CPU works on one while it waits for results of the other.
+/// Whether the steps of two blocks are interleaved, so that the CPU works on one while it waits for
+/// results of the other.
 ///
-/// That is for vectors of eight numbers. With narrower ones a step has so many instructions that those of two blocks do not
-/// fit into the first-level cache of 32 KB, and one block alone takes a quarter less time.
+/// That is for vectors of eight numbers. With narrower ones a step has so many instructions that
+/// those of two blocks do not fit into the first-level cache of 32 KB, and one block alone takes a
+/// quarter less time.
 #[inline(always)]
 pub fn interleaves_blocks<S: Simd>(simd: S) -> bool {
     match simd.level() {
@@ -38,9 +41,9 @@ pub fn interleaves_blocks<S: Simd>(simd: S) -> bool {
 
 /// A scheduling barrier: these numbers are computed before what comes after the next barrier.
 ///
-/// Where the steps of two blocks are interleaved, the compiler would put all parts of one block first, and those of the
-/// other behind them, beyond what the CPU can see at once. One block alone is compiled a little better with the barriers, too.
-/// A barrier costs a store.
+/// Where the steps of two blocks are interleaved, the compiler would put all parts of one block
+/// first, and those of the other behind them, beyond what the CPU can see at once. One block alone
+/// is compiled a little better with the barriers, too. A barrier costs a store.
 #[inline(always)]
 pub fn scheduling_barrier<S: Simd>(numbers: Lanes<S>) {
     std::hint::black_box(&numbers);
@@ -58,7 +61,8 @@ pub fn lerp<S: Simd>(share: Lanes<S>, first: Lanes<S>, second: Lanes<S>) -> Lane
     first + share * (second - first)
 }
 
-/// The columns of rows that are found lane by lane: a row load and a transposition serve where a gather would be slow.
+/// The columns of rows that are found lane by lane: a row load and a transposition serve where a
+/// gather would be slow.
 #[inline(always)]
 pub fn columns<'a, S: Simd>(simd: S, row_of: impl Fn(usize) -> &'a [f64; 4]) -> [Lanes<S>; 4] {
     let (even_front, odd_front) =
@@ -75,9 +79,11 @@ fn two_rows<S: Simd>(simd: S, front: &[f64; 4], back: &[f64; 4]) -> Lanes<S> {
     f64x4::load_array_ref(simd, front).combine(f64x4::load_array_ref(simd, back))
 }
 
-/// Natural logarithms of positive normal numbers: the bits of [`libm::log`], whose algorithm it is (FreeBSD, `e_log.c`).
+/// Natural logarithms of positive normal numbers: the bits of [`libm::log`], whose algorithm it is
+/// (FreeBSD, `e_log.c`).
 ///
-/// x = 2ᵏ (1 + f) with 1 + f from √½ to √2; with s = f/(2 + f), ln(1 + f) = f − f²/2 + s (f²/2 + R(s²)).
+/// x = 2ᵏ (1 + f) with 1 + f from √½ to √2; with s = f/(2 + f), ln(1 + f) = f − f²/2 + s (f²/2 +
+/// R(s²)).
 #[inline(always)]
 pub fn ln<S: Simd>(x: Lanes<S>) -> Lanes<S> {
     const FRACTION: u64 = (1 << 52) - 1;

@@ -1,4 +1,5 @@
-//! Models that a study turns off, to see what each of them does. A switch moves no draw of another model.
+//! Models that a study turns off, to see what each of them does. A switch moves no draw of another
+//! model.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -11,7 +12,8 @@ pub enum ModelSwitch {
     Slope,
     /// A straight road, without junction turns.
     Curves,
-    /// No signs: 130 km/h, so that only the truck's limits hold. Curves still follow the drawn signs.
+    /// No signs: 130 km/h, so that only the truck's limits hold. Curves still follow the drawn
+    /// signs.
     Signs,
     /// No stop signs.
     StopSigns,

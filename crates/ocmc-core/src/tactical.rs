@@ -1,13 +1,15 @@
 //! The tactical module: from a scenario to the desired speed along the road.
 //!
-//! The paper's Eq. 1 takes the lowest of five static speeds (sign, curve, bump, stop, traffic) and of their five
-//! anticipating versions. Anticipation at constant deceleration is linear in n = v², so all constraints ahead
-//! together are one backward sweep, n_b(x) = min_j [n_j + 2 a (x_j − x)]; looking only at the next change, as printed, fails
-//! where a low limit follows a mild one closely. A rise of the limit is followed with the driver's acceleration, one
-//! forward sweep (or at once, `rise = "paper"`). A standing truck starts because the accelerating branch never lies below
-//! the launch speed (launch floor).
+//! The paper's Eq. 1 takes the lowest of five static speeds (sign, curve, bump, stop, traffic) and
+//! of their five anticipating versions. Anticipation at constant deceleration is linear in n = v²,
+//! so all constraints ahead together are one backward sweep, n_b(x) = min_j [n_j + 2 a (x_j − x)];
+//! looking only at the next change, as printed, fails where a low limit follows a mild one closely.
+//! A rise of the limit is followed with the driver's acceleration, one forward sweep (or at once,
+//! `rise = "paper"`). A standing truck starts because the accelerating branch never lies below the
+//! launch speed (launch floor).
 //!
-//! The printed v' = √(v_{i+1} − 2 a (x_{i+1} − x)) subtracts m²/s² from m/s: v_{i+1} has to be squared.
+//! The printed v' = √(v_{i+1} − 2 a (x_{i+1} − x)) subtracts m²/s² from m/s: v_{i+1} has to be
+//! squared.
 
 use crate::driver::speed_change::Rise;
 use crate::operating_cycle::road::point_event::Passage;
@@ -21,7 +23,8 @@ pub struct SpeedBranch {
     pub limit: f64,
     /// Braking branch at the segment's end; grows by 2 a_dec for each m before it.
     pub backward_end: f64,
-    /// Accelerating branch at the segment's start; grows by 2 a_acc for each m behind it, and is at least launch².
+    /// Accelerating branch at the segment's start; grows by 2 a_acc for each m behind it, and is at
+    /// least launch².
     pub forward_start: f64,
 }
 
@@ -163,14 +166,16 @@ fn backward_sweep(profile: &mut SpeedProfile, mut limits: StaticLimits) {
     }
 }
 
-/// From the start, where the truck stands, to the end. What a place allows is in the braking branch that ends there.
+/// From the start, where the truck stands, to the end. What a place allows is in the braking branch
+/// that ends there.
 fn forward_sweep(profile: &mut SpeedProfile) {
     let slope = profile.twice_acceleration;
     let mut node = 0.0;
     for (segment, branch) in profile.segments.iter().zip(&mut profile.branches) {
         branch.forward_start = node;
-        // what is really reached: no branch may lie above the others at the node. The launch speed is a floor under the
-        // whole branch wherever it is read; a floor at the nodes, too, would make the ramp depend on where nodes lie.
+        // what is really reached: no branch may lie above the others at the node. The launch speed
+        // is a floor under the whole branch wherever it is read; a floor at the nodes, too, would
+        // make the ramp depend on where nodes lie.
         node = lower(node + slope * segment.length_m, lower(branch.backward_end, branch.limit));
     }
 }

@@ -227,7 +227,8 @@ impl GivenDrive {
         self.files.iter().filter(without).map(message).collect()
     }
 
-    /// Whether this is what a run was given that followed this and had these routes; names of files do not matter.
+    /// Whether this is what a run was given that followed this and had these routes; names of files
+    /// do not matter.
     ///
     /// # Errors
     /// Names the file that cannot be read.

@@ -51,7 +51,8 @@ impl Table {
     }
 }
 
-/// 400 s of driving ten times a second: ten seconds of rest, 20 m/s, a slope, a lower limit, a curve.
+/// 400 s of driving ten times a second: ten seconds of rest, 20 m/s, a slope, a lower limit, a
+/// curve.
 pub(crate) fn log() -> Table {
     Table::new(
         "time_s,speed_mps,yaw_rate_radps,limit_mps,accelerator,brake,grade",

@@ -31,7 +31,8 @@ pub struct CompareRequest<'a> {
 pub struct CompareAnswer {
     /// One for each study but the baseline.
     pub comparisons: Vec<ComparedStudies>,
-    /// Studies that are compared by the work at the wheels, although it was not asked for, because they burn no fuel.
+    /// Studies that are compared by the work at the wheels, although it was not asked for, because
+    /// they burn no fuel.
     pub(crate) without_fuel: Vec<String>,
     pub(crate) plan: RunPlan,
     pub(crate) wall_s: f64,
@@ -74,7 +75,8 @@ pub struct ComparedStudies {
 /// ```
 ///
 /// # Errors
-/// [`Error::UnknownColumn`] and [`Error::Interrupted`]; [`Error::NothingToCompare`] where there are not two studies.
+/// [`Error::UnknownColumn`] and [`Error::Interrupted`]; [`Error::NothingToCompare`] where there are
+/// not two studies.
 pub fn compare(request: &CompareRequest, watch: &mut Watch) -> Result<CompareAnswer, Error> {
     let CompareRequest { studies, plan, column } = request;
     let [(name_a, a), others @ ..] = studies.as_slice() else {

@@ -1,4 +1,5 @@
-//! Comparisons of studies as text: the means, the paired difference with its interval, and what was left out.
+//! Comparisons of studies as text: the means, the paired difference with its interval, and what was
+//! left out.
 
 use super::CompareAnswer;
 use crate::cost::took;

@@ -40,7 +40,8 @@ pub struct CurvesAnswer {
     pub drives: Vec<TripCurves>,
 }
 
-/// Finds the curves of all drives of the logs. `warn` receives what is odd in a log, and what is left out.
+/// Finds the curves of all drives of the logs. `warn` receives what is odd in a log, and what is
+/// left out.
 ///
 /// ```
 /// use ocmc_api::{CurveOptions, CurvesRequest, Source, curves, go_on};
@@ -60,7 +61,8 @@ pub struct CurvesAnswer {
 /// ```
 ///
 /// # Errors
-/// [`Error::Table`] where a log cannot be read, [`Error::Drive`] where no drive can be used, [`Error::Interrupted`].
+/// [`Error::Table`] where a log cannot be read, [`Error::Drive`] where no drive can be used,
+/// [`Error::Interrupted`].
 pub fn curves(
     request: &CurvesRequest,
     warn: &mut dyn FnMut(&str),

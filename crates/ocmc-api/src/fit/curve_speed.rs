@@ -45,8 +45,8 @@ pub struct CurveSpeedRequest<'a> {
 /// ```
 ///
 /// # Errors
-/// [`Error::Table`] where the table cannot be read, [`Error::Fit`] where the curves do not determine the model,
-/// [`Error::Tobit`] where they do not determine the censored one.
+/// [`Error::Table`] where the table cannot be read, [`Error::Fit`] where the curves do not
+/// determine the model, [`Error::Tobit`] where they do not determine the censored one.
 pub fn fit_curve_speed(request: &CurveSpeedRequest) -> Result<FitAnswer<CurveSpeedFit>, Error> {
     let CurveSpeedRequest { curves, mappings, base, options, tobit } = request;
     let table = curve_table::read(curves.lent(), mappings)?;

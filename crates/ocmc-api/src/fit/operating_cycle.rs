@@ -27,7 +27,8 @@ pub struct OperatingCycleRequest<'a> {
     pub base: &'a StudyModel,
     /// How logs are read.
     pub options: RoadOptions,
-    /// Radii of the curves that are known; those of `options` for logs, all for operating cycles where there are none.
+    /// Radii of the curves that are known; those of `options` for logs, all for operating cycles
+    /// where there are none.
     pub radius_range_m: Option<[f64; 2]>,
     /// What the steering wheel does, for logs that only have its angle.
     pub steering: Option<Steering>,
@@ -64,8 +65,9 @@ pub enum RoadSource<'a> {
 /// ```
 ///
 /// # Errors
-/// [`Error::Table`] and [`Error::GivenCycle`] where something cannot be read, [`Error::Drive`] where no drive can be
-/// used, [`Error::Fit`] where the roads do not determine the model, [`Error::Interrupted`].
+/// [`Error::Table`] and [`Error::GivenCycle`] where something cannot be read, [`Error::Drive`]
+/// where no drive can be used, [`Error::Fit`] where the roads do not determine the model,
+/// [`Error::Interrupted`].
 pub fn fit_operating_cycle(
     request: &OperatingCycleRequest,
     warn: &mut dyn FnMut(&str),

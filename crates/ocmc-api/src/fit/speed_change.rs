@@ -48,8 +48,8 @@ pub struct SpeedChangeRequest<'a> {
 /// ```
 ///
 /// # Errors
-/// [`Error::SpeedChange`] where a table or a log cannot be read, [`Error::Fit`] where no change is left,
-/// [`Error::Interrupted`].
+/// [`Error::SpeedChange`] where a table or a log cannot be read, [`Error::Fit`] where no change is
+/// left, [`Error::Interrupted`].
 pub fn fit_speed_change(
     request: &SpeedChangeRequest,
     warn: &mut dyn FnMut(&str),

@@ -38,7 +38,8 @@ pub struct TrafficRequest<'a> {
 /// ```
 ///
 /// # Errors
-/// [`Error::Table`] where the table cannot be read, [`Error::Fit`] where it does not determine a density.
+/// [`Error::Table`] where the table cannot be read, [`Error::Fit`] where it does not determine a
+/// density.
 pub fn fit_traffic(request: &TrafficRequest) -> Result<FitAnswer<TrafficFit>, Error> {
     let TrafficRequest { table, mappings, base, utc_offset_h } = request;
     let records = traffic_table::read(table.lent(), mappings, &base.traffic, *utc_offset_h)?;

@@ -50,7 +50,8 @@ pub struct IdentifyAnswer {
     warnings: Vec<String>,
 }
 
-/// Fits each event of each log, and the population behind them. `warn` receives what is odd in a log.
+/// Fits each event of each log, and the population behind them. `warn` receives what is odd in a
+/// log.
 ///
 /// ```
 /// use ocmc_api::{Error, IdentifyOptions, IdentifyRequest, Source, go_on, identify, study};
@@ -67,8 +68,8 @@ pub struct IdentifyAnswer {
 /// ```
 ///
 /// # Errors
-/// [`Error::Bounds`] where the bounds of a gain are none, [`Error::Table`] where a log cannot be read,
-/// [`Error::NoEvent`] where no event has a fit, [`Error::Interrupted`].
+/// [`Error::Bounds`] where the bounds of a gain are none, [`Error::Table`] where a log cannot be
+/// read, [`Error::NoEvent`] where no event has a fit, [`Error::Interrupted`].
 pub fn identify(
     request: &IdentifyRequest,
     warn: &mut dyn FnMut(&str),

@@ -1,4 +1,5 @@
-//! What an identification says: a line for each event, what the data do not tell, and a table to paste into a study.
+//! What an identification says: a line for each event, what the data do not tell, and a table to
+//! paste into a study.
 
 use ocmc_estimation::identification::identify::{DriverParameterFit, EventFit};
 use ocmc_estimation::identification::population::Population;

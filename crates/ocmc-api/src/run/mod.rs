@@ -105,8 +105,8 @@ pub enum RunEnd {
 /// ```
 ///
 /// # Errors
-/// [`Error::Study`] where what is given does not fit the study, [`Error::RunDirectory`] where the directory holds a
-/// run already, and [`Error::Unwritten`] where it takes no more.
+/// [`Error::Study`] where what is given does not fit the study, [`Error::RunDirectory`] where the
+/// directory holds a run already, and [`Error::Unwritten`] where it takes no more.
 pub fn run(
     request: &RunRequest,
     sink: &mut dyn FnMut(&[Record]),
@@ -148,9 +148,9 @@ pub fn run(
 /// ```
 ///
 /// # Errors
-/// [`Error::NothingToResume`] where there is no run, [`Error::OtherRun`] where it is one of something else,
-/// [`Error::RunDirectory`] where this program cannot go on with it, and [`Error::Unwritten`] where its directory
-/// takes no more.
+/// [`Error::NothingToResume`] where there is no run, [`Error::OtherRun`] where it is one of
+/// something else, [`Error::RunDirectory`] where this program cannot go on with it, and
+/// [`Error::Unwritten`] where its directory takes no more.
 pub fn resume(request: &ResumeRequest, watch: &mut Watch) -> Result<RunAnswer, Error> {
     let ResumeRequest { directory: path, given, threads, chunk, level } = *request;
     let no_run = |error| match error {

@@ -5,7 +5,8 @@ use ocmc_io::label::label;
 use ocmc_io::number_text::decimals;
 use std::fmt::Write;
 
-/// Width of the names, of the mean with its interval, and of the other columns, behind a space each.
+/// Width of the names, of the mean with its interval, and of the other columns, behind a space
+/// each.
 const WIDTHS: (usize, usize, usize) = (13, 17, 6);
 
 /// The table. Quantities that the fleet does not have are left out.
@@ -43,7 +44,8 @@ fn row(statistic: &Statistic) -> String {
     text
 }
 
-/// Decimals of a row: as the mean has them, fewer where a column would be too narrow for its number.
+/// Decimals of a row: as the mean has them, fewer where a column would be too narrow for its
+/// number.
 fn digits(statistic: &Statistic, factor: f64) -> usize {
     let scale = statistic.mean.or(statistic.quantiles[2].value).unwrap_or(0.0);
     let quantiles = statistic.quantiles.iter().map(|quantile| quantile.value);

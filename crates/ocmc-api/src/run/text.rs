@@ -1,4 +1,5 @@
-//! The answer of a run as text: what was run, the distribution over the fleet, a histogram, and what failed.
+//! The answer of a run as text: what was run, the distribution over the fleet, a histogram, and
+//! what failed.
 
 use super::{RunAnswer, histogram_chart, summary_table};
 use crate::cost::threads_text;

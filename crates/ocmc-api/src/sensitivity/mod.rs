@@ -82,8 +82,9 @@ pub struct SensitivityAnswer {
 /// ```
 ///
 /// # Errors
-/// [`Error::UnknownColumn`] and [`Error::UnknownFactor`]; [`Error::Sensitivity`] where too few cycles count, or
-/// where a crossed design is asked for of cycles that depend on one another; [`Error::Interrupted`].
+/// [`Error::UnknownColumn`] and [`Error::UnknownFactor`]; [`Error::Sensitivity`] where too few
+/// cycles count, or where a crossed design is asked for of cycles that depend on one another;
+/// [`Error::Interrupted`].
 pub fn sensitivity(
     request: &SensitivityRequest,
     watch: &mut Watch,

@@ -18,7 +18,8 @@ pub(crate) struct AnalysisArguments {
     /// Master seed
     #[arg(long, value_name = "N", default_value = "1", allow_negative_numbers = true, value_parser = whole_number)]
     pub(crate) seed: u64,
-    /// Quantity that is asked about [default: the consumption; of several studies the first that all have]
+    /// Quantity that is asked about [default: the consumption; of several studies the first that
+    /// all have]
     #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(columns()))]
     pub(crate) column: Option<String>,
     /// Threads [default: one for each CPU]
@@ -45,7 +46,8 @@ pub(crate) struct SensitivityArguments {
     /// Only these factors; may be repeated or joined by commas [default: all]
     #[arg(long, value_name = "NAME", value_delimiter = ',', value_parser = PossibleValuesParser::new(factors()))]
     pub(crate) factor: Vec<String>,
-    /// A second opinion: also drives so many cycles with each of 30 drivers, and splits the variance two ways
+    /// A second opinion: also drives so many cycles with each of 30 drivers, and splits the
+    /// variance two ways
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = crossed)]
     pub(crate) crossed: Option<u64>,
     #[command(flatten)]
@@ -56,7 +58,8 @@ pub(crate) struct SensitivityArguments {
 #[derive(Clone, Debug, Args)]
 #[command(mut_arg("cycles", |cycles| cycles.help("Number of cycles in each study")))]
 pub(crate) struct CompareArguments {
-    /// Built-in studies or study files, the baseline first; a single one is compared with itself under --set
+    /// Built-in studies or study files, the baseline first; a single one is compared with itself
+    /// under --set
     #[arg(value_name = "NAME|FILE", required = true)]
     pub(crate) studies: Vec<String>,
     /// Replaces one value of every study; of a single one, in its second version; may be repeated

@@ -8,17 +8,19 @@ use std::path::PathBuf;
 /// A run on given routes.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct DriveArguments {
-    /// Files with operating cycles: VECTO's `.vdri`, tracks or JSON of `ocmc cycle`, or a route as `.csv`. Of several, each cycle drives
-    /// one, by the weights of the study's `mission.routes`
+    /// Files with operating cycles: VECTO's `.vdri`, tracks or JSON of `ocmc cycle`, or a route as
+    /// `.csv`. Of several, each cycle drives one, by the weights of the study's `mission.routes`
     #[arg(value_name = "FILE", required = true)]
     pub(crate) files: Vec<PathBuf>,
     /// Says which column of a table is what, as in speed_limit_kmh=vmax; may be repeated
     #[arg(long, value_name = "NAME=COLUMN")]
     pub(crate) map: Vec<String>,
-    /// What is taken from the file instead of being drawn from the study; may be repeated or joined by commas
+    /// What is taken from the file instead of being drawn from the study; may be repeated or joined
+    /// by commas
     #[arg(long, value_name = "WHAT", value_delimiter = ',')]
     pub(crate) keep: Vec<Kept>,
-    /// Follows the speed of a drive cycle, a `.csv` with time, speed and grade; or, exactly, the speed planned on a route
+    /// Follows the speed of a drive cycle, a `.csv` with time, speed and grade; or, exactly, the
+    /// speed planned on a route
     #[arg(long, value_name = "HOW")]
     pub(crate) follow_speed: Option<Follow>,
     #[command(flatten)]
@@ -28,7 +30,8 @@ pub(crate) struct DriveArguments {
 /// How a drive cycle is followed, as typed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Follow {
-    /// A driver of the study drives it: its speeds are limits along the road, its standstills are stops
+    /// A driver of the study drives it: its speeds are limits along the road, its standstills are
+    /// stops
     Driver,
     /// Without a driver: the exact backward force balance of the prescribed speed
     Exact,

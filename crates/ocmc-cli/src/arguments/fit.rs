@@ -9,11 +9,13 @@ use std::path::PathBuf;
 /// What can be fitted.
 #[derive(Clone, Debug, Subcommand)]
 pub(crate) enum FitCommand {
-    /// Curve speeds: regression and analysis of variance of measured curves, and the driver population
+    /// Curve speeds: regression and analysis of variance of measured curves, and the driver
+    /// population
     CurveSpeed(CurveSpeedArguments),
     /// Speed changes: log-normal accelerations and decelerations at changes of the speed limit
     SpeedChange(SpeedChangeArguments),
-    /// Operating cycles: road types, signs, events, curves, slope, surface and mission of given roads, or of logs
+    /// Operating cycles: road types, signs, events, curves, slope, surface and mission of given
+    /// roads, or of logs
     OperatingCycle(OperatingCycleArguments),
     /// Weather: the climate of hourly records
     Weather(WeatherArguments),
@@ -41,7 +43,8 @@ pub(crate) struct CurveSpeedArguments {
     /// Table of curves: driver,radius_m,direction,speed_mps and, where known, route_m,limit_mps
     #[arg(value_name = "CURVES.csv")]
     pub(crate) file: PathBuf,
-    /// Says which column is what, as in speed_mph=gps_speed or yaw_rate_degps=-gyro; may be repeated
+    /// Says which column is what, as in speed_mph=gps_speed or yaw_rate_degps=-gyro; may be
+    /// repeated
     #[arg(long, value_name = "NAME=COLUMN")]
     pub(crate) map: Vec<String>,
     /// Radius at which speeds are compared, in m
@@ -78,10 +81,12 @@ pub(crate) struct CurveSpeedArguments {
 /// Options of the fit of speed changes.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct SpeedChangeArguments {
-    /// Tables of speed changes (acceleration_mps2 and, where known, category,driver), or logs (time, speed, limit)
+    /// Tables of speed changes (acceleration_mps2 and, where known, category,driver), or logs
+    /// (time, speed, limit)
     #[arg(required = true, value_name = "FILE.csv")]
     pub(crate) files: Vec<PathBuf>,
-    /// Says which column is what, as in speed_mph=gps_speed or yaw_rate_degps=-gyro; may be repeated
+    /// Says which column is what, as in speed_mph=gps_speed or yaw_rate_degps=-gyro; may be
+    /// repeated
     #[arg(long, value_name = "NAME=COLUMN")]
     pub(crate) map: Vec<String>,
     /// Length of the window with the largest change of speed in a log, in s
@@ -103,14 +108,16 @@ pub(crate) struct SpeedChangeArguments {
 /// Options of the fit of operating cycles.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct OperatingCycleArguments {
-    /// Operating cycles with road types, as `ocmc cycle` writes them, or logs: CSV with time and speed
+    /// Operating cycles with road types, as `ocmc cycle` writes them, or logs: CSV with time and
+    /// speed
     #[arg(required = true, value_name = "FILE")]
     pub(crate) files: Vec<PathBuf>,
-    /// Says which column is what, as in speed_mph=gps_speed or yaw_rate_degps=-gyro; may be repeated
+    /// Says which column is what, as in speed_mph=gps_speed or yaw_rate_degps=-gyro; may be
+    /// repeated
     #[arg(long, value_name = "NAME=COLUMN")]
     pub(crate) map: Vec<String>,
-    /// Smallest and largest radius of the curves that are known, in m; the others are there and were not seen [default: 20 500 of
-    /// logs, all of operating cycles]
+    /// Smallest and largest radius of the curves that are known, in m; the others are there and
+    /// were not seen [default: 20 500 of logs, all of operating cycles]
     #[arg(long, value_names = ["LOWER", "UPPER"], num_args = 2, allow_negative_numbers = true)]
     pub(crate) radius_range: Option<Vec<f64>>,
     /// Road type of logs that have no column road_type [default: by the speed limit]
@@ -134,14 +141,17 @@ pub(crate) struct OperatingCycleArguments {
 /// Options of the fit of weather.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct WeatherArguments {
-    /// Table of hours: time or time_s and any of temperature_k|_c, pressure_pa|_hpa, relative_humidity|_percent,
-    /// precipitation_mps|_mm_per_h, wind_speed_mps, wind_direction_rad|_deg
+    /// Table of hours: time or time_s and any of temperature_k|_c, pressure_pa|_hpa,
+    /// relative_humidity|_percent, precipitation_mps|_mm_per_h, wind_speed_mps,
+    /// wind_direction_rad|_deg
     #[arg(value_name = "HOURS.csv")]
     pub(crate) file: PathBuf,
-    /// Says which column is what, as in speed_mph=gps_speed or yaw_rate_degps=-gyro; may be repeated
+    /// Says which column is what, as in speed_mph=gps_speed or yaw_rate_degps=-gyro; may be
+    /// repeated
     #[arg(long, value_name = "NAME=COLUMN")]
     pub(crate) map: Vec<String>,
-    /// Hours by which the place's standard time is ahead of UTC, for times in UTC or with an offset, such as 2024-03-01T14:00Z
+    /// Hours by which the place's standard time is ahead of UTC, for times in UTC or with an
+    /// offset, such as 2024-03-01T14:00Z
     #[arg(long, value_name = "H", allow_negative_numbers = true, value_parser = utc_offset_h)]
     pub(crate) utc_offset: Option<f64>,
     #[command(flatten)]
@@ -151,14 +161,16 @@ pub(crate) struct WeatherArguments {
 /// Options of the fit of traffic.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct TrafficArguments {
-    /// Table of measurements: road_type, time or time_s, one of density_share, density_per_m, speed_ratio, and, where
-    /// there are several of a type, site
+    /// Table of measurements: road_type, time or time_s, one of density_share, density_per_m,
+    /// speed_ratio, and, where there are several of a type, site
     #[arg(value_name = "TRAFFIC.csv")]
     pub(crate) file: PathBuf,
-    /// Says which column is what, as in speed_mph=gps_speed or yaw_rate_degps=-gyro; may be repeated
+    /// Says which column is what, as in speed_mph=gps_speed or yaw_rate_degps=-gyro; may be
+    /// repeated
     #[arg(long, value_name = "NAME=COLUMN")]
     pub(crate) map: Vec<String>,
-    /// Hours by which the place's standard time is ahead of UTC, for times in UTC or with an offset, such as 2024-03-01T14:00Z
+    /// Hours by which the place's standard time is ahead of UTC, for times in UTC or with an
+    /// offset, such as 2024-03-01T14:00Z
     #[arg(long, value_name = "H", allow_negative_numbers = true, value_parser = utc_offset_h)]
     pub(crate) utc_offset: Option<f64>,
     #[command(flatten)]

@@ -11,7 +11,8 @@ pub(crate) struct LogFileArguments {
     /// Log files: CSV, plain or compressed with gzip, with a line of column names
     #[arg(required = true, value_name = "LOG.csv")]
     pub(crate) logs: Vec<PathBuf>,
-    /// Says which column is what, as in speed_mph=gps_speed or yaw_rate_degps=-gyro; may be repeated
+    /// Says which column is what, as in speed_mph=gps_speed or yaw_rate_degps=-gyro; may be
+    /// repeated
     #[arg(long, value_name = "NAME=COLUMN")]
     pub(crate) map: Vec<String>,
 }
@@ -44,7 +45,8 @@ impl SteeringArguments {
 pub(crate) struct CurvesArguments {
     #[command(flatten)]
     pub(crate) files: LogFileArguments,
-    /// File to write, `.csv` or `.json`; an existing one is replaced [default: CSV to standard output]
+    /// File to write, `.csv` or `.json`; an existing one is replaced [default: CSV to standard
+    /// output]
     #[arg(long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,
     /// How curves are distinguished from straights
@@ -53,7 +55,8 @@ pub(crate) struct CurvesArguments {
     /// What the radius of a curve is
     #[arg(long, value_name = "NAME", default_value = "turn")]
     pub(crate) radius: RadiusName,
-    /// Share of a curve's length, in its middle, in which speed and radius are measured [default: 1/3]
+    /// Share of a curve's length, in its middle, in which speed and radius are measured [default:
+    /// 1/3]
     #[arg(long, value_name = "SHARE")]
     pub(crate) central_share: Option<f64>,
     /// Cuts a curve in two where its curvature steps by this factor or more
@@ -62,7 +65,8 @@ pub(crate) struct CurvesArguments {
     /// Bias of the yaw rate, in rad/s [default: its median at standstill]
     #[arg(long, value_name = "RADPS", allow_negative_numbers = true)]
     pub(crate) gyro_bias_radps: Option<f64>,
-    /// Time by which the speed comes later than the yaw rate, in s [default: by correlation with the course]
+    /// Time by which the speed comes later than the yaw rate, in s [default: by correlation with
+    /// the course]
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     pub(crate) speed_lag_s: Option<f64>,
     #[command(flatten)]

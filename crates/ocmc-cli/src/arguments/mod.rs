@@ -26,8 +26,9 @@ use std::path::PathBuf;
 
 /// Energy use of fleets of trucks, by simulation of many random operating cycles.
 ///
-/// Without a sub-command, runs a study: draws roads, weathers, traffics, missions, drivers and trucks, drives each
-/// cycle in closed loop, and prints how consumption, speed and duration are distributed over the fleet.
+/// Without a sub-command, runs a study: draws roads, weathers, traffics, missions, drivers and
+/// trucks, drives each cycle in closed loop, and prints how consumption, speed and duration are
+/// distributed over the fleet.
 #[derive(Clone, Debug, Parser)]
 #[command(name = "ocmc", version, args_conflicts_with_subcommands = true, after_help = EXAMPLES)]
 pub(crate) struct Arguments {
@@ -62,7 +63,8 @@ pub(crate) enum Command {
     Sensitivity(SensitivityArguments),
     /// Compares studies under common random numbers: the paired difference and its interval
     Compare(CompareArguments),
-    /// Merges the parts of one run, from many machines, into the run that one machine would have written
+    /// Merges the parts of one run, from many machines, into the run that one machine would have
+    /// written
     Merge(MergeArguments),
     /// Writes the report of a run: one HTML file that opens offline
     Report(ReportArguments),

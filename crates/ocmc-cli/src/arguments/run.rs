@@ -20,8 +20,9 @@ pub(crate) struct RunArguments {
     /// Number of cycles
     #[arg(long, value_name = "N", default_value = "1000", default_value_if("precision", ArgPredicate::IsPresent, "1000000"), allow_negative_numbers = true, value_parser = at_least_one)]
     pub(crate) cycles: u64,
-    /// Ends the run when half of the 95 % interval of the mean consumption is that small, relative to the mean, as in 0.2%; of a
-    /// quantile as in p95:1%. --cycles is then the largest number [default: 1000000]
+    /// Ends the run when half of the 95 % interval of the mean consumption is that small, relative
+    /// to the mean, as in 0.2%; of a quantile as in p95:1%. --cycles is then the largest number
+    /// [default: 1000000]
     #[arg(long, value_name = "PRECISION", value_parser = precision)]
     pub(crate) precision: Option<Precision>,
     /// Id of the first cycle: a run can be shared out over machines
@@ -33,7 +34,8 @@ pub(crate) struct RunArguments {
     /// Threads [default: one for each CPU]
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = threads)]
     pub(crate) threads: Option<usize>,
-    /// Directory for the records, the manifest and the summary of the run; without it nothing is written
+    /// Directory for the records, the manifest and the summary of the run; without it nothing is
+    /// written
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
     /// Finishes the interrupted run in --out: study, seed, range and format are those of the run

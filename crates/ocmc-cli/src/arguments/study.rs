@@ -11,7 +11,8 @@ pub(crate) enum StudyCommand {
     List,
     /// Prints a study or vehicle, a built-in one or a file, as it is written, with its sources
     Show {
-        /// Prints every value of the study that a run uses instead, those inherited or given by --set included
+        /// Prints every value of the study that a run uses instead, those inherited or given by
+        /// --set included
         #[arg(long)]
         resolved: bool,
         #[command(flatten)]
@@ -27,7 +28,8 @@ pub(crate) enum StudyCommand {
         #[command(flatten)]
         study: StudyArguments,
     },
-    /// Looks at the roads that a study draws from above: hilliness, transport cycle, how dense stops and curves are
+    /// Looks at the roads that a study draws from above: hilliness, transport cycle, how dense
+    /// stops and curves are
     BirdsEye(BirdsEyeArguments),
     /// Prints the JSON schema of study files
     Schema,
@@ -78,7 +80,8 @@ pub(crate) struct CycleArguments {
     /// Master seed of the run
     #[arg(long, value_name = "N", default_value = "1", allow_negative_numbers = true, value_parser = whole_number)]
     pub(crate) seed: u64,
-    /// File to write, `.csv` or `.json`; an existing one is replaced [default: CSV to standard output]
+    /// File to write, `.csv` or `.json`; an existing one is replaced [default: CSV to standard
+    /// output]
     #[arg(long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,
 }

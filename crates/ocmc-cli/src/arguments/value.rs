@@ -8,7 +8,8 @@ const LARGEST_CHUNK: u64 = 65_536;
 /// Largest precision that can be asked for.
 const COARSEST: f64 = 0.5;
 
-/// A precision: `0.2%`, `p95:1%`. Without the unit, 0.2 would be 0.2 % for some and 20 % for others.
+/// A precision: `0.2%`, `p95:1%`. Without the unit, 0.2 would be 0.2 % for some and 20 % for
+/// others.
 pub(super) fn precision(text: &str) -> Result<Precision, String> {
     let allowed = || {
         let names = Precision::names().collect::<Vec<_>>().join(", ");
@@ -46,7 +47,8 @@ pub(super) fn at_least_one(text: &str) -> Result<u64, String> {
     }
 }
 
-/// Most cycles of a crossed design: the values of all of them are held in memory, once for each driver.
+/// Most cycles of a crossed design: the values of all of them are held in memory, once for each
+/// driver.
 const MOST_CROSSED: u64 = 1_000_000;
 
 /// A number of cycles whose variance can be split.

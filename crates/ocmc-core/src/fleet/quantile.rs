@@ -183,7 +183,8 @@ mod tests {
         assert_eq!(ranks(1, 0.5, halves), Some([10.0, 23.0]));
         // one batch has no spread
         assert_eq!(ranks(32, 0.5, halves), None);
-        // R = 8/32; squares of y - 4 R: 2; h = 2.364624 √(8/7 · 2)/32 = 0.111718: ⌊4.425⌋ and ⌈11.575⌉ + 1
+        // R = 8/32; squares of y - 4 R: 2; h = 2.364624 √(8/7 · 2)/32 = 0.111718: ⌊4.425⌋ and
+        // ⌈11.575⌉ + 1
         assert_eq!(ranks(4, 0.25, [1, 1, 1, 1, 1, 1, 2, 0]), Some([4.0, 13.0]));
         // squares: 8; h = 0.223436: ⌊0.850⌋ is no rank
         assert_eq!(ranks(4, 0.25, [2, 2, 2, 2, 0, 0, 0, 0]), None);

@@ -1,4 +1,5 @@
-//! What the driver wants and does with the pedals: the planned speed under the truck, and the operational module at one stage.
+//! What the driver wants and does with the pedals: the planned speed under the truck, and the
+//! operational module at one stage.
 
 use super::road_row::RoadRow;
 use super::stage::{Decision, Row};
@@ -37,8 +38,9 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         (limit.min(backward).min(forward).sqrt(), backward)
     }
 
-    /// The same where a step ends. Where it passes the beginning of a ramp down to a lower limit, the line from start to end
-    /// would lie below the desired speed everywhere between: the second stage takes the end of the line that has its mean.
+    /// The same where a step ends. Where it passes the beginning of a ramp down to a lower limit,
+    /// the line from start to end would lie below the desired speed everywhere between: the second
+    /// stage takes the end of the line that has its mean.
     #[inline(always)]
     pub(super) fn desired_at_end(
         &self,
@@ -101,7 +103,8 @@ impl<S: Simd, P: Powertrain> State<S, P> {
     }
 }
 
-/// The integral part within its bounds (integral clamp). Zero is within, and stays there for a driver without an integral part.
+/// The integral part within its bounds (integral clamp). Zero is within, and stays there for a
+/// driver without an integral part.
 #[inline(always)]
 pub(super) fn clamp_integral<S: Simd, P: Powertrain>(
     integral: Lanes<S>,

@@ -13,7 +13,8 @@ use crate::powertrain::gearbox::ShiftInputs;
 use crate::record::Outcome;
 use fearless_simd::prelude::*;
 
-/// Steps, as they are counted, for each whole step's time that cuts can make of it before a cycle is given up.
+/// Steps, as they are counted, for each whole step's time that cuts can make of it before a cycle
+/// is given up.
 const MOST_CUTS: f64 = 10.0;
 
 /// An event of one lane: what the step knows that its handling needs.
@@ -58,7 +59,8 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         let up = ready & !up_speed.simd_lt(up_line) & strong;
         let over = self.motion.speed.simd_gt(self.gear.too_fast);
         let has_down = self.gear.speed_ratio_down.simd_lt(UNBOUNDED);
-        // a truck that rolls to a stop with an open clutch shifts when it is driven again, not before
+        // a truck that rolls to a stop with an open clutch shifts when it is driven again, not
+        // before
         let cannot_launch =
             !(closed | self.gear.slips_below.simd_gt(0.0)) & accelerator.simd_gt(0.0);
         let low = speed.simd_lt(down_line) & (closed | cannot_launch);
@@ -206,7 +208,8 @@ impl LaneTask {
             state.set_gear(lane, gear, parameters);
             state.motion.shift_left[lane] = shift.duration_s;
             state.motion.hold_left[lane] = shift.interval_s;
-            // torque comes back after the shift: only then a pressed pedal tells that it is not enough
+            // torque comes back after the shift: only then a pressed pedal tells that it is not
+            // enough
             state.motion.kick_left[lane] = shift.duration_s + shift.kickdown_s;
             state.motion.longest[lane] = parameters.short_step_s;
         }
@@ -239,8 +242,8 @@ impl LaneTask {
         None
     }
 
-    /// The next check is due when a truck that makes no progress has been standing long enough, and no later than the longest
-    /// duration.
+    /// The next check is due when a truck that makes no progress has been standing long enough, and
+    /// no later than the longest duration.
     pub(super) fn schedule_check<S: Simd, P: Powertrain>(
         &mut self,
         state: &mut State<S, P>,

@@ -1,5 +1,5 @@
-//! The task of one lane: its scenario, its road, its gear, and how the events of the lane are handled outside of the hot
-//! loop: stops, shifts, checks of progress and the end of the mission.
+//! The task of one lane: its scenario, its road, its gear, and how the events of the lane are
+//! handled outside of the hot loop: stops, shifts, checks of progress and the end of the mission.
 
 use super::pedal_event::InitialMotion;
 use super::road_row::{RoadRow, RoadRows};
@@ -63,8 +63,9 @@ impl LaneTask {
         task
     }
 
-    /// Takes the next cycle; the buffers of the last one are reused. The profile is needed for the planning only: a scheduler lends
-    /// the same one to all its tasks, so that it stays in the CPU's cache.
+    /// Takes the next cycle; the buffers of the last one are reused. The profile is needed for the
+    /// planning only: a scheduler lends the same one to all its tasks, so that it stays in the
+    /// CPU's cache.
     pub fn reuse(&mut self, study: &Study, seed: u64, cycle_id: u64, profile: &mut SpeedProfile) {
         study.resample(seed, cycle_id, &mut self.scenario);
         self.plan(study, profile);
@@ -114,7 +115,8 @@ impl LaneTask {
         constants.proportional[lane] = gains.proportional;
         constants.integral_gain[lane] = gains.integral;
         constants.derivative_over_filter[lane] = gains.derivative / pid.derivative_filter_s;
-        // T_t = r K_P / K_I, so that K_I (1 / (K_I T_t)) = K_I / (r K_P) for J; 0 without an integral part
+        // T_t = r K_P / K_I, so that K_I (1 / (K_I T_t)) = K_I / (r K_P) for J; 0 without an
+        // integral part
         constants.tracking[lane] = gains.integral / (pid.tracking_ratio * gains.proportional);
         constants.brake_step[lane] = 1.0 / (parameters.brake_mps2 * gains.proportional);
         constants.band_output[lane] = gains.proportional * parameters.pedals.overspeed_band_mps;

@@ -1,4 +1,5 @@
-//! One event of a drive: a truck that already rolls, for a given time, from the same step function as a fleet.
+//! One event of a drive: a truck that already rolls, for a given time, from the same step function
+//! as a fleet.
 //!
 //! It is what the identification of a driver's gains simulates again and again.
 

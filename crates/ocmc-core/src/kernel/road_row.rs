@@ -149,7 +149,8 @@ struct Surroundings<'a> {
     tracks: [u32; 3],
     curve: Option<usize>,
     limit: f64,
-    /// Where they began to hold, in m, and the altitude over the start at which the air density was taken, in m.
+    /// Where they began to hold, in m, and the altitude over the start at which the air density was
+    /// taken, in m.
     since_m: f64,
     air_altitude_m: f64,
     /// Compass heading in the middle of the segment and at its end, in rad.
@@ -193,7 +194,8 @@ impl<'a> Surroundings<'a> {
         }
     }
 
-    /// Whether a segment differs from the one before, turns the heading, or lies elsewhere in altitude.
+    /// Whether a segment differs from the one before, turns the heading, or lies elsewhere in
+    /// altitude.
     #[inline(always)]
     fn differ(&self, segment: &Segment, limit: f64, altitude_m: f64) -> bool {
         let tracks = [segment.weather, segment.roughness, segment.section];

@@ -1,4 +1,5 @@
-//! Drives a range of cycles, eight or sixteen side by side: a lane takes the next cycle as soon as its own has ended.
+//! Drives a range of cycles, eight or sixteen side by side: a lane takes the next cycle as soon as
+//! its own has ended.
 
 use super::cpu::CpuLevel;
 use super::lane_task::LaneTask;
@@ -126,7 +127,8 @@ fn drive_on<P: Powertrain>(
     drive_baseline(study, parameters, next, &mut StopFlag(stop))
 }
 
-/// With the instructions that every CPU of the platform has. `dispatch!` would compile the loop for all the others, too.
+/// With the instructions that every CPU of the platform has. `dispatch!` would compile the loop for
+/// all the others, too.
 fn drive_baseline<P: Powertrain, O: Observer>(
     study: &Study,
     parameters: &KernelParameters<P>,
@@ -172,7 +174,8 @@ pub fn drive_scenario(study: &Study, scenario: Scenario) -> Record {
     records.into_iter().next().expect("one scenario gives one record")
 }
 
-/// The loop over one or two blocks, until `next` gives no more tasks; the records are in order of the cycle ids.
+/// The loop over one or two blocks, until `next` gives no more tasks; the records are in order of
+/// the cycle ids.
 ///
 /// Inlined into each of the functions above, so that it is compiled for their CPUs.
 #[inline(always)]

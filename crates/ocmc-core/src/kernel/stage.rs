@@ -1,4 +1,5 @@
-//! The two stages of a step: what driver, powertrain, air and road do at its start, and where that would lead.
+//! The two stages of a step: what driver, powertrain, air and road do at its start, and where that
+//! would lead.
 
 use super::control::{Control, clamp_integral};
 use super::road_row::RoadRow;
@@ -123,7 +124,8 @@ impl<S: Simd, P: Powertrain> State<S, P> {
             .holding
             .simd_gt(0.0)
             .select(self.motion.held, self.constants.proportional * error);
-        // held throttle: a held brake is released when e >= 0, unless the driver holds as printed in the paper
+        // held throttle: a held brake is released when e >= 0, unless the driver holds as printed
+        // in the paper
         let held = error.simd_lt(0.0).select(held, held.max(self.constants.lowest_held));
         scheduling_barrier(path.0);
         SpeedTarget { row, path, hold, held }

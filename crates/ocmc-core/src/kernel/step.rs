@@ -1,13 +1,15 @@
 //! One step of eight trucks: controller, powertrain, resistances, and the energy ledger.
 //!
-//! Heun's method: v₁ = v + dt (a₁ + σ (a₂ − a₁)/2), dx = dt (v + v₁)/2, where σ is the share of the predicted step that is left
-//! where it is cut, otherwise 1. Each force's work is its mean, weighted alike, times dx, so m (v₁² − v²)/2 equals the net work
-//! exactly and the energy balance closes without a remainder. The crankshaft's work is the mean torque times the crank angle,
-//! which is k dx with the clutch closed and w dt while it slips or is open. Fuel is the map at the step's mean speed and torque.
+//! Heun's method: v₁ = v + dt (a₁ + σ (a₂ − a₁)/2), dx = dt (v + v₁)/2, where σ is the share of the
+//! predicted step that is left where it is cut, otherwise 1. Each force's work is its mean,
+//! weighted alike, times dx, so m (v₁² − v²)/2 equals the net work exactly and the energy balance
+//! closes without a remainder. The crankshaft's work is the mean torque times the crank angle,
+//! which is k dx with the clutch closed and w dt while it slips or is open. Fuel is the map at the
+//! step's mean speed and torque.
 //!
-//! The step is cut where the segment ends, where a shift or the time until the next one ends, where the truck comes to rest, and
-//! where a switching function of the driver or of the gearbox crosses zero. Gear, clutch and hold are decided at the step's start and frozen over both
-//! stages.
+//! The step is cut where the segment ends, where a shift or the time until the next one ends, where
+//! the truck comes to rest, and where a switching function of the driver or of the gearbox crosses
+//! zero. Gear, clutch and hold are decided at the step's start and frozen over both stages.
 
 use super::accumulate::StepTotals;
 use super::control::{Control, clamp_integral};
@@ -38,9 +40,10 @@ pub(super) struct Stages<S: Simd, P: Powertrain> {
 
 /// Advances two blocks of trucks by one step, which is cut for each truck where something ends.
 ///
-/// A step is one long chain of operations. The parts of the two blocks are interleaved: they are short enough that the CPU
-/// works on the other block's while it waits for results of this one's. Each part ends with a [`scheduling_barrier`](crate::lanes::scheduling_barrier), so
-/// that the compiler keeps this order.
+/// A step is one long chain of operations. The parts of the two blocks are interleaved: they are
+/// short enough that the CPU works on the other block's while it waits for results of this one's.
+/// Each part ends with a [`scheduling_barrier`](crate::lanes::scheduling_barrier), so that the
+/// compiler keeps this order.
 #[inline(always)]
 pub fn steps<S: Simd, P: Powertrain>(
     (front, back): (&mut State<S, P>, &mut State<S, P>),

@@ -1,4 +1,5 @@
-//! How a step ends: its time is over, a switching function crosses zero, the segment ends, the truck comes to rest.
+//! How a step ends: its time is over, a switching function crosses zero, the segment ends, the
+//! truck comes to rest.
 
 use super::stage::{Forces, Predicted};
 use super::state::{KernelParameters, State};
@@ -24,7 +25,8 @@ pub(super) struct StepEnd<S: Simd> {
 }
 
 impl<S: Simd, P: Powertrain> State<S, P> {
-    /// The ends of a step: its time is over, a switching function crosses zero, the segment ends, the truck comes to rest.
+    /// The ends of a step: its time is over, a switching function crosses zero, the segment ends,
+    /// the truck comes to rest.
     #[inline(always)]
     pub(super) fn end_step(
         &self,

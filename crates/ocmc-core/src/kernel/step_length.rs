@@ -5,8 +5,8 @@ use crate::lanes::{Flags, Lanes};
 use crate::powertrain::Powertrain;
 use fearless_simd::prelude::*;
 
-/// Share of the longest step that is taken right after a jump of the pedals: its effect on the gearbox is seen at
-/// once.
+/// Share of the longest step that is taken right after a jump of the pedals: its effect on the
+/// gearbox is seen at once.
 pub(super) const AFTER_JUMP: f64 = 0.07;
 /// Change of acceleration over a step that its length aims at, in m/s².
 const AIM_MPS2: f64 = 0.03;

@@ -1,4 +1,5 @@
-//! What a step shows: everything to a trace, the events of single lanes to the code outside of the hot loop.
+//! What a step shows: everything to a trace, the events of single lanes to the code outside of the
+//! hot loop.
 
 use super::lane_event::LaneEvent;
 use crate::energy_ledger::Ledger;

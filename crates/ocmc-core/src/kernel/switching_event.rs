@@ -1,5 +1,6 @@
-//! Switching functions of driver and gearbox, and event location: a step is cut where one of them crosses zero. Without the cut
-//! the switch would come up to a step too late, and the error would be of first order in the step.
+//! Switching functions of driver and gearbox, and event location: a step is cut where one of them
+//! crosses zero. Without the cut the switch would come up to a step too late, and the error would
+//! be of first order in the step.
 
 use super::control::Control;
 use super::stage::{Decision, Predicted};
@@ -9,11 +10,12 @@ use crate::powertrain::gearbox::ShiftModel;
 use crate::powertrain::{Coupling, Powertrain};
 use fearless_simd::prelude::*;
 
-/// How far beyond the zero of a switching function a step goes, as a share of what is left of the step.
+/// How far beyond the zero of a switching function a step goes, as a share of what is left of the
+/// step.
 const OVERSHOOT: f64 = 2e-3;
 
-/// Where in a step a switching function crosses zero, as a quotient of two negative numbers: the division is made once, of the
-/// earliest crossing.
+/// Where in a step a switching function crosses zero, as a quotient of two negative numbers: the
+/// division is made once, of the earliest crossing.
 #[derive(Clone, Copy)]
 struct Crossing<S: Simd> {
     numerator: Lanes<S>,
@@ -44,10 +46,12 @@ impl<S: Simd> Crossing<S> {
 }
 
 impl<S: Simd, P: Powertrain> State<S, P> {
-    /// The share of the step after which a driver goes from one pedal to the other, a switched driver begins or ends to
-    /// hold, an engine speed crosses a shifting line, or a slipping clutch has nothing left to slip; 1 where none of it happens.
+    /// The share of the step after which a driver goes from one pedal to the other, a switched
+    /// driver begins or ends to hold, an engine speed crosses a shifting line, or a slipping clutch
+    /// has nothing left to slip; 1 where none of it happens.
     ///
-    /// All of it is computed in every step: in a block of eight trucks it happens every other time, and no CPU foresees when.
+    /// All of it is computed in every step: in a block of eight trucks it happens every other time,
+    /// and no CPU foresees when.
     #[inline(always)]
     pub(super) fn locate_crossing(
         &self,
@@ -92,9 +96,9 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         decision.hold.select(held, within.max(control.pedal_function(&decision.control)))
     }
 
-    /// Rises through zero where the engine would reach the upshift line in the next gear, and where it falls below the
-    /// downshift line: it is far from the one where it is near the other. With a clutch that is not closed, where the gear has
-    /// come to the engine's speed.
+    /// Rises through zero where the engine would reach the upshift line in the next gear, and where
+    /// it falls below the downshift line: it is far from the one where it is near the other. With a
+    /// clutch that is not closed, where the gear has come to the engine's speed.
     #[inline(always)]
     fn gear_function(
         &self,
@@ -113,7 +117,8 @@ impl<S: Simd, P: Powertrain> State<S, P> {
 }
 
 impl<S: Simd> Control<S> {
-    /// Rises through zero where a driver leaves the pedal that was pressed at the step's start, or presses one.
+    /// Rises through zero where a driver leaves the pedal that was pressed at the step's start, or
+    /// presses one.
     #[inline(always)]
     fn pedal_function(&self, start: &Self) -> Lanes<S> {
         let coasting = self.output.max(-self.demand);

@@ -1,7 +1,8 @@
 //! The trace: the time series of one cycle, from the same step function with one lane.
 //!
-//! Each row is one step, or one standstill or gear jump that took no step. The `*_added` columns are what the record's
-//! totals gained in that row: summed in order they give the record to the bit.
+//! Each row is one step, or one standstill or gear jump that took no step. The `*_added` columns
+//! are what the record's totals gained in that row: summed in order they give the record to the
+//! bit.
 
 use super::lane_task::{LaneTask, slope};
 use super::scheduler::{Observer, drive_observed};

@@ -1,6 +1,7 @@
 //! One cell of a map over speed and torque, multiplied out for the hot loop.
 
-/// {a, b, c, d} of a + b w + T (c + d w) in a cell between two speeds w and two torques T. `corners`: a row for each speed.
+/// {a, b, c, d} of a + b w + T (c + d w) in a cell between two speeds w and two torques T.
+/// `corners`: a row for each speed.
 pub(super) fn bilinear_cell(
     [w0, w1]: [f64; 2],
     [t0, t1]: [f64; 2],

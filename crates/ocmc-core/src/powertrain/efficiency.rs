@@ -1,4 +1,5 @@
-//! An engine or motor of which only the efficiency over its power is known, as FASTSim and many data sheets have it.
+//! An engine or motor of which only the efficiency over its power is known, as FASTSim and many
+//! data sheets have it.
 
 use super::{InversePowertrain, InverseStep, SpeedStep};
 use crate::energy_ledger::{Ledger, Term};
@@ -15,7 +16,8 @@ pub struct EfficiencyCurve {
 }
 
 impl EfficiencyCurve {
-    /// Power that has to go in for a power that comes out, in W; beyond the rated power the last efficiency holds.
+    /// Power that has to go in for a power that comes out, in W; beyond the rated power the last
+    /// efficiency holds.
     pub fn input_w(&self, output_w: f64) -> f64 {
         if output_w <= 0.0 {
             return 0.0;

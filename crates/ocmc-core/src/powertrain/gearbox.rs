@@ -1,13 +1,13 @@
 //! Automated gearbox, axle and retarder: ratios, losses and the shifting strategy.
 //!
-//! Losses by VECTO's generic maps: gearbox T_loss = c₀ + c₁|T| at its input (direct or indirect gear), retarder
-//! drag at the propeller shaft, axle T_loss = a₀ + a₁|T| at its input.
+//! Losses by VECTO's generic maps: gearbox T_loss = c₀ + c₁|T| at its input (direct or indirect
+//! gear), retarder drag at the propeller shaft, axle T_loss = a₀ + a₁|T| at its input.
 //!
-//! Strategy by load-dependent lines (upshift line, downshift line), without a look at a noisy power demand: up, by at most
-//! three gears, to the highest gear with w ≥ 95 + 32 a_p and 0.95 P_full(w) ≥ 1.1 P_road; down when w < 88 + 20 a_p or
-//! when the pedal is down for 2 s and the truck slows below 136 rad/s; up when w > 219.
-//! Added here: both downshifts need a slowing truck, otherwise a truck that has just started in third gear
-//! shifts down while it accelerates through 84-108 rad/s.
+//! Strategy by load-dependent lines (upshift line, downshift line), without a look at a noisy power
+//! demand: up, by at most three gears, to the highest gear with w ≥ 95 + 32 a_p and 0.95 P_full(w)
+//! ≥ 1.1 P_road; down when w < 88 + 20 a_p or when the pedal is down for 2 s and the truck slows
+//! below 136 rad/s; up when w > 219. Added here: both downshifts need a slowing truck, otherwise a
+//! truck that has just started in third gear shifts down while it accelerates through 84-108 rad/s.
 
 use crate::lanes::{Lanes, UNBOUNDED};
 use crate::validation::Problems;
@@ -48,7 +48,8 @@ pub struct GearboxModel {
 }
 
 impl GearboxModel {
-    /// Falling ratios, starting gears among the launching ones, and a clutch that slips above the idle speed, in rad/s.
+    /// Falling ratios, starting gears among the launching ones, and a clutch that slips above the
+    /// idle speed, in rad/s.
     pub fn validate(&self, idle_radps: f64, problems: &mut Problems) {
         validate_ratios(&self.ratio, problems);
         let shift = &self.shift;
@@ -215,7 +216,8 @@ impl<S: Simd> GearLanes<S> {
     }
 }
 
-/// Losses on the way from the gearbox's input to the wheels, those behind the gearbox as forces at the wheels.
+/// Losses on the way from the gearbox's input to the wheels, those behind the gearbox as forces at
+/// the wheels.
 #[derive(Clone, Copy, Debug)]
 pub struct DrivelineLosses {
     gearbox_nm: f64,
@@ -225,7 +227,8 @@ pub struct DrivelineLosses {
 }
 
 impl DrivelineLosses {
-    /// Forces at the wheels for torques at the gearbox's input, and what gearbox, retarder and axle take on the way, in N.
+    /// Forces at the wheels for torques at the gearbox's input, and what gearbox, retarder and axle
+    /// take on the way, in N.
     ///
     /// `per_m`: engine speed for each m/s in the gear, in rad/m; `loss_share`: what the gear loses.
     #[inline(always)]
@@ -253,7 +256,8 @@ impl GearboxModel {
         }
     }
 
-    /// Force at the wheels for a torque at the gearbox's input, and what gearbox, retarder and axle take on the way, in N.
+    /// Force at the wheels for a torque at the gearbox's input, and what gearbox, retarder and axle
+    /// take on the way, in N.
     pub fn wheel_and_lost_n(&self, gear: &Gear, axle_per_m: f64, torque_nm: f64) -> [f64; 2] {
         dispatch!(Level::baseline(), simd => {
             let all = |value| Lanes::splat(simd, value);
@@ -263,7 +267,8 @@ impl GearboxModel {
         })
     }
 
-    /// Torque at the gearbox's input, in Nm, for a force at the wheels, in N: the inverse of [`GearboxModel::wheel_and_lost_n`].
+    /// Torque at the gearbox's input, in Nm, for a force at the wheels, in N: the inverse of
+    /// [`GearboxModel::wheel_and_lost_n`].
     pub fn input_torque_nm(&self, gear: &Gear, axle_per_m: f64, wheel_n: f64) -> f64 {
         // x - share |x| = y has one solution, of the sign of y
         let undo =

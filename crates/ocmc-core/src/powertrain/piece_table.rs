@@ -1,7 +1,7 @@
 //! Finds the piece of a piecewise function by one look-up: a table of bytes over equal cells.
 //!
-//! The cell that holds a knot belongs to the piece at its centre, so the function differs from the exact one by at most half a
-//! cell times the change of slope, next to a knot only.
+//! The cell that holds a knot belongs to the piece at its centre, so the function differs from the
+//! exact one by at most half a cell times the change of slope, next to a knot only.
 
 use crate::lanes::{Lanes, clip};
 use fearless_simd::prelude::*;
@@ -17,8 +17,9 @@ pub(super) struct PieceTable {
 }
 
 impl PieceTable {
-    /// `knots` are the inner ends of pieces, increasing; the table reaches to `span`. The pieces are counted in steps of `stride`:
-    /// so the pieces in two directions are row and column of a matrix whose rows are so long.
+    /// `knots` are the inner ends of pieces, increasing; the table reaches to `span`. The pieces
+    /// are counted in steps of `stride`: so the pieces in two directions are row and column of a
+    /// matrix whose rows are so long.
     pub(super) fn new(knots: &[f64], span: f64, stride: u8) -> Self {
         let cell = span / CELLS as f64;
         let mut piece = Box::new([0; CELLS]);
@@ -29,10 +30,12 @@ impl PieceTable {
         Self { cells_per_unit: 1.0 / cell, piece }
     }
 
-    /// The cells of numbers, each as an integer in the low bits of its double; those beyond an end are in the cell there.
+    /// The cells of numbers, each as an integer in the low bits of its double; those beyond an end
+    /// are in the cell there.
     #[inline(always)]
     pub(super) fn cells<S: Simd>(&self, x: Lanes<S>) -> Lanes<S> {
-        // a double of 2^52 has ulps of 1: adding it rounds, without a slow cast; less a half it is the floor
+        // a double of 2^52 has ulps of 1: adding it rounds, without a slow cast; less a half it is
+        // the floor
         const SHIFT: f64 = 4503599627370496.0;
         clip(x * self.cells_per_unit - 0.5, 0.0, (CELLS - 1) as f64) + SHIFT
     }

@@ -107,7 +107,8 @@ impl DriveCycle {
         Ok(Self { time_s: of(&time_s), speed_mps: of(&speed_mps), slope: of(&slope) })
     }
 
-    /// A cycle that follows from a plan: its study and its road have been checked, and a truck may rest longer than what a file may say.
+    /// A cycle that follows from a plan: its study and its road have been checked, and a truck may
+    /// rest longer than what a file may say.
     pub(super) fn of_plan(time_s: Vec<f64>, speed_mps: Vec<f64>, slope: Vec<f64>) -> Self {
         Self { time_s, speed_mps, slope }
     }
@@ -118,7 +119,8 @@ impl DriveCycle {
         self.time_s.iter().zip(rest).map(|(time, (speed, slope))| [*time, *speed, *slope])
     }
 
-    /// Its steps. A rest is one step, however many points it has: whether it is worth charging depends on all of it.
+    /// Its steps. A rest is one step, however many points it has: whether it is worth charging
+    /// depends on all of it.
     pub fn steps(&self) -> impl Iterator<Item = CycleStep> + '_ {
         let rests = |k: usize| self.speed_mps[k] == 0.0;
         let mut start = 0;

@@ -1,10 +1,14 @@
-//! Prescribed speed: the exact backward force balance of a drive cycle, without a driver, for comparison with tools that have none.
+//! Prescribed speed: the exact backward force balance of a drive cycle, without a driver, for
+//! comparison with tools that have none.
 //!
-//! Over each step the vehicle is taken at its mean speed: F = (m + J_w/r²) a + drag + rolling + grade, with a = Δv/Δt; the driveline gives what it
-//! can, the brakes take the rest. What the engine cannot give is counted and reported, and the speed is kept all the same: a
-//! prescribed-speed tool does not slow down. This is the quasi-static convention of FASTSim and VECTO; finer steps make it exact.
+//! Over each step the vehicle is taken at its mean speed: F = (m + J_w/r²) a + drag + rolling +
+//! grade, with a = Δv/Δt; the driveline gives what it can, the brakes take the rest. What the
+//! engine cannot give is counted and reported, and the speed is kept all the same: a
+//! prescribed-speed tool does not slow down. This is the quasi-static convention of FASTSim and
+//! VECTO; finer steps make it exact.
 //!
-//! Air is still and of one density: drive cycles know no place. The fuel is what the map says at the step's mean engine speed.
+//! Air is still and of one density: drive cycles know no place. The fuel is what the map says at
+//! the step's mean engine speed.
 
 mod drive_cycle;
 mod planned;
@@ -108,7 +112,8 @@ pub fn follow(
     FollowedCycle { ledger, duration_s, standstill_s, n_stops, kinetic_j, climb_m }
 }
 
-/// Follows a cycle with the truck, payload and air of one cycle of a study. Drivers, roads and traffic have no part in it.
+/// Follows a cycle with the truck, payload and air of one cycle of a study. Drivers, roads and
+/// traffic have no part in it.
 pub fn follow_study(
     study: &Study,
     seed: u64,
@@ -118,7 +123,8 @@ pub fn follow_study(
     follow_scenario(study, &study.sample(seed, cycle_id), cycle)
 }
 
-/// Follows the speed that the driver of one cycle of a study wants along its road, exactly. Air is that of the departure, the road smooth.
+/// Follows the speed that the driver of one cycle of a study wants along its road, exactly. Air is
+/// that of the departure, the road smooth.
 pub fn follow_planned(study: &Study, seed: u64, cycle_id: u64) -> (Record, FollowedCycle) {
     let scenario = study.sample(seed, cycle_id);
     follow_scenario(study, &scenario, &planned_cycle(study, &scenario))

@@ -1,4 +1,5 @@
-//! The speed that a driver wants along a road as a drive cycle: for following it exactly, on drawn and on given roads.
+//! The speed that a driver wants along a road as a drive cycle: for following it exactly, on drawn
+//! and on given roads.
 
 use super::drive_cycle::{DriveCycle, SHORTEST_STEP_S};
 use crate::operating_cycle::segments::Segment;

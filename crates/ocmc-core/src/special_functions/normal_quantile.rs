@@ -6,8 +6,8 @@ use fearless_simd::{Level, dispatch, prelude::*};
 
 /// Quantile of the standard normal distribution, Φ⁻¹(p), for p in (0, 1).
 ///
-/// Relative accuracy about 1e-16: algorithm AS 241 (PPND16), M. J. Wichura, "The percentage points of
-/// the normal distribution", Applied Statistics 37 (1988) 477-484.
+/// Relative accuracy about 1e-16: algorithm AS 241 (PPND16), M. J. Wichura, "The percentage points
+/// of the normal distribution", Applied Statistics 37 (1988) 477-484.
 #[inline]
 pub fn normal_quantile(p: f64) -> f64 {
     let q = p - 0.5;

@@ -1,5 +1,5 @@
-//! Checks a study file: every number within its range, and what the rules beside the models say of numbers that have
-//! to fit one another.
+//! Checks a study file: every number within its range, and what the rules beside the models say of
+//! numbers that have to fit one another.
 
 use super::StudyModel;
 use super::keys::{Bounds, Key, declarations};
@@ -51,7 +51,8 @@ fn rules(model: &StudyModel) -> Vec<Problem> {
     problems.into_found()
 }
 
-/// Checks every number of a value against what is declared of its key; serde writes what is not finite as null.
+/// Checks every number of a value against what is declared of its key; serde writes what is not
+/// finite as null.
 fn within_bounds(value: &Value, key: Key, problems: &mut Problems) {
     match value {
         Value::Object(table) if table.contains_key("distribution") => law(value, key, problems),
@@ -79,7 +80,8 @@ fn number_within(value: f64, key: Key, problems: &mut Problems) {
     }
 }
 
-/// Checks a law's own parameters, then that it draws, but for one in a million on each side, within the key's range.
+/// Checks a law's own parameters, then that it draws, but for one in a million on each side, within
+/// the key's range.
 fn law(value: &Value, key: Key, problems: &mut Problems) {
     let finite = Law::deserialize(value).ok().filter(|_| !has_null(value));
     let Some(law) = finite else {

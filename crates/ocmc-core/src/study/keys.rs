@@ -1,8 +1,9 @@
-//! What is declared of the keys of a study: meaning, words and range, on the fields of the models' structs.
+//! What is declared of the keys of a study: meaning, words and range, on the fields of the models'
+//! structs.
 //!
-//! A field is the only place that says it: the check of a study, the schema for editors, the comments of
-//! `ocmc study init` and the reference pages are made from the fields' schema. Ranges are physical or
-//! sanity limits (judgement); within them anything runs.
+//! A field is the only place that says it: the check of a study, the schema for editors, the
+//! comments of `ocmc study init` and the reference pages are made from the fields' schema. Ranges
+//! are physical or sanity limits (judgement); within them anything runs.
 
 use super::StudyModel;
 use crate::distribution::Law;
@@ -30,8 +31,8 @@ impl Bounds {
 pub struct Key<'a>(pub &'a Value);
 
 impl<'a> Key<'a> {
-    /// The key at a path below this one, without indices of lists; a name that a study is free to choose
-    /// leads to what all such names share.
+    /// The key at a path below this one, without indices of lists; a name that a study is free to
+    /// choose leads to what all such names share.
     pub fn at(self, path: &str) -> Option<Self> {
         path.split('.').try_fold(self, Self::below)
     }

@@ -1,9 +1,9 @@
 //! Service brakes and engine brake.
 //!
-//! The brake pedal asks for a deceleration b_p · 5 m/s² (the least that UN Regulation 13 asks of service brakes) times
-//! the mass. The engine brake serves first, as far as it reaches, the service brakes give the rest. Its power grows with
-//! the square of the engine speed, P = P₀ (w/w₀)² (a Volvo VEB+ is said to give about 375 kW at 2300 rpm; recalled, not
-//! certain).
+//! The brake pedal asks for a deceleration b_p · 5 m/s² (the least that UN Regulation 13 asks of
+//! service brakes) times the mass. The engine brake serves first, as far as it reaches, the service
+//! brakes give the rest. Its power grows with the square of the engine speed, P = P₀ (w/w₀)² (a
+//! Volvo VEB+ is said to give about 375 kW at 2300 rpm; recalled, not certain).
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -1,8 +1,9 @@
 //! Coast-down: from F = A + B v + C v² to a drag area and a rolling coefficient.
 //!
-//! The model here has no linear term. A and C are refitted so that A' + C' v² is next to A + B v + C v² in the least squares over the
-//! speeds of the test; then CdA = 2 C'/ρ and c_r = A'/(m g). Everything that rolls and does not brake (bearings, drive shafts)
-//! is in A', as in every coast-down.
+//! The model here has no linear term. A and C are refitted so that A' + C' v² is next to A + B v +
+//! C v² in the least squares over the speeds of the test; then CdA = 2 C'/ρ and c_r = A'/(m g).
+//! Everything that rolls and does not brake (bearings, drive shafts) is in A', as in every
+//! coast-down.
 
 use super::resistance::GRAVITY_MPS2;
 
@@ -74,7 +75,8 @@ mod tests {
             let have = rolling * 40_000.0 * GRAVITY_MPS2 + 0.6 * drag_area * v * v;
             worst = worst.max((have - wanted).abs());
         }
-        // the best straight line in v² through 8 v is off by at most 8 times (b - a)²/(8 (a + b)) at the ends, and less here
+        // the best straight line in v² through 8 v is off by at most 8 times (b - a)²/(8 (a + b))
+        // at the ends, and less here
         assert!(worst < 25.0, "{worst}");
         assert!(rolling > 0.006 && drag_area > 5.3);
     }

@@ -1,4 +1,5 @@
-//! The truck: masses, resistances, engine, gearbox and brakes, and how the trucks of a fleet differ.
+//! The truck: masses, resistances, engine, gearbox and brakes, and how the trucks of a fleet
+//! differ.
 
 pub mod brakes;
 pub mod coast_down;
@@ -48,7 +49,8 @@ pub struct VehicleModel {
     /// Moment of inertia of all wheels, in kg m².
     #[schemars(range(min = 0.0, max = 5000.0))]
     pub wheel_inertia_kgm2: f64,
-    /// Power of the auxiliaries, in W: at the crankshaft, or from the battery without heating and cooling.
+    /// Power of the auxiliaries, in W: at the crankshaft, or from the battery without heating and
+    /// cooling.
     #[schemars(range(min = 0.0, max = 100_000.0))]
     pub auxiliary_power_w: Quantity,
     /// Speed from which the limiter fades traction out, over `limiter_range_mps`, in m/s.
@@ -145,7 +147,8 @@ impl VehicleModel {
         }
     }
 
-    /// Draws one truck with a payload. Without [`ModelSwitch::VehicleSpread`] all are the typical one.
+    /// Draws one truck with a payload. Without [`ModelSwitch::VehicleSpread`] all are the typical
+    /// one.
     pub fn sample(&self, payload_kg: f64, streams: &Streams, without: &[ModelSwitch]) -> Vehicle {
         let spread = !without.contains(&ModelSwitch::VehicleSpread);
         let mut draws = streams.open(Stream::Vehicle);

@@ -12,7 +12,8 @@ const ROLLING_REFERENCE_K: f64 = 298.15;
 /// Distance from it beyond which the temperature coefficient is halved, in K: running tyres heat
 /// themselves (judgement).
 const ROLLING_FULL_RANGE_K: f64 = 15.0;
-/// Distance from it beyond which nothing changes, in K: without an end the factor has a pole (judgement).
+/// Distance from it beyond which nothing changes, in K: without an end the factor has a pole
+/// (judgement).
 const ROLLING_WIDEST_RANGE_K: f64 = 60.0;
 /// Rain at which the wet term is complete, in m/s of water: 1 mm/h.
 const WET_RAIN_MPS: f64 = 1e-3 / 3600.0;
@@ -47,12 +48,14 @@ pub struct CrossWindModel {
     /// a₁, a₂, a₃, in m² per degree, degree² and degree³.
     #[schemars(inner(range(min = -1.0, max = 1.0)))]
     pub coefficients: [f64; 3],
-    /// Angle at which the increment ends, in degrees: the cubic of a tractor-semitrailer turns over at 14.3°.
+    /// Angle at which the increment ends, in degrees: the cubic of a tractor-semitrailer turns over
+    /// at 14.3°.
     #[schemars(range(min = 0.0, max = 20.0))]
     pub maximum_angle_deg: f64,
 }
 
-/// The cross-wind increment as a polynomial in t = tan β, for the hot loop, which has no arc tangent.
+/// The cross-wind increment as a polynomial in t = tan β, for the hot loop, which has no arc
+/// tangent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CrossWind {
     /// Coefficients of t to t⁴, in m².
@@ -63,8 +66,8 @@ pub struct CrossWind {
 
 /// Drag, in N, against the motion: F = ½ ρ A ((v + w)² + c²), with the sign of v + w.
 ///
-/// `half_density`: ½ ρ, in kg/m³; `relative_mps`: speed plus headwind, v + w; `cross_mps`: cross wind c; `area_m2`: drag area A at
-/// this angle of the wind.
+/// `half_density`: ½ ρ, in kg/m³; `relative_mps`: speed plus headwind, v + w; `cross_mps`: cross
+/// wind c; `area_m2`: drag area A at this angle of the wind.
 #[inline(always)]
 pub fn drag_forces_n<S: Simd>(
     half_density: Lanes<S>,
@@ -84,8 +87,8 @@ pub fn drag_force_n(half_density: f64, relative_mps: f64, cross_mps: f64, area_m
     })
 }
 
-/// Rolling coefficient of the loaded vehicle on smooth, dry asphalt at 25 °C:
-/// RRC = Σ s_i RRC_i (s_i m g / (w_i F_i))^(β − 1), β = 0.9 (VECTO user manual, rolling resistance).
+/// Rolling coefficient of the loaded vehicle on smooth, dry asphalt at 25 °C: RRC = Σ s_i RRC_i
+/// (s_i m g / (w_i F_i))^(β − 1), β = 0.9 (VECTO user manual, rolling resistance).
 pub fn rolling_coefficient(axles: &[AxleModel], mass_kg: f64, load_exponent: f64) -> f64 {
     // an axle that is lifted carries nothing: nothing to a negative power would be no number
     let on_the_road = axles.iter().filter(|axle| axle.load_share > 0.0);
@@ -97,10 +100,11 @@ pub fn rolling_coefficient(axles: &[AxleModel], mass_kg: f64, load_exponent: f64
         .sum()
 }
 
-/// Factor of temperature on rolling resistance, 1 / (1 + K (T − 25 °C)), with K halved beyond ±15 K and no change beyond ±60 K.
+/// Factor of temperature on rolling resistance, 1 / (1 + K (T − 25 °C)), with K halved beyond ±15 K
+/// and no change beyond ±60 K.
 ///
-/// K = 0.006 1/K for truck tyres (ISO 28580, load index 122 and more; recalled). At 7 °C this is +11 %, an
-/// extrapolation of a correction meant for a few kelvin.
+/// K = 0.006 1/K for truck tyres (ISO 28580, load index 122 and more; recalled). At 7 °C this is
+/// +11 %, an extrapolation of a correction meant for a few kelvin.
 pub fn rolling_temperature_factor(temperature_k: f64, coefficient_per_k: f64) -> f64 {
     let difference = (temperature_k - ROLLING_REFERENCE_K)
         .clamp(-ROLLING_WIDEST_RANGE_K, ROLLING_WIDEST_RANGE_K);
@@ -119,8 +123,8 @@ pub fn rolling_wet_factor(precipitation_mps: f64, snow: bool) -> f64 {
     }
 }
 
-/// Factor of roughness on rolling resistance, 1 + 0.004 (IRI − 1.5)(v / 20 m/s), between 0.95 and 1.3
-/// (judgement; slope relative to 0.0068 as in VTI rapport 748A, recalled).
+/// Factor of roughness on rolling resistance, 1 + 0.004 (IRI − 1.5)(v / 20 m/s), between 0.95 and
+/// 1.3 (judgement; slope relative to 0.0068 as in VTI rapport 748A, recalled).
 pub fn rolling_roughness_factor(iri_mm_per_m: f64, speed_mps: f64) -> f64 {
     (1.0 + 0.004 * (iri_mm_per_m - 1.5) * (speed_mps * (1.0 / 20.0))).clamp(0.95, 1.3)
 }
@@ -147,11 +151,13 @@ impl CrossWindModel {
         angle_deg * (a1 + angle_deg * (a2 + angle_deg * a3))
     }
 
-    /// The polynomial in t = tan β, through zero and four points that make the largest error between them small: the extrema of
-    /// the Chebyshev polynomial. For the tractor-semitrailer it is within 0.0015 m² of the cubic (tested).
+    /// The polynomial in t = tan β, through zero and four points that make the largest error
+    /// between them small: the extrema of the Chebyshev polynomial. For the tractor-semitrailer it
+    /// is within 0.0015 m² of the cubic (tested).
     pub fn in_tangent(&self) -> CrossWind {
         let maximum_tangent = libm::tan(self.maximum_angle_deg / DEGREES);
-        // ΔCdA / t is a cubic through the points: by divided differences, then from Newton's form to powers of t
+        // ΔCdA / t is a cubic through the points: by divided differences, then from Newton's form
+        // to powers of t
         let mut points = [0.0; 4];
         let mut differences = [0.0; 4];
         for (k, (t, difference)) in points.iter_mut().zip(&mut differences).enumerate() {

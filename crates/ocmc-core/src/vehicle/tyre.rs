@@ -1,7 +1,8 @@
 //! Tyre codes: from `315/70R22.5` to the dynamic radius.
 //!
-//! Diameter d = rim + 2 · width · aspect; dynamic radius r = 3.05 d / 2π, the rolling circumference of radial tyres that VECTO takes for
-//! 15° rims (recalled with confidence). 315/70R22.5: d = 1012.5 mm, r = 0.4915 m.
+//! Diameter d = rim + 2 · width · aspect; dynamic radius r = 3.05 d / 2π, the rolling circumference
+//! of radial tyres that VECTO takes for 15° rims (recalled with confidence). 315/70R22.5: d =
+//! 1012.5 mm, r = 0.4915 m.
 
 use std::str::FromStr;
 use thiserror::Error;

@@ -6,8 +6,8 @@
 //! over the gains and the set speed v_d, with the truck in closed loop and the slope as its input
 //! (paper, Eq. optimization). The paper does not say whether v in the last term is simulated or
 //! measured: either pulls the gains, the simulated speed since the term is not zero at the truth,
-//! the measured one by the set speed, which is estimated, too. Both can be chosen; none is the default. The
-//! integral part at the start is estimated, too: no log contains it.
+//! the measured one by the set speed, which is estimated, too. Both can be chosen; none is the
+//! default. The integral part at the start is estimated, too: no log contains it.
 //!
 //! The search starts from the best of many points (Sobol sequence, Owen-scrambled) within the box.
 //! Intervals are those of the profile: a parameter is moved away and held while all others follow,

@@ -12,7 +12,8 @@ use serde::de::{Deserializer, Error as _, IntoDeserializer, Visitor};
 use serde::forward_to_deserialize_any;
 use std::sync::Arc;
 
-/// The schema of the records: counts are integers, null where a cycle may lack them, quantities are numbers or null, the outcome is a word.
+/// The schema of the records: counts are integers, null where a cycle may lack them, quantities are
+/// numbers or null, the outcome is a word.
 pub fn schema() -> SchemaRef {
     let blank = Record::default();
     let field = |column: &Column| match column.get(&blank) {
@@ -74,7 +75,8 @@ pub fn records(batch: &RecordBatch) -> Result<Vec<Record>, Error> {
     (0..batch.num_rows()).map(record).collect()
 }
 
-/// A table of records as [`schema`] has it: columns in its order, nulls for quantities that are not there.
+/// A table of records as [`schema`] has it: columns in its order, nulls for quantities that are not
+/// there.
 ///
 /// # Errors
 /// As [`records`], of types alone.

@@ -1,4 +1,5 @@
-//! Records as comma-separated values: shortest decimals that read back as the same numbers, an empty cell for null.
+//! Records as comma-separated values: shortest decimals that read back as the same numbers, an
+//! empty cell for null.
 
 use super::{GROUP_ROWS, Group, RecordsError};
 use crate::file_error::FileError;
@@ -55,7 +56,8 @@ pub fn write_rows(out: &mut impl Write, records: &[Record]) -> io::Result<()> {
             }
             match column.get(record) {
                 Cell::Integer(Some(value)) => write!(out, "{value}")?,
-                // the Debug form is the shortest that reads back as the same number, with an exponent where it is large or small
+                // the Debug form is the shortest that reads back as the same number, with an
+                // exponent where it is large or small
                 Cell::Number(Some(value)) => write!(out, "{value:?}")?,
                 Cell::Integer(None) | Cell::Number(None) => (),
                 Cell::Outcome(outcome) => out.write_all(outcome.name().as_bytes())?,

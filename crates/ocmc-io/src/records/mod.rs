@@ -1,7 +1,7 @@
 //! Records in files: one row a cycle, in the order of cycle ids, a column for each quantity.
 //!
-//! A file is a function of its rows alone: whatever the chunks in which rows arrive, they are written in groups of
-//! [`GROUP_ROWS`], each in one go.
+//! A file is a function of its rows alone: whatever the chunks in which rows arrive, they are
+//! written in groups of [`GROUP_ROWS`], each in one go.
 
 pub mod arrow;
 pub mod csv;
@@ -114,7 +114,8 @@ impl RecordWriter {
         self.written
     }
 
-    /// Writes what is left, completes the file and makes sure that it is on the disk. Returns the number of rows.
+    /// Writes what is left, completes the file and makes sure that it is on the disk. Returns the
+    /// number of rows.
     pub fn finish(mut self) -> Result<u64, RecordsError> {
         if !self.waiting.is_empty() {
             self.file.write(&self.waiting)?;

@@ -74,7 +74,8 @@ fn io_error(error: ParquetError) -> io::Error {
     }
 }
 
-/// Reads records, a group at a time: one thread decompresses the next groups while this one takes those before.
+/// Reads records, a group at a time: one thread decompresses the next groups while this one takes
+/// those before.
 pub fn read(path: &Path, file: File, mut sink: impl FnMut(Group)) -> Result<(), RecordsError> {
     let malformed = |reason: String| RecordsError::Malformed { path: path.to_owned(), reason };
     let builder = ParquetRecordBatchReaderBuilder::try_new(file);

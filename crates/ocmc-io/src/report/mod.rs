@@ -1,4 +1,5 @@
-//! The report of a run: one HTML file that opens offline, on a phone, in print, light and dark, without scripts.
+//! The report of a run: one HTML file that opens offline, on a phone, in print, light and dark,
+//! without scripts.
 
 mod energy;
 mod svg;
@@ -159,7 +160,8 @@ fn number(record: &Record, name: &str) -> Option<f64> {
     }
 }
 
-/// How a command names the study of this run: a built-in name where it is one, otherwise a file to save it to.
+/// How a command names the study of this run: a built-in name where it is one, otherwise a file to
+/// save it to.
 fn study_argument(run: &StoredRun) -> String {
     let none: &[&str] = &[];
     let built_in = study::list().iter().find(|built_in| {

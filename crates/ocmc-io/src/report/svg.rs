@@ -1,4 +1,5 @@
-//! The report's pictures: a histogram, bands, and horizontal bars, as SVG that takes its colours from the page.
+//! The report's pictures: a histogram, bands, and horizontal bars, as SVG that takes its colours
+//! from the page.
 
 use crate::number_text::{grouped, rounded};
 use ocmc_core::fleet::association::{Association, Band};
@@ -113,7 +114,8 @@ pub(super) fn bands(
     y_range: [f64; 2],
 ) -> String {
     let (width, height, left, foot) = (320.0, 190.0, 40.0, 36.0);
-    // by rank: tenths of a quantity that many cycles do not have at all would lie on top of one another
+    // by rank: tenths of a quantity that many cycles do not have at all would lie on top of one
+    // another
     let all = association.bands.iter().map(|band| band.n).sum::<u64>() as f64;
     let mut before = 0.0;
     let xs: Vec<f64> = association

@@ -289,7 +289,8 @@ pub(super) fn study(run: &StoredRun) -> String {
     text
 }
 
-/// What was driven instead of the study's own roads: routes, with what is kept of them, and a speed that was followed.
+/// What was driven instead of the study's own roads: routes, with what is kept of them, and a speed
+/// that was followed.
 fn driven_instead(
     routes: &[RouteModel],
     followed: Option<&Followed>,

@@ -1,8 +1,9 @@
-//! The records of a run that is under way: small files, each of which is on the disk before the manifest counts it.
+//! The records of a run that is under way: small files, each of which is on the disk before the
+//! manifest counts it.
 //!
-//! Chunk `k` holds the rows from `k` · [`CHUNK_ROWS`] on; all but the last one are full. A chunk is written beside its
-//! place, synced, renamed, and its directory synced: at any moment it is there whole or not at all. The file `lock` is
-//! locked by the program that writes.
+//! Chunk `k` holds the rows from `k` · [`CHUNK_ROWS`] on; all but the last one are full. A chunk is
+//! written beside its place, synced, renamed, and its directory synced: at any moment it is there
+//! whole or not at all. The file `lock` is locked by the program that writes.
 
 use super::durable::{replaced, sync_directory, temporary};
 use super::error::RunDirectoryError;

@@ -13,8 +13,8 @@ pub(super) fn temporary(path: &Path) -> PathBuf {
     PathBuf::from(name)
 }
 
-/// Replaces a file in one go: `write` writes its successor, down to the disk, to [`temporary`]. A reader of the file
-/// sees the old one or the new one, and after a power cut, too.
+/// Replaces a file in one go: `write` writes its successor, down to the disk, to [`temporary`]. A
+/// reader of the file sees the old one or the new one, and after a power cut, too.
 pub(super) fn replaced(
     path: &Path,
     write: impl FnOnce() -> Result<(), RunDirectoryError>,

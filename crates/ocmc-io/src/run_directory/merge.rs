@@ -1,4 +1,5 @@
-//! Merges the parts of one run, from as many machines as there were, into the run that one machine would have written.
+//! Merges the parts of one run, from as many machines as there were, into the run that one machine
+//! would have written.
 
 use super::error::RunDirectoryError;
 use super::read::{
@@ -36,12 +37,13 @@ impl Part<'_> {
     }
 }
 
-/// Merges parts, given in any order, into a new run directory, in the format of the first part where none is given.
-/// Records and manifest are the bytes of the single run. The wall time is the longest of the parts, the threads are all
-/// of theirs. A merge that fails leaves nothing behind.
+/// Merges parts, given in any order, into a new run directory, in the format of the first part
+/// where none is given. Records and manifest are the bytes of the single run. The wall time is the
+/// longest of the parts, the threads are all of theirs. A merge that fails leaves nothing behind.
 ///
 /// # Errors
-/// Names the parts that differ in study, seed or program, that leave a gap or overlap, or that are not whole.
+/// Names the parts that differ in study, seed or program, that leave a gap or overlap, or that are
+/// not whole.
 pub fn merge(
     parts: &[PathBuf],
     out: &Path,
@@ -78,8 +80,8 @@ pub fn merge(
     merged
 }
 
-/// The manifest of a part that has all the cycles that it was asked for: of an interrupted one it would not be known that the run has
-/// others.
+/// The manifest of a part that has all the cycles that it was asked for: of an interrupted one it
+/// would not be known that the run has others.
 fn whole(path: &Path) -> Result<Manifest, RunDirectoryError> {
     let manifest = ended(path)?;
     if manifest.status == RunStatus::Complete {
@@ -96,8 +98,8 @@ fn missing(out: &Path) -> Vec<&Path> {
     folders.take_while(|folder| !folder.exists()).collect()
 }
 
-/// Removes what a merge that failed has written, and the folders that were created for it. What cannot be removed stays:
-/// what matters is why the merge failed.
+/// Removes what a merge that failed has written, and the folders that were created for it. What
+/// cannot be removed stays: what matters is why the merge failed.
 fn remove_written(out: &Path, created: &[&Path]) {
     let _ = fs::remove_dir_all(out.join(CHUNKS));
     for file in

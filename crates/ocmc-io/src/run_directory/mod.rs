@@ -1,8 +1,9 @@
 //! Run directories: the records of one run, the manifest that says what they are, and the summary.
 //!
-//! The manifest is written first, replaced atomically after each chunk of rows, and says `complete` last: whatever
-//! happens to the machine, a directory never claims more than it holds. A run that was ended in any moment, power cut
-//! included, is resumed from its last chunk, and becomes the same bytes as one that was never ended.
+//! The manifest is written first, replaced atomically after each chunk of rows, and says `complete`
+//! last: whatever happens to the machine, a directory never claims more than it holds. A run that
+//! was ended in any moment, power cut included, is resumed from its last chunk, and becomes the
+//! same bytes as one that was never ended.
 
 mod chunks;
 mod durable;
@@ -69,7 +70,8 @@ pub struct Manifest {
     /// The speed that the trucks follow; absent where drivers drive by themselves.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub followed: Option<Followed>,
-    /// At which precision the run may end before its last cycle; a run that has ended has its number of cycles instead.
+    /// At which precision the run may end before its last cycle; a run that has ended has its
+    /// number of cycles instead.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub precision: Option<Precision>,
     /// The resolved study, in TOML: a study file that, with what is followed, repeats the run.
@@ -162,8 +164,8 @@ pub struct RunDirectory {
 }
 
 impl RunDirectory {
-    /// Creates the directory and its manifest. Status, number of completed cycles and name of the records in the
-    /// manifest are set here.
+    /// Creates the directory and its manifest. Status, number of completed cycles and name of the
+    /// records in the manifest are set here.
     ///
     /// # Errors
     /// An existing run is left alone, whole or not.
@@ -186,9 +188,11 @@ impl RunDirectory {
         Ok(Self { path, manifest, format, chunks, full: 0, waiting: Vec::new() })
     }
 
-    /// Takes up an unfinished run, whose study is given. `sink` receives the records that are there already.
+    /// Takes up an unfinished run, whose study is given. `sink` receives the records that are there
+    /// already.
     ///
-    /// The last record of each chunk is driven again, so that a chunk of another study or one that was changed is found.
+    /// The last record of each chunk is driven again, so that a chunk of another study or one that
+    /// was changed is found.
     ///
     /// # Errors
     /// Names the chunk that is not what the manifest says.
@@ -221,13 +225,14 @@ impl RunDirectory {
         Ok(())
     }
 
-    /// The run is complete with the cycles that it has: it knows its answer precisely enough. The directory is then that of
-    /// a run of so many cycles.
+    /// The run is complete with the cycles that it has: it knows its answer precisely enough. The
+    /// directory is then that of a run of so many cycles.
     pub fn end_here(&mut self) {
         self.manifest.cycles = self.full * CHUNK_ROWS as u64 + self.waiting.len() as u64;
     }
 
-    /// Completes the records, writes the summary, and then says in the manifest how far the run has come.
+    /// Completes the records, writes the summary, and then says in the manifest how far the run has
+    /// come.
     pub fn finish(mut self, summary: &RunSummary) -> Result<Manifest, RunDirectoryError> {
         if !self.waiting.is_empty() {
             self.chunks.write(self.full, &self.waiting)?;
@@ -264,7 +269,8 @@ impl RunDirectory {
     }
 }
 
-/// Reads what an unfinished run has: the number of full chunks, and the rows of the one that is not full.
+/// Reads what an unfinished run has: the number of full chunks, and the rows of the one that is not
+/// full.
 fn read_chunks(
     chunks: &Chunks,
     manifest: &Manifest,

@@ -97,7 +97,8 @@ pub(super) fn measured(directory: &Path) -> Result<Measured, RunDirectoryError> 
     })
 }
 
-/// Hands the records of an ended run over, group by group, and checks that they are those of its manifest.
+/// Hands the records of an ended run over, group by group, and checks that they are those of its
+/// manifest.
 pub(super) fn read_records(
     directory: &Path,
     manifest: &Manifest,
@@ -189,8 +190,8 @@ pub(super) fn study_of(
     Ok((study.map_err(|source| RunDirectoryError::Study { path, source })?, given))
 }
 
-/// Drives the cycles of these records again: a record of another study, seed or program, or one that was changed or cut
-/// short, is not what comes out.
+/// Drives the cycles of these records again: a record of another study, seed or program, or one
+/// that was changed or cut short, is not what comes out.
 pub(super) fn check_by_driving(
     study: &Study,
     given: &GivenDrive,

@@ -1,7 +1,9 @@
-//! What a study inherits: `study.base`, `study.drop` and `vehicle.base`, which core knows nothing of.
+//! What a study inherits: `study.base`, `study.drop` and `vehicle.base`, which core knows nothing
+//! of.
 //!
-//! A study inherits another by `study.base`, a vehicle by `vehicle.base`; both are a built-in name or a file beside the
-//! one that names it. What is inherited loses the paths in `study.drop`, then the study's own keys are laid over it.
+//! A study inherits another by `study.base`, a vehicle by `vehicle.base`; both are a built-in name
+//! or a file beside the one that names it. What is inherited loses the paths in `study.drop`, then
+//! the study's own keys are laid over it.
 
 use super::error::{Cause, Fault};
 use super::node::{Content, Node, Step, path_of};

@@ -111,7 +111,8 @@ pub const VEHICLES: &[BuiltIn] = &[
     },
 ];
 
-/// The routes that built-in studies name, by the name in the study, as `ocmc cycle` would write them.
+/// The routes that built-in studies name, by the name in the study, as `ocmc cycle` would write
+/// them.
 const ROUTES: &[(&str, &str)] =
     &[("built-in/simulator-slopes.csv", include_str!("../../../../configs/simulator-slopes.csv"))];
 
@@ -133,7 +134,8 @@ pub fn show(name: &str) -> Result<&'static str, StudyFileError> {
     find(name).ok_or_else(|| unknown(name, Cause::NotBuiltIn { name: name.to_owned() }))
 }
 
-/// The text of a built-in study or vehicle, or of a file, as it is written. A built-in name wins over a file.
+/// The text of a built-in study or vehicle, or of a file, as it is written. A built-in name wins
+/// over a file.
 ///
 /// # Errors
 /// [`StudyFileError`] names the nearest built-in name, or says why the file cannot be read.

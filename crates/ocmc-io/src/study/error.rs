@@ -1,4 +1,5 @@
-//! What is wrong with a study, for people: where it is written, what is allowed, and what was probably meant.
+//! What is wrong with a study, for people: where it is written, what is allowed, and what was
+//! probably meant.
 
 use super::source::{Place, cut};
 use std::fmt;
@@ -12,7 +13,8 @@ const SHOWN_NAMES: usize = 24;
 
 /// Everything that is wrong with a study file.
 ///
-/// Its text is complete and readable; a program that draws its own messages takes them from `faults`.
+/// Its text is complete and readable; a program that draws its own messages takes them from
+/// `faults`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StudyFileError {
     /// The faults, at least one.

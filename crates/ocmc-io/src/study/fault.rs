@@ -75,7 +75,8 @@ pub(super) fn from_serde(
     if about.starts_with("unknown field") || about.starts_with("unknown variant") {
         return unknown(root, steps, about, &quoted(expected));
     }
-    // within a law serde loses the path: look for the law without a name, or for the value that is no number
+    // within a law serde loses the path: look for the law without a name, or for the value that is
+    // no number
     let names_law = expected.starts_with("variant identifier");
     let (node, _) = root.follow(&steps);
     let below = if names_law { nameless_law(node) } else { wrong_in_law(node) };

@@ -1,4 +1,5 @@
-//! Fitted values as a part of a study, and as a study file that differs from another one in them alone.
+//! Fitted values as a part of a study, and as a study file that differs from another one in them
+//! alone.
 
 use super::node::Node;
 use super::resolved::resolved_toml;
@@ -10,10 +11,12 @@ use std::path::Path;
 use std::sync::Arc;
 use toml::{Table, Value};
 
-/// Significant digits of written numbers: more than any fit determines, and enough for shares to sum up to 1.
+/// Significant digits of written numbers: more than any fit determines, and enough for shares to
+/// sum up to 1.
 const DIGITS: usize = 8;
 
-/// Fitted values under their keys, such as `[driver.curve_speed]`, to be laid over a study: those that a study takes.
+/// Fitted values under their keys, such as `[driver.curve_speed]`, to be laid over a study: those
+/// that a study takes.
 ///
 /// Numbers are rounded to eight digits.
 #[derive(Clone, Debug)]
@@ -23,7 +26,8 @@ pub struct FittedPart {
 }
 
 impl FittedPart {
-    /// The values below `path`. What a study would refuse beside the rest of `base` is left out, so that it stays that of the base.
+    /// The values below `path`. What a study would refuse beside the rest of `base` is left out, so
+    /// that it stays that of the base.
     pub fn new(base: &StudyModel, path: &[&str], value: &impl Serialize) -> Self {
         let mut value =
             Value::try_from(value).expect("a study is tables, lists, numbers and words");
@@ -92,10 +96,12 @@ fn remove(values: &mut Table, path: &str) -> bool {
     }
 }
 
-/// A whole study file: `base` with fitted values ([`FittedPart::json`]) laid over it, `note` on top.
+/// A whole study file: `base` with fitted values ([`FittedPart::json`]) laid over it, `note` on
+/// top.
 ///
 /// # Errors
-/// [`StudyFileError`] where the values do not make a study, such as a fitted value out of its range.
+/// [`StudyFileError`] where the values do not make a study, such as a fitted value out of its
+/// range.
 pub fn fitted_study(
     base: &str,
     name: &str,

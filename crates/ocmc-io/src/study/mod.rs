@@ -1,4 +1,5 @@
-//! Study files: the built-in ones and those of a user, from a name to a checked study or to an error for people.
+//! Study files: the built-in ones and those of a user, from a name to a checked study or to an
+//! error for people.
 //!
 //! ```
 //! use ocmc_io::study;
@@ -11,12 +12,16 @@
 //!
 //! A study may hold only what differs from another one:
 //!
-//! - `study.base`: a built-in name or a file beside this one. Tables are merged key by key; a list, a number, a law
-//!   (a table with the key `distribution`) and the probabilities of `next` and `ground` replace what was inherited.
-//! - `study.drop`: a list of inherited paths that go before that, such as `["road.types.rural", "traffic.types.rural"]`.
-//! - `vehicle.base`: a built-in vehicle or a file with the keys of `[vehicle]`, instead of an inherited vehicle.
+//! - `study.base`: a built-in name or a file beside this one. Tables are merged key by key; a list,
+//!   a number, a law (a table with the key `distribution`) and the probabilities of `next` and
+//!   `ground` replace what was inherited.
+//! - `study.drop`: a list of inherited paths that go before that, such as
+//!   `["road.types.rural", "traffic.types.rural"]`.
+//! - `vehicle.base`: a built-in vehicle or a file with the keys of `[vehicle]`, instead of an
+//!   inherited vehicle.
 //!
-//! Settings (`--set key.path=VALUE`) win over the file; numbers in their path are places in a list, from 0.
+//! Settings (`--set key.path=VALUE`) win over the file; numbers in their path are places in a list,
+//! from 0.
 
 mod base;
 pub mod builtin;
@@ -75,8 +80,9 @@ impl LoadedStudy {
         finish(self.own.clone(), self.folder.clone(), sets, self.origin.clone())
     }
 
-    /// The study on given routes instead of its own roads: files as [`crate::given_cycle::read`] reads them. A file that the study
-    /// lists under `mission.routes` keeps its weight, others weigh 1; `keep` is what they all keep.
+    /// The study on given routes instead of its own roads: files as [`crate::given_cycle::read`]
+    /// reads them. A file that the study lists under `mission.routes` keeps its weight, others
+    /// weigh 1; `keep` is what they all keep.
     ///
     /// # Errors
     /// [`StudyFileError`] says what is wrong with which file.
@@ -145,7 +151,8 @@ impl fmt::Display for Origin {
     }
 }
 
-/// Reads and checks a built-in study or a file, with settings laid over it. A built-in name wins over a file.
+/// Reads and checks a built-in study or a file, with settings laid over it. A built-in name wins
+/// over a file.
 ///
 /// # Errors
 /// [`StudyFileError`] says what is wrong, where, and what is allowed.

@@ -12,7 +12,8 @@ pub(super) const MOST_DEPTH: usize = 64;
 /// Longest value that a message shows, in characters.
 const SHOWN_VALUE: usize = 60;
 
-/// Keys of tables whose numbers are the probabilities of names, so that one of them alone says nothing.
+/// Keys of tables whose numbers are the probabilities of names, so that one of them alone says
+/// nothing.
 const PROBABILITIES: [&str; 2] = ["next", "ground"];
 
 /// A value of a study file.
@@ -114,7 +115,8 @@ impl Node {
         }
     }
 
-    /// Follows the steps as far as they lead: the last value reached, and whether it is the wanted one.
+    /// Follows the steps as far as they lead: the last value reached, and whether it is the wanted
+    /// one.
     pub(super) fn follow(&self, steps: &[Step]) -> (&Self, bool) {
         let mut here = self;
         for step in steps {
@@ -174,9 +176,9 @@ impl Node {
         }
     }
 
-    /// Lays another tree over this one. Tables are merged key by key; a law (a table with the key `distribution`), probabilities
-    /// (a table whose numbers add up to one), a list and a scalar replace what is below. Numbers as keys over a list change its
-    /// entries.
+    /// Lays another tree over this one. Tables are merged key by key; a law (a table with the key
+    /// `distribution`), probabilities (a table whose numbers add up to one), a list and a scalar
+    /// replace what is below. Numbers as keys over a list change its entries.
     ///
     /// # Errors
     /// [`Cause::NoEntry`] where a list has no such entry.
@@ -239,7 +241,8 @@ impl Node {
         self.place.is_some() || self.key_place.is_some()
     }
 
-    /// Whether the keys of a table can only mean entries of a list: all are numbers, or the table stands for the steps of a setting.
+    /// Whether the keys of a table can only mean entries of a list: all are numbers, or the table
+    /// stands for the steps of a setting.
     fn names_entries(&self) -> bool {
         let Content::Table(entries) = &self.content else { return false };
         let numbers = entries.keys().all(|key| key.parse::<usize>().is_ok());
@@ -263,7 +266,8 @@ fn check_entries(
     Err(Box::new(Fault::new(cause).at(node.key_place.as_ref().or(node.any_place()))))
 }
 
-/// Whether the steps lead to a table of probabilities, one for each name: where a road goes on, what its ground is.
+/// Whether the steps lead to a table of probabilities, one for each name: where a road goes on,
+/// what its ground is.
 fn is_probabilities(steps: &[Step]) -> bool {
     matches!(steps.last(), Some(Step::Key(key)) if PROBABILITIES.contains(&key.as_str()))
 }

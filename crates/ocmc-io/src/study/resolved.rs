@@ -9,7 +9,8 @@ pub fn resolved_toml(model: &StudyModel) -> String {
     toml::to_string(model).expect("a study is tables, lists, numbers and words")
 }
 
-/// SHA-256, in hexadecimal digits, of the resolved study: of its JSON without blanks, keys in the order of their names.
+/// SHA-256, in hexadecimal digits, of the resolved study: of its JSON without blanks, keys in the
+/// order of their names.
 ///
 /// Two studies with the same hash give the same records under the same seed and program version.
 pub fn study_hash(model: &StudyModel) -> String {

@@ -1,4 +1,5 @@
-//! The routes of a study: `mission.routes` names files with given operating cycles, read when the study is loaded.
+//! The routes of a study: `mission.routes` names files with given operating cycles, read when the
+//! study is loaded.
 
 use super::builtin;
 use super::error::{Cause, Fault};
@@ -8,8 +9,8 @@ use ocmc_core::operating_cycle::given::GivenCycleError;
 use ocmc_core::study::{Study, StudyModel};
 use std::path::Path;
 
-/// Reads the files of the model's routes, relative to `folder`, and gives them to the study. The model then names each
-/// file as it was found, with its hash.
+/// Reads the files of the model's routes, relative to `folder`, and gives them to the study. The
+/// model then names each file as it was found, with its hash.
 pub(super) fn attach(
     study: Study,
     model: &mut StudyModel,

@@ -1,5 +1,5 @@
-//! The JSON schema of a study file, for editors: what the core declares of the keys, and the keys that only files
-//! have (`base`, `drop`). `ocmc study check` tells what is missing.
+//! The JSON schema of a study file, for editors: what the core declares of the keys, and the keys
+//! that only files have (`base`, `drop`). `ocmc study check` tells what is missing.
 
 use ocmc_core::study::keys::declarations;
 use serde_json::{Value, json};

@@ -80,8 +80,8 @@ impl Place {
         }
     }
 
-    /// The source line, cut to 120 characters around the place, and where in it the place begins and how many
-    /// characters it has.
+    /// The source line, cut to 120 characters around the place, and where in it the place begins
+    /// and how many characters it has.
     pub fn excerpt(&self) -> (String, usize, usize) {
         let text = &self.source.text;
         let rest = &text[self.line_start()..];

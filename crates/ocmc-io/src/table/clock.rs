@@ -1,8 +1,8 @@
 //! The clock of tables of measurements: a date and time of the day, or seconds.
 //!
 //! A study's clock is the standard time of its place, all year. A stamp without a zone is taken for
-//! that. One with an offset, such as `2024-07-01T14:00+02:00`, names an instant: it is converted to the
-//! zone that the caller gives, otherwise at the offset of the first row. A stamp in UTC (`Z`,
+//! that. One with an offset, such as `2024-07-01T14:00+02:00`, names an instant: it is converted to
+//! the zone that the caller gives, otherwise at the offset of the first row. A stamp in UTC (`Z`,
 //! `+00:00`) does not tell where the place is, so that the zone has to be given.
 
 use super::error::TableError;

@@ -1,4 +1,5 @@
-//! Heating and cooling of cab, saloon and battery: auxiliary power that grows with the distance of the air from comfort (judgement: a straight line).
+//! Heating and cooling of cab, saloon and battery: auxiliary power that grows with the distance of
+//! the air from comfort (judgement: a straight line).
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -1,8 +1,9 @@
 //! Electric motor with its inverter: torque limits, and a map of losses.
 //!
-//! Torque up to the smaller of the highest torque and power over speed, driving and braking each with its own limits. Losses are given over speed
-//! and torque without sign, the same for driving and braking; bilinear in the map's cells, held beyond its edges. Terminals see
-//! P = w T + loss: what the motor gives back while braking is w |T| less the loss, and may be less than nothing.
+//! Torque up to the smaller of the highest torque and power over speed, driving and braking each
+//! with its own limits. Losses are given over speed and torque without sign, the same for driving
+//! and braking; bilinear in the map's cells, held beyond its edges. Terminals see P = w T + loss:
+//! what the motor gives back while braking is w |T| less the loss, and may be less than nothing.
 
 use crate::lanes::{Flags, Lanes, clip, columns, masked};
 use crate::powertrain::bilinear::bilinear_cell;
@@ -28,7 +29,8 @@ pub struct MotorModel {
     /// Highest power while braking, in W.
     #[schemars(range(min = 0.0, max = 1.0e7))]
     pub brake_power_w: f64,
-    /// Share of what the pedal asks for that the motor may brake at most: only driven axles brake by it.
+    /// Share of what the pedal asks for that the motor may brake at most: only driven axles brake
+    /// by it.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub brake_share: f64,
     /// Speed below which braking by the motor fades out, in m/s.
@@ -117,7 +119,8 @@ impl MotorModel {
         masked(!speed_radps.simd_gt(self.maximum_speed_radps), limit)
     }
 
-    /// Highest torque while braking, in Nm, without sign, at a motor speed in rad/s and a vehicle speed in m/s.
+    /// Highest torque while braking, in Nm, without sign, at a motor speed in rad/s and a vehicle
+    /// speed in m/s.
     pub fn brake_limit_nm(&self, speed_radps: f64, vehicle_mps: f64) -> f64 {
         dispatch!(Level::baseline(), simd => {
             let all = |value| Lanes::splat(simd, value);
@@ -186,9 +189,11 @@ impl Motor {
         speed_radps * torque_nm + self.loss_w(speed_radps, torque_nm)
     }
 
-    /// The torque between zero and the wanted one, in Nm, up to which the power at the terminals stays within limits, in W.
+    /// The torque between zero and the wanted one, in Nm, up to which the power at the terminals
+    /// stays within limits, in W.
     ///
-    /// At one speed the power is a polygon over the torque: it is followed from zero to where it leaves the limits.
+    /// At one speed the power is a polygon over the torque: it is followed from zero to where it
+    /// leaves the limits.
     pub fn within_nm(&self, speed_radps: f64, torque_nm: f64, least_w: f64, most_w: f64) -> f64 {
         let sign = if torque_nm < 0.0 { -1.0 } else { 1.0 };
         let knots = self.model.map_torque_nm.iter().copied().filter(|knot| *knot > 0.0);

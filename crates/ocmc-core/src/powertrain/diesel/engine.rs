@@ -1,11 +1,13 @@
 //! Diesel engine: full-load and drag curves, and fuel map.
 //!
-//! Curves are linear between the given points, the map is bilinear in its cells; beyond their ends they continue
-//! the last slope, but drag stays below zero and full load does not fall below drag. An empty cell of the map continues the
-//! last slope in torque. Below zero torque, fuel falls linearly from the map's value at 0 Nm to zero at the drag torque, and
-//! is zero below (fuel below zero torque).
+//! Curves are linear between the given points, the map is bilinear in its cells; beyond their ends
+//! they continue the last slope, but drag stays below zero and full load does not fall below drag.
+//! An empty cell of the map continues the last slope in torque. Below zero torque, fuel falls
+//! linearly from the map's value at 0 Nm to zero at the drag torque, and is zero below (fuel below
+//! zero torque).
 //!
-//! In the hot loop the pieces of the curves and the cells of the map are found by tables of bytes (`piece_table.rs`).
+//! In the hot loop the pieces of the curves and the cells of the map are found by tables of bytes
+//! (`piece_table.rs`).
 
 use crate::validation::{Problems, rises};
 use schemars::JsonSchema;
@@ -95,12 +97,14 @@ impl EngineModel {
         );
     }
 
-    /// Whether a speed in rad/s and a torque in Nm lie within the points of the map; below zero torque there is nothing to know.
+    /// Whether a speed in rad/s and a torque in Nm lie within the points of the map; below zero
+    /// torque there is nothing to know.
     pub fn map_covers(&self, speed_radps: f64, torque_nm: f64) -> bool {
         torque_nm <= self.map_reach_nm(speed_radps)
     }
 
-    /// Torque up to which the map has points at a speed in rad/s, in Nm; without end below zero where it has none.
+    /// Torque up to which the map has points at a speed in rad/s, in Nm; without end below zero
+    /// where it has none.
     fn map_reach_nm(&self, speed_radps: f64) -> f64 {
         let speeds = &self.map_speed_radps;
         let above = speeds.partition_point(|knot| *knot < speed_radps);
@@ -132,7 +136,8 @@ pub struct FuelModel {
 /// Torques that differ by this share are the same: full load often ends where the map does.
 const ROUNDING: f64 = 1e-9;
 
-/// Speed covered by the byte table, in rad/s: 0.25 rad/s a cell. Faster engines have it twice or four times as wide.
+/// Speed covered by the byte table, in rad/s: 0.25 rad/s a cell. Faster engines have it twice or
+/// four times as wide.
 const SPEED_SPAN_RADPS: f64 = 256.0;
 /// Torque covered by the byte table, in Nm: 4 Nm a cell.
 const TORQUE_SPAN_NM: f64 = 4096.0;
@@ -154,8 +159,8 @@ pub type FuelRow = [f64; 4];
 struct CurvePiece {
     /// The lines of full load and drag.
     row: CurveRow,
-    /// Where the piece begins and ends, in rad/s, and the torque up to which the map has points, in Nm: without end below
-    /// zero where it has none at the speed. The fourth number fills the row.
+    /// Where the piece begins and ends, in rad/s, and the torque up to which the map has points, in
+    /// Nm: without end below zero where it has none at the speed. The fourth number fills the row.
     reach: [f64; 4],
 }
 
@@ -234,7 +239,8 @@ impl Engine {
         &self.curves[k].row
     }
 
-    /// Full load and drag at some speeds, in rad/s: within a cell of the table the line of the piece that it mostly belongs to.
+    /// Full load and drag at some speeds, in rad/s: within a cell of the table the line of the
+    /// piece that it mostly belongs to.
     #[inline(always)]
     pub fn curves_at<S: Simd>(&self, speed_radps: Lanes<S>) -> Curves<S> {
         let simd = speed_radps.simd;
@@ -279,7 +285,8 @@ impl Engine {
         value + slope * speed_radps
     }
 
-    /// Fuel of some engines, in kg/s, before the vehicles' factors; the drag torque is that at the speed.
+    /// Fuel of some engines, in kg/s, before the vehicles' factors; the drag torque is that at the
+    /// speed.
     #[inline(always)]
     pub fn fuel_rates<S: Simd>(
         &self,
@@ -316,8 +323,9 @@ impl Engine {
 /// Least drag torque, without sign, in Nm: what the bounds of a study allow at a point.
 const LEAST_DRAG_NM: f64 = 0.1;
 
-/// The lines of full load and drag by pieces of engine speed, and the speeds in rad/s at which the pieces meet; the ends of the map are
-/// among them. Drag stays below zero, and full load does not fall below drag.
+/// The lines of full load and drag by pieces of engine speed, and the speeds in rad/s at which the
+/// pieces meet; the ends of the map are among them. Drag stays below zero, and full load does not
+/// fall below drag.
 fn saturated_curves(model: &EngineModel) -> (Vec<f64>, Vec<CurveRow>) {
     let full = (&model.full_load_speed_radps, &model.full_load_torque_nm);
     let drag = (&model.map_speed_radps, &model.drag_torque_nm);
@@ -445,8 +453,8 @@ pub(crate) mod tests {
 
     #[test]
     fn an_empty_cell_continues_the_last_slope_of_its_row() {
-        // rows at 100 and 200 rad/s over 0, 100, 200, 400 and 800 Nm, in mg/s. The first one is convex and ends at
-        // 200 Nm: its slopes are 10 and 30, the mean of both is 20
+        // rows at 100 and 200 rad/s over 0, 100, 200, 400 and 800 Nm, in mg/s. The first one is
+        // convex and ends at 200 Nm: its slopes are 10 and 30, the mean of both is 20
         let fuel_kgps = |row: &[f64]| row.iter().map(|mgps| mgps * 1e-6).collect();
         let model = EngineModel {
             map_speed_radps: vec![100.0, 200.0],
@@ -478,7 +486,8 @@ pub(crate) mod tests {
 
     #[test]
     fn the_map_agrees_with_the_fitted_polynomial() {
-        // a polynomial fitted to the map: P = 203.79 w + .8413 w^2 + 1.7072 w T + 1.988e-4 w T^2, rms 4.8, max 9.4 kW
+        // a polynomial fitted to the map: P = 203.79 w + .8413 w^2 + 1.7072 w T + 1.988e-4 w T^2,
+        // rms 4.8, max 9.4 kW
         let engine = Engine::new(&engine_b());
         for rpm in [900.0, 1100.0, 1300.0, 1500.0] {
             for t in [200.0, 700.0, 1200.0, 1600.0] {

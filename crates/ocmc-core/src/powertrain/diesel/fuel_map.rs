@@ -1,8 +1,10 @@
-//! Fuel maps as test benches give them, points of speed, torque and fuel, on the grid of the engine's model.
+//! Fuel maps as test benches give them, points of speed, torque and fuel, on the grid of the
+//! engine's model.
 //!
-//! Points of one speed are a row. Speeds beyond the most that a model holds are thinned out evenly; torques are those that rows share where they
-//! are few enough, otherwise evenly spaced. Within a row fuel is linear in torque between its points; a row ends at its highest torque and
-//! then goes on with its last slope, as everywhere in the engine.
+//! Points of one speed are a row. Speeds beyond the most that a model holds are thinned out evenly;
+//! torques are those that rows share where they are few enough, otherwise evenly spaced. Within a
+//! row fuel is linear in torque between its points; a row ends at its highest torque and then goes
+//! on with its last slope, as everywhere in the engine.
 
 use crate::powertrain::diesel::engine::MOST_KNOTS;
 
@@ -28,7 +30,8 @@ pub struct FuelGrid {
     pub fuel_kgps: Vec<Vec<f64>>,
 }
 
-/// Puts points on a grid; none where they do not make one: fewer than two speeds with two torques each.
+/// Puts points on a grid; none where they do not make one: fewer than two speeds with two torques
+/// each.
 pub fn on_grid(points: &[FuelPoint]) -> Option<FuelGrid> {
     let mut sorted = points.to_vec();
     sorted.sort_by(|a, b| {

@@ -68,8 +68,9 @@ impl<'a> InverseDiesel<'a> {
         }
     }
 
-    /// The highest gear above the upshift line that has the torque; where there is none, the highest that has it; where none has it,
-    /// the strongest. The gear that is engaged stays while it is above the downshift line and has the torque.
+    /// The highest gear above the upshift line that has the torque; where there is none, the
+    /// highest that has it; where none has it, the strongest. The gear that is engaged stays while
+    /// it is above the downshift line and has the torque.
     fn choose(&self, step: &SpeedStep, force_n: f64) -> Fit {
         let shift = &self.powertrain.gearbox.shift;
         let fits: Vec<Fit> =

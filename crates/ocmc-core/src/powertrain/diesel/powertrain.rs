@@ -223,9 +223,9 @@ impl Powertrain for DieselPowertrain {
         accelerator: Lanes<S>,
     ) -> Coupling<S> {
         let speed = speed * gear.speed_ratio;
-        // launch clutch: with a pedal that asks for no torque there is nothing to slip for; a clutch
-        // that released a braking engine at the first touch of the accelerator would make truck and
-        // pedals chatter
+        // launch clutch: with a pedal that asks for no torque there is nothing to slip for; a
+        // clutch that released a braking engine at the first touch of the accelerator would make
+        // truck and pedals chatter
         let drives = accelerator.simd_gt(state.slips_from);
         let clutch = self.clutch.engage(speed, gear.slips_below, drives);
         let closed = clutch.closed;

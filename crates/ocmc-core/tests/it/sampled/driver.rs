@@ -80,7 +80,8 @@ fn a_proportional_gain_outside_its_bounds_is_drawn_again_and_not_clipped() {
 
 #[test]
 fn rolling_resistance_is_that_of_the_loaded_truck() {
-    // VECTO user manual: an axle with the share s of the weight has RRC (s m g / (tyres F))^(beta - 1), m with the payload
+    // VECTO user manual: an axle with the share s of the weight has RRC (s m g / (tyres F))^(beta -
+    // 1), m with the payload
     let mut model = field_truck_model().vehicle;
     model.curb_mass_kg = 15_700.0;
     model.rolling_load_exponent = 0.9;

@@ -315,8 +315,8 @@ fn check(options: &CurveSpeedOptions) -> Result<(), CurveSpeedFitError> {
 impl CurveSpeedFit {
     /// The population of drivers as a study has it: that of the `censored` regression where it is
     /// given, otherwise that of `estimated` with the spread between drivers by REML. What curves do
-    /// not determine (the guard's lateral acceleration, the uncertainty switch, the replicates, with
-    /// one driver the spread between drivers) stays as it is in `model`.
+    /// not determine (the guard's lateral acceleration, the uncertainty switch, the replicates,
+    /// with one driver the spread between drivers) stays as it is in `model`.
     pub fn population(
         &self,
         censored: Option<&CurveSpeedEstimate>,

@@ -1,10 +1,10 @@
 //! The clustered standard error of the curve-speed exponent beside another implementation.
 //!
-//! Reference values: statsmodels 0.15.0, `sm.OLS(y, X).fit(cov_type="cluster", cov_kwds={"groups":
-//! driver})` with y = ln v and the columns of X: 1, ln(R/250), sum-to-zero contrasts of the drivers,
-//! and ±1 for left and right. Its correction for a small sample, `use_correction=True`, is the
-//! default: G/(G − 1) (n − 1)/(n − p), which is 2.0625 for twelve curves, three drivers and four
-//! columns.
+//! Reference values: statsmodels 0.15.0,
+//! `sm.OLS(y, X).fit(cov_type="cluster", cov_kwds={"groups": driver})` with y = ln v and the
+//! columns of X: 1, ln(R/250), sum-to-zero contrasts of the drivers, and ±1 for left and right. Its
+//! correction for a small sample, `use_correction=True`, is the default: G/(G − 1) (n − 1)/(n − p),
+//! which is 2.0625 for twelve curves, three drivers and four columns.
 
 use ocmc_estimation::fit::curve_speed::{CurveSpeedOptions, CurveTable, fit};
 

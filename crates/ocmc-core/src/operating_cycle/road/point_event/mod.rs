@@ -6,8 +6,8 @@
 //! is dropped, and the first and last metres of the road stay free.
 //!
 //! Each kind is declared once, in its file: its names in studies, tracks and logs, its stream and
-//! switch, its law, and what fits estimate of it. To add one, write such a file, add its variants to
-//! [`EventKind`] and its declaration to [`KINDS`], and give it a field of [`RoadTypeModel`], a
+//! switch, its law, and what fits estimate of it. To add one, write such a file, add its variants
+//! to [`EventKind`] and its declaration to [`KINDS`], and give it a field of [`RoadTypeModel`], a
 //! [`Stream`] and a [`ModelSwitch`].
 
 mod give_way;
@@ -83,7 +83,8 @@ pub enum EventKind {
         /// Wait, in s.
         standstill_s: f64,
     },
-    /// An open railway crossing: passed slowly, or after a stop by vehicles that have to stop there.
+    /// An open railway crossing: passed slowly, or after a stop by vehicles that have to stop
+    /// there.
     OpenCrossing {
         /// Speed, in m/s.
         speed_mps: f64,
