@@ -149,19 +149,24 @@ fn maps_of_engines() {
             writeln!(map, "{speed},{torque},{fuel}").unwrap();
         }
     }
-    same("engine.vmap", &map, |path| {
-        let setting = format!("vehicle.engine.map_file={:?}", path.display().to_string());
-        let study = study::load("field-truck", &[setting]).unwrap();
-        study.model.vehicle
-    });
     let folder = tempfile::tempdir().unwrap();
+    let full_load = "n,Mfull,Mdrag\n600,1200,-60\n1000,2300,-80\n1400,2300,-110\n\
+                     1800,2000,-150\n2100,1400,-180\n";
+    let full_load = written(&folder, "engine.vfld", full_load);
+    let engine = |k: usize, map: String| {
+        let full_load = format!("vehicle.engine.full_load_file={:?}", full_load[k]);
+        let study = study::load("field-truck", &[full_load, map]).unwrap();
+        study.model.vehicle.engine.unwrap()
+    };
+    same("engine.vmap", &map, |path| {
+        let k = WAYS.iter().position(|way| path.parent().unwrap().ends_with(way)).unwrap();
+        engine(k, format!("vehicle.engine.map_file={path:?}"))
+    });
     let path = folder.path().join("mine.csv");
     fs::write(&path, map.replace("torque [Nm]", "load")).unwrap();
-    let file = path.display().to_string();
-    let setting =
-        format!("vehicle.engine.map_file={{file={file:?}, columns={{torque_nm='load'}}}}");
-    let study = study::load("field-truck", &[setting]).unwrap();
-    assert_eq!(study.model.vehicle.engine.as_ref().unwrap().map_torque_nm.len(), 7);
+    let columns = "columns = { torque_nm = 'load' }";
+    let mine = engine(0, format!("vehicle.engine.map_file={{ file = {path:?}, {columns} }}"));
+    assert_eq!(mine.map_torque_nm.len(), 7);
 }
 
 #[test]
