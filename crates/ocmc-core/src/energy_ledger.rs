@@ -169,7 +169,8 @@ pub const TERMS: &[Declaration] = &[
         trace: "coasting_distance_added_m",
         recorded: Recorded::Column {
             name: "coasting_distance_m",
-            meaning: "Distance driven with neither pedal pressed, in m.",
+            meaning: "Distance driven with neither pedal pressed, in m; null where a speed is \
+                      followed exactly.",
         },
         place: Place::Outside,
         extent: Extent::Only(Mode::Driven),
