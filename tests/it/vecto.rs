@@ -7,6 +7,7 @@ use ocmc_core::kernel::scheduler::drive_scenario;
 use ocmc_core::prescribed::{DriveCycle, follow_study};
 use ocmc_core::record::{Outcome, Record};
 use ocmc_io::study::{LoadedStudy, load};
+use std::fmt::Write as _;
 use std::path::Path;
 
 /// Cycles, and l/100 km of a quasi-static run of this truck over them, by gross mass.
@@ -139,7 +140,7 @@ fn each_difference_has_its_switch() {
         for (cycle, _) in CYCLES {
             let Some(file) = shared(&format!("vecto/cycles/{cycle}.vdri")) else { return };
             row.push(litres(&driven(&file, sets)));
-            line += &format!(" {:.2} |", row[row.len() - 1]);
+            write!(line, " {:.2} |", row[row.len() - 1]).unwrap();
         }
         println!("{line}");
         found.push(row);
@@ -201,7 +202,7 @@ fn the_truck_of_vectos_own_files() {
             let given = given.on_routes(std::slice::from_ref(&route), &[]).unwrap();
             let record = drive_scenario(&given.study, given.study.sample(1, 0));
             assert_eq!(record.outcome, Outcome::Completed);
-            line += &format!(" {:.2} |", litres(&record));
+            write!(line, " {:.2} |", litres(&record)).unwrap();
         }
         println!("{line}");
     }

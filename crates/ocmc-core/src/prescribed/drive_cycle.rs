@@ -103,8 +103,8 @@ impl DriveCycle {
         if kept.len() < 2 {
             return Err(DriveCycleError::Short { points: kept.len() });
         }
-        let of = |values: &[f64]| kept.iter().map(|&k| values[k]).collect();
-        Ok(Self { time_s: of(&time_s), speed_mps: of(&speed_mps), slope: of(&slope) })
+        let of = |values: Vec<f64>| kept.iter().map(|&k| values[k]).collect();
+        Ok(Self { time_s: of(time_s), speed_mps: of(speed_mps), slope: of(slope) })
     }
 
     /// A cycle that follows from a plan: its study and its road have been checked, and a truck may

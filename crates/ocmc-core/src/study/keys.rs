@@ -30,7 +30,7 @@ impl Bounds {
 #[derive(Clone, Copy, Debug)]
 pub struct Key<'a>(pub &'a Value);
 
-impl<'a> Key<'a> {
+impl Key<'_> {
     /// The key at a path below this one, without indices of lists; a name that a study is free to
     /// choose leads to what all such names share.
     pub fn at(self, path: &str) -> Option<Self> {
@@ -59,6 +59,7 @@ impl<'a> Key<'a> {
     }
 
     /// The innermost entry of a list of lists; what is no list is its own entry.
+    #[must_use]
     pub fn entry(self) -> Self {
         self.0.get("items").map_or(self, |items| Key(items).entry())
     }

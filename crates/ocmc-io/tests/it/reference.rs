@@ -120,7 +120,7 @@ fn assert_has_tables(path: &str, key: Key, all: &str) {
         match Key(key).any_name().filter(|_| is_table(Key(key))) {
             Some(any) => assert_has_tables(&format!("{path}.{name}.NAME"), any, all),
             None if is_table(Key(key)) => {
-                assert_has_tables(&format!("{path}.{name}"), Key(key), all)
+                assert_has_tables(&format!("{path}.{name}"), Key(key), all);
             }
             None => {}
         }
@@ -189,7 +189,7 @@ fn standings() -> BTreeMap<String, String> {
     let (mut standings, mut table, mut above) = (BTreeMap::new(), String::new(), String::new());
     for line in init_text().lines() {
         if let Some(header) = line.strip_prefix('[') {
-            table = header.trim_end_matches(']').to_owned();
+            header.trim_end_matches(']').clone_into(&mut table);
         } else if let Some((key, rest)) = line.split_once(" = ")
             && !line.starts_with([' ', '#'])
         {
