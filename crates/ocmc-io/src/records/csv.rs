@@ -3,7 +3,7 @@
 
 use super::{GROUP_ROWS, Group, RecordsError};
 use crate::file_error::FileError;
-use ocmc_core::record::{COLUMNS, Cell, Record};
+use ocmc_core::record::{COLUMNS, Cell, Column, Record, own_columns};
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -72,9 +72,22 @@ pub fn write_rows(out: &mut impl Write, records: &[Record]) -> io::Result<()> {
 pub fn read(path: &Path, file: File, mut sink: impl FnMut(Group)) -> Result<(), RecordsError> {
     let mut sink = |records| sink(Group { records, batch: None });
     let mut reader = csv::Reader::from_reader(file);
+    let failed = |error| read_error(path, error);
+    let headers = reader.headers().map_err(failed)?.clone();
+    let place = |column: &Column| headers.iter().position(|header| header == column.name);
+    let own_places: Vec<Option<usize>> = own_columns().iter().map(place).collect();
     let mut group = Vec::new();
-    for record in reader.deserialize() {
-        group.push(record.map_err(|error| read_error(path, error))?);
+    for row in reader.records() {
+        let row = row.map_err(failed)?;
+        let mut record: Record = row.deserialize(Some(&headers)).map_err(failed)?;
+        for (own, place) in record.own_columns.iter_mut().zip(&own_places) {
+            let cell = place.and_then(|k| row.get(k)).filter(|cell| !cell.is_empty());
+            *own = cell.map(str::parse).transpose().map_err(|error| RecordsError::Malformed {
+                path: path.to_owned(),
+                reason: format!("cycle {}: {error}", record.cycle_id),
+            })?;
+        }
+        group.push(record);
         if group.len() == GROUP_ROWS {
             sink(std::mem::take(&mut group));
         }

@@ -166,7 +166,8 @@ fn maps_of_engines() {
     fs::write(&path, map.replace("torque [Nm]", "load")).unwrap();
     let columns = "columns = { torque_nm = 'load' }";
     let mine = engine(0, format!("vehicle.engine.map_file={{ file = {path:?}, {columns} }}"));
-    assert_eq!(mine.map_torque_nm.len(), 7);
+    // from 0 Nm on
+    assert_eq!(mine.map_torque_nm.len(), 6);
 }
 
 #[test]
@@ -186,7 +187,7 @@ fn assigned_columns_are_read_in_every_format() {
     let path = folder.path().join("route.csv");
     fs::write(&path, "way,vmax\n0,50\n600,70\n").unwrap();
     let route = given_cycle::read(&path, &mapped(&["position_m=way", "limit_mph=vmax"])).unwrap();
-    assert_eq!(route.limits, [(0.0, 50.0 * 0.44704)]);
+    assert_eq!(route.limits, [(0.0, 50.0 * 0.44704), (600.0, 70.0 * 0.44704)]);
     let text = "stamp,warm\n0,5\n3600,6\n";
     let source = Source::Text(Path::new("weather.csv"), text);
     let mappings = mapped(&["time_s=stamp", "temperature_c=warm"]);
