@@ -189,10 +189,6 @@ fn stop_capture_who_is_below_creep_speed_three_metres_before_the_line_has_stoppe
         let begin = creep_distance_m - short_m..=creep_distance_m;
         assert!(begin.contains(&left_m) && speed_mps < 2.0, "{left_m} {speed_mps}");
     }
-    // faster than the creep speed there: captured behind it, once it is slower
-    let (left_m, speed_mps) = stop(0.9, 3.0);
-    assert!((0.5 + short_m..2.8).contains(&left_m), "{left_m}");
-    assert!(speed_mps < 0.9, "{speed_mps}");
     // never slower: captured half a metre before the line, as without a creep distance
     for (creep_speed_mps, creep_distance_m) in [(0.0, 3.0), (2.0, 0.5)] {
         let (left_m, speed_mps) = stop(creep_speed_mps, creep_distance_m);
