@@ -158,4 +158,4 @@ def test_what_is_wrong_is_said(truck, route, speed_file, tmp_path):
     standing = {"time_s": [0.0, 1.0], "speed_mps": [0.0, 0.0]}
     wrong(ValueError, "`files` as a route", standing, follow_speed="driver")
     (tmp_path / "route.txt").write_text("x")
-    wrong(ValueError, "ends in none of", tmp_path / "route.txt")
+    wrong(ValueError, "unknown column `x`; allowed are", tmp_path / "route.txt")

@@ -94,7 +94,7 @@ def test_options_and_the_base(curves, fit):
 @pytest.mark.parametrize(
     ("change", "options", "error", "part"),
     [
-        ({"speed_mps": None}, {}, ValueError, "has no column `speed_mps`"),
+        ({"speed_mps": None}, {}, ValueError, "no column for the speed: name it `speed_mps`"),
         ({"direction": ["up"] * 48}, {}, ValueError, "`up`; allowed is `left` or `right`"),
         ({"radius_m": [100.0] * 48}, {}, ValueError, "same radius"),
         ({"radius_m": [1e6] * 48}, {}, ValueError, "no curve is left of 48 rows"),

@@ -199,7 +199,7 @@ def test_weather_is_fitted_as_by_the_command(tmp_path):
     assert command("fit", "weather", path).stdout == str(fit)
     study = ocmc.Study({"study": {"base": "field-truck"}} | fit["study"])
     assert len(study.set("mission.length_m", 2000).run(cycles=2)) == 2
-    with pytest.raises(ValueError, match="`time` or `time_s`"):
+    with pytest.raises(ValueError, match="name it `time`, `time_s`"):
         ocmc.fit_weather({"temperature_c": [1.0]})
     with pytest.raises(FileNotFoundError, match="absent"):
         ocmc.fit_weather(tmp_path / "absent.csv")
