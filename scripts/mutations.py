@@ -607,16 +607,10 @@ def write(root, places):
 def build(root, target):
     """Compiles the tests; their executables by name."""
     environment = os.environ | {"CARGO_TARGET_DIR": str(target)}
-    # the packages that need the files' libraries, and those that do not
-    groups = [["ocmc"], ["ocmc-core", "ocmc-estimation"]]
-    lines = []
-    for group in groups:
-        command = ["cargo", "test", "--no-run", "--test", "it", "--locked"]
-        command += ["--lib"] if group != ["ocmc"] else []
-        command += [part for package in group for part in ("-p", package)]
-        command += ["--message-format=json-render-diagnostics"]
-        built = subprocess.run(command, cwd=root, env=environment, stdout=subprocess.PIPE, check=True)
-        lines += built.stdout.decode().splitlines()
+    command = ["cargo", "test", "--no-run", "--release", "--workspace", "--lib", "--test", "it", "--locked"]
+    command += ["--message-format=json-render-diagnostics"]
+    built = subprocess.run(command, cwd=root, env=environment, stdout=subprocess.PIPE, check=True)
+    lines = built.stdout.decode().splitlines()
     found = {}
     for line in lines:
         message = json.loads(line)
