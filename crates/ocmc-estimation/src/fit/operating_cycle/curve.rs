@@ -1,5 +1,5 @@
-//! Curves: intensity, radius and length; and turns at junctions, with radii R = r₀ + exp(N(ln m, σ²))
-//! and angles π/2 U(f, 1).
+//! Curves: intensity, radius and length; and turns at junctions, with radii R = r₀ + exp(N(ln m,
+//! σ²)) and angles π/2 U(f, 1).
 
 use super::TypeRoads;
 use crate::fit::moments::Moments;
