@@ -18,3 +18,4 @@
 pub mod fit;
 pub mod identification;
 pub mod log;
+pub mod option_check;

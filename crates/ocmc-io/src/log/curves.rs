@@ -9,6 +9,7 @@ use ocmc_estimation::log::curve::{
 };
 use ocmc_estimation::log::sensor::yaw_rate_of_course;
 use ocmc_estimation::log::signal::LogError;
+use ocmc_estimation::option_check::OptionError;
 use serde::Serialize;
 use std::borrow::Cow;
 use std::io;
@@ -59,7 +60,7 @@ impl Steering {
             ("the wheelbase, in m,", wheelbase_m, 0.5..=20.0, "0.5 to 20"),
         ] {
             if !range.contains(&value) {
-                return Err(LogError::Option { option, value, allowed });
+                return Err(LogError::Option(OptionError { option, value, allowed }));
             }
         }
         Ok(Self { ratio, wheelbase_m })
