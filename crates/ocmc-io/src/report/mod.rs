@@ -73,9 +73,8 @@ pub fn html(run: &StoredRun) -> String {
 
 fn head(run: &StoredRun) -> String {
     let name = escaped(&run.manifest.study);
-    let description = tables::resolved(run)
-        .and_then(|table| Some(table.get("study")?.get("description")?.as_str()?.to_owned()))
-        .unwrap_or_default();
+    let description = run.manifest.value("study.description");
+    let description = description.as_ref().and_then(|text| text.as_str()).unwrap_or_default();
     // nothing may be fetched, whatever a study's name holds
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
@@ -83,7 +82,7 @@ fn head(run: &StoredRun) -> String {
          <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; style-src 'unsafe-inline'\">\n\
          <link rel=\"icon\" href=\"data:,\">\n<title>{name}: a run of ocmc</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n\
          <h1>{name}</h1>\n<p class=\"soft\">{}</p>\n",
-        escaped(&description)
+        escaped(description)
     )
 }
 

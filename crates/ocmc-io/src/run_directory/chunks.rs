@@ -45,14 +45,15 @@ impl Chunks {
             Err(TryLockError::Error(error)) if error.kind() == io::ErrorKind::Unsupported => (),
             Err(TryLockError::Error(error)) => return Err(write(error).into()),
             Err(TryLockError::WouldBlock) => {
-                return Err(RunDirectoryError::Busy { path: directory.to_owned() });
+                return Err(RunDirectoryError::Busy(directory.to_owned()));
             }
         }
         sync_directory(directory)?;
         Ok(Self { folder, format, lock })
     }
 
-    fn path(&self, index: u64) -> PathBuf {
+    /// Where a chunk is.
+    pub(super) fn path(&self, index: u64) -> PathBuf {
         self.folder.join(format!("{index:08}.{}", self.format.name()))
     }
 
@@ -81,11 +82,6 @@ impl Chunks {
         records.truncate(rows);
         check_rows(&path, &records, first_cycle, rows)?;
         Ok(records)
-    }
-
-    /// Where chunk `index` is, for messages.
-    pub(super) fn place(&self, index: u64) -> PathBuf {
-        self.path(index)
     }
 
     /// Removes the chunks, once the records are whole.

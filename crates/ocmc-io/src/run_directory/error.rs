@@ -24,11 +24,8 @@ pub enum RunDirectoryError {
         unfinished: bool,
     },
     /// The path is a file.
-    #[error("`{}` is a file, not a directory", path.display())]
-    NotADirectory {
-        /// The path.
-        path: PathBuf,
-    },
+    #[error("`{}` is a file, not a directory", .0.display())]
+    NotADirectory(PathBuf),
     /// There is no run.
     #[error("`{}` is no run directory ({why}); `ocmc --out DIR` makes one", path.display())]
     NotARun {
@@ -104,17 +101,11 @@ pub enum RunDirectoryError {
         reason: String,
     },
     /// Another program writes to the directory at this moment.
-    #[error("`{}` is being written by another program", path.display())]
-    Busy {
-        /// The directory.
-        path: PathBuf,
-    },
-    /// Parts that are not those of one run.
-    #[error("these are not the parts of one run: {reason}")]
-    NotOneRun {
-        /// Which parts, and why.
-        reason: String,
-    },
+    #[error("`{}` is being written by another program", .0.display())]
+    Busy(PathBuf),
+    /// Parts that are not those of one run: which, and why.
+    #[error("these are not the parts of one run: {0}")]
+    NotOneRun(String),
     /// The study that the manifest holds cannot be used.
     #[error("the study in `{}` cannot be used: {source}", path.display())]
     Study {

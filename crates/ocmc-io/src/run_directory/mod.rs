@@ -98,27 +98,25 @@ impl Manifest {
         }
     }
 
-    /// A value of the resolved study.
-    fn value(&self, path: &[&str]) -> Option<toml::Value> {
+    /// A value of the resolved study, by its dotted path.
+    pub(crate) fn value(&self, path: &str) -> Option<toml::Value> {
         let study = toml::Value::Table(self.resolved_study.parse().unwrap_or_default());
-        path.iter().try_fold(&study, |value, key| value.get(key)).cloned()
+        path.split('.').try_fold(&study, |value, key| value.get(key)).cloned()
     }
 
     /// The routes of its study.
     pub fn routes(&self) -> Vec<RouteModel> {
-        let routes = self.value(&["mission", "routes"]);
+        let routes = self.value("mission.routes");
         routes.and_then(|routes| routes.try_into().ok()).unwrap_or_default()
     }
 
     /// Which of the cycles depend on one another.
     pub fn dependence(&self) -> Dependence {
-        let at = |path: &[&str]| self.value(path);
-        let uncertain = at(&["driver", "curve_speed", "parameter_uncertainty"]);
-        let replicates = at(&["driver", "curve_speed", "replicates"]);
+        let uncertain = self.value("driver.curve_speed.parameter_uncertainty");
+        let replicates = self.value("driver.curve_speed.replicates");
         let replicates = replicates.and_then(|value| u64::try_from(value.as_integer()?).ok());
-        let replicates =
-            replicates.filter(|_| uncertain.and_then(|value| value.as_bool()) == Some(true));
-        let sampling = at(&["simulation", "sampling"]);
+        let replicates = replicates.filter(|_| uncertain == Some(true.into()));
+        let sampling = self.value("simulation.sampling");
         let sampling: Option<Sampling> = sampling.and_then(|value| value.try_into().ok());
         Dependence {
             batch: sampling.unwrap_or_default().batch(),
@@ -285,7 +283,7 @@ fn read_chunks(
         let wanted = if k < full { CHUNK_ROWS } else { rest };
         let records = chunks.read(k, manifest.first_cycle + k * rows, wanted)?;
         sink(&records);
-        last.extend(records.last().map(|record| (chunks.place(k), record.clone())));
+        last.extend(records.last().map(|record| (chunks.path(k), record.clone())));
         if k == full {
             waiting = records;
         }
@@ -302,10 +300,8 @@ pub fn read_manifest(directory: &Path) -> Result<Manifest, RunDirectoryError> {
     let path = directory.join(MANIFEST);
     let text = fs::read_to_string(&path)
         .map_err(|source| RunDirectoryError::no_manifest(directory, source))?;
-    let manifest: Manifest = match serde_json::from_str(&text) {
-        Ok(manifest) => manifest,
-        Err(source) => return Err(RunDirectoryError::Manifest { path, source }),
-    };
+    let manifest: Manifest = serde_json::from_str(&text)
+        .map_err(|source| RunDirectoryError::Manifest { path: path.clone(), source })?;
     let Manifest { first_cycle, cycles, completed, .. } = manifest;
     let reason = if completed > cycles {
         format!("{completed} of {cycles} cycles are completed, allowed are at most {cycles}")
@@ -326,7 +322,7 @@ pub fn check_free(path: &Path) -> Result<(), RunDirectoryError> {
     };
     match fs::metadata(path) {
         Ok(found) if !found.is_dir() => {
-            return Err(RunDirectoryError::NotADirectory { path: path.to_owned() });
+            return Err(RunDirectoryError::NotADirectory(path.to_owned()));
         }
         Ok(_) => (),
         // what is wrong with the path shows when the directory is created
