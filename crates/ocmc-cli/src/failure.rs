@@ -83,7 +83,7 @@ impl Failure {
 fn help_of(error: &Error) -> Option<Cow<'_, str>> {
     let help = match error {
         Error::RunDirectory(error) => return help_of_directory(error),
-        Error::GivenCycle(error) | Error::GivenDrive(GivenDriveError::GivenCycle(error)) => {
+        Error::Table(error) | Error::GivenDrive(GivenDriveError::File(error)) => {
             return error.help().map(Cow::Borrowed);
         }
         Error::NothingToResume(_) => {

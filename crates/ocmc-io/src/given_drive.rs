@@ -1,11 +1,10 @@
 //! What is given to be driven instead of a study's own roads: routes, for the study's
 //! drivers, or a speed to follow.
 
-use crate::drive_cycle::{self, DriveCycleFileError};
-use crate::given_cycle::{self, GivenCycleFileError};
 use crate::study::{LoadedStudy, StudyFileError};
 use crate::table::given::GivenTable;
-use crate::table::{Mapping, Source};
+use crate::table::{Mapping, Source, TableError};
+use crate::{drive_cycle, given_cycle};
 use ocmc_core::fleet::run::{RunPlan, replay, run, run_with};
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::route::{Keep, RouteModel};
@@ -69,18 +68,12 @@ pub enum GivenDriveError {
     /// A drive cycle, from which nothing can be kept.
     #[error(
         "`{}` is a drive cycle over time, which has no weather, traffic or mission to keep: leave `keep` out",
-        path.display()
+        .0.display()
     )]
-    Keep {
-        /// The file.
-        path: PathBuf,
-    },
-    /// A drive cycle that is not one.
+    Keep(PathBuf),
+    /// A drive cycle or a route that is not one.
     #[error(transparent)]
-    DriveCycle(#[from] DriveCycleFileError),
-    /// A route that is not one.
-    #[error(transparent)]
-    GivenCycle(#[from] GivenCycleFileError),
+    File(#[from] TableError),
 }
 
 /// What is driven.
@@ -146,7 +139,7 @@ impl GivenDrive {
     fn checked(self) -> Result<Self, GivenDriveError> {
         match (&self.how, self.files.first()) {
             (How::CycleAsRoute(..) | How::Cycle(_), Some(path)) if !self.keep.is_empty() => {
-                Err(GivenDriveError::Keep { path: path.clone() })
+                Err(GivenDriveError::Keep(path.clone()))
             }
             _ => Ok(self),
         }
@@ -236,7 +229,7 @@ impl GivenDrive {
         &self,
         run_followed: Option<&Followed>,
         run_routes: &[RouteModel],
-    ) -> Result<bool, GivenCycleFileError> {
+    ) -> Result<bool, TableError> {
         let essence = |followed: Option<Followed>| followed.map(|f| (f.how, f.cycle));
         if essence(self.followed()) != essence(run_followed.cloned()) {
             return Ok(false);

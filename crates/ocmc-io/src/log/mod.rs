@@ -13,47 +13,13 @@ pub(crate) use account::{counted, row_notes};
 pub use words::Words;
 
 use crate::table::error::Fault;
+use crate::table::formats::LOG;
 use crate::table::given::{GivenTable, RowPlace};
-use crate::table::{
-    self, Column, Field, Mapping, Quantity, Schema, Source, Style, Table, TableError,
-};
+use crate::table::{self, Column, Mapping, Quantity, Source, Table, TableError};
 use arrow_array::{Array, Float64Array};
 use drives::Trips;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
-
-/// What a log holds.
-pub const SCHEMA: Schema = Schema {
-    what: "a log",
-    style: Style::Log,
-    fields: &[
-        Field::of(Quantity::Time),
-        Field::of(Quantity::Speed),
-        Field::of(Quantity::YawRate),
-        Field::of(Quantity::Curvature),
-        Field::of(Quantity::LateralAcceleration),
-        Field::of(Quantity::SteeringWheelAngle),
-        Field::of(Quantity::Course),
-        Field::named(Quantity::Latitude, &[("latitude_deg", "deg")]),
-        Field::named(Quantity::Longitude, &[("longitude_deg", "deg")]),
-        Field::of(Quantity::Limit),
-        Field::of(Quantity::Accelerator),
-        Field::of(Quantity::Brake),
-        Field::of(Quantity::Grade),
-        Field::of(Quantity::Position),
-        Field::of(Quantity::Gear),
-        Field::of(Quantity::Altitude),
-        Field::of(Quantity::Roughness),
-        Field::of(Quantity::Payload),
-        Field::of(Quantity::TimeOfDay),
-        Field::of(Quantity::DayOfYear),
-        Field::of(Quantity::Driver),
-        Field::of(Quantity::Drive),
-        Field::of(Quantity::Event),
-        Field::of(Quantity::RoadType),
-        Field::of(Quantity::MapObject),
-    ],
-};
 
 /// What tells rows of different drives apart.
 const LABELS: [Quantity; 3] = [Quantity::Driver, Quantity::Drive, Quantity::Event];
@@ -130,7 +96,7 @@ pub struct LogFile {
 /// [`TableError`] where the file cannot be read, columns are missing or unclear, or there are no
 /// rows.
 pub fn read(source: Source, mappings: &[Mapping], needs: &[Need]) -> Result<LogFile, TableError> {
-    let table = Table::open(source, &SCHEMA, mappings)?;
+    let table = Table::open(source, &LOG, mappings)?;
     for need in needs {
         table.need_any(need[0].noun(), need)?;
     }
@@ -157,8 +123,7 @@ pub fn read(source: Source, mappings: &[Mapping], needs: &[Need]) -> Result<LogF
     table.for_each(|row| {
         file.rows += 1;
         file.ragged_rows += usize::from(row.is_ragged());
-        let label = |column: &Option<Column>| column.map_or("", |column| row.text(&column));
-        let drive = drives.place(labels.each_ref().map(|column| label(column).to_owned()));
+        let drive = drives.place(LABELS.map(|label| row.text(label).to_owned()));
         for (k, column) in numbers.iter().enumerate().filter(|(k, _)| whole[*k].is_none()) {
             let value = row.logged(column).unwrap_or_else(|text| {
                 let name = &file.columns.iter().find(|(known, _)| known.place == column.place);
@@ -169,7 +134,7 @@ pub fn read(source: Source, mappings: &[Mapping], needs: &[Need]) -> Result<LogF
             drives.push(drive, k, value);
         }
         for column in &texts {
-            drives.push_word(drive, column.quantity, row.text(column));
+            drives.push_word(drive, column.quantity, row.text(column.quantity));
         }
         Ok(())
     })?;

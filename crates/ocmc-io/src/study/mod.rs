@@ -45,14 +45,14 @@ pub use init::init_text;
 pub use resolved::{resolved_toml, study_hash};
 pub use schema::schema;
 pub use source::{Place, Source, SourceKind};
-pub(crate) use vehicle_input::{ENGINE_CURVES, FUEL_MAP, LOSS_MAP};
 
+use crate::given_cycle;
 use crate::table::Mapping;
 use node::{Node, Step};
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::route::{Keep, RouteModel};
 use ocmc_core::study::{Study, StudyModel};
-use read::{Kind, Text, read};
+use read::{STUDY, Text, read};
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -125,7 +125,8 @@ impl LoadedStudy {
     /// As [`LoadedStudy::on_routes`].
     pub fn on_route(self, file: &Path, cycle: GivenCycle) -> Result<Self, StudyFileError> {
         let study = self.study.with_routes(vec![(cycle, 1.0, vec![Keep::Traffic])]);
-        let study = study.map_err(|(_, source)| routes::unfit(file, source))?;
+        let study =
+            study.map_err(|(_, error)| routes::fault(&given_cycle::in_file(file)(error)))?;
         Ok(Self { study, ..self })
     }
 }
@@ -157,7 +158,7 @@ impl fmt::Display for Origin {
 /// # Errors
 /// [`StudyFileError`] says what is wrong, where, and what is allowed.
 pub fn load<S: AsRef<str>>(name_or_path: &str, sets: &[S]) -> Result<LoadedStudy, StudyFileError> {
-    let Text { source, file } = read(name_or_path, Kind::Study, None)?;
+    let Text { source, file } = read(name_or_path, STUDY, None)?;
     let folder = file.as_deref().and_then(Path::parent).map(Path::to_path_buf);
     let origin = file.map_or_else(|| Origin::BuiltIn(source.name.clone()), Origin::File);
     finish(Node::parse(&source)?, folder, sets, origin)
@@ -219,13 +220,13 @@ fn check(own: &Node, folder: Option<&Path>) -> Result<(StudyModel, Study), Study
         return Err(StudyFileError { faults });
     }
     let mut model: StudyModel = serde_path_to_error::deserialize(tree.to_toml())
-        .map_err(|error| StudyFileError { faults: vec![fault::from_serde(&tree, &error)] })?;
+        .map_err(|error| fault::from_serde(&tree, &error))?;
     let study = Study::new(model.clone())
         .map_err(|error| StudyFileError { faults: fault::from_core(&tree, error) })?;
     let study = routes::attach(study, &mut model, folder).map_err(|(k, fault)| {
         let steps = ["mission", "routes"].map(|key| Step::Key(key.to_owned()));
         let (node, _) = tree.follow(&[&steps[..], &[Step::Index(k)]].concat());
-        StudyFileError { faults: vec![fault.at(node.any_place())] }
+        StudyFileError::from(fault.at(node.any_place()))
     })?;
     Ok((model, study))
 }

@@ -50,8 +50,7 @@ impl Node {
     pub(super) fn parse(source: &Arc<Source>) -> Result<Self, Box<Fault>> {
         let document = DeTable::parse(&source.text).map_err(|error| {
             let place = Place::new(source, error.span().unwrap_or(0..0));
-            let message = error.message().to_owned();
-            Box::new(Fault::new(Cause::Syntax { message }).at(Some(&place)))
+            Fault::new(Cause::Syntax(error.message().to_owned())).at(Some(&place))
         })?;
         let text = Text { source, offset: 0 };
         let mut root = Self::table();
@@ -66,8 +65,7 @@ impl Node {
         let written = source.text[offset..].trim_end();
         let value = DeValue::parse(written).map_err(|error| {
             let place = text.place(error.span().unwrap_or(0..written.len()));
-            let message = error.message().to_owned();
-            Box::new(Fault::new(Cause::Syntax { message }).at(Some(&place)))
+            Fault::new(Cause::Syntax(error.message().to_owned())).at(Some(&place))
         })?;
         text.node(value.get_ref(), text.place(value.span()), 0)
     }
@@ -78,8 +76,7 @@ impl Node {
         if matches!(node.content, Content::Table(_)) {
             return Ok(node);
         }
-        let (key, allowed) = ("a study".to_owned(), "a table".to_owned());
-        Err(Box::new(Fault::new(Cause::WrongType { key, value: node.shown(), allowed })))
+        Err(Fault::not_allowed("a study", node.shown(), "a table"))
     }
 
     /// The value as `toml` sees it.
@@ -263,7 +260,7 @@ fn check_entries(
     };
     let (key, index) = (path_of(steps), cut(index, SHOWN_VALUE));
     let cause = Cause::NoEntry { key, index, entries: length };
-    Err(Box::new(Fault::new(cause).at(node.key_place.as_ref().or(node.any_place()))))
+    Err(Fault::new(cause).at(node.key_place.as_ref().or(node.any_place())))
 }
 
 /// Whether the steps lead to a table of probabilities, one for each name: where a road goes on,
@@ -308,8 +305,7 @@ impl Text<'_> {
 
     fn node(&self, value: &DeValue, place: Place, depth: usize) -> Result<Node, Box<Fault>> {
         if depth > MOST_DEPTH {
-            let cause = Cause::TooDeep { limit: MOST_DEPTH };
-            return Err(Box::new(Fault::new(cause).at(Some(&place))));
+            return Err(Fault::new(Cause::TooDeep(MOST_DEPTH)).at(Some(&place)));
         }
         let content = match value {
             DeValue::Table(table) => Content::Table(self.entries(table, depth)?),
@@ -342,7 +338,7 @@ impl Text<'_> {
 fn json(value: &serde_json::Value, key: &str, depth: usize) -> Result<Node, Box<Fault>> {
     use serde_json::Value;
     if depth > MOST_DEPTH {
-        return Err(Box::new(Fault::new(Cause::TooDeep { limit: MOST_DEPTH })));
+        return Err(Fault::new(Cause::TooDeep(MOST_DEPTH)));
     }
     let below = |name: &str| if key.is_empty() { name.to_owned() } else { format!("{key}.{name}") };
     let content = match value {
@@ -364,9 +360,8 @@ fn json(value: &serde_json::Value, key: &str, depth: usize) -> Result<Node, Box<
             None => Content::Scalar(number.as_f64().unwrap_or(f64::NAN).into()),
         },
         Value::Null => {
-            let (key, value) = (key.to_owned(), "null or nan".to_owned());
-            let allowed = "a value; leave the key out where there is none".to_owned();
-            return Err(Box::new(Fault::new(Cause::WrongType { key, value, allowed })));
+            let allowed = "a value; leave the key out where there is none";
+            return Err(Fault::not_allowed(key, "null or nan", allowed));
         }
     };
     Ok(Node { content, place: None, key_place: None })

@@ -1,8 +1,7 @@
 //! A study as one text, all bases resolved, and the hash that names it.
 
+use crate::given_cycle::hash;
 use ocmc_core::study::StudyModel;
-use sha2::{Digest, Sha256};
-use std::fmt::Write;
 
 /// The fully resolved study as TOML; it loads to the same study.
 pub fn resolved_toml(model: &StudyModel) -> String {
@@ -17,11 +16,7 @@ pub fn study_hash(model: &StudyModel) -> String {
     let mut tree =
         serde_json::to_value(model).expect("a study is tables, lists, numbers and words");
     tree.sort_all_objects();
-    let mut text = String::with_capacity(64);
-    for byte in Sha256::digest(tree.to_string()) {
-        write!(text, "{byte:02x}").expect("a string takes any text");
-    }
-    text
+    hash(tree.to_string().as_bytes())
 }
 
 #[cfg(test)]

@@ -14,7 +14,7 @@ pub(super) fn parse(setting: &str) -> Result<Node, Box<Fault>> {
     let lacks = |part| {
         let fault = Fault::new(Cause::Setting { setting: cut(setting, 120), part });
         let example = "the form is KEY=VALUE, such as driver.curve_speed.exponent=0.5";
-        Box::new(fault.at(Some(&whole)).help(example))
+        fault.at(Some(&whole)).help(example)
     };
     let Some((key, value)) = setting.split_once('=') else {
         return Err(lacks("`=`"));

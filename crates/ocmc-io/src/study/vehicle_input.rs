@@ -15,108 +15,17 @@
 
 use super::error::{Cause, Fault};
 use super::node::Node;
-use crate::table::{Field, Mapping, Quantity, Schema, Source, Style, Table, TableError};
+use crate::table::formats::{ENGINE_CURVES, FUEL_MAP, LOSS_MAP};
+use crate::table::{Mapping, Quantity, Schema, Source, Table, TableError};
 use ocmc_core::powertrain::diesel::engine::MOST_KNOTS;
 use ocmc_core::powertrain::diesel::fuel_map::{FuelPoint, on_grid};
 use ocmc_core::vehicle::coast_down::CoastDown;
 use ocmc_core::vehicle::tyre::TyreSize;
 use serde::Deserialize;
+use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-
-/// The speed of a shaft.
-const SPEED: Field = Field::named(
-    Quantity::EngineSpeed,
-    &[
-        ("n", "rpm"),
-        ("engine_speed", "rpm"),
-        ("speed", "rpm"),
-        ("rpm", "rpm"),
-        ("input_speed", "rpm"),
-        ("retarder_speed", "rpm"),
-        ("speed_rpm", "rpm"),
-        ("engine_speed_rpm", "rpm"),
-    ],
-);
-
-/// What the curves of an engine hold.
-pub(crate) const ENGINE_CURVES: Schema = Schema {
-    what: "the curves of an engine",
-    style: Style::Description,
-    fields: &[
-        SPEED,
-        Field::named(
-            Quantity::FullLoadTorque,
-            &[
-                ("mfull", "nm"),
-                ("full_load_torque", "nm"),
-                ("max._torque", "nm"),
-                ("torque_nm", "nm"),
-                ("full_load_torque_nm", "nm"),
-            ],
-        ),
-        Field::named(
-            Quantity::DragTorque,
-            &[
-                ("mdrag", "nm"),
-                ("motoring_torque", "nm"),
-                ("drag_torque", "nm"),
-                ("drag_torque_nm", "nm"),
-            ],
-        ),
-    ],
-};
-
-/// What the map of an engine holds.
-pub(crate) const FUEL_MAP: Schema = Schema {
-    what: "the fuel map of an engine",
-    style: Style::Description,
-    fields: &[
-        SPEED,
-        Field::named(Quantity::Torque, &[("m", "nm"), ("torque", "nm"), ("torque_nm", "nm")]),
-        Field::named(
-            Quantity::FuelRate,
-            &[("fc", "gph"), ("fuel_consumption", "gph"), ("fuel_gph", "gph"), ("fuel", "gph")],
-        ),
-    ],
-};
-
-/// What the loss map of a gearbox, an axle or a retarder holds.
-pub(crate) const LOSS_MAP: Schema = Schema {
-    what: "a loss map",
-    style: Style::Description,
-    fields: &[
-        SPEED,
-        Field::named(
-            Quantity::InputTorque,
-            &[("input_torque", "nm"), ("torque", "nm"), ("input_torque_nm", "nm")],
-        ),
-        Field::named(
-            Quantity::LossTorque,
-            &[
-                ("torque_loss", "nm"),
-                ("loss_torque_nm", "nm"),
-                ("torque_loss_nm", "nm"),
-                ("loss_torque", "nm"),
-            ],
-        ),
-    ],
-};
-
-/// `vehicle.coast_down`, as it is written.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct CoastDownKeys {
-    constant_n: f64,
-    #[serde(default)]
-    linear_ns_per_m: f64,
-    quadratic_ns2_per_m2: f64,
-    mass_kg: f64,
-    air_density_kgpm3: f64,
-    from_mps: f64,
-    to_mps: f64,
-}
 
 /// Works out the keys that stand for others, in a tree whose bases are resolved.
 pub(super) fn expand(tree: &mut Node, folder: Option<&Path>) -> Result<(), Box<Fault>> {
@@ -125,16 +34,12 @@ pub(super) fn expand(tree: &mut Node, folder: Option<&Path>) -> Result<(), Box<F
     };
     if let Some(node) = take(vehicle, "tyre_code") {
         let code = text(&node, "vehicle.tyre_code")?;
-        let size: TyreSize =
-            code.parse().map_err(|error| file_fault(&error).at(node.any_place()))?;
+        let size: TyreSize = code.parse().map_err(|error| file_fault(&node, &error))?;
         put(vehicle, &json!({ "wheel_radius_m": size.dynamic_radius_m() }))?;
     }
     if let Some(node) = take(vehicle, "coast_down") {
-        let keys: CoastDownKeys = node.to_toml().try_into().map_err(|error: toml::de::Error| {
-            let message = format!("`vehicle.coast_down`: {}", error.message());
-            file_fault(&message).at(node.any_place())
-        })?;
-        put(vehicle, &coast_down(&keys).map_err(|m| file_fault(&m).at(node.any_place()))?)?;
+        let test = read_keys(&node, "vehicle.coast_down")?;
+        put(vehicle, &coast_down(&test).map_err(|message| file_fault(&node, &message))?)?;
     }
     if let Some(engine) = vehicle.entries_mut().and_then(|entries| entries.get_mut("engine")) {
         engine_files(engine, folder)?;
@@ -145,20 +50,13 @@ pub(super) fn expand(tree: &mut Node, folder: Option<&Path>) -> Result<(), Box<F
     Ok(())
 }
 
-fn coast_down(keys: &CoastDownKeys) -> Result<Value, String> {
-    let sound = keys.mass_kg > 0.0 && keys.air_density_kgpm3 > 0.0 && keys.from_mps >= 0.0;
-    if !(sound && keys.to_mps > keys.from_mps) {
-        return Err("`vehicle.coast_down` needs a mass and a density above 0, and `to_mps` above `from_mps`".to_owned());
+fn coast_down(test: &CoastDown) -> Result<Value, &'static str> {
+    let sound = test.mass_kg > 0.0 && test.air_density_kgpm3 > 0.0 && test.from_mps >= 0.0;
+    if !(sound && test.to_mps > test.from_mps) {
+        return Err(
+            "`vehicle.coast_down` needs a mass and a density above 0, and `to_mps` above `from_mps`",
+        );
     }
-    let test = CoastDown {
-        constant_n: keys.constant_n,
-        linear_ns_per_m: keys.linear_ns_per_m,
-        quadratic_ns2_per_m2: keys.quadratic_ns2_per_m2,
-        mass_kg: keys.mass_kg,
-        air_density_kgpm3: keys.air_density_kgpm3,
-        from_mps: keys.from_mps,
-        to_mps: keys.to_mps,
-    };
     let (drag_area_m2, rolling) = test.resistance();
     // one axle of exponent 1 has the coefficient of the test at every load
     let axle = json!({ "load_share": 1.0, "iso_rolling_coefficient": rolling, "iso_load_n": 10_000.0, "tyres": 4 });
@@ -269,10 +167,7 @@ impl TableFile {
         if node.get("file").is_none() {
             return Ok(Self { file: text(node, key)?.into(), columns: BTreeMap::new() });
         }
-        node.to_toml().try_into().map_err(|error: toml::de::Error| {
-            let message = format!("`{key}`: {}", error.message());
-            Box::new(file_fault(&message).at(node.any_place()))
-        })
+        read_keys(node, key)
     }
 
     /// Some of its columns, all of which are needed, in SI.
@@ -282,12 +177,7 @@ impl TableFile {
         quantities: [Quantity; N],
     ) -> Result<[Vec<f64>; N], TableError> {
         let mappings = Mapping::of_columns(&self.columns)?;
-        let table = Table::open(Source::File(&self.file), schema, &mappings)?;
-        let mut columns = Vec::with_capacity(N);
-        for quantity in quantities {
-            columns.push(table.need(quantity)?);
-        }
-        table.numbers(std::array::from_fn(|k| columns[k]))
+        Table::open(Source::File(&self.file), schema, &mappings)?.numbers(quantities)
     }
 }
 
@@ -302,18 +192,22 @@ fn in_file<T>(
     if let Some(folder) = folder {
         file.file = folder.join(&file.file);
     }
-    read(&file).map_err(|error| Box::new(file_fault(&error).at(node.any_place())))
+    read(&file).map_err(|error| file_fault(node, &error))
 }
 
-fn file_fault(message: &impl ToString) -> Fault {
-    Fault::new(Cause::File { message: message.to_string() })
+/// The value of a key as a struct.
+fn read_keys<T: DeserializeOwned>(node: &Node, key: &str) -> Result<T, Box<Fault>> {
+    let wrong = |error: toml::de::Error| format!("`{key}`: {}", error.message());
+    node.to_toml().try_into().map_err(|error| file_fault(node, &wrong(error)))
+}
+
+fn file_fault(node: &Node, message: &impl ToString) -> Box<Fault> {
+    Fault::new(Cause::File(message.to_string())).at(node.any_place())
 }
 
 fn text(node: &Node, key: &str) -> Result<String, Box<Fault>> {
     node.as_str().map(str::to_owned).ok_or_else(|| {
-        let allowed = "a text in quotation marks".to_owned();
-        let cause = Cause::WrongType { key: key.to_owned(), value: node.shown(), allowed };
-        Box::new(Fault::new(cause).at(node.any_place()))
+        Fault::not_allowed(key, node.shown(), "a text in quotation marks").at(node.any_place())
     })
 }
 

@@ -3,6 +3,8 @@
 use super::given::RowPlace;
 use super::quantity::VOCABULARY;
 use arrow_schema::DataType;
+use ocmc_core::operating_cycle::given::GivenCycleError;
+use ocmc_core::prescribed::DriveCycleError;
 use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -11,7 +13,7 @@ use thiserror::Error;
 /// Names that are proposed for a misspelt one are at least this similar (Jaro and Winkler).
 const SIMILAR: f64 = 0.8;
 
-/// Why a table cannot be read.
+/// Why a table, or another file of numbers, cannot be read.
 #[derive(Debug)]
 pub struct TableError {
     /// The file, or what a table is called; none of an assignment that is none.
@@ -34,7 +36,7 @@ impl fmt::Display for TableError {
 
 impl std::error::Error for TableError {}
 
-/// What is wrong with a table; its message goes on behind the name of the file.
+/// What is wrong with a file; its message goes on behind the name of the file.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum Fault {
@@ -204,6 +206,62 @@ pub enum Fault {
         /// What there is.
         found: String,
     },
+    /// A name that says no format of operating cycles.
+    #[error(" ends in none of `.vdri`, `.csv`, `.parquet` and `.json`")]
+    Extension,
+    /// A text that is not the JSON of an operating cycle.
+    #[error(" is not an operating cycle in JSON as `ocmc cycle` writes it: {0}")]
+    Json(serde_json::Error),
+    /// An unknown track.
+    #[error(" has a track `{name}`; allowed are: {allowed}")]
+    Track {
+        /// The track.
+        name: String,
+        /// The tracks that are known.
+        allowed: String,
+    },
+    /// A number of a whole operating cycle out of its range, or alone.
+    #[error(": `{key}` is {value:?}, allowed is {allowed}")]
+    Value {
+        /// What it is called.
+        key: &'static str,
+        /// The number.
+        value: f64,
+        /// What is allowed.
+        allowed: &'static str,
+    },
+    /// Tracks that are no road.
+    #[error(": {0}")]
+    Cycle(GivenCycleError),
+    /// A drive cycle over time in place of an operating cycle, with its column of the time.
+    #[error(" is a speed over time: it has a column `{0}`, and none for the position")]
+    OverTime(String),
+    /// A position, in m, that does not lie behind the one before it.
+    #[error(", {0}: position {1} m does not lie behind the one before it")]
+    Order(RowPlace, f64),
+    /// Numbers that are no drive cycle.
+    #[error(": {0}")]
+    DriveCycle(DriveCycleError),
+    /// A drive cycle that is no route.
+    #[error(" as a route: {0}")]
+    Route(GivenCycleError),
+    /// A file that is another one than the study was made with.
+    #[error(
+        " has another content than when this study was written: its SHA-256 is {found}, not \
+         {wanted}"
+    )]
+    Changed {
+        /// Its hash.
+        found: String,
+        /// The hash in the study.
+        wanted: String,
+    },
+    /// Neither speed changes nor a log, with the columns.
+    #[error(
+        " is neither a table of speed changes (acceleration_mps2) nor a log (time, speed, limit); \
+         its columns are {0}; --map says which column of a log is what"
+    )]
+    Neither(String),
 }
 
 impl TableError {
@@ -238,6 +296,13 @@ impl TableError {
             Fault::Read(source) => Some(source),
             _ => None,
         }
+    }
+
+    /// What to do, where the message does not say so.
+    pub fn help(&self) -> Option<&'static str> {
+        matches!(*self.fault, Fault::OverTime(_)).then_some(
+            "a speed over time is driven with --follow-speed exact or --follow-speed driver (in Python follow_speed)",
+        )
     }
 
     /// Whether it is that two columns are the same quantity.

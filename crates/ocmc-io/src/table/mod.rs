@@ -80,12 +80,13 @@ impl Table {
         self.columns.iter().find(|column| column.quantity == quantity).copied()
     }
 
-    /// The column of a quantity that has to be there.
+    /// That these quantities are all there.
     ///
     /// # Errors
     /// [`Fault::Missing`].
-    pub fn need(&self, quantity: Quantity) -> Result<Column, TableError> {
-        self.need_any(quantity.noun(), &[quantity])
+    pub fn need(&self, quantities: &[Quantity]) -> Result<(), TableError> {
+        let mut each = quantities.iter();
+        each.try_for_each(|quantity| self.need_any(quantity.noun(), &[*quantity]).map(drop))
     }
 
     /// The column of the first of these quantities that is there.
@@ -191,7 +192,7 @@ impl Table {
         mut use_row: impl FnMut(&Row) -> Result<(), TableError>,
     ) -> Result<(), TableError> {
         let Self { path, schema, names, columns, rows } = self;
-        let header = Header { path: &path, names: &names, style: schema.style };
+        let header = Header { path: &path, names: &names, columns: &columns, style: schema.style };
         let rows = match rows {
             Rows::Text(rows) => header.each_of_text(rows, use_row)?,
             Rows::Given(table) => {
@@ -207,18 +208,19 @@ impl Table {
         if rows == 0 { Err(TableError::of(&path, Fault::NoRows)) } else { Ok(()) }
     }
 
-    /// The numbers of some columns, in SI.
+    /// The numbers of some quantities, all of which are needed, in SI.
     ///
     /// # Errors
-    /// As [`Table::for_each`], and [`Fault::Cell`].
+    /// As [`Table::for_each`], [`Fault::Missing`] and [`Fault::Cell`].
     pub fn numbers<const N: usize>(
         self,
-        columns: [Column; N],
+        quantities: [Quantity; N],
     ) -> Result<[Vec<f64>; N], TableError> {
+        self.need(&quantities)?;
         let mut numbers = [const { Vec::new() }; N];
         self.for_each(|row| {
-            for (column, numbers) in columns.iter().zip(&mut numbers) {
-                numbers.push(row.number(column)?);
+            for (quantity, numbers) in quantities.into_iter().zip(&mut numbers) {
+                numbers.push(row.number(quantity)?);
             }
             Ok(())
         })?;

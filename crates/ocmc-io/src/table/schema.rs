@@ -32,14 +32,17 @@ pub enum Style {
     Description,
 }
 
+/// The suffix of a unit, and names with which a format means it.
+pub type OwnNames = (&'static str, &'static [&'static str]);
+
 /// What a column of a format holds.
 #[derive(Debug)]
 pub struct Field {
     /// What it is.
     pub quantity: Quantity,
-    /// Names of the format's own, with the suffix of their unit. They come before those of the
+    /// Names of the format's own, behind the suffix of their unit. They come before those of the
     /// vocabulary.
-    pub own: &'static [(&'static str, &'static str)],
+    pub own: &'static [OwnNames],
     /// What its numbers have to be.
     pub bounds: Option<Bounds>,
 }
@@ -62,7 +65,7 @@ impl Field {
     }
 
     /// With names of the format's own.
-    pub const fn named(quantity: Quantity, own: &'static [(&'static str, &'static str)]) -> Self {
+    pub const fn named(quantity: Quantity, own: &'static [OwnNames]) -> Self {
         Self { quantity, own, bounds: None }
     }
 
@@ -74,8 +77,8 @@ impl Field {
 
     /// The names with which its column can be written.
     pub fn names(&self) -> Vec<String> {
-        let own = self.own.iter().map(|(name, _)| (*name).to_owned());
-        let mut names: Vec<String> = own.collect();
+        let own = self.own.iter().flat_map(|(_, names)| *names);
+        let mut names: Vec<String> = own.map(|name| (*name).to_owned()).collect();
         let usual: Vec<String> = self.quantity.names().filter(|n| !names.contains(n)).collect();
         names.extend(usual);
         names
@@ -83,8 +86,10 @@ impl Field {
 
     /// The unit of a name of the format's own, and how far it stands behind the first one.
     fn own_unit(&self, name: &str) -> Option<(&'static Unit, usize)> {
-        let place = self.own.iter().position(|(own, _)| *own == name)?;
-        Some((with_suffix(self.quantity.units(), self.own[place].1)?, place))
+        self.own.iter().find_map(|(suffix, names)| {
+            let place = names.iter().position(|own| *own == name)?;
+            Some((with_suffix(self.quantity.units(), suffix)?, place))
+        })
     }
 }
 
