@@ -26,7 +26,7 @@ const LOCK: &str = "lock";
 #[derive(Debug)]
 pub(super) struct Chunks {
     folder: PathBuf,
-    format: RecordFormat,
+    pub(super) format: RecordFormat,
     /// Held for as long as the run is written.
     lock: File,
 }
@@ -108,13 +108,13 @@ pub(super) fn check_rows(
     first_cycle: u64,
     rows: usize,
 ) -> Result<(), RunDirectoryError> {
-    let damaged = |reason: String| RunDirectoryError::Damaged { path: path.to_owned(), reason };
+    let damaged = |reason| Err(RunDirectoryError::Damaged(path.to_owned(), reason));
     if records.len() != rows {
-        return Err(damaged(format!("{} records instead of {rows}", records.len())));
+        return damaged(format!("{} records instead of {rows}", records.len()));
     }
     for (id, record) in (first_cycle..).zip(records) {
         if record.cycle_id != id {
-            return Err(damaged(format!("cycle {} where cycle {id} should be", record.cycle_id)));
+            return damaged(format!("cycle {} where cycle {id} should be", record.cycle_id));
         }
     }
     Ok(())
