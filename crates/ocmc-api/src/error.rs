@@ -10,8 +10,6 @@ use ocmc_estimation::fit::speed_change::SpeedChangeError;
 use ocmc_estimation::fit::traffic::TrafficFitError;
 use ocmc_estimation::fit::weather::WeatherFitError;
 use ocmc_estimation::identification::identify::BoundsError;
-use ocmc_io::drive_cycle::DriveCycleFileError;
-use ocmc_io::given_cycle::GivenCycleFileError;
 use ocmc_io::given_drive::GivenDriveError;
 use ocmc_io::log::curves::TripError;
 use ocmc_io::records::RecordsError;
@@ -34,9 +32,6 @@ pub enum Error {
     /// Something that cannot be driven.
     #[error(transparent)]
     GivenDrive(#[from] GivenDriveError),
-    /// An operating cycle that cannot be read.
-    #[error(transparent)]
-    GivenCycle(#[from] GivenCycleFileError),
     /// A run directory that cannot be written or read.
     #[error(transparent)]
     RunDirectory(#[from] RunDirectoryError),
@@ -71,7 +66,7 @@ pub enum Error {
     /// A comparison of fewer than two studies.
     #[error("a study is compared with another one: give two at least")]
     NothingToCompare,
-    /// A table or a log that cannot be read.
+    /// A table, a log or an operating cycle that cannot be read.
     #[error(transparent)]
     Table(#[from] TableError),
     /// Speed changes that cannot be read.
@@ -123,16 +118,12 @@ impl Error {
         match self {
             Self::Table(error)
             | Self::SpeedChange(SpeedChangeFileError::Table(error))
-            | Self::GivenCycle(GivenCycleFileError::Table(error))
-            | Self::GivenDrive(
-                GivenDriveError::GivenCycle(GivenCycleFileError::Table(error))
-                | GivenDriveError::DriveCycle(DriveCycleFileError::Table(error)),
-            ) => error.reason(),
+            | Self::GivenDrive(GivenDriveError::File(error)) => error.reason(),
             Self::RunDirectory(error) | Self::NothingToResume(error) | Self::Unwritten(error) => {
                 match error {
                     RunDirectoryError::NotARun { source, .. } => Some(source),
                     RunDirectoryError::File(file)
-                    | RunDirectoryError::Records(RecordsError::File(file)) => Some(file.reason()),
+                    | RunDirectoryError::Records(RecordsError::File(file)) => Some(&file.source),
                     _ => None,
                 }
             }

@@ -83,7 +83,7 @@ impl Failure {
 fn help_of(error: &Error) -> Option<Cow<'_, str>> {
     let help = match error {
         Error::RunDirectory(error) => return help_of_directory(error),
-        Error::GivenCycle(error) | Error::GivenDrive(GivenDriveError::GivenCycle(error)) => {
+        Error::Table(error) | Error::GivenDrive(GivenDriveError::File(error)) => {
             return error.help().map(Cow::Borrowed);
         }
         Error::NothingToResume(_) => {
@@ -118,7 +118,7 @@ fn help_of_directory(error: &RunDirectoryError) -> Option<Cow<'_, str>> {
                     .into(),
             );
         }
-        RunDirectoryError::NotWhole { path, .. } => {
+        RunDirectoryError::NotWhole(path, _) => {
             let resume = resume_command(path);
             return Some(format!("if it was ended by force, `{resume}` finishes it").into());
         }

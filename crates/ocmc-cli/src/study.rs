@@ -27,7 +27,7 @@ fn list() -> Result<(), Failure> {
     let width = study::list().iter().map(|study| study.name.len()).max().unwrap_or(0);
     let mut text = String::new();
     for study in study::list() {
-        let _ = writeln!(text, "{:width$}  {}", study.name, study.description);
+        let _ = writeln!(text, "{:width$}  {}", study.name, study.description());
     }
     output::answer(&text)
 }

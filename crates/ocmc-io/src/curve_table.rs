@@ -1,57 +1,39 @@
 //! Tables of measured curves, one row a curve, as `ocmc curves` writes them.
 
-use crate::table::{Column, Field, Mapping, Quantity, Schema, Source, Style, Table, TableError};
+use crate::table::formats::CURVES;
+use crate::table::{Mapping, Quantity, Source, Table, TableError};
 use ocmc_estimation::fit::curve_speed::CurveTable;
-
-/// What a table of curves holds. Driver, radius and speed are needed.
-pub const SCHEMA: Schema = Schema {
-    what: "a table of curves",
-    style: Style::Measurements,
-    fields: &[
-        Field::named(Quantity::Driver, &[("driver", ""), ("truck", "")]),
-        Field::named(Quantity::Radius, &[("radius_m", "m")]),
-        Field::named(Quantity::Speed, &[("speed_mps", "mps")]),
-        Field::of(Quantity::Direction),
-        Field::named(Quantity::RouteLength, &[("route_m", "m"), ("route_length_m", "m")]),
-        Field::named(Quantity::Limit, &[("limit_mps", "mps"), ("speed_limit_mps", "mps")]),
-    ],
-};
 
 /// Reads a table of curves.
 ///
 /// # Errors
 /// [`TableError`] names the file, the place in it and what is allowed.
 pub fn read(source: Source, mappings: &[Mapping]) -> Result<CurveTable, TableError> {
-    let file = Table::open(source, &SCHEMA, mappings)?;
+    let file = Table::open(source, &CURVES, mappings)?;
     file.refuse_other_units()?;
-    let driver = file.need(Quantity::Driver)?;
-    let radius = file.need(Quantity::Radius)?;
-    let speed = file.need(Quantity::Speed)?;
-    let [direction, route, limit] =
-        [Quantity::Direction, Quantity::RouteLength, Quantity::Limit].map(|q| file.column(q));
+    file.need(&[Quantity::Driver, Quantity::Radius, Quantity::Speed])?;
     let mut table = CurveTable {
-        left: direction.map(|_| Vec::new()),
-        route_m: route.map(|_| Vec::new()),
-        limit_mps: limit.map(|_| Vec::new()),
+        left: file.column(Quantity::Direction).map(|_| Vec::new()),
+        route_m: file.column(Quantity::RouteLength).map(|_| Vec::new()),
+        limit_mps: file.column(Quantity::Limit).map(|_| Vec::new()),
         ..CurveTable::default()
     };
     file.for_each(|row| {
-        table.driver.push(row.text(&driver).to_owned());
-        table.radius_m.push(row.number(&radius)?);
-        table.speed_mps.push(row.number(&speed)?);
-        if let (Some(column), Some(left)) = (&direction, &mut table.left) {
-            left.push(match row.text(column).to_ascii_lowercase().as_str() {
+        table.driver.push(row.text(Quantity::Driver).to_owned());
+        table.radius_m.push(row.number(Quantity::Radius)?);
+        table.speed_mps.push(row.number(Quantity::Speed)?);
+        if let Some(left) = &mut table.left {
+            left.push(match row.text(Quantity::Direction).to_ascii_lowercase().as_str() {
                 "left" => true,
                 "right" => false,
-                _ => return Err(row.refuse(column, "`left` or `right`")),
+                _ => return Err(row.refuse(Quantity::Direction, "`left` or `right`")),
             });
         }
-        let optional: [(&Option<Column>, _); 2] =
-            [(&route, &mut table.route_m), (&limit, &mut table.limit_mps)];
-        for (column, values) in optional {
-            if let (Some(column), Some(values)) = (column, values) {
-                values.push(row.number(column)?);
-            }
+        if let Some(route_m) = &mut table.route_m {
+            route_m.push(row.number(Quantity::RouteLength)?);
+        }
+        if let Some(limit_mps) = &mut table.limit_mps {
+            limit_mps.push(row.number(Quantity::Limit)?);
         }
         Ok(())
     })?;

@@ -2,52 +2,16 @@
 //!
 //! Other columns are not used. The slope of a row holds over the step that ends there.
 
-use crate::given_cycle::VECTO_CYCLE;
+use crate::table::error::Fault;
+use crate::table::formats::{DRIVE_CYCLE, VECTO_CYCLE};
 use crate::table::source::{ending, is_table};
-use crate::table::unit::KMH;
-use crate::table::{Field, Mapping, Quantity, Schema, Source, Style, Table, TableError};
+use crate::table::{Mapping, Quantity, Source, Table, TableError};
 use ocmc_core::operating_cycle::TrafficStretch;
-use ocmc_core::operating_cycle::given::{GivenCycle, GivenCycleError};
+use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::tracks::{Rule, Track};
-use ocmc_core::prescribed::{DriveCycle, DriveCycleError};
+use ocmc_core::prescribed::DriveCycle;
 use std::fmt::Write;
-use std::path::{Path, PathBuf};
-use thiserror::Error;
-
-/// What a drive cycle holds. Time and speed are needed; without a slope the road is flat.
-pub const SCHEMA: Schema = Schema {
-    what: "a drive cycle",
-    style: Style::Description,
-    fields: &[
-        Field::named(
-            Quantity::Time,
-            &[("time_s", "s"), ("time", "s"), ("t", "s"), ("cycsecs", "s")],
-        ),
-        Field::named(
-            Quantity::Speed,
-            &[
-                ("speed_mps", "mps"),
-                ("mps", "mps"),
-                ("cycmps", "mps"),
-                ("speed_kmh", KMH),
-                ("v", KMH),
-                ("speed_mph", "mph"),
-                ("mph", "mph"),
-            ],
-        ),
-        Field::named(
-            Quantity::Gradient,
-            &[
-                ("grade", ""),
-                ("cycgrade", ""),
-                ("grad", "percent"),
-                // whatever the unit, a `grade` of a drive cycle is rise over run
-                ("grade_percent", "percent"),
-            ],
-        ),
-        Field::named(Quantity::Grade, &[("slope", "")]),
-    ],
-};
+use std::path::Path;
 
 /// Seconds at rest from which a standstill is a stop of the route.
 const STOP_S: f64 = 0.5;
@@ -55,38 +19,13 @@ const STOP_S: f64 = 0.5;
 /// truck only starts and ends.
 const INSIDE_M: f64 = 0.5;
 
-/// What is wrong with a drive cycle's file.
-#[derive(Debug, Error)]
-#[non_exhaustive]
-pub enum DriveCycleFileError {
-    /// A table that is not one.
-    #[error(transparent)]
-    Table(#[from] TableError),
-    /// Numbers that are no drive cycle.
-    #[error("`{}`: {source}", path.display())]
-    Cycle {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong.
-        source: DriveCycleError,
-    },
-    /// A drive cycle that is no route.
-    #[error("`{}` as a route: {source}", path.display())]
-    Route {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong.
-        source: GivenCycleError,
-    },
-}
-
 /// Whether a file is a table over time, of ours or of VECTO; what cannot be read is none.
 pub fn is_one(path: &Path, mappings: &[Mapping]) -> bool {
     let (ours, vecto) = (is_table(path), ending(path) == "vdri");
     // a cycle of VECTO over distance may name the time, too
     let distance =
         |name: &String| vecto && VECTO_CYCLE.quantity_of(name) == Some(Quantity::Position);
-    match Table::open(Source::File(path), &SCHEMA, mappings) {
+    match Table::open(Source::File(path), &DRIVE_CYCLE, mappings) {
         Ok(table) => {
             let time = table.column(Quantity::Time).is_some();
             (ours || vecto) && time && !table.names().iter().any(distance)
@@ -99,28 +38,23 @@ pub fn is_one(path: &Path, mappings: &[Mapping]) -> bool {
 /// Reads a drive cycle.
 ///
 /// # Errors
-/// [`DriveCycleFileError`] names the file, the line and what is allowed.
-pub fn read(source: Source, mappings: &[Mapping]) -> Result<DriveCycle, DriveCycleFileError> {
-    let table = Table::open(source, &SCHEMA, mappings)?;
-    let time = table.need(Quantity::Time)?;
-    let speed = table.need(Quantity::Speed)?;
-    let slope = table.one_of(&[Quantity::Gradient, Quantity::Grade])?;
+/// [`TableError`] names the file, the line and what is allowed.
+pub fn read(source: Source, mappings: &[Mapping]) -> Result<DriveCycle, TableError> {
+    let table = Table::open(source, &DRIVE_CYCLE, mappings)?;
+    table.need(&[Quantity::Time, Quantity::Speed])?;
+    table.one_of(&[Quantity::Gradient, Quantity::Grade])?;
     let (mut time_s, mut speed_mps, mut sine) = (Vec::new(), Vec::new(), Vec::new());
     table.for_each(|row| {
-        time_s.push(row.number(&time)?);
-        speed_mps.push(row.number(&speed)?);
-        let slope = slope.map(|column| row.number(&column).map(|slope| (column.quantity, slope)));
-        sine.push(match slope.transpose()? {
-            None => 0.0,
-            Some((Quantity::Grade, slope)) => slope,
-            Some((_, tangent)) => tangent / (1.0 + tangent * tangent).sqrt(),
+        time_s.push(row.number(Quantity::Time)?);
+        speed_mps.push(row.number(Quantity::Speed)?);
+        sine.push(match row.optional(Quantity::Gradient)? {
+            Some(tangent) => tangent / (1.0 + tangent * tangent).sqrt(),
+            None => row.optional(Quantity::Grade)?.unwrap_or(0.0),
         });
         Ok(())
     })?;
-    DriveCycle::new(time_s, speed_mps, sine).map_err(|error| DriveCycleFileError::Cycle {
-        path: source.path().to_owned(),
-        source: error,
-    })
+    DriveCycle::new(time_s, speed_mps, sine)
+        .map_err(|error| TableError::of(source.path(), Fault::DriveCycle(error)))
 }
 
 /// The drive cycle as a table in CSV, from which [`read`] makes it again to the last bit.
@@ -136,8 +70,8 @@ pub fn to_csv(cycle: &DriveCycle) -> String {
 /// of road, a standstill is a stop, half a metre inside the road where it is at one of its ends.
 ///
 /// # Errors
-/// [`DriveCycleFileError::Route`] where there is no road, as for a cycle that never moves.
-pub fn as_route(path: &Path, cycle: &DriveCycle) -> Result<GivenCycle, DriveCycleFileError> {
+/// [`Fault::Route`] where there is no road, as for a cycle that never moves.
+pub fn as_route(path: &Path, cycle: &DriveCycle) -> Result<GivenCycle, TableError> {
     let mut limits = Track::empty("speed_limit_mps", Rule::Constant);
     let mut grades = Track::empty("grade", Rule::Constant);
     let mut stops = Track::empty("stop_sign_s", Rule::Event);
@@ -163,5 +97,5 @@ pub fn as_route(path: &Path, cycle: &DriveCycle) -> Result<GivenCycle, DriveCycl
     let free = vec![TrafficStretch { start_m: 0.0, density_per_m: 0.0 }];
     route
         .map(|route| GivenCycle { traffic: Some(free), ..route })
-        .map_err(|source| DriveCycleFileError::Route { path: path.to_owned(), source })
+        .map_err(|error| TableError::of(path, Fault::Route(error)))
 }

@@ -5,23 +5,13 @@
 //! `driver` (or `truck`) may be absent. Any other file is a log with time, speed and limit.
 
 use crate::log::{self, LogFile, counted, row_notes};
-use crate::table::{Field, Mapping, Quantity, Schema, Source, Style, Table, TableError};
+use crate::table::error::Fault;
+use crate::table::formats::{LOG, SPEED_CHANGES};
+use crate::table::{Mapping, Quantity, Source, Table, TableError};
 use ocmc_estimation::fit::speed_change::{
     LoggedChanges, SpeedChangeError, SpeedChangeOptions, SpeedChangeTable, SpeedLog, accelerations,
 };
-use std::path::PathBuf;
 use thiserror::Error;
-
-/// What a table of accelerations holds. The accelerations are needed.
-pub const SCHEMA: Schema = Schema {
-    what: "a table of speed changes",
-    style: Style::Measurements,
-    fields: &[
-        Field::named(Quantity::Acceleration, &[("acceleration_mps2", "mps2")]),
-        Field::named(Quantity::Driver, &[("driver", ""), ("truck", "")]),
-        Field::of(Quantity::Category),
-    ],
-};
 
 /// What has to be in a log.
 const NEEDS: [&[Quantity]; 3] = [&[Quantity::Time], &[Quantity::Speed], &[Quantity::Limit]];
@@ -40,18 +30,6 @@ pub enum SpeedChangeFileError {
         /// What is wrong with it.
         source: SpeedChangeError,
     },
-    /// Neither a table nor a log.
-    #[error(
-        "`{}` is neither a table of speed changes (acceleration_mps2) nor a log (time, speed, limit); its columns are {found}; --map \
-         says which column of a log is what",
-        path.display()
-    )]
-    Neither {
-        /// The file.
-        path: PathBuf,
-        /// Its columns.
-        found: String,
-    },
 }
 
 /// Appends the speed changes of a table or a log, and returns what has to be known of it.
@@ -65,8 +43,8 @@ pub fn append(
     options: &SpeedChangeOptions,
 ) -> Result<Vec<String>, SpeedChangeFileError> {
     let of_table: Vec<Mapping> =
-        mappings.iter().filter(|mapping| mapping.is_of(&SCHEMA)).cloned().collect();
-    let file = Table::open(source, &SCHEMA, &of_table)?;
+        mappings.iter().filter(|mapping| mapping.is_of(&SPEED_CHANGES)).cloned().collect();
+    let file = Table::open(source, &SPEED_CHANGES, &of_table)?;
     let log = file.names().iter().any(|name| name == "time_s");
     if !log && file.has(Quantity::Acceleration) {
         append_table(table, file)?;
@@ -77,16 +55,13 @@ pub fn append(
 }
 
 /// Refuses a table that holds nothing of a log.
-fn refuse_other(file: &Table, mappings: &[Mapping]) -> Result<(), SpeedChangeFileError> {
-    let logged = |name: &String| {
-        log::SCHEMA.means(name).is_some_and(|quantity| NEEDS.concat().contains(&quantity))
-    };
+fn refuse_other(file: &Table, mappings: &[Mapping]) -> Result<(), TableError> {
+    let logged = |name: &String| LOG.means(name).is_some_and(|q| NEEDS.concat().contains(&q));
     if mappings.is_empty()
         && !file.names().iter().any(logged)
         && file.names().iter().all(|name| is_text(name))
     {
-        let found = file.names().join(", ");
-        return Err(SpeedChangeFileError::Neither { path: file.path().to_owned(), found });
+        return Err(TableError::of(file.path(), Fault::Neither(file.names().join(", "))));
     }
     Ok(())
 }
@@ -153,14 +128,11 @@ fn drive_notes(place: &str, found: &LoggedChanges) -> Vec<String> {
 
 fn append_table(table: &mut SpeedChangeTable, file: Table) -> Result<(), TableError> {
     file.refuse_other_units()?;
-    let acceleration = file.need(Quantity::Acceleration)?;
-    let [driver, category] =
-        [Quantity::Driver, Quantity::Category].map(|quantity| file.column(quantity));
+    file.need(&[Quantity::Acceleration])?;
     file.for_each(|row| {
-        let text = |column: Option<_>| column.map_or("", |column| row.text(&column)).to_owned();
-        table.acceleration_mps2.push(row.number(&acceleration)?);
-        table.driver.push(text(driver));
-        table.category.push(text(category));
+        table.acceleration_mps2.push(row.number(Quantity::Acceleration)?);
+        table.driver.push(row.text(Quantity::Driver).to_owned());
+        table.category.push(row.text(Quantity::Category).to_owned());
         Ok(())
     })
 }

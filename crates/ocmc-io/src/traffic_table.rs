@@ -4,31 +4,11 @@
 //! are in order of time.
 
 use crate::table::clock::ClockColumn;
-use crate::table::{Field, Mapping, Quantity, Schema, Source, Style, Table, TableError};
+use crate::table::formats::TRAFFIC;
+use crate::table::{Mapping, Quantity, Source, Table, TableError};
 use ocmc_core::operating_cycle::traffic::TrafficModel;
 use ocmc_estimation::fit::traffic::TrafficRecord;
 use std::collections::BTreeMap;
-
-/// A number that is not negative.
-const fn positive(quantity: Quantity) -> Field {
-    Field::of(quantity).within(0.0, f64::MAX, "a number from 0 on, or nothing")
-}
-
-/// What a table of traffic holds. A clock, the road type and one of densities and speeds are
-/// needed.
-pub const SCHEMA: Schema = Schema {
-    what: "a table of traffic",
-    style: Style::Measurements,
-    fields: &[
-        Field::named(Quantity::Time, &[("time_s", "s")]),
-        Field::of(Quantity::Date),
-        Field::of(Quantity::RoadType),
-        Field::of(Quantity::Site),
-        positive(Quantity::DensityShare),
-        positive(Quantity::Density),
-        positive(Quantity::SpeedRatio),
-    ],
-};
 
 /// Reads a table of traffic; `model` knows the jam density and the law of speeds, `utc_offset_h` is
 /// by how many hours the place's standard time is ahead of UTC, where that is known.
@@ -41,28 +21,29 @@ pub fn read(
     model: &TrafficModel,
     utc_offset_h: Option<f64>,
 ) -> Result<Vec<TrafficRecord>, TableError> {
-    let file = Table::open(source, &SCHEMA, mappings)?;
+    let file = Table::open(source, &TRAFFIC, mappings)?;
     file.refuse_other_units()?;
     let mut clock = ClockColumn::find(&file, utc_offset_h)?;
-    let road_type = file.need(Quantity::RoadType)?;
+    file.need(&[Quantity::RoadType])?;
     let kinds = [Quantity::DensityShare, Quantity::Density, Quantity::SpeedRatio];
     let measured = file.one_of(&kinds)?.ok_or_else(|| file.missing("traffic", &kinds))?;
-    let site = file.column(Quantity::Site);
+    let measured = measured.quantity;
+    let has_sites = file.column(Quantity::Site).is_some();
     let mut last: BTreeMap<String, f64> = BTreeMap::new();
     let mut records = Vec::new();
     file.for_each(|row| {
-        let road_type = row.text(&road_type).to_owned();
-        let site = site.map_or_else(|| road_type.clone(), |site| row.text(&site).to_owned());
+        let road_type = row.text(Quantity::RoadType).to_owned();
+        let site = if has_sites { row.text(Quantity::Site).to_owned() } else { road_type.clone() };
         let (time_s, _) = clock.after(row, last.get(&site).copied())?;
         last.insert(site.clone(), time_s);
-        let value = row.number(&measured)?;
-        let share = match measured.quantity {
+        let value = row.number(measured)?;
+        let share = match measured {
             Quantity::Density => value / model.jam_density_per_m,
             Quantity::SpeedRatio => model.share_at(value),
             _ => value,
         };
-        if share > 1.0 && measured.quantity != Quantity::SpeedRatio {
-            return Err(row.refuse(&measured, "a density up to that of standing traffic"));
+        if share > 1.0 && measured != Quantity::SpeedRatio {
+            return Err(row.refuse(measured, "a density up to that of standing traffic"));
         }
         records.push(TrafficRecord { site, road_type, time_s, share });
         Ok(())

@@ -4,44 +4,10 @@
 //! of the quantities of the weather.
 
 use crate::table::clock::ClockColumn;
-use crate::table::{Field, Mapping, Quantity, Schema, Source, Style, Table, TableError};
+use crate::table::formats::WEATHER;
+use crate::table::{Mapping, Quantity, Source, Table, TableError};
 use ocmc_core::operating_cycle::weather::{STANDARD_WEATHER, Weather};
 use ocmc_estimation::fit::weather::HourlyRecord;
-
-/// What a table of weather holds. A clock and one of the others are needed.
-pub const SCHEMA: Schema =
-    Schema {
-        what: "a table of weather",
-        style: Style::Measurements,
-        fields: &[
-            Field::named(Quantity::Time, &[("time_s", "s")]),
-            Field::of(Quantity::Date),
-            Field::named(Quantity::Temperature, &[("temperature_k", "k"), ("temperature_c", "c")])
-                .within(173.15, 343.15, "a temperature between -100 and 70 °C, or nothing"),
-            Field::named(Quantity::Pressure, &[("pressure_pa", "pa"), ("pressure_hpa", "hpa")])
-                .within(3e4, 1.2e5, "a pressure between 300 and 1200 hPa, or nothing"),
-            Field::of(Quantity::RelativeHumidity).within(
-                0.0,
-                1.05,
-                "a relative humidity between 0 and 1.05 (105 %), or nothing",
-            ),
-            Field::of(Quantity::Precipitation).within(
-                0.0,
-                1.4e-4,
-                "between 0 and 500 mm an hour, or nothing",
-            ),
-            Field::named(Quantity::WindSpeed, &[("wind_speed_mps", "mps")]).within(
-                0.0,
-                120.0,
-                "a wind speed between 0 and 120 m/s, or nothing",
-            ),
-            Field::of(Quantity::WindDirection).within(
-                -7.0,
-                7.0,
-                "a direction of at most one turn, or nothing",
-            ),
-        ],
-    };
 
 /// Where a variable of the weather is kept.
 type Into = fn(&mut Weather) -> &mut f64;
@@ -65,36 +31,23 @@ pub fn read(
     mappings: &[Mapping],
     utc_offset_h: Option<f64>,
 ) -> Result<Vec<HourlyRecord>, TableError> {
-    let file = Table::open(source, &SCHEMA, mappings)?;
+    let file = Table::open(source, &WEATHER, mappings)?;
     file.refuse_other_units()?;
     let mut clock = ClockColumn::find(&file, utc_offset_h)?;
     file.need_any("weather", &VARIABLES.map(|(quantity, _)| quantity))?;
-    let column = |(quantity, into): (Quantity, Into)| Some((file.column(quantity)?, into));
-    let found: Vec<_> = VARIABLES.into_iter().filter_map(column).collect();
     let mut records: Vec<HourlyRecord> = Vec::new();
     file.for_each(|row| {
         let last = records.last().map(|last| last.time_s);
         let (time_s, day_of_year) = clock.after(row, last)?;
-        let mut weather = MISSING;
-        for (column, into) in &found {
-            *into(&mut weather) = row.number(column)?;
+        let mut weather = STANDARD_WEATHER;
+        for (quantity, into) in VARIABLES {
+            *into(&mut weather) = row.number(quantity)?;
         }
         records.push(HourlyRecord { time_s, day_of_year, weather });
         Ok(())
     })?;
     Ok(records)
 }
-
-/// Nothing was recorded.
-const MISSING: Weather = Weather {
-    temperature_k: f64::NAN,
-    pressure_pa: f64::NAN,
-    relative_humidity: f64::NAN,
-    precipitation_mps: f64::NAN,
-    wind_speed_mps: f64::NAN,
-    wind_direction_rad: f64::NAN,
-    ..STANDARD_WEATHER
-};
 
 #[cfg(test)]
 mod tests {

@@ -65,7 +65,7 @@ pub enum RoadSource<'a> {
 /// ```
 ///
 /// # Errors
-/// [`Error::Table`] and [`Error::GivenCycle`] where something cannot be read, [`Error::Drive`]
+/// [`Error::Table`] where something cannot be read, [`Error::Drive`]
 /// where no drive can be used, [`Error::Fit`] where the roads do not determine the model,
 /// [`Error::Interrupted`].
 pub fn fit_operating_cycle(

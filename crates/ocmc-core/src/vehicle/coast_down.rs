@@ -6,13 +6,16 @@
 //! coast-down.
 
 use super::resistance::GRAVITY_MPS2;
+use serde::Deserialize;
 
 /// A coast-down, as it is reported.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct CoastDown {
     /// A, in N.
     pub constant_n: f64,
     /// B, in N s/m.
+    #[serde(default)]
     pub linear_ns_per_m: f64,
     /// C, in N s²/m².
     pub quadratic_ns2_per_m2: f64,

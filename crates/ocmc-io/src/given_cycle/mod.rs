@@ -8,125 +8,33 @@ mod route;
 mod track_file;
 mod vdri;
 
-pub use route::SCHEMA as ROUTE;
-pub use track_file::SCHEMA as TRACKS;
-pub use vdri::SCHEMA as VECTO_CYCLE;
-
-use crate::drive_cycle;
-use crate::study::builtin;
-use crate::table::given::RowPlace;
+use crate::table::error::Fault;
+use crate::table::formats::{DRIVE_CYCLE, TRACKS};
 use crate::table::source::{ending, is_table, read_text};
-use crate::table::{Column, Mapping, Quantity, Source, Table, TableError};
+use crate::table::{Mapping, Quantity, Source, Table, TableError};
 use ocmc_core::operating_cycle::given::{GivenCycle, GivenCycleError};
 use sha2::{Digest, Sha256};
 use std::fmt::Write;
-use std::fs::File;
+use std::fs::{self, File};
 use std::io::Read;
-use std::path::{Path, PathBuf};
-use thiserror::Error;
+use std::path::Path;
 
-/// What is wrong with a file that should hold an operating cycle.
-#[derive(Debug, Error)]
-#[non_exhaustive]
-pub enum GivenCycleFileError {
-    /// A name that says no format.
-    #[error("`{}` ends in none of `.vdri`, `.csv`, `.parquet` and `.json`", path.display())]
-    Extension {
-        /// The file.
-        path: PathBuf,
-    },
-    /// A table that is not one.
-    #[error(transparent)]
-    Table(#[from] TableError),
-    /// A text that is not the JSON of an operating cycle.
-    #[error("`{}` is not an operating cycle in JSON as `ocmc cycle` writes it: {source}", path.display())]
-    Json {
-        /// The file.
-        path: PathBuf,
-        /// What the parser found.
-        source: serde_json::Error,
-    },
-    /// An unknown track.
-    #[error("`{}` has a track `{name}`; allowed are: {allowed}", path.display())]
-    Track {
-        /// The file.
-        path: PathBuf,
-        /// The track.
-        name: String,
-        /// The tracks that are known.
-        allowed: String,
-    },
-    /// Tracks that are no road.
-    #[error("`{}`: {source}", path.display())]
-    Cycle {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong.
-        source: GivenCycleError,
-    },
-    /// A number of the whole cycle out of its range, or alone.
-    #[error("`{}`: `{key}` is {value:?}, allowed is {allowed}", path.display())]
-    Value {
-        /// The file.
-        path: PathBuf,
-        /// What it is called.
-        key: &'static str,
-        /// The number.
-        value: f64,
-        /// What is allowed.
-        allowed: &'static str,
-    },
-    /// A drive cycle over time.
-    #[error("`{}` is a speed over time: it has a column `{column}`, and none for the position", path.display())]
-    OverTime {
-        /// The file.
-        path: PathBuf,
-        /// The column of the time.
-        column: String,
-    },
-    /// A position that does not lie behind the one before it.
-    #[error("`{}`, {place}: position {position_m} m does not lie behind the one before it", path.display())]
-    Order {
-        /// The file.
-        path: PathBuf,
-        /// The row.
-        place: RowPlace,
-        /// The position, in m.
-        position_m: f64,
-    },
-    /// A file that is another one than the study was made with.
-    #[error(
-        "`{}` has another content than when this study was written: its SHA-256 is {found}, not {wanted}",
-        path.display()
-    )]
-    Changed {
-        /// The file.
-        path: PathBuf,
-        /// Its hash.
-        found: String,
-        /// The hash in the study.
-        wanted: String,
-    },
-}
+/// The routes that built-in studies name, by the name in the study, as `ocmc cycle` would write
+/// them.
+const BUILT_IN: &[(&str, &str)] =
+    &[("built-in/simulator-slopes.csv", include_str!("../../../../configs/simulator-slopes.csv"))];
 
-impl GivenCycleFileError {
-    /// What to do, where the message does not say so.
-    pub fn help(&self) -> Option<&'static str> {
-        match self {
-            Self::OverTime { .. } => Some(
-                "a speed over time is driven with --follow-speed exact or --follow-speed driver (in Python follow_speed)",
-            ),
-            _ => None,
-        }
-    }
+/// The text of what is built in under a name.
+pub(crate) fn built_in(path: &Path) -> Option<&'static str> {
+    BUILT_IN.iter().find(|(name, _)| path.to_str() == Some(name)).map(|(_, text)| *text)
 }
 
 /// Reads a given operating cycle; the ending of the name, and for tables the header, say in which
 /// format.
 ///
 /// # Errors
-/// [`GivenCycleFileError`] names the file, the place and what is allowed.
-pub fn read(path: &Path, mappings: &[Mapping]) -> Result<GivenCycle, GivenCycleFileError> {
+/// [`TableError`] names the file, the place and what is allowed.
+pub fn read(path: &Path, mappings: &[Mapping]) -> Result<GivenCycle, TableError> {
     match ending(path).as_str() {
         "vdri" => vdri::read(Source::File(path), mappings),
         "json" => track_file::read_json(path, &read_text(path)?),
@@ -138,7 +46,7 @@ pub fn read(path: &Path, mappings: &[Mapping]) -> Result<GivenCycle, GivenCycleF
                 route::read(Source::File(path), mappings)
             }
         }
-        _ => Err(GivenCycleFileError::Extension { path: path.to_owned() }),
+        _ => Err(TableError::of(path, Fault::Extension)),
     }
 }
 
@@ -147,31 +55,31 @@ pub fn read(path: &Path, mappings: &[Mapping]) -> Result<GivenCycle, GivenCycleF
 ///
 /// # Errors
 /// As [`read`].
-pub fn read_tracks(path: &Path, text: &str) -> Result<GivenCycle, GivenCycleFileError> {
+pub fn read_tracks(path: &Path, text: &str) -> Result<GivenCycle, TableError> {
     track_file::read_table(Table::open(Source::Text(path, text), &TRACKS, &[])?)
 }
 
 /// Whether a file, or what is built in under its name, can be read at all.
 ///
 /// # Errors
-/// [`GivenCycleFileError::Table`] with what the system says.
-pub fn check_readable(path: &Path) -> Result<(), GivenCycleFileError> {
-    if path.to_str().is_some_and(|name| builtin::route(name).is_some()) {
+/// [`Fault::Read`] with what the system says.
+pub fn check_readable(path: &Path) -> Result<(), TableError> {
+    if built_in(path).is_some() {
         return Ok(());
     }
     let read = File::open(path).and_then(|mut file| file.read(&mut [0]));
-    Ok(read.map(drop).map_err(TableError::read(path))?)
+    read.map(drop).map_err(TableError::read(path))
 }
 
 /// SHA-256 of a file, or of what is built in under its name, in hexadecimal digits.
 ///
 /// # Errors
 /// Where it cannot be read.
-pub fn file_hash(path: &Path) -> Result<String, GivenCycleFileError> {
-    if let Some(text) = path.to_str().and_then(builtin::route) {
-        return Ok(hash(text.as_bytes()));
+pub fn file_hash(path: &Path) -> Result<String, TableError> {
+    match built_in(path) {
+        Some(text) => Ok(hash(text.as_bytes())),
+        None => Ok(hash(&fs::read(path).map_err(TableError::read(path))?)),
     }
-    Ok(hash(&std::fs::read(path).map_err(TableError::read(path))?))
 }
 
 /// SHA-256 of some bytes, in hexadecimal digits.
@@ -184,25 +92,17 @@ pub fn hash(bytes: &[u8]) -> String {
 }
 
 /// Names the file in an error of the core.
-fn in_file(path: &Path) -> impl FnOnce(GivenCycleError) -> GivenCycleFileError + '_ {
-    |source| GivenCycleFileError::Cycle { path: path.to_owned(), source }
+pub(crate) fn in_file(path: &Path) -> impl FnOnce(GivenCycleError) -> TableError + '_ {
+    |error| TableError::of(path, Fault::Cycle(error))
 }
 
 /// Refuses a table that has the time, and no column for the position.
-fn refuse_over_time(table: &Table, positions: &[Quantity]) -> Result<(), GivenCycleFileError> {
-    let time = |name: &&String| drive_cycle::SCHEMA.quantity_of(name) == Some(Quantity::Time);
+fn refuse_over_time(table: &Table, positions: &[Quantity]) -> Result<(), TableError> {
+    let time = |name: &&String| DRIVE_CYCLE.quantity_of(name) == Some(Quantity::Time);
     match table.names().iter().find(time) {
         Some(column) if positions.iter().all(|position| table.column(*position).is_none()) => {
-            let (path, column) = (table.path().to_owned(), column.clone());
-            Err(GivenCycleFileError::OverTime { path, column })
+            Err(TableError::of(table.path(), Fault::OverTime(column.clone())))
         }
         _ => Ok(()),
     }
-}
-
-/// A number of another unit than SI's, divided: the factor would differ in the last bit.
-fn divided(column: &Column, suffix: &str, by: f64) -> impl FnOnce(f64) -> f64 {
-    let column = *column;
-    let divide = column.unit.suffix == suffix;
-    move |number| if divide { column.sign * number / by } else { column.si(number) }
 }

@@ -9,40 +9,15 @@
 //! [`ocmc_core::operating_cycle::road::route_geometry`]. Altitude is taken as it is given: smooth
 //! GPS heights before.
 
-use super::{GivenCycleFileError, divided, in_file, refuse_over_time};
+use super::{in_file, refuse_over_time};
+use crate::table::error::Fault;
+use crate::table::formats::ROUTE;
 use crate::table::given::RowPlace;
 use crate::table::unit::KMH;
-use crate::table::{Column, Field, Mapping, Quantity, Schema, Source, Style, Table};
+use crate::table::{Mapping, Quantity, Source, Table, TableError};
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::road::route_geometry::{self, Path2d};
 use ocmc_core::operating_cycle::tracks::{Rule, Track, Values};
-
-/// What a route holds. The position, or latitude and longitude, and the limit are needed.
-pub const SCHEMA: Schema = Schema {
-    what: "a route",
-    style: Style::Description,
-    fields: &[
-        Field::named(Quantity::Position, &[("position_m", "m")]),
-        Field::named(Quantity::Latitude, &[("lat", ""), ("latitude", "")]).within(
-            -90.0,
-            90.0,
-            "-90 to 90",
-        ),
-        // some count eastwards all around
-        Field::named(Quantity::Longitude, &[("lon", ""), ("longitude", "")]).within(
-            -180.0,
-            360.0,
-            "-180 to 360",
-        ),
-        Field::named(Quantity::Limit, &[("speed_limit_mps", "mps"), ("speed_limit_kmh", KMH)]),
-        Field::named(Quantity::Altitude, &[("altitude_m", "m"), ("elevation_m", "m")]),
-        Field::of(Quantity::Grade),
-        // those of a track
-        Field::of(Quantity::Curvature).within(-0.5, 0.5, "-0.5 to 0.5"),
-        Field::of(Quantity::Stop).within(0.0, 172_800.0, "0 to 172800"),
-        Field::of(Quantity::RoadType),
-    ],
-};
 
 /// The rows of a route; a column that is not there has none.
 #[derive(Default)]
@@ -60,42 +35,26 @@ struct Rows {
 }
 
 impl Rows {
-    fn read(table: Table) -> Result<Self, GivenCycleFileError> {
-        let limit = table.need(Quantity::Limit)?;
-        let stop = table.column(Quantity::Stop);
-        let road_type = table.column(Quantity::RoadType);
-        let [position, latitude, longitude, altitude, grade, curvature] = [
-            Quantity::Position,
-            Quantity::Latitude,
-            Quantity::Longitude,
-            Quantity::Altitude,
-            Quantity::Grade,
-            Quantity::Curvature,
-        ]
-        .map(|quantity| table.column(quantity));
+    fn read(table: Table) -> Result<Self, TableError> {
+        table.need(&[Quantity::Limit])?;
+        let [has_stops, has_types] =
+            [Quantity::Stop, Quantity::RoadType].map(|quantity| table.column(quantity).is_some());
         let mut rows = Self::default();
         table.for_each(|row| {
             rows.places.push(row.place());
-            rows.limit_mps.push(row.number_as(&limit, divided(&limit, KMH, 3.6))?);
-            let numbers: [(&Option<Column>, &mut Vec<f64>); 6] = [
-                (&position, &mut rows.position_m),
-                (&latitude, &mut rows.latitude),
-                (&longitude, &mut rows.longitude),
-                (&altitude, &mut rows.altitude_m),
-                (&grade, &mut rows.grade),
-                (&curvature, &mut rows.curvature),
-            ];
-            for (column, values) in numbers {
-                if let Some(column) = column {
-                    values.push(row.number(column)?);
-                }
+            rows.limit_mps.extend(row.divided(Quantity::Limit, KMH, 3.6)?);
+            rows.position_m.extend(row.optional(Quantity::Position)?);
+            rows.latitude.extend(row.optional(Quantity::Latitude)?);
+            rows.longitude.extend(row.optional(Quantity::Longitude)?);
+            rows.altitude_m.extend(row.optional(Quantity::Altitude)?);
+            rows.grade.extend(row.optional(Quantity::Grade)?);
+            rows.curvature.extend(row.optional(Quantity::Curvature)?);
+            if has_stops {
+                let empty = row.text(Quantity::Stop).is_empty();
+                rows.stop_s.push(if empty { 0.0 } else { row.number(Quantity::Stop)? });
             }
-            if let Some(column) = &stop {
-                let empty = row.text(column).is_empty();
-                rows.stop_s.push(if empty { 0.0 } else { row.number(column)? });
-            }
-            if let Some(column) = &road_type {
-                rows.road_type.push(row.text(column).to_owned());
+            if has_types {
+                rows.road_type.push(row.text(Quantity::RoadType).to_owned());
             }
             Ok(())
         })?;
@@ -104,11 +63,8 @@ impl Rows {
 }
 
 /// Reads a route.
-pub(super) fn read(
-    source: Source,
-    mappings: &[Mapping],
-) -> Result<GivenCycle, GivenCycleFileError> {
-    let table = Table::open(source, &SCHEMA, mappings)?;
+pub(super) fn read(source: Source, mappings: &[Mapping]) -> Result<GivenCycle, TableError> {
+    let table = Table::open(source, &ROUTE, mappings)?;
     let file = source.path();
     let [position, latitude, longitude] =
         [Quantity::Position, Quantity::Latitude, Quantity::Longitude];
@@ -117,8 +73,7 @@ pub(super) fn read(
     table.need_any("position", &[position, latitude, longitude])?;
     // one of the two tells no place
     if table.column(latitude).is_some() || table.column(longitude).is_some() {
-        table.need(latitude)?;
-        table.need(longitude)?;
+        table.need(&[latitude, longitude])?;
     }
     let rows = Rows::read(table)?;
     let path = (!rows.latitude.is_empty()).then(|| Path2d::new(&rows.latitude, &rows.longitude));
@@ -129,8 +84,7 @@ pub(super) fn read(
     let start_m = positions[0];
     let positions: Vec<f64> = positions.iter().map(|position_m| position_m - start_m).collect();
     if let Some(k) = positions.windows(2).position(|pair| pair[1] <= pair[0]) {
-        let (path, place) = (file.to_owned(), rows.places[k + 1]);
-        return Err(GivenCycleFileError::Order { path, place, position_m: positions[k + 1] });
+        return Err(TableError::of(file, Fault::Order(rows.places[k + 1], positions[k + 1])));
     }
     let track = |name, rule, value: Vec<f64>| Track {
         name,
@@ -175,7 +129,7 @@ mod tests {
     use std::fmt::Write;
     use std::path::Path;
 
-    fn parse(text: &str) -> Result<GivenCycle, GivenCycleFileError> {
+    fn parse(text: &str) -> Result<GivenCycle, TableError> {
         read(Source::Text(Path::new("r.csv"), text), &[])
     }
 

@@ -1,7 +1,8 @@
 //! The tracks that `ocmc cycle` writes, read back: CSV (`track,rule,position_m,value`) or JSON.
 
-use super::{GivenCycleFileError, in_file};
-use crate::table::{Field, Quantity, Schema, Style, Table};
+use super::in_file;
+use crate::table::error::Fault;
+use crate::table::{Quantity, Table, TableError};
 use ocmc_core::operating_cycle::given::{GivenCycle, GivenCycleError};
 use ocmc_core::operating_cycle::tracks::{Track, Values, names, rule_of};
 use serde::Deserialize;
@@ -41,9 +42,9 @@ const DAYS: [f64; 2] = [0.0, 366.0];
 const HEADINGS_RAD: [f64; 2] = [-6.3, 6.3];
 
 /// Reads the JSON form.
-pub(super) fn read_json(path: &Path, text: &str) -> Result<GivenCycle, GivenCycleFileError> {
-    let json: CycleJson = serde_json::from_str(text)
-        .map_err(|source| GivenCycleFileError::Json { path: path.to_owned(), source })?;
+pub(super) fn read_json(path: &Path, text: &str) -> Result<GivenCycle, TableError> {
+    let json: CycleJson =
+        serde_json::from_str(text).map_err(|error| TableError::of(path, Fault::Json(error)))?;
     let mut tracks = Vec::with_capacity(json.tracks.len());
     for track in json.tracks {
         let name = known(path, &track.name)?;
@@ -67,8 +68,7 @@ pub(super) fn read_json(path: &Path, text: &str) -> Result<GivenCycle, GivenCycl
     ] {
         let alone = key != "heading_rad" && second.is_some() != day.is_some();
         if let Some(value) = value.filter(|value| alone || !(*value >= from && *value <= to)) {
-            let path = path.to_owned();
-            return Err(GivenCycleFileError::Value { path, key, value, allowed });
+            return Err(TableError::of(path, Fault::Value { key, value, allowed }));
         }
     }
     cycle.heading_rad = json.heading_rad;
@@ -76,43 +76,27 @@ pub(super) fn read_json(path: &Path, text: &str) -> Result<GivenCycle, GivenCycl
     Ok(cycle)
 }
 
-/// What a table of tracks holds. The rule follows from the track.
-pub const SCHEMA: Schema = Schema {
-    what: "an operating cycle",
-    style: Style::Description,
-    fields: &[
-        Field::of(Quantity::Track),
-        Field::of(Quantity::Rule),
-        Field::named(Quantity::Position, &[("position_m", "m")]),
-        Field::of(Quantity::Value),
-    ],
-};
-
 /// Reads the form of a table.
-pub(super) fn read_table(table: Table) -> Result<GivenCycle, GivenCycleFileError> {
+pub(super) fn read_table(table: Table) -> Result<GivenCycle, TableError> {
     table.refuse_others()?;
     let file = table.path().to_owned();
-    let track = table.need(Quantity::Track)?;
-    let position = table.need(Quantity::Position)?;
-    let value = table.need(Quantity::Value)?;
-    let (mut written, mut positions, mut values) = (Vec::new(), Vec::new(), Vec::new());
+    table.need(&[Quantity::Track, Quantity::Position, Quantity::Value])?;
+    let mut rows: Vec<(String, f64, String)> = Vec::new();
     table.for_each(|row| {
-        written.push(row.text(&track).to_owned());
-        positions.push(row.number(&position)?);
-        values.push(row.text(&value).to_owned());
+        let [track, value] = [Quantity::Track, Quantity::Value].map(|q| row.text(q).to_owned());
+        rows.push((track, row.number(Quantity::Position)?, value));
         Ok(())
     })?;
     let mut tracks = Vec::new();
     for name in names() {
-        let rows = (0..written.len()).filter(|k| written[*k] == name);
-        let cells = rows.map(|k| {
-            let number = values[k].parse::<f64>();
-            (positions[k], number.map_err(|_| values[k].clone()))
-        });
+        let cells =
+            rows.iter().filter(|(track, ..)| track == name).map(|(_, position_m, value)| {
+                (*position_m, value.parse::<f64>().map_err(|_| value.clone()))
+            });
         tracks.push(track_of(name, cells));
     }
-    for name in &written {
-        known(&file, name)?;
+    for (track, ..) in &rows {
+        known(&file, track)?;
     }
     GivenCycle::from_tracks(&tracks, None).map_err(in_file(&file))
 }
@@ -130,11 +114,10 @@ fn track_of(name: &'static str, cells: impl Iterator<Item = (f64, Result<f64, St
     Track { name, rule: rule_of(name), position_m, value }
 }
 
-fn known(path: &Path, name: &str) -> Result<&'static str, GivenCycleFileError> {
-    names().into_iter().find(|known| *known == name).ok_or_else(|| GivenCycleFileError::Track {
-        path: path.to_owned(),
-        name: name.to_owned(),
-        allowed: names().join(", "),
+fn known(path: &Path, name: &str) -> Result<&'static str, TableError> {
+    names().into_iter().find(|known| *known == name).ok_or_else(|| {
+        let (name, allowed) = (name.to_owned(), names().join(", "));
+        TableError::of(path, Fault::Track { name, allowed })
     })
 }
 
@@ -142,7 +125,7 @@ fn known(path: &Path, name: &str) -> Result<&'static str, GivenCycleFileError> {
 mod tests {
     use super::*;
 
-    fn parse(head: &str, tracks: &str) -> Result<GivenCycle, GivenCycleFileError> {
+    fn parse(head: &str, tracks: &str) -> Result<GivenCycle, TableError> {
         let text = format!(r#"{{"length_m": 1000.0, {head}"tracks": [{tracks}]}}"#);
         read_json(Path::new("a.json"), &text)
     }

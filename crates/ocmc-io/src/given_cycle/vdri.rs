@@ -7,44 +7,27 @@
 //! times are not counted. A unit in brackets, as in `<s> [m]`, has to be that one. Other columns
 //! (auxiliaries, wind) are not used.
 
-use super::{GivenCycleFileError, divided, in_file};
+use super::in_file;
+use crate::table::error::Fault;
+use crate::table::formats::VECTO_CYCLE;
 use crate::table::unit::KMH;
-use crate::table::{Field, Mapping, Quantity, Schema, Source, Style, Table};
+use crate::table::{Mapping, Quantity, Source, Table, TableError};
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::tracks::{Rule, Track};
 
-/// What a cycle holds. Position and speed are needed.
-pub const SCHEMA: Schema = Schema {
-    what: "a cycle of VECTO",
-    style: Style::Description,
-    fields: &[
-        Field::named(Quantity::Position, &[("s", "m")]),
-        // that of any track; 0 where a truck stops
-        Field::named(Quantity::Speed, &[("v", KMH)]).within(0.0, 70.0, "0 to 252 km/h"),
-        Field::named(Quantity::Gradient, &[("grad", "percent")]),
-        Field::named(Quantity::Stop, &[("stop", "s")]).within(0.0, 172_800.0, "0 to 172800 s"),
-    ],
-};
-
 /// Reads a cycle.
-pub(super) fn read(
-    source: Source,
-    mappings: &[Mapping],
-) -> Result<GivenCycle, GivenCycleFileError> {
-    let table = Table::open(source, &SCHEMA, mappings)?;
+pub(super) fn read(source: Source, mappings: &[Mapping]) -> Result<GivenCycle, TableError> {
+    let table = Table::open(source, &VECTO_CYCLE, mappings)?;
     super::refuse_over_time(&table, &[Quantity::Position])?;
-    let position = table.need(Quantity::Position)?;
-    let speed = table.need(Quantity::Speed)?;
-    let [grad, stop] = [Quantity::Gradient, Quantity::Stop].map(|quantity| table.column(quantity));
+    table.need(&[Quantity::Position, Quantity::Speed])?;
     let (mut places, mut position_m, mut speed_mps) = (Vec::new(), Vec::new(), Vec::new());
     let (mut gradient, mut stop_s) = (Vec::new(), Vec::new());
     table.for_each(|row| {
         places.push(row.place());
-        position_m.push(row.number(&position)?);
-        speed_mps.push(row.number_as(&speed, divided(&speed, KMH, 3.6))?);
-        let tangent = |column| row.number_as(column, divided(column, "percent", 100.0));
-        gradient.push(grad.as_ref().map_or(Ok(0.0), tangent)?);
-        stop_s.push(stop.as_ref().map_or(Ok(0.0), |column| row.number(column))?);
+        position_m.push(row.number(Quantity::Position)?);
+        speed_mps.extend(row.divided(Quantity::Speed, KMH, 3.6)?);
+        gradient.push(row.divided(Quantity::Gradient, "percent", 100.0)?.unwrap_or(0.0));
+        stop_s.push(row.optional(Quantity::Stop)?.unwrap_or(0.0));
         Ok(())
     })?;
     let mut limits = Track::empty("speed_limit_mps", Rule::Constant);
@@ -55,8 +38,7 @@ pub(super) fn read(
         // at a stop line two rows may share a place: the second one says how fast the road goes on
         let same_place = k > 0 && position_m[k] == position_m[k - 1] && stop_s[k - 1] > 0.0;
         if k > 0 && position_m[k] <= position_m[k - 1] && !same_place {
-            let (path, place) = (source.path().to_owned(), places[k]);
-            return Err(GivenCycleFileError::Order { path, place, position_m: position_m[k] });
+            return Err(TableError::of(source.path(), Fault::Order(places[k], position_m[k])));
         }
         if stop_s[k] > 0.0 {
             stops.push(here_m, stop_s[k]);
@@ -85,7 +67,7 @@ mod tests {
     use super::*;
     use std::path::Path;
 
-    fn parse(text: &str) -> Result<GivenCycle, GivenCycleFileError> {
+    fn parse(text: &str) -> Result<GivenCycle, TableError> {
         read(Source::Text(Path::new("a.vdri"), text), &[])
     }
 

@@ -1,7 +1,8 @@
 //! From log files to the roads that they were driven on.
 
 use super::curves::{Steering, TripError, turning_log};
-use super::{LogFile, LoggedTrip, Need, SCHEMA, counted, row_notes};
+use super::{LogFile, LoggedTrip, Need, counted, row_notes};
+use crate::table::formats::LOG;
 use crate::table::{Mapping, Quantity, Source, Table};
 use ocmc_core::operating_cycle::coverage::{Coverage, CurveCoverage, CurveWindow};
 use ocmc_core::operating_cycle::given::GivenCycle;
@@ -19,7 +20,7 @@ pub const NEEDS: [Need; 2] = [&[Quantity::Time], &[Quantity::Speed]];
 /// Whether a file is a log: a table with a column for time or speed, which no operating cycle has.
 /// What cannot be read is none.
 pub fn is_log(path: &Path, mappings: &[Mapping]) -> bool {
-    match Table::open(Source::File(path), &SCHEMA, mappings) {
+    match Table::open(Source::File(path), &LOG, mappings) {
         // a unit may be missing: that is said when it is read
         Ok(table) => {
             let named = |name: &String| name == "time" || name == "speed";

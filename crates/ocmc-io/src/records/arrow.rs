@@ -1,15 +1,15 @@
 //! Records as Arrow tables: what Parquet files hold and what Python receives.
 
 use arrow_array::cast::AsArray;
-use arrow_array::{
-    Array, ArrayRef, Float64Array, RecordBatch, StringArray, UInt64Array, new_null_array,
-};
+use arrow_array::types::{Float64Type, UInt64Type};
+use arrow_array::{ArrayRef, Float64Array, RecordBatch, StringArray, UInt64Array, new_null_array};
 use arrow_schema::{DataType, Field, Schema, SchemaRef};
-use ocmc_core::record::{COLUMNS, Cell, Column, Outcome, Record, column, own_columns};
+use ocmc_core::record::{COLUMNS, Cell, Column, Outcome, Record, own_columns};
 use serde::Deserialize;
 use serde::de::value::{Error, SeqDeserializer, StrDeserializer};
 use serde::de::{Deserializer, Error as _, IntoDeserializer, Visitor};
 use serde::forward_to_deserialize_any;
+use serde_json::Value as Json;
 use std::sync::Arc;
 
 /// The schema of the records: counts are integers, null where a cycle may lack them, quantities are
@@ -56,19 +56,25 @@ fn word(cell: Cell) -> &'static str {
 /// # Errors
 /// Names the column that is missing, or whose type or value is no quantity of a record.
 pub fn records(batch: &RecordBatch) -> Result<Vec<Record>, Error> {
-    let mut sources = Vec::with_capacity(COLUMNS.len());
-    for name in fields() {
-        sources.push((*name, Source::of(batch, name)?));
-    }
-    let own_sources = own_columns().iter().map(|column| Source::of(batch, column.name));
-    let own_sources = own_sources.collect::<Result<Vec<_>, _>>()?;
+    // in the order in which a record is made of a sequence; null is what it may lack
+    let blank = serde_json::to_value(Record::default()).map_err(Error::custom)?;
+    let fields: Vec<(&String, &Json)> = blank.as_object().into_iter().flatten().collect();
+    let known = fields.iter().map(|(name, value)| cells(batch, name, value.is_null()));
+    let known = known.collect::<Result<Vec<_>, _>>()?;
+    let own = own_columns().iter().map(|column| cells(batch, column.name, true));
+    let own = own.collect::<Result<Vec<_>, _>>()?;
     let record = |row: usize| {
-        let cells = sources.iter().map(|(_, source)| Value(source.cell(row)));
-        let mut record = Record::deserialize(SeqDeserializer::new(cells)).map_err(|error| {
-            Error::custom(format!("row {}: {error}{}", row + 1, gap(&sources, row)))
+        let values = known.iter().map(|cells| Value(cells[row]));
+        let mut record = Record::deserialize(SeqDeserializer::new(values)).map_err(|error| {
+            // a null where there has to be a value
+            let gap = known.iter().zip(&fields).find(|(cells, (_, value))| {
+                !value.is_null() && matches!(cells[row], Cell::Number(None) | Cell::Integer(None))
+            });
+            let gap = gap.map_or_else(String::new, |(_, (name, _))| format!(" in column `{name}`"));
+            Error::custom(format!("row {}: {error}{gap}", row + 1))
         })?;
-        for (own, source) in record.own_columns.iter_mut().zip(&own_sources) {
-            *own = number(source.cell(row));
+        for (own, cells) in record.own_columns.iter_mut().zip(&own) {
+            *own = number(cells[row]);
         }
         Ok(record)
     };
@@ -91,108 +97,31 @@ pub fn in_our_order(batch: &RecordBatch) -> Result<RecordBatch, Error> {
     RecordBatch::try_new(schema, columns).map_err(Error::custom)
 }
 
-/// Names of the fields of a record, in the order in which it is made of a sequence.
-fn fields() -> &'static [&'static str] {
-    let mut fields: &'static [&'static str] = &[];
-    // ends in an error once it has asked for the names
-    let _ = Record::deserialize(Names(&mut fields));
-    fields
-}
-
-/// The words behind an error in a row with a null where there has to be a value.
-fn gap(sources: &[(&str, Source)], row: usize) -> String {
-    let null = sources.iter().find(|(name, source)| !optional(name) && source.is_null(row));
-    null.map_or_else(String::new, |(name, _)| format!(" in column `{name}`"))
-}
-
-/// Whether a record may lack that quantity.
-fn optional(name: &str) -> bool {
-    let blank = Record::default();
-    let cell = column(name).map(|column| column.get(&blank));
-    matches!(cell, Some(Cell::Number(None) | Cell::Integer(None)))
-}
-
-/// Where a field's values come from.
-enum Source<'a> {
-    Integers(&'a UInt64Array),
-    Numbers(&'a Float64Array),
-    /// With the outcome of each row.
-    Outcomes(Vec<Cell>),
-    Nothing,
-}
-
-impl<'a> Source<'a> {
-    fn of(batch: &'a RecordBatch, name: &str) -> Result<Self, Error> {
-        let Some(array) = batch.column_by_name(name) else {
-            let missing = || Error::custom(format!("there is no column `{name}`"));
-            return if optional(name) { Ok(Self::Nothing) } else { Err(missing()) };
-        };
-        match array.data_type() {
-            DataType::UInt64 => Ok(Self::Integers(array.as_primitive())),
-            DataType::Float64 => Ok(Self::Numbers(array.as_primitive())),
-            DataType::Utf8 => {
-                let words = array.as_string::<i32>().iter();
-                let outcomes = words.map(|word| outcome(word.unwrap_or_default()));
-                let outcomes = outcomes.collect::<Result<_, _>>();
-                outcomes
-                    .map(Self::Outcomes)
-                    .map_err(|error| Error::custom(format!("column `{name}`: {error}")))
-            }
-            other => {
-                let text = format!("column `{name}`: type {other} is not that of a record");
-                Err(Error::custom(text))
-            }
+/// The cells of a column, which may be absent where it is optional.
+fn cells(batch: &RecordBatch, name: &str, optional: bool) -> Result<Vec<Cell>, Error> {
+    let Some(array) = batch.column_by_name(name) else {
+        let missing = || Error::custom(format!("there is no column `{name}`"));
+        return optional.then(|| vec![Cell::Number(None); batch.num_rows()]).ok_or_else(missing);
+    };
+    match array.data_type() {
+        DataType::UInt64 => {
+            Ok(array.as_primitive::<UInt64Type>().iter().map(Cell::Integer).collect())
         }
-    }
-
-    fn is_null(&self, row: usize) -> bool {
-        match self {
-            Self::Integers(values) => values.is_null(row),
-            Self::Numbers(values) => values.is_null(row),
-            Self::Outcomes(_) => false,
-            Self::Nothing => true,
+        DataType::Float64 => {
+            Ok(array.as_primitive::<Float64Type>().iter().map(Cell::Number).collect())
         }
-    }
-
-    fn cell(&self, row: usize) -> Cell {
-        match self {
-            _ if self.is_null(row) => Cell::Number(None),
-            Self::Integers(values) => Cell::Integer(Some(values.value(row))),
-            Self::Numbers(values) => Cell::Number(Some(values.value(row))),
-            Self::Outcomes(outcomes) => outcomes[row],
-            Self::Nothing => Cell::Number(None),
+        DataType::Utf8 => {
+            let outcomes = array.as_string::<i32>().iter().map(|word| {
+                let word = word.unwrap_or_default();
+                let outcome = Outcome::ALL.into_iter().find(|outcome| outcome.name() == word);
+                let none = || Error::custom(format!("column `{name}`: `{word}` is no outcome"));
+                outcome.map(Cell::Outcome).ok_or_else(none)
+            });
+            outcomes.collect()
         }
-    }
-}
-
-fn outcome(name: &str) -> Result<Cell, String> {
-    let outcome = Outcome::ALL.into_iter().find(|outcome| outcome.name() == name);
-    outcome.map(Cell::Outcome).ok_or_else(|| format!("`{name}` is no outcome"))
-}
-
-/// Asks a record for the names of its fields.
-struct Names<'a>(&'a mut &'static [&'static str]);
-
-impl<'de> Deserializer<'de> for Names<'_> {
-    type Error = Error;
-
-    fn deserialize_struct<V: Visitor<'de>>(
-        self,
-        _name: &'static str,
-        fields: &'static [&'static str],
-        _visitor: V,
-    ) -> Result<V::Value, Error> {
-        *self.0 = fields;
-        Err(Error::custom("only its names were wanted"))
-    }
-
-    fn deserialize_any<V: Visitor<'de>>(self, _visitor: V) -> Result<V::Value, Error> {
-        Err(Error::custom("a record is a struct"))
-    }
-
-    forward_to_deserialize_any! {
-        bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char str string bytes byte_buf option unit unit_struct
-        newtype_struct seq tuple tuple_struct map enum identifier ignored_any
+        other => {
+            Err(Error::custom(format!("column `{name}`: type {other} is not that of a record")))
+        }
     }
 }
 
@@ -215,7 +144,7 @@ impl<'de> Deserializer<'de> for Value {
             Cell::Integer(Some(value)) => visitor.visit_u64(value),
             Cell::Number(Some(value)) => visitor.visit_f64(value),
             Cell::Integer(None) | Cell::Number(None) => visitor.visit_unit(),
-            Cell::Outcome(outcome) => visitor.visit_str(outcome.name()),
+            Cell::Outcome(outcome) => visitor.visit_enum(StrDeserializer::new(outcome.name())),
         }
     }
 
@@ -226,22 +155,9 @@ impl<'de> Deserializer<'de> for Value {
         }
     }
 
-    fn deserialize_enum<V: Visitor<'de>>(
-        self,
-        name: &'static str,
-        variants: &'static [&'static str],
-        visitor: V,
-    ) -> Result<V::Value, Error> {
-        let Cell::Outcome(outcome) = self.0 else {
-            return Err(Error::custom(format!("`{name}` has to be a word")));
-        };
-        let word: StrDeserializer<Error> = outcome.name().into_deserializer();
-        word.deserialize_enum(name, variants, visitor)
-    }
-
     forward_to_deserialize_any! {
         bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char str string bytes byte_buf unit unit_struct
-        newtype_struct seq tuple tuple_struct map struct identifier ignored_any
+        newtype_struct seq tuple tuple_struct map struct enum identifier ignored_any
     }
 }
 

@@ -5,41 +5,8 @@ use super::{GROUP_ROWS, Group, RecordsError};
 use crate::file_error::FileError;
 use ocmc_core::record::{COLUMNS, Cell, Column, Record, own_columns};
 use std::fs::File;
-use std::io::{self, BufWriter, Write};
-use std::path::{Path, PathBuf};
-
-/// A CSV file of records that is being written.
-#[derive(Debug)]
-pub struct CsvRecords {
-    path: PathBuf,
-    file: BufWriter<File>,
-}
-
-impl CsvRecords {
-    /// Begins the file with the names of the columns.
-    pub fn new(path: &Path, file: File) -> Result<Self, RecordsError> {
-        let mut csv = Self { path: path.to_owned(), file: BufWriter::new(file) };
-        let header = write_header(&mut csv.file);
-        header.map_err(|source| csv.error(source))?;
-        Ok(csv)
-    }
-
-    /// Writes records, down to the operating system.
-    pub fn write(&mut self, records: &[Record]) -> Result<(), RecordsError> {
-        let written = write_rows(&mut self.file, records).and_then(|()| self.file.flush());
-        written.map_err(|source| self.error(source))
-    }
-
-    /// Makes sure that the file is on the disk.
-    pub fn finish(mut self) -> Result<(), RecordsError> {
-        let synced = self.file.flush().and_then(|()| self.file.get_ref().sync_all());
-        synced.map_err(|source| self.error(source))
-    }
-
-    fn error(&self, source: io::Error) -> RecordsError {
-        FileError::write(&self.path)(source).into()
-    }
-}
+use std::io::{self, Write};
+use std::path::Path;
 
 /// Writes the names of the columns.
 pub fn write_header(out: &mut impl Write) -> io::Result<()> {
@@ -82,9 +49,9 @@ pub fn read(path: &Path, file: File, mut sink: impl FnMut(Group)) -> Result<(), 
         let mut record: Record = row.deserialize(Some(&headers)).map_err(failed)?;
         for (own, place) in record.own_columns.iter_mut().zip(&own_places) {
             let cell = place.and_then(|k| row.get(k)).filter(|cell| !cell.is_empty());
-            *own = cell.map(str::parse).transpose().map_err(|error| RecordsError::Malformed {
-                path: path.to_owned(),
-                reason: format!("cycle {}: {error}", record.cycle_id),
+            *own = cell.map(str::parse).transpose().map_err(|error| {
+                let reason = format!("cycle {}: {error}", record.cycle_id);
+                RecordsError::Malformed(path.to_owned(), reason)
             })?;
         }
         group.push(record);
@@ -102,6 +69,6 @@ fn read_error(path: &Path, error: csv::Error) -> RecordsError {
     let reason = error.to_string();
     match error.into_kind() {
         csv::ErrorKind::Io(source) => FileError::read(path)(source).into(),
-        _ => RecordsError::Malformed { path: path.to_owned(), reason },
+        _ => RecordsError::Malformed(path.to_owned(), reason),
     }
 }

@@ -8,10 +8,12 @@ pub mod csv;
 pub mod parquet;
 
 use crate::file_error::FileError;
+use ::parquet::arrow::ArrowWriter;
 use arrow::record_batch;
 use arrow_array::RecordBatch;
 use ocmc_core::record::Record;
 use std::fs::{File, OpenOptions};
+use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
@@ -56,19 +58,15 @@ pub enum RecordsError {
     /// The file cannot be created, written or read.
     #[error(transparent)]
     File(#[from] FileError),
-    /// The file is not what its name says.
-    #[error("`{}` is no file of records: {reason}", path.display())]
-    Malformed {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong, and where.
-        reason: String,
-    },
+    /// The file is not what its name says: what is wrong, and where.
+    #[error("`{}` is no file of records: {}", .0.display(), .1)]
+    Malformed(PathBuf, String),
 }
 
 /// Writes records to a new file, group by group.
 #[derive(Debug)]
 pub struct RecordWriter {
+    path: PathBuf,
     file: Groups,
     /// Records of the group that is not full yet.
     waiting: Vec<Record>,
@@ -78,62 +76,71 @@ pub struct RecordWriter {
 /// A file that takes whole groups.
 #[derive(Debug)]
 enum Groups {
-    Parquet(Box<parquet::ParquetRecords>),
-    Csv(csv::CsvRecords),
+    Parquet(Box<ArrowWriter<File>>),
+    Csv(BufWriter<File>),
 }
 
 impl RecordWriter {
     /// Creates the file, which must not exist.
     pub fn create(path: &Path, format: RecordFormat) -> Result<Self, RecordsError> {
         let file = OpenOptions::new().write(true).create_new(true).open(path);
-        let file = file.map_err(FileError::create(path))?;
-        let file = match format {
-            RecordFormat::Parquet => {
-                Groups::Parquet(Box::new(parquet::ParquetRecords::new(path, file)?))
-            }
-            RecordFormat::Csv => Groups::Csv(csv::CsvRecords::new(path, file)?),
-        };
-        Ok(Self { file, waiting: Vec::new(), written: 0 })
+        Self::new(path, file.map_err(FileError::create(path))?, format)
     }
 
-    /// Takes the next records, and writes the groups that they fill. Returns whether there was one.
-    pub fn add(&mut self, records: &[Record]) -> Result<bool, RecordsError> {
+    fn new(path: &Path, file: File, format: RecordFormat) -> Result<Self, RecordsError> {
+        let file = match format {
+            RecordFormat::Parquet => {
+                parquet::begin(file).map(|file| Groups::Parquet(Box::new(file)))
+            }
+            RecordFormat::Csv => {
+                let mut file = BufWriter::new(file);
+                csv::write_header(&mut file).map(|()| Groups::Csv(file))
+            }
+        };
+        let file = file.map_err(FileError::write(path))?;
+        Ok(Self { path: path.to_owned(), file, waiting: Vec::new(), written: 0 })
+    }
+
+    /// Takes the next records, and writes the groups that they fill.
+    pub fn add(&mut self, records: &[Record]) -> Result<(), RecordsError> {
         self.waiting.extend_from_slice(records);
         let mut full = 0;
         while let Some(group) = self.waiting.get(full..full + GROUP_ROWS) {
-            self.file.write(group)?;
+            self.file.write(group).map_err(FileError::write(&self.path))?;
             self.written += GROUP_ROWS as u64;
             full += GROUP_ROWS;
         }
         self.waiting.drain(..full);
-        Ok(full > 0)
-    }
-
-    /// Number of rows in the file so far.
-    pub fn written(&self) -> u64 {
-        self.written
+        Ok(())
     }
 
     /// Writes what is left, completes the file and makes sure that it is on the disk. Returns the
     /// number of rows.
     pub fn finish(mut self) -> Result<u64, RecordsError> {
+        let mut finished = Ok(());
         if !self.waiting.is_empty() {
-            self.file.write(&self.waiting)?;
+            finished = self.file.write(&self.waiting);
             self.written += self.waiting.len() as u64;
         }
-        match self.file {
-            Groups::Parquet(file) => file.finish()?,
-            Groups::Csv(file) => file.finish()?,
-        }
+        finished.and_then(|()| self.file.finish()).map_err(FileError::write(&self.path))?;
         Ok(self.written)
     }
 }
 
 impl Groups {
-    fn write(&mut self, group: &[Record]) -> Result<(), RecordsError> {
+    /// Writes a group, down to the operating system.
+    fn write(&mut self, group: &[Record]) -> io::Result<()> {
         match self {
-            Self::Parquet(file) => file.write(group),
-            Self::Csv(file) => file.write(group),
+            Self::Parquet(file) => parquet::write_group(file, group),
+            Self::Csv(file) => csv::write_rows(file, group).and_then(|()| file.flush()),
+        }
+    }
+
+    /// Completes the file and makes sure that it is on the disk.
+    fn finish(&mut self) -> io::Result<()> {
+        match self {
+            Self::Parquet(file) => parquet::end(file).and_then(|()| file.inner().sync_all()),
+            Self::Csv(file) => file.flush().and_then(|()| file.get_ref().sync_all()),
         }
     }
 }
@@ -160,10 +167,10 @@ pub fn read(path: &Path, sink: impl FnMut(Group)) -> Result<(), RecordsError> {
     match path.extension().and_then(|extension| extension.to_str()) {
         Some("parquet") => parquet::read(path, open()?, sink),
         Some("csv") => csv::read(path, open()?, sink),
-        _ => Err(RecordsError::Malformed {
-            path: path.to_owned(),
-            reason: "its name ends neither in `.parquet` nor in `.csv`".to_owned(),
-        }),
+        _ => {
+            let reason = "its name ends neither in `.parquet` nor in `.csv`".to_owned();
+            Err(RecordsError::Malformed(path.to_owned(), reason))
+        }
     }
 }
 
@@ -255,12 +262,12 @@ mod tests {
         let full = Path::new("/dev/full");
         let open = || OpenOptions::new().write(true).open(full).expect("Linux has it");
         let rows = examples::records(GROUP_ROWS as u64);
-        let errors = [
-            parquet::ParquetRecords::new(full, open())
-                .and_then(|mut file| file.write(&rows).and_then(|()| file.finish())),
-            csv::CsvRecords::new(full, open())
-                .and_then(|mut file| file.write(&rows).and_then(|()| file.finish())),
-        ];
+        let errors = RecordFormat::ALL.map(|format| {
+            RecordWriter::new(full, open(), format).and_then(|mut file| {
+                file.add(&rows)?;
+                file.finish()
+            })
+        });
         for error in errors {
             let error = error.expect_err("nothing fits").to_string();
             assert!(error.contains("/dev/full") && error.contains("No space left"), "{error}");

@@ -9,18 +9,8 @@ use std::fmt::Write;
 
 /// Text that may hold anything, as text of HTML and of attributes.
 pub(super) fn escaped(text: &str) -> String {
-    let mut safe = String::with_capacity(text.len());
-    for character in text.chars() {
-        match character {
-            '&' => safe.push_str("&amp;"),
-            '<' => safe.push_str("&lt;"),
-            '>' => safe.push_str("&gt;"),
-            '"' => safe.push_str("&quot;"),
-            '\'' => safe.push_str("&#39;"),
-            other => safe.push(other),
-        }
-    }
-    safe
+    let codes = [('&', "&amp;"), ('<', "&lt;"), ('>', "&gt;"), ('"', "&quot;"), ('\'', "&#39;")];
+    codes.into_iter().fold(text.to_owned(), |text, (letter, code)| text.replace(letter, code))
 }
 
 /// Maps a range of values to a range of places.
@@ -47,7 +37,7 @@ fn begin(width: f64, height: f64, what: &str) -> String {
     )
 }
 
-fn label(text: &mut String, x: f64, y: f64, anchor: &str, class: &str, words: &str) {
+fn label(text: &mut String, [x, y]: [f64; 2], anchor: &str, class: &str, words: &str) {
     let words = escaped(words);
     let _ = writeln!(
         text,
@@ -87,21 +77,14 @@ pub(super) fn histogram(histogram: &Histogram, quantiles: &[Quantile], unit: &st
             "<line class=\"mark\" x1=\"{place:.1}\" x2=\"{place:.1}\" y1=\"20\" y2=\"{}\"/>",
             height - foot
         );
-        label(&mut text, place, 14.0, "middle", "", &quantile.name.to_uppercase());
+        label(&mut text, [place, 14.0], "middle", "", &quantile.name.to_uppercase());
     }
     let every = edges.len().div_ceil(9);
     for edge in edges.iter().step_by(every) {
-        let place = x.at(*edge);
-        label(
-            &mut text,
-            place,
-            height - 24.0,
-            "middle",
-            "",
-            &format!("{edge:.*}", histogram.decimals),
-        );
+        let words = format!("{edge:.*}", histogram.decimals);
+        label(&mut text, [x.at(*edge), height - 24.0], "middle", "", &words);
     }
-    label(&mut text, width / 2.0, height - 6.0, "middle", "", unit);
+    label(&mut text, [width / 2.0, height - 6.0], "middle", "", unit);
     text.push_str("</svg>\n");
     text
 }
@@ -136,7 +119,7 @@ pub(super) fn bands(
             text,
             "<line class=\"axis\" x1=\"{left}\" x2=\"{width}\" y1=\"{place:.1}\" y2=\"{place:.1}\"/>"
         );
-        label(&mut text, left - 4.0, place + 4.0, "end", "", &rounded_short(value));
+        label(&mut text, [left - 4.0, place + 4.0], "end", "", &rounded_short(value));
     }
     let points = |k: usize| {
         let bands = association.bands.iter().zip(&xs);
@@ -156,9 +139,9 @@ pub(super) fn bands(
     let has_room = |band: &usize| *band == 0 || *band == last || (0.25..0.75).contains(&xs[*band]);
     for band in [0, middle, last].into_iter().filter(has_room) {
         let words = value(&association.bands[band]);
-        label(&mut text, x.at(xs[band]), height - 20.0, "middle", "", &words);
+        label(&mut text, [x.at(xs[band]), height - 20.0], "middle", "", &words);
     }
-    label(&mut text, f64::midpoint(left, width), height - 5.0, "middle", "name", name);
+    label(&mut text, [f64::midpoint(left, width), height - 5.0], "middle", "name", name);
     text.push_str("</svg>\n");
     text
 }
@@ -172,7 +155,7 @@ pub(super) fn bars(rows: &[(String, f64, String)], what: &str) -> String {
     for (k, (name, value, words)) in rows.iter().enumerate() {
         let top = step * k as f64 + 4.0;
         let length = (width - left - 230.0) * value.abs() / largest;
-        label(&mut text, left - 8.0, top + 14.0, "end", "name", name);
+        label(&mut text, [left - 8.0, top + 14.0], "end", "name", name);
         let _ = writeln!(
             text,
             "<rect class=\"{}\" x=\"{left}\" y=\"{top:.1}\" width=\"{:.1}\" height=\"{}\"/>",
@@ -180,7 +163,7 @@ pub(super) fn bars(rows: &[(String, f64, String)], what: &str) -> String {
             length.max(1.0),
             step - 8.0
         );
-        label(&mut text, left + length + 8.0, top + 14.0, "start", "", words);
+        label(&mut text, [left + length + 8.0, top + 14.0], "start", "", words);
     }
     text.push_str("</svg>\n");
     text
@@ -189,12 +172,10 @@ pub(super) fn bars(rows: &[(String, f64, String)], what: &str) -> String {
 /// A number for an axis.
 fn rounded_short(value: f64) -> String {
     let text = rounded(value);
-    // what rounds to nothing has no sign
-    let text =
-        if text.trim_start_matches(['-', '0', '.']).is_empty() { "0".to_owned() } else { text };
-    if text.contains('.') {
-        text.trim_end_matches('0').trim_end_matches('.').to_owned()
-    } else {
-        text
+    match text.as_str() {
+        // what rounds to nothing has no sign
+        text if text.trim_start_matches(['-', '0', '.']).is_empty() => "0".to_owned(),
+        text if text.contains('.') => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+        _ => text,
     }
 }

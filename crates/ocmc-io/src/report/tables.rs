@@ -15,9 +15,9 @@ use std::fmt::Write;
 /// Cycles that are listed at each end, and of each kind of failure.
 const LISTED: usize = 5;
 
-/// The study as a table of TOML.
-pub(super) fn resolved(run: &StoredRun) -> Option<toml::Table> {
-    run.manifest.resolved_study.parse().ok()
+/// A row of two columns, the second one in words.
+fn row(name: &str, value: &str) -> String {
+    format!("<tr><td>{name}</td><td class=\"words\">{}</td></tr>\n", escaped(value))
 }
 
 /// The answer in large print.
@@ -61,24 +61,16 @@ pub(super) fn statistics(statistics: &[Statistic]) -> String {
     text.push_str("</tr></thead>\n<tbody>\n");
     for statistic in statistics.iter().filter(|statistic| statistic.n > 0) {
         let (name, factor) = label(statistic.column);
-        let interval = statistic.ci95.map_or("–".to_owned(), |[low, high]| {
+        let range = |[low, high]: [f64; 2]| {
             format!("{} to {}", rounded(factor * low), rounded(factor * high))
-        });
-        let _ = write!(
-            text,
-            "<tr><td>{}</td><td>{}</td><td>{interval}</td><td>{}</td>",
-            escaped(name),
-            shown(statistic.mean, factor),
-            shown(statistic.sd, factor)
-        );
+        };
+        let interval = statistic.ci95.map_or("–".to_owned(), range);
+        let [mean, sd] = [statistic.mean, statistic.sd].map(|value| shown(value, factor));
+        let name = escaped(name);
+        let _ = write!(text, "<tr><td>{name}</td><td>{mean}</td><td>{interval}</td><td>{sd}</td>");
         for quantile in &statistic.quantiles {
-            let tip = quantile.ci95.map_or(String::new(), |[low, high]| {
-                format!(
-                    " title=\"95 % interval {} to {}\"",
-                    rounded(factor * low),
-                    rounded(factor * high)
-                )
-            });
+            let tip = |ci95| format!(" title=\"95 % interval {}\"", range(ci95));
+            let tip = quantile.ci95.map_or(String::new(), tip);
             let _ = write!(text, "<td{tip}>{}</td>", shown(quantile.value, factor));
         }
         text.push_str("</tr>\n");
@@ -125,18 +117,12 @@ pub(super) fn road_shares(records: &[Record]) -> String {
 
 /// The cycles with the lowest and the highest consumption.
 pub(super) fn outliers(run: &StoredRun, quantity: &RecordQuantity) -> String {
-    let mut cycles: Vec<(f64, &Record)> = run
-        .records
-        .iter()
-        .filter_map(|record| Some((quantity.of_cycle(record)?, record)))
-        .collect();
-    cycles.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let ends = if cycles.len() > 2 * LISTED {
-        let (low, high) = (&cycles[..LISTED], &cycles[cycles.len() - LISTED..]);
-        [low, high].concat()
-    } else {
-        cycles
-    };
+    let known = run.records.iter().filter_map(|record| Some((quantity.of_cycle(record)?, record)));
+    let mut ends: Vec<(f64, &Record)> = known.collect();
+    ends.sort_by(|a, b| a.0.total_cmp(&b.0));
+    if ends.len() > 2 * LISTED {
+        ends.drain(LISTED..ends.len() - LISTED);
+    }
     let (unit, factor) = label(quantity.column);
     let study = study_argument(run);
     let mut text = format!(
@@ -145,19 +131,16 @@ pub(super) fn outliers(run: &StoredRun, quantity: &RecordQuantity) -> String {
         escaped(unit)
     );
     for (value, record) in ends {
+        let Record { cycle_id, n_stops, .. } = record;
         let km = record.distance_m / 1000.0;
+        let (payload_t, climb_m_per_km) = (record.payload_kg / 1000.0, record.climb_m / km);
+        let numbers = [factor * value, km, 3.6 * record.mean_speed_mps];
+        let [value, km, speed_kmh] = numbers.map(rounded);
+        let command = trace_command(run, &study, *cycle_id);
         let _ = writeln!(
             text,
-            "<tr><td>{}</td><td>{}</td><td>{:.1}</td><td>{}</td><td>{}</td><td>{:.1}</td><td>{}</td><td \
-             class=\"words\">{}</td></tr>",
-            record.cycle_id,
-            rounded(factor * value),
-            record.payload_kg / 1000.0,
-            rounded(km),
-            rounded(3.6 * record.mean_speed_mps),
-            record.climb_m / km,
-            record.n_stops,
-            trace_command(run, &study, record.cycle_id)
+            "<tr><td>{cycle_id}</td><td>{value}</td><td>{payload_t:.1}</td><td>{km}</td><td>{speed_kmh}</td>\
+             <td>{climb_m_per_km:.1}</td><td>{n_stops}</td><td class=\"words\">{command}</td></tr>"
         );
     }
     text.push_str("</tbody></table></div>\n");
@@ -183,14 +166,13 @@ pub(super) fn failures(run: &StoredRun) -> String {
         return "<h2>Cycles that failed</h2>\n<p>None: every cycle was completed.</p>\n".to_owned();
     }
     let study = study_argument(run);
+    let (was, they) = if failed == 1 { ("was", "It is") } else { ("were", "They are") };
     let mut text = format!(
-        "<h2>Cycles that failed</h2>\n<p>{} of {} cycles {} not completed. {} in the records, but in no mean \
+        "<h2>Cycles that failed</h2>\n<p>{} of {} cycles {was} not completed. {they} in the records, but in no mean \
          and no quantile.</p>\n<div class=\"wide commands\" style=\"--columns: 2\"><table>\n<thead><tr><th>why</th><th>cycles</th><td class=\"words\">the \
          first ones, step by step</td></tr></thead>\n<tbody>\n",
         grouped(failed),
-        grouped(summary.cycles),
-        if failed == 1 { "was" } else { "were" },
-        if failed == 1 { "It is" } else { "They are" }
+        grouped(summary.cycles)
     );
     for outcome in Outcome::ALL.into_iter().filter(|outcome| *outcome != Outcome::Completed) {
         let count = summary.outcomes.of(outcome);
@@ -199,23 +181,20 @@ pub(super) fn failures(run: &StoredRun) -> String {
         }
         let first = run.records.iter().filter(|record| record.outcome == outcome).take(LISTED);
         let commands: Vec<String> = first.map(|r| trace_command(run, &study, r.cycle_id)).collect();
+        let (name, count, commands) = (outcome.name(), grouped(count), commands.join("<br>"));
         let _ = writeln!(
             text,
-            "<tr><td>{}</td><td>{}</td><td class=\"words\">{}</td></tr>",
-            outcome.name(),
-            grouped(count),
-            commands.join("<br>")
+            "<tr><td>{name}</td><td>{count}</td><td class=\"words\">{commands}</td></tr>"
         );
     }
     text.push_str("</tbody></table></div>\n");
     if let Some(worst) = summary.worst_case {
         let (unit, factor) = label(worst.column);
+        let (mean, unit) = (rounded(factor * worst.mean), escaped(unit));
         let _ = writeln!(
             text,
             "<p>Had each of them been as long as the mean completed cycle and consumed like the worst one, or like its \
-             own record where that is more, the fleet's mean would be {} {}.</p>",
-            rounded(factor * worst.mean),
-            escaped(unit)
+             own record where that is more, the fleet's mean would be {mean} {unit}.</p>"
         );
     }
     text
@@ -243,48 +222,28 @@ const STUDY_KEYS: [(&str, &str); 13] = [
 
 /// The study in words and numbers, and whole.
 pub(super) fn study(run: &StoredRun) -> String {
-    let mut text = "<h2>Study</h2>\n".to_owned();
-    if let Some(table) = resolved(run) {
-        text.push_str("<div class=\"wide\"><table><tbody>\n");
-        let driven = driven_instead(&run.manifest.routes(), run.manifest.followed.as_ref());
-        for (name, value) in &driven {
-            let value = escaped(value);
-            let _ = writeln!(text, "<tr><td>{name}</td><td class=\"words\">{value}</td></tr>");
-        }
-        for (name, path) in STUDY_KEYS {
-            if path == LENGTH && !driven.is_empty() {
-                continue;
-            }
-            let mut steps = path.split('.');
-            let first = steps.next().and_then(|key| table.get(key));
-            let Some(value) = steps.try_fold(first, |value, key| Some(value?.get(key))).flatten()
-            else {
-                continue;
-            };
-            let _ = writeln!(
-                text,
-                "<tr><td>{}</td><td class=\"words\">{}</td></tr>",
-                escaped(name),
-                escaped(&value.to_string())
-            );
-        }
-        text.push_str("</tbody></table></div>\n");
-        let sources =
-            table.get("study").and_then(|study| study.get("sources")?.as_array().cloned());
-        let sources: Vec<String> = sources
-            .unwrap_or_default()
-            .iter()
-            .filter_map(|source| Some(format!("<li>{}</li>", escaped(source.as_str()?))))
-            .collect();
-        if !sources.is_empty() {
-            let _ = writeln!(text, "<p>Sources:</p>\n<ul>{}</ul>", sources.join("\n"));
-        }
+    let manifest = &run.manifest;
+    let mut text = "<h2>Study</h2>\n<div class=\"wide\"><table><tbody>\n".to_owned();
+    let driven = driven_instead(&manifest.routes(), manifest.followed.as_ref());
+    text.extend(driven.iter().map(|(name, value)| row(name, value)));
+    let keys = STUDY_KEYS.iter().filter(|(_, path)| *path != LENGTH || driven.is_empty());
+    text.extend(
+        keys.filter_map(|(name, path)| Some(row(name, &manifest.value(path)?.to_string()))),
+    );
+    text.push_str("</tbody></table></div>\n");
+    let sources = manifest.value("study.sources");
+    let sources = sources.as_ref().and_then(|sources| sources.as_array()).into_iter().flatten();
+    let sources: Vec<String> = sources
+        .filter_map(|source| Some(format!("<li>{}</li>", escaped(source.as_str()?))))
+        .collect();
+    if !sources.is_empty() {
+        let _ = writeln!(text, "<p>Sources:</p>\n<ul>{}</ul>", sources.join("\n"));
     }
     let _ = writeln!(
         text,
         "<details><summary>The whole study, as a file that {}</summary>\n<pre>{}</pre></details>",
-        escaped(&what_it_repeats(run.manifest.followed.as_ref())),
-        escaped(&run.manifest.resolved_study)
+        escaped(&what_it_repeats(manifest.followed.as_ref())),
+        escaped(&manifest.resolved_study)
     );
     text
 }
@@ -297,18 +256,15 @@ fn driven_instead(
 ) -> Vec<(&'static str, String)> {
     let whole: f64 = routes.iter().map(|route| route.weight).sum();
     let route = |route: &RouteModel| {
+        let mut text = route.file.clone();
         let keep: Vec<&str> = route.keep.iter().map(|keep| keep.name()).collect();
-        let kept = if keep.is_empty() {
-            String::new()
-        } else {
-            format!(", with its own {}", keep.join(" and "))
-        };
-        let share = if routes.len() == 1 {
-            String::new()
-        } else {
-            format!(", {:.1} % of the cycles", 100.0 * route.weight / whole)
-        };
-        format!("{}{kept}{share}", route.file)
+        if !keep.is_empty() {
+            let _ = write!(text, ", with its own {}", keep.join(" and "));
+        }
+        if routes.len() > 1 {
+            let _ = write!(text, ", {:.1} % of the cycles", 100.0 * route.weight / whole);
+        }
+        text
     };
     let mut rows = Vec::new();
     if !routes.is_empty() {
@@ -337,32 +293,23 @@ fn what_it_repeats(followed: Option<&Followed>) -> String {
 pub(super) fn provenance(run: &StoredRun) -> String {
     let manifest = &run.manifest;
     let last = manifest.first_cycle + manifest.completed.saturating_sub(1);
-    let mut text = "<h2>Provenance</h2>\n<div class=\"wide\"><table><tbody>\n".to_owned();
-    for (name, value) in [
+    let (status, completed) = (manifest.status.name(), grouped(manifest.completed));
+    let wall_s = rounded(run.summary.wall_s);
+    let rows = [
         ("program", format!("ocmc {}", manifest.program_version)),
         ("study", manifest.study.clone()),
         ("hash of the study", manifest.study_hash.clone()),
         ("seed", manifest.seed.to_string()),
         ("cycle ids", format!("{} to {last}", manifest.first_cycle)),
-        (
-            "status",
-            format!(
-                "{}: {} of {} cycles",
-                manifest.status.name(),
-                grouped(manifest.completed),
-                grouped(manifest.cycles)
-            ),
-        ),
-        ("took", format!("{} s on {} threads", rounded(run.summary.wall_s), run.summary.threads)),
-    ] {
-        let _ =
-            writeln!(text, "<tr><td>{name}</td><td class=\"words\">{}</td></tr>", escaped(&value));
-    }
-    text.push_str(
-        "</tbody></table></div>\n<p class=\"soft\">The intervals are those of sampling from the study. They do not hold \
-         the error of the models, nor that of numbers that were judged.</p>\n",
-    );
-    text
+        ("status", format!("{status}: {completed} of {} cycles", grouped(manifest.cycles))),
+        ("took", format!("{wall_s} s on {} threads", run.summary.threads)),
+    ];
+    format!(
+        "<h2>Provenance</h2>\n<div class=\"wide\"><table><tbody>\n{}</tbody></table></div>\n<p class=\"soft\">The \
+         intervals are those of sampling from the study. They do not hold the error of the models, nor that of numbers \
+         that were judged.</p>\n",
+        rows.map(|(name, value)| row(name, &value)).concat()
+    )
 }
 
 #[cfg(test)]

@@ -26,7 +26,7 @@ const LOCK: &str = "lock";
 #[derive(Debug)]
 pub(super) struct Chunks {
     folder: PathBuf,
-    format: RecordFormat,
+    pub(super) format: RecordFormat,
     /// Held for as long as the run is written.
     lock: File,
 }
@@ -45,14 +45,15 @@ impl Chunks {
             Err(TryLockError::Error(error)) if error.kind() == io::ErrorKind::Unsupported => (),
             Err(TryLockError::Error(error)) => return Err(write(error).into()),
             Err(TryLockError::WouldBlock) => {
-                return Err(RunDirectoryError::Busy { path: directory.to_owned() });
+                return Err(RunDirectoryError::Busy(directory.to_owned()));
             }
         }
         sync_directory(directory)?;
         Ok(Self { folder, format, lock })
     }
 
-    fn path(&self, index: u64) -> PathBuf {
+    /// Where a chunk is.
+    pub(super) fn path(&self, index: u64) -> PathBuf {
         self.folder.join(format!("{index:08}.{}", self.format.name()))
     }
 
@@ -83,11 +84,6 @@ impl Chunks {
         Ok(records)
     }
 
-    /// Where chunk `index` is, for messages.
-    pub(super) fn place(&self, index: u64) -> PathBuf {
-        self.path(index)
-    }
-
     /// Removes the chunks, once the records are whole.
     pub(super) fn remove(self) -> Result<(), RunDirectoryError> {
         drop(self.lock);
@@ -112,13 +108,13 @@ pub(super) fn check_rows(
     first_cycle: u64,
     rows: usize,
 ) -> Result<(), RunDirectoryError> {
-    let damaged = |reason: String| RunDirectoryError::Damaged { path: path.to_owned(), reason };
+    let damaged = |reason| Err(RunDirectoryError::Damaged(path.to_owned(), reason));
     if records.len() != rows {
-        return Err(damaged(format!("{} records instead of {rows}", records.len())));
+        return damaged(format!("{} records instead of {rows}", records.len()));
     }
     for (id, record) in (first_cycle..).zip(records) {
         if record.cycle_id != id {
-            return Err(damaged(format!("cycle {} where cycle {id} should be", record.cycle_id)));
+            return damaged(format!("cycle {} where cycle {id} should be", record.cycle_id));
         }
     }
     Ok(())

@@ -56,7 +56,7 @@ pub fn merge(
         .map(|path| Ok(Part { path, manifest: whole(path)?, measured: measured(path)? }))
         .collect::<Result<Vec<_>, RunDirectoryError>>()?;
     let Some(first) = parts.first() else {
-        return Err(RunDirectoryError::NotOneRun { reason: "there are none".to_owned() });
+        return Err(RunDirectoryError::NotOneRun("there are none".to_owned()));
     };
     let records = first.manifest.records.clone();
     let format = format
@@ -71,7 +71,7 @@ pub fn merge(
     let created = missing(out);
     let merged = write_whole(&parts, &study.study, &given, out, format);
     let taken = |error: &RunDirectoryError| {
-        matches!(error, RunDirectoryError::Exists { .. } | RunDirectoryError::Busy { .. })
+        matches!(error, RunDirectoryError::Exists { .. } | RunDirectoryError::Busy(_))
     };
     // what another program has put there since is not ours
     if merged.as_ref().is_err_and(|error| !taken(error)) {
@@ -150,35 +150,26 @@ fn check_same(parts: &[Part]) -> Result<(), RunDirectoryError> {
     let first = &parts[0];
     for part in &parts[1..] {
         let (a, b) = (&first.manifest, &part.manifest);
+        let (one, other) = (first.path.display(), part.path.display());
         let differences = [
             ("study", &a.study_hash, &b.study_hash),
             ("seed", &a.seed.to_string(), &b.seed.to_string()),
             ("program version", &a.program_version, &b.program_version),
         ];
-        for (what, a, b) in differences {
-            if a != b {
-                let (one, other) = (first.path.display(), part.path.display());
-                return Err(RunDirectoryError::NotOneRun {
-                    reason: format!("`{one}` has {what} {a}, `{other}` has {what} {b}"),
-                });
-            }
-        }
-        if a.followed != b.followed {
-            let (one, other) = (first.path.display(), part.path.display());
-            let reason =
-                format!("the trucks of `{one}` and `{other}` do not follow the same speed");
-            return Err(RunDirectoryError::NotOneRun { reason });
-        }
+        let reason = if let Some((what, a, b)) = differences.into_iter().find(|(_, a, b)| a != b) {
+            format!("`{one}` has {what} {a}, `{other}` has {what} {b}")
+        } else if a.followed != b.followed {
+            format!("the trucks of `{one}` and `{other}` do not follow the same speed")
+        } else {
+            continue;
+        };
+        return Err(RunDirectoryError::NotOneRun(reason));
     }
     let ours = env!("CARGO_PKG_VERSION");
     if first.manifest.program_version != ours {
-        return Err(RunDirectoryError::NotOurs {
-            path: first.path.to_owned(),
-            reason: format!(
-                "version {} of the program wrote it, this is version {ours}",
-                first.manifest.program_version
-            ),
-        });
+        let theirs = &first.manifest.program_version;
+        let reason = format!("version {theirs} of the program wrote it, this is version {ours}");
+        return Err(RunDirectoryError::NotOurs(first.path.to_owned(), reason));
     }
     Ok(())
 }
@@ -198,13 +189,9 @@ fn check_neighbours(parts: &[Part]) -> Result<(), RunDirectoryError> {
         } else {
             format!("they overlap from id {start} on")
         };
-        return Err(RunDirectoryError::NotOneRun {
-            reason: format!(
-                "`{one}` has {}, `{other}` has {}: {between}",
-                before.ids(),
-                after.ids()
-            ),
-        });
+        let (ids, other_ids) = (before.ids(), after.ids());
+        let reason = format!("`{one}` has {ids}, `{other}` has {other_ids}: {between}");
+        return Err(RunDirectoryError::NotOneRun(reason));
     }
     Ok(())
 }

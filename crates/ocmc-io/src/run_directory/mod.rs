@@ -10,13 +10,11 @@ mod durable;
 mod error;
 mod merge;
 mod read;
-mod run_summary;
 
 pub use chunks::{CHUNK_ROWS, CHUNKS};
 pub use error::RunDirectoryError;
 pub use merge::merge;
 pub use read::{StoredRun, Unfinished, directory_of, read, read_groups, unfinished};
-pub use run_summary::RunSummary;
 
 use crate::file_error::FileError;
 use crate::given_drive::{Followed, GivenDrive};
@@ -25,8 +23,9 @@ use crate::study::{resolved_toml, study_hash};
 use chunks::Chunks;
 use durable::{replace, replaced, temporary};
 use ocmc_core::fleet::dependence::Dependence;
-use ocmc_core::fleet::precision::Precision;
+use ocmc_core::fleet::precision::{Precision, Reached};
 use ocmc_core::fleet::run::RunPlan;
+use ocmc_core::fleet::summary::Summary;
 use ocmc_core::operating_cycle::route::RouteModel;
 use ocmc_core::random::sampling::Sampling;
 use ocmc_core::record::Record;
@@ -98,27 +97,25 @@ impl Manifest {
         }
     }
 
-    /// A value of the resolved study.
-    fn value(&self, path: &[&str]) -> Option<toml::Value> {
+    /// A value of the resolved study, by its dotted path.
+    pub(crate) fn value(&self, path: &str) -> Option<toml::Value> {
         let study = toml::Value::Table(self.resolved_study.parse().unwrap_or_default());
-        path.iter().try_fold(&study, |value, key| value.get(key)).cloned()
+        path.split('.').try_fold(&study, |value, key| value.get(key)).cloned()
     }
 
     /// The routes of its study.
     pub fn routes(&self) -> Vec<RouteModel> {
-        let routes = self.value(&["mission", "routes"]);
+        let routes = self.value("mission.routes");
         routes.and_then(|routes| routes.try_into().ok()).unwrap_or_default()
     }
 
     /// Which of the cycles depend on one another.
     pub fn dependence(&self) -> Dependence {
-        let at = |path: &[&str]| self.value(path);
-        let uncertain = at(&["driver", "curve_speed", "parameter_uncertainty"]);
-        let replicates = at(&["driver", "curve_speed", "replicates"]);
+        let uncertain = self.value("driver.curve_speed.parameter_uncertainty");
+        let replicates = self.value("driver.curve_speed.replicates");
         let replicates = replicates.and_then(|value| u64::try_from(value.as_integer()?).ok());
-        let replicates =
-            replicates.filter(|_| uncertain.and_then(|value| value.as_bool()) == Some(true));
-        let sampling = at(&["simulation", "sampling"]);
+        let replicates = replicates.filter(|_| uncertain == Some(true.into()));
+        let sampling = self.value("simulation.sampling");
         let sampling: Option<Sampling> = sampling.and_then(|value| value.try_into().ok());
         Dependence {
             batch: sampling.unwrap_or_default().batch(),
@@ -150,12 +147,56 @@ impl RunStatus {
     }
 }
 
+/// A run, and what it adds up to: the machine-readable answer, which `--json` prints and
+/// [`SUMMARY`] holds.
+#[derive(Clone, Debug, Serialize)]
+pub struct RunSummary {
+    /// Name of the study.
+    pub study: String,
+    /// Hash of the resolved study.
+    pub study_hash: String,
+    /// Master seed.
+    pub seed: u64,
+    /// Id of the first cycle.
+    pub first_cycle: u64,
+    /// What the cycles add up to.
+    #[serde(flatten)]
+    pub summary: Summary,
+    /// How well the answer is known, of a run that was to end at a precision.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub precision: Option<Reached>,
+    /// How long the run took, in s.
+    pub wall_s: f64,
+    /// Threads that it took.
+    pub threads: usize,
+}
+
+impl RunSummary {
+    /// What the run of this manifest adds up to.
+    pub fn new(manifest: &Manifest, summary: Summary, wall_s: f64, threads: usize) -> Self {
+        Self {
+            study: manifest.study.clone(),
+            study_hash: manifest.study_hash.clone(),
+            seed: manifest.seed,
+            first_cycle: manifest.first_cycle,
+            summary,
+            precision: None,
+            wall_s,
+            threads,
+        }
+    }
+
+    /// The answer as indented JSON, with a line end.
+    pub fn to_json(&self) -> String {
+        indented(self)
+    }
+}
+
 /// A run directory that is being written.
 #[derive(Debug)]
 pub struct RunDirectory {
     path: PathBuf,
     manifest: Manifest,
-    format: RecordFormat,
     chunks: Chunks,
     /// Full chunks on the disk.
     full: u64,
@@ -184,8 +225,7 @@ impl RunDirectory {
         };
         write_manifest(path, &manifest)?;
         let chunks = Chunks::open(path, format)?;
-        let path = path.to_owned();
-        Ok(Self { path, manifest, format, chunks, full: 0, waiting: Vec::new() })
+        Ok(Self { path: path.to_owned(), manifest, chunks, full: 0, waiting: Vec::new() })
     }
 
     /// Takes up an unfinished run, whose study is given. `sink` receives the records that are there
@@ -201,13 +241,12 @@ impl RunDirectory {
         sink: impl FnMut(&[Record]),
     ) -> Result<Self, RunDirectoryError> {
         let path = unfinished.path.clone();
-        let format = unfinished.format;
-        let chunks = Chunks::open(&path, format)?;
+        let chunks = Chunks::open(&path, unfinished.format)?;
         // as it is now that no other process writes
         let manifest = Manifest { status: RunStatus::Running, ..read_manifest(&path)? };
         let (full, waiting) = read_chunks(&chunks, &manifest, unfinished, sink)?;
         write_manifest(&path, &manifest)?;
-        Ok(Self { path, manifest, format, chunks, full, waiting })
+        Ok(Self { path, manifest, chunks, full, waiting })
     }
 
     /// Takes the next records.
@@ -257,7 +296,7 @@ impl RunDirectory {
     fn assemble(&self) -> Result<(), RunDirectoryError> {
         let path = self.path.join(&self.manifest.records);
         replaced(&path, || {
-            let mut writer = RecordWriter::create(&temporary(&path), self.format)?;
+            let mut writer = RecordWriter::create(&temporary(&path), self.chunks.format)?;
             for k in 0..self.full {
                 let first = self.manifest.first_cycle + k * CHUNK_ROWS as u64;
                 writer.add(&self.chunks.read(k, first, CHUNK_ROWS)?)?;
@@ -285,7 +324,7 @@ fn read_chunks(
         let wanted = if k < full { CHUNK_ROWS } else { rest };
         let records = chunks.read(k, manifest.first_cycle + k * rows, wanted)?;
         sink(&records);
-        last.extend(records.last().map(|record| (chunks.place(k), record.clone())));
+        last.extend(records.last().map(|record| (chunks.path(k), record.clone())));
         if k == full {
             waiting = records;
         }
@@ -302,10 +341,8 @@ pub fn read_manifest(directory: &Path) -> Result<Manifest, RunDirectoryError> {
     let path = directory.join(MANIFEST);
     let text = fs::read_to_string(&path)
         .map_err(|source| RunDirectoryError::no_manifest(directory, source))?;
-    let manifest: Manifest = match serde_json::from_str(&text) {
-        Ok(manifest) => manifest,
-        Err(source) => return Err(RunDirectoryError::Manifest { path, source }),
-    };
+    let manifest: Manifest = serde_json::from_str(&text)
+        .map_err(|error| RunDirectoryError::Manifest(path.clone(), error))?;
     let Manifest { first_cycle, cycles, completed, .. } = manifest;
     let reason = if completed > cycles {
         format!("{completed} of {cycles} cycles are completed, allowed are at most {cycles}")
@@ -314,7 +351,7 @@ pub fn read_manifest(directory: &Path) -> Result<Manifest, RunDirectoryError> {
     } else {
         return Ok(manifest);
     };
-    Err(RunDirectoryError::Damaged { path, reason })
+    Err(RunDirectoryError::Damaged(path, reason))
 }
 
 /// Checks that a new run may be written to this path.
@@ -324,26 +361,18 @@ pub fn check_free(path: &Path) -> Result<(), RunDirectoryError> {
         what,
         unfinished,
     };
-    match fs::metadata(path) {
-        Ok(found) if !found.is_dir() => {
-            return Err(RunDirectoryError::NotADirectory { path: path.to_owned() });
-        }
-        Ok(_) => (),
-        // what is wrong with the path shows when the directory is created
-        Err(_) => return Ok(()),
+    // what else is wrong with the path shows when the directory is created
+    let Ok(found) = fs::metadata(path) else { return Ok(()) };
+    if !found.is_dir() {
+        return Err(RunDirectoryError::NotADirectory(path.to_owned()));
     }
     if path.join(MANIFEST).exists() {
         return Err(match read_manifest(path) {
             Ok(found) => {
-                let what = format!(
-                    "study `{}`, seed {}, {} of {} cycles, {}",
-                    found.study,
-                    found.seed,
-                    found.completed,
-                    found.cycles,
-                    found.status.name()
-                );
-                exists(what, found.status != RunStatus::Complete)
+                let Manifest { study, seed, completed, cycles, status, .. } = found;
+                let how_far = format!("{completed} of {cycles} cycles, {}", status.name());
+                let what = format!("study `{study}`, seed {seed}, {how_far}");
+                exists(what, status != RunStatus::Complete)
             }
             Err(_) => exists(format!("its `{MANIFEST}` cannot be read"), false),
         });
@@ -356,9 +385,11 @@ pub fn check_free(path: &Path) -> Result<(), RunDirectoryError> {
 }
 
 fn write_manifest(directory: &Path, manifest: &Manifest) -> Result<(), RunDirectoryError> {
-    let mut text = serde_json::to_string_pretty(manifest).expect("numbers and words");
-    text.push('\n');
-    replace(&directory.join(MANIFEST), text.as_bytes())
+    replace(&directory.join(MANIFEST), indented(manifest).as_bytes())
+}
+
+fn indented(value: &impl Serialize) -> String {
+    serde_json::to_string_pretty(value).expect("numbers, and keys that are words") + "\n"
 }
 
 #[cfg(test)]

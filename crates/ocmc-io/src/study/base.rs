@@ -5,10 +5,11 @@
 //! or a file beside the one that names it. What is inherited loses the paths in `study.drop`, then
 //! the study's own keys are laid over it.
 
+use super::builtin::{Kind, STUDY, Text, VEHICLE, read};
 use super::error::{Cause, Fault};
 use super::node::{Content, Node, Step, path_of};
-use super::read::{Kind, Text, read};
-use std::path::Path;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 
 /// Longest chain of studies that derive from one another.
 const MOST_BASES: usize = 8;
@@ -23,13 +24,13 @@ pub(super) fn resolve(
     let drop = take(&mut own, "study", "drop");
     let vehicle_base = take(&mut own, "vehicle", "base");
 
-    let mut inherited = Node::table();
+    let mut inherited = Node::new(Content::Table(BTreeMap::new()), None);
     if let Some(base) = study_base {
-        let (tree, folder) = parse_base(&base, "study.base", Kind::Study, folder, depth)?;
+        let (tree, folder) = parse_base(&base, "study.base", STUDY, folder, depth)?;
         inherited = resolve(tree, folder.as_deref().and_then(Path::parent), depth + 1)?;
     }
     if let Some(base) = vehicle_base {
-        let (mut vehicle, _) = parse_base(&base, "vehicle.base", Kind::Vehicle, folder, depth)?;
+        let (mut vehicle, _) = parse_base(&base, "vehicle.base", VEHICLE, folder, depth)?;
         vehicle.key_place.clone_from(&base.key_place);
         if let Some(entries) = inherited.entries_mut() {
             entries.insert("vehicle".to_owned(), vehicle);
@@ -43,7 +44,7 @@ pub(super) fn resolve(
 }
 
 fn take(node: &mut Node, table: &str, key: &str) -> Option<Node> {
-    node.entries_mut()?.get_mut(table)?.entries_mut()?.remove(key)
+    node.get_mut(table)?.entries_mut()?.remove(key)
 }
 
 fn parse_base(
@@ -52,28 +53,24 @@ fn parse_base(
     kind: Kind,
     folder: Option<&Path>,
     depth: usize,
-) -> Result<(Node, Option<std::path::PathBuf>), Box<Fault>> {
+) -> Result<(Node, Option<PathBuf>), Box<Fault>> {
     let Some(name) = base.as_str() else {
-        let allowed = "a name or a file, in quotation marks".to_owned();
-        let cause = Cause::WrongType { key: key.to_owned(), value: base.shown(), allowed };
-        return Err(Box::new(Fault::new(cause).at(base.any_place())));
+        let fault = Fault::not_allowed(key, base.shown(), "a name or a file, in quotation marks");
+        return Err(fault.at(base.any_place()));
     };
     if depth >= MOST_BASES {
         let cause = Cause::BaseChain { key, name: name.to_owned(), limit: MOST_BASES };
-        return Err(Box::new(Fault::new(cause).at(base.any_place())));
+        return Err(Fault::new(cause).at(base.any_place()));
     }
-    let Text { source, file } = read(name, kind, folder).map_err(|mut fault| {
-        fault.place = base.any_place().cloned();
-        fault
-    })?;
+    let Text { source, file } =
+        read(name, kind, folder).map_err(|fault| fault.at(base.any_place()))?;
     Ok((Node::parse(&source)?, file))
 }
 
 fn remove_all(inherited: &mut Node, drop: &Node) -> Result<(), Box<Fault>> {
     let wrong_type = |node: &Node| {
-        let (key, value) = ("study.drop".to_owned(), node.shown());
-        let allowed = "a list of inherited paths, such as [\"road.types.rural\"]".to_owned();
-        Box::new(Fault::new(Cause::WrongType { key, value, allowed }).at(node.any_place()))
+        let allowed = "a list of inherited paths, such as [\"road.types.rural\"]";
+        Fault::not_allowed("study.drop", node.shown(), allowed).at(node.any_place())
     };
     let Content::List(paths) = &drop.content else {
         return Err(wrong_type(drop));
@@ -81,8 +78,8 @@ fn remove_all(inherited: &mut Node, drop: &Node) -> Result<(), Box<Fault>> {
     for node in paths {
         let path = node.as_str().ok_or_else(|| wrong_type(node))?;
         remove(inherited, path).map_err(|(wrong, names)| {
-            let fault = Fault::new(Cause::NothingToDrop { path: path.to_owned() });
-            Box::new(fault.at(node.any_place()).suggest(&wrong, &names))
+            let fault = Fault::new(Cause::NothingToDrop(path.to_owned()));
+            fault.at(node.any_place()).suggest(&wrong, &names)
         })?;
     }
     Ok(())
@@ -97,13 +94,8 @@ fn remove(node: &mut Node, path: &str) -> Result<(), (String, Vec<String>)> {
         let names = entries.keys().map(|key| path_of(&[Step::Key(key.clone())]));
         return Err((first.to_owned(), names.collect()));
     }
-    match rest {
-        None => {
-            entries.remove(first);
-            Ok(())
-        }
-        Some(rest) => {
-            entries.get_mut(first).map_or_else(|| Err(none()), |below| remove(below, rest))
-        }
+    match (rest, entries.get_mut(first)) {
+        (Some(rest), Some(below)) => remove(below, rest),
+        _ => entries.remove(first).map(drop).ok_or_else(none),
     }
 }

@@ -1,18 +1,32 @@
-//! The studies and vehicles that are part of the program.
+//! The studies and vehicles that are part of the program, and the text of one: of a built-in one by
+//! its name, otherwise of a file.
 
 use super::error::{Cause, Fault, StudyFileError};
-use super::read::{Kind, read};
-use std::path::Path;
+use super::source::{Source, SourceKind};
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// A study or vehicle that is part of the program.
 #[derive(Clone, Copy, Debug)]
 pub struct BuiltIn {
     /// Its name.
     pub name: &'static str,
-    /// What it is, in one line.
-    pub description: &'static str,
     /// Its text.
     pub text: &'static str,
+}
+
+const fn built_in(name: &'static str, text: &'static str) -> BuiltIn {
+    BuiltIn { name, text }
+}
+
+impl BuiltIn {
+    /// What a study is, in one line, as it says itself.
+    pub fn description(&self) -> &'static str {
+        let said = |line: &'static str| line.strip_prefix("description = \"")?.strip_suffix('"');
+        self.text.lines().find_map(said).unwrap_or_default()
+    }
 }
 
 /// The name of the default study.
@@ -20,106 +34,34 @@ pub const DEFAULT: &str = "field-truck";
 
 /// The built-in studies, the default one first.
 pub const STUDIES: &[BuiltIn] = &[
-    BuiltIn {
-        name: DEFAULT,
-        description: "Tractor-semitrailers with mixed payloads on mixed roads, drivers of the field data",
-        text: include_str!("../../../../configs/field-truck.toml"),
-    },
-    BuiltIn {
-        name: "field-truck-loaded",
-        description: "The default study with every truck loaded to 40 t",
-        text: include_str!("../../../../configs/field-truck-loaded.toml"),
-    },
-    BuiltIn {
-        name: "field-truck-table",
-        description: "The default study with the curve speeds of the 25 single trucks of the field data",
-        text: include_str!("../../../../configs/field-truck-table.toml"),
-    },
-    BuiltIn {
-        name: "simulator-truck",
-        description: "Trucks loaded to 40 t with the drivers of the driving simulator",
-        text: include_str!("../../../../configs/simulator-truck.toml"),
-    },
-    BuiltIn {
-        name: "simulator-study",
-        description: "Eight drivers on the six slopes of the driving simulator, to identify their pedal gains",
-        text: include_str!("../../../../configs/simulator-study.toml"),
-    },
-    BuiltIn {
-        name: "long-haul",
-        description: "Missions of 300 km, four fifths of them on motorways",
-        text: include_str!("../../../../configs/long-haul.toml"),
-    },
-    BuiltIn {
-        name: "regional",
-        description: "Missions of 100 km on mixed roads with the payloads of regional delivery",
-        text: include_str!("../../../../configs/regional.toml"),
-    },
-    BuiltIn {
-        name: "urban-delivery",
-        description: "Missions of 40 km in towns with a stop every two kilometres",
-        text: include_str!("../../../../configs/urban-delivery.toml"),
-    },
-    BuiltIn {
-        name: "battery-truck",
-        description: "The default study with battery-electric tractors",
-        text: include_str!("../../../../configs/battery-truck.toml"),
-    },
-    BuiltIn {
-        name: "passenger-car",
-        description: "Passenger cars with a petrol engine on the roads of the default study",
-        text: include_str!("../../../../configs/passenger-car.toml"),
-    },
+    built_in(DEFAULT, include_str!("../../../../configs/field-truck.toml")),
+    built_in("field-truck-loaded", include_str!("../../../../configs/field-truck-loaded.toml")),
+    built_in("field-truck-table", include_str!("../../../../configs/field-truck-table.toml")),
+    built_in("simulator-truck", include_str!("../../../../configs/simulator-truck.toml")),
+    built_in("simulator-study", include_str!("../../../../configs/simulator-study.toml")),
+    built_in("long-haul", include_str!("../../../../configs/long-haul.toml")),
+    built_in("regional", include_str!("../../../../configs/regional.toml")),
+    built_in("urban-delivery", include_str!("../../../../configs/urban-delivery.toml")),
+    built_in("battery-truck", include_str!("../../../../configs/battery-truck.toml")),
+    built_in("passenger-car", include_str!("../../../../configs/passenger-car.toml")),
 ];
 
 /// The built-in vehicles.
 pub const VEHICLES: &[BuiltIn] = &[
-    BuiltIn {
-        name: "tractor-40t",
-        description: "Tractor-semitrailer of the 40 t class, 325 kW diesel engine, 12 gears",
-        text: include_str!("../../../../configs/vehicles/tractor-40t.toml"),
-    },
-    BuiltIn {
-        name: "rigid-12t",
-        description: "Rigid 4x2 truck of 12 t for delivery, 185 kW diesel engine, 6 gears",
-        text: include_str!("../../../../configs/vehicles/rigid-12t.toml"),
-    },
-    BuiltIn {
-        name: "city-bus-12m",
-        description: "City bus of 12 m, 185 kW diesel engine",
-        text: include_str!("../../../../configs/vehicles/city-bus-12m.toml"),
-    },
-    BuiltIn {
-        name: "tractor-electric-40t",
-        description: "Tractor-semitrailer of the 40 t class, battery of 540 kWh, 490 kW, 3 gears",
-        text: include_str!("../../../../configs/vehicles/tractor-electric-40t.toml"),
-    },
-    BuiltIn {
-        name: "city-bus-electric-12m",
-        description: "City bus of 12 m, battery of 350 kWh, 200 kW",
-        text: include_str!("../../../../configs/vehicles/city-bus-electric-12m.toml"),
-    },
-    BuiltIn {
-        name: "car-electric",
-        description: "Passenger car of the compact class, battery of 77 kWh, 150 kW",
-        text: include_str!("../../../../configs/vehicles/car-electric.toml"),
-    },
-    BuiltIn {
-        name: "car-petrol",
-        description: "Passenger car of the middle class, 130 kW petrol engine, 6 gears",
-        text: include_str!("../../../../configs/vehicles/car-petrol.toml"),
-    },
+    built_in("tractor-40t", include_str!("../../../../configs/vehicles/tractor-40t.toml")),
+    built_in("rigid-12t", include_str!("../../../../configs/vehicles/rigid-12t.toml")),
+    built_in("city-bus-12m", include_str!("../../../../configs/vehicles/city-bus-12m.toml")),
+    built_in(
+        "tractor-electric-40t",
+        include_str!("../../../../configs/vehicles/tractor-electric-40t.toml"),
+    ),
+    built_in(
+        "city-bus-electric-12m",
+        include_str!("../../../../configs/vehicles/city-bus-electric-12m.toml"),
+    ),
+    built_in("car-electric", include_str!("../../../../configs/vehicles/car-electric.toml")),
+    built_in("car-petrol", include_str!("../../../../configs/vehicles/car-petrol.toml")),
 ];
-
-/// The routes that built-in studies name, by the name in the study, as `ocmc cycle` would write
-/// them.
-const ROUTES: &[(&str, &str)] =
-    &[("built-in/simulator-slopes.csv", include_str!("../../../../configs/simulator-slopes.csv"))];
-
-/// The text of a built-in route.
-pub(crate) fn route(name: &str) -> Option<&'static str> {
-    ROUTES.iter().find(|(known, _)| *known == name).map(|(_, text)| *text)
-}
 
 /// The built-in studies, the default one first.
 pub fn list() -> &'static [BuiltIn] {
@@ -131,7 +73,7 @@ pub fn list() -> &'static [BuiltIn] {
 /// # Errors
 /// [`StudyFileError`] names the nearest built-in name.
 pub fn show(name: &str) -> Result<&'static str, StudyFileError> {
-    find(name).ok_or_else(|| unknown(name, Cause::NotBuiltIn { name: name.to_owned() }))
+    find(name).ok_or_else(|| unknown(name, Cause::NotBuiltIn(name.to_owned())))
 }
 
 /// The text of a built-in study or vehicle, or of a file, as it is written. A built-in name wins
@@ -147,19 +89,84 @@ pub fn text(name_or_path: &str) -> Result<String, StudyFileError> {
         let (what, name) = ("study or vehicle", name_or_path.to_owned());
         return Err(unknown(name_or_path, Cause::UnknownName { what, name }));
     }
-    Ok(read(name_or_path, Kind::Study, None)?.source.text.clone())
+    Ok(read(name_or_path, STUDY, None)?.source.text.clone())
 }
 
 fn all() -> impl Iterator<Item = &'static BuiltIn> {
     STUDIES.iter().chain(VEHICLES)
 }
 
-fn find(name: &str) -> Option<&'static str> {
+pub(super) fn find(name: &str) -> Option<&'static str> {
     all().find(|built_in| built_in.name == name).map(|built_in| built_in.text)
 }
 
 /// The fault of a name that is not built in, with the nearest one that is.
 fn unknown(name: &str, cause: Cause) -> StudyFileError {
     let names: Vec<&str> = all().map(|built_in| built_in.name).collect();
-    Box::new(Fault::new(cause).suggest(name, &names)).into()
+    Fault::new(cause).suggest(name, &names).into()
+}
+
+/// Largest study file, in bytes: a hundred times the default one.
+pub(super) const MOST_BYTES: u64 = 4 << 20;
+
+/// What a name stands for: its word, and what is built in of it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Kind(&'static str, &'static [BuiltIn]);
+
+pub(super) const STUDY: Kind = Kind("study", STUDIES);
+pub(super) const VEHICLE: Kind = Kind("vehicle", VEHICLES);
+
+/// A text and the file that it is from; a built-in one has none.
+pub(super) struct Text {
+    pub(super) source: Arc<Source>,
+    pub(super) file: Option<PathBuf>,
+}
+
+/// Reads a built-in study or vehicle, or a file, relative to `folder`.
+pub(super) fn read(name: &str, kind: Kind, folder: Option<&Path>) -> Result<Text, Box<Fault>> {
+    if let Some(built_in) = kind.1.iter().find(|built_in| built_in.name == name) {
+        let (name, text) = (built_in.name.to_owned(), built_in.text.to_owned());
+        let source = Arc::new(Source { kind: SourceKind::BuiltIn, name, text });
+        return Ok(Text { source, file: None });
+    }
+    let path = folder.map_or_else(|| PathBuf::from(name), |folder| folder.join(name));
+    let text = read_file(&path, name, kind)?;
+    let name = path.display().to_string();
+    let source = Arc::new(Source { kind: SourceKind::File, name, text });
+    Ok(Text { source, file: Some(path) })
+}
+
+fn read_file(path: &Path, name: &str, kind: Kind) -> Result<String, Box<Fault>> {
+    let shown = path.display().to_string();
+    let unreadable = |error: std::io::Error| {
+        Fault::new(Cause::Unreadable { path: shown.clone(), reason: error.to_string() })
+    };
+    let metadata = match std::fs::metadata(path) {
+        Ok(metadata) => metadata,
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+            let names: Vec<&str> = kind.1.iter().map(|built_in| built_in.name).collect();
+            let cause = Cause::UnknownName { what: kind.0, name: shown };
+            return Err(Fault::new(cause).suggest(name, &names));
+        }
+        Err(error) => return Err(unreadable(error)),
+    };
+    if metadata.is_dir() {
+        return Err(Fault::new(Cause::Directory(shown)));
+    }
+    let mut bytes = Vec::new();
+    let file = File::open(path).map_err(unreadable)?;
+    file.take(MOST_BYTES + 1).read_to_end(&mut bytes).map_err(unreadable)?;
+    if bytes.len() as u64 > MOST_BYTES {
+        return Err(Fault::new(Cause::TooLarge { path: shown, limit: MOST_BYTES }));
+    }
+    let text = String::from_utf8(bytes).map_err(|error| {
+        let byte = error.utf8_error().valid_up_to();
+        let line = error.as_bytes()[..=byte].split(|b| *b == b'\n').count();
+        Fault::new(Cause::NotText { path: shown.clone(), line, byte })
+    })?;
+    if text.trim().is_empty() {
+        let fault = Fault::new(Cause::Empty(shown));
+        return Err(fault.help("`ocmc study init FILE` writes a complete study"));
+    }
+    Ok(text)
 }

@@ -47,11 +47,8 @@ pub enum Cause {
         name: String,
     },
     /// A name that is not built in.
-    #[error("no study or vehicle called `{name}` is built in")]
-    NotBuiltIn {
-        /// The name.
-        name: String,
-    },
+    #[error("no study or vehicle called `{0}` is built in")]
+    NotBuiltIn(String),
     /// A file that cannot be read.
     #[error("cannot read `{path}`: {reason}")]
     Unreadable {
@@ -61,11 +58,8 @@ pub enum Cause {
         reason: String,
     },
     /// A directory.
-    #[error("`{path}` is a directory, not a study file")]
-    Directory {
-        /// The directory.
-        path: String,
-    },
+    #[error("`{0}` is a directory, not a study file")]
+    Directory(String),
     /// A file that is too large.
     #[error("`{path}` has more than {limit} bytes: not a study file")]
     TooLarge {
@@ -85,17 +79,11 @@ pub enum Cause {
         byte: usize,
     },
     /// A file without a key.
-    #[error("`{path}` is empty")]
-    Empty {
-        /// The file.
-        path: String,
-    },
-    /// A text that is not TOML.
-    #[error("not valid TOML: {message}")]
-    Syntax {
-        /// The parser's message.
-        message: String,
-    },
+    #[error("`{0}` is empty")]
+    Empty(String),
+    /// A text that is not TOML, and what the parser says.
+    #[error("not valid TOML: {0}")]
+    Syntax(String),
     /// A `--set` that is not one.
     #[error("`--set {setting}` has no {part}")]
     Setting {
@@ -105,11 +93,8 @@ pub enum Cause {
         part: &'static str,
     },
     /// An unknown key.
-    #[error("`{key}` is not a key of a study")]
-    UnknownKey {
-        /// Full path.
-        key: String,
-    },
+    #[error("`{0}` is not a key of a study")]
+    UnknownKey(String),
     /// A word that is not one of a key's words.
     #[error("`{key}` is {value}, which is not one of its values")]
     UnknownWord {
@@ -126,16 +111,6 @@ pub enum Cause {
         /// Its range, where it is a number.
         allowed: String,
     },
-    /// A value of another type.
-    #[error("`{key}` is {value}, allowed is {allowed}")]
-    WrongType {
-        /// Full path.
-        key: String,
-        /// The value.
-        value: String,
-        /// What is allowed.
-        allowed: String,
-    },
     /// An entry that a list does not have.
     #[error("`{key}` has {}, not `{index}`", entries_of(*entries))]
     NoEntry {
@@ -146,17 +121,7 @@ pub enum Cause {
         /// Entries of the list.
         entries: usize,
     },
-    /// A number that is infinite or none.
-    #[error("`{key}` is {value}, allowed is a finite number{allowed}")]
-    NotFinite {
-        /// Full path.
-        key: String,
-        /// The value.
-        value: String,
-        /// Its range.
-        allowed: String,
-    },
-    /// A number out of its bounds, or one that does not fit the others.
+    /// A value of another type, a number out of its bounds, or one that does not fit the others.
     #[error("`{key}` is {value}, allowed is {allowed}")]
     NotAllowed {
         /// Full path.
@@ -166,18 +131,13 @@ pub enum Cause {
         /// What is allowed.
         allowed: String,
     },
-    /// A file that a study names, or a text of its own kind, that cannot be used.
-    #[error("{message}")]
-    File {
-        /// What is wrong with it, the file's name included.
-        message: String,
-    },
+    /// What is wrong with a file that a study names, its name included, or with a text of its own
+    /// kind.
+    #[error("{0}")]
+    File(String),
     /// A path of `study.drop` that is not there.
-    #[error("`study.drop` names `{path}`, which is not inherited")]
-    NothingToDrop {
-        /// The path.
-        path: String,
-    },
+    #[error("`study.drop` names `{0}`, which is not inherited")]
+    NothingToDrop(String),
     /// Studies that derive from one another.
     #[error(
         "`{key}` = \"{name}\" makes a study derive from itself, or a chain of more than {limit}"
@@ -191,30 +151,37 @@ pub enum Cause {
         limit: usize,
     },
     /// Tables within tables without end.
-    #[error("tables are nested more than {limit} deep")]
-    TooDeep {
-        /// Deepest nesting.
-        limit: usize,
-    },
+    #[error("tables are nested more than {0} deep")]
+    TooDeep(usize),
 }
 
 impl Fault {
-    pub(super) fn new(cause: Cause) -> Self {
-        Self { cause, place: None, help: None, note: None }
+    pub(super) fn new(cause: Cause) -> Box<Self> {
+        Box::new(Self { cause, place: None, help: None, note: None })
     }
 
-    pub(super) fn at(mut self, place: Option<&Place>) -> Self {
+    /// That of a value that may not be there.
+    pub(super) fn not_allowed(
+        key: impl Into<String>,
+        value: impl Into<String>,
+        allowed: impl Into<String>,
+    ) -> Box<Self> {
+        let (key, value, allowed) = (key.into(), value.into(), allowed.into());
+        Self::new(Cause::NotAllowed { key, value, allowed })
+    }
+
+    pub(super) fn at(mut self: Box<Self>, place: Option<&Place>) -> Box<Self> {
         self.place = place.cloned();
         self
     }
 
-    pub(super) fn help(mut self, help: impl Into<String>) -> Self {
+    pub(super) fn help(mut self: Box<Self>, help: impl Into<String>) -> Box<Self> {
         self.help = Some(help.into());
         self
     }
 
     /// Adds the nearest of `names` as a help, or all of them.
-    pub(super) fn suggest<S: AsRef<str>>(self, wrong: &str, names: &[S]) -> Self {
+    pub(super) fn suggest<S: AsRef<str>>(self: Box<Self>, wrong: &str, names: &[S]) -> Box<Self> {
         let listed = listed(names);
         match nearest(wrong, names) {
             Some(name) => self.help(format!("did you mean `{name}`? There are: {listed}")),
@@ -231,15 +198,13 @@ impl Fault {
     /// The full path of the key that is wrong.
     pub fn key(&self) -> Option<&str> {
         match &self.cause {
-            Cause::UnknownKey { key }
+            Cause::UnknownKey(key)
             | Cause::UnknownWord { key, .. }
             | Cause::Missing { key, .. }
-            | Cause::WrongType { key, .. }
             | Cause::NoEntry { key, .. }
-            | Cause::NotFinite { key, .. }
             | Cause::NotAllowed { key, .. } => Some(key),
             Cause::BaseChain { key, .. } => Some(key),
-            Cause::NothingToDrop { .. } => Some("study.drop"),
+            Cause::NothingToDrop(_) => Some("study.drop"),
             _ => None,
         }
     }

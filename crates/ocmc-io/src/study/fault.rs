@@ -22,9 +22,9 @@ pub(super) fn not_finite(root: &Node) -> Vec<Fault> {
             && !number.is_finite()
         {
             let key = path_of(steps);
-            let allowed = range_of(&key).map_or_else(String::new, |range| format!(", {range}"));
-            let cause = Cause::NotFinite { key, value: node.shown(), allowed };
-            faults.push(Fault::new(cause).at(node.any_place()));
+            let range = range_of(&key).map_or_else(String::new, |range| format!(", {range}"));
+            let allowed = format!("a finite number{range}");
+            faults.push(*Fault::not_allowed(key, node.shown(), allowed).at(node.any_place()));
         }
     });
     faults
@@ -32,22 +32,10 @@ pub(super) fn not_finite(root: &Node) -> Vec<Fault> {
 
 fn walk(node: &Node, steps: &mut Vec<Step>, visit: &mut impl FnMut(&[Step], &Node)) {
     visit(steps, node);
-    match &node.content {
-        Content::Table(entries) => {
-            for (key, below) in entries {
-                steps.push(Step::Key(key.clone()));
-                walk(below, steps, visit);
-                steps.pop();
-            }
-        }
-        Content::List(items) => {
-            for (index, below) in items.iter().enumerate() {
-                steps.push(Step::Index(index));
-                walk(below, steps, visit);
-                steps.pop();
-            }
-        }
-        Content::Scalar(_) => {}
+    for (step, below) in node.children() {
+        steps.push(step);
+        walk(below, steps, visit);
+        steps.pop();
     }
 }
 
@@ -55,7 +43,7 @@ fn walk(node: &Node, steps: &mut Vec<Step>, visit: &mut impl FnMut(&[Step], &Nod
 pub(super) fn from_serde(
     root: &Node,
     error: &serde_path_to_error::Error<toml::de::Error>,
-) -> Fault {
+) -> Box<Fault> {
     let mut steps: Vec<Step> = error
         .path()
         .iter()
@@ -79,10 +67,20 @@ pub(super) fn from_serde(
     // no number
     let names_law = expected.starts_with("variant identifier");
     let (node, _) = root.follow(&steps);
-    let below = if names_law { nameless_law(node) } else { wrong_in_law(node) };
-    if let Some(below) = below {
-        steps.extend(below);
-    }
+    let is_name = |steps: &[Step]| steps.last() == Some(&Step::Key("distribution".to_owned()));
+    let below = if names_law {
+        first_below(node, &|steps, node| is_name(steps) && node.as_str().is_none())
+    } else {
+        let is_number = |value: &toml::Value| value.is_integer() || value.is_float();
+        let law = node.get("distribution").map(|_| node);
+        law.and_then(|law| {
+            first_below(law, &|steps, node| {
+                matches!(&node.content, Content::Scalar(value) if !is_number(value))
+                    && !is_name(steps)
+            })
+        })
+    };
+    steps.extend(below.into_iter().flatten());
     let (node, _) = root.follow(&steps);
     let key = path_of(&steps);
     if names_law || expected.starts_with("string") {
@@ -101,10 +99,10 @@ pub(super) fn from_serde(
         None if expected.is_empty() => message.clone(),
         None => in_words(expected),
     };
-    Fault::new(Cause::WrongType { key, value: node.shown(), allowed }).at(node.any_place())
+    Fault::not_allowed(key, node.shown(), allowed).at(node.any_place())
 }
 
-fn missing(root: &Node, mut steps: Vec<Step>, key: &str) -> Fault {
+fn missing(root: &Node, mut steps: Vec<Step>, key: &str) -> Box<Fault> {
     let (parent, _) = root.follow(&steps);
     let place = parent.any_place().cloned();
     steps.push(Step::Key(key.to_owned()));
@@ -124,21 +122,20 @@ fn missing(root: &Node, mut steps: Vec<Step>, key: &str) -> Fault {
 }
 
 /// An unknown key or word, with the nearest allowed one.
-fn unknown(root: &Node, mut steps: Vec<Step>, about: &str, names: &[&str]) -> Fault {
+fn unknown(root: &Node, mut steps: Vec<Step>, about: &str, names: &[&str]) -> Box<Fault> {
     let wrong = about.split_once('`').map_or("", |(_, rest)| rest.trim_end_matches('`'));
     let (node, reached) = root.follow(&steps);
     if about.starts_with("unknown field") {
         // serde's path ends at the unknown key, or in a law at the table around it
         let is_key = reached && steps.last() == Some(&Step::Key(wrong.to_owned()));
-        let holder = if is_key { None } else { node_with(node, wrong) };
-        if let Some(below) = holder {
-            steps.extend(below);
-        } else if !is_key {
-            steps.push(Step::Key(wrong.to_owned()));
+        let key = Step::Key(wrong.to_owned());
+        if !is_key {
+            let below = first_below(node, &|steps, _| steps.last() == Some(&key));
+            steps.extend(below.unwrap_or_else(|| vec![key.clone()]));
         }
         let (node, _) = root.follow(&steps);
         let place = node.key_place.as_ref().or(node.any_place()).cloned();
-        let cause = Cause::UnknownKey { key: path_of(&steps) };
+        let cause = Cause::UnknownKey(path_of(&steps));
         let fault = Fault::new(cause).at(place.as_ref());
         return match inherited_law(root, &steps, place.as_ref()) {
             Some(law) => fault.help(format!(
@@ -151,12 +148,12 @@ fn unknown(root: &Node, mut steps: Vec<Step>, about: &str, names: &[&str]) -> Fa
         // the keys of the table are words
         steps.push(Step::Key(wrong.to_owned()));
         let place = root.follow(&steps).0.key_place.as_ref();
-        let cause = Cause::UnknownKey { key: path_of(&steps) };
+        let cause = Cause::UnknownKey(path_of(&steps));
         return Fault::new(cause).at(place).suggest(wrong, names);
     }
-    if let Some(below) = node_with_word(node, wrong) {
-        steps.extend(below);
-    }
+    // a word within a law and its parts
+    let below = first_below(node, &|_, node| node.as_str() == Some(wrong));
+    steps.extend(below.into_iter().flatten());
     let (node, _) = root.follow(&steps);
     let (key, value) = (path_of(&steps), node.shown());
     Fault::new(Cause::UnknownWord { key, value }).at(node.any_place()).suggest(wrong, names)
@@ -186,35 +183,7 @@ fn words_of(root: &Node, steps: &[Step]) -> Vec<String> {
     quoted(expected).into_iter().map(str::to_owned).collect()
 }
 
-/// The steps to a key within a law and its parts.
-fn node_with(node: &Node, key: &str) -> Option<Vec<Step>> {
-    first_below(node, &|steps, _| steps.last() == Some(&Step::Key(key.to_owned())))
-}
-
-/// The steps to a word within a law and its parts.
-fn node_with_word(node: &Node, word: &str) -> Option<Vec<Step>> {
-    first_below(node, &|_, node| node.as_str() == Some(word))
-}
-
-/// The steps to the `distribution` that is no word in a law and its parts.
-fn nameless_law(node: &Node) -> Option<Vec<Step>> {
-    first_below(node, &|steps, node| {
-        steps.last() == Some(&Step::Key("distribution".to_owned())) && node.as_str().is_none()
-    })
-}
-
-/// The steps to what is no number in a law and its parts.
-fn wrong_in_law(node: &Node) -> Option<Vec<Step>> {
-    node.get("distribution")?;
-    first_below(node, &|steps, node| {
-        let word = matches!(
-            &node.content,
-            Content::Scalar(value) if !value.is_integer() && !value.is_float()
-        );
-        word && steps.last() != Some(&Step::Key("distribution".to_owned()))
-    })
-}
-
+/// The steps to the first value that is wanted.
 fn first_below(node: &Node, wanted: &impl Fn(&[Step], &Node) -> bool) -> Option<Vec<Step>> {
     let mut found = None;
     walk(node, &mut Vec::new(), &mut |steps, node| {
@@ -246,15 +215,14 @@ fn in_words(expected: &str) -> String {
 
 /// The faults behind the core's refusal of a study.
 pub(super) fn from_core(root: &Node, error: StudyError) -> Vec<Fault> {
-    error.problems.into_iter().map(|problem| from_problem(root, problem)).collect()
+    error.problems.into_iter().map(|problem| *from_problem(root, problem)).collect()
 }
 
-fn from_problem(root: &Node, problem: Problem) -> Fault {
+fn from_problem(root: &Node, problem: Problem) -> Box<Fault> {
     let Problem { path, value, allowed } = problem;
     // the core's paths have no indices: look for the number itself first
     let number: Option<f64> = value.parse().ok();
-    let mut found = None;
-    walk(root, &mut Vec::new(), &mut |steps, node| {
+    let found = first_below(root, &|steps, node| {
         let keys = steps.iter().filter_map(|step| match step {
             Step::Key(key) => Some(key.as_str()),
             Step::Index(_) => None,
@@ -264,14 +232,11 @@ fn from_problem(root: &Node, problem: Problem) -> Fault {
             Content::Scalar(toml::Value::Float(have)) => Some(*have) == number,
             _ => false,
         };
-        if found.is_none() && same && keys.collect::<Vec<_>>().join(".") == path {
-            found = Some(steps.to_vec());
-        }
+        same && keys.collect::<Vec<_>>().join(".") == path
     });
     let steps = found.unwrap_or_else(|| path.split('.').map(|k| Step::Key(k.to_owned())).collect());
     let (node, _) = root.follow(&steps);
-    let key = path_of(&steps);
-    Fault::new(Cause::NotAllowed { key, value, allowed }).at(node.any_place())
+    Fault::not_allowed(path_of(&steps), value, allowed).at(node.any_place())
 }
 
 /// Says of each fault whether the user wrote its value.

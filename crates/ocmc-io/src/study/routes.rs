@@ -1,11 +1,12 @@
 //! The routes of a study: `mission.routes` names files with given operating cycles, read when the
 //! study is loaded.
 
-use super::builtin;
-use super::error::{Cause, Fault};
-use crate::given_cycle::{self, GivenCycleFileError};
-use crate::table::Mapping;
-use ocmc_core::operating_cycle::given::GivenCycleError;
+use super::error::{self, Cause};
+use crate::given_cycle;
+use crate::table::error::Fault;
+use crate::table::{Mapping, TableError};
+use ocmc_core::operating_cycle::given::GivenCycle;
+use ocmc_core::operating_cycle::route::RouteModel;
 use ocmc_core::study::{Study, StudyModel};
 use std::path::Path;
 
@@ -15,48 +16,43 @@ pub(super) fn attach(
     study: Study,
     model: &mut StudyModel,
     folder: Option<&Path>,
-) -> Result<Study, (usize, Box<Fault>)> {
-    let mut cycles = Vec::with_capacity(model.mission.routes.len());
-    for (k, route) in model.mission.routes.iter_mut().enumerate() {
-        let built_in = builtin::route(&route.file);
-        let in_folder =
-            || folder.map_or_else(|| route.file.clone().into(), |f| f.join(&route.file));
-        let path = built_in.map_or_else(in_folder, |_| route.file.clone().into());
-        let wrong = |error: &GivenCycleFileError| {
-            let fault = fault(error.to_string());
-            (k, Box::new(Fault { help: error.help().map(str::to_owned), ..*fault }))
-        };
-        let cycle = match built_in {
-            Some(text) => given_cycle::read_tracks(&path, text),
-            None => Mapping::of_columns(&route.columns)
-                .map_err(GivenCycleFileError::from)
-                .and_then(|mappings| given_cycle::read(&path, &mappings)),
-        };
-        let cycle = cycle.map_err(|error| wrong(&error))?;
-        let found = given_cycle::file_hash(&path).map_err(|error| wrong(&error))?;
-        if let Some(wanted) = &route.sha256
-            && *wanted != found
-        {
-            let wanted = wanted.clone();
-            return Err(wrong(&GivenCycleFileError::Changed { path, found, wanted }));
-        }
-        route.file = path.display().to_string();
-        route.sha256 = Some(found);
+) -> Result<Study, (usize, Box<error::Fault>)> {
+    let routes = &mut model.mission.routes;
+    let mut cycles = Vec::with_capacity(routes.len());
+    for (k, route) in routes.iter_mut().enumerate() {
+        let cycle = read(route, folder).map_err(|error| (k, fault(&error)))?;
         cycles.push((cycle, route.weight, route.keep.clone()));
     }
     if cycles.is_empty() {
         return Ok(study);
     }
-    let files: Vec<String> = model.mission.routes.iter().map(|route| route.file.clone()).collect();
-    study.with_routes(cycles).map_err(|(k, source)| (k, unfit(Path::new(&files[k]), source)))
+    let unfit = |(k, error)| {
+        let file: &RouteModel = &routes[k];
+        (k, fault(&given_cycle::in_file(Path::new(&file.file))(error)))
+    };
+    study.with_routes(cycles).map_err(unfit)
 }
 
-/// A given cycle that does not fit the study.
-pub(super) fn unfit(file: &Path, source: GivenCycleError) -> Box<Fault> {
-    let path = file.to_owned();
-    fault(GivenCycleFileError::Cycle { path, source }.to_string())
+fn read(route: &mut RouteModel, folder: Option<&Path>) -> Result<GivenCycle, TableError> {
+    let built_in = given_cycle::built_in(Path::new(&route.file));
+    let folder = folder.filter(|_| built_in.is_none()).unwrap_or(Path::new(""));
+    let path = folder.join(&route.file);
+    let cycle = match built_in {
+        Some(text) => given_cycle::read_tracks(&path, text)?,
+        None => given_cycle::read(&path, &Mapping::of_columns(&route.columns)?)?,
+    };
+    let found = given_cycle::file_hash(&path)?;
+    if let Some(wanted) = route.sha256.take_if(|wanted| *wanted != found) {
+        return Err(TableError::of(&path, Fault::Changed { found, wanted }));
+    }
+    route.file = path.display().to_string();
+    route.sha256 = Some(found);
+    Ok(cycle)
 }
 
-fn fault(message: String) -> Box<Fault> {
-    Box::new(Fault::new(Cause::File { message }))
+/// What is wrong with the file of a route.
+pub(super) fn fault(error: &TableError) -> Box<error::Fault> {
+    let mut fault = error::Fault::new(Cause::File(error.to_string()));
+    fault.help = error.help().map(str::to_owned);
+    fault
 }

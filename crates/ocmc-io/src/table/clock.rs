@@ -7,7 +7,7 @@
 
 use super::error::TableError;
 use super::quantity::Quantity;
-use super::{Column, Row, Table};
+use super::{Row, Table};
 use jiff::civil::{DateTime, date};
 use jiff::fmt::temporal::Pieces;
 use jiff::{Span, civil};
@@ -22,59 +22,51 @@ pub const UTC_OFFSETS_H: std::ops::RangeInclusive<f64> = -12.0..=14.0;
 const ORIGIN: civil::Date = date(1900, 1, 1);
 
 /// The clock of a table.
-pub(crate) enum ClockColumn {
-    /// Dates such as `2024-03-01T14:00`, and the offset of the place's standard time from UTC, in
-    /// s, as far as it is known.
-    Date(Column, Option<f64>),
-    /// Time since the midnight of a 1 January.
-    Seconds(Column),
+pub(crate) struct ClockColumn {
+    /// Dates such as `2024-03-01T14:00`, or time since the midnight of a 1 January.
+    quantity: Quantity,
+    /// Offset of the place's standard time from UTC, in s, as far as it is known.
+    place_s: Option<f64>,
 }
 
 impl ClockColumn {
     /// Finds it.
     pub(crate) fn find(table: &Table, utc_offset_h: Option<f64>) -> Result<Self, TableError> {
-        if let Some(column) = table.column(Quantity::Time) {
-            return Ok(Self::Seconds(column));
-        }
-        let column = table.need_any("time", &[Quantity::Date, Quantity::Time])?;
-        Ok(Self::Date(column, utc_offset_h.map(|hours| 3600.0 * hours)))
+        let seconds = table.column(Quantity::Time);
+        let any = [Quantity::Date, Quantity::Time];
+        let column = seconds.map_or_else(|| table.need_any("time", &any), Ok)?;
+        let place_s = utc_offset_h.map(|hours| 3600.0 * hours);
+        Ok(Self { quantity: column.quantity, place_s })
     }
 
     /// Time since some midnight, in s, and day of the year with its fraction, of a row that has to
     /// come after a time.
     pub(crate) fn after(&mut self, row: &Row, last: Option<f64>) -> Result<(f64, f64), TableError> {
-        let (column, time_s, day_of_year) = match self {
-            Self::Date(column, place_s) => {
-                let (stamp_s, offset_s) = parse_date(row.text(column)).ok_or_else(|| {
-                    row.refuse(column, "a date and time such as 2024-03-01T14:00")
-                })?;
-                let time_s = match (offset_s, *place_s) {
-                    (None, _) => stamp_s,
-                    (Some(offset_s), Some(place_s)) => stamp_s - offset_s + place_s,
-                    (Some(0.0), None) => {
-                        return Err(row.refuse(
-                            column,
-                            "a time of the place: this one is UTC; say by how many hours the place's standard time is ahead of it \
-                             (--utc-offset, utc_offset_h in Python)",
-                        ));
-                    }
-                    (Some(offset_s), None) => {
-                        *place_s = Some(offset_s);
-                        stamp_s
-                    }
-                };
-                (*column, time_s, day_of_year(time_s))
-            }
-            Self::Seconds(column) => {
-                let time_s = row.number(column)?;
-                if !(time_s >= 0.0 && time_s.is_finite()) {
-                    return Err(row.refuse(column, "seconds since the midnight of a 1 January"));
+        let refuse = |allowed| row.refuse(self.quantity, allowed);
+        let (time_s, day_of_year) = if self.quantity == Quantity::Date {
+            let (stamp_s, offset_s) = parse_date(row.text(self.quantity))
+                .ok_or_else(|| refuse("a date and time such as 2024-03-01T14:00"))?;
+            let time_s = match (offset_s, self.place_s) {
+                (Some(offset_s), Some(place_s)) => stamp_s - offset_s + place_s,
+                (Some(0.0), None) => {
+                    return Err(refuse(
+                        "a time of the place: this one is UTC; say by how many hours the place's standard time is ahead of it \
+                         (--utc-offset, utc_offset_h in Python)",
+                    ));
                 }
-                (*column, time_s, time_s % YEAR_S / DAY_S)
+                _ => stamp_s,
+            };
+            self.place_s = self.place_s.or(offset_s);
+            (time_s, day_of_year(time_s))
+        } else {
+            let time_s = row.number(self.quantity)?;
+            if !(time_s >= 0.0 && time_s.is_finite()) {
+                return Err(refuse("seconds since the midnight of a 1 January"));
             }
+            (time_s, time_s % YEAR_S / DAY_S)
         };
         if last.is_some_and(|last| time_s <= last) {
-            return Err(row.refuse(&column, "a time after that of the row before"));
+            return Err(row.refuse(self.quantity, "a time after that of the row before"));
         }
         Ok((time_s, day_of_year))
     }
@@ -121,7 +113,7 @@ mod tests {
     fn read(stamps: &[&str], utc_offset_h: Option<f64>) -> Result<(f64, f64), TableError> {
         let text = format!("time\n{}\n", stamps.join("\n"));
         let source = Source::Text(Path::new("t.csv"), &text);
-        let file = Table::open(source, &crate::weather_table::SCHEMA, &[])?;
+        let file = Table::open(source, &crate::table::formats::WEATHER, &[])?;
         let mut clock = ClockColumn::find(&file, utc_offset_h)?;
         let (mut first, mut last) = (None, None);
         file.for_each(|row| {

@@ -1,8 +1,9 @@
 //! What can be wrong with a table: where it is, what stands there, and what would do.
 
 use super::given::RowPlace;
-use super::quantity::VOCABULARY;
 use arrow_schema::DataType;
+use ocmc_core::operating_cycle::given::GivenCycleError;
+use ocmc_core::prescribed::DriveCycleError;
 use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -11,7 +12,7 @@ use thiserror::Error;
 /// Names that are proposed for a misspelt one are at least this similar (Jaro and Winkler).
 const SIMILAR: f64 = 0.8;
 
-/// Why a table cannot be read.
+/// Why a table, or another file of numbers, cannot be read.
 #[derive(Debug)]
 pub struct TableError {
     /// The file, or what a table is called; none of an assignment that is none.
@@ -34,7 +35,7 @@ impl fmt::Display for TableError {
 
 impl std::error::Error for TableError {}
 
-/// What is wrong with a table; its message goes on behind the name of the file.
+/// What is wrong with a file; its message goes on behind the name of the file.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum Fault {
@@ -204,6 +205,62 @@ pub enum Fault {
         /// What there is.
         found: String,
     },
+    /// A name that says no format of operating cycles.
+    #[error(" ends in none of `.vdri`, `.csv`, `.parquet` and `.json`")]
+    Extension,
+    /// A text that is not the JSON of an operating cycle.
+    #[error(" is not an operating cycle in JSON as `ocmc cycle` writes it: {0}")]
+    Json(serde_json::Error),
+    /// An unknown track.
+    #[error(" has a track `{name}`; allowed are: {allowed}")]
+    Track {
+        /// The track.
+        name: String,
+        /// The tracks that are known.
+        allowed: String,
+    },
+    /// A number of a whole operating cycle out of its range, or alone.
+    #[error(": `{key}` is {value:?}, allowed is {allowed}")]
+    Value {
+        /// What it is called.
+        key: &'static str,
+        /// The number.
+        value: f64,
+        /// What is allowed.
+        allowed: &'static str,
+    },
+    /// Tracks that are no road.
+    #[error(": {0}")]
+    Cycle(GivenCycleError),
+    /// A drive cycle over time in place of an operating cycle, with its column of the time.
+    #[error(" is a speed over time: it has a column `{0}`, and none for the position")]
+    OverTime(String),
+    /// A position, in m, that does not lie behind the one before it.
+    #[error(", {0}: position {1} m does not lie behind the one before it")]
+    Order(RowPlace, f64),
+    /// Numbers that are no drive cycle.
+    #[error(": {0}")]
+    DriveCycle(DriveCycleError),
+    /// A drive cycle that is no route.
+    #[error(" as a route: {0}")]
+    Route(GivenCycleError),
+    /// A file that is another one than the study was made with.
+    #[error(
+        " has another content than when this study was written: its SHA-256 is {found}, not \
+         {wanted}"
+    )]
+    Changed {
+        /// Its hash.
+        found: String,
+        /// The hash in the study.
+        wanted: String,
+    },
+    /// Neither speed changes nor a log, with the columns.
+    #[error(
+        " is neither a table of speed changes (acceleration_mps2) nor a log (time, speed, limit); \
+         its columns are {0}; --map says which column of a log is what"
+    )]
+    Neither(String),
 }
 
 impl TableError {
@@ -222,22 +279,19 @@ impl TableError {
         Self { path: None, fault: Box::new(fault) }
     }
 
-    pub(super) fn unknown_name(name: &str) -> Self {
-        let all: Vec<String> = VOCABULARY.iter().flat_map(|entry| entry.quantity.names()).collect();
-        let allowed: Vec<&str> = VOCABULARY.iter().map(|entry| entry.names[0]).collect();
-        Self::of_mapping(Fault::UnknownName {
-            name: name.to_owned(),
-            nearest: nearest(name, all.iter().map(String::as_str)),
-            allowed: allowed.join(", "),
-        })
-    }
-
     /// What the system says, where a file cannot be read.
     pub fn reason(&self) -> Option<&io::Error> {
         match &*self.fault {
             Fault::Read(source) => Some(source),
             _ => None,
         }
+    }
+
+    /// What to do, where the message does not say so.
+    pub fn help(&self) -> Option<&'static str> {
+        matches!(*self.fault, Fault::OverTime(_)).then_some(
+            "a speed over time is driven with --follow-speed exact or --follow-speed driver (in Python follow_speed)",
+        )
     }
 
     /// Whether it is that two columns are the same quantity.
@@ -247,8 +301,8 @@ impl TableError {
 }
 
 /// ` (did you mean ...?)` for the most similar name.
-pub(super) fn nearest<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> String {
-    let scored = known.map(|known| (strsim::jaro_winkler(name, known), known));
+pub(super) fn nearest(name: &str, known: &[String]) -> String {
+    let scored = known.iter().map(|known| (strsim::jaro_winkler(name, known), known));
     let best = scored.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|(score, _)| *score > SIMILAR);
     best.map_or_else(String::new, |(_, known)| format!(" (did you mean `{known}`?)"))
 }

@@ -1,21 +1,263 @@
-//! All formats of tables.
+//! All formats of tables: what their columns are called beside the names of the vocabulary.
 
-use super::schema::Schema;
-use crate::{curve_table, drive_cycle, given_cycle, log, speed_change_table, study};
-use crate::{traffic_table, weather_table};
+use super::quantity::Quantity as Q;
+use super::schema::{Field, Schema, Style};
+use super::unit::KMH;
 
 /// The formats.
 pub const SCHEMAS: [&Schema; 12] = [
-    &log::SCHEMA,
-    &curve_table::SCHEMA,
-    &speed_change_table::SCHEMA,
-    &weather_table::SCHEMA,
-    &traffic_table::SCHEMA,
-    &given_cycle::ROUTE,
-    &given_cycle::VECTO_CYCLE,
-    &given_cycle::TRACKS,
-    &drive_cycle::SCHEMA,
-    &study::ENGINE_CURVES,
-    &study::FUEL_MAP,
-    &study::LOSS_MAP,
+    &LOG,
+    &CURVES,
+    &SPEED_CHANGES,
+    &WEATHER,
+    &TRAFFIC,
+    &ROUTE,
+    &VECTO_CYCLE,
+    &TRACKS,
+    &DRIVE_CYCLE,
+    &ENGINE_CURVES,
+    &FUEL_MAP,
+    &LOSS_MAP,
 ];
+
+/// A log of one or several drives.
+pub const LOG: Schema = Schema {
+    what: "a log",
+    style: Style::Log,
+    fields: &[
+        Field::of(Q::Time),
+        Field::of(Q::Speed),
+        Field::of(Q::YawRate),
+        Field::of(Q::Curvature),
+        Field::of(Q::LateralAcceleration),
+        Field::of(Q::SteeringWheelAngle),
+        Field::of(Q::Course),
+        Field::named(Q::Latitude, &[("deg", &["latitude_deg"])]),
+        Field::named(Q::Longitude, &[("deg", &["longitude_deg"])]),
+        Field::of(Q::Limit),
+        Field::of(Q::Accelerator),
+        Field::of(Q::Brake),
+        Field::of(Q::Grade),
+        Field::of(Q::Position),
+        Field::of(Q::Gear),
+        Field::of(Q::Altitude),
+        Field::of(Q::Roughness),
+        Field::of(Q::Payload),
+        Field::of(Q::TimeOfDay),
+        Field::of(Q::DayOfYear),
+        Field::of(Q::Driver),
+        Field::of(Q::Drive),
+        Field::of(Q::Event),
+        Field::of(Q::RoadType),
+        Field::of(Q::MapObject),
+    ],
+};
+
+/// Measured curves. Driver, radius and speed are needed.
+pub const CURVES: Schema = Schema {
+    what: "a table of curves",
+    style: Style::Measurements,
+    fields: &[
+        DRIVER,
+        Field::named(Q::Radius, &[("m", &["radius_m"])]),
+        Field::named(Q::Speed, &[("mps", &["speed_mps"])]),
+        Field::of(Q::Direction),
+        Field::named(Q::RouteLength, &[("m", &["route_m", "route_length_m"])]),
+        Field::named(Q::Limit, &[("mps", &["limit_mps", "speed_limit_mps"])]),
+    ],
+};
+
+/// Accelerations of speed changes, which are needed.
+pub const SPEED_CHANGES: Schema = Schema {
+    what: "a table of speed changes",
+    style: Style::Measurements,
+    fields: &[
+        Field::named(Q::Acceleration, &[("mps2", &["acceleration_mps2"])]),
+        DRIVER,
+        Field::of(Q::Category),
+    ],
+};
+
+/// Hourly weather. A clock and one of the others are needed.
+pub const WEATHER: Schema = Schema {
+    what: "a table of weather",
+    style: Style::Measurements,
+    fields: &[
+        SINCE_NEW_YEAR,
+        Field::of(Q::Date),
+        Field::named(Q::Temperature, &[("k", &["temperature_k"]), ("c", &["temperature_c"])])
+            .within(173.15, 343.15, "a temperature between -100 and 70 °C, or nothing"),
+        Field::named(Q::Pressure, &[("pa", &["pressure_pa"]), ("hpa", &["pressure_hpa"])]).within(
+            3e4,
+            1.2e5,
+            "a pressure between 300 and 1200 hPa, or nothing",
+        ),
+        Field::of(Q::RelativeHumidity).within(
+            0.0,
+            1.05,
+            "a relative humidity between 0 and 1.05 (105 %), or nothing",
+        ),
+        Field::of(Q::Precipitation).within(0.0, 1.4e-4, "between 0 and 500 mm an hour, or nothing"),
+        Field::named(Q::WindSpeed, &[("mps", &["wind_speed_mps"])]).within(
+            0.0,
+            120.0,
+            "a wind speed between 0 and 120 m/s, or nothing",
+        ),
+        Field::of(Q::WindDirection).within(
+            -7.0,
+            7.0,
+            "a direction of at most one turn, or nothing",
+        ),
+    ],
+};
+
+/// Traffic. A clock, the road type and one of densities and speeds are needed.
+pub const TRAFFIC: Schema = Schema {
+    what: "a table of traffic",
+    style: Style::Measurements,
+    fields: &[
+        SINCE_NEW_YEAR,
+        Field::of(Q::Date),
+        Field::of(Q::RoadType),
+        Field::of(Q::Site),
+        positive(Q::DensityShare),
+        positive(Q::Density),
+        positive(Q::SpeedRatio),
+    ],
+};
+
+/// A route by rows. The position, or latitude and longitude, and the limit are needed.
+pub const ROUTE: Schema = Schema {
+    what: "a route",
+    style: Style::Description,
+    fields: &[
+        POSITION,
+        Field::named(Q::Latitude, &[("", &["lat", "latitude"])]).within(-90.0, 90.0, "-90 to 90"),
+        // some count eastwards all around
+        Field::named(Q::Longitude, &[("", &["lon", "longitude"])]).within(
+            -180.0,
+            360.0,
+            "-180 to 360",
+        ),
+        Field::named(Q::Limit, &[("mps", &["speed_limit_mps"]), (KMH, &["speed_limit_kmh"])]),
+        Field::named(Q::Altitude, &[("m", &["altitude_m", "elevation_m"])]),
+        Field::of(Q::Grade),
+        // those of a track
+        Field::of(Q::Curvature).within(-0.5, 0.5, "-0.5 to 0.5"),
+        Field::of(Q::Stop).within(0.0, 172_800.0, "0 to 172800"),
+        Field::of(Q::RoadType),
+    ],
+};
+
+/// VECTO's cycle over distance. Position and speed are needed.
+pub const VECTO_CYCLE: Schema = Schema {
+    what: "a cycle of VECTO",
+    style: Style::Description,
+    fields: &[
+        Field::named(Q::Position, &[("m", &["s"])]),
+        // that of any track; 0 where a truck stops
+        Field::named(Q::Speed, &[(KMH, &["v"])]).within(0.0, 70.0, "0 to 252 km/h"),
+        Field::named(Q::Gradient, &[("percent", &["grad"])]),
+        Field::named(Q::Stop, &[("s", &["stop"])]).within(0.0, 172_800.0, "0 to 172800 s"),
+    ],
+};
+
+/// The tracks that `ocmc cycle` writes. The rule follows from the track.
+pub const TRACKS: Schema = Schema {
+    what: "an operating cycle",
+    style: Style::Description,
+    fields: &[Field::of(Q::Track), Field::of(Q::Rule), POSITION, Field::of(Q::Value)],
+};
+
+/// A drive cycle over time. Time and speed are needed; without a slope the road is flat.
+pub const DRIVE_CYCLE: Schema = Schema {
+    what: "a drive cycle",
+    style: Style::Description,
+    fields: &[
+        Field::named(Q::Time, &[("s", &["time_s", "time", "t", "cycsecs"])]),
+        Field::named(
+            Q::Speed,
+            &[
+                ("mps", &["speed_mps", "mps", "cycmps"]),
+                (KMH, &["speed_kmh", "v"]),
+                ("mph", &["speed_mph", "mph"]),
+            ],
+        ),
+        // whatever the unit, a `grade` of a drive cycle is rise over run
+        Field::named(
+            Q::Gradient,
+            &[("", &["grade", "cycgrade"]), ("percent", &["grad", "grade_percent"])],
+        ),
+        Field::named(Q::Grade, &[("", &["slope"])]),
+    ],
+};
+
+/// The curves of an engine.
+pub const ENGINE_CURVES: Schema = Schema {
+    what: "the curves of an engine",
+    style: Style::Description,
+    fields: &[
+        SHAFT_SPEED,
+        Field::named(
+            Q::FullLoadTorque,
+            &[(
+                "nm",
+                &["mfull", "full_load_torque", "max._torque", "torque_nm", "full_load_torque_nm"],
+            )],
+        ),
+        Field::named(
+            Q::DragTorque,
+            &[("nm", &["mdrag", "motoring_torque", "drag_torque", "drag_torque_nm"])],
+        ),
+    ],
+};
+
+/// The map of an engine.
+pub const FUEL_MAP: Schema = Schema {
+    what: "the fuel map of an engine",
+    style: Style::Description,
+    fields: &[
+        SHAFT_SPEED,
+        Field::named(Q::Torque, &[("nm", &["m", "torque", "torque_nm"])]),
+        Field::named(Q::FuelRate, &[("gph", &["fc", "fuel_consumption", "fuel_gph", "fuel"])]),
+    ],
+};
+
+/// The loss map of a gearbox, an axle or a retarder.
+pub const LOSS_MAP: Schema = Schema {
+    what: "a loss map",
+    style: Style::Description,
+    fields: &[
+        SHAFT_SPEED,
+        Field::named(Q::InputTorque, &[("nm", &["input_torque", "torque", "input_torque_nm"])]),
+        Field::named(
+            Q::LossTorque,
+            &[("nm", &["torque_loss", "loss_torque_nm", "torque_loss_nm", "loss_torque"])],
+        ),
+    ],
+};
+
+const DRIVER: Field = Field::named(Q::Driver, &[("", &["driver", "truck"])]);
+const SINCE_NEW_YEAR: Field = Field::named(Q::Time, &[("s", &["time_s"])]);
+const POSITION: Field = Field::named(Q::Position, &[("m", &["position_m"])]);
+const SHAFT_SPEED: Field = Field::named(
+    Q::EngineSpeed,
+    &[(
+        "rpm",
+        &[
+            "n",
+            "engine_speed",
+            "speed",
+            "rpm",
+            "input_speed",
+            "retarder_speed",
+            "speed_rpm",
+            "engine_speed_rpm",
+        ],
+    )],
+);
+
+/// A number that is not negative.
+const fn positive(quantity: Q) -> Field {
+    Field::of(quantity).within(0.0, f64::MAX, "a number from 0 on, or nothing")
+}

@@ -27,7 +27,7 @@ use arrow_array::Float64Array;
 use error::{Fault, nearest};
 use given::{Cells, GivenTable, RowPlace};
 use row::{Header, RowCells};
-use source::{Opened, Rows, TextRows, csv_error};
+use source::{Rows, TextRows, csv_error};
 use std::path::{Path, PathBuf};
 
 /// A table whose header has been read.
@@ -52,7 +52,7 @@ impl Table {
         mappings: &[Mapping],
     ) -> Result<Self, TableError> {
         let path = source.path().to_owned();
-        let Opened { names, rows } = source::open(source, schema.style)?;
+        let (names, rows) = source::open(source, schema.style)?;
         if names.iter().all(String::is_empty) {
             return Err(TableError::of(&path, Fault::Empty));
         }
@@ -80,12 +80,13 @@ impl Table {
         self.columns.iter().find(|column| column.quantity == quantity).copied()
     }
 
-    /// The column of a quantity that has to be there.
+    /// That these quantities are all there.
     ///
     /// # Errors
     /// [`Fault::Missing`].
-    pub fn need(&self, quantity: Quantity) -> Result<Column, TableError> {
-        self.need_any(quantity.noun(), &[quantity])
+    pub fn need(&self, quantities: &[Quantity]) -> Result<(), TableError> {
+        let mut each = quantities.iter();
+        each.try_for_each(|quantity| self.need_any(quantity.noun(), &[*quantity]).map(drop))
     }
 
     /// The column of the first of these quantities that is there.
@@ -123,7 +124,7 @@ impl Table {
             what: format!("{what}{}", hint.unwrap_or_default()),
             example: format!("{first}={}", lacking.map_or("COLUMN", String::as_str)),
             found: self.names.join(", "),
-            nearest: nearest(first, self.names.iter().map(String::as_str)),
+            nearest: nearest(first, &self.names),
             wanted,
         };
         TableError::of(&self.path, fault)
@@ -163,9 +164,7 @@ impl Table {
         let known: Vec<String> = self.schema.fields.iter().flat_map(Field::names).collect();
         let understood = |place: usize| self.columns.iter().any(|column| column.place == place);
         let others = self.names.iter().enumerate().filter(|(place, _)| !understood(*place));
-        let named = others.map(|(_, name)| {
-            (name.clone(), nearest(&name.to_lowercase(), known.iter().map(String::as_str)))
-        });
+        let named = others.map(|(_, name)| (name.clone(), nearest(&name.to_lowercase(), &known)));
         let columns: Vec<_> = named.collect();
         if columns.is_empty() {
             return Ok(());
@@ -191,7 +190,7 @@ impl Table {
         mut use_row: impl FnMut(&Row) -> Result<(), TableError>,
     ) -> Result<(), TableError> {
         let Self { path, schema, names, columns, rows } = self;
-        let header = Header { path: &path, names: &names, style: schema.style };
+        let header = Header { path: &path, names: &names, columns: &columns, style: schema.style };
         let rows = match rows {
             Rows::Text(rows) => header.each_of_text(rows, use_row)?,
             Rows::Given(table) => {
@@ -207,18 +206,19 @@ impl Table {
         if rows == 0 { Err(TableError::of(&path, Fault::NoRows)) } else { Ok(()) }
     }
 
-    /// The numbers of some columns, in SI.
+    /// The numbers of some quantities, all of which are needed, in SI.
     ///
     /// # Errors
-    /// As [`Table::for_each`], and [`Fault::Cell`].
+    /// As [`Table::for_each`], [`Fault::Missing`] and [`Fault::Cell`].
     pub fn numbers<const N: usize>(
         self,
-        columns: [Column; N],
+        quantities: [Quantity; N],
     ) -> Result<[Vec<f64>; N], TableError> {
+        self.need(&quantities)?;
         let mut numbers = [const { Vec::new() }; N];
         self.for_each(|row| {
-            for (column, numbers) in columns.iter().zip(&mut numbers) {
-                numbers.push(row.number(column)?);
+            for (quantity, numbers) in quantities.into_iter().zip(&mut numbers) {
+                numbers.push(row.number(quantity)?);
             }
             Ok(())
         })?;

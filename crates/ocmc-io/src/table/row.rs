@@ -2,6 +2,7 @@
 
 use super::error::{Fault, TableError};
 use super::given::{Cells, RowPlace};
+use super::quantity::Quantity;
 use super::schema::{Column, Style};
 use arrow_array::{Array, StringArray};
 use std::path::Path;
@@ -20,6 +21,7 @@ pub struct Row<'a> {
 pub(super) struct Header<'a> {
     pub(super) path: &'a Path,
     pub(super) names: &'a [String],
+    pub(super) columns: &'a [Column],
     pub(super) style: Style,
 }
 
@@ -43,8 +45,16 @@ impl Row<'_> {
         }
     }
 
-    /// The text of a cell.
-    pub fn text(&self, column: &Column) -> &str {
+    fn column(&self, quantity: Quantity) -> Option<&Column> {
+        self.table.columns.iter().find(|column| column.quantity == quantity)
+    }
+
+    /// The text in the cell of a quantity, nothing where there is no column for it.
+    pub fn text(&self, quantity: Quantity) -> &str {
+        self.column(quantity).map_or("", |column| self.text_in(column))
+    }
+
+    fn text_in(&self, column: &Column) -> &str {
         let text = match self.cells {
             RowCells::Text(record) => record.get(column.place).unwrap_or(""),
             RowCells::Given(columns, row) => match &columns[column.place] {
@@ -63,41 +73,58 @@ impl Row<'_> {
         {
             return Some(numbers.value(row));
         }
-        number(self.text(column))
+        number(self.text_in(column))
     }
 
-    /// The number in a cell, in SI; NaN where it is missing.
+    /// The number in the cell of a quantity, in SI; NaN where it is missing, or the column is.
     ///
     /// # Errors
     /// [`Fault::Cell`] where something else is there, where it is out of its bounds, or
     /// missing in a description.
-    pub fn number(&self, column: &Column) -> Result<f64, TableError> {
-        self.number_as(column, |number| column.si(number))
+    pub fn number(&self, quantity: Quantity) -> Result<f64, TableError> {
+        Ok(self.optional(quantity)?.unwrap_or(f64::NAN))
     }
 
-    /// As [`Row::number`], by another conversion to SI than the column's.
+    /// As [`Row::number`]; none where there is no column for it.
     ///
     /// # Errors
     /// As [`Row::number`].
-    pub fn number_as(
+    pub fn optional(&self, quantity: Quantity) -> Result<Option<f64>, TableError> {
+        self.column(quantity).map(|column| self.checked(column, Column::si)).transpose()
+    }
+
+    /// As [`Row::optional`], with the numbers of one unit divided: its factor would differ in the
+    /// last bit.
+    pub(crate) fn divided(
+        &self,
+        quantity: Quantity,
+        suffix: &str,
+        by: f64,
+    ) -> Result<Option<f64>, TableError> {
+        let si = |column: &Column, number: f64| {
+            let divide = column.unit.suffix == suffix;
+            if divide { column.sign * number / by } else { column.si(number) }
+        };
+        self.column(quantity).map(|column| self.checked(column, si)).transpose()
+    }
+
+    fn checked(
         &self,
         column: &Column,
-        si: impl FnOnce(f64) -> f64,
+        si: impl FnOnce(&Column, f64) -> f64,
     ) -> Result<f64, TableError> {
+        let refuse = |allowed| Err(self.refuse(column.quantity, allowed));
         let number = match (self.written(column), self.table.style) {
             (Some(number), Style::Description) if number.is_finite() => number,
-            (_, Style::Description) => return Err(self.refuse(column, "a finite number")),
+            (_, Style::Description) => return refuse("a finite number"),
             (Some(number), _) => number,
             (None, _) => {
-                let allowed = "a number with a decimal point, or nothing where it is missing";
-                return Err(self.refuse(column, allowed));
+                return refuse("a number with a decimal point, or nothing where it is missing");
             }
         };
-        let si = si(number);
+        let si = si(column, number);
         match column.bounds {
-            Some(bounds) if si < bounds.minimum || si > bounds.maximum => {
-                Err(self.refuse(column, bounds.allowed))
-            }
+            Some(bounds) if si < bounds.minimum || si > bounds.maximum => refuse(bounds.allowed),
             _ => Ok(si),
         }
     }
@@ -113,19 +140,19 @@ impl Row<'_> {
 
     /// The beginning of the text in a cell, where there is one.
     fn shown(&self, column: &Column) -> Option<String> {
-        Some(self.text(column))
-            .filter(|text| !text.is_empty())
-            .map(|t| t.chars().take(40).collect())
+        let text = self.text_in(column);
+        (!text.is_empty()).then(|| text.chars().take(40).collect())
     }
 
     /// The error of a cell that holds something else than `allowed`.
-    pub fn refuse(&self, column: &Column, allowed: &'static str) -> TableError {
-        let number = self.written(column).filter(|number| !number.is_nan());
-        let value = self.shown(column).or_else(|| number.map(|number| number.to_string()));
+    pub fn refuse(&self, quantity: Quantity, allowed: &'static str) -> TableError {
+        let column = self.column(quantity);
+        let number = column.and_then(|column| self.written(column)).filter(|n| !n.is_nan());
+        let shown = column.and_then(|column| self.shown(column));
         let fault = Fault::Cell {
             place: self.place,
-            column: self.table.names[column.place].clone(),
-            value: value.unwrap_or_default(),
+            column: column.map_or(quantity.name(), |c| &self.table.names[c.place]).to_owned(),
+            value: shown.or_else(|| number.map(|n| n.to_string())).unwrap_or_default(),
             allowed,
         };
         TableError::of(self.table.path, fault)

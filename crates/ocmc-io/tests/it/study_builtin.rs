@@ -36,7 +36,7 @@ fn every_built_in_study_is_valid_and_described() {
     for built_in in study::list() {
         let loaded = load(built_in.name);
         assert_eq!(loaded.model.study.name, built_in.name);
-        assert_eq!(loaded.model.study.description, built_in.description);
+        assert_eq!(loaded.model.study.description, built_in.description());
         assert_eq!(loaded.origin, Origin::BuiltIn(built_in.name.to_owned()));
         assert!(!loaded.model.study.sources.is_empty(), "{}", built_in.name);
         assert_eq!(study::show(built_in.name).expect("a built-in name"), built_in.text);

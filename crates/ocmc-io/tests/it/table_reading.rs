@@ -1,8 +1,8 @@
 //! How tables are read: what is a missing number, and what is said of what is wrong.
 
-use ocmc_io::table::formats::SCHEMAS;
+use ocmc_io::table::formats::{CURVES, ENGINE_CURVES, LOG};
 use ocmc_io::table::{Mapping, Quantity, Schema, Source, Table};
-use ocmc_io::{curve_table, drive_cycle, log};
+use ocmc_io::{curve_table, drive_cycle};
 use std::fs;
 use std::path::Path;
 
@@ -13,9 +13,8 @@ fn open(schema: &'static Schema, text: &str, mappings: &[Mapping]) -> Result<Tab
 
 /// The speeds of a table of curves, or what is wrong with it.
 fn speeds(text: &str) -> Result<Vec<f64>, String> {
-    let table = open(&curve_table::SCHEMA, text, &[])?;
-    let column = table.need(Quantity::Speed).map_err(|error| error.to_string())?;
-    table.numbers([column]).map(|[speeds]| speeds).map_err(|error| error.to_string())
+    let table = open(&CURVES, text, &[])?;
+    table.numbers([Quantity::Speed]).map(|[speeds]| speeds).map_err(|error| error.to_string())
 }
 
 #[test]
@@ -58,20 +57,17 @@ fn what_is_wrong_is_said_with_its_place() {
 
 #[test]
 fn descriptions_of_others_are_understood() {
-    let engine =
-        SCHEMAS.into_iter().find(|schema| schema.what == "the curves of an engine").unwrap();
     let text = "  # made by hand\n n [U/min];Mfull [Nm];<PT1> [s];Mdrag\n560;1180;0.6;-1\n \n # x\n600; 1282 ;0.6;-2\n";
-    let table = open(engine, text, &[]).unwrap();
-    let full = table.need(Quantity::FullLoadTorque).unwrap();
+    let table = open(&ENGINE_CURVES, text, &[]).unwrap();
     let mut places = Vec::new();
     table
         .for_each(|row| {
-            places.push((row.place().to_string(), row.number(&full)?));
+            places.push((row.place().to_string(), row.number(Quantity::FullLoadTorque)?));
             Ok(())
         })
         .unwrap();
     assert_eq!(places, [("line 3".to_owned(), 1180.0), ("line 6".to_owned(), 1282.0)]);
-    let message = open(engine, "n,Mfull [kNm]\n1,2\n", &[]).err().unwrap();
+    let message = open(&ENGINE_CURVES, "n,Mfull [kNm]\n1,2\n", &[]).err().unwrap();
     assert!(message.contains("`Mfull [kNm]` is read in Nm, not in kNm"), "{message}");
     // Latin-1, as old files are
     let folder = tempfile::tempdir().unwrap();
@@ -88,7 +84,7 @@ fn assigned_columns_come_before_named_ones() {
         .map(|text| Mapping::parse(text).unwrap())
         .collect();
     let header = "time_s,speed_mps,gps_speed,gyro,who\n0,1,2,3,a\n";
-    let table = open(&log::SCHEMA, header, &mappings).unwrap();
+    let table = open(&LOG, header, &mappings).unwrap();
     let place = |quantity| table.column(quantity).map(|column| column.place);
     assert_eq!(place(Quantity::Speed), Some(2));
     assert_eq!((place(Quantity::YawRate), place(Quantity::Driver)), (Some(3), Some(4)));
@@ -101,17 +97,16 @@ fn a_name_of_the_format_comes_before_others() {
         let table = open(schema, &format!("{header}\n1,1\n"), &[]).unwrap();
         table.column(quantity).map(|column| column.place)
     };
-    assert_eq!(place(&log::SCHEMA, "speed_limit_kmh,limit_kmh", Quantity::Limit), Some(1));
-    assert_eq!(place(&log::SCHEMA, "Speed_mps,speed_mps", Quantity::Speed), Some(1));
-    assert_eq!(place(&curve_table::SCHEMA, "speed_kmh,speed_mps", Quantity::Speed), Some(1));
-    assert_eq!(place(&curve_table::SCHEMA, "truck,driver", Quantity::Driver), Some(1));
-    let message = open(&log::SCHEMA, "speed_kmh,speed_mps\n1,1\n", &[]).err().unwrap();
+    assert_eq!(place(&LOG, "speed_limit_kmh,limit_kmh", Quantity::Limit), Some(1));
+    assert_eq!(place(&LOG, "Speed_mps,speed_mps", Quantity::Speed), Some(1));
+    assert_eq!(place(&CURVES, "speed_kmh,speed_mps", Quantity::Speed), Some(1));
+    assert_eq!(place(&CURVES, "truck,driver", Quantity::Driver), Some(1));
+    let message = open(&LOG, "speed_kmh,speed_mps\n1,1\n", &[]).err().unwrap();
     assert!(
         message.contains("`speed_kmh` and `speed_mps`") && message.contains("--map"),
         "{message}"
     );
-    let message =
-        open(&curve_table::SCHEMA, "limit_mps,speed_limit_mps\n1,1\n", &[]).err().unwrap();
+    let message = open(&CURVES, "limit_mps,speed_limit_mps\n1,1\n", &[]).err().unwrap();
     assert!(message.contains("both the speed limit"), "{message}");
 }
 
@@ -122,9 +117,9 @@ fn wrong_assignments_are_said() {
     assert!(message("sped_mps=v").contains("did you mean `speed_mps`?"));
     assert!(message("speed_mps").contains("NAME=COLUMN"));
     let mapping = [Mapping::parse("yaw_rate_degps=speed_mp").unwrap()];
-    let message = open(&log::SCHEMA, "time_s,speed_mps\n0,1\n", &mapping).err().unwrap();
+    let message = open(&LOG, "time_s,speed_mps\n0,1\n", &mapping).err().unwrap();
     assert!(message.contains("no column `speed_mp` (did you mean `speed_mps`?)"), "{message}");
     let mapping = [Mapping::parse("time=time_s").unwrap()];
-    let message = open(&log::SCHEMA, "time_s,speed_mps\n0,1\n", &mapping).err().unwrap();
+    let message = open(&LOG, "time_s,speed_mps\n0,1\n", &mapping).err().unwrap();
     assert!(message.contains("`time` has no known unit: allowed are time_s"), "{message}");
 }

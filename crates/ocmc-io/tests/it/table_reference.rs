@@ -40,8 +40,8 @@ fn formats() -> String {
     for schema in SCHEMAS {
         let columns = schema.fields.iter().map(|field| {
             let of_vocabulary = names(field.quantity.entry());
-            let own = field.own.iter().map(|(own, _)| (*own).to_owned());
-            let own = own.filter(|own| !of_vocabulary.contains(own));
+            let own = field.own.iter().flat_map(|(_, names)| *names);
+            let own = own.map(|own| (*own).to_owned()).filter(|own| !of_vocabulary.contains(own));
             let own: Vec<String> = own.map(|own| format!("`{own}`")).collect();
             let own = if own.is_empty() { String::new() } else { format!(" ({})", own.join(", ")) };
             format!("{}{own}", field.quantity.noun())
