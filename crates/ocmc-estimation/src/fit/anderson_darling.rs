@@ -6,8 +6,8 @@
 //! Source of the p of A*²: R. B. D'Agostino, M. A. Stephens, Goodness-of-Fit Techniques, 1986,
 //! table 4.9 \[PK\].
 
-use super::moments::Moments;
 use super::p_value::ln_normal_tail;
+use crate::moments::Moments;
 
 /// A*² beyond which the formula of p turns upwards; p is then at most the one here, 3.7e-24.
 const LARGEST: f64 = 10.0;

@@ -8,7 +8,6 @@ pub mod anderson_darling;
 pub mod curve_speed;
 pub mod least_squares;
 pub mod mixed_model;
-pub(crate) mod moments;
 mod nelder_mead;
 pub mod operating_cycle;
 pub mod p_value;

@@ -6,8 +6,8 @@
 //! peaks as the base study has them; SD of u, and its correlation over a step from records that
 //! follow each other at the same site: records τ apart determine φ^(τ/step).
 
-use super::moments::correlation;
 use super::study_parameter::{Estimates, StudyParameterFit, reasons};
+use crate::moments::correlation;
 use ocmc_core::operating_cycle::traffic::TrafficModel;
 use serde::Serialize;
 use std::collections::BTreeMap;

@@ -15,8 +15,8 @@
 //! lack a season, or day or night: harmonics of what was not seen are extrapolated.
 
 use super::least_squares::LeastSquares;
-use super::moments::correlation;
 use super::study_parameter::{Estimates, StudyParameterFit, reasons};
+use crate::moments::correlation;
 use ocmc_core::distribution::{Law, gamma, weibull};
 use ocmc_core::operating_cycle::weather::{
     HumidityModel, PrecipitationModel, TemperatureModel, Weather, WeatherModel, WindModel, night,

@@ -2,7 +2,7 @@
 //! them.
 
 use super::identify::EventFit;
-use crate::fit::moments::{Moments, correlation};
+use crate::moments::{Moments, correlation};
 use serde::Serialize;
 use std::collections::BTreeSet;
 

@@ -10,7 +10,7 @@
 
 use super::TripLog;
 use super::signal::{Piece, median};
-use crate::fit::moments;
+use crate::moments;
 use std::f64::consts::PI;
 use std::ops::Range;
 

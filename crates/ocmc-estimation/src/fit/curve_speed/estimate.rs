@@ -5,8 +5,8 @@ use super::curves::{Curve, Curves};
 use super::{Coding, CurveSpeedFitError, LEVEL};
 use crate::fit::analysis_of_variance::Term;
 use crate::fit::least_squares::{Collinear, LeastSquares};
-use crate::fit::moments::Moments;
 use crate::fit::p_value::{around, ln_t_tails, sd_interval, t_of_interval};
+use crate::moments::Moments;
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 

@@ -3,9 +3,9 @@
 use super::curves::{Curve, Curves};
 use super::estimate::{CurveSpeedEstimate, Determined, Regression};
 use super::{CurveSpeedOptions, LEVEL};
-use crate::fit::moments::Moments;
 use crate::fit::p_value::{around, t_of_interval};
 use crate::fit::tobit::{TobitFit, TobitRow, fit};
+use crate::moments::Moments;
 
 /// The censored regression, the curves at the limit, and the regression of those below it.
 pub(super) type Limited = (Option<CurveSpeedEstimate>, Option<usize>, Option<CurveSpeedEstimate>);

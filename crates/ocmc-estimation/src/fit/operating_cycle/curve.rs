@@ -2,10 +2,10 @@
 //! σ²)) and angles π/2 U(f, 1).
 
 use super::TypeRoads;
-use crate::fit::moments::Moments;
 use crate::fit::nelder_mead::minimise;
 use crate::fit::p_value::ln_normal_tail;
 use crate::fit::study_parameter::Estimates;
+use crate::moments::Moments;
 use ocmc_core::operating_cycle::coverage::{Coverage, CurveCoverage};
 use ocmc_core::operating_cycle::road::curvature::CurveModel;
 use ocmc_core::operating_cycle::road::point_event::JunctionTurnModel;

@@ -1,8 +1,8 @@
 //! Point events: intensities and marks.
 
 use super::TypeRoads;
-use crate::fit::moments::Moments;
 use crate::fit::study_parameter::Estimates;
+use crate::moments::Moments;
 use ocmc_core::distribution::{
     Law, Quantity, exponential, gamma, log_normal, normal, uniform, weibull,
 };

@@ -3,9 +3,9 @@
 
 use super::curve::minus_log_likelihood_of_cut;
 use super::event::fitted_law;
-use crate::fit::moments::Moments;
 use crate::fit::nelder_mead::minimise;
 use crate::fit::study_parameter::Estimates;
+use crate::moments::Moments;
 use ocmc_core::distribution::{Law, Quantity};
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::mission::{MissionModel, MissionStopModel};

@@ -1,8 +1,8 @@
 //! Slope, roughness and ground.
 
 use super::TypeRoads;
-use crate::fit::moments::Moments;
 use crate::fit::study_parameter::Estimates;
+use crate::moments::Moments;
 use ocmc_core::fleet::ratio::Ratio;
 use ocmc_core::operating_cycle::road::RoadTypeModel;
 use ocmc_core::operating_cycle::road::topography::TopographyModel;

@@ -3,9 +3,9 @@
 
 use crate::fit::anderson_darling::normal;
 use crate::fit::mixed_model::GroupedRows;
-use crate::fit::moments::Moments;
 use crate::fit::nelder_mead::minimise;
 use crate::fit::p_value::{ln_normal_tail, sd_interval, t_of_interval};
+use crate::moments::Moments;
 use serde::Serialize;
 
 /// Level of all intervals.
