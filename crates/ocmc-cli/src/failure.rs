@@ -4,7 +4,6 @@ use crate::study_report::study_report;
 use ocmc_api::shell_word::resume_command;
 use ocmc_api::study::StudyFileError;
 use ocmc_api::{Error, GivenDriveError, RunDirectoryError, SensitivityError};
-use std::borrow::Cow;
 use std::io;
 use std::path::PathBuf;
 use thiserror::Error as ThisError;
@@ -61,30 +60,45 @@ impl Failure {
         if let Self::Question(Error::Study(error)) = self {
             return study_report(error);
         }
-        let mut text = format!("error: {self}");
-        if let Some(help) = self.help() {
-            text.push_str("\n  help: ");
-            text.push_str(&help);
-        }
-        text
+        let help = self.help().map_or_else(String::new, |help| format!("\n  help: {help}"));
+        format!("error: {self}{help}")
     }
 
-    fn help(&self) -> Option<Cow<'_, str>> {
+    fn help(&self) -> Option<String> {
         match self {
             Self::Question(error) => help_of(error),
-            Self::Exists { .. } => Some("give another name, or remove the file".into()),
-            Self::Interrupted { help, .. } => Some(help.into()),
+            Self::Exists { .. } => Some("give another name, or remove the file".to_owned()),
+            Self::Interrupted { help, .. } => Some(help.clone()),
             _ => None,
         }
     }
 }
 
 /// What to do about a question without an answer.
-fn help_of(error: &Error) -> Option<Cow<'_, str>> {
+fn help_of(error: &Error) -> Option<String> {
     let help = match error {
-        Error::RunDirectory(error) => return help_of_directory(error),
+        Error::RunDirectory(RunDirectoryError::Exists { unfinished: true, path, .. }) => {
+            let resume = resume_command(path);
+            return Some(format!(
+                "`{resume}` finishes it; or give another directory, or remove this one"
+            ));
+        }
+        Error::RunDirectory(RunDirectoryError::NotWhole { path, .. }) => {
+            let resume = resume_command(path);
+            return Some(format!("if it was ended by force, `{resume}` finishes it"));
+        }
+        Error::RunDirectory(RunDirectoryError::Exists { .. }) => {
+            "give another directory with --out, or remove this one"
+        }
+        Error::RunDirectory(RunDirectoryError::NotOneRun { .. }) => {
+            "parts have the same study, seed and program, and each begins where another one ends"
+        }
+        Error::RunDirectory(RunDirectoryError::NotADirectory { .. }) => {
+            "give a directory with --out; it is created where it does not exist"
+        }
+        Error::RunDirectory(RunDirectoryError::NotFinished { help, .. }) => help,
         Error::GivenCycle(error) | Error::GivenDrive(GivenDriveError::GivenCycle(error)) => {
-            return error.help().map(Cow::Borrowed);
+            error.help()?
         }
         Error::NothingToResume(_) => {
             "--resume finishes a run that was begun; leave it out to begin one"
@@ -106,31 +120,5 @@ fn help_of(error: &Error) -> Option<Cow<'_, str>> {
         }
         _ => return None,
     };
-    Some(help.into())
-}
-
-fn help_of_directory(error: &RunDirectoryError) -> Option<Cow<'_, str>> {
-    let help = match error {
-        RunDirectoryError::Exists { unfinished: true, path, .. } => {
-            let resume = resume_command(path);
-            return Some(
-                format!("`{resume}` finishes it; or give another directory, or remove this one")
-                    .into(),
-            );
-        }
-        RunDirectoryError::NotWhole { path, .. } => {
-            let resume = resume_command(path);
-            return Some(format!("if it was ended by force, `{resume}` finishes it").into());
-        }
-        RunDirectoryError::Exists { .. } => "give another directory with --out, or remove this one",
-        RunDirectoryError::NotOneRun { .. } => {
-            "parts have the same study, seed and program, and each begins where another one ends"
-        }
-        RunDirectoryError::NotADirectory { .. } => {
-            "give a directory with --out; it is created where it does not exist"
-        }
-        RunDirectoryError::NotFinished { help, .. } => help,
-        _ => return None,
-    };
-    Some(help.into())
+    Some(help.to_owned())
 }
