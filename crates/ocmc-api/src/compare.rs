@@ -165,8 +165,8 @@ fn comparison_text(comparison: &Comparison, names: [&str; 2]) -> String {
     let mut line = |name: &str, value: &str| {
         let _ = writeln!(text, "  {name:<18} {value}");
     };
-    if comparison.difference.is_some() {
-        difference_lines(comparison, factor, &mut line);
+    if let Comparison { a: Some(a), b: Some(b), difference: Some(change), .. } = *comparison {
+        difference_lines(comparison, [a, b, change], factor, &mut line);
     } else {
         let without = [
             (names[0], comparison.a_without_quantity, comparison.a_failed),
@@ -191,24 +191,19 @@ fn comparison_text(comparison: &Comparison, names: [&str; 2]) -> String {
 }
 
 /// What the pairs tell, line by line.
-fn difference_lines(comparison: &Comparison, factor: f64, line: &mut impl FnMut(&str, &str)) {
-    let (Some(a), Some(b), Some(difference)) = (comparison.a, comparison.b, comparison.difference)
-    else {
-        return;
-    };
+fn difference_lines(
+    comparison: &Comparison,
+    [a, b, difference]: [f64; 3],
+    factor: f64,
+    line: &mut impl FnMut(&str, &str),
+) {
     line("A", &rounded(factor * a));
     line("B", &rounded(factor * b));
     let digits = decimals_of(comparison, factor);
     let half = |[low, high]: [f64; 2]| format!("{:.digits$}", factor * (high - low) / 2.0);
     let interval = comparison.ci95.map_or("-".to_owned(), half);
-    line(
-        "B - A",
-        &format!(
-            "{:+.digits$} ± {interval} ({:+.2} %)",
-            factor * difference,
-            100.0 * difference / a
-        ),
-    );
+    let (change, share) = (factor * difference, 100.0 * difference / a);
+    line("B - A", &format!("{change:+.digits$} ± {interval} ({share:+.2} %)"));
     if let Some(uncertain) = comparison.parameter_uncertainty {
         let (wide, draws) = (half(uncertain.ci95), grouped(uncertain.replicates));
         line("with parameters", &format!("± {wide}, over {draws} draws of the curve-speed fit"));
@@ -221,11 +216,8 @@ fn difference_lines(comparison: &Comparison, factor: f64, line: &mut impl FnMut(
         line("B lower", &format!("in {higher} %, the same in {equal} %"));
     }
     if let Some(reduction) = comparison.variance_reduction {
-        let like = rough(reduction * comparison.pairs as f64);
-        line(
-            "variance",
-            &format!("1/{} of two independent runs', like {like} cycles each", rough(reduction)),
-        );
+        let (part, like) = (rough(reduction), rough(reduction * comparison.pairs as f64));
+        line("variance", &format!("1/{part} of two independent runs', like {like} cycles each"));
     }
     if comparison.pairs_without_value > 0 {
         let pairs = count_of(comparison.pairs_without_value, "pair");

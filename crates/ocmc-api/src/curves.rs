@@ -98,13 +98,9 @@ impl CurvesAnswer {
         if drives.len() <= MOST_LINES {
             for drive in drives {
                 let found = &drive.detection;
-                let _ = write!(
-                    text,
-                    "{}: {} km, {}",
-                    drive.drive,
-                    rounded(found.way_m / 1000.0),
-                    count_of(found.curves.len() as u64, "curve")
-                );
+                let curves = count_of(found.curves.len() as u64, "curve");
+                let _ =
+                    write!(text, "{}: {} km, {curves}", drive.drive, rounded(found.way_m / 1e3));
                 if drive.turning != "yaw_rate" {
                     let _ = write!(text, ", turning by its {}", drive.turning.replace('_', " "));
                 }
@@ -119,12 +115,8 @@ impl CurvesAnswer {
                     let _ = write!(text, ", {} not used", count_of((rows - used) as u64, "row"));
                 }
                 if *gaps > 0 {
-                    let _ = write!(
-                        text,
-                        ", {} of {} s",
-                        count_of(*gaps as u64, "gap"),
-                        rounded(*gap_s)
-                    );
+                    let gaps = count_of(*gaps as u64, "gap");
+                    let _ = write!(text, ", {gaps} of {} s", rounded(*gap_s));
                 }
                 text.push('\n');
             }
@@ -173,11 +165,8 @@ impl CurvesAnswer {
             ("turning by more than 2 rad/s", sum(|found| found.counts.implausible_yaw_rate)),
         ] {
             if count > 0 {
-                let _ = write!(
-                    text,
-                    "\nwarning: {} rows are {what}: is the unit right?",
-                    grouped(count)
-                );
+                let rows = grouped(count);
+                let _ = write!(text, "\nwarning: {rows} rows are {what}: is the unit right?");
             }
         }
         text

@@ -1,6 +1,6 @@
 //! Why a question has no answer.
 
-use crate::watch::Progress;
+use crate::progress::Progress;
 use ocmc_core::fleet::quantity::QUANTITIES;
 use ocmc_core::fleet::sensitivity::{SensitivityError, factor_groups};
 use ocmc_core::operating_cycle::given::GivenCycleError;

@@ -101,16 +101,11 @@ impl Answer for IdentifyAnswer {
     fn text(&self) -> String {
         let mut text = String::new();
         for fit in &self.fits {
+            let EventFit { driver, event, duration_s, pedal_rms, condition, .. } = fit;
+            let (agree, starts) = (fit.starts_converged, fit.starts);
             let _ = writeln!(
                 text,
-                "driver {}, event {} ({:.0} s): pedals within {:.4} rms, {} of {} starts agree, condition {:.0}",
-                fit.driver,
-                fit.event,
-                fit.duration_s,
-                fit.pedal_rms,
-                fit.starts_converged,
-                fit.starts,
-                fit.condition
+                "driver {driver}, event {event} ({duration_s:.0} s): pedals within {pedal_rms:.4} rms, {agree} of {starts} starts agree, condition {condition:.0}",
             );
             for parameter in &fit.parameters {
                 line(&mut text, parameter);

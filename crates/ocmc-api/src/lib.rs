@@ -27,6 +27,7 @@ mod error;
 mod fit;
 mod identify;
 mod merge;
+mod progress;
 mod report;
 mod run;
 mod sensitivity;

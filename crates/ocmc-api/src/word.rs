@@ -74,11 +74,11 @@ pub const CONTROLLERS: [Word<ControllerKind>; 2] = [
 
 /// Speeds that the objective of an identification can compare with the set speed.
 pub const SPEED_TERMS: [Word<SpeedTerm>; 3] = [
-    ("none", "No speed term; unbiased", SpeedTerm::None),
     ("measured", "The measured speed, as the paper may mean; it biases the gains", Measured),
     (
         "simulated",
         "The simulated speed, as the paper may mean, too; it biases the gains as much",
         Simulated,
     ),
+    ("none", "No speed term; unbiased", SpeedTerm::None),
 ];

@@ -1,9 +1,7 @@
 //! Everything that can end a command early.
 
-use crate::study_report::study_report;
-use ocmc_api::shell_word::resume_command;
 use ocmc_api::study::StudyFileError;
-use ocmc_api::{Error, GivenDriveError, RunDirectoryError, SensitivityError};
+use ocmc_api::{Error, GivenDriveError};
 use std::io;
 use std::path::PathBuf;
 use thiserror::Error as ThisError;
@@ -52,73 +50,4 @@ impl From<StudyFileError> for Failure {
     fn from(error: StudyFileError) -> Self {
         Error::from(error).into()
     }
-}
-
-impl Failure {
-    /// What to tell the user.
-    pub(crate) fn report(&self) -> String {
-        if let Self::Question(Error::Study(error)) = self {
-            return study_report(error);
-        }
-        let help = self.help().map_or_else(String::new, |help| format!("\n  help: {help}"));
-        format!("error: {self}{help}")
-    }
-
-    fn help(&self) -> Option<String> {
-        match self {
-            Self::Question(error) => help_of(error),
-            Self::Exists { .. } => Some("give another name, or remove the file".to_owned()),
-            Self::Interrupted { help, .. } => Some(help.clone()),
-            _ => None,
-        }
-    }
-}
-
-/// What to do about a question without an answer.
-fn help_of(error: &Error) -> Option<String> {
-    let help = match error {
-        Error::RunDirectory(RunDirectoryError::Exists { unfinished: true, path, .. }) => {
-            let resume = resume_command(path);
-            return Some(format!(
-                "`{resume}` finishes it; or give another directory, or remove this one"
-            ));
-        }
-        Error::RunDirectory(RunDirectoryError::NotWhole { path, .. }) => {
-            let resume = resume_command(path);
-            return Some(format!("if it was ended by force, `{resume}` finishes it"));
-        }
-        Error::RunDirectory(RunDirectoryError::Exists { .. }) => {
-            "give another directory with --out, or remove this one"
-        }
-        Error::RunDirectory(RunDirectoryError::NotOneRun { .. }) => {
-            "parts have the same study, seed and program, and each begins where another one ends"
-        }
-        Error::RunDirectory(RunDirectoryError::NotADirectory { .. }) => {
-            "give a directory with --out; it is created where it does not exist"
-        }
-        Error::RunDirectory(RunDirectoryError::NotFinished { help, .. }) => help,
-        Error::GivenCycle(error) | Error::GivenDrive(GivenDriveError::GivenCycle(error)) => {
-            error.help()?
-        }
-        Error::NothingToResume(_) => {
-            "--resume finishes a run that was begun; leave it out to begin one"
-        }
-        Error::Unwritten(_) => {
-            "what was finished is kept: --out with this directory and --resume goes on"
-        }
-        Error::Sensitivity(SensitivityError::TooFewRows { .. }) => {
-            "more --cycles, or another --column; `ocmc` with this study says why cycles fail"
-        }
-        Error::Sensitivity(SensitivityError::TooFewCrossed { .. }) => {
-            "more cycles with --crossed, or another --column; `ocmc` with this study says why cycles fail"
-        }
-        Error::Sensitivity(SensitivityError::NotIndependent) => {
-            "add --set simulation.sampling=independent, or leave --crossed out"
-        }
-        Error::Interrupted(_) => {
-            "there is no answer without the rest; fewer --cycles take less time"
-        }
-        _ => return None,
-    };
-    Some(help.to_owned())
 }

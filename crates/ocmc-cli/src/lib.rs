@@ -5,6 +5,7 @@ mod analysis;
 mod arguments;
 mod cycle;
 mod failure;
+mod failure_report;
 mod fit;
 mod interrupt;
 mod log;
@@ -12,7 +13,6 @@ mod output;
 mod progress;
 mod run;
 mod study;
-mod study_report;
 
 use analysis::{CompareArguments, SensitivityArguments};
 use clap::error::ErrorKind;
@@ -125,7 +125,7 @@ pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> i32 {
         Ok(()) => DONE,
         Err(Failure::Usage(message)) => usage(&wrong_usage(&path, &message)),
         Err(failure) => {
-            output::note(&failure.report());
+            output::note(&failure_report::report(&failure));
             FAILED
         }
     }

@@ -231,9 +231,10 @@ pub(crate) fn identify<'py>(
 ) -> PyResult<Bound<'py, PyAny>> {
     let standard = IdentifyOptions::default();
     let starts = starts.map(|starts| whole_number(starts, "starts", 1, MOST_STARTS)).transpose()?;
+    let [measured, simulated, none] = SPEED_TERMS;
     let options = IdentifyOptions {
         controller: one_of("controller", controller, &CONTROLLERS)?,
-        speed_term: one_of("speed_term", speed_term, &SPEED_TERMS)?,
+        speed_term: one_of("speed_term", speed_term, &[none, measured, simulated])?,
         starts: starts.map_or(standard.starts, |starts| starts as usize),
         intervals,
         proportional: kp.map_or(standard.proportional, Into::into),

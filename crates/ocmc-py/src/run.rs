@@ -191,7 +191,7 @@ impl PyRun {
     /// True
     fn report(&self, py: Python) -> String {
         py.detach(|| {
-            let batches = self.records.batches().iter();
+            let batches = self.records.batches.iter();
             let rows = batches.flat_map(|batch| records(batch).expect("made of records"));
             let RunAnswer { manifest, summary, .. } = self.answer.clone();
             ocmc_api::report(&StoredRun { manifest, records: rows.collect(), summary })
@@ -226,7 +226,7 @@ impl PyRun {
     fn save(&self, py: Python, path: PathBuf, format: &str) -> PyResult<()> {
         let format = one_of("format", format, &FORMATS)?;
         let saved = py.detach(|| {
-            let batches = self.records.batches().iter();
+            let batches = self.records.batches.iter();
             let groups = batches.map(|batch| records(batch).expect("made of records"));
             ocmc_api::save(&self.answer, &path, format, groups)
         });
@@ -259,13 +259,18 @@ impl PyRun {
         format!("<ocmc.Run of {study:?}, seed {seed}, {cycles} cycles from id {first_cycle}>")
     }
 
-    fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        slf.py().import("ocmc._display")?.call_method1("run", (slf,))
+    fn _repr_html_<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.summary(py)?.call_method0("_repr_html_")
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Pickled<'py>)> {
         let manifest = serde_json::to_string(&self.answer.manifest).expect("numbers and words");
-        let stream = to_bytes(py, &self.records)?;
+        let written = py.detach(|| {
+            let mut writer = StreamWriter::try_new(Vec::new(), &schema())?;
+            self.records.batches.iter().try_for_each(|batch| writer.write(batch))?;
+            writer.into_inner()
+        });
+        let stream = PyBytes::new(py, &written.map_err(broken)?);
         let make = py.import("ocmc._ocmc")?.getattr("unpickled")?;
         let sum = checksum(&manifest, stream.as_bytes());
         Ok((make, (manifest, self.answer.summary.wall_s, self.answer.summary.threads, stream, sum)))
@@ -280,18 +285,6 @@ fn broken(error: impl Display) -> PyErr {
 /// What tells a pickled run that is whole from one that is not: arrow-ipc panics on some broken streams.
 fn checksum(manifest: &str, stream: &[u8]) -> Vec<u8> {
     Sha256::new().chain_update(manifest).chain_update(stream).finalize().to_vec()
-}
-
-/// The records as a stream of Arrow.
-fn to_bytes<'py>(py: Python<'py>, table: &Table) -> PyResult<Bound<'py, PyBytes>> {
-    let written = py.detach(|| {
-        let mut writer = StreamWriter::try_new(Vec::new(), &schema())?;
-        for batch in table.batches() {
-            writer.write(batch)?;
-        }
-        writer.into_inner()
-    });
-    Ok(PyBytes::new(py, &written.map_err(broken)?))
 }
 
 /// A pickled run: its manifest (JSON), what was measured, its records, and the checksum of all that.
@@ -339,7 +332,7 @@ pub(crate) fn joined(
     let manifest = whole(&manifests).map_err(|error| PyValueError::new_err(error.to_string()))?;
     let origin = parts[0].answer.origin.clone();
     py.detach(|| {
-        let batches = parts.iter().flat_map(|part| part.records.batches());
+        let batches = parts.iter().flat_map(|part| &part.records.batches);
         let batches: Vec<_> = batches.cloned().collect();
         let groups = batches.iter().map(|batch| records(batch).map_err(broken));
         let answer = summed_up(manifest, origin, (wall_s, threads), groups)?;

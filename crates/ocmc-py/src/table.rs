@@ -43,18 +43,14 @@ pub(crate) fn words<'a>(words: impl Iterator<Item = Option<&'a str>>) -> ArrayRe
 #[derive(Clone)]
 pub(crate) struct Table {
     schema: SchemaRef,
-    batches: Vec<RecordBatch>,
+    /// Its rows, some in a batch.
+    pub(crate) batches: Vec<RecordBatch>,
 }
 
 impl Table {
     /// A table of batches that have this schema.
     pub(crate) fn new(schema: SchemaRef, batches: Vec<RecordBatch>) -> Self {
         Self { schema, batches }
-    }
-
-    /// A table of one batch.
-    pub(crate) fn of(batch: RecordBatch) -> Self {
-        Self::new(batch.schema(), vec![batch])
     }
 
     /// A table of named arrays of equal length; a column with nulls may hold more of them.
@@ -64,18 +60,14 @@ impl Table {
         };
         let schema = Arc::new(Schema::new(columns.iter().map(field).collect::<Vec<_>>()));
         let arrays = columns.into_iter().map(|(_, array)| array).collect();
-        Self::of(RecordBatch::try_new(schema, arrays).expect("columns of equal length"))
+        let batch = RecordBatch::try_new(schema.clone(), arrays).expect("columns of equal length");
+        Self::new(schema, vec![batch])
     }
 
     /// A table of numbers.
     pub(crate) fn of_numbers(columns: Vec<TableColumn>) -> Self {
         let array = |values| Arc::new(Float64Array::from(values)) as ArrayRef;
         Self::of_columns(columns.into_iter().map(|c| (c.name, array(c.values))).collect())
-    }
-
-    /// Its rows, some in a batch.
-    pub(crate) fn batches(&self) -> &[RecordBatch] {
-        &self.batches
     }
 }
 

@@ -25,27 +25,20 @@ const MOST_DRIVERS: usize = 50;
 
 /// Curve speeds: the paper's two tables first, then what stands beside them.
 pub(super) fn curve_speed(fit: &CurveSpeedFit, rows: usize) -> String {
-    let mut text = heading(fit, rows);
-    text.push_str("\nAnalysis of variance of ln v, each term beside those above it\n");
-    text.push_str(&variance_table(&fit.anova));
-    text.push_str("\nEach term beside all others\n");
-    text.push_str(&variance_table(&fit.anova_marginal));
-    text.push_str(&estimates(fit));
-    text.push_str(&exponent_test(fit));
-    text.push_str(&random_effects(fit));
-    text.push_str(&drivers(fit));
-    text
-}
-
-fn heading(fit: &CurveSpeedFit, rows: usize) -> String {
     let [smallest, largest] = fit.radius_range_m;
-    format!(
-        "{} of {} curves, {}, radii of {smallest:.0} to {largest:.0} m\n{}",
-        grouped(fit.n as u64),
-        grouped(rows as u64),
-        count_of(fit.drivers as u64, "driver"),
-        dropped(&fit.dropped, "row")
-    )
+    let (used, rows) = (grouped(fit.n as u64), grouped(rows as u64));
+    let drivers = count_of(fit.drivers as u64, "driver");
+    [
+        format!("{used} of {rows} curves, {drivers}, radii of {smallest:.0} to {largest:.0} m\n"),
+        dropped(&fit.dropped, "row"),
+        variance_table("Analysis of variance of ln v, each term beside those above it", &fit.anova),
+        variance_table("Each term beside all others", &fit.anova_marginal),
+        estimates(fit),
+        exponent_test(fit),
+        random_effects(fit),
+        each_driver(fit),
+    ]
+    .concat()
 }
 
 /// How many of a thing were left out, by reason.
@@ -56,7 +49,7 @@ fn dropped(dropped: &Dropped, thing: &str) -> String {
     lines.collect()
 }
 
-fn variance_table(rows: &[VarianceRow]) -> String {
+fn variance_table(title: &str, rows: &[VarianceRow]) -> String {
     let rows = rows.iter().map(|row| {
         let (f, p) = match (row.f, row.ln_p) {
             (Some(f), Some(ln_p)) => (significant(f, 6), p_text(ln_p)),
@@ -65,7 +58,8 @@ fn variance_table(rows: &[VarianceRow]) -> String {
         let [sum_sq, mean_sq] = [row.sum_sq, row.mean_sq].map(|sum| significant(sum, 6));
         [row.term.to_string(), row.df.to_string(), sum_sq, mean_sq, f, p]
     });
-    table(&[12, 8, 14, 14, 13, 15], &["", "df", "sum sq", "mean sq", "F", "p"], rows)
+    let head = ["", "df", "sum sq", "mean sq", "F", "p"];
+    format!("\n{title}\n{}", table(&[12, 8, 14, 14, 13, 15], &head, rows))
 }
 
 /// A number with so many significant digits, in powers of ten where it is very large or small.
@@ -188,7 +182,7 @@ fn random_effects(fit: &CurveSpeedFit) -> String {
     format!("\n{}", table(&[NAME, VALUE, VALUE], &head, rows))
 }
 
-fn drivers(fit: &CurveSpeedFit) -> String {
+fn each_driver(fit: &CurveSpeedFit) -> String {
     let shown = fit.by_driver.iter().take(MOST_DRIVERS);
     let width =
         shown.clone().map(|driver| driver.driver.chars().count()).max().unwrap_or(0).clamp(8, 24);

@@ -23,18 +23,13 @@ pub(crate) fn run_text(answer: &RunAnswer, width: usize) -> String {
     let run = &answer.summary;
     let mut text = heading(answer, run);
     if run.summary.outcomes.of(Outcome::Completed) > 0 {
-        text.push('\n');
-        text.push_str(&summary_table(&run.summary.statistics));
-        text.push_str(&empty(&run.summary));
-        text.push_str(&uncertain(&run.summary));
+        let table = summary_table(&run.summary.statistics);
+        let _ = write!(text, "\n{table}{}{}", empty(&run.summary), uncertain(&run.summary));
         if let Some(statistic) = run.summary.consumption() {
-            text.push('\n');
-            text.push_str(&histogram_chart(statistic, width));
+            let _ = write!(text, "\n{}", histogram_chart(statistic, width));
         }
     }
-    text.push_str(&saturated(&run.summary));
-    text.push_str(&failed(run));
-    text
+    text + &saturated(&run.summary) + &failed(&run.summary)
 }
 
 fn heading(answer: &RunAnswer, run: &RunSummary) -> String {
@@ -154,8 +149,7 @@ fn saturated(summary: &Summary) -> String {
 }
 
 /// Cycles that could not be driven, by reason, and how they were counted.
-fn failed(run: &RunSummary) -> String {
-    let summary = &run.summary;
+fn failed(summary: &Summary) -> String {
     let failed = summary.outcomes.failed();
     if failed == 0 {
         return String::new();
