@@ -11,7 +11,7 @@ import time
 from collections.abc import Callable
 from os import PathLike
 from pathlib import Path
-from typing import Any, Required, TypedDict, Unpack, overload
+from typing import Any, overload
 from uuid import uuid4
 
 try:
@@ -29,21 +29,30 @@ _FEWEST_CYCLES, _MOST_CYCLES = 64, 8192  # of a shard, where nothing else is ask
 _RETRIES = 2
 
 
-class _Options(TypedDict, total=False):
-    """What runs in memory and runs in a folder take."""
-
-    cycles: Required[int]
-    client: "distributed.Client | None"
-    seed: int
-    first_cycle: int
-    shard_cycles: int | None
-    progress: bool | Callable[[int, int], object] | None
-
-
 @overload
-def run(study: Study, *, out: None = None, **options: Unpack[_Options]) -> Run: ...
+def run(
+    study: Study,
+    *,
+    cycles: int,
+    client: "distributed.Client | None" = None,
+    seed: int = 1,
+    first_cycle: int = 0,
+    shard_cycles: int | None = None,
+    out: None = None,
+    progress: bool | Callable[[int, int], object] | None = None,
+) -> Run: ...
 @overload
-def run(study: Study, *, out: str | PathLike[str], **options: Unpack[_Options]) -> list[Path]: ...
+def run(
+    study: Study,
+    *,
+    cycles: int,
+    client: "distributed.Client | None" = None,
+    seed: int = 1,
+    first_cycle: int = 0,
+    shard_cycles: int | None = None,
+    out: str | PathLike[str],
+    progress: bool | Callable[[int, int], object] | None = None,
+) -> list[Path]: ...
 def run(  # noqa: PLR0913 (the arguments of `Study.run`, and the cluster's)
     study: Study,
     *,
