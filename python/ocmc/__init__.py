@@ -70,8 +70,7 @@ def __getattr__(name: str) -> ModuleType:
     """Import the parts that need extras where they are first used."""
     if name in _WITH_EXTRAS:
         return importlib.import_module(f"ocmc.{name}")
-    message = f"module 'ocmc' has no attribute {name!r}"
-    raise AttributeError(message)
+    raise AttributeError(f"module 'ocmc' has no attribute {name!r}")
 
 
 def __dir__() -> list[str]:

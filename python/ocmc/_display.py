@@ -1,11 +1,11 @@
-"""What notebooks show of studies, runs and tables."""
+"""What notebooks show of studies and tables."""
 
 from collections.abc import Sequence
 from html import escape
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from ocmc import Run, Study, Table
+    from ocmc import Study, Table
 
 _ROWS = 5
 
@@ -50,11 +50,6 @@ def study(study: "Study") -> str:
         ),
     ]
     return "<br>".join(parts)
-
-
-def run(run: "Run") -> str:
-    """Show what a run adds up to."""
-    return run.summary()._repr_html_()
 
 
 def table(table: "Table") -> str:

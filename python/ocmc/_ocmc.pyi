@@ -1,6 +1,6 @@
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from os import PathLike
-from typing import Any, Literal, SupportsIndex, final
+from typing import Any, Literal, SupportsIndex, TypeAlias, final
 
 import numpy.typing as npt
 
@@ -30,6 +30,9 @@ __all__ = [
 
 __version__: str
 
+_Columns: TypeAlias = Mapping[str, str] | None
+_Progress: TypeAlias = bool | Callable[[int, int], object] | None
+
 def load(path: str | PathLike[str]) -> Run: ...
 def compare(
     a: Study,
@@ -40,12 +43,12 @@ def compare(
     first_cycle: SupportsIndex = 0,
     column: str | None = None,
     threads: SupportsIndex | None = None,
-    progress: bool | Callable[[int, int], object] | None = None,
+    progress: _Progress = None,
 ) -> Answer: ...
 def detect_curves(
     log: object,
     *,
-    columns: Mapping[str, str] | None = None,
+    columns: _Columns = None,
     detector: Literal["hidden_markov", "trained", "threshold"] = "hidden_markov",
     radius: Literal["turn", "mean", "positions"] = "turn",
     central_share: float | None = None,
@@ -58,7 +61,7 @@ def detect_curves(
 def fit_curve_speed(
     curves: object,
     *,
-    columns: Mapping[str, str] | None = None,
+    columns: _Columns = None,
     base: Study | None = None,
     tobit: bool = False,
     reference_radius_m: float = 250.0,
@@ -72,7 +75,7 @@ def fit_curve_speed(
 def fit_speed_change(
     table: object,
     *,
-    columns: Mapping[str, str] | None = None,
+    columns: _Columns = None,
     base: Study | None = None,
     untruncated: bool = False,
     window_s: float = 3.0,
@@ -82,7 +85,7 @@ def fit_speed_change(
 def fit_operating_cycle(
     cycles: object,
     *,
-    columns: Mapping[str, str] | None = None,
+    columns: _Columns = None,
     base: Study | None = None,
     radius_range_m: tuple[float, float] | None = None,
     road_type: str | None = None,
@@ -93,24 +96,16 @@ def fit_operating_cycle(
     wheelbase_m: float | None = None,
 ) -> Answer: ...
 def fit_traffic(
-    table: object,
-    *,
-    columns: Mapping[str, str] | None = None,
-    base: Study | None = None,
-    utc_offset_h: float | None = None,
+    table: object, *, columns: _Columns = None, base: Study | None = None, utc_offset_h: float | None = None
 ) -> Answer: ...
 def fit_weather(
-    table: object,
-    *,
-    columns: Mapping[str, str] | None = None,
-    base: Study | None = None,
-    utc_offset_h: float | None = None,
+    table: object, *, columns: _Columns = None, base: Study | None = None, utc_offset_h: float | None = None
 ) -> Answer: ...
 def identify(
     logs: object,
     study: Study,
     *,
-    columns: Mapping[str, str] | None = None,
+    columns: _Columns = None,
     controller: Literal["pid", "switched"] = "pid",
     speed_term: Literal["none", "measured", "simulated"] = "none",
     starts: SupportsIndex = 8,
@@ -118,7 +113,7 @@ def identify(
     ki: tuple[float, float] = (0.0001, 0.2),
     kd: tuple[float, float] = (0.0, 2.0),
     intervals: bool = True,
-    progress: bool | Callable[[int, int], object] | None = None,
+    progress: _Progress = None,
 ) -> Answer: ...
 def run_from(arguments: Sequence[str]) -> int: ...
 def label(column: str) -> tuple[str, float]: ...
@@ -142,20 +137,20 @@ class Study:
         seed: SupportsIndex = 1,
         first_cycle: SupportsIndex = 0,
         threads: SupportsIndex | None = None,
-        progress: bool | Callable[[int, int], object] | None = None,
+        progress: _Progress = None,
     ) -> Run: ...
     def drive(
         self,
         files: object,
         *,
         cycles: SupportsIndex,
-        columns: Mapping[str, str] | None = None,
+        columns: _Columns = None,
         keep: Sequence[Literal["weather", "traffic", "mission"]] | None = None,
         follow_speed: Literal["driver", "exact"] | None = None,
         seed: SupportsIndex = 1,
         first_cycle: SupportsIndex = 0,
         threads: SupportsIndex | None = None,
-        progress: bool | Callable[[int, int], object] | None = None,
+        progress: _Progress = None,
     ) -> Run: ...
     def birds_eye(
         self, *, cycles: SupportsIndex = 100, seed: SupportsIndex = 1, first_cycle: SupportsIndex = 0
@@ -169,7 +164,7 @@ class Study:
         column: str | None = None,
         factors: Sequence[str] | None = None,
         threads: SupportsIndex | None = None,
-        progress: bool | Callable[[int, int], object] | None = None,
+        progress: _Progress = None,
     ) -> Answer: ...
     def operating_cycle(self, cycle_id: SupportsIndex, *, seed: SupportsIndex = 1) -> OperatingCycle: ...
     def trace(self, cycle_id: SupportsIndex, *, seed: SupportsIndex = 1) -> Table: ...

@@ -39,8 +39,7 @@ def progress(
     if callable(asked):
         return Callback(asked, total)
     if asked is not None and not isinstance(asked, bool):
-        message = f"`progress` is {asked!r}, allowed is True, False or a callable"
-        raise TypeError(message)
+        raise TypeError(f"`progress` is {asked!r}, allowed is True, False or a callable")
     if asked is False:
         return Silent()
     if _in_notebook():
@@ -77,26 +76,28 @@ class Callback(Silent):
             self._call(done, self._total)
 
 
-class Terminal(Silent):
-    """A line on the terminal, which goes when the run is over."""
+class Bar(Silent):
+    """Draws how far the run is, from half a second on."""
 
     def __init__(self, total: int, what: str) -> None:
         self._total = total
         self._what = what
         self._begin = time.monotonic()
-        self._shown = 0
 
     def reach(self, done: int) -> None:
-        """Draw the line anew."""
+        """Draw it anew."""
         elapsed = time.monotonic() - self._begin
-        if elapsed < _QUIET_S:
-            return
-        filled = _WIDTH * done // self._total
-        status = _status(done, self._total, self._what, elapsed)
-        text = f"[{'=' * filled}{' ' * (_WIDTH - filled)}] {status}"
-        sys.stderr.write("\r" + text.ljust(self._shown))
-        sys.stderr.flush()
-        self._shown = len(text)
+        if elapsed >= _QUIET_S:
+            self._draw(done, _status(done, self._total, self._what, elapsed))
+
+    def _draw(self, done: int, status: str) -> None:
+        raise NotImplementedError
+
+
+class Terminal(Bar):
+    """A line on the terminal, which goes when the run is over."""
+
+    _shown = 0
 
     def finish(self, done: int) -> None:  # noqa: ARG002 (the same for all)
         """Wipe the line."""
@@ -104,30 +105,28 @@ class Terminal(Silent):
             sys.stderr.write("\r" + " " * self._shown + "\r")
             sys.stderr.flush()
 
+    def _draw(self, done: int, status: str) -> None:
+        filled = _WIDTH * done // self._total
+        text = f"[{'=' * filled}{' ' * (_WIDTH - filled)}] {status}"
+        sys.stderr.write("\r" + text.ljust(self._shown))
+        sys.stderr.flush()
+        self._shown = len(text)
 
-class Notebook(Silent):
+
+class Notebook(Bar):
     """A bar below the cell, which goes when the run is over."""
 
-    def __init__(self, total: int, what: str) -> None:
-        self._total = total
-        self._what = what
-        self._begin = time.monotonic()
-        self._display: Any = None
-
-    def reach(self, done: int) -> None:
-        """Draw the bar anew."""
-        elapsed = time.monotonic() - self._begin
-        if elapsed < _QUIET_S:
-            return
-        status = _status(done, self._total, self._what, elapsed)
-        self._draw(f'<progress max="{self._total}" value="{done}"></progress> {status}')
+    _display: Any = None
 
     def finish(self, done: int) -> None:  # noqa: ARG002 (the same for all)
         """Take the bar away."""
         if self._display is not None:
-            self._draw("")
+            self._show("")
 
-    def _draw(self, html: str) -> None:
+    def _draw(self, done: int, status: str) -> None:
+        self._show(f'<progress max="{self._total}" value="{done}"></progress> {status}')
+
+    def _show(self, html: str) -> None:
         from IPython.display import HTML, display  # noqa: PLC0415 (only a notebook has it)
 
         if self._display is None:

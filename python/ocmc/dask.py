@@ -115,8 +115,7 @@ def run(  # noqa: PLR0913 (the arguments of `Study.run`, and the cluster's)
         shard_cycles = min(max(cycles // (_SHARDS_A_THREAD * threads), _FEWEST_CYCLES), _MOST_CYCLES)
     for name, number in [("cycles", cycles), ("shard_cycles", shard_cycles)]:
         if number < 1:
-            message = f"`{name}` is {number}, allowed is a whole number from 1"
-            raise ValueError(message)
+            raise ValueError(f"`{name}` is {number}, allowed is a whole number from 1")
     begin = time.monotonic()
     # a task, not a value: what is lost with a worker is made again
     model = client.submit(Study, study.to_dict(), pure=False)
@@ -124,14 +123,12 @@ def run(  # noqa: PLR0913 (the arguments of `Study.run`, and the cluster's)
         (first, min(shard_cycles, first_cycle + cycles - first))
         for first in range(first_cycle, first_cycle + cycles, shard_cycles)
     ]
+    retried = {"pure": False, "retries": _RETRIES}
     if out is not None:
         folder = str(Path(out).resolve())
-        parts = [
-            client.submit(_part, model, *place, seed, folder, pure=False, retries=_RETRIES)
-            for place in ranges
-        ]
+        parts = [client.submit(_part, model, *place, seed, folder, **retried) for place in ranges]
         return [Path(part) for part in _gathered(client, parts, ranges, progress)]
-    shards = [client.submit(_drive, model, *place, seed, pure=False, retries=_RETRIES) for place in ranges]
+    shards = [client.submit(_drive, model, *place, seed, **retried) for place in ranges]
     return joined(_gathered(client, shards, ranges, progress), time.monotonic() - begin, threads)
 
 
@@ -196,6 +193,5 @@ def _holds(part: Path, wanted: dict[str, object]) -> bool:
         return False
     other = {key: manifest.get(key) for key in wanted}
     if other != wanted:
-        message = f"`{part}` holds another run: {other}, wanted is {wanted}"
-        raise FileExistsError(message)
+        raise FileExistsError(f"`{part}` holds another run: {other}, wanted is {wanted}")
     return True

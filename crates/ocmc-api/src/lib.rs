@@ -20,7 +20,6 @@
 mod answer;
 mod birds_eye;
 mod compare;
-mod cost;
 mod curves;
 mod cycle;
 mod drive;
@@ -35,29 +34,32 @@ mod sensitivity;
 mod source;
 mod stored;
 pub mod study;
+mod text;
 mod trace;
 mod watch;
+mod word;
 
 pub use answer::Answer;
 pub use birds_eye::{BirdsEyeAnswer, BirdsEyeRequest, birds_eye};
 pub use compare::{CompareAnswer, CompareRequest, ComparedStudies, compare};
 pub use curves::{
-    Correction, CurveOptions, CurvesAnswer, CurvesRequest, Detector, DrivenCurve, HiddenMarkov,
-    RadiusDefinition, Steering, Threshold, TripCurves, TripError, curves,
+    CURVE_COLUMNS, Correction, CurveCell, CurveOptions, CurvesAnswer, CurvesRequest, Detector,
+    DrivenCurve, HiddenMarkov, RadiusDefinition, Steering, Threshold, TripCurves, TripError,
+    curves,
 };
 pub use cycle::{RealisedCycle, Track, Values, operating_cycle};
 pub use drive::{Follow, GivenDrive, GivenDriveError, Keep, RouteModel, check_readable};
 pub use error::{Error, FitError, columns, factors};
 pub use fit::{
-    Coding, CurveSpeedOptions, CurveSpeedRequest, FitAnswer, OperatingCycleRequest, RoadOptions,
-    RoadSource, SpeedChangeOptions, SpeedChangeRequest, TrafficRequest, WeatherRequest,
-    fit_curve_speed, fit_operating_cycle, fit_speed_change, fit_traffic, fit_weather,
+    Coding, CurveSpeedOptions, CurveSpeedRequest, FitAnswer, HourlyFitRequest,
+    OperatingCycleRequest, RoadOptions, RoadSource, SpeedChangeOptions, SpeedChangeRequest,
+    TrafficRequest, WeatherRequest, fit_curve_speed, fit_operating_cycle, fit_speed_change,
+    fit_traffic, fit_weather,
 };
 pub use identify::{
     ControllerKind, IdentifyAnswer, IdentifyOptions, IdentifyRequest, SpeedTerm, identify,
 };
 pub use merge::{MergeRequest, merge};
-pub use progress::{Progress, Watch, go_on};
 pub use report::{REPORT, StoredRun, directory_of, read_run, report};
 pub use run::{
     CpuLevel, LAST_CYCLE_ID, MANIFEST, MOST_THREADS, Manifest, Precision, RecordFormat,
@@ -69,6 +71,10 @@ pub use stored::{
     GROUP_ROWS, PartsError, joined, load, record_batch, records, save, schema, summed_up,
 };
 pub use trace::{TimeSeries, trace};
+pub use watch::{Progress, Watch, go_on};
+pub use word::{
+    CODINGS, CONTROLLERS, FOLLOWS, FORMATS, KEEPS, RADII, SPEED_TERMS, Word, detectors,
+};
 
 pub use ocmc_core::kernel::trace::TableColumn;
 pub use ocmc_core::record::Record;

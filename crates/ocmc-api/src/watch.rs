@@ -1,13 +1,14 @@
 //! Work that is watched.
 
 use crate::error::Error;
-use crate::progress::{Progress, Watch};
 use std::ops::ControlFlow;
 use std::panic::resume_unwind;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{self, RecvTimeoutError};
 use std::thread;
 use std::time::Duration;
+
+pub use crate::progress::{Progress, Watch, go_on};
 
 /// Longest time between two looks.
 const INTERVAL: Duration = Duration::from_millis(100);

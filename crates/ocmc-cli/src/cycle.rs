@@ -1,14 +1,40 @@
-//! `ocmc cycle`: one realised operating cycle, as tracks.
+//! `ocmc cycle`, `ocmc trace`: one realised operating cycle as tracks, and the simulated time
+//! series of one cycle.
 
-use crate::arguments::CycleArguments;
+use crate::arguments::{StudyOptions, whole_number};
 use crate::failure::Failure;
-use crate::table_file;
-use ocmc_api::{operating_cycle, study};
+use crate::output::Target;
+use clap::Args;
+use ocmc_api::{LAST_CYCLE_ID, operating_cycle};
+use std::path::PathBuf;
+
+/// One cycle of a run.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct CycleArguments {
+    #[command(flatten)]
+    study: StudyOptions,
+    /// Id of the cycle, as in the records
+    #[arg(long, value_name = "ID", allow_negative_numbers = true, value_parser = whole_number(0..=LAST_CYCLE_ID - 1))]
+    cycle_id: u64,
+    /// Master seed of the run
+    #[arg(long, value_name = "N", default_value = "1", allow_negative_numbers = true, value_parser = whole_number(0..=u64::MAX))]
+    seed: u64,
+    /// File to write, `.csv` or `.json`; an existing one is replaced [default: CSV to standard
+    /// output]
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+}
 
 /// Draws one operating cycle and writes down its tracks.
 pub(crate) fn cycle(arguments: &CycleArguments) -> Result<(), Failure> {
-    let target = table_file::target(arguments.out.as_deref())?;
-    let loaded = study::load(&arguments.study, &arguments.set)?;
-    let cycle = operating_cycle(&loaded, arguments.seed, arguments.cycle_id);
-    table_file::write(&target, &cycle, |bytes| cycle.write_csv(bytes))
+    let target = Target::of(arguments.out.as_deref())?;
+    let cycle = operating_cycle(&arguments.study.load()?, arguments.seed, arguments.cycle_id);
+    target.write(&cycle, |bytes| cycle.write_csv(bytes))
+}
+
+/// Drives one cycle and writes down every step.
+pub(crate) fn trace(arguments: &CycleArguments) -> Result<(), Failure> {
+    let target = Target::of(arguments.out.as_deref())?;
+    let series = ocmc_api::trace(&arguments.study.load()?, arguments.seed, arguments.cycle_id);
+    target.write(&series, |bytes| series.write_csv(bytes))
 }

@@ -1,10 +1,7 @@
 //! Everything that can end a command early.
 
-use crate::study_report::study_report;
-use ocmc_api::shell_word::resume_command;
 use ocmc_api::study::StudyFileError;
-use ocmc_api::{Error, GivenDriveError, RunDirectoryError, SensitivityError};
-use std::borrow::Cow;
+use ocmc_api::{Error, GivenDriveError};
 use std::io;
 use std::path::PathBuf;
 use thiserror::Error as ThisError;
@@ -53,84 +50,4 @@ impl From<StudyFileError> for Failure {
     fn from(error: StudyFileError) -> Self {
         Error::from(error).into()
     }
-}
-
-impl Failure {
-    /// What to tell the user.
-    pub(crate) fn report(&self) -> String {
-        if let Self::Question(Error::Study(error)) = self {
-            return study_report(error);
-        }
-        let mut text = format!("error: {self}");
-        if let Some(help) = self.help() {
-            text.push_str("\n  help: ");
-            text.push_str(&help);
-        }
-        text
-    }
-
-    fn help(&self) -> Option<Cow<'_, str>> {
-        match self {
-            Self::Question(error) => help_of(error),
-            Self::Exists { .. } => Some("give another name, or remove the file".into()),
-            Self::Interrupted { help, .. } => Some(help.into()),
-            _ => None,
-        }
-    }
-}
-
-/// What to do about a question without an answer.
-fn help_of(error: &Error) -> Option<Cow<'_, str>> {
-    let help = match error {
-        Error::RunDirectory(error) => return help_of_directory(error),
-        Error::Table(error) | Error::GivenDrive(GivenDriveError::File(error)) => {
-            return error.help().map(Cow::Borrowed);
-        }
-        Error::NothingToResume(_) => {
-            "--resume finishes a run that was begun; leave it out to begin one"
-        }
-        Error::Unwritten(_) => {
-            "what was finished is kept: --out with this directory and --resume goes on"
-        }
-        Error::Sensitivity(SensitivityError::TooFewRows { .. }) => {
-            "more --cycles, or another --column; `ocmc` with this study says why cycles fail"
-        }
-        Error::Sensitivity(SensitivityError::TooFewCrossed { .. }) => {
-            "more cycles with --crossed, or another --column; `ocmc` with this study says why cycles fail"
-        }
-        Error::Sensitivity(SensitivityError::NotIndependent) => {
-            "add --set simulation.sampling=independent, or leave --crossed out"
-        }
-        Error::Interrupted(_) => {
-            "there is no answer without the rest; fewer --cycles take less time"
-        }
-        _ => return None,
-    };
-    Some(help.into())
-}
-
-fn help_of_directory(error: &RunDirectoryError) -> Option<Cow<'_, str>> {
-    let help = match error {
-        RunDirectoryError::Exists { unfinished: true, path, .. } => {
-            let resume = resume_command(path);
-            return Some(
-                format!("`{resume}` finishes it; or give another directory, or remove this one")
-                    .into(),
-            );
-        }
-        RunDirectoryError::NotWhole(path, _) => {
-            let resume = resume_command(path);
-            return Some(format!("if it was ended by force, `{resume}` finishes it").into());
-        }
-        RunDirectoryError::Exists { .. } => "give another directory with --out, or remove this one",
-        RunDirectoryError::NotOneRun { .. } => {
-            "parts have the same study, seed and program, and each begins where another one ends"
-        }
-        RunDirectoryError::NotADirectory { .. } => {
-            "give a directory with --out; it is created where it does not exist"
-        }
-        RunDirectoryError::NotFinished { help, .. } => help,
-        _ => return None,
-    };
-    Some(help.into())
 }

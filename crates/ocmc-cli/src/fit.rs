@@ -1,24 +1,190 @@
 //! `ocmc fit`: from measurements to the numbers of a study.
 
-use crate::arguments::{
-    CurveSpeedArguments, FitCommand, FittedArguments, OperatingCycleArguments,
-    SpeedChangeArguments, TrafficArguments, WeatherArguments,
-};
+use crate::arguments::{one_of, sources, utc_offset_h};
 use crate::failure::Failure;
+use crate::log::SteeringArguments;
 use crate::output::{self, warn};
 use crate::study::write_new;
+use clap::{Args, Subcommand};
 use ocmc_api::shell_word::shell_word;
 use ocmc_api::study::{self, StudyModel, fitted_study};
 use ocmc_api::{
-    CurveOptions, CurveSpeedOptions, CurveSpeedRequest, FitAnswer, OperatingCycleRequest,
-    RoadOptions, RoadSource, Source, SpeedChangeOptions, SpeedChangeRequest, TrafficRequest,
-    WeatherRequest, go_on, mappings,
+    CODINGS, Coding, CurveOptions, CurveSpeedOptions, CurveSpeedRequest, Error, FitAnswer,
+    HourlyFitRequest, OperatingCycleRequest, RoadOptions, RoadSource, Source, SpeedChangeOptions,
+    SpeedChangeRequest, fit_traffic, fit_weather, go_on, mappings,
 };
 use serde::Serialize;
 use std::path::PathBuf;
+use std::slice::from_ref;
 
 /// Most files that a study names as its sources.
 const MOST_NAMED: usize = 4;
+
+/// What tables of hours hold.
+const HOURS: &str = "Table of hours: time or time_s and any of temperature_k|_c, pressure_pa|_hpa, \
+    relative_humidity|_percent, precipitation_mps|_mm_per_h, wind_speed_mps, \
+    wind_direction_rad|_deg";
+
+/// What tables of traffic hold.
+const TRAFFIC: &str = "Table of measurements: road_type, time or time_s, one of density_share, \
+    density_per_m, speed_ratio, and, where there are several of a type, site";
+
+/// What can be fitted.
+#[derive(Clone, Debug, Subcommand)]
+pub(crate) enum FitCommand {
+    /// Curve speeds: regression and analysis of variance of measured curves, and the driver
+    /// population
+    CurveSpeed(CurveSpeedArguments),
+    /// Speed changes: log-normal accelerations and decelerations at changes of the speed limit
+    SpeedChange(SpeedChangeArguments),
+    /// Operating cycles: road types, signs, events, curves, slope, surface and mission of given
+    /// roads, or of logs
+    OperatingCycle(OperatingCycleArguments),
+    /// Weather: the climate of hourly records
+    #[command(mut_arg("file", |file| file.value_name("HOURS.csv").help(HOURS)))]
+    Weather(HourlyFitArguments),
+    /// Traffic: densities by the hour and road type
+    #[command(mut_arg("file", |file| file.value_name("TRAFFIC.csv").help(TRAFFIC)))]
+    Traffic(HourlyFitArguments),
+}
+
+/// Where fitted values go.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct FittedArguments {
+    /// The answer as JSON
+    #[arg(long)]
+    json: bool,
+    /// Study file to write: the base with the fitted values laid over it
+    #[arg(long, value_name = "FILE")]
+    study_out: Option<PathBuf>,
+    /// Name of a built-in study, or a study file, that keeps what is not fitted
+    #[arg(long, value_name = "NAME|FILE", default_value = "field-truck")]
+    base: String,
+}
+
+impl FittedArguments {
+    /// The study that keeps what is not fitted.
+    fn base(&self) -> Result<StudyModel, Failure> {
+        Ok(study::load(&self.base, &[] as &[&str])?.model)
+    }
+}
+
+/// Options of the fit of curve speeds.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct CurveSpeedArguments {
+    /// Table of curves: driver,radius_m,direction,speed_mps and, where known, route_m,limit_mps
+    #[arg(value_name = "CURVES.csv")]
+    file: PathBuf,
+    /// Says which column is what, as in speed_mph=gps_speed or yaw_rate_degps=-gyro; may be
+    /// repeated
+    #[arg(long, value_name = "NAME=COLUMN")]
+    map: Vec<String>,
+    /// Radius at which speeds are compared, in m
+    #[arg(long, value_name = "M", default_value = "250", allow_negative_numbers = true)]
+    reference_radius: f64,
+    /// Smallest radius that takes part, in m
+    #[arg(long, value_name = "M", default_value = "20", allow_negative_numbers = true)]
+    minimum_radius: f64,
+    /// Largest radius that takes part, in m
+    #[arg(long, value_name = "M", default_value = "500", allow_negative_numbers = true)]
+    maximum_radius: f64,
+    /// Routes have to be longer than this, in m, where the table has route_m
+    #[arg(long, value_name = "M", default_value = "5000", allow_negative_numbers = true)]
+    minimum_route: f64,
+    /// Exponent of the second model, and the one that is tested
+    #[arg(long, value_name = "DELTA", default_value = "0.5", allow_negative_numbers = true)]
+    fixed_exponent: f64,
+    /// The direction stays in the model where its p is below this
+    #[arg(long, value_name = "P", default_value = "0.05", allow_negative_numbers = true)]
+    significance: f64,
+    /// The population from the censored regression at the speed limits (needs limit_mps)
+    #[arg(long)]
+    tobit: bool,
+    /// Share of the speed limit from which on a curve counts as driven at the limit
+    #[arg(long, value_name = "SHARE", default_value = "0.9", allow_negative_numbers = true)]
+    limit_share: f64,
+    /// How the coefficients of drivers and directions are listed in the JSON
+    #[arg(long, value_name = "CODING", default_value = "sum-to-zero", value_parser = one_of(CODINGS))]
+    coding: Coding,
+    #[command(flatten)]
+    fitted: FittedArguments,
+}
+
+/// Options of the fit of speed changes.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct SpeedChangeArguments {
+    /// Tables of speed changes (acceleration_mps2 and, where known, category,driver), or logs
+    /// (time, speed, limit)
+    #[arg(required = true, value_name = "FILE.csv")]
+    files: Vec<PathBuf>,
+    /// Says which column is what, as in speed_mph=gps_speed or yaw_rate_degps=-gyro; may be
+    /// repeated
+    #[arg(long, value_name = "NAME=COLUMN")]
+    map: Vec<String>,
+    /// Length of the window with the largest change of speed in a log, in s
+    #[arg(long, value_name = "S", default_value = "3", allow_negative_numbers = true)]
+    window: f64,
+    /// Smallest acceleration that counts as a change, in m/s²
+    #[arg(long, value_name = "MPS2", default_value = "0.2", allow_negative_numbers = true)]
+    smallest_acceleration: f64,
+    /// Smallest deceleration that counts as a change, in m/s²
+    #[arg(long, value_name = "MPS2", default_value = "0.4", allow_negative_numbers = true)]
+    smallest_deceleration: f64,
+    /// The study from the laws with the thresholds in their likelihood
+    #[arg(long)]
+    untruncated: bool,
+    #[command(flatten)]
+    fitted: FittedArguments,
+}
+
+/// Options of the fit of operating cycles.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct OperatingCycleArguments {
+    /// Operating cycles with road types, as `ocmc cycle` writes them, or logs: CSV with time and
+    /// speed
+    #[arg(required = true, value_name = "FILE")]
+    files: Vec<PathBuf>,
+    /// Says which column is what, as in speed_mph=gps_speed or yaw_rate_degps=-gyro; may be
+    /// repeated
+    #[arg(long, value_name = "NAME=COLUMN")]
+    map: Vec<String>,
+    /// Smallest and largest radius of the curves that are known, in m; the others are there and
+    /// were not seen [default: 20 500 of logs, all of operating cycles]
+    #[arg(long, value_names = ["LOWER", "UPPER"], num_args = 2, allow_negative_numbers = true)]
+    radius_range: Option<Vec<f64>>,
+    /// Road type of logs that have no column road_type [default: by the speed limit]
+    #[arg(long, value_name = "NAME")]
+    road_type: Option<String>,
+    /// Length over which the altitudes of logs are averaged, in m
+    #[arg(long, value_name = "M", default_value = "200", allow_negative_numbers = true)]
+    altitude_average: f64,
+    /// Standstills of logs from this time on are stops of the mission, in s
+    #[arg(long, value_name = "S", default_value = "300", allow_negative_numbers = true)]
+    mission_stop: f64,
+    /// Cuts a curve of a log in two where its curvature steps by this factor or more
+    #[arg(long, value_name = "RATIO")]
+    split: Option<f64>,
+    #[command(flatten)]
+    steering: SteeringArguments,
+    #[command(flatten)]
+    fitted: FittedArguments,
+}
+
+/// Options of the fits of hours.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct HourlyFitArguments {
+    file: PathBuf,
+    /// Says which column is what, as in speed_mph=gps_speed or yaw_rate_degps=-gyro; may be
+    /// repeated
+    #[arg(long, value_name = "NAME=COLUMN")]
+    map: Vec<String>,
+    /// Hours by which the place's standard time is ahead of UTC, for times in UTC or with an
+    /// offset, such as 2024-03-01T14:00Z
+    #[arg(long, value_name = "H", allow_negative_numbers = true, value_parser = utc_offset_h)]
+    utc_offset: Option<f64>,
+    #[command(flatten)]
+    fitted: FittedArguments,
+}
 
 /// Fits what was asked for.
 pub(crate) fn fit(command: &FitCommand) -> Result<(), Failure> {
@@ -26,14 +192,14 @@ pub(crate) fn fit(command: &FitCommand) -> Result<(), Failure> {
         FitCommand::CurveSpeed(arguments) => curve_speed(arguments),
         FitCommand::OperatingCycle(arguments) => operating_cycle(arguments),
         FitCommand::SpeedChange(arguments) => speed_change(arguments),
-        FitCommand::Traffic(arguments) => traffic(arguments),
-        FitCommand::Weather(arguments) => weather(arguments),
+        FitCommand::Traffic(arguments) => hourly(arguments, "traffic", fit_traffic),
+        FitCommand::Weather(arguments) => hourly(arguments, "weather", fit_weather),
     }
 }
 
 fn curve_speed(arguments: &CurveSpeedArguments) -> Result<(), Failure> {
     let CurveSpeedArguments { file, fitted, tobit, .. } = arguments;
-    let base = &base(fitted)?;
+    let base = &fitted.base()?;
     let options = CurveSpeedOptions {
         reference_radius_m: arguments.reference_radius,
         radius_range_m: [arguments.minimum_radius, arguments.maximum_radius],
@@ -41,17 +207,17 @@ fn curve_speed(arguments: &CurveSpeedArguments) -> Result<(), Failure> {
         fixed_exponent: arguments.fixed_exponent,
         significance: arguments.significance,
         limit_share: arguments.limit_share,
-        coding: arguments.coding.into(),
+        coding: arguments.coding,
     };
     let (curves, mappings) = (Source::File(file.clone()), mappings(&arguments.map)?);
     let request = CurveSpeedRequest { curves, mappings, base, options, tobit: *tobit };
     let answer = ocmc_api::fit_curve_speed(&request)?;
-    deliver(fitted, "curve-speed", std::slice::from_ref(file), &answer)
+    deliver(fitted, "curve-speed", from_ref(file), &answer)
 }
 
 fn speed_change(arguments: &SpeedChangeArguments) -> Result<(), Failure> {
     let SpeedChangeArguments { files, fitted, .. } = arguments;
-    let base = &base(fitted)?;
+    let base = &fitted.base()?;
     let mappings = mappings(&arguments.map)?;
     let options = SpeedChangeOptions {
         window_s: arguments.window,
@@ -67,7 +233,7 @@ fn speed_change(arguments: &SpeedChangeArguments) -> Result<(), Failure> {
 
 fn operating_cycle(arguments: &OperatingCycleArguments) -> Result<(), Failure> {
     let OperatingCycleArguments { files, fitted, .. } = arguments;
-    let base = &base(fitted)?;
+    let base = &fitted.base()?;
     let mappings = mappings(&arguments.map)?;
     let radius_range_m = arguments.radius_range.as_ref().map(|range| [range[0], range[1]]);
     let standard = RoadOptions::default();
@@ -87,32 +253,16 @@ fn operating_cycle(arguments: &OperatingCycleArguments) -> Result<(), Failure> {
     deliver(fitted, "operating-cycle", files, &answer)
 }
 
-fn traffic(arguments: &TrafficArguments) -> Result<(), Failure> {
-    let TrafficArguments { file, map, fitted, utc_offset } = arguments;
-    let base = &base(fitted)?;
+fn hourly<Fit: Serialize>(
+    arguments: &HourlyFitArguments,
+    command: &str,
+    ask: fn(&HourlyFitRequest) -> Result<FitAnswer<Fit>, Error>,
+) -> Result<(), Failure> {
+    let HourlyFitArguments { file, map, utc_offset, fitted } = arguments;
+    let base = &fitted.base()?;
     let (table, mappings) = (Source::File(file.clone()), mappings(map)?);
-    let request = TrafficRequest { table, mappings, base, utc_offset_h: *utc_offset };
-    let answer = ocmc_api::fit_traffic(&request)?;
-    deliver(fitted, "traffic", std::slice::from_ref(file), &answer)
-}
-
-fn weather(arguments: &WeatherArguments) -> Result<(), Failure> {
-    let WeatherArguments { file, map, fitted, utc_offset } = arguments;
-    let base = &base(fitted)?;
-    let (table, mappings) = (Source::File(file.clone()), mappings(map)?);
-    let request = WeatherRequest { table, mappings, base, utc_offset_h: *utc_offset };
-    let answer = ocmc_api::fit_weather(&request)?;
-    deliver(fitted, "weather", std::slice::from_ref(file), &answer)
-}
-
-/// The study that keeps what is not fitted.
-fn base(arguments: &FittedArguments) -> Result<StudyModel, Failure> {
-    Ok(study::load(&arguments.base, &[] as &[&str])?.model)
-}
-
-/// Files to read.
-pub(crate) fn sources(files: &[PathBuf]) -> Vec<Source> {
-    files.iter().cloned().map(Source::File).collect()
+    let request = HourlyFitRequest { table, mappings, base, utc_offset_h: *utc_offset };
+    deliver(fitted, command, from_ref(file), &ask(&request)?)
 }
 
 /// Prints the answer of a fit, and writes the study with fitted values, where one was asked for.

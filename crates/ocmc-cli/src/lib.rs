@@ -1,35 +1,32 @@
 //! The `ocmc` command as a library: arguments, calls, printing. The native program and the wheel's
 //! script are both one call of [`run_from`].
 
+mod analysis;
 mod arguments;
-mod compare;
-mod completions;
-mod curves;
 mod cycle;
-mod drive;
 mod failure;
+mod failure_report;
 mod fit;
-mod identify;
 mod interrupt;
-mod man;
-mod merge;
+mod log;
 mod output;
 mod progress;
-mod report;
-mod request;
 mod run;
-mod sensitivity;
 mod study;
-mod study_report;
-mod table_file;
-mod terminal;
-mod trace;
 
-use arguments::{Arguments, Command};
+use analysis::{CompareArguments, SensitivityArguments};
 use clap::error::ErrorKind;
-use clap::{CommandFactory, FromArgMatches};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+use clap_complete::Shell;
+use cycle::CycleArguments;
 use failure::Failure;
+use fit::FitCommand;
+use log::{CurvesArguments, IdentifyArguments};
+use run::{DriveArguments, MergeArguments, ReportArguments, RunArguments};
 use std::ffi::OsString;
+use std::fs;
+use std::path::{Path, PathBuf};
+use study::StudyCommand;
 
 /// Done.
 pub const DONE: i32 = 0;
@@ -37,6 +34,70 @@ pub const DONE: i32 = 0;
 pub const FAILED: i32 = 1;
 /// Wrong usage.
 pub const WRONG_USAGE: i32 = 2;
+
+/// Energy use of fleets of trucks, by simulation of many random operating cycles.
+///
+/// Without a sub-command, runs a study: draws roads, weathers, traffics, missions, drivers and
+/// trucks, drives each cycle in closed loop, and prints how consumption, speed and duration are
+/// distributed over the fleet.
+#[derive(Clone, Debug, Parser)]
+#[command(name = "ocmc", version, args_conflicts_with_subcommands = true, after_help = EXAMPLES)]
+struct Arguments {
+    #[command(flatten)]
+    run: RunArguments,
+    #[command(subcommand)]
+    command: Option<Command>,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  ocmc --cycles 10000                                  the built-in study `field-truck`
+  ocmc --study my-fleet.toml --seed 7 --out runs/a     a study file, each cycle's record in runs/a
+  ocmc --out runs/a --resume                           finish what an interrupted run began
+  ocmc --set driver.curve_speed.exponent=0.5 --json    one value changed, the answer as JSON
+
+Exit status: 0 done, 1 the input or the run failed or was interrupted, 2 wrong usage.";
+
+/// The sub-commands.
+#[derive(Clone, Debug, Subcommand)]
+enum Command {
+    /// Lists, shows, writes and checks study files
+    #[command(subcommand)]
+    Study(StudyCommand),
+    /// Writes one operating cycle: road, events, weather and traffic, as CSV tracks or JSON
+    Cycle(CycleArguments),
+    /// Drives given operating cycles with drivers, weathers, payloads and trucks of a study
+    Drive(DriveArguments),
+    /// Writes the simulated time series of one cycle: speed, pedals, gear, fuel, forces
+    Trace(CycleArguments),
+    /// Shares out the variance between cycles: which factors the spread comes from
+    Sensitivity(SensitivityArguments),
+    /// Compares studies under common random numbers: the paired difference and its interval
+    Compare(CompareArguments),
+    /// Merges the parts of one run, from many machines, into the run that one machine would have
+    /// written
+    Merge(MergeArguments),
+    /// Writes the report of a run: one HTML file that opens offline
+    Report(ReportArguments),
+    /// Estimates the numbers of a study from measurements
+    #[command(subcommand)]
+    Fit(FitCommand),
+    /// Finds the curves that were driven, from logs of speed and yaw rate
+    Curves(CurvesArguments),
+    /// Identifies the pedal gains of drivers, from logs of speed, pedals and slope
+    Identify(IdentifyArguments),
+    /// Prints a script that completes the command line of a shell
+    Completions {
+        /// The shell
+        shell: Shell,
+    },
+    /// Writes the manual pages
+    Man {
+        /// Directory to write them to
+        #[arg(long, value_name = "DIR")]
+        out: PathBuf,
+    },
+}
 
 /// Runs the command with these arguments, the program's name first, and returns its exit status.
 pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> i32 {
@@ -48,23 +109,23 @@ pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> i32 {
         None => run::run(&arguments.run),
         Some(Command::Study(command)) => study::study(command),
         Some(Command::Cycle(arguments)) => cycle::cycle(arguments),
-        Some(Command::Drive(arguments)) => drive::drive(arguments),
-        Some(Command::Trace(arguments)) => trace::trace(arguments),
+        Some(Command::Drive(arguments)) => run::drive(arguments),
+        Some(Command::Trace(arguments)) => cycle::trace(arguments),
         Some(Command::Fit(command)) => fit::fit(command),
-        Some(Command::Curves(arguments)) => curves::curves(arguments),
-        Some(Command::Identify(arguments)) => identify::identify(arguments),
-        Some(Command::Sensitivity(arguments)) => sensitivity::sensitivity(arguments),
-        Some(Command::Compare(arguments)) => compare::compare(arguments),
-        Some(Command::Merge(arguments)) => merge::merge(arguments),
-        Some(Command::Report(arguments)) => report::report(arguments),
-        Some(Command::Completions { shell }) => completions::completions(*shell),
-        Some(Command::Man { out }) => man::man(out),
+        Some(Command::Curves(arguments)) => log::curves(arguments),
+        Some(Command::Identify(arguments)) => log::identify(arguments),
+        Some(Command::Sensitivity(arguments)) => analysis::sensitivity(arguments),
+        Some(Command::Compare(arguments)) => analysis::compare(arguments),
+        Some(Command::Merge(arguments)) => run::merge(arguments),
+        Some(Command::Report(arguments)) => run::report(arguments),
+        Some(Command::Completions { shell }) => completions(*shell),
+        Some(Command::Man { out }) => man(out),
     };
     match done {
         Ok(()) => DONE,
         Err(Failure::Usage(message)) => usage(&wrong_usage(&path, &message)),
         Err(failure) => {
-            output::note(&failure.report());
+            output::note(&failure_report::report(&failure));
             FAILED
         }
     }
@@ -102,5 +163,30 @@ fn usage(answer: &clap::Error) -> i32 {
         Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => FAILED,
         _ if answer.use_stderr() => WRONG_USAGE,
         _ => DONE,
+    }
+}
+
+/// Prints the script that completes the command line of a shell.
+fn completions(shell: Shell) -> Result<(), Failure> {
+    let mut script = Vec::new();
+    clap_complete::generate(shell, &mut Arguments::command(), "ocmc", &mut script);
+    output::answer_bytes(&script)
+}
+
+/// Writes manual pages, one for each sub-command, to a directory, which is created where it does
+/// not exist.
+fn man(directory: &Path) -> Result<(), Failure> {
+    fs::create_dir_all(directory)
+        .and_then(|()| clap_mangen::generate_to(Arguments::command(), directory))
+        .map_err(|source| Failure::File { path: directory.to_owned(), source })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_definitions_are_consistent() {
+        Arguments::command().debug_assert();
     }
 }

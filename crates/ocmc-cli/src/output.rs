@@ -1,13 +1,23 @@
-//! The two ways out: the answer to standard output, everything else to standard error. Neither can
-//! panic.
+//! The ways out: the answer to standard output or a file, everything else to standard error. None
+//! can panic.
 
 use crate::failure::Failure;
-use crate::terminal::width;
 use ocmc_api::{Answer, RunAnswer};
+use serde::Serialize;
+use std::fs;
 use std::io::{self, ErrorKind, Write};
+use std::path::Path;
+use terminal_size::{Height, Width, terminal_size_of};
 
 /// Longest line of a hint or an error, in characters: a file without line ends is no message.
 const LONGEST_LINE: usize = 2000;
+
+/// Width of what is printed where there is no terminal.
+const DEFAULT_WIDTH: usize = 80;
+
+/// Widths between which text is fitted to a terminal.
+const NARROWEST: usize = 40;
+const WIDEST: usize = 160;
 
 /// Writes a part of the answer. A reader who has seen enough and closed the pipe is no failure.
 pub(crate) fn answer(text: &str) -> Result<(), Failure> {
@@ -32,7 +42,53 @@ pub(crate) fn print(found: &impl Answer, json: bool) -> Result<(), Failure> {
 
 /// As [`print`], of a run, as wide as the terminal is.
 pub(crate) fn print_run(run: &RunAnswer, json: bool) -> Result<(), Failure> {
-    answer(&if json { run.to_indented_json() } else { run.text_of_width(width()) })
+    let width = width(terminal_size_of(io::stdout()));
+    answer(&if json { run.to_indented_json() } else { run.text_of_width(width) })
+}
+
+/// Where a table goes: a file, in the format of its extension, or standard output as CSV.
+pub(crate) struct Target<'a> {
+    path: Option<&'a Path>,
+    json: bool,
+}
+
+impl<'a> Target<'a> {
+    /// Works out the format from the name of the file.
+    pub(crate) fn of(path: Option<&'a Path>) -> Result<Self, Failure> {
+        let extension = path.map(|path| path.extension().and_then(|extension| extension.to_str()));
+        match extension {
+            None | Some(Some("csv")) => Ok(Self { path, json: false }),
+            Some(Some("json")) => Ok(Self { path, json: true }),
+            Some(_) => {
+                let text = "the name after --out has to end in `.csv` or `.json`";
+                Err(Failure::Usage(text.to_owned()))
+            }
+        }
+    }
+
+    /// Writes what has a form for each format.
+    pub(crate) fn write(
+        &self,
+        answer: &impl Serialize,
+        csv: impl FnOnce(&mut Vec<u8>) -> io::Result<()>,
+    ) -> Result<(), Failure> {
+        let mut bytes = Vec::new();
+        if self.json {
+            serde_json::to_writer(&mut bytes, answer).expect("numbers, and keys that are words");
+            bytes.push(b'\n');
+        } else {
+            csv(&mut bytes).expect("memory takes what is written to it");
+        }
+        match self.path {
+            None => answer_bytes(&bytes),
+            Some(path) => write(path, &bytes),
+        }
+    }
+}
+
+/// Writes a file; an existing one is replaced.
+pub(crate) fn write(path: &Path, content: impl AsRef<[u8]>) -> Result<(), Failure> {
+    fs::write(path, content).map_err(|source| Failure::File { path: path.to_owned(), source })
 }
 
 /// Writes a hint or an error. Where this fails, there is nowhere to report it.
@@ -70,6 +126,11 @@ fn is_colour(text: &str) -> bool {
     text.strip_prefix("\u{1b}[").is_some_and(|rest| {
         rest.trim_start_matches(|c: char| c.is_ascii_digit() || c == ';').starts_with('m')
     })
+}
+
+/// Columns that text may have on a terminal of that size, where there is one.
+pub(crate) fn width(size: Option<(Width, Height)>) -> usize {
+    size.map_or(DEFAULT_WIDTH, |(width, _)| usize::from(width.0).clamp(NARROWEST, WIDEST))
 }
 
 #[cfg(test)]

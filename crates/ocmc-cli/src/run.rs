@@ -1,15 +1,121 @@
-//! `ocmc`: runs a study and prints what its fleet adds up to.
+//! `ocmc`, `ocmc drive`, `ocmc merge`, `ocmc report`: runs a study or what is given, and prints what
+//! its fleet adds up to.
 
-use crate::arguments::RunArguments;
+use crate::arguments::{StudyOptions, check_range, one_of, precision, whole_number};
 use crate::failure::Failure;
+use crate::output::{self, warn};
 use crate::progress::watched;
-use crate::{output, request};
+use clap::Args;
+use clap::builder::ArgPredicate;
 use ocmc_api::shell_word::{quoted, resume_command, shell_word};
 use ocmc_api::{
-    GivenDrive, MANIFEST, Manifest, ResumeRequest, RouteModel, RunAnswer, RunEnd, RunPlan,
-    RunRequest, SUMMARY, study,
+    CpuLevel, Error, FOLLOWS, FORMATS, Follow, GivenDrive, KEEPS, Keep, LAST_CYCLE_ID, MANIFEST,
+    MOST_THREADS, Manifest, MergeRequest, Precision, REPORT, RecordFormat, ResumeRequest,
+    RouteModel, RunAnswer, RunEnd, RunPlan, RunRequest, SUMMARY, directory_of, mappings, read_run,
 };
-use std::path::Path;
+use std::path::{Path, PathBuf};
+
+/// Most cycles that can be driven at a time by a thread: their records wait in memory.
+const LARGEST_CHUNK: u64 = 65_536;
+
+/// Options of a run.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct RunArguments {
+    #[command(flatten)]
+    study: StudyOptions,
+    /// Number of cycles
+    #[arg(long, value_name = "N", default_value = "1000", default_value_if("precision", ArgPredicate::IsPresent, "1000000"), allow_negative_numbers = true, value_parser = whole_number(1..=LAST_CYCLE_ID))]
+    cycles: u64,
+    /// Ends the run when half of the 95 % interval of the mean consumption is that small, relative
+    /// to the mean, as in 0.2%; of a quantile as in p95:1%. --cycles is then the largest number
+    /// [default: 1000000]
+    #[arg(long, value_name = "PRECISION", value_parser = precision)]
+    precision: Option<Precision>,
+    /// Id of the first cycle: a run can be shared out over machines
+    #[arg(long, value_name = "ID", default_value = "0", allow_negative_numbers = true, value_parser = whole_number(0..=LAST_CYCLE_ID - 1))]
+    first_cycle: u64,
+    /// Master seed: with the study and a cycle's id it fixes everything that happens in the cycle
+    #[arg(long, value_name = "N", default_value = "1", allow_negative_numbers = true, value_parser = whole_number(0..=u64::MAX))]
+    seed: u64,
+    /// Threads [default: one for each CPU]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole_number(1..=MOST_THREADS))]
+    threads: Option<usize>,
+    /// Directory for the records, the manifest and the summary of the run; without it nothing is
+    /// written
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Finishes the interrupted run in --out: study, seed, range and format are those of the run
+    #[arg(long, requires = "out", conflicts_with_all = ["study", "set", "cycles", "precision", "first_cycle", "seed", "format"])]
+    resume: bool,
+    /// Format of the records
+    #[arg(long, value_name = "FORMAT", default_value = "parquet", requires = "out", value_parser = one_of(FORMATS))]
+    format: RecordFormat,
+    /// No progress and no hints
+    #[arg(long)]
+    quiet: bool,
+    /// The answer as JSON
+    #[arg(long)]
+    json: bool,
+    /// Instructions to use: the records do not depend on it
+    #[arg(long, hide = true, value_parser = one_of(CpuLevel::ALL.map(|level| (level.name(), "", level))))]
+    cpu_level: Option<CpuLevel>,
+    /// Cycles that a thread drives at a time: the records do not depend on it
+    #[arg(long, hide = true, allow_negative_numbers = true, value_parser = whole_number(1..=LARGEST_CHUNK))]
+    chunk: Option<u64>,
+}
+
+/// A run on given routes.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct DriveArguments {
+    /// Files with operating cycles: VECTO's `.vdri`, tracks or JSON of `ocmc cycle`, or a route as
+    /// `.csv`. Of several, each cycle drives one, by the weights of the study's `mission.routes`
+    #[arg(value_name = "FILE", required = true)]
+    files: Vec<PathBuf>,
+    /// Says which column of a table is what, as in speed_limit_kmh=vmax; may be repeated
+    #[arg(long, value_name = "NAME=COLUMN")]
+    map: Vec<String>,
+    /// What is taken from the file instead of being drawn from the study; may be repeated or joined
+    /// by commas
+    #[arg(long, value_name = "WHAT", value_delimiter = ',', value_parser = one_of(KEEPS))]
+    keep: Vec<Keep>,
+    /// Follows the speed of a drive cycle, a `.csv` with time, speed and grade; or, exactly, the
+    /// speed planned on a route
+    #[arg(long, value_name = "HOW", value_parser = one_of(FOLLOWS))]
+    follow_speed: Option<Follow>,
+    #[command(flatten)]
+    run: RunArguments,
+}
+
+/// The run to report on.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct ReportArguments {
+    /// Directory of a run, as --out wrote it
+    #[arg(value_name = "RUN_DIR")]
+    directory: PathBuf,
+    /// File to write; an existing one is replaced [default: report.html in the run directory]
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+}
+
+/// Parts to merge.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct MergeArguments {
+    /// Run directories of the parts, in any order
+    #[arg(value_name = "PART", required = true)]
+    parts: Vec<PathBuf>,
+    /// Directory for the whole run
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Format of the records [default: that of the first part]
+    #[arg(long, value_name = "FORMAT", value_parser = one_of(FORMATS))]
+    format: Option<RecordFormat>,
+    /// No hints
+    #[arg(long)]
+    quiet: bool,
+    /// The answer as JSON
+    #[arg(long)]
+    json: bool,
+}
 
 /// Runs the study, writes its records where asked to, and prints the answer.
 pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
@@ -17,34 +123,78 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
 }
 
 /// As [`run`], with what is given to be driven.
-pub(crate) fn run_given(arguments: &RunArguments, given: &GivenDrive) -> Result<(), Failure> {
-    let level = request::level(arguments)?;
-    let RunArguments { threads, chunk, .. } = *arguments;
+fn run_given(arguments: &RunArguments, given: &GivenDrive) -> Result<(), Failure> {
+    let RunArguments { seed, first_cycle, cycles, threads, chunk, quiet, json, .. } = *arguments;
+    let level = level(arguments.cpu_level)?;
     let answer = match (&arguments.out, arguments.resume) {
         (Some(directory), true) => {
             let request = ResumeRequest { directory, given, threads, chunk, level };
-            watched(arguments.quiet, |watch| ocmc_api::resume(&request, watch))?
+            watched(quiet, |watch| ocmc_api::resume(&request, watch))?
         }
         (out, _) => {
-            let plan = RunPlan { level, ..request::plan(arguments)? };
-            let study = &study::load(&arguments.study, &arguments.set)?;
-            let out = out.clone().map(|path| (path, arguments.format.into()));
+            check_range(first_cycle, cycles)?;
+            let plan = RunPlan::new(seed, first_cycle, cycles, threads, chunk);
+            let plan = RunPlan { level, ..plan };
+            let study = &arguments.study.load()?;
+            let out = out.clone().map(|path| (path, arguments.format));
             let precision = arguments.precision.clone();
             let request = RunRequest { study, given, plan, precision, out };
-            watched(arguments.quiet, |watch| ocmc_api::run(&request, &mut |_| (), watch))?
+            watched(quiet, |watch| ocmc_api::run(&request, &mut |_| (), watch))?
         }
     };
-    output::print_run(&answer, arguments.json)?;
+    output::print_run(&answer, json)?;
     let out = arguments.out.as_deref();
     match (answer.ended, out) {
         (RunEnd::Interrupted, out) => return Err(interrupted(&answer, out)),
-        _ if arguments.quiet => {}
+        _ if quiet => {}
         (RunEnd::WasComplete, Some(path)) => {
             output::note(&format!("`{}` was complete already: nothing was run.", path.display()));
         }
-        _ if arguments.json => {}
+        _ if json => {}
         (_, out) => output::note(&more(out, &answer, given)),
     }
+    Ok(())
+}
+
+/// The instructions to use.
+fn level(asked: Option<CpuLevel>) -> Result<CpuLevel, Failure> {
+    let level = asked.unwrap_or_else(CpuLevel::best);
+    if level.is_available() {
+        return Ok(level);
+    }
+    let available = CpuLevel::ALL.into_iter().filter(|level| level.is_available());
+    let available = available.map(CpuLevel::name).collect::<Vec<_>>().join(", ");
+    let name = level.name();
+    Err(Failure::Usage(format!("this CPU has no {name}; allowed is one of: {available}")))
+}
+
+/// Reads what is given, runs the study on it, and prints the answer.
+pub(crate) fn drive(arguments: &DriveArguments) -> Result<(), Failure> {
+    let DriveArguments { files, map, keep, follow_speed, run } = arguments;
+    let given = GivenDrive::read(files.clone(), mappings(map)?, keep.clone(), *follow_speed)
+        .map_err(Error::from)?;
+    given.warnings().iter().for_each(|warning| warn(warning));
+    run_given(run, &given)
+}
+
+/// Merges the parts of one run, from many machines, and prints what their fleet adds up to.
+pub(crate) fn merge(arguments: &MergeArguments) -> Result<(), Failure> {
+    let MergeArguments { parts, out, format, quiet, json } = arguments;
+    let answer = ocmc_api::merge(&MergeRequest { parts, out, format: *format })?;
+    output::print_run(&answer, *json)?;
+    if !quiet && !json {
+        output::note(&written(out, &answer.manifest));
+    }
+    Ok(())
+}
+
+/// Reads a run and writes its report: one HTML file.
+pub(crate) fn report(arguments: &ReportArguments) -> Result<(), Failure> {
+    let ReportArguments { directory, out } = arguments;
+    let run = read_run(directory).map_err(Error::from)?;
+    let path = out.clone().unwrap_or_else(|| directory_of(directory).join(REPORT));
+    output::write(&path, ocmc_api::report(&run))?;
+    output::note(&format!("Written: `{}`. Any browser opens it.", path.display()));
     Ok(())
 }
 
@@ -71,12 +221,11 @@ fn interrupted(answer: &RunAnswer, out: Option<&Path>) -> Failure {
 fn more(out: Option<&Path>, answer: &RunAnswer, given: &GivenDrive) -> String {
     let manifest = &answer.manifest;
     let kept = match out {
-        Some(path) => written(path, manifest),
+        Some(path) => {
+            let (written, word) = (written(path, manifest), shell_word(path));
+            format!("{written} `ocmc report {word}` makes a page of it.")
+        }
         None => "More: --out DIR keeps a record of each cycle.".to_owned(),
-    };
-    let kept = match out {
-        Some(path) => format!("{kept} `ocmc report {}` makes a page of it.", shell_word(path)),
-        None => kept,
     };
     // `trace` knows no followed speed
     if manifest.followed.is_some() {
@@ -113,6 +262,6 @@ fn routes_setting(routes: &[RouteModel]) -> String {
 }
 
 /// What was written, and where.
-pub(crate) fn written(path: &Path, manifest: &Manifest) -> String {
+fn written(path: &Path, manifest: &Manifest) -> String {
     format!("Written to `{}`: {}, {MANIFEST}, {SUMMARY}.", path.display(), manifest.records)
 }

@@ -1,24 +1,102 @@
 //! `ocmc study`: lists, shows, writes and checks study files.
 
-use crate::arguments::{BirdsEyeArguments, StudyArguments, StudyCommand};
+use crate::arguments::RangeArguments;
 use crate::failure::Failure;
-use crate::{output, request};
+use crate::output;
+use clap::{Args, Subcommand};
 use ocmc_api::shell_word::shell_word;
-use ocmc_api::{BirdsEyeRequest, RunPlan, go_on, study};
+use ocmc_api::study::{self, LoadedStudy};
+use ocmc_api::{BirdsEyeRequest, go_on};
 use std::fmt::Write as _;
 use std::fs::OpenOptions;
 use std::io::{ErrorKind, Write as _};
-use std::path::Path;
+use std::path::{Path, PathBuf};
+
+/// What can be done with studies.
+#[derive(Clone, Debug, Subcommand)]
+pub(crate) enum StudyCommand {
+    /// Lists the built-in studies
+    List,
+    /// Prints a study or vehicle, a built-in one or a file, as it is written, with its sources
+    Show {
+        /// Prints every value of the study that a run uses instead, those inherited or given by
+        /// --set included
+        #[arg(long)]
+        resolved: bool,
+        #[command(flatten)]
+        study: StudyArguments,
+    },
+    /// Writes a new study file, with every key, its unit, its source and its range
+    Init {
+        /// File to write
+        file: PathBuf,
+    },
+    /// Checks a study file
+    Check {
+        #[command(flatten)]
+        study: StudyArguments,
+    },
+    /// Looks at the roads that a study draws from above: hilliness, transport cycle, how dense
+    /// stops and curves are
+    BirdsEye(BirdsEyeArguments),
+    /// Prints the JSON schema of study files
+    Schema,
+}
+
+/// A study as a positional argument.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct StudyArguments {
+    /// Name of a built-in study, or a study file
+    #[arg(value_name = "NAME|FILE")]
+    study: String,
+    /// Replaces one value of the study, as in driver.curve_speed.exponent=0.5; may be repeated
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+}
+
+impl StudyArguments {
+    fn load(&self) -> Result<LoadedStudy, Failure> {
+        Ok(study::load(&self.study, &self.set)?)
+    }
+}
+
+/// Roads of a study.
+#[derive(Clone, Debug, Args)]
+#[command(mut_arg("cycles", |cycles| cycles.default_value("100").help("Number of operating cycles that are drawn")))]
+pub(crate) struct BirdsEyeArguments {
+    #[command(flatten)]
+    study: StudyArguments,
+    #[command(flatten)]
+    range: RangeArguments,
+    /// The answer as JSON
+    #[arg(long)]
+    json: bool,
+}
 
 /// Does what was asked for.
 pub(crate) fn study(command: &StudyCommand) -> Result<(), Failure> {
     match command {
         StudyCommand::List => list(),
-        StudyCommand::Show { resolved: false, study } => show(study),
-        StudyCommand::Show { resolved: true, study } => show_resolved(study),
+        StudyCommand::Show { resolved: true, study } => {
+            output::answer(&study::resolved_toml(&study.load()?.model))
+        }
+        // as it is written: what is set is no part of that
+        StudyCommand::Show { study, .. } if !study.set.is_empty() => Err(Failure::Usage(
+            "--set changes values, which a study as it is written does not show; add --resolved"
+                .to_owned(),
+        )),
+        StudyCommand::Show { study, .. } => output::answer(&study::text(&study.study)?),
         StudyCommand::Init { file } => init(file),
-        StudyCommand::Check { study } => check(study),
-        StudyCommand::BirdsEye(arguments) => birds_eye(arguments),
+        StudyCommand::Check { study } => {
+            let LoadedStudy { origin, model, .. } = study.load()?;
+            let (name, hash) = (&model.study.name, study::study_hash(&model));
+            output::answer(&format!("{origin}: a valid study, `{name}`, hash {hash}\n"))
+        }
+        StudyCommand::BirdsEye(BirdsEyeArguments { study, range, json }) => {
+            let study = &study.load()?;
+            let request = BirdsEyeRequest { study, plan: range.plan(None)? };
+            output::print(&ocmc_api::birds_eye(&request, &mut go_on)?, *json)
+        }
         StudyCommand::Schema => output::answer(&format!("{:#}\n", study::schema())),
     }
 }
@@ -30,21 +108,6 @@ fn list() -> Result<(), Failure> {
         let _ = writeln!(text, "{:width$}  {}", study.name, study.description());
     }
     output::answer(&text)
-}
-
-/// As it is written: what is set is no part of that.
-fn show(arguments: &StudyArguments) -> Result<(), Failure> {
-    if !arguments.set.is_empty() {
-        return Err(request::usage(
-            "--set changes values, which a study as it is written does not show; add --resolved",
-        ));
-    }
-    output::answer(&study::text(&arguments.study)?)
-}
-
-fn show_resolved(arguments: &StudyArguments) -> Result<(), Failure> {
-    let loaded = study::load(&arguments.study, &arguments.set)?;
-    output::answer(&study::resolved_toml(&loaded.model))
 }
 
 fn init(path: &Path) -> Result<(), Failure> {
@@ -64,23 +127,4 @@ pub(crate) fn write_new(path: &Path, text: &str) -> Result<(), Failure> {
         ErrorKind::AlreadyExists => Failure::Exists { path: path.to_owned() },
         _ => Failure::File { path: path.to_owned(), source },
     })
-}
-
-fn check(arguments: &StudyArguments) -> Result<(), Failure> {
-    let loaded = study::load(&arguments.study, &arguments.set)?;
-    output::answer(&format!(
-        "{}: a valid study, `{}`, hash {}\n",
-        loaded.origin,
-        loaded.model.study.name,
-        study::study_hash(&loaded.model)
-    ))
-}
-
-fn birds_eye(arguments: &BirdsEyeArguments) -> Result<(), Failure> {
-    let loaded = study::load(&arguments.study.study, &arguments.study.set)?;
-    let BirdsEyeArguments { seed, first_cycle, cycles, json, .. } = *arguments;
-    request::check_range(first_cycle, cycles)?;
-    let plan = RunPlan::new(seed, first_cycle, cycles, None, None);
-    let answer = ocmc_api::birds_eye(&BirdsEyeRequest { study: &loaded, plan }, &mut go_on)?;
-    output::print(&answer, json)
 }

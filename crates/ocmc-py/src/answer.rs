@@ -17,14 +17,3 @@ pub(crate) fn warn(py: Python, text: &str) -> PyResult<()> {
     let text = CString::new(text.replace('\0', " ")).expect("no zeros are left");
     PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 1)
 }
-
-/// Asks a question that warns, and passes its warnings on where it has an answer.
-pub(crate) fn warned<T>(
-    py: Python,
-    ask: impl FnOnce(&mut (dyn FnMut(&str) + Send)) -> PyResult<T>,
-) -> PyResult<T> {
-    let mut warnings = Vec::new();
-    let answer = ask(&mut |text: &str| warnings.push(text.to_owned()))?;
-    warnings.iter().try_for_each(|warning| warn(py, warning))?;
-    Ok(answer)
-}

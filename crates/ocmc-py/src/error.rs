@@ -11,7 +11,7 @@ use std::io;
 use std::path::Path;
 
 /// A question without an answer: `OSError` where a file is at fault, otherwise `ValueError`.
-pub(crate) fn exception(error: &Error) -> PyErr {
+pub(crate) fn exception(error: Error) -> PyErr {
     if let Some(source) = error.system() {
         // the kind of the system's error with the text of ours
         return io::Error::new(source.kind(), error.to_string()).into();
@@ -32,7 +32,7 @@ pub(crate) fn exception(error: &Error) -> PyErr {
 }
 
 /// A study that is not one: `OSError` where a file is at fault, otherwise `ValueError`.
-pub(crate) fn study_error(error: &StudyFileError) -> PyErr {
+pub(crate) fn study_error(error: StudyFileError) -> PyErr {
     let text = error.to_string();
     match error.faults.first().map(|fault| &fault.cause) {
         Some(Cause::UnknownName { name, .. }) if is_path(name) => {

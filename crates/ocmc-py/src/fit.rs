@@ -1,16 +1,16 @@
 //! Fits: from measurements to the numbers of a study.
 
-use crate::answer::{answer, warned};
+use crate::answer::answer;
 use crate::error::exception;
-use crate::input::{input, inputs};
-use crate::log::mappings;
-use crate::progress::watched;
-use crate::study::PyStudy;
-use crate::value::one_of;
-use ocmc_api::study::{self, StudyModel};
+use crate::input::{input, inputs, is_path, is_table, mappings, sequence};
+use crate::log::steering;
+use crate::operating_cycle::PyOperatingCycle;
+use crate::progress::warned;
+use crate::study::{PyStudy, base_model};
+use crate::value::{one_of, utc_offset, wrong_type};
 use ocmc_api::{
-    Coding, CurveSpeedOptions, CurveSpeedRequest, SpeedChangeOptions, SpeedChangeRequest,
-    fit_curve_speed as ask_curve_speed, fit_speed_change as ask_speed_change,
+    Answer, CODINGS, CurveOptions, CurveSpeedOptions, CurveSpeedRequest, Error, HourlyFitRequest,
+    OperatingCycleRequest, RoadOptions, RoadSource, SpeedChangeOptions, SpeedChangeRequest,
 };
 use pyo3::prelude::*;
 use std::collections::BTreeMap;
@@ -108,19 +108,7 @@ pub(crate) fn fit_curve_speed<'py>(
     let mappings = mappings(columns)?;
     let (curves, base) = (input(curves, "curves")?, &base_model(base));
     let request = CurveSpeedRequest { curves, mappings, base, options, tobit };
-    let fitted = py.detach(|| ask_curve_speed(&request));
-    answer(py, &fitted.map_err(|error| exception(&error))?)
-}
-
-const CODINGS: [(&str, Coding); 2] =
-    [("sum_to_zero", Coding::SumToZero), ("treatment", Coding::Treatment)];
-
-/// The study that keeps what is not fitted.
-pub(crate) fn base_model(base: Option<&Bound<PyStudy>>) -> StudyModel {
-    match base {
-        Some(study) => study.get().loaded().model.clone(),
-        None => study::load("field-truck", &[] as &[&str]).expect("a built-in study is one").model,
-    }
+    answer(py, &py.detach(|| ocmc_api::fit_curve_speed(&request)).map_err(exception)?)
 }
 
 /// Fit accelerations and decelerations at changes of the speed limit: log-normal laws.
@@ -174,14 +162,10 @@ pub(crate) fn base_model(base: Option<&Bound<PyStudy>>) -> StudyModel {
 /// (0.543, 3)
 /// >>> study = ocmc.Study({"study": {"base": "field-truck"}} | fit["study"])
 #[pyfunction]
-#[pyo3(
-    signature = (
-        table, *, columns=None, base=None, untruncated=false, window_s=3.0, smallest_acceleration_mps2=0.2,
-        smallest_deceleration_mps2=0.4
-    ),
-    text_signature = "(table, *, columns=None, base=None, untruncated=False, window_s=3.0, \
-                      smallest_acceleration_mps2=0.2, smallest_deceleration_mps2=0.4)"
-)]
+#[pyo3(signature = (
+    table, *, columns=None, base=None, untruncated=false, window_s=3.0, smallest_acceleration_mps2=0.2,
+    smallest_deceleration_mps2=0.4
+))]
 pub(crate) fn fit_speed_change<'py>(
     py: Python<'py>,
     table: &Bound<'py, PyAny>,
@@ -201,7 +185,259 @@ pub(crate) fn fit_speed_change<'py>(
     let mappings = mappings(columns)?;
     let (tables, base) = (&inputs(table, "table")?[..], &base_model(base));
     let request = SpeedChangeRequest { tables, mappings, base, options, untruncated };
+    answer(py, &warned(py, None, |warn, watch| ocmc_api::fit_speed_change(&request, warn, watch))?)
+}
+
+/// Fit the road model of given operating cycles or logs, and look at them from above.
+///
+/// Parameters
+/// ----------
+/// cycles : OperatingCycle, str, os.PathLike or table, or a list of these
+///     Operating cycles with the track ``road_type``: from `Study.operating_cycle`, or files as ``ocmc cycle`` writes them. Or logs:
+///     ``time_s``, ``speed_mps`` or ``speed_kmh``, and where known ``yaw_rate_radps``, ``limit_mps``, ``grade`` or ``altitude_m``,
+///     ``road_type``, ``map_object``, ``position_m``, ``payload_kg`` and others; any table that speaks Arrow, a dictionary of
+///     columns, or a CSV file.
+/// columns : dict of str to str, optional
+///     Which column of a log is what, such as ``{"speed_mph": "gps_speed"}``; then all files are logs.
+/// base : Study, optional
+///     The study with these road types that keeps what roads do not tell; ``field-truck`` by default.
+/// radius_range_m : tuple of float, optional
+///     Smallest and largest radius of the curves that are known, in m; the others are there and were not seen. 20 to 500 m for
+///     logs, all for operating cycles by default.
+/// road_type : str, optional
+///     Road type of logs without a column ``road_type``; by default it follows from the speed limit.
+/// altitude_average_m : float
+///     Length over which the altitudes of logs are averaged, in m.
+/// mission_stop_s : float
+///     Standstills of logs from this time on are stops of the mission, in s.
+/// split_ratio : float, optional
+///     Cut a curve of a log in two where its curvature steps by this factor or more.
+/// steering_ratio : float, optional
+///     Ratio of the steering, 1 to 100, for logs that only have the angle of the steering wheel.
+/// wheelbase_m : float, optional
+///     Wheelbase, 0.5 to 20 m, for such logs.
+///
+/// Returns
+/// -------
+/// Answer
+///     The content of ``ocmc fit operating-cycle --json``: ``types`` with their ``parameters``, ``junction_turn``, ``mission``,
+///     ``birds_eye`` and others; ``study`` is the part of a study that follows from it. Lengths are in m.
+///
+/// Raises
+/// ------
+/// ValueError
+///     Where a cycle has no road types, or one that the base study does not have, where a file is no operating cycle, where a log
+///     cannot be used, or where an option is out of its range.
+/// OSError
+///     Where a file cannot be read.
+///
+/// Warns
+/// -----
+/// UserWarning
+///     Where the roads do not tell something, which then stays as in the base study, and where a part of a log is not used.
+///
+/// Notes
+/// -----
+/// Maximum likelihood or moments of the model that draws each part of the road: the guide's page on it has the list.
+///
+/// Examples
+/// --------
+/// >>> import ocmc
+/// >>> study = ocmc.Study("field-truck")
+/// >>> fit = ocmc.fit_operating_cycle([study.operating_cycle(k) for k in range(20)])
+/// >>> fit["cycles"], [road["road_type"] for road in fit["types"]]
+/// (20, ['motorway', 'rural', 'urban'])
+#[pyfunction]
+#[pyo3(signature = (
+    cycles, *, columns=None, base=None, radius_range_m=None, road_type=None, altitude_average_m=200.0,
+    mission_stop_s=300.0, split_ratio=None, steering_ratio=None, wheelbase_m=None
+))]
+pub(crate) fn fit_operating_cycle<'py>(
+    py: Python<'py>,
+    cycles: &Bound<'py, PyAny>,
+    columns: Option<BTreeMap<String, String>>,
+    base: Option<&Bound<'py, PyStudy>>,
+    radius_range_m: Option<(f64, f64)>,
+    road_type: Option<String>,
+    altitude_average_m: f64,
+    mission_stop_s: f64,
+    split_ratio: Option<f64>,
+    steering_ratio: Option<f64>,
+    wheelbase_m: Option<f64>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let standard = RoadOptions::default();
+    let radius_range_m: Option<[f64; 2]> = radius_range_m.map(Into::into);
+    let options = RoadOptions {
+        curves: CurveOptions { split_ratio, ..standard.curves },
+        radius_range_m: radius_range_m.unwrap_or(standard.radius_range_m),
+        altitude_average_m,
+        mission_stop_s,
+        road_type,
+    };
+    let steering = steering(steering_ratio, wheelbase_m)?;
+    let mappings = mappings(columns)?;
+    let given = sequence(cycles, "cycles")?.unwrap_or_else(|| vec![cycles.clone()]);
+    let roads = given.iter().enumerate().map(|(k, cycle)| road(cycle, k));
+    let (roads, base) = (&roads.collect::<PyResult<Vec<_>>>()?[..], &base_model(base));
+    let request =
+        OperatingCycleRequest { roads, mappings, base, options, radius_range_m, steering };
     let fitted =
-        warned(py, |warn| watched(py, None, |watch| ask_speed_change(&request, warn, watch)))?;
+        warned(py, None, |warn, watch| ocmc_api::fit_operating_cycle(&request, warn, watch))?;
     answer(py, &fitted)
+}
+
+/// An operating cycle, or what one or a log is read from.
+fn road<'a>(cycle: &'a Bound<PyAny>, k: usize) -> PyResult<RoadSource<'a>> {
+    if let Ok(cycle) = cycle.cast::<PyOperatingCycle>() {
+        return Ok(RoadSource::Cycle(&cycle.get().0));
+    }
+    if !is_path(cycle)? && !is_table(cycle)? {
+        let allowed = "a path, a log or an ocmc.OperatingCycle, or a list of these";
+        return Err(wrong_type(cycle, "cycles", allowed));
+    }
+    Ok(RoadSource::Measured(input(cycle, &format!("cycles[{k}]"))?))
+}
+
+/// Fit traffic densities by the hour and road type.
+///
+/// Parameters
+/// ----------
+/// table : table, str or os.PathLike
+///     One row a measurement: ``road_type``, ``time`` (such as ``2024-03-01T14:00``) or ``time_s`` (from a midnight), one of
+///     ``density_share`` (of the density of standing traffic), ``density_per_m`` (vehicles per m and lane) and ``speed_ratio``
+///     (of the free speed), and, where there are several of a type, ``site``. Any table that speaks Arrow, a dictionary of
+///     columns, or a CSV file.
+/// columns : dict of str to str, optional
+///     Which column is what, such as ``{"time": "stamp"}``.
+/// base : Study, optional
+///     The study that keeps what was not measured; ``field-truck`` by default.
+/// utc_offset_h : float, optional
+///     Hours by which the place's standard time is ahead of UTC. Times in UTC need it; times with another offset are taken at that of
+///     the first row without it.
+///
+/// Returns
+/// -------
+/// Answer
+///     The content of ``ocmc fit traffic --json``: ``parameters``, ``n`` and others; ``study`` is the part of a study that
+///     follows from it.
+///
+/// Raises
+/// ------
+/// ValueError
+///     Where a column is missing or a cell is wrong, or where the measurements do not determine the densities.
+/// OSError
+///     Where the file cannot be read.
+///
+/// Warns
+/// -----
+/// UserWarning
+///     Where the measurements do not tell something, which then stays as in the base study.
+///
+/// Notes
+/// -----
+/// Off-peak and peak densities with an autoregression on the logit scale: the guide's page on it has the list.
+///
+/// Examples
+/// --------
+/// >>> import numpy as np, ocmc
+/// >>> time = 300.0 * np.arange(20 * 288)
+/// >>> share = 0.1 * np.exp(0.2 * np.random.default_rng(1).normal(size=time.size))
+/// >>> table = {"time_s": time, "road_type": ["rural"] * time.size, "density_share": share}
+/// >>> import warnings
+/// >>> with warnings.catch_warnings():
+/// ...     warnings.simplefilter("ignore")  # noise without a correlation
+/// ...     fit = ocmc.fit_traffic(table)
+/// >>> round(fit["study"]["traffic"]["types"]["rural"]["off_peak_share"], 1)
+/// 0.1
+#[pyfunction]
+#[pyo3(signature = (table, *, columns=None, base=None, utc_offset_h=None))]
+pub(crate) fn fit_traffic<'py>(
+    py: Python<'py>,
+    table: &Bound<'py, PyAny>,
+    columns: Option<BTreeMap<String, String>>,
+    base: Option<&Bound<'py, PyStudy>>,
+    utc_offset_h: Option<f64>,
+) -> PyResult<Bound<'py, PyAny>> {
+    hourly(py, table, columns, base, utc_offset_h, ocmc_api::fit_traffic)
+}
+
+/// Fit the climate of hourly records.
+///
+/// Parameters
+/// ----------
+/// table : table, str or os.PathLike
+///     One row an hour: ``time`` (such as ``2024-03-01T14:00``, the place's standard time) or ``time_s`` (from a midnight of
+///     1 January), and any of ``temperature_k`` or ``temperature_c``, ``pressure_pa`` or ``pressure_hpa``, ``relative_humidity``
+///     (0 to 1) or ``relative_humidity_percent``, ``precipitation_mps`` or ``precipitation_mm_per_h``, ``wind_speed_mps``,
+///     ``wind_direction_rad`` or ``wind_direction_deg``. Any table that speaks Arrow, a dictionary of columns, or a CSV file.
+/// columns : dict of str to str, optional
+///     Which column is what, such as ``{"time": "stamp"}``.
+/// base : Study, optional
+///     The study that keeps what was not recorded; ``field-truck`` by default.
+/// utc_offset_h : float, optional
+///     Hours by which the place's standard time is ahead of UTC. Times in UTC need it; times with another offset are taken at that of
+///     the first row without it.
+///
+/// Returns
+/// -------
+/// Answer
+///     The content of ``ocmc fit weather --json``: ``parameters``, ``hours``, ``years`` and others; ``study`` is the part of a
+///     study that follows from it.
+///
+/// Raises
+/// ------
+/// ValueError
+///     Where a column is missing or a cell is wrong, or where the records do not determine the climate.
+/// OSError
+///     Where the file cannot be read.
+///
+/// Warns
+/// -----
+/// UserWarning
+///     Where the records do not tell something, which then stays as in the base study.
+///
+/// Notes
+/// -----
+/// Harmonics of year and day, autoregressions, a chain of wet hours, Weibull winds: the guide's page on it has the list.
+///
+/// Examples
+/// --------
+/// >>> import numpy as np, ocmc
+/// >>> time = 3600.0 * np.arange(4 * 8766)
+/// >>> day = 2 * np.pi * time / 86400
+/// >>> noise = np.random.default_rng(1).normal(size=time.size)
+/// >>> year = 2 * np.pi * time / 86400 / 365.25
+/// >>> table = {"time_s": time, "temperature_c": 8 - 9 * np.cos(year) - 2 * np.cos(day) + noise}
+/// >>> import warnings
+/// >>> with warnings.catch_warnings():
+/// ...     warnings.simplefilter("ignore")  # only temperatures were recorded
+/// ...     fit = ocmc.fit_weather(table)
+/// >>> round(fit["study"]["weather"]["temperature"]["mean_k"])
+/// 281
+#[pyfunction]
+#[pyo3(signature = (table, *, columns=None, base=None, utc_offset_h=None))]
+pub(crate) fn fit_weather<'py>(
+    py: Python<'py>,
+    table: &Bound<'py, PyAny>,
+    columns: Option<BTreeMap<String, String>>,
+    base: Option<&Bound<'py, PyStudy>>,
+    utc_offset_h: Option<f64>,
+) -> PyResult<Bound<'py, PyAny>> {
+    hourly(py, table, columns, base, utc_offset_h, ocmc_api::fit_weather)
+}
+
+/// Asks for a fit of hours.
+fn hourly<'py, Fit: Answer + Send>(
+    py: Python<'py>,
+    table: &Bound<'py, PyAny>,
+    columns: Option<BTreeMap<String, String>>,
+    base: Option<&Bound<'py, PyStudy>>,
+    utc_offset_h: Option<f64>,
+    ask: fn(&HourlyFitRequest) -> Result<Fit, Error>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let mappings = mappings(columns)?;
+    let utc_offset_h = utc_offset_h.map(utc_offset).transpose()?;
+    let (table, base) = (input(table, "table")?, &base_model(base));
+    let request = HourlyFitRequest { table, mappings, base, utc_offset_h };
+    answer(py, &py.detach(|| ask(&request)).map_err(exception)?)
 }

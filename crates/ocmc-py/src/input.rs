@@ -1,13 +1,16 @@
 //! Tables that come in: whatever speaks Arrow, a mapping from names to columns, or a file.
 
-use crate::value::shown;
-use arrow_array::{ArrayRef, Float64Array, Int64Array, StringArray, UInt64Array};
-use numpy::PyReadonlyArray1;
-use ocmc_api::{GivenTable, Source};
+use crate::error::exception;
+use crate::value::{shown, wrong_type};
+use arrow_array::types::{ArrowPrimitiveType, Float64Type, Int64Type, UInt64Type};
+use arrow_array::{ArrayRef, PrimitiveArray, StringArray};
+use numpy::{Element, PyReadonlyArray1};
+use ocmc_api::{GivenTable, Mapping, Source};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyList, PyString, PyTuple};
 use pyo3_arrow::input::AnyRecordBatch;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// A file, or a table of any library. `argument` is its name in messages.
@@ -27,12 +30,15 @@ pub(crate) fn input(table: &Bound<PyAny>, argument: &str) -> PyResult<Source> {
         (names, vec![columns])
     } else {
         let allowed = "a path, a table that speaks Arrow (pandas, polars, pyarrow, duckdb) or a dictionary of columns";
-        return Err(PyTypeError::new_err(format!(
-            "`{argument}` is {}, allowed is {allowed}",
-            shown(table)
-        )));
+        return Err(wrong_type(table, argument, allowed));
     };
     Ok(Source::Table(GivenTable::new(argument, names, pieces)))
+}
+
+/// What a user says that columns are.
+pub(crate) fn mappings(columns: Option<BTreeMap<String, String>>) -> PyResult<Vec<Mapping>> {
+    let mappings = Mapping::of_columns(&columns.unwrap_or_default());
+    mappings.map_err(|error| exception(error.into()))
 }
 
 /// One or several of what [`input`] takes.
@@ -60,9 +66,8 @@ pub(crate) fn sequence<'py>(
     }
     let items = value.try_iter()?.collect::<PyResult<Vec<_>>>()?;
     if items.is_empty() {
-        return Err(PyValueError::new_err(format!(
-            "`{argument}` is empty, allowed is one or more"
-        )));
+        let text = format!("`{argument}` is empty, allowed is one or more");
+        return Err(PyValueError::new_err(text));
     }
     Ok(Some(items))
 }
@@ -104,11 +109,9 @@ fn mapping(table: &Bound<PyAny>, argument: &str) -> PyResult<(Vec<String>, Vec<A
         if let Some(first) = columns.first()
             && first.len() != array.len()
         {
-            let (rows, wanted) = (array.len(), first.len());
-            let text = format!(
-                "`{argument}`: column `{name}` has {rows} rows, `{}` has {wanted}",
-                names[0]
-            );
+            let (rows, wanted, first) = (array.len(), first.len(), &names[0]);
+            let text =
+                format!("`{argument}`: column `{name}` has {rows} rows, `{first}` has {wanted}");
             return Err(PyValueError::new_err(text));
         }
         names.push(name);
@@ -126,27 +129,24 @@ fn array(column: &Bound<PyAny>) -> Option<ArrayRef> {
     if array.getattr("ndim").ok()?.extract::<usize>().ok()? != 1 {
         return None;
     }
-    let as_type = |name: &str| array.call_method1("astype", (name,)).ok();
     match kind.as_str() {
-        "f" | "b" => {
-            let numbers: PyReadonlyArray1<f64> = as_type("float64")?.extract().ok()?;
-            let numbers = numbers.as_array();
-            return Some(Arc::new(Float64Array::from_iter_values(numbers.iter().copied())));
+        "f" | "b" => numbers::<Float64Type>(&array, "float64"),
+        "i" => numbers::<Int64Type>(&array, "int64"),
+        "u" => numbers::<UInt64Type>(&array, "uint64"),
+        _ => {
+            let words: Vec<Option<String>> = array.call_method0("tolist").ok()?.extract().ok()?;
+            Some(Arc::new(StringArray::from(words)))
         }
-        "i" => {
-            let numbers: PyReadonlyArray1<i64> = as_type("int64")?.extract().ok()?;
-            return Some(Arc::new(Int64Array::from_iter_values(
-                numbers.as_array().iter().copied(),
-            )));
-        }
-        "u" => {
-            let numbers: PyReadonlyArray1<u64> = as_type("uint64")?.extract().ok()?;
-            return Some(Arc::new(UInt64Array::from_iter_values(
-                numbers.as_array().iter().copied(),
-            )));
-        }
-        _ => {}
     }
-    let words: Vec<Option<String>> = array.call_method0("tolist").ok()?.extract().ok()?;
-    Some(Arc::new(StringArray::from(words)))
+}
+
+/// The numbers of an array of numpy, as this type of it.
+fn numbers<T>(array: &Bound<PyAny>, name: &str) -> Option<ArrayRef>
+where
+    T: ArrowPrimitiveType<Native: Element>,
+{
+    let numbers: PyReadonlyArray1<T::Native> =
+        array.call_method1("astype", (name,)).ok()?.extract().ok()?;
+    let numbers = numbers.as_array();
+    Some(Arc::new(PrimitiveArray::<T>::from_iter_values(numbers.iter().copied())))
 }

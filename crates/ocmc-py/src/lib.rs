@@ -6,21 +6,14 @@
 #![allow(clippy::needless_pass_by_value, reason = "arguments of Python arrive as converted values")]
 
 mod answer;
-mod drive;
 mod error;
 mod fit;
-mod fit_operating_cycle;
-mod fit_traffic;
-mod fit_weather;
-mod fleet;
-mod identify;
 mod input;
 mod log;
 mod operating_cycle;
-mod parts;
 mod progress;
+mod question;
 mod run;
-mod stream;
 mod study;
 mod table;
 mod value;
@@ -39,14 +32,14 @@ fn _ocmc(module: &Bound<PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(run::load, module)?)?;
     module.add_function(wrap_pyfunction!(fit::fit_curve_speed, module)?)?;
     module.add_function(wrap_pyfunction!(fit::fit_speed_change, module)?)?;
-    module.add_function(wrap_pyfunction!(fit_operating_cycle::fit_operating_cycle, module)?)?;
-    module.add_function(wrap_pyfunction!(fit_traffic::fit_traffic, module)?)?;
-    module.add_function(wrap_pyfunction!(fit_weather::fit_weather, module)?)?;
-    module.add_function(wrap_pyfunction!(identify::identify, module)?)?;
+    module.add_function(wrap_pyfunction!(fit::fit_operating_cycle, module)?)?;
+    module.add_function(wrap_pyfunction!(fit::fit_traffic, module)?)?;
+    module.add_function(wrap_pyfunction!(fit::fit_weather, module)?)?;
+    module.add_function(wrap_pyfunction!(log::identify, module)?)?;
     module.add_function(wrap_pyfunction!(log::detect_curves, module)?)?;
-    module.add_function(wrap_pyfunction!(fleet::compare, module)?)?;
-    module.add_function(wrap_pyfunction!(parts::joined, module)?)?;
-    module.add_function(wrap_pyfunction!(parts::unpickled, module)?)?;
+    module.add_function(wrap_pyfunction!(question::compare, module)?)?;
+    module.add_function(wrap_pyfunction!(run::joined, module)?)?;
+    module.add_function(wrap_pyfunction!(run::unpickled, module)?)?;
     module.add_function(wrap_pyfunction!(label_of, module)?)?;
     module.add_function(wrap_pyfunction!(run_from, module)?)
 }

@@ -1,20 +1,21 @@
-//! Measured logs: the curves that were driven.
+//! Measured logs: the curves that were driven, and the pedal gains of drivers.
 
-use crate::answer::warned;
-use crate::error::exception;
-use crate::input::input;
-use crate::progress::watched;
-use crate::table::Table;
-use crate::value::one_of;
-use arrow_array::{ArrayRef, Float64Array, StringArray};
+use crate::answer::answer;
+use crate::input::{input, inputs, mappings};
+use crate::progress::warned;
+use crate::study::PyStudy;
+use crate::table::{Table, numbers, words};
+use crate::value::{one_of, whole_number};
 use ocmc_api::{
-    Correction, CurveOptions, CurvesRequest, Detector, DrivenCurve, HiddenMarkov, Mapping,
-    RadiusDefinition, Steering, Threshold, TripCurves,
+    CONTROLLERS, CURVE_COLUMNS, Correction, CurveCell, CurveOptions, CurvesRequest, DrivenCurve,
+    IdentifyOptions, IdentifyRequest, RADII, SPEED_TERMS, Steering, TripCurves, detectors,
 };
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use std::collections::BTreeMap;
-use std::sync::Arc;
+
+/// Most starts of a search, as on the command line.
+const MOST_STARTS: u64 = 4096;
 
 /// Find the curves that were driven, from speed and yaw rate.
 ///
@@ -108,9 +109,18 @@ pub(crate) fn detect_curves(
     };
     let (mappings, logs) = (mappings(columns)?, &[input(log, "log")?]);
     let request = CurvesRequest { logs, mappings, options, steering };
-    let found =
-        warned(py, |warn| watched(py, None, |watch| ocmc_api::curves(&request, warn, watch)))?;
-    Ok(curve_table(&found.drives))
+    let drives = &warned(py, None, |warn, watch| ocmc_api::curves(&request, warn, watch))?.drives;
+    let rows = || drives.iter().flat_map(curves_of);
+    let columns = CURVE_COLUMNS.map(|(name, cell)| match cell {
+        CurveCell::Word(word) => (name, words(rows().map(|(d, curve)| Some(word(d, curve))))),
+        CurveCell::Number(number) => (name, numbers(rows().map(|(d, curve)| number(d, curve)))),
+    });
+    Ok(Table::of_columns(columns.to_vec()))
+}
+
+/// The curves of a drive, with the drive.
+fn curves_of(drive: &TripCurves) -> impl Iterator<Item = (&TripCurves, &DrivenCurve)> {
+    drive.detection.curves.iter().map(move |curve| (drive, curve))
 }
 
 /// The steering of a vehicle whose logs only have the angle of the steering wheel.
@@ -128,52 +138,116 @@ pub(crate) fn steering(ratio: Option<f64>, wheelbase_m: Option<f64>) -> PyResult
     }
 }
 
-/// What a user says that columns are.
-pub(crate) fn mappings(columns: Option<BTreeMap<String, String>>) -> PyResult<Vec<Mapping>> {
-    let mappings = Mapping::of_columns(&columns.unwrap_or_default());
-    mappings.map_err(|error| exception(&error.into()))
-}
-
-const RADII: [(&str, RadiusDefinition); 3] = [
-    ("turn", RadiusDefinition::InverseMeanCurvature),
-    ("mean", RadiusDefinition::MeanRadius),
-    ("positions", RadiusDefinition::Positions),
-];
-
-fn detectors() -> [(&'static str, Detector); 3] {
-    [
-        ("hidden_markov", Detector::HiddenMarkov(HiddenMarkov::default())),
-        ("trained", Detector::TrainedHiddenMarkov(HiddenMarkov::default())),
-        ("threshold", Detector::Threshold(Threshold::default())),
-    ]
-}
-
-/// The curves of all drives, one row a curve: the columns of the command's file.
-fn curve_table(drives: &[TripCurves]) -> Table {
-    let rows: Vec<(&TripCurves, &DrivenCurve)> = drives
-        .iter()
-        .flat_map(|drive| drive.detection.curves.iter().map(move |curve| (drive, curve)))
-        .collect();
-    let words = |word: fn(&TripCurves, &DrivenCurve) -> String| {
-        Arc::new(StringArray::from_iter_values(rows.iter().map(|(d, c)| word(d, c)))) as ArrayRef
+/// Identify the pedal gains of drivers, one fit for each driver and event.
+///
+/// Parameters
+/// ----------
+/// logs : table, str or os.PathLike, or a list of these
+///     One row a sample, at least one a second, columns by quantity and unit: ``time_s``, ``speed_mps`` or ``speed_kmh``,
+///     ``accelerator`` and ``brake`` (0 to 1) or ``accelerator_percent`` and ``brake_percent``, ``grade`` or
+///     ``grade_percent``; where known ``position_m`` and ``gear``, and labels ``driver``, ``drive``, ``event``. Any table that
+///     speaks Arrow, a dictionary of columns, or a CSV file, plain or compressed by gzip.
+/// study : Study
+///     The study with the truck that was driven, such as ``Study("simulator-study")``.
+/// columns : dict of str to str, optional
+///     Which column is what, such as ``{"grade_percent": "slope"}``.
+/// controller : {"pid", "switched"}
+///     Controller that is fitted.
+/// speed_term : {"none", "measured", "simulated"}
+///     Speed that the objective compares with the set speed. The paper may mean the measured or the
+///     simulated one: both bias the gains. Without this term they are unbiased.
+/// starts : int
+///     Starts of the search for each event, at least 1.
+/// kp : tuple of float
+///     Bounds of K_P, in s/m.
+/// ki : tuple of float
+///     Bounds of K_I, in 1/m.
+/// kd : tuple of float
+///     Bounds of K_D, in s²/m.
+/// intervals : bool
+///     Work out intervals; without them it is several times as fast.
+/// progress : bool or callable, optional
+///     As for `Study.run`, in events.
+///
+/// Returns
+/// -------
+/// Answer
+///     The content of ``ocmc identify --json``: ``fits`` with ``driver``, ``event``, ``kp`` (s/m), ``ki`` (1/m), ``kd`` (s²/m),
+///     ``set_speed_mps``, ``at_bound``, ``not_identifiable`` and others; ``population``, of three drivers or more; ``left_out``, and
+///     ``notes`` on rows that are not used.
+///
+/// Raises
+/// ------
+/// ValueError
+///     Where a column is missing or unclear, where no event can be identified, or where an option is out of its range.
+/// OSError
+///     Where a file cannot be read.
+///
+/// Warns
+/// -----
+/// UserWarning
+///     Where an event or a drive is left out, and where cells are no numbers.
+///
+/// See Also
+/// --------
+/// ocmc.plot.identified : Draws the gains.
+///
+/// Notes
+/// -----
+/// min ∫ (a − â)² + (b − b̂)² + ((v_d − v) / 20 m/s)² dt in closed loop: Romano, Godio, Bruzelius, Johannesson.
+///
+/// Examples
+/// --------
+/// >>> import ocmc
+/// >>> study = ocmc.Study("simulator-study")
+/// >>> trace = study.trace(0)
+/// >>> names = ["time_s", "speed_mps", "accelerator", "brake", "grade", "gear"]
+/// >>> log = {name: trace[name][2400:3200] for name in names} | {"driver": ["a"] * 800, "event": ["up"] * 800}
+/// >>> answer = ocmc.identify(log, study, starts=1, intervals=False)
+/// >>> [(fit["driver"], fit["event"]) for fit in answer["fits"]]
+/// [('a', 'up')]
+#[pyfunction]
+#[pyo3(
+    signature = (
+        logs, study, *, columns=None, controller="pid", speed_term="none", starts=None, kp=None, ki=None, kd=None,
+        intervals=true, progress=None
+    ),
+    text_signature = "(logs, study, *, columns=None, controller='pid', speed_term='none', starts=8, \
+                      kp=(0.01, 2.0), ki=(0.0001, 0.2), kd=(0.0, 2.0), intervals=True, progress=None)"
+)]
+pub(crate) fn identify<'py>(
+    py: Python<'py>,
+    logs: &Bound<'py, PyAny>,
+    study: &Bound<'py, PyStudy>,
+    columns: Option<BTreeMap<String, String>>,
+    controller: &str,
+    speed_term: &str,
+    starts: Option<&Bound<'py, PyAny>>,
+    kp: Option<(f64, f64)>,
+    ki: Option<(f64, f64)>,
+    kd: Option<(f64, f64)>,
+    intervals: bool,
+    progress: Option<&Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let standard = IdentifyOptions::default();
+    let starts = starts.map(|starts| whole_number(starts, "starts", 1, MOST_STARTS)).transpose()?;
+    let [measured, simulated, none] = SPEED_TERMS;
+    let options = IdentifyOptions {
+        controller: one_of("controller", controller, &CONTROLLERS)?,
+        speed_term: one_of("speed_term", speed_term, &[none, measured, simulated])?,
+        starts: starts.map_or(standard.starts, |starts| starts as usize),
+        intervals,
+        proportional: kp.map_or(standard.proportional, Into::into),
+        integral: ki.map_or(standard.integral, Into::into),
+        derivative: kd.map_or(standard.derivative, Into::into),
+        ..standard
     };
-    let numbers = |number: fn(&TripCurves, &DrivenCurve) -> Option<f64>| {
-        let numbers: Float64Array = rows.iter().map(|(d, c)| number(d, c)).collect();
-        Arc::new(numbers) as ArrayRef
+    let request = IdentifyRequest {
+        logs: &inputs(logs, "logs")?,
+        study: &study.get().loaded,
+        mappings: mappings(columns)?,
+        options,
+        warn_of_rows: false,
     };
-    Table::of_columns(vec![
-        ("driver", words(|drive, _| drive.driver.clone())),
-        ("drive", words(|drive, _| drive.drive.clone())),
-        ("direction", words(|_, curve| if curve.left { "left" } else { "right" }.to_owned())),
-        ("radius_m", numbers(|_, curve| Some(curve.radius_m))),
-        ("speed_mps", numbers(|_, curve| Some(curve.speed_mps))),
-        ("limit_mps", numbers(|_, curve| curve.limit_mps)),
-        ("length_m", numbers(|_, curve| Some(curve.length_m()))),
-        ("turn_rad", numbers(|_, curve| Some(curve.turn_rad))),
-        ("start_m", numbers(|_, curve| Some(curve.start_m))),
-        ("end_m", numbers(|_, curve| Some(curve.end_m))),
-        ("start_s", numbers(|_, curve| Some(curve.start_s))),
-        ("end_s", numbers(|_, curve| Some(curve.end_s))),
-        ("route_m", numbers(|drive, _| Some(drive.detection.way_m))),
-    ])
+    answer(py, &warned(py, progress, |warn, watch| ocmc_api::identify(&request, warn, watch))?)
 }

@@ -1,15 +1,13 @@
 //! `ocmc.OperatingCycle`: tracks along the road.
 
-use crate::table::Table;
+use crate::table::{Table, numbers, words};
 use crate::value::shown;
-use arrow_array::{ArrayRef, Float64Array, StringArray};
 use numpy::PyArray1;
 use ocmc_api::{RealisedCycle, Track, Values};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::{PyCapsule, PyDict, PyIterator, PyList};
 use pyo3_arrow::error::PyArrowResult;
-use std::sync::Arc;
 
 /// Road, weather, traffic and mission of one cycle, as tracks along the road: without driver and truck.
 ///
@@ -32,11 +30,6 @@ use std::sync::Arc;
 pub(crate) struct PyOperatingCycle(pub(crate) RealisedCycle);
 
 impl PyOperatingCycle {
-    /// The cycle itself.
-    pub(crate) fn realised(&self) -> &RealisedCycle {
-        &self.0
-    }
-
     fn track<'py>(py: Python<'py>, track: &Track) -> PyResult<Bound<'py, PyDict>> {
         let parts = PyDict::new(py);
         parts.set_item("rule", track.rule.name())?;
@@ -48,6 +41,11 @@ impl PyOperatingCycle {
         parts.set_item("value", value)?;
         Ok(parts)
     }
+}
+
+/// Its rows: one a position.
+fn rows_of(track: &Track) -> impl Iterator<Item = (&Track, usize)> {
+    (0..track.position_m.len()).map(move |row| (track, row))
 }
 
 #[pymethods]
@@ -112,30 +110,25 @@ impl PyOperatingCycle {
     /// >>> cycle.to_table().columns
     /// ['track', 'rule', 'position_m', 'value', 'name']
     fn to_table(&self) -> Table {
-        let (mut names, mut rules, mut positions) = (Vec::new(), Vec::new(), Vec::new());
-        let (mut values, mut words) = (Vec::new(), Vec::new());
-        for track in &self.0.tracks {
-            let rows = track.position_m.len();
-            names.resize(names.len() + rows, track.name);
-            rules.resize(rules.len() + rows, track.rule.name());
-            positions.extend_from_slice(&track.position_m);
-            match &track.value {
-                Values::Numbers(numbers) => {
-                    values.extend(numbers.iter().copied().map(Some));
-                    words.resize(words.len() + rows, None);
-                }
-                Values::Names(names) => {
-                    values.resize(values.len() + rows, None);
-                    words.extend(names.iter().map(|name| Some(name.as_str())));
-                }
-            }
-        }
+        let rows = || self.0.tracks.iter().flat_map(rows_of);
         Table::of_columns(vec![
-            ("track", Arc::new(StringArray::from(names)) as ArrayRef),
-            ("rule", Arc::new(StringArray::from(rules))),
-            ("position_m", Arc::new(Float64Array::from(positions))),
-            ("value", Arc::new(Float64Array::from(values))),
-            ("name", Arc::new(StringArray::from(words))),
+            ("track", words(rows().map(|(track, _)| Some(track.name)))),
+            ("rule", words(rows().map(|(track, _)| Some(track.rule.name())))),
+            ("position_m", numbers(rows().map(|(track, row)| Some(track.position_m[row])))),
+            (
+                "value",
+                numbers(rows().map(|(track, row)| match &track.value {
+                    Values::Numbers(numbers) => Some(numbers[row]),
+                    Values::Names(_) => None,
+                })),
+            ),
+            (
+                "name",
+                words(rows().map(|(track, row)| match &track.value {
+                    Values::Numbers(_) => None,
+                    Values::Names(names) => Some(names[row].as_str()),
+                })),
+            ),
         ])
     }
 
@@ -180,6 +173,6 @@ impl PyOperatingCycle {
         py: Python<'py>,
         requested_schema: Option<Bound<'py, PyCapsule>>,
     ) -> PyArrowResult<Bound<'py, PyCapsule>> {
-        self.to_table().stream(py, requested_schema)
+        self.to_table().__arrow_c_stream__(py, requested_schema)
     }
 }

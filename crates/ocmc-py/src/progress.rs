@@ -1,5 +1,6 @@
 //! Looks after what takes its time, from Python's side: Ctrl-C and a progress bar, some times a second.
 
+use crate::answer::warn;
 use crate::error::exception;
 use ocmc_api::{Error, Progress};
 use pyo3::prelude::*;
@@ -71,6 +72,20 @@ pub(crate) fn watched<T: Send>(
     if let Some(raised) = raised {
         return Err(raised);
     }
-    let answer = answer.map_err(|error| exception(&error))?;
+    let answer = answer.map_err(exception)?;
     finished.map(|()| answer)
+}
+
+/// As [`watched`], of a question that warns: its warnings are passed on where it has an answer.
+pub(crate) fn warned<T: Send>(
+    py: Python,
+    progress: Option<&Bound<PyAny>>,
+    ask: impl FnOnce(&mut dyn FnMut(&str), &mut ocmc_api::Watch) -> Result<T, Error> + Send,
+) -> PyResult<T> {
+    let mut warnings = Vec::new();
+    let answer = watched(py, progress, |watch| {
+        ask(&mut |text: &str| warnings.push(text.to_owned()), watch)
+    })?;
+    warnings.iter().try_for_each(|warning| warn(py, warning))?;
+    Ok(answer)
 }

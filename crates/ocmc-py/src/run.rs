@@ -1,18 +1,23 @@
-//! `ocmc.Run`.
+//! `ocmc.Run`, and runs on their way between processes: pickled ones, and parts that are put
+//! together again.
 
 use crate::error::exception;
 use crate::progress::watched;
-use crate::stream::{checksum, to_bytes};
 use crate::study::PyStudy;
 use crate::table::Table;
-use ocmc_api::study::{LoadedStudy, load_text};
+use crate::value::one_of;
+use arrow_ipc::reader::StreamReader;
+use arrow_ipc::writer::StreamWriter;
+use ocmc_api::study::{LoadedStudy, Origin, load_text};
 use ocmc_api::{
-    Answer, GROUP_ROWS, GivenDrive, Manifest, Record, RecordFormat, RunAnswer, RunPlan, RunRequest,
-    StoredRun, record_batch, records, schema,
+    Answer, FORMATS, GROUP_ROWS, GivenDrive, Manifest, Record, RunAnswer, RunPlan, RunRequest,
+    StoredRun, joined as whole, record_batch, records, schema, summed_up,
 };
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyIterator, PyList};
+use pyo3::types::{PyBytes, PyIterator};
+use sha2::{Digest, Sha256};
+use std::fmt::Display;
 use std::path::PathBuf;
 
 /// The records of a run, one a cycle, in the order of the cycle ids.
@@ -115,7 +120,7 @@ pub(crate) fn run(
 pub(crate) fn load(py: Python, path: PathBuf) -> PyResult<PyRun> {
     let mut batches = Vec::new();
     let loaded = py.detach(|| ocmc_api::load(path, |batch| batches.push(batch)));
-    let answer = loaded.map_err(|error| exception(&error))?;
+    let answer = loaded.map_err(exception)?;
     Ok(PyRun { answer, records: Table::new(schema(), batches) })
 }
 
@@ -124,7 +129,7 @@ impl PyRun {
     /// Names of the columns.
     #[getter]
     fn columns(&self) -> Vec<&str> {
-        self.records.names()
+        self.records.columns()
     }
 
     /// All columns as one table, which pyarrow, polars, pandas and duckdb take without a copy.
@@ -186,7 +191,7 @@ impl PyRun {
     /// True
     fn report(&self, py: Python) -> String {
         py.detach(|| {
-            let batches = self.records.batches().iter();
+            let batches = self.records.batches.iter();
             let rows = batches.flat_map(|batch| records(batch).expect("made of records"));
             let RunAnswer { manifest, summary, .. } = self.answer.clone();
             ocmc_api::report(&StoredRun { manifest, records: rows.collect(), summary })
@@ -219,17 +224,13 @@ impl PyRun {
     /// 50
     #[pyo3(signature = (path, *, format="parquet"))]
     fn save(&self, py: Python, path: PathBuf, format: &str) -> PyResult<()> {
-        let known = RecordFormat::ALL.into_iter().find(|known| known.name() == format);
-        let format = known.ok_or_else(|| {
-            let names = RecordFormat::ALL.map(RecordFormat::name).join(", ");
-            PyValueError::new_err(format!("`format` is {format:?}, allowed is one of: {names}"))
-        })?;
+        let format = one_of("format", format, &FORMATS)?;
         let saved = py.detach(|| {
-            let batches = self.records.batches().iter();
+            let batches = self.records.batches.iter();
             let groups = batches.map(|batch| records(batch).expect("made of records"));
             ocmc_api::save(&self.answer, &path, format, groups)
         });
-        saved.map_err(|error| exception(&error))
+        saved.map_err(exception)
     }
 
     fn __getitem__<'py>(
@@ -237,36 +238,104 @@ impl PyRun {
         py: Python<'py>,
         column: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        self.records.column(py, column)
+        self.records.__getitem__(py, column)
     }
 
     fn __contains__(&self, column: &Bound<PyAny>) -> bool {
-        self.records.has(column)
+        self.records.__contains__(column)
     }
 
     fn __iter__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyIterator>> {
-        PyList::new(py, self.columns())?.try_iter()
+        self.records.__iter__(py)
     }
 
     fn __len__(&self) -> usize {
-        self.records.rows()
+        self.records.__len__()
     }
 
     fn __repr__(&self) -> String {
         let Manifest { study, seed, first_cycle, .. } = &self.answer.manifest;
-        let cycles = self.records.rows();
+        let cycles = self.records.__len__();
         format!("<ocmc.Run of {study:?}, seed {seed}, {cycles} cycles from id {first_cycle}>")
     }
 
-    fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        slf.py().import("ocmc._display")?.call_method1("run", (slf,))
+    fn _repr_html_<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.summary(py)?.call_method0("_repr_html_")
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Pickled<'py>)> {
         let manifest = serde_json::to_string(&self.answer.manifest).expect("numbers and words");
-        let stream = to_bytes(py, &self.records)?;
+        let written = py.detach(|| {
+            let mut writer = StreamWriter::try_new(Vec::new(), &schema())?;
+            self.records.batches.iter().try_for_each(|batch| writer.write(batch))?;
+            writer.into_inner()
+        });
+        let stream = PyBytes::new(py, &written.map_err(broken)?);
         let make = py.import("ocmc._ocmc")?.getattr("unpickled")?;
         let sum = checksum(&manifest, stream.as_bytes());
         Ok((make, (manifest, self.answer.summary.wall_s, self.answer.summary.threads, stream, sum)))
     }
+}
+
+/// What is no pickled run.
+fn broken(error: impl Display) -> PyErr {
+    PyValueError::new_err(format!("no pickled run: {error}"))
+}
+
+/// What tells a pickled run that is whole from one that is not: arrow-ipc panics on some broken streams.
+fn checksum(manifest: &str, stream: &[u8]) -> Vec<u8> {
+    Sha256::new().chain_update(manifest).chain_update(stream).finalize().to_vec()
+}
+
+/// A pickled run: its manifest (JSON), what was measured, its records, and the checksum of all that.
+#[pyfunction]
+pub(crate) fn unpickled(
+    py: Python,
+    manifest: &str,
+    wall_s: f64,
+    threads: usize,
+    stream: &[u8],
+    sum: &[u8],
+) -> PyResult<PyRun> {
+    if checksum(manifest, stream) != sum {
+        return Err(broken("its checksum is another one"));
+    }
+    let manifest: Manifest = serde_json::from_str(manifest).map_err(broken)?;
+    py.detach(|| {
+        let mut batches = Vec::new();
+        let groups = StreamReader::try_new(stream, None).map_err(broken)?.map(|batch| {
+            let batch = batch.map_err(broken)?;
+            if batch.schema() != schema() {
+                return Err(broken("its records have other columns"));
+            }
+            batches.push(batch.clone());
+            records(&batch).map_err(broken)
+        });
+        let answer = summed_up(manifest, Origin::Dictionary, (wall_s, threads), groups)?;
+        Ok(PyRun { answer, records: Table::new(schema(), batches) })
+    })
+}
+
+/// One run of consecutive parts of it, as if it had been driven in one go.
+///
+/// # Errors
+/// Where the parts are of different studies or seeds, or leave a gap.
+#[pyfunction]
+pub(crate) fn joined(
+    py: Python,
+    parts: Vec<Bound<PyRun>>,
+    wall_s: f64,
+    threads: usize,
+) -> PyResult<PyRun> {
+    let parts: Vec<&PyRun> = parts.iter().map(Bound::get).collect();
+    let manifests: Vec<&Manifest> = parts.iter().map(|part| &part.answer.manifest).collect();
+    let manifest = whole(&manifests).map_err(|error| PyValueError::new_err(error.to_string()))?;
+    let origin = parts[0].answer.origin.clone();
+    py.detach(|| {
+        let batches = parts.iter().flat_map(|part| &part.records.batches);
+        let batches: Vec<_> = batches.cloned().collect();
+        let groups = batches.iter().map(|batch| records(batch).map_err(broken));
+        let answer = summed_up(manifest, origin, (wall_s, threads), groups)?;
+        Ok(PyRun { answer, records: Table::new(schema(), batches) })
+    })
 }

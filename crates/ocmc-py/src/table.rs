@@ -3,7 +3,7 @@
 use crate::value::shown;
 use arrow_array::cast::AsArray;
 use arrow_array::types::{Float64Type, UInt64Type};
-use arrow_array::{Array, ArrayRef, Float64Array, RecordBatch, StructArray};
+use arrow_array::{Array, ArrayRef, Float64Array, RecordBatch, StringArray, StructArray};
 use arrow_schema::{DataType, Field, Schema, SchemaRef};
 use numpy::PyArray1;
 use ocmc_api::TableColumn;
@@ -13,6 +13,16 @@ use pyo3::types::{PyCapsule, PyDict, PyIterator, PyList};
 use pyo3_arrow::error::PyArrowResult;
 use pyo3_arrow::ffi::{ArrayIterator, to_schema_pycapsule, to_stream_pycapsule};
 use std::sync::Arc;
+
+/// A column of numbers.
+pub(crate) fn numbers(numbers: impl Iterator<Item = Option<f64>>) -> ArrayRef {
+    Arc::new(numbers.collect::<Float64Array>())
+}
+
+/// A column of words.
+pub(crate) fn words<'a>(words: impl Iterator<Item = Option<&'a str>>) -> ArrayRef {
+    Arc::new(words.collect::<StringArray>())
+}
 
 /// A table: named columns of equal length, in SI units with the unit as the name's suffix.
 ///
@@ -33,18 +43,14 @@ use std::sync::Arc;
 #[derive(Clone)]
 pub(crate) struct Table {
     schema: SchemaRef,
-    batches: Vec<RecordBatch>,
+    /// Its rows, some in a batch.
+    pub(crate) batches: Vec<RecordBatch>,
 }
 
 impl Table {
     /// A table of batches that have this schema.
     pub(crate) fn new(schema: SchemaRef, batches: Vec<RecordBatch>) -> Self {
         Self { schema, batches }
-    }
-
-    /// A table of one batch.
-    pub(crate) fn of(batch: RecordBatch) -> Self {
-        Self::new(batch.schema(), vec![batch])
     }
 
     /// A table of named arrays of equal length; a column with nulls may hold more of them.
@@ -54,7 +60,8 @@ impl Table {
         };
         let schema = Arc::new(Schema::new(columns.iter().map(field).collect::<Vec<_>>()));
         let arrays = columns.into_iter().map(|(_, array)| array).collect();
-        Self::of(RecordBatch::try_new(schema, arrays).expect("columns of equal length"))
+        let batch = RecordBatch::try_new(schema.clone(), arrays).expect("columns of equal length");
+        Self::new(schema, vec![batch])
     }
 
     /// A table of numbers.
@@ -62,93 +69,14 @@ impl Table {
         let array = |values| Arc::new(Float64Array::from(values)) as ArrayRef;
         Self::of_columns(columns.into_iter().map(|c| (c.name, array(c.values))).collect())
     }
-
-    /// Its rows, some in a batch.
-    pub(crate) fn batches(&self) -> &[RecordBatch] {
-        &self.batches
-    }
-
-    /// Whether there is a column of that name.
-    pub(crate) fn has(&self, column: &Bound<PyAny>) -> bool {
-        column.extract::<String>().is_ok_and(|name| self.schema.index_of(&name).is_ok())
-    }
-
-    /// Number of rows.
-    pub(crate) fn rows(&self) -> usize {
-        self.batches.iter().map(RecordBatch::num_rows).sum()
-    }
-
-    /// The rows as a capsule of an Arrow stream.
-    pub(crate) fn stream<'py>(
-        &self,
-        py: Python<'py>,
-        requested_schema: Option<Bound<'py, PyCapsule>>,
-    ) -> PyArrowResult<Bound<'py, PyCapsule>> {
-        let field = Field::new_struct("", self.schema.fields().clone(), false)
-            .with_metadata(self.schema.metadata().clone());
-        let batches = self.batches.clone().into_iter();
-        let rows = batches.map(|batch| Ok(Arc::new(StructArray::from(batch)) as ArrayRef));
-        to_stream_pycapsule(py, Box::new(ArrayIterator::new(rows, field.into())), requested_schema)
-    }
-
-    /// Names of the columns.
-    pub(crate) fn names(&self) -> Vec<&str> {
-        self.schema.fields().iter().map(|field| field.name().as_str()).collect()
-    }
-
-    /// One column as a numpy array of its own.
-    pub(crate) fn column<'py>(
-        &self,
-        py: Python<'py>,
-        name: &Bound<'py, PyAny>,
-    ) -> PyResult<Bound<'py, PyAny>> {
-        let place = name.extract::<String>().ok().and_then(|name| self.schema.index_of(&name).ok());
-        let place = place.ok_or_else(|| {
-            PyKeyError::new_err(format!("no column {}; `columns` lists them", shown(name)))
-        })?;
-        let parts = || self.batches.iter().map(|batch| batch.column(place));
-        match self.schema.field(place).data_type() {
-            DataType::UInt64 if parts().any(|part| part.null_count() > 0) => {
-                // numpy's integers have no NaN
-                let counts = parts().flat_map(|part| part.as_primitive::<UInt64Type>().iter());
-                let numbers = counts.map(|count| count.map_or(f64::NAN, |count| count as f64));
-                Ok(PyArray1::from_vec(py, numbers.collect()).into_any())
-            }
-            DataType::UInt64 => {
-                let mut values = Vec::with_capacity(self.rows());
-                for part in parts() {
-                    values.extend_from_slice(part.as_primitive::<UInt64Type>().values());
-                }
-                Ok(PyArray1::from_vec(py, values).into_any())
-            }
-            DataType::Float64 => {
-                let mut values = Vec::with_capacity(self.rows());
-                for part in parts() {
-                    let part = part.as_primitive::<Float64Type>();
-                    if part.null_count() == 0 {
-                        values.extend_from_slice(part.values());
-                    } else {
-                        values.extend(part.iter().map(|value| value.unwrap_or(f64::NAN)));
-                    }
-                }
-                Ok(PyArray1::from_vec(py, values).into_any())
-            }
-            _ => {
-                let words = parts().flat_map(|part| part.as_string::<i32>().iter());
-                let words =
-                    PyList::new(py, words.map(Option::unwrap_or_default).collect::<Vec<_>>())?;
-                py.import("numpy")?.call_method1("array", (words, "U"))
-            }
-        }
-    }
 }
 
 #[pymethods]
 impl Table {
     /// Names of the columns.
     #[getter]
-    fn columns(&self) -> Vec<&str> {
-        self.names()
+    pub(crate) fn columns(&self) -> Vec<&str> {
+        self.schema.fields().iter().map(|field| field.name().as_str()).collect()
     }
 
     /// Names of the columns, so that ``dict(table)`` is a dictionary of arrays.
@@ -158,7 +86,7 @@ impl Table {
     /// list of str
     ///     The same as `columns`.
     fn keys(&self) -> Vec<&str> {
-        self.names()
+        self.columns()
     }
 
     /// All columns as numpy arrays.
@@ -176,37 +104,64 @@ impl Table {
     /// True
     fn to_dict<'py>(slf: &Bound<'py, Self>, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let dictionary = PyDict::new(py);
-        for name in slf.get().names() {
+        for name in slf.get().columns() {
             dictionary.set_item(name, slf.get_item(name)?)?;
         }
         Ok(dictionary)
     }
 
-    fn __getitem__<'py>(
+    pub(crate) fn __getitem__<'py>(
         &self,
         py: Python<'py>,
         column: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        self.column(py, column)
+        let name = column.extract::<String>().ok();
+        let place = name.and_then(|name| self.schema.index_of(&name).ok()).ok_or_else(|| {
+            PyKeyError::new_err(format!("no column {}; `columns` lists them", shown(column)))
+        })?;
+        let parts = || self.batches.iter().map(|batch| batch.column(place));
+        match self.schema.field(place).data_type() {
+            // numpy's integers have no NaN
+            DataType::UInt64 if parts().any(|part| part.null_count() > 0) => {
+                let counts = parts().flat_map(|part| part.as_primitive::<UInt64Type>().iter());
+                let numbers = counts.map(|count| count.map_or(f64::NAN, |count| count as f64));
+                Ok(PyArray1::from_vec(py, numbers.collect()).into_any())
+            }
+            DataType::UInt64 => {
+                let counts = parts().flat_map(|part| part.as_primitive::<UInt64Type>().values());
+                Ok(PyArray1::from_vec(py, counts.copied().collect()).into_any())
+            }
+            DataType::Float64 => {
+                let numbers = parts().flat_map(|part| part.as_primitive::<Float64Type>().iter());
+                let numbers = numbers.map(|number| number.unwrap_or(f64::NAN));
+                Ok(PyArray1::from_vec(py, numbers.collect()).into_any())
+            }
+            _ => {
+                let words = parts().flat_map(|part| part.as_string::<i32>().iter());
+                let words =
+                    PyList::new(py, words.map(Option::unwrap_or_default).collect::<Vec<_>>())?;
+                py.import("numpy")?.call_method1("array", (words, "U"))
+            }
+        }
     }
 
-    fn __contains__(&self, column: &Bound<PyAny>) -> bool {
-        self.has(column)
+    pub(crate) fn __contains__(&self, column: &Bound<PyAny>) -> bool {
+        column.extract::<String>().is_ok_and(|name| self.schema.index_of(&name).is_ok())
     }
 
-    fn __iter__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyIterator>> {
-        PyList::new(py, self.names())?.try_iter()
+    pub(crate) fn __iter__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyIterator>> {
+        PyList::new(py, self.columns())?.try_iter()
     }
 
-    fn __len__(&self) -> usize {
-        self.rows()
+    pub(crate) fn __len__(&self) -> usize {
+        self.batches.iter().map(RecordBatch::num_rows).sum()
     }
 
     fn __repr__(&self) -> String {
-        let columns = self.names();
+        let columns = self.columns();
         let shown = columns.iter().take(4).copied().collect::<Vec<_>>().join(", ");
         let more = if columns.len() > 4 { ", …" } else { "" };
-        format!("<ocmc.Table of {} rows, {} columns: {shown}{more}>", self.rows(), columns.len())
+        format!("<ocmc.Table of {} rows, {} columns: {shown}{more}>", self.__len__(), columns.len())
     }
 
     fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
@@ -220,11 +175,15 @@ impl Table {
 
     /// The rows, for all that speak Arrow: shared, not copied.
     #[pyo3(signature = (requested_schema=None))]
-    fn __arrow_c_stream__<'py>(
+    pub(crate) fn __arrow_c_stream__<'py>(
         &self,
         py: Python<'py>,
         requested_schema: Option<Bound<'py, PyCapsule>>,
     ) -> PyArrowResult<Bound<'py, PyCapsule>> {
-        self.stream(py, requested_schema)
+        let field = Field::new_struct("", self.schema.fields().clone(), false)
+            .with_metadata(self.schema.metadata().clone());
+        let batches = self.batches.clone().into_iter();
+        let rows = batches.map(|batch| Ok(Arc::new(StructArray::from(batch)) as ArrayRef));
+        to_stream_pycapsule(py, Box::new(ArrayIterator::new(rows, field.into())), requested_schema)
     }
 }

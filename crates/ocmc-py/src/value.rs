@@ -1,6 +1,6 @@
 //! Values of Python on their way into a study or a plan, hostile ones included: endless, huge or broken ones are errors.
 
-use ocmc_api::UTC_OFFSETS_H;
+use ocmc_api::{UTC_OFFSETS_H, Word};
 use pyo3::exceptions::{PyOverflowError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyFloat, PyInt, PyList, PyMapping, PyString, PyTuple};
@@ -92,20 +92,26 @@ pub(crate) fn whole_number(
     match value.extract::<u64>() {
         Ok(number) if (lowest..=highest).contains(&number) => Ok(number),
         Err(error) if !error.is_instance_of::<PyOverflowError>(value.py()) => {
-            Err(PyTypeError::new_err(text(value, name, &allowed())))
+            Err(wrong_type(value, name, &allowed()))
         }
         _ => Err(not_allowed(value, name, &allowed())),
     }
 }
 
 /// What a word stands for.
-pub(crate) fn one_of<T: Copy>(argument: &str, word: &str, known: &[(&str, T)]) -> PyResult<T> {
-    let found = known.iter().find(|(name, _)| *name == word);
-    found.map(|(_, value)| *value).ok_or_else(|| {
-        let names: Vec<&str> = known.iter().map(|(name, _)| *name).collect();
-        let (word, allowed) = (cut(word), names.join(", "));
-        PyValueError::new_err(format!("`{argument}` is {word:?}, allowed is one of: {allowed}"))
-    })
+pub(crate) fn one_of<T: Clone>(argument: &str, word: &str, known: &[Word<T>]) -> PyResult<T> {
+    let names: Vec<String> = known.iter().map(|(name, ..)| name.replace('-', "_")).collect();
+    if let Some(place) = names.iter().position(|name| name == word) {
+        return Ok(known[place].2.clone());
+    }
+    let (word, allowed) = (cut(word), names.join(", "));
+    let text = format!("`{argument}` is {word:?}, allowed is one of: {allowed}");
+    Err(PyValueError::new_err(text))
+}
+
+/// A value of a type that is not taken.
+pub(crate) fn wrong_type(value: &Bound<PyAny>, key: &str, allowed: &str) -> PyErr {
+    PyTypeError::new_err(text(value, key, allowed))
 }
 
 fn not_allowed(value: &Bound<PyAny>, key: &str, allowed: &str) -> PyErr {

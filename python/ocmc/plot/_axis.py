@@ -11,15 +11,8 @@ from matplotlib.axes import Axes
 from ocmc._ocmc import label
 
 # Okabe and Ito's colours, which people with any kind of colour vision can distinguish
-BLUE, ORANGE, GREEN, RED, PURPLE, SKY, YELLOW = (
-    "#0072B2",
-    "#E69F00",
-    "#009E73",
-    "#D55E00",
-    "#CC79A7",
-    "#56B4E9",
-    "#F0E442",
-)
+BLUE, ORANGE, GREEN, RED = "#0072B2", "#E69F00", "#009E73", "#D55E00"
+PURPLE, SKY, YELLOW = "#CC79A7", "#56B4E9", "#F0E442"
 COLOURS = (BLUE, RED, GREEN, ORANGE, PURPLE, SKY, "black", YELLOW)
 GREY = "0.55"
 KMH_PER_MPS = 3.6
@@ -41,6 +34,15 @@ def axes(ax: Axes | None, *, legend_beside: bool = False) -> Axes:
     """Take the axes that were given, or new ones."""
     size = (8.5, 4.5) if legend_beside else (6.4, 4.5)
     return plt.subplots(layout="constrained", figsize=size)[1] if ax is None else ax
+
+
+def panels(ax: Sequence[Axes] | None, n: int, what: str, **new: Any) -> list[Axes]:  # noqa: ANN401
+    """Take the axes that were given, or new ones, one above the other."""
+    given = plt.subplots(n, sharex=True, layout="constrained", **new)[1] if ax is None else ax
+    all_axes = list(np.ravel(np.asarray(given, dtype=object)))
+    if len(all_axes) != n:
+        raise ValueError(f"`ax` has {len(all_axes)} axes, {what} {n}")
+    return all_axes
 
 
 def quantity(column: str) -> tuple[str, float]:

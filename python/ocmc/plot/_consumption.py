@@ -19,8 +19,7 @@ def completed(run: "Run", column: str) -> npt.NDArray[np.float64]:
     values: npt.NDArray[np.float64] = run[column][run["outcome"] == "completed"]
     values = quantity(column)[1] * values[np.isfinite(values)]
     if values.size == 0:
-        message = f"no completed cycle has `{column}`"
-        raise ValueError(message)
+        raise ValueError(f"no completed cycle has `{column}`")
     return values
 
 

@@ -3,12 +3,12 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import LogLocator, NullFormatter
 
 from ocmc.plot._axis import BLUE, RED, spine_free
+from ocmc.plot._axis import panels as panels_of
 
 _GAINS = [("kp", "$K_P$, s/m"), ("ki", "$K_I$, 1/m"), ("kd", "$K_D$, s²/m")]
 _SPREAD = 0.3
@@ -47,13 +47,7 @@ def identified(answer: Mapping[str, Any], *, ax: Sequence[Axes] | None = None) -
     ['$K_P$, s/m', '$K_I$, 1/m', '$K_D$, s²/m']
     """
     fits = answer["fits"]
-    if ax is None:
-        panels = list(plt.subplots(len(_GAINS), sharex=True, figsize=(8, 7), layout="constrained")[1])
-    else:
-        panels = list(np.ravel(np.asarray(ax, dtype=object)))
-    if len(panels) != len(_GAINS):
-        message = f"`ax` has {len(panels)} axes, the gains need {len(_GAINS)}"
-        raise ValueError(message)
+    panels = panels_of(ax, len(_GAINS), "the gains need", figsize=(8, 7))
     drivers = sorted({str(fit["driver"]) for fit in fits}, key=lambda name: (len(name), name))
     slopes = sorted({fit["grade"] for fit in fits}, reverse=True)
     offsets = dict(zip(slopes, np.linspace(-_SPREAD, _SPREAD, len(slopes)), strict=True))

@@ -3,17 +3,15 @@
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
-import matplotlib.pyplot as plt
 import numpy as np
 import numpy.typing as npt
 from matplotlib.axes import Axes
 
 from ocmc.plot._axis import BLUE, GREEN, GREY, KMH_PER_MPS, ORANGE, RED, numbers, spine_free
+from ocmc.plot._axis import panels as panels_of
 
 if TYPE_CHECKING:
     from ocmc import OperatingCycle
-
-_PANELS = 4
 
 
 def trace(
@@ -58,22 +56,25 @@ def trace(
     ['speed, km/h', 'slope, %', 'pedals, %', 'gear']
     """
     if against not in ("position", "time"):
-        message = f"`against` is {against!r}, allowed is one of: position, time"
-        raise ValueError(message)
+        raise ValueError(f"`against` is {against!r}, allowed is one of: position, time")
     along = numbers(trace, "position_m" if against == "position" else "time_s")
     part = np.full(along.shape, fill_value=True)
     if between is not None:
         part = (along >= between[0]) & (along <= between[1])
         if not part.any():
-            message = f"no step lies between {between[0]} and {between[1]}, the trace ends at {along[-1]:.0f}"
-            raise ValueError(message)
+            raise ValueError(
+                f"no step lies between {between[0]} and {between[1]}, the trace ends at {along[-1]:.0f}"
+            )
     x = along[part] / (1000.0 if against == "position" else 60.0)
 
     def of(column: str) -> npt.NDArray[np.float64]:
         values: npt.NDArray[np.float64] = numbers(trace, column)[part]
         return values
 
-    panels = _panels(ax)
+    ratios = {"height_ratios": [3, 1, 1.3, 1.3]}
+    panels = panels_of(ax, 4, "a trace needs", figsize=(9, 7), gridspec_kw=ratios)
+    if ax is None:
+        panels[0].figure.align_ylabels()
     _speed(panels[0], x, of, cycle)
     panels[1].fill_between(x, 100.0 * of("grade"), step="pre", color=GREEN, alpha=0.5, linewidth=0)
     panels[1].axhline(0.0, color="black", linewidth=0.6)
@@ -91,21 +92,6 @@ def trace(
         panel.margins(x=0)
         spine_free(panel)
     return panels
-
-
-def _panels(ax: Sequence[Axes] | None) -> list[Axes]:
-    if ax is None:
-        ratios = {"height_ratios": [3, 1, 1.3, 1.3]}
-        figure, new = plt.subplots(
-            _PANELS, sharex=True, figsize=(9, 7), layout="constrained", gridspec_kw=ratios
-        )
-        figure.align_ylabels()
-        return list(new)
-    given = list(np.ravel(np.asarray(ax, dtype=object)))
-    if len(given) != _PANELS:
-        message = f"`ax` has {len(given)} axes, a trace needs {_PANELS}"
-        raise ValueError(message)
-    return given
 
 
 def _speed(ax: Axes, x: npt.NDArray[np.float64], of: Any, cycle: "OperatingCycle | None") -> None:  # noqa: ANN401

@@ -1,27 +1,30 @@
 //! From measurements to the numbers of a study.
 
-mod curve_speed;
-mod curve_speed_text;
-mod operating_cycle;
-mod operating_cycle_text;
-mod parameter_table;
-mod speed_change;
-mod speed_change_text;
-mod traffic;
-mod weather;
-
-pub use curve_speed::{Coding, CurveSpeedOptions, CurveSpeedRequest, fit_curve_speed};
-pub use operating_cycle::{OperatingCycleRequest, RoadOptions, RoadSource, fit_operating_cycle};
-pub use speed_change::{SpeedChangeOptions, SpeedChangeRequest, fit_speed_change};
-pub use traffic::{TrafficRequest, fit_traffic};
-pub use weather::{WeatherRequest, fit_weather};
+mod text;
 
 use crate::answer::Answer;
+use crate::cycle::RealisedCycle;
 use crate::error::{Error, FitError};
+use crate::source::{Mapping, Source};
+use crate::watch::{Progress, Watch};
+use ocmc_core::study::StudyModel;
+use ocmc_estimation::fit::curve_speed::CurveSpeedFit;
+use ocmc_estimation::fit::operating_cycle::{RoadFit, fit_with_coverage};
+use ocmc_estimation::fit::speed_change::{SpeedChangeFit, SpeedChangeTable};
+use ocmc_estimation::fit::traffic::TrafficFit;
+use ocmc_estimation::fit::weather::WeatherFit;
+use ocmc_estimation::fit::{curve_speed, speed_change, traffic, weather};
+use ocmc_io::log::curves::Steering;
+use ocmc_io::log::roads::{FoundRoads, NEEDS, is_log};
 use ocmc_io::study::FittedPart;
+use ocmc_io::{curve_table, given_cycle, speed_change_table, traffic_table, weather_table};
 use serde::Serialize;
 use serde_json::Value;
 use std::path::Path;
+
+pub use ocmc_estimation::fit::curve_speed::{Coding, CurveSpeedOptions};
+pub use ocmc_estimation::fit::speed_change::SpeedChangeOptions;
+pub use ocmc_estimation::log::road::RoadOptions;
 
 /// What measurements tell.
 #[derive(Clone, Debug, Serialize)]
@@ -38,8 +41,9 @@ pub struct FitAnswer<Fit> {
 }
 
 impl<Fit> FitAnswer<Fit> {
-    fn new(fit: Fit, text: String, warnings: &[String], part: &FittedPart) -> Self {
-        let warnings = warnings.iter().cloned().chain(part.warnings()).collect();
+    fn new(fit: Fit, text: &str, mut warnings: Vec<String>, part: &FittedPart) -> Self {
+        warnings.extend(part.warnings());
+        let text = format!("{text}\nTo paste into a study:\n\n{}", part.text());
         Self { fit, study: part.json(), text, warnings }
     }
 }
@@ -57,4 +61,297 @@ impl<Fit: Serialize> Answer for FitAnswer<Fit> {
 /// Measurements that have no fit.
 fn no_fit(source: &Path, error: impl Into<FitError>) -> Error {
     Error::Fit { path: source.to_owned(), error: error.into() }
+}
+
+/// Curves, and what is asked of them.
+#[derive(Clone, Debug)]
+pub struct CurveSpeedRequest<'a> {
+    /// One row a curve.
+    pub curves: Source,
+    /// Which column is what.
+    pub mappings: Vec<Mapping>,
+    /// The study that keeps what curves do not tell.
+    pub base: &'a StudyModel,
+    /// Which curves count, and how.
+    pub options: CurveSpeedOptions,
+    /// The population from the censored regression at the speed limits.
+    pub tobit: bool,
+}
+
+/// Fits the curve speeds of drivers: regression, analysis of variance, population.
+///
+/// ```
+/// use ocmc_api::{CurveSpeedOptions, CurveSpeedRequest, Source, fit_curve_speed, study};
+/// let folder = tempfile::tempdir().expect("a directory");
+/// let file = folder.path().join("curves.csv");
+/// let curves = "driver,radius_m,speed_mps\na,50,10.1\na,100,13.9\na,200,20.2\na,400,27.8\n\
+///               b,50,11.1\nb,100,15.3\nb,200,22.1\nb,400,30.6\n";
+/// std::fs::write(&file, curves).expect("space");
+/// let base = study::load("field-truck", &[] as &[&str])?.model;
+/// let (curves, mappings) = (Source::File(file), Vec::new());
+/// let options = CurveSpeedOptions::default();
+/// let request = CurveSpeedRequest { curves, mappings, base: &base, options, tobit: false };
+/// let answer = fit_curve_speed(&request)?;
+/// assert!((answer.fit.estimated.exponent - 0.49).abs() < 0.01);
+/// # Ok::<(), ocmc_api::Error>(())
+/// ```
+///
+/// # Errors
+/// [`Error::Table`] where the table cannot be read, [`Error::Fit`] where the curves do not
+/// determine the model, [`Error::Tobit`] where they do not determine the censored one.
+pub fn fit_curve_speed(request: &CurveSpeedRequest) -> Result<FitAnswer<CurveSpeedFit>, Error> {
+    let CurveSpeedRequest { curves, mappings, base, options, tobit } = request;
+    let table = curve_table::read(curves.lent(), mappings)?;
+    let fit = curve_speed::fit(&table, options).map_err(|error| no_fit(curves.path(), error))?;
+    let censored = fit.tobit.as_ref().filter(|_| *tobit);
+    if *tobit && censored.is_none() {
+        return Err(Error::Tobit);
+    }
+    let population = fit.population(censored, &base.driver.curve_speed);
+    let part = FittedPart::new(base, &["driver", "curve_speed"], &population);
+    let text = text::curve_speed(&fit, table.driver.len());
+    let warnings = fit.warnings.clone();
+    Ok(FitAnswer::new(fit, &text, warnings, &part))
+}
+
+/// Speed changes, and what is asked of them.
+#[derive(Clone, Debug)]
+pub struct SpeedChangeRequest<'a> {
+    /// Tables with one row a change, or logs; one at least.
+    pub tables: &'a [Source],
+    /// Which column of a log is what.
+    pub mappings: Vec<Mapping>,
+    /// The study that keeps what was not measured.
+    pub base: &'a StudyModel,
+    /// What counts as a change.
+    pub options: SpeedChangeOptions,
+    /// The study from the laws with the thresholds in their likelihood.
+    pub untruncated: bool,
+}
+
+/// Fits accelerations and decelerations. `warn` receives what is odd in a log.
+///
+/// ```
+/// use ocmc_api::{SpeedChangeOptions, SpeedChangeRequest, Source, fit_speed_change, go_on, study};
+/// let folder = tempfile::tempdir().expect("a directory");
+/// let file = folder.path().join("changes.csv");
+/// std::fs::write(&file, "acceleration_mps2\n0.4\n0.5\n0.8\n-0.5\n-0.6\n-0.9\n").expect("space");
+/// let base = study::load("field-truck", &[] as &[&str])?.model;
+/// let request = SpeedChangeRequest {
+///     tables: &[Source::File(file)],
+///     mappings: Vec::new(),
+///     base: &base,
+///     options: SpeedChangeOptions::default(),
+///     untruncated: false,
+/// };
+/// let fit = fit_speed_change(&request, &mut |_| (), &mut go_on)?.fit;
+/// assert_eq!(fit.deceleration.expect("three of them").n, 3);
+/// # Ok::<(), ocmc_api::Error>(())
+/// ```
+///
+/// # Errors
+/// [`Error::SpeedChange`] where a table or a log cannot be read, [`Error::Fit`] where no change is
+/// left, [`Error::Interrupted`].
+pub fn fit_speed_change(
+    request: &SpeedChangeRequest,
+    warn: &mut dyn FnMut(&str),
+    watch: &mut Watch,
+) -> Result<FitAnswer<SpeedChangeFit>, Error> {
+    let SpeedChangeRequest { tables, mappings, base, options, untruncated } = request;
+    let mut changes = SpeedChangeTable::default();
+    for (done, source) in tables.iter().enumerate() {
+        Progress::of_logs(done, tables.len()).look(watch)?;
+        for note in speed_change_table::append(&mut changes, source.lent(), mappings, options)? {
+            warn(&note);
+        }
+    }
+    let source = tables.first().map_or("".as_ref(), Source::path);
+    let fit = speed_change::fit(&changes, options).map_err(|error| no_fit(source, error))?;
+    let population = fit.population(&base.driver.speed_change, *untruncated);
+    let part = FittedPart::new(base, &["driver", "speed_change"], &population);
+    let laws = [("acceleration", &fit.acceleration), ("deceleration", &fit.deceleration)];
+    let missing = laws.into_iter().filter(|(_, law)| law.is_none());
+    let warning = |name| format!("no {name} was measured: the study keeps the one of its base");
+    let mut warnings: Vec<String> = missing.map(|(name, _)| warning(name)).collect();
+    if fit.drivers == 1 {
+        warnings.push("there is one driver only: nothing is known about how drivers differ".into());
+    }
+    let text = text::speed_change(&fit);
+    Ok(FitAnswer::new(fit, &text, warnings, &part))
+}
+
+/// Roads, and what is asked of them.
+#[derive(Clone, Debug)]
+pub struct OperatingCycleRequest<'a> {
+    /// Operating cycles and logs.
+    pub roads: &'a [RoadSource<'a>],
+    /// Which column of a log is what; where one is said, all files are logs.
+    pub mappings: Vec<Mapping>,
+    /// The study with these road types that keeps what roads do not tell.
+    pub base: &'a StudyModel,
+    /// How logs are read.
+    pub options: RoadOptions,
+    /// Radii of the curves that are known; those of `options` for logs, all for operating cycles
+    /// where there are none.
+    pub radius_range_m: Option<[f64; 2]>,
+    /// What the steering wheel does, for logs that only have its angle.
+    pub steering: Option<Steering>,
+}
+
+/// A road.
+#[derive(Clone, Debug)]
+pub enum RoadSource<'a> {
+    /// An operating cycle of a study.
+    Cycle(&'a RealisedCycle),
+    /// A file or a table: a log, or, where it has no column of one, an operating cycle.
+    Measured(Source),
+}
+
+/// Fits the road model. `warn` receives what is odd in a log, and what is left out of it.
+///
+/// ```
+/// use ocmc_api::{OperatingCycleRequest, RoadOptions, RoadSource, fit_operating_cycle, go_on};
+/// use ocmc_api::{operating_cycle, study};
+/// let study = study::load("field-truck", &["mission.length_m=5000"])?;
+/// let cycles: Vec<_> = (0..20).map(|id| operating_cycle(&study, 1, id)).collect();
+/// let roads: Vec<_> = cycles.iter().map(RoadSource::Cycle).collect();
+/// let request = OperatingCycleRequest {
+///     roads: &roads,
+///     mappings: Vec::new(),
+///     base: &study.model,
+///     options: RoadOptions::default(),
+///     radius_range_m: None,
+///     steering: None,
+/// };
+/// let fit = fit_operating_cycle(&request, &mut |_| (), &mut go_on)?.fit;
+/// assert_eq!((fit.cycles, fit.length_m), (20, 100_000.0));
+/// # Ok::<(), ocmc_api::Error>(())
+/// ```
+///
+/// # Errors
+/// [`Error::Table`] where something cannot be read, [`Error::Drive`]
+/// where no drive can be used, [`Error::Fit`] where the roads do not determine the model,
+/// [`Error::Interrupted`].
+pub fn fit_operating_cycle(
+    request: &OperatingCycleRequest,
+    warn: &mut dyn FnMut(&str),
+    watch: &mut Watch,
+) -> Result<FitAnswer<RoadFit>, Error> {
+    let OperatingCycleRequest { roads, mappings, base, options, radius_range_m, steering } =
+        request;
+    let mut found = FoundRoads::default();
+    for (done, road) in roads.iter().enumerate() {
+        let progress = Progress::of_logs(done, roads.len());
+        progress.look(watch)?;
+        match road {
+            RoadSource::Cycle(cycle) => {
+                found.add_cycle(cycle.given().map_err(|error| no_fit(source(roads), error))?);
+            }
+            RoadSource::Measured(Source::File(path))
+                if mappings.is_empty() && !is_log(path, mappings) =>
+            {
+                found.add_cycle(given_cycle::read(path, &[])?);
+            }
+            RoadSource::Measured(log) => {
+                let file = log.log(mappings, &NEEDS, warn)?;
+                progress.ended(found.add(&file, options, *steering, || watch(progress)))?;
+            }
+        }
+    }
+    if let Some((place, fault)) = found.failed() {
+        return Err(Error::Drive { place: place.clone(), fault: fault.clone() });
+    }
+    found.notes.iter().for_each(|note| warn(note));
+    for (place, fault) in &found.left_out {
+        warn(&format!("{place} is left out: {fault}"));
+    }
+    let coverage = found.coverage(*radius_range_m);
+    let fit = fit_with_coverage(&found.roads, &coverage, base)
+        .map_err(|error| no_fit(source(roads), error))?;
+    let part = FittedPart::new(base, &[], &fit.study());
+    let (text, warnings) = (text::roads(&fit), fit.warnings.clone());
+    Ok(FitAnswer::new(fit, &text, warnings, &part))
+}
+
+/// What messages call the roads: by the first one.
+fn source<'a>(roads: &'a [RoadSource]) -> &'a Path {
+    match roads.first() {
+        Some(RoadSource::Measured(source)) => source.path(),
+        _ => "cycles".as_ref(),
+    }
+}
+
+/// A table of hours or of other times of the day.
+#[derive(Clone, Debug)]
+pub struct HourlyFitRequest<'a> {
+    /// One row an hour, or a measurement.
+    pub table: Source,
+    /// Which column is what.
+    pub mappings: Vec<Mapping>,
+    /// The study that keeps what was not measured.
+    pub base: &'a StudyModel,
+    /// Hours by which the place's standard time is ahead of UTC.
+    pub utc_offset_h: Option<f64>,
+}
+
+/// Measured traffic.
+pub type TrafficRequest<'a> = HourlyFitRequest<'a>;
+
+/// Recorded weather.
+pub type WeatherRequest<'a> = HourlyFitRequest<'a>;
+
+/// Fits traffic densities.
+///
+/// ```
+/// use ocmc_api::{Error, Source, TrafficRequest, fit_traffic, study};
+/// let folder = tempfile::tempdir().expect("a directory");
+/// let file = folder.path().join("traffic.csv");
+/// std::fs::write(&file, "time_s,road_type,density_share\n0,rural,0.1\n").expect("space");
+/// let base = study::load("field-truck", &[] as &[&str])?.model;
+/// let (table, mappings) = (Source::File(file), Vec::new());
+/// let request = TrafficRequest { table, mappings, base: &base, utc_offset_h: None };
+/// // one measurement is not enough
+/// assert!(matches!(fit_traffic(&request), Err(Error::Fit { .. })));
+/// # Ok::<(), ocmc_api::Error>(())
+/// ```
+///
+/// # Errors
+/// [`Error::Table`] where the table cannot be read, [`Error::Fit`] where it does not determine a
+/// density.
+pub fn fit_traffic(request: &TrafficRequest) -> Result<FitAnswer<TrafficFit>, Error> {
+    let TrafficRequest { table, mappings, base, utc_offset_h } = request;
+    let records = traffic_table::read(table.lent(), mappings, &base.traffic, *utc_offset_h)?;
+    let fit = traffic::fit(&records, &base.traffic).map_err(|error| no_fit(table.path(), error))?;
+    let part = FittedPart::new(base, &["traffic"], &fit.model);
+    let table = text::parameter_table("", &fit.parameters);
+    let (text, warnings) = (format!("{} densities\n{table}", fit.n), fit.warnings.clone());
+    Ok(FitAnswer::new(fit, &text, warnings, &part))
+}
+
+/// Fits the weather model.
+///
+/// ```
+/// use ocmc_api::{Error, Source, WeatherRequest, fit_weather, study};
+/// let folder = tempfile::tempdir().expect("a directory");
+/// let file = folder.path().join("weather.csv");
+/// std::fs::write(&file, "time_s,temperature_k\n0,281\n").expect("space");
+/// let base = study::load("field-truck", &[] as &[&str])?.model;
+/// let (table, mappings) = (Source::File(file), Vec::new());
+/// let request = WeatherRequest { table, mappings, base: &base, utc_offset_h: None };
+/// // one hour is not enough
+/// assert!(matches!(fit_weather(&request), Err(Error::Fit { .. })));
+/// # Ok::<(), ocmc_api::Error>(())
+/// ```
+///
+/// # Errors
+/// [`Error::Table`] where the table cannot be read, [`Error::Fit`] where it determines nothing.
+pub fn fit_weather(request: &WeatherRequest) -> Result<FitAnswer<WeatherFit>, Error> {
+    let WeatherRequest { table, mappings, base, utc_offset_h } = request;
+    let records = weather_table::read(table.lent(), mappings, *utc_offset_h)?;
+    let fit = weather::fit(&records, &base.weather).map_err(|error| no_fit(table.path(), error))?;
+    let part = FittedPart::new(base, &["weather"], &fit.model);
+    let table = text::parameter_table("", &fit.parameters);
+    let text = format!("{} hours over {:.1} years\n{table}", fit.hours, fit.years);
+    let warnings = fit.warnings.clone();
+    Ok(FitAnswer::new(fit, &text, warnings, &part))
 }

@@ -1,12 +1,10 @@
 //! What a fleet adds up to: a study is driven, or what is given is driven by its population.
 
-mod histogram_chart;
-mod summary_table;
 mod text;
 
 use crate::answer::Answer;
 use crate::error::Error;
-use crate::progress::{Progress, Watch};
+use crate::watch::{Progress, Watch};
 use ocmc_core::fleet::dependence::Dependence;
 use ocmc_core::fleet::precision::InterimChecks;
 use ocmc_core::fleet::summary::SummaryBuilder;
@@ -121,9 +119,8 @@ pub fn run(
         Some((path, format)) => Some(RunDirectory::create(path, *format, manifest.clone())?),
         None => None,
     };
-    let origin = loaded.origin;
-    Job { study: &loaded.study, given, manifest, plan: *plan, directory, fleet, origin }
-        .drive(sink, watch)
+    let driven = drive(&loaded.study, given, manifest, plan, directory, fleet, sink, watch)?;
+    Ok(RunAnswer { origin: loaded.origin, ..driven })
 }
 
 /// Finishes a run.
@@ -174,23 +171,8 @@ pub fn resume(request: &ResumeRequest, watch: &mut Watch) -> Result<RunAnswer, E
     let (first_cycle, cycles) = (manifest.first_cycle + done, manifest.cycles - done);
     let plan = RunPlan::new(manifest.seed, first_cycle, cycles, threads, chunk);
     let plan = RunPlan { level, ..plan };
-    // the study is that of the run, not the file that its manifest is
-    let origin = Origin::BuiltIn(manifest.study.clone());
-    let directory = Some(directory);
-    Job { study: &study.study, given: &given, manifest, plan, directory, fleet, origin }
-        .drive(&mut |_| (), watch)
-}
-
-/// A run that is to be driven: all of it, or what is left of it.
-struct Job<'a> {
-    study: &'a Study,
-    given: &'a GivenDrive,
-    manifest: Manifest,
-    plan: RunPlan,
-    directory: Option<RunDirectory>,
-    /// Holds what was driven before.
-    fleet: SummaryBuilder,
-    origin: Origin,
+    let (study, directory) = (&study.study, Some(directory));
+    drive(study, &given, manifest, &plan, directory, fleet, &mut |_| (), watch)
 }
 
 /// Why a run ended early.
@@ -200,53 +182,60 @@ enum Stop {
     Unwritten(RunDirectoryError),
 }
 
-impl Job<'_> {
-    fn drive(self, sink: &mut dyn FnMut(&[Record]), watch: &mut Watch) -> Result<RunAnswer, Error> {
-        let Self { study, given, mut manifest, plan, mut directory, mut fleet, origin } = self;
-        let resumed = fleet.cycles();
-        let clock = Instant::now();
-        let mut look = |done| {
-            watch(Progress { what: "cycles", done, total: manifest.cycles })
-                .map_break(|()| Stop::Interrupted)
-        };
-        let mut checks = InterimChecks::new(manifest.precision.as_ref(), resumed);
-        let mut ended = look(resumed);
-        if ended.is_continue() {
-            let mut take = |records: &[Record], cycles: u64| {
-                sink(records);
-                if let Some(directory) = &mut directory
-                    && let Err(error) = directory.add(records)
-                {
-                    return ControlFlow::Break(Stop::Unwritten(error));
-                }
-                look(cycles)
-            };
-            ended = given.run(study, &plan, |records: Vec<Record>| {
-                let taken = checks.take(&mut fleet, &records, &mut take);
-                taken.map_break(|stop| stop.unwrap_or(Stop::PreciseEnough))
-            });
-        }
-        let ended = match ended {
-            ControlFlow::Break(Stop::Unwritten(error)) => return Err(Error::Unwritten(error)),
-            ControlFlow::Break(Stop::Interrupted) => RunEnd::Interrupted,
-            ControlFlow::Break(Stop::PreciseEnough) | ControlFlow::Continue(()) => RunEnd::Complete,
-        };
-        let wall_s = clock.elapsed().as_secs_f64();
-        let reached = manifest.precision.as_ref().map(|precision| precision.check(&fleet));
-        let cycles = fleet.cycles();
-        let summary = RunSummary::new(&manifest, fleet.finish(), wall_s, plan.threads);
-        let summary = RunSummary { precision: reached, ..summary };
-        if let Some(mut directory) = directory {
-            if ended == RunEnd::Complete {
-                directory.end_here();
+/// Drives a run: all of it, or what is left of it, where `fleet` holds what was driven before.
+fn drive(
+    study: &Study,
+    given: &GivenDrive,
+    mut manifest: Manifest,
+    plan: &RunPlan,
+    mut directory: Option<RunDirectory>,
+    mut fleet: SummaryBuilder,
+    sink: &mut dyn FnMut(&[Record]),
+    watch: &mut Watch,
+) -> Result<RunAnswer, Error> {
+    let resumed = fleet.cycles();
+    let clock = Instant::now();
+    let mut look = |done| {
+        watch(Progress { what: "cycles", done, total: manifest.cycles })
+            .map_break(|()| Stop::Interrupted)
+    };
+    let mut checks = InterimChecks::new(manifest.precision.as_ref(), resumed);
+    let mut ended = look(resumed);
+    if ended.is_continue() {
+        let mut take = |records: &[Record], cycles: u64| {
+            sink(records);
+            if let Some(directory) = &mut directory
+                && let Err(error) = directory.add(records)
+            {
+                return ControlFlow::Break(Stop::Unwritten(error));
             }
-            manifest = directory.finish(&summary).map_err(Error::Unwritten)?;
-        } else if ended == RunEnd::Complete {
-            let (status, completed) = (RunStatus::Complete, cycles);
-            manifest = Manifest { status, completed, cycles, precision: None, ..manifest };
-        }
-        Ok(RunAnswer { manifest, summary, origin, resumed, ended })
+            look(cycles)
+        };
+        ended = given.run(study, plan, |records: Vec<Record>| {
+            let taken = checks.take(&mut fleet, &records, &mut take);
+            taken.map_break(|stop| stop.unwrap_or(Stop::PreciseEnough))
+        });
     }
+    let ended = match ended {
+        ControlFlow::Break(Stop::Unwritten(error)) => return Err(Error::Unwritten(error)),
+        ControlFlow::Break(Stop::Interrupted) => RunEnd::Interrupted,
+        ControlFlow::Break(Stop::PreciseEnough) | ControlFlow::Continue(()) => RunEnd::Complete,
+    };
+    let wall_s = clock.elapsed().as_secs_f64();
+    let reached = manifest.precision.as_ref().map(|precision| precision.check(&fleet));
+    let cycles = fleet.cycles();
+    let summary = RunSummary::new(&manifest, fleet.finish(), wall_s, plan.threads);
+    let summary = RunSummary { precision: reached, ..summary };
+    if let Some(mut directory) = directory {
+        if ended == RunEnd::Complete {
+            directory.end_here();
+        }
+        manifest = directory.finish(&summary).map_err(Error::Unwritten)?;
+    } else if ended == RunEnd::Complete {
+        let (status, completed) = (RunStatus::Complete, cycles);
+        manifest = Manifest { status, completed, cycles, precision: None, ..manifest };
+    }
+    Ok(RunAnswer { resumed, ..RunAnswer::stored(manifest, summary, ended) })
 }
 
 impl RunAnswer {

@@ -1,16 +1,19 @@
-//! The answer of a run as text: what was run, the distribution over the fleet, a histogram, and
-//! what failed.
+//! The answer of a run as text: what was run, the distribution over the fleet as a table that fits 80
+//! columns, a histogram of bars that fit the terminal, and what failed.
 
-use super::{RunAnswer, histogram_chart, summary_table};
-use crate::cost::threads_text;
+use super::RunAnswer;
+use crate::text::{fact, row, threads_text};
+use ocmc_core::fleet::histogram::Histogram;
 use ocmc_core::fleet::precision::{Precision, Reached};
+use ocmc_core::fleet::statistic::Statistic;
 use ocmc_core::fleet::summary::{OUTSIDE_MAP_SHARE, Summary};
 use ocmc_core::record::Outcome;
 use ocmc_io::label::label;
-use ocmc_io::number_text::{count_of, grouped, rough, rounded, short};
+use ocmc_io::number_text::{count_of, decimals, grouped, rough, rounded, short};
 use ocmc_io::run_directory::RunSummary;
 use ocmc_io::study::Origin;
 use std::fmt::Write;
+use std::iter::once;
 
 /// The quantity that empty trips do not have.
 const PER_TONNE: &str = "consumption_l_per_100tkm";
@@ -20,47 +23,27 @@ pub(crate) fn run_text(answer: &RunAnswer, width: usize) -> String {
     let run = &answer.summary;
     let mut text = heading(answer, run);
     if run.summary.outcomes.of(Outcome::Completed) > 0 {
-        text.push('\n');
-        text.push_str(&summary_table::summary_table(&run.summary.statistics));
-        text.push_str(&empty(&run.summary));
-        text.push_str(&uncertain(&run.summary));
+        let table = summary_table(&run.summary.statistics);
+        let _ = write!(text, "\n{table}{}{}", empty(&run.summary), uncertain(&run.summary));
         if let Some(statistic) = run.summary.consumption() {
-            text.push('\n');
-            text.push_str(&histogram_chart::histogram_chart(statistic, width));
+            let _ = write!(text, "\n{}", histogram_chart(statistic, width));
         }
     }
-    text.push_str(&saturated(&run.summary));
-    text.push_str(&failed(run));
-    text
+    text + &saturated(&run.summary) + &failed(&run.summary)
 }
 
 fn heading(answer: &RunAnswer, run: &RunSummary) -> String {
     let summary = &run.summary;
-    let mut lines = Vec::new();
-    lines.push((
-        "study",
-        match &answer.origin {
-            Origin::File(path) => format!("{} ({})", run.study, path.display()),
-            _ => run.study.clone(),
-        },
-    ));
-    lines.push(("seed", run.seed.to_string()));
+    let study = match &answer.origin {
+        Origin::File(path) => format!("{} ({})", run.study, path.display()),
+        _ => run.study.clone(),
+    };
     let ids = match summary.cycles {
         0 => String::new(),
         n => format!(", ids {} to {}", run.first_cycle, run.first_cycle + (n - 1)),
     };
-    lines.push(("cycles", format!("{}{ids}", grouped(summary.cycles))));
-    lines.push((
-        "simulated",
-        format!(
-            "{} km, {} h of driving",
-            rounded(summary.distance_m / 1000.0),
-            rounded(summary.simulated_s / 3600.0)
-        ),
-    ));
-    if let Some(reached) = &run.precision {
-        lines.push(("precision", precision(reached)));
-    }
+    let (km, h) = (rounded(summary.distance_m / 1000.0), rounded(summary.simulated_s / 3600.0));
+    let precision = run.precision.as_ref().map(|reached| fact("precision", precision(reached)));
     let took = format!("{} s on {}", short(run.wall_s), threads_text(run.threads));
     let rate = |cycles: u64| rough(cycles as f64 / run.wall_s);
     let took = match answer.resumed {
@@ -74,12 +57,15 @@ fn heading(answer: &RunAnswer, run: &RunSummary) -> String {
             format!("{took} for the last {} cycles: {} cycles/s", grouped(rest), rate(rest))
         }
     };
-    lines.push(("took", took));
-    let mut text = String::new();
-    for (name, value) in lines {
-        let _ = writeln!(text, "{name:<10} {value}");
-    }
-    text
+    [
+        fact("study", study),
+        fact("seed", run.seed),
+        fact("cycles", format!("{}{ids}", grouped(summary.cycles))),
+        fact("simulated", format!("{km} km, {h} h of driving")),
+        precision.unwrap_or_default(),
+        fact("took", took),
+    ]
+    .concat()
 }
 
 /// What was asked for, and what came of it.
@@ -163,8 +149,7 @@ fn saturated(summary: &Summary) -> String {
 }
 
 /// Cycles that could not be driven, by reason, and how they were counted.
-fn failed(run: &RunSummary) -> String {
-    let summary = &run.summary;
+fn failed(summary: &Summary) -> String {
     let failed = summary.outcomes.failed();
     if failed == 0 {
         return String::new();
@@ -192,4 +177,136 @@ fn failed(run: &RunSummary) -> String {
         );
     }
     text
+}
+
+/// Widths of the names, of the mean with its interval, of the spread and the quantiles, behind a
+/// space each.
+const WIDTHS: [usize; 9] = [13, 17, 6, 6, 6, 6, 6, 6, 6];
+
+/// The table. Quantities that the fleet does not have are left out.
+pub(crate) fn summary_table(statistics: &[Statistic]) -> String {
+    let quantiles = statistics.first().into_iter().flat_map(|statistic| &statistic.quantiles);
+    let names = quantiles.map(|quantile| quantile.name.to_uppercase());
+    let head = ["", "mean ± 95 %", "SD"].map(str::to_owned).into_iter().chain(names).collect();
+    let rows = statistics.iter().filter(|statistic| statistic.n > 0).map(cells);
+    let rows = once(head).chain(rows).map(|cells: Vec<String>| row(" ", &WIDTHS, &cells));
+    let over = row(" ", &WIDTHS, &["", "of the fleet", " each cycle counted once"]);
+    once(over).chain(rows).collect()
+}
+
+/// Its name, the mean of the fleet with half its interval, the spread and the quantiles.
+fn cells(statistic: &Statistic) -> Vec<String> {
+    let (name, factor) = label(statistic.column);
+    let digits = digits(statistic, factor);
+    let print = |value: Option<f64>| match value {
+        Some(value) => format!("{:.digits$}", factor * value),
+        None => "-".to_owned(),
+    };
+    let half_width = statistic.ci95.map(|[low, high]| (high - low) / 2.0);
+    let mean = format!("{} ± {}", print(statistic.mean), print(half_width));
+    let quantiles = statistic.quantiles.iter().map(|quantile| print(quantile.value));
+    [name.to_owned(), mean, print(statistic.sd)].into_iter().chain(quantiles).collect()
+}
+
+/// Decimals of a row: as the mean has them, fewer where a column would be too narrow for its
+/// number.
+fn digits(statistic: &Statistic, factor: f64) -> usize {
+    let scale = statistic.mean.or(statistic.quantiles[2].value).unwrap_or(0.0);
+    let quantiles = statistic.quantiles.iter().map(|quantile| quantile.value);
+    let numbers: Vec<f64> =
+        quantiles.chain([statistic.sd]).flatten().map(|value| factor * value).collect();
+    let fits = |&digits: &usize| {
+        numbers.iter().all(|number| format!("{number:.digits$}").len() <= WIDTHS[2])
+    };
+    (0..=decimals(factor * scale)).rev().find(fits).unwrap_or(0)
+}
+
+/// Bars from an eighth of a character to seven of them.
+const PARTS: [&str; 8] = ["", "▏", "▎", "▍", "▌", "▋", "▊", "▉"];
+
+/// The histogram of a quantity that is printed in its own unit.
+pub(crate) fn histogram_chart(statistic: &Statistic, width: usize) -> String {
+    let Some(histogram) = &statistic.histogram else {
+        return String::new();
+    };
+    let (name, _) = label(statistic.column);
+    let rows = rows(histogram);
+    let label_width = rows.iter().map(|row| row.0.chars().count()).max().unwrap_or(0);
+    let count_width = rows.iter().map(|row| grouped(row.1).len()).max().unwrap_or(0);
+    let bar_width = width.saturating_sub(label_width + count_width + 4).max(1);
+    let largest = rows.iter().map(|row| row.1).max().unwrap_or(0).max(1);
+    let mut text = format!("{name}, number of cycles\n");
+    for (label, count) in rows {
+        let bar = bar(count, largest, bar_width);
+        let row = format!(" {label:>label_width$} {:>count_width$} {bar}", grouped(count));
+        let _ = writeln!(text, "{}", row.trim_end());
+    }
+    text
+}
+
+/// Names and counts of the bins, from the lowest, tails included where they hold something.
+fn rows(histogram: &Histogram) -> Vec<(String, u64)> {
+    let digits = histogram.decimals;
+    let edges = &histogram.edges;
+    let mut rows = Vec::new();
+    if histogram.below > 0 {
+        rows.push((format!("below {:.digits$}", edges[0]), histogram.below));
+    }
+    for (edge, count) in edges.windows(2).zip(&histogram.counts) {
+        rows.push((format!("{:.digits$} - {:.digits$}", edge[0], edge[1]), *count));
+    }
+    if histogram.above > 0 {
+        rows.push((format!("above {:.digits$}", edges[edges.len() - 1]), histogram.above));
+    }
+    rows
+}
+
+/// A bar in eighths of a character; what is not 0 shows.
+fn bar(count: u64, largest: u64, width: usize) -> String {
+    let eighths = (8 * width) as f64 * count as f64 / largest as f64;
+    let eighths = (eighths.round() as usize).max(usize::from(count > 0));
+    format!("{}{}", "█".repeat(eighths / 8), PARTS[eighths % 8])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ocmc_core::fleet::dependence::Dependence;
+    use ocmc_core::fleet::summary::SummaryBuilder;
+
+    #[test]
+    fn columns_never_touch() {
+        let mut statistics = SummaryBuilder::default().finish().statistics;
+        for statistic in &mut statistics {
+            statistic.n = 60;
+            (statistic.mean, statistic.ci95) = (Some(7.106), Some([6.262, 7.95]));
+            statistic.sd = Some(30.054);
+            for (quantile, value) in
+                statistic.quantiles.iter_mut().zip([4.3, 9.99, 99.9999, 1e4, 166.062, 1e7])
+            {
+                quantile.value = Some(value);
+            }
+        }
+        let text = summary_table(&statistics);
+        for line in text.lines().skip(2) {
+            let (_, numbers) = line.split_once('±').unwrap();
+            let numbers: Vec<f64> =
+                numbers.split_whitespace().map(|number| number.parse().unwrap()).collect();
+            assert_eq!(numbers.len(), 2 + statistics[0].quantiles.len(), "{line}");
+        }
+    }
+
+    #[test]
+    fn fits_the_width_and_shows_every_cycle() {
+        let mut values: Vec<f64> = (0..2000).map(|k| 20.0 + f64::from(k % 97) * 0.1).collect();
+        values.push(99.0);
+        let cycles = (0..).zip(values);
+        let statistic =
+            Statistic::new("consumption_l_per_100km", None, &cycles, Dependence::default());
+        for width in [40, 80, 120] {
+            let chart = histogram_chart(&statistic, width);
+            assert!(chart.lines().all(|line| line.chars().count() <= width), "{chart}");
+            assert!(chart.contains("above"), "{chart}");
+        }
+    }
 }

@@ -5,7 +5,7 @@ use super::{LogFile, LoggedTrip, Need};
 use crate::table::Quantity;
 use ocmc_estimation::log::TripLog;
 use ocmc_estimation::log::curve::{
-    Correction, CurveDetection, CurveOptions, RadiusDefinition, detect_curves,
+    Correction, CurveDetection, CurveOptions, DrivenCurve, RadiusDefinition, detect_curves,
 };
 use ocmc_estimation::log::sensor::yaw_rate_of_course;
 use ocmc_estimation::log::signal::LogError;
@@ -201,9 +201,31 @@ pub(super) fn turning_log<'a>(
     Ok((log, options))
 }
 
-/// Columns of the table of curves.
-const COLUMNS: &str = "driver,drive,direction,radius_m,speed_mps,limit_mps,length_m,turn_rad,\
-                       start_m,end_m,start_s,end_s,route_m";
+/// What a curve of a drive has in a column.
+#[derive(Clone, Copy, Debug)]
+pub enum CurveCell {
+    /// A word.
+    Word(for<'a> fn(&'a TripCurves, &DrivenCurve) -> &'a str),
+    /// A number, where it is known.
+    Number(fn(&TripCurves, &DrivenCurve) -> Option<f64>),
+}
+
+/// The columns of the table of curves.
+pub const COLUMNS: [(&str, CurveCell); 13] = [
+    ("driver", CurveCell::Word(|drive, _| &drive.driver)),
+    ("drive", CurveCell::Word(|drive, _| &drive.drive)),
+    ("direction", CurveCell::Word(|_, curve| if curve.left { "left" } else { "right" })),
+    ("radius_m", CurveCell::Number(|_, curve| Some(curve.radius_m))),
+    ("speed_mps", CurveCell::Number(|_, curve| Some(curve.speed_mps))),
+    ("limit_mps", CurveCell::Number(|_, curve| curve.limit_mps)),
+    ("length_m", CurveCell::Number(|_, curve| Some(curve.length_m()))),
+    ("turn_rad", CurveCell::Number(|_, curve| Some(curve.turn_rad))),
+    ("start_m", CurveCell::Number(|_, curve| Some(curve.start_m))),
+    ("end_m", CurveCell::Number(|_, curve| Some(curve.end_m))),
+    ("start_s", CurveCell::Number(|_, curve| Some(curve.start_s))),
+    ("end_s", CurveCell::Number(|_, curve| Some(curve.end_s))),
+    ("route_m", CurveCell::Number(|drive, _| Some(drive.detection.way_m))),
+];
 
 /// Writes the curves as comma-separated values.
 ///
@@ -211,25 +233,15 @@ const COLUMNS: &str = "driver,drive,direction,radius_m,speed_mps,limit_mps,lengt
 /// Those of writing.
 pub fn write_csv(out: impl io::Write, drives: &[TripCurves]) -> io::Result<()> {
     let mut writer = csv::Writer::from_writer(out);
-    writer.write_record(COLUMNS.split(','))?;
+    writer.write_record(COLUMNS.map(|(name, _)| name))?;
     for drive in drives {
         for curve in &drive.detection.curves {
-            let number = |value: f64| format!("{value:?}");
-            writer.write_record([
-                drive.driver.as_str(),
-                drive.drive.as_str(),
-                if curve.left { "left" } else { "right" },
-                &number(curve.radius_m),
-                &number(curve.speed_mps),
-                &curve.limit_mps.map_or_else(String::new, number),
-                &number(curve.length_m()),
-                &number(curve.turn_rad),
-                &number(curve.start_m),
-                &number(curve.end_m),
-                &number(curve.start_s),
-                &number(curve.end_s),
-                &number(drive.detection.way_m),
-            ])?;
+            writer.write_record(COLUMNS.map(|(_, cell)| match cell {
+                CurveCell::Word(word) => word(drive, curve).to_owned(),
+                CurveCell::Number(number) => {
+                    number(drive, curve).map_or_else(String::new, |number| format!("{number:?}"))
+                }
+            }))?;
         }
     }
     writer.flush()

@@ -1,20 +1,22 @@
 //! Which factors the spread between cycles comes from.
 
-mod text;
-
 use crate::answer::Answer;
 use crate::error::Error;
-use crate::progress::Watch;
-use crate::watch::watched;
+use crate::text::{fact, took};
+use crate::watch::{Watch, watched};
 use ocmc_core::fleet::quantity::{RecordQuantity, quantity};
 use ocmc_core::fleet::random_effects::{TwoWay, two_way};
 use ocmc_core::fleet::run::RunPlan;
 use ocmc_core::fleet::sensitivity::{
-    FactorGroup, Sensitivity, factor_groups, sensitivity as shares_of,
+    FactorGroup, FactorShare, Sensitivity, factor_groups, sensitivity as shares_of,
 };
+use ocmc_core::fleet::variance_share::LEAST_GROUPS;
 use ocmc_core::random::sampling::Sampling;
+use ocmc_io::label::label;
+use ocmc_io::number_text::{grouped, percent, rounded};
 use ocmc_io::study::{LoadedStudy, Origin, study_hash};
 use serde::Serialize;
+use std::fmt::Write;
 use std::time::Instant;
 
 pub use ocmc_core::fleet::sensitivity::SensitivityError;
@@ -120,7 +122,15 @@ pub fn sensitivity(
 
 impl Answer for SensitivityAnswer {
     fn text(&self) -> String {
-        text::answer(self)
+        let shares = &self.sensitivity;
+        let mut text = heading(self, shares);
+        text.push_str(&took(self.wall_s, self.threads, shares.cycles));
+        text.push('\n');
+        text.push_str(&table(shares));
+        if let Some(two_way) = &self.two_way {
+            text.push_str(&two_way_text(two_way));
+        }
+        text
     }
 }
 
@@ -143,4 +153,114 @@ fn groups_named(names: Option<&[String]>) -> Result<Vec<FactorGroup>, Error> {
         groups.retain(|group| names.iter().any(|name| name == group.name));
     }
     Ok(groups)
+}
+
+/// Width of the names, and of a share with its interval.
+const WIDTHS: (usize, usize) = (17, 21);
+
+/// Width of the bars.
+const BAR: usize = 18;
+
+fn two_way_text(shares: &TwoWay) -> String {
+    let [cycle, driver, both] = [shares.cycle, shares.driver, shares.both].map(percent);
+    format!(
+        "\nA second opinion, {} cycles by {} drivers, two-way random effects, in %:\n\
+         cycle {cycle}, driver {driver}, both together {both}\n",
+        grouped(shares.cycles),
+        shares.drivers
+    )
+}
+
+fn heading(answer: &SensitivityAnswer, shares: &Sensitivity) -> String {
+    let replicates = shares.replicates.map(|draws| {
+        let draws = grouped(draws);
+        fact("replicates", format!("{draws}, each with its draw of the uncertain parameters"))
+    });
+    [
+        fact("study", &answer.origin),
+        fact("seed", answer.seed),
+        fact("rows", format!("{}{}", grouped(shares.rows), dropped(shares))),
+        fact("cycles", grouped(shares.cycles)),
+        replicates.unwrap_or_default(),
+    ]
+    .concat()
+}
+
+/// How many rows were dropped, and why.
+fn dropped(shares: &Sensitivity) -> String {
+    match (shares.failed_rows, shares.rows_without_value) {
+        (0, 0) => String::new(),
+        (failed, 0) => format!(", {} dropped because a cycle was not completed", grouped(failed)),
+        (0, without) => format!(", {} dropped because a cycle had no value", grouped(without)),
+        (failed, without) => format!(
+            ", {} dropped because a cycle was not completed,\n{:<10} {} because one had no value",
+            grouped(failed),
+            "",
+            grouped(without)
+        ),
+    }
+}
+
+fn table(shares: &Sensitivity) -> String {
+    let (name_width, width) = WIDTHS;
+    let (label, factor) = label(shares.column);
+    let known = shares.factors.iter().any(|share| share.total_ci95.is_some());
+    let intervals = if known {
+        "with 95 % intervals".to_owned()
+    } else {
+        format!("no intervals below {LEAST_GROUPS} independent groups of rows")
+    };
+    let mut text = format!(
+        "{label}: mean of the cycles {}, SD {}.\nShares of the variance in %, {intervals}:\n\n",
+        rounded(factor * shares.mean),
+        rounded(factor * shares.variance.sqrt())
+    );
+    let head = format!("{:name_width$}{:>width$}{:>width$}", "", "alone", "with joint effects");
+    let _ = writeln!(text, "{head}");
+    for share in &shares.factors {
+        let _ = writeln!(text, "{}", row(share).trim_end());
+    }
+    text
+}
+
+fn row(share: &FactorShare) -> String {
+    let (name_width, width) = WIDTHS;
+    // a part stands below its factor
+    let name = match share.factor.split_once('.') {
+        Some((_, part)) => format!("  {part}"),
+        None => share.factor.to_owned(),
+    };
+    let cell = |share: f64, ci95: Option<[f64; 2]>| match ci95 {
+        Some([low, high]) => {
+            format!("{} ({} to {})", percent(share), percent(low), percent(high))
+        }
+        None => percent(share),
+    };
+    let first = cell(share.first, share.first_ci95);
+    let total = cell(share.total, share.total_ci95);
+    let bar = "█".repeat((BAR as f64 * share.total.clamp(0.0, 1.0)).round() as usize);
+    // a space of its own, whatever the width of the second
+    let rest = width - 1;
+    format!("{name:name_width$}{first:>width$} {total:>rest$}  {bar}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn wide_intervals_do_not_run_together() {
+        let share = FactorShare {
+            factor: "road",
+            first: 1.083,
+            first_ci95: Some([0.771, 1.365]),
+            total: 1.061,
+            total_ci95: Some([0.838, 1.29]),
+        };
+        let message = row(&share);
+        assert!(message.contains("108.3 (77.1 to 136.5) 106.1 (83.8 to 129.0)  █"), "{message}");
+        assert!(message.chars().count() <= 80, "{message}");
+        let unsure = row(&FactorShare { first_ci95: None, total_ci95: None, ..share });
+        assert!(unsure.contains(" 108.3 ") && !unsure.contains('('), "{unsure}");
+    }
 }

@@ -1,0 +1,232 @@
+//! How studies differ under common random numbers, the first one as the baseline.
+
+use crate::answer::Answer;
+use crate::error::Error;
+use crate::sensitivity::quantity_named;
+use crate::text::{fact, took};
+use crate::watch::{Watch, watched};
+use ocmc_core::fleet::comparison::{Comparison, compare as compare_fleets};
+use ocmc_core::fleet::quantity::WHEEL;
+use ocmc_core::fleet::run::RunPlan;
+use ocmc_core::study::Study;
+use ocmc_io::label::label;
+use ocmc_io::number_text::{count_of, grouped, percent, rough, rounded};
+use ocmc_io::study::{LoadedStudy, study_hash};
+use serde::{Serialize, Serializer};
+use std::fmt::Write;
+use std::time::Instant;
+
+/// The studies, and what is compared.
+#[derive(Clone, Debug)]
+pub struct CompareRequest<'a> {
+    /// The studies and how the answer calls them, the baseline first; two at least.
+    pub studies: Vec<(String, &'a LoadedStudy)>,
+    /// The cycles that each of them drives.
+    pub plan: RunPlan,
+    /// Name of the quantity; the first consumption that all have where there is none.
+    pub column: Option<String>,
+}
+
+/// The differences.
+#[derive(Clone, Debug)]
+pub struct CompareAnswer {
+    /// One for each study but the baseline.
+    pub comparisons: Vec<ComparedStudies>,
+    /// Studies that are compared by the work at the wheels, although it was not asked for, because
+    /// they burn no fuel.
+    pub(crate) without_fuel: Vec<String>,
+    pub(crate) plan: RunPlan,
+    pub(crate) wall_s: f64,
+}
+
+/// How a study B differs from the baseline A.
+#[derive(Clone, Debug, Serialize)]
+pub struct ComparedStudies {
+    /// What A is called.
+    pub study_a: String,
+    /// Hash of the resolved study A.
+    pub study_hash_a: String,
+    /// What B is called.
+    pub study_b: String,
+    /// Hash of the resolved study B.
+    pub study_hash_b: String,
+    /// Master seed.
+    pub seed: u64,
+    /// Id of the first cycle.
+    pub first_cycle: u64,
+    /// The difference.
+    #[serde(flatten)]
+    pub comparison: Comparison,
+}
+
+/// Drives the same cycles in all studies and compares them with the first one.
+///
+/// ```
+/// use ocmc_api::{CompareRequest, RunPlan, compare, go_on, study};
+/// let empty = study::load("field-truck", &["mission.length_m=5000"])?;
+/// let loaded = empty.set(&["mission.payload_kg=20000"])?;
+/// let request = CompareRequest {
+///     studies: vec![("empty".to_owned(), &empty), ("loaded".to_owned(), &loaded)],
+///     plan: RunPlan::new(1, 0, 20, None, None),
+///     column: Some("consumption_l_per_100km".to_owned()),
+/// };
+/// let answer = compare(&request, &mut go_on)?;
+/// assert!(answer.comparisons[0].comparison.difference > Some(0.0));
+/// # Ok::<(), ocmc_api::Error>(())
+/// ```
+///
+/// # Errors
+/// [`Error::UnknownColumn`] and [`Error::Interrupted`]; [`Error::NothingToCompare`] where there are
+/// not two studies.
+pub fn compare(request: &CompareRequest, watch: &mut Watch) -> Result<CompareAnswer, Error> {
+    let CompareRequest { studies, plan, column } = request;
+    let [(name_a, a), others @ ..] = studies.as_slice() else {
+        return Err(Error::NothingToCompare);
+    };
+    if others.is_empty() {
+        return Err(Error::NothingToCompare);
+    }
+    let quantity = quantity_named(column.as_deref())?;
+    let all: Vec<&Study> = studies.iter().map(|(_, loaded)| &loaded.study).collect();
+    let clock = Instant::now();
+    let cycles = plan.cycles.saturating_mul(all.len() as u64);
+    let compared = watched(cycles, watch, |look| compare_fleets(&all, plan, quantity, look))?;
+    let wall_s = clock.elapsed().as_secs_f64();
+    let by_wheels = compared.iter().all(|comparison| comparison.column == WHEEL);
+    let without_fuel = studies.iter().filter(|(_, study)| {
+        column.is_none() && by_wheels && study.model.vehicle.electric.is_some()
+    });
+    let without_fuel = without_fuel.map(|(name, _)| name.clone()).collect();
+    let comparisons =
+        compared.into_iter().zip(others).map(|(comparison, (name, b))| ComparedStudies {
+            study_a: name_a.clone(),
+            study_hash_a: study_hash(&a.model),
+            study_b: name.clone(),
+            study_hash_b: study_hash(&b.model),
+            seed: plan.seed,
+            first_cycle: plan.first_cycle,
+            comparison,
+        });
+    let comparisons = comparisons.collect();
+    Ok(CompareAnswer { comparisons, without_fuel, plan: *plan, wall_s })
+}
+
+/// Two studies are one comparison, more are a list.
+impl Serialize for CompareAnswer {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self.comparisons.as_slice() {
+            [one] => one.serialize(serializer),
+            several => several.serialize(serializer),
+        }
+    }
+}
+
+impl Answer for CompareAnswer {
+    fn text(&self) -> String {
+        let Self { comparisons, plan, .. } = self;
+        let mut text = fact("A", &comparisons[0].study_a);
+        if let [only] = comparisons.as_slice() {
+            text.push_str(&fact("B", only.study_b.replace(" with ", "\n  with ")));
+        }
+        text.push_str(&fact("seed", plan.seed));
+        let (first, last) = (plan.first_cycle, plan.first_cycle + (plan.cycles - 1));
+        let cycles = format!("{} in each study, ids {first} to {last}", grouped(plan.cycles));
+        text.push_str(&fact("cycles", cycles));
+        let driven = plan.cycles * (comparisons.len() as u64 + 1);
+        text.push_str(&took(self.wall_s, plan.threads, driven));
+        text.push_str(&no_common_consumption(&self.without_fuel));
+        for compared in comparisons {
+            text.push('\n');
+            if comparisons.len() > 1 {
+                text.push_str(&fact("B", &compared.study_b));
+            }
+            let names = [compared.study_a.as_str(), compared.study_b.as_str()];
+            text.push_str(&comparison_text(&compared.comparison, names));
+        }
+        text
+    }
+}
+
+/// Why studies are compared by the work at the wheels, where some burn no fuel.
+fn no_common_consumption(without_fuel: &[String]) -> String {
+    let burn = match without_fuel.len() {
+        0 => return String::new(),
+        1 => "burns",
+        _ => "burn",
+    };
+    let names = without_fuel.join(", ");
+    fact("note", format!("{names} {burn} no fuel: compared by work at the wheels"))
+}
+
+/// One comparison in words and numbers.
+fn comparison_text(comparison: &Comparison, names: [&str; 2]) -> String {
+    let (label, factor) = label(comparison.column);
+    let mut text = format!("{label}, mean of the fleet\n");
+    let mut line = |name: &str, value: &str| {
+        let _ = writeln!(text, "  {name:<18} {value}");
+    };
+    if let Comparison { a: Some(a), b: Some(b), difference: Some(change), .. } = *comparison {
+        difference_lines(comparison, [a, b, change], factor, &mut line);
+    } else {
+        let without = [
+            (names[0], comparison.a_without_quantity, comparison.a_failed),
+            (names[1], comparison.b_without_quantity, comparison.b_failed),
+        ];
+        let all = |(_, without, failed): &&(&str, u64, u64)| {
+            *without > 0 && without + failed == comparison.cycles
+        };
+        let named: Vec<&str> = without.iter().filter(all).map(|(name, ..)| *name).collect();
+        match named.as_slice() {
+            [] => line("no pairs", "no cycle has it in both studies"),
+            [name] => line("no pairs", &format!("{name} has no {}", comparison.column)),
+            _ => line("no pairs", &format!("neither study has {}", comparison.column)),
+        }
+    }
+    for (name, failed) in [("A", comparison.a_failed), ("B", comparison.b_failed)] {
+        if failed > 0 {
+            line("not completed", &format!("{} of {name}, left out", count_of(failed, "cycle")));
+        }
+    }
+    text
+}
+
+/// What the pairs tell, line by line.
+fn difference_lines(
+    comparison: &Comparison,
+    [a, b, difference]: [f64; 3],
+    factor: f64,
+    line: &mut impl FnMut(&str, &str),
+) {
+    line("A", &rounded(factor * a));
+    line("B", &rounded(factor * b));
+    let digits = decimals_of(comparison, factor);
+    let half = |[low, high]: [f64; 2]| format!("{:.digits$}", factor * (high - low) / 2.0);
+    let interval = comparison.ci95.map_or("-".to_owned(), half);
+    let (change, share) = (factor * difference, 100.0 * difference / a);
+    line("B - A", &format!("{change:+.digits$} ± {interval} ({share:+.2} %)"));
+    if let Some(uncertain) = comparison.parameter_uncertainty {
+        let (wide, draws) = (half(uncertain.ci95), grouped(uncertain.replicates));
+        line("with parameters", &format!("± {wide}, over {draws} draws of the curve-speed fit"));
+    }
+    let pairs = count_of(comparison.pairs - comparison.pairs_without_value, "pair");
+    if let (Some(lower), Some(equal)) = (comparison.share_a_lower, comparison.share_equal) {
+        let higher = 1.0 - lower - equal;
+        let [lower, equal, higher] = [lower, equal, higher].map(percent);
+        line("A lower", &format!("in {lower} % of {pairs}"));
+        line("B lower", &format!("in {higher} %, the same in {equal} %"));
+    }
+    if let Some(reduction) = comparison.variance_reduction {
+        let (part, like) = (rough(reduction), rough(reduction * comparison.pairs as f64));
+        line("variance", &format!("1/{part} of two independent runs', like {like} cycles each"));
+    }
+    if comparison.pairs_without_value > 0 {
+        let pairs = count_of(comparison.pairs_without_value, "pair");
+        line("no value", &format!("{pairs}, counted in the means alone"));
+    }
+}
+
+/// Decimals that show the interval with two digits.
+fn decimals_of(comparison: &Comparison, factor: f64) -> usize {
+    let half_width = comparison.ci95.map_or(0.0, |[low, high]| factor * (high - low) / 2.0);
+    if half_width > 0.0 { (1.0 - half_width.log10().floor()).clamp(0.0, 6.0) as usize } else { 3 }
+}

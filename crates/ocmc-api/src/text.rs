@@ -1,0 +1,39 @@
+//! What answers as text have in common.
+
+use ocmc_io::number_text::{rough, short};
+
+/// A line about a fact: its name, and what it is.
+pub(crate) fn fact(name: &str, value: impl std::fmt::Display) -> String {
+    format!("{name:<10} {value}\n")
+}
+
+/// What an answer has cost.
+pub(crate) fn took(wall_s: f64, threads: usize, cycles: u64) -> String {
+    let rate = rough(cycles as f64 / wall_s);
+    fact("took", format!("{} s on {}: {rate} cycles/s", short(wall_s), threads_text(threads)))
+}
+
+/// So many threads.
+pub(crate) fn threads_text(threads: usize) -> String {
+    if threads == 1 { "1 thread".to_owned() } else { format!("{threads} threads") }
+}
+
+/// A row of a table: the first cell on the left of its column, the others on the right.
+pub(crate) fn row(between: &str, widths: &[usize], cells: &[impl AsRef<str>]) -> String {
+    let cells = cells.iter().map(AsRef::as_ref).zip(widths).enumerate();
+    let cells = cells.map(|(column, (cell, &width))| match column {
+        0 => format!("{cell:width$}"),
+        _ => format!("{cell:>width$}"),
+    });
+    format!("{}\n", cells.collect::<Vec<_>>().join(between).trim_end())
+}
+
+/// A table whose columns are that wide.
+pub(crate) fn table<Row: AsRef<[String]>>(
+    widths: &[usize],
+    head: &[&str],
+    rows: impl IntoIterator<Item = Row>,
+) -> String {
+    let rows = rows.into_iter().map(|cells| row("", widths, cells.as_ref()));
+    std::iter::once(row("", widths, head)).chain(rows).collect()
+}

@@ -1,0 +1,84 @@
+//! Words that stand for options: on the command line as they are here, in Python with `_` for `-`.
+
+use ocmc_core::operating_cycle::route::Keep;
+use ocmc_estimation::fit::curve_speed::Coding;
+use ocmc_estimation::identification::identify::ControllerKind;
+use ocmc_estimation::identification::identify::SpeedTerm::{self, Measured, Simulated};
+use ocmc_estimation::log::curve::Detector::{self, TrainedHiddenMarkov};
+use ocmc_estimation::log::curve::RadiusDefinition::{
+    self, InverseMeanCurvature, MeanRadius, Positions,
+};
+use ocmc_estimation::log::hidden_markov::HiddenMarkov;
+use ocmc_estimation::log::threshold::Threshold;
+use ocmc_io::given_drive::Follow::{self, Driver, Exact};
+use ocmc_io::records::RecordFormat;
+
+/// A word, what it says, and what it stands for.
+pub type Word<T> = (&'static str, &'static str, T);
+
+/// Formats of records.
+pub const FORMATS: [Word<RecordFormat>; 2] = [
+    ("parquet", "Apache Parquet", RecordFormat::Parquet),
+    ("csv", "Comma-separated values", RecordFormat::Csv),
+];
+
+/// What can be taken from the file of a route.
+pub const KEEPS: [Word<Keep>; 3] = [
+    ("weather", "Temperature, pressure, humidity, precipitation, wind", Keep::Weather),
+    ("traffic", "Density of traffic", Keep::Traffic),
+    ("mission", "Payload and departure", Keep::Mission),
+];
+
+/// How a drive cycle is followed.
+pub const FOLLOWS: [Word<Follow>; 2] = [
+    (
+        "driver",
+        "A driver of the study drives it: its speeds are limits along the road, its standstills are stops",
+        Driver,
+    ),
+    ("exact", "Without a driver: the exact backward force balance of the prescribed speed", Exact),
+];
+
+/// How the coefficients of drivers and directions are listed.
+pub const CODINGS: [Word<Coding>; 2] = [
+    ("sum-to-zero", "As deviations from their unweighted mean", Coding::SumToZero),
+    ("treatment", "As differences to the first driver and to left curves", Coding::Treatment),
+];
+
+/// What the radius of a curve is.
+pub const RADII: [Word<RadiusDefinition>; 3] = [
+    ("turn", "Length over heading change: 1 / mean |curvature|", InverseMeanCurvature),
+    ("mean", "Mean of 1 / |curvature|, as in the paper; noise biases it upwards", MeanRadius),
+    ("positions", "Circle through the positions (latitude and longitude)", Positions),
+];
+
+/// How curves are distinguished from straights.
+pub fn detectors() -> [Word<Detector>; 3] {
+    let states = HiddenMarkov::default();
+    [
+        ("hidden-markov", "Hidden Markov states", Detector::HiddenMarkov(states)),
+        (
+            "trained",
+            "Hidden Markov states whose laws are fitted to each drive first",
+            TrainedHiddenMarkov(states),
+        ),
+        ("threshold", "Thresholds with hysteresis", Detector::Threshold(Threshold::default())),
+    ]
+}
+
+/// Controllers that can be fitted.
+pub const CONTROLLERS: [Word<ControllerKind>; 2] = [
+    ("pid", "PID", ControllerKind::Pid),
+    ("switched", "Switched proportional", ControllerKind::Switched),
+];
+
+/// Speeds that the objective of an identification can compare with the set speed.
+pub const SPEED_TERMS: [Word<SpeedTerm>; 3] = [
+    ("measured", "The measured speed, as the paper may mean; it biases the gains", Measured),
+    (
+        "simulated",
+        "The simulated speed, as the paper may mean, too; it biases the gains as much",
+        Simulated,
+    ),
+    ("none", "No speed term; unbiased", SpeedTerm::None),
+];

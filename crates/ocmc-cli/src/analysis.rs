@@ -1,0 +1,120 @@
+//! `ocmc sensitivity`, `ocmc compare`: which factors the spread between cycles comes from, and how
+//! studies differ under common random numbers.
+
+use crate::arguments::{RangeArguments, StudyOptions, check_range, whole_number};
+use crate::failure::Failure;
+use crate::output;
+use crate::progress::watched;
+use clap::Args;
+use clap::builder::PossibleValuesParser;
+use ocmc_api::study::{self, LoadedStudy};
+use ocmc_api::{CompareRequest, MOST_THREADS, SensitivityRequest, columns, factors};
+
+/// Most cycles of a crossed design: the values of all of them are held in memory, once for each
+/// driver.
+const MOST_CROSSED: u64 = 1_000_000;
+
+/// Options of an analysis that drives many cycles.
+#[derive(Clone, Debug, Args)]
+struct AnalysisArguments {
+    #[command(flatten)]
+    range: RangeArguments,
+    /// Quantity that is asked about [default: the consumption; of several studies the first that
+    /// all have]
+    #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(columns()))]
+    column: Option<String>,
+    /// Threads [default: one for each CPU]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole_number(1..=MOST_THREADS))]
+    threads: Option<usize>,
+    /// No progress
+    #[arg(long)]
+    quiet: bool,
+    /// The answer as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// A sensitivity analysis.
+#[derive(Clone, Debug, Args)]
+#[command(mut_arg("cycles", |cycles| cycles.help("Number of rows of the design: each drives two cycles, and one more for each factor")))]
+pub(crate) struct SensitivityArguments {
+    #[command(flatten)]
+    study: StudyOptions,
+    /// Only these factors; may be repeated or joined by commas [default: all]
+    #[arg(long, value_name = "NAME", value_delimiter = ',', value_parser = PossibleValuesParser::new(factors()))]
+    factor: Vec<String>,
+    /// A second opinion: also drives so many cycles with each of 30 drivers, and splits the
+    /// variance two ways
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole_number(2..=MOST_CROSSED))]
+    crossed: Option<u64>,
+    #[command(flatten)]
+    analysis: AnalysisArguments,
+}
+
+/// Studies to compare.
+#[derive(Clone, Debug, Args)]
+#[command(mut_arg("cycles", |cycles| cycles.help("Number of cycles in each study")))]
+pub(crate) struct CompareArguments {
+    /// Built-in studies or study files, the baseline first; a single one is compared with itself
+    /// under --set
+    #[arg(value_name = "NAME|FILE", required = true)]
+    studies: Vec<String>,
+    /// Replaces one value of every study; of a single one, in its second version; may be repeated
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    #[command(flatten)]
+    analysis: AnalysisArguments,
+}
+
+/// Drives the design and prints the shares.
+pub(crate) fn sensitivity(arguments: &SensitivityArguments) -> Result<(), Failure> {
+    let SensitivityArguments { study, factor, crossed, analysis } = arguments;
+    let study = &study.load()?;
+    let plan = analysis.range.plan(analysis.threads)?;
+    if let Some(cycles) = *crossed {
+        check_range(plan.first_cycle, cycles).map_err(|_| {
+            let text = "--first-cycle with --crossed goes beyond the largest cycle id";
+            Failure::Usage(text.to_owned())
+        })?;
+    }
+    let factors = (!factor.is_empty()).then(|| factor.clone());
+    let column = analysis.column.clone();
+    let request = SensitivityRequest { study, plan, column, factors, crossed: *crossed };
+    let answer = watched(analysis.quiet, |watch| ocmc_api::sensitivity(&request, watch))?;
+    output::print(&answer, analysis.json)
+}
+
+/// Compares the studies and prints the differences.
+pub(crate) fn compare(arguments: &CompareArguments) -> Result<(), Failure> {
+    let analysis = &arguments.analysis;
+    let named = named(arguments)?;
+    let request = CompareRequest {
+        studies: named.iter().map(|(name, loaded)| (name.clone(), loaded)).collect(),
+        plan: analysis.range.plan(analysis.threads)?,
+        column: analysis.column.clone(),
+    };
+    let answer = watched(analysis.quiet, |watch| ocmc_api::compare(&request, watch))?;
+    output::print(&answer, analysis.json)
+}
+
+/// The studies that were named; of a single one, the study as it is and with the settings.
+fn named(arguments: &CompareArguments) -> Result<Vec<(String, LoadedStudy)>, Failure> {
+    let CompareArguments { studies, set, .. } = arguments;
+    let load = |name: &String, sets: &[String]| -> Result<(String, LoadedStudy), Failure> {
+        let loaded = study::load(name, sets)?;
+        Ok((loaded.origin.to_string(), loaded))
+    };
+    let [only] = studies.as_slice() else {
+        return studies.iter().map(|name| load(name, set)).collect();
+    };
+    if set.is_empty() {
+        return Err(Failure::Usage(
+            "a study is compared with another one, or with itself under --set: give a second \
+             study, or --set KEY=VALUE"
+                .to_owned(),
+        ));
+    }
+    let (a, mut b) = (load(only, &[])?, load(only, set)?);
+    b.0 = format!("{} with {}", b.0, set.join(" with "));
+    Ok(vec![a, b])
+}

@@ -1,0 +1,169 @@
+//! What commands have in common of what the user types: plain data, and how values are read.
+
+use crate::failure::Failure;
+use clap::Args;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use ocmc_api::study::{self, LoadedStudy};
+use ocmc_api::{LAST_CYCLE_ID, Precision, RunPlan, Source, UTC_OFFSETS_H, Word};
+use std::fmt::Display;
+use std::ops::RangeInclusive;
+use std::path::PathBuf;
+
+/// Largest precision that can be asked for.
+const COARSEST: f64 = 0.5;
+
+/// A study, and what is set in it.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct StudyOptions {
+    /// Name of a built-in study, or a study file
+    #[arg(long, value_name = "NAME|FILE", default_value = "field-truck")]
+    pub(crate) study: String,
+    /// Replaces one value of the study, as in driver.curve_speed.exponent=0.5; may be repeated
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub(crate) set: Vec<String>,
+}
+
+impl StudyOptions {
+    /// The study with what is set in it.
+    pub(crate) fn load(&self) -> Result<LoadedStudy, Failure> {
+        Ok(study::load(&self.study, &self.set)?)
+    }
+}
+
+/// Which cycles.
+#[derive(Clone, Copy, Debug, Args)]
+pub(crate) struct RangeArguments {
+    /// Number of cycles
+    #[arg(long, value_name = "N", default_value = "1000", allow_negative_numbers = true, value_parser = whole_number(1..=LAST_CYCLE_ID))]
+    pub(crate) cycles: u64,
+    /// Id of the first cycle
+    #[arg(long, value_name = "ID", default_value = "0", allow_negative_numbers = true, value_parser = whole_number(0..=LAST_CYCLE_ID - 1))]
+    pub(crate) first_cycle: u64,
+    /// Master seed
+    #[arg(long, value_name = "N", default_value = "1", allow_negative_numbers = true, value_parser = whole_number(0..=u64::MAX))]
+    pub(crate) seed: u64,
+}
+
+impl RangeArguments {
+    /// The plan to drive them.
+    pub(crate) fn plan(self, threads: Option<usize>) -> Result<RunPlan, Failure> {
+        check_range(self.first_cycle, self.cycles)?;
+        Ok(RunPlan::new(self.seed, self.first_cycle, self.cycles, threads, None))
+    }
+}
+
+/// Checks that all cycles have an id.
+pub(crate) fn check_range(first_cycle: u64, cycles: u64) -> Result<(), Failure> {
+    if first_cycle.checked_add(cycles).is_none_or(|end| end > LAST_CYCLE_ID) {
+        return Err(Failure::Usage(format!(
+            "--first-cycle {first_cycle} with --cycles {cycles} goes beyond the largest cycle id; \
+             allowed is a sum of at most {LAST_CYCLE_ID}"
+        )));
+    }
+    Ok(())
+}
+
+/// Files to read.
+pub(crate) fn sources(files: &[PathBuf]) -> Vec<Source> {
+    files.iter().cloned().map(Source::File).collect()
+}
+
+/// One of the words that stand for values.
+pub(crate) fn one_of<T, const N: usize>(words: [Word<T>; N]) -> impl TypedValueParser<Value = T>
+where
+    T: Clone + Send + Sync + 'static,
+{
+    let names = words.clone().map(|(name, help, _)| PossibleValue::new(name).help(help));
+    PossibleValuesParser::new(names).map(move |typed| {
+        let known = words.iter().find(|(name, ..)| *name == typed);
+        known.expect("one of these names").2.clone()
+    })
+}
+
+/// A whole number within a range; `10_000` is one, too.
+pub(crate) fn whole_number<T>(
+    allowed: RangeInclusive<T>,
+) -> impl Fn(&str) -> Result<T, String> + Clone
+where
+    T: TryFrom<u64> + PartialOrd + Display + Clone,
+{
+    move |text| {
+        let digits = Some(text.replace('_', ""));
+        let digits = digits.filter(|digits| digits.bytes().all(|byte| byte.is_ascii_digit()));
+        let number = digits.and_then(|digits| digits.parse::<u64>().ok()?.try_into().ok());
+        number.filter(|number| allowed.contains(number)).ok_or_else(|| {
+            format!("allowed is a whole number from {} to {}", allowed.start(), allowed.end())
+        })
+    }
+}
+
+/// A precision: `0.2%`, `p95:1%`. Without the unit, 0.2 would be 0.2 % for some and 20 % for
+/// others.
+pub(crate) fn precision(text: &str) -> Result<Precision, String> {
+    let allowed = || {
+        let names = Precision::names().collect::<Vec<_>>().join(", ");
+        format!(
+            "allowed is a share up to 50%, as in 0.2%, or one of {names} before it, as in p95:1%"
+        )
+    };
+    let (of, share) = text.split_once(':').unwrap_or(("mean", text));
+    let number = share.strip_suffix('%').unwrap_or(share).trim();
+    let wanted = number.parse::<f64>().map_err(|_| allowed())? * 0.01;
+    if !(Precision::names().any(|name| name == of) && wanted > 0.0 && wanted <= COARSEST) {
+        return Err(allowed());
+    }
+    if !share.ends_with('%') {
+        return Err(format!("the unit is missing: type --precision {text}%"));
+    }
+    Ok(Precision { of: of.to_owned(), wanted })
+}
+
+/// By how many hours a standard time is ahead of UTC.
+pub(crate) fn utc_offset_h(text: &str) -> Result<f64, String> {
+    let hours = text.parse().ok().filter(|hours| UTC_OFFSETS_H.contains(hours));
+    let [least, most] = [UTC_OFFSETS_H.start(), UTC_OFFSETS_H.end()];
+    hours.ok_or_else(|| format!("allowed are hours from {least} to {most}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn precisions() {
+        let read = |text| precision(text).map(|p| (p.of, p.wanted));
+        assert_eq!(read("0.2%"), Ok(("mean".to_owned(), 0.002)));
+        assert_eq!(read("p95:1%"), Ok(("p95".to_owned(), 0.01)));
+        for text in ["", "%", "0", "-1%", "51%", "nan", "inf", "p96:1%", "p95", ":1%", "1%%"] {
+            assert!(read(text).is_err_and(|message| message.contains("p95")), "{text}");
+        }
+        // 0.2 % to some, 20 % to others
+        for (text, unit) in [("0.2", "--precision 0.2%"), ("p95:1", "--precision p95:1%")] {
+            assert!(read(text).is_err_and(|error| error.contains(unit)), "{text}");
+        }
+    }
+
+    #[test]
+    fn numbers() {
+        let any = whole_number(0..=u64::MAX);
+        assert_eq!(any("10_000"), Ok(10_000));
+        assert_eq!(any("18446744073709551615"), Ok(u64::MAX));
+        for text in ["", "_", "-1", "+1", "1.5", "1e3", "18446744073709551616", "x"] {
+            assert!(any(text).is_err(), "{text}");
+        }
+        let at_least_one = whole_number(1..=LAST_CYCLE_ID);
+        assert_eq!(at_least_one("288230376151711743"), Ok(LAST_CYCLE_ID));
+        for text in ["0", "288230376151711744"] {
+            assert!(
+                at_least_one(text).is_err_and(|message| message.contains("288230376151711743"))
+            );
+        }
+        let crossed = whole_number(2..=1_000_000_u64);
+        assert_eq!(crossed("2"), Ok(2));
+        for text in ["1", "1000001", "99999999999999", "x"] {
+            assert!(crossed(text).is_err_and(|message| message.contains("2 to 1000000")), "{text}");
+        }
+        let threads = whole_number(1..=1024_usize);
+        assert!(threads("0").is_err() && threads("1025").is_err() && threads("1024").is_ok());
+    }
+}

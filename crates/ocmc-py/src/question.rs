@@ -1,0 +1,567 @@
+//! What is asked of studies: the methods of `ocmc.Study`, and `ocmc.compare`.
+
+use crate::answer::{answer, warn};
+use crate::error::exception;
+use crate::input::{inputs, mappings};
+use crate::operating_cycle::PyOperatingCycle;
+use crate::progress::watched;
+use crate::run::{PyRun, run};
+use crate::study::PyStudy;
+use crate::table::Table;
+use crate::value::{one_of, study_value, whole_number};
+use ocmc_api::study;
+use ocmc_api::{
+    BirdsEyeRequest, CompareRequest, Error, FOLLOWS, GivenDrive, KEEPS, LAST_CYCLE_ID,
+    MOST_THREADS, RunPlan, SensitivityRequest, Source, check_readable,
+};
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyMapping, PyType};
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+const NO_SETTINGS: &[&str] = &[];
+
+#[pymethods]
+impl PyStudy {
+    #[new]
+    fn from_source(source: &Bound<PyAny>) -> PyResult<Self> {
+        if source.cast::<PyMapping>().is_ok() {
+            let dictionary = study_value(source, "")?;
+            return Self::new(study::load_json(&dictionary, NO_SETTINGS));
+        }
+        let path: PathBuf = source.extract().map_err(|_| {
+            PyTypeError::new_err("a study is a built-in name, a path or a dictionary")
+        })?;
+        let name = path.to_str().ok_or_else(|| {
+            PyValueError::new_err(format!("the path {} is not UTF-8", path.display()))
+        })?;
+        let loaded = source.py().detach(|| study::load(name, NO_SETTINGS));
+        Self::new(loaded)
+    }
+
+    /// Name of the study.
+    #[getter]
+    fn name(&self) -> &str {
+        &self.loaded.model.study.name
+    }
+
+    /// SHA-256 of the resolved study, in hexadecimal digits: the same as in a run's manifest.
+    #[getter]
+    fn hash(&self) -> &str {
+        &self.hash
+    }
+
+    /// Another study, in which one value differs.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : str
+    ///     The key's full path, such as ``"driver.curve_speed.exponent"``; numbers in it are places in a list, from 0.
+    /// value : float, int, str, bool, list or dict
+    ///     The value, in the key's unit.
+    ///
+    /// Returns
+    /// -------
+    /// Study
+    ///     The other study.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import ocmc
+    /// >>> study = ocmc.Study("field-truck").set("driver.curve_speed.exponent", 0.5)
+    /// >>> study.to_dict()["driver"]["curve_speed"]["exponent"]
+    /// 0.5
+    fn set(&self, path: &str, value: &Bound<PyAny>) -> PyResult<Self> {
+        let value = toml::Value::try_from(study_value(value, path)?)
+            .map_err(|error| PyValueError::new_err(format!("`{path}`: {error}")))?;
+        Self::new(self.loaded.set(&[format!("{path}={value}")]))
+    }
+
+    /// The resolved study: every value that a run uses.
+    ///
+    /// Returns
+    /// -------
+    /// dict
+    ///     A dictionary of the shape of a study file, which `Study` takes.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import ocmc
+    /// >>> study = ocmc.Study("field-truck")
+    /// >>> ocmc.Study(study.to_dict()) == study
+    /// True
+    fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let dictionary = py.import("tomllib")?.call_method1("loads", (self.to_toml(),))?;
+        Ok(dictionary.cast_into()?)
+    }
+
+    /// The resolved study as the text of a study file.
+    ///
+    /// Returns
+    /// -------
+    /// str
+    ///     TOML.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import ocmc
+    /// >>> print(ocmc.Study("field-truck").to_toml())  # doctest: +ELLIPSIS
+    /// [study]
+    /// name = "field-truck"
+    /// ...
+    fn to_toml(&self) -> String {
+        study::resolved_toml(&self.loaded.model)
+    }
+
+    /// Drive a range of cycles. Other Python threads go on meanwhile; Ctrl-C ends the run.
+    ///
+    /// Parameters
+    /// ----------
+    /// cycles : int
+    ///     Number of cycles, at least 1.
+    /// seed : int
+    ///     Master seed: with the study and a cycle's id it fixes everything that happens in the cycle.
+    /// first_cycle : int
+    ///     Id of the first cycle.
+    /// threads : int, optional
+    ///     Threads to use, one for each CPU by default. The records do not depend on it.
+    /// progress : bool or callable, optional
+    ///     True draws a progress bar, False does not; by default there is one on a terminal and in a notebook. A callable
+    ///     is called instead, some times a second, with the numbers of cycles that are done and that were asked for.
+    ///
+    /// Returns
+    /// -------
+    /// Run
+    ///     The records, in the order of the cycle ids.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import ocmc
+    /// >>> study = ocmc.Study("field-truck").set("mission.length_m", 5000.0)
+    /// >>> len(study.run(cycles=20))
+    /// 20
+    #[pyo3(
+        signature = (*, cycles, seed=None, first_cycle=None, threads=None, progress=None),
+        text_signature = "($self, *, cycles, seed=1, first_cycle=0, threads=None, progress=None)"
+    )]
+    fn run(
+        &self,
+        py: Python,
+        cycles: &Bound<PyAny>,
+        seed: Option<&Bound<PyAny>>,
+        first_cycle: Option<&Bound<PyAny>>,
+        threads: Option<&Bound<PyAny>>,
+        progress: Option<&Bound<PyAny>>,
+    ) -> PyResult<PyRun> {
+        let plan = plan_of(cycles, seed, first_cycle, threads)?;
+        run(py, &self.loaded, &GivenDrive::nothing(), plan, progress)
+    }
+
+    /// Drive given routes, or follow a given speed, with the study's drivers and trucks.
+    ///
+    /// Parameters
+    /// ----------
+    /// files : str or os.PathLike, or a list of these, or table
+    ///     Routes: VECTO's ``.vdri``, CSV or JSON as ``ocmc cycle`` writes it, or a route by rows (CSV); of several, each cycle
+    ///     drives one. With `follow_speed` one drive cycle over time, a CSV file or a table with ``time_s``, ``speed_mps`` or
+    ///     ``speed_kmh``, and ``slope`` or ``grade``; or, with ``"exact"``, a route.
+    /// cycles : int
+    ///     Number of cycles, at least 1.
+    /// columns : dict of str to str, optional
+    ///     Which column of a table is what, such as ``{"speed_limit_kmh": "vmax"}``.
+    /// keep : sequence of {"weather", "traffic", "mission"}, optional
+    ///     What is taken from the file of a route instead of being drawn from the study.
+    /// follow_speed : {"driver", "exact"}, optional
+    ///     A driver of the study drives the speeds as limits along the road and stops where it stands; or there is no driver, and
+    ///     the speed is kept exactly. Of a route, ``"exact"`` keeps the speed that the driver plans.
+    /// seed : int
+    ///     Master seed.
+    /// first_cycle : int
+    ///     Id of the first cycle.
+    /// threads : int, optional
+    ///     Threads to use, one for each CPU by default.
+    /// progress : bool or callable, optional
+    ///     As for `Study.run`.
+    ///
+    /// Returns
+    /// -------
+    /// Run
+    ///     The records, as of ``ocmc drive``. Where a speed was followed, the run's manifest holds it beside the study.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     Where a file is neither a route nor a drive cycle, or where a number is out of its range.
+    /// OSError
+    ///     Where a file cannot be read.
+    ///
+    /// Warns
+    /// -----
+    /// UserWarning
+    ///     Where the mission of a file is kept that holds no departure.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import ocmc
+    /// >>> study = ocmc.Study("field-truck-loaded")
+    /// >>> speed = {"time_s": [0.0, 40.0, 160.0, 180.0], "speed_mps": [0.0, 20.0, 20.0, 0.0]}
+    /// >>> run = study.drive(speed, cycles=10, follow_speed="exact")
+    /// >>> run["distance_m"][0], run["duration_s"][0]
+    /// (np.float64(3000.0), np.float64(180.0))
+    #[pyo3(
+        signature = (
+            files, *, cycles, columns=None, keep=None, follow_speed=None, seed=None, first_cycle=None, threads=None, progress=None
+        ),
+        text_signature = "($self, files, *, cycles, columns=None, keep=None, follow_speed=None, seed=1, first_cycle=0, threads=None, \
+                          progress=None)"
+    )]
+    fn drive(
+        &self,
+        py: Python,
+        files: &Bound<PyAny>,
+        cycles: &Bound<PyAny>,
+        columns: Option<BTreeMap<String, String>>,
+        keep: Option<Vec<String>>,
+        follow_speed: Option<&str>,
+        seed: Option<&Bound<PyAny>>,
+        first_cycle: Option<&Bound<PyAny>>,
+        threads: Option<&Bound<PyAny>>,
+        progress: Option<&Bound<PyAny>>,
+    ) -> PyResult<PyRun> {
+        let plan = plan_of(cycles, seed, first_cycle, threads)?;
+        let given = given(py, files, columns, keep, follow_speed)?;
+        run(py, &self.loaded, &given, plan, progress)
+    }
+
+    /// Which factors the spread between cycles comes from: shares of the variance.
+    ///
+    /// Parameters
+    /// ----------
+    /// cycles : int
+    ///     Number of base rows of the design, at least 1; each factor costs as many cycles.
+    /// seed : int
+    ///     Master seed.
+    /// first_cycle : int
+    ///     Id of the first cycle.
+    /// column : str, optional
+    ///     The quantity whose variance is shared out; by default the consumption.
+    /// factors : sequence of str, optional
+    ///     Only these factors, such as ``["road", "driver"]``; all by default.
+    /// threads : int, optional
+    ///     Threads to use, one for each CPU by default.
+    /// progress : bool or callable, optional
+    ///     As for `Study.run`.
+    ///
+    /// Returns
+    /// -------
+    /// Answer
+    ///     The content of ``ocmc sensitivity --json``: ``factors`` with ``first`` (the share that a factor explains alone)
+    ///     and ``total`` (the share that would be gone if it were fixed), each with its 95 % interval, and others.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     Where a number is out of its range, or where there is no such column or factor.
+    ///
+    /// Notes
+    /// -----
+    /// By exchanging the random streams of each factor; the guide's page on sensitivity has the estimators.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import ocmc
+    /// >>> study = ocmc.Study("field-truck").set("mission.length_m", 5000.0)
+    /// >>> answer = study.sensitivity(cycles=50, factors=["road", "driver"])
+    /// >>> [share["factor"] for share in answer["factors"]]
+    /// ['road', 'driver']
+    #[pyo3(
+        signature = (
+            *, cycles, seed=None, first_cycle=None, column=None, factors=None, threads=None, progress=None
+        ),
+        text_signature = "($self, *, cycles, seed=1, first_cycle=0, column=None, factors=None, threads=None, progress=None)"
+    )]
+    fn sensitivity<'py>(
+        &self,
+        py: Python<'py>,
+        cycles: &Bound<'py, PyAny>,
+        seed: Option<&Bound<'py, PyAny>>,
+        first_cycle: Option<&Bound<'py, PyAny>>,
+        column: Option<&str>,
+        factors: Option<Vec<String>>,
+        threads: Option<&Bound<'py, PyAny>>,
+        progress: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let plan = plan_of(cycles, seed, first_cycle, threads)?;
+        let (study, column) = (&self.loaded, column.map(str::to_owned));
+        let request = SensitivityRequest { study, plan, column, factors, crossed: None };
+        answer(py, &watched(py, progress, |watch| ocmc_api::sensitivity(&request, watch))?)
+    }
+
+    /// Look at the roads that the study draws from above: coarse classes.
+    ///
+    /// Parameters
+    /// ----------
+    /// cycles : int
+    ///     Number of operating cycles that are drawn.
+    /// seed : int
+    ///     Master seed.
+    /// first_cycle : int
+    ///     Id of the first cycle.
+    ///
+    /// Returns
+    /// -------
+    /// Answer
+    ///     The content of ``ocmc study birds-eye --json``: ``birds_eye`` with the classes ``hilliness``, ``transport_cycle``,
+    ///     ``stop_density`` and ``curve_density``, the shares and numbers per km that they come from, and others.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     Where a number is out of its range.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import ocmc
+    /// >>> view = ocmc.Study("field-truck").birds_eye(cycles=20)["birds_eye"]
+    /// >>> view["hilliness"], view["transport_cycle"]
+    /// ('predominantly_flat', 'long_distance')
+    #[pyo3(
+        signature = (*, cycles=None, seed=None, first_cycle=None),
+        text_signature = "($self, *, cycles=100, seed=1, first_cycle=0)"
+    )]
+    fn birds_eye<'py>(
+        &self,
+        py: Python<'py>,
+        cycles: Option<&Bound<'py, PyAny>>,
+        seed: Option<&Bound<'py, PyAny>>,
+        first_cycle: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let standard = 100_u64.into_pyobject(py)?.into_any();
+        let plan = plan_of(cycles.unwrap_or(&standard), seed, first_cycle, None)?;
+        let request = BirdsEyeRequest { study: &self.loaded, plan };
+        answer(py, &watched(py, None, |watch| ocmc_api::birds_eye(&request, watch))?)
+    }
+
+    /// The operating cycle of one cycle, as tracks along the road: without the driver and the truck.
+    ///
+    /// Parameters
+    /// ----------
+    /// cycle_id : int
+    ///     Id of the cycle, as in the records.
+    /// seed : int
+    ///     Master seed of the run.
+    ///
+    /// Returns
+    /// -------
+    /// OperatingCycle
+    ///     Tracks by their names (``grade``, ``curvature_per_m``, ``speed_limit_mps`` and others, in SI units, with the
+    ///     unit as the name's suffix); also one table, for all that speak Arrow.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import ocmc
+    /// >>> cycle = ocmc.Study("field-truck").set("mission.length_m", 5000.0).operating_cycle(3)
+    /// >>> float(cycle["altitude_m"]["position_m"][-1]), cycle["altitude_m"]["rule"]
+    /// (5000.0, 'linear')
+    #[pyo3(
+        signature = (cycle_id, *, seed=None),
+        text_signature = "($self, cycle_id, *, seed=1)"
+    )]
+    fn operating_cycle(
+        &self,
+        py: Python,
+        cycle_id: &Bound<PyAny>,
+        seed: Option<&Bound<PyAny>>,
+    ) -> PyResult<PyOperatingCycle> {
+        let (cycle_id, seed) = (cycle_id_of(cycle_id)?, seed_of(seed)?);
+        let cycle = py.detach(|| ocmc_api::operating_cycle(&self.loaded, seed, cycle_id));
+        Ok(PyOperatingCycle(cycle))
+    }
+
+    /// The time series of one cycle.
+    ///
+    /// Parameters
+    /// ----------
+    /// cycle_id : int
+    ///     Id of the cycle, as in the records.
+    /// seed : int
+    ///     Master seed of the run.
+    ///
+    /// Returns
+    /// -------
+    /// Table
+    ///     One row a step: ``time_s``, ``position_m``, ``speed_mps``, ``desired_speed_mps`` and others, in SI units, with
+    ///     the unit as the name's suffix.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import ocmc
+    /// >>> study = ocmc.Study("field-truck").set("mission.length_m", 5000.0)
+    /// >>> trace = study.trace(3)
+    /// >>> bool(trace["speed_mps"].max() < 40.0)
+    /// True
+    #[pyo3(
+        signature = (cycle_id, *, seed=None),
+        text_signature = "($self, cycle_id, *, seed=1)"
+    )]
+    fn trace(
+        &self,
+        py: Python,
+        cycle_id: &Bound<PyAny>,
+        seed: Option<&Bound<PyAny>>,
+    ) -> PyResult<Table> {
+        let (cycle_id, seed) = (cycle_id_of(cycle_id)?, seed_of(seed)?);
+        let series = py.detach(|| ocmc_api::trace(&self.loaded, seed, cycle_id));
+        Ok(Table::of_numbers(series.columns))
+    }
+
+    fn __eq__(&self, other: &Self) -> bool {
+        self.hash == other.hash
+    }
+
+    fn __hash__(&self, py: Python) -> PyResult<isize> {
+        pyo3::types::PyString::new(py, &self.hash).hash()
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<ocmc.Study {:?}, hash {}>", self.name(), &self.hash[..8])
+    }
+
+    fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("ocmc._display")?.call_method1("study", (slf,))
+    }
+
+    fn __reduce__<'py>(
+        slf: &Bound<'py, Self>,
+    ) -> PyResult<(Bound<'py, PyType>, (Bound<'py, PyDict>,))> {
+        Ok((slf.get_type(), (slf.get().to_dict(slf.py())?,)))
+    }
+}
+
+/// Which cycles to run, and on what.
+fn plan_of(
+    cycles: &Bound<PyAny>,
+    seed: Option<&Bound<PyAny>>,
+    first_cycle: Option<&Bound<PyAny>>,
+    threads: Option<&Bound<PyAny>>,
+) -> PyResult<RunPlan> {
+    let cycles = whole_number(cycles, "cycles", 1, LAST_CYCLE_ID)?;
+    let seed = seed_of(seed)?;
+    let last = LAST_CYCLE_ID - cycles;
+    let first_cycle = first_cycle.map_or(Ok(0), |id| whole_number(id, "first_cycle", 0, last))?;
+    let most = MOST_THREADS as u64;
+    let threads = threads.map(|n| whole_number(n, "threads", 1, most)).transpose()?;
+    Ok(RunPlan::new(seed, first_cycle, cycles, threads.map(|n| n as usize), None))
+}
+
+fn cycle_id_of(cycle_id: &Bound<PyAny>) -> PyResult<u64> {
+    whole_number(cycle_id, "cycle_id", 0, LAST_CYCLE_ID - 1)
+}
+
+fn seed_of(seed: Option<&Bound<PyAny>>) -> PyResult<u64> {
+    seed.map_or(Ok(1), |seed| whole_number(seed, "seed", 0, u64::MAX))
+}
+
+/// Compare two studies on the same cycles: the difference of each pair is that of the studies alone.
+///
+/// Parameters
+/// ----------
+/// a, b : Study
+///     The studies.
+/// cycles : int
+///     Number of cycles that each of them drives, at least 1.
+/// seed : int
+///     Master seed.
+/// first_cycle : int
+///     Id of the first cycle.
+/// column : str, optional
+///     The quantity that is compared, such as ``"mean_speed_mps"``; by default the first consumption that both have:
+///     fuel, electricity, or the work at the wheels.
+/// threads : int, optional
+///     Threads to use, one for each CPU by default.
+/// progress : bool or callable, optional
+///     As for `Study.run`.
+///
+/// Returns
+/// -------
+/// Answer
+///     The content of ``ocmc compare --json``: ``a`` and ``b`` (means of the fleets), ``difference`` (b less a) with its
+///     95 % interval ``ci95``, ``share_a_lower``, ``variance_reduction`` and others, in the column's unit.
+///
+/// Raises
+/// ------
+/// ValueError
+///     Where a number is out of its range, or where there is no such column.
+///
+/// Examples
+/// --------
+/// >>> import ocmc
+/// >>> study = ocmc.Study("field-truck").set("mission.length_m", 5000.0)
+/// >>> loaded = study.set("mission.payload_kg", 20000.0)
+/// >>> answer = ocmc.compare(study, loaded, cycles=100)
+/// >>> answer["difference"] > 0.0
+/// True
+#[pyfunction]
+#[pyo3(
+    signature = (a, b, *, cycles, seed=None, first_cycle=None, column=None, threads=None, progress=None),
+    text_signature = "(a, b, *, cycles, seed=1, first_cycle=0, column=None, threads=None, progress=None)"
+)]
+pub(crate) fn compare<'py>(
+    py: Python<'py>,
+    a: &Bound<'py, PyStudy>,
+    b: &Bound<'py, PyStudy>,
+    cycles: &Bound<'py, PyAny>,
+    seed: Option<&Bound<'py, PyAny>>,
+    first_cycle: Option<&Bound<'py, PyAny>>,
+    column: Option<&str>,
+    threads: Option<&Bound<'py, PyAny>>,
+    progress: Option<&Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let plan = plan_of(cycles, seed, first_cycle, threads)?;
+    let studies = [a, b].map(|study| &study.get().loaded);
+    let studies = studies.map(|study| (study.model.study.name.clone(), study)).to_vec();
+    let request = CompareRequest { studies, plan, column: column.map(str::to_owned) };
+    answer(py, &watched(py, progress, |watch| ocmc_api::compare(&request, watch))?)
+}
+
+/// What is to be driven.
+fn given(
+    py: Python,
+    files: &Bound<PyAny>,
+    columns: Option<BTreeMap<String, String>>,
+    keep: Option<Vec<String>>,
+    follow_speed: Option<&str>,
+) -> PyResult<GivenDrive> {
+    let follow = follow_speed.map(|word| one_of("follow_speed", word, &FOLLOWS)).transpose()?;
+    let keep = keep.unwrap_or_default();
+    let keep = keep.iter().map(|word| one_of("keep", word, &KEEPS)).collect::<PyResult<_>>()?;
+    let mappings = mappings(columns)?;
+    let files = inputs(files, "files")?;
+    if let [Source::Table(table)] = files.as_slice() {
+        let follow = follow.ok_or_else(|| {
+            PyValueError::new_err(
+                "`files` is a table, which is a drive cycle over time: say with `follow_speed` how to follow it; routes \
+                 come as files",
+            )
+        })?;
+        let given = py.detach(|| GivenDrive::of_table(table, &mappings, keep, follow));
+        return given.map_err(|error| exception(error.into()));
+    }
+    let paths = files.into_iter().map(|file| match file {
+        Source::File(path) => Ok(path),
+        Source::Table(_) => {
+            Err(PyValueError::new_err("`files` has several items, allowed are paths"))
+        }
+    });
+    let paths: Vec<PathBuf> = paths.collect::<PyResult<_>>()?;
+    let read = py.detach(|| -> Result<_, Error> {
+        paths.iter().try_for_each(|path| check_readable(path))?;
+        let given = GivenDrive::read(paths, mappings, keep, follow)?;
+        let warnings = given.warnings();
+        Ok((given, warnings))
+    });
+    let (given, warnings) = read.map_err(exception)?;
+    warnings.iter().try_for_each(|warning| warn(py, warning))?;
+    Ok(given)
+}
