@@ -231,11 +231,6 @@ impl<T: Copy> Ledger<T> {
     pub fn of(value: T) -> Self {
         Self([value; Term::COUNT])
     }
-
-    /// The sums, in the order of [`TERMS`].
-    pub fn sums(&self) -> [T; Term::COUNT] {
-        self.0
-    }
 }
 
 impl Ledger<f64> {

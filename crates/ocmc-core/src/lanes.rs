@@ -18,6 +18,34 @@ pub type Lanes<S> = f64x8<S>;
 /// A flag for each truck.
 pub type Flags<S> = mask64x8<S>;
 
+/// The instructions that every CPU of the platform has.
+#[cfg(target_arch = "x86_64")]
+pub type Baseline = fearless_simd::x86::Sse2;
+/// The instructions that every CPU of the platform has.
+#[cfg(target_arch = "aarch64")]
+pub type Baseline = fearless_simd::aarch64::Neon;
+/// The instructions that every CPU of the platform has.
+#[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
+pub type Baseline = fearless_simd::Fallback;
+
+/// The token of these instructions. `dispatch!` would compile for all the others, too.
+#[inline(always)]
+pub fn baseline() -> Baseline {
+    #[cfg(target_arch = "x86_64")]
+    let token = Level::baseline().as_sse2();
+    #[cfg(target_arch = "aarch64")]
+    let token = Level::baseline().as_neon();
+    #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
+    let token = Some(Baseline::new());
+    token.expect("what every CPU has")
+}
+
+/// A number in all lanes, to ask a function of the kernel about one case.
+#[inline(always)]
+pub fn one(number: f64) -> Lanes<Baseline> {
+    Lanes::splat(baseline(), number)
+}
+
 /// The numbers where a flag is set, otherwise zero.
 #[inline(always)]
 pub fn masked<S: Simd>(flags: Flags<S>, numbers: Lanes<S>) -> Lanes<S> {

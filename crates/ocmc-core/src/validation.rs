@@ -3,7 +3,8 @@
 use std::fmt;
 
 /// One thing that is wrong with a study.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("`{path}` is {value}, allowed is {allowed}")]
 pub struct Problem {
     /// Full path of the key.
     pub path: String,
@@ -11,12 +12,6 @@ pub struct Problem {
     pub value: String,
     /// What is allowed.
     pub allowed: String,
-}
-
-impl fmt::Display for Problem {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        write!(f, "`{}` is {}, allowed is {}", self.path, self.value, self.allowed)
-    }
 }
 
 /// Collects the problems of a study, part by part.

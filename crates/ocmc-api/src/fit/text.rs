@@ -7,9 +7,9 @@ use ocmc_estimation::fit::curve_speed::{
     CurveSpeedEstimate, CurveSpeedFit, Dropped, RandomEffects,
 };
 use ocmc_estimation::fit::operating_cycle::RoadFit;
-use ocmc_estimation::fit::study_parameter::StudyParameterFit;
 use ocmc_estimation::fit::p_value::p_text;
 use ocmc_estimation::fit::speed_change::{SpeedChangeFit, SpeedChangeLaw};
+use ocmc_estimation::fit::study_parameter::StudyParameterFit;
 use ocmc_io::number_text::{count_of, grouped};
 use std::fmt::Write;
 use std::iter::once;

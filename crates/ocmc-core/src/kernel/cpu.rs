@@ -1,6 +1,7 @@
 //! Which instructions the kernel uses. The records do not depend on it.
 
-use fearless_simd::Level;
+use crate::lanes::baseline;
+use fearless_simd::{Level, Simd};
 
 /// A set of instructions that the kernel is compiled for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -13,7 +14,53 @@ pub enum CpuLevel {
     Avx512,
 }
 
+/// What is computed with one set of instructions.
+pub(super) trait SimdTask {
+    /// What it computes.
+    type Answer;
+
+    /// Computes it. To be inlined always, so that it is compiled for the CPU of the level.
+    fn run<S: Simd>(self, simd: S) -> Self::Answer;
+}
+
+/// Runs a task with the instructions that every CPU of the platform has.
+pub(super) fn run_baseline<T: SimdTask>(task: T) -> T::Answer {
+    let simd = baseline();
+    simd.vectorize(
+        #[inline(always)]
+        || task.run(simd),
+    )
+}
+
 impl CpuLevel {
+    /// Runs a task with the instructions of this level.
+    pub(super) fn run<T: SimdTask>(self, task: T) -> T::Answer {
+        #[cfg(target_arch = "x86_64")]
+        if self == Self::Avx512
+            && let Some(simd) = Level::new().as_avx512()
+        {
+            return simd.vectorize(
+                #[inline(always)]
+                || task.run(simd),
+            );
+        }
+        self.run_narrow(task)
+    }
+
+    /// As [`Self::run`], with AVX2 at most: one truck gains nothing from wider vectors.
+    pub(super) fn run_narrow<T: SimdTask>(self, task: T) -> T::Answer {
+        #[cfg(target_arch = "x86_64")]
+        if self >= Self::Avx2
+            && let Some(simd) = Level::new().as_avx2()
+        {
+            return simd.vectorize(
+                #[inline(always)]
+                || task.run(simd),
+            );
+        }
+        run_baseline(task)
+    }
+
     /// All levels, from the lowest.
     pub const ALL: [Self; 3] = [Self::Baseline, Self::Avx2, Self::Avx512];
 

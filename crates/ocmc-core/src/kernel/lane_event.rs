@@ -4,7 +4,7 @@
 use super::lane_task::LaneTask;
 use super::road_row::RoadRow;
 use super::stage::Row;
-use super::state::{KernelParameters, State};
+use super::state::{KernelParameters, Lane, State};
 use super::step::FAST_STEP;
 use crate::energy_ledger::{Ledger, Term};
 use crate::lanes::{Flags, Lanes, UNBOUNDED};
@@ -94,53 +94,41 @@ impl<S: Simd, P: Powertrain> State<S, P> {
 impl LaneTask {
     /// Handles the event of a lane; returns the outcome where the cycle has ended.
     #[cold]
-    pub fn handle_event<S: Simd, P: Powertrain>(
+    pub(super) fn handle_event<S: Simd, P: Powertrain>(
         &mut self,
-        state: &mut State<S, P>,
-        lane: usize,
+        lane: &mut Lane<S, P>,
         event: LaneEvent,
-        parameters: &KernelParameters<P>,
     ) -> Option<Outcome> {
         self.added_by_event = Ledger::EMPTY;
-        if is_captured(state, lane, parameters) {
-            self.stop(state, lane, parameters);
-            let ends = stop_row(state, lane) + 1 == state.motion.roads[lane].len();
+        if lane.is_captured() {
+            self.stop(lane);
+            let ends = lane.stop_row() + 1 == lane.state.motion.roads[lane.number].len();
             if !ends {
-                self.dwell(state, lane, parameters);
+                self.dwell(lane);
             }
-            state.ledger.add_to_lane(lane, &self.added_by_event);
+            lane.state.ledger.add_to_lane(lane.number, &self.added_by_event);
             if ends {
                 return Some(Outcome::Completed);
             }
         } else if event.wants_shift {
-            self.shift(state, lane, event, parameters);
+            self.shift(lane, event);
         }
-        if parameters.powertrain.depleted(&state.powertrain).test(lane) {
+        if lane.parameters.powertrain.depleted(&lane.state.powertrain).test(lane.number) {
             return Some(Outcome::Depleted);
         }
-        if state.motion.steps_left[lane] <= 0.0 {
-            self.check(state, lane, parameters)
-        } else {
-            None
-        }
+        if lane.state.motion.steps_left[lane.number] <= 0.0 { self.check(lane) } else { None }
     }
 
     /// The truck comes to rest: its kinetic energy goes into the service brakes, the engine returns
     /// to idle (shift loss).
-    fn stop<S: Simd, P: Powertrain>(
-        &mut self,
-        state: &mut State<S, P>,
-        lane: usize,
-        parameters: &KernelParameters<P>,
-    ) {
-        let speed = state.motion.speed[lane];
-        let inertia = parameters.engine_inertia_kgm2;
-        let engine_speed = state.motion.engine_speed[lane];
-        let mut braked =
-            0.5 * (state.constants.mass[lane] + parameters.wheel_mass_kg) * speed * speed;
-        let idle = parameters.idle_radps;
+    fn stop<S: Simd, P: Powertrain>(&mut self, lane: &mut Lane<S, P>) {
+        let speed = lane.state.motion.speed[lane.number];
+        let inertia = lane.parameters.engine_inertia_kgm2;
+        let engine_speed = lane.state.motion.engine_speed[lane.number];
+        let mut braked = lane.translational_j();
+        let idle = lane.parameters.idle_radps;
         // a closed clutch brakes the engine with the wheels; it is restarted to idle
-        let closed = engine_speed == speed * state.gear.speed_ratio[lane];
+        let closed = engine_speed == speed * lane.state.gear.speed_ratio[lane.number];
         let left_over = if closed {
             braked += 0.5 * inertia * engine_speed * engine_speed;
             0.0
@@ -149,32 +137,27 @@ impl LaneTask {
         };
         self.added_by_event[Term::ServiceBrake] += braked;
         self.added_by_event[Term::Shift] += 0.5 * inertia * (left_over * left_over - idle * idle);
-        state.motion.speed[lane] = 0.0;
-        state.motion.engine_speed[lane] = idle;
+        lane.state.motion.speed[lane.number] = 0.0;
+        lane.state.motion.engine_speed[lane.number] = idle;
     }
 
     /// Stands for the drawn time with the engine idling, then prepares to start.
-    fn dwell<S: Simd, P: Powertrain>(
-        &mut self,
-        state: &mut State<S, P>,
-        lane: usize,
-        parameters: &KernelParameters<P>,
-    ) {
-        let dwell_s = state.motion.roads[lane][stop_row(state, lane)].0[RoadRow::DWELL];
+    fn dwell<S: Simd, P: Powertrain>(&mut self, lane: &mut Lane<S, P>) {
+        let dwell_s = lane.state.motion.roads[lane.number][lane.stop_row()].0[RoadRow::DWELL];
         let added = &mut self.added_by_event;
-        parameters.powertrain.stand(&mut state.powertrain, lane, dwell_s, added);
+        lane.parameters.powertrain.stand(&mut lane.state.powertrain, lane.number, dwell_s, added);
         self.standstill_s += dwell_s;
         self.n_stops += 1;
-        self.leave_line(state, lane);
-        self.start(state, lane, parameters);
-        self.checked_at_s = state.ledger[Term::Time][lane];
-        self.checked_at_m = state.ledger[Term::Distance][lane];
+        self.leave_line(lane);
+        self.start(lane);
+        self.checked_at_s = lane.state.ledger[Term::Time][lane.number];
+        self.checked_at_m = lane.state.ledger[Term::Distance][lane.number];
     }
 
     /// Takes a line that has been served off the road: up to it nothing but the launch floor holds.
-    fn leave_line<S: Simd, P: Powertrain>(&mut self, state: &mut State<S, P>, lane: usize) {
-        let (here, line) = (state.motion.at[lane], stop_row(state, lane));
-        for (k, row) in state.motion.roads[lane][here..=line].iter_mut().enumerate() {
+    fn leave_line<S: Simd, P: Powertrain>(&mut self, lane: &mut Lane<S, P>) {
+        let (here, line) = (lane.state.motion.at[lane.number], lane.stop_row());
+        for (k, row) in lane.state.motion.roads[lane.number][here..=line].iter_mut().enumerate() {
             self.served.push((here + k, *row));
             row.0[RoadRow::BACKWARD] = UNBOUNDED;
             row.0[RoadRow::FORWARD] = -UNBOUNDED;
@@ -183,54 +166,44 @@ impl LaneTask {
         }
     }
 
-    fn shift<S: Simd, P: Powertrain>(
-        &mut self,
-        state: &mut State<S, P>,
-        lane: usize,
-        event: LaneEvent,
-        parameters: &KernelParameters<P>,
-    ) {
-        let shift = &parameters.vehicle.shift;
+    fn shift<S: Simd, P: Powertrain>(&mut self, lane: &mut Lane<S, P>, event: LaneEvent) {
+        let shift = &lane.parameters.vehicle.shift;
         let inputs = ShiftInputs {
             gear: self.gear,
-            speed_mps: state.motion.speed[lane],
+            speed_mps: lane.state.motion.speed[lane.number],
             pedal: event.accelerator,
             slowing: event.slowing,
-            kickdown: state.motion.kick_left[lane] <= 0.0,
+            kickdown: lane.state.motion.kick_left[lane.number] <= 0.0,
             closed: event.closed,
             road_power_w: event.road_power_w,
         };
-        let full_load_nm = |w| parameters.powertrain.full_load_nm(w);
-        let gear = shift.wanted_gear(&inputs, &parameters.vehicle.gears, full_load_nm);
+        let full_load_nm = |w| lane.parameters.powertrain.full_load_nm(w);
+        let gear = shift.wanted_gear(&inputs, &lane.parameters.vehicle.gears, full_load_nm);
         if gear != self.gear {
             self.gear = gear;
             self.n_gear_shifts += 1;
-            state.set_gear(lane, gear, parameters);
-            state.motion.shift_left[lane] = shift.duration_s;
-            state.motion.hold_left[lane] = shift.interval_s;
+            lane.state.set_gear(lane.number, gear, lane.parameters);
+            lane.state.motion.shift_left[lane.number] = shift.duration_s;
+            lane.state.motion.hold_left[lane.number] = shift.interval_s;
             // torque comes back after the shift: only then a pressed pedal tells that it is not
             // enough
-            state.motion.kick_left[lane] = shift.duration_s + shift.kickdown_s;
-            state.motion.longest[lane] = parameters.short_step_s;
+            lane.state.motion.kick_left[lane.number] = shift.duration_s + shift.kickdown_s;
+            lane.state.motion.longest[lane.number] = lane.parameters.short_step_s;
         }
     }
 
     /// Checks whether the truck makes progress (stall) and whether its time is over.
-    fn check<S: Simd, P: Powertrain>(
-        &mut self,
-        state: &mut State<S, P>,
-        lane: usize,
-        parameters: &KernelParameters<P>,
-    ) -> Option<Outcome> {
-        let simulation = parameters.simulation;
-        let (time, way) = (state.ledger[Term::Time][lane], state.ledger[Term::Distance][lane]);
+    fn check<S: Simd, P: Powertrain>(&mut self, lane: &mut Lane<S, P>) -> Option<Outcome> {
+        let simulation = lane.parameters.simulation;
+        let ledger = &lane.state.ledger;
+        let (time, way) = (ledger[Term::Time][lane.number], ledger[Term::Distance][lane.number]);
         self.counted += self.until_check;
         let most = MOST_CUTS * simulation.longest_duration_s / simulation.step_s;
         if time > simulation.longest_duration_s || self.counted > most {
             return Some(Outcome::TimedOut);
         }
         let passed = time - self.checked_at_s;
-        self.schedule_check(state, lane, parameters);
+        self.schedule_check(lane);
         // steps that were cut are shorter: wait until the whole time has passed
         if passed >= simulation.stall_time_s * (1.0 - 1e-9) {
             if way - self.checked_at_m < simulation.stall_distance_m {
@@ -244,35 +217,13 @@ impl LaneTask {
 
     /// The next check is due when a truck that makes no progress has been standing long enough, and
     /// no later than the longest duration.
-    pub(super) fn schedule_check<S: Simd, P: Powertrain>(
-        &mut self,
-        state: &mut State<S, P>,
-        lane: usize,
-        parameters: &KernelParameters<P>,
-    ) {
-        let simulation = parameters.simulation;
-        let left_s = (simulation.longest_duration_s - state.ledger[Term::Time][lane]).max(0.0);
+    pub(super) fn schedule_check<S: Simd, P: Powertrain>(&mut self, lane: &mut Lane<S, P>) {
+        let simulation = lane.parameters.simulation;
+        let left_s =
+            (simulation.longest_duration_s - lane.state.ledger[Term::Time][lane.number]).max(0.0);
         let steps = |time_s: f64| libm::ceil(time_s / simulation.step_s);
         let at_end = (steps(left_s) * FAST_STEP).max(FAST_STEP);
         self.until_check = steps(simulation.stall_time_s).min(at_end);
-        state.motion.steps_left[lane] = self.until_check;
+        lane.state.motion.steps_left[lane.number] = self.until_check;
     }
-}
-
-/// Stop capture, and creep capture of a slow truck.
-fn is_captured<S: Simd, P: Powertrain>(
-    state: &State<S, P>,
-    lane: usize,
-    parameters: &KernelParameters<P>,
-) -> bool {
-    let simulation = parameters.simulation;
-    let slow = state.motion.speed[lane] < simulation.creep_speed_mps;
-    let reach = if slow { simulation.creep_distance_m } else { simulation.capture_distance_m };
-    state.motion.left[lane] + state.row(lane).0[RoadRow::TO_STOP] <= reach
-}
-
-/// The row at whose end the next stop line is.
-fn stop_row<S: Simd, P: Powertrain>(state: &State<S, P>, lane: usize) -> usize {
-    let predicted = state.motion.roads[lane][state.motion.at[lane]..].iter();
-    state.motion.at[lane] + predicted.take_while(|row| row.0[RoadRow::DWELL] < 0.0).count()
 }

@@ -3,14 +3,13 @@
 
 use super::pedal_event::InitialMotion;
 use super::road_row::{RoadRow, RoadRows};
-use super::state::{KernelParameters, State};
+use super::state::Lane;
 use crate::energy_ledger::{Ledger, Mode, Term};
 use crate::lanes::UNBOUNDED;
 use crate::powertrain::Powertrain;
 use crate::record::{Outcome, Record};
 use crate::study::{Scenario, Study};
 use crate::tactical::{SpeedProfile, plan};
-use crate::vehicle::resistance::GRAVITY_MPS2;
 use fearless_simd::Simd;
 use std::mem::swap;
 
@@ -77,136 +76,104 @@ impl LaneTask {
         self.twice_changes = [profile.twice_deceleration, profile.twice_acceleration];
     }
 
-    /// The scenario.
-    pub fn scenario(&self) -> &Scenario {
-        &self.scenario
-    }
-
-    /// Gear, from 0.
-    pub fn gear(&self) -> usize {
-        self.gear
-    }
-
-    /// What the last event added to the ledger.
-    pub fn added_by_event(&self) -> &Ledger<f64> {
-        &self.added_by_event
-    }
-
-    /// Time at stops so far, in s.
-    pub fn standstill_s(&self) -> f64 {
-        self.standstill_s
-    }
-
     /// Loads the truck into a lane, standing at the start of its road.
-    pub fn enter<S: Simd, P: Powertrain>(
-        &mut self,
-        state: &mut State<S, P>,
-        lane: usize,
-        parameters: &KernelParameters<P>,
-    ) {
+    pub(super) fn enter<S: Simd, P: Powertrain>(&mut self, lane: &mut Lane<S, P>) {
         let (driver, vehicle) = (&self.scenario.driver, &self.scenario.vehicle);
-        let constants = &mut state.constants;
-        constants.mass[lane] = vehicle.mass_kg;
-        constants.drag_area[lane] = vehicle.drag_area_m2;
-        let climate_w = parameters.powertrain.climate_w(self.road.air_temperature_k);
+        let constants = &mut lane.state.constants;
+        constants.mass[lane.number] = vehicle.mass_kg;
+        constants.drag_area[lane.number] = vehicle.drag_area_m2;
+        let climate_w = lane.parameters.powertrain.climate_w(self.road.air_temperature_k);
         let inputs = vehicle.powertrain_inputs(climate_w);
-        parameters.powertrain.enter(&mut state.powertrain, lane, &inputs);
-        let (gains, pid) = (&driver.pedals, &parameters.pedals.pid);
-        constants.proportional[lane] = gains.proportional;
-        constants.integral_gain[lane] = gains.integral;
-        constants.derivative_over_filter[lane] = gains.derivative / pid.derivative_filter_s;
+        lane.parameters.powertrain.enter(&mut lane.state.powertrain, lane.number, &inputs);
+        let (gains, pid) = (&driver.pedals, &lane.parameters.pedals.pid);
+        constants.proportional[lane.number] = gains.proportional;
+        constants.integral_gain[lane.number] = gains.integral;
+        constants.derivative_over_filter[lane.number] = gains.derivative / pid.derivative_filter_s;
         // T_t = r K_P / K_I, so that K_I (1 / (K_I T_t)) = K_I / (r K_P) for J; 0 without an
         // integral part
-        constants.tracking[lane] = gains.integral / (pid.tracking_ratio * gains.proportional);
-        constants.brake_step[lane] = 1.0 / (parameters.brake_mps2 * gains.proportional);
-        constants.band_output[lane] = gains.proportional * parameters.pedals.overspeed_band_mps;
-        constants.threshold[lane] = gains.threshold_mps.unwrap_or(-UNBOUNDED);
-        constants.lowest_held[lane] = if gains.holds_brake { -UNBOUNDED } else { 0.0 };
+        constants.tracking[lane.number] =
+            gains.integral / (pid.tracking_ratio * gains.proportional);
+        constants.brake_step[lane.number] = 1.0 / (lane.parameters.brake_mps2 * gains.proportional);
+        constants.band_output[lane.number] =
+            gains.proportional * lane.parameters.pedals.overspeed_band_mps;
+        constants.threshold[lane.number] = gains.threshold_mps.unwrap_or(-UNBOUNDED);
+        constants.lowest_held[lane.number] = if gains.holds_brake { -UNBOUNDED } else { 0.0 };
         let [twice_deceleration, twice_acceleration] = self.twice_changes;
-        constants.twice_deceleration[lane] = twice_deceleration;
-        constants.twice_acceleration[lane] = twice_acceleration;
-        state.ledger.clear(lane);
-        state.motion.engine_speed[lane] = parameters.idle_radps;
+        constants.twice_deceleration[lane.number] = twice_deceleration;
+        constants.twice_acceleration[lane.number] = twice_acceleration;
+        lane.state.ledger.clear(lane.number);
+        lane.state.motion.engine_speed[lane.number] = lane.parameters.idle_radps;
         self.standstill_s = 0.0;
         self.n_stops = 0;
         self.n_gear_shifts = 0;
         self.checked_at_s = 0.0;
         self.checked_at_m = 0.0;
         self.counted = 0.0;
-        swap(&mut state.motion.roads[lane], &mut self.road.rows);
-        state.motion.at[lane] = 0;
-        state.motion.left[lane] = state.row(lane).0[RoadRow::LENGTH];
-        self.start(state, lane, parameters);
-        self.initial_energy_j = kinetic_energy_j(state, lane, parameters);
+        swap(&mut lane.state.motion.roads[lane.number], &mut self.road.rows);
+        lane.state.motion.at[lane.number] = 0;
+        lane.state.motion.left[lane.number] = lane.state.row(lane.number).0[RoadRow::LENGTH];
+        self.start(lane);
+        self.initial_energy_j = lane.kinetic_energy_j();
     }
 
     /// Prepares a truck at rest to start: gear by the slope, the controller reset.
-    pub(super) fn start<S: Simd, P: Powertrain>(
-        &mut self,
-        state: &mut State<S, P>,
-        lane: usize,
-        parameters: &KernelParameters<P>,
-    ) {
-        let shift = &parameters.vehicle.shift;
-        let steep = slope(state, lane) > shift.steep_slope;
+    pub(super) fn start<S: Simd, P: Powertrain>(&mut self, lane: &mut Lane<S, P>) {
+        let shift = &lane.parameters.vehicle.shift;
+        let steep = lane.state.slope(lane.number) > shift.steep_slope;
         let gear = if steep { shift.steep_start_gear } else { shift.start_gear };
         self.gear = gear as usize - 1;
-        state.motion.speed[lane] = 0.0;
-        state.set_gear(lane, self.gear, parameters);
-        parameters.powertrain.start(&mut state.powertrain, lane);
-        let motion = &mut state.motion;
+        lane.state.motion.speed[lane.number] = 0.0;
+        lane.state.set_gear(lane.number, self.gear, lane.parameters);
+        lane.parameters.powertrain.start(&mut lane.state.powertrain, lane.number);
+        let motion = &mut lane.state.motion;
         for column in [&mut motion.integral, &mut motion.filtered, &mut motion.holding] {
-            column[lane] = 0.0;
+            column[lane.number] = 0.0;
         }
-        state.motion.shift_left[lane] = 0.0;
-        state.motion.hold_left[lane] = 0.0;
-        state.motion.kick_left[lane] = shift.kickdown_s;
-        self.schedule_check(state, lane, parameters);
-        state.motion.longest[lane] = parameters.short_step_s;
+        lane.state.motion.shift_left[lane.number] = 0.0;
+        lane.state.motion.hold_left[lane.number] = 0.0;
+        lane.state.motion.kick_left[lane.number] = shift.kickdown_s;
+        self.schedule_check(lane);
+        lane.state.motion.longest[lane.number] = lane.parameters.short_step_s;
     }
 
     /// Puts the truck that has just entered onto its road as it rolls, instead of standing.
     pub(super) fn roll<S: Simd, P: Powertrain>(
         &mut self,
-        state: &mut State<S, P>,
-        lane: usize,
+        lane: &mut Lane<S, P>,
         rolling: &InitialMotion,
-        parameters: &KernelParameters<P>,
     ) {
         self.gear = rolling.gear;
-        state.set_gear(lane, self.gear, parameters);
-        let engine_speed = rolling.speed_mps * state.gear.speed_ratio[lane];
-        state.motion.speed[lane] = rolling.speed_mps;
-        state.motion.engine_speed[lane] = engine_speed.max(parameters.idle_radps);
-        let (own, pedal) = (&mut state.powertrain, rolling.accelerator);
-        parameters.powertrain.settle(own, lane, engine_speed, pedal);
-        state.motion.integral[lane] = rolling.integral;
-        state.motion.filtered[lane] = rolling.filtered_mps;
-        state.motion.held[lane] = rolling.held;
-        state.motion.holding[lane] = if rolling.holds { 1.0 } else { 0.0 };
-        state.motion.left[lane] -= rolling.offset_m;
-        self.initial_energy_j = kinetic_energy_j(state, lane, parameters);
+        lane.state.set_gear(lane.number, self.gear, lane.parameters);
+        let engine_speed = rolling.speed_mps * lane.state.gear.speed_ratio[lane.number];
+        lane.state.motion.speed[lane.number] = rolling.speed_mps;
+        lane.state.motion.engine_speed[lane.number] = engine_speed.max(lane.parameters.idle_radps);
+        let (own, pedal) = (&mut lane.state.powertrain, rolling.accelerator);
+        lane.parameters.powertrain.settle(own, lane.number, engine_speed, pedal);
+        lane.state.motion.integral[lane.number] = rolling.integral;
+        lane.state.motion.filtered[lane.number] = rolling.filtered_mps;
+        lane.state.motion.held[lane.number] = rolling.held;
+        lane.state.motion.holding[lane.number] = if rolling.holds { 1.0 } else { 0.0 };
+        lane.state.motion.left[lane.number] -= rolling.offset_m;
+        self.initial_energy_j = lane.kinetic_energy_j();
     }
 
     /// Takes the road back from a lane whose cycle has ended, as it was before.
-    pub fn leave<S: Simd, P: Powertrain>(&mut self, state: &mut State<S, P>, lane: usize) {
+    pub(super) fn leave<S: Simd, P: Powertrain>(&mut self, lane: &mut Lane<S, P>) {
         // a row between two lines was taken off twice: what it was at first comes last
         for (at, row) in self.served.drain(..).rev() {
-            state.motion.roads[lane][at] = row;
+            lane.state.motion.roads[lane.number][at] = row;
         }
-        swap(&mut state.motion.roads[lane], &mut self.road.rows);
+        swap(&mut lane.state.motion.roads[lane.number], &mut self.road.rows);
     }
 
     /// The record of the cycle as it stands.
-    pub fn record<S: Simd, P: Powertrain>(
+    pub(super) fn record<S: Simd, P: Powertrain>(
         &self,
         study: &Study,
-        state: &State<S, P>,
-        lane: usize,
+        lane: &Lane<S, P>,
         outcome: Outcome,
-        parameters: &KernelParameters<P>,
     ) -> Record {
-        let ledger = state.ledger.lane(lane);
+        let ledger = lane.state.ledger.lane(lane.number);
         let (cycle, driver, vehicle) =
             (&self.scenario.cycle, &self.scenario.driver, &self.scenario.vehicle);
         let road = &cycle.road;
@@ -245,7 +212,7 @@ impl LaneTask {
             driver_kd: is_pid.then_some(driver.pedals.derivative),
             driver_switch_threshold_mps: driver.pedals.threshold_mps,
             driver_gain_redraws: Some(driver.pedals.redraws),
-            kinetic_change_j: kinetic_energy_j(state, lane, parameters) - self.initial_energy_j,
+            kinetic_change_j: lane.kinetic_energy_j() - self.initial_energy_j,
             departure_s_of_year: cycle.mission.day_of_year * 86_400.0 + cycle.mission.departure_s,
             urban_share: share("urban"),
             rural_share: share("rural"),
@@ -257,23 +224,12 @@ impl LaneTask {
             ..Record::default()
         };
         let mut record = Record::from_ledger(known, &ledger, Mode::Driven, P::TERMS);
-        parameters.powertrain.record(&state.powertrain, lane, &ledger, &mut record);
+        lane.parameters.powertrain.record(
+            &lane.state.powertrain,
+            lane.number,
+            &ledger,
+            &mut record,
+        );
         record
     }
-}
-
-/// Translational energy, and rotational energy of wheels and engine, in J.
-fn kinetic_energy_j<S: Simd, P: Powertrain>(
-    state: &State<S, P>,
-    lane: usize,
-    parameters: &KernelParameters<P>,
-) -> f64 {
-    let (speed, engine) = (state.motion.speed[lane], state.motion.engine_speed[lane]);
-    0.5 * (state.constants.mass[lane] + parameters.wheel_mass_kg) * speed * speed
-        + 0.5 * parameters.engine_inertia_kgm2 * engine * engine
-}
-
-/// Slope of the road under the truck, as climb per metre.
-pub(super) fn slope<S: Simd, P: Powertrain>(state: &State<S, P>, lane: usize) -> f64 {
-    state.row(lane).0[RoadRow::GRADE] / GRAVITY_MPS2
 }

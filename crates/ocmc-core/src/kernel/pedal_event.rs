@@ -3,13 +3,12 @@
 //!
 //! It is what the identification of a driver's gains simulates again and again.
 
+use super::cpu::{CpuLevel, SimdTask};
 use super::lane_task::LaneTask;
-use super::state::{KernelParameters, State};
+use super::state::{KernelParameters, Lane, State};
 use crate::powertrain::{Powertrain, PowertrainTask};
 use crate::study::{Scenario, Study};
-#[cfg(not(target_arch = "x86_64"))]
-use fearless_simd::dispatch;
-use fearless_simd::{Level, prelude::*};
+use fearless_simd::prelude::*;
 
 /// How a truck rolls where an event begins.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,66 +68,43 @@ impl PowertrainTask for EventTask<'_> {
 
     fn run<P: Powertrain>(self, powertrain: &P) -> EventSeries {
         let parameters = KernelParameters::new(self.study, powertrain);
-        drive_on(&parameters, self.task, self.rolling, self.duration_s)
+        CpuLevel::best().run_narrow(Rolling { parameters, event: self })
     }
 }
 
-/// With AVX2 where the CPU has it: one truck gains nothing from wider vectors.
-fn drive_on<P: Powertrain>(
-    parameters: &KernelParameters<P>,
-    task: LaneTask,
-    rolling: &InitialMotion,
-    duration_s: f64,
-) -> EventSeries {
-    #[cfg(target_arch = "x86_64")]
-    if let Some(simd) = Level::new().as_avx2() {
-        return simd.vectorize(
-            #[inline(always)]
-            || drive_task(simd, parameters, task, rolling, duration_s),
-        );
-    }
-    #[cfg(target_arch = "x86_64")]
-    if let Some(simd) = Level::baseline().as_sse2() {
-        return simd.vectorize(
-            #[inline(always)]
-            || drive_task(simd, parameters, task, rolling, duration_s),
-        );
-    }
-    #[cfg(target_arch = "x86_64")]
-    unreachable!("x86-64 has SSE2");
-    #[cfg(not(target_arch = "x86_64"))]
-    dispatch!(Level::baseline(), simd => drive_task(simd, parameters, task, rolling, duration_s))
+struct Rolling<'a, P> {
+    parameters: KernelParameters<'a, P>,
+    event: EventTask<'a>,
 }
 
-#[inline(always)]
-fn drive_task<S: Simd, P: Powertrain>(
-    simd: S,
-    parameters: &KernelParameters<P>,
-    mut task: LaneTask,
-    rolling: &InitialMotion,
-    duration_s: f64,
-) -> EventSeries {
-    let mut state = State::parked(simd, parameters);
-    task.enter(&mut state, 0, parameters);
-    task.roll(&mut state, 0, rolling, parameters);
-    let mut series = EventSeries::default();
-    let mut time_s = 0.0;
-    while time_s < duration_s {
-        let view = state.step(parameters);
-        if view.dt[0] == 0.0 {
-            continue; // it was taken back
+impl<P: Powertrain> SimdTask for Rolling<'_, P> {
+    type Answer = EventSeries;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) -> EventSeries {
+        let EventTask { mut task, rolling, duration_s, .. } = self.event;
+        let parameters = &self.parameters;
+        let state = &mut State::parked(simd, parameters);
+        let mut lane = Lane { state, number: 0, parameters };
+        task.enter(&mut lane);
+        task.roll(&mut lane, rolling);
+        let mut series = EventSeries::default();
+        let mut time_s = 0.0;
+        while time_s < duration_s {
+            let view = lane.state.step(parameters);
+            if view.dt[0] == 0.0 {
+                continue; // it was taken back
+            }
+            time_s += view.dt[0];
+            series.time_s.push(time_s);
+            series.speed_mps.push(lane.state.motion.speed[0]);
+            series.accelerator.push(view.accelerator[0]);
+            series.brake.push(view.brake[0]);
+            let events = view.events();
+            if events.lanes & 1 != 0 && task.handle_event(&mut lane, events.lane(0)).is_some() {
+                break;
+            }
         }
-        time_s += view.dt[0];
-        series.time_s.push(time_s);
-        series.speed_mps.push(state.motion.speed[0]);
-        series.accelerator.push(view.accelerator[0]);
-        series.brake.push(view.brake[0]);
-        let events = view.events();
-        if events.lanes & 1 != 0
-            && task.handle_event(&mut state, 0, events.lane(0), parameters).is_some()
-        {
-            break;
-        }
+        series
     }
-    series
 }

@@ -1,9 +1,9 @@
 //! Drives a range of cycles, eight or sixteen side by side: a lane takes the next cycle as soon as
 //! its own has ended.
 
-use super::cpu::CpuLevel;
+use super::cpu::{CpuLevel, SimdTask, run_baseline};
 use super::lane_task::LaneTask;
-use super::state::{KernelParameters, State};
+use super::state::{KernelParameters, Lane, State};
 use super::step::steps;
 use super::step_view::{LaneEvents, StepView};
 use crate::lanes::{WIDTH, interleaves_blocks};
@@ -11,9 +11,7 @@ use crate::powertrain::{Powertrain, PowertrainTask};
 use crate::record::Record;
 use crate::study::{Scenario, Study};
 use crate::tactical::SpeedProfile;
-#[cfg(not(target_arch = "x86_64"))]
-use fearless_simd::dispatch;
-use fearless_simd::{Level, prelude::*};
+use fearless_simd::prelude::*;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -82,7 +80,8 @@ impl PowertrainTask for FleetTask<'_, '_> {
 
     fn run<P: Powertrain>(self, powertrain: &P) -> Vec<Record> {
         let parameters = KernelParameters::new(self.study, powertrain);
-        drive_on(self.level, self.study, &parameters, self.next, self.stop)
+        let observer = &mut StopFlag(self.stop);
+        self.level.run(LaneScheduler::new(self.study, &parameters, self.next, observer))
     }
 }
 
@@ -93,59 +92,8 @@ pub fn drive_observed<P: Powertrain, O: Observer>(
     next: Next,
     observer: &mut O,
 ) -> Vec<Record> {
-    drive_baseline(study, &KernelParameters::new(study, powertrain), next, observer)
-}
-
-/// With the instructions of a level.
-fn drive_on<P: Powertrain>(
-    level: CpuLevel,
-    study: &Study,
-    parameters: &KernelParameters<P>,
-    next: Next,
-    stop: &AtomicBool,
-) -> Vec<Record> {
-    #[cfg(target_arch = "x86_64")]
-    match level {
-        CpuLevel::Avx512 => {
-            if let Some(simd) = Level::new().as_avx512() {
-                return simd.vectorize(
-                    #[inline(always)]
-                    || drive_blocks(simd, study, parameters, next, &mut StopFlag(stop)),
-                );
-            }
-        }
-        CpuLevel::Avx2 => {
-            if let Some(simd) = Level::new().as_avx2() {
-                return simd.vectorize(
-                    #[inline(always)]
-                    || drive_blocks(simd, study, parameters, next, &mut StopFlag(stop)),
-                );
-            }
-        }
-        CpuLevel::Baseline => {}
-    }
-    drive_baseline(study, parameters, next, &mut StopFlag(stop))
-}
-
-/// With the instructions that every CPU of the platform has. `dispatch!` would compile the loop for
-/// all the others, too.
-fn drive_baseline<P: Powertrain, O: Observer>(
-    study: &Study,
-    parameters: &KernelParameters<P>,
-    next: Next,
-    observer: &mut O,
-) -> Vec<Record> {
-    #[cfg(target_arch = "x86_64")]
-    if let Some(simd) = Level::baseline().as_sse2() {
-        return simd.vectorize(
-            #[inline(always)]
-            || drive_blocks(simd, study, parameters, next, observer),
-        );
-    }
-    #[cfg(target_arch = "x86_64")]
-    unreachable!("x86-64 has SSE2");
-    #[cfg(not(target_arch = "x86_64"))]
-    dispatch!(Level::baseline(), simd => drive_blocks(simd, study, parameters, next, observer))
+    let parameters = KernelParameters::new(study, powertrain);
+    run_baseline(LaneScheduler::new(study, &parameters, next, observer))
 }
 
 /// Gives the cycles of a range one by one; the buffers of a used task are reused.
@@ -174,45 +122,13 @@ pub fn drive_scenario(study: &Study, scenario: Scenario) -> Record {
     records.into_iter().next().expect("one scenario gives one record")
 }
 
-/// The loop over one or two blocks, until `next` gives no more tasks; the records are in order of
-/// the cycle ids.
-///
-/// Inlined into each of the functions above, so that it is compiled for their CPUs.
-#[inline(always)]
-fn drive_blocks<S: Simd, P: Powertrain, O: Observer>(
-    simd: S,
-    study: &Study,
-    parameters: &KernelParameters<P>,
-    next: Next,
-    observer: &mut O,
-) -> Vec<Record> {
-    let mut scheduler = LaneScheduler { study, next, observer, records: Vec::new(), driving: 0 };
-    let (mut front, mut back) = (State::parked(simd, parameters), State::parked(simd, parameters));
-    let mut front_tasks = scheduler.fill(&mut front, parameters);
-    let mut back_tasks = [const { None }; WIDTH];
-    if interleaves_blocks(simd) {
-        back_tasks = scheduler.fill(&mut back, parameters);
-    }
-    while scheduler.driving > 0 {
-        if interleaves_blocks(simd) {
-            let views = steps((&mut front, &mut back), parameters);
-            scheduler.after_step(&mut front, &mut front_tasks, &views.0, parameters);
-            scheduler.after_step(&mut back, &mut back_tasks, &views.1, parameters);
-        } else {
-            let view = front.step(parameters);
-            scheduler.after_step(&mut front, &mut front_tasks, &view, parameters);
-        }
-    }
-    scheduler.records.sort_by_key(|record| record.cycle_id);
-    scheduler.records
-}
-
 /// The tasks of one block. A lane whose last cycle has ended is empty.
 type LaneTasks = [Option<LaneTask>; WIDTH];
 
 /// Gives tasks to lanes and collects their records.
-struct LaneScheduler<'a, 'b, O> {
+struct LaneScheduler<'a, 'b, P, O> {
     study: &'a Study,
+    parameters: &'a KernelParameters<'a, P>,
     next: Next<'b>,
     observer: &'a mut O,
     records: Vec<Record>,
@@ -220,18 +136,53 @@ struct LaneScheduler<'a, 'b, O> {
     driving: usize,
 }
 
-impl<O: Observer> LaneScheduler<'_, '_, O> {
+impl<P: Powertrain, O: Observer> SimdTask for LaneScheduler<'_, '_, P, O> {
+    type Answer = Vec<Record>;
+
+    /// The loop over one or two blocks, until `next` gives no more tasks; the records are in order
+    /// of the cycle ids.
+    #[inline(always)]
+    fn run<S: Simd>(mut self, simd: S) -> Vec<Record> {
+        let parameters = self.parameters;
+        let mut front = State::parked(simd, parameters);
+        let mut back = State::parked(simd, parameters);
+        let mut front_tasks = self.fill(&mut front);
+        let mut back_tasks = [const { None }; WIDTH];
+        if interleaves_blocks(simd) {
+            back_tasks = self.fill(&mut back);
+        }
+        while self.driving > 0 {
+            if interleaves_blocks(simd) {
+                let views = steps((&mut front, &mut back), parameters);
+                self.after_step(&mut front, &mut front_tasks, &views.0);
+                self.after_step(&mut back, &mut back_tasks, &views.1);
+            } else {
+                let view = front.step(parameters);
+                self.after_step(&mut front, &mut front_tasks, &view);
+            }
+        }
+        self.records.sort_by_key(|record| record.cycle_id);
+        self.records
+    }
+}
+
+impl<'a, 'b, P: Powertrain, O: Observer> LaneScheduler<'a, 'b, P, O> {
+    fn new(
+        study: &'a Study,
+        parameters: &'a KernelParameters<'a, P>,
+        next: Next<'b>,
+        observer: &'a mut O,
+    ) -> Self {
+        Self { study, parameters, next, observer, records: Vec::new(), driving: 0 }
+    }
+
     /// Puts a cycle into each lane of a block.
-    fn fill<S: Simd, P: Powertrain>(
-        &mut self,
-        state: &mut State<S, P>,
-        parameters: &KernelParameters<P>,
-    ) -> LaneTasks {
-        let mut tasks = [const { None }; WIDTH];
-        for (lane, place) in tasks.iter_mut().enumerate() {
+    fn fill<S: Simd>(&mut self, state: &mut State<S, P>) -> LaneTasks {
+        let mut tasks: LaneTasks = [const { None }; WIDTH];
+        for (number, place) in tasks.iter_mut().enumerate() {
             *place = (self.next)(None);
             if let Some(task) = place {
-                task.enter(state, lane, parameters);
+                task.enter(&mut Lane { state, number, parameters: self.parameters });
                 self.driving += 1;
             }
         }
@@ -240,52 +191,52 @@ impl<O: Observer> LaneScheduler<'_, '_, O> {
 
     /// Shows a step to the observer and handles the events of its lanes.
     #[inline(always)]
-    fn after_step<S: Simd, P: Powertrain>(
+    fn after_step<S: Simd>(
         &mut self,
         state: &mut State<S, P>,
         tasks: &mut LaneTasks,
         view: &StepView<S>,
-        parameters: &KernelParameters<P>,
     ) {
-        self.observer.after_step(parameters, state, view, tasks);
+        self.observer.after_step(self.parameters, state, view, tasks);
         if view.event.any_true() {
-            self.handle_events(state, tasks, &view.events(), parameters);
+            self.handle_events(state, tasks, &view.events());
         }
     }
 
     /// Handles the events of a block's lanes.
     #[cold]
     #[inline(never)]
-    fn handle_events<S: Simd, P: Powertrain>(
+    fn handle_events<S: Simd>(
         &mut self,
         state: &mut State<S, P>,
         tasks: &mut LaneTasks,
         events: &LaneEvents,
-        parameters: &KernelParameters<P>,
     ) {
         if self.observer.is_stopped() {
             self.driving = 0;
             return;
         }
+        let parameters = self.parameters;
         let mut lanes = events.lanes;
         while lanes != 0 {
-            let lane = lanes.trailing_zeros() as usize % WIDTH;
+            let number = lanes.trailing_zeros() as usize % WIDTH;
             lanes &= lanes - 1;
-            let Some(task) = &mut tasks[lane] else { continue };
-            let outcome = task.handle_event(state, lane, events.lane(lane), parameters);
+            let Some(task) = &mut tasks[number] else { continue };
+            let mut lane = Lane { state, number, parameters };
+            let outcome = task.handle_event(&mut lane, events.lane(number));
             if let Some(outcome) = outcome {
-                self.records.push(task.record(self.study, state, lane, outcome, parameters));
+                self.records.push(task.record(self.study, &lane, outcome));
             }
-            self.observer.after_event(parameters, state, tasks);
+            self.observer.after_event(parameters, lane.state, tasks);
             if outcome.is_some() {
-                if let Some(task) = &mut tasks[lane] {
-                    task.leave(state, lane);
+                if let Some(task) = &mut tasks[number] {
+                    task.leave(&mut lane);
                 }
-                tasks[lane] = (self.next)(tasks[lane].take());
-                if let Some(task) = &mut tasks[lane] {
-                    task.enter(state, lane, parameters);
+                tasks[number] = (self.next)(tasks[number].take());
+                if let Some(task) = &mut tasks[number] {
+                    task.enter(&mut lane);
                 } else {
-                    state.park(lane, parameters);
+                    lane.park();
                     self.driving -= 1;
                 }
             }

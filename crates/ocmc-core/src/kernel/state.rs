@@ -9,6 +9,7 @@ use crate::powertrain::Powertrain;
 use crate::powertrain::gearbox::GearLanes;
 use crate::study::{SimulationModel, Study};
 use crate::vehicle::VehicleParameters;
+use crate::vehicle::resistance::GRAVITY_MPS2;
 use fearless_simd::prelude::*;
 
 /// Rate, in 1/s, at which a step evaluates the torque lag of a powertrain without one. One division
@@ -210,21 +211,6 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         }
     }
 
-    /// Takes a lane out of service: its truck stands on an endless road.
-    pub fn park(&mut self, lane: usize, parameters: &KernelParameters<P>) {
-        let motion = &mut self.motion;
-        for column in [&mut motion.speed, &mut motion.integral, &mut motion.holding] {
-            column[lane] = 0.0;
-        }
-        motion.left[lane] = UNBOUNDED;
-        motion.roads[lane] = vec![RoadRow::PARKED];
-        motion.at[lane] = 0;
-        motion.steps_left[lane] = f64::INFINITY;
-        motion.hold_left[lane] = f64::INFINITY;
-        self.constants.integral_gain[lane] = 0.0;
-        parameters.powertrain.park(&mut self.powertrain, lane);
-    }
-
     /// The road row that a lane's truck is on.
     #[inline(always)]
     pub fn row(&self, lane: usize) -> &RoadRow {
@@ -240,5 +226,65 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         let engine = parameters.engine_inertia_kgm2 * ratio * ratio;
         self.constants.inverse_mass_open[lane] = 1.0 / open;
         self.constants.inverse_mass_closed[lane] = 1.0 / (open + engine);
+    }
+
+    /// Slope of the road under a lane's truck, as climb per metre.
+    pub fn slope(&self, lane: usize) -> f64 {
+        self.row(lane).0[RoadRow::GRADE] / GRAVITY_MPS2
+    }
+}
+
+/// One lane of a block, outside of the hot loop.
+pub(super) struct Lane<'a, S: Simd, P: Powertrain> {
+    /// The block.
+    pub state: &'a mut State<S, P>,
+    /// Its number there.
+    pub number: usize,
+    /// What holds for all lanes.
+    pub parameters: &'a KernelParameters<'a, P>,
+}
+
+impl<S: Simd, P: Powertrain> Lane<'_, S, P> {
+    /// Leaves the lane without a cycle.
+    pub(super) fn park(&mut self) {
+        let (motion, lane) = (&mut self.state.motion, self.number);
+        for column in [&mut motion.speed, &mut motion.integral, &mut motion.holding] {
+            column[lane] = 0.0;
+        }
+        motion.left[lane] = UNBOUNDED;
+        motion.roads[lane] = vec![RoadRow::PARKED];
+        motion.at[lane] = 0;
+        motion.steps_left[lane] = f64::INFINITY;
+        motion.hold_left[lane] = f64::INFINITY;
+        self.state.constants.integral_gain[lane] = 0.0;
+        self.parameters.powertrain.park(&mut self.state.powertrain, lane);
+    }
+
+    /// Translational energy, and rotational energy of the wheels, in J.
+    pub(super) fn translational_j(&self) -> f64 {
+        let speed = self.state.motion.speed[self.number];
+        let mass = self.state.constants.mass[self.number] + self.parameters.wheel_mass_kg;
+        0.5 * mass * speed * speed
+    }
+
+    /// Translational energy, and rotational energy of wheels and engine, in J.
+    pub(super) fn kinetic_energy_j(&self) -> f64 {
+        let engine = self.state.motion.engine_speed[self.number];
+        self.translational_j() + 0.5 * self.parameters.engine_inertia_kgm2 * engine * engine
+    }
+
+    /// Stop capture, and creep capture of a slow truck.
+    pub(super) fn is_captured(&self) -> bool {
+        let (simulation, motion) = (self.parameters.simulation, &self.state.motion);
+        let slow = motion.speed[self.number] < simulation.creep_speed_mps;
+        let reach = if slow { simulation.creep_distance_m } else { simulation.capture_distance_m };
+        motion.left[self.number] + self.state.row(self.number).0[RoadRow::TO_STOP] <= reach
+    }
+
+    /// The row at whose end the next stop line is.
+    pub(super) fn stop_row(&self) -> usize {
+        let at = self.state.motion.at[self.number];
+        let ahead = self.state.motion.roads[self.number][at..].iter();
+        at + ahead.take_while(|row| row.0[RoadRow::DWELL] < 0.0).count()
     }
 }

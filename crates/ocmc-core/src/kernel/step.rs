@@ -13,7 +13,6 @@
 
 use super::accumulate::StepTotals;
 use super::control::{Control, clamp_integral};
-use super::road_row::RoadRow;
 use super::stage::{Decision, Forces, Predicted};
 use super::state::{KernelParameters, State};
 use super::step_end::StepEnd;
@@ -188,7 +187,6 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         StepView {
             dt,
             dx,
-            grade: decision.row[RoadRow::GRADE],
             desired: first_control.desired,
             accelerator: second_control.accelerator,
             brake: second_control.brake,

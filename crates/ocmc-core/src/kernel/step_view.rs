@@ -13,8 +13,6 @@ pub struct StepView<S: Simd> {
     pub dt: Lanes<S>,
     /// Distance, in m.
     pub dx: Lanes<S>,
-    /// Component of gravity along the road, in m/s².
-    pub grade: Lanes<S>,
     /// Desired speed at the start, in m/s.
     pub desired: Lanes<S>,
     /// Accelerator pedal at the end.

@@ -4,16 +4,15 @@
 //! are what the record's totals gained in that row: summed in order they give the record to the
 //! bit.
 
-use super::lane_task::{LaneTask, slope};
+use super::lane_task::LaneTask;
 use super::scheduler::{Observer, drive_observed};
 use super::state::{KernelParameters, State};
 use super::step_view::StepView;
-use crate::energy_ledger::{Ledger, Mode, TERMS, Term};
+use crate::energy_ledger::{Ledger, Mode, TERMS};
 use crate::operating_cycle::road::Road;
-use crate::powertrain::{Powertrain, PowertrainTask, SignalNames};
+use crate::powertrain::{Powertrain, PowertrainTask};
 use crate::record::Record;
 use crate::study::{Scenario, Study};
-use crate::vehicle::resistance::GRAVITY_MPS2;
 use fearless_simd::prelude::*;
 
 /// One column of a table.
@@ -34,31 +33,9 @@ pub struct Trace {
     pub record: Record,
 }
 
-/// Number of columns that come before those of the ledger.
-const SIGNALS: usize = 14;
-/// Places of two of them.
+/// Places of two columns.
 const POSITION: usize = 2;
 const SPEED: usize = 3;
-
-/// Their names; those of the powertrain are its own.
-fn signal_names(powertrain: SignalNames) -> [&'static str; SIGNALS] {
-    [
-        "time_s",
-        "step_s",
-        "position_m",
-        "speed_mps",
-        "desired_speed_mps",
-        "acceleration_mps2",
-        "accelerator",
-        "brake",
-        "gear",
-        powertrain.speed,
-        powertrain.torque,
-        powertrain.source_rate,
-        "grade",
-        powertrain.state,
-    ]
-}
 
 /// Drives one cycle and writes down every step.
 pub fn trace(study: &Study, seed: u64, cycle_id: u64) -> Trace {
@@ -84,13 +61,7 @@ impl PowertrainTask for TraceTask<'_> {
         let road = self.scenario.cycle.road.clone();
         let mut task = Some(LaneTask::new(study, self.scenario));
         let mut records = drive_observed(study, powertrain, &mut |_| task.take(), &mut writer);
-        let is_there = |term: Term| term.is_in(Mode::Driven, P::TERMS);
-        let terms = TERMS.iter().map(|declared| (declared.trace, is_there(declared.term)));
-        let signals = signal_names(P::SIGNALS).into_iter().map(|name| (name, true));
-        let columns = signals.chain(terms).zip(writer.columns);
-        let there = columns.filter(|((_, is_there), _)| *is_there);
-        let mut columns: Vec<TableColumn> =
-            there.map(|((name, _), values)| TableColumn { name, values }).collect();
+        let mut columns = writer.columns;
         let seen = road_signals(study, &road, &columns[POSITION].values, &columns[SPEED].values);
         columns.extend(seen);
         let record = records.pop().expect("one cycle gives one record");
@@ -131,32 +102,63 @@ fn road_signals(
 }
 
 /// Collects rows.
+#[derive(Default)]
 struct Writer {
-    columns: Vec<Vec<f64>>,
+    columns: Vec<TableColumn>,
     time_s: f64,
     position_m: f64,
     standstill_s: f64,
-    /// What a step that was taken back added.
-    kept: Ledger<f64>,
+    /// What the step before added that was taken back.
+    kept: Option<Ledger<f64>>,
 }
 
-impl Default for Writer {
-    fn default() -> Self {
-        Self {
-            columns: vec![Vec::new(); SIGNALS + Term::COUNT],
-            time_s: 0.0,
-            position_m: 0.0,
-            standstill_s: 0.0,
-            kept: Ledger::EMPTY,
-        }
-    }
+/// What a row says of the pedals, which are at rest at a standstill, and of the engine.
+struct Row {
+    step_s: f64,
+    desired_mps: f64,
+    acceleration_mps2: f64,
+    accelerator: f64,
+    brake: f64,
+    engine_speed: f64,
+    torque: f64,
+    source_rate: f64,
+    closed: bool,
 }
 
 impl Writer {
-    fn push(&mut self, signals: [f64; SIGNALS], added: &Ledger<f64>) {
-        for (column, value) in self.columns.iter_mut().zip(signals.into_iter().chain(added.sums()))
-        {
-            column.push(value);
+    fn push<S: Simd, P: Powertrain>(
+        &mut self,
+        parameters: &KernelParameters<P>,
+        state: &State<S, P>,
+        task: &LaneTask,
+        row: &Row,
+        added: &Ledger<f64>,
+    ) {
+        self.time_s += row.step_s;
+        let own = parameters.powertrain.state_signal(&state.powertrain, 0, row.closed);
+        let signals = [
+            ("time_s", self.time_s),
+            ("step_s", row.step_s),
+            ("position_m", self.position_m),
+            ("speed_mps", state.motion.speed[0]),
+            ("desired_speed_mps", row.desired_mps),
+            ("acceleration_mps2", row.acceleration_mps2),
+            ("accelerator", row.accelerator),
+            ("brake", row.brake),
+            ("gear", task.gear as f64 + 1.0),
+            (P::SIGNALS.speed, row.engine_speed),
+            (P::SIGNALS.torque, row.torque),
+            (P::SIGNALS.source_rate, row.source_rate),
+            ("grade", state.slope(0)),
+            (P::SIGNALS.state, own),
+        ];
+        let terms = TERMS.iter().filter(|declared| declared.term.is_in(Mode::Driven, P::TERMS));
+        let terms = terms.map(|declared| (declared.trace, added[declared.term]));
+        for (k, (name, value)) in signals.into_iter().chain(terms).enumerate() {
+            match self.columns.get_mut(k) {
+                Some(column) => column.values.push(value),
+                None => self.columns.push(TableColumn { name, values: vec![value] }),
+            }
         }
     }
 }
@@ -173,33 +175,24 @@ impl Observer for Writer {
         let mut added = view.added.lane(0);
         // of a step that was taken back nothing is left but the jump of the engine's speed: the
         // next row has it
-        added.add(&std::mem::replace(&mut self.kept, Ledger::EMPTY));
+        added.add(&self.kept.take().unwrap_or(Ledger::EMPTY));
         if view.dt[0] == 0.0 {
-            self.kept = added;
+            self.kept = Some(added);
             return;
         }
-        self.time_s += view.dt[0];
         self.position_m += view.dx[0];
-        let closed = view.closed.test(0);
-        self.push(
-            [
-                self.time_s,
-                view.dt[0],
-                self.position_m,
-                state.motion.speed[0],
-                view.desired[0],
-                view.acceleration[0],
-                view.accelerator[0],
-                view.brake[0],
-                task.gear() as f64 + 1.0,
-                view.engine_speed[0],
-                view.engine_torque[0],
-                view.source_rate[0],
-                view.grade[0] / GRAVITY_MPS2,
-                parameters.powertrain.state_signal(&state.powertrain, 0, closed),
-            ],
-            &added,
-        );
+        let row = Row {
+            step_s: view.dt[0],
+            desired_mps: view.desired[0],
+            acceleration_mps2: view.acceleration[0],
+            accelerator: view.accelerator[0],
+            brake: view.brake[0],
+            engine_speed: view.engine_speed[0],
+            torque: view.engine_torque[0],
+            source_rate: view.source_rate[0],
+            closed: view.closed.test(0),
+        };
+        self.push(parameters, state, task, &row, &added);
     }
 
     fn after_event<S: Simd, P: Powertrain>(
@@ -209,34 +202,26 @@ impl Observer for Writer {
         tasks: &[Option<LaneTask>],
     ) {
         let Some(task) = &tasks[0] else { return };
-        let added = *task.added_by_event();
-        let waited_s = task.standstill_s() - self.standstill_s;
-        if added == Ledger::EMPTY && waited_s == 0.0 {
+        let added = &task.added_by_event;
+        let waited_s = task.standstill_s - self.standstill_s;
+        if *added == Ledger::EMPTY && waited_s == 0.0 {
             return;
         }
-        self.standstill_s = task.standstill_s();
-        self.time_s += waited_s;
+        self.standstill_s = task.standstill_s;
         let engine_speed = state.motion.engine_speed[0];
-        let powertrain = parameters.powertrain;
-        let [torque, source_rate] = powertrain.standing_signals(&added, waited_s, engine_speed);
-        self.push(
-            [
-                self.time_s,
-                waited_s,
-                self.position_m,
-                0.0,
-                0.0,
-                0.0,
-                0.0,
-                1.0,
-                task.gear() as f64 + 1.0,
-                engine_speed,
-                torque,
-                source_rate,
-                slope(state, 0),
-                powertrain.state_signal(&state.powertrain, 0, false),
-            ],
-            &added,
-        );
+        let [torque, source_rate] =
+            parameters.powertrain.standing_signals(added, waited_s, engine_speed);
+        let row = Row {
+            step_s: waited_s,
+            desired_mps: 0.0,
+            acceleration_mps2: 0.0,
+            accelerator: 0.0,
+            brake: 1.0,
+            engine_speed,
+            torque,
+            source_rate,
+            closed: false,
+        };
+        self.push(parameters, state, task, &row, added);
     }
 }

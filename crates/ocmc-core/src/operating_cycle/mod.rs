@@ -16,6 +16,7 @@ pub mod traffic;
 pub mod weather;
 
 use crate::operating_cycle::mission::{Mission, MissionModel};
+use crate::operating_cycle::road::point_event::PointEvent;
 use crate::operating_cycle::road::{Road, RoadModel, RoadSampler};
 use crate::operating_cycle::traffic::{TrafficModel, TrafficTypeModel};
 use crate::operating_cycle::weather::{STANDARD_WEATHER, Weather, WeatherModel};
@@ -68,8 +69,8 @@ pub struct OperatingCycleSampler {
     /// In the order of the road types.
     traffic_types: Vec<TrafficTypeModel>,
     mission: MissionModel,
-    /// Given routes to choose from instead of drawing a road.
-    routes: Vec<Route>,
+    /// Given cycles, with their weights and what they keep, to choose from instead of drawing a road.
+    pub(crate) routes: Vec<Route>,
 }
 
 /// One change along the road that the free-flow clock has to know.
@@ -97,17 +98,6 @@ impl OperatingCycleSampler {
         }
     }
 
-    /// Lays down given cycles, with their weights and what they keep, to be driven instead of drawn
-    /// roads.
-    pub(crate) fn set_routes(&mut self, routes: Vec<Route>) {
-        self.routes = routes;
-    }
-
-    /// The given routes; none where roads are drawn.
-    pub fn routes(&self) -> &[Route] {
-        &self.routes
-    }
-
     /// The road models.
     pub fn road(&self) -> &RoadSampler {
         &self.road
@@ -121,7 +111,7 @@ impl OperatingCycleSampler {
     /// Draws one operating cycle into `cycle`, whose buffers are reused.
     pub fn sample(&self, streams: &Streams, without: &[ModelSwitch], cycle: &mut OperatingCycle) {
         let route = route::choose(&self.routes, streams);
-        let given_length_m = route.map(|route| route.cycle().length_m);
+        let given_length_m = route.map(|route| route.cycle.length_m);
         cycle.mission = self.mission.sample(given_length_m, streams, without);
         if let Some(route) = route {
             route.give_mission(&mut cycle.mission);
@@ -219,12 +209,13 @@ impl OperatingCycleSampler {
     fn changes(&self, road: &Road) -> Vec<(f64, Change)> {
         let mut changes = Vec::with_capacity(road.signs.len() + road.events.len());
         let mut section = 0;
+        let standstill = |event: &PointEvent| {
+            event.kind.standstill_s().map(|s| (event.position_m, Change::Standstill(s)))
+        };
         let mut events = road.events.iter().peekable();
         for sign in &road.signs {
             while let Some(event) = events.next_if(|e| e.position_m < sign.start_m) {
-                if let Some(wait_s) = event.kind.standstill_s() {
-                    changes.push((event.position_m, Change::Standstill(wait_s)));
-                }
+                changes.extend(standstill(event));
             }
             while road.sections[section].end_m <= sign.start_m {
                 section += 1;
@@ -233,11 +224,7 @@ impl OperatingCycleSampler {
             let speed_mps = sign.speed_mps.min(model.truck_limit_mps.unwrap_or(f64::INFINITY));
             changes.push((sign.start_m, Change::Speed { section, speed_mps }));
         }
-        for event in events {
-            if let Some(wait_s) = event.kind.standstill_s() {
-                changes.push((event.position_m, Change::Standstill(wait_s)));
-            }
-        }
+        changes.extend(events.filter_map(standstill));
         changes
     }
 }

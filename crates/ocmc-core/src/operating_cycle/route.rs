@@ -83,7 +83,7 @@ pub struct Route {
     roughness_m3: Option<Vec<f64>>,
     /// Ground of each section; none: drawn.
     grounds: Option<Vec<Ground>>,
-    cycle: GivenCycle,
+    pub(super) cycle: GivenCycle,
 }
 
 impl Route {
@@ -136,25 +136,10 @@ impl Route {
         Ok(Self { weight, keep, sections, signs, slopes, roughness_m3, grounds, cycle })
     }
 
-    /// How often it is driven, relative to the other routes.
-    pub fn weight(&self) -> f64 {
-        self.weight
-    }
-
-    /// The given cycle.
-    pub fn cycle(&self) -> &GivenCycle {
-        &self.cycle
-    }
-
-    /// Whether this is taken from the file.
-    pub fn keeps(&self, what: Keep) -> bool {
-        self.keep.contains(&what)
-    }
-
     /// Puts what the file says of the mission in place of what was drawn.
     pub fn give_mission(&self, mission: &mut Mission) {
         mission.length_m = self.cycle.length_m;
-        if self.keeps(Keep::Mission) {
+        if self.keep.contains(&Keep::Mission) {
             mission.payload_kg = self.cycle.payload_kg.unwrap_or(mission.payload_kg);
             if let Some((second, day)) = self.cycle.departure {
                 (mission.departure_s, mission.day_of_year) = (second, day);
@@ -212,13 +197,13 @@ impl Route {
     /// Puts the file's weather and traffic in place of what was drawn, where they are kept; the
     /// parts in `without` stay left out.
     pub fn give_clock(&self, without: &[ModelSwitch], cycle: &mut OperatingCycle) {
-        if self.keeps(Keep::Weather)
+        if self.keep.contains(&Keep::Weather)
             && !without.contains(&ModelSwitch::Weather)
             && let Some(weather) = &self.cycle.weather
         {
             cycle.weather.clone_from(weather);
         }
-        if self.keeps(Keep::Traffic)
+        if self.keep.contains(&Keep::Traffic)
             && !without.contains(&ModelSwitch::Traffic)
             && let Some(traffic) = &self.cycle.traffic
         {
@@ -233,7 +218,7 @@ pub fn choose<'a>(routes: &'a [Route], streams: &Streams) -> Option<&'a Route> {
         [] => None,
         [only] => Some(only),
         several => {
-            let weights: Vec<f64> = several.iter().map(Route::weight).collect();
+            let weights: Vec<f64> = several.iter().map(|route| route.weight).collect();
             several.get(streams.open(Stream::Route).index(&weights))
         }
     }

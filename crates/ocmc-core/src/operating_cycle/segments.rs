@@ -89,13 +89,17 @@ impl OperatingCycle {
             curve: NONE,
             event: NONE,
         };
+        let sign = |k: u32| road.signs.get(k as usize).map(|sign| sign.start_m);
+        let section = |k: u32| road.sections.get(k as usize).map(|section| section.start_m);
+        let weather = |k: u32| self.weather.get(k as usize).map(|weather| weather.start_m);
+        let traffic = |k: u32| self.traffic.get(k as usize).map(|traffic| traffic.start_m);
         let mut next = NextChanges {
-            sign: start_of(road.signs.get(1).map(|sign| sign.start_m)),
-            section: start_of(road.sections.get(1).map(|section| section.start_m)),
+            sign: start_of(sign(1)),
+            section: start_of(section(1)),
             slope: road.slope_step_m,
             roughness: road.roughness_block_m,
-            weather: start_of(self.weather.get(1).map(|weather| weather.start_m)),
-            traffic: start_of(self.traffic.get(1).map(|traffic| traffic.start_m)),
+            weather: start_of(weather(1)),
+            traffic: start_of(traffic(1)),
             curve: start_of(road.curves.first().map(|curve| curve.start_m)),
             event: start_of(road.events.first().map(|event| event.position_m)),
         };
@@ -103,33 +107,13 @@ impl OperatingCycle {
         loop {
             // every track that changes here, or within the shortest segment
             let here = now.start_m + SMALLEST_M;
-            while next.slope <= here {
-                now.slope += 1;
-                next.slope = f64::from(now.slope + 1) * road.slope_step_m;
-            }
-            while next.roughness <= here {
-                now.roughness += 1;
-                next.roughness = f64::from(now.roughness + 1) * road.roughness_block_m;
-            }
-            while next.sign <= here {
-                now.sign += 1;
-                next.sign = start_of(road.signs.get(now.sign as usize + 1).map(|s| s.start_m));
-            }
-            while next.section <= here {
-                now.section += 1;
-                let after = road.sections.get(now.section as usize + 1);
-                next.section = start_of(after.map(|section| section.start_m));
-            }
-            while next.weather <= here {
-                now.weather += 1;
-                let after = self.weather.get(now.weather as usize + 1);
-                next.weather = start_of(after.map(|weather| weather.start_m));
-            }
-            while next.traffic <= here {
-                now.traffic += 1;
-                let after = self.traffic.get(now.traffic as usize + 1);
-                next.traffic = start_of(after.map(|traffic| traffic.start_m));
-            }
+            pass(&mut now.slope, &mut next.slope, here, |k| Some(f64::from(k) * road.slope_step_m));
+            let block_m = road.roughness_block_m;
+            pass(&mut now.roughness, &mut next.roughness, here, |k| Some(f64::from(k) * block_m));
+            pass(&mut now.sign, &mut next.sign, here, sign);
+            pass(&mut now.section, &mut next.section, here, section);
+            pass(&mut now.weather, &mut next.weather, here, weather);
+            pass(&mut now.traffic, &mut next.traffic, here, traffic);
             now.event = NONE;
             while next.event <= here {
                 now.event = event as u32;
@@ -171,6 +155,15 @@ impl OperatingCycle {
             }
             now.start_m = end_m;
         }
+    }
+}
+
+/// Steps a track on to what holds at a place; `start_m`: where what has a number begins, if it does.
+#[inline(always)]
+fn pass(number: &mut u32, next_m: &mut f64, here_m: f64, start_m: impl Fn(u32) -> Option<f64>) {
+    while *next_m <= here_m {
+        *number += 1;
+        *next_m = start_of(start_m(*number + 1));
     }
 }
 

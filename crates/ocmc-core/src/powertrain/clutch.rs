@@ -2,8 +2,8 @@
 //! slipping at a start (launch clutch), closed otherwise.
 
 use super::gearbox::ShiftModel;
-use crate::lanes::{Flags, Lanes};
-use fearless_simd::{Level, dispatch, prelude::*};
+use crate::lanes::{Flags, Lanes, one};
+use fearless_simd::prelude::*;
 
 /// A clutch and the engine speeds at which it opens and slips.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,11 +57,8 @@ impl Clutch {
     /// The same for one engine: whether the clutch is closed, whether it slips, and the speed of
     /// the engine where it is not closed.
     pub fn engage_one(&self, speed: f64, slips_below: f64, drives: bool) -> (bool, bool, f64) {
-        dispatch!(Level::baseline(), simd => {
-            let all = |value| Lanes::splat(simd, value);
-            let drives = Flags::splat(simd, drives);
-            let does = self.engage(all(speed), all(slips_below), drives);
-            (does.closed.test(0), does.slips.test(0), does.free_speed[0])
-        })
+        let drives = Flags::splat(one(speed).simd, drives);
+        let does = self.engage(one(speed), one(slips_below), drives);
+        (does.closed.test(0), does.slips.test(0), does.free_speed[0])
     }
 }

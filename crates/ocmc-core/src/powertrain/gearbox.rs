@@ -9,9 +9,9 @@
 //! below 136 rad/s; up when w > 219. Added here: both downshifts need a slowing truck, otherwise a
 //! truck that has just started in third gear shifts down while it accelerates through 84-108 rad/s.
 
-use crate::lanes::{Lanes, UNBOUNDED};
+use crate::lanes::{Lanes, UNBOUNDED, one};
 use crate::validation::Problems;
-use fearless_simd::{Level, dispatch, prelude::*};
+use fearless_simd::prelude::*;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -259,12 +259,9 @@ impl GearboxModel {
     /// Force at the wheels for a torque at the gearbox's input, and what gearbox, retarder and axle
     /// take on the way, in N.
     pub fn wheel_and_lost_n(&self, gear: &Gear, axle_per_m: f64, torque_nm: f64) -> [f64; 2] {
-        dispatch!(Level::baseline(), simd => {
-            let all = |value| Lanes::splat(simd, value);
-            let (per_m, loss_share) = (all(gear.speed_ratio_per_m), all(gear.loss_share));
-            let losses = self.losses(axle_per_m);
-            losses.wheel_and_lost_forces_n(per_m, loss_share, all(torque_nm)).map(|forces| forces[0])
-        })
+        let (per_m, loss_share) = (one(gear.speed_ratio_per_m), one(gear.loss_share));
+        let losses = self.losses(axle_per_m);
+        losses.wheel_and_lost_forces_n(per_m, loss_share, one(torque_nm)).map(|forces| forces[0])
     }
 
     /// Torque at the gearbox's input, in Nm, for a force at the wheels, in N: the inverse of
@@ -280,25 +277,16 @@ impl GearboxModel {
 
     /// The gears over a wheel.
     pub fn gears(&self, wheel_radius_m: f64) -> Vec<Gear> {
-        let last = self.ratio.len() - 1;
-        self.ratio
-            .iter()
-            .enumerate()
-            .map(|(k, &ratio)| {
-                let direct = (ratio - 1.0).abs() < 1e-9;
-                debug_assert!(k <= last);
-                Gear {
-                    speed_ratio_per_m: ratio * self.axle_ratio / wheel_radius_m,
-                    ratio,
-                    loss_share: if direct {
-                        self.direct_loss_share
-                    } else {
-                        self.indirect_loss_share
-                    },
-                    launches: (k as u32) < self.shift.launch_gears,
-                }
-            })
-            .collect()
+        let gear = |(k, &ratio): (usize, &f64)| {
+            let direct = (ratio - 1.0_f64).abs() < 1e-9;
+            Gear {
+                speed_ratio_per_m: ratio * self.axle_ratio / wheel_radius_m,
+                ratio,
+                loss_share: if direct { self.direct_loss_share } else { self.indirect_loss_share },
+                launches: (k as u32) < self.shift.launch_gears,
+            }
+        };
+        self.ratio.iter().enumerate().map(gear).collect()
     }
 }
 

@@ -201,7 +201,9 @@ pub trait Powertrain {
     /// Highest torque at a speed in rad/s, in Nm.
     fn full_load_nm(&self, speed_radps: f64) -> f64;
     /// Heating and cooling at a temperature, in W, beside the auxiliaries of the truck.
-    fn climate_w(&self, air_temperature_k: f64) -> f64;
+    fn climate_w(&self, _air_temperature_k: f64) -> f64 {
+        0.0
+    }
 
     /// The state of trucks that stand for ever.
     fn parked<S: Simd>(&self, simd: S) -> Self::State<S>;
@@ -210,15 +212,16 @@ pub trait Powertrain {
     /// Loads what belongs to one truck.
     fn enter<S: Simd>(&self, state: &mut Self::State<S>, lane: usize, truck: &TruckInputs);
     /// A truck at rest prepares to start.
-    fn start<S: Simd>(&self, state: &mut Self::State<S>, lane: usize);
+    fn start<S: Simd>(&self, _state: &mut Self::State<S>, _lane: usize) {}
     /// A truck has rolled with an accelerator pedal for long; shaft speed in rad/s.
     fn settle<S: Simd>(
         &self,
-        state: &mut Self::State<S>,
-        lane: usize,
-        speed_radps: f64,
-        accelerator: f64,
-    );
+        _state: &mut Self::State<S>,
+        _lane: usize,
+        _speed_radps: f64,
+        _accelerator: f64,
+    ) {
+    }
     /// Stands for some time, in s.
     fn stand<S: Simd>(
         &self,
@@ -266,13 +269,15 @@ pub trait Powertrain {
         ledger: &mut StepLedger<S>,
     ) -> [Lanes<S>; 2];
     /// The new state at the end of a step.
+    #[inline(always)]
     fn commit<S: Simd>(
         &self,
-        state: &mut Self::State<S>,
-        outcome: &StepOutcome<S>,
-        first: &Self::Stage<S>,
-        second: &Self::Stage<S>,
-    );
+        _state: &mut Self::State<S>,
+        _outcome: &StepOutcome<S>,
+        _first: &Self::Stage<S>,
+        _second: &Self::Stage<S>,
+    ) {
+    }
     /// Flag: the source is empty.
     fn depleted<S: Simd>(&self, state: &Self::State<S>) -> Flags<S>;
 

@@ -7,25 +7,13 @@ use crate::distribution::Law;
 use crate::validation::{Problem, Problems};
 use serde::Deserialize;
 use serde_json::Value;
-use std::fmt;
 
 /// Everything that is wrong with a study.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{}", problems.iter().map(Problem::to_string).collect::<Vec<_>>().join("\n"))]
 pub struct StudyError {
     /// The problems, at least one.
     pub problems: Vec<Problem>,
-}
-
-impl fmt::Display for StudyError {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        for (k, problem) in self.problems.iter().enumerate() {
-            if k > 0 {
-                writeln!(f)?;
-            }
-            write!(f, "{problem}")?;
-        }
-        Ok(())
-    }
 }
 
 pub(super) fn check(model: &StudyModel) -> Result<(), StudyError> {

@@ -197,7 +197,7 @@ impl Study {
             let route = Route::new(cycle, weight, &keep, &self.road_types, road);
             routes.push(route.map_err(|error| (k, error))?);
         }
-        self.operating_cycle.set_routes(routes);
+        self.operating_cycle.routes = routes;
         Ok(self)
     }
 
@@ -233,20 +233,13 @@ impl Study {
         cycle_id: u64,
         pick_freeze: PickFreeze,
     ) -> Scenario {
-        let mut cycle = OperatingCycle::default();
-        let (driver, vehicle, curve_residuals) =
-            self.sample_into(seed, cycle_id, pick_freeze, &mut cycle);
-        Scenario { cycle_id, cycle, driver, curve_residuals, vehicle }
+        self.sample_into(seed, cycle_id, pick_freeze, OperatingCycle::default())
     }
 
     /// As [`Study::sample`], into a scenario whose buffers are reused.
     pub fn resample(&self, seed: u64, cycle_id: u64, scenario: &mut Scenario) {
-        scenario.cycle_id = cycle_id;
-        let (driver, vehicle, residuals) =
-            self.sample_into(seed, cycle_id, PickFreeze::NONE, &mut scenario.cycle);
-        scenario.driver = driver;
-        scenario.vehicle = vehicle;
-        scenario.curve_residuals = residuals;
+        let cycle = std::mem::take(&mut scenario.cycle);
+        *scenario = self.sample_into(seed, cycle_id, PickFreeze::NONE, cycle);
     }
 
     /// Where the draws of one cycle come from.
@@ -260,18 +253,18 @@ impl Study {
         seed: u64,
         cycle_id: u64,
         pick_freeze: PickFreeze,
-        cycle: &mut OperatingCycle,
-    ) -> (Driver, Vehicle, Vec<f64>) {
+        mut cycle: OperatingCycle,
+    ) -> Scenario {
         let simulation = &self.model.simulation;
         let streams = self.streams(seed, cycle_id, pick_freeze);
-        self.operating_cycle.sample(&streams, &simulation.without, cycle);
+        self.operating_cycle.sample(&streams, &simulation.without, &mut cycle);
         let driver = self.model.driver.sample(&streams, &simulation.without, self.stability_limit);
         // a residual belongs to the curve's place, so that it stays when another curve goes
         let mut draws = streams.open(Stream::CurveResidual);
-        let residuals =
+        let curve_residuals =
             cycle.road.curves.iter().map(|c| draws.at(c.start_m as u64).normal()).collect();
         let payload_kg = cycle.mission.payload_kg;
         let vehicle = self.model.vehicle.sample(payload_kg, &streams, &simulation.without);
-        (driver, vehicle, residuals)
+        Scenario { cycle_id, cycle, driver, curve_residuals, vehicle }
     }
 }

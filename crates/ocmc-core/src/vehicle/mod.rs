@@ -119,32 +119,27 @@ impl VehicleModel {
             format!("load shares with a sum of {carried}"),
             "load shares with a sum of 1",
         );
-        match (&self.engine, &self.gearbox, &self.electric) {
+        let (key, found, allowed) = match (&self.engine, &self.gearbox, &self.electric) {
             (Some(engine), Some(gearbox), None) => {
                 problems.part("engine", |problems| engine.validate(problems));
                 let idle_radps = engine.idle_speed_radps;
-                problems.part("gearbox", |problems| gearbox.validate(idle_radps, problems));
+                return problems.part("gearbox", |problems| gearbox.validate(idle_radps, problems));
             }
             (None, None, Some(electric)) => {
-                problems.part("electric", |problems| electric.validate(problems));
+                return problems.part("electric", |problems| electric.validate(problems));
             }
-            (None, Some(_), None) => {
-                problems.require(false, "engine", "not there", "an engine for the gearbox");
-            }
-            (Some(_), None, None) => {
-                problems.require(false, "gearbox", "not there", "a gearbox for the engine");
-            }
+            (None, Some(_), None) => ("engine", "not there", "an engine for the gearbox"),
+            (Some(_), None, None) => ("gearbox", "not there", "a gearbox for the engine"),
             (None, None, None) => {
-                let allowed = "`engine` and `gearbox`, or `electric`";
-                problems.require(false, "", "without a powertrain", allowed);
+                ("", "without a powertrain", "`engine` and `gearbox`, or `electric`")
             }
-            (_, _, Some(_)) => problems.require(
-                false,
+            (_, _, Some(_)) => (
                 "electric",
                 "there beside `engine` or `gearbox`",
                 "one powertrain: leave an inherited one out by study.drop = [\"vehicle.engine\", \"vehicle.gearbox\"]",
             ),
-        }
+        };
+        problems.require(false, key, found, allowed);
     }
 
     /// Draws one truck with a payload. Without [`ModelSwitch::VehicleSpread`] all are the typical

@@ -1,7 +1,7 @@
 //! Resistance of the road and the air: rolling, drag and grade.
 
-use crate::lanes::Lanes;
-use fearless_simd::{Level, dispatch, prelude::*};
+use crate::lanes::{Lanes, one};
+use fearless_simd::prelude::*;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -81,10 +81,7 @@ pub fn drag_forces_n<S: Simd>(
 
 /// [`drag_forces_n`] of one vehicle.
 pub fn drag_force_n(half_density: f64, relative_mps: f64, cross_mps: f64, area_m2: f64) -> f64 {
-    dispatch!(Level::baseline(), simd => {
-        let all = |value| Lanes::splat(simd, value);
-        drag_forces_n(all(half_density), all(relative_mps), all(cross_mps), all(area_m2))[0]
-    })
+    drag_forces_n(one(half_density), one(relative_mps), one(cross_mps), one(area_m2))[0]
 }
 
 /// Rolling coefficient of the loaded vehicle on smooth, dry asphalt at 25 °C: RRC = Σ s_i RRC_i

@@ -25,7 +25,7 @@ use serde::{Deserialize, Serialize};
 use speed_sign::{SpeedSign, SpeedSignChain, SpeedSignModel};
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
-use surface::{Ground, GroundModel, RoughnessModel, sample_grounds, sample_roughness};
+use surface::{Ground, GroundModel, RoughnessModel};
 use topography::{ClimbRule, TopographyModel, bridge, sample_slopes};
 
 /// Statistical description of roads.
@@ -135,9 +135,6 @@ pub struct RoadSampler {
     chain: RoadTypeChain,
     sign_chains: Vec<SpeedSignChain>,
     types: Vec<RoadTypeModel>,
-    topographies: Vec<TopographyModel>,
-    roughnesses: Vec<RoughnessModel>,
-    grounds: Vec<GroundModel>,
     model: RoadModel,
 }
 
@@ -211,9 +208,6 @@ impl RoadSampler {
         Self {
             chain,
             sign_chains: types.iter().map(|t| t.speed_signs.chain()).collect(),
-            topographies: types.iter().map(|t| t.topography.clone()).collect(),
-            roughnesses: types.iter().map(|t| t.roughness.clone()).collect(),
-            grounds: types.iter().map(|t| t.ground.clone()).collect(),
             types,
             model: model.clone(),
         }
@@ -276,15 +270,23 @@ impl RoadSampler {
     /// Draws the roughness of a road whose sections are known.
     pub fn sample_roughness(&self, streams: &Streams, road: &mut Road) {
         let mut draws = streams.open(Stream::Roughness);
-        let block_m = self.model.roughness_block_m;
-        let (models, blocks) = (&self.roughnesses, &mut road.roughness_m3);
-        sample_roughness(models, block_m, &road.sections, &mut draws, blocks);
+        let blocks = &mut road.roughness_m3;
+        blocks.clear();
+        for section in &road.sections {
+            let model = &self.types[section.road_type].roughness;
+            model.sample(self.model.roughness_block_m, section.end_m, &mut draws, blocks);
+        }
     }
 
     /// Draws the ground of a road whose sections are known.
     pub fn sample_grounds(&self, streams: &Streams, road: &mut Road) {
         let mut draws = streams.open(Stream::Ground);
-        road.grounds = sample_grounds(&self.grounds, &road.sections, &mut draws);
+        let ground = |section: &Section| {
+            let model = &self.types[section.road_type].ground;
+            let weights: Vec<f64> = model.values().copied().collect();
+            *model.keys().nth(draws.index(&weights)).expect("a ground model is not empty")
+        };
+        road.grounds = road.sections.iter().map(ground).collect();
     }
 
     fn sample_events(
@@ -351,14 +353,15 @@ impl RoadSampler {
             return;
         }
         let mut draws = streams.open(Stream::Topography);
-        sample_slopes(&self.topographies, step_m, &road.sections, &mut draws, &mut road.slopes);
+        let model = |section: &Section| &self.types[section.road_type].topography;
+        sample_slopes(model, step_m, &road.sections, &mut draws, &mut road.slopes);
         road.climb_reached = true;
         if self.model.climb_rule == ClimbRule::Bridge {
             let net_climb_m = self.model.net_climb_m.sample(&mut draws);
-            let (count, types) = (road.slopes.len(), &self.topographies);
+            let count = road.slopes.len();
             let limit = |section: &Section| {
                 let end = (libm::ceil(section.end_m / step_m) as usize).min(count);
-                (end, types[section.road_type].slope_limit)
+                (end, model(section).slope_limit)
             };
             let limits: Vec<(usize, f64)> = road.sections.iter().map(limit).collect();
             road.climb_reached =

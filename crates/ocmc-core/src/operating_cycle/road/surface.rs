@@ -6,7 +6,6 @@
 //! Podgórski, I. Rychlik, P. Johannesson). IRI = 0.544 √(C / 1e-6 m³) mm/m, by integrating the
 //! golden-car response over that spectrum.
 
-use super::road_type::Section;
 use crate::distribution::standard_gamma;
 use crate::random::Draws;
 use schemars::JsonSchema;
@@ -75,39 +74,15 @@ pub fn iri_mm_per_m(coefficient_m3: f64) -> f64 {
     0.544 * (coefficient_m3 * 1e6).sqrt()
 }
 
-/// Roughness coefficients of blocks of `block_m`, by the road type at the block's start, in m³.
-pub fn sample_roughness(
-    models: &[RoughnessModel],
-    block_m: f64,
-    sections: &[Section],
-    draws: &mut Draws,
-    blocks: &mut Vec<f64>,
-) {
-    blocks.clear();
-    for section in sections {
-        let model = &models[section.road_type];
-        let last = libm::ceil(section.end_m / block_m) as usize;
+impl RoughnessModel {
+    /// Appends the roughness coefficients of blocks of `block_m` that begin before `end_m`, in m³.
+    pub fn sample(&self, block_m: f64, end_m: f64, draws: &mut Draws, blocks: &mut Vec<f64>) {
+        let last = libm::ceil(end_m / block_m) as usize;
         while blocks.len() < last {
-            let shape = 1.0 / model.shape;
-            blocks.push(model.mean_coefficient_m3 * standard_gamma(draws, shape) / shape);
+            let shape = 1.0 / self.shape;
+            blocks.push(self.mean_coefficient_m3 * standard_gamma(draws, shape) / shape);
         }
     }
-}
-
-/// Draws the ground of each section.
-pub fn sample_grounds(
-    models: &[GroundModel],
-    sections: &[Section],
-    draws: &mut Draws,
-) -> Vec<Ground> {
-    let mut grounds = Vec::with_capacity(sections.len());
-    for section in sections {
-        let model = &models[section.road_type];
-        let weights: Vec<f64> = model.values().copied().collect();
-        let chosen = draws.index(&weights);
-        grounds.push(*model.keys().nth(chosen).expect("a ground model is not empty"));
-    }
-    grounds
 }
 
 #[cfg(test)]
@@ -117,12 +92,11 @@ mod tests {
 
     #[test]
     fn blocks_have_the_models_mean_and_variance() {
-        let models = [RoughnessModel { mean_coefficient_m3: 16e-6, shape: 0.6 }];
-        let sections = [Section { start_m: 0.0, end_m: 4.0e6, road_type: 0 }];
+        let model = RoughnessModel { mean_coefficient_m3: 16e-6, shape: 0.6 };
         for seed in 1..=3 {
             let mut blocks = Vec::new();
             let mut draws = Draws::new(seed, 0, Stream::Roughness);
-            sample_roughness(&models, 200.0, &sections, &mut draws, &mut blocks);
+            model.sample(200.0, 4.0e6, &mut draws, &mut blocks);
             let n = blocks.len() as f64;
             let mean = blocks.iter().sum::<f64>() / n;
             let second = blocks.iter().map(|c| (c / mean - 1.0).powi(2)).sum::<f64>() / n;

@@ -55,10 +55,10 @@ impl TopographyModel {
 /// Normals that are drawn at once.
 const DRAWN_AT_ONCE: usize = 64;
 
-/// Slopes on steps of `step_m` from 0 to the end of the last section, one model a road type. It
+/// Slopes on steps of `step_m` from 0 to the end of the last section, of the model of each. It
 /// takes all that is left of the stream.
-pub fn sample_slopes(
-    models: &[TopographyModel],
+pub fn sample_slopes<'a>(
+    model_of: impl Fn(&Section) -> &'a TopographyModel,
     step_m: f64,
     sections: &[Section],
     draws: &mut Draws,
@@ -80,7 +80,7 @@ pub fn sample_slopes(
     };
     let mut state = normal();
     for section in sections {
-        let model = &models[section.road_type];
+        let model = model_of(section);
         let a = model.coefficient(step_m);
         let innovation_sd = (1.0 - a * a).sqrt();
         let limit = model.slope_limit / model.slope_sd;
@@ -172,7 +172,7 @@ mod tests {
         let sections = [Section { start_m: 0.0, end_m: length_m, road_type: 0 }];
         let mut draws = Draws::new(seed, cycle, Stream::Topography);
         let mut slopes = Vec::new();
-        sample_slopes(std::slice::from_ref(model), STEP_M, &sections, &mut draws, &mut slopes);
+        sample_slopes(|_| model, STEP_M, &sections, &mut draws, &mut slopes);
         slopes
     }
 

@@ -8,10 +8,10 @@
 //! One resistance for all temperatures and both directions, no ageing, no diffusion: the slow part of a cell's voltage is not there.
 
 use crate::distribution::Quantity;
-use crate::lanes::{Flags, Lanes, clip};
+use crate::lanes::{Flags, Lanes, clip, one};
 use crate::powertrain::battery_electric::ChargingModel;
 use crate::validation::Problems;
-use fearless_simd::{Level, dispatch, prelude::*};
+use fearless_simd::prelude::*;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -100,7 +100,7 @@ impl BatteryModel {
 
     /// Highest power of discharge at the terminals, in W.
     pub fn discharge_limit_w(&self, charge: f64) -> f64 {
-        dispatch!(Level::baseline(), simd => self.discharge_limits_w(Lanes::splat(simd, charge))[0])
+        self.discharge_limits_w(one(charge))[0]
     }
 
     /// The same for vehicles.
@@ -113,7 +113,7 @@ impl BatteryModel {
 
     /// Highest power of charging at the terminals, in W, as a positive number.
     pub fn charge_limit_w(&self, charge: f64) -> f64 {
-        dispatch!(Level::baseline(), simd => self.charge_limits_w(Lanes::splat(simd, charge))[0])
+        self.charge_limits_w(one(charge))[0]
     }
 
     /// The same for vehicles.
@@ -125,11 +125,8 @@ impl BatteryModel {
 
     /// What a power at the terminals, in W, does to the store; beyond the highest power the current stays at its peak.
     pub fn flow(&self, charge: f64, power_w: f64) -> BatteryFlow {
-        dispatch!(Level::baseline(), simd => {
-            let all = |value| Lanes::splat(simd, value);
-            let (store, loss) = self.flows(all(charge), all(power_w));
-            BatteryFlow { store_w: store[0], loss_w: loss[0] }
-        })
+        let (store, loss) = self.flows(one(charge), one(power_w));
+        BatteryFlow { store_w: store[0], loss_w: loss[0] }
     }
 
     /// The same for vehicles: what the stores lose, and the heat, in W.
@@ -143,10 +140,7 @@ impl BatteryModel {
 
     /// Whether a power at the terminals, in W, is more than the battery has at any current.
     pub fn is_overdrawn(&self, charge: f64, power_w: f64) -> bool {
-        dispatch!(Level::baseline(), simd => {
-            let all = |value| Lanes::splat(simd, value);
-            self.overdrawn(all(charge), all(power_w)).test(0)
-        })
+        self.overdrawn(one(charge), one(power_w)).test(0)
     }
 
     /// The same for vehicles.

@@ -9,12 +9,12 @@ mod powertrain;
 pub use powertrain::BatteryState;
 
 use crate::energy_ledger::{Ledger, Term};
-use crate::lanes::Lanes;
+use crate::lanes::{Lanes, one};
 use crate::powertrain::gearbox::{Gear, ShiftModel, validate_ratios};
 use crate::validation::Problems;
 use battery::BatteryModel;
 use climate::ClimateModel;
-use fearless_simd::{Level, dispatch, prelude::*};
+use fearless_simd::prelude::*;
 use motor::{Motor, MotorModel};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -166,10 +166,7 @@ impl ElectricModel {
 
     /// Force at the wheels for a motor torque, and what the gears take on the way, in N; `per_m`: motor speed for each m/s, in rad/m.
     pub fn wheel_and_lost_n(&self, per_m: f64, torque_nm: f64) -> [f64; 2] {
-        dispatch!(Level::baseline(), simd => {
-            let all = |value| Lanes::splat(simd, value);
-            self.wheel_and_lost_forces_n(all(per_m), all(torque_nm)).map(|forces| forces[0])
-        })
+        self.wheel_and_lost_forces_n(one(per_m), one(torque_nm)).map(|forces| forces[0])
     }
 
     /// The same for vehicles: gears and axle take their share of what comes from the motor, and of what goes to it.
@@ -191,10 +188,7 @@ impl ElectricModel {
     /// Torque with which the motor brakes at most of a braking force at the wheels, without sign, in Nm: only driven axles brake by
     /// it. `per_m`: motor speed for each m/s, in rad/m.
     pub fn braking_torque_nm(&self, per_m: f64, force_n: f64) -> f64 {
-        dispatch!(Level::baseline(), simd => {
-            let all = |value| Lanes::splat(simd, value);
-            self.braking_torques_nm(all(per_m), all(force_n))[0]
-        })
+        self.braking_torques_nm(one(per_m), one(force_n))[0]
     }
 
     /// The same for vehicles.

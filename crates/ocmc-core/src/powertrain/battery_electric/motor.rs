@@ -5,11 +5,11 @@
 //! and braking; bilinear in the map's cells, held beyond its edges. Terminals see P = w T + loss:
 //! what the motor gives back while braking is w |T| less the loss, and may be less than nothing.
 
-use crate::lanes::{Flags, Lanes, clip, columns, masked};
-use crate::powertrain::bilinear::bilinear_cell;
+use crate::lanes::{Flags, Lanes, clip, columns, masked, one};
+use crate::powertrain::bilinear::{Cells, cells};
 use crate::powertrain::diesel::engine::MOST_KNOTS;
 use crate::validation::{Problems, rises};
-use fearless_simd::{Level, dispatch, prelude::*};
+use fearless_simd::prelude::*;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -81,16 +81,13 @@ impl MotorModel {
 pub struct Motor {
     model: MotorModel,
     /// The map's cells {a, b, c, d}: loss = a + b w + T (c + d w); those of one speed lie together.
-    cells: Vec<[f64; 4]>,
+    cells: Cells,
 }
 
 impl MotorModel {
     /// Whether a speed in rad/s and a torque in Nm lie within the points of the map.
     pub fn map_covers(&self, speed_radps: f64, torque_nm: f64) -> bool {
-        dispatch!(Level::baseline(), simd => {
-            let all = |value| Lanes::splat(simd, value);
-            self.maps_cover(all(speed_radps), all(torque_nm)).test(0)
-        })
+        self.maps_cover(one(speed_radps), one(torque_nm)).test(0)
     }
 
     /// The same for vehicles.
@@ -107,9 +104,7 @@ impl MotorModel {
 
     /// Highest torque while driving, in Nm, at a speed in rad/s.
     pub fn drive_limit_nm(&self, speed_radps: f64) -> f64 {
-        dispatch!(Level::baseline(), simd => {
-            self.drive_limits_nm(Lanes::splat(simd, speed_radps))[0]
-        })
+        self.drive_limits_nm(one(speed_radps))[0]
     }
 
     /// The same for vehicles.
@@ -122,10 +117,7 @@ impl MotorModel {
     /// Highest torque while braking, in Nm, without sign, at a motor speed in rad/s and a vehicle
     /// speed in m/s.
     pub fn brake_limit_nm(&self, speed_radps: f64, vehicle_mps: f64) -> f64 {
-        dispatch!(Level::baseline(), simd => {
-            let all = |value| Lanes::splat(simd, value);
-            self.brake_limits_nm(all(speed_radps), all(vehicle_mps))[0]
-        })
+        self.brake_limits_nm(one(speed_radps), one(vehicle_mps))[0]
     }
 
     /// The same for vehicles.
@@ -143,30 +135,13 @@ impl MotorModel {
 impl Motor {
     /// Prepares a checked model.
     pub fn new(model: &MotorModel) -> Self {
-        let (speeds, torques) = (&model.map_speed_radps, &model.map_torque_nm);
-        let mut cells = vec![[0.0; 4]; MOST_KNOTS * MOST_KNOTS];
-        for i in 0..speeds.len() - 1 {
-            for j in 0..torques.len() - 1 {
-                let corners = [
-                    [model.map_loss_w[i][j], model.map_loss_w[i][j + 1]],
-                    [model.map_loss_w[i + 1][j], model.map_loss_w[i + 1][j + 1]],
-                ];
-                cells[i * MOST_KNOTS + j] = bilinear_cell(
-                    [speeds[i], speeds[i + 1]],
-                    [torques[j], torques[j + 1]],
-                    corners,
-                );
-            }
-        }
+        let cells = cells(&model.map_speed_radps, &model.map_torque_nm, &model.map_loss_w);
         Self { model: model.clone(), cells }
     }
 
     /// Losses of motor and inverter, in W.
     pub fn loss_w(&self, speed_radps: f64, torque_nm: f64) -> f64 {
-        dispatch!(Level::baseline(), simd => {
-            let all = |value| Lanes::splat(simd, value);
-            self.losses_w(all(speed_radps), all(torque_nm))[0]
-        })
+        self.losses_w(one(speed_radps), one(torque_nm))[0]
     }
 
     /// The same for vehicles.

@@ -15,7 +15,7 @@ use crate::lanes::{Flags, Lanes, WIDTH, masked};
 use crate::powertrain::gearbox::GearLanes;
 use crate::powertrain::{
     Coupling, Demand, InversePowertrain, Powertrain, PowertrainConstants, ShaftStep, SignalNames,
-    StepOutcome, TractiveEffort, TruckInputs,
+    TractiveEffort, TruckInputs,
 };
 use crate::record::Record;
 use fearless_simd::prelude::*;
@@ -132,11 +132,7 @@ impl Powertrain for BatteryElectricPowertrain {
         state.charge[lane] = truck.initial_charge.unwrap_or(0.0);
     }
 
-    fn start<S: Simd>(&self, _state: &mut BatteryState<S>, _lane: usize) {}
-
     /// Torque has no memory.
-    fn settle<S: Simd>(&self, _: &mut BatteryState<S>, _: usize, _: f64, _: f64) {}
-
     /// The auxiliaries draw, and a charger may charge.
     fn stand<S: Simd>(
         &self,
@@ -236,16 +232,6 @@ impl Powertrain for BatteryElectricPowertrain {
             & !battery.overdrawn(charge, terminals);
         ledger.add(Term::OutsideMap, masked(!covered, dt));
         [torque, terminals]
-    }
-
-    #[inline(always)]
-    fn commit<S: Simd>(
-        &self,
-        _state: &mut BatteryState<S>,
-        _outcome: &StepOutcome<S>,
-        _first: &(),
-        _second: &(),
-    ) {
     }
 
     #[inline(always)]

@@ -14,10 +14,10 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::distribution::Quantity;
-use crate::lanes::{Lanes, WIDTH, columns};
-use crate::powertrain::bilinear::bilinear_cell;
+use crate::lanes::{Lanes, WIDTH, columns, one};
+use crate::powertrain::bilinear::{Cells, cells};
 use crate::powertrain::piece_table::PieceTable;
-use fearless_simd::{Level, dispatch, prelude::*};
+use fearless_simd::prelude::*;
 
 /// A diesel engine.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -150,9 +150,6 @@ pub const MOST_KNOTS: usize = 16;
 /// Full load and drag at one engine speed: value at zero speed and slope of the piece.
 pub type CurveRow = [f64; 4];
 
-/// One cell of the map, {a, b, c, d}: fuel = a + b w + T (c + d w).
-pub type FuelRow = [f64; 4];
-
 /// A piece of the full-load and drag curves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(align(64))]
@@ -183,7 +180,7 @@ pub struct Engine {
     map_speed_pieces: PieceTable,
     map_torque_pieces: PieceTable,
     /// The map's cells; those of one speed lie together.
-    cells: Box<[FuelRow; MOST_KNOTS * MOST_KNOTS]>,
+    cells: Cells,
 }
 
 impl Engine {
@@ -199,18 +196,8 @@ impl Engine {
             *piece = CurvePiece { row, reach: [from_radps, to_radps, map_torque_nm, 0.0] };
         }
         let map = filled_map(&model.map_torque_nm, &model.map_fuel_kgps);
-        let mut cells = Box::new([[0.0; 4]; MOST_KNOTS * MOST_KNOTS]);
         let (speeds, torques) = (&model.map_speed_radps, &model.map_torque_nm);
-        for i in 0..speeds.len() - 1 {
-            for j in 0..torques.len() - 1 {
-                let corners = [[map[i][j], map[i][j + 1]], [map[i + 1][j], map[i + 1][j + 1]]];
-                cells[i * MOST_KNOTS + j] = bilinear_cell(
-                    [speeds[i], speeds[i + 1]],
-                    [torques[j], torques[j + 1]],
-                    corners,
-                );
-            }
-        }
+        let cells = cells(speeds, torques, &map);
         let fastest = speeds[speeds.len() - 1];
         let mut span = SPEED_SPAN_RADPS;
         while span < fastest {
@@ -313,10 +300,8 @@ impl Engine {
 
     /// Fuel of one engine, in kg/s, before the vehicle's factor.
     pub fn fuel_kgps(&self, speed_radps: f64, torque_nm: f64) -> f64 {
-        dispatch!(Level::baseline(), simd => {
-            let all = |value| Lanes::splat(simd, value);
-            self.fuel_rates(all(speed_radps), all(torque_nm), all(self.drag_nm(speed_radps)))[0]
-        })
+        let drag_nm = self.drag_nm(speed_radps);
+        self.fuel_rates(one(speed_radps), one(torque_nm), one(drag_nm))[0]
     }
 }
 
@@ -397,6 +382,7 @@ fn filled_map(torques: &[f64], rows: &[Vec<f64>]) -> Vec<Vec<f64>> {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
+    use fearless_simd::{Level, dispatch};
 
     /// The engine of `tractor-40t`: VECTO's 325 kW.
     pub(crate) fn engine_b() -> EngineModel {

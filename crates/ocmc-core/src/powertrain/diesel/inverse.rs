@@ -27,6 +27,8 @@ struct Fit {
     slips: bool,
     /// Torque wanted at the gearbox's input, in Nm.
     gearbox_nm: f64,
+    /// To turn up the engine itself, in Nm.
+    inertia_nm: f64,
     /// Torque wanted of the engine, in Nm.
     engine_nm: f64,
     full_nm: f64,
@@ -62,6 +64,7 @@ impl<'a> InverseDiesel<'a> {
             closed,
             slips,
             gearbox_nm,
+            inertia_nm,
             engine_nm: passes + inertia_nm + self.truck.auxiliary_power_w / engine_radps,
             full_nm: engine.full_load_nm(engine_radps),
             drag_nm: engine.drag_nm(engine_radps),
@@ -126,11 +129,7 @@ impl InversePowertrain for InverseDiesel<'_> {
         } else {
             (auxiliary_nm, false)
         };
-        let inertia_nm = if fit.closed {
-            inertia_kgm2 * gear.speed_ratio_per_m * step.acceleration_mps2()
-        } else {
-            0.0
-        };
+        let inertia_nm = if fit.closed { fit.inertia_nm } else { 0.0 };
         let gearbox_nm = if engaged { engine_nm - auxiliary_nm - inertia_nm } else { 0.0 };
         let [wheel_n, lost_n] =
             gearbox.wheel_and_lost_n(gear, self.powertrain.axle_per_m, gearbox_nm);

@@ -152,10 +152,6 @@ impl Powertrain for DieselPowertrain {
 
     /// The cab is heated by the engine's waste heat; what it is cooled with is among the
     /// auxiliaries.
-    fn climate_w(&self, _air_temperature_k: f64) -> f64 {
-        0.0
-    }
-
     fn parked<S: Simd>(&self, simd: S) -> DieselState<S> {
         let zero = Lanes::splat(simd, 0.0);
         DieselState {
