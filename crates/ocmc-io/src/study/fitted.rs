@@ -6,7 +6,7 @@ use super::resolved::resolved_toml;
 use super::source::{Source, SourceKind};
 use super::{StudyFileError, load_text};
 use ocmc_core::study::{Problem, Study, StudyModel};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use std::path::Path;
 use std::sync::Arc;
 use toml::{Table, Value};
@@ -54,7 +54,8 @@ impl FittedPart {
     fn refused(&self, base: &StudyModel) -> Vec<Problem> {
         let mut tree = tree(resolved_toml(base));
         tree.overlay(tree_of(&self.values)).expect("a fit replaces lists as a whole");
-        let model = StudyModel::deserialize(tree.to_toml()).expect("keys of a study over a study");
+        let model =
+            serde_path_to_error::deserialize(tree.to_toml()).expect("keys of a study over a study");
         Study::new(model).err().map_or_else(Vec::new, |error| error.problems)
     }
 
