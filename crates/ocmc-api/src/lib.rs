@@ -36,6 +36,7 @@ mod source;
 mod stored;
 pub mod study;
 mod trace;
+mod verify;
 mod watch;
 
 pub use answer::Answer;
@@ -58,7 +59,7 @@ pub use identify::{
 };
 pub use merge::{MergeRequest, merge};
 pub use progress::{Progress, Watch, go_on};
-pub use report::{REPORT, StoredRun, directory_of, read_run, report};
+pub use report::{REPORT, StoredRun, directory_of, note_report, read_run, report};
 pub use run::{
     CpuLevel, LAST_CYCLE_ID, MANIFEST, MOST_THREADS, Manifest, Precision, RecordFormat,
     ResumeRequest, RunAnswer, RunDirectoryError, RunEnd, RunPlan, RunRequest, SUMMARY, resume, run,
@@ -69,6 +70,7 @@ pub use stored::{
     GROUP_ROWS, PartsError, joined, load, record_batch, records, save, schema, summed_up,
 };
 pub use trace::{TimeSeries, trace};
+pub use verify::{CheckedFile, VerifyAnswer, verify};
 
 pub use ocmc_core::kernel::trace::TableColumn;
 pub use ocmc_core::record::Record;

@@ -24,6 +24,7 @@ mod study_report;
 mod table_file;
 mod terminal;
 mod trace;
+mod verify;
 
 use arguments::{Arguments, Command};
 use clap::error::ErrorKind;
@@ -57,6 +58,7 @@ pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> i32 {
         Some(Command::Compare(arguments)) => compare::compare(arguments),
         Some(Command::Merge(arguments)) => merge::merge(arguments),
         Some(Command::Report(arguments)) => report::report(arguments),
+        Some(Command::Verify(arguments)) => verify::verify(arguments),
         Some(Command::Completions { shell }) => completions::completions(*shell),
         Some(Command::Man { out }) => man::man(out),
     };

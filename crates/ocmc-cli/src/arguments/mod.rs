@@ -17,7 +17,7 @@ pub(crate) use fit::{
 pub(crate) use log::{
     ControllerName, CurvesArguments, DetectorName, IdentifyArguments, SpeedTermName,
 };
-pub(crate) use run::{MergeArguments, ReportArguments, RunArguments};
+pub(crate) use run::{MergeArguments, ReportArguments, RunArguments, VerifyArguments};
 pub(crate) use study::{BirdsEyeArguments, CycleArguments, StudyArguments, StudyCommand};
 
 use clap::{Parser, Subcommand};
@@ -68,6 +68,8 @@ pub(crate) enum Command {
     Merge(MergeArguments),
     /// Writes the report of a run: one HTML file that opens offline
     Report(ReportArguments),
+    /// Checks every file of a run directory against its checksum
+    Verify(VerifyArguments),
     /// Estimates the numbers of a study from measurements
     #[command(subcommand)]
     Fit(FitCommand),

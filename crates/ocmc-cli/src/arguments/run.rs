@@ -69,6 +69,17 @@ pub(crate) struct ReportArguments {
     pub(crate) out: Option<PathBuf>,
 }
 
+/// The run to check.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct VerifyArguments {
+    /// Directory of a run, as --out wrote it
+    #[arg(value_name = "RUN_DIR")]
+    pub(crate) directory: PathBuf,
+    /// The answer as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
 /// Parts to merge.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct MergeArguments {

@@ -1,6 +1,6 @@
 //! What can go wrong with a run directory.
 
-use super::MANIFEST;
+use super::{CHECKSUMS, MANIFEST};
 use crate::file_error::FileError;
 use crate::records::RecordsError;
 use crate::shell_word::resume_command;
@@ -100,6 +100,12 @@ pub enum RunDirectoryError {
         /// What is wrong.
         reason: String,
     },
+    /// A file that is not what was written.
+    #[error(
+        "`{}` was changed since it was written: it has another checksum than was noted then",
+        .0.display()
+    )]
+    Changed(PathBuf),
     /// Another program writes to the directory at this moment.
     #[error("`{}` is being written by another program", .0.display())]
     Busy(PathBuf),
@@ -120,6 +126,15 @@ pub enum RunDirectoryError {
 }
 
 impl RunDirectoryError {
+    /// That of a file without a checksum; the file of checksums itself is missing.
+    pub(super) fn without_sum(directory: &Path, name: &str) -> Self {
+        let reason = match name {
+            CHECKSUMS => "it is missing".to_owned(),
+            _ => format!("`{CHECKSUMS}` has no checksum of it"),
+        };
+        Self::Damaged { path: directory.join(name), reason }
+    }
+
     /// That of a directory whose manifest cannot be read.
     pub(super) fn no_manifest(directory: &Path, source: io::Error) -> Self {
         let why = match source.kind() {

@@ -5,24 +5,29 @@
 //! was ended in any moment, power cut included, is resumed from its last chunk, and becomes the
 //! same bytes as one that was never ended.
 
+mod checksum;
 mod chunks;
 mod durable;
 mod error;
 mod merge;
 mod read;
 mod run_summary;
+mod verify;
 
+pub use checksum::{CHECKSUMS, note_file};
 pub use chunks::{CHUNK_ROWS, CHUNKS};
 pub use error::RunDirectoryError;
 pub use merge::merge;
 pub use read::{StoredRun, Unfinished, directory_of, read, read_groups, unfinished};
 pub use run_summary::RunSummary;
+pub use verify::{CheckedFile, Verified, verify};
 
 use crate::file_error::FileError;
 use crate::given_drive::{Followed, GivenDrive};
 use crate::records::{RecordFormat, RecordWriter};
 use crate::study::{resolved_toml, study_hash};
-use chunks::Chunks;
+use checksum::{Checksums, sum_of_file, sum_of_text};
+use chunks::{Chunks, adopted, is_chunk};
 use durable::{replace, replaced, temporary};
 use ocmc_core::fleet::dependence::Dependence;
 use ocmc_core::fleet::precision::Precision;
@@ -46,6 +51,7 @@ pub const SUMMARY: &str = "summary.json";
 
 /// What a run directory holds. A function of study, seed and range, like the records themselves.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Manifest {
     /// Version of the layout.
     pub format_version: u32,
@@ -76,6 +82,14 @@ pub struct Manifest {
     pub precision: Option<Precision>,
     /// The resolved study, in TOML: a study file that, with what is followed, repeats the run.
     pub resolved_study: String,
+    /// SHA-256 of the file of records; absent before it is there, and in directories of earlier
+    /// versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub records_sha256: Option<String>,
+    /// SHA-256 of the manifest's own text with nothing between the quotes of this value; absent in
+    /// directories of earlier versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub manifest_sha256: Option<String>,
 }
 
 impl Manifest {
@@ -95,6 +109,8 @@ impl Manifest {
             followed: given.followed(),
             precision: None,
             resolved_study: resolved_toml(study),
+            records_sha256: None,
+            manifest_sha256: None,
         }
     }
 
@@ -178,10 +194,11 @@ impl RunDirectory {
             status: RunStatus::Running,
             completed: 0,
             records: format.file_name().to_owned(),
+            records_sha256: None,
             ..manifest
         };
         write_manifest(path, &manifest)?;
-        let chunks = Chunks::open(path, format)?;
+        let chunks = Chunks::open(path, format, || Checksums::create(path))?;
         let path = path.to_owned();
         Ok(Self { path, manifest, format, chunks, full: 0, waiting: Vec::new() })
     }
@@ -200,10 +217,19 @@ impl RunDirectory {
     ) -> Result<Self, RunDirectoryError> {
         let path = unfinished.path.clone();
         let format = unfinished.format;
-        let chunks = Chunks::open(&path, format)?;
+        let begun_without_sums = unfinished.manifest.manifest_sha256.is_none();
+        let mut chunks = Chunks::open(&path, format, || match Checksums::read(&path)? {
+            Some(sums) => Ok(sums),
+            None if begun_without_sums => adopted(&path),
+            None => Err(RunDirectoryError::without_sum(&path, CHECKSUMS)),
+        })?;
         // as it is now that no other process writes
-        let manifest = Manifest { status: RunStatus::Running, ..read_manifest(&path)? };
+        let (status, records_sha256) = (RunStatus::Running, None);
+        let manifest = Manifest { status, records_sha256, ..read_manifest(&path)? };
         let (full, waiting) = read_chunks(&chunks, &manifest, unfinished, sink)?;
+        // the other files are written anew
+        chunks.sums().retain(is_chunk);
+        chunks.sums().write()?;
         write_manifest(&path, &manifest)?;
         Ok(Self { path, manifest, format, chunks, full, waiting })
     }
@@ -244,11 +270,28 @@ impl RunDirectory {
         self.assemble()?;
         replace(&self.path.join(SUMMARY), summary.to_json().as_bytes())?;
         self.manifest.status = if all { RunStatus::Complete } else { RunStatus::Interrupted };
-        write_manifest(&self.path, &self.manifest)?;
+        self.seal()?;
         if all {
             self.chunks.remove()?;
         }
         Ok(self.manifest)
+    }
+
+    /// Writes the checksums of the files as they are now, and the manifest that has them.
+    fn seal(&mut self) -> Result<(), RunDirectoryError> {
+        let sum = |name: &str| {
+            let path = self.path.join(name);
+            sum_of_file(&path).map_err(FileError::read(&path))
+        };
+        let (summary, records) = (sum(SUMMARY)?, sum(&self.manifest.records)?);
+        self.manifest.records_sha256 = Some(records.clone());
+        let text = manifest_text(&mut self.manifest);
+        let sums = self.chunks.sums();
+        sums.set(SUMMARY, summary);
+        sums.set(&self.manifest.records, records);
+        sums.set(MANIFEST, sum_of_text(&text));
+        sums.write()?;
+        replace(&self.path.join(MANIFEST), text.as_bytes())
     }
 
     /// Writes the file of records from the chunks. It is a function of its rows alone.
@@ -302,6 +345,11 @@ pub fn read_manifest(directory: &Path) -> Result<Manifest, RunDirectoryError> {
         .map_err(|source| RunDirectoryError::no_manifest(directory, source))?;
     let manifest: Manifest = serde_json::from_str(&text)
         .map_err(|source| RunDirectoryError::Manifest { path: path.clone(), source })?;
+    if let Some(sum) = &manifest.manifest_sha256
+        && sum_of_text(&text.replacen(&own_sum(sum), &own_sum(""), 1)) != *sum
+    {
+        return Err(RunDirectoryError::Changed(path));
+    }
     let Manifest { first_cycle, cycles, completed, .. } = manifest;
     let reason = if completed > cycles {
         format!("{completed} of {cycles} cycles are completed, allowed are at most {cycles}")
@@ -352,9 +400,24 @@ pub fn check_free(path: &Path) -> Result<(), RunDirectoryError> {
 }
 
 fn write_manifest(directory: &Path, manifest: &Manifest) -> Result<(), RunDirectoryError> {
+    let text = manifest_text(&mut manifest.clone());
+    replace(&directory.join(MANIFEST), text.as_bytes())
+}
+
+/// A manifest as it is written, with the checksum of its own text.
+fn manifest_text(manifest: &mut Manifest) -> String {
+    manifest.manifest_sha256 = Some(String::new());
     let mut text = serde_json::to_string_pretty(manifest).expect("numbers and words");
     text.push('\n');
-    replace(&directory.join(MANIFEST), text.as_bytes())
+    let sum = sum_of_text(&text);
+    let text = text.replacen(&own_sum(""), &own_sum(&sum), 1);
+    manifest.manifest_sha256 = Some(sum);
+    text
+}
+
+/// How a manifest says the checksum of its own text.
+fn own_sum(sum: &str) -> String {
+    format!("\"manifest_sha256\": \"{sum}\"")
 }
 
 #[cfg(test)]

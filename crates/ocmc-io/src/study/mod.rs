@@ -42,7 +42,7 @@ pub use builtin::{BuiltIn, list, show, text};
 pub use error::{Cause, Fault, StudyFileError};
 pub use fitted::{FittedPart, fitted_study};
 pub use init::init_text;
-pub use resolved::{resolved_toml, study_hash};
+pub use resolved::{hash_of_resolved, resolved_toml, study_hash};
 pub use schema::schema;
 pub use source::{Place, Source, SourceKind};
 

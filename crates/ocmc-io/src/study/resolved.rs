@@ -13,8 +13,17 @@ pub fn resolved_toml(model: &StudyModel) -> String {
 ///
 /// Two studies with the same hash give the same records under the same seed and program version.
 pub fn study_hash(model: &StudyModel) -> String {
-    let mut tree =
-        serde_json::to_value(model).expect("a study is tables, lists, numbers and words");
+    hash_of_tree(serde_json::to_value(model).expect("a study is tables, lists, numbers and words"))
+}
+
+/// The hash of a resolved study by its TOML, be it that of an earlier version with other keys; none
+/// where it is no TOML.
+pub fn hash_of_resolved(text: &str) -> Option<String> {
+    let tree: toml::Table = text.parse().ok()?;
+    Some(hash_of_tree(serde_json::to_value(tree).ok()?))
+}
+
+fn hash_of_tree(mut tree: serde_json::Value) -> String {
     tree.sort_all_objects();
     hash(tree.to_string().as_bytes())
 }
@@ -33,6 +42,7 @@ mod tests {
             let text = resolved_toml(&model);
             assert!(!text.contains("base ="), "{text}");
             assert_eq!(load_text("resolved.toml", &text, NO_SETS).unwrap().model, model);
+            assert_eq!(hash_of_resolved(&text), Some(study_hash(&model)));
         }
     }
 
