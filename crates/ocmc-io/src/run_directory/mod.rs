@@ -219,8 +219,8 @@ impl RunDirectory {
         let format = unfinished.format;
         let begun_without_sums = unfinished.manifest.manifest_sha256.is_none();
         let mut chunks = Chunks::open(&path, format, || match Checksums::read(&path)? {
+            _ if begun_without_sums => adopted(&path),
             Some(sums) => Ok(sums),
-            None if begun_without_sums => adopted(&path),
             None => Err(RunDirectoryError::without_sum(&path, CHECKSUMS)),
         })?;
         // as it is now that no other process writes

@@ -9,7 +9,7 @@ use super::{
 use crate::file_error::FileError;
 use crate::given_drive::GivenDrive;
 use crate::records::{self, Group, RecordFormat};
-use crate::study::{LoadedStudy, hash_of_resolved, load_text, study_hash};
+use crate::study::{LoadedStudy, hash_of_resolved, load_text};
 use ocmc_core::fleet::summary::SummaryBuilder;
 use ocmc_core::record::Record;
 use ocmc_core::study::Study;
@@ -215,12 +215,9 @@ pub(super) fn study_of(
         let reason = format!("what it follows cannot be read: {error}");
         RunDirectoryError::Damaged { path: path.clone(), reason }
     })?;
+    check_study(directory, manifest)?;
     let study = load_text(&path.display().to_string(), &manifest.resolved_study, &[] as &[&str])
         .map_err(|source| RunDirectoryError::Study { path: path.clone(), source })?;
-    let hash = study_hash(&study.model);
-    if hash != manifest.study_hash {
-        return Err(other_hash(directory, &hash, manifest));
-    }
     let study = given.study_again(study);
     Ok((study.map_err(|source| RunDirectoryError::Study { path, source })?, given))
 }
