@@ -24,13 +24,13 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 from pathlib import Path
 
 VARIABLE = "OCMC_MUTANT"
 SKIPPED = "value_stability"
 LIMIT_S = 900
-NAMED = 2
 
 
 @dataclasses.dataclass
@@ -626,19 +626,26 @@ def build(root, target):
 
 
 def run(executable, filters, number):
-    """Names of the tests that fail with a change turned on; ["(no end)"] where they do not end."""
+    """Name of the first test that fails with a change turned on, as a list; ["(no end)"] where they do not end."""
     program, folder = executable
     command = [program, "--skip", SKIPPED, *filters]
     environment = os.environ | {VARIABLE: str(number)}
+    tests = subprocess.Popen(
+        command, cwd=folder, env=environment, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL
+    )
+    clock = threading.Timer(LIMIT_S, tests.kill)
+    clock.start()
     try:
-        done = subprocess.run(
-            command, cwd=folder, env=environment, capture_output=True, timeout=LIMIT_S, check=False
-        )
-    except subprocess.TimeoutExpired:
-        return ["(no end)"]
-    text = done.stdout.decode(errors="replace")
-    failed = re.findall(r"^test (\S+)(?: - should panic)? \.\.\. FAILED$", text, re.MULTILINE)
-    return failed or ([] if done.returncode == 0 else ["(aborted)"])
+        for line in tests.stdout:
+            text = line.decode(errors="replace")
+            if failed := re.match(r"^test (\S+)(?: - should panic)? \.\.\. FAILED$", text):
+                return [failed[1]]
+        status = tests.wait()
+        return [] if status == 0 else ["(aborted)" if clock.is_alive() else "(no end)"]
+    finally:
+        clock.cancel()
+        tests.kill()
+        tests.wait()
 
 
 def check_names(executables):
@@ -658,7 +665,7 @@ def check_names(executables):
 
 
 def notice(executables, number, mutation):
-    """(whether the named tests notice it, names of those that do)."""
+    """(whether the named tests notice it, name of the first that does)."""
     for part in mutation.tests.split(";"):
         name, *filters = part.split()
         if failed := run(executables[name], filters, number):
@@ -710,9 +717,7 @@ def report(executables, numbers):
         named, failed = notice(executables, number, mutation)
         principled += named
         noticed += bool(failed)
-        names = [f"`{name}`" for name in failed[:NAMED]]
-        more = f" and {len(failed) - NAMED} more" if len(failed) > NAMED else ""
-        by = ", ".join(names) + more if failed else "UNNOTICED"
+        by = f"`{failed[0]}`" if failed else "UNNOTICED"
         chance = "" if named or not failed else " (not named)"
         print(f"| {number} | {mutation.what} | {by}{chance} |", flush=True)
         print(f"{number}: {time.monotonic() - begin:.0f} s", file=sys.stderr, flush=True)

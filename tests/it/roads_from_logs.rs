@@ -6,9 +6,8 @@ use ocmc_core::kernel::trace::trace;
 use ocmc_core::operating_cycle::coverage::Coverage;
 use ocmc_core::operating_cycle::road::point_event::{KINDS, PointEvent};
 use ocmc_core::study::Study;
-use ocmc_estimation::fit::operating_cycle::{
-    Density, Hilliness, RoadFit, StudyParameterFit, fit_with_coverage,
-};
+use ocmc_estimation::fit::operating_cycle::{Density, Hilliness, RoadFit, fit_with_coverage};
+use ocmc_estimation::fit::study_parameter::StudyParameterFit;
 use ocmc_estimation::log::TripLog;
 use ocmc_estimation::log::road::{LoggedRoad, RoadLog, RoadOptions, roads};
 use ocmc_io::study::load_text;

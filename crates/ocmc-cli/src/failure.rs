@@ -121,7 +121,7 @@ fn help_of_directory(error: &RunDirectoryError) -> Option<Cow<'_, str>> {
                     .into(),
             );
         }
-        RunDirectoryError::NotWhole { path, .. } => {
+        RunDirectoryError::NotWhole(path, _) => {
             let resume = resume_command(path);
             return Some(format!("if it was ended by force, `{resume}` finishes it").into());
         }

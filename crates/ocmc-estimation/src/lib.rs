@@ -18,3 +18,5 @@
 pub mod fit;
 pub mod identification;
 pub mod log;
+mod moments;
+pub mod option_check;

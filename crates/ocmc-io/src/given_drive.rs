@@ -13,7 +13,7 @@ use ocmc_core::record::Record;
 use ocmc_core::study::Study;
 use serde::{Deserialize, Serialize};
 use std::ops::{ControlFlow, Range};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use thiserror::Error;
 
@@ -130,9 +130,8 @@ impl GivenDrive {
         keep: Vec<Keep>,
         follow: Follow,
     ) -> Result<Self, GivenDriveError> {
-        let path = table.path().to_owned();
-        let how = cycle(&path, drive_cycle::read(Source::Given(table), mappings)?, follow)?;
-        Self { files: vec![path], mappings: Vec::new(), keep, how }.checked()
+        let how = cycle(Source::Given(table), mappings, follow)?;
+        Self { files: vec![table.path().to_owned()], keep, how, ..Self::nothing() }.checked()
     }
 
     /// A drive cycle says nothing that a route could keep.
@@ -161,15 +160,15 @@ impl GivenDrive {
     /// What a run of it is called: by its study, and by what is driven instead of the study's
     /// roads.
     pub fn name_of_run(&self, study: &str) -> String {
-        let file = |k: usize| self.files[k].display();
-        let followed = |how: Follow| format!("{study} following {} ({})", file(0), how.name());
-        match (&self.how, self.files.len()) {
-            (How::CycleAsRoute(..), _) => followed(Follow::Driver),
-            (How::Cycle(_) | How::Planned, _) => followed(Follow::Exact),
-            (How::Driven, 0) => study.to_owned(),
-            (How::Driven, 1) => format!("{study} on {}", file(0)),
-            (How::Driven, 2) => format!("{study} on {}, {}", file(0), file(1)),
-            (How::Driven, files) => format!("{study} on {} and {} more", file(0), files - 1),
+        if let Some(Followed { how, file, .. }) = self.followed() {
+            return format!("{study} following {file} ({})", how.name());
+        }
+        let files: Vec<_> = self.files.iter().map(|file| file.display()).collect();
+        match files.as_slice() {
+            [] => study.to_owned(),
+            [file] => format!("{study} on {file}"),
+            [first, second] => format!("{study} on {first}, {second}"),
+            [first, others @ ..] => format!("{study} on {first} and {} more", others.len()),
         }
     }
 
@@ -183,9 +182,7 @@ impl GivenDrive {
         };
         let file = PathBuf::from(file);
         let how = match (text, how) {
-            (Some(text), follow) => {
-                cycle(&file, drive_cycle::read(Source::Text(&file, text), &[])?, *follow)?
-            }
+            (Some(text), how) => cycle(Source::Text(&file, text), &[], *how)?,
             (None, Follow::Exact) => How::Planned,
             (None, Follow::Driver) => return Err(GivenDriveError::Route),
         };
@@ -256,7 +253,7 @@ impl GivenDrive {
     /// As [`LoadedStudy::on_routes`].
     pub fn study(&self, loaded: LoadedStudy) -> Result<LoadedStudy, StudyFileError> {
         if self.has_routes() {
-            return loaded.on_mapped_routes(&self.files, &self.keep, &self.mappings);
+            return loaded.on_routes(&self.files, &self.keep, &self.mappings);
         }
         self.study_again(loaded)
     }
@@ -319,12 +316,15 @@ fn followed(
         given_cycle::read(file, mappings)?;
         return Ok(How::Planned);
     }
-    cycle(file, drive_cycle::read(Source::File(file), mappings)?, follow)
+    Ok(cycle(Source::File(file), mappings, follow)?)
 }
 
-fn cycle(file: &Path, cycle: DriveCycle, follow: Follow) -> Result<How, GivenDriveError> {
+fn cycle(source: Source, mappings: &[Mapping], follow: Follow) -> Result<How, TableError> {
+    let cycle = drive_cycle::read(source, mappings)?;
     Ok(match follow {
-        Follow::Driver => How::CycleAsRoute(Box::new(drive_cycle::as_route(file, &cycle)?), cycle),
+        Follow::Driver => {
+            How::CycleAsRoute(Box::new(drive_cycle::as_route(source.path(), &cycle)?), cycle)
+        }
         Follow::Exact => How::Cycle(cycle),
     })
 }

@@ -1,6 +1,6 @@
 //! Estimated numbers as a table.
 
-use ocmc_estimation::fit::operating_cycle::StudyParameterFit;
+use ocmc_estimation::fit::study_parameter::StudyParameterFit;
 use std::fmt::Write;
 
 /// The whole answer of a fit that is a list of numbers; `values` is the part of a study.

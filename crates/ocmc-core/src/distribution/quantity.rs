@@ -5,7 +5,7 @@ use crate::random::Draws;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{MapAccess, Visitor};
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde::{Deserialize, Deserializer, Serialize};
 use std::fmt;
 
 /// A number of the study whose population may vary: a number, or a law.
@@ -17,7 +17,8 @@ use std::fmt;
 ///     serde_json::from_str(r#"{"distribution":"log_normal","median":5.3,"log_sd":0.04}"#).unwrap();
 /// assert!(number.centre() == law.centre());
 /// ```
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
 pub enum Quantity {
     /// The same for all.
     Number(f64),
@@ -47,15 +48,6 @@ impl Quantity {
 impl From<f64> for Quantity {
     fn from(value: f64) -> Self {
         Self::Number(value)
-    }
-}
-
-impl Serialize for Quantity {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        match self {
-            Self::Number(value) => serializer.serialize_f64(*value),
-            Self::Law(law) => law.serialize(serializer),
-        }
     }
 }
 

@@ -73,24 +73,16 @@ fn ranks(n: usize, level: f64) -> Option<(usize, usize)> {
     let total: f64 = weights.iter().sum();
     let allowed = TAIL * total;
     // P(B < l) grows with l: take ranks while the tail fits
-    let mut low = first;
-    let mut tail = 0.0;
-    for weight in &weights {
-        tail += weight;
-        if tail > allowed {
-            break;
-        }
-        low += 1;
-    }
-    let mut high = first + weights.len();
-    tail = 0.0;
-    for weight in weights.iter().rev() {
-        tail += weight;
-        if tail > allowed {
-            break;
-        }
-        high -= 1;
-    }
+    let within = |weights: &mut dyn Iterator<Item = &f64>| {
+        let mut tail = 0.0;
+        let fits = |weight: &&f64| {
+            tail += **weight;
+            tail <= allowed
+        };
+        weights.take_while(fits).count()
+    };
+    let low = first + within(&mut weights.iter());
+    let high = first + weights.len() - within(&mut weights.iter().rev());
     (low >= 1 && high <= n).then_some((low, high))
 }
 

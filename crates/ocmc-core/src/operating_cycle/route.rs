@@ -100,18 +100,15 @@ impl Route {
         names: &[String],
         road: &RoadSampler,
     ) -> Result<Self, GivenCycleError> {
-        let missing = |track: &str| GivenCycleError::Missing {
-            track: track.to_owned(),
-            purpose: "it is to be kept instead of being drawn",
-        };
-        if keep.contains(&Keep::Weather) && cycle.weather.is_none() {
-            return Err(missing("air_temperature_k"));
-        }
-        if keep.contains(&Keep::Traffic) && cycle.traffic.is_none() {
-            return Err(missing("traffic_density_per_m"));
-        }
-        if keep.contains(&Keep::Mission) && cycle.payload_kg.is_none() {
-            return Err(missing("payload_kg"));
+        for (what, track, given) in [
+            (Keep::Weather, "air_temperature_k", cycle.weather.is_some()),
+            (Keep::Traffic, "traffic_density_per_m", cycle.traffic.is_some()),
+            (Keep::Mission, "payload_kg", cycle.payload_kg.is_some()),
+        ] {
+            if keep.contains(&what) && !given {
+                let purpose = "it is to be kept instead of being drawn";
+                return Err(GivenCycleError::Missing { track: track.to_owned(), purpose });
+            }
         }
         let (sections, grounds) = sections_of(&cycle, names)?;
         let signs = signs_of(&cycle, &sections);

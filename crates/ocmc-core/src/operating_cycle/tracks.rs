@@ -8,6 +8,7 @@
 use super::OperatingCycle;
 use crate::operating_cycle::road::RoadTypeModel;
 use crate::operating_cycle::road::point_event::{KINDS, PointEvent};
+use crate::operating_cycle::road::road_type::Section;
 use serde::Serialize;
 
 /// How a track is read between its positions.
@@ -122,22 +123,18 @@ impl Track {
             Values::Names(names) => k > 0 && names[k] == names[k - 1],
         };
         let keep: Vec<bool> = (0..self.position_m.len()).map(|k| !repeats(k)).collect();
-        let mut kept = keep.iter();
-        self.position_m.retain(|_| *kept.next().unwrap_or(&true));
-        let mut kept = keep.iter();
+        let mut kept = keep.iter().cycle();
+        let mut next = || kept.next() == Some(&true);
+        self.position_m.retain(|_| next());
         match &mut self.value {
-            Values::Numbers(values) => values.retain(|_| *kept.next().unwrap_or(&true)),
-            Values::Names(names) => names.retain(|_| *kept.next().unwrap_or(&true)),
+            Values::Numbers(values) => values.retain(|_| next()),
+            Values::Names(names) => names.retain(|_| next()),
         }
     }
 
-    fn numbers(
-        name: &'static str,
-        rule: Rule,
-        points: impl IntoIterator<Item = (f64, f64)>,
-    ) -> Self {
+    fn numbers(name: &'static str, points: impl IntoIterator<Item = (f64, f64)>) -> Self {
         let (position_m, value) = points.into_iter().unzip();
-        Self { name, rule, position_m, value: Values::Numbers(value) }
+        Self { name, rule: rule_of(name), position_m, value: Values::Numbers(value) }
     }
 
     fn names(name: &'static str, points: impl IntoIterator<Item = (f64, String)>) -> Self {
@@ -150,7 +147,6 @@ impl OperatingCycle {
     /// All tracks. `names` and `types` are the study's road types, in the order of their numbers.
     pub fn tracks(&self, names: &[String], types: &[RoadTypeModel]) -> Vec<Track> {
         let road = &self.road;
-        let constant = Rule::Constant;
         let sections = || road.sections.iter();
         let step = |k: usize| k as f64 * road.slope_step_m;
         let mut altitude_m = 0.0;
@@ -174,44 +170,27 @@ impl OperatingCycle {
         }
         let weather = |name, value: fn(&super::Weather) -> f64| {
             let points = self.weather.iter().map(|w| (w.start_m, value(&w.weather)));
-            Track::numbers(name, constant, points)
+            Track::numbers(name, points)
         };
+        let slopes = road.slopes.iter().enumerate().map(|(k, slope)| (step(k), *slope));
+        let block = |(k, roughness): (usize, &f64)| (k as f64 * road.roughness_block_m, *roughness);
+        let grounds = sections().zip(&road.grounds);
+        let exposure = |section: &Section| types[section.road_type].wind_exposure;
+        let traffic = self.traffic.iter().map(|t| (t.start_m, t.density_per_m));
         let mut tracks = vec![
             Track::names("road_type", sections().map(|s| (s.start_m, names[s.road_type].clone()))),
-            Track::numbers(
-                "speed_limit_mps",
-                constant,
-                road.signs.iter().map(|s| (s.start_m, s.speed_mps)),
-            ),
-            Track::numbers("curvature_per_m", constant, curvature),
-            Track::numbers(
-                "grade",
-                constant,
-                road.slopes.iter().enumerate().map(|(k, s)| (step(k), *s)),
-            ),
-            Track::numbers("altitude_m", Rule::Linear, altitude),
-            Track::numbers(
-                "roughness_m3",
-                constant,
-                road.roughness_m3
-                    .iter()
-                    .enumerate()
-                    .map(|(k, c)| (k as f64 * road.roughness_block_m, *c)),
-            ),
-            Track::names(
-                "ground",
-                sections().zip(&road.grounds).map(|(s, g)| (s.start_m, g.name().to_owned())),
-            ),
-            Track::numbers(
-                "wind_exposure",
-                constant,
-                sections().map(|s| (s.start_m, types[s.road_type].wind_exposure)),
-            ),
+            Track::numbers("speed_limit_mps", road.signs.iter().map(|s| (s.start_m, s.speed_mps))),
+            Track::numbers("curvature_per_m", curvature),
+            Track::numbers("grade", slopes),
+            Track::numbers("altitude_m", altitude),
+            Track::numbers("roughness_m3", road.roughness_m3.iter().enumerate().map(block)),
+            Track::names("ground", grounds.map(|(s, g)| (s.start_m, g.name().to_owned()))),
+            Track::numbers("wind_exposure", sections().map(|s| (s.start_m, exposure(s)))),
         ];
         for kind in KINDS {
             let of_kind = kind.tracks().map(|track| {
                 let value = |e: &PointEvent| (track.value)(&e.kind).map(|v| (e.position_m, v));
-                Track::numbers(track.name, Rule::Event, road.events.iter().filter_map(value))
+                Track::numbers(track.name, road.events.iter().filter_map(value))
             });
             tracks.extend(of_kind.filter(|track| !(kind.rare && track.position_m.is_empty())));
         }
@@ -223,12 +202,8 @@ impl OperatingCycle {
             weather("snow", |w| if w.snow { 1.0 } else { 0.0 }),
             weather("wind_speed_mps", |w| w.wind_speed_mps),
             weather("wind_direction_rad", super::Weather::wrapped_direction_rad),
-            Track::numbers(
-                "traffic_density_per_m",
-                constant,
-                self.traffic.iter().map(|t| (t.start_m, t.density_per_m)),
-            ),
-            Track::numbers("payload_kg", constant, [(0.0, self.mission.payload_kg)]),
+            Track::numbers("traffic_density_per_m", traffic),
+            Track::numbers("payload_kg", [(0.0, self.mission.payload_kg)]),
         ]);
         tracks
     }

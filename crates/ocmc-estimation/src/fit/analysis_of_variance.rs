@@ -40,10 +40,8 @@ pub struct VarianceRow {
 
 /// The table with sequential sums of squares, in the order of the columns.
 pub fn sequential(fit: &LeastSquares, terms: &[Term]) -> Vec<VarianceRow> {
-    let sums = terms
-        .iter()
-        .map(|term| term.columns.clone().map(|column| fit.sequential_sum_sq(column)).sum());
-    table(fit, terms, sums)
+    let sum = |term: &Term| term.columns.clone().map(|column| fit.sequential_sum_sq(column)).sum();
+    table(fit, terms, terms.iter().map(sum))
 }
 
 /// The table with marginal sums of squares.
@@ -59,34 +57,19 @@ pub fn marginal(fit: &LeastSquares, terms: &[Term]) -> Vec<VarianceRow> {
 }
 
 fn table(fit: &LeastSquares, terms: &[Term], sums: impl Iterator<Item = f64>) -> Vec<VarianceRow> {
-    let (df, sum_sq) = (fit.residual_df(), fit.residual_sum_sq());
-    let residual = sum_sq / df as f64;
-    let mut rows: Vec<VarianceRow> = terms
-        .iter()
-        .zip(sums)
-        .map(|(term, sum_sq)| {
-            let mean_sq = sum_sq / term.columns.len() as f64;
-            let f = mean_sq / residual;
-            let ln_p = ln_f_tail(f, term.columns.len() as f64, df as f64);
-            VarianceRow {
-                term: term.name,
-                df: term.columns.len(),
-                sum_sq,
-                mean_sq,
-                f: Some(f),
-                p: Some(libm::exp(ln_p)),
-                ln_p: Some(ln_p),
-            }
-        })
-        .collect();
-    rows.push(VarianceRow {
-        term: "residuals",
-        df,
-        sum_sq,
-        mean_sq: residual,
-        f: None,
-        p: None,
-        ln_p: None,
-    });
+    let (df, sum_sq) = (fit.residual_df(), fit.residual_sum_sq);
+    let mean_sq = sum_sq / df as f64;
+    let term = "residuals";
+    let residuals = VarianceRow { term, df, sum_sq, mean_sq, f: None, p: None, ln_p: None };
+    let of_term = |(term, sum_sq): (&Term, f64)| {
+        let columns = term.columns.len();
+        let mean_sq = sum_sq / columns as f64;
+        let f = mean_sq / residuals.mean_sq;
+        let ln_p = ln_f_tail(f, columns as f64, df as f64);
+        let (term, p) = (term.name, Some(libm::exp(ln_p)));
+        VarianceRow { term, df: columns, sum_sq, mean_sq, f: Some(f), p, ln_p: Some(ln_p) }
+    };
+    let mut rows: Vec<VarianceRow> = terms.iter().zip(sums).map(of_term).collect();
+    rows.push(residuals);
     rows
 }

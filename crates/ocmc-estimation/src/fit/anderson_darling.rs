@@ -7,20 +7,16 @@
 //! table 4.9 \[PK\].
 
 use super::p_value::ln_normal_tail;
+use crate::moments::Moments;
 
 /// A*² beyond which the formula of p turns upwards; p is then at most the one here, 3.7e-24.
 const LARGEST: f64 = 10.0;
 
 /// A² of values, and p of a normal law; none with fewer than eight values or without spread.
 pub fn normal(values: &[f64]) -> Option<(f64, f64)> {
-    let n = values.len() as f64;
-    if values.len() < 8 {
-        return None;
-    }
-    let mean = values.iter().sum::<f64>() / n;
-    let squares: f64 = values.iter().map(|x| (x - mean) * (x - mean)).sum();
-    let sd = libm::sqrt(squares / (n - 1.0));
-    if !(sd > 0.0) {
+    let moments = Moments::of(values);
+    let (n, mean, sd) = (moments.n, moments.mean, moments.sd());
+    if values.len() < 8 || !(sd > 0.0) {
         return None;
     }
     let mut z: Vec<f64> = values.iter().map(|x| (x - mean) / sd).collect();

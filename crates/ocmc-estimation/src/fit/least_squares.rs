@@ -25,8 +25,9 @@ pub struct LeastSquares {
     /// Qᵀ y, as far as the columns reach.
     effects: DVector<f64>,
     /// What the columns leave of y, as sum of squares.
-    residual_sum_sq: f64,
-    rows: usize,
+    pub residual_sum_sq: f64,
+    /// Number of rows.
+    pub rows: usize,
 }
 
 /// A column that the columns before it determine.
@@ -174,11 +175,6 @@ impl LeastSquares {
         self.effects[column] * self.effects[column]
     }
 
-    /// Sum of squares of the residuals.
-    pub fn residual_sum_sq(&self) -> f64 {
-        self.residual_sum_sq
-    }
-
     /// Rows less columns.
     pub fn residual_df(&self) -> usize {
         self.rows - self.r.ncols()
@@ -192,11 +188,6 @@ impl LeastSquares {
     /// Number of columns.
     pub fn width(&self) -> usize {
         self.r.ncols()
-    }
-
-    /// Number of rows.
-    pub fn rows(&self) -> usize {
-        self.rows
     }
 }
 
@@ -233,7 +224,7 @@ mod tests {
             assert!(product.abs() < 1e-10, "{j}: {product}");
         }
         let squares: f64 = residuals.iter().map(|e| e * e).sum();
-        assert!((fit.residual_sum_sq() - squares).abs() < 1e-10 * squares);
+        assert!((fit.residual_sum_sq - squares).abs() < 1e-10 * squares);
         assert_eq!(fit.residual_df(), 997);
     }
 
@@ -248,7 +239,7 @@ mod tests {
         .unwrap();
         let dropped = fit.with_columns(&[0, 2]);
         assert!((dropped.coefficients() - one.coefficients()).norm() < 1e-13);
-        assert!((dropped.residual_sum_sq() - one.residual_sum_sq()).abs() < 1e-9);
+        assert!((dropped.residual_sum_sq - one.residual_sum_sq).abs() < 1e-9);
         assert_eq!(dropped.residual_df(), 698);
         let fixed = LeastSquares::reduce(700, 2, |k, x| {
             x.copy_from_slice(&[1.0, rows[k][2]]);
@@ -257,15 +248,15 @@ mod tests {
         .unwrap();
         let other = fit.with_fixed(1, 0.5);
         assert!((other.coefficients() - fixed.coefficients()).norm() < 1e-13);
-        assert!((other.residual_sum_sq() - fixed.residual_sum_sq()).abs() < 1e-9);
+        assert!((other.residual_sum_sq - fixed.residual_sum_sq).abs() < 1e-9);
         // reordered: the same fit, and the same sum of squares in another order
         let turned = fit.with_columns(&[0, 2, 1]);
         assert!((turned.coefficients()[2] - fit.coefficients()[1]).abs() < 1e-13);
-        assert!((turned.residual_sum_sq() - fit.residual_sum_sq()).abs() < 1e-9);
+        assert!((turned.residual_sum_sq - fit.residual_sum_sq).abs() < 1e-9);
         let explained = |fit: &LeastSquares| fit.sequential_sum_sq(1) + fit.sequential_sum_sq(2);
         assert!((explained(&turned) - explained(&fit)).abs() < 1e-9);
         assert!(
-            (dropped.residual_sum_sq() - fit.residual_sum_sq() - turned.sequential_sum_sq(2)).abs()
+            (dropped.residual_sum_sq - fit.residual_sum_sq - turned.sequential_sum_sq(2)).abs()
                 < 1e-9
         );
     }

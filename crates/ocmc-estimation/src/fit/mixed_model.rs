@@ -33,15 +33,10 @@ pub struct MixedFit {
     pub criterion: f64,
 }
 
-/// The rows of one group, reduced.
-struct Group {
-    /// Triangle of \[X y\].
-    rows: DMatrix<f64>,
-}
-
 /// The grouped data of a mixed model.
 pub struct GroupedRows {
-    groups: Vec<Group>,
+    /// Triangle of \[X y\] of each group.
+    groups: Vec<DMatrix<f64>>,
     n: usize,
     width: usize,
 }
@@ -62,8 +57,7 @@ impl GroupedRows {
             values[width] = response;
             triangles[group].push(&values);
         }
-        let groups = triangles.iter().map(|triangle| Group { rows: triangle.reduced() }).collect();
-        Self { groups, n, width }
+        Self { groups: triangles.iter().map(Triangle::reduced).collect(), n, width }
     }
 
     /// Fits a random intercept: column 0 varies over the groups.
@@ -91,30 +85,21 @@ impl GroupedRows {
             return None;
         }
         let criterion = |theta: &[f64; D]| {
-            self.profile(&factor(theta)).map_or(f64::INFINITY, |profile| profile.criterion)
+            self.profile(&factor(theta)).map_or(f64::INFINITY, |fit| fit.criterion)
         };
         // effects a tenth or as large as the residual: the search meets either from its own side
         let small = start.map(|theta| 0.1 * theta);
         let (a, b) = (minimise(criterion, start, 0.5), minimise(criterion, small, 0.05));
         let theta = if a.1 <= b.1 { a.0 } else { b.0 };
-        let lambda = factor(&theta);
-        let profile = self.profile(&lambda)?;
-        let variance = profile.sum_sq / (self.n - self.width) as f64;
-        Some(MixedFit {
-            coefficients: profile.coefficients,
-            covariance: profile.inverse * variance,
-            group_covariance: &lambda * lambda.transpose() * variance,
-            residual_sd: libm::sqrt(variance),
-            criterion: profile.criterion,
-        })
+        self.profile(&factor(&theta))
     }
 
-    /// The criterion at Λ.
-    fn profile(&self, lambda: &DMatrix<f64>) -> Option<Profile> {
+    /// What follows from Λ.
+    fn profile(&self, lambda: &DMatrix<f64>) -> Option<MixedFit> {
         let (p, q) = (self.width, lambda.nrows());
         let mut stacked = Triangle::new(p + 1);
         let mut log_determinant = 0.0;
-        for Group { rows } in &self.groups {
+        for rows in &self.groups {
             let z = rows.columns(0, q) * lambda;
             let spread = DMatrix::identity(p + 1, p + 1) + &z * z.transpose();
             let root = spread.cholesky()?;
@@ -141,22 +126,15 @@ impl GroupedRows {
         let last = triangle[(p, p)];
         let (sum_sq, df) = (last * last, (self.n - p) as f64);
         let criterion = log_determinant + df * (1.0 + libm::log(2.0 * PI * sum_sq / df));
-        criterion.is_finite().then(|| Profile {
+        let variance = sum_sq / df;
+        criterion.is_finite().then(|| MixedFit {
             coefficients,
-            inverse: &inverse * inverse.transpose(),
-            sum_sq,
+            covariance: &inverse * inverse.transpose() * variance,
+            group_covariance: lambda * lambda.transpose() * variance,
+            residual_sd: libm::sqrt(variance),
             criterion,
         })
     }
-}
-
-/// What follows from Λ.
-struct Profile {
-    coefficients: DVector<f64>,
-    /// (XᵀWX)⁻¹.
-    inverse: DMatrix<f64>,
-    sum_sq: f64,
-    criterion: f64,
 }
 
 #[cfg(test)]

@@ -12,6 +12,7 @@ mod nelder_mead;
 pub mod operating_cycle;
 pub mod p_value;
 pub mod speed_change;
+pub mod study_parameter;
 pub mod tobit;
 pub mod traffic;
 pub mod weather;

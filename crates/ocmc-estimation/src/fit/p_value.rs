@@ -54,6 +54,11 @@ pub fn t_of_interval(level: f64, df: f64) -> f64 {
     t
 }
 
+/// The interval of an estimate that reaches `t` standard errors to either side.
+pub fn around(estimate: f64, standard_error: f64, t: f64) -> [f64; 2] {
+    [estimate - t * standard_error, estimate + t * standard_error]
+}
+
 /// The interval at `level` of a standard deviation that was estimated with `df` degrees of freedom:
 /// √(df s²/χ²).
 ///

@@ -49,29 +49,13 @@ pub struct TobitFit {
     pub cut: usize,
 }
 
-/// What the log-likelihood of a row is made of at z = h y − xγ.
-struct Curve {
-    value: f64,
-    /// Minus the derivative by z.
-    slope: f64,
-    /// Minus the second derivative by z.
-    bend: f64,
-}
-
-fn curve(z: f64, cut: bool) -> Curve {
+/// The log-likelihood of a row at z = h y − xγ, and minus its first and second derivative by z.
+fn curve(z: f64, cut: bool) -> [f64; 3] {
     if cut {
         let hazard = normal_hazard(z);
-        Curve {
-            value: ln_normal_tail(z),
-            slope: hazard,
-            bend: (hazard * (hazard - z)).clamp(0.0, 1.0),
-        }
+        [ln_normal_tail(z), hazard, (hazard * (hazard - z)).clamp(0.0, 1.0)]
     } else {
-        Curve {
-            value: -0.5 * z * z - 0.5 * libm::log(2.0 * std::f64::consts::PI),
-            slope: z,
-            bend: 1.0,
-        }
+        [-0.5 * z * z - 0.5 * libm::log(2.0 * std::f64::consts::PI), z, 1.0]
     }
 }
 
@@ -136,13 +120,8 @@ fn start<const X: usize>(rows: &[TobitRow<X>], seen: &[usize]) -> DVector<f64> {
     for row in rows.iter().filter(|row| !row.cut) {
         level[row.group] += row.y / seen[row.group] as f64;
     }
-    let seen_rows = rows.iter().filter(|row| !row.cut);
-    let squares: f64 = seen_rows
-        .map(|row| {
-            let off = row.y - level[row.group];
-            off * off
-        })
-        .sum();
+    let off = rows.iter().filter(|row| !row.cut).map(|row| row.y - level[row.group]);
+    let squares: f64 = off.map(|off| off * off).sum();
     let total: usize = seen.iter().sum();
     let h = 1.0 / libm::sqrt(squares / total as f64).max(1e-6);
     let mut theta = DVector::zeros(groups + X + 1);
@@ -177,14 +156,14 @@ fn derivatives<const X: usize>(
         }
         entries[1 + X] = -row.y;
         places[1 + X] = size - 1;
-        let at = curve(z, row.cut);
-        value += at.value;
+        let [of_row, slope, bend] = curve(z, row.cut);
+        value += of_row;
         for a in 0..X + 2 {
-            let slope = at.slope * entries[a];
+            let slope = slope * entries[a];
             gradient[places[a]] += slope;
             group_gradients[(row.group, a)] += slope;
             for b in 0..=a {
-                information[(places[a], places[b])] += at.bend * entries[a] * entries[b];
+                information[(places[a], places[b])] += bend * entries[a] * entries[b];
             }
         }
         if !row.cut {
@@ -224,11 +203,8 @@ fn summary<const X: usize>(
     }
     map[(last, last)] = -sigma * sigma;
     parameters[last] = sigma;
-    let inverse = here
-        .information
-        .clone()
-        .try_inverse()
-        .unwrap_or_else(|| DMatrix::zeros(last + 1, last + 1));
+    let inverse = here.information.clone().try_inverse();
+    let inverse = inverse.unwrap_or_else(|| DMatrix::zeros(last + 1, last + 1));
     let covariance = &map * &inverse * map.transpose();
     let correction = groups as f64 / (groups as f64 - 1.0);
     let middle = &inverse * &here.group_products * &inverse * correction;
@@ -283,7 +259,7 @@ mod tests {
         let b = line.coefficients();
         assert!((fit.parameters[0] - b[0]).abs() < 1e-8 && (fit.parameters[3] - b[1]).abs() < 1e-8);
         // maximum likelihood divides by n
-        let sd = (line.residual_sum_sq() / rows.len() as f64).sqrt();
+        let sd = (line.residual_sum_sq / rows.len() as f64).sqrt();
         assert!((fit.parameters[4] - sd).abs() < 1e-8);
         let error = (line.inverse_gram()[(1, 1)]).sqrt() * sd;
         assert!((fit.covariance[(3, 3)].sqrt() - error).abs() < 1e-6 * error);

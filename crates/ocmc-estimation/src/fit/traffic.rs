@@ -6,7 +6,8 @@
 //! peaks as the base study has them; SD of u, and its correlation over a step from records that
 //! follow each other at the same site: records τ apart determine φ^(τ/step).
 
-use super::operating_cycle::StudyParameterFit;
+use super::study_parameter::{Estimates, StudyParameterFit, reasons};
+use crate::moments::correlation;
 use ocmc_core::operating_cycle::traffic::TrafficModel;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -85,81 +86,69 @@ pub fn fit(records: &[TrafficRecord], base: &TrafficModel) -> Result<TrafficFit,
     }
     let n = by_type.values().map(Vec::len).sum();
     let mut model = base.clone();
-    let (mut parameters, mut warnings) = (Vec::new(), Vec::new());
+    let mut estimates = Estimates::default();
+    let mut warn = |n: usize, what: &str| {
+        if n > 0 {
+            estimates.warnings.push(format!("{n} {what}"));
+        }
+    };
     let missing = records.iter().filter(|record| !record.share.is_finite()).count();
-    if missing > 0 {
-        warnings.push(format!("{missing} records have no density"));
-    }
+    warn(missing, "records have no density");
     let untyped = records.iter().filter(|record| record.road_type.is_empty()).count();
-    if untyped > 0 {
-        warnings.push(format!("{untyped} records have no road type"));
-    }
+    warn(untyped, "records have no road type");
     let cut = records.iter().filter(|record| record.share != edge(record.share)).count() - missing;
-    if cut > 0 {
-        warnings.push(format!(
-            "{cut} densities beyond {EDGE} from 0 and 1 of the jam density are taken as there"
-        ));
-    }
+    let beyond =
+        format!("densities beyond {EDGE} from 0 and 1 of the jam density are taken as there");
+    warn(cut, &beyond);
     let mut deviations = vec![f64::NAN; records.len()];
     for (road_type, places) in &by_type {
+        estimates.name = road_type;
+        let count = places.len();
         let Some(of_type) = model.types.get_mut(*road_type) else {
             let known = base.types.keys().cloned().collect::<Vec<_>>().join(", ");
             return Err(TrafficFitError::UnknownRoadType { name: (*road_type).to_owned(), known });
         };
-        if places.len() < FEWEST {
-            warnings.push(format!(
-                "{road_type}: {} densities, at least {FEWEST} are needed; it stays that of the base study",
-                places.len()
-            ));
+        if count < FEWEST {
+            estimates.stays(format_args!("{count} densities, at least {FEWEST} are needed"));
             continue;
         }
-        let values: Vec<(f64, f64)> = places
-            .iter()
-            .map(|k| {
-                (base.peak(records[*k].time_s / 3600.0 % 24.0), logit(edge(records[*k].share)))
-            })
-            .collect();
+        let value = |record: &TrafficRecord| {
+            (base.peak(record.time_s / 3600.0 % 24.0), logit(edge(record.share)))
+        };
+        let values: Vec<(f64, f64)> = places.iter().map(|k| value(&records[*k])).collect();
         let seen = values.iter().any(|(bell, _)| *bell <= SEEN[0])
             && values.iter().any(|(bell, _)| *bell >= SEEN[1]);
         let shares = if seen { typical_shares(&values) } else { None };
         let Some((off, peak)) = shares else {
-            warnings.push(format!("{road_type}: the hours do not tell peak and off peak apart; it stays that of the base study"));
+            estimates.stays("the hours do not tell peak and off peak apart");
             continue;
         };
-        (of_type.off_peak_share, of_type.peak_share) = (off, peak);
-        let keys = [("off_peak_share", off), ("peak_share", peak)];
-        parameters.extend(keys.map(|(key, value)| StudyParameterFit {
-            key: format!("types.{road_type}.{key}"),
-            value,
-            standard_error: None,
-            n: places.len(),
-        }));
+        for (key, into, share) in [
+            ("off_peak_share", &mut of_type.off_peak_share, off),
+            ("peak_share", &mut of_type.peak_share, peak),
+        ] {
+            estimates.set(&format!("types.{road_type}.{key}"), into, share, None, count);
+        }
         for (k, (bell, value)) in places.iter().zip(&values) {
             deviations[*k] = value - logit(off + (peak - off) * bell);
         }
     }
-    if parameters.is_empty() {
-        let reasons = warnings.join("; ").replace("; it stays that of the base study", "");
+    if estimates.parameters.is_empty() {
+        let reasons = reasons(&estimates.warnings);
         return Err(TrafficFitError::Nothing { records: records.len(), reasons });
     }
     let known: Vec<f64> = deviations.iter().copied().filter(|u| u.is_finite()).collect();
-    model.logit_sd = (known.iter().map(|u| u * u).sum::<f64>() / known.len() as f64).sqrt();
-    let of = |key: &str, value, n| StudyParameterFit {
-        key: key.to_owned(),
-        value,
-        standard_error: None,
-        n,
-    };
-    parameters.push(of("logit_sd", model.logit_sd, known.len()));
+    let sd = (known.iter().map(|u| u * u).sum::<f64>() / known.len() as f64).sqrt();
+    estimates.set("logit_sd", &mut model.logit_sd, sd, None, known.len());
     match step_correlation(records, &deviations, base.step_s) {
         Some((phi, pairs)) => {
-            model.step_correlation = phi;
-            parameters.push(of("step_correlation", phi, pairs));
+            estimates.set("step_correlation", &mut model.step_correlation, phi, None, pairs);
         }
-        None => warnings.push(
+        None => estimates.warnings.push(
             "no densities follow each other at one site, at one interval and alike; the correlation stays that of the base study".to_owned(),
         ),
     }
+    let Estimates { parameters, warnings, .. } = estimates;
     Ok(TrafficFit { n, parameters, warnings, model })
 }
 
@@ -221,14 +210,8 @@ fn step_correlation(
     }
     pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
     let interval = pairs.get(pairs.len() / 2)?.0;
-    let (mut before, mut after, mut both, mut n) = (0.0, 0.0, 0.0, 0);
-    for (_, x, y) in pairs.iter().filter(|p| (p.0 - interval).abs() <= SAME_INTERVAL * interval) {
-        before += x * x;
-        after += y * y;
-        both += x * y;
-        n += 1;
-    }
-    let phi = both / (before * after).sqrt();
+    let alike = pairs.iter().filter(|p| (p.0 - interval).abs() <= SAME_INTERVAL * interval);
+    let (phi, n) = correlation(alike.map(|(_, x, y)| (*x, *y)))?;
     (n >= FEWEST && phi > 0.0).then(|| (libm::pow(phi, step_s / interval), n))
 }
 

@@ -15,10 +15,12 @@
 //! lack a season, or day or night: harmonics of what was not seen are extrapolated.
 
 use super::least_squares::LeastSquares;
-use super::operating_cycle::StudyParameterFit;
+use super::study_parameter::{Estimates, StudyParameterFit, reasons};
+use crate::moments::correlation;
 use ocmc_core::distribution::{Law, gamma, weibull};
 use ocmc_core::operating_cycle::weather::{
-    Weather, WeatherModel, night, season, standard_pressure_pa,
+    HumidityModel, PrecipitationModel, TemperatureModel, Weather, WeatherModel, WindModel, night,
+    season, standard_pressure_pa,
 };
 use ocmc_core::special_functions::normal_quantile;
 use serde::Serialize;
@@ -82,12 +84,11 @@ const HARMONIC_SEEN: f64 = 0.5;
 /// Closest that a humidity comes to 0 and 1 on the logit scale.
 const HUMIDITY_EDGE: f64 = 0.005;
 
-struct Estimates<'a> {
+struct Hours<'a> {
     records: &'a [HourlyRecord],
     /// Places of records that an hour parts.
     pairs: Vec<[usize; 2]>,
-    parameters: Vec<StudyParameterFit>,
-    warnings: Vec<String>,
+    estimates: Estimates<'static>,
 }
 
 /// Fits the weather model. `base` gives what the records do not determine: the altitude, when it
@@ -101,16 +102,16 @@ pub fn fit(records: &[HourlyRecord], base: &WeatherModel) -> Result<WeatherFit, 
         .map(|k| [k - 1, k])
         .collect();
     let mut model = base.clone();
-    let mut estimates = Estimates { records, pairs, parameters: Vec::new(), warnings: Vec::new() };
-    let deviations = estimates.temperature(&mut model);
-    estimates.pressure(&mut model);
-    estimates.humidity(deviations.as_deref(), &mut model);
-    estimates.precipitation(&mut model);
-    estimates.wind(&mut model);
-    let Estimates { parameters, mut warnings, .. } = estimates;
+    let mut hours = Hours { records, pairs, estimates: Estimates::default() };
+    let deviations = hours.temperature(&mut model.temperature);
+    hours.pressure(&mut model);
+    hours.humidity(deviations.as_deref(), &mut model.humidity);
+    hours.precipitation(&mut model.precipitation);
+    hours.wind_speed(&mut model.wind);
+    hours.wind_direction(&mut model.wind);
+    let Estimates { parameters, mut warnings, .. } = hours.estimates;
     if parameters.is_empty() {
-        let reasons = warnings.join("; ").replace("; it stays that of the base study", "");
-        return Err(WeatherFitError::Nothing { hours: records.len(), reasons });
+        return Err(WeatherFitError::Nothing { hours: records.len(), reasons: reasons(&warnings) });
     }
     // each record stands for an hour
     let span_s = records[records.len() - 1].time_s - records[0].time_s + HOUR_S;
@@ -123,68 +124,50 @@ pub fn fit(records: &[HourlyRecord], base: &WeatherModel) -> Result<WeatherFit, 
     Ok(WeatherFit { hours: records.len(), years, parameters, warnings, model })
 }
 
-impl Estimates<'_> {
-    fn push(&mut self, key: &str, value: f64, standard_error: Option<f64>, n: usize) {
-        self.parameters.push(StudyParameterFit { key: key.to_owned(), value, standard_error, n });
-    }
-
+impl Hours<'_> {
     /// Places of the records that have a value; none where there are too few.
-    fn recorded(&mut self, name: &str, value: impl Fn(&Weather) -> f64) -> Option<Vec<usize>> {
+    fn recorded(&mut self, name: &'static str, value: fn(&Weather) -> f64) -> Option<Vec<usize>> {
+        self.estimates.name = name;
         let places: Vec<usize> = (0..self.records.len())
             .filter(|k| value(&self.records[*k].weather).is_finite())
             .collect();
-        if places.len() < FEWEST {
-            let n = places.len();
-            self.warnings.push(format!(
-                "{name}: {n} values, at least {FEWEST} are needed; it stays that of the base study"
-            ));
+        let n = places.len();
+        if n < FEWEST {
+            self.estimates.stays(format_args!("{n} values, at least {FEWEST} are needed"));
             return None;
         }
-        let missing = self.records.len() - places.len();
+        let missing = self.records.len() - n;
         if missing > 0 {
-            self.warnings.push(format!("{name}: {missing} records have none"));
+            self.estimates.warn(format_args!("{missing} records have none"));
         }
         Some(places)
     }
 
-    /// The correlation of values over an hour, and from how many pairs.
+    /// The correlation of values over an hour, and from how many pairs; none where they do not
+    /// vary.
     fn hourly_correlation(&self, values: &[f64]) -> Option<(f64, usize)> {
-        let (mut before, mut after, mut both, mut n) = (0.0, 0.0, 0.0, 0);
-        for [a, b] in &self.pairs {
-            let (x, y) = (values[*a], values[*b]);
-            if x.is_finite() && y.is_finite() {
-                before += x * x;
-                after += y * y;
-                both += x * y;
-                n += 1;
-            }
-        }
-        // what does not vary has no correlation
-        (n >= FEWEST && before * after > 0.0).then(|| (both / (before * after).sqrt(), n))
+        let pairs = self.pairs.iter().map(|[a, b]| (values[*a], values[*b]));
+        correlation(pairs.filter(|(x, y)| x.is_finite() && y.is_finite()))
+            .filter(|(_, n)| *n >= FEWEST)
     }
 
     /// Estimates a correlation over an hour; what it inflates standard errors by.
-    fn correlate(&mut self, key: &str, values: &[f64], into: &mut f64) -> f64 {
+    fn correlate(&mut self, key: &'static str, values: &[f64], into: &mut f64) -> f64 {
+        self.estimates.name = key;
         let Some((phi, n)) = self.hourly_correlation(values) else {
-            self.warnings.push(format!(
-                "{key}: fewer than {FEWEST} records are an hour apart, or all are the same; it stays that of the base study"
+            self.estimates.stays(format_args!(
+                "fewer than {FEWEST} records are an hour apart, or all are the same"
             ));
             return inflation(*into);
         };
-        if phi < 0.0 {
-            self.warnings.push(format!(
-                "{key}: an hour is forgotten by the next; the estimate {phi:.3} is taken as 0"
-            ));
-        }
-        let phi = phi.max(0.0);
+        let phi = self.remembered(phi);
         let error = ((1.0 - phi * phi).max(0.0) / n as f64).sqrt();
-        self.push(key, phi, Some(error), n);
-        *into = phi;
+        self.estimates.set(key, into, phi, Some(error), n);
         inflation(phi)
     }
 
     /// Whether these records determine the harmonics of year and day.
-    fn tells_harmonics(&mut self, name: &str, places: &[usize]) -> bool {
+    fn tells_harmonics(&mut self, places: &[usize]) -> bool {
         let seen = |of: fn((f64, f64)) -> f64| {
             let values = places.iter().map(|place| of(clock(&self.records[*place])));
             let (low, high) =
@@ -196,174 +179,160 @@ impl Estimates<'_> {
             (false, _) => "winter or summer",
             (true, false) => "day or night",
         };
-        self.warnings
-            .push(format!("{name}: the records lack {lacks}; it stays that of the base study"));
+        self.estimates.stays(format_args!("the records lack {lacks}"));
         false
     }
 
     /// Temperatures; what the harmonics leave of each.
-    fn temperature(&mut self, model: &mut WeatherModel) -> Option<Vec<f64>> {
+    fn temperature(&mut self, model: &mut TemperatureModel) -> Option<Vec<f64>> {
         let places = self.recorded("temperature", |w| w.temperature_k)?;
-        if !self.tells_harmonics("temperature", &places) {
+        if !self.tells_harmonics(&places) {
             return None;
         }
+        let n = places.len();
         let records = self.records;
-        let clock = |k: usize| clock(&records[places[k]]);
-        let value = |k: usize| records[places[k]].weather.temperature_k;
-        let harmonics = LeastSquares::reduce(places.len(), 4, |k, x| {
-            let (season, night) = clock(k);
+        let at = |k: usize| &records[places[k]];
+        let harmonics = LeastSquares::reduce(n, 4, |k, x| {
+            let (season, night) = clock(at(k));
             x.copy_from_slice(&[1.0, -season, -night, -night * season]);
-            value(k)
+            at(k).weather.temperature_k
         });
         let Ok(harmonics) = harmonics else {
-            self.warnings.push("temperature: the records do not tell day and year apart; it stays that of the base study".into());
+            self.estimates.stays("the records do not tell day and year apart");
             return None;
         };
         let found = harmonics.coefficients();
-        let left = |k: usize| {
-            let (season, night) = clock(k);
-            value(k) - found[0] + found[1] * season + (found[2] + found[3] * season) * night
+        let left = |record: &HourlyRecord| {
+            let (season, night) = clock(record);
+            record.weather.temperature_k - found[0]
+                + found[1] * season
+                + (found[2] + found[3] * season) * night
         };
-        let spread = LeastSquares::reduce(places.len(), 2, |k, x| {
-            x.copy_from_slice(&[1.0, clock(k).0]);
-            left(k).abs() * FRAC_PI_2.sqrt()
+        let spread = LeastSquares::reduce(n, 2, |k, x| {
+            x.copy_from_slice(&[1.0, clock(at(k)).0]);
+            left(at(k)).abs() * FRAC_PI_2.sqrt()
         });
         let mut spread = spread.expect("the season is among the harmonics").coefficients();
         if spread[0] <= spread[1].abs() {
-            self.warnings.push(
-                "temperature: one season comes out without spread; both SDs are the mean one"
-                    .into(),
-            );
+            self.estimates.warn("one season comes out without spread; both SDs are the mean one");
             spread[1] = 0.0;
         }
-        let mut deviations = vec![f64::NAN; records.len()];
-        let mut scores = deviations.clone();
-        for (k, place) in places.iter().enumerate() {
-            deviations[*place] = left(k);
-            scores[*place] = left(k) / (spread[0] + spread[1] * clock(k).0);
-        }
+        let score = |r: &HourlyRecord| left(r) / (spread[0] + spread[1] * clock(r).0);
+        let scores: Vec<f64> = self.records.iter().map(score).collect();
+        let deviations = self.records.iter().map(left).collect();
         let gram = harmonics.inverse_gram();
         let phi = self.hourly_correlation(&scores).map_or(0.0, |(phi, _)| phi);
         let doubt_k = 2.0 * harmonics.residual_sd() * gram[(1, 1)].sqrt() * inflation(phi);
         if found[1] < -doubt_k {
-            self.warnings.push("temperature: its coldest days lie in July, and a study knows northern seasons only; it stays that of the base study, and a table whose clock is half a year ahead tells it".into());
+            self.estimates.warn("its coldest days lie in July, and a study knows northern seasons only; it stays that of the base study, and a table whose clock is half a year ahead tells it");
             return Some(deviations);
         }
         if found[2] < 0.0 {
-            self.warnings.push("temperature: its nights are warmer than its days; is the clock the place's standard time?".into());
+            self.estimates.warn(
+                "its nights are warmer than its days; is the clock the place's standard time?",
+            );
         }
-        let t = &mut model.temperature;
-        let n = places.len();
-        let inflation =
-            self.correlate("temperature.hourly_correlation", &scores, &mut t.hourly_correlation);
+        let into = &mut model.hourly_correlation;
+        let inflation = self.correlate("temperature.hourly_correlation", &scores, into);
         let error = |c: usize| Some(harmonics.residual_sd() * gram[(c, c)].sqrt() * inflation);
-        t.mean_k = found[0];
-        t.annual_amplitude_k = found[1];
-        self.push("temperature.mean_k", found[0], error(0), n);
-        self.push("temperature.annual_amplitude_k", found[1], error(1), n);
-        for (key, value, into) in [
-            ("winter_daily_amplitude_k", found[2] + found[3], &mut t.winter_daily_amplitude_k),
-            ("summer_daily_amplitude_k", found[2] - found[3], &mut t.summer_daily_amplitude_k),
-            ("winter_sd_k", spread[0] + spread[1], &mut t.winter_sd_k),
-            ("summer_sd_k", spread[0] - spread[1], &mut t.summer_sd_k),
-        ] {
-            self.push(&format!("temperature.{key}"), value, None, n);
-            *into = value;
-        }
+        let mut set = |key, into: &mut f64, value, error| {
+            self.estimates.set(&format!("temperature.{key}"), into, value, error, n);
+        };
+        set("mean_k", &mut model.mean_k, found[0], error(0));
+        set("annual_amplitude_k", &mut model.annual_amplitude_k, found[1], error(1));
+        let (winter_k, summer_k) = (found[2] + found[3], found[2] - found[3]);
+        set("winter_daily_amplitude_k", &mut model.winter_daily_amplitude_k, winter_k, None);
+        set("summer_daily_amplitude_k", &mut model.summer_daily_amplitude_k, summer_k, None);
+        set("winter_sd_k", &mut model.winter_sd_k, spread[0] + spread[1], None);
+        set("summer_sd_k", &mut model.summer_sd_k, spread[0] - spread[1], None);
         Some(deviations)
     }
 
     fn pressure(&mut self, model: &mut WeatherModel) {
         let Some(places) = self.recorded("pressure", |w| w.pressure_pa) else { return };
-        let value = |place: &usize| self.records[*place].weather.pressure_pa;
         let n = places.len();
-        let mean = places.iter().map(value).sum::<f64>() / n as f64;
+        let values = places.iter().map(|place| self.records[*place].weather.pressure_pa);
+        let mean = values.sum::<f64>() / n as f64;
         let standard = standard_pressure_pa(model.altitude_m);
         if (mean - standard).abs() > PRESSURE_OF_ANOTHER_PLACE_PA {
-            self.warnings.push(format!(
-                "pressure: the mean is {:.0} hPa; a study draws it around the standard atmosphere's {:.0} hPa at its weather.altitude_m = {}: give the place's",
+            self.estimates.warn(format_args!(
+                "the mean is {:.0} hPa; a study draws it around the standard atmosphere's {:.0} hPa at its weather.altitude_m = {}: give the place's",
                 mean / 100.0,
                 standard / 100.0,
                 model.altitude_m
             ));
         }
-        let mut deviations = vec![f64::NAN; self.records.len()];
-        for place in &places {
-            deviations[*place] = value(place) - mean;
-        }
-        let sd = root_mean_square(&deviations);
-        model.pressure.sd = sd;
-        self.push("pressure.sd", sd, None, n);
-        let into = &mut model.pressure.hourly_correlation;
+        let deviations: Vec<f64> =
+            self.records.iter().map(|record| record.weather.pressure_pa - mean).collect();
+        let model = &mut model.pressure;
+        self.estimates.set("pressure.sd", &mut model.sd, root_mean_square(&deviations), None, n);
+        let into = &mut model.hourly_correlation;
         self.correlate("pressure.hourly_correlation", &deviations, into);
     }
 
-    fn humidity(&mut self, warmer: Option<&[f64]>, model: &mut WeatherModel) {
-        let Some(mut places) = self.recorded("humidity", |w| w.relative_humidity) else { return };
+    fn humidity(&mut self, warmer: Option<&[f64]>, model: &mut HumidityModel) {
+        let recorded = self.recorded("humidity", |w| w.relative_humidity);
+        let Some(mut places) = recorded else { return };
         if let Some(warmer) = warmer {
             places.retain(|place| warmer[*place].is_finite());
         }
-        if !self.tells_harmonics("humidity", &places) {
+        if !self.tells_harmonics(&places) {
             return;
         }
-        let records = self.records;
+        let n = places.len();
         let edge = |share: f64| share.clamp(HUMIDITY_EDGE, 1.0 - HUMIDITY_EDGE);
-        let logit = |k: usize| {
-            let share = edge(records[places[k]].weather.relative_humidity);
-            libm::log(share / (1.0 - share))
-        };
-        let slope = model.humidity.temperature_slope_per_k;
         let width = if warmer.is_some() { 4 } else { 3 };
         let row = |k: usize, x: &mut [f64]| {
-            let (season, night) = clock(&records[places[k]]);
+            let record = &self.records[places[k]];
+            let (season, night) = clock(record);
             let warm = warmer.map_or(0.0, |warmer| warmer[places[k]]);
             x.copy_from_slice(&[1.0, season, night, warm][..width]);
-            logit(k)
+            let share = edge(record.weather.relative_humidity);
+            libm::log(share / (1.0 - share))
         };
-        let Ok(fit) = LeastSquares::reduce(places.len(), width, row) else {
-            self.warnings.push("humidity: the records do not tell day and year apart; it stays that of the base study".into());
-            return;
+        let Ok(fit) = LeastSquares::reduce(n, width, row) else {
+            return self.estimates.stays("the records do not tell day and year apart");
         };
         let found = fit.coefficients();
-        let mut deviations = vec![f64::NAN; records.len()];
+        let mut deviations = vec![f64::NAN; self.records.len()];
         let mut predictors = vec![0.0; width];
         for (k, place) in places.iter().enumerate() {
             let value = row(k, &mut predictors);
             let expected: f64 = predictors.iter().zip(found.iter()).map(|(x, b)| x * b).sum();
             deviations[*place] = value - expected;
         }
-        let cut = places.iter().map(|place| records[*place].weather.relative_humidity);
+        let cut = places.iter().map(|place| self.records[*place].weather.relative_humidity);
         let cut = cut.filter(|share| edge(*share) != *share).count();
         if cut > 0 {
-            self.warnings.push(format!(
-                "humidity: {cut} values beyond {HUMIDITY_EDGE} from 0 and 1 are taken as there"
+            self.estimates.warn(format_args!(
+                "{cut} values beyond {HUMIDITY_EDGE} from 0 and 1 are taken as there"
             ));
         }
         if warmer.is_none() {
-            self.warnings.push(format!("humidity: without temperatures its slope stays {slope} per K, that of the base study"));
+            let slope = model.temperature_slope_per_k;
+            self.estimates.warn(format_args!(
+                "without temperatures its slope stays {slope} per K, that of the base study"
+            ));
         }
-        let h = &mut model.humidity;
-        let n = places.len();
-        let inflation =
-            self.correlate("humidity.hourly_correlation", &deviations, &mut h.hourly_correlation);
+        let into = &mut model.hourly_correlation;
+        let inflation = self.correlate("humidity.hourly_correlation", &deviations, into);
         let gram = fit.inverse_gram();
         let error = |c: usize| Some(fit.residual_sd() * gram[(c, c)].sqrt() * inflation);
-        h.mean_logit = found[0];
-        h.annual_amplitude = found[1];
-        h.daily_amplitude = found[2];
-        h.sd = root_mean_square(&deviations);
-        self.push("humidity.mean_logit", found[0], error(0), n);
-        self.push("humidity.annual_amplitude", found[1], error(1), n);
-        self.push("humidity.daily_amplitude", found[2], None, n);
-        self.push("humidity.sd", h.sd, None, n);
+        let mut set = |key, into: &mut f64, value, error| {
+            self.estimates.set(&format!("humidity.{key}"), into, value, error, n);
+        };
+        set("mean_logit", &mut model.mean_logit, found[0], error(0));
+        set("annual_amplitude", &mut model.annual_amplitude, found[1], error(1));
+        set("daily_amplitude", &mut model.daily_amplitude, found[2], None);
+        set("sd", &mut model.sd, root_mean_square(&deviations), None);
         if warmer.is_some() {
-            h.temperature_slope_per_k = found[3];
-            self.push("humidity.temperature_slope_per_k", found[3], None, n);
+            set("temperature_slope_per_k", &mut model.temperature_slope_per_k, found[3], None);
         }
     }
 
-    fn precipitation(&mut self, model: &mut WeatherModel) {
-        let Some(places) = self.recorded("precipitation", |w| w.precipitation_mps) else { return };
+    fn precipitation(&mut self, model: &mut PrecipitationModel) {
+        let recorded = self.recorded("precipitation", |w| w.precipitation_mps);
+        let Some(places) = recorded else { return };
         let value = |place: usize| self.records[place].weather.precipitation_mps;
         // hours that follow a dry and a wet one, and how many of them are wet
         let mut counts = [[0_usize; 2]; 2];
@@ -374,54 +343,43 @@ impl Estimates<'_> {
                 *wet += usize::from(value(*b) > 0.0);
             }
         }
-        let wet: Vec<f64> =
-            places.iter().map(|place| value(*place)).filter(|rate| *rate > 0.0).collect();
-        let rain = &mut model.precipitation;
         for ([hours, wet], key, into) in [
-            (counts[0], "precipitation.wet_after_dry", &mut rain.wet_after_dry),
-            (counts[1], "precipitation.wet_after_wet", &mut rain.wet_after_wet),
+            (counts[0], "precipitation.wet_after_dry", &mut model.wet_after_dry),
+            (counts[1], "precipitation.wet_after_wet", &mut model.wet_after_wet),
         ] {
-            if hours < FEWEST {
-                self.warnings.push(format!("{key}: {hours} hours, at least {FEWEST} are needed; it stays that of the base study"));
+            if hours >= FEWEST {
+                self.estimates.share(key, into, wet, hours);
                 continue;
             }
-            let share = wet as f64 / hours as f64;
-            *into = share;
-            self.push(key, share, Some((share * (1.0 - share) / hours as f64).sqrt()), hours);
+            self.estimates.name = key;
+            self.estimates.stays(format_args!("{hours} hours, at least {FEWEST} are needed"));
         }
+        let wet: Vec<f64> =
+            places.iter().map(|place| value(*place)).filter(|rate| *rate > 0.0).collect();
+        let n = wet.len();
         match gamma::fit(&wet) {
-            Some(Law::Gamma { mean, shape }) if wet.len() >= FEWEST => {
-                rain.intensity_shape = shape;
-                rain.mean_intensity_mps = mean;
-                let error = mean / (shape * wet.len() as f64).sqrt();
-                self.push("precipitation.mean_intensity_mps", mean, Some(error), wet.len());
-                self.push("precipitation.intensity_shape", shape, None, wet.len());
+            Some(Law::Gamma { mean, shape }) if n >= FEWEST => {
+                let error = Some(mean / (shape * n as f64).sqrt());
+                let into = &mut model.mean_intensity_mps;
+                self.estimates.set("precipitation.mean_intensity_mps", into, mean, error, n);
+                let into = &mut model.intensity_shape;
+                self.estimates.set("precipitation.intensity_shape", into, shape, None, n);
             }
-            _ => self.warnings.push(format!(
-                "precipitation: {} wet hours tell no law of the intensity; it stays that of the base study",
-                wet.len()
-            )),
+            _ => {
+                self.estimates.name = "precipitation";
+                self.estimates.stays(format_args!("{n} wet hours tell no law of the intensity"));
+            }
         }
     }
 
-    fn wind(&mut self, model: &mut WeatherModel) {
-        if let Some(places) = self.recorded("wind speed", |w| w.wind_speed_mps) {
-            self.wind_speed(&places, model);
-        }
-        if let Some(places) = self.recorded("wind direction", |w| w.wind_direction_rad) {
-            self.wind_direction(&places, model);
-        }
-    }
-
-    fn wind_speed(&mut self, places: &[usize], model: &mut WeatherModel) {
+    fn wind_speed(&mut self, model: &mut WindModel) {
+        let recorded = self.recorded("wind speed", |w| w.wind_speed_mps);
+        let Some(places) = recorded else { return };
         let value = |place: usize| self.records[place].weather.wind_speed_mps;
         let moving: Vec<f64> =
             places.iter().map(|place| value(*place)).filter(|speed| *speed > 0.0).collect();
         let Some(Law::Weibull { mean, shape }) = weibull::fit(&moving) else {
-            self.warnings.push(
-                "wind speed: the speeds have no spread; it stays that of the base study".into(),
-            );
-            return;
+            return self.estimates.stays("the speeds have no spread");
         };
         let scale = mean / libm::tgamma(1.0 + 1.0 / shape);
         let mut scores = vec![f64::NAN; self.records.len()];
@@ -435,26 +393,27 @@ impl Estimates<'_> {
                 -normal_quantile(libm::exp(-power).max(f64::MIN_POSITIVE))
             };
         }
-        let calm = places.len() - moving.len();
+        let (n, calm) = (moving.len(), places.len() - moving.len());
         if calm > 0 {
-            self.warnings.push(format!("wind speed: {calm} calm hours have no part in its law, nor in that of the direction"));
+            self.estimates.warn(format_args!(
+                "{calm} calm hours have no part in its law, nor in that of the direction"
+            ));
         }
-        model.wind.mean_speed_mps = mean;
-        model.wind.speed_shape = shape;
-        self.push("wind.mean_speed_mps", mean, None, moving.len());
-        self.push("wind.speed_shape", shape, None, moving.len());
-        let into = &mut model.wind.speed_hourly_correlation;
+        self.estimates.set("wind.mean_speed_mps", &mut model.mean_speed_mps, mean, None, n);
+        self.estimates.set("wind.speed_shape", &mut model.speed_shape, shape, None, n);
+        let into = &mut model.speed_hourly_correlation;
         self.correlate("wind.speed_hourly_correlation", &scores, into);
     }
 
-    fn wind_direction(&mut self, places: &[usize], model: &mut WeatherModel) {
+    fn wind_direction(&mut self, model: &mut WindModel) {
+        let recorded = self.recorded("wind direction", |w| w.wind_direction_rad);
+        let Some(mut places) = recorded else { return };
         // a calm has no direction, whatever stands there
         let value = |place: usize| {
             let Weather { wind_speed_mps, wind_direction_rad, .. } = self.records[place].weather;
             if wind_speed_mps == 0.0 { f64::NAN } else { wind_direction_rad }
         };
-        let places: Vec<usize> =
-            places.iter().copied().filter(|place| value(*place).is_finite()).collect();
+        places.retain(|place| value(*place).is_finite());
         let n = places.len() as f64;
         let north = places.iter().map(|place| libm::cos(value(*place))).sum::<f64>() / n;
         let east = places.iter().map(|place| libm::sin(value(*place))).sum::<f64>() / n;
@@ -464,24 +423,38 @@ impl Estimates<'_> {
         // a mean direction is distinguished from none where its length is beyond that of
         // independent directions
         if !(length * length * n > 9.0) || length >= 1.0 || turns.len() < FEWEST {
-            self.warnings.push("wind direction: it has no prevailing direction, no spread, or no hours that follow each other; it stays that of the base study".into());
-            return;
+            return self.estimates.stays(
+                "it has no prevailing direction, no spread, or no hours that follow each other",
+            );
         }
         let variance = -2.0 * libm::log(length);
         let together = turns.iter().sum::<f64>() / turns.len() as f64;
         let phi = 1.0 + libm::log(together.max(f64::MIN_POSITIVE)) / variance;
-        let wind = &mut model.wind;
-        wind.prevailing_direction_rad = libm::atan2(east, north);
-        wind.direction.sd = variance.sqrt();
-        let (direction, sd) = (wind.prevailing_direction_rad, wind.direction.sd);
-        self.push("wind.prevailing_direction_rad", direction, None, places.len());
-        self.push("wind.direction.sd", sd, None, places.len());
+        self.estimates.name = "wind.direction.hourly_correlation";
+        let phi = self.remembered(phi);
+        let prevailing_rad = libm::atan2(east, north);
+        let mut set = |key, into: &mut f64, value, n| {
+            self.estimates.set(&format!("wind.{key}"), into, value, None, n);
+        };
+        set(
+            "prevailing_direction_rad",
+            &mut model.prevailing_direction_rad,
+            prevailing_rad,
+            places.len(),
+        );
+        set("direction.sd", &mut model.direction.sd, variance.sqrt(), places.len());
+        let into = &mut model.direction.hourly_correlation;
+        set("direction.hourly_correlation", into, phi, turns.len());
+    }
+
+    /// A correlation that is not negative.
+    fn remembered(&mut self, phi: f64) -> f64 {
         if phi < 0.0 {
-            self.warnings.push(format!("wind.direction.hourly_correlation: an hour is forgotten by the next; the estimate {phi:.3} is taken as 0"));
+            self.estimates.warn(format_args!(
+                "an hour is forgotten by the next; the estimate {phi:.3} is taken as 0"
+            ));
         }
-        let phi = phi.max(0.0);
-        wind.direction.hourly_correlation = phi;
-        self.push("wind.direction.hourly_correlation", phi, None, turns.len());
+        phi.max(0.0)
     }
 }
 

@@ -62,12 +62,12 @@ pub struct Optimum {
 pub fn minimise(
     residuals: &mut dyn FnMut(&[f64], &mut Vec<f64>),
     start: &[f64],
-    lower: &[f64],
-    upper: &[f64],
+    bounds: &[[f64; 2]],
     tolerances: &Tolerances,
 ) -> Optimum {
     let count = start.len();
-    let mut x: Vec<f64> = (0..count).map(|k| start[k].clamp(lower[k], upper[k])).collect();
+    let within = |value: f64, k: usize| value.clamp(bounds[k][0], bounds[k][1]);
+    let mut x: Vec<f64> = (0..count).map(|k| within(start[k], k)).collect();
     let mut r = Vec::new();
     residuals(&x, &mut r);
     let mut sum = square_sum(&r);
@@ -84,16 +84,19 @@ pub fn minimise(
     let mut trial = Vec::new();
     while optimum.iterations < tolerances.most_iterations && sum.is_finite() {
         optimum.iterations += 1;
-        let jacobian = differences(residuals, &x, lower, upper, r.len(), tolerances.difference);
+        let jacobian = differences(residuals, &x, bounds, r.len(), tolerances.difference);
         for k in 0..count {
             let norm = jacobian.column(k).norm();
             scale[k] = if norm.is_finite() { scale[k].max(norm) } else { scale[k] };
         }
-        let slopes: Vec<f64> = (0..count).map(|k| dot(&jacobian, k, &r)).collect();
+        // half the slope of the sum of squares along each parameter
+        let dot = |k: usize| jacobian.column(k).iter().zip(&r).map(|(a, b)| a * b).sum();
+        let slopes: Vec<f64> = (0..count).map(dot).collect();
         let free: Vec<usize> = (0..count)
             .filter(|&k| {
+                let [lower, upper] = bounds[k];
                 let outwards =
-                    (x[k] <= lower[k] && slopes[k] > 0.0) || (x[k] >= upper[k] && slopes[k] < 0.0);
+                    (x[k] <= lower && slopes[k] > 0.0) || (x[k] >= upper && slopes[k] < 0.0);
                 scale[k] > 0.0 && slopes[k].is_finite() && !outwards
             })
             .collect();
@@ -113,7 +116,7 @@ pub fn minimise(
             };
             let mut next = x.clone();
             for (place, &k) in free.iter().enumerate() {
-                next[k] = (x[k] + step[place]).clamp(lower[k], upper[k]);
+                next[k] = within(x[k] + step[place], k);
             }
             let taken: Vec<f64> = (0..count).map(|k| next[k] - x[k]).collect();
             let small = (0..count)
@@ -155,23 +158,22 @@ pub fn minimise(
 fn differences(
     residuals: &mut dyn FnMut(&[f64], &mut Vec<f64>),
     x: &[f64],
-    lower: &[f64],
-    upper: &[f64],
+    bounds: &[[f64; 2]],
     rows: usize,
     relative: f64,
 ) -> DMatrix<f64> {
     let mut jacobian = DMatrix::zeros(rows, x.len());
     let (mut above, mut below) = (Vec::new(), Vec::new());
     let mut at = x.to_vec();
-    for k in 0..x.len() {
-        let width = upper[k] - lower[k];
+    for (k, [lower, upper]) in bounds.iter().enumerate() {
+        let width = upper - lower;
         // of a parameter at zero the bounds give the size
         let size = if width.is_finite() { x[k].abs().max(1e-3 * width) } else { x[k].abs() };
         let step = relative * if size > 0.0 { size } else { 1.0 };
-        at[k] = (x[k] + step).min(upper[k]);
+        at[k] = (x[k] + step).min(*upper);
         residuals(&at, &mut above);
         let high = at[k];
-        at[k] = (x[k] - step).max(lower[k]);
+        at[k] = (x[k] - step).max(*lower);
         residuals(&at, &mut below);
         let wide = high - at[k];
         at[k] = x[k];
@@ -213,11 +215,6 @@ fn square_sum(r: &[f64]) -> f64 {
     if sum.is_finite() { sum } else { f64::INFINITY }
 }
 
-/// Half the slope of the sum of squares along a parameter.
-fn dot(jacobian: &DMatrix<f64>, column: usize, r: &[f64]) -> f64 {
-    jacobian.column(column).iter().zip(r).map(|(a, b)| a * b).sum()
-}
-
 /// Σ (r + J δ)².
 fn linear_sum(jacobian: &DMatrix<f64>, r: &[f64], step: &[f64]) -> f64 {
     let moved = jacobian * DVector::from_column_slice(step);
@@ -235,13 +232,13 @@ mod tests {
 
     #[test]
     fn rosenbrock_with_and_without_a_box() {
-        let free = [f64::NEG_INFINITY, f64::NEG_INFINITY];
-        let open = [f64::INFINITY, f64::INFINITY];
+        let free = [[f64::NEG_INFINITY, f64::INFINITY]; 2];
         let tolerances = Tolerances::default();
-        let found = minimise(&mut rosenbrock, &[-1.2, 1.0], &free, &open, &tolerances);
+        let found = minimise(&mut rosenbrock, &[-1.2, 1.0], &free, &tolerances);
         assert!(found.converged && found.sum_of_squares < 1e-20, "{found:?}");
         // with x0 <= 0.5 the best is at the bound: x1 = 0.25
-        let found = minimise(&mut rosenbrock, &[-1.2, 1.0], &free, &[0.5, 2.0], &tolerances);
+        let bounds = [[f64::NEG_INFINITY, 0.5], [f64::NEG_INFINITY, 2.0]];
+        let found = minimise(&mut rosenbrock, &[-1.2, 1.0], &bounds, &tolerances);
         assert!(found.parameters[0] == 0.5 && (found.parameters[1] - 0.25).abs() < 1e-6);
         assert!(found.converged && (found.sum_of_squares - 0.25).abs() < 1e-10);
     }
@@ -252,8 +249,8 @@ mod tests {
             r.clear();
             r.push(libm::log(x[0]) - 1.0);
         };
-        let (lower, upper) = ([f64::NEG_INFINITY], [f64::INFINITY]);
-        let found = minimise(&mut logarithm, &[20.0], &lower, &upper, &Tolerances::default());
+        let free = [[f64::NEG_INFINITY, f64::INFINITY]];
+        let found = minimise(&mut logarithm, &[20.0], &free, &Tolerances::default());
         assert!((found.parameters[0] - std::f64::consts::E).abs() < 1e-9, "{found:?}");
     }
 }

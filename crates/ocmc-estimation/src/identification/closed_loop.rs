@@ -43,30 +43,20 @@ const SIGNIFICANT: f64 = 3.0;
 const SLOWEST_ENGINE_RADPS: f64 = 100.0;
 
 /// A pedal controller with its set speed.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Controller {
-    /// PID.
-    Pid {
-        /// K_P, in s/m.
-        proportional: f64,
-        /// K_I, in 1/m.
-        integral: f64,
-        /// K_D, in s²/m.
-        derivative: f64,
-        /// Set speed, in m/s.
-        set_speed_mps: f64,
-        /// Integral part J at the start.
-        start: f64,
-    },
-    /// Switched proportional.
-    Switched {
-        /// K_P, in s/m.
-        proportional: f64,
-        /// Threshold, in m/s.
-        threshold_mps: f64,
-        /// Set speed, in m/s.
-        set_speed_mps: f64,
-    },
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Controller {
+    /// K_P, in s/m.
+    pub proportional: f64,
+    /// K_I, in 1/m; 0 for a switched driver.
+    pub integral: f64,
+    /// K_D, in s²/m; 0 for a switched driver.
+    pub derivative: f64,
+    /// Threshold of a switched driver, in m/s; none for a PID.
+    pub threshold_mps: Option<f64>,
+    /// Set speed, in m/s.
+    pub set_speed_mps: f64,
+    /// Integral part J at the start.
+    pub start: f64,
 }
 
 /// An event made ready to be driven again and again.
@@ -74,7 +64,8 @@ pub enum Controller {
 pub struct ClosedLoop<'a> {
     study: &'a Study,
     scenario: Scenario,
-    rolling: InitialMotion,
+    /// Motion at the start.
+    pub rolling: InitialMotion,
     /// Output of the controller at the start, from the pedals.
     pub start_output: f64,
     /// Factor from the set speed to the driver's compliance.
@@ -86,15 +77,11 @@ impl<'a> ClosedLoop<'a> {
     /// Makes a checked event ready.
     pub fn new(study: &'a Study, log: &PedalLog) -> Self {
         let position_m = log.positions_m();
-        let rows = position_m.len();
         // a step of the simulation is cut where a cell ends: no more cells than the slopes need
         let step_m = study.model().road.slope_step_m;
         let cell_m = if fits(&position_m, &log.grade, step_m) { step_m } else { CELL_M };
-        let origin_m = cell_m * libm::floor(position_m[0] / cell_m);
-        let way_m = position_m[rows - 1] - origin_m + BEHIND_M;
-        let cells = libm::ceil(way_m / cell_m) as usize;
-        let slopes = cell_slopes(&position_m, &log.grade, origin_m, cell_m, cells);
-        let length_m = cells as f64 * cell_m;
+        let (origin_m, slopes) = cell_slopes(&position_m, &log.grade, cell_m, BEHIND_M);
+        let length_m = slopes.len() as f64 * cell_m;
         let blocks = libm::ceil(length_m / BLOCK_M) as usize;
         let streams = Streams::new(0, 0);
         let without =
@@ -163,92 +150,55 @@ impl<'a> ClosedLoop<'a> {
         }
     }
 
-    /// Speed at the start, in m/s.
-    pub fn start_speed_mps(&self) -> f64 {
-        self.rolling.speed_mps
-    }
-
     /// Drives the event.
     pub fn drive(&self, controller: &Controller) -> EventSeries {
         let mut scenario = self.scenario.clone();
-        let mut rolling = self.rolling;
-        let gains = &mut scenario.driver.pedals;
-        let set_speed = match *controller {
-            Controller::Pid { proportional, integral, derivative, set_speed_mps, start } => {
-                rolling.integral = start;
-                *gains = Pedals {
-                    proportional,
-                    integral,
-                    derivative,
-                    threshold_mps: None,
-                    holds_brake: false,
-                    redraws: 0,
-                };
-                set_speed_mps
-            }
-            Controller::Switched { proportional, threshold_mps, set_speed_mps } => {
-                let hold = self.study.model().driver.pedals.switched.hold;
-                rolling.holds = (set_speed_mps - rolling.speed_mps).abs() < threshold_mps;
-                *gains = Pedals {
-                    proportional,
-                    integral: 0.0,
-                    derivative: 0.0,
-                    threshold_mps: Some(threshold_mps),
-                    holds_brake: hold == Hold::Paper,
-                    redraws: 0,
-                };
-                set_speed_mps
-            }
-        };
-        scenario.driver.speed_limit.compliance = set_speed * self.compliance_per_mps;
+        let Controller { proportional, integral, derivative, threshold_mps, set_speed_mps, start } =
+            *controller;
+        let hold = self.study.model().driver.pedals.switched.hold;
+        let holds_brake = threshold_mps.is_some() && hold == Hold::Paper;
+        scenario.driver.pedals =
+            Pedals { proportional, integral, derivative, threshold_mps, holds_brake, redraws: 0 };
+        scenario.driver.speed_limit.compliance = set_speed_mps * self.compliance_per_mps;
+        let near = |threshold_mps| (set_speed_mps - self.rolling.speed_mps).abs() < threshold_mps;
+        let holds = threshold_mps.is_some_and(near);
+        let rolling = InitialMotion { integral: start, holds, ..self.rolling };
         simulate_event(self.study, scenario, &rolling, self.duration_s)
     }
 }
 
 /// Whether cells of this length, in m, have the slopes of the rows.
 fn fits(position_m: &[f64], grade: &[f64], cell_m: f64) -> bool {
-    let rows = position_m.len();
-    let origin_m = cell_m * libm::floor(position_m[0] / cell_m);
-    let cells = libm::ceil((position_m[rows - 1] - origin_m) / cell_m) as usize;
-    let slopes = cell_slopes(position_m, grade, origin_m, cell_m, cells);
-    (1..rows).all(|k| {
+    let (origin_m, slopes) = cell_slopes(position_m, grade, cell_m, 0.0);
+    (1..position_m.len()).all(|k| {
         let middle_m = 0.5 * (position_m[k - 1] + position_m[k]);
         let cell = ((middle_m - origin_m) / cell_m) as usize;
         slopes.get(cell).is_none_or(|slope| (slope - grade[k]).abs() < SAME_SLOPE)
     })
 }
 
-/// Mean slope of each cell: row k's grade holds on the way from row k − 1 to row k, the last one
-/// beyond.
-fn cell_slopes(
-    position_m: &[f64],
-    grade: &[f64],
-    origin_m: f64,
-    cell_m: f64,
-    cells: usize,
-) -> Vec<f64> {
+/// Where the first cell begins, and the mean slope of each up to `behind_m` behind the last row:
+/// row k's grade holds on the way from row k − 1 to row k, the last one beyond.
+fn cell_slopes(position_m: &[f64], grade: &[f64], cell_m: f64, behind_m: f64) -> (f64, Vec<f64>) {
     let rows = position_m.len();
+    let origin_m = cell_m * libm::floor(position_m[0] / cell_m);
+    let cells = libm::ceil((position_m[rows - 1] - origin_m + behind_m) / cell_m) as usize;
     let mut row = 0;
-    (0..cells)
-        .map(|cell| {
-            let (mut at, end) =
-                (origin_m + cell as f64 * cell_m, origin_m + (cell + 1) as f64 * cell_m);
-            let mut climb = 0.0;
-            while at < end {
-                while row < rows && position_m[row] <= at {
-                    row += 1;
-                }
-                let (to, slope) = if row < rows {
-                    (position_m[row].min(end), grade[row])
-                } else {
-                    (end, grade[rows - 1])
-                };
-                climb += slope * (to - at);
-                at = to;
+    let slope = |cell: usize| {
+        let mut at = origin_m + cell as f64 * cell_m;
+        let end = origin_m + (cell + 1) as f64 * cell_m;
+        let mut climb = 0.0;
+        while at < end {
+            while row < rows && position_m[row] <= at {
+                row += 1;
             }
-            climb / cell_m
-        })
-        .collect()
+            let to = if row < rows { position_m[row].min(end) } else { end };
+            climb += grade[row.min(rows - 1)] * (to - at);
+            at = to;
+        }
+        climb / cell_m
+    };
+    (origin_m, (0..cells).map(slope).collect())
 }
 
 /// Coefficients of a polynomial of the time since the first row, through the first [`START_S`] of
@@ -280,13 +230,10 @@ fn start_of(log: &PedalLog, values: &[f64]) -> Vec<f64> {
 /// What a first-order lag makes of a polynomial c₀ + c₁ t + c₂ t² + ... at t = 0, long after it
 /// began: Σ (−τ)^k k! c_k.
 fn lagged(coefficients: &[f64], lag_s: f64) -> f64 {
-    let mut factor = 1.0;
-    let mut sum = 0.0;
+    let (mut factor, mut sum) = (1.0, 0.0);
     for (k, coefficient) in coefficients.iter().enumerate() {
-        if k > 0 {
-            factor *= -lag_s * k as f64;
-        }
         sum += factor * coefficient;
+        factor *= -lag_s * (k + 1) as f64;
     }
     sum
 }

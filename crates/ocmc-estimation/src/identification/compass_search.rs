@@ -11,10 +11,10 @@ const LAST_STEP: f64 = 2e-5;
 pub fn descend(
     value: &mut dyn FnMut(&[f64]) -> f64,
     start: &[f64],
-    lower: &[f64],
-    upper: &[f64],
+    bounds: &[[f64; 2]],
 ) -> (Vec<f64>, f64) {
-    let mut best: Vec<f64> = (0..start.len()).map(|k| start[k].clamp(lower[k], upper[k])).collect();
+    let within = |value: f64, k: usize| value.clamp(bounds[k][0], bounds[k][1]);
+    let mut best: Vec<f64> = (0..start.len()).map(|k| within(start[k], k)).collect();
     let mut lowest = value(&best);
     let mut step = FIRST_STEP;
     while step >= LAST_STEP {
@@ -23,8 +23,7 @@ pub fn descend(
         for k in 0..best.len() {
             for side in [1.0, -1.0] {
                 let mut trial = best.clone();
-                trial[k] =
-                    (trial[k] + side * step * (upper[k] - lower[k])).clamp(lower[k], upper[k]);
+                trial[k] = within(trial[k] + side * step * (bounds[k][1] - bounds[k][0]), k);
                 let here = value(&trial);
                 if here < lowest {
                     (best, lowest) = (trial, here);
@@ -38,9 +37,8 @@ pub fn descend(
             continue;
         }
         // go on in the direction of all improvements together
-        let ahead: Vec<f64> = (0..best.len())
-            .map(|k| (2.0 * best[k] - before[k]).clamp(lower[k], upper[k]))
-            .collect();
+        let ahead: Vec<f64> =
+            (0..best.len()).map(|k| within(2.0 * best[k] - before[k], k)).collect();
         let here = value(&ahead);
         if here < lowest {
             (best, lowest) = (ahead, here);
@@ -56,10 +54,10 @@ mod tests {
     #[test]
     fn finds_the_lowest_point_of_steps_and_of_a_corner() {
         let mut stairs = |x: &[f64]| libm::floor(20.0 * (x[0] - 0.3).abs()) + (x[1] - 0.7).abs();
-        let (x, value) = descend(&mut stairs, &[0.9, 0.1], &[0.0, 0.0], &[1.0, 1.0]);
+        let (x, value) = descend(&mut stairs, &[0.9, 0.1], &[[0.0, 1.0]; 2]);
         assert!((x[0] - 0.3).abs() < 0.05 && (x[1] - 0.7).abs() < 1e-3 && value < 1e-3, "{x:?}");
         let mut slope = |x: &[f64]| x[0] + x[1];
-        let (x, _) = descend(&mut slope, &[0.9, 0.1], &[0.2, 0.0], &[1.0, 1.0]);
+        let (x, _) = descend(&mut slope, &[0.9, 0.1], &[[0.2, 1.0], [0.0, 1.0]]);
         assert_eq!(x, [0.2, 0.0]);
     }
 }

@@ -216,29 +216,20 @@ impl PedalLog {
     /// [`EventError`].
     pub fn check(&self) -> Result<EventSummary, EventError> {
         let rows = self.time_s.len();
-        let optional = |column: &Option<Vec<f64>>| column.as_ref().map_or(rows, Vec::len);
-        for (column, found) in [
-            ("speed", self.speed_mps.len()),
-            ("accelerator", self.accelerator.len()),
-            ("brake", self.brake.len()),
-            ("grade", self.grade.len()),
-            ("position", optional(&self.position_m)),
-            ("gear", optional(&self.gear)),
-        ] {
-            if found != rows {
-                return Err(EventError::Lengths { column, expected: rows, found });
-            }
+        let columns = [
+            ("time", Some(&self.time_s)),
+            ("speed", Some(&self.speed_mps)),
+            ("accelerator", Some(&self.accelerator)),
+            ("brake", Some(&self.brake)),
+            ("grade", Some(&self.grade)),
+            ("position", self.position_m.as_ref()),
+            ("gear", self.gear.as_ref()),
+        ];
+        let known = || columns.into_iter().filter_map(|(column, of)| Some((column, of?)));
+        if let Some((column, values)) = known().find(|(_, values)| values.len() != rows) {
+            return Err(EventError::Lengths { column, expected: rows, found: values.len() });
         }
-        let none = Vec::new();
-        for (column, values) in [
-            ("time", &self.time_s),
-            ("speed", &self.speed_mps),
-            ("accelerator", &self.accelerator),
-            ("brake", &self.brake),
-            ("grade", &self.grade),
-            ("position", self.position_m.as_ref().unwrap_or(&none)),
-            ("gear", self.gear.as_ref().unwrap_or(&none)),
-        ] {
+        for (column, values) in known() {
             let count = values.iter().filter(|value| !value.is_finite()).count();
             if let Some(row) = values.iter().position(|value| !value.is_finite()) {
                 return Err(EventError::Missing { column, count, rows, row: row + 1 });
@@ -265,10 +256,8 @@ impl PedalLog {
         if count > 0 {
             return Err(EventError::Standing { count });
         }
-        let grade = self
-            .grade
-            .iter()
-            .fold(0.0, |most: f64, g| if g.abs() > most.abs() { *g } else { most });
+        let steeper = |most: f64, g: &f64| if g.abs() > most.abs() { *g } else { most };
+        let grade = self.grade.iter().fold(0.0, steeper);
         let pressed = |k: usize| self.accelerator[k] >= PRESSED || self.brake[k] >= PRESSED;
         let saturated =
             (1..rows).filter(|k| pressed(*k)).map(|k| self.time_s[k] - self.time_s[k - 1]);
@@ -288,12 +277,10 @@ impl PedalLog {
         if let Some(position_m) = &self.position_m {
             return position_m.clone();
         }
-        let mut way_m = 0.0;
         let mut positions = vec![0.0; self.time_s.len().min(1)];
         for k in 1..self.time_s.len() {
             let mean = 0.5 * (self.speed_mps[k] + self.speed_mps[k - 1]);
-            way_m += mean * (self.time_s[k] - self.time_s[k - 1]);
-            positions.push(way_m);
+            positions.push(positions[k - 1] + mean * (self.time_s[k] - self.time_s[k - 1]));
         }
         positions
     }

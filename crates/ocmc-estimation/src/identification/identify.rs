@@ -207,7 +207,7 @@ pub fn identify_event(
     let tolerances = problem.tolerances();
     let optima: Vec<Optimum> = starts
         .par_iter()
-        .map(|start| problem.search(start, &problem.lower, &problem.upper, &tolerances))
+        .map(|start| problem.search(start, &problem.bounds, &tolerances))
         .collect();
     let go_on = || if problem.is_stopped() { Err(EventError::Stopped) } else { Ok(()) };
     go_on()?;
@@ -233,16 +233,17 @@ pub fn identify_event(
         .into_par_iter()
         .map(|k| {
             let value = best.parameters[k];
-            let width = problem.upper[k] - problem.lower[k];
-            let near = |bound: f64| (value - bound).abs() <= 1e-6 * width;
-            let at_bound = near(problem.lower[k]) || near(problem.upper[k]);
+            let [lower, upper] = problem.bounds[k];
+            let near = |bound: f64| (value - bound).abs() <= 1e-6 * (upper - lower);
+            let at_bound = near(lower) || near(upper);
             let of_good = good.iter().map(|optimum| optimum.parameters[k]);
             let spread = of_good.fold([value, value], |[low, high], v| [low.min(v), high.max(v)]);
             let interval = options.intervals.then(|| {
                 [-1.0, 1.0].map(|side| problem.profile_end(best, k, side, errors[k], deviation))
             });
+            let name = problem.names[k];
             let mut fit = DriverParameterFit {
-                name: problem.names[k],
+                name,
                 value,
                 interval,
                 spread,
@@ -285,9 +286,9 @@ fn standard_errors(jacobian: &DMatrix<f64>, deviation: f64) -> Vec<f64> {
     let count = jacobian.ncols();
     let free: Vec<usize> = (0..count).filter(|k| jacobian.column(*k).norm() > 0.0).collect();
     let mut errors = vec![f64::INFINITY; count];
+    let identity = DMatrix::identity(free.len(), free.len());
     let upper = jacobian.select_columns(&free).qr().r();
-    if let Some(inverse) = upper.solve_upper_triangular(&DMatrix::identity(free.len(), free.len()))
-    {
+    if let Some(inverse) = upper.solve_upper_triangular(&identity) {
         for (place, k) in free.iter().enumerate() {
             errors[*k] = deviation * inverse.row(place).norm();
         }

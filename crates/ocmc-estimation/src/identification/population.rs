@@ -2,7 +2,9 @@
 //! them.
 
 use super::identify::EventFit;
+use crate::moments::{Moments, correlation};
 use serde::Serialize;
+use std::collections::BTreeSet;
 
 /// Fewest drivers of a population.
 const FEWEST_DRIVERS: usize = 3;
@@ -45,9 +47,8 @@ impl Population {
         let usable = |fit: &&EventFit| {
             fit.ki.is_some() && identifiable(fit, "kp") && identifiable(fit, "ki")
         };
-        let mut names: Vec<&str> = fits.iter().map(|fit| fit.driver.as_str()).collect();
-        names.sort_unstable();
-        names.dedup();
+        let names: BTreeSet<&str> = fits.iter().map(|fit| fit.driver.as_str()).collect();
+        // of each driver, in logarithms: K_P, T_i and, where it is identified, K_D
         let mut gains: Vec<[f64; 2]> = Vec::new();
         let mut all: Vec<[f64; 3]> = Vec::new();
         let mut squares = 0.0;
@@ -59,73 +60,50 @@ impl Population {
                 continue;
             }
             count += mine.len();
-            let of = |value: &dyn Fn(&EventFit) -> f64| -> Vec<f64> {
-                mine.iter().map(|fit| libm::log(value(fit))).collect()
+            let of = |value: &dyn Fn(&EventFit) -> f64| -> Moments {
+                Moments::of(&mine.iter().map(|fit| libm::log(value(fit))).collect::<Vec<f64>>())
             };
             let proportional = of(&|fit| fit.kp);
-            let time = of(&|fit| fit.kp / fit.ki.unwrap_or(f64::NAN));
-            let average = mean(&proportional);
-            squares += proportional.iter().map(|p| (p - average) * (p - average)).sum::<f64>();
-            gains.push([average, mean(&time)]);
-            let derivative: Vec<f64> = mine
-                .iter()
-                .filter(|fit| identifiable(fit, "kd"))
-                .filter_map(|fit| fit.kd.map(libm::log))
-                .collect();
+            let time = of(&|fit| fit.kp / fit.ki.unwrap_or(f64::NAN)).mean;
+            squares += proportional.squares;
+            gains.push([proportional.mean, time]);
+            let determined = mine.iter().filter(|fit| identifiable(fit, "kd"));
+            let derivative: Vec<f64> = determined.filter_map(|fit| fit.kd.map(libm::log)).collect();
             if !derivative.is_empty() {
-                all.push([average, mean(&time), mean(&derivative)]);
+                all.push([proportional.mean, time, Moments::of(&derivative).mean]);
             }
         }
         let drivers = gains.len();
         if drivers < FEWEST_DRIVERS {
             return None;
         }
-        let column = |k: usize| gains.iter().map(|row| row[k]).collect::<Vec<f64>>();
-        let three = |k: usize| all.iter().map(|row| row[k]).collect::<Vec<f64>>();
+        let columns = [0, 1].map(|k| gains.iter().map(|row| row[k]).collect::<Vec<f64>>());
+        let three = [0, 1, 2].map(|k| all.iter().map(|row| row[k]).collect::<Vec<f64>>());
         let enough = all.len() >= FEWEST_DRIVERS;
-        let derivative = three(2);
+        let with_derivative = |k: usize| if enough { paired(&three[k], &three[2]) } else { 0.0 };
+        let [proportional, time] = columns.each_ref().map(|column| Moments::of(column));
+        let derivative = enough.then(|| Moments::of(&three[2]));
+        let within = squares / count.saturating_sub(drivers) as f64;
         Some(Self {
             drivers,
             fits: count,
             left_out: fits.len() - count,
-            proportional_median: libm::exp(mean(&column(0))),
-            proportional_log_sd: sd(&column(0)),
-            integral_time_median_s: libm::exp(mean(&column(1))),
-            integral_time_log_sd: sd(&column(1)),
+            proportional_median: libm::exp(proportional.mean),
+            proportional_log_sd: proportional.sd(),
+            integral_time_median_s: libm::exp(time.mean),
+            integral_time_log_sd: time.sd(),
             derivative_drivers: all.len(),
-            derivative_median: enough.then(|| libm::exp(mean(&derivative))),
-            derivative_log_sd: enough.then(|| sd(&derivative)),
-            correlation: [
-                correlation(&column(0), &column(1)),
-                if enough { correlation(&three(0), &derivative) } else { 0.0 },
-                if enough { correlation(&three(1), &derivative) } else { 0.0 },
-            ],
-            proportional_within_log_sd: if count > drivers {
-                (squares / (count - drivers) as f64).sqrt()
-            } else {
-                0.0
-            },
+            derivative_median: derivative.map(|moments| libm::exp(moments.mean)),
+            derivative_log_sd: derivative.map(|moments| moments.sd()),
+            correlation: [paired(&columns[0], &columns[1]), with_derivative(0), with_derivative(1)],
+            proportional_within_log_sd: if count > drivers { within.sqrt() } else { 0.0 },
         })
     }
 }
 
-fn mean(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len() as f64
-}
-
-fn sd(values: &[f64]) -> f64 {
-    let average = mean(values);
-    let squares: f64 = values.iter().map(|value| (value - average) * (value - average)).sum();
-    (squares / (values.len() as f64 - 1.0)).sqrt()
-}
-
-fn correlation(a: &[f64], b: &[f64]) -> f64 {
-    let (mean_a, mean_b) = (mean(a), mean(b));
-    let (mut ab, mut aa, mut bb) = (0.0, 0.0, 0.0);
-    for (a, b) in a.iter().zip(b) {
-        ab += (a - mean_a) * (b - mean_b);
-        aa += (a - mean_a) * (a - mean_a);
-        bb += (b - mean_b) * (b - mean_b);
-    }
-    if aa > 0.0 && bb > 0.0 { (ab / (aa * bb).sqrt()).clamp(-0.99, 0.99) } else { 0.0 }
+/// Correlation of paired columns, 0 where one does not vary.
+fn paired(a: &[f64], b: &[f64]) -> f64 {
+    let (mean_a, mean_b) = (Moments::of(a).mean, Moments::of(b).mean);
+    let pairs = a.iter().zip(b).map(|(a, b)| (a - mean_a, b - mean_b));
+    correlation(pairs).map_or(0.0, |(r, _)| r.clamp(-0.99, 0.99))
 }

@@ -40,8 +40,7 @@ pub(super) struct Problem<'a> {
     /// Rows that count.
     pub(super) compared: usize,
     pub(super) names: Vec<&'static str>,
-    pub(super) lower: Vec<f64>,
-    pub(super) upper: Vec<f64>,
+    pub(super) bounds: Vec<[f64; 2]>,
     integral_range: [f64; 2],
     /// Set once no caller waits for an answer any more.
     stop: &'a AtomicBool,
@@ -81,16 +80,18 @@ impl<'a> Problem<'a> {
                 ("set_speed_mps", speed),
             ],
         };
+        let (names, bounds) = boxes.into_iter().unzip();
+        let closed = ClosedLoop::new(study, log);
+        let weight = spans.iter().map(|span| (span / mean_weight_s).sqrt()).collect();
         Self {
             log,
-            closed: ClosedLoop::new(study, log),
+            closed,
             options,
-            weight: spans.iter().map(|span| (span / mean_weight_s).sqrt()).collect(),
+            weight,
             mean_weight_s,
             compared,
-            names: boxes.iter().map(|(name, _)| *name).collect(),
-            lower: boxes.iter().map(|(_, range)| range[0]).collect(),
-            upper: boxes.iter().map(|(_, range)| range[1]).collect(),
+            names,
+            bounds,
             integral_range,
             stop,
         }
@@ -108,17 +109,19 @@ impl<'a> Problem<'a> {
     /// The controller of some parameters.
     fn controller(&self, x: &[f64]) -> Controller {
         match self.options.controller {
-            ControllerKind::Pid => Controller::Pid {
+            ControllerKind::Pid => Controller {
                 proportional: x[0],
                 integral: x[1],
                 derivative: x[2],
+                threshold_mps: None,
                 set_speed_mps: x[3],
                 start: x[4],
             },
-            ControllerKind::Switched => Controller::Switched {
+            ControllerKind::Switched => Controller {
                 proportional: x[0],
-                threshold_mps: x[1],
+                threshold_mps: Some(x[1]),
                 set_speed_mps: x[2],
+                ..Controller::default()
             },
         }
     }
@@ -126,32 +129,28 @@ impl<'a> Problem<'a> {
     /// A point of the box: gains evenly over the logarithm, the set speed around the mean.
     fn start(&self, index: u32) -> Vec<f64> {
         let part = |dimension: u32| f64::from(sobol_burley::sample(index, dimension, SCRAMBLE));
-        let mean_speed_mps =
-            0.5 * (self.lower_of("set_speed_mps") + self.upper_of("set_speed_mps"));
+        let [slowest_mps, fastest_mps] = self.bounds[match self.options.controller {
+            ControllerKind::Pid => 3,
+            ControllerKind::Switched => 2,
+        }];
+        let mean_speed_mps = 0.5 * (slowest_mps + fastest_mps);
         let speed = mean_speed_mps + START_RANGE_MPS * (2.0 * part(0) - 1.0);
         // not the outermost corners of the box
         let log = |k: usize, dimension: u32| {
-            let (low, high) = (self.lower[k].max(0.02 * self.upper[k]), 0.5 * self.upper[k]);
+            let [lower, upper] = self.bounds[k];
+            let (low, high) = (lower.max(0.02 * upper), 0.5 * upper);
             low * libm::exp(part(dimension) * libm::log(high / low))
         };
         let proportional = log(0, 1);
         match self.options.controller {
             ControllerKind::Pid => {
-                let error = speed - self.closed.start_speed_mps();
+                let error = speed - self.closed.rolling.speed_mps;
                 let start = self.closed.start_output - proportional * error;
                 let [low, high] = self.integral_range;
                 vec![proportional, log(1, 2), log(2, 3), speed, start.clamp(low, high)]
             }
             ControllerKind::Switched => vec![proportional, log(1, 2), speed],
         }
-    }
-
-    fn lower_of(&self, name: &str) -> f64 {
-        self.names.iter().position(|known| *known == name).map_or(f64::NAN, |k| self.lower[k])
-    }
-
-    fn upper_of(&self, name: &str) -> f64 {
-        self.names.iter().position(|known| *known == name).map_or(f64::NAN, |k| self.upper[k])
     }
 
     /// Where the searches start: the best of many points of the sequence.
@@ -168,8 +167,7 @@ impl<'a> Problem<'a> {
     pub(super) fn search(
         &self,
         start: &[f64],
-        lower: &[f64],
-        upper: &[f64],
+        bounds: &[[f64; 2]],
         tolerances: &Tolerances,
     ) -> Optimum {
         let mut from = start.to_vec();
@@ -178,9 +176,9 @@ impl<'a> Problem<'a> {
         }
         if self.options.controller == ControllerKind::Switched {
             let mut r = Vec::new();
-            from = descend(&mut |x| self.sum(x, &mut r), start, lower, upper).0;
+            from = descend(&mut |x| self.sum(x, &mut r), start, bounds).0;
         }
-        minimise(&mut |x, r| self.residuals(x, r), &from, lower, upper, tolerances)
+        minimise(&mut |x, r| self.residuals(x, r), &from, bounds, tolerances)
     }
 
     /// Sum of squares.
@@ -198,16 +196,11 @@ impl<'a> Problem<'a> {
             return;
         }
         let controller = self.controller(x);
-        let set_speed_mps = match controller {
-            Controller::Pid { set_speed_mps, .. } | Controller::Switched { set_speed_mps, .. } => {
-                set_speed_mps
-            }
-        };
         let drive = self.closed.drive(&controller);
-        let mut at = Interpolation::new(&drive);
+        let mut step = 0;
         let start_s = self.log.time_s[0];
         for (k, time_s) in self.log.time_s.iter().enumerate() {
-            let (accelerator, brake, speed_mps) = at.at(time_s - start_s);
+            let [accelerator, brake, speed_mps] = interpolated(&drive, time_s - start_s, &mut step);
             let weight = self.weight[k];
             r.push(weight * (self.log.accelerator[k] - accelerator));
             r.push(weight * (self.log.brake[k] - brake));
@@ -216,7 +209,7 @@ impl<'a> Problem<'a> {
                 SpeedTerm::Measured => self.log.speed_mps[k],
                 SpeedTerm::Simulated => speed_mps,
             };
-            r.push(weight * (set_speed_mps - compared) / SPEED_SCALE_MPS);
+            r.push(weight * (controller.set_speed_mps - compared) / SPEED_SCALE_MPS);
         }
     }
 
@@ -246,7 +239,7 @@ impl<'a> Problem<'a> {
         deviation: f64,
     ) -> f64 {
         let value = best.parameters[k];
-        let bound = if side < 0.0 { self.lower[k] } else { self.upper[k] };
+        let bound = self.bounds[k][usize::from(side > 0.0)];
         let room = (bound - value).abs();
         let first = if error.is_finite() { NORMAL_95 * error } else { 0.1 * value.abs() };
         let mut away = first.min(room);
@@ -257,11 +250,11 @@ impl<'a> Problem<'a> {
             if !(away > 0.0) {
                 return bound;
             }
-            let (mut lower, mut upper) = (self.lower.clone(), self.upper.clone());
             let here = value + side * away;
-            (lower[k], upper[k]) = (here, here);
+            let mut bounds = self.bounds.clone();
+            bounds[k] = [here; 2];
             warm[k] = here;
-            let optimum = self.search(&warm, &lower, &upper, &tolerances);
+            let optimum = self.search(&warm, &bounds, &tolerances);
             let rise = (optimum.sum_of_squares - best.sum_of_squares).max(0.0);
             let deviations = rise.sqrt() / deviation;
             if (deviations / NORMAL_95 - 1.0).abs() < 0.03 {
@@ -296,37 +289,25 @@ impl<'a> Problem<'a> {
             return Some("different values fit equally well");
         }
         let interval = fit.interval?;
-        if interval[0] <= self.lower[k] && interval[1] >= self.upper[k] {
+        if interval[0] <= self.bounds[k][0] && interval[1] >= self.bounds[k][1] {
             return Some("its interval is the whole box");
         }
         (width(interval) > WIDEST * size).then_some("its interval is wider than half of it")
     }
 }
 
-/// Reads a drive at rising times.
-struct Interpolation<'a> {
-    drive: &'a EventSeries,
-    step: usize,
-}
-
-impl<'a> Interpolation<'a> {
-    fn new(drive: &'a EventSeries) -> Self {
-        Self { drive, step: 0 }
+/// Accelerator, brake and speed of a drive at rising times, from step to step.
+fn interpolated(drive: &EventSeries, time_s: f64, step: &mut usize) -> [f64; 3] {
+    let times = &drive.time_s;
+    if times.is_empty() {
+        return [f64::NAN; 3];
     }
-
-    /// Accelerator, brake and speed.
-    fn at(&mut self, time_s: f64) -> (f64, f64, f64) {
-        let times = &self.drive.time_s;
-        if times.is_empty() {
-            return (f64::NAN, f64::NAN, f64::NAN);
-        }
-        while self.step + 1 < times.len() && times[self.step + 1] < time_s {
-            self.step += 1;
-        }
-        let (k, next) = (self.step, (self.step + 1).min(times.len() - 1));
-        let width = times[next] - times[k];
-        let part = if width > 0.0 { ((time_s - times[k]) / width).clamp(0.0, 1.0) } else { 0.0 };
-        let of = |values: &[f64]| values[k] + part * (values[next] - values[k]);
-        (of(&self.drive.accelerator), of(&self.drive.brake), of(&self.drive.speed_mps))
+    while *step + 1 < times.len() && times[*step + 1] < time_s {
+        *step += 1;
     }
+    let (k, next) = (*step, (*step + 1).min(times.len() - 1));
+    let width = times[next] - times[k];
+    let part = if width > 0.0 { ((time_s - times[k]) / width).clamp(0.0, 1.0) } else { 0.0 };
+    [&drive.accelerator, &drive.brake, &drive.speed_mps]
+        .map(|values| values[k] + part * (values[next] - values[k]))
 }

@@ -14,6 +14,7 @@ use super::hidden_markov::{HiddenMarkov, Training};
 use super::sensor::{gyro_bias_radps, speed_lag_s};
 use super::signal::{LogCounts, LogError, Piece, prepare};
 use super::threshold::Threshold;
+use crate::option_check::{above_0, check_options, from_0};
 use serde::Serialize;
 
 /// Mean radius of the earth, in m (IUGG).
@@ -61,11 +62,10 @@ pub enum Correction {
 }
 
 impl Correction {
-    /// What was given, otherwise 0.
-    fn given(self) -> f64 {
+    fn given(self) -> Option<f64> {
         match self {
-            Self::Estimated => 0.0,
-            Self::Given(value) => value,
+            Self::Estimated => None,
+            Self::Given(value) => Some(value),
         }
     }
 }
@@ -150,7 +150,7 @@ impl DrivenCurve {
 }
 
 /// What was found in a log, and what was not used.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct CurveDetection {
     /// The curves, in order.
     pub curves: Vec<DrivenCurve>,
@@ -187,63 +187,48 @@ pub struct CurveDetection {
 pub fn detect_curves(log: &TripLog, options: &CurveOptions) -> Result<CurveDetection, LogError> {
     options.check()?;
     let (pieces, counts) = prepare(log)?;
-    let gyro_bias_radps = match options.gyro_bias_radps {
-        Correction::Estimated => gyro_bias_radps(&pieces),
-        Correction::Given(bias) => Some(bias),
-    };
-    let lag = match options.speed_lag_s {
-        Correction::Estimated => speed_lag_s(log, &pieces).map(|(lag, at)| (lag, Some(at))),
-        Correction::Given(lag) => Some((lag, None)),
-    };
+    let given_lag_s = options.speed_lag_s.given();
+    let estimated_lag = if given_lag_s.is_none() { speed_lag_s(log, &pieces) } else { None };
     let mut found = CurveDetection {
-        curves: Vec::new(),
         counts,
-        way_m: 0.0,
-        slow_m: 0.0,
-        gyro_bias_radps,
-        speed_lag_s: lag.map(|(lag, _)| lag),
-        lag_correlation: lag.and_then(|(_, correlation)| correlation),
-        too_short: 0,
-        too_straight: 0,
-        too_slow: 0,
-        without_radius: 0,
-        training: None,
+        gyro_bias_radps: options.gyro_bias_radps.given().or_else(|| gyro_bias_radps(&pieces)),
+        speed_lag_s: given_lag_s.or(estimated_lag.map(|(lag_s, _)| lag_s)),
+        lag_correlation: estimated_lag.map(|(_, correlation)| correlation),
+        ..CurveDetection::default()
     };
-    let grids: Vec<CurvatureGrid> = pieces
-        .iter()
-        .map(|piece| {
-            let mut grid = CurvatureGrid::new(
-                piece,
-                gyro_bias_radps.unwrap_or(0.0),
-                found.speed_lag_s.unwrap_or(0.0),
-                options.cell_m,
-                options.smooth_m,
-                options.slowest_mps,
-            );
-            grid.start_m = found.way_m;
-            found.way_m += grid.way_m;
-            found.slow_m += grid.slow_cells as f64 * options.cell_m;
-            grid
-        })
-        .collect();
+    let mut grids = Vec::with_capacity(pieces.len());
+    for piece in &pieces {
+        let mut grid = CurvatureGrid::new(
+            piece,
+            found.gyro_bias_radps.unwrap_or(0.0),
+            found.speed_lag_s.unwrap_or(0.0),
+            options.cell_m,
+            options.smooth_m,
+            options.slowest_mps,
+        );
+        grid.start_m = found.way_m;
+        found.way_m += grid.way_m;
+        found.slow_m += grid.slow_cells as f64 * options.cell_m;
+        grids.push(grid);
+    }
     if let Detector::TrainedHiddenMarkov(start) = options.detector {
         let signals: Vec<&[f64]> = grids.iter().map(|grid| grid.smooth_per_m.as_slice()).collect();
         found.training = Some(start.trained(&signals, options.cell_m));
     }
     for (grid, piece) in grids.iter().zip(&pieces) {
-        let directions = match (options.detector, found.training) {
-            (Detector::Threshold(threshold), _) => threshold.directions(&grid.smooth_per_m),
-            (_, Some(training)) => training.model.directions(&grid.smooth_per_m, options.cell_m),
-            (Detector::HiddenMarkov(model) | Detector::TrainedHiddenMarkov(model), None) => {
+        let directions = match options.detector {
+            Detector::Threshold(threshold) => threshold.directions(&grid.smooth_per_m),
+            Detector::HiddenMarkov(model) | Detector::TrainedHiddenMarkov(model) => {
+                let model = found.training.map_or(model, |training| training.model);
                 model.directions(&grid.smooth_per_m, options.cell_m)
             }
         };
+        let mut parts = Vec::new();
         for run in runs(&directions, options.largest_gap_m / options.cell_m) {
-            let mut parts = Vec::new();
             split(grid, run, options, &mut parts);
-            for part in &parts {
-                measure(log, piece, grid, part, options, &mut found);
-            }
+        }
+        for part in &parts {
+            measure(log, piece, grid, part, options, &mut found);
         }
     }
     Ok(found)
@@ -251,40 +236,24 @@ pub fn detect_curves(log: &TripLog, options: &CurveOptions) -> Result<CurveDetec
 
 impl CurveOptions {
     fn check(&self) -> Result<(), LogError> {
-        let positive = "a number above 0";
-        let not_negative = "a number from 0 on";
-        let above = |value: f64| value > 0.0 && value.is_finite();
-        let from = |value: f64| value >= 0.0 && value.is_finite();
         let share = self.central_share;
         let ratio = self.split_ratio.unwrap_or(f64::INFINITY);
-        let (bias_radps, lag_s) = (self.gyro_bias_radps.given(), self.speed_lag_s.given());
-        for (option, value, allowed, good) in [
+        let bias_radps = self.gyro_bias_radps.given().unwrap_or(0.0);
+        let lag_s = self.speed_lag_s.given().unwrap_or(0.0);
+        let small = bias_radps.abs() <= LARGEST_BIAS_RADPS;
+        check_options([
             ("the central share", share, "above 0 and at most 1", share > 0.0 && share <= 1.0),
-            ("the cell, in m,", self.cell_m, positive, above(self.cell_m)),
-            ("the moving average, in m,", self.smooth_m, not_negative, from(self.smooth_m)),
-            ("the slowest speed, in m/s,", self.slowest_mps, not_negative, from(self.slowest_mps)),
-            ("the largest gap, in m,", self.largest_gap_m, not_negative, from(self.largest_gap_m)),
-            ("the shortest curve, in m,", self.shortest_m, not_negative, from(self.shortest_m)),
+            above_0("the cell, in m,", self.cell_m),
+            from_0("the moving average, in m,", self.smooth_m),
+            from_0("the slowest speed, in m/s,", self.slowest_mps),
+            from_0("the largest gap, in m,", self.largest_gap_m),
+            from_0("the shortest curve, in m,", self.shortest_m),
             ("the split ratio", ratio, "a number above 1", ratio > 1.0),
-            (
-                "the smallest turn, in rad,",
-                self.smallest_turn_rad,
-                not_negative,
-                from(self.smallest_turn_rad),
-            ),
-            (
-                "the bias of the yaw rate, in rad/s,",
-                bias_radps,
-                "-1 to 1",
-                bias_radps.abs() <= LARGEST_BIAS_RADPS,
-            ),
+            from_0("the smallest turn, in rad,", self.smallest_turn_rad),
+            ("the bias of the yaw rate, in rad/s,", bias_radps, "-1 to 1", small),
             ("the lag of the speed, in s,", lag_s, "-60 to 60", lag_s.abs() <= LARGEST_LAG_S),
-        ] {
-            if !good {
-                return Err(LogError::Option { option, value, allowed });
-            }
-        }
-        Ok(())
+        ])
+        .map_err(LogError::Option)
     }
 }
 
@@ -298,21 +267,17 @@ struct Run {
 /// Runs of one direction; runs with a gap of fewer than `gap` cells are one.
 fn runs(directions: &[i8], gap: f64) -> Vec<Run> {
     let mut runs: Vec<Run> = Vec::new();
-    let mut k = 0;
-    while k < directions.len() {
-        let direction = directions[k];
-        let mut end = k + 1;
-        while end < directions.len() && directions[end] == direction {
-            end += 1;
+    let mut end = 0;
+    for cells in directions.chunk_by(|a, b| a == b) {
+        let (first, left) = (end, cells[0] > 0);
+        end += cells.len();
+        if cells[0] == 0 {
+            continue;
         }
-        if direction != 0 {
-            let left = direction > 0;
-            match runs.last_mut() {
-                Some(last) if last.left == left && ((k - last.end) as f64) < gap => last.end = end,
-                _ => runs.push(Run { first: k, end, left }),
-            }
+        match runs.last_mut() {
+            Some(last) if last.left == left && ((first - last.end) as f64) < gap => last.end = end,
+            _ => runs.push(Run { first, end, left }),
         }
-        k = end;
     }
     runs
 }

@@ -88,16 +88,6 @@ impl CurvatureGrid {
     pub fn is_slow(&self, cell: usize, slowest_mps: f64) -> bool {
         !(self.cell_m >= slowest_mps * (self.time_s[cell + 1] - self.time_s[cell]))
     }
-
-    /// Number of cells.
-    pub fn len(&self) -> usize {
-        self.curvature_per_m.len()
-    }
-
-    /// Whether there is no cell.
-    pub fn is_empty(&self) -> bool {
-        self.curvature_per_m.is_empty()
-    }
 }
 
 /// The speed at each row's time, measured `lag_s` later; held at the ends.
@@ -158,8 +148,8 @@ mod tests {
             let grid = CurvatureGrid::new(&piece, 0.01, 0.0, 5.0, 15.0, 2.0);
             let end_s = piece.time_s[piece.time_s.len() - 1];
             assert!((grid.way_m - (5.0 * end_s + 0.25 * end_s * end_s)).abs() < 1e-9);
-            assert_eq!(grid.len(), (grid.way_m / 5.0) as usize);
-            for k in 0..grid.len() {
+            assert_eq!(grid.curvature_per_m.len(), (grid.way_m / 5.0) as usize);
+            for k in 0..grid.curvature_per_m.len() {
                 assert!((grid.curvature_per_m[k] - 0.005).abs() < 1e-12, "{rate_hz} Hz, cell {k}");
                 assert!((grid.smooth_per_m[k] - 0.005).abs() < 1e-12);
                 let t = grid.time_s[k];
@@ -176,7 +166,7 @@ mod tests {
         }
         let grid = CurvatureGrid::new(&piece, 0.01, 0.8, 5.0, 15.0, 2.0);
         // the last 0.8 s hold their speed
-        for k in 0..grid.len() - 3 {
+        for k in 0..grid.curvature_per_m.len() - 3 {
             assert!((grid.curvature_per_m[k] - 0.005).abs() < 1e-12);
         }
     }
@@ -186,9 +176,9 @@ mod tests {
         let mut piece = circle(10.0);
         piece.speed_mps.fill(1.0);
         let grid = CurvatureGrid::new(&piece, 0.0, 0.0, 5.0, 15.0, 2.0);
-        assert_eq!((grid.len(), grid.slow_cells), (3, 3));
+        assert_eq!((grid.curvature_per_m.len(), grid.slow_cells), (3, 3));
         assert!(grid.curvature_per_m.iter().all(|k| *k == 0.0));
         piece.speed_mps.fill(0.0);
-        assert!(CurvatureGrid::new(&piece, 0.0, 0.0, 5.0, 15.0, 2.0).is_empty());
+        assert!(CurvatureGrid::new(&piece, 0.0, 0.0, 5.0, 15.0, 2.0).curvature_per_m.is_empty());
     }
 }

@@ -96,31 +96,27 @@ impl HiddenMarkov {
     /// none.
     pub fn directions(&self, curvature_per_m: &[f64], cell_m: f64) -> Vec<i8> {
         let transition = self.transition(cell_m).map(|row| row.map(libm::log));
-        let emission = self.emission();
+        let densities = self.densities();
         let mut from: Vec<[u8; STATES]> = Vec::with_capacity(curvature_per_m.len());
         let mut score = self.start(cell_m).map(libm::log);
         for (k, curvature) in curvature_per_m.iter().enumerate() {
-            let density = emission.densities(*curvature).map(libm::log);
-            if k == 0 {
-                for state in 0..STATES {
-                    score[state] += density[state];
-                }
-                from.push([0; STATES]);
-                continue;
-            }
-            let mut next = [f64::NEG_INFINITY; STATES];
+            let density = densities(*curvature).map(libm::log);
             let mut back = [0; STATES];
-            for to in 0..STATES {
-                for state in 0..STATES {
-                    let through = score[state] + transition[state][to];
-                    if through > next[to] {
-                        next[to] = through;
-                        back[to] = state as u8;
+            if k > 0 {
+                let mut next = [f64::NEG_INFINITY; STATES];
+                for to in 0..STATES {
+                    for state in 0..STATES {
+                        let through = score[state] + transition[state][to];
+                        if through > next[to] {
+                            (next[to], back[to]) = (through, state as u8);
+                        }
                     }
                 }
-                next[to] += density[to];
+                score = next;
             }
-            score = next;
+            for (score, density) in score.iter_mut().zip(density) {
+                *score += density;
+            }
             from.push(back);
         }
         let mut state =
@@ -187,9 +183,9 @@ impl HiddenMarkov {
         if n == 0 {
             return;
         }
-        let (transition, emission) = (self.transition(cell_m), self.emission());
+        let transition = self.transition(cell_m);
         let density: Vec<[f64; STATES]> =
-            curvature_per_m.iter().map(|curvature| emission.densities(*curvature)).collect();
+            curvature_per_m.iter().copied().map(self.densities()).collect();
         let mut forward: Vec<[f64; STATES]> = Vec::with_capacity(n);
         let mut scale = Vec::with_capacity(n);
         for k in 0..n {
@@ -257,41 +253,33 @@ impl HiddenMarkov {
         [share, 1.0 - 2.0 * share, share]
     }
 
-    fn emission(&self) -> Emission {
-        let standard =
-            |curvature: f64| libm::log(curvature / self.curve_median_per_m) / self.curve_log_sd;
-        let below = |curvature: f64| 0.5 * libm::erfc(-standard(curvature) / SQRT_2);
-        let inside = below(self.curve_maximum_per_m) - below(self.curve_minimum_per_m);
-        Emission { model: *self, inside: inside.max(1e-12) }
-    }
-}
-
-/// Densities of the curvature, prepared.
-struct Emission {
-    model: HiddenMarkov,
-    /// Probability that the truncation leaves.
-    inside: f64,
-}
-
-impl Emission {
-    fn densities(&self, curvature: f64) -> [f64; STATES] {
-        let model = &self.model;
-        let b = model.straight_scale_per_m;
-        // not below what can be divided by
-        let straight = libm::exp(-curvature.abs() / b).max(1e-290) / (2.0 * b);
-        let curve = |curvature: f64| {
-            let inside =
-                (model.curve_minimum_per_m..=model.curve_maximum_per_m).contains(&curvature);
-            let law = if inside {
-                let z = libm::log(curvature / model.curve_median_per_m) / model.curve_log_sd;
-                let spread = curvature * model.curve_log_sd * (2.0 * PI).sqrt() * self.inside;
-                libm::exp(-0.5 * z * z) / spread
-            } else {
-                0.0
-            };
-            (1.0 - OUTLIER_SHARE) * law + OUTLIER_SHARE * straight
+    /// Densities of a curvature, by state.
+    fn densities(&self) -> impl Fn(f64) -> [f64; STATES] {
+        let model = *self;
+        let standard = move |curvature: f64| {
+            libm::log(curvature / model.curve_median_per_m) / model.curve_log_sd
         };
-        [curve(curvature), straight, curve(-curvature)]
+        let below = |curvature: f64| 0.5 * libm::erfc(-standard(curvature) / SQRT_2);
+        // probability that the truncation leaves
+        let inside = below(model.curve_maximum_per_m) - below(model.curve_minimum_per_m);
+        let inside = inside.max(1e-12);
+        let range = model.curve_minimum_per_m..=model.curve_maximum_per_m;
+        let b = model.straight_scale_per_m;
+        move |curvature: f64| {
+            // not below what can be divided by
+            let straight = libm::exp(-curvature.abs() / b).max(1e-290) / (2.0 * b);
+            let curve = |curvature: f64| {
+                let law = if range.contains(&curvature) {
+                    let z = standard(curvature);
+                    let spread = curvature * model.curve_log_sd * (2.0 * PI).sqrt() * inside;
+                    libm::exp(-0.5 * z * z) / spread
+                } else {
+                    0.0
+                };
+                (1.0 - OUTLIER_SHARE) * law + OUTLIER_SHARE * straight
+            };
+            [curve(curvature), straight, curve(-curvature)]
+        }
     }
 }
 

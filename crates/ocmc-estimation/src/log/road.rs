@@ -16,10 +16,11 @@
 
 use super::Samples;
 use super::TripLog;
-use super::curve::{CurveDetection, CurveOptions, detect_curves};
+use super::curve::{CurveOptions, detect_curves};
 use super::road_rows::RoadRows;
 use super::signal::{LogCounts, LogError, prepare};
 use super::standstill::Standstill;
+use crate::option_check::check_options;
 use ocmc_core::operating_cycle::coverage::{Coverage, CurveCoverage, CurveWindow, UnobservedSpans};
 use ocmc_core::operating_cycle::given::GivenCycle;
 use serde::Serialize;
@@ -170,7 +171,9 @@ pub fn roads(log: &RoadLog, options: &RoadOptions) -> Result<LoggedRoads, LogErr
     };
     let detection = if turns { Some(detect_curves(&log.drive, &options.curves)?) } else { None };
     let curves = detection.as_ref().map_or(&[][..], |found| &found.curves);
-    counts.curves_dropped = detection.as_ref().map_or(0, dropped);
+    counts.curves_dropped = detection.as_ref().map_or(0, |found| {
+        found.too_short + found.too_straight + found.too_slow + found.without_radius
+    });
     let mut roads = Vec::new();
     let mut track = RoadRows::default();
     for piece in &pieces {
@@ -203,10 +206,6 @@ pub fn roads(log: &RoadLog, options: &RoadOptions) -> Result<LoggedRoads, LogErr
     Ok(LoggedRoads { roads, coverage, counts })
 }
 
-fn dropped(found: &CurveDetection) -> usize {
-    found.too_short + found.too_straight + found.too_slow + found.without_radius
-}
-
 impl RoadOptions {
     /// The curves that are seen.
     pub fn window(&self) -> CurveWindow {
@@ -218,27 +217,15 @@ impl RoadOptions {
     }
 
     fn check(&self) -> Result<(), LogError> {
-        let [low, high] = self.radius_range_m;
-        for (option, value, allowed, good) in [
+        let ([low, high], over_m) = (self.radius_range_m, self.altitude_average_m);
+        let (short, stop_s) = ((0.0..=2000.0).contains(&over_m), self.mission_stop_s);
+        let stop = "the time from which a standstill is a stop of the mission, in s,";
+        check_options([
             ("the smallest radius, in m,", low, "a number from 0 on", low >= 0.0),
             ("the largest radius, in m,", high, "a number above the smallest", high > low),
-            (
-                "the length over which altitudes are averaged, in m,",
-                self.altitude_average_m,
-                "0 to 2000",
-                (0.0..=2000.0).contains(&self.altitude_average_m),
-            ),
-            (
-                "the time from which a standstill is a stop of the mission, in s,",
-                self.mission_stop_s,
-                "a number above 0",
-                self.mission_stop_s > 0.0,
-            ),
-        ] {
-            if !good {
-                return Err(LogError::Option { option, value, allowed });
-            }
-        }
-        Ok(())
+            ("the length over which altitudes are averaged, in m,", over_m, "0 to 2000", short),
+            (stop, stop_s, "a number above 0", stop_s > 0.0),
+        ])
+        .map_err(LogError::Option)
     }
 }

@@ -3,7 +3,7 @@
 use super::Samples;
 use super::curve::DrivenCurve;
 use super::road::{LoggedRoad, RoadCounts, RoadLog, RoadOptions};
-use super::road_slope::{Climb, interpolated};
+use super::road_slope::Climb;
 use super::sensor::STANDSTILL_MPS;
 use super::signal::{LIMITS_MPS, longest_interval_s};
 use super::standstill::{Standstill, standstills};
@@ -13,6 +13,7 @@ use ocmc_core::operating_cycle::road::curvature::Curve;
 use ocmc_core::operating_cycle::road::point_event::{
     EventDeclaration, EventKind, KINDS, PointEvent,
 };
+use ocmc_core::operating_cycle::road::route_geometry::interpolate;
 use ocmc_core::operating_cycle::route::type_by_limit;
 
 /// Time without rows through which a road goes on, in s.
@@ -67,24 +68,17 @@ impl RoadRows {
 
     /// Way from the first row on, in m, and whether it is the integral of the speed.
     fn way_m(&self, log: &RoadLog) -> (Vec<f64>, bool) {
-        let given = log
-            .position_m
-            .as_ref()
-            .map(|positions| self.row.iter().map(|&row| positions[row]).collect::<Vec<f64>>());
-        if let Some(way) = given
-            && way.iter().all(|at| at.is_finite())
-            && way.windows(2).all(|pair| pair[1] >= pair[0])
-        {
-            let start_m = way[0];
-            return (way.iter().map(|at| at - start_m).collect(), false);
+        if let Some(positions) = &log.position_m {
+            let way: Vec<f64> = self.row.iter().map(|&row| positions[row]).collect();
+            let rises = way.windows(2).all(|pair| pair[1] >= pair[0]);
+            if rises && way.iter().all(|at| at.is_finite()) {
+                return (way.iter().map(|at| at - way[0]).collect(), false);
+            }
         }
         let mut way_m = vec![0.0; self.row.len().min(1)];
         for k in 1..self.row.len() {
-            let mean = if self.unseen[k] {
-                0.0
-            } else {
-                0.5 * (self.speed_mps[k - 1] + self.speed_mps[k])
-            };
+            let mean = 0.5 * (self.speed_mps[k - 1] + self.speed_mps[k]);
+            let mean = if self.unseen[k] { 0.0 } else { mean };
             way_m.push(way_m[k - 1] + mean * (self.time_s[k] - self.time_s[k - 1]));
         }
         (way_m, true)
@@ -106,25 +100,24 @@ impl RoadRows {
         }
         counts.by_speed |= by_speed;
         let limits = self.limits(log, &way_m, counts);
-        let road_types = match (&options.road_type, self.words(log.road_type.as_ref(), &way_m)) {
-            (_, Some((types, missing))) => {
+        let word = |row: usize| log.road_type.as_ref().map(|words| words[row]);
+        let (known, missing) =
+            self.steps(&way_m, |row| word(row).filter(|word| !word.is_empty()), |a, b| a == b);
+        let road_types: Vec<(f64, &str)> = match &options.road_type {
+            _ if !known.is_empty() => {
                 counts.without_road_type += missing;
-                types
+                known
             }
-            (Some(name), None) => vec![(0.0, name.clone())],
-            (None, None) if limits.iter().all(|limit| limit.1.is_nan()) => {
+            Some(name) => vec![(0.0, name)],
+            None if limits.iter().all(|limit| limit.1.is_nan()) => {
                 counts.untyped += 1;
                 return None;
             }
-            (None, None) => {
+            None => {
                 counts.typed_by_limit += 1;
-                let mut types: Vec<(f64, String)> = Vec::new();
-                for &(at_m, limit) in &limits {
-                    let name = type_by_limit(limit);
-                    if types.last().is_none_or(|last| last.1 != name) {
-                        types.push((at_m, name.to_owned()));
-                    }
-                }
+                let by_limit = limits.iter().map(|(at_m, limit)| (*at_m, type_by_limit(*limit)));
+                let mut types: Vec<_> = by_limit.collect();
+                types.dedup_by_key(|start| start.1);
                 types
             }
         };
@@ -135,6 +128,9 @@ impl RoadRows {
             let values = column.as_ref()?;
             self.row.iter().map(|&row| values[row]).find(|value| value.is_finite())
         };
+        let rough = |row: usize| log.roughness_m3.as_ref().map(|values| values[row]);
+        let (roughness, _) =
+            self.steps(&way_m, |row| rough(row).filter(|value| *value > 0.0), |a, b| a == b);
         let climb = self.climb(log, options, &way_m);
         counts.without_slope += climb.missing;
         let longest_s = longest_interval_s(counts.rows.interval_s);
@@ -142,85 +138,63 @@ impl RoadRows {
         let unobserved = UnobservedSpans { slope_m: climb.unobserved_m, curves_m };
         let cycle = GivenCycle {
             length_m,
-            road_types: Some(road_types),
+            road_types: Some(
+                road_types.iter().map(|(at_m, name)| (*at_m, (*name).to_owned())).collect(),
+            ),
             limits,
             altitude: climb.altitude,
             curves: self.curves(options, &way_m, curves, counts),
-            roughness: self.held(log.roughness_m3.as_ref(), &way_m),
+            roughness: (!roughness.is_empty()).then_some(roughness),
             payload_kg: first(&log.payload_kg),
             departure: first(&log.time_of_day_s)
                 .map(|second| (second, first(&log.day_of_year).unwrap_or(f64::NAN))),
             events,
             ..GivenCycle::default()
         };
-        let standstills =
-            stops.iter().zip(explained).filter(|(_, explained)| !explained).map(|(stop, _)| *stop);
-        let standstills = standstills.collect();
-        Some(LoggedRoad { cycle, standstills, unobserved })
+        let open = stops.into_iter().zip(explained).filter(|(_, explained)| !explained);
+        Some(LoggedRoad { cycle, standstills: open.map(|(stop, _)| stop).collect(), unobserved })
+    }
+
+    /// Values from the places on at which they change, the first one from the start on, and how
+    /// many rows have none.
+    fn steps<T: Copy>(
+        &self,
+        way_m: &[f64],
+        value: impl Fn(usize) -> Option<T>,
+        same: impl Fn(T, T) -> bool,
+    ) -> (Vec<(f64, T)>, usize) {
+        let mut steps: Vec<(f64, T)> = Vec::new();
+        let mut missing = 0;
+        for (&row, &at_m) in self.row.iter().zip(way_m) {
+            match value(row) {
+                None => missing += 1,
+                Some(value) if steps.last().is_some_and(|last| same(last.1, value)) => {}
+                Some(value) => steps.push((at_m, value)),
+            }
+        }
+        if let Some(first) = steps.first_mut() {
+            first.0 = 0.0;
+        }
+        (one_a_place(steps), missing)
     }
 
     /// Where limits begin; one without a value where none is known.
     fn limits(&self, log: &RoadLog, way_m: &[f64], counts: &mut RoadCounts) -> Vec<(f64, f64)> {
-        let mut limits: Vec<(f64, f64)> = Vec::new();
-        if let Some(column) = &log.drive.limit_mps {
-            for (&row, &at_m) in self.row.iter().zip(way_m) {
-                let limit = column[row];
-                if !(LIMITS_MPS[0]..=LIMITS_MPS[1]).contains(&limit) {
-                    counts.without_limit += 1;
-                } else if limits.last().is_none_or(|l| (l.1 - limit).abs() > SAME_LIMIT_MPS) {
-                    limits.push((at_m, limit));
-                }
-            }
-        }
-        match limits.first_mut() {
-            Some(first) => first.0 = 0.0,
-            None => limits.push((0.0, f64::NAN)),
-        }
-        one_a_place(limits)
-    }
-
-    /// Words from their positions on, and how many rows have none; none where no row has one.
-    fn words(
-        &self,
-        column: Option<&Vec<&str>>,
-        way_m: &[f64],
-    ) -> Option<(Vec<(f64, String)>, usize)> {
-        let column = column?;
-        let mut points: Vec<(f64, String)> = Vec::new();
-        let mut missing = 0;
-        for (&row, &at_m) in self.row.iter().zip(way_m) {
-            let word = column[row];
-            missing += usize::from(word.is_empty());
-            if !word.is_empty() && points.last().is_none_or(|last| last.1 != word) {
-                points.push((at_m, word.to_owned()));
-            }
-        }
-        points.first_mut()?.0 = 0.0;
-        Some((one_a_place(points), missing))
-    }
-
-    /// Values from their positions on; none where no row has one.
-    fn held(&self, column: Option<&Samples>, way_m: &[f64]) -> Option<Vec<(f64, f64)>> {
-        let column = column?;
-        let mut points: Vec<(f64, f64)> = Vec::new();
-        for (&row, &at_m) in self.row.iter().zip(way_m) {
-            let value = column[row];
-            if value > 0.0 && points.last().is_none_or(|last| last.1 != value) {
-                points.push((at_m, value));
-            }
-        }
-        points.first_mut()?.0 = 0.0;
-        Some(one_a_place(points))
+        let unknown = vec![(0.0, f64::NAN)];
+        let Some(column) = &log.drive.limit_mps else { return unknown };
+        let possible = |limit: &f64| (LIMITS_MPS[0]..=LIMITS_MPS[1]).contains(limit);
+        let value = |row: usize| Some(column[row]).filter(possible);
+        let same = |a: f64, b: f64| (a - b).abs() <= SAME_LIMIT_MPS;
+        let (limits, missing) = self.steps(way_m, value, same);
+        counts.without_limit += missing;
+        if limits.is_empty() { unknown } else { limits }
     }
 
     /// Altitude over the way: of slopes where this road has any, otherwise of altitudes.
     fn climb(&self, log: &RoadLog, options: &RoadOptions, way_m: &[f64]) -> Climb {
-        let own = |column: &Option<Samples>| -> Option<Vec<f64>> {
-            let values: Vec<f64> = self
-                .row
-                .iter()
-                .map(|&row| column.as_ref()?.get(row).copied())
-                .collect::<Option<_>>()?;
+        let own = |column: &Option<Samples>| {
+            let values = self.row.iter().map(|&row| column.as_ref()?.get(row).copied());
+            let values: Vec<f64> = values.collect::<Option<_>>()?;
             values.iter().any(|value| value.is_finite()).then_some(values)
         };
         if let Some(grade) = own(&log.grade) {
@@ -279,7 +253,7 @@ impl RoadRows {
                 counts.curves_outside += 1;
                 continue;
             }
-            let at = |time_s| interpolated(&self.time_s, way_m, time_s);
+            let at = |time_s| interpolate(&self.time_s, way_m, time_s);
             let middle_m = 0.5 * (at(curve.start_s) + at(curve.end_s));
             let start_m = (middle_m - 0.5 * length_m).max(0.0);
             let (radius_m, left) = (curve.radius_m, curve.left);
@@ -300,11 +274,12 @@ impl RoadRows {
     ) -> (Vec<PointEvent>, Vec<bool>) {
         let objects = self.objects(log);
         let found = objects.len();
-        let declared = |word: &str| KINDS.into_iter().find(|kind| kind.map_object == word);
-        let known: Vec<(usize, usize, &EventDeclaration)> = objects
-            .into_iter()
-            .filter_map(|(first, last, word)| declared(word).map(|kind| (first, last, kind)))
-            .collect();
+        let declared = |(first, last, word)| {
+            let kind = KINDS.into_iter().find(|kind| kind.map_object == word)?;
+            Some((first, last, kind))
+        };
+        let known: Vec<(usize, usize, &EventDeclaration)> =
+            objects.into_iter().filter_map(declared).collect();
         counts.unknown_objects += found - known.len();
         // each standstill belongs to the nearest object at which one stops
         let distance_m = |&(first, last, _): &(usize, usize, &EventDeclaration), at_m: f64| {
@@ -371,7 +346,7 @@ fn stood(log: &RoadLog, from: usize, to: usize) -> bool {
 
 /// Limits with those that change where the road type does moved to that place: two columns seldom
 /// change in the same row.
-fn at_types(mut limits: Vec<(f64, f64)>, types: &[(f64, String)]) -> Vec<(f64, f64)> {
+fn at_types(mut limits: Vec<(f64, f64)>, types: &[(f64, &str)]) -> Vec<(f64, f64)> {
     for (start_m, _) in types.iter().skip(1) {
         for limit in limits.iter_mut().skip(1).filter(|l| (l.0 - start_m).abs() < AT_TYPE_M) {
             limit.0 = *start_m;
@@ -381,15 +356,13 @@ fn at_types(mut limits: Vec<(f64, f64)>, types: &[(f64, String)]) -> Vec<(f64, f
 }
 
 /// Of several values at one place the last one holds.
-fn one_a_place<T>(points: Vec<(f64, T)>) -> Vec<(f64, T)> {
-    let mut kept: Vec<(f64, T)> = Vec::with_capacity(points.len());
-    for point in points {
-        if kept.last().is_some_and(|last| point.0 <= last.0) {
-            let place = kept.len() - 1;
-            kept[place].1 = point.1;
-        } else {
-            kept.push(point);
+fn one_a_place<T: Copy>(mut points: Vec<(f64, T)>) -> Vec<(f64, T)> {
+    points.dedup_by(|point, kept| {
+        let same = point.0 <= kept.0;
+        if same {
+            kept.1 = point.1;
         }
-    }
-    kept
+        same
+    });
+    points
 }

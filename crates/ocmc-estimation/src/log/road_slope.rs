@@ -1,5 +1,7 @@
 //! Altitude over the way of a log, and the ways on which nothing determines it.
 
+use ocmc_core::operating_cycle::road::route_geometry::interpolate;
+
 /// Ways without slope or altitude up to this length are bridged evenly, in m (judgement: altitudes
 /// are averaged over as much).
 const LONGEST_BRIDGE_M: f64 = 200.0;
@@ -84,13 +86,6 @@ impl Climb {
     }
 }
 
-/// The value at a point of a rising axis, linear between.
-pub(super) fn interpolated(x: &[f64], y: &[f64], at: f64) -> f64 {
-    let k = x.partition_point(|value| *value <= at).clamp(1, x.len() - 1);
-    let part = ((at - x[k - 1]) / (x[k] - x[k - 1])).clamp(0.0, 1.0);
-    y[k - 1] + part * (y[k] - y[k - 1])
-}
-
 /// Altitudes averaged over a length, on an even step; the same where there is no length.
 fn averaged(points: Vec<(f64, f64)>, length_m: f64) -> Vec<(f64, f64)> {
     if length_m <= 0.0 || points.len() < 2 {
@@ -99,7 +94,7 @@ fn averaged(points: Vec<(f64, f64)>, length_m: f64) -> Vec<(f64, f64)> {
     let (x, z): (Vec<f64>, Vec<f64>) = points.into_iter().unzip();
     let steps = libm::ceil((x[x.len() - 1] - x[0]) / ALTITUDE_STEP_M) as usize;
     let at = |k: usize| x[0] + k as f64 * ALTITUDE_STEP_M;
-    let even: Vec<f64> = (0..=steps).map(|k| interpolated(&x, &z, at(k))).collect();
+    let even: Vec<f64> = (0..=steps).map(|k| interpolate(&x, &z, at(k))).collect();
     let half = libm::round(0.5 * length_m / ALTITUDE_STEP_M) as usize;
     let mut sums = vec![0.0];
     for value in &even {

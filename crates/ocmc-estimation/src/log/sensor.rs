@@ -10,6 +10,7 @@
 
 use super::TripLog;
 use super::signal::{Piece, median};
+use crate::moments;
 use std::f64::consts::PI;
 use std::ops::Range;
 
@@ -112,15 +113,9 @@ pub fn yaw_rate_of_course(time_s: &[f64], speed_mps: &[f64], course_rad: &[f64])
     let slow = |k: usize| speed_mps[k] <= COURSE_FROM_MPS;
     let mut rates: Vec<f64> = (0..rows).map(|k| if slow(k) { 0.0 } else { f64::NAN }).collect();
     let hold = rows_of_an_update(course_rad);
-    let mut start = 0;
-    while start < rows {
-        if !known(start) {
-            start += 1;
-            continue;
-        }
-        let end = (start..rows).find(|k| !known(*k)).unwrap_or(rows);
-        run_rates(&mut rates, start..end, hold, time_s, course_rad);
-        start = end;
+    let rows: Vec<usize> = (0..rows).collect();
+    for run in rows.chunk_by(|a, b| known(*a) == known(*b)).filter(|run| known(run[0])) {
+        run_rates(&mut rates, run[0]..run[0] + run.len(), hold, time_s, course_rad);
     }
     rates
 }
@@ -166,22 +161,20 @@ fn run_rates(
     let rate = |from: usize, to: usize| {
         -wrapped(course_rad[to] - course_rad[from]) / (time_s[to] - time_s[from])
     };
+    let last = updates.len() - 1;
     let at = |k: usize| {
-        let (from, to) = (updates[k.saturating_sub(1)], updates[(k + 1).min(updates.len() - 1)]);
+        let (from, to) = (updates[k.saturating_sub(1)], updates[(k + 1).min(last)]);
         if time_s[to] > time_s[from] { rate(from, to) } else { 0.0 }
     };
     let mut k = 0;
     for row in run {
-        while k + 1 < updates.len() && updates[k + 1] <= row {
+        while k < last && updates[k + 1] <= row {
             k += 1;
         }
-        let (from, to) = (updates[k], updates[(k + 1).min(updates.len() - 1)]);
-        let part = if time_s[to] > time_s[from] {
-            (time_s[row] - time_s[from]) / (time_s[to] - time_s[from])
-        } else {
-            0.0
-        };
-        rates[row] = at(k) * (1.0 - part) + at((k + 1).min(updates.len() - 1)) * part;
+        let next = (k + 1).min(last);
+        let (from_s, to_s) = (time_s[updates[k]], time_s[updates[next]]);
+        let part = if to_s > from_s { (time_s[row] - from_s) / (to_s - from_s) } else { 0.0 };
+        rates[row] = at(k) * (1.0 - part) + at(next) * part;
     }
 }
 
@@ -192,15 +185,10 @@ fn wrapped(angle: f64) -> f64 {
 
 /// Correlation of the yaw rate, from a step on, with the rate of the course, from another step on.
 fn correlation(pairs: &[(Vec<f64>, Vec<f64>)], yaw_from: usize, turn_from: usize) -> f64 {
-    let (mut xy, mut xx, mut yy) = (0.0, 0.0, 0.0);
-    for (yaw, turn) in pairs {
-        for (x, y) in yaw.iter().skip(yaw_from).zip(turn.iter().skip(turn_from)) {
-            xy += x * y;
-            xx += x * x;
-            yy += y * y;
-        }
-    }
-    if xx > 0.0 && yy > 0.0 { xy / (xx * yy).sqrt() } else { 0.0 }
+    let shifted = pairs.iter().flat_map(|(yaw, turn)| {
+        yaw.iter().copied().skip(yaw_from).zip(turn.iter().copied().skip(turn_from))
+    });
+    moments::correlation(shifted).map_or(0.0, |(correlation, _)| correlation)
 }
 
 #[cfg(test)]

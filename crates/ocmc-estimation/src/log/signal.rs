@@ -2,6 +2,7 @@
 //! counted.
 
 use super::{Samples, TripLog};
+use crate::option_check::OptionError;
 use serde::Serialize;
 use thiserror::Error;
 
@@ -45,23 +46,12 @@ pub enum LogError {
     },
     /// Too little to work with.
     #[error(
-        "{usable} of {rows} rows can be used ({missing_time} lack the time, {missing_speed} the speed, {missing_yaw} the yaw rate, \
-         {others} repeat a time or reverse): at least {FEWEST_ROWS} are needed"
+        "{} of {} rows can be used ({} lack the time, {} the speed, {} the yaw rate, \
+         {} repeat a time or reverse): at least {FEWEST_ROWS} are needed",
+        .0.used, .0.rows, .0.missing_time, .0.missing_speed, .0.missing_yaw_rate,
+        .0.repeated_time + .0.reversing
     )]
-    TooFewRows {
-        /// Rows of the log.
-        rows: usize,
-        /// Rows with all three.
-        usable: usize,
-        /// Rows without time.
-        missing_time: usize,
-        /// Rows without speed.
-        missing_speed: usize,
-        /// Rows without yaw rate.
-        missing_yaw: usize,
-        /// Rows with the time of the row before, and rows in reverse.
-        others: usize,
-    },
+    TooFewRows(Box<LogCounts>),
     /// Time that runs backwards.
     #[error(
         "time runs backwards {}, first after row {row}, from {before_s:.3} to {after_s:.3} s: sort the rows, or name the \
@@ -105,15 +95,8 @@ pub enum LogError {
     )]
     NoRoadType,
     /// An option that makes no sense.
-    #[error("{option} is {value}: allowed is {allowed}")]
-    Option {
-        /// Its name.
-        option: &'static str,
-        /// Its value.
-        value: f64,
-        /// What is allowed.
-        allowed: &'static str,
-    },
+    #[error("{} is {}: allowed is {}", .0.option, .0.value, .0.allowed)]
+    Option(OptionError),
 }
 
 /// What was counted while a log was made ready.
@@ -170,8 +153,20 @@ pub(super) fn longest_interval_s(interval_s: f64) -> f64 {
 /// [`LogError`] where columns have different lengths, too few rows are usable, time runs backwards,
 /// or the sampling rate is outside 1 to 100 Hz.
 pub fn prepare(log: &TripLog) -> Result<(Vec<Piece>, LogCounts), LogError> {
-    check_lengths(log)?;
-    let mut counts = LogCounts { rows: log.time_s.len(), ..LogCounts::default() };
+    let expected = log.time_s.len();
+    let optional = |column: &Option<Samples>| column.as_ref().map_or(expected, |c| c.len());
+    let lengths = [
+        ("speed", log.speed_mps.len()),
+        ("yaw rate", log.yaw_rate_radps.len()),
+        ("course", optional(&log.course_rad)),
+        ("latitude", optional(&log.latitude_deg)),
+        ("longitude", optional(&log.longitude_deg)),
+        ("limit", optional(&log.limit_mps)),
+    ];
+    if let Some((column, found)) = lengths.into_iter().find(|(_, found)| *found != expected) {
+        return Err(LogError::Lengths { column, expected, found });
+    }
+    let mut counts = LogCounts { rows: expected, ..LogCounts::default() };
     let rows = usable_rows(log, &mut counts);
     if let Some(&row) = rows.iter().find(|&&row| log.speed_mps[row] > FASTEST_MPS) {
         return Err(LogError::Speed { row: row + 1, speed_mps: log.speed_mps[row] });
@@ -187,14 +182,7 @@ pub fn prepare(log: &TripLog) -> Result<(Vec<Piece>, LogCounts), LogError> {
     }
     counts.used = kept.len();
     if kept.len() < FEWEST_ROWS {
-        return Err(LogError::TooFewRows {
-            rows: counts.rows,
-            usable: kept.len(),
-            missing_time: counts.missing_time,
-            missing_speed: counts.missing_speed,
-            missing_yaw: counts.missing_yaw_rate,
-            others: counts.repeated_time + counts.reversing,
-        });
+        return Err(LogError::TooFewRows(Box::new(counts)));
     }
     let intervals = kept.windows(2).map(|pair| log.time_s[pair[1]] - log.time_s[pair[0]]);
     counts.interval_s = median(intervals.collect());
@@ -227,24 +215,6 @@ pub fn prepare(log: &TripLog) -> Result<(Vec<Piece>, LogCounts), LogError> {
 /// of a trace does.
 pub fn ends_at_rest(time_s: &[f64], speed_mps: &[f64], row: usize) -> bool {
     row + 1 == time_s.len() && speed_mps[row] == 0.0
-}
-
-fn check_lengths(log: &TripLog) -> Result<(), LogError> {
-    let expected = log.time_s.len();
-    let optional = |column: &Option<Samples>| column.as_ref().map_or(expected, |c| c.len());
-    for (column, found) in [
-        ("speed", log.speed_mps.len()),
-        ("yaw rate", log.yaw_rate_radps.len()),
-        ("course", optional(&log.course_rad)),
-        ("latitude", optional(&log.latitude_deg)),
-        ("longitude", optional(&log.longitude_deg)),
-        ("limit", optional(&log.limit_mps)),
-    ] {
-        if found != expected {
-            return Err(LogError::Lengths { column, expected, found });
-        }
-    }
-    Ok(())
 }
 
 fn usable_rows(log: &TripLog, counts: &mut LogCounts) -> Vec<usize> {
@@ -343,8 +313,9 @@ mod tests {
         backwards.time_s.to_mut()[30] = 0.0;
         let error = prepare(&backwards).unwrap_err();
         assert!(matches!(error, LogError::Backwards { count: 1, row: 30, .. }), "{error}");
-        assert!(matches!(prepare(&log(3)), Err(LogError::TooFewRows { rows: 3, .. })));
-        assert!(matches!(prepare(&TripLog::default()), Err(LogError::TooFewRows { rows: 0, .. })));
+        assert!(matches!(prepare(&log(3)), Err(LogError::TooFewRows(few)) if few.rows == 3));
+        let empty = prepare(&TripLog::default());
+        assert!(matches!(empty, Err(LogError::TooFewRows(few)) if few.rows == 0));
         let mut short = log(50);
         short.yaw_rate_radps.to_mut().pop();
         assert!(matches!(prepare(&short), Err(LogError::Lengths { column: "yaw rate", .. })));

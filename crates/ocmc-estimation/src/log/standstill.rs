@@ -31,22 +31,12 @@ pub fn standstills(
     position_m: &[f64],
     unseen: &[bool],
 ) -> Vec<Standstill> {
-    let rows = time_s.len();
     let stands = |k: usize| speed_mps[k] < STANDSTILL_MPS;
     let mut stops: Vec<Standstill> = Vec::new();
-    let mut k = 0;
-    while k < rows {
-        if !stands(k) {
-            k += 1;
-            continue;
-        }
-        let first = k;
-        while k + 1 < rows && stands(k + 1) {
-            k += 1;
-        }
-        let last = k;
-        k += 1;
-        if first == 0 || last + 1 == rows {
+    let rows: Vec<usize> = (0..time_s.len()).collect();
+    for run in rows.chunk_by(|a, b| stands(*a) == stands(*b)) {
+        let (first, last) = (run[0], run[run.len() - 1]);
+        if !stands(first) || first == 0 || last + 1 == rows.len() {
             continue;
         }
         // moment at which the speed passes the limit between two rows; an interval without rows was

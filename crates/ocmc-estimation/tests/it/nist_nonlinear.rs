@@ -140,10 +140,9 @@ fn certified_from_both_starts() {
                 r.clear();
                 r.extend(problem.x.iter().zip(&problem.y).map(|(x, y)| model(b, x) - y));
             };
-            let free = vec![f64::INFINITY; count];
-            let open = vec![f64::NEG_INFINITY; count];
+            let free = vec![[f64::NEG_INFINITY, f64::INFINITY]; count];
             let tolerances = Tolerances { most_iterations: 5000, ..Tolerances::default() };
-            let found = minimise(&mut residuals, &problem.starts[start], &open, &free, &tolerances);
+            let found = minimise(&mut residuals, &problem.starts[start], &free, &tolerances);
             let digits = digits(&found.parameters, &problem.certified);
             println!(
                 "| {name} | {} | {digits:.1} | {} | {:.10} |",
@@ -169,6 +168,6 @@ fn certified_from_both_starts() {
     };
     let tolerances = Tolerances::default();
     let boxed =
-        minimise(&mut residuals, &problem.starts[0], &[0.0, 0.0], &[1000.0, 1.0], &tolerances);
+        minimise(&mut residuals, &problem.starts[0], &[[0.0, 1000.0], [0.0, 1.0]], &tolerances);
     assert!(digits(&boxed.parameters, &problem.certified) > 6.0, "{boxed:?}");
 }

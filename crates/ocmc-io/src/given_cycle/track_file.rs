@@ -81,24 +81,22 @@ pub(super) fn read_table(table: Table) -> Result<GivenCycle, TableError> {
     table.refuse_others()?;
     let file = table.path().to_owned();
     table.need(&[Quantity::Track, Quantity::Position, Quantity::Value])?;
-    let (mut written, mut positions, mut values) = (Vec::new(), Vec::new(), Vec::new());
+    let mut rows: Vec<(String, f64, String)> = Vec::new();
     table.for_each(|row| {
-        written.push(row.text(Quantity::Track).to_owned());
-        positions.push(row.number(Quantity::Position)?);
-        values.push(row.text(Quantity::Value).to_owned());
+        let [track, value] = [Quantity::Track, Quantity::Value].map(|q| row.text(q).to_owned());
+        rows.push((track, row.number(Quantity::Position)?, value));
         Ok(())
     })?;
     let mut tracks = Vec::new();
     for name in names() {
-        let rows = (0..written.len()).filter(|k| written[*k] == name);
-        let cells = rows.map(|k| {
-            let number = values[k].parse::<f64>();
-            (positions[k], number.map_err(|_| values[k].clone()))
-        });
+        let cells =
+            rows.iter().filter(|(track, ..)| track == name).map(|(_, position_m, value)| {
+                (*position_m, value.parse::<f64>().map_err(|_| value.clone()))
+            });
         tracks.push(track_of(name, cells));
     }
-    for name in &written {
-        known(&file, name)?;
+    for (track, ..) in &rows {
+        known(&file, track)?;
     }
     GivenCycle::from_tracks(&tracks, None).map_err(in_file(&file))
 }

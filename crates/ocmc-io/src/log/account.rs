@@ -6,7 +6,10 @@ use ocmc_estimation::log::signal::LogCounts;
 
 /// What there is of something at a place, each with its number. `what` is in the plural; of one
 /// thing its first noun and verb are named in the singular.
-pub(crate) fn counted<const N: usize>(place: &str, counts: [(usize, &str); N]) -> Vec<String> {
+pub(crate) fn counted<'a>(
+    place: &str,
+    counts: impl IntoIterator<Item = (usize, &'a str)>,
+) -> Vec<String> {
     let some = counts.into_iter().filter(|(count, _)| *count > 0);
     some.map(|(count, what)| match count {
         1 => format!("{place}: 1 {}", of_one(what)),

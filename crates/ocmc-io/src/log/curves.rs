@@ -9,22 +9,18 @@ use ocmc_estimation::log::curve::{
 };
 use ocmc_estimation::log::sensor::yaw_rate_of_course;
 use ocmc_estimation::log::signal::LogError;
+use ocmc_estimation::option_check::OptionError;
 use serde::Serialize;
 use std::borrow::Cow;
 use std::io;
 use std::ops::ControlFlow;
 
-/// What curve detection needs of a log.
-const NEEDS: [Need; 3] = [&[Quantity::Time], &[Quantity::Speed], &TURNING];
-
-/// Needed on top where radii come from positions.
-const POSITIONS: [Need; 2] = [&[Quantity::Latitude], &[Quantity::Longitude]];
-
 /// What curve detection needs of a log for radii of this definition.
 pub fn needs(radius: RadiusDefinition) -> Vec<Need> {
-    let mut needs = NEEDS.to_vec();
+    let mut needs: Vec<Need> = vec![&[Quantity::Time], &[Quantity::Speed], &TURNING];
     if radius == RadiusDefinition::Positions {
-        needs.extend(POSITIONS);
+        needs.push(&[Quantity::Latitude]);
+        needs.push(&[Quantity::Longitude]);
     }
     needs
 }
@@ -59,7 +55,7 @@ impl Steering {
             ("the wheelbase, in m,", wheelbase_m, 0.5..=20.0, "0.5 to 20"),
         ] {
             if !range.contains(&value) {
-                return Err(LogError::Option { option, value, allowed });
+                return Err(LogError::Option(OptionError { option, value, allowed }));
             }
         }
         Ok(Self { ratio, wheelbase_m })
@@ -205,27 +201,17 @@ pub(super) fn turning_log<'a>(
     Ok((log, options))
 }
 
+/// Columns of the table of curves.
+const COLUMNS: &str = "driver,drive,direction,radius_m,speed_mps,limit_mps,length_m,turn_rad,\
+                       start_m,end_m,start_s,end_s,route_m";
+
 /// Writes the curves as comma-separated values.
 ///
 /// # Errors
 /// Those of writing.
 pub fn write_csv(out: impl io::Write, drives: &[TripCurves]) -> io::Result<()> {
     let mut writer = csv::Writer::from_writer(out);
-    writer.write_record([
-        "driver",
-        "drive",
-        "direction",
-        "radius_m",
-        "speed_mps",
-        "limit_mps",
-        "length_m",
-        "turn_rad",
-        "start_m",
-        "end_m",
-        "start_s",
-        "end_s",
-        "route_m",
-    ])?;
+    writer.write_record(COLUMNS.split(','))?;
     for drive in drives {
         for curve in &drive.detection.curves {
             let number = |value: f64| format!("{value:?}");

@@ -43,24 +43,20 @@ impl Identification {
     pub fn add(&mut self, file: &LogFile) {
         for drive in &file.drives {
             let place = file.place(drive);
-            let events = match events(drive, &place) {
+            let (reason, kind) = match events(drive, &place) {
                 Ok((events, notes)) => {
                     self.notes.extend(notes);
-                    events
+                    if !events.is_empty() {
+                        let waiting = events.into_iter().map(|event| (place.clone(), event));
+                        self.waiting.extend(waiting);
+                        continue;
+                    }
+                    let reason = "no event in the rows that can be used: a log needs the label `event`, or slopes of 0.5 % or more";
+                    (reason.to_owned(), "no event in them")
                 }
-                Err(fault) => {
-                    let kind = "time that runs backwards";
-                    self.left_out.push(LeftOut { place, reason: fault.to_string(), kind });
-                    continue;
-                }
+                Err(fault) => (fault.to_string(), "time that runs backwards"),
             };
-            if events.is_empty() {
-                let reason = "no event in the rows that can be used: a log needs the label `event`, or slopes of 0.5 % or more";
-                let kind = "no event in them";
-                self.left_out.push(LeftOut { place, reason: reason.to_owned(), kind });
-                continue;
-            }
-            self.waiting.extend(events.into_iter().map(|event| (place.clone(), event)));
+            self.left_out.push(LeftOut { place, reason, kind });
         }
     }
 
@@ -114,11 +110,9 @@ impl Identification {
         }
         kinds.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
         let reasons = kinds.iter().map(|(kind, count)| format!("{} for {kind}", grouped(*count)));
-        format!(
-            "{} events or drives are left out: {}; `left_out` (--json) has each",
-            grouped(self.left_out.len() as u64),
-            reasons.collect::<Vec<_>>().join(", ")
-        )
+        let reasons = reasons.collect::<Vec<_>>().join(", ");
+        let all = grouped(self.left_out.len() as u64);
+        format!("{all} events or drives are left out: {reasons}; `left_out` (--json) has each")
     }
 
     /// The first drive or event that was left out, where nothing has a fit, with the account of the

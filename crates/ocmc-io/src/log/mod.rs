@@ -2,24 +2,20 @@
 
 mod account;
 pub mod curves;
-mod drives;
 pub mod identification;
 pub mod pedals;
 pub mod roads;
-mod words;
 
 use account::how_numbers_are_written;
 pub(crate) use account::{counted, row_notes};
-pub use words::Words;
 
 use crate::table::error::Fault;
 use crate::table::formats::LOG;
 use crate::table::given::{GivenTable, RowPlace};
 use crate::table::{self, Column, Mapping, Quantity, Source, Table, TableError};
-use arrow_array::{Array, Float64Array};
-use drives::Trips;
+use arrow_array::Float64Array;
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// What tells rows of different drives apart.
 const LABELS: [Quantity; 3] = [Quantity::Driver, Quantity::Drive, Quantity::Event];
@@ -123,7 +119,8 @@ pub fn read(source: Source, mappings: &[Mapping], needs: &[Need]) -> Result<LogF
     table.for_each(|row| {
         file.rows += 1;
         file.ragged_rows += usize::from(row.is_ragged());
-        let drive = drives.place(LABELS.map(|label| row.text(label).to_owned()));
+        let labels = LABELS.map(|label| row.text(label).to_owned());
+        let drive = drives.place(labels, numbers.len());
         for (k, column) in numbers.iter().enumerate().filter(|(k, _)| whole[*k].is_none()) {
             let value = row.logged(column).unwrap_or_else(|text| {
                 let name = &file.columns.iter().find(|(known, _)| known.place == column.place);
@@ -131,10 +128,11 @@ pub fn read(source: Source, mappings: &[Mapping], needs: &[Need]) -> Result<LogF
                 count(&mut file.unreadable, name, text, row.place());
                 f64::NAN
             });
-            drives.push(drive, k, value);
+            drives.values[drive][k].push(value);
         }
         for column in &texts {
-            drives.push_word(drive, column.quantity, row.text(column.quantity));
+            let words = drives.found[drive].words.entry(column.quantity).or_default();
+            words.push(row.text(column.quantity));
         }
         Ok(())
     })?;
@@ -150,7 +148,7 @@ fn is_one_drive(table: &GivenTable, labels: [Option<Column>; 3]) -> bool {
     labels.into_iter().flatten().all(|column| {
         let words = table.words(column.place);
         words.is_ok_and(|words| {
-            let first = words.is_valid(0).then(|| words.value(0));
+            let first = words.iter().next().flatten();
             words.iter().all(|word| word == first)
         })
     })
@@ -168,15 +166,15 @@ fn count(unreadable: &mut Vec<Unreadable>, column: &str, text: String, place: Ro
 /// A column that is needed has a number somewhere.
 fn check_numbers(file: &LogFile, need: Need) -> Result<(), TableError> {
     let present = file.columns.iter().filter(|(column, _)| need.contains(&column.quantity));
-    let mut empty = None;
-    for (column, name) in present {
+    let has_number = |(column, _): &(Column, String)| {
         let values = file.drives.iter().filter_map(|drive| drive.column(column.quantity));
-        if values.flatten().any(|value| !value.is_nan()) {
-            return Ok(());
-        }
-        empty = Some(name);
-    }
-    let Some(column) = empty else { return Ok(()) };
+        values.flatten().any(|value| !value.is_nan())
+    };
+    let Some((_, column)) =
+        present.clone().next_back().filter(|_| !present.clone().any(has_number))
+    else {
+        return Ok(());
+    };
     let example = file.unreadable.iter().find(|cells| cells.column == *column);
     let fault = Fault::NoNumbers {
         column: column.clone(),
@@ -189,11 +187,91 @@ fn check_numbers(file: &LogFile, need: Need) -> Result<(), TableError> {
     Err(TableError::of(&file.path, fault))
 }
 
+/// Drives whose rows are being read.
+struct Trips {
+    /// What stands for a label that is not there.
+    name: String,
+    known: BTreeMap<[String; 3], usize>,
+    found: Vec<LoggedTrip>,
+    /// Values of each drive, in the order of their columns.
+    values: Vec<Vec<Vec<f64>>>,
+}
+
+impl Trips {
+    /// No drives yet, of a file that lends them its name.
+    fn new(path: &Path) -> Self {
+        Self { name: stem(path), known: BTreeMap::new(), found: Vec::new(), values: Vec::new() }
+    }
+
+    /// Place of the drive with these labels (driver, drive, event), which has so many columns.
+    fn place(&mut self, labels: [String; 3], columns: usize) -> usize {
+        *self.known.entry(labels).or_insert_with_key(|labels| {
+            let [driver, drive, event] =
+                labels.each_ref().map(|text| (!text.is_empty()).then(|| text.clone()));
+            self.found.push(LoggedTrip {
+                driver: driver.unwrap_or_else(|| self.name.clone()),
+                drive: drive.unwrap_or_else(|| self.name.clone()),
+                event,
+                columns: BTreeMap::new(),
+                words: BTreeMap::new(),
+            });
+            self.values.push(vec![Vec::new(); columns]);
+            self.found.len() - 1
+        })
+    }
+
+    /// The drives with the values that were added, or with whole columns that stand for them.
+    fn finish(self, columns: &[Column], whole: &[Option<Float64Array>]) -> Vec<LoggedTrip> {
+        let mut drives = self.found;
+        for (drive, values) in drives.iter_mut().zip(self.values) {
+            let arrays = values.into_iter().zip(whole);
+            let arrays =
+                arrays.map(|(values, whole)| whole.clone().unwrap_or_else(|| values.into()));
+            drive.columns = columns.iter().map(|column| column.quantity).zip(arrays).collect();
+        }
+        drives
+    }
+}
+
+/// The words of a column.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Words {
+    names: Vec<String>,
+    of_row: Vec<u32>,
+}
+
+impl Words {
+    /// Adds a row.
+    fn push(&mut self, word: &str) {
+        // a word holds for many rows: the last one is the likeliest
+        let last = self.of_row.last().filter(|&&place| self.names[place as usize] == word);
+        let place = last.copied().unwrap_or_else(|| {
+            let known = self.names.iter().position(|name| name == word);
+            known.unwrap_or_else(|| {
+                self.names.push(word.to_owned());
+                self.names.len() - 1
+            }) as u32
+        });
+        self.of_row.push(place);
+    }
+
+    /// The word of each row, empty where there is none.
+    pub fn rows(&self) -> impl Iterator<Item = &str> {
+        self.of_row.iter().map(|&place| self.names[place as usize].as_str())
+    }
+}
+
+/// The name of a file without its extensions.
+fn stem(path: &Path) -> String {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let name = name.trim_end_matches(".gz").trim_end_matches(".zst");
+    name.trim_end_matches(".parquet").trim_end_matches(".csv").to_owned()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use arrow_array::{ArrayRef, StringArray};
-    use std::path::Path;
+    use arrow_array::{Array, ArrayRef, StringArray};
     use std::sync::Arc;
 
     fn table(columns: &[(&str, ArrayRef)]) -> GivenTable {

@@ -40,12 +40,9 @@ pub fn events(
     drive: &LoggedTrip,
     place: &str,
 ) -> Result<(Vec<LoggedEvent>, Vec<String>), LogError> {
-    let column = |quantity| drive.column(quantity).unwrap_or_default();
-    let [time, speed, accelerator, brake, grade] =
-        [Quantity::Time, Quantity::Speed, Quantity::Accelerator, Quantity::Brake, Quantity::Grade]
-            .map(column);
+    let needed = NEEDS.map(|need| drive.column(need[0]).unwrap_or_default());
+    let [time, speed, accelerator, brake, grade] = needed;
     let mut rows: Vec<usize> = Vec::with_capacity(time.len());
-    let needed = [time, speed, accelerator, brake, grade];
     let (mut missing, mut repeated) = ([0; 5], 0);
     for row in 0..drive.rows() {
         let lacks = |values: &&[f64]| values.get(row).is_none_or(|value| value.is_nan());
@@ -64,14 +61,11 @@ pub fn events(
     };
     let [positions, gears] =
         [Quantity::Position, Quantity::Gear].map(|quantity| lacking(quantity).unwrap_or(0));
-    let notes = counted(
+    let unused = NEEDS.map(|need| format!("rows without {} are not used", need[0].noun()));
+    let mut notes = counted(place, missing.into_iter().zip(unused.iter().map(String::as_str)));
+    notes.extend(counted(
         place,
         [
-            (missing[0], "rows without time are not used"),
-            (missing[1], "rows without speed are not used"),
-            (missing[2], "rows without accelerator pedal are not used"),
-            (missing[3], "rows without brake pedal are not used"),
-            (missing[4], "rows without slope are not used"),
             (repeated, "rows with the time of the row before are not used"),
             (
                 positions,
@@ -82,7 +76,7 @@ pub fn events(
                 "rows without gear: the column is not used, gears follow from the speed of the engine",
             ),
         ],
-    );
+    ));
     let of = |values: &[f64]| rows.iter().map(|&row| values[row]).collect::<Vec<f64>>();
     let known = |quantity| {
         let values = drive.column(quantity).map(of)?;

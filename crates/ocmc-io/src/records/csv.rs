@@ -49,9 +49,9 @@ pub fn read(path: &Path, file: File, mut sink: impl FnMut(Group)) -> Result<(), 
         let mut record: Record = row.deserialize(Some(&headers)).map_err(failed)?;
         for (own, place) in record.own_columns.iter_mut().zip(&own_places) {
             let cell = place.and_then(|k| row.get(k)).filter(|cell| !cell.is_empty());
-            *own = cell.map(str::parse).transpose().map_err(|error| RecordsError::Malformed {
-                path: path.to_owned(),
-                reason: format!("cycle {}: {error}", record.cycle_id),
+            *own = cell.map(str::parse).transpose().map_err(|error| {
+                let reason = format!("cycle {}: {error}", record.cycle_id);
+                RecordsError::Malformed(path.to_owned(), reason)
             })?;
         }
         group.push(record);
@@ -69,6 +69,6 @@ fn read_error(path: &Path, error: csv::Error) -> RecordsError {
     let reason = error.to_string();
     match error.into_kind() {
         csv::ErrorKind::Io(source) => FileError::read(path)(source).into(),
-        _ => RecordsError::Malformed { path: path.to_owned(), reason },
+        _ => RecordsError::Malformed(path.to_owned(), reason),
     }
 }

@@ -58,14 +58,9 @@ pub enum RecordsError {
     /// The file cannot be created, written or read.
     #[error(transparent)]
     File(#[from] FileError),
-    /// The file is not what its name says.
-    #[error("`{}` is no file of records: {reason}", path.display())]
-    Malformed {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong, and where.
-        reason: String,
-    },
+    /// The file is not what its name says: what is wrong, and where.
+    #[error("`{}` is no file of records: {}", .0.display(), .1)]
+    Malformed(PathBuf, String),
 }
 
 /// Writes records to a new file, group by group.
@@ -172,10 +167,10 @@ pub fn read(path: &Path, sink: impl FnMut(Group)) -> Result<(), RecordsError> {
     match path.extension().and_then(|extension| extension.to_str()) {
         Some("parquet") => parquet::read(path, open()?, sink),
         Some("csv") => csv::read(path, open()?, sink),
-        _ => Err(RecordsError::Malformed {
-            path: path.to_owned(),
-            reason: "its name ends neither in `.parquet` nor in `.csv`".to_owned(),
-        }),
+        _ => {
+            let reason = "its name ends neither in `.parquet` nor in `.csv`".to_owned();
+            Err(RecordsError::Malformed(path.to_owned(), reason))
+        }
     }
 }
 

@@ -58,10 +58,7 @@ fn io_error(error: ParquetError) -> io::Error {
 /// Reads records, a group at a time: one thread decompresses the next groups while this one takes
 /// those before.
 pub fn read(path: &Path, file: File, mut sink: impl FnMut(Group)) -> Result<(), RecordsError> {
-    let malformed = |error: &dyn Error| RecordsError::Malformed {
-        path: path.to_owned(),
-        reason: error.to_string(),
-    };
+    let malformed = |error: &dyn Error| RecordsError::Malformed(path.to_owned(), error.to_string());
     let builder = ParquetRecordBatchReaderBuilder::try_new(file);
     let reader = builder.and_then(|builder| builder.with_batch_size(GROUP_ROWS).build());
     let reader = reader.map_err(|error| malformed(&error))?;

@@ -5,7 +5,7 @@ mod energy;
 mod svg;
 mod tables;
 
-use crate::label::{label, label_of_record};
+use crate::label::label;
 use crate::number_text::{grouped, rounded};
 use crate::run_directory::StoredRun;
 use crate::study;
@@ -21,29 +21,30 @@ pub const REPORT: &str = "report.html";
 
 const STYLE: &str = include_str!("style.css");
 
-/// Columns that may explain the consumption, and what a distance divides.
+/// Columns that may explain the consumption, what they are called for people, the factors to the
+/// units in which people read them, and what a distance divides.
 ///
 /// The rolling coefficient is not among them: a tyre's coefficient falls with its load, so that the
 /// column goes with the payload and would show the payload's effect once more. The factor that is
 /// sampled is not in the records; `ocmc sensitivity` has its share.
-const EXPLAINING: [(&str, bool); 17] = [
-    ("payload_kg", false),
-    ("climb_m", true),
-    ("mean_limit_mps", false),
-    ("mean_speed_mps", false),
-    ("urban_share", false),
-    ("motorway_share", false),
-    ("n_curves", true),
-    ("n_stops", true),
-    ("n_gear_shifts", true),
-    ("air_temperature_k", false),
-    ("head_wind_mps", false),
-    ("drag_area_m2", false),
-    ("driver_curve_speed_mps", false),
-    ("driver_deceleration_mps2", false),
-    ("driver_acceleration_mps2", false),
-    ("driver_compliance", false),
-    ("driver_kp", false),
+const EXPLAINING: [(&str, &str, f64, bool); 17] = [
+    ("payload_kg", "payload, t", 1e-3, false),
+    ("climb_m", "climb, m", 1.0, true),
+    ("mean_limit_mps", "mean of the signs, km/h", 3.6, false),
+    ("mean_speed_mps", "speed, km/h", 3.6, false),
+    ("urban_share", "urban share, %", 100.0, false),
+    ("motorway_share", "motorway share, %", 100.0, false),
+    ("n_curves", "curves", 1.0, true),
+    ("n_stops", "stops", 1.0, true),
+    ("n_gear_shifts", "gear shifts", 1.0, true),
+    ("air_temperature_k", "air temperature, K", 1.0, false),
+    ("head_wind_mps", "head wind, m/s", 1.0, false),
+    ("drag_area_m2", "drag area, m²", 1.0, false),
+    ("driver_curve_speed_mps", "driver: curve speed, km/h", 3.6, false),
+    ("driver_deceleration_mps2", "driver: deceleration, m/s²", 1.0, false),
+    ("driver_acceleration_mps2", "driver: acceleration, m/s²", 1.0, false),
+    ("driver_compliance", "driver: factor on limits", 1.0, false),
+    ("driver_kp", "driver: pedal gain, s/m", 1.0, false),
 ];
 
 /// Pictures of what goes with the consumption.
@@ -105,23 +106,17 @@ fn distribution(statistic: &Statistic) -> String {
 
 /// What goes with the consumption: bands over tenths of the cycles, the strongest first.
 fn explained(records: &[Record], quantity: &RecordQuantity, statistic: &Statistic) -> String {
-    let mut found: Vec<(String, f64, Association)> = EXPLAINING
-        .iter()
-        .filter_map(|(name, per_distance)| {
-            let pairs: Vec<(f64, f64)> = records
-                .iter()
-                .filter_map(|record| {
-                    let value = quantity.of_cycle(record)?;
-                    let x = number(record, name)?;
-                    Some((if *per_distance { x / (record.distance_m / 1000.0) } else { x }, value))
-                })
-                .filter(|(x, _)| x.is_finite())
-                .collect();
-            let (label, factor) = label_of_record(name);
-            let label = if *per_distance { format!("{label} per km") } else { label.to_owned() };
-            Some((label, factor, association(&pairs)?))
-        })
-        .collect();
+    let mut found: Vec<(String, f64, Association)> = Vec::new();
+    for (name, label, factor, per_distance) in EXPLAINING {
+        let pair = |record: &Record| {
+            let (value, x) = (quantity.of_cycle(record)?, number(record, name)?);
+            Some((if per_distance { x / (record.distance_m / 1000.0) } else { x }, value))
+        };
+        let pairs: Vec<(f64, f64)> =
+            records.iter().filter_map(pair).filter(|(x, _)| x.is_finite()).collect();
+        let label = if per_distance { format!("{label} per km") } else { label.to_owned() };
+        found.extend(association(&pairs).map(|association| (label, factor, association)));
+    }
     if found.is_empty() {
         return String::new();
     }

@@ -117,18 +117,12 @@ pub(super) fn road_shares(records: &[Record]) -> String {
 
 /// The cycles with the lowest and the highest consumption.
 pub(super) fn outliers(run: &StoredRun, quantity: &RecordQuantity) -> String {
-    let mut cycles: Vec<(f64, &Record)> = run
-        .records
-        .iter()
-        .filter_map(|record| Some((quantity.of_cycle(record)?, record)))
-        .collect();
-    cycles.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let ends = if cycles.len() > 2 * LISTED {
-        let (low, high) = (&cycles[..LISTED], &cycles[cycles.len() - LISTED..]);
-        [low, high].concat()
-    } else {
-        cycles
-    };
+    let known = run.records.iter().filter_map(|record| Some((quantity.of_cycle(record)?, record)));
+    let mut ends: Vec<(f64, &Record)> = known.collect();
+    ends.sort_by(|a, b| a.0.total_cmp(&b.0));
+    if ends.len() > 2 * LISTED {
+        ends.drain(LISTED..ends.len() - LISTED);
+    }
     let (unit, factor) = label(quantity.column);
     let study = study_argument(run);
     let mut text = format!(
@@ -137,19 +131,16 @@ pub(super) fn outliers(run: &StoredRun, quantity: &RecordQuantity) -> String {
         escaped(unit)
     );
     for (value, record) in ends {
+        let Record { cycle_id, n_stops, .. } = record;
         let km = record.distance_m / 1000.0;
+        let (payload_t, climb_m_per_km) = (record.payload_kg / 1000.0, record.climb_m / km);
+        let numbers = [factor * value, km, 3.6 * record.mean_speed_mps];
+        let [value, km, speed_kmh] = numbers.map(rounded);
+        let command = trace_command(run, &study, *cycle_id);
         let _ = writeln!(
             text,
-            "<tr><td>{}</td><td>{}</td><td>{:.1}</td><td>{}</td><td>{}</td><td>{:.1}</td><td>{}</td><td \
-             class=\"words\">{}</td></tr>",
-            record.cycle_id,
-            rounded(factor * value),
-            record.payload_kg / 1000.0,
-            rounded(km),
-            rounded(3.6 * record.mean_speed_mps),
-            record.climb_m / km,
-            record.n_stops,
-            trace_command(run, &study, record.cycle_id)
+            "<tr><td>{cycle_id}</td><td>{value}</td><td>{payload_t:.1}</td><td>{km}</td><td>{speed_kmh}</td>\
+             <td>{climb_m_per_km:.1}</td><td>{n_stops}</td><td class=\"words\">{command}</td></tr>"
         );
     }
     text.push_str("</tbody></table></div>\n");

@@ -153,7 +153,7 @@ fn digits(hash: &[u8]) -> String {
 }
 
 fn damaged(path: &Path, reason: &str) -> RunDirectoryError {
-    RunDirectoryError::Damaged { path: path.to_owned(), reason: reason.to_owned() }
+    RunDirectoryError::Damaged(path.to_owned(), reason.to_owned())
 }
 
 #[cfg(test)]

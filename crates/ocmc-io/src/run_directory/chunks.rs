@@ -27,7 +27,7 @@ const LOCK: &str = "lock";
 #[derive(Debug)]
 pub(super) struct Chunks {
     folder: PathBuf,
-    format: RecordFormat,
+    pub(super) format: RecordFormat,
     sums: Checksums,
     /// Held for as long as the run is written.
     lock: File,
@@ -47,7 +47,7 @@ impl Chunks {
         let write = FileError::write(&path);
         if path.is_symlink() {
             let reason = "it is a symbolic link, and what it names is not ours".to_owned();
-            return Err(RunDirectoryError::Damaged { path, reason });
+            return Err(RunDirectoryError::Damaged(path, reason));
         }
         let lock = File::options().write(true).create(true).truncate(false).open(&path);
         let lock = lock.map_err(&write)?;
@@ -158,13 +158,13 @@ pub(super) fn check_rows(
     first_cycle: u64,
     rows: usize,
 ) -> Result<(), RunDirectoryError> {
-    let damaged = |reason: String| RunDirectoryError::Damaged { path: path.to_owned(), reason };
+    let damaged = |reason| Err(RunDirectoryError::Damaged(path.to_owned(), reason));
     if records.len() != rows {
-        return Err(damaged(format!("{} records instead of {rows}", records.len())));
+        return damaged(format!("{} records instead of {rows}", records.len()));
     }
     for (id, record) in (first_cycle..).zip(records) {
         if record.cycle_id != id {
-            return Err(damaged(format!("cycle {} where cycle {id} should be", record.cycle_id)));
+            return damaged(format!("cycle {} where cycle {id} should be", record.cycle_id));
         }
     }
     Ok(())

@@ -53,30 +53,15 @@ pub enum RunDirectoryError {
     /// The directory or a file in it cannot be created, written or read.
     #[error(transparent)]
     File(#[from] FileError),
-    /// The manifest is not one.
-    #[error("`{}` is no manifest: {source}", path.display())]
-    Manifest {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: serde_json::Error,
-    },
-    /// The files do not fit together.
-    #[error("`{}` holds no run that can be read back: {reason}", path.display())]
-    NotWhole {
-        /// The directory.
-        path: PathBuf,
-        /// Why.
-        reason: String,
-    },
-    /// The run is there, but this program cannot go on with it or add to it.
-    #[error("`{}` cannot be continued: {reason}", path.display())]
-    NotOurs {
-        /// The directory.
-        path: PathBuf,
-        /// Why.
-        reason: String,
-    },
+    /// The manifest is not one, and why.
+    #[error("`{}` is no manifest: {}", .0.display(), .1)]
+    Manifest(PathBuf, serde_json::Error),
+    /// The files of a directory do not fit together, and why.
+    #[error("`{}` holds no run that can be read back: {}", .0.display(), .1)]
+    NotWhole(PathBuf, String),
+    /// The run is there, but this program cannot go on with it or add to it, and why.
+    #[error("`{}` cannot be continued: {}", .0.display(), .1)]
+    NotOurs(PathBuf, String),
     /// A part of a run that was ended before its last cycle.
     #[error(
         "`{}` is not a whole part: it was interrupted after {completed} of its {cycles} cycles",
@@ -92,14 +77,9 @@ pub enum RunDirectoryError {
         /// What finishes it.
         help: String,
     },
-    /// A file does not hold the records that its manifest promises.
-    #[error("`{}` does not hold what its manifest says: {reason}", path.display())]
-    Damaged {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong.
-        reason: String,
-    },
+    /// A file does not hold the records that its manifest promises, and what is wrong.
+    #[error("`{}` does not hold what its manifest says: {}", .0.display(), .1)]
+    Damaged(PathBuf, String),
     /// A file that is not what was written.
     #[error(
         "`{}` was changed since it was written: it has another checksum than was noted then",
@@ -112,14 +92,9 @@ pub enum RunDirectoryError {
     /// Parts that are not those of one run: which, and why.
     #[error("these are not the parts of one run: {0}")]
     NotOneRun(String),
-    /// The study that the manifest holds cannot be used.
-    #[error("the study in `{}` cannot be used: {source}", path.display())]
-    Study {
-        /// The manifest.
-        path: PathBuf,
-        /// Why.
-        source: StudyFileError,
-    },
+    /// The study that the manifest holds cannot be used, and why.
+    #[error("the study in `{}` cannot be used: {}", .0.display(), .1)]
+    Study(PathBuf, StudyFileError),
     /// The records cannot be written or read.
     #[error(transparent)]
     Records(#[from] RecordsError),
@@ -132,7 +107,7 @@ impl RunDirectoryError {
             CHECKSUMS => "it is missing".to_owned(),
             _ => format!("`{CHECKSUMS}` has no checksum of it"),
         };
-        Self::Damaged { path: directory.join(name), reason }
+        Self::Damaged(directory.join(name), reason)
     }
 
     /// That of a directory whose manifest cannot be read.

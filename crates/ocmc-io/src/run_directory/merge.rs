@@ -167,13 +167,9 @@ fn check_same(parts: &[Part]) -> Result<(), RunDirectoryError> {
     }
     let ours = env!("CARGO_PKG_VERSION");
     if first.manifest.program_version != ours {
-        return Err(RunDirectoryError::NotOurs {
-            path: first.path.to_owned(),
-            reason: format!(
-                "version {} of the program wrote it, this is version {ours}",
-                first.manifest.program_version
-            ),
-        });
+        let theirs = &first.manifest.program_version;
+        let reason = format!("version {theirs} of the program wrote it, this is version {ours}");
+        return Err(RunDirectoryError::NotOurs(first.path.to_owned(), reason));
     }
     Ok(())
 }

@@ -11,7 +11,6 @@ mod durable;
 mod error;
 mod merge;
 mod read;
-mod run_summary;
 mod verify;
 
 pub use checksum::{CHECKSUMS, note_file};
@@ -19,7 +18,6 @@ pub use chunks::{CHUNK_ROWS, CHUNKS};
 pub use error::RunDirectoryError;
 pub use merge::merge;
 pub use read::{StoredRun, Unfinished, directory_of, read, read_groups, unfinished};
-pub use run_summary::RunSummary;
 pub use verify::{CheckedFile, Verified, verify};
 
 use crate::file_error::FileError;
@@ -30,8 +28,9 @@ use checksum::{Checksums, sum_of_file, sum_of_text};
 use chunks::{Chunks, adopted, is_chunk};
 use durable::{replace, replaced, temporary};
 use ocmc_core::fleet::dependence::Dependence;
-use ocmc_core::fleet::precision::Precision;
+use ocmc_core::fleet::precision::{Precision, Reached};
 use ocmc_core::fleet::run::RunPlan;
+use ocmc_core::fleet::summary::Summary;
 use ocmc_core::operating_cycle::route::RouteModel;
 use ocmc_core::random::sampling::Sampling;
 use ocmc_core::record::Record;
@@ -164,12 +163,56 @@ impl RunStatus {
     }
 }
 
+/// A run, and what it adds up to: the machine-readable answer, which `--json` prints and
+/// [`SUMMARY`] holds.
+#[derive(Clone, Debug, Serialize)]
+pub struct RunSummary {
+    /// Name of the study.
+    pub study: String,
+    /// Hash of the resolved study.
+    pub study_hash: String,
+    /// Master seed.
+    pub seed: u64,
+    /// Id of the first cycle.
+    pub first_cycle: u64,
+    /// What the cycles add up to.
+    #[serde(flatten)]
+    pub summary: Summary,
+    /// How well the answer is known, of a run that was to end at a precision.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub precision: Option<Reached>,
+    /// How long the run took, in s.
+    pub wall_s: f64,
+    /// Threads that it took.
+    pub threads: usize,
+}
+
+impl RunSummary {
+    /// What the run of this manifest adds up to.
+    pub fn new(manifest: &Manifest, summary: Summary, wall_s: f64, threads: usize) -> Self {
+        Self {
+            study: manifest.study.clone(),
+            study_hash: manifest.study_hash.clone(),
+            seed: manifest.seed,
+            first_cycle: manifest.first_cycle,
+            summary,
+            precision: None,
+            wall_s,
+            threads,
+        }
+    }
+
+    /// The answer as indented JSON, with a line end.
+    pub fn to_json(&self) -> String {
+        indented(self)
+    }
+}
+
 /// A run directory that is being written.
 #[derive(Debug)]
 pub struct RunDirectory {
     path: PathBuf,
     manifest: Manifest,
-    format: RecordFormat,
     chunks: Chunks,
     /// Full chunks on the disk.
     full: u64,
@@ -199,8 +242,7 @@ impl RunDirectory {
         };
         write_manifest(path, &manifest)?;
         let chunks = Chunks::open(path, format, || Checksums::create(path))?;
-        let path = path.to_owned();
-        Ok(Self { path, manifest, format, chunks, full: 0, waiting: Vec::new() })
+        Ok(Self { path: path.to_owned(), manifest, chunks, full: 0, waiting: Vec::new() })
     }
 
     /// Takes up an unfinished run, whose study is given. `sink` receives the records that are there
@@ -216,13 +258,13 @@ impl RunDirectory {
         sink: impl FnMut(&[Record]),
     ) -> Result<Self, RunDirectoryError> {
         let path = unfinished.path.clone();
-        let format = unfinished.format;
         let begun_without_sums = unfinished.manifest.manifest_sha256.is_none();
-        let mut chunks = Chunks::open(&path, format, || match Checksums::read(&path)? {
-            _ if begun_without_sums => adopted(&path),
-            Some(sums) => Ok(sums),
-            None => Err(RunDirectoryError::without_sum(&path, CHECKSUMS)),
-        })?;
+        let mut chunks =
+            Chunks::open(&path, unfinished.format, || match Checksums::read(&path)? {
+                _ if begun_without_sums => adopted(&path),
+                Some(sums) => Ok(sums),
+                None => Err(RunDirectoryError::without_sum(&path, CHECKSUMS)),
+            })?;
         // as it is now that no other process writes
         let (status, records_sha256) = (RunStatus::Running, None);
         let manifest = Manifest { status, records_sha256, ..read_manifest(&path)? };
@@ -231,7 +273,7 @@ impl RunDirectory {
         chunks.sums().retain(is_chunk);
         chunks.sums().write()?;
         write_manifest(&path, &manifest)?;
-        Ok(Self { path, manifest, format, chunks, full, waiting })
+        Ok(Self { path, manifest, chunks, full, waiting })
     }
 
     /// Takes the next records.
@@ -298,7 +340,7 @@ impl RunDirectory {
     fn assemble(&self) -> Result<(), RunDirectoryError> {
         let path = self.path.join(&self.manifest.records);
         replaced(&path, || {
-            let mut writer = RecordWriter::create(&temporary(&path), self.format)?;
+            let mut writer = RecordWriter::create(&temporary(&path), self.chunks.format)?;
             for k in 0..self.full {
                 let first = self.manifest.first_cycle + k * CHUNK_ROWS as u64;
                 writer.add(&self.chunks.read(k, first, CHUNK_ROWS)?)?;
@@ -344,7 +386,7 @@ pub fn read_manifest(directory: &Path) -> Result<Manifest, RunDirectoryError> {
     let text = fs::read_to_string(&path)
         .map_err(|source| RunDirectoryError::no_manifest(directory, source))?;
     let manifest: Manifest = serde_json::from_str(&text)
-        .map_err(|source| RunDirectoryError::Manifest { path: path.clone(), source })?;
+        .map_err(|error| RunDirectoryError::Manifest(path.clone(), error))?;
     if let Some(sum) = &manifest.manifest_sha256
         && sum_of_text(&text.replacen(&own_sum(sum), &own_sum(""), 1)) != *sum
     {
@@ -358,7 +400,7 @@ pub fn read_manifest(directory: &Path) -> Result<Manifest, RunDirectoryError> {
     } else {
         return Ok(manifest);
     };
-    Err(RunDirectoryError::Damaged { path, reason })
+    Err(RunDirectoryError::Damaged(path, reason))
 }
 
 /// Checks that a new run may be written to this path.
@@ -368,26 +410,18 @@ pub fn check_free(path: &Path) -> Result<(), RunDirectoryError> {
         what,
         unfinished,
     };
-    match fs::metadata(path) {
-        Ok(found) if !found.is_dir() => {
-            return Err(RunDirectoryError::NotADirectory(path.to_owned()));
-        }
-        Ok(_) => (),
-        // what is wrong with the path shows when the directory is created
-        Err(_) => return Ok(()),
+    // what else is wrong with the path shows when the directory is created
+    let Ok(found) = fs::metadata(path) else { return Ok(()) };
+    if !found.is_dir() {
+        return Err(RunDirectoryError::NotADirectory(path.to_owned()));
     }
     if path.join(MANIFEST).exists() {
         return Err(match read_manifest(path) {
             Ok(found) => {
-                let what = format!(
-                    "study `{}`, seed {}, {} of {} cycles, {}",
-                    found.study,
-                    found.seed,
-                    found.completed,
-                    found.cycles,
-                    found.status.name()
-                );
-                exists(what, found.status != RunStatus::Complete)
+                let Manifest { study, seed, completed, cycles, status, .. } = found;
+                let how_far = format!("{completed} of {cycles} cycles, {}", status.name());
+                let what = format!("study `{study}`, seed {seed}, {how_far}");
+                exists(what, status != RunStatus::Complete)
             }
             Err(_) => exists(format!("its `{MANIFEST}` cannot be read"), false),
         });
@@ -407,8 +441,7 @@ fn write_manifest(directory: &Path, manifest: &Manifest) -> Result<(), RunDirect
 /// A manifest as it is written, with the checksum of its own text.
 fn manifest_text(manifest: &mut Manifest) -> String {
     manifest.manifest_sha256 = Some(String::new());
-    let mut text = serde_json::to_string_pretty(manifest).expect("numbers and words");
-    text.push('\n');
+    let text = indented(manifest);
     let sum = sum_of_text(&text);
     let text = text.replacen(&own_sum(""), &own_sum(&sum), 1);
     manifest.manifest_sha256 = Some(sum);
@@ -418,6 +451,10 @@ fn manifest_text(manifest: &mut Manifest) -> String {
 /// How a manifest says the checksum of its own text.
 fn own_sum(sum: &str) -> String {
     format!("\"manifest_sha256\": \"{sum}\"")
+}
+
+fn indented(value: &impl Serialize) -> String {
+    serde_json::to_string_pretty(value).expect("numbers, and keys that are words") + "\n"
 }
 
 #[cfg(test)]

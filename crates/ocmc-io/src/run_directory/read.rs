@@ -76,8 +76,7 @@ pub fn read_groups(
 pub(super) fn ended(directory: &Path) -> Result<Manifest, RunDirectoryError> {
     let manifest = read_manifest(directory)?;
     if manifest.format_version != FORMAT_VERSION {
-        let (path, reason) = (directory.to_owned(), other_version(&manifest));
-        return Err(RunDirectoryError::NotWhole { path, reason });
+        return Err(RunDirectoryError::NotWhole(directory.to_owned(), other_version(&manifest)));
     }
     if manifest.status == RunStatus::Running {
         let Manifest { completed, cycles, .. } = manifest;
@@ -117,7 +116,7 @@ pub(super) fn check_study(directory: &Path, manifest: &Manifest) -> Result<(), R
 
 fn other_hash(directory: &Path, hash: &str, manifest: &Manifest) -> RunDirectoryError {
     let reason = format!("its study has the hash {hash}, not {}", manifest.study_hash);
-    RunDirectoryError::Damaged { path: directory.join(MANIFEST), reason }
+    RunDirectoryError::Damaged(directory.join(MANIFEST), reason)
 }
 
 fn other_version(manifest: &Manifest) -> String {
@@ -127,9 +126,8 @@ fn other_version(manifest: &Manifest) -> String {
 pub(super) fn measured(directory: &Path) -> Result<Measured, RunDirectoryError> {
     let path = directory.join(SUMMARY);
     let text = fs::read_to_string(&path).map_err(FileError::read(&path))?;
-    serde_json::from_str(&text).map_err(|error| RunDirectoryError::NotWhole {
-        path: directory.to_owned(),
-        reason: format!("`{SUMMARY}`: {error}"),
+    serde_json::from_str(&text).map_err(|error| {
+        RunDirectoryError::NotWhole(directory.to_owned(), format!("`{SUMMARY}`: {error}"))
     })
 }
 
@@ -156,7 +154,7 @@ pub(super) fn read_records(
     ended?;
     if rows != manifest.completed {
         let reason = format!("{rows} records, but {} in `{MANIFEST}`", manifest.completed);
-        return Err(RunDirectoryError::NotWhole { path: directory.to_owned(), reason });
+        return Err(RunDirectoryError::NotWhole(directory.to_owned(), reason));
     }
     Ok(())
 }
@@ -181,8 +179,7 @@ pub struct Unfinished {
 /// Says why this program cannot go on with it.
 pub fn unfinished(directory: &Path) -> Result<Option<Unfinished>, RunDirectoryError> {
     let manifest = read_manifest(directory)?;
-    let not_ours =
-        |reason: String| RunDirectoryError::NotOurs { path: directory.to_owned(), reason };
+    let not_ours = |reason| RunDirectoryError::NotOurs(directory.to_owned(), reason);
     if manifest.format_version != FORMAT_VERSION {
         return Err(not_ours(other_version(&manifest)));
     }
@@ -213,13 +210,13 @@ pub(super) fn study_of(
     let path = directory.join(MANIFEST);
     let given = GivenDrive::of_followed(manifest.followed.as_ref()).map_err(|error| {
         let reason = format!("what it follows cannot be read: {error}");
-        RunDirectoryError::Damaged { path: path.clone(), reason }
+        RunDirectoryError::Damaged(path.clone(), reason)
     })?;
     check_study(directory, manifest)?;
+    let unusable = |error| RunDirectoryError::Study(path.clone(), error);
     let study = load_text(&path.display().to_string(), &manifest.resolved_study, &[] as &[&str])
-        .map_err(|source| RunDirectoryError::Study { path: path.clone(), source })?;
-    let study = given.study_again(study);
-    Ok((study.map_err(|source| RunDirectoryError::Study { path, source })?, given))
+        .map_err(unusable)?;
+    Ok((given.study_again(study).map_err(unusable)?, given))
 }
 
 /// Drives the cycles of these records again: a record of another study, seed or program, or one
@@ -235,12 +232,10 @@ pub(super) fn check_by_driving(
         // all digits: equal texts are equal bits
         if format!("{record:?}") != format!("{again:?}") {
             let id = record.cycle_id;
-            return Err(RunDirectoryError::Damaged {
-                path: path.clone(),
-                reason: format!(
-                    "the record of cycle {id} is not what its study and seed give with this program"
-                ),
-            });
+            let reason = format!(
+                "the record of cycle {id} is not what its study and seed give with this program"
+            );
+            return Err(RunDirectoryError::Damaged(path.clone(), reason));
         }
     }
     Ok(())

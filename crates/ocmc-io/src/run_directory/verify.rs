@@ -102,5 +102,5 @@ fn there(directory: &Path, name: &str) -> Result<(), RunDirectoryError> {
         return Ok(());
     }
     let reason = "it is missing".to_owned();
-    Err(RunDirectoryError::Damaged { path: directory.join(name), reason })
+    Err(RunDirectoryError::Damaged(directory.join(name), reason))
 }

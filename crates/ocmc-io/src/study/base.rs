@@ -5,10 +5,11 @@
 //! or a file beside the one that names it. What is inherited loses the paths in `study.drop`, then
 //! the study's own keys are laid over it.
 
+use super::builtin::{Kind, STUDY, Text, VEHICLE, read};
 use super::error::{Cause, Fault};
 use super::node::{Content, Node, Step, path_of};
-use super::read::{Kind, STUDY, Text, VEHICLE, read};
-use std::path::Path;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 
 /// Longest chain of studies that derive from one another.
 const MOST_BASES: usize = 8;
@@ -23,7 +24,7 @@ pub(super) fn resolve(
     let drop = take(&mut own, "study", "drop");
     let vehicle_base = take(&mut own, "vehicle", "base");
 
-    let mut inherited = Node::table();
+    let mut inherited = Node::new(Content::Table(BTreeMap::new()), None);
     if let Some(base) = study_base {
         let (tree, folder) = parse_base(&base, "study.base", STUDY, folder, depth)?;
         inherited = resolve(tree, folder.as_deref().and_then(Path::parent), depth + 1)?;
@@ -43,7 +44,7 @@ pub(super) fn resolve(
 }
 
 fn take(node: &mut Node, table: &str, key: &str) -> Option<Node> {
-    node.entries_mut()?.get_mut(table)?.entries_mut()?.remove(key)
+    node.get_mut(table)?.entries_mut()?.remove(key)
 }
 
 fn parse_base(
@@ -52,7 +53,7 @@ fn parse_base(
     kind: Kind,
     folder: Option<&Path>,
     depth: usize,
-) -> Result<(Node, Option<std::path::PathBuf>), Box<Fault>> {
+) -> Result<(Node, Option<PathBuf>), Box<Fault>> {
     let Some(name) = base.as_str() else {
         let fault = Fault::not_allowed(key, base.shown(), "a name or a file, in quotation marks");
         return Err(fault.at(base.any_place()));
@@ -93,13 +94,8 @@ fn remove(node: &mut Node, path: &str) -> Result<(), (String, Vec<String>)> {
         let names = entries.keys().map(|key| path_of(&[Step::Key(key.clone())]));
         return Err((first.to_owned(), names.collect()));
     }
-    match rest {
-        None => {
-            entries.remove(first);
-            Ok(())
-        }
-        Some(rest) => {
-            entries.get_mut(first).map_or_else(|| Err(none()), |below| remove(below, rest))
-        }
+    match (rest, entries.get_mut(first)) {
+        (Some(rest), Some(below)) => remove(below, rest),
+        _ => entries.remove(first).map(drop).ok_or_else(none),
     }
 }

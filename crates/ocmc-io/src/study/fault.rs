@@ -32,22 +32,10 @@ pub(super) fn not_finite(root: &Node) -> Vec<Fault> {
 
 fn walk(node: &Node, steps: &mut Vec<Step>, visit: &mut impl FnMut(&[Step], &Node)) {
     visit(steps, node);
-    match &node.content {
-        Content::Table(entries) => {
-            for (key, below) in entries {
-                steps.push(Step::Key(key.clone()));
-                walk(below, steps, visit);
-                steps.pop();
-            }
-        }
-        Content::List(items) => {
-            for (index, below) in items.iter().enumerate() {
-                steps.push(Step::Index(index));
-                walk(below, steps, visit);
-                steps.pop();
-            }
-        }
-        Content::Scalar(_) => {}
+    for (step, below) in node.children() {
+        steps.push(step);
+        walk(below, steps, visit);
+        steps.pop();
     }
 }
 

@@ -1,12 +1,13 @@
 //! Fitted values as a part of a study, and as a study file that differs from another one in them
 //! alone.
 
+use super::builtin::STUDIES;
 use super::node::Node;
-use super::resolved::resolved_toml;
 use super::source::{Source, SourceKind};
-use super::{StudyFileError, load_text};
+use super::{StudyFileError, load_text, resolved_toml};
 use ocmc_core::study::{Problem, Study, StudyModel};
 use serde::Serialize;
+use serde_json::json;
 use std::path::Path;
 use std::sync::Arc;
 use toml::{Table, Value};
@@ -53,7 +54,7 @@ impl FittedPart {
     /// What a study with these values would refuse.
     fn refused(&self, base: &StudyModel) -> Vec<Problem> {
         let mut tree = tree(resolved_toml(base));
-        tree.overlay(tree_of(&self.values)).expect("a fit replaces lists as a whole");
+        tree.overlay(self::tree(self.text())).expect("a fit replaces lists as a whole");
         let model =
             serde_path_to_error::deserialize(tree.to_toml()).expect("keys of a study over a study");
         Study::new(model).err().map_or_else(Vec::new, |error| error.problems)
@@ -83,10 +84,6 @@ fn tree(text: String) -> Node {
     Node::parse(&Arc::new(source)).expect("a study as it is written")
 }
 
-fn tree_of(values: &Table) -> Node {
-    tree(toml::to_string(values).expect("a study is tables, lists, numbers and words"))
-}
-
 /// Takes a key out, or the law or the table of lists that it belongs to; whether it was there.
 fn remove(values: &mut Table, path: &str) -> bool {
     let (first, rest) = path.split_once('.').unwrap_or((path, ""));
@@ -110,17 +107,13 @@ pub fn fitted_study(
     values: &serde_json::Value,
 ) -> Result<(String, StudyModel), StudyFileError> {
     let base = match Path::new(base).canonicalize() {
-        Ok(file) if super::builtin::STUDIES.iter().all(|built_in| built_in.name != base) => {
+        Ok(file) if STUDIES.iter().all(|built_in| built_in.name != base) => {
             file.to_string_lossy().into_owned()
         }
         _ => base.to_owned(),
     };
-    let study = Table::from_iter([
-        ("base".to_owned(), Value::String(base)),
-        ("name".to_owned(), Value::String(name.to_owned())),
-    ]);
-    let head = Table::from_iter([("study".to_owned(), Value::Table(study))]);
-    let head = toml::to_string(&head).expect("a table of words");
+    let head = toml::to_string(&json!({ "study": { "base": base, "name": name } }));
+    let head = head.expect("a table of words");
     let values = toml::to_string(values).expect("a study is tables, lists, numbers and words");
     let text = format!("# {note}\n\n{head}\n{values}");
     let loaded = load_text("the fitted study", &text, &[] as &[&str])?;

@@ -1,6 +1,6 @@
 //! The default study as one commented file to start from, each number with its allowed range.
 
-use super::builtin::{BuiltIn, DEFAULT, STUDIES, VEHICLES};
+use super::builtin::{DEFAULT, find};
 use super::node::{Content, Node};
 use super::source::{Source, SourceKind};
 use ocmc_core::study::keys::{Bounds, Key, declarations};
@@ -21,31 +21,23 @@ const LEGEND: &str = "\
 ///
 /// The vehicle's file stands in place of `vehicle.base`.
 pub fn init_text() -> String {
-    let text = LEGEND.to_owned()
-        + &with_vehicle(built_in_text(STUDIES, DEFAULT), built_in_text(VEHICLES, "tractor-40t"));
-    with_ranges(text)
-}
-
-fn built_in_text(of: &[BuiltIn], name: &str) -> &'static str {
-    of.iter().find(|built_in| built_in.name == name).map_or("", |built_in| built_in.text)
+    let [study, vehicle] = [DEFAULT, "tractor-40t"].map(|name| find(name).unwrap_or_default());
+    with_ranges(LEGEND.to_owned() + &with_vehicle(study, vehicle))
 }
 
 /// Puts the vehicle's keys under `[vehicle]`, in place of its base.
 fn with_vehicle(study: &str, vehicle: &str) -> String {
     // the comment on top of the vehicle's file stays out: the study has the same legend
     let body = vehicle.split_once("\n\n").map_or(vehicle, |(_, body)| body);
-    let mut lines = Vec::new();
-    for line in study.lines() {
-        if line.starts_with("base = ") {
-            lines.extend(body.lines().map(|line| match line.strip_prefix('[') {
-                Some(header) => format!("[vehicle.{header}"),
-                None => line.to_owned(),
-            }));
-        } else {
-            lines.push(line.to_owned());
-        }
-    }
-    lines.join("\n") + "\n"
+    let body = body.lines().map(|line| match line.strip_prefix('[') {
+        Some(header) => format!("[vehicle.{header}\n"),
+        None => format!("{line}\n"),
+    });
+    let body: String = body.collect();
+    let line = |line: &str| {
+        if line.starts_with("base = ") { body.clone() } else { format!("{line}\n") }
+    };
+    study.lines().map(line).collect()
 }
 
 /// Appends to the line of each key the ranges of the numbers in its value.

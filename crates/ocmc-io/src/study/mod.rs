@@ -30,8 +30,6 @@ mod fault;
 mod fitted;
 mod init;
 mod node;
-mod read;
-mod resolved;
 mod routes;
 mod schema;
 mod setting;
@@ -39,10 +37,10 @@ mod source;
 mod vehicle_input;
 
 pub use builtin::{BuiltIn, list, show, text};
+use builtin::{STUDY, Text, read};
 pub use error::{Cause, Fault, StudyFileError};
 pub use fitted::{FittedPart, fitted_study};
 pub use init::init_text;
-pub use resolved::{hash_of_resolved, resolved_toml, study_hash};
 pub use schema::schema;
 pub use source::{Place, Source, SourceKind};
 
@@ -52,7 +50,6 @@ use node::{Node, Step};
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::route::{Keep, RouteModel};
 use ocmc_core::study::{Study, StudyModel};
-use read::{STUDY, Text, read};
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -81,20 +78,12 @@ impl LoadedStudy {
     }
 
     /// The study on given routes instead of its own roads: files as [`crate::given_cycle::read`]
-    /// reads them. A file that the study lists under `mission.routes` keeps its weight, others
-    /// weigh 1; `keep` is what they all keep.
+    /// reads them with these columns assigned. A file that the study lists under `mission.routes`
+    /// keeps its weight, others weigh 1; `keep` is what they all keep.
     ///
     /// # Errors
     /// [`StudyFileError`] says what is wrong with which file.
-    pub fn on_routes(self, files: &[PathBuf], keep: &[Keep]) -> Result<Self, StudyFileError> {
-        self.on_mapped_routes(files, keep, &[])
-    }
-
-    /// As [`LoadedStudy::on_routes`], of tables whose columns are assigned.
-    ///
-    /// # Errors
-    /// As [`LoadedStudy::on_routes`].
-    pub fn on_mapped_routes(
+    pub fn on_routes(
         mut self,
         files: &[PathBuf],
         keep: &[Keep],
@@ -196,19 +185,14 @@ fn finish<S: AsRef<str>>(
     sets: &[S],
     origin: Origin,
 ) -> Result<LoadedStudy, StudyFileError> {
-    let checked = lay_over(&mut own, sets).and_then(|()| check(&own, folder.as_deref()));
+    let mut settings = sets.iter().map(|set| setting::parse(set.as_ref()));
+    let laid = settings.try_for_each(|set| own.overlay(set?)).map_err(StudyFileError::from);
+    let checked = laid.and_then(|()| check(&own, folder.as_deref()));
     let (model, study) = checked.map_err(|mut error| {
         fault::note_inherited(&mut error, Some(&origin.to_string()));
         error
     })?;
     Ok(LoadedStudy { model, study, origin, own, folder })
-}
-
-fn lay_over<S: AsRef<str>>(own: &mut Node, sets: &[S]) -> Result<(), StudyFileError> {
-    for setting in sets {
-        own.overlay(setting::parse(setting.as_ref())?)?;
-    }
-    Ok(())
 }
 
 /// The study of a tree, bases resolved.
@@ -229,4 +213,57 @@ fn check(own: &Node, folder: Option<&Path>) -> Result<(StudyModel, Study), Study
         StudyFileError::from(fault.at(node.any_place()))
     })?;
     Ok((model, study))
+}
+
+/// The fully resolved study as TOML; it loads to the same study.
+pub fn resolved_toml(model: &StudyModel) -> String {
+    toml::to_string(model).expect("a study is tables, lists, numbers and words")
+}
+
+/// SHA-256, in hexadecimal digits, of the resolved study: of its JSON without blanks, keys in the
+/// order of their names.
+///
+/// Two studies with the same hash give the same records under the same seed and program version.
+pub fn study_hash(model: &StudyModel) -> String {
+    hash_of_tree(serde_json::to_value(model).expect("a study is tables, lists, numbers and words"))
+}
+
+/// The hash of a resolved study by its TOML, be it that of an earlier version with other keys; none
+/// where it is no TOML.
+pub fn hash_of_resolved(text: &str) -> Option<String> {
+    let tree: toml::Table = text.parse().ok()?;
+    Some(hash_of_tree(serde_json::to_value(tree).ok()?))
+}
+
+fn hash_of_tree(mut tree: serde_json::Value) -> String {
+    tree.sort_all_objects();
+    given_cycle::hash(tree.to_string().as_bytes())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const NO_SETS: &[&str] = &[];
+
+    #[test]
+    fn a_resolved_study_loads_to_the_same_study() {
+        for built_in in builtin::STUDIES {
+            let model = load(built_in.name, NO_SETS).unwrap().model;
+            let text = resolved_toml(&model);
+            assert!(!text.contains("base ="), "{text}");
+            assert_eq!(load_text("resolved.toml", &text, NO_SETS).unwrap().model, model);
+            assert_eq!(hash_of_resolved(&text), Some(study_hash(&model)));
+        }
+    }
+
+    #[test]
+    fn the_hash_tells_studies_apart_and_nothing_else() {
+        let hash = |set: &[&str]| study_hash(&load("field-truck", set).unwrap().model);
+        let default = hash(&[]);
+        assert_eq!(default.len(), 64);
+        assert_eq!(default, hash(&["simulation.step_s=1.5"]));
+        assert_ne!(default, hash(&["simulation.step_s=0.1"]));
+        assert_ne!(default, hash(&["study.name=other"]));
+    }
 }

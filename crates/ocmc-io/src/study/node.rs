@@ -42,8 +42,8 @@ pub(super) enum Step {
 }
 
 impl Node {
-    pub(super) fn table() -> Self {
-        Self { content: Content::Table(BTreeMap::new()), place: None, key_place: None }
+    pub(super) fn new(content: Content, place: Option<Place>) -> Self {
+        Self { content, place, key_place: None }
     }
 
     /// Reads a TOML document.
@@ -53,10 +53,8 @@ impl Node {
             Fault::new(Cause::Syntax(error.message().to_owned())).at(Some(&place))
         })?;
         let text = Text { source, offset: 0 };
-        let mut root = Self::table();
-        root.content = Content::Table(text.entries(document.get_ref(), 0)?);
-        root.place = Some(text.place(0..0));
-        Ok(root)
+        let content = Content::Table(text.entries(document.get_ref(), 0)?);
+        Ok(Self::new(content, Some(text.place(0..0))))
     }
 
     /// Reads one TOML value, which begins `offset` bytes into the source.
@@ -98,6 +96,10 @@ impl Node {
         }
     }
 
+    pub(super) fn get_mut(&mut self, key: &str) -> Option<&mut Self> {
+        self.entries_mut()?.get_mut(key)
+    }
+
     pub(super) fn entries_mut(&mut self) -> Option<&mut BTreeMap<String, Node>> {
         match &mut self.content {
             Content::Table(entries) => Some(entries),
@@ -112,37 +114,50 @@ impl Node {
         }
     }
 
+    /// What a table or a list holds, each with the step that leads to it.
+    pub(super) fn children(&self) -> Vec<(Step, &Self)> {
+        match &self.content {
+            Content::Table(entries) => {
+                entries.iter().map(|(key, node)| (Step::Key(key.clone()), node)).collect()
+            }
+            Content::List(items) => {
+                items.iter().enumerate().map(|(k, node)| (Step::Index(k), node)).collect()
+            }
+            Content::Scalar(_) => Vec::new(),
+        }
+    }
+
+    fn below(&self, step: &Step) -> Option<&Self> {
+        match (&self.content, step) {
+            (Content::Table(entries), Step::Key(key)) => entries.get(key),
+            (Content::List(items), Step::Index(index)) => items.get(*index),
+            _ => None,
+        }
+    }
+
+    fn below_mut(&mut self, step: &Step) -> Option<&mut Self> {
+        match (&mut self.content, step) {
+            (Content::Table(entries), Step::Key(key)) => entries.get_mut(key),
+            (Content::List(items), Step::Index(index)) => items.get_mut(*index),
+            _ => None,
+        }
+    }
+
     /// Follows the steps as far as they lead: the last value reached, and whether it is the wanted
     /// one.
     pub(super) fn follow(&self, steps: &[Step]) -> (&Self, bool) {
         let mut here = self;
         for step in steps {
-            let next = match (&here.content, step) {
-                (Content::Table(entries), Step::Key(key)) => entries.get(key),
-                (Content::List(items), Step::Index(index)) => items.get(*index),
-                _ => None,
-            };
-            match next {
-                Some(next) => here = next,
-                None => return (here, false),
-            }
+            let Some(next) = here.below(step) else { return (here, false) };
+            here = next;
         }
         (here, true)
     }
 
     /// Puts a content at the end of the steps, where they lead to a value.
     pub(super) fn put(&mut self, steps: &[Step], content: Content) {
-        let Some((first, rest)) = steps.split_first() else {
-            self.content = content;
-            return;
-        };
-        let below = match (&mut self.content, first) {
-            (Content::Table(entries), Step::Key(key)) => entries.get_mut(key),
-            (Content::List(items), Step::Index(index)) => items.get_mut(*index),
-            _ => None,
-        };
-        if let Some(below) = below {
-            below.put(rest, content);
+        if let Some(end) = steps.iter().try_fold(self, |node, step| node.below_mut(step)) {
+            end.content = content;
         }
     }
 
@@ -185,51 +200,41 @@ impl Node {
 
     /// As [`Node::overlay`], of a tree that these steps lead to.
     fn overlay_at(&mut self, over: Self, steps: &mut Vec<Step>) -> Result<(), Box<Fault>> {
-        if let (Content::List(below), Content::Table(above)) = (&self.content, &over.content)
-            && over.names_entries()
-        {
-            check_entries(below.len(), above, steps)?;
-        }
         let shares = over.is_written() && is_probabilities(steps);
+        let merged = match (&self.content, &over.content) {
+            (Content::List(below), Content::Table(above)) if over.names_entries() => {
+                check_entries(below.len(), above, steps)?;
+                true
+            }
+            (Content::Table(below), Content::Table(above)) => {
+                // an empty table would leave a law as it is
+                let empties = above.is_empty() && below.contains_key("distribution");
+                !(shares || above.contains_key("distribution") || empties)
+            }
+            _ => false,
+        };
         let (place, key_place) = (over.place, over.key_place);
-        match (&mut self.content, over.content) {
-            (Content::Table(below), Content::Table(above))
-                if !(shares
-                    || above.contains_key("distribution")
-                    || empties_law(below, &above)) =>
-            {
+        match over.content {
+            Content::Table(above) if merged => {
                 for (key, node) in above {
-                    match below.get_mut(&key) {
-                        Some(old) => {
-                            steps.push(Step::Key(key));
-                            old.overlay_at(node, steps)?;
-                            steps.pop();
-                        }
-                        None => {
-                            below.insert(key, node);
-                        }
-                    }
-                }
-            }
-            (Content::List(below), Content::Table(above)) if is_indexed(&above, below.len()) => {
-                for (key, node) in above {
-                    let index = key.parse::<usize>().ok();
-                    if let Some((k, old)) = index.and_then(|k| Some((k, below.get_mut(k)?))) {
-                        steps.push(Step::Index(k));
-                        old.overlay_at(node, steps)?;
+                    let step = match self.content {
+                        Content::List(_) => Step::Index(key.parse().unwrap_or_default()),
+                        _ => Step::Key(key.clone()),
+                    };
+                    if let Some(below) = self.below_mut(&step) {
+                        steps.push(step);
+                        below.overlay_at(node, steps)?;
                         steps.pop();
+                    } else if let Some(entries) = self.entries_mut() {
+                        entries.insert(key, node);
                     }
                 }
+                // the tables of a setting have no place and leave that of the file
+                self.place = place.or(self.place.take());
+                self.key_place = key_place.or(self.key_place.take());
             }
-            (content, above) => {
-                *content = above;
-                (self.place, self.key_place) = (place, key_place);
-                return Ok(());
-            }
+            content => *self = Self { content, place, key_place },
         }
-        // the tables of a setting have no place and leave that of the file
-        self.place = place.or(self.place.take());
-        self.key_place = key_place.or(self.key_place.take());
         Ok(())
     }
 
@@ -255,9 +260,8 @@ fn check_entries(
     keys: &BTreeMap<String, Node>,
     steps: &[Step],
 ) -> Result<(), Box<Fault>> {
-    let Some((index, node)) = keys.iter().find(|(key, _)| !is_entry(key, length)) else {
-        return Ok(());
-    };
+    let is_entry = |key: &String| key.parse::<usize>().is_ok_and(|k| k < length);
+    let Some((index, node)) = keys.iter().find(|(key, _)| !is_entry(key)) else { return Ok(()) };
     let (key, index) = (path_of(steps), cut(index, SHOWN_VALUE));
     let cause = Cause::NoEntry { key, index, entries: length };
     Err(Fault::new(cause).at(node.key_place.as_ref().or(node.any_place())))
@@ -267,19 +271,6 @@ fn check_entries(
 /// what its ground is.
 fn is_probabilities(steps: &[Step]) -> bool {
     matches!(steps.last(), Some(Step::Key(key)) if PROBABILITIES.contains(&key.as_str()))
-}
-
-/// Whether an empty table is laid over a law, which it would leave as it is.
-fn empties_law(below: &BTreeMap<String, Node>, above: &BTreeMap<String, Node>) -> bool {
-    above.is_empty() && below.contains_key("distribution")
-}
-
-fn is_entry(key: &str, length: usize) -> bool {
-    key.parse::<usize>().is_ok_and(|k| k < length)
-}
-
-fn is_indexed(entries: &BTreeMap<String, Node>, length: usize) -> bool {
-    !entries.is_empty() && entries.keys().all(|key| is_entry(key, length))
 }
 
 /// A source whose parsed part begins at an offset.
@@ -318,20 +309,18 @@ impl Text<'_> {
             DeValue::Boolean(value) => Content::Scalar((*value).into()),
             DeValue::Datetime(value) => Content::Scalar((*value).into()),
             DeValue::Integer(integer) => {
-                match i64::from_str_radix(integer.as_str(), integer.radix()) {
-                    Ok(integer) => Content::Scalar(integer.into()),
+                Content::Scalar(match i64::from_str_radix(integer.as_str(), integer.radix()) {
+                    Ok(integer) => integer.into(),
                     // too many digits for an integer: still a number
-                    Err(_) => {
-                        Content::Scalar(integer.as_str().parse().unwrap_or(f64::INFINITY).into())
-                    }
-                }
+                    Err(_) => integer.as_str().parse().unwrap_or(f64::INFINITY).into(),
+                })
             }
             // a float beyond the range of doubles reads as infinite and is refused as such
             DeValue::Float(float) => {
                 Content::Scalar(float.as_str().parse().unwrap_or(f64::NAN).into())
             }
         };
-        Ok(Node { content, place: Some(place), key_place: None })
+        Ok(Node::new(content, Some(place)))
     }
 }
 
@@ -343,14 +332,15 @@ fn json(value: &serde_json::Value, key: &str, depth: usize) -> Result<Node, Box<
     let below = |name: &str| if key.is_empty() { name.to_owned() } else { format!("{key}.{name}") };
     let content = match value {
         Value::Object(table) => {
-            let pairs = table
-                .iter()
-                .map(|(name, value)| Ok((name.clone(), json(value, &below(name), depth + 1)?)));
-            Content::Table(pairs.collect::<Result<_, Box<Fault>>>()?)
+            let mut entries = BTreeMap::new();
+            for (name, value) in table {
+                entries.insert(name.clone(), json(value, &below(name), depth + 1)?);
+            }
+            Content::Table(entries)
         }
         Value::Array(items) => {
-            let items = items.iter().enumerate();
-            let items = items.map(|(k, item)| json(item, &format!("{key}[{k}]"), depth + 1));
+            let item = |(k, item)| json(item, &format!("{key}[{k}]"), depth + 1);
+            let items = items.iter().enumerate().map(item);
             Content::List(items.collect::<Result<_, _>>()?)
         }
         Value::String(text) => Content::Scalar(text.as_str().into()),
@@ -364,7 +354,7 @@ fn json(value: &serde_json::Value, key: &str, depth: usize) -> Result<Node, Box<
             return Err(Fault::not_allowed(key, "null or nan", allowed));
         }
     };
-    Ok(Node { content, place: None, key_place: None })
+    Ok(Node::new(content, None))
 }
 
 /// Steps as one path, such as `vehicle.axles[1].tyres`.
@@ -383,11 +373,7 @@ pub(super) fn path_of(steps: &[Step]) -> String {
                     path.push_str(&cut(&format!("{key:?}"), SHOWN_VALUE));
                 }
             }
-            Step::Index(index) => {
-                path.push('[');
-                path.push_str(&index.to_string());
-                path.push(']');
-            }
+            Step::Index(index) => path.extend(["[", &index.to_string(), "]"]),
         }
     }
     path

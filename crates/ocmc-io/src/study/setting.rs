@@ -28,20 +28,17 @@ pub(super) fn parse(setting: &str) -> Result<Node, Box<Fault>> {
         Ok(node) => node,
         // a bare word is a string; what begins like a list, table or string was meant to be one
         Err(fault) if value.trim_start().starts_with(['[', '{', '"', '\'']) => return Err(fault),
-        Err(_) => Node {
-            content: Content::Scalar(value.trim().into()),
-            place: Some(Place::new(&source, start..setting.trim_end().len())),
-            key_place: None,
-        },
+        Err(_) => {
+            let place = Place::new(&source, start..setting.trim_end().len());
+            Node::new(Content::Scalar(value.trim().into()), Some(place))
+        }
     };
     if matches!(&node.content, Content::Table(entries) if entries.is_empty()) {
         return Err(lacks("key in its table: an empty table changes nothing"));
     }
     node.key_place = Some(Place::new(&source, 0..key.trim_end().len()));
     for step in steps.into_iter().rev() {
-        let mut table = Node::table();
-        table.content = Content::Table([(step, node)].into());
-        node = table;
+        node = Node::new(Content::Table([(step, node)].into()), None);
     }
     Ok(node)
 }

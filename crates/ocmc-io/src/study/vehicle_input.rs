@@ -29,9 +29,7 @@ use std::path::{Path, PathBuf};
 
 /// Works out the keys that stand for others, in a tree whose bases are resolved.
 pub(super) fn expand(tree: &mut Node, folder: Option<&Path>) -> Result<(), Box<Fault>> {
-    let Some(vehicle) = tree.entries_mut().and_then(|entries| entries.get_mut("vehicle")) else {
-        return Ok(());
-    };
+    let Some(vehicle) = tree.get_mut("vehicle") else { return Ok(()) };
     if let Some(node) = take(vehicle, "tyre_code") {
         let code = text(&node, "vehicle.tyre_code")?;
         let size: TyreSize = code.parse().map_err(|error| file_fault(&node, &error))?;
@@ -41,10 +39,10 @@ pub(super) fn expand(tree: &mut Node, folder: Option<&Path>) -> Result<(), Box<F
         let test = read_keys(&node, "vehicle.coast_down")?;
         put(vehicle, &coast_down(&test).map_err(|message| file_fault(&node, &message))?)?;
     }
-    if let Some(engine) = vehicle.entries_mut().and_then(|entries| entries.get_mut("engine")) {
+    if let Some(engine) = vehicle.get_mut("engine") {
         engine_files(engine, folder)?;
     }
-    if let Some(gearbox) = vehicle.entries_mut().and_then(|entries| entries.get_mut("gearbox")) {
+    if let Some(gearbox) = vehicle.get_mut("gearbox") {
         gearbox_files(gearbox, folder)?;
     }
     Ok(())
@@ -64,41 +62,40 @@ fn coast_down(test: &CoastDown) -> Result<Value, &'static str> {
 }
 
 fn engine_files(engine: &mut Node, folder: Option<&Path>) -> Result<(), Box<Fault>> {
-    let mut drag: Option<Vec<(f64, f64)>> = None;
-    if let Some(node) = take(engine, "full_load_file") {
-        let (keys, curve) = in_file(&node, "vehicle.engine.full_load_file", folder, full_load)?;
-        put(engine, &keys)?;
-        drag = Some(curve);
+    let columns = [Quantity::EngineSpeed, Quantity::FullLoadTorque, Quantity::DragTorque];
+    let path = "vehicle.engine.full_load_file";
+    let curves = numbers_of(engine, path, folder, &ENGINE_CURVES, columns)?;
+    if let Some([speed, full, _]) = &curves {
+        put(engine, &full_load(speed, full))?;
     }
-    if let Some(node) = take(engine, "map_file") {
-        put(engine, &in_file(&node, "vehicle.engine.map_file", folder, fuel_map)?)?;
+    let columns = [Quantity::EngineSpeed, Quantity::Torque, Quantity::FuelRate];
+    let map = numbers_of(engine, "vehicle.engine.map_file", folder, &FUEL_MAP, columns)?;
+    if let Some([speed, torque, fuel]) = map {
+        put(engine, &fuel_map(&speed, &torque, &fuel))?;
     }
-    if let Some(drag) = drag {
-        let speeds = numbers(engine, "map_speed_radps");
-        let torques: Vec<f64> = speeds.iter().map(|w| interpolate(&drag, *w).min(-0.1)).collect();
+    if let Some([speed, _, drag]) = curves {
+        let points: Vec<(f64, f64)> = speed.into_iter().zip(drag).collect();
+        let speeds = engine.get("map_speed_radps").map(|speeds| speeds.to_toml().try_into());
+        let speeds: Vec<f64> = speeds.and_then(Result::ok).unwrap_or_default();
+        let torques: Vec<f64> = speeds.iter().map(|w| interpolate(&points, *w).min(-0.1)).collect();
         put(engine, &json!({ "drag_torque_nm": torques }))?;
     }
     Ok(())
 }
 
-/// Full-load curve as keys, and the drag curve: speed in rad/s, torque in Nm.
-fn full_load(file: &TableFile) -> Result<(Value, Vec<(f64, f64)>), TableError> {
-    let columns = [Quantity::EngineSpeed, Quantity::FullLoadTorque, Quantity::DragTorque];
-    let [speed, full, drag] = file.numbers(&ENGINE_CURVES, columns)?;
-    let drag = speed.iter().copied().zip(drag).collect();
+/// The full-load curve as keys.
+fn full_load(speed: &[f64], full: &[f64]) -> Value {
     // a curve may end at zero torque; the model's torques are above 0
-    let points: Vec<(f64, f64)> = speed.iter().copied().zip(full).filter(|p| p.1 >= 1.0).collect();
+    let points: Vec<(f64, f64)> =
+        speed.iter().copied().zip(full.iter().copied()).filter(|p| p.1 >= 1.0).collect();
     let step = points.len().div_ceil(MOST_KNOTS).max(1);
     let last = points.len().saturating_sub(1);
     let kept = points.iter().enumerate().filter(|(k, _)| k % step == 0 || *k == last);
     let (speeds, torques): (Vec<f64>, Vec<f64>) = kept.map(|(_, point)| *point).unzip();
-    let keys = json!({ "full_load_speed_radps": speeds, "full_load_torque_nm": torques });
-    Ok((keys, drag))
+    json!({ "full_load_speed_radps": speeds, "full_load_torque_nm": torques })
 }
 
-fn fuel_map(file: &TableFile) -> Result<Value, TableError> {
-    let columns = [Quantity::EngineSpeed, Quantity::Torque, Quantity::FuelRate];
-    let [speed, torque, fuel] = file.numbers(&FUEL_MAP, columns)?;
+fn fuel_map(speed: &[f64], torque: &[f64], fuel: &[f64]) -> Value {
     let points: Vec<FuelPoint> = (0..speed.len())
         .map(|k| FuelPoint { speed_radps: speed[k], torque_nm: torque[k], fuel_kgps: fuel[k] })
         .collect();
@@ -106,51 +103,49 @@ fn fuel_map(file: &TableFile) -> Result<Value, TableError> {
     let grid = on_grid(&points);
     let (speeds, torques, rows) = grid
         .map_or_else(Default::default, |grid| (grid.speed_radps, grid.torque_nm, grid.fuel_kgps));
-    Ok(json!({ "map_speed_radps": speeds, "map_torque_nm": torques, "map_fuel_kgps": rows }))
+    json!({ "map_speed_radps": speeds, "map_torque_nm": torques, "map_fuel_kgps": rows })
 }
 
 fn gearbox_files(gearbox: &mut Node, folder: Option<&Path>) -> Result<(), Box<Fault>> {
+    let columns = [Quantity::InputTorque, Quantity::LossTorque];
     let mut constants = Vec::new();
-    for (key, share) in
-        [("direct_loss_file", "direct_loss_share"), ("indirect_loss_file", "indirect_loss_share")]
-    {
-        if let Some(node) = take(gearbox, key) {
-            let (constant, slope) =
-                in_file(&node, &format!("vehicle.gearbox.{key}"), folder, loss_line)?;
+    for (path, share) in [
+        ("vehicle.gearbox.direct_loss_file", "direct_loss_share"),
+        ("vehicle.gearbox.indirect_loss_file", "indirect_loss_share"),
+    ] {
+        if let Some(losses) = numbers_of(gearbox, path, folder, &LOSS_MAP, columns)? {
+            let (constant, slope) = loss_line(&losses);
             constants.push(constant);
             put(gearbox, &json!({ share: slope }))?;
         }
     }
     if !constants.is_empty() {
-        let mean = constants.iter().sum::<f64>() / constants.len() as f64;
-        put(gearbox, &json!({ "loss_torque_nm": mean }))?;
+        put(gearbox, &json!({ "loss_torque_nm": mean(&constants) }))?;
     }
-    if let Some(node) = take(gearbox, "axle_loss_file") {
-        let (constant, slope) =
-            in_file(&node, "vehicle.gearbox.axle_loss_file", folder, loss_line)?;
+    let path = "vehicle.gearbox.axle_loss_file";
+    if let Some(losses) = numbers_of(gearbox, path, folder, &LOSS_MAP, columns)? {
+        let (constant, slope) = loss_line(&losses);
         put(gearbox, &json!({ "axle_loss_torque_nm": constant, "axle_loss_share": slope }))?;
     }
-    if let Some(node) = take(gearbox, "retarder_loss_file") {
-        let mean = in_file(&node, "vehicle.gearbox.retarder_loss_file", folder, |file| {
-            let [loss] = file.numbers(&LOSS_MAP, [Quantity::LossTorque])?;
-            Ok(loss.iter().sum::<f64>() / loss.len() as f64)
-        })?;
-        put(gearbox, &json!({ "retarder_torque_nm": mean }))?;
+    let path = "vehicle.gearbox.retarder_loss_file";
+    if let Some([loss]) = numbers_of(gearbox, path, folder, &LOSS_MAP, [Quantity::LossTorque])? {
+        put(gearbox, &json!({ "retarder_torque_nm": mean(&loss) }))?;
     }
     Ok(())
 }
 
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
 /// Loss = c + k |T| by least squares over a loss map, both at least 0.
-fn loss_line(file: &TableFile) -> Result<(f64, f64), TableError> {
-    let columns = [Quantity::InputTorque, Quantity::LossTorque];
-    let [torque, loss] = file.numbers(&LOSS_MAP, columns)?;
-    let n = torque.len() as f64;
-    let mean = |values: &mut dyn Iterator<Item = f64>| values.sum::<f64>() / n;
-    let (x, y) = (mean(&mut torque.iter().map(|t| t.abs())), mean(&mut loss.iter().copied()));
-    let xy: f64 = torque.iter().zip(&loss).map(|(t, l)| (t.abs() - x) * (l - y)).sum();
-    let xx: f64 = torque.iter().map(|t| (t.abs() - x) * (t.abs() - x)).sum();
+fn loss_line([torque, loss]: &[Vec<f64>; 2]) -> (f64, f64) {
+    let torque: Vec<f64> = torque.iter().map(|t| t.abs()).collect();
+    let (x, y) = (mean(&torque), mean(loss));
+    let xy: f64 = torque.iter().zip(loss).map(|(t, l)| (t - x) * (l - y)).sum();
+    let xx: f64 = torque.iter().map(|t| (t - x) * (t - x)).sum();
     let slope = if xx > 0.0 { (xy / xx).max(0.0) } else { 0.0 };
-    Ok(((y - slope * x).max(0.0), slope))
+    ((y - slope * x).max(0.0), slope)
 }
 
 /// A table that a key names: its file alone, or `{ file, columns }` with what its columns are.
@@ -162,37 +157,26 @@ struct TableFile {
     columns: BTreeMap<String, String>,
 }
 
-impl TableFile {
-    fn of(node: &Node, key: &str) -> Result<Self, Box<Fault>> {
-        if node.get("file").is_none() {
-            return Ok(Self { file: text(node, key)?.into(), columns: BTreeMap::new() });
-        }
-        read_keys(node, key)
-    }
-
-    /// Some of its columns, all of which are needed, in SI.
-    fn numbers<const N: usize>(
-        &self,
-        schema: &'static Schema,
-        quantities: [Quantity; N],
-    ) -> Result<[Vec<f64>; N], TableError> {
-        let mappings = Mapping::of_columns(&self.columns)?;
-        Table::open(Source::File(&self.file), schema, &mappings)?.numbers(quantities)
-    }
-}
-
-/// Reads the file that a key names, and names the key's place in what is wrong with it.
-fn in_file<T>(
-    node: &Node,
-    key: &str,
+/// Takes the key at the end of a path out of its table, and reads some columns of the file that it
+/// names, all of which are needed, in SI. What is wrong with them names the key's place.
+fn numbers_of<const N: usize>(
+    table: &mut Node,
+    path: &str,
     folder: Option<&Path>,
-    read: impl FnOnce(&TableFile) -> Result<T, TableError>,
-) -> Result<T, Box<Fault>> {
-    let mut file = TableFile::of(node, key)?;
-    if let Some(folder) = folder {
-        file.file = folder.join(&file.file);
-    }
-    read(&file).map_err(|error| file_fault(node, &error))
+    schema: &'static Schema,
+    quantities: [Quantity; N],
+) -> Result<Option<[Vec<f64>; N]>, Box<Fault>> {
+    let Some(node) = take(table, path.rsplit('.').next().unwrap_or(path)) else { return Ok(None) };
+    let TableFile { file, columns } = match node.get("file") {
+        Some(_) => read_keys(&node, path)?,
+        None => TableFile { file: text(&node, path)?.into(), columns: BTreeMap::new() },
+    };
+    let file = folder.unwrap_or(Path::new("")).join(file);
+    let read = || {
+        let mappings = Mapping::of_columns(&columns)?;
+        Table::open(Source::File(&file), schema, &mappings)?.numbers(quantities)
+    };
+    read().map(Some).map_err(|error: TableError| file_fault(&node, &error))
 }
 
 /// The value of a key as a struct.
@@ -218,11 +202,6 @@ fn take(node: &mut Node, key: &str) -> Option<Node> {
 /// Lays keys over a table.
 fn put(node: &mut Node, keys: &Value) -> Result<(), Box<Fault>> {
     node.overlay(Node::from_json(keys)?)
-}
-
-fn numbers(node: &mut Node, key: &str) -> Vec<f64> {
-    let list = node.entries_mut().and_then(|entries| entries.get(key));
-    list.and_then(|list| list.to_toml().try_into().ok()).unwrap_or_default()
 }
 
 /// Linear between points, held beyond them.

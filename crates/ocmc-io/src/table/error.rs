@@ -1,7 +1,6 @@
 //! What can be wrong with a table: where it is, what stands there, and what would do.
 
 use super::given::RowPlace;
-use super::quantity::VOCABULARY;
 use arrow_schema::DataType;
 use ocmc_core::operating_cycle::given::GivenCycleError;
 use ocmc_core::prescribed::DriveCycleError;
@@ -280,16 +279,6 @@ impl TableError {
         Self { path: None, fault: Box::new(fault) }
     }
 
-    pub(super) fn unknown_name(name: &str) -> Self {
-        let all: Vec<String> = VOCABULARY.iter().flat_map(|entry| entry.quantity.names()).collect();
-        let allowed: Vec<&str> = VOCABULARY.iter().map(|entry| entry.names[0]).collect();
-        Self::of_mapping(Fault::UnknownName {
-            name: name.to_owned(),
-            nearest: nearest(name, all.iter().map(String::as_str)),
-            allowed: allowed.join(", "),
-        })
-    }
-
     /// What the system says, where a file cannot be read.
     pub fn reason(&self) -> Option<&io::Error> {
         match &*self.fault {
@@ -312,8 +301,8 @@ impl TableError {
 }
 
 /// ` (did you mean ...?)` for the most similar name.
-pub(super) fn nearest<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> String {
-    let scored = known.map(|known| (strsim::jaro_winkler(name, known), known));
+pub(super) fn nearest(name: &str, known: &[String]) -> String {
+    let scored = known.iter().map(|known| (strsim::jaro_winkler(name, known), known));
     let best = scored.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|(score, _)| *score > SIMILAR);
     best.map_or_else(String::new, |(_, known)| format!(" (did you mean `{known}`?)"))
 }

@@ -76,17 +76,14 @@ impl GivenTable {
         if !self.pieces.iter().all(|piece| is_number(piece[column].data_type())) {
             return Ok(Cells::Words(self.words(column)?));
         }
-        let mut pieces = Vec::with_capacity(self.pieces.len());
-        for piece in &self.pieces {
-            let numbers = self.cast(column, &piece[column], &DataType::Float64)?;
-            pieces.push(numbers.as_primitive::<Float64Type>().clone());
-        }
-        if let [numbers] = pieces.as_slice()
-            && numbers.null_count() == 0
+        let pieces = self.cast(column, &DataType::Float64)?;
+        if let [whole] = pieces.as_slice()
+            && whole.null_count() == 0
         {
-            return Ok(Cells::Numbers(numbers.clone()));
+            return Ok(Cells::Numbers(whole.as_primitive().clone()));
         }
-        let all = pieces.iter().flatten().map(|number| number.unwrap_or(f64::NAN));
+        let all = pieces.iter().flat_map(AsArray::as_primitive::<Float64Type>);
+        let all = all.map(|number| number.unwrap_or(f64::NAN));
         Ok(Cells::Numbers(Float64Array::from_iter_values(all)))
     }
 
@@ -95,27 +92,23 @@ impl GivenTable {
     /// # Errors
     /// [`TableError`].
     pub fn words(&self, column: usize) -> Result<StringArray, TableError> {
-        let mut pieces = Vec::with_capacity(self.pieces.len());
-        for piece in &self.pieces {
-            let words = self.cast(column, &piece[column], &DataType::Utf8)?;
-            pieces.push(words.as_string::<i32>().clone());
-        }
+        let pieces = self.cast(column, &DataType::Utf8)?;
         match pieces.as_slice() {
-            [words] => Ok(words.clone()),
-            several => Ok(several.iter().flatten().collect()),
+            [words] => Ok(words.as_string().clone()),
+            several => Ok(several.iter().flat_map(AsArray::as_string::<i32>).collect()),
         }
     }
 
-    fn cast(&self, column: usize, array: &ArrayRef, to: &DataType) -> Result<ArrayRef, TableError> {
-        let found = array.data_type();
-        let refused = || {
-            let column = self.names[column].clone();
-            TableError::of(&self.name, Fault::Type { column, found: found.clone() })
-        };
-        if found.is_nested() {
-            return Err(refused());
-        }
-        cast(array, to).map_err(|_| refused())
+    fn cast(&self, column: usize, to: &DataType) -> Result<Vec<ArrayRef>, TableError> {
+        let pieces = self.pieces.iter().map(|piece| {
+            let found = piece[column].data_type();
+            let cast = if found.is_nested() { None } else { cast(&piece[column], to).ok() };
+            cast.ok_or_else(|| {
+                let (column, found) = (self.names[column].clone(), found.clone());
+                TableError::of(&self.name, Fault::Type { column, found })
+            })
+        });
+        pieces.collect()
     }
 }
 

@@ -39,11 +39,13 @@ impl Mapping {
         {
             return Ok(Self { name: name.to_owned(), column: column.to_owned(), sign });
         }
-        let lacking = VOCABULARY.iter().find(|entry| entry.quantity.lacks_unit(name));
-        Err(lacking.map_or_else(
-            || TableError::unknown_name(name),
-            |entry| unknown_unit(name, &entry.quantity.names().collect::<Vec<_>>()),
-        ))
+        if let Some(entry) = VOCABULARY.iter().find(|entry| entry.quantity.lacks_unit(name)) {
+            return Err(unknown_unit(name, &entry.quantity.names().collect::<Vec<_>>()));
+        }
+        let all: Vec<String> = VOCABULARY.iter().flat_map(|entry| entry.quantity.names()).collect();
+        let (name, nearest) = (name.to_owned(), nearest(name, &all));
+        let allowed = VOCABULARY.each_ref().map(|entry| entry.names[0]).join(", ");
+        Err(TableError::of_mapping(Fault::UnknownName { name, nearest, allowed }))
     }
 
     /// The assignments of a table of names and columns.
@@ -85,7 +87,7 @@ impl Mapping {
         let place = header.iter().position(|name| *name == self.column).ok_or_else(|| {
             let fault = Fault::NoSuchColumn {
                 column: self.column.clone(),
-                nearest: nearest(&self.column, header.iter().map(String::as_str)),
+                nearest: nearest(&self.column, header),
                 found: header.join(", "),
             };
             TableError::of(path, fault)

@@ -27,7 +27,7 @@ use arrow_array::Float64Array;
 use error::{Fault, nearest};
 use given::{Cells, GivenTable, RowPlace};
 use row::{Header, RowCells};
-use source::{Opened, Rows, TextRows, csv_error};
+use source::{Rows, TextRows, csv_error};
 use std::path::{Path, PathBuf};
 
 /// A table whose header has been read.
@@ -52,7 +52,7 @@ impl Table {
         mappings: &[Mapping],
     ) -> Result<Self, TableError> {
         let path = source.path().to_owned();
-        let Opened { names, rows } = source::open(source, schema.style)?;
+        let (names, rows) = source::open(source, schema.style)?;
         if names.iter().all(String::is_empty) {
             return Err(TableError::of(&path, Fault::Empty));
         }
@@ -124,7 +124,7 @@ impl Table {
             what: format!("{what}{}", hint.unwrap_or_default()),
             example: format!("{first}={}", lacking.map_or("COLUMN", String::as_str)),
             found: self.names.join(", "),
-            nearest: nearest(first, self.names.iter().map(String::as_str)),
+            nearest: nearest(first, &self.names),
             wanted,
         };
         TableError::of(&self.path, fault)
@@ -164,9 +164,7 @@ impl Table {
         let known: Vec<String> = self.schema.fields.iter().flat_map(Field::names).collect();
         let understood = |place: usize| self.columns.iter().any(|column| column.place == place);
         let others = self.names.iter().enumerate().filter(|(place, _)| !understood(*place));
-        let named = others.map(|(_, name)| {
-            (name.clone(), nearest(&name.to_lowercase(), known.iter().map(String::as_str)))
-        });
+        let named = others.map(|(_, name)| (name.clone(), nearest(&name.to_lowercase(), &known)));
         let columns: Vec<_> = named.collect();
         if columns.is_empty() {
             return Ok(());

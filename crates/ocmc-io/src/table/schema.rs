@@ -165,37 +165,35 @@ impl Schema {
         header: &[String],
         mappings: &[Mapping],
     ) -> Result<Vec<Column>, TableError> {
-        let mut found: Vec<(Column, Rank)> = Vec::new();
+        let mut found: Vec<Column> = Vec::new();
         for mapping in mappings {
             let column = mapping.column(self, path, header)?;
-            if let Some((other, _)) = found.iter().find(|(c, _)| c.quantity == column.quantity) {
+            if let Some(other) = found.iter().find(|other| other.quantity == column.quantity) {
                 return Err(ambiguous(path, header, [*other, column]));
             }
-            found.push((column, 0));
+            found.push(column);
         }
-        let assigned: Vec<Quantity> = found.iter().map(|(column, _)| column.quantity).collect();
-        let mut twice: Vec<([Column; 2], Rank)> = Vec::new();
+        let mut named: Vec<(Column, Rank)> = Vec::new();
         for (place, name) in header.iter().enumerate() {
-            let Some((field, unit, rank)) = self.understand(path, name)? else { continue };
-            let quantity = field.quantity;
-            if assigned.contains(&quantity) {
+            if let Some((field, unit, rank)) = self.understand(path, name)? {
+                let (quantity, bounds) = (field.quantity, field.bounds);
+                named.push((Column { quantity, place, unit, sign: 1.0, bounds }, rank));
+            }
+        }
+        for (column, _) in &named {
+            if found.iter().any(|other| other.quantity == column.quantity) {
                 continue;
             }
-            let column = Column { quantity, place, unit, sign: 1.0, bounds: field.bounds };
-            match found.iter_mut().find(|(other, _)| other.quantity == quantity) {
-                None => found.push((column, rank)),
-                Some((other, best)) if rank == *best => twice.push(([*other, column], rank)),
-                Some(other) if rank < other.1 => *other = (column, rank),
-                Some(_) => {}
+            let same = named.iter().filter(|(other, _)| other.quantity == column.quantity);
+            let best = same.clone().map(|(_, rank)| rank).min();
+            let mut fitting =
+                same.filter(|(_, rank)| Some(rank) == best).map(|(column, _)| *column);
+            match (fitting.next(), fitting.next()) {
+                (Some(one), Some(other)) => return Err(ambiguous(path, header, [one, other])),
+                (one, _) => found.extend(one),
             }
         }
-        // two that fit as well as the best
-        for (columns, rank) in twice {
-            if found.iter().any(|(c, best)| c.quantity == columns[0].quantity && rank == *best) {
-                return Err(ambiguous(path, header, columns));
-            }
-        }
-        Ok(found.into_iter().map(|(column, _)| column).collect())
+        Ok(found)
     }
 
     /// What the name of a column means.

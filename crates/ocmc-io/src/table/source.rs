@@ -35,12 +35,8 @@ impl Source<'_> {
     }
 }
 
-/// A header, and rows that have not been read.
-pub(super) struct Opened {
-    /// Names of the columns as they are written.
-    pub(super) names: Vec<String>,
-    pub(super) rows: Rows,
-}
+/// Names of the columns as they are written, and rows that have not been read.
+type Opened = (Vec<String>, Rows);
 
 /// Where the rows come from.
 pub(super) enum Rows {
@@ -152,12 +148,11 @@ fn of_text(path: &Path, text: Box<dyn Read>, style: Style) -> Result<Opened, Tab
     let header = reader.headers().map_err(|error| csv_error(path, error, 1))?;
     let name = |name: &str| name.trim_start_matches('\u{feff}').trim().to_owned();
     let names: Vec<String> = header.iter().map(name).collect();
-    Ok(Opened { names, rows: Rows::Text(TextRows { reader, crlf }) })
+    Ok((names, Rows::Text(TextRows { reader, crlf })))
 }
 
 fn given(table: GivenTable) -> Opened {
-    let names = table.names().iter().map(|name| name.trim().to_owned()).collect();
-    Opened { names, rows: Rows::Given(table) }
+    (table.names().iter().map(|name| name.trim().to_owned()).collect(), Rows::Given(table))
 }
 
 fn parquet(path: &Path) -> Result<Opened, TableError> {

@@ -98,7 +98,7 @@ pub fn curves_of_curvature(positions_m: &[f64], curvature_per_m: &[f64]) -> Vec<
 }
 
 /// Linear interpolation over increasing places.
-fn interpolate(places: &[f64], values: &[f64], place: f64) -> f64 {
+pub fn interpolate(places: &[f64], values: &[f64], place: f64) -> f64 {
     let k = places.partition_point(|x| *x <= place).clamp(1, places.len() - 1);
     let share = ((place - places[k - 1]) / (places[k] - places[k - 1])).clamp(0.0, 1.0);
     values[k - 1] + share * (values[k] - values[k - 1])

@@ -103,7 +103,17 @@ pub(super) fn select(
     for k in 0..n {
         let (radius, speed) = (table.radius_m[k], table.speed_mps[k]);
         let route = table.route_m.as_ref().map(|lengths| lengths[k]);
-        if let Some(reason) = reason_against(&table.driver[k], radius, speed, route, options) {
+        let missing = table.driver[k].is_empty() || radius.is_nan() || !speed.is_finite();
+        let [tightest, widest] = options.radius_range_m;
+        let against = [
+            (missing, "missing_value"),
+            (!(speed > 0.0), "speed_not_positive"),
+            (!(radius > 0.0), "radius_not_positive"),
+            (radius < tightest, "radius_too_small"),
+            (radius > widest, "radius_too_large"),
+            (route.is_some_and(|length| !(length > options.minimum_route_m)), "route_too_short"),
+        ];
+        if let Some((_, reason)) = against.into_iter().find(|(holds, _)| *holds) {
             *dropped.entry(reason).or_insert(0) += 1;
             continue;
         }
@@ -131,29 +141,4 @@ pub(super) fn select(
     let curves =
         Curves { drivers, rows: curves, smallest_radius_m: smallest, largest_radius_m: largest };
     Ok((curves, dropped))
-}
-
-fn reason_against(
-    driver: &str,
-    radius_m: f64,
-    speed_mps: f64,
-    route_m: Option<f64>,
-    options: &CurveSpeedOptions,
-) -> Option<&'static str> {
-    let [smallest, largest] = options.radius_range_m;
-    if driver.is_empty() || radius_m.is_nan() || speed_mps.is_nan() || speed_mps.is_infinite() {
-        Some("missing_value")
-    } else if !(speed_mps > 0.0) {
-        Some("speed_not_positive")
-    } else if !(radius_m > 0.0) {
-        Some("radius_not_positive")
-    } else if radius_m < smallest {
-        Some("radius_too_small")
-    } else if radius_m > largest {
-        Some("radius_too_large")
-    } else if route_m.is_some_and(|length| !(length > options.minimum_route_m)) {
-        Some("route_too_short")
-    } else {
-        None
-    }
 }

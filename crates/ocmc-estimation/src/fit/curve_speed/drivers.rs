@@ -3,7 +3,7 @@
 use super::LEVEL;
 use super::curves::Curves;
 use crate::fit::mixed_model::{GroupedRows, MixedFit};
-use crate::fit::p_value::t_of_interval;
+use crate::fit::p_value::{around, t_of_interval};
 use ocmc_core::driver::curve_speed::Bivariate;
 use serde::Serialize;
 
@@ -99,12 +99,8 @@ pub(super) fn by_driver(
             *sum += product;
         }
     }
-    let fits: Vec<DriverFit> = (0..groups)
-        .map(|g| {
-            let name = &curves.drivers[g];
-            line(name, counts[g], mean_x[g], mean_y[g], products[g])
-        })
-        .collect();
+    let of = |g: usize| line(&curves.drivers[g], counts[g], mean_x[g], mean_y[g], products[g]);
+    let fits: Vec<DriverFit> = (0..groups).map(of).collect();
     let without = fits.iter().filter(|fit| fit.exponent.is_none()).count();
     if without > 0 {
         warnings.push(format!(
@@ -135,7 +131,7 @@ fn line(driver: &str, n: usize, mean_x: f64, mean_y: f64, [xx, xy, yy]: [f64; 3]
         n,
         exponent,
         exponent_standard_error: error,
-        exponent_ci95: exponent.zip(error).map(|(b, error)| [b - t * error, b + t * error]),
+        exponent_ci95: exponent.zip(error).map(|(b, error)| around(b, error, t)),
         reference_speed_mps: exponent.map(|exponent| libm::exp(mean_y - exponent * mean_x)),
         reference_speed_log_standard_error: variance
             .map(|variance| libm::sqrt(variance * (1.0 / n as f64 + mean_x * mean_x / xx))),

@@ -5,7 +5,8 @@ use super::curves::{Curve, Curves};
 use super::{Coding, CurveSpeedFitError, LEVEL};
 use crate::fit::analysis_of_variance::Term;
 use crate::fit::least_squares::{Collinear, LeastSquares};
-use crate::fit::p_value::{ln_t_tails, sd_interval, t_of_interval};
+use crate::fit::p_value::{around, ln_t_tails, sd_interval, t_of_interval};
+use crate::moments::Moments;
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
@@ -240,43 +241,23 @@ impl Regression {
         let (coefficients, df) = (self.fit.coefficients(), self.fit.residual_df());
         let residual_sd = self.fit.residual_sd();
         let gram = self.fit.inverse_gram();
-        let error = |column: usize| libm::sqrt(gram[(column, column)]) * residual_sd;
-        let t = t_of_interval(LEVEL, df as f64);
-        let around = |column: usize| {
-            let (b, reach) = (coefficients[column], t * error(column));
-            [b - reach, b + reach]
+        let of = |column: usize| {
+            (coefficients[column], libm::sqrt(gram[(column, column)]) * residual_sd)
         };
-        let estimated = self.terms.fixed_exponent.is_none();
-        let drivers = self.terms.drivers;
-        let clustered = (estimated && drivers > 1)
+        let estimated = self.terms.fixed_exponent.is_none().then(|| of(1));
+        let clustered = (estimated.is_some() && self.terms.drivers > 1)
             .then(|| self.clustered_error(curves, &coefficients, &gram, 1));
-        let t_clustered = t_of_interval(LEVEL, drivers as f64 - 1.0);
-        let effects = self.driver_map() * &coefficients;
-        let spread = Spread::of(effects.as_slice(), &curves.counts());
-        let exponent = self.terms.fixed_exponent.unwrap_or_else(|| coefficients[1]);
-        let direction = self.terms.direction.then(|| self.terms.direction_column());
-        CurveSpeedEstimate {
-            n: self.fit.rows(),
-            exponent,
-            exponent_standard_error: estimated.then(|| error(1)),
-            exponent_ci95: estimated.then(|| around(1)),
-            exponent_clustered_standard_error: clustered,
-            exponent_clustered_ci95: clustered
-                .map(|error| [exponent - t_clustered * error, exponent + t_clustered * error]),
-            reference_speed_mps: libm::exp(coefficients[0]),
-            reference_speed_ci95: around(0).map(libm::exp),
-            reference_speed_log_standard_error: error(0),
-            reference_speed_log_clustered_standard_error: spread
-                .map(|spread| spread.sd / libm::sqrt(drivers as f64)),
-            driver_sd: spread.map(|spread| spread.sd),
-            driver_sd_weighted: spread.map(|spread| spread.weighted),
-            driver_share: spread.map(|spread| spread.share(residual_sd)),
-            direction_effect: direction.map(|column| coefficients[column]),
-            direction_effect_ci95: direction.map(around),
+        Determined {
+            df,
+            level: of(0),
+            exponent: self.terms.fixed_exponent.unwrap_or_else(|| coefficients[1]),
+            exponent_error: estimated.map(|exponent| exponent.1),
+            clustered,
+            direction: self.terms.direction.then(|| of(self.terms.direction_column())),
+            effects: (self.driver_map() * &coefficients).as_slice(),
             residual_sd,
-            residual_sd_ci95: sd_interval(residual_sd, df as f64, LEVEL),
-            residual_df: df,
         }
+        .estimate(curves)
     }
 
     /// Standard error of a coefficient with the curves of a driver as one observation: the sandwich
@@ -288,7 +269,7 @@ impl Regression {
         gram: &DMatrix<f64>,
         column: usize,
     ) -> f64 {
-        let (n, width, groups) = (self.fit.rows(), self.fit.width(), self.terms.drivers);
+        let (n, width, groups) = (self.fit.rows, self.fit.width(), self.terms.drivers);
         let mut sums = vec![0.0; groups];
         let mut row = vec![0.0; width];
         for curve in &curves.rows {
@@ -312,8 +293,9 @@ impl Regression {
             |column: usize| DMatrix::from_fn(1, self.terms.width(), |_, j| f64::from(j == column));
         let direction = self.terms.direction.then(|| unit(self.terms.direction_column()));
         let base = drivers.rows(0, 1).into_owned();
+        let treatment = coding == Coding::Treatment;
         let mut level = unit(0);
-        if coding == Coding::Treatment {
+        if treatment {
             level += &base;
             if let Some(direction) = &direction {
                 level += direction;
@@ -321,22 +303,18 @@ impl Regression {
         }
         let mut listed =
             vec![("ln reference speed".to_owned(), level), ("exponent".to_owned(), unit(1))];
-        for (driver, name) in curves.drivers.iter().enumerate() {
+        // one driver alone has no effect
+        let first = usize::from(treatment || curves.drivers.len() == 1);
+        for (driver, name) in curves.drivers.iter().enumerate().skip(first) {
             let effect = drivers.rows(driver, 1).into_owned();
-            match coding {
-                Coding::SumToZero if curves.drivers.len() > 1 => {
-                    listed.push((format!("driver {name}"), effect));
-                }
-                Coding::Treatment if driver > 0 => {
-                    listed.push((format!("driver {name}"), effect - &base));
-                }
-                _ => {}
-            }
+            let effect = if treatment { effect - &base } else { effect };
+            listed.push((format!("driver {name}"), effect));
         }
         if let Some(direction) = direction {
-            listed.push(match coding {
-                Coding::SumToZero => ("direction left".to_owned(), direction),
-                Coding::Treatment => ("direction right".to_owned(), direction * -2.0),
+            listed.push(if treatment {
+                ("direction right".to_owned(), direction * -2.0)
+            } else {
+                ("direction left".to_owned(), direction)
             });
         }
         let (coefficients, gram) = (self.fit.coefficients(), self.fit.inverse_gram());
@@ -350,7 +328,7 @@ impl Regression {
                 name,
                 estimate,
                 standard_error,
-                ci95: [estimate - t * standard_error, estimate + t * standard_error],
+                ci95: around(estimate, standard_error, t),
                 ln_p: ln_t_tails(estimate / standard_error, df),
             }
         };
@@ -365,17 +343,64 @@ impl Regression {
         let t = t_of_interval(LEVEL, self.fit.residual_df() as f64);
         let counts = curves.counts();
         let effect = |k: usize| {
-            let (effect, standard_error) =
-                (effects[k], libm::sqrt(covariance[(k, k)]) * self.fit.residual_sd());
+            let effect = effects[k];
+            let standard_error = libm::sqrt(covariance[(k, k)]) * self.fit.residual_sd();
             DriverEffect {
                 driver: curves.drivers[k].clone(),
                 n: counts[k],
                 effect,
                 standard_error,
-                ci95: [effect - t * standard_error, effect + t * standard_error],
+                ci95: around(effect, standard_error, t),
             }
         };
         (0..curves.drivers.len()).map(effect).collect()
+    }
+}
+
+/// What a regression with levels of drivers determines; estimates with their standard errors.
+pub(super) struct Determined<'a> {
+    /// Degrees of freedom of the residual.
+    pub df: usize,
+    /// ln v₀.
+    pub level: (f64, f64),
+    pub exponent: f64,
+    pub exponent_error: Option<f64>,
+    /// Standard error of the exponent with the curves of a driver as one observation.
+    pub clustered: Option<f64>,
+    pub direction: Option<(f64, f64)>,
+    /// Of the drivers, up to a common number.
+    pub effects: &'a [f64],
+    pub residual_sd: f64,
+}
+
+impl Determined<'_> {
+    pub(super) fn estimate(self, curves: &Curves) -> CurveSpeedEstimate {
+        let Self { df, level, exponent, exponent_error, clustered, residual_sd, .. } = self;
+        let drivers = self.effects.len() as f64;
+        let t = t_of_interval(LEVEL, df as f64);
+        let t_clustered = t_of_interval(LEVEL, drivers - 1.0);
+        let spread = Spread::of(self.effects, &curves.counts());
+        CurveSpeedEstimate {
+            n: curves.rows.len(),
+            exponent,
+            exponent_standard_error: exponent_error,
+            exponent_ci95: exponent_error.map(|error| around(exponent, error, t)),
+            exponent_clustered_standard_error: clustered,
+            exponent_clustered_ci95: clustered.map(|error| around(exponent, error, t_clustered)),
+            reference_speed_mps: libm::exp(level.0),
+            reference_speed_ci95: around(level.0, level.1, t).map(libm::exp),
+            reference_speed_log_standard_error: level.1,
+            reference_speed_log_clustered_standard_error: spread
+                .map(|spread| spread.sd / libm::sqrt(drivers)),
+            driver_sd: spread.map(|spread| spread.sd),
+            driver_sd_weighted: spread.map(|spread| spread.weighted),
+            driver_share: spread.map(|spread| spread.share(residual_sd)),
+            direction_effect: self.direction.map(|(effect, _)| effect),
+            direction_effect_ci95: self.direction.map(|(effect, error)| around(effect, error, t)),
+            residual_sd,
+            residual_sd_ci95: sd_interval(residual_sd, df as f64, LEVEL),
+            residual_df: df,
+        }
     }
 }
 
@@ -392,21 +417,14 @@ impl Spread {
         if effects.len() < 2 {
             return None;
         }
-        let n = effects.len() as f64;
-        let mean = effects.iter().sum::<f64>() / n;
-        let squares: f64 = effects.iter().map(|effect| (effect - mean) * (effect - mean)).sum();
         let curves: f64 = counts.iter().map(|&count| count as f64).sum();
         let weighted = |value: &dyn Fn(f64) -> f64| {
-            effects
-                .iter()
-                .zip(counts)
-                .map(|(&effect, &count)| value(effect) * count as f64)
-                .sum::<f64>()
-                / curves
+            let rows = effects.iter().zip(counts);
+            rows.map(|(&effect, &count)| value(effect) * count as f64).sum::<f64>() / curves
         };
         let centre = weighted(&|effect| effect);
         let spread = weighted(&|effect| (effect - centre) * (effect - centre));
-        Some(Self { sd: libm::sqrt(squares / (n - 1.0)), weighted: libm::sqrt(spread) })
+        Some(Self { sd: Moments::of(effects).sd(), weighted: libm::sqrt(spread) })
     }
 
     /// Share of the variance between drivers.
@@ -422,13 +440,10 @@ pub(super) fn exponent_test(
     exponent: f64,
     drivers: usize,
 ) -> ExponentTest {
-    let t = estimate
-        .exponent_standard_error
-        .map_or(f64::NAN, |error| (estimate.exponent - exponent) / error);
+    let off = estimate.exponent - exponent;
+    let t = estimate.exponent_standard_error.map_or(f64::NAN, |error| off / error);
     let ln_p = ln_t_tails(t, estimate.residual_df as f64);
-    let t_clustered = estimate
-        .exponent_clustered_standard_error
-        .map(|error| (estimate.exponent - exponent) / error);
+    let t_clustered = estimate.exponent_clustered_standard_error.map(|error| off / error);
     ExponentTest {
         exponent,
         t,

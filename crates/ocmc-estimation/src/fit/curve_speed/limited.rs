@@ -1,18 +1,14 @@
 //! Curves under a speed limit: censored regression, and the regression of the slow curves alone.
 
 use super::curves::{Curve, Curves};
-use super::estimate::{CurveSpeedEstimate, Regression, Spread};
+use super::estimate::{CurveSpeedEstimate, Determined, Regression};
 use super::{CurveSpeedOptions, LEVEL};
-use crate::fit::p_value::t_of_interval;
+use crate::fit::p_value::{around, t_of_interval};
 use crate::fit::tobit::{TobitFit, TobitRow, fit};
+use crate::moments::Moments;
 
-/// What the limits determine.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Limited {
-    pub tobit: Option<CurveSpeedEstimate>,
-    pub at_limit: Option<usize>,
-    pub below_limit: Option<CurveSpeedEstimate>,
-}
+/// The censored regression, the curves at the limit, and the regression of those below it.
+pub(super) type Limited = (Option<CurveSpeedEstimate>, Option<usize>, Option<CurveSpeedEstimate>);
 
 /// Fits with curves from `limit_share` of the limit on as "at least that fast". A curve whose limit
 /// is not known may be at it or not: it takes no part.
@@ -57,73 +53,50 @@ pub(super) fn limited(
             curves.rows.len() - seen.rows.len()
         ));
     }
-    let row = |curve: &Curve| {
-        let cut = cut(curve);
-        let y = if cut { curve.log_limit + log_share } else { curve.log_speed };
-        (curve.driver, curve.log_radius, if curve.left { 1.0 } else { -1.0 }, y, cut)
-    };
-    let tobit = if direction {
-        let rows: Vec<TobitRow<2>> = seen
-            .rows
-            .iter()
-            .map(row)
-            .map(|(group, x, side, y, cut)| TobitRow { group, x: [x, side], y, cut })
-            .collect();
-        fit(&rows, seen.drivers.len())
-    } else {
-        let rows: Vec<TobitRow<1>> = seen
-            .rows
-            .iter()
-            .map(row)
-            .map(|(group, x, _, y, cut)| TobitRow { group, x: [x], y, cut })
-            .collect();
-        fit(&rows, seen.drivers.len())
-    };
+    let limit = |curve: &Curve| cut(curve).then_some(curve.log_limit + log_share);
+    let tobit = if direction { censored::<2>(&seen, limit) } else { censored::<1>(&seen, limit) };
     if tobit.is_none() {
         warnings.push("the curves below the limit do not determine a censored regression".into());
     }
     let tobit = tobit.map(|fit| estimate(&fit, &seen, direction));
-    Limited { tobit, at_limit: Some(at_limit), below_limit }
+    (tobit, Some(at_limit), below_limit)
+}
+
+/// The regression on ln R and, with two predictors, on the direction; `limit` is ln v of a curve
+/// that was driven at the limit.
+fn censored<const X: usize>(
+    curves: &Curves,
+    limit: impl Fn(&Curve) -> Option<f64>,
+) -> Option<TobitFit> {
+    let row = |curve: &Curve| {
+        let predictors = [curve.log_radius, if curve.left { 1.0 } else { -1.0 }];
+        let (y, cut) = limit(curve).map_or((curve.log_speed, false), |limit| (limit, true));
+        TobitRow { group: curve.driver, x: std::array::from_fn(|j| predictors[j]), y, cut }
+    };
+    let rows: Vec<TobitRow<X>> = curves.rows.iter().map(row).collect();
+    fit(&rows, curves.drivers.len())
 }
 
 fn estimate(fit: &TobitFit, curves: &Curves, direction: bool) -> CurveSpeedEstimate {
     let drivers = curves.drivers.len();
     let (slope, last) = (drivers, fit.parameters.len() - 1);
-    let levels: Vec<f64> = (0..drivers).map(|k| fit.parameters[k]).collect();
-    let level = levels.iter().sum::<f64>() / drivers as f64;
-    let residual_sd = fit.parameters[last];
-    let df = curves.rows.len().saturating_sub(last);
-    let t = t_of_interval(LEVEL, df as f64);
-    let error = |k: usize| libm::sqrt(fit.covariance[(k, k)]);
-    let around = |b: f64, error: f64, t: f64| [b - t * error, b + t * error];
-    let exponent = fit.parameters[slope];
-    let clustered = (drivers > 1).then(|| libm::sqrt(fit.clustered_covariance[(slope, slope)]));
+    let of = |k: usize| (fit.parameters[k], libm::sqrt(fit.covariance[(k, k)]));
+    let levels = &fit.parameters.as_slice()[..drivers];
     let level_variance = fit.covariance.view((0, 0), (drivers, drivers)).sum();
-    let level_error = libm::sqrt(level_variance) / drivers as f64;
-    let spread = Spread::of(&levels, &curves.counts());
-    CurveSpeedEstimate {
-        n: curves.rows.len(),
-        exponent,
-        exponent_standard_error: Some(error(slope)),
-        exponent_ci95: Some(around(exponent, error(slope), t)),
-        exponent_clustered_standard_error: clustered,
-        exponent_clustered_ci95: clustered
-            .map(|error| around(exponent, error, t_of_interval(LEVEL, drivers as f64 - 1.0))),
-        reference_speed_mps: libm::exp(level),
-        reference_speed_ci95: around(level, level_error, t).map(libm::exp),
-        reference_speed_log_standard_error: level_error,
-        reference_speed_log_clustered_standard_error: spread
-            .map(|spread| spread.sd / libm::sqrt(drivers as f64)),
-        driver_sd: spread.map(|spread| spread.sd),
-        driver_sd_weighted: spread.map(|spread| spread.weighted),
-        driver_share: spread.map(|spread| spread.share(residual_sd)),
-        direction_effect: direction.then(|| fit.parameters[slope + 1]),
-        direction_effect_ci95: direction
-            .then(|| around(fit.parameters[slope + 1], error(slope + 1), t)),
+    let df = curves.rows.len().saturating_sub(last);
+    let (residual_sd, error) = of(last);
+    let estimate = Determined {
+        df,
+        level: (Moments::of(levels).mean, libm::sqrt(level_variance) / drivers as f64),
+        exponent: fit.parameters[slope],
+        exponent_error: Some(of(slope).1),
+        clustered: (drivers > 1).then(|| libm::sqrt(fit.clustered_covariance[(slope, slope)])),
+        direction: direction.then(|| of(slope + 1)),
+        effects: levels,
         residual_sd,
-        residual_sd_ci95: Some(around(residual_sd, error(last), t)),
-        residual_df: df,
-    }
+    };
+    let ci95 = around(residual_sd, error, t_of_interval(LEVEL, df as f64));
+    CurveSpeedEstimate { residual_sd_ci95: Some(ci95), ..estimate.estimate(curves) }
 }
 
 #[cfg(test)]

@@ -31,6 +31,7 @@ pub use drivers::{DriverFit, DriverSpread, RandomEffects};
 pub use estimate::{Coefficient, CurveSpeedEstimate, DriverEffect, ExponentTest};
 
 use super::analysis_of_variance::{VarianceRow, marginal, sequential};
+use crate::option_check::{OptionError, above_0, check_options};
 use curves::select;
 use estimate::Regression;
 use ocmc_core::driver::curve_speed::{CurveSpeedForm, CurveSpeedModel, CurveSpeedTable};
@@ -88,15 +89,8 @@ pub enum Coding {
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum CurveSpeedFitError {
     /// An option out of its range.
-    #[error("{option} is {value}; allowed is {allowed}")]
-    Option {
-        /// Name of the option.
-        option: &'static str,
-        /// Its value.
-        value: f64,
-        /// What is allowed.
-        allowed: &'static str,
-    },
+    #[error(transparent)]
+    Option(#[from] OptionError),
     /// Columns of different lengths.
     #[error("column {column} has {length} values, column driver has {wanted}")]
     UnequalColumns {
@@ -235,7 +229,7 @@ pub fn fit(
     let (random_intercept, random_slope) = drivers::random_effects(&curves, kept);
     let limits = table.limit_mps.is_some();
     let limited = limits.then(|| limited::limited(&curves, kept, options, &mut warnings));
-    let limited = limited.unwrap_or_default();
+    let (tobit, at_limit, below_limit) = limited.unwrap_or_default();
     Ok(CurveSpeedFit {
         n: curves.rows.len(),
         drivers: curves.drivers.len(),
@@ -260,56 +254,29 @@ pub fn fit(
         by_driver,
         random_intercept,
         random_slope,
-        tobit: limited.tobit,
-        at_limit: limited.at_limit,
-        below_limit: limited.below_limit,
+        tobit,
+        at_limit,
+        below_limit,
         warnings,
     })
 }
 
 fn check(options: &CurveSpeedOptions) -> Result<(), CurveSpeedFitError> {
     let [smallest, largest] = options.radius_range_m;
-    let positive = "a number above 0";
-    let share = "a number above 0 and up to 1";
-    for (option, value, good, allowed) in [
-        (
-            "the reference radius",
-            options.reference_radius_m,
-            options.reference_radius_m > 0.0,
-            positive,
-        ),
-        ("the smallest radius", smallest, smallest >= 0.0, "a number from 0 on"),
-        ("the largest radius", largest, largest > smallest, "a number above the smallest radius"),
-        (
-            "the shortest route",
-            options.minimum_route_m,
-            options.minimum_route_m >= 0.0,
-            "a number from 0 on",
-        ),
-        (
-            "the fixed exponent",
-            options.fixed_exponent,
-            options.fixed_exponent.is_finite(),
-            "a number",
-        ),
-        (
-            "the significance",
-            options.significance,
-            options.significance > 0.0 && options.significance <= 1.0,
-            share,
-        ),
-        (
-            "the share of the limit",
-            options.limit_share,
-            options.limit_share > 0.0 && options.limit_share <= 1.0,
-            share,
-        ),
-    ] {
-        if !good || (value.is_infinite() && option == "the reference radius") {
-            return Err(CurveSpeedFitError::Option { option, value, allowed });
-        }
-    }
-    Ok(())
+    let (route_m, exponent) = (options.minimum_route_m, options.fixed_exponent);
+    let share = |option, share: f64| {
+        (option, share, "a number above 0 and up to 1", share > 0.0 && share <= 1.0)
+    };
+    let wider = largest > smallest;
+    Ok(check_options([
+        above_0("the reference radius", options.reference_radius_m),
+        ("the smallest radius", smallest, "a number from 0 on", smallest >= 0.0),
+        ("the largest radius", largest, "a number above the smallest radius", wider),
+        ("the shortest route", route_m, "a number from 0 on", route_m >= 0.0),
+        ("the fixed exponent", exponent, "a number", exponent.is_finite()),
+        share("the significance", options.significance),
+        share("the share of the limit", options.limit_share),
+    ])?)
 }
 
 impl CurveSpeedFit {
@@ -326,16 +293,12 @@ impl CurveSpeedFit {
         // the sample SD of the effects holds the error of each of them, too
         let reml = self.random_intercept.as_ref().filter(|_| censored.is_none());
         let driver_sd = reml.map(|drivers| drivers.driver_sd).or(best.driver_sd);
-        let fitted = self.by_driver.iter().filter_map(|driver| {
-            Some((driver.driver.clone(), driver.exponent?, driver.reference_speed_mps?))
-        });
-        let mut table =
-            CurveSpeedTable { truck: vec![], exponent: vec![], reference_speed_mps: vec![] };
-        for (truck, exponent, speed) in fitted {
-            table.truck.push(truck);
-            table.exponent.push(exponent);
-            table.reference_speed_mps.push(speed);
-        }
+        let fitted = self.by_driver.iter().filter(|driver| driver.exponent.is_some());
+        let table = CurveSpeedTable {
+            truck: fitted.clone().map(|driver| driver.driver.clone()).collect(),
+            exponent: fitted.clone().filter_map(|driver| driver.exponent).collect(),
+            reference_speed_mps: fitted.filter_map(|driver| driver.reference_speed_mps).collect(),
+        };
         let error = best.exponent_clustered_standard_error.or(best.exponent_standard_error);
         let log_error = best
             .reference_speed_log_clustered_standard_error

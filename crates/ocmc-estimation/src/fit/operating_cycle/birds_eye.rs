@@ -114,13 +114,10 @@ pub fn birds_eye(roads: &[LoggedRoad], step_m: f64) -> BirdsEye {
     for LoggedRoad { cycle, standstills, unobserved } in roads {
         let slope = |k: usize| {
             let at = k as f64 * step_m;
-            (cycle.altitude_m(at + step_m) - cycle.altitude_m(at)) / step_m
+            let known = overlap_m(&unobserved.slope_m, at, at + step_m) == 0.0;
+            known.then(|| (cycle.altitude_m(at + step_m) - cycle.altitude_m(at)) / step_m)
         };
-        let known = |k: &usize| {
-            let at = *k as f64 * step_m;
-            overlap_m(&unobserved.slope_m, at, at + step_m) == 0.0
-        };
-        view.slopes((0..(cycle.length_m / step_m) as usize).filter(known).map(slope));
+        view.slopes((0..(cycle.length_m / step_m) as usize).filter_map(slope));
         view.curve_way_m += cycle.length_m - overlap_m(&unobserved.curves_m, 0.0, cycle.length_m);
         view.stops += standstills.len();
         let types = cycle.road_types.as_deref().unwrap_or_default();

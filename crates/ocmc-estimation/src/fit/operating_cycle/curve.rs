@@ -1,11 +1,18 @@
-//! Curves: intensity, radius and length.
+//! Curves: intensity, radius and length; and turns at junctions, with radii R = r₀ + exp(N(ln m,
+//! σ²)) and angles π/2 U(f, 1).
 
-use super::{Estimates, TypeRoads};
+use super::TypeRoads;
 use crate::fit::nelder_mead::minimise;
 use crate::fit::p_value::ln_normal_tail;
+use crate::fit::study_parameter::Estimates;
+use crate::moments::Moments;
+use ocmc_core::operating_cycle::coverage::{Coverage, CurveCoverage};
 use ocmc_core::operating_cycle::road::curvature::CurveModel;
+use ocmc_core::operating_cycle::road::point_event::JunctionTurnModel;
+use std::collections::BTreeMap;
+use std::f64::consts::FRAC_PI_2;
 
-/// Fewest curves from which laws are estimated.
+/// Fewest curves, and fewest turns, from which laws are estimated.
 const FEWEST: usize = 5;
 
 /// How close to its largest heading a curve counts as cut off there.
@@ -29,21 +36,32 @@ pub(super) fn fit_curves(roads: &TypeRoads, model: &mut CurveModel, estimates: &
         .map(libm::log)
         .collect();
     if logs.len() < n {
-        estimates.warn(&format!(
+        estimates.warn(format_args!(
             "{} curves are tighter than the smallest radius of the base study and are left out of the law of radii",
             n - logs.len()
         ));
     }
     if logs.len() >= FEWEST {
-        let (mean, sd) = moments(&logs);
-        let count = logs.len() as f64;
-        model.median_radius_m = libm::exp(mean);
-        model.radius_log_sd = sd;
-        let error = model.median_radius_m * sd / libm::sqrt(count);
-        estimates.push("curves.median_radius_m", model.median_radius_m, Some(error), logs.len());
-        estimates.push("curves.radius_log_sd", sd, Some(sd / libm::sqrt(2.0 * count)), logs.len());
+        let (median, log_sd) = (&mut model.median_radius_m, &mut model.radius_log_sd);
+        fit_radius("curves", &logs, median, log_sd, estimates);
     }
     fit_length(roads, model, estimates);
+}
+
+/// Median and SD of log-normal radii beyond the smallest one, from the logarithms.
+fn fit_radius(
+    table: &str,
+    logs: &[f64],
+    median: &mut f64,
+    log_sd: &mut f64,
+    estimates: &mut Estimates,
+) {
+    let moments = Moments::of(logs);
+    let (radius_m, sd) = (libm::exp(moments.mean), moments.sd());
+    let error = Some(radius_m * sd / libm::sqrt(moments.n));
+    estimates.set(&format!("{table}.median_radius_m"), median, radius_m, error, logs.len());
+    let error = Some(sd / libm::sqrt(2.0 * moments.n));
+    estimates.set(&format!("{table}.radius_log_sd"), log_sd, sd, error, logs.len());
 }
 
 /// Poisson regression of the starts on the sign: λ_ref (v_ref/v)^p, at most λ_max; `seen` is the
@@ -91,54 +109,50 @@ pub(super) fn fit_intensity(
     let length: f64 = exposure.iter().map(|row| row.1).sum();
     let crude = n as f64 / length;
     if n == 0 {
-        model.per_m = 0.0;
-        estimates.push("curves.per_m", 0.0, Some(1.0 / length), 0);
-        return;
+        return estimates.set("curves.per_m", &mut model.per_m, 0.0, Some(1.0 / length), 0);
     }
     let relative = 1.0 / libm::sqrt(n as f64);
     let signs = exposure.iter().filter(|row| row.1 > 0.0).count();
     if model.reference_sign_mps.is_none() {
-        model.per_m = crude;
         model.maximum_per_m = model.maximum_per_m.max(crude);
-        estimates.push("curves.per_m", crude, Some(crude * relative), n);
-        return;
+        let error = Some(crude * relative);
+        return estimates.set("curves.per_m", &mut model.per_m, crude, error, n);
     }
     let start = [libm::log(crude), model.sign_exponent];
     if n >= 30 && signs >= 2 {
         let (theta, value) = minimise(minus_log_likelihood, start, 0.3);
-        let error = |j: usize| profile_error(&minus_log_likelihood, theta, value, j);
-        let errors = [error(0), error(1)];
-        (model.per_m, model.sign_exponent) = (libm::exp(theta[0]), theta[1]);
-        estimates.push("curves.per_m", model.per_m, errors[0].map(|e| e * model.per_m), n);
-        estimates.push("curves.sign_exponent", theta[1], errors[1], n);
+        let errors = profile_errors(&minus_log_likelihood, theta, value);
+        let per_m = libm::exp(theta[0]);
+        estimates.set("curves.per_m", &mut model.per_m, per_m, errors[0].map(|e| e * per_m), n);
+        let into = &mut model.sign_exponent;
+        estimates.set("curves.sign_exponent", into, theta[1], errors[1], n);
     } else {
         let one = |theta: &[f64; 1]| minus_log_likelihood(&[theta[0], start[1]]);
         let (theta, _) = minimise(one, [start[0]], 0.3);
-        model.per_m = libm::exp(theta[0]);
-        estimates.push("curves.per_m", model.per_m, Some(model.per_m * relative), n);
+        let per_m = libm::exp(theta[0]);
+        estimates.set("curves.per_m", &mut model.per_m, per_m, Some(per_m * relative), n);
     }
 }
 
-/// Standard error of one of two parameters from the curvature of the profile likelihood, by
-/// differences.
-fn profile_error(
+/// Standard errors of two parameters from the curvature of the profile likelihood, by differences.
+fn profile_errors(
     function: &impl Fn(&[f64; 2]) -> f64,
     best: [f64; 2],
     value: f64,
-    j: usize,
-) -> Option<f64> {
+) -> [Option<f64>; 2] {
     let h = 0.05;
-    let profile = |step: f64| {
-        let at = best[j] + step;
-        let one = |other: &[f64; 1]| {
-            let mut theta = [other[0]; 2];
-            theta[j] = at;
-            function(&theta)
+    [0, 1].map(|j| {
+        let profile = |step: f64| {
+            let one = |other: &[f64; 1]| {
+                let mut theta = [other[0]; 2];
+                theta[j] = best[j] + step;
+                function(&theta)
+            };
+            minimise(one, [best[1 - j]], 0.1).1
         };
-        minimise(one, [best[1 - j]], 0.1).1
-    };
-    let bend = profile(h) + profile(-h) - 2.0 * value;
-    (bend > 0.0).then(|| h / libm::sqrt(bend))
+        let bend = profile(h) + profile(-h) - 2.0 * value;
+        (bend > 0.0).then(|| h / libm::sqrt(bend))
+    })
 }
 
 /// Minus log-likelihood of normal values, some cut off and known to be at least so large, of mean
@@ -172,23 +186,50 @@ fn fit_length(roads: &TypeRoads, model: &mut CurveModel, estimates: &mut Estimat
         );
         return;
     }
-    let (mean, sd) = moments(&whole);
+    let moments = Moments::of(&whole);
+    let start = [moments.mean, libm::log(moments.sd().max(1e-3))];
     let minus_log_likelihood = |theta: &[f64; 2]| minus_log_likelihood_of_cut(&rows, theta);
-    let (theta, value) = minimise(minus_log_likelihood, [mean, libm::log(sd.max(1e-3))], 0.3);
-    let error = |j: usize| profile_error(&minus_log_likelihood, theta, value, j);
-    let (errors, log_sd) = ([error(0), error(1)], libm::exp(theta[1]));
-    model.median_length_m = libm::exp(theta[0]);
-    model.length_log_sd = log_sd;
-    let n = rows.len();
-    let median = model.median_length_m;
-    estimates.push("curves.median_length_m", median, errors[0].map(|e| e * median), n);
-    estimates.push("curves.length_log_sd", log_sd, errors[1].map(|e| e * log_sd), n);
+    let (theta, value) = minimise(minus_log_likelihood, start, 0.3);
+    let errors = profile_errors(&minus_log_likelihood, theta, value);
+    let [median, log_sd] = theta.map(libm::exp);
+    let error = |j: usize, value: f64| errors[j].map(|e| e * value);
+    let (n, into) = (rows.len(), &mut model.median_length_m);
+    estimates.set("curves.median_length_m", into, median, error(0, median), n);
+    let into = &mut model.length_log_sd;
+    estimates.set("curves.length_log_sd", into, log_sd, error(1, log_sd), n);
 }
 
-/// Mean and SD with n − 1.
-fn moments(values: &[f64]) -> (f64, f64) {
-    let n = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / n;
-    let squares: f64 = values.iter().map(|x| (x - mean) * (x - mean)).sum();
-    (mean, libm::sqrt(squares / (n - 1.0)))
+/// Radii and smallest angle of the turns of all road types; r₀ stays.
+///
+/// m and σ by moments of ln(R − r₀). Of n angles U(f, 1) the smallest has the mean f + (1 − f)/(n +
+/// 1), so that f = ((n + 1) min − 1)/n is unbiased, with the standard error (1 − f)/√(n(n + 2)).
+pub(super) fn fit_turns(
+    roads: &BTreeMap<String, TypeRoads>,
+    coverage: &Coverage,
+    model: &mut JunctionTurnModel,
+    estimates: &mut Estimates,
+) {
+    if coverage.curves != CurveCoverage::All {
+        estimates.warn(
+            "many are tighter than the curves that a detector is made for: their radii and their shares of events stay those of the base study",
+        );
+        return;
+    }
+    let turns = roads.values().flat_map(|roads| roads.turns.iter().map(|(turn, _)| *turn));
+    let turns: Vec<_> = turns.filter(|turn| turn.radius_m > model.turn_radius_m).collect();
+    let n = turns.len();
+    if n < FEWEST {
+        return estimates
+            .warn(format_args!("{n} of them: their radii stay those of the base study"));
+    }
+    let count = n as f64;
+    let logs: Vec<f64> =
+        turns.iter().map(|turn| libm::log(turn.radius_m - model.turn_radius_m)).collect();
+    let (median, log_sd) = (&mut model.median_radius_m, &mut model.radius_log_sd);
+    fit_radius("junction_turn", &logs, median, log_sd, estimates);
+    let angles = turns.iter().map(|turn| (turn.end_m - turn.start_m) / turn.radius_m);
+    let smallest = angles.fold(f64::INFINITY, f64::min) / FRAC_PI_2;
+    let share = (((count + 1.0) * smallest - 1.0) / count).clamp(0.0, 1.0);
+    let error = Some((1.0 - share) / libm::sqrt(count * (count + 2.0)));
+    estimates.set("junction_turn.minimum_share", &mut model.minimum_share, share, error, n);
 }

@@ -11,13 +11,14 @@
 //! likelihood the laws of the seen curves would be taken for those of all: too narrow, and too few
 //! curves.
 
+use super::TypeRoads;
 use super::curve::fit_intensity;
-use super::{Estimates, TypeRoads};
 use crate::fit::nelder_mead::minimise;
 use crate::fit::p_value::ln_normal_tail;
+use crate::fit::study_parameter::Estimates;
 use nalgebra::{DMatrix, DVector};
 use ocmc_core::operating_cycle::coverage::CurveWindow;
-use ocmc_core::operating_cycle::road::curvature::CurveModel;
+use ocmc_core::operating_cycle::road::curvature::{Curve, CurveModel};
 use std::collections::BTreeMap;
 
 /// Share of the largest heading from which on a measured turn counts as cut there.
@@ -57,7 +58,7 @@ pub(super) fn fit_curves(
     let seen = seen_curves(roads, window, model);
     let outside = roads.curves.len() - seen.len();
     if outside > 0 {
-        estimates.warn(&format!(
+        estimates.warn(format_args!(
             "{outside} of {} curves are outside the window of {} to {} m, or tighter than the smallest radius of the base study: \
              they are left out",
             roads.curves.len(),
@@ -66,7 +67,7 @@ pub(super) fn fit_curves(
         ));
     }
     if seen.len() < FEWEST_OF_WINDOW {
-        estimates.warn(&format!(
+        estimates.warn(format_args!(
             "{} curves within the window do not tell the laws of all: radius and length stay those of the base study",
             seen.len()
         ));
@@ -74,21 +75,12 @@ pub(super) fn fit_curves(
         fit_laws(&seen, window, model, estimates);
     }
     let laws = laws_of(model);
-    let share: BTreeMap<i64, f64> = roads
-        .curve_way_m
-        .keys()
-        .map(|&face| (face, seen_share(&laws, window, model, scale(model, face))))
-        .collect();
-    let within = TypeRoads {
-        curves: roads
-            .curves
-            .iter()
-            .filter(|(curve, _)| window.sees(curve.radius_m, curve.end_m - curve.start_m))
-            .copied()
-            .collect(),
-        ..roads.clone()
-    };
-    fit_intensity(&within, |face| share.get(&face).copied().unwrap_or(1.0), model, estimates);
+    let base = model.clone();
+    let share = |face: i64| seen_share(&laws, window, &base, scale(&base, face));
+    let mut within = roads.clone();
+    let sees = |curve: &Curve| window.sees(curve.radius_m, curve.end_m - curve.start_m);
+    within.curves.retain(|(curve, _)| sees(curve));
+    fit_intensity(&within, share, model, estimates);
 }
 
 /// Factor of the median radius under a sign.
@@ -102,7 +94,7 @@ fn laws_of(model: &CurveModel) -> Laws {
 }
 
 fn seen_curves(roads: &TypeRoads, window: &CurveWindow, model: &CurveModel) -> Vec<Seen> {
-    let row = |(curve, sign_mps): &(ocmc_core::operating_cycle::road::curvature::Curve, f64)| {
+    let row = |(curve, sign_mps): &(Curve, f64)| {
         let length_m = curve.end_m - curve.start_m;
         let face = super::stretch::face(*sign_mps);
         let beyond_m = curve.radius_m - model.turn_radius_m;
@@ -142,12 +134,9 @@ fn fit_laws(
                 0.5 * z * z + laws[1] + length
             })
             .sum();
-        let of_window: f64 = faces
-            .iter()
-            .map(|(&face, count)| {
-                count * libm::log(seen_share(laws, window, model, scale(model, face)))
-            })
-            .sum();
+        let share = |face: i64| seen_share(laws, window, model, scale(model, face));
+        let of_window: f64 =
+            faces.iter().map(|(&face, count)| count * libm::log(share(face))).sum();
         of_curves + of_window
     };
     let (laws, value) = minimise(minus_log_likelihood, start, 0.3);
@@ -159,21 +148,17 @@ fn fit_laws(
         return;
     }
     let errors = errors(&minus_log_likelihood, laws, value);
-    let [median, sd, length, length_sd] = laws.map(libm::exp);
-    model.median_radius_m = median;
-    model.radius_log_sd = sd;
-    model.median_length_m = length;
-    model.length_log_sd = length_sd;
-    for (k, (key, value)) in [
-        ("curves.median_radius_m", median),
-        ("curves.radius_log_sd", sd),
-        ("curves.median_length_m", length),
-        ("curves.length_log_sd", length_sd),
+    for (k, (key, into)) in [
+        ("curves.median_radius_m", &mut model.median_radius_m),
+        ("curves.radius_log_sd", &mut model.radius_log_sd),
+        ("curves.median_length_m", &mut model.median_length_m),
+        ("curves.length_log_sd", &mut model.length_log_sd),
     ]
     .into_iter()
     .enumerate()
     {
-        estimates.push(key, value, errors.map(|errors| errors[k] * value), seen.len());
+        let value = libm::exp(laws[k]);
+        estimates.set(key, into, value, errors.map(|errors| errors[k] * value), seen.len());
     }
 }
 

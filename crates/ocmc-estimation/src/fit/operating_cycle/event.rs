@@ -1,6 +1,8 @@
 //! Point events: intensities and marks.
 
-use super::{Estimates, TypeRoads};
+use super::TypeRoads;
+use crate::fit::study_parameter::Estimates;
+use crate::moments::Moments;
 use ocmc_core::distribution::{
     Law, Quantity, exponential, gamma, log_normal, normal, uniform, weibull,
 };
@@ -30,31 +32,31 @@ pub(super) fn fit_events(
         let Some(EventModel { table, estimation, .. }) = declared.model else { continue };
         let Some(EventEstimation { per_m, parameters }) = estimation(model) else {
             if !of_kind.is_empty() {
-                estimates
-                    .warn(&format!("its {table} have no table in the base study and are left out"));
+                estimates.warn(format_args!(
+                    "its {table} have no table in the base study and are left out"
+                ));
             }
             continue;
         };
         let n = of_kind.len();
-        *per_m = n as f64 / exposure;
-        let error = libm::sqrt((n as f64).max(1.0)) / exposure;
-        estimates.push(&format!("{table}.per_m"), *per_m, Some(error), n);
+        let error = Some(libm::sqrt((n as f64).max(1.0)) / exposure);
+        estimates.set(&format!("{table}.per_m"), per_m, n as f64 / exposure, error, n);
         for parameter in parameters {
             match parameter {
-                EventParameter::Share(key, value, holds) => {
+                EventParameter::Share(key, value, holds) if n > 0 => {
                     let count = of_kind.iter().filter(|(kind, _)| holds(kind)).count();
-                    share(estimates, &format!("{table}.{key}"), count, n, value);
+                    estimates.share(&format!("{table}.{key}"), value, count, n);
                 }
                 EventParameter::Law(key, law, value) => {
                     let values: Vec<f64> =
                         of_kind.iter().filter_map(|(kind, _)| value(kind)).collect();
                     mark(estimates, &format!("{table}.{key}"), &values, law);
                 }
-                EventParameter::TurnShare(value) => {
+                EventParameter::TurnShare(value) if n > 0 && all_turns => {
                     let turns = of_kind.iter().filter(|(_, turns)| *turns).count();
-                    let known = if all_turns { n } else { 0 };
-                    share(estimates, &format!("{table}.turn_share"), turns, known, value);
+                    estimates.share(&format!("{table}.turn_share"), value, turns, n);
                 }
+                EventParameter::Share(..) | EventParameter::TurnShare(_) => {}
             }
         }
     }
@@ -68,10 +70,9 @@ pub(super) fn count_standstills(roads: &TypeRoads, estimates: &mut Estimates) {
     let error = libm::sqrt(count.max(1.0)) / length_m;
     estimates.push("standstills, per m", count / length_m, Some(error), n);
     if n >= 2 {
-        let mean = roads.standstills_s.iter().sum::<f64>() / count;
-        let squares: f64 = roads.standstills_s.iter().map(|x| (x - mean) * (x - mean)).sum();
-        let error = libm::sqrt(squares / (count - 1.0) / count);
-        estimates.push("standstills, mean in s", mean, Some(error), n);
+        let moments = Moments::of(&roads.standstills_s);
+        let error = Some(moments.standard_error());
+        estimates.push("standstills, mean in s", moments.mean, error, n);
     }
 }
 
@@ -84,35 +85,21 @@ fn not_negative(law: Law) -> Law {
     }
 }
 
-/// A share of trials; without a trial it stays.
-fn share(estimates: &mut Estimates, key: &str, count: usize, n: usize, value: &mut f64) {
-    if n > 0 {
-        let share = count as f64 / n as f64;
-        *value = share;
-        let error = libm::sqrt(share * (1.0 - share) / n as f64);
-        estimates.push(key, share, Some(error), n);
-    }
-}
-
 /// The law of a mark, of the family that it has in the base study; with fewer than two values, or
 /// another family, it stays. Values that are no numbers are not known.
 fn mark(estimates: &mut Estimates, key: &str, values: &[f64], law: &mut Quantity) {
     let values: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
-    let values = values.as_slice();
-    let fitted = if values.len() >= 2 { fitted_law(values, law) } else { None };
-    let Some(fitted) = fitted else {
-        if values.len() >= 2 {
-            estimates.warn(&format!(
-                "the law of {key} has no fit here and stays that of the base study"
-            ));
-        }
+    if values.len() < 2 {
         return;
+    }
+    let Some(fitted) = fitted_law(&values, law) else {
+        return estimates.warn(format_args!(
+            "the law of {key} has no fit here and stays that of the base study"
+        ));
     };
-    let n = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / n;
-    let squares: f64 = values.iter().map(|x| (x - mean) * (x - mean)).sum();
-    let error = libm::sqrt(squares / (n - 1.0) / n);
-    estimates.push(&format!("{key}, mean"), mean, Some(error), values.len());
+    let moments = Moments::of(&values);
+    let error = Some(moments.standard_error());
+    estimates.push(&format!("{key}, mean"), moments.mean, error, values.len());
     *law = Quantity::Law(fitted);
 }
 

@@ -1,10 +1,11 @@
 //! Missions: length, payload, departure, distance between stops, dwell. Each cycle, or drive of a
 //! log, counts as one mission.
 
-use super::Estimates;
 use super::curve::minus_log_likelihood_of_cut;
 use super::event::fitted_law;
 use crate::fit::nelder_mead::minimise;
+use crate::fit::study_parameter::Estimates;
+use crate::moments::Moments;
 use ocmc_core::distribution::{Law, Quantity};
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::mission::{MissionModel, MissionStopModel};
@@ -45,13 +46,12 @@ pub(super) fn fit_mission(
 fn law(estimates: &mut Estimates, key: &str, values: &[f64], quantity: &mut Quantity) {
     let n = values.len();
     if n == 0 {
-        estimates.warn(&format!("nothing tells {key}, which stays that of the base study"));
-        return;
+        return estimates
+            .warn(format_args!("nothing tells {key}, which stays that of the base study"));
     }
-    let mean = values.iter().sum::<f64>() / n as f64;
-    let squares: f64 = values.iter().map(|x| (x - mean) * (x - mean)).sum();
-    let error = (n > 1).then(|| libm::sqrt(squares / (n as f64 - 1.0) / n as f64));
-    estimates.push(&format!("{key}, mean"), mean, error, n);
+    let moments = Moments::of(values);
+    let mean = moments.mean;
+    estimates.push(&format!("{key}, mean"), mean, (n > 1).then(|| moments.standard_error()), n);
     let widest = values.iter().map(|x| (x - mean).abs()).fold(0.0, f64::max);
     *quantity = if widest <= SAME * mean.abs() {
         Quantity::Number(mean)
@@ -116,11 +116,8 @@ fn fit_stops(cycles: &[&GivenCycle], model: &mut MissionModel, estimates: &mut E
 
 /// Log-normal distances, those that the road's end cuts off as at least so long.
 fn log_normal_spacing(spacings: &[(f64, bool)], n: usize) -> (Law, &'static str, f64, Option<f64>) {
-    let rows: Vec<(f64, bool)> = spacings
-        .iter()
-        .filter(|row| row.0 > 0.0)
-        .map(|&(spacing_m, cut)| (libm::log(spacing_m), cut))
-        .collect();
+    let positive = spacings.iter().filter(|row| row.0 > 0.0);
+    let rows: Vec<(f64, bool)> = positive.map(|row| (libm::log(row.0), row.1)).collect();
     let minus_log_likelihood = |theta: &[f64; 2]| minus_log_likelihood_of_cut(&rows, theta);
     let mean = rows.iter().map(|row| row.0).sum::<f64>() / rows.len() as f64;
     let (theta, _) = minimise(minus_log_likelihood, [mean, libm::log(0.5)], 0.3);

@@ -28,23 +28,25 @@ mod birds_eye;
 mod curve;
 mod curve_window;
 mod event;
-mod junction_turn;
 mod mission;
 mod stretch;
 mod surface;
 
 pub use birds_eye::{BirdsEye, Density, Hilliness, TransportCycle, birds_eye, birds_eye_of_study};
 
+use super::study_parameter::{Estimates, StudyParameterFit};
 use crate::log::road::LoggedRoad;
 use ocmc_core::operating_cycle::coverage::{Coverage, CurveCoverage};
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::mission::MissionModel;
-use ocmc_core::operating_cycle::road::point_event::JunctionTurnModel;
+use ocmc_core::operating_cycle::road::curvature::Curve;
+use ocmc_core::operating_cycle::road::point_event::{EventKind, JunctionTurnModel};
+use ocmc_core::operating_cycle::road::surface::Ground;
 use ocmc_core::operating_cycle::road::{RoadModel, RoadTypeModel};
 use ocmc_core::study::StudyModel;
 use serde::Serialize;
 use std::collections::BTreeMap;
-use stretch::Stretches;
+use stretch::Stretch;
 use thiserror::Error;
 
 /// Why operating cycles have no fit.
@@ -69,19 +71,6 @@ pub enum RoadFitError {
         /// Types of the base study.
         known: String,
     },
-}
-
-/// One estimated number of the study.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct StudyParameterFit {
-    /// Path of the key below the road type, such as `curves.per_m`.
-    pub key: String,
-    /// Estimate.
-    pub value: f64,
-    /// Standard error; none where it has no simple form.
-    pub standard_error: Option<f64>,
-    /// What was counted: stretches, signs, events, curves, steps, blocks.
-    pub n: usize,
 }
 
 /// What the roads determine about one type.
@@ -164,11 +153,11 @@ struct TypeRoads {
     /// Changes from face to face.
     sign_changes: Vec<(i64, i64)>,
     /// Curves with the sign at their start, in m/s.
-    curves: Vec<(ocmc_core::operating_cycle::road::curvature::Curve, f64)>,
+    curves: Vec<(Curve, f64)>,
     /// Junction turns, and the face of the sign over each.
-    turns: Vec<(ocmc_core::operating_cycle::road::curvature::Curve, i64)>,
+    turns: Vec<(Curve, i64)>,
     /// Events, and whether they carry a turn.
-    events: Vec<(ocmc_core::operating_cycle::road::point_event::EventKind, bool)>,
+    events: Vec<(EventKind, bool)>,
     /// Times at rest that no object of a map explains, in s.
     standstills_s: Vec<f64>,
     /// Length at the ends of the road that has no events, in m.
@@ -178,24 +167,7 @@ struct TypeRoads {
     /// Roughness of blocks, in m³.
     blocks: Vec<f64>,
     /// Stretches on each ground.
-    grounds: BTreeMap<ocmc_core::operating_cycle::road::surface::Ground, usize>,
-}
-
-/// The estimates of one type while they are made.
-struct Estimates<'a> {
-    parameters: Vec<StudyParameterFit>,
-    warnings: &'a mut Vec<String>,
-    road_type: &'a str,
-}
-
-impl Estimates<'_> {
-    fn push(&mut self, key: &str, value: f64, standard_error: Option<f64>, n: usize) {
-        self.parameters.push(StudyParameterFit { key: key.to_owned(), value, standard_error, n });
-    }
-
-    fn warn(&mut self, message: &str) {
-        self.warnings.push(format!("{}: {message}", self.road_type));
-    }
+    grounds: BTreeMap<Ground, usize>,
 }
 
 /// Fits the road model and the mission of whole operating cycles. `base` gives what roads do not
@@ -225,54 +197,50 @@ pub fn fit_with_coverage(
     let mut of_type: BTreeMap<String, TypeRoads> = BTreeMap::new();
     for (k, road) in roads.iter().enumerate() {
         let cycle = &road.cycle;
-        let stretches = Stretches::of(cycle).ok_or(RoadFitError::NoRoadTypes { cycle: k + 1 })?;
-        if let Some(name) = stretches.names().find(|name| !base_road.types.contains_key(*name)) {
+        let stretches =
+            stretch::stretches(cycle).ok_or(RoadFitError::NoRoadTypes { cycle: k + 1 })?;
+        let unknown = |stretch: &&Stretch| !base_road.types.contains_key(stretch.2);
+        if let Some((_, _, name)) = stretches.iter().find(unknown) {
             let known: Vec<&str> = base_road.types.keys().map(String::as_str).collect();
-            let (name, known) = (name.to_owned(), known.join(", "));
+            let (name, known) = ((*name).to_owned(), known.join(", "));
             return Err(RoadFitError::UnknownRoadType { name, known });
         }
-        stretches.collect(k, road, coverage, base_road, &mut of_type);
+        stretch::collect(&stretches, k, road, coverage, base_road, &mut of_type);
     }
-    let mut warnings = undetermined(coverage);
+    let mut estimates = Estimates { warnings: undetermined(coverage), ..Estimates::default() };
     let mut model = base_road.clone();
     let mut types = Vec::new();
     for (name, roads) in &of_type {
-        let mut estimates =
-            Estimates { parameters: vec![], warnings: &mut warnings, road_type: name };
+        estimates.name = name;
         if let Some(model) = model.types.get_mut(name) {
             fit_type(roads, coverage, base_road, model, &mut estimates);
         }
-        let parameters = estimates.parameters;
+        let parameters = std::mem::take(&mut estimates.parameters);
         types.push(RoadTypeFit { road_type: name.clone(), length_m: roads.length_m, parameters });
     }
     for name in base_road.types.keys().filter(|name| !of_type.contains_key(*name)) {
-        warnings.push(format!(
-            "{name}: no road has this type, its numbers stay those of the base study"
-        ));
+        estimates.name = name;
+        estimates.warn("no road has this type, its numbers stay those of the base study");
     }
-    let mut estimates =
-        Estimates { parameters: vec![], warnings: &mut warnings, road_type: "turns at junctions" };
+    estimates.name = "turns at junctions";
     if coverage.events {
-        junction_turn::fit_turns(&of_type, coverage, &mut model.junction_turn, &mut estimates);
+        curve::fit_turns(&of_type, coverage, &mut model.junction_turn, &mut estimates);
     }
-    let junction_turn = estimates.parameters;
+    let junction_turn = std::mem::take(&mut estimates.parameters);
+    estimates.name = "mission";
     let cycles: Vec<&GivenCycle> = roads.iter().map(|road| &road.cycle).collect();
     let mut mission_model = base.mission.clone();
-    let mut estimates =
-        Estimates { parameters: vec![], warnings: &mut warnings, road_type: "mission" };
     mission::fit_mission(&cycles, &mut mission_model, &mut estimates);
-    let mission = estimates.parameters;
-    let length_m = cycles.iter().map(|cycle| cycle.length_m).sum();
-    let birds_eye = birds_eye(roads, base_road.slope_step_m);
+    let Estimates { parameters: mission, warnings, .. } = estimates;
     Ok(RoadFit {
         cycles: roads.len(),
-        length_m,
+        length_m: cycles.iter().map(|cycle| cycle.length_m).sum(),
         coverage: *coverage,
         types,
         junction_turn,
         mission,
         warnings,
-        birds_eye,
+        birds_eye: birds_eye(roads, base_road.slope_step_m),
         model,
         mission_model,
     })
@@ -317,7 +285,7 @@ fn fit_type(
         event::count_standstills(roads, estimates);
     }
     if roads.unsigned_curves > 0 && coverage.signs {
-        estimates.warn(&format!(
+        estimates.warn(format_args!(
             "{} curves on roads without a speed limit are left out: they follow the signs",
             roads.unsigned_curves
         ));

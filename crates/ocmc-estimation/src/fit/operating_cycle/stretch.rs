@@ -1,7 +1,8 @@
 //! Stretches of road types, and the signs on them.
 
-use super::{Estimates, TypeRoads};
+use super::TypeRoads;
 use crate::fit::nelder_mead::minimise;
+use crate::fit::study_parameter::Estimates;
 use crate::log::road::LoggedRoad;
 use ocmc_core::operating_cycle::coverage::{Coverage, UnobservedSpans, overlap_m};
 use ocmc_core::operating_cycle::given::GivenCycle;
@@ -13,11 +14,8 @@ use std::collections::BTreeMap;
 /// Changes of signs from which on their similarity is estimated.
 const FEWEST_CHANGES: usize = 30;
 
-/// The stretches of one cycle.
-pub(super) struct Stretches<'a> {
-    /// Start, end and type.
-    stretches: Vec<(f64, f64, &'a str)>,
-}
+/// Start, end and type.
+pub(super) type Stretch<'a> = (f64, f64, &'a str);
 
 /// Face of a sign that is not known.
 const NO_FACE: i64 = 0;
@@ -27,87 +25,74 @@ pub(super) fn face(speed_mps: f64) -> i64 {
     if speed_mps.is_finite() { libm::round(36.0 * speed_mps) as i64 } else { NO_FACE }
 }
 
-/// The value of a constant track at a position.
-fn held(points: &[(f64, f64)], at_m: f64) -> f64 {
+/// The value of a constant track at a position; none of a track without points.
+fn held<T: Copy>(points: &[(f64, T)], at_m: f64) -> Option<T> {
     let k = points.partition_point(|point| point.0 <= at_m);
-    points.get(k.saturating_sub(1)).map_or(f64::NAN, |point| point.1)
+    points.get(k.saturating_sub(1)).map(|point| point.1)
 }
 
-impl<'a> Stretches<'a> {
-    /// None where the cycle has no road types.
-    pub(super) fn of(cycle: &'a GivenCycle) -> Option<Self> {
-        let types = cycle.road_types.as_ref().filter(|types| !types.is_empty())?;
-        let ends = types.iter().skip(1).map(|start| start.0).chain([cycle.length_m]);
-        let stretches =
-            types.iter().zip(ends).map(|((start, name), end)| (*start, end, name.as_str()));
-        Some(Self { stretches: stretches.filter(|stretch| stretch.1 > stretch.0).collect() })
-    }
+/// The stretches of one cycle; none where it has no road types.
+pub(super) fn stretches(cycle: &GivenCycle) -> Option<Vec<Stretch<'_>>> {
+    let types = cycle.road_types.as_ref().filter(|types| !types.is_empty())?;
+    let ends = types.iter().skip(1).map(|start| start.0).chain([cycle.length_m]);
+    let stretches = types.iter().zip(ends).map(|((start, name), end)| (*start, end, name.as_str()));
+    Some(stretches.filter(|stretch| stretch.1 > stretch.0).collect())
+}
 
-    pub(super) fn names(&self) -> impl Iterator<Item = &'a str> {
-        self.stretches.iter().map(|stretch| stretch.2)
-    }
-
-    /// Adds all that a cycle determines to its types.
-    pub(super) fn collect(
-        &self,
-        number: usize,
-        road: &LoggedRoad,
-        coverage: &Coverage,
-        base: &RoadModel,
-        roads: &mut BTreeMap<String, TypeRoads>,
-    ) {
-        let LoggedRoad { cycle, standstills, unobserved } = road;
-        let near = |curve: &Curve, at_m: f64| (curve.start_m - at_m).abs() < coverage.turn_within_m;
-        let junction = |at_m: f64| cycle.curves.iter().find(|curve| near(curve, at_m)).copied();
-        let turns: Vec<f64> = cycle
-            .events
-            .iter()
-            .filter_map(|event| junction(event.position_m))
-            .map(|curve| curve.start_m)
-            .collect();
-        for (k, &(start, end, name)) in self.stretches.iter().enumerate() {
-            let inside = |at_m: f64| (start..end).contains(&at_m);
-            let road = roads.entry(name.to_owned()).or_default();
-            let types = base.types.get(name);
-            let follow = types.is_some_and(|model| model.curves.reference_sign_mps.is_some());
-            road.length_m += end - start;
-            road.stretches.push((end - start, k + 1 < self.stretches.len()));
-            if let Some(next) = self.stretches.get(k + 1) {
-                *road.next.entry(next.2.to_owned()).or_insert(0) += 1;
+/// Adds all that a cycle determines to its types.
+pub(super) fn collect(
+    stretches: &[Stretch],
+    number: usize,
+    road: &LoggedRoad,
+    coverage: &Coverage,
+    base: &RoadModel,
+    roads: &mut BTreeMap<String, TypeRoads>,
+) {
+    let LoggedRoad { cycle, standstills, unobserved } = road;
+    let near = |curve: &Curve, at_m: f64| (curve.start_m - at_m).abs() < coverage.turn_within_m;
+    let junction = |at_m: f64| cycle.curves.iter().find(|curve| near(curve, at_m)).copied();
+    let turns = cycle.events.iter().filter_map(|event| junction(event.position_m));
+    let turns: Vec<f64> = turns.map(|curve| curve.start_m).collect();
+    for (k, &(start, end, name)) in stretches.iter().enumerate() {
+        let inside = |at_m: f64| (start..end).contains(&at_m);
+        let road = roads.entry(name.to_owned()).or_default();
+        let types = base.types.get(name);
+        let follow = types.is_some_and(|model| model.curves.reference_sign_mps.is_some());
+        road.length_m += end - start;
+        road.stretches.push((end - start, k + 1 < stretches.len()));
+        if let Some(next) = stretches.get(k + 1) {
+            *road.next.entry(next.2.to_owned()).or_insert(0) += 1;
+        }
+        signs(cycle, unobserved, follow, [start, end], road);
+        for curve in cycle.curves.iter().filter(|curve| inside(curve.start_m)) {
+            let sign_mps = held(&cycle.limits, curve.start_m).unwrap_or(f64::NAN);
+            if turns.contains(&curve.start_m) {
+                road.turns.push((*curve, face(sign_mps)));
+            } else if follow && sign_mps.is_nan() {
+                road.unsigned_curves += 1;
+            } else {
+                road.curves.push((*curve, sign_mps));
             }
-            signs(cycle, unobserved, follow, [start, end], road);
-            for curve in cycle.curves.iter().filter(|curve| inside(curve.start_m)) {
-                let sign_mps = held(&cycle.limits, curve.start_m);
-                if turns.contains(&curve.start_m) {
-                    road.turns.push((*curve, face(sign_mps)));
-                } else if follow && sign_mps.is_nan() {
-                    road.unsigned_curves += 1;
-                } else {
-                    road.curves.push((*curve, sign_mps));
-                }
-            }
-            for event in cycle.events.iter().filter(|event| inside(event.position_m)) {
-                road.events.push((event.kind, junction(event.position_m).is_some()));
-            }
-            let stood = standstills.iter().filter(|stop| inside(stop.position_m));
-            road.standstills_s.extend(stood.map(|stop| stop.duration_s));
-            let free = base.event_free_end_m;
-            road.eventless_m += (free - start).clamp(0.0, end - start)
-                + (end - (cycle.length_m - free)).clamp(0.0, end - start);
-            let runs = slopes(cycle, unobserved, base.slope_step_m, start, end);
-            road.slopes.extend(runs.into_iter().map(|run| (number, run)));
-            if let Some(points) = &cycle.roughness {
-                let block = |k: &usize| inside(*k as f64 * base.roughness_block_m);
-                let last = libm::ceil(cycle.length_m / base.roughness_block_m) as usize;
-                let middle = |k: usize| (k as f64 + 0.5) * base.roughness_block_m;
-                road.blocks.extend((0..last).filter(block).map(|k| held(points, middle(k))));
-            }
-            if let Some(grounds) = &cycle.grounds {
-                let at = grounds.partition_point(|ground| ground.0 <= start);
-                if let Some((_, ground)) = grounds.get(at.saturating_sub(1)) {
-                    *road.grounds.entry(*ground).or_insert(0) += 1;
-                }
-            }
+        }
+        for event in cycle.events.iter().filter(|event| inside(event.position_m)) {
+            road.events.push((event.kind, junction(event.position_m).is_some()));
+        }
+        let stood = standstills.iter().filter(|stop| inside(stop.position_m));
+        road.standstills_s.extend(stood.map(|stop| stop.duration_s));
+        let free = base.event_free_end_m;
+        road.eventless_m += (free - start).clamp(0.0, end - start)
+            + (end - (cycle.length_m - free)).clamp(0.0, end - start);
+        let runs = slopes(cycle, unobserved, base.slope_step_m, start, end);
+        road.slopes.extend(runs.into_iter().map(|run| (number, run)));
+        if let Some(points) = &cycle.roughness {
+            let block = |k: &usize| inside(*k as f64 * base.roughness_block_m);
+            let last = libm::ceil(cycle.length_m / base.roughness_block_m) as usize;
+            let middle = |k: usize| (k as f64 + 0.5) * base.roughness_block_m;
+            let of = |k: usize| held(points, middle(k)).unwrap_or(f64::NAN);
+            road.blocks.extend((0..last).filter(block).map(of));
+        }
+        if let Some(ground) = cycle.grounds.as_ref().and_then(|grounds| held(grounds, start)) {
+            *road.grounds.entry(ground).or_insert(0) += 1;
         }
     }
 }
@@ -123,7 +108,8 @@ fn signs(
 ) {
     let changes = cycle.limits.iter().map(|limit| limit.0).filter(|at| *at > start && *at < end);
     let starts: Vec<f64> = [start].into_iter().chain(changes).chain([end]).collect();
-    let faces: Vec<i64> = starts.iter().map(|at| face(held(&cycle.limits, *at))).collect();
+    let sign = |at_m: &f64| held(&cycle.limits, *at_m).map_or(NO_FACE, face);
+    let faces: Vec<i64> = starts.iter().map(sign).collect();
     for k in 0..starts.len() - 1 {
         let (from, to, known) = (starts[k], starts[k + 1], faces[k] != NO_FACE);
         if known {
@@ -181,19 +167,16 @@ pub(super) fn fit_chain(roads: &TypeRoads, model: &mut RoadTypeModel, estimates:
     let minimum = model.minimum_length_m;
     let beyond: f64 = roads.stretches.iter().map(|stretch| (stretch.0 - minimum).max(0.0)).sum();
     let mean = beyond / ended as f64;
-    model.mean_length_m = minimum + mean;
-    let error = mean / libm::sqrt(ended as f64);
-    estimates.push("mean_length_m", model.mean_length_m, Some(error), ended);
+    let error = Some(mean / libm::sqrt(ended as f64));
+    estimates.set("mean_length_m", &mut model.mean_length_m, minimum + mean, error, ended);
     // a type that never followed keeps its key: a study that is laid over another one replaces
     // keys, and drops none
     for share in model.next.values_mut() {
         *share = 0.0;
     }
     for (name, &count) in &roads.next {
-        let share = count as f64 / ended as f64;
-        model.next.insert(name.clone(), share);
-        let error = libm::sqrt(share * (1.0 - share) / ended as f64);
-        estimates.push(&format!("next.{name}"), share, Some(error), ended);
+        let into = model.next.entry(name.clone()).or_default();
+        estimates.share(&format!("next.{name}"), into, count, ended);
     }
 }
 
@@ -217,9 +200,10 @@ pub(super) fn fit_signs(roads: &TypeRoads, model: &mut SpeedSignModel, estimates
         estimates.warn("its signs never change within a stretch: their mean length stays that of the base study");
         return;
     }
-    model.mean_length_m = length_m / changes as f64;
-    let error = model.mean_length_m / libm::sqrt(changes as f64);
-    estimates.push("speed_signs.mean_length_m", model.mean_length_m, Some(error), changes);
+    let mean_m = length_m / changes as f64;
+    let error = Some(mean_m / libm::sqrt(changes as f64));
+    let into = &mut model.mean_length_m;
+    estimates.set("speed_signs.mean_length_m", into, mean_m, error, changes);
     if changes < FEWEST_CHANGES || faces.len() < 3 {
         return;
     }
@@ -241,8 +225,8 @@ pub(super) fn fit_signs(roads: &TypeRoads, model: &mut SpeedSignModel, estimates
     let similarity = libm::exp(theta[0]);
     let error = (bend > 0.0).then(|| similarity * h / libm::sqrt(bend));
     if (1.0..=300.0).contains(&similarity) {
-        model.similarity_kmh = similarity;
-        estimates.push("speed_signs.similarity_kmh", similarity, error, changes);
+        let into = &mut model.similarity_kmh;
+        estimates.set("speed_signs.similarity_kmh", into, similarity, error, changes);
     } else {
         estimates.warn(
             "its changes of signs do not tell their similarity, which stays that of the base study",

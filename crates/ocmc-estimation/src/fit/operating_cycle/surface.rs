@@ -1,6 +1,8 @@
 //! Slope, roughness and ground.
 
-use super::{Estimates, TypeRoads};
+use super::TypeRoads;
+use crate::fit::study_parameter::Estimates;
+use crate::moments::Moments;
 use ocmc_core::fleet::ratio::Ratio;
 use ocmc_core::operating_cycle::road::RoadTypeModel;
 use ocmc_core::operating_cycle::road::topography::TopographyModel;
@@ -43,20 +45,14 @@ pub(super) fn fit_slopes(
     let steps = roads.slopes.iter().map(|slopes| slopes.1.len()).sum();
     let sd = libm::sqrt(variance.ratio);
     if !(sd > 0.0) {
-        estimates.warn("it is flat: its slopes stay those of the base study");
-        return;
+        return estimates.warn("it is flat: its slopes stay those of the base study");
     }
-    model.slope_sd = sd;
-    estimates.push("topography.slope_sd", sd, relative(&variance).map(|e| 0.5 * e * sd), steps);
+    let error = relative(&variance).map(|e| 0.5 * e * sd);
+    estimates.set("topography.slope_sd", &mut model.slope_sd, sd, error, steps);
     let hill = 2.0 * step_m / changes.ratio;
     if hill.is_finite() && hill > 4.0 * step_m {
-        model.hill_length_m = hill;
-        estimates.push(
-            "topography.hill_length_m",
-            hill,
-            relative(&changes).map(|e| e * hill),
-            steps,
-        );
+        let error = relative(&changes).map(|e| e * hill);
+        estimates.set("topography.hill_length_m", &mut model.hill_length_m, hill, error, steps);
     } else {
         estimates.warn("the hill length of its slopes is below four steps, or endless: it stays that of the base study");
     }
@@ -64,19 +60,13 @@ pub(super) fn fit_slopes(
 
 /// Roughness by moments of its blocks, ground by its stretches.
 pub(super) fn fit_surface(roads: &TypeRoads, model: &mut RoadTypeModel, estimates: &mut Estimates) {
-    let blocks = &roads.blocks;
-    if blocks.len() >= 2 {
-        let n = blocks.len() as f64;
-        let mean = blocks.iter().sum::<f64>() / n;
-        let variance = blocks.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / (n - 1.0);
-        if mean > 0.0 && variance > 0.0 {
-            let shape = variance / (mean * mean);
-            model.roughness.mean_coefficient_m3 = mean;
-            model.roughness.shape = shape;
-            let error = libm::sqrt(variance / n);
-            estimates.push("roughness.mean_coefficient_m3", mean, Some(error), blocks.len());
-            estimates.push("roughness.shape", shape, None, blocks.len());
-        }
+    let (n, blocks) = (roads.blocks.len(), Moments::of(&roads.blocks));
+    let (mean, variance) = (blocks.mean, blocks.variance());
+    if n >= 2 && mean > 0.0 && variance > 0.0 {
+        let (error, into) = (blocks.standard_error(), &mut model.roughness.mean_coefficient_m3);
+        estimates.set("roughness.mean_coefficient_m3", into, mean, Some(error), n);
+        let shape = variance / (mean * mean);
+        estimates.set("roughness.shape", &mut model.roughness.shape, shape, None, n);
     }
     let stretches: usize = roads.grounds.values().sum();
     if stretches > 0 {
@@ -84,10 +74,8 @@ pub(super) fn fit_surface(roads: &TypeRoads, model: &mut RoadTypeModel, estimate
             *share = 0.0;
         }
         for (ground, &count) in &roads.grounds {
-            let share = count as f64 / stretches as f64;
-            model.ground.insert(*ground, share);
-            let error = libm::sqrt(share * (1.0 - share) / stretches as f64);
-            estimates.push(&format!("ground.{}", ground.name()), share, Some(error), stretches);
+            let into = model.ground.entry(*ground).or_default();
+            estimates.share(&format!("ground.{}", ground.name()), into, count, stretches);
         }
     }
 }

@@ -1,10 +1,11 @@
 //! The law of one kind of speed change: log-normal, with and without the threshold in its
 //! likelihood.
 
-use super::super::anderson_darling::normal;
-use super::super::mixed_model::GroupedRows;
-use super::super::nelder_mead::minimise;
-use super::super::p_value::{ln_normal_tail, sd_interval, t_of_interval};
+use crate::fit::anderson_darling::normal;
+use crate::fit::mixed_model::GroupedRows;
+use crate::fit::nelder_mead::minimise;
+use crate::fit::p_value::{ln_normal_tail, sd_interval, t_of_interval};
+use crate::moments::Moments;
 use serde::Serialize;
 
 /// Level of all intervals.
@@ -56,10 +57,9 @@ pub(super) fn fit_law(
     logs: &[(&str, f64)],
 ) -> SpeedChangeLaw {
     let values: Vec<f64> = logs.iter().map(|row| row.1).collect();
-    let n = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / n;
-    let squares: f64 = values.iter().map(|y| (y - mean) * (y - mean)).sum();
-    let log_sd = (values.len() > 1).then(|| libm::sqrt(squares / (n - 1.0)));
+    let moments = Moments::of(&values);
+    let (n, mean) = (moments.n, moments.mean);
+    let log_sd = (values.len() > 1).then(|| moments.sd());
     let tested = normal(&values);
     let ci95 = log_sd.map(|sd| {
         let reach = t_of_interval(LEVEL, n - 1.0) * sd / libm::sqrt(n);
@@ -107,25 +107,19 @@ fn untruncated(
     sd: f64,
 ) -> Option<UntruncatedLaw> {
     let log_threshold = libm::log(threshold);
+    // ln of the share of the law beyond the threshold
+    let ln_beyond = |mu: f64, sigma: f64| {
+        if threshold > 0.0 { ln_normal_tail((log_threshold - mu) / sigma) } else { 0.0 }
+    };
     let minus_log_likelihood = |theta: &[f64; 2]| {
         let (mu, sigma) = (theta[0], libm::exp(theta[1]));
-        let squares: f64 = values
-            .iter()
-            .map(|y| {
-                let off = (y - mu) / sigma;
-                off * off
-            })
-            .sum();
-        let cut = if threshold > 0.0 { ln_normal_tail((log_threshold - mu) / sigma) } else { 0.0 };
-        0.5 * squares + values.len() as f64 * (libm::log(sigma) + cut)
+        let off = values.iter().map(|y| (y - mu) / sigma);
+        let squares: f64 = off.map(|off| off * off).sum();
+        0.5 * squares + values.len() as f64 * (libm::log(sigma) + ln_beyond(mu, sigma))
     };
     let (theta, _) = minimise(minus_log_likelihood, [mean, libm::log(sd)], 0.5 * sd);
     let (mu, log_sd) = (theta[0], libm::exp(theta[1]));
-    let beyond = if threshold > 0.0 {
-        libm::exp(ln_normal_tail((log_threshold - mu) / log_sd))
-    } else {
-        1.0
-    };
+    let beyond = libm::exp(ln_beyond(mu, log_sd));
     // where most of the law lies in the cut, its size is a guess
     (beyond > 0.1 && log_sd.is_finite()).then(|| UntruncatedLaw {
         median_mps2: sign * libm::exp(mu),

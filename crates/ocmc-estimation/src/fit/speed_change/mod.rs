@@ -18,11 +18,12 @@ pub use law::{SpeedChangeLaw, UntruncatedLaw};
 pub use window::{LoggedChanges, SpeedLog, accelerations};
 
 use crate::log::signal::LogError;
+use crate::option_check::{OptionError, above_0, check_options, from_0};
 use law::fit_law;
 use ocmc_core::distribution::{Law, Quantity};
 use ocmc_core::driver::speed_change::SpeedChangeModel;
 use serde::Serialize;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use thiserror::Error;
 
 /// Measured speed changes as columns of equal length.
@@ -69,15 +70,8 @@ impl Default for SpeedChangeOptions {
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum SpeedChangeError {
     /// An option out of its range.
-    #[error("{option} is {value}; allowed is {allowed}")]
-    Option {
-        /// Name of the option.
-        option: &'static str,
-        /// Its value.
-        value: f64,
-        /// What is allowed.
-        allowed: &'static str,
-    },
+    #[error(transparent)]
+    Option(#[from] OptionError),
     /// Columns of different lengths.
     #[error("column {column} has {length} values, the others have {wanted}")]
     UnequalColumns {
@@ -150,12 +144,8 @@ pub fn fit(
     if missing + within == n {
         return Err(SpeedChangeError::Nothing { rows: n, within, missing });
     }
-    let mut dropped = BTreeMap::new();
-    for (reason, rows) in [("missing_value", missing), ("within_threshold", within)] {
-        if rows > 0 {
-            dropped.insert(reason, rows);
-        }
-    }
+    let mut dropped = BTreeMap::from([("missing_value", missing), ("within_threshold", within)]);
+    dropped.retain(|_, rows| *rows > 0);
     let mut categories: Vec<&str> = Vec::new();
     for category in &table.category {
         if !categories.contains(&category.as_str()) {
@@ -163,41 +153,26 @@ pub fn fit(
         }
     }
     let law = |name: &str, rising: bool, keep: &dyn Fn(usize) -> bool| {
-        let sign = if rising { 1.0 } else { -1.0 };
-        let threshold = if rising {
-            options.smallest_acceleration_mps2
+        let (sign, threshold) = if rising {
+            (1.0, options.smallest_acceleration_mps2)
         } else {
-            options.smallest_deceleration_mps2
+            (-1.0, options.smallest_deceleration_mps2)
         };
-        let of = |k: &usize| {
-            let a = table.acceleration_mps2[*k];
-            keep(*k) && a.is_finite() && sign * a > 0.0
-        };
-        let rows: Vec<usize> = (0..n).filter(of).collect();
-        let used = |k: &&usize| sign * table.acceleration_mps2[**k] > threshold;
-        let logs: Vec<(&str, f64)> = rows
-            .iter()
-            .filter(used)
-            .map(|&k| (table.driver[k].as_str(), libm::log(sign * table.acceleration_mps2[k])))
-            .collect();
+        let size = |k: usize| (table.driver[k].as_str(), sign * table.acceleration_mps2[k]);
+        let mut rows: Vec<(&str, f64)> = (0..n).filter(|k| keep(*k)).map(size).collect();
+        rows.retain(|(_, size)| size.is_finite() && *size > 0.0);
+        let beyond = rows.iter().filter(|(_, size)| *size > threshold);
+        let logs: Vec<_> = beyond.map(|(driver, size)| (*driver, libm::log(*size))).collect();
         let within = rows.len() - logs.len();
         (!logs.is_empty()).then(|| fit_law(name, sign, threshold, within, &logs))
     };
-    let by_category = categories
-        .iter()
-        .flat_map(|category| {
-            let keep = |k: usize| table.category[k] == *category;
-            [law(category, true, &keep), law(category, false, &keep)]
-        })
-        .flatten()
-        .collect();
-    let mut drivers: Vec<&str> = (0..n)
-        .filter(|k| counts(table.acceleration_mps2[*k]))
-        .map(|k| table.driver[k].as_str())
-        .collect();
-    drivers.sort_unstable();
-    drivers.dedup();
-    drivers.retain(|driver| !driver.is_empty());
+    let of_category = |category: &&str| {
+        let keep = |k: usize| table.category[k] == *category;
+        [law(category, true, &keep), law(category, false, &keep)]
+    };
+    let by_category = categories.iter().flat_map(of_category).flatten().collect();
+    let named = |k: &usize| counts(table.acceleration_mps2[*k]) && !table.driver[*k].is_empty();
+    let drivers: BTreeSet<&str> = (0..n).filter(named).map(|k| table.driver[k].as_str()).collect();
     Ok(SpeedChangeFit {
         n,
         drivers: drivers.len(),
@@ -209,28 +184,13 @@ pub fn fit(
 }
 
 fn check(options: &SpeedChangeOptions) -> Result<(), SpeedChangeError> {
-    for (option, value, least, allowed) in [
-        ("the window", options.window_s, f64::MIN_POSITIVE, "a number above 0"),
-        ("the time before a sign", options.before_s, 0.0, "a number from 0 on"),
-        ("the time behind a sign", options.after_s, 0.0, "a number from 0 on"),
-        (
-            "the smallest acceleration",
-            options.smallest_acceleration_mps2,
-            0.0,
-            "a number from 0 on",
-        ),
-        (
-            "the smallest deceleration",
-            options.smallest_deceleration_mps2,
-            0.0,
-            "a number from 0 on",
-        ),
-    ] {
-        if !(value >= least && value.is_finite()) {
-            return Err(SpeedChangeError::Option { option, value, allowed });
-        }
-    }
-    Ok(())
+    Ok(check_options([
+        above_0("the window", options.window_s),
+        from_0("the time before a sign", options.before_s),
+        from_0("the time behind a sign", options.after_s),
+        from_0("the smallest acceleration", options.smallest_acceleration_mps2),
+        from_0("the smallest deceleration", options.smallest_deceleration_mps2),
+    ])?)
 }
 
 impl SpeedChangeFit {
@@ -244,12 +204,9 @@ impl SpeedChangeFit {
                 (median, log_sd) = (law.median_mps2, Some(law.log_sd));
             }
             let median = median.abs();
-            match log_sd.filter(|sd| *sd > 0.0) {
-                Some(log_sd) => {
-                    Quantity::Law(Law::LogNormal { median, log_sd, lower: None, upper: None })
-                }
-                None => Quantity::Number(median),
-            }
+            let law = |log_sd| Law::LogNormal { median, log_sd, lower: None, upper: None };
+            let log_sd = log_sd.filter(|sd| *sd > 0.0);
+            log_sd.map_or(Quantity::Number(median), |log_sd| Quantity::Law(law(log_sd)))
         };
         SpeedChangeModel {
             deceleration_mps2: law(&self.deceleration, &model.deceleration_mps2),

@@ -19,7 +19,7 @@ pub struct SpeedLog<'a> {
 }
 
 /// The speed changes of a log, and what was not used of it.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct LoggedChanges {
     /// Of each change of the limit its kind, such as `70-to-40` in km/h, and the acceleration, in
     /// m/s².
@@ -55,8 +55,7 @@ pub fn accelerations(
         limit_mps: Some(log.limit_mps.into()),
         ..TripLog::default()
     })?;
-    let mut found =
-        LoggedChanges { changes: Vec::new(), rows, without_limit: 0, without_window: 0 };
+    let mut found = LoggedChanges { rows, ..LoggedChanges::default() };
     let signs = changes(log.limit_mps, &pieces, &mut found.without_limit);
     for (k, sign) in signs.iter().enumerate() {
         // not into what belongs to the sign before or behind

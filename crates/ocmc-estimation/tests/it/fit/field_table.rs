@@ -126,7 +126,7 @@ fn table(seed: u64) -> CurveTable {
     let mut draws = Draws::new(seed, 1, Stream::Vehicle);
     let noise: Vec<f64> = (0..CURVES).map(|_| draws.normal()).collect();
     let fit = reduce(&set, &noise);
-    let (b, scale) = (fit.coefficients(), (RESIDUAL_SUM_SQ / fit.residual_sum_sq()).sqrt());
+    let (b, scale) = (fit.coefficients(), (RESIDUAL_SUM_SQ / fit.residual_sum_sq).sqrt());
     for k in 0..CURVES {
         let truck = if set.truck[k] > 0 { b[1 + set.truck[k]] } else { 0.0 };
         let side = if set.left[k] { b[TRUCKS + 1] } else { -b[TRUCKS + 1] };

@@ -64,17 +64,13 @@ pub(super) const GIVE_WAY: EventDeclaration = EventDeclaration {
 };
 
 fn wait_s(kind: &EventKind) -> Option<f64> {
-    match kind {
-        EventKind::GiveWayStop { standstill_s } => Some(*standstill_s),
-        _ => None,
-    }
+    let EventKind::GiveWayStop { standstill_s } = kind else { return None };
+    Some(*standstill_s)
 }
 
 fn pass_speed_mps(kind: &EventKind) -> Option<f64> {
-    match kind {
-        EventKind::GiveWayPass { speed_mps } => Some(*speed_mps),
-        _ => None,
-    }
+    let EventKind::GiveWayPass { speed_mps } = kind else { return None };
+    Some(*speed_mps)
 }
 
 /// Give-way signs (roundabouts included) of one road type.

@@ -84,24 +84,18 @@ pub(super) const RAILWAY_CROSSING: EventDeclaration = EventDeclaration {
 };
 
 fn wait_s(kind: &EventKind) -> Option<f64> {
-    match kind {
-        EventKind::ClosedCrossing { standstill_s } => Some(*standstill_s),
-        _ => None,
-    }
+    let EventKind::ClosedCrossing { standstill_s } = kind else { return None };
+    Some(*standstill_s)
 }
 
 fn pass_speed_mps(kind: &EventKind) -> Option<f64> {
-    match kind {
-        EventKind::OpenCrossing { speed_mps, .. } => Some(*speed_mps),
-        _ => None,
-    }
+    let EventKind::OpenCrossing { speed_mps, .. } = kind else { return None };
+    Some(*speed_mps)
 }
 
 fn stop_s(kind: &EventKind) -> Option<f64> {
-    match kind {
-        EventKind::OpenCrossing { standstill_s, .. } => Some(*standstill_s),
-        _ => None,
-    }
+    let EventKind::OpenCrossing { standstill_s, .. } = kind else { return None };
+    Some(*standstill_s)
 }
 
 /// Railway crossings of one road type.

@@ -47,17 +47,13 @@ pub(super) const SPEED_BUMP: EventDeclaration = EventDeclaration {
 };
 
 fn length_m(kind: &EventKind) -> Option<f64> {
-    match kind {
-        EventKind::SpeedBump { length_m, .. } => Some(*length_m),
-        _ => None,
-    }
+    let EventKind::SpeedBump { length_m, .. } = kind else { return None };
+    Some(*length_m)
 }
 
 fn height_m(kind: &EventKind) -> Option<f64> {
-    match kind {
-        EventKind::SpeedBump { height_m, .. } => Some(*height_m),
-        _ => None,
-    }
+    let EventKind::SpeedBump { height_m, .. } = kind else { return None };
+    Some(*height_m)
 }
 
 /// Speed bumps of one road type.

@@ -59,10 +59,8 @@ pub(super) const TRAFFIC_LIGHT: EventDeclaration = EventDeclaration {
 };
 
 fn wait_s(kind: &EventKind) -> Option<f64> {
-    match kind {
-        EventKind::RedLight { standstill_s } => Some(*standstill_s),
-        _ => None,
-    }
+    let EventKind::RedLight { standstill_s } = kind else { return None };
+    Some(*standstill_s)
 }
 
 /// Traffic lights of one road type.
