@@ -9,10 +9,10 @@
 use super::durable::replace;
 use super::error::RunDirectoryError;
 use crate::file_error::FileError;
-use sha2::{Digest, Sha256};
+use crate::sha256;
 use std::collections::BTreeMap;
-use std::fs::{self, File, OpenOptions};
-use std::io::{self, Read, Write};
+use std::fs::{self, OpenOptions};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 /// Name of the file of checksums.
@@ -71,7 +71,7 @@ impl Checksums {
 
     /// Adds the sum of a file that is about to take its place, down to the disk.
     pub(super) fn add(&mut self, name: &str, written: &Path) -> Result<(), RunDirectoryError> {
-        let sum = sum_of_file(written).map_err(FileError::read(written))?;
+        let sum = sha256::of_file(written).map_err(FileError::read(written))?;
         let path = self.directory.join(CHECKSUMS);
         let append = || {
             let mut file = OpenOptions::new().append(true).open(&path)?;
@@ -107,7 +107,7 @@ impl Checksums {
     /// [`RunDirectoryError::Changed`], and where the file cannot be read.
     pub(super) fn check(&self, name: &str) -> Result<(), RunDirectoryError> {
         let path = self.directory.join(name);
-        let found = sum_of_file(&path).map_err(FileError::read(&path))?;
+        let found = sha256::of_file(&path).map_err(FileError::read(&path))?;
         let mut sums = self.lines.iter().filter(|(_, other)| other == name).peekable();
         if sums.peek().is_none() {
             return Err(RunDirectoryError::without_sum(&self.directory, name));
@@ -126,30 +126,8 @@ impl Checksums {
 pub fn note_file(directory: &Path, name: &str) -> Result<(), RunDirectoryError> {
     let Some(mut sums) = Checksums::read(directory)? else { return Ok(()) };
     let path = directory.join(name);
-    sums.set(name, sum_of_file(&path).map_err(FileError::read(&path))?);
+    sums.set(name, sha256::of_file(&path).map_err(FileError::read(&path))?);
     sums.write()
-}
-
-/// SHA-256 of a file, in hexadecimal digits.
-pub(super) fn sum_of_file(path: &Path) -> io::Result<String> {
-    let mut file = File::open(path)?;
-    let mut hasher = Sha256::new();
-    let mut bytes = vec![0; 1 << 16];
-    loop {
-        match file.read(&mut bytes)? {
-            0 => return Ok(digits(&hasher.finalize())),
-            n => hasher.update(&bytes[..n]),
-        }
-    }
-}
-
-/// SHA-256 of a text, in hexadecimal digits.
-pub(super) fn sum_of_text(text: &str) -> String {
-    digits(&Sha256::digest(text))
-}
-
-fn digits(hash: &[u8]) -> String {
-    hash.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 fn damaged(path: &Path, reason: &str) -> RunDirectoryError {
@@ -159,19 +137,6 @@ fn damaged(path: &Path, reason: &str) -> RunDirectoryError {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn sums_are_those_of_the_standard() {
-        let empty = "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855";
-        assert_eq!(sum_of_text(""), empty);
-        // FIPS 180-2, appendix B.1
-        let abc = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
-        assert_eq!(sum_of_text("abc"), abc);
-        let folder = tempfile::tempdir().expect("a directory");
-        let path = folder.path().join("abc");
-        fs::write(&path, "abc").expect("space");
-        assert_eq!(sum_of_file(&path).expect("a file"), abc);
-    }
 
     #[test]
     fn either_line_of_a_file_holds_and_a_torn_one_does_not_count() {

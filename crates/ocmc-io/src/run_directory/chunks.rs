@@ -47,7 +47,7 @@ impl Chunks {
         let write = FileError::write(&path);
         if path.is_symlink() {
             let reason = "it is a symbolic link, and what it names is not ours".to_owned();
-            return Err(RunDirectoryError::Damaged(path, reason));
+            return Err(RunDirectoryError::Damaged(path.clone(), reason));
         }
         let lock = File::options().write(true).create(true).truncate(false).open(&path);
         let lock = lock.map_err(&write)?;
@@ -123,7 +123,7 @@ pub(super) fn adopted(directory: &Path) -> Result<Checksums, RunDirectoryError> 
     let mut sums = Checksums::create(directory)?;
     for entry in fs::read_dir(&folder).map_err(&failed)? {
         let name = entry.map_err(&failed)?.file_name().to_string_lossy().into_owned();
-        if name != LOCK && !name.ends_with(".tmp") {
+        if name != LOCK && Path::new(&name).extension().is_some_and(|ending| ending != "tmp") {
             sums.add(&format!("{CHUNKS}/{name}"), &folder.join(&name))?;
         }
     }

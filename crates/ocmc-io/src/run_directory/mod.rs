@@ -23,8 +23,9 @@ pub use verify::{CheckedFile, Verified, verify};
 use crate::file_error::FileError;
 use crate::given_drive::{Followed, GivenDrive};
 use crate::records::{RecordFormat, RecordWriter};
+use crate::sha256;
 use crate::study::{resolved_toml, study_hash};
-use checksum::{Checksums, sum_of_file, sum_of_text};
+use checksum::Checksums;
 use chunks::{Chunks, adopted, is_chunk};
 use durable::{replace, replaced, temporary};
 use ocmc_core::fleet::dependence::Dependence;
@@ -323,7 +324,7 @@ impl RunDirectory {
     fn seal(&mut self) -> Result<(), RunDirectoryError> {
         let sum = |name: &str| {
             let path = self.path.join(name);
-            sum_of_file(&path).map_err(FileError::read(&path))
+            sha256::of_file(&path).map_err(FileError::read(&path))
         };
         let (summary, records) = (sum(SUMMARY)?, sum(&self.manifest.records)?);
         self.manifest.records_sha256 = Some(records.clone());
@@ -331,7 +332,7 @@ impl RunDirectory {
         let sums = self.chunks.sums();
         sums.set(SUMMARY, summary);
         sums.set(&self.manifest.records, records);
-        sums.set(MANIFEST, sum_of_text(&text));
+        sums.set(MANIFEST, sha256::of_bytes(text.as_bytes()));
         sums.write()?;
         replace(&self.path.join(MANIFEST), text.as_bytes())
     }
@@ -388,7 +389,7 @@ pub fn read_manifest(directory: &Path) -> Result<Manifest, RunDirectoryError> {
     let manifest: Manifest = serde_json::from_str(&text)
         .map_err(|error| RunDirectoryError::Manifest(path.clone(), error))?;
     if let Some(sum) = &manifest.manifest_sha256
-        && sum_of_text(&text.replacen(&own_sum(sum), &own_sum(""), 1)) != *sum
+        && sha256::of_bytes(text.replacen(&own_sum(sum), &own_sum(""), 1).as_bytes()) != *sum
     {
         return Err(RunDirectoryError::Changed(path));
     }
@@ -442,7 +443,7 @@ fn write_manifest(directory: &Path, manifest: &Manifest) -> Result<(), RunDirect
 fn manifest_text(manifest: &mut Manifest) -> String {
     manifest.manifest_sha256 = Some(String::new());
     let text = indented(manifest);
-    let sum = sum_of_text(&text);
+    let sum = sha256::of_bytes(text.as_bytes());
     let text = text.replacen(&own_sum(""), &own_sum(&sum), 1);
     manifest.manifest_sha256 = Some(sum);
     text
@@ -461,6 +462,7 @@ fn indented(value: &impl Serialize) -> String {
 mod tests {
     use super::*;
     use crate::records::{self, GROUP_ROWS, examples};
+    use crate::study::hash_of_resolved;
     use ocmc_core::fleet::summary::SummaryBuilder;
 
     fn manifest(cycles: u64) -> Manifest {
@@ -469,7 +471,7 @@ mod tests {
             program_version: "1.2.3".to_owned(),
             status: RunStatus::Complete,
             study: "s".to_owned(),
-            study_hash: "00ff".to_owned(),
+            study_hash: hash_of_resolved("a = 1\n").expect("TOML"),
             seed: u64::MAX,
             first_cycle: 0,
             cycles,
@@ -478,6 +480,8 @@ mod tests {
             followed: None,
             precision: None,
             resolved_study: "a = 1\n".to_owned(),
+            records_sha256: None,
+            manifest_sha256: None,
         }
     }
 

@@ -1,6 +1,6 @@
 //! Reads run directories: whole ones, and what is needed to go on with unfinished ones.
 
-use super::checksum::{Checksums, sum_of_file};
+use super::checksum::Checksums;
 use super::chunks::{check_rows, remove_left_over};
 use super::error::RunDirectoryError;
 use super::{
@@ -9,6 +9,7 @@ use super::{
 use crate::file_error::FileError;
 use crate::given_drive::GivenDrive;
 use crate::records::{self, Group, RecordFormat};
+use crate::sha256;
 use crate::study::{LoadedStudy, hash_of_resolved, load_text};
 use ocmc_core::fleet::summary::SummaryBuilder;
 use ocmc_core::record::Record;
@@ -98,7 +99,7 @@ fn check_sums(directory: &Path, manifest: &Manifest) -> Result<(), RunDirectoryE
         .ok_or_else(|| RunDirectoryError::without_sum(directory, CHECKSUMS))?;
     sums.check(SUMMARY)?;
     let path = directory.join(&manifest.records);
-    let sum = sum_of_file(&path).map_err(FileError::read(&path))?;
+    let sum = sha256::of_file(&path).map_err(FileError::read(&path))?;
     if manifest.records_sha256.as_ref() == Some(&sum) {
         return Ok(());
     }

@@ -45,6 +45,7 @@ pub use schema::schema;
 pub use source::{Place, Source, SourceKind};
 
 use crate::given_cycle;
+use crate::sha256;
 use crate::table::Mapping;
 use node::{Node, Step};
 use ocmc_core::operating_cycle::given::GivenCycle;
@@ -237,7 +238,7 @@ pub fn hash_of_resolved(text: &str) -> Option<String> {
 
 fn hash_of_tree(mut tree: serde_json::Value) -> String {
     tree.sort_all_objects();
-    given_cycle::hash(tree.to_string().as_bytes())
+    sha256::of_bytes(tree.to_string().as_bytes())
 }
 
 #[cfg(test)]
