@@ -36,6 +36,7 @@ mod stored;
 pub mod study;
 mod text;
 mod trace;
+mod verify;
 mod watch;
 mod word;
 
@@ -60,7 +61,7 @@ pub use identify::{
     ControllerKind, IdentifyAnswer, IdentifyOptions, IdentifyRequest, SpeedTerm, identify,
 };
 pub use merge::{MergeRequest, merge};
-pub use report::{REPORT, StoredRun, directory_of, read_run, report};
+pub use report::{REPORT, StoredRun, directory_of, note_report, read_run, report};
 pub use run::{
     CpuLevel, LAST_CYCLE_ID, MANIFEST, MOST_THREADS, Manifest, Precision, RecordFormat,
     ResumeRequest, RunAnswer, RunDirectoryError, RunEnd, RunPlan, RunRequest, SUMMARY, resume, run,
@@ -71,6 +72,7 @@ pub use stored::{
     GROUP_ROWS, PartsError, joined, load, record_batch, records, save, schema, summed_up,
 };
 pub use trace::{TimeSeries, trace};
+pub use verify::{CheckedFile, VerifyAnswer, verify};
 pub use watch::{Progress, Watch, go_on};
 pub use word::{
     CODINGS, CONTROLLERS, FOLLOWS, FORMATS, KEEPS, RADII, SPEED_TERMS, Word, detectors,

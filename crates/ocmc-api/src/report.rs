@@ -1,9 +1,19 @@
 //! Everything about a run as one page.
 
 use ocmc_io::report;
+use ocmc_io::run_directory::{self, RunDirectoryError};
+use std::path::Path;
 
 pub use ocmc_io::report::REPORT;
 pub use ocmc_io::run_directory::{StoredRun, directory_of, read as read_run};
+
+/// Notes the checksum of a report that was written to its run directory.
+///
+/// # Errors
+/// Where the checksums cannot be read or written.
+pub fn note_report(directory: &Path) -> Result<(), RunDirectoryError> {
+    run_directory::note_file(directory, REPORT)
+}
 
 /// The page: HTML that opens offline in any browser.
 ///

@@ -24,6 +24,9 @@ pub(crate) enum Failure {
     /// Standard output that cannot be written.
     #[error("cannot write to standard output: {source}")]
     StandardOutput { source: io::Error },
+    /// A run directory with files that are not what was written.
+    #[error("`{}` is not whole", path.display())]
+    NotWhole { path: PathBuf },
     /// Ctrl-C.
     #[error("interrupted: {finished}")]
     Interrupted { finished: String, help: String },

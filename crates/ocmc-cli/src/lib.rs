@@ -13,6 +13,7 @@ mod output;
 mod progress;
 mod run;
 mod study;
+mod verify;
 
 use analysis::{CompareArguments, SensitivityArguments};
 use clap::error::ErrorKind;
@@ -27,6 +28,7 @@ use std::ffi::OsString;
 use std::fs;
 use std::path::{Path, PathBuf};
 use study::StudyCommand;
+use verify::VerifyArguments;
 
 /// Done.
 pub const DONE: i32 = 0;
@@ -79,6 +81,8 @@ enum Command {
     Merge(MergeArguments),
     /// Writes the report of a run: one HTML file that opens offline
     Report(ReportArguments),
+    /// Checks every file of a run directory against its checksum
+    Verify(VerifyArguments),
     /// Estimates the numbers of a study from measurements
     #[command(subcommand)]
     Fit(FitCommand),
@@ -118,6 +122,7 @@ pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> i32 {
         Some(Command::Compare(arguments)) => analysis::compare(arguments),
         Some(Command::Merge(arguments)) => run::merge(arguments),
         Some(Command::Report(arguments)) => run::report(arguments),
+        Some(Command::Verify(arguments)) => verify::verify(arguments),
         Some(Command::Completions { shell }) => completions(*shell),
         Some(Command::Man { out }) => man(out),
     };

@@ -11,7 +11,8 @@ use ocmc_api::shell_word::{quoted, resume_command, shell_word};
 use ocmc_api::{
     CpuLevel, Error, FOLLOWS, FORMATS, Follow, GivenDrive, KEEPS, Keep, LAST_CYCLE_ID, MANIFEST,
     MOST_THREADS, Manifest, MergeRequest, Precision, REPORT, RecordFormat, ResumeRequest,
-    RouteModel, RunAnswer, RunEnd, RunPlan, RunRequest, SUMMARY, directory_of, mappings, read_run,
+    RouteModel, RunAnswer, RunEnd, RunPlan, RunRequest, SUMMARY, directory_of, mappings,
+    note_report, read_run,
 };
 use std::path::{Path, PathBuf};
 
@@ -194,6 +195,9 @@ pub(crate) fn report(arguments: &ReportArguments) -> Result<(), Failure> {
     let run = read_run(directory).map_err(Error::from)?;
     let path = out.clone().unwrap_or_else(|| directory_of(directory).join(REPORT));
     output::write(&path, ocmc_api::report(&run))?;
+    if out.is_none() {
+        note_report(directory_of(directory)).map_err(Error::from)?;
+    }
     output::note(&format!("Written: `{}`. Any browser opens it.", path.display()));
     Ok(())
 }

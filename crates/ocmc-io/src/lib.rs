@@ -12,6 +12,7 @@ pub mod operating_cycle;
 pub mod records;
 pub mod report;
 pub mod run_directory;
+pub mod sha256;
 pub mod shell_word;
 pub mod speed_change_table;
 pub mod study;

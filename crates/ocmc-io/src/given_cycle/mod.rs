@@ -8,14 +8,13 @@ mod route;
 mod track_file;
 mod vdri;
 
+use crate::sha256;
 use crate::table::error::Fault;
 use crate::table::formats::{DRIVE_CYCLE, TRACKS};
 use crate::table::source::{ending, is_table, read_text};
 use crate::table::{Mapping, Quantity, Source, Table, TableError};
 use ocmc_core::operating_cycle::given::{GivenCycle, GivenCycleError};
-use sha2::{Digest, Sha256};
-use std::fmt::Write;
-use std::fs::{self, File};
+use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
@@ -77,18 +76,9 @@ pub fn check_readable(path: &Path) -> Result<(), TableError> {
 /// Where it cannot be read.
 pub fn file_hash(path: &Path) -> Result<String, TableError> {
     match built_in(path) {
-        Some(text) => Ok(hash(text.as_bytes())),
-        None => Ok(hash(&fs::read(path).map_err(TableError::read(path))?)),
+        Some(text) => Ok(sha256::of_bytes(text.as_bytes())),
+        None => sha256::of_file(path).map_err(TableError::read(path)),
     }
-}
-
-/// SHA-256 of some bytes, in hexadecimal digits.
-pub fn hash(bytes: &[u8]) -> String {
-    let mut text = String::with_capacity(64);
-    for byte in Sha256::digest(bytes) {
-        write!(text, "{byte:02x}").expect("a string takes any text");
-    }
-    text
 }
 
 /// Names the file in an error of the core.

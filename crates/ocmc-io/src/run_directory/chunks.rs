@@ -5,6 +5,7 @@
 //! written beside its place, synced, renamed, and its directory synced: at any moment it is there
 //! whole or not at all. The file `lock` is locked by the program that writes.
 
+use super::checksum::Checksums;
 use super::durable::{replaced, sync_directory, temporary};
 use super::error::RunDirectoryError;
 use crate::file_error::FileError;
@@ -27,18 +28,29 @@ const LOCK: &str = "lock";
 pub(super) struct Chunks {
     folder: PathBuf,
     pub(super) format: RecordFormat,
+    sums: Checksums,
     /// Held for as long as the run is written.
     lock: File,
 }
 
 impl Chunks {
-    /// Opens the folder of chunks, which is created where there is none.
-    pub(super) fn open(directory: &Path, format: RecordFormat) -> Result<Self, RunDirectoryError> {
+    /// Opens the folder of chunks, which is created where there is none. `sums` makes or reads the
+    /// checksums of the directory once no other program can write to it.
+    pub(super) fn open(
+        directory: &Path,
+        format: RecordFormat,
+        sums: impl FnOnce() -> Result<Checksums, RunDirectoryError>,
+    ) -> Result<Self, RunDirectoryError> {
         let folder = directory.join(CHUNKS);
         fs::create_dir_all(&folder).map_err(FileError::create(&folder))?;
         let path = folder.join(LOCK);
         let write = FileError::write(&path);
-        let lock = File::create(&path).map_err(&write)?;
+        if path.is_symlink() {
+            let reason = "it is a symbolic link, and what it names is not ours".to_owned();
+            return Err(RunDirectoryError::Damaged(path.clone(), reason));
+        }
+        let lock = File::options().write(true).create(true).truncate(false).open(&path);
+        let lock = lock.map_err(&write)?;
         match lock.try_lock() {
             // a file system without locks protects nothing, and is no reason not to run
             Ok(()) => (),
@@ -49,7 +61,17 @@ impl Chunks {
             }
         }
         sync_directory(directory)?;
-        Ok(Self { folder, format, lock })
+        Ok(Self { folder, format, sums: sums()?, lock })
+    }
+
+    /// The checksums of the directory.
+    pub(super) fn sums(&mut self) -> &mut Checksums {
+        &mut self.sums
+    }
+
+    /// Name of a chunk in the directory.
+    fn name(&self, index: u64) -> String {
+        format!("{CHUNKS}/{index:08}.{}", self.format.name())
     }
 
     /// Where a chunk is.
@@ -58,13 +80,13 @@ impl Chunks {
     }
 
     /// Writes one chunk, or replaces it by a longer one.
-    pub(super) fn write(&self, index: u64, rows: &[Record]) -> Result<(), RunDirectoryError> {
-        let path = self.path(index);
+    pub(super) fn write(&mut self, index: u64, rows: &[Record]) -> Result<(), RunDirectoryError> {
+        let (path, name) = (self.path(index), self.name(index));
         replaced(&path, || {
             let mut writer = RecordWriter::create(&temporary(&path), self.format)?;
             writer.add(rows)?;
             writer.finish()?;
-            Ok(())
+            self.sums.add(&name, &temporary(&path))
         })
     }
 
@@ -76,6 +98,7 @@ impl Chunks {
         rows: usize,
     ) -> Result<Vec<Record>, RunDirectoryError> {
         let path = self.path(index);
+        self.sums.check(&self.name(index))?;
         let mut records = Vec::with_capacity(rows);
         records::read(&path, |group| records.extend(group.records))?;
         // a longer one was written when the program ended before the manifest could count it
@@ -84,17 +107,44 @@ impl Chunks {
         Ok(records)
     }
 
-    /// Removes the chunks, once the records are whole.
-    pub(super) fn remove(self) -> Result<(), RunDirectoryError> {
+    /// Removes the chunks, once the records are whole, and their checksums.
+    pub(super) fn remove(mut self) -> Result<(), RunDirectoryError> {
         drop(self.lock);
-        remove(&self.folder)
+        remove(&self.folder)?;
+        self.sums.retain(|name| !is_chunk(name));
+        self.sums.write()
     }
+}
+
+/// The checksums of a directory that was begun without: those of its chunks as they are now.
+pub(super) fn adopted(directory: &Path) -> Result<Checksums, RunDirectoryError> {
+    let folder = directory.join(CHUNKS);
+    let failed = FileError::read(&folder);
+    let mut sums = Checksums::create(directory)?;
+    for entry in fs::read_dir(&folder).map_err(&failed)? {
+        let name = entry.map_err(&failed)?.file_name().to_string_lossy().into_owned();
+        if name != LOCK && Path::new(&name).extension().is_some_and(|ending| ending != "tmp") {
+            sums.add(&format!("{CHUNKS}/{name}"), &folder.join(&name))?;
+        }
+    }
+    Ok(sums)
+}
+
+/// Whether a file of a run directory is a chunk.
+pub(super) fn is_chunk(name: &str) -> bool {
+    name.split('/').next() == Some(CHUNKS)
 }
 
 /// Removes what a program that ended in the wrong moment has left of its chunks.
 pub(super) fn remove_left_over(directory: &Path) -> Result<(), RunDirectoryError> {
     let folder = directory.join(CHUNKS);
-    if folder.exists() { remove(&folder) } else { Ok(()) }
+    if !folder.exists() {
+        return Ok(());
+    }
+    remove(&folder)?;
+    let Some(mut sums) = Checksums::read(directory)? else { return Ok(()) };
+    sums.retain(|name| !is_chunk(name));
+    sums.write()
 }
 
 fn remove(folder: &Path) -> Result<(), RunDirectoryError> {

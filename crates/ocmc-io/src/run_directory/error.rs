@@ -1,6 +1,6 @@
 //! What can go wrong with a run directory.
 
-use super::MANIFEST;
+use super::{CHECKSUMS, MANIFEST};
 use crate::file_error::FileError;
 use crate::records::RecordsError;
 use crate::shell_word::resume_command;
@@ -80,6 +80,12 @@ pub enum RunDirectoryError {
     /// A file does not hold the records that its manifest promises, and what is wrong.
     #[error("`{}` does not hold what its manifest says: {}", .0.display(), .1)]
     Damaged(PathBuf, String),
+    /// A file that is not what was written.
+    #[error(
+        "`{}` was changed since it was written: it has another checksum than was noted then",
+        .0.display()
+    )]
+    Changed(PathBuf),
     /// Another program writes to the directory at this moment.
     #[error("`{}` is being written by another program", .0.display())]
     Busy(PathBuf),
@@ -95,6 +101,15 @@ pub enum RunDirectoryError {
 }
 
 impl RunDirectoryError {
+    /// That of a file without a checksum; the file of checksums itself is missing.
+    pub(super) fn without_sum(directory: &Path, name: &str) -> Self {
+        let reason = match name {
+            CHECKSUMS => "it is missing".to_owned(),
+            _ => format!("`{CHECKSUMS}` has no checksum of it"),
+        };
+        Self::Damaged(directory.join(name), reason)
+    }
+
     /// That of a directory whose manifest cannot be read.
     pub(super) fn no_manifest(directory: &Path, source: io::Error) -> Self {
         let why = match source.kind() {

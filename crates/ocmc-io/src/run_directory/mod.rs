@@ -5,22 +5,28 @@
 //! was ended in any moment, power cut included, is resumed from its last chunk, and becomes the
 //! same bytes as one that was never ended.
 
+mod checksum;
 mod chunks;
 mod durable;
 mod error;
 mod merge;
 mod read;
+mod verify;
 
+pub use checksum::{CHECKSUMS, note_file};
 pub use chunks::{CHUNK_ROWS, CHUNKS};
 pub use error::RunDirectoryError;
 pub use merge::merge;
 pub use read::{StoredRun, Unfinished, directory_of, read, read_groups, unfinished};
+pub use verify::{CheckedFile, Verified, verify};
 
 use crate::file_error::FileError;
 use crate::given_drive::{Followed, GivenDrive};
 use crate::records::{RecordFormat, RecordWriter};
+use crate::sha256;
 use crate::study::{resolved_toml, study_hash};
-use chunks::Chunks;
+use checksum::Checksums;
+use chunks::{Chunks, adopted, is_chunk};
 use durable::{replace, replaced, temporary};
 use ocmc_core::fleet::dependence::Dependence;
 use ocmc_core::fleet::precision::{Precision, Reached};
@@ -45,6 +51,7 @@ pub const SUMMARY: &str = "summary.json";
 
 /// What a run directory holds. A function of study, seed and range, like the records themselves.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Manifest {
     /// Version of the layout.
     pub format_version: u32,
@@ -75,6 +82,14 @@ pub struct Manifest {
     pub precision: Option<Precision>,
     /// The resolved study, in TOML: a study file that, with what is followed, repeats the run.
     pub resolved_study: String,
+    /// SHA-256 of the file of records; absent before it is there, and in directories of earlier
+    /// versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub records_sha256: Option<String>,
+    /// SHA-256 of the manifest's own text with nothing between the quotes of this value; absent in
+    /// directories of earlier versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub manifest_sha256: Option<String>,
 }
 
 impl Manifest {
@@ -94,6 +109,8 @@ impl Manifest {
             followed: given.followed(),
             precision: None,
             resolved_study: resolved_toml(study),
+            records_sha256: None,
+            manifest_sha256: None,
         }
     }
 
@@ -221,10 +238,11 @@ impl RunDirectory {
             status: RunStatus::Running,
             completed: 0,
             records: format.file_name().to_owned(),
+            records_sha256: None,
             ..manifest
         };
         write_manifest(path, &manifest)?;
-        let chunks = Chunks::open(path, format)?;
+        let chunks = Chunks::open(path, format, || Checksums::create(path))?;
         Ok(Self { path: path.to_owned(), manifest, chunks, full: 0, waiting: Vec::new() })
     }
 
@@ -241,10 +259,20 @@ impl RunDirectory {
         sink: impl FnMut(&[Record]),
     ) -> Result<Self, RunDirectoryError> {
         let path = unfinished.path.clone();
-        let chunks = Chunks::open(&path, unfinished.format)?;
+        let begun_without_sums = unfinished.manifest.manifest_sha256.is_none();
+        let mut chunks =
+            Chunks::open(&path, unfinished.format, || match Checksums::read(&path)? {
+                _ if begun_without_sums => adopted(&path),
+                Some(sums) => Ok(sums),
+                None => Err(RunDirectoryError::without_sum(&path, CHECKSUMS)),
+            })?;
         // as it is now that no other process writes
-        let manifest = Manifest { status: RunStatus::Running, ..read_manifest(&path)? };
+        let (status, records_sha256) = (RunStatus::Running, None);
+        let manifest = Manifest { status, records_sha256, ..read_manifest(&path)? };
         let (full, waiting) = read_chunks(&chunks, &manifest, unfinished, sink)?;
+        // the other files are written anew
+        chunks.sums().retain(is_chunk);
+        chunks.sums().write()?;
         write_manifest(&path, &manifest)?;
         Ok(Self { path, manifest, chunks, full, waiting })
     }
@@ -285,11 +313,28 @@ impl RunDirectory {
         self.assemble()?;
         replace(&self.path.join(SUMMARY), summary.to_json().as_bytes())?;
         self.manifest.status = if all { RunStatus::Complete } else { RunStatus::Interrupted };
-        write_manifest(&self.path, &self.manifest)?;
+        self.seal()?;
         if all {
             self.chunks.remove()?;
         }
         Ok(self.manifest)
+    }
+
+    /// Writes the checksums of the files as they are now, and the manifest that has them.
+    fn seal(&mut self) -> Result<(), RunDirectoryError> {
+        let sum = |name: &str| {
+            let path = self.path.join(name);
+            sha256::of_file(&path).map_err(FileError::read(&path))
+        };
+        let (summary, records) = (sum(SUMMARY)?, sum(&self.manifest.records)?);
+        self.manifest.records_sha256 = Some(records.clone());
+        let text = manifest_text(&mut self.manifest);
+        let sums = self.chunks.sums();
+        sums.set(SUMMARY, summary);
+        sums.set(&self.manifest.records, records);
+        sums.set(MANIFEST, sha256::of_bytes(text.as_bytes()));
+        sums.write()?;
+        replace(&self.path.join(MANIFEST), text.as_bytes())
     }
 
     /// Writes the file of records from the chunks. It is a function of its rows alone.
@@ -343,6 +388,11 @@ pub fn read_manifest(directory: &Path) -> Result<Manifest, RunDirectoryError> {
         .map_err(|source| RunDirectoryError::no_manifest(directory, source))?;
     let manifest: Manifest = serde_json::from_str(&text)
         .map_err(|error| RunDirectoryError::Manifest(path.clone(), error))?;
+    if let Some(sum) = &manifest.manifest_sha256
+        && sha256::of_bytes(text.replacen(&own_sum(sum), &own_sum(""), 1).as_bytes()) != *sum
+    {
+        return Err(RunDirectoryError::Changed(path));
+    }
     let Manifest { first_cycle, cycles, completed, .. } = manifest;
     let reason = if completed > cycles {
         format!("{completed} of {cycles} cycles are completed, allowed are at most {cycles}")
@@ -385,7 +435,23 @@ pub fn check_free(path: &Path) -> Result<(), RunDirectoryError> {
 }
 
 fn write_manifest(directory: &Path, manifest: &Manifest) -> Result<(), RunDirectoryError> {
-    replace(&directory.join(MANIFEST), indented(manifest).as_bytes())
+    let text = manifest_text(&mut manifest.clone());
+    replace(&directory.join(MANIFEST), text.as_bytes())
+}
+
+/// A manifest as it is written, with the checksum of its own text.
+fn manifest_text(manifest: &mut Manifest) -> String {
+    manifest.manifest_sha256 = Some(String::new());
+    let text = indented(manifest);
+    let sum = sha256::of_bytes(text.as_bytes());
+    let text = text.replacen(&own_sum(""), &own_sum(&sum), 1);
+    manifest.manifest_sha256 = Some(sum);
+    text
+}
+
+/// How a manifest says the checksum of its own text.
+fn own_sum(sum: &str) -> String {
+    format!("\"manifest_sha256\": \"{sum}\"")
 }
 
 fn indented(value: &impl Serialize) -> String {
@@ -396,6 +462,7 @@ fn indented(value: &impl Serialize) -> String {
 mod tests {
     use super::*;
     use crate::records::{self, GROUP_ROWS, examples};
+    use crate::study::hash_of_resolved;
     use ocmc_core::fleet::summary::SummaryBuilder;
 
     fn manifest(cycles: u64) -> Manifest {
@@ -404,7 +471,7 @@ mod tests {
             program_version: "1.2.3".to_owned(),
             status: RunStatus::Complete,
             study: "s".to_owned(),
-            study_hash: "00ff".to_owned(),
+            study_hash: hash_of_resolved("a = 1\n").expect("TOML"),
             seed: u64::MAX,
             first_cycle: 0,
             cycles,
@@ -413,6 +480,8 @@ mod tests {
             followed: None,
             precision: None,
             resolved_study: "a = 1\n".to_owned(),
+            records_sha256: None,
+            manifest_sha256: None,
         }
     }
 

@@ -1,12 +1,16 @@
 //! Reads run directories: whole ones, and what is needed to go on with unfinished ones.
 
+use super::checksum::Checksums;
 use super::chunks::{check_rows, remove_left_over};
 use super::error::RunDirectoryError;
-use super::{FORMAT_VERSION, MANIFEST, Manifest, RunStatus, RunSummary, SUMMARY, read_manifest};
+use super::{
+    CHECKSUMS, FORMAT_VERSION, MANIFEST, Manifest, RunStatus, RunSummary, SUMMARY, read_manifest,
+};
 use crate::file_error::FileError;
 use crate::given_drive::GivenDrive;
 use crate::records::{self, Group, RecordFormat};
-use crate::study::{LoadedStudy, load_text, study_hash};
+use crate::sha256;
+use crate::study::{LoadedStudy, hash_of_resolved, load_text};
 use ocmc_core::fleet::summary::SummaryBuilder;
 use ocmc_core::record::Record;
 use ocmc_core::study::Study;
@@ -80,7 +84,40 @@ pub(super) fn ended(directory: &Path) -> Result<Manifest, RunDirectoryError> {
         let path = directory.to_owned();
         return Err(RunDirectoryError::NotEnded { path, completed, cycles });
     }
+    check_sums(directory, &manifest)?;
     Ok(manifest)
+}
+
+/// Checks the records and the summary of an ended run against their checksums, and the study
+/// against its hash. Directories of earlier versions have no checksums.
+fn check_sums(directory: &Path, manifest: &Manifest) -> Result<(), RunDirectoryError> {
+    check_study(directory, manifest)?;
+    if manifest.manifest_sha256.is_none() {
+        return Ok(());
+    }
+    let sums = Checksums::read(directory)?
+        .ok_or_else(|| RunDirectoryError::without_sum(directory, CHECKSUMS))?;
+    sums.check(SUMMARY)?;
+    let path = directory.join(&manifest.records);
+    let sum = sha256::of_file(&path).map_err(FileError::read(&path))?;
+    if manifest.records_sha256.as_ref() == Some(&sum) {
+        return Ok(());
+    }
+    Err(RunDirectoryError::Changed(path))
+}
+
+/// Checks the study of a manifest against its hash.
+pub(super) fn check_study(directory: &Path, manifest: &Manifest) -> Result<(), RunDirectoryError> {
+    match hash_of_resolved(&manifest.resolved_study) {
+        Some(hash) if hash == manifest.study_hash => Ok(()),
+        Some(hash) => Err(other_hash(directory, &hash, manifest)),
+        None => Err(other_hash(directory, "of no TOML", manifest)),
+    }
+}
+
+fn other_hash(directory: &Path, hash: &str, manifest: &Manifest) -> RunDirectoryError {
+    let reason = format!("its study has the hash {hash}, not {}", manifest.study_hash);
+    RunDirectoryError::Damaged(directory.join(MANIFEST), reason)
 }
 
 fn other_version(manifest: &Manifest) -> String {
@@ -176,14 +213,10 @@ pub(super) fn study_of(
         let reason = format!("what it follows cannot be read: {error}");
         RunDirectoryError::Damaged(path.clone(), reason)
     })?;
+    check_study(directory, manifest)?;
     let unusable = |error| RunDirectoryError::Study(path.clone(), error);
     let study = load_text(&path.display().to_string(), &manifest.resolved_study, &[] as &[&str])
         .map_err(unusable)?;
-    let hash = study_hash(&study.model);
-    if hash != manifest.study_hash {
-        let reason = format!("its study has the hash {hash}, not {}", manifest.study_hash);
-        return Err(RunDirectoryError::Damaged(path, reason));
-    }
     Ok((given.study_again(study).map_err(unusable)?, given))
 }
 

@@ -45,6 +45,7 @@ pub use schema::schema;
 pub use source::{Place, Source, SourceKind};
 
 use crate::given_cycle;
+use crate::sha256;
 use crate::table::Mapping;
 use node::{Node, Step};
 use ocmc_core::operating_cycle::given::GivenCycle;
@@ -225,10 +226,19 @@ pub fn resolved_toml(model: &StudyModel) -> String {
 ///
 /// Two studies with the same hash give the same records under the same seed and program version.
 pub fn study_hash(model: &StudyModel) -> String {
-    let mut tree =
-        serde_json::to_value(model).expect("a study is tables, lists, numbers and words");
+    hash_of_tree(serde_json::to_value(model).expect("a study is tables, lists, numbers and words"))
+}
+
+/// The hash of a resolved study by its TOML, be it that of an earlier version with other keys; none
+/// where it is no TOML.
+pub fn hash_of_resolved(text: &str) -> Option<String> {
+    let tree: toml::Table = text.parse().ok()?;
+    Some(hash_of_tree(serde_json::to_value(tree).ok()?))
+}
+
+fn hash_of_tree(mut tree: serde_json::Value) -> String {
     tree.sort_all_objects();
-    given_cycle::hash(tree.to_string().as_bytes())
+    sha256::of_bytes(tree.to_string().as_bytes())
 }
 
 #[cfg(test)]
@@ -244,6 +254,7 @@ mod tests {
             let text = resolved_toml(&model);
             assert!(!text.contains("base ="), "{text}");
             assert_eq!(load_text("resolved.toml", &text, NO_SETS).unwrap().model, model);
+            assert_eq!(hash_of_resolved(&text), Some(study_hash(&model)));
         }
     }
 

@@ -1,0 +1,68 @@
+//! Whether the files of a run directory are what was written.
+
+use crate::answer::Answer;
+use crate::error::Error;
+use ocmc_io::run_directory::{self, Verified};
+use serde::Serialize;
+use std::path::Path;
+
+pub use ocmc_io::run_directory::CheckedFile;
+
+/// What was found in a run directory.
+#[derive(Clone, Debug, Serialize)]
+pub struct VerifyAnswer {
+    /// Whether every file is what was written.
+    pub whole: bool,
+    #[serde(flatten)]
+    verified: Verified,
+}
+
+impl VerifyAnswer {
+    /// Its files, in the order of their names.
+    pub fn files(&self) -> &[CheckedFile] {
+        &self.verified.files
+    }
+}
+
+impl Answer for VerifyAnswer {
+    fn text(&self) -> String {
+        let line = |file: &CheckedFile| match &file.fault {
+            None => format!("whole    {}\n", file.name),
+            Some(fault) => format!("damaged  {}: {fault}\n", file.name),
+        };
+        self.files().iter().map(line).collect()
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        if self.verified.has_checksums {
+            return Vec::new();
+        }
+        let text = "there are no checksums, as an earlier version of the program wrote none: \
+                    changed values are not found";
+        vec![text.to_owned()]
+    }
+}
+
+/// Checks every file that a run has written: of a run that has ended, or of one that can be
+/// resumed.
+///
+/// ```
+/// use ocmc_api::{GivenDrive, RecordFormat, RunPlan, RunRequest, go_on, run, study, verify};
+/// let study = study::load("field-truck", &["mission.length_m=3000"])?;
+/// let folder = tempfile::tempdir().expect("a directory");
+/// let path = folder.path().join("a");
+/// let (given, plan) = (&GivenDrive::nothing(), RunPlan::new(1, 0, 4, None, None));
+/// let out = Some((path.clone(), RecordFormat::Csv));
+/// run(&RunRequest { study: &study, given, plan, precision: None, out }, &mut |_| (), &mut go_on)?;
+/// assert!(verify(&path)?.whole);
+/// std::fs::write(path.join("records.csv"), "changed").expect("space");
+/// assert!(!verify(&path)?.whole);
+/// # Ok::<(), ocmc_api::Error>(())
+/// ```
+///
+/// # Errors
+/// [`Error::RunDirectory`] where there is no run.
+pub fn verify(directory: &Path) -> Result<VerifyAnswer, Error> {
+    let verified = run_directory::verify(directory)?;
+    Ok(VerifyAnswer { whole: verified.is_whole(), verified })
+}

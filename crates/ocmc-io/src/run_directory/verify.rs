@@ -1,0 +1,106 @@
+//! Says of each file of a run directory whether it is what was written.
+
+use super::checksum::Checksums;
+use super::chunks::CHUNK_ROWS;
+use super::read::{check_study, directory_of, read_records};
+use super::{CHECKSUMS, CHUNKS, MANIFEST, Manifest, RunDirectoryError, RunStatus, read_manifest};
+use serde::Serialize;
+use std::path::Path;
+
+/// A run directory that was looked through.
+#[derive(Clone, Debug, Serialize)]
+pub struct Verified {
+    /// How far its run has come; none where the manifest cannot be read.
+    pub status: Option<RunStatus>,
+    /// Whether there are checksums: directories of earlier versions have none.
+    pub has_checksums: bool,
+    /// Its files, in the order of their names.
+    pub files: Vec<CheckedFile>,
+}
+
+/// A file of a run directory.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct CheckedFile {
+    /// Its name in the directory.
+    pub name: String,
+    /// What is wrong with it, in words.
+    pub fault: Option<String>,
+}
+
+impl Verified {
+    /// Whether every file is what was written.
+    pub fn is_whole(&self) -> bool {
+        self.files.iter().all(|file| file.fault.is_none())
+    }
+}
+
+/// Checks every file that a run has written, of a run that has ended or of one that can be resumed.
+///
+/// # Errors
+/// [`RunDirectoryError::NotARun`] where there is no run.
+pub fn verify(directory: &Path) -> Result<Verified, RunDirectoryError> {
+    let directory = directory_of(directory);
+    let manifest = match read_manifest(directory) {
+        Err(error @ RunDirectoryError::NotARun { .. }) => return Err(error),
+        read => read,
+    };
+    let mut files = Vec::new();
+    let mut note = |name: &str, checked: Result<(), RunDirectoryError>| {
+        let fault = checked.err().map(|error| error.to_string());
+        files.push(CheckedFile { name: name.to_owned(), fault });
+    };
+    let sums = Checksums::read(directory);
+    let (has_checksums, names) = match &sums {
+        Ok(Some(sums)) => (true, sums.names()),
+        _ => (false, Vec::new()),
+    };
+    let status = manifest.as_ref().ok().map(|manifest| manifest.status);
+    for name in &names {
+        if let (Ok(Some(sums)), false) = (&sums, *name == MANIFEST) {
+            note(name, sums.check(name));
+        }
+    }
+    match &manifest {
+        Ok(manifest) => {
+            let sealed = manifest.manifest_sha256.is_some();
+            note(MANIFEST, check_study(directory, manifest));
+            for name in files_of(manifest).iter().filter(|name| !names.contains(&name.as_str())) {
+                let lacking = || Err(RunDirectoryError::without_sum(directory, name));
+                note(name, if sealed { lacking() } else { there(directory, name) });
+            }
+            if manifest.status != RunStatus::Running {
+                let rows = read_records(directory, manifest, |_| Ok(()));
+                note(&manifest.records, rows);
+            }
+            if let Err(error) = sums {
+                note(CHECKSUMS, Err(error));
+            }
+        }
+        Err(_) => note(MANIFEST, manifest.map(|_| ())),
+    }
+    // of several faults of a file the first one
+    files.sort_by(|a, b| (&a.name, a.fault.is_none()).cmp(&(&b.name, b.fault.is_none())));
+    files.dedup_by(|later, first| later.name == first.name);
+    Ok(Verified { status, has_checksums, files })
+}
+
+/// The files that a run in this state has.
+fn files_of(manifest: &Manifest) -> Vec<String> {
+    let chunks = manifest.completed.div_ceil(CHUNK_ROWS as u64);
+    let ending = manifest.records.rsplit('.').next().unwrap_or_default();
+    let chunks = (0..chunks).map(|k| format!("{CHUNKS}/{k:08}.{ending}"));
+    let ended = [super::SUMMARY.to_owned(), manifest.records.clone()];
+    match manifest.status {
+        RunStatus::Running => chunks.collect(),
+        RunStatus::Interrupted => chunks.chain(ended).collect(),
+        RunStatus::Complete => ended.into(),
+    }
+}
+
+fn there(directory: &Path, name: &str) -> Result<(), RunDirectoryError> {
+    if directory.join(name).is_file() {
+        return Ok(());
+    }
+    let reason = "it is missing".to_owned();
+    Err(RunDirectoryError::Damaged(directory.join(name), reason))
+}

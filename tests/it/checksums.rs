@@ -1,0 +1,182 @@
+//! Files of a run directory that change behind its back are named.
+
+use crate::program::{ocmc, run_into};
+use ocmc_core::fleet::run::RunPlan;
+use ocmc_io::given_drive::GivenDrive;
+use ocmc_io::records::RecordFormat;
+use ocmc_io::run_directory::{CHUNK_ROWS, Manifest, RunDirectory, read, unfinished, verify};
+use ocmc_io::study;
+use std::fs;
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+
+/// Numbers without a pattern: splitmix64.
+struct Numbers(u64);
+
+impl Numbers {
+    fn below(&mut self, end: usize) -> usize {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) % end as u64) as usize
+    }
+}
+
+/// The files of a run directory that hold something.
+fn files(directory: &Path) -> Vec<PathBuf> {
+    let mut files = Vec::new();
+    for entry in fs::read_dir(directory).expect("a directory") {
+        let path = entry.expect("an entry").path();
+        if path.is_dir() {
+            files.extend(self::files(&path));
+        } else if fs::metadata(&path).expect("there").len() > 0 {
+            files.push(path);
+        }
+    }
+    files.sort();
+    files
+}
+
+/// Calls `is_noticed` for each of some single flipped bits and cut ends of the files.
+fn damage(
+    directory: &Path,
+    [flips, cuts]: [usize; 2],
+    seed: u64,
+    is_noticed: impl Fn(&Path) -> bool,
+) {
+    let files = files(directory);
+    let mut numbers = Numbers(seed);
+    for k in 0..flips + cuts {
+        // each file as often as any other
+        let file = &files[k % files.len()];
+        let good = fs::read(file).expect("there");
+        let mut bad = good.clone();
+        let what = if k < flips {
+            let (byte, bit) = (numbers.below(bad.len()), numbers.below(8));
+            bad[byte] ^= 1 << bit;
+            format!("bit {bit} of byte {byte}")
+        } else {
+            bad.truncate(numbers.below(good.len()));
+            format!("cut to {} of {} bytes", bad.len(), good.len())
+        };
+        fs::write(file, &bad).expect("space");
+        assert!(is_noticed(file), "{}: {what}", file.display());
+        fs::write(file, &good).expect("space");
+    }
+}
+
+#[test]
+fn a_flipped_bit_or_a_cut_end_of_a_finished_run_is_named() {
+    let parent = tempfile::tempdir().expect("a directory");
+    for (format, seed) in [("parquet", 1), ("csv", 2)] {
+        let out = parent.path().join(format);
+        run_into(&out, &["--cycles", "60", "--format", format]);
+        ocmc(&["report"]).arg(&out).assert().success();
+        assert!(verify(&out).expect("a run").is_whole());
+        damage(&out, [250, 75], seed, |file| {
+            let answer = verify(&out).expect("a run");
+            let name = file.file_name().expect("a file").to_string_lossy();
+            // the report, and the list itself, are not what is read back
+            let is_read = !["report.html", "checksums.sha256"].contains(&&*name);
+            let is_refused = read(&out).is_err();
+            !answer.is_whole() && (is_refused || !is_read)
+        });
+        assert!(verify(&out).expect("a run").is_whole());
+    }
+}
+
+/// A run that was ended by force, with two full chunks.
+fn dead_run(out: &Path, format: RecordFormat) {
+    let loaded = study::load("field-truck", &["mission.length_m=1000"]).expect("a study");
+    let given = GivenDrive::nothing();
+    let plan = RunPlan::new(1, 0, 3 * CHUNK_ROWS as u64, None, None);
+    let manifest = Manifest::new(&loaded.model, &plan, &given);
+    let mut run = RunDirectory::create(out, format, manifest).expect("empty");
+    let first = RunPlan::new(1, 0, 2 * CHUNK_ROWS as u64, None, None);
+    let ended = given.run(&loaded.study, &first, |records| {
+        run.add(&records).expect("space");
+        ControlFlow::<()>::Continue(())
+    });
+    assert!(ended.is_continue());
+}
+
+#[test]
+fn a_flipped_bit_or_a_cut_end_of_an_unfinished_run_is_named() {
+    let parent = tempfile::tempdir().expect("a directory");
+    for (format, seed) in [(RecordFormat::Parquet, 3), (RecordFormat::Csv, 4)] {
+        let out = parent.path().join(format.file_name());
+        dead_run(&out, format);
+        assert!(verify(&out).expect("a run").is_whole());
+        damage(&out, [250, 75], seed, |_| {
+            let resumed = unfinished(&out)
+                .and_then(|found| RunDirectory::resume(&found.expect("unfinished"), |_| ()));
+            resumed.is_err() && !verify(&out).expect("a run").is_whole()
+        });
+        let found = unfinished(&out).expect("whole").expect("unfinished");
+        RunDirectory::resume(&found, |_| ()).expect("whole");
+    }
+}
+
+#[test]
+fn the_checksums_are_those_of_sha256sum() {
+    let parent = tempfile::tempdir().expect("a directory");
+    let out = parent.path().join("run");
+    run_into(&out, &["--cycles", "20"]);
+    let checked = std::process::Command::new("sha256sum")
+        .args(["--check", "--strict", "--quiet", "checksums.sha256"])
+        .current_dir(&out)
+        .output();
+    match checked {
+        Err(error) => println!("SKIPPED: no sha256sum here ({error})"),
+        Ok(output) => assert!(output.status.success(), "{output:?}"),
+    }
+}
+
+#[test]
+fn verify_says_which_file_is_damaged_and_fails() {
+    let parent = tempfile::tempdir().expect("a directory");
+    let out = parent.path().join("run");
+    run_into(&out, &["--cycles", "20", "--format", "csv"]);
+    let said = |status: i32| {
+        let output = ocmc(&["verify"]).arg(&out).output().expect("it starts");
+        assert_eq!(output.status.code(), Some(status));
+        String::from_utf8(output.stdout).expect("UTF-8")
+    };
+    assert_eq!(said(0), "whole    manifest.json\nwhole    records.csv\nwhole    summary.json\n");
+    let records = out.join("records.csv");
+    let text = fs::read_to_string(&records).expect("written");
+    fs::write(&records, text.replacen("0.", "1.", 1)).expect("space");
+    let text = said(1);
+    assert!(text.contains("damaged  records.csv") && text.contains("changed since"), "{text}");
+    for command in ["report", "verify"] {
+        ocmc(&[command]).arg(&out).assert().failure();
+    }
+    let output = ocmc(&["verify"]).arg(parent.path().join("nowhere")).output();
+    assert!(String::from_utf8_lossy(&output.expect("it starts").stderr).contains("no run"));
+}
+
+#[test]
+fn a_run_of_version_0_1_0_is_read_and_resumed() {
+    let cases = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/it/cases/run-0.1.0");
+    let parent = tempfile::tempdir().expect("a directory");
+    let out = parent.path().join("run");
+    fs::create_dir(&out).expect("space");
+    for file in files(&cases) {
+        fs::copy(&file, out.join(file.file_name().expect("a file"))).expect("space");
+    }
+    let stored = read(&out).expect("a run");
+    assert_eq!((stored.records.len(), stored.manifest.records_sha256), (3, None));
+    let output = ocmc(&["verify"]).arg(&out).output().expect("it starts");
+    assert!(output.status.success());
+    assert!(String::from_utf8_lossy(&output.stderr).contains("no checksums"));
+    ocmc(&["report"]).arg(&out).assert().success();
+    let again = parent.path().join("again");
+    run_into(&again, &["--cycles", "3", "--study", "battery-truck", "--format", "csv"]);
+    let merged = parent.path().join("merged");
+    ocmc(&["merge", "--out"]).args([&merged, &out]).assert().success();
+    assert!(
+        fs::read(merged.join("records.csv")).ok() == fs::read(again.join("records.csv")).ok(),
+        "the records of version 0.1.0"
+    );
+}
