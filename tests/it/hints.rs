@@ -41,17 +41,12 @@ fn a_path_that_holds_no_run_says_what_to_do() {
         ("file", "it is a file"),
     ] {
         let expected = format!("`{path}` is no run directory ({why}); `ocmc --out DIR` makes one");
-        for arguments in [&["report", path][..], &["--resume", "--out", path]] {
+        for arguments in
+            [&["report", path][..], &["verify", path], &["merge", path, "--out", "whole"]]
+        {
             let message = message(folder, arguments, 1);
             assert!(message.contains(&expected), "{message}");
-            assert_eq!(
-                message.contains("leave it out to begin one"),
-                arguments.len() == 3,
-                "{message}"
-            );
         }
-        let message = message(folder, &["merge", path, "--out", "whole"], 1);
-        assert!(message.contains(&expected), "{message}");
     }
 }
 

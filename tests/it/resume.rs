@@ -71,7 +71,7 @@ fn interrupt(run: Child) -> (String, Duration) {
     assert!(kill.expect("kill starts").success());
     let output = run.wait_with_output().expect("it ends");
     let message = String::from_utf8(output.stderr).expect("UTF-8");
-    assert_eq!(output.status.code(), Some(1), "{message}");
+    assert_eq!(output.status.code(), Some(130), "{message}");
     assert!(message.contains("interrupted") && message.contains("--resume"), "{message}");
     (message, asked.elapsed())
 }
@@ -387,7 +387,6 @@ fn a_damaged_or_foreign_chunk_is_named() {
 fn what_cannot_be_resumed_is_said() {
     let parent = tempfile::tempdir().expect("a directory");
     let out = parent.path().join("run");
-    assert!(refused(&out).contains("manifest.json"), "nothing there");
     dead_run(&out, "parquet");
     without_checksums(&out);
     let text = fs::read_to_string(out.join("manifest.json")).expect("written");
@@ -401,10 +400,47 @@ fn what_cannot_be_resumed_is_said() {
     assert!(message.contains("version 0.0.1 of the program"), "{message}");
     let message = changed("length_m = 200.0", "length_m = 300.0");
     assert!(message.contains("hash"), "{message}");
-    for option in ["--study", "--set", "--cycles", "--first-cycle", "--seed", "--format"] {
-        let value = if option == "--format" { "csv" } else { "1" };
-        let output = ocmc(&["--resume", option, value, "--out"]).arg(&out).output();
-        assert_eq!(output.expect("it starts").status.code(), Some(2), "{option}");
+    assert_eq!(ocmc(&["--resume"]).output().expect("it starts").status.code(), Some(2));
+}
+
+#[test]
+fn the_same_command_begins_and_finishes_a_run() {
+    let parent = tempfile::tempdir().expect("a directory");
+    let (expected, out) = (parent.path().join("whole"), parent.path().join("run"));
+    let arguments = ["--cycles", "4000", "--seed", "7", "--first-cycle", "3", "--format", "csv"];
+    whole(&expected, &arguments);
+    let again = [&arguments[..], &["--resume"]].concat();
+    for wait_ms in [0, 30, 100, 200] {
+        let mut run = begin(&out, &again);
+        std::thread::sleep(Duration::from_millis(wait_ms));
+        run.kill().expect("it is ours");
+        run.wait().expect("it ends");
+    }
+    whole(&out, &again);
+    assert_same(&expected, &out, "records.csv");
+    // once more: it is complete, and nothing is run
+    whole(&out, &again);
+}
+
+#[test]
+fn what_is_typed_beside_resume_has_to_be_that_of_the_run() {
+    let parent = tempfile::tempdir().expect("a directory");
+    let out = parent.path().join("run");
+    dead_run(&out, "parquet");
+    for (typed, words) in [
+        (["--seed", "2"], "--seed is 2, and 1 in the run"),
+        (["--cycles", "1000"], "--cycles is 1000, and 100000000 in the run"),
+        (["--first-cycle", "5"], "--first-cycle is 5, and 0 in the run"),
+        (["--precision", "1%"], "--precision is another one"),
+        (["--format", "csv"], "`records.csv`, and the run has `records.parquet`"),
+        (["--set", "driver.curve_speed.exponent=0.3"], "`driver.curve_speed.exponent` is 0.3, and"),
+        (["--study", "regional"], "`study.name` is \"regional\", and \"field-truck\" in the run"),
+    ] {
+        let output = ocmc(&["--resume", "--quiet", "--out"]).arg(&out).args(typed).output();
+        let output = output.expect("it starts");
+        let message = String::from_utf8(output.stderr).expect("UTF-8");
+        assert_eq!(output.status.code(), Some(2), "{typed:?}: {message}");
+        assert!(message.contains(words), "{typed:?}: {message}");
     }
     assert_eq!(ocmc(&["--resume"]).output().expect("it starts").status.code(), Some(2));
 }

@@ -35,9 +35,6 @@ pub enum Error {
     /// A run directory that cannot be written or read.
     #[error(transparent)]
     RunDirectory(#[from] RunDirectoryError),
-    /// A run that is to be resumed and is not there.
-    #[error(transparent)]
-    NothingToResume(RunDirectoryError),
     /// A run that is to be resumed and was given something else to drive.
     #[error(
         "`{}` holds a run of other files, or of another --keep or --follow-speed; `{}` finishes it as it was begun",
@@ -47,6 +44,19 @@ pub enum Error {
     OtherRun {
         /// Its directory.
         directory: PathBuf,
+    },
+    /// A run that is to be resumed, and is another one than is said.
+    #[error(
+        "`{}` holds another run: {}; `{}` finishes it as it was begun",
+        directory.display(),
+        differences.join("; "),
+        resume_command(directory)
+    )]
+    Differs {
+        /// Its directory.
+        directory: PathBuf,
+        /// What is said otherwise.
+        differences: Vec<String>,
     },
     /// A run directory that takes no more of a run that is under way.
     #[error(transparent)]
@@ -119,14 +129,12 @@ impl Error {
             Self::Table(error)
             | Self::SpeedChange(SpeedChangeFileError::Table(error))
             | Self::GivenDrive(GivenDriveError::File(error)) => error.reason(),
-            Self::RunDirectory(error) | Self::NothingToResume(error) | Self::Unwritten(error) => {
-                match error {
-                    RunDirectoryError::NotARun { source, .. } => Some(source),
-                    RunDirectoryError::File(file)
-                    | RunDirectoryError::Records(RecordsError::File(file)) => Some(&file.source),
-                    _ => None,
-                }
-            }
+            Self::RunDirectory(error) | Self::Unwritten(error) => match error {
+                RunDirectoryError::NotARun { source, .. } => Some(source),
+                RunDirectoryError::File(file)
+                | RunDirectoryError::Records(RecordsError::File(file)) => Some(&file.source),
+                _ => None,
+            },
             _ => None,
         }
     }

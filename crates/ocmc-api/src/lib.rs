@@ -63,8 +63,9 @@ pub use identify::{
 pub use merge::{MergeRequest, merge};
 pub use report::{REPORT, StoredRun, directory_of, note_report, read_run, report};
 pub use run::{
-    CpuLevel, LAST_CYCLE_ID, MANIFEST, MOST_THREADS, Manifest, Precision, RecordFormat,
-    ResumeRequest, RunAnswer, RunDirectoryError, RunEnd, RunPlan, RunRequest, SUMMARY, resume, run,
+    Asked, CpuLevel, LAST_CYCLE_ID, MANIFEST, MOST_THREADS, Manifest, Precision, RecordFormat,
+    RequeueRequest, ResumeRequest, RunAnswer, RunDirectoryError, RunEnd, RunPlan, RunRequest,
+    SUMMARY, requeue, resume, run,
 };
 pub use sensitivity::{SensitivityAnswer, SensitivityError, SensitivityRequest, sensitivity};
 pub use source::{GivenTable, Mapping, Source, UTC_OFFSETS_H, mappings};

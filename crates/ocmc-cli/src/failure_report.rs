@@ -54,9 +54,6 @@ fn help_of(error: &Error) -> Option<String> {
         }
         Error::RunDirectory(RunDirectoryError::NotFinished { help, .. }) => help,
         Error::Table(error) | Error::GivenDrive(GivenDriveError::File(error)) => error.help()?,
-        Error::NothingToResume(_) => {
-            "--resume finishes a run that was begun; leave it out to begin one"
-        }
         Error::Unwritten(_) => {
             "what was finished is kept: --out with this directory and --resume goes on"
         }

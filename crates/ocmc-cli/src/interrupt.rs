@@ -1,15 +1,16 @@
 //! Ctrl-C: the first one asks the run to stop, a later one ends the program.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicI32, Ordering};
 use std::sync::{Once, OnceLock};
 use std::time::{Duration, Instant};
 
-static ASKED: AtomicBool = AtomicBool::new(false);
+/// The signal that asked to stop; 0 before.
+static ASKED_BY: AtomicI32 = AtomicI32::new(0);
 static ASKED_AT: OnceLock<Instant> = OnceLock::new();
 static INSTALL: Once = Once::new();
 
-/// Exit status after a second Ctrl-C, by convention of the shells.
-const ENDED_BY_CTRL_C: i32 = 130;
+/// Ctrl-C.
+const SIGINT: i32 = 2;
 /// One request to stop may arrive twice: `timeout` and schedulers signal a process and its group.
 const SAME_WISH: Duration = Duration::from_millis(500);
 
@@ -21,34 +22,41 @@ pub(crate) fn listen() {
 
 /// Whether the user has asked to stop.
 pub(crate) fn asked() -> bool {
-    ASKED.load(Ordering::Relaxed)
+    ASKED_BY.load(Ordering::Relaxed) != 0
+}
+
+/// Exit status of a run that a signal has ended: 128 and the signal's number, as of a program that
+/// does not catch it.
+pub(crate) fn exit_status() -> i32 {
+    128 + ASKED_BY.load(Ordering::Relaxed)
 }
 
 /// Notes a request to stop, or ends the program where it is another one than the first.
-fn ask() {
+fn ask(signal: i32) {
     let asked_at = ASKED_AT.get_or_init(Instant::now);
-    if ASKED.swap(true, Ordering::Relaxed) && asked_at.elapsed() > SAME_WISH {
+    let first = ASKED_BY.compare_exchange(0, signal, Ordering::Relaxed, Ordering::Relaxed);
+    if first.is_err() && asked_at.elapsed() > SAME_WISH {
         crate::output::note("ended by a second signal");
-        std::process::exit(ENDED_BY_CTRL_C);
+        std::process::exit(128 + signal);
     }
 }
 
 #[cfg(not(unix))]
 fn install() {
-    let _ = ctrlc::set_handler(ask);
+    let _ = ctrlc::set_handler(|| ask(SIGINT));
 }
 
 /// Signals that were ignored when the program started stay ignored: `nohup` ignores the hang-up of
 /// the terminal, and a script that starts a job in the background ignores Ctrl-C for it.
 #[cfg(unix)]
 fn install() {
-    use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+    use signal_hook::consts::{SIGHUP, SIGTERM};
     let ignored = std::fs::read_to_string("/proc/self/status");
     let ignored = ignored.map_or(0, |status| ignored_signals(&status));
     let heard =
         [SIGHUP, SIGINT, SIGTERM].into_iter().filter(|signal| ignored >> (signal - 1) & 1 == 0);
     if let Ok(mut signals) = signal_hook::iterator::Signals::new(heard) {
-        std::thread::spawn(move || signals.forever().for_each(|_| ask()));
+        std::thread::spawn(move || signals.forever().for_each(ask));
     }
 }
 

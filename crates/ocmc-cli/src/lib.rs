@@ -32,7 +32,7 @@ use verify::VerifyArguments;
 
 /// Done.
 pub const DONE: i32 = 0;
-/// The input or the run failed, or the run was interrupted.
+/// The input or the run failed.
 pub const FAILED: i32 = 1;
 /// Wrong usage.
 pub const WRONG_USAGE: i32 = 2;
@@ -58,7 +58,8 @@ Examples:
   ocmc --out runs/a --resume                           finish what an interrupted run began
   ocmc --set driver.curve_speed.exponent=0.5 --json    one value changed, the answer as JSON
 
-Exit status: 0 done, 1 the input or the run failed or was interrupted, 2 wrong usage.";
+Exit status: 0 done, 1 the input or the run failed, 2 wrong usage, 128 and the number of the signal that
+stopped a run.";
 
 /// The sub-commands.
 #[derive(Clone, Debug, Subcommand)]
@@ -131,7 +132,10 @@ pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> i32 {
         Err(Failure::Usage(message)) => usage(&wrong_usage(&path, &message)),
         Err(failure) => {
             output::note(&failure_report::report(&failure));
-            FAILED
+            match failure {
+                Failure::Interrupted { .. } => interrupt::exit_status(),
+                _ => FAILED,
+            }
         }
     }
 }

@@ -1,18 +1,17 @@
 //! `ocmc`, `ocmc drive`, `ocmc merge`, `ocmc report`: runs a study or what is given, and prints what
 //! its fleet adds up to.
 
-use crate::arguments::{StudyOptions, check_range, one_of, precision, whole_number};
+use crate::arguments::{check_range, one_of, precision, whole_number};
 use crate::failure::Failure;
 use crate::output::{self, warn};
 use crate::progress::watched;
 use clap::Args;
-use clap::builder::ArgPredicate;
 use ocmc_api::shell_word::{quoted, resume_command, shell_word};
 use ocmc_api::{
-    CpuLevel, Error, FOLLOWS, FORMATS, Follow, GivenDrive, KEEPS, Keep, LAST_CYCLE_ID, MANIFEST,
-    MOST_THREADS, Manifest, MergeRequest, Precision, REPORT, RecordFormat, ResumeRequest,
-    RouteModel, RunAnswer, RunEnd, RunPlan, RunRequest, SUMMARY, directory_of, mappings,
-    note_report, read_run,
+    Asked, CpuLevel, Error, FOLLOWS, FORMATS, Follow, GivenDrive, KEEPS, Keep, LAST_CYCLE_ID,
+    MANIFEST, MOST_THREADS, Manifest, MergeRequest, Precision, REPORT, RecordFormat,
+    RequeueRequest, RouteModel, RunAnswer, RunEnd, RunPlan, RunRequest, SUMMARY, directory_of,
+    mappings, note_report, read_run,
 };
 use std::path::{Path, PathBuf};
 
@@ -22,22 +21,27 @@ const LARGEST_CHUNK: u64 = 65_536;
 /// Options of a run.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct RunArguments {
-    #[command(flatten)]
-    study: StudyOptions,
-    /// Number of cycles
-    #[arg(long, value_name = "N", default_value = "1000", default_value_if("precision", ArgPredicate::IsPresent, "1000000"), allow_negative_numbers = true, value_parser = whole_number(1..=LAST_CYCLE_ID))]
-    cycles: u64,
+    /// Name of a built-in study, or a study file [default: field-truck]
+    #[arg(long, value_name = "NAME|FILE")]
+    study: Option<String>,
+    /// Replaces one value of the study, as in driver.curve_speed.exponent=0.5; may be repeated
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// Number of cycles [default: 1000]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole_number(1..=LAST_CYCLE_ID))]
+    cycles: Option<u64>,
     /// Ends the run when half of the 95 % interval of the mean consumption is that small, relative
     /// to the mean, as in 0.2%; of a quantile as in p95:1%. --cycles is then the largest number
     /// [default: 1000000]
     #[arg(long, value_name = "PRECISION", value_parser = precision)]
     precision: Option<Precision>,
-    /// Id of the first cycle: a run can be shared out over machines
-    #[arg(long, value_name = "ID", default_value = "0", allow_negative_numbers = true, value_parser = whole_number(0..=LAST_CYCLE_ID - 1))]
-    first_cycle: u64,
+    /// Id of the first cycle: a run can be shared out over machines [default: 0]
+    #[arg(long, value_name = "ID", allow_negative_numbers = true, value_parser = whole_number(0..=LAST_CYCLE_ID - 1))]
+    first_cycle: Option<u64>,
     /// Master seed: with the study and a cycle's id it fixes everything that happens in the cycle
-    #[arg(long, value_name = "N", default_value = "1", allow_negative_numbers = true, value_parser = whole_number(0..=u64::MAX))]
-    seed: u64,
+    /// [default: 1]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole_number(0..=u64::MAX))]
+    seed: Option<u64>,
     /// Threads [default: one for each CPU]
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole_number(1..=MOST_THREADS))]
     threads: Option<usize>,
@@ -45,12 +49,13 @@ pub(crate) struct RunArguments {
     /// written
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Finishes the interrupted run in --out: study, seed, range and format are those of the run
-    #[arg(long, requires = "out", conflicts_with_all = ["study", "set", "cycles", "precision", "first_cycle", "seed", "format"])]
+    /// Finishes the run in --out, or begins it where there is none: one command for the first start
+    /// and every restart. What is not typed is that of the run; what is typed has to be
+    #[arg(long, requires = "out")]
     resume: bool,
-    /// Format of the records
-    #[arg(long, value_name = "FORMAT", default_value = "parquet", requires = "out", value_parser = one_of(FORMATS))]
-    format: RecordFormat,
+    /// Format of the records [default: parquet]
+    #[arg(long, value_name = "FORMAT", requires = "out", value_parser = one_of(FORMATS))]
+    format: Option<RecordFormat>,
     /// No progress and no hints
     #[arg(long)]
     quiet: bool,
@@ -125,21 +130,23 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
 
 /// As [`run`], with what is given to be driven.
 fn run_given(arguments: &RunArguments, given: &GivenDrive) -> Result<(), Failure> {
-    let RunArguments { seed, first_cycle, cycles, threads, chunk, quiet, json, .. } = *arguments;
+    let RunArguments { seed, first_cycle, cycles, format, threads, chunk, quiet, json, .. } =
+        *arguments;
     let level = level(arguments.cpu_level)?;
+    let (study, sets) = (arguments.study.as_deref(), &arguments.set[..]);
+    let precision = arguments.precision.clone();
+    let asked = Asked { study, sets, seed, first_cycle, cycles, precision, format };
+    let plan = asked.plan(threads, chunk, level);
+    check_range(plan.first_cycle, plan.cycles)?;
     let answer = match (&arguments.out, arguments.resume) {
         (Some(directory), true) => {
-            let request = ResumeRequest { directory, given, threads, chunk, level };
-            watched(quiet, |watch| ocmc_api::resume(&request, watch))?
+            let request = RequeueRequest { directory, asked, given, threads, chunk, level };
+            watched(quiet, |watch| ocmc_api::requeue(&request, watch))?
         }
         (out, _) => {
-            check_range(first_cycle, cycles)?;
-            let plan = RunPlan::new(seed, first_cycle, cycles, threads, chunk);
-            let plan = RunPlan { level, ..plan };
-            let study = &arguments.study.load()?;
-            let out = out.clone().map(|path| (path, arguments.format));
-            let precision = arguments.precision.clone();
-            let request = RunRequest { study, given, plan, precision, out };
+            let study = &asked.load()?;
+            let out = out.clone().map(|path| (path, format.unwrap_or_default()));
+            let request = RunRequest { study, given, plan, precision: asked.precision, out };
             watched(quiet, |watch| ocmc_api::run(&request, &mut |_| (), watch))?
         }
     };

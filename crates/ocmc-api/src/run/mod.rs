@@ -1,5 +1,6 @@
 //! What a fleet adds up to: a study is driven, or what is given is driven by its population.
 
+mod requeue;
 mod text;
 
 use crate::answer::Answer;
@@ -17,6 +18,8 @@ use serde::{Serialize, Serializer};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
+
+pub use requeue::{Asked, RequeueRequest, requeue};
 
 pub use ocmc_core::fleet::precision::Precision;
 pub use ocmc_core::fleet::run::{MOST_THREADS, RunPlan};
@@ -145,22 +148,18 @@ pub fn run(
 /// ```
 ///
 /// # Errors
-/// [`Error::NothingToResume`] where there is no run, [`Error::OtherRun`] where it is one of
-/// something else, [`Error::RunDirectory`] where this program cannot go on with it, and
+/// [`Error::OtherRun`] where it is a run of something else, [`Error::RunDirectory`] where there is
+/// none, or one that this program cannot go on with, and
 /// [`Error::Unwritten`] where its directory takes no more.
 pub fn resume(request: &ResumeRequest, watch: &mut Watch) -> Result<RunAnswer, Error> {
     let ResumeRequest { directory: path, given, threads, chunk, level } = *request;
-    let no_run = |error| match error {
-        RunDirectoryError::NotARun { .. } => Error::NothingToResume(error),
-        error => error.into(),
-    };
     if !given.is_nothing() {
-        let manifest = read_manifest(path).map_err(no_run)?;
+        let manifest = read_manifest(path)?;
         if !given.is_that_of(manifest.followed.as_ref(), &manifest.routes())? {
             return Err(Error::OtherRun { directory: path.to_owned() });
         }
     }
-    let Some(unfinished) = run_directory::unfinished(path).map_err(no_run)? else {
+    let Some(unfinished) = run_directory::unfinished(path)? else {
         let stored = run_directory::read(path)?;
         return Ok(RunAnswer::stored(stored.manifest, stored.summary, RunEnd::WasComplete));
     };

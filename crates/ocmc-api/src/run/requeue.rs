@@ -1,0 +1,178 @@
+//! One request for the first start of a run and for every restart, as a requeued job makes it.
+
+use super::{
+    CpuLevel, Manifest, Precision, RecordFormat, ResumeRequest, RunAnswer, RunDirectoryError,
+    RunPlan, RunRequest, read_manifest, resume, run,
+};
+use crate::error::Error;
+use crate::watch::Watch;
+use ocmc_io::given_drive::GivenDrive;
+use ocmc_io::run_directory::RunStatus;
+use ocmc_io::study::{LoadedStudy, load, load_text};
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// What a run is said to be. What is not said is that of the run that is there, or the default.
+#[derive(Clone, Debug, Default)]
+pub struct Asked<'a> {
+    /// Name of a built-in study, or a study file; `field-truck` by default.
+    pub study: Option<&'a str>,
+    /// What is set in it.
+    pub sets: &'a [String],
+    /// Master seed; 1 by default.
+    pub seed: Option<u64>,
+    /// Id of the first cycle; 0 by default.
+    pub first_cycle: Option<u64>,
+    /// Number of cycles; 1000 by default, and at most 1 000 000 with a precision.
+    pub cycles: Option<u64>,
+    /// At which precision the run may end before its last cycle.
+    pub precision: Option<Precision>,
+    /// Format of the records; Parquet by default.
+    pub format: Option<RecordFormat>,
+}
+
+impl Asked<'_> {
+    /// The study.
+    ///
+    /// # Errors
+    /// [`Error::Study`].
+    pub fn load(&self) -> Result<LoadedStudy, Error> {
+        Ok(load(self.study.unwrap_or("field-truck"), self.sets)?)
+    }
+
+    /// The cycles, and on what they are driven.
+    pub fn plan(&self, threads: Option<usize>, chunk: Option<u64>, level: CpuLevel) -> RunPlan {
+        let cycles = if self.precision.is_some() { 1_000_000 } else { 1000 };
+        let (first_cycle, cycles) = (self.first_cycle.unwrap_or(0), self.cycles.unwrap_or(cycles));
+        RunPlan {
+            level,
+            ..RunPlan::new(self.seed.unwrap_or(1), first_cycle, cycles, threads, chunk)
+        }
+    }
+
+    /// What is said otherwise than it is in a run that is there.
+    fn differences(&self, manifest: &Manifest, given: &GivenDrive) -> Result<Vec<String>, Error> {
+        let mut found = Vec::new();
+        let mut compare = |name: &str, asked: Option<u64>, has: u64| match asked {
+            Some(asked) if asked != has => {
+                found.push(format!("--{name} is {asked}, and {has} in the run"));
+            }
+            _ => (),
+        };
+        compare("seed", self.seed, manifest.seed);
+        compare("first-cycle", self.first_cycle, manifest.first_cycle);
+        // a run that knew its answer precisely enough has ended with fewer cycles
+        let reached = self.precision.is_some() && manifest.status == RunStatus::Complete;
+        if !(reached && self.cycles.is_none_or(|cycles| manifest.cycles <= cycles)) {
+            compare("cycles", self.cycles, manifest.cycles);
+            if self.precision.is_some() && self.precision != manifest.precision {
+                found.push("--precision is another one than that of the run".to_owned());
+            }
+        }
+        if let Some(format) = self.format
+            && format.file_name() != manifest.records
+        {
+            let (asked, has) = (format.file_name(), &manifest.records);
+            found.push(format!("--format makes `{asked}`, and the run has `{has}`"));
+        }
+        if self.study.is_some() || !self.sets.is_empty() {
+            let stored =
+                |sets: &[String]| load_text("manifest.json", &manifest.resolved_study, sets);
+            let asked = match self.study {
+                Some(_) => given.study(self.load()?)?,
+                None => stored(self.sets)?,
+            };
+            found.extend(different_keys(&asked, &stored(&[])?));
+        }
+        Ok(found)
+    }
+}
+
+/// Keys of a study that say another thing in another one.
+fn different_keys(asked: &LoadedStudy, run: &LoadedStudy) -> Vec<String> {
+    let keys = |study: &LoadedStudy| {
+        let mut keys = BTreeMap::new();
+        let tree = serde_json::to_value(&study.model).expect("tables, lists, numbers and words");
+        leaves(&tree, "", &mut keys);
+        keys
+    };
+    let (asked, run) = (keys(asked), keys(run));
+    let shown = |value: Option<&Value>| value.map_or("absent".to_owned(), Value::to_string);
+    let names = asked.keys().chain(run.keys().filter(|name| !asked.contains_key(*name)));
+    let different = names.filter(|name| asked.get(*name) != run.get(*name)).map(|name| {
+        let (asked, run) = (shown(asked.get(name)), shown(run.get(name)));
+        format!("`{name}` is {asked}, and {run} in the run")
+    });
+    different.collect()
+}
+
+/// The values of a tree that are no tables, by their paths.
+fn leaves(value: &Value, path: &str, found: &mut BTreeMap<String, Value>) {
+    let Value::Object(table) = value else {
+        found.insert(path.to_owned(), value.clone());
+        return;
+    };
+    for (key, value) in table {
+        let path = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };
+        leaves(value, &path, found);
+    }
+}
+
+/// A run that is begun where there is none, and finished where there is one.
+#[derive(Clone, Debug)]
+pub struct RequeueRequest<'a> {
+    /// Its directory.
+    pub directory: &'a Path,
+    /// What it is said to be.
+    pub asked: Asked<'a>,
+    /// What is driven instead of the study's roads.
+    pub given: &'a GivenDrive,
+    /// Threads; one for each CPU where there is no number.
+    pub threads: Option<usize>,
+    /// Cycles that a thread drives at a time.
+    pub chunk: Option<u64>,
+    /// Instructions to use.
+    pub level: CpuLevel,
+}
+
+/// Begins a run where there is none, and finishes it where there is one.
+///
+/// ```
+/// use ocmc_api::{Asked, CpuLevel, Error, GivenDrive, RequeueRequest, RunEnd, go_on, requeue};
+/// let folder = tempfile::tempdir().expect("a directory");
+/// let directory = &folder.path().join("a");
+/// let sets = &["mission.length_m=3000".to_owned()];
+/// let asked = Asked { sets, cycles: Some(4), ..Asked::default() };
+/// let (given, level) = (&GivenDrive::nothing(), CpuLevel::best());
+/// let request = RequeueRequest { directory, asked, given, threads: None, chunk: None, level };
+/// assert_eq!(requeue(&request, &mut go_on)?.ended, RunEnd::Complete);
+/// assert_eq!(requeue(&request, &mut go_on)?.ended, RunEnd::WasComplete);
+/// let asked = Asked { seed: Some(2), ..request.asked.clone() };
+/// let refused = requeue(&RequeueRequest { asked, ..request }, &mut go_on);
+/// assert!(matches!(refused, Err(Error::Differs { .. })));
+/// # Ok::<(), ocmc_api::Error>(())
+/// ```
+///
+/// # Errors
+/// [`Error::Differs`] where the run is another one than is said, and those of [`run`] and of
+/// [`resume`].
+pub fn requeue(request: &RequeueRequest, watch: &mut Watch) -> Result<RunAnswer, Error> {
+    let RequeueRequest { directory, asked, given, threads, chunk, level } = request;
+    let (threads, chunk, level) = (*threads, *chunk, *level);
+    let manifest = match read_manifest(directory) {
+        Err(RunDirectoryError::NotARun { .. }) => {
+            let (study, plan) = (&asked.load()?, asked.plan(threads, chunk, level));
+            let out = Some((directory.to_path_buf(), asked.format.unwrap_or_default()));
+            let precision = asked.precision.clone();
+            let request = RunRequest { study, given, plan, precision, out };
+            return run(&request, &mut |_| (), watch);
+        }
+        read => read?,
+    };
+    let differences = asked.differences(&manifest, given)?;
+    if !differences.is_empty() {
+        return Err(Error::Differs { directory: directory.to_path_buf(), differences });
+    }
+    resume(&ResumeRequest { directory, given, threads, chunk, level }, watch)
+}
