@@ -10,8 +10,8 @@ use ocmc_api::shell_word::{quoted, resume_command, shell_word};
 use ocmc_api::{
     Asked, CpuLevel, Error, FOLLOWS, FORMATS, Follow, GivenDrive, KEEPS, Keep, LAST_CYCLE_ID,
     MANIFEST, MOST_THREADS, Manifest, MergeRequest, Precision, REPORT, RecordFormat,
-    RequeueRequest, RouteModel, RunAnswer, RunEnd, RunPlan, RunRequest, SUMMARY, directory_of,
-    mappings, note_report, read_run,
+    RequeueRequest, RouteModel, RunAnswer, RunEnd, RunRequest, SUMMARY, directory_of, mappings,
+    note_report, read_run,
 };
 use std::path::{Path, PathBuf};
 

@@ -490,7 +490,7 @@ mod tests {
         builder.add(records);
         RunSummary {
             study: "s".to_owned(),
-            study_hash: "00ff".to_owned(),
+            study_hash: manifest(0).study_hash,
             seed: u64::MAX,
             first_cycle: 0,
             summary: builder.finish(),
