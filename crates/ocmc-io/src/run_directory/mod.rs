@@ -527,7 +527,7 @@ mod tests {
             let text = fs::read_to_string(path.join(SUMMARY)).expect("written");
             let json: serde_json::Value = serde_json::from_str(&text).expect("JSON");
             assert_eq!(json["cycles"], rows.len());
-            assert_eq!(fs::read_dir(&path).expect("there").count(), 3, "no remnants");
+            assert_eq!(fs::read_dir(&path).expect("there").count(), 4, "no remnants");
         }
     }
 
