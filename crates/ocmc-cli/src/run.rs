@@ -1,5 +1,5 @@
-//! `ocmc`, `ocmc drive`, `ocmc merge`, `ocmc report`: runs a study or what is given, and prints what
-//! its fleet adds up to.
+//! `ocmc`, `ocmc drive`, `ocmc merge`, `ocmc report`: runs a study or what is given, and prints
+//! what its fleet adds up to.
 
 use crate::arguments::{check_range, one_of, precision, whole_number};
 use crate::failure::Failure;

@@ -1,8 +1,9 @@
-//! Pure models and engine of `ocmc`: a study is sampled into scenarios, each scenario is planned into a
-//! speed profile, driven in closed loop into a record, and the records are summed up into fleet answers.
+//! Pure models and engine of `ocmc`: a study is sampled into scenarios, each scenario is planned
+//! into a speed profile, driven in closed loop into a record, and the records are summed up into
+//! fleet answers.
 //!
-//! Nothing here reads files, prints, logs or looks at a clock; everything random is a pure function of
-//! (seed, cycle id, stream). SI units, with the unit in the name.
+//! Nothing here reads files, prints, logs or looks at a clock; everything random is a pure function
+//! of (seed, cycle id, stream). SI units, with the unit in the name.
 
 #![cfg_attr(
     test,

@@ -36,8 +36,8 @@ impl Outcome {
     }
 }
 
-/// Scalars of one cycle. A quantity that does not exist is `None`, never 0, and null in files. The text
-/// on a field is what the reference says of its column.
+/// Scalars of one cycle. A quantity that does not exist is `None`, never 0, and null in files. The
+/// text on a field is what the reference says of its column.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Record {
     /// Id of the cycle in the run.

@@ -20,9 +20,9 @@ use std::collections::BTreeMap;
 /// Parameters
 /// ----------
 /// curves : table, str or os.PathLike
-///     One row a curve: ``driver`` (or ``truck``), ``radius_m`` (m), ``speed_mps`` (m/s), and where known ``direction``
-///     (``left`` or ``right``), ``route_m`` (length of the route, m), ``limit_mps`` (m/s). Any table that speaks Arrow, a
-///     dictionary of columns, or a CSV file.
+///     One row a curve: ``driver`` (or ``truck``), ``radius_m`` (m), ``speed_mps`` (m/s), and where
+///     known ``direction`` (``left`` or ``right``), ``route_m`` (length of the route, m),
+///     ``limit_mps`` (m/s). Any table that speaks Arrow, a dictionary of columns, or a CSV file.
 /// columns : dict of str to str, optional
 ///     Which column is what, such as ``{"speed_kmh": "v"}``.
 /// base : Study, optional
@@ -47,20 +47,22 @@ use std::collections::BTreeMap;
 /// Returns
 /// -------
 /// Answer
-///     The content of ``ocmc fit curve-speed --json``: ``anova``, ``estimated``, ``fixed``, ``by_driver`` and others;
+///     The content of ``ocmc fit curve-speed --json``: ``anova``, ``estimated``, ``fixed``,
+///     ``by_driver`` and others;
 ///     ``study`` is the part of a study that follows from it.
 ///
 /// Raises
 /// ------
 /// ValueError
-///     Where a column is missing or a cell is wrong, where the curves do not determine the model, or where an option is
-///     out of its range.
+///     Where a column is missing or a cell is wrong, where the curves do not determine the model,
+///     or where an option is out of its range.
 /// OSError
 ///     Where the file cannot be read.
 ///
 /// Notes
 /// -----
-/// ln v = ln v₀ + δ (ln R − ln R₀) + driver + direction + residual: Romano, Godio, Bruzelius, Johannesson.
+/// ln v = ln v₀ + δ (ln R − ln R₀) + driver + direction + residual: Romano, Godio, Bruzelius,
+/// Johannesson.
 ///
 /// Examples
 /// --------
@@ -116,9 +118,11 @@ pub(crate) fn fit_curve_speed<'py>(
 /// Parameters
 /// ----------
 /// table : table, str or os.PathLike, or a list of these
-///     One row a speed change: ``acceleration_mps2`` (m/s², negative for slowing down), and where known ``category`` and
-///     ``driver`` (or ``truck``). Or logs: ``time_s``, ``speed_mps`` or ``speed_kmh``, ``limit_mps`` or ``limit_kmh``. Any
-///     table that speaks Arrow, a dictionary of columns, or a CSV file.
+///     One row a speed change: ``acceleration_mps2`` (m/s², negative for slowing down), and where
+///     known ``category`` and
+///     ``driver`` (or ``truck``). Or logs: ``time_s``, ``speed_mps`` or ``speed_kmh``,
+///     ``limit_mps`` or ``limit_kmh``. Any table that speaks Arrow, a dictionary of columns, or a
+///     CSV file.
 /// columns : dict of str to str, optional
 ///     Which column of a log is what, such as ``{"speed_mph": "gps_speed"}``.
 /// base : Study, optional
@@ -135,20 +139,23 @@ pub(crate) fn fit_curve_speed<'py>(
 /// Returns
 /// -------
 /// Answer
-///     The content of ``ocmc fit speed-change --json``: ``acceleration``, ``deceleration``, ``by_category`` and others;
+///     The content of ``ocmc fit speed-change --json``: ``acceleration``, ``deceleration``,
+///     ``by_category`` and others;
 ///     ``study`` is the part of a study that follows from it.
 ///
 /// Raises
 /// ------
 /// ValueError
-///     Where a column is missing or a cell is wrong, where no speed change is left, or where an option is out of its range.
+///     Where a column is missing or a cell is wrong, where no speed change is left, or where an
+///     option is out of its range.
 /// OSError
 ///     Where a file cannot be read.
 ///
 /// Warns
 /// -----
 /// UserWarning
-///     Where no acceleration or no deceleration was measured, and where cells of a log are no numbers.
+///     Where no acceleration or no deceleration was measured, and where cells of a log are no
+///     numbers.
 ///
 /// Notes
 /// -----
@@ -193,19 +200,24 @@ pub(crate) fn fit_speed_change<'py>(
 /// Parameters
 /// ----------
 /// cycles : OperatingCycle, str, os.PathLike or table, or a list of these
-///     Operating cycles with the track ``road_type``: from `Study.operating_cycle`, or files as ``ocmc cycle`` writes them. Or logs:
-///     ``time_s``, ``speed_mps`` or ``speed_kmh``, and where known ``yaw_rate_radps``, ``limit_mps``, ``grade`` or ``altitude_m``,
-///     ``road_type``, ``map_object``, ``position_m``, ``payload_kg`` and others; any table that speaks Arrow, a dictionary of
-///     columns, or a CSV file.
+///     Operating cycles with the track ``road_type``: from `Study.operating_cycle`, or files as
+///     ``ocmc cycle`` writes them. Or logs:
+///     ``time_s``, ``speed_mps`` or ``speed_kmh``, and where known ``yaw_rate_radps``,
+///     ``limit_mps``, ``grade`` or ``altitude_m``,
+///     ``road_type``, ``map_object``, ``position_m``, ``payload_kg`` and others; any table that
+///     speaks Arrow, a dictionary of columns, or a CSV file.
 /// columns : dict of str to str, optional
-///     Which column of a log is what, such as ``{"speed_mph": "gps_speed"}``; then all files are logs.
+///     Which column of a log is what, such as ``{"speed_mph": "gps_speed"}``; then all files are
+///     logs.
 /// base : Study, optional
-///     The study with these road types that keeps what roads do not tell; ``field-truck`` by default.
+///     The study with these road types that keeps what roads do not tell; ``field-truck`` by
+///     default.
 /// radius_range_m : tuple of float, optional
-///     Smallest and largest radius of the curves that are known, in m; the others are there and were not seen. 20 to 500 m for
-///     logs, all for operating cycles by default.
+///     Smallest and largest radius of the curves that are known, in m; the others are there and
+///     were not seen. 20 to 500 m for logs, all for operating cycles by default.
 /// road_type : str, optional
-///     Road type of logs without a column ``road_type``; by default it follows from the speed limit.
+///     Road type of logs without a column ``road_type``; by default it follows from the speed
+///     limit.
 /// altitude_average_m : float
 ///     Length over which the altitudes of logs are averaged, in m.
 /// mission_stop_s : float
@@ -220,25 +232,29 @@ pub(crate) fn fit_speed_change<'py>(
 /// Returns
 /// -------
 /// Answer
-///     The content of ``ocmc fit operating-cycle --json``: ``types`` with their ``parameters``, ``junction_turn``, ``mission``,
-///     ``birds_eye`` and others; ``study`` is the part of a study that follows from it. Lengths are in m.
+///     The content of ``ocmc fit operating-cycle --json``: ``types`` with their ``parameters``,
+///     ``junction_turn``, ``mission``,
+///     ``birds_eye`` and others; ``study`` is the part of a study that follows from it. Lengths are
+///     in m.
 ///
 /// Raises
 /// ------
 /// ValueError
-///     Where a cycle has no road types, or one that the base study does not have, where a file is no operating cycle, where a log
-///     cannot be used, or where an option is out of its range.
+///     Where a cycle has no road types, or one that the base study does not have, where a file is
+///     no operating cycle, where a log cannot be used, or where an option is out of its range.
 /// OSError
 ///     Where a file cannot be read.
 ///
 /// Warns
 /// -----
 /// UserWarning
-///     Where the roads do not tell something, which then stays as in the base study, and where a part of a log is not used.
+///     Where the roads do not tell something, which then stays as in the base study, and where a
+///     part of a log is not used.
 ///
 /// Notes
 /// -----
-/// Maximum likelihood or moments of the model that draws each part of the road: the guide's page on it has the list.
+/// Maximum likelihood or moments of the model that draws each part of the road: the guide's page on
+/// it has the list.
 ///
 /// Examples
 /// --------
@@ -303,28 +319,30 @@ fn road<'a>(cycle: &'a Bound<PyAny>, k: usize) -> PyResult<RoadSource<'a>> {
 /// Parameters
 /// ----------
 /// table : table, str or os.PathLike
-///     One row a measurement: ``road_type``, ``time`` (such as ``2024-03-01T14:00``) or ``time_s`` (from a midnight), one of
-///     ``density_share`` (of the density of standing traffic), ``density_per_m`` (vehicles per m and lane) and ``speed_ratio``
-///     (of the free speed), and, where there are several of a type, ``site``. Any table that speaks Arrow, a dictionary of
-///     columns, or a CSV file.
+///     One row a measurement: ``road_type``, ``time`` (such as ``2024-03-01T14:00``) or ``time_s``
+///     (from a midnight), one of
+///     ``density_share`` (of the density of standing traffic), ``density_per_m`` (vehicles per m
+///     and lane) and ``speed_ratio`` (of the free speed), and, where there are several of a type,
+///     ``site``. Any table that speaks Arrow, a dictionary of columns, or a CSV file.
 /// columns : dict of str to str, optional
 ///     Which column is what, such as ``{"time": "stamp"}``.
 /// base : Study, optional
 ///     The study that keeps what was not measured; ``field-truck`` by default.
 /// utc_offset_h : float, optional
-///     Hours by which the place's standard time is ahead of UTC. Times in UTC need it; times with another offset are taken at that of
-///     the first row without it.
+///     Hours by which the place's standard time is ahead of UTC. Times in UTC need it; times with
+///     another offset are taken at that of the first row without it.
 ///
 /// Returns
 /// -------
 /// Answer
-///     The content of ``ocmc fit traffic --json``: ``parameters``, ``n`` and others; ``study`` is the part of a study that
-///     follows from it.
+///     The content of ``ocmc fit traffic --json``: ``parameters``, ``n`` and others; ``study`` is
+///     the part of a study that follows from it.
 ///
 /// Raises
 /// ------
 /// ValueError
-///     Where a column is missing or a cell is wrong, or where the measurements do not determine the densities.
+///     Where a column is missing or a cell is wrong, or where the measurements do not determine the
+///     densities.
 /// OSError
 ///     Where the file cannot be read.
 ///
@@ -335,7 +353,8 @@ fn road<'a>(cycle: &'a Bound<PyAny>, k: usize) -> PyResult<RoadSource<'a>> {
 ///
 /// Notes
 /// -----
-/// Off-peak and peak densities with an autoregression on the logit scale: the guide's page on it has the list.
+/// Off-peak and peak densities with an autoregression on the logit scale: the guide's page on it
+/// has the list.
 ///
 /// Examples
 /// --------
@@ -366,28 +385,32 @@ pub(crate) fn fit_traffic<'py>(
 /// Parameters
 /// ----------
 /// table : table, str or os.PathLike
-///     One row an hour: ``time`` (such as ``2024-03-01T14:00``, the place's standard time) or ``time_s`` (from a midnight of
-///     1 January), and any of ``temperature_k`` or ``temperature_c``, ``pressure_pa`` or ``pressure_hpa``, ``relative_humidity``
-///     (0 to 1) or ``relative_humidity_percent``, ``precipitation_mps`` or ``precipitation_mm_per_h``, ``wind_speed_mps``,
-///     ``wind_direction_rad`` or ``wind_direction_deg``. Any table that speaks Arrow, a dictionary of columns, or a CSV file.
+///     One row an hour: ``time`` (such as ``2024-03-01T14:00``, the place's standard time) or
+///     ``time_s`` (from a midnight of 1 January), and any of ``temperature_k`` or
+///     ``temperature_c``, ``pressure_pa`` or ``pressure_hpa``, ``relative_humidity`` (0 to 1) or
+///     ``relative_humidity_percent``, ``precipitation_mps`` or ``precipitation_mm_per_h``,
+///     ``wind_speed_mps``,
+///     ``wind_direction_rad`` or ``wind_direction_deg``. Any table that speaks Arrow, a dictionary
+///     of columns, or a CSV file.
 /// columns : dict of str to str, optional
 ///     Which column is what, such as ``{"time": "stamp"}``.
 /// base : Study, optional
 ///     The study that keeps what was not recorded; ``field-truck`` by default.
 /// utc_offset_h : float, optional
-///     Hours by which the place's standard time is ahead of UTC. Times in UTC need it; times with another offset are taken at that of
-///     the first row without it.
+///     Hours by which the place's standard time is ahead of UTC. Times in UTC need it; times with
+///     another offset are taken at that of the first row without it.
 ///
 /// Returns
 /// -------
 /// Answer
-///     The content of ``ocmc fit weather --json``: ``parameters``, ``hours``, ``years`` and others; ``study`` is the part of a
-///     study that follows from it.
+///     The content of ``ocmc fit weather --json``: ``parameters``, ``hours``, ``years`` and others;
+///     ``study`` is the part of a study that follows from it.
 ///
 /// Raises
 /// ------
 /// ValueError
-///     Where a column is missing or a cell is wrong, or where the records do not determine the climate.
+///     Where a column is missing or a cell is wrong, or where the records do not determine the
+///     climate.
 /// OSError
 ///     Where the file cannot be read.
 ///
@@ -398,7 +421,8 @@ pub(crate) fn fit_traffic<'py>(
 ///
 /// Notes
 /// -----
-/// Harmonics of year and day, autoregressions, a chain of wet hours, Weibull winds: the guide's page on it has the list.
+/// Harmonics of year and day, autoregressions, a chain of wet hours, Weibull winds: the guide's
+/// page on it has the list.
 ///
 /// Examples
 /// --------

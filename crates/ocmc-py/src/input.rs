@@ -120,8 +120,8 @@ fn mapping(table: &Bound<PyAny>, argument: &str) -> PyResult<(Vec<String>, Vec<A
     Ok((names, columns))
 }
 
-/// A column of a mapping: numbers where numpy sees numbers, otherwise texts. None where it is no column. A copy, since
-/// Python may write into an array at any time.
+/// A column of a mapping: numbers where numpy sees numbers, otherwise texts. None where it is no
+/// column. A copy, since Python may write into an array at any time.
 fn array(column: &Bound<PyAny>) -> Option<ArrayRef> {
     let numpy = column.py().import("numpy").ok()?;
     let array = numpy.call_method1("asarray", (column,)).ok()?;

@@ -1,4 +1,5 @@
-//! The compiled part of the Python package `ocmc`: conversions between Python and the engine, and nothing else.
+//! The compiled part of the Python package `ocmc`: conversions between Python and the engine, and
+//! nothing else.
 #![allow(
     clippy::doc_link_with_quotes,
     reason = "documentation in the form that Python's tools read"
@@ -50,7 +51,8 @@ fn run_from(py: Python, arguments: Vec<OsString>) -> i32 {
     py.detach(|| ocmc_cli::run_from(arguments))
 }
 
-/// How a quantity of the summary is printed: its name with the unit for people, and the factor to that unit.
+/// How a quantity of the summary is printed: its name with the unit for people, and the factor to
+/// that unit.
 #[pyfunction]
 #[pyo3(name = "label")]
 fn label_of(column: &str) -> (&str, f64) {

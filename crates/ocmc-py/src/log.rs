@@ -22,24 +22,28 @@ const MOST_STARTS: u64 = 4096;
 /// Parameters
 /// ----------
 /// log : table, str or os.PathLike
-///     One row a sample, columns by quantity and unit: ``time_s``, ``speed_mps`` or ``speed_kmh``, ``yaw_rate_radps`` or
-///     ``yaw_rate_degps`` (positive to the left), and labels ``driver``, ``drive``. Any table that speaks Arrow, a
-///     dictionary of columns, or a CSV file, plain or compressed by gzip.
+///     One row a sample, columns by quantity and unit: ``time_s``, ``speed_mps`` or ``speed_kmh``,
+///     ``yaw_rate_radps`` or
+///     ``yaw_rate_degps`` (positive to the left), and labels ``driver``, ``drive``. Any table that
+///     speaks Arrow, a dictionary of columns, or a CSV file, plain or compressed by gzip.
 /// columns : dict of str to str, optional
 ///     Which column is what, such as ``{"speed_mph": "gps_speed", "yaw_rate_degps": "-gyro"}``.
 /// detector : {"hidden_markov", "trained", "threshold"}
-///     How curves are distinguished from straights: hidden Markov states, the same fitted to each drive first, or thresholds.
+///     How curves are distinguished from straights: hidden Markov states, the same fitted to each
+///     drive first, or thresholds.
 /// radius : {"turn", "mean", "positions"}
-///     What the radius of a curve is: length over heading change, the mean of 1 / curvature, or the circle through the
-///     positions.
+///     What the radius of a curve is: length over heading change, the mean of 1 / curvature, or the
+///     circle through the positions.
 /// central_share : float, optional
-///     Share of a curve's length, in its middle, in which speed and radius are measured; a third by default.
+///     Share of a curve's length, in its middle, in which speed and radius are measured; a third by
+///     default.
 /// split_ratio : float, optional
 ///     Cut a curve in two where its curvature steps by this factor or more.
 /// gyro_bias_radps : float, optional
 ///     Bias of the yaw rate, in rad/s; by default its median at standstill.
 /// speed_lag_s : float, optional
-///     Time by which the speed comes later than the yaw rate, in s; by default estimated from the course.
+///     Time by which the speed comes later than the yaw rate, in s; by default estimated from the
+///     course.
 /// steering_ratio : float, optional
 ///     Ratio of the steering, 1 to 100, for logs that only have the angle of the steering wheel.
 /// wheelbase_m : float, optional
@@ -48,13 +52,15 @@ const MOST_STARTS: u64 = 4096;
 /// Returns
 /// -------
 /// Table
-///     One row a curve: ``driver``, ``drive``, ``direction``, ``radius_m``, ``speed_mps``, ``start_m`` and others, as
+///     One row a curve: ``driver``, ``drive``, ``direction``, ``radius_m``, ``speed_mps``,
+///     ``start_m`` and others, as
 ///     ``ocmc curves`` writes them.
 ///
 /// Raises
 /// ------
 /// ValueError
-///     Where a column is missing or unclear, where no drive can be used, or where an option is out of its range.
+///     Where a column is missing or unclear, where no drive can be used, or where an option is out
+///     of its range.
 /// OSError
 ///     Where the file cannot be read.
 ///
@@ -65,8 +71,8 @@ const MOST_STARTS: u64 = 4096;
 ///
 /// Notes
 /// -----
-/// A table of one drive that speaks Arrow is not copied where its columns are 64-bit floats in SI units, in one piece and
-/// without nulls; other columns are copied once.
+/// A table of one drive that speaks Arrow is not copied where its columns are 64-bit floats in SI
+/// units, in one piece and without nulls; other columns are copied once.
 ///
 /// Examples
 /// --------
@@ -143,10 +149,13 @@ pub(crate) fn steering(ratio: Option<f64>, wheelbase_m: Option<f64>) -> PyResult
 /// Parameters
 /// ----------
 /// logs : table, str or os.PathLike, or a list of these
-///     One row a sample, at least one a second, columns by quantity and unit: ``time_s``, ``speed_mps`` or ``speed_kmh``,
-///     ``accelerator`` and ``brake`` (0 to 1) or ``accelerator_percent`` and ``brake_percent``, ``grade`` or
-///     ``grade_percent``; where known ``position_m`` and ``gear``, and labels ``driver``, ``drive``, ``event``. Any table that
-///     speaks Arrow, a dictionary of columns, or a CSV file, plain or compressed by gzip.
+///     One row a sample, at least one a second, columns by quantity and unit: ``time_s``,
+///     ``speed_mps`` or ``speed_kmh``,
+///     ``accelerator`` and ``brake`` (0 to 1) or ``accelerator_percent`` and ``brake_percent``,
+///     ``grade`` or
+///     ``grade_percent``; where known ``position_m`` and ``gear``, and labels ``driver``,
+///     ``drive``, ``event``. Any table that speaks Arrow, a dictionary of columns, or a CSV file,
+///     plain or compressed by gzip.
 /// study : Study
 ///     The study with the truck that was driven, such as ``Study("simulator-study")``.
 /// columns : dict of str to str, optional
@@ -172,14 +181,17 @@ pub(crate) fn steering(ratio: Option<f64>, wheelbase_m: Option<f64>) -> PyResult
 /// Returns
 /// -------
 /// Answer
-///     The content of ``ocmc identify --json``: ``fits`` with ``driver``, ``event``, ``kp`` (s/m), ``ki`` (1/m), ``kd`` (s²/m),
-///     ``set_speed_mps``, ``at_bound``, ``not_identifiable`` and others; ``population``, of three drivers or more; ``left_out``, and
+///     The content of ``ocmc identify --json``: ``fits`` with ``driver``, ``event``, ``kp`` (s/m),
+///     ``ki`` (1/m), ``kd`` (s²/m),
+///     ``set_speed_mps``, ``at_bound``, ``not_identifiable`` and others; ``population``, of three
+///     drivers or more; ``left_out``, and
 ///     ``notes`` on rows that are not used.
 ///
 /// Raises
 /// ------
 /// ValueError
-///     Where a column is missing or unclear, where no event can be identified, or where an option is out of its range.
+///     Where a column is missing or unclear, where no event can be identified, or where an option
+///     is out of its range.
 /// OSError
 ///     Where a file cannot be read.
 ///
@@ -194,7 +206,8 @@ pub(crate) fn steering(ratio: Option<f64>, wheelbase_m: Option<f64>) -> PyResult
 ///
 /// Notes
 /// -----
-/// min ∫ (a − â)² + (b − b̂)² + ((v_d − v) / 20 m/s)² dt in closed loop: Romano, Godio, Bruzelius, Johannesson.
+/// min ∫ (a − â)² + (b − b̂)² + ((v_d − v) / 20 m/s)² dt in closed loop: Romano, Godio, Bruzelius,
+/// Johannesson.
 ///
 /// Examples
 /// --------

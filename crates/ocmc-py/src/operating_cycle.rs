@@ -9,12 +9,14 @@ use pyo3::prelude::*;
 use pyo3::types::{PyCapsule, PyDict, PyIterator, PyList};
 use pyo3_arrow::error::PyArrowResult;
 
-/// Road, weather, traffic and mission of one cycle, as tracks along the road: without driver and truck.
+/// Road, weather, traffic and mission of one cycle, as tracks along the road: without driver and
+/// truck.
 ///
-/// ``cycle["grade"]`` is one track, a dictionary: ``position_m`` and ``value`` are numpy arrays, ``rule`` says how they
-/// are read: ``"constant"`` up to the next position, ``"linear"`` between them, or ``"event"`` at the position alone.
-/// The whole cycle is also one table for all that speak Arrow, such as ``polars.DataFrame(cycle)``. SI units throughout,
-/// with the unit as the name's suffix.
+/// ``cycle["grade"]`` is one track, a dictionary: ``position_m`` and ``value`` are numpy arrays,
+/// ``rule`` says how they are read: ``"constant"`` up to the next position, ``"linear"`` between
+/// them, or ``"event"`` at the position alone. The whole cycle is also one table for all that speak
+/// Arrow, such as ``polars.DataFrame(cycle)``. SI units throughout, with the unit as the name's
+/// suffix.
 ///
 /// An operating cycle comes from `Study.operating_cycle`.
 ///
@@ -100,8 +102,8 @@ impl PyOperatingCycle {
     /// Returns
     /// -------
     /// Table
-    ///     ``track``, ``rule``, ``position_m``, and ``value`` for tracks of numbers or ``name`` for tracks of names; the
-    ///     other one is null.
+    ///     ``track``, ``rule``, ``position_m``, and ``value`` for tracks of numbers or ``name`` for
+    ///     tracks of names; the other one is null.
     ///
     /// Examples
     /// --------

@@ -1,4 +1,5 @@
-//! Looks after what takes its time, from Python's side: Ctrl-C and a progress bar, some times a second.
+//! Looks after what takes its time, from Python's side: Ctrl-C and a progress bar, some times a
+//! second.
 
 use crate::answer::warn;
 use crate::error::exception;
@@ -52,7 +53,8 @@ impl Watch {
 /// Asks a question without the interpreter but for a look at its signals and the progress bar.
 ///
 /// # Errors
-/// ``KeyboardInterrupt`` after Ctrl-C, what a callback of the user raises, and what the answer says.
+/// ``KeyboardInterrupt`` after Ctrl-C, what a callback of the user raises, and what the answer
+/// says.
 pub(crate) fn watched<T: Send>(
     py: Python,
     progress: Option<&Bound<PyAny>>,

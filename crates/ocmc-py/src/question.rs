@@ -57,7 +57,8 @@ impl PyStudy {
     /// Parameters
     /// ----------
     /// path : str
-    ///     The key's full path, such as ``"driver.curve_speed.exponent"``; numbers in it are places in a list, from 0.
+    ///     The key's full path, such as ``"driver.curve_speed.exponent"``; numbers in it are places
+    ///     in a list, from 0.
     /// value : float, int, str, bool, list or dict
     ///     The value, in the key's unit.
     ///
@@ -121,14 +122,16 @@ impl PyStudy {
     /// cycles : int
     ///     Number of cycles, at least 1.
     /// seed : int
-    ///     Master seed: with the study and a cycle's id it fixes everything that happens in the cycle.
+    ///     Master seed: with the study and a cycle's id it fixes everything that happens in the
+    ///     cycle.
     /// first_cycle : int
     ///     Id of the first cycle.
     /// threads : int, optional
     ///     Threads to use, one for each CPU by default. The records do not depend on it.
     /// progress : bool or callable, optional
-    ///     True draws a progress bar, False does not; by default there is one on a terminal and in a notebook. A callable
-    ///     is called instead, some times a second, with the numbers of cycles that are done and that were asked for.
+    ///     True draws a progress bar, False does not; by default there is one on a terminal and in
+    ///     a notebook. A callable is called instead, some times a second, with the numbers of
+    ///     cycles that are done and that were asked for.
     ///
     /// Returns
     /// -------
@@ -163,8 +166,9 @@ impl PyStudy {
     /// Parameters
     /// ----------
     /// files : str or os.PathLike, or a list of these, or table
-    ///     Routes: VECTO's ``.vdri``, CSV or JSON as ``ocmc cycle`` writes it, or a route by rows (CSV); of several, each cycle
-    ///     drives one. With `follow_speed` one drive cycle over time, a CSV file or a table with ``time_s``, ``speed_mps`` or
+    ///     Routes: VECTO's ``.vdri``, CSV or JSON as ``ocmc cycle`` writes it, or a route by rows
+    ///     (CSV); of several, each cycle drives one. With `follow_speed` one drive cycle over time,
+    ///     a CSV file or a table with ``time_s``, ``speed_mps`` or
     ///     ``speed_kmh``, and ``slope`` or ``grade``; or, with ``"exact"``, a route.
     /// cycles : int
     ///     Number of cycles, at least 1.
@@ -173,8 +177,9 @@ impl PyStudy {
     /// keep : sequence of {"weather", "traffic", "mission"}, optional
     ///     What is taken from the file of a route instead of being drawn from the study.
     /// follow_speed : {"driver", "exact"}, optional
-    ///     A driver of the study drives the speeds as limits along the road and stops where it stands; or there is no driver, and
-    ///     the speed is kept exactly. Of a route, ``"exact"`` keeps the speed that the driver plans.
+    ///     A driver of the study drives the speeds as limits along the road and stops where it
+    ///     stands; or there is no driver, and the speed is kept exactly. Of a route, ``"exact"``
+    ///     keeps the speed that the driver plans.
     /// seed : int
     ///     Master seed.
     /// first_cycle : int
@@ -187,12 +192,14 @@ impl PyStudy {
     /// Returns
     /// -------
     /// Run
-    ///     The records, as of ``ocmc drive``. Where a speed was followed, the run's manifest holds it beside the study.
+    ///     The records, as of ``ocmc drive``. Where a speed was followed, the run's manifest holds
+    ///     it beside the study.
     ///
     /// Raises
     /// ------
     /// ValueError
-    ///     Where a file is neither a route nor a drive cycle, or where a number is out of its range.
+    ///     Where a file is neither a route nor a drive cycle, or where a number is out of its
+    ///     range.
     /// OSError
     ///     Where a file cannot be read.
     ///
@@ -256,8 +263,9 @@ impl PyStudy {
     /// Returns
     /// -------
     /// Answer
-    ///     The content of ``ocmc sensitivity --json``: ``factors`` with ``first`` (the share that a factor explains alone)
-    ///     and ``total`` (the share that would be gone if it were fixed), each with its 95 % interval, and others.
+    ///     The content of ``ocmc sensitivity --json``: ``factors`` with ``first`` (the share that a
+    ///     factor explains alone) and ``total`` (the share that would be gone if it were fixed),
+    ///     each with its 95 % interval, and others.
     ///
     /// Raises
     /// ------
@@ -266,7 +274,8 @@ impl PyStudy {
     ///
     /// Notes
     /// -----
-    /// By exchanging the random streams of each factor; the guide's page on sensitivity has the estimators.
+    /// By exchanging the random streams of each factor; the guide's page on sensitivity has the
+    /// estimators.
     ///
     /// Examples
     /// --------
@@ -312,8 +321,10 @@ impl PyStudy {
     /// Returns
     /// -------
     /// Answer
-    ///     The content of ``ocmc study birds-eye --json``: ``birds_eye`` with the classes ``hilliness``, ``transport_cycle``,
-    ///     ``stop_density`` and ``curve_density``, the shares and numbers per km that they come from, and others.
+    ///     The content of ``ocmc study birds-eye --json``: ``birds_eye`` with the classes
+    ///     ``hilliness``, ``transport_cycle``,
+    ///     ``stop_density`` and ``curve_density``, the shares and numbers per km that they come
+    ///     from, and others.
     ///
     /// Raises
     /// ------
@@ -343,7 +354,8 @@ impl PyStudy {
         answer(py, &watched(py, None, |watch| ocmc_api::birds_eye(&request, watch))?)
     }
 
-    /// The operating cycle of one cycle, as tracks along the road: without the driver and the truck.
+    /// The operating cycle of one cycle, as tracks along the road: without the driver and the
+    /// truck.
     ///
     /// Parameters
     /// ----------
@@ -355,8 +367,9 @@ impl PyStudy {
     /// Returns
     /// -------
     /// OperatingCycle
-    ///     Tracks by their names (``grade``, ``curvature_per_m``, ``speed_limit_mps`` and others, in SI units, with the
-    ///     unit as the name's suffix); also one table, for all that speak Arrow.
+    ///     Tracks by their names (``grade``, ``curvature_per_m``, ``speed_limit_mps`` and others,
+    ///     in SI units, with the unit as the name's suffix); also one table, for all that speak
+    ///     Arrow.
     ///
     /// Examples
     /// --------
@@ -391,8 +404,8 @@ impl PyStudy {
     /// Returns
     /// -------
     /// Table
-    ///     One row a step: ``time_s``, ``position_m``, ``speed_mps``, ``desired_speed_mps`` and others, in SI units, with
-    ///     the unit as the name's suffix.
+    ///     One row a step: ``time_s``, ``position_m``, ``speed_mps``, ``desired_speed_mps`` and
+    ///     others, in SI units, with the unit as the name's suffix.
     ///
     /// Examples
     /// --------
@@ -463,7 +476,8 @@ fn seed_of(seed: Option<&Bound<PyAny>>) -> PyResult<u64> {
     seed.map_or(Ok(1), |seed| whole_number(seed, "seed", 0, u64::MAX))
 }
 
-/// Compare two studies on the same cycles: the difference of each pair is that of the studies alone.
+/// Compare two studies on the same cycles: the difference of each pair is that of the studies
+/// alone.
 ///
 /// Parameters
 /// ----------
@@ -476,8 +490,8 @@ fn seed_of(seed: Option<&Bound<PyAny>>) -> PyResult<u64> {
 /// first_cycle : int
 ///     Id of the first cycle.
 /// column : str, optional
-///     The quantity that is compared, such as ``"mean_speed_mps"``; by default the first consumption that both have:
-///     fuel, electricity, or the work at the wheels.
+///     The quantity that is compared, such as ``"mean_speed_mps"``; by default the first
+///     consumption that both have: fuel, electricity, or the work at the wheels.
 /// threads : int, optional
 ///     Threads to use, one for each CPU by default.
 /// progress : bool or callable, optional
@@ -486,8 +500,9 @@ fn seed_of(seed: Option<&Bound<PyAny>>) -> PyResult<u64> {
 /// Returns
 /// -------
 /// Answer
-///     The content of ``ocmc compare --json``: ``a`` and ``b`` (means of the fleets), ``difference`` (b less a) with its
-///     95 % interval ``ci95``, ``share_a_lower``, ``variance_reduction`` and others, in the column's unit.
+///     The content of ``ocmc compare --json``: ``a`` and ``b`` (means of the fleets),
+///     ``difference`` (b less a) with its 95 % interval ``ci95``, ``share_a_lower``,
+///     ``variance_reduction`` and others, in the column's unit.
 ///
 /// Raises
 /// ------

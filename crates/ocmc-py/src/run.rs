@@ -22,10 +22,11 @@ use std::path::PathBuf;
 
 /// The records of a run, one a cycle, in the order of the cycle ids.
 ///
-/// ``run["column"]`` is one quantity of all cycles as a new numpy array: numbers as floats, NaN where a cycle does not
-/// have the quantity; ids and counts as unsigned integers, or as floats with NaN where a cycle lacks the count;
-/// ``run["outcome"]`` as words. ``run.records`` is the whole table, for all that speak Arrow. SI units, with the unit
-/// as the name's suffix; consumption in kWh/km, L/100 km, L/100 tkm and g/km.
+/// ``run["column"]`` is one quantity of all cycles as a new numpy array: numbers as floats, NaN
+/// where a cycle does not have the quantity; ids and counts as unsigned integers, or as floats with
+/// NaN where a cycle lacks the count;
+/// ``run["outcome"]`` as words. ``run.records`` is the whole table, for all that speak Arrow. SI
+/// units, with the unit as the name's suffix; consumption in kWh/km, L/100 km, L/100 tkm and g/km.
 ///
 /// A run comes from `Study.run` or `load`, and can be pickled.
 ///
@@ -198,7 +199,8 @@ impl PyRun {
         })
     }
 
-    /// Write records, manifest and summary, as ``ocmc --out`` does. An existing run is not overwritten.
+    /// Write records, manifest and summary, as ``ocmc --out`` does. An existing run is not
+    /// overwritten.
     ///
     /// Parameters
     /// ----------
@@ -282,12 +284,14 @@ fn broken(error: impl Display) -> PyErr {
     PyValueError::new_err(format!("no pickled run: {error}"))
 }
 
-/// What tells a pickled run that is whole from one that is not: arrow-ipc panics on some broken streams.
+/// What tells a pickled run that is whole from one that is not: arrow-ipc panics on some broken
+/// streams.
 fn checksum(manifest: &str, stream: &[u8]) -> Vec<u8> {
     Sha256::new().chain_update(manifest).chain_update(stream).finalize().to_vec()
 }
 
-/// A pickled run: its manifest (JSON), what was measured, its records, and the checksum of all that.
+/// A pickled run: its manifest (JSON), what was measured, its records, and the checksum of all
+/// that.
 #[pyfunction]
 pub(crate) fn unpickled(
     py: Python,

@@ -6,14 +6,14 @@ use pyo3::prelude::*;
 
 /// A study: models of operating cycles, drivers and vehicles, and the numerics.
 ///
-/// A study does not change; `set` makes another one. Studies are equal where they give the same records, and can be
-/// pickled.
+/// A study does not change; `set` makes another one. Studies are equal where they give the same
+/// records, and can be pickled.
 ///
 /// Parameters
 /// ----------
 /// source : str, os.PathLike or dict
-///     Name of a built-in study such as ``"field-truck"``, path of a study file (TOML), or a dictionary of the same
-///     shape. SI units throughout, with the unit as the key's suffix.
+///     Name of a built-in study such as ``"field-truck"``, path of a study file (TOML), or a
+///     dictionary of the same shape. SI units throughout, with the unit as the key's suffix.
 ///
 /// Raises
 /// ------

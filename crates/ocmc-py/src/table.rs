@@ -26,10 +26,12 @@ pub(crate) fn words<'a>(words: impl Iterator<Item = Option<&'a str>>) -> ArrayRe
 
 /// A table: named columns of equal length, in SI units with the unit as the name's suffix.
 ///
-/// It speaks the Arrow PyCapsule protocol, so that ``pyarrow.table(table)``, ``polars.DataFrame(table)``,
-/// ``pandas.DataFrame.from_arrow(table)`` and duckdb take it as it is, without a copy. ``table["column"]`` is one
-/// column as a new numpy array, NaN where there is no number and ``""`` where there is no word; ``dict(table)`` is all
-/// of them. As in a data frame, ``len(table)`` counts rows, and iteration goes over the names of the columns.
+/// It speaks the Arrow PyCapsule protocol, so that ``pyarrow.table(table)``,
+/// ``polars.DataFrame(table)``,
+/// ``pandas.DataFrame.from_arrow(table)`` and duckdb take it as it is, without a copy.
+/// ``table["column"]`` is one column as a new numpy array, NaN where there is no number and ``""``
+/// where there is no word; ``dict(table)`` is all of them. As in a data frame, ``len(table)``
+/// counts rows, and iteration goes over the names of the columns.
 ///
 /// Examples
 /// --------

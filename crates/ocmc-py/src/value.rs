@@ -1,4 +1,5 @@
-//! Values of Python on their way into a study or a plan, hostile ones included: endless, huge or broken ones are errors.
+//! Values of Python on their way into a study or a plan, hostile ones included: endless, huge or
+//! broken ones are errors.
 
 use ocmc_api::{UTC_OFFSETS_H, Word};
 use pyo3::exceptions::{PyOverflowError, PyTypeError, PyValueError};

@@ -1,5 +1,5 @@
-//! The answer of a run as text: what was run, the distribution over the fleet as a table that fits 80
-//! columns, a histogram of bars that fit the terminal, and what failed.
+//! The answer of a run as text: what was run, the distribution over the fleet as a table that fits
+//! 80 columns, a histogram of bars that fit the terminal, and what failed.
 
 use super::RunAnswer;
 use crate::text::{fact, row, threads_text};

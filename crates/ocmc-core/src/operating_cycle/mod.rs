@@ -69,7 +69,8 @@ pub struct OperatingCycleSampler {
     /// In the order of the road types.
     traffic_types: Vec<TrafficTypeModel>,
     mission: MissionModel,
-    /// Given cycles, with their weights and what they keep, to choose from instead of drawing a road.
+    /// Given cycles, with their weights and what they keep, to choose from instead of drawing a
+    /// road.
     pub(crate) routes: Vec<Route>,
 }
 

@@ -158,7 +158,8 @@ impl OperatingCycle {
     }
 }
 
-/// Steps a track on to what holds at a place; `start_m`: where what has a number begins, if it does.
+/// Steps a track on to what holds at a place; `start_m`: where what has a number begins, if it
+/// does.
 #[inline(always)]
 fn pass(number: &mut u32, next_m: &mut f64, here_m: f64, start_m: impl Fn(u32) -> Option<f64>) {
     while *next_m <= here_m {

@@ -1,8 +1,8 @@
 //! Tables with named columns, from wherever they come, and one vocabulary for all of them.
 //!
-//! [`source`] says where a table comes from, [`quantity`] and [`unit`](mod@unit) what a column can be called,
-//! [`schema`] which columns a format has, [`mapping`] what a user says about them, and [`error`]
-//! what can be wrong. A format is a [`Schema`] and a function that takes its rows.
+//! [`source`] says where a table comes from, [`quantity`] and [`unit`](mod@unit) what a column can
+//! be called, [`schema`] which columns a format has, [`mapping`] what a user says about them, and
+//! [`error`] what can be wrong. A format is a [`Schema`] and a function that takes its rows.
 
 pub mod clock;
 pub mod error;

@@ -220,7 +220,8 @@ struct Example {
 }
 
 impl Example {
-    /// A table of the study and those below it; `path` has the names of the example in place of `shown`'s.
+    /// A table of the study and those below it; `path` has the names of the example in place of
+    /// `shown`'s.
     fn table(&self, path: &str, shown: &str, key: Key, text: &mut String) {
         let is_list = key.0["type"] == "array";
         let header = if is_list { format!("[[{shown}]]") } else { format!("[{shown}]") };

@@ -1,11 +1,13 @@
 //! Traction battery: state of charge, internal resistance, and the limits of its power.
 //!
-//! The store holds energy E = s E_full at the open-circuit voltage U(s) = U_empty + s (U_full − U_empty). A power P at the terminals
-//! (positive: discharge) takes the current I of P = U I − R I², I = 2 P / (U + √(U² − 4 R P)), a form without cancellation. The store loses U I,
-//! of which R I² becomes heat. Discharge ends at the power limit or at U²/4R, whichever is lower; charging fades out over the last share of
-//! the window, so that a full battery takes nothing.
+//! The store holds energy E = s E_full at the open-circuit voltage U(s) = U_empty + s (U_full −
+//! U_empty). A power P at the terminals (positive: discharge) takes the current I of P = U I − R
+//! I², I = 2 P / (U + √(U² − 4 R P)), a form without cancellation. The store loses U I, of which R
+//! I² becomes heat. Discharge ends at the power limit or at U²/4R, whichever is lower; charging
+//! fades out over the last share of the window, so that a full battery takes nothing.
 //!
-//! One resistance for all temperatures and both directions, no ageing, no diffusion: the slow part of a cell's voltage is not there.
+//! One resistance for all temperatures and both directions, no ageing, no diffusion: the slow part
+//! of a cell's voltage is not there.
 
 use crate::distribution::Quantity;
 use crate::lanes::{Flags, Lanes, clip, one};
@@ -87,7 +89,8 @@ pub struct Charged {
     pub loss_j: f64,
 }
 
-/// Longest time for which one current holds while charging at rest, in s: the limit falls as the battery fills.
+/// Longest time for which one current holds while charging at rest, in s: the limit falls as the
+/// battery fills.
 const SLICE_S: f64 = 60.0;
 
 impl BatteryModel {
@@ -123,7 +126,8 @@ impl BatteryModel {
         clip(room, 0.0, 1.0) * self.charge_power_w
     }
 
-    /// What a power at the terminals, in W, does to the store; beyond the highest power the current stays at its peak.
+    /// What a power at the terminals, in W, does to the store; beyond the highest power the current
+    /// stays at its peak.
     pub fn flow(&self, charge: f64, power_w: f64) -> BatteryFlow {
         let (store, loss) = self.flows(one(charge), one(power_w));
         BatteryFlow { store_w: store[0], loss_w: loss[0] }
@@ -150,8 +154,8 @@ impl BatteryModel {
         (voltage * voltage).simd_lt(power_w * (4.0 * self.resistance_ohm))
     }
 
-    /// Charges at rest for some time with a charger, where that is worth while; the new state of charge is the old one and
-    /// what was gained over [`BatteryModel::capacity_j`].
+    /// Charges at rest for some time with a charger, where that is worth while; the new state of
+    /// charge is the old one and what was gained over [`BatteryModel::capacity_j`].
     pub fn charge_at_rest(&self, charging: &ChargingModel, charge: f64, time_s: f64) -> Charged {
         let mut done = Charged::default();
         if time_s < charging.shortest_s || charge >= charging.begin_below {

@@ -1,4 +1,5 @@
-//! A battery-electric powertrain: battery, motor, gears between motor and wheels, heating and cooling, charging.
+//! A battery-electric powertrain: battery, motor, gears between motor and wheels, heating and
+//! cooling, charging.
 
 pub mod battery;
 pub mod climate;
@@ -135,7 +136,8 @@ impl ElectricModel {
         self.ratio.iter().map(gear).collect()
     }
 
-    /// The strategy in the terms of an engine's gearbox: no clutch, no kick-down, a start in first gear.
+    /// The strategy in the terms of an engine's gearbox: no clutch, no kick-down, a start in first
+    /// gear.
     pub fn strategy(&self) -> ShiftModel {
         let shift = self.shift.as_ref();
         let of = |value: fn(&ElectricShiftModel) -> f64, absent| shift.map_or(absent, value);
@@ -164,12 +166,14 @@ impl ElectricModel {
         }
     }
 
-    /// Force at the wheels for a motor torque, and what the gears take on the way, in N; `per_m`: motor speed for each m/s, in rad/m.
+    /// Force at the wheels for a motor torque, and what the gears take on the way, in N; `per_m`:
+    /// motor speed for each m/s, in rad/m.
     pub fn wheel_and_lost_n(&self, per_m: f64, torque_nm: f64) -> [f64; 2] {
         self.wheel_and_lost_forces_n(one(per_m), one(torque_nm)).map(|forces| forces[0])
     }
 
-    /// The same for vehicles: gears and axle take their share of what comes from the motor, and of what goes to it.
+    /// The same for vehicles: gears and axle take their share of what comes from the motor, and of
+    /// what goes to it.
     #[inline(always)]
     pub fn wheel_and_lost_forces_n<S: Simd>(
         &self,
@@ -185,8 +189,8 @@ impl ElectricModel {
         ]
     }
 
-    /// Torque with which the motor brakes at most of a braking force at the wheels, without sign, in Nm: only driven axles brake by
-    /// it. `per_m`: motor speed for each m/s, in rad/m.
+    /// Torque with which the motor brakes at most of a braking force at the wheels, without sign,
+    /// in Nm: only driven axles brake by it. `per_m`: motor speed for each m/s, in rad/m.
     pub fn braking_torque_nm(&self, per_m: f64, force_n: f64) -> f64 {
         self.braking_torques_nm(one(per_m), one(force_n))[0]
     }
@@ -216,8 +220,8 @@ impl BatteryElectricPowertrain {
         charged.gained_j / battery.capacity_j
     }
 
-    /// The torque next to the wanted one, in Nm, at which the terminals' power stays within what the battery allows, auxiliaries
-    /// included; towards zero, so that both have one sign.
+    /// The torque next to the wanted one, in Nm, at which the terminals' power stays within what
+    /// the battery allows, auxiliaries included; towards zero, so that both have one sign.
     pub fn within_battery_nm(
         &self,
         charge: f64,
