@@ -120,6 +120,7 @@ def test_a_run_is_saved_and_loaded(run, tmp_path, form):
     path = tmp_path / "new" / "run"
     run.save(path, format=form)
     assert sorted(file.name for file in path.iterdir()) == [
+        "checksums.sha256",
         "manifest.json",
         f"records.{form}",
         "summary.json",

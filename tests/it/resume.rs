@@ -81,7 +81,7 @@ fn assert_same(expected: &Path, out: &Path, records: &str) {
         let read = |directory: &Path| fs::read(directory.join(file)).expect("written");
         assert!(read(expected) == read(out), "{file} of {}", out.display());
     }
-    assert_eq!(fs::read_dir(out).expect("there").count(), 3, "no remnants");
+    assert_eq!(fs::read_dir(out).expect("there").count(), 4, "no remnants");
 }
 
 /// Another moment in each run of the tests, up to that many milliseconds.

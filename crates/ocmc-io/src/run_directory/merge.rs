@@ -5,7 +5,7 @@ use super::error::RunDirectoryError;
 use super::read::{
     Measured, check_by_driving, directory_of, ended, measured, read_records, study_of,
 };
-use super::{CHUNKS, MANIFEST, Manifest, RunDirectory, RunStatus, RunSummary, SUMMARY};
+use super::{CHECKSUMS, CHUNKS, MANIFEST, Manifest, RunDirectory, RunStatus, RunSummary, SUMMARY};
 use crate::given_drive::GivenDrive;
 use crate::records::{Group, RecordFormat};
 use crate::shell_word::resume_command;
@@ -102,8 +102,10 @@ fn missing(out: &Path) -> Vec<&Path> {
 /// cannot be removed stays: what matters is why the merge failed.
 fn remove_written(out: &Path, created: &[&Path]) {
     let _ = fs::remove_dir_all(out.join(CHUNKS));
-    for file in
-        RecordFormat::ALL.map(RecordFormat::file_name).into_iter().chain([SUMMARY, MANIFEST])
+    for file in RecordFormat::ALL
+        .map(RecordFormat::file_name)
+        .into_iter()
+        .chain([SUMMARY, MANIFEST, CHECKSUMS])
     {
         let _ = fs::remove_file(out.join(file));
     }
