@@ -64,19 +64,25 @@ pub fn read(path: &Path, file: File, mut sink: impl FnMut(Group)) -> Result<(), 
     let reader = reader.map_err(|error| malformed(&error))?;
     thread::scope(|scope| {
         let (sender, batches) = mpsc::sync_channel(GROUPS_AHEAD);
-        scope.spawn(move || {
+        let decoder = scope.spawn(move || {
             for batch in reader {
                 if sender.send(batch).is_err() {
                     return;
                 }
             }
         });
-        for batch in batches {
+        let taken = batches.into_iter().try_for_each(|batch| {
             let batch = batch.map_err(|error| malformed(&error))?;
             let records = records(&batch).map_err(|error| malformed(&error))?;
             let batch = in_our_order(&batch).map_err(|error| malformed(&error))?;
             sink(Group { records, batch: Some(batch) });
-        }
-        Ok(())
+            Ok(())
+        });
+        // the library ends some damaged files by a panic, not by an error
+        let decoded = decoder.join();
+        taken?;
+        decoded.map_err(|_| {
+            RecordsError::Malformed(path.to_owned(), "it cannot be decoded".to_owned())
+        })
     })
 }

@@ -44,11 +44,7 @@ pub fn verify(directory: &Path) -> Result<Verified, RunDirectoryError> {
         Err(error @ RunDirectoryError::NotARun { .. }) => return Err(error),
         read => read,
     };
-    let mut files = Vec::new();
-    let mut note = |name: &str, checked: Result<(), RunDirectoryError>| {
-        let fault = checked.err().map(|error| error.to_string());
-        files.push(CheckedFile { name: name.to_owned(), fault });
-    };
+    let mut files: Vec<CheckedFile> = Vec::new();
     let sums = Checksums::read(directory);
     let (has_checksums, names) = match &sums {
         Ok(Some(sums)) => (true, sums.names()),
@@ -59,31 +55,36 @@ pub fn verify(directory: &Path) -> Result<Verified, RunDirectoryError> {
         // that of a manifest which is under way is the one that it will have
         let is_ahead = *name == MANIFEST && status == Some(RunStatus::Running);
         if let (Ok(Some(sums)), false) = (&sums, is_ahead) {
-            note(name, sums.check(name));
+            files.push(noted(name, sums.check(name)));
         }
     }
     match &manifest {
         Ok(manifest) => {
             let sealed = manifest.manifest_sha256.is_some();
-            note(MANIFEST, check_study(directory, manifest));
+            files.push(noted(MANIFEST, check_study(directory, manifest)));
             for name in files_of(manifest).iter().filter(|name| !names.contains(&name.as_str())) {
                 let lacking = || Err(RunDirectoryError::without_sum(directory, name));
-                note(name, if sealed { lacking() } else { there(directory, name) });
+                files.push(noted(name, if sealed { lacking() } else { there(directory, name) }));
             }
-            if manifest.status != RunStatus::Running {
+            let is_damaged = files.iter().any(|file| file.fault.is_some());
+            if manifest.status != RunStatus::Running && !is_damaged {
                 let rows = read_records(directory, manifest, |_| Ok(()));
-                note(&manifest.records, rows);
+                files.push(noted(&manifest.records, rows));
             }
             if let Err(error) = sums {
-                note(CHECKSUMS, Err(error));
+                files.push(noted(CHECKSUMS, Err(error)));
             }
         }
-        Err(_) => note(MANIFEST, manifest.map(|_| ())),
+        Err(_) => files.push(noted(MANIFEST, manifest.map(|_| ()))),
     }
     // of several faults of a file the first one
     files.sort_by(|a, b| (&a.name, a.fault.is_none()).cmp(&(&b.name, b.fault.is_none())));
     files.dedup_by(|later, first| later.name == first.name);
     Ok(Verified { status, has_checksums, files })
+}
+
+fn noted(name: &str, checked: Result<(), RunDirectoryError>) -> CheckedFile {
+    CheckedFile { name: name.to_owned(), fault: checked.err().map(|error| error.to_string()) }
 }
 
 /// The files that a run in this state has.
