@@ -71,7 +71,7 @@ pub fn read(path: &Path, file: File, mut sink: impl FnMut(Group)) -> Result<(), 
                 }
             }
         });
-        let taken = batches.into_iter().try_for_each(|batch| {
+        let taken: Result<(), RecordsError> = batches.into_iter().try_for_each(|batch| {
             let batch = batch.map_err(|error| malformed(&error))?;
             let records = records(&batch).map_err(|error| malformed(&error))?;
             let batch = in_our_order(&batch).map_err(|error| malformed(&error))?;
