@@ -233,10 +233,7 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         let row = &decision.row;
         let relative = speed + row[RoadRow::HEAD_WIND];
         let cross = row[RoadRow::CROSS_WIND];
-        let wind = &parameters.vehicle.cross_wind;
-        let tangent = effort.wind_tangent.min(wind.maximum_tangent);
-        let [c1, c2, c3, c4] = wind.coefficients_m2;
-        let increment = (((tangent * c4 + c3) * tangent + c2) * tangent + c1) * tangent;
+        let increment = parameters.vehicle.cross_wind.increment_m2(effort.wind_tangent);
         let half_density = row[RoadRow::HALF_DENSITY];
         let drag =
             drag_forces_n(half_density, relative, cross, self.constants.drag_area + increment);
