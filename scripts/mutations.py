@@ -77,7 +77,7 @@ PHYSICS = [
     ),
     Mutation(
         "the shift interval counts from the shift's end",
-        "hold_left[lane] = {{shift.interval_s}};",
+        "hold_left[lane.number] = {{shift.interval_s}};",
         "shift.interval_s + shift.duration_s",
         "it shift_strategy::",
     ),
@@ -119,8 +119,8 @@ PHYSICS = [
     ),
     Mutation(
         "the cross-wind increment beyond its largest angle",
-        "let tangent = {{effort.wind_tangent.min(wind.maximum_tangent)}};",
-        "effort.wind_tangent",
+        "let t = {{tangent.min(self.maximum_tangent)}};",
+        "tangent",
         "it forces::",
     ),
     Mutation(
@@ -210,7 +210,7 @@ PHYSICS = [
     ),
     Mutation(
         "a kick-down is asked for while the torque is still coming back",
-        "kick_left[lane] = {{shift.duration_s + shift.kickdown_s}};",
+        "kick_left[lane.number] = {{shift.duration_s + shift.kickdown_s}};",
         "shift.kickdown_s",
         "it shift_strategy::",
     ),
@@ -356,8 +356,8 @@ SAMPLING = [
     ),
     Mutation(
         "roughness with the shape's inverse as its shape",
-        "let shape = {{1.0 / model.shape}};",
-        "model.shape",
+        "let shape = {{1.0 / self.shape}};",
+        "self.shape",
         "core surface::tests",
     ),
     Mutation(
@@ -473,7 +473,7 @@ STATISTICS = [
     ),
     Mutation(
         "Tobit: the curvature of a censored row without its second term",
-        "bend: ({{hazard * (hazard - z)}}).clamp(0.0, 1.0)",
+        "hazard, ({{hazard * (hazard - z)}}).clamp(0.0, 1.0)]",
         "hazard * hazard",
         "estimation tobit::tests",
     ),
@@ -491,7 +491,7 @@ STATISTICS = [
     ),
     Mutation(
         "the mean absolute deviation as a standard deviation",
-        "left(k).abs() * {{FRAC_PI_2.sqrt()}}",
+        "left(at(k)).abs() * {{FRAC_PI_2.sqrt()}}",
         "(FRAC_PI_2 / FRAC_PI_2)",
         "estimation-it fit::weather",
     ),
