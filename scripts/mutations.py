@@ -109,7 +109,7 @@ PHYSICS = [
         "half of the engine brake",
         "engine_brake: demand.brake.min({{engine_speed * state.engine_brake}}),",
         "engine_speed * state.engine_brake * 0.5",
-        "it closed_loop:: energy_balance::",
+        "it forces::",
     ),
     Mutation(
         "drag without the square of the cross wind",

@@ -40,6 +40,39 @@ fn tyres_bound_the_brake() {
 }
 
 #[test]
+fn the_engine_brakes_first_with_its_power_at_the_square_of_its_speed() {
+    let study = typical(&[
+        "simulation.step_s=0.05",
+        "road.types.motorway.topography.slope_limit=0.2",
+        "driver.speed_change.deceleration_mps2=1.0",
+    ]);
+    let brakes = study.model().vehicle.brakes.clone();
+    let scenario = GivenRoad::flat(3000.0, 20.0).slope(-0.09).scenario(&study);
+    let trace = trace_scenario(&study, scenario);
+    let [dt, engine_radps, engine, service] = [
+        "step_s",
+        "engine_speed_radps",
+        "engine_brake_energy_added_j",
+        "service_brake_energy_added_j",
+    ]
+    .map(|name| column(&trace, name));
+    let mut rows = 0;
+    for k in 1..dt.len() {
+        let change = engine_radps[k] - engine_radps[k - 1];
+        // the service brakes take only what the engine cannot; while gears change it is not there
+        if service[k] > 0.0 && engine[k] > 0.0 && change.abs() < 0.5 {
+            let mean_radps = engine_radps[k] - 0.5 * change;
+            let share = mean_radps / brakes.engine_brake_speed_radps;
+            let wanted_w = brakes.engine_brake_power_w * share * share;
+            let found_w = engine[k] / dt[k];
+            assert!((found_w / wanted_w - 1.0).abs() < 0.01, "{found_w} {wanted_w}");
+            rows += 1;
+        }
+    }
+    assert!(rows > 100, "{rows}");
+}
+
+#[test]
 fn drag_in_a_cross_wind_is_the_formula_with_the_increment_up_to_its_largest_angle() {
     let study = typical(&["simulation.step_s=0.1", "road.types.motorway.wind_exposure=1.0"]);
     let mut scenario = GivenRoad::flat(3000.0, 70.0 / 3.6).stop(700.0, 5.0).scenario(&study);

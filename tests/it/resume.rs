@@ -136,6 +136,9 @@ fn so_does_one_that_ends_at_a_precision() {
     assert!(manifest(&expected)["cycles"].as_u64() > Some(3000), "several looks");
     kill_until_complete(&out, &arguments, 5, 1000);
     assert_same(&expected, &out, "records.parquet");
+    // what the precision is, too, be the program ended after the last chunk or before
+    let precision = |directory: &Path| json(&directory.join("summary.json"))["precision"].clone();
+    assert!(precision(&out).is_object() && precision(&out) == precision(&expected));
 }
 
 #[test]

@@ -7,7 +7,6 @@ use super::{
 use crate::error::Error;
 use crate::watch::Watch;
 use ocmc_io::given_drive::GivenDrive;
-use ocmc_io::run_directory::RunStatus;
 use ocmc_io::study::{LoadedStudy, load, load_text};
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -63,7 +62,8 @@ impl Asked<'_> {
         compare("seed", self.seed, manifest.seed);
         compare("first-cycle", self.first_cycle, manifest.first_cycle);
         // a run that knew its answer precisely enough has ended with fewer cycles
-        let reached = self.precision.is_some() && manifest.status == RunStatus::Complete;
+        let has_all = manifest.completed == manifest.cycles;
+        let reached = self.precision.is_some() && has_all;
         if !(reached && self.cycles.is_none_or(|cycles| manifest.cycles <= cycles)) {
             compare("cycles", self.cycles, manifest.cycles);
             if self.precision.is_some() && self.precision != manifest.precision {

@@ -306,13 +306,14 @@ impl RunDirectory {
         }
         self.manifest.completed = self.full * CHUNK_ROWS as u64 + self.waiting.len() as u64;
         let all = self.manifest.completed == self.manifest.cycles;
-        if all {
-            self.manifest.precision = None;
-        }
         write_manifest(&self.path, &self.manifest)?;
         self.assemble()?;
         replace(&self.path.join(SUMMARY), summary.to_json().as_bytes())?;
         self.manifest.status = if all { RunStatus::Complete } else { RunStatus::Interrupted };
+        if all {
+            // until now: a program that is ended before has its answer to say again
+            self.manifest.precision = None;
+        }
         self.seal()?;
         if all {
             self.chunks.remove()?;
