@@ -1,6 +1,7 @@
 //! Where a table comes from: a file of separated cells, plain or compressed by gzip or zstd, a
 //! Parquet file, a text, or a table that a calling program holds.
 
+use super::bounded::Bounded;
 use super::error::{Fault, TableError};
 use super::given::GivenTable;
 use super::schema::Style;
@@ -79,7 +80,9 @@ pub(super) fn open(source: Source, style: Style) -> Result<Opened, TableError> {
             let text: Box<dyn Read> = if style == Style::Description {
                 in_memory(&text_of(path, file)?)
             } else {
-                decompressed(file).map_err(failed)?
+                let file_bytes = file.get_ref().metadata().map_err(failed)?.len();
+                let (text, is_compressed) = decompressed(file).map_err(failed)?;
+                Box::new(Bounded::new(text, file_bytes, is_compressed))
             };
             of_text(path, text, style)
         }
@@ -100,7 +103,7 @@ pub(crate) fn read_text(path: &Path) -> Result<String, TableError> {
 
 fn text_of(path: &Path, file: BufReader<File>) -> Result<String, TableError> {
     let failed = TableError::read(path);
-    let text = decompressed(file).map_err(failed)?;
+    let (text, _) = decompressed(file).map_err(failed)?;
     let mut bytes = Vec::new();
     text.take(MOST_BYTES + 1).read_to_end(&mut bytes).map_err(failed)?;
     if bytes.len() as u64 > MOST_BYTES {
@@ -113,15 +116,15 @@ fn text_of(path: &Path, file: BufReader<File>) -> Result<String, TableError> {
     Ok(text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text))
 }
 
-/// The text of a file that may be compressed by gzip or zstd.
-fn decompressed(mut file: BufReader<File>) -> std::io::Result<Box<dyn Read>> {
+/// The text of a file that may be compressed by gzip or zstd, and whether it is.
+fn decompressed(mut file: BufReader<File>) -> std::io::Result<(Box<dyn Read>, bool)> {
     let start = file.fill_buf()?;
     Ok(if start.starts_with(&[0x1f, 0x8b]) {
-        Box::new(MultiGzDecoder::new(file))
+        (Box::new(MultiGzDecoder::new(file)), true)
     } else if start.starts_with(&[0x28, 0xb5, 0x2f, 0xfd]) {
-        Box::new(zstd::Decoder::with_buffer(file)?)
+        (Box::new(zstd::Decoder::with_buffer(file)?), true)
     } else {
-        Box::new(file)
+        (Box::new(file), false)
     })
 }
 
