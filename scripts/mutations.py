@@ -626,7 +626,7 @@ def build(root, target):
 
 
 def run(executable, filters, number):
-    """Name of the first test that fails with a change turned on, as a list; ["(no end)"] where they do not end."""
+    """Name of the first test that fails with a change turned on, as a list."""
     program, folder = executable
     command = [program, "--skip", SKIPPED, *filters]
     environment = os.environ | {VARIABLE: str(number)}
