@@ -115,7 +115,7 @@ PHYSICS = [
         "drag without the square of the cross wind",
         "half_density * ({{relative_mps * relative_mps + cross_mps * cross_mps}});",
         "relative_mps * relative_mps",
-        "core resistance::tests; it energy_balance:: closed_form::",
+        "it forces:: energy_balance:: closed_form::",
     ),
     Mutation(
         "the cross-wind increment beyond its largest angle",
