@@ -58,8 +58,8 @@ Examples:
   ocmc --out runs/a --resume                           finish what an interrupted run began
   ocmc --set driver.curve_speed.exponent=0.5 --json    one value changed, the answer as JSON
 
-Exit status: 0 done, 1 the input or the run failed, 2 wrong usage, 128 and the number of the signal that
-stopped a run.";
+Exit status: 0 done, 1 the input or the run failed, 2 wrong usage, 128 + N stopped by
+signal N.";
 
 /// The sub-commands.
 #[derive(Clone, Debug, Subcommand)]
