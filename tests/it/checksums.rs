@@ -5,7 +5,7 @@ use ocmc_core::fleet::run::RunPlan;
 use ocmc_io::given_drive::GivenDrive;
 use ocmc_io::records::RecordFormat;
 use ocmc_io::run_directory::{CHUNK_ROWS, Manifest, RunDirectory, read, unfinished, verify};
-use ocmc_io::study;
+use ocmc_io::study::{self, Files};
 use std::fs;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -109,11 +109,11 @@ fn a_flipped_bit_or_a_cut_end_of_an_unfinished_run_is_named() {
         dead_run(&out, format);
         assert!(verify(&out).expect("a run").is_whole());
         damage(&out, [250, 75], seed, |_| {
-            let resumed = unfinished(&out)
+            let resumed = unfinished(&out, &Files::here())
                 .and_then(|found| RunDirectory::resume(&found.expect("unfinished"), |_| ()));
             resumed.is_err() && !verify(&out).expect("a run").is_whole()
         });
-        let found = unfinished(&out).expect("whole").expect("unfinished");
+        let found = unfinished(&out, &Files::here()).expect("whole").expect("unfinished");
         RunDirectory::resume(&found, |_| ()).expect("whole");
     }
 }

@@ -356,7 +356,7 @@ fn cycles_that_could_not_be_driven_are_counted_by_reason() {
     for part in ["Not completed: ", "timed_out", "in no mean", "Worst case", "L/100 km"] {
         assert!(text.contains(part), "{part}: {text}");
     }
-    let text = arguments("10", "20");
+    let text = arguments("203", "20");
     assert!(text.contains("Not completed: 20 of 20 cycles (100.00 %): 20 timed_out"), "{text}");
     assert!(!text.contains("NaN") && !text.contains("Worst case"), "{text}");
 }

@@ -273,7 +273,7 @@ fn ctrl_c_stops_within_a_second_and_the_rest_is_resumed() {
     // a chunk of such cycles takes half a minute of a core: a stop cannot wait for one, however
     // many cores there are
     let run = Command::new(env!("CARGO_BIN_EXE_ocmc"))
-        .args(["--set", "mission.length_m=5000000", "--cycles", "1000000", "--out"])
+        .args(["--set", "mission.length_m=4000000", "--cycles", "1000000", "--out"])
         .arg(&out)
         .stdout(Stdio::null())
         .stderr(Stdio::piped())

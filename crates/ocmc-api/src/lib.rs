@@ -82,4 +82,4 @@ pub use word::{
 pub use ocmc_core::kernel::trace::TableColumn;
 pub use ocmc_core::record::Record;
 pub use ocmc_io::label::label;
-pub use ocmc_io::{number_text, shell_word};
+pub use ocmc_io::{number_text, printable, shell_word};

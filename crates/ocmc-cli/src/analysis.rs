@@ -1,14 +1,15 @@
 //! `ocmc sensitivity`, `ocmc compare`: which factors the spread between cycles comes from, and how
 //! studies differ under common random numbers.
 
-use crate::arguments::{RangeArguments, StudyOptions, check_range, whole_number};
+use crate::arguments::{FileOptions, RangeArguments, StudyOptions, check_range, whole_number};
 use crate::failure::Failure;
 use crate::output;
 use crate::progress::watched;
 use clap::Args;
 use clap::builder::PossibleValuesParser;
-use ocmc_api::study::{self, LoadedStudy};
+use ocmc_api::study::LoadedStudy;
 use ocmc_api::{CompareRequest, MOST_THREADS, SensitivityRequest, columns, factors};
+use std::path::PathBuf;
 
 /// Most cycles of a crossed design: the values of all of them are held in memory, once for each
 /// driver.
@@ -58,10 +59,12 @@ pub(crate) struct CompareArguments {
     /// Built-in studies or study files, the baseline first; a single one is compared with itself
     /// under --set
     #[arg(value_name = "NAME|FILE", required = true)]
-    studies: Vec<String>,
+    studies: Vec<PathBuf>,
     /// Replaces one value of every study; of a single one, in its second version; may be repeated
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
+    #[command(flatten)]
+    files: FileOptions,
     #[command(flatten)]
     analysis: AnalysisArguments,
 }
@@ -99,9 +102,9 @@ pub(crate) fn compare(arguments: &CompareArguments) -> Result<(), Failure> {
 
 /// The studies that were named; of a single one, the study as it is and with the settings.
 fn named(arguments: &CompareArguments) -> Result<Vec<(String, LoadedStudy)>, Failure> {
-    let CompareArguments { studies, set, .. } = arguments;
-    let load = |name: &String, sets: &[String]| -> Result<(String, LoadedStudy), Failure> {
-        let loaded = study::load(name, sets)?;
+    let CompareArguments { studies, set, files, .. } = arguments;
+    let load = |name: &PathBuf, sets: &[String]| -> Result<(String, LoadedStudy), Failure> {
+        let loaded = files.load(name, sets)?;
         Ok((loaded.origin.to_string(), loaded))
     };
     let [only] = studies.as_slice() else {

@@ -3,30 +3,53 @@
 use crate::failure::Failure;
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use ocmc_api::study::{self, LoadedStudy};
+use ocmc_api::study::{self, Files, Given, LoadedStudy};
 use ocmc_api::{LAST_CYCLE_ID, Precision, RunPlan, Source, UTC_OFFSETS_H, Word};
 use std::fmt::Display;
 use std::ops::RangeInclusive;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Largest precision that can be asked for.
 const COARSEST: f64 = 0.5;
 
+/// The files that a study may name.
+#[derive(Clone, Copy, Debug, Args)]
+pub(crate) struct FileOptions {
+    /// Reads no file that a study is or names: allowed are built-in studies and vehicles, and the
+    /// study `-`, the text on standard input. For services that run studies of others
+    #[arg(long)]
+    no_files: bool,
+}
+
+impl FileOptions {
+    /// The files.
+    pub(crate) fn files(self) -> Files {
+        if self.no_files { Files::Refused } else { Files::here() }
+    }
+
+    /// A study with what is set in it.
+    pub(crate) fn load(self, study: &Path, sets: &[String]) -> Result<LoadedStudy, Failure> {
+        Ok(study::open(&Given::Named(study), &self.files(), sets)?)
+    }
+}
+
 /// A study, and what is set in it.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct StudyOptions {
-    /// Name of a built-in study, or a study file
+    /// Name of a built-in study, a study file, or `-` for standard input
     #[arg(long, value_name = "NAME|FILE", default_value = "field-truck")]
-    pub(crate) study: String,
+    pub(crate) study: PathBuf,
     /// Replaces one value of the study, as in driver.curve_speed.exponent=0.5; may be repeated
     #[arg(long, value_name = "KEY=VALUE")]
     pub(crate) set: Vec<String>,
+    #[command(flatten)]
+    files: FileOptions,
 }
 
 impl StudyOptions {
     /// The study with what is set in it.
     pub(crate) fn load(&self) -> Result<LoadedStudy, Failure> {
-        Ok(study::load(&self.study, &self.set)?)
+        self.files.load(&self.study, &self.set)
     }
 }
 

@@ -5,6 +5,7 @@ use crate::output::width;
 use miette::{
     GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteDiagnostic, NamedSource, Report,
 };
+use ocmc_api::printable::{is_hidden, printable};
 use ocmc_api::shell_word::resume_command;
 use ocmc_api::study::{Fault, StudyFileError};
 use ocmc_api::{Error, GivenDriveError, RunDirectoryError, SensitivityError};
@@ -27,7 +28,7 @@ pub(crate) fn report(failure: &Failure) -> String {
         _ => None,
     };
     let help = help.map_or_else(String::new, |help| format!("\n  help: {help}"));
-    format!("error: {failure}{help}")
+    printable(&format!("error: {failure}{help}")).into_owned()
 }
 
 /// What to do about a question without an answer.
@@ -95,13 +96,13 @@ fn study_report(error: &StudyFileError) -> String {
 /// One fault; none where it cannot be drawn.
 fn draw(fault: &Fault, width: usize) -> Option<String> {
     let lines: Vec<&str> = fault.help.iter().chain(&fault.note).map(String::as_str).collect();
-    let help = (!lines.is_empty()).then(|| lines.join("\n"));
-    let message = MietteDiagnostic { help, ..MietteDiagnostic::new(fault.cause.to_string()) };
+    let help = (!lines.is_empty()).then(|| printable(&lines.join("\n")).into_owned());
+    let message = MietteDiagnostic { help, ..MietteDiagnostic::new(fault.message()) };
     let report = match &fault.place {
         Some(place) => {
             let text = &place.source.text;
             let line = text.lines().nth(place.line() - 1).unwrap_or_default();
-            if line.chars().count() > LONGEST_LINE || line.chars().any(char::is_control) {
+            if line.chars().count() > LONGEST_LINE || line.chars().any(is_hidden) {
                 return None;
             }
             let message = message.with_label(LabeledSpan::underline(place.span.clone()));

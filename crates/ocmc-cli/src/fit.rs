@@ -1,20 +1,20 @@
 //! `ocmc fit`: from measurements to the numbers of a study.
 
-use crate::arguments::{one_of, sources, utc_offset_h};
+use crate::arguments::{FileOptions, one_of, sources, utc_offset_h};
 use crate::failure::Failure;
 use crate::log::SteeringArguments;
 use crate::output::{self, warn};
 use crate::study::write_new;
 use clap::{Args, Subcommand};
 use ocmc_api::shell_word::shell_word;
-use ocmc_api::study::{self, StudyModel, fitted_study};
+use ocmc_api::study::{StudyModel, fitted_study};
 use ocmc_api::{
     CODINGS, Coding, CurveOptions, CurveSpeedOptions, CurveSpeedRequest, Error, FitAnswer,
     HourlyFitRequest, OperatingCycleRequest, RoadOptions, RoadSource, Source, SpeedChangeOptions,
     SpeedChangeRequest, fit_traffic, fit_weather, go_on, mappings,
 };
 use serde::Serialize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::slice::from_ref;
 
 /// Most files that a study names as its sources.
@@ -60,12 +60,14 @@ pub(crate) struct FittedArguments {
     /// Name of a built-in study, or a study file, that keeps what is not fitted
     #[arg(long, value_name = "NAME|FILE", default_value = "field-truck")]
     base: String,
+    #[command(flatten)]
+    files: FileOptions,
 }
 
 impl FittedArguments {
     /// The study that keeps what is not fitted.
     fn base(&self) -> Result<StudyModel, Failure> {
-        Ok(study::load(&self.base, &[] as &[&str])?.model)
+        Ok(self.files.load(Path::new(&self.base), &[])?.model)
     }
 }
 

@@ -131,7 +131,7 @@ pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> i32 {
         Ok(()) => DONE,
         Err(Failure::Usage(message)) => usage(&wrong_usage(&path, &message)),
         Err(failure) => {
-            output::note(&failure_report::report(&failure));
+            output::drawn(&failure_report::report(&failure));
             match failure {
                 Failure::Interrupted { .. } => interrupt::exit_status(),
                 _ => FAILED,

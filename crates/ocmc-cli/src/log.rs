@@ -1,7 +1,7 @@
 //! `ocmc curves`, `ocmc identify`: the curves that were driven, and the pedal gains of drivers,
 //! from measured logs.
 
-use crate::arguments::{one_of, sources};
+use crate::arguments::{FileOptions, one_of, sources};
 use crate::failure::Failure;
 use crate::output::{self, Target, warn};
 use crate::progress::shown;
@@ -9,7 +9,7 @@ use clap::Args;
 use ocmc_api::{
     Answer, CONTROLLERS, ControllerKind, Correction, CurveOptions, CurvesRequest, Detector, Error,
     IdentifyOptions, IdentifyRequest, RADII, RadiusDefinition, SPEED_TERMS, SpeedTerm, Steering,
-    TripError, detectors, go_on, mappings, study,
+    TripError, detectors, go_on, mappings,
 };
 use std::path::PathBuf;
 
@@ -91,10 +91,12 @@ pub(crate) struct IdentifyArguments {
     files: LogFileArguments,
     /// Study with the truck that was driven: name of a built-in one, or a file
     #[arg(long, value_name = "NAME|FILE", default_value = "simulator-study")]
-    study: String,
+    study: PathBuf,
     /// Replaces one value of the study, as in mission.payload_kg=12000; may be repeated
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
+    #[command(flatten)]
+    study_files: FileOptions,
     /// Controller that is fitted
     #[arg(long, value_name = "NAME", default_value = "pid", value_parser = one_of(CONTROLLERS))]
     controller: ControllerKind,
@@ -168,7 +170,7 @@ pub(crate) fn identify(arguments: &IdentifyArguments) -> Result<(), Failure> {
     };
     let request = IdentifyRequest {
         logs: &sources(&arguments.files.logs),
-        study: &study::load(&arguments.study, &arguments.set)?,
+        study: &arguments.study_files.load(&arguments.study, &arguments.set)?,
         mappings: mappings(&arguments.files.map)?,
         options,
         warn_of_rows: !quiet,

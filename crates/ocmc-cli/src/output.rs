@@ -2,9 +2,10 @@
 //! can panic.
 
 use crate::failure::Failure;
+use ocmc_api::printable::printable;
 use ocmc_api::{Answer, RunAnswer};
 use serde::Serialize;
-use std::fs;
+use std::fs::{self, OpenOptions, Permissions};
 use std::io::{self, ErrorKind, Write};
 use std::path::Path;
 use terminal_size::{Height, Width, terminal_size_of};
@@ -19,9 +20,10 @@ const DEFAULT_WIDTH: usize = 80;
 const NARROWEST: usize = 40;
 const WIDEST: usize = 160;
 
-/// Writes a part of the answer. A reader who has seen enough and closed the pipe is no failure.
+/// Writes a part of the answer, in letters that a terminal shows. A reader who has seen enough and
+/// closed the pipe is no failure.
 pub(crate) fn answer(text: &str) -> Result<(), Failure> {
-    answer_bytes(text.as_bytes())
+    answer_bytes(printable(text).as_bytes())
 }
 
 /// As [`answer`], for what is not text.
@@ -86,14 +88,45 @@ impl<'a> Target<'a> {
     }
 }
 
-/// Writes a file; an existing one is replaced.
+/// Writes a file; an existing one is replaced, in one go: on a full disk it stays as it was.
 pub(crate) fn write(path: &Path, content: impl AsRef<[u8]>) -> Result<(), Failure> {
-    fs::write(path, content).map_err(|source| Failure::File { path: path.to_owned(), source })
+    let content = content.as_ref();
+    let written = match fs::metadata(path) {
+        Ok(found) if !found.is_file() => fs::write(path, content),
+        found => replace(path, content, found.ok().map(|found| found.permissions())),
+    };
+    written.map_err(|source| Failure::File { path: path.to_owned(), source })
+}
+
+/// Writes a file beside another one, and puts it in its place.
+fn replace(path: &Path, content: &[u8], permissions: Option<Permissions>) -> io::Result<()> {
+    // what a link leads to is replaced, not the link
+    let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+    let mut beside = path.clone().into_os_string();
+    beside.push(format!(".{}.tmp", std::process::id()));
+    let written = match OpenOptions::new().write(true).create_new(true).open(&beside) {
+        // a file may be ours in a directory that is not
+        Err(error) if error.kind() == ErrorKind::PermissionDenied => fs::write(&path, content),
+        Err(error) => return Err(error),
+        Ok(mut file) => file
+            .write_all(content)
+            .and_then(|()| permissions.map_or(Ok(()), |given| file.set_permissions(given)))
+            .and_then(|()| fs::rename(&beside, &path)),
+    };
+    if written.is_err() {
+        let _ = fs::remove_file(&beside);
+    }
+    written
 }
 
 /// Writes a hint or an error. Where this fails, there is nowhere to report it.
 pub(crate) fn note(text: &str) {
-    let _ = writeln!(io::stderr().lock(), "{}", printable(text));
+    drawn(&printable(text));
+}
+
+/// As [`note`], of what is drawn with colours.
+pub(crate) fn drawn(text: &str) {
+    let _ = writeln!(io::stderr().lock(), "{}", fitted(text));
 }
 
 /// Writes what has to be known.
@@ -103,7 +136,7 @@ pub(crate) fn warn(text: &str) {
 
 /// A text that may hold what a file holds: control characters are spelled out, but for line ends
 /// and colours, and lines end somewhere.
-fn printable(text: &str) -> String {
+fn fitted(text: &str) -> String {
     let mut shown = String::with_capacity(text.len());
     let mut in_line = 0;
     for (place, letter) in text.char_indices() {
@@ -141,8 +174,8 @@ mod tests {
     fn what_a_terminal_would_obey_is_spelled_out_and_lines_end() {
         let text = "a\tb\u{1b}[1;31mred\u{1b}[0m\u{1b}]0;title\u{7}\u{1b}[2J\nnext";
         let wanted = "a\tb\u{1b}[1;31mred\u{1b}[0m\\u{1b}]0;title\\u{7}\\u{1b}[2J\nnext";
-        assert_eq!(printable(text), wanted);
-        let long = printable(&format!("{}\nnext", "x".repeat(5_000_000)));
+        assert_eq!(fitted(text), wanted);
+        let long = fitted(&format!("{}\nnext", "x".repeat(5_000_000)));
         assert_eq!(long, format!("{}…\nnext", "x".repeat(LONGEST_LINE - 1)));
     }
 }

@@ -1,12 +1,13 @@
 //! `ocmc`, `ocmc drive`, `ocmc merge`, `ocmc report`: runs a study or what is given, and prints
 //! what its fleet adds up to.
 
-use crate::arguments::{check_range, one_of, precision, whole_number};
+use crate::arguments::{FileOptions, check_range, one_of, precision, whole_number};
 use crate::failure::Failure;
 use crate::output::{self, warn};
 use crate::progress::watched;
 use clap::Args;
 use ocmc_api::shell_word::{quoted, resume_command, shell_word};
+use ocmc_api::study::Files;
 use ocmc_api::{
     Asked, CpuLevel, Error, FOLLOWS, FORMATS, Follow, GivenDrive, KEEPS, Keep, LAST_CYCLE_ID,
     MANIFEST, MOST_THREADS, Manifest, MergeRequest, Precision, REPORT, RecordFormat,
@@ -21,12 +22,14 @@ const LARGEST_CHUNK: u64 = 65_536;
 /// Options of a run.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct RunArguments {
-    /// Name of a built-in study, or a study file [default: field-truck]
+    /// Name of a built-in study, a study file, or `-` for standard input [default: field-truck]
     #[arg(long, value_name = "NAME|FILE")]
-    study: Option<String>,
+    study: Option<PathBuf>,
     /// Replaces one value of the study, as in driver.curve_speed.exponent=0.5; may be repeated
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
+    #[command(flatten)]
+    files: FileOptions,
     /// Number of cycles [default: 1000]
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole_number(1..=LAST_CYCLE_ID))]
     cycles: Option<u64>,
@@ -135,7 +138,8 @@ fn run_given(arguments: &RunArguments, given: &GivenDrive) -> Result<(), Failure
     let level = level(arguments.cpu_level)?;
     let (study, sets) = (arguments.study.as_deref(), &arguments.set[..]);
     let precision = arguments.precision.clone();
-    let asked = Asked { study, sets, seed, first_cycle, cycles, precision, format };
+    let files = arguments.files.files();
+    let asked = Asked { study, files, sets, seed, first_cycle, cycles, precision, format };
     let plan = asked.plan(threads, chunk, level);
     check_range(plan.first_cycle, plan.cycles)?;
     let answer = match (&arguments.out, arguments.resume) {
@@ -179,6 +183,10 @@ fn level(asked: Option<CpuLevel>) -> Result<CpuLevel, Failure> {
 /// Reads what is given, runs the study on it, and prints the answer.
 pub(crate) fn drive(arguments: &DriveArguments) -> Result<(), Failure> {
     let DriveArguments { files, map, keep, follow_speed, run } = arguments;
+    if run.files.files() == Files::Refused {
+        let text = "`drive` reads files, which --no-files does not allow";
+        return Err(Failure::Usage(text.to_owned()));
+    }
     let given = GivenDrive::read(files.clone(), mappings(map)?, keep.clone(), *follow_speed)
         .map_err(Error::from)?;
     given.warnings().iter().for_each(|warning| warn(warning));
@@ -200,6 +208,7 @@ pub(crate) fn merge(arguments: &MergeArguments) -> Result<(), Failure> {
 pub(crate) fn report(arguments: &ReportArguments) -> Result<(), Failure> {
     let ReportArguments { directory, out } = arguments;
     let run = read_run(directory).map_err(Error::from)?;
+    run.manifest.notes().iter().for_each(|note| warn(note));
     let path = out.clone().unwrap_or_else(|| directory_of(directory).join(REPORT));
     output::write(&path, ocmc_api::report(&run))?;
     if out.is_none() {

@@ -1,6 +1,6 @@
 //! `ocmc study`: lists, shows, writes and checks study files.
 
-use crate::arguments::RangeArguments;
+use crate::arguments::{FileOptions, RangeArguments};
 use crate::failure::Failure;
 use crate::output;
 use clap::{Args, Subcommand};
@@ -46,17 +46,19 @@ pub(crate) enum StudyCommand {
 /// A study as a positional argument.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct StudyArguments {
-    /// Name of a built-in study, or a study file
+    /// Name of a built-in study, a study file, or `-` for standard input
     #[arg(value_name = "NAME|FILE")]
-    study: String,
+    study: PathBuf,
     /// Replaces one value of the study, as in driver.curve_speed.exponent=0.5; may be repeated
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
+    #[command(flatten)]
+    files: FileOptions,
 }
 
 impl StudyArguments {
     fn load(&self) -> Result<LoadedStudy, Failure> {
-        Ok(study::load(&self.study, &self.set)?)
+        self.files.load(&self.study, &self.set)
     }
 }
 
@@ -85,7 +87,9 @@ pub(crate) fn study(command: &StudyCommand) -> Result<(), Failure> {
             "--set changes values, which a study as it is written does not show; add --resolved"
                 .to_owned(),
         )),
-        StudyCommand::Show { study, .. } => output::answer(&study::text(&study.study)?),
+        StudyCommand::Show { study, .. } => {
+            output::answer(&study::text(&study.study, &study.files.files())?)
+        }
         StudyCommand::Init { file } => init(file),
         StudyCommand::Check { study } => {
             let LoadedStudy { origin, model, .. } = study.load()?;

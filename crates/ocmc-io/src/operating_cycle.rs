@@ -1,6 +1,7 @@
 //! A realised operating cycle as CSV tracks or JSON.
 
 use crate::study::LoadedStudy;
+use crate::table::spreadsheet;
 use ocmc_core::operating_cycle::given::{GivenCycle, GivenCycleError};
 use ocmc_core::operating_cycle::tracks::{Track, Values};
 use serde::Serialize;
@@ -65,17 +66,19 @@ impl RealisedCycle {
     /// # Errors
     /// Those of writing.
     pub fn write_csv(&self, out: &mut impl Write) -> io::Result<()> {
-        writeln!(out, "track,rule,position_m,value")?;
+        let mut writer = csv::Writer::from_writer(out);
+        writer.write_record(["track", "rule", "position_m", "value"])?;
         for track in &self.tracks {
             for (k, position_m) in track.position_m.iter().enumerate() {
-                write!(out, "{},{},{position_m:?},", track.name, track.rule.name())?;
-                match &track.value {
-                    Values::Numbers(values) => writeln!(out, "{:?}", values[k])?,
-                    Values::Names(names) => writeln!(out, "{}", names[k])?,
-                }
+                let value = match &track.value {
+                    Values::Numbers(values) => format!("{:?}", values[k]),
+                    Values::Names(names) => spreadsheet::written(&names[k]).into_owned(),
+                };
+                let (rule, position_m) = (track.rule.name(), format!("{position_m:?}"));
+                writer.write_record([track.name, rule, &position_m, &value])?;
             }
         }
-        Ok(())
+        writer.flush()
     }
 }
 

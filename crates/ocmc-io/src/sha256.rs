@@ -1,8 +1,8 @@
 //! SHA-256, in hexadecimal digits (FIPS 180-4).
 
+use crate::input_file;
 use sha2::{Digest, Sha256};
 use std::fmt::Write;
-use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
 
@@ -16,7 +16,7 @@ pub fn of_bytes(bytes: &[u8]) -> String {
 /// # Errors
 /// Where it cannot be read.
 pub fn of_file(path: &Path) -> io::Result<String> {
-    let mut file = File::open(path)?;
+    let mut file = input_file::open(path)?;
     let (mut hasher, mut bytes) = (Sha256::new(), vec![0; 1 << 16]);
     loop {
         match file.read(&mut bytes)? {

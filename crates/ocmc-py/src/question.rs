@@ -9,7 +9,7 @@ use crate::run::{PyRun, run};
 use crate::study::PyStudy;
 use crate::table::Table;
 use crate::value::{one_of, study_value, whole_number};
-use ocmc_api::study;
+use ocmc_api::study::{self, Files, Given};
 use ocmc_api::{
     BirdsEyeRequest, CompareRequest, Error, FOLLOWS, GivenDrive, KEEPS, LAST_CYCLE_ID,
     MOST_THREADS, RunPlan, SensitivityRequest, Source, check_readable,
@@ -22,21 +22,24 @@ use std::path::PathBuf;
 
 const NO_SETTINGS: &[&str] = &[];
 
+/// What a study is made from again: its class, its dictionary, and whether it may name files.
+type Pickled<'py> = (Bound<'py, PyType>, (Bound<'py, PyDict>, bool));
+
 #[pymethods]
 impl PyStudy {
     #[new]
-    fn from_source(source: &Bound<PyAny>) -> PyResult<Self> {
+    #[pyo3(signature = (source, allow_files=true))]
+    fn from_source(source: &Bound<PyAny>, allow_files: bool) -> PyResult<Self> {
+        let files = if allow_files { Files::here() } else { Files::Refused };
         if source.cast::<PyMapping>().is_ok() {
             let dictionary = study_value(source, "")?;
-            return Self::new(study::load_json(&dictionary, NO_SETTINGS));
+            return Self::new(study::open(&Given::Dictionary(&dictionary), &files, NO_SETTINGS));
         }
         let path: PathBuf = source.extract().map_err(|_| {
             PyTypeError::new_err("a study is a built-in name, a path or a dictionary")
         })?;
-        let name = path.to_str().ok_or_else(|| {
-            PyValueError::new_err(format!("the path {} is not UTF-8", path.display()))
-        })?;
-        let loaded = source.py().detach(|| study::load(name, NO_SETTINGS));
+        let open = || study::open(&Given::Named(&path), &files, NO_SETTINGS);
+        let loaded = source.py().detach(open);
         Self::new(loaded)
     }
 
@@ -445,10 +448,9 @@ impl PyStudy {
         slf.py().import("ocmc._display")?.call_method1("study", (slf,))
     }
 
-    fn __reduce__<'py>(
-        slf: &Bound<'py, Self>,
-    ) -> PyResult<(Bound<'py, PyType>, (Bound<'py, PyDict>,))> {
-        Ok((slf.get_type(), (slf.get().to_dict(slf.py())?,)))
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Pickled<'py>> {
+        let allow_files = *slf.get().loaded.files() != Files::Refused;
+        Ok((slf.get_type(), (slf.get().to_dict(slf.py())?, allow_files)))
     }
 }
 

@@ -1,6 +1,7 @@
 //! `ocmc.Run`, and runs on their way between processes: pickled ones, and parts that are put
 //! together again.
 
+use crate::answer::warn;
 use crate::error::exception;
 use crate::progress::watched;
 use crate::study::PyStudy;
@@ -8,7 +9,7 @@ use crate::table::Table;
 use crate::value::one_of;
 use arrow_ipc::reader::StreamReader;
 use arrow_ipc::writer::StreamWriter;
-use ocmc_api::study::{LoadedStudy, Origin, load_text};
+use ocmc_api::study::{Files, Given, LoadedStudy, Origin, open};
 use ocmc_api::{
     Answer, FORMATS, GROUP_ROWS, GivenDrive, Manifest, Record, RunAnswer, RunPlan, RunRequest,
     StoredRun, joined as whole, record_batch, records, schema, summed_up,
@@ -122,6 +123,7 @@ pub(crate) fn load(py: Python, path: PathBuf) -> PyResult<PyRun> {
     let mut batches = Vec::new();
     let loaded = py.detach(|| ocmc_api::load(path, |batch| batches.push(batch)));
     let answer = loaded.map_err(exception)?;
+    answer.manifest.notes().iter().try_for_each(|note| warn(py, note))?;
     Ok(PyRun { answer, records: Table::new(schema(), batches) })
 }
 
@@ -143,7 +145,8 @@ impl PyRun {
     #[getter]
     fn study(&self) -> PyResult<PyStudy> {
         let manifest = &self.answer.manifest;
-        PyStudy::new(load_text(&manifest.study, &manifest.resolved_study, &[] as &[&str]))
+        let study = Given::Kept(&manifest.study, &manifest.resolved_study);
+        PyStudy::new(open(&study, &Files::here(), &[] as &[&str]))
     }
 
     /// The master seed.

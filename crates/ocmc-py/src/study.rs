@@ -14,6 +14,9 @@ use pyo3::prelude::*;
 /// source : str, os.PathLike or dict
 ///     Name of a built-in study such as ``"field-truck"``, path of a study file (TOML), or a
 ///     dictionary of the same shape. SI units throughout, with the unit as the key's suffix.
+/// allow_files : bool, default True
+///     Whether a study may be a file, and name files. A service that runs studies of others says
+///     False: then only built-in studies and dictionaries are read, and nothing is opened.
 ///
 /// Raises
 /// ------

@@ -13,7 +13,7 @@ use ocmc_core::record::Record;
 use ocmc_core::study::Study;
 use ocmc_io::given_drive::GivenDrive;
 use ocmc_io::run_directory::{self, RunDirectory, RunStatus, RunSummary, read_manifest};
-use ocmc_io::study::{LoadedStudy, Origin};
+use ocmc_io::study::{Files, LoadedStudy, Origin};
 use serde::{Serialize, Serializer};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -48,6 +48,8 @@ pub struct RunRequest<'a> {
 pub struct ResumeRequest<'a> {
     /// Its directory.
     pub directory: &'a Path,
+    /// The files that its study may name.
+    pub files: &'a Files,
     /// What it is said to have been given to drive; nothing has to be said.
     pub given: &'a GivenDrive,
     /// Threads; one for each CPU where there is no number.
@@ -141,7 +143,8 @@ pub fn run(
 /// let begun = run(&request, &mut |_| (), &mut |_| ControlFlow::Break(()))?;
 /// assert_eq!((begun.ended, begun.manifest.completed), (RunEnd::Interrupted, 0));
 /// let level = CpuLevel::best();
-/// let request = ResumeRequest { directory, given, threads: None, chunk: None, level };
+/// let files = &study::Files::here();
+/// let request = ResumeRequest { directory, files, given, threads: None, chunk: None, level };
 /// assert_eq!(resume(&request, &mut go_on)?.manifest.completed, 8);
 /// assert_eq!(resume(&request, &mut go_on)?.ended, RunEnd::WasComplete);
 /// # Ok::<(), ocmc_api::Error>(())
@@ -152,14 +155,14 @@ pub fn run(
 /// none, or one that this program cannot go on with, and
 /// [`Error::Unwritten`] where its directory takes no more.
 pub fn resume(request: &ResumeRequest, watch: &mut Watch) -> Result<RunAnswer, Error> {
-    let ResumeRequest { directory: path, given, threads, chunk, level } = *request;
+    let ResumeRequest { directory: path, files, given, threads, chunk, level } = *request;
     if !given.is_nothing() {
         let manifest = read_manifest(path)?;
         if !given.is_that_of(manifest.followed.as_ref(), &manifest.routes())? {
             return Err(Error::OtherRun { directory: path.to_owned() });
         }
     }
-    let Some(unfinished) = run_directory::unfinished(path)? else {
+    let Some(unfinished) = run_directory::unfinished(path, files)? else {
         let stored = run_directory::read(path)?;
         return Ok(RunAnswer::stored(stored.manifest, stored.summary, RunEnd::WasComplete));
     };

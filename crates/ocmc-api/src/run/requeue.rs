@@ -7,7 +7,7 @@ use super::{
 use crate::error::Error;
 use crate::watch::Watch;
 use ocmc_io::given_drive::GivenDrive;
-use ocmc_io::study::{LoadedStudy, load, load_text};
+use ocmc_io::study::{Files, Given, LoadedStudy, open};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -16,7 +16,9 @@ use std::path::Path;
 #[derive(Clone, Debug, Default)]
 pub struct Asked<'a> {
     /// Name of a built-in study, or a study file; `field-truck` by default.
-    pub study: Option<&'a str>,
+    pub study: Option<&'a Path>,
+    /// The files that it may name.
+    pub files: Files,
     /// What is set in it.
     pub sets: &'a [String],
     /// Master seed; 1 by default.
@@ -37,7 +39,8 @@ impl Asked<'_> {
     /// # Errors
     /// [`Error::Study`].
     pub fn load(&self) -> Result<LoadedStudy, Error> {
-        Ok(load(self.study.unwrap_or("field-truck"), self.sets)?)
+        let study = Given::Named(self.study.unwrap_or(Path::new("field-truck")));
+        Ok(open(&study, &self.files, self.sets)?)
     }
 
     /// The cycles, and on what they are driven.
@@ -77,8 +80,8 @@ impl Asked<'_> {
             found.push(format!("--format makes `{asked}`, and the run has `{has}`"));
         }
         if self.study.is_some() || !self.sets.is_empty() {
-            let stored =
-                |sets: &[String]| load_text("manifest.json", &manifest.resolved_study, sets);
+            let stored = Given::Kept("manifest.json", &manifest.resolved_study);
+            let stored = |sets: &[String]| open(&stored, &self.files, sets);
             let asked = match self.study {
                 Some(_) => given.study(self.load()?)?,
                 None => stored(self.sets)?,
@@ -174,5 +177,6 @@ pub fn requeue(request: &RequeueRequest, watch: &mut Watch) -> Result<RunAnswer,
     if !differences.is_empty() {
         return Err(Error::Differs { directory: directory.to_path_buf(), differences });
     }
-    resume(&ResumeRequest { directory, given, threads, chunk, level }, watch)
+    let files = &asked.files;
+    resume(&ResumeRequest { directory, files, given, threads, chunk, level }, watch)
 }

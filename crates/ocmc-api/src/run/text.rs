@@ -24,7 +24,8 @@ pub(crate) fn run_text(answer: &RunAnswer, width: usize) -> String {
     let mut text = heading(answer, run);
     if run.summary.outcomes.of(Outcome::Completed) > 0 {
         let table = summary_table(&run.summary.statistics);
-        let _ = write!(text, "\n{table}{}{}", empty(&run.summary), uncertain(&run.summary));
+        let few = run.note.map_or_else(String::new, |note| format!("Intervals: {note}.\n"));
+        let _ = write!(text, "\n{table}{few}{}{}", empty(&run.summary), uncertain(&run.summary));
         if let Some(statistic) = run.summary.consumption() {
             let _ = write!(text, "\n{}", histogram_chart(statistic, width));
         }

@@ -34,9 +34,23 @@ fn rules(model: &StudyModel) -> Vec<Problem> {
     problems.part("road", |problems| road.validate(mission.length_m.centre(), problems));
     problems.part("traffic", |problems| traffic.validate(road, problems));
     problems.part("mission", |problems| mission.validate(problems));
+    problems.part("mission", |problems| in_time(model, problems));
     problems.part("driver", |problems| driver.validate(problems));
     problems.part("vehicle", |problems| vehicle.validate(problems));
     problems.into_found()
+}
+
+/// A mission that no driver ends in the time that a cycle has would always be given up.
+fn in_time(model: &StudyModel, problems: &mut Problems) {
+    let StudyModel { mission, driver, simulation, .. } = model;
+    let length_m = mission.length_m.centre();
+    let longest_m = simulation.longest_duration_s * driver.speed_limit.maximum_speed_mps;
+    let allowed = format!(
+        "at most {longest_m:.0}: so far does `driver.speed_limit.maximum_speed_mps` lead in \
+         `simulation.longest_duration_s`"
+    );
+    let holds = !mission.routes.is_empty() || length_m <= longest_m;
+    problems.require(holds, "length_m", length_m, &allowed);
 }
 
 /// Checks every number of a value against what is declared of its key; serde writes what is not

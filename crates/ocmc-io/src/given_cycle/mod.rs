@@ -8,13 +8,13 @@ mod route;
 mod track_file;
 mod vdri;
 
+use crate::input_file;
 use crate::sha256;
 use crate::table::error::Fault;
 use crate::table::formats::{DRIVE_CYCLE, TRACKS};
 use crate::table::source::{ending, is_table, read_text};
 use crate::table::{Mapping, Quantity, Source, Table, TableError};
 use ocmc_core::operating_cycle::given::{GivenCycle, GivenCycleError};
-use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
@@ -66,7 +66,7 @@ pub fn check_readable(path: &Path) -> Result<(), TableError> {
     if built_in(path).is_some() {
         return Ok(());
     }
-    let read = File::open(path).and_then(|mut file| file.read(&mut [0]));
+    let read = input_file::open(path).and_then(|mut file| file.read(&mut [0]));
     read.map(drop).map_err(TableError::read(path))
 }
 

@@ -2,7 +2,7 @@
 //! fit curve-speed` reads it.
 
 use super::{LogFile, LoggedTrip, Need};
-use crate::table::Quantity;
+use crate::table::{Quantity, spreadsheet};
 use ocmc_estimation::log::TripLog;
 use ocmc_estimation::log::curve::{
     Correction, CurveDetection, CurveOptions, DrivenCurve, RadiusDefinition, detect_curves,
@@ -237,7 +237,7 @@ pub fn write_csv(out: impl io::Write, drives: &[TripCurves]) -> io::Result<()> {
     for drive in drives {
         for curve in &drive.detection.curves {
             writer.write_record(COLUMNS.map(|(_, cell)| match cell {
-                CurveCell::Word(word) => word(drive, curve).to_owned(),
+                CurveCell::Word(word) => spreadsheet::written(word(drive, curve)).into_owned(),
                 CurveCell::Number(number) => {
                     number(drive, curve).map_or_else(String::new, |number| format!("{number:?}"))
                 }

@@ -8,6 +8,7 @@ pub mod csv;
 pub mod parquet;
 
 use crate::file_error::FileError;
+use crate::input_file;
 use ::parquet::arrow::ArrowWriter;
 use arrow::record_batch;
 use arrow_array::RecordBatch;
@@ -163,7 +164,7 @@ impl Group {
 
 /// Reads the records of a file, group by group, in the format that its extension names.
 pub fn read(path: &Path, sink: impl FnMut(Group)) -> Result<(), RecordsError> {
-    let open = || File::open(path).map_err(FileError::read(path));
+    let open = || input_file::open(path).map_err(FileError::read(path));
     match path.extension().and_then(|extension| extension.to_str()) {
         Some("parquet") => parquet::read(path, open()?, sink),
         Some("csv") => csv::read(path, open()?, sink),

@@ -57,7 +57,7 @@ pub fn html(run: &StoredRun) -> String {
     page.push_str(&tables::key_numbers(run));
     if let Some(statistic) = summary.consumption() {
         page.push_str(&distribution(statistic));
-        page.push_str(&tables::statistics(&summary.statistics));
+        page.push_str(&tables::statistics(&summary.statistics, run.summary.note));
         page.push_str(&energy::breakdown(&run.records));
         if let Some(quantity) = quantity(statistic.column) {
             page.push_str(&explained(&run.records, quantity, statistic));

@@ -9,9 +9,10 @@
 use super::durable::replace;
 use super::error::RunDirectoryError;
 use crate::file_error::FileError;
+use crate::input_file;
 use crate::sha256;
 use std::collections::BTreeMap;
-use std::fs::{self, OpenOptions};
+use std::fs::OpenOptions;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
@@ -40,7 +41,7 @@ impl Checksums {
     /// Reads them; none where a directory has no such file.
     pub(super) fn read(directory: &Path) -> Result<Option<Self>, RunDirectoryError> {
         let path = directory.join(CHECKSUMS);
-        let text = match fs::read_to_string(&path) {
+        let text = match input_file::read_to_string(&path) {
             Ok(text) => text,
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
             Err(error) if error.kind() == io::ErrorKind::InvalidData => {
@@ -137,6 +138,7 @@ fn damaged(path: &Path, reason: &str) -> RunDirectoryError {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs;
 
     #[test]
     fn either_line_of_a_file_holds_and_a_torn_one_does_not_count() {

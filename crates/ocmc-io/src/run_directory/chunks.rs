@@ -10,7 +10,7 @@ use super::durable::{replaced, sync_directory, temporary};
 use super::error::RunDirectoryError;
 use crate::file_error::FileError;
 use crate::records::{self, RecordFormat, RecordWriter};
-use ocmc_core::record::Record;
+use ocmc_core::record::{COLUMNS, Cell, Column, Record};
 use std::fs::{self, File, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -151,7 +151,7 @@ fn remove(folder: &Path) -> Result<(), RunDirectoryError> {
     Ok(fs::remove_dir_all(folder).map_err(FileError::write(folder))?)
 }
 
-/// Checks that records are those of consecutive cycles.
+/// Checks that records are those of consecutive cycles, and that their numbers are some.
 pub(super) fn check_rows(
     path: &Path,
     records: &[Record],
@@ -166,6 +166,19 @@ pub(super) fn check_rows(
         if record.cycle_id != id {
             return damaged(format!("cycle {} where cycle {id} should be", record.cycle_id));
         }
+        if let Some((column, number)) = not_finite(record) {
+            let allowed = "allowed is a finite number, or nothing";
+            return damaged(format!("`{column}` of cycle {id} is {number}, {allowed}"));
+        }
     }
     Ok(())
+}
+
+/// A number of a record that is none: no column has an infinite one.
+fn not_finite(record: &Record) -> Option<(&'static str, f64)> {
+    let number = |column: &'static Column| match column.get(record) {
+        Cell::Number(Some(number)) if !number.is_finite() => Some((column.name, number)),
+        _ => None,
+    };
+    COLUMNS.iter().find_map(number)
 }

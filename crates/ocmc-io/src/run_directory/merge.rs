@@ -9,6 +9,7 @@ use super::{CHECKSUMS, CHUNKS, MANIFEST, Manifest, RunDirectory, RunStatus, RunS
 use crate::given_drive::GivenDrive;
 use crate::records::{Group, RecordFormat};
 use crate::shell_word::resume_command;
+use crate::study::Files;
 use ocmc_core::fleet::summary::SummaryBuilder;
 use ocmc_core::record::Record;
 use ocmc_core::study::Study;
@@ -67,7 +68,7 @@ pub fn merge(
     check_neighbours(&parts)?;
 
     let begin = &parts[0];
-    let (study, given) = study_of(begin.path, &begin.manifest)?;
+    let (study, given) = study_of(begin.path, &begin.manifest, &Files::here())?;
     let created = missing(out);
     let merged = write_whole(&parts, &study.study, &given, out, format);
     let taken = |error: &RunDirectoryError| {

@@ -22,9 +22,10 @@ pub use verify::{CheckedFile, Verified, verify};
 
 use crate::file_error::FileError;
 use crate::given_drive::{Followed, GivenDrive};
+use crate::input_file;
 use crate::records::{RecordFormat, RecordWriter};
 use crate::sha256;
-use crate::study::{resolved_toml, study_hash};
+use crate::study::{keys_since, resolved_toml, study_hash};
 use checksum::Checksums;
 use chunks::{Chunks, adopted, is_chunk};
 use durable::{replace, replaced, temporary};
@@ -164,6 +165,10 @@ impl RunStatus {
     }
 }
 
+/// What has to be known of the intervals of a few cycles.
+pub const FEW_CYCLES: &str = "fewer than 50 completed cycles: 95 % intervals of skewed quantities \
+                              cover about 85 %";
+
 /// A run, and what it adds up to: the machine-readable answer, which `--json` prints and
 /// [`SUMMARY`] holds.
 #[derive(Clone, Debug, Serialize)]
@@ -182,6 +187,9 @@ pub struct RunSummary {
     /// How well the answer is known, of a run that was to end at a precision.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub precision: Option<Reached>,
+    /// What has to be known of its intervals.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub note: Option<&'static str>,
     /// How long the run took, in s.
     pub wall_s: f64,
     /// Threads that it took.
@@ -196,6 +204,7 @@ impl RunSummary {
             study_hash: manifest.study_hash.clone(),
             seed: manifest.seed,
             first_cycle: manifest.first_cycle,
+            note: summary.has_few_cycles().then_some(FEW_CYCLES),
             summary,
             precision: None,
             wall_s,
@@ -206,6 +215,27 @@ impl RunSummary {
     /// The answer as indented JSON, with a line end.
     pub fn to_json(&self) -> String {
         indented(self)
+    }
+}
+
+impl Manifest {
+    /// What has to be known of a directory that was read, where an earlier version wrote it.
+    pub fn notes(&self) -> Vec<String> {
+        let mut notes = Vec::new();
+        if self.manifest_sha256.is_none() {
+            let text = "the run directory has no checksums, as an earlier version of the program \
+                        wrote none: what was changed in it since is not noticed";
+            notes.push(text.to_owned());
+        }
+        let keys = keys_since(&self.resolved_study);
+        if !keys.is_empty() {
+            notes.push(format!(
+                "the study of the run is of an earlier version; keys that came since have the \
+                 values that restore what was done then: {}",
+                keys.join(", ")
+            ));
+        }
+        notes
     }
 }
 
@@ -385,7 +415,7 @@ fn read_chunks(
 /// [`RunDirectoryError`] where there is none, or its numbers cannot be.
 pub fn read_manifest(directory: &Path) -> Result<Manifest, RunDirectoryError> {
     let path = directory.join(MANIFEST);
-    let text = fs::read_to_string(&path)
+    let text = input_file::read_to_string(&path)
         .map_err(|source| RunDirectoryError::no_manifest(directory, source))?;
     let manifest: Manifest = serde_json::from_str(&text)
         .map_err(|error| RunDirectoryError::Manifest(path.clone(), error))?;
@@ -490,6 +520,7 @@ mod tests {
         let mut builder = SummaryBuilder::default();
         builder.add(records);
         RunSummary {
+            note: None,
             study: "s".to_owned(),
             study_hash: manifest(0).study_hash,
             seed: u64::MAX,

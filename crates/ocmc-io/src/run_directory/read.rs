@@ -8,14 +8,14 @@ use super::{
 };
 use crate::file_error::FileError;
 use crate::given_drive::GivenDrive;
+use crate::input_file;
 use crate::records::{self, Group, RecordFormat};
 use crate::sha256;
-use crate::study::{LoadedStudy, hash_of_resolved, load_text};
+use crate::study::{self, Files, Given, LoadedStudy, hash_of_resolved};
 use ocmc_core::fleet::summary::SummaryBuilder;
 use ocmc_core::record::Record;
 use ocmc_core::study::Study;
 use serde::Deserialize;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 /// A run that was read back.
@@ -126,7 +126,7 @@ fn other_version(manifest: &Manifest) -> String {
 
 pub(super) fn measured(directory: &Path) -> Result<Measured, RunDirectoryError> {
     let path = directory.join(SUMMARY);
-    let text = fs::read_to_string(&path).map_err(FileError::read(&path))?;
+    let text = input_file::read_to_string(&path).map_err(FileError::read(&path))?;
     serde_json::from_str(&text).map_err(|error| {
         RunDirectoryError::NotWhole(directory.to_owned(), format!("`{SUMMARY}`: {error}"))
     })
@@ -174,11 +174,14 @@ pub struct Unfinished {
     pub(super) path: PathBuf,
 }
 
-/// Looks at a run that is to be resumed; none where it is complete.
+/// Looks at a run that is to be resumed; none where it is complete. Its study may name these files.
 ///
 /// # Errors
 /// Says why this program cannot go on with it.
-pub fn unfinished(directory: &Path) -> Result<Option<Unfinished>, RunDirectoryError> {
+pub fn unfinished(
+    directory: &Path,
+    files: &Files,
+) -> Result<Option<Unfinished>, RunDirectoryError> {
     let manifest = read_manifest(directory)?;
     let not_ours = |reason| RunDirectoryError::NotOurs(directory.to_owned(), reason);
     if manifest.format_version != FORMAT_VERSION {
@@ -199,7 +202,7 @@ pub fn unfinished(directory: &Path) -> Result<Option<Unfinished>, RunDirectoryEr
     let format = format.ok_or_else(|| {
         not_ours(format!("its `{MANIFEST}` names the records `{}`", manifest.records))
     })?;
-    let (study, given) = study_of(directory, &manifest)?;
+    let (study, given) = study_of(directory, &manifest, files)?;
     Ok(Some(Unfinished { manifest, study, given, format, path: directory.to_owned() }))
 }
 
@@ -207,6 +210,7 @@ pub fn unfinished(directory: &Path) -> Result<Option<Unfinished>, RunDirectoryEr
 pub(super) fn study_of(
     directory: &Path,
     manifest: &Manifest,
+    files: &Files,
 ) -> Result<(LoadedStudy, GivenDrive), RunDirectoryError> {
     let path = directory.join(MANIFEST);
     let given = GivenDrive::of_followed(manifest.followed.as_ref()).map_err(|error| {
@@ -215,8 +219,9 @@ pub(super) fn study_of(
     })?;
     check_study(directory, manifest)?;
     let unusable = |error| RunDirectoryError::Study(path.clone(), error);
-    let study = load_text(&path.display().to_string(), &manifest.resolved_study, &[] as &[&str])
-        .map_err(unusable)?;
+    let name = path.display().to_string();
+    let study = Given::Kept(&name, &manifest.resolved_study);
+    let study = study::open(&study, files, &[] as &[&str]).map_err(unusable)?;
     Ok((given.study_again(study).map_err(unusable)?, given))
 }
 

@@ -7,30 +7,28 @@
 
 use super::builtin::{Kind, STUDY, Text, VEHICLE, read};
 use super::error::{Cause, Fault};
+use super::files::Files;
 use super::node::{Content, Node, Step, path_of};
+use super::source::Place;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Longest chain of studies that derive from one another.
 const MOST_BASES: usize = 8;
 
-/// Resolves the bases of a study whose files lie relative to `folder`.
-pub(super) fn resolve(
-    mut own: Node,
-    folder: Option<&Path>,
-    depth: usize,
-) -> Result<Node, Box<Fault>> {
+/// Resolves the bases of a study that names such files.
+pub(super) fn resolve(mut own: Node, files: &Files, depth: usize) -> Result<Node, Box<Fault>> {
     let study_base = take(&mut own, "study", "base");
     let drop = take(&mut own, "study", "drop");
     let vehicle_base = take(&mut own, "vehicle", "base");
 
     let mut inherited = Node::new(Content::Table(BTreeMap::new()), None);
     if let Some(base) = study_base {
-        let (tree, folder) = parse_base(&base, "study.base", STUDY, folder, depth)?;
-        inherited = resolve(tree, folder.as_deref().and_then(Path::parent), depth + 1)?;
+        let (tree, file) = parse_base(&base, "study.base", STUDY, files, depth)?;
+        inherited = resolve(tree, &files.beside(file.as_deref()), depth + 1)?;
     }
     if let Some(base) = vehicle_base {
-        let (mut vehicle, _) = parse_base(&base, "vehicle.base", VEHICLE, folder, depth)?;
+        let (mut vehicle, _) = parse_base(&base, "vehicle.base", VEHICLE, files, depth)?;
         vehicle.key_place.clone_from(&base.key_place);
         if let Some(entries) = inherited.entries_mut() {
             entries.insert("vehicle".to_owned(), vehicle);
@@ -51,7 +49,7 @@ fn parse_base(
     base: &Node,
     key: &'static str,
     kind: Kind,
-    folder: Option<&Path>,
+    files: &Files,
     depth: usize,
 ) -> Result<(Node, Option<PathBuf>), Box<Fault>> {
     let Some(name) = base.as_str() else {
@@ -63,8 +61,17 @@ fn parse_base(
         return Err(Fault::new(cause).at(base.any_place()));
     }
     let Text { source, file } =
-        read(name, kind, folder).map_err(|fault| fault.at(base.any_place()))?;
-    Ok((Node::parse(&source)?, file))
+        read(Path::new(name), key, kind, files).map_err(|fault| fault.at(base.any_place()))?;
+    let tree = Node::parse(&source);
+    let tree = if file.is_some() { tree.map_err(|fault| unquoted(&fault, base)) } else { tree };
+    Ok((tree?, file))
+}
+
+/// What is wrong with a file that is no TOML, without a line of it: it may be any file, and the
+/// study that of somebody else.
+fn unquoted(fault: &Fault, base: &Node) -> Box<Fault> {
+    let place = fault.place.as_ref().map_or_else(String::new, Place::label);
+    Fault::new(Cause::File(format!("{place}: {}", fault.message()))).at(base.any_place())
 }
 
 fn remove_all(inherited: &mut Node, drop: &Node) -> Result<(), Box<Fault>> {

@@ -2,8 +2,9 @@
 //! its name, otherwise of a file.
 
 use super::error::{Cause, Fault, StudyFileError};
+use super::files::Files;
 use super::source::{Source, SourceKind};
-use std::fs::File;
+use crate::input_file;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -81,15 +82,19 @@ pub fn show(name: &str) -> Result<&'static str, StudyFileError> {
 ///
 /// # Errors
 /// [`StudyFileError`] names the nearest built-in name, or says why the file cannot be read.
-pub fn text(name_or_path: &str) -> Result<String, StudyFileError> {
-    if let Some(text) = find(name_or_path) {
+pub fn text(name_or_path: &Path, files: &Files) -> Result<String, StudyFileError> {
+    if let Some(text) = name_or_path.to_str().and_then(find) {
         return Ok(text.to_owned());
     }
-    if !Path::new(name_or_path).exists() {
-        let (what, name) = ("study or vehicle", name_or_path.to_owned());
-        return Err(unknown(name_or_path, Cause::UnknownName { what, name }));
+    if name_or_path == Path::new(STANDARD_INPUT) {
+        return Ok(standard_input()?.text);
     }
-    Ok(read(name_or_path, STUDY, None)?.source.text.clone())
+    if *files != Files::Refused && !name_or_path.exists() {
+        let name = name_or_path.display().to_string();
+        let (what, shown) = ("study or vehicle", name.clone());
+        return Err(unknown(&shown, Cause::UnknownName { what, name }));
+    }
+    Ok(read(name_or_path, "study", STUDY, files)?.source.text.clone())
 }
 
 fn all() -> impl Iterator<Item = &'static BuiltIn> {
@@ -113,6 +118,12 @@ pub(super) const MOST_BYTES: u64 = 4 << 20;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Kind(&'static str, &'static [BuiltIn]);
 
+impl Kind {
+    fn names(self) -> Vec<&'static str> {
+        self.1.iter().map(|built_in| built_in.name).collect()
+    }
+}
+
 pub(super) const STUDY: Kind = Kind("study", STUDIES);
 pub(super) const VEHICLE: Kind = Kind("vehicle", VEHICLES);
 
@@ -122,15 +133,17 @@ pub(super) struct Text {
     pub(super) file: Option<PathBuf>,
 }
 
-/// Reads a built-in study or vehicle, or a file, relative to `folder`.
-pub(super) fn read(name: &str, kind: Kind, folder: Option<&Path>) -> Result<Text, Box<Fault>> {
-    if let Some(built_in) = kind.1.iter().find(|built_in| built_in.name == name) {
+/// Reads the built-in study or vehicle, or the file, that a key names.
+pub(super) fn read(name: &Path, key: &str, kind: Kind, files: &Files) -> Result<Text, Box<Fault>> {
+    if let Some(built_in) = kind.1.iter().find(|built_in| name.to_str() == Some(built_in.name)) {
         let (name, text) = (built_in.name.to_owned(), built_in.text.to_owned());
         let source = Arc::new(Source { kind: SourceKind::BuiltIn, name, text });
         return Ok(Text { source, file: None });
     }
-    let path = folder.map_or_else(|| PathBuf::from(name), |folder| folder.join(name));
-    let text = read_file(&path, name, kind)?;
+    let shown = name.to_string_lossy();
+    let refused = |fault: Box<Fault>| fault.suggest(&shown, &kind.names());
+    let path = files.path(key, name).map_err(refused)?;
+    let text = read_file(&path, &shown, kind)?;
     let name = path.display().to_string();
     let source = Arc::new(Source { kind: SourceKind::File, name, text });
     Ok(Text { source, file: Some(path) })
@@ -144,17 +157,34 @@ fn read_file(path: &Path, name: &str, kind: Kind) -> Result<String, Box<Fault>> 
     let metadata = match std::fs::metadata(path) {
         Ok(metadata) => metadata,
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
-            let names: Vec<&str> = kind.1.iter().map(|built_in| built_in.name).collect();
             let cause = Cause::UnknownName { what: kind.0, name: shown };
-            return Err(Fault::new(cause).suggest(name, &names));
+            return Err(Fault::new(cause).suggest(name, &kind.names()));
         }
         Err(error) => return Err(unreadable(error)),
     };
     if metadata.is_dir() {
         return Err(Fault::new(Cause::Directory(shown)));
     }
+    text_of(&shown, input_file::open(path).map_err(unreadable)?)
+}
+
+/// The name of standard input in place of a study's.
+pub(super) const STANDARD_INPUT: &str = "-";
+
+/// A study on standard input.
+pub(super) fn standard_input() -> Result<Source, Box<Fault>> {
+    let name = "standard input".to_owned();
+    let text = text_of(&name, std::io::stdin())?;
+    Ok(Source { kind: SourceKind::File, name, text })
+}
+
+/// The text of a study that is called so.
+fn text_of(name: &str, file: impl Read) -> Result<String, Box<Fault>> {
+    let shown = name.to_owned();
+    let unreadable = |error: std::io::Error| {
+        Fault::new(Cause::Unreadable { path: shown.clone(), reason: error.to_string() })
+    };
     let mut bytes = Vec::new();
-    let file = File::open(path).map_err(unreadable)?;
     file.take(MOST_BYTES + 1).read_to_end(&mut bytes).map_err(unreadable)?;
     if bytes.len() as u64 > MOST_BYTES {
         return Err(Fault::new(Cause::TooLarge { path: shown, limit: MOST_BYTES }));

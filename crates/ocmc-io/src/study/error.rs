@@ -57,6 +57,12 @@ pub enum Cause {
         /// The system's answer.
         reason: String,
     },
+    /// A name of a file where none may be read: its key.
+    #[error(
+        "`{0}` names a file or nothing that is built in, and no file may be read here: allowed is \
+         what is built in"
+    )]
+    FileRefused(String),
     /// A directory.
     #[error("`{0}` is a directory, not a study file")]
     Directory(String),
@@ -202,7 +208,8 @@ impl Fault {
             | Cause::UnknownWord { key, .. }
             | Cause::Missing { key, .. }
             | Cause::NoEntry { key, .. }
-            | Cause::NotAllowed { key, .. } => Some(key),
+            | Cause::NotAllowed { key, .. }
+            | Cause::FileRefused(key) => Some(key),
             Cause::BaseChain { key, .. } => Some(key),
             Cause::NothingToDrop(_) => Some("study.drop"),
             _ => None,

@@ -1,12 +1,18 @@
 //! From what serde and the core say about a study to faults with a place.
 
+use super::earlier::{NEW_KEYS, earlier_value};
 use super::error::{Cause, Fault, StudyFileError};
 use super::init::range;
 use super::node::{Content, Node, Step, path_of};
 use super::source::{Place, SourceKind};
+use crate::printable::is_hidden;
 use ocmc_core::study::keys::{Key, declarations};
 use ocmc_core::study::{Problem, StudyError, StudyModel};
 use serde_path_to_error::Segment;
+
+/// What a name is made of.
+const NO_HIDDEN: &str = "letters that are shown: no control characters, none that turn the \
+                         direction of writing";
 
 /// The range of a number at a path with `[index]`es, as a text behind "a number".
 fn range_of(path: &str) -> Option<String> {
@@ -25,6 +31,30 @@ pub(super) fn not_finite(root: &Node) -> Vec<Fault> {
             let range = range_of(&key).map_or_else(String::new, |range| format!(", {range}"));
             let allowed = format!("a finite number{range}");
             faults.push(*Fault::not_allowed(key, node.shown(), allowed).at(node.any_place()));
+        }
+    });
+    faults
+}
+
+/// Names with letters that are not shown: every key, and the name and description of the study.
+pub(super) fn hidden_letters(root: &Node) -> Vec<Fault> {
+    let mut faults = Vec::new();
+    walk(root, &mut Vec::new(), &mut |steps, node| {
+        let has_hidden = |text: &str, more: &[char]| {
+            text.chars().any(|letter| is_hidden(letter) && !more.contains(&letter))
+        };
+        let key = path_of(steps);
+        let in_key = matches!(steps.last(), Some(Step::Key(key)) if has_hidden(key, &[]));
+        let in_text = node.as_str().is_some_and(|text| match key.as_str() {
+            "study.name" => has_hidden(text, &[]),
+            "study.description" => has_hidden(text, &['\n', '\r', '\t']),
+            _ => false,
+        });
+        if in_key || in_text {
+            let value =
+                if in_key { "a key with hidden letters" } else { "a text with hidden letters" };
+            let fault = Fault::not_allowed(key, value, NO_HIDDEN);
+            faults.push(*fault.at(node.key_place.as_ref().or(node.any_place())));
         }
     });
     faults
@@ -109,6 +139,9 @@ fn missing(root: &Node, mut steps: Vec<Step>, key: &str) -> Box<Fault> {
     let key = path_of(&steps);
     let allowed = range_of(&key).map_or_else(String::new, |range| format!(", allowed is {range}"));
     let fault = Fault::new(Cause::Missing { key, allowed }).at(place.as_ref());
+    if let Some(value) = earlier_value(&steps, NEW_KEYS) {
+        return fault.help(format!("`{} = {value}` is what earlier versions did", path_of(&steps)));
+    }
     match steps.as_slice() {
         [_] => fault.help("`study.base = \"field-truck\"` inherits what a study does not say"),
         [Step::Key(table), _] if table == "vehicle" => {

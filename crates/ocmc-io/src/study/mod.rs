@@ -25,8 +25,10 @@
 
 mod base;
 pub mod builtin;
+mod earlier;
 mod error;
 mod fault;
+mod files;
 mod fitted;
 mod init;
 mod node;
@@ -37,8 +39,9 @@ mod source;
 mod vehicle_input;
 
 pub use builtin::{BuiltIn, list, show, text};
-use builtin::{STUDY, Text, read};
+use builtin::{STANDARD_INPUT, STUDY, Text, read, standard_input};
 pub use error::{Cause, Fault, StudyFileError};
+pub use files::Files;
 pub use fitted::{FittedPart, fitted_study};
 pub use init::init_text;
 pub use schema::schema;
@@ -53,6 +56,7 @@ use ocmc_core::operating_cycle::route::{Keep, RouteModel};
 use ocmc_core::study::{Study, StudyModel};
 use std::fmt;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// A study that has been read and checked.
 #[derive(Clone, Debug)]
@@ -65,17 +69,22 @@ pub struct LoadedStudy {
     pub origin: Origin,
     /// The study's own tree, settings included, bases not resolved.
     own: Node,
-    /// Where its bases are looked for.
-    folder: Option<PathBuf>,
+    /// Where the files lie that it names.
+    files: Files,
 }
 
 impl LoadedStudy {
+    /// The files that it may name.
+    pub fn files(&self) -> &Files {
+        &self.files
+    }
+
     /// The study with more settings, as if [`load`] had met them behind those that it has.
     ///
     /// # Errors
     /// As [`load`].
     pub fn set<S: AsRef<str>>(&self, sets: &[S]) -> Result<Self, StudyFileError> {
-        finish(self.own.clone(), self.folder.clone(), sets, self.origin.clone())
+        finish(self.own.clone(), self.files.clone(), sets, self.origin.clone())
     }
 
     /// The study on given routes instead of its own roads: files as [`crate::given_cycle::read`]
@@ -104,8 +113,8 @@ impl LoadedStudy {
             sha256: None,
         };
         self.model.mission.routes = files.iter().map(route).collect();
-        let study =
-            routes::attach(self.study, &mut self.model, None).map_err(|(_, fault)| fault)?;
+        let study = routes::attach(self.study, &mut self.model, &Files::here());
+        let study = study.map_err(|(_, fault)| fault)?;
         Ok(Self { study, ..self })
     }
 
@@ -148,10 +157,61 @@ impl fmt::Display for Origin {
 /// # Errors
 /// [`StudyFileError`] says what is wrong, where, and what is allowed.
 pub fn load<S: AsRef<str>>(name_or_path: &str, sets: &[S]) -> Result<LoadedStudy, StudyFileError> {
-    let Text { source, file } = read(name_or_path, STUDY, None)?;
-    let folder = file.as_deref().and_then(Path::parent).map(Path::to_path_buf);
-    let origin = file.map_or_else(|| Origin::BuiltIn(source.name.clone()), Origin::File);
-    finish(Node::parse(&source)?, folder, sets, origin)
+    open(&Given::Named(Path::new(name_or_path)), &Files::here(), sets)
+}
+
+/// A study that is given.
+#[derive(Clone, Copy, Debug)]
+pub enum Given<'a> {
+    /// By the name of a built-in one, by that of a file, or as `-`, which is standard input.
+    Named(&'a Path),
+    /// As the text of a study file, with what it is called in messages.
+    Text(&'a str, &'a str),
+    /// As the resolved study that a run keeps, perhaps of an earlier version: keys that came since
+    /// get the values that restore what the program did before.
+    Kept(&'a str, &'a str),
+    /// As a dictionary of the same shape as a study file, `base` and `drop` included.
+    Dictionary(&'a serde_json::Value),
+}
+
+/// Reads and checks a study that may name files in a folder, or none at all.
+///
+/// ```
+/// use ocmc_io::study::{Files, Given, open};
+/// let study = "vehicle.base = \"/etc/passwd\"\nstudy.base = \"field-truck\"";
+/// let error = open(&Given::Text("a", study), &Files::Refused, &[] as &[&str]).unwrap_err();
+/// assert!(error.to_string().contains("`vehicle.base` names a file"));
+/// ```
+///
+/// # Errors
+/// As [`load`].
+pub fn open<S: AsRef<str>>(
+    given: &Given,
+    files: &Files,
+    sets: &[S],
+) -> Result<LoadedStudy, StudyFileError> {
+    let (own, files, origin) = match *given {
+        Given::Named(name) if name == Path::new(STANDARD_INPUT) => {
+            let source = Arc::new(standard_input()?);
+            (Node::parse(&source)?, files.clone(), Origin::File(source.name.clone().into()))
+        }
+        Given::Named(name) => {
+            let Text { source, file } = read(name, "study", STUDY, files)?;
+            let files = files.beside(file.as_deref());
+            let origin = file.map_or_else(|| Origin::BuiltIn(source.name.clone()), Origin::File);
+            (Node::parse(&source)?, files, origin)
+        }
+        Given::Text(name, text) | Given::Kept(name, text) => {
+            let source = Source { kind: SourceKind::File, name: name.into(), text: text.into() };
+            let mut own = Node::parse(&Arc::new(source))?;
+            if matches!(given, Given::Kept(..)) {
+                earlier::complete(&mut own, earlier::NEW_KEYS)?;
+            }
+            (own, files.clone(), Origin::File(name.into()))
+        }
+        Given::Dictionary(tree) => (Node::from_json(tree)?, files.clone(), Origin::Dictionary),
+    };
+    finish(own, files, sets, origin)
 }
 
 /// Reads and checks the text of a study file that is called `name` in messages.
@@ -163,9 +223,7 @@ pub fn load_text<S: AsRef<str>>(
     text: &str,
     sets: &[S],
 ) -> Result<LoadedStudy, StudyFileError> {
-    let source = Source { kind: SourceKind::File, name: name.into(), text: text.into() };
-    let source = std::sync::Arc::new(source);
-    finish(Node::parse(&source)?, None, sets, Origin::File(name.into()))
+    open(&Given::Text(name, text), &Files::here(), sets)
 }
 
 /// Checks a dictionary of the same shape as a study file, `base` and `drop` included.
@@ -176,31 +234,30 @@ pub fn load_json<S: AsRef<str>>(
     dictionary: &serde_json::Value,
     sets: &[S],
 ) -> Result<LoadedStudy, StudyFileError> {
-    let own = Node::from_json(dictionary)?;
-    finish(own, None, sets, Origin::Dictionary)
+    open(&Given::Dictionary(dictionary), &Files::here(), sets)
 }
 
 fn finish<S: AsRef<str>>(
     mut own: Node,
-    folder: Option<PathBuf>,
+    files: Files,
     sets: &[S],
     origin: Origin,
 ) -> Result<LoadedStudy, StudyFileError> {
     let mut settings = sets.iter().map(|set| setting::parse(set.as_ref()));
     let laid = settings.try_for_each(|set| own.overlay(set?)).map_err(StudyFileError::from);
-    let checked = laid.and_then(|()| check(&own, folder.as_deref()));
+    let checked = laid.and_then(|()| check(&own, &files));
     let (model, study) = checked.map_err(|mut error| {
         fault::note_inherited(&mut error, Some(&origin.to_string()));
         error
     })?;
-    Ok(LoadedStudy { model, study, origin, own, folder })
+    Ok(LoadedStudy { model, study, origin, own, files })
 }
 
 /// The study of a tree, bases resolved.
-fn check(own: &Node, folder: Option<&Path>) -> Result<(StudyModel, Study), StudyFileError> {
-    let mut tree = base::resolve(own.clone(), folder, 0)?;
-    vehicle_input::expand(&mut tree, folder)?;
-    let faults = fault::not_finite(&tree);
+fn check(own: &Node, files: &Files) -> Result<(StudyModel, Study), StudyFileError> {
+    let mut tree = base::resolve(own.clone(), files, 0)?;
+    vehicle_input::expand(&mut tree, files)?;
+    let faults = [fault::hidden_letters(&tree), fault::not_finite(&tree)].concat();
     if !faults.is_empty() {
         return Err(StudyFileError { faults });
     }
@@ -208,7 +265,7 @@ fn check(own: &Node, folder: Option<&Path>) -> Result<(StudyModel, Study), Study
         .map_err(|error| fault::from_serde(&tree, &error))?;
     let study = Study::new(model.clone())
         .map_err(|error| StudyFileError { faults: fault::from_core(&tree, error) })?;
-    let study = routes::attach(study, &mut model, folder).map_err(|(k, fault)| {
+    let study = routes::attach(study, &mut model, files).map_err(|(k, fault)| {
         let steps = ["mission", "routes"].map(|key| Step::Key(key.to_owned()));
         let (node, _) = tree.follow(&[&steps[..], &[Step::Index(k)]].concat());
         StudyFileError::from(fault.at(node.any_place()))
@@ -227,6 +284,12 @@ pub fn resolved_toml(model: &StudyModel) -> String {
 /// Two studies with the same hash give the same records under the same seed and program version.
 pub fn study_hash(model: &StudyModel) -> String {
     hash_of_tree(serde_json::to_value(model).expect("a study is tables, lists, numbers and words"))
+}
+
+/// Keys that the resolved study of an earlier version lacks, with the values that it is read with,
+/// as `path = value`.
+pub fn keys_since(text: &str) -> Vec<String> {
+    earlier::lacking(text)
 }
 
 /// The hash of a resolved study by its TOML, be it that of an earlier version with other keys; none

@@ -2,25 +2,26 @@
 //! study is loaded.
 
 use super::error::{self, Cause};
+use super::files::Files;
 use crate::given_cycle;
 use crate::table::error::Fault;
 use crate::table::{Mapping, TableError};
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::route::RouteModel;
 use ocmc_core::study::{Study, StudyModel};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-/// Reads the files of the model's routes, relative to `folder`, and gives them to the study. The
+/// Reads the files of the model's routes and gives them to the study. The
 /// model then names each file as it was found, with its hash.
 pub(super) fn attach(
     study: Study,
     model: &mut StudyModel,
-    folder: Option<&Path>,
+    files: &Files,
 ) -> Result<Study, (usize, Box<error::Fault>)> {
     let routes = &mut model.mission.routes;
     let mut cycles = Vec::with_capacity(routes.len());
     for (k, route) in routes.iter_mut().enumerate() {
-        let cycle = read(route, folder).map_err(|error| (k, fault(&error)))?;
+        let cycle = read(route, files).map_err(|fault| (k, fault))?;
         cycles.push((cycle, route.weight, route.keep.clone()));
     }
     if cycles.is_empty() {
@@ -33,17 +34,27 @@ pub(super) fn attach(
     study.with_routes(cycles).map_err(unfit)
 }
 
-fn read(route: &mut RouteModel, folder: Option<&Path>) -> Result<GivenCycle, TableError> {
+fn read(route: &mut RouteModel, files: &Files) -> Result<GivenCycle, Box<error::Fault>> {
     let built_in = given_cycle::built_in(Path::new(&route.file));
-    let folder = folder.filter(|_| built_in.is_none()).unwrap_or(Path::new(""));
-    let path = folder.join(&route.file);
-    let cycle = match built_in {
-        Some(text) => given_cycle::read_tracks(&path, text)?,
-        None => given_cycle::read(&path, &Mapping::of_columns(&route.columns)?)?,
+    let path = match built_in {
+        Some(_) => PathBuf::from(&route.file),
+        None => files.path("mission.routes.file", &route.file)?,
     };
-    let found = given_cycle::file_hash(&path)?;
+    read_at(route, &path, built_in).map_err(|error| fault(&error))
+}
+
+fn read_at(
+    route: &mut RouteModel,
+    path: &Path,
+    built_in: Option<&str>,
+) -> Result<GivenCycle, TableError> {
+    let cycle = match built_in {
+        Some(text) => given_cycle::read_tracks(path, text)?,
+        None => given_cycle::read(path, &Mapping::of_columns(&route.columns)?)?,
+    };
+    let found = given_cycle::file_hash(path)?;
     if let Some(wanted) = route.sha256.take_if(|wanted| *wanted != found) {
-        return Err(TableError::of(&path, Fault::Changed { found, wanted }));
+        return Err(TableError::of(path, Fault::Changed { found, wanted }));
     }
     route.file = path.display().to_string();
     route.sha256 = Some(found);

@@ -1,5 +1,6 @@
 //! Where a key of a study was written: a text, and a place in it.
 
+use crate::printable::is_hidden;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -118,7 +119,7 @@ pub(super) fn cut(text: &str, most: usize) -> String {
 fn shown(character: char) -> char {
     match character {
         '\t' | '\n' | '\r' => ' ',
-        c if c.is_control() => '\u{fffd}',
+        c if is_hidden(c) => '\u{fffd}',
         c => c,
     }
 }

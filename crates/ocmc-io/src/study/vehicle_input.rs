@@ -14,6 +14,7 @@
 //! have other names.
 
 use super::error::{Cause, Fault};
+use super::files::Files;
 use super::node::Node;
 use crate::table::formats::{ENGINE_CURVES, FUEL_MAP, LOSS_MAP};
 use crate::table::{Mapping, Quantity, Schema, Source, Table, TableError};
@@ -25,10 +26,9 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
 
 /// Works out the keys that stand for others, in a tree whose bases are resolved.
-pub(super) fn expand(tree: &mut Node, folder: Option<&Path>) -> Result<(), Box<Fault>> {
+pub(super) fn expand(tree: &mut Node, files: &Files) -> Result<(), Box<Fault>> {
     let Some(vehicle) = tree.get_mut("vehicle") else { return Ok(()) };
     if let Some(node) = take(vehicle, "tyre_code") {
         let code = text(&node, "vehicle.tyre_code")?;
@@ -40,10 +40,10 @@ pub(super) fn expand(tree: &mut Node, folder: Option<&Path>) -> Result<(), Box<F
         put(vehicle, &coast_down(&test).map_err(|message| file_fault(&node, &message))?)?;
     }
     if let Some(engine) = vehicle.get_mut("engine") {
-        engine_files(engine, folder)?;
+        engine_files(engine, files)?;
     }
     if let Some(gearbox) = vehicle.get_mut("gearbox") {
-        gearbox_files(gearbox, folder)?;
+        gearbox_files(gearbox, files)?;
     }
     Ok(())
 }
@@ -61,15 +61,15 @@ fn coast_down(test: &CoastDown) -> Result<Value, &'static str> {
     Ok(json!({ "drag_area_m2": drag_area_m2, "axles": [axle], "rolling_load_exponent": 1.0 }))
 }
 
-fn engine_files(engine: &mut Node, folder: Option<&Path>) -> Result<(), Box<Fault>> {
+fn engine_files(engine: &mut Node, files: &Files) -> Result<(), Box<Fault>> {
     let columns = [Quantity::EngineSpeed, Quantity::FullLoadTorque, Quantity::DragTorque];
     let path = "vehicle.engine.full_load_file";
-    let curves = numbers_of(engine, path, folder, &ENGINE_CURVES, columns)?;
+    let curves = numbers_of(engine, path, files, &ENGINE_CURVES, columns)?;
     if let Some([speed, full, _]) = &curves {
         put(engine, &full_load(speed, full))?;
     }
     let columns = [Quantity::EngineSpeed, Quantity::Torque, Quantity::FuelRate];
-    let map = numbers_of(engine, "vehicle.engine.map_file", folder, &FUEL_MAP, columns)?;
+    let map = numbers_of(engine, "vehicle.engine.map_file", files, &FUEL_MAP, columns)?;
     if let Some([speed, torque, fuel]) = map {
         put(engine, &fuel_map(&speed, &torque, &fuel))?;
     }
@@ -106,14 +106,14 @@ fn fuel_map(speed: &[f64], torque: &[f64], fuel: &[f64]) -> Value {
     json!({ "map_speed_radps": speeds, "map_torque_nm": torques, "map_fuel_kgps": rows })
 }
 
-fn gearbox_files(gearbox: &mut Node, folder: Option<&Path>) -> Result<(), Box<Fault>> {
+fn gearbox_files(gearbox: &mut Node, files: &Files) -> Result<(), Box<Fault>> {
     let columns = [Quantity::InputTorque, Quantity::LossTorque];
     let mut constants = Vec::new();
     for (path, share) in [
         ("vehicle.gearbox.direct_loss_file", "direct_loss_share"),
         ("vehicle.gearbox.indirect_loss_file", "indirect_loss_share"),
     ] {
-        if let Some(losses) = numbers_of(gearbox, path, folder, &LOSS_MAP, columns)? {
+        if let Some(losses) = numbers_of(gearbox, path, files, &LOSS_MAP, columns)? {
             let (constant, slope) = loss_line(&losses);
             constants.push(constant);
             put(gearbox, &json!({ share: slope }))?;
@@ -123,12 +123,12 @@ fn gearbox_files(gearbox: &mut Node, folder: Option<&Path>) -> Result<(), Box<Fa
         put(gearbox, &json!({ "loss_torque_nm": mean(&constants) }))?;
     }
     let path = "vehicle.gearbox.axle_loss_file";
-    if let Some(losses) = numbers_of(gearbox, path, folder, &LOSS_MAP, columns)? {
+    if let Some(losses) = numbers_of(gearbox, path, files, &LOSS_MAP, columns)? {
         let (constant, slope) = loss_line(&losses);
         put(gearbox, &json!({ "axle_loss_torque_nm": constant, "axle_loss_share": slope }))?;
     }
     let path = "vehicle.gearbox.retarder_loss_file";
-    if let Some([loss]) = numbers_of(gearbox, path, folder, &LOSS_MAP, [Quantity::LossTorque])? {
+    if let Some([loss]) = numbers_of(gearbox, path, files, &LOSS_MAP, [Quantity::LossTorque])? {
         put(gearbox, &json!({ "retarder_torque_nm": mean(&loss) }))?;
     }
     Ok(())
@@ -152,7 +152,7 @@ fn loss_line([torque, loss]: &[Vec<f64>; 2]) -> (f64, f64) {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct TableFile {
-    file: PathBuf,
+    file: String,
     #[serde(default)]
     columns: BTreeMap<String, String>,
 }
@@ -162,16 +162,16 @@ struct TableFile {
 fn numbers_of<const N: usize>(
     table: &mut Node,
     path: &str,
-    folder: Option<&Path>,
+    files: &Files,
     schema: &'static Schema,
     quantities: [Quantity; N],
 ) -> Result<Option<[Vec<f64>; N]>, Box<Fault>> {
     let Some(node) = take(table, path.rsplit('.').next().unwrap_or(path)) else { return Ok(None) };
     let TableFile { file, columns } = match node.get("file") {
         Some(_) => read_keys(&node, path)?,
-        None => TableFile { file: text(&node, path)?.into(), columns: BTreeMap::new() },
+        None => TableFile { file: text(&node, path)?, columns: BTreeMap::new() },
     };
-    let file = folder.unwrap_or(Path::new("")).join(file);
+    let file = files.path(path, file).map_err(|fault| fault.at(node.any_place()))?;
     let read = || {
         let mappings = Mapping::of_columns(&columns)?;
         Table::open(Source::File(&file), schema, &mappings)?.numbers(quantities)

@@ -14,6 +14,7 @@ pub mod quantity;
 mod row;
 pub mod schema;
 pub mod source;
+pub mod spreadsheet;
 pub mod unit;
 
 pub use error::TableError;

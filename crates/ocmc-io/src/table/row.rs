@@ -4,6 +4,7 @@ use super::error::{Fault, TableError};
 use super::given::{Cells, RowPlace};
 use super::quantity::Quantity;
 use super::schema::{Column, Style};
+use super::spreadsheet;
 use arrow_array::{Array, StringArray};
 use std::path::Path;
 
@@ -51,7 +52,9 @@ impl Row<'_> {
 
     /// The text in the cell of a quantity, nothing where there is no column for it.
     pub fn text(&self, quantity: Quantity) -> &str {
-        self.column(quantity).map_or("", |column| self.text_in(column))
+        let Some(column) = self.column(quantity) else { return "" };
+        let text = self.text_in(column);
+        if matches!(self.cells, RowCells::Text(_)) { spreadsheet::read(text) } else { text }
     }
 
     fn text_in(&self, column: &Column) -> &str {

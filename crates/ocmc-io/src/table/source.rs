@@ -5,6 +5,7 @@ use super::bounded::Bounded;
 use super::error::{Fault, TableError};
 use super::given::GivenTable;
 use super::schema::Style;
+use crate::input_file;
 use arrow_array::{Array, RecordBatchReader};
 use flate2::read::MultiGzDecoder;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
@@ -73,7 +74,7 @@ pub(super) fn open(source: Source, style: Style) -> Result<Opened, TableError> {
         }
         Source::Text(_, text) => of_text(path, Box::new(Cursor::new(text.to_owned())), style),
         Source::File(_) => {
-            let mut file = BufReader::new(File::open(path).map_err(failed)?);
+            let mut file = BufReader::new(input_file::open(path).map_err(failed)?);
             if file.fill_buf().map_err(failed)?.starts_with(b"PAR1") {
                 return parquet(path);
             }
@@ -98,7 +99,7 @@ fn in_memory(text: &str) -> Box<dyn Read> {
 
 /// A file as text; what is not UTF-8 is read as Latin-1.
 pub(crate) fn read_text(path: &Path) -> Result<String, TableError> {
-    text_of(path, BufReader::new(File::open(path).map_err(TableError::read(path))?))
+    text_of(path, BufReader::new(input_file::open(path).map_err(TableError::read(path))?))
 }
 
 fn text_of(path: &Path, file: BufReader<File>) -> Result<String, TableError> {
@@ -161,7 +162,7 @@ fn given(table: GivenTable) -> Opened {
 fn parquet(path: &Path) -> Result<Opened, TableError> {
     let failed = TableError::read(path);
     let no_table = |reason: String| TableError::of(path, Fault::NoTable(reason));
-    let file = File::open(path).map_err(failed)?;
+    let file = input_file::open(path).map_err(failed)?;
     let reader = ParquetRecordBatchReaderBuilder::try_new(file)
         .and_then(ParquetRecordBatchReaderBuilder::build)
         .map_err(|error| no_table(error.to_string()))?;

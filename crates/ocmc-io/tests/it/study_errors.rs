@@ -271,7 +271,8 @@ fn a_wrong_name_is_told_the_nearest() {
     );
     let error = study::show("tractor-40").expect_err("not built in").to_string();
     assert!(error.contains("did you mean `tractor-40t`?"), "{error}");
-    let error = study::text("tractor-40").expect_err("no file").to_string();
+    let error =
+        study::text("tractor-40".as_ref(), &study::Files::here()).expect_err("no file").to_string();
     let message = "`tractor-40` is neither a built-in study or vehicle nor a file";
     assert!(error.contains(message) && error.contains("did you mean `tractor-40t`?"), "{error}");
 }

@@ -1,0 +1,64 @@
+//! The files of a study, and the one place that lets them be read.
+
+use super::error::{Cause, Fault};
+use std::path::{Path, PathBuf};
+
+/// Where the files lie that a study names, or that it may name none.
+///
+/// Every name in a study becomes a path here and nowhere else, so that a program can take studies
+/// of strangers: with [`Files::Refused`] nothing is opened, and nobody learns whether a file exists.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Files {
+    /// In this folder.
+    In(PathBuf),
+    /// Nowhere: studies and vehicles are built in or written inline.
+    Refused,
+}
+
+impl Default for Files {
+    fn default() -> Self {
+        Self::here()
+    }
+}
+
+impl Files {
+    /// Those in the folder that the program runs in.
+    pub fn here() -> Self {
+        Self::In(PathBuf::new())
+    }
+
+    /// Those beside a file; a study that is built in has its own folder nowhere else.
+    pub(super) fn beside(&self, file: Option<&Path>) -> Self {
+        match (self, file.and_then(Path::parent)) {
+            (Self::In(_), Some(folder)) => Self::In(folder.to_owned()),
+            (Self::In(_), None) => Self::here(),
+            (Self::Refused, _) => Self::Refused,
+        }
+    }
+
+    /// The path of a file that a key names.
+    pub(super) fn path(&self, key: &str, name: impl AsRef<Path>) -> Result<PathBuf, Box<Fault>> {
+        match self {
+            Self::In(folder) => Ok(folder.join(name)),
+            Self::Refused => Err(Fault::new(Cause::FileRefused(key.to_owned()))),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_lies_beside_the_one_that_names_it_or_is_refused() {
+        let here = Files::here();
+        let below = here.beside(Some(Path::new("a/b.toml")));
+        assert_eq!(here.path("vehicle.base", "c").ok(), Some("c".into()));
+        assert_eq!(below.path("vehicle.base", "c").ok(), Some("a/c".into()));
+        assert_eq!(below.beside(None), here);
+        let refused = Files::Refused.beside(Some(Path::new("a/b.toml")));
+        let error = refused.path("vehicle.base", "/etc/passwd").expect_err("refused");
+        assert!(error.to_string().starts_with("`vehicle.base` names a file"), "{error}");
+        assert!(!error.to_string().contains("passwd"));
+    }
+}
