@@ -61,7 +61,7 @@ pub use identify::{
     ControllerKind, IdentifyAnswer, IdentifyOptions, IdentifyRequest, SpeedTerm, identify,
 };
 pub use merge::{MergeRequest, merge};
-pub use report::{REPORT, StoredRun, directory_of, note_report, read_run, report};
+pub use report::{Gathered, REPORT, Reported, directory_of, note_report, report};
 pub use run::{
     Asked, CpuLevel, LAST_CYCLE_ID, MANIFEST, MOST_THREADS, Manifest, Precision, RecordFormat,
     RequeueRequest, ResumeRequest, RunAnswer, RunDirectoryError, RunEnd, RunPlan, RunRequest,

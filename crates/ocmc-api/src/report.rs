@@ -4,8 +4,8 @@ use ocmc_io::report;
 use ocmc_io::run_directory::{self, RunDirectoryError};
 use std::path::Path;
 
-pub use ocmc_io::report::REPORT;
-pub use ocmc_io::run_directory::{StoredRun, directory_of, read as read_run};
+pub use ocmc_io::report::{Gathered, REPORT, Reported};
+pub use ocmc_io::run_directory::directory_of;
 
 /// Notes the checksum of a report that was written to its run directory.
 ///
@@ -18,16 +18,16 @@ pub fn note_report(directory: &Path) -> Result<(), RunDirectoryError> {
 /// The page: HTML that opens offline in any browser.
 ///
 /// ```
-/// use ocmc_api::{GivenDrive, RecordFormat, RunPlan, RunRequest, go_on, read_run, report, run, study};
+/// use ocmc_api::{GivenDrive, RecordFormat, RunPlan, RunRequest, Reported, go_on, report, run, study};
 /// let study = study::load("field-truck", &["mission.length_m=3000"])?;
 /// let folder = tempfile::tempdir().expect("a directory");
 /// let (given, plan) = (&GivenDrive::nothing(), RunPlan::new(1, 0, 4, None, None));
 /// let out = Some((folder.path().join("a"), RecordFormat::Csv));
 /// run(&RunRequest { study: &study, given, plan, precision: None, out }, &mut |_| (), &mut go_on)?;
-/// let page = report(&read_run(&folder.path().join("a"))?);
+/// let page = report(&Reported::read(&folder.path().join("a"))?);
 /// assert!(page.starts_with("<!DOCTYPE html>"));
 /// # Ok::<(), ocmc_api::Error>(())
 /// ```
-pub fn report(run: &StoredRun) -> String {
+pub fn report(run: &Reported) -> String {
     report::html(run)
 }

@@ -10,9 +10,9 @@ use ocmc_api::shell_word::{quoted, resume_command, shell_word};
 use ocmc_api::study::Files;
 use ocmc_api::{
     Asked, CpuLevel, Error, FOLLOWS, FORMATS, Follow, GivenDrive, KEEPS, Keep, LAST_CYCLE_ID,
-    MANIFEST, MOST_THREADS, Manifest, MergeRequest, Precision, REPORT, RecordFormat,
+    MANIFEST, MOST_THREADS, Manifest, MergeRequest, Precision, REPORT, RecordFormat, Reported,
     RequeueRequest, RouteModel, RunAnswer, RunEnd, RunRequest, SUMMARY, directory_of, mappings,
-    note_report, read_run,
+    note_report,
 };
 use std::path::{Path, PathBuf};
 
@@ -207,7 +207,7 @@ pub(crate) fn merge(arguments: &MergeArguments) -> Result<(), Failure> {
 /// Reads a run and writes its report: one HTML file.
 pub(crate) fn report(arguments: &ReportArguments) -> Result<(), Failure> {
     let ReportArguments { directory, out } = arguments;
-    let run = read_run(directory).map_err(Error::from)?;
+    let run = Reported::read(directory).map_err(Error::from)?;
     run.manifest.notes().iter().for_each(|note| warn(note));
     let path = out.clone().unwrap_or_else(|| directory_of(directory).join(REPORT));
     output::write(&path, ocmc_api::report(&run))?;

@@ -11,8 +11,8 @@ use arrow_ipc::reader::StreamReader;
 use arrow_ipc::writer::StreamWriter;
 use ocmc_api::study::{Files, Given, LoadedStudy, Origin, open};
 use ocmc_api::{
-    Answer, FORMATS, GROUP_ROWS, GivenDrive, Manifest, Record, RunAnswer, RunPlan, RunRequest,
-    StoredRun, joined as whole, record_batch, records, schema, summed_up,
+    Answer, FORMATS, GROUP_ROWS, Gathered, GivenDrive, Manifest, Record, Reported, RunAnswer,
+    RunPlan, RunRequest, joined as whole, record_batch, records, schema, summed_up,
 };
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -195,10 +195,12 @@ impl PyRun {
     /// True
     fn report(&self, py: Python) -> String {
         py.detach(|| {
-            let batches = self.records.batches.iter();
-            let rows = batches.flat_map(|batch| records(batch).expect("made of records"));
+            let mut gathered = Gathered::default();
+            for batch in &self.records.batches {
+                gathered.add(&records(batch).expect("made of records"));
+            }
             let RunAnswer { manifest, summary, .. } = self.answer.clone();
-            ocmc_api::report(&StoredRun { manifest, records: rows.collect(), summary })
+            ocmc_api::report(&Reported { manifest, summary, gathered })
         })
     }
 

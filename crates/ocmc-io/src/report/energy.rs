@@ -1,14 +1,15 @@
 //! Where the energy went: every kind of loss, over all completed cycles.
 
+use super::gathered::Sums;
 use super::svg;
-use ocmc_core::record::{Outcome, Record};
+use ocmc_core::record::Record;
 use std::fmt::Write;
 
 /// A kind of loss, and its part of a record.
-type Loss = (&'static str, fn(&Record) -> Option<f64>);
+pub(super) type Loss = (&'static str, fn(&Record) -> Option<f64>);
 
 /// What the energy of fuel or battery goes into; together they are all of it.
-const LOSSES: [Loss; 14] = [
+pub(super) const LOSSES: [Loss; 14] = [
     ("engine", |r| r.engine_loss_j),
     ("battery", |r| r.battery_loss_j),
     ("motor and inverter", |r| r.motor_loss_j),
@@ -30,21 +31,20 @@ const LOSSES: [Loss; 14] = [
 const KWH_J: f64 = 3.6e6;
 
 /// The breakdown as bars; nothing where no energy was used.
-pub(super) fn breakdown(records: &[Record]) -> String {
-    let completed = || records.iter().filter(|record| record.outcome == Outcome::Completed);
-    let total = |of: fn(&Record) -> Option<f64>| completed().filter_map(of).sum::<f64>();
-    let (fuel, battery) = (total(|r| r.fuel_energy_j), total(|r| r.battery_energy_j));
+pub(super) fn breakdown(sums: &Sums) -> String {
+    let total = |sum: Option<f64>| sum.unwrap_or(0.0);
+    let (fuel, battery) = (total(sums.fuel_energy_j), total(sums.battery_energy_j));
     let (used, store) =
         if fuel > 0.0 { (fuel, "in the fuel") } else { (battery, "from the battery") };
-    let distance_km = total(|r| Some(r.distance_m)) / 1000.0;
+    let distance_km = total(sums.distance_m) / 1000.0;
     if !(used > 0.0 && distance_km > 0.0) {
         return String::new();
     }
     let rows: Vec<(String, f64, String)> = LOSSES
         .iter()
-        .filter(|(_, of)| completed().any(|record| of(record).is_some()))
-        .map(|(name, of)| {
-            let energy = total(*of);
+        .zip(sums.losses_j)
+        .filter_map(|((name, _), energy)| Some((name, energy?)))
+        .map(|(name, energy)| {
             let per_km = energy / KWH_J / distance_km;
             // what rounds to nothing has no sign
             let shown = |value: f64, unit: f64| if value.abs() < unit / 2.0 { 0.0 } else { value };
@@ -53,7 +53,7 @@ pub(super) fn breakdown(records: &[Record]) -> String {
             ((*name).to_owned(), energy, words)
         })
         .collect();
-    let missing = if completed().any(|record| record.missing_energy_j > Some(0.0)) {
+    let missing = if sums.is_missing {
         " What was missing at the wheels came from nowhere and counts against the rest."
     } else {
         ""

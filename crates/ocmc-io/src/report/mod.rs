@@ -2,18 +2,21 @@
 //! without scripts.
 
 mod energy;
+mod gathered;
 mod svg;
 mod tables;
 
 use crate::label::label;
 use crate::number_text::{grouped, rounded};
-use crate::run_directory::StoredRun;
+use crate::run_directory::{Manifest, RunDirectoryError, RunSummary, StoredRun, read_groups};
 use crate::study;
+pub use gathered::Gathered;
 use ocmc_core::fleet::association::{Association, association};
 use ocmc_core::fleet::quantity::{RecordQuantity, quantity};
 use ocmc_core::fleet::statistic::Statistic;
 use ocmc_core::record::{Cell, Record, column};
 use std::fmt::Write;
+use std::path::Path;
 use svg::escaped;
 
 /// Name of the report in a run directory.
@@ -50,18 +53,50 @@ const EXPLAINING: [(&str, &str, f64, bool); 17] = [
 /// Pictures of what goes with the consumption.
 const SHOWN: usize = 9;
 
+/// A run, as far as a report needs it.
+#[derive(Clone, Debug)]
+pub struct Reported {
+    /// What the run is.
+    pub manifest: Manifest,
+    /// What its cycles add up to.
+    pub summary: RunSummary,
+    /// What else its records say.
+    pub gathered: Gathered,
+}
+
+impl Reported {
+    /// Reads the run of a directory, whose records are not held.
+    ///
+    /// # Errors
+    /// Where there is no run that was ended, or not what was written.
+    pub fn read(directory: &Path) -> Result<Self, RunDirectoryError> {
+        let mut gathered = Gathered::default();
+        let (manifest, summary) = read_groups(directory, |group| gathered.add(&group.records))?;
+        Ok(Self { manifest, summary, gathered })
+    }
+}
+
+impl From<StoredRun> for Reported {
+    fn from(run: StoredRun) -> Self {
+        let StoredRun { manifest, records, summary } = run;
+        let mut gathered = Gathered::default();
+        gathered.add(&records);
+        Self { manifest, summary, gathered }
+    }
+}
+
 /// The whole report.
-pub fn html(run: &StoredRun) -> String {
+pub fn html(run: &Reported) -> String {
     let summary = &run.summary.summary;
     let mut page = head(run);
     page.push_str(&tables::key_numbers(run));
     if let Some(statistic) = summary.consumption() {
         page.push_str(&distribution(statistic));
         page.push_str(&tables::statistics(&summary.statistics, run.summary.note));
-        page.push_str(&energy::breakdown(&run.records));
+        page.push_str(&energy::breakdown(&run.gathered.sums));
         if let Some(quantity) = quantity(statistic.column) {
-            page.push_str(&explained(&run.records, quantity, statistic));
-            page.push_str(&tables::road_shares(&run.records));
+            page.push_str(&explained(&run.gathered, quantity, statistic));
+            page.push_str(&tables::road_shares(&run.gathered.sums));
             page.push_str(&tables::outliers(run, quantity));
         }
     }
@@ -72,7 +107,7 @@ pub fn html(run: &StoredRun) -> String {
     page
 }
 
-fn head(run: &StoredRun) -> String {
+fn head(run: &Reported) -> String {
     let name = escaped(&run.manifest.study);
     let description = run.manifest.value("study.description");
     let description = description.as_ref().and_then(|text| text.as_str()).unwrap_or_default();
@@ -105,15 +140,10 @@ fn distribution(statistic: &Statistic) -> String {
 }
 
 /// What goes with the consumption: bands over tenths of the cycles, the strongest first.
-fn explained(records: &[Record], quantity: &RecordQuantity, statistic: &Statistic) -> String {
+fn explained(gathered: &Gathered, quantity: &RecordQuantity, statistic: &Statistic) -> String {
     let mut found: Vec<(String, f64, Association)> = Vec::new();
-    for (name, label, factor, per_distance) in EXPLAINING {
-        let pair = |record: &Record| {
-            let (value, x) = (quantity.of_cycle(record)?, number(record, name)?);
-            Some((if per_distance { x / (record.distance_m / 1000.0) } else { x }, value))
-        };
-        let pairs: Vec<(f64, f64)> =
-            records.iter().filter_map(pair).filter(|(x, _)| x.is_finite()).collect();
+    for (k, (_, label, factor, per_distance)) in EXPLAINING.into_iter().enumerate() {
+        let pairs = gathered.pairs(k, quantity);
         let label = if per_distance { format!("{label} per km") } else { label.to_owned() };
         found.extend(association(&pairs).map(|association| (label, factor, association)));
     }
@@ -156,7 +186,7 @@ fn number(record: &Record, name: &str) -> Option<f64> {
 
 /// How a command names the study of this run: a built-in name where it is one, otherwise a file to
 /// save it to.
-fn study_argument(run: &StoredRun) -> String {
+fn study_argument(run: &Reported) -> String {
     let none: &[&str] = &[];
     let built_in = study::list().iter().find(|built_in| {
         study::load(built_in.name, none)
@@ -166,7 +196,7 @@ fn study_argument(run: &StoredRun) -> String {
 }
 
 /// The command that shows one cycle of this run step by step, where the study alone gives it.
-fn trace_command(run: &StoredRun, study: &str, cycle_id: u64) -> String {
+fn trace_command(run: &Reported, study: &str, cycle_id: u64) -> String {
     if run.manifest.followed.is_some() {
         return "–".to_owned();
     }

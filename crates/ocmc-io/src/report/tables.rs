@@ -1,19 +1,16 @@
 //! The report's tables: key numbers, statistics, road, outliers, failures, study, provenance.
 
+use super::gathered::Sums;
 use super::svg::escaped;
-use super::{shown, study_argument, trace_command};
+use super::{Reported, shown, study_argument, trace_command};
 use crate::given_drive::Followed;
 use crate::label::label;
 use crate::number_text::{decimals, grouped, rounded};
-use crate::run_directory::StoredRun;
 use ocmc_core::fleet::quantity::RecordQuantity;
 use ocmc_core::fleet::statistic::Statistic;
 use ocmc_core::operating_cycle::route::RouteModel;
 use ocmc_core::record::{Outcome, Record};
 use std::fmt::Write;
-
-/// Cycles that are listed at each end, and of each kind of failure.
-const LISTED: usize = 5;
 
 /// A row of two columns, the second one in words.
 fn row(name: &str, value: &str) -> String {
@@ -21,7 +18,7 @@ fn row(name: &str, value: &str) -> String {
 }
 
 /// The answer in large print.
-pub(super) fn key_numbers(run: &StoredRun) -> String {
+pub(super) fn key_numbers(run: &Reported) -> String {
     let summary = &run.summary.summary;
     let mut text = "<div class=\"key\">\n".to_owned();
     let mut key = |number: &str, words: &str| {
@@ -82,25 +79,15 @@ pub(super) fn statistics(statistics: &[Statistic], note: Option<&str>) -> String
 }
 
 /// Shares of the road and of time.
-pub(super) fn road_shares(records: &[Record]) -> String {
-    let completed = || records.iter().filter(|record| record.outcome == Outcome::Completed);
-    let distance: f64 = completed().map(|record| record.distance_m).sum();
-    let duration: f64 = completed().map(|record| record.duration_s).sum();
+pub(super) fn road_shares(sums: &Sums) -> String {
+    let [distance, duration, standstill] =
+        [sums.distance_m, sums.duration_s, sums.standstill_s].map(Option::unwrap_or_default);
     if !(distance > 0.0 && duration > 0.0) {
         return String::new();
     }
-    let share = |of: fn(&Record) -> Option<f64>| {
-        let shares = completed().filter_map(|record| Some(of(record)? * record.distance_m));
-        let metres = shares.reduce(|sum, metres| sum + metres)?;
-        Some(100.0 * metres / distance)
-    };
-    let shares = [
-        (share(|r| r.urban_share), "urban"),
-        (share(|r| r.rural_share), "rural"),
-        (share(|r| r.motorway_share), "motorway"),
-    ];
+    let shares = sums.on_m.into_iter().zip(["urban", "rural", "motorway"]);
     // a study need not have all of these road types, and what is driven exactly has none
-    let shares = shares.into_iter().filter_map(|(share, name)| Some((share?, name)));
+    let shares = shares.filter_map(|(metres, name)| Some((100.0 * metres? / distance, name)));
     let shares = shares.enumerate().map(|(k, (share, name))| match k {
         0 => format!("{share:.1} % is {name}"),
         _ => format!("{share:.1} % {name}"),
@@ -110,7 +97,7 @@ pub(super) fn road_shares(records: &[Record]) -> String {
         [only] => format!("Of the distance {only}. "),
         [others @ .., last] => format!("Of the distance {} and {last}. ", others.join(", ")),
     };
-    let standing = completed().map(|record| record.standstill_s).sum::<f64>() / duration;
+    let standing = standstill / duration;
     format!(
         "<h2>Road</h2>\n<p>{types}The trucks stand for {:.1} % of the time.</p>\n",
         100.0 * standing
@@ -118,13 +105,8 @@ pub(super) fn road_shares(records: &[Record]) -> String {
 }
 
 /// The cycles with the lowest and the highest consumption.
-pub(super) fn outliers(run: &StoredRun, quantity: &RecordQuantity) -> String {
-    let known = run.records.iter().filter_map(|record| Some((quantity.of_cycle(record)?, record)));
-    let mut ends: Vec<(f64, &Record)> = known.collect();
-    ends.sort_by(|a, b| a.0.total_cmp(&b.0));
-    if ends.len() > 2 * LISTED {
-        ends.drain(LISTED..ends.len() - LISTED);
-    }
+pub(super) fn outliers(run: &Reported, quantity: &RecordQuantity) -> String {
+    let ends = run.gathered.ends(quantity);
     let (unit, factor) = label(quantity.column);
     let study = study_argument(run);
     let mut text = format!(
@@ -138,7 +120,7 @@ pub(super) fn outliers(run: &StoredRun, quantity: &RecordQuantity) -> String {
         let (payload_t, climb_m_per_km) = (record.payload_kg / 1000.0, record.climb_m / km);
         let numbers = [factor * value, km, 3.6 * record.mean_speed_mps];
         let [value, km, speed_kmh] = numbers.map(rounded);
-        let command = trace_command(run, &study, *cycle_id);
+        let command = trace_command(run, &study, cycle_id);
         let _ = writeln!(
             text,
             "<tr><td>{cycle_id}</td><td>{value}</td><td>{payload_t:.1}</td><td>{km}</td><td>{speed_kmh}</td>\
@@ -161,7 +143,7 @@ pub(super) fn outliers(run: &StoredRun, quantity: &RecordQuantity) -> String {
 }
 
 /// Cycles that were not completed, by reason.
-pub(super) fn failures(run: &StoredRun) -> String {
+pub(super) fn failures(run: &Reported) -> String {
     let summary = &run.summary.summary;
     let failed = summary.outcomes.failed();
     if failed == 0 {
@@ -181,8 +163,8 @@ pub(super) fn failures(run: &StoredRun) -> String {
         if count == 0 {
             continue;
         }
-        let first = run.records.iter().filter(|record| record.outcome == outcome).take(LISTED);
-        let commands: Vec<String> = first.map(|r| trace_command(run, &study, r.cycle_id)).collect();
+        let first = run.gathered.first(outcome).iter();
+        let commands: Vec<String> = first.map(|id| trace_command(run, &study, *id)).collect();
         let (name, count, commands) = (outcome.name(), grouped(count), commands.join("<br>"));
         let _ = writeln!(
             text,
@@ -223,7 +205,7 @@ const STUDY_KEYS: [(&str, &str); 13] = [
 ];
 
 /// The study in words and numbers, and whole.
-pub(super) fn study(run: &StoredRun) -> String {
+pub(super) fn study(run: &Reported) -> String {
     let manifest = &run.manifest;
     let mut text = "<h2>Study</h2>\n<div class=\"wide\"><table><tbody>\n".to_owned();
     let driven = driven_instead(&manifest.routes(), manifest.followed.as_ref());
@@ -292,7 +274,7 @@ fn what_it_repeats(followed: Option<&Followed>) -> String {
 }
 
 /// Where the numbers come from.
-pub(super) fn provenance(run: &StoredRun) -> String {
+pub(super) fn provenance(run: &Reported) -> String {
     let manifest = &run.manifest;
     let last = manifest.first_cycle + manifest.completed.saturating_sub(1);
     let (status, completed) = (manifest.status.name(), grouped(manifest.completed));
@@ -316,10 +298,17 @@ pub(super) fn provenance(run: &StoredRun) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::super::gathered::Gathered;
     use super::*;
     use crate::given_drive::Follow;
     use crate::records::examples;
     use ocmc_core::operating_cycle::route::Keep;
+
+    fn sums(records: &[Record]) -> Sums {
+        let mut gathered = Gathered::default();
+        gathered.add(records);
+        gathered.sums
+    }
 
     #[test]
     fn shares_that_nobody_knows_are_not_told() {
@@ -331,7 +320,7 @@ mod tests {
             record.rural_share = Some(0.75);
             record.motorway_share = Some(0.0);
         }
-        let message = road_shares(&records);
+        let message = road_shares(&sums(&records));
         assert!(message.contains("25.0 % is urban, 75.0 % rural and 0.0 % motorway"), "{message}");
         for (urban, rural, words) in [
             (Some(0.25), None, "Of the distance 25.0 % is urban and 0.0 % motorway. "),
@@ -340,7 +329,7 @@ mod tests {
             for record in &mut records {
                 (record.urban_share, record.rural_share) = (urban, rural);
             }
-            let message = road_shares(&records);
+            let message = road_shares(&sums(&records));
             assert!(message.contains(words), "{message}");
         }
         for record in &mut records {
@@ -348,7 +337,7 @@ mod tests {
             record.rural_share = None;
             record.motorway_share = None;
         }
-        let message = road_shares(&records);
+        let message = road_shares(&sums(&records));
         assert!(!message.contains("urban") && message.contains("stand for 5.0 %"), "{message}");
     }
 

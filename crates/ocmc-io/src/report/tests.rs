@@ -27,7 +27,7 @@ fn run(name: &str) -> StoredRun {
 
 #[test]
 fn the_report_has_every_part_and_fetches_nothing() {
-    let page = html(&run("my fleet"));
+    let page = html(&run("my fleet").into());
     for part in [
         "my fleet",
         "mean of the fleet",
@@ -63,13 +63,13 @@ fn the_report_has_every_part_and_fetches_nothing() {
 
 #[test]
 fn the_losses_add_up_to_the_fuel() {
-    let page = html(&run("x"));
+    let page = html(&run("x").into());
     assert!(page.contains("add up to 100.0000 %"), "the balance closes");
 }
 
 #[test]
 fn what_a_study_calls_itself_is_text() {
-    let page = html(&run("<script>alert('x')</script> & \"co\""));
+    let page = html(&run("<script>alert('x')</script> & \"co\"").into());
     assert!(!page.contains("<script"));
     assert!(page.contains("&lt;script&gt;alert(&#39;x&#39;)&lt;/script&gt; &amp; &quot;co&quot;"));
 }
@@ -84,7 +84,7 @@ fn a_run_without_a_completed_cycle_has_a_report() {
     }
     fleet.add(&run.records);
     run.summary.summary = fleet.finish();
-    assert!(html(&run).contains("timed_out"));
+    assert!(html(&run.clone().into()).contains("timed_out"));
 }
 
 #[test]
@@ -92,22 +92,22 @@ fn no_command_is_shown_that_would_not_give_the_cycle() {
     let mut run = run("x");
     let file = "cycle.csv".to_owned();
     run.manifest.followed = Some(Followed { how: Follow::Exact, file, cycle: None });
-    let page = html(&run);
+    let page = html(&run.clone().into());
     assert!(!page.contains("ocmc trace") && !page.contains("study.toml"), "{page}");
 }
 
 #[test]
 fn a_study_with_routes_is_saved_where_they_are_named_from() {
     let mut run = run("x");
-    assert!(!html(&run).contains("in the folder in which the run was started"));
+    assert!(!html(&run.clone().into()).contains("in the folder in which the run was started"));
     let route = "\n[[mission.routes]]\nfile = \"a.vdri\"\nweight = 1.0\n";
     run.manifest.resolved_study.push_str(route);
-    assert!(html(&run).contains("in the folder in which the run was started"));
+    assert!(html(&run.clone().into()).contains("in the folder in which the run was started"));
 }
 
 #[test]
 fn what_only_follows_from_the_payload_explains_nothing() {
-    let page = html(&run("x"));
+    let page = html(&run("x").into());
     let from = page.find("What goes with the spread").expect("a panel");
     let panel = &page[from..from + page[from..].find("<h2>Road").expect("the next part")];
     assert!(panel.contains("payload"), "{panel}");

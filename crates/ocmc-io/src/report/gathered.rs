@@ -1,0 +1,173 @@
+//! What a report takes from the records, group by group: a report of a million cycles does not hold
+//! them.
+
+use super::energy::LOSSES;
+use super::{EXPLAINING, number};
+use ocmc_core::fleet::quantity::{CONSUMPTIONS, RecordQuantity, quantity};
+use ocmc_core::record::{Outcome, Record};
+
+/// Cycles that are listed at each end, and of each kind of failure.
+pub(super) const LISTED: usize = 5;
+
+/// Candidates for the ends that wait until they are sorted.
+const WAITING: usize = 512;
+
+/// What was taken from the records.
+#[derive(Clone, Debug, Default)]
+pub struct Gathered {
+    /// Sums over the completed cycles.
+    pub(super) sums: Sums,
+    /// The columns that may explain the consumption, NaN where a cycle has none.
+    explaining: [Vec<f64>; EXPLAINING.len()],
+    consumptions: [Consumption; CONSUMPTIONS.len()],
+    /// Ids of the first cycles of each outcome.
+    first: [Vec<u64>; Outcome::ALL.len()],
+}
+
+/// Sums over the completed cycles; none where no cycle has a number.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Sums {
+    pub(super) fuel_energy_j: Option<f64>,
+    pub(super) battery_energy_j: Option<f64>,
+    pub(super) distance_m: Option<f64>,
+    pub(super) duration_s: Option<f64>,
+    pub(super) standstill_s: Option<f64>,
+    /// Of each kind of loss, in their order.
+    pub(super) losses_j: [Option<f64>; LOSSES.len()],
+    /// Distance on urban, rural and motorway roads.
+    pub(super) on_m: [Option<f64>; 3],
+    /// Whether work was missing at the wheels of any cycle.
+    pub(super) is_missing: bool,
+}
+
+/// One of the consumptions.
+#[derive(Clone, Debug, Default)]
+struct Consumption {
+    /// Of each cycle, NaN where it has none.
+    values: Vec<f64>,
+    /// The lowest and the highest ones, and what waits to be sorted among them.
+    ends: Vec<(f64, Record)>,
+}
+
+impl Gathered {
+    /// Takes what is needed of these records.
+    pub fn add(&mut self, records: &[Record]) {
+        for record in records {
+            self.sums.add(record);
+            for (column, (name, ..)) in self.explaining.iter_mut().zip(EXPLAINING) {
+                column.push(explaining(record, name).unwrap_or(f64::NAN));
+            }
+            for (consumption, name) in self.consumptions.iter_mut().zip(CONSUMPTIONS) {
+                consumption.add(quantity(name).and_then(|q| q.of_cycle(record)), record);
+            }
+            let place = Outcome::ALL.iter().position(|outcome| *outcome == record.outcome);
+            let first = &mut self.first[place.expect("all outcomes")];
+            if first.len() < LISTED {
+                first.push(record.cycle_id);
+            }
+        }
+    }
+
+    /// Pairs of a column that may explain the consumption, by its place, and the consumption.
+    pub(super) fn pairs(&self, column: usize, quantity: &RecordQuantity) -> Vec<(f64, f64)> {
+        let values = self.consumption(quantity).into_iter().flat_map(|found| &found.values);
+        let pairs = self.explaining[column].iter().zip(values).map(|(x, value)| (*x, *value));
+        pairs.filter(|(x, value)| x.is_finite() && value.is_finite()).collect()
+    }
+
+    /// The cycles with the lowest and the highest consumption, from the lowest.
+    pub(super) fn ends(&self, quantity: &RecordQuantity) -> Vec<(f64, Record)> {
+        let Some(found) = self.consumption(quantity) else { return Vec::new() };
+        let mut ends = found.ends.clone();
+        keep_ends(&mut ends);
+        ends
+    }
+
+    /// Ids of the first cycles that ended so.
+    pub(super) fn first(&self, outcome: Outcome) -> &[u64] {
+        let place = Outcome::ALL.iter().position(|known| *known == outcome);
+        &self.first[place.expect("all outcomes")]
+    }
+
+    fn consumption(&self, quantity: &RecordQuantity) -> Option<&Consumption> {
+        let place = CONSUMPTIONS.iter().position(|name| *name == quantity.column)?;
+        Some(&self.consumptions[place])
+    }
+}
+
+/// The value of a column that may explain the consumption, per km where it grows with the distance.
+fn explaining(record: &Record, name: &str) -> Option<f64> {
+    let per_distance = EXPLAINING.iter().any(|(column, .., per_km)| *column == name && *per_km);
+    let x = number(record, name)?;
+    Some(if per_distance { x / (record.distance_m / 1000.0) } else { x })
+}
+
+impl Consumption {
+    fn add(&mut self, value: Option<f64>, record: &Record) {
+        self.values.push(value.unwrap_or(f64::NAN));
+        let Some(value) = value else { return };
+        self.ends.push((value, record.clone()));
+        if self.ends.len() == WAITING {
+            keep_ends(&mut self.ends);
+        }
+    }
+}
+
+/// Sorts, and keeps what is listed at each end; of equal values those that came first are lower.
+fn keep_ends(ends: &mut Vec<(f64, Record)>) {
+    ends.sort_by(|a, b| a.0.total_cmp(&b.0));
+    if ends.len() > 2 * LISTED {
+        ends.drain(LISTED..ends.len() - LISTED);
+    }
+}
+
+impl Sums {
+    fn add(&mut self, record: &Record) {
+        if record.outcome != Outcome::Completed {
+            return;
+        }
+        sum(&mut self.fuel_energy_j, record.fuel_energy_j);
+        sum(&mut self.battery_energy_j, record.battery_energy_j);
+        sum(&mut self.distance_m, Some(record.distance_m));
+        sum(&mut self.duration_s, Some(record.duration_s));
+        sum(&mut self.standstill_s, Some(record.standstill_s));
+        for (total, (_, of)) in self.losses_j.iter_mut().zip(LOSSES) {
+            sum(total, of(record));
+        }
+        let shares = [record.urban_share, record.rural_share, record.motorway_share];
+        for (total, share) in self.on_m.iter_mut().zip(shares) {
+            sum(total, share.map(|share| share * record.distance_m));
+        }
+        self.is_missing |= record.missing_energy_j > Some(0.0);
+    }
+}
+
+fn sum(total: &mut Option<f64>, value: Option<f64>) {
+    if let Some(value) = value {
+        *total = Some(total.map_or(value, |total| total + value));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::records::examples;
+
+    #[test]
+    fn the_ends_are_those_of_all_cycles_however_they_arrive() {
+        let mut records = examples::records(5000);
+        for (k, record) in records.iter_mut().enumerate() {
+            record.outcome = Outcome::Completed;
+            record.wheel_kwh_per_km = ((k * 7919) % 640) as f64;
+        }
+        let wheel = quantity(CONSUMPTIONS[2]).expect("a quantity");
+        let mut sorted: Vec<(f64, Record)> =
+            records.iter().map(|r| (r.wheel_kwh_per_km, r.clone())).collect();
+        sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
+        sorted.drain(LISTED..5000 - LISTED);
+        let mut gathered = Gathered::default();
+        records.chunks(997).for_each(|group| gathered.add(group));
+        assert!(gathered.ends(wheel) == sorted);
+        assert_eq!(gathered.pairs(0, wheel).len(), 5000);
+    }
+}
