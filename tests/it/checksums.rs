@@ -170,7 +170,22 @@ fn a_run_of_version_0_1_0_is_read() {
     let output = ocmc(&["verify"]).arg(&out).output().expect("it starts");
     assert!(output.status.success());
     assert!(String::from_utf8_lossy(&output.stderr).contains("no checksums"));
-    ocmc(&["report"]).arg(&out).assert().success();
+    let output = ocmc(&["report"]).arg(&out).output().expect("it starts");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success() && said.contains("has no checksums"), "{said}");
+    assert!(said.contains("vehicle.electric.charging.connection_s = 0.0"), "{said}");
+    // a number that is none is found, any other one is not
+    let records = out.join("records.csv");
+    let text = fs::read_to_string(&records).expect("written");
+    let row = text.lines().nth(1).expect("a row");
+    for number in ["NaN", "inf", "-inf", "1e999"] {
+        let cells: Vec<&str> = row.split(',').collect();
+        let bad = [&cells[..2], &[number], &cells[3..]].concat().join(",");
+        fs::write(&records, text.replace(row, &bad)).expect("space");
+        let error = read(&out).expect_err("no number").to_string();
+        assert!(error.contains("`distance_m` of cycle") && error.contains("finite"), "{error}");
+    }
+    fs::write(&records, text).expect("space");
     // a changed value of it is not found, a changed study is
     let manifest = out.join("manifest.json");
     let text = fs::read_to_string(&manifest).expect("written");

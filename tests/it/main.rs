@@ -42,6 +42,7 @@ mod sensitivity;
 mod service_mode;
 mod shift_strategy;
 mod signals;
+mod small_faults;
 mod step_bias;
 mod tables;
 mod tactical;

@@ -52,7 +52,11 @@ fn hostile(file: &str) -> Vec<String> {
     }
     let mixed = "[{ file = \"built-in/simulator-slopes.csv\", weight = 1 }, ";
     studies.push(table("mission", "routes", &format!("{mixed}{{ file = {file}, weight = 1 }}]")));
-    studies.push(table("mission", "routes", &format!("[{{ file = {file}, sha256 = \"00\" }}]")));
+    studies.push(table(
+        "mission",
+        "routes",
+        &format!("[{{ file = {file}, weight = 1, sha256 = \"00\" }}]"),
+    ));
     studies.push(format!("study.base = \"field-truck\"\nvehicle = {{ base = {file} }}\n"));
     studies.push(format!("study = {{ base = {file}, drop = [\"road\"] }}\n"));
     studies
@@ -235,7 +239,7 @@ fn refused_at_once(command: &[&str], path: &Path) {
     let said = String::from_utf8(output.stderr).expect("UTF-8");
     let said = said + &String::from_utf8_lossy(&output.stdout);
     let took = begun.elapsed();
-    assert_eq!(output.status.code(), Some(1), "{command:?} {path:?} {took:?}: {said}");
+    assert_eq!(output.status.code(), Some(1), "{command:?} {} {took:?}: {said}", path.display());
     assert!(
         said.contains("a pipe, a socket or a device") || said.contains("ends in none of"),
         "{said}"

@@ -98,7 +98,9 @@ fn what_ends_a_run_and_what_does_not() {
         if !signals.is_empty() {
             until_begun(&out);
         }
-        signals.iter().for_each(|signal| send(signal, &run));
+        for signal in signals {
+            send(signal, &run);
+        }
         let found = status(run.wait().expect("it ends"));
         // a run that is asked to stop may be ended by force before it has stopped, or after
         let late = signals.last() == Some(&"KILL") && signals.len() > 1 && found == 143;

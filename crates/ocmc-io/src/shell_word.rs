@@ -1,5 +1,7 @@
 //! Words as a shell reads them, for commands that are suggested.
 
+use crate::printable::is_hidden;
+use std::fmt::Write;
 use std::path::Path;
 
 /// Characters beside letters and digits that no shell parts or changes.
@@ -7,9 +9,12 @@ const PLAIN: &str = "/._-+,:@%=";
 
 /// A path as one word of a command: between single quotes where a shell would part or change it.
 pub fn shell_word(path: &Path) -> String {
-    let text = path.display().to_string();
+    let text = match path.to_str() {
+        Some(text) if !text.chars().any(is_hidden) => text,
+        _ => return escaped(path.as_os_str().as_encoded_bytes()),
+    };
     // behind a dash a program looks for an option
-    if text.starts_with('-') { quoted(&format!("./{text}")) } else { quoted(&text) }
+    if text.starts_with('-') { quoted(&format!("./{text}")) } else { quoted(text) }
 }
 
 /// A text as one word of a command.
@@ -19,6 +24,20 @@ pub fn quoted(text: &str) -> String {
         return text.to_owned();
     }
     format!("'{}'", text.replace('\'', r"'\''"))
+}
+
+/// Bytes that are no text, or hold letters that a terminal obeys, as a word of bash, zsh and ksh.
+fn escaped(bytes: &[u8]) -> String {
+    let mut word = "$'".to_owned();
+    for byte in bytes {
+        match byte {
+            b'\'' | b'\\' => word.extend(['\\', char::from(*byte)]),
+            b' '..=b'~' => word.push(char::from(*byte)),
+            _ => write!(word, "\\x{byte:02x}").expect("a string takes any text"),
+        }
+    }
+    word.push('\'');
+    word
 }
 
 /// The command that finishes the run of a directory.
@@ -42,6 +61,7 @@ mod tests {
             ("~x", "'~x'"),
             ("", "''"),
             ("-x", "./-x"),
+            ("a\nb'", r"$'a\x0ab\''"),
         ] {
             assert_eq!(shell_word(Path::new(path)), word);
         }

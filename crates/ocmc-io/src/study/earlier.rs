@@ -10,7 +10,7 @@ use super::source::{Source, SourceKind};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// A key that came after version 0.1.0 and without which there is no study.
+/// A key that came after version 0.1.0 and that every resolved study has.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct NewKey {
     /// Its path; `*` stands for every name in its table.
@@ -19,8 +19,9 @@ pub(super) struct NewKey {
     pub(super) value: &'static str,
 }
 
-/// The keys that came since version 0.1.0. What a study may lack needs no line here.
-pub(super) const NEW_KEYS: &[NewKey] = &[];
+/// The keys that came since version 0.1.0.
+pub(super) const NEW_KEYS: &[NewKey] =
+    &[NewKey { path: "vehicle.electric.charging.connection_s", value: "0.0" }];
 
 /// Puts these keys where a study lacks them. Returns each that was put, as `path = value`.
 pub(super) fn complete(tree: &mut Node, keys: &[NewKey]) -> Result<Vec<String>, Box<Fault>> {
