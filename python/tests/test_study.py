@@ -226,3 +226,21 @@ def test_the_birds_eye_view_of_its_roads(study):
     assert fitted["curves_per_km"] == view["curves_per_km"]
     with pytest.raises(ValueError, match="cycles"):
         study.birds_eye(cycles=0)
+
+
+def test_a_study_of_a_stranger_names_no_file(tmp_path):
+    secret = tmp_path / "secret.toml"
+    secret.write_text("not a study")
+    for source in [
+        str(secret),
+        {"study": {"base": str(secret)}},
+        {"study": {"base": "field-truck"}, "vehicle": {"base": str(secret)}},
+        {"study": {"base": "field-truck"}, "mission": {"routes": [{"file": str(secret), "weight": 1.0}]}},
+    ]:
+        with pytest.raises(ValueError, match="no file may be read here") as error:
+            ocmc.Study(source, allow_files=False)
+        assert "not a study" not in str(error.value)
+    study = ocmc.Study({"study": {"base": "field-truck"}}, allow_files=False)
+    for other in [study, pickle.loads(pickle.dumps(study))]:
+        with pytest.raises(ValueError, match="no file may be read here"):
+            other.set("mission.routes", [{"file": str(secret), "weight": 1.0}])

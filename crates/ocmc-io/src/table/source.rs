@@ -6,12 +6,13 @@ use super::error::{Fault, TableError};
 use super::given::GivenTable;
 use super::schema::Style;
 use crate::input_file;
-use arrow_array::{Array, RecordBatchReader};
+use arrow_array::{Array, ArrayRef, RecordBatchReader};
 use flate2::read::MultiGzDecoder;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use std::fs::File;
 use std::io::{BufRead, BufReader, Cursor, Read};
 use std::path::Path;
+use std::thread;
 
 /// Largest description, in bytes: it is read as a whole.
 const MOST_BYTES: u64 = 256 << 20;
@@ -161,18 +162,28 @@ fn given(table: GivenTable) -> Opened {
 
 fn parquet(path: &Path) -> Result<Opened, TableError> {
     let failed = TableError::read(path);
-    let no_table = |reason: String| TableError::of(path, Fault::NoTable(reason));
     let file = input_file::open(path).map_err(failed)?;
+    // the library ends some damaged files by a panic, not by an error
+    let decoded = thread::spawn(move || decoded(file)).join();
+    let decoded = decoded.unwrap_or_else(|_| Err("it cannot be decoded".to_owned()));
+    let (names, pieces) = decoded.map_err(|reason| TableError::of(path, Fault::NoTable(reason)))?;
+    Ok(given(GivenTable::new(&path.to_string_lossy(), names, pieces)))
+}
+
+/// Names of columns, and columns in pieces.
+type Decoded = (Vec<String>, Vec<Vec<ArrayRef>>);
+
+fn decoded(file: File) -> Result<Decoded, String> {
     let reader = ParquetRecordBatchReaderBuilder::try_new(file)
         .and_then(ParquetRecordBatchReaderBuilder::build)
-        .map_err(|error| no_table(error.to_string()))?;
+        .map_err(|error| error.to_string())?;
     let names = reader.schema().fields().iter().map(|field| field.name().clone()).collect();
     let mut pieces = Vec::new();
     for batch in reader {
-        pieces.push(batch.map_err(|error| no_table(error.to_string()))?.columns().to_vec());
+        pieces.push(batch.map_err(|error| error.to_string())?.columns().to_vec());
     }
     pieces.retain(|piece| piece.first().is_some_and(|column| !column.is_empty()));
-    Ok(given(GivenTable::new(&path.to_string_lossy(), names, pieces)))
+    Ok((names, pieces))
 }
 
 /// What the csv crate says, with the line that was being read.

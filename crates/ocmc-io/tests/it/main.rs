@@ -6,6 +6,7 @@
     reason = "a test fails by panic, compares bits, and prints its figures"
 )]
 
+mod fuzzed_readers;
 mod reference;
 mod study_builtin;
 mod study_errors;

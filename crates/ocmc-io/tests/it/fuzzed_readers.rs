@@ -1,0 +1,493 @@
+//! Whatever is done to a file, each reader ends with an answer or an error: within a gigabyte of
+//! address space, within seconds, without a panic. `OCMC_FUZZ_INPUTS=10000` reads so many a reader.
+#![cfg(target_os = "linux")]
+
+use arrow_array::{ArrayRef, Float64Array, RecordBatch};
+use ocmc_core::fleet::run::{RunPlan, records as drive};
+use ocmc_core::fleet::summary::SummaryBuilder;
+use ocmc_core::operating_cycle::traffic::TrafficModel;
+use ocmc_estimation::fit::speed_change::{SpeedChangeOptions, SpeedChangeTable};
+use ocmc_io::given_drive::GivenDrive;
+use ocmc_io::operating_cycle::RealisedCycle;
+use ocmc_io::records::{self, RecordFormat};
+use ocmc_io::run_directory::{self, CHUNK_ROWS, Manifest, RunDirectory, RunSummary};
+use ocmc_io::study::{self, Files};
+use ocmc_io::table::Source;
+use ocmc_io::{curve_table, drive_cycle, given_cycle, log, speed_change_table};
+use ocmc_io::{traffic_table, weather_table};
+use parquet::arrow::ArrowWriter;
+use std::fmt::Write as _;
+use std::fs::{self, File};
+use std::io::Write as _;
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// Address space of the process that reads, in KiB.
+const MOST_KIB: u64 = 1 << 20;
+/// Longest that a file may take.
+const LONGEST: Duration = Duration::from_secs(20);
+/// Files that one process reads.
+const BATCH: u64 = 1000;
+
+const NO_SETS: &[&str] = &[];
+
+/// Numbers without a pattern: splitmix64.
+struct Numbers(u64);
+
+impl Numbers {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    fn below(&mut self, end: usize) -> usize {
+        (self.next() % end.max(1) as u64) as usize
+    }
+}
+
+/// What stands in place of a piece of text.
+const PIECES: [&str; 28] = [
+    "",
+    "0",
+    "-1",
+    "nan",
+    "inf",
+    "-inf",
+    "1e308",
+    "-1e308",
+    "1e-308",
+    "99999999999999999999",
+    "1e9",
+    "'",
+    "\"",
+    ",",
+    ";",
+    "\t",
+    "\n",
+    "\r",
+    "\r\n",
+    "#",
+    "=",
+    "[",
+    "]",
+    "{",
+    "}",
+    "\u{0}",
+    "\u{feff}",
+    "\u{1b}[2J",
+];
+
+/// One to six changes of a file.
+fn changed(seed: &[u8], numbers: &mut Numbers) -> Vec<u8> {
+    let mut bytes = seed.to_vec();
+    for _ in 0..=numbers.below(6) {
+        let length = bytes.len();
+        let at = numbers.below(length + 1);
+        let end = (at + 1 + numbers.below(40)).min(length).max(at);
+        match numbers.below(9) {
+            0 if length > 0 => bytes[at.min(length - 1)] ^= 1 << numbers.below(8),
+            1 => bytes.truncate(at),
+            2 => drop(bytes.drain(at..end)),
+            3 => {
+                let piece = bytes[at..end].repeat(1 + numbers.below(2000));
+                bytes.splice(at..at, piece);
+            }
+            4 => {
+                let random: Vec<u8> =
+                    (0..=numbers.below(16)).map(|_| numbers.next() as u8).collect();
+                bytes.splice(at..at, random);
+            }
+            5 if length > 0 => bytes[at.min(length - 1)] = [0, 0xff, 0x7f, 0x80][numbers.below(4)],
+            _ => replace_number(&mut bytes, at, PIECES[numbers.below(PIECES.len())].as_bytes()),
+        }
+    }
+    bytes
+}
+
+/// Puts a piece in the place of the first number behind a place.
+fn replace_number(bytes: &mut Vec<u8>, at: usize, piece: &[u8]) {
+    let is_of_number = |byte: &u8| byte.is_ascii_digit() || b".-+eE".contains(byte);
+    let Some(start) = bytes[at..].iter().position(u8::is_ascii_digit).map(|k| at + k) else {
+        return;
+    };
+    let length = bytes[start..].iter().take_while(|byte| is_of_number(byte)).count();
+    bytes.splice(start..start + length, piece.iter().copied());
+}
+
+fn gzip(bytes: &[u8]) -> Vec<u8> {
+    let mut writer = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+    writer.write_all(bytes).unwrap();
+    writer.finish().unwrap()
+}
+
+/// A table of numbers.
+fn table(names: &str, rows: usize, cell: impl Fn(usize, usize) -> f64) -> String {
+    let columns = names.split(',').count();
+    let mut text = format!("{names}\n");
+    for row in 0..rows {
+        let cells: Vec<String> = (0..columns).map(|k| cell(row, k).to_string()).collect();
+        writeln!(text, "{}", cells.join(",")).unwrap();
+    }
+    text
+}
+
+const LOG: &str = "time_s,speed_mps,yaw_rate_radps,limit_mps,accelerator,brake,grade";
+
+fn log_cell(row: usize, column: usize) -> f64 {
+    let t = row as f64 / 10.0;
+    let speed = t.min(20.0);
+    [t, speed, (t * 0.1).sin() * 0.1, 20.0, 0.3, 0.0, 0.01][column]
+}
+
+/// A log as Parquet.
+fn parquet_log() -> Vec<u8> {
+    let column = |k: usize| -> ArrayRef {
+        Arc::new(Float64Array::from_iter_values((0..300).map(|row| log_cell(row, k))))
+    };
+    let columns = LOG.split(',').enumerate().map(|(k, name)| (name, column(k)));
+    let batch = RecordBatch::try_from_iter(columns).unwrap();
+    let mut writer = ArrowWriter::try_new(Vec::new(), batch.schema(), None).unwrap();
+    writer.write(&batch).unwrap();
+    writer.into_inner().unwrap()
+}
+
+/// A run of a few cycles in a directory.
+fn run(directory: &Path, format: RecordFormat, is_whole: bool) {
+    let loaded = study::load("field-truck", &["mission.length_m=200"]).unwrap();
+    // a chunk is kept when it is full
+    let cycles = if is_whole { 12 } else { CHUNK_ROWS as u64 + 6 };
+    let plan = RunPlan::new(1, 0, cycles, Some(1), None);
+    let manifest = Manifest::new(&loaded.model, &plan, &GivenDrive::nothing());
+    let driven: ControlFlow<(), _> = drive(&loaded.study, &plan, |_| ControlFlow::Continue(()));
+    let ControlFlow::Continue(records) = driven else { panic!("nobody breaks") };
+    let mut writer = RunDirectory::create(directory, format, manifest.clone()).unwrap();
+    writer.add(&records).unwrap();
+    if is_whole {
+        let mut fleet = SummaryBuilder::default();
+        fleet.add(&records);
+        writer.finish(&RunSummary::new(&manifest, fleet.finish(), 1.0, 1)).unwrap();
+    }
+}
+
+/// What a reader reads: valid files, each with its name.
+type Seeds = Vec<(&'static str, Vec<u8>)>;
+
+/// Whether the name of a file says that it is compressed so.
+fn is_packed(name: &str, by: &str) -> bool {
+    name.rsplit('.').next() == Some(by)
+}
+
+fn named(names: &[&'static str], text: &str) -> Seeds {
+    let compressed = |name: &&'static str| match *name {
+        name if is_packed(name, "gz") => (name, gzip(text.as_bytes())),
+        name if is_packed(name, "zst") => (name, zstd::encode_all(text.as_bytes(), 1).unwrap()),
+        name => (name, text.as_bytes().to_vec()),
+    };
+    names.iter().map(compressed).collect()
+}
+
+fn cycle() -> RealisedCycle {
+    let loaded = study::load("field-truck", &["mission.length_m=2000"]).unwrap();
+    RealisedCycle::new(&loaded, 1, 0)
+}
+
+fn tracks() -> String {
+    let mut text = Vec::new();
+    cycle().write_csv(&mut text).unwrap();
+    String::from_utf8(text).unwrap()
+}
+
+/// A reader: its name, its seeds, and what it does with a file. It says whether it read something.
+type Reader = (&'static str, fn() -> Seeds, fn(&Path) -> bool);
+
+const READERS: [Reader; 12] = [
+    (
+        "study",
+        || {
+            let base = "study.base = \"field-truck\"\nmission.length_m = 3000\n";
+            let mut seeds = named(&["a.toml"], base);
+            seeds.extend(named(&["b.toml"], study::show("field-truck").unwrap()));
+            seeds.extend(named(&["c.toml"], &study::init_text()));
+            seeds
+        },
+        |path| study::load(path.to_str().unwrap(), NO_SETS).is_ok(),
+    ),
+    (
+        "vehicle files",
+        || {
+            let map = "engine speed [rpm],torque [Nm],fuel consumption [g/h]\n";
+            let map = (0..60).fold(map.to_owned(), |text, k| {
+                let (speed, torque) = (600 + 200 * (k / 6), 400 * (k % 6));
+                format!("{text}{speed},{torque},{}\n", 2000 + speed * torque / 50)
+            });
+            let curve = "engine speed [rpm],full load torque [Nm],motoring torque [Nm]\n\
+                         600,1000,-100\n1000,2100,-120\n1400,2100,-150\n2000,1500,-200\n";
+            let loss = "Input Speed [rpm],Input Torque [Nm],Torque Loss [Nm]\n\
+                        0,0,10\n0,1000,20\n1000,0,15\n1000,1000,30\n";
+            [named(&["a.vmap"], &map), named(&["a.vfld"], curve), named(&["a.vtlm"], loss)].concat()
+        },
+        |path| {
+            let key = match path.extension().unwrap().to_str().unwrap() {
+                "vmap" => "engine.map_file",
+                "vfld" => "engine.full_load_file",
+                _ => "gearbox.direct_loss_file",
+            };
+            study::load("field-truck", &[format!("vehicle.{key}='{}'", path.display())]).is_ok()
+        },
+    ),
+    (
+        "routes",
+        || {
+            let route = table("position_m,speed_limit_kmh,grade,stop_s", 60, |row, column| {
+                [50.0 * row as f64, 70.0, 0.01, 0.0][column]
+            });
+            let places =
+                table("latitude_deg,longitude_deg,altitude_m,speed_limit_kmh", 60, |row, k| {
+                    [57.7 + 0.001 * row as f64, 11.9, 10.0, 70.0][k]
+                });
+            let vdri = "<s>,<v>,<grad>,<stop>\n0,0,0,5\n10,50,1,0\n500,50,-1,0\n1000,0,0,3\n";
+            let json = serde_json::to_string(&cycle()).unwrap();
+            [
+                named(&["a.csv", "a.csv.gz", "a.csv.zst"], &route),
+                named(&["b.csv"], &places),
+                named(&["a.vdri", "a.vdri.gz"], vdri),
+                named(&["a.json", "a.json.gz"], &json),
+                named(&["c.csv"], &tracks()),
+                vec![("a.parquet", parquet_log())],
+            ]
+            .concat()
+        },
+        |path| given_cycle::read(path, &[]).is_ok(),
+    ),
+    (
+        "drive cycles",
+        || {
+            let cycle = table("time_s,speed_kmh,grade", 300, |row, k| log_cell(row, [0, 1, 6][k]));
+            let names = ["a.csv", "a.csv.gz", "a.csv.zst"];
+            [named(&names, &cycle), vec![("a.parquet", parquet_log())]].concat()
+        },
+        |path| drive_cycle::read(Source::File(path), &[]).is_ok(),
+    ),
+    (
+        "logs",
+        || {
+            let text = table(LOG, 300, log_cell);
+            let names = ["a.csv", "a.csv.gz", "a.csv.zst"];
+            [named(&names, &text), vec![("a.parquet", parquet_log())]].concat()
+        },
+        |path| {
+            let needs: [&[log::Need]; 2] = [&log::pedals::NEEDS, &log::roads::NEEDS];
+            let read = |needs: &&[log::Need]| log::read(Source::File(path), &[], needs).is_ok();
+            needs.iter().filter(|needs| read(needs)).count() > 0
+        },
+    ),
+    (
+        "weather",
+        || {
+            let names =
+                "time_s,temperature_c,pressure_hpa,relative_humidity_percent,wind_speed_mps";
+            let text =
+                table(names, 200, |row, k| [3600.0 * row as f64, 10.0, 1010.0, 75.0, 4.0][k]);
+            named(&["a.csv", "a.csv.gz"], &text)
+        },
+        |path| weather_table::read(Source::File(path), &[], None).is_ok(),
+    ),
+    (
+        "traffic",
+        || {
+            let rows = (0..200).map(|k| format!("{},rural,0.1{k}\n", 900 * k));
+            let text = format!("time_s,road_type,density_share\n{}", rows.collect::<String>());
+            named(&["a.csv", "a.csv.zst"], &text)
+        },
+        |path| {
+            let model: TrafficModel = study::load("field-truck", NO_SETS).unwrap().model.traffic;
+            traffic_table::read(Source::File(path), &[], &model, None).is_ok()
+        },
+    ),
+    (
+        "curves",
+        || {
+            let rows = (0..100).map(|k| format!("d{},{},left,{}\n", k % 5, 30 + k, 8 + k % 9));
+            let text = format!("driver,radius_m,direction,speed_mps\n{}", rows.collect::<String>());
+            named(&["a.csv", "a.csv.gz"], &text)
+        },
+        |path| curve_table::read(Source::File(path), &[]).is_ok(),
+    ),
+    (
+        "speed changes",
+        || {
+            let rows = (0..60).map(|k| format!("d{},70-to-40,-0.{k}\n", k % 5));
+            let text = format!("driver,category,acceleration_mps2\n{}", rows.collect::<String>());
+            let log = table(LOG, 300, log_cell);
+            [named(&["a.csv"], &text), named(&["b.csv", "b.csv.gz"], &log)].concat()
+        },
+        |path| {
+            let (mut table, options) = (SpeedChangeTable::default(), SpeedChangeOptions::default());
+            speed_change_table::append(&mut table, Source::File(path), &[], &options).is_ok()
+        },
+    ),
+    (
+        "records",
+        || {
+            let folder = tempfile::tempdir().unwrap();
+            RecordFormat::ALL
+                .map(|format| {
+                    let out = folder.path().join(format.name());
+                    run(&out, format, true);
+                    (format.file_name(), fs::read(out.join(format.file_name())).unwrap())
+                })
+                .to_vec()
+        },
+        |path| records::read(path, |_| ()).is_ok(),
+    ),
+    ("whole run directories", || seeds_of_run(true), |path| read_run(path)),
+    ("unfinished run directories", || seeds_of_run(false), |path| read_run(path)),
+];
+
+/// The files of run directories in both formats; the name says which file is changed.
+fn seeds_of_run(is_whole: bool) -> Seeds {
+    let files: &[&'static str] = if is_whole {
+        &["manifest.json", "summary.json", "checksums.sha256", "records.csv", "records.parquet"]
+    } else {
+        &["manifest.json", "checksums.sha256", "chunks/00000000.csv", "chunks/00000000.parquet"]
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let mut seeds = Seeds::new();
+    for format in RecordFormat::ALL {
+        let out = folder.path().join(format.name());
+        run(&out, format, is_whole);
+        let read = |name: &&'static str| Some((*name, fs::read(out.join(name)).ok()?));
+        seeds.extend(files.iter().filter_map(read));
+    }
+    seeds
+}
+
+/// Reads a run directory in every way; `path` is the file in it that was changed.
+fn read_run(path: &Path) -> bool {
+    let above = path.parent().unwrap();
+    let directory = if above.ends_with("chunks") { above.parent().unwrap() } else { above };
+    let _ = run_directory::verify(directory);
+    let _ = run_directory::unfinished(directory, &Files::here());
+    run_directory::read(directory).is_ok()
+}
+
+/// Where the file of a seed is put, and everything beside it that its reader needs.
+fn place(folder: &Path, reader: &str, name: &str) -> PathBuf {
+    if reader.contains("run directories") {
+        let format = if name.ends_with("csv") { RecordFormat::Csv } else { RecordFormat::Parquet };
+        let directory = folder.join(format.name());
+        if !directory.exists() {
+            run(&directory, format, reader.starts_with("whole"));
+        }
+        return directory.join(name);
+    }
+    folder.join(name)
+}
+
+/// The process that reads: `OCMC_FUZZ_CHILD` is the reader, the first input and how many.
+#[test]
+#[ignore = "a part of the next test, in a process of its own"]
+fn child() {
+    let Ok(asked) = std::env::var("OCMC_FUZZ_CHILD") else { return };
+    let numbers: Vec<u64> = asked.split(':').map(|number| number.parse().unwrap()).collect();
+    let (name, seeds, read) = READERS[numbers[0] as usize];
+    let seeds = seeds();
+    let folder = PathBuf::from(std::env::var("OCMC_FUZZ_FOLDER").unwrap());
+    let (mut slowest, mut understood) = (Duration::ZERO, 0);
+    for input in numbers[1]..numbers[1] + numbers[2] {
+        let mut numbers = Numbers(input.wrapping_mul(0x0123_4567_89ab_cdef) ^ name.len() as u64);
+        let (file, seed) = &seeds[numbers.below(seeds.len())];
+        let path = place(&folder, name, file);
+        let good = fs::read(&path).ok();
+        // of what is compressed sometimes the text is changed, and sometimes the file
+        let bytes = match zstd_or_gzip(file, seed) {
+            Some(text) if numbers.below(2) == 0 => pack(file, &changed(&text, &mut numbers)),
+            _ => changed(seed, &mut numbers),
+        };
+        fs::write(&path, &bytes).unwrap();
+        let begun = Instant::now();
+        let read = std::panic::catch_unwind(|| read(&path));
+        let took = begun.elapsed();
+        let read = read.unwrap_or_else(|_| panic!("{name}, input {input}: a panic"));
+        assert!(took < LONGEST, "{name}, input {input}: {took:?}");
+        slowest = slowest.max(took);
+        understood += u64::from(read);
+        match good {
+            Some(good) => fs::write(&path, good).unwrap(),
+            None => fs::remove_file(&path).unwrap(),
+        }
+    }
+    println!("READ {understood} of {} in at most {} ms", numbers[2], slowest.as_millis());
+}
+
+fn zstd_or_gzip(name: &str, bytes: &[u8]) -> Option<Vec<u8>> {
+    if is_packed(name, "zst") {
+        return zstd::decode_all(bytes).ok();
+    }
+    let mut text = Vec::new();
+    let mut reader = flate2::read::GzDecoder::new(bytes);
+    let read = is_packed(name, "gz").then(|| std::io::copy(&mut reader, &mut text));
+    read.and_then(Result::ok).map(|_| text)
+}
+
+fn pack(name: &str, text: &[u8]) -> Vec<u8> {
+    if is_packed(name, "zst") { zstd::encode_all(text, 1).unwrap() } else { gzip(text) }
+}
+
+#[test]
+fn no_reader_aborts_or_hangs_with_a_gigabyte() {
+    let inputs = std::env::var("OCMC_FUZZ_INPUTS").map_or(200, |inputs| inputs.parse().unwrap());
+    let program = std::env::current_exe().unwrap();
+    for (k, (name, seeds, _)) in READERS.iter().enumerate() {
+        assert!(!seeds().is_empty(), "{name}");
+        let mut said = String::new();
+        for first in (0..inputs).step_by(BATCH as usize) {
+            let folder = tempfile::tempdir().unwrap();
+            let count = BATCH.min(inputs - first);
+            let output = Command::new("timeout")
+                .args(["900", "sh", "-c", &format!("ulimit -v {MOST_KIB}; exec \"$@\""), "sh"])
+                .arg(&program)
+                .args(["--ignored", "--exact", "fuzzed_readers::child", "--nocapture"])
+                .args(["--test-threads", "1"])
+                .env("OCMC_FUZZ_CHILD", format!("{k}:{first}:{count}"))
+                .env("OCMC_FUZZ_FOLDER", folder.path())
+                .output()
+                .unwrap();
+            let text = String::from_utf8_lossy(&output.stdout);
+            let error = String::from_utf8_lossy(&output.stderr);
+            let end: String =
+                error.chars().rev().take(2000).collect::<Vec<_>>().into_iter().rev().collect();
+            assert!(
+                output.status.success(),
+                "{name}, inputs from {first}: {} {end}",
+                output.status
+            );
+            said.extend(text.lines().filter_map(|line| line.split_once("READ ")).map(|l| l.1));
+            said.push_str("; ");
+        }
+        println!("{name}: {said}");
+    }
+}
+
+#[test]
+fn every_seed_is_read() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, seeds, read) in READERS {
+        for (file, seed) in seeds() {
+            let path = place(folder.path(), name, file);
+            fs::write(&path, &seed).unwrap();
+            // a log is no route, and a run that is under way is not read as a whole
+            let other = file == "a.parquet" && name == "routes";
+            let is_whole = !name.starts_with("unfinished");
+            assert_eq!(read(&path), is_whole && !other, "{name}: {file}");
+        }
+    }
+    let log = folder.path().join("empty");
+    assert!(File::create(&log).is_ok());
+}
