@@ -59,8 +59,14 @@ fn io_error(error: ParquetError) -> io::Error {
 /// those before.
 pub fn read(path: &Path, file: File, mut sink: impl FnMut(Group)) -> Result<(), RecordsError> {
     let malformed = |error: &dyn Error| RecordsError::Malformed(path.to_owned(), error.to_string());
-    let builder = ParquetRecordBatchReaderBuilder::try_new(file);
-    let reader = builder.and_then(|builder| builder.with_batch_size(GROUP_ROWS).build());
+    let undecodable =
+        |_| RecordsError::Malformed(path.to_owned(), "it cannot be decoded".to_owned());
+    let open = move || {
+        let builder = ParquetRecordBatchReaderBuilder::try_new(file);
+        builder.and_then(|builder| builder.with_batch_size(GROUP_ROWS).build())
+    };
+    // the library ends some damaged files by a panic, not by an error: here and below
+    let reader = thread::spawn(open).join().map_err(undecodable)?;
     let reader = reader.map_err(|error| malformed(&error))?;
     thread::scope(|scope| {
         let (sender, batches) = mpsc::sync_channel(GROUPS_AHEAD);
@@ -78,11 +84,8 @@ pub fn read(path: &Path, file: File, mut sink: impl FnMut(Group)) -> Result<(), 
             sink(Group { records, batch: Some(batch) });
             Ok(())
         });
-        // the library ends some damaged files by a panic, not by an error
         let decoded = decoder.join();
         taken?;
-        decoded.map_err(|_| {
-            RecordsError::Malformed(path.to_owned(), "it cannot be decoded".to_owned())
-        })
+        decoded.map_err(undecodable)
     })
 }

@@ -353,19 +353,28 @@ const READERS: [Reader; 12] = [
 /// The files of run directories in both formats; the name says which file is changed.
 fn seeds_of_run(is_whole: bool) -> Seeds {
     let files: &[&'static str] = if is_whole {
-        &["manifest.json", "summary.json", "checksums.sha256", "records.csv", "records.parquet"]
+        &[
+            "csv/manifest.json",
+            "csv/summary.json",
+            "csv/checksums.sha256",
+            "csv/records.csv",
+            "parquet/manifest.json",
+            "parquet/records.parquet",
+        ]
     } else {
-        &["manifest.json", "checksums.sha256", "chunks/00000000.csv", "chunks/00000000.parquet"]
+        &[
+            "csv/manifest.json",
+            "csv/checksums.sha256",
+            "csv/chunks/00000000.csv",
+            "parquet/manifest.json",
+            "parquet/chunks/00000000.parquet",
+        ]
     };
     let folder = tempfile::tempdir().unwrap();
-    let mut seeds = Seeds::new();
     for format in RecordFormat::ALL {
-        let out = folder.path().join(format.name());
-        run(&out, format, is_whole);
-        let read = |name: &&'static str| Some((*name, fs::read(out.join(name)).ok()?));
-        seeds.extend(files.iter().filter_map(read));
+        run(&folder.path().join(format.name()), format, is_whole);
     }
-    seeds
+    files.iter().map(|name| (*name, fs::read(folder.path().join(name)).unwrap())).collect()
 }
 
 /// Reads a run directory in every way; `path` is the file in it that was changed.
@@ -380,12 +389,12 @@ fn read_run(path: &Path) -> bool {
 /// Where the file of a seed is put, and everything beside it that its reader needs.
 fn place(folder: &Path, reader: &str, name: &str) -> PathBuf {
     if reader.contains("run directories") {
-        let format = if name.ends_with("csv") { RecordFormat::Csv } else { RecordFormat::Parquet };
-        let directory = folder.join(format.name());
-        if !directory.exists() {
-            run(&directory, format, reader.starts_with("whole"));
+        for format in RecordFormat::ALL {
+            let directory = folder.join(format.name());
+            if !directory.exists() {
+                run(&directory, format, reader.starts_with("whole"));
+            }
         }
-        return directory.join(name);
     }
     folder.join(name)
 }
