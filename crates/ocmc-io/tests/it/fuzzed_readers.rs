@@ -17,7 +17,7 @@ use ocmc_io::{curve_table, drive_cycle, given_cycle, log, speed_change_table};
 use ocmc_io::{traffic_table, weather_table};
 use parquet::arrow::ArrowWriter;
 use std::fmt::Write as _;
-use std::fs::{self, File};
+use std::fs;
 use std::io::Write as _;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -399,9 +399,9 @@ fn place(folder: &Path, reader: &str, name: &str) -> PathBuf {
     folder.join(name)
 }
 
-/// The process that reads: `OCMC_FUZZ_CHILD` is the reader, the first input and how many.
+/// The process that reads, a part of the next test: `OCMC_FUZZ_CHILD` is the reader, the first input
+/// and how many. Without it there is nothing to read.
 #[test]
-#[ignore = "a part of the next test, in a process of its own"]
 fn child() {
     let Ok(asked) = std::env::var("OCMC_FUZZ_CHILD") else { return };
     let numbers: Vec<u64> = asked.split(':').map(|number| number.parse().unwrap()).collect();
@@ -462,7 +462,7 @@ fn no_reader_aborts_or_hangs_with_a_gigabyte() {
             let output = Command::new("timeout")
                 .args(["900", "sh", "-c", &format!("ulimit -v {MOST_KIB}; exec \"$@\""), "sh"])
                 .arg(&program)
-                .args(["--ignored", "--exact", "fuzzed_readers::child", "--nocapture"])
+                .args(["--exact", "fuzzed_readers::child", "--nocapture"])
                 .args(["--test-threads", "1"])
                 .env("OCMC_FUZZ_CHILD", format!("{k}:{first}:{count}"))
                 .env("OCMC_FUZZ_FOLDER", folder.path())
@@ -486,8 +486,8 @@ fn no_reader_aborts_or_hangs_with_a_gigabyte() {
 
 #[test]
 fn every_seed_is_read() {
-    let folder = tempfile::tempdir().unwrap();
     for (name, seeds, read) in READERS {
+        let folder = tempfile::tempdir().unwrap();
         for (file, seed) in seeds() {
             let path = place(folder.path(), name, file);
             fs::write(&path, &seed).unwrap();
@@ -497,6 +497,4 @@ fn every_seed_is_read() {
             assert_eq!(read(&path), is_whole && !other, "{name}: {file}");
         }
     }
-    let log = folder.path().join("empty");
-    assert!(File::create(&log).is_ok());
 }
