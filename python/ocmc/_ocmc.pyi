@@ -122,9 +122,7 @@ def unpickled(manifest: str, wall_s: float, threads: int, stream: bytes, sum: by
 
 @final
 class Study:
-    def __new__(
-        cls, source: str | PathLike[str] | Mapping[str, Any], allow_files: bool = True
-    ) -> Study: ...
+    def __new__(cls, source: str | PathLike[str] | Mapping[str, Any], allow_files: bool = True) -> Study: ...
     @property
     def name(self) -> str: ...
     @property

@@ -215,7 +215,7 @@ def test_the_stub_is_shipped():
 
 def test_a_run_without_checksums_is_loaded_with_a_warning():
     folder = Path(__file__).parents[2] / "tests" / "it" / "cases" / "run-0.1.0"
-    with pytest.warns(UserWarning) as warnings:
+    with pytest.warns(UserWarning, match="checksums|connection_s") as warnings:
         run = ocmc.load(folder)
     said = [str(warning.message) for warning in warnings]
     assert len(run) == 3

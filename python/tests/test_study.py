@@ -51,7 +51,7 @@ def test_set_makes_another_study():
         ("mission.length_m", 7000),
         ("mission.length_m", np.int64(7000)),
         ("mission.length_m", {"distribution": "uniform", "lower": 5e3, "upper": 7e3}),
-        ("study.name", 'with "quotes", = and\na line end, å'),
+        ("study.description", 'with "quotes", = and\na line end, å'),
         ("study.sources", ["one", "two"]),
         ("simulation.without", ("slope", "traffic")),
         ("driver.curve_speed.exponent", np.array(0.4)),

@@ -27,9 +27,12 @@ const RUN: [&str; 13] = [
     "--out",
 ];
 
+/// Signals as a terminal's shell leaves them: the tests themselves may run under `nohup`.
+const BY_DEFAULT: [&str; 2] = ["env", "--default-signal=HUP,INT,TERM"];
+
 /// Begins the run, or what is left of it, behind other programs: `nohup`, `setsid`, `timeout`.
 fn begin(before: &[&str], out: &Path) -> Child {
-    let program = [before, &[env!("CARGO_BIN_EXE_ocmc")]].concat();
+    let program = [&BY_DEFAULT[..], before, &[env!("CARGO_BIN_EXE_ocmc")]].concat();
     Command::new(program[0])
         .args(&program[1..])
         .args(RUN)
