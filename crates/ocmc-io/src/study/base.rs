@@ -68,7 +68,7 @@ fn parse_base(
 }
 
 /// What is wrong with a file that is no TOML, without a line of it: it may be any file, and the
-/// study that of somebody else.
+/// study a stranger's.
 fn unquoted(fault: &Fault, base: &Node) -> Box<Fault> {
     let place = fault.place.as_ref().map_or_else(String::new, Place::label);
     Fault::new(Cause::File(format!("{place}: {}", fault.message()))).at(base.any_place())

@@ -2,7 +2,7 @@
 //! restores what the program did before there was such a key.
 //!
 //! The study of a run directory is completed with these values when it is read, and whoever reads
-//! it is told which; a user's own study is not changed: its message names the value.
+//! it sees which; a user's own study is not changed: its message names the value.
 
 use super::error::Fault;
 use super::node::{Content, Node, Step, path_of};
