@@ -146,10 +146,16 @@ fn steps(cycles: u64) {
 
 fn hold(cycles: u64) {
     let run = |hold: &str| {
-        let set = format!("driver.pedals.switched.hold={hold}");
-        records("field-truck", &["driver.pedals.pid_share=0.0", &set], cycles)
+        // as printed: no feed-forward, no tolerance
+        let hold = format!("switched.hold={hold}");
+        let sets = ["pid_share=0.0", "feed_forward=false", "brake_tolerance_mps=0", &hold];
+        let sets = sets.map(|set| format!("driver.pedals.{set}"));
+        records("field-truck", &sets.each_ref().map(String::as_str), cycles)
     };
-    println!("## hold\n\nSwitched drivers only, {cycles} cycles, seed 1.\n");
+    println!(
+        "## hold\n\nSwitched drivers only, without feed-forward and tolerance, {cycles} cycles, \
+         seed 1.\n"
+    );
     println!("| what is held | L/100 km | cycles not completed |\n|---|---|---|");
     for name in ["throttle", "paper"] {
         let records = run(name);

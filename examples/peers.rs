@@ -88,7 +88,7 @@ fn export(folder: &Path, cycles: u64) -> Result<(), Failure> {
             "integral": pedals.integral,
             "derivative": pedals.derivative,
             "threshold_mps": pedals.threshold_mps,
-            "holds_brake": pedals.holds_brake,
+            "holds_brake": pedals.hold == ocmc_core::driver::pedal::Hold::Paper,
             "twice_deceleration_mps2": profile.twice_deceleration,
             "twice_acceleration_mps2": profile.twice_acceleration,
             "slips_from": diesel.slips_from(vehicle.auxiliary_power_w),

@@ -77,19 +77,19 @@ PHYSICS = [
     ),
     Mutation(
         "the shift interval counts from the shift's end",
-        "hold_left[lane.number] = {{shift.interval_s}};",
-        "shift.interval_s + shift.duration_s",
+        "motion.up_left[lane.number] = {{up_s}};",
+        "up_s + shift.duration_s",
         "it shift_strategy::",
     ),
     Mutation(
         "the overspeed band acts on braking ramps, too",
-        "let in_band = {{speed.simd_gt(pedals.overspeed_from_mps) & !backward.simd_lt(limit)}};",
+        "let in_band = {{speed.simd_gt(pedals.overspeed_from_mps)\n            & !stance.ramps}}",
         "speed.simd_gt(pedals.overspeed_from_mps)",
         "it closed_loop::overspeed_band",
     ),
     Mutation(
         "no step is cut where the gearbox decides",
-        "let earliest = {{driver.or_earlier(gear)}};",
+        "let earliest = {{driver.or_earlier(gear)}}.or_earlier(plan);",
         "driver",
         "it shift_strategy::",
     ),

@@ -82,7 +82,7 @@ fn smooth_with<S: Simd>(simd: S, study: &Study, duration_s: f64) -> (f64, f64, f
     row[RoadRow::LENGTH] = 1e7;
     row[RoadRow::LIMIT] = 20.5 * 20.5;
     row[RoadRow::BACKWARD] = UNBOUNDED;
-    row[RoadRow::FORWARD] = UNBOUNDED;
+    row[RoadRow::STATIC] = 20.5;
     row[RoadRow::GRADE] = 0.05;
     row[RoadRow::ROLLING] = 0.055;
     row[RoadRow::HALF_DENSITY] = 0.6;
@@ -107,7 +107,10 @@ fn smooth_with<S: Simd>(simd: S, study: &Study, duration_s: f64) -> (f64, f64, f
     state.constants.derivative_over_filter = all(0.1);
     state.constants.tracking = all(0.1);
     state.motion.engine_speed = all(20.0 * state.gear.speed_ratio[0]);
-    state.motion.hold_left = all(f64::INFINITY);
+    (state.motion.up_left, state.motion.down_left) = (all(f64::INFINITY), all(f64::INFINITY));
+    state.motion.ceiling = all(UNBOUNDED);
+    state.constants.least_ceiling = all(UNBOUNDED);
+    state.constants.peak_acceleration = all(UNBOUNDED);
     let steps = (duration_s / shared.short_step_s).round() as usize;
     for _ in 0..steps {
         state.motion.longest = all(shared.short_step_s);

@@ -2,6 +2,7 @@
 //! test fails without its rule. Others stand with their parts.
 
 use crate::common::{GivenRoad, column, mean_and_error, run, study, typical};
+use ocmc_core::driver::speed_change::Rise;
 use ocmc_core::kernel::scheduler::drive_scenario;
 use ocmc_core::kernel::trace::{Trace, trace_scenario};
 use ocmc_core::record::Outcome;
@@ -33,15 +34,73 @@ fn launch_floor_and_clutch_a_40_t_truck_starts_again_after_a_stop_sign_on_a_6_pe
 }
 
 #[test]
-fn launch_floor_a_standing_truck_wants_its_launch_speed() {
-    // the floor is needed at run time: below it a standing truck wants to stand
-    for launch in [1.5, 2.0, 3.0] {
-        let study = typical(&[&format!("driver.speed_change.launch_speed_mps={launch}")]);
-        let road = GivenRoad::flat(2000.0, 80.0 / 3.6).stop(1000.0, 5.0);
+fn launch_ramp_the_desired_speed_rises_with_the_drivers_acceleration_and_the_truck_with_it() {
+    for acceleration in [0.3, 0.5, 0.8] {
+        let study = typical(&[
+            &format!("driver.speed_change.acceleration_mps2={acceleration}"),
+            "simulation.step_s=0.2",
+        ]);
+        let road = GivenRoad { payload_kg: 0.0, ..GivenRoad::flat(2000.0, 80.0 / 3.6) };
+        let road = road.stop(1000.0, 5.0);
         let trace = trace_scenario(&study, road.scenario(&study));
-        let restart = column(&trace, "step_s").iter().position(|dt| *dt == 5.0).unwrap();
-        let wanted = column(&trace, "desired_speed_mps")[restart + 1];
-        assert!((wanted - launch).abs() < 1e-9, "{wanted}");
+        let [time, step, desired, speed, rate] =
+            ["time_s", "step_s", "desired_speed_mps", "speed_mps", "acceleration_mps2"]
+                .map(|name| column(&trace, name));
+        let restart = step.iter().position(|dt| *dt == 5.0).unwrap();
+        // no jump at the line: seconds later it is what the acceleration has come to
+        for k in restart + 1..desired.len() {
+            let since_s = time[k] - step[k] - time[restart];
+            if since_s > 15.0 {
+                break;
+            }
+            let wanted = acceleration * since_s;
+            assert!((desired[k] - wanted).abs() < 1e-6, "{since_s} s: {} {wanted}", desired[k]);
+            assert!(rate[k] < 1.3 * acceleration, "{since_s} s: {}", rate[k]);
+        }
+        let later = time.iter().position(|t| *t > time[restart] + 12.0).unwrap();
+        // the gaps of its shifts are missing
+        assert!(speed[later] > 0.45 * desired[later], "{} {}", speed[later], desired[later]);
+    }
+}
+
+#[test]
+fn grip_traction_is_what_the_driven_axles_hold() {
+    // full pedal in first gear on snow, empty and full: 0.4 of the weight on the driven axle
+    for (payload_kg, share) in [(0.0, 0.29), (24_300.0, 0.25)] {
+        let study = typical(&["driver.speed_change.peak_acceleration_ratio=100"]);
+        let road = GivenRoad { payload_kg, ..GivenRoad::flat(500.0, 50.0 / 3.6).slope(0.051) };
+        let mut scenario = road.scenario(&study);
+        scenario.driver.speed_change.rise = Rise::Paper;
+        let weather = &mut scenario.cycle.weather[0].weather;
+        (weather.precipitation_mps, weather.snow) = (1e-7, true);
+        let grip_n = 0.4 * share * scenario.vehicle.mass_kg * 9.80665;
+        let trace = trace_scenario(&study, scenario);
+        let [wheel, way] =
+            ["wheel_energy_added_j", "distance_added_m"].map(|name| column(&trace, name));
+        let most_n = (0..way.len()).filter(|k| way[*k] > 0.1).map(|k| wheel[k] / way[k]);
+        let most_n = most_n.fold(0.0, f64::max);
+        assert!((0.9 * grip_n..grip_n).contains(&most_n), "{most_n} {grip_n}");
+    }
+}
+
+#[test]
+fn feed_forward_a_truck_follows_its_braking_ramp() {
+    for (payload_kg, slope) in [(0.0, 0.0), (24_300.0, -0.02), (24_300.0, 0.01)] {
+        let study = typical(&[]);
+        let flat = GivenRoad::flat(3000.0, 80.0 / 3.6).slope(slope);
+        let road = GivenRoad { payload_kg, ..flat }.stop(2500.0, 5.0);
+        let trace = trace_scenario(&study, road.scenario(&study));
+        let [step, position, speed, desired] =
+            ["step_s", "position_m", "speed_mps", "desired_speed_mps"]
+                .map(|name| column(&trace, name));
+        let stood = step.iter().position(|dt| *dt == 5.0).unwrap();
+        assert!((0.5..1.3).contains(&speed[stood - 1]), "{}", speed[stood - 1]);
+        let ramp = (1..stood).filter(|k| position[*k] > 2350.0 && position[*k] < 2490.0);
+        for k in ramp {
+            // a row has the desired speed of its start
+            let excess = speed[k - 1] - desired[k];
+            assert!(excess.abs() < 0.5, "{slope}, {} m: {excess} m/s", position[k]);
+        }
     }
 }
 
@@ -94,6 +153,8 @@ fn overspeed_band_ends_where_a_ramp_to_a_lower_speed_begins() {
     let study = typical(&[
         "driver.pedals.pid.integral_time_median_s=0",
         "driver.pedals.pid.derivative_median=0",
+        "driver.pedals.feed_forward=false",
+        "driver.pedals.brake_tolerance_mps=0",
         "simulation.step_s=0.02",
     ]);
     // a descent on which a coasting truck gets faster
@@ -146,10 +207,9 @@ fn stop_capture_trucks_arrive_slowly_and_stop_at_the_line() {
     }
     arrivals.sort_by(f64::total_cmp);
     let median = arrivals[arrivals.len() / 2];
-    // sqrt(2 x 0.6 x 0.5) = 0.8 m/s is wanted half a metre before the line; the brake's lag of 1/(5
-    // x 0.3 x K_P) s adds 0.9 m/s for the median driver and 2 m/s for the slowest
-    assert!(arrivals.len() > 40 && (0.5..2.5).contains(&median), "{median}");
-    assert!(arrivals[arrivals.len() - 1] < 5.0, "{arrivals:?}");
+    // sqrt(2 x 0.6 x 0.5) = 0.8 m/s is wanted half a metre before the line
+    assert!(arrivals.len() > 40 && (0.5..1.3).contains(&median), "{median}");
+    assert!(arrivals[arrivals.len() - 1] < 2.0, "{arrivals:?}");
 }
 
 #[test]
@@ -359,17 +419,16 @@ fn anti_windup_tracking_no_wind_up_on_a_long_climb() {
 #[test]
 fn integral_clamp_keeps_a_descents_brake_out_of_the_plain_behind_it() {
     // how far a truck falls below its desired speed behind 3 km of -10 % at 40 km/h, where no band
-    // lets it run
+    // lets it run; in the gear of the plain before it
     let below_mps = |sets: &[&str]| {
-        let study = typical(sets);
-        let mut road = GivenRoad::flat(6000.0, 40.0 / 3.6).stop(5500.0, 5.0);
-        road.slopes = vec![-0.1; 120];
-        road.slopes.push(0.0);
+        let study = typical(&[sets, &["driver.pedals.brake_tolerance_mps=0"]].concat());
+        let mut road = GivenRoad::flat(7000.0, 40.0 / 3.6).stop(6500.0, 5.0);
+        road.slopes = [vec![0.0; 40], vec![-0.1; 120], vec![0.0]].concat();
         let trace = trace_scenario(&study, road.scenario(&study));
         assert_eq!(trace.record.outcome, Outcome::Completed);
         let [position, speed, desired] =
             ["position_m", "speed_mps", "desired_speed_mps"].map(|name| column(&trace, name));
-        let behind = (0..position.len()).filter(|&k| (3000.0..5000.0).contains(&position[k]));
+        let behind = (0..position.len()).filter(|&k| (4000.0..6000.0).contains(&position[k]));
         behind.map(|k| desired[k] - speed[k]).fold(0.0, f64::max)
     };
     let [clamped, free] = [below_mps(&[]), below_mps(&["driver.pedals.pid.integral_minimum=-10"])];
@@ -385,7 +444,12 @@ fn held_throttle_a_brake_held_as_printed_costs_fuel() {
     let sets = |hold: &str| {
         study(
             "field-truck",
-            &["driver.pedals.pid_share=0.0", &format!("driver.pedals.switched.hold={hold}")],
+            &[
+                "driver.pedals.pid_share=0.0",
+                "driver.pedals.feed_forward=false",
+                "driver.pedals.brake_tolerance_mps=0",
+                &format!("driver.pedals.switched.hold={hold}"),
+            ],
         )
     };
     let fuel = |study: &ocmc_core::study::Study| {
@@ -404,9 +468,9 @@ fn upshift_line_shifts_per_km_are_those_of_the_field() {
         records.iter().map(|r| f64::from(r.n_gear_shifts)).sum::<f64>()
             / records.iter().map(|r| r.distance_m / 1000.0).sum::<f64>()
     };
-    // judged in advance: about 1 on long haul and 4 on regional roads; it is 1.8 and 3.3. A
+    // judged in advance: about 1 on long haul and 4 on regional roads; it is 1.4 and 2.8. A
     // strategy that looks at the power of each slope step shifts 38 % more
-    for (name, wanted) in [("long-haul", 1.8), ("regional", 3.3)] {
+    for (name, wanted) in [("long-haul", 1.4), ("regional", 2.8)] {
         let found = per_km(name);
         assert!((found / wanted - 1.0).abs() < 0.15, "{name}: {found}");
     }
@@ -449,6 +513,27 @@ fn road_mix_shares_of_the_road_mixes() {
         let shares = study.operating_cycle().road().share_by_length();
         for (share, printed) in shares.iter().zip(printed) {
             assert!((share - printed).abs() < 0.011, "{name}: {shares:?}");
+        }
+    }
+}
+
+#[test]
+fn held_throttle_a_steady_limit_is_driven_steadily() {
+    // swings of the speed behind the launch and before the end, on the plain and on even grades
+    for share in ["1", "0"] {
+        let study = typical(&[&format!("driver.pedals.pid_share={share}")]);
+        for limit_kmh in [30.0, 50.0, 80.0] {
+            for slope in [0.0, 0.015, -0.01] {
+                let road = GivenRoad::flat(12_000.0, limit_kmh / 3.6).slope(slope);
+                let trace = trace_scenario(&study, road.scenario(&study));
+                let (position, speed) = (column(&trace, "position_m"), column(&trace, "speed_mps"));
+                let inside =
+                    (0..position.len()).filter(|k| (4000.0..11_000.0).contains(&position[*k]));
+                let [low, high] = inside.fold([f64::INFINITY, 0.0_f64], |[low, high], k| {
+                    [low.min(speed[k]), high.max(speed[k])]
+                });
+                assert!((high - low) * 3.6 < 4.0, "{share} {limit_kmh} {slope}: {low} {high}");
+            }
         }
     }
 }

@@ -60,7 +60,9 @@ fn the_engine_brakes_first_with_its_power_at_the_square_of_its_speed() {
     for k in 1..dt.len() {
         let change = engine_radps[k] - engine_radps[k - 1];
         // the service brakes take only what the engine cannot; while gears change it is not there
-        if service[k] > 0.0 && engine[k] > 0.0 && change.abs() < 0.5 {
+        // and where a ramp begins, they do not brake all along the row
+        let along = service[k - 1] > 0.0 && engine[k - 1] > 0.0;
+        if along && service[k] > 0.0 && engine[k] > 0.0 && change.abs() < 0.5 {
             let mean_radps = engine_radps[k] - 0.5 * change;
             let share = mean_radps / brakes.engine_brake_speed_radps;
             let wanted_w = brakes.engine_brake_power_w * share * share;
@@ -110,6 +112,7 @@ fn the_limiter_takes_the_pedal_back_over_its_range() {
     let study = typical(&[
         "driver.speed_limit.maximum_speed_mps=28",
         "road.types.motorway.truck_limit_mps=40",
+        "driver.speed_change.peak_acceleration_ratio=100",
         "simulation.step_s=0.1",
     ]);
     let road = GivenRoad { payload_kg: 0.0, ..GivenRoad::flat(5000.0, 130.0 / 3.6).slope(-0.005) };

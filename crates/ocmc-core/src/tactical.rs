@@ -26,10 +26,12 @@ pub struct SpeedBranch {
     /// Accelerating branch at the segment's start; grows by 2 a_acc for each m behind it, and is at
     /// least launch².
     pub forward_start: f64,
+    /// Whether the static limit is that of a sign or of the truck, not of a curve or of traffic.
+    pub by_sign: bool,
 }
 
 impl SpeedBranch {
-    const NONE: Self = Self { limit: 0.0, backward_end: 0.0, forward_start: 0.0 };
+    const NONE: Self = Self { limit: 0.0, backward_end: 0.0, forward_start: 0.0, by_sign: false };
 }
 
 /// Desired speed squared along the road: piecewise linear in position, stops included.
@@ -84,39 +86,56 @@ struct StaticLimits<'a> {
     /// Sign, traffic and section that hold now, and the lowest of their speeds, in m/s.
     rules: (u32, u32, u32),
     rules_mps: f64,
+    /// Whether the sign's is the lowest of them.
+    sign_rules: bool,
     /// Curve that the road is in now, and the lower of its speed and that of the rules, in m/s.
     curve: Option<usize>,
     speed_mps: f64,
+    /// Whether it is that of the sign.
+    by_sign: bool,
 }
 
 impl<'a> StaticLimits<'a> {
     fn new(study: &'a Study, scenario: &'a Scenario) -> Self {
         let nowhere = (u32::MAX, u32::MAX, u32::MAX);
-        Self { study, scenario, rules: nowhere, rules_mps: 0.0, curve: None, speed_mps: 0.0 }
+        Self {
+            study,
+            scenario,
+            rules: nowhere,
+            rules_mps: 0.0,
+            sign_rules: false,
+            curve: None,
+            speed_mps: 0.0,
+            by_sign: false,
+        }
     }
 
-    /// Lowest static speed of a segment, squared: sign, curve, traffic.
+    /// Lowest static speed of a segment, squared: sign, curve, traffic; and whether it is the
+    /// sign's.
     #[inline(always)]
-    fn of_segment(&mut self, segment: &Segment) -> f64 {
+    fn of_segment(&mut self, segment: &Segment) -> (f64, bool) {
         // they hold over many segments
         let rules = (segment.sign, segment.traffic, segment.section);
         if (rules, segment.curve()) != (self.rules, self.curve) {
             self.update(rules, segment.curve());
         }
-        self.speed_mps * self.speed_mps
+        (self.speed_mps * self.speed_mps, self.by_sign)
     }
 
     #[inline(never)]
     fn update(&mut self, rules: (u32, u32, u32), curve: Option<usize>) {
         if rules != self.rules {
-            self.rules_mps = self.speed_of_rules(rules);
+            let (sign_mps, flow_mps) = self.speeds_of_rules(rules);
+            (self.rules_mps, self.sign_rules) = (sign_mps.min(flow_mps), sign_mps <= flow_mps);
         }
         (self.rules, self.curve) = (rules, curve);
-        self.speed_mps =
-            curve.map_or(self.rules_mps, |k| self.rules_mps.min(self.speed_of_curve(k)));
+        let curve_mps = curve.map_or(f64::INFINITY, |k| self.speed_of_curve(k));
+        self.speed_mps = self.rules_mps.min(curve_mps);
+        self.by_sign = self.sign_rules && self.rules_mps <= curve_mps;
     }
 
-    fn speed_of_rules(&self, (sign, traffic, section): (u32, u32, u32)) -> f64 {
+    /// Speed that the sign allows, and that of the traffic, in m/s.
+    fn speeds_of_rules(&self, (sign, traffic, section): (u32, u32, u32)) -> (f64, f64) {
         let (cycle, model) = (&self.scenario.cycle, self.study.operating_cycle());
         let sign_mps = cycle.road.signs[sign as usize].speed_mps;
         let road_type = cycle.road.sections[section as usize].road_type;
@@ -127,7 +146,7 @@ impl<'a> StaticLimits<'a> {
         } else {
             f64::INFINITY
         };
-        self.scenario.driver.speed_limit.sign_speed_mps(sign_mps, truck_limit).min(flow)
+        (self.scenario.driver.speed_limit.sign_speed_mps(sign_mps, truck_limit), flow)
     }
 
     fn speed_of_curve(&self, k: usize) -> f64 {
@@ -151,18 +170,23 @@ impl<'a> StaticLimits<'a> {
     }
 }
 
-/// From the end, where the truck stops, to the start.
+/// From the end, where the truck stops, to the start. A branch is cut down to the limit that comes
+/// next only where that is lower than the limit here: it then tells from how far the next ramp can
+/// be seen.
 fn backward_sweep(profile: &mut SpeedProfile, mut limits: StaticLimits) {
     let slope = profile.twice_deceleration;
     // all are written anew
     profile.branches.resize(profile.segments.len(), SpeedBranch::NONE);
     let mut node: f64 = 0.0;
+    let mut next_limit = f64::INFINITY;
     for (segment, branch) in profile.segments.iter().zip(&mut profile.branches).rev() {
-        let limit = limits.of_segment(segment);
-        *branch = SpeedBranch { limit, backward_end: node, forward_start: 0.0 };
+        let (limit, by_sign) = limits.of_segment(segment);
+        let backward_end = if next_limit < limit { lower(node, next_limit) } else { node };
+        *branch = SpeedBranch { limit, backward_end, forward_start: 0.0, by_sign };
         // what the start of the segment allows
-        let allowed = segment.event().map_or(limit, |k| lower(limits.of_event(k), limit));
-        node = lower(node + slope * segment.length_m, allowed);
+        let allowed = segment.event().map_or(f64::INFINITY, |k| limits.of_event(k));
+        node = lower(backward_end + slope * segment.length_m, allowed);
+        next_limit = limit;
     }
 }
 

@@ -5,7 +5,9 @@
 //! K_P/K_I, and J clamped: with a fixed T_t of 2 s the integral runs to −8 while saturated and the
 //! truck stalls in front of stops (anti-windup tracking, integral clamp). Switched: u = K_P e
 //! while |e| > threshold, otherwise the throttle is held; a held brake is released when e ≥ 0 (held
-//! throttle). Pedals: a_p = clip(u, 0, 1), b_p = clip(−s u, 0, 1) with the brake scale s, because
+//! throttle). Held in balance, it is the pedal that keeps the speed, and outside of the threshold
+//! u = that pedal + K_P e. On a braking ramp u = what the ramp asks for + K_P e (feed-forward).
+//! Pedals: a_p = clip(u, 0, 1), b_p = clip(−s u, 0, 1) with the brake scale s, because
 //! the brake acts about 12 times stronger than the throttle.
 //!
 //! Both are one controller in the step: a PID never holds, a switched driver has K_I = K_D = 0. The
@@ -39,6 +41,21 @@ pub struct PedalModel {
     /// Speed above which the band exists, in m/s.
     #[schemars(range(min = 0.0, max = 100.0))]
     pub overspeed_from_mps: f64,
+    /// Whether a driver presses on a braking ramp what the ramp asks for, and corrects the rest.
+    pub feed_forward: bool,
+    /// Smallest K_P on a braking ramp with feed-forward, in s/m.
+    #[schemars(range(min = 0.0, max = 5.0))]
+    pub ramp_gain_minimum: f64,
+    /// Time before a braking ramp at which a driver leaves the accelerator, in s.
+    #[schemars(range(min = 0.0, max = 10.0))]
+    pub ramp_lead_s: f64,
+    /// Share of the speed that a braking ramp takes before the driver brakes: he coasts until then.
+    #[schemars(range(min = 0.0, max = 0.5))]
+    pub ramp_slack_share: f64,
+    /// Speed above the desired one, in m/s, at which a driver begins to brake where no braking ramp
+    /// lies and no band holds; 0: with the controller's output.
+    #[schemars(range(min = 0.0, max = 10.0))]
+    pub brake_tolerance_mps: f64,
 }
 
 /// The PID controller: ln K_P, ln T_i and ln K_D are normal, with correlation.
@@ -128,6 +145,9 @@ pub enum Hold {
     Throttle,
     /// Throttle and brake, as printed in the paper.
     Paper,
+    /// The pedal that keeps the speed at the moment when holding begins; outside the threshold the
+    /// driver corrects around it, until the error is a quarter of the threshold.
+    Balance,
 }
 
 /// One driver's pedal controller.
@@ -141,8 +161,8 @@ pub struct Pedals {
     pub derivative: f64,
     /// Threshold of a switched driver, in m/s; none for a PID.
     pub threshold_mps: Option<f64>,
-    /// Whether a held brake is held as printed in the paper.
-    pub holds_brake: bool,
+    /// What a switched driver holds.
+    pub hold: Hold,
     /// Draws of gains that were outside the bounds and drawn again.
     pub redraws: u32,
 }
@@ -168,7 +188,7 @@ impl PedalModel {
                 integral: 0.0,
                 derivative: 0.0,
                 threshold_mps: Some(draw(&model.threshold_mps)),
-                holds_brake: model.hold == Hold::Paper,
+                hold: model.hold,
                 redraws: 0,
             }
         }
@@ -199,7 +219,7 @@ impl PidModel {
                 integral: if time_s > 0.0 { proportional / time_s } else { 0.0 },
                 derivative: self.derivative_median * libm::exp(self.derivative_log_sd * z[2]),
                 threshold_mps: None,
-                holds_brake: false,
+                hold: Hold::Throttle,
                 redraws,
             };
         }
@@ -237,6 +257,11 @@ mod tests {
             brake_scale: 0.3,
             overspeed_band_mps: 1.39,
             overspeed_from_mps: 14.0,
+            feed_forward: true,
+            ramp_gain_minimum: 0.8,
+            ramp_lead_s: 2.0,
+            ramp_slack_share: 0.04,
+            brake_tolerance_mps: 0.8,
         }
     }
 

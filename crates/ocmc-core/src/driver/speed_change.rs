@@ -5,6 +5,7 @@
 //! windows; the default study takes 0.6 and 0.5.
 
 use crate::distribution::Quantity;
+use crate::lanes::UNBOUNDED;
 use crate::random::{Stream, Streams};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -24,6 +25,9 @@ pub struct SpeedChangeModel {
     /// Desired speed at which a standing truck starts, in m/s.
     #[schemars(range(min = 0.5, max = 6.0))]
     pub launch_speed_mps: f64,
+    /// The most that the accelerator pedal asks for, over the driver's acceleration; 100: no limit.
+    #[schemars(range(min = 0.5, max = 100.0))]
+    pub peak_acceleration_ratio: f64,
 }
 
 /// How the desired speed rises at a higher limit.
@@ -47,7 +51,12 @@ pub struct SpeedChange {
     pub rise: Rise,
     /// Desired speed at which a standing truck starts, in m/s.
     pub launch_speed_mps: f64,
+    /// The most that the accelerator pedal asks for, in m/s²; unbounded where there is no limit.
+    pub peak_acceleration_mps2: f64,
 }
+
+/// Ratio of the peak acceleration from which on there is no limit.
+const NO_PEAK_RATIO: f64 = 100.0;
 
 impl SpeedChangeModel {
     /// Draws one driver; `spread` false gives the typical one.
@@ -56,11 +65,16 @@ impl SpeedChangeModel {
         let mut draw = |law: &Quantity| {
             if spread { law.sample(&mut draws) } else { law.centre() }
         };
+        let deceleration_mps2 = draw(&self.deceleration_mps2);
+        let acceleration_mps2 = draw(&self.acceleration_mps2);
+        let ratio = self.peak_acceleration_ratio;
+        let unlimited = ratio >= NO_PEAK_RATIO;
         SpeedChange {
-            deceleration_mps2: draw(&self.deceleration_mps2),
-            acceleration_mps2: draw(&self.acceleration_mps2),
+            deceleration_mps2,
+            acceleration_mps2,
             rise: self.rise,
             launch_speed_mps: self.launch_speed_mps,
+            peak_acceleration_mps2: if unlimited { UNBOUNDED } else { ratio * acceleration_mps2 },
         }
     }
 }

@@ -1,18 +1,64 @@
-//! What the driver wants and does with the pedals: the planned speed under the truck, and the
+//! What the driver wants and does with the pedals: the desired speed under the truck, and the
 //! operational module at one stage.
 
+use super::forecast::Forecast;
 use super::road_row::RoadRow;
-use super::stage::{Decision, Row};
+use super::stage::Row;
 use super::state::{KernelParameters, State};
-use crate::lanes::{Flags, Lanes, clip, lerp};
+use crate::lanes::{Flags, Lanes, clip, masked};
 use crate::powertrain::Powertrain;
 use fearless_simd::prelude::*;
+
+/// The desired speed at one place.
+#[derive(Clone, Copy)]
+pub(super) struct DesiredSpeed<S: Simd> {
+    /// In m/s.
+    pub speed: Lanes<S>,
+    /// Its square on a braking ramp, in m²/s².
+    backward: Lanes<S>,
+    /// Its square where there is no ramp, in m²/s²: the static limit, or what the driver's
+    /// acceleration has come to.
+    level: Lanes<S>,
+    /// Rises through zero where the driver's acceleration has come to the plan, in m²/s².
+    pub rise_function: Lanes<S>,
+}
+
+impl<S: Simd> DesiredSpeed<S> {
+    /// Its square, in m²/s².
+    #[inline(always)]
+    pub(super) fn squared(&self) -> Lanes<S> {
+        self.level.min(self.backward)
+    }
+
+    /// Rises through zero where a driver prepares for a braking ramp; `lead`: difference of v² from
+    /// there to the ramp, in m²/s². Without lead it is where the ramp begins, and zero along it.
+    #[inline(always)]
+    pub(super) fn ramp_function(&self, lead: Lanes<S>) -> Lanes<S> {
+        self.level + lead - self.backward
+    }
+}
+
+/// What a driver has decided for a step.
+#[derive(Clone, Copy)]
+pub(super) struct Stance<S: Simd> {
+    pub forecast: Forecast<S>,
+    /// Flag: the desired speed rises with the driver's acceleration.
+    pub rises: Flags<S>,
+    /// Flag: a braking ramp lies under the truck, or just before it.
+    pub ramps: Flags<S>,
+    /// Flag: the driver follows it with feed-forward.
+    pub feeds: Flags<S>,
+    /// Flag: a switched driver holds.
+    pub hold: Flags<S>,
+    /// What he holds.
+    pub held: Lanes<S>,
+}
 
 /// What the driver does in one stage.
 #[derive(Clone, Copy)]
 pub(super) struct Control<S: Simd> {
     pub desired: Lanes<S>,
-    /// The controller's output, and with the band of overspeed what the brakes see of it.
+    /// The controller's output, and what the brakes see of it.
     pub output: Lanes<S>,
     pub demand: Lanes<S>,
     pub accelerator: Lanes<S>,
@@ -23,71 +69,104 @@ pub(super) struct Control<S: Simd> {
 }
 
 impl<S: Simd, P: Powertrain> State<S, P> {
-    /// The desired speed, in m/s, and the braking branch of its square.
+    /// The desired speed; `ceiling`: what the driver's acceleration has come to, squared.
     #[inline(always)]
     pub(super) fn desired(
         &self,
         row: &Row<S>,
         left: Lanes<S>,
-        parameters: &KernelParameters<P>,
-    ) -> (Lanes<S>, Lanes<S>) {
-        let limit = row[RoadRow::LIMIT];
+        ceiling: Lanes<S>,
+    ) -> DesiredSpeed<S> {
         let backward = row[RoadRow::BACKWARD] + self.constants.twice_deceleration * left;
-        let forward = (row[RoadRow::FORWARD] - self.constants.twice_acceleration * left)
-            .max(parameters.launch);
-        (limit.min(backward).min(forward).sqrt(), backward)
+        let level = row[RoadRow::LIMIT].min(ceiling);
+        let rise_function = ceiling - row[RoadRow::LIMIT].min(backward);
+        DesiredSpeed { speed: level.min(backward).sqrt(), backward, level, rise_function }
     }
 
-    /// The same where a step ends. Where it passes the beginning of a ramp down to a lower limit,
-    /// the line from start to end would lie below the desired speed everywhere between: the second
-    /// stage takes the end of the line that has its mean.
+    /// The ceiling of the desired speed, squared, some time later.
     #[inline(always)]
-    pub(super) fn desired_at_end(
+    pub(super) fn ceiling_after(&self, desired: Lanes<S>, dt: Lanes<S>) -> Lanes<S> {
+        let risen = desired + self.constants.rise * dt;
+        risen * risen
+    }
+
+    /// What the driver decides for a step.
+    #[inline(always)]
+    pub(super) fn stance(
         &self,
-        decision: &Decision<S>,
-        left: Lanes<S>,
+        row: &Row<S>,
+        desired: &DesiredSpeed<S>,
         parameters: &KernelParameters<P>,
-    ) -> (Lanes<S>, Lanes<S>) {
-        let (row, before) = (&decision.row, decision.control.desired);
-        let limit = row[RoadRow::LIMIT];
-        let backward_before = decision.backward;
-        let (desired, backward) = self.desired(row, left, parameters);
-        let begins = limit.simd_lt(backward_before) & backward.simd_lt(limit);
-        // share of the step before the ramp
-        let share = (backward_before - limit) / (backward_before - backward);
-        (begins.select(lerp(share, desired, before), desired), backward)
+    ) -> Stance<S> {
+        let (motion, constants) = (&self.motion, &self.constants);
+        let forecast = self.forecast(row, parameters);
+        let ramps = !desired.ramp_function(desired.speed * constants.lead).simd_lt(0.0);
+        let feeds = ramps & constants.feeds.simd_gt(0.0);
+        // while the desired speed rises there is nothing to hold
+        let rises = desired.rise_function.simd_lt(0.0);
+        let was_holding = motion.holding.simd_gt(0.0);
+        let threshold = was_holding.select(constants.threshold, constants.entry_threshold);
+        let error = desired.speed - motion.speed;
+        // whose truck has come to rest wants to go on, however slowly
+        let within = error.abs().simd_lt(threshold) & motion.speed.simd_gt(0.0);
+        let hold = within & !feeds & !rises;
+        // what is held is the output at the moment when holding began, or the pedal that keeps the
+        // speed then
+        let effort = constants.proportional * error;
+        let begun = constants.balances.simd_gt(0.0).select(forecast.holding, effort);
+        let held = was_holding.select(motion.held, begun);
+        // held throttle: a held brake is released when e >= 0, unless the driver holds as printed
+        // in the paper
+        let held = error.simd_lt(0.0).select(held, held.max(constants.lowest_held));
+        Stance { forecast, rises, ramps, feeds, hold, held }
     }
 
     /// The operational module at one stage.
     #[inline(always)]
     pub(super) fn control(
         &self,
-        limit: Lanes<S>,
+        row: &Row<S>,
         speed: Lanes<S>,
-        (desired, backward): (Lanes<S>, Lanes<S>),
+        desired: Lanes<S>,
         integral: Lanes<S>,
         filtered: Lanes<S>,
-        hold: Flags<S>,
-        held: Lanes<S>,
+        stance: &Stance<S>,
         parameters: &KernelParameters<P>,
     ) -> Control<S> {
-        let pedals = parameters.pedals;
+        let (pedals, constants) = (parameters.pedals, &self.constants);
         let error = desired - speed;
         let lag = speed - filtered;
-        let effort = self.constants.proportional * error;
-        let continuous = effort + integral - self.constants.derivative_over_filter * lag;
-        let output = hold.select(held, continuous);
+        let effort = constants.proportional * error;
+        // around the pedal that keeps the speed, held or not, a driver in balance corrects what is
+        // more than the error at which he begins to hold
+        let balances = constants.balances.simd_gt(0.0);
+        let free = constants.dead_zone;
+        let corrected = constants.proportional * (error - error.min(free).max(-free));
+        let around = balances.select(stance.forecast.holding, integral);
+        let continuous = corrected + around - constants.derivative_over_filter * lag;
+        let held = stance.held + masked(balances, corrected);
+        // the accelerator stays closed while a ramp asks for less
+        let follows = stance.forecast.ramp.min(0.0) + constants.ramp_gain * error;
+        let output = stance.feeds.select(follows, stance.hold.select(held, continuous));
 
         // speed limiter: above its speed the pedal goes down less and less far
         let vehicle = &parameters.vehicle.model;
         let end_mps = vehicle.limiter_speed_mps + vehicle.limiter_range_mps;
         let allowed = (end_mps - speed) * parameters.per_limiter_range;
+        let allowed = allowed.min(stance.forecast.peak);
         let accelerator = clip(output.min(allowed), 0.0, 1.0);
 
-        // overspeed band: above a static limit the driver lets the truck run up to its edge
-        let edge = effort + self.constants.band_output;
-        let in_band = speed.simd_gt(pedals.overspeed_from_mps) & !backward.simd_lt(limit);
-        let demand = in_band.select(output.max(edge), output);
+        // overspeed band: above a sign's limit the driver lets the truck run up to its edge; where
+        // there is neither ramp nor band, up to his tolerance
+        let in_band = speed.simd_gt(pedals.overspeed_from_mps)
+            & !stance.ramps
+            & row[RoadRow::STATIC].simd_gt(0.0);
+        let slack = in_band.select(constants.band_output, constants.tolerance_output);
+        // at the beginning of a ramp nobody brakes yet: a small one is coasted
+        let yet = (desired - row[RoadRow::STATIC].abs() * parameters.braked_share).max(0.0);
+        let begun = output + constants.ramp_gain * yet;
+        let edge = stance.feeds.select(begun, effort + slack);
+        let demand = output.max(edge);
         let braking = clip(-demand, 0.0, parameters.per_brake_scale);
         let realised = accelerator - braking;
         Control {
@@ -97,8 +176,8 @@ impl<S: Simd, P: Powertrain> State<S, P> {
             accelerator,
             brake: (braking * pedals.brake_scale).min(1.0),
             braking,
-            integral_rate: self.constants.integral_gain * error
-                + self.constants.tracking * (realised - output),
+            integral_rate: constants.integral_gain * error
+                + constants.tracking * (realised - output),
         }
     }
 }

@@ -28,8 +28,25 @@ pub struct LaneEvent {
     pub slowing: bool,
     /// Whether the clutch is closed.
     pub closed: bool,
+    /// Whether the driver brakes, or soon will.
+    pub brakes: bool,
     /// Steady power that the road asks for, in W.
     pub road_power_w: f64,
+}
+
+/// What the strategy looks at, for the trucks of a block.
+#[derive(Clone, Copy, Debug)]
+pub struct ShiftLanes<S: Simd> {
+    /// Accelerator pedal.
+    pub accelerator: Lanes<S>,
+    /// Flag: the truck slows.
+    pub slowing: Flags<S>,
+    /// Flag: the clutch is closed.
+    pub closed: Flags<S>,
+    /// Flag: the driver brakes, or soon will.
+    pub brakes: Flags<S>,
+    /// Steady power that the road asks for, in W.
+    pub road_power: Lanes<S>,
 }
 
 impl<S: Simd, P: Powertrain> State<S, P> {
@@ -38,25 +55,26 @@ impl<S: Simd, P: Powertrain> State<S, P> {
     #[inline(always)]
     pub(super) fn wants_shift(
         &self,
-        accelerator: Lanes<S>,
-        slowing: Flags<S>,
-        closed: Flags<S>,
-        road_power: Lanes<S>,
+        inputs: &ShiftLanes<S>,
         parameters: &KernelParameters<P>,
     ) -> Flags<S> {
-        let shift = &parameters.vehicle.shift;
+        let ShiftLanes { accelerator, slowing, closed, brakes, road_power } = *inputs;
+        let (motion, shift) = (&self.motion, &parameters.vehicle.shift);
         let speed = self.motion.speed * self.gear.speed_ratio;
         let up_speed = self.motion.speed * self.gear.speed_ratio_up;
         let up_line = accelerator * shift.up_pedal_radps + shift.up_speed_radps;
         let down_line = accelerator * shift.down_pedal_radps + shift.down_speed_radps;
-        let settled = !self.motion.hold_left.max(self.motion.shift_left).simd_gt(0.0);
+        let (up_left, down_left) = (motion.up_left, motion.down_left);
+        let settled = !up_left.min(down_left).max(motion.shift_left).simd_gt(0.0);
         let rolls = self.motion.speed.simd_gt(shift.minimum_speed_mps);
         let ready = rolls & settled;
 
         // the most that the engine could give there; how much it does, the strategy asks the curve
         let most = up_speed * parameters.most_power_nm;
-        let strong = !most.simd_lt(road_power);
-        let up = ready & !up_speed.simd_lt(up_line) & strong;
+        let speeding = motion.speed * self.constants.moving_mass_open * parameters.least_mps2;
+        let needed = (road_power * shift.power_reserve).max(road_power + speeding);
+        let may_up = ready & !up_left.simd_gt(0.0) & !brakes;
+        let up = may_up & !up_speed.simd_lt(up_line) & !most.simd_lt(needed);
         let over = self.motion.speed.simd_gt(self.gear.too_fast);
         let has_down = self.gear.speed_ratio_down.simd_lt(UNBOUNDED);
         // a truck that rolls to a stop with an open clutch shifts when it is driven again, not
@@ -67,7 +85,9 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         let kick = !self.motion.kick_left.simd_gt(0.0)
             & speed.simd_lt(shift.kickdown_speed_radps)
             & (self.motion.speed * self.gear.speed_ratio_down).simd_lt(shift.overspeed_radps);
-        let down = has_down & slowing & (low | kick);
+        let urgent = speed.simd_lt(parameters.idle_radps);
+        let may_down = !down_left.simd_gt(0.0) | urgent;
+        let down = has_down & slowing & may_down & (low | kick);
         up | ready & (over | down) | settled & !rolls & cannot_launch
     }
 
@@ -154,37 +174,49 @@ impl LaneTask {
         self.checked_at_m = lane.state.ledger[Term::Distance][lane.number];
     }
 
-    /// Takes a line that has been served off the road: up to it nothing but the launch floor holds.
+    /// Takes a line that has been served off the road: up to it the driver accelerates.
     fn leave_line<S: Simd, P: Powertrain>(&mut self, lane: &mut Lane<S, P>) {
         let (here, line) = (lane.state.motion.at[lane.number], lane.stop_row());
         for (k, row) in lane.state.motion.roads[lane.number][here..=line].iter_mut().enumerate() {
             self.served.push((here + k, *row));
             row.0[RoadRow::BACKWARD] = UNBOUNDED;
-            row.0[RoadRow::FORWARD] = -UNBOUNDED;
             row.0[RoadRow::TO_STOP] = UNBOUNDED;
             row.0[RoadRow::DWELL] = -1.0;
         }
     }
 
     fn shift<S: Simd, P: Powertrain>(&mut self, lane: &mut Lane<S, P>, event: LaneEvent) {
-        let shift = &lane.parameters.vehicle.shift;
+        let (shift, motion) = (&lane.parameters.vehicle.shift, &lane.state.motion);
         let inputs = ShiftInputs {
             gear: self.gear,
-            speed_mps: lane.state.motion.speed[lane.number],
+            speed_mps: motion.speed[lane.number],
             pedal: event.accelerator,
             slowing: event.slowing,
-            kickdown: lane.state.motion.kick_left[lane.number] <= 0.0,
+            kickdown: motion.kick_left[lane.number] <= 0.0,
             closed: event.closed,
             road_power_w: event.road_power_w,
+            may_up: motion.up_left[lane.number] <= 0.0 && !event.brakes,
+            may_down: motion.down_left[lane.number] <= 0.0,
+            idle_radps: lane.parameters.idle_radps,
+            mass_kg: lane.state.constants.moving_mass_open[lane.number],
+            inertia_kgm2: lane.parameters.engine_inertia_kgm2,
         };
         let full_load_nm = |w| lane.parameters.powertrain.full_load_nm(w);
         let gear = shift.wanted_gear(&inputs, &lane.parameters.vehicle.gears, full_load_nm);
         if gear != self.gear {
+            let opposite_s = shift.opposite_interval_s.max(shift.interval_s);
+            let goes_up = gear > self.gear;
+            let (up_s, down_s) = if goes_up {
+                (shift.interval_s, opposite_s)
+            } else {
+                (opposite_s, shift.interval_s)
+            };
             self.gear = gear;
             self.n_gear_shifts += 1;
             lane.state.set_gear(lane.number, gear, lane.parameters);
             lane.state.motion.shift_left[lane.number] = shift.duration_s;
-            lane.state.motion.hold_left[lane.number] = shift.interval_s;
+            lane.state.motion.up_left[lane.number] = up_s;
+            lane.state.motion.down_left[lane.number] = down_s;
             // torque comes back after the shift: only then a pressed pedal tells that it is not
             // enough
             lane.state.motion.kick_left[lane.number] = shift.duration_s + shift.kickdown_s;

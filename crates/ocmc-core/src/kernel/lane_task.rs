@@ -4,6 +4,8 @@
 use super::pedal_event::InitialMotion;
 use super::road_row::{RoadRow, RoadRows};
 use super::state::Lane;
+use crate::driver::pedal::Hold;
+use crate::driver::speed_change::Rise;
 use crate::energy_ledger::{Ledger, Mode, Term};
 use crate::lanes::UNBOUNDED;
 use crate::powertrain::Powertrain;
@@ -13,12 +15,14 @@ use crate::tactical::{SpeedProfile, plan};
 use fearless_simd::Simd;
 use std::mem::swap;
 
+/// Error at which a driver who holds in balance begins to hold, as a share of the threshold
+/// (judgement): a driver who began at the threshold would leave it at once.
+const ENTRY_SHARE: f64 = 0.25;
+
 /// The cycle that one lane drives.
 #[derive(Clone, Debug)]
 pub struct LaneTask {
     scenario: Scenario,
-    /// Twice the deceleration and the acceleration of the plan, in m/s².
-    twice_changes: [f64; 2],
     road: RoadRows,
     pub(super) gear: usize,
     /// Rows of lines that have been served, as they were.
@@ -44,7 +48,6 @@ impl LaneTask {
     pub fn new(study: &Study, scenario: Scenario) -> Self {
         let mut task = Self {
             scenario,
-            twice_changes: [0.0; 2],
             road: RoadRows::default(),
             gear: 0,
             served: Vec::new(),
@@ -73,7 +76,6 @@ impl LaneTask {
     fn plan(&mut self, study: &Study, profile: &mut SpeedProfile) {
         plan(study, &self.scenario, profile);
         self.road.fill(study, &self.scenario, profile);
-        self.twice_changes = [profile.twice_deceleration, profile.twice_acceleration];
     }
 
     /// Loads the truck into a lane, standing at the start of its road.
@@ -81,11 +83,15 @@ impl LaneTask {
         let (driver, vehicle) = (&self.scenario.driver, &self.scenario.vehicle);
         let constants = &mut lane.state.constants;
         constants.mass[lane.number] = vehicle.mass_kg;
+        constants.driven_mass[lane.number] = vehicle.driven_mass_kg;
+        constants.per_brake_force[lane.number] =
+            1.0 / (lane.parameters.brake_mps2 * vehicle.mass_kg);
         constants.drag_area[lane.number] = vehicle.drag_area_m2;
         let climate_w = lane.parameters.powertrain.climate_w(self.road.air_temperature_k);
         let inputs = vehicle.powertrain_inputs(climate_w);
         lane.parameters.powertrain.enter(&mut lane.state.powertrain, lane.number, &inputs);
-        let (gains, pid) = (&driver.pedals, &lane.parameters.pedals.pid);
+        let (gains, model) = (&driver.pedals, lane.parameters.pedals);
+        let pid = &model.pid;
         constants.proportional[lane.number] = gains.proportional;
         constants.integral_gain[lane.number] = gains.integral;
         constants.derivative_over_filter[lane.number] = gains.derivative / pid.derivative_filter_s;
@@ -93,14 +99,38 @@ impl LaneTask {
         // integral part
         constants.tracking[lane.number] =
             gains.integral / (pid.tracking_ratio * gains.proportional);
-        constants.brake_step[lane.number] = 1.0 / (lane.parameters.brake_mps2 * gains.proportional);
-        constants.band_output[lane.number] =
-            gains.proportional * lane.parameters.pedals.overspeed_band_mps;
-        constants.threshold[lane.number] = gains.threshold_mps.unwrap_or(-UNBOUNDED);
-        constants.lowest_held[lane.number] = if gains.holds_brake { -UNBOUNDED } else { 0.0 };
-        let [twice_deceleration, twice_acceleration] = self.twice_changes;
-        constants.twice_deceleration[lane.number] = twice_deceleration;
-        constants.twice_acceleration[lane.number] = twice_acceleration;
+        let feeds = model.feed_forward;
+        let ramp_gain = gains.proportional.max(model.ramp_gain_minimum);
+        let highest_gain = if feeds { ramp_gain } else { gains.proportional };
+        constants.feeds[lane.number] = f64::from(u8::from(feeds));
+        constants.ramp_gain[lane.number] = ramp_gain;
+        constants.brake_step[lane.number] = 1.0 / (lane.parameters.brake_mps2 * highest_gain);
+        constants.band_output[lane.number] = gains.proportional * model.overspeed_band_mps;
+        let tolerance_mps = model.brake_tolerance_mps;
+        constants.tolerance_output[lane.number] =
+            if tolerance_mps > 0.0 { gains.proportional * tolerance_mps } else { -UNBOUNDED };
+        let threshold_mps = gains.threshold_mps.unwrap_or(-UNBOUNDED);
+        let balances = gains.threshold_mps.is_some() && gains.hold == Hold::Balance;
+        constants.threshold[lane.number] = threshold_mps;
+        let entry_mps = if balances { ENTRY_SHARE * threshold_mps } else { threshold_mps };
+        constants.entry_threshold[lane.number] = entry_mps;
+        constants.dead_zone[lane.number] = if balances { entry_mps } else { 0.0 };
+        constants.balances[lane.number] = f64::from(u8::from(balances));
+        constants.lowest_held[lane.number] =
+            if gains.hold == Hold::Paper { -UNBOUNDED } else { 0.0 };
+        let change = &driver.speed_change;
+        constants.twice_deceleration[lane.number] = 2.0 * change.deceleration_mps2;
+        constants.peak_acceleration[lane.number] = change.peak_acceleration_mps2;
+        let (rise, least_ceiling) = match change.rise {
+            Rise::Ramp => (change.acceleration_mps2, 0.0),
+            Rise::Paper => (0.0, UNBOUNDED),
+        };
+        constants.rise[lane.number] = rise;
+        constants.least_ceiling[lane.number] = least_ceiling;
+        let lead_s = if feeds { model.ramp_lead_s } else { 0.0 };
+        constants.lead[lane.number] = 2.0 * change.deceleration_mps2 * lead_s;
+        constants.before_ramp[lane.number] =
+            2.0 * change.deceleration_mps2 * lane.parameters.vehicle.shift.before_ramp_s;
         lane.state.ledger.clear(lane.number);
         lane.state.motion.engine_speed[lane.number] = lane.parameters.idle_radps;
         self.standstill_s = 0.0;
@@ -126,11 +156,18 @@ impl LaneTask {
         lane.state.set_gear(lane.number, self.gear, lane.parameters);
         lane.parameters.powertrain.start(&mut lane.state.powertrain, lane.number);
         let motion = &mut lane.state.motion;
-        for column in [&mut motion.integral, &mut motion.filtered, &mut motion.holding] {
+        for column in [
+            &mut motion.integral,
+            &mut motion.filtered,
+            &mut motion.holding,
+            &mut motion.drag,
+            &mut motion.shift_left,
+            &mut motion.up_left,
+            &mut motion.down_left,
+        ] {
             column[lane.number] = 0.0;
         }
-        lane.state.motion.shift_left[lane.number] = 0.0;
-        lane.state.motion.hold_left[lane.number] = 0.0;
+        motion.ceiling[lane.number] = lane.state.constants.least_ceiling[lane.number];
         lane.state.motion.kick_left[lane.number] = shift.kickdown_s;
         self.schedule_check(lane);
         lane.state.motion.longest[lane.number] = lane.parameters.short_step_s;
@@ -151,6 +188,8 @@ impl LaneTask {
         lane.parameters.powertrain.settle(own, lane.number, engine_speed, pedal);
         lane.state.motion.integral[lane.number] = rolling.integral;
         lane.state.motion.filtered[lane.number] = rolling.filtered_mps;
+        let ceiling = &mut lane.state.motion.ceiling[lane.number];
+        *ceiling = ceiling.max(rolling.speed_mps * rolling.speed_mps);
         lane.state.motion.held[lane.number] = rolling.held;
         lane.state.motion.holding[lane.number] = if rolling.holds { 1.0 } else { 0.0 };
         lane.state.motion.left[lane.number] -= rolling.offset_m;

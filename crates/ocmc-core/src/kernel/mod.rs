@@ -3,6 +3,7 @@
 mod accumulate;
 mod control;
 pub mod cpu;
+mod forecast;
 pub mod lane_event;
 pub mod lane_task;
 pub mod pedal_event;

@@ -28,8 +28,9 @@ impl RoadRow {
     pub const LIMIT: usize = 1;
     /// Braking branch of v² at the end, in m²/s².
     pub const BACKWARD: usize = 2;
-    /// Accelerating branch of v² at the end, in m²/s².
-    pub const FORWARD: usize = 3;
+    /// Static limit, in m/s: above zero where it is that of a sign or of the truck, below where it is
+    /// that of a curve or of traffic.
+    pub const STATIC: usize = 3;
     /// g sin θ, in m/s².
     pub const GRADE: usize = 4;
     /// g cos θ times the rolling coefficient, in m/s².
@@ -79,7 +80,6 @@ impl RoadRows {
     pub fn fill(&mut self, study: &Study, scenario: &Scenario, profile: &SpeedProfile) {
         let (rows, stops) = (&mut self.rows, &mut self.stops);
         let (segments, road) = (&profile.segments, &scenario.cycle.road);
-        let twice_acceleration = profile.twice_acceleration;
         let mut around = Surroundings::new(study, scenario);
         let (mut altitude_m, mut climb_m) = (0.0, 0.0);
         rows.clear();
@@ -104,7 +104,7 @@ impl RoadRows {
                     length_m,
                     branch.limit,
                     branch.backward_end,
-                    branch.forward_start + twice_acceleration * length_m,
+                    if branch.by_sign { branch.limit.sqrt() } else { -branch.limit.sqrt() },
                     GRAVITY_MPS2 * sine,
                     around.rolling * cosine,
                     around.half_density,

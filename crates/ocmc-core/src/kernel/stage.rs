@@ -1,14 +1,14 @@
 //! The two stages of a step: what driver, powertrain, air and road do at its start, and where that
 //! would lead.
 
-use super::control::{Control, clamp_integral};
+use super::control::{Control, DesiredSpeed, Stance, clamp_integral};
 use super::road_row::RoadRow;
 use super::state::{KernelParameters, State};
 use crate::first_order_lag::first_order_lags;
-use crate::lanes::{Flags, Lanes, WIDTH, columns, scheduling_barrier};
+use crate::lanes::{Lanes, WIDTH, columns, scheduling_barrier};
 use crate::powertrain::gearbox::GearLanes;
 use crate::powertrain::{Coupling, Demand, Powertrain, TractiveEffort};
-use crate::vehicle::resistance::drag_forces_n;
+use crate::vehicle::resistance::{GRAVITY_MPS2, LEAST_TRACTION_FRICTION, drag_forces_n};
 use fearless_simd::prelude::*;
 
 /// The road rows under the trucks, by the columns of [`RoadRow`].
@@ -18,21 +18,17 @@ pub(super) type Row<S> = [Lanes<S>; RoadRow::COLUMNS];
 #[derive(Clone, Copy)]
 pub(super) struct SpeedTarget<S: Simd> {
     pub row: Row<S>,
-    /// Desired speed, in m/s, and the braking branch of its square.
-    pub path: (Lanes<S>, Lanes<S>),
-    pub hold: Flags<S>,
-    pub held: Lanes<S>,
+    pub desired: DesiredSpeed<S>,
+    pub stance: Stance<S>,
 }
 
 /// What is decided at the step's start.
 #[derive(Clone, Copy)]
 pub(super) struct Decision<S: Simd> {
     pub row: Row<S>,
-    /// Braking branch of the squared desired speed at the start.
-    pub backward: Lanes<S>,
+    pub desired: DesiredSpeed<S>,
+    pub stance: Stance<S>,
     pub control: Control<S>,
-    pub hold: Flags<S>,
-    pub held: Lanes<S>,
     pub coupling: Coupling<S>,
     /// Inverse of the moving mass, in 1/kg.
     pub inverse_mass: Lanes<S>,
@@ -58,11 +54,14 @@ pub(super) struct Predicted<S: Simd, P: Powertrain> {
     pub to_end: Lanes<S>,
     pub dt: Lanes<S>,
     pub speed: Lanes<S>,
-    pub left: Lanes<S>,
+    pub desired: DesiredSpeed<S>,
     pub powertrain: P::Predicted<S>,
     pub integral: Lanes<S>,
     pub filtered: Lanes<S>,
 }
+
+/// Acceleration that the least friction gives a truck that drives with all axles, in m/s².
+const LEAST_TRACTION_MPS2: f64 = LEAST_TRACTION_FRICTION * GRAVITY_MPS2;
 
 /// The slowest pace at which a step is cut for a segment's end, in m/s.
 const SMALLEST_SPEED: f64 = 1e-9;
@@ -114,21 +113,10 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         row: Row<S>,
         parameters: &KernelParameters<P>,
     ) -> SpeedTarget<S> {
-        let path = self.desired(&row, self.motion.left, parameters);
-        let error = path.0 - self.motion.speed;
-        // whose truck has come to rest wants to go on, however slowly
-        let hold = error.abs().simd_lt(self.constants.threshold) & self.motion.speed.simd_gt(0.0);
-        // what is held is the output at the moment when holding began
-        let held = self
-            .motion
-            .holding
-            .simd_gt(0.0)
-            .select(self.motion.held, self.constants.proportional * error);
-        // held throttle: a held brake is released when e >= 0, unless the driver holds as printed
-        // in the paper
-        let held = error.simd_lt(0.0).select(held, held.max(self.constants.lowest_held));
-        scheduling_barrier(path.0);
-        SpeedTarget { row, path, hold, held }
+        let desired = self.desired(&row, self.motion.left, self.motion.ceiling);
+        let stance = self.stance(&row, &desired, parameters);
+        scheduling_barrier(stance.held);
+        SpeedTarget { row, desired, stance }
     }
 
     #[inline(always)]
@@ -137,16 +125,14 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         speed_target: &SpeedTarget<S>,
         parameters: &KernelParameters<P>,
     ) -> Control<S> {
-        let (limit, speed) = (speed_target.row[RoadRow::LIMIT], self.motion.speed);
-        let (hold, held) = (speed_target.hold, speed_target.held);
+        let SpeedTarget { row, desired, stance } = speed_target;
         let control = self.control(
-            limit,
-            speed,
-            speed_target.path,
+            row,
+            self.motion.speed,
+            desired.speed,
             self.motion.integral,
             self.motion.filtered,
-            hold,
-            held,
+            stance,
             parameters,
         );
         scheduling_barrier(control.accelerator);
@@ -172,24 +158,12 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         let constants = &self.constants;
         let (closed, open) = (constants.inverse_mass_closed, constants.inverse_mass_open);
         let inverse_mass = coupling.closed.select(closed, open);
-        let SpeedTarget { row, path, hold, held } = speed_target;
+        let SpeedTarget { row, desired, stance } = speed_target;
         let rolling = self.constants.mass * row[RoadRow::ROLLING];
         let grade = self.constants.mass * row[RoadRow::GRADE];
         let road = rolling + grade;
         scheduling_barrier(coupling.start_speed);
-        let backward = path.1;
-        Decision {
-            row,
-            backward,
-            control,
-            hold,
-            held,
-            coupling,
-            inverse_mass,
-            rolling,
-            grade,
-            road,
-        }
+        Decision { row, desired, stance, control, coupling, inverse_mass, rolling, grade, road }
     }
 
     #[inline(always)]
@@ -211,6 +185,7 @@ impl<S: Simd, P: Powertrain> State<S, P> {
             accelerator: control.accelerator,
             brake: self.constants.mass
                 * (control.braking * parameters.brake_mps2).min(row[RoadRow::GRIP]),
+            grip: self.constants.driven_mass * row[RoadRow::GRIP].max(LEAST_TRACTION_MPS2),
             air: relative.max(1.0),
             cross,
         };
@@ -283,8 +258,10 @@ impl<S: Simd, P: Powertrain> State<S, P> {
             .shift_left
             .simd_gt(0.0)
             .select(self.motion.shift_left.min(longest), longest);
-        let whole =
-            self.motion.hold_left.simd_gt(0.0).select(self.motion.hold_left.min(whole), whole);
+        let up_left = self.motion.up_left;
+        let whole = up_left.simd_gt(0.0).select(up_left.min(whole), whole);
+        let down_left = self.motion.down_left;
+        let whole = down_left.simd_gt(0.0).select(down_left.min(whole), whole);
         let pace = (self.motion.speed + first.acceleration * whole * half).max(SMALLEST_SPEED);
         let to_end = self.motion.left / pace;
         let dt = whole.min(to_end);
@@ -298,7 +275,9 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         let integral = clamp_integral(self.motion.integral + dt * rates.integral_rate, parameters);
         let filtered = self.motion.filtered
             + filter.response(self.motion.speed - self.motion.filtered, speed - self.motion.speed);
-        Predicted { to_end, dt, speed, left, powertrain, integral, filtered }
+        let ceiling = self.ceiling_after(decision.desired.speed, dt);
+        let desired = self.desired(&decision.row, left, ceiling);
+        Predicted { to_end, dt, speed, desired, powertrain, integral, filtered }
     }
 
     /// The pedals there.
@@ -309,11 +288,10 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         predicted: &Predicted<S, P>,
         parameters: &KernelParameters<P>,
     ) -> Control<S> {
-        let Predicted { speed, left, integral, filtered, .. } = *predicted;
-        let path = self.desired_at_end(decision, left, parameters);
-        let limit = decision.row[RoadRow::LIMIT];
-        let (hold, held) = (decision.hold, decision.held);
-        let control = self.control(limit, speed, path, integral, filtered, hold, held, parameters);
+        let Predicted { speed, desired, integral, filtered, .. } = *predicted;
+        let (row, stance) = (&decision.row, &decision.stance);
+        let control =
+            self.control(row, speed, desired.speed, integral, filtered, stance, parameters);
         scheduling_barrier(control.accelerator);
         control
     }

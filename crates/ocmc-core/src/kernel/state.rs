@@ -33,23 +33,25 @@ pub struct KernelParameters<'a, P> {
     pub idle_radps: f64,
     /// Wheels' inertia as a mass, in kg.
     pub wheel_mass_kg: f64,
-    /// Launch speed squared, in m²/s².
-    pub launch: f64,
     /// Inverse of the limiter's range, in s/m.
     pub per_limiter_range: f64,
     /// Inverse of the brake pedal's scale: the most of the controller's output that brakes realise.
     pub per_brake_scale: f64,
     /// Deceleration that the brakes give for each unit of it, in m/s².
     pub brake_mps2: f64,
+    /// Share of the static speed that a braking ramp leaves before the driver brakes.
+    pub braked_share: f64,
     /// Longest step of a truck whose acceleration changes, in s.
     pub short_step_s: f64,
     /// Longest step after a jump of the pedals, in s.
     pub step_after_jump_s: f64,
     /// Speed, in m/s, below which a truck without progress is for half of the time, at least.
     pub slow_mps: f64,
-    /// Torque, in Nm, that with an engine speed gives the highest road power, in W, with which a
-    /// gear is strong enough.
+    /// Torque, in Nm, that with an engine speed gives the highest power, in W, that counts after an
+    /// upshift.
     pub most_power_nm: f64,
+    /// Acceleration that has to be left after an upshift, in m/s².
+    pub least_mps2: f64,
     /// Inverse time constants of the powertrain's torque and of the derivative filter, in 1/s.
     pub per_lag_s: [f64; 2],
 }
@@ -61,7 +63,6 @@ impl<'a, P: Powertrain> KernelParameters<'a, P> {
         let pedals = &study.model().driver.pedals;
         let simulation = &study.model().simulation;
         let constants = powertrain.constants();
-        let launch_mps = study.model().driver.speed_change.launch_speed_mps;
         let shift = &vehicle.shift;
         let torque_rate = constants.torque_lag_s.map_or(RATE_WITHOUT_LAG, |lag_s| 1.0 / lag_s);
         Self {
@@ -72,14 +73,15 @@ impl<'a, P: Powertrain> KernelParameters<'a, P> {
             engine_inertia_kgm2: constants.inertia_kgm2,
             idle_radps: constants.idle_radps,
             wheel_mass_kg: vehicle.model.wheel_mass_kg(),
-            launch: launch_mps * launch_mps,
             per_limiter_range: 1.0 / vehicle.model.limiter_range_mps,
             per_brake_scale: 1.0 / pedals.brake_scale,
             brake_mps2: pedals.brake_scale * vehicle.model.brakes.full_deceleration_mps2,
+            braked_share: 1.0 - pedals.ramp_slack_share,
             short_step_s: simulation.short_step_s(),
             step_after_jump_s: AFTER_JUMP * simulation.step_s,
             slow_mps: 2.0 * simulation.stall_distance_m / simulation.stall_time_s,
-            most_power_nm: constants.peak_torque_nm * shift.power_share / shift.power_reserve,
+            most_power_nm: constants.peak_torque_nm * shift.power_share,
+            least_mps2: shift.minimum_acceleration_mps2,
             per_lag_s: [torque_rate, 1.0 / pedals.pid.derivative_filter_s],
         }
     }
@@ -123,8 +125,15 @@ pub struct Motion<S: Simd> {
     pub engine_speed: Lanes<S>,
     /// Time left of a shift, in s.
     pub shift_left: Lanes<S>,
-    /// Time left until the next shift is allowed, in s.
-    pub hold_left: Lanes<S>,
+    /// Time left until the next upshift is allowed, in s.
+    pub up_left: Lanes<S>,
+    /// Time left until the next downshift is allowed, in s.
+    pub down_left: Lanes<S>,
+    /// Square of the desired speed at the end of the last step, in m²/s²: from there it rises with
+    /// the driver's acceleration.
+    pub ceiling: Lanes<S>,
+    /// Drag of the air in the last step, in N.
+    pub drag: Lanes<S>,
     /// Time left until the pressed pedal asks for a kick-down, in s.
     pub kick_left: Lanes<S>,
     /// Longest next step, in s.
@@ -142,8 +151,16 @@ pub struct LaneConstants<S: Simd> {
     pub inverse_mass_closed: Lanes<S>,
     /// Inverse of the moving mass without the engine, in 1/kg.
     pub inverse_mass_open: Lanes<S>,
+    /// Moving mass with the clutch closed, in kg.
+    pub moving_mass_closed: Lanes<S>,
+    /// Moving mass without the engine, in kg.
+    pub moving_mass_open: Lanes<S>,
     /// Mass, in kg.
     pub mass: Lanes<S>,
+    /// Mass on the driven axles, in kg.
+    pub driven_mass: Lanes<S>,
+    /// Output of the controller for each N of braking force, in 1/N.
+    pub per_brake_force: Lanes<S>,
     /// Drag area without cross wind, in m².
     pub drag_area: Lanes<S>,
     /// K_P.
@@ -156,15 +173,38 @@ pub struct LaneConstants<S: Simd> {
     pub tracking: Lanes<S>,
     /// K_P times the band of overspeed.
     pub band_output: Lanes<S>,
+    /// K_P times the speed over the desired one at which the driver brakes; far below zero where he
+    /// brakes with the controller's output.
+    pub tolerance_output: Lanes<S>,
+    /// Flag: the driver follows braking ramps with feed-forward.
+    pub feeds: Lanes<S>,
+    /// K_P on a braking ramp.
+    pub ramp_gain: Lanes<S>,
     /// Threshold of a switched driver, in m/s; far below zero for a PID, which never holds.
     pub threshold: Lanes<S>,
+    /// The same for beginning to hold.
+    pub entry_threshold: Lanes<S>,
+    /// Error that a driver around a held pedal leaves as it is, in m/s; 0 for all others.
+    pub dead_zone: Lanes<S>,
+    /// Flag: what is held is the pedal that keeps the speed.
+    pub balances: Lanes<S>,
     /// Lowest output that is held where the desired speed is above the truck's: 0, or none where a
     /// held brake is held.
     pub lowest_held: Lanes<S>,
     /// Twice the deceleration, in m/s².
     pub twice_deceleration: Lanes<S>,
-    /// Twice the acceleration, in m/s².
-    pub twice_acceleration: Lanes<S>,
+    /// The most that the accelerator asks for, in m/s².
+    pub peak_acceleration: Lanes<S>,
+    /// How fast the desired speed rises, in m/s².
+    pub rise: Lanes<S>,
+    /// Least square of the speed from which the desired speed rises, in m²/s²; unbounded where it
+    /// follows the limit at once.
+    pub least_ceiling: Lanes<S>,
+    /// Twice the deceleration times the time before a ramp at which the driver leaves the
+    /// accelerator, in m/s.
+    pub lead: Lanes<S>,
+    /// The same for the time before a ramp without upshifts.
+    pub before_ramp: Lanes<S>,
 }
 
 impl<S: Simd, P: Powertrain> State<S, P> {
@@ -184,7 +224,10 @@ impl<S: Simd, P: Powertrain> State<S, P> {
                 holding: zero,
                 engine_speed: all(parameters.idle_radps),
                 shift_left: zero,
-                hold_left: zero,
+                up_left: zero,
+                down_left: zero,
+                ceiling: zero,
+                drag: zero,
                 kick_left: all(UNBOUNDED),
                 longest: all(parameters.short_step_s),
                 steps_left: all(f64::INFINITY),
@@ -193,17 +236,31 @@ impl<S: Simd, P: Powertrain> State<S, P> {
                 brake_step: all(parameters.short_step_s),
                 inverse_mass_closed: all(1e-3),
                 inverse_mass_open: all(1e-3),
+                moving_mass_closed: all(1e3),
+                moving_mass_open: all(1e3),
                 mass: all(1e3),
+                driven_mass: all(UNBOUNDED),
+                per_brake_force: all(1e-3),
                 drag_area: all(1.0),
                 proportional: all(1.0),
                 integral_gain: zero,
                 derivative_over_filter: zero,
                 tracking: zero,
                 band_output: zero,
+                tolerance_output: all(-UNBOUNDED),
+                feeds: zero,
+                ramp_gain: zero,
                 threshold: all(-UNBOUNDED),
+                entry_threshold: all(-UNBOUNDED),
+                dead_zone: zero,
+                balances: zero,
                 lowest_held: zero,
                 twice_deceleration: all(1.0),
-                twice_acceleration: all(1.0),
+                peak_acceleration: all(1.0),
+                rise: zero,
+                least_ceiling: zero,
+                lead: zero,
+                before_ramp: zero,
             },
             gear: GearLanes::parked(simd, &parameters.vehicle.gears),
             powertrain: parameters.powertrain.parked(simd),
@@ -224,6 +281,8 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         let ratio = self.gear.speed_ratio[lane];
         let open = self.constants.mass[lane] + parameters.wheel_mass_kg;
         let engine = parameters.engine_inertia_kgm2 * ratio * ratio;
+        self.constants.moving_mass_open[lane] = open;
+        self.constants.moving_mass_closed[lane] = open + engine;
         self.constants.inverse_mass_open[lane] = 1.0 / open;
         self.constants.inverse_mass_closed[lane] = 1.0 / (open + engine);
     }
@@ -255,7 +314,8 @@ impl<S: Simd, P: Powertrain> Lane<'_, S, P> {
         motion.roads[lane] = vec![RoadRow::PARKED];
         motion.at[lane] = 0;
         motion.steps_left[lane] = f64::INFINITY;
-        motion.hold_left[lane] = f64::INFINITY;
+        (motion.up_left[lane], motion.down_left[lane]) = (f64::INFINITY, f64::INFINITY);
+        (motion.ceiling[lane], motion.drag[lane]) = (0.0, 0.0);
         self.state.constants.integral_gain[lane] = 0.0;
         self.parameters.powertrain.park(&mut self.state.powertrain, lane);
     }

@@ -13,6 +13,7 @@
 
 use super::accumulate::StepTotals;
 use super::control::{Control, clamp_integral};
+use super::lane_event::ShiftLanes;
 use super::stage::{Decision, Forces, Predicted};
 use super::state::{KernelParameters, State};
 use super::step_end::StepEnd;
@@ -157,15 +158,22 @@ impl<S: Simd, P: Powertrain> State<S, P> {
                 + dt * lerp(weight, first_control.integral_rate, second_control.integral_rate),
             parameters,
         );
+        // behind a ramp the integral part begins with the pedal that keeps the speed
+        let stance = &decision.stance;
+        let begins = stance.feeds & self.constants.integral_gain.simd_gt(0.0);
+        motion.integral =
+            begins.select(clamp_integral(stance.forecast.holding, parameters), motion.integral);
         motion.filtered +=
             filter_lag.response(motion.speed - motion.filtered, end.speed - motion.speed);
-        motion.holding = masked(decision.hold, Lanes::splat(simd, 1.0));
-        motion.held = decision.held;
+        motion.holding = masked(stance.hold, Lanes::splat(simd, 1.0));
+        motion.held = stance.held;
+        motion.drag = lerp(weight + weight, first.drag, second.drag);
         motion.speed = end.speed;
         motion.left -= dx;
         motion.engine_speed = totals.end_speed;
         motion.shift_left = (motion.shift_left - dt).max(0.0);
-        motion.hold_left = (motion.hold_left - dt).max(0.0);
+        motion.up_left = (motion.up_left - dt).max(0.0);
+        motion.down_left = (motion.down_left - dt).max(0.0);
         let shift = &parameters.vehicle.shift;
         let pressed = second_control.accelerator.simd_gt(shift.kickdown_pedal);
         let kick_left = (motion.kick_left - dt).max(0.0);
@@ -177,13 +185,29 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         let longest = longest_next(predicted.dt, change, parameters);
         let brakes = second_control.braking.simd_gt(0.0);
         let longest = brakes.select(longest.min(self.constants.brake_step), longest);
+        // on a ramp what the driver knows of the truck is that of the step's start
+        let longest = stance.feeds.select(longest.min(parameters.short_step_s), longest);
         let longest = end.jumps.select(Lanes::splat(simd, parameters.step_after_jump_s), longest);
         motion.longest = end.too_long.select(Lanes::splat(simd, parameters.short_step_s), longest);
 
+        let risen = self.ceiling_after(decision.desired.speed, dt);
+        let desired = self.desired(&decision.row, self.motion.left, risen);
+        self.motion.ceiling = desired.squared().max(self.constants.least_ceiling);
+
         let slowing = end.acceleration.simd_lt(0.0);
         let road_power = (totals.drag + decision.road) * end.speed;
-        let wants_shift =
-            self.wants_shift(second_control.accelerator, slowing, closed, road_power, parameters);
+        // no upshift just before the driver brakes
+        let braking = second_control.braking.simd_gt(0.0);
+        let before = self.motion.speed * self.constants.before_ramp;
+        let soon = desired.ramp_function(before).simd_gt(0.0);
+        let inputs = ShiftLanes {
+            accelerator: second_control.accelerator,
+            slowing,
+            closed,
+            road_power,
+            brakes: braking | soon,
+        };
+        let wants_shift = self.wants_shift(&inputs, parameters);
         StepView {
             dt,
             dx,
@@ -198,8 +222,7 @@ impl<S: Simd, P: Powertrain> State<S, P> {
             added: totals.added,
             event: self.event_flags(&decision.row, wants_shift, parameters) & !end.too_long,
             wants_shift,
-            slowing,
-            road_power,
+            shift: inputs,
         }
     }
 }

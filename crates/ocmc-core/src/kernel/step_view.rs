@@ -1,7 +1,7 @@
 //! What a step shows: everything to a trace, the events of single lanes to the code outside of the
 //! hot loop.
 
-use super::lane_event::LaneEvent;
+use super::lane_event::{LaneEvent, ShiftLanes};
 use crate::energy_ledger::Ledger;
 use crate::lanes::{Flags, Lanes, WIDTH};
 use fearless_simd::prelude::*;
@@ -35,10 +35,8 @@ pub struct StepView<S: Simd> {
     pub event: Flags<S>,
     /// Flag: the strategy wants another gear.
     pub wants_shift: Flags<S>,
-    /// Flag: the truck slows.
-    pub slowing: Flags<S>,
-    /// Steady power that the road asks for, in W.
-    pub road_power: Lanes<S>,
+    /// What the strategy looks at.
+    pub shift: ShiftLanes<S>,
 }
 
 /// The events of a step, lane by lane, for the code outside of the hot loop. Flags are bits.
@@ -49,6 +47,7 @@ pub struct LaneEvents {
     wants_shift: u64,
     slowing: u64,
     closed: u64,
+    brakes: u64,
     accelerator: [f64; WIDTH],
     road_power_w: [f64; WIDTH],
 }
@@ -62,6 +61,7 @@ impl LaneEvents {
             wants_shift: is_set(self.wants_shift),
             slowing: is_set(self.slowing),
             closed: is_set(self.closed),
+            brakes: is_set(self.brakes),
             road_power_w: self.road_power_w[lane],
         }
     }
@@ -74,10 +74,11 @@ impl<S: Simd> StepView<S> {
         LaneEvents {
             lanes: self.event.to_bitmask(),
             wants_shift: self.wants_shift.to_bitmask(),
-            slowing: self.slowing.to_bitmask(),
-            closed: self.closed.to_bitmask(),
-            accelerator: self.accelerator.into(),
-            road_power_w: self.road_power.into(),
+            slowing: self.shift.slowing.to_bitmask(),
+            closed: self.shift.closed.to_bitmask(),
+            brakes: self.shift.brakes.to_bitmask(),
+            accelerator: self.shift.accelerator.into(),
+            road_power_w: self.shift.road_power.into(),
         }
     }
 }

@@ -2,7 +2,7 @@
 //! crosses zero. Without the cut the switch would come up to a step too late, and the error would
 //! be of first order in the step.
 
-use super::control::Control;
+use super::control::{Control, DesiredSpeed};
 use super::stage::{Decision, Predicted};
 use super::state::{KernelParameters, State};
 use crate::lanes::{Flags, Lanes, scheduling_barrier};
@@ -46,8 +46,8 @@ impl<S: Simd> Crossing<S> {
 }
 
 impl<S: Simd, P: Powertrain> State<S, P> {
-    /// The share of the step after which a driver goes from one pedal to the other, a switched
-    /// driver begins or ends to hold, an engine speed crosses a shifting line, or a slipping clutch
+    /// The share of the step after which a driver goes from one pedal to the other comes to a
+    /// braking ramp or to the end of a rise, a switched driver begins or ends to hold, an engine speed crosses a shifting line, or a slipping clutch
     /// has nothing left to slip; 1 where none of it happens.
     ///
     /// All of it is computed in every step: in a block of eight trucks it happens every other time,
@@ -62,24 +62,43 @@ impl<S: Simd, P: Powertrain> State<S, P> {
     ) -> Lanes<S> {
         let first = &decision.control;
         let errors = [first.desired - self.motion.speed, second.desired - predicted.speed];
-        let releases = decision.hold
-            & decision.held.simd_lt(self.constants.lowest_held)
+        let stance = &decision.stance;
+        let releases = stance.hold
+            & stance.held.simd_lt(self.constants.lowest_held)
             & errors[0].simd_lt(errors[1]);
         let shift = &parameters.vehicle.shift;
         let driver = Crossing::of_rise(
             self.driver_function(errors[0], releases, decision, first),
             self.driver_function(errors[1], releases, decision, second),
         );
+        // an engine that is below the downshift line already may come to where the clutch opens
+        let turns = self.motion.speed * self.gear.speed_ratio;
+        let is_low = down_function(turns, first.accelerator, shift).simd_gt(0.0);
+        let gears = |speed, accelerator| {
+            self.gear_function(speed, accelerator, &decision.coupling, is_low, parameters)
+        };
         let gear = Crossing::of_rise(
-            self.gear_function(self.motion.speed, first.accelerator, &decision.coupling, shift),
-            self.gear_function(predicted.speed, second.accelerator, &decision.coupling, shift),
+            gears(self.motion.speed, first.accelerator),
+            gears(predicted.speed, second.accelerator),
         );
-        let earliest = driver.or_earlier(gear);
+        let plan = Crossing::of_rise(
+            self.plan_function(decision, &decision.desired),
+            self.plan_function(decision, &predicted.desired),
+        );
+        let earliest = driver.or_earlier(gear).or_earlier(plan);
         let share = earliest.numerator / earliest.denominator;
         // a little later, so that the change is seen
         let crossing = share - (share - 1.0) * OVERSHOOT;
         scheduling_barrier(crossing);
         crossing
+    }
+
+    /// Rises through zero where a braking ramp begins, or where the desired speed has risen to the
+    /// plan.
+    #[inline(always)]
+    fn plan_function(&self, decision: &Decision<S>, desired: &DesiredSpeed<S>) -> Lanes<S> {
+        let ramp = desired.ramp_function(desired.speed * self.constants.lead);
+        decision.stance.rises.select(ramp.max(desired.rise_function), ramp)
     }
 
     /// Rises through zero where a driver changes pedals or a switched one begins or ends to hold.
@@ -91,29 +110,45 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         decision: &Decision<S>,
         control: &Control<S>,
     ) -> Lanes<S> {
-        let within = self.constants.threshold - error.abs();
-        let held = releases.select(error, -within);
-        decision.hold.select(held, within.max(control.pedal_function(&decision.control)))
+        let hold = decision.stance.hold;
+        let leaves = error.abs() - self.constants.threshold;
+        let held = releases.select(error, leaves);
+        // on a ramp a switched driver has nothing to hold
+        let enters = self.constants.entry_threshold - error.abs();
+        let enters = decision.stance.feeds.select(-enters.abs(), enters);
+        let pedals = control.pedal_function(&decision.control);
+        let balances = self.constants.balances.simd_gt(0.0);
+        hold.select(balances.select(held.max(pedals), held), enters.max(pedals))
     }
 
     /// Rises through zero where the engine would reach the upshift line in the next gear, and where
-    /// it falls below the downshift line: it is far from the one where it is near the other. With a
-    /// clutch that is not closed, where the gear has come to the engine's speed.
+    /// it falls below the downshift line, or below it to where the clutch opens: it is far from the
+    /// one where it is near the other. With a clutch that is not closed, where the gear has come to
+    /// the engine's speed.
     #[inline(always)]
     fn gear_function(
         &self,
         speed: Lanes<S>,
         accelerator: Lanes<S>,
         coupling: &Coupling<S>,
-        shift: &ShiftModel,
+        is_low: Flags<S>,
+        parameters: &KernelParameters<P>,
     ) -> Lanes<S> {
+        let shift = &parameters.vehicle.shift;
         let turns = speed * self.gear.speed_ratio;
         let up = speed * self.gear.speed_ratio_up
             - shift.up_speed_radps
             - accelerator * shift.up_pedal_radps;
-        let down = accelerator * shift.down_pedal_radps + shift.down_speed_radps - turns;
+        let open = parameters.idle_radps * shift.open_share;
+        let down = is_low.select(open - turns, down_function(turns, accelerator, shift));
         coupling.closed.select(up.max(down), turns - coupling.free_speed)
     }
+}
+
+/// Rises through zero where an engine falls below the downshift line.
+#[inline(always)]
+fn down_function<S: Simd>(turns: Lanes<S>, accelerator: Lanes<S>, shift: &ShiftModel) -> Lanes<S> {
+    accelerator * shift.down_pedal_radps + shift.down_speed_radps - turns
 }
 
 impl<S: Simd> Control<S> {

@@ -4,8 +4,9 @@
 //! gear), retarder drag at the propeller shaft, axle T_loss = a₀ + a₁|T| at its input.
 //!
 //! Strategy by load-dependent lines (upshift line, downshift line), without a look at a noisy power
-//! demand: up, by at most three gears, to the highest gear with w ≥ 95 + 32 a_p and 0.95 P_full(w)
-//! ≥ 1.1 P_road; down when w < 88 + 20 a_p or when the pedal is down for 2 s and the truck slows
+//! demand: up, by at most three gears, to the highest gear with w ≥ 95 + 32 a_p, with a reserve of
+//! power over what the road asks for, and with some acceleration left after the shift; no opposite
+//! shift for some time, no upshift just before the driver brakes (shift look-ahead); down when w < 88 + 20 a_p or when the pedal is down for 2 s and the truck slows
 //! below 136 rad/s; up when w > 219. Added here: both downshifts need a slowing truck, otherwise a
 //! truck that has just started in third gear shifts down while it accelerates through 84-108 rad/s.
 
@@ -94,6 +95,15 @@ pub struct ShiftModel {
     /// Shortest time from shift to shift, in s.
     #[schemars(range(min = 0.0, max = 60.0))]
     pub interval_s: f64,
+    /// Shortest time from an upshift to a downshift and from a downshift to an upshift, in s.
+    #[schemars(range(min = 0.0, max = 60.0))]
+    pub opposite_interval_s: f64,
+    /// Time before a braking ramp without upshifts, in s.
+    #[schemars(range(min = 0.0, max = 60.0))]
+    pub before_ramp_s: f64,
+    /// Acceleration that an upshift has to leave, after its time without torque, in m/s².
+    #[schemars(range(min = -10.0, max = 5.0))]
+    pub minimum_acceleration_mps2: f64,
     /// Speed below which there is no shift, in m/s.
     #[schemars(range(min = 0.0, max = 10.0))]
     pub minimum_speed_mps: f64,
@@ -183,6 +193,8 @@ pub struct GearLanes<S: Simd> {
     pub loss_share: Lanes<S>,
     /// Engine speed below which the clutch may slip, in rad/s; 0 where it may not.
     pub slips_below: Lanes<S>,
+    /// Torque for each N at the wheels without losses, in m.
+    pub torque_per_n: Lanes<S>,
     /// Speed above which the engine turns too fast, in m/s; unbounded in the top gear.
     pub too_fast: Lanes<S>,
 }
@@ -197,6 +209,7 @@ impl<S: Simd> GearLanes<S> {
             speed_ratio_down: all(UNBOUNDED),
             loss_share: all(gears[0].loss_share),
             slips_below: all(0.0),
+            torque_per_n: all(1.0 / gears[0].speed_ratio_per_m),
             too_fast: all(UNBOUNDED),
         }
     }
@@ -211,6 +224,7 @@ impl<S: Simd> GearLanes<S> {
         self.speed_ratio_down[lane] = down.unwrap_or(UNBOUNDED);
         self.loss_share[lane] = here.loss_share;
         self.slips_below[lane] = here.slips_below_radps(shift);
+        self.torque_per_n[lane] = 1.0 / here.speed_ratio_per_m;
         let too_fast = shift.overspeed_radps / here.speed_ratio_per_m;
         self.too_fast[lane] = if up.is_some() { too_fast } else { UNBOUNDED };
     }
@@ -307,6 +321,16 @@ pub struct ShiftInputs {
     pub closed: bool,
     /// Steady power that the road asks for, in W.
     pub road_power_w: f64,
+    /// Whether an upshift is allowed but for the lines.
+    pub may_up: bool,
+    /// Whether a downshift is allowed but for the lines.
+    pub may_down: bool,
+    /// Idle speed, in rad/s: an engine below it is shifted down in any case.
+    pub idle_radps: f64,
+    /// Moving mass without the engine, in kg.
+    pub mass_kg: f64,
+    /// Inertia of the engine, in kg m².
+    pub inertia_kgm2: f64,
 }
 
 impl ShiftModel {
@@ -325,18 +349,27 @@ impl ShiftModel {
             return if cannot_launch { 0 } else { gear };
         }
         let up_line = self.up_speed_radps + self.up_pedal_radps * inputs.pedal;
-        let strong = |g: usize| {
-            let w = speed(g);
-            self.power_share * full_load_nm(w) * w >= self.power_reserve * inputs.road_power_w
+        let power_w = |w: f64| self.power_share * full_load_nm(w) * w;
+        let strong = |g: usize| power_w(speed(g)) >= self.power_reserve * inputs.road_power_w;
+        // while no torque passes the road slows the truck
+        let road_n = inputs.road_power_w / inputs.speed_mps;
+        let after_mps = inputs.speed_mps - self.duration_s * road_n.max(0.0) / inputs.mass_kg;
+        let accelerates = |g: usize| {
+            let per_m = gears[g].speed_ratio_per_m;
+            let mass_kg = inputs.mass_kg + inputs.inertia_kgm2 * per_m * per_m;
+            let wanted_n = road_n + self.minimum_acceleration_mps2 * mass_kg;
+            after_mps > 0.0 && power_w(per_m * after_mps) >= wanted_n * after_mps
         };
         let top = (gear + self.most_steps as usize).min(gears.len() - 1);
-        if let Some(up) = (gear + 1..=top).rev().find(|&g| speed(g) >= up_line && strong(g)) {
+        let fits = |g: &usize| speed(*g) >= up_line && strong(*g) && accelerates(*g);
+        if let Some(up) = (gear + 1..=top).rev().find(fits).filter(|_| inputs.may_up) {
             return up;
         }
         if gear + 1 < gears.len() && speed(gear) > self.overspeed_radps {
             return gear + 1;
         }
-        if gear == 0 || !inputs.slowing {
+        let urgent = speed(gear) < inputs.idle_radps;
+        if gear == 0 || !inputs.slowing || !(inputs.may_down || urgent) {
             return gear;
         }
         let low = speed(gear) < self.down_speed_radps + self.down_pedal_radps * inputs.pedal;
@@ -366,6 +399,8 @@ mod tests {
             "indirect_loss_share": 0.02, "retarder_torque_nm": 10.0, "axle_ratio": 2.64,
             "axle_loss_torque_nm": 40.0, "axle_loss_share": 0.015,
             "shift": { "duration_s": 1.0, "interval_s": 2.0, "minimum_speed_mps": 0.5,
+                "opposite_interval_s": 10.0, "before_ramp_s": 4.0,
+                "minimum_acceleration_mps2": 0.1,
                 "up_speed_radps": 95.0, "up_pedal_radps": 32.0, "down_speed_radps": 88.0,
                 "down_pedal_radps": 20.0, "overspeed_radps": 219.0, "power_share": 0.95,
                 "power_reserve": 1.1, "most_steps": 3, "kickdown_pedal": 0.99, "kickdown_s": 2.0,
@@ -390,6 +425,11 @@ mod tests {
                 kickdown: false,
                 closed,
                 road_power_w,
+                may_up: true,
+                may_down: true,
+                idle_radps: 60.0,
+                mass_kg: 20_000.0,
+                inertia_kgm2: 5.0,
             };
             model.shift.wanted_gear(&inputs, &gears, |_| 1000.0)
         };

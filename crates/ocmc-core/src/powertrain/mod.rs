@@ -123,10 +123,29 @@ pub struct Demand<S: Simd> {
     pub accelerator: Lanes<S>,
     /// Braking force that the driver wants, in N.
     pub brake: Lanes<S>,
+    /// The most that the tyres of the driven axles hold, in N.
+    pub grip: Lanes<S>,
     /// Relative wind from ahead, at least 1 m/s.
     pub air: Lanes<S>,
     /// Cross wind, in m/s.
     pub cross: Lanes<S>,
+}
+
+/// Force at the wheels by the accelerator, once the torque has followed it.
+#[derive(Clone, Copy)]
+pub struct PedalForces<S: Simd> {
+    /// Without a pedal, in N.
+    pub coasting: Lanes<S>,
+    /// What the line of force over the pedal comes to at 0, in N: the same where the clutch is
+    /// closed.
+    pub released: Lanes<S>,
+    /// Pedal for each N more, in 1/N.
+    pub per_force: Lanes<S>,
+}
+
+impl<S: Simd> PedalForces<S> {
+    /// Least force between a released and a pressed accelerator, in N: keeps a quotient finite.
+    pub const LEAST_SPAN_N: f64 = 1.0;
 }
 
 /// Torques and forces of one stage.
@@ -241,6 +260,14 @@ pub trait Powertrain {
         shifting: Flags<S>,
         accelerator: Lanes<S>,
     ) -> Coupling<S>;
+    /// What the accelerator does at a speed of the trucks in m/s, from the curves of the last step:
+    /// what a driver knows by feel.
+    fn pedal_forces<S: Simd>(
+        &self,
+        state: &Self::State<S>,
+        gear: &GearLanes<S>,
+        speed: Lanes<S>,
+    ) -> PedalForces<S>;
     /// Torques and forces at one stage; `predicted` at the second one.
     fn tractive_effort<S: Simd>(
         &self,

@@ -7,6 +7,7 @@ pub mod resistance;
 pub mod tyre;
 
 use crate::distribution::Quantity;
+use crate::lanes::UNBOUNDED;
 use crate::powertrain::battery_electric::{BatteryElectricPowertrain, ElectricModel};
 use crate::powertrain::diesel::DieselPowertrain;
 use crate::powertrain::diesel::engine::EngineModel;
@@ -16,7 +17,7 @@ use crate::random::{Stream, Streams};
 use crate::switch::ModelSwitch;
 use crate::validation::Problems;
 use brakes::BrakeModel;
-use resistance::{AxleModel, CrossWind, CrossWindModel, rolling_coefficient};
+use resistance::{AxleModel, CrossWind, CrossWindModel, LoadRange, rolling_coefficient};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -32,6 +33,11 @@ pub struct VehicleModel {
     pub drag_area_m2: Quantity,
     /// Growth of the drag area in a cross wind.
     pub cross_wind: CrossWindModel,
+    /// Mass of the loaded vehicle to which the load shares of the axles belong, in kg; needed where
+    /// those of the empty vehicle differ.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 500.0, max = 200_000.0))]
+    pub full_mass_kg: Option<f64>,
     /// Axles.
     pub axles: Vec<AxleModel>,
     /// Factor on the axles' rolling coefficients.
@@ -97,6 +103,8 @@ pub struct Vehicle {
     pub mass_kg: f64,
     /// Drag area without cross wind, in m².
     pub drag_area_m2: f64,
+    /// Mass that the driven axles carry, in kg; unbounded where none is said to be driven.
+    pub driven_mass_kg: f64,
     /// Rolling coefficient of the loaded truck on smooth dry asphalt at 25 °C.
     pub rolling_coefficient: f64,
     /// Power of the auxiliaries, in W.
@@ -119,6 +127,7 @@ impl VehicleModel {
             format!("load shares with a sum of {carried}"),
             "load shares with a sum of 1",
         );
+        self.validate_empty_shares(problems);
         let (key, found, allowed) = match (&self.engine, &self.gearbox, &self.electric) {
             (Some(engine), Some(gearbox), None) => {
                 problems.part("engine", |problems| engine.validate(problems));
@@ -142,6 +151,39 @@ impl VehicleModel {
         problems.require(false, key, found, allowed);
     }
 
+    fn validate_empty_shares(&self, problems: &mut Problems) {
+        let shares: Vec<f64> = self.axles.iter().filter_map(|a| a.empty_load_share).collect();
+        if shares.is_empty() {
+            return;
+        }
+        let carried = shares.iter().sum::<f64>();
+        problems.require(
+            shares.len() == self.axles.len() && (carried - 1.0).abs() < 1e-3,
+            "axles",
+            format!("{} empty_load_share with a sum of {carried}", shares.len()),
+            "one for each axle, with a sum of 1",
+        );
+        let full_kg = self.full_mass_kg.unwrap_or(0.0);
+        problems.require(
+            full_kg > self.curb_mass_kg,
+            "full_mass_kg",
+            full_kg,
+            "above curb_mass_kg: axles[].empty_load_share needs the mass that load_share belongs to",
+        );
+    }
+
+    fn load_range(&self) -> LoadRange {
+        LoadRange { empty_kg: self.curb_mass_kg, full_kg: self.full_mass_kg }
+    }
+
+    /// Mass on the driven axles, in kg.
+    fn driven_mass_kg(&self, mass_kg: f64) -> f64 {
+        let driven = self.axles.iter().filter(|axle| axle.driven);
+        let shares: Vec<f64> =
+            driven.map(|axle| axle.share_at(mass_kg, self.load_range())).collect();
+        if shares.is_empty() { UNBOUNDED } else { shares.iter().sum::<f64>() * mass_kg }
+    }
+
     /// Draws one truck with a payload. Without [`ModelSwitch::VehicleSpread`] all are the typical
     /// one.
     pub fn sample(&self, payload_kg: f64, streams: &Streams, without: &[ModelSwitch]) -> Vehicle {
@@ -159,9 +201,11 @@ impl VehicleModel {
             let law = &electric.battery.initial_charge;
             if spread { law.sample(&mut streams.open(Stream::Electric)) } else { law.centre() }
         });
-        let base = rolling_coefficient(&self.axles, mass_kg, self.rolling_load_exponent);
+        let (range, exponent) = (self.load_range(), self.rolling_load_exponent);
+        let base = rolling_coefficient(&self.axles, mass_kg, range, exponent);
         Vehicle {
             mass_kg,
+            driven_mass_kg: self.driven_mass_kg(mass_kg),
             drag_area_m2,
             rolling_coefficient: rolling_factor * base,
             auxiliary_power_w,

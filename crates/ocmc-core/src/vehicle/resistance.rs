@@ -22,13 +22,20 @@ const LEAST_TANGENT: f64 = 0.01;
 /// Degrees in a radian.
 const DEGREES: f64 = 180.0 / std::f64::consts::PI;
 
-/// One axle of the loaded vehicle.
+/// One axle.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AxleModel {
-    /// Share of the weight.
+    /// Share of the weight of the loaded vehicle.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub load_share: f64,
+    /// Share of the weight of the empty vehicle; absent: as loaded.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub empty_load_share: Option<f64>,
+    /// Whether the axle is driven.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub driven: bool,
     /// Rolling coefficient by ISO 28580, at the test load.
     #[schemars(range(min = 0.0005, max = 0.05))]
     pub iso_rolling_coefficient: f64,
@@ -84,15 +91,44 @@ pub fn drag_force_n(half_density: f64, relative_mps: f64, cross_mps: f64, area_m
     drag_forces_n(one(half_density), one(relative_mps), one(cross_mps), one(area_m2))[0]
 }
 
-/// Rolling coefficient of the loaded vehicle on smooth, dry asphalt at 25 °C: RRC = Σ s_i RRC_i
-/// (s_i m g / (w_i F_i))^(β − 1), β = 0.9 (VECTO user manual, rolling resistance).
-pub fn rolling_coefficient(axles: &[AxleModel], mass_kg: f64, load_exponent: f64) -> f64 {
+/// Masses of the empty vehicle and of the one to which the load shares belong, in kg.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LoadRange {
+    /// Without payload.
+    pub empty_kg: f64,
+    /// Loaded; none where the shares are the same for every load.
+    pub full_kg: Option<f64>,
+}
+
+impl AxleModel {
+    /// Share of the weight of a vehicle with this mass: what is loaded comes down on the axles in
+    /// the same proportions, from the empty to the full vehicle and beyond.
+    pub fn share_at(&self, mass_kg: f64, range: LoadRange) -> f64 {
+        let (Some(empty_share), Some(full_kg)) = (self.empty_load_share, range.full_kg) else {
+            return self.load_share;
+        };
+        let empty_kg = empty_share * range.empty_kg;
+        let loaded = (mass_kg - range.empty_kg) / (full_kg - range.empty_kg);
+        let carried_kg = empty_kg + loaded * (self.load_share * full_kg - empty_kg);
+        (carried_kg / mass_kg).max(0.0)
+    }
+}
+
+/// Rolling coefficient of a vehicle with this mass on smooth, dry asphalt at 25 °C: RRC = Σ s_i
+/// RRC_i (s_i m g / (w_i F_i))^(β − 1), β = 0.9 (VECTO user manual, rolling resistance).
+pub fn rolling_coefficient(
+    axles: &[AxleModel],
+    mass_kg: f64,
+    range: LoadRange,
+    load_exponent: f64,
+) -> f64 {
+    let shares = axles.iter().map(|axle| (axle, axle.share_at(mass_kg, range)));
     // an axle that is lifted carries nothing: nothing to a negative power would be no number
-    let on_the_road = axles.iter().filter(|axle| axle.load_share > 0.0);
-    on_the_road
-        .map(|axle| {
-            let load = axle.load_share * mass_kg * GRAVITY_MPS2 / (axle.tyres * axle.iso_load_n);
-            axle.load_share * axle.iso_rolling_coefficient * libm::pow(load, load_exponent - 1.0)
+    shares
+        .filter(|(_, share)| *share > 0.0)
+        .map(|(axle, share)| {
+            let load = share * mass_kg * GRAVITY_MPS2 / (axle.tyres * axle.iso_load_n);
+            share * axle.iso_rolling_coefficient * libm::pow(load, load_exponent - 1.0)
         })
         .sum()
 }
@@ -125,6 +161,10 @@ pub fn rolling_wet_factor(precipitation_mps: f64, snow: bool) -> f64 {
 pub fn rolling_roughness_factor(iri_mm_per_m: f64, speed_mps: f64) -> f64 {
     (1.0 + 0.004 * (iri_mm_per_m - 1.5) * (speed_mps * (1.0 / 20.0))).clamp(0.95, 1.3)
 }
+
+/// Least friction that traction finds (judgement: hills are gritted, differentials locked): with the
+/// 0.25 of braking on snow one in eight trips with snow would end on a hill.
+pub const LEAST_TRACTION_FRICTION: f64 = 0.4;
 
 /// Friction that braking can use: 0.8 dry, 0.5 wet, 0.25 on snow (judgement).
 pub fn braking_friction(precipitation_mps: f64, snow: bool) -> f64 {
@@ -218,10 +258,15 @@ mod tests {
     fn rolling_of_the_default_truck() {
         let axle = |load_share, iso_rolling_coefficient, iso_load_n, tyres| AxleModel {
             load_share,
+            empty_load_share: None,
+            driven: false,
             iso_rolling_coefficient,
             iso_load_n,
             tyres,
         };
+        let range = LoadRange { empty_kg: 15_700.0, full_kg: None };
+        let rolling_coefficient =
+            |axles: &[AxleModel], mass_kg| super::rolling_coefficient(axles, mass_kg, range, 0.9);
         let axles = [
             axle(0.20, 0.0055, 33_350.0, 2.0),
             axle(0.25, 0.0065, 33_350.0, 4.0),
@@ -230,14 +275,37 @@ mod tests {
             axle(0.55 / 3.0, 0.0055, 37_500.0, 2.0),
         ];
         // the quasi-static runs of this truck took 0.0058
-        assert!((rolling_coefficient(&axles, 40_000.0, 0.9) - 0.0058).abs() < 5e-5);
-        assert!(rolling_coefficient(&axles, 16_000.0, 0.9) > 0.0058);
+        assert!((rolling_coefficient(&axles, 40_000.0) - 0.0058).abs() < 5e-5);
+        assert!(rolling_coefficient(&axles, 16_000.0) > 0.0058);
         // the last axle is lifted: the other two of the semitrailer carry its share
         let mut lifted = axles.clone();
         (lifted[2].load_share, lifted[3].load_share, lifted[4].load_share) = (0.275, 0.275, 0.0);
-        let more = rolling_coefficient(&lifted, 16_000.0, 0.9)
-            / rolling_coefficient(&axles, 16_000.0, 0.9);
+        let more = rolling_coefficient(&lifted, 16_000.0) / rolling_coefficient(&axles, 16_000.0);
         assert!((0.97..1.0).contains(&more), "tyres with more load roll better: {more}");
+    }
+
+    #[test]
+    fn payload_loads_the_axles_in_proportion() {
+        let axle = |load_share, empty_load_share| AxleModel {
+            load_share,
+            empty_load_share: Some(empty_load_share),
+            driven: false,
+            iso_rolling_coefficient: 0.006,
+            iso_load_n: 30_000.0,
+            tyres: 2.0,
+        };
+        let axles = [axle(0.2, 0.4), axle(0.8, 0.6)];
+        let range = LoadRange { empty_kg: 10_000.0, full_kg: Some(30_000.0) };
+        // 4 and 6 t empty, 6 and 24 t full, 5 and 15 t at half the load
+        for (mass_kg, tonnes) in [(10e3, [4.0, 6.0]), (30e3, [6.0, 24.0]), (20e3, [5.0, 15.0])] {
+            for (axle, wanted) in axles.iter().zip(tonnes) {
+                let carried = axle.share_at(mass_kg, range) * mass_kg / 1000.0;
+                assert!((carried - wanted).abs() < 1e-12, "{mass_kg} {carried}");
+            }
+        }
+        // without the mass that the shares belong to they are the same at every load
+        let any = LoadRange { full_kg: None, ..range };
+        assert_eq!(axles[0].share_at(10e3, any), 0.2);
     }
 
     #[test]

@@ -9,9 +9,10 @@
 use super::event::PedalLog;
 use nalgebra::{DMatrix, DVector};
 use ocmc_core::driver::Driver;
-use ocmc_core::driver::pedal::{Hold, Pedals};
+use ocmc_core::driver::pedal::Pedals;
 use ocmc_core::driver::speed_change::Rise;
 use ocmc_core::kernel::pedal_event::{EventSeries, InitialMotion, simulate_event};
+use ocmc_core::lanes::UNBOUNDED;
 use ocmc_core::operating_cycle::road::Road;
 use ocmc_core::operating_cycle::road::road_type::Section;
 use ocmc_core::operating_cycle::road::speed_sign::SpeedSign;
@@ -103,6 +104,7 @@ impl<'a> ClosedLoop<'a> {
         };
         let mut driver: Driver = model.driver.sample(&streams, &without, f64::INFINITY);
         driver.speed_change.rise = Rise::Paper;
+        driver.speed_change.peak_acceleration_mps2 = UNBOUNDED;
         // brakes late and hard for the end of the road, which the event does not reach
         driver.speed_change.deceleration_mps2 = 1.0;
         driver.speed_limit.maximum_speed_mps = f64::INFINITY;
@@ -156,9 +158,8 @@ impl<'a> ClosedLoop<'a> {
         let Controller { proportional, integral, derivative, threshold_mps, set_speed_mps, start } =
             *controller;
         let hold = self.study.model().driver.pedals.switched.hold;
-        let holds_brake = threshold_mps.is_some() && hold == Hold::Paper;
         scenario.driver.pedals =
-            Pedals { proportional, integral, derivative, threshold_mps, holds_brake, redraws: 0 };
+            Pedals { proportional, integral, derivative, threshold_mps, hold, redraws: 0 };
         scenario.driver.speed_limit.compliance = set_speed_mps * self.compliance_per_mps;
         let near = |threshold_mps| (set_speed_mps - self.rolling.speed_mps).abs() < threshold_mps;
         let holds = threshold_mps.is_some_and(near);

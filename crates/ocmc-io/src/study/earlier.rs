@@ -20,8 +20,18 @@ pub(super) struct NewKey {
 }
 
 /// The keys that came since version 0.1.0.
-pub(super) const NEW_KEYS: &[NewKey] =
-    &[NewKey { path: "vehicle.electric.charging.connection_s", value: "0.0" }];
+pub(super) const NEW_KEYS: &[NewKey] = &[
+    NewKey { path: "vehicle.electric.charging.connection_s", value: "0.0" },
+    NewKey { path: "driver.speed_change.peak_acceleration_ratio", value: "100.0" },
+    NewKey { path: "driver.pedals.feed_forward", value: "false" },
+    NewKey { path: "driver.pedals.ramp_gain_minimum", value: "0.0" },
+    NewKey { path: "driver.pedals.ramp_lead_s", value: "0.0" },
+    NewKey { path: "driver.pedals.ramp_slack_share", value: "0.0" },
+    NewKey { path: "driver.pedals.brake_tolerance_mps", value: "0.0" },
+    NewKey { path: "vehicle.gearbox.shift.opposite_interval_s", value: "0.0" },
+    NewKey { path: "vehicle.gearbox.shift.before_ramp_s", value: "0.0" },
+    NewKey { path: "vehicle.gearbox.shift.minimum_acceleration_mps2", value: "-10.0" },
+];
 
 /// Puts these keys where a study lacks them. Returns each that was put, as `path = value`.
 pub(super) fn complete(tree: &mut Node, keys: &[NewKey]) -> Result<Vec<String>, Box<Fault>> {

@@ -107,7 +107,13 @@ const NEVER_RADPS: f64 = 1e9;
 /// Share of the motor's highest speed at which a box shifts up in any case (judgement).
 const OVERSPEED_SHARE: f64 = 0.95;
 /// Power wanted after an upshift over what the road asks for (judgement, as of the diesel trucks).
-const POWER_RESERVE: f64 = 1.1;
+const POWER_RESERVE: f64 = 1.19;
+/// Shortest time from a shift to the opposite one, in s (judgement, as of the diesel trucks).
+const OPPOSITE_INTERVAL_S: f64 = 10.0;
+/// Time before a braking ramp without upshifts, in s (judgement, as of the diesel trucks).
+const BEFORE_RAMP_S: f64 = 4.0;
+/// Acceleration that an upshift leaves, in m/s² (judgement, as of the diesel trucks).
+const LEAST_ACCELERATION_MPS2: f64 = 0.1;
 /// Speed below which there is no shift, in m/s (judgement, as of the diesel trucks).
 const SLOWEST_SHIFT_MPS: f64 = 0.5;
 
@@ -144,6 +150,9 @@ impl ElectricModel {
         ShiftModel {
             duration_s: of(|s| s.duration_s, 0.0),
             interval_s: of(|s| s.interval_s, 0.0),
+            opposite_interval_s: OPPOSITE_INTERVAL_S,
+            before_ramp_s: BEFORE_RAMP_S,
+            minimum_acceleration_mps2: LEAST_ACCELERATION_MPS2,
             minimum_speed_mps: SLOWEST_SHIFT_MPS,
             up_speed_radps: of(|s| s.up_speed_radps, NEVER_RADPS),
             up_pedal_radps: of(|s| s.up_pedal_radps, 0.0),

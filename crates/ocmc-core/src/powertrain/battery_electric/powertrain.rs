@@ -14,8 +14,8 @@ use crate::first_order_lag::FirstOrderLag;
 use crate::lanes::{Flags, Lanes, WIDTH, masked};
 use crate::powertrain::gearbox::GearLanes;
 use crate::powertrain::{
-    Coupling, Demand, InversePowertrain, Powertrain, PowertrainConstants, ShaftStep, SignalNames,
-    TractiveEffort, TruckInputs,
+    Coupling, Demand, InversePowertrain, PedalForces, Powertrain, PowertrainConstants, ShaftStep,
+    SignalNames, TractiveEffort, TruckInputs,
 };
 use crate::record::Record;
 use fearless_simd::prelude::*;
@@ -171,6 +171,21 @@ impl Powertrain for BatteryElectricPowertrain {
         }
     }
 
+    /// Motors and brakes share what the brake pedal asks for: a released accelerator does nothing.
+    #[inline(always)]
+    fn pedal_forces<S: Simd>(
+        &self,
+        _state: &BatteryState<S>,
+        gear: &GearLanes<S>,
+        speed: Lanes<S>,
+    ) -> PedalForces<S> {
+        let torque = self.model.motor.drive_limits_nm(speed * gear.speed_ratio);
+        let [pressed, _] = self.model.wheel_and_lost_forces_n(gear.speed_ratio, torque);
+        let nothing = Lanes::splat(speed.simd, 0.0);
+        let per_force = 1.0 / pressed.max(PedalForces::<S>::LEAST_SPAN_N);
+        PedalForces { coasting: nothing, released: nothing, per_force }
+    }
+
     #[inline(always)]
     fn tractive_effort<S: Simd>(
         &self,
@@ -183,7 +198,8 @@ impl Powertrain for BatteryElectricPowertrain {
         let model = &self.model;
         let motor = &model.motor;
         let speed = demand.shaft_speed;
-        let driving = demand.accelerator * motor.drive_limits_nm(speed);
+        let grip = demand.grip * gear.torque_per_n;
+        let driving = (demand.accelerator * motor.drive_limits_nm(speed)).min(grip);
         let braking = model
             .braking_torques_nm(gear.speed_ratio, demand.brake)
             .min(motor.brake_limits_nm(speed, demand.speed));

@@ -214,7 +214,7 @@ impl Engine {
     }
 
     /// The lines of full load and drag that hold at a speed.
-    fn curve_row(&self, speed_radps: f64) -> &CurveRow {
+    pub fn curve_row(&self, speed_radps: f64) -> &CurveRow {
         // the table knows the piece but for the width of a cell
         let mut k = self.curve_pieces.piece_of_number(speed_radps) as usize;
         while speed_radps < self.curves[k].reach[0] {

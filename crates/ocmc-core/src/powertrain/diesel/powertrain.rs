@@ -8,8 +8,8 @@ use crate::lanes::{Flags, Lanes, lerp, masked, scheduling_barrier};
 use crate::powertrain::clutch::Clutch;
 use crate::powertrain::gearbox::{DrivelineLosses, Gear, GearLanes, GearboxModel};
 use crate::powertrain::{
-    Coupling, Demand, InversePowertrain, Powertrain, PowertrainConstants, ShaftStep, SignalNames,
-    StepOutcome, TractiveEffort, TruckInputs,
+    Coupling, Demand, InversePowertrain, PedalForces, Powertrain, PowertrainConstants, ShaftStep,
+    SignalNames, StepOutcome, TractiveEffort, TruckInputs,
 };
 use crate::record::Record;
 use fearless_simd::prelude::*;
@@ -181,6 +181,10 @@ impl Powertrain for DieselPowertrain {
 
     fn start<S: Simd>(&self, state: &mut DieselState<S>, lane: usize) {
         state.torque[lane] = 0.0;
+        let row = self.engine.curve_row(self.clutch.idle_radps);
+        for (column, value) in state.curves.lines.iter_mut().zip(row) {
+            column[lane] = *value;
+        }
     }
 
     fn settle<S: Simd>(
@@ -238,6 +242,29 @@ impl Powertrain for DieselPowertrain {
     }
 
     #[inline(always)]
+    fn pedal_forces<S: Simd>(
+        &self,
+        state: &DieselState<S>,
+        gear: &GearLanes<S>,
+        speed: Lanes<S>,
+    ) -> PedalForces<S> {
+        let [full_0, full_1, drag_0, drag_1] = state.curves.lines;
+        let (ratio, share) = (gear.speed_ratio, gear.loss_share);
+        let turns = speed * ratio;
+        // the accelerator makes the clutch slip in the launching gears
+        let engine = turns.max(gear.slips_below).max(self.clutch.open_radps);
+        let forces = |torque| self.losses.wheel_and_lost_forces_n(ratio, share, torque);
+        let [pressed, _] = forces(full_0 + full_1 * engine);
+        let [released, _] = forces(drag_0 + drag_1 * engine);
+        let span = (pressed - released).max(PedalForces::<S>::LEAST_SPAN_N);
+        // one division serves the torque of the auxiliaries and the span of the pedal
+        let inverse = 1.0 / (engine * span);
+        let released = released - state.auxiliary_power * ratio * span * inverse;
+        let closed = !turns.simd_lt(self.clutch.open_radps);
+        PedalForces { coasting: masked(closed, released), released, per_force: engine * inverse }
+    }
+
+    #[inline(always)]
     fn tractive_effort<S: Simd>(
         &self,
         state: &DieselState<S>,
@@ -257,6 +284,8 @@ impl Powertrain for DieselPowertrain {
         let full_load = full_0 + full_1 * engine_speed;
         let drag = drag_0 + drag_1 * engine_speed;
         let command = drag + demand.accelerator * (full_load - drag);
+        // grip: what the driven axles cannot hold the engine does not give
+        let full_load = full_load.min(demand.grip * gear.torque_per_n);
         let reached = match predicted {
             Some(predicted) => predicted.torque + predicted.response * command,
             None => state.torque,

@@ -91,6 +91,7 @@ fn rolling_resistance_is_that_of_the_loaded_truck() {
     {
         let axle = &mut model.axles[axle];
         (axle.load_share, axle.iso_rolling_coefficient) = (load_share, coefficient);
+        axle.empty_load_share = None;
         (axle.iso_load_n, axle.tyres) = (load_n, tyres);
     }
     let streams = cycles(1).next().unwrap();

@@ -189,6 +189,7 @@ fn without_spread_the_others_stay() {
         assert!((b.cycle.mission.payload_kg - 0.8 * 24_300.0 * 4.0 / 6.0).abs() < 1e-9);
         a.cycle.mission.payload_kg = b.cycle.mission.payload_kg;
         a.vehicle.mass_kg = b.vehicle.mass_kg;
+        a.vehicle.driven_mass_kg = b.vehicle.driven_mass_kg;
         a.vehicle.rolling_coefficient = b.vehicle.rolling_coefficient;
     });
     assert_only(ModelSwitch::DriverSpread, |a, b| {

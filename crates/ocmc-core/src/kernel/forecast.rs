@@ -1,0 +1,48 @@
+//! What a driver knows by feel before a step: the pedals that keep the speed, that follow a braking
+//! ramp, and that accelerate as hard as he ever does.
+//!
+//! It is read from the road under the truck, its mass, its gear, its air drag and the curves of its
+//! engine in the last step: what is missing the feedback corrects.
+
+use super::road_row::RoadRow;
+use super::stage::Row;
+use super::state::{KernelParameters, State};
+use crate::lanes::Lanes;
+use crate::powertrain::Powertrain;
+use fearless_simd::prelude::*;
+
+/// Outputs of a controller: the accelerator above 0, the brakes below.
+#[derive(Clone, Copy)]
+pub(super) struct Forecast<S: Simd> {
+    /// Keeps the speed.
+    pub holding: Lanes<S>,
+    /// Follows a braking ramp.
+    pub ramp: Lanes<S>,
+    /// Gives the driver's peak acceleration.
+    pub peak: Lanes<S>,
+}
+
+impl<S: Simd, P: Powertrain> State<S, P> {
+    /// The outputs of this step.
+    #[inline(always)]
+    pub(super) fn forecast(&self, row: &Row<S>, parameters: &KernelParameters<P>) -> Forecast<S> {
+        let constants = &self.constants;
+        let speed = self.motion.speed;
+        let (state, gear) = (&self.powertrain, &self.gear);
+        let pedal = parameters.powertrain.pedal_forces(state, gear, speed);
+        let slips = (speed * gear.speed_ratio).simd_lt(gear.slips_below);
+        let mass = slips.select(constants.moving_mass_open, constants.moving_mass_closed);
+        let road = constants.mass * (row[RoadRow::ROLLING] + row[RoadRow::GRADE]);
+        let steady = self.motion.drag + road;
+        let accelerator = |force: Lanes<S>| (force - pedal.released) * pedal.per_force;
+        let output = |force: Lanes<S>| {
+            let brakes = (force - pedal.coasting) * constants.per_brake_force;
+            force.simd_gt(pedal.coasting).select(accelerator(force), brakes)
+        };
+        Forecast {
+            holding: output(steady),
+            ramp: output(steady - mass * constants.twice_deceleration * 0.5),
+            peak: accelerator(steady + mass * constants.peak_acceleration),
+        }
+    }
+}
