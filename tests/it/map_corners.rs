@@ -52,7 +52,7 @@ fn wild() -> DriveCycle {
 #[test]
 fn whatever_the_map_and_the_truck_every_column_is_a_number() {
     let heavy = ["mission.payload_kg=100000", "vehicle.auxiliary_power_w=100000"];
-    let weak = ["vehicle.engine.full_load_torque_nm=[1, 1, 1, 1, 1, 1, 1, 1]"];
+    let weak = ["vehicle.engine.full_load_torque_nm=[1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1]"];
     let ends_early = [
         "vehicle.engine.full_load_speed_radps=[63.0, 90.0]",
         "vehicle.engine.full_load_torque_nm=[1200.0, 900.0]",

@@ -17,8 +17,8 @@ const CYCLES: [(&str, [f64; 4]); 2] =
 const PAYLOADS_KG: [f64; 4] = [1900.0, 12_600.0, 19_200.0, 24_300.0];
 /// An engine with nearly twice the torque, which can follow VECTO's target speeds everywhere; its
 /// map goes on with its last slopes.
-const STRONG: &str =
-    "vehicle.engine.full_load_torque_nm=[2257, 3156, 4055, 4055, 3663, 3272, 2381, 1936]";
+const STRONG: &str = "vehicle.engine.full_load_torque_nm=\
+     [2257, 3156, 4055, 4055, 4055, 3882, 3648, 3272, 2381, 1954, 1859, 2]";
 /// VECTO's driver [F: Truck.vacc]: accelerations, in m/s², at speeds in km/h; the decelerations are
 /// 1 up to 50 km/h, 0.5 from 60 on.
 const ACCELERATION: [(f64, f64); 4] = [(25.0, 1.0), (50.0, 0.642857), (60.0, 0.5), (120.0, 0.5)];

@@ -222,7 +222,7 @@ const READERS: [Reader; 12] = [
         "vehicle files",
         || {
             let map = "engine speed [rpm],torque [Nm],fuel consumption [g/h]\n";
-            let map = (0..60).fold(map.to_owned(), |text, k| {
+            let map = (0..54).fold(map.to_owned(), |text, k| {
                 let (speed, torque) = (600 + 200 * (k / 6), 400 * (k % 6));
                 format!("{text}{speed},{torque},{}\n", 2000 + speed * torque / 50)
             });
