@@ -95,13 +95,13 @@ PHYSICS = [
     ),
     Mutation(
         "no step is cut where a driver changes pedals",
-        "let earliest = {{driver}}.or_earlier(gear);",
+        "let earliest = {{driver.or_earlier(gear)}}.or_earlier(plan);",
         "gear",
         "it closed_loop:: step_bias::",
     ),
     Mutation(
         "rolling resistance of the empty truck",
-        "rolling_coefficient(&self.axles, {{mass_kg}}, self.rolling_load_exponent)",
+        "rolling_coefficient(&self.axles, {{mass_kg}}, range, exponent)",
         "self.curb_mass_kg",
         "core-it sampled::driver",
     ),
@@ -173,15 +173,14 @@ PHYSICS = [
     ),
     Mutation(
         "no anti-windup",
-        "integral_rate: {{self.constants.integral_gain * error"
-        " + self.constants.tracking * (realised - output)}},",
-        "self.constants.integral_gain * error",
+        "integral_rate: {{constants.integral_gain * error + constants.tracking * (realised - output)}},",
+        "constants.integral_gain * error",
         "it closed_loop::integral_clamp closed_loop::anti_windup",
     ),
     Mutation(
         "the derivative acts with the wrong sign",
-        "effort + integral - {{self.constants.derivative_over_filter * lag}};",
-        "-(self.constants.derivative_over_filter * lag)",
+        "corrected + around - {{constants.derivative_over_filter * lag}};",
+        "-(constants.derivative_over_filter * lag)",
         "it closed_loop::",
     ),
     Mutation(
@@ -192,7 +191,7 @@ PHYSICS = [
     ),
     Mutation(
         "a held brake is not released",
-        "error.simd_lt(0.0).select(held, {{held.max(self.constants.lowest_held)}});",
+        "error.simd_lt(0.0).select(held, {{held.max(constants.lowest_held)}});",
         "held",
         "it closed_loop::held_throttle",
     ),
@@ -216,7 +215,7 @@ PHYSICS = [
     ),
     Mutation(
         "an upshift needs no reserve of power",
-        "full_load_nm(w) * w >= {{self.power_reserve}} * inputs.road_power_w",
+        "power_w(speed(g)) >= {{self.power_reserve}} * inputs.road_power_w;",
         "1.0",
         "it shift_strategy::",
     ),
