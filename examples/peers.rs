@@ -218,6 +218,7 @@ fn follow_given() -> Result<(), Failure> {
         mass_kg: number("mass_kg")?,
         wheel_mass_kg: number("wheel_mass_kg")?,
         drag_area_m2: number("drag_area_m2")?,
+        drag_by_speed: ocmc_core::vehicle::resistance::DragBySpeed::NONE,
         rolling_coefficient: number("rolling_coefficient")?,
         air_density_kgpm3: number("air_density_kgpm3")?,
     };

@@ -4,9 +4,12 @@
 use crate::common::{balance, electric_balance, shared, typical};
 use ocmc_core::energy_ledger::Term;
 use ocmc_core::powertrain::efficiency::{EfficiencyCurve, EfficiencyDriveline};
-use ocmc_core::prescribed::{Body, DriveCycle, FollowedCycle, follow, follow_study};
+use ocmc_core::powertrain::{GearOrder, ShiftConvention};
+use ocmc_core::prescribed::{
+    Body, DriveCycle, FollowedCycle, follow, follow_scenario, follow_study,
+};
 use ocmc_core::record::{COLUMNS, Cell, Outcome, Record};
-use ocmc_core::vehicle::resistance::GRAVITY_MPS2;
+use ocmc_core::vehicle::resistance::{DragBySpeed, GRAVITY_MPS2};
 use std::process::Command;
 
 /// A cycle at one speed and slope, 1 s a step.
@@ -95,6 +98,47 @@ fn the_balance_in_the_records_closes_where_the_powertrain_is_saturated() {
     }
 }
 
+/// From rest through the gears and, the clutch open, back to rest.
+fn through_the_gears() -> DriveCycle {
+    let (mut speed, mut gears) = (vec![0.0], vec![GearOrder::Open]);
+    for k in 1..=45 {
+        speed.push((0.4 * f64::from(k)).min(16.0));
+        // a second of gap before each gear but the first
+        let gear = 2 + (k / 6) as usize;
+        let gap = k % 6 == 0;
+        gears.push(if gap { GearOrder::Open } else { GearOrder::Engaged(gear) });
+    }
+    while speed[speed.len() - 1] > 0.0 {
+        speed.push((speed[speed.len() - 1] - 0.5).max(0.0));
+        gears.push(GearOrder::Open);
+    }
+    let time = (0..speed.len()).map(|k| k as f64).collect();
+    let flat = vec![0.0; speed.len()];
+    DriveCycle::new(time, speed, flat).unwrap().with_gears(gears)
+}
+
+#[test]
+fn ordered_gears_are_driven_and_both_conventions_balance() {
+    let study = typical(&["simulation.without=[\"weather\"]"]);
+    let (cycle, scenario) = (through_the_gears(), study.sample(1, 0));
+    let [lost, returned] = [ShiftConvention::Lost, ShiftConvention::Returned].map(|convention| {
+        let (record, sum) = follow_scenario(&study, &scenario, &cycle, convention);
+        let missing = sum.ledger[Term::Missing] / record.crankshaft_work_j.unwrap();
+        assert!((balance(&record) + missing).abs() < 1e-9, "{convention:?} {}", balance(&record));
+        assert_eq!(record.n_gear_shifts, 7);
+        (record, sum)
+    });
+    let [lost_j, returned_j] = [&lost, &returned]
+        .map(|(_, sum)| [Term::Shift, Term::Clutch, Term::Wheel].map(|term| sum.ledger[term]));
+    // a clutch that slips while the engine turns at 84 rad/s, and engine speeds that jump
+    assert!(lost_j[0].abs() > 10e3 && lost_j[1] > 10e3, "{lost_j:?}");
+    assert!(returned_j[0].abs() < 1e-3 && returned_j[1].abs() < 1e-3, "{returned_j:?}");
+    // the wheels are none of the convention's business
+    assert!((lost_j[2] / returned_j[2] - 1.0).abs() < 1e-3);
+    // an engine that is let go burns nothing until it idles: then the gaps that VECTO counts cost
+    assert!(returned.0.fuel_kg != lost.0.fuel_kg);
+}
+
 #[test]
 fn what_no_engine_can_do_is_counted_and_nothing_breaks() {
     let study = typical(&[]);
@@ -146,6 +190,7 @@ fn ours(answer: &serde_json::Value, text: &str) -> FollowedCycle {
         mass_kg: number("mass_kg"),
         wheel_mass_kg: value("wheel_inertia_kg_m2") * value("num_wheels") / (radius_m * radius_m),
         drag_area_m2: value("drag_coef") * value("frontal_area_m2"),
+        drag_by_speed: DragBySpeed::NONE,
         rolling_coefficient: value("wheel_rr_coef") * 9.80 / GRAVITY_MPS2,
         air_density_kgpm3: 1.1729,
     };

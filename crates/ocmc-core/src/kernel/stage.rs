@@ -32,6 +32,8 @@ pub(super) struct Decision<S: Simd> {
     pub coupling: Coupling<S>,
     /// Inverse of the moving mass, in 1/kg.
     pub inverse_mass: Lanes<S>,
+    /// Drag area without cross wind, in m².
+    pub drag_area: Lanes<S>,
     /// Forces of the road, in N, and their sum: the same over the step.
     pub rolling: Lanes<S>,
     pub grade: Lanes<S>,
@@ -162,8 +164,21 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         let rolling = self.constants.mass * row[RoadRow::ROLLING];
         let grade = self.constants.mass * row[RoadRow::GRADE];
         let road = rolling + grade;
+        let by_speed = parameters.vehicle.drag_by_speed.factors(self.motion.speed);
+        let drag_area = self.constants.drag_area * by_speed;
         scheduling_barrier(coupling.start_speed);
-        Decision { row, desired, stance, control, coupling, inverse_mass, rolling, grade, road }
+        Decision {
+            row,
+            desired,
+            stance,
+            control,
+            coupling,
+            inverse_mass,
+            drag_area,
+            rolling,
+            grade,
+            road,
+        }
     }
 
     #[inline(always)]
@@ -210,8 +225,7 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         let cross = row[RoadRow::CROSS_WIND];
         let increment = parameters.vehicle.cross_wind.increment_m2(effort.wind_tangent);
         let half_density = row[RoadRow::HALF_DENSITY];
-        let drag =
-            drag_forces_n(half_density, relative, cross, self.constants.drag_area + increment);
+        let drag = drag_forces_n(half_density, relative, cross, decision.drag_area + increment);
 
         let net = effort.wheel - drag - decision.road - effort.brake;
         let acceleration = net * decision.inverse_mass;

@@ -1,7 +1,8 @@
 //! Automated gearbox, axle and retarder: ratios, losses and the shifting strategy.
 //!
-//! Losses by VECTO's generic maps: gearbox T_loss = c₀ + c₁|T| at its input (direct or indirect
-//! gear), retarder drag at the propeller shaft, axle T_loss = a₀ + a₁|T| at its input.
+//! Losses by VECTO's generic maps: gearbox T_loss = c₀ + c₂ w + c₁ max(|T|, T_floor) at its input
+//! (direct or indirect gear), retarder drag r₀ + r₂ w_p² at the propeller shaft, axle
+//! T_loss = a₀ + a₁|T| at its input.
 //!
 //! Strategy by load-dependent lines (upshift line, downshift line), without a look at a noisy power
 //! demand: up, by at most three gears, to the highest gear with w ≥ 95 + 32 a_p, with a reserve of
@@ -26,6 +27,14 @@ pub struct GearboxModel {
     /// Constant loss torque at the input, in Nm.
     #[schemars(range(min = 0.0, max = 500.0))]
     pub loss_torque_nm: f64,
+    /// Loss torque for each rad/s of the input, in Nm s; absent: none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0, max = 5.0))]
+    pub loss_torque_nms: Option<f64>,
+    /// Input torque, without sign, below which the loss falls no further, in Nm; absent: 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0, max = 2000.0))]
+    pub loss_floor_nm: Option<f64>,
     /// Share of the input torque lost in a direct gear (ratio 1).
     #[schemars(range(min = 0.0, max = 0.5))]
     pub direct_loss_share: f64,
@@ -35,6 +44,10 @@ pub struct GearboxModel {
     /// Retarder drag at the propeller shaft, in Nm.
     #[schemars(range(min = 0.0, max = 500.0))]
     pub retarder_torque_nm: f64,
+    /// Growth of that drag with the square of the shaft's speed in rad/s, in Nm s²; absent: none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0, max = 0.1))]
+    pub retarder_torque_nms2: Option<f64>,
     /// Ratio of the axle.
     #[schemars(range(min = 0.5, max = 20.0))]
     pub axle_ratio: f64,
@@ -235,7 +248,10 @@ impl<S: Simd> GearLanes<S> {
 #[derive(Clone, Copy, Debug)]
 pub struct DrivelineLosses {
     gearbox_nm: f64,
+    gearbox_nms: f64,
+    floor_nm: f64,
     retarder_n: f64,
+    retarder_kgpm: f64,
     axle_n: f64,
     axle_share: f64,
 }
@@ -244,18 +260,22 @@ impl DrivelineLosses {
     /// Forces at the wheels for torques at the gearbox's input, and what gearbox, retarder and axle
     /// take on the way, in N.
     ///
-    /// `per_m`: engine speed for each m/s in the gear, in rad/m; `loss_share`: what the gear loses.
+    /// `per_m`: engine speed for each m/s in the gear, in rad/m; `loss_share`: what the gear loses;
+    /// `speed_mps`: of the truck.
     #[inline(always)]
     pub fn wheel_and_lost_forces_n<S: Simd>(
         &self,
         per_m: Lanes<S>,
         loss_share: Lanes<S>,
+        speed_mps: Lanes<S>,
         torque_nm: Lanes<S>,
     ) -> [Lanes<S>; 2] {
-        let gearbox_nm = loss_share * torque_nm.abs() + self.gearbox_nm;
-        let shaft_n = per_m * (torque_nm - gearbox_nm) - self.retarder_n;
+        let turning_nm = per_m * speed_mps * self.gearbox_nms + self.gearbox_nm;
+        let gearbox_nm = loss_share * torque_nm.abs().max(self.floor_nm) + turning_nm;
+        let retarder_n = speed_mps * speed_mps * self.retarder_kgpm + self.retarder_n;
+        let shaft_n = per_m * (torque_nm - gearbox_nm) - retarder_n;
         let axle_n = shaft_n.abs() * self.axle_share + self.axle_n;
-        [shaft_n - axle_n, per_m * gearbox_nm + axle_n + self.retarder_n]
+        [shaft_n - axle_n, per_m * gearbox_nm + axle_n + retarder_n]
     }
 }
 
@@ -264,29 +284,52 @@ impl GearboxModel {
     pub fn losses(&self, axle_per_m: f64) -> DrivelineLosses {
         DrivelineLosses {
             gearbox_nm: self.loss_torque_nm,
+            gearbox_nms: self.loss_torque_nms.unwrap_or(0.0),
+            floor_nm: self.loss_floor_nm.unwrap_or(0.0),
             retarder_n: self.retarder_torque_nm * axle_per_m,
+            retarder_kgpm: self.retarder_torque_nms2.unwrap_or(0.0) * libm::pow(axle_per_m, 3.0),
             axle_n: self.axle_loss_torque_nm * axle_per_m,
             axle_share: self.axle_loss_share,
         }
     }
 
     /// Force at the wheels for a torque at the gearbox's input, and what gearbox, retarder and axle
-    /// take on the way, in N.
-    pub fn wheel_and_lost_n(&self, gear: &Gear, axle_per_m: f64, torque_nm: f64) -> [f64; 2] {
-        let (per_m, loss_share) = (one(gear.speed_ratio_per_m), one(gear.loss_share));
+    /// take on the way, in N; `speed_mps`: of the truck.
+    pub fn wheel_and_lost_n(
+        &self,
+        gear: &Gear,
+        axle_per_m: f64,
+        speed_mps: f64,
+        torque_nm: f64,
+    ) -> [f64; 2] {
+        let (per_m, share) = (one(gear.speed_ratio_per_m), one(gear.loss_share));
         let losses = self.losses(axle_per_m);
-        losses.wheel_and_lost_forces_n(per_m, loss_share, one(torque_nm)).map(|forces| forces[0])
+        let forces = losses.wheel_and_lost_forces_n(per_m, share, one(speed_mps), one(torque_nm));
+        forces.map(|forces| forces[0])
     }
 
     /// Torque at the gearbox's input, in Nm, for a force at the wheels, in N: the inverse of
     /// [`GearboxModel::wheel_and_lost_n`].
-    pub fn input_torque_nm(&self, gear: &Gear, axle_per_m: f64, wheel_n: f64) -> f64 {
+    pub fn input_torque_nm(
+        &self,
+        gear: &Gear,
+        axle_per_m: f64,
+        speed_mps: f64,
+        wheel_n: f64,
+    ) -> f64 {
         // x - share |x| = y has one solution, of the sign of y
         let undo =
             |y: f64, share: f64| if y >= 0.0 { y / (1.0 - share) } else { y / (1.0 + share) };
         let shaft = undo(wheel_n / axle_per_m + self.axle_loss_torque_nm, self.axle_loss_share);
-        let box_nm = (shaft + self.retarder_torque_nm) / gear.ratio;
-        undo(box_nm + self.loss_torque_nm, gear.loss_share)
+        let shaft_radps = axle_per_m * speed_mps;
+        let growth_nm = self.retarder_torque_nms2.unwrap_or(0.0) * shaft_radps * shaft_radps;
+        let retarder_nm = self.retarder_torque_nm + growth_nm;
+        let input_radps = gear.speed_ratio_per_m * speed_mps;
+        let turning_nm = self.loss_torque_nm + self.loss_torque_nms.unwrap_or(0.0) * input_radps;
+        let behind_nm = (shaft + retarder_nm) / gear.ratio + turning_nm;
+        let torque_nm = undo(behind_nm, gear.loss_share);
+        let floor_nm = self.loss_floor_nm.unwrap_or(0.0);
+        if torque_nm.abs() < floor_nm { behind_nm + gear.loss_share * floor_nm } else { torque_nm }
     }
 
     /// The gears over a wheel.
@@ -395,7 +438,8 @@ mod tests {
     /// One to launch in and one that is direct.
     fn two_gears() -> GearboxModel {
         serde_json::from_value(serde_json::json!({
-            "ratio": [14.94, 1.0], "loss_torque_nm": 5.1, "direct_loss_share": 0.005,
+            "ratio": [14.94, 1.0], "loss_torque_nm": 5.1,
+            "loss_torque_nms": 0.1, "loss_floor_nm": 200.0, "retarder_torque_nms2": 2e-4, "direct_loss_share": 0.005,
             "indirect_loss_share": 0.02, "retarder_torque_nm": 10.0, "axle_ratio": 2.64,
             "axle_loss_torque_nm": 40.0, "axle_loss_share": 0.015,
             "shift": { "duration_s": 1.0, "interval_s": 2.0, "minimum_speed_mps": 0.5,
@@ -442,8 +486,8 @@ mod tests {
         let model = two_gears();
         for gear in model.gears(0.492) {
             for force_n in [-50_000.0, -300.0, -80.0, 0.0, 10.0, 4000.0, 90_000.0] {
-                let torque = model.input_torque_nm(&gear, 2.64 / 0.492, force_n);
-                let [back, lost] = model.wheel_and_lost_n(&gear, 2.64 / 0.492, torque);
+                let torque = model.input_torque_nm(&gear, 2.64 / 0.492, 12.0, force_n);
+                let [back, lost] = model.wheel_and_lost_n(&gear, 2.64 / 0.492, 12.0, torque);
                 let given = gear.speed_ratio_per_m * torque;
                 assert!((given - back - lost).abs() < 1e-9 * given.abs().max(100.0), "{force_n}");
                 assert!((back - force_n).abs() < 1e-9 * force_n.abs().max(100.0), "{force_n}");

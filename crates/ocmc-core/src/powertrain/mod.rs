@@ -325,6 +325,31 @@ pub trait Powertrain {
     fn inverse<'a>(&'a self, truck: &TruckInputs) -> Box<dyn InversePowertrain + 'a>;
 }
 
+/// What a prescribed speed says of the gear of a step.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum GearOrder {
+    /// Nothing: the powertrain has its own strategy.
+    #[default]
+    Free,
+    /// No torque passes: the gearbox shifts, or the clutch is open.
+    Open,
+    /// This gear, from 0.
+    Engaged(usize),
+}
+
+/// Where the kinetic energy of an engine goes whose speed jumps, and what it does meanwhile, in
+/// the backward mode.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ShiftConvention {
+    /// It is lost in clutch and synchronisers. An engine that is let go turns down by its drag and
+    /// its auxiliaries, and a slipping clutch passes torque.
+    #[default]
+    Lost,
+    /// As VECTO 2.2 counts: the wheels get it back. An engine that has pulled keeps its speed in
+    /// the gap and burns fuel for its auxiliaries, and a slipping clutch passes power.
+    Returned,
+}
+
 /// One step of prescribed speed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpeedStep {
@@ -334,6 +359,8 @@ pub struct SpeedStep {
     pub start_mps: f64,
     /// Speed at its end, in m/s.
     pub end_mps: f64,
+    /// Its gear.
+    pub gear: GearOrder,
 }
 
 impl SpeedStep {
@@ -371,6 +398,8 @@ pub trait InversePowertrain {
     fn terms(&self) -> &'static [Term];
     /// Carries one step with that force wanted at the wheels.
     fn step(&mut self, step: &SpeedStep, force_n: f64, ledger: &mut Ledger<f64>) -> InverseStep;
+    /// Counts shifts by this convention from now on, where it has an engine that shifts.
+    fn set_convention(&mut self, _convention: ShiftConvention) {}
     /// Kinetic energy beside that of the truck and of the mass that turns with it, in J.
     fn kinetic_j(&self) -> f64 {
         0.0

@@ -1,6 +1,6 @@
 //! A drive cycle: speed over time, as regulations and other simulators prescribe it.
 
-use crate::powertrain::SpeedStep;
+use crate::powertrain::{GearOrder, SpeedStep};
 use thiserror::Error;
 
 /// Shortest step, in s.
@@ -23,6 +23,8 @@ pub struct DriveCycle {
     speed_mps: Vec<f64>,
     /// Climb per metre of road; that of a point holds over the step that ends there.
     slope: Vec<f64>,
+    /// What is said of the gear of the step that ends at a point; empty where nothing is.
+    gear: Vec<GearOrder>,
 }
 
 /// What is wrong with a drive cycle.
@@ -104,13 +106,29 @@ impl DriveCycle {
             return Err(DriveCycleError::Short { points: kept.len() });
         }
         let of = |values: Vec<f64>| kept.iter().map(|&k| values[k]).collect();
-        Ok(Self { time_s: of(time_s), speed_mps: of(speed_mps), slope: of(slope) })
+        let (time_s, speed_mps, slope) = (of(time_s), of(speed_mps), of(slope));
+        Ok(Self { time_s, speed_mps, slope, gear: Vec::new() })
     }
 
     /// A cycle that follows from a plan: its study and its road have been checked, and a truck may
     /// rest longer than what a file may say.
     pub(super) fn of_plan(time_s: Vec<f64>, speed_mps: Vec<f64>, slope: Vec<f64>) -> Self {
-        Self { time_s, speed_mps, slope }
+        Self { time_s, speed_mps, slope, gear: Vec::new() }
+    }
+
+    /// The same cycle with what is said of the gears: an order for each of its points, for the step
+    /// that ends there.
+    ///
+    /// # Panics
+    /// Unless there are as many orders as points.
+    pub fn with_gears(self, gear: Vec<GearOrder>) -> Self {
+        assert_eq!(gear.len(), self.time_s.len(), "an order for each point");
+        Self { gear, ..self }
+    }
+
+    /// What is said of the gears, an order for each point; empty where nothing is.
+    pub fn gears(&self) -> &[GearOrder] {
+        &self.gear
     }
 
     /// Its points: time in s, speed in m/s, and the slope over the step that ends there.
@@ -138,6 +156,7 @@ impl DriveCycle {
                 dt_s: self.time_s[end] - self.time_s[start],
                 start_mps: self.speed_mps[start],
                 end_mps: self.speed_mps[end],
+                gear: self.gear.get(end).copied().unwrap_or_default(),
             };
             let step = CycleStep { speed, slope: self.slope[end] };
             start = end;

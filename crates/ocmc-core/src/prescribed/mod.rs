@@ -17,12 +17,12 @@ pub use drive_cycle::{CycleStep, DriveCycle, DriveCycleError};
 pub use planned::planned_cycle;
 
 use crate::energy_ledger::{Ledger, Mode, Term};
-use crate::powertrain::{InversePowertrain, Powertrain, PowertrainTask};
+use crate::powertrain::{InversePowertrain, Powertrain, PowertrainTask, ShiftConvention};
 use crate::record::{Outcome, Record};
 use crate::study::{Scenario, Study};
 use crate::vehicle::Vehicle;
 use crate::vehicle::resistance::{
-    GRAVITY_MPS2, drag_force_n, rolling_temperature_factor, rolling_wet_factor,
+    DragBySpeed, GRAVITY_MPS2, drag_force_n, rolling_temperature_factor, rolling_wet_factor,
 };
 
 /// A vehicle as the road sees it.
@@ -34,10 +34,63 @@ pub struct Body {
     pub wheel_mass_kg: f64,
     /// Drag area, in m².
     pub drag_area_m2: f64,
+    /// Its change with speed.
+    pub drag_by_speed: DragBySpeed,
     /// Rolling coefficient, temperature and wet road included.
     pub rolling_coefficient: f64,
     /// Density of the air, in kg/m³.
     pub air_density_kgpm3: f64,
+}
+
+/// Forces on a body at a speed and on a slope, in N.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RoadForces {
+    /// Of the air.
+    pub drag_n: f64,
+    /// Of the tyres.
+    pub rolling_n: f64,
+    /// Of gravity.
+    pub grade_n: f64,
+}
+
+impl RoadForces {
+    /// Their sum, in N.
+    pub fn sum_n(&self) -> f64 {
+        self.drag_n + self.rolling_n + self.grade_n
+    }
+}
+
+impl Body {
+    /// The truck of a scenario with its payload, in the air of its departure.
+    pub fn of(study: &Study, scenario: &Scenario) -> Self {
+        let (vehicle, shared) = (&scenario.vehicle, study.vehicle());
+        let weather = &scenario.cycle.weather[0].weather;
+        let temperature = rolling_temperature_factor(
+            weather.temperature_k,
+            shared.model.rolling_temperature_coefficient_per_k,
+        );
+        let wet = rolling_wet_factor(weather.precipitation_mps, weather.snow);
+        Self {
+            mass_kg: vehicle.mass_kg,
+            wheel_mass_kg: shared.model.wheel_mass_kg(),
+            drag_area_m2: vehicle.drag_area_m2,
+            drag_by_speed: shared.drag_by_speed,
+            rolling_coefficient: vehicle.rolling_coefficient * temperature * wet,
+            air_density_kgpm3: weather.air_density_kgpm3(0.0),
+        }
+    }
+
+    /// The forces at a speed in m/s; `slope`: climb per metre of road.
+    pub fn road_forces(&self, speed_mps: f64, slope: f64) -> RoadForces {
+        let half_density = 0.5 * self.air_density_kgpm3;
+        let area_m2 = self.drag_area_m2 * self.drag_by_speed.factor(speed_mps);
+        let weight_n = self.mass_kg * GRAVITY_MPS2;
+        RoadForces {
+            drag_n: drag_force_n(half_density, speed_mps, 0.0, area_m2),
+            rolling_n: weight_n * (1.0 - slope * slope).sqrt() * self.rolling_coefficient,
+            grade_n: weight_n * slope,
+        }
+    }
 }
 
 /// What a drive cycle takes.
@@ -70,11 +123,7 @@ pub fn follow(
     let inertia_kg = body.mass_kg + (body.wheel_mass_kg + powertrain.rotating_mass_kg());
     for CycleStep { speed, slope } in cycle.steps() {
         let (v, distance_m) = (speed.mean_mps(), speed.distance_m());
-        let half_density = 0.5 * body.air_density_kgpm3;
-        let drag_n = drag_force_n(half_density, v, 0.0, body.drag_area_m2);
-        let cosine = (1.0 - slope * slope).sqrt();
-        let rolling_n = body.mass_kg * GRAVITY_MPS2 * cosine * body.rolling_coefficient;
-        let grade_n = body.mass_kg * GRAVITY_MPS2 * slope;
+        let RoadForces { drag_n, rolling_n, grade_n } = body.road_forces(v, slope);
         let wanted_n = inertia_kg * speed.acceleration_mps2() + drag_n + rolling_n + grade_n;
         let done = powertrain.step(&speed, wanted_n, &mut ledger);
 
@@ -120,35 +169,28 @@ pub fn follow_study(
     cycle_id: u64,
     cycle: &DriveCycle,
 ) -> (Record, FollowedCycle) {
-    follow_scenario(study, &study.sample(seed, cycle_id), cycle)
+    let scenario = study.sample(seed, cycle_id);
+    follow_scenario(study, &scenario, cycle, ShiftConvention::default())
 }
 
 /// Follows the speed that the driver of one cycle of a study wants along its road, exactly. Air is
 /// that of the departure, the road smooth.
 pub fn follow_planned(study: &Study, seed: u64, cycle_id: u64) -> (Record, FollowedCycle) {
     let scenario = study.sample(seed, cycle_id);
-    follow_scenario(study, &scenario, &planned_cycle(study, &scenario))
+    let cycle = planned_cycle(study, &scenario);
+    follow_scenario(study, &scenario, &cycle, ShiftConvention::default())
 }
 
-fn follow_scenario(
+/// Follows a cycle with a truck that has been drawn.
+pub fn follow_scenario(
     study: &Study,
     scenario: &Scenario,
     cycle: &DriveCycle,
+    convention: ShiftConvention,
 ) -> (Record, FollowedCycle) {
-    let (vehicle, model) = (&scenario.vehicle, &study.vehicle().model);
+    let vehicle = &scenario.vehicle;
+    let body = Body::of(study, scenario);
     let weather = &scenario.cycle.weather[0].weather;
-    let temperature = rolling_temperature_factor(
-        weather.temperature_k,
-        model.rolling_temperature_coefficient_per_k,
-    );
-    let wet = rolling_wet_factor(weather.precipitation_mps, weather.snow);
-    let body = Body {
-        mass_kg: vehicle.mass_kg,
-        wheel_mass_kg: model.wheel_mass_kg(),
-        drag_area_m2: vehicle.drag_area_m2,
-        rolling_coefficient: vehicle.rolling_coefficient * temperature * wet,
-        air_density_kgpm3: weather.air_density_kgpm3(0.0),
-    };
     let mission = &scenario.cycle.mission;
     // without a driver what a record says of the driver and of the road is none
     let known = Record {
@@ -160,7 +202,7 @@ fn follow_scenario(
         rolling_coefficient: vehicle.rolling_coefficient,
         ..Record::default()
     };
-    study.vehicle().powertrain.dispatch(FollowTask { vehicle, cycle, body, known })
+    study.vehicle().powertrain.dispatch(FollowTask { vehicle, cycle, body, convention, known })
 }
 
 /// Follows a cycle with the powertrain of a study.
@@ -168,6 +210,7 @@ struct FollowTask<'a> {
     vehicle: &'a Vehicle,
     cycle: &'a DriveCycle,
     body: Body,
+    convention: ShiftConvention,
     /// What a record says beside what the cycle takes.
     known: Record,
 }
@@ -178,6 +221,7 @@ impl PowertrainTask for FollowTask<'_> {
     fn run<P: Powertrain>(self, powertrain: &P) -> Self::Answer {
         let climate_w = powertrain.climate_w(self.known.air_temperature_k);
         let mut inverse = powertrain.inverse(&self.vehicle.powertrain_inputs(climate_w));
+        inverse.set_convention(self.convention);
         let followed = follow(self.cycle, &self.body, &mut *inverse);
         let depleted = inverse.depleted_s() > 0.0;
         let known = Record {

@@ -18,6 +18,7 @@ use crate::switch::ModelSwitch;
 use crate::validation::Problems;
 use brakes::BrakeModel;
 use resistance::{AxleModel, CrossWind, CrossWindModel, LoadRange, rolling_coefficient};
+use resistance::{DragBySpeed, DragBySpeedModel};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -33,6 +34,9 @@ pub struct VehicleModel {
     pub drag_area_m2: Quantity,
     /// Growth of the drag area in a cross wind.
     pub cross_wind: CrossWindModel,
+    /// Change of the drag area with speed; absent: none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub drag_by_speed: Option<DragBySpeedModel>,
     /// Mass of the loaded vehicle to which the load shares of the axles belong, in kg; needed where
     /// those of the empty vehicle differ.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -92,6 +96,8 @@ pub struct VehicleParameters {
     pub shift: ShiftModel,
     /// Cross-wind polynomial.
     pub cross_wind: CrossWind,
+    /// Change of the drag area with speed.
+    pub drag_by_speed: DragBySpeed,
     /// The numbers as given.
     pub model: VehicleModel,
 }
@@ -233,7 +239,10 @@ impl VehicleModel {
             _ => return None,
         };
         let cross_wind = self.cross_wind.in_tangent();
-        Some(VehicleParameters { powertrain, gears, shift, cross_wind, model: self.clone() })
+        let by_speed = self.drag_by_speed.as_ref();
+        let drag_by_speed = by_speed.map_or(DragBySpeed::NONE, DragBySpeedModel::prepare);
+        let model = self.clone();
+        Some(VehicleParameters { powertrain, gears, shift, cross_wind, drag_by_speed, model })
     }
 
     /// Wheels' inertia as a mass at the rim, in kg.

@@ -1,6 +1,6 @@
 //! Resistance of the road and the air: rolling, drag and grade.
 
-use crate::lanes::{Lanes, one};
+use crate::lanes::{Lanes, UNBOUNDED, one};
 use fearless_simd::prelude::*;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -69,6 +69,59 @@ pub struct CrossWind {
     pub coefficients_m2: [f64; 4],
     /// Largest t.
     pub maximum_tangent: f64,
+}
+
+/// Change of the drag area with speed: A (1 + b u + c u²), u = v − v₀ ≥ 0, up to the vertex. So a
+/// tool that has no wind counts its mean: VECTO's correction for cross wind.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DragBySpeedModel {
+    /// Speed v₀ up to which it is the drag area, in m/s.
+    #[schemars(range(min = 0.0, max = 70.0))]
+    pub from_mps: f64,
+    /// b, in s/m.
+    #[schemars(range(min = -0.2, max = 0.2))]
+    pub per_mps: f64,
+    /// c, in s²/m².
+    #[schemars(range(min = 0.0, max = 0.01))]
+    pub per_mps2: f64,
+}
+
+/// The same, prepared.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DragBySpeed {
+    from_mps: f64,
+    span_mps: f64,
+    per_mps: f64,
+    per_mps2: f64,
+}
+
+impl DragBySpeed {
+    /// The drag area is the same at all speeds.
+    pub const NONE: Self = Self { from_mps: 0.0, span_mps: UNBOUNDED, per_mps: 0.0, per_mps2: 0.0 };
+
+    /// Factors on the drag area at speeds in m/s.
+    #[inline(always)]
+    pub fn factors<S: Simd>(&self, speed_mps: Lanes<S>) -> Lanes<S> {
+        let above = (speed_mps - self.from_mps).max(0.0).min(self.span_mps);
+        above * (above * self.per_mps2 + self.per_mps) + 1.0
+    }
+
+    /// The factor at one speed in m/s.
+    pub fn factor(&self, speed_mps: f64) -> f64 {
+        self.factors(one(speed_mps))[0]
+    }
+}
+
+impl DragBySpeedModel {
+    /// Prepares it.
+    pub fn prepare(&self) -> DragBySpeed {
+        let Self { from_mps, per_mps, per_mps2 } = *self;
+        // a parabola that falls at first has its vertex ahead
+        let falls = per_mps < 0.0 && per_mps2 > 0.0;
+        let span_mps = if falls { -per_mps / (2.0 * per_mps2) } else { UNBOUNDED };
+        DragBySpeed { from_mps, span_mps, per_mps, per_mps2 }
+    }
 }
 
 /// Drag, in N, against the motion: F = ½ ρ A ((v + w)² + c²), with the sign of v + w.

@@ -3,7 +3,9 @@
 
 use super::powertrain::DieselPowertrain;
 use crate::energy_ledger::{Ledger, Mode, Term};
-use crate::powertrain::{InversePowertrain, InverseStep, Powertrain, SpeedStep, TruckInputs};
+use crate::powertrain::{
+    GearOrder, InversePowertrain, InverseStep, Powertrain, ShiftConvention, SpeedStep, TruckInputs,
+};
 use crate::record::Record;
 
 /// The powertrain, its gear and its engine speed.
@@ -13,6 +15,9 @@ pub(super) struct InverseDiesel<'a> {
     truck: TruckInputs,
     gear: usize,
     engine_radps: f64,
+    /// Whether the engine drove in the last step.
+    pulled: bool,
+    convention: ShiftConvention,
     n_shifts: u32,
 }
 
@@ -27,6 +32,11 @@ struct Fit {
     slips: bool,
     /// Torque wanted at the gearbox's input, in Nm.
     gearbox_nm: f64,
+    /// Torque of the engine for each Nm at the gearbox's input.
+    engine_per_input: f64,
+    /// Engine speeds at the step's start and end, in rad/s.
+    start_radps: f64,
+    end_radps: f64,
     /// To turn up the engine itself, in Nm.
     inertia_nm: f64,
     /// Torque wanted of the engine, in Nm.
@@ -39,33 +49,83 @@ impl<'a> InverseDiesel<'a> {
     pub(super) fn new(powertrain: &'a DieselPowertrain, truck: &TruckInputs) -> Self {
         let gear = powertrain.gearbox.shift.start_gear as usize - 1;
         let engine_radps = powertrain.clutch.idle_radps;
-        Self { powertrain, truck: *truck, gear, engine_radps, n_shifts: 0 }
+        Self {
+            powertrain,
+            truck: *truck,
+            gear,
+            engine_radps,
+            pulled: false,
+            convention: ShiftConvention::default(),
+            n_shifts: 0,
+        }
+    }
+
+    fn returns(&self) -> bool {
+        self.convention == ShiftConvention::Returned
     }
 
     fn fit(&self, gear: usize, step: &SpeedStep, force_n: f64) -> Fit {
         let DieselPowertrain { engine, engine_model: model, gearbox, clutch, .. } = self.powertrain;
         let here = &self.powertrain.gears[gear];
         let speed_radps = here.speed_ratio_per_m * step.mean_mps();
-        let gearbox_nm = gearbox.input_torque_nm(here, self.powertrain.axle_per_m, force_n);
+        let axle_per_m = self.powertrain.axle_per_m;
+        let gearbox_nm = gearbox.input_torque_nm(here, axle_per_m, step.mean_mps(), force_n);
         let slips_below = here.slips_below_radps(&gearbox.shift);
         let (closed, slips, free_radps) =
             clutch.engage_one(speed_radps, slips_below, gearbox_nm > 0.0);
         let engine_radps = if closed { speed_radps } else { free_radps };
+        let at = |speed_mps| if closed { here.speed_ratio_per_m * speed_mps } else { free_radps };
+        let (mut start_radps, end_radps) = (at(step.start_mps), at(step.end_mps));
         // the engine's own inertia has to be turned up, too
-        let inertia_nm = if closed {
+        let inertia_nm = if self.returns() && step.gear != GearOrder::Free {
+            start_radps = self.engine_radps;
+            let change = end_radps * end_radps - start_radps * start_radps;
+            0.5 * model.inertia_kgm2 * change / (engine_radps * step.dt_s)
+        } else if closed {
             model.inertia_kgm2 * here.speed_ratio_per_m * step.acceleration_mps2()
         } else {
             0.0
         };
-        let passes = if closed || slips { gearbox_nm } else { 0.0 };
+        let passes_power = slips && self.returns();
+        let engine_per_input = if passes_power { speed_radps / engine_radps } else { 1.0 };
+        let passes = if closed || slips { gearbox_nm * engine_per_input } else { 0.0 };
         Fit {
             gear,
             engine_radps,
             closed,
             slips,
             gearbox_nm,
+            engine_per_input,
+            start_radps,
+            end_radps,
             inertia_nm,
             engine_nm: passes + inertia_nm + self.truck.auxiliary_power_w / engine_radps,
+            full_nm: engine.full_load_nm(engine_radps),
+            drag_nm: engine.drag_nm(engine_radps),
+        }
+    }
+
+    /// A moving truck whose engine is let go.
+    fn let_go(&self, step: &SpeedStep) -> Fit {
+        let DieselPowertrain { engine, engine_model: model, clutch, .. } = self.powertrain;
+        let start_radps = self.engine_radps.max(clutch.idle_radps);
+        let holds = self.returns() && self.pulled;
+        let slowing_nm = engine.drag_nm(start_radps) - self.truck.auxiliary_power_w / start_radps;
+        let change_radps = if holds { 0.0 } else { slowing_nm / model.inertia_kgm2 * step.dt_s };
+        let end_radps = (start_radps + change_radps).max(clutch.idle_radps);
+        let engine_radps = 0.5 * (start_radps + end_radps);
+        let inertia_nm = model.inertia_kgm2 * (end_radps - start_radps) / step.dt_s;
+        Fit {
+            gear: self.gear,
+            engine_radps,
+            closed: false,
+            slips: false,
+            gearbox_nm: 0.0,
+            engine_per_input: 1.0,
+            start_radps,
+            end_radps,
+            inertia_nm,
+            engine_nm: self.truck.auxiliary_power_w / engine_radps + inertia_nm,
             full_nm: engine.full_load_nm(engine_radps),
             drag_nm: engine.drag_nm(engine_radps),
         }
@@ -110,12 +170,16 @@ impl InversePowertrain for InverseDiesel<'_> {
     }
 
     fn step(&mut self, step: &SpeedStep, force_n: f64, ledger: &mut Ledger<f64>) -> InverseStep {
-        let fit = if step.distance_m() > 0.0 {
-            self.choose(step, force_n)
-        } else {
-            Fit { closed: false, slips: false, ..self.fit(self.gear, step, -1.0) }
+        let moves = step.distance_m() > 0.0;
+        let fit = match step.gear {
+            _ if !moves => Fit { closed: false, slips: false, ..self.fit(self.gear, step, -1.0) },
+            GearOrder::Free => self.choose(step, force_n),
+            GearOrder::Engaged(gear) => {
+                self.fit(gear.min(self.powertrain.gears.len() - 1), step, force_n)
+            }
+            GearOrder::Open => self.let_go(step),
         };
-        if fit.gear != self.gear && step.distance_m() > 0.0 {
+        if fit.gear != self.gear && moves {
             self.gear = fit.gear;
             self.n_shifts += 1;
         }
@@ -124,31 +188,28 @@ impl InversePowertrain for InverseDiesel<'_> {
         let inertia_kgm2 = model.inertia_kgm2;
         let auxiliary_nm = self.truck.auxiliary_power_w / fit.engine_radps;
         let engaged = fit.closed || fit.slips;
+        let inertia_nm = if moves { fit.inertia_nm } else { 0.0 };
         let (engine_nm, limited) = if engaged {
             (fit.engine_nm.max(fit.drag_nm).min(fit.full_nm), fit.engine_nm > fit.full_nm)
         } else {
-            (auxiliary_nm, false)
+            (auxiliary_nm + inertia_nm, false)
         };
-        let inertia_nm = if fit.closed { fit.inertia_nm } else { 0.0 };
-        let gearbox_nm = if engaged { engine_nm - auxiliary_nm - inertia_nm } else { 0.0 };
+        let passed_nm = if engaged { engine_nm - auxiliary_nm - inertia_nm } else { 0.0 };
+        let gearbox_nm = passed_nm / fit.engine_per_input;
         let [wheel_n, lost_n] =
-            gearbox.wheel_and_lost_n(gear, self.powertrain.axle_per_m, gearbox_nm);
+            gearbox.wheel_and_lost_n(gear, self.powertrain.axle_per_m, step.mean_mps(), gearbox_nm);
         let distance_m = step.distance_m();
         let turned_rad = fit.engine_radps * step.dt_s;
         let gearbox_rad = gear.speed_ratio_per_m * distance_m;
         // the engine's speed jumps where the step does not begin as the last one ended
-        let (start, end) = if fit.closed {
-            (gear.speed_ratio_per_m * step.start_mps, gear.speed_ratio_per_m * step.end_mps)
-        } else {
-            (fit.engine_radps, fit.engine_radps)
-        };
-        let jump = self.engine_radps * self.engine_radps - start * start;
-        self.engine_radps = end;
+        let jump = self.engine_radps * self.engine_radps - fit.start_radps * fit.start_radps;
+        self.engine_radps = fit.end_radps;
+        self.pulled = engaged && engine_nm > auxiliary_nm;
         let fuel_kgps = engine.fuel_kgps(fit.engine_radps, engine_nm);
         let heating = model.fuel.heating_value_jpkg;
         ledger[Term::Crankshaft] += engine_nm * turned_rad;
         ledger[Term::Auxiliary] += auxiliary_nm * turned_rad;
-        ledger[Term::Clutch] += gearbox_nm * (turned_rad - gearbox_rad);
+        ledger[Term::Clutch] += gearbox_nm * (fit.engine_per_input * turned_rad - gearbox_rad);
         ledger[Term::Transmission] += lost_n * distance_m;
         ledger[Term::Shift] += 0.5 * inertia_kgm2 * jump;
         ledger[Term::FuelEnergy] += fuel_kgps * self.truck.fuel_factor * heating * step.dt_s;
@@ -161,6 +222,10 @@ impl InversePowertrain for InverseDiesel<'_> {
             engine_brake_reach_n: if engaged { reach_nms * gear.speed_ratio_per_m } else { 0.0 },
             limited,
         }
+    }
+
+    fn set_convention(&mut self, convention: ShiftConvention) {
+        self.convention = convention;
     }
 
     fn kinetic_j(&self) -> f64 {

@@ -253,7 +253,7 @@ impl Powertrain for DieselPowertrain {
         let turns = speed * ratio;
         // the accelerator makes the clutch slip in the launching gears
         let engine = turns.max(gear.slips_below).max(self.clutch.open_radps);
-        let forces = |torque| self.losses.wheel_and_lost_forces_n(ratio, share, torque);
+        let forces = |torque| self.losses.wheel_and_lost_forces_n(ratio, share, speed, torque);
         let [pressed, _] = forces(full_0 + full_1 * engine);
         let [released, _] = forces(drag_0 + drag_1 * engine);
         let span = (pressed - released).max(PedalForces::<S>::LEAST_SPAN_N);
@@ -297,7 +297,9 @@ impl Powertrain for DieselPowertrain {
         let gearbox_torque = coupling.closed.select(driving, driving.max(0.0));
 
         let (ratio, share) = (gear.speed_ratio, gear.loss_share);
-        let [wheel, lost] = self.losses.wheel_and_lost_forces_n(ratio, share, gearbox_torque);
+        let losses = &self.losses;
+        let [wheel, lost] =
+            losses.wheel_and_lost_forces_n(ratio, share, demand.speed, gearbox_torque);
         TractiveEffort {
             gearbox_torque,
             wheel,
