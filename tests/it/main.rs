@@ -47,3 +47,4 @@ mod step_bias;
 mod tables;
 mod tactical;
 mod vecto;
+mod vecto_files;

@@ -4,6 +4,7 @@ use crate::progress::Progress;
 use ocmc_core::fleet::quantity::QUANTITIES;
 use ocmc_core::fleet::sensitivity::{SensitivityError, factor_groups};
 use ocmc_core::operating_cycle::given::GivenCycleError;
+use ocmc_core::prescribed::DriveCycleError;
 use ocmc_estimation::fit::curve_speed::CurveSpeedFitError;
 use ocmc_estimation::fit::operating_cycle::RoadFitError;
 use ocmc_estimation::fit::speed_change::SpeedChangeError;
@@ -18,6 +19,7 @@ use ocmc_io::shell_word::resume_command;
 use ocmc_io::speed_change_table::SpeedChangeFileError;
 use ocmc_io::study::StudyFileError;
 use ocmc_io::table::TableError;
+use ocmc_io::vecto::VectoError;
 use std::io;
 use std::path::PathBuf;
 use thiserror::Error;
@@ -73,6 +75,55 @@ pub enum Error {
         /// Its name.
         name: String,
     },
+    /// A file of VECTO that cannot be used.
+    #[error(transparent)]
+    Vecto(#[from] VectoError),
+    /// A speed of VECTO that is no drive cycle.
+    #[error("`{}`: {error}", path.display())]
+    VectoSpeed {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        error: DriveCycleError,
+    },
+    /// No result to compare with.
+    #[error(
+        "there is no result of VECTO to compare with: give time series or sums (`--result FILE.vmod`), or put them beside the job"
+    )]
+    NoVectoResult,
+    /// A result whose mission is not among those given.
+    #[error(
+        "`{}` belongs to none of the missions by its name: the name of a mission's file is part of it",
+        result.display()
+    )]
+    VectoMission {
+        /// The result.
+        result: PathBuf,
+    },
+    /// A result on an even road of a job without a mass.
+    #[error(
+        "`{}` does not show the truck's mass, and the job does not say it: it was saved in declaration mode, and the road is even",
+        result.display()
+    )]
+    VectoMass {
+        /// The result.
+        result: PathBuf,
+    },
+    /// A truck that is lighter than empty.
+    #[error(
+        "the truck of the result weighs {gross_mass_kg} kg, the empty one of the files {curb_kg} kg"
+    )]
+    TooLight {
+        /// Of the result, in kg.
+        gross_mass_kg: f64,
+        /// Of the files, in kg.
+        curb_kg: f64,
+    },
+    /// An electric vehicle beside a truck of VECTO.
+    #[error(
+        "VECTO's results are of combustion engines: give a vehicle with `engine` and `gearbox`"
+    )]
+    VectoWithoutEngine,
     /// A comparison of fewer than two studies.
     #[error("a study is compared with another one: give two at least")]
     NothingToCompare,

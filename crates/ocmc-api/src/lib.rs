@@ -36,6 +36,7 @@ mod stored;
 pub mod study;
 mod text;
 mod trace;
+mod vecto;
 mod verify;
 mod watch;
 mod word;
@@ -73,6 +74,9 @@ pub use stored::{
     GROUP_ROWS, PartsError, joined, load, record_batch, records, save, schema, summed_up,
 };
 pub use trace::{TimeSeries, trace};
+pub use vecto::{
+    Attribution, Terms, VectoAnswer, VectoComparison, VectoRequest, VectoRun, VectoTruck, vecto,
+};
 pub use verify::{CheckedFile, VerifyAnswer, verify};
 pub use watch::{Progress, Watch, go_on};
 pub use word::{

@@ -13,6 +13,7 @@ mod output;
 mod progress;
 mod run;
 mod study;
+mod vecto;
 mod verify;
 
 use analysis::{CompareArguments, SensitivityArguments};
@@ -28,6 +29,7 @@ use std::ffi::OsString;
 use std::fs;
 use std::path::{Path, PathBuf};
 use study::StudyCommand;
+use vecto::VectoArguments;
 use verify::VerifyArguments;
 
 /// Done.
@@ -77,6 +79,8 @@ enum Command {
     Sensitivity(SensitivityArguments),
     /// Compares studies under common random numbers: the paired difference and its interval
     Compare(CompareArguments),
+    /// Compares with VECTO, from its own files: on VECTO's speed, by VECTO's driver and by ours
+    Vecto(VectoArguments),
     /// Merges the parts of one run, from many machines, into the run that one machine would have
     /// written
     Merge(MergeArguments),
@@ -121,6 +125,7 @@ pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> i32 {
         Some(Command::Identify(arguments)) => log::identify(arguments),
         Some(Command::Sensitivity(arguments)) => analysis::sensitivity(arguments),
         Some(Command::Compare(arguments)) => analysis::compare(arguments),
+        Some(Command::Vecto(arguments)) => vecto::vecto(arguments),
         Some(Command::Merge(arguments)) => run::merge(arguments),
         Some(Command::Report(arguments)) => run::report(arguments),
         Some(Command::Verify(arguments)) => verify::verify(arguments),

@@ -20,4 +20,5 @@ pub mod speed_change_table;
 pub mod study;
 pub mod table;
 pub mod traffic_table;
+pub mod vecto;
 pub mod weather_table;

@@ -126,6 +126,12 @@ impl DriveCycle {
         Self { gear, ..self }
     }
 
+    /// The same cycle with nothing said of the gears.
+    pub fn without_gears(mut self) -> Self {
+        self.gear.clear();
+        self
+    }
+
     /// What is said of the gears, an order for each point; empty where nothing is.
     pub fn gears(&self) -> &[GearOrder] {
         &self.gear

@@ -119,6 +119,10 @@ pub(super) const MOST_BYTES: u64 = 4 << 20;
 pub(super) struct Kind(&'static str, &'static [BuiltIn]);
 
 impl Kind {
+    pub(super) fn is_vehicle(self) -> bool {
+        self.0 == VEHICLE.0
+    }
+
     fn names(self) -> Vec<&'static str> {
         self.1.iter().map(|built_in| built_in.name).collect()
     }

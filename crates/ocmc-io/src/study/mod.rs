@@ -31,6 +31,7 @@ mod fault;
 mod files;
 mod fitted;
 mod init;
+pub(crate) mod loss_law;
 mod node;
 mod routes;
 mod schema;

@@ -8,13 +8,14 @@
 //! | `vehicle.engine.full_load_file` (`.vfld`: speed in rpm, full-load and drag torque in Nm) | full-load and drag curves |
 //! | `vehicle.engine.map_file` (`.vmap`: speed in rpm, torque in Nm, fuel in g/h) | the fuel map |
 //! | `vehicle.gearbox.direct_loss_file`, `indirect_loss_file`, `axle_loss_file` (`.vtlm`: speed, torque, loss) | loss torques and shares, by least squares |
-//! | `vehicle.gearbox.retarder_loss_file` (`.vrlm`: speed, loss) | `retarder_torque_nm`, the mean |
+//! | `vehicle.gearbox.retarder_loss_file` (`.vrlm`: speed, loss) | `retarder_torque_nm`, `retarder_torque_nms2`, by least squares |
 //!
 //! Files lie relative to the study. In place of a file stands `{ file, columns }` where columns
 //! have other names.
 
 use super::error::{Cause, Fault};
 use super::files::Files;
+use super::loss_law;
 use super::node::Node;
 use crate::table::formats::{ENGINE_CURVES, FUEL_MAP, LOSS_MAP};
 use crate::table::{Mapping, Quantity, Schema, Source, Table, TableError};
@@ -107,45 +108,41 @@ fn fuel_map(speed: &[f64], torque: &[f64], fuel: &[f64]) -> Value {
 }
 
 fn gearbox_files(gearbox: &mut Node, files: &Files) -> Result<(), Box<Fault>> {
-    let columns = [Quantity::InputTorque, Quantity::LossTorque];
-    let mut constants = Vec::new();
+    let columns = [Quantity::EngineSpeed, Quantity::InputTorque, Quantity::LossTorque];
+    let mut laws = Vec::new();
     for (path, share) in [
         ("vehicle.gearbox.direct_loss_file", "direct_loss_share"),
         ("vehicle.gearbox.indirect_loss_file", "indirect_loss_share"),
     ] {
         if let Some(losses) = numbers_of(gearbox, path, files, &LOSS_MAP, columns)? {
-            let (constant, slope) = loss_line(&losses);
-            constants.push(constant);
+            let [constant, growth, slope] = loss_law::of_gear(&losses);
+            laws.push([constant, growth]);
             put(gearbox, &json!({ share: slope }))?;
         }
     }
-    if !constants.is_empty() {
-        put(gearbox, &json!({ "loss_torque_nm": mean(&constants) }))?;
+    if !laws.is_empty() {
+        let [constant, growth] = [0, 1].map(|k| mean(laws.iter().map(|law| law[k])));
+        put(gearbox, &json!({ "loss_torque_nm": constant, "loss_torque_nms": growth }))?;
     }
     let path = "vehicle.gearbox.axle_loss_file";
-    if let Some(losses) = numbers_of(gearbox, path, files, &LOSS_MAP, columns)? {
-        let (constant, slope) = loss_line(&losses);
+    let columns = [Quantity::InputTorque, Quantity::LossTorque];
+    if let Some([torque, loss]) = numbers_of(gearbox, path, files, &LOSS_MAP, columns)? {
+        let [constant, _, slope] = loss_law::of_gear(&[vec![0.0; loss.len()], torque, loss]);
         put(gearbox, &json!({ "axle_loss_torque_nm": constant, "axle_loss_share": slope }))?;
     }
     let path = "vehicle.gearbox.retarder_loss_file";
-    if let Some([loss]) = numbers_of(gearbox, path, files, &LOSS_MAP, [Quantity::LossTorque])? {
-        put(gearbox, &json!({ "retarder_torque_nm": mean(&loss) }))?;
+    let columns = [Quantity::EngineSpeed, Quantity::LossTorque];
+    if let Some(losses) = numbers_of(gearbox, path, files, &LOSS_MAP, columns)? {
+        let [constant, growth] = loss_law::of_retarder(&losses);
+        let keys = json!({ "retarder_torque_nm": constant, "retarder_torque_nms2": growth });
+        put(gearbox, &keys)?;
     }
     Ok(())
 }
 
-fn mean(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len() as f64
-}
-
-/// Loss = c + k |T| by least squares over a loss map, both at least 0.
-fn loss_line([torque, loss]: &[Vec<f64>; 2]) -> (f64, f64) {
-    let torque: Vec<f64> = torque.iter().map(|t| t.abs()).collect();
-    let (x, y) = (mean(&torque), mean(loss));
-    let xy: f64 = torque.iter().zip(loss).map(|(t, l)| (t - x) * (l - y)).sum();
-    let xx: f64 = torque.iter().map(|t| (t - x) * (t - x)).sum();
-    let slope = if xx > 0.0 { (xy / xx).max(0.0) } else { 0.0 };
-    ((y - slope * x).max(0.0), slope)
+fn mean(values: impl ExactSizeIterator<Item = f64>) -> f64 {
+    let n = values.len() as f64;
+    values.sum::<f64>() / n
 }
 
 /// A table that a key names: its file alone, or `{ file, columns }` with what its columns are.

@@ -17,6 +17,8 @@ pub(super) struct InverseDiesel<'a> {
     engine_radps: f64,
     /// Whether the engine drove in the last step.
     pulled: bool,
+    /// Whether a gear has been engaged.
+    has_moved: bool,
     convention: ShiftConvention,
     n_shifts: u32,
 }
@@ -55,6 +57,7 @@ impl<'a> InverseDiesel<'a> {
             gear,
             engine_radps,
             pulled: false,
+            has_moved: false,
             convention: ShiftConvention::default(),
             n_shifts: 0,
         }
@@ -172,7 +175,10 @@ impl InversePowertrain for InverseDiesel<'_> {
     fn step(&mut self, step: &SpeedStep, force_n: f64, ledger: &mut Ledger<f64>) -> InverseStep {
         let moves = step.distance_m() > 0.0;
         let fit = match step.gear {
-            _ if !moves => Fit { closed: false, slips: false, ..self.fit(self.gear, step, -1.0) },
+            _ if !moves => {
+                let stands = self.fit(self.gear, step, -1.0);
+                Fit { closed: false, slips: false, engine_per_input: 1.0, ..stands }
+            }
             GearOrder::Free => self.choose(step, force_n),
             GearOrder::Engaged(gear) => {
                 self.fit(gear.min(self.powertrain.gears.len() - 1), step, force_n)
@@ -180,9 +186,11 @@ impl InversePowertrain for InverseDiesel<'_> {
             GearOrder::Open => self.let_go(step),
         };
         if fit.gear != self.gear && moves {
+            // the first gear that is ordered is no shift
+            self.n_shifts += u32::from(self.has_moved || step.gear == GearOrder::Free);
             self.gear = fit.gear;
-            self.n_shifts += 1;
         }
+        self.has_moved |= moves && step.gear != GearOrder::Open;
         let DieselPowertrain { engine, engine_model: model, gearbox, .. } = self.powertrain;
         let gear = &self.powertrain.gears[fit.gear];
         let inertia_kgm2 = model.inertia_kgm2;

@@ -1,0 +1,123 @@
+//! What is compared: times, shifts, fuel, and energies by term.
+
+use ocmc_core::energy_ledger::Term;
+use ocmc_core::prescribed::FollowedCycle;
+use ocmc_io::vecto::{Series, Sum};
+use serde::Serialize;
+
+/// One second of a time series.
+const SECOND_S: f64 = 1.0;
+
+/// What a truck took on a mission. Energies in J.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Terms {
+    /// Duration, in s.
+    pub duration_s: f64,
+    /// Distance, in m.
+    pub distance_m: f64,
+    /// Shifts; absent where they are not known.
+    pub shifts: Option<u32>,
+    /// Against the air.
+    pub air_j: f64,
+    /// Against the tyres.
+    pub rolling_j: f64,
+    /// Against gravity; absent where it is not known.
+    pub grade_j: Option<f64>,
+    /// Positive work at the wheels; absent where it is not known.
+    pub wheel_j: Option<f64>,
+    /// Of the brakes.
+    pub brake_j: f64,
+    /// Lost in gearbox, axle and retarder.
+    pub transmission_j: f64,
+    /// Of the auxiliaries.
+    pub auxiliary_j: f64,
+    /// Of the engine, where it is positive; absent where it is not known.
+    pub engine_j: Option<f64>,
+    /// Fuel, in kg.
+    pub fuel_kg: f64,
+}
+
+/// A term of the table: its name, its value for a person, and its unit.
+pub(super) type TermOf = (&'static str, &'static str, fn(&Terms) -> Option<f64>);
+
+/// The terms of the table.
+pub(super) const TABLE: [TermOf; 11] = [
+    ("time", "s", |t| Some(t.duration_s)),
+    ("distance", "km", |t| Some(t.distance_m / 1000.0)),
+    ("shifts per km", "", |t| Some(f64::from(t.shifts?) / (t.distance_m / 1000.0))),
+    ("air", "kWh", |t| Some(t.air_j / 3.6e6)),
+    ("rolling", "kWh", |t| Some(t.rolling_j / 3.6e6)),
+    ("grade", "kWh", |t| Some(t.grade_j? / 3.6e6)),
+    ("brakes", "kWh", |t| Some(t.brake_j / 3.6e6)),
+    ("gearbox, axle, retarder", "kWh", |t| Some(t.transmission_j / 3.6e6)),
+    ("auxiliaries", "kWh", |t| Some(t.auxiliary_j / 3.6e6)),
+    ("wheel work", "kWh", |t| Some(t.wheel_j? / 3.6e6)),
+    ("fuel", "kg", |t| Some(t.fuel_kg)),
+];
+
+impl Terms {
+    /// Of a followed cycle.
+    pub(super) fn followed(sum: &FollowedCycle, n_shifts: u32, heating_jpkg: f64) -> Self {
+        let ledger = &sum.ledger;
+        Self {
+            duration_s: sum.duration_s,
+            distance_m: ledger[Term::Distance],
+            shifts: Some(n_shifts),
+            air_j: ledger[Term::Drag],
+            rolling_j: ledger[Term::Rolling],
+            grade_j: Some(ledger[Term::Grade]),
+            wheel_j: Some(ledger[Term::Wheel]),
+            brake_j: ledger[Term::ServiceBrake] + ledger[Term::EngineBrake],
+            transmission_j: ledger[Term::Transmission],
+            auxiliary_j: ledger[Term::Auxiliary],
+            engine_j: None,
+            fuel_kg: ledger[Term::FuelEnergy] / heating_jpkg,
+        }
+    }
+
+    /// Of a time series of VECTO.
+    pub(super) fn series(series: &Series) -> Self {
+        let of = |value: fn(&ocmc_io::vecto::Second) -> f64| {
+            series.seconds.iter().map(value).map(|x| x * SECOND_S).sum::<f64>()
+        };
+        let mut engaged = series.seconds.iter().map(|second| second.gear).filter(|gear| *gear > 0);
+        let mut last = engaged.next();
+        let mut shifts = 0;
+        for gear in engaged {
+            shifts += u32::from(Some(gear) != last);
+            last = Some(gear);
+        }
+        Self {
+            duration_s: series.seconds.len() as f64 * SECOND_S,
+            distance_m: series.seconds.last().map_or(0.0, |second| second.end_m),
+            shifts: Some(shifts),
+            air_j: of(|s| s.drag_w),
+            rolling_j: of(|s| s.rolling_w),
+            grade_j: Some(of(|s| s.grade_w)),
+            wheel_j: Some(of(|s| s.wheel_w.max(0.0))),
+            brake_j: -of(|s| s.brake_w),
+            transmission_j: of(|s| s.lost_w),
+            auxiliary_j: of(|s| s.auxiliary_w),
+            engine_j: Some(of(|s| s.engine_w.max(0.0))),
+            fuel_kg: of(|s| s.fuel_kgps),
+        }
+    }
+
+    /// Of a row of sums of VECTO.
+    pub(super) fn sum(sum: &Sum) -> Self {
+        Self {
+            duration_s: sum.time_s,
+            distance_m: sum.distance_m,
+            shifts: None,
+            air_j: sum.air_j,
+            rolling_j: sum.rolling_j,
+            grade_j: None,
+            wheel_j: None,
+            brake_j: sum.brake_j,
+            transmission_j: sum.gearbox_axle_j + sum.retarder_j,
+            auxiliary_j: sum.auxiliary_j,
+            engine_j: Some(sum.engine_j),
+            fuel_kg: sum.fuel_kg,
+        }
+    }
+}

@@ -1,0 +1,67 @@
+//! The comparisons as tables.
+
+use super::terms::TABLE;
+use super::{Attribution, VectoAnswer, VectoComparison};
+use crate::answer::Answer;
+use crate::text::{fact, row};
+
+/// Width of a column of values, and of one of differences.
+const WIDTH: usize = 24;
+
+impl Answer for VectoAnswer {
+    fn text(&self) -> String {
+        let each: Vec<String> = self.comparisons.iter().map(comparison).collect();
+        each.join("\n")
+    }
+}
+
+fn comparison(compared: &VectoComparison) -> String {
+    let mut text = fact("mission", &compared.mission);
+    text.push_str(&fact("mass", format!("{:.0} kg", compared.gross_mass_kg)));
+    text.push_str(&fact("auxiliary", format!("{:.0} W", compared.auxiliary_power_w)));
+    text.push('\n');
+    let widths: Vec<usize> =
+        [28, 10].into_iter().chain(compared.runs.iter().map(|_| WIDTH)).collect();
+    let mut head = vec![String::new(), "VECTO".to_owned()];
+    head.extend(compared.runs.iter().map(|run| run.driven.clone()));
+    text.push_str(&row("", &widths, &head));
+    for (name, unit, value) in TABLE {
+        let Some(theirs) = value(&compared.vecto) else { continue };
+        let name = if unit.is_empty() { name.to_owned() } else { format!("{name}, {unit}") };
+        let mut cells = vec![name, number(theirs)];
+        cells.extend(compared.runs.iter().map(|run| match value(&run.terms) {
+            Some(ours) => {
+                let difference = format!("({:+.2} %)", 100.0 * (ours / theirs - 1.0));
+                format!("{} {difference:>11}", number(ours))
+            }
+            None => String::new(),
+        }));
+        text.push_str(&row("", &widths, &cells));
+    }
+    text.push_str(&compared.attribution.as_ref().map(attribution).unwrap_or_default());
+    text
+}
+
+/// Where the difference in fuel comes from.
+fn attribution(of: &Attribution) -> String {
+    let parts = [
+        ("air", of.air),
+        ("rolling", of.rolling),
+        ("gearbox, axle, retarder", of.transmission),
+        ("auxiliaries", of.auxiliaries),
+        ("brakes", of.brakes),
+        ("engine map", of.engine_map),
+        ("rest", of.rest),
+        ("on its speed with its gears", of.with_its_gears),
+        ("our gears instead", of.gear_choice),
+    ];
+    let mut text = "\nfuel by cause, % of VECTO's\n".to_owned();
+    for (name, share) in parts {
+        text.push_str(&row("", &[28, 10], &[name.to_owned(), format!("{:+.3}", 100.0 * share)]));
+    }
+    text
+}
+
+fn number(value: f64) -> String {
+    if value.abs() >= 1000.0 { format!("{value:.0}") } else { format!("{value:.3}") }
+}

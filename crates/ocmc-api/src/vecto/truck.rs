@@ -1,0 +1,137 @@
+//! The truck that is compared: of a job or built in, with its load, in VECTO's air.
+
+use super::terms::Terms;
+use crate::error::Error;
+use crate::study::{LoadedStudy, load_json};
+use ocmc_core::powertrain::diesel::DieselPowertrain;
+use ocmc_core::powertrain::{Powertrain, PowertrainKind, ShiftConvention, TruckInputs};
+use ocmc_core::prescribed::{Body, DriveCycle, follow};
+use ocmc_core::study::Scenario;
+use ocmc_io::vecto::{Job, Second, Series};
+use serde_json::json;
+use std::path::PathBuf;
+
+/// Density of VECTO's air, in kg/m³ [F: VECTO user manual].
+pub(super) const AIR_DENSITY_KGPM3: f64 = 1.188;
+/// Wind over whose directions VECTO takes the mean, in m/s [F: VECTO 2.2, declaration mode].
+const WIND_MPS: f64 = 3.0;
+
+/// Where the truck comes from.
+#[derive(Clone, Debug)]
+pub enum VectoTruck {
+    /// A `.vecto` file.
+    Job(PathBuf),
+    /// A built-in vehicle, or a file of one.
+    Vehicle(String),
+}
+
+impl VectoTruck {
+    /// Of a name: `.vecto` is a job, all else a vehicle of ours.
+    pub fn named(name: &str) -> Self {
+        let path = PathBuf::from(name);
+        let is_job = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("vecto"));
+        if is_job { Self::Job(path) } else { Self::Vehicle(name.to_owned()) }
+    }
+
+    pub(super) fn job(&self) -> Result<Option<Job>, Error> {
+        match self {
+            Self::Job(path) => Ok(Some(Job::read(path)?)),
+            Self::Vehicle(_) => Ok(None),
+        }
+    }
+
+    fn base(&self) -> String {
+        match self {
+            // a study's files lie beside it, and this one lies nowhere
+            Self::Job(path) => {
+                std::path::absolute(path).unwrap_or(path.clone()).display().to_string()
+            }
+            Self::Vehicle(name) => name.clone(),
+        }
+    }
+}
+
+/// A truck, ready to be driven.
+#[derive(Clone, Debug)]
+pub(super) struct ComparedTruck {
+    pub(super) loaded: LoadedStudy,
+    scenario: Scenario,
+    pub(super) body: Body,
+    auxiliary_w: f64,
+}
+
+impl ComparedTruck {
+    /// With this mass, load included, and this power of auxiliaries.
+    pub(super) fn new(
+        truck: &VectoTruck,
+        gross_mass_kg: f64,
+        auxiliary_w: f64,
+    ) -> Result<Self, Error> {
+        let study = json!({
+            "study": {
+                "name": "vecto", "base": "field-truck",
+                "description": "One truck and one driver in VECTO's air",
+            },
+            "vehicle": { "base": truck.base() },
+        });
+        let without = "simulation.without=[\"traffic\", \"driver_spread\", \"vehicle_spread\", \
+                       \"weather\"]"
+            .to_owned();
+        let auxiliary = format!("vehicle.auxiliary_power_w={auxiliary_w}");
+        let mut sets = vec![without, auxiliary];
+        let curb_kg = load_json(&study, &sets)?.model.vehicle.curb_mass_kg;
+        let payload_kg = gross_mass_kg - curb_kg;
+        if payload_kg < -0.5 {
+            return Err(Error::TooLight { gross_mass_kg, curb_kg });
+        }
+        sets.push(format!("mission.payload_kg={}", payload_kg.max(0.0)));
+        let loaded = load_json(&study, &sets)?;
+        let scenario = loaded.study.sample(1, 0);
+        let model = &loaded.model.vehicle;
+        let (drag_area_m2, by_speed) =
+            model.cross_wind.mean_over_directions(scenario.vehicle.drag_area_m2, WIND_MPS);
+        let body = Body {
+            drag_area_m2,
+            drag_by_speed: by_speed.prepare(),
+            rolling_coefficient: scenario.vehicle.rolling_coefficient,
+            air_density_kgpm3: AIR_DENSITY_KGPM3,
+            ..Body::of(&loaded.study, &scenario)
+        };
+        Ok(Self { loaded, scenario, body, auxiliary_w })
+    }
+
+    /// Its powertrain.
+    pub(super) fn diesel(&self) -> Result<&DieselPowertrain, Error> {
+        match &self.loaded.study.vehicle().powertrain {
+            PowertrainKind::Diesel(powertrain) => Ok(powertrain),
+            PowertrainKind::BatteryElectric(_) => Err(Error::VectoWithoutEngine),
+        }
+    }
+
+    /// Fuel of our map at the speeds and torques of the engine of a series, in kg.
+    pub(super) fn fuel_kg(&self, series: &Series) -> Result<f64, Error> {
+        let engine = &self.diesel()?.engine;
+        let burnt = |second: &Second| {
+            engine.fuel_kgps(second.engine_radps, second.engine_w / second.engine_radps)
+        };
+        Ok(series.seconds.iter().map(burnt).sum())
+    }
+
+    /// What a cycle takes.
+    pub(super) fn follow(
+        &self,
+        cycle: &DriveCycle,
+        convention: ShiftConvention,
+    ) -> Result<Terms, Error> {
+        let diesel = self.diesel()?;
+        let inputs = TruckInputs {
+            auxiliary_power_w: self.auxiliary_w,
+            ..self.scenario.vehicle.powertrain_inputs(0.0)
+        };
+        let mut inverse = diesel.inverse(&inputs);
+        inverse.set_convention(convention);
+        let followed = follow(cycle, &self.body, &mut *inverse);
+        let heating_jpkg = diesel.engine_model.fuel.heating_value_jpkg;
+        Ok(Terms::followed(&followed, inverse.n_shifts(), heating_jpkg))
+    }
+}

@@ -1,0 +1,172 @@
+//! The gearbox and the axle of a job.
+
+use super::error::VectoError;
+use super::part::{beside, names_file};
+use super::result::Columns;
+use super::vehicle::RADPS_PER_RPM;
+use crate::study::loss_law;
+use crate::table::formats::LOSS_MAP;
+use crate::table::{Quantity, Source, Table};
+use serde::Deserialize;
+use serde_json::{Value, json};
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+/// Ratios that differ by less are the same.
+const SAME_RATIO: f64 = 1e-6;
+
+/// A `.vgbx` file: the axle comes first among its gears.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(rename_all = "PascalCase")]
+pub(super) struct GearboxFile {
+    gears: Vec<GearFile>,
+    tq_reserve: f64,
+    start_tq_reserve: f64,
+    start_speed: f64,
+    start_acc: f64,
+    gearbox_type: String,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(rename_all = "PascalCase")]
+struct GearFile {
+    ratio: f64,
+    loss_map: LossMap,
+    #[serde(default)]
+    shift_polygon: String,
+}
+
+/// A file, or an efficiency.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(untagged)]
+enum LossMap {
+    Efficiency(f64),
+    File(String),
+}
+
+/// A line of a shift polygon, linear in torque and continued beyond its ends.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ShiftLine {
+    /// Torques of the engine, in Nm.
+    pub torque_nm: Vec<f64>,
+    /// Speeds of the engine, in rad/s.
+    pub speed_radps: Vec<f64>,
+}
+
+/// The lines between which a gear stays.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ShiftPolygon {
+    /// Below: a lower gear.
+    pub down: ShiftLine,
+    /// Above: a higher gear.
+    pub up: ShiftLine,
+}
+
+impl GearboxFile {
+    pub(super) fn check(&self, path: &Path) -> Result<(), VectoError> {
+        let refused = |what, found: String, allowed| {
+            Err(VectoError::Unsupported { path: path.to_owned(), what, found, allowed })
+        };
+        if !["amt", "mt", ""].contains(&self.gearbox_type.to_lowercase().as_str()) {
+            let found = format!("`{}`", self.gearbox_type);
+            let allowed = "allowed are `AMT` and `MT`: a torque converter is not computed";
+            return refused("`GearboxType`", found, allowed);
+        }
+        if self.gears.len() < 2 {
+            let allowed = "allowed are the axle and at least one gear";
+            return refused("the number of `Gears`", self.gears.len().to_string(), allowed);
+        }
+        Ok(())
+    }
+
+    pub(super) fn reserves(&self) -> [f64; 2] {
+        [self.tq_reserve / 100.0, self.start_tq_reserve / 100.0]
+    }
+
+    pub(super) fn start(&self) -> [f64; 2] {
+        [self.start_speed, self.start_acc]
+    }
+
+    /// The lines of the top gear's file: VECTO has one for each gear, its generic trucks one for all.
+    pub(super) fn shift_polygon(&self, path: &Path) -> Result<Option<ShiftPolygon>, VectoError> {
+        let named = self.gears.iter().rev().find(|gear| names_file(&gear.shift_polygon));
+        let Some(gear) = named else { return Ok(None) };
+        let columns = Columns::read(&beside(path, &gear.shift_polygon)?)?;
+        let torque_nm = columns.numbers("M")?;
+        let line = |name| {
+            let speed_radps = columns.numbers(name)?.iter().map(|n| n * RADPS_PER_RPM).collect();
+            Ok::<_, VectoError>(ShiftLine { torque_nm: torque_nm.clone(), speed_radps })
+        };
+        Ok(Some(ShiftPolygon { down: line("nDown")?, up: line("nUp")? }))
+    }
+
+    pub(super) fn keys(&self, path: &Path) -> Result<Value, VectoError> {
+        let (axle, gears) = self.gears.split_first().unwrap_or((&self.gears[0], &[]));
+        let ratio: Vec<f64> = gears.iter().map(|gear| gear.ratio).collect();
+        let of = |direct: bool| {
+            let is_direct = |gear: &&GearFile| (gear.ratio - 1.0).abs() < SAME_RATIO;
+            let such = gears.iter().filter(|gear| is_direct(gear) == direct);
+            law(such.map(|gear| &gear.loss_map), path)
+        };
+        let (direct, indirect) = (of(true)?, of(false)?);
+        let [axle_nm, _, axle_share] = law([&axle.loss_map].into_iter(), path)?.unwrap_or_default();
+        let some = indirect.or(direct).unwrap_or_default();
+        // the constant and the growth belong to all gears, those of the indirect ones mostly
+        Ok(json!({
+            "ratio": ratio,
+            "axle_ratio": axle.ratio,
+            "loss_torque_nm": some[0],
+            "loss_torque_nms": some[1],
+            "loss_floor_nm": 0.0,
+            "retarder_torque_nms2": 0.0,
+            "indirect_loss_share": some[2],
+            "direct_loss_share": direct.unwrap_or(some)[2],
+            "retarder_torque_nm": 0.0,
+            "axle_loss_torque_nm": axle_nm,
+            "axle_loss_share": axle_share,
+        }))
+    }
+}
+
+/// The law over the points of these maps; none without a map.
+fn law<'a>(
+    maps: impl Iterator<Item = &'a LossMap>,
+    path: &Path,
+) -> Result<Option<[f64; 3]>, VectoError> {
+    let (mut files, mut shares) = (BTreeSet::new(), Vec::new());
+    for map in maps {
+        match map {
+            LossMap::Efficiency(efficiency) => shares.push(1.0 - efficiency),
+            // an efficiency may be written as a text
+            LossMap::File(name) => match name.trim().parse::<f64>() {
+                Ok(efficiency) => shares.push(1.0 - efficiency),
+                Err(_) => drop(files.insert(beside(path, name)?)),
+            },
+        }
+    }
+    if files.is_empty() {
+        let share = shares.iter().sum::<f64>() / shares.len().max(1) as f64;
+        return Ok((!shares.is_empty()).then_some([0.0, 0.0, share]));
+    }
+    let mut points: [Vec<f64>; 3] = Default::default();
+    for file in &files {
+        let columns = [Quantity::EngineSpeed, Quantity::InputTorque, Quantity::LossTorque];
+        let more = Table::open(Source::File(file), &LOSS_MAP, &[])?.numbers(columns)?;
+        points.iter_mut().zip(more).for_each(|(all, more)| all.extend(more));
+    }
+    Ok(Some(loss_law::of_gear(&points)))
+}
+
+/// Lays the losses of a retarder over the keys of a gearbox.
+pub(super) fn add_retarder(
+    gearbox: &mut Value,
+    path: &PathBuf,
+    ratio: f64,
+) -> Result<(), VectoError> {
+    let columns = [Quantity::EngineSpeed, Quantity::LossTorque];
+    let points = Table::open(Source::File(path), &LOSS_MAP, &[])?.numbers(columns)?;
+    let [constant_nm, growth_nms2] = loss_law::of_retarder(&points);
+    gearbox["retarder_torque_nm"] = json!(constant_nm * ratio);
+    gearbox["retarder_torque_nms2"] = json!(growth_nms2 * ratio * ratio * ratio);
+    Ok(())
+}

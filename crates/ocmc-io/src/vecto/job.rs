@@ -1,0 +1,108 @@
+//! A job: which vehicle, engine, gearbox and driver.
+
+use super::driver::{DriverSettings, LookAhead, OverSpeedEcoRoll};
+use super::error::VectoError;
+use super::gearbox::{GearboxFile, ShiftPolygon};
+use super::part::{beside, read};
+use super::vehicle::{EngineFile, VehicleFile};
+use serde::Deserialize;
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+
+/// A `.vecto` file with the files that it names.
+#[derive(Clone, Debug)]
+pub struct Job {
+    path: PathBuf,
+    vehicle: (PathBuf, VehicleFile),
+    engine: (PathBuf, EngineFile),
+    gearbox: (PathBuf, GearboxFile),
+    driver: DriverSettings,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "PascalCase")]
+pub(super) struct JobBody {
+    vehicle_file: String,
+    engine_file: String,
+    gearbox_file: String,
+    #[serde(rename = "VACC", default)]
+    pub(super) vacc: String,
+    #[serde(rename = "LAC")]
+    pub(super) lac: LookAhead,
+    pub(super) over_speed_eco_roll: OverSpeedEcoRoll,
+}
+
+impl Job {
+    /// Reads a job.
+    ///
+    /// # Errors
+    /// [`VectoError`] names the file, what is wrong, and what is allowed.
+    pub fn read(path: &Path) -> Result<Self, VectoError> {
+        let body: JobBody = read(path)?;
+        let vehicle = beside(path, &body.vehicle_file)?;
+        let engine = beside(path, &body.engine_file)?;
+        let gearbox = beside(path, &body.gearbox_file)?;
+        let job = Self {
+            path: path.to_owned(),
+            vehicle: (vehicle.clone(), read(&vehicle)?),
+            engine: (engine.clone(), read(&engine)?),
+            gearbox: (gearbox.clone(), read(&gearbox)?),
+            driver: DriverSettings::of(&body, path)?,
+        };
+        job.gearbox.1.check(&job.gearbox.0)?;
+        job.vehicle.1.check(&job.vehicle.0)?;
+        Ok(job)
+    }
+
+    /// The file.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// How it is driven.
+    pub fn driver(&self) -> &DriverSettings {
+        &self.driver
+    }
+
+    /// Mass with its load, in kg; none in declaration mode, where the mission gives it.
+    pub fn gross_mass_kg(&self) -> Option<f64> {
+        self.vehicle.1.gross_mass_kg()
+    }
+
+    /// Reserve of torque that an upshift and a start leave, as shares of full load.
+    pub fn torque_reserves(&self) -> [f64; 2] {
+        self.gearbox.1.reserves()
+    }
+
+    /// Speed in m/s and acceleration in m/s² for which a starting gear is chosen.
+    pub fn start(&self) -> [f64; 2] {
+        self.gearbox.1.start()
+    }
+
+    /// Lines between which each gear stays; none where the mode of declaration has its own.
+    ///
+    /// # Errors
+    /// [`VectoError`] where a file of lines is none.
+    pub fn shift_polygon(&self) -> Result<Option<ShiftPolygon>, VectoError> {
+        self.gearbox.1.shift_polygon(&self.gearbox.0)
+    }
+
+    /// Its truck as keys of a study's vehicle, to be laid over [`Job::base_vehicle`].
+    ///
+    /// # Errors
+    /// [`VectoError`] where a file that it names cannot be used.
+    pub fn vehicle_keys(&self) -> Result<Value, VectoError> {
+        let mut keys = self.vehicle.1.keys();
+        keys["engine"] = self.engine.1.keys(&self.engine.0)?;
+        keys["gearbox"] = self.gearbox.1.keys(&self.gearbox.0)?;
+        if let Some((path, ratio)) = self.vehicle.1.retarder(&self.vehicle.0)? {
+            super::gearbox::add_retarder(&mut keys["gearbox"], &path, ratio)?;
+        }
+        Ok(keys)
+    }
+
+    /// The built-in vehicle that has what a job does not say: brakes and a strategy of shifting.
+    pub fn base_vehicle(&self) -> &'static str {
+        self.vehicle.1.base_vehicle()
+    }
+}
