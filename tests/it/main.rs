@@ -26,6 +26,7 @@ mod given_cycles;
 mod hints;
 mod identification;
 mod logs;
+mod look_ahead;
 mod map_corners;
 mod merge;
 mod parts;

@@ -15,6 +15,7 @@
     )
 )]
 
+mod crest;
 pub mod distribution;
 pub mod driver;
 pub mod energy_ledger;

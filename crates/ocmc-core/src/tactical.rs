@@ -11,7 +11,9 @@
 //! The printed v' = √(v_{i+1} − 2 a (x_{i+1} − x)) subtracts m²/s² from m/s: v_{i+1} has to be
 //! squared.
 
+use crate::crest::crest_speeds;
 use crate::driver::speed_change::Rise;
+use crate::lanes::UNBOUNDED;
 use crate::operating_cycle::road::point_event::Passage;
 use crate::operating_cycle::segments::{Segment, lower};
 use crate::study::{Scenario, Study};
@@ -28,10 +30,18 @@ pub struct SpeedBranch {
     pub forward_start: f64,
     /// Whether the static limit is that of a sign or of the truck, not of a curve or of traffic.
     pub by_sign: bool,
+    /// Speed to which a truck may coast ahead of the braking branch: unbounded where it may not.
+    pub coasts_to: f64,
 }
 
 impl SpeedBranch {
-    const NONE: Self = Self { limit: 0.0, backward_end: 0.0, forward_start: 0.0, by_sign: false };
+    const NONE: Self = Self {
+        limit: 0.0,
+        backward_end: 0.0,
+        forward_start: 0.0,
+        by_sign: false,
+        coasts_to: UNBOUNDED,
+    };
 }
 
 /// Desired speed squared along the road: piecewise linear in position, stops included.
@@ -67,7 +77,16 @@ pub fn plan(study: &Study, scenario: &Scenario, profile: &mut SpeedProfile) {
     profile.twice_deceleration = 2.0 * change.deceleration_mps2;
     profile.twice_acceleration = 2.0 * change.acceleration_mps2;
     profile.launch = change.launch_speed_mps * change.launch_speed_mps;
-    backward_sweep(profile, StaticLimits::new(study, scenario));
+    let look_ahead = &study.model().driver.look_ahead;
+    let crests = if look_ahead.predictive_cruise {
+        let mut limits = StaticLimits::new(study, scenario);
+        let limits: Vec<_> = profile.segments.iter().map(|s| limits.of_segment(s)).collect();
+        crest_speeds(study, scenario, &profile.segments, &limits)
+    } else {
+        Vec::new()
+    };
+    let limits = StaticLimits::new(study, scenario);
+    backward_sweep(profile, limits, &crests, look_ahead.coasting);
     match change.rise {
         Rise::Ramp => forward_sweep(profile),
         // the limit is followed upwards at once, and a stop is left at once, too
@@ -173,19 +192,39 @@ impl<'a> StaticLimits<'a> {
 /// From the end, where the truck stops, to the start. A branch is cut down to the limit that comes
 /// next only where that is lower than the limit here: it then tells from how far the next ramp can
 /// be seen.
-fn backward_sweep(profile: &mut SpeedProfile, mut limits: StaticLimits) {
+///
+/// `crests`: what predictive cruise control allows at the start of each segment, squared; none where
+/// it is off. `coasts`: whether a truck coasts before all lower speeds, not only before crests.
+fn backward_sweep(
+    profile: &mut SpeedProfile,
+    mut limits: StaticLimits,
+    crests: &[f64],
+    coasts: bool,
+) {
     let slope = profile.twice_deceleration;
     // all are written anew
     profile.branches.resize(profile.segments.len(), SpeedBranch::NONE);
     let mut node: f64 = 0.0;
     let mut next_limit = f64::INFINITY;
-    for (segment, branch) in profile.segments.iter().zip(&mut profile.branches).rev() {
+    let to = |squared: f64| if coasts { squared } else { UNBOUNDED };
+    let mut coasts_to = to(0.0);
+    for (i, (segment, branch)) in
+        profile.segments.iter().zip(&mut profile.branches).enumerate().rev()
+    {
         let (limit, by_sign) = limits.of_segment(segment);
         let backward_end = if next_limit < limit { lower(node, next_limit) } else { node };
-        *branch = SpeedBranch { limit, backward_end, forward_start: 0.0, by_sign };
+        coasts_to = if backward_end < node { to(next_limit) } else { coasts_to };
+        *branch = SpeedBranch { limit, backward_end, forward_start: 0.0, by_sign, coasts_to };
         // what the start of the segment allows
         let allowed = segment.event().map_or(f64::INFINITY, |k| limits.of_event(k));
-        node = lower(backward_end + slope * segment.length_m, allowed);
+        let start = backward_end + slope * segment.length_m;
+        node = lower(start, allowed);
+        coasts_to = if node < start { to(node) } else { coasts_to };
+        if let Some(&crest) = crests.get(i)
+            && crest < node
+        {
+            (node, coasts_to) = (crest, crest);
+        }
         next_limit = limit;
     }
 }

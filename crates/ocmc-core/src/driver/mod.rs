@@ -2,6 +2,7 @@
 //! (operational).
 
 pub mod curve_speed;
+pub mod look_ahead;
 pub mod pedal;
 pub mod speed_change;
 pub mod speed_limit;
@@ -10,6 +11,7 @@ use crate::random::Streams;
 use crate::switch::ModelSwitch;
 use crate::validation::Problems;
 use curve_speed::{CurveSpeed, CurveSpeedModel};
+use look_ahead::LookAheadModel;
 use pedal::{PedalModel, Pedals};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -28,6 +30,8 @@ pub struct DriverModel {
     pub speed_limit: SpeedLimitModel,
     /// Pedal controllers.
     pub pedals: PedalModel,
+    /// Looking ahead.
+    pub look_ahead: LookAheadModel,
 }
 
 /// One driver.

@@ -2,6 +2,7 @@
 //! operational module at one stage.
 
 use super::forecast::Forecast;
+use super::look_ahead::LookAhead;
 use super::road_row::RoadRow;
 use super::stage::Row;
 use super::state::{KernelParameters, State};
@@ -15,7 +16,7 @@ pub(super) struct DesiredSpeed<S: Simd> {
     /// In m/s.
     pub speed: Lanes<S>,
     /// Its square on a braking ramp, in m²/s².
-    backward: Lanes<S>,
+    pub backward: Lanes<S>,
     /// Its square where there is no ramp, in m²/s²: the static limit, or what the driver's
     /// acceleration has come to.
     level: Lanes<S>,
@@ -52,6 +53,8 @@ pub(super) struct Stance<S: Simd> {
     pub hold: Flags<S>,
     /// What he holds.
     pub held: Lanes<S>,
+    /// What he does for what lies ahead.
+    pub look_ahead: LookAhead<S>,
 }
 
 /// What the driver does in one stage.
@@ -109,7 +112,8 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         let error = desired.speed - motion.speed;
         // whose truck has come to rest wants to go on, however slowly
         let within = error.abs().simd_lt(threshold) & motion.speed.simd_gt(0.0);
-        let hold = within & !feeds & !rises;
+        let look_ahead = self.look_ahead(row, desired, &forecast, ramps, parameters);
+        let hold = within & !feeds & !rises & !look_ahead.coasts;
         // what is held is the output at the moment when holding began, or the pedal that keeps the
         // speed then
         let effort = constants.proportional * error;
@@ -118,7 +122,7 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         // held throttle: a held brake is released when e >= 0, unless the driver holds as printed
         // in the paper
         let held = error.simd_lt(0.0).select(held, held.max(constants.lowest_held));
-        Stance { forecast, rises, ramps, feeds, hold, held }
+        Stance { forecast, rises, ramps, feeds, hold, held, look_ahead }
     }
 
     /// The operational module at one stage.
@@ -148,6 +152,8 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         // the accelerator stays closed while a ramp asks for less
         let follows = stance.forecast.ramp.min(0.0) + constants.ramp_gain * error;
         let output = stance.feeds.select(follows, stance.hold.select(held, continuous));
+        // who coasts leaves the accelerator
+        let output = stance.look_ahead.coasts.select(output.min(0.0), output);
 
         // speed limiter: above its speed the pedal goes down less and less far
         let vehicle = &parameters.vehicle.model;

@@ -20,6 +20,10 @@ pub(super) struct Forecast<S: Simd> {
     pub ramp: Lanes<S>,
     /// Gives the driver's peak acceleration.
     pub peak: Lanes<S>,
+    /// Deceleration of a truck that coasts in gear, in m/s².
+    pub coasting: Lanes<S>,
+    /// The same with an open clutch.
+    pub neutral: Lanes<S>,
 }
 
 impl<S: Simd, P: Powertrain> State<S, P> {
@@ -39,7 +43,15 @@ impl<S: Simd, P: Powertrain> State<S, P> {
             let brakes = (force - pedal.coasting) * constants.per_brake_force;
             force.simd_gt(pedal.coasting).select(accelerator(force), brakes)
         };
+        let decelerations = if parameters.look_ahead.drives() {
+            [(steady - pedal.coasting) / mass, steady * constants.inverse_mass_open]
+        } else {
+            [steady; 2]
+        };
+        let [coasting, neutral] = decelerations;
         Forecast {
+            coasting,
+            neutral,
             holding: output(steady),
             ramp: output(steady - mass * constants.twice_deceleration * 0.5),
             peak: accelerator(steady + mass * constants.peak_acceleration),

@@ -165,7 +165,14 @@ impl LaneTask {
     fn dwell<S: Simd, P: Powertrain>(&mut self, lane: &mut Lane<S, P>) {
         let dwell_s = lane.state.motion.roads[lane.number][lane.stop_row()].0[RoadRow::DWELL];
         let added = &mut self.added_by_event;
-        lane.parameters.powertrain.stand(&mut lane.state.powertrain, lane.number, dwell_s, added);
+        let (powertrain, model) = (lane.parameters.powertrain, lane.parameters.look_ahead);
+        let (own, number) = (&mut lane.state.powertrain, lane.number);
+        let delay_s = if model.engine_stop { model.engine_stop_delay_s } else { f64::INFINITY };
+        powertrain.stand(own, number, dwell_s.min(delay_s), added);
+        if dwell_s > delay_s {
+            let power_w = model.engine_stop_power_w;
+            powertrain.stand_stopped(own, number, dwell_s - delay_s, power_w, added);
+        }
         self.standstill_s += dwell_s;
         self.n_stops += 1;
         self.leave_line(lane);

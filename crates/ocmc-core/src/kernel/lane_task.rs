@@ -160,6 +160,7 @@ impl LaneTask {
             &mut motion.integral,
             &mut motion.filtered,
             &mut motion.holding,
+            &mut motion.rolling,
             &mut motion.drag,
             &mut motion.shift_left,
             &mut motion.up_left,

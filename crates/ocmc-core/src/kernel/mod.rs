@@ -6,6 +6,7 @@ pub mod cpu;
 mod forecast;
 pub mod lane_event;
 pub mod lane_task;
+mod look_ahead;
 pub mod pedal_event;
 pub mod road_row;
 pub mod scheduler;

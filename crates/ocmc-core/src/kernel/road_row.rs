@@ -45,7 +45,8 @@ impl RoadRow {
     pub const TO_STOP: usize = 9;
     /// Deceleration that the tyres allow, in m/s².
     pub const GRIP: usize = 10;
-    /// Standstill at the end, in s; negative where there is no stop.
+    /// Standstill at the end, in s; where there is no stop −1 − v², v the speed to which the truck may
+    /// coast ahead of the next braking ramp: all of them are below zero.
     pub const DWELL: usize = 11;
 }
 
@@ -112,7 +113,7 @@ impl RoadRows {
                     around.cross_wind_mps,
                     UNBOUNDED,
                     around.grip * cosine,
-                    -1.0,
+                    -1.0 - branch.coasts_to,
                 ])
             },
         ));

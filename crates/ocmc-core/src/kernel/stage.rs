@@ -155,6 +155,7 @@ impl<S: Simd, P: Powertrain> State<S, P> {
             &self.gear,
             motion.speed,
             motion.shift_left.simd_gt(0.0),
+            speed_target.stance.look_ahead.rolls,
             control.accelerator,
         );
         let constants = &self.constants;

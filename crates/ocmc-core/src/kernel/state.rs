@@ -2,6 +2,7 @@
 
 use super::road_row::RoadRow;
 use super::step_length::AFTER_JUMP;
+use crate::driver::look_ahead::LookAheadModel;
 use crate::driver::pedal::PedalModel;
 use crate::energy_ledger::Ledger;
 use crate::lanes::{Lanes, UNBOUNDED, WIDTH};
@@ -27,6 +28,11 @@ pub struct KernelParameters<'a, P> {
     pub simulation: &'a SimulationModel,
     /// Pedals.
     pub pedals: &'a PedalModel,
+    /// Looking ahead.
+    pub look_ahead: &'a LookAheadModel,
+    /// Square of the speed to which a truck coasts before a stop, in m²/s²: 0, or unbounded where it
+    /// does not.
+    pub stop_target: f64,
     /// Inertia of engine or motor, in kg m².
     pub engine_inertia_kgm2: f64,
     /// Speed of the engine at rest, in rad/s.
@@ -61,6 +67,7 @@ impl<'a, P: Powertrain> KernelParameters<'a, P> {
     pub fn new(study: &'a Study, powertrain: &'a P) -> Self {
         let vehicle = study.vehicle();
         let pedals = &study.model().driver.pedals;
+        let look_ahead = &study.model().driver.look_ahead;
         let simulation = &study.model().simulation;
         let constants = powertrain.constants();
         let shift = &vehicle.shift;
@@ -70,6 +77,8 @@ impl<'a, P: Powertrain> KernelParameters<'a, P> {
             vehicle,
             simulation,
             pedals,
+            look_ahead,
+            stop_target: if look_ahead.coasting { 0.0 } else { UNBOUNDED },
             engine_inertia_kgm2: constants.inertia_kgm2,
             idle_radps: constants.idle_radps,
             wheel_mass_kg: vehicle.model.wheel_mass_kg(),
@@ -121,6 +130,8 @@ pub struct Motion<S: Simd> {
     pub held: Lanes<S>,
     /// Flag: a switched driver was holding it in the last step.
     pub holding: Lanes<S>,
+    /// Flag: the clutch was kept open on a descent in the last step.
+    pub rolling: Lanes<S>,
     /// Engine speed at the end of the last step, in rad/s.
     pub engine_speed: Lanes<S>,
     /// Time left of a shift, in s.
@@ -222,6 +233,7 @@ impl<S: Simd, P: Powertrain> State<S, P> {
                 filtered: zero,
                 held: zero,
                 holding: zero,
+                rolling: zero,
                 engine_speed: all(parameters.idle_radps),
                 shift_left: zero,
                 up_left: zero,

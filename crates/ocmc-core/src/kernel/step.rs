@@ -160,13 +160,15 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         );
         // behind a ramp the integral part begins with the pedal that keeps the speed
         let stance = &decision.stance;
-        let begins = stance.feeds & self.constants.integral_gain.simd_gt(0.0);
+        let begins =
+            (stance.feeds | stance.look_ahead.coasts) & self.constants.integral_gain.simd_gt(0.0);
         motion.integral =
             begins.select(clamp_integral(stance.forecast.holding, parameters), motion.integral);
         motion.filtered +=
             filter_lag.response(motion.speed - motion.filtered, end.speed - motion.speed);
         motion.holding = masked(stance.hold, Lanes::splat(simd, 1.0));
         motion.held = stance.held;
+        motion.rolling = masked(stance.look_ahead.rolls, Lanes::splat(simd, 1.0));
         motion.drag = lerp(weight + weight, first.drag, second.drag);
         motion.speed = end.speed;
         motion.left -= dx;

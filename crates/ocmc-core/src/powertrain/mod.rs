@@ -250,14 +250,28 @@ pub trait Powertrain {
         ledger: &mut Ledger<f64>,
     );
 
+    /// Stands for some time, in s, with what can be stopped stopped; `power_w`: of the auxiliaries
+    /// that run on, given back afterwards.
+    fn stand_stopped<S: Simd>(
+        &self,
+        state: &mut Self::State<S>,
+        lane: usize,
+        time_s: f64,
+        _power_w: f64,
+        ledger: &mut Ledger<f64>,
+    ) {
+        self.stand(state, lane, time_s, ledger);
+    }
+
     /// How it hangs on the wheels in this step. `speed`: of the trucks, in m/s; `shifting`: flag,
-    /// the gearbox shifts.
+    /// the gearbox shifts; `opens`: flag, the clutch is kept open.
     fn couple<S: Simd>(
         &self,
         state: &mut Self::State<S>,
         gear: &GearLanes<S>,
         speed: Lanes<S>,
         shifting: Flags<S>,
+        opens: Flags<S>,
         accelerator: Lanes<S>,
     ) -> Coupling<S>;
     /// What the accelerator does at a speed of the trucks in m/s, from the curves of the last step:

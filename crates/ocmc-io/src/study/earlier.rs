@@ -28,6 +28,13 @@ pub(super) const NEW_KEYS: &[NewKey] = &[
     NewKey { path: "driver.pedals.ramp_lead_s", value: "0.0" },
     NewKey { path: "driver.pedals.ramp_slack_share", value: "0.0" },
     NewKey { path: "driver.pedals.brake_tolerance_mps", value: "0.0" },
+    NewKey {
+        path: "driver.look_ahead",
+        value: "{ coasting = false, eco_roll = false, predictive_cruise = false, \
+                engine_stop = false, minimum_speed_mps = 13.9, preview_s = 36.0, \
+                decision_factor = 2.5, underspeed_mps = 1.4, engine_stop_delay_s = 2.0, \
+                engine_stop_power_w = 1200.0 }",
+    },
     NewKey { path: "vehicle.gearbox.shift.opposite_interval_s", value: "0.0" },
     NewKey { path: "vehicle.gearbox.shift.before_ramp_s", value: "0.0" },
     NewKey { path: "vehicle.gearbox.shift.minimum_acceleration_mps2", value: "-10.0" },

@@ -160,6 +160,7 @@ impl Powertrain for BatteryElectricPowertrain {
         gear: &GearLanes<S>,
         speed: Lanes<S>,
         shifting: Flags<S>,
+        _opens: Flags<S>,
         _accelerator: Lanes<S>,
     ) -> Coupling<S> {
         let simd = speed.simd;

@@ -4,7 +4,7 @@ use super::engine::{Curves, Engine, EngineModel};
 use super::inverse::InverseDiesel;
 use crate::energy_ledger::{Ledger, Mode, StepLedger, Term};
 use crate::first_order_lag::FirstOrderLag;
-use crate::lanes::{Flags, Lanes, lerp, masked, scheduling_barrier};
+use crate::lanes::{Flags, Lanes, lerp, masked, one, scheduling_barrier};
 use crate::powertrain::clutch::Clutch;
 use crate::powertrain::gearbox::{DrivelineLosses, Gear, GearLanes, GearboxModel};
 use crate::powertrain::{
@@ -101,6 +101,16 @@ impl DieselPowertrain {
         let drag_nm = self.engine.drag_nm(speed_radps);
         let reach_nm = self.engine.full_load_nm(speed_radps) - drag_nm;
         (auxiliary_power_w / speed_radps - drag_nm) / reach_nm
+    }
+
+    /// Force at the wheels of a truck that coasts in top gear at a speed in m/s, in N: that of the
+    /// engine's drag.
+    pub fn coasting_force_n(&self, speed_mps: f64) -> f64 {
+        let Some(gear) = self.gears.last() else { return 0.0 };
+        let drag_nm = self.engine.drag_nm(gear.speed_ratio_per_m * speed_mps);
+        let (per_m, share) = (one(gear.speed_ratio_per_m), one(gear.loss_share));
+        let (speed, drag) = (one(speed_mps), one(drag_nm));
+        self.losses.wheel_and_lost_forces_n(per_m, share, speed, drag)[0][0]
     }
 
     /// Fills in the columns of the fuel, by its mass and its energy.
@@ -218,6 +228,26 @@ impl Powertrain for DieselPowertrain {
         }
     }
 
+    /// The engine is off; afterwards it gives back the energy at the fuel that a Nm more costs at
+    /// idle.
+    fn stand_stopped<S: Simd>(
+        &self,
+        state: &mut DieselState<S>,
+        lane: usize,
+        time_s: f64,
+        power_w: f64,
+        ledger: &mut Ledger<f64>,
+    ) {
+        let idle_radps = self.clutch.idle_radps;
+        let torque_nm = state.auxiliary_power[lane] / idle_radps;
+        let rate = |torque_nm| self.engine.fuel_kgps(idle_radps, torque_nm);
+        let per_j = (rate(torque_nm + 1.0) - rate(torque_nm)) / idle_radps;
+        let energy_j = power_w * time_s;
+        ledger[Term::Fuel] += per_j * energy_j * state.fuel_factor[lane];
+        ledger[Term::Crankshaft] += energy_j;
+        ledger[Term::Auxiliary] += energy_j;
+    }
+
     #[inline(always)]
     fn couple<S: Simd>(
         &self,
@@ -225,6 +255,7 @@ impl Powertrain for DieselPowertrain {
         gear: &GearLanes<S>,
         speed: Lanes<S>,
         shifting: Flags<S>,
+        opens: Flags<S>,
         accelerator: Lanes<S>,
     ) -> Coupling<S> {
         let speed = speed * gear.speed_ratio;
@@ -233,8 +264,8 @@ impl Powertrain for DieselPowertrain {
         // truck and pedals chatter
         let drives = accelerator.simd_gt(state.slips_from);
         let clutch = self.clutch.engage(speed, gear.slips_below, drives);
-        let closed = clutch.closed;
-        let engaged = (clutch.slips | closed) & !shifting;
+        let closed = clutch.closed & !opens;
+        let engaged = (clutch.slips | closed) & !(shifting | opens);
         let start_speed = closed.select(speed, clutch.free_speed);
         state.engine_brake = masked(engaged, gear.speed_ratio * self.engine_brake_nms);
         state.curves = self.engine.curves_at(start_speed);

@@ -1,0 +1,86 @@
+//! What looking ahead decides for a step: whether the truck coasts, in gear or with an open clutch.
+
+use super::control::DesiredSpeed;
+use super::forecast::Forecast;
+use super::road_row::RoadRow;
+use super::stage::Row;
+use super::state::{KernelParameters, State};
+use crate::lanes::{Flags, Lanes, UNBOUNDED, clip};
+use crate::powertrain::Powertrain;
+use fearless_simd::prelude::*;
+
+/// VECTO's decision factor is 1 before changes of speed that end above 52 km/h and are smaller than
+/// 9 km/h; between these and 48 and 11 km/h it goes over to that of the study [F: VECTO 3, user
+/// manual, look-ahead coasting].
+const SLOW_END_MPS: f64 = 48.0 / 3.6;
+const LARGE_CHANGE_MPS: f64 = 11.0 / 3.6;
+const PER_SLOW_RANGE: f64 = 3.6 / 4.0;
+const PER_CHANGE_RANGE: f64 = 3.6 / 2.0;
+/// Deceleration that an open clutch takes before it closes again, in m/s² (judgement: a crest is
+/// over).
+const ROLLED_OUT_MPS2: f64 = 0.05;
+
+/// What is decided.
+#[derive(Clone, Copy)]
+pub(super) struct LookAhead<S: Simd> {
+    /// Flag: the accelerator stays closed.
+    pub coasts: Flags<S>,
+    /// Flag: the clutch stays open.
+    pub rolls: Flags<S>,
+}
+
+impl<S: Simd, P: Powertrain> State<S, P> {
+    /// For the trucks of a block; `ramps`: flag, a braking ramp lies under the truck or just before
+    /// it.
+    #[inline(always)]
+    pub(super) fn look_ahead(
+        &self,
+        row: &Row<S>,
+        desired: &DesiredSpeed<S>,
+        forecast: &Forecast<S>,
+        ramps: Flags<S>,
+        parameters: &KernelParameters<P>,
+    ) -> LookAhead<S> {
+        let model = parameters.look_ahead;
+        let speed = self.motion.speed;
+        let never = Flags::splat(speed.simd, false);
+        if !model.drives() {
+            return LookAhead { coasts: never, rolls: never };
+        }
+        let fast = speed.simd_gt(model.minimum_speed_mps);
+
+        // before a lower speed: what it asks for is the decision factor times what coasting gives
+        let dwell = row[RoadRow::DWELL];
+        let stop = Lanes::splat(speed.simd, parameters.stop_target);
+        let target = dwell.simd_lt(0.0).select(-1.0 - dwell, stop);
+        let too_fast = speed * speed - target;
+        let way = desired.backward - target;
+        let end = target.min(UNBOUNDED).sqrt();
+        let fast_end = clip((end - SLOW_END_MPS) * PER_SLOW_RANGE, 0.0, 1.0);
+        let small = clip((end - speed + LARGE_CHANGE_MPS) * PER_CHANGE_RANGE, 0.0, 1.0);
+        let factor = model.decision_factor - fast_end * small * (model.decision_factor - 1.0);
+        let twice = self.constants.twice_deceleration;
+        let late = !(factor * forecast.coasting * way * 2.0).simd_gt(twice * too_fast);
+        let seen = way.simd_lt(twice * speed * model.preview_s);
+        let before = fast & too_fast.simd_gt(0.0) & seen & late;
+
+        // on a descent that gives speed
+        let by_sign = row[RoadRow::STATIC].simd_gt(0.0);
+        let slow = (desired.speed - speed).simd_gt(model.underspeed_mps);
+        let level = fast & by_sign & !slow & !ramps;
+        let falls = level & forecast.coasting.simd_lt(0.0);
+        let coasts = if model.predictive_cruise { before | falls } else { before };
+
+        // with the clutch open: from where gravity keeps the speed to the edges of its bands
+        let was_rolling = self.motion.rolling.simd_gt(0.0);
+        let edge = parameters.pedals.overspeed_band_mps;
+        // a clutch that has closed at the band's edge does not open again before its middle
+        let over = speed - desired.speed;
+        let in_band = !over.simd_gt(0.5 * edge) | was_rolling & !over.simd_gt(edge);
+        let keeps =
+            forecast.neutral.simd_lt(0.0) | was_rolling & forecast.neutral.simd_lt(ROLLED_OUT_MPS2);
+        let rolls = level & in_band & keeps & !before;
+        let rolls = if model.eco_roll { rolls } else { never };
+        LookAhead { coasts: coasts | rolls, rolls }
+    }
+}
