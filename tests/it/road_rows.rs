@@ -16,7 +16,7 @@ use ocmc_core::vehicle::resistance::{
 fn dwell_s(scenario: &Scenario, profile: &SpeedProfile, i: usize) -> f64 {
     let Some(next) = profile.segments.get(i + 1) else { return 0.0 };
     let kind = next.event().map(|k| scenario.cycle.road.events[k].kind);
-    kind.and_then(|kind| kind.standstill_s()).unwrap_or(-1.0)
+    kind.and_then(|kind| kind.standstill_s()).unwrap_or(-1.0 - UNBOUNDED)
 }
 
 /// From the end of a segment to the stop line, where it is near.
