@@ -85,10 +85,10 @@ pub struct DragBySpeedModel {
     pub from_mps: f64,
     /// b, in s/m.
     #[schemars(range(min = -0.2, max = 0.2))]
-    pub per_mps: f64,
+    pub linear_s_per_m: f64,
     /// c, in s²/m².
     #[schemars(range(min = 0.0, max = 0.01))]
-    pub per_mps2: f64,
+    pub quadratic_s2_per_m2: f64,
 }
 
 /// The same, prepared.
@@ -96,19 +96,20 @@ pub struct DragBySpeedModel {
 pub struct DragBySpeed {
     from_mps: f64,
     span_mps: f64,
-    per_mps: f64,
-    per_mps2: f64,
+    linear_s_per_m: f64,
+    quadratic_s2_per_m2: f64,
 }
 
 impl DragBySpeed {
     /// The drag area is the same at all speeds.
-    pub const NONE: Self = Self { from_mps: 0.0, span_mps: UNBOUNDED, per_mps: 0.0, per_mps2: 0.0 };
+    pub const NONE: Self =
+        Self { from_mps: 0.0, span_mps: UNBOUNDED, linear_s_per_m: 0.0, quadratic_s2_per_m2: 0.0 };
 
     /// Factors on the drag area at speeds in m/s.
     #[inline(always)]
     pub fn factors<S: Simd>(&self, speed_mps: Lanes<S>) -> Lanes<S> {
         let above = (speed_mps - self.from_mps).max(0.0).min(self.span_mps);
-        above * (above * self.per_mps2 + self.per_mps) + 1.0
+        above * (above * self.quadratic_s2_per_m2 + self.linear_s_per_m) + 1.0
     }
 
     /// The factor at one speed in m/s.
@@ -120,11 +121,12 @@ impl DragBySpeed {
 impl DragBySpeedModel {
     /// Prepares it.
     pub fn prepare(&self) -> DragBySpeed {
-        let Self { from_mps, per_mps, per_mps2 } = *self;
+        let Self { from_mps, linear_s_per_m, quadratic_s2_per_m2 } = *self;
         // a parabola that falls at first has its vertex ahead
-        let falls = per_mps < 0.0 && per_mps2 > 0.0;
-        let span_mps = if falls { -per_mps / (2.0 * per_mps2) } else { UNBOUNDED };
-        DragBySpeed { from_mps, span_mps, per_mps, per_mps2 }
+        let falls = linear_s_per_m < 0.0 && quadratic_s2_per_m2 > 0.0;
+        let span_mps =
+            if falls { -linear_s_per_m / (2.0 * quadratic_s2_per_m2) } else { UNBOUNDED };
+        DragBySpeed { from_mps, span_mps, linear_s_per_m, quadratic_s2_per_m2 }
     }
 }
 
@@ -280,9 +282,9 @@ impl CrossWindModel {
             uur += u * u * r;
         }
         let determinant = uu * uuuu - uuu * uuu;
-        let per_mps = (ur * uuuu - uur * uuu) / determinant;
-        let per_mps2 = ((uu * uur - uuu * ur) / determinant).max(0.0);
-        (base_m2, DragBySpeedModel { from_mps, per_mps, per_mps2 })
+        let linear_s_per_m = (ur * uuuu - uur * uuu) / determinant;
+        let quadratic_s2_per_m2 = ((uu * uur - uuu * ur) / determinant).max(0.0);
+        (base_m2, DragBySpeedModel { from_mps, linear_s_per_m, quadratic_s2_per_m2 })
     }
 
     /// The polynomial in t = tan β, through zero and four points that make the largest error
