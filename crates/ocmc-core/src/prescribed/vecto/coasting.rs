@@ -1,0 +1,221 @@
+//! Before the drive: overspeed and look-ahead coasting change the nodes.
+
+use super::mission::{Mission, Nodes};
+use super::polygon::ShiftPolygon;
+use super::truck::{Motion, Truck};
+use super::{LookAhead, Overspeed, VectoDriver, sine};
+
+/// A second brakes where the one before is faster by this, in m/s.
+const SLOWER_MPS: f64 = 1e-4;
+/// A target rises where it is higher by this than that of the second before, in m/s.
+const HIGHER_MPS: f64 = 1e-4;
+/// Steps of a fixed point.
+const FIXED_POINT_STEPS: usize = 30;
+
+/// Changes the nodes of a mission by overspeed and look-ahead coasting.
+pub(super) fn prepare(
+    nodes: &mut Nodes,
+    mission: &Mission,
+    truck: &Truck,
+    driver: &VectoDriver,
+    auxiliary_w: f64,
+) {
+    let polygon = driver.shift_polygons.first().cloned();
+    let polygon = polygon.unwrap_or_else(|| ShiftPolygon::generic(truck.powertrain));
+    let mut preparation = Preparation { nodes, mission, truck, driver, polygon, auxiliary_w };
+    if let Some(overspeed) = &driver.overspeed {
+        preparation.overspeed(overspeed);
+    }
+    preparation.look_ahead();
+}
+
+struct Preparation<'a> {
+    nodes: &'a mut Nodes,
+    mission: &'a Mission,
+    truck: &'a Truck<'a>,
+    driver: &'a VectoDriver,
+    polygon: ShiftPolygon,
+    auxiliary_w: f64,
+}
+
+impl Preparation<'_> {
+    /// Climb per metre of road in a second of the mission: that of the place where it ends.
+    fn slope(&self, second: usize) -> f64 {
+        sine(self.mission.gradient(self.nodes.way_m[second + 1]))
+    }
+
+    fn auxiliary_w(&self, second: usize) -> f64 {
+        self.auxiliary_w + self.nodes.auxiliary_w[second]
+    }
+
+    fn motion(&self, second: usize) -> Motion {
+        Motion {
+            speed_mps: self.nodes.mean_mps(second),
+            acceleration_mps2: self.nodes.acceleration_mps2(second),
+            slope: self.slope(second),
+            auxiliary_w: self.auxiliary_w(second),
+        }
+    }
+
+    /// The highest gear in which the engine is above the downshift line, by the power at the
+    /// wheels.
+    fn quick_gear(&self, motion: &Motion) -> usize {
+        let wheel_w = self.truck.wheel_w(motion);
+        let fits = |gear: &usize| {
+            let speed_radps = self.truck.speed_radps(*gear, motion.speed_mps);
+            speed_radps > self.polygon.down.at_radps(wheel_w / speed_radps.max(1.0))
+        };
+        (0..self.truck.powertrain.gears.len()).rev().find(fits).unwrap_or(0)
+    }
+
+    /// Lets the truck roll with a closed clutch where it would have to be braked.
+    fn overspeed(&mut self, overspeed: &Overspeed) {
+        for second in 0..self.nodes.seconds() {
+            let motion = self.motion(second);
+            if motion.speed_mps < overspeed.minimum_speed_mps {
+                continue;
+            }
+            let gear = self.quick_gear(&motion);
+            let speed_radps = self.truck.speed_radps(gear, motion.speed_mps);
+            let per_m = speed_radps / motion.speed_mps;
+            let inertia_kgm2 = self.truck.powertrain.engine_model.inertia_kgm2;
+            let spin_w = inertia_kgm2 * per_m * motion.acceleration_mps2 * speed_radps;
+            if self.truck.quick_w(gear, &motion) + spin_w >= self.truck.drag_w(speed_radps) {
+                continue;
+            }
+            let start_mps = self.nodes.speed_mps[second];
+            let coasting_mps2 =
+                self.truck.coasting_mps2(gear, start_mps, motion.slope, motion.auxiliary_w);
+            let most_mps = self.nodes.mean_target_mps(second) + overspeed.above_mps;
+            let node_mps = start_mps + coasting_mps2;
+            self.nodes.speed_mps[second + 1] =
+                node_mps.min(most_mps).min(2.0 * most_mps - start_mps).max(0.0);
+        }
+    }
+
+    fn brakes(&self, second: usize) -> bool {
+        second > 0
+            && self.nodes.mean_mps(second - 1) > self.nodes.mean_mps(second) + SLOWER_MPS
+    }
+
+    /// From the end to the start: each ramp is braked as hard as the table says and no harder, and
+    /// coasting comes before it.
+    fn look_ahead(&mut self) {
+        let mut second = self.nodes.seconds();
+        while second > 0 {
+            second -= 1;
+            if !self.brakes(second) {
+                continue;
+            }
+            let from = self.coasting_start(second);
+            let mut ramp = second;
+            while self.brakes_hard(ramp) {
+                self.brake_exactly(ramp);
+                if ramp == 0 {
+                    return;
+                }
+                ramp -= 1;
+            }
+            if let Some((from, minimum_mps)) = from
+                && self.nodes.mean_mps(ramp) >= minimum_mps
+            {
+                self.coast(from, second);
+                second = second.min(ramp + 1);
+            } else {
+                second = second.min(ramp + 1);
+            }
+        }
+    }
+
+    fn brakes_hard(&self, second: usize) -> bool {
+        let table = &self.driver.acceleration;
+        let most_mps2 = table.deceleration_mps2(self.nodes.mean_mps(second));
+        self.nodes.acceleration_mps2(second) < most_mps2 - 1e-9
+    }
+
+    /// Lowers the speed at the start of a second until it is braked as the table says.
+    fn brake_exactly(&mut self, second: usize) {
+        let end_mps = self.nodes.speed_mps[second + 1];
+        let mut start_mps = self.nodes.speed_mps[second];
+        for _ in 0..FIXED_POINT_STEPS {
+            let mean_mps = 0.5 * (start_mps + end_mps);
+            start_mps = end_mps - self.driver.acceleration.deceleration_mps2(mean_mps);
+        }
+        self.nodes.speed_mps[second] = start_mps;
+    }
+
+    /// Where coasting before a ramp begins, and the least speed for it.
+    fn coasting_start(&self, second: usize) -> Option<(usize, f64)> {
+        match self.driver.look_ahead? {
+            LookAhead::Window { deceleration_mps2, minimum_speed_mps } => {
+                let start = self.window_start(second, deceleration_mps2)?;
+                Some((start, minimum_speed_mps))
+            }
+            LookAhead::DecisionFactor { minimum_speed_mps } => {
+                let start = self.decision_start(second, minimum_speed_mps)?;
+                Some((start, minimum_speed_mps))
+            }
+        }
+    }
+
+    /// VECTO 2.2's window: as long as a fixed deceleration would take, not before the target's last
+    /// rise, and so short that coasting does not become slower than the ramp's end.
+    fn window_start(&self, second: usize, deceleration_mps2: f64) -> Option<usize> {
+        let end_mps = self.nodes.mean_mps(second);
+        let before = (0..second).rev().find(|k| !self.brakes(*k))?;
+        let fast_mps = self.nodes.mean_mps(before);
+        let length = libm::round((end_mps - fast_mps) / deceleration_mps2.min(-1e-3)).max(0.0);
+        let mut start = second.saturating_sub(length as usize);
+        let rises = |k: &usize| {
+            *k > 0
+                && self.nodes.mean_target_mps(*k)
+                    > self.nodes.mean_target_mps(*k - 1) + HIGHER_MPS
+        };
+        if let Some(rise) = (start..=second).rev().find(rises) {
+            start = rise;
+        }
+        while start < second && self.coasts_below(start, second, end_mps) {
+            start += 1;
+        }
+        (start < second).then_some(start)
+    }
+
+    /// Whether coasting from a second, in its gear and on its slope, is slower than a speed before
+    /// another second.
+    fn coasts_below(&self, start: usize, end: usize, speed_mps: f64) -> bool {
+        let motion = self.motion(start);
+        let gear = self.quick_gear(&motion);
+        let mut now_mps = motion.speed_mps;
+        for _ in start..end {
+            now_mps +=
+                self.truck.coasting_mps2(gear, now_mps, motion.slope, motion.auxiliary_w);
+            if now_mps < speed_mps {
+                return true;
+            }
+        }
+        false
+    }
+
+    /// Coasts from a second on, while that is slower than the nodes and does not brake.
+    fn coast(&mut self, from: usize, until: usize) {
+        for second in from..until {
+            let motion = self.motion(second);
+            let gear = self.quick_gear(&motion);
+            let start_mps = self.nodes.speed_mps[second];
+            let change =
+                self.truck.coasting_mps2(gear, start_mps, motion.slope, motion.auxiliary_w);
+            let mean_mps = start_mps + 0.5 * change;
+            let hard = change < self.driver.acceleration.deceleration_mps2(mean_mps);
+            if mean_mps >= self.nodes.mean_mps(second) || hard {
+                break;
+            }
+            self.nodes.speed_mps[second + 1] = start_mps + change;
+        }
+    }
+
+    /// VECTO 3's decision: the first second of the preview from which the deceleration that the
+    /// target needs is large enough against that of coasting.
+    fn decision_start(&self, _second: usize, _minimum_mps: f64) -> Option<usize> {
+        None
+    }
+}

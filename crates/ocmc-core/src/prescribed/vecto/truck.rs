@@ -1,0 +1,241 @@
+//! The truck as the planner asks it: what a second of driving takes of the engine.
+
+use crate::powertrain::diesel::DieselPowertrain;
+use crate::powertrain::gearbox::GearboxModel;
+use crate::prescribed::Body;
+
+/// Revolutions per minute in rad/s.
+pub(super) const RPM: f64 = std::f64::consts::PI / 30.0;
+/// Share of the span from idle to rated speed below which the clutch slips.
+const SLIP_SHARE: f64 = 0.03;
+/// Share of that span, from idle, above which an engine turns too fast.
+const FAST_SHARE: f64 = 1.2;
+/// Share of an open engine's power that is that of its drag.
+const FALLING_SHARE: f64 = 0.75;
+/// Steps of a fixed point; each takes two digits and more.
+const FIXED_POINT_STEPS: usize = 12;
+
+/// Body and powertrain, and what is computed of them before a drive.
+#[derive(Clone, Debug)]
+pub(super) struct Truck<'a> {
+    body: &'a Body,
+    pub(super) powertrain: &'a DieselPowertrain,
+    axle_per_m: f64,
+    /// Mass with that of the wheels at the rim, in kg.
+    inertia_kg: f64,
+    /// Mean efficiency from the engine to the wheels by gear.
+    efficiency: Vec<f64>,
+    /// Speed at which the engine has its greatest power, in rad/s.
+    pub(super) rated_radps: f64,
+    /// Idle speed, in rad/s.
+    pub(super) idle_radps: f64,
+}
+
+/// A second of driving: its means.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Motion {
+    /// Speed, in m/s.
+    pub(super) speed_mps: f64,
+    /// Acceleration, in m/s².
+    pub(super) acceleration_mps2: f64,
+    /// Climb per metre of road.
+    pub(super) slope: f64,
+    /// Power of all auxiliaries, in W.
+    pub(super) auxiliary_w: f64,
+}
+
+impl<'a> Truck<'a> {
+    pub(super) fn new(body: &'a Body, powertrain: &'a DieselPowertrain) -> Self {
+        let gear = &powertrain.gears[0];
+        let axle_per_m = gear.speed_ratio_per_m / gear.ratio;
+        let idle_radps = powertrain.engine_model.idle_speed_radps;
+        let mut truck = Self {
+            body,
+            powertrain,
+            axle_per_m,
+            inertia_kg: body.mass_kg + body.wheel_mass_kg,
+            efficiency: Vec::new(),
+            rated_radps: rated_radps(powertrain),
+            idle_radps,
+        };
+        truck.efficiency = truck.mean_efficiencies();
+        truck
+    }
+
+    /// Mean efficiencies over the upper two thirds of torque, by gear: of the gear, times that of
+    /// the axle over all gears.
+    fn mean_efficiencies(&self) -> Vec<f64> {
+        let DieselPowertrain { engine, gears, gearbox, .. } = self.powertrain;
+        // the same box with an ideal axle: what the gears alone lose
+        let box_alone = GearboxModel {
+            axle_loss_torque_nm: 0.0,
+            axle_loss_share: 0.0,
+            retarder_torque_nm: 0.0,
+            retarder_torque_nms2: None,
+            ..gearbox.clone()
+        };
+        let span_radps = (self.rated_radps - self.idle_radps) / 15.0;
+        let (mut axle_sum, mut gear_means) = (0.0, Vec::with_capacity(gears.len()));
+        for gear in gears {
+            let mut gear_sum = 0.0;
+            for k in 1..=15 {
+                let speed_radps = self.idle_radps + f64::from(k) * span_radps;
+                let speed_mps = speed_radps / gear.speed_ratio_per_m;
+                let full_nm = engine.full_load_nm(speed_radps);
+                for j in 0..10 {
+                    let torque_nm = full_nm * (1.0 / 3.0 + f64::from(j) / 15.0);
+                    let wheel = |gearbox: &GearboxModel| {
+                        gearbox.wheel_and_lost_n(gear, self.axle_per_m, speed_mps, torque_nm)[0]
+                    };
+                    let shaft_n = wheel(&box_alone);
+                    gear_sum += shaft_n / (torque_nm * gear.speed_ratio_per_m);
+                    axle_sum += wheel(gearbox) / shaft_n;
+                }
+            }
+            gear_means.push(gear_sum / 150.0);
+        }
+        let axle_mean = axle_sum / (150.0 * gears.len() as f64);
+        gear_means.iter().map(|mean| (mean * axle_mean).clamp(0.1, 1.0)).collect()
+    }
+
+    /// Power at the wheels, in W.
+    pub(super) fn wheel_w(&self, motion: &Motion) -> f64 {
+        self.wheel_n(motion) * motion.speed_mps
+    }
+
+    fn wheel_n(&self, motion: &Motion) -> f64 {
+        let road_n = self.body.road_forces(motion.speed_mps, motion.slope).sum_n();
+        self.inertia_kg * motion.acceleration_mps2 + road_n
+    }
+
+    /// Engine speed in a gear at a speed of the truck, in rad/s.
+    pub(super) fn speed_radps(&self, gear: usize, speed_mps: f64) -> f64 {
+        self.powertrain.gears[gear].speed_ratio_per_m * speed_mps
+    }
+
+    /// Power for turning the engine from one speed to another in a second, in W.
+    pub(super) fn spin_w(&self, from_radps: f64, to_radps: f64) -> f64 {
+        let inertia_kgm2 = self.powertrain.engine_model.inertia_kgm2;
+        0.5 * inertia_kgm2 * (to_radps * to_radps - from_radps * from_radps)
+    }
+
+    /// Power that the gearbox takes at its input in a gear, in W.
+    pub(super) fn gearbox_w(&self, gear: usize, motion: &Motion) -> f64 {
+        let DieselPowertrain { gears, gearbox, .. } = self.powertrain;
+        let (gear, speed_mps) = (&gears[gear], motion.speed_mps);
+        let force_n = self.wheel_n(motion);
+        let torque_nm = gearbox.input_torque_nm(gear, self.axle_per_m, speed_mps, force_n);
+        torque_nm * gear.speed_ratio_per_m * speed_mps
+    }
+
+    /// Power of the engine in a gear by mean efficiencies, in W, without that for its own inertia.
+    pub(super) fn quick_w(&self, gear: usize, motion: &Motion) -> f64 {
+        let (wheel_w, efficiency) = (self.wheel_w(motion), self.efficiency[gear]);
+        let gearbox_w = if wheel_w > 0.0 { wheel_w / efficiency } else { wheel_w * efficiency };
+        gearbox_w + motion.auxiliary_w
+    }
+
+    /// Full load in W at a speed in rad/s.
+    pub(super) fn full_w(&self, speed_radps: f64) -> f64 {
+        self.powertrain.engine.full_load_nm(speed_radps) * speed_radps
+    }
+
+    /// Drag power (negative) in W at a speed in rad/s.
+    pub(super) fn drag_w(&self, speed_radps: f64) -> f64 {
+        self.powertrain.engine.drag_nm(speed_radps) * speed_radps
+    }
+
+    /// Engine speed below which the clutch slips at a start, in rad/s.
+    pub(super) fn slips_below_radps(&self) -> f64 {
+        self.idle_radps + SLIP_SHARE * (self.rated_radps - self.idle_radps)
+    }
+
+    /// Engine speed behind a slipping clutch whose other side has a speed, both in rad/s.
+    pub(super) fn slipping_radps(&self, speed_radps: f64) -> f64 {
+        let span_radps = self.rated_radps - self.idle_radps;
+        let share = SLIP_SHARE / self.slips_below_radps();
+        self.idle_radps + speed_radps.max(self.idle_radps) * share * span_radps
+    }
+
+    /// Engine speed above which it turns too fast, in rad/s.
+    pub(super) fn fast_radps(&self) -> f64 {
+        self.idle_radps + FAST_SHARE * (self.rated_radps - self.idle_radps)
+    }
+
+    /// Engine speed after a second with an open clutch, in rad/s: J w' (w' - w) is a share of the
+    /// power that the engine gave in the second before, the rest is that of its drag.
+    pub(super) fn released_radps(&self, last_radps: f64, last_w: f64) -> f64 {
+        let inertia_kgm2 = self.powertrain.engine_model.inertia_kgm2;
+        let excess_w = |w: f64| {
+            let power_w = (1.0 - FALLING_SHARE) * last_w + FALLING_SHARE * self.drag_w(w);
+            power_w - inertia_kgm2 * w * (w - last_radps)
+        };
+        let (mut low, mut high) = (self.idle_radps.min(last_radps), last_radps);
+        if excess_w(high) >= 0.0 {
+            return high.max(self.idle_radps);
+        }
+        for _ in 0..40 {
+            let middle = 0.5 * (low + high);
+            if excess_w(middle) > 0.0 { low = middle } else { high = middle }
+        }
+        high.max(self.idle_radps)
+    }
+
+    /// Acceleration of a truck that begins a second at a speed and is pushed by a force at its
+    /// wheels that depends on its mean speed, in m/s².
+    fn free_mps2(
+        &self,
+        start_mps: f64,
+        slope: f64,
+        inertia_kg: f64,
+        wheel_n: impl Fn(f64) -> f64,
+    ) -> f64 {
+        let mut acceleration_mps2 = 0.0;
+        for _ in 0..FIXED_POINT_STEPS {
+            let mean_mps = (start_mps + 0.5 * acceleration_mps2).max(0.0);
+            let road_n = self.body.road_forces(mean_mps, slope).sum_n();
+            acceleration_mps2 = (wheel_n(mean_mps) - road_n) / inertia_kg;
+        }
+        acceleration_mps2
+    }
+
+    /// Acceleration of a truck that rolls with an open clutch, in m/s².
+    pub(super) fn rolling_mps2(&self, start_mps: f64, slope: f64) -> f64 {
+        self.free_mps2(start_mps, slope, self.inertia_kg, |_| 0.0)
+    }
+
+    /// Acceleration of a truck that is slowed by its engine in a gear, in m/s², by mean
+    /// efficiencies.
+    pub(super) fn coasting_mps2(
+        &self,
+        gear: usize,
+        start_mps: f64,
+        slope: f64,
+        auxiliary_w: f64,
+    ) -> f64 {
+        let per_m = self.powertrain.gears[gear].speed_ratio_per_m;
+        let efficiency = self.efficiency[gear];
+        let spun_kg = self.powertrain.engine_model.inertia_kgm2 * per_m * per_m / efficiency;
+        self.free_mps2(start_mps, slope, self.inertia_kg + spun_kg, |mean_mps| {
+            let engine_nm = self.powertrain.engine.drag_nm(per_m * mean_mps);
+            let slowing_n = engine_nm * per_m - auxiliary_w / mean_mps.max(1.0);
+            slowing_n / efficiency
+        })
+    }
+}
+
+/// The engine speed of the greatest power on a grid of whole revolutions per minute, in rad/s.
+fn rated_radps(powertrain: &DieselPowertrain) -> f64 {
+    let model = &powertrain.engine_model;
+    let last_radps = model.full_load_speed_radps.last().copied().unwrap_or(model.idle_speed_radps);
+    let (first, last) = (libm::round(model.idle_speed_radps / RPM), libm::round(last_radps / RPM));
+    let power_w = |w: f64| powertrain.engine.full_load_nm(w) * w;
+    let mut best = model.idle_speed_radps;
+    for k in 0..=(last - first).clamp(0.0, 20_000.0) as u32 {
+        let w = (first + f64::from(k)) * RPM;
+        if power_w(w) > power_w(best) {
+            best = w;
+        }
+    }
+    best
+}
