@@ -3,7 +3,7 @@
 use super::gears::{GearChoice, GearMemory};
 use super::mission::{Mission, Nodes};
 use super::truck::{Motion, Truck};
-use super::{Plan, PlannedSecond, VectoDriver};
+use super::{Plan, PlannedSecond, VectoDriver, sine};
 use crate::powertrain::GearOrder;
 
 /// What a speed is multiplied by until the engine has the power.
@@ -18,8 +18,8 @@ const RELEASE_MPS: f64 = 5.0 / 3.6;
 const CORRECTED_FROM_MPS: f64 = 1.0;
 /// Speed below which a truck rests, in m/s.
 const REST_MPS: f64 = 1e-4;
-/// Least share of its speed that a truck keeps in a gap.
-const KEPT_IN_GAP: f64 = 0.5;
+/// Seconds that have to be left for a correction.
+const LEFT_FOR_CORRECTION: usize = 3;
 
 /// The drive of a truck along a mission.
 pub(super) struct Drive<'a> {
@@ -41,16 +41,25 @@ pub(super) struct Drive<'a> {
 struct Shift {
     /// Gear that it leads to.
     gear: usize,
-    /// Seconds that its gap lasts from here, this one included; 0 in the second after it, in which
-    /// the gear is engaged whatever is wanted.
+    /// Seconds that its gap lasts from here, this one included. In the second after it the gear is
+    /// engaged whatever is wanted.
     open_s: u32,
+}
+
+/// What is given in a second.
+#[derive(Clone, Copy, Debug)]
+struct Row {
+    /// Whether it is the first one.
+    first: bool,
+    start_mps: f64,
+    auxiliary_w: f64,
 }
 
 /// A second as it could be driven.
 #[derive(Clone, Copy, Debug)]
 struct Attempt {
     end_mps: f64,
-    slope: f64,
+    gradient: f64,
     /// The gear that is engaged, none with an open clutch.
     gear: Option<usize>,
     engine_radps: f64,
@@ -88,61 +97,49 @@ impl<'a> Drive<'a> {
     pub(super) fn run(mut self) -> Plan {
         let way_m = self.nodes.way_m.clone();
         let (mut way_node, mut corrected) = (0, false);
+        let mut speed_mps = vec![self.nodes.speed_mps[0]];
         let mut seconds = Vec::with_capacity(self.nodes.seconds());
         let mut second = 0;
         while second < self.nodes.seconds() {
-            let planned = self.second(second);
+            let start_mps = speed_mps[second];
+            let (planned, end_mps) = self.second(second, start_mps);
             seconds.push(planned);
-            let mean_mps = self.nodes.mean_mps(second);
+            speed_mps.push(end_mps);
+            let mean_mps = 0.5 * (start_mps + end_mps);
             self.distance_m += mean_mps;
-            let correction = if corrected || mean_mps <= CORRECTED_FROM_MPS {
+            let left = self.nodes.seconds() - (second + 1);
+            let keeps = corrected || left < LEFT_FOR_CORRECTION;
+            let correction = if keeps || mean_mps <= CORRECTED_FROM_MPS {
                 Correction::None
             } else {
                 correction(&way_m, way_node, self.distance_m, planned.target_mps)
             };
             match correction {
                 Correction::None => way_node += 1,
-                Correction::Repeat => self.repeat(second + 1),
+                Correction::Repeat => self.nodes.repeat(second + 1),
                 Correction::Drop => {
-                    self.drop(second + 1);
+                    self.nodes.drop(second + 1);
                     way_node += 2;
                 }
             }
             corrected = correction != Correction::None;
             second += 1;
         }
-        Plan { speed_mps: self.nodes.speed_mps, seconds }
+        Plan { speed_mps, seconds }
     }
 
-    /// Repeats a second: a node of its mean speed comes between its nodes.
-    fn repeat(&mut self, second: usize) {
-        let nodes = &mut self.nodes;
-        if second < nodes.seconds() {
-            nodes.speed_mps.insert(second + 1, nodes.mean_mps(second));
-            nodes.target_mps.insert(second + 1, nodes.target_mps[second]);
-            nodes.auxiliary_w.insert(second + 1, nodes.auxiliary_w[second]);
-        }
-    }
-
-    /// Leaves a second out.
-    fn drop(&mut self, second: usize) {
-        let nodes = &mut self.nodes;
-        if second < nodes.seconds() {
-            nodes.speed_mps.remove(second + 1);
-            nodes.target_mps.remove(second + 1);
-            nodes.auxiliary_w.remove(second + 1);
-        }
-    }
-
-    /// Drives one second, and sets the speed at its end.
-    fn second(&mut self, second: usize) -> PlannedSecond {
-        let start_mps = self.nodes.speed_mps[second];
+    /// Drives one second; what is planned of it, and the speed at its end in m/s.
+    fn second(&mut self, second: usize, start_mps: f64) -> (PlannedSecond, f64) {
         let auxiliary_w = self.auxiliary_w + self.nodes.auxiliary_w[second];
         let wanted_mps = self.limited(start_mps, self.nodes.speed_mps[second + 1]);
-        let mut done = self.strongest(start_mps, wanted_mps, auxiliary_w, second);
+        let row = Row { first: second == 0, start_mps, auxiliary_w };
+        let (mut done, cut) = self.strongest(&row, wanted_mps);
         self.shifting = self.shift(done.gear);
-        if self.shifting.is_some_and(|shift| shift.open_s > 0) {
-            done = self.gap(start_mps, &done, auxiliary_w);
+        if let Some(shift) = self.shifting {
+            done = self.gap(&row, &done, cut, shift.gear);
+            if done.gear.is_some() {
+                self.shifting = None;
+            }
         }
         // a gap counts as the gear that it leads to
         let held = self.shifting.map(|shift| shift.gear).or(done.gear);
@@ -155,21 +152,22 @@ impl<'a> Drive<'a> {
         };
         let drag_w = self.truck.drag_w(done.engine_radps);
         self.engine_w = done.engine_w.max(drag_w) - auxiliary_w;
-        self.nodes.speed_mps[second + 1] = done.end_mps;
-        PlannedSecond {
-            gradient: done.slope,
+        let planned = PlannedSecond {
+            gradient: done.gradient,
             gear: done.gear.map_or(GearOrder::Open, GearOrder::Engaged),
             target_mps: self.nodes.mean_target_mps(second),
             auxiliary_w,
-        }
+        };
+        (planned, done.end_mps)
     }
 
     /// The shift that the next second is part of.
     fn shift(&self, wanted: Option<usize>) -> Option<Shift> {
         match self.shifting {
-            Some(Shift { gear, open_s }) if open_s > 1 => Some(Shift { gear, open_s: open_s - 1 }),
-            Some(Shift { gear, open_s: 1 }) => Some(Shift { gear, open_s: 0 }),
-            _ => {
+            Some(Shift { gear, open_s }) => {
+                (open_s > 1).then_some(Shift { gear, open_s: open_s - 1 })
+            }
+            None => {
                 let (last, gear) = (self.memory.gear?, wanted?);
                 let open_s = self.driver.gap_s;
                 (last != gear && open_s > 0).then_some(Shift { gear, open_s })
@@ -198,79 +196,89 @@ impl<'a> Drive<'a> {
         }
     }
 
-    /// The fastest attempt that the engine can carry: the wanted speed is cut again and again.
-    fn strongest(
-        &self,
-        start_mps: f64,
-        wanted_mps: f64,
-        auxiliary_w: f64,
-        second: usize,
-    ) -> Attempt {
+    /// The fastest attempt that the engine can carry, and whether the wanted speed had to be cut for
+    /// it, again and again.
+    fn strongest(&self, row: &Row, wanted_mps: f64) -> (Attempt, bool) {
         let mut end_mps = wanted_mps;
-        let mut attempt = self.attempt(start_mps, end_mps, auxiliary_w, second);
-        for _ in 0..MOST_CUTS {
-            if attempt.able {
-                break;
-            }
+        let mut attempt = self.attempt(row, end_mps);
+        let mut cuts = 0;
+        while !attempt.able && cuts < MOST_CUTS {
             end_mps *= CUT;
-            attempt = self.attempt(start_mps, end_mps, auxiliary_w, second);
+            attempt = self.attempt(row, end_mps);
+            cuts += 1;
         }
-        attempt
+        (attempt, cuts > 0)
     }
 
-    /// One second to a speed at its end.
-    fn attempt(&self, start_mps: f64, end_mps: f64, auxiliary_w: f64, second: usize) -> Attempt {
-        let truck = self.truck;
-        let speed_mps = 0.5 * (start_mps + end_mps);
-        let slope = self.mission.gradient(self.distance_m + speed_mps);
-        let motion = Motion {
-            speed_mps,
-            acceleration_mps2: end_mps - start_mps,
-            slope: sine(slope),
-            auxiliary_w,
-        };
-        let open = |engine_radps: f64, engine_w: f64| Attempt {
-            end_mps,
-            slope,
-            gear: None,
-            engine_radps,
-            engine_w,
-            slips: false,
-            able: true,
-        };
-        if speed_mps < REST_MPS {
-            return open(truck.idle_radps, auxiliary_w);
-        }
-        let wheel_w = truck.wheel_w(&motion);
+    /// One second to a speed at its end, in the gear that is chosen for it.
+    fn attempt(&self, row: &Row, end_mps: f64) -> Attempt {
+        let motion = self.motion(row, end_mps);
+        let resting = self.memory.gear.is_none() && row.start_mps < REST_MPS;
         let gear = if let Some(shift) = self.shifting {
             shift.gear
-        } else if self.memory.gear.is_none() && start_mps < REST_MPS {
-            self.choice.start(motion.slope, auxiliary_w)
-        } else if self.memory.gear.is_none() && second > 0 {
-            self.choice.rolling_start(&motion)
+        } else if resting && !row.first {
+            self.choice.start(motion.slope, row.auxiliary_w, self.memory.engine_radps)
         } else {
             self.choice.next(&motion, &self.memory)
         };
-        let closed = self.closed_gear(gear, &motion, wheel_w);
-        let last_radps = self.memory.engine_radps;
+        self.attempt_in(row, end_mps, gear)
+    }
+
+    fn motion(&self, row: &Row, end_mps: f64) -> Motion {
+        let speed_mps = 0.5 * (row.start_mps + end_mps);
+        Motion {
+            speed_mps,
+            acceleration_mps2: end_mps - row.start_mps,
+            slope: sine(self.mission.gradient(self.distance_m + speed_mps)),
+            auxiliary_w: row.auxiliary_w,
+        }
+    }
+
+    /// One second to a speed at its end, in a gear.
+    fn attempt_in(&self, row: &Row, end_mps: f64, gear: usize) -> Attempt {
+        let (truck, motion) = (self.truck, self.motion(row, end_mps));
+        let gradient = self.mission.gradient(self.distance_m + motion.speed_mps);
+        let wheel_w = truck.wheel_w(&motion);
+        let resting = motion.speed_mps < REST_MPS;
+        let closed = if resting { None } else { self.closed_gear(gear, &motion, wheel_w) };
         let Some(gear) = closed else {
-            let released = truck.released_radps(last_radps.unwrap_or(truck.idle_radps), self.engine_w);
-            let spin_w = last_radps.map_or(0.0, |last| truck.spin_w(last, released));
-            return open(released, auxiliary_w + spin_w);
+            return self.open(row, end_mps);
         };
-        let turns_radps = truck.speed_radps(gear, speed_mps);
+        let turns_radps = truck.speed_radps(gear, motion.speed_mps);
         let slips = slips(truck, turns_radps, wheel_w, &motion);
         let engine_radps = if slips { truck.slipping_radps(turns_radps) } else { turns_radps };
+        let last_radps = self.memory.engine_radps;
         let spin_w = last_radps.map_or(0.0, |last| truck.spin_w(last, engine_radps));
-        let engine_w = truck.gearbox_w(gear, &motion) + auxiliary_w + spin_w;
+        let engine_w = truck.gearbox_w(gear, &motion) + row.auxiliary_w + spin_w;
         Attempt {
             end_mps,
-            slope,
+            gradient,
             gear: Some(gear),
             engine_radps,
             engine_w,
             slips,
             able: engine_w <= truck.full_w(engine_radps),
+        }
+    }
+
+    /// One second with an open clutch.
+    fn open(&self, row: &Row, end_mps: f64) -> Attempt {
+        let truck = self.truck;
+        let speed_mps = 0.5 * (row.start_mps + end_mps);
+        let last_radps = self.memory.engine_radps.unwrap_or(truck.idle_radps);
+        let engine_radps = if speed_mps < REST_MPS {
+            truck.idle_radps
+        } else {
+            truck.released_radps(last_radps, self.engine_w)
+        };
+        Attempt {
+            end_mps,
+            gradient: self.mission.gradient(self.distance_m + speed_mps),
+            gear: None,
+            engine_radps,
+            engine_w: row.auxiliary_w + truck.spin_w(last_radps, engine_radps),
+            slips: false,
+            able: true,
         }
     }
 
@@ -282,9 +290,11 @@ impl<'a> Drive<'a> {
         if gear == 0 && wheel_w < 0.0 && motion.speed_mps <= RELEASE_MPS {
             closed = None;
         }
+        // without power a clutch that would slip in a truck that does not slow does not hold
+        let slows = motion.acceleration_mps2 < 0.0;
+        let least_radps = if slows { truck.idle_radps } else { truck.slips_below_radps() };
         while let Some(gear) = closed {
-            let slips = slips(truck, turns(gear), wheel_w, motion);
-            if slips || turns(gear) >= truck.idle_radps {
+            if turns(gear) >= least_radps || slips(truck, turns(gear), wheel_w, motion) {
                 break;
             }
             closed = gear.checked_sub(1);
@@ -296,17 +306,21 @@ impl<'a> Drive<'a> {
         closed.map(|gear| if turns(gear) > truck.fast_radps() { (gear + 1).min(top) } else { gear })
     }
 
-    /// The second of a shift: the truck rolls.
-    fn gap(&self, start_mps: f64, wanted: &Attempt, auxiliary_w: f64) -> Attempt {
-        let truck = self.truck;
-        let rolling_mps2 = truck.rolling_mps2(start_mps, sine(wanted.slope));
-        let slowest_mps = KEPT_IN_GAP * start_mps;
-        let end_mps = wanted.end_mps.min((start_mps + rolling_mps2).max(slowest_mps));
-        let slope = self.mission.gradient(self.distance_m + 0.5 * (start_mps + end_mps));
-        let last_radps = self.memory.engine_radps.unwrap_or(truck.idle_radps);
-        let engine_radps = truck.released_radps(last_radps, self.engine_w);
-        let engine_w = auxiliary_w + truck.spin_w(last_radps, engine_radps);
-        Attempt { end_mps, slope, gear: None, engine_radps, engine_w, slips: false, able: true }
+    /// The second of a shift: the truck rolls, if that is slower than what is wanted. Where it would
+    /// roll to rest, or slow more than the table says before full load was asked for, the new gear
+    /// has to pull at once.
+    fn gap(&self, row: &Row, wanted: &Attempt, cut: bool, gear: usize) -> Attempt {
+        let motion = self.motion(row, wanted.end_mps);
+        let rolling_mps2 = self.truck.rolling_mps2(row.start_mps, motion.slope);
+        let mut end_mps = wanted.end_mps.min((row.start_mps + rolling_mps2).max(0.0));
+        if !cut {
+            end_mps = self.limited(row.start_mps, end_mps);
+        }
+        if self.truck.wheel_w(&self.motion(row, end_mps)) > ENGAGING_W {
+            self.attempt_in(row, end_mps, gear)
+        } else {
+            self.open(row, end_mps)
+        }
     }
 }
 
@@ -314,11 +328,6 @@ impl<'a> Drive<'a> {
 fn slips(truck: &Truck, turns_radps: f64, wheel_w: f64, motion: &Motion) -> bool {
     let drives = wheel_w > 0.0 && motion.acceleration_mps2 >= 0.0;
     drives && turns_radps < truck.slips_below_radps()
-}
-
-/// Climb per metre of road for a gradient.
-fn sine(gradient: f64) -> f64 {
-    gradient / (1.0 + gradient * gradient).sqrt()
 }
 
 /// What is done with the next second.
@@ -336,7 +345,7 @@ fn correction(way_m: &[f64], node: usize, driven_m: f64, target_mps: f64) -> Cor
         return Correction::None;
     };
     let off_m = (driven_m - here_m).abs();
-    if (driven_m + target_mps - here_m).abs() < off_m {
+    if way_m.len() > node + 2 && (driven_m + target_mps - here_m).abs() < off_m {
         return Correction::Repeat;
     }
     match way_m.get(node + 1) {

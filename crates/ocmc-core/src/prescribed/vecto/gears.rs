@@ -88,7 +88,7 @@ impl<'a> GearChoice<'a> {
     }
 
     /// The gear of a truck that starts from rest.
-    pub(super) fn start(&self, slope: f64, auxiliary_w: f64) -> usize {
+    pub(super) fn start(&self, slope: f64, auxiliary_w: f64, last_radps: Option<f64>) -> usize {
         let driver = self.driver;
         let motion = Motion {
             speed_mps: driver.start_speed_mps,
@@ -98,7 +98,7 @@ impl<'a> GearChoice<'a> {
         };
         let peak_nm = self.truck.powertrain.engine.peak_torque_nm();
         for gear in (1..=self.top()).rev() {
-            let load = self.load(gear, &motion, None);
+            let load = self.load(gear, &motion, last_radps);
             let turns = load.speed_radps <= self.truck.rated_radps
                 && load.speed_radps >= self.truck.idle_radps
                 && load.speed_radps > self.down_radps(gear, load.torque_nm.min(peak_nm));

@@ -200,6 +200,24 @@ impl Nodes {
         0.5 * (self.target_mps[second] + self.target_mps[second + 1])
     }
 
+    /// Repeats a second: a node of its mean speed comes between its nodes.
+    pub(super) fn repeat(&mut self, second: usize) {
+        if second < self.seconds() {
+            self.speed_mps.insert(second + 1, self.mean_mps(second));
+            self.target_mps.insert(second + 1, self.target_mps[second]);
+            self.auxiliary_w.insert(second + 1, self.auxiliary_w[second]);
+        }
+    }
+
+    /// Leaves a second out.
+    pub(super) fn drop(&mut self, second: usize) {
+        if second < self.seconds() {
+            for values in [&mut self.speed_mps, &mut self.target_mps, &mut self.auxiliary_w] {
+                values.remove(second + 1);
+            }
+        }
+    }
+
     fn repeat_first(&mut self) {
         for values in
             [&mut self.way_m, &mut self.speed_mps, &mut self.target_mps, &mut self.auxiliary_w]
