@@ -6,8 +6,9 @@ use super::truck::{Motion, Truck};
 use super::{Plan, PlannedSecond, VectoDriver, sine};
 use crate::powertrain::GearOrder;
 
-/// What a speed is multiplied by until the engine has the power.
-const CUT: f64 = 0.9999;
+/// What a speed is multiplied by until the engine has the power; in single precision, whose
+/// rounding shows after hundreds of steps.
+const CUT: f32 = 0.9999;
 /// Most of these steps: the speed is then a hundred-thousandth.
 const MOST_CUTS: usize = 120_000;
 /// Power at the wheels from which an open clutch is closed, in W.
@@ -30,6 +31,9 @@ pub(super) struct Drive<'a> {
     nodes: Nodes,
     auxiliary_w: f64,
     memory: GearMemory,
+    /// The gear that was engaged last, and the seconds since then.
+    engaged: Option<usize>,
+    since_engaged_s: f64,
     shifting: Option<Shift>,
     /// Power that the engine gave in the last second without that for auxiliaries, in W.
     engine_w: f64,
@@ -78,7 +82,7 @@ impl<'a> Drive<'a> {
         nodes: Nodes,
         auxiliary_w: f64,
     ) -> Self {
-        let memory = GearMemory { gear: None, since_other_s: 0.0, engine_radps: None, slipped: false };
+        let memory = GearMemory { gear: None, since_other_s: f64::INFINITY, engine_radps: None, slipped: false };
         Self {
             mission,
             truck,
@@ -87,6 +91,8 @@ impl<'a> Drive<'a> {
             nodes,
             auxiliary_w,
             memory,
+            engaged: None,
+            since_engaged_s: 0.0,
             shifting: None,
             engine_w: 0.0,
             distance_m: 0.0,
@@ -143,10 +149,10 @@ impl<'a> Drive<'a> {
         }
         // a gap counts as the gear that it leads to
         let held = self.shifting.map(|shift| shift.gear).or(done.gear);
-        let same = held.is_some() && held == self.memory.gear;
+        self.count(held);
         self.memory = GearMemory {
             gear: held,
-            since_other_s: if same { self.memory.since_other_s + 1.0 } else { 2.0 },
+            since_other_s: self.memory.since_other_s,
             engine_radps: Some(done.engine_radps),
             slipped: done.slips,
         };
@@ -159,6 +165,20 @@ impl<'a> Drive<'a> {
             auxiliary_w,
         };
         (planned, done.end_mps)
+    }
+
+    /// Counts the seconds since another gear; an open clutch at rest or before a stall is none.
+    fn count(&mut self, held: Option<usize>) {
+        let memory = &mut self.memory;
+        memory.since_other_s += 1.0;
+        self.since_engaged_s += 1.0;
+        if let Some(gear) = held {
+            if self.engaged.is_some_and(|before| before != gear) {
+                memory.since_other_s = self.since_engaged_s + 1.0;
+            }
+            self.engaged = Some(gear);
+            self.since_engaged_s = 0.0;
+        }
     }
 
     /// The shift that the next second is part of.
@@ -203,7 +223,7 @@ impl<'a> Drive<'a> {
         let mut attempt = self.attempt(row, end_mps);
         let mut cuts = 0;
         while !attempt.able && cuts < MOST_CUTS {
-            end_mps *= CUT;
+            end_mps = f64::from(end_mps as f32 * CUT);
             attempt = self.attempt(row, end_mps);
             cuts += 1;
         }
@@ -249,7 +269,7 @@ impl<'a> Drive<'a> {
         let engine_radps = if slips { truck.slipping_radps(turns_radps) } else { turns_radps };
         let last_radps = self.memory.engine_radps;
         let spin_w = last_radps.map_or(0.0, |last| truck.spin_w(last, engine_radps));
-        let engine_w = truck.gearbox_w(gear, &motion) + row.auxiliary_w + spin_w;
+        let engine_w = truck.gearbox_w(gear, &motion, engine_radps) + row.auxiliary_w + spin_w;
         Attempt {
             end_mps,
             gradient,
@@ -306,13 +326,15 @@ impl<'a> Drive<'a> {
         closed.map(|gear| if turns(gear) > truck.fast_radps() { (gear + 1).min(top) } else { gear })
     }
 
-    /// The second of a shift: the truck rolls, if that is slower than what is wanted. Where it would
+    /// The second of a shift: the truck rolls, unless it is to slow more than that. Where it would
     /// roll to rest, or slow more than the table says before full load was asked for, the new gear
     /// has to pull at once.
     fn gap(&self, row: &Row, wanted: &Attempt, cut: bool, gear: usize) -> Attempt {
         let motion = self.motion(row, wanted.end_mps);
         let rolling_mps2 = self.truck.rolling_mps2(row.start_mps, motion.slope);
-        let mut end_mps = wanted.end_mps.min((row.start_mps + rolling_mps2).max(0.0));
+        let rolling_mps = (row.start_mps + rolling_mps2).max(0.0);
+        let slows = wanted.end_mps < row.start_mps;
+        let mut end_mps = if slows { wanted.end_mps.min(rolling_mps) } else { rolling_mps };
         if !cut {
             end_mps = self.limited(row.start_mps, end_mps);
         }

@@ -1,7 +1,7 @@
 //! The truck as the planner asks it: what a second of driving takes of the engine.
 
 use crate::powertrain::diesel::DieselPowertrain;
-use crate::powertrain::gearbox::GearboxModel;
+use crate::powertrain::gearbox::{Gear, GearboxModel};
 use crate::prescribed::Body;
 
 /// Revolutions per minute in rad/s.
@@ -119,13 +119,20 @@ impl<'a> Truck<'a> {
         0.5 * inertia_kgm2 * (to_radps * to_radps - from_radps * from_radps)
     }
 
-    /// Power that the gearbox takes at its input in a gear, in W.
-    pub(super) fn gearbox_w(&self, gear: usize, motion: &Motion) -> f64 {
+    /// Power that the gearbox takes at its input in a gear, in W. Behind a slipping clutch, which
+    /// passes power, the gear is taken to turn at the engine's speed, in rad/s.
+    pub(super) fn gearbox_w(&self, gear: usize, motion: &Motion, engine_radps: f64) -> f64 {
         let DieselPowertrain { gears, gearbox, .. } = self.powertrain;
-        let (gear, speed_mps) = (&gears[gear], motion.speed_mps);
+        let speed_mps = motion.speed_mps;
+        let slip = engine_radps / self.speed_radps(gear, speed_mps);
+        let Gear { speed_ratio_per_m, ratio, .. } = gears[gear];
+        let gear = Gear {
+            speed_ratio_per_m: speed_ratio_per_m * slip,
+            ratio: ratio * slip,
+            ..gears[gear]
+        };
         let force_n = self.wheel_n(motion);
-        let torque_nm = gearbox.input_torque_nm(gear, self.axle_per_m, speed_mps, force_n);
-        torque_nm * gear.speed_ratio_per_m * speed_mps
+        gearbox.input_torque_nm(&gear, self.axle_per_m, speed_mps, force_n) * engine_radps
     }
 
     /// Power of the engine in a gear by mean efficiencies, in W, without that for its own inertia.
