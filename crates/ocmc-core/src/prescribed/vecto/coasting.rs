@@ -22,9 +22,11 @@ pub(super) fn prepare(
 ) {
     let polygon = driver.shift_polygons.first().cloned();
     let polygon = polygon.unwrap_or_else(|| ShiftPolygon::generic(truck.powertrain));
-    let mut preparation = Preparation { nodes, mission, truck, driver, polygon, auxiliary_w };
+    let mut preparation = Preparation { nodes, mission, truck, driver, polygon, auxiliary_w, slopes: Vec::new() };
+    preparation.locate();
     if let Some(overspeed) = &driver.overspeed {
         preparation.overspeed(overspeed);
+        preparation.locate();
     }
     preparation.look_ahead();
 }
@@ -36,12 +38,24 @@ struct Preparation<'a> {
     driver: &'a VectoDriver,
     polygon: ShiftPolygon,
     auxiliary_w: f64,
+    slopes: Vec<f64>,
 }
 
 impl Preparation<'_> {
     /// Climb per metre of road in a second of the mission: that of the place where it ends.
     fn slope(&self, second: usize) -> f64 {
-        sine(self.mission.gradient(self.nodes.way_m[second + 1]))
+        self.slopes[second]
+    }
+
+    /// Slopes along the sum of the mean speeds, each that of the place where a second ends.
+    fn locate(&mut self) {
+        let (nodes, mission) = (&self.nodes, self.mission);
+        self.slopes = (0..nodes.seconds())
+            .scan(0.0, |way_m, second| {
+                *way_m += nodes.mean_mps(second);
+                Some(sine(mission.gradient(*way_m)))
+            })
+            .collect();
     }
 
     fn auxiliary_w(&self, second: usize) -> f64 {
@@ -80,7 +94,7 @@ impl Preparation<'_> {
             let per_m = speed_radps / motion.speed_mps;
             let inertia_kgm2 = self.truck.powertrain.engine_model.inertia_kgm2;
             let spin_w = inertia_kgm2 * per_m * motion.acceleration_mps2 * speed_radps;
-            if self.truck.quick_w(gear, &motion) + spin_w >= self.truck.drag_w(speed_radps) {
+            if self.truck.quick_w(gear, &Motion { auxiliary_w: 0.0, ..motion }) + spin_w >= self.truck.drag_w(speed_radps) {
                 continue;
             }
             let start_mps = self.nodes.speed_mps[second];
@@ -177,7 +191,7 @@ impl Preparation<'_> {
         while start < second && self.coasts_below(start, second, end_mps) {
             start += 1;
         }
-        (start < second).then_some(start)
+        Some(start)
     }
 
     /// Whether coasting from a second, in its gear and on its slope, is slower than a speed before
@@ -198,7 +212,7 @@ impl Preparation<'_> {
 
     /// Coasts from a second on, while that is slower than the nodes and does not brake.
     fn coast(&mut self, from: usize, until: usize) {
-        for second in from..until {
+        for second in from..=until {
             let motion = self.motion(second);
             let gear = self.quick_gear(&motion);
             let start_mps = self.nodes.speed_mps[second];
