@@ -73,12 +73,16 @@ fn scaled(values: &[f64], factor: f64) -> Vec<f64> {
     values.iter().map(|value| value * factor).collect()
 }
 
-/// Least squares of T_loss = c0 + c2 w + c1 |T| over a loss map: c0 in Nm, c2 in Nm s, c1.
-fn loss_law(path: &Path) -> [f64; 3] {
+/// Least squares of T_loss = c0 + c2 w + c1 |T| over a loss map: c0 in Nm, c2 in Nm s, c1. Torques
+/// beyond those of the engine are left out: there the maps of the declaration bend.
+fn loss_law(path: &Path, most_nm: f64) -> [f64; 3] {
     let table = Table::read(path);
     let [speed, torque, loss] = [0, 1, 2].map(|k| table.numbered(k));
     let mut matrix = [[0.0; 4]; 3];
     for ((n, t), y) in speed.iter().zip(&torque).zip(&loss) {
+        if *t > most_nm {
+            continue;
+        }
         let x = [1.0, n * RPM, t.abs()];
         for (i, row) in matrix.iter_mut().enumerate() {
             for j in 0..3 {
@@ -118,8 +122,9 @@ fn powertrain(folder: &Path, radius_m: f64) -> DieselPowertrain {
     });
     let gears = gearbox["Gears"].as_array().unwrap();
     let file = |k: usize| folder.join(gears[k]["LossMap"].as_str().unwrap().replace(' ', "_"));
-    let axle = loss_law(&file(0));
-    let [first, last] = [1, gears.len() - 1].map(|k| loss_law(&file(k)));
+    let most_nm = full.iter().copied().fold(0.0, f64::max);
+    let axle = loss_law(&file(0), f64::INFINITY);
+    let [first, last] = [1, gears.len() - 1].map(|k| loss_law(&file(k), most_nm));
     let ratio: Vec<f64> = gears[1..].iter().map(|gear| gear["Ratio"].as_f64().unwrap()).collect();
     let gearbox_model = json!({
         "ratio": ratio, "loss_torque_nm": first[0], "loss_torque_nms": first[1],

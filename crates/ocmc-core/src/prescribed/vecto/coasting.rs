@@ -9,6 +9,8 @@ use super::{LookAhead, Overspeed, VectoDriver, sine};
 const SLOWER_MPS: f64 = 1e-4;
 /// A target rises where it is higher by this than that of the second before, in m/s.
 const HIGHER_MPS: f64 = 1e-4;
+/// VECTO 3's preview in s: 10 m for each km/h.
+const PREVIEW_S: f64 = 36.0;
 /// Steps of a fixed point.
 const FIXED_POINT_STEPS: usize = 30;
 
@@ -134,10 +136,8 @@ impl Preparation<'_> {
                 && self.nodes.mean_mps(ramp) >= minimum_mps
             {
                 self.coast(from, second);
-                second = second.min(ramp + 1);
-            } else {
-                second = second.min(ramp + 1);
             }
+            second = second.min(ramp + 1);
         }
     }
 
@@ -227,9 +227,43 @@ impl Preparation<'_> {
         }
     }
 
-    /// VECTO 3's decision: the first second of the preview from which the deceleration that the
-    /// target needs is large enough against that of coasting.
-    fn decision_start(&self, _second: usize, _minimum_mps: f64) -> Option<usize> {
-        None
+    /// VECTO 3's decision: the first second of the preview before a ramp's end from which the
+    /// deceleration that the target needs is large enough against that of coasting.
+    fn decision_start(&self, second: usize, minimum_mps: f64) -> Option<usize> {
+        if second + 1 < self.nodes.seconds() && self.brakes(second + 1) {
+            return None;
+        }
+        let end_mps = self.nodes.speed_mps[second + 1];
+        let (mut way_m, mut climb_m, mut start) = (0.0, 0.0, None);
+        for from in (0..=second).rev() {
+            let piece_m = self.nodes.mean_mps(from);
+            way_m += piece_m;
+            climb_m += piece_m * self.slope(from);
+            let start_mps = self.nodes.speed_mps[from];
+            let rises = self.nodes.mean_target_mps(from)
+                > self.nodes.mean_target_mps(from.saturating_sub(1)) + HIGHER_MPS;
+            if way_m > PREVIEW_S * start_mps || piece_m < minimum_mps {
+                break;
+            }
+            let gear = self.quick_gear(&self.motion(from));
+            let auxiliary_w = self.auxiliary_w(from);
+            let slowing =
+                self.truck.slowing(gear, [start_mps, end_mps], [way_m, climb_m], auxiliary_w);
+            if slowing.needed_n >= decision_factor(start_mps, end_mps) * slowing.coasting_n {
+                start = Some(from);
+            }
+            if rises {
+                break;
+            }
+        }
+        start
     }
+}
+
+/// VECTO 3's decision factor from one speed to another, in m/s.
+fn decision_factor(start_mps: f64, end_mps: f64) -> f64 {
+    let (end, drop) = (3.6 * end_mps, 3.6 * (start_mps - end_mps));
+    let by_speed = ((end - 48.0) / 4.0).clamp(0.0, 1.0);
+    let by_drop = ((11.0 - drop) / 2.0).clamp(0.0, 1.0);
+    2.5 - 1.5 * by_speed * by_drop
 }

@@ -217,15 +217,29 @@ impl<'a> Drive<'a> {
     }
 
     /// The fastest attempt that the engine can carry, and whether the wanted speed had to be cut for
-    /// it, again and again.
+    /// it. It is cut again and again, with the gear chosen anew each time; cuts are made many at once
+    /// as long as the gear is the same and the engine still has not the power.
     fn strongest(&self, row: &Row, wanted_mps: f64) -> (Attempt, bool) {
-        let mut end_mps = wanted_mps;
-        let mut attempt = self.attempt(row, end_mps);
-        let mut cuts = 0;
+        let mut attempt = self.attempt(row, wanted_mps);
+        let (mut cuts, mut step, mut grows) = (0, 1, true);
         while !attempt.able && cuts < MOST_CUTS {
-            end_mps = f64::from(end_mps as f32 * CUT);
-            attempt = self.attempt(row, end_mps);
-            cuts += 1;
+            let further = self.attempt(row, cut_mps(attempt.end_mps, step));
+            let same = !further.able && further.gear == attempt.gear;
+            if !same && step > 1 {
+                (step, grows) = (step / 2, false);
+                continue;
+            }
+            attempt = further;
+            cuts += step;
+            // in another gear all begins anew
+            grows = grows || !same;
+            step = if !same {
+                1
+            } else if grows {
+                2 * step
+            } else {
+                (step / 2).max(1)
+            };
         }
         (attempt, cuts > 0)
     }
@@ -269,7 +283,7 @@ impl<'a> Drive<'a> {
         let engine_radps = if slips { truck.slipping_radps(turns_radps) } else { turns_radps };
         let last_radps = self.memory.engine_radps;
         let spin_w = last_radps.map_or(0.0, |last| truck.spin_w(last, engine_radps));
-        let engine_w = truck.gearbox_w(gear, &motion, engine_radps) + row.auxiliary_w + spin_w;
+        let engine_w = truck.gearbox_w(gear, &motion) + row.auxiliary_w + spin_w;
         Attempt {
             end_mps,
             gradient,
@@ -350,6 +364,14 @@ impl<'a> Drive<'a> {
 fn slips(truck: &Truck, turns_radps: f64, wheel_w: f64, motion: &Motion) -> bool {
     let drives = wheel_w > 0.0 && motion.acceleration_mps2 >= 0.0;
     drives && turns_radps < truck.slips_below_radps()
+}
+
+/// A speed after some cuts.
+fn cut_mps(mut speed_mps: f64, cuts: usize) -> f64 {
+    for _ in 0..cuts {
+        speed_mps = f64::from(speed_mps as f32 * CUT);
+    }
+    speed_mps
 }
 
 /// What is done with the next second.

@@ -1,7 +1,7 @@
 //! The truck as the planner asks it: what a second of driving takes of the engine.
 
 use crate::powertrain::diesel::DieselPowertrain;
-use crate::powertrain::gearbox::{Gear, GearboxModel};
+use crate::powertrain::gearbox::GearboxModel;
 use crate::prescribed::Body;
 
 /// Revolutions per minute in rad/s.
@@ -74,6 +74,7 @@ impl<'a> Truck<'a> {
             retarder_torque_nms2: None,
             ..gearbox.clone()
         };
+        const POINTS: f64 = 15.0 * 11.0;
         let span_radps = (self.rated_radps - self.idle_radps) / 15.0;
         let (mut axle_sum, mut gear_means) = (0.0, Vec::with_capacity(gears.len()));
         for gear in gears {
@@ -82,7 +83,7 @@ impl<'a> Truck<'a> {
                 let speed_radps = self.idle_radps + f64::from(k) * span_radps;
                 let speed_mps = speed_radps / gear.speed_ratio_per_m;
                 let full_nm = engine.full_load_nm(speed_radps);
-                for j in 0..10 {
+                for j in 0..=10 {
                     let torque_nm = full_nm * (1.0 / 3.0 + f64::from(j) / 15.0);
                     let wheel = |gearbox: &GearboxModel| {
                         gearbox.wheel_and_lost_n(gear, self.axle_per_m, speed_mps, torque_nm)[0]
@@ -92,9 +93,9 @@ impl<'a> Truck<'a> {
                     axle_sum += wheel(gearbox) / shaft_n;
                 }
             }
-            gear_means.push(gear_sum / 150.0);
+            gear_means.push(gear_sum / POINTS);
         }
-        let axle_mean = axle_sum / (150.0 * gears.len() as f64);
+        let axle_mean = axle_sum / (POINTS * gears.len() as f64);
         gear_means.iter().map(|mean| (mean * axle_mean).clamp(0.1, 1.0)).collect()
     }
 
@@ -119,20 +120,13 @@ impl<'a> Truck<'a> {
         0.5 * inertia_kgm2 * (to_radps * to_radps - from_radps * from_radps)
     }
 
-    /// Power that the gearbox takes at its input in a gear, in W. Behind a slipping clutch, which
-    /// passes power, the gear is taken to turn at the engine's speed, in rad/s.
-    pub(super) fn gearbox_w(&self, gear: usize, motion: &Motion, engine_radps: f64) -> f64 {
+    /// Power that the gearbox takes at its input in a gear, in W; a slipping clutch passes it.
+    pub(super) fn gearbox_w(&self, gear: usize, motion: &Motion) -> f64 {
         let DieselPowertrain { gears, gearbox, .. } = self.powertrain;
-        let speed_mps = motion.speed_mps;
-        let slip = engine_radps / self.speed_radps(gear, speed_mps);
-        let Gear { speed_ratio_per_m, ratio, .. } = gears[gear];
-        let gear = Gear {
-            speed_ratio_per_m: speed_ratio_per_m * slip,
-            ratio: ratio * slip,
-            ..gears[gear]
-        };
+        let (gear, speed_mps) = (&gears[gear], motion.speed_mps);
         let force_n = self.wheel_n(motion);
-        gearbox.input_torque_nm(&gear, self.axle_per_m, speed_mps, force_n) * engine_radps
+        let torque_nm = gearbox.input_torque_nm(gear, self.axle_per_m, speed_mps, force_n);
+        torque_nm * gear.speed_ratio_per_m * speed_mps
     }
 
     /// Power of the engine in a gear by mean efficiencies, in W, without that for its own inertia.
@@ -211,6 +205,21 @@ impl<'a> Truck<'a> {
         self.free_mps2(start_mps, slope, self.inertia_kg, |_| 0.0)
     }
 
+    /// Mass with that of the wheels and of the engine in a gear, in kg, by mean efficiencies.
+    fn coasting_kg(&self, gear: usize) -> f64 {
+        let per_m = self.powertrain.gears[gear].speed_ratio_per_m;
+        let inertia_kgm2 = self.powertrain.engine_model.inertia_kgm2;
+        self.inertia_kg + inertia_kgm2 * per_m * per_m / self.efficiency[gear]
+    }
+
+    /// Force at the wheels of an engine that drags in a gear at a speed, in N, by mean
+    /// efficiencies.
+    fn dragging_n(&self, gear: usize, speed_mps: f64, auxiliary_w: f64) -> f64 {
+        let per_m = self.powertrain.gears[gear].speed_ratio_per_m;
+        let engine_nm = self.powertrain.engine.drag_nm(per_m * speed_mps);
+        (engine_nm * per_m - auxiliary_w / speed_mps.max(1.0)) / self.efficiency[gear]
+    }
+
     /// Acceleration of a truck that is slowed by its engine in a gear, in m/s², by mean
     /// efficiencies.
     pub(super) fn coasting_mps2(
@@ -220,15 +229,41 @@ impl<'a> Truck<'a> {
         slope: f64,
         auxiliary_w: f64,
     ) -> f64 {
-        let per_m = self.powertrain.gears[gear].speed_ratio_per_m;
-        let efficiency = self.efficiency[gear];
-        let spun_kg = self.powertrain.engine_model.inertia_kgm2 * per_m * per_m / efficiency;
-        self.free_mps2(start_mps, slope, self.inertia_kg + spun_kg, |mean_mps| {
-            let engine_nm = self.powertrain.engine.drag_nm(per_m * mean_mps);
-            let slowing_n = engine_nm * per_m - auxiliary_w / mean_mps.max(1.0);
-            slowing_n / efficiency
+        self.free_mps2(start_mps, slope, self.coasting_kg(gear), |mean_mps| {
+            self.dragging_n(gear, mean_mps, auxiliary_w)
         })
     }
+
+    /// What it takes to slow between two speeds in m/s over a way and a climb in m, and what
+    /// coasting on the level gives at their mean.
+    pub(super) fn slowing(
+        &self,
+        gear: usize,
+        speed_mps: [f64; 2],
+        [way_m, climb_m]: [f64; 2],
+        auxiliary_w: f64,
+    ) -> Slowing {
+        let [start_mps, end_mps] = speed_mps;
+        let mean_mps = 0.5 * (start_mps + end_mps);
+        let level_n = self.body.road_forces(mean_mps, 0.0).sum_n();
+        let kinetic_j =
+            0.5 * self.coasting_kg(gear) * (start_mps * start_mps - end_mps * end_mps);
+        // a slope of 1 has the weight as its force
+        let weight_n = self.body.road_forces(0.0, 1.0).grade_n;
+        Slowing {
+            needed_n: (kinetic_j - weight_n * climb_m) / way_m.max(1e-3),
+            coasting_n: level_n - self.dragging_n(gear, mean_mps, auxiliary_w),
+        }
+    }
+}
+
+/// Forces that slow a truck, in N.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Slowing {
+    /// What is needed.
+    pub(super) needed_n: f64,
+    /// What coasting gives.
+    pub(super) coasting_n: f64,
 }
 
 /// The engine speed of the greatest power on a grid of whole revolutions per minute, in rad/s.
