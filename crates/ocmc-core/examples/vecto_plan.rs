@@ -34,7 +34,8 @@ struct Table {
 
 impl Table {
     fn read(path: &Path) -> Self {
-        let bytes = std::fs::read(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+        let bytes =
+            std::fs::read(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
         let mut raw = Vec::new();
         if path.extension().is_some_and(|end| end == "gz") {
             GzDecoder::new(&bytes[..]).read_to_end(&mut raw).unwrap();
@@ -111,8 +112,10 @@ fn powertrain(folder: &Path, radius_m: f64) -> DieselPowertrain {
     let curve = Table::read(&folder.join("40t_Long_Haul_Truck.vfld"));
     let speed = scaled(&curve.numbered(0), RPM);
     let (full, drag) = (curve.numbered(1), curve.numbered(2));
-    let map: Vec<Vec<f64>> =
-        speed.iter().map(|w| [0.0, 1000.0, 2500.0].map(|t| 5.5e-8 * w * t + 3e-4).to_vec()).collect();
+    let map: Vec<Vec<f64>> = speed
+        .iter()
+        .map(|w| [0.0, 1000.0, 2500.0].map(|t| 5.5e-8 * w * t + 3e-4).to_vec())
+        .collect();
     let engine_model = json!({
         "inertia_kgm2": engine["Inertia"], "idle_speed_radps": engine["IdlingSpeed"].as_f64().unwrap() * RPM,
         "torque_lag_s": 0.5, "full_load_speed_radps": speed, "full_load_torque_nm": full,
@@ -314,8 +317,16 @@ fn compare(name: &str, plan: &Plan, mission: &Mission, want: &Series, trace: boo
             if show && lines < 40 {
                 println!(
                     "{k:5} v {:8.3} {:8.3} gear {:2} {:2} slope {:8.4} {:8.4} target {:7.2} {:7.2} n {:7.1} {}",
-                    v[0], v[1], gears[k], want.gear[k], second.gradient * 100.0, grad[k],
-                    second.target_mps / KMPH, target[k], n[k], if off { "*" } else { "" }
+                    v[0],
+                    v[1],
+                    gears[k],
+                    want.gear[k],
+                    second.gradient * 100.0,
+                    grad[k],
+                    second.target_mps / KMPH,
+                    target[k],
+                    n[k],
+                    if off { "*" } else { "" }
                 );
             }
         }
@@ -349,7 +360,9 @@ fn main() {
     let trace = std::env::args().nth(1).is_some_and(|argument| argument == "1");
     let part = std::env::args().nth(2).unwrap_or_default();
     let results = data.join("vecto/results");
-    println!("series: RMS km/h, same gear %, s, s of VECTO, shifts, of VECTO, m, of VECTO, of the mission");
+    println!(
+        "series: RMS km/h, same gear %, s, s of VECTO, shifts, of VECTO, m, of VECTO, of the mission"
+    );
     let (mut runs, mut good) = (0, 0);
     for set in ["manoeuvres_40t", "manoeuvres_40t_overspeed"] {
         let folder = results.join(set);

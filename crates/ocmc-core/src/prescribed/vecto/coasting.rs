@@ -24,7 +24,8 @@ pub(super) fn prepare(
 ) {
     let polygon = driver.shift_polygons.first().cloned();
     let polygon = polygon.unwrap_or_else(|| ShiftPolygon::generic(truck.powertrain));
-    let mut preparation = Preparation { nodes, mission, truck, driver, polygon, auxiliary_w, slopes: Vec::new() };
+    let mut preparation =
+        Preparation { nodes, mission, truck, driver, polygon, auxiliary_w, slopes: Vec::new() };
     preparation.locate();
     if let Some(overspeed) = &driver.overspeed {
         preparation.overspeed(overspeed);
@@ -96,7 +97,9 @@ impl Preparation<'_> {
             let per_m = speed_radps / motion.speed_mps;
             let inertia_kgm2 = self.truck.powertrain.engine_model.inertia_kgm2;
             let spin_w = inertia_kgm2 * per_m * motion.acceleration_mps2 * speed_radps;
-            if self.truck.quick_w(gear, &Motion { auxiliary_w: 0.0, ..motion }) + spin_w >= self.truck.drag_w(speed_radps) {
+            if self.truck.quick_w(gear, &Motion { auxiliary_w: 0.0, ..motion }) + spin_w
+                >= self.truck.drag_w(speed_radps)
+            {
                 continue;
             }
             let start_mps = self.nodes.speed_mps[second];
@@ -110,8 +113,7 @@ impl Preparation<'_> {
     }
 
     fn brakes(&self, second: usize) -> bool {
-        second > 0
-            && self.nodes.mean_mps(second - 1) > self.nodes.mean_mps(second) + SLOWER_MPS
+        second > 0 && self.nodes.mean_mps(second - 1) > self.nodes.mean_mps(second) + SLOWER_MPS
     }
 
     /// From the end to the start: each ramp is braked as hard as the table says and no harder, and
@@ -182,8 +184,7 @@ impl Preparation<'_> {
         let mut start = second.saturating_sub(length as usize);
         let rises = |k: &usize| {
             *k > 0
-                && self.nodes.mean_target_mps(*k)
-                    > self.nodes.mean_target_mps(*k - 1) + HIGHER_MPS
+                && self.nodes.mean_target_mps(*k) > self.nodes.mean_target_mps(*k - 1) + HIGHER_MPS
         };
         if let Some(rise) = (start..=second).rev().find(rises) {
             start = rise;
@@ -201,8 +202,7 @@ impl Preparation<'_> {
         let gear = self.quick_gear(&motion);
         let mut now_mps = motion.speed_mps;
         for _ in start..end {
-            now_mps +=
-                self.truck.coasting_mps2(gear, now_mps, motion.slope, motion.auxiliary_w);
+            now_mps += self.truck.coasting_mps2(gear, now_mps, motion.slope, motion.auxiliary_w);
             if now_mps < speed_mps {
                 return true;
             }

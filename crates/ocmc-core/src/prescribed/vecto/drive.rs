@@ -82,7 +82,12 @@ impl<'a> Drive<'a> {
         nodes: Nodes,
         auxiliary_w: f64,
     ) -> Self {
-        let memory = GearMemory { gear: None, since_other_s: f64::INFINITY, engine_radps: None, slipped: false };
+        let memory = GearMemory {
+            gear: None,
+            since_other_s: f64::INFINITY,
+            engine_radps: None,
+            slipped: false,
+        };
         Self {
             mission,
             truck,

@@ -148,7 +148,8 @@ impl Mission {
             let piece_m = rows[k].distance_m - rows[k - 1].distance_m;
             let end_mps = speed_mps[k];
             let mean = |start_mps: f64| 0.5 * (start_mps + end_mps);
-            let slows = |v: f64| mean(v) * (end_mps - v) / piece_m < table.deceleration_mps2(mean(v));
+            let slows =
+                |v: f64| mean(v) * (end_mps - v) / piece_m < table.deceleration_mps2(mean(v));
             let start_mps = &mut speed_mps[k - 1];
             while *start_mps > end_mps && slows(*start_mps) {
                 *start_mps -= RAMP_STEP_MPS;

@@ -16,6 +16,8 @@ mod drive;
 mod gears;
 mod mission;
 mod polygon;
+#[cfg(test)]
+mod tests;
 mod truck;
 
 pub use mission::{Mission, MissionRow};

@@ -246,8 +246,7 @@ impl<'a> Truck<'a> {
         let [start_mps, end_mps] = speed_mps;
         let mean_mps = 0.5 * (start_mps + end_mps);
         let level_n = self.body.road_forces(mean_mps, 0.0).sum_n();
-        let kinetic_j =
-            0.5 * self.coasting_kg(gear) * (start_mps * start_mps - end_mps * end_mps);
+        let kinetic_j = 0.5 * self.coasting_kg(gear) * (start_mps * start_mps - end_mps * end_mps);
         // a slope of 1 has the weight as its force
         let weight_n = self.body.road_forces(0.0, 1.0).grade_n;
         Slowing {

@@ -1,0 +1,187 @@
+//! The planner on missions that are made up.
+
+use super::*;
+use crate::powertrain::diesel::engine::tests::engine_b;
+use crate::powertrain::gearbox::GearboxModel;
+use crate::vehicle::resistance::DragBySpeed;
+
+const RADIUS_M: f64 = 0.492;
+const KMPH: f64 = 1.0 / 3.6;
+
+fn powertrain() -> DieselPowertrain {
+    let gearbox: GearboxModel = serde_json::from_value(serde_json::json!({
+        "ratio": [14.93, 11.64, 9.02, 7.04, 5.64, 4.4, 3.39, 2.65, 2.05, 1.6, 1.28, 1.0],
+        "loss_torque_nm": 5.06, "loss_torque_nms": 0.0483, "direct_loss_share": 0.005,
+        "indirect_loss_share": 0.02, "retarder_torque_nm": 0.0, "axle_ratio": 2.59,
+        "axle_loss_torque_nm": 40.0, "axle_loss_share": 0.015,
+        "shift": { "duration_s": 1.0, "interval_s": 2.0, "minimum_speed_mps": 0.5,
+            "opposite_interval_s": 10.0, "before_ramp_s": 4.0, "minimum_acceleration_mps2": 0.1,
+            "up_speed_radps": 95.0, "up_pedal_radps": 32.0, "down_speed_radps": 88.0,
+            "down_pedal_radps": 20.0, "overspeed_radps": 219.0, "power_share": 0.95,
+            "power_reserve": 1.1, "most_steps": 3, "kickdown_pedal": 0.99, "kickdown_s": 2.0,
+            "kickdown_speed_radps": 136.0, "start_gear": 1, "steep_start_gear": 1,
+            "steep_slope": 0.05, "launch_gears": 1, "launch_speed_radps": 84.0,
+            "open_share": 0.9 }
+    }))
+    .unwrap();
+    DieselPowertrain::new(&engine_b(), &gearbox, RADIUS_M, 0.0)
+}
+
+fn body(mass_kg: f64) -> Body {
+    Body {
+        mass_kg,
+        wheel_mass_kg: 850.0,
+        drag_area_m2: 6.0,
+        drag_by_speed: DragBySpeed::NONE,
+        rolling_coefficient: 0.0058,
+        air_density_kgpm3: 1.188,
+    }
+}
+
+fn driver() -> VectoDriver {
+    VectoDriver::new(AccelerationTable {
+        speed_mps: [0.0, 25.0, 50.0, 60.0, 120.0].map(|v| v * KMPH).to_vec(),
+        acceleration_mps2: vec![1.0, 1.0, 0.642857143, 0.5, 0.5],
+        deceleration_mps2: vec![-1.0, -1.0, -1.0, -0.5, -0.5],
+    })
+}
+
+/// Rows of a metre; `at`: target in km/h and gradient at a place.
+fn mission(length_m: u32, at: impl Fn(u32) -> (f64, f64)) -> Mission {
+    let row = |s: u32| {
+        let (target_kmph, gradient) = at(s);
+        let stop_s = if target_kmph > 0.0 { 0.0 } else { 3.0 };
+        let target_mps = target_kmph * KMPH;
+        MissionRow { distance_m: f64::from(s), target_mps, gradient, stop_s, auxiliary_w: 0.0 }
+    };
+    Mission::new(&(0..=length_m).map(row).collect::<Vec<_>>()).unwrap()
+}
+
+fn plan_of(mission: &Mission, mass_kg: f64, driver: &VectoDriver) -> Plan {
+    plan(mission, &body(mass_kg), &powertrain(), 4000.0, driver)
+}
+
+fn means(plan: &Plan) -> impl Iterator<Item = (f64, f64)> + '_ {
+    plan.speed_mps.windows(2).map(|pair| (0.5 * (pair[0] + pair[1]), pair[1] - pair[0]))
+}
+
+#[test]
+fn a_level_road_is_driven_at_one_speed_in_one_gear() {
+    let flat = mission(2000, |_| (80.0, 0.0));
+    let plan = plan_of(&flat, 30_000.0, &driver());
+    assert!(plan.speed_mps.iter().all(|v| (v - 80.0 * KMPH).abs() < 1e-5), "{plan:?}");
+    assert!(plan.seconds.iter().all(|second| second.gear == GearOrder::Engaged(11)));
+    // the second that is left out at a start on the move, and that in which the mission ends
+    let short_m = flat.length_m() - plan.distance_m();
+    assert!((0.0..3.0 * 80.0 * KMPH).contains(&short_m), "{short_m}");
+    let cycle = plan.drive_cycle().unwrap();
+    assert_eq!(cycle.duration_s(), plan.seconds.len() as f64);
+    assert_eq!(cycle.gears().len(), plan.speed_mps.len());
+}
+
+#[test]
+fn a_stop_is_reached_by_the_table_and_the_way_is_covered() {
+    let end = |s: u32| if s == 0 || s == 1500 { 0.0 } else { 50.0 };
+    let road = mission(1500, |s| (end(s), 0.0));
+    let driver = driver();
+    let plan = plan_of(&road, 20_000.0, &driver);
+    assert!((plan.distance_m() - road.length_m()).abs() < 10.0, "{}", plan.distance_m());
+    assert_eq!(plan.speed_mps.last(), Some(&0.0));
+    let table = &driver.acceleration;
+    for (mean_mps, change) in means(&plan) {
+        assert!(change <= table.acceleration_mps2(mean_mps) + 1e-9, "{mean_mps} {change}");
+        assert!(change >= table.deceleration_mps2(mean_mps) - 1e-9, "{mean_mps} {change}");
+    }
+    // at its hardest
+    let hard = means(&plan).filter(|(_, change)| (change + 1.0).abs() < 1e-9).count();
+    assert!(hard >= 8, "{hard}");
+    // a shift has a second without a gear
+    let gears: Vec<GearOrder> = plan.seconds.iter().map(|second| second.gear).collect();
+    let jumps = gears.windows(2).filter(|pair| match (pair[0], pair[1]) {
+        (GearOrder::Engaged(a), GearOrder::Engaged(b)) => a != b,
+        _ => false,
+    });
+    assert_eq!((jumps.count(), plan.shifts() > 4), (0, true));
+}
+
+#[test]
+fn a_truck_without_reserve_climbs_at_full_load() {
+    let hill = mission(3000, |s| (80.0, if s < 300 { 0.0 } else { 0.05 }));
+    let (driver, powertrain, body) = (driver(), powertrain(), body(40_000.0));
+    let plan = plan(&hill, &body, &powertrain, 4000.0, &driver);
+    let slowest_mps = plan.speed_mps.iter().copied().fold(f64::INFINITY, f64::min);
+    assert!(slowest_mps < 50.0 * KMPH && slowest_mps > 10.0 * KMPH, "{slowest_mps}");
+    let second = plan.seconds.len() - 1;
+    let GearOrder::Engaged(gear) = plan.seconds[second].gear else {
+        panic!("{:?}", plan.seconds[second]);
+    };
+    let (mean_mps, change) = means(&plan).last().unwrap();
+    let gears = powertrain.gears[gear];
+    let turns_radps = gears.speed_ratio_per_m * mean_mps;
+    let force_n = (body.mass_kg + body.wheel_mass_kg) * change
+        + body.road_forces(mean_mps, sine(0.05)).sum_n();
+    let axle_per_m = gears.speed_ratio_per_m / gears.ratio;
+    let torque_nm = powertrain.gearbox.input_torque_nm(&gears, axle_per_m, mean_mps, force_n)
+        + 4000.0 / turns_radps;
+    let share = torque_nm / powertrain.engine.full_load_nm(turns_radps);
+    assert!((0.98..1.001).contains(&share), "{share}");
+}
+
+#[test]
+fn overspeed_is_taken_downhill_and_ends_at_its_bound() {
+    let hill = mission(4000, |s| (80.0, if (500..2500).contains(&s) { -0.03 } else { 0.0 }));
+    let fastest = |driver: &VectoDriver| {
+        plan_of(&hill, 30_000.0, driver).speed_mps.iter().copied().fold(0.0, f64::max) / KMPH
+    };
+    let without = driver();
+    assert!((fastest(&without) - 80.0).abs() < 1e-3);
+    let above_mps = 5.0 * KMPH;
+    let bound = Overspeed { minimum_speed_mps: 50.0 * KMPH, above_mps };
+    let with = VectoDriver { overspeed: Some(bound), ..without };
+    assert!((fastest(&with) - 85.0).abs() < 1e-3, "{}", fastest(&with));
+}
+
+#[test]
+fn looking_ahead_coasts_before_the_ramp() {
+    let slower = mission(3000, |s| (if s < 2000 { 80.0 } else { 55.0 }, 0.0));
+    let blind = driver();
+    let minimum_speed_mps = 50.0 * KMPH;
+    let window = LookAhead::Window { deceleration_mps2: -0.5, minimum_speed_mps };
+    let decision = LookAhead::DecisionFactor { minimum_speed_mps };
+    let at = |look_ahead| {
+        let driver = VectoDriver { look_ahead, ..blind.clone() };
+        let plan = plan_of(&slower, 30_000.0, &driver);
+        plan.speed_mps.iter().filter(|v| **v > 79.9 * KMPH).count()
+    };
+    let (without, two, three) = (at(None), at(Some(window)), at(Some(decision)));
+    assert!(two <= without && three + 3 < without, "{without} {two} {three}");
+}
+
+#[test]
+fn missions_that_say_nothing_are_refused_and_gaps_between_rows_are_filled() {
+    let row =
+        |distance_m, target_mps| MissionRow { distance_m, target_mps, ..MissionRow::default() };
+    let error = Mission::new(&[row(0.0, 1.0)]).unwrap_err();
+    assert_eq!(error, VectoError::Short { rows: 1 });
+    for rows in [[row(0.0, 1.0), row(0.0, 1.0)], [row(0.0, 1.0), row(5.0, f64::NAN)]] {
+        assert!(Mission::new(&rows).is_err(), "{rows:?}");
+    }
+    let steep = MissionRow { gradient: 0.04, ..row(0.0, 0.0) };
+    let filled = Mission::new(&[steep, row(10.0, 20.0), row(30.0, 20.0)]).unwrap();
+    assert_eq!((filled.length_m(), filled.gradient(5.5), filled.gradient(9.5)), (30.0, 0.04, 0.02));
+    // no target, no driver's table and stops all the way: slow, but an answer
+    let still = Mission::new(&[row(0.0, 0.0), row(20.0, 0.0)]).unwrap();
+    let plan = plan_of(&still, 20_000.0, &VectoDriver::new(AccelerationTable::default()));
+    assert!(plan.speed_mps.iter().all(|v| v.is_finite()));
+}
+
+#[test]
+fn the_generic_polygon_lies_between_idle_and_the_fastest_useful_speed() {
+    let powertrain = powertrain();
+    let polygon = ShiftPolygon::generic(&powertrain);
+    let idle = powertrain.engine_model.idle_speed_radps;
+    for torque_nm in [-300.0, 0.0, 500.0, 1200.0, 2000.0] {
+        let (down, up) = (polygon.down.at_radps(torque_nm), polygon.up.at_radps(torque_nm));
+        assert!(idle <= down + 1e-9 && down < up && up < 220.0, "{torque_nm}: {down} {up}");
+    }
+}
