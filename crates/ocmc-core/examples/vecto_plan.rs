@@ -163,7 +163,9 @@ fn body(mass_kg: f64, axles: &[Axle], radius_m: f64, drag: (f64, DragBySpeed)) -
     let weight_n = mass_kg * VECTO_GRAVITY_MPS2;
     let rolling = |axle: &Axle| {
         let tyres = if axle.twin { 4.0 } else { 2.0 };
-        axle.share * axle.coefficient * (axle.share * weight_n / (axle.load_n * tyres)).powf(-0.1)
+        axle.share
+            * axle.coefficient
+            * libm::pow(axle.share * weight_n / (axle.load_n * tyres), -0.1)
     };
     let wheels = |axle: &Axle| {
         (if axle.twin { 4.0 } else { 2.0 }) * axle.inertia_kgm2 / (radius_m * radius_m)

@@ -1,5 +1,7 @@
 //! The drive: second by second along the nodes, with what engine and gearbox can do.
 
+use super::clutch::{ENGAGING_W, closed_gear, slips};
+use super::correction::{Correction, correction};
 use super::gears::{GearChoice, GearMemory};
 use super::mission::{Mission, Nodes};
 use super::truck::{Motion, Truck};
@@ -11,10 +13,6 @@ use crate::powertrain::GearOrder;
 const CUT: f32 = 0.9999;
 /// Most of these steps: the speed is then a hundred-thousandth.
 const MOST_CUTS: usize = 120_000;
-/// Power at the wheels from which an open clutch is closed, in W.
-const ENGAGING_W: f64 = 200.0;
-/// Speed below which first gear is released by a truck that slows, in m/s.
-const RELEASE_MPS: f64 = 5.0 / 3.6;
 /// Speed below which distances are not corrected, in m/s.
 const CORRECTED_FROM_MPS: f64 = 1.0;
 /// Speed below which a truck rests, in m/s.
@@ -188,15 +186,12 @@ impl<'a> Drive<'a> {
 
     /// The shift that the next second is part of.
     fn shift(&self, wanted: Option<usize>) -> Option<Shift> {
-        match self.shifting {
-            Some(Shift { gear, open_s }) => {
-                (open_s > 1).then_some(Shift { gear, open_s: open_s - 1 })
-            }
-            None => {
-                let (last, gear) = (self.memory.gear?, wanted?);
-                let open_s = self.driver.gap_s;
-                (last != gear && open_s > 0).then_some(Shift { gear, open_s })
-            }
+        if let Some(Shift { gear, open_s }) = self.shifting {
+            (open_s > 1).then_some(Shift { gear, open_s: open_s - 1 })
+        } else {
+            let (last, gear) = (self.memory.gear?, wanted?);
+            let open_s = self.driver.gap_s;
+            (last != gear && open_s > 0).then_some(Shift { gear, open_s })
         }
     }
 
@@ -279,7 +274,7 @@ impl<'a> Drive<'a> {
         let gradient = self.mission.gradient(self.distance_m + motion.speed_mps);
         let wheel_w = truck.wheel_w(&motion);
         let resting = motion.speed_mps < REST_MPS;
-        let closed = if resting { None } else { self.closed_gear(gear, &motion, wheel_w) };
+        let closed = if resting { None } else { closed_gear(truck, gear, &motion, wheel_w) };
         let Some(gear) = closed else {
             return self.open(row, end_mps);
         };
@@ -321,30 +316,6 @@ impl<'a> Drive<'a> {
         }
     }
 
-    /// What is left of a chosen gear: none where the engine would stall.
-    fn closed_gear(&self, gear: usize, motion: &Motion, wheel_w: f64) -> Option<usize> {
-        let truck = self.truck;
-        let turns = |gear: usize| truck.speed_radps(gear, motion.speed_mps);
-        let mut closed = Some(gear);
-        if gear == 0 && wheel_w < 0.0 && motion.speed_mps <= RELEASE_MPS {
-            closed = None;
-        }
-        // without power a clutch that would slip in a truck that does not slow does not hold
-        let slows = motion.acceleration_mps2 < 0.0;
-        let least_radps = if slows { truck.idle_radps } else { truck.slips_below_radps() };
-        while let Some(gear) = closed {
-            if turns(gear) >= least_radps || slips(truck, turns(gear), wheel_w, motion) {
-                break;
-            }
-            closed = gear.checked_sub(1);
-        }
-        if closed.is_none() && wheel_w > ENGAGING_W {
-            closed = Some(0);
-        }
-        let top = truck.powertrain.gears.len() - 1;
-        closed.map(|gear| if turns(gear) > truck.fast_radps() { (gear + 1).min(top) } else { gear })
-    }
-
     /// The second of a shift: the truck rolls, unless it is to slow more than that. Where it would
     /// roll to rest, or slow more than the table says before full load was asked for, the new gear
     /// has to pull at once.
@@ -365,40 +336,10 @@ impl<'a> Drive<'a> {
     }
 }
 
-/// Whether the clutch slips.
-fn slips(truck: &Truck, turns_radps: f64, wheel_w: f64, motion: &Motion) -> bool {
-    let drives = wheel_w > 0.0 && motion.acceleration_mps2 >= 0.0;
-    drives && turns_radps < truck.slips_below_radps()
-}
-
 /// A speed after some cuts.
 fn cut_mps(mut speed_mps: f64, cuts: usize) -> f64 {
     for _ in 0..cuts {
         speed_mps = f64::from(speed_mps as f32 * CUT);
     }
     speed_mps
-}
-
-/// What is done with the next second.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Correction {
-    None,
-    Repeat,
-    Drop,
-}
-
-/// Compares the way that was driven with the mission's nodes: the next second is repeated where one
-/// more of it comes nearer to the node, and left out where the node after it is as near.
-fn correction(way_m: &[f64], node: usize, driven_m: f64, target_mps: f64) -> Correction {
-    let Some(&here_m) = way_m.get(node) else {
-        return Correction::None;
-    };
-    let off_m = (driven_m - here_m).abs();
-    if way_m.len() > node + 2 && (driven_m + target_mps - here_m).abs() < off_m {
-        return Correction::Repeat;
-    }
-    match way_m.get(node + 1) {
-        Some(&next_m) if (driven_m - next_m).abs() <= off_m => Correction::Drop,
-        _ => Correction::None,
-    }
 }

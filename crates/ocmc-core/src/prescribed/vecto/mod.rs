@@ -11,7 +11,9 @@
 //! What was found by reading VECTO, and what it reproduces, is in
 //! `docs/decisions/2026-11-23-how-vecto-computes.md`.
 
+mod clutch;
 mod coasting;
+mod correction;
 mod drive;
 mod gears;
 mod mission;

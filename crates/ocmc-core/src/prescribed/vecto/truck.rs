@@ -12,6 +12,8 @@ const SLIP_SHARE: f64 = 0.03;
 const FAST_SHARE: f64 = 1.2;
 /// Share of an open engine's power that is that of its drag.
 const FALLING_SHARE: f64 = 0.75;
+/// Points of engine speed and torque over which efficiencies are averaged.
+const POINTS: f64 = 15.0 * 11.0;
 /// Steps of a fixed point; each takes two digits and more.
 const FIXED_POINT_STEPS: usize = 12;
 
@@ -74,7 +76,6 @@ impl<'a> Truck<'a> {
             retarder_torque_nms2: None,
             ..gearbox.clone()
         };
-        const POINTS: f64 = 15.0 * 11.0;
         let span_radps = (self.rated_radps - self.idle_radps) / 15.0;
         let (mut axle_sum, mut gear_means) = (0.0, Vec::with_capacity(gears.len()));
         for gear in gears {
