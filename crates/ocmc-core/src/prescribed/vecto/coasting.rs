@@ -1,7 +1,7 @@
 //! Before the drive: overspeed and look-ahead coasting change the nodes.
 
 use super::mission::{Mission, Nodes};
-use super::polygon::ShiftPolygon;
+use super::polygon::ShiftPolygons;
 use super::truck::{Motion, Truck};
 use super::{LookAhead, Overspeed, VectoDriver, sine};
 
@@ -22,10 +22,9 @@ pub(super) fn prepare(
     driver: &VectoDriver,
     auxiliary_w: f64,
 ) {
-    let polygon = driver.shift_polygons.first().cloned();
-    let polygon = polygon.unwrap_or_else(|| ShiftPolygon::generic(truck.powertrain));
+    let polygons = ShiftPolygons::new(&driver.shift_polygons, truck.powertrain);
     let mut preparation =
-        Preparation { nodes, mission, truck, driver, polygon, auxiliary_w, slopes: Vec::new() };
+        Preparation { nodes, mission, truck, driver, polygons, auxiliary_w, slopes: Vec::new() };
     preparation.locate();
     if let Some(overspeed) = &driver.overspeed {
         preparation.overspeed(overspeed);
@@ -39,17 +38,13 @@ struct Preparation<'a> {
     mission: &'a Mission,
     truck: &'a Truck<'a>,
     driver: &'a VectoDriver,
-    polygon: ShiftPolygon,
+    polygons: ShiftPolygons,
     auxiliary_w: f64,
+    /// Climb per metre of road in each second of the mission: that of the place where it ends.
     slopes: Vec<f64>,
 }
 
 impl Preparation<'_> {
-    /// Climb per metre of road in a second of the mission: that of the place where it ends.
-    fn slope(&self, second: usize) -> f64 {
-        self.slopes[second]
-    }
-
     /// Slopes along the sum of the mean speeds, each that of the place where a second ends.
     fn locate(&mut self) {
         let (nodes, mission) = (&self.nodes, self.mission);
@@ -69,7 +64,7 @@ impl Preparation<'_> {
         Motion {
             speed_mps: self.nodes.mean_mps(second),
             acceleration_mps2: self.nodes.acceleration_mps2(second),
-            slope: self.slope(second),
+            slope: self.slopes[second],
             auxiliary_w: self.auxiliary_w(second),
         }
     }
@@ -80,7 +75,8 @@ impl Preparation<'_> {
         let wheel_w = self.truck.wheel_w(motion);
         let fits = |gear: &usize| {
             let speed_radps = self.truck.speed_radps(*gear, motion.speed_mps);
-            speed_radps > self.polygon.down.at_radps(wheel_w / speed_radps.max(1.0))
+            let torque_nm = wheel_w / speed_radps.max(1.0);
+            speed_radps > self.polygons.of(*gear).down.at_radps(torque_nm)
         };
         (0..self.truck.powertrain.gears.len()).rev().find(fits).unwrap_or(0)
     }
@@ -97,6 +93,7 @@ impl Preparation<'_> {
             let per_m = speed_radps / motion.speed_mps;
             let inertia_kgm2 = self.truck.powertrain.engine_model.inertia_kgm2;
             let spin_w = inertia_kgm2 * per_m * motion.acceleration_mps2 * speed_radps;
+            // auxiliaries count when it coasts, not for whether it does
             if self.truck.quick_w(gear, &Motion { auxiliary_w: 0.0, ..motion }) + spin_w
                 >= self.truck.drag_w(speed_radps)
             {
@@ -134,8 +131,10 @@ impl Preparation<'_> {
                 }
                 ramp -= 1;
             }
+            // the second before the one from which one looks back has to be fast enough
+            let asked = ramp.min(second - 1);
             if let Some((from, minimum_mps)) = from
-                && self.nodes.mean_mps(ramp) >= minimum_mps
+                && self.nodes.mean_mps(asked) >= minimum_mps
             {
                 self.coast(from, second);
             }
@@ -238,7 +237,7 @@ impl Preparation<'_> {
         for from in (0..=second).rev() {
             let piece_m = self.nodes.mean_mps(from);
             way_m += piece_m;
-            climb_m += piece_m * self.slope(from);
+            climb_m += piece_m * self.slopes[from];
             let start_mps = self.nodes.speed_mps[from];
             let rises = self.nodes.mean_target_mps(from)
                 > self.nodes.mean_target_mps(from.saturating_sub(1)) + HIGHER_MPS;

@@ -1,7 +1,7 @@
 //! Which gear the driver wants.
 
 use super::VectoDriver;
-use super::polygon::ShiftPolygon;
+use super::polygon::ShiftPolygons;
 use super::truck::{Motion, Truck};
 
 /// What the choice remembers of the seconds before.
@@ -22,7 +22,7 @@ pub(super) struct GearMemory {
 pub(super) struct GearChoice<'a> {
     truck: &'a Truck<'a>,
     driver: &'a VectoDriver,
-    polygons: Vec<ShiftPolygon>,
+    polygons: ShiftPolygons,
 }
 
 /// Engine speed and torque in a gear.
@@ -36,10 +36,7 @@ struct Load {
 
 impl<'a> GearChoice<'a> {
     pub(super) fn new(truck: &'a Truck<'a>, driver: &'a VectoDriver) -> Self {
-        let mut polygons = driver.shift_polygons.clone();
-        if polygons.is_empty() {
-            polygons.push(ShiftPolygon::generic(truck.powertrain));
-        }
+        let polygons = ShiftPolygons::new(&driver.shift_polygons, truck.powertrain);
         Self { truck, driver, polygons }
     }
 
@@ -47,16 +44,12 @@ impl<'a> GearChoice<'a> {
         self.truck.powertrain.gears.len() - 1
     }
 
-    fn polygon(&self, gear: usize) -> &ShiftPolygon {
-        &self.polygons[gear.min(self.polygons.len() - 1)]
-    }
-
     fn down_radps(&self, gear: usize, torque_nm: f64) -> f64 {
-        self.polygon(gear).down.at_radps(torque_nm)
+        self.polygons.of(gear).down.at_radps(torque_nm)
     }
 
     fn up_radps(&self, gear: usize, torque_nm: f64) -> f64 {
-        self.polygon(gear).up.at_radps(torque_nm)
+        self.polygons.of(gear).up.at_radps(torque_nm)
     }
 
     /// What a gear takes of the engine, by mean efficiencies and within the engine's limits; an

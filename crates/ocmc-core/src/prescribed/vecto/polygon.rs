@@ -28,6 +28,23 @@ pub struct ShiftPolygon {
     pub up: ShiftLine,
 }
 
+/// The polygons of the gears of a truck.
+#[derive(Clone, Debug)]
+pub(super) struct ShiftPolygons(Vec<ShiftPolygon>);
+
+impl ShiftPolygons {
+    /// Those that are given; the generic one where there is none.
+    pub(super) fn new(given: &[ShiftPolygon], powertrain: &DieselPowertrain) -> Self {
+        let generic = given.is_empty().then(|| ShiftPolygon::generic(powertrain));
+        Self(given.iter().cloned().chain(generic).collect())
+    }
+
+    /// Of a gear; the last one holds for all that follow.
+    pub(super) fn of(&self, gear: usize) -> &ShiftPolygon {
+        &self.0[gear.min(self.0.len() - 1)]
+    }
+}
+
 impl ShiftLine {
     /// The engine speed at a torque in Nm, in rad/s; 0 where there is no point.
     pub fn at_radps(&self, torque_nm: f64) -> f64 {
