@@ -1,8 +1,11 @@
 //! The planner on missions that are made up.
 
 use super::*;
+use crate::energy_ledger::Term;
 use crate::powertrain::diesel::engine::tests::engine_b;
 use crate::powertrain::gearbox::GearboxModel;
+use crate::powertrain::{Powertrain, ShiftConvention, TruckInputs};
+use crate::prescribed::follow;
 use crate::vehicle::resistance::DragBySpeed;
 
 const RADIUS_M: f64 = 0.492;
@@ -20,7 +23,7 @@ fn powertrain() -> DieselPowertrain {
             "down_pedal_radps": 20.0, "overspeed_radps": 219.0, "power_share": 0.95,
             "power_reserve": 1.1, "most_steps": 3, "kickdown_pedal": 0.99, "kickdown_s": 2.0,
             "kickdown_speed_radps": 136.0, "start_gear": 1, "steep_start_gear": 1,
-            "steep_slope": 0.05, "launch_gears": 1, "launch_speed_radps": 84.0,
+            "steep_slope": 0.05, "launch_gears": 12, "launch_speed_radps": 66.0,
             "open_share": 0.9 }
     }))
     .unwrap();
@@ -184,4 +187,23 @@ fn the_generic_polygon_lies_between_idle_and_the_fastest_useful_speed() {
         let (down, up) = (polygon.down.at_radps(torque_nm), polygon.up.at_radps(torque_nm));
         assert!(idle <= down + 1e-9 && down < up && up < 220.0, "{torque_nm}: {down} {up}");
     }
+}
+
+#[test]
+fn the_backward_mode_follows_a_plan_with_its_gears() {
+    let hill = mission(3000, |s| {
+        (if s == 0 || s == 1500 { 0.0 } else { 70.0 }, if s < 1800 { 0.0 } else { 0.04 })
+    });
+    let (powertrain, body) = (powertrain(), body(35_000.0));
+    let plan = plan(&hill, &body, &powertrain, 4000.0, &driver());
+    let truck = TruckInputs { auxiliary_power_w: 4000.0, fuel_factor: 1.0, initial_charge: None };
+    let mut inverse = powertrain.inverse(&truck);
+    inverse.set_convention(ShiftConvention::Returned);
+    let followed = follow(&plan.drive_cycle().unwrap(), &body, &mut *inverse);
+    let ledger = &followed.ledger;
+    let missing = ledger[Term::Missing] / ledger[Term::Wheel];
+    // the clutch slips in every gear of a start, as the plan has it
+    assert!(missing < 5e-3, "{missing}");
+    assert!((ledger[Term::Distance] - plan.distance_m()).abs() < 1e-6);
+    assert_eq!(followed.duration_s, plan.seconds.len() as f64);
 }
