@@ -1,7 +1,8 @@
-//! `ocmc vecto`: the truck of VECTO's own files on VECTO's own speed.
+//! `ocmc vecto`: the truck of VECTO's own files on VECTO's own speed, and driven by VECTO's driver.
 
 use crate::common::shared;
 use serde_json::Value;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 fn vecto(arguments: &[&str]) -> Output {
@@ -69,4 +70,67 @@ fn what_is_no_job_says_so() {
     let output = vecto(&["tractor-40t"]);
     let text = String::from_utf8_lossy(&output.stderr);
     assert!(text.contains("--result"), "{text}");
+}
+
+/// The missions of these names, as arguments.
+fn with_missions(job: &Path, missions: &[PathBuf]) -> Value {
+    let texts: Vec<&str> =
+        std::iter::once(job).chain(missions.iter().map(PathBuf::as_path)).map(text_of).collect();
+    answer(&texts)
+}
+
+fn text_of(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+/// The run of VECTO's driver.
+fn by_its_driver(compared: &Value) -> &Value {
+    let runs = compared["runs"].as_array().unwrap();
+    let found = runs.iter().find(|run| run["driven"] == "its driver");
+    found.unwrap_or_else(|| panic!("{}", compared["mission"]))
+}
+
+#[test]
+fn vectos_driver_drives_vectos_missions() {
+    let Some(job) = shared("vecto/results/declaration_40t/40t_Long_Haul_Truck.vecto") else {
+        return;
+    };
+    let missions = ["LongHaul", "RegionalDelivery"]
+        .map(|name| shared(&format!("vecto/cycles/{name}.vdri")).unwrap());
+    let answer = with_missions(&job, &missions);
+    let comparisons = answer["comparisons"].as_array().unwrap();
+    assert_eq!(comparisons.len(), 4);
+    for compared in comparisons {
+        let (name, run) = (&compared["mission"], by_its_driver(compared));
+        let apart = |term: &str| {
+            let theirs = number(compared, &format!("/vecto/{term}"));
+            (number(run, &format!("/terms/{term}")) / theirs - 1.0).abs()
+        };
+        assert!(apart("fuel_kg") < 0.03 && apart("duration_s") < 0.02, "{name}");
+        // over the same distance shifts are as many as shifts per km
+        assert!(apart("distance_m") < 0.001 && apart("shifts") < 0.25, "{name}");
+        assert!(number(run, "/speed/rms_kmh") < 1.0 && run["speed"]["covers"] == true, "{name}");
+    }
+    // our own driver stands beside it
+    assert!(comparisons.iter().all(|c| c["runs"][3]["driven"] == "our driver"));
+}
+
+#[test]
+fn vectos_driver_drives_vectos_manoeuvres() {
+    let Some(cycles) = shared("vecto/results/manoeuvre_cycles") else { return };
+    let files = std::fs::read_dir(cycles).unwrap().map(|entry| entry.unwrap().path());
+    let missions: Vec<PathBuf> = files.collect();
+    let (mut far, mut all) = (Vec::new(), 0);
+    for folder in ["manoeuvres_40t", "manoeuvres_40t_overspeed"] {
+        let job = shared(&format!("vecto/results/{folder}/40t_Long_Haul_Truck.vecto")).unwrap();
+        let answer = with_missions(&job, &missions);
+        for compared in answer["comparisons"].as_array().unwrap() {
+            let speed = &by_its_driver(compared)["speed"];
+            all += 1;
+            if !(number(speed, "/rms_kmh") < 2.0 && speed["covers"] == true) {
+                far.push(compared["mission"].clone());
+            }
+        }
+    }
+    assert!(all == 35 && 10 * far.len() <= all, "{all}: {far:?}");
 }

@@ -86,6 +86,9 @@ pub enum Error {
         /// Why.
         error: DriveCycleError,
     },
+    /// A plan of VECTO's driver that is no drive cycle.
+    #[error("VECTO's driver does not get along the mission: {0}")]
+    VectoPlan(DriveCycleError),
     /// No result to compare with.
     #[error(
         "there is no result of VECTO to compare with: give time series or sums (`--result FILE.vmod`), or put them beside the job"

@@ -75,7 +75,8 @@ pub use stored::{
 };
 pub use trace::{TimeSeries, trace};
 pub use vecto::{
-    Attribution, Terms, VectoAnswer, VectoComparison, VectoRequest, VectoRun, VectoTruck, vecto,
+    Attribution, SpeedMatch, Terms, VectoAnswer, VectoComparison, VectoRequest, VectoRun,
+    VectoTruck, vecto,
 };
 pub use verify::{CheckedFile, VerifyAnswer, verify};
 pub use watch::{Progress, Watch, go_on};

@@ -1,17 +1,21 @@
 //! VECTO's files and results beside what is computed here: on VECTO's own speed, and by drivers.
 
+mod closed_loop;
 mod matching;
 mod on_its_speed;
 mod terms;
 mod text;
 mod truck;
 
+pub use closed_loop::SpeedMatch;
 pub use terms::Terms;
 pub use truck::VectoTruck;
 
 use crate::error::Error;
 use matching::{Case, Result as FoundResult};
 use ocmc_core::powertrain::ShiftConvention;
+use ocmc_core::prescribed::vecto::VectoDriver;
+use ocmc_io::vecto::{MissionFile, declared_driver};
 use serde::Serialize;
 use std::path::PathBuf;
 use truck::ComparedTruck;
@@ -107,6 +111,14 @@ pub struct VectoRun {
     pub driven: String,
     /// What it took.
     pub terms: Terms,
+    /// How its speed lies to VECTO's; absent where it is VECTO's, or not known.
+    pub speed: Option<SpeedMatch>,
+}
+
+impl VectoRun {
+    fn new(driven: &str, terms: Terms) -> Self {
+        Self { driven: driven.to_owned(), terms, speed: None }
+    }
 }
 
 /// Compares.
@@ -116,27 +128,42 @@ pub struct VectoRun {
 pub fn vecto(request: &VectoRequest) -> Result<VectoAnswer, Error> {
     let job = request.truck.job()?;
     let cases = matching::cases(&request.missions, &request.results, job.as_ref())?;
-    let compared = |case: &Case| compare(request, case);
+    let driver = job.as_ref().map_or_else(declared_driver, |job| job.driver().clone());
+    let compared = |case: &Case| compare(request, case, &driver);
     Ok(VectoAnswer { comparisons: cases.iter().map(compared).collect::<Result<_, _>>()? })
 }
 
-fn compare(request: &VectoRequest, case: &Case) -> Result<VectoComparison, Error> {
+fn compare(
+    request: &VectoRequest,
+    case: &Case,
+    driver: &VectoDriver,
+) -> Result<VectoComparison, Error> {
     let truck = ComparedTruck::new(&request.truck, case.gross_mass_kg, case.auxiliary_w)?;
-    let (mut runs, mut attribution) = (Vec::new(), None);
+    let (mut runs, mut attribution, mut its_speed) = (Vec::new(), None, None);
     let vecto = match &case.result {
         FoundResult::Series(path, series) => {
             let cycle = on_its_speed::drive_cycle(path, series)?;
             let theirs = truck.follow(&cycle, ShiftConvention::Returned)?;
-            let ours = truck.follow(&cycle.without_gears(), ShiftConvention::Lost)?;
+            let ours = truck.follow(&cycle.clone().without_gears(), ShiftConvention::Lost)?;
             let vecto = Terms::series(series);
             let map_fuel_kg = truck.fuel_kg(series)?;
             attribution = Some(Attribution::new(&vecto, &theirs, &ours, map_fuel_kg));
-            runs.push(VectoRun { driven: "its speed and gears".to_owned(), terms: theirs });
-            runs.push(VectoRun { driven: "its speed, our gears".to_owned(), terms: ours });
+            runs.push(VectoRun::new("its speed and gears", theirs));
+            runs.push(VectoRun::new("its speed, our gears", ours));
+            its_speed = Some(cycle);
             vecto
         }
         FoundResult::Sum(sum) => Terms::sum(sum),
     };
+    if let Some(file) = &case.mission_file {
+        let mission = MissionFile::read(file)?;
+        let (terms, cycle) =
+            closed_loop::by_vectos_driver(&truck, &mission, case.auxiliary_w, driver)?;
+        let speed = its_speed.map(|vectos| closed_loop::speed_match(&cycle, &vectos));
+        runs.push(VectoRun { speed, ..VectoRun::new("its driver", terms) });
+        let ours = closed_loop::by_our_driver(&request.truck, &truck, file, &mission)?;
+        runs.extend(ours.map(|terms| VectoRun::new("our driver", terms)));
+    }
     Ok(VectoComparison {
         mission: case.mission.clone(),
         gross_mass_kg: case.gross_mass_kg,

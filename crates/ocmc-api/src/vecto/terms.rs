@@ -2,6 +2,7 @@
 
 use ocmc_core::energy_ledger::Term;
 use ocmc_core::prescribed::FollowedCycle;
+use ocmc_core::record::Record;
 use ocmc_io::vecto::{Series, Sum};
 use serde::Serialize;
 
@@ -29,6 +30,8 @@ pub struct Terms {
     pub brake_j: f64,
     /// Lost in gearbox, axle and retarder.
     pub transmission_j: f64,
+    /// What the retarder has of it; absent where it is not known.
+    pub retarder_j: Option<f64>,
     /// Of the auxiliaries.
     pub auxiliary_j: f64,
     /// Of the engine, where it is positive; absent where it is not known.
@@ -41,7 +44,7 @@ pub struct Terms {
 pub(super) type TermOf = (&'static str, &'static str, fn(&Terms) -> Option<f64>);
 
 /// The terms of the table.
-pub(super) const TABLE: [TermOf; 11] = [
+pub(super) const TABLE: [TermOf; 13] = [
     ("time", "s", |t| Some(t.duration_s)),
     ("distance", "km", |t| Some(t.distance_m / 1000.0)),
     ("shifts per km", "", |t| Some(f64::from(t.shifts?) / (t.distance_m / 1000.0))),
@@ -49,15 +52,22 @@ pub(super) const TABLE: [TermOf; 11] = [
     ("rolling", "kWh", |t| Some(t.rolling_j / 3.6e6)),
     ("grade", "kWh", |t| Some(t.grade_j? / 3.6e6)),
     ("brakes", "kWh", |t| Some(t.brake_j / 3.6e6)),
-    ("gearbox, axle, retarder", "kWh", |t| Some(t.transmission_j / 3.6e6)),
+    ("gearbox and axle", "kWh", |t| Some((t.transmission_j - t.retarder_j?) / 3.6e6)),
+    ("retarder", "kWh", |t| Some(t.retarder_j? / 3.6e6).filter(|kwh| *kwh > 0.0)),
     ("auxiliaries", "kWh", |t| Some(t.auxiliary_j / 3.6e6)),
+    ("engine, where it drives", "kWh", |t| Some(t.engine_j? / 3.6e6)),
     ("wheel work", "kWh", |t| Some(t.wheel_j? / 3.6e6)),
     ("fuel", "kg", |t| Some(t.fuel_kg)),
 ];
 
 impl Terms {
     /// Of a followed cycle.
-    pub(super) fn followed(sum: &FollowedCycle, n_shifts: u32, heating_jpkg: f64) -> Self {
+    pub(super) fn followed(
+        sum: &FollowedCycle,
+        n_shifts: u32,
+        retarder_j: f64,
+        heating_jpkg: f64,
+    ) -> Self {
         let ledger = &sum.ledger;
         Self {
             duration_s: sum.duration_s,
@@ -70,7 +80,8 @@ impl Terms {
             brake_j: ledger[Term::ServiceBrake] + ledger[Term::EngineBrake],
             transmission_j: ledger[Term::Transmission],
             auxiliary_j: ledger[Term::Auxiliary],
-            engine_j: None,
+            retarder_j: Some(retarder_j),
+            engine_j: Some(sum.driving_j),
             fuel_kg: ledger[Term::FuelEnergy] / heating_jpkg,
         }
     }
@@ -97,9 +108,29 @@ impl Terms {
             wheel_j: Some(of(|s| s.wheel_w.max(0.0))),
             brake_j: -of(|s| s.brake_w),
             transmission_j: of(|s| s.lost_w),
+            retarder_j: Some(of(|s| s.retarder_w)),
             auxiliary_j: of(|s| s.auxiliary_w),
             engine_j: Some(of(|s| s.engine_w.max(0.0))),
             fuel_kg: of(|s| s.fuel_kgps),
+        }
+    }
+
+    /// Of a driven cycle.
+    pub(super) fn record(record: &Record) -> Self {
+        Self {
+            duration_s: record.duration_s,
+            distance_m: record.distance_m,
+            shifts: Some(record.n_gear_shifts),
+            air_j: record.drag_energy_j,
+            rolling_j: record.rolling_energy_j,
+            grade_j: Some(record.potential_change_j),
+            wheel_j: Some(record.wheel_energy_j),
+            brake_j: record.brake_energy_j,
+            transmission_j: record.transmission_loss_j,
+            retarder_j: None,
+            auxiliary_j: record.auxiliary_energy_j,
+            engine_j: None,
+            fuel_kg: record.fuel_kg.unwrap_or(0.0),
         }
     }
 
@@ -115,6 +146,7 @@ impl Terms {
             wheel_j: None,
             brake_j: sum.brake_j,
             transmission_j: sum.gearbox_axle_j + sum.retarder_j,
+            retarder_j: Some(sum.retarder_j),
             auxiliary_j: sum.auxiliary_j,
             engine_j: Some(sum.engine_j),
             fuel_kg: sum.fuel_kg,

@@ -8,6 +8,9 @@ use crate::text::{fact, row};
 /// Width of a column of values, and of one of differences.
 const WIDTH: usize = 24;
 
+/// Least value, in the unit of its row, of which a difference is shown as a share.
+const LEAST: f64 = 0.2;
+
 impl Answer for VectoAnswer {
     fn text(&self) -> String {
         let each: Vec<String> = self.comparisons.iter().map(comparison).collect();
@@ -31,12 +34,24 @@ fn comparison(compared: &VectoComparison) -> String {
         let mut cells = vec![name, number(theirs)];
         cells.extend(compared.runs.iter().map(|run| match value(&run.terms) {
             Some(ours) => {
-                let difference = format!("({:+.2} %)", 100.0 * (ours / theirs - 1.0));
+                // what is nearly nothing has no share
+                let difference = if theirs.abs() < LEAST {
+                    String::new()
+                } else {
+                    format!("({:+.2} %)", 100.0 * (ours / theirs - 1.0))
+                };
                 format!("{} {difference:>11}", number(ours))
             }
             None => String::new(),
         }));
         text.push_str(&row("", &widths, &cells));
+    }
+    for run in &compared.runs {
+        if let Some(speed) = run.speed {
+            let short = if speed.covers { "" } else { ", and does not cover the distance" };
+            let apart = format!("{:.2} km/h RMS of v(s) from VECTO's{short}", speed.rms_kmh);
+            text.push_str(&format!("{:<28}{apart}\n", run.driven));
+        }
     }
     text.push_str(&compared.attribution.as_ref().map(attribution).unwrap_or_default());
     text

@@ -5,7 +5,7 @@ use crate::error::Error;
 use crate::study::{LoadedStudy, load_json};
 use ocmc_core::powertrain::diesel::DieselPowertrain;
 use ocmc_core::powertrain::{Powertrain, PowertrainKind, ShiftConvention, TruckInputs};
-use ocmc_core::prescribed::{Body, DriveCycle, follow};
+use ocmc_core::prescribed::{Body, CycleStep, DriveCycle, follow};
 use ocmc_core::study::Scenario;
 use ocmc_io::vecto::{Job, Second, Series};
 use serde_json::json;
@@ -15,6 +15,10 @@ use std::path::PathBuf;
 pub(super) const AIR_DENSITY_KGPM3: f64 = 1.188;
 /// Wind over whose directions VECTO takes the mean, in m/s [F: VECTO 2.2, declaration mode].
 const WIND_MPS: f64 = 3.0;
+
+/// Speed up to which VECTO's clutch slips, as a share of the way from the idle speed to that of the
+/// highest power [F: VECTO 2.2].
+const SLIPS: f64 = 0.03;
 
 /// Where the truck comes from.
 #[derive(Clone, Debug)]
@@ -86,6 +90,14 @@ impl ComparedTruck {
         }
         sets.push(format!("mission.payload_kg={}", payload_kg.max(0.0)));
         let loaded = load_json(&study, &sets)?;
+        // VECTO's clutch slips in all gears, a little above the idle speed
+        if let PowertrainKind::Diesel(diesel) = &loaded.study.vehicle().powertrain {
+            let idle_radps = diesel.engine_model.idle_speed_radps;
+            let slips_radps = idle_radps + SLIPS * (diesel.rated_speed_radps() - idle_radps);
+            sets.push(format!("vehicle.gearbox.shift.launch_gears={}", diesel.gears.len()));
+            sets.push(format!("vehicle.gearbox.shift.launch_speed_radps={slips_radps}"));
+        }
+        let loaded = load_json(&study, &sets)?;
         let scenario = loaded.study.sample(1, 0);
         let model = &loaded.model.vehicle;
         let (drag_area_m2, by_speed) =
@@ -132,6 +144,50 @@ impl ComparedTruck {
         inverse.set_convention(convention);
         let followed = follow(cycle, &self.body, &mut *inverse);
         let heating_jpkg = diesel.engine_model.fuel.heating_value_jpkg;
-        Ok(Terms::followed(&followed, inverse.n_shifts(), heating_jpkg))
+        let retarder =
+            |step: CycleStep| diesel.retarder_n(step.speed.mean_mps()) * step.speed.distance_m();
+        let retarder_j = cycle.steps().map(retarder).sum();
+        Ok(Terms::followed(&followed, inverse.n_shifts(), retarder_j, heating_jpkg))
+    }
+
+    /// The same truck in a study of VECTO's air, without wind, traffic and roughness.
+    pub(super) fn in_vectos_air(&self, truck: &VectoTruck) -> Result<LoadedStudy, Error> {
+        let model = &self.loaded.model.vehicle;
+        let (drag_area_m2, by_speed) =
+            model.cross_wind.mean_over_directions(self.scenario.vehicle.drag_area_m2, WIND_MPS);
+        let even = json!({
+            "roughness": { "mean_coefficient_m3": 7.6e-6, "shape": 0.01 },
+            "ground": { "asphalt": 1.0, "concrete": 0.0 },
+        });
+        let still = json!({
+            // 20 °C and 100 kPa dry are 1.188 kg/m³
+            "altitude_m": 110.9,
+            "temperature": {
+                "mean_k": 293.15, "annual_amplitude_k": 0.0, "winter_daily_amplitude_k": 0.0,
+                "summer_daily_amplitude_k": 0.0, "winter_sd_k": 0.0, "summer_sd_k": 0.0,
+            },
+            "pressure": { "sd": 0.0 },
+            "humidity": {
+                "mean_logit": -10.0, "annual_amplitude": 0.0, "daily_amplitude": 0.0, "sd": 0.0,
+            },
+            "precipitation": { "wet_after_dry": 0.0 },
+            "wind": { "mean_speed_mps": 0.0 },
+        });
+        let study = json!({
+            "study": {
+                "name": "vecto", "base": "field-truck",
+                "description": "One truck and the typical driver in VECTO's air",
+            },
+            "vehicle": {
+                "base": truck.base(), "drag_area_m2": drag_area_m2, "drag_by_speed": by_speed,
+                "rolling_temperature_coefficient_per_k": 0.0,
+                "auxiliary_power_w": self.auxiliary_w,
+            },
+            "mission": { "payload_kg": self.scenario.cycle.mission.payload_kg },
+            "weather": still,
+            "road": { "types": { "urban": even, "rural": even, "motorway": even } },
+            "simulation": { "without": ["traffic", "driver_spread", "vehicle_spread"] },
+        });
+        Ok(load_json::<&str>(&study, &[])?)
     }
 }

@@ -61,6 +61,7 @@ impl InversePowertrain for EfficiencyDriveline {
             wheel_n: if step.mean_mps() > 0.0 { wheel_w / step.mean_mps() } else { 0.0 },
             engine_brake_reach_n: 0.0,
             limited: wanted_w / self.transmission_efficiency > most_w,
+            shaft_j: engine_w * step.dt_s,
         }
     }
 }

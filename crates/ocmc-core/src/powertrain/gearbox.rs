@@ -308,6 +308,13 @@ impl GearboxModel {
         forces.map(|forces| forces[0])
     }
 
+    /// Drag of the retarder at the wheels at a speed in m/s, in N.
+    pub fn retarder_n(&self, axle_per_m: f64, speed_mps: f64) -> f64 {
+        let shaft_radps = axle_per_m * speed_mps;
+        let growth_nm = self.retarder_torque_nms2.unwrap_or(0.0) * shaft_radps * shaft_radps;
+        (self.retarder_torque_nm + growth_nm) * axle_per_m
+    }
+
     /// Torque at the gearbox's input, in Nm, for a force at the wheels, in N: the inverse of
     /// [`GearboxModel::wheel_and_lost_n`].
     pub fn input_torque_nm(
@@ -321,9 +328,7 @@ impl GearboxModel {
         let undo =
             |y: f64, share: f64| if y >= 0.0 { y / (1.0 - share) } else { y / (1.0 + share) };
         let shaft = undo(wheel_n / axle_per_m + self.axle_loss_torque_nm, self.axle_loss_share);
-        let shaft_radps = axle_per_m * speed_mps;
-        let growth_nm = self.retarder_torque_nms2.unwrap_or(0.0) * shaft_radps * shaft_radps;
-        let retarder_nm = self.retarder_torque_nm + growth_nm;
+        let retarder_nm = self.retarder_n(axle_per_m, speed_mps) / axle_per_m;
         let input_radps = gear.speed_ratio_per_m * speed_mps;
         let turning_nm = self.loss_torque_nm + self.loss_torque_nms.unwrap_or(0.0) * input_radps;
         let behind_nm = (shaft + retarder_nm) / gear.ratio + turning_nm;

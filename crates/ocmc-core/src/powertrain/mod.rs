@@ -404,6 +404,8 @@ pub struct InverseStep {
     pub engine_brake_reach_n: f64,
     /// Whether the powertrain is at its limit.
     pub limited: bool,
+    /// Work at the crankshaft or the motor's shaft, in J.
+    pub shaft_j: f64,
 }
 
 /// A powertrain in the backward mode: from the force at the wheels to what it takes.

@@ -121,12 +121,14 @@ impl DriveCycle {
     ///
     /// # Panics
     /// Unless there are as many orders as points.
+    #[must_use]
     pub fn with_gears(self, gear: Vec<GearOrder>) -> Self {
         assert_eq!(gear.len(), self.time_s.len(), "an order for each point");
         Self { gear, ..self }
     }
 
     /// The same cycle with nothing said of the gears.
+    #[must_use]
     pub fn without_gears(mut self) -> Self {
         self.gear.clear();
         self

@@ -109,6 +109,8 @@ pub struct FollowedCycle {
     pub kinetic_j: f64,
     /// Sum of the climbs, in m.
     pub climb_m: f64,
+    /// Work at the shaft of engine or motor in the steps in which it drives, in J.
+    pub driving_j: f64,
 }
 
 /// Follows a cycle with a body and a powertrain.
@@ -119,7 +121,7 @@ pub fn follow(
 ) -> FollowedCycle {
     let mut ledger = Ledger::EMPTY;
     let (mut standstill_s, mut n_stops, mut kinetic_j, mut climb_m) = (0.0, 0_u32, 0.0, 0.0);
-    let mut moving = false;
+    let (mut moving, mut driving_j) = (false, 0.0);
     let before_j = powertrain.kinetic_j();
     let inertia_kg = body.mass_kg + (body.wheel_mass_kg + powertrain.rotating_mass_kg());
     for CycleStep { speed, slope } in cycle.steps() {
@@ -127,6 +129,7 @@ pub fn follow(
         let RoadForces { drag_n, rolling_n, grade_n } = body.road_forces(v, slope);
         let wanted_n = inertia_kg * speed.acceleration_mps2() + drag_n + rolling_n + grade_n;
         let done = powertrain.step(&speed, wanted_n, &mut ledger);
+        driving_j += done.shaft_j.max(0.0);
 
         if distance_m > 0.0 {
             let brake_n = (done.wheel_n - wanted_n).max(0.0);
@@ -159,7 +162,7 @@ pub fn follow(
     let duration_s = cycle.duration_s();
     ledger[Term::Time] = duration_s;
     kinetic_j += powertrain.kinetic_j() - before_j;
-    FollowedCycle { ledger, duration_s, standstill_s, n_stops, kinetic_j, climb_m }
+    FollowedCycle { ledger, duration_s, standstill_s, n_stops, kinetic_j, climb_m, driving_j }
 }
 
 /// Follows a cycle with the truck, payload and air of one cycle of a study. Drivers, roads and

@@ -4,90 +4,80 @@ use super::error::VectoError;
 use super::job::JobBody;
 use super::part::{beside, names_file};
 use super::result::Columns;
+use ocmc_core::prescribed::vecto::{AccelerationTable, LookAhead, Overspeed, VectoDriver};
 use serde::Deserialize;
 use std::path::Path;
 
-/// VECTO's accelerations over speed, at points of rising speed.
-#[derive(Clone, Debug, PartialEq)]
-pub struct SpeedDependentAcceleration {
-    /// Speeds, in m/s.
-    pub speed_mps: Vec<f64>,
-    /// Largest acceleration, in m/s².
-    pub acceleration_mps2: Vec<f64>,
-    /// Deceleration, without sign, in m/s².
-    pub deceleration_mps2: Vec<f64>,
+/// Speed from which on VECTO's declaration mode coasts and rolls too fast, in km/h [F: VECTO 2.2].
+const FROM_KMH: f64 = 50.0;
+/// By how much it rolls too fast, in km/h [F: the same].
+const OVERSPEED_KMH: f64 = 5.0;
+
+/// The accelerations of trucks in VECTO's declaration mode [F: Truck.vacc].
+fn declared_accelerations() -> AccelerationTable {
+    AccelerationTable {
+        speed_mps: [0.0, 25.0, 50.0, 60.0, 120.0].map(|kmh| kmh / 3.6).to_vec(),
+        acceleration_mps2: vec![1.0, 1.0, 0.642_857_143, 0.5, 0.5],
+        deceleration_mps2: vec![-1.0, -1.0, -1.0, -0.5, -0.5],
+    }
 }
 
-impl SpeedDependentAcceleration {
-    /// The driver of trucks in VECTO's declaration mode [F: Truck.vacc].
-    pub fn truck() -> Self {
-        Self {
-            speed_mps: [0.0, 25.0, 50.0, 60.0, 120.0].map(|kmh| kmh / 3.6).to_vec(),
-            acceleration_mps2: vec![1.0, 1.0, 0.642_857_143, 0.5, 0.5],
-            deceleration_mps2: vec![1.0, 1.0, 1.0, 0.5, 0.5],
+/// The driver of VECTO 3's declaration mode, for a truck without a job.
+pub fn declared_driver() -> VectoDriver {
+    VectoDriver {
+        look_ahead: Some(LookAhead::DecisionFactor { minimum_speed_mps: FROM_KMH / 3.6 }),
+        overspeed: Some(Overspeed {
+            minimum_speed_mps: FROM_KMH / 3.6,
+            above_mps: OVERSPEED_KMH / 3.6,
+        }),
+        ..VectoDriver::new(declared_accelerations())
+    }
+}
+
+/// The driver of a job, without what the gearbox says of him.
+pub(super) fn of_job(body: &JobBody, path: &Path) -> Result<VectoDriver, VectoError> {
+    let accelerations = if names_file(&body.vacc) {
+        read(&beside(path, &body.vacc)?)?
+    } else {
+        declared_accelerations()
+    };
+    let coasting = &body.lac;
+    let over = &body.over_speed_eco_roll;
+    let look_ahead = coasting.enabled.then_some(LookAhead::Window {
+        deceleration_mps2: -coasting.dec.abs(),
+        minimum_speed_mps: coasting.min_speed / 3.6,
+    });
+    let overspeed = match over.mode.to_lowercase().as_str() {
+        "off" => None,
+        "overspeed" => Some(Overspeed {
+            minimum_speed_mps: over.min_speed / 3.6,
+            above_mps: over.over_speed / 3.6,
+        }),
+        _ => {
+            return Err(VectoError::Unsupported {
+                path: path.to_owned(),
+                what: "`OverSpeedEcoRoll.Mode`",
+                found: format!("`{}`", over.mode),
+                allowed: "allowed are `Off` and `OverSpeed`: eco-roll is not in this driver",
+            });
         }
-    }
-
-    fn read(path: &Path) -> Result<Self, VectoError> {
-        let columns = Columns::read(path)?;
-        let speed_mps = columns.numbers("v")?.iter().map(|v| v / 3.6).collect();
-        let deceleration = columns.numbers("dec")?;
-        Ok(Self {
-            speed_mps,
-            acceleration_mps2: columns.numbers("acc")?,
-            deceleration_mps2: deceleration.iter().map(|a| a.abs()).collect(),
-        })
-    }
+    };
+    Ok(VectoDriver { look_ahead, overspeed, ..VectoDriver::new(accelerations) })
 }
 
-/// How a job says that it is driven.
-#[derive(Clone, Debug, PartialEq)]
-pub struct DriverSettings {
-    /// Accelerations over speed.
-    pub accelerations: SpeedDependentAcceleration,
-    /// Deceleration, without sign, in m/s², of the look-ahead coasting and the speed from which on
-    /// it is done, in m/s; none where it is off.
-    pub look_ahead: Option<(f64, f64)>,
-    /// Speed from which on the truck may roll above its target, and by how much, both in m/s; none
-    /// where it may not.
-    pub overspeed: Option<(f64, f64)>,
-    /// Whether it rolls with the clutch open then.
-    pub eco_roll: bool,
-}
-
-impl DriverSettings {
-    /// The driver of VECTO's declaration mode: coasting, and 5 km/h of overspeed from 50 km/h on.
-    pub fn declared() -> Self {
-        Self {
-            accelerations: SpeedDependentAcceleration::truck(),
-            look_ahead: Some((0.5, 50.0 / 3.6)),
-            overspeed: Some((50.0 / 3.6, 5.0 / 3.6)),
-            eco_roll: false,
-        }
-    }
-
-    pub(super) fn of(body: &JobBody, path: &Path) -> Result<Self, VectoError> {
-        let accelerations = if names_file(&body.vacc) {
-            SpeedDependentAcceleration::read(&beside(path, &body.vacc)?)?
-        } else {
-            SpeedDependentAcceleration::truck()
-        };
-        let LookAhead { enabled, dec, min_speed } = body.lac;
-        let over = &body.over_speed_eco_roll;
-        let mode = over.mode.to_lowercase();
-        Ok(Self {
-            accelerations,
-            look_ahead: enabled.then_some((dec.abs(), min_speed / 3.6)),
-            overspeed: (mode != "off").then_some((over.min_speed / 3.6, over.over_speed / 3.6)),
-            eco_roll: mode == "ecoroll",
-        })
-    }
+fn read(path: &Path) -> Result<AccelerationTable, VectoError> {
+    let columns = Columns::read(path)?;
+    Ok(AccelerationTable {
+        speed_mps: columns.numbers("v")?.iter().map(|v| v / 3.6).collect(),
+        acceleration_mps2: columns.numbers("acc")?,
+        deceleration_mps2: columns.numbers("dec")?.iter().map(|a| -a.abs()).collect(),
+    })
 }
 
 /// Look-ahead coasting, as a job has it.
 #[derive(Clone, Copy, Deserialize)]
 #[serde(rename_all = "PascalCase")]
-pub(super) struct LookAhead {
+pub(super) struct Coasting {
     enabled: bool,
     #[serde(default)]
     dec: f64,

@@ -41,6 +41,14 @@ pub enum VectoError {
         /// What is allowed.
         allowed: &'static str,
     },
+    /// A mission that is none.
+    #[error("`{}`: {error}", .path.display())]
+    Mission {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        error: ocmc_core::prescribed::vecto::VectoError,
+    },
     /// A result without a column.
     #[error("`{}` has no column `{column}`; it has {found}", .path.display())]
     Column {

@@ -7,6 +7,7 @@ use super::vehicle::RADPS_PER_RPM;
 use crate::study::loss_law;
 use crate::table::formats::LOSS_MAP;
 use crate::table::{Quantity, Source, Table};
+use ocmc_core::prescribed::vecto::{ShiftLine, ShiftPolygon, VectoDriver};
 use serde::Deserialize;
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
@@ -24,6 +25,11 @@ pub(super) struct GearboxFile {
     start_tq_reserve: f64,
     start_speed: f64,
     start_acc: f64,
+    shift_time: f64,
+    skip_gears: bool,
+    // as VECTO writes it
+    #[serde(rename = "EaryShiftUp")]
+    early_upshift: bool,
     gearbox_type: String,
 }
 
@@ -44,24 +50,6 @@ enum LossMap {
     File(String),
 }
 
-/// A line of a shift polygon, linear in torque and continued beyond its ends.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct ShiftLine {
-    /// Torques of the engine, in Nm.
-    pub torque_nm: Vec<f64>,
-    /// Speeds of the engine, in rad/s.
-    pub speed_radps: Vec<f64>,
-}
-
-/// The lines between which a gear stays.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct ShiftPolygon {
-    /// Below: a lower gear.
-    pub down: ShiftLine,
-    /// Above: a higher gear.
-    pub up: ShiftLine,
-}
-
 impl GearboxFile {
     pub(super) fn check(&self, path: &Path) -> Result<(), VectoError> {
         let refused = |what, found: String, allowed| {
@@ -79,37 +67,42 @@ impl GearboxFile {
         Ok(())
     }
 
-    pub(super) fn reserves(&self) -> [f64; 2] {
-        [self.tq_reserve / 100.0, self.start_tq_reserve / 100.0]
+    /// The driver with what the gearbox says of him.
+    pub(super) fn shifts(
+        &self,
+        driver: VectoDriver,
+        path: &Path,
+    ) -> Result<VectoDriver, VectoError> {
+        let gears = &self.gears[1..];
+        let polygon = |gear: &GearFile| polygon(&beside(path, &gear.shift_polygon)?);
+        let named = gears.iter().all(|gear| names_file(&gear.shift_polygon));
+        let polygons: Result<_, VectoError> =
+            if named { gears.iter().map(polygon).collect() } else { Ok(Vec::new()) };
+        Ok(VectoDriver {
+            shift_polygons: polygons?,
+            torque_reserve: self.tq_reserve / 100.0,
+            start_torque_reserve: self.start_tq_reserve / 100.0,
+            start_speed_mps: self.start_speed,
+            start_acceleration_mps2: self.start_acc,
+            shift_time_s: self.shift_time,
+            skip_gears: self.skip_gears,
+            early_upshift: self.early_upshift,
+            ..driver
+        })
     }
 
-    pub(super) fn start(&self) -> [f64; 2] {
-        [self.start_speed, self.start_acc]
-    }
-
-    /// The lines of the top gear's file: VECTO has one for each gear, its generic trucks one for all.
-    pub(super) fn shift_polygon(&self, path: &Path) -> Result<Option<ShiftPolygon>, VectoError> {
-        let named = self.gears.iter().rev().find(|gear| names_file(&gear.shift_polygon));
-        let Some(gear) = named else { return Ok(None) };
-        let columns = Columns::read(&beside(path, &gear.shift_polygon)?)?;
-        let torque_nm = columns.numbers("M")?;
-        let line = |name| {
-            let speed_radps = columns.numbers(name)?.iter().map(|n| n * RADPS_PER_RPM).collect();
-            Ok::<_, VectoError>(ShiftLine { torque_nm: torque_nm.clone(), speed_radps })
-        };
-        Ok(Some(ShiftPolygon { down: line("nDown")?, up: line("nUp")? }))
-    }
-
-    pub(super) fn keys(&self, path: &Path) -> Result<Value, VectoError> {
+    /// Keys of a study; `most_nm`: highest torque of the engine.
+    pub(super) fn keys(&self, path: &Path, most_nm: f64) -> Result<Value, VectoError> {
         let (axle, gears) = self.gears.split_first().unwrap_or((&self.gears[0], &[]));
         let ratio: Vec<f64> = gears.iter().map(|gear| gear.ratio).collect();
         let of = |direct: bool| {
             let is_direct = |gear: &&GearFile| (gear.ratio - 1.0).abs() < SAME_RATIO;
             let such = gears.iter().filter(|gear| is_direct(gear) == direct);
-            law(such.map(|gear| &gear.loss_map), path)
+            law(such.map(|gear| &gear.loss_map), path, most_nm)
         };
         let (direct, indirect) = (of(true)?, of(false)?);
-        let [axle_nm, _, axle_share] = law([&axle.loss_map].into_iter(), path)?.unwrap_or_default();
+        let [axle_nm, _, axle_share] =
+            law([&axle.loss_map].into_iter(), path, f64::INFINITY)?.unwrap_or_default();
         let some = indirect.or(direct).unwrap_or_default();
         // the constant and the growth belong to all gears, those of the indirect ones mostly
         Ok(json!({
@@ -128,10 +121,12 @@ impl GearboxFile {
     }
 }
 
-/// The law over the points of these maps; none without a map.
+/// The law over the points of these maps up to a torque; none without a map. VECTO's generic maps
+/// end with a point beyond the engine's torque at which they bend.
 fn law<'a>(
     maps: impl Iterator<Item = &'a LossMap>,
     path: &Path,
+    most_nm: f64,
 ) -> Result<Option<[f64; 3]>, VectoError> {
     let (mut files, mut shares) = (BTreeSet::new(), Vec::new());
     for map in maps {
@@ -152,9 +147,23 @@ fn law<'a>(
     for file in &files {
         let columns = [Quantity::EngineSpeed, Quantity::InputTorque, Quantity::LossTorque];
         let more = Table::open(Source::File(file), &LOSS_MAP, &[])?.numbers(columns)?;
-        points.iter_mut().zip(more).for_each(|(all, more)| all.extend(more));
+        let used: Vec<bool> = more[1].iter().map(|torque| torque.abs() <= most_nm).collect();
+        for (all, more) in points.iter_mut().zip(more) {
+            all.extend(more.into_iter().zip(&used).filter(|(_, used)| **used).map(|(x, _)| x));
+        }
     }
     Ok(Some(loss_law::of_gear(&points)))
+}
+
+/// The lines of a file (`.vgbs`).
+fn polygon(path: &Path) -> Result<ShiftPolygon, VectoError> {
+    let columns = Columns::read(path)?;
+    let torque_nm = columns.numbers("M")?;
+    let line = |name| {
+        let speed_radps = columns.numbers(name)?.iter().map(|n| n * RADPS_PER_RPM).collect();
+        Ok::<_, VectoError>(ShiftLine { torque_nm: torque_nm.clone(), speed_radps })
+    };
+    Ok(ShiftPolygon { down: line("nDown")?, up: line("nUp")? })
 }
 
 /// Lays the losses of a retarder over the keys of a gearbox.

@@ -1,10 +1,11 @@
 //! A job: which vehicle, engine, gearbox and driver.
 
-use super::driver::{DriverSettings, LookAhead, OverSpeedEcoRoll};
+use super::driver::{Coasting, OverSpeedEcoRoll, of_job};
 use super::error::VectoError;
-use super::gearbox::{GearboxFile, ShiftPolygon};
+use super::gearbox::GearboxFile;
 use super::part::{beside, read};
 use super::vehicle::{EngineFile, VehicleFile};
+use ocmc_core::prescribed::vecto::VectoDriver;
 use serde::Deserialize;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -16,7 +17,7 @@ pub struct Job {
     vehicle: (PathBuf, VehicleFile),
     engine: (PathBuf, EngineFile),
     gearbox: (PathBuf, GearboxFile),
-    driver: DriverSettings,
+    driver: VectoDriver,
 }
 
 #[derive(Deserialize)]
@@ -28,7 +29,7 @@ pub(super) struct JobBody {
     #[serde(rename = "VACC", default)]
     pub(super) vacc: String,
     #[serde(rename = "LAC")]
-    pub(super) lac: LookAhead,
+    pub(super) lac: Coasting,
     pub(super) over_speed_eco_roll: OverSpeedEcoRoll,
 }
 
@@ -42,16 +43,17 @@ impl Job {
         let vehicle = beside(path, &body.vehicle_file)?;
         let engine = beside(path, &body.engine_file)?;
         let gearbox = beside(path, &body.gearbox_file)?;
-        let job = Self {
+        let gears: GearboxFile = read(&gearbox)?;
+        gears.check(&gearbox)?;
+        let truck: VehicleFile = read(&vehicle)?;
+        truck.check(&vehicle)?;
+        Ok(Self {
             path: path.to_owned(),
-            vehicle: (vehicle.clone(), read(&vehicle)?),
+            driver: gears.shifts(of_job(&body, path)?, &gearbox)?,
+            vehicle: (vehicle, truck),
             engine: (engine.clone(), read(&engine)?),
-            gearbox: (gearbox.clone(), read(&gearbox)?),
-            driver: DriverSettings::of(&body, path)?,
-        };
-        job.gearbox.1.check(&job.gearbox.0)?;
-        job.vehicle.1.check(&job.vehicle.0)?;
-        Ok(job)
+            gearbox: (gearbox, gears),
+        })
     }
 
     /// The file.
@@ -60,31 +62,13 @@ impl Job {
     }
 
     /// How it is driven.
-    pub fn driver(&self) -> &DriverSettings {
+    pub fn driver(&self) -> &VectoDriver {
         &self.driver
     }
 
     /// Mass with its load, in kg; none in declaration mode, where the mission gives it.
     pub fn gross_mass_kg(&self) -> Option<f64> {
         self.vehicle.1.gross_mass_kg()
-    }
-
-    /// Reserve of torque that an upshift and a start leave, as shares of full load.
-    pub fn torque_reserves(&self) -> [f64; 2] {
-        self.gearbox.1.reserves()
-    }
-
-    /// Speed in m/s and acceleration in m/s² for which a starting gear is chosen.
-    pub fn start(&self) -> [f64; 2] {
-        self.gearbox.1.start()
-    }
-
-    /// Lines between which each gear stays; none where the mode of declaration has its own.
-    ///
-    /// # Errors
-    /// [`VectoError`] where a file of lines is none.
-    pub fn shift_polygon(&self) -> Result<Option<ShiftPolygon>, VectoError> {
-        self.gearbox.1.shift_polygon(&self.gearbox.0)
     }
 
     /// Its truck as keys of a study's vehicle, to be laid over [`Job::base_vehicle`].
@@ -94,7 +78,8 @@ impl Job {
     pub fn vehicle_keys(&self) -> Result<Value, VectoError> {
         let mut keys = self.vehicle.1.keys();
         keys["engine"] = self.engine.1.keys(&self.engine.0)?;
-        keys["gearbox"] = self.gearbox.1.keys(&self.gearbox.0)?;
+        let most_nm = self.engine.1.peak_torque_nm(&self.engine.0)?;
+        keys["gearbox"] = self.gearbox.1.keys(&self.gearbox.0, most_nm)?;
         if let Some((path, ratio)) = self.vehicle.1.retarder(&self.vehicle.0)? {
             super::gearbox::add_retarder(&mut keys["gearbox"], &path, ratio)?;
         }

@@ -13,9 +13,8 @@ mod part;
 mod result;
 mod vehicle;
 
-pub use driver::{DriverSettings, SpeedDependentAcceleration};
+pub use driver::declared_driver;
 pub use error::VectoError;
-pub use gearbox::{ShiftLine, ShiftPolygon};
 pub use job::Job;
-pub use mission::{Mission, MissionRow};
+pub use mission::MissionFile;
 pub use result::{Second, Series, Sum, read_series, read_sums};

@@ -105,6 +105,8 @@ pub struct Second {
     pub engine_w: f64,
     /// What gearbox, axle and retarder lose, in W.
     pub lost_w: f64,
+    /// What the retarder has of it, in W.
+    pub retarder_w: f64,
     /// Against the air, the tyres and gravity, in W.
     pub drag_w: f64,
     /// Rolling.
@@ -153,6 +155,7 @@ pub fn read_series(path: &Path) -> Result<Series, VectoError> {
         engine_w: engine_w[k],
         // a retarder that there is not loses no number
         lost_w: lost.iter().map(|part| part[k]).filter(|lost| lost.is_finite()).sum(),
+        retarder_w: if lost[2][k].is_finite() { lost[2][k] } else { 0.0 },
         drag_w: drag[k],
         rolling_w: rolling[k],
         grade_w: grade[k],

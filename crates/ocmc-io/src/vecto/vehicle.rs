@@ -2,6 +2,8 @@
 
 use super::error::VectoError;
 use super::part::{beside, names_file};
+use crate::table::formats::ENGINE_CURVES;
+use crate::table::{Quantity, Source, Table};
 use serde::Deserialize;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -195,6 +197,14 @@ pub(super) struct EngineFile {
 }
 
 impl EngineFile {
+    /// The highest torque of its full-load curve, in Nm.
+    pub(super) fn peak_torque_nm(&self, path: &Path) -> Result<f64, VectoError> {
+        let file = beside(path, &self.full_load_curve)?;
+        let curve = Table::open(Source::File(&file), &ENGINE_CURVES, &[])?;
+        let [torque_nm] = curve.numbers([Quantity::FullLoadTorque])?;
+        Ok(torque_nm.into_iter().fold(0.0, f64::max))
+    }
+
     pub(super) fn keys(&self, path: &Path) -> Result<Value, VectoError> {
         let file = |name: &str| Ok::<_, VectoError>(beside(path, name)?.display().to_string());
         Ok(json!({

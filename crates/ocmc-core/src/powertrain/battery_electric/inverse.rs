@@ -142,6 +142,7 @@ impl InversePowertrain for InverseBatteryElectric<'_> {
             wheel_n: chosen.wheel_n,
             engine_brake_reach_n: 0.0,
             limited: chosen.limited || (empty && force_n > 0.0),
+            shaft_j: chosen.motor_nm * self.per_m(chosen.gear) * step.distance_m(),
         }
     }
 

@@ -229,6 +229,7 @@ impl InversePowertrain for InverseDiesel<'_> {
             wheel_n,
             engine_brake_reach_n: if engaged { reach_nms * gear.speed_ratio_per_m } else { 0.0 },
             limited,
+            shaft_j: engine_nm * turned_rad,
         }
     }
 

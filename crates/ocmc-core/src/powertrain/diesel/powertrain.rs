@@ -103,6 +103,22 @@ impl DieselPowertrain {
         (auxiliary_power_w / speed_radps - drag_nm) / reach_nm
     }
 
+    /// Drag of the retarder at the wheels at a speed in m/s, in N.
+    pub fn retarder_n(&self, speed_mps: f64) -> f64 {
+        self.gearbox.retarder_n(self.axle_per_m, speed_mps)
+    }
+
+    /// Speed of the engine at its highest power, in rad/s.
+    pub fn rated_speed_radps(&self) -> f64 {
+        let power = |w: f64| self.engine.full_load_nm(w) * w;
+        let knots = self.engine_model.full_load_speed_radps.windows(2);
+        // the power of a line of torque has one peak
+        let places = knots.flat_map(|pair| {
+            (0..=100).map(move |k| pair[0] + (pair[1] - pair[0]) * f64::from(k) / 100.0)
+        });
+        places.max_by(|a, b| power(*a).total_cmp(&power(*b))).unwrap_or(self.clutch.idle_radps)
+    }
+
     /// Force at the wheels of a truck that coasts in top gear at a speed in m/s, in N: that of the
     /// engine's drag.
     pub fn coasting_force_n(&self, speed_mps: f64) -> f64 {
