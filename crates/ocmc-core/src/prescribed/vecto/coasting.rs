@@ -167,8 +167,8 @@ impl Preparation<'_> {
                 Some((start, minimum_speed_mps))
             }
             LookAhead::DecisionFactor { minimum_speed_mps } => {
-                let start = self.decision_start(second, minimum_speed_mps)?;
-                Some((start, minimum_speed_mps))
+                // each second from which it may begin has been asked for its speed
+                Some((self.decision_start(second, minimum_speed_mps)?, 0.0))
             }
         }
     }
@@ -241,8 +241,15 @@ impl Preparation<'_> {
             let start_mps = self.nodes.speed_mps[from];
             let rises = self.nodes.mean_target_mps(from)
                 > self.nodes.mean_target_mps(from.saturating_sub(1)) + HIGHER_MPS;
-            if way_m > PREVIEW_S * start_mps || piece_m < minimum_mps {
+            if way_m > PREVIEW_S * start_mps {
                 break;
+            }
+            // below it nobody decides to coast, but a ramp may end there
+            if piece_m < minimum_mps {
+                if rises {
+                    break;
+                }
+                continue;
             }
             let gear = self.quick_gear(&self.motion(from));
             let auxiliary_w = self.auxiliary_w(from);
