@@ -15,6 +15,7 @@
     )
 )]
 
+pub mod bound;
 pub mod distribution;
 pub mod driver;
 pub mod energy_ledger;

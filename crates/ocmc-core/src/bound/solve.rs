@@ -1,0 +1,199 @@
+//! The least energy over all legs of a trip in at most so much time: one price of time for all
+//! legs, found from coarse to fine. Each stage knows eight prices at once; the next one looks
+//! closer, at the prices and at the speeds around what was found.
+
+use super::driven::{DrivenLeg, Heights};
+use super::grid::{Fineness, Place};
+use super::moves::{Levels, Move, Search, Truck};
+use super::sweep::{PRICES, Way, best_ways};
+
+/// Prices of time of the first stage, as shares of the power that the driver took.
+const FIRST_PRICES: [f64; 2] = [0.02, 20.0];
+/// By how much the prices of a stage reach beyond what the one before has found.
+const BEYOND: f64 = 1.1;
+/// Lowest speed of the first stage, in m/s, and as a share of the highest.
+const LOWEST_MPS: f64 = 1.0;
+const LOWEST_SHARE: f64 = 0.25;
+/// Spacing of the speeds by stage, as multiples of the last one's.
+const SPACINGS: [f64; 3] = [4.0, 2.0, 1.0];
+/// How far the speeds of a stage reach beyond what the one before has found, in its spacings.
+const REACH: f64 = 4.0;
+/// Rounding of times, as a share.
+const ROUNDING: f64 = 1e-9;
+
+/// A leg, and where its speed is free.
+#[derive(Clone, Debug)]
+pub(super) struct Problem<'a> {
+    /// The leg as it was driven.
+    pub leg: &'a DrivenLeg,
+    /// Its places.
+    pub places: &'a [Place],
+    /// For each place whether its speed is free; elsewhere it is as it was driven.
+    pub free: Vec<bool>,
+}
+
+/// What is asked for over all legs.
+pub(super) struct Question<'a> {
+    /// The truck.
+    pub truck: &'a Truck<'a>,
+    /// Heights along the road.
+    pub heights: &'a Heights,
+    /// The legs.
+    pub legs: Vec<Problem<'a>>,
+    /// Time that the legs may take together, in s.
+    pub most_s: f64,
+    /// Power that the driver took, in W: the scale of the price of time.
+    pub power_w: f64,
+    /// How fine the search is.
+    pub fineness: Fineness,
+}
+
+/// Ways along all legs.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Answer {
+    /// One a leg.
+    pub ways: Vec<Way>,
+    /// Price of time, in W.
+    pub price_w: f64,
+}
+
+impl Answer {
+    /// Energy, in J, with the price of what is missing.
+    pub(super) fn energy_j(&self) -> f64 {
+        self.ways.iter().map(|way| way.energy_j).sum()
+    }
+
+    /// Moving time, in s.
+    pub(super) fn time_s(&self) -> f64 {
+        self.ways.iter().map(|way| way.time_s).sum()
+    }
+}
+
+/// Speeds at the places of a leg on a way along it, in m/s.
+fn speeds_at(way: &Way, places: &[Place]) -> Vec<f64> {
+    let mut speeds = vec![0.0; places.len()];
+    let (mut at, mut now) = (0, 0.0);
+    for Move { to, speed_mps, .. } in &way.moves {
+        for k in at + 1..=*to {
+            let whole_m = places[*to].way_m - places[at].way_m;
+            let share = (places[k].way_m - places[at].way_m) / whole_m;
+            let square: f64 = now * now + share * (speed_mps * speed_mps - now * now);
+            speeds[k] = square.sqrt();
+        }
+        (at, now) = (*to, *speed_mps);
+    }
+    speeds
+}
+
+impl Question<'_> {
+    /// The speeds that are tried at the places of a leg; `around`: speeds to stay near to.
+    fn levels(&self, leg: &Problem, about_mps: f64, around: Option<[&[f64]; 2]>) -> Vec<Levels> {
+        let last = leg.places.len() - 1;
+        let of = |(k, place): (usize, &Place)| {
+            if k == 0 || k == last {
+                return Levels::between(0.0, 0.0, 1.0);
+            }
+            if !leg.free[k] {
+                return Levels::between(place.driven_mps, place.driven_mps, 1.0);
+            }
+            let most_mps = place.most_mps;
+            let lowest_mps = LOWEST_MPS.max(LOWEST_SHARE * most_mps).min(0.5 * most_mps);
+            let (low_mps, high_mps) = match around {
+                None => (lowest_mps, most_mps),
+                Some([a, b]) => {
+                    let reach_mps = REACH * about_mps;
+                    let low_mps = (a[k].min(b[k]) - reach_mps).max(lowest_mps.min(0.5));
+                    (low_mps.min(most_mps), (a[k].max(b[k]) + reach_mps).min(most_mps))
+                }
+            };
+            Levels::between(low_mps, high_mps, about_mps)
+        };
+        leg.places.iter().enumerate().map(of).collect()
+    }
+
+    /// The least energy in the time; none where no way was found.
+    pub(super) fn answer(&self) -> Option<Answer> {
+        let mut range = FIRST_PRICES.map(|share| share * self.power_w);
+        let mut around: Option<Vec<[Vec<f64>; 2]>> = None;
+        let mut best: Option<Answer> = None;
+        for spacing in SPACINGS {
+            let about_mps = spacing * self.fineness.speed_mps;
+            let ratio = libm::pow(range[1] / range[0], 1.0 / (PRICES as f64 - 1.0));
+            let mut prices = [range[0]; PRICES];
+            for k in 1..PRICES {
+                prices[k] = prices[k - 1] * ratio;
+            }
+            let mut found: Vec<[Option<Way>; PRICES]> = Vec::with_capacity(self.legs.len());
+            for (k, leg) in self.legs.iter().enumerate() {
+                let near = around.as_ref().map(|around| [&around[k][0][..], &around[k][1][..]]);
+                let levels = self.levels(leg, about_mps, near);
+                let search = Search {
+                    truck: self.truck,
+                    leg: leg.leg,
+                    heights: self.heights,
+                    places: leg.places,
+                    levels: &levels,
+                };
+                found.push(best_ways(&search, &prices));
+            }
+            let time_s = |price: usize| -> f64 {
+                let time_s = |ways: &[Option<Way>; PRICES]| {
+                    ways[price].as_ref().map_or(f64::INFINITY, |way| way.time_s)
+                };
+                found.iter().map(time_s).sum()
+            };
+            let in_time = |price: &usize| time_s(*price) <= self.most_s * (1.0 + ROUNDING);
+            let fast = (0..PRICES).find(in_time);
+            let high = fast.unwrap_or(PRICES - 1);
+            let low = high.saturating_sub(1);
+            if fast.is_some() {
+                let answer = self.mix(&found, low, high, prices[high]);
+                best = better(best, answer);
+            }
+            if time_s(low).is_infinite() || time_s(high).is_infinite() {
+                return best;
+            }
+            let near = found.iter().zip(&self.legs).map(|(ways, leg)| {
+                [low, high].map(|price| {
+                    let way = ways[price].as_ref();
+                    way.map_or_else(Vec::new, |way| speeds_at(way, leg.places))
+                })
+            });
+            around = Some(near.collect());
+            let below = if high == 0 { prices[0] / ratio } else { prices[low] };
+            range = [below / BEYOND, prices[high] * BEYOND];
+        }
+        best
+    }
+
+    /// The ways at the higher price of time, and as many of the slower ones at the lower price as
+    /// there is time for.
+    fn mix(
+        &self,
+        found: &[[Option<Way>; PRICES]],
+        low: usize,
+        high: usize,
+        price_w: f64,
+    ) -> Option<Answer> {
+        let ways: Option<Vec<Way>> = found.iter().map(|ways| ways[high].clone()).collect();
+        let mut answer = Answer { ways: ways?, price_w };
+        let mut left_s = self.most_s - answer.time_s();
+        for (way, ways) in answer.ways.iter_mut().zip(found) {
+            if let Some(slower) = &ways[low]
+                && slower.energy_j < way.energy_j
+                && slower.time_s - way.time_s <= left_s
+            {
+                left_s -= slower.time_s - way.time_s;
+                *way = slower.clone();
+            }
+        }
+        Some(answer)
+    }
+}
+
+fn better(a: Option<Answer>, b: Option<Answer>) -> Option<Answer> {
+    match (a, b) {
+        (Some(a), Some(b)) => Some(if b.energy_j() <= a.energy_j() { b } else { a }),
+        (a, b) => a.or(b),
+    }
+}
