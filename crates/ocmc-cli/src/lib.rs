@@ -3,6 +3,7 @@
 
 mod analysis;
 mod arguments;
+mod bound;
 mod cycle;
 mod failure;
 mod failure_report;
@@ -16,6 +17,7 @@ mod study;
 mod verify;
 
 use analysis::{CompareArguments, SensitivityArguments};
+use bound::BoundArguments;
 use clap::error::ErrorKind;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use clap_complete::Shell;
@@ -77,6 +79,9 @@ enum Command {
     Sensitivity(SensitivityArguments),
     /// Compares studies under common random numbers: the paired difference and its interval
     Compare(CompareArguments),
+    /// Finds the least energy for the same road, truck and trip time, and how far drivers are from
+    /// it
+    Bound(BoundArguments),
     /// Merges the parts of one run, from many machines, into the run that one machine would have
     /// written
     Merge(MergeArguments),
@@ -121,6 +126,7 @@ pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> i32 {
         Some(Command::Identify(arguments)) => log::identify(arguments),
         Some(Command::Sensitivity(arguments)) => analysis::sensitivity(arguments),
         Some(Command::Compare(arguments)) => analysis::compare(arguments),
+        Some(Command::Bound(arguments)) => bound::bound(arguments),
         Some(Command::Merge(arguments)) => run::merge(arguments),
         Some(Command::Report(arguments)) => run::report(arguments),
         Some(Command::Verify(arguments)) => verify::verify(arguments),

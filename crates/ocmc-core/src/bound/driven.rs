@@ -218,6 +218,11 @@ impl Heights {
         Self { step_m: road.slope_step_m, height_m, slopes: road.slopes.clone() }
     }
 
+    /// Of a level road.
+    pub(super) fn level() -> Self {
+        Self { step_m: 1.0, height_m: vec![0.0], slopes: vec![0.0] }
+    }
+
     /// Height at a place, in m.
     pub fn at(&self, place_m: f64) -> f64 {
         let last = self.height_m.len() - 1;

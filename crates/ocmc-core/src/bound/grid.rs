@@ -145,10 +145,7 @@ fn ways(leg: &DrivenLeg, plan: &SpeedProfile, fineness: &Fineness) -> Vec<f64> {
         let ends = way_m == 0.0 || way_m == length_m;
         match kept.last().copied() {
             Some((before_m, fixed)) if way_m - before_m < closest_m => {
-                if ends && before_m > 0.0 {
-                    kept.pop();
-                    kept.push((way_m, true));
-                } else if kink && !fixed {
+                if ends && before_m > 0.0 || kink && !fixed {
                     kept.pop();
                     kept.push((way_m, true));
                 }

@@ -14,13 +14,21 @@
 //! there, because he had a tail wind, is paid for with what a joule at the wheels took him.
 
 mod driven;
+mod fleet;
 mod grid;
+mod kind;
+mod level;
 mod moves;
+mod potential;
 mod solve;
 mod sweep;
 
 pub use driven::{Driven, DrivenLeg, Heights};
+pub use fleet::{Found, bounds};
 pub use grid::Fineness;
+pub use kind::Kind;
+pub use level::{LevelRoad, level_road};
+pub use potential::Potential;
 
 use crate::energy_ledger::{Ledger, Term};
 use crate::powertrain::{GearOrder, InversePowertrain, Powertrain, PowertrainTask};
@@ -32,6 +40,9 @@ use grid::{Place, places};
 use moves::Truck;
 use solve::{Answer, Problem, Question};
 use thiserror::Error;
+
+/// Prices of time among which the search begins, as shares of the power that the driver took.
+const FIRST_PRICES: [f64; 2] = [0.02, 20.0];
 
 /// Why a cycle has no bound.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -123,13 +134,32 @@ pub fn bound_scenario(
     scenario: &Scenario,
     fineness: Fineness,
 ) -> Result<Bound, BoundError> {
-    let driven = Driven::of(study, scenario);
-    let (cycle_id, outcome) = (scenario.cycle_id, driven.record.outcome);
-    if outcome != Outcome::Completed {
-        return Err(BoundError::NotCompleted { cycle_id, outcome });
-    }
-    let task = BoundTask { study, scenario, driven, fineness };
+    let driven = completed(study, scenario)?;
+    let task = BoundTask { study, scenario, driven, fineness, apart: false };
+    Ok(study.vehicle().powertrain.dispatch(task).0)
+}
+
+/// The bound of a scenario, and where the driver's potential lies.
+///
+/// # Errors
+/// [`BoundError::NotCompleted`] where the driver does not arrive.
+pub fn potential_of_scenario(
+    study: &Study,
+    scenario: &Scenario,
+    fineness: Fineness,
+) -> Result<(Bound, Option<Potential>), BoundError> {
+    let driven = completed(study, scenario)?;
+    let task = BoundTask { study, scenario, driven, fineness, apart: true };
     Ok(study.vehicle().powertrain.dispatch(task))
+}
+
+/// Drives a scenario whose driver has to arrive.
+fn completed(study: &Study, scenario: &Scenario) -> Result<Driven, BoundError> {
+    let driven = Driven::of(study, scenario);
+    match driven.record.outcome {
+        Outcome::Completed => Ok(driven),
+        outcome => Err(BoundError::NotCompleted { cycle_id: scenario.cycle_id, outcome }),
+    }
 }
 
 struct BoundTask<'a> {
@@ -137,17 +167,22 @@ struct BoundTask<'a> {
     scenario: &'a Scenario,
     driven: Driven,
     fineness: Fineness,
+    /// Whether the potential is taken apart.
+    apart: bool,
 }
 
 impl PowertrainTask for BoundTask<'_> {
-    type Answer = Bound;
+    type Answer = (Bound, Option<Potential>);
 
-    fn run<P: Powertrain>(self, powertrain: &P) -> Bound {
+    fn run<P: Powertrain>(self, powertrain: &P) -> Self::Answer {
         let weather = &self.scenario.cycle.weather[0].weather;
         let climate_w = powertrain.climate_w(weather.temperature_k);
         let inputs = self.scenario.vehicle.powertrain_inputs(climate_w);
         let fresh = || powertrain.inverse(&inputs);
-        Trip::new(&self, &fresh).bound()
+        let trip = Trip::new(&self, &fresh);
+        let bound = trip.bound();
+        let potential = self.apart.then(|| trip.potential(&bound));
+        (bound, potential)
     }
 }
 
@@ -169,7 +204,7 @@ impl<'a> Trip<'a> {
         task: &'a BoundTask<'a>,
         fresh: &'a dyn Fn() -> Box<dyn InversePowertrain + 'a>,
     ) -> Self {
-        let BoundTask { study, scenario, driven, fineness } = task;
+        let BoundTask { study, scenario, driven, fineness, .. } = task;
         let heights = Heights::of(scenario);
         let mut profile = SpeedProfile::default();
         plan(study, scenario, &mut profile);
@@ -187,16 +222,21 @@ impl<'a> Trip<'a> {
         let inverse = (self.fresh)();
         let truck = Truck::new(self.body, &*inverse, price);
         let moving_s: f64 = self.driven.legs.iter().map(DrivenLeg::duration_s).sum();
-        let free = |places: &Vec<Place>| vec![true; places.len()];
+        let free = self.places.iter().map(|places| vec![true; places.len()]).collect();
         let power_w = driver.energy_j / driver.duration_s;
-        let answer = self.answer(&truck, moving_s, power_w, &free);
+        let range = FIRST_PRICES.map(|share| share * power_w);
+        let answer = self.answer(&truck, moving_s, range, free);
         let better = answer.and_then(|answer| {
             let legs = self.legs_of(&answer, &truck);
             let cycle = self.driven.cycle_of(&legs, &self.heights);
             let mut optimum = self.figure(&cycle, &legs);
             optimum.pay(price);
             let fits = optimum.duration_s <= driver.duration_s * (1.0 + 1e-9);
-            (fits && optimum.energy_j <= driver.energy_j).then_some((optimum, cycle, answer.price_w))
+            (fits && optimum.energy_j <= driver.energy_j).then_some((
+                optimum,
+                cycle,
+                answer.price_w,
+            ))
         });
         let found = better.is_some();
         let price_w = better.as_ref().map(|(_, _, price_w)| *price_w);
@@ -214,13 +254,13 @@ impl<'a> Trip<'a> {
         &self,
         truck: &Truck,
         most_s: f64,
-        power_w: f64,
-        free: &dyn Fn(&Vec<Place>) -> Vec<bool>,
+        prices_w: [f64; 2],
+        free: Vec<Vec<bool>>,
     ) -> Option<Answer> {
-        let legs = self.driven.legs.iter().zip(&self.places);
-        let legs = legs.map(|(leg, places)| Problem { leg, places, free: free(places) }).collect();
+        let legs = self.driven.legs.iter().zip(&self.places).zip(free);
+        let legs = legs.map(|((leg, places), free)| Problem { leg, places, free }).collect();
         let heights = &self.heights;
-        Question { truck, heights, legs, most_s, power_w, fineness: self.fineness }.answer()
+        Question { truck, heights, legs, most_s, prices_w, fineness: self.fineness }.answer()
     }
 
     /// The legs of an answer, step by step.
@@ -229,7 +269,8 @@ impl<'a> Trip<'a> {
         let of = |((way, places), driven): ((&sweep::Way, &Vec<Place>), &DrivenLeg)| {
             let mut leg = DrivenLeg::begin();
             (leg.rest_s, leg.road_m) = (driven.rest_s, driven.road_m);
-            let (mut at, mut now_mps) = (0, 0.0);
+            let (mut at, mut now_mps) = (0, places[0].driven_mps);
+            leg.speed_mps[0] = now_mps;
             for step in &way.moves {
                 let mut way_m = places[step.to].way_m - places[at].way_m;
                 if let Some(gap) = step.gap {

@@ -123,8 +123,12 @@ impl<'a> Truck<'a> {
                 let at = |k: usize| {
                     let speed_mps = (k as f64 * REACH_STEP_MPS).max(0.05);
                     let order = truck.order(gear);
-                    let step =
-                        SpeedStep { dt_s: 1.0, start_mps: speed_mps, end_mps: speed_mps, gear: order };
+                    let step = SpeedStep {
+                        dt_s: 1.0,
+                        start_mps: speed_mps,
+                        end_mps: speed_mps,
+                        gear: order,
+                    };
                     let overrun_n = match truck.choice {
                         Some(_) => inverse.cost(&step, -BEYOND_N, 0.0).wheel_n,
                         None => 0.0,
@@ -177,6 +181,11 @@ impl<'a> Truck<'a> {
         Piece { energy_j, time_s: dt_s, end_radps: cost.end_radps }
     }
 
+    /// Energy of a level road at constant speed, in J.
+    pub(super) fn steady_j(&self, gear: usize, speed_mps: f64, way_m: f64) -> f64 {
+        self.step(self.order(gear), [speed_mps, speed_mps], [way_m, 0.0], None).energy_j
+    }
+
     fn reach_at(&self, gear: usize, speed_mps: f64) -> [f64; 2] {
         let row = &self.reach[gear];
         let x = (speed_mps / REACH_STEP_MPS).clamp(0.0, row.len() as f64 - 1.001);
@@ -186,9 +195,10 @@ impl<'a> Truck<'a> {
 
     /// Speeds after a piece of road in overrun and at full load, in m/s.
     fn reached(&self, gear: usize, start_mps: f64, way_m: f64, climb_m: f64) -> [f64; 2] {
-        let shaft_kg = self.choice.as_ref().map_or(0.0, |choice| {
-            choice.inertia_kgm2 * choice.per_m[gear] * choice.per_m[gear]
-        });
+        let shaft_kg = self
+            .choice
+            .as_ref()
+            .map_or(0.0, |choice| choice.inertia_kgm2 * choice.per_m[gear] * choice.per_m[gear]);
         let slope = (climb_m / way_m).clamp(-0.5, 0.5);
         [0, 1].map(|i| {
             let mut end_mps = start_mps;
@@ -196,8 +206,8 @@ impl<'a> Truck<'a> {
                 let mean_mps = 0.5 * (start_mps + end_mps);
                 let force_n = self.reach_at(gear, mean_mps)[i]
                     - self.body.road_forces(mean_mps, slope).sum_n();
-                let square = start_mps * start_mps
-                    + 2.0 * way_m * force_n / (self.inertia_kg + shaft_kg);
+                let square =
+                    start_mps * start_mps + 2.0 * way_m * force_n / (self.inertia_kg + shaft_kg);
                 end_mps = square.max(0.0).sqrt();
             }
             end_mps
@@ -209,12 +219,8 @@ impl<'a> Truck<'a> {
         let mut end_mps = speed_mps;
         for _ in 0..3 {
             let mean_mps = 0.5 * (speed_mps + end_mps);
-            let step = SpeedStep {
-                dt_s: gap_s,
-                start_mps: speed_mps,
-                end_mps,
-                gear: GearOrder::Open,
-            };
+            let step =
+                SpeedStep { dt_s: gap_s, start_mps: speed_mps, end_mps, gear: GearOrder::Open };
             let lost_n = self.inverse.cost(&step, 0.0, 0.0).wheel_n;
             let force_n = lost_n - self.body.road_forces(mean_mps, slope).sum_n();
             end_mps = (speed_mps + gap_s * force_n / self.inertia_kg).max(0.0);
@@ -261,7 +267,14 @@ impl Search<'_> {
             }
             let Piece { energy_j, time_s, .. } =
                 truck.step(truck.order(gear), [speed_mps, end_mps], piece, None);
-            moves.push(Move { to: from + 1, gear, speed_mps: end_mps, energy_j, time_s, gap: None });
+            moves.push(Move {
+                to: from + 1,
+                gear,
+                speed_mps: end_mps,
+                energy_j,
+                time_s,
+                gap: None,
+            });
         };
         if levels.count == 1 {
             add(levels.low_mps);

@@ -7,15 +7,13 @@ use super::grid::{Fineness, Place};
 use super::moves::{Levels, Move, Search, Truck};
 use super::sweep::{PRICES, Way, best_ways};
 
-/// Prices of time of the first stage, as shares of the power that the driver took.
-const FIRST_PRICES: [f64; 2] = [0.02, 20.0];
-/// By how much the prices of a stage reach beyond what the one before has found.
-const BEYOND: f64 = 1.1;
+/// By how much the prices of the next stage reach beyond what a stage has found.
+const BEYOND: [f64; 4] = [1.1, 1.03, 1.01, 1.0];
 /// Lowest speed of the first stage, in m/s, and as a share of the highest.
 const LOWEST_MPS: f64 = 1.0;
 const LOWEST_SHARE: f64 = 0.25;
 /// Spacing of the speeds by stage, as multiples of the last one's.
-const SPACINGS: [f64; 3] = [4.0, 2.0, 1.0];
+const SPACINGS: [f64; 4] = [4.0, 2.0, 1.0, 1.0];
 /// How far the speeds of a stage reach beyond what the one before has found, in its spacings.
 const REACH: f64 = 4.0;
 /// Rounding of times, as a share.
@@ -40,10 +38,10 @@ pub(super) struct Question<'a> {
     pub heights: &'a Heights,
     /// The legs.
     pub legs: Vec<Problem<'a>>,
-    /// Time that the legs may take together, in s.
+    /// Time that the legs may take together, in s; without end where time has one price.
     pub most_s: f64,
-    /// Power that the driver took, in W: the scale of the price of time.
-    pub power_w: f64,
+    /// Prices of time among which the search begins, in W.
+    pub prices_w: [f64; 2],
     /// How fine the search is.
     pub fineness: Fineness,
 }
@@ -72,7 +70,8 @@ impl Answer {
 /// Speeds at the places of a leg on a way along it, in m/s.
 fn speeds_at(way: &Way, places: &[Place]) -> Vec<f64> {
     let mut speeds = vec![0.0; places.len()];
-    let (mut at, mut now) = (0, 0.0);
+    let (mut at, mut now) = (0, places[0].driven_mps);
+    speeds[0] = now;
     for Move { to, speed_mps, .. } in &way.moves {
         for k in at + 1..=*to {
             let whole_m = places[*to].way_m - places[at].way_m;
@@ -85,38 +84,36 @@ fn speeds_at(way: &Way, places: &[Place]) -> Vec<f64> {
     speeds
 }
 
-impl Question<'_> {
-    /// The speeds that are tried at the places of a leg; `around`: speeds to stay near to.
-    fn levels(&self, leg: &Problem, about_mps: f64, around: Option<[&[f64]; 2]>) -> Vec<Levels> {
-        let last = leg.places.len() - 1;
-        let of = |(k, place): (usize, &Place)| {
-            if k == 0 || k == last {
-                return Levels::between(0.0, 0.0, 1.0);
+/// The speeds that are tried at the places of a leg; `around`: speeds to stay near to.
+fn levels(leg: &Problem, about_mps: f64, around: Option<[&[f64]; 2]>) -> Vec<Levels> {
+    let last = leg.places.len() - 1;
+    let of = |(k, place): (usize, &Place)| {
+        if k == 0 || k == last || !leg.free[k] {
+            return Levels::between(place.driven_mps, place.driven_mps, 1.0);
+        }
+        let most_mps = place.most_mps;
+        let lowest_mps = LOWEST_MPS.max(LOWEST_SHARE * most_mps).min(0.5 * most_mps);
+        let (low_mps, high_mps) = match around {
+            None => (lowest_mps, most_mps),
+            Some([a, b]) => {
+                let reach_mps = REACH * about_mps;
+                let low_mps = (a[k].min(b[k]) - reach_mps).max(lowest_mps.min(0.5));
+                (low_mps.min(most_mps), (a[k].max(b[k]) + reach_mps).min(most_mps))
             }
-            if !leg.free[k] {
-                return Levels::between(place.driven_mps, place.driven_mps, 1.0);
-            }
-            let most_mps = place.most_mps;
-            let lowest_mps = LOWEST_MPS.max(LOWEST_SHARE * most_mps).min(0.5 * most_mps);
-            let (low_mps, high_mps) = match around {
-                None => (lowest_mps, most_mps),
-                Some([a, b]) => {
-                    let reach_mps = REACH * about_mps;
-                    let low_mps = (a[k].min(b[k]) - reach_mps).max(lowest_mps.min(0.5));
-                    (low_mps.min(most_mps), (a[k].max(b[k]) + reach_mps).min(most_mps))
-                }
-            };
-            Levels::between(low_mps, high_mps, about_mps)
         };
-        leg.places.iter().enumerate().map(of).collect()
-    }
+        Levels::between(low_mps, high_mps, about_mps)
+    };
+    leg.places.iter().enumerate().map(of).collect()
+}
 
+impl Question<'_> {
     /// The least energy in the time; none where no way was found.
     pub(super) fn answer(&self) -> Option<Answer> {
-        let mut range = FIRST_PRICES.map(|share| share * self.power_w);
+        let mut range = self.prices_w;
+        let pinned = self.legs.iter().all(|leg| leg.free.iter().all(|free| !free));
         let mut around: Option<Vec<[Vec<f64>; 2]>> = None;
         let mut best: Option<Answer> = None;
-        for spacing in SPACINGS {
+        for (spacing, beyond) in SPACINGS.into_iter().zip(BEYOND) {
             let about_mps = spacing * self.fineness.speed_mps;
             let ratio = libm::pow(range[1] / range[0], 1.0 / (PRICES as f64 - 1.0));
             let mut prices = [range[0]; PRICES];
@@ -126,7 +123,7 @@ impl Question<'_> {
             let mut found: Vec<[Option<Way>; PRICES]> = Vec::with_capacity(self.legs.len());
             for (k, leg) in self.legs.iter().enumerate() {
                 let near = around.as_ref().map(|around| [&around[k][0][..], &around[k][1][..]]);
-                let levels = self.levels(leg, about_mps, near);
+                let levels = levels(leg, about_mps, near);
                 let search = Search {
                     truck: self.truck,
                     leg: leg.leg,
@@ -147,8 +144,11 @@ impl Question<'_> {
             let high = fast.unwrap_or(PRICES - 1);
             let low = high.saturating_sub(1);
             if fast.is_some() {
-                let answer = self.mix(&found, low, high, prices[high]);
-                best = better(best, answer);
+                let answer = self.mix(&found, high, prices[high]);
+                best = self.better(best, answer);
+            }
+            if pinned {
+                return best;
             }
             if time_s(low).is_infinite() || time_s(high).is_infinite() {
                 return best;
@@ -160,40 +160,45 @@ impl Question<'_> {
                 })
             });
             around = Some(near.collect());
+            if self.most_s.is_infinite() {
+                continue;
+            }
             let below = if high == 0 { prices[0] / ratio } else { prices[low] };
-            range = [below / BEYOND, prices[high] * BEYOND];
+            range = [below / beyond, prices[high] * beyond];
         }
         best
     }
 
-    /// The ways at the higher price of time, and as many of the slower ones at the lower price as
-    /// there is time for.
-    fn mix(
-        &self,
-        found: &[[Option<Way>; PRICES]],
-        low: usize,
-        high: usize,
-        price_w: f64,
-    ) -> Option<Answer> {
+    /// The ways at the higher price of time; where there is time left, the slower ways that save
+    /// most take it.
+    fn mix(&self, found: &[[Option<Way>; PRICES]], high: usize, price_w: f64) -> Option<Answer> {
         let ways: Option<Vec<Way>> = found.iter().map(|ways| ways[high].clone()).collect();
         let mut answer = Answer { ways: ways?, price_w };
         let mut left_s = self.most_s - answer.time_s();
-        for (way, ways) in answer.ways.iter_mut().zip(found) {
-            if let Some(slower) = &ways[low]
-                && slower.energy_j < way.energy_j
-                && slower.time_s - way.time_s <= left_s
-            {
-                left_s -= slower.time_s - way.time_s;
-                *way = slower.clone();
+        loop {
+            let mut best: Option<(f64, usize, &Way)> = None;
+            for (k, (way, ways)) in answer.ways.iter().zip(found).enumerate() {
+                for other in ways.iter().flatten() {
+                    let saved_j = way.energy_j - other.energy_j;
+                    let fits = other.time_s - way.time_s <= left_s;
+                    if fits && saved_j > best.map_or(0.0, |(saved_j, ..)| saved_j) {
+                        best = Some((saved_j, k, other));
+                    }
+                }
             }
+            let Some((_, k, other)) = best else { return Some(answer) };
+            left_s -= other.time_s - answer.ways[k].time_s;
+            answer.ways[k] = other.clone();
         }
-        Some(answer)
     }
-}
 
-fn better(a: Option<Answer>, b: Option<Answer>) -> Option<Answer> {
-    match (a, b) {
-        (Some(a), Some(b)) => Some(if b.energy_j() <= a.energy_j() { b } else { a }),
-        (a, b) => a.or(b),
+    fn better(&self, a: Option<Answer>, b: Option<Answer>) -> Option<Answer> {
+        // where time has one price it counts, too
+        let price_w = if self.most_s.is_infinite() { self.prices_w[0] } else { 0.0 };
+        let cost = |answer: &Answer| answer.energy_j() + price_w * answer.time_s();
+        match (a, b) {
+            (Some(a), Some(b)) => Some(if cost(&b) <= cost(&a) { b } else { a }),
+            (a, b) => a.or(b),
+        }
     }
 }

@@ -16,7 +16,7 @@ const NO_WAY: Left = [f64::INFINITY; PRICES];
 /// One way along a leg.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Way {
-    /// The moves; the first begins at rest.
+    /// The moves; the first begins where the leg does.
     pub moves: Vec<Move>,
     /// Gear at the start.
     pub gear: usize,
@@ -89,11 +89,8 @@ fn backward(search: &Search, prices: &[f64; PRICES]) -> Vec<Table> {
                 for step in &moves {
                     let (low, high, share) = tables[step.to].between(step.speed_mps, step.gear);
                     for i in 0..PRICES {
-                        let left = if share > 0.0 {
-                            low[i] + share * (high[i] - low[i])
-                        } else {
-                            low[i]
-                        };
+                        let left =
+                            if share > 0.0 { low[i] + share * (high[i] - low[i]) } else { low[i] };
                         let cost = step.energy_j + prices[i] * step.time_s + left;
                         // not a number where there is no way
                         if cost < best[i] {
@@ -111,16 +108,18 @@ fn backward(search: &Search, prices: &[f64; PRICES]) -> Vec<Table> {
 fn forward(search: &Search, tables: &[Table], price: usize, watt: f64) -> Option<Way> {
     let last = search.places.len() - 1;
     let first = &tables[0];
-    let starts = (0..first.gears).filter(|gear| search.truck.holds(*gear, 0.0, false));
+    let start_mps = search.levels[0].low_mps;
+    let starts = (0..first.gears).filter(|gear| search.truck.holds(*gear, start_mps, false));
     let gear = starts.min_by(|a, b| first.at(0, *a)[price].total_cmp(&first.at(0, *b)[price]))?;
     let mut way = Way { moves: Vec::new(), gear, energy_j: 0.0, time_s: 0.0 };
-    let (mut at, mut speed_mps, mut engaged) = (0, search.levels[0].low_mps, gear);
+    let (mut at, mut speed_mps, mut engaged) = (0, start_mps, gear);
     let mut moves = Vec::new();
     while at < last {
         search.moves(at, speed_mps, engaged, &mut moves);
         let cost = |step: &Move| {
             let (low, high, share) = tables[step.to].between(step.speed_mps, step.gear);
-            let left = low[price] + if share > 0.0 { share * (high[price] - low[price]) } else { 0.0 };
+            let left =
+                low[price] + if share > 0.0 { share * (high[price] - low[price]) } else { 0.0 };
             let sum = step.energy_j + watt * step.time_s + left;
             if sum.is_nan() { f64::INFINITY } else { sum }
         };
