@@ -78,7 +78,9 @@ pub struct Figure {
     pub n_gear_shifts: u32,
     /// Energy by road type, in the order of the study, in J.
     pub by_road_type_j: Vec<f64>,
-    /// What the energy balance leaves open, in J: kinetic energy at the ends included.
+    /// What has to be paid for by road type, in J.
+    unpaid_j: Vec<f64>,
+    /// All integrals.
     pub ledger: Ledger<f64>,
     /// Kinetic energy at the end less at the start, in J.
     pub kinetic_j: f64,
@@ -292,6 +294,8 @@ impl<'a> Trip<'a> {
     fn figure(&self, cycle: &DriveCycle, legs: &[DrivenLeg]) -> Figure {
         let sections = &self.scenario.cycle.road.sections;
         let mut by_road_type_j = vec![0.0; self.study.road_types().len()];
+        let mut unpaid_by_type_j = by_road_type_j.clone();
+        let mut unpaid_j = 0.0;
         let mut inverse = (self.fresh)();
         let source = inverse.source();
         let (mut leg, mut way_m, mut section, mut before_j) = (0, 0.0, 0, 0.0);
@@ -304,8 +308,11 @@ impl<'a> Trip<'a> {
             while section + 1 < sections.len() && sections[section].end_m < place_m {
                 section += 1;
             }
-            by_road_type_j[sections[section].road_type] += ledger[source] - before_j;
+            let road_type = sections[section].road_type;
+            by_road_type_j[road_type] += ledger[source] - before_j;
             before_j = ledger[source];
+            unpaid_by_type_j[road_type] += jumps_j + ledger[Term::Missing] - unpaid_j;
+            unpaid_j = jumps_j + ledger[Term::Missing];
             if step.speed.distance_m() <= 0.0 && way_m > 0.0 && leg + 1 < legs.len() {
                 (leg, way_m) = (leg + 1, 0.0);
             }
@@ -321,6 +328,7 @@ impl<'a> Trip<'a> {
             distance_m: ledger[Term::Distance],
             n_gear_shifts: inverse.n_shifts(),
             by_road_type_j,
+            unpaid_j: unpaid_by_type_j,
             ledger,
             kinetic_j: followed.kinetic_j,
         }
@@ -331,5 +339,8 @@ impl Figure {
     /// Pays for what is missing, in J of the source a J.
     fn pay(&mut self, price: f64) {
         self.energy_j = self.source_j + price * (self.missing_j + self.jumps_j);
+        for (by_road_type_j, unpaid_j) in self.by_road_type_j.iter_mut().zip(&mut self.unpaid_j) {
+            *by_road_type_j += price * std::mem::take(unpaid_j);
+        }
     }
 }

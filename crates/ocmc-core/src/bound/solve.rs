@@ -5,7 +5,7 @@
 use super::driven::{DrivenLeg, Heights};
 use super::grid::{Fineness, Place};
 use super::moves::{Levels, Move, Search, Truck};
-use super::sweep::{PRICES, Way, best_ways};
+use super::sweep::{PRICES, Swept, Way};
 
 /// By how much the prices of the next stage reach beyond what a stage has found.
 const BEYOND: [f64; 4] = [1.1, 1.03, 1.01, 1.0];
@@ -16,6 +16,9 @@ const LOWEST_SHARE: f64 = 0.25;
 const SPACINGS: [f64; 4] = [4.0, 2.0, 1.0, 1.0];
 /// How far the speeds of a stage reach beyond what the one before has found, in its spacings.
 const REACH: f64 = 4.0;
+/// How often prices beside those of a stage are tried, and by how much they differ at least.
+const MOST_SHIFTED: u32 = 4;
+const LEAST_SPAN: f64 = 1.2;
 /// Rounding of times, as a share.
 const ROUNDING: f64 = 1e-9;
 
@@ -113,26 +116,26 @@ impl Question<'_> {
         let pinned = self.legs.iter().all(|leg| leg.free.iter().all(|free| !free));
         let mut around: Option<Vec<[Vec<f64>; 2]>> = None;
         let mut best: Option<Answer> = None;
-        for (spacing, beyond) in SPACINGS.into_iter().zip(BEYOND) {
+        let (mut stage, mut shifted) = (0, 0);
+        while stage < SPACINGS.len() {
+            let (spacing, beyond) = (SPACINGS[stage], BEYOND[stage]);
+            stage += 1;
             let about_mps = spacing * self.fineness.speed_mps;
             let ratio = libm::pow(range[1] / range[0], 1.0 / (PRICES as f64 - 1.0));
             let mut prices = [range[0]; PRICES];
             for k in 1..PRICES {
                 prices[k] = prices[k - 1] * ratio;
             }
-            let mut found: Vec<[Option<Way>; PRICES]> = Vec::with_capacity(self.legs.len());
-            for (k, leg) in self.legs.iter().enumerate() {
-                let near = around.as_ref().map(|around| [&around[k][0][..], &around[k][1][..]]);
-                let levels = levels(leg, about_mps, near);
-                let search = Search {
-                    truck: self.truck,
-                    leg: leg.leg,
-                    heights: self.heights,
-                    places: leg.places,
-                    levels: &levels,
-                };
-                found.push(best_ways(&search, &prices));
-            }
+            let near = |k: usize| -> Option<[&[f64]; 2]> {
+                around.as_ref().map(|around| [&around[k][0][..], &around[k][1][..]])
+            };
+            let of = |(k, leg): (usize, &Problem)| levels(leg, about_mps, near(k));
+            let levels: Vec<Vec<Levels>> = self.legs.iter().enumerate().map(of).collect();
+            let searches: Vec<Search> = self.searches(&levels);
+            let swept: Vec<Swept> =
+                searches.iter().map(|search| Swept::of(search, &prices)).collect();
+            let found: Vec<[Option<Way>; PRICES]> =
+                searches.iter().zip(&swept).map(|(search, swept)| swept.ways(search)).collect();
             let time_s = |price: usize| -> f64 {
                 let time_s = |ways: &[Option<Way>; PRICES]| {
                     ways[price].as_ref().map_or(f64::INFINITY, |way| way.time_s)
@@ -144,7 +147,8 @@ impl Question<'_> {
             let high = fast.unwrap_or(PRICES - 1);
             let low = high.saturating_sub(1);
             if fast.is_some() {
-                let answer = self.mix(&found, high, prices[high]);
+                let mixed = self.mix(&found, high, prices[high]);
+                let answer = mixed.map(|mixed| self.fill(mixed, &searches, &swept, &found, high));
                 best = self.better(best, answer);
             }
             if pinned {
@@ -163,8 +167,17 @@ impl Question<'_> {
             if self.most_s.is_infinite() {
                 continue;
             }
-            let below = if high == 0 { prices[0] / ratio } else { prices[low] };
-            range = [below / beyond, prices[high] * beyond];
+            range = [prices[low] / beyond, prices[high] * beyond];
+            let span = (prices[PRICES - 1] / prices[0]).max(LEAST_SPAN);
+            if fast.is_none() || high == 0 {
+                // the price lies beside those that were tried
+                let above = fast.is_none();
+                let first = if above { prices[high] / ratio } else { prices[0] * ratio / span };
+                range = [first, first * span];
+                if shifted < MOST_SHIFTED {
+                    (stage, shifted) = (stage - 1, shifted + 1);
+                }
+            }
         }
         best
     }
@@ -190,6 +203,59 @@ impl Question<'_> {
             left_s -= other.time_s - answer.ways[k].time_s;
             answer.ways[k] = other.clone();
         }
+    }
+
+    /// Takes the time that is still left: a leg goes at the higher price of time up to some place,
+    /// and from there on at the lower one.
+    fn fill(
+        &self,
+        mut answer: Answer,
+        searches: &[Search],
+        swept: &[Swept],
+        found: &[[Option<Way>; PRICES]],
+        high: usize,
+    ) -> Answer {
+        if high == 0 || self.most_s.is_infinite() {
+            return answer;
+        }
+        for (k, (search, swept)) in searches.iter().zip(swept).enumerate() {
+            let left_s = self.most_s - answer.time_s();
+            // a leg that was slowed already has taken its time
+            if found[k][high].as_ref().is_none_or(|way| way.time_s != answer.ways[k].time_s) {
+                continue;
+            }
+            let (mut from, mut to) = (0, search.places.len() - 1);
+            while from < to {
+                let middle = from.midpoint(to);
+                let way = swept.way(search, [high, high - 1], middle);
+                let fits = |way: &Way| way.time_s - answer.ways[k].time_s <= left_s;
+                if way.as_ref().is_some_and(fits) {
+                    to = middle;
+                } else {
+                    from = middle + 1;
+                }
+            }
+            let left_s = left_s + answer.ways[k].time_s;
+            if let Some(way) = swept.way(search, [high, high - 1], to)
+                && way.time_s <= left_s
+                && way.energy_j < answer.ways[k].energy_j
+            {
+                answer.ways[k] = way;
+            }
+        }
+        answer
+    }
+
+    /// The legs with the speeds that are tried.
+    fn searches<'a>(&'a self, levels: &'a [Vec<Levels>]) -> Vec<Search<'a>> {
+        let of = |(leg, levels): (&'a Problem, &'a Vec<Levels>)| Search {
+            truck: self.truck,
+            leg: leg.leg,
+            heights: self.heights,
+            places: leg.places,
+            levels,
+        };
+        self.legs.iter().zip(levels).map(of).collect()
     }
 
     fn better(&self, a: Option<Answer>, b: Option<Answer>) -> Option<Answer> {

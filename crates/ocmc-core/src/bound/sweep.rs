@@ -56,14 +56,59 @@ impl Table {
     }
 }
 
-/// The best ways along a leg, one for each price of time in W; none where there is no way at all.
-pub(super) fn best_ways(search: &Search, prices: &[f64; PRICES]) -> [Option<Way>; PRICES] {
-    let tables = backward(search, prices);
-    let mut ways = [const { None }; PRICES];
-    for (k, way) in ways.iter_mut().enumerate() {
-        *way = forward(search, &tables, k, prices[k]);
+/// What is left along a leg, by place, speed, gear and price.
+pub(super) struct Swept {
+    tables: Vec<Table>,
+    prices: [f64; PRICES],
+}
+
+impl Swept {
+    /// Sweeps a leg from its end to its start, at prices of time in W.
+    pub(super) fn of(search: &Search, prices: &[f64; PRICES]) -> Self {
+        Self { tables: backward(search, prices), prices: *prices }
     }
-    ways
+
+    /// The best ways, one for each price; none where there is no way at all.
+    pub(super) fn ways(&self, search: &Search) -> [Option<Way>; PRICES] {
+        let mut ways = [const { None }; PRICES];
+        for (k, way) in ways.iter_mut().enumerate() {
+            *way = self.way(search, [k, k], 0);
+        }
+        ways
+    }
+
+    /// The best way at one price, by its number, and from some place on at another one.
+    pub(super) fn way(&self, search: &Search, prices: [usize; 2], from: usize) -> Option<Way> {
+        let last = search.places.len() - 1;
+        let first = &self.tables[0];
+        let start_mps = search.levels[0].low_mps;
+        let price_at = |at: usize| prices[usize::from(at >= from)];
+        let starts = (0..first.gears).filter(|gear| search.truck.holds(*gear, start_mps, false));
+        let left = |gear: usize| first.at(0, gear)[price_at(0)];
+        let gear = starts.min_by(|a, b| left(*a).total_cmp(&left(*b)))?;
+        let mut way = Way { moves: Vec::new(), gear, energy_j: 0.0, time_s: 0.0 };
+        let (mut at, mut speed_mps, mut engaged) = (0, start_mps, gear);
+        let mut moves = Vec::new();
+        while at < last {
+            search.moves(at, speed_mps, engaged, &mut moves);
+            let price = price_at(at);
+            let cost = |step: &Move| {
+                let (low, high, share) = self.tables[step.to].between(step.speed_mps, step.gear);
+                let between = if share > 0.0 { share * (high[price] - low[price]) } else { 0.0 };
+                let sum = step.energy_j + self.prices[price] * step.time_s + low[price] + between;
+                if sum.is_nan() { f64::INFINITY } else { sum }
+            };
+            let best = moves.iter().min_by(|a, b| cost(a).total_cmp(&cost(b)))?;
+            if cost(best).is_infinite() {
+                return None;
+            }
+            way.energy_j += best.energy_j;
+            way.time_s += best.time_s;
+            (at, speed_mps, engaged) = (best.to, best.speed_mps, best.gear);
+            way.moves.push(*best);
+        }
+        Some(way)
+    }
 }
 
 fn backward(search: &Search, prices: &[f64; PRICES]) -> Vec<Table> {
@@ -103,34 +148,4 @@ fn backward(search: &Search, prices: &[f64; PRICES]) -> Vec<Table> {
         }
     }
     tables
-}
-
-fn forward(search: &Search, tables: &[Table], price: usize, watt: f64) -> Option<Way> {
-    let last = search.places.len() - 1;
-    let first = &tables[0];
-    let start_mps = search.levels[0].low_mps;
-    let starts = (0..first.gears).filter(|gear| search.truck.holds(*gear, start_mps, false));
-    let gear = starts.min_by(|a, b| first.at(0, *a)[price].total_cmp(&first.at(0, *b)[price]))?;
-    let mut way = Way { moves: Vec::new(), gear, energy_j: 0.0, time_s: 0.0 };
-    let (mut at, mut speed_mps, mut engaged) = (0, start_mps, gear);
-    let mut moves = Vec::new();
-    while at < last {
-        search.moves(at, speed_mps, engaged, &mut moves);
-        let cost = |step: &Move| {
-            let (low, high, share) = tables[step.to].between(step.speed_mps, step.gear);
-            let left =
-                low[price] + if share > 0.0 { share * (high[price] - low[price]) } else { 0.0 };
-            let sum = step.energy_j + watt * step.time_s + left;
-            if sum.is_nan() { f64::INFINITY } else { sum }
-        };
-        let best = moves.iter().min_by(|a, b| cost(a).total_cmp(&cost(b)))?;
-        if cost(best).is_infinite() {
-            return None;
-        }
-        way.energy_j += best.energy_j;
-        way.time_s += best.time_s;
-        (at, speed_mps, engaged) = (best.to, best.speed_mps, best.gear);
-        way.moves.push(*best);
-    }
-    Some(way)
 }
