@@ -1,6 +1,7 @@
 //! The best that is possible: closed forms, never above a driver, convergence, balance.
 
 use crate::common::{balance, diesel, study, typical};
+use crate::program::ocmc;
 use ocmc_core::bound::{Bound, Fineness, Found, bound, bound_scenario, bounds, level_road};
 use ocmc_core::energy_ledger::Term;
 use ocmc_core::fleet::run::RunPlan;
@@ -145,4 +146,22 @@ fn threads_change_nothing() {
         let sum = parts.gears_j + parts.by_kind_j.iter().sum::<f64>() + parts.remainder_j;
         assert!((sum - parts.total_j).abs() < 1e-6 * a.driver.energy_j);
     }
+}
+
+#[test]
+fn the_command_prints_the_potential_and_writes_the_optimum() {
+    let folder = tempfile::tempdir().expect("a directory");
+    let file = folder.path().join("least.csv");
+    let set = "mission.length_m=3000";
+    let arguments = ["bound", "--set", set, "--cycle-id", "1", "--quiet", "--out"];
+    let output = ocmc(&arguments).arg(&file).output().expect("it starts");
+    let text = String::from_utf8(output.stdout).expect("UTF-8");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    for word in ["least", "potential", "gears", "remainder", "by road type"] {
+        assert!(text.contains(word), "{word}: {text}");
+    }
+    let table = std::fs::read_to_string(file).expect("written");
+    assert!(table.starts_with("time_s,position_m,speed_mps,grade,gear\n"), "{table}");
+    // wrong usage: a file is for one cycle
+    ocmc(&["bound", "--cycles", "2", "--out", "a.csv"]).assert().code(2);
 }

@@ -126,9 +126,8 @@ pub fn bound(request: &BoundRequest, watch: &mut Watch) -> Result<BoundAnswer, E
     let alone = plan.cycles == 1;
     let of = |found: Found| found.map(|(bound, potential)| row(&bound, potential, alone));
     let fineness = Fineness::default();
-    let found = watched(plan.cycles, watch, |look| {
-        bounds(&study.study, plan, fineness, &of, look)
-    })?;
+    let found =
+        watched(plan.cycles, watch, |look| bounds(&study.study, plan, fineness, &of, look))?;
     let mut rows: Vec<Row> = Vec::with_capacity(found.len());
     let mut first_error: Option<BoundError> = None;
     let mut failed = 0;
@@ -286,12 +285,17 @@ impl Answer for BoundAnswer {
             text.push_str(&fact("least", least));
         }
         text.push('\n');
-        text.push_str(&shares(["potential", "% of the energy", "% of road"], &self.potential, "  "));
+        text.push_str(&shares(
+            ["potential", "% of the energy", "% of road"],
+            &self.potential,
+            "  ",
+        ));
         text.push('\n');
         text.push_str(&shares(["by road type", "% of the energy", ""], &self.by_road_type, ""));
         if self.not_better > 0 {
             let cycles = count_of(self.not_better, "cycle");
-            text.push_str(&format!("Nothing better than the driver was found in {cycles}.\n"));
+            text.push('\n');
+            text.push_str(&fact("note", format!("nothing better than the driver in {cycles}")));
         }
         text
     }
@@ -303,9 +307,8 @@ fn shares(head: [&str; 3], parts: &[PotentialShare], indent: &str) -> String {
         let percent = |share: f64| format!("{:.2}", 100.0 * share);
         let half = part.ci95.map(|[low, high]| percent(0.5 * (high - low)));
         let half = half.unwrap_or_else(|| "-".to_owned());
-        let share = part.share.map_or("-".to_owned(), |share| {
-            format!("{} ± {half:>5}", percent(share))
-        });
+        let share =
+            part.share.map_or("-".to_owned(), |share| format!("{} ± {half:>5}", percent(share)));
         let name = if k > 0 { format!("{indent}{}", part.name) } else { part.name.clone() };
         let road = part.road_share.map_or(String::new(), |share| format!("{:.1}", 100.0 * share));
         [name, share, road]

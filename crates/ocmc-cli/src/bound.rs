@@ -20,9 +20,9 @@ pub(crate) struct BoundArguments {
     /// This cycle alone
     #[arg(long, value_name = "ID", conflicts_with_all = ["cycles", "first_cycle"], allow_negative_numbers = true, value_parser = whole_number(0..=LAST_CYCLE_ID - 1))]
     cycle_id: Option<u64>,
-    /// File for speed and gear of the optimum of one cycle, `.csv` or `.json`; an existing one is
+    /// With --cycle-id: file for speed and gear of the optimum, `.csv` or `.json`; an existing one is
     /// replaced
-    #[arg(long, value_name = "FILE", requires = "cycle_id")]
+    #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// Threads [default: one for each CPU]
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole_number(1..=MOST_THREADS))]
@@ -38,9 +38,13 @@ pub(crate) struct BoundArguments {
 /// Finds the bounds and prints the potential.
 pub(crate) fn bound(arguments: &BoundArguments) -> Result<(), Failure> {
     let BoundArguments { study, range, cycle_id, out, threads, quiet, json } = arguments;
+    if out.is_some() && cycle_id.is_none() {
+        return Err(Failure::Usage("--out is for one cycle: give --cycle-id, too".to_owned()));
+    }
     let target = out.as_deref().map(|path| Target::of(Some(path))).transpose()?;
     let study = &study.load()?;
-    let range = cycle_id.map_or(*range, |id| RangeArguments { cycles: 1, first_cycle: id, ..*range });
+    let range =
+        cycle_id.map_or(*range, |id| RangeArguments { cycles: 1, first_cycle: id, ..*range });
     let request = BoundRequest { study, plan: range.plan(*threads)? };
     let answer = watched(*quiet, |watch| ocmc_api::bound(&request, watch))?;
     if let (Some(target), Some(optimum)) = (target, &answer.optimum) {
