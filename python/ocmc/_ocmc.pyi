@@ -155,6 +155,15 @@ class Study:
     def birds_eye(
         self, *, cycles: SupportsIndex = 100, seed: SupportsIndex = 1, first_cycle: SupportsIndex = 0
     ) -> Answer: ...
+    def bound(
+        self,
+        *,
+        cycles: SupportsIndex,
+        seed: SupportsIndex = 1,
+        first_cycle: SupportsIndex = 0,
+        threads: SupportsIndex | None = None,
+        progress: _Progress = None,
+    ) -> Answer: ...
     def sensitivity(
         self,
         *,

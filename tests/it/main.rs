@@ -8,6 +8,7 @@
 
 mod bad_input;
 mod battery;
+mod bound;
 mod checksums;
 mod closed_form;
 mod closed_loop;

@@ -1,6 +1,7 @@
 //! Why a question has no answer.
 
 use crate::progress::Progress;
+use ocmc_core::bound::BoundError;
 use ocmc_core::fleet::quantity::QUANTITIES;
 use ocmc_core::fleet::sensitivity::{SensitivityError, factor_groups};
 use ocmc_core::operating_cycle::given::GivenCycleError;
@@ -171,6 +172,9 @@ pub enum Error {
     /// Shares that cannot be estimated.
     #[error(transparent)]
     Sensitivity(#[from] SensitivityError),
+    /// A cycle without a bound.
+    #[error(transparent)]
+    Bound(#[from] BoundError),
     /// The caller has ended it.
     #[error("interrupted: {} of {} {} finished", .0.done, .0.total, .0.what)]
     Interrupted(Progress),

@@ -19,6 +19,7 @@
 
 mod answer;
 mod birds_eye;
+mod bound;
 mod compare;
 mod curves;
 mod cycle;
@@ -43,6 +44,7 @@ mod word;
 
 pub use answer::Answer;
 pub use birds_eye::{BirdsEyeAnswer, BirdsEyeRequest, birds_eye};
+pub use bound::{BoundAnswer, BoundRequest, CycleBound, PotentialShare, bound};
 pub use compare::{CompareAnswer, CompareRequest, ComparedStudies, compare};
 pub use curves::{
     CURVE_COLUMNS, Correction, CurveCell, CurveOptions, CurvesAnswer, CurvesRequest, Detector,

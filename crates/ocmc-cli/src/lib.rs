@@ -3,6 +3,7 @@
 
 mod analysis;
 mod arguments;
+mod bound;
 mod cycle;
 mod failure;
 mod failure_report;
@@ -17,6 +18,7 @@ mod vecto;
 mod verify;
 
 use analysis::{CompareArguments, SensitivityArguments};
+use bound::BoundArguments;
 use clap::error::ErrorKind;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use clap_complete::Shell;
@@ -81,6 +83,9 @@ enum Command {
     Compare(CompareArguments),
     /// Compares with VECTO, from its own files: on VECTO's speed, by VECTO's driver and by ours
     Vecto(VectoArguments),
+    /// Finds the least energy for the same road, truck and trip time, and how far drivers are from
+    /// it
+    Bound(BoundArguments),
     /// Merges the parts of one run, from many machines, into the run that one machine would have
     /// written
     Merge(MergeArguments),
@@ -126,6 +131,7 @@ pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> i32 {
         Some(Command::Sensitivity(arguments)) => analysis::sensitivity(arguments),
         Some(Command::Compare(arguments)) => analysis::compare(arguments),
         Some(Command::Vecto(arguments)) => vecto::vecto(arguments),
+        Some(Command::Bound(arguments)) => bound::bound(arguments),
         Some(Command::Merge(arguments)) => run::merge(arguments),
         Some(Command::Report(arguments)) => run::report(arguments),
         Some(Command::Verify(arguments)) => verify::verify(arguments),

@@ -15,6 +15,7 @@
     )
 )]
 
+pub mod bound;
 mod crest;
 pub mod distribution;
 pub mod driver;

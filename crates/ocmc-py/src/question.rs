@@ -11,8 +11,8 @@ use crate::table::Table;
 use crate::value::{one_of, study_value, whole_number};
 use ocmc_api::study::{self, Files, Given};
 use ocmc_api::{
-    BirdsEyeRequest, CompareRequest, Error, FOLLOWS, GivenDrive, KEEPS, LAST_CYCLE_ID,
-    MOST_THREADS, RunPlan, SensitivityRequest, Source, check_readable,
+    BirdsEyeRequest, BoundRequest, CompareRequest, Error, FOLLOWS, GivenDrive, KEEPS,
+    LAST_CYCLE_ID, MOST_THREADS, RunPlan, SensitivityRequest, Source, check_readable,
 };
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -308,6 +308,58 @@ impl PyStudy {
         let (study, column) = (&self.loaded, column.map(str::to_owned));
         let request = SensitivityRequest { study, plan, column, factors, crossed: None };
         answer(py, &watched(py, progress, |watch| ocmc_api::sensitivity(&request, watch))?)
+    }
+
+    /// The best that is possible: the least energy for the same road, truck and trip time, and how
+    /// far the drivers are from it.
+    ///
+    /// Parameters
+    /// ----------
+    /// cycles : int
+    ///     Number of cycles; one of 100 km takes a few seconds.
+    /// seed : int
+    ///     Master seed.
+    /// first_cycle : int
+    ///     Id of the first cycle.
+    /// threads : int, optional
+    ///     Threads to use, one for each CPU by default.
+    /// progress : bool or callable, optional
+    ///     As for `Study.run`.
+    ///
+    /// Returns
+    /// -------
+    /// Answer
+    ///     The content of ``ocmc bound --json``: ``potential``, the shares of the drivers' energy
+    ///     that were not needed, by kind of road; ``by_road_type``; ``bounds``, the cycles.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     Where a number is out of its range, or where no driver arrives.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import ocmc
+    /// >>> study = ocmc.Study("field-truck").set("mission.length_m", 3000.0)
+    /// >>> answer = study.bound(cycles=2)
+    /// >>> [part["name"] for part in answer["potential"]][:3]
+    /// ['all', 'gears', 'stop']
+    #[pyo3(
+        signature = (*, cycles, seed=None, first_cycle=None, threads=None, progress=None),
+        text_signature = "($self, *, cycles, seed=1, first_cycle=0, threads=None, progress=None)"
+    )]
+    fn bound<'py>(
+        &self,
+        py: Python<'py>,
+        cycles: &Bound<'py, PyAny>,
+        seed: Option<&Bound<'py, PyAny>>,
+        first_cycle: Option<&Bound<'py, PyAny>>,
+        threads: Option<&Bound<'py, PyAny>>,
+        progress: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let plan = plan_of(cycles, seed, first_cycle, threads)?;
+        let request = BoundRequest { study: &self.loaded, plan };
+        answer(py, &watched(py, progress, |watch| ocmc_api::bound(&request, watch))?)
     }
 
     /// Look at the roads that the study draws from above: coarse classes.

@@ -1,7 +1,7 @@
 //! An engine or motor of which only the efficiency over its power is known, as FASTSim and many
 //! data sheets have it.
 
-use super::{InversePowertrain, InverseStep, SpeedStep};
+use super::{InversePowertrain, InverseStep, SpeedStep, StepCost};
 use crate::energy_ledger::{Ledger, Term};
 
 /// Efficiency over the share of the rated power, linear between the points.
@@ -45,6 +45,17 @@ pub struct EfficiencyDriveline {
 impl InversePowertrain for EfficiencyDriveline {
     fn terms(&self) -> &'static [Term] {
         &[Term::Crankshaft]
+    }
+
+    fn source(&self) -> Term {
+        Term::FuelEnergy
+    }
+
+    fn cost(&self, step: &SpeedStep, force_n: f64, _shaft_radps: f64) -> StepCost {
+        let mut ledger = Ledger::EMPTY;
+        let done = self.clone().step(step, force_n, &mut ledger);
+        let energy_j = ledger[Term::FuelEnergy];
+        StepCost { energy_j, wheel_n: done.wheel_n, ..StepCost::default() }
     }
 
     fn step(&mut self, step: &SpeedStep, force_n: f64, ledger: &mut Ledger<f64>) -> InverseStep {

@@ -408,8 +408,55 @@ pub struct InverseStep {
     pub shaft_j: f64,
 }
 
+/// What a step of prescribed speed would take, before it is taken.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StepCost {
+    /// What the source would give, in J: fuel energy, or what leaves the battery's store.
+    pub energy_j: f64,
+    /// Force of the driveline at the wheels, in N.
+    pub wheel_n: f64,
+    /// Kinetic energy by which the shaft is faster at the step's start than before it, in J: what
+    /// brings an engine to the speed of a new gear.
+    pub jump_j: f64,
+    /// Speed of the shaft at its end, in rad/s; 0 where it always turns with the wheels.
+    pub end_radps: f64,
+}
+
+/// The gears that can be ordered of a powertrain, and what a shift is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GearChoice {
+    /// Shaft speed for each m/s, from first to top gear, in rad/m.
+    pub per_m: Vec<f64>,
+    /// Inertia that turns with the shaft, in kg m².
+    pub inertia_kgm2: f64,
+    /// Gears, from first, in which the truck can start.
+    pub launch_gears: usize,
+    /// Shaft speed below which no gear is held that does not start the truck, in rad/s.
+    pub slowest_radps: f64,
+    /// Shaft speed above which a gear is left for the next one, in rad/s.
+    pub fastest_radps: f64,
+    /// Speed below which there is no shift, in m/s.
+    pub minimum_speed_mps: f64,
+    /// Time of a shift without torque, in s.
+    pub gap_s: f64,
+    /// Shortest time from shift to shift, in s.
+    pub interval_s: f64,
+    /// Most gears in one upshift.
+    pub most_up: usize,
+}
+
 /// A powertrain in the backward mode: from the force at the wheels to what it takes.
 pub trait InversePowertrain {
+    /// What the source gives.
+    fn source(&self) -> Term;
+    /// The gears that can be ordered; none where it has to choose its own.
+    fn gear_choice(&self) -> Option<GearChoice> {
+        None
+    }
+    /// What a step would take with that force wanted at the wheels, in N: what [`Self::step`]
+    /// would add to the ledger, by the convention [`ShiftConvention::Lost`]. `shaft_radps`: speed
+    /// of the shaft before the step.
+    fn cost(&self, step: &SpeedStep, force_n: f64, shaft_radps: f64) -> StepCost;
     /// The terms of the energy ledger that are its own.
     fn terms(&self) -> &'static [Term];
     /// Carries one step with that force wanted at the wheels.

@@ -119,12 +119,23 @@ pub fn follow(
     body: &Body,
     powertrain: &mut dyn InversePowertrain,
 ) -> FollowedCycle {
+    follow_observed(cycle, body, powertrain, &mut |_, _| ())
+}
+
+/// As [`follow`]; after each step `observe` is shown it and the integrals so far.
+pub fn follow_observed(
+    cycle: &DriveCycle,
+    body: &Body,
+    powertrain: &mut dyn InversePowertrain,
+    observe: &mut dyn FnMut(&CycleStep, &Ledger<f64>),
+) -> FollowedCycle {
     let mut ledger = Ledger::EMPTY;
     let (mut standstill_s, mut n_stops, mut kinetic_j, mut climb_m) = (0.0, 0_u32, 0.0, 0.0);
     let (mut moving, mut driving_j) = (false, 0.0);
     let before_j = powertrain.kinetic_j();
     let inertia_kg = body.mass_kg + (body.wheel_mass_kg + powertrain.rotating_mass_kg());
-    for CycleStep { speed, slope } in cycle.steps() {
+    for step in cycle.steps() {
+        let CycleStep { speed, slope } = step;
         let (v, distance_m) = (speed.mean_mps(), speed.distance_m());
         let RoadForces { drag_n, rolling_n, grade_n } = body.road_forces(v, slope);
         let wanted_n = inertia_kg * speed.acceleration_mps2() + drag_n + rolling_n + grade_n;
@@ -154,6 +165,7 @@ pub fn follow(
         ledger[Term::Grade] += grade_n * distance_m;
         climb_m += slope.max(0.0) * distance_m;
         kinetic_j += inertia_kg * speed.acceleration_mps2() * distance_m;
+        observe(&step, &ledger);
     }
     // the end of the trip is no stop
     if !moving {

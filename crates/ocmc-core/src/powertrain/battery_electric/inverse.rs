@@ -3,7 +3,9 @@
 
 use super::BatteryElectricPowertrain;
 use crate::energy_ledger::{Ledger, Mode, Term};
-use crate::powertrain::{InversePowertrain, InverseStep, Powertrain, SpeedStep, TruckInputs};
+use crate::powertrain::{
+    InversePowertrain, InverseStep, Powertrain, SpeedStep, StepCost, TruckInputs,
+};
 use crate::record::Record;
 
 /// The powertrain and the state of its battery.
@@ -99,6 +101,18 @@ impl<'a> InverseBatteryElectric<'a> {
 impl InversePowertrain for InverseBatteryElectric<'_> {
     fn terms(&self) -> &'static [Term] {
         BatteryElectricPowertrain::TERMS
+    }
+
+    fn source(&self) -> Term {
+        Term::Battery
+    }
+
+    /// At the state of charge that the battery has now.
+    fn cost(&self, step: &SpeedStep, force_n: f64, _shaft_radps: f64) -> StepCost {
+        let chosen = self.choose(step, force_n);
+        let flow = self.powertrain.model.battery.flow(self.charge, chosen.terminals_w);
+        let energy_j = flow.store_w * step.dt_s;
+        StepCost { energy_j, wheel_n: chosen.wheel_n, ..StepCost::default() }
     }
 
     fn step(&mut self, step: &SpeedStep, force_n: f64, ledger: &mut Ledger<f64>) -> InverseStep {

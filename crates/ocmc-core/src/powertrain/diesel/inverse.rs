@@ -4,7 +4,8 @@
 use super::powertrain::DieselPowertrain;
 use crate::energy_ledger::{Ledger, Mode, Term};
 use crate::powertrain::{
-    GearOrder, InversePowertrain, InverseStep, Powertrain, ShiftConvention, SpeedStep, TruckInputs,
+    GearChoice, GearOrder, InversePowertrain, InverseStep, Powertrain, ShiftConvention, SpeedStep,
+    StepCost, TruckInputs,
 };
 use crate::record::Record;
 
@@ -45,6 +46,23 @@ struct Fit {
     engine_nm: f64,
     full_nm: f64,
     drag_nm: f64,
+}
+
+/// What an engine does in a step.
+#[derive(Clone, Copy)]
+struct Work {
+    /// Torque of the engine, in Nm.
+    engine_nm: f64,
+    /// Torque at the gearbox's input, in Nm.
+    gearbox_nm: f64,
+    /// Force at the wheels, and what is lost on the way there, in N.
+    wheel_n: f64,
+    lost_n: f64,
+    /// Energy of the fuel, in J.
+    fuel_j: f64,
+    /// Whether the engine passes torque.
+    engaged: bool,
+    limited: bool,
 }
 
 impl<'a> InverseDiesel<'a> {
@@ -108,10 +126,10 @@ impl<'a> InverseDiesel<'a> {
         }
     }
 
-    /// A moving truck whose engine is let go.
-    fn let_go(&self, step: &SpeedStep) -> Fit {
+    /// A moving truck whose engine is let go at a speed in rad/s.
+    fn let_go(&self, step: &SpeedStep, engine_radps: f64) -> Fit {
         let DieselPowertrain { engine, engine_model: model, clutch, .. } = self.powertrain;
-        let start_radps = self.engine_radps.max(clutch.idle_radps);
+        let start_radps = engine_radps.max(clutch.idle_radps);
         let holds = self.returns() && self.pulled;
         let slowing_nm = engine.drag_nm(start_radps) - self.truck.auxiliary_power_w / start_radps;
         let change_radps = if holds { 0.0 } else { slowing_nm / model.inertia_kgm2 * step.dt_s };
@@ -132,6 +150,42 @@ impl<'a> InverseDiesel<'a> {
             full_nm: engine.full_load_nm(engine_radps),
             drag_nm: engine.drag_nm(engine_radps),
         }
+    }
+
+    /// How the truck is carried through a step by what is said of its gear.
+    fn ordered(&self, step: &SpeedStep, force_n: f64, engine_radps: f64) -> Fit {
+        match step.gear {
+            _ if step.distance_m() <= 0.0 => {
+                let fit = self.fit(self.gear, step, -1.0);
+                Fit { closed: false, slips: false, inertia_nm: 0.0, engine_per_input: 1.0, ..fit }
+            }
+            GearOrder::Free => self.choose(step, force_n),
+            GearOrder::Engaged(gear) => {
+                self.fit(gear.min(self.powertrain.gears.len() - 1), step, force_n)
+            }
+            GearOrder::Open => self.let_go(step, engine_radps),
+        }
+    }
+
+    /// What the engine does in a step that is carried so.
+    fn work(&self, fit: &Fit, step: &SpeedStep) -> Work {
+        let DieselPowertrain { engine, engine_model: model, gearbox, .. } = self.powertrain;
+        let gear = &self.powertrain.gears[fit.gear];
+        let auxiliary_nm = self.truck.auxiliary_power_w / fit.engine_radps;
+        let engaged = fit.closed || fit.slips;
+        let (engine_nm, limited) = if engaged {
+            (fit.engine_nm.max(fit.drag_nm).min(fit.full_nm), fit.engine_nm > fit.full_nm)
+        } else {
+            (auxiliary_nm + fit.inertia_nm, false)
+        };
+        let passed_nm = if engaged { engine_nm - auxiliary_nm - fit.inertia_nm } else { 0.0 };
+        let gearbox_nm = passed_nm / fit.engine_per_input;
+        let [wheel_n, lost_n] =
+            gearbox.wheel_and_lost_n(gear, self.powertrain.axle_per_m, step.mean_mps(), gearbox_nm);
+        let fuel_kgps = engine.fuel_kgps(fit.engine_radps, engine_nm);
+        let heating = model.fuel.heating_value_jpkg;
+        let fuel_j = fuel_kgps * self.truck.fuel_factor * heating * step.dt_s;
+        Work { engine_nm, gearbox_nm, wheel_n, lost_n, fuel_j, engaged, limited }
     }
 
     /// The highest gear above the upshift line that has the torque; where there is none, the
@@ -172,40 +226,49 @@ impl InversePowertrain for InverseDiesel<'_> {
         DieselPowertrain::TERMS
     }
 
+    fn source(&self) -> Term {
+        Term::FuelEnergy
+    }
+
+    fn gear_choice(&self) -> Option<GearChoice> {
+        let DieselPowertrain { engine_model: model, gearbox, gears, clutch, .. } = self.powertrain;
+        let shift = &gearbox.shift;
+        Some(GearChoice {
+            per_m: gears.iter().map(|gear| gear.speed_ratio_per_m).collect(),
+            inertia_kgm2: model.inertia_kgm2,
+            launch_gears: gears.iter().filter(|gear| gear.launches).count(),
+            slowest_radps: clutch.idle_radps,
+            fastest_radps: shift.overspeed_radps,
+            minimum_speed_mps: shift.minimum_speed_mps,
+            gap_s: shift.duration_s,
+            interval_s: shift.interval_s,
+            most_up: shift.most_steps as usize,
+        })
+    }
+
+    fn cost(&self, step: &SpeedStep, force_n: f64, shaft_radps: f64) -> StepCost {
+        let fit = self.ordered(step, force_n, shaft_radps);
+        let work = self.work(&fit, step);
+        let jump = fit.start_radps * fit.start_radps - shaft_radps * shaft_radps;
+        let jump_j = 0.5 * self.powertrain.engine_model.inertia_kgm2 * jump;
+        let end_radps = fit.end_radps;
+        StepCost { energy_j: work.fuel_j, wheel_n: work.wheel_n, jump_j, end_radps }
+    }
+
     fn step(&mut self, step: &SpeedStep, force_n: f64, ledger: &mut Ledger<f64>) -> InverseStep {
         let moves = step.distance_m() > 0.0;
-        let fit = match step.gear {
-            _ if !moves => {
-                let stands = self.fit(self.gear, step, -1.0);
-                Fit { closed: false, slips: false, engine_per_input: 1.0, ..stands }
-            }
-            GearOrder::Free => self.choose(step, force_n),
-            GearOrder::Engaged(gear) => {
-                self.fit(gear.min(self.powertrain.gears.len() - 1), step, force_n)
-            }
-            GearOrder::Open => self.let_go(step),
-        };
+        let fit = self.ordered(step, force_n, self.engine_radps);
         if fit.gear != self.gear && moves {
             // the first gear that is ordered is no shift
             self.n_shifts += u32::from(self.has_moved || step.gear == GearOrder::Free);
             self.gear = fit.gear;
         }
         self.has_moved |= moves && step.gear != GearOrder::Open;
-        let DieselPowertrain { engine, engine_model: model, gearbox, .. } = self.powertrain;
+        let model = &self.powertrain.engine_model;
         let gear = &self.powertrain.gears[fit.gear];
-        let inertia_kgm2 = model.inertia_kgm2;
         let auxiliary_nm = self.truck.auxiliary_power_w / fit.engine_radps;
-        let engaged = fit.closed || fit.slips;
-        let inertia_nm = if moves { fit.inertia_nm } else { 0.0 };
-        let (engine_nm, limited) = if engaged {
-            (fit.engine_nm.max(fit.drag_nm).min(fit.full_nm), fit.engine_nm > fit.full_nm)
-        } else {
-            (auxiliary_nm + inertia_nm, false)
-        };
-        let passed_nm = if engaged { engine_nm - auxiliary_nm - inertia_nm } else { 0.0 };
-        let gearbox_nm = passed_nm / fit.engine_per_input;
-        let [wheel_n, lost_n] =
-            gearbox.wheel_and_lost_n(gear, self.powertrain.axle_per_m, step.mean_mps(), gearbox_nm);
+        let Work { engine_nm, gearbox_nm, wheel_n, lost_n, fuel_j, engaged, limited } =
+            self.work(&fit, step);
         let distance_m = step.distance_m();
         let turned_rad = fit.engine_radps * step.dt_s;
         let gearbox_rad = gear.speed_ratio_per_m * distance_m;
@@ -213,14 +276,12 @@ impl InversePowertrain for InverseDiesel<'_> {
         let jump = self.engine_radps * self.engine_radps - fit.start_radps * fit.start_radps;
         self.engine_radps = fit.end_radps;
         self.pulled = engaged && engine_nm > auxiliary_nm;
-        let fuel_kgps = engine.fuel_kgps(fit.engine_radps, engine_nm);
-        let heating = model.fuel.heating_value_jpkg;
         ledger[Term::Crankshaft] += engine_nm * turned_rad;
         ledger[Term::Auxiliary] += auxiliary_nm * turned_rad;
         ledger[Term::Clutch] += gearbox_nm * (fit.engine_per_input * turned_rad - gearbox_rad);
         ledger[Term::Transmission] += lost_n * distance_m;
-        ledger[Term::Shift] += 0.5 * inertia_kgm2 * jump;
-        ledger[Term::FuelEnergy] += fuel_kgps * self.truck.fuel_factor * heating * step.dt_s;
+        ledger[Term::Shift] += 0.5 * model.inertia_kgm2 * jump;
+        ledger[Term::FuelEnergy] += fuel_j;
         if !model.map_covers(fit.engine_radps, engine_nm) {
             ledger[Term::OutsideMap] += step.dt_s;
         }

@@ -1,0 +1,54 @@
+//! `ocmc bound`: the least energy for the same road, truck and trip time, and how far drivers are
+//! from it.
+
+use crate::arguments::{RangeArguments, StudyOptions, whole_number};
+use crate::failure::Failure;
+use crate::output::{self, Target};
+use crate::progress::watched;
+use clap::Args;
+use ocmc_api::{BoundRequest, LAST_CYCLE_ID, MOST_THREADS};
+use std::path::PathBuf;
+
+/// Cycles whose bounds are asked for.
+#[derive(Clone, Debug, Args)]
+#[command(mut_arg("cycles", |cycles| cycles.default_value("20")))]
+pub(crate) struct BoundArguments {
+    #[command(flatten)]
+    study: StudyOptions,
+    #[command(flatten)]
+    range: RangeArguments,
+    /// This cycle alone
+    #[arg(long, value_name = "ID", conflicts_with_all = ["cycles", "first_cycle"], allow_negative_numbers = true, value_parser = whole_number(0..=LAST_CYCLE_ID - 1))]
+    cycle_id: Option<u64>,
+    /// With --cycle-id: file for speed and gear of the optimum, `.csv` or `.json`; an existing one is
+    /// replaced
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Threads [default: one for each CPU]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole_number(1..=MOST_THREADS))]
+    threads: Option<usize>,
+    /// No progress
+    #[arg(long)]
+    quiet: bool,
+    /// The answer as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// Finds the bounds and prints the potential.
+pub(crate) fn bound(arguments: &BoundArguments) -> Result<(), Failure> {
+    let BoundArguments { study, range, cycle_id, out, threads, quiet, json } = arguments;
+    if out.is_some() && cycle_id.is_none() {
+        return Err(Failure::Usage("--out is for one cycle: give --cycle-id, too".to_owned()));
+    }
+    let target = out.as_deref().map(|path| Target::of(Some(path))).transpose()?;
+    let study = &study.load()?;
+    let range =
+        cycle_id.map_or(*range, |id| RangeArguments { cycles: 1, first_cycle: id, ..*range });
+    let request = BoundRequest { study, plan: range.plan(*threads)? };
+    let answer = watched(*quiet, |watch| ocmc_api::bound(&request, watch))?;
+    if let (Some(target), Some(optimum)) = (target, &answer.optimum) {
+        target.write(optimum, |bytes| optimum.write_csv(bytes))?;
+    }
+    output::print(&answer, *json)
+}
