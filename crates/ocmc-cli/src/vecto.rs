@@ -20,6 +20,10 @@ pub(crate) struct VectoArguments {
     /// [default: the time series beside the job]
     #[arg(long = "result", value_name = "FILE")]
     results: Vec<PathBuf>,
+    /// Replaces one value of the truck's study, as in vehicle.gearbox.indirect_loss_share=0.04; may
+    /// be repeated
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
     /// The answer as JSON
     #[arg(long)]
     json: bool,
@@ -27,11 +31,12 @@ pub(crate) struct VectoArguments {
 
 /// Compares and prints.
 pub(crate) fn vecto(arguments: &VectoArguments) -> Result<(), Failure> {
-    let VectoArguments { truck, missions, results, json } = arguments;
+    let VectoArguments { truck, missions, results, set, json } = arguments;
     let request = VectoRequest {
         truck: VectoTruck::named(truck),
         missions: missions.clone(),
         results: results.clone(),
+        sets: set.clone(),
     };
     output::print(&ocmc_api::vecto(&request)?, *json)
 }

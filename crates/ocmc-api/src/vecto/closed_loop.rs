@@ -1,7 +1,8 @@
 //! The mission driven here: by VECTO's driver, and by ours.
 
+use super::VectoRequest;
 use super::terms::Terms;
-use super::truck::{ComparedTruck, VectoTruck};
+use super::truck::ComparedTruck;
 use crate::error::Error;
 use ocmc_core::kernel::scheduler::drive_scenario;
 use ocmc_core::powertrain::ShiftConvention;
@@ -45,7 +46,7 @@ pub(super) fn by_vectos_driver(
 /// Our typical driver on a mission that begins at rest, in VECTO's air; none on others, and where
 /// the truck does not arrive.
 pub(super) fn by_our_driver(
-    truck: &VectoTruck,
+    request: &VectoRequest,
     compared: &ComparedTruck,
     file: &Path,
     mission: &MissionFile,
@@ -53,7 +54,7 @@ pub(super) fn by_our_driver(
     if !mission.begins_at_rest {
         return Ok(None);
     }
-    let loaded = compared.in_vectos_air(truck)?;
+    let loaded = compared.in_vectos_air(request)?;
     let given = loaded.on_routes(&[file.to_owned()], &[], &[])?;
     let record = drive_scenario(&given.study, given.study.sample(1, 0));
     Ok((record.outcome == Outcome::Completed).then(|| Terms::record(&record)))

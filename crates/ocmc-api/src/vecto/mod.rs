@@ -29,6 +29,8 @@ pub struct VectoRequest {
     pub missions: Vec<PathBuf>,
     /// What VECTO found (`.vmod`, `.vsum`); those beside the job where none is given.
     pub results: Vec<PathBuf>,
+    /// Values of the truck's study that are replaced, each as `KEY=VALUE`.
+    pub sets: Vec<String>,
 }
 
 /// The comparisons.
@@ -138,7 +140,7 @@ fn compare(
     case: &Case,
     driver: &VectoDriver,
 ) -> Result<VectoComparison, Error> {
-    let truck = ComparedTruck::new(&request.truck, case.gross_mass_kg, case.auxiliary_w)?;
+    let truck = ComparedTruck::new(request, case.gross_mass_kg, case.auxiliary_w)?;
     let (mut runs, mut attribution, mut its_speed) = (Vec::new(), None, None);
     let vecto = match &case.result {
         FoundResult::Series(path, series) => {
@@ -161,7 +163,7 @@ fn compare(
             closed_loop::by_vectos_driver(&truck, &mission, case.auxiliary_w, driver)?;
         let speed = its_speed.map(|vectos| closed_loop::speed_match(&cycle, &vectos));
         runs.push(VectoRun { speed, ..VectoRun::new("its driver", terms) });
-        let ours = closed_loop::by_our_driver(&request.truck, &truck, file, &mission)?;
+        let ours = closed_loop::by_our_driver(request, &truck, file, &mission)?;
         runs.extend(ours.map(|terms| VectoRun::new("our driver", terms)));
     }
     Ok(VectoComparison {

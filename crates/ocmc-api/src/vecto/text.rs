@@ -50,7 +50,7 @@ fn comparison(compared: &VectoComparison) -> String {
         if let Some(speed) = run.speed {
             let short = if speed.covers { "" } else { ", and does not cover the distance" };
             let apart = format!("{:.2} km/h RMS of v(s) from VECTO's{short}", speed.rms_kmh);
-            text.push_str(&format!("{:<28}{apart}\n", run.driven));
+            text.push_str(&row("", &[28, 0], &[run.driven.clone(), apart]));
         }
     }
     text.push_str(&compared.attribution.as_ref().map(attribution).unwrap_or_default());

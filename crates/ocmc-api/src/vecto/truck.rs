@@ -1,5 +1,6 @@
 //! The truck that is compared: of a job or built in, with its load, in VECTO's air.
 
+use super::VectoRequest;
 use super::terms::Terms;
 use crate::error::Error;
 use crate::study::{LoadedStudy, load_json};
@@ -67,7 +68,7 @@ pub(super) struct ComparedTruck {
 impl ComparedTruck {
     /// With this mass, load included, and this power of auxiliaries.
     pub(super) fn new(
-        truck: &VectoTruck,
+        request: &VectoRequest,
         gross_mass_kg: f64,
         auxiliary_w: f64,
     ) -> Result<Self, Error> {
@@ -76,13 +77,13 @@ impl ComparedTruck {
                 "name": "vecto", "base": "field-truck",
                 "description": "One truck and one driver in VECTO's air",
             },
-            "vehicle": { "base": truck.base() },
+            "vehicle": { "base": request.truck.base() },
         });
         let without = "simulation.without=[\"traffic\", \"driver_spread\", \"vehicle_spread\", \
                        \"weather\"]"
             .to_owned();
         let auxiliary = format!("vehicle.auxiliary_power_w={auxiliary_w}");
-        let mut sets = vec![without, auxiliary];
+        let mut sets = [vec![without, auxiliary], request.sets.clone()].concat();
         let curb_kg = load_json(&study, &sets)?.model.vehicle.curb_mass_kg;
         let payload_kg = gross_mass_kg - curb_kg;
         if payload_kg < -0.5 {
@@ -151,7 +152,7 @@ impl ComparedTruck {
     }
 
     /// The same truck in a study of VECTO's air, without wind, traffic and roughness.
-    pub(super) fn in_vectos_air(&self, truck: &VectoTruck) -> Result<LoadedStudy, Error> {
+    pub(super) fn in_vectos_air(&self, request: &VectoRequest) -> Result<LoadedStudy, Error> {
         let model = &self.loaded.model.vehicle;
         let (drag_area_m2, by_speed) =
             model.cross_wind.mean_over_directions(self.scenario.vehicle.drag_area_m2, WIND_MPS);
@@ -179,7 +180,7 @@ impl ComparedTruck {
                 "description": "One truck and the typical driver in VECTO's air",
             },
             "vehicle": {
-                "base": truck.base(), "drag_area_m2": drag_area_m2, "drag_by_speed": by_speed,
+                "base": request.truck.base(), "drag_area_m2": drag_area_m2, "drag_by_speed": by_speed,
                 "rolling_temperature_coefficient_per_k": 0.0,
                 "auxiliary_power_w": self.auxiliary_w,
             },
@@ -188,6 +189,6 @@ impl ComparedTruck {
             "road": { "types": { "urban": even, "rural": even, "motorway": even } },
             "simulation": { "without": ["traffic", "driver_spread", "vehicle_spread"] },
         });
-        Ok(load_json::<&str>(&study, &[])?)
+        Ok(load_json(&study, &request.sets)?)
     }
 }

@@ -114,6 +114,7 @@ mod tests {
 
     #[test]
     fn a_leg_with_a_curve_a_lower_limit_and_a_hill() {
+        use Kind::{Cruise, Curve, Hill, Limit, Stop};
         let mut places = vec![
             place(0.0, 20.0, 0.0, 0.0),
             place(100.0, 20.0, 14.0, 13.0),
@@ -132,7 +133,6 @@ mod tests {
         for place in &mut places[8..] {
             place.height_m = 3.0;
         }
-        use Kind::{Cruise, Curve, Hill, Limit, Stop};
         let wanted = [Stop, Stop, Cruise, Curve, Curve, Curve, Cruise, Hill, Limit, Cruise, Stop];
         assert_eq!(kinds(&places), wanted);
     }

@@ -215,7 +215,6 @@ impl<S: Simd, P: Powertrain> State<S, P> {
     /// Forces at one stage.
     #[inline(always)]
     pub(super) fn net(
-        &self,
         speed: Lanes<S>,
         effort: Effort<S, P>,
         decision: &Decision<S>,

@@ -62,8 +62,8 @@ pub fn steps<S: Simd, P: Powertrain>(
     let efforts =
         (front.first_effort(&decisions.0, parameters), back.first_effort(&decisions.1, parameters));
     let firsts = (
-        front.net(front.motion.speed, efforts.0, &decisions.0, parameters),
-        back.net(back.motion.speed, efforts.1, &decisions.1, parameters),
+        State::net(front.motion.speed, efforts.0, &decisions.0, parameters),
+        State::net(back.motion.speed, efforts.1, &decisions.1, parameters),
     );
     let predicted = (
         front.predict(&decisions.0, &firsts.0, parameters),
@@ -78,8 +78,8 @@ pub fn steps<S: Simd, P: Powertrain>(
         back.second_effort(&decisions.1, &predicted.1, &controls.1, parameters),
     );
     let seconds = (
-        front.net(predicted.0.speed, efforts.0, &decisions.0, parameters),
-        back.net(predicted.1.speed, efforts.1, &decisions.1, parameters),
+        State::net(predicted.0.speed, efforts.0, &decisions.0, parameters),
+        State::net(predicted.1.speed, efforts.1, &decisions.1, parameters),
     );
     let crossings = (
         front.locate_crossing(&decisions.0, &predicted.0, &controls.0, parameters),
@@ -123,11 +123,11 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         let control = self.control_at_start(&speed_target, parameters);
         let decision = self.decide(speed_target, control, parameters);
         let effort = self.first_effort(&decision, parameters);
-        let first = self.net(self.motion.speed, effort, &decision, parameters);
+        let first = Self::net(self.motion.speed, effort, &decision, parameters);
         let predicted = self.predict(&decision, &first, parameters);
         let control = self.control_at_end(&decision, &predicted, parameters);
         let effort = self.second_effort(&decision, &predicted, &control, parameters);
-        let second = self.net(predicted.speed, effort, &decision, parameters);
+        let second = Self::net(predicted.speed, effort, &decision, parameters);
         let crossing = self.locate_crossing(&decision, &predicted, &control, parameters);
         let end = self.end_step(crossing, &first, &predicted, &second, parameters);
         let stages = Stages { decision, first, predicted, control, second, end };

@@ -11,7 +11,7 @@ use ocmc_core::prescribed::vecto::{ShiftLine, ShiftPolygon, VectoDriver};
 use serde::Deserialize;
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Ratios that differ by less are the same.
 const SAME_RATIO: f64 = 1e-6;
@@ -167,11 +167,7 @@ fn polygon(path: &Path) -> Result<ShiftPolygon, VectoError> {
 }
 
 /// Lays the losses of a retarder over the keys of a gearbox.
-pub(super) fn add_retarder(
-    gearbox: &mut Value,
-    path: &PathBuf,
-    ratio: f64,
-) -> Result<(), VectoError> {
+pub(super) fn add_retarder(gearbox: &mut Value, path: &Path, ratio: f64) -> Result<(), VectoError> {
     let columns = [Quantity::EngineSpeed, Quantity::LossTorque];
     let points = Table::open(Source::File(path), &LOSS_MAP, &[])?.numbers(columns)?;
     let [constant_nm, growth_nms2] = loss_law::of_retarder(&points);

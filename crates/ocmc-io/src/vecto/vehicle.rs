@@ -52,7 +52,8 @@ struct AxleConfig {
 #[serde(rename_all = "PascalCase")]
 struct Axle {
     inertia: f64,
-    axle_weight_share: f64,
+    #[serde(rename = "AxleWeightShare")]
+    weight_share: f64,
     twin_tyres: bool,
     #[serde(rename = "RRCISO")]
     rrc_iso: f64,
@@ -64,7 +65,7 @@ struct Axle {
 /// the engineering mode]: three axles of single wide tyres.
 const TRAILER_AXLE: Axle = Axle {
     inertia: 19.2,
-    axle_weight_share: 0.0,
+    weight_share: 0.0,
     twin_tyres: false,
     rrc_iso: 0.005_55,
     fz_iso: 37_500.0,
@@ -88,7 +89,7 @@ impl VehicleFile {
             let allowed = "allowed are `Off` and `CdOfVdecl`: give the drag area of still air";
             return refused("`CdCorrMode`", &format!("`{}`", self.cd_corr_mode), allowed);
         }
-        let shares: f64 = self.axles().iter().map(|axle| axle.axle_weight_share).sum();
+        let shares: f64 = self.axles().iter().map(|axle| axle.weight_share).sum();
         if (shares - 1.0).abs() > 1e-3 {
             let allowed = "allowed are shares with a sum of 1, and in declaration mode a tractor";
             return refused("the sum of `AxleWeightShare`", &shares.to_string(), allowed);
@@ -124,7 +125,7 @@ impl VehicleFile {
         if self.declared() && self.is_tractor() && axles.len() == 2 {
             axles.extend(std::iter::repeat_n(TRAILER_AXLE, 3));
             axles.iter_mut().zip(DECLARED_SHARES).for_each(|(axle, share)| {
-                axle.axle_weight_share = share;
+                axle.weight_share = share;
             });
         }
         axles
@@ -132,7 +133,7 @@ impl VehicleFile {
 
     pub(super) fn keys(&self) -> Value {
         let axles = self.axles();
-        let sum: f64 = axles.iter().map(|axle| axle.axle_weight_share).sum();
+        let sum: f64 = axles.iter().map(|axle| axle.weight_share).sum();
         let inertia: f64 = axles.iter().map(|axle| axle.inertia * axle.tyres()).sum();
         let rows: Vec<Value> = axles
             .iter()
@@ -140,7 +141,7 @@ impl VehicleFile {
             .map(|(k, axle)| {
                 json!({
                     // the second axle of a truck is driven
-                    "load_share": axle.axle_weight_share / sum, "driven": k == 1,
+                    "load_share": axle.weight_share / sum, "driven": k == 1,
                     "iso_rolling_coefficient": axle.rrc_iso, "iso_load_n": axle.fz_iso,
                     "tyres": axle.tyres(),
                 })
