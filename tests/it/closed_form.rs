@@ -12,15 +12,27 @@ use ocmc_core::vehicle::resistance::GRAVITY_MPS2;
 
 /// Engine torque that holds a speed on a slope, from the wheel back through axle, retarder and
 /// gearbox.
-fn steady_torque_nm(study: &Study, gear: usize, wheel_force_n: f64, auxiliary_nm: f64) -> f64 {
+fn steady_torque_nm(
+    study: &Study,
+    gear: usize,
+    speed_mps: f64,
+    wheel_force_n: f64,
+    auxiliary_nm: f64,
+) -> f64 {
     let vehicle = &study.model().vehicle;
     let gearbox = &diesel(study).gearbox;
     let axle_out = wheel_force_n * vehicle.wheel_radius_m / gearbox.axle_ratio;
     let axle_in = (axle_out + gearbox.axle_loss_torque_nm) / (1.0 - gearbox.axle_loss_share);
-    let box_out = axle_in + gearbox.retarder_torque_nm;
+    let shaft_radps = speed_mps / vehicle.wheel_radius_m * gearbox.axle_ratio;
+    let growth_nms2 = gearbox.retarder_torque_nms2.unwrap_or(0.0);
+    let retarder = gearbox.retarder_torque_nm + growth_nms2 * shaft_radps * shaft_radps;
+    let box_out = axle_in + retarder;
     let ratio = gearbox.ratio[gear];
+    let turning = gearbox.loss_torque_nms.unwrap_or(0.0) * shaft_radps * ratio;
     let share = if ratio == 1.0 { gearbox.direct_loss_share } else { gearbox.indirect_loss_share };
-    (box_out / ratio + gearbox.loss_torque_nm) / (1.0 - share) + auxiliary_nm
+    let torque = (box_out / ratio + gearbox.loss_torque_nm + turning) / (1.0 - share);
+    assert!(torque > gearbox.loss_floor_nm.unwrap_or(0.0));
+    torque + auxiliary_nm
 }
 
 #[test]
@@ -60,7 +72,7 @@ fn constant_speed_is_the_closed_form_to_1e_6() {
 
         let g = gear[to] as usize - 1;
         let w = v * study.vehicle().gears[g].speed_ratio_per_m;
-        let torque = steady_torque_nm(&study, g, wanted, vehicle.auxiliary_power_w / w);
+        let torque = steady_torque_nm(&study, g, v, wanted, vehicle.auxiliary_power_w / w);
         let rate = diesel(&study).engine.fuel_kgps(w, torque) * vehicle.fuel_factor;
         let fuel: f64 = column(&trace, "fuel_added_kg")[from + 1..=to].iter().sum();
         let time: f64 = column(&trace, "step_s")[from + 1..=to].iter().sum();

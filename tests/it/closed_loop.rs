@@ -79,7 +79,7 @@ fn grip_traction_is_what_the_driven_axles_hold() {
             ["wheel_energy_added_j", "distance_added_m"].map(|name| column(&trace, name));
         let most_n = (0..way.len()).filter(|k| way[*k] > 0.1).map(|k| wheel[k] / way[k]);
         let most_n = most_n.fold(0.0, f64::max);
-        assert!((0.9 * grip_n..grip_n).contains(&most_n), "{most_n} {grip_n}");
+        assert!((0.97 * grip_n..1.0001 * grip_n).contains(&most_n), "{most_n} {grip_n}");
     }
 }
 
@@ -130,7 +130,7 @@ fn overspeed_band_saves_the_brakes_on_gentle_descents() {
     let with = typical(&[]);
     let without = typical(&["driver.pedals.overspeed_band_mps=0"]);
     // a descent on which a coasting truck settles between 80 and 85 km/h
-    let road = GivenRoad::flat(10_000.0, 80.0 / 3.6).slope(-0.0145);
+    let road = GivenRoad::flat(10_000.0, 80.0 / 3.6).slope(-0.0149);
     let braked = |study: &ocmc_core::study::Study| {
         let trace = trace_scenario(study, road.scenario(study));
         let position = column(&trace, "position_m");

@@ -21,13 +21,13 @@ name = "loop"
 base = "field-truck"
 drop = ["road.types.urban", "road.types.motorway", "road.types.rural.next", "traffic.types.urban", "traffic.types.motorway"]
 [mission]
-length_m = 300.0e3
+length_m = 450.0e3
 payload_kg = 0.0
 [road.types.rural]
 next = {}
 [road.types.rural.curves]
-per_m = 0.3e-3
-maximum_per_m = 0.3e-3
+per_m = 0.2e-3
+maximum_per_m = 0.2e-3
 sign_exponent = 0.0
 median_radius_m = 150.0
 radius_log_sd = 0.9

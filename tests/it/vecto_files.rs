@@ -134,3 +134,31 @@ fn vectos_driver_drives_vectos_manoeuvres() {
     }
     assert!(all == 35 && 10 * far.len() <= all, "{all}: {far:?}");
 }
+
+#[test]
+fn the_default_truck_takes_what_vecto_3_says() {
+    let Some(sums) = shared("vecto/class5_tractor/Class5_Tractor_DECL.vsum") else { return };
+    let missions = ["class5_tractor/LongHaul.vdri.gz", "cycles/RegionalDelivery.vdri"]
+        .map(|name| shared(&format!("vecto/{name}")).unwrap());
+    let [long_haul, regional] = &missions;
+    let answer =
+        answer(&["tractor-40t", text_of(long_haul), text_of(regional), "--result", text_of(&sums)]);
+    let comparisons = answer["comparisons"].as_array().unwrap();
+    assert_eq!(comparisons.len(), 3);
+    for compared in comparisons {
+        let (name, run) = (&compared["mission"], by_its_driver(compared));
+        let of = |terms: &Value, term: &str| match term {
+            "gearbox_axle_j" => number(terms, "/transmission_j") - number(terms, "/retarder_j"),
+            term => number(terms, &format!("/{term}")),
+        };
+        let apart = |term: &str| of(&run["terms"], term) / of(&compared["vecto"], term) - 1.0;
+        for term in
+            ["air_j", "rolling_j", "auxiliary_j", "gearbox_axle_j", "retarder_j", "engine_j"]
+        {
+            assert!(apart(term).abs() < 0.05, "{name} {term}: {}", apart(term));
+        }
+        assert!(apart("fuel_kg").abs() < 0.03 && apart("duration_s").abs() < 0.01, "{name}");
+        // the brakes on long hauls are 10 % apart: VECTO 3 rolls down hills otherwise than 2.2
+        assert!(apart("brake_j").abs() < 0.12, "{name}: {}", apart("brake_j"));
+    }
+}

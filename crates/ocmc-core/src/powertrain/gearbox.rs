@@ -208,6 +208,8 @@ pub struct GearLanes<S: Simd> {
     pub slips_below: Lanes<S>,
     /// Torque for each N at the wheels without losses, in m.
     pub torque_per_n: Lanes<S>,
+    /// Torque at the gearbox's input for each Nm of it that is left behind its share of loss.
+    pub per_kept: Lanes<S>,
     /// Speed above which the engine turns too fast, in m/s; unbounded in the top gear.
     pub too_fast: Lanes<S>,
 }
@@ -223,6 +225,7 @@ impl<S: Simd> GearLanes<S> {
             loss_share: all(gears[0].loss_share),
             slips_below: all(0.0),
             torque_per_n: all(1.0 / gears[0].speed_ratio_per_m),
+            per_kept: all(1.0 / (1.0 - gears[0].loss_share)),
             too_fast: all(UNBOUNDED),
         }
     }
@@ -238,6 +241,7 @@ impl<S: Simd> GearLanes<S> {
         self.loss_share[lane] = here.loss_share;
         self.slips_below[lane] = here.slips_below_radps(shift);
         self.torque_per_n[lane] = 1.0 / here.speed_ratio_per_m;
+        self.per_kept[lane] = 1.0 / (1.0 - here.loss_share);
         let too_fast = shift.overspeed_radps / here.speed_ratio_per_m;
         self.too_fast[lane] = if up.is_some() { too_fast } else { UNBOUNDED };
     }
@@ -254,9 +258,27 @@ pub struct DrivelineLosses {
     retarder_kgpm: f64,
     axle_n: f64,
     axle_share: f64,
+    /// Force behind the gearbox for each N behind the axle's share of loss.
+    per_kept_by_axle: f64,
 }
 
 impl DrivelineLosses {
+    /// Torques at the gearbox's input, in Nm, for forces that drive the wheels, in N: the inverse of
+    /// [`DrivelineLosses::wheel_and_lost_forces_n`] where the torque is above the floor of its share
+    /// of loss.
+    #[inline(always)]
+    pub fn driving_torques_nm<S: Simd>(
+        &self,
+        gear: &GearLanes<S>,
+        speed_mps: Lanes<S>,
+        wheel_n: Lanes<S>,
+    ) -> Lanes<S> {
+        let retarder_n = speed_mps * speed_mps * self.retarder_kgpm + self.retarder_n;
+        let shaft_n = (wheel_n + self.axle_n) * self.per_kept_by_axle + retarder_n;
+        let turning_nm = gear.speed_ratio * speed_mps * self.gearbox_nms + self.gearbox_nm;
+        (shaft_n * gear.torque_per_n + turning_nm) * gear.per_kept
+    }
+
     /// Forces at the wheels for torques at the gearbox's input, and what gearbox, retarder and axle
     /// take on the way, in N.
     ///
@@ -290,6 +312,7 @@ impl GearboxModel {
             retarder_kgpm: self.retarder_torque_nms2.unwrap_or(0.0) * libm::pow(axle_per_m, 3.0),
             axle_n: self.axle_loss_torque_nm * axle_per_m,
             axle_share: self.axle_loss_share,
+            per_kept_by_axle: 1.0 / (1.0 - self.axle_loss_share),
         }
     }
 

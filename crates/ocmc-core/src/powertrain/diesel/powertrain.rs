@@ -331,14 +331,16 @@ impl Powertrain for DieselPowertrain {
         let full_load = full_0 + full_1 * engine_speed;
         let drag = drag_0 + drag_1 * engine_speed;
         let command = drag + demand.accelerator * (full_load - drag);
-        // grip: what the driven axles cannot hold the engine does not give
-        let full_load = full_load.min(demand.grip * gear.torque_per_n);
+        // grip: what the driven axles cannot hold behind all losses the engine does not give, beside
+        // its auxiliaries
+        let auxiliary = state.auxiliary_power * demand.air * inverse;
+        let held = self.losses.driving_torques_nm(gear, demand.speed, demand.grip);
+        let full_load = full_load.min(held + auxiliary);
         let reached = match predicted {
             Some(predicted) => predicted.torque + predicted.response * command,
             None => state.torque,
         };
         let available = reached.max(drag).min(full_load);
-        let auxiliary = state.auxiliary_power * demand.air * inverse;
         let driving = masked(coupling.engaged, available - auxiliary);
         // a slipping clutch takes nothing from wheels that turn slower than the engine
         let gearbox_torque = coupling.closed.select(driving, driving.max(0.0));
