@@ -125,8 +125,8 @@ PHYSICS = [
     ),
     Mutation(
         "gearbox loss with the sign of the torque",
-        "let gearbox_nm = loss_share * {{torque_nm.abs()}} + self.gearbox_nm;",
-        "torque_nm",
+        "let gearbox_nm = loss_share * torque_nm{{.abs()}}.max(self.floor_nm) + turning_nm;",
+        "",
         "core gearbox::tests",
     ),
     Mutation(
