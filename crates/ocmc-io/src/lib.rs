@@ -8,6 +8,7 @@ pub mod given_drive;
 mod input_file;
 pub mod label;
 pub mod log;
+mod loss_law;
 pub mod number_text;
 pub mod operating_cycle;
 pub mod printable;

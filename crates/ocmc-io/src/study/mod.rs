@@ -31,7 +31,6 @@ mod fault;
 mod files;
 mod fitted;
 mod init;
-pub(crate) mod loss_law;
 mod node;
 mod routes;
 mod schema;

@@ -15,8 +15,8 @@
 
 use super::error::{Cause, Fault};
 use super::files::Files;
-use super::loss_law;
 use super::node::Node;
+use crate::loss_law;
 use crate::table::formats::{ENGINE_CURVES, FUEL_MAP, LOSS_MAP};
 use crate::table::{Mapping, Quantity, Schema, Source, Table, TableError};
 use ocmc_core::powertrain::diesel::engine::MOST_KNOTS;

@@ -4,7 +4,7 @@ use super::error::VectoError;
 use super::part::{beside, names_file};
 use super::result::Columns;
 use super::vehicle::RADPS_PER_RPM;
-use crate::study::loss_law;
+use crate::loss_law;
 use crate::table::formats::LOSS_MAP;
 use crate::table::{Quantity, Source, Table};
 use ocmc_core::prescribed::vecto::{ShiftLine, ShiftPolygon, VectoDriver};

@@ -1,4 +1,4 @@
-//! The law of a loss map: what gears, axles and retarders of a study lose, by least squares over the
+//! The law of a loss map: what gears, axles and retarders lose, by least squares over the
 //! points of a file.
 
 /// Loss torque as a sum of terms of which none gives energy, over the points of a map.
