@@ -30,6 +30,34 @@ pub(super) struct LookAhead<S: Simd> {
 }
 
 impl<S: Simd, P: Powertrain> State<S, P> {
+    /// Rises through zero where a truck begins to coast before a lower speed: from where the
+    /// deceleration that the speed asks for is the decision factor times that of coasting.
+    #[inline(always)]
+    pub(super) fn coasting_function(
+        &self,
+        row: &Row<S>,
+        speed: Lanes<S>,
+        desired: &DesiredSpeed<S>,
+        forecast: &Forecast<S>,
+        parameters: &KernelParameters<P>,
+    ) -> Lanes<S> {
+        let model = parameters.look_ahead;
+        let dwell = row[RoadRow::DWELL];
+        let stop = Lanes::splat(speed.simd, parameters.stop_target);
+        let target = dwell.simd_lt(0.0).select(-1.0 - dwell, stop);
+        let too_fast = speed * speed - target;
+        let way = desired.backward - target;
+        let end = target.min(UNBOUNDED).sqrt();
+        let fast_end = clip((end - SLOW_END_MPS) * PER_SLOW_RANGE, 0.0, 1.0);
+        let small = clip((end - speed + LARGE_CHANGE_MPS) * PER_CHANGE_RANGE, 0.0, 1.0);
+        let factor = model.decision_factor - fast_end * small * (model.decision_factor - 1.0);
+        let twice = self.constants.twice_deceleration;
+        let late = twice * too_fast - factor * forecast.coasting * way * 2.0;
+        let seen = twice * speed * model.preview_s - way;
+        let may = speed.simd_gt(model.minimum_speed_mps) & too_fast.simd_gt(0.0);
+        may.select(late.min(seen), Lanes::splat(speed.simd, -1.0))
+    }
+
     /// For the trucks of a block; `ramps`: flag, a braking ramp lies under the truck or just before
     /// it.
     #[inline(always)]
@@ -49,20 +77,7 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         }
         let fast = speed.simd_gt(model.minimum_speed_mps);
 
-        // before a lower speed: what it asks for is the decision factor times what coasting gives
-        let dwell = row[RoadRow::DWELL];
-        let stop = Lanes::splat(speed.simd, parameters.stop_target);
-        let target = dwell.simd_lt(0.0).select(-1.0 - dwell, stop);
-        let too_fast = speed * speed - target;
-        let way = desired.backward - target;
-        let end = target.min(UNBOUNDED).sqrt();
-        let fast_end = clip((end - SLOW_END_MPS) * PER_SLOW_RANGE, 0.0, 1.0);
-        let small = clip((end - speed + LARGE_CHANGE_MPS) * PER_CHANGE_RANGE, 0.0, 1.0);
-        let factor = model.decision_factor - fast_end * small * (model.decision_factor - 1.0);
-        let twice = self.constants.twice_deceleration;
-        let late = !(factor * forecast.coasting * way * 2.0).simd_gt(twice * too_fast);
-        let seen = way.simd_lt(twice * speed * model.preview_s);
-        let before = fast & too_fast.simd_gt(0.0) & seen & late;
+        let before = self.coasting_function(row, speed, desired, forecast, parameters).simd_gt(0.0);
 
         // on a descent that gives speed
         let by_sign = row[RoadRow::STATIC].simd_gt(0.0);

@@ -82,8 +82,8 @@ impl<S: Simd, P: Powertrain> State<S, P> {
             gears(predicted.speed, second.accelerator),
         );
         let plan = Crossing::of_rise(
-            self.plan_function(decision, &decision.desired),
-            self.plan_function(decision, &predicted.desired),
+            self.plan_function(decision, &decision.desired, self.motion.speed, parameters),
+            self.plan_function(decision, &predicted.desired, predicted.speed, parameters),
         );
         let earliest = driver.or_earlier(gear).or_earlier(plan);
         let share = earliest.numerator / earliest.denominator;
@@ -93,12 +93,23 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         crossing
     }
 
-    /// Rises through zero where a braking ramp begins, or where the desired speed has risen to the
-    /// plan.
+    /// Rises through zero where a braking ramp or coasting before one begins, or where the desired
+    /// speed has risen to the plan.
     #[inline(always)]
-    fn plan_function(&self, decision: &Decision<S>, desired: &DesiredSpeed<S>) -> Lanes<S> {
+    fn plan_function(
+        &self,
+        decision: &Decision<S>,
+        desired: &DesiredSpeed<S>,
+        speed: Lanes<S>,
+        parameters: &KernelParameters<P>,
+    ) -> Lanes<S> {
         let ramp = desired.ramp_function(desired.speed * self.constants.lead);
-        decision.stance.rises.select(ramp.max(desired.rise_function), ramp)
+        let plan = decision.stance.rises.select(ramp.max(desired.rise_function), ramp);
+        if !parameters.look_ahead.drives() {
+            return plan;
+        }
+        let (row, forecast) = (&decision.row, &decision.stance.forecast);
+        plan.max(self.coasting_function(row, speed, desired, forecast, parameters))
     }
 
     /// Rises through zero where a driver changes pedals or a switched one begins or ends to hold.
