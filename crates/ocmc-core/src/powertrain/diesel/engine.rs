@@ -152,10 +152,13 @@ pub type CurveRow = [f64; 4];
 
 /// A piece of the full-load and drag curves.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[repr(align(64))]
+#[repr(align(128))]
 struct CurvePiece {
     /// The lines of full load and drag.
     row: CurveRow,
+    /// The lines of full load below and above the piece where they end it, as its own otherwise:
+    /// [`Curves::full_load_nm`].
+    bounds: CurveRow,
     /// Where the piece begins and ends, in rad/s, and the torque up to which the map has points, in
     /// Nm: without end below zero where it has none at the speed. The fourth number fills the row.
     reach: [f64; 4],
@@ -166,8 +169,23 @@ struct CurvePiece {
 pub struct Curves<S: Simd> {
     /// Full-load torque at zero speed, in Nm, and its slope; the same of drag.
     pub lines: [Lanes<S>; 4],
+    /// The same of the full-load lines that it must not exceed beside its own.
+    pub bounds: [Lanes<S>; 4],
     /// Torque up to which the map has points, in Nm.
     pub map_torque: Lanes<S>,
+}
+
+impl<S: Simd> Curves<S> {
+    /// Full load at speeds that have left the piece, in rad/s, by a piece at most: the least of the
+    /// piece's line and of the next ones, where the curve bends down. Never above the curve.
+    #[inline(always)]
+    pub fn full_load_nm(&self, speed_radps: Lanes<S>) -> Lanes<S> {
+        let [full_0, full_1, _, _] = self.lines;
+        let [below_0, below_1, above_0, above_1] = self.bounds;
+        let own = full_0 + full_1 * speed_radps;
+        let below = below_0 + below_1 * speed_radps;
+        own.min(below).min(above_0 + above_1 * speed_radps)
+    }
 }
 
 /// An engine prepared for the hot loop.
@@ -187,13 +205,15 @@ impl Engine {
     /// Prepares a checked model.
     pub fn new(model: &EngineModel) -> Self {
         let (curve_knots, rows) = saturated_curves(model);
-        let empty = CurvePiece { row: [0.0; 4], reach: [0.0; 4] };
+        let empty = CurvePiece { row: [0.0; 4], bounds: [0.0; 4], reach: [0.0; 4] };
         let mut curves = Box::new([empty; MOST_PIECES]);
-        for (k, (piece, row)) in curves.iter_mut().zip(rows).enumerate() {
+        for (k, (piece, row)) in curves.iter_mut().zip(&rows).enumerate() {
             let from_radps = k.checked_sub(1).map_or(f64::NEG_INFINITY, |k| curve_knots[k]);
             let to_radps = curve_knots.get(k).copied().unwrap_or(f64::INFINITY);
             let map_torque_nm = model.map_reach_nm(middle(&curve_knots, k)) * (1.0 + ROUNDING);
-            *piece = CurvePiece { row, reach: [from_radps, to_radps, map_torque_nm, 0.0] };
+            let bounds = full_load_bounds(&rows, k);
+            let reach = [from_radps, to_radps, map_torque_nm, 0.0];
+            *piece = CurvePiece { row: *row, bounds, reach };
         }
         let map = filled_map(&model.map_torque_nm, &model.map_fuel_kgps);
         let (speeds, torques) = (&model.map_speed_radps, &model.map_torque_nm);
@@ -214,7 +234,12 @@ impl Engine {
     }
 
     /// The lines of full load and drag that hold at a speed.
-    pub fn curve_row(&self, speed_radps: f64) -> &CurveRow {
+    fn curve_row(&self, speed_radps: f64) -> &CurveRow {
+        self.curve_rows(speed_radps)[0]
+    }
+
+    /// The same, and the lines of full load below and above them.
+    pub fn curve_rows(&self, speed_radps: f64) -> [&CurveRow; 2] {
         // the table knows the piece but for the width of a cell
         let mut k = self.curve_pieces.piece_of_number(speed_radps) as usize;
         while speed_radps < self.curves[k].reach[0] {
@@ -223,7 +248,7 @@ impl Engine {
         while speed_radps >= self.curves[k].reach[1] {
             k += 1;
         }
-        &self.curves[k].row
+        [&self.curves[k].row, &self.curves[k].bounds]
     }
 
     /// Full load and drag at some speeds, in rad/s: within a cell of the table the line of the
@@ -247,12 +272,17 @@ impl Engine {
             #[inline(always)]
             |lane| &pieces[lane].row,
         );
+        let bounds = columns(
+            simd,
+            #[inline(always)]
+            |lane| &pieces[lane].bounds,
+        );
         let [_, _, map_torque, _] = columns(
             simd,
             #[inline(always)]
             |lane| &pieces[lane].reach,
         );
-        Curves { lines, map_torque }
+        Curves { lines, bounds, map_torque }
     }
 
     /// Highest full-load torque, in Nm.
@@ -341,6 +371,19 @@ fn saturated_curves(model: &EngineModel) -> (Vec<f64>, Vec<CurveRow>) {
     };
     let rows = (0..=knots.len()).map(row).collect();
     (knots, rows)
+}
+
+/// The full-load lines of the pieces below and above number `piece`, where the curve bends down
+/// between them; its own where it bends up, so that the least of all is never above the curve.
+fn full_load_bounds(rows: &[CurveRow], piece: usize) -> CurveRow {
+    let own = rows[piece];
+    // a corner of the drag's curve alone parts pieces with one line of full load
+    let other = |row: &&CurveRow| row[..2] != own[..2];
+    let bends_down = |lower: &CurveRow, upper: &CurveRow| upper[1] < lower[1];
+    let below = rows[..piece].iter().rev().find(other).filter(|below| bends_down(below, &own));
+    let above = rows[piece..].iter().find(other).filter(|above| bends_down(&own, above));
+    let (below, above) = (below.unwrap_or(&own), above.unwrap_or(&own));
+    [below[0], below[1], above[0], above[1]]
 }
 
 fn inner(points: &[f64]) -> &[f64] {
@@ -540,6 +583,27 @@ pub(crate) mod tests {
             for t in [-100.0, 0.0, 800.0, 1200.0, 1500.0, 1900.0, 2200.0] {
                 let covers = model.map_covers(w, t);
                 assert_eq!(covers, t <= map_torque_nm, "{rpm} {t}");
+            }
+        }
+    }
+
+    #[test]
+    fn full_load_is_never_above_the_curve() {
+        // a curve that bends up at 100 and down at 147 and 188 rad/s, seen from each piece's end
+        let model = engine_b();
+        let engine = Engine::new(&model);
+        for k in 600..2200 {
+            let from = 0.1 * f64::from(k);
+            for step in [-3.0, -1.0, -0.1, 0.0, 0.1, 1.0, 3.0, 8.0] {
+                let w = from + step;
+                let seen = dispatch!(Level::baseline(), simd => {
+                    let curves = engine.curves_at(Lanes::splat(simd, from));
+                    curves.full_load_nm(Lanes::splat(simd, w))[0]
+                });
+                let curve = engine.full_load_nm(w);
+                assert!(seen <= curve + 1e-9, "{from} {w}: {seen} {curve}");
+                // within the piece it is the curve, but for the width of a cell
+                assert!(step != 0.0 || seen > curve - 3.0, "{from}: {seen} {curve}");
             }
         }
     }

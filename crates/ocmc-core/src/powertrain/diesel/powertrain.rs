@@ -191,7 +191,7 @@ impl Powertrain for DieselPowertrain {
             fuel_factor: zero,
             slips_from: zero,
             engine_brake: zero,
-            curves: Curves { lines: [zero; 4], map_torque: zero },
+            curves: Curves { lines: [zero; 4], bounds: [zero; 4], map_torque: zero },
         }
     }
 
@@ -207,8 +207,9 @@ impl Powertrain for DieselPowertrain {
 
     fn start<S: Simd>(&self, state: &mut DieselState<S>, lane: usize) {
         state.torque[lane] = 0.0;
-        let row = self.engine.curve_row(self.clutch.idle_radps);
-        for (column, value) in state.curves.lines.iter_mut().zip(row) {
+        let [row, bounds] = self.engine.curve_rows(self.clutch.idle_radps);
+        let Curves { lines, bounds: ends, .. } = &mut state.curves;
+        for (column, value) in lines.iter_mut().chain(ends).zip(row.iter().chain(bounds)) {
             column[lane] = *value;
         }
     }
@@ -327,8 +328,8 @@ impl Powertrain for DieselPowertrain {
         // one division serves the torque of the auxiliaries and the angle of the wind
         let inverse = 1.0 / (turning * demand.air);
 
-        let [full_0, full_1, drag_0, drag_1] = state.curves.lines;
-        let full_load = full_0 + full_1 * engine_speed;
+        let [_, _, drag_0, drag_1] = state.curves.lines;
+        let full_load = state.curves.full_load_nm(engine_speed);
         let drag = drag_0 + drag_1 * engine_speed;
         let command = drag + demand.accelerator * (full_load - drag);
         // grip: what the driven axles cannot hold behind all losses the engine does not give, beside
