@@ -7,8 +7,8 @@ use crate::operating_cycle::weather::Weather;
 use crate::study::{Scenario, Study};
 use crate::tactical::SpeedProfile;
 use crate::vehicle::resistance::{
-    GRAVITY_MPS2, braking_friction, rolling_roughness_factor, rolling_temperature_factor,
-    rolling_wet_factor,
+    GRAVITY_MPS2, braking_friction, cornering_resistance_mps2, rolling_roughness_factor,
+    rolling_temperature_factor, rolling_wet_factor,
 };
 
 /// The numbers of one segment.
@@ -226,6 +226,12 @@ impl<'a> Surroundings<'a> {
         self.rolling = self.rolling_weather
             * road.grounds[segment.section as usize].rolling_factor()
             * rolling_roughness_factor(iri, limit.sqrt());
+        let vehicle = &self.study.vehicle().model;
+        if let (Some(k), Some(stiffness)) = (segment.curve(), vehicle.cornering_stiffness_per_rad) {
+            // at the static limit, and within what the tyres hold
+            let lateral = (limit * road.curves[k].curvature_per_m().abs()).min(self.grip);
+            self.rolling += cornering_resistance_mps2(lateral, stiffness);
+        }
 
         let (curve, last_heading_rad) = (segment.curve(), self.middle_rad);
         // a left curve turns the compass heading back

@@ -53,6 +53,11 @@ pub struct VehicleModel {
     /// Temperature coefficient K of rolling resistance, in 1/K.
     #[schemars(range(min = 0.0, max = 0.02))]
     pub rolling_temperature_coefficient_per_k: f64,
+    /// Cornering stiffness of the tyres for each N of their load, in N/(N rad): they roll at a slip
+    /// angle in bends, which costs; absent: it does not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 1.0, max = 50.0))]
+    pub cornering_stiffness_per_rad: Option<f64>,
     /// Dynamic radius of the driven wheels, in m.
     #[schemars(range(min = 0.1, max = 1.5))]
     pub wheel_radius_m: f64,

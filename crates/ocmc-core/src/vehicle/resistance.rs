@@ -221,6 +221,15 @@ pub fn rolling_roughness_factor(iri_mm_per_m: f64, speed_mps: f64) -> f64 {
     (1.0 + 0.004 * (iri_mm_per_m - 1.5) * (speed_mps * (1.0 / 20.0))).clamp(0.95, 1.3)
 }
 
+/// Resistance of tyres that hold a lateral acceleration, over the vehicle's mass, in m/s².
+///
+/// Tyres of stiffness C = c F_z roll at the slip angle α = F_y / C, and F_y sin α points backwards:
+/// F = F_y² / C for small angles, m a_y² / (c g) for the vehicle (Gillespie, Fundamentals of Vehicle
+/// Dynamics, chapter 6). Without bank: a banked bend costs less.
+pub fn cornering_resistance_mps2(lateral_mps2: f64, stiffness_per_rad: f64) -> f64 {
+    lateral_mps2 * lateral_mps2 / (stiffness_per_rad * GRAVITY_MPS2)
+}
+
 /// Least friction that traction finds (judgement: hills are gritted, differentials locked): with the
 /// 0.25 of braking on snow one in eight trips with snow would end on a hill.
 pub const LEAST_TRACTION_FRICTION: f64 = 0.4;
