@@ -13,6 +13,7 @@ __all__ = [
     "Study",
     "Table",
     "__version__",
+    "calibrate_curve_speed",
     "compare",
     "detect_curves",
     "fit_curve_speed",
@@ -43,6 +44,18 @@ def compare(
     first_cycle: SupportsIndex = 0,
     column: str | None = None,
     threads: SupportsIndex | None = None,
+    progress: _Progress = None,
+) -> Answer: ...
+def calibrate_curve_speed(
+    curves: object,
+    study: Study,
+    *,
+    columns: _Columns = None,
+    drivers: int = 240,
+    trips: int = 1,
+    seed: int = 1,
+    least_residual_sd: float = 0.048,
+    radius_range_m: tuple[float, float] = (20.0, 500.0),
     progress: _Progress = None,
 ) -> Answer: ...
 def detect_curves(

@@ -9,6 +9,7 @@
 mod bad_input;
 mod battery;
 mod bound;
+mod calibration;
 mod checksums;
 mod closed_form;
 mod closed_loop;

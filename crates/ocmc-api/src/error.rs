@@ -6,6 +6,7 @@ use ocmc_core::fleet::quantity::QUANTITIES;
 use ocmc_core::fleet::sensitivity::{SensitivityError, factor_groups};
 use ocmc_core::operating_cycle::given::GivenCycleError;
 use ocmc_core::prescribed::DriveCycleError;
+use ocmc_estimation::calibration::curve_speed::CalibrationError;
 use ocmc_estimation::fit::curve_speed::CurveSpeedFitError;
 use ocmc_estimation::fit::operating_cycle::RoadFitError;
 use ocmc_estimation::fit::speed_change::SpeedChangeError;
@@ -128,6 +129,9 @@ pub enum Error {
         "VECTO's results are of combustion engines: give a vehicle with `engine` and `gearbox`"
     )]
     VectoWithoutEngine,
+    /// A measured table that no law of a study gives back.
+    #[error(transparent)]
+    Calibration(#[from] CalibrationError),
     /// A comparison of fewer than two studies.
     #[error("a study is compared with another one: give two at least")]
     NothingToCompare,

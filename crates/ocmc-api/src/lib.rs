@@ -55,10 +55,11 @@ pub use cycle::{RealisedCycle, Track, Values, operating_cycle};
 pub use drive::{Follow, GivenDrive, GivenDriveError, Keep, RouteModel, check_readable};
 pub use error::{Error, FitError, columns, factors};
 pub use fit::{
-    Coding, CurveSpeedOptions, CurveSpeedRequest, FitAnswer, HourlyFitRequest,
+    CalibrateCurveSpeedRequest, CalibrationOptions, Coding, CurveSpeedCalibration,
+    CurveSpeedOptions, CurveSpeedRequest, FitAnswer, HourlyFitRequest, MeasuredTable,
     OperatingCycleRequest, RoadOptions, RoadSource, SpeedChangeOptions, SpeedChangeRequest,
-    TrafficRequest, WeatherRequest, fit_curve_speed, fit_operating_cycle, fit_speed_change,
-    fit_traffic, fit_weather,
+    TrafficRequest, Trips, WeatherRequest, calibrate_curve_speed, fit_curve_speed,
+    fit_operating_cycle, fit_speed_change, fit_traffic, fit_weather,
 };
 pub use identify::{
     ControllerKind, IdentifyAnswer, IdentifyOptions, IdentifyRequest, SpeedTerm, identify,

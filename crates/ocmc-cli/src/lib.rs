@@ -4,6 +4,7 @@
 mod analysis;
 mod arguments;
 mod bound;
+mod calibrate;
 mod cycle;
 mod failure;
 mod failure_report;
@@ -19,6 +20,7 @@ mod verify;
 
 use analysis::{CompareArguments, SensitivityArguments};
 use bound::BoundArguments;
+use calibrate::CalibrateCommand;
 use clap::error::ErrorKind;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use clap_complete::Shell;
@@ -96,6 +98,9 @@ enum Command {
     /// Estimates the numbers of a study from measurements
     #[command(subcommand)]
     Fit(FitCommand),
+    /// Finds the laws with which a study gives measured tables back
+    #[command(subcommand)]
+    Calibrate(CalibrateCommand),
     /// Finds the curves that were driven, from logs of speed and yaw rate
     Curves(CurvesArguments),
     /// Identifies the pedal gains of drivers, from logs of speed, pedals and slope
@@ -126,6 +131,7 @@ pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> i32 {
         Some(Command::Drive(arguments)) => run::drive(arguments),
         Some(Command::Trace(arguments)) => cycle::trace(arguments),
         Some(Command::Fit(command)) => fit::fit(command),
+        Some(Command::Calibrate(command)) => calibrate::calibrate(command),
         Some(Command::Curves(arguments)) => log::curves(arguments),
         Some(Command::Identify(arguments)) => log::identify(arguments),
         Some(Command::Sensitivity(arguments)) => analysis::sensitivity(arguments),

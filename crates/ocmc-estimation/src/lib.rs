@@ -2,7 +2,8 @@
 //!
 //! [`fit`] turns measured curves, speed changes, traffic counts, weather and roads into laws with
 //! their intervals; [`log`] finds curves and roads in the time series of a drive;
-//! [`identification`] finds the gains of a driver. Nothing here reads files or prints; the engine
+//! [`identification`] finds the gains of a driver; [`calibration`] finds the law behind a table that
+//! traffic, signs and stops had a part in. Nothing here reads files or prints; the engine
 //! that simulates is `ocmc-core`.
 
 #![cfg_attr(
@@ -15,6 +16,7 @@
     )
 )]
 
+pub mod calibration;
 pub mod fit;
 pub mod identification;
 pub mod log;

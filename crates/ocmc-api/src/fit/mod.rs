@@ -1,5 +1,6 @@
 //! From measurements to the numbers of a study.
 
+mod calibrate;
 mod text;
 
 use crate::answer::Answer;
@@ -22,6 +23,10 @@ use serde::Serialize;
 use serde_json::Value;
 use std::path::Path;
 
+pub use calibrate::{CalibrateCurveSpeedRequest, MeasuredTable, calibrate_curve_speed};
+pub use ocmc_estimation::calibration::curve_speed::{
+    CalibrationOptions, CurveSpeedCalibration, Trips,
+};
 pub use ocmc_estimation::fit::curve_speed::{Coding, CurveSpeedOptions};
 pub use ocmc_estimation::fit::speed_change::SpeedChangeOptions;
 pub use ocmc_estimation::log::road::RoadOptions;

@@ -21,10 +21,20 @@ use serde::{Deserialize, Serialize};
 pub enum CurveSpeedForm {
     /// One exponent for all, ln v₀ normal around the pooled fit.
     Pooled,
+    /// The same law with numbers that give a measured table back when the study is driven (`ocmc
+    /// calibrate curve-speed`): what drivers want where nothing else slows them.
+    Calibrated,
     /// One of the trucks of the table.
     Table,
     /// (δ, ln v₀) bivariate normal, fitted to the table.
     Bivariate,
+}
+
+impl CurveSpeedForm {
+    /// Whether the numbers of the law are those beside it, not those of a table of trucks.
+    pub fn is_one_law(self) -> bool {
+        matches!(self, Self::Pooled | Self::Calibrated)
+    }
 }
 
 /// Statistical description of curve speeds.
@@ -93,7 +103,7 @@ pub struct CurveSpeedTable {
 impl CurveSpeedModel {
     /// A table of as many trucks as its form needs, one entry of each list for each truck.
     pub fn validate(&self, problems: &mut Problems) {
-        if self.form != CurveSpeedForm::Pooled {
+        if !self.form.is_one_law() {
             let rows = self.table.as_ref().map_or(0, |table| table.exponent.len());
             problems.require(
                 rows >= 3,

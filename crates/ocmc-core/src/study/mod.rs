@@ -201,6 +201,16 @@ impl Study {
         Ok(self)
     }
 
+    /// The same roads, given ones among them, with other numbers.
+    ///
+    /// # Errors
+    /// [`StudyError`], as of [`Study::new`].
+    pub fn with_model(&self, model: StudyModel) -> Result<Self, StudyError> {
+        let mut study = Self::new(model)?;
+        study.operating_cycle.routes.clone_from(&self.operating_cycle.routes);
+        Ok(study)
+    }
+
     /// The study as it is written.
     pub fn model(&self) -> &StudyModel {
         &self.model

@@ -37,6 +37,7 @@ pub const DEFAULT: &str = "field-truck";
 pub const STUDIES: &[BuiltIn] = &[
     built_in(DEFAULT, include_str!("../../../../configs/field-truck.toml")),
     built_in("field-truck-loaded", include_str!("../../../../configs/field-truck-loaded.toml")),
+    built_in("field-truck-printed", include_str!("../../../../configs/field-truck-printed.toml")),
     built_in("field-truck-table", include_str!("../../../../configs/field-truck-table.toml")),
     built_in("simulator-truck", include_str!("../../../../configs/simulator-truck.toml")),
     built_in("simulator-study", include_str!("../../../../configs/simulator-study.toml")),

@@ -1,0 +1,118 @@
+//! `ocmc calibrate`: the laws behind measured tables.
+
+use crate::arguments::{StudyOptions, whole_number};
+use crate::failure::Failure;
+use crate::output;
+use crate::progress::watched;
+use crate::study::write_new;
+use clap::{Args, Subcommand};
+use ocmc_api::shell_word::shell_word;
+use ocmc_api::study::{self, fitted_study};
+use ocmc_api::{
+    CalibrateCurveSpeedRequest, CalibrationOptions, CurveSpeedOptions, MeasuredTable, Source,
+    Trips, mappings,
+};
+use std::path::{Path, PathBuf};
+
+/// What can be calibrated.
+#[derive(Clone, Debug, Subcommand)]
+pub(crate) enum CalibrateCommand {
+    /// Curve speeds: the law with which a study, driven and measured as drivers were, gives a
+    /// measured table back
+    CurveSpeed(CurveSpeedArguments),
+}
+
+/// Options of the calibration of curve speeds.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct CurveSpeedArguments {
+    /// Table of curves, as `ocmc curves` writes it, or the name of a built-in study or a study file
+    /// whose law is what was measured, such as field-truck-printed
+    #[arg(value_name = "TABLE")]
+    table: PathBuf,
+    /// Says which column is what, as in speed_mph=gps_speed or yaw_rate_degps=-gyro; may be
+    /// repeated
+    #[arg(long, value_name = "NAME=COLUMN")]
+    map: Vec<String>,
+    #[command(flatten)]
+    study: StudyOptions,
+    /// Drivers of the simulated table
+    #[arg(long, value_name = "N", default_value = "240", allow_negative_numbers = true, value_parser = whole_number(20..=100_000_u64))]
+    drivers: u64,
+    /// Trips of each of them
+    #[arg(long, value_name = "N", default_value = "1", allow_negative_numbers = true, value_parser = whole_number(1..=1000_u64))]
+    trips: u64,
+    /// Master seed
+    #[arg(long, value_name = "N", default_value = "1", allow_negative_numbers = true, value_parser = whole_number(0..=u64::MAX))]
+    seed: u64,
+    /// Smallest residual SD that the law may have
+    #[arg(long, value_name = "SD", default_value = "0.048", allow_negative_numbers = true)]
+    least_residual_sd: f64,
+    /// Smallest radius that takes part, in m
+    #[arg(long, value_name = "M", default_value = "20", allow_negative_numbers = true)]
+    minimum_radius: f64,
+    /// Largest radius that takes part, in m
+    #[arg(long, value_name = "M", default_value = "500", allow_negative_numbers = true)]
+    maximum_radius: f64,
+    /// No progress
+    #[arg(long)]
+    quiet: bool,
+    /// The answer as JSON
+    #[arg(long)]
+    json: bool,
+    /// Study file to write: the study with the calibrated law laid over it
+    #[arg(long, value_name = "FILE")]
+    study_out: Option<PathBuf>,
+}
+
+/// Calibrates what was asked for.
+pub(crate) fn calibrate(command: &CalibrateCommand) -> Result<(), Failure> {
+    match command {
+        CalibrateCommand::CurveSpeed(arguments) => curve_speed(arguments),
+    }
+}
+
+fn curve_speed(arguments: &CurveSpeedArguments) -> Result<(), Failure> {
+    let CurveSpeedArguments { table, quiet, json, study_out, .. } = arguments;
+    let study = &arguments.study.load()?;
+    let law;
+    let measured = if is_study(table) {
+        law = study::load(&table.to_string_lossy(), &[] as &[&str])
+            .map_err(ocmc_api::Error::from)?
+            .model;
+        MeasuredTable::Law(&law)
+    } else {
+        MeasuredTable::Curves(Source::File(table.clone()), mappings(&arguments.map)?)
+    };
+    let options = CalibrationOptions {
+        trips: Trips {
+            seed: arguments.seed,
+            drivers: arguments.drivers,
+            per_driver: arguments.trips,
+        },
+        fit: CurveSpeedOptions {
+            reference_radius_m: study.model.driver.curve_speed.reference_radius_m,
+            radius_range_m: [arguments.minimum_radius, arguments.maximum_radius],
+            ..CurveSpeedOptions::default()
+        },
+        least_residual_sd: arguments.least_residual_sd,
+        ..CalibrationOptions::default()
+    };
+    let request = CalibrateCurveSpeedRequest { table: measured, study, options };
+    let answer = watched(*quiet, |watch| ocmc_api::calibrate_curve_speed(&request, watch))?;
+    output::print(&answer, *json)?;
+    let Some(path) = study_out else { return Ok(()) };
+    let name = path.file_stem().map_or("calibrated".into(), |stem| stem.to_string_lossy());
+    let note = format!("Written by `ocmc calibrate curve-speed` from `{}`.", table.display());
+    let base = arguments.study.study.to_string_lossy();
+    let (text, _) = fitted_study(&base, &name, &note, &answer.study)?;
+    write_new(path, &text)?;
+    let (shown, word) = (path.display(), shell_word(path));
+    output::note(&format!("Written: `{shown}`. Run it: ocmc --study {word}"));
+    Ok(())
+}
+
+/// Whether a table is a study: by the ending of its file, or by the name of a built-in one.
+fn is_study(table: &Path) -> bool {
+    let is_toml = table.extension().is_some_and(|end| end.eq_ignore_ascii_case("toml"));
+    is_toml || (table.extension().is_none() && !table.exists())
+}
