@@ -48,5 +48,6 @@ mod small_faults;
 mod step_bias;
 mod tables;
 mod tactical;
+mod validation;
 mod vecto;
 mod vecto_files;

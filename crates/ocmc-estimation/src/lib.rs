@@ -2,7 +2,8 @@
 //!
 //! [`fit`] turns measured curves, speed changes, traffic counts, weather and roads into laws with
 //! their intervals; [`log`] finds curves and roads in the time series of a drive;
-//! [`identification`] finds the gains of a driver. Nothing here reads files or prints; the engine
+//! [`identification`] finds the gains of a driver; [`validation`] lays measured drives over
+//! simulated ones. Nothing here reads files or prints; the engine
 //! that simulates is `ocmc-core`.
 
 #![cfg_attr(
@@ -20,3 +21,4 @@ pub mod identification;
 pub mod log;
 mod moments;
 pub mod option_check;
+pub mod validation;

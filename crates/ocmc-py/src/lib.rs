@@ -14,6 +14,7 @@ mod log;
 mod operating_cycle;
 mod progress;
 mod question;
+mod road;
 mod run;
 mod study;
 mod table;
@@ -38,6 +39,8 @@ fn _ocmc(module: &Bound<PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(fit::fit_weather, module)?)?;
     module.add_function(wrap_pyfunction!(log::identify, module)?)?;
     module.add_function(wrap_pyfunction!(log::detect_curves, module)?)?;
+    module.add_function(wrap_pyfunction!(road::road, module)?)?;
+    module.add_function(wrap_pyfunction!(road::validate, module)?)?;
     module.add_function(wrap_pyfunction!(question::compare, module)?)?;
     module.add_function(wrap_pyfunction!(run::joined, module)?)?;
     module.add_function(wrap_pyfunction!(run::unpickled, module)?)?;
