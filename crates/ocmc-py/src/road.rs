@@ -97,7 +97,8 @@ fn trips_of(
 /// --------
 /// >>> import numpy as np, ocmc
 /// >>> time = np.arange(0.0, 100.0, 0.1)
-/// >>> log = {"time_s": time, "speed_mps": np.full(time.size, 10.0), "limit_mps": np.full(time.size, 13.9)}
+/// >>> log = {"time_s": time, "position_m": 10.0 * time, "speed_mps": np.full(time.size, 10.0)}
+/// >>> log |= {"limit_mps": np.full(time.size, 13.9), "road_type": ["urban"] * time.size}
 /// >>> [road] = ocmc.road(log)["roads"]
 /// >>> round(road["length_m"]), road["limit_source"]
 /// (999, 'column')

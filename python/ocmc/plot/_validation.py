@@ -54,8 +54,12 @@ def validation(answer: Mapping[str, Any], *, road: int = 0, ax: Axes | None = No
         return KMH_PER_MPS * np.array(shown[column], dtype=float)
 
     km = np.array(shown["position_m"], dtype=float) / 1000.0
-    ax.fill_between(km, of("p5_mps"), of("p95_mps"), color=BLUE, alpha=0.2, linewidth=0, label="90 % of the trips")
-    ax.fill_between(km, of("p25_mps"), of("p75_mps"), color=BLUE, alpha=0.4, linewidth=0, label="half of them")
+    ax.fill_between(
+        km, of("p5_mps"), of("p95_mps"), color=BLUE, alpha=0.2, linewidth=0, label="90 % of the trips"
+    )
+    ax.fill_between(
+        km, of("p25_mps"), of("p75_mps"), color=BLUE, alpha=0.4, linewidth=0, label="half of them"
+    )
     ax.plot(km, of("p50_mps"), color=BLUE, linewidth=1.2, label="median")
     ax.plot(km, of("limit_mps"), color=GREY, linewidth=1.2, linestyle="--", label="speed limit")
     for k, (_, speeds) in enumerate(shown["measured_mps"]):

@@ -4,7 +4,7 @@ use super::{ValidateAnswer, ValidatedDrive};
 use crate::answer::Answer;
 use crate::text::{fact, table, took};
 use ocmc_io::number_text::{count_of, grouped, percent, rounded};
-use ocmc_io::report::quantity_label;
+use ocmc_io::report::{quantity_label, score_text};
 use std::fmt::Write;
 
 /// Widths of the columns of the tables.
@@ -93,9 +93,9 @@ impl Answer for ValidateAnswer {
             [
                 label,
                 grouped(pooled.n as u64),
-                rounded(factor * pooled.mean_error),
-                rounded(factor * pooled.rmse),
-                rounded(factor * pooled.crps),
+                score_text(factor * pooled.mean_error),
+                score_text(factor * pooled.rmse),
+                score_text(factor * pooled.crps),
                 with(pooled.coverage50, pooled.coverage50_error),
                 with(pooled.coverage90, pooled.coverage90_error),
                 pooled.uniform.map_or("-".to_owned(), |uniform| format!("{:.3}", uniform.p)),
@@ -107,13 +107,13 @@ impl Answer for ValidateAnswer {
             let head = ["", "measured", "simulated", "90 % of the trips", "CRPS", "rank"];
             let rows = drive.score.values.iter().map(|(quantity, score)| {
                 let (label, factor) = quantity_label(quantity.name(), self.energy_unit);
-                let [low, high] = score.band90.map(|value| rounded(factor * value));
+                let [low, high] = score.band90.map(|value| score_text(factor * value));
                 [
                     label,
-                    rounded(factor * score.measured),
-                    rounded(factor * score.simulated),
+                    score_text(factor * score.measured),
+                    score_text(factor * score.simulated),
                     format!("{low} to {high}"),
-                    rounded(factor * score.crps),
+                    score_text(factor * score.crps),
                     format!("{:.3}", score.pit),
                 ]
             });

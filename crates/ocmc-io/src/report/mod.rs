@@ -21,7 +21,7 @@ pub use speed_over_distance::RoadPicture;
 use std::fmt::Write;
 use std::path::Path;
 use svg::escaped;
-pub use validation::{ValidationPage, quantity_label, validation_html};
+pub use validation::{ValidationPage, quantity_label, score_text, validation_html};
 
 /// Name of the report in a run directory.
 pub const REPORT: &str = "report.html";

@@ -8,7 +8,7 @@ const KMH: f64 = 3.6;
 /// Most drives that are drawn: more cannot be told apart.
 const MOST_DRAWN: usize = 12;
 /// Most points of a line.
-const MOST_POINTS: usize = 1000;
+const MOST_POINTS: usize = 500;
 /// What a picture that stands alone takes from no page.
 const STYLE: &str = "<style>text{fill:#5b6570;font:12px sans-serif}.band{fill:#9fc3e6}\
                      .inner{fill:#5f9bd4}.line{fill:none;stroke:#1f4e80;stroke-width:1.5}\
@@ -65,8 +65,9 @@ impl RoadPicture {
             label(&mut text, [left - 6.0, place + 4.0], "end", "", &format!("{tick_kmh:.0}"));
             tick_kmh += 20.0;
         }
-        for part in 0..=6 {
-            let at_m = self.end_m() * f64::from(part) / 6.0;
+        let step_m = tick_step(self.end_m());
+        for tick in 0..=(self.end_m() / step_m).floor() as usize {
+            let at_m = tick as f64 * step_m;
             let words = rounded_short(at_m / 1000.0);
             label(&mut text, [x.at(at_m), height - 24.0], "middle", "", &words);
         }
@@ -98,7 +99,7 @@ impl RoadPicture {
             draw("mark", &line(&|k| speeds[k]), name);
         }
         label(&mut text, [width / 2.0, height - 6.0], "middle", "name", "km");
-        label(&mut text, [4.0, 12.0], "start", "name", "km/h");
+        label(&mut text, [left + 4.0, 10.0], "start", "name", "km/h");
         text.push_str("</svg>\n");
         text
     }
@@ -152,6 +153,40 @@ pub(super) fn ranks(counts: &[u64], name: &str) -> String {
     text
 }
 
+/// Distance of the labels along a way, in m: 1, 2 or 5 times a power of ten, four to ten of them.
+fn tick_step(length_m: f64) -> f64 {
+    let power = 10f64.powf((length_m.max(1.0) / 4.0).log10().floor());
+    let fits = |times: &&f64| *times * power * 4.0 <= length_m;
+    [5.0, 2.0, 1.0].iter().find(fits).copied().unwrap_or(1.0) * power
+}
+
 fn points(line: &[(f64, f64)]) -> String {
     line.iter().map(|(x, y)| format!("{x:.1},{y:.1}")).collect::<Vec<_>>().join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn labels_stand_at_round_places() {
+        for (length_m, step_m) in [(8000.0, 2000.0), (400.0, 100.0), (108_000.0, 20_000.0)] {
+            assert_eq!(tick_step(length_m), step_m);
+        }
+    }
+
+    #[test]
+    fn a_picture_holds_no_number_that_is_none() {
+        let picture = RoadPicture {
+            name: "a < b".to_owned(),
+            position_m: vec![10.0, 20.0, 30.0],
+            bands_mps: vec![[1.0, 2.0, 3.0, 4.0, 5.0], [f64::NAN; 5], [2.0, 3.0, 4.0, 5.0, 6.0]],
+            limits_mps: vec![(0.0, 13.9), (25.0, 8.3)],
+            drives: vec![("c & d".to_owned(), vec![f64::NAN, 3.0, 4.0])],
+        };
+        let svg = picture.standalone();
+        assert!(svg.starts_with("<svg xmlns=\"http://www.w3.org/2000/svg\""));
+        assert!(!svg.contains("NaN") && svg.contains("a &lt; b") && svg.contains("c &amp; d"));
+        assert_eq!((picture.limit_mps(24.0), picture.limit_mps(25.0)), (13.9, 8.3));
+    }
 }

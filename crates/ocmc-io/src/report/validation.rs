@@ -10,6 +10,8 @@ use std::fmt::Write;
 
 /// Most roads that are drawn.
 const MOST_ROADS: usize = 40;
+/// Smaller than this is nothing to four decimals.
+const NOTHING: f64 = 5e-5;
 /// Colours that only these pictures need.
 const COLOURS: &str = "svg .inner { fill: color-mix(in srgb, var(--bar) 55%, var(--band)); }\n\
                        svg .limit { fill: none; stroke: var(--soft); stroke-dasharray: 4 3; }\n\
@@ -29,6 +31,11 @@ pub fn quantity_label(quantity: &str, energy_unit: &str) -> (String, f64) {
         "energy" => ("energy of the battery, kWh".to_owned(), 1.0 / 3.6e6),
         other => (other.to_owned(), 1.0),
     }
+}
+
+/// A number for people; what rounds to nothing has no sign.
+pub fn score_text(value: f64) -> String {
+    rounded(if value.abs() < NOTHING { 0.0 } else { value })
 }
 
 /// A validation, as far as its page needs it.
@@ -122,9 +129,9 @@ fn scores(page: &ValidationPage) -> String {
             "<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
             escaped(&label),
             grouped(pooled.n as u64),
-            rounded(factor * pooled.mean_error),
-            rounded(factor * pooled.rmse),
-            rounded(factor * pooled.crps),
+            score_text(factor * pooled.mean_error),
+            score_text(factor * pooled.rmse),
+            score_text(factor * pooled.crps),
             with(pooled.coverage50, pooled.coverage50_error),
             with(pooled.coverage90, pooled.coverage90_error),
             pooled.uniform.map_or("–".to_owned(), |u| format!("{:.3}", u.p))
@@ -148,7 +155,7 @@ fn drives(page: &ValidationPage) -> String {
                 0 => rounded(at_m / 1000.0),
                 _ => String::new(),
             });
-            let [low, high] = score.band90.map(|value| rounded(factor * value));
+            let [low, high] = score.band90.map(|value| score_text(factor * value));
             let _ = writeln!(
                 text,
                 "<tr><td>{name}</td><td>{}</td><td>{}</td><td class=\"words\">{}</td><td>{}</td><td>{}</td><td>{low} to {high}</td>\
@@ -156,9 +163,9 @@ fn drives(page: &ValidationPage) -> String {
                 from_to[0],
                 from_to[1],
                 escaped(&label),
-                rounded(factor * score.measured),
-                rounded(factor * score.simulated),
-                rounded(factor * score.crps),
+                score_text(factor * score.measured),
+                score_text(factor * score.simulated),
+                score_text(factor * score.crps),
                 score.pit
             );
         }
