@@ -80,8 +80,8 @@ pub use stored::{
 };
 pub use trace::{TimeSeries, trace};
 pub use validate::{
-    FEWEST_TRIPS, RUN_IN_M, ValidateAnswer, ValidateRequest, ValidatedDrive, ValidatedRoad,
-    check_empty, validate,
+    FEWEST_TRIPS, MOST_TRIPS, RUN_IN_M, ValidateAnswer, ValidateRequest, ValidatedDrive,
+    ValidatedRoad, check_empty, validate,
 };
 pub use vecto::{
     Attribution, SpeedMatch, Terms, VectoAnswer, VectoComparison, VectoRequest, VectoRun,

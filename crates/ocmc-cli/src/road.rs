@@ -8,13 +8,10 @@ use crate::output::{self, Target, warn};
 use crate::progress::{shown, watched};
 use clap::Args;
 use ocmc_api::{
-    Answer, CurveOptions, KEEPS, Keep, MOST_THREADS, MissingLimits, RUN_IN_M, RoadOptions,
-    RoadRequest, RunPlan, ValidateRequest, mappings,
+    Answer, CurveOptions, KEEPS, Keep, MOST_THREADS, MOST_TRIPS, MissingLimits, RUN_IN_M,
+    RoadOptions, RoadRequest, RunPlan, ValidateRequest, mappings,
 };
 use std::path::{Path, PathBuf};
-
-/// Most trips on a road: their speeds are held.
-const MOST_TRIPS: u64 = 100_000;
 
 /// Logs, and how roads are found in them.
 #[derive(Clone, Debug, Args)]

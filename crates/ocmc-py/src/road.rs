@@ -9,16 +9,13 @@ use crate::question::seed_of;
 use crate::study::PyStudy;
 use crate::value::{one_of, whole_number};
 use ocmc_api::{
-    CurveOptions, FEWEST_TRIPS, KEEPS, Keep, MOST_THREADS, MissingLimits, RUN_IN_M, RoadOptions,
-    RoadRequest, RunPlan, ValidateRequest,
+    CurveOptions, FEWEST_TRIPS, KEEPS, Keep, MOST_THREADS, MOST_TRIPS, MissingLimits, RUN_IN_M,
+    RoadOptions, RoadRequest, RunPlan, ValidateRequest,
 };
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
-
-/// Most trips on a road, as on the command line.
-const MOST_TRIPS: u64 = 100_000;
 
 /// How roads are found in logs.
 fn options(limit_mps: Option<f64>, road_type: Option<String>, split: Option<f64>) -> RoadOptions {
@@ -140,7 +137,7 @@ pub(crate) fn road<'py>(
 ///     Road that all of the logs were driven on: a file as `Study.drive` takes it. By default each
 ///     drive on the road that its own log shows, of which limits and stops are then no validation.
 /// trips : int
-///     Independent trips that are simulated on each road, 2 or more; bands want 2000.
+///     Independent trips that are simulated on each road, 2 to 20000; bands want 2000.
 /// seed : int
 ///     Master seed of the trips.
 /// columns : dict of str to str, optional

@@ -9,7 +9,7 @@ pub use files::check_empty;
 use crate::error::Error;
 use crate::road::{RoadRequest, drives, told};
 use crate::source::{Mapping, Source};
-use crate::watch::{Progress, Watch, watched};
+use crate::watch::{Progress, Watch};
 use ocmc_core::fleet::run::{RunPlan, each};
 use ocmc_core::kernel::trace::trace_scenario;
 use ocmc_core::operating_cycle::given::GivenCycle;
@@ -33,6 +33,8 @@ use std::time::Instant;
 
 /// Fewest trips with which bands are what they say: fewer are driven and warned of.
 pub const FEWEST_TRIPS: u64 = 2000;
+/// Most trips on a road: their speeds at all places are held, 60 kB a trip.
+pub const MOST_TRIPS: u64 = 20_000;
 /// Way behind a moving start and before a moving end that is not scored, in m, by default
 /// (judgement): simulated trips begin and end at rest.
 pub const RUN_IN_M: f64 = 500.0;
@@ -224,7 +226,10 @@ pub fn validate(
             simulated::passage(places, &trace_scenario(&on_road, scenario), kind.rate().1)
         };
         let before = k as u64 * plan.cycles;
-        let trips = watched(total, watch, |look| each(plan, BATCH, &one, |n| look(before + n)))?;
+        let progress = |done| Progress { what: "trips", done, total };
+        progress(before).look(watch)?;
+        let driven = each(plan, BATCH, &one, |done| watch(progress(before + done)));
+        let trips = progress(before).ended(driven)?;
         let trips: Vec<Passage> = trips.into_iter().flatten().collect();
         if trips.len() < 2 {
             left_out += group.drives.len();
