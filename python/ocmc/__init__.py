@@ -37,7 +37,9 @@ from ocmc._ocmc import (
     fit_weather,
     identify,
     load,
+    road,
     run_from,
+    validate,
 )
 from ocmc._summary import Summary
 
@@ -63,6 +65,8 @@ __all__ = [
     "fit_weather",
     "identify",
     "load",
+    "road",
+    "validate",
 ]
 
 _WITH_EXTRAS = ["dask", "plot"]

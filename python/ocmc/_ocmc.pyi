@@ -128,6 +128,37 @@ def identify(
     intervals: bool = True,
     progress: _Progress = None,
 ) -> Answer: ...
+def road(
+    logs: object,
+    *,
+    columns: _Columns = None,
+    limit_mps: float | None = None,
+    road_type: str | None = None,
+    stops: bool = True,
+    split_ratio: float | None = None,
+    steering_ratio: float | None = None,
+    wheelbase_m: float | None = None,
+) -> Answer: ...
+def validate(
+    logs: object,
+    study: Study,
+    *,
+    road: str | PathLike[str] | None = None,
+    trips: SupportsIndex = 2000,
+    seed: SupportsIndex = 1,
+    columns: _Columns = None,
+    keep: Sequence[Literal["weather", "traffic", "mission"]] | None = None,
+    limit_mps: float | None = None,
+    road_type: str | None = None,
+    stops: bool = True,
+    split_ratio: float | None = None,
+    steering_ratio: float | None = None,
+    wheelbase_m: float | None = None,
+    run_in_m: float = 500.0,
+    out: str | PathLike[str] | None = None,
+    threads: SupportsIndex | None = None,
+    progress: _Progress = None,
+) -> Answer: ...
 def run_from(arguments: Sequence[str]) -> int: ...
 def label(column: str) -> tuple[str, float]: ...
 def joined(parts: Sequence[Run], wall_s: float, threads: int) -> Run: ...

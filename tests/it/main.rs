@@ -49,5 +49,6 @@ mod small_faults;
 mod step_bias;
 mod tables;
 mod tactical;
+mod validation;
 mod vecto;
 mod vecto_files;

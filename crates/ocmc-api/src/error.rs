@@ -13,6 +13,7 @@ use ocmc_estimation::fit::speed_change::SpeedChangeError;
 use ocmc_estimation::fit::traffic::TrafficFitError;
 use ocmc_estimation::fit::weather::WeatherFitError;
 use ocmc_estimation::identification::identify::BoundsError;
+use ocmc_io::file_error::FileError;
 use ocmc_io::given_drive::GivenDriveError;
 use ocmc_io::log::curves::TripError;
 use ocmc_io::records::RecordsError;
@@ -179,6 +180,31 @@ pub enum Error {
     /// A cycle without a bound.
     #[error(transparent)]
     Bound(#[from] BoundError),
+    /// Logs without a drive that lies on the road.
+    #[error("{place}: {reason}")]
+    NoDrive {
+        /// Where the first drive stands.
+        place: String,
+        /// Why it cannot be scored.
+        reason: String,
+    },
+    /// A road on which no simulated trip arrives.
+    #[error("no trip of the study arrives on {road}: of {trips} none was completed")]
+    NoTrip {
+        /// The road.
+        road: String,
+        /// Number of trips.
+        trips: u64,
+    },
+    /// A file that cannot be written.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// A directory that holds something already.
+    #[error("`{}` is not empty; give another directory, or remove it", directory.display())]
+    NotEmpty {
+        /// The directory.
+        directory: PathBuf,
+    },
     /// The caller has ended it.
     #[error("interrupted: {} of {} {} finished", .0.done, .0.total, .0.what)]
     Interrupted(Progress),
@@ -191,6 +217,7 @@ impl Error {
             Self::Table(error)
             | Self::SpeedChange(SpeedChangeFileError::Table(error))
             | Self::GivenDrive(GivenDriveError::File(error)) => error.reason(),
+            Self::File(file) => Some(&file.source),
             Self::RunDirectory(error) | Self::Unwritten(error) => match error {
                 RunDirectoryError::NotARun { source, .. } => Some(source),
                 RunDirectoryError::File(file)

@@ -30,6 +30,7 @@ mod identify;
 mod merge;
 mod progress;
 mod report;
+mod road;
 mod run;
 mod sensitivity;
 mod source;
@@ -37,6 +38,7 @@ mod stored;
 pub mod study;
 mod text;
 mod trace;
+mod validate;
 mod vecto;
 mod verify;
 mod watch;
@@ -66,6 +68,7 @@ pub use identify::{
 };
 pub use merge::{MergeRequest, merge};
 pub use report::{Gathered, REPORT, Reported, directory_of, note_report, report};
+pub use road::{MadeRoad, MissingLimits, RoadAnswer, RoadRequest, road};
 pub use run::{
     Asked, CpuLevel, LAST_CYCLE_ID, MANIFEST, MOST_THREADS, Manifest, Precision, RecordFormat,
     RequeueRequest, ResumeRequest, RunAnswer, RunDirectoryError, RunEnd, RunPlan, RunRequest,
@@ -77,6 +80,10 @@ pub use stored::{
     GROUP_ROWS, PartsError, joined, load, record_batch, records, save, schema, summed_up,
 };
 pub use trace::{TimeSeries, trace};
+pub use validate::{
+    FEWEST_TRIPS, MOST_TRIPS, RUN_IN_M, ValidateAnswer, ValidateRequest, ValidatedDrive,
+    ValidatedRoad, check_empty, validate,
+};
 pub use vecto::{
     Attribution, SpeedMatch, Terms, VectoAnswer, VectoComparison, VectoRequest, VectoRun,
     VectoTruck, vecto,

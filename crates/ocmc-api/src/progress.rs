@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 /// How far the work is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Progress {
-    /// Of what: `cycles`, `events`, or `logs` that are read.
+    /// Of what: `cycles`, `trips`, `events`, or `logs` that are read.
     pub what: &'static str,
     /// What is done.
     pub done: u64,

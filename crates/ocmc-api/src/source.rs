@@ -1,7 +1,7 @@
 //! Where measurements come from.
 
 use crate::error::Error;
-use ocmc_io::log::{LogFile, Need, read};
+use ocmc_io::log::{LogFile, Need, read, vmod};
 use ocmc_io::table;
 use std::path::{Path, PathBuf};
 
@@ -42,7 +42,10 @@ impl Source {
         needs: &[Need],
         warn: &mut dyn FnMut(&str),
     ) -> Result<LogFile, Error> {
-        let file = read(self.lent(), mappings, needs)?;
+        let file = match self {
+            Self::File(path) if vmod::is_one(path) => vmod::read(path)?,
+            _ => read(self.lent(), mappings, needs)?,
+        };
         file.warnings().iter().for_each(|warning| warn(warning));
         Ok(file)
     }

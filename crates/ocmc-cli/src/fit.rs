@@ -245,6 +245,7 @@ fn operating_cycle(arguments: &OperatingCycleArguments) -> Result<(), Failure> {
         altitude_average_m: arguments.altitude_average,
         mission_stop_s: arguments.mission_stop,
         road_type: arguments.road_type.clone(),
+        ..standard
     };
     let steering = arguments.steering.steering()?;
     let roads: Vec<RoadSource> = sources(files).into_iter().map(RoadSource::Measured).collect();

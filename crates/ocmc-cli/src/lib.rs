@@ -13,6 +13,7 @@ mod interrupt;
 mod log;
 mod output;
 mod progress;
+mod road;
 mod run;
 mod study;
 mod vecto;
@@ -28,6 +29,7 @@ use cycle::CycleArguments;
 use failure::Failure;
 use fit::FitCommand;
 use log::{CurvesArguments, IdentifyArguments};
+use road::{RoadArguments, ValidateArguments};
 use run::{DriveArguments, MergeArguments, ReportArguments, RunArguments};
 use std::ffi::OsString;
 use std::fs;
@@ -105,6 +107,10 @@ enum Command {
     Curves(CurvesArguments),
     /// Identifies the pedal gains of drivers, from logs of speed, pedals and slope
     Identify(IdentifyArguments),
+    /// Makes an operating cycle of the road that a log was driven on
+    Road(RoadArguments),
+    /// Lays measured drives over simulated ones on the same road: bands, scores, picture
+    Validate(ValidateArguments),
     /// Prints a script that completes the command line of a shell
     Completions {
         /// The shell
@@ -134,6 +140,8 @@ pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> i32 {
         Some(Command::Calibrate(command)) => calibrate::calibrate(command),
         Some(Command::Curves(arguments)) => log::curves(arguments),
         Some(Command::Identify(arguments)) => log::identify(arguments),
+        Some(Command::Road(arguments)) => road::road(arguments),
+        Some(Command::Validate(arguments)) => road::validate(arguments),
         Some(Command::Sensitivity(arguments)) => analysis::sensitivity(arguments),
         Some(Command::Compare(arguments)) => analysis::compare(arguments),
         Some(Command::Vecto(arguments)) => vecto::vecto(arguments),

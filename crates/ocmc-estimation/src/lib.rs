@@ -3,7 +3,8 @@
 //! [`fit`] turns measured curves, speed changes, traffic counts, weather and roads into laws with
 //! their intervals; [`log`] finds curves and roads in the time series of a drive;
 //! [`identification`] finds the gains of a driver; [`calibration`] finds the law behind a table that
-//! traffic, signs and stops had a part in. Nothing here reads files or prints; the engine
+//! traffic, signs and stops had a part in; [`validation`] lays measured drives over simulated ones.
+//! Nothing here reads files or prints; the engine
 //! that simulates is `ocmc-core`.
 
 #![cfg_attr(
@@ -22,3 +23,4 @@ pub mod identification;
 pub mod log;
 mod moments;
 pub mod option_check;
+pub mod validation;

@@ -264,7 +264,9 @@ impl GivenDrive {
     /// As [`LoadedStudy::on_routes`].
     pub fn study_again(&self, loaded: LoadedStudy) -> Result<LoadedStudy, StudyFileError> {
         match &self.how {
-            How::CycleAsRoute(route, _) => loaded.on_route(&self.files[0], (**route).clone()),
+            How::CycleAsRoute(route, _) => {
+                loaded.on_route(&self.files[0], (**route).clone(), &[Keep::Traffic])
+            }
             How::Driven | How::Cycle(_) | How::Planned => Ok(loaded),
         }
     }

@@ -66,20 +66,28 @@ impl RealisedCycle {
     /// # Errors
     /// Those of writing.
     pub fn write_csv(&self, out: &mut impl Write) -> io::Result<()> {
-        let mut writer = csv::Writer::from_writer(out);
-        writer.write_record(["track", "rule", "position_m", "value"])?;
-        for track in &self.tracks {
-            for (k, position_m) in track.position_m.iter().enumerate() {
-                let value = match &track.value {
-                    Values::Numbers(values) => format!("{:?}", values[k]),
-                    Values::Names(names) => spreadsheet::written(&names[k]).into_owned(),
-                };
-                let (rule, position_m) = (track.rule.name(), format!("{position_m:?}"));
-                writer.write_record([track.name, rule, &position_m, &value])?;
-            }
-        }
-        writer.flush()
+        write_tracks(&self.tracks, out)
     }
+}
+
+/// Writes tracks one below the other: `track,rule,position_m,value`.
+///
+/// # Errors
+/// Those of writing.
+pub fn write_tracks(tracks: &[Track], out: &mut impl Write) -> io::Result<()> {
+    let mut writer = csv::Writer::from_writer(out);
+    writer.write_record(["track", "rule", "position_m", "value"])?;
+    for track in tracks {
+        for (k, position_m) in track.position_m.iter().enumerate() {
+            let value = match &track.value {
+                Values::Numbers(values) => format!("{:?}", values[k]),
+                Values::Names(names) => spreadsheet::written(&names[k]).into_owned(),
+            };
+            let (rule, position_m) = (track.rule.name(), format!("{position_m:?}"));
+            writer.write_record([track.name, rule, &position_m, &value])?;
+        }
+    }
+    writer.flush()
 }
 
 #[cfg(test)]

@@ -19,7 +19,9 @@ pub(crate) fn exception(error: Error) -> PyErr {
     let text = error.to_string();
     match error {
         Error::Study(error) => study_error(error),
-        Error::RunDirectory(RunDirectoryError::Exists { .. }) => PyFileExistsError::new_err(text),
+        Error::RunDirectory(RunDirectoryError::Exists { .. }) | Error::NotEmpty { .. } => {
+            PyFileExistsError::new_err(text)
+        }
         Error::RunDirectory(RunDirectoryError::NotADirectory { .. }) => {
             PyNotADirectoryError::new_err(text)
         }

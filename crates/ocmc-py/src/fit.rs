@@ -289,6 +289,7 @@ pub(crate) fn fit_operating_cycle<'py>(
         altitude_average_m,
         mission_stop_s,
         road_type,
+        ..standard
     };
     let steering = steering(steering_ratio, wheelbase_m)?;
     let mappings = mappings(columns)?;

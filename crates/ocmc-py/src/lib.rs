@@ -15,6 +15,7 @@ mod log;
 mod operating_cycle;
 mod progress;
 mod question;
+mod road;
 mod run;
 mod study;
 mod table;
@@ -40,6 +41,8 @@ fn _ocmc(module: &Bound<PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(fit::fit_weather, module)?)?;
     module.add_function(wrap_pyfunction!(log::identify, module)?)?;
     module.add_function(wrap_pyfunction!(log::detect_curves, module)?)?;
+    module.add_function(wrap_pyfunction!(road::road, module)?)?;
+    module.add_function(wrap_pyfunction!(road::validate, module)?)?;
     module.add_function(wrap_pyfunction!(question::compare, module)?)?;
     module.add_function(wrap_pyfunction!(run::joined, module)?)?;
     module.add_function(wrap_pyfunction!(run::unpickled, module)?)?;

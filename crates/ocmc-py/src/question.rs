@@ -526,7 +526,7 @@ fn cycle_id_of(cycle_id: &Bound<PyAny>) -> PyResult<u64> {
     whole_number(cycle_id, "cycle_id", 0, LAST_CYCLE_ID - 1)
 }
 
-fn seed_of(seed: Option<&Bound<PyAny>>) -> PyResult<u64> {
+pub(crate) fn seed_of(seed: Option<&Bound<PyAny>>) -> PyResult<u64> {
     seed.map_or(Ok(1), |seed| whole_number(seed, "seed", 0, u64::MAX))
 }
 

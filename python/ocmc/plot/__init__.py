@@ -24,5 +24,6 @@ from ocmc.plot._curve_fit import curve_fit
 from ocmc.plot._identified import identified
 from ocmc.plot._sensitivity import sensitivity
 from ocmc.plot._trace import trace
+from ocmc.plot._validation import validation
 
-__all__ = ["comparison", "consumption", "curve_fit", "identified", "sensitivity", "trace"]
+__all__ = ["comparison", "consumption", "curve_fit", "identified", "sensitivity", "trace", "validation"]

@@ -1,9 +1,8 @@
 //! The bounds of many cycles, on several threads.
 
 use super::{Bound, BoundError, Fineness, Potential, potential_of_scenario};
-use crate::fleet::run::RunPlan;
+use crate::fleet::run::{RunPlan, each};
 use crate::study::Study;
-use rayon::prelude::*;
 use std::ops::ControlFlow;
 
 /// A bound with its potential, or why there is none.
@@ -17,25 +16,11 @@ pub fn bounds<T: Send, B>(
     plan: &RunPlan,
     fineness: Fineness,
     of: &(dyn Fn(Found) -> T + Sync),
-    mut progress: impl FnMut(u64) -> ControlFlow<B>,
+    progress: impl FnMut(u64) -> ControlFlow<B>,
 ) -> ControlFlow<B, Vec<T>> {
-    let threads = plan.threads.max(1);
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .build()
-        .expect("the system can start threads");
-    let ids: Vec<u64> = (plan.first_cycle..plan.first_cycle + plan.cycles).collect();
-    let mut all = Vec::with_capacity(ids.len());
-    for some in ids.chunks(threads) {
-        let found: Vec<T> = pool.install(|| {
-            let one = |id: &u64| {
-                let scenario = study.sample_pick_freeze(plan.seed, *id, plan.pick_freeze);
-                of(potential_of_scenario(study, &scenario, fineness))
-            };
-            some.par_iter().map(one).collect()
-        });
-        all.extend(found);
-        progress(all.len() as u64)?;
-    }
-    ControlFlow::Continue(all)
+    let one = |id: u64| {
+        let scenario = study.sample_pick_freeze(plan.seed, id, plan.pick_freeze);
+        of(potential_of_scenario(study, &scenario, fineness))
+    };
+    each(plan, 1, &one, progress)
 }

@@ -6,6 +6,7 @@ use crate::kernel::scheduler::{drive_tasks, drive_until, sampled};
 use crate::random::PickFreeze;
 use crate::record::Record;
 use crate::study::Study;
+use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::num::NonZero;
 use std::ops::{ControlFlow, Range};
@@ -156,6 +157,30 @@ pub fn run_with<B>(
             }
         }
     })
+}
+
+/// What `of` makes of each cycle of a plan, by its id and in order of the ids; it does not depend on
+/// the threads, each of which takes `batch` cycles before the others are waited for. `progress`
+/// receives the number of cycles done; breaking ends the work.
+pub fn each<T: Send, B>(
+    plan: &RunPlan,
+    batch: usize,
+    of: &(dyn Fn(u64) -> T + Sync),
+    mut progress: impl FnMut(u64) -> ControlFlow<B>,
+) -> ControlFlow<B, Vec<T>> {
+    let threads = plan.threads.max(1);
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()
+        .expect("the system can start threads");
+    let ids: Vec<u64> = (plan.first_cycle..plan.first_cycle + plan.cycles).collect();
+    let mut all = Vec::with_capacity(ids.len());
+    for some in ids.chunks(threads * batch.max(1)) {
+        let found: Vec<T> = pool.install(|| some.par_iter().map(|id| of(*id)).collect());
+        all.extend(found);
+        progress(all.len() as u64)?;
+    }
+    ControlFlow::Continue(all)
 }
 
 /// All records of a plan. `progress` receives the number of cycles driven so far, several times a

@@ -5,7 +5,7 @@
 //! to trip (weather, traffic, payload, departure) is drawn from the study, unless a route says that
 //! it keeps the file's own ([`super::route`]).
 
-use super::tracks::{Rule, Track, Values};
+use super::tracks::{LIMIT_SOURCE, Rule, SOURCE_LOG, Track, Values};
 use super::{TrafficStretch, WeatherStretch};
 use crate::operating_cycle::road::curvature::Curve;
 use crate::operating_cycle::road::point_event::{EventKind, KINDS, Passage, PointEvent};
@@ -142,6 +142,10 @@ pub struct GivenCycle {
     pub payload_kg: Option<f64>,
     /// Departure, in s of the day and in days of the year; none where the file has none.
     pub departure: Option<(f64, f64)>,
+    /// The log from which the road was made; none where it was not.
+    pub source_log: Option<String>,
+    /// Where the limits of such a road come from.
+    pub limit_source: Option<String>,
 }
 
 impl GivenCycle {
@@ -187,6 +191,10 @@ impl GivenCycle {
             points.into_iter().map(stretch).collect()
         });
         let payload = numbers("payload_kg", 0.0, 1.0e5)?;
+        let word = |name: &str| {
+            let words = find(name).map(words_of).transpose()?;
+            Ok(words.and_then(|words| words.into_iter().next()).map(|first| first.1))
+        };
         Ok(Self {
             length_m,
             road_types,
@@ -201,6 +209,8 @@ impl GivenCycle {
             traffic,
             payload_kg: payload.map(|points| points[0].1),
             departure: None,
+            source_log: word(SOURCE_LOG)?,
+            limit_source: word(LIMIT_SOURCE)?,
         })
     }
 

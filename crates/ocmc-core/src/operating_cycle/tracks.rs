@@ -5,10 +5,13 @@
 //! one is interpolated, an event acts at its position alone. Weather and traffic are given where
 //! the free-flow clock meets them.
 
-use super::OperatingCycle;
+use super::given::GivenCycle;
+use super::{OperatingCycle, TrafficStretch, WeatherStretch};
 use crate::operating_cycle::road::RoadTypeModel;
+use crate::operating_cycle::road::curvature::Curve;
 use crate::operating_cycle::road::point_event::{KINDS, PointEvent};
 use crate::operating_cycle::road::road_type::Section;
+use crate::operating_cycle::road::surface::Ground;
 use serde::Serialize;
 
 /// How a track is read between its positions.
@@ -57,8 +60,15 @@ pub struct Track {
     pub value: Values,
 }
 
+/// The track that names the log from which a road was made.
+pub const SOURCE_LOG: &str = "source_log";
+/// The track that says where the limits of such a road come from.
+pub const LIMIT_SOURCE: &str = "limit_source";
+
 /// Tracks of the road, before those of the events.
-const OF_ROAD: [&str; 8] = [
+const OF_ROAD: [&str; 10] = [
+    SOURCE_LOG,
+    LIMIT_SOURCE,
     "road_type",
     "speed_limit_mps",
     "curvature_per_m",
@@ -143,6 +153,61 @@ impl Track {
     }
 }
 
+/// The curvature over the way; of two curves that overlap the second one begins where the first one
+/// ends.
+fn of_curves(curves: &[Curve], length_m: f64) -> Track {
+    let mut curvature = vec![(0.0, 0.0)];
+    let mut free_from_m = 0.0;
+    for curve in curves {
+        let start_m = curve.start_m.max(free_from_m);
+        if !(start_m < curve.end_m.min(length_m)) {
+            continue;
+        }
+        if curvature.last().is_some_and(|last| last.0 == start_m) {
+            curvature.pop();
+        }
+        curvature.push((start_m, curve.curvature_per_m()));
+        free_from_m = curve.end_m;
+        if curve.end_m < length_m {
+            curvature.push((curve.end_m, 0.0));
+        }
+    }
+    Track::numbers("curvature_per_m", curvature)
+}
+
+/// The tracks of events; those of rare kinds only where there are some.
+fn of_events(events: &[PointEvent]) -> impl Iterator<Item = Track> {
+    KINDS.into_iter().flat_map(move |kind| {
+        let of_kind = kind.tracks().map(move |track| {
+            let value = |e: &PointEvent| (track.value)(&e.kind).map(|v| (e.position_m, v));
+            Track::numbers(track.name, events.iter().filter_map(value))
+        });
+        of_kind.filter(|track| !(kind.rare && track.position_m.is_empty()))
+    })
+}
+
+/// The tracks of weather.
+fn of_weather(stretches: &[WeatherStretch]) -> [Track; 7] {
+    let weather = |name, value: fn(&super::Weather) -> f64| {
+        Track::numbers(name, stretches.iter().map(|w| (w.start_m, value(&w.weather))))
+    };
+    [
+        weather("air_temperature_k", |w| w.temperature_k),
+        weather("air_pressure_pa", |w| w.pressure_pa),
+        weather("relative_humidity", |w| w.relative_humidity),
+        weather("precipitation_mps", |w| w.precipitation_mps),
+        weather("snow", |w| if w.snow { 1.0 } else { 0.0 }),
+        weather("wind_speed_mps", |w| w.wind_speed_mps),
+        weather("wind_direction_rad", super::Weather::wrapped_direction_rad),
+    ]
+}
+
+/// The track of traffic.
+fn of_traffic(stretches: &[TrafficStretch]) -> Track {
+    let points = stretches.iter().map(|t| (t.start_m, t.density_per_m));
+    Track::numbers("traffic_density_per_m", points)
+}
+
 impl OperatingCycle {
     /// All tracks. `names` and `types` are the study's road types, in the order of their numbers.
     pub fn tracks(&self, names: &[String], types: &[RoadTypeModel]) -> Vec<Track> {
@@ -157,54 +222,92 @@ impl OperatingCycle {
         });
         let mut altitude: Vec<(f64, f64)> = altitude.collect();
         altitude.push((road.length_m, altitude_m));
-
-        let mut curvature = vec![(0.0, 0.0)];
-        for curve in &road.curves {
-            if curvature.last().is_some_and(|last| last.0 == curve.start_m) {
-                curvature.pop();
-            }
-            curvature.push((curve.start_m, curve.curvature_per_m()));
-            if curve.end_m < road.length_m {
-                curvature.push((curve.end_m, 0.0));
-            }
-        }
-        let weather = |name, value: fn(&super::Weather) -> f64| {
-            let points = self.weather.iter().map(|w| (w.start_m, value(&w.weather)));
-            Track::numbers(name, points)
-        };
         let slopes = road.slopes.iter().enumerate().map(|(k, slope)| (step(k), *slope));
         let block = |(k, roughness): (usize, &f64)| (k as f64 * road.roughness_block_m, *roughness);
         let grounds = sections().zip(&road.grounds);
         let exposure = |section: &Section| types[section.road_type].wind_exposure;
-        let traffic = self.traffic.iter().map(|t| (t.start_m, t.density_per_m));
         let mut tracks = vec![
             Track::names("road_type", sections().map(|s| (s.start_m, names[s.road_type].clone()))),
             Track::numbers("speed_limit_mps", road.signs.iter().map(|s| (s.start_m, s.speed_mps))),
-            Track::numbers("curvature_per_m", curvature),
+            of_curves(&road.curves, road.length_m),
             Track::numbers("grade", slopes),
             Track::numbers("altitude_m", altitude),
             Track::numbers("roughness_m3", road.roughness_m3.iter().enumerate().map(block)),
             Track::names("ground", grounds.map(|(s, g)| (s.start_m, g.name().to_owned()))),
             Track::numbers("wind_exposure", sections().map(|s| (s.start_m, exposure(s)))),
         ];
-        for kind in KINDS {
-            let of_kind = kind.tracks().map(|track| {
-                let value = |e: &PointEvent| (track.value)(&e.kind).map(|v| (e.position_m, v));
-                Track::numbers(track.name, road.events.iter().filter_map(value))
-            });
-            tracks.extend(of_kind.filter(|track| !(kind.rare && track.position_m.is_empty())));
-        }
-        tracks.extend([
-            weather("air_temperature_k", |w| w.temperature_k),
-            weather("air_pressure_pa", |w| w.pressure_pa),
-            weather("relative_humidity", |w| w.relative_humidity),
-            weather("precipitation_mps", |w| w.precipitation_mps),
-            weather("snow", |w| if w.snow { 1.0 } else { 0.0 }),
-            weather("wind_speed_mps", |w| w.wind_speed_mps),
-            weather("wind_direction_rad", super::Weather::wrapped_direction_rad),
-            Track::numbers("traffic_density_per_m", traffic),
-            Track::numbers("payload_kg", [(0.0, self.mission.payload_kg)]),
-        ]);
+        tracks.extend(of_events(&road.events));
+        tracks.extend(of_weather(&self.weather));
+        tracks.push(of_traffic(&self.traffic));
+        tracks.push(Track::numbers("payload_kg", [(0.0, self.mission.payload_kg)]));
         tracks
+    }
+}
+
+impl GivenCycle {
+    /// Its tracks, from which [`GivenCycle::from_tracks`] makes it again, but for departure and
+    /// heading. What it lacks has no track.
+    pub fn tracks(&self) -> Vec<Track> {
+        let word = |name, word: &Option<String>| {
+            word.iter().map(move |word| Track::names(name, [(0.0, word.clone())])).next()
+        };
+        let mut tracks: Vec<Track> = word(SOURCE_LOG, &self.source_log)
+            .into_iter()
+            .chain(word(LIMIT_SOURCE, &self.limit_source))
+            .collect();
+        let types = self.road_types.iter().map(|types| Track::names("road_type", types.clone()));
+        tracks.extend(types);
+        tracks.push(Track::numbers("speed_limit_mps", self.limits.iter().copied()));
+        tracks.push(of_curves(&self.curves, self.length_m));
+        let mut altitude = self.altitude.clone();
+        // the last position of all tracks is the length of the road
+        if let Some(last) = altitude.last().copied().filter(|last| last.0 < self.length_m) {
+            altitude.push((self.length_m, last.1));
+        }
+        tracks.push(Track::numbers("altitude_m", altitude));
+        let roughness = self.roughness.iter();
+        tracks.extend(roughness.map(|points| Track::numbers("roughness_m3", points.clone())));
+        let ground = |points: &Vec<(f64, Ground)>| {
+            let named = points.iter().map(|(at_m, ground)| (*at_m, ground.name().to_owned()));
+            Track::names("ground", named)
+        };
+        tracks.extend(self.grounds.iter().map(ground));
+        tracks.extend(of_events(&self.events).filter(|track| !track.position_m.is_empty()));
+        tracks.extend(self.weather.iter().flat_map(|stretches| of_weather(stretches)));
+        tracks.extend(self.traffic.iter().map(|stretches| of_traffic(stretches)));
+        let payload = self.payload_kg.iter();
+        tracks.extend(payload.map(|kg| Track::numbers("payload_kg", [(0.0, *kg)])));
+        tracks
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::operating_cycle::road::point_event::EventKind;
+
+    #[test]
+    fn a_given_cycle_is_what_its_tracks_give() {
+        let stop = EventKind::StopSign { standstill_s: 12.0 };
+        let curve = |start_m, end_m, left| Curve { start_m, end_m, radius_m: 64.0, left };
+        let cycle = GivenCycle {
+            length_m: 1000.0,
+            road_types: Some(vec![(0.0, "urban".to_owned()), (400.0, "rural".to_owned())]),
+            limits: vec![(0.0, 13.9), (400.0, 22.2)],
+            altitude: vec![(0.0, 0.0), (500.0, 12.0), (1000.0, 3.0)],
+            curves: vec![curve(100.0, 150.0, true), curve(150.0, 220.0, false)],
+            events: vec![PointEvent { position_m: 600.0, kind: stop, turns: false }],
+            payload_kg: Some(900.0),
+            source_log: Some("log-1".to_owned()),
+            limit_source: Some("column".to_owned()),
+            ..GivenCycle::default()
+        };
+        assert_eq!(GivenCycle::from_tracks(&cycle.tracks(), None), Ok(cycle.clone()));
+        // measured curves may overlap, and reach over the end
+        let overlapping = vec![curve(100.0, 160.0, true), curve(150.0, 1200.0, false)];
+        let again = GivenCycle { curves: overlapping, ..cycle };
+        let curves = GivenCycle::from_tracks(&again.tracks(), None).map(|cycle| cycle.curves);
+        let wanted = vec![curve(100.0, 160.0, true), curve(160.0, 1000.0, false)];
+        assert_eq!(curves, Ok(wanted));
     }
 }

@@ -15,8 +15,10 @@ mod road_rows;
 mod road_slope;
 pub mod sensor;
 pub mod signal;
+pub mod speed_envelope;
 pub mod standstill;
 pub mod threshold;
+pub mod way;
 
 use std::borrow::Cow;
 

@@ -17,9 +17,11 @@
 use super::Samples;
 use super::TripLog;
 use super::curve::{CurveOptions, detect_curves};
-use super::road_rows::RoadRows;
-use super::signal::{LogCounts, LogError, prepare};
+use super::road_rows::{RoadRows, SHORTEST_ROAD_M};
+use super::signal::{LIMITS_MPS, LogCounts, LogError, prepare};
+use super::speed_envelope::limits_of_speed;
 use super::standstill::Standstill;
+use super::way::DrivenWay;
 use crate::option_check::check_options;
 use ocmc_core::operating_cycle::coverage::{Coverage, CurveCoverage, CurveWindow, UnobservedSpans};
 use ocmc_core::operating_cycle::given::GivenCycle;
@@ -54,6 +56,45 @@ pub struct RoadLog<'a> {
     pub map_object: Option<Vec<&'a str>>,
 }
 
+/// What stands for the limits of a log that has none.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum MissingLimits {
+    /// Nothing: they are not known.
+    #[default]
+    Unknown,
+    /// One for the whole log, in m/s.
+    Everywhere(f64),
+    /// What the speed of the drive shows ([`super::speed_envelope`]).
+    OfSpeed,
+}
+
+/// Where the limits of a road come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum LimitSource {
+    /// A column of the log.
+    Column,
+    /// They were given.
+    Given,
+    /// The speed of the drive.
+    Estimated,
+    /// They are not known.
+    Unknown,
+}
+
+impl LimitSource {
+    /// Its name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Column => "column",
+            Self::Given => "given",
+            Self::Estimated => "estimated",
+            Self::Unknown => "unknown",
+        }
+    }
+}
+
 /// Options.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RoadOptions {
@@ -67,6 +108,8 @@ pub struct RoadOptions {
     pub mission_stop_s: f64,
     /// Road type of logs that have none; none: by the speed limit.
     pub road_type: Option<String>,
+    /// Limits of logs that have none.
+    pub missing_limits: MissingLimits,
 }
 
 impl Default for RoadOptions {
@@ -77,6 +120,7 @@ impl Default for RoadOptions {
             altitude_average_m: 200.0,
             mission_stop_s: 300.0,
             road_type: None,
+            missing_limits: MissingLimits::Unknown,
         }
     }
 }
@@ -90,6 +134,8 @@ pub struct LoggedRoad {
     pub standstills: Vec<Standstill>,
     /// Where a part of it is not known.
     pub unobserved: UnobservedSpans,
+    /// The drive; empty where the road is not that of a log.
+    pub way: DrivenWay,
 }
 
 /// What was not used, or had to be supposed.
@@ -137,6 +183,8 @@ pub struct LoggedRoads {
     pub coverage: Coverage,
     /// What was not used.
     pub counts: RoadCounts,
+    /// Where the limits come from.
+    pub limits: LimitSource,
 }
 
 /// The roads of a log.
@@ -149,6 +197,8 @@ pub fn roads(log: &RoadLog, options: &RoadOptions) -> Result<LoggedRoads, LogErr
     let known = |column: &Option<Samples>| {
         column.as_ref().is_some_and(|values| values.iter().any(|value| value.is_finite()))
     };
+    let (given, limit_source) = with_limits(log, options.missing_limits);
+    let log = &given;
     let limits = known(&log.drive.limit_mps);
     let words = |column: &Option<Vec<&str>>| {
         column.as_ref().is_some_and(|words| words.iter().any(|word| !word.is_empty()))
@@ -158,12 +208,7 @@ pub fn roads(log: &RoadLog, options: &RoadOptions) -> Result<LoggedRoads, LogErr
         return Err(LogError::NoRoadType);
     }
     let turns = log.drive.yaw_rate_radps.iter().any(|yaw| yaw.is_finite());
-    let (pieces, rows) = prepare(&TripLog {
-        time_s: log.drive.time_s.clone(),
-        speed_mps: log.drive.speed_mps.clone(),
-        yaw_rate_radps: vec![0.0; log.drive.time_s.len()].into(),
-        ..TripLog::default()
-    })?;
+    let (tracks, rows) = tracks(log)?;
     let mut counts = RoadCounts {
         rows,
         type_by_limit: !types && options.road_type.is_none(),
@@ -174,17 +219,9 @@ pub fn roads(log: &RoadLog, options: &RoadOptions) -> Result<LoggedRoads, LogErr
     counts.curves_dropped = detection.as_ref().map_or(0, |found| {
         found.too_short + found.too_straight + found.too_slow + found.without_radius
     });
-    let mut roads = Vec::new();
-    let mut track = RoadRows::default();
-    for piece in &pieces {
-        if !track.goes_on(log, piece.row[0]) {
-            roads.extend(track.road(log, options, curves, &mut counts));
-            track = RoadRows::default();
-            counts.cuts += 1;
-        }
-        track.append(log, &piece.row, &piece.time_s, &piece.speed_mps);
-    }
-    roads.extend(track.road(log, options, curves, &mut counts));
+    counts.cuts = tracks.len().saturating_sub(1);
+    let road = |track: &RoadRows| track.road(log, options, curves, &mut counts);
+    let roads = tracks.iter().filter_map(road).collect();
     let slopes = known(&log.grade) || known(&log.altitude_m);
     // said of the whole log
     if !slopes {
@@ -203,7 +240,55 @@ pub fn roads(log: &RoadLog, options: &RoadOptions) -> Result<LoggedRoads, LogErr
         curves: if turns { CurveCoverage::Within(options.window()) } else { CurveCoverage::None },
         turn_within_m: TURN_WITHIN_M,
     };
-    Ok(LoggedRoads { roads, coverage, counts })
+    Ok(LoggedRoads { roads, coverage, counts, limits: limit_source })
+}
+
+/// A log with what stands for its limits, where it has none, and where they come from.
+fn with_limits<'a>(log: &RoadLog<'a>, missing: MissingLimits) -> (RoadLog<'a>, LimitSource) {
+    let possible = |limit: &f64| (LIMITS_MPS[0]..=LIMITS_MPS[1]).contains(limit);
+    let has = log.drive.limit_mps.as_ref().is_some_and(|limits| limits.iter().any(possible));
+    let (limits, source) = match missing {
+        _ if has => return (log.clone(), LimitSource::Column),
+        MissingLimits::Unknown => return (log.clone(), LimitSource::Unknown),
+        MissingLimits::Everywhere(limit) => {
+            (vec![limit; log.drive.time_s.len()], LimitSource::Given)
+        }
+        MissingLimits::OfSpeed => {
+            let limits = limits_of_speed(&log.drive.time_s, &log.drive.speed_mps);
+            (limits, LimitSource::Estimated)
+        }
+    };
+    let drive = TripLog { limit_mps: Some(limits.into()), ..log.drive.clone() };
+    (RoadLog { drive, ..log.clone() }, source)
+}
+
+/// The ways of a log, cut where nothing was logged; those shorter than 200 m are left out.
+///
+/// # Errors
+/// [`LogError`] where the log cannot be used.
+pub fn ways(log: &RoadLog) -> Result<(Vec<DrivenWay>, LogCounts), LogError> {
+    let (tracks, rows) = tracks(log)?;
+    let ways = tracks.iter().map(|track| track.way(log));
+    Ok((ways.filter(|way| way.length_m() >= SHORTEST_ROAD_M).collect(), rows))
+}
+
+/// Rows that one road goes through.
+fn tracks(log: &RoadLog) -> Result<(Vec<RoadRows>, LogCounts), LogError> {
+    let (pieces, rows) = prepare(&TripLog {
+        time_s: log.drive.time_s.clone(),
+        speed_mps: log.drive.speed_mps.clone(),
+        yaw_rate_radps: vec![0.0; log.drive.time_s.len()].into(),
+        ..TripLog::default()
+    })?;
+    let mut tracks = vec![RoadRows::default()];
+    for piece in &pieces {
+        if !tracks[tracks.len() - 1].goes_on(log, piece.row[0]) {
+            tracks.push(RoadRows::default());
+        }
+        let track = tracks.last_mut().expect("there is always one");
+        track.append(log, &piece.row, &piece.time_s, &piece.speed_mps);
+    }
+    Ok((tracks, rows))
 }
 
 impl RoadOptions {
@@ -219,6 +304,11 @@ impl RoadOptions {
     fn check(&self) -> Result<(), LogError> {
         let ([low, high], over_m) = (self.radius_range_m, self.altitude_average_m);
         let (short, stop_s) = ((0.0..=2000.0).contains(&over_m), self.mission_stop_s);
+        if let MissingLimits::Everywhere(value) = self.missing_limits {
+            let known = (LIMITS_MPS[0]..=LIMITS_MPS[1]).contains(&value);
+            check_options([("the speed limit, in m/s,", value, "1 to 70", known)])
+                .map_err(LogError::Option)?;
+        }
         let stop = "the time from which a standstill is a stop of the mission, in s,";
         check_options([
             ("the smallest radius, in m,", low, "a number from 0 on", low >= 0.0),

@@ -7,6 +7,7 @@ use super::road_slope::Climb;
 use super::sensor::STANDSTILL_MPS;
 use super::signal::{LIMITS_MPS, longest_interval_s};
 use super::standstill::{Standstill, standstills};
+use super::way::DrivenWay;
 use ocmc_core::operating_cycle::coverage::UnobservedSpans;
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::road::curvature::Curve;
@@ -21,7 +22,7 @@ const LONGEST_BRIDGE_S: f64 = 10.0;
 /// A vehicle that has not moved by more than this stood, in m.
 const SAME_PLACE_M: f64 = 1.0;
 /// Shortest road, in m: that of a given cycle.
-const SHORTEST_ROAD_M: f64 = 200.0;
+pub(super) const SHORTEST_ROAD_M: f64 = 200.0;
 /// Limits that differ by less are one, in m/s.
 const SAME_LIMIT_MPS: f64 = 0.1;
 /// A limit that changes this close to where the road type does changes with it, in m (judgement).
@@ -66,13 +67,24 @@ impl RoadRows {
         self.speed_mps.extend_from_slice(speed_mps);
     }
 
-    /// Way from the first row on, in m, and whether it is the integral of the speed.
-    fn way_m(&self, log: &RoadLog) -> (Vec<f64>, bool) {
+    /// The drive along its way.
+    pub(super) fn way(&self, log: &RoadLog) -> DrivenWay {
+        let (way_m, position_m) = self.way_m(log);
+        let (time_s, speed_mps) = (self.time_s.clone(), self.speed_mps.clone());
+        let (row, unseen) = (self.row.clone(), self.unseen.clone());
+        DrivenWay { row, time_s, speed_mps, way_m, position_m, unseen }
+    }
+
+    /// Way from the first row on, in m, and the position of that row; none where the way is the
+    /// integral of the speed.
+    fn way_m(&self, log: &RoadLog) -> (Vec<f64>, Option<f64>) {
         if let Some(positions) = &log.position_m {
             let way: Vec<f64> = self.row.iter().map(|&row| positions[row]).collect();
             let rises = way.windows(2).all(|pair| pair[1] >= pair[0]);
             if rises && way.iter().all(|at| at.is_finite()) {
-                return (way.iter().map(|at| at - way[0]).collect(), false);
+                let first_m = way.first().copied();
+                let way = way.iter().map(|at| at - first_m.unwrap_or(0.0)).collect();
+                return (way, first_m);
             }
         }
         let mut way_m = vec![0.0; self.row.len().min(1)];
@@ -81,7 +93,7 @@ impl RoadRows {
             let mean = if self.unseen[k] { 0.0 } else { mean };
             way_m.push(way_m[k - 1] + mean * (self.time_s[k] - self.time_s[k - 1]));
         }
-        (way_m, true)
+        (way_m, None)
     }
 
     /// The road; none where it is too short, or nothing determines its type.
@@ -92,13 +104,13 @@ impl RoadRows {
         curves: &[DrivenCurve],
         counts: &mut RoadCounts,
     ) -> Option<LoggedRoad> {
-        let (way_m, by_speed) = self.way_m(log);
-        let length_m = way_m.last().copied().unwrap_or(0.0);
+        let way = self.way(log);
+        let (way_m, length_m) = (way.way_m.clone(), way.length_m());
         if !(length_m >= SHORTEST_ROAD_M) {
             counts.too_short += 1;
             return None;
         }
-        counts.by_speed |= by_speed;
+        counts.by_speed |= way.position_m.is_none();
         let limits = self.limits(log, &way_m, counts);
         let word = |row: usize| log.road_type.as_ref().map(|words| words[row]);
         let (known, missing) =
@@ -152,7 +164,8 @@ impl RoadRows {
             ..GivenCycle::default()
         };
         let open = stops.into_iter().zip(explained).filter(|(_, explained)| !explained);
-        Some(LoggedRoad { cycle, standstills: open.map(|(stop, _)| stop).collect(), unobserved })
+        let standstills = open.map(|(stop, _)| stop).collect();
+        Some(LoggedRoad { cycle, standstills, unobserved, way })
     }
 
     /// Values from the places on at which they change, the first one from the start on, and how

@@ -26,6 +26,10 @@ const LAG_STEP_S: f64 = 0.1;
 const COURSE_FROM_MPS: f64 = 3.0;
 /// A step of the course that is a turn and no noise, in rad: 2°.
 const TURNING_STEP_RAD: f64 = 2.0 / 180.0 * PI;
+/// A shorter way between positions tells no course, in m.
+const MOVED_M: f64 = 2.0;
+/// Length of a degree of latitude, in m: the mean radius of the Earth (IUGG).
+const METRES_A_DEGREE: f64 = 6_371_008.8 * PI / 180.0;
 /// A smaller correlation determines no lag.
 const SMALLEST_CORRELATION: f64 = 0.5;
 /// Turning time that a lag needs, in s, and the yaw rate from which it counts, in rad/s.
@@ -118,6 +122,34 @@ pub fn yaw_rate_of_course(time_s: &[f64], speed_mps: &[f64], course_rad: &[f64])
         run_rates(&mut rates, run[0]..run[0] + run.len(), hold, time_s, course_rad);
     }
     rates
+}
+
+/// Course over ground of a vehicle, in rad, clockwise from north, from its latitudes and longitudes,
+/// in degrees: the direction from the last position that is 2 m or more back (judgement: what a
+/// satellite receiver at rest wanders). NaN until the vehicle has moved so far, and without a
+/// position.
+pub fn course_of_positions(latitude_deg: &[f64], longitude_deg: &[f64]) -> Vec<f64> {
+    let mut course_rad = f64::NAN;
+    let mut last: Option<(f64, f64)> = None;
+    let positions = latitude_deg.iter().zip(longitude_deg);
+    let courses = positions.map(|(&latitude, &longitude)| {
+        if !(latitude.is_finite() && longitude.is_finite()) {
+            return f64::NAN;
+        }
+        let Some((from_latitude, from_longitude)) = last else {
+            last = Some((latitude, longitude));
+            return course_rad;
+        };
+        let east_deg = wrapped((longitude - from_longitude).to_radians()).to_degrees();
+        let north_m = (latitude - from_latitude) * METRES_A_DEGREE;
+        let east_m = east_deg * METRES_A_DEGREE * libm::cos(latitude.to_radians());
+        if libm::hypot(east_m, north_m) >= MOVED_M {
+            course_rad = libm::atan2(east_m, north_m);
+            last = Some((latitude, longitude));
+        }
+        course_rad
+    });
+    courses.collect()
 }
 
 /// Rows that repeat one update of the course, itself among them: the median where the course turns

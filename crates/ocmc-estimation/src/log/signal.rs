@@ -143,7 +143,7 @@ pub struct Piece {
 }
 
 /// Time between rows from which on there is a gap, in s, at a median interval, in s.
-pub(super) fn longest_interval_s(interval_s: f64) -> f64 {
+pub(crate) fn longest_interval_s(interval_s: f64) -> f64 {
     (GAP_INTERVALS * interval_s).max(SHORTEST_GAP_S)
 }
 

@@ -3,11 +3,12 @@
 
 use super::{LogFile, LoggedTrip, Need};
 use crate::table::{Quantity, spreadsheet};
+use ocmc_core::operating_cycle::given::GivenCycleError;
 use ocmc_estimation::log::TripLog;
 use ocmc_estimation::log::curve::{
     Correction, CurveDetection, CurveOptions, DrivenCurve, RadiusDefinition, detect_curves,
 };
-use ocmc_estimation::log::sensor::yaw_rate_of_course;
+use ocmc_estimation::log::sensor::{course_of_positions, yaw_rate_of_course};
 use ocmc_estimation::log::signal::LogError;
 use ocmc_estimation::option_check::OptionError;
 use serde::Serialize;
@@ -87,6 +88,14 @@ pub enum TripError {
         "only the angle of the steering wheel tells how the vehicle turns: give --steering-ratio and --wheelbase-m"
     )]
     Steering,
+    /// No limit is known.
+    #[error(
+        "no speed limit is known: give a column, one limit for the whole log, or take what the speed shows"
+    )]
+    NoLimit,
+    /// What it shows is no road.
+    #[error(transparent)]
+    Road(#[from] GivenCycleError),
 }
 
 /// The curves of many drives.
@@ -160,9 +169,17 @@ pub(super) fn turning_log<'a>(
     options: &CurveOptions,
 ) -> Result<(TripLog<'a>, CurveOptions), TripError> {
     let lent = |quantity| drive.column(quantity).map(Cow::Borrowed);
-    let turning = turning(drive);
+    let mut turning = turning(drive);
     let speed_mps = lent(Quantity::Speed).unwrap_or_default();
-    let signal = lent(turning).unwrap_or_default();
+    let mut signal = lent(turning).unwrap_or_default();
+    if signal.iter().all(|value| value.is_nan())
+        && let Some((latitude, longitude)) =
+            drive.column(Quantity::Latitude).zip(drive.column(Quantity::Longitude))
+    {
+        // nothing else tells it, and the course follows from where the vehicle was
+        turning = Quantity::Course;
+        signal = course_of_positions(latitude, longitude).into();
+    }
     let times_speed = |factor: f64| {
         signal.iter().zip(&*speed_mps).map(|(signal, speed)| signal * speed * factor).collect()
     };

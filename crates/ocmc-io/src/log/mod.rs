@@ -2,13 +2,16 @@
 
 mod account;
 pub mod curves;
+pub mod driven;
 pub mod identification;
 pub mod pedals;
 pub mod roads;
+pub mod vmod;
 
 use account::how_numbers_are_written;
 pub(crate) use account::{counted, row_notes};
 
+use crate::sha256;
 use crate::table::error::Fault;
 use crate::table::formats::LOG;
 use crate::table::given::{GivenTable, RowPlace};
@@ -19,6 +22,9 @@ use std::path::{Path, PathBuf};
 
 /// What tells rows of different drives apart.
 const LABELS: [Quantity; 3] = [Quantity::Driver, Quantity::Drive, Quantity::Event];
+
+/// Digits of a fingerprint.
+const FINGERPRINT: usize = 16;
 
 /// What a command needs of a log: one of these quantities.
 pub type Need = &'static [Quantity];
@@ -47,6 +53,15 @@ impl LoggedTrip {
     /// The values of a quantity.
     pub fn column(&self, quantity: Quantity) -> Option<&[f64]> {
         self.columns.get(&quantity).map(|column| column.values().as_ref())
+    }
+
+    /// A name for what was driven, whatever the file is called: of time and speed alone.
+    pub fn fingerprint(&self) -> String {
+        let columns = [Quantity::Time, Quantity::Speed];
+        let values = columns.into_iter().filter_map(|quantity| self.column(quantity));
+        let bytes: Vec<u8> = values.flatten().flat_map(|value| value.to_le_bytes()).collect();
+        let digits = sha256::of_bytes(&bytes);
+        format!("log-{}", &digits[..FINGERPRINT])
     }
 
     /// Number of rows.

@@ -7,6 +7,7 @@ use crate::table::{Mapping, Quantity, Source, Table};
 use ocmc_core::operating_cycle::coverage::{Coverage, CurveCoverage, CurveWindow};
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::road::point_event::KINDS;
+use ocmc_estimation::log::TripLog;
 use ocmc_estimation::log::road::{
     LoggedRoad, LoggedRoads, RoadCounts, RoadLog, RoadOptions, roads,
 };
@@ -98,16 +99,27 @@ impl FoundRoads {
     }
 }
 
-fn found(
+pub(super) fn found(
     drive: &LoggedTrip,
     options: &RoadOptions,
     steering: Option<Steering>,
 ) -> Result<LoggedRoads, TripError> {
     let (log, corrections) = turning_log(drive, steering, &options.curves)?;
+    let log = road_log(drive, Some(log));
+    Ok(roads(&log, &RoadOptions { curves: corrections, ..options.clone() })?)
+}
+
+/// A drive as roads are found in it; `turning`: with what tells how its vehicle turns.
+pub(super) fn road_log<'a>(drive: &'a LoggedTrip, turning: Option<TripLog<'a>>) -> RoadLog<'a> {
     let lent = |quantity| drive.column(quantity).map(Cow::Borrowed);
     let words = |word| drive.words(word).map(|words| words.rows().collect());
-    let log = RoadLog {
-        drive: log,
+    let plain = || TripLog {
+        time_s: lent(Quantity::Time).unwrap_or_default(),
+        speed_mps: lent(Quantity::Speed).unwrap_or_default(),
+        ..TripLog::default()
+    };
+    RoadLog {
+        drive: turning.unwrap_or_else(plain),
         position_m: lent(Quantity::Position),
         altitude_m: lent(Quantity::Altitude),
         grade: lent(Quantity::Grade),
@@ -117,12 +129,11 @@ fn found(
         day_of_year: lent(Quantity::DayOfYear),
         road_type: words(Quantity::RoadType),
         map_object: words(Quantity::MapObject),
-    };
-    Ok(roads(&log, &RoadOptions { curves: corrections, ..options.clone() })?)
+    }
 }
 
 /// What was not used of a drive, or had to be supposed.
-fn notes(place: &str, counts: &RoadCounts) -> Vec<String> {
+pub(super) fn notes(place: &str, counts: &RoadCounts) -> Vec<String> {
     let mut notes = row_notes(place, &counts.rows);
     let objects = KINDS.map(|kind| kind.map_object);
     notes.extend(counted(place, [

@@ -3,8 +3,10 @@
 
 mod energy;
 mod gathered;
+mod speed_over_distance;
 mod svg;
 mod tables;
+mod validation;
 
 use crate::label::label;
 use crate::number_text::{grouped, rounded};
@@ -15,9 +17,11 @@ use ocmc_core::fleet::association::{Association, association};
 use ocmc_core::fleet::quantity::{RecordQuantity, quantity};
 use ocmc_core::fleet::statistic::Statistic;
 use ocmc_core::record::{Cell, Record, column};
+pub use speed_over_distance::RoadPicture;
 use std::fmt::Write;
 use std::path::Path;
 use svg::escaped;
+pub use validation::{ValidationPage, quantity_label, score_text, validation_html};
 
 /// Name of the report in a run directory.
 pub const REPORT: &str = "report.html";
@@ -111,14 +115,18 @@ fn head(run: &Reported) -> String {
     let name = escaped(&run.manifest.study);
     let description = run.manifest.value("study.description");
     let description = description.as_ref().and_then(|text| text.as_str()).unwrap_or_default();
+    let top = page_head(&format!("{name}: a run of ocmc"), STYLE);
+    format!("{top}<h1>{name}</h1>\n<p class=\"soft\">{}</p>\n", escaped(description))
+}
+
+/// The head of a page, up to its body.
+fn page_head(title: &str, style: &str) -> String {
     // nothing may be fetched, whatever a study's name holds
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
          <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; style-src 'unsafe-inline'\">\n\
-         <link rel=\"icon\" href=\"data:,\">\n<title>{name}: a run of ocmc</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n\
-         <h1>{name}</h1>\n<p class=\"soft\">{}</p>\n",
-        escaped(description)
+         <link rel=\"icon\" href=\"data:,\">\n<title>{title}</title>\n<style>\n{style}</style>\n</head>\n<body>\n"
     )
 }
 

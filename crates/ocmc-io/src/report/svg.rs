@@ -15,20 +15,20 @@ pub(super) fn escaped(text: &str) -> String {
 
 /// Maps a range of values to a range of places.
 #[derive(Clone, Copy)]
-struct Scale {
-    from: [f64; 2],
-    to: [f64; 2],
+pub(super) struct Scale {
+    pub(super) from: [f64; 2],
+    pub(super) to: [f64; 2],
 }
 
 impl Scale {
-    fn at(self, value: f64) -> f64 {
+    pub(super) fn at(self, value: f64) -> f64 {
         let [a, b] = self.from;
         let share = if b > a { (value - a) / (b - a) } else { 0.5 };
         self.to[0] + share * (self.to[1] - self.to[0])
     }
 }
 
-fn begin(width: f64, height: f64, what: &str) -> String {
+pub(super) fn begin(width: f64, height: f64, what: &str) -> String {
     // letters of broad pictures grow on narrow screens
     let class = if width > 400.0 { " class=\"broad\"" } else { "" };
     format!(
@@ -37,7 +37,7 @@ fn begin(width: f64, height: f64, what: &str) -> String {
     )
 }
 
-fn label(text: &mut String, [x, y]: [f64; 2], anchor: &str, class: &str, words: &str) {
+pub(super) fn label(text: &mut String, [x, y]: [f64; 2], anchor: &str, class: &str, words: &str) {
     let words = escaped(words);
     let _ = writeln!(
         text,
@@ -170,7 +170,7 @@ pub(super) fn bars(rows: &[(String, f64, String)], what: &str) -> String {
 }
 
 /// A number for an axis.
-fn rounded_short(value: f64) -> String {
+pub(super) fn rounded_short(value: f64) -> String {
     let text = rounded(value);
     match text.as_str() {
         // what rounds to nothing has no sign

@@ -118,12 +118,18 @@ impl LoadedStudy {
         Ok(Self { study, ..self })
     }
 
-    /// The study on one given cycle, which was made from a file that is not itself a route.
+    /// The study on one given cycle, which was made from a file that is not itself a route; `keep` is
+    /// what is taken from it instead of being drawn.
     ///
     /// # Errors
     /// As [`LoadedStudy::on_routes`].
-    pub fn on_route(self, file: &Path, cycle: GivenCycle) -> Result<Self, StudyFileError> {
-        let study = self.study.with_routes(vec![(cycle, 1.0, vec![Keep::Traffic])]);
+    pub fn on_route(
+        self,
+        file: &Path,
+        cycle: GivenCycle,
+        keep: &[Keep],
+    ) -> Result<Self, StudyFileError> {
+        let study = self.study.with_routes(vec![(cycle, 1.0, keep.to_vec())]);
         let study =
             study.map_err(|(_, error)| routes::fault(&given_cycle::in_file(file)(error)))?;
         Ok(Self { study, ..self })

@@ -43,6 +43,8 @@ pub const LOG: Schema = Schema {
         Field::of(Q::Altitude),
         Field::of(Q::Roughness),
         Field::of(Q::Payload),
+        Field::of(Q::FuelRate),
+        Field::of(Q::BatteryPower),
         Field::of(Q::TimeOfDay),
         Field::of(Q::DayOfYear),
         Field::of(Q::Driver),

@@ -57,6 +57,7 @@ pub enum Quantity {
     FullLoadTorque,
     DragTorque,
     FuelRate,
+    BatteryPower,
     InputTorque,
     LossTorque,
     Track,
@@ -93,7 +94,7 @@ use Quantity as Q;
 
 /// The vocabulary, in the order of [`Quantity`].
 #[rustfmt::skip] // a quantity a line
-pub const VOCABULARY: [Entry; 53] = [
+pub const VOCABULARY: [Entry; 54] = [
     entry(Q::Time, &["time"], unit::TIME, "time",
         "of weather and traffic from the midnight of a 1 January"),
     entry(Q::Date, &["time"], unit::TEXT, "date and time",
@@ -161,7 +162,10 @@ pub const VOCABULARY: [Entry; 53] = [
     entry(Q::Torque, &["torque"], unit::TORQUE, "torque", ""),
     entry(Q::FullLoadTorque, &["full_load_torque"], unit::TORQUE, "full-load torque", ""),
     entry(Q::DragTorque, &["drag_torque"], unit::TORQUE, "drag torque", "negative"),
-    entry(Q::FuelRate, &["fuel"], unit::MASS_FLOW, "fuel consumption", ""),
+    entry(Q::FuelRate, &["fuel", "fuel_rate"], unit::MASS_FLOW, "fuel consumption",
+        "in a log the mean since the row before"),
+    entry(Q::BatteryPower, &["battery_power"], unit::POWER, "power of the battery",
+        "at its terminals, positive where it is discharged; in a log the mean since the row before"),
     entry(Q::InputTorque, &["input_torque"], unit::TORQUE, "input torque",
         "of a gearbox or an axle"),
     entry(Q::LossTorque, &["loss_torque", "torque_loss"], unit::TORQUE, "loss torque", ""),

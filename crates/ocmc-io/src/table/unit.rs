@@ -110,6 +110,8 @@ pub const MASS_FLOW: &[Unit] = &[
     Unit::new("gph", &["g/h", "g/hr"], 1.0 / 3.6e6),
     Unit::new("kgph", &["kg/h", "kg/hr"], 1.0 / 3600.0),
 ];
+/// Powers.
+pub const POWER: &[Unit] = &[Unit::new("w", &["W"], 1.0), Unit::new("kw", &["kW"], 1000.0)];
 
 /// Units that people write at the end of a column's name, and that no quantity is read in.
 const OTHER_SUFFIXES: [&str; 9] = ["f", "mbar", "inhg", "kpa", "bar", "ft", "mi", "fps", "per_km"];

@@ -86,6 +86,8 @@ const NAMES: &[Understood] = &[
     (LOG, Q::Altitude, &[("altitude_m", 1.0), ("altitude_km", 1000.0)]),
     (LOG, Q::Roughness, &[("roughness_m3", 1.0)]),
     (LOG, Q::Payload, &[("payload_kg", 1.0), ("payload_t", 1000.0)]),
+    (LOG, Q::FuelRate, &[("fuel_kgps", 1.0), ("fuel_rate_kgps", 1.0), ("fuel_gph", GPH)]),
+    (LOG, Q::BatteryPower, &[("battery_power_w", 1.0), ("battery_power_kw", 1000.0)]),
     (LOG, Q::TimeOfDay, &[("time_of_day_s", 1.0), ("time_of_day_h", 3600.0)]),
     (LOG, Q::DayOfYear, &[("day_of_year", 1.0)]),
     (LOG, Q::Driver, &[("driver", 1.0)]),

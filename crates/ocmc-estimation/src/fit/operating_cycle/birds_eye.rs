@@ -111,7 +111,7 @@ pub struct BirdsEye {
 /// Analyses roads on steps of `step_m`.
 pub fn birds_eye(roads: &[LoggedRoad], step_m: f64) -> BirdsEye {
     let mut view = View::default();
-    for LoggedRoad { cycle, standstills, unobserved } in roads {
+    for LoggedRoad { cycle, standstills, unobserved, .. } in roads {
         let slope = |k: usize| {
             let at = k as f64 * step_m;
             let known = overlap_m(&unobserved.slope_m, at, at + step_m) == 0.0;

@@ -48,7 +48,7 @@ pub(super) fn collect(
     base: &RoadModel,
     roads: &mut BTreeMap<String, TypeRoads>,
 ) {
-    let LoggedRoad { cycle, standstills, unobserved } = road;
+    let LoggedRoad { cycle, standstills, unobserved, .. } = road;
     let near = |curve: &Curve, at_m: f64| (curve.start_m - at_m).abs() < coverage.turn_within_m;
     let junction = |at_m: f64| cycle.curves.iter().find(|curve| near(curve, at_m)).copied();
     let turns = cycle.events.iter().filter_map(|event| junction(event.position_m));

@@ -1,0 +1,162 @@
+//! From log files to drives on a road: the way that was driven, the road that was driven on, and the
+//! energy that it took.
+
+use super::curves::{Steering, TripError};
+use super::roads::{found, notes, road_log};
+use super::{LogFile, LoggedTrip, row_notes};
+use crate::table::Quantity;
+use ocmc_core::operating_cycle::given::GivenCycle;
+use ocmc_core::operating_cycle::road::point_event::{EventKind, PointEvent};
+use ocmc_estimation::log::road::{LoggedRoad, RoadOptions, ways};
+use ocmc_estimation::log::way::DrivenWay;
+
+/// What a vehicle takes its energy from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EnergyKind {
+    /// Fuel, in kg.
+    Fuel,
+    /// The terminals of a battery, in J.
+    Battery,
+}
+
+impl EnergyKind {
+    /// The column of a log that tells its rate, and that of a trace.
+    pub fn rate(self) -> (Quantity, &'static str) {
+        match self {
+            Self::Fuel => (Quantity::FuelRate, "fuel_rate_kgps"),
+            Self::Battery => (Quantity::BatteryPower, "battery_power_w"),
+        }
+    }
+}
+
+/// A drive that was measured.
+#[derive(Clone, Debug)]
+pub struct MeasuredDrive {
+    /// The drive, and which piece of it.
+    pub name: String,
+    /// What was driven, whatever its file is called.
+    pub fingerprint: String,
+    /// Its way.
+    pub way: DrivenWay,
+    /// Energy from its first row on, row by row, where the log tells it.
+    pub energy: Option<(EnergyKind, Vec<f64>)>,
+    /// The road that it was driven on, where it was asked for.
+    pub road: Option<GivenCycle>,
+}
+
+/// Drives of logs.
+#[derive(Clone, Debug, Default)]
+pub struct MeasuredDrives {
+    /// The drives.
+    pub drives: Vec<MeasuredDrive>,
+    /// What has to be known, each with its place.
+    pub notes: Vec<String>,
+    /// Where the drives stand that could not be used, and why.
+    pub left_out: Vec<(String, TripError)>,
+}
+
+impl MeasuredDrives {
+    /// Adds the drives of a log with the roads that they were driven on. With `stops` the
+    /// standstills that no object of the map explains are on the road, too.
+    pub fn add_with_roads(
+        &mut self,
+        file: &LogFile,
+        options: &RoadOptions,
+        steering: Option<Steering>,
+        stops: bool,
+    ) {
+        for drive in &file.drives {
+            let place = file.place(drive);
+            let found = match found(drive, options, steering) {
+                Ok(found) => found,
+                Err(fault) => {
+                    self.left_out.push((place, fault));
+                    continue;
+                }
+            };
+            self.notes.extend(notes(&place, &found.counts));
+            let count = found.roads.len();
+            for (k, road) in found.roads.into_iter().enumerate() {
+                let source = (drive.fingerprint(), found.limits.name());
+                match given(&road, stops, source) {
+                    Ok(given) => self.push(drive, (k, count), road.way, Some(given)),
+                    Err(fault) => self.left_out.push((place.clone(), fault)),
+                }
+            }
+        }
+    }
+
+    /// Adds the drives of a log, whose roads are known.
+    pub fn add(&mut self, file: &LogFile) {
+        for drive in &file.drives {
+            let place = file.place(drive);
+            match ways(&road_log(drive, None)) {
+                Ok((ways, counts)) => {
+                    self.notes.extend(row_notes(&place, &counts));
+                    let count = ways.len();
+                    for (k, way) in ways.into_iter().enumerate() {
+                        self.push(drive, (k, count), way, None);
+                    }
+                }
+                Err(fault) => self.left_out.push((place, fault.into())),
+            }
+        }
+    }
+
+    fn push(
+        &mut self,
+        drive: &LoggedTrip,
+        (piece, pieces): (usize, usize),
+        way: DrivenWay,
+        road: Option<GivenCycle>,
+    ) {
+        let piece = if pieces > 1 { format!(" ({})", piece + 1) } else { String::new() };
+        let event = drive.event.as_ref().map_or(String::new(), |event| format!(", {event}"));
+        let name = format!("{}{event}{piece}", drive.drive);
+        let energy = energy(drive, &way);
+        let fingerprint = drive.fingerprint();
+        self.drives.push(MeasuredDrive { name, fingerprint, way, energy, road });
+    }
+}
+
+/// The energy of a drive up to each row of its way: a rate is the mean since the row before.
+fn energy(drive: &LoggedTrip, way: &DrivenWay) -> Option<(EnergyKind, Vec<f64>)> {
+    let kinds = [EnergyKind::Fuel, EnergyKind::Battery];
+    let (kind, rates) =
+        kinds.into_iter().find_map(|kind| Some((kind, drive.column(kind.rate().0)?)))?;
+    let mut sum = 0.0;
+    let mut all = Vec::with_capacity(way.row.len());
+    for (k, &row) in way.row.iter().enumerate() {
+        if k > 0 {
+            sum += rates[row] * (way.time_s[k] - way.time_s[k - 1]);
+        }
+        all.push(sum);
+    }
+    // a row without a rate leaves everything behind it unknown
+    sum.is_finite().then_some((kind, all))
+}
+
+/// The road of a log as a given cycle: as a file of it is read back.
+fn given(
+    road: &LoggedRoad,
+    stops: bool,
+    (log, limits): (String, &str),
+) -> Result<GivenCycle, TripError> {
+    let mut cycle = road.cycle.clone();
+    if stops {
+        cycle.events.extend(road.standstills.iter().map(|stop| PointEvent {
+            position_m: stop.position_m,
+            kind: EventKind::StopSign { standstill_s: stop.duration_s },
+            turns: false,
+        }));
+        cycle.events.sort_by(|a, b| a.position_m.total_cmp(&b.position_m));
+    }
+    cycle.source_log = Some(log);
+    cycle.limit_source = Some(limits.to_owned());
+    if cycle.limits.iter().any(|limit| limit.1.is_nan()) {
+        return Err(TripError::NoLimit);
+    }
+    let again = GivenCycle::from_tracks(&cycle.tracks(), Some(cycle.length_m))?;
+    let whole = |(second, day): &(f64, f64)| second.is_finite() && day.is_finite();
+    Ok(GivenCycle { departure: cycle.departure.filter(whole), ..again })
+}
