@@ -16,6 +16,7 @@ mod road_slope;
 pub mod sensor;
 pub mod signal;
 pub mod standstill;
+pub mod surroundings;
 pub mod threshold;
 
 use std::borrow::Cow;
