@@ -400,8 +400,8 @@ SAMPLING = [
 STATISTICS = [
     Mutation(
         "the clustered sandwich without (n-1)/(n-p)",
-        "libm::sqrt({{squares * g / (g - 1.0) * (n - 1.0) / (n - p)}})",
-        "squares * g / (g - 1.0) * (n / n) * (p / p)",
+        "libm::sqrt(of_exponent * correction * {{(n - 1.0) / (n - p)}})",
+        "(n / n) * (p / p)",
         "estimation-it fit::clustered_error",
     ),
     Mutation(
@@ -484,7 +484,7 @@ STATISTICS = [
     ),
     Mutation(
         "maximum likelihood in place of REML",
-        "let (sum_sq, df) = (last * last, {{(self.n - p) as f64}});",
+        "profile.sum_sq / {{(self.n - p) as f64}}",
         "self.n as f64",
         "estimation-it fit::sleepstudy; estimation mixed_model::tests",
     ),
@@ -496,7 +496,7 @@ STATISTICS = [
     ),
     Mutation(
         "traffic's correlation over the counts' interval, not over the study's step",
-        "(libm::pow(phi, {{step_s / interval}}), n)",
+        "let power = {{step_s / interval}};",
         "step_s / step_s",
         "estimation-it fit::traffic",
     ),

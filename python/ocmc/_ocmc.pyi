@@ -80,6 +80,7 @@ def fit_curve_speed(
     reference_radius_m: float = 250.0,
     radius_range_m: tuple[float, float] = (20.0, 500.0),
     minimum_route_m: float = 5000.0,
+    isolated_m: float | None = None,
     fixed_exponent: float = 0.5,
     significance: float = 0.05,
     limit_share: float = 0.9,

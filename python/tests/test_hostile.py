@@ -134,6 +134,7 @@ def test_hostile_arguments(study, run, value, tmp_path, monkeypatch):
         "reference_radius_m",
         "radius_range_m",
         "minimum_route_m",
+        "isolated_m",
         "fixed_exponent",
     ]:
         tried(ocmc.fit_curve_speed, good, **{name: value})

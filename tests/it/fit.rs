@@ -128,6 +128,46 @@ fn rows_that_are_left_out_are_counted() {
 }
 
 #[test]
+fn free_curves_and_rows_without_a_direction() {
+    let mut table =
+        "driver,radius_m,direction,speed_mps,gap_before_m,gap_after_m,slowest_near_mps,stop_near_m\n"
+            .to_owned();
+    for k in 0..16 {
+        let (driver, side) = (k % 2, ["left", "right"][k / 2 % 2]);
+        let (radius, speed) = (60 + 20 * k, 8.0 + 0.6 * k as f64 + 0.3 * (k % 3) as f64);
+        let _ = writeln!(table, "d{driver},{radius},{side},{speed},200,300,{speed},");
+    }
+    table.push_str("d0,100,left,10,149,300,10,\n"); // close to the curve before
+    table.push_str("d0,100,left,10,200,100,10,900\n"); // and to the next one
+    table.push_str("d1,100,left,10,200,300,10,20\n"); // close to a standstill
+    table.push_str("d1,100,left,10,200,300,5,900\n"); // something slowed it nearby
+    table.push_str("d1,100,left,10,,300,10,900\n"); // nothing says how far the curve before is
+    table.push_str("d1,100,,10,200,300,10,900\n"); // no direction
+    let directory = tempfile::tempdir().expect("a directory");
+    let file = directory.path().join("curves.csv");
+    fs::write(&file, table).expect("a file");
+    let path = file.to_str().expect("UTF-8");
+    let fitted = |options: &[&str]| -> Value {
+        let text = answer(&[&["fit", "curve-speed", path, "--json"], options].concat());
+        serde_json::from_str(&text).expect("JSON")
+    };
+    let all = fitted(&[]);
+    assert_eq!((&all["n"], &all["dropped"]["missing_value"]), (&21.into(), &1.into()));
+    let free = fitted(&["--isolated", "150"]);
+    assert_eq!(free["n"], 16);
+    for (reason, rows) in [
+        ("near_another_curve", 2),
+        ("near_a_standstill", 1),
+        ("slower_nearby", 1),
+        ("missing_value", 2),
+    ] {
+        assert_eq!(free["dropped"][reason], rows, "{:#}", free["dropped"]);
+    }
+    let plain = refusal("driver,radius_m,speed_mps\na,100,9\n", &["--isolated", "150"]);
+    assert!(plain.contains("gap_before_m and gap_after_m"), "{plain}");
+}
+
+#[test]
 fn tables_without_a_fit_are_refused_in_words() {
     let rows =
         |rows: &[&str]| format!("driver,radius_m,direction,speed_mps\n{}\n", rows.join("\n"));
@@ -220,13 +260,10 @@ fn speed_changes_from_a_table_and_from_a_log() {
         serde_json::from_str(&answer(&["fit", "speed-change", trace, "--json"])).expect("JSON");
     let changes = of_trace["n"].as_u64().expect("a number");
     assert!((5..500).contains(&changes), "{changes}");
-    // one change has no spread: the study gets a number
-    assert!(
-        (json["study"]["driver"]["speed_change"]["deceleration_mps2"].as_f64().expect("a number")
-            - 0.8)
-            .abs()
-            < 1e-5
-    );
+    // one driver shows no spread between drivers: the study keeps that of its base
+    let law = &json["study"]["driver"]["speed_change"]["deceleration_mps2"];
+    assert!((law["median"].as_f64().expect("a number") - 0.8).abs() < 1e-5, "{law}");
+    assert_eq!(law["log_sd"], 0.25);
 }
 
 #[test]

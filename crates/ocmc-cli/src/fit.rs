@@ -74,7 +74,8 @@ impl FittedArguments {
 /// Options of the fit of curve speeds.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct CurveSpeedArguments {
-    /// Table of curves: driver,radius_m,direction,speed_mps and, where known, route_m,limit_mps
+    /// Table of curves: driver,radius_m,direction,speed_mps and, where known, route_m,limit_mps,
+    /// gap_before_m,gap_after_m,slowest_near_mps,stop_near_m
     #[arg(value_name = "CURVES.csv")]
     file: PathBuf,
     /// Says which column is what, as in speed_mph=gps_speed or yaw_rate_degps=-gyro; may be
@@ -93,6 +94,10 @@ pub(crate) struct CurveSpeedArguments {
     /// Routes have to be longer than this, in m, where the table has route_m
     #[arg(long, value_name = "M", default_value = "5000", allow_negative_numbers = true)]
     minimum_route: f64,
+    /// Only curves that were driven freely: none with another curve, a standstill, or the log's end
+    /// within this way, in m, or with a slower speed near it (needs gap_before_m,gap_after_m)
+    #[arg(long, value_name = "M", allow_negative_numbers = true)]
+    isolated: Option<f64>,
     /// Exponent of the second model, and the one that is tested
     #[arg(long, value_name = "DELTA", default_value = "0.5", allow_negative_numbers = true)]
     fixed_exponent: f64,
@@ -206,6 +211,7 @@ fn curve_speed(arguments: &CurveSpeedArguments) -> Result<(), Failure> {
         reference_radius_m: arguments.reference_radius,
         radius_range_m: [arguments.minimum_radius, arguments.maximum_radius],
         minimum_route_m: arguments.minimum_route,
+        isolated_m: arguments.isolated,
         fixed_exponent: arguments.fixed_exponent,
         significance: arguments.significance,
         limit_share: arguments.limit_share,

@@ -3,6 +3,7 @@
 use crate::table::formats::CURVES;
 use crate::table::{Mapping, Quantity, Source, Table, TableError};
 use ocmc_estimation::fit::curve_speed::CurveTable;
+use ocmc_estimation::log::surroundings::Surroundings;
 
 /// Reads a table of curves.
 ///
@@ -12,20 +13,29 @@ pub fn read(source: Source, mappings: &[Mapping]) -> Result<CurveTable, TableErr
     let file = Table::open(source, &CURVES, mappings)?;
     file.refuse_other_units()?;
     file.need(&[Quantity::Driver, Quantity::Radius, Quantity::Speed])?;
+    let both_gaps =
+        [Quantity::GapBefore, Quantity::GapAfter].iter().all(|gap| file.column(*gap).is_some());
     let mut table = CurveTable {
         left: file.column(Quantity::Direction).map(|_| Vec::new()),
         route_m: file.column(Quantity::RouteLength).map(|_| Vec::new()),
         limit_mps: file.column(Quantity::Limit).map(|_| Vec::new()),
+        acceleration_mps2: file.column(Quantity::Acceleration).map(|_| Vec::new()),
+        around: both_gaps.then(Vec::new),
         ..CurveTable::default()
     };
     file.for_each(|row| {
         table.driver.push(row.text(Quantity::Driver).to_owned());
-        table.radius_m.push(row.number(Quantity::Radius)?);
+        let mut radius_m = row.number(Quantity::Radius)?;
         table.speed_mps.push(row.number(Quantity::Speed)?);
         if let Some(left) = &mut table.left {
             left.push(match row.text(Quantity::Direction).to_ascii_lowercase().as_str() {
                 "left" => true,
                 "right" => false,
+                // a missing value like any other, which leaves the row out
+                "" => {
+                    radius_m = f64::NAN;
+                    false
+                }
                 _ => return Err(row.refuse(Quantity::Direction, "`left` or `right`")),
             });
         }
@@ -35,6 +45,19 @@ pub fn read(source: Source, mappings: &[Mapping]) -> Result<CurveTable, TableErr
         if let Some(limit_mps) = &mut table.limit_mps {
             limit_mps.push(row.number(Quantity::Limit)?);
         }
+        if let Some(acceleration_mps2) = &mut table.acceleration_mps2 {
+            acceleration_mps2.push(row.number(Quantity::Acceleration)?);
+        }
+        if let Some(around) = &mut table.around {
+            let stop_near_m = row.number(Quantity::StopNear)?;
+            around.push(Surroundings {
+                gap_before_m: row.number(Quantity::GapBefore)?,
+                gap_after_m: row.number(Quantity::GapAfter)?,
+                slowest_near_mps: row.number(Quantity::SlowestNear)?,
+                stop_near_m: (!stop_near_m.is_nan()).then_some(stop_near_m),
+            });
+        }
+        table.radius_m.push(radius_m);
         Ok(())
     })?;
     Ok(table)

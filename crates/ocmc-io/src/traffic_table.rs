@@ -10,17 +10,40 @@ use ocmc_core::operating_cycle::traffic::TrafficModel;
 use ocmc_estimation::fit::traffic::TrafficRecord;
 use std::collections::BTreeMap;
 
-/// Reads a table of traffic; `model` knows the jam density and the law of speeds, `utc_offset_h` is
-/// by how many hours the place's standard time is ahead of UTC, where that is known.
+/// A table of traffic.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TrafficTable {
+    /// Its rows.
+    pub records: Vec<TrafficRecord>,
+    /// Where speeds were measured: of each row the speed over that of the empty road, NaN where it
+    /// is missing.
+    pub speed_ratios: Option<Vec<f64>>,
+}
+
+/// Reads the records of a table of traffic, as [`read_table`].
 ///
 /// # Errors
-/// [`TableError`] names the file, the place in it and what is allowed.
+/// As [`read_table`].
 pub fn read(
     source: Source,
     mappings: &[Mapping],
     model: &TrafficModel,
     utc_offset_h: Option<f64>,
 ) -> Result<Vec<TrafficRecord>, TableError> {
+    read_table(source, mappings, model, utc_offset_h).map(|table| table.records)
+}
+
+/// Reads a table of traffic; `model` knows the jam density and the law of speeds, `utc_offset_h` is
+/// by how many hours the place's standard time is ahead of UTC, where that is known.
+///
+/// # Errors
+/// [`TableError`] names the file, the place in it and what is allowed.
+pub fn read_table(
+    source: Source,
+    mappings: &[Mapping],
+    model: &TrafficModel,
+    utc_offset_h: Option<f64>,
+) -> Result<TrafficTable, TableError> {
     let file = Table::open(source, &TRAFFIC, mappings)?;
     file.refuse_other_units()?;
     let mut clock = ClockColumn::find(&file, utc_offset_h)?;
@@ -31,12 +54,16 @@ pub fn read(
     let has_sites = file.column(Quantity::Site).is_some();
     let mut last: BTreeMap<String, f64> = BTreeMap::new();
     let mut records = Vec::new();
+    let mut speed_ratios = (measured == Quantity::SpeedRatio).then(Vec::new);
     file.for_each(|row| {
         let road_type = row.text(Quantity::RoadType).to_owned();
         let site = if has_sites { row.text(Quantity::Site).to_owned() } else { road_type.clone() };
         let (time_s, _) = clock.after(row, last.get(&site).copied())?;
         last.insert(site.clone(), time_s);
         let value = row.number(measured)?;
+        if let Some(speed_ratios) = &mut speed_ratios {
+            speed_ratios.push(value);
+        }
         let share = match measured {
             Quantity::Density => value / model.jam_density_per_m,
             Quantity::SpeedRatio => model.share_at(value),
@@ -48,7 +75,7 @@ pub fn read(
         records.push(TrafficRecord { site, road_type, time_s, share });
         Ok(())
     })?;
-    Ok(records)
+    Ok(TrafficTable { records, speed_ratios })
 }
 
 #[cfg(test)]

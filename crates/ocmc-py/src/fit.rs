@@ -22,7 +22,9 @@ use std::collections::BTreeMap;
 /// curves : table, str or os.PathLike
 ///     One row a curve: ``driver`` (or ``truck``), ``radius_m`` (m), ``speed_mps`` (m/s), and where
 ///     known ``direction`` (``left`` or ``right``), ``route_m`` (length of the route, m),
-///     ``limit_mps`` (m/s). Any table that speaks Arrow, a dictionary of columns, or a CSV file.
+///     ``limit_mps`` (m/s), and ``gap_before_m``, ``gap_after_m``, ``slowest_near_mps``,
+///     ``stop_near_m`` as `detect_curves` gives them. Any table that speaks Arrow, a dictionary of
+///     columns, or a CSV file.
 /// columns : dict of str to str, optional
 ///     Which column is what, such as ``{"speed_kmh": "v"}``.
 /// base : Study, optional
@@ -35,6 +37,9 @@ use std::collections::BTreeMap;
 ///     Smallest and largest radius that take part, in m.
 /// minimum_route_m : float
 ///     Routes have to be longer than this, in m, where their lengths are known.
+/// isolated_m : float, optional
+///     Take only curves that were driven freely: without another curve, a standstill or the end of
+///     the log within this way, in m, and without a slower speed near them.
 /// fixed_exponent : float
 ///     Exponent of the second model, and the one that is tested.
 /// significance : float
@@ -78,11 +83,12 @@ use std::collections::BTreeMap;
 #[pyo3(
     signature = (
         curves, *, columns=None, base=None, tobit=false, reference_radius_m=250.0, radius_range_m=(20.0, 500.0),
-        minimum_route_m=5000.0, fixed_exponent=0.5, significance=0.05, limit_share=0.9, coding="sum_to_zero"
+        minimum_route_m=5000.0, isolated_m=None, fixed_exponent=0.5, significance=0.05, limit_share=0.9,
+        coding="sum_to_zero"
     ),
     text_signature = "(curves, *, columns=None, base=None, tobit=False, reference_radius_m=250.0, \
-                      radius_range_m=(20.0, 500.0), minimum_route_m=5000.0, fixed_exponent=0.5, significance=0.05, limit_share=0.9, \
-                      coding='sum_to_zero')"
+                      radius_range_m=(20.0, 500.0), minimum_route_m=5000.0, isolated_m=None, fixed_exponent=0.5, \
+                      significance=0.05, limit_share=0.9, coding='sum_to_zero')"
 )]
 pub(crate) fn fit_curve_speed<'py>(
     py: Python<'py>,
@@ -93,6 +99,7 @@ pub(crate) fn fit_curve_speed<'py>(
     reference_radius_m: f64,
     radius_range_m: (f64, f64),
     minimum_route_m: f64,
+    isolated_m: Option<f64>,
     fixed_exponent: f64,
     significance: f64,
     limit_share: f64,
@@ -102,6 +109,7 @@ pub(crate) fn fit_curve_speed<'py>(
         reference_radius_m,
         radius_range_m: radius_range_m.into(),
         minimum_route_m,
+        isolated_m,
         fixed_exponent,
         significance,
         limit_share,
@@ -164,9 +172,11 @@ pub(crate) fn fit_curve_speed<'py>(
 /// Examples
 /// --------
 /// >>> import ocmc
-/// >>> fit = ocmc.fit_speed_change({"acceleration_mps2": [0.4, 0.5, 0.8, -0.5, -0.6, -0.9]})
+/// >>> sizes = [0.4, 0.45, 0.6, 0.65, 0.8, 0.9, -0.5, -0.55, -0.7, -0.75, -0.9, -1.0]
+/// >>> drivers = ["a", "a", "b", "b", "c", "c"] * 2
+/// >>> fit = ocmc.fit_speed_change({"driver": drivers, "acceleration_mps2": sizes})
 /// >>> round(fit["acceleration"]["median_mps2"], 3), fit["deceleration"]["n"]
-/// (0.543, 3)
+/// (0.608, 6)
 /// >>> study = ocmc.Study({"study": {"base": "field-truck"}} | fit["study"])
 #[pyfunction]
 #[pyo3(signature = (

@@ -53,8 +53,9 @@ const MOST_STARTS: u64 = 4096;
 /// -------
 /// Table
 ///     One row a curve: ``driver``, ``drive``, ``direction``, ``radius_m``, ``speed_mps``,
-///     ``start_m`` and others, as
-///     ``ocmc curves`` writes them.
+///     ``start_m`` and others, as ``ocmc curves`` writes them; among them ``gap_before_m``,
+///     ``gap_after_m``, ``slowest_near_mps`` and ``stop_near_m``, by which `fit_curve_speed` with
+///     ``isolated_m`` tells the curves that were driven freely.
 ///
 /// Raises
 /// ------

@@ -174,13 +174,7 @@ pub fn fit_speed_change(
     let fit = speed_change::fit(&changes, options).map_err(|error| no_fit(source, error))?;
     let population = fit.population(&base.driver.speed_change, *untruncated);
     let part = FittedPart::new(base, &["driver", "speed_change"], &population);
-    let laws = [("acceleration", &fit.acceleration), ("deceleration", &fit.deceleration)];
-    let missing = laws.into_iter().filter(|(_, law)| law.is_none());
-    let warning = |name| format!("no {name} was measured: the study keeps the one of its base");
-    let mut warnings: Vec<String> = missing.map(|(name, _)| warning(name)).collect();
-    if fit.drivers == 1 {
-        warnings.push("there is one driver only: nothing is known about how drivers differ".into());
-    }
+    let warnings = fit.warnings();
     let text = text::speed_change(&fit);
     Ok(FitAnswer::new(fit, &text, warnings, &part))
 }
@@ -325,11 +319,19 @@ pub type WeatherRequest<'a> = HourlyFitRequest<'a>;
 /// density.
 pub fn fit_traffic(request: &TrafficRequest) -> Result<FitAnswer<TrafficFit>, Error> {
     let TrafficRequest { table, mappings, base, utc_offset_h } = request;
-    let records = traffic_table::read(table.lent(), mappings, &base.traffic, *utc_offset_h)?;
-    let fit = traffic::fit(&records, &base.traffic).map_err(|error| no_fit(table.path(), error))?;
+    let read = traffic_table::read_table(table.lent(), mappings, &base.traffic, *utc_offset_h)?;
+    let fit = match &read.speed_ratios {
+        Some(ratios) => traffic::fit_speeds(&read.records, ratios, &base.traffic),
+        None => traffic::fit(&read.records, &base.traffic),
+    };
+    let fit = fit.map_err(|error| no_fit(table.path(), error))?;
     let part = FittedPart::new(base, &["traffic"], &fit.model);
     let table = text::parameter_table("", &fit.parameters);
-    let (text, warnings) = (format!("{} densities\n{table}", fit.n), fit.warnings.clone());
+    let head = match fit.speed_noise_sd {
+        Some(sd) => format!("{} speeds, with noise of an SD of {sd:.3} of the free speed", fit.n),
+        None => format!("{} densities", fit.n),
+    };
+    let (text, warnings) = (format!("{head}\n{table}"), fit.warnings.clone());
     Ok(FitAnswer::new(fit, &text, warnings, &part))
 }
 

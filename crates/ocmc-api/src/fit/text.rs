@@ -97,7 +97,7 @@ fn estimates(fit: &CurveSpeedFit) -> String {
             None => "-".to_owned(),
         }),
         (&speed, |e| interval(e.reference_speed_mps, e.reference_speed_ci95, 3.6, 1)),
-        ("between drivers, SD, %", |e| optional(e.driver_sd, 100.0, 1)),
+        ("between drivers, SD, %", |e| optional(e.driver_sd_corrected.or(e.driver_sd), 100.0, 1)),
         ("  weighted by curves", |e| optional(e.driver_sd_weighted, 100.0, 1)),
         ("direction, + left, %", |e| match (e.direction_effect, e.direction_effect_ci95) {
             (Some(effect), Some(ci)) => interval(effect, ci, 100.0, 2),
@@ -171,7 +171,10 @@ fn random_effects(fit: &CurveSpeedFit) -> String {
             let speed = 3.6 * e.reference_speed_mps;
             format!("{speed:.2} ± {:.2}", speed * e.reference_speed_log_standard_error)
         }),
-        ("between drivers, SD, %", |e| optional(Some(e.driver_sd), 100.0, 2)),
+        ("between drivers, SD, %", |e| match e.driver_sd_ci95 {
+            Some(ci) => interval(e.driver_sd, ci, 100.0, 2),
+            None => optional(Some(e.driver_sd), 100.0, 2),
+        }),
         ("exponents, SD", |e| optional(e.exponent_sd, 1.0, 4)),
         ("correlation with level", |e| optional(e.correlation, 1.0, 2)),
         ("residual, SD, %", |e| optional(Some(e.residual_sd), 100.0, 2)),
@@ -180,7 +183,17 @@ fn random_effects(fit: &CurveSpeedFit) -> String {
     ];
     let rows = rows.map(|(name, value)| [name.to_owned(), value(intercept), value(slope)]);
     let head = ["Drivers as random effects, REML", "one exponent", "an exponent each"];
-    format!("\n{}", table(&[NAME, VALUE, VALUE], &head, rows))
+    let mut text = format!("\n{}", table(&[NAME, VALUE, VALUE], &head, rows));
+    if intercept.singular {
+        text.push_str("One exponent: singular, drivers differ by no more than their curves do.\n");
+    }
+    if slope.singular {
+        text.push_str(
+            "An exponent each: singular, levels or exponents have no variance of their own, and the\n\
+             correlation says nothing.\n",
+        );
+    }
+    text
 }
 
 fn each_driver(fit: &CurveSpeedFit) -> String {
@@ -243,13 +256,21 @@ fn law_table(laws: &[&SpeedChangeLaw]) -> String {
         once(head.map(str::to_owned)).chain(laws.iter().map(|law| cells(law))).collect();
     let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max();
     let widths: [usize; COLUMNS] = std::array::from_fn(|column| width(column).unwrap_or(0));
-    let between = once(None).chain(laws.iter().map(|law| law.driver_log_sd));
+    let between = once(None).chain(laws.iter().map(|law| law.between_drivers));
     let mut text = String::new();
     for (cells, between) in rows.iter().zip(between) {
         text.push_str(&row("  ", &widths, cells));
-        if let Some(sd) = between {
+        if let Some(between) = between {
             let first = widths[0];
-            let _ = writeln!(text, "{:first$}  between drivers, SD of ln {sd:.3}", "");
+            let sd = match between.driver_log_sd_ci95 {
+                Some(ci) => interval(between.driver_log_sd, ci, 1.0, 3),
+                None => format!("{:.3}", between.driver_log_sd),
+            };
+            let _ = writeln!(
+                text,
+                "{:first$}  {} drivers: median {:.3} m/s2, SD of ln between drivers {sd}, of a driver's changes {:.3}",
+                "", between.drivers, between.median_mps2, between.change_log_sd
+            );
         }
     }
     text

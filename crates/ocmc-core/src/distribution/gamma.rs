@@ -74,7 +74,7 @@ pub fn fit(values: &[f64]) -> Option<Law> {
 
 /// ψ(x) for x > 0: the recurrence up to 10, then the asymptotic series (Abramowitz and Stegun
 /// 6.3.5, 6.3.18).
-fn digamma(x: f64) -> f64 {
+pub fn digamma(x: f64) -> f64 {
     let (mut x, mut below) = (x, 0.0);
     while x < 10.0 {
         below += 1.0 / x;
@@ -87,7 +87,7 @@ fn digamma(x: f64) -> f64 {
 }
 
 /// ψ′(x) for x > 0, likewise (6.4.6, 6.4.12).
-fn trigamma(x: f64) -> f64 {
+pub fn trigamma(x: f64) -> f64 {
     let (mut x, mut below) = (x, 0.0);
     while x < 10.0 {
         below += 1.0 / (x * x);

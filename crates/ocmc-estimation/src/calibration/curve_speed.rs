@@ -463,6 +463,8 @@ fn rows_of(table: &CurveTable, stays: impl Fn(usize) -> bool) -> CurveTable {
         left: table.left.as_ref().map(|left| rows.iter().map(|row| left[*row]).collect()),
         route_m: table.route_m.as_deref().map(numbers),
         limit_mps: table.limit_mps.as_deref().map(numbers),
+        acceleration_mps2: table.acceleration_mps2.as_deref().map(numbers),
+        around: table.around.as_ref().map(|around| rows.iter().map(|row| around[*row]).collect()),
     }
 }
 

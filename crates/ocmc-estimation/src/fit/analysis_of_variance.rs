@@ -57,19 +57,28 @@ pub fn marginal(fit: &LeastSquares, terms: &[Term]) -> Vec<VarianceRow> {
 }
 
 fn table(fit: &LeastSquares, terms: &[Term], sums: impl Iterator<Item = f64>) -> Vec<VarianceRow> {
-    let (df, sum_sq) = (fit.residual_df(), fit.residual_sum_sq);
+    let terms =
+        terms.iter().zip(sums).map(|(term, sum_sq)| (term.name, term.columns.len(), sum_sq));
+    rows(terms, fit.residual_df(), fit.residual_sum_sq)
+}
+
+/// The table of terms (name, degrees of freedom, sum of squares) and of what they leave.
+pub fn rows(
+    terms: impl IntoIterator<Item = (&'static str, usize, f64)>,
+    df: usize,
+    sum_sq: f64,
+) -> Vec<VarianceRow> {
     let mean_sq = sum_sq / df as f64;
     let term = "residuals";
     let residuals = VarianceRow { term, df, sum_sq, mean_sq, f: None, p: None, ln_p: None };
-    let of_term = |(term, sum_sq): (&Term, f64)| {
-        let columns = term.columns.len();
+    let of_term = |(term, columns, sum_sq): (&'static str, usize, f64)| {
         let mean_sq = sum_sq / columns as f64;
         let f = mean_sq / residuals.mean_sq;
         let ln_p = ln_f_tail(f, columns as f64, df as f64);
-        let (term, p) = (term.name, Some(libm::exp(ln_p)));
+        let p = Some(libm::exp(ln_p));
         VarianceRow { term, df: columns, sum_sq, mean_sq, f: Some(f), p, ln_p: Some(ln_p) }
     };
-    let mut rows: Vec<VarianceRow> = terms.iter().zip(sums).map(of_term).collect();
+    let mut rows: Vec<VarianceRow> = terms.into_iter().map(of_term).collect();
     rows.push(residuals);
     rows
 }

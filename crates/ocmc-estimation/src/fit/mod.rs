@@ -3,16 +3,21 @@
 //! Estimators take plain columns and return numbers with their intervals; they read and print
 //! nothing. The laws of `distribution` carry their own `fit`.
 
+pub mod absorbed;
 pub mod analysis_of_variance;
 pub mod anderson_darling;
+mod autocorrelated;
+mod compensated_sum;
 pub mod curve_speed;
 pub mod least_squares;
 pub mod mixed_model;
 mod nelder_mead;
 pub mod operating_cycle;
 pub mod p_value;
+pub mod profile_interval;
 pub mod speed_change;
 pub mod study_parameter;
 pub mod tobit;
 pub mod traffic;
+mod traffic_speed;
 pub mod weather;

@@ -4,10 +4,17 @@
 //! logit x = logit m_r(H) + u: the typical shares off peak and at the peak of each road type by
 //! least squares on the logit scale (Gauss and Newton's method), with the hours and widths of the
 //! peaks as the base study has them; SD of u, and its correlation over a step from records that
-//! follow each other at the same site: records τ apart determine φ^(τ/step).
+//! follow each other at the same site: records τ apart determine φ^(τ/step). Speeds of floating cars
+//! are fitted as speeds ([`super::traffic_speed`]), for a density that is worked out of each of them
+//! would have their noise.
+//!
+//! Standard errors are those of the estimating equations with the days of a site as observations
+//! (sandwich), so that they do not depend on how the deviations remember within a day.
 
 use super::study_parameter::{Estimates, StudyParameterFit, reasons};
+use super::traffic_speed::{Speed, SpeedFit, Speeds, pairs};
 use crate::moments::correlation;
+use nalgebra::DMatrix;
 use ocmc_core::operating_cycle::traffic::TrafficModel;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -54,6 +61,8 @@ pub struct TrafficFit {
     pub n: usize,
     /// Numbers that were estimated.
     pub parameters: Vec<StudyParameterFit>,
+    /// SD of the noise of the speeds over the speed of the empty road, where speeds were measured.
+    pub speed_noise_sd: Option<f64>,
     /// What does not stop the fit and has to be known.
     pub warnings: Vec<String>,
     /// The model: the base study's, with what was estimated laid over it.
@@ -64,14 +73,17 @@ pub struct TrafficFit {
 /// Fewest densities of a type.
 const FEWEST: usize = 48;
 /// Closest that a share comes to 0 and 1 on the logit scale.
-const EDGE: f64 = 0.005;
+pub(super) const EDGE: f64 = 0.005;
 /// How far two intervals may differ and still be one, as a share of it.
-const SAME_INTERVAL: f64 = 0.01;
+pub(super) const SAME_INTERVAL: f64 = 0.01;
 /// Heights of the peak that have to be seen, as shares of it (judgement): one of them is an
 /// extrapolation otherwise.
-const SEEN: [f64; 2] = [0.25, 0.75];
+pub(super) const SEEN: [f64; 2] = [0.25, 0.75];
 /// Rounds after which Gauss and Newton's method is given up.
 const MOST_ROUNDS: usize = 100;
+/// Fewest days of sites from which standard errors are worked out.
+const FEWEST_DAYS: usize = 5;
+const DAY_S: f64 = 86_400.0;
 
 /// Fits the traffic model. `base` gives what the records do not determine: hours and widths of the
 /// peaks, jam and critical density.
@@ -79,6 +91,27 @@ const MOST_ROUNDS: usize = 100;
 /// # Errors
 /// [`TrafficFitError`] says what the records lack.
 pub fn fit(records: &[TrafficRecord], base: &TrafficModel) -> Result<TrafficFit, TrafficFitError> {
+    fit_measured(records, None, base)
+}
+
+/// Fits the traffic model of measured speeds, over the speed of the empty road: one for each
+/// record, whose density is not looked at but where it is missing.
+///
+/// # Errors
+/// [`TrafficFitError`] says what the records lack.
+pub fn fit_speeds(
+    records: &[TrafficRecord],
+    speed_ratios: &[f64],
+    base: &TrafficModel,
+) -> Result<TrafficFit, TrafficFitError> {
+    fit_measured(records, Some(speed_ratios), base)
+}
+
+fn fit_measured(
+    records: &[TrafficRecord],
+    speed_ratios: Option<&[f64]>,
+    base: &TrafficModel,
+) -> Result<TrafficFit, TrafficFitError> {
     let mut by_type: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
     let known = |record: &TrafficRecord| record.share.is_finite() && !record.road_type.is_empty();
     for (k, record) in records.iter().enumerate().filter(|(_, record)| known(record)) {
@@ -96,11 +129,17 @@ pub fn fit(records: &[TrafficRecord], base: &TrafficModel) -> Result<TrafficFit,
     warn(missing, "records have no density");
     let untyped = records.iter().filter(|record| record.road_type.is_empty()).count();
     warn(untyped, "records have no road type");
-    let cut = records.iter().filter(|record| record.share != edge(record.share)).count() - missing;
-    let beyond =
-        format!("densities beyond {EDGE} from 0 and 1 of the jam density are taken as there");
-    warn(cut, &beyond);
+    if speed_ratios.is_none() {
+        let cut = records.iter().filter(|record| record.share != edge(record.share)).count();
+        let beyond =
+            format!("densities beyond {EDGE} from 0 and 1 of the jam density are taken as there");
+        warn(cut - missing, &beyond);
+    }
+    let days = days(records);
+    let count_of_days = days.iter().max().map_or(0, |day| day + 1);
     let mut deviations = vec![f64::NAN; records.len()];
+    // road types whose speeds are fitted together
+    let mut fitted: Vec<(&str, &Vec<usize>)> = Vec::new();
     for (road_type, places) in &by_type {
         estimates.name = road_type;
         let count = places.len();
@@ -118,38 +157,189 @@ pub fn fit(records: &[TrafficRecord], base: &TrafficModel) -> Result<TrafficFit,
         let values: Vec<(f64, f64)> = places.iter().map(|k| value(&records[*k])).collect();
         let seen = values.iter().any(|(bell, _)| *bell <= SEEN[0])
             && values.iter().any(|(bell, _)| *bell >= SEEN[1]);
-        let shares = if seen { typical_shares(&values) } else { None };
-        let Some((off, peak)) = shares else {
+        if !seen {
+            estimates.stays("the hours do not tell peak and off peak apart");
+            continue;
+        }
+        if speed_ratios.is_some() {
+            fitted.push((road_type, places));
+            continue;
+        }
+        let Some((off, peak)) = typical_shares(&values) else {
             estimates.stays("the hours do not tell peak and off peak apart");
             continue;
         };
-        for (key, into, share) in [
-            ("off_peak_share", &mut of_type.off_peak_share, off),
-            ("peak_share", &mut of_type.peak_share, peak),
-        ] {
-            estimates.set(&format!("types.{road_type}.{key}"), into, share, None, count);
-        }
         for (k, (bell, value)) in places.iter().zip(&values) {
             deviations[*k] = value - logit(off + (peak - off) * bell);
+        }
+        let rows =
+            places.iter().zip(&values).map(|(k, (bell, _))| (days[*k], *bell, deviations[*k]));
+        let errors = share_errors(rows, count_of_days, off, peak);
+        for (key, into, share, error) in [
+            ("off_peak_share", &mut of_type.off_peak_share, off, errors.map(|errors| errors[0])),
+            ("peak_share", &mut of_type.peak_share, peak, errors.map(|errors| errors[1])),
+        ] {
+            estimates.set(&format!("types.{road_type}.{key}"), into, share, error, count);
+        }
+    }
+    let mut speed_noise_sd = None;
+    if let Some(ratios) = speed_ratios.filter(|_| !fitted.is_empty()) {
+        let (speeds, interval_s) = speeds(records, ratios, &fitted, &days, base);
+        match speeds.fit() {
+            Some(found) => {
+                speed_noise_sd = Some(found.noise_sd);
+                set_speeds(&mut estimates, &mut model, &fitted, &speeds, &found, interval_s);
+            }
+            None => {
+                estimates.name = "speeds";
+                estimates.stays(
+                    "records that follow each other at one site at one interval do not tell the traffic from the noise",
+                );
+            }
         }
     }
     if estimates.parameters.is_empty() {
         let reasons = reasons(&estimates.warnings);
         return Err(TrafficFitError::Nothing { records: records.len(), reasons });
     }
-    let known: Vec<f64> = deviations.iter().copied().filter(|u| u.is_finite()).collect();
-    let sd = (known.iter().map(|u| u * u).sum::<f64>() / known.len() as f64).sqrt();
-    estimates.set("logit_sd", &mut model.logit_sd, sd, None, known.len());
-    match step_correlation(records, &deviations, base.step_s) {
-        Some((phi, pairs)) => {
-            estimates.set("step_correlation", &mut model.step_correlation, phi, None, pairs);
+    if speed_ratios.is_none() {
+        let known: Vec<usize> = (0..records.len()).filter(|k| deviations[*k].is_finite()).collect();
+        let sd = (known.iter().map(|k| deviations[*k] * deviations[*k]).sum::<f64>()
+            / known.len() as f64)
+            .sqrt();
+        let mut sums = vec![vec![0.0]; count_of_days];
+        for k in &known {
+            sums[days[*k]][0] += deviations[*k] * deviations[*k] - sd * sd;
         }
-        None => estimates.warnings.push(
-            "no densities follow each other at one site, at one interval and alike; the correlation stays that of the base study".to_owned(),
-        ),
+        let slope = DMatrix::from_element(1, 1, 2.0 * sd * known.len() as f64);
+        let error = day_covariance(&slope, &sums).map(|variance| variance[(0, 0)].sqrt());
+        estimates.set("logit_sd", &mut model.logit_sd, sd, error, known.len());
+        match step_correlation(records, &deviations, &days, base.step_s) {
+            Some((phi, error, pairs)) => {
+                estimates.set("step_correlation", &mut model.step_correlation, phi, error, pairs);
+            }
+            None => estimates.warnings.push(
+                "no densities follow each other at one site, at one interval and alike; the correlation stays that of the base study".to_owned(),
+            ),
+        }
     }
     let Estimates { parameters, warnings, .. } = estimates;
-    Ok(TrafficFit { n, parameters, warnings, model })
+    Ok(TrafficFit { n, parameters, speed_noise_sd, warnings, model })
+}
+
+/// The day of its site that each record belongs to, counted over all sites.
+fn days(records: &[TrafficRecord]) -> Vec<usize> {
+    let mut places: BTreeMap<(&str, i64), usize> = BTreeMap::new();
+    let of = |record| {
+        let TrafficRecord { site, time_s, .. }: &TrafficRecord = record;
+        let next = places.len();
+        *places.entry((site, (time_s / DAY_S).floor() as i64)).or_insert(next)
+    };
+    records.iter().map(of).collect()
+}
+
+/// Covariance of estimates at which the sum over days of their equations is zero: J⁻¹ (G/(G − 1) Σ
+/// g gᵀ) J⁻ᵀ with J the derivative of the sum; none with too few days.
+pub(super) fn day_covariance(jacobian: &DMatrix<f64>, days: &[Vec<f64>]) -> Option<DMatrix<f64>> {
+    let size = jacobian.nrows();
+    let used = days.iter().filter(|day| day.iter().any(|sum| *sum != 0.0)).count();
+    if used < FEWEST_DAYS {
+        return None;
+    }
+    let mut middle = DMatrix::zeros(size, size);
+    for day in days {
+        for a in 0..size {
+            for b in 0..size {
+                middle[(a, b)] += day[a] * day[b];
+            }
+        }
+    }
+    let inverse = jacobian.clone().try_inverse()?;
+    let used = used as f64;
+    let covariance = &inverse * middle * inverse.transpose() * (used / (used - 1.0));
+    (0..size).all(|k| covariance[(k, k)] >= 0.0).then_some(covariance)
+}
+
+/// Standard errors of both typical shares, of rows (day, height of the peak, deviation).
+fn share_errors(
+    rows: impl Iterator<Item = (usize, f64, f64)>,
+    days: usize,
+    off: f64,
+    peak: f64,
+) -> Option<[f64; 2]> {
+    let mut normal = DMatrix::zeros(2, 2);
+    let mut sums = vec![vec![0.0; 2]; days];
+    for (day, bell, left) in rows {
+        let share = off + (peak - off) * bell;
+        let slope = 1.0 / (share * (1.0 - share));
+        let x = [slope * (1.0 - bell), slope * bell];
+        for a in 0..2 {
+            sums[day][a] += x[a] * left;
+            for b in 0..2 {
+                normal[(a, b)] += x[a] * x[b];
+            }
+        }
+    }
+    let covariance = day_covariance(&normal, &sums)?;
+    Some([0, 1].map(|k| covariance[(k, k)].sqrt()))
+}
+
+/// The speeds of these types, and the interval of their records, in s.
+fn speeds<'a>(
+    records: &[TrafficRecord],
+    ratios: &[f64],
+    fitted: &[(&str, &Vec<usize>)],
+    days: &[usize],
+    base: &'a TrafficModel,
+) -> (Speeds<'a>, f64) {
+    let mut rows = Vec::new();
+    let mut places = Vec::new();
+    for (of_type, (_, of_records)) in fitted.iter().enumerate() {
+        for &k in *of_records {
+            let bell = base.peak(records[k].time_s / 3600.0 % 24.0);
+            rows.push(Speed { of_type, bell, ratio: ratios[k], day: days[k] });
+            places.push(k);
+        }
+    }
+    // in order of time within each site, which may have more than one type
+    let mut order: Vec<usize> = (0..rows.len()).collect();
+    order.sort_by_key(|row| places[*row]);
+    let of_row = |row: &usize| {
+        let record = &records[places[*row]];
+        (record.site.as_str(), record.time_s, *row)
+    };
+    let (pairs, interval_s) = pairs(order.iter().map(of_row));
+    (Speeds { rows, types: fitted.len(), pairs, base }, interval_s)
+}
+
+/// Lays what speeds determine over the model.
+fn set_speeds(
+    estimates: &mut Estimates,
+    model: &mut TrafficModel,
+    fitted: &[(&str, &Vec<usize>)],
+    speeds: &Speeds,
+    found: &SpeedFit,
+    interval_s: f64,
+) {
+    let error = |k: usize| found.errors.as_ref().map(|errors| errors[k]);
+    for (place, (road_type, rows)) in fitted.iter().enumerate() {
+        let Some(of_type) = model.types.get_mut(*road_type) else { continue };
+        let [off, peak] = found.shares[place];
+        for (key, into, share, error) in [
+            ("off_peak_share", &mut of_type.off_peak_share, off, error(2 * place)),
+            ("peak_share", &mut of_type.peak_share, peak, error(2 * place + 1)),
+        ] {
+            estimates.set(&format!("types.{road_type}.{key}"), into, share, error, rows.len());
+        }
+    }
+    let last = 2 * fitted.len();
+    let n = speeds.rows.len();
+    estimates.set("logit_sd", &mut model.logit_sd, found.logit_sd, error(last), n);
+    let power = model.step_s / interval_s;
+    let phi = libm::pow(found.correlation, power);
+    let error = error(last + 1).map(|error| error * power * phi / found.correlation);
+    let pairs = speeds.pairs[0].len();
+    estimates.set("step_correlation", &mut model.step_correlation, phi, error, pairs);
 }
 
 /// Typical shares off peak and at the peak, of values (height of the peak from 0 to 1, logit of the
@@ -192,27 +382,42 @@ fn typical_shares(values: &[(f64, f64)]) -> Option<(f64, f64)> {
     None
 }
 
-/// The correlation over a step, and from how many pairs.
+/// The correlation over a step, its standard error, and from how many pairs.
 fn step_correlation(
     records: &[TrafficRecord],
     deviations: &[f64],
+    days: &[usize],
     step_s: f64,
-) -> Option<(f64, usize)> {
+) -> Option<(f64, Option<f64>, usize)> {
     let mut last: BTreeMap<&str, usize> = BTreeMap::new();
     let mut pairs = Vec::new();
     for (k, record) in records.iter().enumerate() {
         if let Some(before) = last.insert(&record.site, k) {
             let interval = record.time_s - records[before].time_s;
             if interval > 0.0 && (deviations[before] * deviations[k]).is_finite() {
-                pairs.push((interval, deviations[before], deviations[k]));
+                pairs.push((interval, deviations[before], deviations[k], days[k]));
             }
         }
     }
     pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
     let interval = pairs.get(pairs.len() / 2)?.0;
-    let alike = pairs.iter().filter(|p| (p.0 - interval).abs() <= SAME_INTERVAL * interval);
-    let (phi, n) = correlation(alike.map(|(_, x, y)| (*x, *y)))?;
-    (n >= FEWEST && phi > 0.0).then(|| (libm::pow(phi, step_s / interval), n))
+    pairs.retain(|pair| (pair.0 - interval).abs() <= SAME_INTERVAL * interval);
+    let (phi, n) = correlation(pairs.iter().map(|(_, x, y, _)| (*x, *y)))?;
+    if n < FEWEST || !(phi > 0.0) {
+        return None;
+    }
+    let count = days.iter().max().map_or(0, |day| day + 1);
+    let (mut sums, mut squares) = (vec![vec![0.0]; count], 0.0);
+    for (_, x, y, day) in &pairs {
+        let both = 0.5 * (x * x + y * y);
+        sums[*day][0] += x * y - phi * both;
+        squares += both;
+    }
+    let variance = day_covariance(&DMatrix::from_element(1, 1, squares), &sums);
+    let power = step_s / interval;
+    let over_step = libm::pow(phi, power);
+    let error = variance.map(|variance| variance[(0, 0)].sqrt() * power * over_step / phi);
+    Some((over_step, error, n))
 }
 
 fn edge(share: f64) -> f64 {

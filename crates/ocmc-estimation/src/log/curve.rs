@@ -13,6 +13,7 @@ use super::grid::CurvatureGrid;
 use super::hidden_markov::{HiddenMarkov, Training};
 use super::sensor::{gyro_bias_radps, speed_lag_s};
 use super::signal::{LogCounts, LogError, Piece, prepare};
+use super::surroundings::{Neighbourhood, Surroundings};
 use super::threshold::Threshold;
 use crate::option_check::{above_0, check_options, from_0};
 use serde::Serialize;
@@ -138,8 +139,13 @@ pub struct DrivenCurve {
     pub radius_m: f64,
     /// Mean speed in the central part, in m/s.
     pub speed_mps: f64,
+    /// Mean acceleration over the central part, in m/s².
+    pub acceleration_mps2: f64,
     /// Speed limit in the middle, in m/s, where the log has one.
     pub limit_mps: Option<f64>,
+    /// What lies around it.
+    #[serde(flatten)]
+    pub around: Surroundings,
 }
 
 impl DrivenCurve {
@@ -227,8 +233,14 @@ pub fn detect_curves(log: &TripLog, options: &CurveOptions) -> Result<CurveDetec
         for run in runs(&directions, options.largest_gap_m / options.cell_m) {
             split(grid, run, options, &mut parts);
         }
-        for part in &parts {
-            measure(log, piece, grid, part, options, &mut found);
+        let neighbourhood = Neighbourhood::new(piece, grid);
+        // a run that is too short or too straight is no curve, nor a neighbour
+        parts.retain(|part| is_curve(grid, part, options, &mut found));
+        for (k, part) in parts.iter().enumerate() {
+            let before = k.checked_sub(1).map(|k| parts[k].end);
+            let after = parts.get(k + 1).map(|next| next.first);
+            let around = neighbourhood.of([part.first, part.end], before, after);
+            measure(log, piece, grid, part, around, options, &mut found);
         }
     }
     Ok(found)
@@ -323,28 +335,47 @@ fn largest_step(
     best
 }
 
-/// Adds the curve of a run, or counts why it is none.
+impl Run {
+    /// 1 for a left curve, −1 for a right one.
+    fn side(&self) -> f64 {
+        if self.left { 1.0 } else { -1.0 }
+    }
+
+    /// Heading change in its direction, in rad.
+    fn turn_rad(&self, grid: &CurvatureGrid) -> f64 {
+        let turn: f64 = grid.curvature_per_m[self.first..self.end].iter().sum();
+        self.side() * turn * grid.cell_m
+    }
+}
+
+/// Whether a run is long enough and turns enough; it is counted where it does not.
+fn is_curve(
+    grid: &CurvatureGrid,
+    run: &Run,
+    options: &CurveOptions,
+    found: &mut CurveDetection,
+) -> bool {
+    if ((run.end - run.first) as f64 * options.cell_m) < options.shortest_m {
+        found.too_short += 1;
+        return false;
+    }
+    let turns = run.turn_rad(grid) >= options.smallest_turn_rad;
+    found.too_straight += usize::from(!turns);
+    turns
+}
+
+/// Adds a curve, or counts why it cannot be measured.
 fn measure(
     log: &TripLog,
     piece: &Piece,
     grid: &CurvatureGrid,
     run: &Run,
+    around: Surroundings,
     options: &CurveOptions,
     found: &mut CurveDetection,
 ) {
     let cells = run.end - run.first;
-    let length_m = cells as f64 * options.cell_m;
-    let side = if run.left { 1.0 } else { -1.0 };
-    let turn_rad =
-        side * grid.curvature_per_m[run.first..run.end].iter().sum::<f64>() * options.cell_m;
-    if length_m < options.shortest_m {
-        found.too_short += 1;
-        return;
-    }
-    if !(turn_rad >= options.smallest_turn_rad) {
-        found.too_straight += 1;
-        return;
-    }
+    let side = run.side();
     let margin = libm::floor(cells as f64 * 0.5 * (1.0 - options.central_share) + 1e-9) as usize;
     let (first, end) = (run.first + margin, run.end - margin);
     let (enter_s, leave_s) = (grid.time_s[first], grid.time_s[end]);
@@ -369,6 +400,7 @@ fn measure(
         found.without_radius += 1;
         return;
     };
+    let gain_mps = speed_at_mps(piece, leave_s) - speed_at_mps(piece, enter_s);
     let middle_s = f64::midpoint(enter_s, leave_s);
     let row = piece.row[piece.time_s.partition_point(|t| *t <= middle_s).max(1) - 1];
     found.curves.push(DrivenCurve {
@@ -377,11 +409,21 @@ fn measure(
         start_s: grid.time_s[run.first],
         end_s: grid.time_s[run.end],
         left: run.left,
-        turn_rad,
+        turn_rad: run.turn_rad(grid),
         radius_m,
         speed_mps: inner * options.cell_m / (leave_s - enter_s),
+        acceleration_mps2: gain_mps / (leave_s - enter_s),
         limit_mps: log.limit_mps.as_ref().map(|limit| limit[row]).filter(|limit| limit.is_finite()),
+        around,
     });
+}
+
+/// Speed at a moment, linear between rows, in m/s.
+fn speed_at_mps(piece: &Piece, time_s: f64) -> f64 {
+    let (times, speeds) = (&piece.time_s, &piece.speed_mps);
+    let k = times.partition_point(|t| *t < time_s).clamp(1, times.len() - 1);
+    let part = ((time_s - times[k - 1]) / (times[k] - times[k - 1])).clamp(0.0, 1.0);
+    speeds[k - 1] + part * (speeds[k] - speeds[k - 1])
 }
 
 /// Radius of the circle through the positions between two moments, one row more on each side, in m.

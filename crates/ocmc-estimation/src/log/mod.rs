@@ -17,6 +17,7 @@ pub mod sensor;
 pub mod signal;
 pub mod speed_envelope;
 pub mod standstill;
+pub mod surroundings;
 pub mod threshold;
 pub mod way;
 

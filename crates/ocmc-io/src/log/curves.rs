@@ -228,7 +228,7 @@ pub enum CurveCell {
 }
 
 /// The columns of the table of curves.
-pub const COLUMNS: [(&str, CurveCell); 13] = [
+pub const COLUMNS: [(&str, CurveCell); 18] = [
     ("driver", CurveCell::Word(|drive, _| &drive.driver)),
     ("drive", CurveCell::Word(|drive, _| &drive.drive)),
     ("direction", CurveCell::Word(|_, curve| if curve.left { "left" } else { "right" })),
@@ -241,6 +241,11 @@ pub const COLUMNS: [(&str, CurveCell); 13] = [
     ("end_m", CurveCell::Number(|_, curve| Some(curve.end_m))),
     ("start_s", CurveCell::Number(|_, curve| Some(curve.start_s))),
     ("end_s", CurveCell::Number(|_, curve| Some(curve.end_s))),
+    ("acceleration_mps2", CurveCell::Number(|_, curve| Some(curve.acceleration_mps2))),
+    ("gap_before_m", CurveCell::Number(|_, curve| Some(curve.around.gap_before_m))),
+    ("gap_after_m", CurveCell::Number(|_, curve| Some(curve.around.gap_after_m))),
+    ("slowest_near_mps", CurveCell::Number(|_, curve| Some(curve.around.slowest_near_mps))),
+    ("stop_near_m", CurveCell::Number(|_, curve| curve.around.stop_near_m)),
     ("route_m", CurveCell::Number(|drive, _| Some(drive.detection.way_m))),
 ];
 

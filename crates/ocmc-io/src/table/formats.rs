@@ -66,6 +66,11 @@ pub const CURVES: Schema = Schema {
         Field::of(Q::Direction),
         Field::named(Q::RouteLength, &[("m", &["route_m", "route_length_m"])]),
         Field::named(Q::Limit, &[("mps", &["limit_mps", "speed_limit_mps"])]),
+        Field::named(Q::Acceleration, &[("mps2", &["acceleration_mps2"])]),
+        Field::named(Q::GapBefore, &[("m", &["gap_before_m"])]),
+        Field::named(Q::GapAfter, &[("m", &["gap_after_m"])]),
+        Field::named(Q::SlowestNear, &[("mps", &["slowest_near_mps"])]),
+        Field::named(Q::StopNear, &[("m", &["stop_near_m"])]),
     ],
 };
 

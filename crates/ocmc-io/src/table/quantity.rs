@@ -43,6 +43,10 @@ pub enum Quantity {
     Radius,
     Direction,
     RouteLength,
+    GapBefore,
+    GapAfter,
+    SlowestNear,
+    StopNear,
     Temperature,
     Pressure,
     RelativeHumidity,
@@ -94,7 +98,7 @@ use Quantity as Q;
 
 /// The vocabulary, in the order of [`Quantity`].
 #[rustfmt::skip] // a quantity a line
-pub const VOCABULARY: [Entry; 54] = [
+pub const VOCABULARY: [Entry; 58] = [
     entry(Q::Time, &["time"], unit::TIME, "time",
         "of weather and traffic from the midnight of a 1 January"),
     entry(Q::Date, &["time"], unit::TEXT, "date and time",
@@ -142,6 +146,14 @@ pub const VOCABULARY: [Entry; 54] = [
     entry(Q::Direction, &["direction"], unit::TEXT, "direction", "of a curve: `left` or `right`"),
     entry(Q::RouteLength, &["route", "route_length"], unit::LENGTH, "length of the route",
         "on which a curve was driven"),
+    entry(Q::GapBefore, &["gap_before"], unit::LENGTH, "gap before a curve",
+        "way from the curve before, or from the start of the log"),
+    entry(Q::GapAfter, &["gap_after"], unit::LENGTH, "gap behind a curve",
+        "way to the next curve, or to the end of the log"),
+    entry(Q::SlowestNear, &["slowest_near"], unit::SPEED, "slowest speed near a curve",
+        "from 150 m before to 150 m behind it"),
+    entry(Q::StopNear, &["stop_near"], unit::LENGTH, "way between a curve and a standstill",
+        "the nearest one; an empty cell: none"),
     entry(Q::Temperature, &["temperature"], unit::TEMPERATURE, "temperature", "of the air"),
     entry(Q::Pressure, &["pressure"], unit::PRESSURE, "pressure",
         "of the air at the place, not reduced to the sea"),

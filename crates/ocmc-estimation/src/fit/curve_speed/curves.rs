@@ -1,10 +1,16 @@
 //! Measured curves: what is used of them, and what is left out and why.
 
 use super::{CurveSpeedFitError, CurveSpeedOptions};
+use crate::log::surroundings::Surroundings;
 use std::collections::BTreeMap;
 
-/// Most drivers of one fit: the work grows with the square of their number.
-pub const MOST_DRIVERS: usize = 500;
+/// A truck that was slower than this share of its speed in a curve somewhere near the curve was
+/// slowed by something else than the curve (judgement).
+const FREE_SHARE: f64 = 0.8;
+
+/// A truck that gains speed faster than this in the middle of a curve, in m/s², has not reached the
+/// speed that its driver wants there (judgement: at 15 m/s it gains 2 % of its speed in 100 m).
+const STEADY_MPS2: f64 = 0.05;
 
 /// Measured curves as columns of equal length.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -22,6 +28,11 @@ pub struct CurveTable {
     /// Speed limit in the curve, in m/s, where limits are known; NaN or 0 where this one is not,
     /// infinite where there is none.
     pub limit_mps: Option<Vec<f64>>,
+    /// Mean acceleration in the middle of the curve, in m/s², where it is known; NaN where this one
+    /// is not.
+    pub acceleration_mps2: Option<Vec<f64>>,
+    /// What lies around the curve, where it is known; NaN where a number is not.
+    pub around: Option<Vec<Surroundings>>,
 }
 
 /// Rows left out, by reason.
@@ -39,6 +50,8 @@ pub(super) struct Curve {
     pub left: bool,
     /// ln of the speed limit; infinite where there is none, NaN where it is not known.
     pub log_limit: f64,
+    /// Whether the truck still gained speed in the middle.
+    pub accelerating: bool,
 }
 
 /// The curves that take part.
@@ -89,7 +102,12 @@ pub(super) fn select(
         ("direction", table.left.as_ref().map(Vec::len)),
         ("route_m", table.route_m.as_ref().map(Vec::len)),
         ("limit_mps", table.limit_mps.as_ref().map(Vec::len)),
+        ("acceleration_mps2", table.acceleration_mps2.as_ref().map(Vec::len)),
+        ("gap_before_m", table.around.as_ref().map(Vec::len)),
     ];
+    if options.isolated_m.is_some() && table.around.is_none() {
+        return Err(CurveSpeedFitError::NoGaps);
+    }
     for (column, length) in lengths {
         if let Some(length) = length.filter(|&length| length != n) {
             return Err(CurveSpeedFitError::UnequalColumns { column, length, wanted: n });
@@ -113,7 +131,10 @@ pub(super) fn select(
             (radius > widest, "radius_too_large"),
             (route.is_some_and(|length| !(length > options.minimum_route_m)), "route_too_short"),
         ];
-        if let Some((_, reason)) = against.into_iter().find(|(holds, _)| *holds) {
+        let around = table.around.as_ref().zip(options.isolated_m);
+        let near = around.and_then(|(around, way_m)| not_free(&around[k], speed, way_m));
+        let held = against.into_iter().find(|(holds, _)| *holds).map(|(_, reason)| reason);
+        if let Some(reason) = held.or(near) {
             *dropped.entry(reason).or_insert(0) += 1;
             continue;
         }
@@ -130,15 +151,29 @@ pub(super) fn select(
             log_speed: libm::log(speed),
             left: table.left.as_ref().is_none_or(|left| left[k]),
             log_limit: if limit > 0.0 { libm::log(limit) } else { f64::NAN },
+            accelerating: table
+                .acceleration_mps2
+                .as_ref()
+                .is_some_and(|accelerations| accelerations[k] > STEADY_MPS2),
         });
     }
     if curves.is_empty() {
         return Err(CurveSpeedFitError::NoCurves { rows: n, dropped });
     }
-    if drivers.len() > MOST_DRIVERS {
-        return Err(CurveSpeedFitError::TooManyDrivers { drivers: drivers.len() });
-    }
     let curves =
         Curves { drivers, rows: curves, smallest_radius_m: smallest, largest_radius_m: largest };
     Ok((curves, dropped))
+}
+
+/// Why a curve was not driven freely: what lies within `way_m` of it; none where it was.
+fn not_free(around: &Surroundings, speed_mps: f64, way_m: f64) -> Option<&'static str> {
+    let gap_m = around.gap_before_m.min(around.gap_after_m);
+    let missing = around.gap_before_m.is_nan() || around.gap_after_m.is_nan();
+    let against = [
+        (missing, "missing_value"),
+        (gap_m < way_m, "near_another_curve"),
+        (around.stop_near_m.is_some_and(|stop_m| stop_m < way_m), "near_a_standstill"),
+        (around.slowest_near_mps < FREE_SHARE * speed_mps, "slower_nearby"),
+    ];
+    against.into_iter().find(|(holds, _)| *holds).map(|(_, reason)| reason)
 }

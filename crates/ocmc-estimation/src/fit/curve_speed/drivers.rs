@@ -62,6 +62,8 @@ pub struct RandomEffects {
     pub reference_speed_log_standard_error: f64,
     /// SD of the drivers' levels at the reference radius.
     pub driver_sd: f64,
+    /// Its 95 % interval by the profile likelihood, where drivers have one exponent.
+    pub driver_sd_ci95: Option<[f64; 2]>,
     /// SD of the drivers' exponents; none where they have one.
     pub exponent_sd: Option<f64>,
     /// Correlation of level and exponent.
@@ -76,6 +78,8 @@ pub struct RandomEffects {
     pub driver_share: f64,
     /// Minus twice the restricted log-likelihood.
     pub reml_criterion: f64,
+    /// Whether the drivers' levels, or their exponents beside the levels, have no variance.
+    pub singular: bool,
 }
 
 /// The regression of each driver alone.
@@ -167,6 +171,7 @@ pub(super) fn spread(fits: &[DriverFit]) -> Option<DriverSpread> {
 pub(super) fn random_effects(
     curves: &Curves,
     direction: bool,
+    warnings: &mut Vec<String>,
 ) -> (Option<RandomEffects>, Option<RandomEffects>) {
     if curves.drivers.len() < 2 {
         return (None, None);
@@ -184,8 +189,20 @@ pub(super) fn random_effects(
     let log_radii = || curves.rows.iter().map(|curve| curve.log_radius);
     let x = log_radii().sum::<f64>() / n as f64;
     let xx = log_radii().map(|x| x * x).sum::<f64>() / n as f64;
-    let summary = |fit: MixedFit| summary(&fit, direction, x, xx);
-    (rows.random_intercept().map(summary), rows.random_slope().map(summary))
+    let summary = |fit: &MixedFit| summary(fit, direction, x, xx);
+    let intercept = rows.random_intercept().map(|fit| {
+        let driver_sd_ci95 = rows.intercept_sd_interval(&fit);
+        RandomEffects { driver_sd_ci95, ..summary(&fit) }
+    });
+    let slope = rows.random_slope().map(|fit| summary(&fit));
+    if intercept.as_ref().is_some_and(|fit| fit.singular) {
+        warnings.push(
+            "the REML fit is singular: drivers differ by no more than their curves do, so that \
+             `driver_sd` is 0"
+                .into(),
+        );
+    }
+    (intercept, slope)
 }
 
 fn summary(fit: &MixedFit, direction: bool, x: f64, xx: f64) -> RandomEffects {
@@ -201,6 +218,7 @@ fn summary(fit: &MixedFit, direction: bool, x: f64, xx: f64) -> RandomEffects {
         reference_speed_mps: libm::exp(fit.coefficients[0]),
         reference_speed_log_standard_error: libm::sqrt(fit.covariance[(0, 0)]),
         driver_sd: libm::sqrt(at_reference),
+        driver_sd_ci95: None,
         exponent_sd: slope.map(libm::sqrt),
         correlation: slope.map(|slope| together / libm::sqrt(slope * at_reference)),
         direction_effect: direction.then(|| fit.coefficients[2]),
@@ -208,5 +226,6 @@ fn summary(fit: &MixedFit, direction: bool, x: f64, xx: f64) -> RandomEffects {
         driver_share_at_reference: at_reference / (at_reference + residual),
         driver_share: mean / (mean + residual),
         reml_criterion: fit.criterion,
+        singular: fit.singular,
     }
 }

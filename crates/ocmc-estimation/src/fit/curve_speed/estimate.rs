@@ -3,11 +3,12 @@
 
 use super::curves::{Curve, Curves};
 use super::{Coding, CurveSpeedFitError, LEVEL};
-use crate::fit::analysis_of_variance::Term;
-use crate::fit::least_squares::{Collinear, LeastSquares};
+use crate::fit::absorbed::{Absorbed, Combination};
+use crate::fit::analysis_of_variance::{VarianceRow, rows};
+use crate::fit::least_squares::Collinear;
 use crate::fit::p_value::{around, ln_t_tails, sd_interval, t_of_interval};
 use crate::moments::Moments;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 use serde::Serialize;
 
 /// Estimates of one model. Effects are those of ln v, so that 0.05 is about 5 %.
@@ -31,10 +32,16 @@ pub struct CurveSpeedEstimate {
     pub reference_speed_ci95: [f64; 2],
     /// Standard error of ln v₀ for these drivers.
     pub reference_speed_log_standard_error: f64,
-    /// Standard error of ln v₀ for the drivers that these stand for: SD(α) over √drivers.
+    /// Standard error of ln v₀ for the drivers that these stand for: with the curves of a driver as
+    /// one observation, the error of the exponent included.
     pub reference_speed_log_clustered_standard_error: Option<f64>,
     /// Sample SD of the drivers' effects, each counted once; none with one driver.
     pub driver_sd: Option<f64>,
+    /// SD between drivers without the error of each effect, by REML of the effects with their
+    /// errors; only of the censored regression, for the others have `random_intercept`.
+    pub driver_sd_corrected: Option<f64>,
+    /// Its 95 % interval by the profile likelihood.
+    pub driver_sd_corrected_ci95: Option<[f64; 2]>,
     /// SD of the drivers' effects with each counted as often as it has curves.
     pub driver_sd_weighted: Option<f64>,
     /// Share of the variance of ln v at one radius that lies between drivers: SD(α)² / (SD(α)² +
@@ -101,65 +108,32 @@ pub struct DriverEffect {
     pub ci95: [f64; 2],
 }
 
-/// Which terms a regression has.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Terms {
-    /// The exponent, where it is not estimated.
-    pub fixed_exponent: Option<f64>,
-    pub drivers: usize,
-    pub direction: bool,
-}
-
-impl Terms {
-    fn width(self) -> usize {
-        self.first_driver() + self.drivers - 1 + usize::from(self.direction)
-    }
-
-    fn first_driver(self) -> usize {
-        1 + usize::from(self.fixed_exponent.is_none())
-    }
-
-    fn direction_column(self) -> usize {
-        self.first_driver() + self.drivers - 1
-    }
-
-    /// The predictors of a curve: 1, ln R − ln R₀, sum-to-zero contrasts of the drivers, ±1 for the
-    /// direction.
-    fn row(self, curve: &Curve, row: &mut [f64]) {
-        row.fill(0.0);
-        row[0] = 1.0;
-        let first = self.first_driver();
-        if first == 2 {
-            row[1] = curve.log_radius;
-        }
-        let contrasts = &mut row[first..first + self.drivers - 1];
-        if curve.driver < contrasts.len() {
-            contrasts[curve.driver] = 1.0;
-        } else {
-            contrasts.fill(-1.0);
-        }
-        if self.direction {
-            row[self.direction_column()] = if curve.left { 1.0 } else { -1.0 };
-        }
-    }
-}
-
-/// A fitted regression.
+/// A fitted regression: a level for each driver, the exponent where it is estimated, and the
+/// direction where it is kept.
 #[derive(Clone, Debug)]
 pub(super) struct Regression {
-    pub terms: Terms,
-    pub fit: LeastSquares,
+    /// The exponent, where it is not estimated.
+    fixed_exponent: Option<f64>,
+    pub direction: bool,
+    fit: Absorbed,
+}
+
+/// The columns of a curve: ln R − ln R₀, and ±1 for the direction.
+fn columns(curve: &Curve, row: &mut [f64]) {
+    row[0] = curve.log_radius;
+    if let Some(direction) = row.get_mut(1) {
+        *direction = if curve.left { 1.0 } else { -1.0 };
+    }
 }
 
 impl Regression {
     /// Fits all terms. A direction that the curves do not determine is left out, with a warning.
     pub(super) fn new(
         curves: &Curves,
-        direction: bool,
+        mut direction: bool,
         warnings: &mut Vec<String>,
     ) -> Result<Self, CurveSpeedFitError> {
-        let mut terms = Terms { fixed_exponent: None, drivers: curves.drivers.len(), direction };
-        let n = curves.rows.len();
+        let (n, drivers) = (curves.rows.len(), curves.drivers.len());
         let first = curves.rows[0].log_radius;
         if curves.rows.iter().all(|curve| curve.log_radius == first) {
             return Err(CurveSpeedFitError::OneRadius);
@@ -168,73 +142,89 @@ impl Regression {
         if direction && (left == 0 || left == n) {
             warnings
                 .push("all curves turn the same way: nothing is known about the direction".into());
-            terms.direction = false;
+            direction = false;
         }
         loop {
-            if n <= terms.width() {
-                let (drivers, needed) = (terms.drivers, terms.width() + 1);
+            let width = 1 + usize::from(direction);
+            if n <= drivers + width {
+                let needed = drivers + width + 1;
                 return Err(CurveSpeedFitError::TooFewCurves { curves: n, drivers, needed });
             }
-            let fit = LeastSquares::reduce(n, terms.width(), |k, row| {
-                terms.row(&curves.rows[k], row);
-                curves.rows[k].log_speed
+            let fit = Absorbed::reduce(n, width, drivers, |k, row| {
+                columns(&curves.rows[k], row);
+                (curves.rows[k].driver, curves.rows[k].log_speed)
             });
             match fit {
-                Ok(fit) => return Ok(Self { terms, fit }),
-                Err(Collinear { column })
-                    if terms.direction && column == terms.direction_column() =>
-                {
+                Ok(fit) => return Ok(Self { fixed_exponent: None, direction, fit }),
+                Err(Collinear { column: 1 }) => {
                     warnings.push("every driver drove one direction only: it is left out".into());
-                    terms.direction = false;
+                    direction = false;
                 }
-                Err(Collinear { column: 1 }) => return Err(CurveSpeedFitError::OneRadius),
-                Err(Collinear { .. }) => return Err(CurveSpeedFitError::RadiusOfDriver),
+                Err(_) if drivers == 1 => return Err(CurveSpeedFitError::OneRadius),
+                Err(_) => return Err(CurveSpeedFitError::RadiusOfDriver),
             }
         }
     }
 
-    /// The terms with their columns, in the order of the paper's table.
-    pub(super) fn terms(&self) -> Vec<Term> {
-        let Terms { drivers, direction, .. } = self.terms;
-        let mut terms = vec![Term { name: "radius", columns: 1..2 }];
+    /// The table of the analysis of variance in the order of the paper's, each term beside those
+    /// above it.
+    pub(super) fn sequential(&self) -> Vec<VarianceRow> {
+        self.table(
+            self.fit.sum_sq_without_groups(0),
+            self.fit.sum_sq_of_groups(&[0]),
+            self.direction.then(|| self.fit.sum_sq_beside_groups(1)),
+        )
+    }
+
+    /// The same with each term beside all others.
+    pub(super) fn marginal(&self) -> Vec<VarianceRow> {
+        let all: Vec<usize> = (0..self.fit.width()).collect();
+        let turned: Vec<usize> = all.iter().rev().copied().collect();
+        self.table(
+            self.fit.with_columns(&turned).sum_sq_beside_groups(all.len() - 1),
+            self.fit.sum_sq_of_groups(&all),
+            self.direction.then(|| self.fit.sum_sq_beside_groups(1)),
+        )
+    }
+
+    fn table(&self, radius: f64, driver: f64, direction: Option<f64>) -> Vec<VarianceRow> {
+        let drivers = self.fit.groups();
+        let mut terms = vec![("radius", 1, radius)];
         if drivers > 1 {
-            terms.push(Term { name: "driver", columns: 2..drivers + 1 });
+            terms.push(("driver", drivers - 1, driver));
         }
-        if direction {
-            terms.push(Term { name: "direction", columns: drivers + 1..drivers + 2 });
-        }
-        terms
+        terms.extend(direction.map(|direction| ("direction", 1, direction)));
+        rows(terms, self.fit.residual_df(), self.fit.residual_sum_sq)
     }
 
     /// The same with or without the direction.
     pub(super) fn with_direction(&self, direction: bool) -> Self {
-        if direction == self.terms.direction {
+        if direction == self.direction {
             return self.clone();
         }
-        let terms = Terms { direction: false, ..self.terms };
-        let columns: Vec<usize> = (0..terms.width()).collect();
-        Self { terms, fit: self.fit.with_columns(&columns) }
+        Self { direction: false, fit: self.fit.with_columns(&[0]), ..*self }
     }
 
     /// The same with the exponent fixed.
     pub(super) fn with_exponent(&self, exponent: f64) -> Self {
-        let terms = Terms { fixed_exponent: Some(exponent), ..self.terms };
-        Self { terms, fit: self.fit.with_fixed(1, exponent) }
+        let fit = self.fit.with_fixed(0, exponent);
+        Self { fixed_exponent: Some(exponent), fit, ..*self }
     }
 
-    /// Sum-to-zero effects of all drivers as a linear map of the coefficients.
-    fn driver_map(&self) -> DMatrix<f64> {
-        let (first, drivers) = (self.terms.first_driver(), self.terms.drivers);
-        DMatrix::from_fn(drivers, self.terms.width(), |driver, column| {
-            let contrast = column.wrapping_sub(first);
-            if contrast >= drivers - 1 {
-                0.0
-            } else if driver == drivers - 1 {
-                -1.0
-            } else {
-                f64::from(driver == contrast)
-            }
-        })
+    /// The column of the direction.
+    fn direction_column(&self) -> usize {
+        self.fit.width() - 1
+    }
+
+    /// A combination of one coefficient alone, or of none.
+    fn unit(&self, column: Option<usize>) -> Vec<f64> {
+        (0..self.fit.width()).map(|j| f64::from(Some(j) == column)).collect()
+    }
+
+    /// The effect of a driver: its level less the mean of all levels.
+    fn effect(&self, driver: usize) -> Combination {
+        let every = -1.0 / self.fit.groups() as f64;
+        Combination { every, groups: vec![(driver, 1.0)], columns: self.unit(None) }
     }
 
     pub(super) fn estimate(&self, curves: &Curves) -> CurveSpeedEstimate {
@@ -244,116 +234,141 @@ impl Regression {
         let of = |column: usize| {
             (coefficients[column], libm::sqrt(gram[(column, column)]) * residual_sd)
         };
-        let estimated = self.terms.fixed_exponent.is_none().then(|| of(1));
-        let clustered = (estimated.is_some() && self.terms.drivers > 1)
-            .then(|| self.clustered_error(curves, &coefficients, &gram, 1));
+        let drivers = self.fit.groups();
+        let estimated = self.fixed_exponent.is_none().then(|| of(0));
+        let clustered = (drivers > 1).then(|| self.clustered_errors(curves, &gram));
+        let every = 1.0 / drivers as f64;
+        let mean = Combination { every, groups: Vec::new(), columns: self.unit(None) };
         Determined {
             df,
-            level: of(0),
-            exponent: self.terms.fixed_exponent.unwrap_or_else(|| coefficients[1]),
+            level: self.fit.combine([mean]).next().unwrap_or((f64::NAN, f64::NAN)),
+            exponent: self.fixed_exponent.unwrap_or_else(|| coefficients[0]),
             exponent_error: estimated.map(|exponent| exponent.1),
-            clustered,
-            direction: self.terms.direction.then(|| of(self.terms.direction_column())),
-            effects: (self.driver_map() * &coefficients).as_slice(),
+            clustered: estimated.and(clustered).map(|(exponent, _)| exponent),
+            level_clustered: clustered.map(|(_, level)| level),
+            direction: self.direction.then(|| of(self.direction_column())),
+            effects: self.fit.levels().as_slice(),
             residual_sd,
         }
         .estimate(curves)
     }
 
-    /// Standard error of a coefficient with the curves of a driver as one observation: the sandwich
-    /// with the factor G/(G − 1) (n − 1)/(n − p).
-    fn clustered_error(
-        &self,
-        curves: &Curves,
-        coefficients: &DVector<f64>,
-        gram: &DMatrix<f64>,
-        column: usize,
-    ) -> f64 {
-        let (n, width, groups) = (self.fit.rows, self.fit.width(), self.terms.drivers);
-        let mut sums = vec![0.0; groups];
-        let mut row = vec![0.0; width];
+    /// Standard errors of the first coefficient and of the mean level with the curves of a driver as
+    /// one observation: the sandwich. That of the coefficient has the factor G/(G − 1) (n − 1)/(n −
+    /// p); that of the level, G/(G − 1), is SD(α)/√G where the coefficients do not move it.
+    fn clustered_errors(&self, curves: &Curves, gram: &DMatrix<f64>) -> (f64, f64) {
+        let (n, width, groups) = (self.fit.rows, self.fit.width(), self.fit.groups());
+        let (levels, coefficients) = (self.fit.levels(), self.fit.coefficients());
+        let means: Vec<Vec<f64>> = (0..groups).map(|group| self.fit.group_mean(group)).collect();
+        // what a driver's curves pull at the coefficients
+        let mut pulls = DMatrix::zeros(width, groups);
+        let mut row = vec![0.0; 1 + usize::from(self.direction)];
         for curve in &curves.rows {
-            self.terms.row(curve, &mut row);
-            let (mut residual, mut weight) = (curve.log_speed, 0.0);
-            for j in 0..width {
-                residual -= row[j] * coefficients[j];
-                weight += row[j] * gram[(column, j)];
+            columns(curve, &mut row);
+            let group = curve.driver;
+            let mut residual = curve.log_speed - levels[group];
+            // without a free exponent its column is known and the direction stands first
+            let free = row.len() - width;
+            if let Some(exponent) = self.fixed_exponent {
+                residual -= exponent * curve.log_radius;
             }
-            sums[curve.driver] += weight * residual;
+            for j in 0..width {
+                residual -= row[free + j] * coefficients[j];
+            }
+            for j in 0..width {
+                pulls[(j, group)] += (row[free + j] - means[group][j]) * residual;
+            }
         }
-        let squares: f64 = sums.iter().map(|sum| sum * sum).sum();
-        let (n, p, g) = (n as f64, width as f64, groups as f64);
-        libm::sqrt(squares * g / (g - 1.0) * (n - 1.0) / (n - p))
+        let moves = gram * pulls;
+        let mean_level = levels.sum() / groups as f64;
+        let mean = |j: usize| means.iter().map(|means| means[j]).sum::<f64>() / groups as f64;
+        let mean: Vec<f64> = (0..width).map(mean).collect();
+        let (mut of_exponent, mut of_level) = (0.0, 0.0);
+        for group in 0..groups {
+            let mut level = (levels[group] - mean_level) / groups as f64;
+            for j in 0..width {
+                level -= mean[j] * moves[(j, group)];
+            }
+            of_level += level * level;
+            if width > 0 {
+                of_exponent += moves[(0, group)] * moves[(0, group)];
+            }
+        }
+        let (n, p, g) = (n as f64, (groups + width) as f64, groups as f64);
+        let correction = g / (g - 1.0);
+        (
+            libm::sqrt(of_exponent * correction * (n - 1.0) / (n - p)),
+            libm::sqrt(of_level * correction),
+        )
     }
 
     /// The coefficients as they are listed.
     pub(super) fn coefficients(&self, curves: &Curves, coding: Coding) -> Vec<Coefficient> {
-        let drivers = self.driver_map();
-        let unit =
-            |column: usize| DMatrix::from_fn(1, self.terms.width(), |_, j| f64::from(j == column));
-        let direction = self.terms.direction.then(|| unit(self.terms.direction_column()));
-        let base = drivers.rows(0, 1).into_owned();
+        let drivers = self.fit.groups();
         let treatment = coding == Coding::Treatment;
-        let mut level = unit(0);
-        if treatment {
-            level += &base;
-            if let Some(direction) = &direction {
-                level += direction;
-            }
-        }
-        let mut listed =
-            vec![("ln reference speed".to_owned(), level), ("exponent".to_owned(), unit(1))];
+        let direction = self.direction.then(|| self.direction_column());
+        let level = if treatment {
+            let columns = self.unit(direction);
+            Combination { every: 0.0, groups: vec![(0, 1.0)], columns }
+        } else {
+            let every = 1.0 / drivers as f64;
+            Combination { every, groups: Vec::new(), columns: self.unit(None) }
+        };
+        let coefficient =
+            |column| Combination { columns: self.unit(column), ..Combination::default() };
+        let mut listed = vec![
+            ("ln reference speed".to_owned(), level),
+            ("exponent".to_owned(), coefficient(Some(0))),
+        ];
         // one driver alone has no effect
-        let first = usize::from(treatment || curves.drivers.len() == 1);
+        let first = usize::from(treatment || drivers == 1);
         for (driver, name) in curves.drivers.iter().enumerate().skip(first) {
-            let effect = drivers.rows(driver, 1).into_owned();
-            let effect = if treatment { effect - &base } else { effect };
+            let effect = if treatment {
+                let groups = vec![(driver, 1.0), (0, -1.0)];
+                Combination { groups, ..coefficient(None) }
+            } else {
+                self.effect(driver)
+            };
             listed.push((format!("driver {name}"), effect));
         }
-        if let Some(direction) = direction {
-            listed.push(if treatment {
-                ("direction right".to_owned(), direction * -2.0)
-            } else {
-                ("direction left".to_owned(), direction)
-            });
+        if direction.is_some() {
+            let mut side = coefficient(direction);
+            if treatment {
+                side.columns.iter_mut().for_each(|weight| *weight *= -2.0);
+            }
+            let name = if treatment { "direction right" } else { "direction left" };
+            listed.push((name.to_owned(), side));
         }
-        let (coefficients, gram) = (self.fit.coefficients(), self.fit.inverse_gram());
         let df = self.fit.residual_df() as f64;
         let t = t_of_interval(LEVEL, df);
-        let as_coefficient = |(name, map): (String, DMatrix<f64>)| {
-            let estimate = (&map * &coefficients)[0];
-            let standard_error =
-                libm::sqrt((&map * &gram * map.transpose())[0]) * self.fit.residual_sd();
-            Coefficient {
+        let (names, combinations): (Vec<String>, Vec<Combination>) = listed.into_iter().unzip();
+        let found = self.fit.combine(combinations);
+        let as_coefficient =
+            |(name, (estimate, standard_error)): (String, (f64, f64))| Coefficient {
                 name,
                 estimate,
                 standard_error,
                 ci95: around(estimate, standard_error, t),
                 ln_p: ln_t_tails(estimate / standard_error, df),
-            }
-        };
-        listed.into_iter().map(as_coefficient).collect()
+            };
+        names.into_iter().zip(found).map(as_coefficient).collect()
     }
 
     /// Effect of each driver.
     pub(super) fn driver_effects(&self, curves: &Curves) -> Vec<DriverEffect> {
-        let map = self.driver_map();
-        let effects = &map * self.fit.coefficients();
-        let covariance = &map * self.fit.inverse_gram() * map.transpose();
         let t = t_of_interval(LEVEL, self.fit.residual_df() as f64);
-        let counts = curves.counts();
-        let effect = |k: usize| {
-            let effect = effects[k];
-            let standard_error = libm::sqrt(covariance[(k, k)]) * self.fit.residual_sd();
+        let effects = self.fit.combine((0..self.fit.groups()).map(|driver| self.effect(driver)));
+        let named = curves.drivers.iter().zip(curves.counts()).zip(effects);
+        let effect = |((driver, n), (effect, standard_error)): ((&String, usize), (f64, f64))| {
             DriverEffect {
-                driver: curves.drivers[k].clone(),
-                n: counts[k],
+                driver: driver.clone(),
+                n,
                 effect,
                 standard_error,
                 ci95: around(effect, standard_error, t),
             }
         };
-        (0..curves.drivers.len()).map(effect).collect()
+        named.map(effect).collect()
     }
 }
 
@@ -367,6 +382,8 @@ pub(super) struct Determined<'a> {
     pub exponent_error: Option<f64>,
     /// Standard error of the exponent with the curves of a driver as one observation.
     pub clustered: Option<f64>,
+    /// The same of ln v₀.
+    pub level_clustered: Option<f64>,
     pub direction: Option<(f64, f64)>,
     /// Of the drivers, up to a common number.
     pub effects: &'a [f64],
@@ -390,9 +407,10 @@ impl Determined<'_> {
             reference_speed_mps: libm::exp(level.0),
             reference_speed_ci95: around(level.0, level.1, t).map(libm::exp),
             reference_speed_log_standard_error: level.1,
-            reference_speed_log_clustered_standard_error: spread
-                .map(|spread| spread.sd / libm::sqrt(drivers)),
+            reference_speed_log_clustered_standard_error: self.level_clustered,
             driver_sd: spread.map(|spread| spread.sd),
+            driver_sd_corrected: None,
+            driver_sd_corrected_ci95: None,
             driver_sd_weighted: spread.map(|spread| spread.weighted),
             driver_share: spread.map(|spread| spread.share(residual_sd)),
             direction_effect: self.direction.map(|(effect, _)| effect),

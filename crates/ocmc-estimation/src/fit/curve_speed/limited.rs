@@ -1,9 +1,15 @@
 //! Curves under a speed limit: censored regression, and the regression of the slow curves alone.
+//!
+//! A curve in whose middle the truck still gains speed is censored, too: where it drives behind
+//! another bend or a junction its speed is what its acceleration allows, and the driver would take
+//! the curve at least that fast. To leave such curves out instead would favour slow wishes, which
+//! are reached sooner.
 
 use super::curves::{Curve, Curves};
 use super::estimate::{CurveSpeedEstimate, Determined, Regression};
 use super::{CurveSpeedOptions, LEVEL};
-use crate::fit::p_value::{around, t_of_interval};
+use crate::fit::p_value::t_of_interval;
+use crate::fit::profile_interval::between_groups;
 use crate::fit::tobit::{TobitFit, TobitRow, fit};
 use crate::moments::Moments;
 
@@ -33,9 +39,18 @@ pub(super) fn limited(
         ));
     }
     let log_share = libm::log(options.limit_share);
-    let cut = |curve: &Curve| curve.log_speed >= curve.log_limit + log_share;
-    let at_limit = curves.rows.iter().filter(|curve| cut(curve)).count();
-    let slow = curves.only(|curve| !cut(curve));
+    let kept = |curve: &Curve| curve.log_speed >= curve.log_limit + log_share;
+    let at_limit = curves.rows.iter().filter(|curve| kept(curve)).count();
+    let slow = curves.only(|curve| !kept(curve));
+    // a truck that still accelerates shows no more than one that keeps to the limit
+    let cut = |curve: &Curve| kept(curve) || curve.accelerating;
+    let accelerating =
+        curves.rows.iter().filter(|curve| curve.accelerating && !kept(curve)).count();
+    if accelerating > 0 {
+        warnings.push(format!(
+            "in {accelerating} curves below the limit the truck still gained speed in the middle: the censored regression takes them as at least that fast"
+        ));
+    }
     let below_limit = (!slow.rows.is_empty())
         .then(|| Regression::new(&slow, direction, &mut Vec::new()).ok())
         .flatten()
@@ -53,12 +68,15 @@ pub(super) fn limited(
             curves.rows.len() - seen.rows.len()
         ));
     }
-    let limit = |curve: &Curve| cut(curve).then_some(curve.log_limit + log_share);
+    let limit = |curve: &Curve| {
+        let limit = curve.log_limit + log_share;
+        cut(curve).then_some(if curve.accelerating { limit.min(curve.log_speed) } else { limit })
+    };
     let tobit = if direction { censored::<2>(&seen, limit) } else { censored::<1>(&seen, limit) };
     if tobit.is_none() {
         warnings.push("the curves below the limit do not determine a censored regression".into());
     }
-    let tobit = tobit.map(|fit| estimate(&fit, &seen, direction));
+    let tobit = tobit.map(|fit| estimate(&fit, &seen, direction, warnings));
     (tobit, Some(at_limit), below_limit)
 }
 
@@ -77,26 +95,43 @@ fn censored<const X: usize>(
     fit(&rows, curves.drivers.len())
 }
 
-fn estimate(fit: &TobitFit, curves: &Curves, direction: bool) -> CurveSpeedEstimate {
+fn estimate(
+    fit: &TobitFit,
+    curves: &Curves,
+    direction: bool,
+    warnings: &mut Vec<String>,
+) -> CurveSpeedEstimate {
     let drivers = curves.drivers.len();
-    let (slope, last) = (drivers, fit.parameters.len() - 1);
-    let of = |k: usize| (fit.parameters[k], libm::sqrt(fit.covariance[(k, k)]));
-    let levels = &fit.parameters.as_slice()[..drivers];
-    let level_variance = fit.covariance.view((0, 0), (drivers, drivers)).sum();
-    let df = curves.rows.len().saturating_sub(last);
-    let (residual_sd, error) = of(last);
+    let error = |j: usize| libm::sqrt(fit.covariance[(j, j)]);
+    let df = curves.rows.len().saturating_sub(drivers + fit.coefficients.len());
     let estimate = Determined {
         df,
-        level: (Moments::of(levels).mean, libm::sqrt(level_variance) / drivers as f64),
-        exponent: fit.parameters[slope],
-        exponent_error: Some(of(slope).1),
-        clustered: (drivers > 1).then(|| libm::sqrt(fit.clustered_covariance[(slope, slope)])),
-        direction: direction.then(|| of(slope + 1)),
-        effects: levels,
-        residual_sd,
+        level: (Moments::of(&fit.levels).mean, libm::sqrt(fit.mean_level_variance)),
+        exponent: fit.coefficients[0],
+        exponent_error: Some(error(0)),
+        clustered: (drivers > 1).then(|| libm::sqrt(fit.clustered_covariance[(0, 0)])),
+        level_clustered: (drivers > 1).then(|| libm::sqrt(fit.clustered_mean_level_variance)),
+        direction: direction.then(|| (fit.coefficients[1], error(1))),
+        effects: &fit.levels,
+        residual_sd: fit.sigma,
     };
-    let ci95 = around(residual_sd, error, t_of_interval(LEVEL, df as f64));
-    CurveSpeedEstimate { residual_sd_ci95: Some(ci95), ..estimate.estimate(curves) }
+    let reach = t_of_interval(LEVEL, df as f64) * fit.sigma_standard_error / fit.sigma;
+    let ci95 = [-reach, reach].map(|reach| fit.sigma * libm::exp(reach));
+    // the sample SD of the levels also holds the error of each level
+    let between = between_groups(&fit.levels, &fit.own_variances);
+    if between.is_some_and(|between| between.sd == 0.0) {
+        warnings.push(
+            "in the censored regression the drivers differ by no more than their curves do: its \
+             `driver_sd` is 0"
+                .into(),
+        );
+    }
+    CurveSpeedEstimate {
+        residual_sd_ci95: Some(ci95),
+        driver_sd_corrected: between.map(|between| between.sd),
+        driver_sd_corrected_ci95: between.map(|between| between.ci95),
+        ..estimate.estimate(curves)
+    }
 }
 
 #[cfg(test)]

@@ -26,11 +26,11 @@ mod drivers;
 mod estimate;
 mod limited;
 
-pub use curves::{CurveTable, Dropped, MOST_DRIVERS};
+pub use curves::{CurveTable, Dropped};
 pub use drivers::{DriverFit, DriverSpread, RandomEffects};
 pub use estimate::{Coefficient, CurveSpeedEstimate, DriverEffect, ExponentTest};
 
-use super::analysis_of_variance::{VarianceRow, marginal, sequential};
+use super::analysis_of_variance::VarianceRow;
 use crate::option_check::{OptionError, above_0, check_options};
 use curves::select;
 use estimate::Regression;
@@ -50,6 +50,10 @@ pub struct CurveSpeedOptions {
     pub radius_range_m: [f64; 2],
     /// Routes have to be longer than this, in m, where their lengths are known.
     pub minimum_route_m: f64,
+    /// Curves have to lie at least this far from other curves, standstills, and the ends of the
+    /// log, in m, and the truck must nowhere near have been slower than in them; none takes all
+    /// curves.
+    pub isolated_m: Option<f64>,
     /// The exponent that `fixed` takes, and that is tested.
     pub fixed_exponent: f64,
     /// The direction stays where its p is below this.
@@ -67,6 +71,7 @@ impl Default for CurveSpeedOptions {
             reference_radius_m: 250.0,
             radius_range_m: [20.0, 500.0],
             minimum_route_m: 5000.0,
+            isolated_m: None,
             fixed_exponent: 0.5,
             significance: 0.05,
             limit_share: 0.9,
@@ -130,12 +135,11 @@ pub enum CurveSpeedFitError {
          allowed are drivers of whom at least one drove two radii"
     )]
     RadiusOfDriver,
-    /// More drivers than are fitted.
-    #[error("{drivers} drivers; allowed are at most {MOST_DRIVERS}")]
-    TooManyDrivers {
-        /// Drivers that take part.
-        drivers: usize,
-    },
+    /// Free curves are asked for, and nothing says which are free.
+    #[error(
+        "nothing says how far the curves are from others: columns gap_before_m and gap_after_m, as `ocmc curves` writes them"
+    )]
+    NoGaps,
 }
 
 /// Reasons and rows in words, such as `: 3 radius_too_large, 1 missing_value`.
@@ -208,9 +212,8 @@ pub fn fit(
     let (curves, dropped) = select(table, options)?;
     let mut warnings = Vec::new();
     let full = Regression::new(&curves, table.left.is_some(), &mut warnings)?;
-    let terms = full.terms();
-    let anova = sequential(&full.fit, &terms);
-    let kept = full.terms.direction
+    let anova = full.sequential();
+    let kept = full.direction
         && anova.iter().any(|row| {
             row.term == "direction"
                 && row.ln_p.is_some_and(|ln_p| ln_p < libm::log(options.significance))
@@ -226,7 +229,7 @@ pub fn fit(
     }
     let estimated = chosen.estimate(&curves);
     let by_driver = drivers::by_driver(&curves, options.reference_radius_m, &mut warnings);
-    let (random_intercept, random_slope) = drivers::random_effects(&curves, kept);
+    let (random_intercept, random_slope) = drivers::random_effects(&curves, kept, &mut warnings);
     let limits = table.limit_mps.is_some();
     let limited = limits.then(|| limited::limited(&curves, kept, options, &mut warnings));
     let (tobit, at_limit, below_limit) = limited.unwrap_or_default();
@@ -237,10 +240,10 @@ pub fn fit(
         radius_range_m: [curves.smallest_radius_m, curves.largest_radius_m],
         radius_filter_m: options.radius_range_m,
         dropped,
-        anova_marginal: marginal(&full.fit, &terms),
+        anova_marginal: full.marginal(),
         anova,
         fixed: fixed.estimate(&curves),
-        with_direction: full.terms.direction.then(|| full.estimate(&curves)),
+        with_direction: full.direction.then(|| full.estimate(&curves)),
         exponent_test: estimate::exponent_test(
             &estimated,
             options.fixed_exponent,
@@ -267,11 +270,13 @@ fn check(options: &CurveSpeedOptions) -> Result<(), CurveSpeedFitError> {
     let share = |option, share: f64| {
         (option, share, "a number above 0 and up to 1", share > 0.0 && share <= 1.0)
     };
+    let isolated_m = options.isolated_m.unwrap_or(0.0);
     let wider = largest > smallest;
     Ok(check_options([
         above_0("the reference radius", options.reference_radius_m),
         ("the smallest radius", smallest, "a number from 0 on", smallest >= 0.0),
         ("the largest radius", largest, "a number above the smallest radius", wider),
+        ("the way around a free curve, in m,", isolated_m, "a number from 0 on", isolated_m >= 0.0),
         ("the shortest route", route_m, "a number from 0 on", route_m >= 0.0),
         ("the fixed exponent", exponent, "a number", exponent.is_finite()),
         share("the significance", options.significance),
@@ -281,7 +286,7 @@ fn check(options: &CurveSpeedOptions) -> Result<(), CurveSpeedFitError> {
 
 impl CurveSpeedFit {
     /// The population of drivers as a study has it: that of the `censored` regression where it is
-    /// given, otherwise that of `estimated` with the spread between drivers by REML. What curves do
+    /// given, otherwise that of `estimated`, both with the spread between drivers by REML. What curves do
     /// not determine (the guard's lateral acceleration, the uncertainty switch, the replicates,
     /// with one driver the spread between drivers) stays as it is in `model`.
     pub fn population(
@@ -292,7 +297,8 @@ impl CurveSpeedFit {
         let best = censored.unwrap_or(&self.estimated);
         // the sample SD of the effects holds the error of each of them, too
         let reml = self.random_intercept.as_ref().filter(|_| censored.is_none());
-        let driver_sd = reml.map(|drivers| drivers.driver_sd).or(best.driver_sd);
+        let reml = reml.map(|drivers| drivers.driver_sd).or(best.driver_sd_corrected);
+        let driver_sd = reml.or(best.driver_sd);
         let fitted = self.by_driver.iter().filter(|driver| driver.exponent.is_some());
         let table = CurveSpeedTable {
             truck: fitted.clone().map(|driver| driver.driver.clone()).collect(),

@@ -1,12 +1,13 @@
 //! The law of one kind of speed change: log-normal, with and without the threshold in its
 //! likelihood.
 
+use super::between::{self, BetweenDrivers, between_drivers, ordered};
 use crate::fit::anderson_darling::normal;
-use crate::fit::mixed_model::GroupedRows;
 use crate::fit::nelder_mead::minimise;
 use crate::fit::p_value::{ln_normal_tail, sd_interval, t_of_interval};
 use crate::moments::Moments;
 use serde::Serialize;
+use std::collections::BTreeMap;
 
 /// Level of all intervals.
 const LEVEL: f64 = 0.95;
@@ -22,7 +23,8 @@ pub struct SpeedChangeLaw {
     pub within_threshold: usize,
     /// Median, negative for slowing down, in m/s².
     pub median_mps2: f64,
-    /// Its 95 % interval, in m/s²; none for a single change.
+    /// Its 95 % interval, in m/s², which knows that the changes of a driver are alike where drivers
+    /// have repetitions; none for a single change.
     pub median_ci95: Option<[f64; 2]>,
     /// Standard deviation of the logarithm; none for a single change.
     pub log_sd: Option<f64>,
@@ -34,6 +36,8 @@ pub struct SpeedChangeLaw {
     pub anderson_darling_p: Option<f64>,
     /// SD of the logarithm between drivers, by REML; none where drivers have no repetitions.
     pub driver_log_sd: Option<f64>,
+    /// Drivers and their changes apart, by REML; none where drivers have no repetitions.
+    pub between_drivers: Option<BetweenDrivers>,
     /// The law with the threshold in its likelihood; none where the changes do not determine it.
     pub untruncated: Option<UntruncatedLaw>,
 }
@@ -47,6 +51,8 @@ pub struct UntruncatedLaw {
     pub log_sd: f64,
     /// Share of the law beyond the threshold.
     pub share_beyond_threshold: f64,
+    /// Drivers and their changes apart; none where drivers have no repetitions.
+    pub between_drivers: Option<BetweenDrivers>,
 }
 
 pub(super) fn fit_law(
@@ -61,10 +67,14 @@ pub(super) fn fit_law(
     let (n, mean) = (moments.n, moments.mean);
     let log_sd = (values.len() > 1).then(|| moments.sd());
     let tested = normal(&values);
+    let between = between_drivers(sign, logs);
     let ci95 = log_sd.map(|sd| {
-        let reach = t_of_interval(LEVEL, n - 1.0) * sd / libm::sqrt(n);
-        let [a, b] = [mean - reach, mean + reach].map(|y| sign * libm::exp(y));
-        [a.min(b), a.max(b)]
+        let (error, df) = match &between {
+            Some(between) => (clustered_error(logs, between), between.drivers as f64 - 1.0),
+            None => (sd / libm::sqrt(n), n - 1.0),
+        };
+        let reach = t_of_interval(LEVEL, df) * error;
+        ordered([mean - reach, mean + reach].map(|y| sign * libm::exp(y)))
     });
     SpeedChangeLaw {
         category: name.to_owned(),
@@ -76,26 +86,34 @@ pub(super) fn fit_law(
         log_sd_ci95: log_sd.and_then(|sd| sd_interval(sd, n - 1.0, LEVEL)),
         anderson_darling: tested.map(|tested| tested.0),
         anderson_darling_p: tested.map(|tested| tested.1),
-        driver_log_sd: driver_log_sd(logs),
+        driver_log_sd: between.map(|between| between.driver_log_sd),
+        between_drivers: between,
         untruncated: log_sd
             .filter(|sd| *sd > 0.0)
-            .and_then(|sd| untruncated(sign, threshold, &values, mean, sd)),
+            .and_then(|sd| untruncated(sign, threshold, &values, mean, sd))
+            .map(|law| {
+                let cut = libm::log(threshold);
+                let apart = between.and_then(|plain| between::untruncated(sign, cut, logs, &plain));
+                UntruncatedLaw { between_drivers: apart, ..law }
+            }),
     }
 }
 
-/// SD between drivers who have repetitions.
-fn driver_log_sd(logs: &[(&str, f64)]) -> Option<f64> {
-    let mut drivers: Vec<&str> = logs.iter().map(|row| row.0).collect();
-    drivers.sort_unstable();
-    drivers.dedup();
-    if drivers.len() < 2 || drivers.len() == logs.len() {
-        return None;
+/// Standard error of the mean of all logarithms, drivers weighted by their changes. Changes of
+/// unnamed drivers count as drivers of their own.
+fn clustered_error(logs: &[(&str, f64)], between: &BetweenDrivers) -> f64 {
+    let mut counts: BTreeMap<&str, f64> = BTreeMap::new();
+    let mut squares = 0.0;
+    for (driver, _) in logs {
+        if driver.is_empty() {
+            squares += 1.0;
+        } else {
+            *counts.entry(driver).or_insert(0.0) += 1.0;
+        }
     }
-    let rows = GroupedRows::reduce(logs.len(), 1, drivers.len(), |k, x| {
-        x[0] = 1.0;
-        (drivers.binary_search(&logs[k].0).unwrap_or(0), logs[k].1)
-    });
-    rows.random_intercept().map(|fit| libm::sqrt(fit.group_covariance[(0, 0)]))
+    squares += counts.values().map(|count| count * count).sum::<f64>();
+    let (n, tau, sigma) = (logs.len() as f64, between.driver_log_sd, between.change_log_sd);
+    libm::sqrt(tau * tau * squares / (n * n) + sigma * sigma / n)
 }
 
 /// Maximum likelihood with the cut: density φ((y − μ)/σ) / (σ P(Z > (ln threshold − μ)/σ)).
@@ -125,5 +143,6 @@ fn untruncated(
         median_mps2: sign * libm::exp(mu),
         log_sd,
         share_beyond_threshold: beyond,
+        between_drivers: None,
     })
 }

@@ -11,9 +11,11 @@
 //! Source: Romano, Godio, Bruzelius, Johannesson, the paper in hand. The length of the window is
 //! not in the paper.
 
+mod between;
 mod law;
 mod window;
 
+pub use between::BetweenDrivers;
 pub use law::{SpeedChangeLaw, UntruncatedLaw};
 pub use window::{LoggedChanges, SpeedLog, accelerations};
 
@@ -194,16 +196,22 @@ fn check(options: &SpeedChangeOptions) -> Result<(), SpeedChangeError> {
 }
 
 impl SpeedChangeFit {
-    /// The laws as a study has them; what was not measured stays as it is in `model`. `untruncated`
-    /// takes the laws with the thresholds in their likelihood, where they are determined.
+    /// The laws as a study has them, which draws each of them once a driver: the median of the
+    /// typical driver and the SD between drivers. `untruncated` takes the laws with the thresholds
+    /// in their likelihood, where they are determined. What was not measured stays as it is in
+    /// `model`, and so does the spread where nothing shows how drivers differ.
     pub fn population(&self, model: &SpeedChangeModel, untruncated: bool) -> SpeedChangeModel {
         let law = |fitted: &Option<SpeedChangeLaw>, given: &Quantity| {
             let Some(fitted) = fitted else { return given.clone() };
-            let (mut median, mut log_sd) = (fitted.median_mps2, fitted.log_sd);
-            if let Some(law) = fitted.untruncated.filter(|_| untruncated) {
-                (median, log_sd) = (law.median_mps2, Some(law.log_sd));
-            }
-            let median = median.abs();
+            let whole = fitted.untruncated.filter(|_| untruncated);
+            let between = whole.map_or(fitted.between_drivers, |law| law.between_drivers);
+            let plain = whole.map_or(fitted.median_mps2, |law| law.median_mps2);
+            let median = between.map_or(plain, |between| between.median_mps2).abs();
+            let log_sd = match (between, given) {
+                (Some(between), _) => Some(between.driver_log_sd),
+                (None, Quantity::Law(Law::LogNormal { log_sd, .. })) => Some(*log_sd),
+                (None, _) => None,
+            };
             let law = |log_sd| Law::LogNormal { median, log_sd, lower: None, upper: None };
             let log_sd = log_sd.filter(|sd| *sd > 0.0);
             log_sd.map_or(Quantity::Number(median), |log_sd| Quantity::Law(law(log_sd)))
@@ -213,6 +221,43 @@ impl SpeedChangeFit {
             acceleration_mps2: law(&self.acceleration, &model.acceleration_mps2),
             ..model.clone()
         }
+    }
+
+    /// What has to be known of the laws that a study gets.
+    pub fn warnings(&self) -> Vec<String> {
+        let mut warnings = Vec::new();
+        let laws = [("acceleration", &self.acceleration), ("deceleration", &self.deceleration)];
+        for (name, law) in &laws {
+            match law {
+                None => warnings
+                    .push(format!("no {name} was measured: the study keeps the one of its base")),
+                Some(law) if law.between_drivers.is_some_and(|between| between.singular) => warnings
+                    .push(format!(
+                        "the REML fit of the {name}s is singular: drivers differ by no more than their changes do, the study gets one number"
+                    )),
+                Some(_) => {}
+            }
+        }
+        let blind = |law: &&Option<SpeedChangeLaw>| {
+            law.as_ref().is_some_and(|law| law.between_drivers.is_none())
+        };
+        let kept = "the study keeps the spread of its base";
+        if self.drivers == 1 {
+            warnings.push(format!(
+                "there is one driver only: nothing is known about how drivers differ, {kept}"
+            ));
+        } else if self.drivers == 0 {
+            warnings.push(format!(
+                "no driver is named: drivers and their changes cannot be told apart, {kept}"
+            ));
+        } else {
+            for (name, _) in laws.iter().filter(|(_, law)| blind(law)) {
+                warnings.push(format!(
+                    "no driver has two {name}s, or only one has any: drivers and their changes cannot be told apart, {kept}"
+                ));
+            }
+        }
+        warnings
     }
 }
 

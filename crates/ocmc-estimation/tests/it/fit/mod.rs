@@ -1,6 +1,7 @@
 //! Fits beside printed tables: the paper's, NIST's certified values, and a published mixed model.
 
 mod clustered_error;
+mod coverage;
 mod field_table;
 mod nist;
 mod operating_cycle;

@@ -101,3 +101,41 @@ fn what_says_nothing_is_told() {
     let message = fit(&records, &truth).unwrap_err().to_string();
     assert!(message.contains("`lane`") && message.contains("motorway"), "{message}");
 }
+
+#[test]
+fn noise_of_floating_cars_does_not_bias_the_traffic() {
+    use ocmc_core::random::{Draws, Stream};
+    use ocmc_estimation::fit::traffic::fit_speeds;
+    let truth = field_truck_model().traffic;
+    let mut covered = (0, 0);
+    for seed in 1..=12 {
+        let mut draws = Draws::new(seed, 99, Stream::Traffic);
+        let mut records = detected(&truth, seed, 1);
+        let ratios: Vec<f64> = records
+            .iter()
+            .map(|record| {
+                let speed = (-0.5 * (record.share / truth.critical_share).powi(2)).exp();
+                speed + 0.05 * draws.normal()
+            })
+            .collect();
+        let found = fit_speeds(&records, &ratios, &truth).unwrap();
+        let noise = found.speed_noise_sd.unwrap();
+        assert!((noise - 0.05).abs() < 0.005, "{noise}");
+        for parameter in &found.parameters {
+            let model = serde_json::to_value(&truth).unwrap();
+            let wanted = parameter.key.split('.').fold(&model, |value, part| &value[part]);
+            let off = (parameter.value - wanted.as_f64().unwrap()).abs();
+            let error = parameter.standard_error.unwrap();
+            assert!(off < 5.0 * error, "seed {seed}: {parameter:?}, {wanted}");
+            covered = (covered.0 + usize::from(off < 1.96 * error), covered.1 + 1);
+        }
+        // a density that is worked out of each speed has the noise
+        for (record, ratio) in records.iter_mut().zip(&ratios) {
+            record.share = truth.share_at(*ratio);
+        }
+        let naive = fit(&records, &truth).unwrap();
+        assert!(naive.model.logit_sd > 1.5 * truth.logit_sd, "{}", naive.model.logit_sd);
+    }
+    // 12 fits of 8 numbers
+    assert!(covered.1 == 96 && covered.0 >= 83, "{covered:?}");
+}

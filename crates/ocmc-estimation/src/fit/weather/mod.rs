@@ -9,20 +9,26 @@
 //!   by the moments of a wrapped normal law, E cos(θ − θ₀) = exp(−SD²/2) and E cos(θ' − θ) =
 //!   exp(−SD²(1 − φ)).
 //!
-//! Standard errors are those of independent values times √((1 + φ)/(1 − φ)), and √((1 − φ²)/n) for
-//! a correlation φ. They are left out where they have no simple form. A variable that is nowhere
-//! recorded keeps the numbers of the base study, and so do temperature and humidity of records that
+//! Standard errors are those of the model: of normal autoregressions with the estimated φ, over the
+//! times that were recorded. A harmonic's follows from the sum over all pairs of hours; that of the
+//! humidity's also has the errors of the temperature's harmonics, from which its deviations are
+//! taken; those of the Weibull law and of directions follow from their functions of normal scores
+//! ([`super::autocorrelated`]), √((1 − φ²)/n) is that of a correlation. What the fitted means took
+//! of a sum of squares is restored to the standard deviations. A variable that is nowhere recorded keeps the numbers of the base study, and so do temperature and humidity of records that
 //! lack a season, or day or night: harmonics of what was not seen are extrapolated.
 
+mod wind;
+
+use super::autocorrelated::{inflation, long_run, sd_error};
 use super::least_squares::LeastSquares;
 use super::study_parameter::{Estimates, StudyParameterFit, reasons};
 use crate::moments::correlation;
-use ocmc_core::distribution::{Law, gamma, weibull};
+use nalgebra::DMatrix;
+use ocmc_core::distribution::{Law, gamma};
 use ocmc_core::operating_cycle::weather::{
-    HumidityModel, PrecipitationModel, TemperatureModel, Weather, WeatherModel, WindModel, night,
-    season, standard_pressure_pa,
+    HumidityModel, PrecipitationModel, TemperatureModel, Weather, WeatherModel, night, season,
+    standard_pressure_pa,
 };
-use ocmc_core::special_functions::normal_quantile;
 use serde::Serialize;
 use std::f64::consts::FRAC_PI_2;
 use thiserror::Error;
@@ -84,6 +90,18 @@ const HARMONIC_SEEN: f64 = 0.5;
 /// Closest that a humidity comes to 0 and 1 on the logit scale.
 const HUMIDITY_EDGE: f64 = 0.005;
 
+/// Covariances of the sizes of two normal scores that go together with ρ, over π/2: √(1 − ρ²) + ρ
+/// asin ρ − 1 = Σ c_m ρ^(2m). The last one has the rest of the series, π/2 − 1 at ρ = 1.
+const SIZE_SERIES: [f64; 5] = [0.5, 1.0 / 24.0, 1.0 / 80.0, 5.0 / 896.0, 0.011_049];
+
+/// What temperatures leave to the humidity.
+struct Temperatures {
+    /// What the harmonics leave of each record, in K.
+    deviation_k: Vec<f64>,
+    /// Covariance of the coefficients of [`harmonics`].
+    covariance: DMatrix<f64>,
+}
+
 struct Hours<'a> {
     records: &'a [HourlyRecord],
     /// Places of records that an hour parts.
@@ -103,9 +121,9 @@ pub fn fit(records: &[HourlyRecord], base: &WeatherModel) -> Result<WeatherFit, 
         .collect();
     let mut model = base.clone();
     let mut hours = Hours { records, pairs, estimates: Estimates::default() };
-    let deviations = hours.temperature(&mut model.temperature);
+    let temperatures = hours.temperature(&mut model.temperature);
     hours.pressure(&mut model);
-    hours.humidity(deviations.as_deref(), &mut model.humidity);
+    hours.humidity(temperatures.as_ref(), &mut model.humidity);
     hours.precipitation(&mut model.precipitation);
     hours.wind_speed(&mut model.wind);
     hours.wind_direction(&mut model.wind);
@@ -151,19 +169,25 @@ impl Hours<'_> {
             .filter(|(_, n)| *n >= FEWEST)
     }
 
-    /// Estimates a correlation over an hour; what it inflates standard errors by.
+    /// Time of a record, in h.
+    fn time_h(&self, place: usize) -> f64 {
+        self.records[place].time_s / HOUR_S
+    }
+
+    /// Estimates a correlation over an hour, and returns it; that of the base study where it cannot
+    /// be estimated.
     fn correlate(&mut self, key: &'static str, values: &[f64], into: &mut f64) -> f64 {
         self.estimates.name = key;
         let Some((phi, n)) = self.hourly_correlation(values) else {
             self.estimates.stays(format_args!(
                 "fewer than {FEWEST} records are an hour apart, or all are the same"
             ));
-            return inflation(*into);
+            return *into;
         };
         let phi = self.remembered(phi);
         let error = ((1.0 - phi * phi).max(0.0) / n as f64).sqrt();
         self.estimates.set(key, into, phi, Some(error), n);
-        inflation(phi)
+        phi
     }
 
     /// Whether these records determine the harmonics of year and day.
@@ -183,8 +207,8 @@ impl Hours<'_> {
         false
     }
 
-    /// Temperatures; what the harmonics leave of each.
-    fn temperature(&mut self, model: &mut TemperatureModel) -> Option<Vec<f64>> {
+    /// Temperatures; what they leave to the humidity.
+    fn temperature(&mut self, model: &mut TemperatureModel) -> Option<Temperatures> {
         let places = self.recorded("temperature", |w| w.temperature_k)?;
         if !self.tells_harmonics(&places) {
             return None;
@@ -192,40 +216,58 @@ impl Hours<'_> {
         let n = places.len();
         let records = self.records;
         let at = |k: usize| &records[places[k]];
-        let harmonics = LeastSquares::reduce(n, 4, |k, x| {
-            let (season, night) = clock(at(k));
-            x.copy_from_slice(&[1.0, -season, -night, -night * season]);
+        let fitted = LeastSquares::reduce(n, 4, |k, x| {
+            x.copy_from_slice(&harmonics(at(k)));
             at(k).weather.temperature_k
         });
-        let Ok(harmonics) = harmonics else {
+        let Ok(fitted) = fitted else {
             self.estimates.stays("the records do not tell day and year apart");
             return None;
         };
-        let found = harmonics.coefficients();
+        let found = fitted.coefficients();
         let left = |record: &HourlyRecord| {
             let (season, night) = clock(record);
             record.weather.temperature_k - found[0]
                 + found[1] * season
                 + (found[2] + found[3] * season) * night
         };
-        let spread = LeastSquares::reduce(n, 2, |k, x| {
+        let sizes = LeastSquares::reduce(n, 2, |k, x| {
             x.copy_from_slice(&[1.0, clock(at(k)).0]);
             left(at(k)).abs() * FRAC_PI_2.sqrt()
         });
-        let mut spread = spread.expect("the season is among the harmonics").coefficients();
+        let sizes = sizes.expect("the season is among the harmonics");
+        let mut spread = sizes.coefficients();
         if spread[0] <= spread[1].abs() {
             self.estimates.warn("one season comes out without spread; both SDs are the mean one");
             spread[1] = 0.0;
         }
-        let score = |r: &HourlyRecord| left(r) / (spread[0] + spread[1] * clock(r).0);
-        let scores: Vec<f64> = self.records.iter().map(score).collect();
-        let deviations = self.records.iter().map(left).collect();
-        let gram = harmonics.inverse_gram();
+        let sd_k = |r: &HourlyRecord| spread[0] + spread[1] * clock(r).0;
+        let scores: Vec<f64> = self.records.iter().map(|r| left(r) / sd_k(r)).collect();
+        let deviation_k = self.records.iter().map(left).collect();
+        // the sandwich of what the memory of the deviations does to the coefficients
         let phi = self.hourly_correlation(&scores).map_or(0.0, |(phi, _)| phi);
-        let doubt_k = 2.0 * harmonics.residual_sd() * gram[(1, 1)].sqrt() * inflation(phi);
-        if found[1] < -doubt_k {
+        let gram = fitted.inverse_gram();
+        let rows =
+            (0..n).map(|k| (self.time_h(places[k]), harmonics(at(k)).map(|x| x * sd_k(at(k)))));
+        let products = long_run(rows, phi);
+        let all: f64 = (0..n).map(|k| sd_k(at(k)) * sd_k(at(k))).sum();
+        let larger = restored((&gram * &products).trace(), all);
+        let covariance = &gram * products * &gram;
+        let size_gram = sizes.inverse_gram();
+        let size_covariance = SIZE_SERIES.iter().enumerate().map(|(m, weight)| {
+            let rows = (0..n).map(|k| {
+                let (season, _) = clock(at(k));
+                (self.time_h(places[k]), [1.0, season].map(|x| x * sd_k(at(k))))
+            });
+            let phi = libm::pow(phi.max(0.0), 2.0 * (m + 1) as f64);
+            &size_gram * long_run(rows, phi) * &size_gram * *weight
+        });
+        let size_covariance = size_covariance.fold(DMatrix::zeros(2, 2), |sum, part| sum + part);
+        let temperatures = Temperatures { deviation_k, covariance };
+        let covariance = &temperatures.covariance;
+        if found[1] < -2.0 * covariance[(1, 1)].sqrt() {
             self.estimates.warn("its coldest days lie in July, and a study knows northern seasons only; it stays that of the base study, and a table whose clock is half a year ahead tells it");
-            return Some(deviations);
+            return Some(temperatures);
         }
         if found[2] < 0.0 {
             self.estimates.warn(
@@ -233,19 +275,31 @@ impl Hours<'_> {
             );
         }
         let into = &mut model.hourly_correlation;
-        let inflation = self.correlate("temperature.hourly_correlation", &scores, into);
-        let error = |c: usize| Some(harmonics.residual_sd() * gram[(c, c)].sqrt() * inflation);
-        let mut set = |key, into: &mut f64, value, error| {
-            self.estimates.set(&format!("temperature.{key}"), into, value, error, n);
+        self.correlate("temperature.hourly_correlation", &scores, into);
+        let mut set = |key, into: &mut f64, value, variance: f64| {
+            let key = format!("temperature.{key}");
+            self.estimates.set(&key, into, value, Some(variance.max(0.0).sqrt()), n);
         };
-        set("mean_k", &mut model.mean_k, found[0], error(0));
-        set("annual_amplitude_k", &mut model.annual_amplitude_k, found[1], error(1));
-        let (winter_k, summer_k) = (found[2] + found[3], found[2] - found[3]);
-        set("winter_daily_amplitude_k", &mut model.winter_daily_amplitude_k, winter_k, None);
-        set("summer_daily_amplitude_k", &mut model.summer_daily_amplitude_k, summer_k, None);
-        set("winter_sd_k", &mut model.winter_sd_k, spread[0] + spread[1], None);
-        set("summer_sd_k", &mut model.summer_sd_k, spread[0] - spread[1], None);
-        Some(deviations)
+        // of the sum of two coefficients, or of their difference
+        let both = |c: &DMatrix<f64>, a: usize, b: usize, side: f64| {
+            c[(a, a)] + c[(b, b)] + 2.0 * side * c[(a, b)]
+        };
+        set("mean_k", &mut model.mean_k, found[0], covariance[(0, 0)]);
+        set("annual_amplitude_k", &mut model.annual_amplitude_k, found[1], covariance[(1, 1)]);
+        for (key, into, side) in [
+            ("winter_daily_amplitude_k", &mut model.winter_daily_amplitude_k, 1.0),
+            ("summer_daily_amplitude_k", &mut model.summer_daily_amplitude_k, -1.0),
+        ] {
+            set(key, into, found[2] + side * found[3], both(covariance, 2, 3, side));
+        }
+        for (key, into, side) in [
+            ("winter_sd_k", &mut model.winter_sd_k, 1.0),
+            ("summer_sd_k", &mut model.summer_sd_k, -1.0),
+        ] {
+            let sd = larger * (spread[0] + side * spread[1]);
+            set(key, into, sd, both(&size_covariance, 0, 1, side));
+        }
+        Some(temperatures)
     }
 
     fn pressure(&mut self, model: &mut WeatherModel) {
@@ -265,12 +319,15 @@ impl Hours<'_> {
         let deviations: Vec<f64> =
             self.records.iter().map(|record| record.weather.pressure_pa - mean).collect();
         let model = &mut model.pressure;
-        self.estimates.set("pressure.sd", &mut model.sd, root_mean_square(&deviations), None, n);
+        let phi = self.hourly_correlation(&deviations).map_or(0.0, |(phi, _)| phi);
+        let sd = root_mean_square(&deviations) * restored(inflation(phi), n as f64);
+        self.estimates.set("pressure.sd", &mut model.sd, sd, Some(sd_error(sd, phi, n)), n);
         let into = &mut model.hourly_correlation;
         self.correlate("pressure.hourly_correlation", &deviations, into);
     }
 
-    fn humidity(&mut self, warmer: Option<&[f64]>, model: &mut HumidityModel) {
+    fn humidity(&mut self, temperatures: Option<&Temperatures>, model: &mut HumidityModel) {
+        let warmer = temperatures.map(|temperatures| temperatures.deviation_k.as_slice());
         let recorded = self.recorded("humidity", |w| w.relative_humidity);
         let Some(mut places) = recorded else { return };
         if let Some(warmer) = warmer {
@@ -315,18 +372,43 @@ impl Hours<'_> {
             ));
         }
         let into = &mut model.hourly_correlation;
-        let inflation = self.correlate("humidity.hourly_correlation", &deviations, into);
+        let phi = self.correlate("humidity.hourly_correlation", &deviations, into);
         let gram = fit.inverse_gram();
-        let error = |c: usize| Some(fit.residual_sd() * gram[(c, c)].sqrt() * inflation);
-        let mut set = |key, into: &mut f64, value, error| {
-            self.estimates.set(&format!("humidity.{key}"), into, value, error, n);
+        // columns that are not fitted stay 0
+        let columns = |k: usize| {
+            let (season, night) = clock(&self.records[places[k]]);
+            [1.0, season, night, warmer.map_or(0.0, |warmer| warmer[places[k]])]
         };
+        let rows = (0..n).map(|k| (self.time_h(places[k]), columns(k)));
+        let own = long_run(rows, phi).view((0, 0), (width, width)).into_owned();
+        let taken = (&gram * &own).trace();
+        let sd = root_mean_square(&deviations) * restored(taken, n as f64);
+        let own = own * (sd * sd);
+        let mut covariance = &gram * own * &gram;
+        if let Some(temperatures) = temperatures {
+            // the deviations lie off the true ones by the errors of the temperature's harmonics
+            let mut products = DMatrix::zeros(width, 4);
+            for k in 0..n {
+                let (row, of_temperature) = (columns(k), harmonics(&self.records[places[k]]));
+                for a in 0..width {
+                    for b in 0..4 {
+                        products[(a, b)] += row[a] * of_temperature[b];
+                    }
+                }
+            }
+            let follows = &gram * products * found[3];
+            covariance += &follows * &temperatures.covariance * follows.transpose();
+        }
+        let mut set = |key, into: &mut f64, value, error: f64| {
+            self.estimates.set(&format!("humidity.{key}"), into, value, Some(error), n);
+        };
+        let error = |c: usize| covariance[(c, c)].sqrt();
         set("mean_logit", &mut model.mean_logit, found[0], error(0));
         set("annual_amplitude", &mut model.annual_amplitude, found[1], error(1));
-        set("daily_amplitude", &mut model.daily_amplitude, found[2], None);
-        set("sd", &mut model.sd, root_mean_square(&deviations), None);
+        set("daily_amplitude", &mut model.daily_amplitude, found[2], error(2));
+        set("sd", &mut model.sd, sd, sd_error(sd, phi, n));
         if warmer.is_some() {
-            set("temperature_slope_per_k", &mut model.temperature_slope_per_k, found[3], None);
+            set("temperature_slope_per_k", &mut model.temperature_slope_per_k, found[3], error(3));
         }
     }
 
@@ -363,88 +445,15 @@ impl Hours<'_> {
                 let into = &mut model.mean_intensity_mps;
                 self.estimates.set("precipitation.mean_intensity_mps", into, mean, error, n);
                 let into = &mut model.intensity_shape;
-                self.estimates.set("precipitation.intensity_shape", into, shape, None, n);
+                let information = n as f64 * (gamma::trigamma(shape) - 1.0 / shape);
+                let error = Some(1.0 / information.sqrt());
+                self.estimates.set("precipitation.intensity_shape", into, shape, error, n);
             }
             _ => {
                 self.estimates.name = "precipitation";
                 self.estimates.stays(format_args!("{n} wet hours tell no law of the intensity"));
             }
         }
-    }
-
-    fn wind_speed(&mut self, model: &mut WindModel) {
-        let recorded = self.recorded("wind speed", |w| w.wind_speed_mps);
-        let Some(places) = recorded else { return };
-        let value = |place: usize| self.records[place].weather.wind_speed_mps;
-        let moving: Vec<f64> =
-            places.iter().map(|place| value(*place)).filter(|speed| *speed > 0.0).collect();
-        let Some(Law::Weibull { mean, shape }) = weibull::fit(&moving) else {
-            return self.estimates.stays("the speeds have no spread");
-        };
-        let scale = mean / libm::tgamma(1.0 + 1.0 / shape);
-        let mut scores = vec![f64::NAN; self.records.len()];
-        for place in places.iter().filter(|place| value(**place) > 0.0) {
-            // from the tail that is small, so that no score is infinite
-            let power = libm::pow(value(*place) / scale, shape);
-            let below = -libm::expm1(-power);
-            scores[*place] = if below < 0.5 {
-                normal_quantile(below.max(f64::MIN_POSITIVE))
-            } else {
-                -normal_quantile(libm::exp(-power).max(f64::MIN_POSITIVE))
-            };
-        }
-        let (n, calm) = (moving.len(), places.len() - moving.len());
-        if calm > 0 {
-            self.estimates.warn(format_args!(
-                "{calm} calm hours have no part in its law, nor in that of the direction"
-            ));
-        }
-        self.estimates.set("wind.mean_speed_mps", &mut model.mean_speed_mps, mean, None, n);
-        self.estimates.set("wind.speed_shape", &mut model.speed_shape, shape, None, n);
-        let into = &mut model.speed_hourly_correlation;
-        self.correlate("wind.speed_hourly_correlation", &scores, into);
-    }
-
-    fn wind_direction(&mut self, model: &mut WindModel) {
-        let recorded = self.recorded("wind direction", |w| w.wind_direction_rad);
-        let Some(mut places) = recorded else { return };
-        // a calm has no direction, whatever stands there
-        let value = |place: usize| {
-            let Weather { wind_speed_mps, wind_direction_rad, .. } = self.records[place].weather;
-            if wind_speed_mps == 0.0 { f64::NAN } else { wind_direction_rad }
-        };
-        places.retain(|place| value(*place).is_finite());
-        let n = places.len() as f64;
-        let north = places.iter().map(|place| libm::cos(value(*place))).sum::<f64>() / n;
-        let east = places.iter().map(|place| libm::sin(value(*place))).sum::<f64>() / n;
-        let length = libm::hypot(north, east);
-        let turns = self.pairs.iter().map(|[a, b]| libm::cos(value(*b) - value(*a)));
-        let turns: Vec<f64> = turns.filter(|cosine| cosine.is_finite()).collect();
-        // a mean direction is distinguished from none where its length is beyond that of
-        // independent directions
-        if !(length * length * n > 9.0) || length >= 1.0 || turns.len() < FEWEST {
-            return self.estimates.stays(
-                "it has no prevailing direction, no spread, or no hours that follow each other",
-            );
-        }
-        let variance = -2.0 * libm::log(length);
-        let together = turns.iter().sum::<f64>() / turns.len() as f64;
-        let phi = 1.0 + libm::log(together.max(f64::MIN_POSITIVE)) / variance;
-        self.estimates.name = "wind.direction.hourly_correlation";
-        let phi = self.remembered(phi);
-        let prevailing_rad = libm::atan2(east, north);
-        let mut set = |key, into: &mut f64, value, n| {
-            self.estimates.set(&format!("wind.{key}"), into, value, None, n);
-        };
-        set(
-            "prevailing_direction_rad",
-            &mut model.prevailing_direction_rad,
-            prevailing_rad,
-            places.len(),
-        );
-        set("direction.sd", &mut model.direction.sd, variance.sqrt(), places.len());
-        let into = &mut model.direction.hourly_correlation;
-        set("direction.hourly_correlation", into, phi, turns.len());
     }
 
     /// A correlation that is not negative.
@@ -463,10 +472,16 @@ fn clock(record: &HourlyRecord) -> (f64, f64) {
     (season(record.day_of_year), night(24.0 * record.day_of_year.fract()))
 }
 
-/// What correlation φ of neighbours makes of the standard error of a mean of independent values.
-fn inflation(phi: f64) -> f64 {
-    let phi = phi.clamp(0.0, 1.0 - 1e-9);
-    ((1.0 + phi) / (1.0 - phi)).sqrt()
+/// The columns of the temperature: mean, and the harmonics of the year, of the day, and of both.
+fn harmonics(record: &HourlyRecord) -> [f64; 4] {
+    let (season, night) = clock(record);
+    [1.0, -season, -night, -night * season]
+}
+
+/// By what a standard deviation of residuals is too small, where a fit took `taken` of an expected
+/// sum of squares `all`: a mean of values that remember takes more than one of them.
+fn restored(taken: f64, all: f64) -> f64 {
+    1.0 / libm::sqrt((1.0 - taken / all).max(0.1))
 }
 
 /// Of the values that are there.
