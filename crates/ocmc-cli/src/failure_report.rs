@@ -71,6 +71,9 @@ fn help_of(error: &Error) -> Option<String> {
         Error::Sensitivity(SensitivityError::NotIndependent) => {
             "add --set simulation.sampling=independent, or leave --crossed out"
         }
+        Error::Interrupted(progress) if progress.what == "trips" => {
+            "there is no answer without the rest; fewer --trips take less time"
+        }
         Error::Interrupted(_) => {
             "there is no answer without the rest; fewer --cycles take less time"
         }

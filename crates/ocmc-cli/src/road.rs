@@ -85,7 +85,7 @@ pub(crate) struct ValidateArguments {
     seed: u64,
     /// Way behind a moving start and before a moving end that is not scored, in m: simulated trips
     /// begin and end at rest
-    #[arg(long, value_name = "M", default_value_t = RUN_IN_M)]
+    #[arg(long, value_name = "M", default_value_t = RUN_IN_M, allow_negative_numbers = true)]
     run_in: f64,
     /// Threads [default: one for each CPU]
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole_number(1..=MOST_THREADS))]

@@ -228,8 +228,12 @@ pub fn validate(
         let before = k as u64 * plan.cycles;
         let progress = |done| Progress { what: "trips", done, total };
         progress(before).look(watch)?;
-        let driven = each(plan, BATCH, &one, |done| watch(progress(before + done)));
-        let trips = progress(before).ended(driven)?;
+        let mut done = before;
+        let driven = each(plan, BATCH, &one, |count| {
+            done = before + count;
+            watch(progress(done))
+        });
+        let trips = progress(done).ended(driven)?;
         let trips: Vec<Passage> = trips.into_iter().flatten().collect();
         if trips.len() < 2 {
             left_out += group.drives.len();
