@@ -25,7 +25,7 @@ fn roads(bends_per_km: f64, length_km: f64) -> String {
 const ROADS: &str = r#"
 [study]
 name = "loop"
-base = "field-truck"
+base = "field-truck-printed"
 drop = ["road.types.urban", "road.types.motorway", "road.types.rural.next", "traffic.types.urban", "traffic.types.motorway"]
 [mission]
 length_m = LENGTH_M
