@@ -185,17 +185,14 @@ fn fit_measured(
     let mut speed_noise_sd = None;
     if let Some(ratios) = speed_ratios.filter(|_| !fitted.is_empty()) {
         let (speeds, interval_s) = speeds(records, ratios, &fitted, &days, base);
-        match speeds.fit() {
-            Some(found) => {
-                speed_noise_sd = Some(found.noise_sd);
-                set_speeds(&mut estimates, &mut model, &fitted, &speeds, &found, interval_s);
-            }
-            None => {
-                estimates.name = "speeds";
-                estimates.stays(
-                    "records that follow each other at one site at one interval do not tell the traffic from the noise",
-                );
-            }
+        if let Some(found) = speeds.fit() {
+            speed_noise_sd = Some(found.noise_sd);
+            set_speeds(&mut estimates, &mut model, &fitted, &speeds, &found, interval_s);
+        } else {
+            estimates.name = "speeds";
+            estimates.stays(
+                "records that follow each other at one site at one interval do not tell the traffic from the noise",
+            );
         }
     }
     if estimates.parameters.is_empty() {

@@ -3,9 +3,9 @@
 //!
 //! A study draws an acceleration once a driver, so its law wants exp μ and τ; σ, what the changes of
 //! one driver differ by, has no place in it. By REML; with the threshold c in the likelihood by
-//! maximum likelihood, where a driver's changes have, given b, the density φ((y − μ − b)/σ) / (σ P(Z
-//! > (c − μ − b)/σ)) and b is integrated out around its mode, and τ² times G/(G − 1) for the mean
-//! that was fitted, as without a cut.
+//! maximum likelihood: given b, a driver's changes have the normal density over σ P(Z at least (c − μ
+//! − b)/σ), and b is integrated out around its mode; τ² is taken times G/(G − 1) for the mean that was
+//! fitted, as without a cut.
 
 use crate::fit::mixed_model::GroupedRows;
 use crate::fit::nelder_mead::minimise;

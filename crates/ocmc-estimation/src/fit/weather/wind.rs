@@ -127,7 +127,7 @@ fn direction_errors(variance: f64, phi: f64, n: f64) -> [f64; 3] {
         let (mut term, mut sum) = (1.0, 0.0);
         for m in 1..200 {
             term *= variance / m as f64;
-            if m >= first && (m - first) % 2 == 0 {
+            if m >= first && (m - first).is_multiple_of(2) {
                 sum += term * inflation(libm::pow(phi, m as f64));
             }
             if term < 1e-16 * sum {
