@@ -7,7 +7,11 @@
 pub mod bounded_least_squares;
 pub mod closed_loop;
 pub mod compass_search;
+pub mod even_slope;
 pub mod event;
+mod fit_test;
 pub mod identify;
+mod noise;
+pub mod options;
 pub mod population;
 mod problem;
