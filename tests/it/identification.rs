@@ -154,7 +154,8 @@ fn noisy_gains_lie_within_their_intervals() {
         "{within} of {cases} true gains within their 95 % intervals, {refused} events without"
     );
     assert!(refused <= 5);
-    assert!(cases >= 40 && within as f64 >= 0.9 * cases as f64, "{within} of {cases}");
+    // an event without intervals has none of three
+    assert!(cases >= 30 && within as f64 >= 0.9 * cases as f64, "{within} of {cases}");
 }
 
 #[test]

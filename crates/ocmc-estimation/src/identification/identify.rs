@@ -20,10 +20,11 @@
 //! ([`FitTest`]), or with a speed term.
 
 use super::bounded_least_squares::Optimum;
+use super::comparison::Comparison;
 use super::event::{EventError, EventSummary, PedalLog};
 use super::fit_test::score;
 use super::options::{IdentifyOptions, SpeedTerm};
-use super::problem::{Comparison, Problem};
+use super::problem::Problem;
 use nalgebra::{DMatrix, DVector};
 use ocmc_core::study::Study;
 use rayon::prelude::*;

@@ -6,6 +6,7 @@
 
 pub mod bounded_least_squares;
 pub mod closed_loop;
+mod comparison;
 pub mod compass_search;
 pub mod even_slope;
 pub mod event;
