@@ -8,6 +8,7 @@ import ocmc
 import pytest
 from test_command import command
 
+pytestmark = pytest.mark.filterwarnings("ignore:.*do not explain their pedals:UserWarning")
 COLUMNS = ["time_s", "speed_mps", "accelerator", "brake", "grade", "position_m", "gear"]
 QUICK = {"starts": 2, "intervals": False, "speed_term": "none"}
 
@@ -85,6 +86,17 @@ def test_tables_of_any_library_give_the_same(part, simulator):
     assert calls[-1] == (2, 2)
 
 
+def test_delay_and_mass_are_estimated_and_the_speed_term_warns(part, simulator):
+    options = QUICK | {"starts": 4}
+    (fit,) = ocmc.identify(part, simulator, **options, unknown=["delay", "mass"])["fits"]
+    # a driver of the program reacts at once, in the truck of the study
+    assert fit["delay_s"] < 0.05
+    assert fit["mass_kg"] == pytest.approx(40e3, rel=0.01)
+    with pytest.warns(UserWarning, match="the speed term of the paper biases the gains"):
+        answer = ocmc.identify(part, simulator, **(options | {"speed_term": "measured"}))
+    assert "the speed term biases the gains" in answer["fits"][0]["no_intervals"]
+
+
 def test_what_is_left_out_is_said(part, simulator):
     events = ["first"] * 790 + ["short"] * 10
     with pytest.warns(UserWarning, match="event `short` of .*`logs` is left out: 10 rows"):
@@ -102,6 +114,7 @@ def test_what_is_left_out_is_said(part, simulator):
         ({"brake": None}, {}, "no column for the brake pedal"),
         ({}, {"controller": "pi"}, "allowed is one of: pid, switched"),
         ({}, {"speed_term": "mean"}, "allowed is one of: none, measured, simulated"),
+        ({}, {"unknown": ["wind"]}, "allowed is one of: delay, mass"),
         ({}, {"starts": 0}, "`starts` is 0, allowed is a whole number from 1 to 4096"),
         ({}, {"kp": (2.0, 1.0)}, r"bounds of kp are 2 and 1: they have to rise, from 0\.001 on"),
         ({}, {"kd": (0.0, float("inf"))}, "bounds of kd"),

@@ -2,14 +2,17 @@
 //! gains identified.
 //!
 //! Prints the tables of `docs/src/theory/identification.md`:
-//! `cargo test --test it identification -- --nocapture`.
+//! `cargo test --test it identification -- --nocapture`. The whole study, with noise on all signals
+//! and over hundreds of events, is `examples/identification_study.rs`.
 
 use ocmc_core::kernel::trace::trace;
 use ocmc_core::random::{Draws, Stream};
 use ocmc_core::study::Study;
+use ocmc_estimation::identification::closed_loop::{ClosedLoop, Controller};
 use ocmc_estimation::identification::event::PedalLog;
-use ocmc_estimation::identification::identify::{
-    ControllerKind, EventFit, IdentifyOptions, SpeedTerm, identify_event,
+use ocmc_estimation::identification::identify::{EventFit, identify_event};
+use ocmc_estimation::identification::options::{
+    ControllerKind, IdentifyOptions, SpeedTerm, Unknowns,
 };
 use ocmc_estimation::identification::population::Population;
 use std::sync::atomic::AtomicBool;
@@ -53,6 +56,7 @@ fn events(study: &Study, drivers: u64, noise: f64) -> Vec<Known> {
             grade: column("grade"),
             position_m: Some(column("position_m")),
             gear: Some(column("gear")),
+            ..PedalLog::default()
         };
         for (event, rows) in log.slope_events(5.0, 18.0) {
             events.push(Known {
@@ -138,20 +142,20 @@ fn noise_free_gains_come_back() {
 fn noisy_gains_lie_within_their_intervals() {
     let study = study(&[]);
     let options = IdentifyOptions { starts: 4, ..without_speed_term(true) };
-    let (mut cases, mut within) = (0, 0);
+    let (mut cases, mut within, mut refused) = (0, 0, 0);
     for known in events(&study, 5, 0.02) {
         if known.log.accelerator.iter().any(|pedal| *pedal > 0.9) {
             continue;
         }
-        let fit = fit(&study, &known, &options);
-        for (name, value) in [("kp", known.kp), ("ki", known.ki), ("kd", known.kd)] {
-            let [low, high] = fit.parameter(name).unwrap().interval.unwrap();
-            cases += 1;
-            within += usize::from((low..=high).contains(&value));
-        }
+        let [inside, all] = held(&fit(&study, &known, &options), &known);
+        (cases, within, refused) = (cases + all, within + inside, refused + usize::from(all == 0));
     }
-    println!("{within} of {cases} true gains within their 95 % intervals");
-    assert!(cases >= 40 && within as f64 >= 0.9 * cases as f64, "{within} of {cases}");
+    println!(
+        "{within} of {cases} true gains within their 95 % intervals, {refused} events without"
+    );
+    assert!(refused <= 5);
+    // an event without intervals has none of three
+    assert!(cases >= 30 && within as f64 >= 0.9 * cases as f64, "{within} of {cases}");
 }
 
 #[test]
@@ -251,4 +255,155 @@ fn switched_drivers_come_back() {
     }
     // where the driver holds a pedal when the event begins, a log does not tell since when
     assert!(all >= 9 && good as f64 >= 0.7 * all as f64, "{good} of {all}");
+}
+
+/// Adds white noise to all signals of an event: pedals 0.02, speed and slope 2 % of their range.
+fn noisy(known: &mut Known, seed: u64) {
+    let mut draws = Draws::new(seed, known.driver, Stream::SpeedChange);
+    let range = |values: &[f64]| {
+        let highest = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        highest - values.iter().copied().fold(f64::INFINITY, f64::min)
+    };
+    let log = &mut known.log;
+    let sds = [0.02, 0.02, 0.02 * range(&log.speed_mps), 0.02 * range(&log.grade)];
+    for (column, sd) in [&mut log.accelerator, &mut log.brake, &mut log.speed_mps, &mut log.grade]
+        .into_iter()
+        .zip(sds)
+    {
+        column.iter_mut().for_each(|value| *value += sd * draws.normal());
+    }
+}
+
+/// Intervals that hold a gain, and all of them.
+fn held(fit: &EventFit, known: &Known) -> [usize; 2] {
+    let gains = [("kp", known.kp), ("ki", known.ki), ("kd", known.kd)];
+    let within = gains.iter().filter_map(|(name, truth)| {
+        let [low, high] = fit.parameter(name)?.interval?;
+        Some(usize::from((low..=high).contains(truth)))
+    });
+    within.fold([0, 0], |[holds, all], within| [holds + within, all + 1])
+}
+
+#[test]
+fn noise_on_all_signals_is_covered() {
+    let study = study(&[]);
+    let (mut holds, mut all, mut refused, mut errors) = (0, 0, 0, Vec::new());
+    for mut known in events(&study, 3, 0.0) {
+        noisy(&mut known, 21);
+        let fit = fit(&study, &known, &IdentifyOptions::default());
+        let [inside, intervals] = held(&fit, &known);
+        (holds, all) = (holds + inside, all + intervals);
+        refused += usize::from(intervals == 0);
+        errors.push(percent(fit.kp, known.kp));
+    }
+    println!("{holds} of {all} gains within their intervals, {refused} of 18 events without");
+    // at 95 % fewer than 85 % of 40 and more come once in a hundred times
+    assert!(all >= 30 && refused <= 8, "{all} intervals, {refused} without");
+    assert!(holds as f64 >= 0.85 * all as f64, "{holds} of {all}");
+    assert!(median(errors).abs() < 2.0);
+}
+
+/// The same event with a driver who sees the speed 0.5 s late.
+fn driven_late(study: &Study, known: &Known) -> PedalLog {
+    let closed = ClosedLoop::new(study, &known.log);
+    let start_speed_mps = known.log.speed_mps[0];
+    let series = closed.drive(&Controller {
+        proportional: known.kp,
+        integral: known.ki,
+        derivative: known.kd,
+        set_speed_mps: known.set_speed_mps,
+        start: closed.start_output - known.kp * (known.set_speed_mps - start_speed_mps),
+        start_speed_mps,
+        delay_s: 0.5,
+        ..Controller::default()
+    });
+    let mut late = PedalLog {
+        time_s: series.time_s,
+        speed_mps: series.speed_mps,
+        accelerator: series.accelerator,
+        brake: series.brake,
+        ..PedalLog::default()
+    };
+    let from_m = known.log.positions_m();
+    let way_m: Vec<f64> = late.positions_m().iter().map(|at_m| at_m + from_m[0]).collect();
+    let slope = |at_m: &f64| {
+        let row = from_m.partition_point(|known_m| known_m < at_m);
+        known.log.grade[row.min(known.log.grade.len() - 1)]
+    };
+    late.grade = way_m.iter().map(slope).collect();
+    late.gear = known.log.gear.as_ref().map(|gear| vec![gear[0]; way_m.len()]);
+    late.position_m = Some(way_m);
+    late
+}
+
+#[test]
+fn a_late_driver_is_found_or_refused() {
+    let study = study(&[]);
+    let options = IdentifyOptions { starts: 4, ..IdentifyOptions::default() };
+    let asked = Unknowns { delay: true, mass: false };
+    let mut found = Vec::new();
+    for mut known in events(&study, 2, 0.0) {
+        known.log = driven_late(&study, &known);
+        let clean = known.log.clone();
+        noisy(&mut known, 22);
+        let refused = fit(&study, &known, &options);
+        assert!(!refused.no_intervals.is_empty(), "{}: {:?}", known.event, refused.test);
+        assert!(refused.parameters.iter().all(|parameter| parameter.interval.is_none()));
+        if known.event.starts_with('-') {
+            let without = IdentifyOptions { unknown: asked, intervals: false, ..options };
+            known.log = clean;
+            let fit = fit(&study, &known, &without);
+            println!(
+                "{} {}: {:.3} s, K_P {:+.2} %, K_I {:+.2} %, K_D {:+.1} %",
+                known.driver,
+                known.event,
+                fit.delay_s.unwrap(),
+                percent(fit.kp, known.kp),
+                percent(fit.ki.unwrap(), known.ki),
+                percent(fit.kd.unwrap(), known.kd),
+            );
+            found.push((fit.delay_s.unwrap() - 0.5).abs());
+            assert!(percent(fit.kp, known.kp).abs() < 2.0);
+        }
+    }
+    assert!(found.len() == 6 && median(found.clone()) < 0.02, "{found:?}");
+}
+
+#[test]
+fn a_wrong_mass_is_refused_and_found() {
+    let heavy = study(&["mission.payload_kg=31300"]);
+    let study = study(&[]);
+    let [heavy_kg, mass_kg] = [&heavy, &study].map(|study| study.sample(1, 0).vehicle.mass_kg);
+    assert!((heavy_kg - mass_kg - 7000.0).abs() < 1.0, "{heavy_kg} {mass_kg}");
+    let options = IdentifyOptions { starts: 4, ..IdentifyOptions::default() };
+    let unknown = Unknowns { delay: false, mass: true };
+    let mut errors = Vec::new();
+    for mut known in events(&heavy, 1, 0.0) {
+        noisy(&mut known, 23);
+        let refused = fit(&study, &known, &options);
+        let bare = refused.no_intervals.len();
+        let without = IdentifyOptions { unknown, intervals: false, ..options };
+        let found = fit(&study, &known, &without);
+        println!("{}: {bare} misfits, {:.0} kg", known.event, found.mass_kg.unwrap());
+        assert!(bare > 0, "{}: {:?}", known.event, refused.test);
+        errors.push(found.mass_kg.unwrap() / heavy_kg - 1.0);
+    }
+    assert!(median(errors.iter().map(|error: &f64| error.abs()).collect()) < 0.02, "{errors:?}");
+}
+
+#[test]
+fn noise_of_the_slope_alone_gives_no_interval_that_is_too_short() {
+    let study = study(&[]);
+    let options = IdentifyOptions { starts: 4, ..IdentifyOptions::default() };
+    let (mut holds, mut all) = (0, 0);
+    for mut known in events(&study, 2, 0.0) {
+        let mut draws = Draws::new(24, known.driver, Stream::SpeedChange);
+        known.log.grade.iter_mut().for_each(|grade| *grade += 0.002 * draws.normal());
+        let fit = fit(&study, &known, &options);
+        assert!(fit.warnings.iter().any(|warning| warning.contains("the slope scatters")));
+        let [inside, intervals] = held(&fit, &known);
+        (holds, all) = (holds + inside, all + intervals);
+    }
+    println!("{holds} of {all} gains within their intervals");
+    assert!(holds as f64 >= 0.85 * all as f64, "{holds} of {all}");
 }

@@ -12,7 +12,7 @@ use ocmc_estimation::fit::operating_cycle::RoadFitError;
 use ocmc_estimation::fit::speed_change::SpeedChangeError;
 use ocmc_estimation::fit::traffic::TrafficFitError;
 use ocmc_estimation::fit::weather::WeatherFitError;
-use ocmc_estimation::identification::identify::BoundsError;
+use ocmc_estimation::identification::options::BoundsError;
 use ocmc_io::file_error::FileError;
 use ocmc_io::given_drive::GivenDriveError;
 use ocmc_io::log::curves::TripError;

@@ -12,7 +12,9 @@ use ocmc_io::study::{LoadedStudy, Origin};
 use serde::Serialize;
 use std::fmt::Write;
 
-pub use ocmc_estimation::identification::identify::{ControllerKind, IdentifyOptions, SpeedTerm};
+pub use ocmc_estimation::identification::options::{
+    ControllerKind, IdentifyOptions, SpeedTerm, Unknown, Unknowns,
+};
 
 /// Logs, and what is asked of them.
 #[derive(Clone, Debug)]
@@ -113,6 +115,12 @@ impl Answer for IdentifyAnswer {
             if fit.saturated_s > 0.0 {
                 let _ = writeln!(text, "  a pedal is fully pressed for {:.1} s", fit.saturated_s);
             }
+            for why in &fit.no_intervals {
+                let _ = writeln!(text, "  no interval: {why}");
+            }
+            for warning in &fit.warnings {
+                let _ = writeln!(text, "  {warning}");
+            }
         }
         match &self.population {
             None => {
@@ -126,7 +134,24 @@ impl Answer for IdentifyAnswer {
     }
 
     fn warnings(&self) -> Vec<String> {
-        self.warnings.clone()
+        let mut warnings = self.warnings.clone();
+        if self.options.speed_term != SpeedTerm::None {
+            warnings.push(
+                "the speed term of the paper biases the gains, so that no intervals are given: \
+                 without it they are unbiased"
+                    .to_owned(),
+            );
+        }
+        let term = usize::from(self.options.speed_term != SpeedTerm::None);
+        let unexplained = self.fits.iter().filter(|fit| fit.no_intervals.len() > term).count();
+        if unexplained > 0 {
+            warnings.push(format!(
+                "{unexplained} of {} fits do not explain their pedals and have no intervals: below \
+                 each stands why (--json: `no_intervals`)",
+                self.fits.len()
+            ));
+        }
+        warnings
     }
 }
 
@@ -138,6 +163,9 @@ fn line(text: &mut String, parameter: &DriverParameterFit) {
         "threshold_mps" => ("threshold", "m/s"),
         "set_speed_mps" => ("set speed", "m/s"),
         "start_integral" => ("integral part at the start", ""),
+        "start_speed_mps" => ("speed at the start", "m/s"),
+        "delay_s" => ("delay", "s"),
+        "mass_kg" => ("mass", "kg"),
         name => (name, ""),
     };
     let _ = write!(text, "  {label} = {:.4}", parameter.value);

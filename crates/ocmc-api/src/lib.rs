@@ -64,7 +64,8 @@ pub use fit::{
     fit_operating_cycle, fit_speed_change, fit_traffic, fit_weather,
 };
 pub use identify::{
-    ControllerKind, IdentifyAnswer, IdentifyOptions, IdentifyRequest, SpeedTerm, identify,
+    ControllerKind, IdentifyAnswer, IdentifyOptions, IdentifyRequest, SpeedTerm, Unknown, Unknowns,
+    identify,
 };
 pub use merge::{MergeRequest, merge};
 pub use report::{Gathered, REPORT, Reported, directory_of, note_report, report};
@@ -91,7 +92,7 @@ pub use vecto::{
 pub use verify::{CheckedFile, VerifyAnswer, verify};
 pub use watch::{Progress, Watch, go_on};
 pub use word::{
-    CODINGS, CONTROLLERS, FOLLOWS, FORMATS, KEEPS, RADII, SPEED_TERMS, Word, detectors,
+    CODINGS, CONTROLLERS, FOLLOWS, FORMATS, KEEPS, RADII, SPEED_TERMS, UNKNOWNS, Word, detectors,
 };
 
 pub use ocmc_core::kernel::trace::TableColumn;

@@ -2,8 +2,8 @@
 
 use ocmc_core::operating_cycle::route::Keep;
 use ocmc_estimation::fit::curve_speed::Coding;
-use ocmc_estimation::identification::identify::ControllerKind;
-use ocmc_estimation::identification::identify::SpeedTerm::{self, Measured, Simulated};
+use ocmc_estimation::identification::options::SpeedTerm::{self, Measured, Simulated};
+use ocmc_estimation::identification::options::{ControllerKind, Unknown};
 use ocmc_estimation::log::curve::Detector::{self, TrainedHiddenMarkov};
 use ocmc_estimation::log::curve::RadiusDefinition::{
     self, InverseMeanCurvature, MeanRadius, Positions,
@@ -81,4 +81,10 @@ pub const SPEED_TERMS: [Word<SpeedTerm>; 3] = [
         Simulated,
     ),
     ("none", "No speed term; unbiased", SpeedTerm::None),
+];
+
+/// What an identification can estimate beside the controller.
+pub const UNKNOWNS: [Word<Unknown>; 2] = [
+    ("delay", "How late the driver sees the speed", Unknown::Delay),
+    ("mass", "The mass of the truck", Unknown::Mass),
 ];

@@ -9,7 +9,7 @@ use clap::Args;
 use ocmc_api::{
     Answer, CONTROLLERS, ControllerKind, Correction, CurveOptions, CurvesRequest, Detector, Error,
     IdentifyOptions, IdentifyRequest, RADII, RadiusDefinition, SPEED_TERMS, SpeedTerm, Steering,
-    TripError, detectors, go_on, mappings,
+    TripError, UNKNOWNS, Unknown, Unknowns, detectors, go_on, mappings,
 };
 use std::path::PathBuf;
 
@@ -101,9 +101,12 @@ pub(crate) struct IdentifyArguments {
     #[arg(long, value_name = "NAME", default_value = "pid", value_parser = one_of(CONTROLLERS))]
     controller: ControllerKind,
     /// Speed that the objective compares with the set speed: none by default, for both readings of
-    /// the paper bias the gains
+    /// the paper bias the gains and have no intervals
     #[arg(long, value_name = "NAME", default_value = "none", value_parser = one_of(SPEED_TERMS))]
     speed_term: SpeedTerm,
+    /// What else is not known and is estimated with the gains: delay, mass
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',', value_parser = one_of(UNKNOWNS))]
+    unknown: Vec<Unknown>,
     /// Starts of the search for each event
     #[arg(long, value_name = "N", default_value = "8", value_parser = clap::value_parser!(u16).range(1..=4096))]
     starts: u16,
@@ -161,6 +164,7 @@ pub(crate) fn identify(arguments: &IdentifyArguments) -> Result<(), Failure> {
     let options = IdentifyOptions {
         controller: arguments.controller,
         speed_term: arguments.speed_term,
+        unknown: Unknowns::of(&arguments.unknown),
         starts: usize::from(arguments.starts),
         intervals: !arguments.no_intervals,
         proportional: range(kp, standard.proportional),

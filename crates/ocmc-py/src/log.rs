@@ -8,7 +8,8 @@ use crate::table::{Table, numbers, words};
 use crate::value::{one_of, whole_number};
 use ocmc_api::{
     CONTROLLERS, CURVE_COLUMNS, Correction, CurveCell, CurveOptions, CurvesRequest, DrivenCurve,
-    IdentifyOptions, IdentifyRequest, RADII, SPEED_TERMS, Steering, TripCurves, detectors,
+    IdentifyOptions, IdentifyRequest, RADII, SPEED_TERMS, Steering, TripCurves, UNKNOWNS, Unknowns,
+    detectors,
 };
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -165,7 +166,11 @@ pub(crate) fn steering(ratio: Option<f64>, wheelbase_m: Option<f64>) -> PyResult
 ///     Controller that is fitted.
 /// speed_term : {"none", "measured", "simulated"}
 ///     Speed that the objective compares with the set speed. The paper may mean the measured or the
-///     simulated one: both bias the gains. Without this term they are unbiased.
+///     simulated one: both bias the gains, and there are no intervals with them. Without this term
+///     they are unbiased.
+/// unknown : sequence of {"delay", "mass"}
+///     What else is not known and is estimated with the gains: how late the driver sees the speed,
+///     the mass of the truck.
 /// starts : int
 ///     Starts of the search for each event, at least 1.
 /// kp : tuple of float
@@ -184,7 +189,8 @@ pub(crate) fn steering(ratio: Option<f64>, wheelbase_m: Option<f64>) -> PyResult
 /// Answer
 ///     The content of ``ocmc identify --json``: ``fits`` with ``driver``, ``event``, ``kp`` (s/m),
 ///     ``ki`` (1/m), ``kd`` (s²/m),
-///     ``set_speed_mps``, ``at_bound``, ``not_identifiable`` and others; ``population``, of three
+///     ``set_speed_mps``, ``at_bound``, ``not_identifiable``, ``no_intervals`` (why there are none:
+///     residuals that are not the noise of sensors), ``warnings`` and others; ``population``, of three
 ///     drivers or more; ``left_out``, and
 ///     ``notes`` on rows that are not used.
 ///
@@ -199,7 +205,8 @@ pub(crate) fn steering(ratio: Option<f64>, wheelbase_m: Option<f64>) -> PyResult
 /// Warns
 /// -----
 /// UserWarning
-///     Where an event or a drive is left out, and where cells are no numbers.
+///     Where an event or a drive is left out, where a fit does not explain its pedals or has
+///     warnings, and where cells are no numbers.
 ///
 /// See Also
 /// --------
@@ -208,7 +215,7 @@ pub(crate) fn steering(ratio: Option<f64>, wheelbase_m: Option<f64>) -> PyResult
 /// Notes
 /// -----
 /// min ∫ (a − â)² + (b − b̂)² + ((v_d − v) / 20 m/s)² dt in closed loop: Romano, Godio, Bruzelius,
-/// Johannesson.
+/// Johannesson; by default without the last term, and with pedals in units of their noise.
 ///
 /// Examples
 /// --------
@@ -223,10 +230,10 @@ pub(crate) fn steering(ratio: Option<f64>, wheelbase_m: Option<f64>) -> PyResult
 #[pyfunction]
 #[pyo3(
     signature = (
-        logs, study, *, columns=None, controller="pid", speed_term="none", starts=None, kp=None, ki=None, kd=None,
-        intervals=true, progress=None
+        logs, study, *, columns=None, controller="pid", speed_term="none", unknown=Vec::new(), starts=None, kp=None,
+        ki=None, kd=None, intervals=true, progress=None
     ),
-    text_signature = "(logs, study, *, columns=None, controller='pid', speed_term='none', starts=8, \
+    text_signature = "(logs, study, *, columns=None, controller='pid', speed_term='none', unknown=(), starts=8, \
                       kp=(0.01, 2.0), ki=(0.0001, 0.2), kd=(0.0, 2.0), intervals=True, progress=None)"
 )]
 pub(crate) fn identify<'py>(
@@ -236,6 +243,7 @@ pub(crate) fn identify<'py>(
     columns: Option<BTreeMap<String, String>>,
     controller: &str,
     speed_term: &str,
+    unknown: Vec<String>,
     starts: Option<&Bound<'py, PyAny>>,
     kp: Option<(f64, f64)>,
     ki: Option<(f64, f64)>,
@@ -246,7 +254,10 @@ pub(crate) fn identify<'py>(
     let standard = IdentifyOptions::default();
     let starts = starts.map(|starts| whole_number(starts, "starts", 1, MOST_STARTS)).transpose()?;
     let [measured, simulated, none] = SPEED_TERMS;
+    let unknown: Vec<_> =
+        unknown.iter().map(|name| one_of("unknown", name, &UNKNOWNS)).collect::<PyResult<_>>()?;
     let options = IdentifyOptions {
+        unknown: Unknowns::of(&unknown),
         controller: one_of("controller", controller, &CONTROLLERS)?,
         speed_term: one_of("speed_term", speed_term, &[none, measured, simulated])?,
         starts: starts.map_or(standard.starts, |starts| starts as usize),

@@ -5,6 +5,7 @@
 
 use super::cpu::{CpuLevel, SimdTask};
 use super::lane_task::LaneTask;
+use super::road_row::RoadRow;
 use super::state::{KernelParameters, Lane, State};
 use crate::powertrain::{Powertrain, PowertrainTask};
 use crate::study::{Scenario, Study};
@@ -29,6 +30,89 @@ pub struct InitialMotion {
     pub held: f64,
     /// Whether the switched driver is holding it.
     pub holds: bool,
+    /// How late the driver sees the speed, in s: his reaction time.
+    pub reaction_delay_s: f64,
+    /// Acceleration before the start, in m/s²: what a driver sees late begins before the event.
+    pub acceleration_mps2: f64,
+}
+
+/// What a driver sees who sees the speed late.
+///
+/// The controller of the step knows error and change of the speed now. It gets the late ones by a
+/// desired speed that is moved by what the speed has gained since, and by a filtered speed that is
+/// as far from the speed as the late ones are from each other. Both are held over a step.
+struct LateSight {
+    delay_s: f64,
+    filter_s: f64,
+    desired_mps: f64,
+    /// Speed and acceleration at the start.
+    start: [f64; 2],
+    /// Time of the last look, the speed that was seen then, and that speed behind its filter.
+    time_s: f64,
+    seen_mps: f64,
+    filtered_mps: f64,
+    /// Row of the series from which the next look goes on.
+    row: usize,
+}
+
+impl LateSight {
+    fn new(rolling: &InitialMotion, filter_s: f64, desired_mps: f64) -> Self {
+        let delay_s = rolling.reaction_delay_s;
+        let seen_mps = rolling.speed_mps - delay_s * rolling.acceleration_mps2;
+        Self {
+            delay_s,
+            filter_s,
+            desired_mps,
+            start: [rolling.speed_mps, rolling.acceleration_mps2],
+            time_s: 0.0,
+            seen_mps,
+            filtered_mps: seen_mps - (rolling.speed_mps - rolling.filtered_mps),
+            row: 0,
+        }
+    }
+
+    /// Speed at a time, in m/s: of the series, or before the start.
+    fn speed_mps(&mut self, series: &EventSeries, time_s: f64) -> f64 {
+        if time_s <= 0.0 {
+            return self.start[0] + time_s * self.start[1];
+        }
+        while series.time_s.get(self.row).is_some_and(|end_s| *end_s < time_s) {
+            self.row += 1;
+        }
+        let at = |row: usize| [series.time_s[row], series.speed_mps[row]];
+        let before = self.row.checked_sub(1).map_or([0.0, self.start[0]], at);
+        let Some(after_s) = series.time_s.get(self.row) else { return before[1] };
+        let part = (time_s - before[0]) / (after_s - before[0]);
+        before[1] + part * (series.speed_mps[self.row] - before[1])
+    }
+
+    /// Shows the lane what its driver sees at this time.
+    fn show<S: Simd, P: Powertrain>(
+        &mut self,
+        lane: &mut Lane<S, P>,
+        series: &EventSeries,
+        now_s: f64,
+    ) {
+        let step_s = now_s - self.time_s;
+        let seen_mps = self.speed_mps(series, now_s - self.delay_s);
+        if step_s > 0.0 {
+            // the exact answer of a first-order lag to a ramp
+            let behind_mps = self.filter_s * (seen_mps - self.seen_mps) / step_s;
+            let left = libm::exp(-step_s / self.filter_s);
+            self.filtered_mps =
+                seen_mps - behind_mps + (self.filtered_mps - self.seen_mps + behind_mps) * left;
+            (self.time_s, self.seen_mps) = (now_s, seen_mps);
+        }
+        let motion = &mut lane.state.motion;
+        let speed_mps = motion.speed[lane.number];
+        let desired_mps = (self.desired_mps + speed_mps - seen_mps).max(0.0);
+        motion.filtered[lane.number] = speed_mps - (seen_mps - self.filtered_mps);
+        let at = motion.at[lane.number];
+        // a step begins with the next row where this one has ended
+        for row in motion.roads[lane.number].iter_mut().skip(at).take(2) {
+            row.0[RoadRow::LIMIT] = desired_mps * desired_mps;
+        }
+    }
 }
 
 /// The time series of an event, at the ends of the steps.
@@ -90,7 +174,14 @@ impl<P: Powertrain> SimdTask for Rolling<'_, P> {
         task.roll(&mut lane, rolling);
         let mut series = EventSeries::default();
         let mut time_s = 0.0;
+        let filter_s = parameters.pedals.pid.derivative_filter_s;
+        let limit = lane.state.motion.roads[0].first().map_or(0.0, |row| row.0[RoadRow::LIMIT]);
+        let mut late = (rolling.reaction_delay_s > 0.0)
+            .then(|| LateSight::new(rolling, filter_s, limit.sqrt()));
         while time_s < duration_s {
+            if let Some(late) = &mut late {
+                late.show(&mut lane, &series, time_s);
+            }
             let view = lane.state.step(parameters);
             if view.dt[0] == 0.0 {
                 continue; // it was taken back

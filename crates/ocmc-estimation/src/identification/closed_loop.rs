@@ -1,12 +1,15 @@
 //! The closed loop of an event: the study's truck on the log's slopes, a driver with given gains
 //! who wants one speed.
 //!
-//! The truck starts as the log says: speed, gear, and an engine that has followed the pedal. What
-//! the controller knows at the start is not in a log: the filtered speed follows from the measured
-//! acceleration, the integral part is estimated with the gains. The air is still, dry and at 15 °C,
-//! the road smooth asphalt, the truck the typical one with the mean payload.
+//! The truck starts as the log says: gear, and an engine that has followed the pedal. What the
+//! controller knows at the start is not in a log: the filtered speed follows from the measured
+//! acceleration, the integral part is estimated with the gains, and so is the speed itself, of
+//! which the first second of the log says how fast it was and how sure that is. The air is still,
+//! dry and at 15 °C, the road smooth asphalt, the truck the typical one with the mean payload or of
+//! a given mass. A driver may see the speed late.
 
 use super::event::PedalLog;
+use super::noise::{noise_sd, pedal_noise_sd};
 use nalgebra::{DMatrix, DVector};
 use ocmc_core::driver::Driver;
 use ocmc_core::driver::pedal::Pedals;
@@ -38,8 +41,18 @@ const BLOCK_M: f64 = 1000.0;
 const START_S: f64 = 1.0;
 /// Highest degree of that average.
 const HIGHEST_DEGREE: usize = 4;
+/// The same where a signal scatters by more than this, in m/s or pedals: a line through one second of
+/// it says too little about its lag.
+const NOISY_START_S: f64 = 3.0;
+const NOISY: f64 = 0.005;
 /// A coefficient of so many standard errors is one.
-const SIGNIFICANT: f64 = 3.0;
+const SIGNIFICANT: f64 = 5.0;
+/// Standard deviation of a speed sensor at least, in m/s: one that resolves 0.01 m/s [EJ].
+const LEAST_SPEED_SD_MPS: f64 = 0.003;
+/// An event begins unsettled where its speed or a pedal changes faster than this, in m/s² and 1/s
+/// [EJ].
+const SETTLED_MPS2: f64 = 0.05;
+const SETTLED_PER_S: f64 = 0.02;
 /// Engine speed that a gear has at least, in rad/s, where a log does not determine the gear.
 const SLOWEST_ENGINE_RADPS: f64 = 100.0;
 
@@ -58,6 +71,44 @@ pub struct Controller {
     pub set_speed_mps: f64,
     /// Integral part J at the start.
     pub start: f64,
+    /// Speed at the start, in m/s.
+    pub start_speed_mps: f64,
+    /// How late the driver sees the speed, in s.
+    pub delay_s: f64,
+    /// Mass of the truck, in kg; none: the study's.
+    pub mass_kg: Option<f64>,
+}
+
+/// What the first second of a log says about the start of its event.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EventStart {
+    /// Speed, in m/s, and its standard error.
+    pub speed_mps: [f64; 2],
+    /// Acceleration, in m/s².
+    pub acceleration_mps2: f64,
+    /// Change of the accelerator pedal, in 1/s.
+    pub accelerator_per_s: f64,
+    /// Change of the brake pedal, in 1/s.
+    pub brake_per_s: f64,
+    /// Standard errors of the filtered speed, in m/s, and of the pedal that the engine has followed.
+    pub lagged_errors: [f64; 2],
+}
+
+impl EventStart {
+    /// Why it is no settled drive; none where it is one.
+    pub fn unsettled(&self) -> Option<String> {
+        let Self { acceleration_mps2, accelerator_per_s, brake_per_s, .. } = *self;
+        let mut why = Vec::new();
+        if acceleration_mps2.abs() > SETTLED_MPS2 {
+            why.push(format!("the speed changes by {acceleration_mps2:+.2} m/s²"));
+        }
+        for (pedal, per_s) in [("accelerator", accelerator_per_s), ("brake", brake_per_s)] {
+            if per_s.abs() > SETTLED_PER_S {
+                why.push(format!("the {pedal} moves by {per_s:+.2} 1/s"));
+            }
+        }
+        (!why.is_empty()).then(|| why.join(", "))
+    }
 }
 
 /// An event made ready to be driven again and again.
@@ -67,6 +118,8 @@ pub struct ClosedLoop<'a> {
     scenario: Scenario,
     /// Motion at the start.
     pub rolling: InitialMotion,
+    /// What the log says about it.
+    pub start: EventStart,
     /// Output of the controller at the start, from the pedals.
     pub start_output: f64,
     /// Factor from the set speed to the driver's compliance.
@@ -124,46 +177,108 @@ impl<'a> ClosedLoop<'a> {
             vehicle: model.vehicle.sample(payload_kg, &streams, &without),
         };
         // the controller's filter has followed the speed, the engine the pedal: both with a lag
-        let speed_mps = log.speed_mps[0];
-        let speed = start_of(log, &log.speed_mps);
-        let pedal = start_of(log, &log.accelerator);
-        let brake = start_of(log, &log.brake)[0];
+        let first = start_of(log, &log.speed_mps);
+        let (speed, speed_mps) = (&first.coefficients, first.coefficients[0]);
+        let pedals = [&log.accelerator, &log.brake].map(|values| start_of(log, values));
+        let [pedal, brake] = pedals.each_ref().map(|pedal| &pedal.coefficients);
+        let sd_mps = noise_sd(&log.speed_mps).max(LEAST_SPEED_SD_MPS);
         let lag_s = study.vehicle().powertrain.constants().torque_lag_s.unwrap_or(0.0);
-        let accelerator = lagged(&pedal, lag_s).clamp(0.0, 1.0);
         let filter_s = model.driver.pedals.pid.derivative_filter_s;
-        let start_output = pedal[0] - brake / model.driver.pedals.brake_scale;
+        let start = EventStart {
+            lagged_errors: [
+                sd_mps * first.spread(filter_s),
+                pedal_noise_sd(&log.accelerator) * pedals[0].spread(lag_s),
+            ],
+            speed_mps: [speed_mps, sd_mps * first.spread(0.0)],
+            acceleration_mps2: first.rate(),
+            accelerator_per_s: pedals[0].rate(),
+            brake_per_s: pedals[1].rate(),
+        };
+        let accelerator = lagged(pedal, lag_s).clamp(0.0, 1.0);
+        let start_output = pedal[0] - brake[0] / model.driver.pedals.brake_scale;
         let rolling = InitialMotion {
             offset_m: position_m[0] - origin_m,
             speed_mps,
             gear: start_gear(study, log, speed_mps),
             accelerator,
             integral: 0.0,
-            filtered_mps: speed_mps - speed[0] + lagged(&speed, filter_s),
+            filtered_mps: lagged(speed, filter_s),
             held: start_output,
             holds: false,
+            reaction_delay_s: 0.0,
+            acceleration_mps2: first.rate(),
         };
         Self {
             study,
             scenario,
             rolling,
+            start,
             start_output,
             compliance_per_mps: 1.0 / legal,
             duration_s: log.duration_s(),
         }
     }
 
+    /// Mass of the study's truck, and the one without payload, in kg.
+    pub fn masses_kg(&self) -> [f64; 2] {
+        [self.scenario.vehicle.mass_kg, self.study.model().vehicle.curb_mass_kg]
+    }
+
+    /// The same event with inputs that are wrong by one standard error each: slopes of uncertain
+    /// stretches, and what filter and engine knew at the start.
+    pub fn one_error_off(&self, log: &PedalLog) -> Vec<Self> {
+        let mut all: Vec<Self> = log
+            .uncertain_stretches()
+            .into_iter()
+            .map(|(rows, error)| {
+                let mut other = log.clone();
+                other.grade[rows].iter_mut().for_each(|grade| *grade += error);
+                Self::new(self.study, &other)
+            })
+            .collect();
+        let [filtered_mps, accelerator] = self.start.lagged_errors;
+        let mut other = self.clone();
+        other.rolling.filtered_mps += filtered_mps;
+        all.push(other);
+        let mut other = self.clone();
+        other.rolling.accelerator = (other.rolling.accelerator + accelerator).clamp(0.0, 1.0);
+        all.push(other);
+        all
+    }
+
     /// Drives the event.
     pub fn drive(&self, controller: &Controller) -> EventSeries {
         let mut scenario = self.scenario.clone();
-        let Controller { proportional, integral, derivative, threshold_mps, set_speed_mps, start } =
-            *controller;
+        let Controller {
+            proportional,
+            integral,
+            derivative,
+            threshold_mps,
+            set_speed_mps,
+            start,
+            start_speed_mps,
+            delay_s,
+            mass_kg,
+        } = *controller;
         let hold = self.study.model().driver.pedals.switched.hold;
         scenario.driver.pedals =
             Pedals { proportional, integral, derivative, threshold_mps, hold, redraws: 0 };
         scenario.driver.speed_limit.compliance = set_speed_mps * self.compliance_per_mps;
-        let near = |threshold_mps| (set_speed_mps - self.rolling.speed_mps).abs() < threshold_mps;
-        let holds = threshold_mps.is_some_and(near);
-        let rolling = InitialMotion { integral: start, holds, ..self.rolling };
+        if let Some(mass_kg) = mass_kg {
+            let vehicle = &self.study.model().vehicle;
+            let (streams, without) = (Streams::new(0, 0), [ModelSwitch::VehicleSpread]);
+            let payload_kg = mass_kg - vehicle.curb_mass_kg;
+            scenario.vehicle = vehicle.sample(payload_kg, &streams, &without);
+        }
+        let near = |threshold_mps| (set_speed_mps - start_speed_mps).abs() < threshold_mps;
+        let rolling = InitialMotion {
+            integral: start,
+            holds: threshold_mps.is_some_and(near),
+            speed_mps: start_speed_mps,
+            filtered_mps: self.rolling.filtered_mps + start_speed_mps - self.rolling.speed_mps,
+            reaction_delay_s: delay_s,
+            ..self.rolling
+        };
         simulate_event(self.study, scenario, &rolling, self.duration_s)
     }
 }
@@ -202,12 +317,41 @@ fn cell_slopes(position_m: &[f64], grade: &[f64], cell_m: f64, behind_m: f64) ->
     (origin_m, (0..cells).map(slope).collect())
 }
 
-/// Coefficients of a polynomial of the time since the first row, through the first [`START_S`] of
-/// even slope: of the highest degree whose last coefficient is more than the scatter explains, at
-/// least a line.
-fn start_of(log: &PedalLog, values: &[f64]) -> Vec<f64> {
+/// A polynomial of the time since the first row.
+struct StartPolynomial {
+    /// From the constant on.
+    coefficients: Vec<f64>,
+    /// Inverse of R of their QR decomposition.
+    inverse: DMatrix<f64>,
+    /// Whether there is a significant slope.
+    moves: bool,
+}
+
+impl StartPolynomial {
+    /// Standard error of what a lag shows at the start, for a scatter of 1: of the first coefficient
+    /// without a lag.
+    fn spread(&self, lag_s: f64) -> f64 {
+        let count = self.coefficients.len();
+        let weights = DVector::from_fn(count, |k, _| {
+            let mut unit = vec![0.0; count];
+            unit[k] = 1.0;
+            lagged(&unit, lag_s)
+        });
+        self.inverse.tr_mul(&weights).norm()
+    }
+
+    /// Rate at the start; 0 where it is no more than the scatter explains.
+    fn rate(&self) -> f64 {
+        if self.moves { self.coefficients.get(1).copied().unwrap_or(0.0) } else { 0.0 }
+    }
+}
+
+/// The polynomial through the first [`START_S`] or [`NOISY_START_S`] of even slope: of the highest degree whose last
+/// coefficient is more than the scatter explains, at least a line.
+fn start_of(log: &PedalLog, values: &[f64]) -> StartPolynomial {
     let time_s = &log.time_s;
-    let rows = time_s.partition_point(|t| *t <= time_s[0] + START_S);
+    let span_s = if noise_sd(values) > NOISY { NOISY_START_S } else { START_S };
+    let rows = time_s.partition_point(|t| *t <= time_s[0] + span_s);
     // a driver bends his pedal where the slope does
     let even = log.grade.iter().take_while(|grade| (*grade - log.grade[0]).abs() < SAME_SLOPE);
     let rows = rows.min(even.count()).max(3).min(values.len());
@@ -221,11 +365,16 @@ fn start_of(log: &PedalLog, values: &[f64]) -> Vec<f64> {
         let freedom = (rows - degree - 1) as f64;
         let scatter = (&right - matrix * &found).norm() / freedom.sqrt();
         let error = scatter / factors.r()[(degree, degree)].abs();
-        if degree == 1 || found[degree].abs() > SIGNIFICANT * error {
-            return found.iter().copied().collect();
+        let moves = found[degree].abs() > SIGNIFICANT * error;
+        if degree == 1 || moves {
+            let identity = DMatrix::identity(degree + 1, degree + 1);
+            let inverse = factors.r().solve_upper_triangular(&identity).unwrap_or(identity);
+            let coefficients = found.iter().copied().collect();
+            return StartPolynomial { coefficients, inverse, moves };
         }
     }
-    vec![values[0]]
+    let inverse = DMatrix::identity(1, 1);
+    StartPolynomial { coefficients: vec![values[0]], inverse, moves: false }
 }
 
 /// What a first-order lag makes of a polynomial c₀ + c₁ t + c₂ t² + ... at t = 0, long after it
@@ -263,12 +412,12 @@ mod tests {
         let log = PedalLog { grade: vec![0.0; 40], time_s, ..PedalLog::default() };
         let time_s = &log.time_s;
         let cubic: Vec<f64> = time_s.iter().map(|t| 0.3 + 0.2 * (t - 7.0).powi(3)).collect();
-        let found = start_of(&log, &cubic);
+        let found = start_of(&log, &cubic).coefficients;
         assert!((lagged(&found, 0.5) - (0.3 - 0.125 * 6.0 * 0.2)).abs() < 1e-9, "{found:?}");
         // noise does not bend
         let noisy: Vec<f64> =
             time_s.iter().enumerate().map(|(k, t)| 0.1 * t + [0.02, -0.02][k % 2]).collect();
-        let found = start_of(&log, &noisy);
+        let found = start_of(&log, &noisy).coefficients;
         assert!(found.len() == 2 && (found[1] - 0.1).abs() < 0.02, "{found:?}");
     }
 }

@@ -3,6 +3,7 @@
 //! The slope is the exogenous input. An event begins a few seconds before the slope changes and
 //! ends where the next one begins.
 
+use super::even_slope::{EvenSlopes, SlopeScatter, even_slopes};
 use serde::Serialize;
 use thiserror::Error;
 
@@ -39,6 +40,9 @@ pub struct PedalLog {
     pub position_m: Option<Vec<f64>>,
     /// Gear, from 1; none: by the engine's speed.
     pub gear: Option<Vec<f64>>,
+    /// Standard error of the even stretch of slope of each row; none where the slopes are taken as
+    /// they are.
+    pub grade_error: Option<Vec<f64>>,
 }
 
 /// Why an event cannot be identified.
@@ -155,6 +159,7 @@ impl PedalLog {
             grade: of(&self.grade),
             position_m: self.position_m.as_ref().map(of),
             gear: self.gear.as_ref().map(of),
+            grade_error: self.grade_error.as_ref().map(of),
         }
     }
 
@@ -202,12 +207,37 @@ impl PedalLog {
         events
     }
 
+    /// The log with even stretches in place of a slope that scatters, and what scatter it had.
+    #[must_use]
+    pub fn with_even_slopes(self) -> (Self, Option<SlopeScatter>) {
+        match even_slopes(&self.grade) {
+            Some(EvenSlopes { grade, error, scatter }) => {
+                (Self { grade, grade_error: Some(error), ..self }, Some(scatter))
+            }
+            None => (self, None),
+        }
+    }
+
+    /// The even stretches whose slope is not certain: rows and standard error.
+    pub fn uncertain_stretches(&self) -> Vec<(std::ops::Range<usize>, f64)> {
+        let Some(error) = &self.grade_error else { return Vec::new() };
+        let mut first = 0;
+        self.grade
+            .chunk_by(|a, b| a == b)
+            .map(|stretch| {
+                let rows = first..first + stretch.len();
+                first = rows.end;
+                (rows.clone(), error[rows.start])
+            })
+            .collect()
+    }
+
     /// Whether another gear was engaged in a row or shortly before it.
     fn shifts_before(&self, row: usize) -> bool {
         let Some(gear) = &self.gear else { return false };
         let since_s = self.time_s[row] - AFTER_SHIFT_S;
         let mut rows = (1..=row).rev().take_while(|&k| self.time_s[k] >= since_s);
-        rows.any(|k| gear[k] != gear[k - 1])
+        rows.any(|k| libm::round(gear[k]) != libm::round(gear[k - 1]))
     }
 
     /// Checks an event.
@@ -224,6 +254,7 @@ impl PedalLog {
             ("grade", Some(&self.grade)),
             ("position", self.position_m.as_ref()),
             ("gear", self.gear.as_ref()),
+            ("error of the grade", self.grade_error.as_ref()),
         ];
         let known = || columns.into_iter().filter_map(|(column, of)| Some((column, of?)));
         if let Some((column, values)) = known().find(|(_, values)| values.len() != rows) {
@@ -272,9 +303,16 @@ impl PedalLog {
         }
     }
 
-    /// Positions, in m: given, or integrated from the speed.
+    /// Whether positions are given that nowhere run backwards.
+    pub fn has_positions(&self) -> bool {
+        let forwards = |position_m: &Vec<f64>| position_m.windows(2).all(|pair| pair[1] >= pair[0]);
+        self.position_m.as_ref().is_some_and(forwards)
+    }
+
+    /// Positions, in m: given, or integrated from the speed where none are or where they run
+    /// backwards.
     pub fn positions_m(&self) -> Vec<f64> {
-        if let Some(position_m) = &self.position_m {
+        if let Some(position_m) = self.position_m.as_ref().filter(|_| self.has_positions()) {
             return position_m.clone();
         }
         let mut positions = vec![0.0; self.time_s.len().min(1)];

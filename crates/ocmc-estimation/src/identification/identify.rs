@@ -7,122 +7,40 @@
 //! (paper, Eq. optimization). The paper does not say whether v in the last term is simulated or
 //! measured: either pulls the gains, the simulated speed since the term is not zero at the truth,
 //! the measured one by the set speed, which is estimated, too. Both can be chosen; none is the
-//! default. The integral part at the start is estimated, too: no log contains it.
+//! default, and each pedal counts in units of its sensor's noise. Integral part and speed at the
+//! start are estimated, too; the driver's delay and the truck's mass may be.
 //!
-//! The search starts from the best of many points (Sobol sequence, Owen-scrambled) within the box.
-//! Intervals are those of the profile: a parameter is moved away and held while all others follow,
-//! until the sum of squares has grown by 1.96² s². s is the standard deviation of the pedal
-//! residuals, but at least that of a pedal sensor's resolution: a fit to noiseless data is not
-//! infinitely sure of itself. The residuals are taken as independent; where they are not, the
-//! intervals are too short.
+//! The search starts from the best of many points (Sobol sequence, Owen-scrambled) within the box,
+//! and once more from others where one start alone has found the best optimum or where it does not
+//! explain the pedals. Intervals are those of the profile: a parameter is moved away and held while
+//! all others follow, until the sum of squares has grown by 1.96² s². s is the standard deviation of
+//! the pedal residuals, but at least that of a pedal sensor's resolution: a fit to noiseless data is
+//! not infinitely sure of itself. Inputs that are not certain (slopes, the state at the start) widen
+//! them. There is none where the residuals are not the noise of sensors
+//! ([`FitTest`]), or with a speed term.
 
 use super::bounded_least_squares::Optimum;
-use super::event::{EventError, PedalLog};
+use super::comparison::Comparison;
+use super::event::{EventError, EventSummary, PedalLog};
+use super::fit_test::score;
+use super::options::{IdentifyOptions, SpeedTerm};
 use super::problem::Problem;
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 use ocmc_core::study::Study;
 use rayon::prelude::*;
 use serde::Serialize;
 use std::sync::atomic::AtomicBool;
-use thiserror::Error;
+
+pub use super::fit_test::FitTest;
 
 /// Half width of a 95 % interval in standard deviations.
 pub(super) const NORMAL_95: f64 = 1.959964;
 /// Fits with a sum of squares this close to the best are as good.
 const AS_GOOD: f64 = 1e-3;
-
-/// Which controller is fitted.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum ControllerKind {
-    /// PID.
-    Pid,
-    /// Switched proportional.
-    Switched,
-}
-
-/// Which speed the speed term compares with the set speed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum SpeedTerm {
-    /// No speed term.
-    None,
-    /// The measured speed.
-    Measured,
-    /// The simulated speed.
-    Simulated,
-}
-
-/// Options of the identification.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct IdentifyOptions {
-    /// Which controller.
-    pub controller: ControllerKind,
-    /// Which speed term.
-    pub speed_term: SpeedTerm,
-    /// Number of starts.
-    pub starts: usize,
-    /// Resolution of the pedal sensors.
-    pub resolution: f64,
-    /// Whether intervals are worked out; they take several times as long as the fit.
-    pub intervals: bool,
-    /// Bounds of K_P, in s/m.
-    pub proportional: [f64; 2],
-    /// Bounds of K_I, in 1/m.
-    pub integral: [f64; 2],
-    /// Bounds of K_D, in s²/m.
-    pub derivative: [f64; 2],
-    /// Bounds of a switched driver's threshold, in m/s.
-    pub threshold_mps: [f64; 2],
-}
-
-impl Default for IdentifyOptions {
-    fn default() -> Self {
-        Self {
-            controller: ControllerKind::Pid,
-            // the paper's readings bias the gains
-            speed_term: SpeedTerm::None,
-            starts: 8,
-            resolution: 0.01,
-            intervals: true,
-            proportional: [0.01, 2.0],
-            integral: [1e-4, 0.2],
-            derivative: [0.0, 2.0],
-            threshold_mps: [0.0, 3.0],
-        }
-    }
-}
-
-/// Bounds between which nothing can be looked for.
-#[derive(Clone, Debug, PartialEq, Error)]
-#[error("the bounds of {name} are {} and {}: they have to rise, from {least} on", bounds[0], bounds[1])]
-pub struct BoundsError {
-    /// Name of the gain.
-    name: &'static str,
-    /// Its bounds.
-    bounds: [f64; 2],
-    /// Smallest lower bound.
-    least: f64,
-}
-
-impl IdentifyOptions {
-    /// Whether the bounds of the gains are bounds.
-    ///
-    /// # Errors
-    /// [`BoundsError`] for the first gain whose bounds are none.
-    pub fn check(&self) -> Result<(), BoundsError> {
-        for (name, bounds, least) in [
-            ("kp", self.proportional, 1e-3),
-            ("ki", self.integral, 1e-6),
-            ("kd", self.derivative, 0.0),
-        ] {
-            if !(bounds[0] >= least && bounds[1] > bounds[0] && bounds[1].is_finite()) {
-                return Err(BoundsError { name, bounds, least });
-            }
-        }
-        Ok(())
-    }
-}
+/// Rounds of starts.
+const ROUNDS: usize = 2;
+/// An optimum that no larger share of the starts has found is flagged.
+const FEW_STARTS: f64 = 0.25;
 
 /// What was found for one parameter.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -131,7 +49,8 @@ pub struct DriverParameterFit {
     pub name: &'static str,
     /// Its value.
     pub value: f64,
-    /// Profile interval, 95 %; ends that reach a bound stand at the bound.
+    /// Profile interval, 95 %; ends that reach a bound stand at the bound. None where the fit is no
+    /// ground for one.
     pub interval: Option<[f64; 2]>,
     /// Smallest and largest value of the starts that fit as well.
     pub spread: [f64; 2],
@@ -160,6 +79,10 @@ pub struct EventFit {
     pub threshold_mps: Option<f64>,
     /// Set speed, in m/s.
     pub set_speed_mps: f64,
+    /// How late the driver sees the speed, in s, where that was asked for.
+    pub delay_s: Option<f64>,
+    /// Mass of the truck, in kg, where that was asked for.
+    pub mass_kg: Option<f64>,
     /// Names of the parameters at a bound.
     pub at_bound: Vec<&'static str>,
     /// Names of the parameters that the data do not determine.
@@ -168,6 +91,14 @@ pub struct EventFit {
     pub objective: f64,
     /// Root mean square of the pedal residuals.
     pub pedal_rms: f64,
+    /// Root mean square of measured less simulated speed, in m/s.
+    pub speed_rms_mps: f64,
+    /// Whether the residuals are the noise of sensors.
+    pub test: FitTest,
+    /// Why there are no intervals; nothing where there is no reason against them.
+    pub no_intervals: Vec<String>,
+    /// What else has to be known of the fit.
+    pub warnings: Vec<String>,
     /// Starts.
     pub starts: usize,
     /// Starts that ended in the best optimum.
@@ -202,44 +133,45 @@ pub fn identify_event(
     stop: &AtomicBool,
 ) -> Result<EventFit, EventError> {
     let kind = log.check()?;
-    let problem = Problem::new(study, log, options, stop);
-    let starts = problem.starts();
-    let tolerances = problem.tolerances();
-    let optima: Vec<Optimum> = starts
-        .par_iter()
-        .map(|start| problem.search(start, &problem.bounds, &tolerances))
-        .collect();
+    let (log, scatter) = log.clone().with_even_slopes();
+    let problem = Problem::new(study, &log, options, stop);
     let go_on = || if problem.is_stopped() { Err(EventError::Stopped) } else { Ok(()) };
-    go_on()?;
-    let best = optima
-        .iter()
-        .min_by(|a, b| a.sum_of_squares.total_cmp(&b.sum_of_squares))
-        .expect("there is at least one start");
-    let count = best.parameters.len();
-    let rows = problem.compared;
-    let pedal_sum = problem.pedal_sum(&best.parameters);
-    let freedom = (2 * rows).saturating_sub(count).max(1) as f64;
-    let floor = options.resolution / 12.0f64.sqrt();
-    let deviation = (pedal_sum / freedom).sqrt().max(floor);
-    let growth = NORMAL_95 * NORMAL_95 * deviation * deviation;
-
-    let as_good = |optimum: &&Optimum| {
-        let limit = best.sum_of_squares * (1.0 + AS_GOOD);
-        optimum.sum_of_squares <= limit.max(best.sum_of_squares + 0.01 * growth)
-    };
-    let good: Vec<&Optimum> = optima.iter().filter(as_good).collect();
+    let mut optima: Vec<Optimum> = Vec::new();
+    let mut found = Found::default();
+    for round in 0..ROUNDS {
+        let starts = problem.starts(round);
+        let tolerances = problem.tolerances();
+        let search = |start: &Vec<f64>| problem.search(start, &problem.bounds, &tolerances);
+        optima.extend(starts.par_iter().map(search).collect::<Vec<Optimum>>());
+        go_on()?;
+        found = Found::of(&problem, &optima, options);
+        go_on()?;
+        let agreed = found.good.len() > 1 || options.starts == 1;
+        if agreed && found.misfits.is_empty() {
+            break;
+        }
+    }
+    let Found { good, comparison, test, mut misfits } = found;
+    let best = &optima[*good.first().expect("the best one is as good as itself")];
+    let deviation = test.deviation(resolution_sd(options));
+    if options.speed_term != SpeedTerm::None {
+        misfits.insert(0, "the speed term biases the gains".to_owned());
+    }
+    let intervals = options.intervals && misfits.is_empty();
     let errors = standard_errors(&best.jacobian, deviation);
-    let parameters: Vec<DriverParameterFit> = (0..count)
+    let wider = widening(&best.jacobian, &problem.input_errors(&best.parameters), &errors);
+    let parameters: Vec<DriverParameterFit> = (0..best.parameters.len())
         .into_par_iter()
         .map(|k| {
             let value = best.parameters[k];
             let [lower, upper] = problem.bounds[k];
             let near = |bound: f64| (value - bound).abs() <= 1e-6 * (upper - lower);
             let at_bound = near(lower) || near(upper);
-            let of_good = good.iter().map(|optimum| optimum.parameters[k]);
+            let of_good = good.iter().map(|place| optima[*place].parameters[k]);
             let spread = of_good.fold([value, value], |[low, high], v| [low.min(v), high.max(v)]);
-            let interval = options.intervals.then(|| {
-                [-1.0, 1.0].map(|side| problem.profile_end(best, k, side, errors[k], deviation))
+            let interval = intervals.then(|| {
+                let [error, deviation] = [errors[k] * wider[k], deviation * wider[k]];
+                [-1.0, 1.0].map(|side| problem.profile_end(best, k, side, error, deviation))
             });
             let name = problem.names[k];
             let mut fit = DriverParameterFit {
@@ -255,6 +187,26 @@ pub fn identify_event(
         })
         .collect();
     go_on()?;
+    let mut warnings = Vec::new();
+    if optima.len() > 1 && good.len() as f64 <= FEW_STARTS * optima.len() as f64 {
+        warnings.push(format!(
+            "only {} of {} starts found this optimum: there may be a better one, try more starts",
+            good.len(),
+            optima.len()
+        ));
+    }
+    if let Some(why) = problem.event_start().unsettled() {
+        let estimated = if parameters.iter().any(|fit| fit.name == "start_integral") {
+            "speed and integral part at the start are estimated with the gains"
+        } else {
+            "since when the driver holds a pedal is not in a log"
+        };
+        warnings.push(format!("it begins unsettled, {why}: {estimated}"));
+    }
+    if let Some(scatter) = scatter {
+        warnings.push(scatter.text());
+    }
+    let EventSummary { grade, saturated_s, duration_s } = kind;
     let named = |wanted: &dyn Fn(&DriverParameterFit) -> bool| -> Vec<&'static str> {
         parameters.iter().filter(|fit| wanted(fit)).map(|fit| fit.name).collect()
     };
@@ -262,23 +214,65 @@ pub fn identify_event(
     Ok(EventFit {
         driver: driver.to_owned(),
         event: event.to_owned(),
-        grade: kind.grade,
+        grade,
         kp: value("kp").unwrap_or(f64::NAN),
         ki: value("ki"),
         kd: value("kd"),
         threshold_mps: value("threshold_mps"),
         set_speed_mps: value("set_speed_mps").unwrap_or(f64::NAN),
+        delay_s: value("delay_s"),
+        mass_kg: value("mass_kg"),
         at_bound: named(&|fit| fit.at_bound),
         not_identifiable: named(&|fit| fit.not_identifiable.is_some()),
-        objective: best.sum_of_squares * problem.mean_weight_s,
-        pedal_rms: (pedal_sum / (2.0 * rows as f64)).sqrt(),
+        objective: comparison.objective,
+        pedal_rms: comparison.pedal_rms,
+        speed_rms_mps: comparison.speed_rms_mps,
+        test,
+        no_intervals: misfits,
+        warnings,
         starts: optima.len(),
         starts_converged: good.len(),
         condition: condition(&best.jacobian),
-        saturated_s: kind.saturated_s,
-        duration_s: kind.duration_s,
+        saturated_s,
+        duration_s,
         parameters,
     })
+}
+
+/// Standard deviation of a pedal sensor's resolution.
+fn resolution_sd(options: &IdentifyOptions) -> f64 {
+    options.resolution / 12.0f64.sqrt()
+}
+
+/// The best of some optima, and whether it explains the pedals.
+#[derive(Default)]
+struct Found {
+    /// Places of the optima that are as good, the best one first.
+    good: Vec<usize>,
+    comparison: Comparison,
+    test: FitTest,
+    misfits: Vec<String>,
+}
+
+impl Found {
+    fn of(problem: &Problem, optima: &[Optimum], options: &IdentifyOptions) -> Self {
+        let mut order: Vec<usize> = (0..optima.len()).collect();
+        order.sort_by(|&a, &b| optima[a].sum_of_squares.total_cmp(&optima[b].sum_of_squares));
+        let best = &optima[order[0]];
+        let comparison = problem.compare(&best.parameters);
+        let (residuals, columns, [late, heavy]) = problem.scores(&best.parameters);
+        let of = |unknown: bool, extra: &[f64]| {
+            if unknown { None } else { score(&residuals, &columns, extra) }
+        };
+        let scores = [of(options.unknown.delay, &late), of(options.unknown.mass, &heavy)];
+        let (least, count) = (resolution_sd(options), best.parameters.len());
+        let test = FitTest::of(&comparison.rows, problem.noise, least, count, scores);
+        let growth = (NORMAL_95 * test.deviation(least)).powi(2);
+        let sum = best.sum_of_squares;
+        let limit = (sum * (1.0 + AS_GOOD)).max(sum + 0.01 * growth);
+        order.retain(|&place| optima[place].sum_of_squares <= limit);
+        Self { good: order, comparison, test, misfits: test.misfits() }
+    }
 }
 
 /// Standard errors from the derivatives; infinite where they do not determine.
@@ -294,6 +288,29 @@ fn standard_errors(jacobian: &DMatrix<f64>, deviation: f64) -> Vec<f64> {
         }
     }
     errors
+}
+
+/// The factor by which uncertain inputs widen the interval of each parameter: `inputs` is how one
+/// standard error of each moves the residuals, and the parameters follow to first order. It is the
+/// sandwich (JᵀJ)⁻¹ Jᵀ (s² + Σ g gᵀ) J (JᵀJ)⁻¹ over its first term.
+fn widening(jacobian: &DMatrix<f64>, inputs: &[Vec<f64>], errors: &[f64]) -> Vec<f64> {
+    let free: Vec<usize> = (0..errors.len()).filter(|k| jacobian.column(*k).norm() > 0.0).collect();
+    let factors = jacobian.select_columns(&free).qr();
+    let (q, upper) = (factors.q(), factors.r());
+    let mut squares = vec![0.0; errors.len()];
+    for input in inputs {
+        let projected = q.tr_mul(&DVector::from_column_slice(input));
+        if let Some(moved) = upper.solve_upper_triangular(&projected) {
+            for (place, k) in free.iter().enumerate() {
+                squares[*k] += moved[place] * moved[place];
+            }
+        }
+    }
+    let factor = |(square, error): (&f64, &f64)| {
+        let ratio = square / (error * error);
+        if ratio.is_finite() { (1.0 + ratio).sqrt() } else { 1.0 }
+    };
+    squares.iter().zip(errors).map(factor).collect()
 }
 
 /// Largest over smallest singular value of the derivatives with columns of length 1.

@@ -6,8 +6,13 @@
 
 pub mod bounded_least_squares;
 pub mod closed_loop;
+mod comparison;
 pub mod compass_search;
+pub mod even_slope;
 pub mod event;
+mod fit_test;
 pub mod identify;
+mod noise;
+pub mod options;
 pub mod population;
 mod problem;

@@ -1,12 +1,19 @@
 //! The least-squares problem of one event: residuals of the pedals in closed loop, where the search
 //! starts, how far a parameter may move.
+//!
+//! Each pedal counts in units of its sensor's noise. Beside controller and set speed the start is
+//! estimated: the integral part, which no log contains, and the speed, of which the first second of
+//! the log is one more measurement.
 
 use super::bounded_least_squares::{Optimum, Tolerances, minimise};
-use super::closed_loop::{ClosedLoop, Controller};
+use super::closed_loop::{ClosedLoop, Controller, EventStart};
+use super::comparison::{Comparison, interpolated};
 use super::compass_search::descend;
 use super::event::PedalLog;
-use super::identify::{ControllerKind, DriverParameterFit, IdentifyOptions, NORMAL_95, SpeedTerm};
-use ocmc_core::kernel::pedal_event::EventSeries;
+use super::fit_test::ComparedRow;
+use super::identify::{DriverParameterFit, NORMAL_95};
+use super::noise::pedal_noise_sd;
+use super::options::{ControllerKind, IdentifyOptions, SpeedTerm};
 use ocmc_core::study::Study;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -21,8 +28,19 @@ const SET_SPEED_RANGE_MPS: f64 = 4.0;
 const START_RANGE_MPS: f64 = 1.0;
 /// Rounds in which the end of a profile interval is looked for.
 const PROFILE_ROUNDS: usize = 6;
+/// Nearest end of an interval, as a share of the one that the derivatives give [EJ].
+const NEAREST: f64 = 0.7;
 /// Time at the start in which pedals are not compared, in s.
 const NOT_COMPARED_S: f64 = 1.0;
+/// Half width of the box of the speed at the start, in standard errors of the log's.
+const START_SPEED_ERRORS: f64 = 6.0;
+/// Latest reaction that is looked for, in s [EJ].
+const LATEST_S: f64 = 2.0;
+/// Largest mass that is looked for, as a multiple of the study's [EJ].
+const HEAVIEST: f64 = 2.0;
+/// Steps of the derivatives by delay, in s, and by mass, as a share of it.
+const DELAY_STEP_S: f64 = 0.1;
+const MASS_STEP: f64 = 0.01;
 /// Points for each start among which the starts are the best: shifts of the gearbox and switched
 /// drivers leave jumps in the residuals, behind which a search does not see.
 const CANDIDATES: usize = 16;
@@ -36,9 +54,9 @@ pub(super) struct Problem<'a> {
     options: &'a IdentifyOptions,
     /// Square root of the time that each row stands for, over its mean.
     weight: Vec<f64>,
-    pub(super) mean_weight_s: f64,
-    /// Rows that count.
-    pub(super) compared: usize,
+    mean_weight_s: f64,
+    /// Noise of accelerator and brake, at least their resolution.
+    pub(super) noise: [f64; 2],
     pub(super) names: Vec<&'static str>,
     pub(super) bounds: Vec<[f64; 2]>,
     integral_range: [f64; 2],
@@ -55,8 +73,10 @@ impl<'a> Problem<'a> {
     ) -> Self {
         let rows = log.time_s.len();
         let time = |k: usize| log.time_s[k.min(rows - 1)];
-        // what engine and filter knew at the start is gone after a second: it is not compared
-        let begin_s = log.time_s[0] + NOT_COMPARED_S;
+        // what engine, filter and a driver who sees late knew at the start is gone after a second
+        // each: it is not compared
+        let late_s = if options.unknown.delay { NOT_COMPARED_S } else { 0.0 };
+        let begin_s = log.time_s[0] + NOT_COMPARED_S + late_s;
         let span = |k: usize| 0.5 * (time(k + 1) - time(k.saturating_sub(1)));
         let spans: Vec<f64> =
             (0..rows).map(|k| if time(k) < begin_s { 0.0 } else { span(k) }).collect();
@@ -66,13 +86,17 @@ impl<'a> Problem<'a> {
         let pid = &study.model().driver.pedals.pid;
         let integral_range = [pid.integral_minimum, pid.integral_maximum];
         let speed = [mean_speed_mps - SET_SPEED_RANGE_MPS, mean_speed_mps + SET_SPEED_RANGE_MPS];
-        let boxes = match options.controller {
+        let closed = ClosedLoop::new(study, log);
+        let [start_mps, error_mps] = closed.start.speed_mps;
+        let room_mps = START_SPEED_ERRORS * error_mps;
+        let mut boxes = match options.controller {
             ControllerKind::Pid => vec![
                 ("kp", options.proportional),
                 ("ki", options.integral),
                 ("kd", options.derivative),
                 ("set_speed_mps", speed),
                 ("start_integral", integral_range),
+                ("start_speed_mps", [start_mps - room_mps, start_mps + room_mps]),
             ],
             ControllerKind::Switched => vec![
                 ("kp", options.proportional),
@@ -80,8 +104,21 @@ impl<'a> Problem<'a> {
                 ("set_speed_mps", speed),
             ],
         };
+        if options.unknown.delay {
+            boxes.push(("delay_s", [0.0, LATEST_S]));
+        }
+        if options.unknown.mass {
+            let [mass_kg, empty_kg] = closed.masses_kg();
+            boxes.push(("mass_kg", [empty_kg, HEAVIEST * mass_kg]));
+        }
         let (names, bounds) = boxes.into_iter().unzip();
-        let closed = ClosedLoop::new(study, log);
+        let least = options.resolution / 12.0f64.sqrt();
+        let noise = [&log.accelerator, &log.brake].map(|pedal| pedal_noise_sd(pedal).max(least));
+        let noise = match options.speed_term {
+            SpeedTerm::None => noise,
+            // the paper's objective weighs both pedals and the speed term alike
+            SpeedTerm::Measured | SpeedTerm::Simulated => [noise[0].max(noise[1]); 2],
+        };
         let weight = spans.iter().map(|span| (span / mean_weight_s).sqrt()).collect();
         Self {
             log,
@@ -89,12 +126,22 @@ impl<'a> Problem<'a> {
             options,
             weight,
             mean_weight_s,
-            compared,
+            noise,
             names,
             bounds,
             integral_range,
             stop,
         }
+    }
+
+    /// What the log says about the start.
+    pub(super) fn event_start(&self) -> &EventStart {
+        &self.closed.start
+    }
+
+    /// Mass of the study's truck, in kg.
+    pub(super) fn mass_kg(&self) -> f64 {
+        self.closed.masses_kg()[0]
     }
 
     pub(super) fn tolerances(&self) -> Tolerances {
@@ -106,23 +153,24 @@ impl<'a> Problem<'a> {
         Tolerances { gain: 1e-8, step: 1e-7, most_iterations: 60, difference }
     }
 
+    /// A parameter, where it is one.
+    fn value(&self, x: &[f64], name: &str) -> Option<f64> {
+        self.names.iter().position(|known| *known == name).map(|k| x[k])
+    }
+
     /// The controller of some parameters.
     fn controller(&self, x: &[f64]) -> Controller {
-        match self.options.controller {
-            ControllerKind::Pid => Controller {
-                proportional: x[0],
-                integral: x[1],
-                derivative: x[2],
-                threshold_mps: None,
-                set_speed_mps: x[3],
-                start: x[4],
-            },
-            ControllerKind::Switched => Controller {
-                proportional: x[0],
-                threshold_mps: Some(x[1]),
-                set_speed_mps: x[2],
-                ..Controller::default()
-            },
+        let of = |name| self.value(x, name);
+        Controller {
+            proportional: x[0],
+            integral: of("ki").unwrap_or(0.0),
+            derivative: of("kd").unwrap_or(0.0),
+            threshold_mps: of("threshold_mps"),
+            set_speed_mps: of("set_speed_mps").expect("each controller has one"),
+            start: of("start_integral").unwrap_or(0.0),
+            start_speed_mps: of("start_speed_mps").unwrap_or(self.closed.rolling.speed_mps),
+            delay_s: of("delay_s").unwrap_or(0.0),
+            mass_kg: of("mass_kg"),
         }
     }
 
@@ -142,22 +190,32 @@ impl<'a> Problem<'a> {
             low * libm::exp(part(dimension) * libm::log(high / low))
         };
         let proportional = log(0, 1);
-        match self.options.controller {
+        let start_mps = self.closed.rolling.speed_mps;
+        let mut point = match self.options.controller {
             ControllerKind::Pid => {
-                let error = speed - self.closed.rolling.speed_mps;
-                let start = self.closed.start_output - proportional * error;
+                let start = self.closed.start_output - proportional * (speed - start_mps);
                 let [low, high] = self.integral_range;
-                vec![proportional, log(1, 2), log(2, 3), speed, start.clamp(low, high)]
+                let start = start.clamp(low, high);
+                vec![proportional, log(1, 2), log(2, 3), speed, start, start_mps]
             }
             ControllerKind::Switched => vec![proportional, log(1, 2), speed],
+        };
+        // dimensions of their own: the same points with and without
+        if self.options.unknown.delay {
+            point.push(0.5 * LATEST_S * part(4));
         }
+        if self.options.unknown.mass {
+            point.push(self.mass_kg() * (0.75 + 0.5 * part(5)));
+        }
+        point
     }
 
-    /// Where the searches start: the best of many points of the sequence.
-    pub(super) fn starts(&self) -> Vec<Vec<f64>> {
+    /// Where the searches of a round start: the best of many points of the sequence.
+    pub(super) fn starts(&self, round: usize) -> Vec<Vec<f64>> {
         let wanted = self.options.starts.max(1);
+        let all = wanted * CANDIDATES;
         let points: Vec<Vec<f64>> =
-            (0..wanted * CANDIDATES).map(|k| self.start(k as u32)).collect();
+            (round * all..(round + 1) * all).map(|k| self.start(k as u32)).collect();
         let values: Vec<f64> = points.par_iter().map(|x| self.sum(x, &mut Vec::new())).collect();
         let mut order: Vec<usize> = (0..points.len()).collect();
         order.sort_by(|&a, &b| values[a].total_cmp(&values[b]));
@@ -187,37 +245,122 @@ impl<'a> Problem<'a> {
         r.iter().map(|value| value * value).sum()
     }
 
-    /// Weighted residuals: both pedals, then the speed term.
+    /// Residuals in units of their noise: of each row both pedals and the speed term, at last the
+    /// speed at the start.
     fn residuals(&self, x: &[f64], r: &mut Vec<f64>) {
+        self.residuals_of(&self.closed, &self.controller(x), r);
+    }
+
+    fn residuals_of(&self, closed: &ClosedLoop, controller: &Controller, r: &mut Vec<f64>) {
         r.clear();
         if self.is_stopped() {
             // a sum of squares of 0 ends every search
-            r.resize(self.log.time_s.len() * self.residuals_a_row(), 0.0);
+            r.resize(self.log.time_s.len() * self.residuals_a_row() + 1, 0.0);
             return;
         }
-        let controller = self.controller(x);
-        let drive = self.closed.drive(&controller);
+        let drive = closed.drive(controller);
         let mut step = 0;
         let start_s = self.log.time_s[0];
         for (k, time_s) in self.log.time_s.iter().enumerate() {
             let [accelerator, brake, speed_mps] = interpolated(&drive, time_s - start_s, &mut step);
             let weight = self.weight[k];
-            r.push(weight * (self.log.accelerator[k] - accelerator));
-            r.push(weight * (self.log.brake[k] - brake));
+            r.push(weight * (self.log.accelerator[k] - accelerator) / self.noise[0]);
+            r.push(weight * (self.log.brake[k] - brake) / self.noise[1]);
             let compared = match self.options.speed_term {
                 SpeedTerm::None => continue,
                 SpeedTerm::Measured => self.log.speed_mps[k],
                 SpeedTerm::Simulated => speed_mps,
             };
-            r.push(weight * (controller.set_speed_mps - compared) / SPEED_SCALE_MPS);
+            let share = (controller.set_speed_mps - compared) / SPEED_SCALE_MPS;
+            r.push(weight * share / self.noise[0]);
         }
+        let [start_mps, error_mps] = self.closed.start.speed_mps;
+        r.push((controller.start_speed_mps - start_mps) / error_mps);
     }
 
-    /// Sum of squares of the pedals alone.
-    pub(super) fn pedal_sum(&self, x: &[f64]) -> f64 {
-        let mut r = Vec::new();
-        self.residuals(x, &mut r);
-        r.chunks(self.residuals_a_row()).map(|row| row[0] * row[0] + row[1] * row[1]).sum()
+    /// How the drive with these parameters compares with the log.
+    pub(super) fn compare(&self, x: &[f64]) -> Comparison {
+        let controller = self.controller(x);
+        let mut comparison = Comparison::default();
+        if self.is_stopped() {
+            return comparison;
+        }
+        let drive = self.closed.drive(&controller);
+        let (mut step, mut pedals, mut speeds, mut objective) = (0, 0.0, 0.0, 0.0);
+        let start_s = self.log.time_s[0];
+        for (k, time_s) in self.log.time_s.iter().enumerate() {
+            let [accelerator, brake, speed_mps] = interpolated(&drive, time_s - start_s, &mut step);
+            if self.weight[k] == 0.0 {
+                continue;
+            }
+            let measured = [self.log.accelerator[k], self.log.brake[k]];
+            let row = ComparedRow { time_s: *time_s, measured, simulated: [accelerator, brake] };
+            let square = (measured[0] - accelerator).powi(2) + (measured[1] - brake).powi(2);
+            let error_mps = self.log.speed_mps[k] - speed_mps;
+            let term = match self.options.speed_term {
+                SpeedTerm::None => 0.0,
+                SpeedTerm::Measured => controller.set_speed_mps - self.log.speed_mps[k],
+                SpeedTerm::Simulated => controller.set_speed_mps - speed_mps,
+            };
+            pedals += square;
+            speeds += error_mps * error_mps;
+            let term = term / SPEED_SCALE_MPS;
+            objective += self.weight[k] * self.weight[k] * (square + term * term);
+            comparison.rows.push(row);
+        }
+        let rows = comparison.rows.len().max(1) as f64;
+        comparison.pedal_rms = (pedals / (2.0 * rows)).sqrt();
+        comparison.speed_rms_mps = (speeds / rows).sqrt();
+        comparison.objective = objective * self.mean_weight_s;
+        comparison
+    }
+
+    /// By how much inputs that are wrong by one standard error each move the residuals.
+    pub(super) fn input_errors(&self, x: &[f64]) -> Vec<Vec<f64>> {
+        let controller = self.controller(x);
+        let of = |closed: &ClosedLoop| {
+            let mut r = Vec::new();
+            self.residuals_of(closed, &controller, &mut r);
+            r
+        };
+        let here = of(&self.closed);
+        let moved = self.closed.one_error_off(self.log);
+        let less = |other: ClosedLoop| of(&other).iter().zip(&here).map(|(a, b)| a - b).collect();
+        moved.into_iter().map(less).collect()
+    }
+
+    /// Residuals, their derivatives by the parameters that are free, and those by the delay and by
+    /// the logarithm of the mass: what a score test needs.
+    pub(super) fn scores(&self, x: &[f64]) -> (Vec<f64>, Vec<Vec<f64>>, [Vec<f64>; 2]) {
+        let of = |controller: &Controller| {
+            let mut r = Vec::new();
+            self.residuals_of(&self.closed, controller, &mut r);
+            r
+        };
+        let slope = |low: &[f64], high: &[f64], wide: f64| -> Vec<f64> {
+            low.iter().zip(high).map(|(low, high)| (high - low) / wide).collect()
+        };
+        let here = self.controller(x);
+        let residuals = of(&here);
+        let columns = (0..x.len()).filter_map(|k| {
+            let [lower, upper] = self.bounds[k];
+            let step = self.tolerances().difference * x[k].abs().max(1e-3 * (upper - lower));
+            let inside = x[k] - step > lower && x[k] + step < upper;
+            let at = |value: f64| {
+                let mut moved = x.to_vec();
+                moved[k] = value;
+                of(&self.controller(&moved))
+            };
+            inside.then(|| slope(&at(x[k] - step), &at(x[k] + step), 2.0 * step))
+        });
+        let columns = columns.collect();
+        let late = of(&Controller { delay_s: here.delay_s + DELAY_STEP_S, ..here });
+        let mass_kg = here.mass_kg.unwrap_or(self.mass_kg());
+        let [light, heavy] = [1.0 - MASS_STEP, 1.0 + MASS_STEP]
+            .map(|factor| of(&Controller { mass_kg: Some(factor * mass_kg), ..here }));
+        let extra =
+            [slope(&residuals, &late, DELAY_STEP_S), slope(&light, &heavy, 2.0 * MASS_STEP)];
+        (residuals, columns, extra)
     }
 
     pub(super) fn is_stopped(&self) -> bool {
@@ -226,6 +369,23 @@ impl<'a> Problem<'a> {
 
     fn residuals_a_row(&self) -> usize {
         if self.options.speed_term == SpeedTerm::None { 2 } else { 3 }
+    }
+
+    /// How the other parameters follow parameter `k` away from the optimum, to first order: each for
+    /// a unit of it.
+    fn followers(&self, best: &Optimum, k: usize) -> Vec<f64> {
+        let count = best.parameters.len();
+        let mut rates = vec![0.0; count];
+        let free = |j: &usize| *j != k && best.jacobian.column(*j).norm() > 0.0;
+        let others: Vec<usize> = (0..count).filter(free).collect();
+        let factors = best.jacobian.select_columns(&others).qr();
+        let projected = factors.q().transpose() * best.jacobian.column(k);
+        if let Some(found) = factors.r().solve_upper_triangular(&projected) {
+            for (place, j) in others.into_iter().enumerate() {
+                rates[j] = if found[place].is_finite() { -found[place] } else { 0.0 };
+            }
+        }
+        rates
     }
 
     /// Where the profile of parameter `k` has grown by 1.96² s², to one side; the bound where it
@@ -243,9 +403,12 @@ impl<'a> Problem<'a> {
         let room = (bound - value).abs();
         let first = if error.is_finite() { NORMAL_95 * error } else { 0.1 * value.abs() };
         let mut away = first.min(room);
+        // where the sum of squares jumps with a shift it tells nothing about the parameter
+        let nearest = if error.is_finite() { NEAREST * away } else { 0.0 };
         let mut warm = best.parameters.clone();
         let tolerances = Tolerances { most_iterations: 15, ..self.tolerances() };
         let mut inside = 0.0;
+        let followers = self.followers(best, k);
         for _ in 0..PROFILE_ROUNDS {
             if !(away > 0.0) {
                 return bound;
@@ -254,7 +417,17 @@ impl<'a> Problem<'a> {
             let mut bounds = self.bounds.clone();
             bounds[k] = [here; 2];
             warm[k] = here;
-            let optimum = self.search(&warm, &bounds, &tolerances);
+            let led = |j: usize| {
+                let value = best.parameters[j] + side * away * followers[j];
+                value.clamp(bounds[j][0], bounds[j][1])
+            };
+            let led: Vec<f64> = (0..warm.len()).map(led).collect();
+            // a search does not see behind the jumps of shifts: from both sides
+            let optimum = [&led, &warm]
+                .map(|start| self.search(start, &bounds, &tolerances))
+                .into_iter()
+                .min_by(|a, b| a.sum_of_squares.total_cmp(&b.sum_of_squares))
+                .expect("there are two");
             let rise = (optimum.sum_of_squares - best.sum_of_squares).max(0.0);
             let deviations = rise.sqrt() / deviation;
             if (deviations / NORMAL_95 - 1.0).abs() < 0.03 {
@@ -269,6 +442,9 @@ impl<'a> Problem<'a> {
             }
             // the root of the rise is nearly linear
             let next = away * (NORMAL_95 / deviations.max(1e-3)).min(4.0);
+            if deviations > NORMAL_95 && next <= nearest {
+                return value + side * nearest;
+            }
             away = if deviations > NORMAL_95 { next.max(inside) } else { next.min(room) };
         }
         value + side * away.min(room)
@@ -280,8 +456,9 @@ impl<'a> Problem<'a> {
             return Some("it ended at a bound");
         }
         // what matters of a speed is the error: its scale is 1 m/s; of a start 1
+        // and of a delay 1 s
         let size = match fit.name {
-            "set_speed_mps" | "start_integral" => 1.0,
+            "set_speed_mps" | "start_integral" | "start_speed_mps" | "delay_s" => 1.0,
             _ => fit.value.abs(),
         };
         let width = |ends: [f64; 2]| (ends[1] - fit.value).max(fit.value - ends[0]);
@@ -294,20 +471,4 @@ impl<'a> Problem<'a> {
         }
         (width(interval) > WIDEST * size).then_some("its interval is wider than half of it")
     }
-}
-
-/// Accelerator, brake and speed of a drive at rising times, from step to step.
-fn interpolated(drive: &EventSeries, time_s: f64, step: &mut usize) -> [f64; 3] {
-    let times = &drive.time_s;
-    if times.is_empty() {
-        return [f64::NAN; 3];
-    }
-    while *step + 1 < times.len() && times[*step + 1] < time_s {
-        *step += 1;
-    }
-    let (k, next) = (*step, (*step + 1).min(times.len() - 1));
-    let width = times[next] - times[k];
-    let part = if width > 0.0 { ((time_s - times[k]) / width).clamp(0.0, 1.0) } else { 0.0 };
-    [&drive.accelerator, &drive.brake, &drive.speed_mps]
-        .map(|values| values[k] + part * (values[next] - values[k]))
 }

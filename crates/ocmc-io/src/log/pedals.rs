@@ -90,7 +90,17 @@ pub fn events(
         grade: of(grade),
         position_m: known(Quantity::Position),
         gear: known(Quantity::Gear),
+        ..PedalLog::default()
     };
+    if log.position_m.is_some() && !log.has_positions() {
+        let what =
+            "positions run backwards: the column is not used, the way is the integral of the speed";
+        notes.push(format!("{place}: {what}"));
+    }
+    let (log, scatter) = log.with_even_slopes();
+    if let Some(scatter) = scatter {
+        notes.push(format!("{place}: {}", scatter.text()));
+    }
     let named = |event: String, log| LoggedEvent { driver: drive.driver.clone(), event, log };
     let events = if let Some(event) = &drive.event {
         vec![named(event.clone(), log)]

@@ -1,0 +1,126 @@
+//! What an identification fits, and within which bounds.
+
+use serde::Serialize;
+use thiserror::Error;
+
+/// Which controller is fitted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ControllerKind {
+    /// PID.
+    Pid,
+    /// Switched proportional.
+    Switched,
+}
+
+/// Which speed the speed term compares with the set speed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SpeedTerm {
+    /// No speed term.
+    None,
+    /// The measured speed.
+    Measured,
+    /// The simulated speed.
+    Simulated,
+}
+
+/// What may be unknown beside the controller.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unknown {
+    /// How late the driver sees the speed.
+    Delay,
+    /// The mass of the truck.
+    Mass,
+}
+
+/// What is estimated with the controller.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Unknowns {
+    /// How late the driver sees the speed.
+    pub delay: bool,
+    /// The mass of the truck.
+    pub mass: bool,
+}
+
+impl Unknowns {
+    /// Those of a list.
+    pub fn of(list: &[Unknown]) -> Self {
+        let has = |unknown| list.contains(&unknown);
+        Self { delay: has(Unknown::Delay), mass: has(Unknown::Mass) }
+    }
+}
+
+/// Options of the identification.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct IdentifyOptions {
+    /// Which controller.
+    pub controller: ControllerKind,
+    /// Which speed term.
+    pub speed_term: SpeedTerm,
+    /// What else is not known.
+    pub unknown: Unknowns,
+    /// Number of starts.
+    pub starts: usize,
+    /// Resolution of the pedal sensors.
+    pub resolution: f64,
+    /// Whether intervals are worked out; they take several times as long as the fit.
+    pub intervals: bool,
+    /// Bounds of K_P, in s/m.
+    pub proportional: [f64; 2],
+    /// Bounds of K_I, in 1/m.
+    pub integral: [f64; 2],
+    /// Bounds of K_D, in s²/m.
+    pub derivative: [f64; 2],
+    /// Bounds of a switched driver's threshold, in m/s.
+    pub threshold_mps: [f64; 2],
+}
+
+impl Default for IdentifyOptions {
+    fn default() -> Self {
+        Self {
+            controller: ControllerKind::Pid,
+            // the paper's readings bias the gains
+            speed_term: SpeedTerm::None,
+            unknown: Unknowns::default(),
+            starts: 8,
+            resolution: 0.01,
+            intervals: true,
+            proportional: [0.01, 2.0],
+            integral: [1e-4, 0.2],
+            derivative: [0.0, 2.0],
+            threshold_mps: [0.0, 3.0],
+        }
+    }
+}
+
+/// Bounds between which nothing can be looked for.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[error("the bounds of {name} are {} and {}: they have to rise, from {least} on", bounds[0], bounds[1])]
+pub struct BoundsError {
+    /// Name of the gain.
+    name: &'static str,
+    /// Its bounds.
+    bounds: [f64; 2],
+    /// Smallest lower bound.
+    least: f64,
+}
+
+impl IdentifyOptions {
+    /// Whether the bounds of the gains are bounds.
+    ///
+    /// # Errors
+    /// [`BoundsError`] for the first gain whose bounds are none.
+    pub fn check(&self) -> Result<(), BoundsError> {
+        for (name, bounds, least) in [
+            ("kp", self.proportional, 1e-3),
+            ("ki", self.integral, 1e-6),
+            ("kd", self.derivative, 0.0),
+        ] {
+            if !(bounds[0] >= least && bounds[1] > bounds[0] && bounds[1].is_finite()) {
+                return Err(BoundsError { name, bounds, least });
+            }
+        }
+        Ok(())
+    }
+}
