@@ -9,16 +9,19 @@ use std::ops::ControlFlow;
 
 /// Half the default's length: bends are as near to stops and to each other.
 const ROADS: [&str; 2] = ["mission.length_m=50000", "simulation.step_s=0.2"];
+/// Nothing but signs and neighbouring bends, so that few trips tell enough.
+const QUIET: &str = "simulation.without=[\"traffic\",\"stop_signs\",\"give_ways\",\"traffic_lights\",\"speed_bumps\"]";
 
 #[test]
 fn the_law_that_drove_comes_back_from_the_curves_it_left() {
-    let truth = [18.0, 0.5, 0.08, 0.12];
+    let truth = [18.0, 0.5, 0.15, 0.2];
     let set =
         NAMES.iter().zip(truth).map(|(name, value)| format!("driver.curve_speed.{name}={value}"));
-    let sets: Vec<String> = ROADS.iter().map(|set| (*set).to_owned()).chain(set).collect();
+    let sets: Vec<String> =
+        ROADS.iter().chain([&QUIET]).map(|set| (*set).to_owned()).chain(set).collect();
     let sets: Vec<&str> = sets.iter().map(String::as_str).collect();
     let options = CalibrationOptions {
-        trips: Trips { seed: 5, drivers: 60, per_driver: 1 },
+        trips: Trips { seed: 5, drivers: 50, per_driver: 1 },
         ..CalibrationOptions::default()
     };
     // other roads and other drivers than those of the search
@@ -26,13 +29,13 @@ fn the_law_that_drove_comes_back_from_the_curves_it_left() {
     let curves = simulated_curves(&study("field-truck", &sets), &driven, &options.detection);
     let measured = MeasuredCurves::of_curves(&curves, &options.fit).unwrap();
     // the fit alone takes what signs and stops did for the drivers' wish
-    assert!(measured.numbers.reference_speed_mps < 16.5, "{:?}", measured.numbers);
-    assert!(measured.numbers.residual_sd > 0.2, "{:?}", measured.numbers);
+    let seen = measured.numbers;
+    assert!(seen.reference_speed_mps < 0.93 * truth[0] && seen.driver_sd < truth[2], "{seen:?}");
 
-    let base = study("field-truck", &ROADS);
+    let base = study("field-truck", &[ROADS[0], ROADS[1], QUIET]);
     let mut go_on = |_| ControlFlow::Continue(());
     let found = calibrate(&measured, &base, &options, &mut go_on).unwrap();
-    assert!(found.solved && found.at_bound.is_empty(), "{found:?}");
+    assert!(found.solved && found.at_bound.is_empty(), "{found:#?}");
     let law = found.law;
     let log_ratio = (law.reference_speed_mps / truth[0]).ln();
     let away =
@@ -58,7 +61,8 @@ fn a_table_that_no_law_gives_back_is_told_with_what_makes_the_rest() {
     let found = calibrate(&measured, &base, &options, &mut |_| ControlFlow::Continue(())).unwrap();
     assert!(found.at_bound.contains(&"residual_sd"), "{found:?}");
     assert!(
-        found.law.residual_sd == options.least_residual_sd && found.simulated.residual_sd > 0.1
+        (found.law.residual_sd - options.least_residual_sd).abs() < 1e-12
+            && found.simulated.residual_sd > 0.1
     );
     let without = |k: usize| found.surroundings[k].numbers.residual_sd;
     // what stops trucks makes the most of it

@@ -57,6 +57,12 @@ fn assert_rows(study: &Study, scenario: &Scenario) {
             * road.grounds[segment.section as usize].rolling_factor()
             * rolling_roughness_factor(iri, limit_mps);
         let turn = segment.curve().map_or(0.0, |k| road.curves[k].curvature_per_m());
+        // in bends the tyres roll at a slip angle, within what they hold
+        let friction = braking_friction(weather.precipitation_mps, weather.snow);
+        let lateral = (limit_mps * limit_mps * turn.abs()).min(GRAVITY_MPS2 * friction);
+        let stiffness = study.vehicle().model.cornering_stiffness_per_rad;
+        let cornering = stiffness.map_or(0.0, |c| lateral * lateral / (c * GRAVITY_MPS2));
+        let rolling = rolling + level / GRAVITY_MPS2 * cornering;
         let (head, cross) = weather.wind_components_mps(heading - 0.5 * turn * segment.length_m);
         heading -= turn * segment.length_m;
         let road_type = road.sections[segment.section as usize].road_type;

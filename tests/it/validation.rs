@@ -104,7 +104,8 @@ fn traces_of_the_program_have_uniform_ranks_and_are_covered() {
         for quantity in ["speed", "duration", "energy"] {
             let near = |key: &str, wanted: f64, within: f64| {
                 let share = pooled(&found, quantity)[key].as_f64().unwrap();
-                assert!((share - wanted).abs() <= within, "seed {seed}, {quantity}: {share}");
+                // 530 of 1000 are within three points of a half
+                assert!((share - wanted).abs() < within + 1e-9, "seed {seed}, {quantity}: {share}");
             };
             near("coverage50", 0.5, 0.03);
             near("coverage90", 0.9, 0.02);

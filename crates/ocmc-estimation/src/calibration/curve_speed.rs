@@ -41,10 +41,12 @@ const GROUPS: usize = 20;
 const FIRST_SHARE: u64 = 4;
 /// Least drivers of a sample.
 const LEAST_DRIVERS: u64 = 20;
-/// What is near enough: ln v₀, δ and the two SDs.
-const TOLERANCE: [f64; COUNT] = [0.002, 0.002, 0.001, 0.001];
-/// Steps of the derivatives, in ln v₀, δ and the SDs.
-const STEP: [f64; COUNT] = [0.04, 0.04, 0.05, 0.08];
+/// What is near enough: ln v₀, δ and the two variances (0.001 of an SD of 0.06 and of 0.25).
+const TOLERANCE: [f64; COUNT] = [0.002, 0.002, 0.00012, 0.0005];
+/// Steps of the derivatives, in ln v₀, δ and the variances (of SDs of 0.07 and 0.16).
+const STEP: [f64; COUNT] = [0.04, 0.04, 0.005, 0.025];
+/// Least SD at which a variance's error is one of the SD.
+const LEAST_SD: f64 = 1e-3;
 /// Bounds of v₀, in m/s: those of a study.
 const SPEEDS_MPS: [f64; 2] = [3.0, 60.0];
 
@@ -66,10 +68,10 @@ pub struct CurveSpeedNumbers {
 pub struct MeasuredCurves {
     /// The numbers.
     pub numbers: CurveSpeedNumbers,
-    /// Covariance of (ln v₀, δ, driver SD, residual SD).
+    /// Covariance of ln v₀, δ and the variances of drivers and residual.
     #[serde(skip)]
-    pub covariance: Matrix4<f64>,
-    /// Roots of its diagonal.
+    covariance: Matrix4<f64>,
+    /// Standard errors of ln v₀, δ and the SDs.
     pub standard_errors: [f64; COUNT],
 }
 
@@ -188,20 +190,41 @@ impl CurveSpeedNumbers {
         })
     }
 
-    /// (ln v₀, δ, driver SD, residual SD).
+    /// (ln v₀, δ, driver variance, residual variance): variances add up, so that those of a table
+    /// are nearly linear in those of the law.
     fn coordinates(&self) -> [f64; COUNT] {
-        [libm::log(self.reference_speed_mps), self.exponent, self.driver_sd, self.residual_sd]
+        let Self { driver_sd, residual_sd, .. } = self;
+        let log_speed = libm::log(self.reference_speed_mps);
+        [log_speed, self.exponent, driver_sd * driver_sd, residual_sd * residual_sd]
     }
 
-    fn from_coordinates([log_speed, exponent, driver_sd, residual_sd]: [f64; COUNT]) -> Self {
+    fn from_coordinates([log_speed, exponent, driver, residual]: [f64; COUNT]) -> Self {
+        let [driver_sd, residual_sd] = [driver, residual].map(|square| square.max(0.0).sqrt());
         Self { reference_speed_mps: libm::exp(log_speed), exponent, driver_sd, residual_sd }
+    }
+
+    /// Errors of (ln v₀, δ, driver SD, residual SD) from the covariance of the coordinates.
+    fn errors(&self, covariance: &Matrix4<f64>) -> [f64; COUNT] {
+        let slopes = self.slopes();
+        std::array::from_fn(|k| covariance[(k, k)].max(0.0).sqrt() / slopes[k])
+    }
+
+    /// Derivatives of the coordinates by (ln v₀, δ, driver SD, residual SD).
+    fn slopes(&self) -> [f64; COUNT] {
+        let [driver, residual] =
+            [self.driver_sd, self.residual_sd].map(|sd| 2.0 * sd.max(LEAST_SD));
+        [1.0, 1.0, driver, residual]
     }
 }
 
 impl MeasuredCurves {
     /// A table whose numbers are known with independent standard errors.
     pub fn stated(numbers: CurveSpeedNumbers, standard_errors: [f64; COUNT]) -> Self {
-        let covariance = Matrix4::from_diagonal(&standard_errors.map(|error| error * error).into());
+        let slopes = numbers.slopes();
+        let covariance = Matrix4::from_fn(|i, k| {
+            let error = if i == k { slopes[k] * standard_errors[k] } else { 0.0 };
+            error * error
+        });
         Self { numbers, covariance, standard_errors }
     }
 
@@ -216,7 +239,7 @@ impl MeasuredCurves {
         let fit = curve_speed::fit(table, options).map_err(CalibrationError::Measured)?;
         let numbers = CurveSpeedNumbers::of_fit(&fit).ok_or(CalibrationError::OneDriver)?;
         let covariance = jackknife(table, options);
-        Ok(Self { numbers, covariance, standard_errors: errors(&covariance) })
+        Ok(Self { numbers, covariance, standard_errors: numbers.errors(&covariance) })
     }
 
     /// The numbers that a study's law was printed with, their errors as far as it states them:
@@ -266,8 +289,9 @@ pub fn calibrate(
         ..options.trips
     };
     let away = |simulated: [f64; COUNT]| std::array::from_fn(|k| simulated[k] - wanted[k]);
+    let floor = options.least_residual_sd;
     let search = Search {
-        lower: [libm::log(SPEEDS_MPS[0]), 0.0, 0.0, options.least_residual_sd],
+        lower: [libm::log(SPEEDS_MPS[0]), 0.0, 0.0, floor * floor],
         upper: [libm::log(SPEEDS_MPS[1]), 1.0, 1.0, 1.0],
         step: STEP,
         tolerance: TOLERANCE,
@@ -278,11 +302,12 @@ pub fn calibrate(
     };
     let mut near = |point: &[f64; COUNT]| driven.numbers(point, &small).map(away);
     let value = near(&start)?;
-    let mut jacobian = derivatives(&mut near, &search, &start, &value)?;
-    let Root { point, .. } = solve(&mut near, &search, &start, &mut jacobian)?;
+    let jacobian = derivatives(&mut near, &search, &start, &value)?;
+    let Root { point, .. } = solve(&mut near, &search, &start, &jacobian)?;
     let mut far = |point: &[f64; COUNT]| driven.numbers(point, &options.trips).map(away);
-    let root = solve(&mut far, &search, &point, &mut jacobian)?;
-    let jacobian = derivatives(&mut far, &search, &root.point, &root.residual)?;
+    let value = far(&point)?;
+    let jacobian = derivatives(&mut far, &search, &point, &value)?;
+    let root = solve(&mut far, &search, &point, &jacobian)?;
     driven.answer(measured, &root, &jacobian)
 }
 
@@ -374,7 +399,7 @@ impl Driven<'_> {
             measured: measured.clone(),
             before: CurveSpeedNumbers::from_coordinates(before),
             law,
-            standard_errors: delta_errors(jacobian, &covariance, root.at_bound),
+            standard_errors: law.errors(&delta_covariance(jacobian, &covariance, root.at_bound)),
             simulated,
             at_bound: named.map(|(name, _)| *name).collect(),
             solved: root.solved,
@@ -403,12 +428,12 @@ fn parts() -> [Vec<ModelSwitch>; 4] {
     [traffic, events, both, signs]
 }
 
-/// Standard errors of the law: J⁻¹ Σ J⁻ᵀ; what stays on a bound has none, and is held.
-fn delta_errors(
+/// Covariance of the law's coordinates: J⁻¹ Σ J⁻ᵀ; what stays on a bound has no error, and is held.
+fn delta_covariance(
     jacobian: &Matrix4<f64>,
     covariance: &Matrix4<f64>,
     at_bound: [bool; COUNT],
-) -> [f64; COUNT] {
+) -> Matrix4<f64> {
     let (mut matrix, mut covariance) = (*jacobian, *covariance);
     for k in (0..COUNT).filter(|k| at_bound[*k]) {
         matrix.row_mut(k).fill(0.0);
@@ -416,16 +441,14 @@ fn delta_errors(
         covariance.row_mut(k).fill(0.0);
         covariance.column_mut(k).fill(0.0);
     }
-    let Some(inverse) = matrix.try_inverse() else { return [f64::NAN; COUNT] };
-    errors(&(inverse * covariance * inverse.transpose()))
+    let inverse = matrix.try_inverse();
+    inverse.map_or_else(
+        || Matrix4::repeat(f64::NAN),
+        |inverse| inverse * covariance * inverse.transpose(),
+    )
 }
 
-fn errors(covariance: &Matrix4<f64>) -> [f64; COUNT] {
-    std::array::from_fn(|k| covariance[(k, k)].max(0.0).sqrt())
-}
-
-/// Covariance of (ln v₀, δ, driver SD, residual SD) of a table, by leaving out groups of its
-/// drivers.
+/// Covariance of the coordinates of a table, by leaving out groups of its drivers.
 fn jackknife(table: &CurveTable, options: &CurveSpeedOptions) -> Matrix4<f64> {
     let mut names: Vec<&String> = table.driver.iter().collect();
     names.sort();
