@@ -122,7 +122,9 @@ fn add_noise(log: &mut PedalLog, arguments: &Arguments, draws: &mut Draws) {
     let noise = arguments.number("noise", "0.02");
     let signals = arguments.get("signals", "pedals,speed,slope");
     let mut add = |values: &mut Vec<f64>, sd: f64| {
-        values.iter_mut().for_each(|value| *value += sd * draws.normal());
+        for value in values.iter_mut() {
+            *value += sd * draws.normal();
+        }
     };
     if signals.contains("pedals") {
         add(&mut log.accelerator, noise);
@@ -140,7 +142,9 @@ fn add_noise(log: &mut PedalLog, arguments: &Arguments, draws: &mut Draws) {
     }
     if arguments.get("clip", "false") == "true" {
         for pedal in [&mut log.accelerator, &mut log.brake] {
-            pedal.iter_mut().for_each(|value| *value = value.clamp(0.0, 1.0));
+            for value in pedal.iter_mut() {
+                *value = value.clamp(0.0, 1.0);
+            }
         }
     }
 }
@@ -245,7 +249,9 @@ fn main() {
     let fitted: Vec<(&Known, &EventFit)> =
         known.iter().zip(&fits).filter_map(|(known, fit)| Some((known, fit.as_ref()?))).collect();
     if arguments.get("events", "false") == "true" {
-        fitted.iter().for_each(|(known, fit)| line(known, fit));
+        for (known, fit) in &fitted {
+            line(known, fit);
+        }
     }
     println!("{} events, {} fits", known.len(), fitted.len());
     let bare = fitted.iter().filter(|(_, fit)| !fit.no_intervals.is_empty()).count();
@@ -254,7 +260,7 @@ fn main() {
     for uphill in [true, false] {
         let side = fitted.iter().filter(|(_, fit)| (fit.grade > 0.0) == uphill);
         let gain = |name: &&str| GAINS.contains(name);
-        let ended = side.clone().filter(|(_, fit)| fit.at_bound.iter().any(|name| gain(name)));
+        let ended = side.clone().filter(|(_, fit)| fit.at_bound.iter().any(&gain));
         let at = |name| side.clone().filter(move |(_, fit)| fit.at_bound.contains(&name)).count();
         println!(
             "{}: {} of {} fits with a gain at a bound (K_P {}, K_I {}, K_D {})",
@@ -313,7 +319,9 @@ fn counts<'a>(texts: impl Iterator<Item = &'a String>) {
         let start: String = text.chars().filter(|c| !c.is_ascii_digit()).take(44).collect();
         *found.entry(start).or_default() += 1;
     }
-    found.iter().for_each(|(text, count)| println!("  {count} {text}"));
+    for (text, count) in &found {
+        println!("  {count} {text}");
+    }
 }
 
 fn line(known: &Known, fit: &EventFit) {

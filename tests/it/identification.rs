@@ -270,7 +270,9 @@ fn noisy(known: &mut Known, seed: u64) {
         .into_iter()
         .zip(sds)
     {
-        column.iter_mut().for_each(|value| *value += sd * draws.normal());
+        for value in column.iter_mut() {
+            *value += sd * draws.normal();
+        }
     }
 }
 

@@ -77,14 +77,13 @@ pub fn even_slopes(grade: &[f64]) -> Option<EvenSlopes> {
     let (mut waiting, mut stretches) = (vec![(0, grade.len())], 0);
     let (mut even, mut error) = (grade.to_vec(), vec![0.0; grade.len()]);
     while let Some((first, end)) = waiting.pop() {
-        match best_cut(&sums, first, end).filter(|(_, gain)| *gain > threshold) {
-            Some((cut, _)) => waiting.extend([(first, cut), (cut, end)]),
-            None => {
-                let rows = (end - first) as f64;
-                even[first..end].fill((sums[end] - sums[first]) / rows);
-                error[first..end].fill(sd / rows.sqrt());
-                stretches += 1;
-            }
+        if let Some((cut, _)) = best_cut(&sums, first, end).filter(|(_, gain)| *gain > threshold) {
+            waiting.extend([(first, cut), (cut, end)]);
+        } else {
+            let rows = (end - first) as f64;
+            even[first..end].fill((sums[end] - sums[first]) / rows);
+            error[first..end].fill(sd / rows.sqrt());
+            stretches += 1;
         }
     }
     Some(EvenSlopes { grade: even, error, scatter: SlopeScatter { sd, stretches } })

@@ -86,7 +86,8 @@ fn informative(rows: &[ComparedRow], noise: [f64; 2]) -> Vec<(usize, f64, f64)> 
             let (measured, simulated) = (row.measured[pedal], row.simulated[pedal]);
             let (mean, close) = (sum / (end - first) as f64, AT_STOP * sd);
             let released = mean < close && simulated < close;
-            if !released && !(1.0 - mean < close && 1.0 - simulated < close) {
+            let pressed = 1.0 - mean < close && 1.0 - simulated < close;
+            if !(released || pressed) {
                 found.push((pedal, row.time_s, (measured - simulated) / sd));
             }
         }
@@ -118,12 +119,13 @@ impl FitTest {
             let mean = part.iter().map(|(_, _, r)| r).sum::<f64>() / n;
             blocks += 1;
             between += n * mean * mean;
-            within += part.iter().map(|(_, _, r)| (r - mean).powi(2)).sum::<f64>();
+            within += part.iter().map(|(_, _, r)| (r - mean) * (r - mean)).sum::<f64>();
         }
         let between_freedom = blocks.saturating_sub(parameters).max(1) as f64;
         let within_freedom = compared.saturating_sub(blocks).max(1) as f64;
         // what a sensor does not resolve is no misfit
-        let least = (least_noise / noise[0].max(noise[1])).powi(2);
+        let least = least_noise / noise[0].max(noise[1]);
+        let least = least * least;
         let slow_f = (between / between_freedom) / (within / within_freedom).max(least);
         let [delay_s, mass_share] = scores;
         Self {

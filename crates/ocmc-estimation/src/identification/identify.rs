@@ -267,7 +267,8 @@ impl Found {
         let scores = [of(options.unknown.delay, &late), of(options.unknown.mass, &heavy)];
         let (least, count) = (resolution_sd(options), best.parameters.len());
         let test = FitTest::of(&comparison.rows, problem.noise, least, count, scores);
-        let growth = (NORMAL_95 * test.deviation(least)).powi(2);
+        let growth = NORMAL_95 * test.deviation(least);
+        let growth = growth * growth;
         let sum = best.sum_of_squares;
         let limit = (sum * (1.0 + AS_GOOD)).max(sum + 0.01 * growth);
         order.retain(|&place| optima[place].sum_of_squares <= limit);

@@ -295,7 +295,8 @@ impl<'a> Problem<'a> {
             }
             let measured = [self.log.accelerator[k], self.log.brake[k]];
             let row = ComparedRow { time_s: *time_s, measured, simulated: [accelerator, brake] };
-            let square = (measured[0] - accelerator).powi(2) + (measured[1] - brake).powi(2);
+            let [away, braked] = [measured[0] - accelerator, measured[1] - brake];
+            let square = away * away + braked * braked;
             let error_mps = self.log.speed_mps[k] - speed_mps;
             let term = match self.options.speed_term {
                 SpeedTerm::None => 0.0,
@@ -373,7 +374,7 @@ impl<'a> Problem<'a> {
 
     /// How the other parameters follow parameter `k` away from the optimum, to first order: each for
     /// a unit of it.
-    fn followers(&self, best: &Optimum, k: usize) -> Vec<f64> {
+    fn followers(best: &Optimum, k: usize) -> Vec<f64> {
         let count = best.parameters.len();
         let mut rates = vec![0.0; count];
         let free = |j: &usize| *j != k && best.jacobian.column(*j).norm() > 0.0;
@@ -408,7 +409,7 @@ impl<'a> Problem<'a> {
         let mut warm = best.parameters.clone();
         let tolerances = Tolerances { most_iterations: 15, ..self.tolerances() };
         let mut inside = 0.0;
-        let followers = self.followers(best, k);
+        let followers = Self::followers(best, k);
         for _ in 0..PROFILE_ROUNDS {
             if !(away > 0.0) {
                 return bound;

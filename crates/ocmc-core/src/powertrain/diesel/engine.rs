@@ -206,6 +206,10 @@ impl Engine {
     pub fn new(model: &EngineModel) -> Self {
         let (curve_knots, rows) = saturated_curves(model);
         let empty = CurvePiece { row: [0.0; 4], bounds: [0.0; 4], reach: [0.0; 4] };
+        #[expect(
+            clippy::large_stack_arrays,
+            reason = "32 KiB, once a study, on their way to the heap"
+        )]
         let mut curves = Box::new([empty; MOST_PIECES]);
         for (k, (piece, row)) in curves.iter_mut().zip(&rows).enumerate() {
             let from_radps = k.checked_sub(1).map_or(f64::NEG_INFINITY, |k| curve_knots[k]);
