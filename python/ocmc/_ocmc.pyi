@@ -25,8 +25,10 @@ __all__ = [
     "joined",
     "label",
     "load",
+    "road",
     "run_from",
     "unpickled",
+    "validate",
 ]
 
 __version__: str

@@ -29,6 +29,7 @@ def changes():
     }
 
 
+@pytest.mark.filterwarnings("ignore:the REML fit")  # their drivers do not differ
 def test_speed_changes_of_a_table(changes, tmp_path):
     fit = ocmc.fit_speed_change(changes)
     for law, rows, threshold in [("acceleration", slice(40), 0.2), ("deceleration", slice(40, 80), 0.4)]:
@@ -43,6 +44,7 @@ def test_speed_changes_of_a_table(changes, tmp_path):
     assert ocmc.fit_speed_change(path) == fit
 
 
+@pytest.mark.filterwarnings("ignore:the REML fit")  # their drivers do not differ
 def test_speed_changes_of_any_library(changes):
     fit = ocmc.fit_speed_change(changes)
     for library, make in [("pyarrow", "table"), ("polars", "DataFrame"), ("pandas", "DataFrame")]:
@@ -71,6 +73,7 @@ def test_speed_changes_of_logs(study, tmp_path):
     assert (renamed["n"], renamed["dropped"]) == (fit["n"], fit["dropped"])
 
 
+@pytest.mark.filterwarnings("ignore:the REML fit")  # their drivers do not differ
 def test_speed_changes_make_a_study(changes):
     base = ocmc.Study("field-truck").set("driver.speed_change.rise", "paper")
     only_up = {name: column[:40] for name, column in changes.items()}

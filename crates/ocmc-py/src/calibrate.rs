@@ -57,17 +57,21 @@ use std::collections::BTreeMap;
 /// Examples
 /// --------
 /// >>> import ocmc
-/// >>> short = ocmc.Study("field-truck", {"mission.length_m": 2000.0})
+/// >>> short = ocmc.Study("field-truck").set("mission.length_m", 2000.0)
 /// >>> try:
 /// ...     ocmc.calibrate_curve_speed(short, short, drivers=3)
 /// ... except ValueError as error:
 /// ...     print(error)
 /// the drivers: 3, allowed is a number from 20 on
 #[pyfunction]
-#[pyo3(signature = (
-    curves, study, *, columns=None, drivers=240, trips=1, seed=1, least_residual_sd=0.048,
-    radius_range_m=(20.0, 500.0), progress=None
-))]
+#[pyo3(
+    signature = (
+        curves, study, *, columns=None, drivers=240, trips=1, seed=1, least_residual_sd=0.048,
+        radius_range_m=(20.0, 500.0), progress=None
+    ),
+    text_signature = "(curves, study, *, columns=None, drivers=240, trips=1, seed=1, least_residual_sd=0.048, \
+                      radius_range_m=(20.0, 500.0), progress=None)"
+)]
 pub(crate) fn calibrate_curve_speed<'py>(
     py: Python<'py>,
     curves: &Bound<'py, PyAny>,

@@ -224,7 +224,10 @@ pub(crate) fn steering(ratio: Option<f64>, wheelbase_m: Option<f64>) -> PyResult
 /// >>> trace = study.trace(0)
 /// >>> names = ["time_s", "speed_mps", "accelerator", "brake", "grade", "gear"]
 /// >>> log = {name: trace[name][2400:3200] for name in names} | {"driver": ["a"] * 800, "event": ["up"] * 800}
-/// >>> answer = ocmc.identify(log, study, starts=1, intervals=False)
+/// >>> import warnings
+/// >>> with warnings.catch_warnings():
+/// ...     warnings.simplefilter("ignore")  # a short piece of a trace leaves much open
+/// ...     answer = ocmc.identify(log, study, starts=1, intervals=False)
 /// >>> [(fit["driver"], fit["event"]) for fit in answer["fits"]]
 /// [('a', 'up')]
 #[pyfunction]

@@ -5,7 +5,7 @@
 //! least squares on the logit scale (Gauss and Newton's method), with the hours and widths of the
 //! peaks as the base study has them; SD of u, and its correlation over a step from records that
 //! follow each other at the same site: records τ apart determine φ^(τ/step). Speeds of floating cars
-//! are fitted as speeds ([`super::traffic_speed`]), for a density that is worked out of each of them
+//! are fitted as speeds (`traffic_speed.rs`), for a density that is worked out of each of them
 //! would have their noise.
 //!
 //! Standard errors are those of the estimating equations with the days of a site as observations
