@@ -81,7 +81,8 @@ def test_speed_changes_make_a_study(changes):
         fit = ocmc.fit_speed_change(only_up, base=base)
     law = ocmc.Study({"study": {"base": "field-truck"}} | fit["study"]).to_dict()["driver"]["speed_change"]
     assert law["rise"] == "paper"
-    assert law["acceleration_mps2"]["median"] == pytest.approx(fit["acceleration"]["median_mps2"], rel=1e-6)
+    # drivers who do not differ have one number, not a law
+    assert law["acceleration_mps2"] == pytest.approx(fit["acceleration"]["median_mps2"], rel=1e-6)
     assert law["deceleration_mps2"] == base.to_dict()["driver"]["speed_change"]["deceleration_mps2"]
 
 

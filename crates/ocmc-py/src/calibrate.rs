@@ -62,7 +62,7 @@ use std::collections::BTreeMap;
 /// ...     ocmc.calibrate_curve_speed(short, short, drivers=3)
 /// ... except ValueError as error:
 /// ...     print(error)
-/// the drivers: 3, allowed is a number from 20 on
+/// the number of drivers is 3; allowed is a number from 20 on
 #[pyfunction]
 #[pyo3(
     signature = (

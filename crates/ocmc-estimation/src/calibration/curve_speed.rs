@@ -316,8 +316,13 @@ fn check(options: &CalibrationOptions) -> Result<(), OptionError> {
     let floor = options.least_residual_sd;
     check_options([
         above_0("the reference radius", options.fit.reference_radius_m),
-        ("the drivers", drivers as f64, "a number from 20 on", drivers >= LEAST_DRIVERS),
-        ("the trips of a driver", per_driver as f64, "a number from 1 on", per_driver >= 1),
+        ("the number of drivers", drivers as f64, "a number from 20 on", drivers >= LEAST_DRIVERS),
+        (
+            "the number of trips of a driver",
+            per_driver as f64,
+            "a number from 1 on",
+            per_driver >= 1,
+        ),
         ("the smallest residual SD", floor, "a number from 0 to 1", (0.0..=1.0).contains(&floor)),
     ])
 }
