@@ -453,10 +453,10 @@ STATISTICS = [
         "core variance_share::tests",
     ),
     Mutation(
-        "uncertain parameters: the spread between replicates with the sampling error in it",
-        "let variance = (between - {{sampling}}).max(0.0);",
-        "0.0 * sampling",
-        "core replicates::tests",
+        "uncertain parameters: errors of one estimation as if they were independent",
+        "let together = {{&self.correlation * &e}};",
+        "e.clone()",
+        "it uncertainty::",
     ),
     Mutation(
         "two-way analysis: the driver's part with the rest in it",

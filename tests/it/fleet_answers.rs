@@ -116,9 +116,10 @@ fn a_difference_tells_what_it_owes_to_uncertain_parameters() {
     let arguments = ["compare", "field-truck", "long-haul", "--cycles", "64", "--set", SHORT];
     let arguments = [&arguments[..], &["--set", sets[0], "--set", sets[1]]].concat();
     let uncertain = &json(&arguments)["parameter_uncertainty"];
-    assert_eq!(uncertain["replicates"], 8);
+    assert_eq!((&uncertain["replicates"], &uncertain["cycles"]), (&8.into(), &64.into()));
     let words = text(&arguments);
-    assert!(words.contains("over 8 draws of the curve-speed fit"), "{words}");
+    assert!(words.contains("with the errors of the uncertain numbers"), "{words}");
+    assert!(words.contains("driver.curve_speed.exponent ± 0.017"), "{words}");
     assert_fits(&words);
     assert!(json(&arguments[..7])["parameter_uncertainty"].is_null());
 }

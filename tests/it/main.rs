@@ -49,6 +49,7 @@ mod small_faults;
 mod step_bias;
 mod tables;
 mod tactical;
+mod uncertainty;
 mod validation;
 mod vecto;
 mod vecto_files;

@@ -3,9 +3,9 @@
 use crate::answer::Answer;
 use crate::error::Error;
 use crate::sensitivity::quantity_named;
-use crate::text::{fact, took};
+use crate::text::{effects, fact, took};
 use crate::watch::{Watch, watched};
-use ocmc_core::fleet::comparison::{Comparison, compare as compare_fleets};
+use ocmc_core::fleet::comparison::{Comparison, compare as compare_fleets, cycles_of};
 use ocmc_core::fleet::quantity::WHEEL;
 use ocmc_core::fleet::run::RunPlan;
 use ocmc_core::study::Study;
@@ -36,6 +36,7 @@ pub struct CompareAnswer {
     /// they burn no fuel.
     pub(crate) without_fuel: Vec<String>,
     pub(crate) plan: RunPlan,
+    pub(crate) driven: u64,
     pub(crate) wall_s: f64,
 }
 
@@ -89,7 +90,7 @@ pub fn compare(request: &CompareRequest, watch: &mut Watch) -> Result<CompareAns
     let quantity = quantity_named(column.as_deref())?;
     let all: Vec<&Study> = studies.iter().map(|(_, loaded)| &loaded.study).collect();
     let clock = Instant::now();
-    let cycles = plan.cycles.saturating_mul(all.len() as u64);
+    let cycles = cycles_of(&all, plan);
     let compared = watched(cycles, watch, |look| compare_fleets(&all, plan, quantity, look))?;
     let wall_s = clock.elapsed().as_secs_f64();
     let by_wheels = compared.iter().all(|comparison| comparison.column == WHEEL);
@@ -108,7 +109,7 @@ pub fn compare(request: &CompareRequest, watch: &mut Watch) -> Result<CompareAns
             comparison,
         });
     let comparisons = comparisons.collect();
-    Ok(CompareAnswer { comparisons, without_fuel, plan: *plan, wall_s })
+    Ok(CompareAnswer { comparisons, without_fuel, plan: *plan, driven: cycles, wall_s })
 }
 
 /// Two studies are one comparison, more are a list.
@@ -132,8 +133,7 @@ impl Answer for CompareAnswer {
         let (first, last) = (plan.first_cycle, plan.first_cycle + (plan.cycles - 1));
         let cycles = format!("{} in each study, ids {first} to {last}", grouped(plan.cycles));
         text.push_str(&fact("cycles", cycles));
-        let driven = plan.cycles * (comparisons.len() as u64 + 1);
-        text.push_str(&took(self.wall_s, plan.threads, driven));
+        text.push_str(&took(self.wall_s, plan.threads, self.driven));
         text.push_str(&no_common_consumption(&self.without_fuel));
         for compared in comparisons {
             text.push('\n');
@@ -204,9 +204,12 @@ fn difference_lines(
     let interval = comparison.ci95.map_or("-".to_owned(), half);
     let (change, share) = (factor * difference, 100.0 * difference / a);
     line("B - A", &format!("{change:+.digits$} ± {interval} ({share:+.2} %)"));
-    if let Some(uncertain) = comparison.parameter_uncertainty {
-        let (wide, draws) = (half(uncertain.ci95), grouped(uncertain.replicates));
-        line("with parameters", &format!("± {wide}, over {draws} draws of the curve-speed fit"));
+    if let Some(uncertain) = &comparison.parameter_uncertainty {
+        let wide = half(uncertain.ci95);
+        line("with parameters", &format!("± {wide}, with the errors of the uncertain numbers"));
+        for effect in effects(uncertain, factor) {
+            line("", &effect);
+        }
     }
     let pairs = count_of(comparison.pairs - comparison.pairs_without_value, "pair");
     if let (Some(lower), Some(equal)) = (comparison.share_a_lower, comparison.share_equal) {

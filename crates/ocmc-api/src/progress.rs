@@ -5,7 +5,8 @@ use std::ops::ControlFlow;
 /// How far the work is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Progress {
-    /// Of what: `cycles`, `trips`, `events`, or `logs` that are read.
+    /// Of what: `cycles`, `trips`, `events`, `logs` that are read, or cycles on both sides of
+    /// uncertain numbers.
     pub what: &'static str,
     /// What is done.
     pub done: u64,

@@ -1,5 +1,6 @@
 //! What answers as text have in common.
 
+use ocmc_core::fleet::uncertainty::{ParameterEffect, ParameterUncertainty};
 use ocmc_io::number_text::{rough, short};
 
 /// A line about a fact: its name, and what it is.
@@ -16,6 +17,18 @@ pub(crate) fn took(wall_s: f64, threads: usize, cycles: u64) -> String {
 /// So many threads.
 pub(crate) fn threads_text(threads: usize) -> String {
     if threads == 1 { "1 thread".to_owned() } else { format!("{threads} threads") }
+}
+
+/// What one standard error of each uncertain number does to a mean, the largest first.
+pub(crate) fn effects(uncertainty: &ParameterUncertainty, factor: f64) -> Vec<String> {
+    let mut parameters: Vec<_> = uncertainty.parameters.iter().collect();
+    parameters.sort_by(|a, b| b.effect.abs().total_cmp(&a.effect.abs()));
+    let sd = (factor * uncertainty.sd).abs();
+    let digits = if sd > 0.0 { (1.0 - sd.log10().floor()).clamp(0.0, 6.0) as usize } else { 3 };
+    let line = |of: &&ParameterEffect| {
+        format!("{:+.digits$}  {} ± {}", factor * of.effect, of.key, rough(of.standard_error))
+    };
+    parameters.iter().map(line).collect()
 }
 
 /// A row of a table: the first cell on the left of its column, the others on the right.

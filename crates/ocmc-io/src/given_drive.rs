@@ -296,6 +296,22 @@ impl GivenDrive {
         run_with(plan, &each, sink)
     }
 
+    /// Drives the plan and returns the records; `progress` receives the number of cycles driven so
+    /// far, and may end it.
+    pub fn records<B>(
+        &self,
+        study: &Study,
+        plan: &RunPlan,
+        mut progress: impl FnMut(u64) -> ControlFlow<B>,
+    ) -> ControlFlow<B, Vec<Record>> {
+        let mut all = Vec::new();
+        self.run(study, plan, |records| {
+            all.extend(records);
+            progress(all.len() as u64)
+        })?;
+        ControlFlow::Continue(all)
+    }
+
     /// Drives single cycles again, as [`replay`] does.
     pub fn replay(&self, study: &Study, seed: u64, cycle_ids: &[u64]) -> Vec<Record> {
         if !self.is_exact() {

@@ -8,7 +8,8 @@ use crate::error::Error;
 use crate::watch::{Progress, Watch};
 use ocmc_core::fleet::dependence::Dependence;
 use ocmc_core::fleet::precision::InterimChecks;
-use ocmc_core::fleet::summary::SummaryBuilder;
+use ocmc_core::fleet::summary::{Summary, SummaryBuilder};
+use ocmc_core::fleet::uncertainty::Effects;
 use ocmc_core::record::Record;
 use ocmc_core::study::Study;
 use ocmc_io::given_drive::GivenDrive;
@@ -226,7 +227,16 @@ fn drive(
     let wall_s = clock.elapsed().as_secs_f64();
     let reached = manifest.precision.as_ref().map(|precision| precision.check(&fleet));
     let cycles = fleet.cycles();
-    let summary = RunSummary::new(&manifest, fleet.finish(), wall_s, plan.threads);
+    let mut summary = fleet.finish();
+    let mut ended = ended;
+    if ended == RunEnd::Complete {
+        let (first_cycle, seed) = (manifest.first_cycle, manifest.seed);
+        let whole = RunPlan { first_cycle, seed, cycles, ..*plan };
+        if on_both_sides(study, given, &whole, &mut summary, watch).is_break() {
+            ended = RunEnd::Interrupted;
+        }
+    }
+    let summary = RunSummary::new(&manifest, summary, wall_s, plan.threads);
     let summary = RunSummary { precision: reached, ..summary };
     if let Some(mut directory) = directory {
         if ended == RunEnd::Complete {
@@ -238,6 +248,24 @@ fn drive(
         manifest = Manifest { status, completed, cycles, precision: None, ..manifest };
     }
     Ok(RunAnswer { resumed, ..RunAnswer::stored(manifest, summary, ended) })
+}
+
+/// Drives the study on both sides of its uncertain numbers, where it has some.
+fn on_both_sides(
+    study: &Study,
+    given: &GivenDrive,
+    plan: &RunPlan,
+    summary: &mut Summary,
+    watch: &mut Watch,
+) -> ControlFlow<()> {
+    let (mut before, total) = (0, Effects::cycles_of(study, plan));
+    summary.add_uncertainty(study, plan, |study, plan| {
+        let what = "cycles with uncertain numbers moved";
+        let look = |cycles| watch(Progress { what, done: before + cycles, total });
+        let driven = given.records(study, plan, look)?;
+        before += plan.cycles;
+        ControlFlow::Continue(driven)
+    })
 }
 
 impl RunAnswer {

@@ -2,7 +2,7 @@
 //! 80 columns, a histogram of bars that fit the terminal, and what failed.
 
 use super::RunAnswer;
-use crate::text::{fact, row, threads_text};
+use crate::text::{effects, fact, row, threads_text};
 use ocmc_core::fleet::histogram::Histogram;
 use ocmc_core::fleet::precision::{Precision, Reached};
 use ocmc_core::fleet::statistic::Statistic;
@@ -103,18 +103,21 @@ fn empty(summary: &Summary) -> String {
 
 /// How sure the mean is when the parameters are not, where the study says how uncertain they are.
 fn uncertain(summary: &Summary) -> String {
-    let Some(uncertainty) = summary.parameter_uncertainty else { return String::new() };
-    let (name, factor) = label(uncertainty.column);
+    let Some(uncertainty) = &summary.parameter_uncertainty else { return String::new() };
+    let (name, factor) = label(&uncertainty.column);
     let [low, high] = uncertainty.ci95;
-    let sampling = summary.statistic(uncertainty.column).and_then(|statistic| statistic.ci95);
+    let sampling = summary.statistic(&uncertainty.column).and_then(|statistic| statistic.ci95);
     let half = |[low, high]: [f64; 2]| short(factor * (high - low) / 2.0);
-    format!(
-        "{name}: mean ± {} with the uncertain parameters of the curve-speed fit ({} draws),\n\
-         ± {} from sampling alone. More cycles shrink only the latter.\n",
+    let mut text = format!(
+        "{name}: mean ± {} with the errors of the study's uncertain numbers, ± {} from\n\
+         sampling alone. More cycles shrink only the latter. One standard error does\n",
         half([low, high]),
-        uncertainty.replicates,
         sampling.map_or("-".to_owned(), half)
-    )
+    );
+    for effect in effects(uncertainty, factor) {
+        let _ = writeln!(text, "  {effect}");
+    }
+    text + "Not in it: numbers without a standard error, and how right the models are.\n"
 }
 
 /// Work a cycle, in J, below which nothing is missing at the wheels but digits.

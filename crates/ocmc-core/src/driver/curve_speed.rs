@@ -194,6 +194,20 @@ impl CurveSpeedModel {
         self.parameter_uncertainty.then_some(self.replicates.max(1))
     }
 
+    /// Standard errors of the mean exponent and speed of the trucks of the forms `table` and
+    /// `bivariate`, and the correlation of the two errors; none for the other forms.
+    pub fn errors_of_table(&self) -> Option<([f64; 2], f64)> {
+        let table = self.table.as_ref().filter(|_| !self.form.is_one_law())?;
+        let pairs = table.exponent.iter().copied().zip(table.reference_speed_mps.iter().copied());
+        let pairs: Vec<(f64, f64)> = pairs.collect();
+        let Bivariate { covariance, .. } = Bivariate::fit(&pairs);
+        let sd = [libm::sqrt(covariance[(0, 0)]), libm::sqrt(covariance[(1, 1)])];
+        let product = sd[0] * sd[1];
+        let correlation = if product > 0.0 { covariance[(0, 1)] / product } else { 0.0 };
+        let root = libm::sqrt(pairs.len() as f64);
+        Some((sd.map(|sd| sd / root), correlation.clamp(-1.0, 1.0)))
+    }
+
     /// Draws one driver's law; `spread` false gives the typical driver, without residuals.
     pub fn sample(&self, streams: &Streams, spread: bool) -> CurveSpeed {
         let mut draws = streams.open(Stream::CurveSpeed);

@@ -9,16 +9,16 @@
 //!
 //! Two independent runs of the same size would have se² = Σ (e_Aᵢ² + e_Bᵢ²) / (n (n − 1)); the
 //! quotient of the two is the variance reduction. Where cycles depend on one another, the residuals
-//! of a batch are added up first (see [`super::dependence`]). What uncertain parameters add is
-//! estimated from the differences of the replicates, as for one mean (see [`super::replicates`]).
+//! of a batch are added up first (see [`super::dependence`]). What uncertain numbers of the studies
+//! add is told by drives on both sides of each number (see [`super::uncertainty`]).
 //! Source: W. G. Cochran, *Sampling Techniques*, 3rd ed. (1977), section 6.4, for the residuals;
 //! the rest is the variance of a difference.
 
 use super::dependence::Dependence;
 use super::quantity::{RecordQuantity, shared_consumption};
 use super::ratio::student_975;
-use super::replicates::ParameterUncertainty;
 use super::run::{RunPlan, records};
+use super::uncertainty::{Effects, ParameterUncertainty};
 use crate::record::{Outcome, Record};
 use crate::study::Study;
 use serde::Serialize;
@@ -42,9 +42,8 @@ pub struct Comparison {
     /// 95 % interval of the difference, of sampling alone; none from fewer than two pairs, or
     /// batches of pairs.
     pub ci95: Option<[f64; 2]>,
-    /// What the difference owes to uncertain parameters; none where both studies take them for
-    /// certain, where both have replicates but not as many, and where a replicate has fewer than
-    /// two pairs.
+    /// What the difference owes to uncertain numbers of the studies; none where both take theirs for
+    /// certain.
     pub parameter_uncertainty: Option<ParameterUncertainty>,
     /// Share of the pairs with values in which A is lower.
     pub share_a_lower: Option<f64>,
@@ -74,7 +73,7 @@ pub struct Comparison {
 /// One cycle in one study: its own value, where it has one, and what it adds to the two totals y
 /// and x of the mean.
 #[derive(Clone, Copy, Debug)]
-struct Row {
+pub(super) struct Row {
     cycle_id: u64,
     value: Option<f64>,
     y: f64,
@@ -82,17 +81,17 @@ struct Row {
 }
 
 /// One cycle in both studies.
-type Pair = (Row, Row);
+pub(super) type Pair = (Row, Row);
 
 /// What a cycle adds to the fleet's mean; none where it was not completed, or has nothing of the
 /// quantity.
-fn row(quantity: &RecordQuantity, record: &Record) -> Option<Row> {
+pub(super) fn row(quantity: &RecordQuantity, record: &Record) -> Option<Row> {
     let (y, x) = quantity.totals(record)?;
     Some(Row { cycle_id: record.cycle_id, value: quantity.of_cycle(record), y, x })
 }
 
 /// One side of the pairs: the fleet's mean, and each pair's residual after its cycle's id.
-fn side(rows: impl Iterator<Item = Row> + Clone) -> Option<(f64, Vec<(u64, f64)>)> {
+pub(super) fn side(rows: impl Iterator<Item = Row> + Clone) -> Option<(f64, Vec<(u64, f64)>)> {
     let n = rows.clone().count() as f64;
     let y: f64 = rows.clone().map(|row| row.y).sum();
     let x: f64 = rows.clone().map(|row| row.x).sum();
@@ -147,11 +146,6 @@ impl Means {
     fn difference(&self) -> f64 {
         self.b - self.a
     }
-
-    /// The difference with its standard error.
-    fn estimate(&self) -> Option<(f64, f64)> {
-        Some((self.difference(), self.spread?.standard_error))
-    }
 }
 
 impl Spread {
@@ -174,24 +168,6 @@ impl Spread {
         let half_width = student_975(self.batches as f64 - 1.0) * self.standard_error;
         [difference - half_width, difference + half_width]
     }
-}
-
-/// What the difference owes to the parameters: the replicates' differences beyond their sampling.
-fn parameter_uncertainty(
-    column: &'static str,
-    dependence: Dependence,
-    pairs: &[Pair],
-) -> Option<ParameterUncertainty> {
-    let replicates = dependence.replicates?;
-    let whole = Means::of(pairs, dependence)?.estimate()?;
-    let mut groups = vec![Vec::new(); replicates as usize];
-    for pair in pairs {
-        groups[(pair.0.cycle_id % replicates) as usize].push(*pair);
-    }
-    let alone = Dependence::default();
-    let difference = |group: &Vec<Pair>| Means::of(group, alone)?.estimate();
-    let differences = groups.iter().map(difference).collect::<Option<Vec<_>>>()?;
-    ParameterUncertainty::of_replicates(column, whole, &differences)
 }
 
 impl Comparison {
@@ -219,7 +195,7 @@ impl Comparison {
             b: means.map(|means| means.b),
             difference,
             ci95: difference.zip(spread).map(|(difference, spread)| spread.ci95(difference)),
-            parameter_uncertainty: parameter_uncertainty(quantity.column, dependence, &pairs),
+            parameter_uncertainty: None,
             share_a_lower: share(|a, b| a < b && !same(a, b)),
             share_equal: share(same),
             variance_reduction: spread.and_then(|spread| spread.variance_reduction),
@@ -236,31 +212,55 @@ impl Comparison {
 
 /// Drives the plan in each study, and compares all of them with the first one, the baseline.
 /// Without a quantity the first consumption that all of them have is compared: fuel, else
-/// electricity, else the work at the wheels.
+/// electricity, else the work at the wheels. Studies with uncertain numbers are driven on both
+/// sides of them, too.
 ///
 /// `progress` receives the number of cycles driven so far, over all studies, several times a
-/// second; breaking ends the comparison.
+/// second, of those of [`cycles_of`]; breaking ends the comparison.
 pub fn compare<B>(
     studies: &[&Study],
     plan: &RunPlan,
     quantity: Option<&'static RecordQuantity>,
     mut progress: impl FnMut(u64) -> ControlFlow<B>,
 ) -> ControlFlow<B, Vec<Comparison>> {
+    let mut before = 0;
+    let mut drive = |study: &Study, plan: &RunPlan| {
+        let driven = records(study, plan, |cycles| progress(before + cycles))?;
+        before += plan.cycles;
+        ControlFlow::Continue(driven)
+    };
     let mut driven = Vec::with_capacity(studies.len());
-    for (k, study) in studies.iter().enumerate() {
-        let before = k as u64 * plan.cycles;
-        driven.push(records(study, plan, |cycles| progress(before + cycles))?);
+    for study in studies {
+        driven.push(drive(study, plan)?);
     }
     let fleets: Vec<&[Record]> = driven.iter().map(Vec::as_slice).collect();
     let quantity = quantity.unwrap_or_else(|| shared_consumption(&fleets));
-    let Some((baseline, others)) = driven.split_first() else {
-        return ControlFlow::Continue(Vec::new());
-    };
-    let of = |study: &Study| Dependence::of(study.model());
-    let compare = |(other, study): (&Vec<Record>, &&Study)| {
-        Comparison::of(quantity, of(studies[0]).of_pairs(of(study)), baseline, other)
-    };
-    ControlFlow::Continue(others.iter().zip(&studies[1..]).map(compare).collect())
+    let mut effects = Vec::with_capacity(studies.len());
+    for study in studies {
+        effects.push(Effects::drive(study, plan, quantity, &mut drive)?);
+    }
+    let mut compared = Vec::new();
+    for k in 1..studies.len() {
+        let [a, b] = [0, k].map(|k| Dependence::of(studies[k].model()));
+        let dependence = a.of_pairs(b);
+        let mut found = Comparison::of(quantity, dependence, &driven[0], &driven[k]);
+        let of_both = match (&effects[0], &effects[k]) {
+            (Some(a), Some(b)) => Some(b.clone().less(a)),
+            (Some(a), None) => Some(Effects::nothing(quantity).less(a)),
+            (None, b) => b.clone(),
+        };
+        let known = found.difference.zip(found.ci95).zip(of_both);
+        found.parameter_uncertainty =
+            known.map(|((mean, ci95), effects)| effects.around(mean, ci95, dependence.replicates));
+        compared.push(found);
+    }
+    ControlFlow::Continue(compared)
+}
+
+/// Cycles that [`compare`] drives in all.
+pub fn cycles_of(studies: &[&Study], plan: &RunPlan) -> u64 {
+    let sides = studies.iter().map(|study| Effects::cycles_of(study, plan));
+    plan.cycles.saturating_mul(studies.len() as u64).saturating_add(sides.sum())
 }
 
 #[cfg(test)]
@@ -367,37 +367,6 @@ mod tests {
         let other = compared(&a, &times(1.0 + 1e-4));
         assert_eq!((other.share_a_lower, other.share_equal), (Some(5.0 / 9.0), Some(0.0)));
         assert!(other.variance_reduction.is_some());
-    }
-
-    #[test]
-    fn the_interval_with_parameters_covers_the_difference_under_another_draw_of_them() {
-        // 8 replicates of 20 pairs: B = A + 1 + what the replicate's parameters do + a little of
-        // its own
-        const RUNS: u32 = 2000;
-        let dependence = Dependence { replicates: Some(8), ..Dependence::default() };
-        let (mut covered, mut sampling) = (0, 0);
-        for run in 0..RUNS {
-            let mut draws = Streams::new(1, u64::from(run)).open(Stream::CurveResidual);
-            let shifts: Vec<f64> = (0..8).map(|_| 1.0 + 0.5 * draws.normal()).collect();
-            let truth = 1.0 + 0.5 * draws.normal();
-            let (a, b): (Vec<_>, Vec<_>) = (0..160)
-                .map(|id| {
-                    let litres = 30.0 + 3.0 * draws.normal();
-                    let other = litres + shifts[(id % 8) as usize] + 0.2 * draws.normal();
-                    (record(id, 1.0, litres), record(id, 1.0, other))
-                })
-                .unzip();
-            let c = Comparison::of(quantity(LITRES).expect("known"), dependence, &a, &b);
-            let uncertain = c.parameter_uncertainty.expect("20 pairs a replicate");
-            assert_eq!((uncertain.column, uncertain.replicates), (LITRES, 8));
-            let holds = |[low, high]: [f64; 2]| u32::from(low <= truth && truth <= high);
-            covered += holds(uncertain.ci95);
-            sampling += holds(c.ci95.expect("160 pairs"));
-        }
-        let share = f64::from(covered) / f64::from(RUNS);
-        let standard_error = libm::sqrt(0.95 * 0.05 / f64::from(RUNS));
-        assert!((share - 0.95).abs() < 4.0 * standard_error, "{share}");
-        assert!(sampling < RUNS / 2, "sampling alone is not the whole: {sampling} of {RUNS}");
     }
 
     #[test]

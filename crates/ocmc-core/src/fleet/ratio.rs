@@ -41,7 +41,7 @@ impl Ratio {
 }
 
 /// 97.5 % quantile of the standard normal law.
-const NORMAL_975: f64 = 1.959963984540054;
+pub(super) const NORMAL_975: f64 = 1.959963984540054;
 
 /// 97.5 % quantiles of Student's law with 1 to 4 degrees of freedom, where the expansion below is
 /// too coarse.

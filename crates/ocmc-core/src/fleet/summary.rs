@@ -5,11 +5,14 @@ use super::dependence::Dependence;
 use super::quantile::{interval_of_batches, quantile};
 use super::quantity::{CONSUMPTIONS, Extent, QUANTITIES, RecordQuantity, Weight, quantity};
 use super::ratio::Ratio;
-use super::replicates::ParameterUncertainty;
+use super::run::RunPlan;
 use super::statistic::Statistic;
+use super::uncertainty::{Effects, ParameterUncertainty};
 use crate::record::{Outcome, Record};
+use crate::study::Study;
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
+use std::ops::ControlFlow;
 
 /// The fleet's answers.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,8 +27,8 @@ pub struct Summary {
     pub simulated_s: f64,
     /// The quantities, over completed cycles.
     pub statistics: Vec<Statistic>,
-    /// What the mean owes to uncertain parameters; none where the study takes them for certain, or
-    /// has too few cycles.
+    /// What the mean owes to uncertain numbers of the study. It takes drives of its own: see
+    /// [`Summary::uncertain_mean`].
     pub parameter_uncertainty: Option<ParameterUncertainty>,
     /// What the cycles that were not completed could change; none where they are at most 0.1 %.
     pub worst_case: Option<WorstCase>,
@@ -121,6 +124,23 @@ impl Summary {
     /// wheels.
     pub fn consumption(&self) -> Option<&Statistic> {
         CONSUMPTIONS.iter().filter_map(|column| self.statistic(column)).find(|s| s.n > 0)
+    }
+
+    /// Drives the study on both sides of its uncertain numbers, and keeps what the mean consumption
+    /// owes to them. The plan is that of the summary's own cycles.
+    pub fn add_uncertainty<B>(
+        &mut self,
+        study: &Study,
+        plan: &RunPlan,
+        drive: impl FnMut(&Study, &RunPlan) -> ControlFlow<B, Vec<Record>>,
+    ) -> ControlFlow<B> {
+        let own = self.consumption();
+        let known = own.and_then(|s| Some((quantity(s.column)?, s.mean?, s.ci95?)));
+        let Some((quantity, mean, ci95)) = known else { return ControlFlow::Continue(()) };
+        let replicates = Dependence::of(study.model()).replicates;
+        let effects = Effects::drive(study, plan, quantity, drive)?;
+        self.parameter_uncertainty = effects.map(|effects| effects.around(mean, ci95, replicates));
+        ControlFlow::Continue(())
     }
 }
 
@@ -243,7 +263,6 @@ impl SummaryBuilder {
         }
         let means = std::array::from_fn(|k| self.mean(&QUANTITIES[k]));
         let worst_case = self.worst_case(&means);
-        let parameter_uncertainty = self.parameter_uncertainty();
         let statistics = QUANTITIES
             .iter()
             .zip(means)
@@ -259,7 +278,7 @@ impl SummaryBuilder {
             distance_m: self.distance_m,
             simulated_s: self.simulated_s,
             statistics,
-            parameter_uncertainty,
+            parameter_uncertainty: None,
             worst_case,
             saturation: self.saturation,
         }
@@ -303,12 +322,6 @@ impl SummaryBuilder {
         values.map(move |(row, value)| {
             (self.id(row), value * self.weight(times, row), self.weight(over, row))
         })
-    }
-
-    fn parameter_uncertainty(&self) -> Option<ParameterUncertainty> {
-        let column = CONSUMPTIONS.into_iter().find(|column| !self.values_of(column).is_empty())?;
-        let cycles: Vec<(u64, f64, f64)> = self.totals(quantity(column)?).collect();
-        ParameterUncertainty::estimate(column, self.dependence, &cycles)
     }
 
     fn worst_case(&self, means: &[Option<Ratio>; QUANTITIES.len()]) -> Option<WorstCase> {

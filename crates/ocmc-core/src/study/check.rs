@@ -22,13 +22,13 @@ pub(super) fn check(model: &StudyModel) -> Result<(), StudyError> {
     within_bounds(&tree, Key(&declarations()), &mut problems);
     let mut found = problems.into_found();
     if found.is_empty() {
-        found = rules(model);
+        found = rules(model, &tree);
     }
     if found.is_empty() { Ok(()) } else { Err(StudyError { problems: found }) }
 }
 
 /// What the rules beside the models say of numbers that are each within their range.
-fn rules(model: &StudyModel) -> Vec<Problem> {
+fn rules(model: &StudyModel, tree: &Value) -> Vec<Problem> {
     let StudyModel { mission, road, traffic, driver, vehicle, .. } = model;
     let mut problems = Problems::default();
     problems.part("road", |problems| road.validate(mission.length_m.centre(), problems));
@@ -37,6 +37,7 @@ fn rules(model: &StudyModel) -> Vec<Problem> {
     problems.part("mission", |problems| in_time(model, problems));
     problems.part("driver", |problems| driver.validate(problems));
     problems.part("vehicle", |problems| vehicle.validate(problems));
+    problems.part("uncertainty", |problems| model.validate_uncertainty(tree, problems));
     problems.into_found()
 }
 

@@ -5,6 +5,7 @@
 
 mod check;
 pub mod keys;
+pub mod uncertainty;
 
 pub use crate::validation::Problem;
 pub use check::StudyError;
@@ -24,6 +25,8 @@ use crate::switch::ModelSwitch;
 use crate::vehicle::{Vehicle, VehicleModel, VehicleParameters};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use uncertainty::Estimates;
 
 /// A study file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -46,6 +49,9 @@ pub struct StudyModel {
     /// Numerics and switches.
     #[serde(default)]
     pub simulation: SimulationModel,
+    /// Standard errors of numbers of the study that are estimates, by the name of the estimation.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub uncertainty: BTreeMap<String, Estimates>,
 }
 
 /// Name, description and sources of a study.

@@ -10,10 +10,13 @@ use crate::given_drive::GivenDrive;
 use crate::records::{Group, RecordFormat};
 use crate::shell_word::resume_command;
 use crate::study::Files;
+use ocmc_core::fleet::run::RunPlan;
 use ocmc_core::fleet::summary::SummaryBuilder;
 use ocmc_core::record::Record;
 use ocmc_core::study::Study;
+use std::convert::Infallible;
 use std::fs;
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 /// One part, and where it lies.
@@ -143,7 +146,13 @@ fn write_whole(
     let wall_s = parts.iter().map(|part| part.measured.wall_s).fold(0.0, f64::max);
     let threads = parts.iter().map(|part| part.measured.threads).sum();
     let manifest = directory.manifest.clone();
-    let summary = RunSummary::new(&manifest, fleet.finish(), wall_s, threads);
+    let mut summary = fleet.finish();
+    let Manifest { seed, first_cycle, .. } = manifest;
+    let plan = RunPlan::new(seed, first_cycle, cycles, None, None);
+    let drive =
+        |study: &Study, plan: &RunPlan| given.records(study, plan, |_| ControlFlow::Continue(()));
+    let ControlFlow::Continue(()) = summary.add_uncertainty::<Infallible>(study, &plan, drive);
+    let summary = RunSummary::new(&manifest, summary, wall_s, threads);
     directory.finish(&summary)?;
     Ok(summary)
 }

@@ -12,7 +12,8 @@ use crate::input_file;
 use crate::records::{self, Group, RecordFormat};
 use crate::sha256;
 use crate::study::{self, Files, Given, LoadedStudy, hash_of_resolved};
-use ocmc_core::fleet::summary::SummaryBuilder;
+use ocmc_core::fleet::summary::{Summary, SummaryBuilder};
+use ocmc_core::fleet::uncertainty::ParameterUncertainty;
 use ocmc_core::record::Record;
 use ocmc_core::study::Study;
 use serde::Deserialize;
@@ -34,6 +35,8 @@ pub struct StoredRun {
 pub(super) struct Measured {
     pub(super) wall_s: f64,
     pub(super) threads: usize,
+    #[serde(default)]
+    parameter_uncertainty: Option<ParameterUncertainty>,
 }
 
 /// The run directory that a path means: the one around it, where it is that of a manifest.
@@ -62,14 +65,15 @@ pub fn read_groups(
 ) -> Result<(Manifest, RunSummary), RunDirectoryError> {
     let directory = directory_of(directory);
     let manifest = ended(directory)?;
-    let Measured { wall_s, threads } = measured(directory)?;
+    let Measured { wall_s, threads, parameter_uncertainty } = measured(directory)?;
     let mut fleet = SummaryBuilder::new(manifest.dependence());
     read_records(directory, &manifest, |group| {
         fleet.add(&group.records);
         sink(group);
         Ok(())
     })?;
-    let summary = RunSummary::new(&manifest, fleet.finish(), wall_s, threads);
+    let summary = Summary { parameter_uncertainty, ..fleet.finish() };
+    let summary = RunSummary::new(&manifest, summary, wall_s, threads);
     Ok((manifest, summary))
 }
 

@@ -270,6 +270,7 @@ fn check(own: &Node, files: &Files) -> Result<(StudyModel, Study), StudyFileErro
     let mut model: StudyModel = serde_path_to_error::deserialize(tree.to_toml())
         .map_err(|error| fault::from_serde(&tree, &error))?;
     let study = Study::new(model.clone())
+        .and_then(|study| study.sides().map(|_| study))
         .map_err(|error| StudyFileError { faults: fault::from_core(&tree, error) })?;
     let study = routes::attach(study, &mut model, files).map_err(|(k, fault)| {
         let steps = ["mission", "routes"].map(|key| Step::Key(key.to_owned()));

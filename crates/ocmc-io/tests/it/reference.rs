@@ -92,7 +92,9 @@ fn page(name: &str, render: impl Fn(&str) -> String) {
 fn the_pages_of_the_study_file_are_made_from_its_keys() {
     let schema = study::schema();
     let all = RefCell::new(String::new());
-    for name in ["mission", "road", "weather-traffic", "driver", "vehicle", "simulation"] {
+    for name in
+        ["mission", "road", "weather-traffic", "driver", "vehicle", "simulation", "uncertainty"]
+    {
         page(&format!("study-{name}.md"), |what| {
             let (path, example) = what.split_once(" of ").unwrap();
             let model = study::load::<&str>(example, &[]).unwrap().model;
@@ -110,7 +112,9 @@ fn the_pages_of_the_study_file_are_made_from_its_keys() {
     // what the examples lack has a region of its own
     let all = all.into_inner();
     for table in schema["properties"].as_object().unwrap() {
-        assert_has_tables(table.0, Key(table.1), &all);
+        let named = Key(table.1).any_name().map(|any| (format!("{}.NAME", table.0), any));
+        let (path, key) = named.unwrap_or((table.0.clone(), Key(table.1)));
+        assert_has_tables(&path, key, &all);
     }
 }
 

@@ -37,6 +37,49 @@ fn an_unknown_key_names_the_nearest() {
 }
 
 #[test]
+fn an_error_of_a_number_names_a_number_that_can_have_one() {
+    let estimates = |keys: &str, errors: &str, more: &str| {
+        format!("[uncertainty.fit]\nkeys = [{keys}]\nstandard_errors = [{errors}]\n{more}")
+    };
+    let mass = "\"vehicle.curb_mass_kg\"";
+    let both = "\"vehicle.curb_mass_kg\", \"driver.curve_speed.exponent\"";
+    for (text, piece) in [
+        (
+            estimates("\"vehicle.curb_mas_kg\"", "1.0", ""),
+            "`uncertainty.fit.keys` is `vehicle.curb_mas_kg`",
+        ),
+        (estimates("\"mission.payload_kg\"", "1.0", ""), "such as `mission.payload_kg.mean`"),
+        (estimates("\"driver.curve_speed.form\"", "1.0", ""), "a path to a number of the study"),
+        (estimates("\"driver.curve_speed.replicates\"", "1.0", ""), "a path to a number"),
+        (estimates(mass, "1.0, 2.0", ""), "is 2 numbers, allowed is one of each key: 1"),
+        (estimates(mass, "-1.0", ""), "is -1, allowed is 0 to"),
+        (estimates("", "", ""), "at least one key"),
+        (
+            estimates("\"vehicle.curb_mass_kg\", \"vehicle.curb_mass_kg\"", "1.0, 1.0", ""),
+            "each key once",
+        ),
+        (estimates(both, "1.0, 0.01", "correlation = [[1.0, 0.5]]"), "2 rows of 2 numbers"),
+        (
+            estimates(both, "1.0, 0.01", "correlation = [[1.0, 0.5], [0.4, 1.0]]"),
+            "the same on both sides",
+        ),
+        (
+            estimates(both, "1.0, 0.01", "correlation = [[1.0, 1.5], [1.5, 1.0]]"),
+            "1.5, allowed is -1 to 1",
+        ),
+    ] {
+        assert_says(&text, &[piece]);
+    }
+    // a share that has to add up to one with others cannot move alone
+    let share = estimates("\"road.types.urban.next.rural\"", "0.01", "");
+    assert_says(&share, &["sum of 1"]);
+    // the law of curve speeds says its errors itself
+    let law = "driver.curve_speed.parameter_uncertainty = true\n";
+    let again = estimates("\"driver.curve_speed.exponent\"", "0.01", "");
+    assert_says(&format!("{law}{again}"), &["its standard error is given elsewhere"]);
+}
+
+#[test]
 fn an_unknown_word_names_the_nearest() {
     assert_says(
         "driver.curve_speed.form = \"tabel\"",

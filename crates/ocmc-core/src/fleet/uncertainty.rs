@@ -1,0 +1,235 @@
+//! How sure a fleet's mean is when numbers of its study are estimates that have errors.
+//!
+//! The delta method on paired drives. For each uncertain number θ_j with standard error s_j the same
+//! cycles are driven with θ_j − s_j and with θ_j + s_j. Half the difference of the two means R is
+//! what one standard error does, e_j = s_j ∂R/∂θ_j to second order. With ρ the correlation of the
+//! errors of the numbers and V the covariance of the sampling errors of the e_j, which follows from
+//! the paired residuals (see [`super::comparison`]),
+//!
+//! - σ² = eᵀ ρ e − Σ ρ_ij V_ij     (0 where it is negative)
+//! - interval R ± √(z₀.₉₇₅² σ² (1 + 1/G) + h²)
+//!
+//! with h the half width of the interval of sampling alone. Pairs that differ in one number vary
+//! much less than cycles do, so that a thousand of them tell σ to a few percent. Where the cycles of
+//! the run itself draw the law of curve speeds in G replicates, R is the mean over them; otherwise
+//! 1/G is 0. More cycles shrink h, and leave σ: that needs more measurements behind the numbers.
+//!
+//! Source: the delta method, A. W. van der Vaart, *Asymptotic Statistics* (1998), chapter 3 \[PK\].
+
+use super::comparison::{Pair, row, side};
+use super::dependence::Dependence;
+use super::quantity::RecordQuantity;
+use super::ratio::NORMAL_975;
+use super::run::RunPlan;
+use crate::record::Record;
+use crate::study::Study;
+use crate::study::uncertainty::{Sides, UncertainKey, Uncertainty};
+use nalgebra::{DMatrix, DVector};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::ops::ControlFlow;
+
+/// Most cycles that are driven on each side of a number.
+pub const MOST_PAIRS: u64 = 1000;
+
+/// What a fleet's mean, or the difference of two, owes to uncertain numbers of the study.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ParameterUncertainty {
+    /// Name of the quantity.
+    pub column: String,
+    /// Replicates that the cycles of the run draw the law of curve speeds in; none where they all
+    /// have the same.
+    pub replicates: Option<u64>,
+    /// Cycles that were driven on each side of each number.
+    #[serde(default)]
+    pub cycles: u64,
+    /// Standard deviation of the fleet's mean over the errors of the numbers.
+    pub sd: f64,
+    /// 95 % interval of the mean, sampling and parameters together.
+    pub ci95: [f64; 2],
+    /// The numbers, one by one.
+    #[serde(default)]
+    pub parameters: Vec<ParameterEffect>,
+}
+
+/// What the error of one number does to the mean.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ParameterEffect {
+    /// Path of the key.
+    pub key: String,
+    /// Standard error of the number, in its unit.
+    pub standard_error: f64,
+    /// Change of the mean by one standard error.
+    pub effect: f64,
+    /// Standard error of that change, from the sampling of cycles.
+    pub effect_standard_error: f64,
+    /// Share of the variance σ²; negative where its error takes away from that of others.
+    pub share: f64,
+}
+
+/// What one standard error of each number does.
+#[derive(Clone, Debug)]
+pub struct Effects {
+    column: &'static str,
+    cycles: u64,
+    correlation: DMatrix<f64>,
+    numbers: Vec<Number>,
+}
+
+#[derive(Clone, Debug)]
+struct Number {
+    key: UncertainKey,
+    effect: f64,
+    /// The mean's residuals, added up by batch of cycles.
+    residuals: BTreeMap<u64, f64>,
+}
+
+impl Effects {
+    /// Drives the study on both sides of its uncertain numbers: as many cycles as the plan has, at
+    /// most [`MOST_PAIRS`]. None where it has no such numbers, or where no pair has the quantity.
+    pub fn drive<B>(
+        study: &Study,
+        plan: &RunPlan,
+        quantity: &RecordQuantity,
+        mut drive: impl FnMut(&Study, &RunPlan) -> ControlFlow<B, Vec<Record>>,
+    ) -> ControlFlow<B, Option<Self>> {
+        let Some(Uncertainty { keys, correlation }) = study.model().uncertain() else {
+            return ControlFlow::Continue(None);
+        };
+        let plan = paired(plan);
+        let dependence = Dependence::of(study.model());
+        let still = |key: &UncertainKey| Number {
+            key: key.clone(),
+            effect: 0.0,
+            residuals: BTreeMap::new(),
+        };
+        let mut numbers: Vec<Number> = keys.iter().map(still).collect();
+        let sides = study.sides().expect("checked where the study was read");
+        for (k, Sides { low, high, apart }) in sides {
+            let (low, high) = (drive(&low, &plan)?, drive(&high, &plan)?);
+            let Some((effect, residuals)) = half(quantity, dependence, &low, &high, apart) else {
+                return ControlFlow::Continue(None);
+            };
+            numbers[k] = Number { effect, residuals, ..still(&keys[k]) };
+        }
+        let (column, cycles) = (quantity.column, plan.cycles);
+        ControlFlow::Continue(Some(Self { column, cycles, correlation, numbers }))
+    }
+
+    /// Those of a study that takes all numbers for certain.
+    pub fn nothing(quantity: &RecordQuantity) -> Self {
+        let (correlation, numbers) = (DMatrix::zeros(0, 0), Vec::new());
+        Self { column: quantity.column, cycles: 0, correlation, numbers }
+    }
+
+    /// Cycles that [`Effects::drive`] drives in all.
+    pub fn cycles_of(study: &Study, plan: &RunPlan) -> u64 {
+        let keys = study.model().uncertain().map_or(Vec::new(), |uncertain| uncertain.keys);
+        let moved = keys.iter().filter(|key| key.standard_error > 0.0).count() as u64;
+        2 * moved * paired(plan).cycles
+    }
+
+    /// The effects on the difference of two means, this one's less that of `other`: what moves both
+    /// moves them at once.
+    #[must_use]
+    pub fn less(mut self, other: &Self) -> Self {
+        let mut places = Vec::with_capacity(other.numbers.len());
+        for theirs in &other.numbers {
+            let same = self.numbers.iter().position(|own| own.key.key == theirs.key.key);
+            let k = same.unwrap_or_else(|| {
+                let effect = 0.0;
+                self.numbers.push(Number { effect, residuals: BTreeMap::new(), ..theirs.clone() });
+                self.numbers.len() - 1
+            });
+            let own = &mut self.numbers[k];
+            own.effect -= theirs.effect;
+            for (batch, residual) in &theirs.residuals {
+                *own.residuals.entry(*batch).or_default() -= residual;
+            }
+            places.push(k);
+        }
+        let known = self.correlation.nrows();
+        let n = self.numbers.len();
+        let mut correlation = DMatrix::identity(n, n);
+        for (i, a) in places.iter().enumerate() {
+            for (j, b) in places.iter().enumerate() {
+                correlation[(*a, *b)] = other.correlation[(i, j)];
+            }
+        }
+        correlation.view_mut((0, 0), (known, known)).copy_from(&self.correlation);
+        Self { correlation, cycles: self.cycles.max(other.cycles), ..self }
+    }
+
+    /// The interval of a mean, or of a difference, whose sampling alone gives it the interval
+    /// `ci95`, over cycles in so many replicates.
+    pub fn around(
+        &self,
+        mean: f64,
+        ci95: [f64; 2],
+        replicates: Option<u64>,
+    ) -> ParameterUncertainty {
+        let e = DVector::from_iterator(self.numbers.len(), self.numbers.iter().map(|n| n.effect));
+        let sampling = self.sampling();
+        let together = &self.correlation * &e;
+        let whole = e.dot(&together);
+        let variance = (whole - self.correlation.dot(&sampling)).max(0.0);
+        let more = 1.0 + replicates.map_or(0.0, |g| 1.0 / g as f64);
+        let half_width = (ci95[1] - ci95[0]) / 2.0;
+        let square = NORMAL_975 * NORMAL_975 * variance * more + half_width * half_width;
+        let wide = libm::sqrt(square);
+        let parameter = |(k, Number { key, effect, .. }): (usize, &Number)| ParameterEffect {
+            key: key.key.clone(),
+            standard_error: key.standard_error,
+            effect: *effect,
+            effect_standard_error: libm::sqrt(sampling[(k, k)]),
+            share: if whole > 0.0 { e[k] * together[k] / whole } else { 0.0 },
+        };
+        ParameterUncertainty {
+            column: self.column.to_owned(),
+            replicates,
+            cycles: self.cycles,
+            sd: libm::sqrt(variance),
+            ci95: [mean - wide, mean + wide],
+            parameters: self.numbers.iter().enumerate().map(parameter).collect(),
+        }
+    }
+
+    /// Covariance of the sampling errors of the effects.
+    fn sampling(&self) -> DMatrix<f64> {
+        let n = self.numbers.len();
+        DMatrix::from_fn(n, n, |i, j| {
+            let (a, b) = (&self.numbers[i].residuals, &self.numbers[j].residuals);
+            let m = a.len() as f64;
+            let product = a.iter().map(|(batch, u)| u * b.get(batch).unwrap_or(&0.0)).sum::<f64>();
+            if m > 1.0 { m / (m - 1.0) * product } else { 0.0 }
+        })
+    }
+}
+
+/// The plan of one side.
+fn paired(plan: &RunPlan) -> RunPlan {
+    let RunPlan { seed, first_cycle, cycles, threads, level, .. } = *plan;
+    let fewer = RunPlan::new(seed, first_cycle, cycles.min(MOST_PAIRS), Some(threads), None);
+    RunPlan { level, ..fewer }
+}
+
+/// What one standard error does, from fleets that are so many of them apart, and its residuals by
+/// batch, which are of the mean: their sum is 0.
+fn half(
+    quantity: &RecordQuantity,
+    dependence: Dependence,
+    low: &[Record],
+    high: &[Record],
+    apart: f64,
+) -> Option<(f64, BTreeMap<u64, f64>)> {
+    let pair = |(a, b): (&Record, &Record)| Some((row(quantity, a)?, row(quantity, b)?));
+    let pairs: Vec<Pair> = low.iter().zip(high).filter_map(pair).collect();
+    let (below, errors_below) = side(pairs.iter().map(|pair| pair.0))?;
+    let (above, errors_above) = side(pairs.iter().map(|pair| pair.1))?;
+    let mut residuals = BTreeMap::new();
+    for ((id, a), (_, b)) in errors_below.iter().zip(&errors_above) {
+        let of_mean = (b - a) / apart / pairs.len() as f64;
+        *residuals.entry(id / dependence.batch).or_default() += of_mean;
+    }
+    Some(((above - below) / apart, residuals))
+}

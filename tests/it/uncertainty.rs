@@ -1,0 +1,142 @@
+//! Uncertain numbers of a study: what their errors do to the mean, by drives on both sides of them.
+
+use crate::common::study;
+use crate::program::{ocmc, run_into};
+use ocmc_core::fleet::comparison::compare;
+use ocmc_core::fleet::dependence::Dependence;
+use ocmc_core::fleet::run::{RunPlan, records};
+use ocmc_core::fleet::summary::{Summary, SummaryBuilder};
+use ocmc_core::fleet::uncertainty::ParameterUncertainty;
+use ocmc_core::record::Record;
+use ocmc_core::study::Study;
+use serde_json::Value;
+use std::convert::Infallible;
+use std::ops::ControlFlow;
+use std::path::Path;
+
+const ROAD: &str = "mission.length_m=6000";
+const LAW: &str = "driver.curve_speed.parameter_uncertainty=true";
+
+fn all(study: &Study, plan: &RunPlan) -> ControlFlow<Infallible, Vec<Record>> {
+    records(study, plan, |_| ControlFlow::Continue(()))
+}
+
+/// The summary of a run of short trips.
+fn summary(sets: &[&str], cycles: u64) -> Summary {
+    let study = study("field-truck", &[&[ROAD], sets].concat());
+    let plan = RunPlan::new(1, 0, cycles, None, None);
+    let mut fleet = SummaryBuilder::new(Dependence::of(study.model()));
+    let ControlFlow::Continue(driven) = all(&study, &plan);
+    fleet.add(&driven);
+    let mut summary = fleet.finish();
+    let ControlFlow::Continue(()) = summary.add_uncertainty(&study, &plan, all);
+    summary
+}
+
+fn uncertain(sets: &[&str], cycles: u64) -> ParameterUncertainty {
+    summary(sets, cycles).parameter_uncertainty.expect("uncertain numbers")
+}
+
+fn half_width([low, high]: [f64; 2]) -> f64 {
+    (high - low) / 2.0
+}
+
+/// What the mean of a setting is above that of another one, over the same cycles.
+fn above(low: &str, high: &str, cycles: u64) -> f64 {
+    let [low, high] = [low, high].map(|set| study("field-truck", &[ROAD, set]));
+    let plan = RunPlan::new(1, 0, cycles, None, None);
+    let compared =
+        compare::<Infallible>(&[&low, &high], &plan, None, |_| ControlFlow::Continue(()));
+    let ControlFlow::Continue(compared) = compared;
+    compared[0].difference.expect("pairs")
+}
+
+#[test]
+fn an_effect_is_half_of_what_two_studies_differ_by() {
+    let summary = summary(&[LAW], 200);
+    let found = summary.parameter_uncertainty.clone().expect("the law is uncertain");
+    let law = |value: &str| format!("driver.curve_speed.{value}");
+    let sides = [
+        // 0.514 ± 0.017, and 18.83 (1 ± 0.037) m/s
+        ["exponent=0.497", "exponent=0.531"],
+        ["reference_speed_mps=18.13329", "reference_speed_mps=19.52671"],
+    ];
+    let mut squares = 0.0;
+    for (parameter, [low, high]) in found.parameters.iter().zip(sides) {
+        let effect = above(&law(low), &law(high), 200) / 2.0;
+        assert!((parameter.effect - effect).abs() < 1e-6 * effect.abs(), "{parameter:?} {effect}");
+        squares += effect * effect - parameter.effect_standard_error.powf(2.0);
+    }
+    assert!((found.sd * found.sd - squares).abs() < 1e-5 * squares, "{found:?} {squares}");
+    // the run's own cycles draw the law in 100 replicates
+    let sampling = half_width(summary.consumption().and_then(|own| own.ci95).expect("200 cycles"));
+    let wide = (1.959964 * found.sd).powf(2.0) * 1.01 + sampling * sampling;
+    assert!((half_width(found.ci95) - wide.sqrt()).abs() < 1e-6, "{found:?}");
+}
+
+#[test]
+fn errors_that_go_together_add_up_and_cancel() {
+    // whether the truck or its load is heavier is the same to the mean
+    let of = |correlation: &str| {
+        let keys = "uncertainty.masses.keys=[\"vehicle.curb_mass_kg\", \"mission.payload_kg\"]";
+        let errors = "uncertainty.masses.standard_errors=[300.0, 300.0]";
+        let sets = ["mission.payload_kg=10000.0", keys, errors];
+        uncertain(&[&sets[..], &[correlation]].concat(), 100)
+    };
+    let correlated =
+        |r: &str| of(&format!("uncertainty.masses.correlation=[[1.0, {r}], [{r}, 1.0]]"));
+    let (together, against) = (correlated("1.0"), correlated("-1.0"));
+    let alone = of("mission.payload_kg=10000.0");
+    let [a, b] = [0, 1].map(|k| together.parameters[k].effect);
+    assert!(a > 0.05 && (a / b - 1.0).abs() < 0.03, "{a} {b}");
+    assert!((together.sd / (a + b) - 1.0).abs() < 0.01, "{together:?}");
+    assert!(against.sd < 0.05 * a, "{against:?}");
+    assert!((alone.sd / a.hypot(b) - 1.0).abs() < 0.01, "{alone:?}");
+    let shares: f64 = alone.parameters.iter().map(|parameter| parameter.share).sum();
+    assert!((shares - 1.0).abs() < 1e-12, "{shares}");
+}
+
+#[test]
+fn a_number_near_its_bound_is_moved_as_far_as_it_may_be() {
+    let sets = [
+        "uncertainty.fit.keys=[\"driver.curve_speed.driver_sd\", \"driver.curve_speed.exponent\"]",
+        "uncertainty.fit.standard_errors=[0.2, 0.0]",
+    ];
+    let found = uncertain(&sets, 50);
+    assert!(found.parameters[0].effect.is_finite(), "{found:?}");
+    assert_eq!((found.parameters[1].effect, found.parameters[1].share), (0.0, 0.0));
+}
+
+#[test]
+fn the_table_of_trucks_is_as_uncertain_as_its_trucks_are_few() {
+    let found = uncertain(&[LAW, "driver.curve_speed.form=table"], 100);
+    // 25 trucks with SDs of 0.0235 and 3.94 km/h
+    let [exponent, speed] = [0, 1].map(|k| found.parameters[k].standard_error);
+    assert!((exponent - 0.0235 / 5.0).abs() < 5e-5, "{found:?}");
+    assert!((speed - 3.93785 / 3.6 / 5.0).abs() < 1e-4, "{found:?}");
+    assert!(found.sd > 0.0, "{found:?}");
+}
+
+#[test]
+fn a_run_its_parts_and_what_is_read_back_say_the_same() {
+    let parent = tempfile::tempdir().expect("a directory");
+    let part = |name: &str, first: &str, cycles: &str| {
+        let out = parent.path().join(name);
+        run_into(&out, &["--set", LAW, "--first-cycle", first, "--cycles", cycles]);
+        out
+    };
+    let (whole, a, b) = (part("whole", "7", "60"), part("a", "7", "20"), part("b", "27", "40"));
+    let merged = parent.path().join("merged");
+    let mut command = ocmc(&["merge", "--quiet", "--out"]);
+    let output = command.arg(&merged).args([&a, &b]).output().expect("the program starts");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let kept = |directory: &Path| -> Value {
+        let text = std::fs::read_to_string(directory.join("summary.json")).expect("written");
+        serde_json::from_str::<Value>(&text).expect("JSON")["parameter_uncertainty"].clone()
+    };
+    assert!(kept(&whole)["sd"].as_f64() > Some(0.0), "{}", kept(&whole));
+    assert_eq!(kept(&whole), kept(&merged));
+    let read = ocmc_io::run_directory::read(&merged).expect("a run").summary.summary;
+    let read = serde_json::to_value(read.parameter_uncertainty).expect("JSON");
+    assert_eq!(read, kept(&whole));
+}
