@@ -1,4 +1,4 @@
-//! The paper's field tables from drawn sets with their moments: 25 trucks, 49,310 curves, five
+//! The paper's field tables from drawn sets with their moments: 25 trucks, 49,310 curves, three
 //! seeds.
 //!
 //! What is made: counts that are small for trucks far from the mean, so that both SS 60.1 and SD(α)
