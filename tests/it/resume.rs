@@ -142,12 +142,12 @@ fn so_does_one_that_ends_at_a_precision() {
 }
 
 #[test]
-fn so_does_one_of_400_000_cycles() {
+fn so_does_one_of_100_000_cycles() {
     let parent = tempfile::tempdir().expect("a directory");
     let (expected, out) = (parent.path().join("whole"), parent.path().join("killed"));
-    let arguments = ["--cycles", "400000"];
+    let arguments = ["--cycles", "100000"];
     whole(&expected, &arguments);
-    kill_until_complete(&out, &arguments, 4, 8000);
+    kill_until_complete(&out, &arguments, 4, 2000);
     assert_same(&expected, &out, "records.parquet");
 }
 
@@ -175,15 +175,15 @@ fn so_does_one_that_follows_a_speed() {
     let parent = tempfile::tempdir().expect("a directory");
     let [cycle, route] = given_files(parent.path());
     for (name, file, how, cycles) in [
-        ("cycle", &cycle, "exact", "6000"),
-        ("driven", &cycle, "driver", "4000"),
-        ("planned", &route, "exact", "30000"),
+        ("cycle", &cycle, "exact", "2000"),
+        ("driven", &cycle, "driver", "1300"),
+        ("planned", &route, "exact", "10000"),
     ] {
         let arguments = ["drive", file, "--follow-speed", how, "--cycles", cycles];
         let (expected, out) =
             (parent.path().join(name), parent.path().join(format!("{name}-killed")));
         whole(&expected, &arguments);
-        kill_until_complete(&out, &arguments, 4, 1200);
+        kill_until_complete(&out, &arguments, 4, 400);
         assert_same(&expected, &out, "records.parquet");
     }
 }
