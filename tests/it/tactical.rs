@@ -234,3 +234,31 @@ fn the_papers_rise_jumps_at_a_higher_limit() {
     };
     assert!(mean(&b) > mean(&a));
 }
+
+#[test]
+fn a_driver_who_reacts_late_drives_the_road_whose_signs_stand_later() {
+    let profile_of = |study: &Study, scenario: &Scenario| {
+        let mut profile = SpeedProfile::default();
+        plan(study, scenario, &mut profile);
+        profile
+    };
+    let [plain, late, early] = ["", "35.0", "-35.0"].map(|offset_m| {
+        let set = format!("driver.speed_limit.sign_offset_m={offset_m}");
+        let more: &[&str] = if offset_m.is_empty() { &[] } else { &[&set] };
+        study("field-truck", &[&["mission.length_m=20000"], more].concat())
+    });
+    let mut differ = 0;
+    for id in 0..10 {
+        for (study, offset_m) in [(&late, 35.0), (&early, -35.0)] {
+            let shifted = study.sample(1, id);
+            let mut moved = plain.sample(1, id);
+            let unmoved = profile_of(&plain, &moved);
+            moved.cycle.road.signs.iter_mut().skip(1).for_each(|sign| sign.start_m += offset_m);
+            let (found, wanted) = (profile_of(study, &shifted), profile_of(&plain, &moved));
+            assert_eq!(found.segments, wanted.segments, "cycle {id}");
+            assert_eq!(found.branches, wanted.branches, "cycle {id}");
+            differ += usize::from(found.branches != unmoved.branches);
+        }
+    }
+    assert!(differ >= 15, "most roads have signs behind their start: {differ}");
+}

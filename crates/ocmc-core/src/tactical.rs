@@ -72,7 +72,7 @@ impl SpeedProfile {
 
 /// Plans the speed profile of a scenario into `profile`, whose buffers are reused.
 pub fn plan(study: &Study, scenario: &Scenario, profile: &mut SpeedProfile) {
-    scenario.cycle.segments(&mut profile.segments);
+    scenario.cycle.segments(scenario.driver.speed_limit.sign_offset_m, &mut profile.segments);
     let change = &scenario.driver.speed_change;
     profile.twice_deceleration = 2.0 * change.deceleration_mps2;
     profile.twice_acceleration = 2.0 * change.acceleration_mps2;

@@ -16,6 +16,11 @@ pub struct SpeedLimitModel {
     /// Highest speed that a driver wants, just below the limiter, in m/s.
     #[schemars(range(min = 3.0, max = 70.0))]
     pub maximum_speed_mps: f64,
+    /// How far behind a sign a driver's wanted speed changes, in m; negative before it. At the sign
+    /// where it is left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = -500.0, max = 500.0))]
+    pub sign_offset_m: Option<Quantity>,
     /// Vertical acceleration that a driver accepts at a bump, in m/s².
     #[schemars(range(min = 0.1, max = 20.0))]
     pub bump_acceleration_mps2: Quantity,
@@ -46,6 +51,8 @@ pub struct SpeedLimit {
     pub compliance: f64,
     /// Highest speed that the driver wants, in m/s.
     pub maximum_speed_mps: f64,
+    /// How far behind a sign the wanted speed changes, in m.
+    pub sign_offset_m: f64,
     /// Vertical acceleration at a bump, in m/s².
     pub bump_acceleration_mps2: f64,
     bump_minimum_mps: f64,
@@ -58,9 +65,11 @@ impl SpeedLimitModel {
         let draw = |law: &Quantity, stream| {
             if spread { law.sample(&mut streams.open(stream)) } else { law.centre() }
         };
+        let sign_offset_m = self.sign_offset_m.as_ref();
         SpeedLimit {
             compliance: draw(&self.compliance, Stream::Compliance),
             maximum_speed_mps: self.maximum_speed_mps,
+            sign_offset_m: sign_offset_m.map_or(0.0, |law| draw(law, Stream::SignOffset)),
             bump_acceleration_mps2: draw(&self.bump_acceleration_mps2, Stream::BumpComfort),
             bump_minimum_mps: self.bump_minimum_mps,
             bump_maximum_mps: self.bump_maximum_mps,
@@ -91,6 +100,7 @@ mod tests {
         let limit = SpeedLimit {
             compliance: 1.0,
             maximum_speed_mps: 89.0 / 3.6,
+            sign_offset_m: 0.0,
             bump_acceleration_mps2: 2.0,
             bump_minimum_mps: 15.0 / 3.6,
             bump_maximum_mps: 35.0 / 3.6,

@@ -51,7 +51,7 @@ pub fn factor_groups() -> Vec<FactorGroup> {
         ),
         part("driver.speed_change", &[Stream::SpeedChange]),
         part("driver.pedals", &[Stream::Pedals]),
-        part("driver.compliance", &[Stream::Compliance, Stream::BumpComfort]),
+        part("driver.compliance", &[Stream::Compliance, Stream::BumpComfort, Stream::SignOffset]),
         factor("vehicle", Factor::Vehicle),
     ]
 }

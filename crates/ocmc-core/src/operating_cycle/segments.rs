@@ -72,8 +72,9 @@ impl NextChanges {
 }
 
 impl OperatingCycle {
-    /// Writes the segments of this cycle, in order and without gaps, into `segments`.
-    pub fn segments(&self, segments: &mut Vec<Segment>) {
+    /// Writes the segments of this cycle, in order and without gaps, into `segments`: as a driver
+    /// takes them for whom each sign but the first stands so far behind its place.
+    pub fn segments(&self, sign_offset_m: f64, segments: &mut Vec<Segment>) {
         segments.clear();
         let road = &self.road;
         let length_m = road.length_m;
@@ -89,7 +90,7 @@ impl OperatingCycle {
             curve: NONE,
             event: NONE,
         };
-        let sign = |k: u32| road.signs.get(k as usize).map(|sign| sign.start_m);
+        let sign = |k: u32| road.signs.get(k as usize).map(|sign| sign.start_m + sign_offset_m);
         let section = |k: u32| road.sections.get(k as usize).map(|section| section.start_m);
         let weather = |k: u32| self.weather.get(k as usize).map(|weather| weather.start_m);
         let traffic = |k: u32| self.traffic.get(k as usize).map(|traffic| traffic.start_m);

@@ -91,6 +91,8 @@ pub enum Stream {
     Electric = 32,
     /// Railway crossings and their marks.
     RailwayCrossing = 33,
+    /// Where the driver's wanted speed changes at a sign.
+    SignOffset = 34,
 }
 
 /// A set of streams.
@@ -163,7 +165,7 @@ pub enum Factor {
 
 impl Stream {
     /// All streams, in the order of their numbers.
-    pub const ALL: [Self; 34] = [
+    pub const ALL: [Self; 35] = [
         Self::RoadType,
         Self::SpeedSign,
         Self::Curve,
@@ -198,6 +200,7 @@ impl Stream {
         Self::Bootstrap,
         Self::Electric,
         Self::RailwayCrossing,
+        Self::SignOffset,
     ];
 
     /// The factor that this stream belongs to; none for what is no part of a cycle.
@@ -229,6 +232,7 @@ impl Stream {
             | S::Compliance
             | S::Pedals
             | S::BumpComfort
+            | S::SignOffset
             | S::CurveSpeedParameters => Factor::Driver,
             S::Vehicle | S::Electric => Factor::Vehicle,
             S::Bootstrap => return None,
