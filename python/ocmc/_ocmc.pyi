@@ -94,7 +94,7 @@ def fit_speed_change(
     columns: _Columns = None,
     base: Study | None = None,
     untruncated: bool = False,
-    window_s: float = 3.0,
+    window_s: float = 2.0,
     smallest_acceleration_mps2: float = 0.2,
     smallest_deceleration_mps2: float = 0.4,
 ) -> Answer: ...
