@@ -27,6 +27,7 @@ __all__ = [
     "load",
     "road",
     "run_from",
+    "simulator_study",
     "unpickled",
     "validate",
 ]
@@ -159,6 +160,17 @@ def validate(
     steering_ratio: float | None = None,
     wheelbase_m: float | None = None,
     run_in_m: float = 500.0,
+    out: str | PathLike[str] | None = None,
+    threads: SupportsIndex | None = None,
+    progress: _Progress = None,
+) -> Answer: ...
+def simulator_study(
+    study: Study,
+    *,
+    repetitions: SupportsIndex = 40,
+    seed: SupportsIndex = 1,
+    gains: bool = True,
+    speed_term: Literal["simulated", "measured", "none"] = "simulated",
     out: str | PathLike[str] | None = None,
     threads: SupportsIndex | None = None,
     progress: _Progress = None,
