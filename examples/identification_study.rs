@@ -1,4 +1,4 @@
-//! Repeats the virtual Table I study (`simulator-study`): traces of eight drivers on six slopes are
+//! Repeats the virtual Table I study (`simulator-slopes`): traces of eight drivers on six slopes are
 //! taken as logs, get the noise of sensors and what else the arguments say, and are identified.
 //! Prints bias, coverage, refusals and warnings: the tables of docs/src/theory/identification.md.
 //! `cargo run --release --example identification_study [KEY=VALUE]...`
@@ -217,7 +217,7 @@ fn coverage(pairs: &[(&EventFit, f64)], name: &str) -> (usize, usize) {
 fn main() {
     let arguments = Arguments::read();
     let load = |sets: &[&str]| {
-        let loaded = ocmc_io::study::load("simulator-study", sets);
+        let loaded = ocmc_io::study::load("simulator-slopes", sets);
         loaded.unwrap_or_else(|fault| panic!("{fault}")).study
     };
     let study = load(&[]);

@@ -39,6 +39,7 @@ from ocmc._ocmc import (
     load,
     road,
     run_from,
+    simulator_study,
     validate,
 )
 from ocmc._summary import Summary
@@ -66,6 +67,7 @@ __all__ = [
     "identify",
     "load",
     "road",
+    "simulator_study",
     "validate",
 ]
 

@@ -27,6 +27,7 @@ __all__ = [
     "load",
     "road",
     "run_from",
+    "simulator_study",
     "unpickled",
     "validate",
 ]
@@ -94,7 +95,7 @@ def fit_speed_change(
     columns: _Columns = None,
     base: Study | None = None,
     untruncated: bool = False,
-    window_s: float = 3.0,
+    window_s: float = 2.0,
     smallest_acceleration_mps2: float = 0.2,
     smallest_deceleration_mps2: float = 0.4,
 ) -> Answer: ...
@@ -159,6 +160,17 @@ def validate(
     steering_ratio: float | None = None,
     wheelbase_m: float | None = None,
     run_in_m: float = 500.0,
+    out: str | PathLike[str] | None = None,
+    threads: SupportsIndex | None = None,
+    progress: _Progress = None,
+) -> Answer: ...
+def simulator_study(
+    study: Study,
+    *,
+    repetitions: SupportsIndex = 40,
+    seed: SupportsIndex = 1,
+    gains: bool = True,
+    speed_term: Literal["simulated", "measured", "none"] = "simulated",
     out: str | PathLike[str] | None = None,
     threads: SupportsIndex | None = None,
     progress: _Progress = None,

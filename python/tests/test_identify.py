@@ -15,7 +15,7 @@ QUICK = {"starts": 2, "intervals": False, "speed_term": "none"}
 
 @pytest.fixture(scope="module")
 def simulator():
-    return ocmc.Study("simulator-study")
+    return ocmc.Study("simulator-slopes")
 
 
 def logged(study, driver):
@@ -142,7 +142,7 @@ def test_a_study_is_needed(log):
     with pytest.raises(TypeError, match="study"):
         ocmc.identify(log[0])
     with pytest.raises(TypeError, match="study"):
-        ocmc.identify(log[0], "simulator-study")
+        ocmc.identify(log[0], "simulator-slopes")
 
 
 def test_other_threads_go_on_meanwhile(log, simulator, other_threads_go_on):

@@ -188,7 +188,7 @@ except KeyboardInterrupt:
     "call",
     [
         "ocmc.Study('long-haul').run(cycles=10**12)",
-        "ocmc.identify(ocmc.Study('simulator-study').trace(0), ocmc.Study('simulator-study'), starts=4096)",
+        "ocmc.identify(ocmc.Study('simulator-slopes').trace(0), ocmc.Study('simulator-slopes'), starts=4096)",
         "ocmc.Study('field-truck').drive(SPEED, cycles=10**12, follow_speed='exact')",
         "ocmc.Study('field-truck').sensitivity(cycles=10**9)",
     ],

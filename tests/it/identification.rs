@@ -33,7 +33,7 @@ struct Known {
 }
 
 fn study(sets: &[&str]) -> Study {
-    ocmc_io::study::load("simulator-study", sets).unwrap_or_else(|e| panic!("{e}")).study
+    ocmc_io::study::load("simulator-slopes", sets).unwrap_or_else(|e| panic!("{e}")).study
 }
 
 /// The events of the drivers of a study, with noise on the pedals.

@@ -285,9 +285,11 @@ fn gains_of_a_trace_are_identified() {
     let directory = tempfile::tempdir().expect("a temporary directory");
     let path = directory.path().join("driver-0.csv");
     let path = path.to_str().expect("UTF-8");
-    answer(&["trace", "--study", "simulator-study", "--cycle-id", "0", "--out", path]);
+    answer(&["trace", "--study", "simulator-slopes", "--cycle-id", "0", "--out", path]);
     let quick = ["--speed-term", "none", "--no-intervals", "--starts", "4"];
-    let (json, message) = answer(&[&["identify", path, "--json"][..], &quick].concat());
+    let (json, message) = answer(
+        &[&["identify", path, "--study", "simulator-slopes", "--json"][..], &quick].concat(),
+    );
     let json: serde_json::Value = serde_json::from_str(&json).expect("JSON");
     let fits = json["fits"].as_array().expect("a list");
     let events: Vec<&str> = fits.iter().filter_map(|fit| fit["event"].as_str()).collect();
@@ -304,7 +306,7 @@ fn gains_of_a_trace_are_identified() {
         assert!(!message.contains("row before"), "{message}");
     }
     for how in ["exact", "driver"] {
-        let study = ["--study", "simulator-study", "--cycles", "1"];
+        let study = ["--study", "simulator-slopes", "--cycles", "1"];
         let follow = ["drive", path, "--follow-speed", how];
         let (_, message) = answer(&[&follow[..], &study].concat());
         assert!(!message.contains("warning"), "{message}");

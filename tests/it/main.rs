@@ -45,6 +45,7 @@ mod sensitivity;
 mod service_mode;
 mod shift_strategy;
 mod signals;
+mod simulator_study;
 mod small_faults;
 mod step_bias;
 mod tables;

@@ -58,7 +58,7 @@ pub struct IdentifyAnswer {
 /// let folder = tempfile::tempdir().expect("a directory");
 /// let file = folder.path().join("log.csv");
 /// std::fs::write(&file, "time_s,speed_mps,accelerator,brake,grade\n0,20,0.3,0,0\n1,20,0.3,0,0\n").expect("space");
-/// let study = &study::load("simulator-study", &[] as &[&str])?;
+/// let study = &study::load("simulator-slopes", &[] as &[&str])?;
 /// let (logs, options) = (&[Source::File(file)], IdentifyOptions::default());
 /// let request = IdentifyRequest { logs, study, mappings: Vec::new(), options, warn_of_rows: true };
 /// // on a level road there is no event

@@ -33,6 +33,7 @@ mod report;
 mod road;
 mod run;
 mod sensitivity;
+mod simulator_study;
 mod source;
 mod stored;
 pub mod study;
@@ -76,6 +77,10 @@ pub use run::{
     SUMMARY, requeue, resume, run,
 };
 pub use sensitivity::{SensitivityAnswer, SensitivityError, SensitivityRequest, sensitivity};
+pub use simulator_study::{
+    MOST_REPETITIONS, SIMULATOR_DRIVERS, SimulatorStudyAnswer, SimulatorStudyRequest,
+    simulator_study,
+};
 pub use source::{GivenTable, Mapping, Source, UTC_OFFSETS_H, mappings};
 pub use stored::{
     GROUP_ROWS, PartsError, joined, load, record_batch, records, save, schema, summed_up,

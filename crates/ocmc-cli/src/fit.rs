@@ -129,7 +129,7 @@ pub(crate) struct SpeedChangeArguments {
     #[arg(long, value_name = "NAME=COLUMN")]
     map: Vec<String>,
     /// Length of the window with the largest change of speed in a log, in s
-    #[arg(long, value_name = "S", default_value = "3", allow_negative_numbers = true)]
+    #[arg(long, value_name = "S", default_value = "2", allow_negative_numbers = true)]
     window: f64,
     /// Smallest acceleration that counts as a change, in m/s²
     #[arg(long, value_name = "MPS2", default_value = "0.2", allow_negative_numbers = true)]

@@ -15,6 +15,7 @@ mod output;
 mod progress;
 mod road;
 mod run;
+mod simulator_study;
 mod study;
 mod vecto;
 mod verify;
@@ -31,6 +32,7 @@ use fit::FitCommand;
 use log::{CurvesArguments, IdentifyArguments};
 use road::{RoadArguments, ValidateArguments};
 use run::{DriveArguments, MergeArguments, ReportArguments, RunArguments};
+use simulator_study::SimulatorStudyArguments;
 use std::ffi::OsString;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -111,6 +113,8 @@ enum Command {
     Road(RoadArguments),
     /// Lays measured drives over simulated ones on the same road: bands, scores, picture
     Validate(ValidateArguments),
+    /// Repeats the paper's driving-simulator study: its tables and pictures, beside the paper's
+    SimulatorStudy(SimulatorStudyArguments),
     /// Prints a script that completes the command line of a shell
     Completions {
         /// The shell
@@ -144,6 +148,7 @@ pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> i32 {
         Some(Command::Validate(arguments)) => road::validate(arguments),
         Some(Command::Sensitivity(arguments)) => analysis::sensitivity(arguments),
         Some(Command::Compare(arguments)) => analysis::compare(arguments),
+        Some(Command::SimulatorStudy(arguments)) => simulator_study::simulator_study(arguments),
         Some(Command::Vecto(arguments)) => vecto::vecto(arguments),
         Some(Command::Bound(arguments)) => bound::bound(arguments),
         Some(Command::Merge(arguments)) => run::merge(arguments),

@@ -90,7 +90,7 @@ pub(crate) struct IdentifyArguments {
     #[command(flatten)]
     files: LogFileArguments,
     /// Study with the truck that was driven: name of a built-in one, or a file
-    #[arg(long, value_name = "NAME|FILE", default_value = "simulator-study")]
+    #[arg(long, value_name = "NAME|FILE", default_value = "simulator-slopes")]
     study: PathBuf,
     /// Replaces one value of the study, as in mission.payload_kg=12000; may be repeated
     #[arg(long, value_name = "KEY=VALUE")]

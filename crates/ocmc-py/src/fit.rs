@@ -180,7 +180,7 @@ pub(crate) fn fit_curve_speed<'py>(
 /// >>> study = ocmc.Study({"study": {"base": "field-truck"}} | fit["study"])
 #[pyfunction]
 #[pyo3(signature = (
-    table, *, columns=None, base=None, untruncated=false, window_s=3.0, smallest_acceleration_mps2=0.2,
+    table, *, columns=None, base=None, untruncated=false, window_s=2.0, smallest_acceleration_mps2=0.2,
     smallest_deceleration_mps2=0.4
 ))]
 pub(crate) fn fit_speed_change<'py>(

@@ -17,6 +17,7 @@ mod progress;
 mod question;
 mod road;
 mod run;
+mod simulator_study;
 mod study;
 mod table;
 mod value;
@@ -43,6 +44,7 @@ fn _ocmc(module: &Bound<PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(log::detect_curves, module)?)?;
     module.add_function(wrap_pyfunction!(road::road, module)?)?;
     module.add_function(wrap_pyfunction!(road::validate, module)?)?;
+    module.add_function(wrap_pyfunction!(simulator_study::simulator_study, module)?)?;
     module.add_function(wrap_pyfunction!(question::compare, module)?)?;
     module.add_function(wrap_pyfunction!(run::joined, module)?)?;
     module.add_function(wrap_pyfunction!(run::unpickled, module)?)?;

@@ -159,7 +159,7 @@ pub(crate) fn steering(ratio: Option<f64>, wheelbase_m: Option<f64>) -> PyResult
 ///     ``drive``, ``event``. Any table that speaks Arrow, a dictionary of columns, or a CSV file,
 ///     plain or compressed by gzip.
 /// study : Study
-///     The study with the truck that was driven, such as ``Study("simulator-study")``.
+///     The study with the truck that was driven, such as ``Study("simulator-slopes")``.
 /// columns : dict of str to str, optional
 ///     Which column is what, such as ``{"grade_percent": "slope"}``.
 /// controller : {"pid", "switched"}
@@ -220,7 +220,7 @@ pub(crate) fn steering(ratio: Option<f64>, wheelbase_m: Option<f64>) -> PyResult
 /// Examples
 /// --------
 /// >>> import ocmc
-/// >>> study = ocmc.Study("simulator-study")
+/// >>> study = ocmc.Study("simulator-slopes")
 /// >>> trace = study.trace(0)
 /// >>> names = ["time_s", "speed_mps", "accelerator", "brake", "grade", "gear"]
 /// >>> log = {name: trace[name][2400:3200] for name in names} | {"driver": ["a"] * 800, "event": ["up"] * 800}

@@ -36,6 +36,17 @@ fn failed(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> FileEr
     move |source| FileError { action, path, source }
 }
 
+/// Writes files, by their names, to a directory, which is made and has to be empty.
+pub(crate) fn written(directory: &Path, files: Vec<(String, String)>) -> Result<(), Error> {
+    fs::create_dir_all(directory).map_err(failed("create", directory))?;
+    check_empty(directory)?;
+    for (name, text) in files {
+        let path = directory.join(name);
+        fs::write(&path, text).map_err(failed("write", &path))?;
+    }
+    Ok(())
+}
+
 impl ValidateAnswer {
     /// Writes it to a directory, which is made and has to be empty: `validation.json`,
     /// `scores.csv`, `drives.csv`, `speed.csv`, a picture of each road (`speed.svg`, or `speed-1.svg`
@@ -44,13 +55,7 @@ impl ValidateAnswer {
     /// # Errors
     /// [`Error::NotEmpty`] where something is in it, [`Error::File`] where it cannot be written.
     pub fn save(&self, directory: &Path) -> Result<(), Error> {
-        fs::create_dir_all(directory).map_err(failed("create", directory))?;
-        check_empty(directory)?;
-        for (name, text) in self.files() {
-            let path = directory.join(name);
-            fs::write(&path, text).map_err(failed("write", &path))?;
-        }
-        Ok(())
+        written(directory, self.files())
     }
 
     /// The names of the files, and what they hold.

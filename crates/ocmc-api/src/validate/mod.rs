@@ -5,6 +5,7 @@ mod placing;
 mod text;
 
 pub use files::check_empty;
+pub(crate) use files::written;
 
 use crate::error::Error;
 use crate::road::{RoadRequest, drives, told};

@@ -111,7 +111,7 @@ impl OperatingCycleSampler {
 
     /// Draws one operating cycle into `cycle`, whose buffers are reused.
     pub fn sample(&self, streams: &Streams, without: &[ModelSwitch], cycle: &mut OperatingCycle) {
-        let route = route::choose(&self.routes, streams);
+        let route = route::choose(&self.routes, self.mission.routes_in_turn, streams);
         let given_length_m = route.map(|route| route.cycle.length_m);
         cycle.mission = self.mission.sample(given_length_m, streams, without);
         if let Some(route) = route {

@@ -212,11 +212,15 @@ impl Route {
     }
 }
 
-/// Chooses a route by its weight.
-pub fn choose<'a>(routes: &'a [Route], streams: &Streams) -> Option<&'a Route> {
+/// Chooses a route by its weight, or the next one in turn.
+pub fn choose<'a>(routes: &'a [Route], in_turn: bool, streams: &Streams) -> Option<&'a Route> {
     match routes {
         [] => None,
         [only] => Some(only),
+        several if in_turn => {
+            let turn = streams.cycle_of(Stream::Route) % several.len() as u64;
+            several.get(turn as usize)
+        }
         several => {
             let weights: Vec<f64> = several.iter().map(|route| route.weight).collect();
             several.get(streams.open(Stream::Route).index(&weights))

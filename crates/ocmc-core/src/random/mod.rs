@@ -279,6 +279,11 @@ impl<'a> Streams<'a> {
         Draws::of(self.seed, sample, id % replicates.max(1), stream)
     }
 
+    /// The cycle whose draws a stream gives.
+    pub fn cycle_of(&self, stream: Stream) -> u64 {
+        self.source(stream).1
+    }
+
     /// The sample and the cycle that a stream comes from.
     fn source(&self, stream: Stream) -> (Sample, u64) {
         if stream.factor().is_some_and(|factor| self.frozen.contains(&factor)) {

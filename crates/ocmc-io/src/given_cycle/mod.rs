@@ -20,8 +20,17 @@ use std::path::Path;
 
 /// The routes that built-in studies name, by the name in the study, as `ocmc cycle` would write
 /// them.
-const BUILT_IN: &[(&str, &str)] =
-    &[("built-in/simulator-slopes.csv", include_str!("../../../../configs/simulator-slopes.csv"))];
+const BUILT_IN: &[(&str, &str)] = &[
+    ("built-in/simulator-slopes.csv", include_str!("../../../../configs/simulator-slopes.csv")),
+    ("built-in/simulator-route-1.csv", include_str!("../../../../configs/simulator-route-1.csv")),
+    ("built-in/simulator-route-2.csv", include_str!("../../../../configs/simulator-route-2.csv")),
+    ("built-in/simulator-route-3.csv", include_str!("../../../../configs/simulator-route-3.csv")),
+    ("built-in/simulator-route-4.csv", include_str!("../../../../configs/simulator-route-4.csv")),
+    ("built-in/simulator-route-5.csv", include_str!("../../../../configs/simulator-route-5.csv")),
+    ("built-in/simulator-route-6.csv", include_str!("../../../../configs/simulator-route-6.csv")),
+    ("built-in/simulator-route-7.csv", include_str!("../../../../configs/simulator-route-7.csv")),
+    ("built-in/simulator-route-8.csv", include_str!("../../../../configs/simulator-route-8.csv")),
+];
 
 /// The text of what is built in under a name.
 pub(crate) fn built_in(path: &Path) -> Option<&'static str> {

@@ -3,6 +3,9 @@
 
 mod energy;
 mod gathered;
+mod panel;
+mod simulator_pictures;
+mod simulator_study;
 mod speed_over_distance;
 mod svg;
 mod tables;
@@ -17,6 +20,11 @@ use ocmc_core::fleet::association::{Association, association};
 use ocmc_core::fleet::quantity::{RecordQuantity, quantity};
 use ocmc_core::fleet::statistic::Statistic;
 use ocmc_core::record::{Cell, Record, column};
+pub use simulator_pictures::{Picture, pictures};
+pub use simulator_study::{
+    ComparedNumber, DriveSeries, SimulatorChange, SimulatorCurve, SimulatorDrive, SimulatorEvent,
+    SimulatorPage, SimulatorRepetition, simulator_html,
+};
 pub use speed_over_distance::RoadPicture;
 use std::fmt::Write;
 use std::path::Path;

@@ -106,10 +106,7 @@ impl RoadPicture {
 
     /// As SVG that stands alone.
     pub fn standalone(&self) -> String {
-        let svg = self.svg();
-        let (open, rest) = svg.split_once('>').unwrap_or((&svg, ""));
-        let open = open.replacen("<svg", "<svg xmlns=\"http://www.w3.org/2000/svg\"", 1);
-        format!("{open}>\n{STYLE}{rest}")
+        standalone(&self.svg())
     }
 
     /// The places that are drawn.
@@ -117,6 +114,13 @@ impl RoadPicture {
         let every = self.position_m.len().div_ceil(MOST_POINTS).max(1);
         (0..self.position_m.len()).step_by(every)
     }
+}
+
+/// A picture of a page as SVG that stands alone.
+pub(super) fn standalone(svg: &str) -> String {
+    let (open, rest) = svg.split_once('>').unwrap_or((svg, ""));
+    let open = open.replacen("<svg", "<svg xmlns=\"http://www.w3.org/2000/svg\"", 1);
+    format!("{open}>\n{STYLE}{rest}")
 }
 
 /// A histogram of ranks in tenths over what uniform ranks would give.

@@ -40,6 +40,7 @@ pub const STUDIES: &[BuiltIn] = &[
     built_in("field-truck-printed", include_str!("../../../../configs/field-truck-printed.toml")),
     built_in("field-truck-table", include_str!("../../../../configs/field-truck-table.toml")),
     built_in("simulator-truck", include_str!("../../../../configs/simulator-truck.toml")),
+    built_in("simulator-slopes", include_str!("../../../../configs/simulator-slopes.toml")),
     built_in("simulator-study", include_str!("../../../../configs/simulator-study.toml")),
     built_in("long-haul", include_str!("../../../../configs/long-haul.toml")),
     built_in("regional", include_str!("../../../../configs/regional.toml")),

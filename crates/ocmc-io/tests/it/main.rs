@@ -8,6 +8,7 @@
 
 mod fuzzed_readers;
 mod reference;
+mod simulator_routes;
 mod study_builtin;
 mod study_errors;
 mod study_mutation;

@@ -1,0 +1,128 @@
+//! A panel of a picture: two axes, and what is drawn between them, as SVG.
+
+use super::svg::{Scale, escaped, label, rounded_short};
+use std::fmt::Write;
+
+/// Colours of up to eight drivers, which a colour-blind reader tells apart, on white and on black.
+/// Source: Okabe and Ito (2008), Color universal design, but for the last two.
+pub(super) const COLOURS: [&str; 8] =
+    ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8c6bb1", "#8a8a8a"];
+
+/// The colour of a driver, from 0.
+pub(super) fn colour(driver: usize) -> &'static str {
+    COLOURS[driver % COLOURS.len()]
+}
+
+/// What stands at a point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Mark {
+    Circle,
+    Cross,
+    Dot,
+}
+
+/// Two axes and what is drawn between them.
+#[derive(Clone, Copy)]
+pub(super) struct Panel {
+    pub(super) x: Scale,
+    pub(super) y: Scale,
+}
+
+impl Panel {
+    /// A panel of these values, at left, top, width and height.
+    pub(super) fn new(x: [f64; 2], y: [f64; 2], [left, top, width, height]: [f64; 4]) -> Self {
+        Self {
+            x: Scale { from: x, to: [left, left + width] },
+            y: Scale { from: y, to: [top + height, top] },
+        }
+    }
+
+    /// Lines across at values of y, with their numbers, and what they count.
+    pub(super) fn across(&self, text: &mut String, ticks: &[f64], name: &str) {
+        let [left, right] = self.x.to;
+        for tick in ticks {
+            let y = self.y.at(*tick);
+            let _ = writeln!(
+                text,
+                "<line class=\"axis\" x1=\"{left:.1}\" x2=\"{right:.1}\" y1=\"{y:.1}\" y2=\"{y:.1}\"/>"
+            );
+            label(text, [left - 6.0, y + 4.0], "end", "", &rounded_short(*tick));
+        }
+        label(text, [left, self.y.to[1] - 6.0], "start", "name", name);
+    }
+
+    /// Words below places of x, and what they are.
+    pub(super) fn along(&self, text: &mut String, ticks: &[(f64, String)], name: &str) {
+        let bottom = self.y.to[0];
+        for (tick, words) in ticks {
+            label(text, [self.x.at(*tick), bottom + 15.0], "middle", "", words);
+        }
+        let middle = f64::midpoint(self.x.to[0], self.x.to[1]);
+        label(text, [middle, bottom + 31.0], "middle", "name", name);
+    }
+
+    /// A line through points; those that are no numbers are left out.
+    pub(super) fn line(
+        &self,
+        text: &mut String,
+        points: impl IntoIterator<Item = (f64, f64)>,
+        how: &str,
+    ) {
+        let mut path = String::new();
+        for (x, y) in points.into_iter().filter(|(x, y)| x.is_finite() && y.is_finite()) {
+            let _ = write!(path, "{:.1},{:.1} ", self.x.at(x), self.y.at(self.within(y)));
+        }
+        let _ = writeln!(text, "<polyline fill=\"none\" {how} points=\"{}\"/>", path.trim_end());
+    }
+
+    /// A mark at a point, with a title.
+    pub(super) fn mark(
+        &self,
+        text: &mut String,
+        (x, y): (f64, f64),
+        mark: Mark,
+        colour: &str,
+        title: &str,
+    ) {
+        if !(x.is_finite() && y.is_finite()) {
+            return;
+        }
+        let (x, y, title) = (self.x.at(x), self.y.at(self.within(y)), escaped(title));
+        let _ = match mark {
+            Mark::Circle => writeln!(
+                text,
+                "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"4\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"1.6\"><title>{title}</title></circle>"
+            ),
+            Mark::Dot => writeln!(
+                text,
+                "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"3.5\" fill=\"{colour}\"><title>{title}</title></circle>"
+            ),
+            Mark::Cross => writeln!(
+                text,
+                "<path d=\"M{:.1} {y:.1}h9M{x:.1} {:.1}v9\" stroke=\"{colour}\" stroke-width=\"1.8\"><title>{title}</title></path>",
+                x - 4.5,
+                y - 4.5
+            ),
+        };
+    }
+
+    /// A filled stretch, within the panel.
+    pub(super) fn filled(&self, text: &mut String, x: [f64; 2], y: [f64; 2], how: &str) {
+        if y.iter().any(|y| y.is_nan()) {
+            return;
+        }
+        let [left, right] = x.map(|x| self.x.at(x.clamp(self.x.from[0], self.x.from[1])));
+        let [bottom, top] = y.map(|y| self.y.at(self.within(y)));
+        let _ = writeln!(
+            text,
+            "<rect {how} x=\"{left:.1}\" y=\"{top:.1}\" width=\"{:.1}\" height=\"{:.1}\"/>",
+            right - left,
+            (bottom - top).max(0.6)
+        );
+    }
+
+    /// What lies outside stands at the edge.
+    fn within(&self, y: f64) -> f64 {
+        y.clamp(self.y.from[0], self.y.from[1])
+    }
+}
