@@ -64,8 +64,9 @@ fn an_effect_is_half_of_what_two_studies_differ_by() {
     let mut squares = 0.0;
     for (parameter, [low, high]) in found.parameters.iter().zip(sides) {
         let effect = above(&law(low), &law(high), 200) / 2.0;
-        assert!((parameter.effect - effect).abs() < 1e-6 * effect.abs(), "{parameter:?} {effect}");
-        squares += effect * effect - parameter.effect_standard_error.powf(2.0);
+        let found = parameter.effect.expect("pairs");
+        assert!((found - effect).abs() < 1e-6 * effect.abs(), "{parameter:?} {effect}");
+        squares += effect * effect - parameter.effect_standard_error.expect("pairs").powf(2.0);
     }
     assert!((found.sd * found.sd - squares).abs() < 1e-5 * squares, "{found:?} {squares}");
     // the run's own cycles draw the law in 100 replicates
@@ -87,12 +88,12 @@ fn errors_that_go_together_add_up_and_cancel() {
         |r: &str| of(&format!("uncertainty.masses.correlation=[[1.0, {r}], [{r}, 1.0]]"));
     let (together, against) = (correlated("1.0"), correlated("-1.0"));
     let alone = of("mission.payload_kg=10000.0");
-    let [a, b] = [0, 1].map(|k| together.parameters[k].effect);
+    let [a, b] = [0, 1].map(|k| together.parameters[k].effect.expect("pairs"));
     assert!(a > 0.05 && (a / b - 1.0).abs() < 0.03, "{a} {b}");
     assert!((together.sd / (a + b) - 1.0).abs() < 0.01, "{together:?}");
     assert!(against.sd < 0.05 * a, "{against:?}");
     assert!((alone.sd / a.hypot(b) - 1.0).abs() < 0.01, "{alone:?}");
-    let shares: f64 = alone.parameters.iter().map(|parameter| parameter.share).sum();
+    let shares: f64 = alone.parameters.iter().filter_map(|parameter| parameter.share).sum();
     assert!((shares - 1.0).abs() < 1e-12, "{shares}");
 }
 
@@ -103,8 +104,8 @@ fn a_number_near_its_bound_is_moved_as_far_as_it_may_be() {
         "uncertainty.fit.standard_errors=[0.2, 0.0]",
     ];
     let found = uncertain(&sets, 50);
-    assert!(found.parameters[0].effect.is_finite(), "{found:?}");
-    assert_eq!((found.parameters[1].effect, found.parameters[1].share), (0.0, 0.0));
+    assert!(found.parameters[0].effect.is_some_and(f64::is_finite), "{found:?}");
+    assert_eq!((found.parameters[1].effect, found.parameters[1].pairs), (Some(0.0), 0));
 }
 
 #[test]
@@ -139,4 +140,53 @@ fn a_run_its_parts_and_what_is_read_back_say_the_same() {
     let read = ocmc_io::run_directory::read(&merged).expect("a run").summary.summary;
     let read = serde_json::to_value(read.parameter_uncertainty).expect("JSON");
     assert_eq!(read, kept(&whole));
+}
+
+#[test]
+fn a_difference_does_not_depend_on_which_study_comes_first() {
+    let of = |errors: &str, correlation: &str| {
+        let keys = "uncertainty.m.keys=[\"vehicle.curb_mass_kg\", \"mission.payload_kg\"]";
+        let [errors, correlation] = [("standard_errors", errors), ("correlation", correlation)]
+            .map(|(key, value)| format!("uncertainty.m.{key}={value}"));
+        study("field-truck", &[ROAD, "mission.payload_kg=10000.0", keys, &errors, &correlation])
+    };
+    let a = of("[500.0, 500.0]", "[[1.0, 0.5], [0.5, 1.0]]");
+    let b = of("[1500.0, 900.0]", "[[1.0, 0.5], [0.5, 1.0]]");
+    let against = of("[500.0, 500.0]", "[[1.0, -0.5], [-0.5, 1.0]]");
+    let plan = RunPlan::new(1, 0, 60, None, None);
+    let sd = |studies: [&Study; 2]| {
+        let compared: ControlFlow<Infallible, _> =
+            compare(&studies, &plan, None, |_| ControlFlow::Continue(()));
+        let ControlFlow::Continue(compared) = compared;
+        compared[0].parameter_uncertainty.as_ref().map(|found| found.sd)
+    };
+    let (one, other) = (sd([&a, &b]).expect("known"), sd([&b, &a]).expect("known"));
+    assert!(one > 0.05 && (one - other).abs() < 1e-9 * one, "{one} {other}");
+    // one error cannot go with another one in two ways
+    assert_eq!((sd([&a, &against]), sd([&against, &a])), (None, None));
+}
+
+#[test]
+fn a_number_without_pairs_is_said_and_does_not_hide_the_others() {
+    // a battery that holds nothing on its low side
+    let study = study(
+        "battery-truck",
+        &[
+            ROAD,
+            "uncertainty.a.keys=[\"vehicle.electric.battery.capacity_j\", \"vehicle.curb_mass_kg\"]",
+            "uncertainty.a.standard_errors=[9.9e8, 300.0]",
+            "vehicle.electric.battery.capacity_j=1e9",
+        ],
+    );
+    let plan = RunPlan::new(1, 0, 20, None, None);
+    let mut fleet = SummaryBuilder::default();
+    let ControlFlow::Continue(driven) = all(&study, &plan);
+    fleet.add(&driven);
+    let mut summary = fleet.finish();
+    let ControlFlow::Continue(()) = summary.add_uncertainty(&study, &plan, all);
+    let found = summary.parameter_uncertainty.expect("uncertain numbers");
+    let [battery, mass] = [0, 1].map(|k| &found.parameters[k]);
+    assert_eq!((battery.effect, battery.pairs), (None, 0), "{found:?}");
+    assert!(mass.pairs > 0 && mass.effect > Some(0.0), "{found:?}");
+    assert!(found.sd > 0.0, "{found:?}");
 }

@@ -22,11 +22,16 @@ pub(crate) fn threads_text(threads: usize) -> String {
 /// What one standard error of each uncertain number does to a mean, the largest first.
 pub(crate) fn effects(uncertainty: &ParameterUncertainty, factor: f64) -> Vec<String> {
     let mut parameters: Vec<_> = uncertainty.parameters.iter().collect();
-    parameters.sort_by(|a, b| b.effect.abs().total_cmp(&a.effect.abs()));
+    let size = |of: &ParameterEffect| of.effect.map_or(f64::INFINITY, f64::abs);
+    parameters.sort_by(|a, b| size(b).total_cmp(&size(a)));
     let sd = (factor * uncertainty.sd).abs();
     let digits = if sd > 0.0 { (1.0 - sd.log10().floor()).clamp(0.0, 6.0) as usize } else { 3 };
     let line = |of: &&ParameterEffect| {
-        format!("{:+.digits$}  {} ± {}", factor * of.effect, of.key, rough(of.standard_error))
+        let number = format!("{} ± {}", of.key, rough(of.standard_error));
+        match of.effect {
+            Some(effect) => format!("{:+.digits$}  {number}", factor * effect),
+            None => format!("not known, no cycle is completed on both sides  {number}"),
+        }
     };
     parameters.iter().map(line).collect()
 }

@@ -265,6 +265,8 @@ impl GivenDrive {
     pub fn study_again(&self, loaded: LoadedStudy) -> Result<LoadedStudy, StudyFileError> {
         match &self.how {
             How::CycleAsRoute(route, _) => {
+                // the speeds that are followed are signs of the route, and stand where they stand
+                let loaded = loaded.with_signs_in_place();
                 loaded.on_route(&self.files[0], (**route).clone(), &[Keep::Traffic])
             }
             How::Driven | How::Cycle(_) | How::Planned => Ok(loaded),

@@ -234,6 +234,9 @@ fn drive(
         let whole = RunPlan { first_cycle, seed, cycles, ..*plan };
         if on_both_sides(study, given, &whole, &mut summary, watch).is_break() {
             ended = RunEnd::Interrupted;
+            if let Some(directory) = &mut directory {
+                directory.leave_open();
+            }
         }
     }
     let summary = RunSummary::new(&manifest, summary, wall_s, plan.threads);

@@ -117,7 +117,14 @@ fn uncertain(summary: &Summary) -> String {
     for effect in effects(uncertainty, factor) {
         let _ = writeln!(text, "  {effect}");
     }
-    text + "Not in it: numbers without a standard error, and how right the models are.\n"
+    let driven = 2 * uncertainty.cycles * uncertainty.parameters.len() as u64;
+    let _ = writeln!(
+        text,
+        "It took {} more cycles, on both sides of the numbers, which are not counted above.\n\
+         Not in it: numbers without a standard error, and how right the models are.",
+        grouped(driven)
+    );
+    text
 }
 
 /// Work a cycle, in J, below which nothing is missing at the wheels but digits.

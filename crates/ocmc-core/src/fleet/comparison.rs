@@ -43,7 +43,7 @@ pub struct Comparison {
     /// batches of pairs.
     pub ci95: Option<[f64; 2]>,
     /// What the difference owes to uncertain numbers of the studies; none where both take theirs for
-    /// certain.
+    /// certain, and where the two correlate the errors of the same numbers differently.
     pub parameter_uncertainty: Option<ParameterUncertainty>,
     /// Share of the pairs with values in which A is lower.
     pub share_a_lower: Option<f64>,
@@ -245,8 +245,8 @@ pub fn compare<B>(
         let dependence = a.of_pairs(b);
         let mut found = Comparison::of(quantity, dependence, &driven[0], &driven[k]);
         let of_both = match (&effects[0], &effects[k]) {
-            (Some(a), Some(b)) => Some(b.clone().less(a)),
-            (Some(a), None) => Some(Effects::nothing(quantity).less(a)),
+            (Some(a), Some(b)) => b.clone().less(a),
+            (Some(a), None) => Effects::nothing(quantity).less(a),
             (None, b) => b.clone(),
         };
         let known = found.difference.zip(found.ci95).zip(of_both);

@@ -28,7 +28,7 @@ pub struct Summary {
     /// The quantities, over completed cycles.
     pub statistics: Vec<Statistic>,
     /// What the mean owes to uncertain numbers of the study. It takes drives of its own: see
-    /// [`Summary::uncertain_mean`].
+    /// [`Summary::add_uncertainty`].
     pub parameter_uncertainty: Option<ParameterUncertainty>,
     /// What the cycles that were not completed could change; none where they are at most 0.1 %.
     pub worst_case: Option<WorstCase>,
@@ -135,12 +135,21 @@ impl Summary {
         drive: impl FnMut(&Study, &RunPlan) -> ControlFlow<B, Vec<Record>>,
     ) -> ControlFlow<B> {
         let own = self.consumption();
-        let known = own.and_then(|s| Some((quantity(s.column)?, s.mean?, s.ci95?)));
-        let Some((quantity, mean, ci95)) = known else { return ControlFlow::Continue(()) };
-        let replicates = Dependence::of(study.model()).replicates;
-        let effects = Effects::drive(study, plan, quantity, drive)?;
-        self.parameter_uncertainty = effects.map(|effects| effects.around(mean, ci95, replicates));
+        let Some(own) = own.and_then(|own| quantity(own.column)) else {
+            return ControlFlow::Continue(());
+        };
+        let effects = Effects::drive(study, plan, own, drive)?;
+        self.know_effects(study, effects.as_ref());
         ControlFlow::Continue(())
+    }
+
+    /// Keeps what the mean consumption owes to the effects of uncertain numbers on it.
+    pub fn know_effects(&mut self, study: &Study, effects: Option<&Effects>) {
+        let known = self.consumption().and_then(|own| Some((own.mean?, own.ci95?)));
+        let replicates = Dependence::of(study.model()).replicates;
+        self.parameter_uncertainty = known
+            .zip(effects)
+            .map(|((mean, ci95), effects)| effects.around(mean, ci95, replicates));
     }
 }
 

@@ -59,12 +59,15 @@ pub struct ParameterEffect {
     pub key: String,
     /// Standard error of the number, in its unit.
     pub standard_error: f64,
-    /// Change of the mean by one standard error.
-    pub effect: f64,
+    /// Change of the mean by one standard error; none where no cycle is completed on both sides.
+    pub effect: Option<f64>,
     /// Standard error of that change, from the sampling of cycles.
-    pub effect_standard_error: f64,
-    /// Share of the variance σ²; negative where its error takes away from that of others.
-    pub share: f64,
+    pub effect_standard_error: Option<f64>,
+    /// Share of eᵀ ρ e; negative where its error takes away from that of others. None where the
+    /// errors do nothing that is more than noise.
+    pub share: Option<f64>,
+    /// Cycles that were completed on both sides.
+    pub pairs: u64,
 }
 
 /// What one standard error of each number does.
@@ -79,14 +82,22 @@ pub struct Effects {
 #[derive(Clone, Debug)]
 struct Number {
     key: UncertainKey,
-    effect: f64,
+    effect: Option<f64>,
+    pairs: u64,
     /// The mean's residuals, added up by batch of cycles.
     residuals: BTreeMap<u64, f64>,
 }
 
+impl Number {
+    /// One that nothing is known of.
+    fn unknown(key: &UncertainKey) -> Self {
+        Self { key: key.clone(), effect: None, pairs: 0, residuals: BTreeMap::new() }
+    }
+}
+
 impl Effects {
     /// Drives the study on both sides of its uncertain numbers: as many cycles as the plan has, at
-    /// most [`MOST_PAIRS`]. None where it has no such numbers, or where no pair has the quantity.
+    /// most [`MOST_PAIRS`]. None where it has no such numbers.
     pub fn drive<B>(
         study: &Study,
         plan: &RunPlan,
@@ -98,19 +109,16 @@ impl Effects {
         };
         let plan = paired(plan);
         let dependence = Dependence::of(study.model());
-        let still = |key: &UncertainKey| Number {
-            key: key.clone(),
-            effect: 0.0,
-            residuals: BTreeMap::new(),
-        };
-        let mut numbers: Vec<Number> = keys.iter().map(still).collect();
-        let sides = study.sides().expect("checked where the study was read");
-        for (k, Sides { low, high, apart }) in sides {
-            let (low, high) = (drive(&low, &plan)?, drive(&high, &plan)?);
-            let Some((effect, residuals)) = half(quantity, dependence, &low, &high, apart) else {
-                return ControlFlow::Continue(None);
-            };
-            numbers[k] = Number { effect, residuals, ..still(&keys[k]) };
+        let mut numbers = Vec::with_capacity(keys.len());
+        for key in &keys {
+            let mut number = Number::unknown(key);
+            if key.standard_error == 0.0 {
+                number.effect = Some(0.0);
+            } else if let Ok(Sides { low, high, apart }) = study.sides(key) {
+                let (low, high) = (drive(&low, &plan)?, drive(&high, &plan)?);
+                number = half(quantity, dependence, &low, &high, apart, number);
+            }
+            numbers.push(number);
         }
         let (column, cycles) = (quantity.column, plan.cycles);
         ControlFlow::Continue(Some(Self { column, cycles, correlation, numbers }))
@@ -129,35 +137,42 @@ impl Effects {
         2 * moved * paired(plan).cycles
     }
 
-    /// The effects on the difference of two means, this one's less that of `other`: what moves both
-    /// moves them at once.
-    #[must_use]
-    pub fn less(mut self, other: &Self) -> Self {
+    /// The effects on the difference of two means, this one's less that of `other`: a key of both is
+    /// one error that moves both at once. None where the two correlate their errors in ways that
+    /// do not fit one another.
+    pub fn less(mut self, other: &Self) -> Option<Self> {
+        let own_keys = self.numbers.len();
         let mut places = Vec::with_capacity(other.numbers.len());
         for theirs in &other.numbers {
             let same = self.numbers.iter().position(|own| own.key.key == theirs.key.key);
             let k = same.unwrap_or_else(|| {
-                let effect = 0.0;
-                self.numbers.push(Number { effect, residuals: BTreeMap::new(), ..theirs.clone() });
+                let nothing = Number { effect: Some(0.0), ..Number::unknown(&theirs.key) };
+                self.numbers.push(Number { pairs: theirs.pairs, ..nothing });
                 self.numbers.len() - 1
             });
             let own = &mut self.numbers[k];
-            own.effect -= theirs.effect;
+            own.effect = own.effect.zip(theirs.effect).map(|(own, theirs)| own - theirs);
+            own.pairs = own.pairs.min(theirs.pairs);
             for (batch, residual) in &theirs.residuals {
                 *own.residuals.entry(*batch).or_default() -= residual;
             }
             places.push(k);
         }
-        let known = self.correlation.nrows();
         let n = self.numbers.len();
         let mut correlation = DMatrix::identity(n, n);
-        for (i, a) in places.iter().enumerate() {
-            for (j, b) in places.iter().enumerate() {
-                correlation[(*a, *b)] = other.correlation[(i, j)];
+        correlation.view_mut((0, 0), (own_keys, own_keys)).copy_from(&self.correlation);
+        for (i, &a) in places.iter().enumerate() {
+            for (j, &b) in places.iter().enumerate() {
+                let theirs = other.correlation[(i, j)];
+                if a < own_keys && b < own_keys && correlation[(a, b)] != theirs {
+                    return None;
+                }
+                correlation[(a, b)] = theirs;
             }
         }
-        correlation.view_mut((0, 0), (known, known)).copy_from(&self.correlation);
-        Self { correlation, cycles: self.cycles.max(other.cycles), ..self }
+        let possible = correlation.clone().symmetric_eigenvalues().iter().all(|l| *l > -1e-9);
+        let cycles = self.cycles.max(other.cycles);
+        possible.then_some(Self { cycles, correlation, ..self })
     }
 
     /// The interval of a mean, or of a difference, whose sampling alone gives it the interval
@@ -168,7 +183,8 @@ impl Effects {
         ci95: [f64; 2],
         replicates: Option<u64>,
     ) -> ParameterUncertainty {
-        let e = DVector::from_iterator(self.numbers.len(), self.numbers.iter().map(|n| n.effect));
+        let known = self.numbers.iter().map(|number| number.effect.unwrap_or(0.0));
+        let e = DVector::from_iterator(self.numbers.len(), known);
         let sampling = self.sampling();
         let together = &self.correlation * &e;
         let whole = e.dot(&together);
@@ -177,12 +193,14 @@ impl Effects {
         let half_width = (ci95[1] - ci95[0]) / 2.0;
         let square = NORMAL_975 * NORMAL_975 * variance * more + half_width * half_width;
         let wide = libm::sqrt(square);
-        let parameter = |(k, Number { key, effect, .. }): (usize, &Number)| ParameterEffect {
-            key: key.key.clone(),
-            standard_error: key.standard_error,
-            effect: *effect,
-            effect_standard_error: libm::sqrt(sampling[(k, k)]),
-            share: if whole > 0.0 { e[k] * together[k] / whole } else { 0.0 },
+        let parameter = |(k, number): (usize, &Number)| ParameterEffect {
+            key: number.key.key.clone(),
+            standard_error: number.key.standard_error,
+            effect: number.effect,
+            effect_standard_error: (number.residuals.len() > 1)
+                .then(|| libm::sqrt(sampling[(k, k)])),
+            share: (variance > 0.0).then(|| e[k] * together[k] / whole),
+            pairs: number.pairs,
         };
         ParameterUncertainty {
             column: self.column.to_owned(),
@@ -213,23 +231,29 @@ fn paired(plan: &RunPlan) -> RunPlan {
     RunPlan { level, ..fewer }
 }
 
-/// What one standard error does, from fleets that are so many of them apart, and its residuals by
-/// batch, which are of the mean: their sum is 0.
+/// What one standard error of a number does, from fleets that are so many of them apart, and its
+/// residuals by batch, which are of the mean: their sum is 0. Unknown as it was where no cycle was
+/// completed on both sides.
 fn half(
     quantity: &RecordQuantity,
     dependence: Dependence,
     low: &[Record],
     high: &[Record],
     apart: f64,
-) -> Option<(f64, BTreeMap<u64, f64>)> {
+    unknown: Number,
+) -> Number {
     let pair = |(a, b): (&Record, &Record)| Some((row(quantity, a)?, row(quantity, b)?));
     let pairs: Vec<Pair> = low.iter().zip(high).filter_map(pair).collect();
-    let (below, errors_below) = side(pairs.iter().map(|pair| pair.0))?;
-    let (above, errors_above) = side(pairs.iter().map(|pair| pair.1))?;
+    let [low, high] =
+        [side(pairs.iter().map(|pair| pair.0)), side(pairs.iter().map(|pair| pair.1))];
+    let (Some((below, errors_below)), Some((above, errors_above))) = (low, high) else {
+        return unknown;
+    };
     let mut residuals = BTreeMap::new();
     for ((id, a), (_, b)) in errors_below.iter().zip(&errors_above) {
         let of_mean = (b - a) / apart / pairs.len() as f64;
         *residuals.entry(id / dependence.batch).or_default() += of_mean;
     }
-    Some(((above - below) / apart, residuals))
+    let effect = Some((above - below) / apart);
+    Number { effect, pairs: pairs.len() as u64, residuals, ..unknown }
 }

@@ -57,12 +57,16 @@ impl Estimates {
         let n = self.keys.len();
         problems.require(n > 0, "keys", "an empty list", "at least one key of the study");
         for key in &self.keys {
-            let number = study.pointer(&pointer(key)).is_some_and(is_number);
-            let allowed = "a path to a number of the study, or to a list of numbers; of a law name \
-                           one of its numbers, such as `mission.payload_kg.mean`";
+            let model = !["simulation.", "uncertainty."].iter().any(|head| key.starts_with(head));
+            let path = model && !key.contains(['/', '~']);
+            let number = path && study.pointer(&pointer(key)).is_some_and(is_number);
+            let allowed = "a path to a number of the study's models, or to a list of numbers; of a \
+                           law name one of its numbers, such as `mission.payload_kg.mean`";
             problems.require(number, "keys", format!("`{key}`"), allowed);
+            let known = seen.iter().any(|other| same_or_part(key, other));
             let allowed = "each key once: its standard error is given elsewhere, too";
-            problems.require(seen.insert(key.clone()), "keys", format!("`{key}`"), allowed);
+            problems.require(!known, "keys", format!("`{key}`"), allowed);
+            seen.insert(key.clone());
         }
         let m = self.standard_errors.len();
         let allowed = format!("one of each key: {n}");
@@ -159,18 +163,22 @@ pub struct Sides {
 const MOST_HALVINGS: i32 = 10;
 
 impl Study {
-    /// The study on both sides of each of its uncertain numbers of which the error is not 0, in
-    /// their order; the number itself is a side where a bound leaves no room.
+    /// Checks that each uncertain number of the study has another value that is allowed.
     ///
     /// # Errors
-    /// [`StudyError`] where no other number is allowed, as of one of several shares whose sum is 1.
-    pub fn sides(&self) -> Result<Vec<(usize, Sides)>, StudyError> {
-        let Some(Uncertainty { keys, .. }) = self.model.uncertain() else { return Ok(Vec::new()) };
-        let uncertain = keys.iter().enumerate().filter(|(_, key)| key.standard_error > 0.0);
-        uncertain.map(|(k, key)| Ok((k, self.sides_of(key)?))).collect()
+    /// [`StudyError`] where one has none, as one of several shares whose sum is 1.
+    pub fn check_sides(&self) -> Result<(), StudyError> {
+        let keys = self.model.uncertain().map_or(Vec::new(), |uncertain| uncertain.keys);
+        let mut uncertain = keys.iter().filter(|key| key.standard_error > 0.0);
+        uncertain.try_for_each(|key| self.sides(key).map(|_| ()))
     }
 
-    fn sides_of(
+    /// The study on both sides of one of its uncertain numbers; the number itself is a side where a
+    /// bound leaves no room.
+    ///
+    /// # Errors
+    /// [`StudyError`] where no other number is allowed.
+    pub fn sides(
         &self,
         UncertainKey { key, standard_error }: &UncertainKey,
     ) -> Result<Sides, StudyError> {
@@ -207,6 +215,14 @@ impl Study {
         model.driver.curve_speed.parameter_uncertainty = false;
         self.with_model(model)
     }
+}
+
+/// Whether two paths lead to the same numbers, or one to a part of the other's.
+fn same_or_part(a: &str, b: &str) -> bool {
+    let below = |long: &str, short: &str| {
+        long.strip_prefix(short).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+    };
+    below(a, b) || below(b, a)
 }
 
 /// The JSON pointer of a dotted path.

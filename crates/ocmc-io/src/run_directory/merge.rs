@@ -10,13 +10,15 @@ use crate::given_drive::GivenDrive;
 use crate::records::{Group, RecordFormat};
 use crate::shell_word::resume_command;
 use crate::study::Files;
+use ocmc_core::fleet::quantity::quantity;
 use ocmc_core::fleet::run::RunPlan;
 use ocmc_core::fleet::summary::SummaryBuilder;
+use ocmc_core::fleet::uncertainty::Effects;
 use ocmc_core::record::Record;
 use ocmc_core::study::Study;
 use std::convert::Infallible;
 use std::fs;
-use std::ops::ControlFlow;
+use std::ops::ControlFlow::{self, Continue};
 use std::path::{Path, PathBuf};
 
 /// One part, and where it lies.
@@ -128,6 +130,8 @@ fn write_whole(
 ) -> Result<RunSummary, RunDirectoryError> {
     let begin = &parts[0];
     let cycles = parts.iter().map(|part| part.manifest.completed).sum();
+    // before anything is written: whoever ends it then has nothing to clear away
+    let effects = effects_of(parts, study, given, cycles);
     let mut directory =
         RunDirectory::create(out, format, Manifest { cycles, ..begin.manifest.clone() })?;
     let mut fleet = SummaryBuilder::new(begin.manifest.dependence());
@@ -147,14 +151,23 @@ fn write_whole(
     let threads = parts.iter().map(|part| part.measured.threads).sum();
     let manifest = directory.manifest.clone();
     let mut summary = fleet.finish();
-    let Manifest { seed, first_cycle, .. } = manifest;
-    let plan = RunPlan::new(seed, first_cycle, cycles, None, None);
-    let drive =
-        |study: &Study, plan: &RunPlan| given.records(study, plan, |_| ControlFlow::Continue(()));
-    let ControlFlow::Continue(()) = summary.add_uncertainty::<Infallible>(study, &plan, drive);
+    summary.know_effects(study, effects.as_ref());
     let summary = RunSummary::new(&manifest, summary, wall_s, threads);
     directory.finish(&summary)?;
     Ok(summary)
+}
+
+/// What the errors of uncertain numbers do to the mean that the parts speak of; none where they do
+/// not.
+fn effects_of(parts: &[Part], study: &Study, given: &GivenDrive, cycles: u64) -> Option<Effects> {
+    let known = parts.iter().find_map(|part| part.measured.parameter_uncertainty.as_ref())?;
+    let Manifest { seed, first_cycle, .. } = parts[0].manifest;
+    let plan = RunPlan::new(seed, first_cycle, cycles, None, None);
+    let drive = |study: &Study, plan: &RunPlan| given.records(study, plan, |_| Continue(()));
+    let driven: ControlFlow<Infallible, _> =
+        Effects::drive(study, &plan, quantity(&known.column)?, drive);
+    let Continue(effects) = driven;
+    effects
 }
 
 /// Checks that the parts agree in everything but their range.

@@ -249,6 +249,8 @@ pub struct RunDirectory {
     full: u64,
     /// Records of the chunk that is not full yet.
     waiting: Vec<Record>,
+    /// Whether something is missing but cycles.
+    open: bool,
 }
 
 impl RunDirectory {
@@ -273,7 +275,8 @@ impl RunDirectory {
         };
         write_manifest(path, &manifest)?;
         let chunks = Chunks::open(path, format, || Checksums::create(path))?;
-        Ok(Self { path: path.to_owned(), manifest, chunks, full: 0, waiting: Vec::new() })
+        let (path, waiting) = (path.to_owned(), Vec::new());
+        Ok(Self { path, manifest, chunks, full: 0, waiting, open: false })
     }
 
     /// Takes up an unfinished run, whose study is given. `sink` receives the records that are there
@@ -304,7 +307,7 @@ impl RunDirectory {
         chunks.sums().retain(is_chunk);
         chunks.sums().write()?;
         write_manifest(&path, &manifest)?;
-        Ok(Self { path, manifest, chunks, full, waiting })
+        Ok(Self { path, manifest, chunks, full, waiting, open: false })
     }
 
     /// Takes the next records.
@@ -328,6 +331,11 @@ impl RunDirectory {
         self.manifest.cycles = self.full * CHUNK_ROWS as u64 + self.waiting.len() as u64;
     }
 
+    /// The run has all its cycles, and not yet all of its answer.
+    pub fn leave_open(&mut self) {
+        self.open = true;
+    }
+
     /// Completes the records, writes the summary, and then says in the manifest how far the run has
     /// come.
     pub fn finish(mut self, summary: &RunSummary) -> Result<Manifest, RunDirectoryError> {
@@ -335,7 +343,7 @@ impl RunDirectory {
             self.chunks.write(self.full, &self.waiting)?;
         }
         self.manifest.completed = self.full * CHUNK_ROWS as u64 + self.waiting.len() as u64;
-        let all = self.manifest.completed == self.manifest.cycles;
+        let all = self.manifest.completed == self.manifest.cycles && !self.open;
         write_manifest(&self.path, &self.manifest)?;
         self.assemble()?;
         replace(&self.path.join(SUMMARY), summary.to_json().as_bytes())?;

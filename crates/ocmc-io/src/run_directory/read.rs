@@ -36,7 +36,7 @@ pub(super) struct Measured {
     pub(super) wall_s: f64,
     pub(super) threads: usize,
     #[serde(default)]
-    parameter_uncertainty: Option<ParameterUncertainty>,
+    pub(super) parameter_uncertainty: Option<ParameterUncertainty>,
 }
 
 /// The run directory that a path means: the one around it, where it is that of a manifest.

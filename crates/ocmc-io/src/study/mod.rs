@@ -118,6 +118,15 @@ impl LoadedStudy {
         Ok(Self { study, ..self })
     }
 
+    /// The study whose drivers take every sign at its place.
+    pub(crate) fn with_signs_in_place(mut self) -> Self {
+        let mut model = self.study.model().clone();
+        if model.driver.speed_limit.sign_offset_m.take().is_some() {
+            self.study = self.study.with_model(model).expect("a study without one of its laws");
+        }
+        self
+    }
+
     /// The study on one given cycle, which was made from a file that is not itself a route; `keep` is
     /// what is taken from it instead of being drawn.
     ///
@@ -270,7 +279,7 @@ fn check(own: &Node, files: &Files) -> Result<(StudyModel, Study), StudyFileErro
     let mut model: StudyModel = serde_path_to_error::deserialize(tree.to_toml())
         .map_err(|error| fault::from_serde(&tree, &error))?;
     let study = Study::new(model.clone())
-        .and_then(|study| study.sides().map(|_| study))
+        .and_then(|study| study.check_sides().map(|()| study))
         .map_err(|error| StudyFileError { faults: fault::from_core(&tree, error) })?;
     let study = routes::attach(study, &mut model, files).map_err(|(k, fault)| {
         let steps = ["mission", "routes"].map(|key| Step::Key(key.to_owned()));

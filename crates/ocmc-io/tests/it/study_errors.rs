@@ -50,6 +50,8 @@ fn an_error_of_a_number_names_a_number_that_can_have_one() {
         ),
         (estimates("\"mission.payload_kg\"", "1.0", ""), "such as `mission.payload_kg.mean`"),
         (estimates("\"driver.curve_speed.form\"", "1.0", ""), "a path to a number of the study"),
+        (estimates("\"vehicle/curb_mass_kg\"", "1.0", ""), "a path to a number of the study"),
+        (estimates("\"simulation.step_s\"", "0.1", ""), "a path to a number of the study"),
         (estimates("\"driver.curve_speed.replicates\"", "1.0", ""), "a path to a number"),
         (estimates(mass, "1.0, 2.0", ""), "is 2 numbers, allowed is one of each key: 1"),
         (estimates(mass, "-1.0", ""), "is -1, allowed is 0 to"),
