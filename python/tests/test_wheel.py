@@ -24,7 +24,8 @@ def quiet(*command, **options):
 def wheel(tmp_path_factory):
     pytest.importorskip("maturin", reason="the wheel is built by maturin")
     out = tmp_path_factory.mktemp("wheel")
-    quiet(sys.executable, "-m", "maturin", "build", "--quiet", "--out", out, cwd=ROOT)
+    build = [sys.executable, "-m", "maturin", "build", "--quiet", "--compression-level", "9"]
+    quiet(*build, "--out", out, cwd=ROOT)
     (built,) = out.glob("*.whl")
     return built
 

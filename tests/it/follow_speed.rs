@@ -285,3 +285,25 @@ fn a_speed_over_time_is_no_route_and_says_how_it_is_driven() {
         }
     }
 }
+
+#[test]
+fn followed_speeds_stay_where_they_are_for_drivers_who_react_late() {
+    let folder = tempfile::tempdir().expect("a directory");
+    let file = folder.path().join("cycle.csv");
+    let mut text = "time_s,speed_mps\n".to_owned();
+    for k in 0..=200 {
+        let speed = (0.5 * f64::from(k)).min(20.0).min(0.5 * f64::from(200 - k));
+        std::fmt::Write::write_fmt(&mut text, format_args!("{k},{speed}\n")).expect("a string");
+    }
+    std::fs::write(&file, text).expect("space");
+    let file = file.to_str().expect("UTF-8");
+    let records = |name: &str, more: &[&str]| {
+        let out = folder.path().join(name);
+        let path = out.to_str().expect("UTF-8");
+        let arguments = ["drive", file, "--follow-speed", "driver", "--cycles", "3", "--quiet"];
+        crate::program::ocmc(&[&arguments[..], &["--out", path], more].concat()).assert().success();
+        std::fs::read(out.join("records.parquet")).expect("written")
+    };
+    let late = ["--set", "driver.speed_limit.sign_offset_m=300.0"];
+    assert!(records("plain", &[]) == records("late", &late));
+}

@@ -298,3 +298,49 @@ impl Answer for RunAnswer {
         self.text_of_width(WIDTH)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::watch::go_on;
+    use std::fs;
+
+    const ROAD: &str = "mission.length_m=6000";
+    const LAW: &str = "driver.curve_speed.parameter_uncertainty=true";
+
+    #[test]
+    fn a_run_that_is_ended_on_the_sides_is_resumed_there() {
+        let parent = tempfile::tempdir().expect("a directory");
+        let study = ocmc_io::study::load("field-truck", &[ROAD, LAW]).expect("a study");
+        let given = &GivenDrive::nothing();
+        let ended = |name: &str, at_sides: bool| {
+            let directory = parent.path().join(name);
+            let plan = RunPlan::new(1, 0, 40, Some(2), None);
+            let out = Some((directory.clone(), RecordFormat::Csv));
+            let request = RunRequest { study: &study, given, plan, precision: None, out };
+            let mut watch = |progress: Progress| match progress.what {
+                "cycles" => ControlFlow::Continue(()),
+                _ if at_sides => ControlFlow::Break(()),
+                _ => ControlFlow::Continue(()),
+            };
+            let answer = run(&request, &mut |_| (), &mut watch).expect("space");
+            (directory, answer)
+        };
+        let (whole, complete) = ended("whole", false);
+        let (broken, answer) = ended("broken", true);
+        assert_eq!((complete.ended, answer.ended), (RunEnd::Complete, RunEnd::Interrupted));
+        assert_eq!(answer.manifest.completed, 40);
+        let (files, level) = (&Files::here(), CpuLevel::best());
+        let request =
+            ResumeRequest { directory: &broken, files, given, threads: None, chunk: None, level };
+        let resumed = resume(&request, &mut go_on).expect("a run");
+        assert_eq!(resumed.ended, RunEnd::Complete);
+        let [a, b] =
+            [&complete, &resumed].map(|answer| &answer.summary.summary.parameter_uncertainty);
+        assert!(a.is_some() && a == b, "{a:?} {b:?}");
+        for file in ["records.csv", "manifest.json"] {
+            let [a, b] = [&whole, &broken].map(|of| fs::read(of.join(file)).expect("written"));
+            assert!(a == b, "{file}");
+        }
+    }
+}
