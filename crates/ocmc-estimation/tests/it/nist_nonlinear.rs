@@ -171,3 +171,32 @@ fn certified_from_both_starts() {
         minimise(&mut residuals, &problem.starts[0], &[[0.0, 1000.0], [0.0, 1.0]], &tolerances);
     assert!(digits(&boxed.parameters, &problem.certified) > 6.0, "{boxed:?}");
 }
+
+/// MGH10 (R. R. Meyer, 1970; More, Garbow, Hillstrom 1981, problem 10): resistance of a thermistor
+/// over temperature, y = b1 exp(b2 / (x + b3)). From its first start the way to the optimum leads
+/// through b1 of 1e-26, along a valley that bends at every step: thousands of iterations, and no
+/// stop on the way that calls itself converged.
+#[test]
+fn the_thermistor_is_found_from_both_starts() {
+    let y = [
+        34780.0, 28610.0, 23650.0, 19630.0, 16370.0, 13720.0, 11540.0, 9744.0, 8261.0, 7030.0,
+        6005.0, 5147.0, 4427.0, 3820.0, 3307.0, 2872.0,
+    ];
+    let certified = [5.6096364710e-03, 6.1813463463e+03, 3.4522363462e+02];
+    let mut residuals = |b: &[f64], r: &mut Vec<f64>| {
+        r.clear();
+        r.extend(y.iter().zip(10..).map(|(y, k)| {
+            let x = 5.0 * f64::from(k);
+            b[0] * (b[1] / (x + b[2])).exp() - y
+        }));
+    };
+    let free = [[f64::NEG_INFINITY, f64::INFINITY]; 3];
+    let tolerances = Tolerances { most_iterations: 20_000, ..Tolerances::default() };
+    for start in [[2.0, 400_000.0, 25_000.0], [0.02, 4000.0, 250.0]] {
+        let found = minimise(&mut residuals, &start, &free, &tolerances);
+        let digits = digits(&found.parameters, &certified);
+        println!("from {start:?}: {digits:.1} digits after {} iterations", found.iterations);
+        assert!(digits > 6.0 && found.converged, "{found:?}");
+        assert!((found.sum_of_squares / 8.7945855171e+01 - 1.0).abs() < 1e-8, "{found:?}");
+    }
+}
