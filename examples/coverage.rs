@@ -180,7 +180,7 @@ fn detectors(seed: u64, noise: Option<f64>, model: &StudyModel) -> Vec<Interval>
     let mut draws = Draws::new(seed, 99, Stream::Traffic);
     let (mut records, mut ratios) = (Vec::new(), Vec::new());
     for (site, (road_type, of_type)) in truth.types.iter().enumerate() {
-        let series = truth.sample(30.0 * DAY_S, &Streams::new(seed, site as u64));
+        let series = truth.sample(0.0, 30.0 * DAY_S, &Streams::new(seed, site as u64));
         for step in 0..30 * 288 {
             let time_s = (step as f64 + 0.5) * truth.step_s;
             let density = truth.density_per_m(of_type, &series, 0.0, time_s);

@@ -42,7 +42,7 @@ fn assert_along(name: &str, study: &Study, cycle_id: u64) -> usize {
         &streams,
     );
     let traffic = &models.traffic;
-    let series = traffic.sample(cycle.free_flow_s, &streams);
+    let series = traffic.sample(cycle.mission.departure_s, cycle.free_flow_s, &streams);
     // at even odds the density is the series alone
     let even = TrafficTypeModel { off_peak_share: 0.5, peak_share: 0.5 };
     let odds = |middle_s: f64| {

@@ -177,6 +177,13 @@ pub struct Record {
     /// held and an engine's goes on with its last slope, or in which more was drawn than the
     /// battery has at any current; to a step where an edge is crossed.
     pub outside_map_s: Option<f64>,
+    /// Its truck; where each trip has a truck of its own, the id of the cycle. Null in records of
+    /// versions that had no trucks, as the next two.
+    pub truck_id: Option<u64>,
+    /// Its driver: one of the truck's, or of the pool.
+    pub driver_id: Option<u64>,
+    /// Which trip of its truck it is, from 0.
+    pub trip: Option<u64>,
     /// The terms of the ledger that have a column of their own, in the order of their declarations.
     #[serde(skip)]
     pub own_columns: [Option<f64>; OWN_COLUMNS],
@@ -408,4 +415,7 @@ const FIELDS: &[Column] = &[
     column_of("limited_s", |r| Cell::Number(r.limited_s)),
     column_of("missing_energy_j", |r| Cell::Number(r.missing_energy_j)),
     column_of("outside_map_s", |r| Cell::Number(r.outside_map_s)),
+    column_of("truck_id", |r| Cell::Integer(r.truck_id)),
+    column_of("driver_id", |r| Cell::Integer(r.driver_id)),
+    column_of("trip", |r| Cell::Integer(r.trip)),
 ];

@@ -236,14 +236,8 @@ impl Law {
                 .find(|(_, shape)| !(*shape >= Self::LEAST_SHAPE))
                 .map(|(name, shape)| (name, shape, "0.001 or more"))
                 .or_else(|| positive("scale", *scale)),
-            Self::Mixture { weights, components } => {
-                weighted(weights, components.len()).or_else(|| {
-                    components.iter().find_map(|part| match part {
-                        Quantity::Number(_) => None,
-                        Quantity::Law(law) => law.fault(),
-                    })
-                })
-            }
+            Self::Mixture { weights, components } => weighted(weights, components.len())
+                .or_else(|| components.iter().find_map(Quantity::fault)),
             Self::Empirical { values, weights } => match weights {
                 Some(weights) => weighted(weights, values.len()),
                 None => positive("values", values.len() as f64),

@@ -22,16 +22,14 @@ pub fn support(components: &[Quantity]) -> (f64, f64) {
     span(components.iter().map(|part| match part {
         Quantity::Number(value) => (*value, *value),
         Quantity::Law(law) => law.support(),
+        Quantity::Levelled(levelled) => levelled.law.support(),
     }))
 }
 
 /// See [`super::Law::practical_range`]; parts without weight do not count.
 pub fn practical_range(weights: &[f64], components: &[Quantity]) -> (f64, f64) {
     let drawn = weights.iter().zip(components).filter(|(weight, _)| **weight > 0.0);
-    span(drawn.map(|(_, part)| match part {
-        Quantity::Number(value) => (*value, *value),
-        Quantity::Law(law) => law.practical_range(),
-    }))
+    span(drawn.map(|(_, part)| part.practical_range()))
 }
 
 /// From the lowest to the highest of several ranges.

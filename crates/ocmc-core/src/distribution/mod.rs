@@ -11,6 +11,7 @@ pub mod empirical;
 pub mod exponential;
 pub mod gamma;
 mod law;
+pub mod levelled;
 pub mod log_normal;
 pub mod mixture;
 pub mod normal;
@@ -22,6 +23,7 @@ use crate::random::Draws;
 
 pub use gamma::standard_gamma;
 pub use law::Law;
+pub use levelled::LevelledLaw;
 pub use quantity::Quantity;
 
 /// What one draw in a million exceeds is drawn by none: the check of a study looks as far as that

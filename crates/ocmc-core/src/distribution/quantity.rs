@@ -1,10 +1,12 @@
 //! A number of a study file that may vary: how it is drawn, read and written.
 
-use super::Law;
-use crate::random::Draws;
+use super::levelled::LEVEL_KEYS;
+use super::{Law, LevelledLaw};
+use crate::random::nesting::Level;
+use crate::random::{Draws, Stream, Streams};
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::de::value::MapAccessDeserializer;
-use serde::de::{MapAccess, Visitor};
+use serde::de::{DeserializeSeed, IntoDeserializer, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 use std::fmt;
 
@@ -24,6 +26,8 @@ pub enum Quantity {
     Number(f64),
     /// Drawn from a law.
     Law(Law),
+    /// Drawn from a law at a level of its own, or with a spread between trucks.
+    Levelled(Box<LevelledLaw>),
 }
 
 impl Quantity {
@@ -32,6 +36,33 @@ impl Quantity {
         match self {
             Self::Number(value) => *value,
             Self::Law(law) => law.sample(draws),
+            Self::Levelled(levelled) => levelled.law.sample(draws),
+        }
+    }
+
+    /// One draw of what a trip has once, from the draws of its stream, at the quantity's level.
+    pub fn sample_once(&self, streams: &Streams, stream: Stream, draws: &mut Draws) -> f64 {
+        match self {
+            Self::Levelled(levelled) => levelled.sample(streams, stream, draws),
+            _ => self.sample(draws),
+        }
+    }
+
+    /// What is wrong with a law's own parameters: (parameter, value, what is allowed).
+    pub fn fault(&self) -> Option<(&'static str, f64, &'static str)> {
+        match self {
+            Self::Number(_) => None,
+            Self::Law(law) => law.fault(),
+            Self::Levelled(levelled) => levelled.fault(),
+        }
+    }
+
+    /// See [`Law::practical_range`]; a number is a range of its own.
+    pub fn practical_range(&self) -> (f64, f64) {
+        match self {
+            Self::Number(value) => (*value, *value),
+            Self::Law(law) => law.practical_range(),
+            Self::Levelled(levelled) => levelled.practical_range(),
         }
     }
 
@@ -41,6 +72,7 @@ impl Quantity {
         match self {
             Self::Number(value) => *value,
             Self::Law(law) => law.centre(),
+            Self::Levelled(levelled) => levelled.law.centre(),
         }
     }
 }
@@ -77,7 +109,56 @@ impl<'de> Visitor<'de> for QuantityVisitor {
         Ok(Quantity::Number(value as f64))
     }
     fn visit_map<M: MapAccess<'de>>(self, map: M) -> Result<Quantity, M::Error> {
-        Law::deserialize(MapAccessDeserializer::new(map)).map(Quantity::Law)
+        let mut found = LevelKeys::default();
+        let law = WithoutLevelKeys { map, found: &mut found };
+        let law = Law::deserialize(MapAccessDeserializer::new(law))?;
+        let LevelKeys { level, truck_sd, truck_log_sd } = found;
+        if level.is_none() && truck_sd.is_none() && truck_log_sd.is_none() {
+            return Ok(Quantity::Law(law));
+        }
+        let levelled = LevelledLaw { law, level, truck_sd, truck_log_sd };
+        Ok(Quantity::Levelled(Box::new(levelled)))
+    }
+}
+
+/// What a table says beside its law.
+#[derive(Default)]
+struct LevelKeys {
+    level: Option<Level>,
+    truck_sd: Option<f64>,
+    truck_log_sd: Option<f64>,
+}
+
+/// A table less the keys that stand beside its law.
+struct WithoutLevelKeys<'a, M> {
+    map: M,
+    found: &'a mut LevelKeys,
+}
+
+impl<'de, M: MapAccess<'de>> MapAccess<'de> for WithoutLevelKeys<'_, M> {
+    type Error = M::Error;
+
+    fn next_key_seed<K: DeserializeSeed<'de>>(
+        &mut self,
+        seed: K,
+    ) -> Result<Option<K::Value>, M::Error> {
+        let [level, truck_sd, truck_log_sd] = LEVEL_KEYS;
+        while let Some(key) = self.map.next_key::<String>()? {
+            if key == level {
+                self.found.level = Some(self.map.next_value()?);
+            } else if key == truck_sd {
+                self.found.truck_sd = Some(self.map.next_value()?);
+            } else if key == truck_log_sd {
+                self.found.truck_log_sd = Some(self.map.next_value()?);
+            } else {
+                return seed.deserialize(key.into_deserializer()).map(Some);
+            }
+        }
+        Ok(None)
+    }
+
+    fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, M::Error> {
+        self.map.next_value_seed(seed)
     }
 }
 

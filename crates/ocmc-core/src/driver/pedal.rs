@@ -181,7 +181,11 @@ impl PedalModel {
         } else {
             let model = &self.switched;
             let mut draw = |law: &Quantity| {
-                if spread { law.sample(&mut draws) } else { law.centre() }
+                if spread {
+                    law.sample_once(streams, Stream::Pedals, &mut draws)
+                } else {
+                    law.centre()
+                }
             };
             Pedals {
                 proportional: draw(&model.proportional).min(stability_limit),

@@ -63,7 +63,8 @@ impl SpeedChangeModel {
     pub fn sample(&self, streams: &Streams, spread: bool) -> SpeedChange {
         let mut draws = streams.open(Stream::SpeedChange);
         let mut draw = |law: &Quantity| {
-            if spread { law.sample(&mut draws) } else { law.centre() }
+            let stream = Stream::SpeedChange;
+            if spread { law.sample_once(streams, stream, &mut draws) } else { law.centre() }
         };
         let deceleration_mps2 = draw(&self.deceleration_mps2);
         let acceleration_mps2 = draw(&self.acceleration_mps2);

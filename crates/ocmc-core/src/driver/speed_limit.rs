@@ -63,7 +63,11 @@ impl SpeedLimitModel {
     /// Draws one driver; `spread` false gives the typical one.
     pub fn sample(&self, streams: &Streams, spread: bool) -> SpeedLimit {
         let draw = |law: &Quantity, stream| {
-            if spread { law.sample(&mut streams.open(stream)) } else { law.centre() }
+            if spread {
+                law.sample_once(streams, stream, &mut streams.open(stream))
+            } else {
+                law.centre()
+            }
         };
         let sign_offset_m = self.sign_offset_m.as_ref();
         SpeedLimit {

@@ -233,6 +233,9 @@ impl LaneTask {
         let known = Record {
             cycle_id: self.scenario.cycle_id,
             outcome,
+            truck_id: Some(self.scenario.trip.truck_id),
+            driver_id: Some(self.scenario.trip.driver_id),
+            trip: Some(self.scenario.trip.trip),
             duration_s: ledger[Term::Time] + self.standstill_s,
             standstill_s: self.standstill_s,
             n_stops: self.n_stops,

@@ -90,17 +90,24 @@ impl MissionModel {
         streams: &Streams,
         without: &[ModelSwitch],
     ) -> Mission {
-        let draw = || self.length_m.sample(&mut streams.open(Stream::MissionLength));
+        let draw = || {
+            let stream = Stream::MissionLength;
+            self.length_m.sample_once(streams, stream, &mut streams.open(stream))
+        };
         let length_m = given_length_m.unwrap_or_else(draw);
         let payload_kg = if without.contains(&ModelSwitch::PayloadSpread) {
             self.payload_kg.centre()
         } else {
-            self.payload_kg.sample(&mut streams.open(Stream::Payload))
+            let stream = Stream::Payload;
+            self.payload_kg.sample_once(streams, stream, &mut streams.open(stream))
         };
         let mut draws = streams.open(Stream::Departure);
-        let clock = self.departure_s_of_day.sample(&mut draws);
+        let mut departure =
+            |law: &Quantity| law.sample_once(streams, Stream::Departure, &mut draws);
+        let clock = departure(&self.departure_s_of_day) + streams.departure_offset_s();
         let departure_s = clock - 86_400.0 * libm::floor(clock / 86_400.0);
-        let day_of_year = libm::floor(self.departure_day_of_year.sample(&mut draws));
+        let drawn_day = libm::floor(departure(&self.departure_day_of_year));
+        let day_of_year = streams.day_of_year().unwrap_or(drawn_day);
 
         let mut stops = Vec::new();
         if let Some(model) = &self.stops {

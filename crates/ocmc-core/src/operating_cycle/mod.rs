@@ -145,7 +145,7 @@ impl OperatingCycleSampler {
             self.weather.sample(day, second, cycle.free_flow_s, streams)
         });
         let traffic = (!without.contains(&ModelSwitch::Traffic))
-            .then(|| self.traffic.sample(cycle.free_flow_s, streams));
+            .then(|| self.traffic.sample(mission.departure_s, cycle.free_flow_s, streams));
         let weather_at = |time_s: f64| weather.as_ref().map_or(STANDARD_WEATHER, |w| w.at(time_s));
         let step_s = self.traffic.step_s;
         let middle_s = |block: f64| (block + 0.5) * step_s;

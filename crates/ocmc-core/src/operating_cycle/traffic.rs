@@ -85,15 +85,20 @@ impl TrafficModel {
         }
     }
 
-    /// Draws the deviations of `duration_s`.
-    pub fn sample(&self, duration_s: f64, streams: &Streams) -> TrafficSeries {
+    /// Draws the deviations of `duration_s` from a departure on, which is counted from midnight.
+    pub fn sample(&self, departure_s: f64, duration_s: f64, streams: &Streams) -> TrafficSeries {
         let count = libm::ceil(duration_s / self.step_s) as usize + 1;
         let mut draws = streams.open(Stream::Traffic);
         let innovation = (1.0 - self.step_correlation * self.step_correlation).sqrt();
         let mut state = draws.normal();
+        // what a day's trucks share begins at midnight
+        let is_shared = streams.is_shared_by_day(Stream::Traffic);
+        let before = if is_shared { (departure_s / self.step_s) as usize } else { 0 };
         let mut deviation = Vec::with_capacity(count);
-        for _ in 0..count {
-            deviation.push(self.logit_sd * state);
+        for step in 0..before + count {
+            if step >= before {
+                deviation.push(self.logit_sd * state);
+            }
             state = self.step_correlation * state + innovation * draws.normal();
         }
         TrafficSeries { deviation }
@@ -183,7 +188,7 @@ mod tests {
             let (mut squares, mut products) = (Vec::new(), Vec::new());
             for cycle_id in 0..500 {
                 let streams = Streams::new(seed, cycle_id);
-                let u = model.sample(86_400.0, &streams).deviation;
+                let u = model.sample(0.0, 86_400.0, &streams).deviation;
                 let n = u.len() as f64;
                 squares.push(u.iter().map(|x| x * x).sum::<f64>() / n);
                 products.push(u.windows(2).map(|w| w[0] * w[1]).sum::<f64>() / (n - 1.0));

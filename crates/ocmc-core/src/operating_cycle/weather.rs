@@ -76,6 +76,11 @@ pub struct TemperatureModel {
     /// Stationary standard deviation in July, in K.
     #[schemars(range(min = 0.0, max = 20.0))]
     pub summer_sd_k: f64,
+    /// Standard deviation between trucks of the year's mean where they are at home, in K; absent:
+    /// all have the same climate.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0, max = 20.0))]
+    pub truck_sd_k: Option<f64>,
 }
 
 /// Relative humidity, on the logit scale.
@@ -224,8 +229,12 @@ impl WeatherModel {
         let wet_share = rain.wet_after_dry / (1.0 - rain.wet_after_wet + rain.wet_after_dry);
         let mut wet = precipitation.happens(wet_share);
 
+        // what a day's trucks share begins at midnight
+        let is_shared = streams.is_shared_by_day(Stream::Temperature);
+        let before = if is_shared { (departure_s / 3600.0) as usize } else { 0 };
+        let home_k = self.home_climate_k(streams);
         let mut hours = Vec::with_capacity(count);
-        for h in 0..count {
+        for h in 0..before + count {
             if h > 0 {
                 advance(&mut xi_t, self.temperature.hourly_correlation, &mut temperature);
                 advance(&mut xi_p, self.pressure.hourly_correlation, &mut pressure);
@@ -238,11 +247,11 @@ impl WeatherModel {
                     rain.wet_after_dry
                 });
             }
-            let time_s = departure_s + 3600.0 * h as f64;
+            let time_s = departure_s + 3600.0 * (h as f64 - before as f64);
             let day = day_of_year + time_s / 86_400.0;
             let hour = time_s / 3600.0;
             let deviation_k = self.temperature_sd_k(day) * xi_t;
-            let temperature_k = self.mean_temperature_k(day, hour) + deviation_k;
+            let temperature_k = self.mean_temperature_k(day, hour) + deviation_k + home_k;
             let logit = self.humidity.mean_logit
                 + self.humidity.annual_amplitude * season(day)
                 + self.humidity.daily_amplitude * night(hour)
@@ -250,6 +259,9 @@ impl WeatherModel {
                 + self.humidity.sd * xi_h;
             let amount = rain.mean_intensity_mps / rain.intensity_shape
                 * crate::distribution::standard_gamma(&mut precipitation, rain.intensity_shape);
+            if h < before {
+                continue;
+            }
             hours.push(Weather {
                 temperature_k,
                 pressure_pa: standard_pressure_pa(self.altitude_m) + self.pressure.sd * xi_p,
@@ -262,6 +274,14 @@ impl WeatherModel {
             });
         }
         WeatherSeries { hours }
+    }
+
+    /// By how much the climate at home of this cycle's truck is warmer than the fleet's, in K.
+    fn home_climate_k(&self, streams: &Streams) -> f64 {
+        self.temperature.truck_sd_k.map_or(0.0, |sd_k| {
+            let stream = Stream::Temperature;
+            sd_k * streams.truck_effect(stream, &streams.open(stream))
+        })
     }
 
     fn mean_temperature_k(&self, day: f64, hour: f64) -> f64 {

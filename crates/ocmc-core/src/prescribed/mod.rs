@@ -211,6 +211,9 @@ pub fn follow_scenario(
     // without a driver what a record says of the driver and of the road is none
     let known = Record {
         cycle_id: scenario.cycle_id,
+        truck_id: Some(scenario.trip.truck_id),
+        driver_id: Some(scenario.trip.driver_id),
+        trip: Some(scenario.trip.trip),
         payload_kg: mission.payload_kg,
         air_temperature_k: weather.temperature_k,
         departure_s_of_year: mission.day_of_year * 86_400.0 + mission.departure_s,

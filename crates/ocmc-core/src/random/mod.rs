@@ -2,14 +2,18 @@
 //!
 //! Everything random in cycle `k` is a pure function of (seed, k, stream). No generator is shared
 //! or stored, so a cycle is replayed alone, parts of a run come from many machines, one factor is
-//! frozen while another varies, and a new draw in the weather moves no curve in the road.
+//! frozen while another varies, and a new draw in the weather moves no curve in the road. Where
+//! trucks make several trips, [`nesting`] says whose draws a trip takes.
 //!
 //! The generator is ChaCha with 8 rounds (D. J. Bernstein, 2008), whose 64-bit stream number is `64
-//! k + stream`, so ids go up to [`LAST_CYCLE_ID`]; its key is the seed. Transcendental functions
-//! come from `libm`, so that the draws have the same bits on every platform.
+//! k + stream`, so ids go up to [`LAST_CYCLE_ID`]; its key is the seed, and the number of the trip.
+//! Transcendental functions come from `libm`, so that the draws have the same bits on every
+//! platform.
 
+pub mod nesting;
 pub mod sampling;
 
+use crate::random::nesting::{Drivers, Ids, Level, Nesting, Trip};
 use crate::random::sampling::{Point, Sampling};
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
@@ -19,7 +23,10 @@ use serde::{Deserialize, Serialize};
 pub const LAST_CYCLE_ID: u64 = u64::MAX / 64;
 
 /// One sampled factor. The number is part of the stream's key: append, never renumber.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, schemars::JsonSchema,
+)]
+#[serde(rename_all = "snake_case")]
 #[repr(u8)]
 pub enum Stream {
     /// Sequence and lengths of road types.
@@ -93,6 +100,10 @@ pub enum Stream {
     RailwayCrossing = 33,
     /// Where the driver's wanted speed changes at a sign.
     SignOffset = 34,
+    /// By how much what a truck meets or carries differs from its fleet's.
+    TruckEffect = 35,
+    /// Which driver of a pool makes a trip.
+    DriverAssignment = 36,
 }
 
 /// A set of streams.
@@ -165,7 +176,7 @@ pub enum Factor {
 
 impl Stream {
     /// All streams, in the order of their numbers.
-    pub const ALL: [Self; 35] = [
+    pub const ALL: [Self; 37] = [
         Self::RoadType,
         Self::SpeedSign,
         Self::Curve,
@@ -201,6 +212,8 @@ impl Stream {
         Self::Electric,
         Self::RailwayCrossing,
         Self::SignOffset,
+        Self::TruckEffect,
+        Self::DriverAssignment,
     ];
 
     /// The factor that this stream belongs to; none for what is no part of a cycle.
@@ -235,10 +248,13 @@ impl Stream {
             | S::SignOffset
             | S::CurveSpeedParameters => Factor::Driver,
             S::Vehicle | S::Electric => Factor::Vehicle,
-            S::Bootstrap => return None,
+            S::Bootstrap | S::TruckEffect | S::DriverAssignment => return None,
         })
     }
 }
+
+/// Each cycle has a truck and a driver of its own.
+static NO_NESTING: Nesting = Nesting::NONE;
 
 /// Where the draws of one cycle come from.
 #[derive(Clone, Debug)]
@@ -253,35 +269,88 @@ pub struct Streams<'a> {
     pub pick_freeze: PickFreeze,
     /// Whether the first draws are spread evenly over a batch of cycles.
     pub sampling: Sampling,
+    /// How cycles belong to trucks, drivers and days.
+    pub nesting: &'a Nesting,
 }
 
 impl<'a> Streams<'a> {
     /// The streams of one cycle, nothing frozen, all from the first sample.
     pub fn new(seed: u64, cycle_id: u64) -> Streams<'a> {
-        let sampling = Sampling::Independent;
-        Self { seed, cycle_id, frozen: &[], pick_freeze: PickFreeze::NONE, sampling }
+        let (sampling, nesting) = (Sampling::Independent, &NO_NESTING);
+        Self { seed, cycle_id, frozen: &[], pick_freeze: PickFreeze::NONE, sampling, nesting }
     }
 
-    /// Opens the stream of one factor of this cycle.
+    /// Opens the stream of one factor of this cycle, at its level.
     pub fn open(&self, stream: Stream) -> Draws {
-        let (sample, id) = self.source(stream);
-        let draws = Draws::of(self.seed, sample, id, stream);
-        if self.sampling == Sampling::Sobol && stream.is_spread() {
-            return draws.spread(self.seed, sample, id, stream);
-        }
-        draws
+        self.open_at(stream, self.nesting.level_of(stream))
     }
 
-    /// Opens a stream that is shared by all cycles of one replicate (`cycle_id mod replicates`).
+    /// Opens a stream at a level.
+    fn open_at(&self, stream: Stream, level: Level) -> Draws {
+        let (sample, cycle_id) = self.source(stream);
+        let ids = self.ids(level, cycle_id);
+        let draws = Draws::of(self.seed, sample, ids, stream);
+        let is_spread = self.sampling == Sampling::Sobol && stream.is_spread() && !ids.is_day;
+        if is_spread {
+            draws.spread(self.seed, sample, self.place(level, ids), stream)
+        } else {
+            draws
+        }
+    }
+
+    /// A stream at another level, as far on as these draws of it are.
+    pub fn open_beside(&self, stream: Stream, level: Level, draws: &Draws) -> Draws {
+        let mut beside = self.open_at(stream, level);
+        beside.go_to(draws);
+        beside
+    }
+
+    /// A standard normal of this cycle's truck that belongs to what the next draw of a stream
+    /// gives.
+    pub fn truck_effect(&self, stream: Stream, draws: &Draws) -> f64 {
+        let (sample, cycle_id) = self.source(stream);
+        let ids = self.ids(Level::Truck, cycle_id);
+        let place = (stream as u64) << 32 | draws.drawn();
+        Draws::of(self.seed, sample, ids, Stream::TruckEffect).at(place).normal()
+    }
+
+    /// Opens a stream that is shared by all trucks of one replicate (`truck_id mod replicates`).
     /// What a fit does not know belongs to no factor and cannot be frozen.
     pub fn open_replicate(&self, stream: Stream, replicates: u64) -> Draws {
         let (sample, id) = Streams { frozen: &[], ..self.clone() }.source(stream);
-        Draws::of(self.seed, sample, id % replicates.max(1), stream)
+        let (truck_id, _) = self.nesting.truck_and_trip(id);
+        Draws::of(self.seed, sample, Ids::of_cycle(truck_id % replicates.max(1)), stream)
     }
 
     /// The cycle whose draws a stream gives.
     pub fn cycle_of(&self, stream: Stream) -> u64 {
         self.source(stream).1
+    }
+
+    /// The cycle's place in its fleet.
+    pub fn trip(&self) -> Trip {
+        let (truck_id, trip) = self.nesting.truck_and_trip(self.cycle_id);
+        Trip { truck_id, driver_id: self.driver_id(self.cycle_id), trip }
+    }
+
+    /// Day of the year of this trip, from 0, where trucks drive on given days.
+    pub fn day_of_year(&self) -> Option<f64> {
+        let days = self.nesting.days?;
+        let (_, trip) = self.nesting.truck_and_trip(self.cycle_of(Stream::Departure));
+        Some((days.day_of(trip) % nesting::DAYS_OF_YEAR) as f64)
+    }
+
+    /// How much later than the day's first trip this one departs, in s.
+    pub fn departure_offset_s(&self) -> f64 {
+        let (_, trip) = self.nesting.truck_and_trip(self.cycle_of(Stream::Departure));
+        self.nesting
+            .days
+            .map_or(0.0, |days| days.departure_of(trip) as f64 * days.departure_interval_s)
+    }
+
+    /// Whether all trucks that drive on a day share what a stream draws.
+    pub fn is_shared_by_day(&self, stream: Stream) -> bool {
+        self.nesting.level_of(stream) == Level::Day
     }
 
     /// The sample and the cycle that a stream comes from.
@@ -294,6 +363,50 @@ impl<'a> Streams<'a> {
             (Sample::First, self.cycle_id)
         }
     }
+
+    /// What the draws of a cycle depend on at a level.
+    fn ids(&self, level: Level, cycle_id: u64) -> Ids {
+        let (truck_id, trip) = self.nesting.truck_and_trip(cycle_id);
+        match level {
+            Level::Trip => Ids { id: truck_id, trip, is_day: false },
+            Level::Driver => Ids::of_cycle(self.driver_id(cycle_id)),
+            Level::Truck => Ids::of_cycle(truck_id),
+            Level::Day => Ids { id: self.nesting.day_of(trip), trip: 0, is_day: true },
+        }
+    }
+
+    /// Who drives a cycle.
+    fn driver_id(&self, cycle_id: u64) -> u64 {
+        let (truck_id, trip) = self.nesting.truck_and_trip(cycle_id);
+        match self.nesting.drivers {
+            Drivers::OfTruck(drivers) => truck_id * drivers + trip % drivers,
+            Drivers::OfPool(drivers) => {
+                let ids = Ids { id: truck_id, trip, is_day: false };
+                let mut draws = Draws::of(self.seed, Sample::First, ids, Stream::DriverAssignment);
+                (draws.uniform() * drivers as f64) as u64
+            }
+        }
+    }
+
+    /// Batch and index in it of what is spread evenly: trucks, drivers, or the trips of a truck.
+    fn place(&self, level: Level, ids: Ids) -> Place {
+        let batch = Sampling::Sobol.batch();
+        if level == Level::Trip && self.nesting.trips_per_truck > 1 {
+            let of = Ids { trip: ids.trip / batch, ..ids };
+            return Place { of, is_of_truck: true, index: ids.trip % batch };
+        }
+        let of = Ids::of_cycle(ids.id / batch);
+        Place { of, is_of_truck: false, index: ids.id % batch }
+    }
+}
+
+/// A batch, and the index in it.
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    of: Ids,
+    /// Whether it is a batch of trips of one truck.
+    is_of_truck: bool,
+    index: u64,
 }
 
 /// Which of the two samples of a seed; bits of the generator's key that are inverted.
@@ -306,6 +419,10 @@ enum Sample {
 
 /// The bit of the key that is inverted for the scrambling of points.
 const SCRAMBLING: u8 = 0x40;
+/// The bit that is inverted for what all trucks share that drive on a day.
+const DAY: u8 = 0x20;
+/// The bit that is inverted for the scrambling of the trips of one truck.
+const OF_TRUCK: u8 = 0x10;
 
 /// A stream of draws.
 #[derive(Clone, Debug)]
@@ -317,23 +434,35 @@ pub struct Draws {
 impl Draws {
     /// The stream of (seed, cycle, stream).
     pub fn new(seed: u64, cycle_id: u64, stream: Stream) -> Self {
-        Self::of(seed, Sample::First, cycle_id, stream)
+        Self::of(seed, Sample::First, Ids::of_cycle(cycle_id), stream)
     }
 
     /// The stream of (seed, cycle, stream) of the second sample.
     pub fn of_second_sample(seed: u64, cycle_id: u64, stream: Stream) -> Self {
-        Self::of(seed, Sample::Second, cycle_id, stream)
+        Self::of(seed, Sample::Second, Ids::of_cycle(cycle_id), stream)
     }
 
-    fn of(seed: u64, sample: Sample, cycle_id: u64, stream: Stream) -> Self {
-        Self { generator: generator(seed, sample as u8, cycle_id, stream), point: Point::NONE }
+    fn of(seed: u64, sample: Sample, ids: Ids, stream: Stream) -> Self {
+        let flipped = sample as u8 | if ids.is_day { DAY } else { 0 };
+        Self { generator: generator(seed, flipped, ids, stream), point: Point::NONE }
     }
 
-    /// Its first draws spread evenly over the batch of the cycle.
-    fn spread(self, seed: u64, sample: Sample, cycle_id: u64, stream: Stream) -> Self {
-        let batch = cycle_id / Sampling::Sobol.batch();
-        let scrambling = generator(seed, sample as u8 | SCRAMBLING, batch, stream);
-        Self { point: Point::new(scrambling, cycle_id), ..self }
+    /// Its first draws spread evenly over a batch.
+    fn spread(self, seed: u64, sample: Sample, place: Place, stream: Stream) -> Self {
+        let flipped = sample as u8 | SCRAMBLING | if place.is_of_truck { OF_TRUCK } else { 0 };
+        let scrambling = generator(seed, flipped, place.of, stream);
+        Self { point: Point::new(scrambling, place.index), ..self }
+    }
+
+    /// Number of uniforms that were drawn.
+    fn drawn(&self) -> u64 {
+        (self.generator.get_word_pos() / 2) as u64
+    }
+
+    /// Goes on behind as many uniforms as those of another stream.
+    fn go_to(&mut self, other: &Self) {
+        self.generator.set_word_pos(other.generator.get_word_pos());
+        self.point.go_to(other.drawn());
     }
 
     /// Continues with the draws that belong to a place: whatever was drawn before, the next ones
@@ -404,15 +533,18 @@ impl Draws {
     }
 }
 
-/// The generator of (seed, id, stream), these bits of its key inverted.
-fn generator(seed: u64, flipped: u8, id: u64, stream: Stream) -> ChaCha8Rng {
+/// The generator of (seed, ids, stream), these bits of its key inverted.
+fn generator(seed: u64, flipped: u8, ids: Ids, stream: Stream) -> ChaCha8Rng {
     let mut generator = ChaCha8Rng::seed_from_u64(seed);
-    if flipped != 0 {
+    if flipped != 0 || ids.trip != 0 {
         let mut key = generator.get_seed();
         key[31] ^= flipped;
+        for (byte, of_trip) in key.iter_mut().zip(ids.trip.to_le_bytes()) {
+            *byte ^= of_trip;
+        }
         generator = ChaCha8Rng::from_seed(key);
     }
-    generator.set_stream(id.wrapping_mul(64).wrapping_add(stream as u64));
+    generator.set_stream(ids.id.wrapping_mul(64).wrapping_add(stream as u64));
     generator
 }
 

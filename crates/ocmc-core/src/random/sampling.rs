@@ -1,7 +1,8 @@
 //! How a run's cycles share out the values that describe a whole cycle: each by itself, or evenly
 //! over a batch.
 //!
-//! With [`Sampling::Sobol`] the cycles b·[`BATCH`] to (b + 1)·[`BATCH`] − 1 are batch b. They take
+//! With [`Sampling::Sobol`] the cycles b·[`BATCH`] to (b + 1)·[`BATCH`] − 1 are batch b; where
+//! trucks make several trips, so many trucks, drivers, or trips of one truck. They take
 //! the first four draws of each stream that describes a whole cycle ([`Stream::is_spread`]) from an
 //! Owen-scrambled Sobol sequence, so that among them every sixteenth of the values occurs once.
 //! Each batch and each stream has a scrambling of its own: batches are independent of one another,
@@ -91,9 +92,9 @@ impl Point {
     /// No point: every draw is the stream's own.
     pub(crate) const NONE: Self = Self { coordinates: [0; DIMENSIONS], used: DIMENSIONS };
 
-    /// The point of a cycle, scrambled by the generator of its batch and stream.
-    pub(crate) fn new(mut scrambling: ChaCha8Rng, cycle_id: u64) -> Self {
-        let index = (cycle_id % BATCH) as u32;
+    /// The point of that index in its batch, scrambled by the generator of the batch and stream.
+    pub(crate) fn new(mut scrambling: ChaCha8Rng, index: u64) -> Self {
+        let index = index as u32;
         let scale = f64::from(1_u32 << DIGITS);
         let point = sobol_burley::sample_4d(index, 0, scrambling.next_u32());
         let coordinates = point.map(|x| {
@@ -107,6 +108,11 @@ impl Point {
     #[inline]
     pub(crate) fn is_left(&self) -> bool {
         self.used < DIMENSIONS
+    }
+
+    /// Leaves out what so many draws took; a stream without a point has none left anyway.
+    pub(crate) fn go_to(&mut self, drawn: u64) {
+        self.used = self.used.max(drawn.min(DIMENSIONS as u64) as usize);
     }
 
     /// A word of the stream, its leading digits replaced by those of the next coordinate.
@@ -216,5 +222,37 @@ mod tests {
         let mut parts: Vec<usize> = points.iter().map(|p| (16.0 * p[0]) as usize).collect();
         parts.sort_unstable();
         assert_eq!(parts, (0..16).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn trucks_drivers_and_trips_of_a_truck_spread_evenly() {
+        use crate::random::nesting::{Drivers, Nesting};
+        let nesting =
+            Nesting { trips_per_truck: 32, drivers: Drivers::OfTruck(2), ..Nesting::NONE };
+        let first = |cycle_id: u64, stream: Stream| {
+            Streams { nesting: &nesting, ..streams(5, cycle_id) }.open(stream).uniform()
+        };
+        let each_sixteenth_once = |values: Vec<f64>| {
+            let mut strata: Vec<u64> = values.iter().map(|u| (u * 16.0) as u64).collect();
+            strata.sort_unstable();
+            assert_eq!(strata, (0..16).collect::<Vec<_>>());
+        };
+        for batch in 0..3 {
+            let trucks = (0..16).map(|k| 32 * (16 * batch + k));
+            each_sixteenth_once(trucks.clone().map(|id| first(id, Stream::Vehicle)).collect());
+            // two drivers of eight trucks, who take turns
+            let drivers = (0..16).map(|k| 32 * (8 * batch + k / 2) + k % 2);
+            each_sixteenth_once(drivers.map(|id| first(id, Stream::CurveSpeed)).collect());
+            // sixteen trips of one truck, and the next sixteen
+            for start in [0, 16] {
+                let trips = (0..16).map(|k| 32 * batch + start + k);
+                each_sixteenth_once(trips.map(|id| first(id, Stream::Payload)).collect());
+            }
+        }
+        // batches of trips are scrambled apart
+        let trips = |truck: u64, start: u64| {
+            (0..16).map(|k| first(32 * truck + start + k, Stream::Payload)).collect::<Vec<_>>()
+        };
+        assert!(trips(0, 0) != trips(0, 16) && trips(0, 0) != trips(1, 0));
     }
 }

@@ -2,8 +2,9 @@
 //! numbers that have to fit one another.
 
 use super::StudyModel;
+use super::fleet::FleetModel;
 use super::keys::{Bounds, Key, declarations};
-use crate::distribution::Law;
+use crate::distribution::Quantity;
 use crate::validation::{Problem, Problems};
 use serde::Deserialize;
 use serde_json::Value;
@@ -29,7 +30,7 @@ pub(super) fn check(model: &StudyModel) -> Result<(), StudyError> {
 
 /// What the rules beside the models say of numbers that are each within their range.
 fn rules(model: &StudyModel, tree: &Value) -> Vec<Problem> {
-    let StudyModel { mission, road, traffic, driver, vehicle, .. } = model;
+    let StudyModel { mission, road, traffic, driver, vehicle, fleet, .. } = model;
     let mut problems = Problems::default();
     problems.part("road", |problems| road.validate(mission.length_m.centre(), problems));
     problems.part("traffic", |problems| traffic.validate(road, problems));
@@ -37,6 +38,8 @@ fn rules(model: &StudyModel, tree: &Value) -> Vec<Problem> {
     problems.part("mission", |problems| in_time(model, problems));
     problems.part("driver", |problems| driver.validate(problems));
     problems.part("vehicle", |problems| vehicle.validate(problems));
+    problems.part("fleet", |problems| fleet.validate(problems));
+    FleetModel::validate_levels(tree, &mut problems);
     problems.part("uncertainty", |problems| model.validate_uncertainty(tree, problems));
     problems.into_found()
 }
@@ -86,7 +89,7 @@ fn number_within(value: f64, key: Key, problems: &mut Problems) {
 /// Checks a law's own parameters, then that it draws, but for one in a million on each side, within
 /// the key's range.
 fn law(value: &Value, key: Key, problems: &mut Problems) {
-    let finite = Law::deserialize(value).ok().filter(|_| !has_null(value));
+    let finite = Quantity::deserialize(value).ok().filter(|_| !has_null(value));
     let Some(law) = finite else {
         // a NaN parameter has become null: it does not read back, or as an absent optional end
         let shown = "a distribution with a parameter that is not a finite number";

@@ -7,6 +7,7 @@
 
 use super::StudyModel;
 use crate::distribution::Law;
+use crate::random::nesting::Level;
 use schemars::Schema;
 use schemars::generate::SchemaSettings;
 use schemars::transform::RecursiveTransform;
@@ -72,10 +73,28 @@ pub fn declarations() -> Value {
     let settings =
         SchemaSettings::draft2020_12().with(|settings| settings.inline_subschemas = true);
     let mut generator = settings.with_transform(RecursiveTransform(as_written)).into_generator();
-    let law = generator.subschema_for::<Law>();
+    let mut law = generator.subschema_for::<Law>();
+    add_levels(&mut law, &generator.subschema_for::<Level>());
     let mut schema = generator.into_root_schema_for::<StudyModel>();
     schema.insert("$defs".to_owned(), json!({ "Law": law }));
     schema.to_value()
+}
+
+/// Puts the keys of a level beside those of each law.
+fn add_levels(law: &mut Schema, level: &Schema) {
+    let said = "Where it is drawn, if not where other quantities of its kind are";
+    let mut level = level.clone();
+    level.insert("description".to_owned(), said.into());
+    let sd = |of: &str| {
+        json!({ "type": "number", "minimum": 0.0,
+            "description": format!("Standard deviation between trucks {of}") })
+    };
+    let laws = law.get_mut("oneOf").and_then(Value::as_array_mut).into_iter().flatten();
+    for keys in laws.filter_map(|law| law.get_mut("properties")?.as_object_mut()) {
+        keys.insert("level".to_owned(), level.clone().to_value());
+        keys.insert("truck_sd".to_owned(), sd("in the law's unit"));
+        keys.insert("truck_log_sd".to_owned(), sd("of the logarithm"));
+    }
 }
 
 /// Makes of the schema of a Rust type that of what is written in a file.

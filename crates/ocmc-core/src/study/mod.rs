@@ -4,6 +4,7 @@
 //! sampling.
 
 mod check;
+pub mod fleet;
 pub mod keys;
 pub mod uncertainty;
 
@@ -19,10 +20,12 @@ use crate::operating_cycle::route::{Keep, Route};
 use crate::operating_cycle::traffic::TrafficModel;
 use crate::operating_cycle::weather::WeatherModel;
 use crate::operating_cycle::{OperatingCycle, OperatingCycleSampler};
+use crate::random::nesting::{Nesting, Trip};
 use crate::random::sampling::Sampling;
 use crate::random::{Factor, PickFreeze, Stream, Streams};
 use crate::switch::ModelSwitch;
 use crate::vehicle::{Vehicle, VehicleModel, VehicleParameters};
+use fleet::FleetModel;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -52,6 +55,9 @@ pub struct StudyModel {
     /// Standard errors of numbers of the study that are estimates, by the name of the estimation.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub uncertainty: BTreeMap<String, Estimates>,
+    /// Trucks that make several trips, their drivers and their days.
+    #[serde(default, skip_serializing_if = "FleetModel::is_absent")]
+    pub fleet: FleetModel,
 }
 
 /// Name, description and sources of a study.
@@ -146,6 +152,7 @@ pub struct Study {
     vehicle: VehicleParameters,
     road_types: Vec<String>,
     stability_limit: f64,
+    nesting: Nesting,
 }
 
 /// One cycle to be driven: operating cycle, driver and vehicle.
@@ -153,6 +160,8 @@ pub struct Study {
 pub struct Scenario {
     /// Index of the cycle in the run.
     pub cycle_id: u64,
+    /// Its truck, its driver, and which trip of the truck it is.
+    pub trip: Trip,
     /// Road, weather, traffic, mission.
     pub cycle: OperatingCycle,
     /// The driver.
@@ -185,7 +194,8 @@ impl Study {
         // brake stability limit: 5 m/s² × brake scale × K_P × step <= 1
         let brake = model.vehicle.brakes.full_deceleration_mps2 * model.driver.pedals.brake_scale;
         let stability_limit = 1.0 / (brake * model.simulation.short_step_s());
-        Ok(Self { model, operating_cycle, vehicle, road_types, stability_limit })
+        let nesting = model.fleet.nesting();
+        Ok(Self { model, operating_cycle, vehicle, road_types, stability_limit, nesting })
     }
 
     /// Drives given cycles instead of drawn roads, each with its weight and what it keeps of its
@@ -232,6 +242,11 @@ impl Study {
         &self.vehicle
     }
 
+    /// How cycles belong to trucks, drivers and days.
+    pub fn nesting(&self) -> &Nesting {
+        &self.nesting
+    }
+
     /// Names of the road types, in the order of their numbers.
     pub fn road_types(&self) -> &[String] {
         &self.road_types
@@ -261,7 +276,8 @@ impl Study {
     /// Where the draws of one cycle come from.
     pub(crate) fn streams(&self, seed: u64, cycle_id: u64, pick_freeze: PickFreeze) -> Streams<'_> {
         let SimulationModel { frozen, sampling, .. } = &self.model.simulation;
-        Streams { seed, cycle_id, frozen, pick_freeze, sampling: *sampling }
+        let nesting = &self.nesting;
+        Streams { seed, cycle_id, frozen, pick_freeze, sampling: *sampling, nesting }
     }
 
     fn sample_into(
@@ -281,6 +297,7 @@ impl Study {
             cycle.road.curves.iter().map(|c| draws.at(c.start_m as u64).normal()).collect();
         let payload_kg = cycle.mission.payload_kg;
         let vehicle = self.model.vehicle.sample(payload_kg, &streams, &simulation.without);
-        Scenario { cycle_id, cycle, driver, curve_residuals, vehicle }
+        let trip = streams.trip();
+        Scenario { cycle_id, trip, cycle, driver, curve_residuals, vehicle }
     }
 }

@@ -201,7 +201,11 @@ impl VehicleModel {
         let spread = !without.contains(&ModelSwitch::VehicleSpread);
         let mut draws = streams.open(Stream::Vehicle);
         let mut draw = |law: &Quantity| {
-            if spread { law.sample(&mut draws) } else { law.centre() }
+            if spread {
+                law.sample_once(streams, Stream::Vehicle, &mut draws)
+            } else {
+                law.centre()
+            }
         };
         let mass_kg = self.curb_mass_kg + payload_kg;
         let drag_area_m2 = draw(&self.drag_area_m2);
@@ -210,7 +214,12 @@ impl VehicleModel {
         let fuel_factor = self.engine.as_ref().map_or(1.0, |engine| draw(&engine.fuel_factor));
         let initial_charge = self.electric.as_ref().map(|electric| {
             let law = &electric.battery.initial_charge;
-            if spread { law.sample(&mut streams.open(Stream::Electric)) } else { law.centre() }
+            if spread {
+                let stream = Stream::Electric;
+                law.sample_once(streams, stream, &mut streams.open(stream))
+            } else {
+                law.centre()
+            }
         });
         let (range, exponent) = (self.load_range(), self.rolling_load_exponent);
         let base = rolling_coefficient(&self.axles, mass_kg, range, exponent);

@@ -23,6 +23,7 @@ use ocmc_core::operating_cycle::road::surface::Ground;
 use ocmc_core::operating_cycle::weather::STANDARD_WEATHER;
 use ocmc_core::operating_cycle::{OperatingCycle, TrafficStretch, UNLIMITED_MPS, WeatherStretch};
 use ocmc_core::random::Streams;
+use ocmc_core::random::nesting::Trip;
 use ocmc_core::study::{Scenario, Study};
 use ocmc_core::switch::ModelSwitch;
 
@@ -165,6 +166,7 @@ impl<'a> ClosedLoop<'a> {
         let legal = types[0].truck_limit_mps.unwrap_or(f64::INFINITY).min(UNLIMITED_MPS);
         let scenario = Scenario {
             cycle_id: 0,
+            trip: Trip::default(),
             cycle: OperatingCycle {
                 mission,
                 road,

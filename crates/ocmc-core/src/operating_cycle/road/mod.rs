@@ -51,6 +51,11 @@ pub struct RoadModel {
     pub event_free_end_m: f64,
     /// Turns taken at junctions.
     pub junction_turn: JunctionTurnModel,
+    /// Standard deviation between trucks of the logarithm of each road type's mean length; absent:
+    /// all trucks have the same mix of roads.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0, max = 3.0))]
+    pub truck_mix_log_sd: Option<f64>,
     /// The road types.
     pub types: BTreeMap<String, RoadTypeModel>,
 }
@@ -248,7 +253,11 @@ impl RoadSampler {
         road.length_m = length_m;
         road.slope_step_m = self.model.slope_step_m;
         road.roughness_block_m = self.model.roughness_block_m;
-        road.sections = self.chain.sample(length_m, &mut streams.open(Stream::RoadType));
+        let mut draws = streams.open(Stream::RoadType);
+        road.sections = match self.model.truck_mix_log_sd {
+            None => self.chain.sample(length_m, &mut draws),
+            Some(log_sd) => self.chain.of_truck(log_sd, streams).sample(length_m, &mut draws),
+        };
 
         let mut draws = streams.open(Stream::SpeedSign);
         road.signs.clear();

@@ -7,7 +7,7 @@
 //! Structure: Pettersson, Johannesson et al., the operating-cycle papers (recalled with
 //! confidence). Valid where route structure (depot, motorway, depot) may be ignored.
 
-use crate::random::Draws;
+use crate::random::{Draws, Stream, Streams};
 
 /// The chain of road types, prepared for sampling. Types are numbered in the order of their names.
 #[derive(Clone, Debug)]
@@ -16,6 +16,8 @@ pub struct RoadTypeChain {
     minimum_length_m: Vec<f64>,
     /// Row r holds the weights of the next type.
     next: Vec<Vec<f64>>,
+    /// π.
+    stationary: Vec<f64>,
     share_by_length: Vec<f64>,
 }
 
@@ -34,10 +36,23 @@ impl RoadTypeChain {
     /// Prepares the chain; `next` holds rows of weights with a zero diagonal.
     pub fn new(mean_length_m: Vec<f64>, minimum_length_m: Vec<f64>, next: Vec<Vec<f64>>) -> Self {
         let stationary = stationary(&next);
-        let total: f64 = stationary.iter().zip(&mean_length_m).map(|(p, l)| p * l).sum();
-        let share_by_length =
-            stationary.iter().zip(&mean_length_m).map(|(p, l)| p * l / total).collect();
-        Self { mean_length_m, minimum_length_m, next, share_by_length }
+        let share_by_length = shares(&stationary, &mean_length_m);
+        Self { mean_length_m, minimum_length_m, next, stationary, share_by_length }
+    }
+
+    /// The chain of one truck, whose mean length of each type is that of the fleet times exp(s z).
+    /// A mean below the type's shortest stretch is put there.
+    #[must_use]
+    pub fn of_truck(&self, log_sd: f64, streams: &Streams) -> Self {
+        let mut draws = streams.open(Stream::RoadType);
+        let mut mean_length_m = self.mean_length_m.clone();
+        for (mean_m, minimum_m) in mean_length_m.iter_mut().zip(&self.minimum_length_m) {
+            let z = streams.truck_effect(Stream::RoadType, &draws);
+            *mean_m = (*mean_m * libm::exp(log_sd * z)).max(*minimum_m);
+            draws.uniform();
+        }
+        let share_by_length = shares(&self.stationary, &mean_length_m);
+        Self { mean_length_m, share_by_length, ..self.clone() }
     }
 
     /// Share of each type by length, in the long run.
@@ -63,6 +78,12 @@ impl RoadTypeChain {
             road_type = draws.index(&self.next[road_type]);
         }
     }
+}
+
+/// Shares by length of types with these stationary probabilities and mean lengths.
+fn shares(stationary: &[f64], mean_length_m: &[f64]) -> Vec<f64> {
+    let total: f64 = stationary.iter().zip(mean_length_m).map(|(p, l)| p * l).sum();
+    stationary.iter().zip(mean_length_m).map(|(p, l)| p * l / total).collect()
 }
 
 /// Stationary distribution of the embedded chain, by averaging its powers (the chain may be

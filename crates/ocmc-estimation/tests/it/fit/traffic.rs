@@ -11,7 +11,7 @@ const DAY_S: f64 = 86_400.0;
 fn detected(truth: &TrafficModel, seed: u64, every: usize) -> Vec<TrafficRecord> {
     let mut records = Vec::new();
     for (site, (road_type, model)) in truth.types.iter().enumerate() {
-        let series = truth.sample(20.0 * DAY_S, &Streams::new(seed, site as u64));
+        let series = truth.sample(0.0, 20.0 * DAY_S, &Streams::new(seed, site as u64));
         for step in (0..20 * 288).step_by(every) {
             let time_s = (step as f64 + 0.5) * truth.step_s;
             records.push(TrafficRecord {
