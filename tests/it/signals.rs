@@ -92,8 +92,8 @@ fn what_ends_a_run_and_what_does_not() {
         (&["nohup"], &["HUP", "TERM"], 143),
         (&["setsid"], &["TERM"], 143),
         (&["sh", "-c", "trap '' INT; exec \"$@\"", "sh"], &["INT"], 0),
-        (&["timeout", "0.3"], &[], 124),
-        (&["timeout", "--preserve-status", "-s", "INT", "0.3"], &[], 130),
+        (&["timeout", "0.1"], &[], 124),
+        (&["timeout", "--preserve-status", "-s", "INT", "0.1"], &[], 130),
     ];
     for (k, (before, signals, wanted)) in table.into_iter().enumerate() {
         let out = folder.path().join(format!("{k}"));
