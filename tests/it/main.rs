@@ -21,6 +21,7 @@ mod electric;
 mod energy_balance;
 mod fit;
 mod fleet_answers;
+mod fleet_nesting;
 mod follow_speed;
 mod forces;
 mod free_flow_clock;

@@ -45,7 +45,7 @@ fn assert_covers(sets: &[&str], names: &[&str]) {
         for run in 0..RUNS {
             let mut draws = Draws::new(1, run, Stream::Bootstrap);
             let mut fleet = SummaryBuilder::new(dependence);
-            let mut checks = InterimChecks::new(Some(&precision), 0);
+            let mut checks = InterimChecks::new(Some(&precision), 0, 1);
             loop {
                 let batch = batches[(draws.uniform() * batches.len() as f64) as usize];
                 let ids = fleet.cycles()..;

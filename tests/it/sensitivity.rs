@@ -4,7 +4,9 @@
 use ocmc_core::fleet::quantity::{RecordQuantity, quantity};
 use ocmc_core::fleet::random_effects::two_way;
 use ocmc_core::fleet::run::{RunPlan, records};
-use ocmc_core::fleet::sensitivity::{FactorGroup, SensitivityError, factor_groups, sensitivity};
+use ocmc_core::fleet::sensitivity::{
+    FactorGroup, Over, SensitivityError, factor_groups, sensitivity,
+};
 use ocmc_core::random::{PickFreeze, StreamSet};
 use ocmc_core::study::Study;
 use std::convert::Infallible;
@@ -101,8 +103,9 @@ fn pick_and_freeze_agrees_with_nested_loops_on_a_10_km_study() {
     ];
     let groups: Vec<FactorGroup> = sizes.iter().map(|(name, _)| group(name)).collect();
     let plan = RunPlan::new(SEED, 0, 1000, Some(2), None);
-    let found =
-        sensitivity(&study, &plan, &groups, quantity(COLUMN), |_| ControlFlow::Continue(()));
+    let found = sensitivity(&study, &plan, &groups, quantity(COLUMN), Over::Trip, |_| {
+        ControlFlow::Continue(())
+    });
     let found = done(found).expect("enough rows");
     let mut within_both = 0;
     let (mut differences, mut ratios) = (Vec::new(), Vec::new());
@@ -153,7 +156,8 @@ fn two_ways_of_asking_for_the_driver_agree() {
     let driver: Vec<FactorGroup> =
         factor_groups().into_iter().filter(|group| group.name == "driver").collect();
     let plan = RunPlan::new(SEED, 0, 1500, Some(2), None);
-    let found = sensitivity(&study, &plan, &driver, column, |_| ControlFlow::Continue(()));
+    let found =
+        sensitivity(&study, &plan, &driver, column, Over::Trip, |_| ControlFlow::Continue(()));
     let share = done(found).expect("enough rows").factors.remove(0);
     eprintln!("{crossed:?}, {share:?}");
     // the driver alone is the first-order share; with what both do together it is the total one. A
@@ -180,7 +184,8 @@ fn rows_that_share_uncertain_parameters_count_as_their_replicates() {
     let of = |replicates: &str, uncertain: &[&str]| {
         let sets = [&["mission.length_m=5000", replicates][..], uncertain].concat();
         let study = crate::common::study("field-truck", &sets);
-        let found = sensitivity(&study, &plan, &curves, None, |_| ControlFlow::Continue(()));
+        let found =
+            sensitivity(&study, &plan, &curves, None, Over::Trip, |_| ControlFlow::Continue(()));
         done(found).expect("enough rows")
     };
     let few = of("driver.curve_speed.replicates=4", &[uncertain]);

@@ -63,6 +63,20 @@ pub enum Error {
         /// What is said otherwise.
         differences: Vec<String>,
     },
+    /// A run that would hold a part of a truck's trips.
+    #[error(
+        "`{name}` is {count}, allowed are multiples of {trips_per_truck}, such as {}: each truck of \
+         the study makes so many trips (`fleet.trips_per_truck`), and a run holds whole trucks",
+        count.next_multiple_of(*trips_per_truck)
+    )]
+    PartOfTruck {
+        /// What was asked for.
+        name: &'static str,
+        /// How much of it.
+        count: u64,
+        /// Trips of each truck.
+        trips_per_truck: u64,
+    },
     /// A run directory that takes no more of a run that is under way.
     #[error(transparent)]
     Unwritten(RunDirectoryError),

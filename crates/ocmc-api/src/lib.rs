@@ -76,7 +76,7 @@ pub use run::{
     RequeueRequest, ResumeRequest, RunAnswer, RunDirectoryError, RunEnd, RunPlan, RunRequest,
     SUMMARY, requeue, resume, run,
 };
-pub use sensitivity::{SensitivityAnswer, SensitivityError, SensitivityRequest, sensitivity};
+pub use sensitivity::{Over, SensitivityAnswer, SensitivityError, SensitivityRequest, sensitivity};
 pub use simulator_study::{
     MOST_REPETITIONS, SIMULATOR_DRIVERS, SimulatorStudyAnswer, SimulatorStudyRequest,
     simulator_study,
@@ -97,7 +97,8 @@ pub use vecto::{
 pub use verify::{CheckedFile, VerifyAnswer, verify};
 pub use watch::{Progress, Watch, go_on};
 pub use word::{
-    CODINGS, CONTROLLERS, FOLLOWS, FORMATS, KEEPS, RADII, SPEED_TERMS, UNKNOWNS, Word, detectors,
+    CODINGS, CONTROLLERS, FOLLOWS, FORMATS, KEEPS, OVERS, RADII, SPEED_TERMS, UNKNOWNS, Word,
+    detectors,
 };
 
 pub use ocmc_core::kernel::trace::TableColumn;

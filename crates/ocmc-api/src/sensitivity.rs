@@ -2,6 +2,7 @@
 
 use crate::answer::Answer;
 use crate::error::Error;
+use crate::run::whole_trucks;
 use crate::text::{fact, took};
 use crate::watch::{Watch, watched};
 use ocmc_core::fleet::quantity::{RecordQuantity, quantity};
@@ -19,7 +20,7 @@ use serde::Serialize;
 use std::fmt::Write;
 use std::time::Instant;
 
-pub use ocmc_core::fleet::sensitivity::SensitivityError;
+pub use ocmc_core::fleet::sensitivity::{Over, SensitivityError};
 
 /// Drivers of a crossed design.
 const DRIVERS: u64 = 30;
@@ -35,6 +36,8 @@ pub struct SensitivityRequest<'a> {
     pub column: Option<String>,
     /// Names of the factors; all where there are none.
     pub factors: Option<Vec<String>>,
+    /// What the variance is over.
+    pub over: Over,
     /// A second opinion: so many cycles with each of 30 drivers, and the variance split two ways.
     pub crossed: Option<u64>,
 }
@@ -68,13 +71,14 @@ pub struct SensitivityAnswer {
 /// Drives the design and shares the variance out.
 ///
 /// ```
-/// use ocmc_api::{RunPlan, SensitivityRequest, go_on, sensitivity, study};
+/// use ocmc_api::{Over, RunPlan, SensitivityRequest, go_on, sensitivity, study};
 /// let study = study::load("field-truck", &["mission.length_m=5000"])?;
 /// let request = SensitivityRequest {
 ///     study: &study,
 ///     plan: RunPlan::new(1, 0, 20, None, None),
 ///     column: None,
 ///     factors: Some(vec!["road".to_owned(), "driver".to_owned()]),
+///     over: Over::Trip,
 ///     crossed: None,
 /// };
 /// let answer = sensitivity(&request, &mut go_on)?;
@@ -91,16 +95,20 @@ pub fn sensitivity(
     request: &SensitivityRequest,
     watch: &mut Watch,
 ) -> Result<SensitivityAnswer, Error> {
-    let SensitivityRequest { study, plan, column, factors, crossed } = request;
+    let SensitivityRequest { study, plan, column, factors, over, crossed } = request;
     let quantity = quantity_named(column.as_deref())?;
     let groups = groups_named(factors.as_deref())?;
     if crossed.is_some() && study.model.simulation.sampling != Sampling::Independent {
         return Err(SensitivityError::NotIndependent.into());
     }
+    if *over == Over::Truck {
+        whole_trucks(&study.study, plan)?;
+    }
     let clock = Instant::now();
     let cycles = plan.cycles.saturating_mul(2 + groups.len() as u64);
-    let shares =
-        watched(cycles, watch, |look| shares_of(&study.study, plan, &groups, quantity, look))??;
+    let shares = watched(cycles, watch, |look| {
+        shares_of(&study.study, plan, &groups, quantity, *over, look)
+    })??;
     let wall_s = clock.elapsed().as_secs_f64();
     let split = |cycles: u64| {
         let (plan, total) = (RunPlan { cycles, ..*plan }, cycles * DRIVERS);
@@ -211,7 +219,11 @@ fn table(shares: &Sensitivity) -> String {
         format!("no intervals below {LEAST_GROUPS} independent groups of rows")
     };
     let mut text = format!(
-        "{label}: mean of the cycles {}, SD {}.\nShares of the variance in %, {intervals}:\n\n",
+        "{label}: mean of the {} {}, SD {}.\nShares of the variance in %, {intervals}:\n\n",
+        match shares.over {
+            Over::Trip => "cycles",
+            Over::Truck => "trucks",
+        },
         rounded(factor * shares.mean),
         rounded(factor * shares.variance.sqrt())
     );

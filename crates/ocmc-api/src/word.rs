@@ -1,5 +1,6 @@
 //! Words that stand for options: on the command line as they are here, in Python with `_` for `-`.
 
+use ocmc_core::fleet::sensitivity::Over;
 use ocmc_core::operating_cycle::route::Keep;
 use ocmc_estimation::fit::curve_speed::Coding;
 use ocmc_estimation::identification::options::SpeedTerm::{self, Measured, Simulated};
@@ -81,6 +82,12 @@ pub const SPEED_TERMS: [Word<SpeedTerm>; 3] = [
         Simulated,
     ),
     ("none", "No speed term; unbiased", SpeedTerm::None),
+];
+
+/// What a variance can be over.
+pub const OVERS: [Word<Over>; 2] = [
+    ("trip", "Trips, each by itself", Over::Trip),
+    ("truck", "Trucks, each by its total over its total", Over::Truck),
 ];
 
 /// What an identification can estimate beside the controller.

@@ -1,14 +1,16 @@
 //! `ocmc sensitivity`, `ocmc compare`: which factors the spread between cycles comes from, and how
 //! studies differ under common random numbers.
 
-use crate::arguments::{FileOptions, RangeArguments, StudyOptions, check_range, whole_number};
+use crate::arguments::{
+    FileOptions, RangeArguments, StudyOptions, check_range, one_of, whole_number,
+};
 use crate::failure::Failure;
 use crate::output;
 use crate::progress::watched;
 use clap::Args;
 use clap::builder::PossibleValuesParser;
 use ocmc_api::study::LoadedStudy;
-use ocmc_api::{CompareRequest, MOST_THREADS, SensitivityRequest, columns, factors};
+use ocmc_api::{CompareRequest, MOST_THREADS, OVERS, Over, SensitivityRequest, columns, factors};
 use std::path::PathBuf;
 
 /// Most cycles of a crossed design: the values of all of them are held in memory, once for each
@@ -44,6 +46,9 @@ pub(crate) struct SensitivityArguments {
     /// Only these factors; may be repeated or joined by commas [default: all]
     #[arg(long, value_name = "NAME", value_delimiter = ',', value_parser = PossibleValuesParser::new(factors()))]
     factor: Vec<String>,
+    /// What the variance is over [default: trip]
+    #[arg(long, value_name = "WHAT", value_parser = one_of(OVERS))]
+    over: Option<Over>,
     /// A second opinion: also drives so many cycles with each of 30 drivers, and splits the
     /// variance two ways
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole_number(2..=MOST_CROSSED))]
@@ -71,7 +76,7 @@ pub(crate) struct CompareArguments {
 
 /// Drives the design and prints the shares.
 pub(crate) fn sensitivity(arguments: &SensitivityArguments) -> Result<(), Failure> {
-    let SensitivityArguments { study, factor, crossed, analysis } = arguments;
+    let SensitivityArguments { study, factor, crossed, over, analysis } = arguments;
     let study = &study.load()?;
     let plan = analysis.range.plan(analysis.threads)?;
     if let Some(cycles) = *crossed {
@@ -82,7 +87,8 @@ pub(crate) fn sensitivity(arguments: &SensitivityArguments) -> Result<(), Failur
     }
     let factors = (!factor.is_empty()).then(|| factor.clone());
     let column = analysis.column.clone();
-    let request = SensitivityRequest { study, plan, column, factors, crossed: *crossed };
+    let (over, crossed) = (over.unwrap_or_default(), *crossed);
+    let request = SensitivityRequest { study, plan, column, factors, over, crossed };
     let answer = watched(analysis.quiet, |watch| ocmc_api::sensitivity(&request, watch))?;
     output::print(&answer, analysis.json)
 }

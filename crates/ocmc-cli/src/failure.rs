@@ -42,9 +42,10 @@ impl From<Error> for Failure {
             Error::GivenDrive(GivenDriveError::Keep { .. }) => {
                 Self::Usage(format!("--keep: {error}"))
             }
-            Error::OtherRun { .. } | Error::Differs { .. } | Error::Bounds(_) => {
-                Self::Usage(error.to_string())
-            }
+            Error::OtherRun { .. }
+            | Error::Differs { .. }
+            | Error::PartOfTruck { .. }
+            | Error::Bounds(_) => Self::Usage(error.to_string()),
             Error::Tobit => Self::Usage(format!("--tobit {error}")),
             error => Self::Question(error),
         }

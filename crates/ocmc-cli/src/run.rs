@@ -19,6 +19,9 @@ use std::path::{Path, PathBuf};
 /// Most cycles that can be driven at a time by a thread: their records wait in memory.
 const LARGEST_CHUNK: u64 = 65_536;
 
+/// Most trips of a truck.
+const MOST_TRIPS: u64 = 1_000_000;
+
 /// Options of a run.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct RunArguments {
@@ -33,6 +36,13 @@ pub(crate) struct RunArguments {
     /// Number of cycles [default: 1000]
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole_number(1..=LAST_CYCLE_ID))]
     cycles: Option<u64>,
+    /// Number of trucks, in place of --cycles: each makes the study's `fleet.trips_per_truck` trips,
+    /// or --trips
+    #[arg(long, value_name = "N", conflicts_with = "cycles", allow_negative_numbers = true, value_parser = whole_number(1..=LAST_CYCLE_ID))]
+    trucks: Option<u64>,
+    /// Trips of each truck: sets `fleet.trips_per_truck` of the study
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole_number(1..=MOST_TRIPS))]
+    trips: Option<u64>,
     /// Ends the run when half of the 95 % interval of the mean consumption is that small, relative
     /// to the mean, as in 0.2%; of a quantile as in p95:1%. --cycles is then the largest number
     /// [default: 1000000]
@@ -133,22 +143,25 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
 
 /// As [`run`], with what is given to be driven.
 fn run_given(arguments: &RunArguments, given: &GivenDrive) -> Result<(), Failure> {
-    let RunArguments { seed, first_cycle, cycles, format, threads, chunk, quiet, json, .. } =
-        *arguments;
+    let RunArguments { seed, first_cycle, cycles, trucks, format, threads, chunk, .. } = *arguments;
+    let RunArguments { quiet, json, trips, .. } = *arguments;
     let level = level(arguments.cpu_level)?;
-    let (study, sets) = (arguments.study.as_deref(), &arguments.set[..]);
+    let mut sets = arguments.set.clone();
+    sets.extend(trips.map(|trips| format!("fleet.trips_per_truck={trips}")));
+    let (study, sets) = (arguments.study.as_deref(), &sets[..]);
     let precision = arguments.precision.clone();
     let files = arguments.files.files();
-    let asked = Asked { study, files, sets, seed, first_cycle, cycles, precision, format };
-    let plan = asked.plan(threads, chunk, level);
-    check_range(plan.first_cycle, plan.cycles)?;
+    let asked = Asked { study, files, sets, seed, first_cycle, cycles, trucks, precision, format };
     let answer = match (&arguments.out, arguments.resume) {
         (Some(directory), true) => {
+            check_range(first_cycle.unwrap_or(0), cycles.unwrap_or(1000))?;
             let request = RequeueRequest { directory, asked, given, threads, chunk, level };
             watched(quiet, |watch| ocmc_api::requeue(&request, watch))?
         }
         (out, _) => {
             let study = &asked.load()?;
+            let plan = asked.plan(study, threads, chunk, level);
+            check_range(plan.first_cycle, plan.cycles)?;
             let out = out.clone().map(|path| (path, format.unwrap_or_default()));
             let request = RunRequest { study, given, plan, precision: asked.precision, out };
             watched(quiet, |watch| ocmc_api::run(&request, &mut |_| (), watch))?

@@ -21,5 +21,6 @@ pub mod speed_change_table;
 pub mod study;
 pub mod table;
 pub mod traffic_table;
+pub mod trucks;
 pub mod vecto;
 pub mod weather_table;

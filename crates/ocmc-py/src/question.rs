@@ -12,7 +12,7 @@ use crate::value::{one_of, study_value, whole_number};
 use ocmc_api::study::{self, Files, Given};
 use ocmc_api::{
     BirdsEyeRequest, BoundRequest, CompareRequest, Error, FOLLOWS, GivenDrive, KEEPS,
-    LAST_CYCLE_ID, MOST_THREADS, RunPlan, SensitivityRequest, Source, check_readable,
+    LAST_CYCLE_ID, MOST_THREADS, OVERS, RunPlan, SensitivityRequest, Source, check_readable,
 };
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -122,8 +122,13 @@ impl PyStudy {
     ///
     /// Parameters
     /// ----------
-    /// cycles : int
-    ///     Number of cycles, at least 1.
+    /// cycles : int, optional
+    ///     Number of cycles, at least 1; or `trucks`.
+    /// trucks : int, optional
+    ///     Number of trucks, in place of `cycles`: each makes the study's
+    ///     ``fleet.trips_per_truck`` trips, or `trips`.
+    /// trips : int, optional
+    ///     Trips of each truck: sets ``fleet.trips_per_truck`` of the study that is driven.
     /// seed : int
     ///     Master seed: with the study and a cycle's id it fixes everything that happens in the
     ///     cycle.
@@ -147,21 +152,43 @@ impl PyStudy {
     /// >>> study = ocmc.Study("field-truck").set("mission.length_m", 5000.0)
     /// >>> len(study.run(cycles=20))
     /// 20
+    /// >>> run = study.run(trucks=4, trips=5)
+    /// >>> run["truck_id"][[0, 4, 5, 19]]
+    /// array([0., 0., 1., 3.])
     #[pyo3(
-        signature = (*, cycles, seed=None, first_cycle=None, threads=None, progress=None),
-        text_signature = "($self, *, cycles, seed=1, first_cycle=0, threads=None, progress=None)"
+        signature = (*, cycles=None, trucks=None, trips=None, seed=None, first_cycle=None, threads=None, progress=None),
+        text_signature = "($self, *, cycles=None, trucks=None, trips=None, seed=1, first_cycle=0, threads=None, progress=None)"
     )]
     fn run(
         &self,
         py: Python,
-        cycles: &Bound<PyAny>,
+        cycles: Option<&Bound<PyAny>>,
+        trucks: Option<&Bound<PyAny>>,
+        trips: Option<&Bound<PyAny>>,
         seed: Option<&Bound<PyAny>>,
         first_cycle: Option<&Bound<PyAny>>,
         threads: Option<&Bound<PyAny>>,
         progress: Option<&Bound<PyAny>>,
     ) -> PyResult<PyRun> {
-        let plan = plan_of(cycles, seed, first_cycle, threads)?;
-        run(py, &self.loaded, &GivenDrive::nothing(), plan, progress)
+        let trips = trips.map(|n| whole_number(n, "trips", 1, MOST_TRIPS)).transpose()?;
+        let loaded = match trips {
+            None => self.loaded.clone(),
+            Some(trips) => {
+                let set = self.loaded.set(&[format!("fleet.trips_per_truck={trips}")]);
+                set.map_err(|error| PyValueError::new_err(error.to_string()))?
+            }
+        };
+        let of_truck = loaded.study.nesting().trips_per_truck;
+        let plan = match (cycles, trucks) {
+            (Some(cycles), None) => plan_of(cycles, seed, first_cycle, threads)?,
+            (None, Some(trucks)) => {
+                let trucks = whole_number(trucks, "trucks", 1, LAST_CYCLE_ID / of_truck)?;
+                let cycles = (trucks * of_truck).into_pyobject(py)?;
+                plan_of(&cycles, seed, first_cycle, threads)?
+            }
+            _ => return Err(PyValueError::new_err("give `cycles` or `trucks`, and not both")),
+        };
+        run(py, &loaded, &GivenDrive::nothing(), plan, progress)
     }
 
     /// Drive given routes, or follow a given speed, with the study's drivers and trucks.
@@ -258,6 +285,8 @@ impl PyStudy {
     ///     The quantity whose variance is shared out; by default the consumption.
     /// factors : sequence of str, optional
     ///     Only these factors, such as ``["road", "driver"]``; all by default.
+    /// over : {"trip", "truck"}
+    ///     What the variance is over: trips, or trucks, each by its total over its total.
     /// threads : int, optional
     ///     Threads to use, one for each CPU by default.
     /// progress : bool or callable, optional
@@ -289,9 +318,10 @@ impl PyStudy {
     /// ['road', 'driver']
     #[pyo3(
         signature = (
-            *, cycles, seed=None, first_cycle=None, column=None, factors=None, threads=None, progress=None
+            *, cycles, seed=None, first_cycle=None, column=None, factors=None, over=None, threads=None, progress=None
         ),
-        text_signature = "($self, *, cycles, seed=1, first_cycle=0, column=None, factors=None, threads=None, progress=None)"
+        text_signature = "($self, *, cycles, seed=1, first_cycle=0, column=None, factors=None, over='trip', threads=None, \
+                          progress=None)"
     )]
     fn sensitivity<'py>(
         &self,
@@ -301,12 +331,14 @@ impl PyStudy {
         first_cycle: Option<&Bound<'py, PyAny>>,
         column: Option<&str>,
         factors: Option<Vec<String>>,
+        over: Option<&str>,
         threads: Option<&Bound<'py, PyAny>>,
         progress: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let plan = plan_of(cycles, seed, first_cycle, threads)?;
         let (study, column) = (&self.loaded, column.map(str::to_owned));
-        let request = SensitivityRequest { study, plan, column, factors, crossed: None };
+        let over = over.map(|word| one_of("over", word, &OVERS)).transpose()?.unwrap_or_default();
+        let request = SensitivityRequest { study, plan, column, factors, over, crossed: None };
         answer(py, &watched(py, progress, |watch| ocmc_api::sensitivity(&request, watch))?)
     }
 
@@ -505,6 +537,9 @@ impl PyStudy {
         Ok((slf.get_type(), (slf.get().to_dict(slf.py())?, allow_files)))
     }
 }
+
+/// Most trips of a truck.
+const MOST_TRIPS: u64 = 1_000_000;
 
 /// Which cycles to run, and on what.
 fn plan_of(

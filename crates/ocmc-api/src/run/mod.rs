@@ -2,6 +2,7 @@
 
 mod requeue;
 mod text;
+mod trucks_text;
 
 use crate::answer::Answer;
 use crate::error::Error;
@@ -109,7 +110,8 @@ pub enum RunEnd {
 /// ```
 ///
 /// # Errors
-/// [`Error::Study`] where what is given does not fit the study, [`Error::RunDirectory`] where the
+/// [`Error::Study`] where what is given does not fit the study, [`Error::PartOfTruck`] where a truck
+/// would make some of its trips only, [`Error::RunDirectory`] where the
 /// directory holds a run already, and [`Error::Unwritten`] where it takes no more.
 pub fn run(
     request: &RunRequest,
@@ -118,6 +120,7 @@ pub fn run(
 ) -> Result<RunAnswer, Error> {
     let RunRequest { study, given, plan, precision, out } = request;
     let loaded = given.study((*study).clone())?;
+    whole_trucks(&loaded.study, plan)?;
     let manifest =
         Manifest { precision: precision.clone(), ..Manifest::new(&loaded.model, plan, given) };
     let fleet = SummaryBuilder::new(Dependence::of(&loaded.model));
@@ -178,6 +181,16 @@ pub fn resume(request: &ResumeRequest, watch: &mut Watch) -> Result<RunAnswer, E
     drive(study, &given, manifest, &plan, directory, fleet, &mut |_| (), watch)
 }
 
+/// Checks that a run holds whole trucks: parts of one are no truck's year, and no part of a fleet.
+pub(crate) fn whole_trucks(study: &Study, plan: &RunPlan) -> Result<(), Error> {
+    let trips_per_truck = study.nesting().trips_per_truck;
+    let counts = [("first_cycle", plan.first_cycle), ("cycles", plan.cycles)];
+    match counts.into_iter().find(|(_, count)| !count.is_multiple_of(trips_per_truck)) {
+        None => Ok(()),
+        Some((name, count)) => Err(Error::PartOfTruck { name, count, trips_per_truck }),
+    }
+}
+
 /// Why a run ended early.
 enum Stop {
     PreciseEnough,
@@ -202,7 +215,8 @@ fn drive(
         watch(Progress { what: "cycles", done, total: manifest.cycles })
             .map_break(|()| Stop::Interrupted)
     };
-    let mut checks = InterimChecks::new(manifest.precision.as_ref(), resumed);
+    let trips = study.nesting().trips_per_truck;
+    let mut checks = InterimChecks::new(manifest.precision.as_ref(), resumed, trips);
     let mut ended = look(resumed);
     if ended.is_continue() {
         let mut take = |records: &[Record], cycles: u64| {

@@ -12,6 +12,9 @@ use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::Path;
 
+/// Trucks of a run where nothing is said of their number.
+const LEAST_TRUCKS: u64 = 20;
+
 /// What a run is said to be. What is not said is that of the run that is there, or the default.
 #[derive(Clone, Debug, Default)]
 pub struct Asked<'a> {
@@ -25,8 +28,11 @@ pub struct Asked<'a> {
     pub seed: Option<u64>,
     /// Id of the first cycle; 0 by default.
     pub first_cycle: Option<u64>,
-    /// Number of cycles; 1000 by default, and at most 1 000 000 with a precision.
+    /// Number of cycles; 1000 by default, and at most 1 000 000 with a precision; then rounded up to
+    /// whole trucks, at least [`LEAST_TRUCKS`].
     pub cycles: Option<u64>,
+    /// Number of trucks, in place of cycles.
+    pub trucks: Option<u64>,
     /// At which precision the run may end before its last cycle.
     pub precision: Option<Precision>,
     /// Format of the records; Parquet by default.
@@ -44,13 +50,30 @@ impl Asked<'_> {
     }
 
     /// The cycles, and on what they are driven.
-    pub fn plan(&self, threads: Option<usize>, chunk: Option<u64>, level: CpuLevel) -> RunPlan {
-        let cycles = if self.precision.is_some() { 1_000_000 } else { 1000 };
-        let (first_cycle, cycles) = (self.first_cycle.unwrap_or(0), self.cycles.unwrap_or(cycles));
+    pub fn plan(
+        &self,
+        study: &LoadedStudy,
+        threads: Option<usize>,
+        chunk: Option<u64>,
+        level: CpuLevel,
+    ) -> RunPlan {
+        let trips = study.study.nesting().trips_per_truck;
+        let cycles: u64 = if self.precision.is_some() { 1_000_000 } else { 1000 };
+        let cycles = match trips {
+            1 => cycles,
+            trips => cycles.next_multiple_of(trips).max(LEAST_TRUCKS * trips),
+        };
+        let first_cycle = self.first_cycle.unwrap_or(0);
+        let cycles = self.asked_cycles(trips).unwrap_or(cycles);
         RunPlan {
             level,
             ..RunPlan::new(self.seed.unwrap_or(1), first_cycle, cycles, threads, chunk)
         }
+    }
+
+    /// The number of cycles that is said, where a truck makes so many trips.
+    fn asked_cycles(&self, trips_per_truck: u64) -> Option<u64> {
+        self.trucks.map(|trucks| trucks.saturating_mul(trips_per_truck)).or(self.cycles)
     }
 
     /// What is said otherwise than it is in a run that is there.
@@ -67,8 +90,9 @@ impl Asked<'_> {
         // a run that knew its answer precisely enough has ended with fewer cycles
         let has_all = manifest.completed == manifest.cycles;
         let reached = self.precision.is_some() && has_all;
-        if !(reached && self.cycles.is_none_or(|cycles| manifest.cycles <= cycles)) {
-            compare("cycles", self.cycles, manifest.cycles);
+        let cycles = self.asked_cycles(manifest.dependence().trips_per_truck);
+        if !(reached && cycles.is_none_or(|cycles| manifest.cycles <= cycles)) {
+            compare("cycles", cycles, manifest.cycles);
             if self.precision.is_some() && self.precision != manifest.precision {
                 found.push("--precision is another one than that of the run".to_owned());
             }
@@ -165,7 +189,8 @@ pub fn requeue(request: &RequeueRequest, watch: &mut Watch) -> Result<RunAnswer,
     let (threads, chunk, level) = (*threads, *chunk, *level);
     let manifest = match read_manifest(directory) {
         Err(RunDirectoryError::NotARun { .. }) => {
-            let (study, plan) = (&asked.load()?, asked.plan(threads, chunk, level));
+            let study = &asked.load()?;
+            let plan = asked.plan(study, threads, chunk, level);
             let out = Some((directory.to_path_buf(), asked.format.unwrap_or_default()));
             let precision = asked.precision.clone();
             let request = RunRequest { study, given, plan, precision, out };

@@ -2,6 +2,7 @@
 //! 80 columns, a histogram of bars that fit the terminal, and what failed.
 
 use super::RunAnswer;
+use super::trucks_text::trucks;
 use crate::text::{effects, fact, row, threads_text};
 use ocmc_core::fleet::histogram::Histogram;
 use ocmc_core::fleet::precision::{Precision, Reached};
@@ -30,7 +31,7 @@ pub(crate) fn run_text(answer: &RunAnswer, width: usize) -> String {
             let _ = write!(text, "\n{}", histogram_chart(statistic, width));
         }
     }
-    text + &saturated(&run.summary) + &failed(&run.summary)
+    text + &trucks(&run.summary) + &saturated(&run.summary) + &failed(&run.summary)
 }
 
 fn heading(answer: &RunAnswer, run: &RunSummary) -> String {
@@ -194,14 +195,19 @@ fn failed(summary: &Summary) -> String {
 /// space each.
 const WIDTHS: [usize; 9] = [13, 17, 6, 6, 6, 6, 6, 6, 6];
 
-/// The table. Quantities that the fleet does not have are left out.
+/// The table over cycles. Quantities that the fleet does not have are left out.
 pub(crate) fn summary_table(statistics: &[Statistic]) -> String {
+    table_over(statistics, ["of the fleet", " each cycle counted once"])
+}
+
+/// The table, with what its mean and its other columns are over.
+pub(crate) fn table_over(statistics: &[Statistic], [mean, others]: [&str; 2]) -> String {
     let quantiles = statistics.first().into_iter().flat_map(|statistic| &statistic.quantiles);
     let names = quantiles.map(|quantile| quantile.name.to_uppercase());
     let head = ["", "mean ± 95 %", "SD"].map(str::to_owned).into_iter().chain(names).collect();
     let rows = statistics.iter().filter(|statistic| statistic.n > 0).map(cells);
     let rows = once(head).chain(rows).map(|cells: Vec<String>| row(" ", &WIDTHS, &cells));
-    let over = row(" ", &WIDTHS, &["", "of the fleet", " each cycle counted once"]);
+    let over = row(" ", &WIDTHS, &["", mean, others]);
     once(over).chain(rows).collect()
 }
 

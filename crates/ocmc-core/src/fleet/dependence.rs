@@ -4,34 +4,51 @@
 //! independent, but batches are. A batch then counts as one: with y_b and x_b the totals of batch
 //! b, the fleet's mean is R = Σ y_b / Σ x_b as ever, and its interval is that of a ratio of batches
 //! ([`super::ratio`]), which is narrower the more evenly they spread. A batch that the run has only
-//! a part of counts as a smaller one. Source: W. G. Cochran, *Sampling Techniques*, 3rd ed. (1977),
+//! a part of counts as a smaller one. So are the trips of one truck, which share truck and driver: a
+//! truck counts as one; where trucks spread evenly, too, a batch of trucks does. Source: W. G. Cochran, *Sampling Techniques*, 3rd ed. (1977),
 //! chapter 9A, the ratio estimator of clusters of different size \[PK\].
 
+use crate::random::nesting::{Nesting, OperatingDays};
+use crate::random::sampling::Sampling;
 use crate::study::StudyModel;
+use crate::study::fleet::FleetModel;
 
 /// Which cycles depend on one another.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dependence {
     /// Cycles of a batch: those with the same quotient of their id by this. 1 where all are
     /// independent.
     pub batch: u64,
     /// Replicates of uncertain parameters that the cycles share, where there are any.
     pub replicates: Option<u64>,
+    /// Trips of each truck.
+    pub trips_per_truck: u64,
+    /// When trucks drive; none where each trip draws its day.
+    pub days: Option<OperatingDays>,
 }
 
 impl Default for Dependence {
     fn default() -> Self {
-        Self { batch: 1, replicates: None }
+        Self { batch: 1, replicates: None, trips_per_truck: 1, days: None }
     }
 }
 
 impl Dependence {
     /// That of a study's cycles.
     pub fn of(study: &StudyModel) -> Self {
-        Self {
-            batch: study.simulation.sampling.batch(),
-            replicates: study.driver.curve_speed.uncertain_replicates(),
-        }
+        let replicates = study.driver.curve_speed.uncertain_replicates();
+        Self::of_fleet(&study.fleet, study.simulation.sampling, replicates)
+    }
+
+    /// That of a fleet whose cycles share out their draws like this.
+    pub fn of_fleet(fleet: &FleetModel, sampling: Sampling, replicates: Option<u64>) -> Self {
+        let Nesting { trips_per_truck, days, .. } = fleet.nesting();
+        Self { batch: sampling.batch() * trips_per_truck, replicates, trips_per_truck, days }
+    }
+
+    /// Whether trucks make several trips.
+    pub fn has_trucks(self) -> bool {
+        self.trips_per_truck > 1
     }
 
     /// That of pairs of cycles of two studies, which depend on one another where the cycles of
@@ -42,7 +59,7 @@ impl Dependence {
             (Some(a), Some(b)) if a != b => None,
             (a, b) => a.or(b),
         };
-        Self { batch: self.batch.max(other.batch), replicates }
+        Self { batch: self.batch.max(other.batch), replicates, ..self }
     }
 
     /// Totals (Σ y, Σ x) of each batch, from (cycle id, y, x) in the order of the ids.
@@ -76,7 +93,8 @@ mod tests {
     #[test]
     fn a_batch_is_cut_by_the_ids_and_not_by_the_first_cycle() {
         let cycles = || (6..13).filter(|id| *id != 9).map(|id| (id, id as f64, 1.0));
-        let totals = |batch| Dependence { batch, replicates: None }.batch_totals(cycles());
+        let of = |batch| Dependence { batch, ..Dependence::default() };
+        let totals = |batch| of(batch).batch_totals(cycles());
         assert_eq!(totals(4), [(13.0, 2.0), (29.0, 3.0), (12.0, 1.0)]);
         assert_eq!(totals(1).len(), 6);
         assert_eq!(totals(100), [(54.0, 6.0)]);
@@ -84,7 +102,7 @@ mod tests {
 
     #[test]
     fn pairs_depend_as_the_cycles_of_either_study_do() {
-        let of = |batch, replicates| Dependence { batch, replicates };
+        let of = |batch, replicates| Dependence { batch, replicates, ..Dependence::default() };
         assert_eq!(of(16, None).of_pairs(of(1, Some(64))), of(16, Some(64)));
         assert_eq!(of(1, Some(64)).of_pairs(of(1, Some(64))), of(1, Some(64)));
         assert_eq!(of(1, Some(64)).of_pairs(of(1, Some(32))), of(1, None));
@@ -95,7 +113,7 @@ mod tests {
     fn fleet(run: u64, cycles: u64) -> SummaryBuilder {
         let sampling = Sampling::Sobol;
         let mut fleet =
-            SummaryBuilder::new(Dependence { batch: sampling.batch(), replicates: None });
+            SummaryBuilder::new(Dependence { batch: sampling.batch(), ..Dependence::default() });
         let records: Vec<Record> = (0..cycles)
             .map(|k| {
                 let streams = Streams { sampling, ..Streams::new(1, 1_000_003 * run + k) };

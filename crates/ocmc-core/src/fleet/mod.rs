@@ -13,5 +13,6 @@ pub mod run;
 pub mod sensitivity;
 pub mod statistic;
 pub mod summary;
+pub mod truck_year;
 pub mod uncertainty;
 pub mod variance_share;

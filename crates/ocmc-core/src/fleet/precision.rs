@@ -72,13 +72,16 @@ pub fn next_check(cycles: u64) -> u64 {
 pub struct InterimChecks<'a> {
     precision: Option<&'a Precision>,
     next: u64,
+    trips_per_truck: u64,
 }
 
 impl<'a> InterimChecks<'a> {
     /// For a run of which the fleet has so many cycles already; without a precision it goes on to
     /// its last cycle. A run that was interrupted at a check has not been checked yet.
-    pub fn new(precision: Option<&'a Precision>, cycles: u64) -> Self {
-        Self { precision, next: next_check(cycles) }
+    /// Checks are made behind whole trucks.
+    pub fn new(precision: Option<&'a Precision>, cycles: u64, trips_per_truck: u64) -> Self {
+        let next = next_check(cycles).next_multiple_of(trips_per_truck.max(1));
+        Self { precision, next, trips_per_truck: trips_per_truck.max(1) }
     }
 
     /// Gives the next records to the fleet, and those that count to `sink`, with the number of
@@ -108,7 +111,8 @@ impl<'a> InterimChecks<'a> {
                 if precision.check(fleet).met {
                     return ControlFlow::Break(None);
                 }
-                self.next = next_check(fleet.cycles() + 1);
+                let next = next_check(fleet.cycles() + 1);
+                self.next = next.next_multiple_of(self.trips_per_truck);
             }
             if later.is_empty() {
                 return ControlFlow::Continue(());
@@ -139,11 +143,11 @@ mod tests {
         let records: Vec<Record> =
             (0..1300).map(|k| record(1.0, 30.0 + f64::from(k % 2))).collect();
         let mut fleet = SummaryBuilder::default();
-        let mut checks = InterimChecks::new(Some(&precision), 0);
+        let mut checks = InterimChecks::new(Some(&precision), 0, 1);
         // Ctrl-C, which is noticed when the 1000th record has been written
         let interrupted = checks.take(&mut fleet, &records, |_, _| ControlFlow::Break("Ctrl-C"));
         assert_eq!((interrupted, fleet.cycles()), (ControlFlow::Break(Some("Ctrl-C")), 1000));
-        let mut checks = InterimChecks::new(Some(&precision), fleet.cycles());
+        let mut checks = InterimChecks::new(Some(&precision), fleet.cycles(), 1);
         let resumed: ControlFlow<Option<()>> =
             checks.take(&mut fleet, &records[1000..], |_, _| ControlFlow::Continue(()));
         assert_eq!((resumed, fleet.cycles()), (ControlFlow::Break(None), 1000));

@@ -164,7 +164,7 @@ mod tests {
                 let value = if is_low { low.next() } else { high.next() };
                 (id, value.expect("so many of each") as f64)
             });
-            let dependence = Dependence { batch, replicates: None };
+            let dependence = Dependence { batch, ..Dependence::default() };
             interval_of_batches(&sorted, level, dependence, cycles)
         };
         let halves = [0, 1, 1, 2, 2, 3, 3, 4];

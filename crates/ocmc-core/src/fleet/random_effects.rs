@@ -90,7 +90,9 @@ pub fn two_way<B>(
     let mut quantity = quantity;
     let mut rows: Vec<Option<Vec<f64>>> = vec![Some(Vec::new()); plan.cycles as usize];
     for driver in 0..drivers {
-        let plan = RunPlan { pick_freeze: PickFreeze { streams, cycle_id: Some(driver) }, ..*plan };
+        // of each truck its first driver
+        let cycle_id = Some(driver * study.nesting().trips_per_truck);
+        let plan = RunPlan { pick_freeze: PickFreeze { streams, cycle_id }, ..*plan };
         let before = driver * plan.cycles;
         let driven = records(study, &plan, |cycles| progress(before + cycles))?;
         let quantity = *quantity.get_or_insert_with(|| consumption(&driven));

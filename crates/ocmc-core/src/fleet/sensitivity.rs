@@ -56,11 +56,24 @@ pub fn factor_groups() -> Vec<FactorGroup> {
     ]
 }
 
+/// What the variance is over.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Over {
+    /// Trips.
+    #[default]
+    Trip,
+    /// Trucks: of each its total over its total, over all of its completed trips.
+    Truck,
+}
+
 /// Shares of the variance of one quantity.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Sensitivity {
     /// Name of the quantity.
     pub column: &'static str,
+    /// What the variance is over, and what a row is.
+    pub over: Over,
     /// Rows of the design that count.
     pub rows: u64,
     /// Rows that were dropped: the failed ones, and those without a value.
@@ -160,7 +173,18 @@ fn output(quantity: &RecordQuantity, record: &Record) -> Output {
     quantity.of_cycle(record).ok_or(missing)
 }
 
-/// Drives the design, `plan.cycles` rows, and shares out the variance. Without a quantity that of
+/// The value of one truck of the design: total over total of its completed trips.
+fn of_truck(quantity: &RecordQuantity, trips: &[Record]) -> Output {
+    let totals = trips.iter().filter_map(|trip| quantity.totals(trip));
+    let (y, x) = totals.fold((0.0, 0.0), |sum, (y, x)| (sum.0 + y, sum.1 + x));
+    if x > 0.0 {
+        return Ok(y / x);
+    }
+    let completed = trips.iter().any(|trip| trip.outcome == Outcome::Completed);
+    Err(if completed { Missing::NoValue } else { Missing::NotCompleted })
+}
+
+/// Drives the design, `plan.cycles` rows, or so many trucks as these are, and shares out the variance. Without a quantity that of
 /// the consumption.
 ///
 /// `progress` receives the number of cycles driven so far, of `plan.cycles` × (2 + number of
@@ -170,8 +194,11 @@ pub fn sensitivity<B>(
     plan: &RunPlan,
     groups: &[FactorGroup],
     quantity: Option<&'static RecordQuantity>,
+    over: Over,
     mut progress: impl FnMut(u64) -> ControlFlow<B>,
 ) -> ControlFlow<B, Result<Sensitivity, SensitivityError>> {
+    let dependence = Dependence::of(study.model());
+    let trips = dependence.trips_per_truck;
     let mut before = 0;
     let mut driven = |streams: StreamSet| {
         let plan = RunPlan { pick_freeze: PickFreeze { streams, cycle_id: None }, ..*plan };
@@ -182,15 +209,35 @@ pub fn sensitivity<B>(
     let a = driven(StreamSet::NONE)?;
     let quantity = quantity.unwrap_or_else(|| consumption(&a));
     let values = |records: &[Record]| -> Vec<Output> {
-        records.iter().map(|record| output(quantity, record)).collect()
+        match over {
+            Over::Trip => records.iter().map(|record| output(quantity, record)).collect(),
+            Over::Truck => {
+                records.chunks(trips as usize).map(|truck| of_truck(quantity, truck)).collect()
+            }
+        }
     };
     let mut designs = vec![values(&a), values(&driven(StreamSet::ALL)?)];
     drop(a);
     for group in groups {
         designs.push(values(&driven(group.streams)?));
     }
-    let dependence = Dependence::of(study.model());
-    ControlFlow::Continue(share_out(quantity.column, plan, dependence, groups, &designs))
+    let rows = match over {
+        Over::Trip => *plan,
+        Over::Truck => RunPlan {
+            first_cycle: plan.first_cycle / trips,
+            cycles: plan.cycles.div_ceil(trips),
+            ..*plan
+        },
+    };
+    let of_rows = match over {
+        Over::Trip => dependence,
+        Over::Truck => {
+            Dependence { batch: dependence.batch / trips, trips_per_truck: 1, ..dependence }
+        }
+    };
+    let shares = share_out(quantity.column, &rows, of_rows, groups, &designs);
+    let cycles = plan.cycles * designs.len() as u64;
+    ControlFlow::Continue(shares.map(|shares| Sensitivity { over, cycles, ..shares }))
 }
 
 /// The outputs of one row of the design. A cycle that was not completed counts before one without a
@@ -212,7 +259,7 @@ fn share_out(
     designs: &[Vec<Output>],
 ) -> Result<Sensitivity, SensitivityError> {
     let group_of = |cycle_id: u64| match dependence.replicates {
-        Some(replicates) => cycle_id % replicates,
+        Some(replicates) => cycle_id / dependence.trips_per_truck % replicates,
         None => cycle_id / dependence.batch,
     };
     let (mut failed_rows, mut rows_without_value) = (0, 0);
@@ -254,6 +301,7 @@ fn share_out(
     let cycles = plan.cycles * designs.len() as u64;
     Ok(Sensitivity {
         column,
+        over: Over::Trip,
         rows,
         dropped_rows,
         failed_rows,

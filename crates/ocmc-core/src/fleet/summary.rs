@@ -7,6 +7,7 @@ use super::quantity::{CONSUMPTIONS, Extent, QUANTITIES, RecordQuantity, Weight, 
 use super::ratio::Ratio;
 use super::run::RunPlan;
 use super::statistic::Statistic;
+use super::truck_year::{TruckSummary, TruckYearBuilder};
 use super::uncertainty::{Effects, ParameterUncertainty};
 use crate::record::{Outcome, Record};
 use crate::study::Study;
@@ -34,6 +35,8 @@ pub struct Summary {
     pub worst_case: Option<WorstCase>,
     /// Where powertrains came to their limits and left their maps.
     pub saturation: Saturation,
+    /// What trucks add up to; none where each trip has a truck of its own.
+    pub trucks: Option<TruckSummary>,
 }
 
 /// Where powertrains left their maps, or could not hold a speed that was followed, over all cycles.
@@ -164,6 +167,22 @@ impl Serialize for Summary {
         map.serialize_entry("parameter_uncertainty", &self.parameter_uncertainty)?;
         map.serialize_entry("worst_case", &self.worst_case)?;
         map.serialize_entry("saturation", &self.saturation)?;
+        if let Some(trucks) = &self.trucks {
+            map.serialize_entry("trucks", trucks)?;
+        }
+        map.end()
+    }
+}
+
+impl Serialize for TruckSummary {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(None)?;
+        map.serialize_entry("trucks", &self.trucks)?;
+        map.serialize_entry("years", &self.years)?;
+        map.serialize_entry("truck_months", &StatisticsByName(&self.truck_months))?;
+        map.serialize_entry("truck_years", &StatisticsByName(&self.truck_years))?;
+        map.serialize_entry("fleet_year", &self.totals)?;
+        map.serialize_entry("components", &self.components)?;
         map.end()
     }
 }
@@ -194,6 +213,8 @@ pub struct SummaryBuilder {
     extents: Vec<Extent>,
     /// Which cycles depend on one another.
     dependence: Dependence,
+    /// Months and years of trucks, where they make several trips.
+    trucks: TruckYearBuilder,
     /// Ids of the completed cycles, where cycles depend on one another.
     cycle_ids: Vec<u64>,
     /// Per quantity and completed cycle, NaN where there is none; empty while no cycle has the
@@ -215,6 +236,9 @@ impl SummaryBuilder {
             self.distance_m += record.distance_m;
             self.simulated_s += record.simulated_s;
             self.saturation.add(record);
+            if self.dependence.has_trucks() {
+                self.trucks.add(record, self.dependence);
+            }
             if record.outcome == Outcome::Completed {
                 self.add_completed(record);
             } else {
@@ -290,6 +314,7 @@ impl SummaryBuilder {
             parameter_uncertainty: None,
             worst_case,
             saturation: self.saturation,
+            trucks: std::mem::take(&mut self.trucks).finish(self.dependence),
         }
     }
 

@@ -34,7 +34,7 @@ pub(super) fn end(file: &mut ArrowWriter<File>) -> io::Result<()> {
     file.finish().map(drop).map_err(io_error)
 }
 
-fn properties() -> WriterProperties {
+pub(crate) fn properties() -> WriterProperties {
     WriterProperties::builder()
         .set_compression(Compression::ZSTD(ZstdLevel::default()))
         .set_max_row_group_row_count(Some(GROUP_ROWS))

@@ -10,6 +10,7 @@ use crate::given_drive::GivenDrive;
 use crate::records::{Group, RecordFormat};
 use crate::shell_word::resume_command;
 use crate::study::Files;
+use crate::trucks;
 use ocmc_core::fleet::quantity::quantity;
 use ocmc_core::fleet::run::RunPlan;
 use ocmc_core::fleet::summary::SummaryBuilder;
@@ -111,6 +112,7 @@ fn remove_written(out: &Path, created: &[&Path]) {
     for file in RecordFormat::ALL
         .map(RecordFormat::file_name)
         .into_iter()
+        .chain(RecordFormat::ALL.map(trucks::file_name))
         .chain([SUMMARY, MANIFEST, CHECKSUMS])
     {
         let _ = fs::remove_file(out.join(file));

@@ -26,6 +26,7 @@ use crate::input_file;
 use crate::records::{RecordFormat, RecordWriter};
 use crate::sha256;
 use crate::study::{keys_since, resolved_toml, study_hash};
+use crate::trucks;
 use checksum::Checksums;
 use chunks::{Chunks, adopted, is_chunk};
 use durable::{replace, replaced, temporary};
@@ -37,6 +38,7 @@ use ocmc_core::operating_cycle::route::RouteModel;
 use ocmc_core::random::sampling::Sampling;
 use ocmc_core::record::Record;
 use ocmc_core::study::StudyModel;
+use ocmc_core::study::fleet::FleetModel;
 use serde::{Deserialize, Serialize};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -135,10 +137,10 @@ impl Manifest {
         let replicates = replicates.filter(|_| uncertain == Some(true.into()));
         let sampling = self.value("simulation.sampling");
         let sampling: Option<Sampling> = sampling.and_then(|value| value.try_into().ok());
-        Dependence {
-            batch: sampling.unwrap_or_default().batch(),
-            replicates: replicates.map(|replicates| replicates.max(1)),
-        }
+        let fleet = self.value("fleet").and_then(|fleet| fleet.try_into().ok());
+        let fleet: FleetModel = fleet.unwrap_or_default();
+        let replicates = replicates.map(|replicates: u64| replicates.max(1));
+        Dependence::of_fleet(&fleet, sampling.unwrap_or_default(), replicates)
     }
 }
 
@@ -347,6 +349,11 @@ impl RunDirectory {
         write_manifest(&self.path, &self.manifest)?;
         self.assemble()?;
         replace(&self.path.join(SUMMARY), summary.to_json().as_bytes())?;
+        if let Some(trucks) = &summary.summary.trucks {
+            let format = self.chunks.format;
+            let path = self.path.join(trucks::file_name(format));
+            replace(&path, &trucks::encoded(&trucks.rows, format))?;
+        }
         self.manifest.status = if all { RunStatus::Complete } else { RunStatus::Interrupted };
         if all {
             // until now: a program that is ended before has its answer to say again
@@ -368,8 +375,13 @@ impl RunDirectory {
         let (summary, records) = (sum(SUMMARY)?, sum(&self.manifest.records)?);
         self.manifest.records_sha256 = Some(records.clone());
         let text = manifest_text(&mut self.manifest);
+        let trucks = trucks::file_name(self.chunks.format);
+        let of_trucks = self.path.join(trucks).exists().then(|| sum(trucks)).transpose()?;
         let sums = self.chunks.sums();
         sums.set(SUMMARY, summary);
+        if let Some(of_trucks) = of_trucks {
+            sums.set(trucks, of_trucks);
+        }
         sums.set(&self.manifest.records, records);
         sums.set(MANIFEST, sha256::of_bytes(text.as_bytes()));
         sums.write()?;

@@ -1,0 +1,65 @@
+//! The part of a run's answer that is about trucks: how their years are spread, what the fleet's
+//! year adds up to, and what of the spread of trips is between trucks.
+
+use super::text::table_over;
+use ocmc_core::fleet::summary::Summary;
+use ocmc_core::fleet::truck_year::{Components, Total, TruckSummary};
+use ocmc_io::label::label;
+use ocmc_io::number_text::{count_of, grouped, rough, rounded, short};
+use std::fmt::Write;
+
+/// Nothing where each trip has a truck of its own.
+pub(super) fn trucks(summary: &Summary) -> String {
+    let Some(trucks) = &summary.trucks else { return String::new() };
+    let TruckSummary { trucks: count, years, truck_years, totals, components, .. } = trucks;
+    let over = if *years > 1 { format!(" over {years} years") } else { String::new() };
+    let mut text = format!(
+        "\n{}{over}: totals over totals of each truck's year\n{}",
+        count_of(*count, "truck"),
+        table_over(truck_years, ["of trucks", " each truck-year counted once"])
+    );
+    let own = summary.consumption();
+    if let Some(own) = own
+        && let Some(components) = components
+    {
+        text += &spread(trucks, own.column, components);
+    }
+    let lines: [(&str, Option<Total>, f64, &str); 5] = [
+        ("distance", totals.distance_m, 1e-3, "km"),
+        ("time", totals.duration_s, 1.0 / 3600.0, "h"),
+        ("fuel", totals.fuel_l, 1.0, "L"),
+        ("electricity", totals.battery_energy_j, 1.0 / 3.6e9, "MWh"),
+        ("CO2", totals.co2_kg, 1e-3, "t"),
+    ];
+    let _ = writeln!(text, "\nThe fleet's year ± where another fleet of as many trucks would lie");
+    for (name, total, factor, unit) in lines {
+        let Some(Total { total, prediction95 }) = total else { continue };
+        let half = prediction95.map(|[low, high]| rough(factor * (high - low) / 2.0));
+        let half = half.map_or_else(String::new, |half| format!(" ± {half}"));
+        let _ = writeln!(text, "  {name:<11} {}{half} {unit}", rounded(factor * total));
+    }
+    text
+}
+
+/// How the consumption of trips is shared out between trucks and their trips.
+fn spread(trucks: &TruckSummary, column: &str, components: &Components) -> String {
+    let (name, factor) = label(column);
+    let sd = |value: f64| short(factor * value);
+    let percent = |share: f64| format!("{:.0} %", 100.0 * share);
+    let of = |statistics: &[ocmc_core::fleet::statistic::Statistic]| {
+        let own = statistics.iter().find(|statistic| statistic.column == column);
+        own.and_then(|own| own.sd).map_or("-".to_owned(), sd)
+    };
+    format!(
+        "\n{name}: SD {} between trucks, {} between trips of a truck.\n\
+         Trucks are {} of the variance of trips, and {} of that of a truck's mean.\n\
+         SD of truck-months {}, of truck-years {} ({} in all).\n",
+        sd(components.between_sd),
+        sd(components.within_sd),
+        percent(components.share_of_trips),
+        percent(components.share_of_means),
+        of(&trucks.truck_months),
+        of(&trucks.truck_years),
+        grouped(trucks.rows.len() as u64),
+    )
+}

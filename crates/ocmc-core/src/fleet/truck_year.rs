@@ -1,0 +1,528 @@
+//! What trucks add up to that make several trips: each in a month and in a year, and their fleet in
+//! a year.
+//!
+//! A truck's value of a quantity is its total over its total, as the fleet's is: Σ y / Σ x over the
+//! completed trips of the time. Means and quantiles over truck-years count each of them once. With
+//! v_t the values of the n trucks of a year, m trips each,
+//!
+//! s_b² = (s_v² − s_w²/m̄)  between trucks,  s_w² within them, between trips
+//!
+//! by the analysis of variance for trucks with different numbers of trips. Source: S. R. Searle, G.
+//! Casella, C. E. McCulloch, *Variance Components* (1992), section 3.6 \[PK\].
+//!
+//! The total of the fleet's year is T = Σ t over its trucks; that of another fleet of as many
+//! trucks lies in T ± t₀.₉₇₅(n − 1) s √(2 n), s the standard deviation of the trucks' totals: the
+//! drawn trucks are no more than a sample of those that there could be, either time.
+
+use super::dependence::Dependence;
+use super::quantity::{CONSUMPTIONS, QUANTITIES};
+use super::ratio::{Ratio, student_975};
+use super::statistic::Statistic;
+use crate::random::nesting::DAYS_OF_YEAR;
+use crate::record::{Cell, Outcome, Record};
+use serde::Serialize;
+
+/// Totals of the completed trips of one truck in a month or a year.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TruckTime {
+    /// The truck.
+    pub truck_id: u64,
+    /// The year, from 0; there is but one where trips draw their days.
+    pub year: u64,
+    /// The month, from 0 for January; of a year none.
+    pub month: Option<u64>,
+    /// Completed trips.
+    pub n_trips: u64,
+    /// Trips that were not completed; they are not in the totals.
+    pub n_failed: u64,
+    /// Distance, in m.
+    pub distance_m: f64,
+    /// Duration, in s.
+    pub duration_s: f64,
+    /// Payload times distance, in kg m.
+    pub payload_distance_kgm: f64,
+    /// Work at the wheels, in J.
+    pub wheel_energy_j: f64,
+    /// Fuel, in kg.
+    pub fuel_kg: Option<f64>,
+    /// Fuel, in L.
+    pub fuel_l: Option<f64>,
+    /// What the battery's store lost, in J.
+    pub battery_energy_j: Option<f64>,
+    /// Carbon dioxide from burning the fuel, in kg.
+    pub co2_kg: Option<f64>,
+    /// Both totals of each quantity's mean.
+    totals: [(f64, f64); QUANTITIES.len()],
+}
+
+/// One column of a table of truck-years.
+#[derive(Clone, Copy, Debug)]
+pub struct TruckColumn {
+    /// Its name, with the unit.
+    pub name: &'static str,
+    /// What it says.
+    pub meaning: &'static str,
+    get: Get,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Get {
+    Field(fn(&TruckTime) -> Cell),
+    Quantity(usize),
+}
+
+impl TruckColumn {
+    /// The value of a truck-year.
+    pub fn get(&self, of: &TruckTime) -> Cell {
+        match self.get {
+            Get::Field(get) => get(of),
+            Get::Quantity(k) => Cell::Number(of.value(k)),
+        }
+    }
+}
+
+const fn field(
+    name: &'static str,
+    meaning: &'static str,
+    get: fn(&TruckTime) -> Cell,
+) -> TruckColumn {
+    TruckColumn { name, meaning, get: Get::Field(get) }
+}
+
+/// The columns that are totals, or say which truck and which year.
+const FIELDS: [TruckColumn; 12] = [
+    field("truck_id", "The truck", |t| Cell::Integer(Some(t.truck_id))),
+    field("year", "The year, from 0", |t| Cell::Integer(Some(t.year))),
+    field("n_trips", "Completed trips", |t| Cell::Integer(Some(t.n_trips))),
+    field("n_failed", "Trips that were not completed, which are in no total", |t| {
+        Cell::Integer(Some(t.n_failed))
+    }),
+    field("distance_m", "Distance, in m", |t| Cell::Number(Some(t.distance_m))),
+    field("total_duration_s", "Duration of all trips, in s", |t| Cell::Number(Some(t.duration_s))),
+    field("payload_distance_kgm", "Payload times distance, in kg m", |t| {
+        Cell::Number(Some(t.payload_distance_kgm))
+    }),
+    field("wheel_energy_j", "Positive work at the wheels, in J", |t| {
+        Cell::Number(Some(t.wheel_energy_j))
+    }),
+    field("fuel_kg", "Fuel, in kg", |t| Cell::Number(t.fuel_kg)),
+    field("fuel_l", "Fuel, in L", |t| Cell::Number(t.fuel_l)),
+    field("battery_energy_j", "What the battery's store lost, in J", |t| {
+        Cell::Number(t.battery_energy_j)
+    }),
+    field("co2_kg", "Carbon dioxide from burning the fuel, in kg", |t| Cell::Number(t.co2_kg)),
+];
+
+/// The columns of a table of truck-years: totals, then each quantity of the fleet as the truck's
+/// total over total.
+pub const TRUCK_COLUMNS: [TruckColumn; FIELDS.len() + QUANTITIES.len()] = {
+    let mut all = [FIELDS[0]; FIELDS.len() + QUANTITIES.len()];
+    let mut k = 0;
+    while k < FIELDS.len() {
+        all[k] = FIELDS[k];
+        k += 1;
+    }
+    let mut quantity = 0;
+    while quantity < QUANTITIES.len() {
+        let name = QUANTITIES[quantity].column;
+        let meaning = "The quantity of that name over the truck's year, total over total";
+        all[FIELDS.len() + quantity] = TruckColumn { name, meaning, get: Get::Quantity(quantity) };
+        quantity += 1;
+    }
+    all
+};
+
+impl TruckTime {
+    fn add(&mut self, record: &Record) {
+        if record.outcome != Outcome::Completed {
+            self.n_failed += 1;
+            return;
+        }
+        let more = |sum: &mut Option<f64>, part: Option<f64>| {
+            if let Some(part) = part {
+                *sum = Some(sum.unwrap_or(0.0) + part);
+            }
+        };
+        self.n_trips += 1;
+        self.distance_m += record.distance_m;
+        self.duration_s += record.duration_s;
+        self.payload_distance_kgm += record.payload_kg * record.distance_m;
+        self.wheel_energy_j += record.wheel_energy_j;
+        let km = record.distance_m / 1000.0;
+        more(&mut self.fuel_kg, record.fuel_kg);
+        more(&mut self.fuel_l, record.consumption_l_per_100km.map(|litres| litres * km / 100.0));
+        more(&mut self.battery_energy_j, record.battery_energy_j);
+        more(&mut self.co2_kg, record.co2_g_per_km.map(|grams| grams * km / 1000.0));
+        for (quantity, total) in QUANTITIES.iter().zip(&mut self.totals) {
+            if let Some((y, x)) = quantity.totals(record) {
+                total.0 += y;
+                total.1 += x;
+            }
+        }
+    }
+
+    /// A quantity of the truck: total over total.
+    fn value(&self, quantity: usize) -> Option<f64> {
+        let (y, x) = self.totals[quantity];
+        (x > 0.0).then(|| y / x)
+    }
+}
+
+/// Last days of the months of a year of 365 days.
+const MONTH_ENDS: [u64; 12] = [31, 59, 90, 120, 151, 181, 212, 243, 273, 304, 334, 365];
+
+/// Seconds of a day.
+const DAY_S: f64 = 86_400.0;
+
+/// Collects trips, in the order of their cycles, into months and years of trucks.
+#[derive(Clone, Debug, Default)]
+pub struct TruckYearBuilder {
+    years: Vec<TruckTime>,
+    months: Vec<TruckTime>,
+    /// Value of the consumption of each completed trip: count, sum and squares about a truck's own
+    /// first value, by truck.
+    spread: Vec<Spread>,
+}
+
+/// Count, mean and squares about the mean, by B. P. Welford's update.
+#[derive(Clone, Copy, Debug, Default)]
+struct Spread {
+    truck_id: u64,
+    n: f64,
+    mean: f64,
+    squares: f64,
+}
+
+impl Spread {
+    fn add(&mut self, value: f64) {
+        self.n += 1.0;
+        let off = value - self.mean;
+        self.mean += off / self.n;
+        self.squares += off * (value - self.mean);
+    }
+}
+
+impl TruckYearBuilder {
+    /// Adds the next trip.
+    pub fn add(&mut self, record: &Record, dependence: Dependence) {
+        let (truck_id, trip) = (
+            record.cycle_id / dependence.trips_per_truck,
+            record.cycle_id % dependence.trips_per_truck,
+        );
+        let year = dependence.days.map_or(0, |days| days.day_of(trip) / DAYS_OF_YEAR);
+        let day = (record.departure_s_of_year / DAY_S) as u64 % DAYS_OF_YEAR;
+        let month = MONTH_ENDS.iter().position(|end| day < *end).unwrap_or(11) as u64;
+        for (times, month) in [(&mut self.years, None), (&mut self.months, Some(month))] {
+            // trips that draw their days come in no order of months
+            let own = times.iter().rev().take_while(|time| time.truck_id == truck_id);
+            let own = own.take_while(|time| time.year == year);
+            let before = own.clone().position(|time| time.month == month);
+            let before = before.unwrap_or_else(|| {
+                times.push(TruckTime { truck_id, year, month, ..TruckTime::default() });
+                0
+            });
+            let place = times.len() - 1 - before;
+            times[place].add(record);
+        }
+        let value = CONSUMPTIONS
+            .iter()
+            .find_map(|column| super::quantity::quantity(column)?.of_cycle(record));
+        if let Some(value) = value {
+            if self.spread.last().is_none_or(|last| last.truck_id != truck_id) {
+                self.spread.push(Spread { truck_id, ..Spread::default() });
+            }
+            self.spread.last_mut().expect("pushed").add(value);
+        }
+    }
+
+    /// Sums up; none where no truck has a trip.
+    pub fn finish(self, dependence: Dependence) -> Option<TruckSummary> {
+        let trucks = self.years.iter().map(|time| time.truck_id);
+        let mut trucks: Vec<u64> = trucks.collect();
+        trucks.dedup();
+        if trucks.is_empty() {
+            return None;
+        }
+        let trucks_of_batch = dependence.batch / dependence.trips_per_truck;
+        let years = 1 + self.years.iter().map(|time| time.year).max().unwrap_or(0);
+        // a truck's months and years are not independent of one another
+        let statistics = |times: &[TruckTime], each: u64| {
+            let batch = trucks_of_batch.max(1) * each;
+            let of_trucks = Dependence { batch, ..Dependence::default() };
+            let of = |k: usize| {
+                let values = times.iter().filter_map(|time| {
+                    let number = time.month.map_or(time.year, |month| 12 * time.year + month);
+                    Some((time.truck_id * each + number, time.value(k)?))
+                });
+                let pairs = of_trucks.batch_totals(values.clone().map(|(id, v)| (id, v, 1.0)));
+                let mean = Ratio::estimate(pairs.into_iter());
+                Statistic::new(QUANTITIES[k].column, mean, &values, of_trucks)
+            };
+            (0..QUANTITIES.len()).map(of).collect::<Vec<_>>()
+        };
+        let truck_months = statistics(&self.months, 12 * years);
+        let truck_years = statistics(&self.years, years);
+        let totals = Totals::of(&self.years, trucks.len(), years);
+        let components = components(&self.spread);
+        Some(TruckSummary {
+            trucks: trucks.len() as u64,
+            years,
+            truck_months,
+            truck_years,
+            totals,
+            components,
+            rows: self.years,
+        })
+    }
+}
+
+/// What the trucks of a fleet add up to.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TruckSummary {
+    /// Trucks.
+    pub trucks: u64,
+    /// Years that they drive.
+    pub years: u64,
+    /// The quantities over truck-months.
+    pub truck_months: Vec<Statistic>,
+    /// The quantities over truck-years.
+    pub truck_years: Vec<Statistic>,
+    /// Totals of the fleet's year.
+    pub totals: Totals,
+    /// How the consumption of trips is spread; none without two trucks and two trips of one.
+    pub components: Option<Components>,
+    /// Each truck-year.
+    pub rows: Vec<TruckTime>,
+}
+
+/// Totals of the fleet in a year, the mean over the years that were driven.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Totals {
+    /// Distance, in m.
+    pub distance_m: Option<Total>,
+    /// Duration, in s.
+    pub duration_s: Option<Total>,
+    /// Fuel, in L.
+    pub fuel_l: Option<Total>,
+    /// What batteries' stores lost, in J.
+    pub battery_energy_j: Option<Total>,
+    /// Carbon dioxide from burning the fuel, in kg.
+    pub co2_kg: Option<Total>,
+}
+
+/// One total of the fleet's year.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Total {
+    /// The total.
+    pub total: f64,
+    /// Where that of another fleet of as many trucks lies, in 95 of 100 cases; none from one truck.
+    pub prediction95: Option<[f64; 2]>,
+}
+
+impl Totals {
+    fn of(years: &[TruckTime], trucks: usize, count: u64) -> Self {
+        let of = |value: fn(&TruckTime) -> Option<f64>| {
+            let mut totals: Vec<(u64, f64)> = Vec::with_capacity(trucks);
+            for time in years {
+                let value = value(time)? / count as f64;
+                match totals.last_mut() {
+                    Some((truck_id, sum)) if *truck_id == time.truck_id => *sum += value,
+                    _ => totals.push((time.truck_id, value)),
+                }
+            }
+            let n = totals.len() as f64;
+            let total: f64 = totals.iter().map(|(_, value)| value).sum();
+            let mean = total / n;
+            let squares: f64 = totals.iter().map(|(_, x)| (x - mean) * (x - mean)).sum();
+            let prediction95 = (totals.len() > 1).then(|| {
+                let sd = libm::sqrt(squares / (n - 1.0));
+                let far = student_975(n - 1.0) * sd * libm::sqrt(2.0 * n);
+                [total - far, total + far]
+            });
+            Some(Total { total, prediction95 })
+        };
+        Self {
+            distance_m: of(|t| Some(t.distance_m)),
+            duration_s: of(|t| Some(t.duration_s)),
+            fuel_l: of(|t| t.fuel_l),
+            battery_energy_j: of(|t| t.battery_energy_j),
+            co2_kg: of(|t| t.co2_kg),
+        }
+    }
+}
+
+/// How the consumption of trips is spread between trucks and within them, each trip counted once.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Components {
+    /// Variance between trucks; as it is estimated, so that it may be negative.
+    pub between_variance: f64,
+    /// Variance within trucks.
+    pub within_variance: f64,
+    /// Standard deviation between trucks; 0 where the variance is negative.
+    pub between_sd: f64,
+    /// Standard deviation between trips of a truck.
+    pub within_sd: f64,
+    /// Share of the variance of trips that is between trucks.
+    pub share_of_trips: f64,
+    /// Share of the variance of the trucks' means that is between trucks, and not the chance of
+    /// their trips.
+    pub share_of_means: f64,
+}
+
+fn components(spread: &[Spread]) -> Option<Components> {
+    let trucks = spread.len() as f64;
+    let n: f64 = spread.iter().map(|truck| truck.n).sum();
+    if trucks < 2.0 || n <= trucks {
+        return None;
+    }
+    let within: f64 = spread.iter().map(|truck| truck.squares).sum::<f64>() / (n - trucks);
+    let mean = spread.iter().map(|truck| truck.n * truck.mean).sum::<f64>() / n;
+    let between = spread.iter().map(|truck| truck.n * (truck.mean - mean) * (truck.mean - mean));
+    let between = between.sum::<f64>() / (trucks - 1.0);
+    let squares: f64 = spread.iter().map(|truck| truck.n * truck.n).sum();
+    // trips of a truck, where all have as many
+    let trips = (n - squares / n) / (trucks - 1.0);
+    let between_variance = (between - within) / trips;
+    let real = between_variance.max(0.0);
+    let whole = real + within;
+    (whole > 0.0).then(|| Components {
+        between_variance,
+        within_variance: within,
+        between_sd: libm::sqrt(real),
+        within_sd: libm::sqrt(within),
+        share_of_trips: real / whole,
+        share_of_means: real / (real + within / trips),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fleet::summary::{Summary, SummaryBuilder};
+    use crate::random::nesting::OperatingDays;
+    use crate::random::{Draws, Stream};
+    use crate::statistics::assert_share;
+
+    const TRIPS: u64 = 50;
+
+    fn of_trucks(trips_per_truck: u64) -> Dependence {
+        Dependence { batch: trips_per_truck, trips_per_truck, ..Dependence::default() }
+    }
+
+    fn trip(cycle_id: u64, litres: f64, km: f64) -> Record {
+        Record {
+            cycle_id,
+            distance_m: 1000.0 * km,
+            duration_s: 60.0 * km,
+            fuel_kg: Some(0.836 * litres * km / 100.0),
+            consumption_l_per_100km: Some(litres),
+            co2_g_per_km: Some(26.0 * litres),
+            ..Record::default()
+        }
+    }
+
+    /// Trips of trucks whose mean is normal with SD `between` around 30, each trip with SD 5 more.
+    fn fleet(seed: u64, trucks: u64, between: f64) -> Vec<Record> {
+        let mut draws = Draws::new(seed, 0, Stream::Curve);
+        let mut records = Vec::new();
+        for truck in 0..trucks {
+            let own = 30.0 + between * draws.normal();
+            for k in 0..TRIPS {
+                records.push(trip(truck * TRIPS + k, own + 5.0 * draws.normal(), 1.0));
+            }
+        }
+        records
+    }
+
+    fn summary(records: &[Record], dependence: Dependence) -> Summary {
+        let mut fleet = SummaryBuilder::new(dependence);
+        fleet.add(records);
+        fleet.finish()
+    }
+
+    #[test]
+    fn a_small_fleet_by_hand() {
+        let failed = Record { outcome: Outcome::Stalled, ..trip(3, 90.0, 9.0) };
+        let records = [trip(0, 20.0, 100.0), trip(1, 40.0, 300.0), trip(2, 30.0, 200.0), failed];
+        let found = summary(&records, of_trucks(2)).trucks.expect("two trucks");
+        // 20 + 120 L over 400 km; 60 L over 200 km
+        let values: Vec<_> = found.rows.iter().map(|row| row.value(0)).collect();
+        assert_eq!(values, [Some(35.0), Some(30.0)]);
+        let counts: Vec<_> = found.rows.iter().map(|row| (row.n_trips, row.n_failed)).collect();
+        assert_eq!(counts, [(2, 0), (1, 1)]);
+        let fuel = found.totals.fuel_l.expect("fuel");
+        assert!((fuel.total - 200.0).abs() < 1e-9);
+        // totals 140 and 60: s = 80/√2, t₀.₉₇₅(1) = 12.706, √(2 · 2): 12.706 · 56.569 · 2
+        let [low, high] = fuel.prediction95.expect("two trucks");
+        assert!(((high - low) / 2.0 - 1437.54).abs() < 0.01, "{low} {high}");
+        // truck 0: 20 and 40, truck 1: 30; within 200/1; means 30 and 30: between 0
+        let components = found.components.expect("three trips");
+        assert!((components.within_variance - 200.0).abs() < 1e-9);
+        // trips of a truck: 3 - 5/3 = 4/3
+        assert!((components.between_variance + 200.0 / (4.0 / 3.0)).abs() < 1e-9);
+        assert_eq!((components.between_sd, components.share_of_means), (0.0, 0.0));
+    }
+
+    #[test]
+    fn trips_fall_into_their_months_and_years() {
+        let days = Some(OperatingDays { per_week: 7, trips: 1, departure_interval_s: 0.0 });
+        let dependence = Dependence { days, ..of_trucks(730) };
+        let records: Vec<Record> = (0..2 * 730)
+            .map(|id| Record {
+                departure_s_of_year: (id % 730 % 365) as f64 * 86_400.0 + 3600.0,
+                ..trip(id, 30.0, 1.0)
+            })
+            .collect();
+        let found = summary(&records, dependence).trucks.expect("two trucks");
+        assert_eq!((found.trucks, found.years, found.rows.len()), (2, 2, 4));
+        assert!(found.rows.iter().all(|row| row.n_trips == 365));
+        assert_eq!(found.truck_months[0].n, 48);
+        // the fleet's year, not its two years
+        assert!((found.totals.distance_m.expect("known").total - 730e3).abs() < 1e-6);
+    }
+
+    #[test]
+    fn components_are_those_that_were_put_in() {
+        const RUNS: u64 = 200;
+        let (mut between, mut within) = (0.0, 0.0);
+        for seed in 0..RUNS {
+            let found = summary(&fleet(seed, 40, 2.0), of_trucks(TRIPS)).trucks.expect("trucks");
+            let components = found.components.expect("40 trucks");
+            between += components.between_variance / RUNS as f64;
+            within += components.within_variance / RUNS as f64;
+        }
+        // of one run: var(s_b²) = 2 (4 + 25/50)²/39, so of the mean of 200 runs 0.072
+        assert!((between - 4.0).abs() < 4.0 * 0.072, "{between}");
+        assert!((within - 25.0).abs() < 4.0 * 25.0 * (2.0 / (RUNS as f64 * 1960.0)).sqrt());
+    }
+
+    #[test]
+    fn intervals_know_that_trips_of_a_truck_belong_together() {
+        const RUNS: u64 = 600;
+        let (mut mean, mut alone, mut p95, mut annual) = (0, 0, 0, 0);
+        // P95 of N(30, 4 + 25): 30 + 1.644854 √29
+        let truth = 30.0 + 1.644_853_627 * 29_f64.sqrt();
+        for seed in 0..RUNS {
+            let records = fleet(seed, 60, 2.0);
+            let found = summary(&records, of_trucks(TRIPS));
+            let naive = summary(&records, Dependence::default());
+            let holds = |ci: Option<[f64; 2]>, truth: f64| {
+                let [low, high] = ci.expect("3000 trips");
+                usize::from(low <= truth && truth <= high)
+            };
+            let own = found.consumption().expect("fuel");
+            mean += holds(own.ci95, 30.0);
+            alone += holds(naive.consumption().expect("fuel").ci95, 30.0);
+            p95 += holds(own.quantiles[4].ci95, truth);
+            let trucks = found.trucks.as_ref().expect("trucks");
+            annual += holds(trucks.truck_years[0].ci95, 30.0);
+        }
+        assert_share("mean", mean, RUNS as usize, 0.95);
+        assert_share("annual mean", annual, RUNS as usize, 0.95);
+        let p95 = p95 as f64 / RUNS as f64;
+        assert!((0.92..0.98).contains(&p95), "{p95}");
+        // the design effect is 1 + 49 · 4/29 = 7.8: the interval is 2.8 times too narrow
+        let alone = alone as f64 / RUNS as f64;
+        assert!(alone < 0.6, "{alone}");
+    }
+}
