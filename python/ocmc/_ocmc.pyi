@@ -193,7 +193,9 @@ class Study:
     def run(
         self,
         *,
-        cycles: SupportsIndex,
+        cycles: SupportsIndex | None = None,
+        trucks: SupportsIndex | None = None,
+        trips: SupportsIndex | None = None,
         seed: SupportsIndex = 1,
         first_cycle: SupportsIndex = 0,
         threads: SupportsIndex | None = None,
@@ -232,6 +234,7 @@ class Study:
         first_cycle: SupportsIndex = 0,
         column: str | None = None,
         factors: Sequence[str] | None = None,
+        over: Literal["trip", "truck"] = "trip",
         threads: SupportsIndex | None = None,
         progress: _Progress = None,
     ) -> Answer: ...
@@ -248,6 +251,8 @@ class Run:
     def columns(self) -> list[str]: ...
     @property
     def records(self) -> Table: ...
+    @property
+    def trucks(self) -> Table | None: ...
     @property
     def study(self) -> Study: ...
     @property

@@ -98,6 +98,11 @@ fn a_pool_of_drivers_is_shared_by_all_trucks() {
         assert_eq!(*effect, trip.driver_effect, "driver {driver}");
     }
     assert!(of_driver.iter().all(Option::is_some));
+    // trucks are not independent of one another, and the answer says so
+    let pool = fleet(&["fleet.trips_per_truck=10", "fleet.driver_pool=4"]);
+    assert!(summary(&pool, &driven).trucks.expect("trucks").note.is_some());
+    let own = fleet(&["fleet.trips_per_truck=10"]);
+    assert!(summary(&own, &driven).trucks.expect("trucks").note.is_none());
 }
 
 #[test]

@@ -104,4 +104,5 @@ pub use word::{
 pub use ocmc_core::kernel::trace::TableColumn;
 pub use ocmc_core::record::Record;
 pub use ocmc_io::label::label;
+pub use ocmc_io::trucks::record_batch as truck_batch;
 pub use ocmc_io::{number_text, printable, shell_word};

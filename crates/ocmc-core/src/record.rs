@@ -180,7 +180,7 @@ pub struct Record {
     /// Its truck; where each trip has a truck of its own, the id of the cycle. Null in records of
     /// versions that had no trucks, as the next two.
     pub truck_id: Option<u64>,
-    /// Its driver: one of the truck's, or of the pool.
+    /// Its driver: one of the truck's, or of the pool; null where a speed is followed exactly.
     pub driver_id: Option<u64>,
     /// Which trip of its truck it is, from 0.
     pub trip: Option<u64>,

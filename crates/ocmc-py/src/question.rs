@@ -154,7 +154,7 @@ impl PyStudy {
     /// 20
     /// >>> run = study.run(trucks=4, trips=5)
     /// >>> run["truck_id"][[0, 4, 5, 19]]
-    /// array([0., 0., 1., 3.])
+    /// array([0, 0, 1, 3], dtype=uint64)
     #[pyo3(
         signature = (*, cycles=None, trucks=None, trips=None, seed=None, first_cycle=None, threads=None, progress=None),
         text_signature = "($self, *, cycles=None, trucks=None, trips=None, seed=1, first_cycle=0, threads=None, progress=None)"

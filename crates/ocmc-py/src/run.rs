@@ -141,6 +141,25 @@ impl PyRun {
         self.records.clone()
     }
 
+    /// Truck-years as one table: a row for each truck and year, as ``trucks.parquet`` has them.
+    ///
+    /// Totals are of completed trips; ``consumption_l_per_100km`` and the other quantities are the
+    /// truck's total over its total. None where each trip has a truck of its own.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import ocmc
+    /// >>> study = ocmc.Study("field-truck").set("mission.length_m", 5000.0)
+    /// >>> trucks = study.run(trucks=3, trips=4).trucks
+    /// >>> trucks["n_trips"]
+    /// array([4, 4, 4], dtype=uint64)
+    #[getter]
+    fn trucks(&self) -> Option<Table> {
+        let trucks = self.answer.summary.summary.trucks.as_ref()?;
+        let batch = ocmc_api::truck_batch(&trucks.rows);
+        Some(Table::new(batch.schema(), vec![batch]))
+    }
+
     /// The study, as the run's manifest keeps it: every value that the run used.
     #[getter]
     fn study(&self) -> PyResult<PyStudy> {

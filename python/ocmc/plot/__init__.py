@@ -24,6 +24,17 @@ from ocmc.plot._curve_fit import curve_fit
 from ocmc.plot._identified import identified
 from ocmc.plot._sensitivity import sensitivity
 from ocmc.plot._trace import trace
+from ocmc.plot._trucks import shares, trucks
 from ocmc.plot._validation import validation
 
-__all__ = ["comparison", "consumption", "curve_fit", "identified", "sensitivity", "trace", "validation"]
+__all__ = [
+    "comparison",
+    "consumption",
+    "curve_fit",
+    "identified",
+    "sensitivity",
+    "shares",
+    "trace",
+    "trucks",
+    "validation",
+]

@@ -11,13 +11,16 @@ use std::fmt::Write;
 /// Nothing where each trip has a truck of its own.
 pub(super) fn trucks(summary: &Summary) -> String {
     let Some(trucks) = &summary.trucks else { return String::new() };
-    let TruckSummary { trucks: count, years, truck_years, totals, components, .. } = trucks;
+    let TruckSummary { trucks: count, years, truck_years, totals, components, note, .. } = trucks;
     let over = if *years > 1 { format!(" over {years} years") } else { String::new() };
     let mut text = format!(
         "\n{}{over}: totals over totals of each truck's year\n{}",
         count_of(*count, "truck"),
         table_over(truck_years, ["of trucks", " each truck-year counted once"])
     );
+    if let Some(note) = note {
+        let _ = writeln!(text, "Intervals: {note}.");
+    }
     let own = summary.consumption();
     if let Some(own) = own
         && let Some(components) = components

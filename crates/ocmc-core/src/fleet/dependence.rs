@@ -8,7 +8,7 @@
 //! truck counts as one; where trucks spread evenly, too, a batch of trucks does. Source: W. G. Cochran, *Sampling Techniques*, 3rd ed. (1977),
 //! chapter 9A, the ratio estimator of clusters of different size \[PK\].
 
-use crate::random::nesting::{Nesting, OperatingDays};
+use crate::random::nesting::{Drivers, Level, Nesting, OperatingDays};
 use crate::random::sampling::Sampling;
 use crate::study::StudyModel;
 use crate::study::fleet::FleetModel;
@@ -25,11 +25,14 @@ pub struct Dependence {
     pub trips_per_truck: u64,
     /// When trucks drive; none where each trip draws its day.
     pub days: Option<OperatingDays>,
+    /// Whether trucks share drivers of a pool, or what is drawn for a day: they are then not
+    /// independent, and intervals, which take them for it, are too narrow.
+    pub is_shared: bool,
 }
 
 impl Default for Dependence {
     fn default() -> Self {
-        Self { batch: 1, replicates: None, trips_per_truck: 1, days: None }
+        Self { batch: 1, replicates: None, trips_per_truck: 1, days: None, is_shared: false }
     }
 }
 
@@ -42,8 +45,11 @@ impl Dependence {
 
     /// That of a fleet whose cycles share out their draws like this.
     pub fn of_fleet(fleet: &FleetModel, sampling: Sampling, replicates: Option<u64>) -> Self {
-        let Nesting { trips_per_truck, days, .. } = fleet.nesting();
-        Self { batch: sampling.batch() * trips_per_truck, replicates, trips_per_truck, days }
+        let Nesting { trips_per_truck, drivers, days, levels } = fleet.nesting();
+        let by_day = levels.iter().any(|(_, level)| *level == Level::Day);
+        let is_shared = by_day || matches!(drivers, Drivers::OfPool(_));
+        let batch = sampling.batch() * trips_per_truck;
+        Self { batch, replicates, trips_per_truck, days, is_shared }
     }
 
     /// Whether trucks make several trips.

@@ -183,6 +183,9 @@ impl Serialize for TruckSummary {
         map.serialize_entry("truck_years", &StatisticsByName(&self.truck_years))?;
         map.serialize_entry("fleet_year", &self.totals)?;
         map.serialize_entry("components", &self.components)?;
+        if let Some(note) = self.note {
+            map.serialize_entry("note", note)?;
+        }
         map.end()
     }
 }

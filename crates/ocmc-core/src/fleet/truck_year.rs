@@ -271,6 +271,7 @@ impl TruckYearBuilder {
             truck_years,
             totals,
             components,
+            note: dependence.is_shared.then_some(SHARED),
             rows: self.years,
         })
     }
@@ -291,9 +292,15 @@ pub struct TruckSummary {
     pub totals: Totals,
     /// How the consumption of trips is spread; none without two trucks and two trips of one.
     pub components: Option<Components>,
+    /// What has to be known of the intervals.
+    pub note: Option<&'static str>,
     /// Each truck-year.
     pub rows: Vec<TruckTime>,
 }
+
+/// Of fleets whose trucks share drivers or days.
+const SHARED: &str = "trucks share drivers of a pool, or days: intervals take trucks for \
+                      independent, and are too narrow";
 
 /// Totals of the fleet in a year, the mean over the years that were driven.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

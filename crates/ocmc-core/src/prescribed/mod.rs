@@ -212,7 +212,6 @@ pub fn follow_scenario(
     let known = Record {
         cycle_id: scenario.cycle_id,
         truck_id: Some(scenario.trip.truck_id),
-        driver_id: Some(scenario.trip.driver_id),
         trip: Some(scenario.trip.trip),
         payload_kg: mission.payload_kg,
         air_temperature_k: weather.temperature_k,

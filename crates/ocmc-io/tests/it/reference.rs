@@ -3,6 +3,7 @@
 //! `OCMC_WRITE_DOCS=1 cargo test -p ocmc-io --test it reference` writes them anew.
 
 use ocmc_core::energy_ledger::{Extent, Mode, Recorded, TERMS};
+use ocmc_core::fleet::truck_year::TRUCK_COLUMNS;
 use ocmc_core::kernel::trace::trace;
 use ocmc_core::record::{COLUMNS, Record};
 use ocmc_core::study::Study;
@@ -138,6 +139,12 @@ fn the_page_of_the_records_is_made_from_their_columns() {
     let shown = RefCell::new(BTreeSet::new());
     page("records.md", |what| {
         let mut text = "| column | meaning |\n|---|---|\n".to_owned();
+        if what == "truck-years" {
+            for column in &TRUCK_COLUMNS {
+                writeln!(text, "| `{}` | {}. |", column.name, column.meaning).unwrap();
+            }
+            return text;
+        }
         for name in what.split_whitespace() {
             let own = TERMS.iter().find_map(|declared| match declared.recorded {
                 Recorded::Column { name: own, meaning } => {
