@@ -9,6 +9,8 @@ pub mod anderson_darling;
 mod autocorrelated;
 mod compensated_sum;
 pub mod curve_speed;
+mod descent;
+pub mod fleet;
 pub mod least_squares;
 pub mod mixed_model;
 mod nelder_mead;

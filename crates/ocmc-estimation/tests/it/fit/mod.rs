@@ -3,6 +3,7 @@
 mod clustered_error;
 mod coverage;
 mod field_table;
+mod fleet;
 mod nist;
 mod operating_cycle;
 mod simulator_table;
