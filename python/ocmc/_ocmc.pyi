@@ -17,6 +17,7 @@ __all__ = [
     "compare",
     "detect_curves",
     "fit_curve_speed",
+    "fit_fleet",
     "fit_operating_cycle",
     "fit_speed_change",
     "fit_traffic",
@@ -111,6 +112,21 @@ def fit_operating_cycle(
     split_ratio: float | None = None,
     steering_ratio: float | None = None,
     wheelbase_m: float | None = None,
+) -> Answer: ...
+def fit_fleet(
+    records: object,
+    *,
+    columns: _Columns = None,
+    column: str = "consumption_l_per_100km",
+    weight: str | None = None,
+    own_drivers: bool = False,
+    month: bool = False,
+    differ: float = 0.01,
+    power: float = 0.8,
+    next_trips: SupportsIndex | None = None,
+    best: Literal["lowest", "highest"] = "lowest",
+    draws: SupportsIndex = 4000,
+    seed: SupportsIndex = 1,
 ) -> Answer: ...
 def fit_traffic(
     table: object, *, columns: _Columns = None, base: Study | None = None, utc_offset_h: float | None = None

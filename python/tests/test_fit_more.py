@@ -241,3 +241,48 @@ def test_traffic_is_fitted_as_by_the_command(tmp_path):
     assert json.loads(done.stdout) == fit == ocmc.fit_traffic(path)
     with pytest.raises(ValueError, match="road_type"):
         ocmc.fit_traffic({"time_s": [0.0], "density_share": [0.1]})
+
+
+@pytest.fixture(scope="module")
+def records():
+    """Trips of eight trucks with two drivers each: SDs of 1, 0.7 and 2."""
+    draw = np.random.default_rng(3)
+    trucks, drivers = 30 + draw.normal(size=8), 0.7 * draw.normal(size=16)
+    truck, driver = np.repeat(np.arange(8), 40), np.repeat(np.arange(16), 20)
+    return {
+        "truck_id": truck.tolist(),
+        "driver_id": driver.tolist(),
+        "consumption_l_per_100km": (trucks[truck] + drivers[driver] + 2 * draw.normal(size=320)).tolist(),
+    }
+
+
+def test_a_fleet_is_fitted_as_by_the_command(records, tmp_path):
+    fit = ocmc.fit_fleet(records)
+    assert (fit["n"], fit["trucks"], fit["drivers"], fit["design"]) == (320, 8, 16, "drivers_in_trucks")
+    # balanced: the analysis of variance
+    value = np.array(records["consumption_l_per_100km"]).reshape(8, 2, 20)
+    trips = value.var(axis=2, ddof=1).mean()
+    drivers = 20 * value.mean(axis=2).var(axis=1, ddof=1).mean()
+    assert fit["components"][2]["sd"] == pytest.approx(np.sqrt(trips), rel=1e-5)
+    assert fit["components"][1]["sd"] == pytest.approx(np.sqrt((drivers - trips) / 20), rel=1e-5)
+    path = write(tmp_path / "records.csv", records)
+    assert json.loads(command("fit", "fleet", path, "--json").stdout) == fit == ocmc.fit_fleet(path)
+    assert command("fit", "fleet", path).stdout == str(fit)
+    for library, make in [("pyarrow", "table"), ("polars", "DataFrame"), ("pandas", "DataFrame")]:
+        assert ocmc.fit_fleet(getattr(pytest.importorskip(library), make)(records)) == fit, library
+    # the same with drivers numbered within trucks, and other names
+    own = {
+        "plate": records["truck_id"],
+        "driver": [driver % 2 for driver in records["driver_id"]],
+        "l": records["consumption_l_per_100km"],
+    }
+    other = ocmc.fit_fleet(own, columns={"truck": "plate"}, column="l", own_drivers=True)
+    assert other["reml_criterion"] == pytest.approx(fit["reml_criterion"], rel=1e-12)
+    with pytest.raises(ValueError, match='`best` is "fastest", allowed is one of: lowest, highest'):
+        ocmc.fit_fleet(records, best="fastest")
+    with pytest.raises(ValueError, match="power is 2; allowed is a share above 0 and below 1"):
+        ocmc.fit_fleet(records, power=2.0)
+    with pytest.raises(ValueError, match="1 trucks; allowed are two trucks or more"):
+        ocmc.fit_fleet({"truck": ["a", "a"], "consumption_l_per_100km": [30.0, 31.0]})
+    with pytest.raises(ValueError, match="no column for the truck"):
+        ocmc.fit_fleet({"consumption_l_per_100km": [30.0, 31.0]})

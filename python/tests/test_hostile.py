@@ -151,13 +151,26 @@ def test_hostile_arguments(study, run, value, tmp_path, monkeypatch):
 @pytest.mark.parametrize("value", VALUES, ids=lambda value: repr(value)[:20])
 def test_hostile_arguments_of_fits_and_drives(study, value, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    for call in [ocmc.fit_speed_change, ocmc.fit_operating_cycle, ocmc.fit_weather, ocmc.fit_traffic]:
+    for call in [
+        ocmc.fit_speed_change,
+        ocmc.fit_operating_cycle,
+        ocmc.fit_weather,
+        ocmc.fit_traffic,
+        ocmc.fit_fleet,
+    ]:
         tried(call, value)
         tried(call, [value, value])
     changes = {"acceleration_mps2": [0.5, -0.6]}
     for name in ["columns", "base", "untruncated", "window_s", "smallest_acceleration_mps2"]:
         tried(ocmc.fit_speed_change, changes, **{name: value})
     tried(ocmc.fit_operating_cycle, study.operating_cycle(0), base=value)
+    records = {"truck": ["a", "a", "b", "b"], "consumption_l_per_100km": [30.0, 31.0, 33.0, 32.5]}
+    for name in ["columns", "column", "weight", "own_drivers", "month", "differ", "power"]:
+        tried(ocmc.fit_fleet, records, **{name: value})
+    for name in ["next_trips", "best", "seed"]:
+        tried(ocmc.fit_fleet, records, **{name: value})
+    if not (isinstance(value, int) and value > 1):
+        tried(ocmc.fit_fleet, records, draws=value)
     moving = {"time_s": np.arange(40.0), "speed_mps": [10.0] * 40}
     for name in ["columns", "radius_range_m", "road_type", "altitude_average_m", "mission_stop_s"]:
         tried(ocmc.fit_operating_cycle, moving, **{"road_type": "rural"} | {name: value})
@@ -206,6 +219,7 @@ def test_hostile_tables():
             ocmc.fit_speed_change,
             ocmc.fit_weather,
             ocmc.fit_traffic,
+            ocmc.fit_fleet,
         ]:
             tried(call, table)
     with pytest.raises(RuntimeError, match="no end"):

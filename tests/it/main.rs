@@ -20,6 +20,7 @@ mod determinism;
 mod electric;
 mod energy_balance;
 mod fit;
+mod fit_fleet;
 mod fleet_answers;
 mod fleet_nesting;
 mod follow_speed;

@@ -8,6 +8,7 @@ use ocmc_core::operating_cycle::given::GivenCycleError;
 use ocmc_core::prescribed::DriveCycleError;
 use ocmc_estimation::calibration::curve_speed::CalibrationError;
 use ocmc_estimation::fit::curve_speed::CurveSpeedFitError;
+use ocmc_estimation::fit::fleet::FleetFitError;
 use ocmc_estimation::fit::operating_cycle::RoadFitError;
 use ocmc_estimation::fit::speed_change::SpeedChangeError;
 use ocmc_estimation::fit::traffic::TrafficFitError;
@@ -260,6 +261,8 @@ pub enum FitError {
     Traffic(#[from] TrafficFitError),
     /// Those of weather.
     Weather(#[from] WeatherFitError),
+    /// Those of the records of a fleet.
+    Fleet(#[from] FleetFitError),
 }
 
 /// Names of the quantities that can be asked about.

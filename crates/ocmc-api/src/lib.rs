@@ -58,11 +58,12 @@ pub use cycle::{RealisedCycle, Track, Values, operating_cycle};
 pub use drive::{Follow, GivenDrive, GivenDriveError, Keep, RouteModel, check_readable};
 pub use error::{Error, FitError, columns, factors};
 pub use fit::{
-    CalibrateCurveSpeedRequest, CalibrationOptions, Coding, CurveSpeedCalibration,
-    CurveSpeedOptions, CurveSpeedRequest, FitAnswer, HourlyFitRequest, MeasuredTable,
-    OperatingCycleRequest, RoadOptions, RoadSource, SpeedChangeOptions, SpeedChangeRequest,
-    TrafficRequest, Trips, WeatherRequest, calibrate_curve_speed, fit_curve_speed,
-    fit_operating_cycle, fit_speed_change, fit_traffic, fit_weather,
+    Best, CalibrateCurveSpeedRequest, CalibrationOptions, Coding, CurveSpeedCalibration,
+    CurveSpeedOptions, CurveSpeedRequest, FitAnswer, FleetAnswer, FleetOptions, FleetRequest,
+    HourlyFitRequest, MOST_DRAWS, MOST_NEXT_TRIPS, MeasuredTable, OperatingCycleRequest,
+    RoadOptions, RoadSource, SpeedChangeOptions, SpeedChangeRequest, TrafficRequest, Trips,
+    WeatherRequest, calibrate_curve_speed, fit_curve_speed, fit_fleet, fit_operating_cycle,
+    fit_speed_change, fit_traffic, fit_weather,
 };
 pub use identify::{
     ControllerKind, IdentifyAnswer, IdentifyOptions, IdentifyRequest, SpeedTerm, Unknown, Unknowns,
@@ -97,7 +98,7 @@ pub use vecto::{
 pub use verify::{CheckedFile, VerifyAnswer, verify};
 pub use watch::{Progress, Watch, go_on};
 pub use word::{
-    CODINGS, CONTROLLERS, FOLLOWS, FORMATS, KEEPS, OVERS, RADII, SPEED_TERMS, UNKNOWNS, Word,
+    BESTS, CODINGS, CONTROLLERS, FOLLOWS, FORMATS, KEEPS, OVERS, RADII, SPEED_TERMS, UNKNOWNS, Word,
     detectors,
 };
 

@@ -3,6 +3,7 @@
 use ocmc_core::fleet::sensitivity::Over;
 use ocmc_core::operating_cycle::route::Keep;
 use ocmc_estimation::fit::curve_speed::Coding;
+use ocmc_estimation::fit::fleet::Best;
 use ocmc_estimation::identification::options::SpeedTerm::{self, Measured, Simulated};
 use ocmc_estimation::identification::options::{ControllerKind, Unknown};
 use ocmc_estimation::log::curve::Detector::{self, TrainedHiddenMarkov};
@@ -21,6 +22,12 @@ pub type Word<T> = (&'static str, &'static str, T);
 pub const FORMATS: [Word<RecordFormat>; 2] = [
     ("parquet", "Apache Parquet", RecordFormat::Parquet),
     ("csv", "Comma-separated values", RecordFormat::Csv),
+];
+
+/// Which end of a quantity is the good one.
+pub const BESTS: [Word<Best>; 2] = [
+    ("lowest", "Less is better, as of consumption", Best::Lowest),
+    ("highest", "More is better, as of speed", Best::Highest),
 ];
 
 /// What can be taken from the file of a route.

@@ -141,6 +141,20 @@ pub(crate) fn precision(text: &str) -> Result<Precision, String> {
     Ok(Precision { of: of.to_owned(), wanted })
 }
 
+/// A share in per cent: `1%`. Without the unit, 0.8 would be 0.8 % for some and 80 % for others.
+pub(crate) fn share(text: &str) -> Result<f64, String> {
+    let allowed = || "allowed is a share above 0% and below 100%, as in 1%".to_owned();
+    let number = text.strip_suffix('%').unwrap_or(text).trim();
+    let share = number.parse::<f64>().map_err(|_| allowed())? * 0.01;
+    if !(share > 0.0 && share < 1.0) {
+        return Err(allowed());
+    }
+    if !text.ends_with('%') {
+        return Err(format!("the unit is missing: type {text}%"));
+    }
+    Ok(share)
+}
+
 /// By how many hours a standard time is ahead of UTC.
 pub(crate) fn utc_offset_h(text: &str) -> Result<f64, String> {
     let hours = text.parse().ok().filter(|hours| UTC_OFFSETS_H.contains(hours));
@@ -163,6 +177,16 @@ mod tests {
         // 0.2 % to some, 20 % to others
         for (text, unit) in [("0.2", "--precision 0.2%"), ("p95:1", "--precision p95:1%")] {
             assert!(read(text).is_err_and(|error| error.contains(unit)), "{text}");
+        }
+    }
+
+    #[test]
+    fn shares() {
+        assert_eq!(share("1%"), Ok(0.01));
+        assert_eq!(share("80 %"), Ok(0.8));
+        assert!(share("0.8").is_err_and(|message| message.contains("type 0.8%")));
+        for text in ["", "%", "0%", "-1%", "100%", "nan%", "inf%", "1%%", "x"] {
+            assert!(share(text).is_err_and(|message| message.contains("as in 1%")), "{text}");
         }
     }
 

@@ -1,6 +1,6 @@
 //! `ocmc fit`: from measurements to the numbers of a study.
 
-use crate::arguments::{FileOptions, one_of, sources, utc_offset_h};
+use crate::arguments::{FileOptions, one_of, share, sources, utc_offset_h, whole_number};
 use crate::failure::Failure;
 use crate::log::SteeringArguments;
 use crate::output::{self, warn};
@@ -9,9 +9,10 @@ use clap::{Args, Subcommand};
 use ocmc_api::shell_word::shell_word;
 use ocmc_api::study::{StudyModel, fitted_study};
 use ocmc_api::{
-    CODINGS, Coding, CurveOptions, CurveSpeedOptions, CurveSpeedRequest, Error, FitAnswer,
-    HourlyFitRequest, OperatingCycleRequest, RoadOptions, RoadSource, Source, SpeedChangeOptions,
-    SpeedChangeRequest, fit_traffic, fit_weather, go_on, mappings,
+    BESTS, Best, CODINGS, Coding, CurveOptions, CurveSpeedOptions, CurveSpeedRequest, Error,
+    FitAnswer, FleetOptions, FleetRequest, HourlyFitRequest, MOST_DRAWS, MOST_NEXT_TRIPS,
+    OperatingCycleRequest, RoadOptions, RoadSource, Source, SpeedChangeOptions, SpeedChangeRequest,
+    fit_traffic, fit_weather, go_on, mappings,
 };
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -46,6 +47,9 @@ pub(crate) enum FitCommand {
     /// Traffic: densities by the hour and road type
     #[command(mut_arg("file", |file| file.value_name("TRAFFIC.csv").help(TRAFFIC)))]
     Traffic(HourlyFitArguments),
+    /// Records of a fleet: how much trucks, drivers and trips differ, a league table and how sure it
+    /// is, how many trips tell two apart, and the year to come
+    Fleet(FleetArguments),
 }
 
 /// Where fitted values go.
@@ -193,12 +197,58 @@ pub(crate) struct HourlyFitArguments {
     fitted: FittedArguments,
 }
 
+/// Options of the fit of a fleet's records.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct FleetArguments {
+    /// Records with one row a trip: truck_id and, where known, driver_id, or the directory of a run
+    #[arg(value_name = "RECORDS")]
+    records: PathBuf,
+    /// Column that is compared
+    #[arg(long, value_name = "COLUMN", default_value = "consumption_l_per_100km")]
+    column: String,
+    /// Column that says how much a trip counts, such as distance_m: the variance of a trip is
+    /// inverse to it
+    #[arg(long, value_name = "COLUMN")]
+    weight: Option<String>,
+    /// Says which column is what, as in truck=plate; may be repeated
+    #[arg(long, value_name = "NAME=COLUMN")]
+    map: Vec<String>,
+    /// Drivers are numbered within each truck: driver 1 of two trucks are two drivers
+    #[arg(long)]
+    own_drivers: bool,
+    /// Months are part of the model (needs departure_s_of_year)
+    #[arg(long)]
+    month: bool,
+    /// Difference that is to be told apart, of the mean
+    #[arg(long, value_name = "SHARE", default_value = "1%", value_parser = share, allow_negative_numbers = true)]
+    differ: f64,
+    /// Power with which it is to be told apart
+    #[arg(long, value_name = "SHARE", default_value = "80%", value_parser = share, allow_negative_numbers = true)]
+    power: f64,
+    /// Trips of each truck in the next year [default: as in the records]
+    #[arg(long, value_name = "N", value_parser = whole_number(1..=MOST_NEXT_TRIPS), allow_negative_numbers = true)]
+    next_trips: Option<u64>,
+    /// Which end of the column stands first in the league
+    #[arg(long, value_name = "END", default_value = "lowest", value_parser = one_of(BESTS))]
+    best: Best,
+    /// Draws of all trucks and drivers, in which it is counted how sure the league is
+    #[arg(long, value_name = "N", default_value = "4000", value_parser = whole_number(1..=MOST_DRAWS), allow_negative_numbers = true)]
+    draws: u64,
+    /// Seed of these draws
+    #[arg(long, value_name = "N", default_value = "1", value_parser = whole_number(0..=u64::MAX), allow_negative_numbers = true)]
+    seed: u64,
+    /// The answer as JSON
+    #[arg(long)]
+    json: bool,
+}
+
 /// Fits what was asked for.
 pub(crate) fn fit(command: &FitCommand) -> Result<(), Failure> {
     match command {
         FitCommand::CurveSpeed(arguments) => curve_speed(arguments),
         FitCommand::OperatingCycle(arguments) => operating_cycle(arguments),
         FitCommand::SpeedChange(arguments) => speed_change(arguments),
+        FitCommand::Fleet(arguments) => fleet(arguments),
         FitCommand::Traffic(arguments) => hourly(arguments, "traffic", fit_traffic),
         FitCommand::Weather(arguments) => hourly(arguments, "weather", fit_weather),
     }
@@ -260,6 +310,27 @@ fn operating_cycle(arguments: &OperatingCycleArguments) -> Result<(), Failure> {
         OperatingCycleRequest { roads, mappings, base, options, radius_range_m, steering };
     let answer = ocmc_api::fit_operating_cycle(&request, &mut warn, &mut go_on)?;
     deliver(fitted, "operating-cycle", files, &answer)
+}
+
+fn fleet(arguments: &FleetArguments) -> Result<(), Failure> {
+    let request = FleetRequest {
+        records: Source::File(arguments.records.clone()),
+        mappings: mappings(&arguments.map)?,
+        column: arguments.column.clone(),
+        weight: arguments.weight.clone(),
+        options: FleetOptions {
+            own_drivers: arguments.own_drivers,
+            month: arguments.month,
+            differ: arguments.differ,
+            power: arguments.power,
+            next_trips: arguments.next_trips,
+            best: arguments.best,
+            draws: arguments.draws,
+            seed: arguments.seed,
+            ..FleetOptions::default()
+        },
+    };
+    output::print(&ocmc_api::fit_fleet(&request)?, arguments.json)
 }
 
 fn hourly<Fit: Serialize>(

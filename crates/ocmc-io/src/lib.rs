@@ -3,6 +3,7 @@
 pub mod curve_table;
 pub mod drive_cycle;
 pub mod file_error;
+pub mod fleet_table;
 pub mod given_cycle;
 pub mod given_drive;
 mod input_file;

@@ -6,10 +6,12 @@ use crate::input::{input, inputs, is_path, is_table, mappings, sequence};
 use crate::log::steering;
 use crate::operating_cycle::PyOperatingCycle;
 use crate::progress::warned;
+use crate::question::seed_of;
 use crate::study::{PyStudy, base_model};
-use crate::value::{one_of, utc_offset, wrong_type};
+use crate::value::{one_of, utc_offset, whole_number, wrong_type};
 use ocmc_api::{
-    Answer, CODINGS, CurveOptions, CurveSpeedOptions, CurveSpeedRequest, Error, HourlyFitRequest,
+    Answer, BESTS, CODINGS, CurveOptions, CurveSpeedOptions, CurveSpeedRequest, Error,
+    FleetOptions, FleetRequest, HourlyFitRequest, MOST_DRAWS, MOST_NEXT_TRIPS,
     OperatingCycleRequest, RoadOptions, RoadSource, SpeedChangeOptions, SpeedChangeRequest,
 };
 use pyo3::prelude::*;
@@ -323,6 +325,116 @@ fn road<'a>(cycle: &'a Bound<PyAny>, k: usize) -> PyResult<RoadSource<'a>> {
         return Err(wrong_type(cycle, "cycles", allowed));
     }
     Ok(RoadSource::Measured(input(cycle, &format!("cycles[{k}]"))?))
+}
+
+/// Fit the records of a fleet: how much trucks, drivers and trips differ, and what follows from it.
+///
+/// Parameters
+/// ----------
+/// records : table, str or os.PathLike
+///     One row a trip: ``truck_id`` (or ``truck``, ``vehicle_id``), and where known ``driver_id`` (or
+///     ``driver``) and ``outcome``. Any table that speaks Arrow, a dictionary of columns, a file, or
+///     the directory of a run.
+/// columns : dict of str to str, optional
+///     Which column is what, such as ``{"truck": "plate"}``.
+/// column : str
+///     The column that is compared.
+/// weight : str, optional
+///     The column that says how much a trip counts, such as ``distance_m``: the variance of a trip is
+///     inverse to it.
+/// own_drivers : bool
+///     Drivers are numbered within each truck.
+/// month : bool
+///     Months are part of the model; needs ``departure_s_of_year`` (s).
+/// differ : float
+///     The difference that is to be told apart, as a share of the mean.
+/// power : float
+///     The power with which it is to be told apart.
+/// next_trips : int, optional
+///     Trips of each truck in the next year; as many as in the records by default.
+/// best : {"lowest", "highest"}
+///     Which end of the column stands first in the league.
+/// draws : int
+///     Draws of all trucks and drivers, in which it is counted how sure the league is.
+/// seed : int
+///     Seed of these draws.
+///
+/// Returns
+/// -------
+/// Answer
+///     The content of ``ocmc fit fleet --json``: ``components``, ``leagues``, ``telling_apart``,
+///     ``next_year`` and others.
+///
+/// Raises
+/// ------
+/// ValueError
+///     Where a column is missing or a cell is wrong, where there are fewer than two trucks or no
+///     repeated trips, or where an option is out of its range.
+/// OSError
+///     Where the file cannot be read.
+///
+/// Notes
+/// -----
+/// y = mean + truck + driver + trip, by restricted maximum likelihood: Bates, Mächler, Bolker, Walker
+/// (2015).
+///
+/// Examples
+/// --------
+/// >>> import ocmc
+/// >>> records = {
+/// ...     "truck_id": ["a"] * 3 + ["b"] * 3 + ["c"] * 3,
+/// ...     "consumption_l_per_100km": [30.1, 31.9, 30.8, 33.5, 32.0, 33.1, 29.0, 30.2, 28.1],
+/// ... }
+/// >>> fit = ocmc.fit_fleet(records)
+/// >>> [(part["level"], round(part["sd"], 2)) for part in fit["components"]]
+/// [('truck', 1.81), ('trip', 0.92)]
+/// >>> fit["leagues"][0]["members"][0]["label"]
+/// 'c'
+#[pyfunction]
+#[pyo3(
+    signature = (
+        records, *, columns=None, column="consumption_l_per_100km", weight=None, own_drivers=false, month=false,
+        differ=0.01, power=0.8, next_trips=None, best="lowest", draws=None, seed=None
+    ),
+    text_signature = "(records, *, columns=None, column='consumption_l_per_100km', weight=None, own_drivers=False, \
+                      month=False, differ=0.01, power=0.8, next_trips=None, best='lowest', draws=4000, seed=1)"
+)]
+pub(crate) fn fit_fleet<'py>(
+    py: Python<'py>,
+    records: &Bound<'py, PyAny>,
+    columns: Option<BTreeMap<String, String>>,
+    column: &str,
+    weight: Option<String>,
+    own_drivers: bool,
+    month: bool,
+    differ: f64,
+    power: f64,
+    next_trips: Option<&Bound<'py, PyAny>>,
+    best: &str,
+    draws: Option<&Bound<'py, PyAny>>,
+    seed: Option<&Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let standard = FleetOptions::default();
+    let trips = |n| whole_number(n, "next_trips", 1, MOST_NEXT_TRIPS);
+    let count = |n| whole_number(n, "draws", 1, MOST_DRAWS);
+    let request = FleetRequest {
+        records: input(records, "records")?,
+        mappings: mappings(columns)?,
+        column: column.to_owned(),
+        weight,
+        options: FleetOptions {
+            own_drivers,
+            month,
+            differ,
+            power,
+            next_trips: next_trips.map(trips).transpose()?,
+            best: one_of("best", best, &BESTS)?,
+            draws: draws.map_or(Ok(standard.draws), count)?,
+            seed: seed_of(seed)?,
+            ..standard
+        },
+    };
+    answer(py, &py.detach(|| ocmc_api::fit_fleet(&request)).map_err(exception)?)
 }
 
 /// Fit traffic densities by the hour and road type.

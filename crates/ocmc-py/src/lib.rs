@@ -38,6 +38,7 @@ fn _ocmc(module: &Bound<PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(fit::fit_curve_speed, module)?)?;
     module.add_function(wrap_pyfunction!(fit::fit_speed_change, module)?)?;
     module.add_function(wrap_pyfunction!(fit::fit_operating_cycle, module)?)?;
+    module.add_function(wrap_pyfunction!(fit::fit_fleet, module)?)?;
     module.add_function(wrap_pyfunction!(fit::fit_traffic, module)?)?;
     module.add_function(wrap_pyfunction!(fit::fit_weather, module)?)?;
     module.add_function(wrap_pyfunction!(log::identify, module)?)?;

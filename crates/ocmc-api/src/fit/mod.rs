@@ -1,6 +1,7 @@
 //! From measurements to the numbers of a study.
 
 mod calibrate;
+mod fleet;
 mod text;
 
 use crate::answer::Answer;
@@ -24,10 +25,12 @@ use serde_json::Value;
 use std::path::Path;
 
 pub use calibrate::{CalibrateCurveSpeedRequest, MeasuredTable, calibrate_curve_speed};
+pub use fleet::{FleetAnswer, FleetRequest, fit_fleet};
 pub use ocmc_estimation::calibration::curve_speed::{
     CalibrationOptions, CurveSpeedCalibration, Trips,
 };
 pub use ocmc_estimation::fit::curve_speed::{Coding, CurveSpeedOptions};
+pub use ocmc_estimation::fit::fleet::{Best, FleetOptions, MOST_DRAWS, MOST_NEXT_TRIPS};
 pub use ocmc_estimation::fit::speed_change::SpeedChangeOptions;
 pub use ocmc_estimation::log::road::RoadOptions;
 

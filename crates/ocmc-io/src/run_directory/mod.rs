@@ -17,7 +17,7 @@ pub use checksum::{CHECKSUMS, note_file};
 pub use chunks::{CHUNK_ROWS, CHUNKS};
 pub use error::RunDirectoryError;
 pub use merge::merge;
-pub use read::{StoredRun, Unfinished, directory_of, read, read_groups, unfinished};
+pub use read::{StoredRun, Unfinished, directory_of, read, read_groups, records_file, unfinished};
 pub use verify::{CheckedFile, Verified, verify};
 
 use crate::file_error::FileError;

@@ -77,6 +77,15 @@ pub fn read_groups(
     Ok((manifest, summary))
 }
 
+/// The file of the records of a run that was ended, checked against its checksum.
+///
+/// # Errors
+/// As [`read`].
+pub fn records_file(directory: &Path) -> Result<PathBuf, RunDirectoryError> {
+    let directory = directory_of(directory);
+    Ok(directory.join(ended(directory)?.records))
+}
+
 /// The manifest of a run that was ended, whole or interrupted.
 pub(super) fn ended(directory: &Path) -> Result<Manifest, RunDirectoryError> {
     let manifest = read_manifest(directory)?;

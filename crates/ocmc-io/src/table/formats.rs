@@ -5,12 +5,13 @@ use super::schema::{Field, Schema, Style};
 use super::unit::KMH;
 
 /// The formats.
-pub const SCHEMAS: [&Schema; 12] = [
+pub const SCHEMAS: [&Schema; 13] = [
     &LOG,
     &CURVES,
     &SPEED_CHANGES,
     &WEATHER,
     &TRAFFIC,
+    &FLEET,
     &ROUTE,
     &VECTO_CYCLE,
     &TRACKS,
@@ -130,6 +131,20 @@ pub const TRAFFIC: Schema = Schema {
         positive(Q::DensityShare),
         positive(Q::Density),
         positive(Q::SpeedRatio),
+    ],
+};
+
+/// Records of a fleet, one row a trip. The truck is needed; the response is assigned.
+pub const FLEET: Schema = Schema {
+    what: "records of a fleet",
+    style: Style::Measurements,
+    fields: &[
+        Field::named(Q::Truck, &[("", &["truck_id", "truck", "vehicle_id", "vehicle"])]),
+        Field::named(Q::Driver, &[("", &["driver_id", "driver"])]),
+        Field::of(Q::Response),
+        Field::of(Q::Weight),
+        Field::named(Q::Departure, &[("s", &["departure_s_of_year"])]),
+        Field::of(Q::Outcome),
     ],
 };
 

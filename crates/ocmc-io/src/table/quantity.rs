@@ -14,6 +14,7 @@ pub enum Quantity {
     TimeOfDay,
     DayOfYear,
     Driver,
+    Truck,
     Drive,
     Event,
     Site,
@@ -67,6 +68,10 @@ pub enum Quantity {
     Track,
     Rule,
     Value,
+    Response,
+    Weight,
+    Departure,
+    Outcome,
 }
 
 /// An entry of the vocabulary.
@@ -98,7 +103,7 @@ use Quantity as Q;
 
 /// The vocabulary, in the order of [`Quantity`].
 #[rustfmt::skip] // a quantity a line
-pub const VOCABULARY: [Entry; 58] = [
+pub const VOCABULARY: [Entry; 63] = [
     entry(Q::Time, &["time"], unit::TIME, "time",
         "of weather and traffic from the midnight of a 1 January"),
     entry(Q::Date, &["time"], unit::TEXT, "date and time",
@@ -106,6 +111,7 @@ pub const VOCABULARY: [Entry; 58] = [
     entry(Q::TimeOfDay, &["time_of_day"], unit::TIME, "time of the day", "from midnight"),
     entry(Q::DayOfYear, &["day_of_year"], unit::NUMBER, "day of the year", "from 0"),
     entry(Q::Driver, &["driver"], unit::TEXT, "driver", "who drove"),
+    entry(Q::Truck, &["truck"], unit::TEXT, "truck", "which vehicle"),
     entry(Q::Drive, &["drive"], unit::TEXT, "drive", "which journey"),
     entry(Q::Event, &["event"], unit::TEXT, "event", "which event of a journey, such as a slope"),
     entry(Q::Site, &["site"], unit::TEXT, "site", "where traffic was measured"),
@@ -185,6 +191,11 @@ pub const VOCABULARY: [Entry; 58] = [
         "of an operating cycle that `ocmc cycle` wrote"),
     entry(Q::Rule, &["rule"], unit::TEXT, "rule", "of such a track"),
     entry(Q::Value, &["value"], unit::TEXT, "value", "of such a track"),
+    entry(Q::Response, &["response"], unit::NUMBER, "quantity that is compared",
+        "of a trip, in whatever unit"),
+    entry(Q::Weight, &["weight"], unit::NUMBER, "weight of a trip", "such as its length"),
+    entry(Q::Departure, &["departure"], unit::TIME, "departure", "from the beginning of the year"),
+    entry(Q::Outcome, &["outcome"], unit::TEXT, "outcome", "of a trip: `completed`, or another one"),
 ];
 
 impl Quantity {

@@ -1,0 +1,103 @@
+//! Records of a fleet, one row a trip: which truck, which driver, and the quantity that is compared.
+
+use crate::table::formats::FLEET;
+use crate::table::{Mapping, Quantity, Source, Table, TableError};
+use ocmc_estimation::fit::fleet::FleetTable;
+
+/// What `outcome` says of a trip that arrived.
+const COMPLETED: &str = "completed";
+
+/// Reads records. `column` is the one whose numbers are compared, `weight` the one that says how
+/// much a trip counts; `month` needs departures.
+///
+/// # Errors
+/// [`TableError`] names the file, the place in it and what is allowed.
+pub fn read(
+    source: Source,
+    mappings: &[Mapping],
+    column: &str,
+    weight: Option<&str>,
+    month: bool,
+) -> Result<FleetTable, TableError> {
+    let mut mappings = mappings.to_vec();
+    let assigned = Mapping::columns(&mappings);
+    let assign = |name: &str, column: Option<&str>| {
+        let column = column.filter(|_| !assigned.contains_key(name));
+        column.map(|column| Mapping::parse(&format!("{name}={column}"))).transpose()
+    };
+    mappings.extend(assign("response", Some(column))?);
+    mappings.extend(assign("weight", weight)?);
+    let file = Table::open(source, &FLEET, &mappings)?;
+    file.need(&[Quantity::Truck])?;
+    if month {
+        file.need(&[Quantity::Departure])?;
+    }
+    let has = |quantity: Quantity| file.column(quantity).map(|_| Vec::new());
+    let mut table = FleetTable {
+        driver: file.column(Quantity::Driver).map(|_| Vec::new()),
+        // a column that is called so and is not asked for counts nothing
+        weight: has(Quantity::Weight)
+            .filter(|_| weight.is_some() || assigned.contains_key("weight")),
+        departure_s_of_year: has(Quantity::Departure).filter(|_| month),
+        completed: file.column(Quantity::Outcome).map(|_| Vec::new()),
+        ..FleetTable::default()
+    };
+    file.for_each(|row| {
+        table.truck.push(row.text(Quantity::Truck).to_owned());
+        if let Some(driver) = &mut table.driver {
+            driver.push(row.text(Quantity::Driver).to_owned());
+        }
+        table.value.push(row.number(Quantity::Response)?);
+        if let Some(weight) = &mut table.weight {
+            weight.push(row.number(Quantity::Weight)?);
+        }
+        if let Some(departure) = &mut table.departure_s_of_year {
+            departure.push(row.number(Quantity::Departure)?);
+        }
+        if let Some(completed) = &mut table.completed {
+            completed.push(row.text(Quantity::Outcome) == COMPLETED);
+        }
+        Ok(())
+    })?;
+    Ok(table)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    fn table(text: &str, weight: Option<&str>, month: bool) -> Result<FleetTable, TableError> {
+        let source = Source::Text(Path::new("records.csv"), text);
+        read(source, &[], "consumption_l_per_100km", weight, month)
+    }
+
+    #[test]
+    fn records_by_their_names() {
+        let text = "vehicle_id,driver,outcome,consumption_l_per_100km,distance_m,departure_s_of_year\n\
+                    7,x,completed,31.5,1000,0\n7,,stalled,,2000,86400\n";
+        let found = table(text, Some("distance_m"), true).unwrap();
+        assert_eq!(found.truck, ["7", "7"]);
+        assert_eq!(found.driver.unwrap(), ["x", ""]);
+        assert!(found.value[0] == 31.5 && found.value[1].is_nan());
+        assert_eq!(found.weight.unwrap(), [1000.0, 2000.0]);
+        assert_eq!(found.departure_s_of_year.unwrap(), [0.0, 86_400.0]);
+        assert_eq!(found.completed.unwrap(), [true, false]);
+        let plain = table("truck,consumption_l_per_100km\na,30\n", None, false).unwrap();
+        assert!(plain.driver.is_none() && plain.weight.is_none() && plain.completed.is_none());
+    }
+
+    #[test]
+    fn what_is_missing_is_said() {
+        for (text, weight, month, words) in [
+            ("driver,consumption_l_per_100km\na,30\n", None, false, "no column for the truck"),
+            ("truck,fuel\na,30\n", None, false, "no column `consumption_l_per_100km`"),
+            ("truck,consumption_l_per_100km\na,30\n", Some("km"), false, "no column `km`"),
+            ("truck,consumption_l_per_100km\na,30\n", None, true, "no column for the departure"),
+            ("truck,consumption_l_per_100km\na,much\n", None, false, "line 2"),
+        ] {
+            let message = table(text, weight, month).unwrap_err().to_string();
+            assert!(message.contains(words), "{text}: {message}");
+        }
+    }
+}
