@@ -2,6 +2,7 @@
 
 use crate::program::{ocmc, run_into};
 use serde_json::Value;
+use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 
@@ -37,7 +38,7 @@ fn table() -> String {
                 let level = 30.0 + f64::from((truck * 5) % 6) + f64::from(driver) - 0.5;
                 let value = level + 0.5 * f64::from((trip * 2 + truck) % 5 - 2);
                 let km = 100 + 20 * trip;
-                text += &format!("{truck},{truck}{driver},{value},{km}\n");
+                writeln!(text, "{truck},{truck}{driver},{value},{km}").expect("memory");
             }
         }
     }

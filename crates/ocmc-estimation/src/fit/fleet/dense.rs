@@ -9,6 +9,9 @@ use nalgebra::{DMatrix, DVector};
 use ocmc_core::random::{Draws, Stream};
 use std::f64::consts::PI;
 
+/// Draws whose moments are looked at.
+const DRAWS: u64 = 4000;
+
 /// A small table with gaps, weights and months; `drivers_of` says who may drive a truck.
 fn table(seed: u64, trucks: usize, drivers_of: impl Fn(usize) -> Vec<usize>) -> FleetTable {
     let mut draws = Draws::new(seed, 0, Stream::Bootstrap);
@@ -21,7 +24,7 @@ fn table(seed: u64, trucks: usize, drivers_of: impl Fn(usize) -> Vec<usize>) -> 
     };
     for truck in 0..trucks {
         for driver in drivers_of(truck) {
-            for _ in 0..1 + (5.0 * draws.uniform()) as usize {
+            for _ in 0..=(5.0 * draws.uniform()) as usize {
                 let day = 90.0 * draws.uniform();
                 let weight = 0.2 + draws.uniform();
                 let trip = 0.8 * draws.normal() / weight.sqrt();
@@ -202,7 +205,6 @@ fn predictions_and_their_errors_are_those_of_the_dense_matrices() {
         assert!((found.variance - variance).abs() < 1e-10, "{design:?} {found:?} {variance}");
         // draws have these means and covariances
         let mut drawn = posterior.effects.clone();
-        const DRAWS: u64 = 4000;
         let (mut sum, mut squares) = (DVector::zeros(levels), DMatrix::zeros(levels, levels));
         for number in 0..DRAWS {
             posterior.draw(&mut Draws::new(7, number, Stream::Bootstrap), &mut drawn);

@@ -127,6 +127,8 @@ mod tests {
     use super::*;
     use ocmc_core::random::{Draws, Stream};
 
+    const TESTS: u64 = 4000;
+
     #[test]
     fn the_textbooks_sixteen() {
         // 2 (z.975 + z.8)² = 15.698: two groups that differ by an SD need 16 each
@@ -148,7 +150,6 @@ mod tests {
         let variance = floor + 2.0 / trips as f64;
         let power = power_of(0.3, variance, 0.05);
         assert!((0.8..0.81).contains(&power), "{trips} {power}");
-        const TESTS: u64 = 4000;
         let mut found = 0;
         for test in 0..TESTS {
             let mut draws = Draws::new(3, test, Stream::Bootstrap);

@@ -108,7 +108,7 @@ pub(crate) struct Trips {
 
 /// The month of a departure, from 0.
 fn month(departure_s_of_year: f64) -> Option<usize> {
-    if !(departure_s_of_year >= 0.0 && departure_s_of_year < 366.0 * DAY_S) {
+    if !(0.0..366.0 * DAY_S).contains(&departure_s_of_year) {
         return None;
     }
     let mut end_s = 0.0;
@@ -177,9 +177,10 @@ impl Trips {
             }
             let truck = trucks.number(table.truck[k].clone());
             let driver = table.driver.as_ref().map_or(0, |driver| {
-                drivers.number(match options.own_drivers {
-                    true => format!("{} / {}", table.truck[k], driver[k]),
-                    false => driver[k].clone(),
+                drivers.number(if options.own_drivers {
+                    format!("{} / {}", table.truck[k], driver[k])
+                } else {
+                    driver[k].clone()
                 })
             });
             let departure = table.departure_s_of_year.as_ref().map_or(0.0, |all| all[k]);
@@ -194,7 +195,9 @@ impl Trips {
         }
         if table.weight.is_some() {
             let mean = rows.iter().map(|row| row.weight).sum::<f64>() / n as f64;
-            rows.iter_mut().for_each(|row| row.weight /= mean);
+            for row in &mut rows {
+                row.weight /= mean;
+            }
         }
         let mut pairs: BTreeMap<[usize; 2], f64> = BTreeMap::new();
         for row in &rows {
