@@ -251,6 +251,7 @@ class Study:
         column: str | None = None,
         factors: Sequence[str] | None = None,
         over: Literal["trip", "truck"] = "trip",
+        shapley: bool = False,
         threads: SupportsIndex | None = None,
         progress: _Progress = None,
     ) -> Answer: ...

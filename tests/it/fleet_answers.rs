@@ -173,6 +173,28 @@ fn shares_of_the_variance() {
 }
 
 #[test]
+fn shapley_effects_stand_beside_the_shares_and_add_up_to_one() {
+    let arguments = ["sensitivity", "--set", SHORT, "--cycles", "12", "--quiet", "--shapley"];
+    let told = ocmc(&arguments).output().expect("the program starts");
+    let told = String::from_utf8(told.stdout).expect("UTF-8");
+    assert!(told.contains("Shapley effects") && told.contains("together"), "{told}");
+    let found = ocmc(&arguments).args(["--json", "--threads", "1"]).output().expect("it starts");
+    let found: Value = serde_json::from_slice(&found.stdout).expect("JSON");
+    let effects = &found["shapley"];
+    assert_eq!(effects["cycles"], 12 * 64);
+    let factors = effects["factors"].as_array().expect("a list");
+    assert_eq!(factors.len(), 6);
+    let share = |factor: &Value| factor["share"].as_f64().expect("a number");
+    let sum: f64 = factors.iter().map(share).sum();
+    assert!((sum - 1.0).abs() < 1e-9, "{sum}");
+    // the payload is most of the spread: so is the mission's share, alone and shared out
+    let mission = factors.iter().find(|factor| factor["factor"] == "mission").expect("there");
+    let first = &found["factors"];
+    assert!(share(mission) > 0.0, "{mission}");
+    assert_eq!(first.as_array().map(Vec::len), Some(11), "the other shares are still there");
+}
+
+#[test]
 fn what_cannot_be_analysed_is_said() {
     for (arguments, status, part) in [
         (&["compare", "field-truck"][..], 2, "--set"),

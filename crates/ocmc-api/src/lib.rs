@@ -98,8 +98,8 @@ pub use vecto::{
 pub use verify::{CheckedFile, VerifyAnswer, verify};
 pub use watch::{Progress, Watch, go_on};
 pub use word::{
-    BESTS, CODINGS, CONTROLLERS, FOLLOWS, FORMATS, KEEPS, OVERS, RADII, SPEED_TERMS, UNKNOWNS, Word,
-    detectors,
+    BESTS, CODINGS, CONTROLLERS, FOLLOWS, FORMATS, KEEPS, OVERS, RADII, SPEED_TERMS, UNKNOWNS,
+    Word, detectors,
 };
 
 pub use ocmc_core::kernel::trace::TableColumn;

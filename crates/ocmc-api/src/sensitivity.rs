@@ -11,6 +11,7 @@ use ocmc_core::fleet::run::RunPlan;
 use ocmc_core::fleet::sensitivity::{
     FactorGroup, FactorShare, Sensitivity, factor_groups, sensitivity as shares_of,
 };
+use ocmc_core::fleet::shapley::{ShapleyEffects, cycles_of_row, shapley};
 use ocmc_core::fleet::variance_share::LEAST_GROUPS;
 use ocmc_core::random::sampling::Sampling;
 use ocmc_io::label::label;
@@ -40,6 +41,8 @@ pub struct SensitivityRequest<'a> {
     pub over: Over,
     /// A second opinion: so many cycles with each of 30 drivers, and the variance split two ways.
     pub crossed: Option<u64>,
+    /// Shares of the six factors that add up to one, too: 64 more cycles a row.
+    pub shapley: bool,
 }
 
 /// The shares of the variance.
@@ -62,6 +65,9 @@ pub struct SensitivityAnswer {
     /// The second opinion.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub two_way: Option<TwoWay>,
+    /// The shares that add up to one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shapley: Option<ShapleyEffects>,
     /// How long the design took, in s.
     pub wall_s: f64,
     /// Threads that it took.
@@ -80,6 +86,7 @@ pub struct SensitivityAnswer {
 ///     factors: Some(vec!["road".to_owned(), "driver".to_owned()]),
 ///     over: Over::Trip,
 ///     crossed: None,
+///     shapley: false,
 /// };
 /// let answer = sensitivity(&request, &mut go_on)?;
 /// assert_eq!(answer.sensitivity.factors[1].factor, "driver");
@@ -95,7 +102,8 @@ pub fn sensitivity(
     request: &SensitivityRequest,
     watch: &mut Watch,
 ) -> Result<SensitivityAnswer, Error> {
-    let SensitivityRequest { study, plan, column, factors, over, crossed } = request;
+    let SensitivityRequest { study, plan, column, factors, over, crossed, shapley: wanted } =
+        request;
     let quantity = quantity_named(column.as_deref())?;
     let groups = groups_named(factors.as_deref())?;
     if crossed.is_some() && study.model.simulation.sampling != Sampling::Independent {
@@ -109,6 +117,12 @@ pub fn sensitivity(
     let shares = watched(cycles, watch, |look| {
         shares_of(&study.study, plan, &groups, quantity, *over, look)
     })??;
+    let effects = || {
+        let cycles = plan.cycles.saturating_mul(cycles_of_row());
+        watched(cycles, watch, |look| shapley(&study.study, plan, quantity, *over, look))?
+            .map_err(Error::from)
+    };
+    let effects = wanted.then(effects).transpose()?;
     let wall_s = clock.elapsed().as_secs_f64();
     let split = |cycles: u64| {
         let (plan, total) = (RunPlan { cycles, ..*plan }, cycles * DRIVERS);
@@ -123,6 +137,7 @@ pub fn sensitivity(
         first_cycle: plan.first_cycle,
         sensitivity: shares,
         two_way: crossed.map(split).transpose()?,
+        shapley: effects,
         wall_s,
         threads: plan.threads,
     })
@@ -132,9 +147,13 @@ impl Answer for SensitivityAnswer {
     fn text(&self) -> String {
         let shares = &self.sensitivity;
         let mut text = heading(self, shares);
-        text.push_str(&took(self.wall_s, self.threads, shares.cycles));
+        let more = self.shapley.as_ref().map_or(0, |effects| effects.cycles);
+        text.push_str(&took(self.wall_s, self.threads, shares.cycles + more));
         text.push('\n');
         text.push_str(&table(shares));
+        if let Some(effects) = &self.shapley {
+            text.push_str(&shapley_text(effects));
+        }
         if let Some(two_way) = &self.two_way {
             text.push_str(&two_way_text(two_way));
         }
@@ -168,6 +187,27 @@ const WIDTHS: (usize, usize) = (17, 21);
 
 /// Width of the bars.
 const BAR: usize = 18;
+
+/// The shares that add up to one.
+fn shapley_text(effects: &ShapleyEffects) -> String {
+    let (name_width, width) = WIDTHS;
+    let dropped = match effects.dropped_rows {
+        0 => String::new(),
+        rows => format!(", {} dropped", grouped(rows)),
+    };
+    let mut text = format!(
+        "\nShapley effects, joint effects shared out, from {} rows of {} cycles{dropped}:\n\n",
+        grouped(effects.rows),
+        cycles_of_row()
+    );
+    for share in &effects.factors {
+        let cell = cell(share.share, share.ci95);
+        let _ = writeln!(text, "{}", row_of(share.factor, &cell, "", share.share).trim_end());
+    }
+    let sum: f64 = effects.factors.iter().map(|share| share.share).sum();
+    let _ = writeln!(text, "{:name_width$}{:>width$}", "together", percent(sum));
+    text
+}
 
 fn two_way_text(shares: &TwoWay) -> String {
     let [cycle, driver, both] = [shares.cycle, shares.driver, shares.both].map(percent);
@@ -236,24 +276,33 @@ fn table(shares: &Sensitivity) -> String {
 }
 
 fn row(share: &FactorShare) -> String {
-    let (name_width, width) = WIDTHS;
-    // a part stands below its factor
-    let name = match share.factor.split_once('.') {
-        Some((_, part)) => format!("  {part}"),
-        None => share.factor.to_owned(),
-    };
-    let cell = |share: f64, ci95: Option<[f64; 2]>| match ci95 {
+    let first = cell(share.first, share.first_ci95);
+    let total = cell(share.total, share.total_ci95);
+    row_of(share.factor, &first, &total, share.total)
+}
+
+/// A share with its interval.
+fn cell(share: f64, ci95: Option<[f64; 2]>) -> String {
+    match ci95 {
         Some([low, high]) => {
             format!("{} ({} to {})", percent(share), percent(low), percent(high))
         }
         None => percent(share),
+    }
+}
+
+/// A factor, two cells, and a bar.
+fn row_of(factor: &str, first: &str, second: &str, bar: f64) -> String {
+    let (name_width, width) = WIDTHS;
+    // a part stands below its factor
+    let name = match factor.split_once('.') {
+        Some((_, part)) => format!("  {part}"),
+        None => factor.to_owned(),
     };
-    let first = cell(share.first, share.first_ci95);
-    let total = cell(share.total, share.total_ci95);
-    let bar = "█".repeat((BAR as f64 * share.total.clamp(0.0, 1.0)).round() as usize);
+    let bar = "█".repeat((BAR as f64 * bar.clamp(0.0, 1.0)).round() as usize);
     // a space of its own, whatever the width of the second
     let rest = width - 1;
-    format!("{name:name_width$}{first:>width$} {total:>rest$}  {bar}")
+    format!("{name:name_width$}{first:>width$} {second:>rest$}  {bar}")
 }
 
 #[cfg(test)]

@@ -53,6 +53,9 @@ pub(crate) struct SensitivityArguments {
     /// variance two ways
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole_number(2..=MOST_CROSSED))]
     crossed: Option<u64>,
+    /// Shares of the six factors that add up to one, too: Shapley effects, for 64 more cycles a row
+    #[arg(long)]
+    shapley: bool,
     #[command(flatten)]
     analysis: AnalysisArguments,
 }
@@ -76,7 +79,7 @@ pub(crate) struct CompareArguments {
 
 /// Drives the design and prints the shares.
 pub(crate) fn sensitivity(arguments: &SensitivityArguments) -> Result<(), Failure> {
-    let SensitivityArguments { study, factor, crossed, over, analysis } = arguments;
+    let SensitivityArguments { study, factor, crossed, shapley, over, analysis } = arguments;
     let study = &study.load()?;
     let plan = analysis.range.plan(analysis.threads)?;
     if let Some(cycles) = *crossed {
@@ -87,8 +90,8 @@ pub(crate) fn sensitivity(arguments: &SensitivityArguments) -> Result<(), Failur
     }
     let factors = (!factor.is_empty()).then(|| factor.clone());
     let column = analysis.column.clone();
-    let (over, crossed) = (over.unwrap_or_default(), *crossed);
-    let request = SensitivityRequest { study, plan, column, factors, over, crossed };
+    let (over, crossed, shapley) = (over.unwrap_or_default(), *crossed, *shapley);
+    let request = SensitivityRequest { study, plan, column, factors, over, crossed, shapley };
     let answer = watched(analysis.quiet, |watch| ocmc_api::sensitivity(&request, watch))?;
     output::print(&answer, analysis.json)
 }

@@ -287,6 +287,8 @@ impl PyStudy {
     ///     Only these factors, such as ``["road", "driver"]``; all by default.
     /// over : {"trip", "truck"}
     ///     What the variance is over: trips, or trucks, each by its total over its total.
+    /// shapley : bool
+    ///     Shares of the six factors that add up to one, too, for 64 more cycles a row.
     /// threads : int, optional
     ///     Threads to use, one for each CPU by default.
     /// progress : bool or callable, optional
@@ -297,7 +299,8 @@ impl PyStudy {
     /// Answer
     ///     The content of ``ocmc sensitivity --json``: ``factors`` with ``first`` (the share that a
     ///     factor explains alone) and ``total`` (the share that would be gone if it were fixed),
-    ///     each with its 95 % interval, and others.
+    ///     each with its 95 % interval, and others; with ``shapley`` also ``shapley`` with its
+    ///     ``factors`` and their ``share``.
     ///
     /// Raises
     /// ------
@@ -318,10 +321,11 @@ impl PyStudy {
     /// ['road', 'driver']
     #[pyo3(
         signature = (
-            *, cycles, seed=None, first_cycle=None, column=None, factors=None, over=None, threads=None, progress=None
+            *, cycles, seed=None, first_cycle=None, column=None, factors=None, over=None, shapley=false,
+            threads=None, progress=None
         ),
-        text_signature = "($self, *, cycles, seed=1, first_cycle=0, column=None, factors=None, over='trip', threads=None, \
-                          progress=None)"
+        text_signature = "($self, *, cycles, seed=1, first_cycle=0, column=None, factors=None, over='trip', \
+                          shapley=False, threads=None, progress=None)"
     )]
     fn sensitivity<'py>(
         &self,
@@ -332,13 +336,15 @@ impl PyStudy {
         column: Option<&str>,
         factors: Option<Vec<String>>,
         over: Option<&str>,
+        shapley: bool,
         threads: Option<&Bound<'py, PyAny>>,
         progress: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let plan = plan_of(cycles, seed, first_cycle, threads)?;
         let (study, column) = (&self.loaded, column.map(str::to_owned));
         let over = over.map(|word| one_of("over", word, &OVERS)).transpose()?.unwrap_or_default();
-        let request = SensitivityRequest { study, plan, column, factors, over, crossed: None };
+        let crossed = None;
+        let request = SensitivityRequest { study, plan, column, factors, over, crossed, shapley };
         answer(py, &watched(py, progress, |watch| ocmc_api::sensitivity(&request, watch))?)
     }
 

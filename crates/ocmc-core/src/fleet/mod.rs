@@ -11,6 +11,7 @@ pub mod random_effects;
 pub mod ratio;
 pub mod run;
 pub mod sensitivity;
+pub mod shapley;
 pub mod statistic;
 pub mod summary;
 pub mod truck_year;

@@ -159,13 +159,13 @@ pub const LEAST_ROWS: u64 = 10;
 
 /// Why a cycle has no output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Missing {
+pub(super) enum Missing {
     NotCompleted,
     NoValue,
 }
 
 /// What one cycle of the design gives.
-type Output = Result<f64, Missing>;
+pub(super) type Output = Result<f64, Missing>;
 
 fn output(quantity: &RecordQuantity, record: &Record) -> Output {
     let completed = record.outcome == Outcome::Completed;
@@ -184,8 +184,40 @@ fn of_truck(quantity: &RecordQuantity, trips: &[Record]) -> Output {
     Err(if completed { Missing::NoValue } else { Missing::NotCompleted })
 }
 
-/// Drives the design, `plan.cycles` rows, or so many trucks as these are, and shares out the variance. Without a quantity that of
-/// the consumption.
+/// What each row of a design gives.
+pub(super) fn values(
+    quantity: &RecordQuantity,
+    over: Over,
+    trips_per_truck: u64,
+    records: &[Record],
+) -> Vec<Output> {
+    match over {
+        Over::Trip => records.iter().map(|record| output(quantity, record)).collect(),
+        Over::Truck => {
+            let trucks = records.chunks(trips_per_truck as usize);
+            trucks.map(|truck| of_truck(quantity, truck)).collect()
+        }
+    }
+}
+
+/// The rows of a design, and which of them depend on one another.
+pub(super) fn rows_of(plan: &RunPlan, dependence: Dependence, over: Over) -> (RunPlan, Dependence) {
+    let trips = dependence.trips_per_truck;
+    match over {
+        Over::Trip => (*plan, dependence),
+        Over::Truck => (
+            RunPlan {
+                first_cycle: plan.first_cycle / trips,
+                cycles: plan.cycles.div_ceil(trips),
+                ..*plan
+            },
+            Dependence { batch: dependence.batch / trips, trips_per_truck: 1, ..dependence },
+        ),
+    }
+}
+
+/// Drives the design, `plan.cycles` rows, or so many trucks as these are, and shares out the
+/// variance. Without a quantity that of the consumption.
 ///
 /// `progress` receives the number of cycles driven so far, of `plan.cycles` × (2 + number of
 /// groups); breaking ends the analysis.
@@ -208,33 +240,13 @@ pub fn sensitivity<B>(
     };
     let a = driven(StreamSet::NONE)?;
     let quantity = quantity.unwrap_or_else(|| consumption(&a));
-    let values = |records: &[Record]| -> Vec<Output> {
-        match over {
-            Over::Trip => records.iter().map(|record| output(quantity, record)).collect(),
-            Over::Truck => {
-                records.chunks(trips as usize).map(|truck| of_truck(quantity, truck)).collect()
-            }
-        }
-    };
+    let values = |records: &[Record]| values(quantity, over, trips, records);
     let mut designs = vec![values(&a), values(&driven(StreamSet::ALL)?)];
     drop(a);
     for group in groups {
         designs.push(values(&driven(group.streams)?));
     }
-    let rows = match over {
-        Over::Trip => *plan,
-        Over::Truck => RunPlan {
-            first_cycle: plan.first_cycle / trips,
-            cycles: plan.cycles.div_ceil(trips),
-            ..*plan
-        },
-    };
-    let of_rows = match over {
-        Over::Trip => dependence,
-        Over::Truck => {
-            Dependence { batch: dependence.batch / trips, trips_per_truck: 1, ..dependence }
-        }
-    };
+    let (rows, of_rows) = rows_of(plan, dependence, over);
     let shares = share_out(quantity.column, &rows, of_rows, groups, &designs);
     let cycles = plan.cycles * designs.len() as u64;
     ControlFlow::Continue(shares.map(|shares| Sensitivity { over, cycles, ..shares }))

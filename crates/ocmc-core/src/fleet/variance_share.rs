@@ -132,7 +132,7 @@ impl Outputs {
 }
 
 /// 2.5 % and 97.5 % points of bootstrap estimates, where there are any.
-fn percentiles(mut estimates: Vec<f64>) -> Option<[f64; 2]> {
+pub(super) fn percentiles(mut estimates: Vec<f64>) -> Option<[f64; 2]> {
     estimates.sort_unstable_by(f64::total_cmp);
     Some([quantile(&estimates, 0.025)?, quantile(&estimates, 0.975)?])
 }

@@ -133,6 +133,12 @@ impl StreamSet {
         Self(!self.0)
     }
 
+    /// These streams and those.
+    #[must_use]
+    pub fn with(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+
     /// Whether it holds a stream.
     pub fn contains(self, stream: Stream) -> bool {
         self.0 & 1 << stream as u8 != 0
