@@ -25,7 +25,8 @@ const NO_GAIN: f64 = 1e-8;
 const STEP: f64 = 1e-3;
 /// The ratio of a level that was at 0 where it begins to be searched anew.
 const SMALL_RATIO: f64 = 0.1;
-/// Most operations in dense matrices of one evaluation for intervals by profile: some milliseconds.
+/// Most operations in dense matrices of one evaluation for intervals by profile and for a second
+/// start: some milliseconds.
 const MOST_PROFILE_WORK: f64 = 3e6;
 /// A ratio above which trips do not differ but by rounding.
 const MOST_RATIO: f64 = 1e5;
@@ -110,9 +111,12 @@ pub(crate) fn best_ratios(trips: &Trips) -> ([f64; 2], f64) {
     let at = |logs: &[f64]| trips.criterion([libm::exp(logs[0]), libm::exp(logs[1])]);
     let near = [truck, driver].map(|ratio| libm::log(0.8 * ratio.max(SMALL_RATIO)));
     let mut found = descend(&at, &near, TOLERANCE);
-    let other = descend(&at, &[-1.5, -1.5], TOLERANCE);
-    if other.1 < found.1 {
-        found = other;
+    // a second start, where it is not dear
+    if trips.dense_work() <= MOST_PROFILE_WORK {
+        let other = descend(&at, &[-1.5, -1.5], TOLERANCE);
+        if other.1 < found.1 {
+            found = other;
+        }
     }
     let both = ([libm::exp(found.0[0]), libm::exp(found.0[1])], found.1);
     // with fewer effects where they say as much
