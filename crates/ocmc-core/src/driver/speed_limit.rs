@@ -19,7 +19,7 @@ pub struct SpeedLimitModel {
     /// How far behind a sign a driver's wanted speed changes, in m; negative before it. At the sign
     /// where it is left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(range(min = -500.0, max = 500.0))]
+    #[schemars(with = "Quantity", range(min = -500.0, max = 500.0))]
     pub sign_offset_m: Option<Quantity>,
     /// Vertical acceleration that a driver accepts at a bump, in m/s².
     #[schemars(range(min = 0.1, max = 20.0))]

@@ -26,6 +26,7 @@ pub fn schema() -> Value {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use ocmc_core::study::keys::Key;
 
     #[test]
     fn numbers_have_their_range_and_files_their_own_keys() {
@@ -45,6 +46,28 @@ mod tests {
         let urban = &schema["properties"]["road"]["properties"]["types"]["additionalProperties"];
         assert_eq!(urban["properties"]["mean_length_m"]["minimum"], 50.0);
         assert_eq!(urban["properties"]["truck_limit_mps"]["maximum"], 70.0);
+    }
+
+    /// Keys whose number has no range, by their paths.
+    fn without_range(path: &str, key: &Value, found: &mut Vec<String>) {
+        let entry = Key(key).entry().0;
+        let number = entry.get("anyOf").is_some() || entry["type"] == "number";
+        if number && Key(key).bounds().is_none() {
+            found.push(path.to_owned());
+        }
+        for (name, below) in entry["properties"].as_object().into_iter().flatten() {
+            without_range(&format!("{path}.{name}"), below, found);
+        }
+        if let Some(any) = Key(key).any_name() {
+            without_range(&format!("{path}.*"), any.0, found);
+        }
+    }
+
+    #[test]
+    fn every_number_has_a_range() {
+        let mut found = Vec::new();
+        without_range("study", &schema(), &mut found);
+        assert_eq!(found, Vec::<String>::new());
     }
 
     #[test]

@@ -126,6 +126,9 @@ fn a_number_out_of_its_bounds_names_them() {
     assert_says(red, &["red_probability` is 1.5, allowed is 0 to 1"]);
     let signs = "road.types.urban.speed_signs.speed_kmh = [50.0, 900.0]";
     assert_says(signs, &["mine.toml:2:49", "speed_kmh[1]` is 900, allowed is 5 to 200"]);
+    // numbers that may be left out have bounds, too
+    let offset = "driver.speed_limit.sign_offset_m = 900.0";
+    assert_says(offset, &["sign_offset_m` is 900, allowed is -500 to 500"]);
 }
 
 #[test]
