@@ -32,6 +32,7 @@ STAGES = [
     "first_order_lag",
     "powertrain",
     "vehicle",
+    "cost",
     "study",
     "tactical",
     "kernel",

@@ -16,6 +16,7 @@
 )]
 
 pub mod bound;
+pub mod cost;
 mod crest;
 pub mod distribution;
 pub mod driver;

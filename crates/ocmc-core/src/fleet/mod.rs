@@ -2,6 +2,8 @@
 
 pub mod association;
 pub mod comparison;
+pub mod cost;
+pub mod cost_difference;
 pub mod dependence;
 pub mod histogram;
 pub mod precision;

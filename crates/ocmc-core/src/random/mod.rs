@@ -104,6 +104,8 @@ pub enum Stream {
     TruckEffect = 35,
     /// Which driver of a pool makes a trip.
     DriverAssignment = 36,
+    /// Prices, keyed by replicate and not by cycle: a price is a state of the world.
+    Price = 37,
 }
 
 /// A set of streams.
@@ -182,7 +184,7 @@ pub enum Factor {
 
 impl Stream {
     /// All streams, in the order of their numbers.
-    pub const ALL: [Self; 37] = [
+    pub const ALL: [Self; 38] = [
         Self::RoadType,
         Self::SpeedSign,
         Self::Curve,
@@ -220,6 +222,7 @@ impl Stream {
         Self::SignOffset,
         Self::TruckEffect,
         Self::DriverAssignment,
+        Self::Price,
     ];
 
     /// The factor that this stream belongs to; none for what is no part of a cycle.
@@ -254,7 +257,7 @@ impl Stream {
             | S::SignOffset
             | S::CurveSpeedParameters => Factor::Driver,
             S::Vehicle | S::Electric => Factor::Vehicle,
-            S::Bootstrap | S::TruckEffect | S::DriverAssignment => return None,
+            S::Bootstrap | S::TruckEffect | S::DriverAssignment | S::Price => return None,
         })
     }
 }

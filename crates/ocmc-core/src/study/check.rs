@@ -41,6 +41,9 @@ fn rules(model: &StudyModel, tree: &Value) -> Vec<Problem> {
     problems.part("fleet", |problems| fleet.validate(problems));
     FleetModel::validate_levels(tree, &mut problems);
     problems.part("uncertainty", |problems| model.validate_uncertainty(tree, problems));
+    if let Some(cost) = &model.cost {
+        problems.part("cost", |problems| cost.validate(problems));
+    }
     problems.into_found()
 }
 

@@ -11,6 +11,8 @@ pub mod uncertainty;
 pub use crate::validation::Problem;
 pub use check::StudyError;
 
+use crate::cost::CostModel;
+use crate::cost::emissions::EmissionModel;
 use crate::driver::{Driver, DriverModel};
 use crate::operating_cycle::given::{GivenCycle, GivenCycleError};
 use crate::operating_cycle::mission::MissionModel;
@@ -58,6 +60,12 @@ pub struct StudyModel {
     /// Trucks that make several trips, their drivers and their days.
     #[serde(default, skip_serializing_if = "FleetModel::is_absent")]
     pub fleet: FleetModel,
+    /// Prices.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cost: Option<CostModel>,
+    /// Greenhouse gases from the well to the wheel.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub emissions: Option<EmissionModel>,
 }
 
 /// Name, description and sources of a study.

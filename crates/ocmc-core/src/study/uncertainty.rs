@@ -57,7 +57,9 @@ impl Estimates {
         let n = self.keys.len();
         problems.require(n > 0, "keys", "an empty list", "at least one key of the study");
         for key in &self.keys {
-            let model = !["simulation.", "uncertainty."].iter().any(|head| key.starts_with(head));
+            let model = !["simulation.", "uncertainty.", "cost.", "emissions."]
+                .iter()
+                .any(|head| key.starts_with(head));
             let path = model && !key.contains(['/', '~']);
             let number = path && study.pointer(&pointer(key)).is_some_and(is_number);
             let allowed = "a path to a number of the study's models, or to a list of numbers; of a \

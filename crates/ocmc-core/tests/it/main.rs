@@ -8,6 +8,7 @@
 )]
 
 mod common;
+mod cost;
 mod outside_facts;
 mod sampled;
 mod value_stability;

@@ -19,11 +19,19 @@ use std::path::{Path, PathBuf};
 const BEGIN: &str = "<!-- generated: begin ";
 const END: &str = "<!-- generated: end -->";
 /// The unit of a name, by its suffix; a longer suffix stands before a shorter one.
-const UNITS: [(&str, &str); 31] = [
+const UNITS: [(&str, &str); 40] = [
     ("_l_per_100km", "L/100 km"),
     ("_l_per_100tkm", "L/100 tkm"),
     ("_kwh_per_km", "kWh/km"),
     ("_g_per_km", "g/km"),
+    ("_per_truck", "per truck"),
+    ("_per_kwh", "per kWh"),
+    ("_per_tkm", "per tkm"),
+    ("_per_km", "per km"),
+    ("_per_kw", "per kW"),
+    ("_per_l", "per L"),
+    ("_per_h", "per h"),
+    ("_per_a", "per a"),
     ("_w_per_k", "W/K"),
     ("_per_k", "K"),
     ("_per_m", "per m"),
@@ -51,6 +59,7 @@ const UNITS: [(&str, &str); 31] = [
     ("_h", "h"),
     ("_s", "s"),
     ("_m", "m"),
+    ("_a", "a"),
 ];
 /// Longest list whose entries are shown.
 const MOST_ENTRIES: usize = 12;
@@ -93,9 +102,16 @@ fn page(name: &str, render: impl Fn(&str) -> String) {
 fn the_pages_of_the_study_file_are_made_from_its_keys() {
     let schema = study::schema();
     let all = RefCell::new(String::new());
-    for name in
-        ["mission", "road", "weather-traffic", "driver", "vehicle", "simulation", "uncertainty"]
-    {
+    for name in [
+        "mission",
+        "road",
+        "weather-traffic",
+        "driver",
+        "vehicle",
+        "simulation",
+        "uncertainty",
+        "cost",
+    ] {
         page(&format!("study-{name}.md"), |what| {
             let (path, example) = what.split_once(" of ").unwrap();
             let model = study::load::<&str>(example, &[]).unwrap().model;

@@ -108,6 +108,10 @@ fn a_wrong_type_names_the_right_one() {
         ("driver.curve_speed.parameter_uncertainty = 1", "is 1, allowed is true or false"),
         ("mission.length_m = 1979-05-27", "is 1979-05-27, allowed is a number, or a table such as"),
         ("study.name = 3", "`study.name` is 3, allowed is a text in quotation marks"),
+        (
+            "cost.fuel_per_l = \"dear\"",
+            "`cost.fuel_per_l` is \"dear\", allowed is a number, a list",
+        ),
     ] {
         assert_says(line, &["mine.toml:2:", message]);
     }
@@ -129,6 +133,10 @@ fn a_number_out_of_its_bounds_names_them() {
     // numbers that may be left out have bounds, too
     let offset = "driver.speed_limit.sign_offset_m = 900.0";
     assert_says(offset, &["sign_offset_m` is 900, allowed is -500 to 500"]);
+    let price = "cost = { currency = \"EUR\", fuel_per_l = -1.5 }";
+    assert_says(price, &["mine.toml:2:41: `cost.fuel_per_l` is -1.5, allowed is 0 to 1000000"]);
+    let by_year = "cost = { currency = \"EUR\", driver_per_h = [30.0, -1.0] }";
+    assert_says(by_year, &["`cost.driver_per_h[1]` is -1, allowed is 0 to 1000000"]);
 }
 
 #[test]
