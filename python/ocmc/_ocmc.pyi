@@ -242,6 +242,16 @@ class Study:
         threads: SupportsIndex | None = None,
         progress: _Progress = None,
     ) -> Answer: ...
+    def cost(
+        self,
+        *,
+        cycles: SupportsIndex,
+        against: Study | None = None,
+        seed: SupportsIndex = 1,
+        first_cycle: SupportsIndex = 0,
+        threads: SupportsIndex | None = None,
+        progress: _Progress = None,
+    ) -> Answer: ...
     def sensitivity(
         self,
         *,

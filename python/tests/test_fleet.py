@@ -64,6 +64,42 @@ def test_the_shares_of_the_factors_are_the_command_s(study):
     matplotlib.pyplot.close("all")
 
 
+PRICES = {
+    "currency": "EUR",
+    "fuel_per_l": {"distribution": "uniform", "lower": 1.2, "upper": 1.8},
+    "driver_per_h": 30.0,
+}
+
+
+def test_the_costs_are_the_command_s(study):
+    priced = study.set("cost", PRICES)
+    answer = priced.cost(cycles=64)
+    sets = [
+        "cost.currency=EUR",
+        'cost.fuel_per_l={ distribution = "uniform", lower = 1.2, upper = 1.8 }',
+        "cost.driver_per_h=30.0",
+    ]
+    options = [*SHORT, *(word for text in sets for word in ("--set", text)), "--cycles", "64"]
+    printed = json.loads(command("cost", *options, "--json", "--quiet").stdout)
+    assert printed["total"] == answer["total"]
+    assert printed["inputs"] == answer["inputs"]
+    assert [item["item"] for item in answer["items"]] == ["fuel", "driver"]
+    assert answer["spread"]["per_km"]["p5"] < answer["total"]["per_km"] < answer["spread"]["per_km"]["p95"]
+    assert "truck-year" in str(answer)
+
+
+def test_two_studies_are_costed_against_each_other(study):
+    priced = study.set("cost", PRICES)
+    answer = priced.cost(cycles=64, against=priced.set("cost.driver_per_h", 20.0))
+    assert answer["difference"]["per_km"]["difference"] < 0.0
+    assert answer["difference"]["per_km"]["probability_a_cheaper"] == 0.0
+    assert answer["difference"]["share_of_trips_a_cheaper"] == 0.0
+    with pytest.raises(ValueError, match="no prices"):
+        priced.cost(cycles=10, against=study)
+    with pytest.raises(ValueError, match="`cost.driver_per_h` is -1"):
+        priced.set("cost.driver_per_h", -1.0)
+
+
 def test_what_is_wrong_is_said(study):
     with pytest.raises(ValueError, match='`column` is "fuel", allowed is one of: consumption_l_per_100km'):
         ocmc.compare(study, study, cycles=10, column="fuel")

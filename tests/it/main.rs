@@ -16,6 +16,7 @@ mod closed_loop;
 mod closing_the_loop;
 mod command_line;
 mod common;
+mod cost;
 mod determinism;
 mod electric;
 mod energy_balance;

@@ -151,6 +151,30 @@ pub enum Error {
     /// A comparison of fewer than two studies.
     #[error("a study is compared with another one: give two at least")]
     NothingToCompare,
+    /// Costs of a study without prices.
+    #[error(
+        "`{study}` has no prices: give it a table `[cost]`, or `--set cost.currency=EUR` and prices"
+    )]
+    NoPrices {
+        /// What it is called.
+        study: String,
+    },
+    /// Costs in two currencies.
+    #[error("`cost.currency` is {a} and {b}: give both studies prices in one currency")]
+    Currencies {
+        /// Of the first study.
+        a: String,
+        /// Of the second.
+        b: String,
+    },
+    /// Costs of a study without a completed trip.
+    #[error("{study}: of {cycles} cycles none was completed, so that nothing has a cost")]
+    NothingToCost {
+        /// What it is called.
+        study: String,
+        /// Cycles that were driven.
+        cycles: u64,
+    },
     /// A table, a log or an operating cycle that cannot be read.
     #[error(transparent)]
     Table(#[from] TableError),

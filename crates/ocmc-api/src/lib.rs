@@ -21,6 +21,7 @@ mod answer;
 mod birds_eye;
 mod bound;
 mod compare;
+mod cost;
 mod curves;
 mod cycle;
 mod drive;
@@ -49,6 +50,7 @@ pub use answer::Answer;
 pub use birds_eye::{BirdsEyeAnswer, BirdsEyeRequest, birds_eye};
 pub use bound::{BoundAnswer, BoundRequest, CycleBound, PotentialShare, bound};
 pub use compare::{CompareAnswer, CompareRequest, ComparedStudies, compare};
+pub use cost::{CostAnswer, CostRequest, Costed, CostedStudy, cost};
 pub use curves::{
     CURVE_COLUMNS, Correction, CurveCell, CurveOptions, CurvesAnswer, CurvesRequest, Detector,
     DrivenCurve, HiddenMarkov, RadiusDefinition, Steering, Threshold, TripCurves, TripError,

@@ -49,7 +49,12 @@ pub(crate) struct StudyOptions {
 impl StudyOptions {
     /// The study with what is set in it.
     pub(crate) fn load(&self) -> Result<LoadedStudy, Failure> {
-        self.files.load(&self.study, &self.set)
+        self.load_other(&self.study)
+    }
+
+    /// Another study with what is set in this one.
+    pub(crate) fn load_other(&self, study: &Path) -> Result<LoadedStudy, Failure> {
+        self.files.load(study, &self.set)
     }
 }
 

@@ -5,6 +5,7 @@ mod analysis;
 mod arguments;
 mod bound;
 mod calibrate;
+mod cost;
 mod cycle;
 mod failure;
 mod failure_report;
@@ -26,6 +27,7 @@ use calibrate::CalibrateCommand;
 use clap::error::ErrorKind;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use clap_complete::Shell;
+use cost::CostArguments;
 use cycle::CycleArguments;
 use failure::Failure;
 use fit::FitCommand;
@@ -87,6 +89,9 @@ enum Command {
     Sensitivity(SensitivityArguments),
     /// Compares studies under common random numbers: the paired difference and its interval
     Compare(CompareArguments),
+    /// Costs a study: per trip, km, tkm, truck-year and whole life, item by item; or two of them
+    /// against each other: which is cheaper, from where on, and what decides
+    Cost(CostArguments),
     /// Compares with VECTO, from its own files: on VECTO's speed, by VECTO's driver and by ours
     Vecto(VectoArguments),
     /// Finds the least energy for the same road, truck and trip time, and how far drivers are from
@@ -148,6 +153,7 @@ pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> i32 {
         Some(Command::Validate(arguments)) => road::validate(arguments),
         Some(Command::Sensitivity(arguments)) => analysis::sensitivity(arguments),
         Some(Command::Compare(arguments)) => analysis::compare(arguments),
+        Some(Command::Cost(arguments)) => cost::cost(arguments),
         Some(Command::SimulatorStudy(arguments)) => simulator_study::simulator_study(arguments),
         Some(Command::Vecto(arguments)) => vecto::vecto(arguments),
         Some(Command::Bound(arguments)) => bound::bound(arguments),

@@ -9,9 +9,9 @@ use crate::run::{PyRun, run};
 use crate::study::PyStudy;
 use crate::table::Table;
 use crate::value::{one_of, study_value, whole_number};
-use ocmc_api::study::{self, Files, Given};
+use ocmc_api::study::{self, Files, Given, LoadedStudy};
 use ocmc_api::{
-    BirdsEyeRequest, BoundRequest, CompareRequest, Error, FOLLOWS, GivenDrive, KEEPS,
+    BirdsEyeRequest, BoundRequest, CompareRequest, CostRequest, Error, FOLLOWS, GivenDrive, KEEPS,
     LAST_CYCLE_ID, MOST_THREADS, OVERS, RunPlan, SensitivityRequest, Source, check_readable,
 };
 use pyo3::exceptions::{PyTypeError, PyValueError};
@@ -398,6 +398,71 @@ impl PyStudy {
         let plan = plan_of(cycles, seed, first_cycle, threads)?;
         let request = BoundRequest { study: &self.loaded, plan };
         answer(py, &watched(py, progress, |watch| ocmc_api::bound(&request, watch))?)
+    }
+
+    /// What the study costs: per trip, km, tkm, truck-year and whole life, item by item; or which of
+    /// two studies costs less on the same cycles, from where on, and what decides.
+    ///
+    /// Parameters
+    /// ----------
+    /// cycles : int
+    ///     Number of cycles that each study drives, at least 1.
+    /// against : Study, optional
+    ///     The study B that this one, A, is compared with.
+    /// seed : int
+    ///     Master seed of the cycles, and of the states of the world that prices are drawn for.
+    /// first_cycle : int
+    ///     Id of the first cycle.
+    /// threads : int, optional
+    ///     Threads to use, one for each CPU by default.
+    /// progress : bool or callable, optional
+    ///     As for `Study.run`.
+    ///
+    /// Returns
+    /// -------
+    /// Answer
+    ///     The content of ``ocmc cost --json``, in the study's currency: ``items`` and ``total`` with
+    ///     their costs ``per_trip``, ``per_km``, ``per_tkm``, ``per_a`` (year) and ``whole_life``;
+    ///     ``spread`` over states of the world; ``inputs``, the shares of its variance;
+    ///     ``emissions``. With `against` these of ``a`` and of ``b``, and their ``difference``.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     Where a number is out of its range, where a study has no prices, where two have them in
+    ///     two currencies, or where no cycle is completed.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import ocmc
+    /// >>> study = ocmc.Study("field-truck").set("mission.length_m", 5000.0)
+    /// >>> prices = {"currency": "EUR", "fuel_per_l": 1.5, "driver_per_h": 30.0}
+    /// >>> study = study.set("cost", prices)
+    /// >>> answer = study.cost(cycles=20)
+    /// >>> [item["item"] for item in answer["items"]]
+    /// ['fuel', 'driver']
+    #[pyo3(
+        signature = (*, cycles, against=None, seed=None, first_cycle=None, threads=None, progress=None),
+        text_signature = "($self, *, cycles, against=None, seed=1, first_cycle=0, threads=None, progress=None)"
+    )]
+    fn cost<'py>(
+        &self,
+        py: Python<'py>,
+        cycles: &Bound<'py, PyAny>,
+        against: Option<&Bound<'py, Self>>,
+        seed: Option<&Bound<'py, PyAny>>,
+        first_cycle: Option<&Bound<'py, PyAny>>,
+        threads: Option<&Bound<'py, PyAny>>,
+        progress: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let plan = plan_of(cycles, seed, first_cycle, threads)?;
+        let named = |study| -> (String, &LoadedStudy) {
+            let study: &LoadedStudy = study;
+            (study.model.study.name.clone(), study)
+        };
+        let against = against.map(|study| named(&study.get().loaded));
+        let request = CostRequest { study: named(&self.loaded), against, plan };
+        answer(py, &watched(py, progress, |watch| ocmc_api::cost(&request, watch))?)
     }
 
     /// Look at the roads that the study draws from above: coarse classes.

@@ -1,0 +1,413 @@
+//! What the trips of a fleet cost, what a truck costs over its life, and which of two fleets costs
+//! less.
+
+use crate::answer::Answer;
+use crate::error::Error;
+use crate::text::{fact, table, took};
+use crate::watch::{Watch, watched};
+use ocmc_core::cost::costing::{Costing, Trip};
+use ocmc_core::cost::emissions::{TripEmissions, of_trip};
+use ocmc_core::fleet::cost::{CostSpread, FleetCost, InputShare, ItemCost, Percentiles};
+use ocmc_core::fleet::cost_difference::{BreakEven, CostDifference, Fleet, Side};
+use ocmc_core::fleet::dependence::Dependence;
+use ocmc_core::fleet::run::{RunPlan, records};
+use ocmc_io::number_text::{grouped, percent, rounded};
+use ocmc_io::study::{LoadedStudy, study_hash};
+use serde::Serialize;
+use std::time::Instant;
+
+/// What is to be costed.
+#[derive(Clone, Debug)]
+pub struct CostRequest<'a> {
+    /// The study, A, and how the answer calls it.
+    pub study: (String, &'a LoadedStudy),
+    /// The study that it is compared with, B.
+    pub against: Option<(String, &'a LoadedStudy)>,
+    /// The cycles that each of them drives.
+    pub plan: RunPlan,
+}
+
+/// What it costs.
+#[derive(Clone, Debug, Serialize)]
+pub struct CostAnswer {
+    /// Master seed.
+    pub seed: u64,
+    /// Id of the first cycle.
+    pub first_cycle: u64,
+    /// Number of cycles of each study.
+    pub cycles: u64,
+    /// The study or the studies.
+    #[serde(flatten)]
+    pub costed: Costed,
+    /// How long it took, in s.
+    pub wall_s: f64,
+    /// Threads that it took.
+    pub threads: usize,
+}
+
+/// One study, or two and their difference.
+#[derive(Clone, Debug, Serialize)]
+#[serde(untagged)]
+pub enum Costed {
+    /// One.
+    Study(Box<CostedStudy>),
+    /// Two.
+    Against {
+        /// A.
+        a: Box<CostedStudy>,
+        /// B.
+        b: Box<CostedStudy>,
+        /// Which of them costs less.
+        difference: Box<CostDifference>,
+    },
+}
+
+/// What a study costs.
+#[derive(Clone, Debug, Serialize)]
+pub struct CostedStudy {
+    /// What it is called.
+    pub study: String,
+    /// Hash of the resolved study.
+    pub study_hash: String,
+    /// What it costs.
+    #[serde(flatten)]
+    pub cost: FleetCost,
+    /// What has no price although the trucks use it.
+    #[serde(skip)]
+    pub(crate) unpriced: Vec<String>,
+}
+
+/// A study whose cycles were driven.
+struct Driven {
+    costing: Costing,
+    trips: Vec<Trip>,
+    costed: CostedStudy,
+}
+
+/// Drives the cycles of one or two studies, and costs them.
+///
+/// ```
+/// use ocmc_api::{Costed, CostRequest, RunPlan, cost, go_on, study};
+/// let prices = ["mission.length_m=5000", "cost.currency=EUR", "cost.driver_per_h=30"];
+/// let loaded = study::load("field-truck", &prices)?;
+/// let plan = RunPlan::new(1, 0, 20, None, None);
+/// let request = CostRequest { study: ("mine".to_owned(), &loaded), against: None, plan };
+/// let answer = cost(&request, &mut go_on)?;
+/// let Costed::Study(mine) = &answer.costed else { panic!("one study") };
+/// assert_eq!(mine.cost.items[0].item, "driver");
+/// assert!(mine.cost.total.per_km > 0.0);
+/// # Ok::<(), ocmc_api::Error>(())
+/// ```
+///
+/// # Errors
+/// [`Error::NoPrices`], [`Error::Currencies`], [`Error::NothingToCost`]; [`Error::Interrupted`].
+pub fn cost(request: &CostRequest, watch: &mut Watch) -> Result<CostAnswer, Error> {
+    let CostRequest { study, against, plan } = request;
+    let clock = Instant::now();
+    let named = std::iter::once(study).chain(against);
+    let costings = named.map(|(name, loaded)| {
+        let prices = loaded.model.cost.as_ref();
+        let costing = prices.map(|prices| Costing::of(prices, &loaded.model.vehicle));
+        costing.ok_or_else(|| Error::NoPrices { study: name.clone() })
+    });
+    let mut costings = costings.collect::<Result<Vec<_>, _>>()?;
+    if let [a, b] = costings.as_slice()
+        && a.currency != b.currency
+    {
+        let (a, b) = (a.currency.clone(), b.currency.clone());
+        return Err(Error::Currencies { a, b });
+    }
+    let total = plan.cycles.saturating_mul(costings.len() as u64);
+    let first = costings.remove(0);
+    let second = against.as_ref().zip(costings.pop());
+    let (a, b) = watched(total, watch, |look| {
+        let a = records(&study.1.study, plan, &mut *look)?;
+        let b = match &against {
+            Some((_, loaded)) => {
+                Some(records(&loaded.study, plan, |done| look(plan.cycles + done))?)
+            }
+            None => None,
+        };
+        std::ops::ControlFlow::Continue((a, b))
+    })?;
+    let a = costed(study, first, &a, plan)?;
+    let costed = match second.zip(b) {
+        None => Costed::Study(Box::new(a.costed)),
+        Some(((named, costing), b)) => {
+            let b = costed(named, costing, &b, plan)?;
+            let sides = [&a, &b].map(|side| Fleet { costing: &side.costing, trips: &side.trips });
+            let [of_a, of_b] = [study, named].map(|(_, loaded)| Dependence::of(&loaded.model));
+            let dependence = of_a.of_pairs(of_b);
+            let [side_a, side_b] = sides;
+            let difference = CostDifference::of(side_a, side_b, plan.seed, dependence);
+            let difference = difference.ok_or_else(|| Error::NothingToCost {
+                study: format!("{} and {}", study.0, named.0),
+                cycles: plan.cycles,
+            })?;
+            Costed::Against {
+                a: Box::new(a.costed),
+                b: Box::new(b.costed),
+                difference: Box::new(difference),
+            }
+        }
+    };
+    Ok(CostAnswer {
+        seed: plan.seed,
+        first_cycle: plan.first_cycle,
+        cycles: plan.cycles,
+        costed,
+        wall_s: clock.elapsed().as_secs_f64(),
+        threads: plan.threads,
+    })
+}
+
+/// Costs the records of a study.
+fn costed(
+    (name, loaded): &(String, &LoadedStudy),
+    costing: Costing,
+    records: &[ocmc_core::record::Record],
+    plan: &RunPlan,
+) -> Result<Driven, Error> {
+    let trips: Vec<Trip> = records.iter().filter_map(|record| costing.trip(record)).collect();
+    let factors = loaded.model.emissions.as_ref();
+    let efficiency = loaded.model.cost.as_ref().and_then(|cost| cost.charging_efficiency);
+    let emitted: Vec<TripEmissions> =
+        records.iter().filter_map(|record| of_trip(record, factors, efficiency)).collect();
+    let failed = (records.len() - trips.len()) as u64;
+    let dependence = Dependence::of(&loaded.model);
+    let cost = FleetCost::of(&costing, &trips, &emitted, failed, plan.seed, dependence);
+    let cost =
+        cost.ok_or_else(|| Error::NothingToCost { study: name.clone(), cycles: plan.cycles })?;
+    let has = |item: &str| cost.items.iter().any(|known| known.item == item);
+    let charged = records.iter().any(|record| record.charged_energy_j.unwrap_or(0.0) > 0.0);
+    let electric = loaded.model.vehicle.electric.is_some();
+    let mut unpriced = Vec::new();
+    for (used, item, key) in [
+        (!electric, "fuel", "cost.fuel_per_l"),
+        (electric, "depot_charging", "cost.depot_charging_per_kwh"),
+        (charged, "public_charging", "cost.public_charging_per_kwh"),
+    ] {
+        if used && !has(item) {
+            unpriced.push(format!("{name} uses energy without a price: `{key}` is not there"));
+        }
+    }
+    let costed =
+        CostedStudy { study: name.clone(), study_hash: study_hash(&loaded.model), cost, unpriced };
+    Ok(Driven { costing, trips, costed })
+}
+
+impl Costed {
+    fn studies(&self) -> Vec<&CostedStudy> {
+        match self {
+            Self::Study(study) => vec![study],
+            Self::Against { a, b, .. } => vec![a, b],
+        }
+    }
+}
+
+/// Items that a comparison has to count on both sides.
+const COUNTED_ON_BOTH_SIDES: [&str; 6] =
+    ["driver", "toll", "maintenance", "purchase", "residual", "insurance"];
+
+impl Answer for CostAnswer {
+    fn warnings(&self) -> Vec<String> {
+        let studies = self.costed.studies();
+        let mut warnings: Vec<String> =
+            studies.iter().flat_map(|study| study.unpriced.clone()).collect();
+        if let Costed::Against { a, b, .. } = &self.costed {
+            for item in COUNTED_ON_BOTH_SIDES {
+                let [in_a, in_b] =
+                    [a, b].map(|side| side.cost.items.iter().any(|known| known.item == item));
+                if in_a != in_b {
+                    let with = if in_a { &a.study } else { &b.study };
+                    warnings.push(format!("{item} has a price in {with} alone"));
+                }
+            }
+        }
+        warnings
+    }
+
+    fn text(&self) -> String {
+        let studies = self.costed.studies();
+        let mut text = String::new();
+        for (study, name) in studies.iter().zip(["A", "B"]) {
+            let name = if studies.len() == 1 { "study" } else { name };
+            text.push_str(&fact(name, &study.study));
+        }
+        text.push_str(&fact("seed", self.seed));
+        let (first, last) = (self.first_cycle, self.first_cycle + (self.cycles - 1));
+        text.push_str(&fact("cycles", format!("{}, ids {first} to {last}", grouped(self.cycles))));
+        text.push_str(&took(self.wall_s, self.threads, self.cycles * studies.len() as u64));
+        for (study, name) in studies.iter().zip(["A", "B"]) {
+            text.push('\n');
+            if studies.len() > 1 {
+                text.push_str(&fact(name, &study.study));
+            }
+            text.push_str(&study_text(&study.cost));
+        }
+        if let Costed::Against { difference, .. } = &self.costed {
+            text.push('\n');
+            text.push_str(&difference_text(difference));
+        }
+        text
+    }
+}
+
+/// Widths of the table of items.
+const ITEM_WIDTHS: [usize; 6] = [17, 11, 11, 11, 14, 15];
+
+fn study_text(cost: &FleetCost) -> String {
+    let failed = if cost.failed > 0 {
+        format!(", {} not completed, left out", grouped(cost.failed))
+    } else {
+        String::new()
+    };
+    let mut text = fact(
+        "trips",
+        format!(
+            "{} of {} km with {} t{failed}",
+            grouped(cost.trips),
+            rounded(cost.km_per_trip),
+            rounded(cost.mean_payload_t)
+        ),
+    );
+    let head = [cost.currency.as_str(), "trip", "km", "tkm", "truck-year", "whole life"];
+    let money = |value: Option<f64>| value.map_or("-".to_owned(), rounded);
+    let row = |item: &ItemCost| {
+        let name = item.item.replace('_', " ");
+        let values = [Some(item.per_trip), Some(item.per_km), item.per_tkm, item.per_a];
+        let values = values.into_iter().chain([item.whole_life]).map(money);
+        std::iter::once(name).chain(values).collect::<Vec<String>>()
+    };
+    let centres = if cost.spread.is_some() { "\nAt the centres of the prices:\n\n" } else { "\n" };
+    text.push_str(centres);
+    let rows = cost.items.iter().chain([&cost.total]).map(row);
+    text.push_str(&table(&ITEM_WIDTHS, &head, rows));
+    if let Some([low, high]) = cost.total.per_km_ci95 {
+        let interval = format!("{} to {} per km", rounded(low), rounded(high));
+        text.push_str(&below(&format!("{interval}, 95 % interval over the trips")));
+    }
+    let [low, middle, high] =
+        [cost.over_trips.p5, cost.over_trips.p50, cost.over_trips.p95].map(rounded);
+    let trips = format!("P5 {low}, P50 {middle}, P95 {high} per trip, over the trips");
+    text.push_str(&below(&trips));
+    if let Some(spread) = &cost.spread {
+        text.push_str(&spread_text(spread));
+    }
+    text.push_str(&inputs_text(&cost.inputs, "cost per km"));
+    let emissions = &cost.emissions;
+    let half = |ci95: Option<[f64; 2]>| {
+        ci95.map_or("-".to_owned(), |[low, high]| format!("{:.4}", 0.5 * (high - low)))
+    };
+    let tank = format!(
+        "{:.4} ± {} from tank to wheel",
+        emissions.tank_to_wheel_kg_per_km,
+        half(emissions.tank_to_wheel_ci95)
+    );
+    text.push('\n');
+    text.push_str(&fact("kg CO2/km", tank));
+    if let Some(well) = emissions.well_to_wheel_kg_per_km {
+        let interval = half(emissions.well_to_wheel_ci95);
+        text.push_str(&fact("", format!("{well:.4} ± {interval} from well to wheel")));
+    }
+    text
+}
+
+/// A line below the table of items.
+fn below(text: &str) -> String {
+    format!("{:width$}{text}\n", "", width = ITEM_WIDTHS[0])
+}
+
+/// How states of the world differ.
+fn spread_text(spread: &CostSpread) -> String {
+    let head = format!("\nOver {} states of the prices:\n\n", grouped(spread.states));
+    let line = |name: &str, of: Option<Percentiles>| {
+        let of = of?;
+        let [mean, p5, p50, p95] = [of.mean, of.p5, of.p50, of.p95].map(rounded);
+        Some([name.to_owned(), mean, p5, p50, p95])
+    };
+    let rows = [
+        line("trip", Some(spread.per_trip)),
+        line("km", Some(spread.per_km)),
+        line("tkm", spread.per_tkm),
+        line("truck-year", spread.per_a),
+        line("whole life", spread.whole_life),
+    ];
+    let widths = [17, 13, 13, 13, 13];
+    let rows = rows.into_iter().flatten();
+    format!("{head}{}", table(&widths, &["", "mean", "P5", "P50", "P95"], rows))
+}
+
+/// Which input decides.
+fn inputs_text(inputs: &[InputShare], of: &str) -> String {
+    if inputs.is_empty() {
+        return String::new();
+    }
+    let head = format!("\nShares of the variance of the {of} in %, over states of the prices:\n\n");
+    let cell = |share: f64, ci95: Option<[f64; 2]>| match ci95 {
+        Some([low, high]) => {
+            format!("{} ({} to {})", percent(share), percent(low), percent(high))
+        }
+        None => percent(share),
+    };
+    let row = |input: &InputShare| {
+        let first = cell(input.first, input.first_ci95);
+        [input.key.clone(), first, cell(input.total, input.total_ci95)]
+    };
+    let rows = inputs.iter().map(row);
+    format!("{head}{}", table(&[34, 22, 22], &["", "alone", "with joint effects"], rows))
+}
+
+fn difference_text(difference: &CostDifference) -> String {
+    let mut text = fact("pairs", grouped(difference.pairs));
+    if difference.left_out > 0 {
+        let trips = format!("{} trips that one of them did not complete", difference.left_out);
+        text.push_str(&fact("left out", trips));
+    }
+    let currency = &difference.currency;
+    text.push_str(&side_text(&format!("{currency}/km"), &difference.per_km));
+    if let Some(per_tkm) = &difference.per_tkm {
+        text.push_str(&side_text(&format!("{currency}/tkm"), per_tkm));
+    }
+    let share = percent(difference.share_of_trips_a_cheaper);
+    text.push_str(&fact("", format!("A cheaper in {share} % of the trips, at the central prices")));
+    text.push_str("\nBreak-even, where both cost the same over a km:\n\n");
+    let distance = difference.break_even_distance_km_per_a.as_ref();
+    let distance = distance.map(|found| even_row("distance, km per year", found));
+    let prices = difference.break_even_prices.iter();
+    let prices = prices.map(|found| even_row(found.key.trim_start_matches("cost."), &found.price));
+    let head = ["", "value", "95 % interval", "P5 to P95", "states"];
+    text.push_str(&table(&[24, 9, 20, 20, 7], &head, distance.into_iter().chain(prices)));
+    text.push_str(&inputs_text(&difference.inputs, "difference"));
+    text
+}
+
+fn side_text(unit: &str, side: &Side) -> String {
+    let interval = side
+        .difference_ci95
+        .map_or(String::new(), |[low, high]| format!(" ({} to {})", rounded(low), rounded(high)));
+    let line = format!(
+        "A {}, B {}, B - A {}{interval}",
+        rounded(side.a),
+        rounded(side.b),
+        rounded(side.difference)
+    );
+    let probability = percent(side.probability_a_cheaper);
+    let within = side
+        .probability_ci95
+        .map_or(String::new(), |[low, high]| format!(" ({} to {})", percent(low), percent(high)));
+    let cheaper = format!("P(A cheaper) {probability} %{within}");
+    fact(unit, line) + &fact("", cheaper)
+}
+
+fn even_row(name: &str, found: &BreakEven) -> [String; 5] {
+    let range = |low: f64, high: f64| format!("{} to {}", rounded(low), rounded(high));
+    let none = || "-".to_owned();
+    [
+        name.to_owned(),
+        found.value.map_or_else(|| "none".to_owned(), rounded),
+        found.ci95.map_or_else(none, |[low, high]| range(low, high)),
+        found.states.map_or_else(none, |of| range(of.p5, of.p95)),
+        found.share_of_states.map_or_else(none, |share| format!("{:.0} %", 100.0 * share)),
+    ]
+}

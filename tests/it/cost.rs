@@ -1,0 +1,174 @@
+//! What trips and trucks cost, as a user of the command meets it.
+
+use crate::program::{SHORT, ocmc};
+use serde_json::Value;
+use std::fs;
+use std::path::Path;
+
+fn text(arguments: &[&str]) -> String {
+    let output = ocmc(arguments).assert().success().get_output().clone();
+    String::from_utf8(output.stdout).expect("UTF-8")
+}
+
+fn json(arguments: &[&str]) -> Value {
+    serde_json::from_str(&text(&[arguments, &["--json"]].concat())).expect("JSON")
+}
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap_or_else(|| panic!("{value}"))
+}
+
+fn assert_fits(text: &str) {
+    assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
+    assert!(!text.contains("NaN"), "{text}");
+}
+
+/// The study files that the guide shows, by their names, written to a folder.
+fn files_of_the_guide(folder: &Path) -> Vec<String> {
+    let page = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/src/how-to/cost.md");
+    let page = fs::read_to_string(page).expect("the page");
+    let mut names = Vec::new();
+    for block in page.split("```toml\n").skip(1) {
+        let (text, _) = block.split_once("```").expect("a block ends");
+        let name = text.strip_prefix("# ").and_then(|rest| rest.split(['\n', ':']).next());
+        let name = name.expect("a block begins with the name of its file");
+        fs::write(folder.join(name), text).expect("space");
+        names.push(name.to_owned());
+    }
+    names
+}
+
+#[test]
+fn the_studies_of_the_guide_are_costed_against_each_other() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let names = files_of_the_guide(folder.path());
+    assert_eq!(names, ["diesel.toml", "electric.toml"]);
+    let path = |name: &str| folder.path().join(name).to_str().expect("UTF-8").to_owned();
+    let (diesel, electric) = (path("diesel.toml"), path("electric.toml"));
+    let arguments =
+        ["cost", "--study", &diesel, "--against", &electric, "--cycles", "40", "--quiet"];
+    let arguments = [&arguments[..], &["--set", SHORT]].concat();
+    let answer = json(&arguments);
+    let items = |side: &str| -> Vec<String> {
+        let items = answer[side]["items"].as_array().expect("items");
+        items.iter().map(|item| item["item"].as_str().expect("a name").to_owned()).collect()
+    };
+    assert!(items("a").contains(&"fuel".to_owned()), "{:?}", items("a"));
+    assert!(items("b").contains(&"battery".to_owned()), "{:?}", items("b"));
+    assert!(!items("b").contains(&"engine".to_owned()), "{:?}", items("b"));
+    for side in ["a", "b"] {
+        let cost = &answer[side];
+        let sum: f64 =
+            cost["items"].as_array().expect("items").iter().map(|i| number(&i["whole_life"])).sum();
+        assert!((sum / number(&cost["total"]["whole_life"]) - 1.0).abs() < 1e-9, "{cost}");
+        let well = number(&cost["emissions"]["well_to_wheel_kg_per_km"]);
+        assert!(well > number(&cost["emissions"]["tank_to_wheel_kg_per_km"]), "{cost}");
+    }
+    let difference = &answer["difference"];
+    let [a, b] = ["a", "b"].map(|side| number(&answer[side]["total"]["per_km"]));
+    assert!((number(&difference["per_km"]["difference"]) - (b - a)).abs() < 1e-9, "{difference}");
+    let probability = number(&difference["per_km"]["probability_a_cheaper"]);
+    assert!((0.0..=1.0).contains(&probability), "{probability}");
+    let found = text(&arguments);
+    assert!(found.contains("P(A cheaper)") && found.contains("distance, km per year"), "{found}");
+    assert_fits(&found);
+}
+
+const PRICES: [&str; 6] =
+    ["--set", "cost.currency=EUR", "--set", "cost.fuel_per_l=1.5", "--set", SHORT];
+
+#[test]
+fn the_cost_of_fuel_is_its_price_times_what_a_run_says() {
+    let run = json(&["--cycles", "60", "--seed", "3", "--quiet", "--set", SHORT]);
+    let litres = number(&run["statistics"]["consumption_l_per_100km"]["mean"]) / 100.0;
+    let arguments = [&["cost", "--cycles", "60", "--seed", "3", "--quiet"][..], &PRICES].concat();
+    let answer = json(&arguments);
+    let per_km = number(&answer["items"][0]["per_km"]);
+    assert!((per_km / (1.5 * litres) - 1.0).abs() < 1e-12, "{per_km} {litres}");
+    let ci95 = |value: &Value| [0, 1].map(|k| number(&value[k]));
+    let of_run = ci95(&run["statistics"]["consumption_l_per_100km"]["ci95"]);
+    for (cost, litres) in ci95(&answer["total"]["per_km_ci95"]).into_iter().zip(of_run) {
+        assert!((cost / (0.015 * litres) - 1.0).abs() < 1e-9, "{cost} {litres}");
+    }
+    assert!(answer["spread"].is_null() && answer["total"]["per_a"].is_null(), "{answer}");
+    assert_fits(&text(&arguments));
+}
+
+#[test]
+fn the_same_seed_costs_the_same_on_any_number_of_threads() {
+    let law = "cost.driver_per_h={ distribution = \"uniform\", lower = 20.0, upper = 40.0 }";
+    let of = |threads: &str| {
+        let arguments = ["cost", "--cycles", "40", "--quiet", "--threads", threads, "--set", law];
+        let mut answer = json(&[&arguments[..], &PRICES].concat());
+        for key in ["wall_s", "threads"] {
+            answer.as_object_mut().expect("a table").remove(key);
+        }
+        answer
+    };
+    assert_eq!(of("1"), of("3"));
+}
+
+#[test]
+fn prices_do_not_change_a_record() {
+    let of = |more: &[&str]| {
+        let arguments = ["--cycles", "20", "--quiet", "--set", SHORT, "--json"];
+        let output = ocmc(&[&arguments[..], more].concat()).assert().success();
+        let answer: Value = serde_json::from_slice(&output.get_output().stdout).expect("JSON");
+        answer["statistics"].clone()
+    };
+    assert_eq!(of(&[]), of(&PRICES));
+}
+
+#[test]
+fn what_cannot_be_costed_is_said() {
+    for (arguments, code, piece) in [
+        (&["cost", "--cycles", "2"][..], 1, "has no prices: give it a table `[cost]`"),
+        (
+            &["cost", "--set", "cost.currency=EUR", "--set", "cost.fuel_per_l=-1"],
+            1,
+            "cost.fuel_per_l",
+        ),
+        (&["cost", "--set", "cost.fuel_per_l=1.5"], 1, "currency"),
+        (&["cost", "--set", "cost.currency=EUR", "--set", "cost.diesel=1.5"], 1, "`fuel_per_l`"),
+        (&["cost", "--against", "nowhere"], 1, "nowhere"),
+        (&["cost", "--study", "/etc/passwd", "--no-files"], 1, "no file may be read here"),
+    ] {
+        let output = ocmc(arguments).output().expect("it starts");
+        let said = String::from_utf8(output.stderr).expect("UTF-8");
+        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {said}");
+        assert!(said.contains(piece), "{arguments:?}: {said}");
+    }
+}
+
+#[test]
+fn two_currencies_are_not_compared() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = |currency: &str| {
+        let path = folder.path().join(format!("{currency}.toml"));
+        let text = format!(
+            "study.base = \"field-truck\"\ncost = {{ currency = \"{currency}\", driver_per_h = 1.0 }}\n"
+        );
+        fs::write(&path, text).expect("space");
+        path.to_str().expect("UTF-8").to_owned()
+    };
+    let (a, b) = (path("EUR"), path("USD"));
+    let output = ocmc(&["cost", "--study", &a, "--against", &b, "--cycles", "2"]).output();
+    let said = String::from_utf8(output.expect("it starts").stderr).expect("UTF-8");
+    assert!(said.contains("`cost.currency` is EUR and USD"), "{said}");
+}
+
+#[test]
+fn what_is_priced_on_one_side_alone_is_said() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("b.toml");
+    fs::write(
+        &path,
+        "study.base = \"field-truck\"\ncost = { currency = \"EUR\", driver_per_h = 30.0 }\n",
+    )
+    .expect("space");
+    let mut arguments = vec!["cost", "--against", path.to_str().expect("UTF-8"), "--cycles", "10"];
+    arguments.extend(PRICES);
+    let output = ocmc(&arguments).assert().success().get_output().clone();
+    let said = String::from_utf8(output.stderr).expect("UTF-8");
+    assert!(said.contains("driver has a price in") && said.contains("alone"), "{said}");
+}
