@@ -181,6 +181,23 @@ def test_the_shares_of_the_factors():
     np.testing.assert_allclose(np.array(whiskers)[:, :, 0], [[-1, 6], [12, 19], [57, 64]])
 
 
+def test_the_items_of_a_cost():
+    def study(name, items):
+        listed = [{"item": item, "per_km": value} for item, value in items.items()]
+        return {"study": name, "currency": "EUR", "items": listed, "total": {"per_km": sum(items.values())}}
+
+    a = study("diesel", {"fuel": 0.4, "purchase": 0.3, "residual": -0.1})
+    b = study("electric", {"depot_charging": 0.2, "purchase": 0.5, "residual": -0.2})
+    ax = drawn(ocmc.plot.cost({"a": a, "b": b, "difference": {}}))
+    assert [text.get_text() for text in ax.get_yticklabels()] == ["diesel", "electric"]
+    bars = {str(bars.get_label()): [(bar.get_x(), bar.get_width()) for bar in bars] for bars in ax.containers}
+    np.testing.assert_allclose(bars["fuel"], [(0.0, 0.4), (0.0, 0.0)])
+    np.testing.assert_allclose(bars["depot charging"], [(0.7, 0.0), (0.5, 0.2)])
+    np.testing.assert_allclose(bars["purchase"], [(0.4, 0.3), (0.0, 0.5)])
+    np.testing.assert_allclose(bars["residual"], [(0.0, -0.1), (0.0, -0.2)])
+    np.testing.assert_allclose([line.get_xdata()[0] for line in ax.lines[:2]], [0.6, 0.5])
+
+
 def test_identified_gains_uphill_and_downhill():
     def fit(driver, grade, kp, lost=()):
         fitted = {"name": "kp", "interval": [0.9 * kp, 1.2 * kp]}

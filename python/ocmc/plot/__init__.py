@@ -20,6 +20,7 @@ except ModuleNotFoundError as _error:
 
 from ocmc.plot._comparison import comparison
 from ocmc.plot._consumption import consumption
+from ocmc.plot._cost import cost
 from ocmc.plot._curve_fit import curve_fit
 from ocmc.plot._identified import identified
 from ocmc.plot._sensitivity import sensitivity
@@ -38,3 +39,4 @@ __all__ = [
     "trucks",
     "validation",
 ]
+__all__ = ["comparison", "consumption", "cost", "curve_fit", "identified", "sensitivity", "trace", "validation"]
