@@ -31,6 +31,7 @@ from ocmc.plot._validation import validation
 __all__ = [
     "comparison",
     "consumption",
+    "cost",
     "curve_fit",
     "identified",
     "sensitivity",
@@ -39,4 +40,3 @@ __all__ = [
     "trucks",
     "validation",
 ]
-__all__ = ["comparison", "consumption", "cost", "curve_fit", "identified", "sensitivity", "trace", "validation"]

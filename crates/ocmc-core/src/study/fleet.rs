@@ -13,10 +13,10 @@ use std::collections::BTreeMap;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct FleetModel {
-    /// Trips of each truck.
+    /// Trips per truck.
     #[schemars(range(min = 1.0, max = 1.0e6))]
     pub trips_per_truck: u64,
-    /// Drivers of each truck, who take turns from trip to trip.
+    /// Drivers per truck, who take turns from trip to trip.
     #[schemars(range(min = 1.0, max = 1000.0))]
     pub drivers_per_truck: u64,
     /// Drivers of a pool that all trucks share, each trip drawing one of them; absent: each truck

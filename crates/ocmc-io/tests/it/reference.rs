@@ -111,6 +111,7 @@ fn the_pages_of_the_study_file_are_made_from_its_keys() {
         "simulation",
         "uncertainty",
         "cost",
+        "fleet",
     ] {
         page(&format!("study-{name}.md"), |what| {
             let (path, example) = what.split_once(" of ").unwrap();
