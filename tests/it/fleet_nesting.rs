@@ -273,3 +273,23 @@ fn bad_fleets_are_refused_by_name() {
     assert_eq!(refused.status.code(), Some(2), "{text}");
     assert!(text.contains("`cycles` is 7") && text.contains("such as 10"), "{text}");
 }
+
+#[test]
+fn the_report_shows_the_trucks() {
+    let folder = tempfile::tempdir().expect("a directory");
+    let out = folder.path().join("a");
+    run_into(&out, &["--set", ROAD, "--trucks", "12", "--trips", "6"]);
+    let path = out.to_str().expect("a name");
+    assert_eq!(output(&["report", path]).status.code(), Some(0));
+    let page = fs::read_to_string(out.join("report.html")).expect("written");
+    let part = page.split("<h2>Trucks: 12</h2>").nth(1).expect("a part about trucks");
+    let part = part.split("<h2>").next().expect("it ends");
+    assert_eq!(part.matches("<circle").count(), 12, "a point for each truck");
+    assert!(part.contains("another fleet") && part.contains("by month"), "{part}");
+    // a run without trucks has no such part
+    let alone = folder.path().join("b");
+    run_into(&alone, &["--set", ROAD, "--cycles", "12"]);
+    assert_eq!(output(&["report", alone.to_str().expect("a name")]).status.code(), Some(0));
+    let page = fs::read_to_string(alone.join("report.html")).expect("written");
+    assert!(!page.contains("<h2>Trucks"));
+}

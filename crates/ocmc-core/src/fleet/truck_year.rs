@@ -15,7 +15,7 @@
 //! drawn trucks are no more than a sample of those that there could be, either time.
 
 use super::dependence::Dependence;
-use super::quantity::{CONSUMPTIONS, QUANTITIES};
+use super::quantity::{CONSUMPTIONS, QUANTITIES, quantity};
 use super::ratio::{Ratio, student_975};
 use super::statistic::Statistic;
 use crate::random::nesting::DAYS_OF_YEAR;
@@ -53,6 +53,8 @@ pub struct TruckTime {
     pub co2_kg: Option<f64>,
     /// Both totals of each quantity's mean.
     totals: [(f64, f64); QUANTITIES.len()],
+    /// Σ y², Σ x y and Σ x² of the consumption's totals, for its interval.
+    products: [f64; 3],
 }
 
 /// One column of a table of truck-years.
@@ -153,6 +155,12 @@ impl TruckTime {
         more(&mut self.fuel_l, record.consumption_l_per_100km.map(|litres| litres * km / 100.0));
         more(&mut self.battery_energy_j, record.battery_energy_j);
         more(&mut self.co2_kg, record.co2_g_per_km.map(|grams| grams * km / 1000.0));
+        let consumption = CONSUMPTIONS.iter().find_map(|column| quantity(column)?.totals(record));
+        if let Some((y, x)) = consumption {
+            for (product, part) in self.products.iter_mut().zip([y * y, x * y, x * x]) {
+                *product += part;
+            }
+        }
         for (quantity, total) in QUANTITIES.iter().zip(&mut self.totals) {
             if let Some((y, x)) = quantity.totals(record) {
                 total.0 += y;
@@ -165,6 +173,26 @@ impl TruckTime {
     fn value(&self, quantity: usize) -> Option<f64> {
         let (y, x) = self.totals[quantity];
         (x > 0.0).then(|| y / x)
+    }
+
+    /// Its consumption, and the 95 % interval that the chance of its trips leaves: of other trips of
+    /// the same truck, as of a ratio of totals ([`super::ratio`]). None below two trips.
+    pub fn consumption(&self) -> Option<(f64, [f64; 2])> {
+        let places = CONSUMPTIONS
+            .iter()
+            .map(|column| QUANTITIES.iter().position(|quantity| quantity.column == *column));
+        let (value, (_, sum_x)) =
+            places.flatten().find_map(|k| Some((self.value(k)?, self.totals[k])))?;
+        let n = self.n_trips as f64;
+        if n < 2.0 {
+            return None;
+        }
+        let [yy, xy, xx] = self.products;
+        // Σ (y − R x)², which rounding may bring below zero
+        let squares = (yy - 2.0 * value * xy + value * value * xx).max(0.0);
+        let error = libm::sqrt(n / (n - 1.0) * squares) / sum_x;
+        let far = student_975(n - 1.0) * error;
+        Some((value, [value - far, value + far]))
     }
 }
 
@@ -224,9 +252,7 @@ impl TruckYearBuilder {
             let place = times.len() - 1 - before;
             times[place].add(record);
         }
-        let value = CONSUMPTIONS
-            .iter()
-            .find_map(|column| super::quantity::quantity(column)?.of_cycle(record));
+        let value = CONSUMPTIONS.iter().find_map(|column| quantity(column)?.of_cycle(record));
         if let Some(value) = value {
             if self.spread.last().is_none_or(|last| last.truck_id != truck_id) {
                 self.spread.push(Spread { truck_id, ..Spread::default() });
@@ -271,10 +297,28 @@ impl TruckYearBuilder {
             truck_years,
             totals,
             components,
+            by_month: by_month(&self.months),
             note: dependence.is_shared.then_some(SHARED),
             rows: self.years,
         })
     }
+}
+
+/// The consumption of all trucks in each month, total over total.
+fn by_month(months: &[TruckTime]) -> [Option<f64>; 12] {
+    let own = CONSUMPTIONS.iter().find_map(|column| {
+        let place = QUANTITIES.iter().position(|quantity| quantity.column == *column)?;
+        months.iter().any(|time| time.totals[place].1 > 0.0).then_some(place)
+    });
+    let mut sums = [(0.0, 0.0); 12];
+    for time in months {
+        if let (Some(month), Some(own)) = (time.month, own) {
+            let (y, x) = time.totals[own];
+            let sum = &mut sums[month as usize % 12];
+            *sum = (sum.0 + y, sum.1 + x);
+        }
+    }
+    sums.map(|(y, x)| (x > 0.0).then(|| y / x))
 }
 
 /// What the trucks of a fleet add up to.
@@ -292,6 +336,8 @@ pub struct TruckSummary {
     pub totals: Totals,
     /// How the consumption of trips is spread; none without two trucks and two trips of one.
     pub components: Option<Components>,
+    /// The fleet's consumption in each month of the year, total over total; none where no trip is.
+    pub by_month: [Option<f64>; 12],
     /// What has to be known of the intervals.
     pub note: Option<&'static str>,
     /// Each truck-year.
@@ -457,6 +503,13 @@ mod tests {
         assert_eq!(values, [Some(35.0), Some(30.0)]);
         let counts: Vec<_> = found.rows.iter().map(|row| (row.n_trips, row.n_failed)).collect();
         assert_eq!(counts, [(2, 0), (1, 1)]);
+        // R = 35; residuals 100 (20 − 35) and 300 (40 − 35): se = √(2 · 2 · 1500²)/400 = 7.5
+        let (value, [low, high]) = found.rows[0].consumption().expect("two trips");
+        assert!((value - 35.0).abs() < 1e-12 && ((high - low) / 2.0 / 7.5 - 12.7062).abs() < 1e-3);
+        assert_eq!(found.rows[1].consumption(), None);
+        // 200 L over 600 km, all in January
+        assert!((found.by_month[0].expect("trips") - 200.0 / 6.0).abs() < 1e-12);
+        assert_eq!(found.by_month[1..], [None; 11]);
         let fuel = found.totals.fuel_l.expect("fuel");
         assert!((fuel.total - 200.0).abs() < 1e-9);
         // totals 140 and 60: s = 80/√2, t₀.₉₇₅(1) = 12.706, √(2 · 2): 12.706 · 56.569 · 2

@@ -9,6 +9,7 @@ mod simulator_study;
 mod speed_over_distance;
 mod svg;
 mod tables;
+mod trucks;
 mod validation;
 
 use crate::label::label;
@@ -104,7 +105,12 @@ pub fn html(run: &Reported) -> String {
     page.push_str(&tables::key_numbers(run));
     if let Some(statistic) = summary.consumption() {
         page.push_str(&distribution(statistic));
-        page.push_str(&tables::statistics(&summary.statistics, run.summary.note));
+        page.push_str(&tables::statistics(
+            &summary.statistics,
+            tables::OVER_CYCLES,
+            run.summary.note,
+        ));
+        page.push_str(&trucks::trucks(summary));
         page.push_str(&energy::breakdown(&run.gathered.sums));
         if let Some(quantity) = quantity(statistic.column) {
             page.push_str(&explained(&run.gathered, quantity, statistic));

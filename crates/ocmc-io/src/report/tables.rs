@@ -46,14 +46,18 @@ pub(super) fn key_numbers(run: &Reported) -> String {
     text
 }
 
-/// Every quantity, with intervals.
-pub(super) fn statistics(statistics: &[Statistic], note: Option<&str>) -> String {
+/// What a table over cycles says.
+pub(super) const OVER_CYCLES: &str = "Mean: of the fleet, total over total, with its 95 % interval. \
+                                      The other columns count each cycle once.";
+
+/// Every quantity, with intervals, under a caption.
+pub(super) fn statistics(statistics: &[Statistic], caption: &str, note: Option<&str>) -> String {
     let note =
         note.map_or_else(String::new, |note| format!("<p class=\"soft\">Intervals: {note}.</p>\n"));
-    let mut text = note
-        + "<p class=\"soft\">Mean: of the fleet, total over total, with its 95 % interval. The other columns \
-                    count each cycle once.</p>\n<div class=\"wide\"><table>\n<thead><tr><th></th><th>mean</th>\
-                    <th>95 % interval</th><th>SD</th>";
+    let mut text = format!(
+        "{note}<p class=\"soft\">{caption}</p>\n<div class=\"wide\"><table>\n<thead><tr><th></th><th>mean</th>\
+         <th>95 % interval</th><th>SD</th>"
+    );
     for quantile in statistics.first().iter().flat_map(|statistic| &statistic.quantiles) {
         let _ = write!(text, "<th>{}</th>", quantile.name.to_uppercase());
     }

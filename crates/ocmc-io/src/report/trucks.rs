@@ -1,0 +1,138 @@
+//! The report's part about trucks that make several trips: their years, what the fleet's year adds
+//! up to, where the spread is, and the seasons.
+
+use super::svg::{Scale, begin, label as words, rounded_short};
+use super::tables::statistics;
+use crate::label::label;
+use crate::number_text::{grouped, rounded};
+use ocmc_core::fleet::summary::Summary;
+use ocmc_core::fleet::truck_year::{Total, TruckSummary};
+use std::fmt::Write;
+
+/// Most trucks that the picture shows; of more the picture has so many, evenly by rank.
+const MOST_SHOWN: usize = 200;
+
+const MONTHS: [&str; 12] =
+    ["Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec"];
+
+/// Nothing where each trip has a truck of its own.
+pub(super) fn trucks(summary: &Summary) -> String {
+    let (Some(trucks), Some(own)) = (&summary.trucks, summary.consumption()) else {
+        return String::new();
+    };
+    let (unit, factor) = label(own.column);
+    let mut text = format!("<h2>Trucks: {}</h2>\n", grouped(trucks.trucks));
+    if let Some(components) = &trucks.components {
+        let _ = writeln!(
+            text,
+            "<p>Trucks are {:.0} % of the variance of trips, and {:.0} % of that of a truck's mean. The standard \
+             deviation is {} {unit} between trucks and {} between trips of a truck.</p>",
+            100.0 * components.share_of_trips,
+            100.0 * components.share_of_means,
+            rounded(factor * components.between_sd),
+            rounded(factor * components.within_sd),
+        );
+    }
+    text.push_str(&caterpillar(trucks, unit, factor));
+    let caption = "Each truck's year, total over total, counted once.";
+    text.push_str(&statistics(&trucks.truck_years, caption, trucks.note));
+    text.push_str(&year(trucks));
+    text.push_str(&seasons(trucks, unit, factor));
+    text
+}
+
+/// Truck-years from the lowest to the highest, each with the interval that its trips leave.
+fn caterpillar(trucks: &TruckSummary, unit: &str, factor: f64) -> String {
+    let all = trucks.rows.iter().filter_map(|row| row.consumption());
+    let scaled = all.map(|(value, [low, high])| [value, low, high].map(|x| factor * x));
+    let mut all: Vec<[f64; 3]> = scaled.collect();
+    if all.len() < 2 {
+        return String::new();
+    }
+    all.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    let count = all.len().min(MOST_SHOWN);
+    let place = |k: usize| k * (all.len() - 1) / (count - 1);
+    let shown: Vec<[f64; 3]> = (0..count).map(|k| all[place(k)]).collect();
+    let (width, height, left, foot) = (720.0, 280.0, 48.0, 28.0);
+    let low = shown.iter().map(|row| row[1]).fold(f64::INFINITY, f64::min);
+    let high = shown.iter().map(|row| row[2]).fold(f64::NEG_INFINITY, f64::max);
+    let x = Scale { from: [0.0, (count - 1) as f64], to: [left + 8.0, width - 10.0] };
+    let y = Scale { from: [low, high], to: [height - foot, 12.0] };
+    let mut text = begin(width, height, &format!("{unit} of each truck, with 95 % intervals"));
+    for value in [low, f64::midpoint(low, high), high] {
+        let place = y.at(value);
+        let _ = writeln!(
+            text,
+            "<line class=\"axis\" x1=\"{left}\" x2=\"{width}\" y1=\"{place:.1}\" y2=\"{place:.1}\"/>"
+        );
+        words(&mut text, [left - 4.0, place + 4.0], "end", "", &rounded_short(value));
+    }
+    for (k, [value, low, high]) in shown.iter().enumerate() {
+        let (x, top, bottom) = (x.at(k as f64), y.at(*high), y.at(*low));
+        let _ = writeln!(
+            text,
+            "<line class=\"mark\" x1=\"{x:.1}\" x2=\"{x:.1}\" y1=\"{top:.1}\" y2=\"{bottom:.1}\"/>\
+             <circle class=\"bar\" cx=\"{x:.1}\" cy=\"{:.1}\" r=\"2.5\"/>",
+            y.at(*value)
+        );
+    }
+    words(
+        &mut text,
+        [width / 2.0, height - 6.0],
+        "middle",
+        "",
+        "trucks, from the lowest to the highest",
+    );
+    text.push_str("</svg>\n");
+    let of = match all.len() - count {
+        0 => String::new(),
+        _ => format!(" Of {} truck-years {count}, evenly by rank.", grouped(all.len() as u64)),
+    };
+    format!(
+        "<figure>{text}<figcaption>{unit} of each truck's year with the 95 % interval over other trips of the same \
+         truck.{of}</figcaption></figure>\n"
+    )
+}
+
+/// Totals of the fleet's year.
+fn year(trucks: &TruckSummary) -> String {
+    let totals = &trucks.totals;
+    let rows: [(&str, Option<Total>, f64); 5] = [
+        ("distance, km", totals.distance_m, 1e-3),
+        ("time, h", totals.duration_s, 1.0 / 3600.0),
+        ("fuel, L", totals.fuel_l, 1.0),
+        ("electricity, MWh", totals.battery_energy_j, 1.0 / 3.6e9),
+        ("CO2 of the fuel, t", totals.co2_kg, 1e-3),
+    ];
+    let mut text = "<p class=\"soft\">The fleet's year, and where that of another fleet of as many trucks lies in 95 \
+                    of 100 cases.</p>\n<div class=\"wide\"><table>\n<thead><tr><th></th><th>total</th>\
+                    <th>another fleet</th></tr></thead>\n<tbody>\n"
+        .to_owned();
+    for (name, total, factor) in rows {
+        let Some(Total { total, prediction95 }) = total else { continue };
+        let other = prediction95.map_or("–".to_owned(), |[low, high]| {
+            format!("{} to {}", rounded(factor * low), rounded(factor * high))
+        });
+        let total = rounded(factor * total);
+        let _ = writeln!(text, "<tr><td>{name}</td><td>{total}</td><td>{other}</td></tr>");
+    }
+    text.push_str("</tbody></table></div>\n");
+    text
+}
+
+/// The fleet's consumption month by month.
+fn seasons(trucks: &TruckSummary, unit: &str, factor: f64) -> String {
+    let months = MONTHS.iter().zip(trucks.by_month);
+    let known: Vec<(&str, f64)> =
+        months.filter_map(|(name, value)| Some((*name, factor * value?))).collect();
+    if known.len() < 2 {
+        return String::new();
+    }
+    let cells = |of: &dyn Fn(&(&str, f64)) -> String| known.iter().map(of).collect::<String>();
+    format!(
+        "<p class=\"soft\">{unit} by month of departure, total over total.</p>\n<div class=\"wide\"><table>\n\
+         <thead><tr>{}</tr></thead>\n<tbody><tr>{}</tr></tbody></table></div>\n",
+        cells(&|(name, _)| format!("<th>{name}</th>")),
+        cells(&|(_, value)| format!("<td>{}</td>", rounded(*value))),
+    )
+}
