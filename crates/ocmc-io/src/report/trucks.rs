@@ -6,7 +6,7 @@ use super::tables::statistics;
 use crate::label::label;
 use crate::number_text::{grouped, rounded};
 use ocmc_core::fleet::summary::Summary;
-use ocmc_core::fleet::truck_year::{Total, TruckSummary};
+use ocmc_core::fleet::truck_year::{Total, TruckSummary, TruckTime};
 use std::fmt::Write;
 
 /// Most trucks that the picture shows; of more the picture has so many, evenly by rank.
@@ -43,7 +43,7 @@ pub(super) fn trucks(summary: &Summary) -> String {
 
 /// Truck-years from the lowest to the highest, each with the interval that its trips leave.
 fn caterpillar(trucks: &TruckSummary, unit: &str, factor: f64) -> String {
-    let all = trucks.rows.iter().filter_map(|row| row.consumption());
+    let all = trucks.rows.iter().filter_map(TruckTime::consumption);
     let scaled = all.map(|(value, [low, high])| [value, low, high].map(|x| factor * x));
     let mut all: Vec<[f64; 3]> = scaled.collect();
     if all.len() < 2 {
