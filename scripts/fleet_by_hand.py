@@ -3,10 +3,10 @@
 
     scripts/fleet_by_hand.py OCMC [--trucks 400] [--trips 50] [--length 20000]
 
-OCMC is the program. By hand, truck k is a run of its own seed in which every trip takes driver and truck from cycle 0
-(`simulation.frozen`); nested, it is truck k of one run with `--trucks --trips`. The draws differ, the laws do not:
-mean, SD of trips, SD between the means of trucks, and the variance between trucks have to agree within two standard
-errors of their difference. Exit status 1 where they do not.
+OCMC is the program. By hand, truck k is a run of its own seed in which every trip takes driver and truck from
+cycle 0 (`simulation.frozen`); nested, it is truck k of one run with `--trucks --trips`. The draws differ, the
+laws do not: mean, SD of trips, SD between the means of trucks, and the variance between trucks have to agree
+within two standard errors of their difference. Exit status 1 where they do not.
 """
 
 import argparse
@@ -19,20 +19,26 @@ import sys
 import tempfile
 
 COLUMN = "consumption_l_per_100km"
+# standard errors by which both may differ
+FURTHEST = 2
 
 
 def records(ocmc: str, out: pathlib.Path, *options: str) -> list[dict[str, str]]:
-    subprocess.run([ocmc, "--quiet", "--format", "csv", "--out", str(out), *options], check=True, capture_output=True)
+    """Run the program and read its records."""
+    subprocess.run(
+        [ocmc, "--quiet", "--format", "csv", "--out", str(out), *options], check=True, capture_output=True
+    )
     with (out / "records.csv").open(newline="") as file:
         return list(csv.DictReader(file))
 
 
 def consumption(trips: list[dict[str, str]]) -> list[float]:
+    """Give the consumption of the completed trips."""
     return [float(trip[COLUMN]) for trip in trips if trip["outcome"] == "completed"]
 
 
 def levels(trucks: list[list[float]]) -> dict[str, tuple[float, float]]:
-    """Each level's figure with its standard error; those of the spreads by leaving out one truck at a time."""
+    """Give each level's figure with its standard error; of spreads by leaving out one truck at a time."""
     means = [statistics.fmean(trips) for trips in trucks]
     n = len(trucks)
 
@@ -49,7 +55,9 @@ def levels(trucks: list[list[float]]) -> dict[str, tuple[float, float]]:
         return math.sqrt((squares - total * total / count) / (count - 1))
 
     def between(rows: list[int]) -> float:
-        within = sum(sums[k][2] - sums[k][1] ** 2 / sums[k][0] for k in rows) / sum(sums[k][0] - 1 for k in rows)
+        within = sum(sums[k][2] - sums[k][1] ** 2 / sums[k][0] for k in rows) / sum(
+            sums[k][0] - 1 for k in rows
+        )
         trips = statistics.fmean([sums[k][0] for k in rows])
         return statistics.variance([means[k] for k in rows]) - within / trips
 
@@ -62,7 +70,10 @@ def levels(trucks: list[list[float]]) -> dict[str, tuple[float, float]]:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    """Drive both fleets and compare them."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("ocmc")
     parser.add_argument("--trucks", type=int, default=400)
     parser.add_argument("--trips", type=int, default=50)
@@ -87,12 +98,13 @@ def main() -> int:
     for name, (value, error) in levels(nested).items():
         by_hand, error_by_hand = other[name]
         apart = (value - by_hand) / math.hypot(error, error_by_hand)
-        agree &= abs(apart) <= 2
+        agree &= abs(apart) <= FURTHEST
         print(f"{name:<24}{by_hand:>10.3f} ± {error_by_hand:.3f}{value:>10.3f} ± {error:.3f}{apart:>11.2f}")
     return 0 if agree else 1
 
 
 def consumption_of_trucks(trips: list[dict[str, str]]) -> list[list[float]]:
+    """Give the consumption of each truck's completed trips."""
     of: dict[str, list[dict[str, str]]] = {}
     for trip in trips:
         of.setdefault(trip["truck_id"], []).append(trip)

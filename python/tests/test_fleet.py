@@ -96,7 +96,7 @@ def test_two_studies_are_costed_against_each_other(study):
     assert answer["difference"]["share_of_trips_a_cheaper"] == 0.0
     with pytest.raises(ValueError, match="no prices"):
         priced.cost(cycles=10, against=study)
-    with pytest.raises(ValueError, match="`cost.driver_per_h` is -1"):
+    with pytest.raises(ValueError, match=r"`cost\.driver_per_h` is -1"):
         priced.set("cost.driver_per_h", -1.0)
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import ocmc
-import pyarrow
+import pyarrow as pa
 import pytest
 
 
@@ -32,7 +32,7 @@ def test_trucks_and_trips_are_cycles(study, fleet):
 
 
 def test_the_table_of_trucks_is_made_of_the_records(fleet):
-    trucks = pyarrow.table(fleet.trucks)
+    trucks = pa.table(fleet.trucks)
     assert trucks.num_rows == 12
     completed = np.asarray(fleet["outcome"]) == "completed"
     for row in trucks.to_pylist():
@@ -53,7 +53,9 @@ def test_the_summary_knows_trucks(fleet):
     assert total["total"] == pytest.approx(fleet.trucks["fuel_l"].sum())
     low, high = total["prediction95"]
     # t of 11 degrees of freedom: 2.20099
-    assert (high - low) / 2 == pytest.approx(2.20099 * fleet.trucks["fuel_l"].std(ddof=1) * np.sqrt(24), rel=1e-4)
+    assert (high - low) / 2 == pytest.approx(
+        2.20099 * fleet.trucks["fuel_l"].std(ddof=1) * np.sqrt(24), rel=1e-4
+    )
 
 
 def test_shares_over_trucks(study):
@@ -72,7 +74,6 @@ def test_shares_over_trucks(study):
 @pytest.mark.parametrize(
     ("arguments", "wanted"),
     [
-        ({}, "`cycles` or `trucks`"),
         ({"cycles": 10, "trucks": 2}, "`cycles` or `trucks`"),
         ({"cycles": 7, "trips": 5}, "`cycles` is 7"),
         ({"trucks": 0}, "`trucks`"),
@@ -82,6 +83,11 @@ def test_shares_over_trucks(study):
 def test_what_is_no_fleet_is_refused_by_name(study, arguments, wanted):
     with pytest.raises(ValueError, match=wanted):
         study.run(**arguments)
+
+
+def test_a_run_has_a_number_of_something(study):
+    with pytest.raises(TypeError, match="`cycles` or `trucks`"):
+        study.run()
 
 
 def test_pictures(fleet):

@@ -186,6 +186,7 @@ impl PyStudy {
                 let cycles = (trucks * of_truck).into_pyobject(py)?;
                 plan_of(&cycles, seed, first_cycle, threads)?
             }
+            (None, None) => return Err(PyTypeError::new_err("give `cycles` or `trucks`")),
             _ => return Err(PyValueError::new_err("give `cycles` or `trucks`, and not both")),
         };
         run(py, &loaded, &GivenDrive::nothing(), plan, progress)

@@ -44,7 +44,9 @@ def cost(answer: Mapping[str, Any], *, ax: Axes | None = None) -> Axes:
         costs = [{item["item"]: item["per_km"] for item in study["items"]} for study in studies]
         values = np.array([known.get(name, 0.0) for known in costs])
         start = np.where(values < 0.0, left, right)
-        ax.barh(places, values, left=start, height=0.6, color=colours(number % 20), label=name.replace("_", " "))
+        ax.barh(
+            places, values, left=start, height=0.6, color=colours(number % 20), label=name.replace("_", " ")
+        )
         left += np.minimum(values, 0.0)
         right += np.maximum(values, 0.0)
     for place, study in zip(places, studies, strict=True):

@@ -61,8 +61,12 @@ def trucks(run: Run, *, column: str | None = None, ax: Axes | None = None) -> Ax
     heights, whiskers = np.asarray(means)[order], _FAR * np.asarray(errors)[order]
     ax = axes(ax)
     places = np.arange(len(order))
-    ax.errorbar(places, heights, yerr=whiskers, fmt="o", markersize=3, color=BLUE, ecolor=GREY, elinewidth=0.8)
-    ax.axhline(float(np.average(values, weights=weights)), color="black", linewidth=0.8, label="mean of the fleet")
+    ax.errorbar(
+        places, heights, yerr=whiskers, fmt="o", markersize=3, color=BLUE, ecolor=GREY, elinewidth=0.8
+    )
+    ax.axhline(
+        float(np.average(values, weights=weights)), color="black", linewidth=0.8, label="mean of the fleet"
+    )
     ax.set_xlabel("trucks, from the lowest to the highest")
     ax.set_ylabel(name)
     ax.legend(frameon=False, loc="upper left")
