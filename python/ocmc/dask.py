@@ -116,6 +116,9 @@ def run(  # noqa: PLR0913 (the arguments of `Study.run`, and the cluster's)
     for name, number in [("cycles", cycles), ("shard_cycles", shard_cycles)]:
         if number < 1:
             raise ValueError(f"`{name}` is {number}, allowed is a whole number from 1")
+    # a shard holds whole trucks
+    trips = study.to_dict().get("fleet", {}).get("trips_per_truck", 1)
+    shard_cycles = -(-shard_cycles // trips) * trips
     begin = time.monotonic()
     # a task, not a value: what is lost with a worker is made again
     model = client.submit(Study, study.to_dict(), pure=False)

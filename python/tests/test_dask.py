@@ -35,6 +35,14 @@ def whole(study):
     return study.run(cycles=CYCLES, seed=7, first_cycle=10)
 
 
+def test_shards_hold_whole_trucks(study, client):
+    fleet = study.set("fleet.trips_per_truck", 7)
+    run = ocmc.dask.run(fleet, cycles=210, shard_cycles=50, client=client)
+    alone = fleet.run(cycles=210)
+    assert pa.table(run.records).combine_chunks().equals(pa.table(alone.records).combine_chunks())
+    assert pa.table(run.trucks).equals(pa.table(alone.trucks))
+
+
 def test_a_cluster_gives_the_records_of_one_run(study, whole, client, tmp_path):
     calls = []
     run = ocmc.dask.run(

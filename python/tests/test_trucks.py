@@ -86,7 +86,7 @@ def test_what_is_no_fleet_is_refused_by_name(study, arguments, wanted):
 
 
 def test_a_run_has_a_number_of_something(study):
-    with pytest.raises(TypeError, match="`cycles` or `trucks`"):
+    with pytest.raises(TypeError, match="or give `trucks`"):
         study.run()
 
 

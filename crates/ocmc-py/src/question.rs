@@ -186,7 +186,10 @@ impl PyStudy {
                 let cycles = (trucks * of_truck).into_pyobject(py)?;
                 plan_of(&cycles, seed, first_cycle, threads)?
             }
-            (None, None) => return Err(PyTypeError::new_err("give `cycles` or `trucks`")),
+            (None, None) => {
+                let text = "`cycles` is None, allowed is a whole number from 1; or give `trucks`";
+                return Err(PyTypeError::new_err(text));
+            }
             _ => return Err(PyValueError::new_err("give `cycles` or `trucks`, and not both")),
         };
         run(py, &loaded, &GivenDrive::nothing(), plan, progress)
