@@ -117,7 +117,7 @@ def fit_fleet(
     records: object,
     *,
     columns: _Columns = None,
-    column: str = "consumption_l_per_100km",
+    column: str | None = None,
     weight: str | None = None,
     own_drivers: bool = False,
     month: bool = False,

@@ -146,3 +146,26 @@ fn what_cannot_be_answered_says_why() {
     assert_eq!(status, 1);
     assert!(message.contains("do not repeat") && message.contains("once.csv"), "{message}");
 }
+
+#[test]
+fn electric_trucks_are_compared_by_their_electricity() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let fuel = json(&[&written(directory.path(), "fuel.csv", &table())]);
+    assert_eq!(fuel["column"], "consumption_l_per_100km");
+    // a column of fuel without a number, as in a run of electric trucks
+    let empty = "truck_id,driver_id,consumption_kwh_per_km,km,consumption_l_per_100km";
+    let electric: String = (table().lines().enumerate())
+        .map(|(k, line)| if k == 0 { format!("{empty}\n") } else { format!("{line},\n") })
+        .collect();
+    let electric = written(directory.path(), "electric.csv", &electric);
+    let fit = json(&[&electric]);
+    assert_eq!(fit["column"], "consumption_kwh_per_km");
+    assert_eq!(fit["components"], fuel["components"]);
+    // one that is named is taken as it is
+    let (status, _, stderr) = run(&[&electric, "--column", "consumption_l_per_100km"]);
+    assert!(status == 1 && stderr.contains("60 no value"), "{stderr}");
+    // where there is neither, the fuel is missed by name
+    let neither = table().replace("consumption_l_per_100km", "litres");
+    let (status, _, stderr) = run(&[&written(directory.path(), "neither.csv", &neither)]);
+    assert!(status == 1 && stderr.contains("no column `consumption_l_per_100km`"), "{stderr}");
+}

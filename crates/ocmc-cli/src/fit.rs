@@ -203,9 +203,10 @@ pub(crate) struct FleetArguments {
     /// Records with one row a trip: truck_id and, where known, driver_id, or the directory of a run
     #[arg(value_name = "RECORDS")]
     records: PathBuf,
-    /// Column that is compared
-    #[arg(long, value_name = "COLUMN", default_value = "consumption_l_per_100km")]
-    column: String,
+    /// Column that is compared [default: consumption_l_per_100km, of electric trucks
+    /// consumption_kwh_per_km]
+    #[arg(long, value_name = "COLUMN")]
+    column: Option<String>,
     /// Column that says how much a trip counts, such as distance_m: the variance of a trip is
     /// inverse to it
     #[arg(long, value_name = "COLUMN")]

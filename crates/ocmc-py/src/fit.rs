@@ -337,8 +337,9 @@ fn road<'a>(cycle: &'a Bound<PyAny>, k: usize) -> PyResult<RoadSource<'a>> {
 ///     the directory of a run.
 /// columns : dict of str to str, optional
 ///     Which column is what, such as ``{"truck": "plate"}``.
-/// column : str
-///     The column that is compared.
+/// column : str, optional
+///     The column that is compared; by default ``consumption_l_per_100km``, or where no trip has
+///     one, ``consumption_kwh_per_km``.
 /// weight : str, optional
 ///     The column that says how much a trip counts, such as ``distance_m``: the variance of a trip is
 ///     inverse to it.
@@ -393,17 +394,17 @@ fn road<'a>(cycle: &'a Bound<PyAny>, k: usize) -> PyResult<RoadSource<'a>> {
 #[pyfunction]
 #[pyo3(
     signature = (
-        records, *, columns=None, column="consumption_l_per_100km", weight=None, own_drivers=false, month=false,
+        records, *, columns=None, column=None, weight=None, own_drivers=false, month=false,
         differ=0.01, power=0.8, next_trips=None, best="lowest", draws=None, seed=None
     ),
-    text_signature = "(records, *, columns=None, column='consumption_l_per_100km', weight=None, own_drivers=False, \
+    text_signature = "(records, *, columns=None, column=None, weight=None, own_drivers=False, \
                       month=False, differ=0.01, power=0.8, next_trips=None, best='lowest', draws=4000, seed=1)"
 )]
 pub(crate) fn fit_fleet<'py>(
     py: Python<'py>,
     records: &Bound<'py, PyAny>,
     columns: Option<BTreeMap<String, String>>,
-    column: &str,
+    column: Option<String>,
     weight: Option<String>,
     own_drivers: bool,
     month: bool,
@@ -420,7 +421,7 @@ pub(crate) fn fit_fleet<'py>(
     let request = FleetRequest {
         records: input(records, "records")?,
         mappings: mappings(columns)?,
-        column: column.to_owned(),
+        column,
         weight,
         options: FleetOptions {
             own_drivers,

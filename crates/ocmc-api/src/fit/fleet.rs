@@ -6,18 +6,22 @@ use crate::error::Error;
 use crate::source::{Mapping, Source};
 use crate::text::table;
 use ocmc_estimation::fit::fleet::{
-    Best, Expected, FleetDesign, FleetFit, FleetOptions, League, TellingApart, VarianceComponent,
-    fit,
+    Best, Expected, FleetDesign, FleetFit, FleetOptions, FleetTable, League, TellingApart,
+    VarianceComponent, fit,
 };
 use ocmc_io::fleet_table;
 use ocmc_io::label::label;
 use ocmc_io::number_text::{count_of, grouped, percent, rounded};
 use ocmc_io::run_directory::{directory_of, records_file};
+use ocmc_io::table::TableError;
 use serde::Serialize;
 use std::fmt::Write;
 
 /// Most trucks or drivers that are printed one by one; the JSON has them all.
 const MOST_MEMBERS: usize = 20;
+
+/// The columns that are compared where none is named.
+const CONSUMPTIONS: [&str; 2] = ["consumption_l_per_100km", "consumption_kwh_per_km"];
 
 /// Records of a fleet, and what is asked of them.
 #[derive(Clone, Debug)]
@@ -26,8 +30,9 @@ pub struct FleetRequest {
     pub records: Source,
     /// Which column is what.
     pub mappings: Vec<Mapping>,
-    /// The column that is compared.
-    pub column: String,
+    /// The column that is compared; where none is named, the consumption: that of fuel, or where
+    /// no trip has one, that of electricity.
+    pub column: Option<String>,
     /// The column that says how much a trip counts: its variance is inverse to that.
     pub weight: Option<String>,
     /// What counts, and what is asked.
@@ -64,7 +69,7 @@ pub struct FleetAnswer {
 /// let request = FleetRequest {
 ///     records: Source::File(file),
 ///     mappings: Vec::new(),
-///     column: "consumption_l_per_100km".to_owned(),
+///     column: None,
 ///     weight: None,
 ///     options: FleetOptions::default(),
 /// };
@@ -88,12 +93,32 @@ pub fn fit_fleet(request: &FleetRequest) -> Result<FleetAnswer, Error> {
         _ => None,
     };
     let records = of_run.as_ref().unwrap_or(records);
-    let rows =
-        fleet_table::read(records.lent(), mappings, column, weight.as_deref(), options.month)?;
+    let read = |column: &str| {
+        fleet_table::read(records.lent(), mappings, column, weight.as_deref(), options.month)
+    };
+    let (column, rows) = match column {
+        Some(column) => (column.clone(), read(column)?),
+        None => consumption(read)?,
+    };
     let fit = fit(&rows, options).map_err(|error| no_fit(records.path(), error))?;
-    let (column, weight) = (column.clone(), weight.clone());
     let FleetOptions { differ, power, significance, .. } = *options;
-    Ok(FleetAnswer { column, weight, fit, differ, power, significance })
+    Ok(FleetAnswer { column, weight: weight.clone(), fit, differ, power, significance })
+}
+
+/// The column of consumption in which there are numbers, that of fuel first, and its records.
+fn consumption(
+    read: impl Fn(&str) -> Result<FleetTable, TableError>,
+) -> Result<(String, FleetTable), TableError> {
+    let [fuel, electricity] = CONSUMPTIONS;
+    let has_numbers = |rows: &FleetTable| rows.value.iter().any(|value| value.is_finite());
+    let of_fuel = read(fuel);
+    if !of_fuel.as_ref().is_ok_and(has_numbers)
+        && let Ok(rows) = read(electricity)
+        && has_numbers(&rows)
+    {
+        return Ok((electricity.to_owned(), rows));
+    }
+    Ok((fuel.to_owned(), of_fuel?))
 }
 
 impl Answer for FleetAnswer {
