@@ -5,9 +5,12 @@ use crate::common::study;
 use crate::program::{ocmc, run_into};
 use ocmc_core::fleet::dependence::Dependence;
 use ocmc_core::fleet::run::{RunPlan, records};
+use ocmc_core::fleet::sensitivity::Over;
+use ocmc_core::fleet::shapley::shapley;
 use ocmc_core::fleet::summary::{Summary, SummaryBuilder};
 use ocmc_core::record::{COLUMNS, Cell, Record};
 use ocmc_core::study::Study;
+use ocmc_estimation::fit::fleet::{FleetOptions, FleetTable, fit};
 use std::convert::Infallible;
 use std::fs;
 use std::ops::ControlFlow;
@@ -292,4 +295,73 @@ fn the_report_shows_the_trucks() {
     assert_eq!(output(&["report", alone.to_str().expect("a name")]).status.code(), Some(0));
     let page = fs::read_to_string(alone.join("report.html")).expect("written");
     assert!(!page.contains("<h2>Trucks"));
+}
+
+/// Loads of trucks and of their trips whose SDs are set, driven, and laid before the fit of records.
+/// Bounds lie 5 SDs away and more.
+const LOADS: &str = "mission.payload_kg={distribution=\"normal\",mean=12000.0,sd=2000.0,truck_sd=1000.0,\
+     lower=0.0,upper=24000.0}";
+
+/// SDs between trucks and between trips that the fit finds in the loads of driven trips.
+fn fitted_sds(driven: &[&Record]) -> [f64; 2] {
+    let table = FleetTable {
+        truck: driven.iter().map(|trip| trip.truck_id.expect("a truck").to_string()).collect(),
+        driver: None,
+        value: driven.iter().map(|trip| trip.payload_kg).collect(),
+        weight: None,
+        departure_s_of_year: None,
+        completed: None,
+    };
+    let found = fit(&table, &FleetOptions::default()).expect("two levels").components;
+    let sd = |level| found.iter().find(|one| one.level == level).expect("a level").sd;
+    [sd("truck"), sd("trip")]
+}
+
+#[test]
+fn the_fit_of_driven_records_returns_the_sds_that_were_set() {
+    let study = fleet(&["fleet.trips_per_truck=10", "mission.length_m=200", LOADS]);
+    let mut whole: Vec<[f64; 2]> = Vec::new();
+    let mut thinned: Vec<[f64; 2]> = Vec::new();
+    for seed in 101..121 {
+        let plan = RunPlan::new(seed, 0, 2000, None, None);
+        let ControlFlow::Continue(driven) =
+            records::<Infallible>(&study, &plan, |_| ControlFlow::Continue(()));
+        whole.push(fitted_sds(&driven.iter().collect::<Vec<_>>()));
+        // two to ten trips of a truck
+        let few = driven.iter().filter(|trip| {
+            trip.trip.expect("a trip") < 2 + trip.truck_id.expect("a truck") * 5 % 9
+        });
+        thinned.push(fitted_sds(&few.collect::<Vec<_>>()));
+    }
+    for (design, fitted) in [("even", whole), ("uneven", thinned)] {
+        for (level, set) in [1000.0, 2000.0].into_iter().enumerate() {
+            let n = fitted.len() as f64;
+            let mean = fitted.iter().map(|sds| sds[level]).sum::<f64>() / n;
+            let spread = fitted.iter().map(|sds| (sds[level] - mean).powi(2)).sum::<f64>();
+            let error = (spread / (n - 1.0) / n).sqrt();
+            println!("{design}, level {level}: {mean:.1} ± {error:.1} for {set}");
+            assert!((mean - set).abs() < 4.0 * error, "{design} {level}: {mean} ± {error}");
+            assert!(error < 0.02 * set, "{design} {level}: {error} tells nothing");
+        }
+    }
+}
+
+#[test]
+fn shapley_shares_of_trucks_add_up_and_what_does_not_act_has_none() {
+    // loads differ by truck and by trip; how often a truck stops is the road's matter alone, but for
+    // the millimetres that a trip's end overshoots
+    let study = fleet(&["fleet.trips_per_truck=4", LOADS]);
+    let stops = ocmc_core::fleet::quantity::quantity("stops_per_km");
+    for (quantity, over) in [(None, Over::Truck), (stops, Over::Truck), (stops, Over::Trip)] {
+        let plan = RunPlan::new(5, 0, 64, None, None);
+        let ControlFlow::Continue(found) =
+            shapley::<Infallible>(&study, &plan, quantity, over, |_| ControlFlow::Continue(()));
+        let effects = found.expect("trucks differ");
+        let sum: f64 = effects.factors.iter().map(|factor| factor.share).sum();
+        assert!((sum - 1.0).abs() < 1e-12, "{over:?}: {sum}");
+        for factor in &effects.factors {
+            let acts = quantity.is_none() || factor.factor == "road";
+            assert_eq!(factor.share.abs() > 1e-6, acts, "{over:?}: {factor:?}");
+        }
+    }
 }
