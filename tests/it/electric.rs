@@ -2,6 +2,8 @@
 //! what comes back, and an empty battery.
 
 use crate::common::{GivenRoad, column, electric_balance, run};
+use ocmc_core::fleet::run::replay;
+use ocmc_core::fleet::summary::SummaryBuilder;
 use ocmc_core::kernel::cpu::CpuLevel;
 use ocmc_core::kernel::scheduler::{drive, drive_scenario};
 use ocmc_core::kernel::trace::{Trace, trace, trace_scenario};
@@ -9,7 +11,7 @@ use ocmc_core::powertrain::PowertrainKind;
 use ocmc_core::powertrain::battery_electric::BatteryElectricPowertrain;
 use ocmc_core::record::{COLUMNS, Cell, Outcome, Record};
 use ocmc_core::study::Study;
-use ocmc_io::study::load_text;
+use ocmc_io::study::{load, load_text};
 
 const VEHICLES: [&str; 3] = ["tractor-electric-40t", "city-bus-electric-12m", "car-electric"];
 
@@ -354,4 +356,50 @@ fn a_study_has_one_powertrain() {
     let neither = "[study]\nbase = \"field-truck\"\ndrop = [\"vehicle.gearbox\"]\n";
     let error = load_text("a.toml", neither, none).unwrap_err().to_string();
     assert!(error.contains("`vehicle.gearbox`"), "{error}");
+}
+
+#[test]
+fn a_trip_cut_short_is_driven_to_its_end_with_a_battery_that_never_empties() {
+    let records = |capacity_j: f64| {
+        let capacity = format!("vehicle.electric.battery.capacity_j={capacity_j}");
+        let sets = ["mission.length_m=60000", &capacity];
+        let study = load("battery-truck", &sets).expect("a study").study;
+        let all = drive(&study, 11, 0..120, CpuLevel::best());
+        (study, all)
+    };
+    let own_j = 360e6;
+    let ((study, own), (_, deep)) = (records(own_j), records(3.0 * own_j));
+    let cut_short = |r: &&Record| r.outcome == Outcome::Depleted;
+    let n = own.iter().filter(cut_short).count();
+    assert!((20..100).contains(&n), "{n} of 120 are cut short");
+    assert!(deep.iter().all(|r| r.outcome == Outcome::Completed));
+    for (own, deep) in own.iter().zip(&deep) {
+        if own.outcome == Outcome::Depleted {
+            assert!(own.distance_m < deep.distance_m);
+            assert_eq!(own.whole_trip_m, Some(deep.distance_m));
+            assert_eq!(own.whole_trip_kwh_per_km, deep.consumption_kwh_per_km);
+        } else {
+            assert_eq!(own.whole_trip_m, Some(own.distance_m));
+            assert_eq!(own.whole_trip_kwh_per_km, own.consumption_kwh_per_km);
+        }
+    }
+    // alone, and in a trace, it is the same record
+    let short = own.iter().find(cut_short).expect("some are");
+    assert_eq!(replay(&study, 11, &[short.cycle_id]), [short.clone()]);
+    assert_eq!(trace(&study, 11, short.cycle_id).record, *short);
+    // the fleet's figures: over the kilometres that were driven, and of the whole trips
+    let mut builder = SummaryBuilder::default();
+    builder.add(&own);
+    let summary = builder.finish();
+    let mean = |column| summary.statistic(column).expect("a quantity").mean.expect("cycles");
+    let over = |kwh: &dyn Fn(&Record) -> f64, m: &dyn Fn(&Record) -> f64| {
+        let total = |f: &dyn Fn(&Record) -> f64| own.iter().map(f).sum::<f64>();
+        total(&|r| kwh(r) * m(r)) / total(m)
+    };
+    let driven = over(&|r| r.consumption_kwh_per_km.unwrap(), &|r| r.distance_m);
+    let whole = over(&|r| r.whole_trip_kwh_per_km.unwrap(), &|r| r.whole_trip_m.unwrap());
+    assert!((mean("consumption_kwh_per_km") - driven).abs() < 1e-12);
+    assert!((mean("whole_trip_kwh_per_km") - whole).abs() < 1e-12);
+    assert_eq!(summary.statistic("duration_s").expect("a quantity").n, 120 - n as u64);
+    assert!(summary.worst_case.is_none());
 }

@@ -22,6 +22,11 @@ pub enum Outcome {
 }
 
 impl Outcome {
+    /// Whether what was driven counts: to the end, or until the battery was empty.
+    pub fn counts(self) -> bool {
+        matches!(self, Self::Completed | Self::Depleted)
+    }
+
     /// All outcomes, the good one first.
     pub const ALL: [Self; 4] = [Self::Completed, Self::Stalled, Self::TimedOut, Self::Depleted];
 
@@ -184,6 +189,12 @@ pub struct Record {
     pub driver_id: Option<u64>,
     /// Which trip of its truck it is, from 0.
     pub trip: Option<u64>,
+    /// Distance of the whole trip, in m: where the battery emptied on the way, of the same trip driven
+    /// again with a battery that never empties; null for a diesel truck, and where the trip was not
+    /// driven to its end then, either.
+    pub whole_trip_m: Option<f64>,
+    /// What the battery's store lost over the whole trip, over its distance, in kWh/km.
+    pub whole_trip_kwh_per_km: Option<f64>,
     /// The terms of the ledger that have a column of their own, in the order of their declarations.
     #[serde(skip)]
     pub own_columns: [Option<f64>; OWN_COLUMNS],
@@ -225,6 +236,12 @@ impl Record {
         let wheel_per_m = record.per_distance(record.wheel_energy_j, mode).unwrap_or(0.0);
         record.wheel_kwh_per_km = wheel_per_m / 3600.0;
         record
+    }
+
+    /// Notes what the whole trip took: its distance, in m, and its electricity over distance.
+    pub fn drove_whole_trip(&mut self, distance_m: f64, kwh_per_km: Option<f64>) {
+        self.whole_trip_m = Some(distance_m);
+        self.whole_trip_kwh_per_km = kwh_per_km;
     }
 
     /// An amount per metre. Where nothing moved it is none, in closed loop 0.
@@ -418,4 +435,6 @@ const FIELDS: &[Column] = &[
     column_of("truck_id", |r| Cell::Integer(r.truck_id)),
     column_of("driver_id", |r| Cell::Integer(r.driver_id)),
     column_of("trip", |r| Cell::Integer(r.trip)),
+    column_of("whole_trip_m", |r| Cell::Number(r.whole_trip_m)),
+    column_of("whole_trip_kwh_per_km", |r| Cell::Number(r.whole_trip_kwh_per_km)),
 ];

@@ -23,8 +23,8 @@ const PER_TONNE: &str = "consumption_l_per_100tkm";
 pub(crate) fn run_text(answer: &RunAnswer, width: usize) -> String {
     let run = &answer.summary;
     let mut text = heading(answer, run);
-    if run.summary.outcomes.of(Outcome::Completed) > 0 {
-        let table = summary_table(&run.summary.statistics);
+    if run.summary.outcomes.counted() > 0 {
+        let table = summary_table(&run.summary);
         let few = run.note.map_or_else(String::new, |note| format!("Intervals: {note}.\n"));
         let _ = write!(text, "\n{table}{few}{}{}", empty(&run.summary), uncertain(&run.summary));
         if let Some(statistic) = run.summary.consumption() {
@@ -91,12 +91,12 @@ fn rounded_share(percent: f64) -> String {
 
 /// How empty trips were counted, where there are any.
 fn empty(summary: &Summary) -> String {
-    let completed = summary.outcomes.of(Outcome::Completed);
+    let counted = summary.outcomes.counted();
     let carrying = summary.statistic(PER_TONNE).map_or(0, |statistic| statistic.n);
-    if carrying == 0 || carrying == completed {
+    if carrying == 0 || carrying == counted {
         return String::new();
     }
-    let empty = completed - carrying;
+    let empty = counted - carrying;
     let trips = count_of(empty, "empty trip");
     let count = if empty == 1 { "counts" } else { "count" };
     format!("L/100 tkm: {trips} {count} in the mean, not in the other columns.\n")
@@ -160,6 +160,13 @@ fn saturated(summary: &Summary) -> String {
     text
 }
 
+/// How trips that a battery cut short are counted.
+const CUT_SHORT: &str = "\
+Trips whose battery ran empty count with the kilometres that they drove. As heavy
+consumers drive fewer, the first kWh/km is low for the trips asked for: \"whole\" is
+that of all trips to their end, with a battery that never empties.
+";
+
 /// Cycles that could not be driven, by reason, and how they were counted.
 fn failed(summary: &Summary) -> String {
     let failed = summary.outcomes.failed();
@@ -173,12 +180,25 @@ fn failed(summary: &Summary) -> String {
         .collect();
     let share = 100.0 * failed as f64 / summary.cycles as f64;
     let mut text = format!(
-        "\nNot completed: {} of {} cycles ({share:.2} %): {}.\n{} in the records, but in no mean and no quantile above.\n",
+        "\nNot completed: {} of {} cycles ({share:.2} %): {}.\n",
         grouped(failed),
         grouped(summary.cycles),
         reasons.join(", "),
-        if failed == 1 { "It is" } else { "They are" }
     );
+    if summary.outcomes.of(Outcome::Depleted) > 0 {
+        text.push_str(CUT_SHORT);
+    }
+    let uncounted = summary.outcomes.uncounted();
+    let who = match (uncounted == failed, uncounted) {
+        (_, 0) => None,
+        (true, 1) => Some("It is"),
+        (true, _) => Some("They are"),
+        (false, 1) => Some("The other one is"),
+        (false, _) => Some("The others are"),
+    };
+    if let Some(who) = who {
+        let _ = writeln!(text, "{who} in the records, but in no mean and no quantile above.");
+    }
     if let Some(worst) = summary.worst_case {
         let (label, factor) = label(worst.column);
         let _ = writeln!(
@@ -196,8 +216,9 @@ fn failed(summary: &Summary) -> String {
 const WIDTHS: [usize; 9] = [13, 17, 6, 6, 6, 6, 6, 6, 6];
 
 /// The table over cycles. Quantities that the fleet does not have are left out.
-pub(crate) fn summary_table(statistics: &[Statistic]) -> String {
-    table_over(statistics, ["of the fleet", " each cycle counted once"])
+pub(crate) fn summary_table(summary: &Summary) -> String {
+    let shown: Vec<Statistic> = summary.told().cloned().collect();
+    table_over(&shown, ["of the fleet", " each cycle counted once"])
 }
 
 /// The table, with what its mean and its other columns are over.
@@ -293,8 +314,8 @@ mod tests {
 
     #[test]
     fn columns_never_touch() {
-        let mut statistics = SummaryBuilder::default().finish().statistics;
-        for statistic in &mut statistics {
+        let mut summary = SummaryBuilder::default().finish();
+        for statistic in &mut summary.statistics {
             statistic.n = 60;
             (statistic.mean, statistic.ci95) = (Some(7.106), Some([6.262, 7.95]));
             statistic.sd = Some(30.054);
@@ -304,12 +325,12 @@ mod tests {
                 quantile.value = Some(value);
             }
         }
-        let text = summary_table(&statistics);
+        let text = summary_table(&summary);
         for line in text.lines().skip(2) {
             let (_, numbers) = line.split_once('±').unwrap();
             let numbers: Vec<f64> =
                 numbers.split_whitespace().map(|number| number.parse().unwrap()).collect();
-            assert_eq!(numbers.len(), 2 + statistics[0].quantiles.len(), "{line}");
+            assert_eq!(numbers.len(), 2 + summary.statistics[0].quantiles.len(), "{line}");
         }
     }
 

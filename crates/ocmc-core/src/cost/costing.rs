@@ -4,7 +4,7 @@
 use super::item::Item;
 use super::{CostModel, TollModel, Yearly};
 use crate::distribution::Quantity;
-use crate::record::{Outcome, Record};
+use crate::record::Record;
 use crate::vehicle::VehicleModel;
 
 /// J in a kWh.
@@ -273,9 +273,10 @@ impl Costing {
         self.life.is_some()
     }
 
-    /// What a completed trip uses of each charge; none of a trip that was not completed.
+    /// What a trip uses of each charge, of what it drove where its battery cut it short; none of a
+    /// trip that stalled or timed out.
     pub fn trip(&self, record: &Record) -> Option<Trip> {
-        if record.outcome != Outcome::Completed || !(record.distance_m > 0.0) {
+        if !record.outcome.counts() || !(record.distance_m > 0.0) {
             return None;
         }
         let km = record.distance_m / 1000.0;

@@ -4,7 +4,7 @@
 //! From well to wheel it emits what its litres and its metered kWh are multiplied by here.
 
 use super::costing::{depot_kwh, litres, public_kwh};
-use crate::record::{Outcome, Record};
+use crate::record::Record;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -37,13 +37,14 @@ pub struct TripEmissions {
     pub well_to_wheel_kg: Option<f64>,
 }
 
-/// What a trip emits; none of one that was not completed.
+/// What a trip emits, with what it drove where its battery cut it short; none of one that stalled
+/// or timed out.
 pub fn of_trip(
     record: &Record,
     factors: Option<&EmissionModel>,
     charging_efficiency: Option<f64>,
 ) -> Option<TripEmissions> {
-    if record.outcome != Outcome::Completed || !(record.distance_m > 0.0) {
+    if !record.outcome.counts() || !(record.distance_m > 0.0) {
         return None;
     }
     let km = record.distance_m / 1000.0;

@@ -8,6 +8,10 @@
 //! | speed | total distance over total time | the cycle's own |
 //! | stops per km | total stops over total distance | the cycle's own |
 //! | duration | plain mean | the cycle's own |
+//! | kWh of the whole trip per distance | total over total distance of the whole trips | the cycle's own |
+//!
+//! A trip that its battery cut short counts with what it drove, but for the duration, which is that
+//! of trips that arrive, and for the whole trip, which is as long as the others.
 
 use crate::record::{Outcome, Record};
 
@@ -22,6 +26,8 @@ pub enum Weight {
     TonneDistance,
     /// Duration, in s.
     Duration,
+    /// Distance of the whole trip, in m.
+    WholeTrip,
 }
 
 /// What weights are made of.
@@ -33,13 +39,16 @@ pub struct Extent {
     pub duration_s: f64,
     /// Payload, in kg.
     pub payload_kg: f64,
+    /// Distance of the whole trip, in m; NaN where it is not known.
+    pub whole_trip_m: f64,
 }
 
 impl Extent {
     /// That of a cycle.
     pub fn of(record: &Record) -> Self {
         let Record { distance_m, duration_s, payload_kg, .. } = *record;
-        Self { distance_m, duration_s, payload_kg }
+        let whole_trip_m = record.whole_trip_m.unwrap_or(f64::NAN);
+        Self { distance_m, duration_s, payload_kg, whole_trip_m }
     }
 }
 
@@ -51,6 +60,7 @@ impl Weight {
             Self::Distance => extent.distance_m,
             Self::TonneDistance => extent.payload_kg / 1000.0 * extent.distance_m,
             Self::Duration => extent.duration_s,
+            Self::WholeTrip => extent.whole_trip_m,
         }
     }
 }
@@ -68,16 +78,22 @@ pub struct RecordQuantity {
     pub times: Weight,
     /// What the total is divided by.
     pub over: Weight,
+    /// Whether a trip that its battery cut short counts.
+    pub counts_cut_short: bool,
 }
 
 impl RecordQuantity {
-    /// The value of a completed cycle that has one.
+    /// The value of a cycle that counts and has one.
     pub fn of_cycle(&self, record: &Record) -> Option<f64> {
-        let value = (self.value)(record).filter(|value| value.is_finite());
-        value.filter(|_| record.outcome == Outcome::Completed)
+        let counts = match record.outcome {
+            Outcome::Completed => true,
+            Outcome::Depleted => self.counts_cut_short,
+            Outcome::Stalled | Outcome::TimedOut => false,
+        };
+        (self.value)(record).filter(|value| counts && value.is_finite())
     }
 
-    /// What a completed cycle adds to the two totals of the fleet's mean.
+    /// What a cycle that counts adds to the two totals of the fleet's mean.
     pub fn totals(&self, record: &Record) -> Option<(f64, f64)> {
         let summed = quantity(self.of)?.of_cycle(record)?;
         let extent = Extent::of(record);
@@ -89,6 +105,8 @@ impl RecordQuantity {
 pub const LITRES: &str = "consumption_l_per_100km";
 /// Electricity over distance.
 pub const ELECTRICITY: &str = "consumption_kwh_per_km";
+/// Electricity of the whole trip over distance: with a battery that never empties.
+pub const WHOLE_TRIP: &str = "whole_trip_kwh_per_km";
 /// Work at the wheels over distance.
 pub const WHEEL: &str = "wheel_kwh_per_km";
 
@@ -97,11 +115,19 @@ pub const CONSUMPTIONS: [&str; 3] = [LITRES, ELECTRICITY, WHEEL];
 
 /// A quantity per distance.
 const fn per_distance(column: &'static str, value: fn(&Record) -> Option<f64>) -> RecordQuantity {
-    RecordQuantity { column, value, of: column, times: Weight::Distance, over: Weight::Distance }
+    let weight = Weight::Distance;
+    RecordQuantity {
+        column,
+        value,
+        of: column,
+        times: weight,
+        over: weight,
+        counts_cut_short: true,
+    }
 }
 
 /// The quantities, in the order in which they are reported.
-pub const QUANTITIES: [RecordQuantity; 8] = [
+pub const QUANTITIES: [RecordQuantity; 9] = [
     per_distance(LITRES, |r| r.consumption_l_per_100km),
     RecordQuantity {
         column: "consumption_l_per_100tkm",
@@ -109,8 +135,17 @@ pub const QUANTITIES: [RecordQuantity; 8] = [
         of: LITRES,
         times: Weight::Distance,
         over: Weight::TonneDistance,
+        counts_cut_short: true,
     },
     per_distance(ELECTRICITY, |r| r.consumption_kwh_per_km),
+    RecordQuantity {
+        column: WHOLE_TRIP,
+        value: |r| r.whole_trip_kwh_per_km,
+        of: WHOLE_TRIP,
+        times: Weight::WholeTrip,
+        over: Weight::WholeTrip,
+        counts_cut_short: true,
+    },
     per_distance(WHEEL, |r| Some(r.wheel_kwh_per_km)),
     per_distance("co2_g_per_km", |r| r.co2_g_per_km),
     RecordQuantity {
@@ -119,6 +154,7 @@ pub const QUANTITIES: [RecordQuantity; 8] = [
         of: "mean_speed_mps",
         times: Weight::Duration,
         over: Weight::Duration,
+        counts_cut_short: true,
     },
     RecordQuantity {
         column: "duration_s",
@@ -126,6 +162,7 @@ pub const QUANTITIES: [RecordQuantity; 8] = [
         of: "duration_s",
         times: Weight::One,
         over: Weight::One,
+        counts_cut_short: false,
     },
     per_distance("stops_per_km", |r| Some(f64::from(r.n_stops) / (r.distance_m / 1000.0))),
 ];
@@ -136,6 +173,7 @@ pub fn quantity(column: &str) -> Option<&'static RecordQuantity> {
 }
 
 /// The consumption that these cycles have: fuel, else electricity, else the work at the wheels.
+/// Where a battery cut trips short, it is that of the whole trips: the same ones for all.
 pub fn consumption(records: &[Record]) -> &'static RecordQuantity {
     shared_consumption(&[records])
 }
@@ -146,7 +184,11 @@ pub fn shared_consumption(fleets: &[&[Record]]) -> &'static RecordQuantity {
     let has = |quantity: &RecordQuantity, fleet: &[Record]| {
         fleet.iter().any(|record| quantity.of_cycle(record).is_some())
     };
-    let consumptions = || QUANTITIES.iter().filter(|q| CONSUMPTIONS.contains(&q.column));
+    let mut records = fleets.iter().copied().flatten();
+    let cut_short = records.any(|record| record.outcome == Outcome::Depleted);
+    let electricity = if cut_short { WHOLE_TRIP } else { ELECTRICITY };
+    let columns = CONSUMPTIONS.map(|name| if name == ELECTRICITY { electricity } else { name });
+    let consumptions = || QUANTITIES.iter().filter(|q| columns.contains(&q.column));
     let shared = consumptions().find(|q| fleets.iter().all(|fleet| has(q, fleet)));
     let first = || consumptions().find(|q| fleets.first().is_some_and(|fleet| has(q, fleet)));
     shared.or_else(first).unwrap_or(&QUANTITIES[0])
@@ -169,5 +211,12 @@ mod tests {
         // nothing in common: that of the first
         assert_eq!(of(&[&electric, &failed]), ELECTRICITY);
         assert_eq!(of(&[&failed]), LITRES);
+        let cut_short = Record {
+            outcome: Outcome::Depleted,
+            whole_trip_kwh_per_km: Some(1.3),
+            whole_trip_m: Some(3e5),
+            ..electric[0].clone()
+        };
+        assert_eq!(of(&[&[cut_short]]), WHOLE_TRIP);
     }
 }

@@ -1,9 +1,11 @@
 //! What a fleet's cycles add up to: consumption, speed, duration and stops, over the cycles that
-//! were completed.
+//! were completed and, of what they drove, those that a battery cut short.
 
 use super::dependence::Dependence;
 use super::quantile::{interval_of_batches, quantile};
-use super::quantity::{CONSUMPTIONS, Extent, QUANTITIES, RecordQuantity, Weight, quantity};
+use super::quantity::{
+    CONSUMPTIONS, Extent, QUANTITIES, RecordQuantity, WHOLE_TRIP, Weight, quantity,
+};
 use super::ratio::Ratio;
 use super::run::RunPlan;
 use super::statistic::Statistic;
@@ -26,12 +28,12 @@ pub struct Summary {
     pub distance_m: f64,
     /// Time integrated in all cycles, in s.
     pub simulated_s: f64,
-    /// The quantities, over completed cycles.
+    /// The quantities, over the cycles that count ([`RecordQuantity::of_cycle`]).
     pub statistics: Vec<Statistic>,
     /// What the mean owes to uncertain numbers of the study. It takes drives of its own: see
     /// [`Summary::add_uncertainty`].
     pub parameter_uncertainty: Option<ParameterUncertainty>,
-    /// What the cycles that were not completed could change; none where they are at most 0.1 %.
+    /// What the cycles that stalled or timed out could change; none where they are at most 0.1 %.
     pub worst_case: Option<WorstCase>,
     /// Where powertrains came to their limits and left their maps.
     pub saturation: Saturation,
@@ -83,6 +85,16 @@ impl Outcomes {
     pub fn failed(&self) -> u64 {
         self.0.iter().sum::<u64>() - self.of(Outcome::Completed)
     }
+
+    /// Number of cycles that count in no statistic: they stalled or timed out.
+    pub fn uncounted(&self) -> u64 {
+        self.failed() - self.of(Outcome::Depleted)
+    }
+
+    /// Number of cycles that count, of what they drove.
+    pub fn counted(&self) -> u64 {
+        self.of(Outcome::Completed) + self.of(Outcome::Depleted)
+    }
 }
 
 impl Serialize for Outcomes {
@@ -91,36 +103,44 @@ impl Serialize for Outcomes {
     }
 }
 
-/// The mean of the fleet if each cycle that was not completed had been as long as the mean
-/// completed one and had consumed, per distance, as much as the worst completed one; as much as its
+/// The mean of the fleet if each cycle that stalled or timed out had been as long as the mean
+/// counted one and had consumed, per distance, as much as the worst counted one; as much as its
 /// own record shows, where that is more. A record holds what was driven until the cycle failed: one
 /// that failed within its first metres shows a large value.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct WorstCase {
     /// Name of the quantity: the fleet's consumption.
     pub column: &'static str,
-    /// Cycles that were not completed.
+    /// Cycles that stalled or timed out.
     pub cycles: u64,
     /// The mean with them.
     pub mean: f64,
 }
 
-/// Share of cycles not completed above which the worst case is worth a line.
+/// Share of such cycles above which the worst case is worth a line.
 pub const WORST_CASE_SHARE: f64 = 1e-3;
 
-/// Completed cycles below which intervals of skewed quantities cover too little: about 85 % instead
+/// Counted cycles below which intervals of skewed quantities cover too little: about 85 % instead
 /// of 95 %, as the normal law of a mean is far then.
 const FEW_CYCLES: u64 = 50;
 
 impl Summary {
     /// Whether there are cycles, and so few that intervals are to be read with care.
     pub fn has_few_cycles(&self) -> bool {
-        (1..FEW_CYCLES).contains(&self.outcomes.of(Outcome::Completed))
+        (1..FEW_CYCLES).contains(&self.outcomes.counted())
     }
 
     /// The statistic of that name.
     pub fn statistic(&self, column: &str) -> Option<&Statistic> {
         self.statistics.iter().find(|statistic| statistic.column == column)
+    }
+
+    /// The statistics that say something of their own: that of the whole trips is that of the
+    /// driven ones where no battery ran empty.
+    pub fn told(&self) -> impl Iterator<Item = &Statistic> {
+        let cut_short = self.outcomes.of(Outcome::Depleted) > 0;
+        let own = move |statistic: &&Statistic| cut_short || statistic.column != WHOLE_TRIP;
+        self.statistics.iter().filter(own)
     }
 
     /// The consumption that the fleet is judged by: fuel, else electricity, else the work at the
@@ -208,19 +228,19 @@ pub struct SummaryBuilder {
     distance_m: f64,
     simulated_s: f64,
     saturation: Saturation,
-    /// Completed cycles.
+    /// Cycles that count.
     rows: usize,
-    /// Per cycle that was not completed, the consumptions that its record shows.
+    /// Per cycle that does not count, the consumptions that its record shows.
     failed: Vec<[Option<f64>; CONSUMPTIONS.len()]>,
-    /// Per completed cycle.
+    /// Per counted cycle.
     extents: Vec<Extent>,
     /// Which cycles depend on one another.
     dependence: Dependence,
     /// Months and years of trucks, where they make several trips.
     trucks: TruckYearBuilder,
-    /// Ids of the completed cycles, where cycles depend on one another.
+    /// Ids of the counted cycles, where cycles depend on one another.
     cycle_ids: Vec<u64>,
-    /// Per quantity and completed cycle, NaN where there is none; empty while no cycle has the
+    /// Per quantity and counted cycle, NaN where there is none; empty while no cycle has the
     /// quantity.
     values: [Vec<f64>; QUANTITIES.len()],
 }
@@ -242,21 +262,21 @@ impl SummaryBuilder {
             if self.dependence.has_trucks() {
                 self.trucks.add(record, self.dependence);
             }
-            if record.outcome == Outcome::Completed {
-                self.add_completed(record);
+            if record.outcome.counts() {
+                self.add_counted(record);
             } else {
                 self.failed.push(CONSUMPTIONS.map(|column| shown(column, record)));
             }
         }
     }
 
-    fn add_completed(&mut self, record: &Record) {
+    fn add_counted(&mut self, record: &Record) {
         self.extents.push(Extent::of(record));
         if self.dependence != Dependence::default() {
             self.cycle_ids.push(record.cycle_id);
         }
         for (quantity, values) in QUANTITIES.iter().zip(&mut self.values) {
-            if let Some(value) = (quantity.value)(record).filter(|value| value.is_finite()) {
+            if let Some(value) = quantity.of_cycle(record) {
                 values.resize(self.rows, f64::NAN);
                 values.push(value);
             }
@@ -350,7 +370,7 @@ impl SummaryBuilder {
         Ratio::estimate(self.dependence.batch_totals(totals).into_iter())
     }
 
-    /// What each completed cycle that has the quantity adds to the two totals of its mean, after
+    /// What each counted cycle that has the quantity adds to the two totals of its mean, after
     /// the cycle's id.
     fn totals(&self, quantity: &RecordQuantity) -> impl Iterator<Item = (u64, f64, f64)> + Clone {
         let (times, over) = (quantity.times, quantity.over);
@@ -362,7 +382,7 @@ impl SummaryBuilder {
     }
 
     fn worst_case(&self, means: &[Option<Ratio>; QUANTITIES.len()]) -> Option<WorstCase> {
-        let failed = self.outcomes.failed();
+        let failed = self.outcomes.uncounted();
         if failed as f64 <= WORST_CASE_SHARE * self.cycles as f64 {
             return None;
         }
@@ -372,8 +392,8 @@ impl SummaryBuilder {
         let worst = self.values[place].iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let own = |shown: &[Option<f64>; CONSUMPTIONS.len()]| shown[choice].unwrap_or(worst);
         let others: f64 = self.failed.iter().map(|shown| own(shown).max(worst)).sum();
-        let (completed, cycles) = (self.rows as f64, self.cycles as f64);
-        let mean = (completed * means[place]?.ratio + others) / cycles;
+        let (counted, cycles) = (self.rows as f64, self.cycles as f64);
+        let mean = (counted * means[place]?.ratio + others) / cycles;
         Some(WorstCase { column, cycles: failed, mean })
     }
 }
@@ -469,7 +489,7 @@ mod tests {
     #[test]
     fn the_worst_case_is_no_better_than_what_the_failed_cycles_show() {
         let failed = |id, litres: Option<f64>| Record {
-            outcome: Outcome::Depleted,
+            outcome: Outcome::TimedOut,
             consumption_l_per_100km: litres,
             ..record(id, 5.0, 0.0)
         };

@@ -2,7 +2,7 @@
 //! a year.
 //!
 //! A truck's value of a quantity is its total over its total, as the fleet's is: Σ y / Σ x over the
-//! completed trips of the time. Means and quantiles over truck-years count each of them once. With
+//! trips of the time that count ([`super::quantity::RecordQuantity::of_cycle`]). Means and quantiles over truck-years count each of them once. With
 //! v_t the values of the n trucks of a year, m trips each,
 //!
 //! s_b² = (s_v² − s_w²/m̄)  between trucks,  s_w² within them, between trips
@@ -22,7 +22,8 @@ use crate::random::nesting::DAYS_OF_YEAR;
 use crate::record::{Cell, Outcome, Record};
 use serde::Serialize;
 
-/// Totals of the completed trips of one truck in a month or a year.
+/// Totals of the trips of one truck in a month or a year, of what they drove where a battery cut them
+/// short.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TruckTime {
     /// The truck.
@@ -33,7 +34,7 @@ pub struct TruckTime {
     pub month: Option<u64>,
     /// Completed trips.
     pub n_trips: u64,
-    /// Trips that were not completed; they are not in the totals.
+    /// Trips that were not completed; those that stalled or timed out are not in the totals.
     pub n_failed: u64,
     /// Distance, in m.
     pub distance_m: f64,
@@ -51,6 +52,8 @@ pub struct TruckTime {
     pub battery_energy_j: Option<f64>,
     /// Carbon dioxide from burning the fuel, in kg.
     pub co2_kg: Option<f64>,
+    /// Trips in the totals.
+    n_counted: u64,
     /// Both totals of each quantity's mean.
     totals: [(f64, f64); QUANTITIES.len()],
     /// Σ y², Σ x y and Σ x² of the consumption's totals, for its interval.
@@ -96,9 +99,11 @@ const FIELDS: [TruckColumn; 12] = [
     field("truck_id", "The truck", |t| Cell::Integer(Some(t.truck_id))),
     field("year", "The year, from 0", |t| Cell::Integer(Some(t.year))),
     field("n_trips", "Completed trips", |t| Cell::Integer(Some(t.n_trips))),
-    field("n_failed", "Trips that were not completed, which are in no total", |t| {
-        Cell::Integer(Some(t.n_failed))
-    }),
+    field(
+        "n_failed",
+        "Trips that were not completed; those that stalled or timed out are in no total",
+        |t| Cell::Integer(Some(t.n_failed)),
+    ),
     field("distance_m", "Distance, in m", |t| Cell::Number(Some(t.distance_m))),
     field("total_duration_s", "Duration of all trips, in s", |t| Cell::Number(Some(t.duration_s))),
     field("payload_distance_kgm", "Payload times distance, in kg m", |t| {
@@ -136,16 +141,18 @@ pub const TRUCK_COLUMNS: [TruckColumn; FIELDS.len() + QUANTITIES.len()] = {
 
 impl TruckTime {
     fn add(&mut self, record: &Record) {
-        if record.outcome != Outcome::Completed {
-            self.n_failed += 1;
+        let completed = record.outcome == Outcome::Completed;
+        self.n_trips += u64::from(completed);
+        self.n_failed += u64::from(!completed);
+        if !record.outcome.counts() {
             return;
         }
+        self.n_counted += 1;
         let more = |sum: &mut Option<f64>, part: Option<f64>| {
             if let Some(part) = part {
                 *sum = Some(sum.unwrap_or(0.0) + part);
             }
         };
-        self.n_trips += 1;
         self.distance_m += record.distance_m;
         self.duration_s += record.duration_s;
         self.payload_distance_kgm += record.payload_kg * record.distance_m;
@@ -183,7 +190,7 @@ impl TruckTime {
             .map(|column| QUANTITIES.iter().position(|quantity| quantity.column == *column));
         let (value, (_, sum_x)) =
             places.flatten().find_map(|k| Some((self.value(k)?, self.totals[k])))?;
-        let n = self.n_trips as f64;
+        let n = self.n_counted as f64;
         if n < 2.0 {
             return None;
         }
@@ -207,7 +214,7 @@ const DAY_S: f64 = 86_400.0;
 pub struct TruckYearBuilder {
     years: Vec<TruckTime>,
     months: Vec<TruckTime>,
-    /// Value of the consumption of each completed trip: count, sum and squares about a truck's own
+    /// Value of the consumption of each trip that counts: count, sum and squares about a truck's own
     /// first value, by truck.
     spread: Vec<Spread>,
 }

@@ -78,6 +78,11 @@ impl LaneTask {
         self.road.fill(study, &self.scenario, profile);
     }
 
+    /// What is driven.
+    pub(super) fn scenario(&self) -> &Scenario {
+        &self.scenario
+    }
+
     /// Loads the truck into a lane, standing at the start of its road.
     pub(super) fn enter<S: Simd, P: Powertrain>(&mut self, lane: &mut Lane<S, P>) {
         let (driver, vehicle) = (&self.scenario.driver, &self.scenario.vehicle);

@@ -8,7 +8,7 @@ use super::step::steps;
 use super::step_view::{LaneEvents, StepView};
 use crate::lanes::{WIDTH, interleaves_blocks};
 use crate::powertrain::{Powertrain, PowertrainTask};
-use crate::record::Record;
+use crate::record::{Outcome, Record};
 use crate::study::{Scenario, Study};
 use crate::tactical::SpeedProfile;
 use fearless_simd::prelude::*;
@@ -79,9 +79,11 @@ impl PowertrainTask for FleetTask<'_, '_> {
     type Answer = Vec<Record>;
 
     fn run<P: Powertrain>(self, powertrain: &P) -> Vec<Record> {
-        let parameters = KernelParameters::new(self.study, powertrain);
-        let observer = &mut StopFlag(self.stop);
-        self.level.run(LaneScheduler::new(self.study, &parameters, self.next, observer))
+        let Self { study, level, stop, .. } = self;
+        let parameters = KernelParameters::new(study, powertrain);
+        let observer = &mut StopFlag(stop);
+        let driven = level.run(LaneScheduler::new(study, &parameters, self.next, observer));
+        driven.with_whole_trips(study, powertrain, level, stop)
     }
 }
 
@@ -93,7 +95,45 @@ pub fn drive_observed<P: Powertrain, O: Observer>(
     observer: &mut O,
 ) -> Vec<Record> {
     let parameters = KernelParameters::new(study, powertrain);
-    run_baseline(LaneScheduler::new(study, &parameters, next, observer))
+    let driven = run_baseline(LaneScheduler::new(study, &parameters, next, observer));
+    driven.with_whole_trips(study, powertrain, CpuLevel::Baseline, &AtomicBool::new(false))
+}
+
+/// What a scheduler has driven.
+struct Driven {
+    /// In order of the cycle ids.
+    records: Vec<Record>,
+    /// What the cycles drove that a battery cut short, in the same order.
+    cut_short: Vec<Scenario>,
+}
+
+impl Driven {
+    /// The records, with the whole trips of the cycles that were cut short: driven again from their
+    /// start, with a battery that never empties.
+    fn with_whole_trips<P: Powertrain>(
+        self,
+        study: &Study,
+        powertrain: &P,
+        level: CpuLevel,
+        stop: &AtomicBool,
+    ) -> Vec<Record> {
+        let Self { mut records, cut_short } = self;
+        let (false, Some(deep)) = (cut_short.is_empty(), powertrain.never_emptying()) else {
+            return records;
+        };
+        let parameters = KernelParameters::new(study, &deep);
+        let mut scenarios = cut_short.into_iter();
+        let mut next = |_| scenarios.next().map(|scenario| LaneTask::new(study, scenario));
+        let observer = &mut StopFlag(stop);
+        let whole = level.run(LaneScheduler::new(study, &parameters, &mut next, observer)).records;
+        let depleted = records.iter_mut().filter(|record| record.outcome == Outcome::Depleted);
+        for (record, whole) in depleted.zip(whole) {
+            if whole.outcome == Outcome::Completed {
+                record.drove_whole_trip(whole.distance_m, whole.consumption_kwh_per_km);
+            }
+        }
+        records
+    }
 }
 
 /// Gives the cycles of a range one by one; the buffers of a used task are reused.
@@ -132,17 +172,18 @@ struct LaneScheduler<'a, 'b, P, O> {
     next: Next<'b>,
     observer: &'a mut O,
     records: Vec<Record>,
+    cut_short: Vec<Scenario>,
     /// Lanes with a cycle.
     driving: usize,
 }
 
 impl<P: Powertrain, O: Observer> SimdTask for LaneScheduler<'_, '_, P, O> {
-    type Answer = Vec<Record>;
+    type Answer = Driven;
 
     /// The loop over one or two blocks, until `next` gives no more tasks; the records are in order
     /// of the cycle ids.
     #[inline(always)]
-    fn run<S: Simd>(mut self, simd: S) -> Vec<Record> {
+    fn run<S: Simd>(mut self, simd: S) -> Driven {
         let parameters = self.parameters;
         let mut front = State::parked(simd, parameters);
         let mut back = State::parked(simd, parameters);
@@ -162,7 +203,8 @@ impl<P: Powertrain, O: Observer> SimdTask for LaneScheduler<'_, '_, P, O> {
             }
         }
         self.records.sort_by_key(|record| record.cycle_id);
-        self.records
+        self.cut_short.sort_by_key(|scenario| scenario.cycle_id);
+        Driven { records: self.records, cut_short: self.cut_short }
     }
 }
 
@@ -173,7 +215,8 @@ impl<'a, 'b, P: Powertrain, O: Observer> LaneScheduler<'a, 'b, P, O> {
         next: Next<'b>,
         observer: &'a mut O,
     ) -> Self {
-        Self { study, parameters, next, observer, records: Vec::new(), driving: 0 }
+        let (records, cut_short) = (Vec::new(), Vec::new());
+        Self { study, parameters, next, observer, records, cut_short, driving: 0 }
     }
 
     /// Puts a cycle into each lane of a block.
@@ -226,6 +269,9 @@ impl<'a, 'b, P: Powertrain, O: Observer> LaneScheduler<'a, 'b, P, O> {
             let outcome = task.handle_event(&mut lane, events.lane(number));
             if let Some(outcome) = outcome {
                 self.records.push(task.record(self.study, &lane, outcome));
+                if outcome == Outcome::Depleted {
+                    self.cut_short.push(task.scenario().clone());
+                }
             }
             self.observer.after_event(parameters, lane.state, tasks);
             if outcome.is_some() {

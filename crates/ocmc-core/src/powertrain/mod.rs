@@ -319,6 +319,13 @@ pub trait Powertrain {
         _second: &Self::Stage<S>,
     ) {
     }
+    /// The same powertrain with a source that never empties; none where it has none that does.
+    fn never_emptying(&self) -> Option<Self>
+    where
+        Self: Sized,
+    {
+        None
+    }
     /// Flag: the source is empty.
     fn depleted<S: Simd>(&self, state: &Self::State<S>) -> Flags<S>;
 

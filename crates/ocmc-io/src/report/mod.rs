@@ -105,11 +105,8 @@ pub fn html(run: &Reported) -> String {
     page.push_str(&tables::key_numbers(run));
     if let Some(statistic) = summary.consumption() {
         page.push_str(&distribution(statistic));
-        page.push_str(&tables::statistics(
-            &summary.statistics,
-            tables::OVER_CYCLES,
-            run.summary.note,
-        ));
+        let told: Vec<Statistic> = summary.told().cloned().collect();
+        page.push_str(&tables::statistics(&told, tables::OVER_CYCLES, run.summary.note));
         page.push_str(&trucks::trucks(summary));
         page.push_str(&energy::breakdown(&run.gathered.sums));
         if let Some(quantity) = quantity(statistic.column) {

@@ -154,10 +154,12 @@ pub(super) fn failures(run: &Reported) -> String {
         return "<h2>Cycles that failed</h2>\n<p>None: every cycle was completed.</p>\n".to_owned();
     }
     let study = study_argument(run);
-    let (was, they) = if failed == 1 { ("was", "It is") } else { ("were", "They are") };
+    let was = if failed == 1 { "was" } else { "were" };
     let mut text = format!(
-        "<h2>Cycles that failed</h2>\n<p>{} of {} cycles {was} not completed. {they} in the records, but in no mean \
-         and no quantile.</p>\n<div class=\"wide commands\" style=\"--columns: 2\"><table>\n<thead><tr><th>why</th><th>cycles</th><td class=\"words\">the \
+        "<h2>Cycles that failed</h2>\n<p>{} of {} cycles {was} not completed. Those that stalled or timed out are in \
+         the records, but in no mean and no quantile. A trip whose battery ran empty counts with the kilometres that \
+         it drove: as heavy consumers drive fewer, the figure for the trips asked for is that of the whole trips, \
+         driven to their end with a battery that never empties.</p>\n<div class=\"wide commands\" style=\"--columns: 2\"><table>\n<thead><tr><th>why</th><th>cycles</th><td class=\"words\">the \
          first ones, step by step</td></tr></thead>\n<tbody>\n",
         grouped(failed),
         grouped(summary.cycles)
@@ -181,7 +183,7 @@ pub(super) fn failures(run: &Reported) -> String {
         let (mean, unit) = (rounded(factor * worst.mean), escaped(unit));
         let _ = writeln!(
             text,
-            "<p>Had each of them been as long as the mean completed cycle and consumed like the worst one, or like its \
+            "<p>Had each that stalled or timed out been as long as the mean completed cycle and consumed like the worst one, or like its \
              own record where that is more, the fleet's mean would be {mean} {unit}.</p>"
         );
     }

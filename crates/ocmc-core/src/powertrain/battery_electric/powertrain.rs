@@ -17,8 +17,13 @@ use crate::powertrain::{
     Coupling, Demand, InversePowertrain, PedalForces, Powertrain, PowertrainConstants, ShaftStep,
     SignalNames, TractiveEffort, TruckInputs,
 };
-use crate::record::Record;
+use crate::record::{Outcome, Record};
 use fearless_simd::prelude::*;
+
+/// Energy of the battery that never empties, over that of the truck's own: deep enough that its
+/// voltage stays near that of a charged battery on trips as long as a day (judgement). Below its
+/// lowest charge the voltage of an empty battery is held.
+const NEVER_EMPTYING_DEPTH: f64 = 3.0;
 
 /// The batteries of a block.
 #[derive(Clone, Debug)]
@@ -74,6 +79,9 @@ impl BatteryElectricPowertrain {
         let per_m = record.per_distance(ledger[Term::Battery], mode);
         record.consumption_kwh_per_km = per_m.map(|per_m| per_m / 3600.0);
         record.final_charge = Some(charge);
+        if record.outcome == Outcome::Completed {
+            record.drove_whole_trip(record.distance_m, record.consumption_kwh_per_km);
+        }
     }
 }
 
@@ -249,6 +257,14 @@ impl Powertrain for BatteryElectricPowertrain {
             & !battery.overdrawn(charge, terminals);
         ledger.add(Term::OutsideMap, masked(!covered, dt));
         [torque, terminals]
+    }
+
+    /// A deeper battery at the same mass, driven on below its lowest charge.
+    fn never_emptying(&self) -> Option<Self> {
+        let mut deep = self.clone();
+        deep.model.battery.capacity_j *= NEVER_EMPTYING_DEPTH;
+        deep.model.battery.minimum_charge = f64::NEG_INFINITY;
+        Some(deep)
     }
 
     #[inline(always)]
