@@ -252,6 +252,15 @@ class Study:
         threads: SupportsIndex | None = None,
         progress: _Progress = None,
     ) -> Answer: ...
+    def range(
+        self,
+        *,
+        cycles: SupportsIndex,
+        seed: SupportsIndex = 1,
+        first_cycle: SupportsIndex = 0,
+        threads: SupportsIndex | None = None,
+        progress: _Progress = None,
+    ) -> Answer: ...
     def sensitivity(
         self,
         *,

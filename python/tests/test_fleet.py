@@ -132,3 +132,13 @@ def test_the_report_is_the_command_s(run, tmp_path):
     done = command("report", tmp_path / "run")
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "run" / "report.html").read_text(encoding="utf-8") == run.report()
+
+
+def test_the_range_is_the_command_s():
+    key, value = "vehicle.electric.battery.capacity_j", 1.8e8
+    answer = ocmc.Study("battery-truck").set(key, value).range(cycles=32, seed=5)
+    options = ["--study", "battery-truck", "--set", f"{key}={value}", "--cycles", "32", "--seed", "5"]
+    printed = json.loads(command("range", *options, "--json", "--quiet").stdout)
+    assert answer == printed | {"source": answer["source"]}
+    with pytest.raises(ValueError, match="has no battery"):
+        ocmc.Study("field-truck").range(cycles=2)

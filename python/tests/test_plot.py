@@ -223,3 +223,16 @@ def test_identified_gains_uphill_and_downhill():
     assert len(panels[2].lines) == 0, "nobody has a K_D"
     with pytest.raises(ValueError, match="`ax` has 2 axes"):
         ocmc.plot.identified({"fits": fits}, ax=panels[:2])
+
+
+def test_the_share_that_arrives():
+    curve = [
+        {"distance_m": 0.0, "share": 1.0, "ci95": None},
+        {"distance_m": 1e5, "share": 0.5, "ci95": [0.4, 0.6]},
+        {"distance_m": 2e5, "share": 0.0, "ci95": None},
+    ]
+    arriving = [{"share": 0.95, "range_m": 6e4, "ci95_m": [5e4, 7e4]}]
+    ax = drawn(ocmc.plot.arrivals({"source": "mine", "curve": curve, "arriving": arriving}))
+    km, percent = ax.lines[0].get_data()
+    assert (list(km), list(percent)) == ([0.0, 100.0, 200.0], [100.0, 50.0, 0.0])
+    assert [text.get_text() for text in ax.texts] == ["95 %: 60 km"]

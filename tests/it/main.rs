@@ -38,6 +38,7 @@ mod parts;
 mod precision;
 mod prescribed;
 mod program;
+mod range;
 mod report;
 mod resume;
 mod road_rows;

@@ -168,14 +168,13 @@ fn a_difference_does_not_depend_on_which_study_comes_first() {
 
 #[test]
 fn a_number_without_pairs_is_said_and_does_not_hide_the_others() {
-    // a battery that holds nothing on its low side
+    // a battery that moves nothing on its low side
     let study = study(
         "battery-truck",
         &[
             ROAD,
-            "uncertainty.a.keys=[\"vehicle.electric.battery.capacity_j\", \"vehicle.curb_mass_kg\"]",
-            "uncertainty.a.standard_errors=[9.9e8, 300.0]",
-            "vehicle.electric.battery.capacity_j=1e9",
+            "uncertainty.a.keys=[\"vehicle.electric.battery.discharge_power_w\", \"vehicle.curb_mass_kg\"]",
+            "uncertainty.a.standard_errors=[5.17e5, 300.0]",
         ],
     );
     let plan = RunPlan::new(1, 0, 20, None, None);

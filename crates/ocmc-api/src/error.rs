@@ -81,6 +81,14 @@ pub enum Error {
     /// A run directory that takes no more of a run that is under way.
     #[error(transparent)]
     Unwritten(RunDirectoryError),
+    /// A range of trucks without a battery.
+    #[error(
+        "{name} has no battery, and so no range: give a study of battery trucks, such as battery-truck, or a run of one"
+    )]
+    NoBattery {
+        /// The study.
+        name: String,
+    },
     /// A quantity that there is not.
     #[error("`column` is {name:?}, allowed is one of: {}", columns().join(", "))]
     UnknownColumn {

@@ -30,6 +30,7 @@ mod fit;
 mod identify;
 mod merge;
 mod progress;
+mod range;
 mod report;
 mod road;
 mod run;
@@ -72,6 +73,7 @@ pub use identify::{
     identify,
 };
 pub use merge::{MergeRequest, merge};
+pub use range::{RangeAnswer, RangeRequest, range, range_of_run};
 pub use report::{Gathered, REPORT, Reported, directory_of, note_report, report};
 pub use road::{MadeRoad, MissingLimits, RoadAnswer, RoadRequest, road};
 pub use run::{

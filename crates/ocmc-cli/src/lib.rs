@@ -14,6 +14,7 @@ mod interrupt;
 mod log;
 mod output;
 mod progress;
+mod range;
 mod road;
 mod run;
 mod simulator_study;
@@ -32,6 +33,7 @@ use cycle::CycleArguments;
 use failure::Failure;
 use fit::FitCommand;
 use log::{CurvesArguments, IdentifyArguments};
+use range::RangeArguments;
 use road::{RoadArguments, ValidateArguments};
 use run::{DriveArguments, MergeArguments, ReportArguments, RunArguments};
 use simulator_study::SimulatorStudyArguments;
@@ -92,6 +94,9 @@ enum Command {
     /// Costs a study: per trip, km, tkm, truck-year and whole life, item by item; or two of them
     /// against each other: which is cheaper, from where on, and what decides
     Cost(CostArguments),
+    /// Finds how far battery trucks come: which share arrives, by length of the trip, season and
+    /// payload
+    Range(RangeArguments),
     /// Compares with VECTO, from its own files: on VECTO's speed, by VECTO's driver and by ours
     Vecto(VectoArguments),
     /// Finds the least energy for the same road, truck and trip time, and how far drivers are from
@@ -155,6 +160,7 @@ pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> i32 {
         Some(Command::Compare(arguments)) => analysis::compare(arguments),
         Some(Command::Cost(arguments)) => cost::cost(arguments),
         Some(Command::SimulatorStudy(arguments)) => simulator_study::simulator_study(arguments),
+        Some(Command::Range(arguments)) => range::range(arguments),
         Some(Command::Vecto(arguments)) => vecto::vecto(arguments),
         Some(Command::Bound(arguments)) => bound::bound(arguments),
         Some(Command::Merge(arguments)) => run::merge(arguments),

@@ -12,7 +12,8 @@ use crate::value::{one_of, study_value, whole_number};
 use ocmc_api::study::{self, Files, Given, LoadedStudy};
 use ocmc_api::{
     BirdsEyeRequest, BoundRequest, CompareRequest, CostRequest, Error, FOLLOWS, GivenDrive, KEEPS,
-    LAST_CYCLE_ID, MOST_THREADS, OVERS, RunPlan, SensitivityRequest, Source, check_readable,
+    LAST_CYCLE_ID, MOST_THREADS, OVERS, RangeRequest, RunPlan, SensitivityRequest, Source,
+    check_readable,
 };
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -467,6 +468,62 @@ impl PyStudy {
         let against = against.map(|study| named(&study.get().loaded));
         let request = CostRequest { study: named(&self.loaded), against, plan };
         answer(py, &watched(py, progress, |watch| ocmc_api::cost(&request, watch))?)
+    }
+
+    /// How far battery trucks come: which share arrives, by length of the trip, season and payload.
+    ///
+    /// Trips are made long enough to empty the battery, without charging on the way. On given routes,
+    /// which keep their lengths, a trip that arrives tells only that the range is longer.
+    ///
+    /// Parameters
+    /// ----------
+    /// cycles : int
+    ///     Number of cycles, at least 1.
+    /// seed : int
+    ///     Master seed.
+    /// first_cycle : int
+    ///     Id of the first cycle.
+    /// threads : int, optional
+    ///     Threads to use, one for each CPU by default.
+    /// progress : bool or callable, optional
+    ///     As for `Study.run`.
+    ///
+    /// Returns
+    /// -------
+    /// Answer
+    ///     The content of ``ocmc range --json``: ``arriving``, for shares of the trucks the longest
+    ///     trip with which they arrive; ``curve``, the share that arrives over the length; the same
+    ///     ``arriving`` in ``by_season`` and ``by_payload``. Lengths are in m; intervals are of 95 %.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     Where a number is out of its range, or the trucks have no battery.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import ocmc
+    /// >>> study = ocmc.Study("battery-truck").set("vehicle.electric.battery.capacity_j", 1.8e8)
+    /// >>> answer = study.range(cycles=20)
+    /// >>> answer["trips"], answer["depleted"], answer["curve"][0]["share"]
+    /// (20, 20, 1.0)
+    #[pyo3(
+        signature = (*, cycles, seed=None, first_cycle=None, threads=None, progress=None),
+        text_signature = "($self, *, cycles, seed=1, first_cycle=0, threads=None, progress=None)"
+    )]
+    fn range<'py>(
+        &self,
+        py: Python<'py>,
+        cycles: &Bound<'py, PyAny>,
+        seed: Option<&Bound<'py, PyAny>>,
+        first_cycle: Option<&Bound<'py, PyAny>>,
+        threads: Option<&Bound<'py, PyAny>>,
+        progress: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let plan = plan_of(cycles, seed, first_cycle, threads)?;
+        let study = (self.loaded.model.study.name.clone(), &*self.loaded);
+        let request = RangeRequest { study, plan };
+        answer(py, &watched(py, progress, |watch| ocmc_api::range(&request, watch))?)
     }
 
     /// Look at the roads that the study draws from above: coarse classes.

@@ -18,6 +18,7 @@ try:
 except ModuleNotFoundError as _error:
     raise ModuleNotFoundError("ocmc.plot needs matplotlib: pip install '.[plot]'") from _error
 
+from ocmc.plot._arrivals import arrivals
 from ocmc.plot._comparison import comparison
 from ocmc.plot._consumption import consumption
 from ocmc.plot._cost import cost
@@ -29,6 +30,7 @@ from ocmc.plot._trucks import shares, trucks
 from ocmc.plot._validation import validation
 
 __all__ = [
+    "arrivals",
     "comparison",
     "consumption",
     "cost",

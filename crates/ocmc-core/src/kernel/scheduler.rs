@@ -65,7 +65,17 @@ pub fn drive_tasks(study: &Study, next: Next, level: CpuLevel) -> Vec<Record> {
 
 /// As [`drive_tasks`], until a flag is set; there are no records of cycles that were given up.
 pub fn drive_until(study: &Study, next: Next, level: CpuLevel, stop: &AtomicBool) -> Vec<Record> {
-    study.vehicle().powertrain.dispatch(FleetTask { study, next, level, stop })
+    study.vehicle().powertrain.dispatch(FleetTask { study, next, level, stop, whole_trips: true })
+}
+
+/// As [`drive_until`]; of trips that a battery cuts short the rest is not driven.
+pub fn drive_until_empty(
+    study: &Study,
+    next: Next,
+    level: CpuLevel,
+    stop: &AtomicBool,
+) -> Vec<Record> {
+    study.vehicle().powertrain.dispatch(FleetTask { study, next, level, stop, whole_trips: false })
 }
 
 struct FleetTask<'a, 'b> {
@@ -73,17 +83,22 @@ struct FleetTask<'a, 'b> {
     next: Next<'b>,
     level: CpuLevel,
     stop: &'a AtomicBool,
+    whole_trips: bool,
 }
 
 impl PowertrainTask for FleetTask<'_, '_> {
     type Answer = Vec<Record>;
 
     fn run<P: Powertrain>(self, powertrain: &P) -> Vec<Record> {
-        let Self { study, level, stop, .. } = self;
+        let Self { study, level, stop, whole_trips, .. } = self;
         let parameters = KernelParameters::new(study, powertrain);
         let observer = &mut StopFlag(stop);
         let driven = level.run(LaneScheduler::new(study, &parameters, self.next, observer));
-        driven.with_whole_trips(study, powertrain, level, stop)
+        if whole_trips {
+            driven.with_whole_trips(study, powertrain, level, stop)
+        } else {
+            driven.records
+        }
     }
 }
 

@@ -1,0 +1,230 @@
+//! How far battery trucks come: of a study, driven until they are empty, or of a run that is kept.
+
+use crate::answer::Answer;
+use crate::error::Error;
+use crate::text::{fact, table, took};
+use crate::watch::{Watch, watched};
+use ocmc_core::fleet::dependence::Dependence;
+use ocmc_core::fleet::range::{
+    ArrivingRange, CurvePoint, RangeOf, RangeSummary, RangeTrip, drive, summarise,
+};
+use ocmc_core::fleet::run::RunPlan;
+use ocmc_core::record::Record;
+use ocmc_core::study::StudyModel;
+use ocmc_io::number_text::{count_of, grouped};
+use ocmc_io::run_directory::{RunDirectoryError, read_groups};
+use ocmc_io::study::LoadedStudy;
+use serde::Serialize;
+use std::fmt::Write;
+use std::path::Path;
+use std::time::Instant;
+
+/// What is driven until it is empty.
+#[derive(Clone, Debug)]
+pub struct RangeRequest<'a> {
+    /// The study, and what the answer calls it.
+    pub study: (String, &'a LoadedStudy),
+    /// The cycles.
+    pub plan: RunPlan,
+}
+
+/// How far the trucks come.
+#[derive(Clone, Debug, Serialize)]
+pub struct RangeAnswer {
+    /// What the study, or the run, is called.
+    pub source: String,
+    /// Length of the trips, in m; none where they have lengths of their own.
+    pub trip_length_m: Option<f64>,
+    /// The answer.
+    #[serde(flatten)]
+    pub range: RangeSummary,
+    #[serde(skip)]
+    driven: Option<(RunPlan, f64)>,
+}
+
+/// Trips of the pilot run that tells how long trips have to be.
+const PILOT: u64 = 64;
+/// Length of the trips over the range with the least consumption of the pilot run.
+const LONGER: f64 = 1.5;
+/// Longest trip that a study can have, in m.
+const LONGEST_M: f64 = 5.0e6;
+/// Shortest drive, in m, whose consumption the pilot run looks at.
+const SHORT_M: f64 = 5000.0;
+
+/// Drives a study's trucks until their batteries are empty, without charging on the way. Trips are
+/// made as long as that takes; those on given routes keep their lengths, and those that arrive tell
+/// only that the range is longer.
+///
+/// ```
+/// use ocmc_api::{RangeRequest, RunPlan, go_on, range, study};
+/// let study = study::load("battery-truck", &["vehicle.electric.battery.capacity_j=1.8e8"])?;
+/// let study = ("battery-truck".to_owned(), &study);
+/// let answer = range(&RangeRequest { study, plan: RunPlan::new(1, 0, 40, None, None) }, &mut go_on)?;
+/// assert_eq!((answer.range.all.trips, answer.range.all.depleted), (40, 40));
+/// # Ok::<(), ocmc_api::Error>(())
+/// ```
+///
+/// # Errors
+/// [`Error::NoBattery`] and [`Error::Interrupted`].
+pub fn range(request: &RangeRequest, watch: &mut Watch) -> Result<RangeAnswer, Error> {
+    let RangeRequest { study: (name, study), plan } = request;
+    let Some(usable_j) = usable_j(&study.model) else {
+        return Err(Error::NoBattery { name: name.clone() });
+    };
+    let clock = Instant::now();
+    let mut sets = Vec::new();
+    if study.model.vehicle.electric.as_ref().is_some_and(|e| e.charging.is_some()) {
+        sets.push("vehicle.electric.charging.begin_below=0".to_owned());
+    }
+    let mut trip_length_m = None;
+    if study.model.mission.routes.is_empty() {
+        let pilot = RunPlan::new(plan.seed, 0, PILOT, Some(plan.threads), None);
+        let records = watched(PILOT, watch, |look| drive(&study.study, &pilot, look))?;
+        let used = |r: &Record| r.consumption_kwh_per_km.filter(|_| r.distance_m > SHORT_M);
+        let least = records.iter().filter_map(used).fold(f64::INFINITY, f64::min).max(0.01);
+        let simulation = &study.model.simulation;
+        let speed_mps = study.model.driver.speed_limit.maximum_speed_mps;
+        let most_m = LONGEST_M.min(0.5 * simulation.longest_duration_s * speed_mps);
+        let length_m = (LONGER * usable_j / 3.6e6 / least).ceil() * 1000.0;
+        let length_m = if least.is_finite() { length_m.min(most_m) } else { most_m };
+        sets.push(format!("mission.length_m={length_m}"));
+        trip_length_m = Some(length_m);
+    }
+    let sets: Vec<&str> = sets.iter().map(String::as_str).collect();
+    let long = study.set(&sets)?;
+    let records = watched(plan.cycles, watch, |look| drive(&long.study, plan, look))?;
+    let trips: Vec<RangeTrip> = records.iter().filter_map(RangeTrip::of).collect();
+    let none = || Error::NoBattery { name: name.clone() };
+    let range = summarise(&trips, Dependence::of(&long.model)).ok_or_else(none)?;
+    let driven = Some((*plan, clock.elapsed().as_secs_f64()));
+    Ok(RangeAnswer { source: name.clone(), trip_length_m, range, driven })
+}
+
+/// What the records of a run tell of the range: a trip that arrived tells that it is longer.
+///
+/// # Errors
+/// [`Error::RunDirectory`] where there is no run that was ended, and [`Error::NoBattery`].
+pub fn range_of_run(directory: &Path) -> Result<RangeAnswer, Error> {
+    let mut trips = Vec::new();
+    let read = read_groups(directory, |group| {
+        trips.extend(group.records.iter().filter_map(RangeTrip::of));
+    });
+    let (manifest, _) = read.map_err(|error: RunDirectoryError| Error::from(error))?;
+    let none = || Error::NoBattery { name: manifest.study.clone() };
+    let range = summarise(&trips, manifest.dependence()).ok_or_else(none)?;
+    let source = directory.display().to_string();
+    Ok(RangeAnswer { source, trip_length_m: None, range, driven: None })
+}
+
+/// The most that a battery gives, in J; none without one.
+fn usable_j(model: &StudyModel) -> Option<f64> {
+    let battery = &model.vehicle.electric.as_ref()?.battery;
+    Some(battery.capacity_j * (1.0 - battery.minimum_charge))
+}
+
+/// Widths of the table of ranges.
+const WIDTHS: [usize; 9] = [16, 8, 8, 8, 8, 8, 8, 8, 8];
+/// Rows that the curve has in a text, about.
+const CURVE_ROWS: usize = 12;
+
+fn km(distance_m: Option<f64>) -> String {
+    distance_m.map_or("-".to_owned(), |m| format!("{:.0}", m / 1000.0))
+}
+
+fn cells(name: &str, of: &RangeOf) -> Vec<String> {
+    let ranges = of.arriving.iter().map(|arriving| km(arriving.range_m));
+    [name.to_owned(), grouped(of.trips)].into_iter().chain(ranges).collect()
+}
+
+fn interval(arriving: &ArrivingRange) -> String {
+    let [low, high] = arriving.ci95_m.map(km);
+    format!("{low}-{high}")
+}
+
+/// The curve in words and bars.
+fn curve(points: &[CurvePoint]) -> String {
+    let mut text = "\nTrip length and the trucks that arrive, with the 95 % interval\n".to_owned();
+    for point in points.iter().step_by(points.len().div_ceil(CURVE_ROWS).max(1)) {
+        let CurvePoint { distance_m, share, ci95 } = *point;
+        let range = |[low, high]: [f64; 2]| format!("{:.1} to {:.1}", 100.0 * low, 100.0 * high);
+        let range = ci95.map_or_else(String::new, range);
+        let bar = "█".repeat((40.0 * share).round() as usize);
+        let line =
+            format!("{:>6} km {:>6.1} % {range:>14}  {bar}", km(Some(distance_m)), 100.0 * share);
+        let _ = writeln!(text, "{}", line.trim_end());
+    }
+    text
+}
+
+impl Answer for RangeAnswer {
+    fn text(&self) -> String {
+        let all = &self.range.all;
+        let mut text = fact(if self.driven.is_some() { "study" } else { "run" }, &self.source);
+        if let Some((plan, wall_s)) = &self.driven {
+            text.push_str(&fact("seed", plan.seed));
+            let trips = count_of(all.trips, "trip");
+            let how = match self.trip_length_m {
+                Some(length_m) => format!("{trips} of {} km, until empty", km(Some(length_m))),
+                None => format!("{trips} on the given routes, as long as these are"),
+            };
+            text.push_str(&fact("driven", how));
+            text.push_str(&took(*wall_s, plan.threads, plan.cycles));
+        }
+        let share = 100.0 * all.depleted as f64 / all.trips.max(1) as f64;
+        text.push_str(&fact(
+            "empty",
+            format!("{} of {} ({share:.1} %)", grouped(all.depleted), count_of(all.trips, "trip")),
+        ));
+        if all.given_up > 0 {
+            let trips = count_of(all.given_up, "trip");
+            text.push_str(&fact("given up", format!("{trips} that stalled or timed out")));
+        }
+        text.push_str("\nLongest trip, in km, with which so many of the trucks arrive\n");
+        let shares = all.arriving.iter().map(|a| format!("{:.0} %", 100.0 * a.share));
+        let head: Vec<String> =
+            [String::new(), "trips".to_owned()].into_iter().chain(shares).collect();
+        let head: Vec<&str> = head.iter().map(String::as_str).collect();
+        let groups = self.range.by_season.iter().chain(&self.range.by_payload);
+        let rows = groups.map(|group| cells(&group.group, &group.of));
+        let intervals = all.arriving.iter().map(interval);
+        let ends = ["  95 % interval".to_owned(), String::new()].into_iter().chain(intervals);
+        let first = [cells("all", all), ends.collect()];
+        text.push_str(&table(&WIDTHS, &head, first.into_iter().chain(rows)));
+        text.push_str(&curve(&self.range.curve));
+        text.push_str(NOTE);
+        text
+    }
+}
+
+/// What the figures are of, and what they leave out.
+const NOTE: &str = "
+From the charge at departure to the lowest charge that the study allows.
+Intervals are of the chance of trips alone, not of how right the study is.
+A trip that arrives tells only that the range is longer (Kaplan and Meier).
+";
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::watch::go_on;
+    use ocmc_io::study::load;
+
+    #[test]
+    fn a_diesel_truck_has_no_battery() {
+        let study = load::<&str>("field-truck", &[]).expect("a study");
+        let plan = RunPlan::new(1, 0, 10, Some(1), None);
+        let request = RangeRequest { study: ("field-truck".to_owned(), &study), plan };
+        let error = range(&request, &mut go_on).expect_err("no battery");
+        assert!(error.to_string().contains("battery-truck"), "{error}");
+    }
+
+    #[test]
+    fn lines_fit_eighty_columns() {
+        let study = load("battery-truck", &["vehicle.electric.battery.capacity_j=1.8e8"]);
+        let study = study.expect("a study");
+        let plan = RunPlan::new(1, 0, 60, Some(2), None);
+        let request = RangeRequest { study: ("battery-truck".to_owned(), &study), plan };
+        let text = range(&request, &mut go_on).expect("a range").text();
+        assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
+    }
+}
