@@ -40,6 +40,7 @@ mod prescribed;
 mod program;
 mod range;
 mod report;
+mod rest;
 mod resume;
 mod road_rows;
 mod roads_from_logs;

@@ -30,6 +30,7 @@ pub mod powertrain;
 pub mod prescribed;
 pub mod random;
 pub mod record;
+pub mod rest;
 pub mod special_functions;
 pub mod study;
 pub mod switch;

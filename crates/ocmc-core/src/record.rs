@@ -195,6 +195,10 @@ pub struct Record {
     pub whole_trip_m: Option<f64>,
     /// What the battery's store lost over the whole trip, over its distance, in kWh/km.
     pub whole_trip_kwh_per_km: Option<f64>,
+    /// What the law on rests added to the standstill, in s; null where a study has no such law.
+    pub rest_s: Option<f64>,
+    /// Rests that this law asked for; null as `rest_s`.
+    pub n_rests: Option<u32>,
     /// The terms of the ledger that have a column of their own, in the order of their declarations.
     #[serde(skip)]
     pub own_columns: [Option<f64>; OWN_COLUMNS],
@@ -437,4 +441,6 @@ const FIELDS: &[Column] = &[
     column_of("trip", |r| Cell::Integer(r.trip)),
     column_of("whole_trip_m", |r| Cell::Number(r.whole_trip_m)),
     column_of("whole_trip_kwh_per_km", |r| Cell::Number(r.whole_trip_kwh_per_km)),
+    column_of("rest_s", |r| Cell::Number(r.rest_s)),
+    column_of("n_rests", |r| Cell::Integer(r.n_rests.map(u64::from))),
 ];

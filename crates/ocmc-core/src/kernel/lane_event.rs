@@ -164,10 +164,13 @@ impl LaneTask {
     /// Stands for the drawn time with the engine idling, then prepares to start.
     fn dwell<S: Simd, P: Powertrain>(&mut self, lane: &mut Lane<S, P>) {
         let dwell_s = lane.state.motion.roads[lane.number][lane.stop_row()].0[RoadRow::DWELL];
+        let driven_s = lane.state.ledger[Term::Time][lane.number];
+        let rests = self.rest(lane.stop_row(), driven_s, dwell_s);
         let added = &mut self.added_by_event;
         let (powertrain, model) = (lane.parameters.powertrain, lane.parameters.look_ahead);
         let (own, number) = (&mut lane.state.powertrain, lane.number);
-        let delay_s = if model.engine_stop { model.engine_stop_delay_s } else { f64::INFINITY };
+        let stops_engine = model.engine_stop || rests;
+        let delay_s = if stops_engine { model.engine_stop_delay_s } else { f64::INFINITY };
         powertrain.stand(own, number, dwell_s.min(delay_s), added);
         if dwell_s > delay_s {
             let power_w = model.engine_stop_power_w;
@@ -238,11 +241,15 @@ impl LaneTask {
         let (time, way) = (ledger[Term::Time][lane.number], ledger[Term::Distance][lane.number]);
         self.counted += self.until_check;
         let most = MOST_CUTS * simulation.longest_duration_s / simulation.step_s;
-        if time > simulation.longest_duration_s || self.counted > most {
+        let gives_up = self.rests.as_ref().is_some_and(|rests| rests.are_too_many());
+        if time > simulation.longest_duration_s || self.counted > most || gives_up {
             return Some(Outcome::TimedOut);
         }
         let passed = time - self.checked_at_s;
         self.schedule_check(lane);
+        if self.has_to_rest(lane) {
+            return None;
+        }
         // steps that were cut are shorter: wait until the whole time has passed
         if passed >= simulation.stall_time_s * (1.0 - 1e-9) {
             if way - self.checked_at_m < simulation.stall_distance_m {
@@ -263,6 +270,11 @@ impl LaneTask {
         let steps = |time_s: f64| libm::ceil(time_s / simulation.step_s);
         let at_end = (steps(left_s) * FAST_STEP).max(FAST_STEP);
         self.until_check = steps(simulation.stall_time_s).min(at_end);
+        if let Some(rests) = &mut self.rests {
+            rests.drive_to(lane.state.ledger[Term::Time][lane.number]);
+            let most = libm::floor(rests.until_check_s() / simulation.step_s);
+            self.until_check = self.until_check.min((most * FAST_STEP).max(FAST_STEP));
+        }
         lane.state.motion.steps_left[lane.number] = self.until_check;
     }
 }

@@ -2,6 +2,7 @@
 //! handled outside of the hot loop: stops, shifts, checks of progress and the end of the mission.
 
 use super::pedal_event::InitialMotion;
+use super::rest_stops::RestStops;
 use super::road_row::{RoadRow, RoadRows};
 use super::state::Lane;
 use crate::driver::pedal::Hold;
@@ -38,6 +39,8 @@ pub struct LaneTask {
     /// Steps until the next check.
     pub(super) until_check: f64,
     initial_energy_j: f64,
+    /// Rests, where the study has a law on them.
+    pub(super) rests: Option<Box<RestStops>>,
     /// What the last event added to the ledger, in one addition each: a trace has to be able to
     /// repeat it.
     pub(super) added_by_event: Ledger<f64>,
@@ -47,6 +50,7 @@ impl LaneTask {
     /// Plans a scenario.
     pub fn new(study: &Study, scenario: Scenario) -> Self {
         let mut task = Self {
+            rests: RestStops::new(study, &scenario),
             scenario,
             road: RoadRows::default(),
             gear: 0,
@@ -70,7 +74,21 @@ impl LaneTask {
     /// CPU's cache.
     pub fn reuse(&mut self, study: &Study, seed: u64, cycle_id: u64, profile: &mut SpeedProfile) {
         study.resample(seed, cycle_id, &mut self.scenario);
+        self.rests = RestStops::new(study, &self.scenario);
         self.plan(study, profile);
+    }
+
+    /// Puts the rest that is due into a trip that has left its lane, and plans it anew.
+    pub(super) fn put_in_rest(&mut self, study: &Study) {
+        if let Some(rests) = &mut self.rests {
+            rests.put_in(&mut self.scenario);
+        }
+        self.plan(study, &mut SpeedProfile::default());
+    }
+
+    /// Whether the trip has to be driven again, with a rest.
+    pub(super) fn lacks_rest(&self) -> bool {
+        self.rests.as_ref().is_some_and(|rests| rests.are_missing())
     }
 
     fn plan(&mut self, study: &Study, profile: &mut SpeedProfile) {
@@ -81,6 +99,24 @@ impl LaneTask {
     /// What is driven.
     pub(super) fn scenario(&self) -> &Scenario {
         &self.scenario
+    }
+
+    /// Notes the standstill at the stop line of a row; returns whether the law on rests asked for it.
+    pub(super) fn rest(&mut self, row: usize, driven_s: f64, dwell_s: f64) -> bool {
+        let (Some(rests), Some(event)) = (&mut self.rests, self.road.event_after(row)) else {
+            return false;
+        };
+        rests.drive_to(driven_s);
+        rests.stand(&self.scenario, event, dwell_s)
+    }
+
+    /// Whether the truck has to rest before it goes on from where it is.
+    pub(super) fn has_to_rest<S: Simd, P: Powertrain>(&mut self, lane: &Lane<S, P>) -> bool {
+        let Some(rests) = &mut self.rests else { return false };
+        let (motion, number) = (&lane.state.motion, lane.number);
+        let passed = &motion.roads[number][..=motion.at[number]];
+        let end_m: f64 = passed.iter().map(|row| row.0[RoadRow::LENGTH]).sum();
+        rests.has_to_rest(&self.scenario, end_m - motion.left[number])
     }
 
     /// Loads the truck into a lane, standing at the start of its road.
@@ -144,6 +180,9 @@ impl LaneTask {
         self.checked_at_s = 0.0;
         self.checked_at_m = 0.0;
         self.counted = 0.0;
+        if let Some(rests) = &mut self.rests {
+            rests.depart();
+        }
         swap(&mut lane.state.motion.roads[lane.number], &mut self.road.rows);
         lane.state.motion.at[lane.number] = 0;
         lane.state.motion.left[lane.number] = lane.state.row(lane.number).0[RoadRow::LENGTH];
@@ -269,6 +308,8 @@ impl LaneTask {
             n_curves: Some(road.curves.len() as u32),
             drag_area_m2: vehicle.drag_area_m2,
             rolling_coefficient: vehicle.rolling_coefficient,
+            rest_s: self.rests.as_ref().map(|rests| rests.added_s),
+            n_rests: self.rests.as_ref().map(|rests| rests.taken),
             ..Record::default()
         };
         let mut record = Record::from_ledger(known, &ledger, Mode::Driven, P::TERMS);

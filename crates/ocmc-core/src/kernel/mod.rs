@@ -8,6 +8,7 @@ pub mod lane_event;
 pub mod lane_task;
 mod look_ahead;
 pub mod pedal_event;
+mod rest_stops;
 pub mod road_row;
 pub mod scheduler;
 mod stage;

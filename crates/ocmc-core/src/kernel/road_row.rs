@@ -72,8 +72,9 @@ pub struct RoadRows {
     pub head_wind_mps: f64,
     /// Sum of the climbs, in m.
     pub climb_m: f64,
-    /// Rows that end at a stop line, and the standstill there, in s.
-    stops: Vec<(usize, f64)>,
+    /// Rows that end at a stop line, the standstill there, in s, and the event, but at the road's
+    /// end.
+    stops: Vec<(usize, f64, Option<usize>)>,
 }
 
 impl RoadRows {
@@ -95,7 +96,7 @@ impl RoadRows {
                     && let Some(dwell_s) = scenario.passage(k).standstill_s()
                     && i > 0
                 {
-                    stops.push((i - 1, dwell_s));
+                    stops.push((i - 1, dwell_s, Some(k)));
                 }
                 let sine = road.slopes[segment.slope as usize];
                 let cosine = (1.0 - sine * sine).sqrt();
@@ -117,7 +118,7 @@ impl RoadRows {
                 ])
             },
         ));
-        stops.push((rows.len() - 1, 0.0));
+        stops.push((rows.len() - 1, 0.0, None));
         self.mark_stops(study.model().simulation.creep_distance_m);
         around.add_to_means(road.length_m);
         self.air_temperature_k = around.temperature_sum / road.length_m;
@@ -125,9 +126,14 @@ impl RoadRows {
         self.climb_m = climb_m;
     }
 
+    /// The event at whose stop line a row ends.
+    pub fn event_after(&self, row: usize) -> Option<usize> {
+        self.stops.iter().find(|stop| stop.0 == row)?.2
+    }
+
     /// Writes dwell times, and distances to stop lines from the rows that end near one.
     fn mark_stops(&mut self, near_m: f64) {
-        for &(last, dwell_s) in &self.stops {
+        for &(last, dwell_s, _) in &self.stops {
             self.rows[last].0[RoadRow::DWELL] = dwell_s;
             let mut beyond_m = 0.0;
             for RoadRow(row) in self.rows[..=last].iter_mut().rev() {

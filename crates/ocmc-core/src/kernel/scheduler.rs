@@ -34,6 +34,8 @@ pub trait Observer {
         _tasks: &[Option<LaneTask>],
     ) {
     }
+    /// A trip begins again from its start, with a rest: what was observed of it is void.
+    fn restarts(&mut self) {}
     /// Whether the run is to stop: cycles that are on the road are then given up.
     fn is_stopped(&self) -> bool {
         false
@@ -287,6 +289,13 @@ impl<'a, 'b, P: Powertrain, O: Observer> LaneScheduler<'a, 'b, P, O> {
                 if outcome == Outcome::Depleted {
                     self.cut_short.push(task.scenario().clone());
                 }
+            }
+            if outcome.is_none() && task.lacks_rest() {
+                task.leave(&mut lane);
+                task.put_in_rest(self.study);
+                task.enter(&mut lane);
+                self.observer.restarts();
+                continue;
             }
             self.observer.after_event(parameters, lane.state, tasks);
             if outcome.is_some() {

@@ -195,6 +195,10 @@ impl Observer for Writer {
         self.push(parameters, state, task, &row, &added);
     }
 
+    fn restarts(&mut self) {
+        *self = Self::default();
+    }
+
     fn after_event<S: Simd, P: Powertrain>(
         &mut self,
         parameters: &KernelParameters<P>,

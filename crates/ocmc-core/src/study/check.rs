@@ -44,6 +44,9 @@ fn rules(model: &StudyModel, tree: &Value) -> Vec<Problem> {
     if let Some(cost) = &model.cost {
         problems.part("cost", |problems| cost.validate(problems));
     }
+    if let Some(rest) = &model.rest {
+        problems.part("rest", |problems| rest.validate(problems));
+    }
     problems.into_found()
 }
 

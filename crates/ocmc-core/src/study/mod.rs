@@ -25,6 +25,7 @@ use crate::operating_cycle::{OperatingCycle, OperatingCycleSampler};
 use crate::random::nesting::{Nesting, Trip};
 use crate::random::sampling::Sampling;
 use crate::random::{Factor, PickFreeze, Stream, Streams};
+use crate::rest::RestModel;
 use crate::switch::ModelSwitch;
 use crate::vehicle::{Vehicle, VehicleModel, VehicleParameters};
 use fleet::FleetModel;
@@ -66,6 +67,9 @@ pub struct StudyModel {
     /// Greenhouse gases from the well to the wheel.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub emissions: Option<EmissionModel>,
+    /// Rests that the law asks of drivers; absent: none are taken.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rest: Option<RestModel>,
 }
 
 /// Name, description and sources of a study.
@@ -178,6 +182,8 @@ pub struct Scenario {
     pub curve_residuals: Vec<f64>,
     /// The truck.
     pub vehicle: Vehicle,
+    /// What its driver has driven at departure without a break, in s.
+    pub driven_before_s: f64,
 }
 
 impl Scenario {
@@ -306,6 +312,7 @@ impl Study {
         let payload_kg = cycle.mission.payload_kg;
         let vehicle = self.model.vehicle.sample(payload_kg, &streams, &simulation.without);
         let trip = streams.trip();
-        Scenario { cycle_id, trip, cycle, driver, curve_residuals, vehicle }
+        let driven_before_s = self.model.rest.as_ref().map_or(0.0, |rest| rest.sample(&streams));
+        Scenario { cycle_id, trip, cycle, driver, curve_residuals, vehicle, driven_before_s }
     }
 }

@@ -10,5 +10,6 @@
 mod common;
 mod cost;
 mod outside_facts;
+mod rest;
 mod sampled;
 mod value_stability;

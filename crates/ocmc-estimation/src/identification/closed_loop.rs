@@ -177,6 +177,7 @@ impl<'a> ClosedLoop<'a> {
             driver,
             curve_residuals: Vec::new(),
             vehicle: model.vehicle.sample(payload_kg, &streams, &without),
+            driven_before_s: 0.0,
         };
         // the controller's filter has followed the speed, the engine the pedal: both with a lag
         let first = start_of(log, &log.speed_mps);

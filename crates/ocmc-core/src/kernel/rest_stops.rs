@@ -1,0 +1,189 @@
+//! Rests on one trip: where the law's clock comes to its limit, the trip ends there, gets its rest
+//! put in, and is driven again from its start, until it is driven to its end.
+
+use crate::operating_cycle::road::point_event::{EventKind, PointEvent};
+use crate::rest::{Activity, DutyClock};
+use crate::study::{Scenario, Study};
+
+/// A driver looks for a place to rest so long before the limit, in s: the time that it takes to halt
+/// (judgement).
+const HALTING_S: f64 = 60.0;
+/// At this time before the limit he must not go on, in s: two steps.
+const LAST_S: f64 = 5.0;
+/// A stop so near is still reached, in m: how far a truck comes in the time to halt.
+const NEAR_M: f64 = 1500.0;
+/// Who may drive no longer than this at departure has rested before, in s.
+const SHORTEST_START_S: f64 = 300.0;
+/// Room of a rest beside other events, in m.
+const ROOM_M: f64 = 5.0;
+/// Attempts after which a trip is given up.
+const MOST_ATTEMPTS: u32 = 1000;
+
+/// A stop that the law has put in or made longer.
+#[derive(Clone, Copy, Debug)]
+struct RestStop {
+    position_m: f64,
+    /// What it would have been without the law; none where it would not be there.
+    own_s: Option<f64>,
+}
+
+/// The rests of one trip.
+#[derive(Clone, Debug)]
+pub(super) struct RestStops {
+    at_departure: DutyClock,
+    clock: DutyClock,
+    /// Driving time, standstill not counted, up to which the clock has gone.
+    driven_s: f64,
+    /// Where the last rest was, in m.
+    rested_at_m: f64,
+    /// The last stop of the mission since then, and the clock before it.
+    last_stop: Option<(usize, DutyClock)>,
+    stops: Vec<RestStop>,
+    /// Where a rest has to be put in, in m.
+    due_at_m: Option<f64>,
+    attempts: u32,
+    /// What the law has added to the standstill so far, in s, and how often.
+    pub added_s: f64,
+    pub taken: u32,
+}
+
+impl RestStops {
+    /// Those of a trip, where the study has a law on rests.
+    pub(super) fn new(study: &Study, scenario: &Scenario) -> Option<Box<Self>> {
+        let model = study.model().rest.as_ref()?;
+        let after = |driven_s| DutyClock::new(model.law, model.drivers, driven_s);
+        let mut clock = after(scenario.driven_before_s);
+        if clock.left_s() < SHORTEST_START_S {
+            clock = after(0.0);
+        }
+        Some(Box::new(Self {
+            at_departure: clock,
+            clock,
+            driven_s: 0.0,
+            rested_at_m: 0.0,
+            last_stop: None,
+            stops: Vec::new(),
+            due_at_m: None,
+            attempts: 0,
+            added_s: 0.0,
+            taken: 0,
+        }))
+    }
+
+    /// An attempt begins.
+    pub(super) fn depart(&mut self) {
+        self.clock = self.at_departure;
+        self.driven_s = 0.0;
+        self.rested_at_m = 0.0;
+        self.last_stop = None;
+        self.due_at_m = None;
+        (self.added_s, self.taken) = (0.0, 0);
+        self.attempts += 1;
+    }
+
+    /// The truck has been driven on, to this driving time.
+    pub(super) fn drive_to(&mut self, driven_s: f64) {
+        self.clock.pass(Activity::Driving, driven_s - self.driven_s);
+        self.driven_s = driven_s;
+    }
+
+    /// The truck stands at an event. A stop of the mission is a rest, any other one a part of the
+    /// driving. Returns whether the law asked for it.
+    pub(super) fn stand(&mut self, scenario: &Scenario, event: usize, dwell_s: f64) -> bool {
+        let PointEvent { position_m, kind, .. } = scenario.cycle.road.events[event];
+        if !matches!(kind, EventKind::MissionStop { .. }) {
+            self.clock.pass(Activity::Driving, dwell_s);
+            return false;
+        }
+        let before = self.clock;
+        self.clock.pass(Activity::Rest, dwell_s);
+        let added = self.stops.iter().find(|stop| stop.position_m == position_m);
+        if let Some(stop) = added {
+            self.added_s += dwell_s - stop.own_s.unwrap_or(0.0);
+            self.taken += 1;
+        }
+        if self.clock.driven_s() == 0.0 {
+            (self.rested_at_m, self.last_stop) = (position_m, None);
+        } else {
+            self.last_stop = Some((event, before));
+        }
+        added.is_some()
+    }
+
+    /// Driving time until the limit has to be looked at again, in s.
+    pub(super) fn until_check_s(&self) -> f64 {
+        let left_s = self.clock.left_s();
+        let until_s = if left_s > HALTING_S { left_s - HALTING_S } else { left_s - LAST_S };
+        until_s.max(0.0)
+    }
+
+    /// Notes whether the truck has to rest before it goes on from here; false: it goes on.
+    pub(super) fn has_to_rest(&mut self, scenario: &Scenario, here_m: f64) -> bool {
+        let left_s = self.clock.left_s();
+        let ahead = |place_m: f64| place_m > here_m && place_m < here_m + NEAR_M;
+        let road = &scenario.cycle.road;
+        let is_near = || {
+            let mut stops = road.events.iter().filter(|event| is_mission_stop(event));
+            ahead(road.length_m) || stops.any(|stop| ahead(stop.position_m))
+        };
+        let is_due = left_s <= LAST_S || left_s <= HALTING_S && !is_near();
+        if is_due {
+            // who has no time left to halt has to rest before
+            let back_m = if left_s <= LAST_S { NEAR_M } else { 0.0 };
+            let middle_m = 0.5 * (here_m + self.rested_at_m);
+            self.due_at_m = Some((here_m - back_m).max(middle_m));
+        }
+        is_due
+    }
+
+    /// Whether a rest has to be put in.
+    pub(super) fn are_missing(&self) -> bool {
+        self.due_at_m.is_some()
+    }
+
+    /// Whether the trip is given up.
+    pub(super) fn are_too_many(&self) -> bool {
+        self.attempts > MOST_ATTEMPTS
+    }
+
+    /// Puts the rest that is due into the trip: at the last stop of the mission since the last rest,
+    /// where there is none on the spot.
+    pub(super) fn put_in(&mut self, scenario: &mut Scenario) {
+        let Some(here_m) = self.due_at_m.take() else { return };
+        let (rest, length_s) = self.clock.next_rest();
+        let events = &mut scenario.cycle.road.events;
+        if let Some((event, before)) = self.last_stop {
+            let stop = &mut events[event];
+            let own_s = stop.kind.standstill_s().unwrap_or(0.0);
+            let known = self.stops.iter().any(|known| known.position_m == stop.position_m);
+            if !known {
+                self.stops.push(RestStop { position_m: stop.position_m, own_s: Some(own_s) });
+            }
+            let standstill_s = own_s.max(before.length_s(rest));
+            stop.kind = EventKind::MissionStop { standstill_s };
+            return;
+        }
+        // a rest on the spot that was not reached in time
+        self.stops.retain(|stop| {
+            let goes = stop.own_s.is_none() && stop.position_m > here_m;
+            if goes {
+                events.retain(|event| event.position_m != stop.position_m);
+            }
+            !goes
+        });
+        let mut position_m = here_m.max(ROOM_M);
+        while let Some(event) =
+            events.iter().rev().find(|event| (event.position_m - position_m).abs() < ROOM_M)
+        {
+            position_m = event.position_m - ROOM_M;
+        }
+        let kind = EventKind::MissionStop { standstill_s: length_s };
+        let at = events.partition_point(|event| event.position_m < position_m);
+        events.insert(at, PointEvent { position_m, kind, turns: false });
+        self.stops.push(RestStop { position_m, own_s: None });
+    }
+}
+
+fn is_mission_stop(event: &PointEvent) -> bool {
+    matches!(event.kind, EventKind::MissionStop { .. })
+}
