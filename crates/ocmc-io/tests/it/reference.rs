@@ -112,6 +112,7 @@ fn the_pages_of_the_study_file_are_made_from_its_keys() {
         "uncertainty",
         "cost",
         "fleet",
+        "rest",
     ] {
         page(&format!("study-{name}.md"), |what| {
             let (path, example) = what.split_once(" of ").unwrap();
