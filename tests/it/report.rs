@@ -82,7 +82,23 @@ const PHONE: &str = r#"<!DOCTYPE html><meta charset="utf-8"><body>
     const cells = boxes(".commands td, .commands th, .commands code");
     const right = Math.max(...cells.map((cell) => cell.right));
     const wide = page.documentElement.scrollWidth;
-    document.title = `rows ${rows.length} highest ${highest} right ${right} page ${wide}`;
+    const parts = [...page.querySelectorAll("body *")].filter((part) => !part.closest(".wide, pre"));
+    const width = page.documentElement.clientWidth;
+    const beyond = parts.filter((part) => {
+      const { left, right, width: own } = part.getBoundingClientRect();
+      return own > 0 && (left < 0 || right > width);
+    });
+    // labels of one picture: as high as people can read, and none over another
+    const pictures = [...page.querySelectorAll("svg")].map((picture) =>
+      [...picture.querySelectorAll("text")].map((label) => label.getBoundingClientRect()));
+    const lowest = Math.min(...pictures.flat().map((label) => label.height));
+    const touch = (a, b) =>
+      Math.min(a.right, b.right) - Math.max(a.left, b.left) > 0.5 &&
+      Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top) > 0.5;
+    const over = pictures.flatMap((all) =>
+      all.flatMap((a, k) => all.slice(k + 1).filter((b) => touch(a, b)))).length;
+    document.title = `rows ${rows.length} highest ${highest} right ${right} page ${wide} \
+beyond ${beyond.length} letters ${lowest} over ${over}`;
   };
 </script>"#;
 
@@ -90,7 +106,7 @@ const PHONE: &str = r#"<!DOCTYPE html><meta charset="utf-8"><body>
 fn on_a_phone_commands_stand_below_their_rows_and_nothing_overflows() {
     let parent = tempfile::tempdir().expect("a directory");
     let run = parent.path().join("run");
-    run_into(&run, &["--cycles", "40"]);
+    run_into(&run, &["--trucks", "10", "--trips", "4"]);
     ocmc(&["report"]).arg(&run).assert().success();
     let page = fs::read_to_string(run.join("report.html")).expect("written");
     let page = page.replace('&', "&amp;").replace('"', "&quot;");
@@ -116,6 +132,9 @@ fn on_a_phone_commands_stand_below_their_rows_and_nothing_overflows() {
         assert!(measured("highest") < 110.0, "{width}: {}", measured("highest"));
         assert!(measured("right") <= width, "{width}: {}", measured("right"));
         assert!(measured("page") <= width, "{width}: {}", measured("page"));
+        assert!(measured("beyond") == 0.0, "{width}: {}", measured("beyond"));
+        assert!(measured("letters") >= 11.0, "{width}: {}", measured("letters"));
+        assert!(measured("over") == 0.0, "{width}: {}", measured("over"));
     }
 }
 

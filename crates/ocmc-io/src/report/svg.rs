@@ -29,8 +29,12 @@ impl Scale {
 }
 
 pub(super) fn begin(width: f64, height: f64, what: &str) -> String {
-    // letters of broad pictures grow on narrow screens
-    let class = if width > 400.0 { " class=\"broad\"" } else { "" };
+    // on narrow screens letters of broad pictures grow, and panoramas are moved sideways
+    let class = match width {
+        ..=400.0 => "",
+        ..=800.0 => " class=\"broad\"",
+        _ => " class=\"panorama\"",
+    };
     format!(
         "<svg{class} viewBox=\"0 0 {width} {height}\" role=\"img\" aria-label=\"{}\">\n",
         escaped(what)
@@ -47,7 +51,7 @@ pub(super) fn label(text: &mut String, [x, y]: [f64; 2], anchor: &str, class: &s
 
 /// A histogram, with quantiles as marks.
 pub(super) fn histogram(histogram: &Histogram, quantiles: &[Quantile], unit: &str) -> String {
-    let (width, height, foot) = (720.0, 280.0, 40.0);
+    let (width, height, foot) = (720.0, 300.0, 56.0);
     let edges = &histogram.edges;
     let x = Scale { from: [edges[0], edges[edges.len() - 1]], to: [10.0, width - 10.0] };
     let largest = histogram.counts.iter().copied().max().unwrap_or(1).max(1) as f64;
@@ -82,7 +86,7 @@ pub(super) fn histogram(histogram: &Histogram, quantiles: &[Quantile], unit: &st
     let every = edges.len().div_ceil(9);
     for edge in edges.iter().step_by(every) {
         let words = format!("{edge:.*}", histogram.decimals);
-        label(&mut text, [x.at(*edge), height - 24.0], "middle", "", &words);
+        label(&mut text, [x.at(*edge), height - 34.0], "middle", "", &words);
     }
     label(&mut text, [width / 2.0, height - 6.0], "middle", "", unit);
     text.push_str("</svg>\n");
@@ -148,14 +152,14 @@ pub(super) fn bands(
 
 /// Horizontal bars of shares, each with its name and its text.
 pub(super) fn bars(rows: &[(String, f64, String)], what: &str) -> String {
-    let (width, step, left) = (720.0, 26.0, 210.0);
+    let (width, step, left) = (720.0, 28.0, 224.0);
     let height = step * rows.len() as f64 + 6.0;
     let largest = rows.iter().map(|row| row.1.abs()).fold(0.0, f64::max).max(1e-12);
     let mut text = begin(width, height, what);
     for (k, (name, value, words)) in rows.iter().enumerate() {
         let top = step * k as f64 + 4.0;
-        let length = (width - left - 230.0) * value.abs() / largest;
-        label(&mut text, [left - 8.0, top + 14.0], "end", "name", name);
+        let length = (width - left - 260.0) * value.abs() / largest;
+        label(&mut text, [left - 8.0, top + 15.0], "end", "name", name);
         let _ = writeln!(
             text,
             "<rect class=\"{}\" x=\"{left}\" y=\"{top:.1}\" width=\"{:.1}\" height=\"{}\"/>",
@@ -163,7 +167,7 @@ pub(super) fn bars(rows: &[(String, f64, String)], what: &str) -> String {
             length.max(1.0),
             step - 8.0
         );
-        label(&mut text, [left + length + 8.0, top + 14.0], "start", "", words);
+        label(&mut text, [left + length + 8.0, top + 15.0], "start", "", words);
     }
     text.push_str("</svg>\n");
     text

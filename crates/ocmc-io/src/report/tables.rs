@@ -55,7 +55,7 @@ pub(super) fn statistics(statistics: &[Statistic], caption: &str, note: Option<&
     let note =
         note.map_or_else(String::new, |note| format!("<p class=\"soft\">Intervals: {note}.</p>\n"));
     let mut text = format!(
-        "{note}<p class=\"soft\">{caption}</p>\n<div class=\"wide\"><table>\n<thead><tr><th></th><th>mean</th>\
+        "{note}<p class=\"soft\">{caption}</p>\n<div class=\"wide\" tabindex=\"0\"><table>\n<thead><tr><th></th><th>mean</th>\
          <th>95 % interval</th><th>SD</th>"
     );
     for quantile in statistics.first().iter().flat_map(|statistic| &statistic.quantiles) {
@@ -114,7 +114,7 @@ pub(super) fn outliers(run: &Reported, quantity: &RecordQuantity) -> String {
     let (unit, factor) = label(quantity.column);
     let study = study_argument(run);
     let mut text = format!(
-        "<h2>Lowest and highest</h2>\n<div class=\"wide commands\" style=\"--columns: 7\"><table>\n<thead><tr><th>cycle</th><th>{}</th><th>payload, \
+        "<h2>Lowest and highest</h2>\n<div class=\"wide commands\" tabindex=\"0\" style=\"--columns: 7\"><table>\n<thead><tr><th>cycle</th><th>{}</th><th>payload, \
          t</th><th>km</th><th>km/h</th><th>climb, m/km</th><th>stops</th><td class=\"words\">step by step</td></tr></thead>\n<tbody>\n",
         escaped(unit)
     );
@@ -159,7 +159,7 @@ pub(super) fn failures(run: &Reported) -> String {
         "<h2>Cycles that failed</h2>\n<p>{} of {} cycles {was} not completed. Those that stalled or timed out are in \
          the records, but in no mean and no quantile. A trip whose battery ran empty counts with the kilometres that \
          it drove: as heavy consumers drive fewer, the figure for the trips asked for is that of the whole trips, \
-         driven to their end with a battery that never empties.</p>\n<div class=\"wide commands\" style=\"--columns: 2\"><table>\n<thead><tr><th>why</th><th>cycles</th><td class=\"words\">the \
+         driven to their end with a battery that never empties.</p>\n<div class=\"wide commands\" tabindex=\"0\" style=\"--columns: 2\"><table>\n<thead><tr><th>why</th><th>cycles</th><td class=\"words\">the \
          first ones, step by step</td></tr></thead>\n<tbody>\n",
         grouped(failed),
         grouped(summary.cycles)
@@ -213,7 +213,7 @@ const STUDY_KEYS: [(&str, &str); 13] = [
 /// The study in words and numbers, and whole.
 pub(super) fn study(run: &Reported) -> String {
     let manifest = &run.manifest;
-    let mut text = "<h2>Study</h2>\n<div class=\"wide\"><table><tbody>\n".to_owned();
+    let mut text = "<h2>Study</h2>\n<div class=\"wide\" tabindex=\"0\"><table><tbody>\n".to_owned();
     let driven = driven_instead(&manifest.routes(), manifest.followed.as_ref());
     text.extend(driven.iter().map(|(name, value)| row(name, value)));
     let keys = STUDY_KEYS.iter().filter(|(_, path)| *path != LENGTH || driven.is_empty());
@@ -295,7 +295,7 @@ pub(super) fn provenance(run: &Reported) -> String {
         ("took", format!("{wall_s} s on {} threads", run.summary.threads)),
     ];
     format!(
-        "<h2>Provenance</h2>\n<div class=\"wide\"><table><tbody>\n{}</tbody></table></div>\n<p class=\"soft\">The \
+        "<h2>Provenance</h2>\n<div class=\"wide\" tabindex=\"0\"><table><tbody>\n{}</tbody></table></div>\n<p class=\"soft\">The \
          intervals are those of sampling from the study. They do not hold the error of the models, nor that of numbers \
          that were judged.</p>\n",
         rows.map(|(name, value)| row(name, &value)).concat()

@@ -113,3 +113,54 @@ fn what_only_follows_from_the_payload_explains_nothing() {
     assert!(panel.contains("payload"), "{panel}");
     assert!(!panel.contains("rolling"), "{panel}");
 }
+
+/// A number of a rule of the style for narrow screens.
+fn on_a_phone(rule: &str) -> f64 {
+    let narrow = STYLE.split_once("@media (max-width").expect("narrow screens").1;
+    let narrow = narrow.split_once("@media print").expect("printing follows").0;
+    let value = narrow.split_once(rule).expect("the rule").1.trim_start();
+    let end = value.find(|c: char| !c.is_ascii_digit() && c != '.').expect("a unit");
+    value[..end].parse().expect("a number")
+}
+
+#[test]
+fn labels_of_broad_pictures_can_be_read_on_a_phone() {
+    let letters = on_a_phone(".broad text { font-size:");
+    // a page of 360 px with margins of 16 px, a picture of 720 units
+    assert!(letters * (360.0 - 32.0) / 720.0 >= 10.0, "{letters}");
+    // the lines below the histogram do not touch, and bars are as far apart as their names are high
+    let page = html(&run("x").into());
+    let lines = |picture: &str| -> Vec<f64> {
+        let picture = page.split_once(picture).expect("a picture").1;
+        let picture = picture.split_once("</svg>").expect("its end").0;
+        let labels = picture.split("<text").skip(1);
+        let y = labels.map(|label| label.split_once(" y=\"").expect("a place").1);
+        let y = y.map(|y| y.split_once('"').expect("a number").0.parse().expect("a number"));
+        let mut y: Vec<f64> = y.collect();
+        y.sort_by(f64::total_cmp);
+        y.dedup();
+        y
+    };
+    for picture in ["Histogram of", "Energy by kind of loss"] {
+        let lines = lines(picture);
+        assert!(lines.len() > 2, "{picture}: {lines:?}");
+        assert!(lines.windows(2).all(|y| y[1] - y[0] >= 1.2 * letters), "{picture}: {lines:?}");
+    }
+}
+
+#[test]
+fn what_is_wider_than_the_page_is_moved_within_its_box_also_by_keys() {
+    assert!(
+        STYLE.contains(".wide { overflow-x: auto;")
+            && STYLE.contains("pre { padding: .8rem; overflow-x: auto; }")
+    );
+    assert!(STYLE.contains("figure:has(> .panorama) { overflow-x: auto; }"));
+    let page = html(&run("x").into());
+    let outside = page.match_indices("<table").filter(|(at, _)| {
+        let before = &page[..*at];
+        !before.ends_with("tabindex=\"0\">")
+            && !before.ends_with("--columns: 7\">")
+            && !before.ends_with("--columns: 2\">")
+    });
+    assert_eq!(outside.count(), 0);
+}

@@ -53,7 +53,7 @@ fn caterpillar(trucks: &TruckSummary, unit: &str, factor: f64) -> String {
     let count = all.len().min(MOST_SHOWN);
     let place = |k: usize| k * (all.len() - 1) / (count - 1);
     let shown: Vec<[f64; 3]> = (0..count).map(|k| all[place(k)]).collect();
-    let (width, height, left, foot) = (720.0, 280.0, 48.0, 28.0);
+    let (width, height, left, foot) = (720.0, 284.0, 72.0, 34.0);
     let low = shown.iter().map(|row| row[1]).fold(f64::INFINITY, f64::min);
     let high = shown.iter().map(|row| row[2]).fold(f64::NEG_INFINITY, f64::max);
     let x = Scale { from: [0.0, (count - 1) as f64], to: [left + 8.0, width - 10.0] };
@@ -105,7 +105,7 @@ fn year(trucks: &TruckSummary) -> String {
         ("CO2 of the fuel, t", totals.co2_kg, 1e-3),
     ];
     let mut text = "<p class=\"soft\">The fleet's year, and where that of another fleet of as many trucks lies in 95 \
-                    of 100 cases.</p>\n<div class=\"wide\"><table>\n<thead><tr><th></th><th>total</th>\
+                    of 100 cases.</p>\n<div class=\"wide\" tabindex=\"0\"><table>\n<thead><tr><th></th><th>total</th>\
                     <th>another fleet</th></tr></thead>\n<tbody>\n"
         .to_owned();
     for (name, total, factor) in rows {
@@ -130,7 +130,7 @@ fn seasons(trucks: &TruckSummary, unit: &str, factor: f64) -> String {
     }
     let cells = |of: &dyn Fn(&(&str, f64)) -> String| known.iter().map(of).collect::<String>();
     format!(
-        "<p class=\"soft\">{unit} by month of departure, total over total.</p>\n<div class=\"wide\"><table>\n\
+        "<p class=\"soft\">{unit} by month of departure, total over total.</p>\n<div class=\"wide\" tabindex=\"0\"><table>\n\
          <thead><tr>{}</tr></thead>\n<tbody><tr>{}</tr></tbody></table></div>\n",
         cells(&|(name, _)| format!("<th>{name}</th>")),
         cells(&|(_, value)| format!("<td>{}</td>", rounded(*value))),

@@ -115,7 +115,7 @@ pub fn validation_html(page: &ValidationPage) -> String {
 fn scores(page: &ValidationPage) -> String {
     let mut text = "<h2>Scores</h2>\n<p class=\"soft\">Error: simulated mean less measured. CRPS: continuous ranked \
                     probability score, in the same unit. Half and 90 %: how many of the measured values lie in these bands of the \
-                    trips.</p>\n<div class=\"wide\"><table>\n<thead><tr><th></th><th>values</th><th>mean error</th><th>RMSE</th>\
+                    trips.</p>\n<div class=\"wide\" tabindex=\"0\"><table>\n<thead><tr><th></th><th>values</th><th>mean error</th><th>RMSE</th>\
                     <th>CRPS</th><th>in half, %</th><th>in 90 %, %</th><th>even ranks, p</th></tr></thead>\n<tbody>\n"
         .to_owned();
     for pooled in page.pooled {
@@ -143,7 +143,7 @@ fn scores(page: &ValidationPage) -> String {
 
 /// The scores of each drive.
 fn drives(page: &ValidationPage) -> String {
-    let mut text = "<h2>Drives</h2>\n<div class=\"wide\"><table>\n<thead><tr><th></th><th>from, km</th><th>to, km</th>\
+    let mut text = "<h2>Drives</h2>\n<div class=\"wide\" tabindex=\"0\"><table>\n<thead><tr><th></th><th>from, km</th><th>to, km</th>\
                     <th></th><th>measured</th><th>simulated</th><th>90 % of the trips</th><th>CRPS</th><th>rank</th></tr>\
                     </thead>\n<tbody>\n"
         .to_owned();
