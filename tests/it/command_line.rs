@@ -112,7 +112,7 @@ fn a_run_prints_its_answer_and_nothing_else_to_standard_output() {
         "400",
         "km",
         "L/100 km",
-        "wheel kWh/km",
+        "traction kWh/km",
         "speed",
         "stops per km",
         "P99",

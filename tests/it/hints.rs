@@ -80,3 +80,50 @@ fn a_run_that_was_ended_by_force_names_the_command_that_finishes_it() {
     let again = message(folder.path(), &["--out", "a b"], 1);
     assert!(again.contains(finishes), "{again}");
 }
+
+#[test]
+fn a_study_typed_as_a_command_has_its_option_named() {
+    let folder = tempfile::tempdir().expect("a directory");
+    for (typed, command) in
+        [("field-truck", "ocmc --study field-truck"), ("a b.toml", "ocmc --study 'a b.toml'")]
+    {
+        let message = message(folder.path(), &[typed], 2);
+        assert!(message.contains(&format!("to run this study, type: {command}")), "{message}");
+        assert!(!message.contains("similar"), "{message}");
+    }
+    let message = message(folder.path(), &["drvie"], 2);
+    assert!(message.contains("'drive'") && !message.contains("this study"), "{message}");
+}
+
+#[test]
+fn numbers_that_people_write_are_named_as_they_are_typed() {
+    let folder = tempfile::tempdir().expect("a directory");
+    for typed in ["1e4", "10k", "10,000"] {
+        let message = message(folder.path(), &["--cycles", typed], 2);
+        assert!(message.contains("; type 10000\n"), "{message}");
+    }
+    let point = "numbers take a decimal point: 2.5, not 2,5";
+    let message = message(folder.path(), &["--set", "mission.length_m=2500,5"], 1);
+    assert!(message.contains(point), "{message}");
+}
+
+#[test]
+fn the_picture_of_the_readme_has_the_rows_of_the_command() {
+    let output = ocmc(&["--cycles", "60"]).output().expect("the program starts");
+    let text = String::from_utf8(output.stdout).expect("UTF-8");
+    let picture = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/images/run.svg");
+    let picture = fs::read_to_string(picture).expect("the picture");
+    let (_, table) = text.split_once("mean ± 95 %").expect("a table");
+    let (table, _) = table.split_once("number of cycles").expect("a histogram");
+    // names of rows, up to two blanks; a remark up to its number
+    let rows = table.lines().skip(1).filter(|line| !line.is_empty());
+    let names: Vec<&str> = rows
+        .map(|row| row.split("  ").next().unwrap_or(row))
+        .filter(|name| !name.contains('±'))
+        .collect();
+    assert!(names.len() > 6, "{text}");
+    for name in names {
+        let name = name.split(" counts ").next().unwrap_or(name).trim_end_matches(',');
+        assert!(picture.contains(&format!(">{name}")), "{name}");
+    }
+}

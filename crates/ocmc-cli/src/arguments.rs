@@ -120,9 +120,30 @@ where
         let digits = digits.filter(|digits| digits.bytes().all(|byte| byte.is_ascii_digit()));
         let number = digits.and_then(|digits| digits.parse::<u64>().ok()?.try_into().ok());
         number.filter(|number| allowed.contains(number)).ok_or_else(|| {
-            format!("allowed is a whole number from {} to {}", allowed.start(), allowed.end())
+            let meant = meant(text)
+                .filter(|meant| T::try_from(*meant).is_ok_and(|number| allowed.contains(&number)));
+            let hint = meant.map_or_else(String::new, |meant| format!("; type {meant}"));
+            format!("allowed is a whole number from {} to {}{hint}", allowed.start(), allowed.end())
         })
     }
+}
+
+/// The whole number that people mean by 1e4, 10k, 2M or 10,000.
+fn meant(text: &str) -> Option<u64> {
+    let mut groups = text.split([',', '\'', ' ']);
+    let first = groups.next()?.len();
+    let plain = if (1..=3).contains(&first) && groups.all(|group| group.len() == 3) {
+        text.replace([',', '\'', ' '], "")
+    } else {
+        text.to_owned()
+    };
+    let (number, times) = match plain.strip_suffix(['k', 'K']) {
+        Some(number) => (number, 1e3),
+        None => plain.strip_suffix('M').map_or((plain.as_str(), 1.0), |number| (number, 1e6)),
+    };
+    let number = number.parse::<f64>().ok()? * times;
+    // what a float counts exactly
+    (number.fract() == 0.0 && (0.0..9e15).contains(&number)).then_some(number as u64)
 }
 
 /// A precision: `0.2%`, `p95:1%`. Without the unit, 0.2 would be 0.2 % for some and 20 % for
@@ -202,6 +223,18 @@ mod tests {
         assert_eq!(any("18446744073709551615"), Ok(u64::MAX));
         for text in ["", "_", "-1", "+1", "1.5", "1e3", "18446744073709551616", "x"] {
             assert!(any(text).is_err(), "{text}");
+        }
+        for (text, typed) in
+            [("1e4", 10_000), ("10k", 10_000), ("10,000", 10_000), ("2M", 2_000_000)]
+        {
+            let hint = format!("; type {typed}");
+            assert!(any(text).is_err_and(|message| message.ends_with(&hint)), "{text}");
+        }
+        for text in ["1.5", "1e-3", "-1e4", "1,5", "10,00", "k", "1e40", "inf", "nan", ",", ""] {
+            assert!(
+                any(text).is_err_and(|message| message.ends_with(&u64::MAX.to_string())),
+                "{text}"
+            );
         }
         let at_least_one = whole_number(1..=LAST_CYCLE_ID);
         assert_eq!(at_least_one("288230376151711743"), Ok(LAST_CYCLE_ID));

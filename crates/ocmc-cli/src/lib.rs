@@ -25,7 +25,7 @@ mod verify;
 use analysis::{CompareArguments, SensitivityArguments};
 use bound::BoundArguments;
 use calibrate::CalibrateCommand;
-use clap::error::ErrorKind;
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use clap_complete::Shell;
 use cost::CostArguments;
@@ -33,6 +33,8 @@ use cycle::CycleArguments;
 use failure::Failure;
 use fit::FitCommand;
 use log::{CurvesArguments, IdentifyArguments};
+use ocmc_api::shell_word::shell_word;
+use ocmc_api::study::list;
 use range::RangeArguments;
 use road::{RoadArguments, ValidateArguments};
 use run::{DriveArguments, MergeArguments, ReportArguments, RunArguments};
@@ -142,7 +144,7 @@ enum Command {
 pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> i32 {
     let (arguments, path) = match parsed(arguments) {
         Ok(parsed) => parsed,
-        Err(answer) => return usage(&answer),
+        Err(answer) => return usage(&with_studies(answer)),
     };
     let done = match &arguments.command {
         None => run::run(&arguments.run),
@@ -195,6 +197,22 @@ fn parsed(
     }
     let arguments = Arguments::from_arg_matches_mut(&mut matches);
     Ok((arguments.map_err(|error| error.format(&mut Arguments::command()))?, path))
+}
+
+/// Wrong usage, with the option of studies where the name of one was typed as a sub-command.
+fn with_studies(mut error: clap::Error) -> clap::Error {
+    let typed = match error.get(ContextKind::InvalidSubcommand) {
+        Some(ContextValue::String(typed)) => typed.clone(),
+        _ => return error,
+    };
+    let is_file = Path::new(&typed).extension().is_some_and(|extension| extension == "toml");
+    if is_file || list().iter().any(|study| study.name == typed) {
+        let hint =
+            format!("to run this study, type: ocmc --study {}", shell_word(Path::new(&typed)));
+        error.remove(ContextKind::SuggestedSubcommand);
+        error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![hint.into()]));
+    }
+    error
 }
 
 /// Wrong usage that shows after parsing, with the usage of the sub-command at the end of the path.

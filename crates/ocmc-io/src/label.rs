@@ -1,4 +1,9 @@
-//! What quantities are called for people, and the factors to the units in which people read them.
+//! What quantities are called for people, the factors to the units in which people read them, and
+//! what has to be said of those that look wrong and are not.
+
+use crate::number_text::count_of;
+use ocmc_core::fleet::summary::Summary;
+use ocmc_core::record::Outcome;
 
 /// A quantity of the summary: its name with the unit for people, and the factor to that unit.
 pub fn label(column: &str) -> (&str, f64) {
@@ -7,11 +12,58 @@ pub fn label(column: &str) -> (&str, f64) {
         "consumption_l_per_100tkm" => ("L/100 tkm", 1.0),
         "consumption_kwh_per_km" => ("kWh/km", 1.0),
         "whole_trip_kwh_per_km" => ("whole kWh/km", 1.0),
-        "wheel_kwh_per_km" => ("wheel kWh/km", 1.0),
+        "wheel_kwh_per_km" => ("traction kWh/km", 1.0),
         "co2_g_per_km" => ("g CO2/km", 1.0),
         "mean_speed_mps" => ("speed, km/h", 3.6),
         "duration_s" => ("duration, h", 1.0 / 3600.0),
         "stops_per_km" => ("stops per km", 1.0),
         other => (other, 1.0),
+    }
+}
+
+/// What a reader may take for an error in a table over cycles, a sentence each: a mean that lies
+/// above its own quantiles, and traction above the energy that it came from.
+pub fn remarks(summary: &Summary) -> Vec<String> {
+    let n = |column: &str| summary.statistic(column).map_or(0, |statistic| statistic.n);
+    let mut remarks = Vec::new();
+    let completed = summary.outcomes.of(Outcome::Completed);
+    let (carrying, electric) = (n("consumption_l_per_100tkm"), n("consumption_kwh_per_km"));
+    if (1..completed).contains(&carrying) {
+        let empty = count_of(completed - carrying, "empty trip");
+        remarks.push(format!("L/100 tkm: the mean alone counts {empty}, and may exceed P75."));
+    }
+    if electric > 0 {
+        let traction =
+            "traction: what drives the wheels; what braking gives back is not taken off.";
+        remarks.push(traction.to_owned());
+    }
+    remarks
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::records::examples;
+    use ocmc_core::fleet::summary::SummaryBuilder;
+
+    fn remarks_of(carrying: usize, electric: bool) -> Vec<String> {
+        let mut records = examples::records(5);
+        for (k, record) in records.iter_mut().enumerate() {
+            record.outcome = Outcome::Completed;
+            record.consumption_l_per_100tkm = (k < carrying).then_some(2.0);
+            record.consumption_kwh_per_km = electric.then_some(1.2);
+        }
+        let mut fleet = SummaryBuilder::default();
+        fleet.add(&records);
+        remarks(&fleet.finish())
+    }
+
+    #[test]
+    fn rows_that_look_wrong_have_a_remark() {
+        assert_eq!(remarks_of(5, false), Vec::<String>::new());
+        let empty = "L/100 tkm: the mean alone counts 1 empty trip, and may exceed P75.";
+        assert_eq!(remarks_of(4, false), [empty]);
+        let remarks = remarks_of(5, true);
+        assert!(remarks.len() == 1 && remarks[0].starts_with("traction: "), "{remarks:?}");
     }
 }

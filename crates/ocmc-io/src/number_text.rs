@@ -13,6 +13,13 @@ pub fn grouped(number: u64) -> String {
     text
 }
 
+/// Whether this is a number with a decimal comma, as in 2,5.
+pub(crate) fn has_decimal_comma(text: &str) -> bool {
+    let digits = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
+    let unsigned = text.trim_start_matches(['-', '+']);
+    unsigned.split_once(',').is_some_and(|(whole, part)| digits(whole) && digits(part))
+}
+
 /// So many things: `1 row`, `1,200 rows`.
 pub fn count_of(number: u64, thing: &str) -> String {
     let plural = if number == 1 { "" } else { "s" };

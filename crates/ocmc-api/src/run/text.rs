@@ -9,15 +9,12 @@ use ocmc_core::fleet::precision::{Precision, Reached};
 use ocmc_core::fleet::statistic::Statistic;
 use ocmc_core::fleet::summary::{OUTSIDE_MAP_SHARE, Summary};
 use ocmc_core::record::Outcome;
-use ocmc_io::label::label;
-use ocmc_io::number_text::{count_of, decimals, grouped, rough, rounded, short};
+use ocmc_io::label::{label, remarks};
+use ocmc_io::number_text::{decimals, grouped, rough, rounded, short};
 use ocmc_io::run_directory::RunSummary;
 use ocmc_io::study::Origin;
 use std::fmt::Write;
 use std::iter::once;
-
-/// The quantity that empty trips do not have.
-const PER_TONNE: &str = "consumption_l_per_100tkm";
 
 /// The whole answer, so many columns wide.
 pub(crate) fn run_text(answer: &RunAnswer, width: usize) -> String {
@@ -26,7 +23,9 @@ pub(crate) fn run_text(answer: &RunAnswer, width: usize) -> String {
     if run.summary.outcomes.counted() > 0 {
         let table = summary_table(&run.summary);
         let few = run.note.map_or_else(String::new, |note| format!("Intervals: {note}.\n"));
-        let _ = write!(text, "\n{table}{few}{}{}", empty(&run.summary), uncertain(&run.summary));
+        let remarks: String =
+            remarks(&run.summary).into_iter().map(|remark| remark + "\n").collect();
+        let _ = write!(text, "\n{table}{few}{remarks}{}", uncertain(&run.summary));
         if let Some(statistic) = run.summary.consumption() {
             let _ = write!(text, "\n{}", histogram_chart(statistic, width));
         }
@@ -87,19 +86,6 @@ fn precision(reached: &Reached) -> String {
 /// A percentage to two digits.
 fn rounded_share(percent: f64) -> String {
     format!("{percent:.1e}").parse::<f64>().unwrap_or(percent).to_string()
-}
-
-/// How empty trips were counted, where there are any.
-fn empty(summary: &Summary) -> String {
-    let counted = summary.outcomes.counted();
-    let carrying = summary.statistic(PER_TONNE).map_or(0, |statistic| statistic.n);
-    if carrying == 0 || carrying == counted {
-        return String::new();
-    }
-    let empty = counted - carrying;
-    let trips = count_of(empty, "empty trip");
-    let count = if empty == 1 { "counts" } else { "count" };
-    format!("L/100 tkm: {trips} {count} in the mean, not in the other columns.\n")
 }
 
 /// How sure the mean is when the parameters are not, where the study says how uncertain they are.
@@ -213,7 +199,7 @@ fn failed(summary: &Summary) -> String {
 
 /// Widths of the names, of the mean with its interval, of the spread and the quantiles, behind a
 /// space each.
-const WIDTHS: [usize; 9] = [13, 17, 6, 6, 6, 6, 6, 6, 6];
+const WIDTHS: [usize; 9] = [15, 15, 6, 6, 6, 6, 6, 6, 6];
 
 /// The table over cycles. Quantities that the fleet does not have are left out.
 pub(crate) fn summary_table(summary: &Summary) -> String {

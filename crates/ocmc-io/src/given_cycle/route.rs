@@ -202,6 +202,10 @@ mod tests {
                 "position_m,speed_limit_kmh\n0,50\n300,\n",
                 "`r.csv`, line 3, column `speed_limit_kmh`: empty; allowed is a finite number",
             ),
+            (
+                "position_m;speed_limit_kmh\n0;50\n300,5;50\n",
+                "column `position_m`: `300,5`; allowed is a finite number with a decimal point",
+            ),
             ("time_s,speed_kmh\n0,0\n9,50\n", "is a speed over time: it has a column `time_s`"),
             (
                 "time_s,position_m,speed_kmh\n0,0,0\n9,50,50\n",

@@ -1,7 +1,7 @@
 //! What has to be said of a log that was read: where a drive stands, and what is odd.
 
 use super::{LogFile, LoggedTrip};
-use crate::number_text::grouped;
+use crate::number_text::{grouped, has_decimal_comma};
 use ocmc_estimation::log::signal::LogCounts;
 
 /// What there is of something at a place, each with its number. `what` is in the plural; of one
@@ -94,8 +94,7 @@ impl LogFile {
 /// What to do about a cell that is no number and looks like one, or like a time.
 pub(super) fn how_numbers_are_written(column: &str, text: &str) -> &'static str {
     let digits = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
-    let unsigned = text.trim_start_matches(['-', '+']);
-    if unsigned.split_once(',').is_some_and(|(whole, part)| digits(whole) && digits(part)) {
+    if has_decimal_comma(text) {
         return "; numbers take a decimal point: write 0.5, not 0,5";
     }
     let date = text.get(..4).is_some_and(digits) && text[4..].starts_with(['-', '/']);

@@ -12,7 +12,7 @@ mod tables;
 mod trucks;
 mod validation;
 
-use crate::label::label;
+use crate::label::{label, remarks};
 use crate::number_text::{grouped, rounded};
 use crate::run_directory::{Manifest, RunDirectoryError, RunSummary, StoredRun, read_groups};
 use crate::study;
@@ -106,7 +106,9 @@ pub fn html(run: &Reported) -> String {
     if let Some(statistic) = summary.consumption() {
         page.push_str(&distribution(statistic));
         let told: Vec<Statistic> = summary.told().cloned().collect();
-        page.push_str(&tables::statistics(&told, tables::OVER_CYCLES, run.summary.note));
+        let remarks = remarks(summary);
+        let caption = [&[tables::OVER_CYCLES.to_owned()], remarks.as_slice()].concat().join(" ");
+        page.push_str(&tables::statistics(&told, &caption, run.summary.note));
         page.push_str(&trucks::trucks(summary));
         page.push_str(&energy::breakdown(&run.gathered.sums));
         if let Some(quantity) = quantity(statistic.column) {

@@ -75,7 +75,7 @@ pub enum Cause {
         limit: u64,
     },
     /// A file that is not text.
-    #[error("`{path}` is not UTF-8 text: line {line}, byte {byte} of the file")]
+    #[error("`{path}` is not UTF-8 text: line {line}, byte {byte} of the file; save it in UTF-8")]
     NotText {
         /// The file.
         path: String,
@@ -270,6 +270,9 @@ fn entries_of(entries: usize) -> String {
         n => format!("{n} entries, allowed is an index of 0 to {}", n - 1),
     }
 }
+
+/// What to do about a decimal comma.
+pub(super) const DECIMAL_POINT: &str = "numbers take a decimal point: 2.5, not 2,5";
 
 /// The name that was probably meant.
 pub(super) fn nearest<'a, S: AsRef<str>>(wrong: &str, names: &'a [S]) -> Option<&'a str> {

@@ -1,6 +1,6 @@
 //! The tree of a study file, in which every value knows where it was written.
 
-use super::error::{Cause, Fault};
+use super::error::{Cause, DECIMAL_POINT, Fault};
 use super::source::{Place, Source, SourceKind, cut};
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -50,7 +50,7 @@ impl Node {
     pub(super) fn parse(source: &Arc<Source>) -> Result<Self, Box<Fault>> {
         let document = DeTable::parse(&source.text).map_err(|error| {
             let place = Place::new(source, error.span().unwrap_or(0..0));
-            Fault::new(Cause::Syntax(error.message().to_owned())).at(Some(&place))
+            syntax(source, &place, &error)
         })?;
         let text = Text { source, offset: 0 };
         let content = Content::Table(text.entries(document.get_ref(), 0)?);
@@ -63,7 +63,7 @@ impl Node {
         let written = source.text[offset..].trim_end();
         let value = DeValue::parse(written).map_err(|error| {
             let place = text.place(error.span().unwrap_or(0..written.len()));
-            Fault::new(Cause::Syntax(error.message().to_owned())).at(Some(&place))
+            syntax(source, &place, &error)
         })?;
         text.node(value.get_ref(), text.place(value.span()), 0)
     }
@@ -252,6 +252,16 @@ impl Node {
             && self.any_place().is_some_and(|place| place.source.kind == SourceKind::Setting);
         !entries.is_empty() && (numbers || steps)
     }
+}
+
+/// A text that is not TOML.
+fn syntax(source: &Source, place: &Place, error: &toml::de::Error) -> Box<Fault> {
+    let fault = Fault::new(Cause::Syntax(error.message().to_owned())).at(Some(place));
+    let (before, after) = source.text.split_at_checked(place.span.start).unwrap_or_default();
+    let digit = |letter: Option<char>| letter.is_some_and(|letter| letter.is_ascii_digit());
+    let mut after = after.chars();
+    let is_comma = after.next() == Some(',') && digit(after.next()) && digit(before.chars().last());
+    if is_comma { fault.help(DECIMAL_POINT) } else { fault }
 }
 
 /// Checks that a list of so many entries, to which the steps lead, has an entry for each key.

@@ -54,6 +54,9 @@ pub enum Fault {
          UTF-8"
     )]
     NotUtf8(u64),
+    /// Letters of two bytes each.
+    #[error(" is in UTF-16; save it in UTF-8, as a spreadsheet's `CSV UTF-8`")]
+    Utf16,
     /// Nothing in it.
     #[error(" is empty: a table has a line of column names, and rows below it")]
     Empty,

@@ -5,6 +5,7 @@ use super::given::{Cells, RowPlace};
 use super::quantity::Quantity;
 use super::schema::{Column, Style};
 use super::spreadsheet;
+use crate::number_text::has_decimal_comma;
 use arrow_array::{Array, StringArray};
 use std::path::Path;
 
@@ -119,6 +120,9 @@ impl Row<'_> {
         let refuse = |allowed| Err(self.refuse(column.quantity, allowed));
         let number = match (self.written(column), self.table.style) {
             (Some(number), Style::Description) if number.is_finite() => number,
+            (_, Style::Description) if has_decimal_comma(self.text_in(column)) => {
+                return refuse("a finite number with a decimal point: 0.5, not 0,5");
+            }
             (_, Style::Description) => return refuse("a finite number"),
             (Some(number), _) => number,
             (None, _) => {

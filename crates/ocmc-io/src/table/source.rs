@@ -111,11 +111,19 @@ fn text_of(path: &Path, file: BufReader<File>) -> Result<String, TableError> {
     if bytes.len() as u64 > MOST_BYTES {
         return Err(TableError::of(path, Fault::TooLarge(format!("{MOST_BYTES} bytes"))));
     }
+    if is_utf16(&bytes) {
+        return Err(TableError::of(path, Fault::Utf16));
+    }
     let text = match String::from_utf8(bytes) {
         Ok(text) => text,
         Err(error) => error.into_bytes().into_iter().map(char::from).collect(),
     };
     Ok(text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text))
+}
+
+/// Whether a text begins as UTF-16 does: with its mark, or with a letter of which one byte is 0.
+fn is_utf16(bytes: &[u8]) -> bool {
+    matches!(bytes, [0xff, 0xfe, ..] | [0xfe, 0xff, ..] | [0, 1..=255, ..] | [1..=255, 0, ..])
 }
 
 /// The text of a file that may be compressed by gzip or zstd, and whether it is.
@@ -136,6 +144,9 @@ fn of_text(path: &Path, text: Box<dyn Read>, style: Style) -> Result<Opened, Tab
     let start = text.fill_buf().map_err(failed)?;
     if start.is_empty() {
         return Err(TableError::of(path, Fault::Empty));
+    }
+    if is_utf16(start) {
+        return Err(TableError::of(path, Fault::Utf16));
     }
     let separator = separator(start);
     let feed = start.iter().position(|byte| *byte == b'\n').unwrap_or(0);

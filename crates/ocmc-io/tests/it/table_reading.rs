@@ -53,6 +53,14 @@ fn what_is_wrong_is_said_with_its_place() {
     fs::write(&path, b"driver,radius_m,speed_mps\na,1,1\n\xff,1,1\n").unwrap();
     let message = curve_table::read(Source::File(&path), &[]).unwrap_err().to_string();
     assert!(message.contains("line 3") && message.contains("UTF-8"), "{message}");
+    // as a shell or a spreadsheet writes it, with its mark and without
+    for mark in ["\u{feff}", ""] {
+        let text = format!("{mark}position_m,speed_limit_kmh\n0,50\n300,50\n");
+        let bytes: Vec<u8> = text.encode_utf16().flat_map(u16::to_le_bytes).collect();
+        fs::write(&path, &bytes).unwrap();
+        let message = curve_table::read(Source::File(&path), &[]).unwrap_err().to_string();
+        assert!(message.contains("is in UTF-16; save it in UTF-8"), "{message}");
+    }
 }
 
 #[test]
