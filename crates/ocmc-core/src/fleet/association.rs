@@ -47,20 +47,8 @@ pub fn association(pairs: &[(f64, f64)]) -> Option<Association> {
     }
     let mut sorted = pairs.to_vec();
     sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let half_a_tenth = n.div_ceil(2 * BANDS);
-    let mut groups: Vec<&[(f64, f64)]> = Vec::new();
-    let mut start = 0;
-    for place in 1..n {
-        let next_tenth = place * BANDS / n > start * BANDS / n;
-        let other = sorted[place - 1].0 != sorted[place].0;
-        if next_tenth && other && place - start >= half_a_tenth && n - place >= half_a_tenth {
-            groups.push(&sorted[start..place]);
-            start = place;
-        }
-    }
-    groups.push(&sorted[start..]);
-    let mean =
-        |group: &[(f64, f64)]| group.iter().map(|pair| pair.1).sum::<f64>() / group.len() as f64;
+    let groups = groups(&sorted);
+    let mean = |group: &[(f64, f64)]| mean_of(group.iter().map(|pair| pair.1));
     let squares = |group: &[(f64, f64)]| {
         let mean = mean(group);
         group.iter().map(|pair| (pair.1 - mean) * (pair.1 - mean)).sum::<f64>()
@@ -81,6 +69,60 @@ pub fn association(pairs: &[(f64, f64)]) -> Option<Association> {
         }
     };
     Some(Association { share, bands: groups.iter().map(band).collect() })
+}
+
+/// Tenths of sorted pairs.
+fn groups(sorted: &[(f64, f64)]) -> Vec<&[(f64, f64)]> {
+    let n = sorted.len();
+    let half_a_tenth = n.div_ceil(2 * BANDS);
+    let mut groups = Vec::new();
+    let mut start = 0;
+    for place in 1..n {
+        let next_tenth = place * BANDS / n > start * BANDS / n;
+        let other = sorted[place - 1].0 != sorted[place].0;
+        if next_tenth && other && place - start >= half_a_tenth && n - place >= half_a_tenth {
+            groups.push(&sorted[start..place]);
+            start = place;
+        }
+    }
+    groups.push(&sorted[start..]);
+    groups
+}
+
+fn mean_of(values: impl ExactSizeIterator<Item = f64>) -> f64 {
+    let n = values.len() as f64;
+    values.sum::<f64>() / n
+}
+
+/// How y goes with x at equal z, of triples (z, x, y) of finite numbers: in each tenth of z a
+/// straight line of y over z is taken off, and the mean of y is left. The share is one of the whole
+/// variance of y. What goes with y only because it goes with z, as a tyre's coefficient does with
+/// the payload, is not shown as its own; of what goes with both, only a part is.
+pub fn association_beside(triples: &[(f64, f64, f64)]) -> Option<Association> {
+    let mut all: Vec<(f64, f64, f64)> = triples.to_vec();
+    all.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let by_z: Vec<(f64, f64)> = all.iter().map(|(z, _, y)| (*z, *y)).collect();
+    let mean = mean_of(by_z.iter().map(|pair| pair.1));
+    let mut left = Vec::with_capacity(all.len());
+    for group in groups(&by_z) {
+        let [z_mean, y_mean] =
+            [mean_of(group.iter().map(|pair| pair.0)), mean_of(group.iter().map(|pair| pair.1))];
+        let sum = |of: fn(f64, f64) -> f64| {
+            group.iter().map(|(z, y)| of(z - z_mean, y - y_mean)).sum::<f64>()
+        };
+        let (zz, zy) = (sum(|z, _| z * z), sum(|z, y| z * y));
+        let slope = if zz > 0.0 { zy / zz } else { 0.0 };
+        left.extend(group.iter().map(|(z, y)| mean + y - y_mean - slope * (z - z_mean)));
+    }
+    let squares = |values: &mut dyn Iterator<Item = f64>| {
+        values.map(|y| (y - mean) * (y - mean)).sum::<f64>()
+    };
+    let whole = squares(&mut by_z.iter().map(|pair| pair.1));
+    let rest = squares(&mut left.iter().copied());
+    let pairs: Vec<(f64, f64)> = all.iter().zip(left).map(|((_, x, _), y)| (*x, y)).collect();
+    let mut found = association(&pairs)?;
+    found.share *= rest / whole;
+    Some(found)
 }
 
 #[cfg(test)]
@@ -115,6 +157,35 @@ mod tests {
         // ten bands of a normal law hold 96 % of its variance, half of which is that of y: 0.48
         let share = association(&pairs).expect("it varies").share;
         assert!((share - 0.48).abs() < 0.02, "{share}");
+    }
+
+    #[test]
+    fn what_goes_along_with_a_third_is_not_shown_as_its_own() {
+        let mut draws = Draws::new(3, 0, Stream::Curve);
+        let mut triples = |of: fn(f64, f64, f64) -> (f64, f64)| -> Vec<(f64, f64, f64)> {
+            let mut triple = || {
+                // a fifth without any z, as trips without payload
+                let z = (draws.normal() + 0.84).max(0.0);
+                let (x, y) = of(z, draws.normal(), draws.normal());
+                (z, x, y + 2.0 * z * z.sqrt())
+            };
+            (0..20_000).map(|_| triple()).collect()
+        };
+        let plain = |triples: &[(f64, f64, f64)]| {
+            let pairs: Vec<(f64, f64)> = triples.iter().map(|(_, x, y)| (*x, *y)).collect();
+            association(&pairs).expect("it varies").share
+        };
+        let beside = |triples: &[_]| association_beside(triples).expect("it varies").share;
+        // x has nothing to do with z: its share is what it was
+        let own = triples(|_, a, _| (a, a));
+        assert!((plain(&own) - beside(&own)).abs() < 0.01, "{} {}", plain(&own), beside(&own));
+        assert!(beside(&own) > 0.05);
+        // x falls with z, and that is all it has to do with y
+        let through = triples(|z, a, b| (a - 3.0 * z, 0.2 * b));
+        assert!(plain(&through) > 0.5, "{}", plain(&through));
+        assert!(beside(&through).abs() < 0.005, "{}", beside(&through));
+        assert_eq!(association_beside(&own[..49]), None);
+        assert_eq!(association_beside(&[]), None);
     }
 
     #[test]

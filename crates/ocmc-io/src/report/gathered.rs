@@ -2,7 +2,7 @@
 //! them.
 
 use super::energy::LOSSES;
-use super::{EXPLAINING, number};
+use super::{EXPLAINING, PAYLOAD, number};
 use ocmc_core::fleet::quantity::{CONSUMPTIONS, RecordQuantity, quantity};
 use ocmc_core::record::{Outcome, Record};
 
@@ -68,11 +68,12 @@ impl Gathered {
         }
     }
 
-    /// Pairs of a column that may explain the consumption, by its place, and the consumption.
-    pub(super) fn pairs(&self, column: usize, quantity: &RecordQuantity) -> Vec<(f64, f64)> {
+    /// The payload, a column that may explain the consumption, by its place, and the consumption.
+    pub(super) fn triples(&self, column: usize, quantity: &RecordQuantity) -> Vec<(f64, f64, f64)> {
         let values = self.consumption(quantity).into_iter().flat_map(|found| &found.values);
-        let pairs = self.explaining[column].iter().zip(values).map(|(x, value)| (*x, *value));
-        pairs.filter(|(x, value)| x.is_finite() && value.is_finite()).collect()
+        let columns = self.explaining[PAYLOAD].iter().zip(&self.explaining[column]);
+        let triples = columns.zip(values).map(|((z, x), y)| (*z, *x, *y));
+        triples.filter(|(z, x, y)| (z + x + y).is_finite()).collect()
     }
 
     /// The cycles with the lowest and the highest consumption, from the lowest.
@@ -168,6 +169,6 @@ mod tests {
         let mut gathered = Gathered::default();
         records.chunks(997).for_each(|group| gathered.add(group));
         assert!(gathered.ends(wheel) == sorted);
-        assert_eq!(gathered.pairs(0, wheel).len(), 5000);
+        assert_eq!(gathered.triples(PAYLOAD, wheel).len(), 5000);
     }
 }

@@ -17,7 +17,7 @@ use crate::number_text::{grouped, rounded};
 use crate::run_directory::{Manifest, RunDirectoryError, RunSummary, StoredRun, read_groups};
 use crate::study;
 pub use gathered::Gathered;
-use ocmc_core::fleet::association::{Association, association};
+use ocmc_core::fleet::association::{Association, association, association_beside};
 use ocmc_core::fleet::quantity::{RecordQuantity, quantity};
 use ocmc_core::fleet::statistic::Statistic;
 use ocmc_core::record::{Cell, Record, column};
@@ -62,6 +62,9 @@ const EXPLAINING: [(&str, &str, f64, bool); 17] = [
     ("driver_compliance", "driver: factor on limits", 1.0, false),
     ("driver_kp", "driver: pedal gain, s/m", 1.0, false),
 ];
+
+/// Place of the payload among them, beside which the others are seen.
+const PAYLOAD: usize = 0;
 
 /// Pictures of what goes with the consumption.
 const SHOWN: usize = 9;
@@ -164,9 +167,14 @@ fn distribution(statistic: &Statistic) -> String {
 fn explained(gathered: &Gathered, quantity: &RecordQuantity, statistic: &Statistic) -> String {
     let mut found: Vec<(String, f64, Association)> = Vec::new();
     for (k, (_, label, factor, per_distance)) in EXPLAINING.into_iter().enumerate() {
-        let pairs = gathered.pairs(k, quantity);
+        let triples = gathered.triples(k, quantity);
         let label = if per_distance { format!("{label} per km") } else { label.to_owned() };
-        found.extend(association(&pairs).map(|association| (label, factor, association)));
+        let association = if k == PAYLOAD {
+            association(&triples.iter().map(|(_, x, y)| (*x, *y)).collect::<Vec<_>>())
+        } else {
+            association_beside(&triples)
+        };
+        found.extend(association.map(|association| (label, factor, association)));
     }
     if found.is_empty() {
         return String::new();
@@ -179,7 +187,8 @@ fn explained(gathered: &Gathered, quantity: &RecordQuantity, statistic: &Statist
     let high = all().map(|band| band.y[2]).fold(f64::NEG_INFINITY, f64::max);
     let mut text = format!(
         "<h2>What goes with the spread</h2>\n<p>{} over tenths of the cycles, sorted by each quantity, whose values stand below the first, the \
-         middle and the last of them: the line is the median, the band holds 80 % of the cycles. The percentage is the share of the variance between the tenths. It \
+         middle and the last of them: the line is the median, the band holds 80 % of the cycles. The percentage is the share of the variance between the tenths. All but \
+         the payload are seen beside it: what goes with a cycle's payload is taken off its value first. It \
          says what goes together; <code>ocmc sensitivity</code> says what causes the spread.</p>\n<div class=\"charts\">\n",
         escaped(unit)
     );
