@@ -3,7 +3,6 @@
 
 use crate::number_text::count_of;
 use ocmc_core::fleet::summary::Summary;
-use ocmc_core::record::Outcome;
 
 /// A quantity of the summary: its name with the unit for people, and the factor to that unit.
 pub fn label(column: &str) -> (&str, f64) {
@@ -26,10 +25,10 @@ pub fn label(column: &str) -> (&str, f64) {
 pub fn remarks(summary: &Summary) -> Vec<String> {
     let n = |column: &str| summary.statistic(column).map_or(0, |statistic| statistic.n);
     let mut remarks = Vec::new();
-    let completed = summary.outcomes.of(Outcome::Completed);
+    let counted = summary.outcomes.counted();
     let (carrying, electric) = (n("consumption_l_per_100tkm"), n("consumption_kwh_per_km"));
-    if (1..completed).contains(&carrying) {
-        let empty = count_of(completed - carrying, "empty trip");
+    if (1..counted).contains(&carrying) {
+        let empty = count_of(counted - carrying, "empty trip");
         remarks.push(format!("L/100 tkm: the mean alone counts {empty}, and may exceed P75."));
     }
     if electric > 0 {
@@ -45,6 +44,7 @@ mod tests {
     use super::*;
     use crate::records::examples;
     use ocmc_core::fleet::summary::SummaryBuilder;
+    use ocmc_core::record::Outcome;
 
     fn remarks_of(carrying: usize, electric: bool) -> Vec<String> {
         let mut records = examples::records(5);
