@@ -385,7 +385,7 @@ fn a_trip_cut_short_is_driven_to_its_end_with_a_battery_that_never_empties() {
     }
     // alone, and in a trace, it is the same record
     let short = own.iter().find(cut_short).expect("some are");
-    assert_eq!(replay(&study, 11, &[short.cycle_id]), [short.clone()]);
+    assert_eq!(replay(&study, 11, &[short.cycle_id]), std::slice::from_ref(short));
     assert_eq!(trace(&study, 11, short.cycle_id).record, *short);
     // the fleet's figures: over the kilometres that were driven, and of the whole trips
     let mut builder = SummaryBuilder::default();

@@ -521,7 +521,7 @@ impl PyStudy {
         progress: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let plan = plan_of(cycles, seed, first_cycle, threads)?;
-        let study = (self.loaded.model.study.name.clone(), &*self.loaded);
+        let study = (self.loaded.model.study.name.clone(), &self.loaded);
         let request = RangeRequest { study, plan };
         answer(py, &watched(py, progress, |watch| ocmc_api::range(&request, watch))?)
     }
