@@ -1,0 +1,120 @@
+"""How the guide is built and checked: formulas are marked, and the checks find what is wrong."""
+
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+sys.path.insert(0, str(ROOT / "scripts" / "guide"))
+
+import browser  # noqa: E402
+import formulas  # noqa: E402
+import layout  # noqa: E402
+import pages  # noqa: E402
+
+
+def needs_chromium():
+    program = browser.chromium()
+    if program is None:
+        pytest.skip("no Chromium is installed")
+    return program
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        ("a $x_1$ b", "a {x&#95;1} b"),
+        (r"$\alpha*\beta$, $b$", r"{&#92;alpha&#42;&#92;beta}, {b}"),
+        ("$$\n\\frac{a}{b}\n$$", "[&#92;frac&#123;a&#125;&#123;b&#125;]"),
+        ("| $|a|$ | b |", "| {&#124;a&#124;} | b |"),
+        ("$a <\nb$", "{a &#60; b}"),
+    ],
+)
+def test_formulas_are_marked(text, shown):
+    for signs, name in [("{}", "math"), ("[]", "math display")]:
+        shown = shown.replace(signs[0], f'<span class="{name}">').replace(signs[1], "</span>")
+    assert formulas.marked(text) == shown
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "it costs $5 and $6",
+        "$5-$6",
+        r"\$5 and 6$",
+        "from $SCRATCH/fleet/part-$part",
+        "`$x$`",
+        "``a ` $b$``",
+        "```sh\n$ ocmc\n$x$\n```",
+        "  ~~~\n  $x$\n  ~~~",
+        "```text\n\n```",
+        "> ```\n> $x$\n> ```",
+        "<!-- $x$ -->",
+        "a $x\n\ny$",
+    ],
+)
+def test_money_shell_and_code_are_no_formulas(text):
+    assert formulas.marked(text) == text
+
+
+def page_of(folder, name, article):
+    (folder / name).write_text(
+        '<html><body><nav><a href="none.html">not of the article</a></nav>'
+        f'<div class="page"><div class="content"><main>{article}</main></div></div></body></html>',
+        encoding="utf-8",
+    )
+
+
+def test_the_check_finds_what_leads_nowhere(tmp_path):
+    page_of(tmp_path, "a.html", '<h1 id="one">One</h1><a href="b.html#two">b</a><a href="#one">c</a>')
+    page_of(
+        tmp_path,
+        "b.html",
+        '<h2 id="two">Two</h2><a href="c.html">c</a><a href="a.html#two">a</a>'
+        '<img src="d.svg" alt="d"><img src="a.html"><p>$$ x</p><code>$$</code>'
+        '<a href="https://example.org/">e</a>',
+    )
+    found = [(path.name, fault) for path, fault in pages.faults(pages.pages_of(tmp_path))]
+    assert {name for name, _ in found} == {"b.html"}
+    told = " | ".join(fault for _, fault in found)
+    for part in [
+        "c.html leads nowhere",
+        "a.html#two leads to no anchor",
+        "d.svg is not there",
+        "has no words",
+    ]:
+        assert part in told
+    assert "not closed" in told
+    assert len(found) == 5
+
+
+def test_the_check_finds_what_is_cut(tmp_path):
+    program = needs_chromium()
+    page_of(tmp_path, "whole.html", "<h1>Whole</h1><pre><code>short</code></pre>")
+    wide = "x" * 400
+    page_of(
+        tmp_path,
+        "cut.html",
+        f'<pre style="overflow-x: auto"><code>{wide}</code></pre><span class="math">x</span>'
+        f'<img src="none.png" alt="none"><p>{wide}</p>',
+    )
+    with browser.Browser(program) as window:
+        found = list(layout.faults(window, pages.pages_of(tmp_path)))
+    assert {path.name for path, _ in found} == {"cut.html"}
+    told = " | ".join(fault for _, fault in found)
+    for part in ["at 1280 px: cut by", "not typeset", "not drawn", "at 360 px: the page is"]:
+        assert part in told
+
+
+def test_the_guide_builds_without_a_fault(tmp_path):
+    if shutil.which("mdbook") is None:
+        pytest.skip("mdbook is not installed")
+    command = [ROOT / "scripts" / "check-guide", "--no-browser", "--out", tmp_path / "book"]
+    answer = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert answer.returncode == 0, answer.stdout + answer.stderr
+    print(answer.stdout)
+    # formulas reach the browser as TeX that no Markdown has touched
+    assert "katex.min.js" in (tmp_path / "book" / "index.html").read_text(encoding="utf-8")
