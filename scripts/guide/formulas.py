@@ -1,4 +1,4 @@
-r"""Mark the formulas of the guide: a preprocessor of mdBook.
+r"""Mark the formulas of a page.
 
 ``$…$`` within a line and ``$$…$$`` become spans whose every sign is escaped, so that Markdown leaves
 underscores, backslashes and bars alone, in tables too; ``docs/src/guide.js`` typesets them in the browser.
@@ -6,9 +6,7 @@ Code is never a formula. A dollar is money or shell where a space follows it, wh
 its partner, or a letter or digit after it, and where it is written ``\$``.
 """
 
-import json
 import re
-import sys
 
 _FENCE = r"^(?P<indent>[ >]*)(?P<fence>`{3,}|~{3,})[^\n]*\n(?:.*?\n)??(?P=indent) *(?P=fence)[`~]*[ ]*$"
 _CODE = r"(?P<ticks>`+)(?!`)(?:[^`]|(?!(?P=ticks)(?!`))`+)+?(?<!`)(?P=ticks)(?!`)"
@@ -37,27 +35,3 @@ def _span(name, tex):
         c if c.isalnum() or c == " " or not c.isascii() else f"&#{ord(c)};" for c in " ".join(tex.split())
     )
     return f'<span class="{name}">{"".join(signs)}</span>'
-
-
-def _mark(item):
-    chapter = item.get("Chapter") if isinstance(item, dict) else None
-    if chapter is None:
-        return
-    chapter["content"] = marked(chapter["content"])
-    for part in chapter["sub_items"]:
-        _mark(part)
-
-
-def main():
-    """Answer mdBook: whether it serves a renderer, or a book with its formulas marked."""
-    if sys.argv[1:2] == ["supports"]:
-        return 0 if sys.argv[2] == "html" else 1
-    _, book = json.load(sys.stdin)
-    for item in book.get("items", book.get("sections", [])):
-        _mark(item)
-    json.dump(book, sys.stdout)
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -1,0 +1,33 @@
+"""Draw the figures of the guide: ``python3 scripts/figures/draw.py [NAME...]``, all of them by default."""
+
+import sys
+import time
+
+import driving
+import fleets
+import laws
+import outside
+import structure
+import style
+
+FIGURES = driving.FIGURES | laws.FIGURES | fleets.FIGURES | outside.FIGURES | structure.FIGURES
+
+
+def main(names):
+    """Draw those that are named."""
+    if unknown := [name for name in names if name not in FIGURES]:
+        sys.exit(f"no figure {', '.join(unknown)}; there are: {', '.join(FIGURES)}")
+    style.FIGURES.mkdir(exist_ok=True)
+    for name in names or FIGURES:
+        begun = time.monotonic()
+        drawn = FIGURES[name]()
+        if drawn is None:
+            print(f"{name}: skipped, its data are not here")
+            continue
+        path = style.FIGURES / f"{name}.svg"
+        style.save(drawn, path)
+        print(f"{name}: {path.stat().st_size / 1000:.0f} kB, {time.monotonic() - begun:.1f} s")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
