@@ -53,7 +53,7 @@ def faults(page: Path) -> list[tuple[int, str, str]]:
     ]
     for number, paragraph in paragraphs(text):
         plain = re.sub(r"\]\([^)]*\)", "]", paragraph)
-        plain = re.sub(r"\$[^$]+\$|`[^`]+`", "x", plain)
+        plain = re.sub(r"\$[^$]+\$|`[^`]+`", "Xx", plain)
         for sentence in END.split(plain):
             words = re.findall(r"[^\W_][\w'.,-]*", sentence)
             if len(words) > MOST_WORDS:
