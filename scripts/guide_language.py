@@ -14,7 +14,7 @@ from pathlib import Path
 
 MOST_WORDS = 30
 CODE = re.compile(r"^```.*?^```$|^\$\$.*?^\$\$$|^<!--.*?-->$", re.MULTILINE | re.DOTALL)
-END = re.compile(r"(?<=[a-z0-9)\]`*$%°²³][.?!:])\s+(?=[A-Z*`$\[(_0-9-])")
+END = re.compile(r"(?:(?<=[a-z0-9)\]`*$%°²³½][.?!:])|(?<=[A-Z]{2}[.?!:]))\s+(?=[A-Z*`$\[(_0-9-])")
 NO_PERSON = re.compile(
     r"\b(?:program|model|study|truck|step|fit|run)s? (?:knows?|wants?|tells?)\b", re.IGNORECASE
 )
