@@ -92,13 +92,13 @@ pub struct PidModel {
     /// Time constant of the speed filter of the derivative, in s.
     #[schemars(range(min = 0.2, max = 10.0))]
     pub derivative_filter_s: f64,
-    /// Ratio r of the tracking time to K_P / K_I.
+    /// Ratio of the tracking time to K_P / K_I.
     #[schemars(range(min = 0.01, max = 100.0))]
     pub tracking_ratio: f64,
-    /// Lowest integral part J.
+    /// Lowest integral part of the output.
     #[schemars(range(min = -10.0, max = 0.0))]
     pub integral_minimum: f64,
-    /// Highest integral part J.
+    /// Highest integral part of the output.
     #[schemars(range(min = 0.0, max = 10.0))]
     pub integral_maximum: f64,
 }

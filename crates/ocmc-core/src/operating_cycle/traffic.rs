@@ -33,7 +33,7 @@ pub struct TrafficModel {
     /// Density at standstill, in vehicles per m and lane.
     #[schemars(range(min = 0.02, max = 0.5))]
     pub jam_density_per_m: f64,
-    /// Density ρ_c of Drake's law as a share of the jam density.
+    /// Critical density of Drake's law as a share of the jam density.
     #[schemars(range(min = 0.05, max = 1.0))]
     pub critical_share: f64,
     /// Lowest traffic speed, in m/s.
