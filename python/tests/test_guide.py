@@ -5,12 +5,14 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 ROOT = Path(__file__).parents[2]
-sys.path.insert(0, str(ROOT / "scripts" / "guide"))
+sys.path[:0] = [str(ROOT / "scripts" / "guide"), str(ROOT / "scripts" / "figures")]
 
 import browser  # noqa: E402
+import captions  # noqa: E402
 import formulas  # noqa: E402
 import layout  # noqa: E402
 import pages  # noqa: E402
@@ -60,6 +62,14 @@ def test_money_shell_and_code_are_no_formulas(text):
     assert formulas.marked(text) == text
 
 
+def test_pictures_that_stand_alone_show_their_words():
+    shown = captions.captioned("A.\n\n![Two\nwords.](a.svg)\n\nB.\n")
+    assert "<figcaption>\n\nTwo\nwords.\n\n</figcaption>" in shown
+    assert shown.startswith("A.\n\n<figure>\n\n![Two\nwords.](a.svg)\n\n")
+    for text in ["A ![b](c.svg) in a line.", "```md\n\n![b](c.svg)\n\n```", "- ![b](c.svg)"]:
+        assert captions.captioned(text) == text
+
+
 def page_of(folder, name, article):
     (folder / name).write_text(
         '<html><body><nav><a href="none.html">not of the article</a></nav>'
@@ -107,6 +117,43 @@ def test_the_check_finds_what_is_cut(tmp_path):
     told = " | ".join(fault for _, fault in found)
     for part in ["at 1280 px: cut by", "not typeset", "not drawn", "at 360 px: the page is"]:
         assert part in told
+
+
+@pytest.fixture
+def figures():
+    pytest.importorskip("matplotlib")
+    import draw  # noqa: PLC0415 (needs matplotlib)
+
+    return draw
+
+
+def test_each_figure_is_there_small_and_shown(figures):
+    text = "".join(page.read_text(encoding="utf-8") for page in (ROOT / "docs" / "src").rglob("*.md"))
+    files = {path.stem: path for path in (ROOT / "docs" / "src" / "figures").glob("*.svg")}
+    drawn = {name: path for name, path in files.items() if not name.startswith("gallery-")}
+    assert set(drawn) == set(figures.FIGURES), "python3 scripts/figures/draw.py"
+    for name, path in files.items():
+        assert path.stat().st_size < 200_000, name
+        assert f"figures/{path.name})" in text, f"no page shows {name}"
+
+
+@pytest.mark.parametrize("name", ["tactical", "peers", "pipeline"])
+def test_a_figure_is_the_same_bytes_each_time(figures, tmp_path, name):
+    for path in (tmp_path / "a.svg", tmp_path / "b.svg"):
+        assert figures.style.draw(figures.FIGURES[name], path)
+    assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
+    assert b"<dc:date>" not in (tmp_path / "a.svg").read_bytes()
+
+
+def test_the_plan_of_the_figure_is_that_of_the_program(figures):
+    axes = figures.FIGURES["tactical"]().axes[0]
+    lines = {line.get_label().split(",")[0]: line.get_xydata() for line in axes.get_lines()}
+    plan, driven = lines["sweep forth"], lines["driven by the program"]
+    planned = np.interp(driven[:, 0], plan[:, 0], plan[:, 1])
+    kmh = 3.6 * (np.sqrt(driven[:, 1]) - np.sqrt(np.maximum(planned, 0.0)))
+    assert kmh.max() < 5.0, "the program never drives faster than the plan allows"
+    braking = (driven[:, 0] > 750.0) & (driven[:, 0] < 1000.0)
+    assert np.abs(kmh[braking]).max() < 2.0, "and follows the ramp to the sign"
 
 
 def test_the_guide_builds_without_a_fault(tmp_path):

@@ -6,6 +6,7 @@ import time
 import driving
 import fleets
 import laws
+import matplotlib as mpl
 import outside
 import structure
 import style
@@ -17,15 +18,14 @@ def main(names):
     """Draw those that are named."""
     if unknown := [name for name in names if name not in FIGURES]:
         sys.exit(f"no figure {', '.join(unknown)}; there are: {', '.join(FIGURES)}")
+    mpl.use("svg")
     style.FIGURES.mkdir(exist_ok=True)
     for name in names or FIGURES:
         begun = time.monotonic()
-        drawn = FIGURES[name]()
-        if drawn is None:
+        path = style.FIGURES / f"{name}.svg"
+        if not style.draw(FIGURES[name], path):
             print(f"{name}: skipped, its data are not here")
             continue
-        path = style.FIGURES / f"{name}.svg"
-        style.save(drawn, path)
         print(f"{name}: {path.stat().st_size / 1000:.0f} kB, {time.monotonic() - begun:.1f} s")
 
 

@@ -203,7 +203,7 @@ def precision():
     ax.loglog(counts, spread, "s-", color=GREEN, markersize=4, label="mean, cycles that spread evenly")
     ax.loglog(counts[:-1], pairs, "^-", color=RED, markersize=4, label="difference of two trucks, paired")
     n = np.array([110.0, 9500.0])
-    for level in (0.05, 0.5, 5.0, 50.0):
+    for level in (0.045, 0.48):
         ax.loglog(n, level * np.sqrt(100.0 / n) * 3.0, ":", color="0.7", linewidth=0.8)
     percent = 0.01 * 38.12
     ax.axhline(percent, color="0.4", linewidth=0.9)

@@ -7,8 +7,6 @@ import matplotlib as mpl
 import matplotlib.pyplot as plt
 import numpy as np
 
-mpl.use("svg")
-
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = ROOT / "docs" / "src"
 FIGURES = PAGES / "figures"
@@ -20,26 +18,24 @@ GREY, PALE = "0.5", "0.85"
 KMH = 3.6
 KWH = 3.6e6
 
-mpl.rcParams.update(
-    {
-        "axes.axisbelow": True,
-        "axes.grid": True,
-        "axes.spines.right": False,
-        "axes.spines.top": False,
-        "axes.titlelocation": "left",
-        "axes.titlesize": 10,
-        "figure.constrained_layout.use": True,
-        "font.size": 9.5,
-        "grid.color": "0.9",
-        "grid.linewidth": 0.6,
-        "legend.frameon": False,
-        "legend.fontsize": 9,
-        "lines.linewidth": 1.6,
-        "path.simplify_threshold": 0.2,
-        "savefig.facecolor": "white",
-        "svg.hashsalt": "ocmc",  # the same identifiers each time
-    }
-)
+STYLE = {
+    "axes.axisbelow": True,
+    "axes.grid": True,
+    "axes.spines.right": False,
+    "axes.spines.top": False,
+    "axes.titlelocation": "left",
+    "axes.titlesize": 10,
+    "figure.constrained_layout.use": True,
+    "font.size": 9.5,
+    "grid.color": "0.9",
+    "grid.linewidth": 0.6,
+    "legend.frameon": False,
+    "legend.fontsize": 9,
+    "lines.linewidth": 1.6,
+    "path.simplify_threshold": 0.2,
+    "savefig.facecolor": "white",
+    "svg.hashsalt": "ocmc",  # the same identifiers each time
+}
 
 
 def figure(rows=1, columns=1, *, height=3.6, width=7.4, **options):
@@ -47,12 +43,17 @@ def figure(rows=1, columns=1, *, height=3.6, width=7.4, **options):
     return plt.subplots(rows, columns, figsize=(width, height), **options)
 
 
-def save(drawn, path):
-    """Write the figure: the same bytes each time, no date in it."""
-    drawn.savefig(path, format="svg", metadata={"Date": None, "Creator": None})
-    plt.close(drawn)
+def draw(figure_of, path):
+    """Draw a figure in this style and write it: the same bytes each time; False where its data are absent."""
+    with mpl.rc_context(STYLE):
+        drawn = figure_of()
+        if drawn is None:
+            return False
+        drawn.savefig(path, format="svg", metadata={"Date": None, "Creator": None})
+        plt.close(drawn)
     text = _PLACES.sub(lambda places: _LONG.sub(_short, places[0]), path.read_text(encoding="utf-8"))
     path.write_text("".join(f"{line.rstrip()}\n" for line in text.splitlines()), encoding="utf-8")
+    return True
 
 
 # a tenth of a point is enough for places; scales keep their digits
