@@ -51,9 +51,14 @@ def draw(figure_of, path):
             return False
         drawn.savefig(path, format="svg", metadata={"Date": None, "Creator": None})
         plt.close(drawn)
-    text = _PLACES.sub(lambda places: _LONG.sub(_short, places[0]), path.read_text(encoding="utf-8"))
-    path.write_text("".join(f"{line.rstrip()}\n" for line in text.splitlines()), encoding="utf-8")
+    path.write_text(shortened(path.read_text(encoding="utf-8")), encoding="utf-8")
     return True
+
+
+def shortened(drawn):
+    """Give the text of an SVG with the digits that one can see, and without spaces at the ends of lines."""
+    text = _PLACES.sub(lambda places: _LONG.sub(_short, places[0]), drawn)
+    return "".join(f"{line.rstrip()}\n" for line in text.splitlines())
 
 
 # a tenth of a point is enough for places; scales keep their digits
