@@ -9,6 +9,10 @@
 //! The operating-cycle papers say "macroscopic density by a simple autoregressive process"; the
 //! rest is ours. No car following, no queue at signals, no overtaking; stop-and-go is outside a
 //! macroscopic model.
+//!
+//! Checked: variance and lag-1 product of u lie within four standard errors, for seeds 1, 2 and 3.
+//! The rush hour is slower than the night, in whole runs, too (`tests/it/parts.rs`); an empty road
+//! is free, and a jam is at the floor.
 
 use crate::operating_cycle::road::RoadModel;
 use crate::random::{Stream, Streams};
@@ -33,7 +37,7 @@ pub struct TrafficModel {
     /// Density at standstill, in vehicles per m and lane.
     #[schemars(range(min = 0.02, max = 0.5))]
     pub jam_density_per_m: f64,
-    /// Density ρ_c of Drake's law as a share of the jam density.
+    /// Critical density of Drake's law as a share of the jam density.
     #[schemars(range(min = 0.05, max = 1.0))]
     pub critical_share: f64,
     /// Lowest traffic speed, in m/s.

@@ -1,4 +1,8 @@
 //! Resistance of the road and the air: rolling, drag and grade.
+//!
+//! Checked: the rolling coefficient at 40 t, and the tangent polynomial within 0.0015 m² of the
+//! cubic on 0 to 20°. Cold, wet and rough roads roll worse. Steady driving equals the closed form
+//! to 1e-6 (`tests/it/closed_form.rs`).
 
 use crate::lanes::{Lanes, UNBOUNDED, one};
 use fearless_simd::prelude::*;
@@ -80,13 +84,13 @@ pub struct CrossWind {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DragBySpeedModel {
-    /// Speed v₀ up to which it is the drag area, in m/s.
+    /// Speed up to which it is the drag area, in m/s.
     #[schemars(range(min = 0.0, max = 70.0))]
     pub from_mps: f64,
-    /// b, in s per m.
+    /// Linear growth above that speed, in s per m.
     #[schemars(range(min = -0.2, max = 0.2))]
     pub linear_s_per_m: f64,
-    /// c, in s² per m².
+    /// Quadratic growth above that speed, in s² per m².
     #[schemars(range(min = 0.0, max = 0.01))]
     pub quadratic_s2_per_m2: f64,
 }

@@ -8,6 +8,10 @@
 //! and the median of R − r_turn is proportional to v_sign. Derived from an OpenStreetMap extract of
 //! Lower Saxony: drawn independently of the sign, tight bends fall on 80 km/h roads and cost 1.6
 //! L/100 km (curves by the sign). Junction turns belong to events, see [`super::point_event`].
+//!
+//! Checked: number, mean and SD of ln(R − r_turn), and the share of left curves on 2000 km lie
+//! within four standard errors, for seeds 1, 2 and 3. Curves do not overlap and make no loops. The
+//! intensity follows the sign, up to its bound.
 
 use crate::random::Draws;
 use schemars::JsonSchema;
@@ -27,17 +31,17 @@ pub struct CurveModel {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 2.0, max = 70.0))]
     pub reference_sign_mps: Option<f64>,
-    /// Exponent p of the intensity in v_ref / v_sign.
+    /// Exponent of the intensity in v_ref / v_sign.
     #[serde(default)]
     #[schemars(range(min = 0.0, max = 10.0))]
     pub sign_exponent: f64,
-    /// Smallest radius r_turn, in m.
+    /// Smallest radius R_turn, in m.
     #[schemars(range(min = 5.0, max = 2000.0))]
     pub turn_radius_m: f64,
-    /// Median of R − r_turn, in m, at the reference sign.
+    /// Median of R − R_turn, in m, at the reference sign.
     #[schemars(range(min = 1.0, max = 10_000.0))]
     pub median_radius_m: f64,
-    /// Standard deviation of ln(R − r_turn).
+    /// Standard deviation of ln(R − R_turn).
     #[schemars(range(min = 0.0, max = 3.0))]
     pub radius_log_sd: f64,
     /// Median length, in m.

@@ -13,16 +13,16 @@ use std::f64::consts::FRAC_PI_2;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct JunctionTurnModel {
-    /// Smallest radius r₀, in m.
+    /// Smallest radius R_turn, in m.
     #[schemars(range(min = 5.0, max = 200.0))]
     pub turn_radius_m: f64,
-    /// Median of R − r₀, in m.
+    /// Median of R − R_turn, in m.
     #[schemars(range(min = 0.1, max = 200.0))]
     pub median_radius_m: f64,
-    /// Standard deviation of ln(R − r₀).
+    /// Standard deviation of ln(R − R_turn).
     #[schemars(range(min = 0.0, max = 2.0))]
     pub radius_log_sd: f64,
-    /// Shortest turn as a share f of a right angle.
+    /// Shortest turn as a share of a right angle.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub minimum_share: f64,
 }
