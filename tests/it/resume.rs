@@ -425,6 +425,31 @@ fn the_same_command_begins_and_finishes_a_run() {
     whole(&out, &again);
 }
 
+/// A program that is killed between its manifest and its checksums leaves a run without either
+/// chunk or sum.
+#[test]
+fn a_run_that_ends_before_its_checksums_are_there_is_resumed() {
+    let parent = tempfile::tempdir().expect("a directory");
+    let (expected, out) = (parent.path().join("whole"), parent.path().join("run"));
+    // a second until the first chunk
+    let arguments = ["--cycles", "1100", "--set", "mission.length_m=4e5", "--quiet", "--out"];
+    let run = |out: &Path| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_ocmc"));
+        command.args(arguments).arg(out).stdout(Stdio::null()).spawn().expect("the program starts")
+    };
+    assert!(run(&expected).wait().expect("it ends").success());
+    let mut killed = run(&out);
+    while !out.join("checksums.sha256").exists() {
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    killed.kill().expect("it is ours");
+    killed.wait().expect("it ends");
+    assert_eq!(manifest(&out)["completed"], 0);
+    fs::remove_file(out.join("checksums.sha256")).expect("there");
+    resume(&out);
+    assert_same(&expected, &out, "records.parquet");
+}
+
 #[test]
 fn what_is_typed_beside_resume_has_to_be_that_of_the_run() {
     let parent = tempfile::tempdir().expect("a directory");

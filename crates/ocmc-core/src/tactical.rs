@@ -10,6 +10,10 @@
 //!
 //! The printed v' = √(v_{i+1} − 2 a (x_{i+1} − x)) subtracts m²/s² from m/s: v_{i+1} has to be
 //! squared.
+//!
+//! Checked in `tests/it/tactical.rs`: the sweeps equal brute force over all constraints on 30
+//! sampled roads, and looking only at the next change would be wrong. The desired speed is
+//! continuous but at events and never above the limiter, and the paper's rise jumps.
 
 use crate::crest::crest_speeds;
 use crate::driver::speed_change::Rise;

@@ -8,6 +8,10 @@
 //! 60 km/h, 16 %, none, 4.8 %. The field fit uses 20 m ≤ R ≤ 500 m and knows nothing beyond: there
 //! a curve does not limit the speed. v₀ of the field fit contains curves under low signs, so it is
 //! censored low; the mean over trucks is 57.6 km/h.
+//!
+//! Checked: the lateral accelerations of the field fit at 20, 50, 100, 250 and 500 m are 1.12,
+//! 1.04, 0.99, 0.92 and 0.87 m/s². The bivariate fit recovers the table's moments. Draws of all
+//! forms have the population's mean and SD within four standard errors, for seeds 1, 2 and 3.
 
 use crate::random::{Draws, Stream, Streams};
 use crate::validation::Problems;

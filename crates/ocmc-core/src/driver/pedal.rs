@@ -13,6 +13,11 @@
 //! Both are one controller in the step: a PID never holds, a switched driver has K_I = K_D = 0. The
 //! paper prints gains in figures only; the numbers of the default study are derived (two real poles
 //! at 0.1 rad/s for 40 t at 70 km/h).
+//!
+//! Checked: medians, SDs and correlations of 20,000 draws lie within four standard errors, for
+//! seeds 1, 2 and 3. In `tests/it/closed_loop.rs`: no chatter of pedals or gears on a smooth
+//! descent, pedals that reverse hardly more often than with steps of 0.02 s, no overshoot after ten
+//! minutes at full throttle, and a brake held as printed that costs fuel.
 
 use crate::distribution::Quantity;
 use crate::random::{Draws, Stream, Streams};

@@ -1,4 +1,9 @@
 //! Fleets: many cycles in parallel, and what they add up to.
+//!
+//! Checked: small samples by hand, ranks of printed tables (median of 100: 40 and 61), exact
+//! coverage of the intervals of quantiles never below 95 %, and simulated coverage within four
+//! standard errors, for seeds 1, 2 and 3. `examples/uncertainty_coverage.rs` counts how often the
+//! interval with uncertain numbers covers the truth of synthetic studies.
 
 pub mod association;
 pub mod comparison;

@@ -11,6 +11,12 @@
 //! about the parameters. With both, replicates are drawn: that batches spread evenly only makes the
 //! truth better than the interval. A row in which one cycle has failed, or has no value, is dropped
 //! whole.
+//!
+//! Checked: on the functions of Ishigami and of Sobol, whose shares are known, within four standard
+//! errors for seeds 1, 2 and 3, with intervals that cover in 90 to 98 % of simulated analyses.
+//! Intervals of whole replicates cover in at least 84 %, those of single rows in about half. On a
+//! real study of 10 km the estimates for road, mission and driver agree with nested loops, and on
+//! one road in one weather with the crossed design (`tests/it/sensitivity.rs`).
 
 use super::dependence::Dependence;
 use super::quantity::{RecordQuantity, consumption};

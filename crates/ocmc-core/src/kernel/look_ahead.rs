@@ -1,4 +1,9 @@
 //! What looking ahead decides for a step: whether the truck coasts, in gear or with an open clutch.
+//!
+//! Checked in `tests/it/look_ahead.rs`: each switch saves on the default fleet, paired, with its
+//! interval, and the energy balance of every cycle closes to 1e-9. The clutch opens on −1.25 % and
+//! not on −0.6 %, and a crest before −4 % is passed more slowly, one before −1.1 % is not. With all
+//! switches off every record is the same, bit for bit, as before there were any.
 
 use super::control::DesiredSpeed;
 use super::forecast::Forecast;

@@ -1,4 +1,7 @@
 //! Mission: length, payload, departure and stops with dwell.
+//!
+//! Streams `MissionLength`, `Payload`, `Departure` and `MissionStop`. Checked through the moments
+//! of the laws, and through whole runs of `urban-delivery`, the built-in study with stops.
 
 use crate::distribution::Quantity;
 use crate::operating_cycle::road::point_event::{EventKind, PointEvent};

@@ -9,6 +9,10 @@
 //! The operating-cycle papers say "macroscopic density by a simple autoregressive process"; the
 //! rest is ours. No car following, no queue at signals, no overtaking; stop-and-go is outside a
 //! macroscopic model.
+//!
+//! Checked: variance and lag-1 product of u lie within four standard errors, for seeds 1, 2 and 3.
+//! The rush hour is slower than the night, in whole runs, too (`tests/it/parts.rs`); an empty road
+//! is free, and a jam is at the floor.
 
 use crate::operating_cycle::road::RoadModel;
 use crate::random::{Stream, Streams};

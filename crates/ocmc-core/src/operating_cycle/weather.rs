@@ -14,6 +14,10 @@
 //! A mission is short, so it starts in the stationary state: the spread between missions is the
 //! stationary spread. One climate, one place: a mission of 500 km crosses weather systems, and this
 //! does not know it.
+//!
+//! Checked: air density at 20 °C, −10 °C and of the standard atmosphere, pressure at 1000 m, and
+//! the signs of head and tail wind. In whole runs January differs from July (`tests/it/parts.rs`).
+//! Exposure and heading are applied in `kernel/road_row.rs`.
 
 use crate::random::{Draws, Stream, Streams};
 use schemars::JsonSchema;

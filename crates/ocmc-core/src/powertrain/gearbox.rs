@@ -10,6 +10,11 @@
 //! shift for some time, no upshift just before the driver brakes (shift look-ahead); down when w < 88 + 20 a_p or when the pedal is down for 2 s and the truck slows
 //! below 136 rad/s; up when w > 219. Added here: both downshifts need a slowing truck, otherwise a
 //! truck that has just started in third gear shifts down while it accelerates through 84-108 rad/s.
+//!
+//! Checked: steady torque through axle, retarder and gearbox equals its closed form to 1e-6. In
+//! `tests/it/closed_loop.rs`: a truck of 40 t starts again on a climb of 6 %, in first gear, with a
+//! slipping clutch, and a constant climb does not hunt. In `tests/it/shift_strategy.rs`: each line
+//! of the strategy, and no opposite shifts within 10 s at 30 km/h on 4 % for K_P from 0.2 to 1 s/m.
 
 use crate::lanes::{Lanes, UNBOUNDED, one};
 use crate::validation::Problems;

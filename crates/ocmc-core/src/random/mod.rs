@@ -9,6 +9,11 @@
 //! k + stream`, so ids go up to [`LAST_CYCLE_ID`]; its key is the seed, and the number of the trip.
 //! Transcendental functions come from `libm`, so that the draws have the same bits on every
 //! platform.
+//!
+//! Checked: turning a part off changes only what it must, bit for bit, and freezing takes a factor
+//! from cycle 0. The first draws of each primitive and law are pinned. Points of a batch fill every
+//! sixteenth once, and each draw alone is uniform over batches. The normal quantile inverts the
+//! error function and meets printed check values.
 
 pub mod nesting;
 pub mod sampling;

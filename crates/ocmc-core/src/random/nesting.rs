@@ -13,6 +13,10 @@
 //! So more trucks, or more trips of each, change no trip that was there. Driver d of truck k has id
 //! k·D + d, where each truck has D drivers, who take turns; a pool of drivers numbers its own, and
 //! each trip draws one of them.
+//!
+//! Checked: the records of studies without trucks are the bytes of the version before
+//! (`scripts/same-records`), and a fleet by hand, one study a truck, is the same fleet
+//! (`scripts/fleet_by_hand.py`).
 
 use super::Stream;
 use schemars::JsonSchema;

@@ -1,4 +1,8 @@
 //! Resistance of the road and the air: rolling, drag and grade.
+//!
+//! Checked: the rolling coefficient at 40 t, and the tangent polynomial within 0.0015 m² of the
+//! cubic on 0 to 20°. Cold, wet and rough roads roll worse. Steady driving equals the closed form
+//! to 1e-6 (`tests/it/closed_form.rs`).
 
 use crate::lanes::{Lanes, UNBOUNDED, one};
 use fearless_simd::prelude::*;

@@ -3,6 +3,10 @@
 //! [`event::PedalLog`] is the log of an event as plain columns; [`identify::identify_event`] fits a
 //! controller to it, with the truck of a study in closed loop ([`closed_loop`]) and least squares
 //! within a box ([`bounded_least_squares`]).
+//!
+//! Checked in `tests/it/identification.rs` by smaller versions of the guide's tables, with late
+//! drivers, a wrong mass and a noisy slope; `examples/identification_study.rs` makes the large
+//! ones, and `tests/it/nist_nonlinear.rs` certifies the solver.
 
 pub mod bounded_least_squares;
 pub mod closed_loop;

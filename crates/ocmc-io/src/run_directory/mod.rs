@@ -299,6 +299,8 @@ impl RunDirectory {
             Chunks::open(&path, unfinished.format, || match Checksums::read(&path)? {
                 _ if begun_without_sums => adopted(&path),
                 Some(sums) => Ok(sums),
+                // ended between its manifest and its sums: there is nothing yet to have a sum
+                None if unfinished.manifest.completed == 0 => Checksums::create(&path),
                 None => Err(RunDirectoryError::without_sum(&path, CHECKSUMS)),
             })?;
         // as it is now that no other process writes

@@ -8,6 +8,10 @@
 //! and the median of R − r_turn is proportional to v_sign. Derived from an OpenStreetMap extract of
 //! Lower Saxony: drawn independently of the sign, tight bends fall on 80 km/h roads and cost 1.6
 //! L/100 km (curves by the sign). Junction turns belong to events, see [`super::point_event`].
+//!
+//! Checked: number, mean and SD of ln(R − r_turn), and the share of left curves on 2000 km lie
+//! within four standard errors, for seeds 1, 2 and 3. Curves do not overlap and make no loops. The
+//! intensity follows the sign, up to its bound.
 
 use crate::random::Draws;
 use schemars::JsonSchema;

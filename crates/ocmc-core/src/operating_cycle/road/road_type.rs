@@ -6,6 +6,10 @@
 //!
 //! Structure: Pettersson, Johannesson et al., the operating-cycle papers (recalled with
 //! confidence). Valid where route structure (depot, motorway, depot) may be ignored.
+//!
+//! Checked: the shares equal those of the defining equations, sections tile the road without gaps
+//! and change type at each border, and the shares of 2000 roads of 100 km lie within four standard
+//! errors of s, for seeds 1, 2 and 3.
 
 use crate::random::{Draws, Stream, Streams};
 

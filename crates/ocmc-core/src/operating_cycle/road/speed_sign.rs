@@ -6,6 +6,10 @@
 //! s.
 //!
 //! Structure of the operating-cycle papers (recalled with confidence); the reversible form is ours.
+//!
+//! Checked: the mean lengths of the urban signs equal those computed by hand from the defining
+//! equations, and shares by length of 500 roads of 20 km lie within four standard errors of s, for
+//! seeds 1, 2 and 3.
 
 use super::road_type::Section;
 use crate::random::Draws;

@@ -5,6 +5,9 @@
 //! of a block is C times a gamma variable with mean 1 and variance ν (Laplace-ISO: K. Bogsjö, K.
 //! Podgórski, I. Rychlik, P. Johannesson). IRI = 0.544 √(C / 1e-6 m³) mm/m, by integrating the
 //! golden-car response over that spectrum.
+//!
+//! Checked: mean and variance of 20,000 blocks lie within four standard errors, for seeds 1, 2 and
+//! 3, and the IRI of the ISO classes A, B and C is 2.2, 4.4 and 8.7 mm/m.
 
 use crate::distribution::standard_gamma;
 use crate::random::Draws;

@@ -13,6 +13,10 @@
 //! is right on both sides without a jump. A draw beyond the slope limit is redrawn. Elevation
 //! drifts like a random walk, 400 m over 100 km at σ = 2 %; the bridge removes the mean slope so
 //! that the net climb is exact.
+//!
+//! Checked: variance, lag-1 product and upcrossings of 1000 stationary roads of 100 km lie within
+//! four standard errors, for seeds 1, 2 and 3. The bridge is exact to 1e-7 m, keeps the limits, and
+//! says where they leave no way.
 
 use super::road_type::Section;
 use crate::random::Draws;

@@ -1,5 +1,9 @@
 //! A battery-electric powertrain: battery, motor, gears between motor and wheels, heating and
 //! cooling, charging.
+//!
+//! Checked: the energy balance closes to 1e-9 in every cycle but those in which the battery is
+//! overdrawn (`tests/it/electric.rs`), and the consumption on VECTO's LongHaul
+//! (`tests/it/battery.rs`).
 
 pub mod battery;
 pub mod climate;

@@ -8,6 +8,11 @@
 //!
 //! In the hot loop the pieces of the curves and the cells of the map are found by tables of bytes
 //! (`piece_table.rs`).
+//!
+//! Checked: the map returns its own points, and agrees with a fitted polynomial (rms 4.8 kW) within
+//! its largest error of 9.4 kW. Nothing breaks beyond the map, whatever the map and the truck, and
+//! the time there is that of the trace (`tests/it/map_corners.rs`). The fuel of whole traces is
+//! evaluated again from the map (`tests/it/energy_balance.rs`).
 
 use crate::validation::{Problems, rises};
 use schemars::JsonSchema;

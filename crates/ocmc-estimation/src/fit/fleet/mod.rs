@@ -5,6 +5,9 @@
 //! numbers of trips need not be equal. [`fit`] also answers how many trips tell two of them apart
 //! ([`TellingApart`]), who is best and how sure that is ([`League`]), and what the next year brings
 //! ([`NextYear`]).
+//!
+//! Checked against criteria and SDs of other programs (Dyestuff, Pastes, Penicillin), the analysis
+//! of variance, dense matrices of six designs, and simulated fleets (`tests/it/fit/fleet.rs`).
 
 mod components;
 #[cfg(test)]

@@ -9,6 +9,10 @@
 //! switch, its law, and what fits estimate of it. To add one, write such a file, add its variants
 //! to [`EventKind`] and its declaration to [`KINDS`], and give it a field of [`RoadTypeModel`], a
 //! [`Stream`] and a [`ModelSwitch`].
+//!
+//! Checked: counts, shares and waits on 10,000 km lie within four standard errors, for seeds 1, 2
+//! and 3. The later one of two close events goes, and turns replace the curves that they overlap
+//! (`merge_turns` in `curvature.rs`).
 
 mod give_way;
 mod junction_turn;
