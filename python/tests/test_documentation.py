@@ -17,6 +17,7 @@ matplotlib.use("agg")
 
 ROOT = Path(__file__).parents[2]
 README = ROOT / "README.md"
+INDEX_PAGE = ROOT / "python" / "README.md"  # that of a package index
 PAGE = ROOT / "docs" / "src" / "reference" / "python.md"
 
 # what a docstring need not have: sections that most have no use for, and rules of style that ruff looks after
@@ -96,14 +97,14 @@ def test_the_page_of_the_guide_is_made_of_the_docstrings():
 
 def test_pictures_keep_their_columns_in_any_browser():
     # Chromium does not take xml:space from a group over to its texts
-    pictures = list((ROOT / "docs" / "images").glob("*.svg"))
-    assert pictures
-    for picture in pictures:
+    found = []
+    for picture in (ROOT / "docs" / "images").glob("*.svg"):
         texts = ET.parse(picture).iter("{http://www.w3.org/2000/svg}text")  # noqa: S314 (our own)
         columns = [text for text in texts if "  " in (text.text or "")]
-        assert columns
+        found += columns
         space = "{http://www.w3.org/XML/1998/namespace}space"
         assert [text.text for text in columns if text.get(space) != "preserve"] == []
+    assert found, "a terminal's picture has columns"
 
 
 def test_what_is_cited_is_this_version():
@@ -111,14 +112,20 @@ def test_what_is_cited_is_this_version():
     assert re.search(r"^version: (.*)$", citation, re.MULTILINE).group(1) == ocmc.__version__
 
 
-def test_the_example_of_the_readme(tmp_path, monkeypatch):
+@pytest.mark.parametrize("page", [README, INDEX_PAGE])
+def test_the_example_of_the_readme(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     examples = re.findall(
-        r"^```python\n(.*?)^```$", README.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE
+        r"^```python\n(.*?)^```$", page.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE
     )
     assert examples
     for example in examples:
-        exec(compile(example, README, "exec"), {})  # noqa: S102 (our own)
+        exec(compile(example, page, "exec"), {})  # noqa: S102 (our own)
+
+
+def test_the_page_of_a_package_index_has_no_relative_links():
+    targets = re.findall(r"\]\(([^)\s]+)\)", INDEX_PAGE.read_text(encoding="utf-8"))
+    assert [target for target in targets if not target.startswith("https://")] == []
 
 
 MARKDOWN = [
