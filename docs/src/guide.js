@@ -5,3 +5,15 @@ for (const formula of document.querySelectorAll("span.math")) {
         throwOnError: false,
     });
 }
+
+// A block or a table that is a little too wide for a desk is set a little smaller, instead of being cut.
+document.fonts.ready.then(() => {
+    if (window.innerWidth < 1000) return;
+    for (const wide of document.querySelectorAll("main pre > code, main .table-wrapper")) {
+        const share = (0.97 * wide.clientWidth) / wide.scrollWidth;
+        const text = wide.querySelector("table") ?? wide;
+        if (wide.scrollWidth > wide.clientWidth && share > 0.75) {
+            text.style.fontSize = `${Math.floor(share * parseFloat(getComputedStyle(text).fontSize) * 20) / 20}px`;
+        }
+    }
+});

@@ -111,8 +111,7 @@ def test_the_check_finds_what_is_cut(tmp_path):
         f'<pre style="overflow-x: auto"><code>{wide}</code></pre><span class="math">x</span>'
         f'<img src="none.png" alt="none"><p>{wide}</p>',
     )
-    with browser.Browser(program) as window:
-        found = list(layout.faults(window, pages.pages_of(tmp_path)))
+    found = layout.faults(program, pages.pages_of(tmp_path))
     assert {path.name for path, _ in found} == {"cut.html"}
     told = " | ".join(fault for _, fault in found)
     for part in ["at 1280 px: cut by", "not typeset", "not drawn", "at 360 px: the page is"]:

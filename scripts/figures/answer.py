@@ -66,8 +66,8 @@ def saving(axes: Axes, run: ocmc.Run, other: ocmc.Run) -> None:
     say(
         axes,
         "What does a truck of less drag save?",
-        f"the fleet's mean: −{-answer['difference']:.3f} ± {half:.3f} L/100 km",  # noqa: RUF001 (a minus)
-        "nine trips of ten: −{:.2f} to −{:.2f} L/100 km".format(*-np.quantile(litres, [0.05, 0.95])),  # noqa: RUF001
+        f"the fleet's mean: −{-answer['difference']:.3f} ± {half:.3f} L/100 km",
+        "nine trips of ten: −{:.2f} to −{:.2f} L/100 km".format(*-np.quantile(litres, [0.05, 0.95])),
     )
     axes.set_xlabel("change of the same trip, L/100 km: drag area 4.6 m² instead of 5.3 m²")
 

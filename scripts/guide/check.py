@@ -9,7 +9,7 @@ from pathlib import Path
 
 import layout
 import pages as written
-from browser import Browser, chromium
+from browser import chromium
 
 ROOT = Path(__file__).resolve().parents[2]
 SUMMARY = ROOT / "docs" / "src" / "SUMMARY.md"
@@ -58,8 +58,7 @@ def main():
     pictures = sum(len(page.pictures) for page in pages.values())
     program = None if options.no_browser else chromium()
     if program:
-        with Browser(program) as browser:
-            found += layout.faults(browser, pages)
+        found += layout.faults(program, pages)
     for path, fault in found:
         print(f"{path.relative_to(book if path.is_relative_to(book) else ROOT)}: {fault}")
     seen = f"layout at {layout.DESK} and {layout.PHONE} px"
