@@ -6,6 +6,11 @@ for (const formula of document.querySelectorAll("span.math")) {
     });
 }
 
+// A number stays with its unit.
+for (const cell of document.querySelectorAll("main td")) {
+    if (cell.textContent.length <= 14) cell.style.whiteSpace = "nowrap";
+}
+
 // A block or a table that is a little too wide for a desk is set a little smaller, instead of being cut.
 document.fonts.ready.then(() => {
     if (window.innerWidth < 1000) return;

@@ -171,7 +171,7 @@ def compare_pairs():
     right.axvline(told["difference"], color=RED, linewidth=1.4)
     half = (told["ci95"][1] - told["ci95"][0]) / 2.0
     right.annotate(
-        f"{told['difference']:.2f} ± {half:.2f}",
+        f"{told['difference']:.2f} ± {half:.2f}".replace("-", "−"),
         (told["difference"], 0.9 * right.get_ylim()[1]),
         (3.0, 0.9 * right.get_ylim()[1]),
         color=RED,
