@@ -6,6 +6,9 @@ for (const formula of document.querySelectorAll("span.math")) {
     });
 }
 
+// mdBook's button for the table of contents is a label, whose state only a button may tell.
+document.getElementById("mdbook-sidebar-toggle")?.setAttribute("role", "button");
+
 // A number stays with its unit.
 for (const cell of document.querySelectorAll("main td")) {
     if (cell.textContent.length <= 14) cell.style.whiteSpace = "nowrap";
