@@ -10,8 +10,16 @@ import matplotlib as mpl
 import outside
 import structure
 import style
+import surroundings
 
-FIGURES = driving.FIGURES | laws.FIGURES | fleets.FIGURES | outside.FIGURES | structure.FIGURES
+FIGURES = (
+    driving.FIGURES
+    | laws.FIGURES
+    | surroundings.FIGURES
+    | fleets.FIGURES
+    | outside.FIGURES
+    | structure.FIGURES
+)
 
 
 def main(names):
