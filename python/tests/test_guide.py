@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+pytest.importorskip("fcntl", reason="the browser is asked over the pipes of Unix")
+
 ROOT = Path(__file__).parents[2]
 sys.path[:0] = [str(ROOT / "scripts" / "guide"), str(ROOT / "scripts" / "figures")]
 
@@ -109,12 +111,13 @@ def test_the_check_finds_what_is_cut(tmp_path):
         tmp_path,
         "cut.html",
         f'<pre style="overflow-x: auto"><code>{wide}</code></pre><span class="math">x</span>'
-        f'<img src="none.png" alt="none"><p>{wide}</p>',
+        f'<img src="none.png" alt="none"><p>{wide}</p>'
+        '<style>@font-face {font-family: lost; src: url(lost.woff2)}</style><p style="font-family: lost">a</p>',
     )
     found = layout.faults(program, pages.pages_of(tmp_path))
     assert {path.name for path, _ in found} == {"cut.html"}
     told = " | ".join(fault for _, fault in found)
-    for part in ["at 1280 px: cut by", "not typeset", "not drawn", "at 360 px: the page is"]:
+    for part in ["at 1280 px: cut by", "not typeset", "not drawn", "font lost", "at 360 px: the page is"]:
         assert part in told
 
 

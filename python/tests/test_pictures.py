@@ -10,6 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+pytest.importorskip("fcntl", reason="the browser is asked over the pipes of Unix")
+
 ROOT = Path(__file__).parents[2]
 RUN = ROOT / "docs" / "images" / "run.svg"
 sys.path.insert(0, str(ROOT / "scripts" / "guide"))

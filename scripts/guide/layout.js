@@ -10,6 +10,9 @@ atDesk => {
     for (const e of main.querySelectorAll("span.math:not(:has(.katex))")) {
         found.push(`not typeset: ${named(e)}`);
     }
+    for (const font of document.fonts) {
+        if (font.status === "error") found.push(`font ${font.family} ${font.weight} ${font.style} is not there`);
+    }
     for (const e of main.querySelectorAll("img")) {
         if (e.naturalWidth === 0) found.push(`picture ${e.getAttribute("src")} is not drawn`);
     }
