@@ -112,7 +112,8 @@ def test_the_check_finds_what_is_cut(tmp_path):
         "cut.html",
         f'<pre style="overflow-x: auto"><code>{wide}</code></pre><span class="math">x</span>'
         f'<img src="none.png" alt="none"><p>{wide}</p>'
-        '<style>@font-face {font-family: lost; src: url(lost.woff2)}</style><p style="font-family: lost">a</p>',
+        "<style>@font-face {font-family: lost; src: url(lost.woff2)}</style>"
+        '<p style="font-family: lost">a</p>',
     )
     found = layout.faults(program, pages.pages_of(tmp_path))
     assert {path.name for path, _ in found} == {"cut.html"}
