@@ -4,6 +4,8 @@ import doctest
 import inspect
 import re
 import runpy
+import subprocess
+import sys
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
@@ -180,3 +182,30 @@ def test_source_files_that_the_pages_name_are_there():
         if not any(f"/{file}".endswith(f"/{name}") for file in FILES)
     ]
     assert not missing
+
+
+GUIDE = [README, INDEX_PAGE, *sorted((ROOT / "docs" / "src").rglob("*.md"))]
+
+
+def commands(page):
+    """Give the commands of a page, those between backticks and those of its blocks for a shell."""
+    text = page.read_text(encoding="utf-8")
+    blocks = re.findall(r"^```sh\n(.*?)^```$", text, flags=re.MULTILINE | re.DOTALL)
+    lines = "\n".join(blocks).replace("\\\n", " ").split("\n") + re.findall(r"`(ocmc [^`]*)`", prose(page))
+    return [line.partition(" #")[0] for line in lines if line.startswith("ocmc ")]
+
+
+def test_the_commands_of_the_pages_and_their_options_exist():
+    used = {}
+    for page in GUIDE:
+        for command in commands(page):
+            # values in quotes have no options
+            bare = re.sub(r"'[^']*'", "", command)
+            names = re.match(r"ocmc((?: (?:study|fit|calibrate))?(?: [a-z][a-z-]*)?)(?= |$)", bare)[1].split()
+            used.setdefault(" ".join(names), set()).update(re.findall(r"(?<= )--[a-z-]+", bare))
+    assert len(used) > 20
+    for names, options in used.items():
+        program = [sys.executable, "-c", "import sys, ocmc; sys.exit(ocmc._main())", *names.split(), "--help"]
+        done = subprocess.run(program, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, f"ocmc {names}: {done.stderr}"
+        assert options <= set(re.findall(r"--[a-z-]+", done.stdout)), f"ocmc {names}: {options}"
