@@ -253,3 +253,26 @@ def test_roads_of_a_map_are_its_main_ones_inside_the_extract():
         ("2", "0", "2"),
     ]
     assert rows[1]["lat"] == "52.1"
+
+
+@pytest.mark.skipif(os.name == "nt", reason="scripts/check is for bash")
+def test_tests_that_compared_nothing_are_named(tmp_path):
+    """The notes that tests leave, as `tests/it/others_data.rs` writes them, and what pytest prints."""
+    check = [ROOT / "scripts/check", "--skipped"]
+    notes = tmp_path / "tmp"
+    notes.mkdir()
+    environment = os.environ | {"CARGO_TARGET_DIR": str(tmp_path)}
+    assert subprocess.run(check, capture_output=True, text=True, check=True, env=environment).stdout == ""
+    lines = ["ocmc a::b\tno c in OCMC_DATA", "ocmc a::b\tno d in OCMC_DATA", "ocmc-core e\tno strace"]
+    (notes / "skipped-tests.txt").write_text("".join(line + "\n" for line in [*lines, lines[0]]))
+    (notes / "pytest.txt").write_text("..s\nSKIPPED [1] a.py:3: no duckdb\n3 passed, 1 skipped\n")
+    said = subprocess.run(check, capture_output=True, text=True, check=True, env=environment).stdout
+    assert said.splitlines() == [
+        "skipped: 2 Rust tests (counted as passed above) compared nothing or not all:",
+        "    ocmc a::b: no c in OCMC_DATA",
+        "    ocmc a::b: no d in OCMC_DATA",
+        "    ocmc-core e: no strace",
+        "    (scripts/fetch-data fetches the data of others)",
+        "skipped in pytest:",
+        "    [1] a.py:3: no duckdb",
+    ]
