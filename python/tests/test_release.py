@@ -30,7 +30,7 @@ def _no_bytecode():
 
 def test_each_link_of_the_readme_works_on_a_package_index():
     page = (ROOT / "README.md").read_text(encoding="utf-8")
-    absolute = script("with-home").with_links(page, HOME, "v1", ROOT)
+    absolute = script("with-home").with_links(page, HOME, "v1", ROOT / "README.md")
     targets = re.findall(r"\]\(([^)\s]+)\)", re.sub(r"```.*?```|`[^`\n]*`", "", absolute, flags=re.DOTALL))
     assert len(targets) > 10
     assert not [target for target in targets if not re.match(r"https?://|#", target)]
@@ -40,13 +40,16 @@ def test_each_link_of_the_readme_works_on_a_package_index():
 
 def test_code_and_links_elsewhere_stay_as_they_are():
     with_links = script("with-home").with_links
+    page = ROOT / "README.md"
     for text in ["```\nx[0](a.md)\n```\n", "[a](https://example.org/b.md)", "[a](#below)"]:
-        assert with_links(text, HOME, "v1", ROOT) == text
-    assert with_links("[`a`](LICENSE-MIT)", HOME, "v1", ROOT) == f"[`a`]({HOME}/blob/v1/LICENSE-MIT)"
+        assert with_links(text, HOME, "v1", page) == text
+    assert with_links("[`a`](LICENSE-MIT)", HOME, "v1", page) == f"[`a`]({HOME}/blob/v1/LICENSE-MIT)"
     picture = f"[![a]({HOME}/raw/v1/LICENSE-MIT)](https://example.org)"
-    assert with_links("[![a](LICENSE-MIT)](https://example.org)", HOME, "v1", ROOT) == picture
+    assert with_links("[![a](LICENSE-MIT)](https://example.org)", HOME, "v1", page) == picture
+    inside = with_links("[a](../LICENSE-MIT#b)", HOME, "v1", ROOT / "python/README.md")
+    assert inside == f"[a]({HOME}/blob/v1/LICENSE-MIT#b)"
     with pytest.raises(ValueError, match=r"links to lost.md, which is not there"):
-        with_links("[a](lost.md)", HOME, "v1", ROOT)
+        with_links("[a](lost.md)", HOME, "v1", page)
 
 
 def test_the_package_gets_its_urls():
