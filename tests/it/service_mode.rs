@@ -2,7 +2,6 @@
 //! and what a file says is not obeyed by a terminal or a spreadsheet.
 #![cfg(unix)]
 
-use crate::others_data::skipped;
 use crate::program::{SHORT, ocmc, run_into};
 use ocmc_io::given_cycle;
 use ocmc_io::study::{load, resolved_toml};
@@ -84,7 +83,7 @@ fn touched(arguments: &[&str], study: &Path, log: &Path) -> (BTreeSet<String>, S
 fn hostile_studies_open_nothing_that_a_built_in_study_does_not_open() {
     let runs = Command::new("strace").args(["-o", "/dev/null", "true"]).output();
     if !runs.is_ok_and(|output| output.status.success()) {
-        skipped("no strace, or it may not trace");
+        crate::others_data::skipped("no strace, or it may not trace");
         return;
     }
     let folder = tempfile::tempdir().expect("a directory");

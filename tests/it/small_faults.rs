@@ -1,7 +1,6 @@
 //! Faults that few meet: numbers at the edge of what is allowed, names that are no text, a disk
 //! that is full.
 
-use crate::others_data::skipped;
 use crate::program::{SHORT, ocmc};
 use serde_json::Value;
 use std::fs;
@@ -81,7 +80,7 @@ fn a_path_that_is_no_text_is_taken_and_printed_as_a_shell_takes_it() {
             let said = String::from_utf8_lossy(&output.stderr);
             assert!(output.status.success(), "{script}: {said}");
         }
-        Err(error) => skipped(&format!("no bash ({error})")),
+        Err(error) => crate::others_data::skipped(&format!("no bash ({error})")),
     }
     let lost = OsStr::from_bytes(b"lost\xff.toml");
     let output = ocmc(&["study", "check"]).arg(lost).output().expect("it starts");
