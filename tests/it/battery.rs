@@ -1,7 +1,8 @@
 //! The battery-electric truck in the exact prescribed-speed mode: consumption, the limits of what
 //! comes back, and the balance.
 
-use crate::common::{electric_balance, shared};
+use crate::common::electric_balance;
+use crate::others_data::shared;
 use ocmc_core::energy_ledger::Term;
 use ocmc_core::kernel::scheduler::drive_scenario;
 use ocmc_core::prescribed::{DriveCycle, FollowedCycle, follow_planned, follow_study};

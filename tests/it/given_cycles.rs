@@ -1,7 +1,8 @@
 //! Given operating cycles: what a drawn one is written as drives the same again; routes mix by
 //! weight; VECTO's cycles can be driven.
 
-use crate::common::{run, shared};
+use crate::common::run;
+use crate::others_data::shared;
 use ocmc_core::kernel::scheduler::drive_scenario;
 use ocmc_core::operating_cycle::route::Keep;
 use ocmc_core::record::{COLUMNS, Cell, Outcome};

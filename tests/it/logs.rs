@@ -1,10 +1,11 @@
 //! The command on measured logs: what it finds, what it says about bad ones, and what comes out of
 //! the logs of others.
 
+use crate::others_data::shared;
 use crate::program::ocmc;
 use std::fmt::Write;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// What a failing command writes to standard error.
 fn failure(arguments: &[&str]) -> String {
@@ -194,19 +195,6 @@ fn what_is_not_used_is_counted() {
     ] {
         assert!(message.contains(part), "{part}: {message}");
     }
-}
-
-/// A folder of the shared data, where there is one.
-fn shared(folder: &str) -> Option<PathBuf> {
-    let data = std::env::var_os("OCMC_DATA").map_or_else(
-        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data"),
-        PathBuf::from,
-    );
-    let path = data.join(folder);
-    if !path.is_dir() {
-        println!("SKIPPED: no {folder} in OCMC_DATA or ../shared/data");
-    }
-    path.is_dir().then_some(path)
 }
 
 #[test]

@@ -34,6 +34,7 @@ mod logs;
 mod look_ahead;
 mod map_corners;
 mod merge;
+mod others_data;
 mod parts;
 mod precision;
 mod prescribed;

@@ -1,7 +1,8 @@
 //! The exact prescribed-speed mode: closed forms, the energy balance, limits, and FASTSim's
 //! figures.
 
-use crate::common::{balance, electric_balance, shared, typical};
+use crate::common::{balance, electric_balance, typical};
+use crate::others_data::{shared, skipped};
 use ocmc_core::energy_ledger::Term;
 use ocmc_core::powertrain::efficiency::{EfficiencyCurve, EfficiencyDriveline};
 use ocmc_core::powertrain::{GearOrder, ShiftConvention};
@@ -169,7 +170,7 @@ fn fastsim(vehicle: &str, cycle: &str) -> Option<serde_json::Value> {
     let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/it/fastsim/achieved_speed.py");
     let output = Command::new(&python).arg(script).arg(file).arg(cycle).output().ok();
     let Some(output) = output.filter(|output| output.status.success()) else {
-        eprintln!("skipped: {python} has no fastsim (`pip install fastsim==3.1.0`)");
+        skipped(&format!("{python} has no fastsim (`pip install fastsim==3.1.0`)"));
         return None;
     };
     Some(serde_json::from_slice(&output.stdout).unwrap())

@@ -83,7 +83,7 @@ fn touched(arguments: &[&str], study: &Path, log: &Path) -> (BTreeSet<String>, S
 fn hostile_studies_open_nothing_that_a_built_in_study_does_not_open() {
     let runs = Command::new("strace").args(["-o", "/dev/null", "true"]).output();
     if !runs.is_ok_and(|output| output.status.success()) {
-        eprintln!("skipped: no strace, or it may not trace");
+        crate::others_data::skipped("no strace, or it may not trace");
         return;
     }
     let folder = tempfile::tempdir().expect("a directory");

@@ -80,7 +80,7 @@ fn a_path_that_is_no_text_is_taken_and_printed_as_a_shell_takes_it() {
             let said = String::from_utf8_lossy(&output.stderr);
             assert!(output.status.success(), "{script}: {said}");
         }
-        Err(error) => eprintln!("skipped: no bash ({error})"),
+        Err(error) => crate::others_data::skipped(&format!("no bash ({error})")),
     }
     let lost = OsStr::from_bytes(b"lost\xff.toml");
     let output = ocmc(&["study", "check"]).arg(lost).output().expect("it starts");

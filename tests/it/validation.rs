@@ -2,7 +2,7 @@
 //! is laid under them; roads from logs are those that were driven; what is circular is said; hostile
 //! logs end in a message.
 
-use crate::common::shared;
+use crate::others_data::shared;
 use crate::program::ocmc;
 use ocmc_core::kernel::trace::{Trace, trace};
 use ocmc_core::study::Study;

@@ -1,7 +1,7 @@
 //! The forward simulation on VECTO's cycles beside quasi-static runs of the same truck; prints the
 //! tables of `docs/src/vecto-comparison.md`: `cargo test -p ocmc --test it vecto -- --nocapture`.
 
-use crate::common::shared;
+use crate::others_data::shared;
 use ocmc_core::energy_ledger::Term;
 use ocmc_core::kernel::scheduler::drive_scenario;
 use ocmc_core::prescribed::{DriveCycle, follow_study};

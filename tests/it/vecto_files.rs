@@ -1,6 +1,6 @@
 //! `ocmc vecto`: the truck of VECTO's own files on VECTO's own speed, and driven by VECTO's driver.
 
-use crate::common::shared;
+use crate::others_data::shared;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};

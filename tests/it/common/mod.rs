@@ -15,21 +15,6 @@ use ocmc_core::powertrain::diesel::DieselPowertrain;
 use ocmc_core::random::Streams;
 use ocmc_core::record::Record;
 use ocmc_core::study::{Scenario, Study};
-use std::path::PathBuf;
-
-/// A file of the shared data; none, with a message, where they are absent.
-pub(crate) fn shared(name: &str) -> Option<PathBuf> {
-    let folder = std::env::var_os("OCMC_DATA").map_or_else(
-        || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/data")),
-        PathBuf::from,
-    );
-    let path = folder.join(name);
-    if !path.exists() {
-        eprintln!("skipped: no {}", path.display());
-        return None;
-    }
-    Some(path)
-}
 
 /// A built-in study with settings, prepared.
 pub(crate) fn study(name: &str, sets: &[&str]) -> Study {

@@ -9,6 +9,8 @@
 
 mod common;
 mod cost;
+#[path = "../../../../tests/it/others_data.rs"]
+mod others_data;
 mod outside_facts;
 mod rest;
 mod sampled;

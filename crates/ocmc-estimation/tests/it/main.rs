@@ -13,3 +13,5 @@ mod common;
 mod curve_detection;
 mod fit;
 mod nist_nonlinear;
+#[path = "../../../../tests/it/others_data.rs"]
+mod others_data;

@@ -4,9 +4,9 @@
 //! Prints a row for each problem and start: `cargo test -p ocmc-estimation --test it nist_nonlinear
 //! -- --nocapture`.
 
+use crate::others_data::shared;
 use ocmc_estimation::identification::bounded_least_squares::{Tolerances, minimise};
 use std::f64::consts::PI;
-use std::path::PathBuf;
 
 /// A model: parameters, predictors.
 type Model = fn(&[f64], &[f64]) -> f64;
@@ -61,15 +61,6 @@ struct Problem {
     x: Vec<Vec<f64>>,
 }
 
-fn folder() -> Option<PathBuf> {
-    let data = std::env::var_os("OCMC_DATA").map_or_else(
-        || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data"),
-        PathBuf::from,
-    );
-    let folder = data.join("stats/nist_nonlinear");
-    folder.is_dir().then_some(folder)
-}
-
 fn read(path: &std::path::Path) -> Problem {
     let text = std::fs::read_to_string(path).unwrap();
     let numbers = |line: &str| -> Vec<f64> {
@@ -120,10 +111,7 @@ fn digits(found: &[f64], certified: &[f64]) -> f64 {
 
 #[test]
 fn certified_from_both_starts() {
-    let Some(folder) = folder() else {
-        println!("SKIPPED: no stats/nist_nonlinear in OCMC_DATA or ../shared/data");
-        return;
-    };
+    let Some(folder) = shared("stats/nist_nonlinear") else { return };
     println!("| problem | start | digits | iterations | sum of squares / certified |");
     println!("|---|---|---|---|---|");
     let mut failures = Vec::new();

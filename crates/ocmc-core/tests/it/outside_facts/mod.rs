@@ -96,7 +96,6 @@ fn default_road_beside_the_facts() {
     assert!(with > 3.0 && with > 1.3 * without, "{with} {without}");
 
     let Some(map) = lower_saxony(HALF_WINDOW) else {
-        println!("SKIPPED: no OpenStreetMap extract in OCMC_DATA or ../shared/data");
         return;
     };
     println!("{}", map.all.row("Lower Saxony, radius of the middle third"));

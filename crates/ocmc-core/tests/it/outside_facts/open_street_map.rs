@@ -4,6 +4,7 @@
 //! from `OCMC_DATA`, or from `../shared/data` beside the checkout.
 
 use super::curve_detector::STEP_M;
+use crate::others_data::shared;
 use flate2::read::GzDecoder;
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -40,10 +41,7 @@ pub(crate) struct Profile {
 
 /// The file of the extract; none where the data are absent.
 pub(crate) fn extract() -> Option<PathBuf> {
-    let beside = || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
-    let folder = std::env::var_os("OCMC_DATA").map_or_else(beside, PathBuf::from);
-    let file = folder.join("roads/osm_testfeld_nds_main_roads.csv.gz");
-    file.exists().then_some(file)
+    shared("roads/osm_testfeld_nds_main_roads.csv.gz")
 }
 
 /// Reads the ways of the extract, roundabouts left out.

@@ -11,19 +11,12 @@ mod sleepstudy;
 mod traffic;
 mod weather;
 
+use crate::others_data;
 use std::fs;
-use std::path::{Path, PathBuf};
 
-/// A file of the shared data; none, with a message, where it is absent.
+/// The text of a file of the data of others; none, with a note, where it is absent.
 fn shared(path: &str) -> Option<String> {
-    let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
-    let folder = std::env::var_os("OCMC_DATA").map_or_else(beside, PathBuf::from);
-    let file = folder.join(path);
-    let text = fs::read_to_string(&file).ok();
-    if text.is_none() {
-        println!("SKIPPED: {} is absent", file.display());
-    }
-    text
+    Some(fs::read_to_string(others_data::shared(path)?).unwrap())
 }
 
 /// Fails where a number, rounded as it was printed, is not what was printed.
