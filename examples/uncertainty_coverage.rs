@@ -64,7 +64,7 @@ fn delta(cycles: u64) -> f64 {
         let studies = [&sides[0], &sides[1]];
         let go_on = |_| ControlFlow::<Infallible>::Continue(());
         let ControlFlow::Continue(found) = compare(&studies, &plan, None, go_on);
-        let effect = found[0].difference.unwrap_or(f64::NAN) / 2.0;
+        let effect = found.comparisons[0].difference.unwrap_or(f64::NAN) / 2.0;
         println!("  {key}: one standard error does {effect:+.4} L/100 km");
         effect * effect
     });

@@ -38,10 +38,13 @@ from ocmc._ocmc import (
     fit_weather,
     identify,
     load,
+    merge,
     road,
     run_from,
     simulator_study,
+    studies,
     validate,
+    vehicles,
 )
 from ocmc._summary import Summary
 
@@ -68,9 +71,12 @@ __all__ = [
     "fit_weather",
     "identify",
     "load",
+    "merge",
     "road",
     "simulator_study",
+    "studies",
     "validate",
+    "vehicles",
 ]
 
 _WITH_EXTRAS = ["dask", "plot"]

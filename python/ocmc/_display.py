@@ -4,6 +4,8 @@ from collections.abc import Sequence
 from html import escape
 from typing import TYPE_CHECKING, Any
 
+from ocmc._section import rows
+
 if TYPE_CHECKING:
     from ocmc import Study, Table
 
@@ -39,17 +41,27 @@ def html_table(head: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:
 
 
 def study(study: "Study") -> str:
-    """Show what a study is: its name, its description and its main numbers."""
+    """Show what a study is: its name, its description, and its values, table by table."""
     content = study.to_dict()
     about = content["study"]
-    parts = [
-        f"<b>{escape(about['name'])}</b> <code>{study.hash[:8]}</code>",
-        escape(about["description"]),
-        html_table(
-            ["table", "keys"], [[name, ", ".join(keys)] for name, keys in content.items() if name != "study"]
-        ),
-    ]
-    return "<br>".join(parts)
+    tables = (
+        f"<details><summary><code>{escape(name)}</code> {escape(_first_keys(table))}</summary>"
+        f"{rows(table)}</details>"
+        for name, table in content.items()
+        if name != "study"
+    )
+    return (
+        f"<b>{escape(about['name'])}</b> <code>{study.hash[:8]}</code><br>{escape(about['description'])}"
+        f"{''.join(tables)}"
+    )
+
+
+_SHOWN_KEYS = 4
+
+
+def _first_keys(table: dict[str, Any]) -> str:
+    more = ", …" if len(table) > _SHOWN_KEYS else ""
+    return f"{', '.join(list(table)[:_SHOWN_KEYS])}{more}"
 
 
 def table(table: "Table") -> str:

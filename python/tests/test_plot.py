@@ -119,6 +119,18 @@ def test_a_single_cycle_is_drawn(study):
     assert quantiles.pop() == pytest.approx(value)
 
 
+def test_differences_are_those_of_the_pairs(run, study):
+    loaded = study.set("mission.payload_kg", 20_000.0).run(cycles=len(run))
+    ax = drawn(ocmc.plot.differences(run, loaded))
+    change = loaded["consumption_l_per_100km"] - run["consumption_l_per_100km"]
+    mean, counted = ax.lines[1].get_xdata()[0], sum(bar.get_height() for bar in ax.patches)
+    assert np.isclose(mean, change.mean())
+    assert 0.98 * len(run) <= counted <= len(run)
+    drawn(ocmc.plot.differences(run, run))
+    with pytest.raises(ValueError, match="other cycles"):
+        ocmc.plot.differences(run, study.run(cycles=3))
+
+
 def test_curves_and_their_fit():
     table = pytest.importorskip("pandas").read_csv(CURVES)
     fit = ocmc.fit_curve_speed(table)

@@ -291,6 +291,10 @@ fn studies_are_listed_shown_written_and_checked() {
     let resolved =
         answer(&["study", "show", "--resolved", "long-haul", "--set", "mission.length_m=7000"]);
     assert!(resolved.contains("7000"), "{resolved}");
+    let line = resolved.lines().find(|line| line.starts_with("curb_mass_kg")).expect("a key");
+    assert!(line.contains("# ") && line.ends_with("| 500 to 100000"), "{line}");
+    let vehicles = answer(&["study", "vehicles"]);
+    assert!(vehicles.lines().any(|line| line.starts_with("rigid-12t ")), "{vehicles}");
     let schema: Value = serde_json::from_str(&answer(&["study", "schema"])).expect("JSON");
     assert!(schema["properties"]["road"].is_object());
 
@@ -344,6 +348,11 @@ fn completions_and_manual_pages() {
     let page = fs::read_to_string(pages.join("ocmc.1")).expect("written");
     assert!(page.contains("cycles"), "{page}");
     assert!(pages.join("ocmc-trace.1").exists());
+    let page = fs::read_to_string(pages.join("ocmc-compare.1")).expect("written");
+    let synopsis = page.split(".SH").find(|part| part.starts_with(" SYNOPSIS")).expect("one");
+    for named in ["KEY=VALUE", "NAME|FILE", "<N>"] {
+        assert!(synopsis.contains(named), "{named}: {synopsis}");
+    }
 }
 
 #[test]

@@ -51,6 +51,61 @@ fn the_energy_of_a_saturated_run_adds_up() {
     assert!(page.contains("add up to 100.0000 %") && !page.contains(row));
 }
 
+#[test]
+fn the_command_on_the_page_repeats_the_run() {
+    let parent = tempfile::tempdir().expect("a directory");
+    let run = parent.path().join("run");
+    let sets = ["--set", "simulation.without=[\"curves\"]", "--set", "vehicle.drag_area_m2=5.0"];
+    run_into(&run, &[&["--cycles", "20", "--seed", "3", "--format", "csv"], &sets[..]].concat());
+    ocmc(&["report"]).arg(&run).assert().success();
+    let page = fs::read_to_string(run.join("report.html")).expect("written");
+    let command = page.split_once("<pre class=\"command\" tabindex=\"0\">").expect("a command").1;
+    let command = command.split_once("</pre>").expect("its end").0;
+    let command = command.replace("&#39;", "'").replace("&quot;", "\"").replace("&amp;", "&");
+    assert!(command.contains("--set"), "{command}");
+    let command = command.replacen("ocmc", env!("CARGO_BIN_EXE_ocmc"), 1);
+    let shell = Command::new("sh").args(["-c", &command]).current_dir(&parent).output();
+    let shell = shell.expect("a shell");
+    assert!(shell.status.success(), "{}", String::from_utf8_lossy(&shell.stderr));
+    let bytes = |of: &str| fs::read(parent.path().join(of).join("records.csv")).expect("written");
+    assert!(bytes("run") == bytes("again"));
+}
+
+#[test]
+fn a_comparison_and_an_analysis_are_kept_and_repeat_from_their_pages() {
+    let parent = tempfile::tempdir().expect("a directory");
+    let parent = parent.path();
+    let length = ["--set", "mission.length_m=4000"];
+    let compare =
+        ["compare", "field-truck", "long-haul", "--cycles", "60", "--quiet", "--out", "compared"];
+    ocmc(&[&compare[..], &length].concat()).current_dir(parent).assert().success();
+    let text = |file: &str| fs::read_to_string(parent.join(file)).expect(file);
+    let page = text("compared/report.html");
+    assert!(
+        page.contains("Differences, pair by pair")
+            && page.contains("long-haul against field-truck")
+    );
+    assert_eq!(text("compared/pairs.csv").lines().count(), 61);
+    let again = ["compare", "a.toml", "b.toml", "--cycles", "60", "--json", "--quiet"];
+    let again = ocmc(&again).current_dir(parent.join("compared")).output().expect("it starts");
+    let again: serde_json::Value = serde_json::from_slice(&again.stdout).expect("JSON");
+    let kept: serde_json::Value =
+        serde_json::from_str(&text("compared/comparison.json")).expect("JSON");
+    assert_eq!(again["difference"], kept["difference"]);
+    for study in ["a", "b"] {
+        ocmc(&["verify"]).arg(parent.join("compared").join(study)).assert().success();
+    }
+    let refused = ocmc(&compare).current_dir(parent).output().expect("it starts");
+    assert_eq!(refused.status.code(), Some(1));
+
+    let shares =
+        ["sensitivity", "--cycles", "20", "--factor", "road,driver", "--quiet", "--out", "shares"];
+    ocmc(&[&shares[..], &length].concat()).current_dir(parent).assert().success();
+    assert!(text("shares/report.html").contains("Total effects"));
+    assert!(text("shares/design.csv").starts_with("cycle_id,a,b,road,driver\n0,"));
+    ocmc(&["study", "check", "shares/study.toml"]).current_dir(parent).assert().success();
+}
+
 /// The browser, where there is one.
 fn browser(profile: &Path) -> Option<Command> {
     let name = ["chromium", "chromium-browser", "google-chrome"].into_iter().find(|name| {

@@ -106,7 +106,7 @@ fn pick_and_freeze_agrees_with_nested_loops_on_a_10_km_study() {
     let found = sensitivity(&study, &plan, &groups, quantity(COLUMN), Over::Trip, |_| {
         ControlFlow::Continue(())
     });
-    let found = done(found).expect("enough rows");
+    let (found, _) = done(found).expect("enough rows");
     let mut within_both = 0;
     let (mut differences, mut ratios) = (Vec::new(), Vec::new());
     for ((name, [alone, total]), share) in sizes.into_iter().zip(&found.factors) {
@@ -158,7 +158,7 @@ fn two_ways_of_asking_for_the_driver_agree() {
     let plan = RunPlan::new(SEED, 0, 1500, Some(2), None);
     let found =
         sensitivity(&study, &plan, &driver, column, Over::Trip, |_| ControlFlow::Continue(()));
-    let share = done(found).expect("enough rows").factors.remove(0);
+    let share = done(found).expect("enough rows").0.factors.remove(0);
     eprintln!("{crossed:?}, {share:?}");
     // the driver alone is the first-order share; with what both do together it is the total one. A
     // variance of n normal values is known to √(2/(n − 1)) of it, and a share S of two such
@@ -186,7 +186,7 @@ fn rows_that_share_uncertain_parameters_count_as_their_replicates() {
         let study = crate::common::study("field-truck", &sets);
         let found =
             sensitivity(&study, &plan, &curves, None, Over::Trip, |_| ControlFlow::Continue(()));
-        done(found).expect("enough rows")
+        done(found).expect("enough rows").0
     };
     let few = of("driver.curve_speed.replicates=4", &[uncertain]);
     assert_eq!(few.replicates, Some(4));

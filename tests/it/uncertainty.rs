@@ -158,7 +158,7 @@ fn a_difference_does_not_depend_on_which_study_comes_first() {
         let compared: ControlFlow<Infallible, _> =
             compare(&studies, &plan, None, |_| ControlFlow::Continue(()));
         let ControlFlow::Continue(compared) = compared;
-        compared[0].parameter_uncertainty.as_ref().map(|found| found.sd)
+        compared.comparisons[0].parameter_uncertainty.as_ref().map(|found| found.sd)
     };
     let (one, other) = (sd([&a, &b]).expect("known"), sd([&b, &a]).expect("known"));
     assert!(one > 0.05 && (one - other).abs() < 1e-9 * one, "{one} {other}");

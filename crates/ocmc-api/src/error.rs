@@ -117,7 +117,7 @@ pub enum Error {
     VectoPlan(DriveCycleError),
     /// No result to compare with.
     #[error(
-        "there is no result of VECTO to compare with: give time series or sums (`--result FILE.vmod`), or put them beside the job"
+        "there is no result of VECTO to compare with: give time series or sums (`--result FILE.vmod`), or put time series beside the job, whose name theirs begin with"
     )]
     NoVectoResult,
     /// A result whose mission is not among those given.
@@ -128,6 +128,20 @@ pub enum Error {
     VectoMission {
         /// The result.
         result: PathBuf,
+    },
+    /// A mission without a row in the sums.
+    #[error(
+        "no row of `{}` is of the mission `{}`, by the name of its file; it has `{rows}`",
+        sums.display(),
+        mission.display()
+    )]
+    VectoRow {
+        /// The mission.
+        mission: PathBuf,
+        /// The sums.
+        sums: PathBuf,
+        /// The missions that have one.
+        rows: String,
     },
     /// A result on an even road of a job without a mass.
     #[error(

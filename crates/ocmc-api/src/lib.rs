@@ -10,6 +10,7 @@
 //!     studies: vec![("estimated".to_owned(), &a), ("square root".to_owned(), &b)],
 //!     plan: RunPlan::new(1, 0, 10, None, None),
 //!     column: None,
+//!     keep: false,
 //! };
 //! let answer = compare(&request, &mut go_on)?;
 //! assert!(answer.text().starts_with("A          estimated\nB          square root\n"));
@@ -29,6 +30,7 @@ mod error;
 mod fit;
 mod identify;
 mod merge;
+mod precision;
 mod progress;
 mod range;
 mod report;
@@ -73,6 +75,7 @@ pub use identify::{
     identify,
 };
 pub use merge::{MergeRequest, merge};
+pub use precision::precision;
 pub use range::{RangeAnswer, RangeRequest, range, range_of_run};
 pub use report::{Gathered, REPORT, Reported, directory_of, note_report, report};
 pub use road::{MadeRoad, MissingLimits, RoadAnswer, RoadRequest, road};

@@ -2,6 +2,7 @@
 
 pub use ocmc_core::study::StudyModel;
 pub use ocmc_io::study::{
-    BuiltIn, Cause, Fault, Files, Given, LoadedStudy, Origin, StudyFileError, fitted_study,
-    init_text, list, load, load_json, load_text, open, resolved_toml, schema, study_hash, text,
+    BuiltIn, Cause, Fault, Files, Given, LoadedStudy, Origin, StudyFileError, commented,
+    fitted_study, init_text, init_text_of, list, load, load_json, load_text, open, resolved_toml,
+    schema, study_hash, text, vehicles,
 };

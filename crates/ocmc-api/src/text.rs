@@ -1,5 +1,6 @@
 //! What answers as text have in common.
 
+use ocmc_core::fleet::run::RunPlan;
 use ocmc_core::fleet::uncertainty::{ParameterEffect, ParameterUncertainty};
 use ocmc_io::number_text::{rough, short};
 
@@ -54,4 +55,13 @@ pub(crate) fn table<Row: AsRef<[String]>>(
 ) -> String {
     let rows = rows.into_iter().map(|cells| row("", widths, cells.as_ref()));
     std::iter::once(row("", widths, head)).chain(rows).collect()
+}
+
+/// The options of a range of cycles.
+pub(crate) fn range(plan: &RunPlan) -> String {
+    let first = match plan.first_cycle {
+        0 => String::new(),
+        first => format!(" --first-cycle {first}"),
+    };
+    format!(" --seed {}{first} --cycles {}", plan.seed, plan.cycles)
 }

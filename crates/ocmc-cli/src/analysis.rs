@@ -10,7 +10,10 @@ use crate::progress::watched;
 use clap::Args;
 use clap::builder::PossibleValuesParser;
 use ocmc_api::study::LoadedStudy;
-use ocmc_api::{CompareRequest, MOST_THREADS, OVERS, Over, SensitivityRequest, columns, factors};
+use ocmc_api::{
+    CompareRequest, FORMATS, MOST_THREADS, OVERS, Over, REPORT, RecordFormat, SensitivityRequest,
+    check_empty, columns, factors,
+};
 use std::path::PathBuf;
 
 /// Most cycles of a crossed design: the values of all of them are held in memory, once for each
@@ -29,12 +32,31 @@ struct AnalysisArguments {
     /// Threads [default: one for each CPU]
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole_number(1..=MOST_THREADS))]
     threads: Option<usize>,
+    /// Directory for records, tables and a page; it has to be empty, and is made where it is not
+    /// there
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
     /// No progress
     #[arg(long)]
     quiet: bool,
     /// The answer as JSON
     #[arg(long)]
     json: bool,
+}
+
+impl AnalysisArguments {
+    /// Checks, before anything is driven, that nothing is in the directory.
+    fn check_out(&self) -> Result<(), Failure> {
+        Ok(self.out.as_deref().map_or(Ok(()), check_empty)?)
+    }
+
+    /// What was written, and where.
+    fn note_out(&self, files: &str) {
+        if let Some(directory) = self.out.as_ref().filter(|_| !self.quiet && !self.json) {
+            let shown = directory.display();
+            output::note(&format!("Written to `{shown}`: {files}. Any browser opens {REPORT}."));
+        }
+    }
 }
 
 /// A sensitivity analysis.
@@ -75,12 +97,16 @@ pub(crate) struct CompareArguments {
     files: FileOptions,
     #[command(flatten)]
     analysis: AnalysisArguments,
+    /// Format of the records in --out [default: parquet]
+    #[arg(long, value_name = "FORMAT", requires = "out", value_parser = one_of(FORMATS))]
+    format: Option<RecordFormat>,
 }
 
 /// Drives the design and prints the shares.
 pub(crate) fn sensitivity(arguments: &SensitivityArguments) -> Result<(), Failure> {
     let SensitivityArguments { study, factor, crossed, shapley, over, analysis } = arguments;
     let study = &study.load()?;
+    analysis.check_out()?;
     let plan = analysis.range.plan(analysis.threads)?;
     if let Some(cycles) = *crossed {
         check_range(plan.first_cycle, cycles).map_err(|_| {
@@ -93,20 +119,32 @@ pub(crate) fn sensitivity(arguments: &SensitivityArguments) -> Result<(), Failur
     let (over, crossed, shapley) = (over.unwrap_or_default(), *crossed, *shapley);
     let request = SensitivityRequest { study, plan, column, factors, over, crossed, shapley };
     let answer = watched(analysis.quiet, |watch| ocmc_api::sensitivity(&request, watch))?;
-    output::print(&answer, analysis.json)
+    if let Some(directory) = &analysis.out {
+        answer.save(directory)?;
+    }
+    output::print(&answer, analysis.json)?;
+    analysis.note_out("the design, the study, sensitivity.json and a page");
+    Ok(())
 }
 
 /// Compares the studies and prints the differences.
 pub(crate) fn compare(arguments: &CompareArguments) -> Result<(), Failure> {
     let analysis = &arguments.analysis;
     let named = named(arguments)?;
+    analysis.check_out()?;
     let request = CompareRequest {
         studies: named.iter().map(|(name, loaded)| (name.clone(), loaded)).collect(),
         plan: analysis.range.plan(analysis.threads)?,
         column: analysis.column.clone(),
+        keep: analysis.out.is_some(),
     };
     let answer = watched(analysis.quiet, |watch| ocmc_api::compare(&request, watch))?;
-    output::print(&answer, analysis.json)
+    if let Some(directory) = &analysis.out {
+        answer.save(directory, arguments.format.unwrap_or_default())?;
+    }
+    output::print(&answer, analysis.json)?;
+    analysis.note_out("the runs, their pairs, the studies, comparison.json and a page");
+    Ok(())
 }
 
 /// The studies that were named; of a single one, the study as it is and with the settings.

@@ -4,13 +4,10 @@ use crate::failure::Failure;
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use ocmc_api::study::{self, Files, Given, LoadedStudy};
-use ocmc_api::{LAST_CYCLE_ID, Precision, RunPlan, Source, UTC_OFFSETS_H, Word};
+use ocmc_api::{LAST_CYCLE_ID, RunPlan, Source, UTC_OFFSETS_H, Word};
 use std::fmt::Display;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
-
-/// Largest precision that can be asked for.
-const COARSEST: f64 = 0.5;
 
 /// The files that a study may name.
 #[derive(Clone, Copy, Debug, Args)]
@@ -146,27 +143,6 @@ fn meant(text: &str) -> Option<u64> {
     (number.fract() == 0.0 && (0.0..9e15).contains(&number)).then_some(number as u64)
 }
 
-/// A precision: `0.2%`, `p95:1%`. Without the unit, 0.2 would be 0.2 % for some and 20 % for
-/// others.
-pub(crate) fn precision(text: &str) -> Result<Precision, String> {
-    let allowed = || {
-        let names = Precision::names().collect::<Vec<_>>().join(", ");
-        format!(
-            "allowed is a share up to 50%, as in 0.2%, or one of {names} before it, as in p95:1%"
-        )
-    };
-    let (of, share) = text.split_once(':').unwrap_or(("mean", text));
-    let number = share.strip_suffix('%').unwrap_or(share).trim();
-    let wanted = number.parse::<f64>().map_err(|_| allowed())? * 0.01;
-    if !(Precision::names().any(|name| name == of) && wanted > 0.0 && wanted <= COARSEST) {
-        return Err(allowed());
-    }
-    if !share.ends_with('%') {
-        return Err(format!("the unit is missing: type --precision {text}%"));
-    }
-    Ok(Precision { of: of.to_owned(), wanted })
-}
-
 /// A share in per cent: `1%`. Without the unit, 0.8 would be 0.8 % for some and 80 % for others.
 pub(crate) fn share(text: &str) -> Result<f64, String> {
     let allowed = || "allowed is a share above 0% and below 100%, as in 1%".to_owned();
@@ -191,20 +167,6 @@ pub(crate) fn utc_offset_h(text: &str) -> Result<f64, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn precisions() {
-        let read = |text| precision(text).map(|p| (p.of, p.wanted));
-        assert_eq!(read("0.2%"), Ok(("mean".to_owned(), 0.002)));
-        assert_eq!(read("p95:1%"), Ok(("p95".to_owned(), 0.01)));
-        for text in ["", "%", "0", "-1%", "51%", "nan", "inf", "p96:1%", "p95", ":1%", "1%%"] {
-            assert!(read(text).is_err_and(|message| message.contains("p95")), "{text}");
-        }
-        // 0.2 % to some, 20 % to others
-        for (text, unit) in [("0.2", "--precision 0.2%"), ("p95:1", "--precision p95:1%")] {
-            assert!(read(text).is_err_and(|error| error.contains(unit)), "{text}");
-        }
-    }
 
     #[test]
     fn shares() {

@@ -17,6 +17,7 @@ mod progress;
 mod range;
 mod road;
 mod run;
+mod shell;
 mod simulator_study;
 mod study;
 mod vecto;
@@ -40,7 +41,6 @@ use road::{RoadArguments, ValidateArguments};
 use run::{DriveArguments, MergeArguments, ReportArguments, RunArguments};
 use simulator_study::SimulatorStudyArguments;
 use std::ffi::OsString;
-use std::fs;
 use std::path::{Path, PathBuf};
 use study::StudyCommand;
 use vecto::VectoArguments;
@@ -168,8 +168,10 @@ pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> i32 {
         Some(Command::Merge(arguments)) => run::merge(arguments),
         Some(Command::Report(arguments)) => run::report(arguments),
         Some(Command::Verify(arguments)) => verify::verify(arguments),
-        Some(Command::Completions { shell }) => completions(*shell),
-        Some(Command::Man { out }) => man(out),
+        Some(Command::Completions { shell }) => {
+            output::answer(&shell::completions(*shell, Arguments::command()))
+        }
+        Some(Command::Man { out }) => shell::man(out, Arguments::command()),
     };
     match done {
         Ok(()) => DONE,
@@ -233,21 +235,6 @@ fn usage(answer: &clap::Error) -> i32 {
         _ if answer.use_stderr() => WRONG_USAGE,
         _ => DONE,
     }
-}
-
-/// Prints the script that completes the command line of a shell.
-fn completions(shell: Shell) -> Result<(), Failure> {
-    let mut script = Vec::new();
-    clap_complete::generate(shell, &mut Arguments::command(), "ocmc", &mut script);
-    output::answer_bytes(&script)
-}
-
-/// Writes manual pages, one for each sub-command, to a directory, which is created where it does
-/// not exist.
-fn man(directory: &Path) -> Result<(), Failure> {
-    fs::create_dir_all(directory)
-        .and_then(|()| clap_mangen::generate_to(Arguments::command(), directory))
-        .map_err(|source| Failure::File { path: directory.to_owned(), source })
 }
 
 #[cfg(test)]

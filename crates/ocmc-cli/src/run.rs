@@ -1,7 +1,7 @@
 //! `ocmc`, `ocmc drive`, `ocmc merge`, `ocmc report`: runs a study or what is given, and prints
 //! what its fleet adds up to.
 
-use crate::arguments::{FileOptions, check_range, one_of, precision, whole_number};
+use crate::arguments::{FileOptions, check_range, one_of, whole_number};
 use crate::failure::Failure;
 use crate::output::{self, warn};
 use crate::progress::watched;
@@ -12,7 +12,7 @@ use ocmc_api::{
     Asked, CpuLevel, Error, FOLLOWS, FORMATS, Follow, GivenDrive, KEEPS, Keep, LAST_CYCLE_ID,
     MANIFEST, MOST_THREADS, Manifest, MergeRequest, Precision, REPORT, RecordFormat, Reported,
     RequeueRequest, RouteModel, RunAnswer, RunEnd, RunRequest, SUMMARY, directory_of, mappings,
-    note_report,
+    note_report, precision,
 };
 use std::path::{Path, PathBuf};
 
@@ -151,7 +151,18 @@ fn run_given(arguments: &RunArguments, given: &GivenDrive) -> Result<(), Failure
     let (study, sets) = (arguments.study.as_deref(), &sets[..]);
     let precision = arguments.precision.clone();
     let files = arguments.files.files();
-    let asked = Asked { study, files, sets, seed, first_cycle, cycles, trucks, precision, format };
+    let asked = Asked {
+        study,
+        files,
+        sets,
+        seed,
+        first_cycle,
+        cycles,
+        trucks,
+        precision,
+        format,
+        ..Asked::default()
+    };
     let answer = match (&arguments.out, arguments.resume) {
         (Some(directory), true) => {
             check_range(first_cycle.unwrap_or(0), cycles.unwrap_or(1000))?;

@@ -3,9 +3,10 @@
 use crate::arguments::{FileOptions, RangeArguments};
 use crate::failure::Failure;
 use crate::output;
+use clap::builder::PossibleValuesParser;
 use clap::{Args, Subcommand};
 use ocmc_api::shell_word::shell_word;
-use ocmc_api::study::{self, LoadedStudy};
+use ocmc_api::study::{self, BuiltIn, LoadedStudy};
 use ocmc_api::{BirdsEyeRequest, go_on};
 use std::fmt::Write as _;
 use std::fs::OpenOptions;
@@ -17,10 +18,12 @@ use std::path::{Path, PathBuf};
 pub(crate) enum StudyCommand {
     /// Lists the built-in studies
     List,
+    /// Lists the built-in vehicles, which a study takes by `vehicle.base`
+    Vehicles,
     /// Prints a study or vehicle, a built-in one or a file, as it is written, with its sources
     Show {
         /// Prints every value of the study that a run uses instead, those inherited or given by
-        /// --set included
+        /// --set included, with its meaning and its allowed range
         #[arg(long)]
         resolved: bool,
         #[command(flatten)]
@@ -30,6 +33,10 @@ pub(crate) enum StudyCommand {
     Init {
         /// File to write
         file: PathBuf,
+        /// Built-in study that the new one inherits from: its keys stand in the file as comments
+        /// [default: every key of field-truck is written]
+        #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(study::list().iter().map(|study| study.name)))]
+        base: Option<String>,
     },
     /// Checks a study file
     Check {
@@ -78,9 +85,11 @@ pub(crate) struct BirdsEyeArguments {
 /// Does what was asked for.
 pub(crate) fn study(command: &StudyCommand) -> Result<(), Failure> {
     match command {
-        StudyCommand::List => list(),
+        StudyCommand::List => list(study::list()),
+        StudyCommand::Vehicles => list(study::vehicles()),
         StudyCommand::Show { resolved: true, study } => {
-            output::answer(&study::resolved_toml(&study.load()?.model))
+            let resolved = study::resolved_toml(&study.load()?.model);
+            output::answer(&study::commented(&resolved))
         }
         // as it is written: what is set is no part of that
         StudyCommand::Show { study, .. } if !study.set.is_empty() => Err(Failure::Usage(
@@ -90,7 +99,7 @@ pub(crate) fn study(command: &StudyCommand) -> Result<(), Failure> {
         StudyCommand::Show { study, .. } => {
             output::answer(&study::text(&study.study, &study.files.files())?)
         }
-        StudyCommand::Init { file } => init(file),
+        StudyCommand::Init { file, base } => init(file, base.as_deref()),
         StudyCommand::Check { study } => {
             let LoadedStudy { origin, model, .. } = study.load()?;
             let (name, hash) = (&model.study.name, study::study_hash(&model));
@@ -105,17 +114,18 @@ pub(crate) fn study(command: &StudyCommand) -> Result<(), Failure> {
     }
 }
 
-fn list() -> Result<(), Failure> {
-    let width = study::list().iter().map(|study| study.name.len()).max().unwrap_or(0);
+fn list(built_in: &[BuiltIn]) -> Result<(), Failure> {
+    let width = built_in.iter().map(|built_in| built_in.name.len()).max().unwrap_or(0);
     let mut text = String::new();
-    for study in study::list() {
-        let _ = writeln!(text, "{:width$}  {}", study.name, study.description());
+    for built_in in built_in {
+        let _ = writeln!(text, "{:width$}  {}", built_in.name, built_in.description());
     }
     output::answer(&text)
 }
 
-fn init(path: &Path) -> Result<(), Failure> {
-    write_new(path, &study::init_text())?;
+fn init(path: &Path, base: Option<&str>) -> Result<(), Failure> {
+    let text = base.map_or_else(|| Ok(study::init_text()), study::init_text_of)?;
+    write_new(path, &text)?;
     let (shown, word) = (path.display(), shell_word(path));
     output::note(&format!(
         "Written: `{shown}`. Change it, then: ocmc study check {word}; ocmc --study {word}"

@@ -1,8 +1,9 @@
 //! What quantities are called for people, the factors to the units in which people read them, and
 //! what has to be said of those that look wrong and are not.
 
-use crate::number_text::count_of;
-use ocmc_core::fleet::summary::Summary;
+use crate::number_text::{count_of, grouped, rounded, rounded_share};
+use ocmc_core::fleet::summary::{OUTSIDE_MAP_SHARE, Summary};
+use std::fmt::Write;
 
 /// A quantity of the summary: its name with the unit for people, and the factor to that unit.
 pub fn label(column: &str) -> (&str, f64) {
@@ -37,6 +38,39 @@ pub fn remarks(summary: &Summary) -> Vec<String> {
         remarks.push(traction.to_owned());
     }
     remarks
+}
+
+/// Work a cycle, in J, below which nothing is missing at the wheels but digits.
+const ROUNDING_J: f64 = 1.0;
+
+/// Where powertrains could not do what a followed speed asked for, and left their maps, in lines;
+/// none where that is not worth a word.
+pub fn saturation(summary: &Summary) -> Option<String> {
+    let saturation = &summary.saturation;
+    let outside_s = saturation.outside_map_s;
+    let (cycles, of) = (grouped(saturation.cycles), grouped(summary.cycles));
+    let limited_s = saturation.limited_s.unwrap_or(0.0);
+    let missing_j = saturation.missing_energy_j.unwrap_or(0.0);
+    // the balance of a step is exact but for rounding
+    if !(limited_s > 0.0 || missing_j > ROUNDING_J * summary.cycles as f64) {
+        if outside_s <= OUTSIDE_MAP_SHARE * summary.simulated_s {
+            return None;
+        }
+        let percent = rounded_share(100.0 * outside_s / summary.simulated_s);
+        return Some(format!(
+            "Beyond the points of the powertrain's maps for {percent} % of the driving,\nin {cycles} of {of} cycles."
+        ));
+    }
+    let mut text = format!(
+        "Saturated in {cycles} of {of} cycles: {} s at the powertrain's limit, {} kWh missing at the wheels",
+        rounded(limited_s),
+        rounded(missing_j / 3.6e6),
+    );
+    if outside_s > 0.0 {
+        let _ = write!(text, ",\n{} s beyond the points of its map", rounded(outside_s));
+    }
+    text.push('.');
+    Some(text)
 }
 
 #[cfg(test)]

@@ -20,6 +20,16 @@ pub(crate) fn has_decimal_comma(text: &str) -> bool {
     unsigned.split_once(',').is_some_and(|(whole, part)| digits(whole) && digits(part))
 }
 
+/// Whether this is a number with a unit behind it, as in 250m or 80 km/h.
+pub(crate) fn has_unit(text: &str) -> bool {
+    let text = text.trim();
+    let digits = |c: char| c.is_ascii_digit() || matches!(c, '.' | '_' | '-' | '+');
+    let number = text.trim_start_matches(digits);
+    number.len() < text.len()
+        && text.contains(|c: char| c.is_ascii_digit())
+        && number.trim_start().starts_with(|c: char| c.is_alphabetic() || c == '%')
+}
+
 /// So many things: `1 row`, `1,200 rows`.
 pub fn count_of(number: u64, thing: &str) -> String {
     let plural = if number == 1 { "" } else { "s" };
@@ -50,6 +60,11 @@ pub fn rough(number: f64) -> String {
     if digits >= 100.0 { grouped(digits as u64) } else { digits.to_string() }
 }
 
+/// A percentage to two digits.
+pub fn rounded_share(percent: f64) -> String {
+    format!("{percent:.1e}").parse::<f64>().unwrap_or(percent).to_string()
+}
+
 /// A duration, in s, to the hundredth.
 pub fn short(seconds: f64) -> String {
     if seconds < 100.0 { format!("{seconds:.2}") } else { grouped(seconds as u64) }
@@ -75,6 +90,16 @@ mod tests {
         for (number, text) in [(0, "0"), (999, "999"), (1000, "1,000"), (1234567, "1,234,567")] {
             assert_eq!(grouped(number), text);
         }
+    }
+
+    #[test]
+    fn units_behind_numbers() {
+        assert!(["250m", "-80 km/h", "0.5%", "1_000kg"].iter().all(|text| has_unit(text)));
+        assert!(
+            !["250", "2,5", "m", "", "-", "log_normal", "2024-01-01"]
+                .iter()
+                .any(|text| has_unit(text))
+        );
     }
 
     #[test]

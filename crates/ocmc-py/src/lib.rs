@@ -8,8 +8,10 @@
 
 mod answer;
 mod calibrate;
+mod compare;
 mod error;
 mod fit;
+mod given;
 mod input;
 mod log;
 mod operating_cycle;
@@ -46,8 +48,11 @@ fn _ocmc(module: &Bound<PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(road::road, module)?)?;
     module.add_function(wrap_pyfunction!(road::validate, module)?)?;
     module.add_function(wrap_pyfunction!(simulator_study::simulator_study, module)?)?;
-    module.add_function(wrap_pyfunction!(question::compare, module)?)?;
+    module.add_function(wrap_pyfunction!(compare::compare, module)?)?;
     module.add_function(wrap_pyfunction!(run::joined, module)?)?;
+    module.add_function(wrap_pyfunction!(run::merge, module)?)?;
+    module.add_function(wrap_pyfunction!(study::studies, module)?)?;
+    module.add_function(wrap_pyfunction!(study::vehicles, module)?)?;
     module.add_function(wrap_pyfunction!(run::unpickled, module)?)?;
     module.add_function(wrap_pyfunction!(label_of, module)?)?;
     module.add_function(wrap_pyfunction!(run_from, module)?)

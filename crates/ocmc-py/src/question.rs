@@ -1,21 +1,21 @@
-//! What is asked of studies: the methods of `ocmc.Study`, and `ocmc.compare`.
+//! What is asked of studies: the methods of `ocmc.Study`.
 
-use crate::answer::{answer, warn};
+use crate::answer::answer;
 use crate::error::exception;
-use crate::input::{inputs, mappings};
+use crate::given::given;
 use crate::operating_cycle::PyOperatingCycle;
 use crate::progress::watched;
-use crate::run::{PyRun, run};
+use crate::run::{PyRun, load, run};
 use crate::study::PyStudy;
 use crate::table::Table;
 use crate::value::{one_of, study_value, whole_number};
 use ocmc_api::study::{self, Files, Given, LoadedStudy};
 use ocmc_api::{
-    BirdsEyeRequest, BoundRequest, CompareRequest, CostRequest, Error, FOLLOWS, GivenDrive, KEEPS,
-    LAST_CYCLE_ID, MOST_THREADS, OVERS, RangeRequest, RunPlan, SensitivityRequest, Source,
-    check_readable,
+    Asked, BirdsEyeRequest, BoundRequest, CostRequest, CpuLevel, FORMATS, GivenDrive,
+    LAST_CYCLE_ID, MOST_THREADS, OVERS, RangeRequest, RequeueRequest, RunPlan, SensitivityRequest,
+    check_empty,
 };
-use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::exceptions::{PyAttributeError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyMapping, PyType};
 use std::collections::BTreeMap;
@@ -137,6 +137,17 @@ impl PyStudy {
     ///     Id of the first cycle.
     /// threads : int, optional
     ///     Threads to use, one for each CPU by default. The records do not depend on it.
+    /// precision : str, optional
+    ///     The run ends when half of the 95 % interval of the mean consumption is that small,
+    ///     relative to the mean, as in ``"0.2%"``; of a quantile as in ``"p95:1%"``. `cycles` is then
+    ///     the largest number, 1 000 000 by default.
+    /// out : str or os.PathLike, optional
+    ///     Directory that the run is written to while it is driven, as ``ocmc --out`` does.
+    /// resume : bool
+    ///     Finishes the run in `out`, or begins it where there is none. What is said of it has to be
+    ///     what it is.
+    /// format : {"parquet", "csv"}, optional
+    ///     Format of the records in `out`; Parquet by default.
     /// progress : bool or callable, optional
     ///     True draws a progress bar, False does not; by default there is one on a terminal and in
     ///     a notebook. A callable is called instead, some times a second, with the numbers of
@@ -147,18 +158,33 @@ impl PyStudy {
     /// Run
     ///     The records, in the order of the cycle ids.
     ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     Where a number is out of its range, or where the run in `out` is another one.
+    /// OSError
+    ///     Where `out` holds a run and `resume` is not said, or cannot be written.
+    /// KeyboardInterrupt
+    ///     After Ctrl-C; what was finished is kept in `out`, and `resume` drives the rest.
+    ///
     /// Examples
     /// --------
     /// >>> import ocmc
     /// >>> study = ocmc.Study("field-truck").set("mission.length_m", 5000.0)
     /// >>> len(study.run(cycles=20))
     /// 20
+    /// >>> len(study.run(precision="2%", cycles=50_000)) < 50_000
+    /// True
     /// >>> run = study.run(trucks=4, trips=5)
     /// >>> run["truck_id"][[0, 4, 5, 19]]
     /// array([0, 0, 1, 3], dtype=uint64)
     #[pyo3(
-        signature = (*, cycles=None, trucks=None, trips=None, seed=None, first_cycle=None, threads=None, progress=None),
-        text_signature = "($self, *, cycles=None, trucks=None, trips=None, seed=1, first_cycle=0, threads=None, progress=None)"
+        signature = (
+            *, cycles=None, trucks=None, trips=None, seed=None, first_cycle=None, threads=None, precision=None,
+            out=None, resume=false, format=None, progress=None
+        ),
+        text_signature = "($self, *, cycles=None, trucks=None, trips=None, seed=1, first_cycle=0, threads=None, \
+                          precision=None, out=None, resume=False, format=None, progress=None)"
     )]
     fn run(
         &self,
@@ -169,6 +195,10 @@ impl PyStudy {
         seed: Option<&Bound<PyAny>>,
         first_cycle: Option<&Bound<PyAny>>,
         threads: Option<&Bound<PyAny>>,
+        precision: Option<&str>,
+        out: Option<PathBuf>,
+        resume: bool,
+        format: Option<&str>,
         progress: Option<&Bound<PyAny>>,
     ) -> PyResult<PyRun> {
         let trips = trips.map(|n| whole_number(n, "trips", 1, MOST_TRIPS)).transpose()?;
@@ -180,20 +210,67 @@ impl PyStudy {
             }
         };
         let of_truck = loaded.study.nesting().trips_per_truck;
-        let plan = match (cycles, trucks) {
-            (Some(cycles), None) => plan_of(cycles, seed, first_cycle, threads)?,
+        let precision = precision.map(|text| {
+            let asked = ocmc_api::precision(text);
+            asked
+                .map_err(|error| PyValueError::new_err(format!("`precision` is {text:?}: {error}")))
+        });
+        let precision = precision.transpose()?;
+        let format = format.map(|word| one_of("format", word, &FORMATS)).transpose()?;
+        let cycles = match (cycles, trucks) {
+            (Some(cycles), None) => Some(whole_number(cycles, "cycles", 1, LAST_CYCLE_ID)?),
             (None, Some(trucks)) => {
-                let trucks = whole_number(trucks, "trucks", 1, LAST_CYCLE_ID / of_truck)?;
-                let cycles = (trucks * of_truck).into_pyobject(py)?;
-                plan_of(&cycles, seed, first_cycle, threads)?
+                Some(whole_number(trucks, "trucks", 1, LAST_CYCLE_ID / of_truck)? * of_truck)
             }
+            (None, None) if precision.is_some() || resume => None,
             (None, None) => {
                 let text = "`cycles` is None, allowed is a whole number from 1; or give `trucks`";
                 return Err(PyTypeError::new_err(text));
             }
             _ => return Err(PyValueError::new_err("give `cycles` or `trucks`, and not both")),
         };
-        run(py, &loaded, &GivenDrive::nothing(), plan, progress)
+        let last = LAST_CYCLE_ID - cycles.unwrap_or(MOST_UNSAID);
+        let first_cycle =
+            first_cycle.map(|id| whole_number(id, "first_cycle", 0, last)).transpose()?;
+        let seed = seed.map(|seed| seed_of(Some(seed))).transpose()?;
+        let (threads, level) = (threads_of(threads)?, CpuLevel::best());
+        let (files, given) = (loaded.files().clone(), &GivenDrive::nothing());
+        let loaded = Some(&loaded);
+        let asked = Asked {
+            loaded,
+            files,
+            seed,
+            first_cycle,
+            cycles,
+            precision,
+            format,
+            ..Asked::default()
+        };
+        match (out, resume) {
+            (Some(directory), true) => {
+                let directory_of = &directory;
+                let request = RequeueRequest {
+                    directory: directory_of,
+                    asked,
+                    given,
+                    threads,
+                    chunk: None,
+                    level,
+                };
+                watched(py, progress, |watch| ocmc_api::requeue(&request, watch))?;
+                load(py, directory)
+            }
+            (None, true) => Err(PyValueError::new_err("`resume` goes with `out`")),
+            (None, false) if format.is_some() => {
+                Err(PyValueError::new_err("`format` goes with `out`"))
+            }
+            (out, false) => {
+                let study = asked.load().map_err(exception)?;
+                let plan = asked.plan(&study, threads, None, level);
+                let out = out.map(|path| (path, format.unwrap_or_default()));
+                run(py, &study, given, plan, asked.precision, out, progress)
+            }
+        }
     }
 
     /// Drive given routes, or follow a given speed, with the study's drivers and trucks.
@@ -273,7 +350,7 @@ impl PyStudy {
     ) -> PyResult<PyRun> {
         let plan = plan_of(cycles, seed, first_cycle, threads)?;
         let given = given(py, files, columns, keep, follow_speed)?;
-        run(py, &self.loaded, &given, plan, progress)
+        run(py, &self.loaded, &given, plan, None, None, progress)
     }
 
     /// Which factors the spread between cycles comes from: shares of the variance.
@@ -292,8 +369,14 @@ impl PyStudy {
     ///     Only these factors, such as ``["road", "driver"]``; all by default.
     /// over : {"trip", "truck"}
     ///     What the variance is over: trips, or trucks, each by its total over its total.
+    /// crossed : int, optional
+    ///     A second opinion: also drives so many cycles, at least 2, with each of 30 drivers, and
+    ///     splits the variance two ways (``two_way``).
     /// shapley : bool
     ///     Shares of the six factors that add up to one, too, for 64 more cycles a row.
+    /// out : str or os.PathLike, optional
+    ///     Directory for the design, the study, ``sensitivity.json`` and a page; it has to be empty,
+    ///     and is made where it is not there.
     /// threads : int, optional
     ///     Threads to use, one for each CPU by default.
     /// progress : bool or callable, optional
@@ -326,11 +409,11 @@ impl PyStudy {
     /// ['road', 'driver']
     #[pyo3(
         signature = (
-            *, cycles, seed=None, first_cycle=None, column=None, factors=None, over=None, shapley=false,
-            threads=None, progress=None
+            *, cycles, seed=None, first_cycle=None, column=None, factors=None, over=None, crossed=None,
+            shapley=false, out=None, threads=None, progress=None
         ),
         text_signature = "($self, *, cycles, seed=1, first_cycle=0, column=None, factors=None, over='trip', \
-                          shapley=False, threads=None, progress=None)"
+                          crossed=None, shapley=False, out=None, threads=None, progress=None)"
     )]
     fn sensitivity<'py>(
         &self,
@@ -341,16 +424,22 @@ impl PyStudy {
         column: Option<&str>,
         factors: Option<Vec<String>>,
         over: Option<&str>,
+        crossed: Option<&Bound<'py, PyAny>>,
         shapley: bool,
+        out: Option<PathBuf>,
         threads: Option<&Bound<'py, PyAny>>,
         progress: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let plan = plan_of(cycles, seed, first_cycle, threads)?;
         let (study, column) = (&self.loaded, column.map(str::to_owned));
         let over = over.map(|word| one_of("over", word, &OVERS)).transpose()?.unwrap_or_default();
-        let crossed = None;
+        let last = MOST_CROSSED.min(LAST_CYCLE_ID - plan.first_cycle);
+        let crossed = crossed.map(|n| whole_number(n, "crossed", 2, last)).transpose()?;
+        out.as_deref().map_or(Ok(()), check_empty).map_err(exception)?;
         let request = SensitivityRequest { study, plan, column, factors, over, crossed, shapley };
-        answer(py, &watched(py, progress, |watch| ocmc_api::sensitivity(&request, watch))?)
+        let found = watched(py, progress, |watch| ocmc_api::sensitivity(&request, watch))?;
+        out.map_or(Ok(()), |out| found.save(&out)).map_err(exception)?;
+        answer(py, &found)
     }
 
     /// The best that is possible: the least energy for the same road, truck and trip time, and how
@@ -648,6 +737,37 @@ impl PyStudy {
         Ok(Table::of_numbers(series.columns))
     }
 
+    /// A table of the study, with its values as attributes.
+    fn __getattr__<'py>(slf: &Bound<'py, Self>, name: &str) -> PyResult<Bound<'py, PyAny>> {
+        let missing = || {
+            let text = format!("a study has no {name:?}; dir() lists what it has");
+            PyAttributeError::new_err(text)
+        };
+        if name.starts_with('_') {
+            return Err(missing());
+        }
+        let content = slf.get().to_dict(slf.py())?;
+        let table = content.get_item(name)?.ok_or_else(missing)?;
+        slf.py().import("ocmc._section")?.call_method1("section", (table, name))
+    }
+
+    fn __dir__(slf: &Bound<Self>) -> PyResult<Vec<String>> {
+        let mut names: Vec<String> = slf.get_type().dir()?.extract()?;
+        names.extend(slf.get().to_dict(slf.py())?.keys().extract::<Vec<String>>()?);
+        Ok(names)
+    }
+
+    /// A value of the study, by its dotted path; a table, with its values as attributes.
+    fn __getitem__<'py>(slf: &Bound<'py, Self>, path: &str) -> PyResult<Bound<'py, PyAny>> {
+        let content = slf.get().to_dict(slf.py())?;
+        slf.py().import("ocmc._section")?.call_method1("at", (content, path))
+    }
+
+    fn _ipython_key_completions_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let content = slf.get().to_dict(slf.py())?;
+        slf.py().import("ocmc._section")?.call_method1("paths", (content,))
+    }
+
     fn __eq__(&self, other: &Self) -> bool {
         self.hash == other.hash
     }
@@ -673,8 +793,14 @@ impl PyStudy {
 /// Most trips of a truck.
 const MOST_TRIPS: u64 = 1_000_000;
 
+/// Most cycles that are driven where nothing is said of their number.
+const MOST_UNSAID: u64 = 1_000_000;
+
+/// Most cycles of a crossed design.
+const MOST_CROSSED: u64 = 1_000_000;
+
 /// Which cycles to run, and on what.
-fn plan_of(
+pub(crate) fn plan_of(
     cycles: &Bound<PyAny>,
     seed: Option<&Bound<PyAny>>,
     first_cycle: Option<&Bound<PyAny>>,
@@ -684,9 +810,13 @@ fn plan_of(
     let seed = seed_of(seed)?;
     let last = LAST_CYCLE_ID - cycles;
     let first_cycle = first_cycle.map_or(Ok(0), |id| whole_number(id, "first_cycle", 0, last))?;
+    Ok(RunPlan::new(seed, first_cycle, cycles, threads_of(threads)?, None))
+}
+
+fn threads_of(threads: Option<&Bound<PyAny>>) -> PyResult<Option<usize>> {
     let most = MOST_THREADS as u64;
     let threads = threads.map(|n| whole_number(n, "threads", 1, most)).transpose()?;
-    Ok(RunPlan::new(seed, first_cycle, cycles, threads.map(|n| n as usize), None))
+    Ok(threads.map(|n| n as usize))
 }
 
 fn cycle_id_of(cycle_id: &Bound<PyAny>) -> PyResult<u64> {
@@ -695,109 +825,4 @@ fn cycle_id_of(cycle_id: &Bound<PyAny>) -> PyResult<u64> {
 
 pub(crate) fn seed_of(seed: Option<&Bound<PyAny>>) -> PyResult<u64> {
     seed.map_or(Ok(1), |seed| whole_number(seed, "seed", 0, u64::MAX))
-}
-
-/// Compare two studies on the same cycles: the difference of each pair is that of the studies
-/// alone.
-///
-/// Parameters
-/// ----------
-/// a, b : Study
-///     The studies.
-/// cycles : int
-///     Number of cycles that each of them drives, at least 1.
-/// seed : int
-///     Master seed.
-/// first_cycle : int
-///     Id of the first cycle.
-/// column : str, optional
-///     The quantity that is compared, such as ``"mean_speed_mps"``; by default the first
-///     consumption that both have: fuel, electricity, or the work at the wheels.
-/// threads : int, optional
-///     Threads to use, one for each CPU by default.
-/// progress : bool or callable, optional
-///     As for `Study.run`.
-///
-/// Returns
-/// -------
-/// Answer
-///     The content of ``ocmc compare --json``: ``a`` and ``b`` (means of the fleets),
-///     ``difference`` (b less a) with its 95 % interval ``ci95``, ``share_a_lower``,
-///     ``variance_reduction`` and others, in the column's unit.
-///
-/// Raises
-/// ------
-/// ValueError
-///     Where a number is out of its range, or where there is no such column.
-///
-/// Examples
-/// --------
-/// >>> import ocmc
-/// >>> study = ocmc.Study("field-truck").set("mission.length_m", 5000.0)
-/// >>> loaded = study.set("mission.payload_kg", 20000.0)
-/// >>> answer = ocmc.compare(study, loaded, cycles=100)
-/// >>> answer["difference"] > 0.0
-/// True
-#[pyfunction]
-#[pyo3(
-    signature = (a, b, *, cycles, seed=None, first_cycle=None, column=None, threads=None, progress=None),
-    text_signature = "(a, b, *, cycles, seed=1, first_cycle=0, column=None, threads=None, progress=None)"
-)]
-pub(crate) fn compare<'py>(
-    py: Python<'py>,
-    a: &Bound<'py, PyStudy>,
-    b: &Bound<'py, PyStudy>,
-    cycles: &Bound<'py, PyAny>,
-    seed: Option<&Bound<'py, PyAny>>,
-    first_cycle: Option<&Bound<'py, PyAny>>,
-    column: Option<&str>,
-    threads: Option<&Bound<'py, PyAny>>,
-    progress: Option<&Bound<'py, PyAny>>,
-) -> PyResult<Bound<'py, PyAny>> {
-    let plan = plan_of(cycles, seed, first_cycle, threads)?;
-    let studies = [a, b].map(|study| &study.get().loaded);
-    let studies = studies.map(|study| (study.model.study.name.clone(), study)).to_vec();
-    let request = CompareRequest { studies, plan, column: column.map(str::to_owned) };
-    answer(py, &watched(py, progress, |watch| ocmc_api::compare(&request, watch))?)
-}
-
-/// What is to be driven.
-fn given(
-    py: Python,
-    files: &Bound<PyAny>,
-    columns: Option<BTreeMap<String, String>>,
-    keep: Option<Vec<String>>,
-    follow_speed: Option<&str>,
-) -> PyResult<GivenDrive> {
-    let follow = follow_speed.map(|word| one_of("follow_speed", word, &FOLLOWS)).transpose()?;
-    let keep = keep.unwrap_or_default();
-    let keep = keep.iter().map(|word| one_of("keep", word, &KEEPS)).collect::<PyResult<_>>()?;
-    let mappings = mappings(columns)?;
-    let files = inputs(files, "files")?;
-    if let [Source::Table(table)] = files.as_slice() {
-        let follow = follow.ok_or_else(|| {
-            PyValueError::new_err(
-                "`files` is a table, which is a drive cycle over time: say with `follow_speed` how to follow it; routes \
-                 come as files",
-            )
-        })?;
-        let given = py.detach(|| GivenDrive::of_table(table, &mappings, keep, follow));
-        return given.map_err(|error| exception(error.into()));
-    }
-    let paths = files.into_iter().map(|file| match file {
-        Source::File(path) => Ok(path),
-        Source::Table(_) => {
-            Err(PyValueError::new_err("`files` has several items, allowed are paths"))
-        }
-    });
-    let paths: Vec<PathBuf> = paths.collect::<PyResult<_>>()?;
-    let read = py.detach(|| -> Result<_, Error> {
-        paths.iter().try_for_each(|path| check_readable(path))?;
-        let given = GivenDrive::read(paths, mappings, keep, follow)?;
-        let warnings = given.warnings();
-        Ok((given, warnings))
-    });
-    let (given, warnings) = read.map_err(exception)?;
-    warnings.iter().try_for_each(|warning| warn(py, warning))?;
-    Ok(given)
 }

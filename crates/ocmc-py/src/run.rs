@@ -11,8 +11,9 @@ use arrow_ipc::reader::StreamReader;
 use arrow_ipc::writer::StreamWriter;
 use ocmc_api::study::{Files, Given, LoadedStudy, Origin, open};
 use ocmc_api::{
-    Answer, FORMATS, GROUP_ROWS, Gathered, GivenDrive, Manifest, Record, Reported, RunAnswer,
-    RunPlan, RunRequest, joined as whole, record_batch, records, schema, summed_up,
+    Answer, FORMATS, GROUP_ROWS, Gathered, GivenDrive, Manifest, MergeRequest, Precision, Record,
+    RecordFormat, Reported, RunAnswer, RunPlan, RunRequest, joined as whole, record_batch, records,
+    schema, summed_up,
 };
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -79,9 +80,11 @@ pub(crate) fn run(
     study: &LoadedStudy,
     given: &GivenDrive,
     plan: RunPlan,
+    precision: Option<Precision>,
+    out: Option<(PathBuf, RecordFormat)>,
     progress: Option<&Bound<PyAny>>,
 ) -> PyResult<PyRun> {
-    let request = RunRequest { study, given, plan, precision: None, out: None };
+    let request = RunRequest { study, given, plan, precision, out };
     let (answer, records) = watched(py, progress, |watch| {
         let mut batches = Batches::default();
         let answer = ocmc_api::run(&request, &mut |records| batches.add(records), watch)?;
@@ -125,6 +128,55 @@ pub(crate) fn load(py: Python, path: PathBuf) -> PyResult<PyRun> {
     let answer = loaded.map_err(exception)?;
     answer.manifest.notes().iter().try_for_each(|note| warn(py, note))?;
     Ok(PyRun { answer, records: Table::new(schema(), batches) })
+}
+
+/// Merge the parts of one run, from many machines, into the run that one machine would have written.
+///
+/// Parameters
+/// ----------
+/// parts : sequence of str or os.PathLike
+///     Run directories of the parts, in any order. Parts have the same study and seed, and each
+///     begins where another one ends.
+/// out : str or os.PathLike
+///     Directory for the whole run; it is created.
+/// format : {"parquet", "csv"}, optional
+///     Format of the records; by default that of the first part.
+///
+/// Returns
+/// -------
+/// Run
+///     The whole run, as it was written.
+///
+/// Raises
+/// ------
+/// ValueError
+///     Where the parts are not those of one run.
+/// OSError
+///     Where a part cannot be read, or the whole not be written.
+///
+/// Examples
+/// --------
+/// >>> import ocmc, tempfile
+/// >>> study = ocmc.Study("field-truck").set("mission.length_m", 5000.0)
+/// >>> with tempfile.TemporaryDirectory() as folder:
+/// ...     parts = [f"{folder}/a", f"{folder}/b"]
+/// ...     for k, part in enumerate(parts):
+/// ...         run = study.run(cycles=10, first_cycle=10 * k, out=part)
+/// ...     whole = ocmc.merge(parts, out=f"{folder}/whole")
+/// >>> len(whole)
+/// 20
+#[pyfunction]
+#[pyo3(signature = (parts, *, out, format=None))]
+pub(crate) fn merge(
+    py: Python,
+    parts: Vec<PathBuf>,
+    out: PathBuf,
+    format: Option<&str>,
+) -> PyResult<PyRun> {
+    let format = format.map(|word| one_of("format", word, &FORMATS)).transpose()?;
+    let merged = py.detach(|| ocmc_api::merge(&MergeRequest { parts: &parts, out: &out, format }));
+    merged.map_err(exception)?;
+    load(py, out)
 }
 
 #[pymethods]
@@ -277,6 +329,10 @@ impl PyRun {
 
     fn __len__(&self) -> usize {
         self.records.__len__()
+    }
+
+    fn _ipython_key_completions_(&self) -> Vec<&str> {
+        self.records.columns()
     }
 
     fn __repr__(&self) -> String {

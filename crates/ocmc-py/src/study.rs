@@ -1,13 +1,15 @@
 //! `ocmc.Study`: the class; [`crate::question`] has what is asked of it.
 
 use crate::error::study_error;
-use ocmc_api::study::{self, LoadedStudy, StudyFileError, StudyModel};
+use ocmc_api::study::{self, BuiltIn, LoadedStudy, StudyFileError, StudyModel};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
 /// A study: models of operating cycles, drivers and vehicles, and the numerics.
 ///
 /// A study does not change; `set` makes another one. Studies are equal where they give the same
-/// records, and can be pickled.
+/// records, and can be pickled. Its values are read as attributes, ``study.vehicle.drag_area_m2``,
+/// or by their paths, ``study["vehicle.drag_area_m2"]``; the tab key completes both.
 ///
 /// Parameters
 /// ----------
@@ -29,6 +31,8 @@ use pyo3::prelude::*;
 /// --------
 /// >>> import ocmc
 /// >>> study = ocmc.Study("field-truck").set("mission.length_m", 5000.0)
+/// >>> study.mission.length_m
+/// 5000.0
 /// >>> run = study.run(cycles=100, seed=1)
 /// >>> bool(20.0 < run["consumption_l_per_100km"].mean() < 60.0)
 /// True
@@ -53,4 +57,46 @@ pub(crate) fn base_model(base: Option<&Bound<PyStudy>>) -> StudyModel {
         Some(study) => study.get().loaded.model.clone(),
         None => study::load("field-truck", &[] as &[&str]).expect("a built-in study is one").model,
     }
+}
+
+/// The built-in studies.
+///
+/// Returns
+/// -------
+/// dict of str to str
+///     What each of them is, by its name; the default one first.
+///
+/// Examples
+/// --------
+/// >>> import ocmc
+/// >>> next(iter(ocmc.studies()))
+/// 'field-truck'
+#[pyfunction]
+pub(crate) fn studies(py: Python) -> PyResult<Bound<PyDict>> {
+    described(py, study::list())
+}
+
+/// The built-in vehicles, which a study takes by ``vehicle.base``.
+///
+/// Returns
+/// -------
+/// dict of str to str
+///     What each of them is, by its name.
+///
+/// Examples
+/// --------
+/// >>> import ocmc
+/// >>> "rigid-12t" in ocmc.vehicles()
+/// True
+#[pyfunction]
+pub(crate) fn vehicles(py: Python) -> PyResult<Bound<PyDict>> {
+    described(py, study::vehicles())
+}
+
+fn described<'py>(py: Python<'py>, built_in: &[BuiltIn]) -> PyResult<Bound<'py, PyDict>> {
+    let described = PyDict::new(py);
+    for built_in in built_in {
+        described.set_item(built_in.name, built_in.description())?;
+    }
+    Ok(described)
 }

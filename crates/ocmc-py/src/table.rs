@@ -159,6 +159,10 @@ impl Table {
         self.batches.iter().map(RecordBatch::num_rows).sum()
     }
 
+    fn _ipython_key_completions_(&self) -> Vec<&str> {
+        self.columns()
+    }
+
     fn __repr__(&self) -> String {
         let columns = self.columns();
         let shown = columns.iter().take(4).copied().collect::<Vec<_>>().join(", ");

@@ -23,6 +23,7 @@ from ocmc.plot._comparison import comparison
 from ocmc.plot._consumption import consumption
 from ocmc.plot._cost import cost
 from ocmc.plot._curve_fit import curve_fit
+from ocmc.plot._differences import differences
 from ocmc.plot._identified import identified
 from ocmc.plot._sensitivity import sensitivity
 from ocmc.plot._trace import trace
@@ -35,6 +36,7 @@ __all__ = [
     "consumption",
     "cost",
     "curve_fit",
+    "differences",
     "identified",
     "sensitivity",
     "shares",

@@ -254,7 +254,7 @@ fn drive(
         }
     }
     let summary = RunSummary::new(&manifest, summary, wall_s, plan.threads);
-    let summary = RunSummary { precision: reached, ..summary };
+    let summary = RunSummary { precision: reached, ..summary }.that_ends_now();
     if let Some(mut directory) = directory {
         if ended == RunEnd::Complete {
             directory.end_here();

@@ -20,6 +20,8 @@ const LEAST_TRUCKS: u64 = 20;
 pub struct Asked<'a> {
     /// Name of a built-in study, or a study file; `field-truck` by default.
     pub study: Option<&'a Path>,
+    /// A study that was read already, in its place.
+    pub loaded: Option<&'a LoadedStudy>,
     /// The files that it may name.
     pub files: Files,
     /// What is set in it.
@@ -45,6 +47,9 @@ impl Asked<'_> {
     /// # Errors
     /// [`Error::Study`].
     pub fn load(&self) -> Result<LoadedStudy, Error> {
+        if let Some(loaded) = self.loaded {
+            return Ok(loaded.set(self.sets)?);
+        }
         let study = Given::Named(self.study.unwrap_or(Path::new("field-truck")));
         Ok(open(&study, &self.files, self.sets)?)
     }
@@ -103,12 +108,12 @@ impl Asked<'_> {
             let (asked, has) = (format.file_name(), &manifest.records);
             found.push(format!("--format makes `{asked}`, and the run has `{has}`"));
         }
-        if self.study.is_some() || !self.sets.is_empty() {
+        if self.study.is_some() || self.loaded.is_some() || !self.sets.is_empty() {
             let stored = Given::Kept("manifest.json", &manifest.resolved_study);
             let stored = |sets: &[String]| open(&stored, &self.files, sets);
-            let asked = match self.study {
-                Some(_) => given.study(self.load()?)?,
-                None => stored(self.sets)?,
+            let asked = match (self.study, self.loaded) {
+                (None, None) => stored(self.sets)?,
+                _ => given.study(self.load()?)?,
             };
             found.extend(different_keys(&asked, &stored(&[])?));
         }

@@ -7,10 +7,10 @@ use crate::text::{effects, fact, row, threads_text};
 use ocmc_core::fleet::histogram::Histogram;
 use ocmc_core::fleet::precision::{Precision, Reached};
 use ocmc_core::fleet::statistic::Statistic;
-use ocmc_core::fleet::summary::{OUTSIDE_MAP_SHARE, Summary};
+use ocmc_core::fleet::summary::Summary;
 use ocmc_core::record::Outcome;
-use ocmc_io::label::{label, remarks};
-use ocmc_io::number_text::{decimals, grouped, rough, rounded, short};
+use ocmc_io::label::{label, remarks, saturation};
+use ocmc_io::number_text::{decimals, grouped, rough, rounded, rounded_share, short};
 use ocmc_io::run_directory::RunSummary;
 use ocmc_io::study::Origin;
 use std::fmt::Write;
@@ -83,11 +83,6 @@ fn precision(reached: &Reached) -> String {
     }
 }
 
-/// A percentage to two digits.
-fn rounded_share(percent: f64) -> String {
-    format!("{percent:.1e}").parse::<f64>().unwrap_or(percent).to_string()
-}
-
 /// How sure the mean is when the parameters are not, where the study says how uncertain they are.
 fn uncertain(summary: &Summary) -> String {
     let Some(uncertainty) = &summary.parameter_uncertainty else { return String::new() };
@@ -114,36 +109,9 @@ fn uncertain(summary: &Summary) -> String {
     text
 }
 
-/// Work a cycle, in J, below which nothing is missing at the wheels but digits.
-const ROUNDING_J: f64 = 1.0;
-
-/// Where powertrains could not do what a followed speed asked for, and left their maps.
+/// Where powertrains left their maps, or could not hold a speed that was followed.
 fn saturated(summary: &Summary) -> String {
-    let saturation = &summary.saturation;
-    let outside_s = saturation.outside_map_s;
-    let (cycles, of) = (grouped(saturation.cycles), grouped(summary.cycles));
-    let limited_s = saturation.limited_s.unwrap_or(0.0);
-    let missing_j = saturation.missing_energy_j.unwrap_or(0.0);
-    // the balance of a step is exact but for rounding
-    if !(limited_s > 0.0 || missing_j > ROUNDING_J * summary.cycles as f64) {
-        if outside_s <= OUTSIDE_MAP_SHARE * summary.simulated_s {
-            return String::new();
-        }
-        let percent = rounded_share(100.0 * outside_s / summary.simulated_s);
-        return format!(
-            "\nBeyond the points of the powertrain's maps for {percent} % of the driving,\nin {cycles} of {of} cycles.\n"
-        );
-    }
-    let mut text = format!(
-        "\nSaturated in {cycles} of {of} cycles: {} s at the powertrain's limit, {} kWh missing at the wheels",
-        rounded(limited_s),
-        rounded(missing_j / 3.6e6),
-    );
-    if outside_s > 0.0 {
-        let _ = write!(text, ",\n{} s beyond the points of its map", rounded(outside_s));
-    }
-    text.push_str(".\n");
-    text
+    saturation(summary).map_or_else(String::new, |text| format!("\n{text}\n"))
 }
 
 /// How trips that a battery cut short are counted.

@@ -31,11 +31,13 @@ pub(super) fn cases(
     results: &[PathBuf],
     job: Option<&Job>,
 ) -> std::result::Result<Vec<Case>, Error> {
-    let mut cases = Vec::new();
+    let (mut cases, mut sums, mut rows) = (Vec::new(), None, Vec::new());
     let found = if results.is_empty() { beside(job) } else { results.to_vec() };
     for path in &found {
         if ending(path) == "vsum" {
+            sums = Some(path);
             for sum in read_sums(path)? {
+                rows.push(sum.mission.clone());
                 let stem = plain(&file_stem(Path::new(&sum.mission)));
                 let mission_file = missions.iter().find(|file| plain(&file_stem(file)) == stem);
                 if missions.is_empty() || mission_file.is_some() {
@@ -72,18 +74,39 @@ pub(super) fn cases(
         });
     }
     if cases.is_empty() {
-        return Err(Error::NoVectoResult);
+        let (Some(sums), Some(mission)) = (sums, missions.first()) else {
+            return Err(Error::NoVectoResult);
+        };
+        rows.sort();
+        rows.dedup();
+        let (mission, sums, rows) = (mission.clone(), sums.clone(), rows.join("`, `"));
+        return Err(Error::VectoRow { mission, sums, rows });
     }
     Ok(cases)
 }
 
-/// The time series beside a job.
+/// The time series beside a job that are its own. VECTO names them after the job; where several
+/// jobs lie in the folder, a series is of the one with the longest name that it begins with.
 fn beside(job: Option<&Job>) -> Vec<PathBuf> {
-    let Some(folder) = job.and_then(|job| job.path().parent()) else { return Vec::new() };
+    job.map_or_else(Vec::new, |job| series_of(job.path()))
+}
+
+fn series_of(job: &Path) -> Vec<PathBuf> {
+    let Some(folder) = job.parent() else { return Vec::new() };
     let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     let files = std::fs::read_dir(folder).into_iter().flatten();
     let mut files: Vec<PathBuf> = files.filter_map(|entry| Some(entry.ok()?.path())).collect();
-    files.retain(|file| ending(file) == "vmod");
+    let name = |path: &Path| plain(&file_stem(path));
+    let jobs = files.iter().filter(|file| ending(file) == "vecto").map(|file| name(file));
+    let jobs: Vec<String> = jobs.collect();
+    let own = name(job);
+    let is_own = |series: &Path| {
+        let series = name(series);
+        let of =
+            jobs.iter().filter(|job| series.starts_with(job.as_str())).max_by_key(|job| job.len());
+        of.map_or(jobs.len() < 2, |of| *of == own)
+    };
+    files.retain(|file| ending(file) == "vmod" && is_own(file));
     files.sort();
     files
 }
@@ -132,4 +155,30 @@ fn ending(path: &Path) -> String {
         path.file_name().map_or_else(String::new, |name| name.to_string_lossy().to_lowercase());
     let name = name.strip_suffix(".gz").unwrap_or(&name);
     name.rsplit_once('.').map_or("", |(_, ending)| ending).to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs;
+
+    #[test]
+    fn a_job_has_the_series_that_begin_with_its_name() {
+        let folder = tempfile::tempdir().expect("a directory");
+        let path = |name: &str| folder.path().join(name);
+        let own = |job: &str| -> Vec<String> {
+            fs::write(path(job), "{}").expect("space");
+            series_of(&path(job)).iter().map(|file| file_stem(file)).collect()
+        };
+        // of a single job in the folder all are its own, whatever they are called
+        fs::write(path("40t Truck_Long_Haul.vmod"), "").expect("space");
+        fs::write(path("old.vmod.gz"), "").expect("space");
+        assert_eq!(own("40t_Truck.vecto"), ["40t Truck_Long_Haul", "old"]);
+        // a job without series has none of its neighbour's
+        assert_eq!(own("40t_Truck_AirDrag.vecto"), [""; 0]);
+        assert_eq!(own("40t_Truck.vecto"), ["40t Truck_Long_Haul"]);
+        fs::write(path("40t_Truck_AirDrag_Long_Haul.vmod"), "").expect("space");
+        assert_eq!(own("40t_Truck_AirDrag.vecto"), ["40t_Truck_AirDrag_Long_Haul"]);
+        assert_eq!(own("40t_Truck.vecto"), ["40t Truck_Long_Haul"]);
+    }
 }

@@ -210,6 +210,34 @@ impl Comparison {
     }
 }
 
+/// A cycle in both studies, by its own values.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PairOfValues {
+    /// Id of the cycle.
+    pub cycle_id: u64,
+    /// Value in A.
+    pub a: f64,
+    /// Value in B.
+    pub b: f64,
+}
+
+/// The values of the cycles that both studies completed, and of which both have one.
+pub fn paired_values(quantity: &RecordQuantity, a: &[Record], b: &[Record]) -> Vec<PairOfValues> {
+    let value = |record: &Record| row(quantity, record)?.value;
+    let pair = |(a, b): (&Record, &Record)| {
+        Some(PairOfValues { cycle_id: a.cycle_id, a: value(a)?, b: value(b)? })
+    };
+    a.iter().zip(b).filter_map(pair).collect()
+}
+
+/// Studies that were compared: how each but the first differs from it, and what each has driven.
+pub struct Compared {
+    /// One for each study but the baseline.
+    pub comparisons: Vec<Comparison>,
+    /// The records of each study, the baseline's first.
+    pub fleets: Vec<Vec<Record>>,
+}
+
 /// Drives the plan in each study, and compares all of them with the first one, the baseline.
 /// Without a quantity the first consumption that all of them have is compared: fuel, else
 /// electricity, else the work at the wheels. Studies with uncertain numbers are driven on both
@@ -222,7 +250,7 @@ pub fn compare<B>(
     plan: &RunPlan,
     quantity: Option<&'static RecordQuantity>,
     mut progress: impl FnMut(u64) -> ControlFlow<B>,
-) -> ControlFlow<B, Vec<Comparison>> {
+) -> ControlFlow<B, Compared> {
     let mut before = 0;
     let mut drive = |study: &Study, plan: &RunPlan| {
         let driven = records(study, plan, |cycles| progress(before + cycles))?;
@@ -254,7 +282,7 @@ pub fn compare<B>(
             known.map(|((mean, ci95), effects)| effects.around(mean, ci95, dependence.replicates));
         compared.push(found);
     }
-    ControlFlow::Continue(compared)
+    ControlFlow::Continue(Compared { comparisons: compared, fleets: driven })
 }
 
 /// Cycles that [`compare`] drives in all.
@@ -305,6 +333,17 @@ mod tests {
         let independent = squares([-9.375, -1.875, 11.25]) + squares([-9.375, -3.375, 12.75]);
         let reduction = c.variance_reduction.expect("they differ");
         assert!((reduction - independent / 4.5).abs() < 1e-9, "{reduction}");
+    }
+
+    #[test]
+    fn the_pairs_are_the_cycles_that_both_have() {
+        let good: Vec<Record> = (0..3).map(|id| record(id, 1.0, 10.0 + id as f64)).collect();
+        let (mut a, mut b) = (good.clone(), good);
+        a[0].outcome = Outcome::Stalled;
+        b[1].consumption_l_per_100km = Some(14.0);
+        b[2].consumption_l_per_100km = None;
+        let pairs = paired_values(quantity(LITRES).expect("known"), &a, &b);
+        assert_eq!(pairs, [PairOfValues { cycle_id: 1, a: 11.0, b: 14.0 }]);
     }
 
     #[test]

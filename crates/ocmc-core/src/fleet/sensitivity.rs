@@ -222,8 +222,32 @@ pub(super) fn rows_of(plan: &RunPlan, dependence: Dependence, over: Over) -> (Ru
     }
 }
 
+/// What the cycles of a design gave, row by row.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Design {
+    /// Its columns: `a`, `b`, and the names of the groups that are taken from B.
+    pub columns: Vec<&'static str>,
+    /// Id of the first row: of a cycle, or of a truck.
+    pub first_row: u64,
+    /// The values of each column; none where a cycle failed or has no value.
+    pub values: Vec<Vec<Option<f64>>>,
+}
+
+impl Design {
+    fn of(first_row: u64, groups: &[FactorGroup], designs: &[Vec<Output>]) -> Self {
+        let names = groups.iter().map(|group| group.name);
+        let values = |column: &Vec<Output>| column.iter().map(|output| output.ok()).collect();
+        Self {
+            columns: ["a", "b"].into_iter().chain(names).collect(),
+            first_row,
+            values: designs.iter().map(values).collect(),
+        }
+    }
+}
+
 /// Drives the design, `plan.cycles` rows, or so many trucks as these are, and shares out the
-/// variance. Without a quantity that of the consumption.
+/// variance. Without a quantity that of the consumption. The answer comes with what each cycle of
+/// the design gave.
 ///
 /// `progress` receives the number of cycles driven so far, of `plan.cycles` × (2 + number of
 /// groups); breaking ends the analysis.
@@ -234,7 +258,7 @@ pub fn sensitivity<B>(
     quantity: Option<&'static RecordQuantity>,
     over: Over,
     mut progress: impl FnMut(u64) -> ControlFlow<B>,
-) -> ControlFlow<B, Result<Sensitivity, SensitivityError>> {
+) -> ControlFlow<B, Result<(Sensitivity, Design), SensitivityError>> {
     let dependence = Dependence::of(study.model());
     let trips = dependence.trips_per_truck;
     let mut before = 0;
@@ -255,7 +279,8 @@ pub fn sensitivity<B>(
     let (rows, of_rows) = rows_of(plan, dependence, over);
     let shares = share_out(quantity.column, &rows, of_rows, groups, &designs);
     let cycles = plan.cycles * designs.len() as u64;
-    ControlFlow::Continue(shares.map(|shares| Sensitivity { over, cycles, ..shares }))
+    let design = Design::of(rows.first_cycle, groups, &designs);
+    ControlFlow::Continue(shares.map(|shares| (Sensitivity { over, cycles, ..shares }, design)))
 }
 
 /// The outputs of one row of the design. A cycle that was not completed counts before one without a

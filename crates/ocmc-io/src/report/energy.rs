@@ -30,13 +30,28 @@ pub(super) const LOSSES: [Loss; 14] = [
 /// Joules of a kilowatt-hour.
 const KWH_J: f64 = 3.6e6;
 
+/// Where the energy is from, and the three largest parts that it goes into, as shares of it; none
+/// where no energy was used.
+pub(super) fn largest_losses(sums: &Sums) -> (&'static str, Vec<(&'static str, f64)>) {
+    let (used, store) = used(sums);
+    let parts = LOSSES.iter().zip(sums.losses_j);
+    let parts = parts.filter_map(|((name, _), energy)| Some((*name, energy? / used)));
+    let mut parts: Vec<_> = parts.filter(|(_, share)| share.is_finite() && *share > 0.0).collect();
+    parts.sort_by(|a, b| b.1.total_cmp(&a.1));
+    parts.truncate(3);
+    (store, parts)
+}
+
+/// The energy that was used, and where it is from.
+fn used(sums: &Sums) -> (f64, &'static str) {
+    let [fuel, battery] = [sums.fuel_energy_j, sums.battery_energy_j].map(|sum| sum.unwrap_or(0.0));
+    if fuel > 0.0 { (fuel, "in the fuel") } else { (battery, "from the battery") }
+}
+
 /// The breakdown as bars; nothing where no energy was used.
 pub(super) fn breakdown(sums: &Sums) -> String {
-    let total = |sum: Option<f64>| sum.unwrap_or(0.0);
-    let (fuel, battery) = (total(sums.fuel_energy_j), total(sums.battery_energy_j));
-    let (used, store) =
-        if fuel > 0.0 { (fuel, "in the fuel") } else { (battery, "from the battery") };
-    let distance_km = total(sums.distance_m) / 1000.0;
+    let (used, store) = used(sums);
+    let distance_km = sums.distance_m.unwrap_or(0.0) / 1000.0;
     if !(used > 0.0 && distance_km > 0.0) {
         return String::new();
     }

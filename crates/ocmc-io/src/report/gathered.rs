@@ -97,7 +97,7 @@ impl Gathered {
 }
 
 /// The value of a column that may explain the consumption, per km where it grows with the distance.
-fn explaining(record: &Record, name: &str) -> Option<f64> {
+pub(super) fn explaining(record: &Record, name: &str) -> Option<f64> {
     let per_distance = EXPLAINING.iter().any(|(column, .., per_km)| *column == name && *per_km);
     let x = number(record, name)?;
     Some(if per_distance { x / (record.distance_m / 1000.0) } else { x })

@@ -1,9 +1,13 @@
 //! The report of a run: one HTML file that opens offline, on a phone, in print, light and dark,
 //! without scripts.
 
+mod comparison;
 mod energy;
 mod gathered;
+mod opening;
 mod panel;
+mod repeat;
+mod sensitivity;
 mod simulator_pictures;
 mod simulator_study;
 mod speed_over_distance;
@@ -15,12 +19,14 @@ mod validation;
 use crate::label::{label, remarks};
 use crate::number_text::{grouped, rounded};
 use crate::run_directory::{Manifest, RunDirectoryError, RunSummary, StoredRun, read_groups};
-use crate::study;
+pub use comparison::{ComparisonPage, PairPicture, comparison_html};
 pub use gathered::Gathered;
 use ocmc_core::fleet::association::{Association, association, association_beside};
 use ocmc_core::fleet::quantity::{RecordQuantity, quantity};
 use ocmc_core::fleet::statistic::Statistic;
 use ocmc_core::record::{Cell, Record, column};
+use repeat::Repeat;
+pub use sensitivity::{SensitivityPage, sensitivity_html};
 pub use simulator_pictures::{Picture, pictures};
 pub use simulator_study::{
     ComparedNumber, DriveSeries, SimulatorChange, SimulatorCurve, SimulatorDrive, SimulatorEvent,
@@ -104,7 +110,10 @@ impl From<StoredRun> for Reported {
 /// The whole report.
 pub fn html(run: &Reported) -> String {
     let summary = &run.summary.summary;
-    let mut page = head(run);
+    let repeat = Repeat::of(&run.manifest);
+    let own = summary.consumption().and_then(|statistic| quantity(statistic.column));
+    let explaining = own.map_or_else(Vec::new, |own| explaining(&run.gathered, own));
+    let mut page = opening::opening(run, &explaining);
     page.push_str(&tables::key_numbers(run));
     if let Some(statistic) = summary.consumption() {
         page.push_str(&distribution(statistic));
@@ -115,16 +124,30 @@ pub fn html(run: &Reported) -> String {
         page.push_str(&trucks::trucks(summary));
         page.push_str(&energy::breakdown(&run.gathered.sums));
         if let Some(quantity) = quantity(statistic.column) {
-            page.push_str(&explained(&run.gathered, quantity, statistic));
+            page.push_str(&explained(&explaining, statistic));
             page.push_str(&tables::road_shares(&run.gathered.sums));
-            page.push_str(&tables::outliers(run, quantity));
+            page.push_str(&tables::outliers(run, quantity, &repeat));
         }
     }
-    page.push_str(&tables::failures(run));
+    page.push_str(&tables::failures(run, &repeat));
+    page.push_str(&repeat.section(run));
     page.push_str(&tables::study(run));
     page.push_str(&tables::provenance(run));
-    page.push_str("</body>\n</html>\n");
-    page
+    format!("{}{}{FOOT}", head(run), folded(&page))
+}
+
+/// The sections of a page, each of which can be folded away by its heading.
+fn folded(page: &str) -> String {
+    let mut parts = page.split("<h2>");
+    let mut text = parts.next().unwrap_or_default().to_owned();
+    for part in parts {
+        let (heading, section) = part.split_once("</h2>").unwrap_or((part, ""));
+        let _ = writeln!(
+            text,
+            "<details open><summary><h2>{heading}</h2></summary>{section}</details>"
+        );
+    }
+    text
 }
 
 fn head(run: &Reported) -> String {
@@ -132,8 +155,19 @@ fn head(run: &Reported) -> String {
     let description = run.manifest.value("study.description");
     let description = description.as_ref().and_then(|text| text.as_str()).unwrap_or_default();
     let top = page_head(&format!("{name}: a run of ocmc"), STYLE);
-    format!("{top}<h1>{name}</h1>\n<p class=\"soft\">{}</p>\n", escaped(description))
+    let day = run.summary.ended_at.as_ref().and_then(|ended| ended.get(..10));
+    let day = day.map_or_else(String::new, |day| format!(" · {}", escaped(day)));
+    let cycles = grouped(run.summary.summary.cycles);
+    format!(
+        "{top}<h1>{name}</h1>\n<p class=\"soft\">{}<br>{cycles} trips, seed {}{day} · ocmc {}</p>\n",
+        escaped(description),
+        run.manifest.seed,
+        escaped(&run.manifest.program_version)
+    )
 }
+
+/// The end of a page.
+const FOOT: &str = "</main>\n</body>\n</html>\n";
 
 /// The head of a page, up to its body.
 fn page_head(title: &str, style: &str) -> String {
@@ -142,7 +176,7 @@ fn page_head(title: &str, style: &str) -> String {
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
          <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; style-src 'unsafe-inline'\">\n\
-         <link rel=\"icon\" href=\"data:,\">\n<title>{title}</title>\n<style>\n{style}</style>\n</head>\n<body>\n"
+         <link rel=\"icon\" href=\"data:,\">\n<title>{title}</title>\n<style>\n{style}</style>\n</head>\n<body>\n<main>\n"
     )
 }
 
@@ -152,8 +186,9 @@ fn distribution(statistic: &Statistic) -> String {
     if let Some(histogram) = statistic.histogram.as_ref().filter(|_| factor == 1.0) {
         let _ = writeln!(
             text,
-            "<figure>{}<figcaption>Number of cycles; lines at P5, P50 and P95.{}</figcaption></figure>",
-            svg::histogram(histogram, &statistic.quantiles, unit),
+            "<figure>{}<figcaption>Number of cycles; lines at P5, P50 and P95, and, dashed, at the mean of the \
+             fleet.{}</figcaption></figure>",
+            svg::histogram(histogram, &marks(statistic), unit, "cycles"),
             match histogram.below + histogram.above {
                 0 => String::new(),
                 n => format!(" {} cycles lie outside the picture.", grouped(n)),
@@ -163,9 +198,25 @@ fn distribution(statistic: &Statistic) -> String {
     text
 }
 
-/// What goes with the consumption: bands over tenths of the cycles, the strongest first.
-fn explained(gathered: &Gathered, quantity: &RecordQuantity, statistic: &Statistic) -> String {
-    let mut found: Vec<(String, f64, Association)> = Vec::new();
+/// The lines of a histogram: quantiles, and the mean of the fleet.
+fn marks(statistic: &Statistic) -> Vec<svg::Mark> {
+    let shown = statistic.quantiles.iter().filter(|q| ["p5", "p50", "p95"].contains(&q.name));
+    let lines = shown.filter_map(|q| Some(svg::Mark::quantile(q.value?, q.name.to_uppercase())));
+    lines.chain(statistic.mean.map(|mean| svg::Mark::mean(mean, "mean".to_owned()))).collect()
+}
+
+/// A quantity that goes with the consumption.
+struct Explaining {
+    /// What it is called for people, with its unit.
+    name: String,
+    /// The factor to that unit.
+    factor: f64,
+    association: Association,
+}
+
+/// What goes with the consumption, the strongest first.
+fn explaining(gathered: &Gathered, quantity: &RecordQuantity) -> Vec<Explaining> {
+    let mut found = Vec::new();
     for (k, (_, label, factor, per_distance)) in EXPLAINING.into_iter().enumerate() {
         let triples = gathered.triples(k, quantity);
         let label = if per_distance { format!("{label} per km") } else { label.to_owned() };
@@ -174,31 +225,52 @@ fn explained(gathered: &Gathered, quantity: &RecordQuantity, statistic: &Statist
         } else {
             association_beside(&triples)
         };
-        found.extend(association.map(|association| (label, factor, association)));
+        found.extend(association.map(|association| Explaining {
+            name: label,
+            factor,
+            association,
+        }));
     }
+    strongest(found)
+}
+
+/// Those that are shown, the strongest first.
+fn strongest(mut found: Vec<Explaining>) -> Vec<Explaining> {
+    found.sort_by(|a, b| b.association.share.total_cmp(&a.association.share));
+    found.truncate(SHOWN);
+    found
+}
+
+/// What goes with the consumption: bands over tenths of the cycles.
+fn explained(found: &[Explaining], statistic: &Statistic) -> String {
     if found.is_empty() {
         return String::new();
     }
-    found.sort_by(|a, b| b.2.share.total_cmp(&a.2.share));
-    found.truncate(SHOWN);
     let (unit, _) = label(statistic.column);
-    let all = || found.iter().flat_map(|(_, _, association)| &association.bands);
-    let low = all().map(|band| band.y[0]).fold(f64::INFINITY, f64::min);
-    let high = all().map(|band| band.y[2]).fold(f64::NEG_INFINITY, f64::max);
     let mut text = format!(
         "<h2>What goes with the spread</h2>\n<p>{} over tenths of the cycles, sorted by each quantity, whose values stand below the first, the \
          middle and the last of them: the line is the median, the band holds 80 % of the cycles. The percentage is the share of the variance between the tenths. All but \
          the payload are seen beside it: what goes with a cycle's payload is taken off its value first. It \
-         says what goes together; <code>ocmc sensitivity</code> says what causes the spread.</p>\n<div class=\"charts\">\n",
+         says what goes together; <code>ocmc sensitivity</code> says what causes the spread.</p>\n",
         escaped(unit)
     );
-    for (name, factor, association) in &found {
+    text.push_str(&panels(found, "Consumption"));
+    text
+}
+
+/// A picture of each quantity that goes with something, all on one scale.
+fn panels(found: &[Explaining], what: &str) -> String {
+    let all = || found.iter().flat_map(|explaining| &explaining.association.bands);
+    let low = all().map(|band| band.y[0]).fold(f64::INFINITY, f64::min);
+    let high = all().map(|band| band.y[2]).fold(f64::NEG_INFINITY, f64::max);
+    let mut text = "<div class=\"charts\">\n".to_owned();
+    for Explaining { name, factor, association } in found {
         let _ = writeln!(
             text,
             "<figure><h3>{}: {:.0} %</h3>{}</figure>",
             escaped(name),
             100.0 * association.share,
-            svg::bands(association, name, *factor, [low, high])
+            svg::bands(association, [what, name], *factor, [low, high])
         );
     }
     text.push_str("</div>\n");
@@ -212,28 +284,6 @@ fn number(record: &Record, name: &str) -> Option<f64> {
         Cell::Integer(value) => value.map(|value| value as f64),
         Cell::Outcome(_) => None,
     }
-}
-
-/// How a command names the study of this run: a built-in name where it is one, otherwise a file to
-/// save it to.
-fn study_argument(run: &Reported) -> String {
-    let none: &[&str] = &[];
-    let built_in = study::list().iter().find(|built_in| {
-        study::load(built_in.name, none)
-            .is_ok_and(|loaded| study::study_hash(&loaded.model) == run.manifest.study_hash)
-    });
-    built_in.map_or_else(|| "study.toml".to_owned(), |built_in| built_in.name.to_owned())
-}
-
-/// The command that shows one cycle of this run step by step, where the study alone gives it.
-fn trace_command(run: &Reported, study: &str, cycle_id: u64) -> String {
-    if run.manifest.followed.is_some() {
-        return "–".to_owned();
-    }
-    let seed = run.manifest.seed;
-    format!(
-        "<code>ocmc trace --study {study} --seed {seed} --cycle-id {cycle_id} --out cycle-{cycle_id}.csv</code>"
-    )
 }
 
 /// A value in its unit for people.

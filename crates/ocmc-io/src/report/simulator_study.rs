@@ -207,6 +207,6 @@ pub fn simulator_html(page: &SimulatorPage) -> String {
             escaped(&picture.caption)
         );
     }
-    text.push_str("</body>\n</html>\n");
+    text.push_str(super::FOOT);
     text
 }

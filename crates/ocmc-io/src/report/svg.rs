@@ -4,7 +4,6 @@
 use crate::number_text::{grouped, rounded};
 use ocmc_core::fleet::association::{Association, Band};
 use ocmc_core::fleet::histogram::Histogram;
-use ocmc_core::fleet::statistic::Quantile;
 use std::fmt::Write;
 
 /// Text that may hold anything, as text of HTML and of attributes.
@@ -49,19 +48,58 @@ pub(super) fn label(text: &mut String, [x, y]: [f64; 2], anchor: &str, class: &s
     );
 }
 
-/// A histogram, with quantiles as marks.
-pub(super) fn histogram(histogram: &Histogram, quantiles: &[Quantile], unit: &str) -> String {
-    let (width, height, foot) = (720.0, 300.0, 56.0);
+/// A line at a value of a histogram, with its name.
+pub(super) struct Mark {
+    value: f64,
+    name: String,
+    is_mean: bool,
+}
+
+impl Mark {
+    pub(super) fn quantile(value: f64, name: String) -> Self {
+        Self { value, name, is_mean: false }
+    }
+
+    /// Dashed, with its name in a row of its own: a mean lies close to the middle.
+    pub(super) fn mean(value: f64, name: String) -> Self {
+        Self { value, name, is_mean: true }
+    }
+}
+
+/// Round numbers up to the largest count, at most five of them, nothing left out.
+fn count_ticks(largest: u64) -> Vec<u64> {
+    let wanted = largest.div_ceil(5).max(1);
+    let power = 10_u64.pow(wanted.ilog10());
+    let step = [1, 2, 5, 10].into_iter().map(|factor| factor * power).find(|step| *step >= wanted);
+    let step = step.unwrap_or(largest.max(1));
+    (1..=largest / step).map(|k| k * step).collect()
+}
+
+/// A histogram, with lines at some values; `what` is what is counted.
+pub(super) fn histogram(histogram: &Histogram, marks: &[Mark], unit: &str, what: &str) -> String {
+    let (width, height, left, head, foot) = (720.0, 324.0, 64.0, 52.0, 56.0);
     let edges = &histogram.edges;
-    let x = Scale { from: [edges[0], edges[edges.len() - 1]], to: [10.0, width - 10.0] };
-    let largest = histogram.counts.iter().copied().max().unwrap_or(1).max(1) as f64;
-    let y = Scale { from: [0.0, largest], to: [height - foot, 28.0] };
-    let mut text = begin(width, height, &format!("Histogram of {unit} over the cycles"));
+    let x = Scale { from: [edges[0], edges[edges.len() - 1]], to: [left, width - 10.0] };
+    let largest = histogram.counts.iter().copied().max().unwrap_or(1).max(1);
+    let y = Scale { from: [0.0, largest as f64], to: [height - foot, head] };
+    let mut text = begin(width, height, &format!("Histogram of {unit} over the {what}"));
+    for tick in count_ticks(largest) {
+        let place = y.at(tick as f64);
+        let _ = writeln!(
+            text,
+            "<line class=\"axis\" x1=\"{left}\" x2=\"{}\" y1=\"{place:.1}\" y2=\"{place:.1}\"/>",
+            width - 10.0
+        );
+        // not beside the names of the lines, nor at the numbers below
+        if (head + 13.0..height - foot - 8.0).contains(&place) {
+            label(&mut text, [left - 6.0, place + 4.0], "end", "", &grouped(tick));
+        }
+    }
     for (edge, count) in edges.windows(2).zip(&histogram.counts) {
         let (left, right, top) = (x.at(edge[0]), x.at(edge[1]), y.at(*count as f64));
         let _ = writeln!(
             text,
-            "<rect class=\"bar\" x=\"{:.1}\" y=\"{top:.1}\" width=\"{:.1}\" height=\"{:.1}\"><title>{:.d$} to {:.d$}: {} cycles</title></rect>",
+            "<rect class=\"bar\" x=\"{:.1}\" y=\"{top:.1}\" width=\"{:.1}\" height=\"{:.1}\"><title>{:.d$} to {:.d$}: {} {what}</title></rect>",
             left + 0.5,
             (right - left - 1.0).max(0.5),
             height - foot - top,
@@ -71,17 +109,27 @@ pub(super) fn histogram(histogram: &Histogram, quantiles: &[Quantile], unit: &st
             d = histogram.decimals,
         );
     }
-    for quantile in quantiles.iter().filter(|q| ["p5", "p50", "p95"].contains(&q.name)) {
-        let Some(value) = quantile.value.filter(|v| (x.from[0]..=x.from[1]).contains(v)) else {
+    for Mark { value, name, is_mean } in marks {
+        if !(x.from[0]..=x.from[1]).contains(value) {
             continue;
-        };
-        let place = x.at(value);
+        }
+        let place = x.at(*value);
+        let (class, row) = if *is_mean { ("mark mean", 42.0) } else { ("mark", 14.0) };
         let _ = writeln!(
             text,
-            "<line class=\"mark\" x1=\"{place:.1}\" x2=\"{place:.1}\" y1=\"20\" y2=\"{}\"/>",
+            "<line class=\"{class}\" x1=\"{place:.1}\" x2=\"{place:.1}\" y1=\"{}\" y2=\"{}\"/>",
+            row + 6.0,
             height - foot
         );
-        label(&mut text, [place, 14.0], "middle", "", &quantile.name.to_uppercase());
+        // on the side on which no other line is close
+        let close = marks.iter().filter(|mark| !mark.is_mean).map(|mark| x.at(mark.value) - place);
+        let nearest = close.min_by(|a, b| a.abs().total_cmp(&b.abs()));
+        let (shift, anchor) = match nearest {
+            Some(gap) if *is_mean && (0.0..60.0).contains(&gap) => (-5.0, "end"),
+            Some(gap) if *is_mean && (-60.0..0.0).contains(&gap) => (5.0, "start"),
+            _ => (0.0, "middle"),
+        };
+        label(&mut text, [place + shift, row], anchor, "", name);
     }
     let every = edges.len().div_ceil(9);
     for edge in edges.iter().step_by(every) {
@@ -96,7 +144,7 @@ pub(super) fn histogram(histogram: &Histogram, quantiles: &[Quantile], unit: &st
 /// Bands of y over x: the middle of each tenth, and where its inner 80 % lie.
 pub(super) fn bands(
     association: &Association,
-    name: &str,
+    [what, name]: [&str; 2],
     factor: f64,
     y_range: [f64; 2],
 ) -> String {
@@ -116,7 +164,7 @@ pub(super) fn bands(
         .collect();
     let x = Scale { from: [0.0, 1.0], to: [left + 8.0, width - 12.0] };
     let y = Scale { from: y_range, to: [height - foot, 10.0] };
-    let mut text = begin(width, height, &format!("Consumption over {name}"));
+    let mut text = begin(width, height, &format!("{what} over {name}"));
     for value in [y_range[0], f64::midpoint(y_range[0], y_range[1]), y_range[1]] {
         let place = y.at(value);
         let _ = writeln!(

@@ -1,11 +1,13 @@
 //! The report's tables: key numbers, statistics, road, outliers, failures, study, provenance.
 
 use super::gathered::Sums;
+use super::repeat::{Repeat, trace_command};
 use super::svg::escaped;
-use super::{Reported, shown, study_argument, trace_command};
+use super::{Reported, shown};
 use crate::given_drive::Followed;
 use crate::label::label;
 use crate::number_text::{decimals, grouped, rounded};
+use crate::study::{commented, in_words};
 use ocmc_core::fleet::quantity::RecordQuantity;
 use ocmc_core::fleet::statistic::Statistic;
 use ocmc_core::operating_cycle::route::RouteModel;
@@ -13,7 +15,7 @@ use ocmc_core::record::{Outcome, Record};
 use std::fmt::Write;
 
 /// A row of two columns, the second one in words.
-fn row(name: &str, value: &str) -> String {
+pub(super) fn row(name: &str, value: &str) -> String {
     format!("<tr><td>{name}</td><td class=\"words\">{}</td></tr>\n", escaped(value))
 }
 
@@ -55,7 +57,7 @@ pub(super) fn statistics(statistics: &[Statistic], caption: &str, note: Option<&
     let note =
         note.map_or_else(String::new, |note| format!("<p class=\"soft\">Intervals: {note}.</p>\n"));
     let mut text = format!(
-        "{note}<p class=\"soft\">{caption}</p>\n<div class=\"wide\" tabindex=\"0\"><table>\n<thead><tr><th></th><th>mean</th>\
+        "{note}<p class=\"soft\">{caption}</p>\n<div class=\"wide\" tabindex=\"0\"><table>\n<thead><tr><th>over the cycles</th><th>mean</th>\
          <th>95 % interval</th><th>SD</th>"
     );
     for quantile in statistics.first().iter().flat_map(|statistic| &statistic.quantiles) {
@@ -109,10 +111,9 @@ pub(super) fn road_shares(sums: &Sums) -> String {
 }
 
 /// The cycles with the lowest and the highest consumption.
-pub(super) fn outliers(run: &Reported, quantity: &RecordQuantity) -> String {
+pub(super) fn outliers(run: &Reported, quantity: &RecordQuantity, repeat: &Repeat) -> String {
     let ends = run.gathered.ends(quantity);
     let (unit, factor) = label(quantity.column);
-    let study = study_argument(run);
     let mut text = format!(
         "<h2>Lowest and highest</h2>\n<div class=\"wide commands\" tabindex=\"0\" style=\"--columns: 7\"><table>\n<thead><tr><th>cycle</th><th>{}</th><th>payload, \
          t</th><th>km</th><th>km/h</th><th>climb, m/km</th><th>stops</th><td class=\"words\">step by step</td></tr></thead>\n<tbody>\n",
@@ -124,7 +125,7 @@ pub(super) fn outliers(run: &Reported, quantity: &RecordQuantity) -> String {
         let (payload_t, climb_m_per_km) = (record.payload_kg / 1000.0, record.climb_m / km);
         let numbers = [factor * value, km, 3.6 * record.mean_speed_mps];
         let [value, km, speed_kmh] = numbers.map(rounded);
-        let command = trace_command(run, &study, cycle_id);
+        let command = trace_command(run, repeat, cycle_id);
         let _ = writeln!(
             text,
             "<tr><td>{cycle_id}</td><td>{value}</td><td>{payload_t:.1}</td><td>{km}</td><td>{speed_kmh}</td>\
@@ -132,28 +133,19 @@ pub(super) fn outliers(run: &Reported, quantity: &RecordQuantity) -> String {
         );
     }
     text.push_str("</tbody></table></div>\n");
-    if study == "study.toml" && run.manifest.followed.is_none() {
-        let there = if run.manifest.routes().is_empty() {
-            ""
-        } else {
-            " in the folder in which the run was started: that is where its routes are named from"
-        };
-        let _ = writeln!(
-            text,
-            "<p class=\"soft\">Save the study at the end of this page as <code>study.toml</code> first{there}.</p>"
-        );
+    if repeat.takes_file() && run.manifest.followed.is_none() {
+        text.push_str(&Repeat::first(&run.manifest));
     }
     text
 }
 
 /// Cycles that were not completed, by reason.
-pub(super) fn failures(run: &Reported) -> String {
+pub(super) fn failures(run: &Reported, repeat: &Repeat) -> String {
     let summary = &run.summary.summary;
     let failed = summary.outcomes.failed();
     if failed == 0 {
         return "<h2>Cycles that failed</h2>\n<p>None: every cycle was completed.</p>\n".to_owned();
     }
-    let study = study_argument(run);
     let was = if failed == 1 { "was" } else { "were" };
     let mut text = format!(
         "<h2>Cycles that failed</h2>\n<p>{} of {} cycles {was} not completed. Those that stalled or timed out are in \
@@ -170,7 +162,7 @@ pub(super) fn failures(run: &Reported) -> String {
             continue;
         }
         let first = run.gathered.first(outcome).iter();
-        let commands: Vec<String> = first.map(|id| trace_command(run, &study, *id)).collect();
+        let commands: Vec<String> = first.map(|id| trace_command(run, repeat, *id)).collect();
         let (name, count, commands) = (outcome.name(), grouped(count), commands.join("<br>"));
         let _ = writeln!(
             text,
@@ -189,6 +181,9 @@ pub(super) fn failures(run: &Reported) -> String {
     }
     text
 }
+
+/// Where the text of the study is to be found.
+pub(super) const THE_WHOLE_STUDY: &str = "“The whole study” below";
 
 /// The key of what routes and drive cycles have a length of their own for.
 const LENGTH: &str = "mission.length_m";
@@ -217,9 +212,7 @@ pub(super) fn study(run: &Reported) -> String {
     let driven = driven_instead(&manifest.routes(), manifest.followed.as_ref());
     text.extend(driven.iter().map(|(name, value)| row(name, value)));
     let keys = STUDY_KEYS.iter().filter(|(_, path)| *path != LENGTH || driven.is_empty());
-    text.extend(
-        keys.filter_map(|(name, path)| Some(row(name, &manifest.value(path)?.to_string()))),
-    );
+    text.extend(keys.filter_map(|(name, path)| Some(row(name, &in_words(&manifest.value(path)?)))));
     text.push_str("</tbody></table></div>\n");
     let sources = manifest.value("study.sources");
     let sources = sources.as_ref().and_then(|sources| sources.as_array()).into_iter().flatten();
@@ -231,9 +224,9 @@ pub(super) fn study(run: &Reported) -> String {
     }
     let _ = writeln!(
         text,
-        "<details><summary>The whole study, as a file that {}</summary>\n<pre>{}</pre></details>",
+        "<details><summary>The whole study, as a file that {}</summary>\n<pre tabindex=\"0\">{}</pre></details>",
         escaped(&what_it_repeats(manifest.followed.as_ref())),
-        escaped(&manifest.resolved_study)
+        escaped(&commented(&manifest.resolved_study))
     );
     text
 }
@@ -292,6 +285,7 @@ pub(super) fn provenance(run: &Reported) -> String {
         ("seed", manifest.seed.to_string()),
         ("cycle ids", format!("{} to {last}", manifest.first_cycle)),
         ("status", format!("{status}: {completed} of {} cycles", grouped(manifest.cycles))),
+        ("ended", run.summary.ended_at.clone().unwrap_or_else(|| "–".to_owned())),
         ("took", format!("{wall_s} s on {} threads", run.summary.threads)),
     ];
     format!(

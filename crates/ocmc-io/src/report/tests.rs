@@ -2,6 +2,7 @@ use super::*;
 use crate::given_drive::{Follow, Followed, GivenDrive};
 use crate::run_directory::RunSummary;
 use crate::run_directory::{Manifest, RunStatus};
+use crate::study;
 use ocmc_core::fleet::run::{RunPlan, records as drive};
 use ocmc_core::fleet::summary::SummaryBuilder;
 use ocmc_core::record::Outcome;
@@ -36,7 +37,9 @@ fn the_report_has_every_part_and_fetches_nothing() {
         "What goes with the spread",
         "payload",
         "Lowest and highest",
-        "ocmc trace --study study.toml --seed 1 --cycle-id",
+        "ocmc trace --study field-truck --set mission.length_m=2000.0 --seed 1 --cycle-id",
+        "19 of 20 trips use less than",
+        "ocmc --study field-truck --set mission.length_m=2000.0 --seed 1 --cycles 200 --out again",
         "1 of 200 cycles was not completed",
         "stalled",
         "Provenance",

@@ -107,7 +107,7 @@ pub fn validation_html(page: &ValidationPage) -> String {
     }
     text.push_str("</div>\n");
     text.push_str(&drives(page));
-    text.push_str("</body>\n</html>\n");
+    text.push_str(super::FOOT);
     text
 }
 

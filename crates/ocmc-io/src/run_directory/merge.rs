@@ -154,7 +154,9 @@ fn write_whole(
     let manifest = directory.manifest.clone();
     let mut summary = fleet.finish();
     summary.know_effects(study, effects.as_ref());
+    let ended_at = parts.iter().filter_map(|part| part.measured.ended_at.clone()).max();
     let summary = RunSummary::new(&manifest, summary, wall_s, threads);
+    let summary = RunSummary { ended_at, ..summary };
     directory.finish(&summary)?;
     Ok(summary)
 }

@@ -192,6 +192,9 @@ pub struct RunSummary {
     /// What has to be known of its intervals.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub note: Option<&'static str>,
+    /// When the run ended, in UTC, as `2026-11-24T21:04:00Z`; not known of those of earlier versions.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ended_at: Option<String>,
     /// How long the run took, in s.
     pub wall_s: f64,
     /// Threads that it took.
@@ -209,15 +212,28 @@ impl RunSummary {
             note: summary.has_few_cycles().then_some(FEW_CYCLES),
             summary,
             precision: None,
+            ended_at: None,
             wall_s,
             threads,
         }
+    }
+
+    /// Of a run that ends now.
+    #[must_use]
+    pub fn that_ends_now(self) -> Self {
+        Self { ended_at: Some(now()), ..self }
     }
 
     /// The answer as indented JSON, with a line end.
     pub fn to_json(&self) -> String {
         indented(self)
     }
+}
+
+/// This second, in UTC.
+pub fn now() -> String {
+    let now = jiff::Timestamp::now();
+    now.strftime("%Y-%m-%dT%H:%M:%SZ").to_string()
 }
 
 impl Manifest {
@@ -549,6 +565,7 @@ mod tests {
             first_cycle: 0,
             summary: builder.finish(),
             precision: None,
+            ended_at: None,
             wall_s: 1.5,
             threads: 2,
         }

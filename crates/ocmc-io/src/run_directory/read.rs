@@ -36,6 +36,8 @@ pub(super) struct Measured {
     pub(super) wall_s: f64,
     pub(super) threads: usize,
     #[serde(default)]
+    pub(super) ended_at: Option<String>,
+    #[serde(default)]
     pub(super) parameter_uncertainty: Option<ParameterUncertainty>,
 }
 
@@ -65,7 +67,7 @@ pub fn read_groups(
 ) -> Result<(Manifest, RunSummary), RunDirectoryError> {
     let directory = directory_of(directory);
     let manifest = ended(directory)?;
-    let Measured { wall_s, threads, parameter_uncertainty } = measured(directory)?;
+    let Measured { wall_s, threads, ended_at, parameter_uncertainty } = measured(directory)?;
     let mut fleet = SummaryBuilder::new(manifest.dependence());
     read_records(directory, &manifest, |group| {
         fleet.add(&group.records);
@@ -74,7 +76,7 @@ pub fn read_groups(
     })?;
     let summary = Summary { parameter_uncertainty, ..fleet.finish() };
     let summary = RunSummary::new(&manifest, summary, wall_s, threads);
-    Ok((manifest, summary))
+    Ok((manifest, RunSummary { ended_at, ..summary }))
 }
 
 /// The file of the records of a run that was ended, checked against its checksum.

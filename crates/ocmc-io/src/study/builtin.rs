@@ -23,10 +23,16 @@ const fn built_in(name: &'static str, text: &'static str) -> BuiltIn {
 }
 
 impl BuiltIn {
-    /// What a study is, in one line, as it says itself.
-    pub fn description(&self) -> &'static str {
+    /// What a study is, in one line, as it says itself; of a vehicle, how its file begins.
+    pub fn description(&self) -> String {
         let said = |line: &'static str| line.strip_prefix("description = \"")?.strip_suffix('"');
-        self.text.lines().find_map(said).unwrap_or_default()
+        if let Some(said) = self.text.lines().find_map(said) {
+            return said.to_owned();
+        }
+        let comment = self.text.lines().map_while(|line| line.strip_prefix("# "));
+        let comment = comment.collect::<Vec<_>>().join(" ");
+        let first = comment.split_once(". ").map_or(comment.as_str(), |(first, _)| first);
+        first.trim_end_matches('.').to_owned()
     }
 }
 
@@ -69,6 +75,11 @@ pub const VEHICLES: &[BuiltIn] = &[
 /// The built-in studies, the default one first.
 pub fn list() -> &'static [BuiltIn] {
     STUDIES
+}
+
+/// The built-in vehicles.
+pub fn vehicles() -> &'static [BuiltIn] {
+    VEHICLES
 }
 
 /// The text of a built-in study or vehicle.

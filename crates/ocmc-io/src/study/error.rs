@@ -75,7 +75,9 @@ pub enum Cause {
         limit: u64,
     },
     /// A file that is not text.
-    #[error("`{path}` is not UTF-8 text: line {line}, byte {byte} of the file; save it in UTF-8")]
+    #[error(
+        "`{path}` is not UTF-8 text: line {line}, byte {byte} of the file; save it in UTF-8, not in UTF-16 or Latin-1"
+    )]
     NotText {
         /// The file.
         path: String,
@@ -273,6 +275,10 @@ fn entries_of(entries: usize) -> String {
 
 /// What to do about a decimal comma.
 pub(super) const DECIMAL_POINT: &str = "numbers take a decimal point: 2.5, not 2,5";
+
+/// What is said where a number has its unit behind it.
+pub(super) const NO_UNIT: &str =
+    "numbers stand without their unit, in which the key ends: 250, not 250m";
 
 /// The name that was probably meant.
 pub(super) fn nearest<'a, S: AsRef<str>>(wrong: &str, names: &'a [S]) -> Option<&'a str> {

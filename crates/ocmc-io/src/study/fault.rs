@@ -1,11 +1,11 @@
 //! From what serde and the core say about a study to faults with a place.
 
 use super::earlier::{NEW_KEYS, earlier_value};
-use super::error::{Cause, DECIMAL_POINT, Fault, StudyFileError};
+use super::error::{Cause, DECIMAL_POINT, Fault, NO_UNIT, StudyFileError};
 use super::init::range;
 use super::node::{Content, Node, Step, path_of};
 use super::source::{Place, SourceKind};
-use crate::number_text::has_decimal_comma;
+use crate::number_text::{has_decimal_comma, has_unit};
 use crate::printable::is_hidden;
 use ocmc_core::study::keys::{Key, declarations};
 use ocmc_core::study::{Problem, StudyError, StudyModel};
@@ -132,7 +132,11 @@ pub(super) fn from_serde(
     };
     let fault = Fault::not_allowed(key, node.shown(), allowed).at(node.any_place());
     // `--set` takes what is no TOML as a text
-    if node.as_str().is_some_and(has_decimal_comma) { fault.help(DECIMAL_POINT) } else { fault }
+    match node.as_str() {
+        Some(text) if has_decimal_comma(text) => fault.help(DECIMAL_POINT),
+        Some(text) if has_unit(text) => fault.help(NO_UNIT),
+        _ => fault,
+    }
 }
 
 fn missing(root: &Node, mut steps: Vec<Step>, key: &str) -> Box<Fault> {

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// Column at which comments begin where the key and value leave room.
-const COMMENT_COLUMN: usize = 44;
+pub(super) const COMMENT_COLUMN: usize = 44;
 
 /// What stands above the written study.
 const LEGEND: &str = "\
@@ -79,7 +79,7 @@ fn collect(node: &Node, key: Key, notes: &mut BTreeMap<usize, (usize, String)>) 
 }
 
 /// The range of a value, or of each key in it.
-fn ranges_in(node: &Node, key: Key) -> Vec<String> {
+pub(super) fn ranges_in(node: &Node, key: Key) -> Vec<String> {
     if let Some(bounds) = key.bounds() {
         return vec![range(bounds)];
     }

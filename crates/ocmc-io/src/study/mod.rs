@@ -25,6 +25,7 @@
 
 mod base;
 pub mod builtin;
+mod commented;
 mod earlier;
 mod error;
 mod fault;
@@ -38,8 +39,10 @@ mod setting;
 mod source;
 mod vehicle_input;
 
-pub use builtin::{BuiltIn, list, show, text};
+pub use builtin::{BuiltIn, list, show, text, vehicles};
 use builtin::{STANDARD_INPUT, STUDY, Text, read, standard_input};
+pub use commented::{commented, init_text_of};
+pub(crate) use commented::{in_words, settings_from};
 pub use error::{Cause, Fault, StudyFileError};
 pub use files::Files;
 pub use fitted::{FittedPart, fitted_study};

@@ -1,6 +1,6 @@
 //! The tree of a study file, in which every value knows where it was written.
 
-use super::error::{Cause, DECIMAL_POINT, Fault};
+use super::error::{Cause, DECIMAL_POINT, Fault, NO_UNIT};
 use super::source::{Place, Source, SourceKind, cut};
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -14,7 +14,7 @@ const SHOWN_VALUE: usize = 60;
 
 /// Keys of tables whose numbers are the probabilities of names, so that one of them alone says
 /// nothing.
-const PROBABILITIES: [&str; 2] = ["next", "ground"];
+pub(super) const PROBABILITIES: [&str; 2] = ["next", "ground"];
 
 /// A value of a study file.
 #[derive(Clone, Debug)]
@@ -260,8 +260,12 @@ fn syntax(source: &Source, place: &Place, error: &toml::de::Error) -> Box<Fault>
     let (before, after) = source.text.split_at_checked(place.span.start).unwrap_or_default();
     let digit = |letter: Option<char>| letter.is_some_and(|letter| letter.is_ascii_digit());
     let mut after = after.chars();
-    let is_comma = after.next() == Some(',') && digit(after.next()) && digit(before.chars().last());
-    if is_comma { fault.help(DECIMAL_POINT) } else { fault }
+    let (next, second, last) = (after.next(), after.next(), before.chars().last());
+    if next == Some(',') && digit(second) && digit(last) {
+        return fault.help(DECIMAL_POINT);
+    }
+    let letter = |letter: Option<char>| letter.is_some_and(char::is_alphabetic);
+    if letter(next) && digit(last) { fault.help(NO_UNIT) } else { fault }
 }
 
 /// Checks that a list of so many entries, to which the steps lead, has an entry for each key.

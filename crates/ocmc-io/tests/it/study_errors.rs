@@ -263,6 +263,9 @@ fn a_text_that_is_not_toml_is_placed() {
     assert!(error.contains("mine.toml:2:8: not valid TOML"), "{error}");
     let comma = &["not valid TOML", "numbers take a decimal point: 2.5, not 2,5"];
     assert_says("mission.length_m = 2500,5", comma);
+    let unit = "numbers stand without their unit";
+    assert_says("mission.length_m = 250m", &["not valid TOML", unit]);
+    assert_says("mission.length_m = \"250 m\"", &["within 200 to 5e6", unit]);
     assert_says("study.base = \"regional\"", &["mine.toml:2:7: not valid TOML: duplicate key"]);
     let error = error_of(&format!("a = [{}", "1, ".repeat(5000))).to_string();
     assert!(error.lines().all(|line| line.chars().count() < 140), "{error}");

@@ -1,10 +1,13 @@
 //! Which factors the spread between cycles comes from.
 
+mod files;
+
 use crate::answer::Answer;
 use crate::error::Error;
 use crate::run::whole_trucks;
 use crate::text::{fact, took};
 use crate::watch::{Watch, watched};
+use files::KeptDesign;
 use ocmc_core::fleet::quantity::{RecordQuantity, quantity};
 use ocmc_core::fleet::random_effects::{TwoWay, two_way};
 use ocmc_core::fleet::run::RunPlan;
@@ -16,7 +19,7 @@ use ocmc_core::fleet::variance_share::LEAST_GROUPS;
 use ocmc_core::random::sampling::Sampling;
 use ocmc_io::label::label;
 use ocmc_io::number_text::{grouped, percent, rounded};
-use ocmc_io::study::{LoadedStudy, Origin, study_hash};
+use ocmc_io::study::{LoadedStudy, Origin, resolved_toml, study_hash};
 use serde::Serialize;
 use std::fmt::Write;
 use std::time::Instant;
@@ -72,6 +75,9 @@ pub struct SensitivityAnswer {
     pub wall_s: f64,
     /// Threads that it took.
     pub threads: usize,
+    /// What each cycle of the design gave, and the study, for [`SensitivityAnswer::save`].
+    #[serde(skip)]
+    pub(crate) kept: KeptDesign,
 }
 
 /// Drives the design and shares the variance out.
@@ -114,7 +120,7 @@ pub fn sensitivity(
     }
     let clock = Instant::now();
     let cycles = plan.cycles.saturating_mul(2 + groups.len() as u64);
-    let shares = watched(cycles, watch, |look| {
+    let (shares, design) = watched(cycles, watch, |look| {
         shares_of(&study.study, plan, &groups, quantity, *over, look)
     })??;
     let effects = || {
@@ -140,6 +146,13 @@ pub fn sensitivity(
         shapley: effects,
         wall_s,
         threads: plan.threads,
+        kept: KeptDesign {
+            design,
+            resolved: resolved_toml(&study.model),
+            plan: *plan,
+            factors: factors.clone(),
+            crossed: *crossed,
+        },
     })
 }
 

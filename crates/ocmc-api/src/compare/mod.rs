@@ -1,11 +1,14 @@
 //! How studies differ under common random numbers, the first one as the baseline.
 
+mod files;
+
 use crate::answer::Answer;
 use crate::error::Error;
 use crate::sensitivity::quantity_named;
 use crate::text::{effects, fact, took};
 use crate::watch::{Watch, watched};
-use ocmc_core::fleet::comparison::{Comparison, compare as compare_fleets, cycles_of};
+use files::{KeptRun, kept_runs};
+use ocmc_core::fleet::comparison::{Compared, Comparison, compare as compare_fleets, cycles_of};
 use ocmc_core::fleet::quantity::WHEEL;
 use ocmc_core::fleet::run::RunPlan;
 use ocmc_core::study::Study;
@@ -25,6 +28,8 @@ pub struct CompareRequest<'a> {
     pub plan: RunPlan,
     /// Name of the quantity; the first consumption that all have where there is none.
     pub column: Option<String>,
+    /// Whether the answer keeps the records of the studies, for [`CompareAnswer::save`].
+    pub keep: bool,
 }
 
 /// The differences.
@@ -38,6 +43,8 @@ pub struct CompareAnswer {
     pub(crate) plan: RunPlan,
     pub(crate) driven: u64,
     pub(crate) wall_s: f64,
+    /// What each study has driven, where that was to be kept.
+    pub(crate) kept: Vec<KeptRun>,
 }
 
 /// How a study B differs from the baseline A.
@@ -70,6 +77,7 @@ pub struct ComparedStudies {
 ///     studies: vec![("empty".to_owned(), &empty), ("loaded".to_owned(), &loaded)],
 ///     plan: RunPlan::new(1, 0, 20, None, None),
 ///     column: Some("consumption_l_per_100km".to_owned()),
+///     keep: false,
 /// };
 /// let answer = compare(&request, &mut go_on)?;
 /// assert!(answer.comparisons[0].comparison.difference > Some(0.0));
@@ -80,7 +88,7 @@ pub struct ComparedStudies {
 /// [`Error::UnknownColumn`] and [`Error::Interrupted`]; [`Error::NothingToCompare`] where there are
 /// not two studies.
 pub fn compare(request: &CompareRequest, watch: &mut Watch) -> Result<CompareAnswer, Error> {
-    let CompareRequest { studies, plan, column } = request;
+    let CompareRequest { studies, plan, column, keep } = request;
     let [(name_a, a), others @ ..] = studies.as_slice() else {
         return Err(Error::NothingToCompare);
     };
@@ -93,6 +101,8 @@ pub fn compare(request: &CompareRequest, watch: &mut Watch) -> Result<CompareAns
     let cycles = cycles_of(&all, plan);
     let compared = watched(cycles, watch, |look| compare_fleets(&all, plan, quantity, look))?;
     let wall_s = clock.elapsed().as_secs_f64();
+    let Compared { comparisons: compared, fleets } = compared;
+    let kept = if *keep { kept_runs(studies, plan, fleets, wall_s, cycles) } else { Vec::new() };
     let by_wheels = compared.iter().all(|comparison| comparison.column == WHEEL);
     let without_fuel = studies.iter().filter(|(_, study)| {
         column.is_none() && by_wheels && study.model.vehicle.electric.is_some()
@@ -109,7 +119,7 @@ pub fn compare(request: &CompareRequest, watch: &mut Watch) -> Result<CompareAns
             comparison,
         });
     let comparisons = comparisons.collect();
-    Ok(CompareAnswer { comparisons, without_fuel, plan: *plan, driven: cycles, wall_s })
+    Ok(CompareAnswer { comparisons, without_fuel, plan: *plan, driven: cycles, wall_s, kept })
 }
 
 /// Two studies are one comparison, more are a list.

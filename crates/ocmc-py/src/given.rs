@@ -1,0 +1,52 @@
+//! What is driven in place of a study's roads, from arguments.
+
+use crate::answer::warn;
+use crate::error::exception;
+use crate::input::{inputs, mappings};
+use crate::value::one_of;
+use ocmc_api::{Error, FOLLOWS, GivenDrive, KEEPS, Source, check_readable};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+/// What is to be driven.
+pub(crate) fn given(
+    py: Python,
+    files: &Bound<PyAny>,
+    columns: Option<BTreeMap<String, String>>,
+    keep: Option<Vec<String>>,
+    follow_speed: Option<&str>,
+) -> PyResult<GivenDrive> {
+    let follow = follow_speed.map(|word| one_of("follow_speed", word, &FOLLOWS)).transpose()?;
+    let keep = keep.unwrap_or_default();
+    let keep = keep.iter().map(|word| one_of("keep", word, &KEEPS)).collect::<PyResult<_>>()?;
+    let mappings = mappings(columns)?;
+    let files = inputs(files, "files")?;
+    if let [Source::Table(table)] = files.as_slice() {
+        let follow = follow.ok_or_else(|| {
+            PyValueError::new_err(
+                "`files` is a table, which is a drive cycle over time: say with `follow_speed` how to follow it; routes \
+                 come as files",
+            )
+        })?;
+        let given = py.detach(|| GivenDrive::of_table(table, &mappings, keep, follow));
+        return given.map_err(|error| exception(error.into()));
+    }
+    let paths = files.into_iter().map(|file| match file {
+        Source::File(path) => Ok(path),
+        Source::Table(_) => {
+            Err(PyValueError::new_err("`files` has several items, allowed are paths"))
+        }
+    });
+    let paths: Vec<PathBuf> = paths.collect::<PyResult<_>>()?;
+    let read = py.detach(|| -> Result<_, Error> {
+        paths.iter().try_for_each(|path| check_readable(path))?;
+        let given = GivenDrive::read(paths, mappings, keep, follow)?;
+        let warnings = given.warnings();
+        Ok((given, warnings))
+    });
+    let (given, warnings) = read.map_err(exception)?;
+    warnings.iter().try_for_each(|warning| warn(py, warning))?;
+    Ok(given)
+}
