@@ -33,7 +33,7 @@ fn all(study: &Study, plan: &RunPlan) -> ControlFlow<Infallible, Vec<Record>> {
 }
 
 fn summary(study: &Study, plan: &RunPlan) -> Summary {
-    let mut fleet = SummaryBuilder::new(Dependence::of(study.model()));
+    let mut fleet = SummaryBuilder::new(Dependence::of(study.model(), plan.seed));
     let ControlFlow::Continue(driven) = all(study, plan);
     fleet.add(&driven);
     let mut summary = fleet.finish();
@@ -64,6 +64,7 @@ fn delta(cycles: u64) -> f64 {
         let studies = [&sides[0], &sides[1]];
         let go_on = |_| ControlFlow::<Infallible>::Continue(());
         let ControlFlow::Continue(found) = compare(&studies, &plan, None, go_on);
+        let found = found.comparisons;
         let effect = found[0].difference.unwrap_or(f64::NAN) / 2.0;
         println!("  {key}: one standard error does {effect:+.4} L/100 km");
         effect * effect

@@ -1,7 +1,9 @@
 //! Fleets: many cycles in parallel, and what they add up to.
 
 pub mod association;
+pub mod clustering;
 pub mod comparison;
+pub mod components;
 pub mod cost;
 pub mod cost_difference;
 pub mod dependence;
@@ -18,6 +20,7 @@ pub mod sensitivity;
 pub mod shapley;
 pub mod statistic;
 pub mod summary;
+pub mod training;
 pub mod truck_year;
 pub mod uncertainty;
 pub mod variance_share;
