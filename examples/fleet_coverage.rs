@@ -1,7 +1,9 @@
 //! How often the intervals of fleets of trucks hold the truth: many fleets of real, short trips, their
 //! intervals by trucks beside those that take all trips for independent.
 //!
-//! `fleet_coverage [FLEETS [TRUCKS [TRIPS [LENGTH_M]]]]`. The truth is what all fleets have together,
+//! `fleet_coverage [FLEETS [TRUCKS [TRIPS [LENGTH_M [POOL [DAYS]]]]]]`. With POOL above 0 all trucks
+//! share a pool of so many drivers, with DAYS above 0 weather and traffic of days of so many trips; the
+//! intervals of trucks alone are then told, too. The truth is what all fleets have together,
 //! whose own error is 1/√FLEETS of an interval's.
 #![allow(clippy::print_stdout, reason = "the table is what it is for")]
 
@@ -24,8 +26,20 @@ fn main() {
     let (fleets, trucks, trips) = (number(0, 1000), number(1, 200), number(2, 50));
     let length = format!("mission.length_m={}", number(3, 1000));
     let of_truck = format!("fleet.trips_per_truck={trips}");
-    let study = ocmc_io::study::load("field-truck", &[&length, &of_truck]).expect("a study").study;
-    let mut found: Vec<[Estimate; 5]> = Vec::new();
+    let mut sets = vec![length.clone(), of_truck];
+    if number(4, 0) > 0 {
+        sets.push(format!("fleet.driver_pool={}", number(4, 0)));
+    }
+    if number(5, 0) > 0 {
+        sets.push(format!(
+            "fleet.calendar={{ operating_days_per_week = 7, trips_per_day = {}, \
+             departure_interval_s = 3600.0, shared_weather = true, shared_traffic = true }}",
+            number(5, 0)
+        ));
+    }
+    let sets: Vec<&str> = sets.iter().map(String::as_str).collect();
+    let study = ocmc_io::study::load("field-truck", &sets).expect("a study").study;
+    let mut found: Vec<[Estimate; 7]> = Vec::new();
     let (mut litres, mut km, mut all, mut years) = (0.0, 0.0, Vec::new(), Vec::new());
     for seed in 1..=fleets {
         let plan = RunPlan::new(seed, 0, trucks * trips, None, None);
@@ -38,12 +52,24 @@ fn main() {
                 all.push(value);
             }
         }
-        let clustered = summary(&driven, Dependence::of(study.model()));
+        let dependence = Dependence::of(study.model(), seed);
+        let clustered = summary(&driven, dependence);
+        let by_trucks = Dependence { pool: None, shares_days: false, ..dependence };
+        let by_trucks = summary(&driven, by_trucks);
         let naive = summary(&driven, Dependence::default());
         let annual = &clustered.trucks.as_ref().expect("trucks").truck_years[0];
         years.push(annual.mean.expect("trucks"));
+        let annual_by_trucks = &by_trucks.trucks.as_ref().expect("trucks").truck_years[0];
         let (own, alone) = (of(&clustered), of(&naive));
-        found.push([mean(own), p95(own), mean(annual), mean(alone), p95(alone)]);
+        found.push([
+            mean(own),
+            p95(own),
+            mean(annual),
+            mean(of(&by_trucks)),
+            p95(of(&by_trucks)),
+            mean(annual_by_trucks),
+            mean(alone),
+        ]);
     }
     all.sort_unstable_by(f64::total_cmp);
     let truth = [
@@ -52,7 +78,15 @@ fn main() {
         years.iter().sum::<f64>() / years.len() as f64,
     ];
     println!("{fleets} fleets of {trucks} trucks x {trips} trips of {length}");
-    let names = ["mean", "P95", "annual mean", "mean, trips alone", "P95, trips alone"];
+    let names = [
+        "mean",
+        "P95",
+        "annual mean",
+        "mean, by trucks",
+        "P95, by trucks",
+        "annual, by trucks",
+        "mean, trips alone",
+    ];
     for (k, name) in names.into_iter().enumerate() {
         let truth = truth[k % 3];
         let covered = found.iter().filter(|estimates| {

@@ -33,7 +33,7 @@ fn all(study: &Study, plan: &RunPlan) -> ControlFlow<Infallible, Vec<Record>> {
 }
 
 fn summary(study: &Study, plan: &RunPlan) -> Summary {
-    let mut fleet = SummaryBuilder::new(Dependence::of(study.model()));
+    let mut fleet = SummaryBuilder::new(Dependence::of(study.model(), plan.seed));
     let ControlFlow::Continue(driven) = all(study, plan);
     fleet.add(&driven);
     let mut summary = fleet.finish();

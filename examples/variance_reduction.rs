@@ -27,7 +27,7 @@ struct Fleet {
 impl Fleet {
     fn new(name: &str, sets: &[&str]) -> Self {
         let study = ocmc_io::study::load(name, sets).expect("built-in studies load").study;
-        let summed = SummaryBuilder::new(Dependence::of(study.model()));
+        let summed = SummaryBuilder::new(Dependence::of(study.model(), 1));
         Self { study, summed, fastest_s: f64::INFINITY }
     }
 

@@ -266,6 +266,17 @@ class Study:
         threads: SupportsIndex | None = None,
         progress: _Progress = None,
     ) -> Answer: ...
+    def training(
+        self,
+        *,
+        trucks: SupportsIndex,
+        trips: SupportsIndex | None = None,
+        share: float = 0.2,
+        coached: dict[str, Any] | None = None,
+        seed: SupportsIndex = 1,
+        threads: SupportsIndex | None = None,
+        progress: _Progress = None,
+    ) -> Answer: ...
     def range(
         self,
         *,

@@ -23,6 +23,32 @@ fn assert_fits(text: &str) {
     assert!(!text.contains("NaN"), "{text}");
 }
 
+#[test]
+fn a_comparison_of_studies_with_prices_says_which_is_cheaper() {
+    let folder = tempfile::tempdir().expect("a directory");
+    let of = |name: &str, price: &str, currency: &str| {
+        let file = folder.path().join(name);
+        let text = format!(
+            "study.name = \"{name}\"\nstudy.base = \"field-truck\"\nmission.length_m = 3000.0\n\
+             cost.currency = \"{currency}\"\ncost.fuel_per_l = {price}\n"
+        );
+        fs::write(&file, text).expect("space");
+        file.display().to_string()
+    };
+    let (a, b) = (of("a.toml", "1.5", "EUR"), of("b.toml", "1.2", "EUR"));
+    let compared = ["compare", &a, &b, "--cycles", "40"];
+    let said = text(&compared);
+    assert!(said.contains("EUR/km") && said.contains("P(A cheaper) 0.0 %"), "{said}");
+    assert!(said.contains("ocmc cost --against"), "{said}");
+    // the same numbers as of `cost --against`
+    let costed = json(&["cost", "--study", &a, "--against", &b, "--cycles", "40"]);
+    assert_eq!(json(&compared)["cost"], costed["difference"]);
+    let dollars = of("c.toml", "1.5", "USD");
+    assert_eq!(json(&["compare", &a, &dollars, "--cycles", "10"]).get("cost"), None);
+    let without = json(&["compare", &a, "field-truck", "--cycles", "10"]);
+    assert_eq!(without.get("cost"), None);
+}
+
 /// The study files that the guide shows, by their names, written to a folder.
 fn files_of_the_guide(folder: &Path) -> Vec<String> {
     let page = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/src/how-to/cost.md");

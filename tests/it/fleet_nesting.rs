@@ -34,7 +34,7 @@ fn fleet(sets: &[&str]) -> Study {
 }
 
 fn summary(study: &Study, driven: &[Record]) -> Summary {
-    let mut fleet = SummaryBuilder::new(Dependence::of(study.model()));
+    let mut fleet = SummaryBuilder::new(Dependence::of(study.model(), 1));
     fleet.add(driven);
     fleet.finish()
 }
@@ -49,6 +49,51 @@ fn differences(a: &Record, b: &Record) -> Vec<&'static str> {
     };
     let found = columns.filter(|column| differ(column.get(a), column.get(b)));
     found.map(|column| column.name).collect()
+}
+
+#[test]
+fn a_pool_and_shared_days_widen_the_intervals_and_are_said() {
+    let calendar = "fleet.calendar={ operating_days_per_week = 5, trips_per_day = 2, \
+                    departure_interval_s = 3600.0, shared_weather = true }";
+    let half = |summary: &Summary| {
+        let [low, high] = summary.consumption().expect("fuel").ci95.expect("trucks");
+        high - low
+    };
+    let note = |summary: &Summary| summary.trucks.as_ref().expect("trucks").note;
+    for (set, said) in [("fleet.driver_pool=6", "the pool"), (calendar, "the days")] {
+        let study = fleet(&["fleet.trips_per_truck=10", set]);
+        let records = driven(&study, 0, 300);
+        let own = Dependence::of(study.model(), 1);
+        let found = summary(&study, &records);
+        assert!(note(&found).expect("they share").contains(said), "{set}");
+        let mut by_trucks =
+            SummaryBuilder::new(Dependence { pool: None, shares_days: false, ..own });
+        by_trucks.add(&records);
+        let by_trucks = by_trucks.finish();
+        assert_eq!(note(&by_trucks), None);
+        assert!(half(&found) > half(&by_trucks), "{set}");
+        // only intervals differ
+        let mean = |summary: &Summary| summary.consumption().expect("fuel").mean;
+        assert!((mean(&found).expect("trips") - mean(&by_trucks).expect("trips")).abs() < 1e-9);
+        // a driver whom the summary takes for one of the pool is he who drove
+        if let Some(pool) = own.pool {
+            for record in &records {
+                let driver = pool.driver_of(record.cycle_id / 10, record.cycle_id % 10);
+                assert_eq!(record.driver_id, Some(driver));
+            }
+        }
+    }
+}
+
+#[test]
+fn a_run_of_trucks_says_all_that_it_wrote() {
+    let parent = tempfile::tempdir().expect("a directory");
+    let out = parent.path().join("fleet");
+    let arguments = ["--trucks", "3", "--trips", "4", "--set", ROAD, "--out"];
+    let done = ocmc(&arguments).arg(&out).assert().success().get_output().clone();
+    let said = String::from_utf8(done.stderr).expect("UTF-8");
+    assert!(said.contains(": records.parquet, trucks.parquet, manifest.json"), "{said}");
+    assert!(out.join("trucks.parquet").is_file());
 }
 
 #[test]

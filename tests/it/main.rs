@@ -56,6 +56,7 @@ mod small_faults;
 mod step_bias;
 mod tables;
 mod tactical;
+mod training;
 mod uncertainty;
 mod validation;
 mod vecto;

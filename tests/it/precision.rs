@@ -27,7 +27,7 @@ fn answer(summary: &Summary, of: &str) -> (f64, [f64; 2]) {
 
 fn assert_covers(sets: &[&str], names: &[&str]) {
     let study = crate::common::study("field-truck", &[&["mission.length_m=1000"], sets].concat());
-    let dependence = Dependence::of(study.model());
+    let dependence = Dependence::of(study.model(), 1);
     let plan = RunPlan::new(1, 0, POOL, Some(2), None);
     let driven: ControlFlow<Infallible, Vec<Record>> =
         records(&study, &plan, |_| ControlFlow::Continue(()));

@@ -28,7 +28,7 @@ fn trips(seed: u64) -> (Dependence, Vec<Record>) {
     let plan = RunPlan::new(seed, 0, 4000, None, None);
     let ControlFlow::Continue(records) =
         drive(&study.study, &plan, |_| ControlFlow::<Infallible>::Continue(()));
-    (Dependence::of(&study.model), records)
+    (Dependence::of(&study.model, seed), records)
 }
 
 fn arriving(dependence: Dependence, records: &[Record]) -> Vec<ArrivingRange> {

@@ -59,7 +59,7 @@ fn records_do_not_depend_on_threads_or_chunks_and_parts_are_parts() {
 
 /// What a run of these cycles says about the consumption.
 fn statistic(study: &Study, first_cycle: u64, cycles: u64) -> Statistic {
-    let mut fleet = SummaryBuilder::new(Dependence::of(study.model()));
+    let mut fleet = SummaryBuilder::new(Dependence::of(study.model(), 1));
     let plan = RunPlan::new(1, first_cycle, cycles, Some(2), None);
     let end: ControlFlow<()> = run(study, &plan, |records| {
         fleet.add(&records);

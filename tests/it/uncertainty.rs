@@ -25,7 +25,7 @@ fn all(study: &Study, plan: &RunPlan) -> ControlFlow<Infallible, Vec<Record>> {
 fn summary(sets: &[&str], cycles: u64) -> Summary {
     let study = study("field-truck", &[&[ROAD], sets].concat());
     let plan = RunPlan::new(1, 0, cycles, None, None);
-    let mut fleet = SummaryBuilder::new(Dependence::of(study.model()));
+    let mut fleet = SummaryBuilder::new(Dependence::of(study.model(), 1));
     let ControlFlow::Continue(driven) = all(&study, &plan);
     fleet.add(&driven);
     let mut summary = fleet.finish();
@@ -48,7 +48,7 @@ fn above(low: &str, high: &str, cycles: u64) -> f64 {
     let compared =
         compare::<Infallible>(&[&low, &high], &plan, None, |_| ControlFlow::Continue(()));
     let ControlFlow::Continue(compared) = compared;
-    compared[0].difference.expect("pairs")
+    compared.comparisons[0].difference.expect("pairs")
 }
 
 #[test]

@@ -11,6 +11,7 @@ use ocmc_core::fleet::cost::{CostSpread, FleetCost, InputShare, ItemCost, Percen
 use ocmc_core::fleet::cost_difference::{BreakEven, CostDifference, Fleet, Side};
 use ocmc_core::fleet::dependence::Dependence;
 use ocmc_core::fleet::run::{RunPlan, records};
+use ocmc_core::record::Record;
 use ocmc_io::number_text::{grouped, percent, rounded};
 use ocmc_io::study::{LoadedStudy, study_hash};
 use serde::Serialize;
@@ -136,7 +137,8 @@ pub fn cost(request: &CostRequest, watch: &mut Watch) -> Result<CostAnswer, Erro
         Some(((named, costing), b)) => {
             let b = costed(named, costing, &b, plan)?;
             let sides = [&a, &b].map(|side| Fleet { costing: &side.costing, trips: &side.trips });
-            let [of_a, of_b] = [study, named].map(|(_, loaded)| Dependence::of(&loaded.model));
+            let [of_a, of_b] =
+                [study, named].map(|(_, loaded)| Dependence::of(&loaded.model, plan.seed));
             let dependence = of_a.of_pairs(of_b);
             let [side_a, side_b] = sides;
             let difference = CostDifference::of(side_a, side_b, plan.seed, dependence);
@@ -161,11 +163,34 @@ pub fn cost(request: &CostRequest, watch: &mut Watch) -> Result<CostAnswer, Erro
     })
 }
 
+/// Which of two studies costs less, from the records of the same cycles; none where one of them has
+/// no prices, where their currencies differ, and where no trip was completed by both.
+pub(crate) fn difference(
+    sides: [(&LoadedStudy, &[Record]); 2],
+    plan: &RunPlan,
+) -> Option<CostDifference> {
+    let costing = |(loaded, _): (&LoadedStudy, &[Record])| {
+        let prices = loaded.model.cost.as_ref()?;
+        Some(Costing::of(prices, &loaded.model.vehicle))
+    };
+    let (a, b) = (costing(sides[0])?, costing(sides[1])?);
+    if a.currency != b.currency {
+        return None;
+    }
+    let trips = |costing: &Costing, records: &[Record]| -> Vec<Trip> {
+        records.iter().filter_map(|record| costing.trip(record)).collect()
+    };
+    let (of_a, of_b) = (trips(&a, sides[0].1), trips(&b, sides[1].1));
+    let [in_a, in_b] = sides.map(|(loaded, _)| Dependence::of(&loaded.model, plan.seed));
+    let (a, b) = (Fleet { costing: &a, trips: &of_a }, Fleet { costing: &b, trips: &of_b });
+    CostDifference::of(a, b, plan.seed, in_a.of_pairs(in_b))
+}
+
 /// Costs the records of a study.
 fn costed(
     (name, loaded): &(String, &LoadedStudy),
     costing: Costing,
-    records: &[ocmc_core::record::Record],
+    records: &[Record],
     plan: &RunPlan,
 ) -> Result<Driven, Error> {
     let trips: Vec<Trip> = records.iter().filter_map(|record| costing.trip(record)).collect();
@@ -174,7 +199,7 @@ fn costed(
     let emitted: Vec<TripEmissions> =
         records.iter().filter_map(|record| of_trip(record, factors, efficiency)).collect();
     let failed = (records.len() - trips.len()) as u64;
-    let dependence = Dependence::of(&loaded.model);
+    let dependence = Dependence::of(&loaded.model, plan.seed);
     let cost = FleetCost::of(&costing, &trips, &emitted, failed, plan.seed, dependence);
     let cost =
         cost.ok_or_else(|| Error::NothingToCost { study: name.clone(), cycles: plan.cycles })?;
@@ -364,11 +389,7 @@ fn difference_text(difference: &CostDifference) -> String {
         let trips = format!("{} trips that one of them did not complete", difference.left_out);
         text.push_str(&fact("left out", trips));
     }
-    let currency = &difference.currency;
-    text.push_str(&side_text(&format!("{currency}/km"), &difference.per_km));
-    if let Some(per_tkm) = &difference.per_tkm {
-        text.push_str(&side_text(&format!("{currency}/tkm"), per_tkm));
-    }
+    text.push_str(&sides_text(difference));
     let share = percent(difference.share_of_trips_a_cheaper);
     text.push_str(&fact("", format!("A cheaper in {share} % of the trips, at the central prices")));
     text.push_str("\nBreak-even, where both cost the same over a km:\n\n");
@@ -380,6 +401,14 @@ fn difference_text(difference: &CostDifference) -> String {
     text.push_str(&table(&[24, 9, 20, 20, 7], &head, distance.into_iter().chain(prices)));
     text.push_str(&inputs_text(&difference.inputs, "difference"));
     text
+}
+
+/// Both sides over km and tkm, and how likely A is cheaper.
+pub(crate) fn sides_text(difference: &CostDifference) -> String {
+    let currency = &difference.currency;
+    let per_tkm = difference.per_tkm.as_ref();
+    let per_tkm = per_tkm.map(|per_tkm| side_text(&format!("{currency}/tkm"), per_tkm));
+    side_text(&format!("{currency}/km"), &difference.per_km) + &per_tkm.unwrap_or_default()
 }
 
 fn side_text(unit: &str, side: &Side) -> String {

@@ -197,6 +197,14 @@ pub enum Error {
         /// Cycles that were driven.
         cycles: u64,
     },
+    /// Drivers who cannot be told apart, because there are fewer than two.
+    #[error(
+        "{study}: fewer than two drivers completed a trip; allowed is a fleet of at least two trucks"
+    )]
+    NobodyToTrain {
+        /// What it is called.
+        study: String,
+    },
     /// A table, a log or an operating cycle that cannot be read.
     #[error(transparent)]
     Table(#[from] TableError),

@@ -43,6 +43,7 @@ mod stored;
 pub mod study;
 mod text;
 mod trace;
+mod training;
 mod validate;
 mod vecto;
 mod verify;
@@ -94,6 +95,7 @@ pub use stored::{
     GROUP_ROWS, PartsError, joined, load, record_batch, records, save, schema, summed_up,
 };
 pub use trace::{TimeSeries, trace};
+pub use training::{TrainingAnswer, TrainingRequest, training};
 pub use validate::{
     FEWEST_TRIPS, MOST_TRIPS, RUN_IN_M, ValidateAnswer, ValidateRequest, ValidatedDrive,
     ValidatedRoad, check_empty, validate,

@@ -95,7 +95,7 @@ pub fn range(request: &RangeRequest, watch: &mut Watch) -> Result<RangeAnswer, E
     let records = watched(plan.cycles, watch, |look| drive(&long.study, plan, look))?;
     let trips: Vec<RangeTrip> = records.iter().filter_map(RangeTrip::of).collect();
     let none = || Error::NoBattery { name: name.clone() };
-    let range = summarise(&trips, Dependence::of(&long.model)).ok_or_else(none)?;
+    let range = summarise(&trips, Dependence::of(&long.model, plan.seed)).ok_or_else(none)?;
     let driven = Some((*plan, clock.elapsed().as_secs_f64()));
     Ok(RangeAnswer { source: name.clone(), trip_length_m, range, driven })
 }

@@ -20,6 +20,7 @@ mod run;
 mod shell;
 mod simulator_study;
 mod study;
+mod training;
 mod vecto;
 mod verify;
 
@@ -43,6 +44,7 @@ use simulator_study::SimulatorStudyArguments;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use study::StudyCommand;
+use training::TrainingArguments;
 use vecto::VectoArguments;
 use verify::VerifyArguments;
 
@@ -96,6 +98,9 @@ enum Command {
     /// Costs a study: per trip, km, tkm, truck-year and whole life, item by item; or two of them
     /// against each other: which is cheaper, from where on, and what decides
     Cost(CostArguments),
+    /// Finds what it is worth a year to train the drivers who stand worst in a fleet's records, and
+    /// how sure it is who they are
+    Training(TrainingArguments),
     /// Finds how far battery trucks come: which share arrives, by length of the trip, season and
     /// payload
     Range(RangeArguments),
@@ -162,6 +167,7 @@ pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> i32 {
         Some(Command::Compare(arguments)) => analysis::compare(arguments),
         Some(Command::Cost(arguments)) => cost::cost(arguments),
         Some(Command::SimulatorStudy(arguments)) => simulator_study::simulator_study(arguments),
+        Some(Command::Training(arguments)) => training::training(arguments),
         Some(Command::Range(arguments)) => range::range(arguments),
         Some(Command::Vecto(arguments)) => vecto::vecto(arguments),
         Some(Command::Bound(arguments)) => bound::bound(arguments),

@@ -307,5 +307,11 @@ fn routes_setting(routes: &[RouteModel]) -> String {
 
 /// What was written, and where.
 fn written(path: &Path, manifest: &Manifest) -> String {
-    format!("Written to `{}`: {}, {MANIFEST}, {SUMMARY}.", path.display(), manifest.records)
+    let records = &manifest.records;
+    let trucks = if manifest.dependence().has_trucks() {
+        format!(", {}", records.replace("records", "trucks"))
+    } else {
+        String::new()
+    };
+    format!("Written to `{}`: {records}{trucks}, {MANIFEST}, {SUMMARY}.", path.display())
 }

@@ -13,7 +13,7 @@ use ocmc_api::study::{self, Files, Given, LoadedStudy};
 use ocmc_api::{
     Asked, BirdsEyeRequest, BoundRequest, CostRequest, CpuLevel, FORMATS, GivenDrive,
     LAST_CYCLE_ID, MOST_THREADS, OVERS, RangeRequest, RequeueRequest, RunPlan, SensitivityRequest,
-    check_empty,
+    TrainingRequest, check_empty,
 };
 use pyo3::exceptions::{PyAttributeError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -557,6 +557,88 @@ impl PyStudy {
         let against = against.map(|study| named(&study.get().loaded));
         let request = CostRequest { study: named(&self.loaded), against, plan };
         answer(py, &watched(py, progress, |watch| ocmc_api::cost(&request, watch))?)
+    }
+
+    /// What it is worth a year to train the drivers who stand worst in a fleet's records, and how
+    /// sure it is who they are.
+    ///
+    /// Each trip is driven twice: by its own driver, and by another one or by the trained one, on
+    /// the same road with the same truck.
+    ///
+    /// Parameters
+    /// ----------
+    /// trucks : int
+    ///     Number of trucks, at least 2.
+    /// trips : int, optional
+    ///     Trips of each truck: sets ``fleet.trips_per_truck``; the study's by default.
+    /// share : float
+    ///     Share of the drivers who are trained, above 0 and below 1: those who stand worst.
+    /// coached : dict, optional
+    ///     What training changes in the study, as ``{"driver.key": value}``; by default trained
+    ///     drivers drive as the middle fifth of drivers.
+    /// seed : int
+    ///     Master seed.
+    /// threads : int, optional
+    ///     Threads to use, one for each CPU by default.
+    /// progress : bool or callable, optional
+    ///     As for `Study.run`.
+    ///
+    /// Returns
+    /// -------
+    /// Answer
+    ///     The content of ``ocmc training --json``: ``shown``, what the records show; ``expected``,
+    ///     what of it would come back; ``gain``, what the training gives, with ``amount_per_a`` and
+    ///     ``money_per_a`` for each chosen driver; ``truly_worst``; ``by_trips``.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     Where a number is out of its range, where `coached` is no part of a study, or where fewer
+    ///     than two drivers complete a trip.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import ocmc
+    /// >>> study = ocmc.Study("field-truck").set("mission.length_m", 3000.0)
+    /// >>> answer = study.training(trucks=20, trips=5)
+    /// >>> answer["drivers"], answer["chosen"]
+    /// (20, 4)
+    #[pyo3(
+        signature = (*, trucks, trips=None, share=0.2, coached=None, seed=None, threads=None, progress=None),
+        text_signature = "($self, *, trucks, trips=None, share=0.2, coached=None, seed=1, threads=None, progress=None)"
+    )]
+    fn training<'py>(
+        &self,
+        py: Python<'py>,
+        trucks: &Bound<'py, PyAny>,
+        trips: Option<&Bound<'py, PyAny>>,
+        share: f64,
+        coached: Option<&Bound<'py, PyDict>>,
+        seed: Option<&Bound<'py, PyAny>>,
+        threads: Option<&Bound<'py, PyAny>>,
+        progress: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        if !(share > 0.0 && share < 1.0) {
+            let text = format!("`share` is {share}, allowed is a number above 0 and below 1");
+            return Err(PyValueError::new_err(text));
+        }
+        let trips = trips.map(|n| whole_number(n, "trips", 1, MOST_TRIPS)).transpose()?;
+        let of_truck = trips.unwrap_or(self.loaded.study.nesting().trips_per_truck);
+        let set = self.loaded.set(&[format!("fleet.trips_per_truck={of_truck}")]);
+        let loaded = set.map_err(|error| PyValueError::new_err(error.to_string()))?;
+        let trucks = whole_number(trucks, "trucks", 2, LAST_CYCLE_ID / of_truck)?;
+        let cycles = (trucks * of_truck).into_pyobject(py)?;
+        let plan = plan_of(&cycles, seed, None, threads)?;
+        let mut keys = Vec::new();
+        for (path, value) in coached.into_iter().flatten() {
+            let path: String = path.extract()?;
+            let value = toml::Value::try_from(study_value(&value, &path)?)
+                .map_err(|error| PyValueError::new_err(format!("`{path}`: {error}")))?;
+            keys.push(format!("{path}={value}"));
+        }
+        let study = (loaded.model.study.name.clone(), &loaded);
+        let request = TrainingRequest { study, coached: keys, share, plan };
+        answer(py, &watched(py, progress, |watch| ocmc_api::training(&request, watch))?)
     }
 
     /// How far battery trucks come: which share arrives, by length of the trip, season and payload.

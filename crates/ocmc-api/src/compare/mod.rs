@@ -3,12 +3,14 @@
 mod files;
 
 use crate::answer::Answer;
+use crate::cost::{difference as cost_difference, sides_text};
 use crate::error::Error;
 use crate::sensitivity::quantity_named;
 use crate::text::{effects, fact, took};
 use crate::watch::{Watch, watched};
 use files::{KeptRun, kept_runs};
 use ocmc_core::fleet::comparison::{Compared, Comparison, compare as compare_fleets, cycles_of};
+use ocmc_core::fleet::cost_difference::CostDifference;
 use ocmc_core::fleet::quantity::WHEEL;
 use ocmc_core::fleet::run::RunPlan;
 use ocmc_core::study::Study;
@@ -65,6 +67,9 @@ pub struct ComparedStudies {
     /// The difference.
     #[serde(flatten)]
     pub comparison: Comparison,
+    /// Which of them costs less; none where they have not both prices in one currency.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cost: Option<Box<CostDifference>>,
 }
 
 /// Drives the same cycles in all studies and compares them with the first one.
@@ -99,26 +104,30 @@ pub fn compare(request: &CompareRequest, watch: &mut Watch) -> Result<CompareAns
     let all: Vec<&Study> = studies.iter().map(|(_, loaded)| &loaded.study).collect();
     let clock = Instant::now();
     let cycles = cycles_of(&all, plan);
-    let compared = watched(cycles, watch, |look| compare_fleets(&all, plan, quantity, look))?;
+    let Compared { comparisons: compared, fleets } =
+        watched(cycles, watch, |look| compare_fleets(&all, plan, quantity, look))?;
     let wall_s = clock.elapsed().as_secs_f64();
-    let Compared { comparisons: compared, fleets } = compared;
-    let kept = if *keep { kept_runs(studies, plan, fleets, wall_s, cycles) } else { Vec::new() };
     let by_wheels = compared.iter().all(|comparison| comparison.column == WHEEL);
     let without_fuel = studies.iter().filter(|(_, study)| {
         column.is_none() && by_wheels && study.model.vehicle.electric.is_some()
     });
     let without_fuel = without_fuel.map(|(name, _)| name.clone()).collect();
     let comparisons =
-        compared.into_iter().zip(others).map(|(comparison, (name, b))| ComparedStudies {
-            study_a: name_a.clone(),
-            study_hash_a: study_hash(&a.model),
-            study_b: name.clone(),
-            study_hash_b: study_hash(&b.model),
-            seed: plan.seed,
-            first_cycle: plan.first_cycle,
-            comparison,
+        compared.into_iter().zip(others).enumerate().map(|(k, (comparison, (name, b)))| {
+            let sides = [(*a, fleets[0].as_slice()), (*b, fleets[k + 1].as_slice())];
+            ComparedStudies {
+                study_a: name_a.clone(),
+                study_hash_a: study_hash(&a.model),
+                study_b: name.clone(),
+                study_hash_b: study_hash(&b.model),
+                seed: plan.seed,
+                first_cycle: plan.first_cycle,
+                comparison,
+                cost: cost_difference(sides, plan).map(Box::new),
+            }
         });
     let comparisons = comparisons.collect();
+    let kept = if *keep { kept_runs(studies, plan, fleets, wall_s, cycles) } else { Vec::new() };
     Ok(CompareAnswer { comparisons, without_fuel, plan: *plan, driven: cycles, wall_s, kept })
 }
 
@@ -152,6 +161,10 @@ impl Answer for CompareAnswer {
             }
             let names = [compared.study_a.as_str(), compared.study_b.as_str()];
             text.push_str(&comparison_text(&compared.comparison, names));
+            if let Some(cost) = &compared.cost {
+                text.push_str("\nCost, item by item with break-even: ocmc cost --against\n");
+                text.push_str(&sides_text(cost));
+            }
         }
         text
     }

@@ -123,7 +123,7 @@ pub fn run(
     whole_trucks(&loaded.study, plan)?;
     let manifest =
         Manifest { precision: precision.clone(), ..Manifest::new(&loaded.model, plan, given) };
-    let fleet = SummaryBuilder::new(Dependence::of(&loaded.model));
+    let fleet = SummaryBuilder::new(Dependence::of(&loaded.model, plan.seed));
     let directory = match out {
         Some((path, format)) => Some(RunDirectory::create(path, *format, manifest.clone())?),
         None => None,
@@ -170,7 +170,7 @@ pub fn resume(request: &ResumeRequest, watch: &mut Watch) -> Result<RunAnswer, E
         let stored = run_directory::read(path)?;
         return Ok(RunAnswer::stored(stored.manifest, stored.summary, RunEnd::WasComplete));
     };
-    let mut fleet = SummaryBuilder::new(Dependence::of(&unfinished.study.model));
+    let mut fleet = SummaryBuilder::new(unfinished.manifest.dependence());
     let directory = RunDirectory::resume(&unfinished, |records| fleet.add(records))?;
     let run_directory::Unfinished { manifest, study, given, .. } = unfinished;
     let done = fleet.cycles();

@@ -294,7 +294,7 @@ mod tests {
         values.push(99.0);
         let cycles = (0..).zip(values);
         let statistic =
-            Statistic::new("consumption_l_per_100km", None, &cycles, Dependence::default());
+            Statistic::new("consumption_l_per_100km", None, &cycles, &Dependence::default().into());
         for width in [40, 80, 120] {
             let chart = histogram_chart(&statistic, width);
             assert!(chart.lines().all(|line| line.chars().count() <= width), "{chart}");

@@ -2,8 +2,9 @@
 //! year adds up to, and what of the spread of trips is between trucks.
 
 use super::text::table_over;
+use ocmc_core::fleet::components::Components;
 use ocmc_core::fleet::summary::Summary;
-use ocmc_core::fleet::truck_year::{Components, Total, TruckSummary};
+use ocmc_core::fleet::truck_year::{Total, TruckSummary};
 use ocmc_io::label::label;
 use ocmc_io::number_text::{count_of, grouped, rough, rounded, short};
 use std::fmt::Write;

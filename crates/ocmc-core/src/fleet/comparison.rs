@@ -14,6 +14,7 @@
 //! Source: W. G. Cochran, *Sampling Techniques*, 3rd ed. (1977), section 6.4, for the residuals;
 //! the rest is the variance of a difference.
 
+use super::clustering::Clusters;
 use super::dependence::Dependence;
 use super::quantity::{RecordQuantity, shared_consumption};
 use super::ratio::student_975;
@@ -127,7 +128,7 @@ struct Means {
 /// How the difference of the pairs is spread; not known of fewer than two batches.
 #[derive(Clone, Copy, Debug)]
 struct Spread {
-    batches: usize,
+    degrees: f64,
     standard_error: f64,
     variance_reduction: Option<f64>,
 }
@@ -137,10 +138,15 @@ impl Means {
     fn of(pairs: &[Pair], dependence: Dependence) -> Option<Self> {
         let (a, errors_a) = side(pairs.iter().map(|pair| pair.0))?;
         let (b, errors_b) = side(pairs.iter().map(|pair| pair.1))?;
-        let errors = errors_a.iter().zip(&errors_b);
-        let errors = dependence.batch_totals(errors.map(|((id, a), (_, b))| (*id, *a, *b)));
+        let errors = errors_a.iter().zip(&errors_b).map(|((id, a), (_, b))| (*id, *a, *b));
         let rounding = ROUNDING * libm::fmax(libm::fabs(a), libm::fabs(b));
-        Some(Self { a, b, spread: Spread::of(&errors, pairs.len() as f64, rounding) })
+        let clusters = Clusters::of(dependence, errors.clone().map(|(id, ..)| id));
+        let spread = if clusters.has_several_ways() {
+            Spread::over(&clusters, &errors, pairs.len() as f64, rounding)
+        } else {
+            Spread::of(&dependence.batch_totals(errors), pairs.len() as f64, rounding)
+        };
+        Some(Self { a, b, spread })
     }
 
     fn difference(&self) -> f64 {
@@ -160,12 +166,31 @@ impl Spread {
         let standard_error = libm::sqrt(m / (m - 1.0) * paired) / pairs;
         let differs = paired > pairs * rounding * rounding;
         let variance_reduction = differs.then(|| independent / paired);
-        Some(Self { batches: errors.len(), standard_error, variance_reduction })
+        Some(Self { degrees: m - 1.0, standard_error, variance_reduction })
+    }
+
+    /// That of residuals of both sides, each after its cycle's id, where cycles belong together in
+    /// several ways.
+    fn over(
+        clusters: &Clusters,
+        errors: &(impl Iterator<Item = (u64, f64, f64)> + Clone),
+        pairs: f64,
+        rounding: f64,
+    ) -> Option<Self> {
+        let of = |error: &dyn Fn(f64, f64) -> f64| {
+            clusters.spread(errors.clone().map(|(id, a, b)| (id, error(a, b) / pairs)))
+        };
+        let paired = of(&|a, b| b - a)?;
+        let independent = of(&|a, _| a)?.variance + of(&|_, b| b)?.variance;
+        let differs = paired.variance * pairs > rounding * rounding;
+        let variance_reduction = differs.then(|| independent / paired.variance);
+        let standard_error = libm::sqrt(paired.variance);
+        Some(Self { degrees: paired.degrees, standard_error, variance_reduction })
     }
 
     /// 95 % interval of the difference.
     fn ci95(&self, difference: f64) -> [f64; 2] {
-        let half_width = student_975(self.batches as f64 - 1.0) * self.standard_error;
+        let half_width = student_975(self.degrees) * self.standard_error;
         [difference - half_width, difference + half_width]
     }
 }
@@ -269,7 +294,7 @@ pub fn compare<B>(
     }
     let mut compared = Vec::new();
     for k in 1..studies.len() {
-        let [a, b] = [0, k].map(|k| Dependence::of(studies[k].model()));
+        let [a, b] = [0, k].map(|k| Dependence::of(studies[k].model(), plan.seed));
         let dependence = a.of_pairs(b);
         let mut found = Comparison::of(quantity, dependence, &driven[0], &driven[k]);
         let of_both = match (&effects[0], &effects[k]) {

@@ -9,9 +9,9 @@
 //!
 //! [`variance_share`]: super::variance_share
 
+use super::clustering::Clusters;
 use super::dependence::Dependence;
 use super::quantile::quantile;
-use super::ratio::Ratio;
 use super::variance_share::Outputs;
 use crate::cost::costing::{Costing, Input, Trip};
 use crate::cost::emissions::TripEmissions;
@@ -166,10 +166,15 @@ impl FleetCost {
         dependence: Dependence,
     ) -> Option<Self> {
         let all = Trip::total(trips.iter())?;
-        let batches = batches(trips, dependence.batch);
+        let clusters = Clusters::of(dependence, trips.iter().map(|trip| trip.cycle_id));
+        let batches = if clusters.has_several_ways() {
+            trips.to_vec()
+        } else {
+            batches(trips, dependence.batch)
+        };
         let state = State::central(costing);
         let central = Levelised::of(costing, &state);
-        let fleet = Fleet { costing, all, batches, trips: trips.len() as f64 };
+        let fleet = Fleet { costing, all, clusters, batches, trips: trips.len() as f64 };
         let present = |item: &Item| {
             fleet.costing.charges.iter().any(|charge| charge.item == *item)
                 || central.truck.iter().any(|(known, _)| known == item)
@@ -205,6 +210,9 @@ impl FleetCost {
 struct Fleet<'a> {
     costing: &'a Costing,
     all: Trip,
+    /// In which clusters trips are.
+    clusters: Clusters,
+    /// Totals of batches of trips; where they belong together in several ways, each trip.
     batches: Vec<Trip>,
     trips: f64,
 }
@@ -229,8 +237,8 @@ impl Fleet<'_> {
         let truck_per_km =
             life.map_or(0.0, |life| truck.discounted / (life.discounted_a * life.km_per_a));
         let cost = |trip: &Trip| charged(trip, |m| m.discounted) + truck_per_km * trip.km;
-        let pairs = self.batches.iter().map(|trips| (cost(trips), trips.km));
-        let per_km = Ratio::estimate(pairs).expect("trips have a length");
+        let rows = self.batches.iter().map(|trips| (trips.cycle_id, cost(trips), trips.km));
+        let per_km = self.clusters.ratio(rows).expect("trips have a length");
         let Trip { km, tkm, .. } = self.all;
         let paid_per_km = charged(&self.all, |m| m.paid) / km;
         ItemCost {
@@ -311,10 +319,11 @@ pub(super) fn shares(
 
 impl FleetEmissions {
     fn of(emitted: &[TripEmissions], dependence: Dependence) -> Option<Self> {
+        let clusters = Clusters::of(dependence, emitted.iter().map(|trip| trip.cycle_id));
         let ratio = |kg: fn(&TripEmissions) -> Option<f64>, over: fn(&TripEmissions) -> f64| {
             let known = emitted.iter().map(|trip| Some((trip.cycle_id, kg(trip)?, over(trip))));
             let known: Option<Vec<(u64, f64, f64)>> = known.collect();
-            Ratio::estimate(dependence.batch_totals(known?.into_iter()).into_iter())
+            clusters.ratio(known?.into_iter())
         };
         let tank = ratio(|trip| Some(trip.tank_to_wheel_kg), |trip| trip.km)?;
         let well = ratio(|trip| trip.well_to_wheel_kg, |trip| trip.km);

@@ -5,10 +5,12 @@
 //! b, the fleet's mean is R = Σ y_b / Σ x_b as ever, and its interval is that of a ratio of batches
 //! ([`super::ratio`]), which is narrower the more evenly they spread. A batch that the run has only
 //! a part of counts as a smaller one. So are the trips of one truck, which share truck and driver: a
-//! truck counts as one; where trucks spread evenly, too, a batch of trucks does. Source: W. G. Cochran, *Sampling Techniques*, 3rd ed. (1977),
-//! chapter 9A, the ratio estimator of clusters of different size \[PK\].
+//! truck counts as one; where trucks spread evenly, too, a batch of trucks does. Trucks that share
+//! drivers of a pool, or days, depend on one another in several ways ([`super::clustering`]).
+//! Source: W. G. Cochran, *Sampling Techniques*, 3rd ed. (1977), chapter 9A, the ratio estimator of
+//! clusters of different size \[PK\].
 
-use crate::random::nesting::{Drivers, Level, Nesting, OperatingDays};
+use crate::random::nesting::{Drivers, Level, Nesting, OperatingDays, Pool};
 use crate::random::sampling::Sampling;
 use crate::study::StudyModel;
 use crate::study::fleet::FleetModel;
@@ -25,31 +27,52 @@ pub struct Dependence {
     pub trips_per_truck: u64,
     /// When trucks drive; none where each trip draws its day.
     pub days: Option<OperatingDays>,
-    /// Whether trucks share drivers of a pool, or what is drawn for a day: they are then not
-    /// independent, and intervals, which take them for it, are too narrow.
-    pub is_shared: bool,
+    /// Drivers whom trucks share; none where each has its own.
+    pub pool: Option<Pool>,
+    /// Whether trucks share what is drawn for a day.
+    pub shares_days: bool,
 }
 
 impl Default for Dependence {
     fn default() -> Self {
-        Self { batch: 1, replicates: None, trips_per_truck: 1, days: None, is_shared: false }
+        let (replicates, days, pool) = (None, None, None);
+        Self { batch: 1, replicates, trips_per_truck: 1, days, pool, shares_days: false }
     }
 }
 
 impl Dependence {
-    /// That of a study's cycles.
-    pub fn of(study: &StudyModel) -> Self {
+    /// That of a study's cycles under a seed.
+    pub fn of(study: &StudyModel, seed: u64) -> Self {
         let replicates = study.driver.curve_speed.uncertain_replicates();
-        Self::of_fleet(&study.fleet, study.simulation.sampling, replicates)
+        Self::of_fleet(&study.fleet, study.simulation.sampling, replicates, seed)
     }
 
     /// That of a fleet whose cycles share out their draws like this.
-    pub fn of_fleet(fleet: &FleetModel, sampling: Sampling, replicates: Option<u64>) -> Self {
+    pub fn of_fleet(
+        fleet: &FleetModel,
+        sampling: Sampling,
+        replicates: Option<u64>,
+        seed: u64,
+    ) -> Self {
         let Nesting { trips_per_truck, drivers, days, levels } = fleet.nesting();
-        let by_day = levels.iter().any(|(_, level)| *level == Level::Day);
-        let is_shared = by_day || matches!(drivers, Drivers::OfPool(_));
+        let shares_days = levels.iter().any(|(_, level)| *level == Level::Day);
+        let pool = match drivers {
+            Drivers::OfTruck(_) => None,
+            Drivers::OfPool(drivers) => Some(Pool { seed, drivers }),
+        };
         let batch = sampling.batch() * trips_per_truck;
-        Self { batch, replicates, trips_per_truck, days, is_shared }
+        Self { batch, replicates, trips_per_truck, days, pool, shares_days }
+    }
+
+    /// Whether cycles of several trucks depend on one another.
+    pub fn is_shared(self) -> bool {
+        self.pool.is_some() || self.shares_days
+    }
+
+    /// The day on which trucks drive of a cycle, numbered without gaps.
+    pub(super) fn day_of(self, cycle_id: u64) -> u64 {
+        let trip = cycle_id % self.trips_per_truck;
+        self.days.map_or(trip, |days| days.number_of(trip))
     }
 
     /// Whether trucks make several trips.
@@ -65,7 +88,9 @@ impl Dependence {
             (Some(a), Some(b)) if a != b => None,
             (a, b) => a.or(b),
         };
-        Self { batch: self.batch.max(other.batch), replicates, ..self }
+        let shares_days = self.shares_days || other.shares_days;
+        let (batch, pool) = (self.batch.max(other.batch), self.pool.or(other.pool));
+        Self { batch, replicates, pool, shares_days, ..self }
     }
 
     /// Totals (Σ y, Σ x) of each batch, from (cycle id, y, x) in the order of the ids.

@@ -6,7 +6,9 @@
 //! interval with uncertain numbers covers the truth of synthetic studies.
 
 pub mod association;
+pub mod clustering;
 pub mod comparison;
+pub mod components;
 pub mod cost;
 pub mod cost_difference;
 pub mod dependence;
@@ -23,6 +25,7 @@ pub mod sensitivity;
 pub mod shapley;
 pub mod statistic;
 pub mod summary;
+pub mod training;
 pub mod truck_year;
 pub mod uncertainty;
 pub mod variance_share;

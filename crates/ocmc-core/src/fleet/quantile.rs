@@ -1,7 +1,6 @@
 //! Quantiles of a sample and their confidence intervals by order statistics, which assume no law.
 
-use super::dependence::Dependence;
-use super::ratio::Ratio;
+use super::clustering::Clusters;
 
 /// The quantiles that a summary reports, with their names.
 pub const LEVELS: [(f64, &str); 6] =
@@ -42,24 +41,24 @@ pub fn interval(sorted: &[f64], level: f64) -> Option<[f64; 2]> {
 /// order of these.
 ///
 /// With F the share of values up to the quantile and h half of its 95 % interval as a ratio of
-/// batches ([`super::dependence`]): the order statistics at the levels p − h and p + h, rounded
-/// outwards.
+/// clusters ([`super::dependence`], [`super::clustering`]): the order statistics at the levels
+/// p − h and p + h, rounded outwards.
 ///
 /// Source: R. S. Woodruff, *Journal of the American Statistical Association* 47 (1952) 635 \[PK\].
-pub fn interval_of_batches(
+pub fn interval_of_clusters(
     sorted: &[f64],
     level: f64,
-    dependence: Dependence,
-    values: impl Iterator<Item = (u64, f64)>,
+    clusters: &Clusters,
+    values: impl Iterator<Item = (u64, f64)> + Clone,
 ) -> Option<[f64; 2]> {
     // where independent values are too few, so are these
     let independent = interval(sorted, level)?;
-    if dependence.batch == 1 {
+    if clusters.are_independent() {
         return Some(independent);
     }
     let quantile = quantile(sorted, level)?;
     let below = values.map(|(cycle_id, x)| (cycle_id, f64::from(x <= quantile), 1.0));
-    let [low, high] = Ratio::estimate(dependence.batch_totals(below).into_iter())?.ci95?;
+    let [low, high] = clusters.ratio(below)?.ci95?;
     let half_width = (high - low) / 2.0;
     let n = sorted.len() as f64;
     let low = libm::floor(n * (level - half_width));
@@ -120,6 +119,7 @@ fn binomial_weights(n: usize, p: f64) -> (usize, Vec<f64>) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::fleet::dependence::Dependence;
     use crate::random::{Stream, Streams};
 
     /// Exact coverage of the interval for a continuous law: P(l <= B < u).
@@ -159,13 +159,15 @@ mod tests {
         let ranks = |batch: u64, level: f64, lowest: [u64; 8]| {
             let count: u64 = lowest.iter().sum();
             let (mut low, mut high) = (1..=count, count + 1..=32);
-            let cycles = (0..32).map(|id| {
-                let is_low = id % 4 < lowest[id as usize / 4];
-                let value = if is_low { low.next() } else { high.next() };
-                (id, value.expect("so many of each") as f64)
-            });
+            let cycles: Vec<(u64, f64)> = (0..32)
+                .map(|id| {
+                    let is_low = id % 4 < lowest[id as usize / 4];
+                    let value = if is_low { low.next() } else { high.next() };
+                    (id, value.expect("so many of each") as f64)
+                })
+                .collect();
             let dependence = Dependence { batch, ..Dependence::default() };
-            interval_of_batches(&sorted, level, dependence, cycles)
+            interval_of_clusters(&sorted, level, &dependence.into(), cycles.into_iter())
         };
         let halves = [0, 1, 1, 2, 2, 3, 3, 4];
         // R = 16/32; squares of y - 4 R: 12; se = √(8/7 · 12)/32 = 0.115728; t₀.₉₇₅(7) = 2.364624;

@@ -259,7 +259,7 @@ pub fn sensitivity<B>(
     over: Over,
     mut progress: impl FnMut(u64) -> ControlFlow<B>,
 ) -> ControlFlow<B, Result<(Sensitivity, Design), SensitivityError>> {
-    let dependence = Dependence::of(study.model());
+    let dependence = Dependence::of(study.model(), plan.seed);
     let trips = dependence.trips_per_truck;
     let mut before = 0;
     let mut driven = |streams: StreamSet| {

@@ -82,7 +82,7 @@ pub fn shapley<B>(
     mut progress: impl FnMut(u64) -> ControlFlow<B>,
 ) -> ControlFlow<B, Result<ShapleyEffects, SensitivityError>> {
     let factors = shapley_factors();
-    let dependence = Dependence::of(study.model());
+    let dependence = Dependence::of(study.model(), plan.seed);
     let mut quantity = quantity;
     let mut designs: Vec<Vec<Output>> = Vec::new();
     for subset in 0..1_usize << factors.len() {

@@ -1,8 +1,8 @@
 //! What is reported of one quantity of a fleet: its mean, and how it is spread over the cycles.
 
-use super::dependence::Dependence;
+use super::clustering::{Clusters, Spread};
 use super::histogram::Histogram;
-use super::quantile::{LEVELS, interval_of_batches, quantile};
+use super::quantile::{LEVELS, interval_of_clusters, quantile};
 use super::ratio::Ratio;
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
@@ -43,13 +43,27 @@ pub struct Quantile {
 }
 
 impl Statistic {
+    /// With intervals of clusters in several ways instead of by trucks alone; without any where
+    /// they are not known.
+    #[must_use]
+    pub(super) fn with(mut self, error: Option<Spread>) -> Self {
+        self.ci95 = self.mean.zip(error).map(|(mean, error)| error.around(mean));
+        for quantile in &mut self.quantiles {
+            let known = quantile.value.zip(quantile.ci95).zip(error);
+            quantile.ci95 = known.map(|((value, [low, high]), error)| {
+                [value - error.widened(value - low), value + error.widened(high - value)]
+            });
+        }
+        self
+    }
+
     /// Sums up the values of cycles (id and finite value, in the order of the ids) under the mean
     /// of their fleet.
     pub fn new(
         column: &'static str,
         mean: Option<Ratio>,
         cycles: &(impl Iterator<Item = (u64, f64)> + Clone),
-        dependence: Dependence,
+        clusters: &Clusters,
     ) -> Self {
         let mut values: Vec<f64> = cycles.clone().map(|(_, value)| value).collect();
         let sd = standard_deviation(&values);
@@ -64,7 +78,7 @@ impl Statistic {
                 level,
                 name,
                 value: quantile(&values, level),
-                ci95: interval_of_batches(&values, level, dependence, cycles.clone()),
+                ci95: interval_of_clusters(&values, level, clusters, cycles.clone()),
             }),
             histogram: Histogram::of(&values),
         }

@@ -1,15 +1,16 @@
 //! What a fleet's cycles add up to: consumption, speed, duration and stops, over the cycles that
 //! were completed and, of what they drove, those that a battery cut short.
 
+use super::clustering::Clusters;
 use super::dependence::Dependence;
-use super::quantile::{interval_of_batches, quantile};
+use super::quantile::{interval_of_clusters, quantile};
 use super::quantity::{
     CONSUMPTIONS, Extent, QUANTITIES, RecordQuantity, WHOLE_TRIP, Weight, quantity,
 };
 use super::ratio::Ratio;
 use super::run::RunPlan;
 use super::statistic::Statistic;
-use super::truck_year::{TruckSummary, TruckYearBuilder};
+use super::truck_year::{TripTotals, TruckSummary, TruckYearBuilder};
 use super::uncertainty::{Effects, ParameterUncertainty};
 use crate::record::{Outcome, Record};
 use crate::study::Study;
@@ -169,7 +170,7 @@ impl Summary {
     /// Keeps what the mean consumption owes to the effects of uncertain numbers on it.
     pub fn know_effects(&mut self, study: &Study, effects: Option<&Effects>) {
         let known = self.consumption().and_then(|own| Some((own.mean?, own.ci95?)));
-        let replicates = Dependence::of(study.model()).replicates;
+        let replicates = study.model().driver.curve_speed.uncertain_replicates();
         self.parameter_uncertainty = known
             .zip(effects)
             .map(|((mean, ci95), effects)| effects.around(mean, ci95, replicates));
@@ -293,16 +294,17 @@ impl SummaryBuilder {
     /// relative to it.
     pub fn relative_half_width(&self, level: Option<f64>) -> Option<f64> {
         let column = CONSUMPTIONS.into_iter().find(|column| !self.values_of(column).is_empty())?;
+        let clusters = self.clusters();
         let (value, ci95) = match level {
             None => {
-                let mean = self.mean(quantity(column)?)?;
+                let mean = self.mean(quantity(column)?, &clusters)?;
                 (mean.ratio, mean.ci95)
             }
             Some(level) => {
                 let cycles = self.cycles_with(self.values_of(column));
                 let mut values: Vec<f64> = cycles.clone().map(|(_, value)| value).collect();
                 values.sort_unstable_by(f64::total_cmp);
-                let ci95 = interval_of_batches(&values, level, self.dependence, cycles);
+                let ci95 = interval_of_clusters(&values, level, &clusters, cycles);
                 (quantile(&values, level)?, ci95)
             }
         };
@@ -317,7 +319,8 @@ impl SummaryBuilder {
                 values.resize(self.rows, f64::NAN);
             }
         }
-        let means = std::array::from_fn(|k| self.mean(&QUANTITIES[k]));
+        let clusters = self.clusters();
+        let means = std::array::from_fn(|k| self.mean(&QUANTITIES[k], &clusters));
         let worst_case = self.worst_case(&means);
         let statistics = QUANTITIES
             .iter()
@@ -325,9 +328,13 @@ impl SummaryBuilder {
             .zip(&self.values)
             .map(|((quantity, mean), values)| {
                 let cycles = self.cycles_with(values);
-                Statistic::new(quantity.column, mean, &cycles, self.dependence)
+                Statistic::new(quantity.column, mean, &cycles, &clusters)
             })
             .collect();
+        let trucks = std::mem::take(&mut self.trucks);
+        let totals = |k: usize| self.totals(&QUANTITIES[k]).collect();
+        let totals = TripTotals { clusters: &clusters, cycle_ids: &self.cycle_ids, of: &totals };
+        let trucks = trucks.finish(self.dependence, &totals);
         Summary {
             cycles: self.cycles,
             outcomes: self.outcomes,
@@ -337,7 +344,7 @@ impl SummaryBuilder {
             parameter_uncertainty: None,
             worst_case,
             saturation: self.saturation,
-            trucks: std::mem::take(&mut self.trucks).finish(self.dependence),
+            trucks,
         }
     }
 
@@ -362,12 +369,13 @@ impl SummaryBuilder {
         values.map(|(row, value)| (self.id(row), *value))
     }
 
-    fn mean(&self, quantity: &RecordQuantity) -> Option<Ratio> {
-        let totals = self.totals(quantity);
-        if self.dependence.batch == 1 {
-            return Ratio::estimate(totals.map(|(_, y, x)| (y, x)));
-        }
-        Ratio::estimate(self.dependence.batch_totals(totals).into_iter())
+    /// In which clusters the counted cycles are.
+    fn clusters(&self) -> Clusters {
+        Clusters::of(self.dependence, self.cycle_ids.iter().copied())
+    }
+
+    fn mean(&self, quantity: &RecordQuantity, clusters: &Clusters) -> Option<Ratio> {
+        clusters.ratio(self.totals(quantity))
     }
 
     /// What each counted cycle that has the quantity adds to the two totals of its mean, after

@@ -2,18 +2,22 @@
 //! a year.
 //!
 //! A truck's value of a quantity is its total over its total, as the fleet's is: Σ y / Σ x over the
-//! trips of the time that count ([`super::quantity::RecordQuantity::of_cycle`]). Means and quantiles over truck-years count each of them once. With
-//! v_t the values of the n trucks of a year, m trips each,
-//!
-//! s_b² = (s_v² − s_w²/m̄)  between trucks,  s_w² within them, between trips
-//!
-//! by the analysis of variance for trucks with different numbers of trips. Source: S. R. Searle, G.
-//! Casella, C. E. McCulloch, *Variance Components* (1992), section 3.6 \[PK\].
+//! trips of the time that count ([`super::quantity::RecordQuantity::of_cycle`]). Means and quantiles
+//! over truck-years count each of them once.
 //!
 //! The total of the fleet's year is T = Σ t over its trucks; that of another fleet of as many
 //! trucks lies in T ± t₀.₉₇₅(n − 1) s √(2 n), s the standard deviation of the trucks' totals: the
 //! drawn trucks are no more than a sample of those that there could be, either time.
+//!
+//! Where trucks share drivers of a pool, or days, the truck-years depend on one another through
+//! their trips. A mean v̄ over N truck-years moves by u_i = (y_i − v̄ x_i)/(X_t N) with a trip of a
+//! truck-year whose Σ x is X_t, and by Σ u_i over the clusters of [`super::clustering`]. What is
+//! shared moves all trucks alike, so that it widens the interval of a quantile by as much as that of
+//! the mean. The total of the fleet's year moves by u_i = t_i − (T/n)/m with a trip of a truck that
+//! makes m of them, and that of another fleet, with drivers and days of its own, by √2 as much.
 
+use super::clustering::{Clusters, Spread as Error};
+use super::components::{Components, Spread, components};
 use super::dependence::Dependence;
 use super::quantity::{CONSUMPTIONS, QUANTITIES, quantity};
 use super::ratio::{Ratio, student_975};
@@ -217,23 +221,35 @@ pub struct TruckYearBuilder {
     /// Value of the consumption of each trip that counts: count, sum and squares about a truck's own
     /// first value, by truck.
     spread: Vec<Spread>,
+    /// The trips that count, where trucks share drivers or days.
+    trips: Vec<SharedTrip>,
 }
 
-/// Count, mean and squares about the mean, by B. P. Welford's update.
-#[derive(Clone, Copy, Debug, Default)]
-struct Spread {
-    truck_id: u64,
-    n: f64,
-    mean: f64,
-    squares: f64,
+/// A trip of trucks that share drivers or days.
+#[derive(Clone, Copy, Debug)]
+struct SharedTrip {
+    /// Places of its year and its month in the tables.
+    places: [usize; 2],
+    /// What it adds to the totals of the fleet's year, in their order; NaN where it has none.
+    amounts: [f64; 5],
 }
 
-impl Spread {
-    fn add(&mut self, value: f64) {
-        self.n += 1.0;
-        let off = value - self.mean;
-        self.mean += off / self.n;
-        self.squares += off * (value - self.mean);
+/// What trips add to the two totals of each quantity's mean.
+pub(super) struct TripTotals<'a> {
+    /// In which clusters they are.
+    pub(super) clusters: &'a Clusters,
+    /// Ids of the trips that count, in their order.
+    pub(super) cycle_ids: &'a [u64],
+    /// Of a quantity, (cycle id, y, x) of the trips that have it.
+    pub(super) of: &'a dyn Fn(usize) -> Vec<(u64, f64, f64)>,
+}
+
+impl SharedTrip {
+    fn of(record: &Record, places: [usize; 2]) -> Self {
+        let mut time = TruckTime::default();
+        time.add(record);
+        let amounts = Totals::AMOUNTS.map(|amount| amount(&time).unwrap_or(f64::NAN));
+        Self { places, amounts }
     }
 }
 
@@ -247,7 +263,9 @@ impl TruckYearBuilder {
         let year = dependence.days.map_or(0, |days| days.day_of(trip) / DAYS_OF_YEAR);
         let day = (record.departure_s_of_year / DAY_S) as u64 % DAYS_OF_YEAR;
         let month = MONTH_ENDS.iter().position(|end| day < *end).unwrap_or(11) as u64;
-        for (times, month) in [(&mut self.years, None), (&mut self.months, Some(month))] {
+        let mut places = [0; 2];
+        let tables = [(&mut self.years, None), (&mut self.months, Some(month))];
+        for ((times, month), place) in tables.into_iter().zip(&mut places) {
             // trips that draw their days come in no order of months
             let own = times.iter().rev().take_while(|time| time.truck_id == truck_id);
             let own = own.take_while(|time| time.year == year);
@@ -256,20 +274,27 @@ impl TruckYearBuilder {
                 times.push(TruckTime { truck_id, year, month, ..TruckTime::default() });
                 0
             });
-            let place = times.len() - 1 - before;
-            times[place].add(record);
+            *place = times.len() - 1 - before;
+            times[*place].add(record);
+        }
+        if dependence.is_shared() && record.outcome.counts() {
+            self.trips.push(SharedTrip::of(record, places));
         }
         let value = CONSUMPTIONS.iter().find_map(|column| quantity(column)?.of_cycle(record));
         if let Some(value) = value {
-            if self.spread.last().is_none_or(|last| last.truck_id != truck_id) {
-                self.spread.push(Spread { truck_id, ..Spread::default() });
+            if self.spread.last().is_none_or(|last| !last.is_of(truck_id)) {
+                self.spread.push(Spread::of(truck_id));
             }
             self.spread.last_mut().expect("pushed").add(value);
         }
     }
 
     /// Sums up; none where no truck has a trip.
-    pub fn finish(self, dependence: Dependence) -> Option<TruckSummary> {
+    pub(super) fn finish(
+        self,
+        dependence: Dependence,
+        totals: &TripTotals,
+    ) -> Option<TruckSummary> {
         let trucks = self.years.iter().map(|time| time.truck_id);
         let mut trucks: Vec<u64> = trucks.collect();
         trucks.dedup();
@@ -279,7 +304,7 @@ impl TruckYearBuilder {
         let trucks_of_batch = dependence.batch / dependence.trips_per_truck;
         let years = 1 + self.years.iter().map(|time| time.year).max().unwrap_or(0);
         // a truck's months and years are not independent of one another
-        let statistics = |times: &[TruckTime], each: u64| {
+        let statistics = |times: &[TruckTime], each: u64, table: usize| {
             let batch = trucks_of_batch.max(1) * each;
             let of_trucks = Dependence { batch, ..Dependence::default() };
             let of = |k: usize| {
@@ -289,13 +314,22 @@ impl TruckYearBuilder {
                 });
                 let pairs = of_trucks.batch_totals(values.clone().map(|(id, v)| (id, v, 1.0)));
                 let mean = Ratio::estimate(pairs.into_iter());
-                Statistic::new(QUANTITIES[k].column, mean, &values, of_trucks)
+                let statistic =
+                    Statistic::new(QUANTITIES[k].column, mean, &values, &of_trucks.into());
+                if !dependence.is_shared() {
+                    return statistic;
+                }
+                statistic.with(self.error_of_mean(times, table, k, totals))
             };
             (0..QUANTITIES.len()).map(of).collect::<Vec<_>>()
         };
-        let truck_months = statistics(&self.months, 12 * years);
-        let truck_years = statistics(&self.years, years);
-        let totals = Totals::of(&self.years, trucks.len(), years);
+        let truck_months = statistics(&self.months, 12 * years, 1);
+        let truck_years = statistics(&self.years, years, 0);
+        let totals = Totals::of(&self.years, trucks.len(), years, |k, total| {
+            dependence
+                .is_shared()
+                .then(|| self.error_of_total(k, total, trucks.len(), years, totals))
+        });
         let components = components(&self.spread);
         Some(TruckSummary {
             trucks: trucks.len() as u64,
@@ -305,9 +339,54 @@ impl TruckYearBuilder {
             totals,
             components,
             by_month: by_month(&self.months),
-            note: dependence.is_shared.then_some(SHARED),
+            note: SHARED[usize::from(dependence.pool.is_some())]
+                [usize::from(dependence.shares_days)],
             rows: self.years,
         })
+    }
+
+    /// How sure the mean of a quantity over truck-years, or truck-months, is.
+    fn error_of_mean(
+        &self,
+        times: &[TruckTime],
+        table: usize,
+        quantity: usize,
+        totals: &TripTotals,
+    ) -> Option<Error> {
+        let values: Vec<f64> = times.iter().filter_map(|time| time.value(quantity)).collect();
+        let n = values.len() as f64;
+        let mean = values.iter().sum::<f64>() / n;
+        let mut row = 0;
+        let influences = (totals.of)(quantity).into_iter().map(|(id, y, x)| {
+            while totals.cycle_ids[row] < id {
+                row += 1;
+            }
+            let (_, sum_x) = times[self.trips[row].places[table]].totals[quantity];
+            let of_truck = if sum_x > 0.0 { (y - mean * x) / sum_x } else { 0.0 };
+            (id, of_truck / n)
+        });
+        totals.clusters.spread(influences)
+    }
+
+    /// How sure a total of the fleet's year is.
+    fn error_of_total(
+        &self,
+        amount: usize,
+        total: f64,
+        trucks: usize,
+        years: u64,
+        totals: &TripTotals,
+    ) -> Option<Error> {
+        let of_truck = total / trucks as f64;
+        let truck_of = |trip: &SharedTrip| self.years[trip.places[0]].truck_id;
+        let trips = self.trips.iter().zip(totals.cycle_ids);
+        let chunks = self.trips.chunk_by(|a, b| truck_of(a) == truck_of(b));
+        let many = chunks.flat_map(|chunk| std::iter::repeat_n(chunk.len() as f64, chunk.len()));
+        totals.clusters.spread(
+            trips.zip(many).map(|((trip, id), many)| {
+                (*id, trip.amounts[amount] / years as f64 - of_truck / many)
+            }),
+        )
     }
 }
 
@@ -351,9 +430,14 @@ pub struct TruckSummary {
     pub rows: Vec<TruckTime>,
 }
 
-/// Of fleets whose trucks share drivers or days.
-const SHARED: &str = "trucks share drivers of a pool, or days: intervals take trucks for \
-                      independent, and are too narrow";
+/// Of fleets whose trucks share drivers, days, both.
+const SHARED: [[Option<&str>; 2]; 2] = [
+    [None, Some("counted by trucks and by the days that they share")],
+    [
+        Some("counted by trucks and by the drivers of the pool"),
+        Some("counted by trucks, by the drivers of the pool and by the days that they share"),
+    ],
+];
 
 /// Totals of the fleet in a year, the mean over the years that were driven.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -380,8 +464,24 @@ pub struct Total {
 }
 
 impl Totals {
-    fn of(years: &[TruckTime], trucks: usize, count: u64) -> Self {
-        let of = |value: fn(&TruckTime) -> Option<f64>| {
+    /// The totals, in the order of the fields.
+    const AMOUNTS: [fn(&TruckTime) -> Option<f64>; 5] = [
+        |t| Some(t.distance_m),
+        |t| Some(t.duration_s),
+        |t| t.fuel_l,
+        |t| t.battery_energy_j,
+        |t| t.co2_kg,
+    ];
+
+    /// `error` tells how sure a total is where trucks share drivers or days, and nothing otherwise.
+    fn of(
+        years: &[TruckTime],
+        trucks: usize,
+        count: u64,
+        error: impl Fn(usize, f64) -> Option<Option<Error>>,
+    ) -> Self {
+        let of = |k: usize| {
+            let value = Self::AMOUNTS[k];
             let mut totals: Vec<(u64, f64)> = Vec::with_capacity(trucks);
             for time in years {
                 let value = value(time)? / count as f64;
@@ -394,65 +494,24 @@ impl Totals {
             let total: f64 = totals.iter().map(|(_, value)| value).sum();
             let mean = total / n;
             let squares: f64 = totals.iter().map(|(_, x)| (x - mean) * (x - mean)).sum();
-            let prediction95 = (totals.len() > 1).then(|| {
+            let by_trucks = || {
                 let sd = libm::sqrt(squares / (n - 1.0));
-                let far = student_975(n - 1.0) * sd * libm::sqrt(2.0 * n);
-                [total - far, total + far]
-            });
-            Some(Total { total, prediction95 })
+                student_975(n - 1.0) * sd * libm::sqrt(2.0 * n)
+            };
+            let far = match error(k, total) {
+                Some(shared) => shared.map(|error| libm::sqrt(2.0) * error.half_width()),
+                None => (totals.len() > 1).then(by_trucks),
+            };
+            Some(Total { total, prediction95: far.map(|far| [total - far, total + far]) })
         };
         Self {
-            distance_m: of(|t| Some(t.distance_m)),
-            duration_s: of(|t| Some(t.duration_s)),
-            fuel_l: of(|t| t.fuel_l),
-            battery_energy_j: of(|t| t.battery_energy_j),
-            co2_kg: of(|t| t.co2_kg),
+            distance_m: of(0),
+            duration_s: of(1),
+            fuel_l: of(2),
+            battery_energy_j: of(3),
+            co2_kg: of(4),
         }
     }
-}
-
-/// How the consumption of trips is spread between trucks and within them, each trip counted once.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Components {
-    /// Variance between trucks; as it is estimated, so that it may be negative.
-    pub between_variance: f64,
-    /// Variance within trucks.
-    pub within_variance: f64,
-    /// Standard deviation between trucks; 0 where the variance is negative.
-    pub between_sd: f64,
-    /// Standard deviation between trips of a truck.
-    pub within_sd: f64,
-    /// Share of the variance of trips that is between trucks.
-    pub share_of_trips: f64,
-    /// Share of the variance of the trucks' means that is between trucks, and not the chance of
-    /// their trips.
-    pub share_of_means: f64,
-}
-
-fn components(spread: &[Spread]) -> Option<Components> {
-    let trucks = spread.len() as f64;
-    let n: f64 = spread.iter().map(|truck| truck.n).sum();
-    if trucks < 2.0 || n <= trucks {
-        return None;
-    }
-    let within: f64 = spread.iter().map(|truck| truck.squares).sum::<f64>() / (n - trucks);
-    let mean = spread.iter().map(|truck| truck.n * truck.mean).sum::<f64>() / n;
-    let between = spread.iter().map(|truck| truck.n * (truck.mean - mean) * (truck.mean - mean));
-    let between = between.sum::<f64>() / (trucks - 1.0);
-    let squares: f64 = spread.iter().map(|truck| truck.n * truck.n).sum();
-    // trips of a truck, where all have as many
-    let trips = (n - squares / n) / (trucks - 1.0);
-    let between_variance = (between - within) / trips;
-    let real = between_variance.max(0.0);
-    let whole = real + within;
-    (whole > 0.0).then(|| Components {
-        between_variance,
-        within_variance: within,
-        between_sd: libm::sqrt(real),
-        within_sd: libm::sqrt(within),
-        share_of_trips: real / whole,
-        share_of_means: real / (real + within / trips),
-    })
 }
 
 #[cfg(test)]

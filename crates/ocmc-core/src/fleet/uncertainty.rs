@@ -108,7 +108,7 @@ impl Effects {
             return ControlFlow::Continue(None);
         };
         let plan = paired(plan);
-        let dependence = Dependence::of(study.model());
+        let dependence = Dependence::of(study.model(), plan.seed);
         let mut numbers = Vec::with_capacity(keys.len());
         for key in &keys {
             let mut number = Number::unknown(key);

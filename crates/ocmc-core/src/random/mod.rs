@@ -18,7 +18,7 @@
 pub mod nesting;
 pub mod sampling;
 
-use crate::random::nesting::{Drivers, Ids, Level, Nesting, Trip};
+use crate::random::nesting::{Drivers, Ids, Level, Nesting, Pool, Trip};
 use crate::random::sampling::{Point, Sampling};
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
@@ -394,11 +394,7 @@ impl<'a> Streams<'a> {
         let (truck_id, trip) = self.nesting.truck_and_trip(cycle_id);
         match self.nesting.drivers {
             Drivers::OfTruck(drivers) => truck_id * drivers + trip % drivers,
-            Drivers::OfPool(drivers) => {
-                let ids = Ids { id: truck_id, trip, is_day: false };
-                let mut draws = Draws::of(self.seed, Sample::First, ids, Stream::DriverAssignment);
-                (draws.uniform() * drivers as f64) as u64
-            }
+            Drivers::OfPool(drivers) => Pool { seed: self.seed, drivers }.driver_of(truck_id, trip),
         }
     }
 

@@ -18,7 +18,7 @@
 //! (`scripts/same-records`), and a fleet by hand, one study a truck, is the same fleet
 //! (`scripts/fleet_by_hand.py`).
 
-use super::Stream;
+use super::{Draws, Sample, Stream};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -53,6 +53,24 @@ pub enum Drivers {
     OfPool(u64),
 }
 
+/// Drivers whom all trucks share under a seed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Pool {
+    /// The seed that assigns them.
+    pub seed: u64,
+    /// How many they are.
+    pub drivers: u64,
+}
+
+impl Pool {
+    /// Who drives a trip of a truck.
+    pub fn driver_of(self, truck_id: u64, trip: u64) -> u64 {
+        let ids = Ids { id: truck_id, trip, is_day: false };
+        let mut draws = Draws::of(self.seed, Sample::First, ids, Stream::DriverAssignment);
+        (draws.uniform() * self.drivers as f64) as u64
+    }
+}
+
 /// Days on which trucks drive.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OperatingDays {
@@ -68,9 +86,14 @@ pub struct OperatingDays {
 pub const DAYS_OF_YEAR: u64 = 365;
 
 impl OperatingDays {
+    /// Operating day of a trip, numbered from 0 without gaps.
+    pub fn number_of(self, trip: u64) -> u64 {
+        trip / self.trips
+    }
+
     /// Day of a trip, counted from the first day of the first year.
     pub fn day_of(self, trip: u64) -> u64 {
-        let day = trip / self.trips;
+        let day = self.number_of(trip);
         day / self.per_week * 7 + day % self.per_week
     }
 
@@ -137,7 +160,7 @@ impl Nesting {
 
     /// The day of a trip on which trucks drive, numbered from 0 without gaps.
     pub(super) fn day_of(&self, trip: u64) -> u64 {
-        self.days.map_or(trip, |days| trip / days.trips)
+        self.days.map_or(trip, |days| days.number_of(trip))
     }
 }
 

@@ -5,6 +5,7 @@ use super::svg::{Scale, begin, label as words, rounded_short};
 use super::tables::statistics;
 use crate::label::label;
 use crate::number_text::{grouped, rounded};
+use ocmc_core::fleet::statistic::Statistic;
 use ocmc_core::fleet::summary::Summary;
 use ocmc_core::fleet::truck_year::{Total, TruckSummary, TruckTime};
 use std::fmt::Write;
@@ -33,12 +34,57 @@ pub(super) fn trucks(summary: &Summary) -> String {
             rounded(factor * components.within_sd),
         );
     }
+    text.push_str(&shares(trucks, own));
     text.push_str(&caterpillar(trucks, unit, factor));
     let caption = "Each truck's year, total over total, counted once.";
     text.push_str(&statistics(&trucks.truck_years, caption, trucks.note));
     text.push_str(&year(trucks));
     text.push_str(&seasons(trucks, unit, factor));
     text
+}
+
+/// Shares of trucks in the variance of trips, and of truck-months and truck-years of as many trips
+/// as they have in the mean.
+fn shares(trucks: &TruckSummary, own: &Statistic) -> String {
+    let Some(components) = trucks.components else { return String::new() };
+    let between = components.between_sd * components.between_sd;
+    let of = |times: &[Statistic]| {
+        let times = times.iter().find(|statistic| statistic.column == own.column)?;
+        let trips = own.n as f64 / times.n as f64;
+        let share = between / (between + components.within_variance / trips);
+        share.is_finite().then_some((trips, share))
+    };
+    let rows = [
+        ("trip", Some((1.0, components.share_of_trips))),
+        ("month", of(&trucks.truck_months)),
+        ("year", of(&trucks.truck_years)),
+    ];
+    let (width, left, right, line) = (720.0, 110.0, 640.0, 34.0);
+    let x = Scale { from: [0.0, 1.0], to: [left, right] };
+    let mut text = begin(width, 3.0 * line + 8.0, "Share of the variance that is between trucks");
+    for (k, (name, found)) in rows.into_iter().enumerate() {
+        let Some((trips, share)) = found else { continue };
+        let top = line * k as f64 + 6.0;
+        let end = x.at(share);
+        let _ = writeln!(
+            text,
+            "<rect class=\"band\" x=\"{end:.1}\" y=\"{top:.1}\" width=\"{:.1}\" height=\"22\"/>\
+             <rect class=\"bar\" x=\"{left}\" y=\"{top:.1}\" width=\"{:.1}\" height=\"22\">\
+             <title>{name}, {} trips</title></rect>",
+            right - end,
+            end - left,
+            rounded_short(trips),
+        );
+        words(&mut text, [left - 8.0, top + 16.0], "end", "", name);
+        let percent = format!("{:.0} %", 100.0 * share);
+        words(&mut text, [right + 8.0, top + 16.0], "start", "", &percent);
+    }
+    text.push_str("</svg>\n");
+    format!(
+        "<figure>{text}<figcaption>Share of the variance that is between trucks and their drivers, of a trip, of the \
+         mean of a truck's month and of its year; the rest is the chance of its trips. <code>ocmc sensitivity --over \
+         truck --shapley</code> shares it out over the factors.</figcaption></figure>\n"
+    )
 }
 
 /// Truck-years from the lowest to the highest, each with the interval that its trips leave.

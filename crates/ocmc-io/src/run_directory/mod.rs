@@ -140,7 +140,7 @@ impl Manifest {
         let fleet = self.value("fleet").and_then(|fleet| fleet.try_into().ok());
         let fleet: FleetModel = fleet.unwrap_or_default();
         let replicates = replicates.map(|replicates: u64| replicates.max(1));
-        Dependence::of_fleet(&fleet, sampling.unwrap_or_default(), replicates)
+        Dependence::of_fleet(&fleet, sampling.unwrap_or_default(), replicates, self.seed)
     }
 }
 

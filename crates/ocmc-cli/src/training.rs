@@ -1,0 +1,66 @@
+//! `ocmc training`: what it is worth to train the drivers who stand worst.
+
+use crate::arguments::{StudyOptions, check_range, share, whole_number};
+use crate::failure::Failure;
+use crate::output;
+use crate::progress::watched;
+use clap::Args;
+use ocmc_api::{LAST_CYCLE_ID, MOST_THREADS, RunPlan, TrainingRequest};
+
+/// Most trips of a truck.
+const MOST_TRIPS: u64 = 1_000_000;
+
+/// Whose training is asked about.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct TrainingArguments {
+    #[command(flatten)]
+    study: StudyOptions,
+    /// Number of trucks
+    #[arg(long, value_name = "N", default_value = "200", allow_negative_numbers = true, value_parser = whole_number(2..=LAST_CYCLE_ID))]
+    trucks: u64,
+    /// Trips of each truck: sets `fleet.trips_per_truck` of the study [default: the study's; 50
+    /// where it has one trip]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole_number(1..=MOST_TRIPS))]
+    trips: Option<u64>,
+    /// Share of the drivers who are trained: those who stand worst in the records
+    #[arg(long, value_name = "SHARE", default_value = "20%", value_parser = share)]
+    share: f64,
+    /// What training changes in the study; may be repeated [default: trained drivers drive as the
+    /// middle fifth of drivers]
+    #[arg(long, value_name = "KEY=VALUE")]
+    coached: Vec<String>,
+    /// Master seed
+    #[arg(long, value_name = "N", default_value = "1", allow_negative_numbers = true, value_parser = whole_number(0..=u64::MAX))]
+    seed: u64,
+    /// Threads [default: one for each CPU]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole_number(1..=MOST_THREADS))]
+    threads: Option<usize>,
+    /// No progress
+    #[arg(long)]
+    quiet: bool,
+    /// The answer as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// Trips of a truck where neither the command nor the study says how many.
+const TRIPS: u64 = 50;
+
+/// Finds what training is worth and prints it.
+pub(crate) fn training(arguments: &TrainingArguments) -> Result<(), Failure> {
+    let loaded = arguments.study.load()?;
+    let of_study = loaded.study.nesting().trips_per_truck;
+    let standard = if of_study > 1 { of_study } else { TRIPS };
+    let trips = arguments.trips.unwrap_or(standard);
+    let loaded = loaded.set(&[format!("fleet.trips_per_truck={trips}")])?;
+    let cycles = arguments.trucks.saturating_mul(trips);
+    check_range(0, cycles)?;
+    let request = TrainingRequest {
+        study: (loaded.origin.to_string(), &loaded),
+        coached: arguments.coached.clone(),
+        share: arguments.share,
+        plan: RunPlan::new(arguments.seed, 0, cycles, arguments.threads, None),
+    };
+    let answer = watched(arguments.quiet, |watch| ocmc_api::training(&request, watch))?;
+    output::print(&answer, arguments.json)
+}
