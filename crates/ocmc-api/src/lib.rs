@@ -92,7 +92,8 @@ pub use simulator_study::{
 };
 pub use source::{GivenTable, Mapping, Source, UTC_OFFSETS_H, mappings};
 pub use stored::{
-    GROUP_ROWS, PartsError, joined, load, record_batch, records, save, schema, summed_up,
+    GROUP_ROWS, PartsError, in_our_order, joined, load, record_batch, records, save, schema,
+    summed_up,
 };
 pub use trace::{TimeSeries, trace};
 pub use training::{TrainingAnswer, TrainingRequest, training};

@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use thiserror::Error as ThisError;
 
 pub use ocmc_io::records::GROUP_ROWS;
-pub use ocmc_io::records::arrow::{record_batch, records, schema};
+pub use ocmc_io::records::arrow::{in_our_order, record_batch, records, schema};
 
 /// Reads a run back. `sink` receives its records, group by group.
 ///

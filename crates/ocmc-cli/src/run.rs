@@ -214,6 +214,12 @@ pub(crate) fn drive(arguments: &DriveArguments) -> Result<(), Failure> {
     let given = GivenDrive::read(files.clone(), mappings(map)?, keep.clone(), *follow_speed)
         .map_err(Error::from)?;
     given.warnings().iter().for_each(|warning| warn(warning));
+    for account in given.accounts() {
+        if !run.quiet {
+            account.told.iter().for_each(|told| output::note(told));
+        }
+        account.warnings.iter().for_each(|warning| warn(warning));
+    }
     run_given(run, &given)
 }
 

@@ -16,11 +16,13 @@
 )]
 
 pub mod bound;
+pub mod breakdown;
 pub mod cost;
 mod crest;
 pub mod distribution;
 pub mod driver;
 pub mod energy_ledger;
+pub mod event_kind;
 pub mod first_order_lag;
 pub mod fleet;
 pub mod kernel;

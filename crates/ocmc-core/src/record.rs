@@ -1,5 +1,6 @@
 //! The record: the scalars of one driven cycle, and the columns in which they are written.
 
+use crate::breakdown::{Amount, Breakdown};
 use crate::energy_ledger::{Ledger, Mode, Recorded, TERMS, Term};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -199,9 +200,15 @@ pub struct Record {
     pub rest_s: Option<f64>,
     /// Rests that this law asked for; null as `rest_s`.
     pub n_rests: Option<u32>,
+    /// What the legal gross mass took off the payload that was drawn, in kg; null in records of
+    /// versions that knew none.
+    pub payload_cut_kg: Option<f64>,
     /// The terms of the ledger that have a column of their own, in the order of their declarations.
     #[serde(skip)]
     pub own_columns: [Option<f64>; OWN_COLUMNS],
+    /// What road types and event kinds took, in columns that the study names.
+    #[serde(skip)]
+    pub breakdown: Breakdown,
 }
 
 /// Terms of the ledger that have a column of their own.
@@ -240,6 +247,17 @@ impl Record {
         let wheel_per_m = record.per_distance(record.wheel_energy_j, mode).unwrap_or(0.0);
         record.wheel_kwh_per_km = wheel_per_m / 3600.0;
         record
+    }
+
+    /// What the whole cycle took of an amount that is broken down.
+    pub fn whole(&self, amount: Amount) -> Option<f64> {
+        match amount {
+            Amount::Distance => Some(self.distance_m),
+            Amount::Duration => Some(self.duration_s),
+            Amount::Wheel => Some(self.wheel_energy_j),
+            Amount::Fuel => self.fuel_kg,
+            Amount::Battery => self.battery_energy_j,
+        }
     }
 
     /// Notes what the whole trip took: its distance, in m, and its electricity over distance.
@@ -443,4 +461,5 @@ const FIELDS: &[Column] = &[
     column_of("whole_trip_kwh_per_km", |r| Cell::Number(r.whole_trip_kwh_per_km)),
     column_of("rest_s", |r| Cell::Number(r.rest_s)),
     column_of("n_rests", |r| Cell::Integer(r.n_rests.map(u64::from))),
+    column_of("payload_cut_kg", |r| Cell::Number(r.payload_cut_kg)),
 ];

@@ -1,6 +1,7 @@
 //! What is given to be driven instead of a study's own roads: routes, for the study's
 //! drivers, or a speed to follow.
 
+use crate::given_cycle::{Account, account};
 use crate::study::{LoadedStudy, StudyFileError};
 use crate::table::given::GivenTable;
 use crate::table::{Mapping, Source, TableError};
@@ -215,6 +216,17 @@ impl GivenDrive {
             )
         };
         self.files.iter().filter(without).map(message).collect()
+    }
+
+    /// What was read of the routes, and what of it is hardly a road. What cannot be read is said when
+    /// the study is made.
+    pub fn accounts(&self) -> Vec<Account> {
+        let files = if self.has_routes() { self.files.as_slice() } else { &[] };
+        let read = |file: &PathBuf| {
+            let cycle = given_cycle::read(file, &self.mappings).ok()?;
+            Some(account(file, &cycle))
+        };
+        files.iter().filter_map(read).collect()
     }
 
     /// Whether this is what a run was given that followed this and had these routes; names of files

@@ -1,7 +1,7 @@
 //! What quantities are called for people, the factors to the units in which people read them, and
 //! what has to be said of those that look wrong and are not.
 
-use crate::number_text::{count_of, grouped, rounded, rounded_share};
+use crate::number_text::{count_of, grouped, percent, rounded, rounded_share};
 use ocmc_core::fleet::summary::{OUTSIDE_MAP_SHARE, Summary};
 use std::fmt::Write;
 
@@ -36,6 +36,12 @@ pub fn remarks(summary: &Summary) -> Vec<String> {
         let traction =
             "traction: what drives the wheels; what braking gives back is not taken off.";
         remarks.push(traction.to_owned());
+    }
+    if summary.payloads_cut > 0 {
+        let share = percent(summary.payloads_cut as f64 / summary.cycles as f64);
+        remarks.push(format!(
+            "payload: {share} % of the loads were cut at `vehicle.gross_mass_limit_kg`."
+        ));
     }
     remarks
 }

@@ -12,6 +12,7 @@ pub mod log;
 mod loss_law;
 pub mod number_text;
 pub mod operating_cycle;
+pub mod part_table;
 pub mod printable;
 pub mod records;
 pub mod report;

@@ -43,7 +43,8 @@ pub(crate) fn given(
     let read = py.detach(|| -> Result<_, Error> {
         paths.iter().try_for_each(|path| check_readable(path))?;
         let given = GivenDrive::read(paths, mappings, keep, follow)?;
-        let warnings = given.warnings();
+        let mut warnings = given.warnings();
+        warnings.extend(given.accounts().into_iter().flat_map(|account| account.warnings));
         Ok((given, warnings))
     });
     let (given, warnings) = read.map_err(exception)?;

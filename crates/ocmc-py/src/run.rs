@@ -12,8 +12,8 @@ use arrow_ipc::writer::StreamWriter;
 use ocmc_api::study::{Files, Given, LoadedStudy, Origin, open};
 use ocmc_api::{
     Answer, FORMATS, GROUP_ROWS, Gathered, GivenDrive, Manifest, MergeRequest, Precision, Record,
-    RecordFormat, Reported, RunAnswer, RunPlan, RunRequest, joined as whole, record_batch, records,
-    schema, summed_up,
+    RecordFormat, Reported, RunAnswer, RunPlan, RunRequest, in_our_order, joined as whole,
+    record_batch, records, schema, summed_up,
 };
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -56,6 +56,12 @@ struct Batches {
     full: Vec<arrow_array::RecordBatch>,
 }
 
+/// Batches of records as one table: those of a study have the columns of its breakdown.
+fn table_of(batches: Vec<arrow_array::RecordBatch>) -> Table {
+    let schema = batches.first().map_or_else(schema, arrow_array::RecordBatch::schema);
+    Table::new(schema, batches)
+}
+
 impl Batches {
     fn add(&mut self, records: &[Record]) {
         self.waiting.extend_from_slice(records);
@@ -70,7 +76,7 @@ impl Batches {
         if !self.waiting.is_empty() {
             self.full.push(record_batch(&self.waiting));
         }
-        Table::new(schema(), self.full)
+        table_of(self.full)
     }
 }
 
@@ -127,7 +133,7 @@ pub(crate) fn load(py: Python, path: PathBuf) -> PyResult<PyRun> {
     let loaded = py.detach(|| ocmc_api::load(path, |batch| batches.push(batch)));
     let answer = loaded.map_err(exception)?;
     answer.manifest.notes().iter().try_for_each(|note| warn(py, note))?;
-    Ok(PyRun { answer, records: Table::new(schema(), batches) })
+    Ok(PyRun { answer, records: table_of(batches) })
 }
 
 /// Merge the parts of one run, from many machines, into the run that one machine would have written.
@@ -348,7 +354,7 @@ impl PyRun {
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Pickled<'py>)> {
         let manifest = serde_json::to_string(&self.answer.manifest).expect("numbers and words");
         let written = py.detach(|| {
-            let mut writer = StreamWriter::try_new(Vec::new(), &schema())?;
+            let mut writer = StreamWriter::try_new(Vec::new(), &self.records.schema)?;
             self.records.batches.iter().try_for_each(|batch| writer.write(batch))?;
             writer.into_inner()
         });
@@ -389,14 +395,15 @@ pub(crate) fn unpickled(
         let mut batches = Vec::new();
         let groups = StreamReader::try_new(stream, None).map_err(broken)?.map(|batch| {
             let batch = batch.map_err(broken)?;
-            if batch.schema() != schema() {
+            let ours = in_our_order(&batch).map_err(broken)?;
+            if batch.schema() != ours.schema() {
                 return Err(broken("its records have other columns"));
             }
             batches.push(batch.clone());
             records(&batch).map_err(broken)
         });
         let answer = summed_up(manifest, Origin::Dictionary, (wall_s, threads), groups)?;
-        Ok(PyRun { answer, records: Table::new(schema(), batches) })
+        Ok(PyRun { answer, records: table_of(batches) })
     })
 }
 
@@ -420,6 +427,6 @@ pub(crate) fn joined(
         let batches: Vec<_> = batches.cloned().collect();
         let groups = batches.iter().map(|batch| records(batch).map_err(broken));
         let answer = summed_up(manifest, origin, (wall_s, threads), groups)?;
-        Ok(PyRun { answer, records: Table::new(schema(), batches) })
+        Ok(PyRun { answer, records: table_of(batches) })
     })
 }

@@ -44,7 +44,7 @@ pub(crate) fn words<'a>(words: impl Iterator<Item = Option<&'a str>>) -> ArrayRe
 #[pyclass(name = "Table", module = "ocmc", frozen, mapping)]
 #[derive(Clone)]
 pub(crate) struct Table {
-    schema: SchemaRef,
+    pub(crate) schema: SchemaRef,
     /// Its rows, some in a batch.
     pub(crate) batches: Vec<RecordBatch>,
 }

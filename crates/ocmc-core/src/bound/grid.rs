@@ -2,6 +2,7 @@
 //! what is allowed, and even in between.
 
 use super::driven::{DrivenLeg, Heights};
+use crate::event_kind::Point;
 use crate::operating_cycle::segments::Segment;
 use crate::tactical::SpeedProfile;
 
@@ -50,6 +51,22 @@ pub(super) struct Place {
     pub in_curve: bool,
     /// Index of the section behind the place.
     pub section: u32,
+}
+
+/// What the kinds of the pieces between the places of a leg depend on.
+pub(super) fn points(places: &[Place]) -> Vec<Point> {
+    let last = places.len() - 1;
+    let point = |(k, place): (usize, &Place)| Point {
+        way_m: place.way_m,
+        height_m: place.height_m,
+        planned_mps: place.planned_mps,
+        driven_mps: place.driven_mps,
+        limit_mps: place.limit_mps,
+        in_curve: place.in_curve,
+        is_start: k == 0,
+        is_stop: k == last,
+    };
+    places.iter().enumerate().map(point).collect()
 }
 
 /// Number of the segment that a place of the road lies in.

@@ -16,17 +16,16 @@
 mod driven;
 mod fleet;
 mod grid;
-mod kind;
 mod level;
 mod moves;
 mod potential;
 mod solve;
 mod sweep;
 
+pub use crate::event_kind::Kind;
 pub use driven::{Driven, DrivenLeg, Heights};
 pub use fleet::{Found, bounds};
 pub use grid::Fineness;
-pub use kind::Kind;
 pub use level::{LevelRoad, level_road};
 pub use potential::Potential;
 

@@ -7,9 +7,10 @@
 //! because a stretch that begins and ends at his speed is less free than one beside other free
 //! ones: the remainder is shown.
 
-use super::kind::{Kind, kinds};
+use super::grid::points;
 use super::moves::Truck;
 use super::{Bound, Figure, Trip};
+use crate::event_kind::{Kind, kinds};
 
 /// How a driver's energy falls short of the optimum, in J of tank or battery.
 #[derive(Clone, Debug, PartialEq)]
@@ -39,7 +40,8 @@ impl Trip<'_> {
         let truck = Truck::new(self.body, &*inverse, price);
         let power_w = bound.driver.energy_j / bound.driver.duration_s;
         let price_w = bound.price_w.unwrap_or(power_w);
-        let legs: Vec<Vec<Kind>> = self.places.iter().map(|places| kinds(places)).collect();
+        let legs: Vec<Vec<Kind>> =
+            self.places.iter().map(|places| kinds(&points(places))).collect();
         // a place is free between two pieces of the kind
         let free = |kind: Option<Kind>| -> Vec<Vec<bool>> {
             let is = |piece: Option<&Kind>| kind.is_some() && piece.copied() == kind;

@@ -14,6 +14,7 @@ pub mod cost_difference;
 pub mod dependence;
 pub mod histogram;
 pub mod kaplan_meier;
+pub mod parts;
 pub mod precision;
 pub mod quantile;
 pub mod quantity;

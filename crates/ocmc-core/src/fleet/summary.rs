@@ -3,6 +3,7 @@
 
 use super::clustering::Clusters;
 use super::dependence::Dependence;
+use super::parts::{FleetPart, PartSums};
 use super::quantile::{interval_of_clusters, quantile};
 use super::quantity::{
     CONSUMPTIONS, Extent, QUANTITIES, RecordQuantity, WHOLE_TRIP, Weight, quantity,
@@ -40,6 +41,10 @@ pub struct Summary {
     pub saturation: Saturation,
     /// What trucks add up to; none where each trip has a truck of its own.
     pub trucks: Option<TruckSummary>,
+    /// What road types and event kinds took; none where cycles are not broken down.
+    pub parts: Vec<FleetPart>,
+    /// Cycles whose payload was cut at the legal gross mass.
+    pub payloads_cut: u64,
 }
 
 /// Where powertrains left their maps, or could not hold a speed that was followed, over all cycles.
@@ -191,6 +196,12 @@ impl Serialize for Summary {
         if let Some(trucks) = &self.trucks {
             map.serialize_entry("trucks", trucks)?;
         }
+        if !self.parts.is_empty() {
+            map.serialize_entry("parts", &self.parts)?;
+        }
+        if self.payloads_cut > 0 {
+            map.serialize_entry("payloads_cut", &self.payloads_cut)?;
+        }
         map.end()
     }
 }
@@ -229,6 +240,8 @@ pub struct SummaryBuilder {
     distance_m: f64,
     simulated_s: f64,
     saturation: Saturation,
+    parts: PartSums,
+    payloads_cut: u64,
     /// Cycles that count.
     rows: usize,
     /// Per cycle that does not count, the consumptions that its record shows.
@@ -260,10 +273,12 @@ impl SummaryBuilder {
             self.distance_m += record.distance_m;
             self.simulated_s += record.simulated_s;
             self.saturation.add(record);
+            self.payloads_cut += u64::from(record.payload_cut_kg > Some(0.0));
             if self.dependence.has_trucks() {
                 self.trucks.add(record, self.dependence);
             }
             if record.outcome.counts() {
+                self.parts.add(record);
                 self.add_counted(record);
             } else {
                 self.failed.push(CONSUMPTIONS.map(|column| shown(column, record)));
@@ -344,6 +359,8 @@ impl SummaryBuilder {
             parameter_uncertainty: None,
             worst_case,
             saturation: self.saturation,
+            parts: std::mem::take(&mut self.parts).finish(),
+            payloads_cut: self.payloads_cut,
             trucks,
         }
     }

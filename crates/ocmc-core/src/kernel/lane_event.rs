@@ -120,7 +120,8 @@ impl LaneTask {
         event: LaneEvent,
     ) -> Option<Outcome> {
         self.added_by_event = Ledger::EMPTY;
-        if lane.is_captured() {
+        let ends_part = self.parts.pass(lane, self.standstill_s);
+        if !ends_part && lane.is_captured() {
             self.stop(lane);
             let ends = lane.stop_row() + 1 == lane.state.motion.roads[lane.number].len();
             if !ends {
@@ -130,6 +131,7 @@ impl LaneTask {
             if ends {
                 return Some(Outcome::Completed);
             }
+            self.parts.pass(lane, self.standstill_s);
         } else if event.wants_shift {
             self.shift(lane, event);
         }
@@ -193,6 +195,7 @@ impl LaneTask {
             row.0[RoadRow::TO_STOP] = UNBOUNDED;
             row.0[RoadRow::DWELL] = -1.0;
         }
+        self.parts.unhide(line, &mut lane.state.motion.roads[lane.number]);
     }
 
     fn shift<S: Simd, P: Powertrain>(&mut self, lane: &mut Lane<S, P>, event: LaneEvent) {

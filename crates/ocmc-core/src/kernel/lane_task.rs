@@ -1,10 +1,12 @@
 //! The task of one lane: its scenario, its road, its gear, and how the events of the lane are
 //! handled outside of the hot loop: stops, shifts, checks of progress and the end of the mission.
 
+use super::parts::{Parts, kinds_of_plan};
 use super::pedal_event::InitialMotion;
 use super::rest_stops::RestStops;
 use super::road_row::{RoadRow, RoadRows};
 use super::state::Lane;
+use crate::breakdown::Axis;
 use crate::driver::pedal::Hold;
 use crate::driver::speed_change::Rise;
 use crate::energy_ledger::{Ledger, Mode, Term};
@@ -41,6 +43,8 @@ pub struct LaneTask {
     initial_energy_j: f64,
     /// Rests, where the study has a law on them.
     pub(super) rests: Option<Box<RestStops>>,
+    /// What road types and event kinds have taken.
+    pub(super) parts: Parts,
     /// What the last event added to the ledger, in one addition each: a trace has to be able to
     /// repeat it.
     pub(super) added_by_event: Ledger<f64>,
@@ -63,6 +67,7 @@ impl LaneTask {
             counted: 0.0,
             until_check: 0.0,
             initial_energy_j: 0.0,
+            parts: Parts::default(),
             added_by_event: Ledger::EMPTY,
         };
         task.plan(study, &mut SpeedProfile::default());
@@ -94,6 +99,16 @@ impl LaneTask {
     fn plan(&mut self, study: &Study, profile: &mut SpeedProfile) {
         plan(study, &self.scenario, profile);
         self.road.fill(study, &self.scenario, profile);
+        let simulation = &study.model().simulation;
+        if study.breakdown().is_none() {
+            return self.parts.clear();
+        }
+        let kinds = if simulation.columns_by.contains(&Axis::EventKind) {
+            kinds_of_plan(profile, &self.scenario.cycle.road, &self.road.stop_rows())
+        } else {
+            Vec::new()
+        };
+        self.parts.lay(simulation, &self.road.road_types, &kinds, &mut self.road.rows);
     }
 
     /// What is driven.
@@ -183,6 +198,7 @@ impl LaneTask {
         if let Some(rests) = &mut self.rests {
             rests.depart();
         }
+        self.parts.depart(lane.parameters.road_types);
         swap(&mut lane.state.motion.roads[lane.number], &mut self.road.rows);
         lane.state.motion.at[lane.number] = 0;
         lane.state.motion.left[lane.number] = lane.state.row(lane.number).0[RoadRow::LENGTH];
@@ -286,6 +302,7 @@ impl LaneTask {
             n_gear_shifts: self.n_gear_shifts,
             climb_m: self.road.climb_m,
             payload_kg: cycle.mission.payload_kg,
+            payload_cut_kg: Some(self.scenario.payload_cut_kg),
             air_temperature_k: self.road.air_temperature_k,
             head_wind_mps: self.road.head_wind_mps,
             driver_curve_speed_mps: Some(driver.curve_speed.reference_speed_mps),
@@ -310,6 +327,7 @@ impl LaneTask {
             rolling_coefficient: vehicle.rolling_coefficient,
             rest_s: self.rests.as_ref().map(|rests| rests.added_s),
             n_rests: self.rests.as_ref().map(|rests| rests.taken),
+            breakdown: self.parts.breakdown(study, lane, self.standstill_s),
             ..Record::default()
         };
         let mut record = Record::from_ledger(known, &ledger, Mode::Driven, P::TERMS);

@@ -16,6 +16,7 @@ mod forecast;
 pub mod lane_event;
 pub mod lane_task;
 mod look_ahead;
+mod parts;
 pub mod pedal_event;
 mod rest_stops;
 pub mod road_row;

@@ -75,6 +75,8 @@ pub struct RoadRows {
     /// Rows that end at a stop line, the standstill there, in s, and the event, but at the road's
     /// end.
     stops: Vec<(usize, f64, Option<usize>)>,
+    /// Rows with which a section begins, and its road type.
+    pub road_types: Vec<(usize, usize)>,
 }
 
 impl RoadRows {
@@ -84,13 +86,17 @@ impl RoadRows {
         let (segments, road) = (&profile.segments, &scenario.cycle.road);
         let mut around = Surroundings::new(study, scenario);
         let (mut altitude_m, mut climb_m) = (0.0, 0.0);
+        let road_types = &mut self.road_types;
         rows.clear();
         stops.clear();
+        road_types.clear();
         rows.extend(segments.iter().zip(&profile.branches).enumerate().map(
             |(i, (segment, branch))| {
                 let length_m = segment.length_m;
-                if around.differ(segment, branch.limit, altitude_m) {
-                    around.update(segment, branch.limit, altitude_m);
+                if around.differ(segment, branch.limit, altitude_m)
+                    && around.update(segment, branch.limit, altitude_m)
+                {
+                    road_types.push((i, road.sections[segment.section as usize].road_type));
                 }
                 if let Some(k) = segment.event()
                     && let Some(dwell_s) = scenario.passage(k).standstill_s()
@@ -124,6 +130,11 @@ impl RoadRows {
         self.air_temperature_k = around.temperature_sum / road.length_m;
         self.head_wind_mps = around.head_wind_sum / road.length_m;
         self.climb_m = climb_m;
+    }
+
+    /// Rows that end at a stop line, in order.
+    pub fn stop_rows(&self) -> Vec<usize> {
+        self.stops.iter().map(|stop| stop.0).collect()
     }
 
     /// The event at whose stop line a row ends.
@@ -218,8 +229,9 @@ impl<'a> Surroundings<'a> {
         (altitude_m - self.air_altitude_m).abs() > SAME_AIR_M
     }
 
+    /// Takes them at a segment; returns whether it is of another section.
     #[inline(never)]
-    fn update(&mut self, segment: &Segment, limit: f64, altitude_m: f64) {
+    fn update(&mut self, segment: &Segment, limit: f64, altitude_m: f64) -> bool {
         self.add_to_means(segment.start_m);
         let road = &self.scenario.cycle.road;
         let weather = &self.scenario.cycle.weather[segment.weather as usize].weather;
@@ -252,6 +264,7 @@ impl<'a> Surroundings<'a> {
         }
         self.tracks = [segment.weather, segment.roughness, segment.section];
         (self.curve, self.limit) = (curve, limit);
+        segment.section != last_section
     }
 
     fn set_weather(&mut self, weather: &Weather, altitude_m: f64) {

@@ -58,6 +58,8 @@ pub struct KernelParameters<'a, P> {
     pub most_power_nm: f64,
     /// Acceleration that has to be left after an upshift, in m/s².
     pub least_mps2: f64,
+    /// Number of road types.
+    pub road_types: usize,
     /// Inverse time constants of the powertrain's torque and of the derivative filter, in 1/s.
     pub per_lag_s: [f64; 2],
 }
@@ -91,6 +93,7 @@ impl<'a, P: Powertrain> KernelParameters<'a, P> {
             slow_mps: 2.0 * simulation.stall_distance_m / simulation.stall_time_s,
             most_power_nm: constants.peak_torque_nm * shift.power_share,
             least_mps2: shift.minimum_acceleration_mps2,
+            road_types: study.road_types().len(),
             per_lag_s: [torque_rate, 1.0 / pedals.pid.derivative_filter_s],
         }
     }

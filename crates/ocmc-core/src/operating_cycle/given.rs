@@ -105,6 +105,19 @@ pub enum GivenCycleError {
         /// The words that are known.
         allowed: String,
     },
+    /// Points that scatter so much that no road can be made of them.
+    #[error(
+        "the {what} scatter by {noise_m:.1} m, allowed is at most {most_m} m: no road can be told from them; \
+         give a smoothed route, or `curvature_per_m` and `grade`"
+    )]
+    Noise {
+        /// Positions or altitudes.
+        what: &'static str,
+        /// Their scatter, in m.
+        noise_m: f64,
+        /// The most, in m.
+        most_m: f64,
+    },
     /// A road that is too short or too long.
     #[error("the road is {length_m} m long, allowed is 200 m to 5000000 m")]
     Length {
@@ -146,6 +159,17 @@ pub struct GivenCycle {
     pub source_log: Option<String>,
     /// Where the limits of such a road come from.
     pub limit_source: Option<String>,
+    /// How much the points scattered from which it was made.
+    pub noise: PointNoise,
+}
+
+/// How much the points of a route scatter, in m; 0 where it is not made of points.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PointNoise {
+    /// Across the road.
+    pub positions_m: f64,
+    /// In height.
+    pub altitudes_m: f64,
 }
 
 impl GivenCycle {
@@ -211,6 +235,7 @@ impl GivenCycle {
             departure: None,
             source_log: word(SOURCE_LOG)?,
             limit_source: word(LIMIT_SOURCE)?,
+            noise: PointNoise::default(),
         })
     }
 

@@ -17,6 +17,7 @@ pub mod vecto;
 pub use drive_cycle::{CycleStep, DriveCycle, DriveCycleError};
 pub use planned::planned_cycle;
 
+use crate::breakdown::Breakdown;
 use crate::energy_ledger::{Ledger, Mode, Term};
 use crate::powertrain::{InversePowertrain, Powertrain, PowertrainTask, ShiftConvention};
 use crate::record::{Outcome, Record};
@@ -25,6 +26,7 @@ use crate::vehicle::Vehicle;
 use crate::vehicle::resistance::{
     DragBySpeed, GRAVITY_MPS2, drag_force_n, rolling_temperature_factor, rolling_wet_factor,
 };
+use std::sync::Arc;
 
 /// A vehicle as the road sees it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -214,6 +216,10 @@ pub fn follow_scenario(
         truck_id: Some(scenario.trip.truck_id),
         trip: Some(scenario.trip.trip),
         payload_kg: mission.payload_kg,
+        payload_cut_kg: Some(scenario.payload_cut_kg),
+        breakdown: study
+            .breakdown()
+            .map_or_else(Breakdown::default, |columns| Breakdown::new(Arc::clone(columns), None)),
         air_temperature_k: weather.temperature_k,
         departure_s_of_year: mission.day_of_year * 86_400.0 + mission.departure_s,
         drag_area_m2: vehicle.drag_area_m2,

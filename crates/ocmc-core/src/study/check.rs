@@ -39,6 +39,16 @@ fn rules(model: &StudyModel, tree: &Value) -> Vec<Problem> {
     problems.part("driver", |problems| driver.validate(problems));
     problems.part("vehicle", |problems| vehicle.validate(problems));
     problems.part("fleet", |problems| fleet.validate(problems));
+    if let Quantity::Number(payload_kg) = mission.payload_kg {
+        let most_kg = vehicle.most_payload_kg();
+        let allowed = format!(
+            "at most {most_kg}: vehicle.gross_mass_limit_kg less vehicle.curb_mass_kg; a law of the \
+             payload is cut there"
+        );
+        problems.part("mission", |problems| {
+            problems.require(payload_kg <= most_kg, "payload_kg", payload_kg, &allowed);
+        });
+    }
     FleetModel::validate_levels(tree, &mut problems);
     problems.part("uncertainty", |problems| model.validate_uncertainty(tree, problems));
     if let Some(cost) = &model.cost {

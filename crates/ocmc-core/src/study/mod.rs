@@ -11,9 +11,11 @@ pub mod uncertainty;
 pub use crate::validation::Problem;
 pub use check::StudyError;
 
+use crate::breakdown::{Amount, Axis, BreakdownColumns, Part};
 use crate::cost::CostModel;
 use crate::cost::emissions::EmissionModel;
 use crate::driver::{Driver, DriverModel};
+use crate::event_kind::Kind;
 use crate::operating_cycle::given::{GivenCycle, GivenCycleError};
 use crate::operating_cycle::mission::MissionModel;
 use crate::operating_cycle::road::RoadModel;
@@ -32,6 +34,7 @@ use fleet::FleetModel;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::sync::Arc;
 use uncertainty::Estimates;
 
 /// A study file.
@@ -97,6 +100,7 @@ pub struct Description {
 /// | `without` | none | parts that are turned off |
 /// | `frozen` | none | factors that every cycle takes from cycle 0 |
 /// | `sampling` | `independent` | whether batches of cycles spread evenly |
+/// | `columns_by` | `road_type` | what records break cycles down by |
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SimulationModel {
@@ -127,6 +131,9 @@ pub struct SimulationModel {
     pub frozen: Vec<Factor>,
     /// Whether batches of cycles spread evenly over what describes a whole cycle.
     pub sampling: Sampling,
+    /// What the records break each cycle down by: columns of distance, time, work at the wheels and
+    /// fuel or electricity.
+    pub columns_by: Vec<Axis>,
 }
 
 impl SimulationModel {
@@ -152,6 +159,7 @@ impl Default for SimulationModel {
             without: Vec::new(),
             frozen: Vec::new(),
             sampling: Sampling::Independent,
+            columns_by: vec![Axis::RoadType],
         }
     }
 }
@@ -165,6 +173,7 @@ pub struct Study {
     road_types: Vec<String>,
     stability_limit: f64,
     nesting: Nesting,
+    breakdown: Option<Arc<BreakdownColumns>>,
 }
 
 /// One cycle to be driven: operating cycle, driver and vehicle.
@@ -184,6 +193,8 @@ pub struct Scenario {
     pub vehicle: Vehicle,
     /// What its driver has driven at departure without a break, in s.
     pub driven_before_s: f64,
+    /// What the legal gross mass took off the payload that was drawn, in kg.
+    pub payload_cut_kg: f64,
 }
 
 impl Scenario {
@@ -192,6 +203,22 @@ impl Scenario {
         let stops = self.vehicle.stops_at_railway_crossings;
         self.cycle.road.events[event].kind.passage_of(stops)
     }
+}
+
+/// The columns that the breakdown of a study has; its parts are in the order of their numbers.
+fn breakdown_columns(model: &StudyModel, road_types: &[String]) -> Option<Arc<BreakdownColumns>> {
+    let by = &model.simulation.columns_by;
+    let part = |axis: Axis, name: String| Part { axis, name };
+    let mut parts = Vec::new();
+    if by.contains(&Axis::RoadType) {
+        parts.extend(road_types.iter().map(|name| part(Axis::RoadType, name.clone())));
+    }
+    if by.contains(&Axis::EventKind) {
+        parts.extend(Kind::ALL.map(|kind| part(Axis::EventKind, kind.name().to_owned())));
+    }
+    let is_electric = model.vehicle.electric.is_some();
+    let source = if is_electric { Amount::Battery } else { Amount::Fuel };
+    (!parts.is_empty()).then(|| Arc::new(BreakdownColumns::new(parts, source)))
 }
 
 impl Study {
@@ -204,12 +231,21 @@ impl Study {
         let operating_cycle =
             OperatingCycleSampler::new(&model.road, &model.weather, &model.traffic, &model.mission);
         let vehicle = model.vehicle.prepare().expect("checked: one powertrain");
-        let road_types = model.road.types.keys().cloned().collect();
+        let road_types: Vec<String> = model.road.types.keys().cloned().collect();
         // brake stability limit: 5 m/s² × brake scale × K_P × step <= 1
         let brake = model.vehicle.brakes.full_deceleration_mps2 * model.driver.pedals.brake_scale;
         let stability_limit = 1.0 / (brake * model.simulation.short_step_s());
         let nesting = model.fleet.nesting();
-        Ok(Self { model, operating_cycle, vehicle, road_types, stability_limit, nesting })
+        let breakdown = breakdown_columns(&model, &road_types);
+        Ok(Self {
+            model,
+            operating_cycle,
+            vehicle,
+            road_types,
+            stability_limit,
+            nesting,
+            breakdown,
+        })
     }
 
     /// Drives given cycles instead of drawn roads, each with its weight and what it keeps of its
@@ -266,6 +302,11 @@ impl Study {
         &self.road_types
     }
 
+    /// The columns of the breakdown of its cycles, where it has any.
+    pub fn breakdown(&self) -> Option<&Arc<BreakdownColumns>> {
+        self.breakdown.as_ref()
+    }
+
     /// Draws the scenario of one cycle: a pure function of (study, seed, cycle id).
     pub fn sample(&self, seed: u64, cycle_id: u64) -> Scenario {
         self.sample_pick_freeze(seed, cycle_id, PickFreeze::NONE)
@@ -309,10 +350,21 @@ impl Study {
         let mut draws = streams.open(Stream::CurveResidual);
         let curve_residuals =
             cycle.road.curves.iter().map(|c| draws.at(c.start_m as u64).normal()).collect();
-        let payload_kg = cycle.mission.payload_kg;
+        let drawn_kg = cycle.mission.payload_kg;
+        let payload_kg = drawn_kg.min(self.model.vehicle.most_payload_kg());
+        cycle.mission.payload_kg = payload_kg;
         let vehicle = self.model.vehicle.sample(payload_kg, &streams, &simulation.without);
         let trip = streams.trip();
         let driven_before_s = self.model.rest.as_ref().map_or(0.0, |rest| rest.sample(&streams));
-        Scenario { cycle_id, trip, cycle, driver, curve_residuals, vehicle, driven_before_s }
+        Scenario {
+            cycle_id,
+            trip,
+            cycle,
+            driver,
+            curve_residuals,
+            vehicle,
+            driven_before_s,
+            payload_cut_kg: drawn_kg - payload_kg,
+        }
     }
 }

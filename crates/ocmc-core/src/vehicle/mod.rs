@@ -29,6 +29,11 @@ pub struct VehicleModel {
     /// Mass without payload, in kg.
     #[schemars(range(min = 500.0, max = 100_000.0))]
     pub curb_mass_kg: f64,
+    /// Largest mass with payload that the law allows, in kg: larger draws of the payload are cut
+    /// there; absent: none are.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 500.0, max = 200_000.0))]
+    pub gross_mass_limit_kg: Option<f64>,
     /// Drag area CdA without cross wind, in m².
     #[schemars(range(min = 0.1, max = 20.0))]
     pub drag_area_m2: Quantity,
@@ -139,6 +144,13 @@ impl VehicleModel {
             "load shares with a sum of 1",
         );
         self.validate_empty_shares(problems);
+        let limit_kg = self.gross_mass_limit_kg.unwrap_or(f64::INFINITY);
+        problems.require(
+            limit_kg > self.curb_mass_kg,
+            "gross_mass_limit_kg",
+            limit_kg,
+            "above curb_mass_kg",
+        );
         let (key, found, allowed) = match (&self.engine, &self.gearbox, &self.electric) {
             (Some(engine), Some(gearbox), None) => {
                 problems.part("engine", |problems| engine.validate(problems));
@@ -181,6 +193,11 @@ impl VehicleModel {
             full_kg,
             "above curb_mass_kg: axles[].empty_load_share needs the mass that load_share belongs to",
         );
+    }
+
+    /// The most that the law lets it carry, in kg.
+    pub fn most_payload_kg(&self) -> f64 {
+        self.gross_mass_limit_kg.map_or(f64::INFINITY, |limit_kg| limit_kg - self.curb_mass_kg)
     }
 
     fn load_range(&self) -> LoadRange {

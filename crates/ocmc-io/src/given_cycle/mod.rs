@@ -4,6 +4,7 @@
 //! - `.json` and tables with a column `track`: what `ocmc cycle` writes, `track_file`
 //! - any other table: a route by rows, with position or latitude and longitude, `route`
 
+mod account;
 mod route;
 mod track_file;
 mod vdri;
@@ -17,6 +18,8 @@ use crate::table::{Mapping, Quantity, Source, Table, TableError};
 use ocmc_core::operating_cycle::given::{GivenCycle, GivenCycleError};
 use std::io::Read;
 use std::path::Path;
+
+pub use account::{Account, account};
 
 /// The routes that built-in studies name, by the name in the study, as `ocmc cycle` would write
 /// them.

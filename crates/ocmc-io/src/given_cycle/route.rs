@@ -6,8 +6,9 @@
 //! Geometry: points are put on a plane around the first one (equirectangular, good for a few
 //! hundred km), resampled every 5 m, and averaged over 45 m, because the roads of maps turn at
 //! their points only. Curvature is the change of direction per metre; curves are found in it by
-//! [`ocmc_core::operating_cycle::road::route_geometry`]. Altitude is taken as it is given: smooth
-//! GPS heights before.
+//! [`ocmc_core::operating_cycle::road::route_geometry`]. Where positions or altitudes scatter by
+//! 0.5 m or more, as a receiver's do, they are smoothed first
+//! ([`ocmc_core::operating_cycle::road::route_noise`]).
 
 use super::{in_file, refuse_over_time};
 use crate::table::error::Fault;
@@ -15,9 +16,13 @@ use crate::table::formats::ROUTE;
 use crate::table::given::RowPlace;
 use crate::table::unit::KMH;
 use crate::table::{Mapping, Quantity, Source, Table, TableError};
-use ocmc_core::operating_cycle::given::GivenCycle;
+use ocmc_core::operating_cycle::given::{GivenCycle, GivenCycleError, PointNoise};
 use ocmc_core::operating_cycle::road::route_geometry::{self, Path2d};
+use ocmc_core::operating_cycle::road::route_noise::{
+    LEAST_NOISE_M, MOST_NOISE_M, noise_of_values, smooth_altitudes,
+};
 use ocmc_core::operating_cycle::tracks::{Rule, Track, Values};
+use std::path::Path;
 
 /// The rows of a route; a column that is not there has none.
 #[derive(Default)]
@@ -82,7 +87,24 @@ pub(super) fn read(source: Source, mappings: &[Mapping]) -> Result<GivenCycle, T
         _ => &rows.position_m,
     };
     let start_m = positions[0];
-    let positions: Vec<f64> = positions.iter().map(|position_m| position_m - start_m).collect();
+    let mut positions: Vec<f64> = positions.iter().map(|position_m| position_m - start_m).collect();
+    let mut noise = PointNoise::default();
+    // curvature tells the curves where it is there; the positions then only tell the way
+    let mut road = None;
+    if let Some(path) = &path
+        && (rows.position_m.is_empty() || rows.curvature.is_empty())
+    {
+        noise.positions_m = checked_noise("positions", path.noise_m(), file)?;
+        let is_grown = positions.windows(2).all(|pair| pair[1] > pair[0]);
+        let odometer = !rows.position_m.is_empty();
+        if noise.positions_m >= LEAST_NOISE_M && (is_grown || !odometer) {
+            let measured = odometer.then_some(positions.as_slice());
+            let (smooth, given_m) = path.smoothed(measured, noise.positions_m);
+            let start_m = given_m[0];
+            positions = given_m.iter().map(|given_m| given_m - start_m).collect();
+            road = Some(smooth);
+        }
+    }
     if let Some(k) = positions.windows(2).position(|pair| pair[1] <= pair[0]) {
         return Err(TableError::of(file, Fault::Order(rows.places[k + 1], positions[k + 1])));
     }
@@ -96,7 +118,16 @@ pub(super) fn read(source: Source, mappings: &[Mapping]) -> Result<GivenCycle, T
     if !rows.grade.is_empty() {
         tracks.push(track("grade", Rule::Constant, rows.grade));
     } else if !rows.altitude_m.is_empty() {
-        tracks.push(track("altitude_m", Rule::Linear, rows.altitude_m));
+        noise.altitudes_m = checked_noise("altitudes", noise_of_values(&rows.altitude_m), file)?;
+        let mut altitude = track("altitude_m", Rule::Linear, rows.altitude_m);
+        if noise.altitudes_m >= LEAST_NOISE_M
+            && let Values::Numbers(altitude_m) = &altitude.value
+        {
+            let smooth = smooth_altitudes(&positions, altitude_m, noise.altitudes_m);
+            let (position_m, altitude_m) = smooth.into_iter().unzip();
+            (altitude.position_m, altitude.value) = (position_m, Values::Numbers(altitude_m));
+        }
+        tracks.push(altitude);
     }
     if !rows.stop_s.is_empty() {
         let mut stops = Track::empty("stop_sign_s", Rule::Event);
@@ -116,18 +147,32 @@ pub(super) fn read(source: Source, mappings: &[Mapping]) -> Result<GivenCycle, T
     let mut cycle = GivenCycle::from_tracks(&tracks, length_m).map_err(in_file(file))?;
     if !rows.curvature.is_empty() {
         cycle.curves = route_geometry::curves_of_curvature(&positions, &rows.curvature);
+    } else if let Some(road) = &road {
+        cycle.curves = road.curves(&road.position_m);
+        // the grid of a smoothed road ends behind its last point
+        cycle.curves.retain(|curve| curve.start_m < cycle.length_m);
+        for curve in &mut cycle.curves {
+            curve.end_m = curve.end_m.min(cycle.length_m);
+        }
     } else if let Some(path) = &path {
         cycle.curves = path.curves(&positions);
     }
-    cycle.heading_rad = path.as_ref().map(Path2d::heading_rad);
+    cycle.heading_rad = road.as_ref().or(path.as_ref()).map(Path2d::heading_rad);
+    cycle.noise = noise;
     Ok(cycle)
+}
+
+/// Refuses points that scatter so much that they tell no road.
+fn checked_noise(what: &'static str, noise_m: f64, file: &Path) -> Result<f64, TableError> {
+    let most_m = MOST_NOISE_M;
+    let fault = || in_file(file)(GivenCycleError::Noise { what, noise_m, most_m });
+    if noise_m <= most_m { Ok(noise_m) } else { Err(fault()) }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use std::fmt::Write;
-    use std::path::Path;
 
     fn parse(text: &str) -> Result<GivenCycle, TableError> {
         read(Source::Text(Path::new("r.csv"), text), &[])

@@ -4,6 +4,7 @@ use arrow_array::cast::AsArray;
 use arrow_array::types::{Float64Type, UInt64Type};
 use arrow_array::{ArrayRef, Float64Array, RecordBatch, StringArray, UInt64Array, new_null_array};
 use arrow_schema::{DataType, Field, Schema, SchemaRef};
+use ocmc_core::breakdown::{Breakdown, BreakdownColumns};
 use ocmc_core::record::{COLUMNS, Cell, Column, Outcome, Record, own_columns};
 use serde::Deserialize;
 use serde::de::value::{Error, SeqDeserializer, StrDeserializer};
@@ -12,21 +13,32 @@ use serde::forward_to_deserialize_any;
 use serde_json::Value as Json;
 use std::sync::Arc;
 
+/// The schema of these records: that of all records, and the columns of their breakdown.
+pub fn schema_of(records: &[Record]) -> SchemaRef {
+    schema_with(records.first().map_or(&[], |record| record.breakdown.names()))
+}
+
+/// The schema of the records of a study without a breakdown.
+pub fn schema() -> SchemaRef {
+    schema_with(&[])
+}
+
 /// The schema of the records: counts are integers, null where a cycle may lack them, quantities are
 /// numbers or null, the outcome is a word.
-pub fn schema() -> SchemaRef {
+fn schema_with(breakdown: &[String]) -> SchemaRef {
     let blank = Record::default();
     let field = |column: &Column| match column.get(&blank) {
         Cell::Integer(value) => Field::new(column.name, DataType::UInt64, value.is_none()),
         Cell::Number(_) => Field::new(column.name, DataType::Float64, true),
         Cell::Outcome(_) => Field::new(column.name, DataType::Utf8, false),
     };
-    Arc::new(Schema::new(COLUMNS.iter().map(field).collect::<Vec<_>>()))
+    let parts = breakdown.iter().map(|name| Field::new(name, DataType::Float64, true));
+    Arc::new(Schema::new(COLUMNS.iter().map(field).chain(parts).collect::<Vec<_>>()))
 }
 
-/// Records as one table.
+/// Records as one table, with the breakdown of the first one.
 pub fn record_batch(records: &[Record]) -> RecordBatch {
-    let schema = schema();
+    let schema = schema_of(records);
     let columns = COLUMNS.iter().zip(schema.fields()).map(|(column, field)| {
         let cells = records.iter().map(|record| column.get(record));
         match field.data_type() {
@@ -35,7 +47,14 @@ pub fn record_batch(records: &[Record]) -> RecordBatch {
             _ => Arc::new(StringArray::from_iter_values(cells.map(word))),
         }
     });
-    let columns = columns.collect();
+    let first = records.first().map(|record| &record.breakdown);
+    let names = first.map_or(&[][..], |first| first.names());
+    let parts = (0..names.len()).map(|k| {
+        let alike = |record: &&Record| record.breakdown.names() == names;
+        let value = |record: &Record| Some(record).filter(alike)?.breakdown.value(k);
+        Arc::new(records.iter().map(value).collect::<Float64Array>()) as ArrayRef
+    });
+    let columns = columns.chain(parts).collect();
     RecordBatch::try_new(schema, columns).expect("every column has its type and length")
 }
 
@@ -63,6 +82,9 @@ pub fn records(batch: &RecordBatch) -> Result<Vec<Record>, Error> {
     let known = known.collect::<Result<Vec<_>, _>>()?;
     let own = own_columns().iter().map(|column| cells(batch, column.name, true));
     let own = own.collect::<Result<Vec<_>, _>>()?;
+    let breakdown = breakdown_of(batch);
+    let names = breakdown.iter().flat_map(|columns| columns.names());
+    let parts = names.map(|name| cells(batch, name, true)).collect::<Result<Vec<_>, _>>()?;
     let record = |row: usize| {
         let values = known.iter().map(|cells| Value(cells[row]));
         let mut record = Record::deserialize(SeqDeserializer::new(values)).map_err(|error| {
@@ -76,18 +98,29 @@ pub fn records(batch: &RecordBatch) -> Result<Vec<Record>, Error> {
         for (own, cells) in record.own_columns.iter_mut().zip(&own) {
             *own = number(cells[row]);
         }
+        if let Some(columns) = &breakdown {
+            let values = parts.iter().map(|cells| number(cells[row])).collect();
+            record.breakdown = Breakdown::new(Arc::clone(columns), values);
+        }
         Ok(record)
     };
     (0..batch.num_rows()).map(record).collect()
 }
 
-/// A table of records as [`schema`] has it: columns in its order, nulls for quantities that are not
+/// The breakdown that a table has.
+fn breakdown_of(batch: &RecordBatch) -> Option<Arc<BreakdownColumns>> {
+    let schema = batch.schema_ref();
+    BreakdownColumns::among(schema.fields().iter().map(|field| field.name().as_str()))
+}
+
+/// A table of records as [`schema_of`] has it: columns in its order, nulls for quantities that are not
 /// there.
 ///
 /// # Errors
 /// As [`records`], of types alone.
 pub fn in_our_order(batch: &RecordBatch) -> Result<RecordBatch, Error> {
-    let schema = schema();
+    let breakdown = breakdown_of(batch);
+    let schema = schema_with(breakdown.as_ref().map_or(&[], |columns| columns.names()));
     let rows = batch.num_rows();
     let column = |field: &Arc<Field>| match batch.column_by_name(field.name()) {
         Some(column) => Arc::clone(column),

@@ -3,19 +3,34 @@
 
 use super::{GROUP_ROWS, Group, RecordsError};
 use crate::file_error::FileError;
+use ocmc_core::breakdown::{Breakdown, BreakdownColumns};
 use ocmc_core::record::{COLUMNS, Cell, Column, Record, own_columns};
 use std::fs::File;
 use std::io::{self, Write};
 use std::path::Path;
+use std::sync::Arc;
 
-/// Writes the names of the columns.
-pub fn write_header(out: &mut impl Write) -> io::Result<()> {
-    let names: Vec<&str> = COLUMNS.iter().map(|column| column.name).collect();
+/// Writes the names of the columns of these records.
+pub fn write_header(out: &mut impl Write, records: &[Record]) -> io::Result<()> {
+    let names = COLUMNS.iter().map(|column| column.name.to_owned());
+    let parts = records.first().map_or(&[][..], |record| record.breakdown.names());
+    let names: Vec<String> = names.chain(parts.iter().map(|name| quoted(name))).collect();
     writeln!(out, "{}", names.join(","))
 }
 
-/// Writes rows. Neither numbers nor names of outcomes ever need quotes.
+/// A name as a field: in quotes where it has to be, as that of a road type may.
+fn quoted(name: &str) -> String {
+    if name.contains(['"', ',', '\n', '\r']) {
+        format!("\"{}\"", name.replace('"', "\"\""))
+    } else {
+        name.to_owned()
+    }
+}
+
+/// Writes rows, with the breakdown of the first one. Neither numbers nor names of outcomes ever need
+/// quotes.
 pub fn write_rows(out: &mut impl Write, records: &[Record]) -> io::Result<()> {
+    let parts = records.first().map_or(&[][..], |record| record.breakdown.names());
     for record in records {
         for (k, column) in COLUMNS.iter().enumerate() {
             if k > 0 {
@@ -28,6 +43,13 @@ pub fn write_rows(out: &mut impl Write, records: &[Record]) -> io::Result<()> {
                 Cell::Number(Some(value)) => write!(out, "{value:?}")?,
                 Cell::Integer(None) | Cell::Number(None) => (),
                 Cell::Outcome(outcome) => out.write_all(outcome.name().as_bytes())?,
+            }
+        }
+        let is_alike = record.breakdown.names() == parts;
+        for k in 0..parts.len() {
+            out.write_all(b",")?;
+            if let Some(value) = record.breakdown.value(k).filter(|_| is_alike) {
+                write!(out, "{value:?}")?;
             }
         }
         out.write_all(b"\n")?;
@@ -43,17 +65,27 @@ pub fn read(path: &Path, file: File, mut sink: impl FnMut(Group)) -> Result<(), 
     let headers = reader.headers().map_err(failed)?.clone();
     let place = |column: &Column| headers.iter().position(|header| header == column.name);
     let own_places: Vec<Option<usize>> = own_columns().iter().map(place).collect();
+    let breakdown = BreakdownColumns::among(headers.iter());
+    let names = breakdown.iter().flat_map(|columns| columns.names());
+    let part_places: Vec<Option<usize>> =
+        names.map(|name| headers.iter().position(|header| header == name)).collect();
     let mut group = Vec::new();
     for row in reader.records() {
         let row = row.map_err(failed)?;
         let mut record: Record = row.deserialize(Some(&headers)).map_err(failed)?;
-        for (own, place) in record.own_columns.iter_mut().zip(&own_places) {
+        let number = |place: &Option<usize>| -> Result<Option<f64>, RecordsError> {
             let cell = place.and_then(|k| row.get(k)).filter(|cell| !cell.is_empty());
-            *own = cell.map(str::parse).transpose().map_err(|error| {
+            cell.map(str::parse).transpose().map_err(|error| {
                 let reason = format!("cycle {}: {error}", record.cycle_id);
                 RecordsError::Malformed(path.to_owned(), reason)
-            })?;
+            })
+        };
+        let own: Vec<Option<f64>> = own_places.iter().map(number).collect::<Result<_, _>>()?;
+        if let Some(columns) = &breakdown {
+            let values = part_places.iter().map(number).collect::<Result<_, _>>()?;
+            record.breakdown = Breakdown::new(Arc::clone(columns), values);
         }
+        record.own_columns.copy_from_slice(&own);
         group.push(record);
         if group.len() == GROUP_ROWS {
             sink(std::mem::take(&mut group));

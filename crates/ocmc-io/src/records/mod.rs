@@ -68,15 +68,19 @@ pub enum RecordsError {
 #[derive(Debug)]
 pub struct RecordWriter {
     path: PathBuf,
+    format: RecordFormat,
     file: Groups,
     /// Records of the group that is not full yet.
     waiting: Vec<Record>,
     written: u64,
 }
 
-/// A file that takes whole groups.
+/// A file that takes whole groups; the first one says what columns it has.
 #[derive(Debug)]
 enum Groups {
+    New(File),
+    /// It could not be begun.
+    Failed,
     Parquet(Box<ArrowWriter<File>>),
     Csv(BufWriter<File>),
 }
@@ -85,21 +89,12 @@ impl RecordWriter {
     /// Creates the file, which must not exist.
     pub fn create(path: &Path, format: RecordFormat) -> Result<Self, RecordsError> {
         let file = OpenOptions::new().write(true).create_new(true).open(path);
-        Self::new(path, file.map_err(FileError::create(path))?, format)
+        Ok(Self::new(path, file.map_err(FileError::create(path))?, format))
     }
 
-    fn new(path: &Path, file: File, format: RecordFormat) -> Result<Self, RecordsError> {
-        let file = match format {
-            RecordFormat::Parquet => {
-                parquet::begin(file).map(|file| Groups::Parquet(Box::new(file)))
-            }
-            RecordFormat::Csv => {
-                let mut file = BufWriter::new(file);
-                csv::write_header(&mut file).map(|()| Groups::Csv(file))
-            }
-        };
-        let file = file.map_err(FileError::write(path))?;
-        Ok(Self { path: path.to_owned(), file, waiting: Vec::new(), written: 0 })
+    fn new(path: &Path, file: File, format: RecordFormat) -> Self {
+        let file = Groups::New(file);
+        Self { path: path.to_owned(), format, file, waiting: Vec::new(), written: 0 }
     }
 
     /// Takes the next records, and writes the groups that they fill.
@@ -107,7 +102,7 @@ impl RecordWriter {
         self.waiting.extend_from_slice(records);
         let mut full = 0;
         while let Some(group) = self.waiting.get(full..full + GROUP_ROWS) {
-            self.file.write(group).map_err(FileError::write(&self.path))?;
+            self.file.write(group, self.format).map_err(FileError::write(&self.path))?;
             self.written += GROUP_ROWS as u64;
             full += GROUP_ROWS;
         }
@@ -119,8 +114,9 @@ impl RecordWriter {
     /// number of rows.
     pub fn finish(mut self) -> Result<u64, RecordsError> {
         let mut finished = Ok(());
-        if !self.waiting.is_empty() {
-            finished = self.file.write(&self.waiting);
+        // a file without rows is one, too
+        if !self.waiting.is_empty() || self.written == 0 {
+            finished = self.file.write(&self.waiting, self.format);
             self.written += self.waiting.len() as u64;
         }
         finished.and_then(|()| self.file.finish()).map_err(FileError::write(&self.path))?;
@@ -129,11 +125,30 @@ impl RecordWriter {
 }
 
 impl Groups {
+    /// Begins a file of records such as these.
+    fn begin(file: File, records: &[Record], format: RecordFormat) -> io::Result<Self> {
+        match format {
+            RecordFormat::Parquet => {
+                parquet::begin(file, records).map(|file| Self::Parquet(Box::new(file)))
+            }
+            RecordFormat::Csv => {
+                let mut file = BufWriter::new(file);
+                csv::write_header(&mut file, records).map(|()| Self::Csv(file))
+            }
+        }
+    }
+
     /// Writes a group, down to the operating system.
-    fn write(&mut self, group: &[Record]) -> io::Result<()> {
+    fn write(&mut self, group: &[Record], format: RecordFormat) -> io::Result<()> {
+        *self = match std::mem::replace(self, Self::Failed) {
+            Self::New(file) => Self::begin(file, group, format)?,
+            begun => begun,
+        };
         match self {
+            _ if group.is_empty() => Ok(()),
             Self::Parquet(file) => parquet::write_group(file, group),
             Self::Csv(file) => csv::write_rows(file, group).and_then(|()| file.flush()),
+            Self::New(_) | Self::Failed => Err(not_begun()),
         }
     }
 
@@ -142,8 +157,13 @@ impl Groups {
         match self {
             Self::Parquet(file) => parquet::end(file).and_then(|()| file.inner().sync_all()),
             Self::Csv(file) => file.flush().and_then(|()| file.get_ref().sync_all()),
+            Self::New(_) | Self::Failed => Err(not_begun()),
         }
     }
+}
+
+fn not_begun() -> io::Error {
+    io::Error::other("it could not be begun")
 }
 
 /// Records that were read together.
@@ -264,10 +284,8 @@ mod tests {
         let open = || OpenOptions::new().write(true).open(full).expect("Linux has it");
         let rows = examples::records(GROUP_ROWS as u64);
         let errors = RecordFormat::ALL.map(|format| {
-            RecordWriter::new(full, open(), format).and_then(|mut file| {
-                file.add(&rows)?;
-                file.finish()
-            })
+            let mut file = RecordWriter::new(full, open(), format);
+            file.add(&rows).and_then(|()| file.finish())
         });
         for error in errors {
             let error = error.expect_err("nothing fits").to_string();

@@ -1,6 +1,6 @@
 //! Records as Apache Parquet: a row group for each group of rows, compressed by zstd.
 
-use super::arrow::{in_our_order, record_batch, records, schema};
+use super::arrow::{in_our_order, record_batch, records, schema_of};
 use super::{GROUP_ROWS, Group, RecordsError};
 use ocmc_core::record::Record;
 use parquet::arrow::ArrowWriter;
@@ -19,9 +19,9 @@ use std::thread;
 /// Groups that are decompressed ahead.
 const GROUPS_AHEAD: usize = 4;
 
-/// Begins a file.
-pub(super) fn begin(file: File) -> io::Result<ArrowWriter<File>> {
-    ArrowWriter::try_new(file, schema(), Some(properties())).map_err(io_error)
+/// Begins a file of records such as these.
+pub(super) fn begin(file: File, records: &[Record]) -> io::Result<ArrowWriter<File>> {
+    ArrowWriter::try_new(file, schema_of(records), Some(properties())).map_err(io_error)
 }
 
 /// Writes one row group.

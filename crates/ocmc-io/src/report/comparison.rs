@@ -134,7 +134,7 @@ impl PairPicture<'_> {
         let (unit, factor) = label(self.comparison.column);
         let cycles = self.pairs.iter().map(|pair| (pair.cycle_id, factor * (pair.b - pair.a)));
         let statistic =
-            Statistic::new(self.comparison.column, None, &cycles, Dependence::default());
+            Statistic::new(self.comparison.column, None, &cycles, &Dependence::default().into());
         let Some(histogram) = &statistic.histogram else { return String::new() };
         let mean =
             self.comparison.difference.map(|mean| Mark::mean(factor * mean, "mean".to_owned()));

@@ -175,10 +175,12 @@ pub(super) fn check_rows(
 }
 
 /// A number of a record that is none: no column has an infinite one.
-fn not_finite(record: &Record) -> Option<(&'static str, f64)> {
+fn not_finite(record: &Record) -> Option<(&str, f64)> {
     let number = |column: &'static Column| match column.get(record) {
         Cell::Number(Some(number)) if !number.is_finite() => Some((column.name, number)),
         _ => None,
     };
-    COLUMNS.iter().find_map(number)
+    let parts = record.breakdown.names().iter().enumerate();
+    let mut parts = parts.filter_map(|(k, name)| Some((name.as_str(), record.breakdown.value(k)?)));
+    COLUMNS.iter().find_map(number).or_else(|| parts.find(|(_, number)| !number.is_finite()))
 }

@@ -35,6 +35,7 @@ pub(super) const NEW_KEYS: &[NewKey] = &[
                 decision_factor = 2.5, underspeed_mps = 1.4, engine_stop_delay_s = 2.0, \
                 engine_stop_power_w = 1200.0 }",
     },
+    NewKey { path: "simulation.columns_by", value: "[]" },
     NewKey { path: "vehicle.gearbox.shift.opposite_interval_s", value: "0.0" },
     NewKey { path: "vehicle.gearbox.shift.before_ramp_s", value: "0.0" },
     NewKey { path: "vehicle.gearbox.shift.minimum_acceleration_mps2", value: "-10.0" },

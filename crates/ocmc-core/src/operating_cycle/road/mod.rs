@@ -6,10 +6,12 @@ pub mod curvature;
 pub mod point_event;
 pub mod road_type;
 pub mod route_geometry;
+pub mod route_noise;
 pub mod speed_sign;
 pub mod surface;
 pub mod topography;
 
+use crate::breakdown::is_road_type_name;
 use crate::distribution::Quantity;
 use crate::random::{Stream, Streams};
 use crate::switch::ModelSwitch;
@@ -149,6 +151,9 @@ impl RoadModel {
         problems.require(!self.types.is_empty(), "types", "empty", "at least one road type");
         for (name, road_type) in &self.types {
             problems.part(&format!("types.{name}"), |problems| {
+                let is_free = is_road_type_name(name);
+                let allowed = "a name that does not begin with `kind_`, as columns of records do";
+                problems.require(is_free, "", format!("`{name}`"), allowed);
                 road_type.validate(name, self, problems);
             });
         }

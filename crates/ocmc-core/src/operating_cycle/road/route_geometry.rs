@@ -11,6 +11,7 @@
 //! maps); its radius is 1 / mean |κ| of its middle third.
 
 use super::curvature::Curve;
+use super::route_noise::{SmoothPath, noise_of_points, smooth_over, smooth_points};
 
 /// Mean radius of the Earth, in m (IUGG).
 const EARTH_RADIUS_M: f64 = 6_371_008.8;
@@ -58,12 +59,38 @@ impl Path2d {
             })
             .collect();
         let y_m: Vec<f64> = latitude_deg.iter().map(|d| (d - phi) * per_degree).collect();
+        Self::of_points(x_m, y_m)
+    }
+
+    /// A path whose points are known on the plane, in m.
+    pub fn of_points(x_m: Vec<f64>, y_m: Vec<f64>) -> Self {
         let mut position_m = vec![0.0];
         for k in 1..x_m.len() {
             let step_m = libm::hypot(x_m[k] - x_m[k - 1], y_m[k] - y_m[k - 1]);
             position_m.push(position_m[k - 1] + step_m);
         }
         Self { x_m, y_m, position_m }
+    }
+
+    /// How much its points scatter, in m.
+    pub fn noise_m(&self) -> f64 {
+        noise_of_points(&self.x_m, &self.y_m)
+    }
+
+    /// The road behind points that scatter, and where the points lie on it, in m. `positions_m`:
+    /// their places by an odometer, where there is one.
+    pub fn smoothed(&self, positions_m: Option<&[f64]>, noise_m: f64) -> (Self, Vec<f64>) {
+        match positions_m {
+            None => {
+                let SmoothPath { x_m, y_m, given_m } = smooth_points(&self.x_m, &self.y_m, noise_m);
+                (Self::of_points(x_m, y_m), given_m)
+            }
+            Some(positions_m) => {
+                let [x_m, y_m] = smooth_over(positions_m, [&self.x_m, &self.y_m], noise_m);
+                let position_m = (0..x_m.len()).map(|k| k as f64 * STEP_M).collect();
+                (Self { x_m, y_m, position_m }, positions_m.to_vec())
+            }
+        }
     }
 
     /// Compass heading at the start, in rad from north, clockwise.

@@ -1,7 +1,5 @@
 //! What each metre of road is to a driver: a stop, a curve, a limit, a hill or cruising.
 
-use super::grid::Place;
-
 /// A kind of road.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
@@ -42,8 +40,34 @@ const SAME_MPS: f64 = 0.3;
 /// Share of a limit at which it is regained.
 const REGAINED: f64 = 0.95;
 
-/// The kinds of the pieces between the places of a leg.
-pub(super) fn kinds(places: &[Place]) -> Vec<Kind> {
+/// A place of a way, as far as kinds depend on it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Point {
+    /// Way since its start, in m.
+    pub way_m: f64,
+    /// Height over the road's start, in m.
+    pub height_m: f64,
+    /// What was planned, in m/s.
+    pub planned_mps: f64,
+    /// What was driven, in m/s.
+    pub driven_mps: f64,
+    /// Static limit behind the place, in m/s.
+    pub limit_mps: f64,
+    /// Whether a curve makes that limit.
+    pub in_curve: bool,
+    /// Whether the truck starts there from rest.
+    pub is_start: bool,
+    /// Whether it comes to rest there.
+    pub is_stop: bool,
+}
+
+/// Whether a truck is so slow that it still regains its speed. Squares, in m²/s².
+pub fn regains(speed_squared: f64, limit_squared: f64) -> bool {
+    speed_squared < REGAINED * REGAINED * limit_squared
+}
+
+/// The kinds of the pieces between the points of a way.
+pub fn kinds(places: &[Point]) -> Vec<Kind> {
     let pieces = places.len() - 1;
     let slope = |k: usize| {
         let (a, b) = (&places[k], &places[k + 1]);
@@ -63,7 +87,7 @@ pub(super) fn kinds(places: &[Place]) -> Vec<Kind> {
     };
     // what a piece is braked for
     let cause = |k: usize| match places.get(k) {
-        _ if k >= pieces => Kind::Stop,
+        Some(place) if place.is_stop => Kind::Stop,
         Some(place) if place.in_curve => Kind::Curve,
         _ => Kind::Limit,
     };
@@ -88,13 +112,14 @@ pub(super) fn kinds(places: &[Place]) -> Vec<Kind> {
     for start in 0..pieces {
         let rises = start > 0 && places[start].limit_mps > places[start - 1].limit_mps + SAME_MPS;
         let kind = match start {
-            0 => Kind::Stop,
+            _ if places[start].is_start => Kind::Stop,
             _ if !rises => continue,
             _ if places[start - 1].in_curve => Kind::Curve,
             _ => Kind::Limit,
         };
+        let slow = |place: &Point| regains(place.driven_mps.powi(2), place.limit_mps.powi(2));
         let mut k = start;
-        while k < pieces && !brakes(k) && places[k].driven_mps < REGAINED * places[k].limit_mps {
+        while k < pieces && !brakes(k) && slow(&places[k]) {
             mark(&mut kinds, k, kind);
             k += 1;
         }
@@ -106,10 +131,10 @@ pub(super) fn kinds(places: &[Place]) -> Vec<Kind> {
 mod tests {
     use super::*;
 
-    fn place(way_m: f64, limit_mps: f64, planned_mps: f64, driven_mps: f64) -> Place {
-        let (height_m, most_mps) = (0.0, planned_mps);
-        let (in_curve, section) = (false, 0);
-        Place { way_m, height_m, most_mps, driven_mps, planned_mps, limit_mps, in_curve, section }
+    fn place(way_m: f64, limit_mps: f64, planned_mps: f64, driven_mps: f64) -> Point {
+        let (height_m, is_start, is_stop) = (0.0, way_m == 0.0, false);
+        let in_curve = false;
+        Point { way_m, height_m, planned_mps, driven_mps, limit_mps, in_curve, is_start, is_stop }
     }
 
     #[test]
@@ -130,6 +155,7 @@ mod tests {
             place(1100.0, 15.0, 0.0, 0.0),
         ];
         places[4].in_curve = true;
+        places[11].is_stop = true;
         for place in &mut places[8..] {
             place.height_m = 3.0;
         }

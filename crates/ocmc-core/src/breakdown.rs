@@ -1,0 +1,200 @@
+//! What a cycle took on each road type and near each kind of event: distance, time, work at the
+//! wheels, and fuel or electricity. The parts of either add up to the whole.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+
+/// What cycles are broken down by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Axis {
+    /// The road types of the study.
+    RoadType,
+    /// What each metre of road is to a driver: a stop, a curve, a limit, a hill or cruising.
+    EventKind,
+}
+
+impl Axis {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::RoadType, Self::EventKind];
+
+    /// What stands before the name of a part in a column.
+    fn prefix(self) -> &'static str {
+        match self {
+            Self::RoadType => "",
+            Self::EventKind => KIND,
+        }
+    }
+}
+
+/// What tells the columns of kinds from those of road types.
+const KIND: &str = "kind_";
+
+/// Whether a road type may have this name: its columns have to differ from those of event kinds.
+pub fn is_road_type_name(name: &str) -> bool {
+    !name.starts_with(KIND)
+}
+
+/// What is broken down.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Amount {
+    /// Distance, in m.
+    Distance,
+    /// Duration with standstill, in s.
+    Duration,
+    /// Positive work at the wheels, in J.
+    Wheel,
+    /// Fuel, in kg.
+    Fuel,
+    /// What the battery's store lost, in J.
+    Battery,
+}
+
+/// Amounts that a cycle has: the first three, and its source.
+pub const AMOUNTS: usize = 4;
+
+impl Amount {
+    /// The column of the whole.
+    pub fn column(self) -> &'static str {
+        match self {
+            Self::Distance => "distance_m",
+            Self::Duration => "duration_s",
+            Self::Wheel => "wheel_energy_j",
+            Self::Fuel => "fuel_kg",
+            Self::Battery => "battery_energy_j",
+        }
+    }
+}
+
+/// A part of the road.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Part {
+    /// By what.
+    pub axis: Axis,
+    /// Its name there.
+    pub name: String,
+}
+
+/// The columns of a breakdown: for each part its [`AMOUNTS`].
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct BreakdownColumns {
+    parts: Vec<Part>,
+    amounts: [Amount; AMOUNTS],
+    names: Vec<String>,
+}
+
+impl BreakdownColumns {
+    /// Of these parts; `source`: fuel or battery.
+    pub fn new(parts: Vec<Part>, source: Amount) -> Self {
+        let amounts = [Amount::Distance, Amount::Duration, Amount::Wheel, source];
+        let of = |part: &Part| {
+            let Part { axis, name } = part;
+            amounts.map(|amount| format!("{}_{}{name}", amount.column(), axis.prefix()))
+        };
+        let names = parts.iter().flat_map(of).collect();
+        Self { parts, amounts, names }
+    }
+
+    /// Those among the columns of a table; none where a part lacks one of its columns.
+    pub fn among<'a>(names: impl Iterator<Item = &'a str> + Clone) -> Option<Arc<Self>> {
+        let found = |amount: Amount| {
+            names.clone().filter_map(move |name| {
+                name.strip_prefix(amount.column()).and_then(|rest| rest.strip_prefix('_'))
+            })
+        };
+        let part = |name: &str| match name.strip_prefix(KIND) {
+            Some(kind) => Part { axis: Axis::EventKind, name: kind.to_owned() },
+            None => Part { axis: Axis::RoadType, name: name.to_owned() },
+        };
+        let parts: Vec<Part> = found(Amount::Distance).map(part).collect();
+        let is_fuel = found(Amount::Fuel).next().is_some();
+        let source = if is_fuel { Amount::Fuel } else { Amount::Battery };
+        let columns = Self::new(parts, source);
+        let is_there = |column: &String| names.clone().any(|name| name == column);
+        let whole = !columns.parts.is_empty() && columns.names.iter().all(is_there);
+        whole.then(|| Arc::new(columns))
+    }
+
+    /// The parts, road types first.
+    pub fn parts(&self) -> &[Part] {
+        &self.parts
+    }
+
+    /// The amounts of each part.
+    pub fn amounts(&self) -> [Amount; AMOUNTS] {
+        self.amounts
+    }
+
+    /// Names of the columns, part by part.
+    pub fn names(&self) -> &[String] {
+        &self.names
+    }
+}
+
+/// The breakdown of one cycle.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Breakdown {
+    columns: Option<Arc<BreakdownColumns>>,
+    /// One for each column; empty where they are not known.
+    values: Vec<f64>,
+}
+
+impl Breakdown {
+    /// Values of these columns; none where they are not known.
+    pub fn new(columns: Arc<BreakdownColumns>, values: Option<Vec<f64>>) -> Self {
+        Self { columns: Some(columns), values: values.unwrap_or_default() }
+    }
+
+    /// The columns, where the study has any.
+    pub fn columns(&self) -> Option<&Arc<BreakdownColumns>> {
+        self.columns.as_ref()
+    }
+
+    /// Names of the columns.
+    pub fn names(&self) -> &[String] {
+        self.columns.as_ref().map_or(&[], |columns| columns.names())
+    }
+
+    /// The value of a column, by its place.
+    pub fn value(&self, column: usize) -> Option<f64> {
+        self.values.get(column).copied()
+    }
+
+    /// The amounts of a part, by its place.
+    pub fn of_part(&self, part: usize) -> Option<&[f64]> {
+        self.values.get(AMOUNTS * part..AMOUNTS * (part + 1))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn columns() -> BreakdownColumns {
+        let part = |axis, name: &str| Part { axis, name: name.to_owned() };
+        let parts = vec![part(Axis::RoadType, "rural"), part(Axis::EventKind, "stop")];
+        BreakdownColumns::new(parts, Amount::Fuel)
+    }
+
+    #[test]
+    fn columns_are_found_again_by_their_names() {
+        let columns = columns();
+        assert_eq!(columns.names()[3], "fuel_kg_rural");
+        assert_eq!(columns.names()[4], "distance_m_kind_stop");
+        let with_others = || ["distance_m", "fuel_kg"].into_iter();
+        let names = with_others().chain(columns.names().iter().map(String::as_str));
+        assert_eq!(BreakdownColumns::among(names).as_deref(), Some(&columns));
+        assert_eq!(BreakdownColumns::among(with_others()), None);
+        let without =
+            columns.names().iter().map(String::as_str).filter(|name| *name != "fuel_kg_rural");
+        assert_eq!(BreakdownColumns::among(without), None);
+    }
+
+    #[test]
+    fn a_cycle_without_values_has_none_of_them() {
+        let breakdown = Breakdown::new(Arc::new(columns()), None);
+        assert_eq!(breakdown.names().len(), 2 * AMOUNTS);
+        assert_eq!((breakdown.value(0), breakdown.of_part(1)), (None, None));
+    }
+}

@@ -1,0 +1,113 @@
+//! What was read of a given operating cycle, in words, and what of it is hardly a road.
+
+use crate::number_text::{count_of, rounded};
+use ocmc_core::operating_cycle::given::GivenCycle;
+use ocmc_core::operating_cycle::road::route_noise::LEAST_NOISE_M;
+use std::path::Path;
+
+/// Radii that part the curves that are told, in m.
+const RADII_M: [f64; 3] = [50.0, 150.0, 500.0];
+/// Curves per km from which on they are hardly a road's (judgement: the map roads of West Sweden
+/// have 1.3).
+const MANY_CURVES_PER_KM: f64 = 5.0;
+/// Mean magnitude of the slope from which on it is hardly a road's (judgement: the steepest road
+/// types of the built-in studies have 2 %).
+const STEEP_MEAN: f64 = 0.04;
+/// Changes of the slope, without sign, added up over a km (judgement: drawn roads have 0.1 to 0.3).
+const MANY_CHANGES_PER_KM: f64 = 1.0;
+
+/// What was read of a cycle.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Account {
+    /// Its length, climb, slopes, curves, stops and limits, and what was smoothed.
+    pub told: Vec<String>,
+    /// What is hardly a road.
+    pub warnings: Vec<String>,
+}
+
+/// The account of a cycle that was read from a file.
+pub fn account(path: &Path, cycle: &GivenCycle) -> Account {
+    let km = cycle.length_m / 1000.0;
+    let file = path.display();
+    let points = cycle.altitude.windows(2).filter(|pair| pair[1].0 > pair[0].0);
+    let slopes: Vec<(f64, f64)> = points
+        .map(|pair| (pair[1].0 - pair[0].0, (pair[1].1 - pair[0].1) / (pair[1].0 - pair[0].0)))
+        .collect();
+    let climb_m: f64 = slopes.iter().map(|(way_m, slope)| (way_m * slope).max(0.0)).sum();
+    let steepest = slopes.iter().fold(0.0, |most: f64, (_, slope)| most.max(slope.abs()));
+    let mean = slopes.iter().map(|(way_m, slope)| way_m * slope.abs()).sum::<f64>()
+        / cycle.length_m.max(1.0);
+    let changes_per_km =
+        slopes.windows(2).map(|pair| (pair[1].1 - pair[0].1).abs()).sum::<f64>() / km;
+    let stops = cycle.events.iter().filter(|event| event.kind.standstill_s().is_some()).count();
+    let limits = cycle.limits.iter().map(|limit| 3.6 * limit.1);
+    let (low, high) = limits.fold((f64::INFINITY, 0.0), |(low, high): (f64, f64), limit| {
+        (low.min(limit), high.max(limit))
+    });
+    let percent = |share: f64| rounded(100.0 * share);
+    let limits = if high > low {
+        format!("limits of {} to {} km/h", rounded(low), rounded(high))
+    } else {
+        format!("a limit of {} km/h", rounded(low))
+    };
+    let mut told = vec![format!(
+        "`{file}`: {} km, {} m of climb, at most {} % steep, {}, {}, {limits}",
+        rounded(km),
+        rounded(climb_m),
+        percent(steepest),
+        curves(cycle),
+        count_of(stops as u64, "stop"),
+    )];
+    let mut warnings = Vec::new();
+    for (what, noise_m) in
+        [("positions", cycle.noise.positions_m), ("altitudes", cycle.noise.altitudes_m)]
+    {
+        if noise_m >= LEAST_NOISE_M {
+            told.push(format!(
+                "`{file}`: its {what} scatter by {} m; the road is what was smoothed of them",
+                rounded(noise_m)
+            ));
+        }
+    }
+    let curves_per_km = cycle.curves.len() as f64 / km;
+    let mut doubt = |holds: bool, what: String, hint: &str| {
+        if holds {
+            warnings.push(format!("`{file}` has {what}, which is hardly a road: {hint}"));
+        }
+    };
+    doubt(
+        curves_per_km > MANY_CURVES_PER_KM,
+        format!("{} curves per km", rounded(curves_per_km)),
+        "is it the noise of its positions or its curvature?",
+    );
+    doubt(
+        mean > STEEP_MEAN,
+        format!("a slope of {} % in the mean, up or down", percent(mean)),
+        "is it the noise of its altitudes, or a slope in per cent?",
+    );
+    doubt(
+        changes_per_km > MANY_CHANGES_PER_KM,
+        format!("slopes that change by {} % per km in sum", percent(changes_per_km)),
+        "smooth its altitudes or slopes before",
+    );
+    Account { told, warnings }
+}
+
+/// Its curves, by their radii.
+fn curves(cycle: &GivenCycle) -> String {
+    let count = |from_m: f64, to_m: f64| {
+        let within = |radius_m: f64| (from_m..to_m).contains(&radius_m);
+        cycle.curves.iter().filter(|curve| within(curve.radius_m)).count()
+    };
+    let [sharp, middle, wide] = RADII_M;
+    let ranges = [
+        (count(0.0, sharp), format!("below {sharp} m")),
+        (count(sharp, middle), format!("of {sharp} to {middle} m")),
+        (count(middle, wide), format!("of {middle} to {wide} m")),
+        (count(wide, f64::INFINITY), format!("above {wide} m")),
+    ];
+    let radii = ranges.iter().filter(|(count, _)| *count > 0);
+    let radii: Vec<String> = radii.map(|(count, range)| format!("{count} {range}")).collect();
+    let all = count_of(cycle.curves.len() as u64, "curve");
+    if radii.is_empty() { all } else { format!("{all} (radii: {})", radii.join(", ")) }
+}
