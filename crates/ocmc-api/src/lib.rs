@@ -36,6 +36,7 @@ mod road;
 mod run;
 mod sensitivity;
 mod simulator_study;
+mod size;
 mod source;
 mod stored;
 pub mod study;
@@ -86,6 +87,7 @@ pub use simulator_study::{
     MOST_REPETITIONS, SIMULATOR_DRIVERS, SimulatorStudyAnswer, SimulatorStudyRequest,
     simulator_study,
 };
+pub use size::{SizeAnswer, SizeRequest, size};
 pub use source::{GivenTable, Mapping, Source, UTC_OFFSETS_H, mappings};
 pub use stored::{
     GROUP_ROWS, PartsError, joined, load, record_batch, records, save, schema, summed_up,

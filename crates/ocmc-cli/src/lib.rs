@@ -18,6 +18,7 @@ mod range;
 mod road;
 mod run;
 mod simulator_study;
+mod size;
 mod study;
 mod vecto;
 mod verify;
@@ -39,6 +40,7 @@ use range::RangeArguments;
 use road::{RoadArguments, ValidateArguments};
 use run::{DriveArguments, MergeArguments, ReportArguments, RunArguments};
 use simulator_study::SimulatorStudyArguments;
+use size::SizeArguments;
 use std::ffi::OsString;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -99,6 +101,8 @@ enum Command {
     /// Finds how far battery trucks come: which share arrives, by length of the trip, season and
     /// payload
     Range(RangeArguments),
+    /// Finds how large a battery has to be for a share of the trips to arrive
+    Size(SizeArguments),
     /// Compares with VECTO, from its own files: on VECTO's speed, by VECTO's driver and by ours
     Vecto(VectoArguments),
     /// Finds the least energy for the same road, truck and trip time, and how far drivers are from
@@ -163,6 +167,7 @@ pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> i32 {
         Some(Command::Cost(arguments)) => cost::cost(arguments),
         Some(Command::SimulatorStudy(arguments)) => simulator_study::simulator_study(arguments),
         Some(Command::Range(arguments)) => range::range(arguments),
+        Some(Command::Size(arguments)) => size::size(arguments),
         Some(Command::Vecto(arguments)) => vecto::vecto(arguments),
         Some(Command::Bound(arguments)) => bound::bound(arguments),
         Some(Command::Merge(arguments)) => run::merge(arguments),

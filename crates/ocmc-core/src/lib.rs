@@ -16,6 +16,7 @@
 )]
 
 pub mod bound;
+pub mod charging;
 pub mod cost;
 mod crest;
 pub mod distribution;

@@ -2,6 +2,7 @@
 //! 80 columns, a histogram of bars that fit the terminal, and what failed.
 
 use super::RunAnswer;
+use super::charging_text::charging;
 use super::trucks_text::trucks;
 use crate::text::{effects, fact, row, threads_text};
 use ocmc_core::fleet::histogram::Histogram;
@@ -30,7 +31,10 @@ pub(crate) fn run_text(answer: &RunAnswer, width: usize) -> String {
             let _ = write!(text, "\n{}", histogram_chart(statistic, width));
         }
     }
-    text + &trucks(&run.summary) + &saturated(&run.summary) + &failed(&run.summary)
+    text + &charging(&run.summary)
+        + &trucks(&run.summary)
+        + &saturated(&run.summary)
+        + &failed(&run.summary)
 }
 
 fn heading(answer: &RunAnswer, run: &RunSummary) -> String {

@@ -1,6 +1,7 @@
 //! Fleets: many cycles in parallel, and what they add up to.
 
 pub mod association;
+pub mod charging;
 pub mod comparison;
 pub mod cost;
 pub mod cost_difference;
@@ -16,6 +17,7 @@ pub mod ratio;
 pub mod run;
 pub mod sensitivity;
 pub mod shapley;
+pub mod size;
 pub mod statistic;
 pub mod summary;
 pub mod truck_year;

@@ -1,6 +1,7 @@
 //! What a fleet's cycles add up to: consumption, speed, duration and stops, over the cycles that
 //! were completed and, of what they drove, those that a battery cut short.
 
+use super::charging::ChargingSummary;
 use super::dependence::Dependence;
 use super::quantile::{interval_of_batches, quantile};
 use super::quantity::{
@@ -39,6 +40,8 @@ pub struct Summary {
     pub saturation: Saturation,
     /// What trucks add up to; none where each trip has a truck of its own.
     pub trucks: Option<TruckSummary>,
+    /// What trips had to charge; none where the study does not say how.
+    pub charging: Option<ChargingSummary>,
 }
 
 /// Where powertrains left their maps, or could not hold a speed that was followed, over all cycles.
@@ -190,6 +193,9 @@ impl Serialize for Summary {
         if let Some(trucks) = &self.trucks {
             map.serialize_entry("trucks", trucks)?;
         }
+        if let Some(charging) = &self.charging {
+            map.serialize_entry("charging", charging)?;
+        }
         map.end()
     }
 }
@@ -238,6 +244,7 @@ pub struct SummaryBuilder {
     dependence: Dependence,
     /// Months and years of trucks, where they make several trips.
     trucks: TruckYearBuilder,
+    charging: ChargingSummary,
     /// Ids of the counted cycles, where cycles depend on one another.
     cycle_ids: Vec<u64>,
     /// Per quantity and counted cycle, NaN where there is none; empty while no cycle has the
@@ -259,6 +266,7 @@ impl SummaryBuilder {
             self.distance_m += record.distance_m;
             self.simulated_s += record.simulated_s;
             self.saturation.add(record);
+            self.charging.add(record);
             if self.dependence.has_trucks() {
                 self.trucks.add(record, self.dependence);
             }
@@ -338,6 +346,7 @@ impl SummaryBuilder {
             worst_case,
             saturation: self.saturation,
             trucks: std::mem::take(&mut self.trucks).finish(self.dependence),
+            charging: (self.charging.trips > 0).then_some(self.charging),
         }
     }
 

@@ -1,6 +1,7 @@
 //! The closed loop: lanes, one step, their events and traces.
 
 mod accumulate;
+mod charging_stops;
 mod control;
 pub mod cpu;
 mod forecast;

@@ -11,6 +11,7 @@ pub mod uncertainty;
 pub use crate::validation::Problem;
 pub use check::StudyError;
 
+use crate::charging::{Charger, ChargingPolicy};
 use crate::cost::CostModel;
 use crate::cost::emissions::EmissionModel;
 use crate::driver::{Driver, DriverModel};
@@ -22,6 +23,7 @@ use crate::operating_cycle::route::{Keep, Route};
 use crate::operating_cycle::traffic::TrafficModel;
 use crate::operating_cycle::weather::WeatherModel;
 use crate::operating_cycle::{OperatingCycle, OperatingCycleSampler};
+use crate::powertrain::PowertrainKind;
 use crate::random::nesting::{Nesting, Trip};
 use crate::random::sampling::Sampling;
 use crate::random::{Factor, PickFreeze, Stream, Streams};
@@ -70,6 +72,9 @@ pub struct StudyModel {
     /// Rests that the law asks of drivers; absent: none are taken.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rest: Option<RestModel>,
+    /// Charging of battery trucks; absent: as `vehicle.electric.charging` says.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub charging: Option<ChargingPolicy>,
 }
 
 /// Name, description and sources of a study.
@@ -184,6 +189,8 @@ pub struct Scenario {
     pub vehicle: Vehicle,
     /// What its driver has driven at departure without a break, in s.
     pub driven_before_s: f64,
+    /// Public chargers along the way, in order; none for a truck without a battery.
+    pub chargers: Vec<Charger>,
 }
 
 impl Scenario {
@@ -203,7 +210,10 @@ impl Study {
         check::check(&model)?;
         let operating_cycle =
             OperatingCycleSampler::new(&model.road, &model.weather, &model.traffic, &model.mission);
-        let vehicle = model.vehicle.prepare().expect("checked: one powertrain");
+        let mut vehicle = model.vehicle.prepare().expect("checked: one powertrain");
+        if let Some(charging) = &model.charging {
+            vehicle.powertrain.follow(charging);
+        }
         let road_types = model.road.types.keys().cloned().collect();
         // brake stability limit: 5 m/s² × brake scale × K_P × step <= 1
         let brake = model.vehicle.brakes.full_deceleration_mps2 * model.driver.pedals.brake_scale;
@@ -222,7 +232,12 @@ impl Study {
         cycles: Vec<(GivenCycle, f64, Vec<Keep>)>,
     ) -> Result<Self, (usize, GivenCycleError)> {
         let mut routes = Vec::with_capacity(cycles.len());
+        let public = self.model.charging.as_ref().and_then(|charging| charging.public.as_ref());
         for (k, (cycle, weight, keep)) in cycles.into_iter().enumerate() {
+            let length_m = cycle.length_m;
+            if let Some(position_m) = public.and_then(|public| public.beyond(length_m)) {
+                return Err((k, GivenCycleError::ChargerBeyond { position_m, length_m }));
+            }
             let road = self.operating_cycle.road();
             let route = Route::new(cycle, weight, &keep, &self.road_types, road);
             routes.push(route.map_err(|error| (k, error))?);
@@ -313,6 +328,27 @@ impl Study {
         let vehicle = self.model.vehicle.sample(payload_kg, &streams, &simulation.without);
         let trip = streams.trip();
         let driven_before_s = self.model.rest.as_ref().map_or(0.0, |rest| rest.sample(&streams));
-        Scenario { cycle_id, trip, cycle, driver, curve_residuals, vehicle, driven_before_s }
+        let chargers = self.chargers(&cycle, &streams);
+        Scenario {
+            cycle_id,
+            trip,
+            cycle,
+            driver,
+            curve_residuals,
+            vehicle,
+            driven_before_s,
+            chargers,
+        }
+    }
+
+    /// Draws the public chargers that a battery truck meets.
+    fn chargers(&self, cycle: &OperatingCycle, streams: &Streams) -> Vec<Charger> {
+        let public = self.model.charging.as_ref().and_then(|charging| charging.public.as_ref());
+        let (Some(public), PowertrainKind::BatteryElectric(_)) = (public, &self.vehicle.powertrain)
+        else {
+            return Vec::new();
+        };
+        let events_m: Vec<f64> = cycle.road.events.iter().map(|event| event.position_m).collect();
+        public.sample(cycle.road.length_m, &events_m, streams)
     }
 }
