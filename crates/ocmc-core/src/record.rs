@@ -211,9 +211,10 @@ pub struct Record {
     /// What a depot's meter counts for it, in J, the losses of charger and battery included; null as
     /// `charged_energy_depot_j`.
     pub grid_energy_depot_j: Option<f64>,
-    /// The same of public chargers; null as `charged_energy_public_j`.
+    /// What the meters of public chargers count, in J, likewise; null as `charged_energy_public_j`.
     pub grid_energy_public_j: Option<f64>,
-    /// The same of chargers at stops of the mission; null as `charged_energy_public_j`.
+    /// What the meters of chargers at stops of the mission count, in J, likewise; null as
+    /// `charged_energy_public_j`.
     pub grid_energy_stop_j: Option<f64>,
     /// Stops on the way at which the battery was charged; null as `charged_energy_public_j`.
     pub n_charging_stops: Option<u32>,

@@ -21,7 +21,7 @@ const PLACES: u64 = 4;
 pub struct PublicChargerModel {
     /// Distance from one site to the next, in m; either this or `positions_m`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(range(min = 0.0, max = 5.0e6))]
+    #[schemars(with = "Quantity", range(min = 0.0, max = 5.0e6))]
     pub spacing_m: Option<Quantity>,
     /// Where the sites of a road are whose length is given, in m, rising.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -36,7 +36,7 @@ pub struct PublicChargerModel {
     pub available_share: f64,
     /// Wait for a free charger, in s; absent: none, where there is no `queue`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(range(min = 0.0, max = 86_400.0))]
+    #[schemars(with = "Quantity", range(min = 0.0, max = 86_400.0))]
     pub wait_s: Option<Quantity>,
     /// The queue that the wait is of, instead of `wait_s`.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -35,7 +35,7 @@ pub struct AgeingModel {
     /// Age, in years.
     #[schemars(range(min = 0.0, max = 30.0))]
     pub years: f64,
-    /// Full cycles in a year: energy drawn over the energy of the new battery.
+    /// Full cycles per a (year): energy drawn over the energy of the new battery.
     #[schemars(range(min = 0.0, max = 2000.0))]
     pub full_cycles_per_a: f64,
     /// Depth of discharge of a usual day.
