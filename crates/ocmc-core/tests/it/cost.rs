@@ -349,7 +349,7 @@ fn electricity_is_paid_where_it_was_charged() {
         charging_loss_j: Some(2.0 * 3.6e6),
         ..Record::default()
     };
-    let cost = costed(&costing, &[record]);
+    let cost = costed(&costing, std::slice::from_ref(&record));
     let of = |name: &str| cost.items.iter().find(|item| item.item == name).unwrap().per_trip;
     assert_within("depot", of("depot_charging"), 75.0 / 0.9 * 0.2, 1e-12);
     assert_within("public", of("public_charging"), 47.0 / 0.9 * 0.5, 1e-12);

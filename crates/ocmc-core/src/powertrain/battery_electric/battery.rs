@@ -102,6 +102,7 @@ const SLICE_S: f64 = 60.0;
 
 impl BatteryModel {
     /// As it is at its age: less energy, more resistance.
+    #[must_use]
     pub fn aged(&self) -> Self {
         let mut aged = self.clone();
         if let Some(ageing) = &self.ageing {
