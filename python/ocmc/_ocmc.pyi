@@ -286,6 +286,17 @@ class Study:
         threads: SupportsIndex | None = None,
         progress: _Progress = None,
     ) -> Answer: ...
+    def size(
+        self,
+        *,
+        cycles: SupportsIndex,
+        arrive: float | Sequence[float] = 0.95,
+        kg_per_kwh: float = 0.0,
+        seed: SupportsIndex = 1,
+        first_cycle: SupportsIndex = 0,
+        threads: SupportsIndex | None = None,
+        progress: _Progress = None,
+    ) -> Answer: ...
     def sensitivity(
         self,
         *,

@@ -142,3 +142,18 @@ def test_the_range_is_the_command_s():
     assert answer == printed | {"source": answer["source"]}
     with pytest.raises(ValueError, match="has no battery"):
         ocmc.Study("field-truck").range(cycles=2)
+
+
+def test_the_size_is_the_command_s():
+    key, value = "mission.length_m", 20_000.0
+    study = ocmc.Study("battery-truck").set(key, value)
+    answer = study.size(cycles=32, seed=5, arrive=[0.5, 0.9])
+    options = ["--study", "battery-truck", "--set", f"{key}={value}", "--cycles", "32", "--seed", "5"]
+    shares = ["--arrive", "50%", "--arrive", "90%"]
+    printed = json.loads(command("size", *options, *shares, "--json", "--quiet").stdout)
+    assert answer == printed | {"source": answer["source"]}
+    assert study.size(cycles=32, seed=5, arrive=0.9)["sizes"][0]["share"] == 0.9
+    with pytest.raises(ValueError, match="`arrive` is 1"):
+        study.size(cycles=2, arrive=1.0)
+    with pytest.raises(ValueError, match="has no battery"):
+        ocmc.Study("field-truck").size(cycles=2)

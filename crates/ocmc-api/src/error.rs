@@ -89,6 +89,18 @@ pub enum Error {
         /// The study.
         name: String,
     },
+    /// A share of trips that cannot be asked for.
+    #[error("`arrive` is {share}, allowed is a share above 0 and below 1")]
+    Share {
+        /// The share.
+        share: f64,
+    },
+    /// A mass that no battery has.
+    #[error("`kg_per_kwh` is {kg_per_kwh}, allowed is 0 to 100")]
+    Mass {
+        /// The mass, in kg for each kWh.
+        kg_per_kwh: f64,
+    },
     /// A quantity that there is not.
     #[error("`column` is {name:?}, allowed is one of: {}", columns().join(", "))]
     UnknownColumn {

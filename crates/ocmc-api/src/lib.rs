@@ -38,6 +38,7 @@ mod road;
 mod run;
 mod sensitivity;
 mod simulator_study;
+mod size;
 mod source;
 mod stored;
 pub mod study;
@@ -90,6 +91,7 @@ pub use simulator_study::{
     MOST_REPETITIONS, SIMULATOR_DRIVERS, SimulatorStudyAnswer, SimulatorStudyRequest,
     simulator_study,
 };
+pub use size::{SizeAnswer, SizeRequest, size};
 pub use source::{GivenTable, Mapping, Source, UTC_OFFSETS_H, mappings};
 pub use stored::{
     GROUP_ROWS, PartsError, in_our_order, joined, load, record_batch, records, save, schema,

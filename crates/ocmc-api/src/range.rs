@@ -76,6 +76,11 @@ pub fn range(request: &RangeRequest, watch: &mut Watch) -> Result<RangeAnswer, E
     if study.model.vehicle.electric.as_ref().is_some_and(|e| e.charging.is_some()) {
         sets.push("vehicle.electric.charging.begin_below=0".to_owned());
     }
+    if let Some(charging) = &study.model.charging {
+        let public = charging.public.as_ref().map(|_| "charging.public.available_share=0");
+        let stop = charging.stop.as_ref().map(|_| "charging.stop.begin_below=0");
+        sets.extend(public.into_iter().chain(stop).map(str::to_owned));
+    }
     let mut trip_length_m = None;
     if study.model.mission.routes.is_empty() {
         let pilot = RunPlan::new(plan.seed, 0, PILOT, Some(plan.threads), None);
@@ -119,7 +124,8 @@ pub fn range_of_run(directory: &Path) -> Result<RangeAnswer, Error> {
 /// The most that a battery gives, in J; none without one.
 fn usable_j(model: &StudyModel) -> Option<f64> {
     let battery = &model.vehicle.electric.as_ref()?.battery;
-    Some(battery.capacity_j * (1.0 - battery.minimum_charge))
+    let reserve = model.charging.as_ref().map_or(0.0, |charging| charging.reserve);
+    Some(battery.capacity_j * (1.0 - battery.minimum_charge.max(reserve)))
 }
 
 /// Widths of the table of ranges.

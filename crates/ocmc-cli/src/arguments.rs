@@ -147,7 +147,7 @@ fn meant(text: &str) -> Option<u64> {
 pub(crate) fn share(text: &str) -> Result<f64, String> {
     let allowed = || "allowed is a share above 0% and below 100%, as in 1%".to_owned();
     let number = text.strip_suffix('%').unwrap_or(text).trim();
-    let share = number.parse::<f64>().map_err(|_| allowed())? * 0.01;
+    let share = number.parse::<f64>().map_err(|_| allowed())? / 100.0;
     if !(share > 0.0 && share < 1.0) {
         return Err(allowed());
     }

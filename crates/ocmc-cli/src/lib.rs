@@ -19,6 +19,7 @@ mod road;
 mod run;
 mod shell;
 mod simulator_study;
+mod size;
 mod study;
 mod training;
 mod vecto;
@@ -41,6 +42,7 @@ use range::RangeArguments;
 use road::{RoadArguments, ValidateArguments};
 use run::{DriveArguments, MergeArguments, ReportArguments, RunArguments};
 use simulator_study::SimulatorStudyArguments;
+use size::SizeArguments;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use study::StudyCommand;
@@ -104,6 +106,8 @@ enum Command {
     /// Finds how far battery trucks come: which share arrives, by length of the trip, season and
     /// payload
     Range(RangeArguments),
+    /// Finds how large a battery has to be for a share of the trips to arrive
+    Size(SizeArguments),
     /// Compares with VECTO, from its own files: on VECTO's speed, by VECTO's driver and by ours
     Vecto(VectoArguments),
     /// Finds the least energy for the same road, truck and trip time, and how far drivers are from
@@ -169,6 +173,7 @@ pub fn run_from(arguments: impl IntoIterator<Item = OsString>) -> i32 {
         Some(Command::SimulatorStudy(arguments)) => simulator_study::simulator_study(arguments),
         Some(Command::Training(arguments)) => training::training(arguments),
         Some(Command::Range(arguments)) => range::range(arguments),
+        Some(Command::Size(arguments)) => size::size(arguments),
         Some(Command::Vecto(arguments)) => vecto::vecto(arguments),
         Some(Command::Bound(arguments)) => bound::bound(arguments),
         Some(Command::Merge(arguments)) => run::merge(arguments),

@@ -17,6 +17,7 @@
 
 pub mod bound;
 pub mod breakdown;
+pub mod charging;
 pub mod cost;
 mod crest;
 pub mod distribution;

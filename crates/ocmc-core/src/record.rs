@@ -166,9 +166,10 @@ pub struct Record {
     pub battery_loss_j: Option<f64>,
     /// Losses of motor and inverter, in J; null for a diesel truck.
     pub motor_loss_j: Option<f64>,
-    /// What charging at stops put into the store, in J; null for a diesel truck.
+    /// What charging put into the store, in J, at stops, and in the depot where a study has one; null
+    /// for a diesel truck.
     pub charged_energy_j: Option<f64>,
-    /// Heat in the battery while it was charged at stops, in J, not part of the balance; null for a
+    /// Heat in the battery while it was charged, in J, not part of the balance; null for a
     /// diesel truck.
     pub charging_loss_j: Option<f64>,
     /// State of charge at the end; null for a diesel truck.
@@ -203,6 +204,31 @@ pub struct Record {
     /// What the legal gross mass took off the payload that was drawn, in kg; null in records of
     /// versions that knew none.
     pub payload_cut_kg: Option<f64>,
+    /// What depots, `charging.depot`, put into the store after the trip, in J, a part of
+    /// `charged_energy_j`; null where a study has none.
+    pub charged_energy_depot_j: Option<f64>,
+    /// What public chargers put into it on the way, in J; null where a study has no `[charging]`, and
+    /// for a diesel truck.
+    pub charged_energy_public_j: Option<f64>,
+    /// What chargers at stops of the mission put into it, in J; null as `charged_energy_public_j`.
+    pub charged_energy_stop_j: Option<f64>,
+    /// What a depot's meter counts for it, in J, the losses of charger and battery included; null as
+    /// `charged_energy_depot_j`.
+    pub grid_energy_depot_j: Option<f64>,
+    /// What the meters of public chargers count, in J, likewise; null as `charged_energy_public_j`.
+    pub grid_energy_public_j: Option<f64>,
+    /// What the meters of chargers at stops of the mission count, in J, likewise; null as
+    /// `charged_energy_public_j`.
+    pub grid_energy_stop_j: Option<f64>,
+    /// Stops on the way at which the battery was charged; null as `charged_energy_public_j`.
+    pub n_charging_stops: Option<u32>,
+    /// Time for which it was charged on the way, in s; null as `charged_energy_public_j`.
+    pub charging_s: Option<f64>,
+    /// Time that the truck waited for free chargers, in s; null as `charged_energy_public_j`.
+    pub charging_wait_s: Option<f64>,
+    /// Time for which it was charged in the depot after the trip, in s; null as
+    /// `charged_energy_depot_j`.
+    pub depot_charging_s: Option<f64>,
     /// The terms of the ledger that have a column of their own, in the order of their declarations.
     #[serde(skip)]
     pub own_columns: [Option<f64>; OWN_COLUMNS],
@@ -462,4 +488,14 @@ const FIELDS: &[Column] = &[
     column_of("rest_s", |r| Cell::Number(r.rest_s)),
     column_of("n_rests", |r| Cell::Integer(r.n_rests.map(u64::from))),
     column_of("payload_cut_kg", |r| Cell::Number(r.payload_cut_kg)),
+    column_of("charged_energy_depot_j", |r| Cell::Number(r.charged_energy_depot_j)),
+    column_of("charged_energy_public_j", |r| Cell::Number(r.charged_energy_public_j)),
+    column_of("charged_energy_stop_j", |r| Cell::Number(r.charged_energy_stop_j)),
+    column_of("grid_energy_depot_j", |r| Cell::Number(r.grid_energy_depot_j)),
+    column_of("grid_energy_public_j", |r| Cell::Number(r.grid_energy_public_j)),
+    column_of("grid_energy_stop_j", |r| Cell::Number(r.grid_energy_stop_j)),
+    column_of("n_charging_stops", |r| Cell::Integer(r.n_charging_stops.map(u64::from))),
+    column_of("charging_s", |r| Cell::Number(r.charging_s)),
+    column_of("charging_wait_s", |r| Cell::Number(r.charging_wait_s)),
+    column_of("depot_charging_s", |r| Cell::Number(r.depot_charging_s)),
 ];

@@ -13,7 +13,7 @@ use ocmc_api::study::{self, Files, Given, LoadedStudy};
 use ocmc_api::{
     Asked, BirdsEyeRequest, BoundRequest, CostRequest, CpuLevel, FORMATS, GivenDrive,
     LAST_CYCLE_ID, MOST_THREADS, OVERS, RangeRequest, RequeueRequest, RunPlan, SensitivityRequest,
-    TrainingRequest, check_empty,
+    SizeRequest, TrainingRequest, check_empty,
 };
 use pyo3::exceptions::{PyAttributeError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -695,6 +695,75 @@ impl PyStudy {
         let study = (self.loaded.model.study.name.clone(), &self.loaded);
         let request = RangeRequest { study, plan };
         answer(py, &watched(py, progress, |watch| ocmc_api::range(&request, watch))?)
+    }
+
+    /// How large a battery has to be for shares of the trips to arrive.
+    ///
+    /// Sizes are tried on the same trips, by bisection. Batteries differ in energy, and in mass where
+    /// `kg_per_kwh` is given.
+    ///
+    /// Parameters
+    /// ----------
+    /// cycles : int
+    ///     Number of cycles, at least 1.
+    /// arrive : float or sequence of float
+    ///     Shares of the trips, each above 0 and below 1.
+    /// kg_per_kwh : float
+    ///     Mass of the truck that a kWh of battery adds, in kg.
+    /// seed : int
+    ///     Master seed.
+    /// first_cycle : int
+    ///     Id of the first cycle.
+    /// threads : int, optional
+    ///     Threads to use, one for each CPU by default.
+    /// progress : bool or callable, optional
+    ///     As for `Study.run`.
+    ///
+    /// Returns
+    /// -------
+    /// Answer
+    ///     The content of ``ocmc size --json``: ``sizes``, for each share ``capacity_j`` and its 95 %
+    ///     interval ``ci95_j``, in J, None where no battery is enough or the trips are too few to
+    ///     tell; ``tried``, the sizes that were tried with the ``share`` that arrives.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     Where a number is out of its range, or the trucks have no battery.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import ocmc
+    /// >>> study = ocmc.Study("battery-truck").set("mission.length_m", 20000.0)
+    /// >>> half, most = study.size(cycles=40, arrive=[0.5, 0.9])["sizes"]
+    /// >>> half["capacity_j"] < most["capacity_j"]
+    /// True
+    #[pyo3(
+        signature = (*, cycles, arrive=None, kg_per_kwh=0.0, seed=None, first_cycle=None, threads=None, progress=None),
+        text_signature = "($self, *, cycles, arrive=0.95, kg_per_kwh=0.0, seed=1, first_cycle=0, threads=None, progress=None)"
+    )]
+    fn size<'py>(
+        &self,
+        py: Python<'py>,
+        cycles: &Bound<'py, PyAny>,
+        arrive: Option<&Bound<'py, PyAny>>,
+        kg_per_kwh: f64,
+        seed: Option<&Bound<'py, PyAny>>,
+        first_cycle: Option<&Bound<'py, PyAny>>,
+        threads: Option<&Bound<'py, PyAny>>,
+        progress: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let plan = plan_of(cycles, seed, first_cycle, threads)?;
+        let arrive = match arrive {
+            None => vec![0.95],
+            Some(shares) => match shares.extract::<f64>() {
+                Ok(share) => vec![share],
+                Err(_) => shares.extract()?,
+            },
+        };
+        let study = (self.loaded.model.study.name.clone(), &self.loaded);
+        let request = SizeRequest { study, arrive, kg_per_kwh, plan };
+        answer(py, &watched(py, progress, |watch| ocmc_api::size(&request, watch))?)
     }
 
     /// Look at the roads that the study draws from above: coarse classes.

@@ -1,5 +1,6 @@
 //! What a fleet adds up to: a study is driven, or what is given is driven by its population.
 
+mod charging_text;
 mod parts_text;
 mod requeue;
 mod text;

@@ -2,6 +2,7 @@
 //! 80 columns, a histogram of bars that fit the terminal, and what failed.
 
 use super::RunAnswer;
+use super::charging_text::charging;
 use super::parts_text::parts;
 use super::trucks_text::trucks;
 use crate::text::{effects, fact, row, threads_text};
@@ -32,6 +33,7 @@ pub(crate) fn run_text(answer: &RunAnswer, width: usize) -> String {
         }
     }
     text + &parts(&run.summary)
+        + &charging(&run.summary)
         + &trucks(&run.summary)
         + &saturated(&run.summary)
         + &failed(&run.summary)

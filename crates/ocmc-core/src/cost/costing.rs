@@ -328,16 +328,23 @@ pub(super) fn litres(record: &Record) -> f64 {
     record.consumption_l_per_100km.unwrap_or(0.0) * record.distance_m / 1.0e5
 }
 
-/// Electricity from the depot's meter, in kWh: what the battery lost in the trip and was not given
-/// on the way; negative where a trip ends with more than it began with. The heat in the battery is
-/// left out, as a depot charges slowly.
+/// Electricity from the depot's meter, in kWh, where the study charges there. Elsewhere what the
+/// battery lost in the trip and was not given on the way; negative where a trip ends with more than
+/// it began with. The heat in the battery is left out then, as a depot charges slowly.
 pub(super) fn depot_kwh(record: &Record, efficiency: f64) -> f64 {
+    if let Some(metered_j) = record.grid_energy_depot_j {
+        return metered_j / J_PER_KWH;
+    }
     let lost_j = record.battery_energy_j.unwrap_or(0.0) - record.charged_energy_j.unwrap_or(0.0);
     lost_j / J_PER_KWH / efficiency
 }
 
 /// Electricity from meters on the way, in kWh, the heat in the battery included.
 pub(super) fn public_kwh(record: &Record, efficiency: f64) -> f64 {
+    if let (Some(public_j), Some(stop_j)) = (record.grid_energy_public_j, record.grid_energy_stop_j)
+    {
+        return (public_j + stop_j) / J_PER_KWH;
+    }
     let given_j = record.charged_energy_j.unwrap_or(0.0) + record.charging_loss_j.unwrap_or(0.0);
     given_j / J_PER_KWH / efficiency
 }

@@ -6,6 +6,7 @@
 //! interval with uncertain numbers covers the truth of synthetic studies.
 
 pub mod association;
+pub mod charging;
 pub mod clustering;
 pub mod comparison;
 pub mod components;
@@ -24,6 +25,7 @@ pub mod ratio;
 pub mod run;
 pub mod sensitivity;
 pub mod shapley;
+pub mod size;
 pub mod statistic;
 pub mod summary;
 pub mod training;

@@ -1,6 +1,7 @@
 //! What a fleet's cycles add up to: consumption, speed, duration and stops, over the cycles that
 //! were completed and, of what they drove, those that a battery cut short.
 
+use super::charging::ChargingSummary;
 use super::clustering::Clusters;
 use super::dependence::Dependence;
 use super::parts::{FleetPart, PartSums};
@@ -45,6 +46,8 @@ pub struct Summary {
     pub parts: Vec<FleetPart>,
     /// Cycles whose payload was cut at the legal gross mass.
     pub payloads_cut: u64,
+    /// What trips had to charge; none where the study does not say how.
+    pub charging: Option<ChargingSummary>,
 }
 
 /// Where powertrains left their maps, or could not hold a speed that was followed, over all cycles.
@@ -202,6 +205,9 @@ impl Serialize for Summary {
         if self.payloads_cut > 0 {
             map.serialize_entry("payloads_cut", &self.payloads_cut)?;
         }
+        if let Some(charging) = &self.charging {
+            map.serialize_entry("charging", charging)?;
+        }
         map.end()
     }
 }
@@ -252,6 +258,7 @@ pub struct SummaryBuilder {
     dependence: Dependence,
     /// Months and years of trucks, where they make several trips.
     trucks: TruckYearBuilder,
+    charging: ChargingSummary,
     /// Ids of the counted cycles, where cycles depend on one another.
     cycle_ids: Vec<u64>,
     /// Per quantity and counted cycle, NaN where there is none; empty while no cycle has the
@@ -274,6 +281,7 @@ impl SummaryBuilder {
             self.simulated_s += record.simulated_s;
             self.saturation.add(record);
             self.payloads_cut += u64::from(record.payload_cut_kg > Some(0.0));
+            self.charging.add(record);
             if self.dependence.has_trucks() {
                 self.trucks.add(record, self.dependence);
             }
@@ -362,6 +370,7 @@ impl SummaryBuilder {
             parts: std::mem::take(&mut self.parts).finish(),
             payloads_cut: self.payloads_cut,
             trucks,
+            charging: (self.charging.trips > 0).then_some(self.charging),
         }
     }
 

@@ -136,7 +136,7 @@ impl LaneTask {
             self.shift(lane, event);
         }
         if lane.parameters.powertrain.depleted(&lane.state.powertrain).test(lane.number) {
-            return Some(Outcome::Depleted);
+            return if self.finds_charger(lane) { None } else { Some(Outcome::Depleted) };
         }
         if lane.state.motion.steps_left[lane.number] <= 0.0 { self.check(lane) } else { None }
     }
@@ -165,9 +165,11 @@ impl LaneTask {
 
     /// Stands for the drawn time with the engine idling, then prepares to start.
     fn dwell<S: Simd, P: Powertrain>(&mut self, lane: &mut Lane<S, P>) {
-        let dwell_s = lane.state.motion.roads[lane.number][lane.stop_row()].0[RoadRow::DWELL];
+        let row = lane.stop_row();
+        let planned_s = lane.state.motion.roads[lane.number][row].0[RoadRow::DWELL];
+        let dwell_s = self.charge(lane, row, planned_s);
         let driven_s = lane.state.ledger[Term::Time][lane.number];
-        let rests = self.rest(lane.stop_row(), driven_s, dwell_s);
+        let rests = self.rest(row, driven_s, planned_s, dwell_s);
         let added = &mut self.added_by_event;
         let (powertrain, model) = (lane.parameters.powertrain, lane.parameters.look_ahead);
         let (own, number) = (&mut lane.state.powertrain, lane.number);

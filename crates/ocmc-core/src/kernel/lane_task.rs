@@ -1,6 +1,7 @@
 //! The task of one lane: its scenario, its road, its gear, and how the events of the lane are
 //! handled outside of the hot loop: stops, shifts, checks of progress and the end of the mission.
 
+use super::charging_stops::ChargingStops;
 use super::parts::{Parts, kinds_of_plan};
 use super::pedal_event::InitialMotion;
 use super::rest_stops::RestStops;
@@ -11,7 +12,7 @@ use crate::driver::pedal::Hold;
 use crate::driver::speed_change::Rise;
 use crate::energy_ledger::{Ledger, Mode, Term};
 use crate::lanes::UNBOUNDED;
-use crate::powertrain::Powertrain;
+use crate::powertrain::{Plug, Powertrain};
 use crate::record::{Outcome, Record};
 use crate::study::{Scenario, Study};
 use crate::tactical::{SpeedProfile, plan};
@@ -45,6 +46,8 @@ pub struct LaneTask {
     pub(super) rests: Option<Box<RestStops>>,
     /// What road types and event kinds have taken.
     pub(super) parts: Parts,
+    /// Charging, where the study has a policy.
+    charging: Option<Box<ChargingStops>>,
     /// What the last event added to the ledger, in one addition each: a trace has to be able to
     /// repeat it.
     pub(super) added_by_event: Ledger<f64>,
@@ -55,6 +58,7 @@ impl LaneTask {
     pub fn new(study: &Study, scenario: Scenario) -> Self {
         let mut task = Self {
             rests: RestStops::new(study, &scenario),
+            charging: ChargingStops::new(study),
             scenario,
             road: RoadRows::default(),
             gear: 0,
@@ -80,20 +84,26 @@ impl LaneTask {
     pub fn reuse(&mut self, study: &Study, seed: u64, cycle_id: u64, profile: &mut SpeedProfile) {
         study.resample(seed, cycle_id, &mut self.scenario);
         self.rests = RestStops::new(study, &self.scenario);
+        self.charging = ChargingStops::new(study);
         self.plan(study, profile);
     }
 
-    /// Puts the rest that is due into a trip that has left its lane, and plans it anew.
-    pub(super) fn put_in_rest(&mut self, study: &Study) {
-        if let Some(rests) = &mut self.rests {
-            rests.put_in(&mut self.scenario);
+    /// Puts the rest or the charging that is due into a trip that has left its lane, and plans it
+    /// anew.
+    pub(super) fn put_in_stop(&mut self, study: &Study) {
+        let Self { rests, charging, scenario, .. } = self;
+        match (charging.as_deref_mut(), rests.as_deref_mut()) {
+            (Some(charging), rests) if charging.are_missing() => charging.put_in(scenario, rests),
+            (charging, Some(rests)) => rests.put_in(scenario, charging),
+            _ => {}
         }
         self.plan(study, &mut SpeedProfile::default());
     }
 
-    /// Whether the trip has to be driven again, with a rest.
-    pub(super) fn lacks_rest(&self) -> bool {
+    /// Whether the trip has to be driven again, with a rest or with charging.
+    pub(super) fn lacks_stop(&self) -> bool {
         self.rests.as_ref().is_some_and(|rests| rests.are_missing())
+            || self.charging.as_ref().is_some_and(|charging| charging.are_missing())
     }
 
     fn plan(&mut self, study: &Study, profile: &mut SpeedProfile) {
@@ -116,22 +126,65 @@ impl LaneTask {
         &self.scenario
     }
 
-    /// Notes the standstill at the stop line of a row; returns whether the law on rests asked for it.
-    pub(super) fn rest(&mut self, row: usize, driven_s: f64, dwell_s: f64) -> bool {
+    /// Notes the standstill at the stop line of a row, as it was planned and as it is; returns
+    /// whether the law on rests asked for it.
+    pub(super) fn rest(&mut self, row: usize, driven_s: f64, planned_s: f64, dwell_s: f64) -> bool {
         let (Some(rests), Some(event)) = (&mut self.rests, self.road.event_after(row)) else {
             return false;
         };
         rests.drive_to(driven_s);
-        rests.stand(&self.scenario, event, dwell_s)
+        rests.stand(&self.scenario, event, planned_s, dwell_s)
+    }
+
+    /// Charges at the stop line of a row, where that is worth while, while the truck stands for some
+    /// time; returns for how long it does then, in s.
+    pub(super) fn charge<S: Simd, P: Powertrain>(
+        &mut self,
+        lane: &mut Lane<S, P>,
+        row: usize,
+        dwell_s: f64,
+    ) -> f64 {
+        let (Some(stops), Some(policy)) = (&mut self.charging, lane.parameters.charging) else {
+            return dwell_s;
+        };
+        let (powertrain, number) = (lane.parameters.powertrain, lane.number);
+        let own = &mut lane.state.powertrain;
+        let (Some(event), Some(charge)) =
+            (self.road.event_after(row), powertrain.charge_of(own, number))
+        else {
+            return dwell_s;
+        };
+        let Some(offer) = stops.offer(policy, &self.scenario, event, dwell_s) else {
+            return dwell_s;
+        };
+        let used = offer.is_used(charge).then(|| powertrain.charged_by(&offer.plug, charge));
+        let charge = used.flatten().unwrap_or_default();
+        powertrain.gain(own, number, charge.gained_j);
+        self.added_by_event[Term::Charged] += charge.gained_j;
+        self.added_by_event[Term::ChargingLoss] += charge.loss_j;
+        let position_m = self.scenario.cycle.road.events[event].position_m;
+        stops.charged(&offer, &charge, position_m, dwell_s)
+    }
+
+    /// Whether a charger on the way would help a truck whose reserve is used up.
+    pub(super) fn finds_charger<S: Simd, P: Powertrain>(&mut self, lane: &Lane<S, P>) -> bool {
+        let here_m = Self::position_m(lane);
+        let Self { charging, scenario, .. } = self;
+        charging.as_mut().is_some_and(|charging| charging.finds_charger(scenario, here_m))
+    }
+
+    /// Where the truck is, in m.
+    fn position_m<S: Simd, P: Powertrain>(lane: &Lane<S, P>) -> f64 {
+        let (motion, number) = (&lane.state.motion, lane.number);
+        let passed = &motion.roads[number][..=motion.at[number]];
+        let end_m: f64 = passed.iter().map(|row| row.0[RoadRow::LENGTH]).sum();
+        end_m - motion.left[number]
     }
 
     /// Whether the truck has to rest before it goes on from where it is.
     pub(super) fn has_to_rest<S: Simd, P: Powertrain>(&mut self, lane: &Lane<S, P>) -> bool {
         let Some(rests) = &mut self.rests else { return false };
-        let (motion, number) = (&lane.state.motion, lane.number);
-        let passed = &motion.roads[number][..=motion.at[number]];
-        let end_m: f64 = passed.iter().map(|row| row.0[RoadRow::LENGTH]).sum();
-        rests.has_to_rest(&self.scenario, end_m - motion.left[number])
+        rests.has_to_rest(&self.scenario, Self::position_m(lane))
     }
 
     /// Loads the truck into a lane, standing at the start of its road.
@@ -199,6 +252,9 @@ impl LaneTask {
             rests.depart();
         }
         self.parts.depart(lane.parameters.road_types);
+        if let Some(charging) = &mut self.charging {
+            charging.depart();
+        }
         swap(&mut lane.state.motion.roads[lane.number], &mut self.road.rows);
         lane.state.motion.at[lane.number] = 0;
         lane.state.motion.left[lane.number] = lane.state.row(lane.number).0[RoadRow::LENGTH];
@@ -337,6 +393,12 @@ impl LaneTask {
             &ledger,
             &mut record,
         );
+        if let (Some(stops), Some(policy)) = (&self.charging, lane.parameters.charging) {
+            let powertrain = lane.parameters.powertrain;
+            let departure_charge = vehicle.initial_charge.unwrap_or(0.0);
+            let charged_by = |plug: &Plug, charge| powertrain.charged_by(plug, charge);
+            stops.fill(policy, departure_charge, charged_by, &mut record);
+        }
         record
     }
 }

@@ -1,6 +1,7 @@
 //! Rests on one trip: where the law's clock comes to its limit, the trip ends there, gets its rest
 //! put in, and is driven again from its start, until it is driven to its end.
 
+use super::charging_stops::ChargingStops;
 use crate::operating_cycle::road::point_event::{EventKind, PointEvent};
 use crate::rest::{Activity, DutyClock};
 use crate::study::{Scenario, Study};
@@ -87,9 +88,15 @@ impl RestStops {
         self.driven_s = driven_s;
     }
 
-    /// The truck stands at an event. A stop of the mission is a rest, any other one a part of the
-    /// driving. Returns whether the law asked for it.
-    pub(super) fn stand(&mut self, scenario: &Scenario, event: usize, dwell_s: f64) -> bool {
+    /// The truck stands at an event, for longer than planned where it is charged. A stop of the
+    /// mission is a rest, any other one a part of the driving. Returns whether the law asked for it.
+    pub(super) fn stand(
+        &mut self,
+        scenario: &Scenario,
+        event: usize,
+        planned_s: f64,
+        dwell_s: f64,
+    ) -> bool {
         let PointEvent { position_m, kind, .. } = scenario.cycle.road.events[event];
         if !matches!(kind, EventKind::MissionStop { .. }) {
             self.clock.pass(Activity::Driving, dwell_s);
@@ -99,7 +106,7 @@ impl RestStops {
         self.clock.pass(Activity::Rest, dwell_s);
         let added = self.stops.iter().find(|stop| stop.position_m == position_m);
         if let Some(stop) = added {
-            self.added_s += dwell_s - stop.own_s.unwrap_or(0.0);
+            self.added_s += planned_s - stop.own_s.unwrap_or(0.0);
             self.taken += 1;
         }
         if self.clock.driven_s() == 0.0 {
@@ -146,13 +153,44 @@ impl RestStops {
         self.attempts > MOST_ATTEMPTS
     }
 
-    /// Puts the rest that is due into the trip: at the last stop of the mission since the last rest,
-    /// where there is none on the spot.
-    pub(super) fn put_in(&mut self, scenario: &mut Scenario) {
-        let Some(here_m) = self.due_at_m.take() else { return };
-        let (rest, length_s) = self.clock.next_rest();
+    /// Takes the rests behind a place off the trip.
+    pub(super) fn forget_behind(&mut self, place_m: f64, scenario: &mut Scenario) {
         let events = &mut scenario.cycle.road.events;
-        if let Some((event, before)) = self.last_stop {
+        self.stops.retain(|stop| {
+            if stop.position_m <= place_m {
+                return true;
+            }
+            match stop.own_s {
+                None => events.retain(|event| event.position_m != stop.position_m),
+                Some(standstill_s) => {
+                    let own = events.iter_mut().find(|event| event.position_m == stop.position_m);
+                    if let Some(event) = own {
+                        event.kind = EventKind::MissionStop { standstill_s };
+                    }
+                }
+            }
+            false
+        });
+    }
+
+    /// Puts the rest that is due into the trip: at the last stop of the mission or charger since the
+    /// last rest, where there is none on the spot. What was planned behind a charging trip's rest is
+    /// planned anew.
+    pub(super) fn put_in(&mut self, scenario: &mut Scenario, charging: Option<&mut ChargingStops>) {
+        let Some(mut here_m) = self.due_at_m.take() else { return };
+        let (rest, length_s) = self.clock.next_rest();
+        let stop_m = self.last_stop.map(|(event, _)| scenario.cycle.road.events[event].position_m);
+        let since_m = stop_m.unwrap_or(self.rested_at_m);
+        let ahead = |at_m: f64| at_m > since_m && at_m <= here_m;
+        let charger = scenario.chargers.iter().rev().find(|charger| ahead(charger.position_m));
+        let charger_m = charger.map(|charger| charger.position_m);
+        here_m = charger_m.or(stop_m).unwrap_or(here_m);
+        if let Some(charging) = charging {
+            self.forget_behind(here_m, scenario);
+            charging.forget_behind(here_m, scenario);
+        }
+        let events = &mut scenario.cycle.road.events;
+        if let (Some((event, before)), None) = (self.last_stop, charger_m) {
             let stop = &mut events[event];
             let own_s = stop.kind.standstill_s().unwrap_or(0.0);
             let known = self.stops.iter().any(|known| known.position_m == stop.position_m);
@@ -172,8 +210,9 @@ impl RestStops {
             !goes
         });
         let mut position_m = here_m.max(ROOM_M);
-        while let Some(event) =
-            events.iter().rev().find(|event| (event.position_m - position_m).abs() < ROOM_M)
+        while charger_m.is_none()
+            && let Some(event) =
+                events.iter().rev().find(|event| (event.position_m - position_m).abs() < ROOM_M)
         {
             position_m = event.position_m - ROOM_M;
         }

@@ -34,7 +34,7 @@ pub trait Observer {
         _tasks: &[Option<LaneTask>],
     ) {
     }
-    /// A trip begins again from its start, with a rest: what was observed of it is void.
+    /// A trip begins again from its start, with a rest or with charging: what was observed of it is void.
     fn restarts(&mut self) {}
     /// Whether the run is to stop: cycles that are on the road are then given up.
     fn is_stopped(&self) -> bool {
@@ -290,9 +290,9 @@ impl<'a, 'b, P: Powertrain, O: Observer> LaneScheduler<'a, 'b, P, O> {
                     self.cut_short.push(task.scenario().clone());
                 }
             }
-            if outcome.is_none() && task.lacks_rest() {
+            if outcome.is_none() && task.lacks_stop() {
                 task.leave(&mut lane);
-                task.put_in_rest(self.study);
+                task.put_in_stop(self.study);
                 task.enter(&mut lane);
                 self.observer.restarts();
                 continue;

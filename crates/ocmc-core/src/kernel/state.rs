@@ -2,6 +2,7 @@
 
 use super::road_row::RoadRow;
 use super::step_length::AFTER_JUMP;
+use crate::charging::ChargingPolicy;
 use crate::driver::look_ahead::LookAheadModel;
 use crate::driver::pedal::PedalModel;
 use crate::energy_ledger::Ledger;
@@ -30,6 +31,8 @@ pub struct KernelParameters<'a, P> {
     pub pedals: &'a PedalModel,
     /// Looking ahead.
     pub look_ahead: &'a LookAheadModel,
+    /// Charging, where the study has a policy.
+    pub charging: Option<&'a ChargingPolicy>,
     /// Square of the speed to which a truck coasts before a stop, in m²/s²: 0, or unbounded where it
     /// does not.
     pub stop_target: f64,
@@ -80,6 +83,7 @@ impl<'a, P: Powertrain> KernelParameters<'a, P> {
             simulation,
             pedals,
             look_ahead,
+            charging: study.model().charging.as_ref(),
             stop_target: if look_ahead.coasting { 0.0 } else { UNBOUNDED },
             engine_inertia_kgm2: constants.inertia_kgm2,
             idle_radps: constants.idle_radps,

@@ -118,6 +118,17 @@ pub enum GivenCycleError {
         /// The most, in m.
         most_m: f64,
     },
+    /// A charger of the study beyond the road.
+    #[error(
+        "`charging.public.positions_m` has a charger at {position_m} m, allowed is below \
+         {length_m}, the length of this road"
+    )]
+    ChargerBeyond {
+        /// Position of the charger, in m.
+        position_m: f64,
+        /// Length of the road, in m.
+        length_m: f64,
+    },
     /// A road that is too short or too long.
     #[error("the road is {length_m} m long, allowed is 200 m to 5000000 m")]
     Length {

@@ -13,6 +13,7 @@ pub mod efficiency;
 pub mod gearbox;
 mod piece_table;
 
+use crate::charging::{ChargeCurve, ChargingPolicy};
 use crate::energy_ledger::{Ledger, StepLedger, Term};
 use crate::first_order_lag::FirstOrderLag;
 use crate::lanes::{Flags, Lanes};
@@ -37,6 +38,15 @@ impl PowertrainKind {
         match self {
             Self::Diesel(powertrain) => task.run(powertrain),
             Self::BatteryElectric(powertrain) => task.run(powertrain),
+        }
+    }
+
+    /// A truck is charged as a policy says: it keeps a reserve, and no charger at stops is its own.
+    pub fn follow(&mut self, policy: &ChargingPolicy) {
+        if let Self::BatteryElectric(powertrain) = self {
+            let battery = &mut powertrain.model.battery;
+            battery.minimum_charge = battery.minimum_charge.max(policy.reserve);
+            powertrain.model.charging = None;
         }
     }
 
@@ -97,6 +107,42 @@ pub struct TruckInputs {
     pub fuel_factor: f64,
     /// State of charge; none without a battery.
     pub initial_charge: Option<f64>,
+}
+
+/// What a charger offers a truck at rest.
+#[derive(Clone, Copy, Debug)]
+pub struct Plug<'a> {
+    /// Power at the battery's terminals, in W.
+    pub power_w: f64,
+    /// The most power that the battery takes by its state of charge.
+    pub curve: Option<&'a ChargeCurve>,
+    /// State of charge at which charging ends.
+    pub end_at: f64,
+    /// Longest time, in s.
+    pub longest_s: f64,
+}
+
+/// What charging did.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Charge {
+    /// Its time, in s.
+    pub time_s: f64,
+    /// Energy that the store has gained, in J.
+    pub gained_j: f64,
+    /// Heat in the battery, in J.
+    pub loss_j: f64,
+    /// Energy at the terminals, in J, integrated on its own.
+    pub supplied_j: f64,
+}
+
+impl Charge {
+    /// Adds another one.
+    pub fn add(&mut self, other: &Self) {
+        self.time_s += other.time_s;
+        self.gained_j += other.gained_j;
+        self.loss_j += other.loss_j;
+        self.supplied_j += other.supplied_j;
+    }
 }
 
 /// How engine or motor hang on the wheels, decided at the step's start.
@@ -326,6 +372,16 @@ pub trait Powertrain {
     {
         None
     }
+    /// What a charger does from a state of charge on; none where nothing can be charged.
+    fn charged_by(&self, _plug: &Plug, _charge: f64) -> Option<Charge> {
+        None
+    }
+    /// State of charge of one lane; none without a battery.
+    fn charge_of<S: Simd>(&self, _state: &Self::State<S>, _lane: usize) -> Option<f64> {
+        None
+    }
+    /// The store of one lane has gained energy, in J.
+    fn gain<S: Simd>(&self, _state: &mut Self::State<S>, _lane: usize, _gained_j: f64) {}
     /// Flag: the source is empty.
     fn depleted<S: Simd>(&self, state: &Self::State<S>) -> Flags<S>;
 

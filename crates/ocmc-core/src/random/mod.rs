@@ -111,6 +111,8 @@ pub enum Stream {
     DriverAssignment = 36,
     /// Prices, keyed by replicate and not by cycle: a price is a state of the world.
     Price = 37,
+    /// Public chargers along the way, and the waits there.
+    Charger = 38,
 }
 
 /// A set of streams.
@@ -173,7 +175,7 @@ impl PickFreeze {
 )]
 #[serde(rename_all = "snake_case")]
 pub enum Factor {
-    /// Road types, signs, curves, topography, events, surface.
+    /// Road types, signs, curves, topography, events, surface, public chargers.
     Road,
     /// Temperature, pressure, humidity, precipitation, wind.
     Weather,
@@ -189,7 +191,7 @@ pub enum Factor {
 
 impl Stream {
     /// All streams, in the order of their numbers.
-    pub const ALL: [Self; 38] = [
+    pub const ALL: [Self; 39] = [
         Self::RoadType,
         Self::SpeedSign,
         Self::Curve,
@@ -228,6 +230,7 @@ impl Stream {
         Self::TruckEffect,
         Self::DriverAssignment,
         Self::Price,
+        Self::Charger,
     ];
 
     /// The factor that this stream belongs to; none for what is no part of a cycle.
@@ -247,7 +250,8 @@ impl Stream {
             | S::Roughness
             | S::Ground
             | S::Heading
-            | S::Route => Factor::Road,
+            | S::Route
+            | S::Charger => Factor::Road,
             S::Temperature | S::Pressure | S::Humidity | S::Precipitation | S::Wind => {
                 Factor::Weather
             }

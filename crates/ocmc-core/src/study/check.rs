@@ -4,6 +4,7 @@
 use super::StudyModel;
 use super::fleet::FleetModel;
 use super::keys::{Bounds, Key, declarations};
+use crate::charging::ChargingPolicy;
 use crate::distribution::Quantity;
 use crate::validation::{Problem, Problems};
 use serde::Deserialize;
@@ -57,7 +58,20 @@ fn rules(model: &StudyModel, tree: &Value) -> Vec<Problem> {
     if let Some(rest) = &model.rest {
         problems.part("rest", |problems| rest.validate(problems));
     }
+    if let Some(charging) = &model.charging {
+        problems.part("charging", |problems| charging.validate(problems));
+        problems.part("charging", |problems| chargers_within(model, charging, problems));
+    }
     problems.into_found()
+}
+
+/// Given chargers lie on a drawn road of one length; given roads are looked at with them.
+fn chargers_within(model: &StudyModel, charging: &ChargingPolicy, problems: &mut Problems) {
+    if let (Some(public), true, Quantity::Number(length_m)) =
+        (&charging.public, model.mission.routes.is_empty(), &model.mission.length_m)
+    {
+        problems.part("public", |problems| public.require_within(*length_m, problems));
+    }
 }
 
 /// A mission that no driver ends in the time that a cycle has would always be given up.

@@ -12,6 +12,7 @@ pub use crate::validation::Problem;
 pub use check::StudyError;
 
 use crate::breakdown::{Amount, Axis, BreakdownColumns, Part};
+use crate::charging::{Charger, ChargingPolicy};
 use crate::cost::CostModel;
 use crate::cost::emissions::EmissionModel;
 use crate::driver::{Driver, DriverModel};
@@ -24,6 +25,7 @@ use crate::operating_cycle::route::{Keep, Route};
 use crate::operating_cycle::traffic::TrafficModel;
 use crate::operating_cycle::weather::WeatherModel;
 use crate::operating_cycle::{OperatingCycle, OperatingCycleSampler};
+use crate::powertrain::PowertrainKind;
 use crate::random::nesting::{Nesting, Trip};
 use crate::random::sampling::Sampling;
 use crate::random::{Factor, PickFreeze, Stream, Streams};
@@ -73,6 +75,9 @@ pub struct StudyModel {
     /// Rests that the law asks of drivers; absent: none are taken.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rest: Option<RestModel>,
+    /// Charging of battery trucks; absent: as `vehicle.electric.charging` says.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub charging: Option<ChargingPolicy>,
 }
 
 /// Name, description and sources of a study.
@@ -195,6 +200,8 @@ pub struct Scenario {
     pub driven_before_s: f64,
     /// What the legal gross mass took off the payload that was drawn, in kg.
     pub payload_cut_kg: f64,
+    /// Public chargers along the way, in order; none for a truck without a battery.
+    pub chargers: Vec<Charger>,
 }
 
 impl Scenario {
@@ -230,7 +237,10 @@ impl Study {
         check::check(&model)?;
         let operating_cycle =
             OperatingCycleSampler::new(&model.road, &model.weather, &model.traffic, &model.mission);
-        let vehicle = model.vehicle.prepare().expect("checked: one powertrain");
+        let mut vehicle = model.vehicle.prepare().expect("checked: one powertrain");
+        if let Some(charging) = &model.charging {
+            vehicle.powertrain.follow(charging);
+        }
         let road_types: Vec<String> = model.road.types.keys().cloned().collect();
         // brake stability limit: 5 m/s² × brake scale × K_P × step <= 1
         let brake = model.vehicle.brakes.full_deceleration_mps2 * model.driver.pedals.brake_scale;
@@ -258,7 +268,12 @@ impl Study {
         cycles: Vec<(GivenCycle, f64, Vec<Keep>)>,
     ) -> Result<Self, (usize, GivenCycleError)> {
         let mut routes = Vec::with_capacity(cycles.len());
+        let public = self.model.charging.as_ref().and_then(|charging| charging.public.as_ref());
         for (k, (cycle, weight, keep)) in cycles.into_iter().enumerate() {
+            let length_m = cycle.length_m;
+            if let Some(position_m) = public.and_then(|public| public.beyond(length_m)) {
+                return Err((k, GivenCycleError::ChargerBeyond { position_m, length_m }));
+            }
             let road = self.operating_cycle.road();
             let route = Route::new(cycle, weight, &keep, &self.road_types, road);
             routes.push(route.map_err(|error| (k, error))?);
@@ -356,6 +371,7 @@ impl Study {
         let vehicle = self.model.vehicle.sample(payload_kg, &streams, &simulation.without);
         let trip = streams.trip();
         let driven_before_s = self.model.rest.as_ref().map_or(0.0, |rest| rest.sample(&streams));
+        let chargers = self.chargers(&cycle, &streams);
         Scenario {
             cycle_id,
             trip,
@@ -365,6 +381,18 @@ impl Study {
             vehicle,
             driven_before_s,
             payload_cut_kg: drawn_kg - payload_kg,
+            chargers,
         }
+    }
+
+    /// Draws the public chargers that a battery truck meets.
+    fn chargers(&self, cycle: &OperatingCycle, streams: &Streams) -> Vec<Charger> {
+        let public = self.model.charging.as_ref().and_then(|charging| charging.public.as_ref());
+        let (Some(public), PowertrainKind::BatteryElectric(_)) = (public, &self.vehicle.powertrain)
+        else {
+            return Vec::new();
+        };
+        let events_m: Vec<f64> = cycle.road.events.iter().map(|event| event.position_m).collect();
+        public.sample(cycle.road.length_m, &events_m, streams)
     }
 }

@@ -349,11 +349,22 @@ fn electricity_is_paid_where_it_was_charged() {
         charging_loss_j: Some(2.0 * 3.6e6),
         ..Record::default()
     };
-    let cost = costed(&costing, &[record]);
+    let cost = costed(&costing, std::slice::from_ref(&record));
     let of = |name: &str| cost.items.iter().find(|item| item.item == name).unwrap().per_trip;
     assert_within("depot", of("depot_charging"), 75.0 / 0.9 * 0.2, 1e-12);
     assert_within("public", of("public_charging"), 47.0 / 0.9 * 0.5, 1e-12);
     assert!(cost.total.per_a.is_none() && cost.total.per_tkm.is_none(), "no life, no payload");
+    // where a study charges by a policy, what meters counted is paid
+    let metered = Record {
+        grid_energy_depot_j: Some(80.0 * 3.6e6),
+        grid_energy_public_j: Some(40.0 * 3.6e6),
+        grid_energy_stop_j: Some(10.0 * 3.6e6),
+        ..record
+    };
+    let cost = costed(&costing, &[metered]);
+    let of = |name: &str| cost.items.iter().find(|item| item.item == name).unwrap().per_trip;
+    assert_within("metered depot", of("depot_charging"), 80.0 * 0.2, 1e-12);
+    assert_within("metered public", of("public_charging"), 50.0 * 0.5, 1e-12);
 }
 
 #[test]

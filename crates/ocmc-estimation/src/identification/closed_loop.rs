@@ -179,6 +179,7 @@ impl<'a> ClosedLoop<'a> {
             vehicle: model.vehicle.sample(payload_kg, &streams, &without),
             driven_before_s: 0.0,
             payload_cut_kg: 0.0,
+            chargers: Vec::new(),
         };
         // the controller's filter has followed the speed, the engine the pedal: both with a lag
         let first = start_of(log, &log.speed_mps);

@@ -52,6 +52,8 @@ pub const STUDIES: &[BuiltIn] = &[
     built_in("regional", include_str!("../../../../configs/regional.toml")),
     built_in("urban-delivery", include_str!("../../../../configs/urban-delivery.toml")),
     built_in("battery-truck", include_str!("../../../../configs/battery-truck.toml")),
+    built_in("electric-regional", include_str!("../../../../configs/electric-regional.toml")),
+    built_in("electric-long-haul", include_str!("../../../../configs/electric-long-haul.toml")),
     built_in("passenger-car", include_str!("../../../../configs/passenger-car.toml")),
 ];
 

@@ -113,6 +113,7 @@ fn the_pages_of_the_study_file_are_made_from_its_keys() {
         "cost",
         "fleet",
         "rest",
+        "charging",
     ] {
         page(&format!("study-{name}.md"), |what| {
             let (path, example) = what.split_once(" of ").unwrap();

@@ -63,7 +63,7 @@ fn studies_differ_from_the_default_one_only_where_they_say_so() {
     let default = model("field-truck");
     for built_in in study::list() {
         let model = model(built_in.name);
-        if built_in.name == "battery-truck" {
+        if ["battery-truck", "electric-regional", "electric-long-haul"].contains(&built_in.name) {
             assert!(model.vehicle.electric.is_some() && model.vehicle.engine.is_none());
         } else if built_in.name == "passenger-car" {
             assert!(model.vehicle.curb_mass_kg < 3500.0 && model.vehicle.engine.is_some());

@@ -6,12 +6,13 @@
 //! I² becomes heat. Discharge ends at the power limit or at U²/4R, whichever is lower; charging
 //! fades out over the last share of the window, so that a full battery takes nothing.
 //!
-//! One resistance for all temperatures and both directions, no ageing, no diffusion: the slow part
+//! One resistance for all temperatures and both directions, no diffusion: the slow part
 //! of a cell's voltage is not there.
 
 use crate::distribution::Quantity;
 use crate::lanes::{Flags, Lanes, clip, one};
 use crate::powertrain::battery_electric::ChargingModel;
+use crate::powertrain::battery_electric::ageing::AgeingModel;
 use crate::validation::Problems;
 use fearless_simd::prelude::*;
 use schemars::JsonSchema;
@@ -51,6 +52,9 @@ pub struct BatteryModel {
     /// State of charge at departure.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub initial_charge: Quantity,
+    /// How old it is; absent: new.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ageing: Option<AgeingModel>,
 }
 
 impl BatteryModel {
@@ -68,6 +72,9 @@ impl BatteryModel {
             self.minimum_charge,
             "below maximum_charge",
         );
+        if let Some(ageing) = &self.ageing {
+            problems.part("ageing", |problems| ageing.validate(problems));
+        }
     }
 }
 
@@ -94,6 +101,17 @@ pub struct Charged {
 const SLICE_S: f64 = 60.0;
 
 impl BatteryModel {
+    /// As it is at its age: less energy, more resistance.
+    #[must_use]
+    pub fn aged(&self) -> Self {
+        let mut aged = self.clone();
+        if let Some(ageing) = &self.ageing {
+            aged.capacity_j *= ageing.energy_share();
+            aged.resistance_ohm *= ageing.resistance_factor();
+        }
+        aged
+    }
+
     /// Open-circuit voltages at states of charge, in V.
     #[inline(always)]
     pub fn voltages_v<S: Simd>(&self, charge: Lanes<S>) -> Lanes<S> {
@@ -194,6 +212,7 @@ pub(crate) mod tests {
             maximum_charge: 0.9,
             charge_fade: 0.05,
             initial_charge: Quantity::Number(0.9),
+            ageing: None,
         }
     }
 

@@ -5,7 +5,9 @@
 //! overdrawn (`tests/it/electric.rs`), and the consumption on VECTO's LongHaul
 //! (`tests/it/battery.rs`).
 
+pub mod ageing;
 pub mod battery;
+mod charge;
 pub mod climate;
 mod inverse;
 pub mod motor;
@@ -219,7 +221,8 @@ impl BatteryElectricPowertrain {
     /// Prepares a checked model.
     pub fn new(model: &ElectricModel, wheel_radius_m: f64) -> Self {
         let (motor, gears) = (Motor::new(&model.motor), model.gears(wheel_radius_m));
-        Self { motor, model: model.clone(), gears }
+        let model = ElectricModel { battery: model.battery.aged(), ..model.clone() };
+        Self { motor, model, gears }
     }
 
     /// Charges at rest for some time, where a charger is worth while; adds to the ledger and

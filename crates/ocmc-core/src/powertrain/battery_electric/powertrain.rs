@@ -14,8 +14,8 @@ use crate::first_order_lag::FirstOrderLag;
 use crate::lanes::{Flags, Lanes, WIDTH, masked};
 use crate::powertrain::gearbox::GearLanes;
 use crate::powertrain::{
-    Coupling, Demand, InversePowertrain, PedalForces, Powertrain, PowertrainConstants, ShaftStep,
-    SignalNames, TractiveEffort, TruckInputs,
+    Charge, Coupling, Demand, InversePowertrain, PedalForces, Plug, Powertrain,
+    PowertrainConstants, ShaftStep, SignalNames, TractiveEffort, TruckInputs,
 };
 use crate::record::{Outcome, Record};
 use fearless_simd::prelude::*;
@@ -265,6 +265,18 @@ impl Powertrain for BatteryElectricPowertrain {
         deep.model.battery.capacity_j *= NEVER_EMPTYING_DEPTH;
         deep.model.battery.minimum_charge = f64::NEG_INFINITY;
         Some(deep)
+    }
+
+    fn charged_by(&self, plug: &Plug, charge: f64) -> Option<Charge> {
+        Some(self.model.battery.charged_by(plug, charge))
+    }
+
+    fn charge_of<S: Simd>(&self, state: &BatteryState<S>, lane: usize) -> Option<f64> {
+        Some(state.charge[lane])
+    }
+
+    fn gain<S: Simd>(&self, state: &mut BatteryState<S>, lane: usize, gained_j: f64) {
+        state.charge[lane] += gained_j / self.model.battery.capacity_j;
     }
 
     #[inline(always)]

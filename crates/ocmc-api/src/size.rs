@@ -1,0 +1,184 @@
+//! How large a battery has to be for a share of the trips to arrive.
+
+use crate::answer::Answer;
+use crate::error::Error;
+use crate::progress::Progress;
+use crate::text::{fact, table, took};
+use crate::watch::Watch;
+use ocmc_core::fleet::dependence::Dependence;
+use ocmc_core::fleet::run::RunPlan;
+use ocmc_core::fleet::size::{SizeFor, Sizing, TriedSize, drive_some};
+use ocmc_io::number_text::{count_of, grouped};
+use ocmc_io::study::LoadedStudy;
+use serde::Serialize;
+use std::ops::ControlFlow;
+use std::time::Instant;
+
+/// What has to arrive.
+#[derive(Clone, Debug)]
+pub struct SizeRequest<'a> {
+    /// The study, and what the answer calls it.
+    pub study: (String, &'a LoadedStudy),
+    /// Shares of the trips, each above 0 and below 1.
+    pub arrive: Vec<f64>,
+    /// Mass of the truck that a kWh of battery adds, in kg; 0: all batteries weigh the same.
+    pub kg_per_kwh: f64,
+    /// The cycles.
+    pub plan: RunPlan,
+}
+
+/// How large the battery has to be.
+#[derive(Clone, Debug, Serialize)]
+pub struct SizeAnswer {
+    /// What the study is called.
+    pub source: String,
+    /// Trips on which sizes were tried.
+    pub trips: u64,
+    /// Trips that were given up for another reason than the battery: they do not count.
+    pub given_up: u64,
+    /// Mass of the truck that a kWh of battery adds, in kg.
+    pub kg_per_kwh: f64,
+    /// The battery of the study, in J.
+    pub study_capacity_j: f64,
+    /// The answers, in the order of the shares that were asked for.
+    pub sizes: Vec<SizeFor>,
+    /// The sizes that were tried, from the smallest, with the share that arrives.
+    pub tried: Vec<TriedSize>,
+    #[serde(skip)]
+    driven: (RunPlan, f64, u64),
+}
+
+/// J of a kWh.
+const J_PER_KWH: f64 = 3.6e6;
+
+/// Finds the batteries with which shares of a study's trips arrive. Sizes are tried on the same trips;
+/// nothing but the battery's energy differs, and the mass where that is asked for.
+///
+/// ```
+/// use ocmc_api::{RunPlan, SizeRequest, go_on, size, study};
+/// let study = study::load("battery-truck", &["mission.length_m=20000"])?;
+/// let (study, plan) = (("trips".to_owned(), &study), RunPlan::new(1, 0, 40, None, None));
+/// let request = SizeRequest { study, arrive: vec![0.5], kg_per_kwh: 0.0, plan };
+/// let answer = size(&request, &mut go_on)?;
+/// let capacity_j = answer.sizes[0].capacity_j.expect("a battery is enough");
+/// assert!(capacity_j > 3e7 && capacity_j < 3e8, "{capacity_j}");
+/// # Ok::<(), ocmc_api::Error>(())
+/// ```
+///
+/// # Errors
+/// [`Error::NoBattery`], [`Error::Share`], [`Error::Mass`], [`Error::Study`] where a battery's mass
+/// does not fit the truck, and [`Error::Interrupted`].
+pub fn size(request: &SizeRequest, watch: &mut Watch) -> Result<SizeAnswer, Error> {
+    let SizeRequest { study: (name, study), arrive, kg_per_kwh, plan } = request;
+    let Some(electric) = &study.model.vehicle.electric else {
+        return Err(Error::NoBattery { name: name.clone() });
+    };
+    if let Some(share) = arrive.iter().find(|share| !(**share > 0.0 && **share < 1.0)) {
+        return Err(Error::Share { share: *share });
+    }
+    if !(*kg_per_kwh >= 0.0 && *kg_per_kwh <= MOST_KG_PER_KWH) {
+        return Err(Error::Mass { kg_per_kwh: *kg_per_kwh });
+    }
+    let (own_j, own_kg) = (electric.battery.capacity_j, study.model.vehicle.curb_mass_kg);
+    let clock = Instant::now();
+    let mut sizing = Sizing::new(plan.cycles, Dependence::of(&study.model, plan.seed).batch, own_j);
+    let mut progress = Progress { what: "trips", done: 0, total: plan.cycles };
+    let mut drive = |capacity_j: f64, trips: &[u64]| {
+        let mass_kg = own_kg + kg_per_kwh * (capacity_j - own_j) / J_PER_KWH;
+        let sets = [
+            format!("vehicle.electric.battery.capacity_j={capacity_j:e}"),
+            format!("vehicle.curb_mass_kg={mass_kg:e}"),
+        ];
+        let sized = match study.set(&sets) {
+            Ok(sized) => sized,
+            Err(error) => return ControlFlow::Break(Error::from(error)),
+        };
+        let before = progress.done;
+        progress.total = progress.total.max(before + trips.len() as u64);
+        drive_some(&sized.study, plan, trips, |done| {
+            progress.done = before + done;
+            match watch(progress) {
+                ControlFlow::Continue(()) => ControlFlow::Continue(()),
+                ControlFlow::Break(()) => ControlFlow::Break(Error::Interrupted(progress)),
+            }
+        })
+    };
+    let mut sizes = Vec::with_capacity(arrive.len());
+    for share in arrive {
+        match sizing.size_for(*share, &mut drive) {
+            ControlFlow::Continue(found) => sizes.push(found),
+            ControlFlow::Break(error) => return Err(error),
+        }
+    }
+    Ok(SizeAnswer {
+        source: name.clone(),
+        trips: plan.cycles,
+        given_up: sizing.given_up(),
+        kg_per_kwh: *kg_per_kwh,
+        study_capacity_j: own_j,
+        sizes,
+        tried: sizing.tried().to_vec(),
+        driven: (*plan, clock.elapsed().as_secs_f64(), sizing.drives),
+    })
+}
+
+/// Most that a kWh of battery may add, in kg: lead-acid batteries add some 40.
+const MOST_KG_PER_KWH: f64 = 100.0;
+/// Widths of the tables.
+const WIDTHS: [usize; 4] = [10, 10, 10, 18];
+/// Rows of the table of what was tried, about.
+const TRIED_ROWS: usize = 16;
+
+fn kwh(capacity_j: Option<f64>) -> String {
+    capacity_j.map_or("-".to_owned(), |j| format!("{:.0}", j / J_PER_KWH))
+}
+
+impl Answer for SizeAnswer {
+    fn text(&self) -> String {
+        let (plan, wall_s, drives) = self.driven;
+        let mut text = fact("study", &self.source);
+        text.push_str(&fact("seed", plan.seed));
+        let trips = count_of(self.trips, "trip");
+        text.push_str(&fact("tried on", format!("{trips}, {} drives in all", grouped(drives))));
+        text.push_str(&took(wall_s, plan.threads, drives));
+        if self.given_up > 0 {
+            let trips = count_of(self.given_up, "trip");
+            text.push_str(&fact("given up", format!("{trips} that stalled or timed out")));
+        }
+        let own = format!("{} kWh", kwh(Some(self.study_capacity_j)));
+        text.push_str(&fact("battery", format!("{own} in the study")));
+        text.push_str("\nThe battery with which so many of the trips arrive, in kWh\n");
+        let head = ["arrive", "battery", "", "95 % interval"];
+        let rows = self.sizes.iter().map(|size| {
+            let [low, high] = size.ci95_j.map(kwh);
+            let share = format!("{:.1} %", 100.0 * size.share);
+            vec![share, kwh(size.capacity_j), String::new(), format!("{low} to {high}")]
+        });
+        text.push_str(&table(&WIDTHS, &head, rows));
+        text.push_str("\nTrips that arrive with the batteries that were tried\n");
+        let step = self.tried.len().div_ceil(TRIED_ROWS).max(1);
+        for TriedSize { capacity_j, share } in self.tried.iter().step_by(step) {
+            let bar = "█".repeat((40.0 * share).round() as usize);
+            let line = format!("{:>7} kWh {:>6.1} %  {bar}", kwh(Some(*capacity_j)), 100.0 * share);
+            text.push_str(line.trim_end());
+            text.push('\n');
+        }
+        if self.sizes.iter().any(|size| size.capacity_j.is_none()) {
+            text.push_str(
+                "\n-: no battery is enough: the trips need chargers on the way, or time.\n",
+            );
+        }
+        text.push_str(if self.kg_per_kwh > 0.0 { WITH_MASS } else { SAME_MASS });
+        text
+    }
+}
+
+/// What the figures are of, and what they leave out.
+const SAME_MASS: &str = "
+Batteries differ in energy alone: mass, power and resistance are the study's.
+Intervals are of the chance of trips alone, not of how right the study is.
+";
+const WITH_MASS: &str = "
+Batteries differ in energy and mass: power and resistance are the study's.
+Intervals are of the chance of trips alone, not of how right the study is.
+";

@@ -1,0 +1,44 @@
+//! `ocmc size`: how large a battery has to be.
+
+use crate::arguments::{RangeArguments as CycleRange, StudyOptions, share, whole_number};
+use crate::failure::Failure;
+use crate::output;
+use crate::progress::watched;
+use clap::Args;
+use ocmc_api::{MOST_THREADS, SizeRequest};
+
+/// Whose battery is asked for.
+#[derive(Clone, Debug, Args)]
+#[command(mut_arg("study", |study| study.default_value("battery-truck")))]
+pub(crate) struct SizeArguments {
+    #[command(flatten)]
+    study: StudyOptions,
+    /// Share of the trips that has to arrive; may be repeated
+    #[arg(long, value_name = "SHARE", default_value = "95%", allow_hyphen_values = true, value_parser = share)]
+    arrive: Vec<f64>,
+    /// Mass of the truck that a kWh of battery adds, in kg
+    #[arg(long, value_name = "KG", default_value_t = 0.0, allow_negative_numbers = true)]
+    kg_per_kwh: f64,
+    #[command(flatten)]
+    range: CycleRange,
+    /// Threads [default: one for each CPU]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole_number(1..=MOST_THREADS))]
+    threads: Option<usize>,
+    /// No progress
+    #[arg(long)]
+    quiet: bool,
+    /// The answer as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// Finds the battery and prints it.
+pub(crate) fn size(arguments: &SizeArguments) -> Result<(), Failure> {
+    let SizeArguments { study, arrive, kg_per_kwh, range, threads, quiet, json } = arguments;
+    let loaded = study.load()?;
+    let study = (loaded.origin.to_string(), &loaded);
+    let plan = range.plan(*threads)?;
+    let request = SizeRequest { study, arrive: arrive.clone(), kg_per_kwh: *kg_per_kwh, plan };
+    let answer = watched(*quiet, |watch| ocmc_api::size(&request, watch))?;
+    output::print(&answer, *json)
+}

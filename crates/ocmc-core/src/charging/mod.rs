@@ -1,0 +1,95 @@
+//! Charging: where trucks are charged, with what power, and what reserve their drivers keep.
+
+pub mod charger;
+pub mod curve;
+pub mod queue;
+
+pub use charger::{Charger, PublicChargerModel};
+pub use curve::ChargeCurve;
+
+use crate::validation::Problems;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Charging of battery trucks, instead of `vehicle.electric.charging`. Absent: as that table says.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ChargingPolicy {
+    /// State of charge that drivers keep: below it a truck stops, where the battery's own
+    /// `minimum_charge` is not above it.
+    #[schemars(range(min = 0.0, max = 0.9))]
+    pub reserve: f64,
+    /// Efficiency of chargers, from the meter to the battery's terminals.
+    #[schemars(range(min = 0.5, max = 1.0))]
+    pub efficiency: f64,
+    /// Time in which the plug is put in and taken out, in s; absent: none.
+    #[serde(default)]
+    #[schemars(range(min = 0.0, max = 3600.0))]
+    pub connection_s: f64,
+    /// The most power that the battery takes by its state of charge, beside its own limits; absent:
+    /// those alone.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub curve: Option<ChargeCurve>,
+    /// Charging after the trip; absent: it is not looked at.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub depot: Option<DepotModel>,
+    /// Chargers along the way; absent: none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub public: Option<PublicChargerModel>,
+    /// Charging at stops of the mission; absent: none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stop: Option<StopChargerModel>,
+}
+
+/// Charging in the depot, once the trip has ended, up to the charge at departure.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DepotModel {
+    /// Power of a charger at the meter, in W.
+    #[schemars(range(min = 1000.0, max = 1.0e7))]
+    pub power_w: f64,
+    /// Time from arrival to the next departure, in s.
+    #[schemars(range(min = 0.0, max = 604_800.0))]
+    pub parked_s: f64,
+}
+
+/// Charging at stops of the mission.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct StopChargerModel {
+    /// Power of the charger at the meter, in W.
+    #[schemars(range(min = 1000.0, max = 1.0e7))]
+    pub power_w: f64,
+    /// State of charge below which a stop is used to charge.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub begin_below: f64,
+    /// State of charge at which charging ends.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub end_at: f64,
+    /// Shortest standstill that is used, in s.
+    #[schemars(range(min = 0.0, max = 86_400.0))]
+    pub shortest_s: f64,
+}
+
+impl ChargingPolicy {
+    /// Rules between its keys.
+    pub fn validate(&self, problems: &mut Problems) {
+        if let Some(curve) = &self.curve {
+            problems.part("curve", |problems| curve.validate(problems));
+        }
+        let reserve = self.reserve;
+        let ends = |end_at: f64, problems: &mut Problems| {
+            let allowed = format!("above `charging.reserve`, which is {reserve}");
+            problems.require(end_at > reserve, "end_at", end_at, &allowed);
+        };
+        if let Some(public) = &self.public {
+            problems.part("public", |problems| {
+                ends(public.end_at, problems);
+                public.validate(problems);
+            });
+        }
+        if let Some(stop) = &self.stop {
+            problems.part("stop", |problems| ends(stop.end_at, problems));
+        }
+    }
+}
