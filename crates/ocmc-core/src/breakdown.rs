@@ -97,7 +97,7 @@ impl BreakdownColumns {
     }
 
     /// Those among the columns of a table; none where a part lacks one of its columns.
-    pub fn among<'a>(names: impl Iterator<Item = &'a str> + Clone) -> Option<Arc<Self>> {
+    pub fn among<'a>(names: &(impl Iterator<Item = &'a str> + Clone)) -> Option<Arc<Self>> {
         let found = |amount: Amount| {
             names.clone().filter_map(move |name| {
                 name.strip_prefix(amount.column()).and_then(|rest| rest.strip_prefix('_'))
@@ -184,11 +184,11 @@ mod tests {
         assert_eq!(columns.names()[4], "distance_m_kind_stop");
         let with_others = || ["distance_m", "fuel_kg"].into_iter();
         let names = with_others().chain(columns.names().iter().map(String::as_str));
-        assert_eq!(BreakdownColumns::among(names).as_deref(), Some(&columns));
-        assert_eq!(BreakdownColumns::among(with_others()), None);
+        assert_eq!(BreakdownColumns::among(&names).as_deref(), Some(&columns));
+        assert_eq!(BreakdownColumns::among(&with_others()), None);
         let without =
             columns.names().iter().map(String::as_str).filter(|name| *name != "fuel_kg_rural");
-        assert_eq!(BreakdownColumns::among(without), None);
+        assert_eq!(BreakdownColumns::among(&without), None);
     }
 
     #[test]

@@ -117,7 +117,10 @@ pub fn kinds(places: &[Point]) -> Vec<Kind> {
             _ if places[start - 1].in_curve => Kind::Curve,
             _ => Kind::Limit,
         };
-        let slow = |place: &Point| regains(place.driven_mps.powi(2), place.limit_mps.powi(2));
+        let slow = |place: &Point| {
+            let (driven_mps, limit_mps) = (place.driven_mps, place.limit_mps);
+            regains(driven_mps * driven_mps, limit_mps * limit_mps)
+        };
         let mut k = start;
         while k < pieces && !brakes(k) && slow(&places[k]) {
             mark(&mut kinds, k, kind);

@@ -16,9 +16,9 @@ fn table(table: &PartTable) -> String {
     let [first, width] = WIDTHS;
     let line = |name: &str, cells: &[String]| {
         let mut text = format!("{name:<first$}");
-        cells.iter().for_each(|cell| {
+        for cell in cells {
             let _ = write!(text, "{cell:>width$}");
-        });
+        }
         text.trim_end().to_owned() + "\n"
     };
     let rows = table.rows.iter().map(|(name, cells)| line(name, cells));

@@ -110,7 +110,7 @@ pub fn records(batch: &RecordBatch) -> Result<Vec<Record>, Error> {
 /// The breakdown that a table has.
 fn breakdown_of(batch: &RecordBatch) -> Option<Arc<BreakdownColumns>> {
     let schema = batch.schema_ref();
-    BreakdownColumns::among(schema.fields().iter().map(|field| field.name().as_str()))
+    BreakdownColumns::among(&schema.fields().iter().map(|field| field.name().as_str()))
 }
 
 /// A table of records as [`schema_of`] has it: columns in its order, nulls for quantities that are not

@@ -65,7 +65,7 @@ pub fn read(path: &Path, file: File, mut sink: impl FnMut(Group)) -> Result<(), 
     let headers = reader.headers().map_err(failed)?.clone();
     let place = |column: &Column| headers.iter().position(|header| header == column.name);
     let own_places: Vec<Option<usize>> = own_columns().iter().map(place).collect();
-    let breakdown = BreakdownColumns::among(headers.iter());
+    let breakdown = BreakdownColumns::among(&headers.iter());
     let names = breakdown.iter().flat_map(|columns| columns.names());
     let part_places: Vec<Option<usize>> =
         names.map(|name| headers.iter().position(|header| header == name)).collect();
