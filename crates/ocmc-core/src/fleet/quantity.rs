@@ -202,7 +202,7 @@ mod tests {
     fn fleets_of_two_powertrains_share_the_work_at_the_wheels() {
         let diesel = Record { consumption_l_per_100km: Some(30.0), ..Record::default() };
         let electric = Record { consumption_kwh_per_km: Some(1.2), ..Record::default() };
-        let failed = Record { outcome: Outcome::Stalled, ..diesel };
+        let failed = Record { outcome: Outcome::Stalled, ..diesel.clone() };
         let (diesel, electric, failed) = ([diesel], [electric], [failed]);
         let of = |fleets: &[&[Record]]| shared_consumption(fleets).column;
         assert_eq!(of(&[&diesel, &diesel]), LITRES);
