@@ -59,9 +59,9 @@ fn delta(cycles: u64) -> f64 {
     ];
     let squares = numbers.map(|(key, value, error)| {
         let side = |value: f64| study(&[format!("driver.curve_speed.{key}={value}")]);
-        let sides = [side(value - error), side(value + error)];
+        let (low, high) = (side(value - error), side(value + error));
         let plan = RunPlan::new(977, 0, cycles, None, None);
-        let studies = [&sides[0], &sides[1]];
+        let studies = [&low, &high];
         let go_on = |_| ControlFlow::<Infallible>::Continue(());
         let ControlFlow::Continue(found) = compare(&studies, &plan, None, go_on);
         let effect = found.comparisons[0].difference.unwrap_or(f64::NAN) / 2.0;

@@ -3,6 +3,7 @@
 
 use crate::common::{run, study};
 use ocmc_core::operating_cycle::given::GivenCycle;
+use ocmc_core::operating_cycle::road::curvature::Curve;
 use ocmc_core::random::{Stream, Streams};
 use ocmc_core::study::Study;
 use ocmc_io::given_cycle::account;
@@ -23,7 +24,7 @@ fn points(study: &Study, cycle_id: u64, spacing_m: f64) -> Vec<[f64; 4]> {
             points.push([x, y, z, sign.speed_mps]);
         }
         let curve = road.curves.iter().find(|curve| (curve.start_m..curve.end_m).contains(&at_m));
-        heading -= curve.map_or(0.0, |curve| curve.curvature_per_m());
+        heading -= curve.map_or(0.0, Curve::curvature_per_m);
         (x, y) = (x + heading.sin(), y + heading.cos());
         z += road.slopes[(at_m / road.slope_step_m) as usize];
     }
@@ -47,7 +48,7 @@ fn fuel(path: &Path) -> f64 {
     let loaded = studies::load("field-truck", &[] as &[&str]).unwrap();
     let study = loaded.on_routes(&[path.to_owned()], &[], &[]).unwrap().study;
     let records = run(&study, 20);
-    assert!(records.iter().all(|record| record.outcome.counts()), "{path:?}");
+    assert!(records.iter().all(|record| record.outcome.counts()), "{}", path.display());
     let total = |of: fn(&ocmc_core::record::Record) -> f64| records.iter().map(of).sum::<f64>();
     total(|record| record.fuel_kg.unwrap()) / total(|record| record.distance_m)
 }

@@ -81,9 +81,9 @@ fn the_balance_closes() {
 #[test]
 fn the_balance_in_the_records_closes_where_the_powertrain_is_saturated() {
     let cycle = steep();
-    for study in [typical(&[]), crate::common::study("battery-truck", &[])] {
+    for study in [&typical(&[]), &crate::common::study("battery-truck", &[])] {
         for cycle_id in 0..8 {
-            let record = follow_study(&study, 1, cycle_id, &cycle).0;
+            let record = follow_study(study, 1, cycle_id, &cycle).0;
             let missing_j = record.missing_energy_j.unwrap();
             let (open, of_j) = match record.battery_energy_j {
                 Some(store_j) => {

@@ -38,7 +38,9 @@ fn other_trips_arrive_with_the_answer() {
 fn heavier_colder_and_surer_trips_need_more() {
     let with = |sets: &[&str], arrive: &str| {
         let mut arguments = vec!["--set", SHORT, "--cycles", "100", "--arrive", arrive];
-        sets.iter().for_each(|set| arguments.extend(["--set", set]));
+        for set in sets {
+            arguments.extend(["--set", set]);
+        }
         size_j(&json(&arguments))
     };
     let own = with(&["mission.payload_kg=10000"], "90%");

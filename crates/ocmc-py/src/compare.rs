@@ -2,8 +2,8 @@
 
 use crate::answer::answer;
 use crate::error::exception;
+use crate::plan::plan_of;
 use crate::progress::watched;
-use crate::question::plan_of;
 use crate::study::PyStudy;
 use crate::value::one_of;
 use ocmc_api::{CompareRequest, FORMATS, check_empty};

@@ -5,8 +5,8 @@ use crate::error::exception;
 use crate::input::{input, inputs, is_path, is_table, mappings, sequence};
 use crate::log::steering;
 use crate::operating_cycle::PyOperatingCycle;
+use crate::plan::seed_of;
 use crate::progress::warned;
-use crate::question::seed_of;
 use crate::study::{PyStudy, base_model};
 use crate::value::{one_of, utc_offset, whole_number, wrong_type};
 use ocmc_api::{

@@ -15,6 +15,7 @@ mod given;
 mod input;
 mod log;
 mod operating_cycle;
+mod plan;
 mod progress;
 mod question;
 mod road;

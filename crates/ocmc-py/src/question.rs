@@ -4,6 +4,9 @@ use crate::answer::answer;
 use crate::error::exception;
 use crate::given::given;
 use crate::operating_cycle::PyOperatingCycle;
+use crate::plan::{
+    MOST_TRIPS, cycle_id_of, number_of_cycles, plan_of, seed_of, threads_of, with_trips,
+};
 use crate::progress::watched;
 use crate::run::{PyRun, load, run};
 use crate::study::PyStudy;
@@ -12,8 +15,8 @@ use crate::value::{one_of, study_value, whole_number};
 use ocmc_api::study::{self, Files, Given, LoadedStudy};
 use ocmc_api::{
     Asked, BirdsEyeRequest, BoundRequest, CostRequest, CpuLevel, FORMATS, GivenDrive,
-    LAST_CYCLE_ID, MOST_THREADS, OVERS, RangeRequest, RequeueRequest, RunPlan, SensitivityRequest,
-    SizeRequest, TrainingRequest, check_empty,
+    LAST_CYCLE_ID, OVERS, RangeRequest, RequeueRequest, SensitivityRequest, SizeRequest,
+    TrainingRequest, check_empty,
 };
 use pyo3::exceptions::{PyAttributeError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -201,46 +204,26 @@ impl PyStudy {
         format: Option<&str>,
         progress: Option<&Bound<PyAny>>,
     ) -> PyResult<PyRun> {
-        let trips = trips.map(|n| whole_number(n, "trips", 1, MOST_TRIPS)).transpose()?;
-        let loaded = match trips {
-            None => self.loaded.clone(),
-            Some(trips) => {
-                let set = self.loaded.set(&[format!("fleet.trips_per_truck={trips}")]);
-                set.map_err(|error| PyValueError::new_err(error.to_string()))?
-            }
-        };
+        let loaded = with_trips(&self.loaded, trips)?;
         let of_truck = loaded.study.nesting().trips_per_truck;
+        let wrong = |text, error| format!("`precision` is {text:?}: {error}");
         let precision = precision.map(|text| {
-            let asked = ocmc_api::precision(text);
-            asked
-                .map_err(|error| PyValueError::new_err(format!("`precision` is {text:?}: {error}")))
+            ocmc_api::precision(text).map_err(|error| PyValueError::new_err(wrong(text, error)))
         });
         let precision = precision.transpose()?;
         let format = format.map(|word| one_of("format", word, &FORMATS)).transpose()?;
-        let cycles = match (cycles, trucks) {
-            (Some(cycles), None) => Some(whole_number(cycles, "cycles", 1, LAST_CYCLE_ID)?),
-            (None, Some(trucks)) => {
-                Some(whole_number(trucks, "trucks", 1, LAST_CYCLE_ID / of_truck)? * of_truck)
-            }
-            (None, None) if precision.is_some() || resume => None,
-            (None, None) => {
-                let text = "`cycles` is None, allowed is a whole number from 1; or give `trucks`";
-                return Err(PyTypeError::new_err(text));
-            }
-            _ => return Err(PyValueError::new_err("give `cycles` or `trucks`, and not both")),
-        };
+        let may_lack = precision.is_some() || resume;
+        let cycles = number_of_cycles(cycles, trucks, of_truck, may_lack)?;
         let last = LAST_CYCLE_ID - cycles.unwrap_or(MOST_UNSAID);
-        let first_cycle =
-            first_cycle.map(|id| whole_number(id, "first_cycle", 0, last)).transpose()?;
+        let first = first_cycle.map(|id| whole_number(id, "first_cycle", 0, last)).transpose()?;
         let seed = seed.map(|seed| seed_of(Some(seed))).transpose()?;
         let (threads, level) = (threads_of(threads)?, CpuLevel::best());
-        let (files, given) = (loaded.files().clone(), &GivenDrive::nothing());
-        let loaded = Some(&loaded);
+        let given = &GivenDrive::nothing();
         let asked = Asked {
-            loaded,
-            files,
+            loaded: Some(&loaded),
+            files: loaded.files().clone(),
             seed,
-            first_cycle,
+            first_cycle: first,
             cycles,
             precision,
             format,
@@ -248,9 +231,8 @@ impl PyStudy {
         };
         match (out, resume) {
             (Some(directory), true) => {
-                let directory_of = &directory;
                 let request = RequeueRequest {
-                    directory: directory_of,
+                    directory: &directory,
                     asked,
                     given,
                     threads,
@@ -941,39 +923,8 @@ impl PyStudy {
     }
 }
 
-/// Most trips of a truck.
-const MOST_TRIPS: u64 = 1_000_000;
-
 /// Most cycles that are driven where nothing is said of their number.
 const MOST_UNSAID: u64 = 1_000_000;
 
 /// Most cycles of a crossed design.
 const MOST_CROSSED: u64 = 1_000_000;
-
-/// Which cycles to run, and on what.
-pub(crate) fn plan_of(
-    cycles: &Bound<PyAny>,
-    seed: Option<&Bound<PyAny>>,
-    first_cycle: Option<&Bound<PyAny>>,
-    threads: Option<&Bound<PyAny>>,
-) -> PyResult<RunPlan> {
-    let cycles = whole_number(cycles, "cycles", 1, LAST_CYCLE_ID)?;
-    let seed = seed_of(seed)?;
-    let last = LAST_CYCLE_ID - cycles;
-    let first_cycle = first_cycle.map_or(Ok(0), |id| whole_number(id, "first_cycle", 0, last))?;
-    Ok(RunPlan::new(seed, first_cycle, cycles, threads_of(threads)?, None))
-}
-
-fn threads_of(threads: Option<&Bound<PyAny>>) -> PyResult<Option<usize>> {
-    let most = MOST_THREADS as u64;
-    let threads = threads.map(|n| whole_number(n, "threads", 1, most)).transpose()?;
-    Ok(threads.map(|n| n as usize))
-}
-
-fn cycle_id_of(cycle_id: &Bound<PyAny>) -> PyResult<u64> {
-    whole_number(cycle_id, "cycle_id", 0, LAST_CYCLE_ID - 1)
-}
-
-pub(crate) fn seed_of(seed: Option<&Bound<PyAny>>) -> PyResult<u64> {
-    seed.map_or(Ok(1), |seed| whole_number(seed, "seed", 0, u64::MAX))
-}

@@ -4,8 +4,8 @@ use crate::answer::answer;
 use crate::error::exception;
 use crate::input::{inputs, mappings};
 use crate::log::steering;
+use crate::plan::seed_of;
 use crate::progress::warned;
-use crate::question::seed_of;
 use crate::study::PyStudy;
 use crate::value::{one_of, whole_number};
 use ocmc_api::{

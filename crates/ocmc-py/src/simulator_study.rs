@@ -2,8 +2,8 @@
 
 use crate::answer::answer;
 use crate::error::exception;
+use crate::plan::seed_of;
 use crate::progress::watched;
-use crate::question::seed_of;
 use crate::study::PyStudy;
 use crate::value::{one_of, whole_number};
 use ocmc_api::{MOST_REPETITIONS, MOST_THREADS, SPEED_TERMS, SimulatorStudyRequest};

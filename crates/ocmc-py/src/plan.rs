@@ -1,0 +1,69 @@
+//! How many cycles are asked for, from which id and seed, on how many threads.
+
+use crate::value::whole_number;
+use ocmc_api::study::LoadedStudy;
+use ocmc_api::{LAST_CYCLE_ID, MOST_THREADS, RunPlan};
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+
+/// Most trips of a truck.
+pub(crate) const MOST_TRIPS: u64 = 1_000_000;
+
+/// Which cycles to run, and on what.
+pub(crate) fn plan_of(
+    cycles: &Bound<PyAny>,
+    seed: Option<&Bound<PyAny>>,
+    first_cycle: Option<&Bound<PyAny>>,
+    threads: Option<&Bound<PyAny>>,
+) -> PyResult<RunPlan> {
+    let cycles = whole_number(cycles, "cycles", 1, LAST_CYCLE_ID)?;
+    let seed = seed_of(seed)?;
+    let last = LAST_CYCLE_ID - cycles;
+    let first_cycle = first_cycle.map_or(Ok(0), |id| whole_number(id, "first_cycle", 0, last))?;
+    Ok(RunPlan::new(seed, first_cycle, cycles, threads_of(threads)?, None))
+}
+
+pub(crate) fn threads_of(threads: Option<&Bound<PyAny>>) -> PyResult<Option<usize>> {
+    let most = MOST_THREADS as u64;
+    let threads = threads.map(|n| whole_number(n, "threads", 1, most)).transpose()?;
+    Ok(threads.map(|n| n as usize))
+}
+
+pub(crate) fn cycle_id_of(cycle_id: &Bound<PyAny>) -> PyResult<u64> {
+    whole_number(cycle_id, "cycle_id", 0, LAST_CYCLE_ID - 1)
+}
+
+pub(crate) fn seed_of(seed: Option<&Bound<PyAny>>) -> PyResult<u64> {
+    seed.map_or(Ok(1), |seed| whole_number(seed, "seed", 0, u64::MAX))
+}
+
+/// The study, with so many trips of each truck where that is said.
+pub(crate) fn with_trips(
+    study: &LoadedStudy,
+    trips: Option<&Bound<PyAny>>,
+) -> PyResult<LoadedStudy> {
+    let Some(trips) = trips else { return Ok(study.clone()) };
+    let trips = whole_number(trips, "trips", 1, MOST_TRIPS)?;
+    let set = study.set(&[format!("fleet.trips_per_truck={trips}")]);
+    set.map_err(|error| PyValueError::new_err(error.to_string()))
+}
+
+/// Cycles that a run is to have: their number, or that of trucks with so many trips each.
+pub(crate) fn number_of_cycles(
+    cycles: Option<&Bound<PyAny>>,
+    trucks: Option<&Bound<PyAny>>,
+    of_truck: u64,
+    may_lack: bool,
+) -> PyResult<Option<u64>> {
+    match (cycles, trucks) {
+        (Some(cycles), None) => Ok(Some(whole_number(cycles, "cycles", 1, LAST_CYCLE_ID)?)),
+        (None, Some(trucks)) => {
+            Ok(Some(whole_number(trucks, "trucks", 1, LAST_CYCLE_ID / of_truck)? * of_truck))
+        }
+        (None, None) if may_lack => Ok(None),
+        (None, None) => Err(PyTypeError::new_err(
+            "`cycles` is None, allowed is a whole number from 1; or give `trucks`",
+        )),
+        _ => Err(PyValueError::new_err("give `cycles` or `trucks`, and not both")),
+    }
+}
