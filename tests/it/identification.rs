@@ -353,7 +353,8 @@ fn a_late_driver_is_found_or_refused() {
 
 #[test]
 fn a_wrong_mass_is_refused_and_found() {
-    let heavy = study(&["mission.payload_kg=31300"]);
+    let beyond_the_law = "vehicle.gross_mass_limit_kg=60000";
+    let heavy = study(&["mission.payload_kg=31300", beyond_the_law]);
     let study = study(&[]);
     let [heavy_kg, mass_kg] = [&heavy, &study].map(|study| study.sample(1, 0).vehicle.mass_kg);
     assert!((heavy_kg - mass_kg - 7000.0).abs() < 1.0, "{heavy_kg} {mass_kg}");

@@ -51,7 +51,11 @@ fn wild() -> DriveCycle {
 
 #[test]
 fn whatever_the_map_and_the_truck_every_column_is_a_number() {
-    let heavy = ["mission.payload_kg=100000", "vehicle.auxiliary_power_w=100000"];
+    let heavy = [
+        "mission.payload_kg=100000",
+        "vehicle.gross_mass_limit_kg=200000",
+        "vehicle.auxiliary_power_w=100000",
+    ];
     let weak = ["vehicle.engine.full_load_torque_nm=[1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1]"];
     let ends_early = [
         "vehicle.engine.full_load_speed_radps=[63.0, 90.0]",

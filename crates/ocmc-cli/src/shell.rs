@@ -26,20 +26,27 @@ pub(crate) fn completions(shell: Shell, mut command: Command) -> String {
 /// Options that take a study.
 const STUDY_OPTIONS: [&str; 2] = ["study", "against"];
 
+/// Sub-commands whose argument is a study.
+const POSITIONAL: [&str; 4] = ["compare", "show", "check", "birds-eye"];
+
 fn bash(script: &str, names: &str) -> String {
     let files = r#"COMPREPLY=($(compgen -f "${cur}"))"#;
     let both =
         format!(r#"COMPREPLY=($(compgen -W "{names}" -- "${{cur}}") $(compgen -f -- "${{cur}}"))"#);
-    let mut of_study = false;
+    let (mut of_study, mut takes_study) = (false, false);
     let lines = script.lines().map(|line| {
         let word = line.trim();
+        if let Some(command) = word.strip_prefix("ocmc__").and_then(|word| word.strip_suffix(')')) {
+            let ends = |name: &&str| command.ends_with(&name.replace('-', "__subcmd__"));
+            takes_study = !command.contains("help__") && POSITIONAL.iter().any(|name| ends(&name));
+        }
         let here = of_study && word == files;
         of_study = STUDY_OPTIONS.iter().any(|name| word == format!("--{name})"));
         match () {
             () if here => line.replace(files, &both),
             // a positional argument is among the words that may come next
-            () if word.starts_with("opts=") => {
-                line.replace("<NAME|FILE>...", names).replace("<NAME|FILE>", names)
+            () if takes_study && word.starts_with("opts=") => {
+                format!("{} {names}\"", line.trim_end_matches('"'))
             }
             () => line.to_owned(),
         }
@@ -65,7 +72,7 @@ fn fish(script: &str, names: &str) -> String {
         _ => format!("{line}\n"),
     });
     // the generator leaves positional arguments out
-    let positional = ["compare", "show", "check", "birds-eye"].map(|command| {
+    let positional = POSITIONAL.map(|command| {
         format!("complete -c ocmc -n \"__fish_seen_subcommand_from {command}\" -a \"{names}\"\n")
     });
     lines.chain(positional).collect()

@@ -5,7 +5,7 @@ use ocmc_io::part_table::{PartTable, part_tables};
 use std::fmt::Write;
 
 /// Widths of the name and of each column.
-const WIDTHS: [usize; 2] = [15, 11];
+const WIDTHS: [usize; 2] = [14, 11];
 
 /// The tables of a summary; nothing where it has no parts.
 pub(super) fn parts(summary: &Summary) -> String {

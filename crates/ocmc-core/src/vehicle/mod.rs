@@ -55,7 +55,7 @@ pub struct VehicleModel {
     /// Exponent of the tyre load.
     #[schemars(range(min = 0.5, max = 1.5))]
     pub rolling_load_exponent: f64,
-    /// Temperature coefficient of rolling resistance, in 1/K.
+    /// Temperature coefficient of rolling resistance, per K.
     #[schemars(range(min = 0.0, max = 0.02))]
     pub rolling_temperature_coefficient_per_k: f64,
     /// Cornering stiffness of the tyres for each N of their load, in N/(N rad): they roll at a slip

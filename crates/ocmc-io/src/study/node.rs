@@ -259,13 +259,16 @@ fn syntax(source: &Source, place: &Place, error: &toml::de::Error) -> Box<Fault>
     let fault = Fault::new(Cause::Syntax(error.message().to_owned())).at(Some(place));
     let (before, after) = source.text.split_at_checked(place.span.start).unwrap_or_default();
     let digit = |letter: Option<char>| letter.is_some_and(|letter| letter.is_ascii_digit());
+    // the place of a number with its unit behind it is its first digit, or what follows the last
+    let word: String = after.chars().take_while(|letter| letter.is_alphanumeric()).collect();
     let mut after = after.chars();
     let (next, second, last) = (after.next(), after.next(), before.chars().last());
     if next == Some(',') && digit(second) && digit(last) {
         return fault.help(DECIMAL_POINT);
     }
     let letter = |letter: Option<char>| letter.is_some_and(char::is_alphabetic);
-    if letter(next) && digit(last) { fault.help(NO_UNIT) } else { fault }
+    let from_digit = digit(word.chars().next()) && letter(word.chars().last());
+    if from_digit || letter(next) && digit(last) { fault.help(NO_UNIT) } else { fault }
 }
 
 /// Checks that a list of so many entries, to which the steps lead, has an entry for each key.
