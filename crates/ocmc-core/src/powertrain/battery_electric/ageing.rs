@@ -3,8 +3,9 @@
 //!
 //! The law is that of Schmalstieg, Käbitz, Ecker and Sauer, *A holistic aging model for
 //! Li(NiMnCo)O2 based 18650 lithium-ion batteries*, J. Power Sources 257 (2014) 325, for cells of
-//! 2.05 Ah, as NREL's BLAST-Lite restates it \[F\]. With t in days, Q in Ah that went through a
-//! cell in both directions, V in V, T in K and the depth of discharge D:
+//! 2.05 Ah, as public restatements give it, NREL's BLAST-Lite among them \[F second hand\]. With t in
+//! days, Q in Ah that went through a cell in both directions, V in V, T in K and the depth of
+//! discharge D:
 //!
 //! ```text
 //! energy      1 − (7.543 V − 23.75) 10⁶ exp(−6976 / T) t^0.75
