@@ -380,7 +380,7 @@ fn inputs_text(inputs: &[InputShare], of: &str) -> String {
         [input.key.clone(), first, cell(input.total, input.total_ci95)]
     };
     let rows = inputs.iter().map(row);
-    format!("{head}{}", table(&[34, 22, 22], &["", "alone", "with joint effects"], rows))
+    format!("{head}{}", table(&[34, 22, 22], &["", "first-order", "total effect"], rows))
 }
 
 fn difference_text(difference: &CostDifference) -> String {

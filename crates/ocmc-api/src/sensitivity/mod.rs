@@ -280,7 +280,7 @@ fn table(shares: &Sensitivity) -> String {
         rounded(factor * shares.mean),
         rounded(factor * shares.variance.sqrt())
     );
-    let head = format!("{:name_width$}{:>width$}{:>width$}", "", "alone", "with joint effects");
+    let head = format!("{:name_width$}{:>width$}{:>width$}", "", "first-order", "total effect");
     let _ = writeln!(text, "{head}");
     for share in &shares.factors {
         let _ = writeln!(text, "{}", row(share).trim_end());
