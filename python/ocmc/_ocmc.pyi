@@ -26,11 +26,14 @@ __all__ = [
     "joined",
     "label",
     "load",
+    "merge",
     "road",
     "run_from",
     "simulator_study",
+    "studies",
     "unpickled",
     "validate",
+    "vehicles",
 ]
 
 __version__: str
@@ -204,7 +207,9 @@ def merge(
 def run_from(arguments: Sequence[str]) -> int: ...
 def label(column: str) -> tuple[str, float]: ...
 def joined(parts: Sequence[Run], wall_s: float, threads: int) -> Run: ...
-def unpickled(manifest: str, wall_s: float, threads: int, stream: bytes, sum: bytes) -> Run: ...
+def unpickled(
+    manifest: str, wall_s: float, threads: int, ended_at: str | None, stream: bytes, sum: bytes
+) -> Run: ...
 
 @final
 class Study:

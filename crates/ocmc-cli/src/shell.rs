@@ -38,7 +38,7 @@ fn bash(script: &str, names: &str) -> String {
         let word = line.trim();
         if let Some(command) = word.strip_prefix("ocmc__").and_then(|word| word.strip_suffix(')')) {
             let ends = |name: &&str| command.ends_with(&name.replace('-', "__subcmd__"));
-            takes_study = !command.contains("help__") && POSITIONAL.iter().any(|name| ends(&name));
+            takes_study = !command.contains("help__") && POSITIONAL.iter().any(ends);
         }
         let here = of_study && word == files;
         of_study = STUDY_OPTIONS.iter().any(|name| word == format!("--{name})"));

@@ -47,7 +47,7 @@ pub(crate) struct PyRun {
 }
 
 /// What `unpickled` makes a run of.
-type Pickled<'py> = (String, f64, usize, Bound<'py, PyBytes>, Vec<u8>);
+type Pickled<'py> = (String, f64, usize, Option<String>, Bound<'py, PyBytes>, Vec<u8>);
 
 /// Records on their way into a table: batches of as many rows as a file has in a group.
 #[derive(Default)]
@@ -361,7 +361,9 @@ impl PyRun {
         let stream = PyBytes::new(py, &written.map_err(broken)?);
         let make = py.import("ocmc._ocmc")?.getattr("unpickled")?;
         let sum = checksum(&manifest, stream.as_bytes());
-        Ok((make, (manifest, self.answer.summary.wall_s, self.answer.summary.threads, stream, sum)))
+        let summary = &self.answer.summary;
+        let ended_at = summary.ended_at.clone();
+        Ok((make, (manifest, summary.wall_s, summary.threads, ended_at, stream, sum)))
     }
 }
 
@@ -384,6 +386,7 @@ pub(crate) fn unpickled(
     manifest: &str,
     wall_s: f64,
     threads: usize,
+    ended_at: Option<String>,
     stream: &[u8],
     sum: &[u8],
 ) -> PyResult<PyRun> {
@@ -402,7 +405,8 @@ pub(crate) fn unpickled(
             batches.push(batch.clone());
             records(&batch).map_err(broken)
         });
-        let answer = summed_up(manifest, Origin::Dictionary, (wall_s, threads), groups)?;
+        let mut answer = summed_up(manifest, Origin::Dictionary, (wall_s, threads), groups)?;
+        answer.summary.ended_at = ended_at;
         Ok(PyRun { answer, records: table_of(batches) })
     })
 }
