@@ -70,7 +70,7 @@ def ink(firefox, picture, folder):
     """What Firefox draws, as darkness against the ground at the picture's corner."""
     image = pytest.importorskip("matplotlib.image")
     shown = folder / f"{picture.stem}.png"
-    command = [firefox, "--headless", "--no-remote", "--profile", folder, "--window-size=760,800"]
+    command = [firefox, "--headless", "--no-remote", "--profile", folder, "--window-size=760,1000"]
     environment = {"HOME": str(folder), "PATH": os.environ["PATH"]}
     subprocess.run(
         [*command, "--screenshot", shown, picture.as_uri()],
