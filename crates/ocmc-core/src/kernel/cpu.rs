@@ -47,7 +47,7 @@ impl CpuLevel {
         self.run_narrow(task)
     }
 
-    /// As [`Self::run`], with AVX2 at most: one truck gains nothing from wider vectors.
+    /// As [`Self::run`], with AVX2 at most: what is seldom asked need not be compiled for all.
     pub(super) fn run_narrow<T: SimdTask>(self, task: T) -> T::Answer {
         #[cfg(target_arch = "x86_64")]
         if self >= Self::Avx2

@@ -1,12 +1,15 @@
-//! One event of a drive: a truck that already rolls, for a given time, from the same step function
-//! as a fleet.
+//! Events of a drive: trucks that already roll, for a given time, from the same step function as a
+//! fleet.
 //!
-//! It is what the identification of a driver's gains simulates again and again.
+//! It is what the identification of a driver's gains simulates again and again, with other gains in
+//! each lane.
 
 use super::cpu::{CpuLevel, SimdTask};
 use super::lane_task::LaneTask;
 use super::road_row::RoadRow;
 use super::state::{KernelParameters, Lane, State};
+use super::step_view::StepView;
+use crate::lanes::WIDTH;
 use crate::powertrain::{Powertrain, PowertrainTask};
 use crate::study::{Scenario, Study};
 use fearless_simd::prelude::*;
@@ -128,74 +131,118 @@ pub struct EventSeries {
     pub brake: Vec<f64>,
 }
 
-/// Drives an event for some time, in s, or until the road ends.
-pub fn simulate_event(
+/// A truck that rolls into an event: its scenario, and how it rolls.
+pub type RollingStart = (Scenario, InitialMotion);
+
+/// Drives events for some time each, in s, or until their roads end: eight trucks side by side. The
+/// series are in the order of the starts, and none depends on the others.
+pub fn simulate_events(
     study: &Study,
-    scenario: Scenario,
-    rolling: &InitialMotion,
+    starts: &[RollingStart],
     duration_s: f64,
-) -> EventSeries {
-    let task = LaneTask::new(study, scenario);
-    let powertrain = &study.vehicle().powertrain;
-    powertrain.dispatch(EventTask { study, task, rolling, duration_s })
+) -> Vec<EventSeries> {
+    study.vehicle().powertrain.dispatch(EventsTask { study, starts, duration_s })
 }
 
-struct EventTask<'a> {
+struct EventsTask<'a> {
     study: &'a Study,
-    task: LaneTask,
-    rolling: &'a InitialMotion,
+    starts: &'a [RollingStart],
     duration_s: f64,
 }
 
-impl PowertrainTask for EventTask<'_> {
-    type Answer = EventSeries;
+impl PowertrainTask for EventsTask<'_> {
+    type Answer = Vec<EventSeries>;
 
-    fn run<P: Powertrain>(self, powertrain: &P) -> EventSeries {
+    fn run<P: Powertrain>(self, powertrain: &P) -> Vec<EventSeries> {
         let parameters = KernelParameters::new(self.study, powertrain);
-        CpuLevel::best().run_narrow(Rolling { parameters, event: self })
+        CpuLevel::best().run_narrow(Rolling { parameters, events: self })
     }
+}
+
+/// A truck in a lane, and what was noted of it.
+struct Rolled {
+    task: LaneTask,
+    late: Option<LateSight>,
+    series: EventSeries,
+    time_s: f64,
+    drives: bool,
 }
 
 struct Rolling<'a, P> {
     parameters: KernelParameters<'a, P>,
-    event: EventTask<'a>,
+    events: EventsTask<'a>,
 }
 
 impl<P: Powertrain> SimdTask for Rolling<'_, P> {
-    type Answer = EventSeries;
+    type Answer = Vec<EventSeries>;
 
     #[inline(always)]
-    fn run<S: Simd>(self, simd: S) -> EventSeries {
-        let EventTask { mut task, rolling, duration_s, .. } = self.event;
-        let parameters = &self.parameters;
-        let state = &mut State::parked(simd, parameters);
-        let mut lane = Lane { state, number: 0, parameters };
-        task.enter(&mut lane);
-        task.roll(&mut lane, rolling);
-        let mut series = EventSeries::default();
-        let mut time_s = 0.0;
-        let filter_s = parameters.pedals.pid.derivative_filter_s;
-        let limit = lane.state.motion.roads[0].first().map_or(0.0, |row| row.0[RoadRow::LIMIT]);
-        let mut late = (rolling.reaction_delay_s > 0.0)
-            .then(|| LateSight::new(rolling, filter_s, limit.sqrt()));
-        while time_s < duration_s {
-            if let Some(late) = &mut late {
-                late.show(&mut lane, &series, time_s);
+    fn run<S: Simd>(self, simd: S) -> Vec<EventSeries> {
+        let mut all = Vec::with_capacity(self.events.starts.len());
+        for block in self.events.starts.chunks(WIDTH) {
+            let mut state = State::parked(simd, &self.parameters);
+            let mut trucks = self.enter(&mut state, block);
+            while trucks.iter().any(|truck| truck.drives) {
+                for (number, truck) in trucks.iter_mut().enumerate() {
+                    if let (true, Some(late)) = (truck.drives, &mut truck.late) {
+                        let mut lane =
+                            Lane { state: &mut state, number, parameters: &self.parameters };
+                        late.show(&mut lane, &truck.series, truck.time_s);
+                    }
+                }
+                let view = state.step(&self.parameters);
+                self.note(&mut state, &view, &mut trucks);
             }
-            let view = lane.state.step(parameters);
-            if view.dt[0] == 0.0 {
-                continue; // it was taken back
+            all.extend(trucks.into_iter().map(|truck| truck.series));
+        }
+        all
+    }
+}
+
+impl<P: Powertrain> Rolling<'_, P> {
+    /// Lets the trucks of a block roll into their lanes.
+    fn enter<S: Simd>(&self, state: &mut State<S, P>, block: &[RollingStart]) -> Vec<Rolled> {
+        let filter_s = self.parameters.pedals.pid.derivative_filter_s;
+        let starts = block.iter().enumerate();
+        let entered = starts.map(|(number, (scenario, rolling))| {
+            let mut task = LaneTask::new(self.events.study, scenario.clone());
+            let mut lane = Lane { state, number, parameters: &self.parameters };
+            task.enter(&mut lane);
+            task.roll(&mut lane, rolling);
+            let first = lane.state.motion.roads[number].first();
+            let limit = first.map_or(0.0, |row| row.0[RoadRow::LIMIT]);
+            let late = (rolling.reaction_delay_s > 0.0)
+                .then(|| LateSight::new(rolling, filter_s, limit.sqrt()));
+            let drives = self.events.duration_s > 0.0;
+            Rolled { task, late, series: EventSeries::default(), time_s: 0.0, drives }
+        });
+        entered.collect()
+    }
+
+    /// Notes a step of the trucks and handles its events; those who have arrived are taken off
+    /// the road.
+    #[inline(always)]
+    fn note<S: Simd>(&self, state: &mut State<S, P>, view: &StepView<S>, trucks: &mut [Rolled]) {
+        let events = view.events();
+        for (number, truck) in trucks.iter_mut().enumerate() {
+            let step_s = view.dt[number];
+            if !truck.drives || step_s == 0.0 {
+                continue; // a step that was taken back
             }
-            time_s += view.dt[0];
-            series.time_s.push(time_s);
-            series.speed_mps.push(lane.state.motion.speed[0]);
-            series.accelerator.push(view.accelerator[0]);
-            series.brake.push(view.brake[0]);
-            let events = view.events();
-            if events.lanes & 1 != 0 && task.handle_event(&mut lane, events.lane(0)).is_some() {
-                break;
+            truck.time_s += step_s;
+            truck.series.time_s.push(truck.time_s);
+            truck.series.speed_mps.push(state.motion.speed[number]);
+            truck.series.accelerator.push(view.accelerator[number]);
+            truck.series.brake.push(view.brake[number]);
+            let mut lane = Lane { state, number, parameters: &self.parameters };
+            let has_event = events.lanes >> number & 1 != 0;
+            let ends =
+                has_event && truck.task.handle_event(&mut lane, events.lane(number)).is_some();
+            truck.drives = !ends && truck.time_s < self.events.duration_s;
+            if !truck.drives {
+                truck.task.leave(&mut lane);
+                lane.park();
             }
         }
-        series
     }
 }

@@ -19,6 +19,8 @@ use nalgebra::{DMatrix, DVector};
 const DIFFERENCE: f64 = 6e-6;
 /// First damping, relative to the scaled problem.
 const FIRST_DAMPING: f64 = 1e-3;
+/// Dampings that are tried side by side once the first one has not helped.
+const TRIALS: usize = 8;
 /// A damping above this finds nothing any more.
 const LARGEST_DAMPING: f64 = 1e30;
 
@@ -56,11 +58,28 @@ pub struct Optimum {
     pub converged: bool,
 }
 
-/// Minimises the sum of squares of what `residuals` writes, from `start`, within the box.
+/// A step that may be taken.
+struct Trial {
+    to: Vec<f64>,
+    damping: f64,
+    is_small: bool,
+}
+
+/// The residuals at each of some points, which may be worked out side by side.
+pub type ResidualsAt<'a> = &'a mut dyn FnMut(&[Vec<f64>]) -> Vec<Vec<f64>>;
+
+/// Residuals of one point, asked for some points one after the other.
+pub fn one_by_one(
+    mut residuals: impl FnMut(&[f64]) -> Vec<f64>,
+) -> impl FnMut(&[Vec<f64>]) -> Vec<Vec<f64>> {
+    move |points| points.iter().map(|x| residuals(x)).collect()
+}
+
+/// Minimises the sum of squares of the residuals, from `start`, within the box.
 ///
-/// `residuals` writes into a vector that it clears first; all calls give the same number of values.
+/// All points have the same number of residuals.
 pub fn minimise(
-    residuals: &mut dyn FnMut(&[f64], &mut Vec<f64>),
+    residuals: ResidualsAt,
     start: &[f64],
     bounds: &[[f64; 2]],
     tolerances: &Tolerances,
@@ -68,8 +87,7 @@ pub fn minimise(
     let count = start.len();
     let within = |value: f64, k: usize| value.clamp(bounds[k][0], bounds[k][1]);
     let mut x: Vec<f64> = (0..count).map(|k| within(start[k], k)).collect();
-    let mut r = Vec::new();
-    residuals(&x, &mut r);
+    let mut r = residuals_at(residuals, &x);
     let mut sum = square_sum(&r);
     let mut scale = vec![0.0f64; count];
     let mut damping = FIRST_DAMPING;
@@ -81,7 +99,6 @@ pub fn minimise(
         iterations: 0,
         converged: false,
     };
-    let mut trial = Vec::new();
     while optimum.iterations < tolerances.most_iterations && sum.is_finite() {
         optimum.iterations += 1;
         let jacobian = differences(residuals, &x, bounds, r.len(), tolerances.difference);
@@ -108,42 +125,50 @@ pub fn minimise(
             break;
         }
         let mut moved = false;
-        while damping < LARGEST_DAMPING {
-            let Some(step) = damped_step(&optimum.jacobian, &r, &free, &scale, damping) else {
+        let mut side_by_side = 1;
+        while damping < LARGEST_DAMPING && !moved && !optimum.converged {
+            let mut trials: Vec<Trial> = Vec::new();
+            while trials.len() < side_by_side && damping < LARGEST_DAMPING {
+                let step = damped_step(&optimum.jacobian, &r, &free, &scale, damping);
+                if let Some(step) = step {
+                    let mut to = x.clone();
+                    for (place, &k) in free.iter().enumerate() {
+                        to[k] = within(x[k] + step[place], k);
+                    }
+                    let is_small = (0..count).all(|k| {
+                        (to[k] - x[k]).abs() <= tolerances.step * (x[k].abs() + tolerances.step)
+                    });
+                    trials.push(Trial { to, damping, is_small });
+                }
                 damping *= growth;
                 growth *= 2.0;
-                continue;
-            };
-            let mut next = x.clone();
-            for (place, &k) in free.iter().enumerate() {
-                next[k] = within(x[k] + step[place], k);
+                if trials.last().is_some_and(|trial| trial.is_small) {
+                    break; // no damping behind it is tried
+                }
             }
-            let taken: Vec<f64> = (0..count).map(|k| next[k] - x[k]).collect();
-            let small = (0..count)
-                .all(|k| taken[k].abs() <= tolerances.step * (x[k].abs() + tolerances.step));
-            residuals(&next, &mut trial);
-            let new_sum = square_sum(&trial);
-            let predicted = sum - linear_sum(&optimum.jacobian, &r, &taken);
-            let ratio = (sum - new_sum) / predicted.max(f64::MIN_POSITIVE);
-            if new_sum < sum {
-                let gain = sum - new_sum;
-                let little = gain <= tolerances.gain * sum && predicted <= tolerances.gain * sum;
-                x = next;
-                std::mem::swap(&mut r, &mut trial);
-                sum = new_sum;
-                let cube = 2.0 * ratio - 1.0;
-                damping *= (1.0 - cube * cube * cube).max(1.0 / 3.0);
-                growth = 2.0;
-                moved = true;
-                optimum.converged = little || small;
-                break;
+            let points: Vec<Vec<f64>> = trials.iter().map(|trial| trial.to.clone()).collect();
+            for (trial, new_r) in trials.into_iter().zip(residuals(&points)) {
+                let new_sum = square_sum(&new_r);
+                if new_sum < sum {
+                    let taken: Vec<f64> = (0..count).map(|k| trial.to[k] - x[k]).collect();
+                    let predicted = sum - linear_sum(&optimum.jacobian, &r, &taken);
+                    let gain = sum - new_sum;
+                    let little =
+                        gain <= tolerances.gain * sum && predicted <= tolerances.gain * sum;
+                    let cube = 2.0 * gain / predicted.max(f64::MIN_POSITIVE) - 1.0;
+                    damping = trial.damping * (1.0 - cube * cube * cube).max(1.0 / 3.0);
+                    growth = 2.0;
+                    (x, r, sum) = (trial.to, new_r, new_sum);
+                    moved = true;
+                    optimum.converged = little || trial.is_small;
+                    break;
+                }
+                if trial.is_small {
+                    optimum.converged = true;
+                    break;
+                }
             }
-            if small {
-                optimum.converged = true;
-                break;
-            }
-            damping *= growth;
-            growth *= 2.0;
+            side_by_side = TRIALS;
         }
         optimum.parameters.clone_from(&x);
         optimum.sum_of_squares = sum;
@@ -154,33 +179,40 @@ pub fn minimise(
     optimum
 }
 
+fn residuals_at(residuals: ResidualsAt, x: &[f64]) -> Vec<f64> {
+    residuals(&[x.to_vec()]).pop().expect("one point has its residuals")
+}
+
 /// Derivatives by central differences, one-sided at a bound.
 fn differences(
-    residuals: &mut dyn FnMut(&[f64], &mut Vec<f64>),
+    residuals: ResidualsAt,
     x: &[f64],
     bounds: &[[f64; 2]],
     rows: usize,
     relative: f64,
 ) -> DMatrix<f64> {
-    let mut jacobian = DMatrix::zeros(rows, x.len());
-    let (mut above, mut below) = (Vec::new(), Vec::new());
-    let mut at = x.to_vec();
+    let moved = |k: usize, to: f64| {
+        let mut point = x.to_vec();
+        point[k] = to;
+        point
+    };
+    let (mut pairs, mut points) = (Vec::new(), Vec::new());
     for (k, [lower, upper]) in bounds.iter().enumerate() {
         let width = upper - lower;
         // of a parameter at zero the bounds give the size
         let size = if width.is_finite() { x[k].abs().max(1e-3 * width) } else { x[k].abs() };
         let step = relative * if size > 0.0 { size } else { 1.0 };
-        at[k] = (x[k] + step).min(*upper);
-        residuals(&at, &mut above);
-        let high = at[k];
-        at[k] = (x[k] - step).max(*lower);
-        residuals(&at, &mut below);
-        let wide = high - at[k];
-        at[k] = x[k];
-        if wide > 0.0 {
-            for row in 0..rows {
-                jacobian[(row, k)] = (above[row] - below[row]) / wide;
-            }
+        let (high, low) = ((x[k] + step).min(*upper), (x[k] - step).max(*lower));
+        if high > low {
+            pairs.push((k, high - low));
+            points.extend([moved(k, high), moved(k, low)]);
+        }
+    }
+    let mut jacobian = DMatrix::zeros(rows, x.len());
+    let found = residuals(&points);
+    for ((k, wide), [above, below]) in pairs.into_iter().zip(found.as_chunks().0) {
+        for row in 0..rows {
+            jacobian[(row, k)] = (above[row] - below[row]) / wide;
         }
     }
     jacobian
@@ -225,30 +257,26 @@ fn linear_sum(jacobian: &DMatrix<f64>, r: &[f64], step: &[f64]) -> f64 {
 mod tests {
     use super::*;
 
-    fn rosenbrock(x: &[f64], r: &mut Vec<f64>) {
-        r.clear();
-        r.extend([10.0 * (x[1] - x[0] * x[0]), 1.0 - x[0]]);
+    fn rosenbrock(x: &[f64]) -> Vec<f64> {
+        vec![10.0 * (x[1] - x[0] * x[0]), 1.0 - x[0]]
     }
 
     #[test]
     fn rosenbrock_with_and_without_a_box() {
         let free = [[f64::NEG_INFINITY, f64::INFINITY]; 2];
         let tolerances = Tolerances::default();
-        let found = minimise(&mut rosenbrock, &[-1.2, 1.0], &free, &tolerances);
+        let found = minimise(&mut one_by_one(rosenbrock), &[-1.2, 1.0], &free, &tolerances);
         assert!(found.converged && found.sum_of_squares < 1e-20, "{found:?}");
         // with x0 <= 0.5 the best is at the bound: x1 = 0.25
         let bounds = [[f64::NEG_INFINITY, 0.5], [f64::NEG_INFINITY, 2.0]];
-        let found = minimise(&mut rosenbrock, &[-1.2, 1.0], &bounds, &tolerances);
+        let found = minimise(&mut one_by_one(rosenbrock), &[-1.2, 1.0], &bounds, &tolerances);
         assert!(found.parameters[0] == 0.5 && (found.parameters[1] - 0.25).abs() < 1e-6);
         assert!(found.converged && (found.sum_of_squares - 0.25).abs() < 1e-10);
     }
 
     #[test]
     fn what_is_not_finite_is_not_taken() {
-        let mut logarithm = |x: &[f64], r: &mut Vec<f64>| {
-            r.clear();
-            r.push(libm::log(x[0]) - 1.0);
-        };
+        let mut logarithm = one_by_one(|x| vec![libm::log(x[0]) - 1.0]);
         let free = [[f64::NEG_INFINITY, f64::INFINITY]];
         let found = minimise(&mut logarithm, &[20.0], &free, &Tolerances::default());
         assert!((found.parameters[0] - std::f64::consts::E).abs() < 1e-9, "{found:?}");

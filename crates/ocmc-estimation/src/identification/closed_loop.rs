@@ -14,7 +14,7 @@ use nalgebra::{DMatrix, DVector};
 use ocmc_core::driver::Driver;
 use ocmc_core::driver::pedal::Pedals;
 use ocmc_core::driver::speed_change::Rise;
-use ocmc_core::kernel::pedal_event::{EventSeries, InitialMotion, simulate_event};
+use ocmc_core::kernel::pedal_event::{EventSeries, InitialMotion, RollingStart, simulate_events};
 use ocmc_core::lanes::UNBOUNDED;
 use ocmc_core::operating_cycle::road::Road;
 use ocmc_core::operating_cycle::road::road_type::Section;
@@ -26,6 +26,7 @@ use ocmc_core::random::Streams;
 use ocmc_core::random::nesting::Trip;
 use ocmc_core::study::{Scenario, Study};
 use ocmc_core::switch::ModelSwitch;
+use std::slice::from_ref;
 
 /// Length of a cell of constant slope where the study's step is too coarse for the log's slopes, in
 /// m.
@@ -253,6 +254,18 @@ impl<'a> ClosedLoop<'a> {
 
     /// Drives the event.
     pub fn drive(&self, controller: &Controller) -> EventSeries {
+        self.drive_each(from_ref(controller)).pop().expect("one drive gives one series")
+    }
+
+    /// Drives the event with each of some controllers, side by side.
+    pub fn drive_each(&self, controllers: &[Controller]) -> Vec<EventSeries> {
+        let starts: Vec<RollingStart> =
+            controllers.iter().map(|controller| self.rolling_start(controller)).collect();
+        simulate_events(self.study, &starts, self.duration_s)
+    }
+
+    /// What is driven with a controller.
+    fn rolling_start(&self, controller: &Controller) -> RollingStart {
         let mut scenario = self.scenario.clone();
         let Controller {
             proportional,
@@ -284,7 +297,7 @@ impl<'a> ClosedLoop<'a> {
             reaction_delay_s: delay_s,
             ..self.rolling
         };
-        simulate_event(self.study, scenario, &rolling, self.duration_s)
+        (scenario, rolling)
     }
 }
 

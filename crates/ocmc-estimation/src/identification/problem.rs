@@ -14,6 +14,8 @@ use super::fit_test::ComparedRow;
 use super::identify::{DriverParameterFit, NORMAL_95};
 use super::noise::pedal_noise_sd;
 use super::options::{ControllerKind, IdentifyOptions, SpeedTerm};
+use ocmc_core::kernel::pedal_event::EventSeries;
+use ocmc_core::lanes::WIDTH;
 use ocmc_core::study::Study;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -216,7 +218,8 @@ impl<'a> Problem<'a> {
         let all = wanted * CANDIDATES;
         let points: Vec<Vec<f64>> =
             (round * all..(round + 1) * all).map(|k| self.start(k as u32)).collect();
-        let values: Vec<f64> = points.par_iter().map(|x| self.sum(x, &mut Vec::new())).collect();
+        let values: Vec<f64> =
+            points.par_chunks(WIDTH).flat_map_iter(|points| self.sums(points)).collect();
         let mut order: Vec<usize> = (0..points.len()).collect();
         order.sort_by(|&a, &b| values[a].total_cmp(&values[b]));
         order[..wanted].iter().map(|&k| points[k].clone()).collect()
@@ -233,49 +236,55 @@ impl<'a> Problem<'a> {
             return Optimum { parameters: from, ..Optimum::default() };
         }
         if self.options.controller == ControllerKind::Switched {
-            let mut r = Vec::new();
-            from = descend(&mut |x| self.sum(x, &mut r), start, bounds).0;
+            from = descend(&mut |points| self.sums(points), start, bounds).0;
         }
-        minimise(&mut |x, r| self.residuals(x, r), &from, bounds, tolerances)
+        minimise(&mut |points| self.residuals(points), &from, bounds, tolerances)
     }
 
-    /// Sum of squares.
-    fn sum(&self, x: &[f64], r: &mut Vec<f64>) -> f64 {
-        self.residuals(x, r);
-        r.iter().map(|value| value * value).sum()
+    /// Sums of squares.
+    fn sums(&self, points: &[Vec<f64>]) -> Vec<f64> {
+        let sum = |r: &Vec<f64>| r.iter().map(|value| value * value).sum();
+        self.residuals(points).iter().map(sum).collect()
     }
 
-    /// Residuals in units of their noise: of each row both pedals and the speed term, at last the
-    /// speed at the start.
-    fn residuals(&self, x: &[f64], r: &mut Vec<f64>) {
-        self.residuals_of(&self.closed, &self.controller(x), r);
+    /// The residuals of some points.
+    fn residuals(&self, points: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let controllers: Vec<Controller> = points.iter().map(|x| self.controller(x)).collect();
+        self.residuals_of(&self.closed, &controllers)
     }
 
-    fn residuals_of(&self, closed: &ClosedLoop, controller: &Controller, r: &mut Vec<f64>) {
-        r.clear();
+    /// Residuals in units of their noise, for each controller: of each row both pedals and the
+    /// speed term, at last the speed at the start.
+    fn residuals_of(&self, closed: &ClosedLoop, controllers: &[Controller]) -> Vec<Vec<f64>> {
+        let rows = self.log.time_s.len() * self.residuals_a_row() + 1;
         if self.is_stopped() {
             // a sum of squares of 0 ends every search
-            r.resize(self.log.time_s.len() * self.residuals_a_row() + 1, 0.0);
-            return;
+            return vec![vec![0.0; rows]; controllers.len()];
         }
-        let drive = closed.drive(controller);
-        let mut step = 0;
+        let drives = closed.drive_each(controllers);
         let start_s = self.log.time_s[0];
-        for (k, time_s) in self.log.time_s.iter().enumerate() {
-            let [accelerator, brake, speed_mps] = interpolated(&drive, time_s - start_s, &mut step);
-            let weight = self.weight[k];
-            r.push(weight * (self.log.accelerator[k] - accelerator) / self.noise[0]);
-            r.push(weight * (self.log.brake[k] - brake) / self.noise[1]);
-            let compared = match self.options.speed_term {
-                SpeedTerm::None => continue,
-                SpeedTerm::Measured => self.log.speed_mps[k],
-                SpeedTerm::Simulated => speed_mps,
-            };
-            let share = (controller.set_speed_mps - compared) / SPEED_SCALE_MPS;
-            r.push(weight * share / self.noise[0]);
-        }
-        let [start_mps, error_mps] = self.closed.start.speed_mps;
-        r.push((controller.start_speed_mps - start_mps) / error_mps);
+        let of = |(controller, drive): (&Controller, &EventSeries)| {
+            let mut r = Vec::with_capacity(rows);
+            let mut step = 0;
+            for (k, time_s) in self.log.time_s.iter().enumerate() {
+                let [accelerator, brake, speed_mps] =
+                    interpolated(drive, time_s - start_s, &mut step);
+                let weight = self.weight[k];
+                r.push(weight * (self.log.accelerator[k] - accelerator) / self.noise[0]);
+                r.push(weight * (self.log.brake[k] - brake) / self.noise[1]);
+                let compared = match self.options.speed_term {
+                    SpeedTerm::None => continue,
+                    SpeedTerm::Measured => self.log.speed_mps[k],
+                    SpeedTerm::Simulated => speed_mps,
+                };
+                let share = (controller.set_speed_mps - compared) / SPEED_SCALE_MPS;
+                r.push(weight * share / self.noise[0]);
+            }
+            let [start_mps, error_mps] = self.closed.start.speed_mps;
+            r.push((controller.start_speed_mps - start_mps) / error_mps);
+            r
+        };
+        controllers.iter().zip(&drives).map(of).collect()
     }
 
     /// How the drive with these parameters compares with the log.
@@ -320,9 +329,7 @@ impl<'a> Problem<'a> {
     pub(super) fn input_errors(&self, x: &[f64]) -> Vec<Vec<f64>> {
         let controller = self.controller(x);
         let of = |closed: &ClosedLoop| {
-            let mut r = Vec::new();
-            self.residuals_of(closed, &controller, &mut r);
-            r
+            self.residuals_of(closed, &[controller]).pop().expect("one drive has its residuals")
         };
         let here = of(&self.closed);
         let moved = self.closed.one_error_off(self.log);
@@ -333,35 +340,35 @@ impl<'a> Problem<'a> {
     /// Residuals, their derivatives by the parameters that are free, and those by the delay and by
     /// the logarithm of the mass: what a score test needs.
     pub(super) fn scores(&self, x: &[f64]) -> (Vec<f64>, Vec<Vec<f64>>, [Vec<f64>; 2]) {
-        let of = |controller: &Controller| {
-            let mut r = Vec::new();
-            self.residuals_of(&self.closed, controller, &mut r);
-            r
-        };
+        let here = self.controller(x);
+        let mass_kg = here.mass_kg.unwrap_or(self.mass_kg());
+        let of_mass = |factor: f64| Controller { mass_kg: Some(factor * mass_kg), ..here };
+        let late = Controller { delay_s: here.delay_s + DELAY_STEP_S, ..here };
+        let mut controllers = vec![here, late, of_mass(1.0 - MASS_STEP), of_mass(1.0 + MASS_STEP)];
+        let mut widths = Vec::new();
+        for (k, [lower, upper]) in self.bounds.iter().enumerate() {
+            let step = self.tolerances().difference * x[k].abs().max(1e-3 * (upper - lower));
+            if x[k] - step > *lower && x[k] + step < *upper {
+                let at = |value: f64| {
+                    let mut moved = x.to_vec();
+                    moved[k] = value;
+                    self.controller(&moved)
+                };
+                controllers.extend([at(x[k] - step), at(x[k] + step)]);
+                widths.push(2.0 * step);
+            }
+        }
         let slope = |low: &[f64], high: &[f64], wide: f64| -> Vec<f64> {
             low.iter().zip(high).map(|(low, high)| (high - low) / wide).collect()
         };
-        let here = self.controller(x);
-        let residuals = of(&here);
-        let columns = (0..x.len()).filter_map(|k| {
-            let [lower, upper] = self.bounds[k];
-            let step = self.tolerances().difference * x[k].abs().max(1e-3 * (upper - lower));
-            let inside = x[k] - step > lower && x[k] + step < upper;
-            let at = |value: f64| {
-                let mut moved = x.to_vec();
-                moved[k] = value;
-                of(&self.controller(&moved))
-            };
-            inside.then(|| slope(&at(x[k] - step), &at(x[k] + step), 2.0 * step))
-        });
-        let columns = columns.collect();
-        let late = of(&Controller { delay_s: here.delay_s + DELAY_STEP_S, ..here });
-        let mass_kg = here.mass_kg.unwrap_or(self.mass_kg());
-        let [light, heavy] = [1.0 - MASS_STEP, 1.0 + MASS_STEP]
-            .map(|factor| of(&Controller { mass_kg: Some(factor * mass_kg), ..here }));
-        let extra =
-            [slope(&residuals, &late, DELAY_STEP_S), slope(&light, &heavy, 2.0 * MASS_STEP)];
-        (residuals, columns, extra)
+        let mut found = self.residuals_of(&self.closed, &controllers);
+        let columns = found[4..].as_chunks().0.iter().zip(widths);
+        let columns = columns.map(|([low, high], wide)| slope(low, high, wide)).collect();
+        let extra = [
+            slope(&found[0], &found[1], DELAY_STEP_S),
+            slope(&found[2], &found[3], 2.0 * MASS_STEP),
+        ];
+        (found.swap_remove(0), columns, extra)
     }
 
     pub(super) fn is_stopped(&self) -> bool {

@@ -5,7 +5,7 @@
 //! -- --nocapture`.
 
 use crate::others_data::shared;
-use ocmc_estimation::identification::bounded_least_squares::{Tolerances, minimise};
+use ocmc_estimation::identification::bounded_least_squares::{Tolerances, minimise, one_by_one};
 use std::f64::consts::PI;
 
 /// A model: parameters, predictors.
@@ -124,10 +124,9 @@ fn certified_from_both_starts() {
         let count = problem.certified.len();
         assert!(count >= 2 && problem.y.len() >= 6, "{name}");
         for start in 0..2 {
-            let mut residuals = |b: &[f64], r: &mut Vec<f64>| {
-                r.clear();
-                r.extend(problem.x.iter().zip(&problem.y).map(|(x, y)| model(b, x) - y));
-            };
+            let mut residuals = one_by_one(|b| {
+                problem.x.iter().zip(&problem.y).map(|(x, y)| model(b, x) - y).collect()
+            });
             let free = vec![[f64::NEG_INFINITY, f64::INFINITY]; count];
             let tolerances = Tolerances { most_iterations: 5000, ..Tolerances::default() };
             let found = minimise(&mut residuals, &problem.starts[start], &free, &tolerances);
@@ -148,12 +147,9 @@ fn certified_from_both_starts() {
     // box, or other starts.
     assert_eq!(failures, ["BoxBOD from start 1: -2.3 digits"]);
     let problem = read(&folder.join("BoxBOD.dat"));
-    let mut residuals = |b: &[f64], r: &mut Vec<f64>| {
-        r.clear();
-        r.extend(
-            problem.x.iter().zip(&problem.y).map(|(x, y)| b[0] * (1.0 - (-b[1] * x[0]).exp()) - y),
-        );
-    };
+    let model = |b: &[f64], x: f64| b[0] * (1.0 - (-b[1] * x).exp());
+    let mut residuals =
+        one_by_one(|b| problem.x.iter().zip(&problem.y).map(|(x, y)| model(b, x[0]) - y).collect());
     let tolerances = Tolerances::default();
     let boxed =
         minimise(&mut residuals, &problem.starts[0], &[[0.0, 1000.0], [0.0, 1.0]], &tolerances);
@@ -171,13 +167,9 @@ fn the_thermistor_is_found_from_both_starts() {
         6005.0, 5147.0, 4427.0, 3820.0, 3307.0, 2872.0,
     ];
     let certified = [5.6096364710e-03, 6.1813463463e+03, 3.4522363462e+02];
-    let mut residuals = |b: &[f64], r: &mut Vec<f64>| {
-        r.clear();
-        r.extend(y.iter().zip(10..).map(|(y, k)| {
-            let x = 5.0 * f64::from(k);
-            b[0] * (b[1] / (x + b[2])).exp() - y
-        }));
-    };
+    let model = |b: &[f64], x: f64| b[0] * (b[1] / (x + b[2])).exp();
+    let mut residuals =
+        one_by_one(|b| y.iter().zip(10..).map(|(y, k)| model(b, 5.0 * f64::from(k)) - y).collect());
     let free = [[f64::NEG_INFINITY, f64::INFINITY]; 3];
     let tolerances = Tolerances { most_iterations: 20_000, ..Tolerances::default() };
     for start in [[2.0, 400_000.0, 25_000.0], [0.02, 4000.0, 250.0]] {
