@@ -37,22 +37,29 @@ pub(super) struct Offer<'a> {
     wait_s: f64,
 }
 
+/// What a trip has charged so far.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct ChargingProgress {
+    /// The last planned charger that the truck has left, in m.
+    left_m: f64,
+    /// What was charged on the way so far.
+    public: ChargedAt,
+    /// What was charged at stops of the mission.
+    stop: ChargedAt,
+    /// Time that the truck waited for chargers, in s.
+    wait_s: f64,
+}
+
 /// The charging stops of one trip.
 #[derive(Clone, Debug, Default)]
 pub(super) struct ChargingStops {
     /// Chargers at which the trip charges to the end, in m.
     planned: Vec<f64>,
-    /// The last of them that the truck has left, in m.
-    left_m: f64,
     /// Where a stop has to be put in, in m.
     due_at_m: Option<f64>,
     attempts: u32,
-    /// What was charged on the way so far.
-    pub public: ChargedAt,
-    /// What was charged at stops of the mission.
-    pub stop: ChargedAt,
-    /// Time that the truck waited for chargers, in s.
-    pub wait_s: f64,
+    /// What has been done so far.
+    pub progress: ChargingProgress,
 }
 
 impl ChargingStops {
@@ -109,15 +116,16 @@ impl ChargingStops {
         standstill_s: f64,
     ) -> f64 {
         if offer.stays {
-            self.left_m = position_m;
+            self.progress.left_m = position_m;
         }
         if charge.gained_j <= 0.0 {
             return standstill_s;
         }
-        let sums = if offer.is_public { &mut self.public } else { &mut self.stop };
+        let sums =
+            if offer.is_public { &mut self.progress.public } else { &mut self.progress.stop };
         sums.charge.add(charge);
         sums.stops += 1;
-        self.wait_s += offer.wait_s;
+        self.progress.wait_s += offer.wait_s;
         if offer.stays { standstill_s.max(offer.idle_s + charge.time_s) } else { standstill_s }
     }
 
@@ -126,7 +134,7 @@ impl ChargingStops {
     pub(super) fn finds_charger(&mut self, scenario: &Scenario, here_m: f64) -> bool {
         let helps = |charger: &&Charger| {
             let at_m = charger.position_m;
-            at_m <= here_m && at_m > self.left_m && !self.planned.contains(&at_m)
+            at_m <= here_m && at_m > self.progress.left_m && !self.planned.contains(&at_m)
         };
         let last = scenario.chargers.iter().rev().find(helps);
         self.due_at_m = last.map(|charger| charger.position_m).filter(|_| !self.are_too_many());
@@ -144,14 +152,14 @@ impl ChargingStops {
     ) {
         let Some(charge) = record.final_charge else { return };
         let at_meter_j = |charge: &Charge| charge.supplied_j / policy.efficiency;
-        let (public, stop) = (&self.public.charge, &self.stop.charge);
+        let (public, stop) = (&self.progress.public.charge, &self.progress.stop.charge);
         record.charged_energy_public_j = Some(public.gained_j);
         record.charged_energy_stop_j = Some(stop.gained_j);
         record.grid_energy_public_j = Some(at_meter_j(public));
         record.grid_energy_stop_j = Some(at_meter_j(stop));
-        record.n_charging_stops = Some(self.public.stops + self.stop.stops);
+        record.n_charging_stops = Some(self.progress.public.stops + self.progress.stop.stops);
         record.charging_s = Some(public.time_s + stop.time_s);
-        record.charging_wait_s = Some(self.wait_s);
+        record.charging_wait_s = Some(self.progress.wait_s);
         let Some(depot) = &policy.depot else { return };
         let plug = Plug {
             power_w: depot.power_w * policy.efficiency,
@@ -180,9 +188,14 @@ impl ChargingStops {
         self.attempts > MOST_ATTEMPTS
     }
 
-    /// Puts the stop that is due into the trip. What was planned behind it is planned anew.
-    pub(super) fn put_in(&mut self, scenario: &mut Scenario, rests: Option<&mut RestStops>) {
-        let Some(position_m) = self.due_at_m.take() else { return };
+    /// Puts the stop that is due into the trip, and returns where, in m. What was planned behind it is
+    /// planned anew.
+    pub(super) fn put_in(
+        &mut self,
+        scenario: &mut Scenario,
+        rests: Option<&mut RestStops>,
+    ) -> Option<f64> {
+        let position_m = self.due_at_m.take()?;
         if let Some(rests) = rests {
             rests.forget_behind(position_m, scenario);
         }
@@ -194,6 +207,7 @@ impl ChargingStops {
             let kind = EventKind::MissionStop { standstill_s: 0.0 };
             events.insert(at, PointEvent { position_m, kind, turns: false });
         }
+        Some(position_m)
     }
 
     /// Takes the stops at chargers behind a place off the trip.

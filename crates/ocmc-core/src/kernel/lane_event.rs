@@ -120,8 +120,9 @@ impl LaneTask {
         event: LaneEvent,
     ) -> Option<Outcome> {
         self.added_by_event = Ledger::EMPTY;
-        let ends_part = self.parts.pass(lane, self.standstill_s);
-        if !ends_part && lane.is_captured() {
+        let at_mark = self.checkpoints.are_at(lane.state.motion.at[lane.number]);
+        let ends_part = self.parts.pass(lane, self.progress.standstill_s);
+        if !ends_part && !at_mark && lane.is_captured() {
             self.stop(lane);
             let ends = lane.stop_row() + 1 == lane.state.motion.roads[lane.number].len();
             if !ends {
@@ -131,7 +132,7 @@ impl LaneTask {
             if ends {
                 return Some(Outcome::Completed);
             }
-            self.parts.pass(lane, self.standstill_s);
+            self.parts.pass(lane, self.progress.standstill_s);
         } else if event.wants_shift {
             self.shift(lane, event);
         }
@@ -180,12 +181,12 @@ impl LaneTask {
             let power_w = model.engine_stop_power_w;
             powertrain.stand_stopped(own, number, dwell_s - delay_s, power_w, added);
         }
-        self.standstill_s += dwell_s;
-        self.n_stops += 1;
+        self.progress.standstill_s += dwell_s;
+        self.progress.n_stops += 1;
         self.leave_line(lane);
         self.start(lane);
-        self.checked_at_s = lane.state.ledger[Term::Time][lane.number];
-        self.checked_at_m = lane.state.ledger[Term::Distance][lane.number];
+        self.progress.checked_at_s = lane.state.ledger[Term::Time][lane.number];
+        self.progress.checked_at_m = lane.state.ledger[Term::Distance][lane.number];
     }
 
     /// Takes a line that has been served off the road: up to it the driver accelerates.
@@ -203,7 +204,7 @@ impl LaneTask {
     fn shift<S: Simd, P: Powertrain>(&mut self, lane: &mut Lane<S, P>, event: LaneEvent) {
         let (shift, motion) = (&lane.parameters.vehicle.shift, &lane.state.motion);
         let inputs = ShiftInputs {
-            gear: self.gear,
+            gear: self.progress.gear,
             speed_mps: motion.speed[lane.number],
             pedal: event.accelerator,
             slowing: event.slowing,
@@ -218,16 +219,16 @@ impl LaneTask {
         };
         let full_load_nm = |w| lane.parameters.powertrain.full_load_nm(w);
         let gear = shift.wanted_gear(&inputs, &lane.parameters.vehicle.gears, full_load_nm);
-        if gear != self.gear {
+        if gear != self.progress.gear {
             let opposite_s = shift.opposite_interval_s.max(shift.interval_s);
-            let goes_up = gear > self.gear;
+            let goes_up = gear > self.progress.gear;
             let (up_s, down_s) = if goes_up {
                 (shift.interval_s, opposite_s)
             } else {
                 (opposite_s, shift.interval_s)
             };
-            self.gear = gear;
-            self.n_gear_shifts += 1;
+            self.progress.gear = gear;
+            self.progress.n_gear_shifts += 1;
             lane.state.set_gear(lane.number, gear, lane.parameters);
             lane.state.motion.shift_left[lane.number] = shift.duration_s;
             lane.state.motion.up_left[lane.number] = up_s;
@@ -244,24 +245,24 @@ impl LaneTask {
         let simulation = lane.parameters.simulation;
         let ledger = &lane.state.ledger;
         let (time, way) = (ledger[Term::Time][lane.number], ledger[Term::Distance][lane.number]);
-        self.counted += self.until_check;
+        self.progress.counted += self.progress.until_check;
         let most = MOST_CUTS * simulation.longest_duration_s / simulation.step_s;
         let gives_up = self.rests.as_ref().is_some_and(|rests| rests.are_too_many());
-        if time > simulation.longest_duration_s || self.counted > most || gives_up {
+        if time > simulation.longest_duration_s || self.progress.counted > most || gives_up {
             return Some(Outcome::TimedOut);
         }
-        let passed = time - self.checked_at_s;
+        let passed = time - self.progress.checked_at_s;
         self.schedule_check(lane);
         if self.has_to_rest(lane) {
             return None;
         }
         // steps that were cut are shorter: wait until the whole time has passed
         if passed >= simulation.stall_time_s * (1.0 - 1e-9) {
-            if way - self.checked_at_m < simulation.stall_distance_m {
+            if way - self.progress.checked_at_m < simulation.stall_distance_m {
                 return Some(Outcome::Stalled);
             }
-            self.checked_at_s = time;
-            self.checked_at_m = way;
+            self.progress.checked_at_s = time;
+            self.progress.checked_at_m = way;
         }
         None
     }
@@ -274,12 +275,13 @@ impl LaneTask {
             (simulation.longest_duration_s - lane.state.ledger[Term::Time][lane.number]).max(0.0);
         let steps = |time_s: f64| libm::ceil(time_s / simulation.step_s);
         let at_end = (steps(left_s) * FAST_STEP).max(FAST_STEP);
-        self.until_check = steps(simulation.stall_time_s).min(at_end);
+        self.progress.until_check = steps(simulation.stall_time_s).min(at_end);
         if let Some(rests) = &mut self.rests {
             rests.drive_to(lane.state.ledger[Term::Time][lane.number]);
             let most = libm::floor(rests.until_check_s() / simulation.step_s);
-            self.until_check = self.until_check.min((most * FAST_STEP).max(FAST_STEP));
+            self.progress.until_check =
+                self.progress.until_check.min((most * FAST_STEP).max(FAST_STEP));
         }
-        lane.state.motion.steps_left[lane.number] = self.until_check;
+        lane.state.motion.steps_left[lane.number] = self.progress.until_check;
     }
 }

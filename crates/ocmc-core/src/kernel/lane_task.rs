@@ -2,6 +2,7 @@
 //! handled outside of the hot loop: stops, shifts, checks of progress and the end of the mission.
 
 use super::charging_stops::ChargingStops;
+use super::checkpoint::{Before, Checkpoints};
 use super::parts::{Parts, kinds_of_plan};
 use super::pedal_event::InitialMotion;
 use super::rest_stops::RestStops;
@@ -23,31 +24,39 @@ use std::mem::swap;
 /// (judgement): a driver who began at the threshold would leave it at once.
 const ENTRY_SHARE: f64 = 0.25;
 
+/// Counters of a trip.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Progress {
+    pub gear: usize,
+    pub standstill_s: f64,
+    pub n_stops: u32,
+    pub n_gear_shifts: u32,
+    /// Time and position of the last check of progress.
+    pub checked_at_s: f64,
+    pub checked_at_m: f64,
+    /// Steps counted at the checks so far: a cycle whose steps become ever shorter has to end, too.
+    pub counted: f64,
+    /// Steps until the next check.
+    pub until_check: f64,
+}
+
 /// The cycle that one lane drives.
 #[derive(Clone, Debug)]
 pub struct LaneTask {
     scenario: Scenario,
-    road: RoadRows,
-    pub(super) gear: usize,
+    pub(super) road: RoadRows,
+    pub(super) progress: Progress,
     /// Rows of lines that have been served, as they were.
     pub(super) served: Vec<(usize, RoadRow)>,
-    pub(super) standstill_s: f64,
-    pub(super) n_stops: u32,
-    pub(super) n_gear_shifts: u32,
-    /// Time and position of the last check of progress.
-    pub(super) checked_at_s: f64,
-    pub(super) checked_at_m: f64,
-    /// Steps counted at the checks so far: a cycle whose steps become ever shorter has to end, too.
-    pub(super) counted: f64,
-    /// Steps until the next check.
-    pub(super) until_check: f64,
     initial_energy_j: f64,
     /// Rests, where the study has a law on them.
     pub(super) rests: Option<Box<RestStops>>,
     /// What road types and event kinds have taken.
     pub(super) parts: Parts,
     /// Charging, where the study has a policy.
-    charging: Option<Box<ChargingStops>>,
+    pub(super) charging: Option<Box<ChargingStops>>,
+    /// From where it is driven on where a stop is put in.
+    pub(super) checkpoints: Checkpoints,
     /// What the last event added to the ledger, in one addition each: a trace has to be able to
     /// repeat it.
     pub(super) added_by_event: Ledger<f64>,
@@ -61,17 +70,11 @@ impl LaneTask {
             charging: ChargingStops::new(study),
             scenario,
             road: RoadRows::default(),
-            gear: 0,
+            progress: Progress::default(),
             served: Vec::new(),
-            standstill_s: 0.0,
-            n_stops: 0,
-            n_gear_shifts: 0,
-            checked_at_s: 0.0,
-            checked_at_m: 0.0,
-            counted: 0.0,
-            until_check: 0.0,
             initial_energy_j: 0.0,
             parts: Parts::default(),
+            checkpoints: Checkpoints::default(),
             added_by_event: Ledger::EMPTY,
         };
         task.plan(study, &mut SpeedProfile::default());
@@ -85,19 +88,38 @@ impl LaneTask {
         study.resample(seed, cycle_id, &mut self.scenario);
         self.rests = RestStops::new(study, &self.scenario);
         self.charging = ChargingStops::new(study);
+        self.checkpoints.depart();
         self.plan(study, profile);
     }
 
-    /// Puts the rest or the charging that is due into a trip that has left its lane, and plans it
-    /// anew.
-    pub(super) fn put_in_stop(&mut self, study: &Study) {
+    /// Puts the rest or the charging that is due into the trip of a lane, plans it anew, and drives
+    /// it on from where the stop changes nothing yet; where `from_start`, from its start.
+    pub(super) fn put_in_stop<S: Simd, P: Powertrain>(
+        &mut self,
+        lane: &mut Lane<S, P>,
+        study: &Study,
+        profile: &mut SpeedProfile,
+        from_start: bool,
+    ) {
+        self.leave(lane);
         let Self { rests, charging, scenario, .. } = self;
-        match (charging.as_deref_mut(), rests.as_deref_mut()) {
+        let place_m = match (charging.as_deref_mut(), rests.as_deref_mut()) {
             (Some(charging), rests) if charging.are_missing() => charging.put_in(scenario, rests),
             (charging, Some(rests)) => rests.put_in(scenario, charging),
-            _ => {}
+            _ => None,
+        };
+        let before = Before {
+            rows: self.road.replace_rows(),
+            laid: self.parts.laid(),
+            air_temperature_k: self.road.air_temperature_k,
+        };
+        self.plan(study, profile);
+        self.enter(lane);
+        match place_m.filter(|_| !from_start) {
+            Some(place_m) => self.go_on(lane, place_m, &before),
+            None => self.checkpoints.depart(),
         }
-        self.plan(study, &mut SpeedProfile::default());
+        self.road.spare_rows = before.rows;
     }
 
     /// Whether the trip has to be driven again, with a rest or with charging.
@@ -109,6 +131,15 @@ impl LaneTask {
     fn plan(&mut self, study: &Study, profile: &mut SpeedProfile) {
         plan(study, &self.scenario, profile);
         self.road.fill(study, &self.scenario, profile);
+        self.lay_parts(study, profile);
+        let takes_rests = self.rests.is_some();
+        if takes_rests || self.charging.is_some() {
+            let (simulation, rows) = (&study.model().simulation, &mut self.road.rows);
+            self.checkpoints.mark(simulation, &self.scenario, takes_rests, profile, rows);
+        }
+    }
+
+    fn lay_parts(&mut self, study: &Study, profile: &SpeedProfile) {
         let simulation = &study.model().simulation;
         if study.breakdown().is_none() {
             return self.parts.clear();
@@ -242,12 +273,7 @@ impl LaneTask {
             2.0 * change.deceleration_mps2 * lane.parameters.vehicle.shift.before_ramp_s;
         lane.state.ledger.clear(lane.number);
         lane.state.motion.engine_speed[lane.number] = lane.parameters.idle_radps;
-        self.standstill_s = 0.0;
-        self.n_stops = 0;
-        self.n_gear_shifts = 0;
-        self.checked_at_s = 0.0;
-        self.checked_at_m = 0.0;
-        self.counted = 0.0;
+        self.progress = Progress::default();
         if let Some(rests) = &mut self.rests {
             rests.depart();
         }
@@ -267,9 +293,9 @@ impl LaneTask {
         let shift = &lane.parameters.vehicle.shift;
         let steep = lane.state.slope(lane.number) > shift.steep_slope;
         let gear = if steep { shift.steep_start_gear } else { shift.start_gear };
-        self.gear = gear as usize - 1;
+        self.progress.gear = gear as usize - 1;
         lane.state.motion.speed[lane.number] = 0.0;
-        lane.state.set_gear(lane.number, self.gear, lane.parameters);
+        lane.state.set_gear(lane.number, self.progress.gear, lane.parameters);
         lane.parameters.powertrain.start(&mut lane.state.powertrain, lane.number);
         let motion = &mut lane.state.motion;
         for column in [
@@ -296,8 +322,8 @@ impl LaneTask {
         lane: &mut Lane<S, P>,
         rolling: &InitialMotion,
     ) {
-        self.gear = rolling.gear;
-        lane.state.set_gear(lane.number, self.gear, lane.parameters);
+        self.progress.gear = rolling.gear;
+        lane.state.set_gear(lane.number, self.progress.gear, lane.parameters);
         let engine_speed = rolling.speed_mps * lane.state.gear.speed_ratio[lane.number];
         lane.state.motion.speed[lane.number] = rolling.speed_mps;
         lane.state.motion.engine_speed[lane.number] = engine_speed.max(lane.parameters.idle_radps);
@@ -352,10 +378,10 @@ impl LaneTask {
             truck_id: Some(self.scenario.trip.truck_id),
             driver_id: Some(self.scenario.trip.driver_id),
             trip: Some(self.scenario.trip.trip),
-            duration_s: ledger[Term::Time] + self.standstill_s,
-            standstill_s: self.standstill_s,
-            n_stops: self.n_stops,
-            n_gear_shifts: self.n_gear_shifts,
+            duration_s: ledger[Term::Time] + self.progress.standstill_s,
+            standstill_s: self.progress.standstill_s,
+            n_stops: self.progress.n_stops,
+            n_gear_shifts: self.progress.n_gear_shifts,
             climb_m: self.road.climb_m,
             payload_kg: cycle.mission.payload_kg,
             payload_cut_kg: Some(self.scenario.payload_cut_kg),
@@ -381,9 +407,9 @@ impl LaneTask {
             n_curves: Some(road.curves.len() as u32),
             drag_area_m2: vehicle.drag_area_m2,
             rolling_coefficient: vehicle.rolling_coefficient,
-            rest_s: self.rests.as_ref().map(|rests| rests.added_s),
-            n_rests: self.rests.as_ref().map(|rests| rests.taken),
-            breakdown: self.parts.breakdown(study, lane, self.standstill_s),
+            rest_s: self.rests.as_ref().map(|rests| rests.progress.added_s),
+            n_rests: self.rests.as_ref().map(|rests| rests.progress.taken),
+            breakdown: self.parts.breakdown(study, lane, self.progress.standstill_s),
             ..Record::default()
         };
         let mut record = Record::from_ledger(known, &ledger, Mode::Driven, P::TERMS);

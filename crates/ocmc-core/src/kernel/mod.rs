@@ -11,6 +11,7 @@
 
 mod accumulate;
 mod charging_stops;
+mod checkpoint;
 mod control;
 pub mod cpu;
 mod forecast;

@@ -23,6 +23,8 @@ use std::sync::Arc;
 #[derive(Clone, Copy, Debug)]
 struct Change {
     row: usize,
+    /// The row as it was laid.
+    laid: usize,
     /// The part that ends, by road type and by kind.
     road_type: usize,
     kind: Kind,
@@ -30,17 +32,27 @@ struct Change {
     marked: bool,
 }
 
-/// The parts of the cycle in a lane.
+/// What has been booked so far.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Parts {
-    /// In order along the road; empty where nothing is broken down.
-    changes: Vec<Change>,
-    /// The next one.
+pub(super) struct PartsProgress {
+    /// The next part that ends.
     next: usize,
     /// Totals that have been booked.
     booked: [f64; AMOUNTS],
     by_road_type: Vec<[f64; AMOUNTS]>,
     by_kind: [[f64; AMOUNTS]; Kind::ALL.len()],
+}
+
+/// Where parts end as they were laid: row, road type and kind.
+#[derive(Debug)]
+pub(super) struct Laid(Vec<(usize, usize, Kind)>);
+
+/// The parts of the cycle in a lane.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Parts {
+    /// In order along the road; empty where nothing is broken down.
+    changes: Vec<Change>,
+    progress: PartsProgress,
     /// Distance in a marked row, in m.
     mark_m: f64,
 }
@@ -56,13 +68,13 @@ impl Parts {
         rows: &mut [RoadRow],
     ) {
         self.changes.clear();
-        self.mark_m = simulation.capture_distance_m.min(simulation.creep_distance_m);
+        self.mark_m = mark_m(simulation);
         let last = rows.len() - 1;
         let mut ends = road_types.iter().skip(1).map(|(from, _)| from - 1).chain([last]);
         for (k, (from, road_type)) in road_types.iter().enumerate() {
             let to = ends.next().unwrap_or(last);
             let change =
-                |row: usize, kind: Kind| Change { row, road_type: *road_type, kind, marked: false };
+                |row, kind| Change { row, laid: row, road_type: *road_type, kind, marked: false };
             let within = kinds.get(*from..=to).unwrap_or_default();
             for (j, pair) in within.windows(2).enumerate() {
                 if pair[0] != pair[1] {
@@ -90,11 +102,33 @@ impl Parts {
 
     /// Begins at the start of the road.
     pub(super) fn depart(&mut self, road_types: usize) {
-        self.next = 0;
-        self.booked = [0.0; AMOUNTS];
-        self.by_road_type.clear();
-        self.by_road_type.resize(road_types, [0.0; AMOUNTS]);
-        self.by_kind = [[0.0; AMOUNTS]; Kind::ALL.len()];
+        let progress = &mut self.progress;
+        progress.next = 0;
+        progress.booked = [0.0; AMOUNTS];
+        progress.by_road_type.clear();
+        progress.by_road_type.resize(road_types, [0.0; AMOUNTS]);
+        progress.by_kind = [[0.0; AMOUNTS]; Kind::ALL.len()];
+    }
+
+    /// What has been booked so far.
+    pub(super) fn progress(&self) -> PartsProgress {
+        self.progress.clone()
+    }
+
+    /// Goes on from there.
+    pub(super) fn go_on(&mut self, progress: &PartsProgress) {
+        self.progress.clone_from(progress);
+    }
+
+    /// Whether the part that ends next goes on for longer than it was laid.
+    pub(super) fn is_stretched(&self) -> bool {
+        self.changes.get(self.progress.next).is_some_and(|change| change.row != change.laid)
+    }
+
+    /// Where parts end as they were laid.
+    pub(super) fn laid(&self) -> Laid {
+        let of = |change: &Change| (change.laid, change.road_type, change.kind);
+        Laid(self.changes.iter().map(of).collect())
     }
 
     /// Books the parts that have ended where the truck is. Returns whether its row is marked: the
@@ -105,10 +139,11 @@ impl Parts {
         standstill_s: f64,
     ) -> bool {
         let (at, left_m) = (lane.state.motion.at[lane.number], lane.state.motion.left[lane.number]);
-        while self.changes.get(self.next).is_some_and(|change| change.row < at) {
+        while self.changes.get(self.progress.next).is_some_and(|change| change.row < at) {
             self.book(lane, standstill_s);
         }
-        let Some(change) = self.changes.get(self.next).filter(|change| change.row == at) else {
+        let Some(change) = self.changes.get(self.progress.next).filter(|change| change.row == at)
+        else {
             return false;
         };
         let marked = change.marked;
@@ -122,7 +157,7 @@ impl Parts {
     /// Whether a truck that is slower than the plan still regains its speed: then the part goes on
     /// for one row more.
     fn goes_on<S: Simd, P: Powertrain>(&mut self, lane: &mut Lane<S, P>) -> bool {
-        let [change, next, ..] = &mut self.changes[self.next..] else { return false };
+        let [change, next, ..] = &mut self.changes[self.progress.next..] else { return false };
         let regained = matches!(change.kind, Kind::Hill | Kind::Cruise);
         let follows = matches!(next.kind, Kind::Hill | Kind::Cruise);
         if regained || !follows || change.road_type != next.road_type || next.row <= change.row + 1
@@ -141,7 +176,9 @@ impl Parts {
 
     /// Marks what was within reach of a stop line that has been served.
     pub(super) fn unhide(&mut self, line: usize, rows: &mut [RoadRow]) {
-        for change in self.changes[self.next..].iter_mut().take_while(|change| change.row <= line) {
+        for change in
+            self.changes[self.progress.next..].iter_mut().take_while(|change| change.row <= line)
+        {
             mark(change, &mut rows[change.row], self.mark_m);
         }
     }
@@ -152,13 +189,13 @@ impl Parts {
         lane: &Lane<S, P>,
         standstill_s: f64,
     ) -> Option<(Change, [f64; AMOUNTS])> {
-        let change = self.changes.get(self.next)?;
+        let change = self.changes.get(self.progress.next)?;
         let ledger = &lane.state.ledger;
         let source = if P::TERMS.contains(&Term::Fuel) { Term::Fuel } else { Term::Battery };
         let mut gained =
             [Term::Distance, Term::Time, Term::Wheel, source].map(|term| ledger[term][lane.number]);
         gained[1] += standstill_s;
-        for (total, before) in gained.iter_mut().zip(self.booked) {
+        for (total, before) in gained.iter_mut().zip(self.progress.booked) {
             *total -= before;
         }
         Some((*change, gained))
@@ -167,10 +204,10 @@ impl Parts {
     /// Books it.
     fn book<S: Simd, P: Powertrain>(&mut self, lane: &Lane<S, P>, standstill_s: f64) {
         let Some((change, gained)) = self.gained(lane, standstill_s) else { return };
-        add(&mut self.by_road_type[change.road_type], gained);
-        add(&mut self.by_kind[change.kind as usize], gained);
-        add(&mut self.booked, gained);
-        self.next += 1;
+        add(&mut self.progress.by_road_type[change.road_type], gained);
+        add(&mut self.progress.by_kind[change.kind as usize], gained);
+        add(&mut self.progress.booked, gained);
+        self.progress.next += 1;
     }
 
     /// The breakdown of the cycle as it stands.
@@ -181,12 +218,12 @@ impl Parts {
         standstill_s: f64,
     ) -> Breakdown {
         let Some(columns) = study.breakdown() else { return Breakdown::default() };
-        let mut by_kind = self.by_kind;
+        let mut by_kind = self.progress.by_kind;
         let by = &study.model().simulation.columns_by;
         let mut values = Vec::with_capacity(columns.names().len());
         let gained = self.gained(lane, standstill_s);
         if by.contains(&Axis::RoadType) {
-            values.extend(self.by_road_type.iter().flatten());
+            values.extend(self.progress.by_road_type.iter().flatten());
             if let Some((change, gained)) = gained {
                 for (value, gained) in values[AMOUNTS * change.road_type..].iter_mut().zip(gained) {
                     *value += gained;
@@ -203,10 +240,24 @@ impl Parts {
     }
 }
 
+impl Laid {
+    /// The first row from which on another plan has other parts.
+    pub(super) fn same_until(&self, other: &Self) -> usize {
+        let row = |laid: &Self, k: usize| laid.0.get(k).map_or(usize::MAX, |change| change.0);
+        let same = self.0.iter().zip(&other.0).take_while(|(a, b)| a == b).count();
+        row(self, same).min(row(other, same))
+    }
+}
+
 fn add(sums: &mut [f64; AMOUNTS], gained: [f64; AMOUNTS]) {
     for (sum, gained) in sums.iter_mut().zip(gained) {
         *sum += gained;
     }
+}
+
+/// Distance to the stop line in a marked row, in m.
+pub(super) fn mark_m(simulation: &SimulationModel) -> f64 {
+    simulation.capture_distance_m.min(simulation.creep_distance_m)
 }
 
 /// Marks a row at whose end a part ends, but within reach of a stop line.

@@ -12,7 +12,7 @@ const HALTING_S: f64 = 60.0;
 /// At this time before the limit he must not go on, in s: two steps.
 const LAST_S: f64 = 5.0;
 /// A stop so near is still reached, in m: how far a truck comes in the time to halt.
-const NEAR_M: f64 = 1500.0;
+pub(super) const NEAR_M: f64 = 1500.0;
 /// Who may drive no longer than this at departure has rested before, in s.
 const SHORTEST_START_S: f64 = 300.0;
 /// Room of a rest beside other events, in m.
@@ -28,10 +28,9 @@ struct RestStop {
     own_s: Option<f64>,
 }
 
-/// The rests of one trip.
-#[derive(Clone, Debug)]
-pub(super) struct RestStops {
-    at_departure: DutyClock,
+/// What the law has seen of a trip so far.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct RestProgress {
     clock: DutyClock,
     /// Driving time, standstill not counted, up to which the clock has gone.
     driven_s: f64,
@@ -39,13 +38,28 @@ pub(super) struct RestStops {
     rested_at_m: f64,
     /// The last stop of the mission since then, and the clock before it.
     last_stop: Option<(usize, DutyClock)>,
+    /// What the law has added to the standstill, in s, and how often.
+    pub added_s: f64,
+    pub taken: u32,
+}
+
+impl RestProgress {
+    fn new(clock: DutyClock) -> Self {
+        let (driven_s, rested_at_m, added_s) = (0.0, 0.0, 0.0);
+        Self { clock, driven_s, rested_at_m, last_stop: None, added_s, taken: 0 }
+    }
+}
+
+/// The rests of one trip.
+#[derive(Clone, Debug)]
+pub(super) struct RestStops {
+    at_departure: DutyClock,
     stops: Vec<RestStop>,
     /// Where a rest has to be put in, in m.
     due_at_m: Option<f64>,
     attempts: u32,
-    /// What the law has added to the standstill so far, in s, and how often.
-    pub added_s: f64,
-    pub taken: u32,
+    /// What has been seen so far.
+    pub progress: RestProgress,
 }
 
 impl RestStops {
@@ -59,33 +73,24 @@ impl RestStops {
         }
         Some(Box::new(Self {
             at_departure: clock,
-            clock,
-            driven_s: 0.0,
-            rested_at_m: 0.0,
-            last_stop: None,
             stops: Vec::new(),
             due_at_m: None,
             attempts: 0,
-            added_s: 0.0,
-            taken: 0,
+            progress: RestProgress::new(clock),
         }))
     }
 
     /// An attempt begins.
     pub(super) fn depart(&mut self) {
-        self.clock = self.at_departure;
-        self.driven_s = 0.0;
-        self.rested_at_m = 0.0;
-        self.last_stop = None;
+        self.progress = RestProgress::new(self.at_departure);
         self.due_at_m = None;
-        (self.added_s, self.taken) = (0.0, 0);
         self.attempts += 1;
     }
 
     /// The truck has been driven on, to this driving time.
     pub(super) fn drive_to(&mut self, driven_s: f64) {
-        self.clock.pass(Activity::Driving, driven_s - self.driven_s);
-        self.driven_s = driven_s;
+        self.progress.clock.pass(Activity::Driving, driven_s - self.progress.driven_s);
+        self.progress.driven_s = driven_s;
     }
 
     /// The truck stands at an event, for longer than planned where it is charged. A stop of the
@@ -99,34 +104,34 @@ impl RestStops {
     ) -> bool {
         let PointEvent { position_m, kind, .. } = scenario.cycle.road.events[event];
         if !matches!(kind, EventKind::MissionStop { .. }) {
-            self.clock.pass(Activity::Driving, dwell_s);
+            self.progress.clock.pass(Activity::Driving, dwell_s);
             return false;
         }
-        let before = self.clock;
-        self.clock.pass(Activity::Rest, dwell_s);
+        let before = self.progress.clock;
+        self.progress.clock.pass(Activity::Rest, dwell_s);
         let added = self.stops.iter().find(|stop| stop.position_m == position_m);
         if let Some(stop) = added {
-            self.added_s += planned_s - stop.own_s.unwrap_or(0.0);
-            self.taken += 1;
+            self.progress.added_s += planned_s - stop.own_s.unwrap_or(0.0);
+            self.progress.taken += 1;
         }
-        if self.clock.driven_s() == 0.0 {
-            (self.rested_at_m, self.last_stop) = (position_m, None);
+        if self.progress.clock.driven_s() == 0.0 {
+            (self.progress.rested_at_m, self.progress.last_stop) = (position_m, None);
         } else {
-            self.last_stop = Some((event, before));
+            self.progress.last_stop = Some((event, before));
         }
         added.is_some()
     }
 
     /// Driving time until the limit has to be looked at again, in s.
     pub(super) fn until_check_s(&self) -> f64 {
-        let left_s = self.clock.left_s();
+        let left_s = self.progress.clock.left_s();
         let until_s = if left_s > HALTING_S { left_s - HALTING_S } else { left_s - LAST_S };
         until_s.max(0.0)
     }
 
     /// Notes whether the truck has to rest before it goes on from here; false: it goes on.
     pub(super) fn has_to_rest(&mut self, scenario: &Scenario, here_m: f64) -> bool {
-        let left_s = self.clock.left_s();
+        let left_s = self.progress.clock.left_s();
         let ahead = |place_m: f64| place_m > here_m && place_m < here_m + NEAR_M;
         let road = &scenario.cycle.road;
         let is_near = || {
@@ -137,7 +142,7 @@ impl RestStops {
         if is_due {
             // who has no time left to halt has to rest before
             let back_m = if left_s <= LAST_S { NEAR_M } else { 0.0 };
-            let middle_m = 0.5 * (here_m + self.rested_at_m);
+            let middle_m = 0.5 * (here_m + self.progress.rested_at_m);
             self.due_at_m = Some((here_m - back_m).max(middle_m));
         }
         is_due
@@ -174,13 +179,18 @@ impl RestStops {
     }
 
     /// Puts the rest that is due into the trip: at the last stop of the mission or charger since the
-    /// last rest, where there is none on the spot. What was planned behind a charging trip's rest is
-    /// planned anew.
-    pub(super) fn put_in(&mut self, scenario: &mut Scenario, charging: Option<&mut ChargingStops>) {
-        let Some(mut here_m) = self.due_at_m.take() else { return };
-        let (rest, length_s) = self.clock.next_rest();
-        let stop_m = self.last_stop.map(|(event, _)| scenario.cycle.road.events[event].position_m);
-        let since_m = stop_m.unwrap_or(self.rested_at_m);
+    /// last rest, where there is none on the spot; returns where, in m. What was planned behind a
+    /// charging trip's rest is planned anew.
+    pub(super) fn put_in(
+        &mut self,
+        scenario: &mut Scenario,
+        charging: Option<&mut ChargingStops>,
+    ) -> Option<f64> {
+        let mut here_m = self.due_at_m.take()?;
+        let (rest, length_s) = self.progress.clock.next_rest();
+        let stop_m =
+            self.progress.last_stop.map(|(event, _)| scenario.cycle.road.events[event].position_m);
+        let since_m = stop_m.unwrap_or(self.progress.rested_at_m);
         let ahead = |at_m: f64| at_m > since_m && at_m <= here_m;
         let charger = scenario.chargers.iter().rev().find(|charger| ahead(charger.position_m));
         let charger_m = charger.map(|charger| charger.position_m);
@@ -190,7 +200,7 @@ impl RestStops {
             charging.forget_behind(here_m, scenario);
         }
         let events = &mut scenario.cycle.road.events;
-        if let (Some((event, before)), None) = (self.last_stop, charger_m) {
+        if let (Some((event, before)), None) = (self.progress.last_stop, charger_m) {
             let stop = &mut events[event];
             let own_s = stop.kind.standstill_s().unwrap_or(0.0);
             let known = self.stops.iter().any(|known| known.position_m == stop.position_m);
@@ -199,7 +209,7 @@ impl RestStops {
             }
             let standstill_s = own_s.max(before.length_s(rest));
             stop.kind = EventKind::MissionStop { standstill_s };
-            return;
+            return Some(stop.position_m);
         }
         // a rest on the spot that was not reached in time
         self.stops.retain(|stop| {
@@ -220,9 +230,10 @@ impl RestStops {
         let at = events.partition_point(|event| event.position_m < position_m);
         events.insert(at, PointEvent { position_m, kind, turns: false });
         self.stops.push(RestStop { position_m, own_s: None });
+        Some(position_m)
     }
 }
 
-fn is_mission_stop(event: &PointEvent) -> bool {
+pub(super) fn is_mission_stop(event: &PointEvent) -> bool {
     matches!(event.kind, EventKind::MissionStop { .. })
 }

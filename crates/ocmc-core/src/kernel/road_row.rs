@@ -51,6 +51,12 @@ impl RoadRow {
 }
 
 impl RoadRow {
+    /// Whether a truck that is not near a stop line drives on both alike.
+    pub(super) fn is_driven_as(&self, other: &Self) -> bool {
+        let (row, other) = (&self.0, &other.0);
+        (0..Self::COLUMNS).all(|column| column == Self::TO_STOP || row[column] == other[column])
+    }
+
     /// The row in groups of four numbers.
     #[inline(always)]
     pub fn quads(&self) -> &[[f64; 4]] {
@@ -77,6 +83,8 @@ pub struct RoadRows {
     stops: Vec<(usize, f64, Option<usize>)>,
     /// Rows with which a section begins, and its road type.
     pub road_types: Vec<(usize, usize)>,
+    /// Room for other rows.
+    pub spare_rows: Vec<RoadRow>,
 }
 
 impl RoadRows {
@@ -130,6 +138,11 @@ impl RoadRows {
         self.air_temperature_k = around.temperature_sum / road.length_m;
         self.head_wind_mps = around.head_wind_sum / road.length_m;
         self.climb_m = climb_m;
+    }
+
+    /// Takes the rows out; there is room for others.
+    pub fn replace_rows(&mut self) -> Vec<RoadRow> {
+        std::mem::replace(&mut self.rows, std::mem::take(&mut self.spare_rows))
     }
 
     /// Rows that end at a stop line, in order.

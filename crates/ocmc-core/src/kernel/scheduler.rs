@@ -34,7 +34,9 @@ pub trait Observer {
         _tasks: &[Option<LaneTask>],
     ) {
     }
-    /// A trip begins again from its start, with a rest or with charging: what was observed of it is void.
+    /// Whether a trip into which a stop is put is driven again from its start.
+    const FROM_START: bool;
+    /// It is: what was observed of it is void.
     fn restarts(&mut self) {}
     /// Whether the run is to stop: cycles that are on the road are then given up.
     fn is_stopped(&self) -> bool {
@@ -47,6 +49,8 @@ pub trait Observer {
 pub struct StopFlag<'a>(pub &'a AtomicBool);
 
 impl Observer for StopFlag<'_> {
+    const FROM_START: bool = false;
+
     fn is_stopped(&self) -> bool {
         self.0.load(Ordering::Relaxed)
     }
@@ -192,6 +196,8 @@ struct LaneScheduler<'a, 'b, P, O> {
     cut_short: Vec<Scenario>,
     /// Lanes with a cycle.
     driving: usize,
+    /// Buffers for trips that are planned anew.
+    profile: SpeedProfile,
 }
 
 impl<P: Powertrain, O: Observer> SimdTask for LaneScheduler<'_, '_, P, O> {
@@ -233,7 +239,8 @@ impl<'a, 'b, P: Powertrain, O: Observer> LaneScheduler<'a, 'b, P, O> {
         observer: &'a mut O,
     ) -> Self {
         let (records, cut_short) = (Vec::new(), Vec::new());
-        Self { study, parameters, next, observer, records, cut_short, driving: 0 }
+        let profile = SpeedProfile::default();
+        Self { study, parameters, next, observer, records, cut_short, driving: 0, profile }
     }
 
     /// Puts a cycle into each lane of a block.
@@ -291,11 +298,12 @@ impl<'a, 'b, P: Powertrain, O: Observer> LaneScheduler<'a, 'b, P, O> {
                 }
             }
             if outcome.is_none() && task.lacks_stop() {
-                task.leave(&mut lane);
-                task.put_in_stop(self.study);
-                task.enter(&mut lane);
+                task.put_in_stop(&mut lane, self.study, &mut self.profile, O::FROM_START);
                 self.observer.restarts();
                 continue;
+            }
+            if outcome.is_none() {
+                task.take_checkpoint(&mut lane);
             }
             self.observer.after_event(parameters, lane.state, tasks);
             if outcome.is_some() {

@@ -145,7 +145,7 @@ impl Writer {
             ("acceleration_mps2", row.acceleration_mps2),
             ("accelerator", row.accelerator),
             ("brake", row.brake),
-            ("gear", task.gear as f64 + 1.0),
+            ("gear", task.progress.gear as f64 + 1.0),
             (P::SIGNALS.speed, row.engine_speed),
             (P::SIGNALS.torque, row.torque),
             (P::SIGNALS.source_rate, row.source_rate),
@@ -164,6 +164,8 @@ impl Writer {
 }
 
 impl Observer for Writer {
+    const FROM_START: bool = true;
+
     fn after_step<S: Simd, P: Powertrain>(
         &mut self,
         parameters: &KernelParameters<P>,
@@ -207,11 +209,11 @@ impl Observer for Writer {
     ) {
         let Some(task) = &tasks[0] else { return };
         let added = &task.added_by_event;
-        let waited_s = task.standstill_s - self.standstill_s;
+        let waited_s = task.progress.standstill_s - self.standstill_s;
         if *added == Ledger::EMPTY && waited_s == 0.0 {
             return;
         }
-        self.standstill_s = task.standstill_s;
+        self.standstill_s = task.progress.standstill_s;
         let engine_speed = state.motion.engine_speed[0];
         let [torque, source_rate] =
             parameters.powertrain.standing_signals(added, waited_s, engine_speed);

@@ -276,6 +276,8 @@ pub trait Powertrain {
     fn park<S: Simd>(&self, state: &mut Self::State<S>, lane: usize);
     /// Loads what belongs to one truck.
     fn enter<S: Simd>(&self, state: &mut Self::State<S>, lane: usize, truck: &TruckInputs);
+    /// What its trucks remember from step to step.
+    fn memory<S: Simd>(state: &mut Self::State<S>) -> Vec<&mut Lanes<S>>;
     /// A truck at rest prepares to start.
     fn start<S: Simd>(&self, _state: &mut Self::State<S>, _lane: usize) {}
     /// A truck has rolled with an accelerator pedal for long; shaft speed in rad/s.

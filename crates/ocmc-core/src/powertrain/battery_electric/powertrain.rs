@@ -141,6 +141,10 @@ impl Powertrain for BatteryElectricPowertrain {
     }
 
     /// Torque has no memory.
+    fn memory<S: Simd>(state: &mut BatteryState<S>) -> Vec<&mut Lanes<S>> {
+        vec![&mut state.charge]
+    }
+
     /// The auxiliaries draw, and a charger may charge.
     fn stand<S: Simd>(
         &self,

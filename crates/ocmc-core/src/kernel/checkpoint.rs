@@ -1,0 +1,196 @@
+//! Checkpoints: a trip as it was at some places on its way. Where a stop is put into a trip that has
+//! been driven, all before the place at which the truck could know of the stop is as it was: the
+//! trip goes on from there, and not from its start.
+//!
+//! A checkpoint is taken at the end of a marked row, in an event outside of the hot loop. What is
+//! driven from it is, bit by bit, what is driven from the start: a trace always drives from there
+//! (`tests/it/charging.rs`).
+
+use super::charging_stops::ChargingProgress;
+use super::lane_task::{LaneTask, Progress};
+use super::parts::{Laid, PartsProgress, mark_m};
+use super::rest_stops::{NEAR_M, RestProgress, is_mission_stop};
+use super::road_row::RoadRow;
+use super::state::Lane;
+use crate::energy_ledger::Ledger;
+use crate::lanes::UNBOUNDED;
+use crate::powertrain::Powertrain;
+use crate::study::{Scenario, SimulationModel};
+use crate::tactical::SpeedProfile;
+use fearless_simd::Simd;
+
+/// So far ahead of a place at which a stop may be put in a checkpoint is taken, in m: drivers look
+/// [`NEAR_M`] ahead for places to rest, and no braking ramp is longer than the rest. If one is, the
+/// checkpoint before serves.
+const AHEAD_M: f64 = NEAR_M + 1500.0;
+/// Checkpoints from place to place where a rest may be taken on the spot, in m.
+const SPACING_M: f64 = 20.0e3;
+/// Places closer than this share a checkpoint, in m.
+const CLOSE_M: f64 = 1000.0;
+
+/// A trip as it was at a place on its way.
+#[derive(Clone, Debug)]
+struct Checkpoint {
+    row: usize,
+    position_m: f64,
+    /// What the lane remembered, column by column.
+    memory: Vec<f64>,
+    ledger: Ledger<f64>,
+    progress: Progress,
+    parts: PartsProgress,
+    rests: Option<RestProgress>,
+    charging: Option<ChargingProgress>,
+}
+
+/// The checkpoints of the trip in a lane.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Checkpoints {
+    /// Rows at whose ends one is taken, in order, and those ends, in m.
+    marks: Vec<(usize, f64)>,
+    /// The next of them.
+    next: usize,
+    taken: Vec<Checkpoint>,
+}
+
+/// How a trip had been planned.
+pub(super) struct Before {
+    pub rows: Vec<RoadRow>,
+    pub laid: Laid,
+    pub air_temperature_k: f64,
+}
+
+impl Checkpoints {
+    /// Marks the rows of a planned trip into which stops may be put.
+    pub(super) fn mark(
+        &mut self,
+        simulation: &SimulationModel,
+        scenario: &Scenario,
+        takes_rests: bool,
+        profile: &SpeedProfile,
+        rows: &mut [RoadRow],
+    ) {
+        self.marks.clear();
+        let road = &scenario.cycle.road;
+        let stops = road.events.iter().filter(|event| is_mission_stop(event));
+        let chargers = scenario.chargers.iter().map(|charger| charger.position_m);
+        let mut places_m: Vec<f64> = stops.map(|stop| stop.position_m).chain(chargers).collect();
+        for place_m in &mut places_m {
+            *place_m -= AHEAD_M;
+        }
+        if takes_rests {
+            let count = (road.length_m / SPACING_M) as u32;
+            places_m.extend((1..=count).map(|k| SPACING_M * f64::from(k)));
+        }
+        places_m.sort_unstable_by(f64::total_cmp);
+        let mark_m = mark_m(simulation);
+        let mut from_m = 0.0;
+        for place_m in places_m {
+            let behind = profile.segments.partition_point(|segment| segment.start_m < place_m);
+            let Some(segment) = profile.segments.get(behind).filter(|_| place_m > from_m) else {
+                continue;
+            };
+            let to_stop_m = &mut rows[behind - 1].0[RoadRow::TO_STOP];
+            // within reach of a stop line there is none
+            if *to_stop_m == UNBOUNDED || *to_stop_m == mark_m {
+                *to_stop_m = mark_m;
+                self.marks.push((behind - 1, segment.start_m));
+                from_m = segment.start_m + CLOSE_M;
+            }
+        }
+    }
+
+    /// A trip begins at its start.
+    pub(super) fn depart(&mut self) {
+        self.next = 0;
+        self.taken.clear();
+    }
+
+    /// Whether a row is marked: the stop line that a truck seems to be at is none.
+    pub(super) fn are_at(&mut self, row: usize) -> bool {
+        while self.marks.get(self.next).is_some_and(|mark| mark.0 < row) {
+            self.next += 1;
+        }
+        self.marks.get(self.next).is_some_and(|mark| mark.0 == row)
+    }
+
+    /// Forgets those that a stop at a place makes void; returns whether one is left.
+    fn keep_before(
+        &mut self,
+        place_m: f64,
+        before: &Before,
+        rows: &[RoadRow],
+        laid: &Laid,
+    ) -> bool {
+        self.taken.retain(|taken| taken.position_m + NEAR_M < place_m);
+        let Some(last) = self.taken.last() else { return false };
+        // the row behind the checkpoint is the first one that has not been driven
+        let pairs = before.rows.iter().zip(rows).take(last.row + 1);
+        let same = pairs.take_while(|(old, new)| old.is_driven_as(new)).count();
+        let same = same.min(before.laid.same_until(laid));
+        self.taken.retain(|taken| taken.row < same);
+        !self.taken.is_empty()
+    }
+}
+
+impl LaneTask {
+    /// Takes a checkpoint where the truck is at the end of a marked row.
+    pub(super) fn take_checkpoint<S: Simd, P: Powertrain>(&mut self, lane: &mut Lane<S, P>) {
+        let (row, number) = (lane.state.motion.at[lane.number], lane.number);
+        if !self.checkpoints.are_at(row) || lane.state.motion.left[number] > 0.0 {
+            return;
+        }
+        let position_m = self.checkpoints.marks[self.checkpoints.next].1;
+        self.checkpoints.next += 1;
+        // a row ahead that is not as it was planned would have to be kept, too
+        if self.parts.is_stretched() || self.served.last().is_some_and(|served| served.0 > row) {
+            return;
+        }
+        let memory = lane.state.memory().into_iter().map(|column| column[number]).collect();
+        self.checkpoints.taken.push(Checkpoint {
+            row,
+            position_m,
+            memory,
+            ledger: lane.state.ledger.lane(number),
+            progress: self.progress,
+            parts: self.parts.progress(),
+            rests: self.rests.as_ref().map(|rests| rests.progress),
+            charging: self.charging.as_ref().map(|charging| charging.progress),
+        });
+    }
+
+    /// Goes on from the last checkpoint before everything that a stop at a place changes, in a lane
+    /// that the truck has just entered. Without one it is at its start.
+    pub(super) fn go_on<S: Simd, P: Powertrain>(
+        &mut self,
+        lane: &mut Lane<S, P>,
+        place_m: f64,
+        before: &Before,
+    ) {
+        let number = lane.number;
+        let rows = &lane.state.motion.roads[number];
+        // heating and cooling are by the mean of the whole way, which stops may change in its last bit
+        let same_air = self.road.air_temperature_k == before.air_temperature_k;
+        let laid = self.parts.laid();
+        if !(same_air && self.checkpoints.keep_before(place_m, before, rows, &laid)) {
+            return self.checkpoints.depart();
+        }
+        let Some(last) = self.checkpoints.taken.last() else { return };
+        self.progress = last.progress;
+        self.parts.go_on(&last.parts);
+        if let (Some(rests), Some(progress)) = (&mut self.rests, last.rests) {
+            rests.progress = progress;
+        }
+        if let (Some(charging), Some(progress)) = (&mut self.charging, last.charging) {
+            charging.progress = progress;
+        }
+        lane.state.set_gear(number, last.progress.gear, lane.parameters);
+        lane.state.motion.at[number] = last.row;
+        for (column, value) in lane.state.memory().into_iter().zip(&last.memory) {
+            column[number] = *value;
+        }
+        lane.state.ledger.clear(number);
+        lane.state.ledger.add_to_lane(number, &last.ledger);
+        let row = last.row;
+        self.checkpoints.next = self.checkpoints.marks.partition_point(|mark| mark.0 <= row);
+    }
+}
