@@ -297,6 +297,7 @@ class Study:
         cycles: SupportsIndex,
         arrive: float | Sequence[float] = 0.95,
         kg_per_kwh: float = 0.0,
+        season: Literal["winter", "spring", "summer", "autumn"] | None = None,
         seed: SupportsIndex = 1,
         first_cycle: SupportsIndex = 0,
         threads: SupportsIndex | None = None,
@@ -335,6 +336,8 @@ class Run:
     def records(self) -> Table: ...
     @property
     def trucks(self) -> Table | None: ...
+    def loads(self) -> Table | None: ...
+    def chargings(self) -> Table: ...
     @property
     def study(self) -> Study: ...
     @property

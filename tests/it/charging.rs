@@ -218,6 +218,7 @@ fn without_chargers_a_policy_changes_nothing_but_its_columns() {
             n_charging_stops: None,
             charging_s: None,
             charging_wait_s: None,
+            charging_events: None,
             ..policy
         };
         assert_eq!((same, policy.n_charging_stops), (plain, Some(0)));

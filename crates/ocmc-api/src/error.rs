@@ -89,6 +89,16 @@ pub enum Error {
         /// The study.
         name: String,
     },
+    /// No trip departs in the season that was asked for.
+    #[error(
+        "none of the {cycles} trips departs in {season}: ask for more of them, or for another season"
+    )]
+    NoTripInSeason {
+        /// The season.
+        season: &'static str,
+        /// Trips that were drawn.
+        cycles: u64,
+    },
     /// A share of trips that cannot be asked for.
     #[error("`arrive` is {share}, allowed is a share above 0 and below 1")]
     Share {

@@ -91,7 +91,7 @@ pub use simulator_study::{
     MOST_REPETITIONS, SIMULATOR_DRIVERS, SimulatorStudyAnswer, SimulatorStudyRequest,
     simulator_study,
 };
-pub use size::{SizeAnswer, SizeRequest, size};
+pub use size::{Season, SizeAnswer, SizeRequest, size};
 pub use source::{GivenTable, Mapping, Source, UTC_OFFSETS_H, mappings};
 pub use stored::{
     GROUP_ROWS, PartsError, in_our_order, joined, load, record_batch, records, save, schema,
@@ -110,12 +110,13 @@ pub use vecto::{
 pub use verify::{CheckedFile, VerifyAnswer, verify};
 pub use watch::{Progress, Watch, go_on};
 pub use word::{
-    BESTS, CODINGS, CONTROLLERS, FOLLOWS, FORMATS, KEEPS, OVERS, RADII, SPEED_TERMS, UNKNOWNS,
-    Word, detectors,
+    BESTS, CODINGS, CONTROLLERS, FOLLOWS, FORMATS, KEEPS, OVERS, RADII, SEASONS, SPEED_TERMS,
+    UNKNOWNS, Word, detectors,
 };
 
 pub use ocmc_core::kernel::trace::TableColumn;
 pub use ocmc_core::record::Record;
+pub use ocmc_io::charging_table::{chargings_batch, loads_batch};
 pub use ocmc_io::label::label;
 pub use ocmc_io::trucks::record_batch as truck_batch;
 pub use ocmc_io::{number_text, printable, shell_word};

@@ -4,10 +4,11 @@ use crate::answer::Answer;
 use crate::error::Error;
 use crate::progress::Progress;
 use crate::text::{fact, table, took};
-use crate::watch::Watch;
+use crate::watch::{Watch, watched};
 use ocmc_core::fleet::dependence::Dependence;
+use ocmc_core::fleet::range::SEASONS;
 use ocmc_core::fleet::run::RunPlan;
-use ocmc_core::fleet::size::{SizeFor, Sizing, TriedSize, drive_some};
+use ocmc_core::fleet::size::{SizeFor, Sizing, TriedSize, drive_some, of_season};
 use ocmc_io::number_text::{count_of, grouped};
 use ocmc_io::study::LoadedStudy;
 use serde::Serialize;
@@ -23,8 +24,34 @@ pub struct SizeRequest<'a> {
     pub arrive: Vec<f64>,
     /// Mass of the truck that a kWh of battery adds, in kg; 0: all batteries weigh the same.
     pub kg_per_kwh: f64,
+    /// The season of the north in which trips depart that count; none: all of them.
+    pub season: Option<Season>,
     /// The cycles.
     pub plan: RunPlan,
+}
+
+/// A season of the north.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Season {
+    /// December, January and February.
+    Winter,
+    /// March to May.
+    Spring,
+    /// June to August.
+    Summer,
+    /// September to November.
+    Autumn,
+}
+
+impl Season {
+    /// All of them, in the order of the months.
+    pub const ALL: [Self; 4] = [Self::Winter, Self::Spring, Self::Summer, Self::Autumn];
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        SEASONS[self as usize]
+    }
 }
 
 /// How large the battery has to be.
@@ -34,6 +61,9 @@ pub struct SizeAnswer {
     pub source: String,
     /// Trips on which sizes were tried.
     pub trips: u64,
+    /// The season in which they depart; all of the year where there is none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub season: Option<Season>,
     /// Trips that were given up for another reason than the battery: they do not count.
     pub given_up: u64,
     /// Mass of the truck that a kWh of battery adds, in kg.
@@ -58,7 +88,7 @@ const J_PER_KWH: f64 = 3.6e6;
 /// use ocmc_api::{RunPlan, SizeRequest, go_on, size, study};
 /// let study = study::load("battery-truck", &["mission.length_m=20000"])?;
 /// let (study, plan) = (("trips".to_owned(), &study), RunPlan::new(1, 0, 40, None, None));
-/// let request = SizeRequest { study, arrive: vec![0.5], kg_per_kwh: 0.0, plan };
+/// let request = SizeRequest { study, arrive: vec![0.5], kg_per_kwh: 0.0, season: None, plan };
 /// let answer = size(&request, &mut go_on)?;
 /// let capacity_j = answer.sizes[0].capacity_j.expect("a battery is enough");
 /// assert!(capacity_j > 3e7 && capacity_j < 3e8, "{capacity_j}");
@@ -66,10 +96,10 @@ const J_PER_KWH: f64 = 3.6e6;
 /// ```
 ///
 /// # Errors
-/// [`Error::NoBattery`], [`Error::Share`], [`Error::Mass`], [`Error::Study`] where a battery's mass
+/// [`Error::NoBattery`], [`Error::NoTripInSeason`] where no trip departs in the season, [`Error::Share`], [`Error::Mass`], [`Error::Study`] where a battery's mass
 /// does not fit the truck, and [`Error::Interrupted`].
 pub fn size(request: &SizeRequest, watch: &mut Watch) -> Result<SizeAnswer, Error> {
-    let SizeRequest { study: (name, study), arrive, kg_per_kwh, plan } = request;
+    let SizeRequest { study: (name, study), arrive, kg_per_kwh, season, plan } = request;
     let Some(electric) = &study.model.vehicle.electric else {
         return Err(Error::NoBattery { name: name.clone() });
     };
@@ -81,9 +111,21 @@ pub fn size(request: &SizeRequest, watch: &mut Watch) -> Result<SizeAnswer, Erro
     }
     let (own_j, own_kg) = (electric.battery.capacity_j, study.model.vehicle.curb_mass_kg);
     let clock = Instant::now();
-    let mut sizing = Sizing::new(plan.cycles, Dependence::of(&study.model, plan.seed).batch, own_j);
-    let mut progress = Progress { what: "trips", done: 0, total: plan.cycles };
+    let places: Vec<u64> = match season {
+        None => (0..plan.cycles).collect(),
+        Some(season) => watched(plan.cycles, watch, |look| {
+            of_season(&study.study, plan, *season as usize, look)
+        })?,
+    };
+    if let (Some(season), true) = (season, places.is_empty()) {
+        return Err(Error::NoTripInSeason { season: season.name(), cycles: plan.cycles });
+    }
+    let batch = Dependence::of(&study.model, plan.seed).batch.max(1);
+    let clusters = places.iter().map(|place| place / batch).collect();
+    let mut sizing = Sizing::new(clusters, own_j);
+    let mut progress = Progress { what: "trips", done: 0, total: places.len() as u64 };
     let mut drive = |capacity_j: f64, trips: &[u64]| {
+        let trips: Vec<u64> = trips.iter().map(|k| places[*k as usize]).collect();
         let mass_kg = own_kg + kg_per_kwh * (capacity_j - own_j) / J_PER_KWH;
         let sets = [
             format!("vehicle.electric.battery.capacity_j={capacity_j:e}"),
@@ -95,7 +137,7 @@ pub fn size(request: &SizeRequest, watch: &mut Watch) -> Result<SizeAnswer, Erro
         };
         let before = progress.done;
         progress.total = progress.total.max(before + trips.len() as u64);
-        drive_some(&sized.study, plan, trips, |done| {
+        drive_some(&sized.study, plan, &trips, |done| {
             progress.done = before + done;
             match watch(progress) {
                 ControlFlow::Continue(()) => ControlFlow::Continue(()),
@@ -112,7 +154,8 @@ pub fn size(request: &SizeRequest, watch: &mut Watch) -> Result<SizeAnswer, Erro
     }
     Ok(SizeAnswer {
         source: name.clone(),
-        trips: plan.cycles,
+        trips: places.len() as u64,
+        season: *season,
         given_up: sizing.given_up(),
         kg_per_kwh: *kg_per_kwh,
         study_capacity_j: own_j,
@@ -138,7 +181,10 @@ impl Answer for SizeAnswer {
         let (plan, wall_s, drives) = self.driven;
         let mut text = fact("study", &self.source);
         text.push_str(&fact("seed", plan.seed));
-        let trips = count_of(self.trips, "trip");
+        let trips = match self.season {
+            None => count_of(self.trips, "trip"),
+            Some(season) => format!("{} in {}", count_of(self.trips, "trip"), season.name()),
+        };
         text.push_str(&fact("tried on", format!("{trips}, {} drives in all", grouped(drives))));
         text.push_str(&took(wall_s, plan.threads, drives));
         if self.given_up > 0 {

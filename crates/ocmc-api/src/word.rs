@@ -1,5 +1,6 @@
 //! Words that stand for options: on the command line as they are here, in Python with `_` for `-`.
 
+use crate::size::Season;
 use ocmc_core::fleet::sensitivity::Over;
 use ocmc_core::operating_cycle::route::Keep;
 use ocmc_estimation::fit::curve_speed::Coding;
@@ -95,6 +96,14 @@ pub const SPEED_TERMS: [Word<SpeedTerm>; 3] = [
 pub const OVERS: [Word<Over>; 2] = [
     ("trip", "Trips, each by itself", Over::Trip),
     ("truck", "Trucks, each by its total over its total", Over::Truck),
+];
+
+/// Seasons of the north in which trips depart.
+pub const SEASONS: [Word<Season>; 4] = [
+    ("winter", "December to February", Season::Winter),
+    ("spring", "March to May", Season::Spring),
+    ("summer", "June to August", Season::Summer),
+    ("autumn", "September to November", Season::Autumn),
 ];
 
 /// What an identification can estimate beside the controller.

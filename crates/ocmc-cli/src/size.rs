@@ -1,11 +1,11 @@
 //! `ocmc size`: how large a battery has to be.
 
-use crate::arguments::{RangeArguments as CycleRange, StudyOptions, share, whole_number};
+use crate::arguments::{RangeArguments as CycleRange, StudyOptions, one_of, share, whole_number};
 use crate::failure::Failure;
 use crate::output;
 use crate::progress::watched;
 use clap::Args;
-use ocmc_api::{MOST_THREADS, SizeRequest};
+use ocmc_api::{MOST_THREADS, SEASONS, Season, SizeRequest};
 
 /// Whose battery is asked for.
 #[derive(Clone, Debug, Args)]
@@ -19,6 +19,9 @@ pub(crate) struct SizeArguments {
     /// Mass of the truck that a kWh of battery adds, in kg
     #[arg(long, value_name = "KG", default_value_t = 0.0, allow_negative_numbers = true)]
     kg_per_kwh: f64,
+    /// Only the trips that depart in a season of the north
+    #[arg(long, value_name = "SEASON", value_parser = one_of(SEASONS))]
+    season: Option<Season>,
     #[command(flatten)]
     range: CycleRange,
     /// Threads [default: one for each CPU]
@@ -34,11 +37,13 @@ pub(crate) struct SizeArguments {
 
 /// Finds the battery and prints it.
 pub(crate) fn size(arguments: &SizeArguments) -> Result<(), Failure> {
-    let SizeArguments { study, arrive, kg_per_kwh, range, threads, quiet, json } = arguments;
+    let SizeArguments { study, arrive, kg_per_kwh, season, range, threads, quiet, json } =
+        arguments;
     let loaded = study.load()?;
     let study = (loaded.origin.to_string(), &loaded);
     let plan = range.plan(*threads)?;
-    let request = SizeRequest { study, arrive: arrive.clone(), kg_per_kwh: *kg_per_kwh, plan };
+    let (arrive, kg_per_kwh, season) = (arrive.clone(), *kg_per_kwh, *season);
+    let request = SizeRequest { study, arrive, kg_per_kwh, season, plan };
     let answer = watched(*quiet, |watch| ocmc_api::size(&request, watch))?;
     output::print(&answer, *json)
 }

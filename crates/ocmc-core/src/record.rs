@@ -1,7 +1,9 @@
 //! The record: the scalars of one driven cycle, and the columns in which they are written.
 
 use crate::breakdown::{Amount, Breakdown};
+use crate::charging::ChargingEvent;
 use crate::energy_ledger::{Ledger, Mode, Recorded, TERMS, Term};
+use crate::rest::DutyClock;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -229,12 +231,21 @@ pub struct Record {
     /// Time for which it was charged in the depot after the trip, in s; null as
     /// `charged_energy_depot_j`.
     pub depot_charging_s: Option<f64>,
+    /// State of charge at departure; null for a diesel truck, and in records of earlier versions.
+    pub departure_charge: Option<f64>,
     /// The terms of the ledger that have a column of their own, in the order of their declarations.
     #[serde(skip)]
     pub own_columns: [Option<f64>; OWN_COLUMNS],
     /// What road types and event kinds took, in columns that the study names.
     #[serde(skip)]
     pub breakdown: Breakdown,
+    /// Each charging of a trip, in order; none where a study has no `[charging]`, for a diesel
+    /// truck, and in records of earlier versions.
+    #[serde(skip)]
+    pub charging_events: Option<Vec<ChargingEvent>>,
+    /// The driver's clock at the end, on its way to the next trip of a chain alone.
+    #[serde(skip)]
+    pub clock_at_end: Option<DutyClock>,
 }
 
 /// Terms of the ledger that have a column of their own.
@@ -498,4 +509,5 @@ const FIELDS: &[Column] = &[
     column_of("charging_s", |r| Cell::Number(r.charging_s)),
     column_of("charging_wait_s", |r| Cell::Number(r.charging_wait_s)),
     column_of("depot_charging_s", |r| Cell::Number(r.depot_charging_s)),
+    column_of("departure_charge", |r| Cell::Number(r.departure_charge)),
 ];

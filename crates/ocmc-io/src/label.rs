@@ -2,6 +2,7 @@
 //! what has to be said of those that look wrong and are not.
 
 use crate::number_text::{count_of, grouped, percent, rounded, rounded_share};
+use ocmc_core::charging::ChargingPlace;
 use ocmc_core::fleet::summary::{OUTSIDE_MAP_SHARE, Summary};
 use std::fmt::Write;
 
@@ -19,6 +20,20 @@ pub fn label(column: &str) -> (&str, f64) {
         "stops_per_km" => ("stops per km", 1.0),
         other => (other, 1.0),
     }
+}
+
+/// Chargers of a kind.
+pub fn charger_name(place: ChargingPlace) -> &'static str {
+    match place {
+        ChargingPlace::Depot => "depots",
+        ChargingPlace::Public => "public chargers",
+        ChargingPlace::Stop => "chargers at stops",
+    }
+}
+
+/// The time at which a quarter of an hour of the day begins.
+pub fn clock(quarter_hour: u64) -> String {
+    format!("{:02}:{:02}", quarter_hour / 4, 15 * (quarter_hour % 4))
 }
 
 /// What a reader may take for an error in a table over cycles, a sentence each: a mean that lies

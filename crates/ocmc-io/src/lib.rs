@@ -1,5 +1,6 @@
 //! What `ocmc` reads and writes: study files, logs, records, run directories and reports.
 
+pub mod charging_table;
 pub mod curve_table;
 pub mod drive_cycle;
 pub mod file_error;
@@ -22,6 +23,7 @@ pub mod shell_word;
 pub mod speed_change_table;
 pub mod study;
 pub mod table;
+mod table_file;
 pub mod traffic_table;
 pub mod trucks;
 pub mod vecto;

@@ -5,9 +5,6 @@ use arrow_array::{ArrayRef, Float64Array, RecordBatch, UInt64Array};
 use arrow_schema::{DataType, Field, Schema};
 use ocmc_core::fleet::truck_year::{TRUCK_COLUMNS, TruckColumn, TruckTime};
 use ocmc_core::record::Cell;
-use parquet::arrow::ArrowWriter;
-use parquet::errors::ParquetError;
-use std::io::Write;
 use std::sync::Arc;
 
 /// Name of the file beside records of that format.
@@ -42,36 +39,4 @@ fn integer(cell: Cell) -> Option<u64> {
 
 fn number(cell: Cell) -> Option<f64> {
     if let Cell::Number(value) = cell { value } else { None }
-}
-
-/// The bytes of a file of truck-years: a function of its rows alone.
-pub(crate) fn encoded(trucks: &[TruckTime], format: RecordFormat) -> Vec<u8> {
-    match format {
-        RecordFormat::Parquet => parquet(trucks).expect("memory takes every table"),
-        RecordFormat::Csv => csv(trucks),
-    }
-}
-
-fn parquet(trucks: &[TruckTime]) -> Result<Vec<u8>, ParquetError> {
-    let table = record_batch(trucks);
-    let properties = crate::records::parquet::properties();
-    let mut file = ArrowWriter::try_new(Vec::new(), table.schema(), Some(properties))?;
-    file.write(&table)?;
-    file.into_inner()
-}
-
-fn csv(trucks: &[TruckTime]) -> Vec<u8> {
-    let names: Vec<&str> = TRUCK_COLUMNS.iter().map(|column| column.name).collect();
-    let mut text = (names.join(",") + "\n").into_bytes();
-    for truck in trucks {
-        let cells = TRUCK_COLUMNS.iter().map(|column| match column.get(truck) {
-            Cell::Integer(Some(value)) => value.to_string(),
-            // the shortest that reads back as the same number
-            Cell::Number(Some(value)) => format!("{value:?}"),
-            _ => String::new(),
-        });
-        let cells: Vec<String> = cells.collect();
-        writeln!(text, "{}", cells.join(",")).expect("memory takes every text");
-    }
-    text
 }

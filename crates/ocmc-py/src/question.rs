@@ -11,11 +11,11 @@ use crate::progress::watched;
 use crate::run::{PyRun, load, run};
 use crate::study::PyStudy;
 use crate::table::Table;
-use crate::value::{one_of, study_value, whole_number};
+use crate::value::{one_of, one_or_more, study_value, whole_number};
 use ocmc_api::study::{self, Files, Given, LoadedStudy};
 use ocmc_api::{
     Asked, BirdsEyeRequest, BoundRequest, CostRequest, CpuLevel, FORMATS, GivenDrive,
-    LAST_CYCLE_ID, OVERS, RangeRequest, RequeueRequest, SensitivityRequest, SizeRequest,
+    LAST_CYCLE_ID, OVERS, RangeRequest, RequeueRequest, SEASONS, SensitivityRequest, SizeRequest,
     TrainingRequest, check_empty,
 };
 use pyo3::exceptions::{PyAttributeError, PyTypeError, PyValueError};
@@ -692,6 +692,8 @@ impl PyStudy {
     ///     Shares of the trips, each above 0 and below 1.
     /// kg_per_kwh : float
     ///     Mass of the truck that a kWh of battery adds, in kg.
+    /// season : {"winter", "spring", "summer", "autumn"}, optional
+    ///     Only the trips among them that depart in this season of the north.
     /// seed : int
     ///     Master seed.
     /// first_cycle : int
@@ -721,8 +723,8 @@ impl PyStudy {
     /// >>> half["capacity_j"] < most["capacity_j"]
     /// True
     #[pyo3(
-        signature = (*, cycles, arrive=None, kg_per_kwh=0.0, seed=None, first_cycle=None, threads=None, progress=None),
-        text_signature = "($self, *, cycles, arrive=0.95, kg_per_kwh=0.0, seed=1, first_cycle=0, threads=None, progress=None)"
+        signature = (*, cycles, arrive=None, kg_per_kwh=0.0, season=None, seed=None, first_cycle=None, threads=None, progress=None),
+        text_signature = "($self, *, cycles, arrive=0.95, kg_per_kwh=0.0, season=None, seed=1, first_cycle=0, threads=None, progress=None)"
     )]
     fn size<'py>(
         &self,
@@ -730,21 +732,17 @@ impl PyStudy {
         cycles: &Bound<'py, PyAny>,
         arrive: Option<&Bound<'py, PyAny>>,
         kg_per_kwh: f64,
+        season: Option<&str>,
         seed: Option<&Bound<'py, PyAny>>,
         first_cycle: Option<&Bound<'py, PyAny>>,
         threads: Option<&Bound<'py, PyAny>>,
         progress: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let plan = plan_of(cycles, seed, first_cycle, threads)?;
-        let arrive = match arrive {
-            None => vec![0.95],
-            Some(shares) => match shares.extract::<f64>() {
-                Ok(share) => vec![share],
-                Err(_) => shares.extract()?,
-            },
-        };
+        let arrive = arrive.map_or_else(|| Ok(vec![0.95]), one_or_more)?;
         let study = (self.loaded.model.study.name.clone(), &self.loaded);
-        let request = SizeRequest { study, arrive, kg_per_kwh, plan };
+        let season = season.map(|word| one_of("season", word, &SEASONS)).transpose()?;
+        let request = SizeRequest { study, arrive, kg_per_kwh, season, plan };
         answer(py, &watched(py, progress, |watch| ocmc_api::size(&request, watch))?)
     }
 

@@ -218,6 +218,56 @@ impl PyRun {
         Some(Table::new(batch.schema(), vec![batch]))
     }
 
+    /// Load curves as one table: a row for each kind of chargers and quarter of an hour of the day,
+    /// as ``loads.parquet`` has them.
+    ///
+    /// Mean, median and 95 % quantile of the power are over the days of the fleet's calendar; without
+    /// one all trips of the run lie in one year. None where no trip was charged by a policy.
+    ///
+    /// Returns
+    /// -------
+    /// Table or None
+    ///     ``place`` (``depot``, ``public``, ``stop``), ``quarter_hour`` (from 0 at midnight), powers in W
+    ///     at the meter, and ``days``.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import ocmc
+    /// >>> loads = ocmc.Study("electric-regional").set("mission.length_m", 20e3).run(cycles=40).loads()
+    /// >>> len(loads), loads["place"][0]
+    /// (96, np.str_('depot'))
+    fn loads(&self) -> Option<Table> {
+        let loads = self.answer.summary.summary.loads.as_ref()?;
+        let batch = ocmc_api::loads_batch(&loads.rows);
+        Some(Table::new(batch.schema(), vec![batch]))
+    }
+
+    /// Each charging of each trip as one table, as ``chargings.parquet`` has them.
+    ///
+    /// Times are in s after the departure, but for ``begin_s_of_year``; energies are in J, of the store
+    /// (``charged_energy_j``) and of the meter (``grid_energy_j``), the highest power at the meter in W.
+    ///
+    /// Returns
+    /// -------
+    /// Table
+    ///     Without rows where no trip was charged by a policy.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import ocmc
+    /// >>> run = ocmc.Study("electric-regional").set("mission.length_m", 20e3).run(cycles=40)
+    /// >>> len(run.chargings())
+    /// 40
+    fn chargings(&self) -> Table {
+        let of = |batch| ocmc_api::chargings_batch(&records(batch).expect("made of records"));
+        let batches: Vec<_> = self.records.batches.iter().map(of).collect();
+        let schema = batches.first().map_or_else(
+            || ocmc_api::chargings_batch(&[]).schema(),
+            arrow_array::RecordBatch::schema,
+        );
+        Table::new(schema, batches)
+    }
+
     /// The study, as the run's manifest keeps it: every value that the run used.
     #[getter]
     fn study(&self) -> PyResult<PyStudy> {

@@ -110,6 +110,11 @@ pub(crate) fn one_of<T: Clone>(argument: &str, word: &str, known: &[Word<T>]) ->
     Err(PyValueError::new_err(text))
 }
 
+/// A number, or a sequence of numbers.
+pub(crate) fn one_or_more(value: &Bound<PyAny>) -> PyResult<Vec<f64>> {
+    value.extract::<f64>().map_or_else(|_| value.extract(), |number| Ok(vec![number]))
+}
+
 /// A value of a type that is not taken.
 pub(crate) fn wrong_type(value: &Bound<PyAny>, key: &str, allowed: &str) -> PyErr {
     PyTypeError::new_err(text(value, key, allowed))

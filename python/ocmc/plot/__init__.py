@@ -19,6 +19,7 @@ except ModuleNotFoundError as _error:
     raise ModuleNotFoundError("ocmc.plot needs matplotlib: pip install '.[plot]'") from _error
 
 from ocmc.plot._arrivals import arrivals
+from ocmc.plot._charging import loads, seasons, state_of_charge
 from ocmc.plot._comparison import comparison
 from ocmc.plot._consumption import consumption
 from ocmc.plot._cost import cost
@@ -38,8 +39,11 @@ __all__ = [
     "curve_fit",
     "differences",
     "identified",
+    "loads",
+    "seasons",
     "sensitivity",
     "shares",
+    "state_of_charge",
     "trace",
     "trucks",
     "validation",

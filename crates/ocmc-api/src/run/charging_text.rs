@@ -1,7 +1,9 @@
 //! The part of a run's answer that is about charging.
 
 use ocmc_core::fleet::charging::ChargingSummary;
+use ocmc_core::fleet::load::{LoadCurves, LoadOfPlace};
 use ocmc_core::fleet::summary::Summary;
+use ocmc_io::label::{charger_name, clock};
 use ocmc_io::number_text::{count_of, grouped, short};
 use std::fmt::Write;
 
@@ -25,12 +27,14 @@ pub(super) fn charging(summary: &Summary) -> String {
         let _ = writeln!(text, "  {:<18} {count:>8}  {share:>7}", "does not arrive");
     }
     let mean_min = |total_s: f64| short(total_s / 60.0 / charging.arrived().max(1) as f64);
-    let _ = writeln!(
-        text,
-        "Trips that arrive are charged on the way for {} min in the mean and wait {} min.",
-        mean_min(charging.charging_s),
-        mean_min(charging.charging_wait_s)
-    );
+    if charging.arrived_with_stops[1..].iter().any(|count| *count > 0) {
+        let _ = writeln!(
+            text,
+            "Trips that arrive charge for {} min on the way in the mean and wait {} min.",
+            mean_min(charging.charging_s),
+            mean_min(charging.charging_wait_s)
+        );
+    }
     let depot = charging.grid_energy_depot_j.map(|j| ("depots", j));
     let way = [
         ("public chargers", charging.grid_energy_public_j),
@@ -41,7 +45,29 @@ pub(super) fn charging(summary: &Summary) -> String {
         .map(|(place, energy_j)| format!("{place} {} kWh", short(energy_j / 3.6e6 / *trips as f64)))
         .collect();
     if !parts.is_empty() {
-        let _ = writeln!(text, "Meters count for each trip: {}.", parts.join(", "));
+        let _ = writeln!(text, "Meters count per trip: {}.", parts.join(", "));
+    }
+    text + &loads(summary)
+}
+
+/// The highest power that the chargers of each kind draw together.
+fn loads(summary: &Summary) -> String {
+    let Some(LoadCurves { places, .. }) = &summary.loads else { return String::new() };
+    let of_fleet = summary.trucks.is_some();
+    let days = places.first().map_or(0, |place| place.days);
+    let whose = if of_fleet { "The fleet's chargers" } else { "All trips, put into one year," };
+    let mut text =
+        format!("{whose} draw together, mean of a quarter of an hour, over {days} days\n");
+    for place in places {
+        let LoadOfPlace { p95_power_w, p95_quarter_hour, highest_power_w, .. } = *place;
+        let _ = writeln!(
+            text,
+            "  {:<18} below {} kW on 19 of 20 days ({}), {} kW at most",
+            charger_name(place.place),
+            short(p95_power_w / 1000.0),
+            clock(p95_quarter_hour),
+            short(highest_power_w / 1000.0)
+        );
     }
     text
 }

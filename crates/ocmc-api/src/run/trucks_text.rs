@@ -4,6 +4,7 @@
 use super::text::table_over;
 use ocmc_core::fleet::components::Components;
 use ocmc_core::fleet::summary::Summary;
+use ocmc_core::fleet::truck_arrivals::TruckArrivals;
 use ocmc_core::fleet::truck_year::{Total, TruckSummary};
 use ocmc_io::label::label;
 use ocmc_io::number_text::{count_of, grouped, rough, rounded, short};
@@ -41,6 +42,22 @@ pub(super) fn trucks(summary: &Summary) -> String {
         let half = prediction95.map(|[low, high]| rough(factor * (high - low) / 2.0));
         let half = half.map_or_else(String::new, |half| format!(" ± {half}"));
         let _ = writeln!(text, "  {name:<11} {}{half} {unit}", rounded(factor * total));
+    }
+    text + &arrivals(summary)
+}
+
+/// Of how many trucks the trips arrive.
+fn arrivals(summary: &Summary) -> String {
+    let mut text = String::new();
+    for (k, arrivals) in summary.truck_arrivals.iter().enumerate() {
+        let TruckArrivals { share_of_trips, trucks, of, ci95 } = *arrivals;
+        let trips = match k {
+            0 => "\nTrucks of which all trips arrive".to_owned(),
+            _ => format!("Trucks of which {} % of the trips arrive", 100.0 * share_of_trips),
+        };
+        let [low, high] = ci95.map(|end| format!("{:.0}", 100.0 * end));
+        let (trucks, of) = (grouped(trucks), grouped(of));
+        let _ = writeln!(text, "{trips}: {trucks} of {of} ({low} to {high} % of such trucks)");
     }
     text
 }

@@ -2,10 +2,12 @@
 
 pub mod charger;
 pub mod curve;
+pub mod event;
 pub mod queue;
 
 pub use charger::{Charger, PublicChargerModel};
 pub use curve::ChargeCurve;
+pub use event::{ChargeCourse, ChargingEvent, ChargingPlace};
 
 use crate::validation::Problems;
 use schemars::JsonSchema;

@@ -99,15 +99,15 @@ pub struct RangeGroup {
 }
 
 /// Seasons by month, from January.
-const SEASONS: [&str; 4] = ["winter", "spring", "summer", "autumn"];
+pub const SEASONS: [&str; 4] = ["winter", "spring", "summer", "autumn"];
 /// Days before March, and those of a season (judgement: all as long).
 const FIRST_OF_MARCH: f64 = 59.0;
 const DAYS_OF_SEASON: f64 = 365.0 / 4.0;
 const DAY_S: f64 = 86_400.0;
 
-/// Place of a trip's season: December, January and February are winter.
-fn season(trip: &RangeTrip) -> usize {
-    let day = trip.departure_s_of_year / DAY_S;
+/// Place of the season of a departure: December, January and February are winter.
+pub fn season_of(departure_s_of_year: f64) -> usize {
+    let day = departure_s_of_year / DAY_S;
     let since_march = (day - FIRST_OF_MARCH + 365.0) % 365.0;
     (1 + (since_march / DAYS_OF_SEASON) as usize) % 4
 }
@@ -162,8 +162,9 @@ pub fn summarise(trips: &[RangeTrip], dependence: Dependence) -> Option<RangeSum
         (!own.is_empty()).then(|| RangeGroup { group: name, of: range_of(&own, dependence) })
     };
     let seasons = SEASONS.iter().enumerate();
-    let by_season =
-        seasons.filter_map(|(k, name)| group((*name).to_owned(), &|trip| season(trip) == k));
+    let by_season = seasons.filter_map(|(k, name)| {
+        group((*name).to_owned(), &|trip| season_of(trip.departure_s_of_year) == k)
+    });
     let mut loads: Vec<f64> = trips.iter().map(|t| t.payload_kg).filter(|kg| *kg > 0.0).collect();
     loads.sort_unstable_by(f64::total_cmp);
     let mut by_payload: Vec<RangeGroup> =
@@ -240,7 +241,7 @@ mod tests {
 
     #[test]
     fn seasons_are_those_of_the_north() {
-        let on = |day: u64| SEASONS[season(&trip(day, 1.0, Outcome::Completed))];
+        let on = |day: u64| SEASONS[season_of(DAY_S * day as f64)];
         assert_eq!(
             [0, 58, 59, 150, 200, 300, 340].map(on),
             ["winter", "winter", "spring", "spring", "summer", "autumn", "winter"]

@@ -1,5 +1,6 @@
 //! Runs a range of cycles in parallel and hands the records over in the order of their ids.
 
+use crate::kernel::chain::{Draw, drive_chained};
 use crate::kernel::cpu::CpuLevel;
 use crate::kernel::lane_task::LaneTask;
 use crate::kernel::scheduler::{drive_tasks, drive_until, sampled};
@@ -62,6 +63,20 @@ impl RunPlan {
     }
 }
 
+impl RunPlan {
+    /// The plan with chunks of whole trucks: as many as fill the lanes, where there are enough for all
+    /// threads.
+    fn of_trucks(&self, study: &Study) -> Self {
+        let trips = study.nesting().trips_per_truck;
+        let trucks = self.cycles.div_ceil(trips);
+        let trucks = trucks.div_ceil(self.threads.max(1) as u64).clamp(1, TRUCKS_SIDE_BY_SIDE);
+        Self { chunk: trucks * trips, ..*self }
+    }
+}
+
+/// Trucks whose trips are driven side by side where they chain: those of two blocks of lanes.
+const TRUCKS_SIDE_BY_SIDE: u64 = 32;
+
 /// Cycles that one thread drives at a time where nothing else is asked for: enough to keep the
 /// lanes full, few enough to share small runs out.
 pub const CHUNK: u64 = 512;
@@ -83,6 +98,13 @@ pub fn run<B>(
     plan: &RunPlan,
     sink: impl FnMut(Vec<Record>) -> ControlFlow<B>,
 ) -> ControlFlow<B> {
+    if study.chains() {
+        let RunPlan { seed, pick_freeze, level, .. } = *plan;
+        let draw = Draw { seed, pick_freeze };
+        let drive =
+            |range: Range<u64>, stop: &AtomicBool| drive_chained(study, draw, range, level, stop);
+        return run_with(&plan.of_trucks(study), &drive, sink);
+    }
     let drive = |range: Range<u64>, stop: &AtomicBool| {
         let mut cycles = tasks(study, plan, range);
         let mut next = |used| if stop.load(Ordering::Relaxed) { None } else { cycles(used) };
@@ -215,6 +237,12 @@ fn tasks<'a>(
 
 /// Drives single cycles again, in the order of their ids.
 pub fn replay(study: &Study, seed: u64, cycle_ids: &[u64]) -> Vec<Record> {
+    if study.chains() {
+        let (draw, level) = (Draw { seed, pick_freeze: PickFreeze::NONE }, CpuLevel::best());
+        let never = AtomicBool::new(false);
+        let again = |id: &u64| drive_chained(study, draw, *id..*id + 1, level, &never);
+        return cycle_ids.iter().flat_map(again).collect();
+    }
     let mut ids = cycle_ids.iter();
     let mut next = |_| ids.next().map(|id| LaneTask::new(study, study.sample(seed, *id)));
     drive_tasks(study, &mut next, CpuLevel::best())

@@ -7,7 +7,8 @@
 //! bisection. Its interval are the sizes for the share less and plus 1.96 of its standard errors, of
 //! trips that depend on one another as the study says.
 
-use super::run::{RunPlan, run_with};
+use super::range::season_of;
+use super::run::{RunPlan, each, run_with};
 use crate::kernel::lane_task::LaneTask;
 use crate::kernel::scheduler::drive_until_empty;
 use crate::record::{Outcome, Record};
@@ -20,6 +21,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 pub const SIZES_J: [f64; 2] = [1.0e6, 1.0e11];
 /// Relative width to which a size is found.
 const WIDTH: f64 = 1.0 / 1024.0;
+/// Seconds of a day.
+const DAY_S: f64 = 86_400.0;
+/// Cycles that a thread draws before the others are waited for.
+const DRAWN_AT_ONCE: usize = 32;
 /// Standard errors of half a 95 % interval.
 const HALF_WIDTH: f64 = 1.959_963_984_540_054;
 
@@ -55,8 +60,8 @@ struct Known {
 #[derive(Clone, Debug)]
 pub struct Sizing {
     trips: Vec<Known>,
-    /// Trips of a cluster: they depend on one another.
-    cluster: u64,
+    /// The cluster of each trip: trips of one depend on one another. In order.
+    clusters: Vec<u64>,
     tried: Vec<TriedSize>,
     start_j: f64,
     /// Trips driven, over all sizes.
@@ -64,11 +69,11 @@ pub struct Sizing {
 }
 
 impl Sizing {
-    /// So many trips, and the size with which to begin.
-    pub fn new(trips: u64, cluster: u64, start_j: f64) -> Self {
+    /// Trips of these clusters, in order, and the size with which to begin.
+    pub fn new(clusters: Vec<u64>, start_j: f64) -> Self {
         let unknown = Known { fails_j: 0.0, arrives_j: f64::INFINITY, given_up: false };
-        let trips = vec![unknown; usize::try_from(trips).unwrap_or(usize::MAX)];
-        Self { trips, cluster: cluster.max(1), tried: Vec::new(), start_j, drives: 0 }
+        let trips = vec![unknown; clusters.len()];
+        Self { trips, clusters, tried: Vec::new(), start_j, drives: 0 }
     }
 
     /// The smallest battery with which this share arrives, to 0.1 %, and its interval. `drive` tells
@@ -167,12 +172,13 @@ impl Sizing {
     /// Standard error of the share that arrives with a battery that was tried: that of a ratio of
     /// clusters.
     fn standard_error(&self, capacity_j: f64) -> f64 {
+        let mut trips = self.trips.iter();
         let clusters: Vec<[f64; 2]> = self
-            .trips
-            .chunks(usize::try_from(self.cluster).unwrap_or(usize::MAX))
-            .map(|trips| {
-                let counted = trips.iter().filter(|trip| !trip.given_up);
-                counted.fold([0.0, 0.0], |[all, arrived], trip| {
+            .clusters
+            .chunk_by(|a, b| a == b)
+            .map(|cluster| {
+                let own = trips.by_ref().take(cluster.len()).filter(|trip| !trip.given_up);
+                own.fold([0.0, 0.0], |[all, arrived], trip| {
                     [all + 1.0, arrived + f64::from(u8::from(trip.arrives_j <= capacity_j))]
                 })
             })
@@ -190,6 +196,23 @@ impl Sizing {
         });
         (squares.fold(0.0, |sum, square| sum + square) * n / (n - 1.0)).sqrt() / all
     }
+}
+
+/// Places of the cycles of a plan that depart in a season, by its place in
+/// [`super::range::SEASONS`]. `progress` as for [`drive_some`], of cycles that were drawn.
+pub fn of_season<B>(
+    study: &Study,
+    plan: &RunPlan,
+    season: usize,
+    progress: impl FnMut(u64) -> ControlFlow<B>,
+) -> ControlFlow<B, Vec<u64>> {
+    let departs_then = |cycle_id: u64| {
+        let mission = study.sample(plan.seed, cycle_id).cycle.mission;
+        season_of(mission.day_of_year * DAY_S + mission.departure_s) == season
+    };
+    let found = each(plan, DRAWN_AT_ONCE, &departs_then, progress)?;
+    let places = (0..plan.cycles).zip(found).filter(|(_, is_then)| *is_then);
+    ControlFlow::Continue(places.map(|(place, _)| place).collect())
 }
 
 /// Drives single cycles of a plan until they arrive or are empty, in the order of their places in it.
@@ -236,7 +259,7 @@ mod tests {
 
     #[test]
     fn the_size_is_the_quantile_of_what_the_trips_need() {
-        let mut sizing = Sizing::new(100, 1, 1.0e9);
+        let mut sizing = Sizing::new((0..100).collect(), 1.0e9);
         let mut drive = |capacity_j: f64, trips: &[u64]| {
             ControlFlow::<Infallible, _>::Continue(stairs(capacity_j, trips))
         };
@@ -260,7 +283,8 @@ mod tests {
     #[test]
     fn trips_that_are_alike_tell_less_and_no_battery_is_enough_for_some() {
         let sizing = |cluster: u64| {
-            let mut sizing = Sizing::new(100, cluster, 50.0e9);
+            let clusters = (0..100).map(|k| k / cluster).collect();
+            let mut sizing = Sizing::new(clusters, 50.0e9);
             let mut drive = |capacity_j: f64, trips: &[u64]| {
                 let trips: Vec<u64> = trips.iter().map(|k| k - k % 10).collect();
                 ControlFlow::<Infallible, _>::Continue(stairs(capacity_j, &trips))
@@ -273,7 +297,8 @@ mod tests {
         let mut never = |_: f64, trips: &[u64]| {
             ControlFlow::<Infallible, _>::Continue(vec![Outcome::Depleted; trips.len()])
         };
-        let ControlFlow::Continue(found) = Sizing::new(5, 1, 1e9).size_for(0.9, &mut never);
+        let ControlFlow::Continue(found) =
+            Sizing::new((0..5).collect(), 1e9).size_for(0.9, &mut never);
         assert_eq!((found.capacity_j, found.ci95_j), (None, [None; 2]));
     }
 }

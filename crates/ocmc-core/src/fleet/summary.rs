@@ -4,6 +4,7 @@
 use super::charging::ChargingSummary;
 use super::clustering::Clusters;
 use super::dependence::Dependence;
+use super::load::{LoadBuilder, LoadCurves};
 use super::parts::{FleetPart, PartSums};
 use super::quantile::{interval_of_clusters, quantile};
 use super::quantity::{
@@ -12,6 +13,7 @@ use super::quantity::{
 use super::ratio::Ratio;
 use super::run::RunPlan;
 use super::statistic::Statistic;
+use super::truck_arrivals::{TruckArrivalBuilder, TruckArrivals};
 use super::truck_year::{TripTotals, TruckSummary, TruckYearBuilder};
 use super::uncertainty::{Effects, ParameterUncertainty};
 use crate::record::{Outcome, Record};
@@ -48,6 +50,11 @@ pub struct Summary {
     pub payloads_cut: u64,
     /// What trips had to charge; none where the study does not say how.
     pub charging: Option<ChargingSummary>,
+    /// What chargers draw from the grid by quarter of an hour; none where nothing was charged by a
+    /// policy.
+    pub loads: Option<LoadCurves>,
+    /// Trucks whose trips arrive, of battery trucks that make several; empty where there are none.
+    pub truck_arrivals: Vec<TruckArrivals>,
 }
 
 /// Where powertrains left their maps, or could not hold a speed that was followed, over all cycles.
@@ -208,6 +215,12 @@ impl Serialize for Summary {
         if let Some(charging) = &self.charging {
             map.serialize_entry("charging", charging)?;
         }
+        if let Some(loads) = &self.loads {
+            map.serialize_entry("loads", &loads.places)?;
+        }
+        if !self.truck_arrivals.is_empty() {
+            map.serialize_entry("truck_arrivals", &self.truck_arrivals)?;
+        }
         map.end()
     }
 }
@@ -259,6 +272,8 @@ pub struct SummaryBuilder {
     /// Months and years of trucks, where they make several trips.
     trucks: TruckYearBuilder,
     charging: ChargingSummary,
+    loads: LoadBuilder,
+    truck_arrivals: TruckArrivalBuilder,
     /// Ids of the counted cycles, where cycles depend on one another.
     cycle_ids: Vec<u64>,
     /// Per quantity and counted cycle, NaN where there is none; empty while no cycle has the
@@ -282,8 +297,10 @@ impl SummaryBuilder {
             self.saturation.add(record);
             self.payloads_cut += u64::from(record.payload_cut_kg > Some(0.0));
             self.charging.add(record);
+            self.loads.add(record, &self.dependence);
             if self.dependence.has_trucks() {
                 self.trucks.add(record, self.dependence);
+                self.truck_arrivals.add(record, &self.dependence);
             }
             if record.outcome.counts() {
                 self.parts.add(record);
@@ -371,6 +388,8 @@ impl SummaryBuilder {
             payloads_cut: self.payloads_cut,
             trucks,
             charging: (self.charging.trips > 0).then_some(self.charging),
+            loads: std::mem::take(&mut self.loads).finish(&self.dependence),
+            truck_arrivals: std::mem::take(&mut self.truck_arrivals).finish(),
         }
     }
 

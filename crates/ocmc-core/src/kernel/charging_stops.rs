@@ -3,7 +3,7 @@
 //! helps.
 
 use super::rest_stops::RestStops;
-use crate::charging::{Charger, ChargingPolicy};
+use crate::charging::{ChargeCourse, Charger, ChargingEvent, ChargingPlace, ChargingPolicy};
 use crate::operating_cycle::road::point_event::{EventKind, PointEvent};
 use crate::powertrain::{Charge, Plug};
 use crate::record::Record;
@@ -35,6 +35,60 @@ pub(super) struct Offer<'a> {
     /// Time before and behind the charging, in s, and what of it is the wait.
     idle_s: f64,
     wait_s: f64,
+    /// Efficiency from the meter to the terminals.
+    efficiency: f64,
+}
+
+/// A truck that comes to a charger.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Arrival {
+    /// Where, in m.
+    pub position_m: f64,
+    /// When, in s after the departure.
+    pub time_s: f64,
+    /// The departure by the clock, in s from a full hour.
+    pub departure_s: f64,
+    /// Its state of charge.
+    pub charge: f64,
+}
+
+/// What a charger did.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Charged<'a> {
+    /// Time and energy.
+    pub charge: &'a Charge,
+    /// How it went on.
+    pub course: &'a ChargeCourse,
+    /// By how much the state of charge rose.
+    pub rise: f64,
+}
+
+impl Arrival {
+    /// The charging that follows, after a wait and half of the time for the plug.
+    fn charged(
+        self,
+        place: ChargingPlace,
+        [wait_s, connection_s]: [f64; 2],
+        efficiency: f64,
+        Charged { charge, course, rise }: Charged,
+    ) -> ChargingEvent {
+        let begin_s = self.time_s + wait_s + 0.5 * connection_s;
+        let at_terminals_j = course.by_quarter_hour_j(self.departure_s + begin_s);
+        ChargingEvent {
+            place,
+            position_m: self.position_m,
+            arrival_s: self.time_s,
+            wait_s,
+            begin_s,
+            charging_s: charge.time_s,
+            begin_charge: self.charge,
+            end_charge: self.charge + rise,
+            charged_energy_j: charge.gained_j,
+            grid_energy_j: charge.supplied_j / efficiency,
+            peak_power_w: course.peak_power_w() / efficiency,
+            quarter_hours_j: at_terminals_j.iter().map(|energy_j| energy_j / efficiency).collect(),
+        }
+    }
 }
 
 /// What a trip has charged so far.
@@ -50,6 +104,13 @@ pub(super) struct ChargingProgress {
     wait_s: f64,
 }
 
+impl ChargingProgress {
+    /// Stops at which something was charged.
+    fn stops(&self) -> usize {
+        (self.public.stops + self.stop.stops) as usize
+    }
+}
+
 /// The charging stops of one trip.
 #[derive(Clone, Debug, Default)]
 pub(super) struct ChargingStops {
@@ -60,6 +121,9 @@ pub(super) struct ChargingStops {
     attempts: u32,
     /// What has been done so far.
     pub progress: ChargingProgress,
+    /// Each charging on the way. Those beyond the stops of the progress are of an attempt that is
+    /// void.
+    events: Vec<ChargingEvent>,
 }
 
 impl ChargingStops {
@@ -70,8 +134,9 @@ impl ChargingStops {
 
     /// An attempt begins.
     pub(super) fn depart(&mut self) {
-        let planned = std::mem::take(&mut self.planned);
-        *self = Self { planned, attempts: self.attempts + 1, ..Self::default() };
+        self.due_at_m = None;
+        self.attempts += 1;
+        self.progress = ChargingProgress::default();
     }
 
     /// What the place of an event offers a truck that would stand there for some time, in s.
@@ -87,7 +152,8 @@ impl ChargingStops {
             return None;
         }
         let curve = policy.curve.as_ref();
-        let at_terminals = |power_w: f64| power_w * policy.efficiency;
+        let efficiency = policy.efficiency;
+        let at_terminals = |power_w: f64| power_w * efficiency;
         let charger = scenario.chargers.iter().find(|charger| charger.position_m == position_m);
         if let (Some(charger), Some(public)) = (charger, &policy.public) {
             let stays = self.planned.contains(&position_m);
@@ -96,14 +162,16 @@ impl ChargingStops {
             let power_w = at_terminals(charger.power_w);
             let plug = Plug { power_w, curve, end_at: public.end_at, longest_s };
             let (begin_below, wait_s) = (f64::INFINITY, charger.wait_s);
-            return Some(Offer { plug, begin_below, is_public: true, stays, idle_s, wait_s });
+            let is_public = true;
+            return Some(Offer { plug, begin_below, is_public, stays, idle_s, wait_s, efficiency });
         }
         let stop = policy.stop.as_ref().filter(|stop| standstill_s >= stop.shortest_s)?;
         let (idle_s, power_w) = (policy.connection_s, at_terminals(stop.power_w));
         let longest_s = standstill_s - idle_s;
         let plug = Plug { power_w, curve, end_at: stop.end_at, longest_s };
-        let begin_below = stop.begin_below;
-        Some(Offer { plug, begin_below, is_public: false, stays: false, idle_s, wait_s: 0.0 })
+        let (begin_below, wait_s) = (stop.begin_below, 0.0);
+        let (is_public, stays) = (false, false);
+        Some(Offer { plug, begin_below, is_public, stays, idle_s, wait_s, efficiency })
     }
 
     /// Notes what was charged at a place; returns for how long the truck stands there, in s, where
@@ -111,21 +179,26 @@ impl ChargingStops {
     pub(super) fn charged(
         &mut self,
         offer: &Offer,
-        charge: &Charge,
-        position_m: f64,
+        charged: Charged,
+        arrival: Arrival,
         standstill_s: f64,
     ) -> f64 {
+        let charge = charged.charge;
         if offer.stays {
-            self.progress.left_m = position_m;
+            self.progress.left_m = arrival.position_m;
         }
         if charge.gained_j <= 0.0 {
             return standstill_s;
         }
+        self.events.truncate(self.progress.stops());
         let sums =
             if offer.is_public { &mut self.progress.public } else { &mut self.progress.stop };
         sums.charge.add(charge);
         sums.stops += 1;
         self.progress.wait_s += offer.wait_s;
+        let place = if offer.is_public { ChargingPlace::Public } else { ChargingPlace::Stop };
+        let waits_s = [offer.wait_s, offer.idle_s - offer.wait_s];
+        self.events.push(arrival.charged(place, waits_s, offer.efficiency, charged));
         if offer.stays { standstill_s.max(offer.idle_s + charge.time_s) } else { standstill_s }
     }
 
@@ -146,8 +219,8 @@ impl ChargingStops {
     pub(super) fn fill(
         &self,
         policy: &ChargingPolicy,
-        departure_charge: f64,
-        charged_by: impl Fn(&Plug, f64) -> Option<Charge>,
+        scenario: &Scenario,
+        charged_by: impl Fn(&Plug, f64, &mut ChargeCourse) -> Option<(Charge, f64)>,
         record: &mut Record,
     ) {
         let Some(charge) = record.final_charge else { return };
@@ -157,18 +230,39 @@ impl ChargingStops {
         record.charged_energy_stop_j = Some(stop.gained_j);
         record.grid_energy_public_j = Some(at_meter_j(public));
         record.grid_energy_stop_j = Some(at_meter_j(stop));
-        record.n_charging_stops = Some(self.progress.public.stops + self.progress.stop.stops);
+        record.n_charging_stops = Some(self.progress.stops() as u32);
         record.charging_s = Some(public.time_s + stop.time_s);
         record.charging_wait_s = Some(self.progress.wait_s);
+        let events = record.charging_events.insert(self.events[..self.progress.stops()].to_vec());
         let Some(depot) = &policy.depot else { return };
+        let (mut full_charge, mut parked_s) = (scenario.vehicle.initial_charge, depot.parked_s);
+        if let Some(handover) = &scenario.handover {
+            full_charge = handover.full_charge;
+            if let Some(next_s) = handover.next_departure_s {
+                parked_s = next_s - record.duration_s;
+            }
+        }
         let plug = Plug {
             power_w: depot.power_w * policy.efficiency,
             curve: policy.curve.as_ref(),
-            end_at: departure_charge,
-            longest_s: depot.parked_s - policy.connection_s,
+            end_at: full_charge.unwrap_or(0.0),
+            longest_s: parked_s - policy.connection_s,
         };
         let is_charged = record.outcome.counts() && plug.longest_s > 0.0;
-        let done = if is_charged { charged_by(&plug, charge) } else { None }.unwrap_or_default();
+        let mut course = ChargeCourse::default();
+        let done = if is_charged { charged_by(&plug, charge, &mut course) } else { None };
+        let (done, rise) = done.unwrap_or_default();
+        if done.gained_j > 0.0 {
+            let arrival = Arrival {
+                position_m: record.distance_m,
+                time_s: record.duration_s,
+                departure_s: record.departure_s_of_year,
+                charge,
+            };
+            let waits_s = [0.0, policy.connection_s];
+            let charged = Charged { charge: &done, course: &course, rise };
+            events.push(arrival.charged(ChargingPlace::Depot, waits_s, policy.efficiency, charged));
+        }
         record.charged_energy_depot_j = Some(done.gained_j);
         record.grid_energy_depot_j = Some(at_meter_j(&done));
         record.depot_charging_s = Some(done.time_s);

@@ -1,7 +1,7 @@
 //! The task of one lane: its scenario, its road, its gear, and how the events of the lane are
 //! handled outside of the hot loop: stops, shifts, checks of progress and the end of the mission.
 
-use super::charging_stops::ChargingStops;
+use super::charging_stops::{Arrival, Charged, ChargingStops};
 use super::checkpoint::{Before, Checkpoints};
 use super::parts::{Parts, kinds_of_plan};
 use super::pedal_event::InitialMotion;
@@ -9,10 +9,12 @@ use super::rest_stops::RestStops;
 use super::road_row::{RoadRow, RoadRows};
 use super::state::Lane;
 use crate::breakdown::Axis;
+use crate::charging::ChargeCourse;
 use crate::driver::pedal::Hold;
 use crate::driver::speed_change::Rise;
 use crate::energy_ledger::{Ledger, Mode, Term};
 use crate::lanes::UNBOUNDED;
+use crate::operating_cycle::OperatingCycle;
 use crate::powertrain::{Plug, Powertrain};
 use crate::record::{Outcome, Record};
 use crate::study::{Scenario, Study};
@@ -188,13 +190,22 @@ impl LaneTask {
         let Some(offer) = stops.offer(policy, &self.scenario, event, dwell_s) else {
             return dwell_s;
         };
-        let used = offer.is_used(charge).then(|| powertrain.charged_by(&offer.plug, charge));
-        let charge = used.flatten().unwrap_or_default();
-        powertrain.gain(own, number, charge.gained_j);
-        self.added_by_event[Term::Charged] += charge.gained_j;
-        self.added_by_event[Term::ChargingLoss] += charge.loss_j;
-        let position_m = self.scenario.cycle.road.events[event].position_m;
-        stops.charged(&offer, &charge, position_m, dwell_s)
+        let mut course = ChargeCourse::default();
+        let mut charged = || powertrain.charged_by(&offer.plug, charge, &mut course);
+        let done = if offer.is_used(charge) { charged() } else { None }.unwrap_or_default();
+        powertrain.gain(own, number, done.gained_j);
+        self.added_by_event[Term::Charged] += done.gained_j;
+        self.added_by_event[Term::ChargingLoss] += done.loss_j;
+        let OperatingCycle { road, mission, .. } = &self.scenario.cycle;
+        let arrival = Arrival {
+            position_m: road.events[event].position_m,
+            time_s: lane.state.ledger[Term::Time][number] + self.progress.standstill_s,
+            departure_s: mission.departure_s,
+            charge,
+        };
+        let rise = powertrain.rise(done.gained_j);
+        let charged = Charged { charge: &done, course: &course, rise };
+        stops.charged(&offer, charged, arrival, dwell_s)
     }
 
     /// Whether a charger on the way would help a truck whose reserve is used up.
@@ -407,6 +418,7 @@ impl LaneTask {
             n_curves: Some(road.curves.len() as u32),
             drag_area_m2: vehicle.drag_area_m2,
             rolling_coefficient: vehicle.rolling_coefficient,
+            departure_charge: vehicle.initial_charge,
             rest_s: self.rests.as_ref().map(|rests| rests.progress.added_s),
             n_rests: self.rests.as_ref().map(|rests| rests.progress.taken),
             breakdown: self.parts.breakdown(study, lane, self.progress.standstill_s),
@@ -421,9 +433,14 @@ impl LaneTask {
         );
         if let (Some(stops), Some(policy)) = (&self.charging, lane.parameters.charging) {
             let powertrain = lane.parameters.powertrain;
-            let departure_charge = vehicle.initial_charge.unwrap_or(0.0);
-            let charged_by = |plug: &Plug, charge| powertrain.charged_by(plug, charge);
-            stops.fill(policy, departure_charge, charged_by, &mut record);
+            let charged_by = |plug: &Plug, charge, course: &mut ChargeCourse| {
+                let charge = powertrain.charged_by(plug, charge, course)?;
+                Some((charge, powertrain.rise(charge.gained_j)))
+            };
+            stops.fill(policy, &self.scenario, charged_by, &mut record);
+        }
+        if let (Some(rests), Some(_)) = (&self.rests, &self.scenario.handover) {
+            record.clock_at_end = Some(rests.clock_at_end(ledger[Term::Time]));
         }
         record
     }

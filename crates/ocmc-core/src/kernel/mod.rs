@@ -10,6 +10,7 @@
 //! (`tests/it/determinism.rs`).
 
 mod accumulate;
+pub mod chain;
 mod charging_stops;
 mod checkpoint;
 mod control;

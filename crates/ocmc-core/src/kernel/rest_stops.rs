@@ -14,7 +14,7 @@ const LAST_S: f64 = 5.0;
 /// A stop so near is still reached, in m: how far a truck comes in the time to halt.
 pub(super) const NEAR_M: f64 = 1500.0;
 /// Who may drive no longer than this at departure has rested before, in s.
-const SHORTEST_START_S: f64 = 300.0;
+pub(super) const SHORTEST_START_S: f64 = 300.0;
 /// Room of a rest beside other events, in m.
 const ROOM_M: f64 = 5.0;
 /// Attempts after which a trip is given up.
@@ -67,7 +67,8 @@ impl RestStops {
     pub(super) fn new(study: &Study, scenario: &Scenario) -> Option<Box<Self>> {
         let model = study.model().rest.as_ref()?;
         let after = |driven_s| DutyClock::new(model.law, model.drivers, driven_s);
-        let mut clock = after(scenario.driven_before_s);
+        let brought = scenario.handover.as_ref().and_then(|handover| handover.clock);
+        let mut clock = brought.unwrap_or_else(|| after(scenario.driven_before_s));
         if clock.left_s() < SHORTEST_START_S {
             clock = after(0.0);
         }
@@ -85,6 +86,13 @@ impl RestStops {
         self.progress = RestProgress::new(self.at_departure);
         self.due_at_m = None;
         self.attempts += 1;
+    }
+
+    /// The clock at the end of a trip, after this driving time.
+    pub(super) fn clock_at_end(&self, driven_s: f64) -> DutyClock {
+        let mut clock = self.progress.clock;
+        clock.pass(Activity::Driving, driven_s - self.progress.driven_s);
+        clock
     }
 
     /// The truck has been driven on, to this driving time.

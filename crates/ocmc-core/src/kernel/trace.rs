@@ -4,6 +4,7 @@
 //! are what the record's totals gained in that row: summed in order they give the record to the
 //! bit.
 
+use super::chain::chained_scenario;
 use super::lane_task::LaneTask;
 use super::scheduler::{Observer, drive_observed};
 use super::state::{KernelParameters, State};
@@ -39,7 +40,13 @@ const SPEED: usize = 3;
 
 /// Drives one cycle and writes down every step.
 pub fn trace(study: &Study, seed: u64, cycle_id: u64) -> Trace {
-    trace_scenario(study, study.sample(seed, cycle_id))
+    let mut trace = if study.chains() {
+        trace_scenario(study, chained_scenario(study, seed, cycle_id))
+    } else {
+        trace_scenario(study, study.sample(seed, cycle_id))
+    };
+    trace.record.clock_at_end = None;
+    trace
 }
 
 /// Drives one given scenario and writes down every step.

@@ -13,7 +13,7 @@ pub mod efficiency;
 pub mod gearbox;
 mod piece_table;
 
-use crate::charging::{ChargeCurve, ChargingPolicy};
+use crate::charging::{ChargeCourse, ChargeCurve, ChargingPolicy};
 use crate::energy_ledger::{Ledger, StepLedger, Term};
 use crate::first_order_lag::FirstOrderLag;
 use crate::lanes::{Flags, Lanes};
@@ -374,13 +374,18 @@ pub trait Powertrain {
     {
         None
     }
-    /// What a charger does from a state of charge on; none where nothing can be charged.
-    fn charged_by(&self, _plug: &Plug, _charge: f64) -> Option<Charge> {
+    /// What a charger does from a state of charge on, and how it goes on; none where nothing can be
+    /// charged.
+    fn charged_by(&self, _plug: &Plug, _charge: f64, _course: &mut ChargeCourse) -> Option<Charge> {
         None
     }
     /// State of charge of one lane; none without a battery.
     fn charge_of<S: Simd>(&self, _state: &Self::State<S>, _lane: usize) -> Option<f64> {
         None
+    }
+    /// By how much the state of charge rises with an energy that the store gains, in J.
+    fn rise(&self, _gained_j: f64) -> f64 {
+        0.0
     }
     /// The store of one lane has gained energy, in J.
     fn gain<S: Simd>(&self, _state: &mut Self::State<S>, _lane: usize, _gained_j: f64) {}

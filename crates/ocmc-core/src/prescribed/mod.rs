@@ -222,6 +222,7 @@ pub fn follow_scenario(
             .map_or_else(Breakdown::default, |columns| Breakdown::new(Arc::clone(columns), None)),
         air_temperature_k: weather.temperature_k,
         departure_s_of_year: mission.day_of_year * 86_400.0 + mission.departure_s,
+        departure_charge: vehicle.initial_charge,
         drag_area_m2: vehicle.drag_area_m2,
         rolling_coefficient: vehicle.rolling_coefficient,
         ..Record::default()

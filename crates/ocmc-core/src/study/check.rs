@@ -52,6 +52,14 @@ fn rules(model: &StudyModel, tree: &Value) -> Vec<Problem> {
     }
     FleetModel::validate_levels(tree, &mut problems);
     problems.part("uncertainty", |problems| model.validate_uncertainty(tree, problems));
+    let chains = fleet.calendar.as_ref().is_some_and(|calendar| calendar.chain);
+    if chains && vehicle.electric.is_some() {
+        let depot = model.charging.as_ref().is_some_and(|charging| charging.depot.is_some());
+        let allowed = "true with a table `charging.depot`, that charges the trucks between trips";
+        problems.part("fleet", |problems| {
+            problems.require(depot, "calendar.chain", true, allowed);
+        });
+    }
     if let Some(cost) = &model.cost {
         problems.part("cost", |problems| cost.validate(problems));
     }

@@ -5,6 +5,7 @@
 
 mod check;
 pub mod fleet;
+pub mod handover;
 pub mod keys;
 pub mod uncertainty;
 
@@ -33,6 +34,7 @@ use crate::rest::RestModel;
 use crate::switch::ModelSwitch;
 use crate::vehicle::{Vehicle, VehicleModel, VehicleParameters};
 use fleet::FleetModel;
+use handover::Handover;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -202,6 +204,8 @@ pub struct Scenario {
     pub payload_cut_kg: f64,
     /// Public chargers along the way, in order; none for a truck without a battery.
     pub chargers: Vec<Charger>,
+    /// What the truck brings from the trip before; none where each trip stands alone.
+    pub handover: Option<Handover>,
 }
 
 impl Scenario {
@@ -312,6 +316,11 @@ impl Study {
         &self.nesting
     }
 
+    /// Whether the trips of a truck chain.
+    pub fn chains(&self) -> bool {
+        self.model.fleet.calendar.as_ref().is_some_and(|calendar| calendar.chain)
+    }
+
     /// Names of the road types, in the order of their numbers.
     pub fn road_types(&self) -> &[String] {
         &self.road_types
@@ -382,6 +391,7 @@ impl Study {
             driven_before_s,
             payload_cut_kg: drawn_kg - payload_kg,
             chargers,
+            handover: None,
         }
     }
 

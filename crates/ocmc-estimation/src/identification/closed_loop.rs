@@ -179,6 +179,7 @@ impl<'a> ClosedLoop<'a> {
             curve_residuals: Vec::new(),
             vehicle: model.vehicle.sample(payload_kg, &streams, &without),
             driven_before_s: 0.0,
+            handover: None,
             payload_cut_kg: 0.0,
             chargers: Vec::new(),
         };

@@ -195,7 +195,7 @@ pub fn identify_event(
             optima.len()
         ));
     }
-    if let Some(why) = problem.event_start().unsettled() {
+    if let Some(why) = problem.closed.start.unsettled() {
         let estimated = if parameters.iter().any(|fit| fit.name == "start_integral") {
             "speed and integral part at the start are estimated with the gains"
         } else {

@@ -6,7 +6,7 @@
 //! the log is one more measurement.
 
 use super::bounded_least_squares::{Optimum, Tolerances, minimise};
-use super::closed_loop::{ClosedLoop, Controller, EventStart};
+use super::closed_loop::{ClosedLoop, Controller};
 use super::comparison::{Comparison, interpolated};
 use super::compass_search::descend;
 use super::event::PedalLog;
@@ -52,7 +52,7 @@ const SCRAMBLE: u32 = 1;
 /// The problem of one event.
 pub(super) struct Problem<'a> {
     log: &'a PedalLog,
-    closed: ClosedLoop<'a>,
+    pub(super) closed: ClosedLoop<'a>,
     options: &'a IdentifyOptions,
     /// Square root of the time that each row stands for, over its mean.
     weight: Vec<f64>,
@@ -134,11 +134,6 @@ impl<'a> Problem<'a> {
             integral_range,
             stop,
         }
-    }
-
-    /// What the log says about the start.
-    pub(super) fn event_start(&self) -> &EventStart {
-        &self.closed.start
     }
 
     /// Mass of the study's truck, in kg.

@@ -1,10 +1,14 @@
 //! Records as Arrow tables: what Parquet files hold and what Python receives.
 
+use super::{CHARGING_EVENTS, charging_text};
 use arrow_array::cast::AsArray;
 use arrow_array::types::{Float64Type, UInt64Type};
-use arrow_array::{ArrayRef, Float64Array, RecordBatch, StringArray, UInt64Array, new_null_array};
+use arrow_array::{
+    Array, ArrayRef, Float64Array, RecordBatch, StringArray, UInt64Array, new_null_array,
+};
 use arrow_schema::{DataType, Field, Schema, SchemaRef};
 use ocmc_core::breakdown::{Breakdown, BreakdownColumns};
+use ocmc_core::charging::ChargingEvent;
 use ocmc_core::record::{COLUMNS, Cell, Column, Outcome, Record, own_columns};
 use serde::Deserialize;
 use serde::de::value::{Error, SeqDeserializer, StrDeserializer};
@@ -13,19 +17,21 @@ use serde::forward_to_deserialize_any;
 use serde_json::Value as Json;
 use std::sync::Arc;
 
-/// The schema of these records: that of all records, and the columns of their breakdown.
+/// The schema of these records: that of all records, and the columns that the first one has beside
+/// these: of its breakdown and of its chargings.
 pub fn schema_of(records: &[Record]) -> SchemaRef {
-    schema_with(records.first().map_or(&[], |record| record.breakdown.names()))
+    let Some(first) = records.first() else { return schema() };
+    schema_with(first.breakdown.names(), first.charging_events.is_some())
 }
 
 /// The schema of the records of a study without a breakdown.
 pub fn schema() -> SchemaRef {
-    schema_with(&[])
+    schema_with(&[], false)
 }
 
 /// The schema of the records: counts are integers, null where a cycle may lack them, quantities are
 /// numbers or null, the outcome is a word.
-fn schema_with(breakdown: &[String]) -> SchemaRef {
+fn schema_with(breakdown: &[String], has_chargings: bool) -> SchemaRef {
     let blank = Record::default();
     let field = |column: &Column| match column.get(&blank) {
         Cell::Integer(value) => Field::new(column.name, DataType::UInt64, value.is_none()),
@@ -33,7 +39,10 @@ fn schema_with(breakdown: &[String]) -> SchemaRef {
         Cell::Outcome(_) => Field::new(column.name, DataType::Utf8, false),
     };
     let parts = breakdown.iter().map(|name| Field::new(name, DataType::Float64, true));
-    Arc::new(Schema::new(COLUMNS.iter().map(field).chain(parts).collect::<Vec<_>>()))
+    let chargings = has_chargings.then(|| Field::new(CHARGING_EVENTS, DataType::Utf8, true));
+    Arc::new(Schema::new(
+        COLUMNS.iter().map(field).chain(parts).chain(chargings).collect::<Vec<_>>(),
+    ))
 }
 
 /// Records as one table, with the breakdown of the first one.
@@ -54,7 +63,10 @@ pub fn record_batch(records: &[Record]) -> RecordBatch {
         let value = |record: &Record| Some(record).filter(alike)?.breakdown.value(k);
         Arc::new(records.iter().map(value).collect::<Float64Array>()) as ArrayRef
     });
-    let columns = columns.chain(parts).collect();
+    let has_chargings = records.first().is_some_and(|first| first.charging_events.is_some());
+    let chargings = has_chargings
+        .then(|| Arc::new(records.iter().map(charging_text).collect::<StringArray>()) as ArrayRef);
+    let columns = columns.chain(parts).chain(chargings).collect();
     RecordBatch::try_new(schema, columns).expect("every column has its type and length")
 }
 
@@ -85,6 +97,7 @@ pub fn records(batch: &RecordBatch) -> Result<Vec<Record>, Error> {
     let breakdown = breakdown_of(batch);
     let names = breakdown.iter().flat_map(|columns| columns.names());
     let parts = names.map(|name| cells(batch, name, true)).collect::<Result<Vec<_>, _>>()?;
+    let chargings = chargings_of(batch)?;
     let record = |row: usize| {
         let values = known.iter().map(|cells| Value(cells[row]));
         let mut record = Record::deserialize(SeqDeserializer::new(values)).map_err(|error| {
@@ -102,9 +115,27 @@ pub fn records(batch: &RecordBatch) -> Result<Vec<Record>, Error> {
             let values = parts.iter().map(|cells| number(cells[row])).collect();
             record.breakdown = Breakdown::new(Arc::clone(columns), values);
         }
+        if let Some(text) = chargings.filter(|texts| texts.is_valid(row)) {
+            record.charging_events = Some(charging_events(text.value(row), row + 1)?);
+        }
         Ok(record)
     };
     (0..batch.num_rows()).map(record).collect()
+}
+
+/// The column of chargings, where there is one.
+fn chargings_of(batch: &RecordBatch) -> Result<Option<&StringArray>, Error> {
+    let Some(array) = batch.column_by_name(CHARGING_EVENTS) else { return Ok(None) };
+    let wrong = || {
+        let other = array.data_type();
+        Error::custom(format!("column `{CHARGING_EVENTS}`: type {other} is not that of a record"))
+    };
+    array.as_string_opt::<i32>().map(Some).ok_or_else(wrong)
+}
+
+fn charging_events(text: &str, row: usize) -> Result<Vec<ChargingEvent>, Error> {
+    super::charging_events(text)
+        .map_err(|error| Error::custom(format!("row {row}: column `{CHARGING_EVENTS}`: {error}")))
 }
 
 /// The breakdown that a table has.
@@ -120,7 +151,8 @@ fn breakdown_of(batch: &RecordBatch) -> Option<Arc<BreakdownColumns>> {
 /// As [`records`], of types alone.
 pub fn in_our_order(batch: &RecordBatch) -> Result<RecordBatch, Error> {
     let breakdown = breakdown_of(batch);
-    let schema = schema_with(breakdown.as_ref().map_or(&[], |columns| columns.names()));
+    let names = breakdown.as_ref().map_or(&[][..], |columns| columns.names());
+    let schema = schema_with(names, batch.column_by_name(CHARGING_EVENTS).is_some());
     let rows = batch.num_rows();
     let column = |field: &Arc<Field>| match batch.column_by_name(field.name()) {
         Some(column) => Arc::clone(column),

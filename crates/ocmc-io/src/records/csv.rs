@@ -1,7 +1,7 @@
 //! Records as comma-separated values: shortest decimals that read back as the same numbers, an
 //! empty cell for null.
 
-use super::{GROUP_ROWS, Group, RecordsError};
+use super::{CHARGING_EVENTS, GROUP_ROWS, Group, RecordsError, charging_events, charging_text};
 use crate::file_error::FileError;
 use ocmc_core::breakdown::{Breakdown, BreakdownColumns};
 use ocmc_core::record::{COLUMNS, Cell, Column, Record, own_columns};
@@ -14,7 +14,10 @@ use std::sync::Arc;
 pub fn write_header(out: &mut impl Write, records: &[Record]) -> io::Result<()> {
     let names = COLUMNS.iter().map(|column| column.name.to_owned());
     let parts = records.first().map_or(&[][..], |record| record.breakdown.names());
-    let names: Vec<String> = names.chain(parts.iter().map(|name| quoted(name))).collect();
+    let chargings = records.first().filter(|record| record.charging_events.is_some());
+    let chargings = chargings.map(|_| CHARGING_EVENTS.to_owned());
+    let parts = parts.iter().map(|name| quoted(name));
+    let names: Vec<String> = names.chain(parts).chain(chargings).collect();
     writeln!(out, "{}", names.join(","))
 }
 
@@ -27,10 +30,11 @@ fn quoted(name: &str) -> String {
     }
 }
 
-/// Writes rows, with the breakdown of the first one. Neither numbers nor names of outcomes ever need
-/// quotes.
+/// Writes rows, with the breakdown and the chargings that the first one has. Neither numbers nor
+/// names of outcomes ever need quotes.
 pub fn write_rows(out: &mut impl Write, records: &[Record]) -> io::Result<()> {
     let parts = records.first().map_or(&[][..], |record| record.breakdown.names());
+    let has_chargings = records.first().is_some_and(|record| record.charging_events.is_some());
     for record in records {
         for (k, column) in COLUMNS.iter().enumerate() {
             if k > 0 {
@@ -52,6 +56,10 @@ pub fn write_rows(out: &mut impl Write, records: &[Record]) -> io::Result<()> {
                 write!(out, "{value:?}")?;
             }
         }
+        if has_chargings {
+            let text = charging_text(record).unwrap_or_default();
+            write!(out, ",{}", quoted(&text))?;
+        }
         out.write_all(b"\n")?;
     }
     Ok(())
@@ -69,6 +77,7 @@ pub fn read(path: &Path, file: File, mut sink: impl FnMut(Group)) -> Result<(), 
     let names = breakdown.iter().flat_map(|columns| columns.names());
     let part_places: Vec<Option<usize>> =
         names.map(|name| headers.iter().position(|header| header == name)).collect();
+    let chargings_place = headers.iter().position(|header| header == CHARGING_EVENTS);
     let mut group = Vec::new();
     for row in reader.records() {
         let row = row.map_err(failed)?;
@@ -85,6 +94,11 @@ pub fn read(path: &Path, file: File, mut sink: impl FnMut(Group)) -> Result<(), 
             let values = part_places.iter().map(number).collect::<Result<_, _>>()?;
             record.breakdown = Breakdown::new(Arc::clone(columns), values);
         }
+        let text = chargings_place.and_then(|k| row.get(k)).filter(|text| !text.is_empty());
+        record.charging_events = text.map(charging_events).transpose().map_err(|error| {
+            let reason = format!("cycle {}: `{CHARGING_EVENTS}`: {error}", record.cycle_id);
+            RecordsError::Malformed(path.to_owned(), reason)
+        })?;
         record.own_columns.copy_from_slice(&own);
         group.push(record);
         if group.len() == GROUP_ROWS {

@@ -12,6 +12,7 @@ use crate::input_file;
 use ::parquet::arrow::ArrowWriter;
 use arrow::record_batch;
 use arrow_array::RecordBatch;
+use ocmc_core::charging::ChargingEvent;
 use ocmc_core::record::Record;
 use std::fs::{File, OpenOptions};
 use std::io::{self, BufWriter, Write};
@@ -20,6 +21,21 @@ use thiserror::Error;
 
 /// Rows that are written at a time: the row group of a Parquet file.
 pub const GROUP_ROWS: usize = 8192;
+
+/// Name of the column of what a trip charged, which records of a study with `[charging]` have behind
+/// all others: a list of chargings, as JSON.
+pub const CHARGING_EVENTS: &str = "charging_events";
+
+/// What a trip charged, as JSON.
+fn charging_text(record: &Record) -> Option<String> {
+    let events = record.charging_events.as_ref()?;
+    Some(serde_json::to_string(events).expect("numbers and words"))
+}
+
+/// What a trip charged, from JSON.
+fn charging_events(text: &str) -> Result<Vec<ChargingEvent>, serde_json::Error> {
+    serde_json::from_str(text)
+}
 
 /// How records are written.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -199,6 +215,7 @@ pub fn read(path: &Path, sink: impl FnMut(Group)) -> Result<(), RecordsError> {
 pub(crate) mod examples {
     //! Records for tests, with values that are hard to write.
 
+    use ocmc_core::charging::{ChargingEvent, ChargingPlace};
     use ocmc_core::record::{Outcome, Record};
 
     /// A record whose values depend on its id.
@@ -215,7 +232,25 @@ pub(crate) mod examples {
             driver_effect: cycle_id.is_multiple_of(3).then_some(-x / 7.0),
             n_curves: (!cycle_id.is_multiple_of(5)).then_some(cycle_id as u32),
             potential_change_j: -0.0,
+            charging_events: Some(vec![event(x); (cycle_id % 3) as usize]),
             ..Record::default()
+        }
+    }
+
+    fn event(x: f64) -> ChargingEvent {
+        ChargingEvent {
+            place: ChargingPlace::Public,
+            position_m: x / 3.0,
+            arrival_s: 1e-300 * x,
+            wait_s: -0.0,
+            begin_s: 0.1 + 0.2 * x,
+            charging_s: x * 1e20,
+            begin_charge: 1.0 / x,
+            end_charge: 0.9,
+            charged_energy_j: x.sqrt(),
+            grid_energy_j: x,
+            peak_power_w: 0.1,
+            quarter_hours_j: vec![x / 7.0, 5e-324],
         }
     }
 

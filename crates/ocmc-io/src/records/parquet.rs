@@ -42,11 +42,12 @@ pub(crate) fn properties() -> WriterProperties {
         // numbers of different cycles are hardly ever the same
         .set_dictionary_enabled(false)
         .set_column_dictionary_enabled(ColumnPath::from("outcome"), true)
+        .set_column_dictionary_enabled(ColumnPath::from("place"), true)
         .build()
 }
 
 /// The operating system's error where there is one, so that a full disk is called a full disk.
-fn io_error(error: ParquetError) -> io::Error {
+pub(crate) fn io_error(error: ParquetError) -> io::Error {
     match error {
         ParquetError::External(source) => {
             source.downcast::<io::Error>().map_or_else(io::Error::other, |error| *error)

@@ -1,9 +1,11 @@
 //! What a report takes from the records, group by group: a report of a million cycles does not hold
 //! them.
 
+use super::charging::{Course, keep};
 use super::energy::LOSSES;
 use super::{EXPLAINING, PAYLOAD, number};
 use ocmc_core::fleet::quantity::{CONSUMPTIONS, RecordQuantity, quantity};
+use ocmc_core::fleet::range::{RangeTrip, SEASONS, season_of};
 use ocmc_core::record::{Outcome, Record};
 
 /// Cycles that are listed at each end, and of each kind of failure.
@@ -17,6 +19,12 @@ const WAITING: usize = 512;
 pub struct Gathered {
     /// Sums over the completed cycles.
     pub(super) sums: Sums,
+    /// The same of each season, in their order, of trips that were charged by a policy.
+    pub(super) by_season: [Sums; SEASONS.len()],
+    /// What such trips tell of the range.
+    pub(super) range_trips: Vec<RangeTrip>,
+    /// The state of charge along some of them.
+    pub(super) courses: Vec<Course>,
     /// The columns that may explain the consumption, NaN where a cycle has none.
     explaining: [Vec<f64>; EXPLAINING.len()],
     consumptions: [Consumption; CONSUMPTIONS.len()],
@@ -27,6 +35,7 @@ pub struct Gathered {
 /// Sums over the completed cycles; none where no cycle has a number.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Sums {
+    pub(super) trips: u64,
     pub(super) fuel_energy_j: Option<f64>,
     pub(super) battery_energy_j: Option<f64>,
     pub(super) distance_m: Option<f64>,
@@ -54,6 +63,11 @@ impl Gathered {
     pub fn add(&mut self, records: &[Record]) {
         for record in records {
             self.sums.add(record);
+            if record.charging_events.is_some() {
+                self.by_season[season_of(record.departure_s_of_year)].add(record);
+                self.range_trips.extend(RangeTrip::of(record));
+                keep(&mut self.courses, record);
+            }
             for (column, (name, ..)) in self.explaining.iter_mut().zip(EXPLAINING) {
                 column.push(explaining(record, name).unwrap_or(f64::NAN));
             }
@@ -127,6 +141,7 @@ impl Sums {
         if record.outcome != Outcome::Completed {
             return;
         }
+        self.trips += 1;
         sum(&mut self.fuel_energy_j, record.fuel_energy_j);
         sum(&mut self.battery_energy_j, record.battery_energy_j);
         sum(&mut self.distance_m, Some(record.distance_m));

@@ -1,6 +1,8 @@
 //! The report of a run: one HTML file that opens offline, on a phone, in print, light and dark,
 //! without scripts.
 
+mod charging;
+mod charging_pictures;
 mod comparison;
 mod energy;
 mod gathered;
@@ -124,7 +126,9 @@ pub fn html(run: &Reported) -> String {
         page.push_str(&tables::statistics(&told, &caption, run.summary.note));
         page.push_str(&parts::parts(&summary.parts));
         page.push_str(&trucks::trucks(summary));
+        page.push_str(&charging::charging(run));
         page.push_str(&energy::breakdown(&run.gathered.sums));
+        page.push_str(&charging::waterfall(&run.gathered));
         if let Some(quantity) = quantity(statistic.column) {
             page.push_str(&explained(&explaining, statistic));
             page.push_str(&tables::road_shares(&run.gathered.sums));

@@ -5,12 +5,14 @@ use super::error::RunDirectoryError;
 use super::read::{
     Measured, check_by_driving, directory_of, ended, measured, read_records, study_of,
 };
-use super::{CHECKSUMS, CHUNKS, MANIFEST, Manifest, RunDirectory, RunStatus, RunSummary, SUMMARY};
+use super::{
+    CHECKSUMS, CHUNKS, MANIFEST, Manifest, RunDirectory, RunStatus, RunSummary, SUMMARY,
+    tables_beside,
+};
 use crate::given_drive::GivenDrive;
 use crate::records::{Group, RecordFormat};
 use crate::shell_word::resume_command;
 use crate::study::Files;
-use crate::trucks;
 use ocmc_core::fleet::quantity::quantity;
 use ocmc_core::fleet::run::RunPlan;
 use ocmc_core::fleet::summary::SummaryBuilder;
@@ -112,7 +114,7 @@ fn remove_written(out: &Path, created: &[&Path]) {
     for file in RecordFormat::ALL
         .map(RecordFormat::file_name)
         .into_iter()
-        .chain(RecordFormat::ALL.map(trucks::file_name))
+        .chain(RecordFormat::ALL.into_iter().flat_map(tables_beside))
         .chain([SUMMARY, MANIFEST, CHECKSUMS])
     {
         let _ = fs::remove_file(out.join(file));

@@ -11,6 +11,7 @@ mod durable;
 mod error;
 mod merge;
 mod read;
+mod summary;
 mod verify;
 
 pub use checksum::{CHECKSUMS, note_file};
@@ -18,22 +19,24 @@ pub use chunks::{CHUNK_ROWS, CHUNKS};
 pub use error::RunDirectoryError;
 pub use merge::merge;
 pub use read::{StoredRun, Unfinished, directory_of, read, read_groups, records_file, unfinished};
+pub use summary::{FEW_CYCLES, RunSummary, now};
 pub use verify::{CheckedFile, Verified, verify};
 
+use crate::charging_table::{ChargingsWriter, chargings_name, loads_batch, loads_name};
 use crate::file_error::FileError;
 use crate::given_drive::{Followed, GivenDrive};
 use crate::input_file;
 use crate::records::{RecordFormat, RecordWriter};
 use crate::sha256;
 use crate::study::{keys_since, resolved_toml, study_hash};
+use crate::table_file::encoded;
 use crate::trucks;
 use checksum::Checksums;
 use chunks::{Chunks, adopted, is_chunk};
 use durable::{replace, replaced, temporary};
 use ocmc_core::fleet::dependence::Dependence;
-use ocmc_core::fleet::precision::{Precision, Reached};
+use ocmc_core::fleet::precision::Precision;
 use ocmc_core::fleet::run::RunPlan;
-use ocmc_core::fleet::summary::Summary;
 use ocmc_core::operating_cycle::route::RouteModel;
 use ocmc_core::random::sampling::Sampling;
 use ocmc_core::record::Record;
@@ -165,75 +168,6 @@ impl RunStatus {
             Self::Complete => "complete",
         }
     }
-}
-
-/// What has to be known of the intervals of a few cycles.
-pub const FEW_CYCLES: &str = "fewer than 50 completed cycles: 95 % intervals of skewed quantities \
-                              cover about 85 %";
-
-/// A run, and what it adds up to: the machine-readable answer, which `--json` prints and
-/// [`SUMMARY`] holds.
-#[derive(Clone, Debug, Serialize)]
-pub struct RunSummary {
-    /// Name of the study.
-    pub study: String,
-    /// Hash of the resolved study.
-    pub study_hash: String,
-    /// Master seed.
-    pub seed: u64,
-    /// Id of the first cycle.
-    pub first_cycle: u64,
-    /// What the cycles add up to.
-    #[serde(flatten)]
-    pub summary: Summary,
-    /// How well the answer is known, of a run that was to end at a precision.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub precision: Option<Reached>,
-    /// What has to be known of its intervals.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub note: Option<&'static str>,
-    /// When the run ended, in UTC, as `2026-11-24T21:04:00Z`; not known of those of earlier versions.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub ended_at: Option<String>,
-    /// How long the run took, in s.
-    pub wall_s: f64,
-    /// Threads that it took.
-    pub threads: usize,
-}
-
-impl RunSummary {
-    /// What the run of this manifest adds up to.
-    pub fn new(manifest: &Manifest, summary: Summary, wall_s: f64, threads: usize) -> Self {
-        Self {
-            study: manifest.study.clone(),
-            study_hash: manifest.study_hash.clone(),
-            seed: manifest.seed,
-            first_cycle: manifest.first_cycle,
-            note: summary.has_few_cycles().then_some(FEW_CYCLES),
-            summary,
-            precision: None,
-            ended_at: None,
-            wall_s,
-            threads,
-        }
-    }
-
-    /// Of a run that ends now.
-    #[must_use]
-    pub fn that_ends_now(self) -> Self {
-        Self { ended_at: Some(now()), ..self }
-    }
-
-    /// The answer as indented JSON, with a line end.
-    pub fn to_json(&self) -> String {
-        indented(self)
-    }
-}
-
-/// This second, in UTC.
-pub fn now() -> String {
-    let now = jiff::Timestamp::now();
-    now.strftime("%Y-%m-%dT%H:%M:%SZ").to_string()
 }
 
 impl Manifest {
@@ -370,7 +304,13 @@ impl RunDirectory {
         if let Some(trucks) = &summary.summary.trucks {
             let format = self.chunks.format;
             let path = self.path.join(trucks::file_name(format));
-            replace(&path, &trucks::encoded(&trucks.rows, format))?;
+            replace(&path, &encoded(&trucks::record_batch(&trucks.rows), format))?;
+        }
+        if let Some(loads) = &summary.summary.loads {
+            let format = self.chunks.format;
+            let path = self.path.join(loads_name(format));
+            replace(&path, &encoded(&loads_batch(&loads.rows), format))?;
+            self.assemble_chargings()?;
         }
         self.manifest.status = if all { RunStatus::Complete } else { RunStatus::Interrupted };
         if all {
@@ -393,12 +333,14 @@ impl RunDirectory {
         let (summary, records) = (sum(SUMMARY)?, sum(&self.manifest.records)?);
         self.manifest.records_sha256 = Some(records.clone());
         let text = manifest_text(&mut self.manifest);
-        let trucks = trucks::file_name(self.chunks.format);
-        let of_trucks = self.path.join(trucks).exists().then(|| sum(trucks)).transpose()?;
+        let others = tables_beside(self.chunks.format).into_iter();
+        let others = others.filter(|name| self.path.join(name).exists());
+        let others: Vec<(&str, String)> =
+            others.map(|name| Ok((name, sum(name)?))).collect::<Result<_, FileError>>()?;
         let sums = self.chunks.sums();
         sums.set(SUMMARY, summary);
-        if let Some(of_trucks) = of_trucks {
-            sums.set(trucks, of_trucks);
+        for (name, sum) in others {
+            sums.set(name, sum);
         }
         sums.set(&self.manifest.records, records);
         sums.set(MANIFEST, sha256::of_bytes(text.as_bytes()));
@@ -411,15 +353,38 @@ impl RunDirectory {
         let path = self.path.join(&self.manifest.records);
         replaced(&path, || {
             let mut writer = RecordWriter::create(&temporary(&path), self.chunks.format)?;
-            for k in 0..self.full {
-                let first = self.manifest.first_cycle + k * CHUNK_ROWS as u64;
-                writer.add(&self.chunks.read(k, first, CHUNK_ROWS)?)?;
-            }
-            writer.add(&self.waiting)?;
+            self.each_group(|records| Ok(writer.add(records)?))?;
             writer.finish()?;
             Ok(())
         })
     }
+
+    /// Writes the file of chargings likewise.
+    fn assemble_chargings(&self) -> Result<(), RunDirectoryError> {
+        let path = self.path.join(chargings_name(self.chunks.format));
+        replaced(&path, || {
+            let mut writer = ChargingsWriter::create(&temporary(&path), self.chunks.format)?;
+            self.each_group(|records| Ok(writer.add(records)?))?;
+            Ok(writer.finish()?)
+        })
+    }
+
+    /// Hands over all records, group by group.
+    fn each_group(
+        &self,
+        mut sink: impl FnMut(&[Record]) -> Result<(), RunDirectoryError>,
+    ) -> Result<(), RunDirectoryError> {
+        for k in 0..self.full {
+            let first = self.manifest.first_cycle + k * CHUNK_ROWS as u64;
+            sink(&self.chunks.read(k, first, CHUNK_ROWS)?)?;
+        }
+        sink(&self.waiting)
+    }
+}
+
+/// Names of the tables that a run may have beside its records of that format.
+pub(super) fn tables_beside(format: RecordFormat) -> [&'static str; 3] {
+    [trucks::file_name(format), chargings_name(format), loads_name(format)]
 }
 
 /// Reads what an unfinished run has: the number of full chunks, and the rows of the one that is not

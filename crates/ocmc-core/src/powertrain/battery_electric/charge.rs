@@ -7,6 +7,7 @@
 //! three points on each of 64 pieces: exact to 1e-7 even where the power falls to a twentieth.
 
 use super::battery::BatteryModel;
+use crate::charging::ChargeCourse;
 use crate::powertrain::{Charge, Plug};
 
 /// Share of the battery's highest power at which charging is over, as its current has faded out:
@@ -29,8 +30,8 @@ impl BatteryModel {
         self.maximum_charge - CUT_OFF * self.charge_fade
     }
 
-    /// What a charger does from a state of charge on.
-    pub fn charged_by(&self, plug: &Plug, charge: f64) -> Charge {
+    /// What a charger does from a state of charge on; `course` gets how it goes on.
+    pub fn charged_by(&self, plug: &Plug, charge: f64, course: &mut ChargeCourse) -> Charge {
         let end = plug.end_at.min(self.full_charge());
         let mut done = Charge::default();
         if !(charge < end && plug.power_w > 0.0 && self.charge_power_w > 0.0) {
@@ -45,9 +46,11 @@ impl BatteryModel {
                 if done.time_s + added.time_s > plug.longest_s {
                     let left_s = plug.longest_s - done.time_s;
                     done.add(&self.within(plug, start, stop, left_s));
+                    course.push(done.time_s, done.supplied_j);
                     return done;
                 }
                 done.add(&added);
+                course.push(done.time_s, done.supplied_j);
             }
             from = corner;
         }
@@ -132,12 +135,14 @@ mod tests {
     #[test]
     fn constant_power_takes_energy_over_power() {
         let pack = ideal();
-        let done = pack.charged_by(&plug(100e3, 0.8, f64::INFINITY), 0.2);
+        let done =
+            pack.charged_by(&plug(100e3, 0.8, f64::INFINITY), 0.2, &mut ChargeCourse::default());
         let closed_s = 0.6 * pack.capacity_j / 100e3;
         assert!((done.time_s / closed_s - 1.0).abs() < 1e-6, "{} {closed_s}", done.time_s);
         assert!((done.gained_j / (0.6 * pack.capacity_j) - 1.0).abs() < 1e-12);
         // half of the time, half of the energy
-        let half = pack.charged_by(&plug(100e3, 0.8, 0.5 * closed_s), 0.2);
+        let half =
+            pack.charged_by(&plug(100e3, 0.8, 0.5 * closed_s), 0.2, &mut ChargeCourse::default());
         assert!((half.gained_j / (0.3 * pack.capacity_j) - 1.0).abs() < 1e-6);
         assert!((half.time_s / (0.5 * closed_s) - 1.0).abs() < 1e-9);
     }
@@ -148,11 +153,13 @@ mod tests {
         let pack = ideal();
         let seconds = pack.capacity_j / 300e3;
         let closed_s = |from: f64, to: f64| seconds * 0.05 * ((0.9 - from) / (0.9 - to)).ln();
-        let done = pack.charged_by(&plug(1e6, 0.895, f64::INFINITY), 0.5);
+        let done =
+            pack.charged_by(&plug(1e6, 0.895, f64::INFINITY), 0.5, &mut ChargeCourse::default());
         let said_s = seconds * 0.35 + closed_s(0.85, 0.895);
         assert!((done.time_s / said_s - 1.0).abs() < 1e-6, "{} {said_s}", done.time_s);
         // beyond a twentieth of the power it is over
-        let full = pack.charged_by(&plug(1e6, 0.9, f64::INFINITY), 0.87);
+        let full =
+            pack.charged_by(&plug(1e6, 0.9, f64::INFINITY), 0.87, &mut ChargeCourse::default());
         assert!((full.time_s / closed_s(0.87, 0.8975) - 1.0).abs() < 1e-6);
         // a curve that meets the charger's power between its points
         let curve = ChargeCurve { charge: vec![0.2, 0.7], power_w: vec![200e3, 50e3] };
@@ -160,7 +167,7 @@ mod tests {
         let slope_w = 300e3; // for each unit of the charge; 140 kW at 0.4
         let said_s =
             pack.capacity_j * (0.2 / 140e3 + (140.0f64 / 50.0).ln() / slope_w + 0.1 / 50e3);
-        let done = pack.charged_by(&tapered, 0.2);
+        let done = pack.charged_by(&tapered, 0.2, &mut ChargeCourse::default());
         assert!((done.time_s / said_s - 1.0).abs() < 1e-6, "{} {said_s}", done.time_s);
     }
 
@@ -172,7 +179,7 @@ mod tests {
             for longest_s in [10.0, 1000.0, f64::INFINITY] {
                 for curve in [None, Some(&curve)] {
                     let plug = Plug { curve, ..plug(350e3, 0.88, longest_s) };
-                    let done = pack.charged_by(&plug, 0.3);
+                    let done = pack.charged_by(&plug, 0.3, &mut ChargeCourse::default());
                     let open_j = done.supplied_j - done.gained_j - done.loss_j;
                     assert!(open_j.abs() < 1e-9 * done.supplied_j, "{done:?}");
                     assert!(done.time_s <= longest_s * (1.0 + 1e-12) && done.loss_j > 0.0);
@@ -187,7 +194,11 @@ mod tests {
         for (power_w, end_at, longest_s, charge) in
             [(0.0, 0.8, 1e3, 0.2), (1e5, 0.8, 1e3, 0.8), (1e5, 0.8, 0.0, 0.2), (1e5, 1.0, 1e3, 0.9)]
         {
-            let done = pack.charged_by(&plug(power_w, end_at, longest_s), charge);
+            let done = pack.charged_by(
+                &plug(power_w, end_at, longest_s),
+                charge,
+                &mut ChargeCourse::default(),
+            );
             assert_eq!(done.gained_j, 0.0, "{power_w} {end_at} {longest_s}");
         }
     }

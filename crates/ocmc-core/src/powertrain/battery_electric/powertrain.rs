@@ -9,6 +9,7 @@
 
 use super::BatteryElectricPowertrain;
 use super::inverse::InverseBatteryElectric;
+use crate::charging::ChargeCourse;
 use crate::energy_ledger::{Ledger, Mode, StepLedger, Term};
 use crate::first_order_lag::FirstOrderLag;
 use crate::lanes::{Flags, Lanes, WIDTH, masked};
@@ -271,16 +272,20 @@ impl Powertrain for BatteryElectricPowertrain {
         Some(deep)
     }
 
-    fn charged_by(&self, plug: &Plug, charge: f64) -> Option<Charge> {
-        Some(self.model.battery.charged_by(plug, charge))
+    fn charged_by(&self, plug: &Plug, charge: f64, course: &mut ChargeCourse) -> Option<Charge> {
+        Some(self.model.battery.charged_by(plug, charge, course))
     }
 
     fn charge_of<S: Simd>(&self, state: &BatteryState<S>, lane: usize) -> Option<f64> {
         Some(state.charge[lane])
     }
 
+    fn rise(&self, gained_j: f64) -> f64 {
+        gained_j / self.model.battery.capacity_j
+    }
+
     fn gain<S: Simd>(&self, state: &mut BatteryState<S>, lane: usize, gained_j: f64) {
-        state.charge[lane] += gained_j / self.model.battery.capacity_j;
+        state.charge[lane] += self.rise(gained_j);
     }
 
     #[inline(always)]

@@ -1,0 +1,75 @@
+//! The machine-readable answer of a run.
+
+use super::{Manifest, indented};
+use ocmc_core::fleet::precision::Reached;
+use ocmc_core::fleet::summary::Summary;
+use serde::Serialize;
+
+/// What has to be known of the intervals of a few cycles.
+pub const FEW_CYCLES: &str = "fewer than 50 completed cycles: 95 % intervals of skewed quantities \
+                              cover about 85 %";
+
+/// A run, and what it adds up to: the machine-readable answer, which `--json` prints and
+/// [`SUMMARY`] holds.
+#[derive(Clone, Debug, Serialize)]
+pub struct RunSummary {
+    /// Name of the study.
+    pub study: String,
+    /// Hash of the resolved study.
+    pub study_hash: String,
+    /// Master seed.
+    pub seed: u64,
+    /// Id of the first cycle.
+    pub first_cycle: u64,
+    /// What the cycles add up to.
+    #[serde(flatten)]
+    pub summary: Summary,
+    /// How well the answer is known, of a run that was to end at a precision.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub precision: Option<Reached>,
+    /// What has to be known of its intervals.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub note: Option<&'static str>,
+    /// When the run ended, in UTC, as `2026-11-24T21:04:00Z`; not known of those of earlier versions.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ended_at: Option<String>,
+    /// How long the run took, in s.
+    pub wall_s: f64,
+    /// Threads that it took.
+    pub threads: usize,
+}
+
+impl RunSummary {
+    /// What the run of this manifest adds up to.
+    pub fn new(manifest: &Manifest, summary: Summary, wall_s: f64, threads: usize) -> Self {
+        Self {
+            study: manifest.study.clone(),
+            study_hash: manifest.study_hash.clone(),
+            seed: manifest.seed,
+            first_cycle: manifest.first_cycle,
+            note: summary.has_few_cycles().then_some(FEW_CYCLES),
+            summary,
+            precision: None,
+            ended_at: None,
+            wall_s,
+            threads,
+        }
+    }
+
+    /// Of a run that ends now.
+    #[must_use]
+    pub fn that_ends_now(self) -> Self {
+        Self { ended_at: Some(now()), ..self }
+    }
+
+    /// The answer as indented JSON, with a line end.
+    pub fn to_json(&self) -> String {
+        indented(self)
+    }
+}
+
+/// This second, in UTC.
+pub fn now() -> String {
+    let now = jiff::Timestamp::now();
+    now.strftime("%Y-%m-%dT%H:%M:%SZ").to_string()
+}

@@ -1,0 +1,121 @@
+//! Tables beside the records of a run, in the format of these: integers, numbers and words.
+
+use crate::file_error::FileError;
+use crate::records::parquet::{io_error, properties};
+use crate::records::{RecordFormat, RecordsError};
+use arrow_array::cast::AsArray;
+use arrow_array::types::{Float64Type, UInt64Type};
+use arrow_array::{Array, ArrayRef, RecordBatch};
+use arrow_schema::{DataType, SchemaRef};
+use parquet::arrow::ArrowWriter;
+use std::fs::{File, OpenOptions};
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+/// A file of a table that is written batch by batch.
+#[derive(Debug)]
+pub(crate) struct TableWriter {
+    path: PathBuf,
+    file: TableFile,
+}
+
+#[derive(Debug)]
+enum TableFile {
+    Parquet(Box<ArrowWriter<File>>),
+    Csv(BufWriter<File>),
+}
+
+impl TableWriter {
+    /// Creates the file, which must not exist.
+    pub(crate) fn create(
+        path: &Path,
+        format: RecordFormat,
+        schema: SchemaRef,
+    ) -> Result<Self, RecordsError> {
+        let file = OpenOptions::new().write(true).create_new(true).open(path);
+        let file = file.map_err(FileError::create(path))?;
+        let begin = || match format {
+            RecordFormat::Parquet => ArrowWriter::try_new(file, schema, Some(properties()))
+                .map(|file| TableFile::Parquet(Box::new(file)))
+                .map_err(io_error),
+            RecordFormat::Csv => {
+                let mut file = BufWriter::new(file);
+                let names: Vec<&str> = schema.fields().iter().map(|f| f.name().as_str()).collect();
+                writeln!(file, "{}", names.join(","))?;
+                Ok(TableFile::Csv(file))
+            }
+        };
+        let file = begin().map_err(FileError::write(path))?;
+        Ok(Self { path: path.to_owned(), file })
+    }
+
+    /// Writes a batch: in Parquet a row group.
+    pub(crate) fn add(&mut self, batch: &RecordBatch) -> Result<(), RecordsError> {
+        let written = match &mut self.file {
+            TableFile::Parquet(file) => {
+                file.write(batch).and_then(|()| file.flush()).map_err(io_error)
+            }
+            TableFile::Csv(file) => write_rows(file, batch),
+        };
+        Ok(written.map_err(FileError::write(&self.path))?)
+    }
+
+    /// Completes the file and makes sure that it is on the disk.
+    pub(crate) fn finish(self) -> Result<(), RecordsError> {
+        let finished = match self.file {
+            TableFile::Parquet(mut file) => {
+                file.finish().map_err(io_error).and_then(|_| file.inner().sync_all())
+            }
+            TableFile::Csv(mut file) => file.flush().and_then(|()| file.get_ref().sync_all()),
+        };
+        Ok(finished.map_err(FileError::write(&self.path))?)
+    }
+}
+
+/// The bytes of a file of one table: a function of its rows alone.
+pub(crate) fn encoded(table: &RecordBatch, format: RecordFormat) -> Vec<u8> {
+    let written = match format {
+        RecordFormat::Parquet => {
+            ArrowWriter::try_new(Vec::new(), table.schema(), Some(properties()))
+                .and_then(|mut file| file.write(table).map(|()| file))
+                .and_then(ArrowWriter::into_inner)
+                .map_err(io_error)
+        }
+        RecordFormat::Csv => {
+            let schema = table.schema();
+            let names: Vec<&str> = schema.fields().iter().map(|f| f.name().as_str()).collect();
+            let mut text = (names.join(",") + "\n").into_bytes();
+            write_rows(&mut text, table).map(|()| text)
+        }
+    };
+    written.expect("memory takes every table")
+}
+
+/// Rows as comma-separated values. No word of them ever needs quotes.
+fn write_rows(out: &mut impl Write, table: &RecordBatch) -> io::Result<()> {
+    for row in 0..table.num_rows() {
+        for (k, column) in table.columns().iter().enumerate() {
+            if k > 0 {
+                out.write_all(b",")?;
+            }
+            write_cell(out, column, row)?;
+        }
+        out.write_all(b"\n")?;
+    }
+    Ok(())
+}
+
+/// One cell, empty where there is nothing.
+fn write_cell(out: &mut impl Write, column: &ArrayRef, row: usize) -> io::Result<()> {
+    if column.is_null(row) {
+        return Ok(());
+    }
+    match column.data_type() {
+        DataType::UInt64 => write!(out, "{}", column.as_primitive::<UInt64Type>().value(row)),
+        // the shortest that reads back as the same number
+        DataType::Float64 => {
+            write!(out, "{:?}", column.as_primitive::<Float64Type>().value(row))
+        }
+        _ => out.write_all(column.as_string::<i32>().value(row).as_bytes()),
+    }
+}
