@@ -251,7 +251,8 @@ impl<'a> Problem<'a> {
     /// Residuals in units of their noise, for each controller: of each row both pedals and the
     /// speed term, at last the speed at the start.
     fn residuals_of(&self, closed: &ClosedLoop, controllers: &[Controller]) -> Vec<Vec<f64>> {
-        let rows = self.log.time_s.len() * self.residuals_a_row() + 1;
+        let a_row = if self.options.speed_term == SpeedTerm::None { 2 } else { 3 };
+        let rows = self.log.time_s.len() * a_row + 1;
         if self.is_stopped() {
             // a sum of squares of 0 ends every search
             return vec![vec![0.0; rows]; controllers.len()];
@@ -368,10 +369,6 @@ impl<'a> Problem<'a> {
 
     pub(super) fn is_stopped(&self) -> bool {
         self.stop.load(Ordering::Relaxed)
-    }
-
-    fn residuals_a_row(&self) -> usize {
-        if self.options.speed_term == SpeedTerm::None { 2 } else { 3 }
     }
 
     /// How the other parameters follow parameter `k` away from the optimum, to first order: each for
