@@ -52,7 +52,7 @@ pub struct TruckTime {
     pub fuel_kg: Option<f64>,
     /// Fuel, in L.
     pub fuel_l: Option<f64>,
-    /// What the battery's store lost, in J.
+    /// Energy that left the battery's store, in J.
     pub battery_energy_j: Option<f64>,
     /// Carbon dioxide from burning the fuel, in kg.
     pub co2_kg: Option<f64>,
@@ -118,7 +118,7 @@ const FIELDS: [TruckColumn; 12] = [
     }),
     field("fuel_kg", "Fuel, in kg", |t| Cell::Number(t.fuel_kg)),
     field("fuel_l", "Fuel, in L", |t| Cell::Number(t.fuel_l)),
-    field("battery_energy_j", "What the battery's store lost, in J", |t| {
+    field("battery_energy_j", "Energy that left the battery's store, in J", |t| {
         Cell::Number(t.battery_energy_j)
     }),
     field("co2_kg", "Carbon dioxide from burning the fuel, in kg", |t| Cell::Number(t.co2_kg)),
