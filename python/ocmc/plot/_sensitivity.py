@@ -22,8 +22,8 @@ def sensitivity(answer: Mapping[str, Any], *, ax: Axes | None = None) -> Axes:
     Returns
     -------
     matplotlib.axes.Axes
-        The axes: a pair of bars for each factor, the one that matters most on top. ``first`` is what the
-        factor explains alone, ``total`` includes what it does together with others.
+        The axes: a pair of bars for each factor, the one that matters most on top. ``first`` is the
+        factor's first-order effect, ``total`` its total effect, joint effects included.
 
     Examples
     --------

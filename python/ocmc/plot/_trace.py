@@ -31,7 +31,7 @@ def trace(
     cycle : OperatingCycle, optional
         What `Study.operating_cycle` gives for the same cycle: its speed limits are drawn, too.
     against : {"position", "time"}
-        What lies along the horizontal axis, in km or min.
+        The horizontal axis, in km or min.
     between : tuple of float, optional
         The part to draw, from and to: in m for a position, in s for a time.
     ax : sequence of four matplotlib.axes.Axes, optional

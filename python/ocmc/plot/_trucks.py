@@ -28,8 +28,9 @@ def trucks(run: Run, *, column: str | None = None, ax: Axes | None = None) -> Ax
     Returns
     -------
     matplotlib.axes.Axes
-        The axes: trucks from the lowest to the highest, each with the 95 % interval of its mean over other
-        trips of the same truck, and the mean of the fleet. What trucks share is not in the intervals.
+        The axes: trucks from the lowest to the highest, each with the 95 % interval of its mean
+        over other trips of the same truck, and the mean of the fleet. Effects that trucks share are
+        not in the intervals.
 
     Examples
     --------
@@ -88,8 +89,8 @@ def shares(answers: Mapping[str, Mapping[str, Any]], *, ax: Axes | None = None) 
     Returns
     -------
     matplotlib.axes.Axes
-        The axes: a bar for each answer, a part for each factor by its first-order share, without those
-        below zero. What is left to 100 % is what factors do together, and error.
+        The axes: a bar for each answer, a part for each factor by its first-order share, without
+        those below zero. The rest to 100 % is joint effects, and error.
 
     Examples
     --------
