@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from ocmc.plot._axis import BLUE, SKY, axes, quantity, spine_free
+from ocmc.plot._axis import BLUE, SKY, axes, ink, quantity, spine_free
 
 
 def sensitivity(answer: Mapping[str, Any], *, ax: Axes | None = None) -> Axes:
@@ -46,11 +46,11 @@ def sensitivity(answer: Mapping[str, Any], *, ax: Axes | None = None) -> Axes:
             100.0 * values,
             height=0.36,
             color=colour,
-            label=key,
+            label={"first": "first-order effect", "total": "total effect"}[key],
             xerr=whiskers,
-            error_kw={"elinewidth": 1.0, "ecolor": "0.2", "capsize": 2},
+            error_kw={"elinewidth": 1.0, "ecolor": ink(), "capsize": 2},
         )
-    ax.axvline(0.0, color="black", linewidth=0.6)
+    ax.axvline(0.0, color=ink(), linewidth=0.6)
     ax.set_yticks(places, labels=[_name(factor["factor"]) for factor in factors])
     ax.set_xlabel(f"share of the variance of {quantity(answer['column'])[0].partition(',')[0]}, %")
     handles, labels = ax.get_legend_handles_labels()

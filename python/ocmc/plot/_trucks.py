@@ -5,9 +5,10 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.ticker import MaxNLocator
 
 from ocmc import Run
-from ocmc.plot._axis import BLUE, COLOURS, GREY, axes, numbers, quantity, spine_free
+from ocmc.plot._axis import BLUE, COLOURS, GREY, axes, ink, numbers, quantity, spine_free
 
 # 97.5 % quantile of the normal law
 _FAR = 1.959963984540054
@@ -66,8 +67,9 @@ def trucks(run: Run, *, column: str | None = None, ax: Axes | None = None) -> Ax
         places, heights, yerr=whiskers, fmt="o", markersize=3, color=BLUE, ecolor=GREY, elinewidth=0.8
     )
     ax.axhline(
-        float(np.average(values, weights=weights)), color="black", linewidth=0.8, label="mean of the fleet"
+        float(np.average(values, weights=weights)), color=ink(), linewidth=0.8, label="mean of the fleet"
     )
+    ax.xaxis.set_major_locator(MaxNLocator(integer=True))
     ax.set_xlabel("trucks, from the lowest to the highest")
     ax.set_ylabel(name)
     ax.legend(frameon=False, loc="upper left")
