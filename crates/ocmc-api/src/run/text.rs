@@ -163,8 +163,10 @@ fn failed(summary: &Summary) -> String {
         let (label, factor) = label(worst.column);
         let _ = writeln!(
             text,
-            "Worst case: had each of them been as long as the mean completed cycle and consumed like\n\
-             the worst one, or like its own record where that is more, the mean would be\n{} {label}.",
+            "Worst case: had each of them been as long as the mean completed cycle and consumed \
+             like\n\
+             the worst one, or like its own record where that is more, the mean would be\n{} \
+             {label}.",
             rounded(factor * worst.mean)
         );
     }

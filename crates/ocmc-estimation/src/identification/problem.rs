@@ -372,8 +372,8 @@ impl<'a> Problem<'a> {
         if self.options.speed_term == SpeedTerm::None { 2 } else { 3 }
     }
 
-    /// How the other parameters follow parameter `k` away from the optimum, to first order: each for
-    /// a unit of it.
+    /// How the other parameters follow parameter `k` away from the optimum, to first order: each
+    /// for a unit of it.
     fn followers(best: &Optimum, k: usize) -> Vec<f64> {
         let count = best.parameters.len();
         let mut rates = vec![0.0; count];
