@@ -49,8 +49,7 @@ fn help_of(error: &Error) -> Option<String> {
         }
         Error::RunDirectory(RunDirectoryError::Changed(_)) => {
             "`ocmc verify` says of every file whether it is whole; a copy of it can take its \
-             place, \
-             or the same command into another directory: it gives the same bytes"
+             place, or the same command into another directory: it gives the same bytes"
         }
         Error::RunDirectory(RunDirectoryError::NotOneRun { .. }) => {
             "parts have the same study, seed and program, and each begins where another one ends"

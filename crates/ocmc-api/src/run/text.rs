@@ -121,9 +121,10 @@ fn saturated(summary: &Summary) -> String {
 }
 
 /// How trips that a battery cut short are counted.
-const CUT_SHORT: &str = "\
-Trips whose battery ran empty count with the kilometres that they drove. As heavy
-consumers drive fewer, the first kWh/km is low for the trips asked for: \"whole\" is
+const CUT_SHORT: &str = "Trips whose battery ran empty count with the kilometres that they drove. \
+As heavy
+consumers drive fewer, the first kWh/km is low for the trips asked for: \"whole\" \
+is
 that of all trips to their end, with a battery that never empties.
 ";
 

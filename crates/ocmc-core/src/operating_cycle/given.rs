@@ -66,8 +66,7 @@ pub enum GivenCycleError {
     /// Positions out of order.
     #[error(
         "in track `{track}`, position {position_m} m (entry {entry}) is not above the one before \
-         it; \
-         positions have to grow, from 0 m on"
+         it; positions have to grow, from 0 m on"
     )]
     Order {
         /// Name of the track.
@@ -111,8 +110,7 @@ pub enum GivenCycleError {
     /// Points that scatter so much that no road can be made of them.
     #[error(
         "the {what} scatter by {noise_m:.1} m, allowed is at most {most_m} m: no road can be told \
-         from them; \
-         give a smoothed route, or `curvature_per_m` and `grade`"
+         from them; give a smoothed route, or `curvature_per_m` and `grade`"
     )]
     Noise {
         /// Positions or altitudes.

@@ -168,8 +168,8 @@ impl VehicleModel {
             (_, _, Some(_)) => (
                 "electric",
                 "there beside `engine` or `gearbox`",
-                "one powertrain: leave an inherited one out by study.drop = \
-                 [\"vehicle.engine\", \"vehicle.gearbox\"]",
+                "one powertrain: leave an inherited one out by study.drop = [\"vehicle.engine\", \
+                 \"vehicle.gearbox\"]",
             ),
         };
         problems.require(false, key, found, allowed);

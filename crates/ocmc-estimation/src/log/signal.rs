@@ -56,8 +56,7 @@ pub enum LogError {
     /// Time that runs backwards.
     #[error(
         "time runs backwards {}, first after row {row}, from {before_s:.3} to {after_s:.3} s: \
-         sort the rows, or name the \
-         column that tells the drives apart",
+         sort the rows, or name the column that tells the drives apart",
         if *count == 1 { "once".to_owned() } else { format!("{count} times") }
     )]
     Backwards {
@@ -95,8 +94,7 @@ pub enum LogError {
     /// nothing that determines road types.
     #[error(
         "no road type is known: name a column road_type, or one with the speed limit, from which \
-         types follow, or give one \
-         type for the whole log (--road-type)"
+         types follow, or give one type for the whole log (--road-type)"
     )]
     NoRoadType,
     /// An option that makes no sense.

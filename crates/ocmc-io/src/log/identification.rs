@@ -154,8 +154,7 @@ mod tests {
         assert_eq!(few.failed().unwrap().reason, "1 rows");
         let many = found(1200);
         let account = "1,200 events or drives are left out: 1,199 for less than 30 rows, 1 for a \
-                       vehicle that stands; \
-                       `left_out` (--json) has each";
+                       vehicle that stands; `left_out` (--json) has each";
         assert_eq!(many.left_out_warnings(), [account]);
         assert_eq!(many.failed().unwrap().reason, format!("1 rows; {account}"));
         assert!(found(0).left_out_warnings().is_empty() && found(0).failed().is_none());

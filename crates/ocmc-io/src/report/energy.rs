@@ -78,8 +78,7 @@ pub(super) fn breakdown(sums: &Sums) -> String {
     let _ = writeln!(
         text,
         "<figure>{}<figcaption>Of the energy {store}, {:.2} kWh/km, over all completed cycles. \
-         The rows add up to \
-         {:.4} % of it.{missing}</figcaption></figure>",
+         The rows add up to {:.4} % of it.{missing}</figcaption></figure>",
         svg::bars(&rows, "Energy by kind of loss"),
         used / KWH_J / distance_km,
         100.0 * closed

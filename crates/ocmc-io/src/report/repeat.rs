@@ -75,9 +75,8 @@ impl Repeat {
         let first = if self.takes_file() { Self::first(manifest) } else { String::new() };
         format!(
             "<h2>Repeat this run</h2>\n{first}<pre class=\"command\" tabindex=\"0\">{}</pre>\n<p \
-             class=\"soft\">It gives the same \
-             bytes of records, on any machine and with any number of threads, with the same \
-             version of the program ({}).</p>\n",
+             class=\"soft\">It gives the same bytes of records, on any machine and with any \
+             number of threads, with the same version of the program ({}).</p>\n",
             escaped(&command),
             escaped(&manifest.program_version)
         )

@@ -84,8 +84,8 @@ fn curve_speeds(of: &SimulatorRepetition) -> Picture {
     let [[exponent, speed_mps], _] = of.curve_laws;
     let caption = format!(
         "Speed in curves: left (+) and right (o), a colour a driver; limit (dashed); the law with \
-         the estimated exponent {exponent:.2} \
-         and {:.1} km/h at {:.0} m (line), and with exponent 0.5 (dotted).",
+         the estimated exponent {exponent:.2} and {:.1} km/h at {:.0} m (line), and with exponent \
+         0.5 (dotted).",
         KMH * speed_mps,
         of.reference_radius_m
     );
@@ -126,8 +126,7 @@ fn accelerations(of: &SimulatorRepetition) -> Picture {
     svg.push_str("</svg>\n");
     let caption = format!(
         "Accelerations at changes of the limit, a colour a driver; the median (line) and that of \
-         the paper (dashed). What lies in the grey \
-         band, {low} to {high} m/s², does not count."
+         the paper (dashed). What lies in the grey band, {low} to {high} m/s², does not count."
     );
     Picture { name: "accelerations", caption, svg }
 }
@@ -179,9 +178,8 @@ fn gains(of: &SimulatorRepetition) -> Picture {
     );
     svg.push_str("</svg>\n");
     let caption = "Identified gains, one fit for each driver and event: climbs (orange) and \
-                   descents (blue); a dark edge where the gain \
-                   ended at a bound, a black line where the driver's own gain lies. Axes are cut \
-                   off as in the paper."
+                   descents (blue); a dark edge where the gain ended at a bound, a black line \
+                   where the driver's own gain lies. Axes are cut off as in the paper."
         .to_owned();
     Picture { name: "gains", caption, svg }
 }

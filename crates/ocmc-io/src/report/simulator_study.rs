@@ -167,7 +167,7 @@ pub fn simulator_html(page: &SimulatorPage) -> String {
         "</tbody></table>\n<h2>Paper and program</h2>\n<p class=\"soft\">The median of the \
          repetitions, and where nine tenths of them lie.</p>\n\
          <div class=\"wide\" \
-         tabindex=\"0\"><table>\n<thead><tr><th></th><th></th><th>paper</th><th>program</th><th>90 %</th></tr></thead>\n<tbody>\n",
+         tabindex=\"0\"><table>\n<thead><tr><th>table</th><th>quantity</th><th>paper</th><th>program</th><th>90 %</th></tr></thead>\n<tbody>\n",
     );
     let mut table = "";
     for row in page.compared {
@@ -186,8 +186,8 @@ pub fn simulator_html(page: &SimulatorPage) -> String {
     }
     text.push_str(
         "</tbody></table></div>\n<h2>Analysis of variance, first repetition</h2>\n<div \
-         class=\"wide\" tabindex=\"0\"><table>\n<thead><tr><th>source</th>\
-         <th>Df</th><th>Sum Sq</th><th>Mean Sq</th><th>F</th><th>p</th></tr></thead>\n<tbody>\n",
+         class=\"wide\" tabindex=\"0\"><table>\n<thead><tr><th>source</th><th>Df</th><th>Sum \
+         Sq</th><th>Mean Sq</th><th>F</th><th>p</th></tr></thead>\n<tbody>\n",
     );
     for row in page.anova {
         let number =

@@ -50,8 +50,7 @@ pub(super) fn key_numbers(run: &Reported) -> String {
 
 /// What a table over cycles says.
 pub(super) const OVER_CYCLES: &str = "Mean: of the fleet, total over total, with its 95 % \
-                                      interval. \
-                                      The other columns count each cycle once.";
+                                      interval. The other columns count each cycle once.";
 
 /// Every quantity, with intervals, under a caption.
 pub(super) fn statistics(statistics: &[Statistic], caption: &str, note: Option<&str>) -> String {
@@ -153,15 +152,12 @@ pub(super) fn failures(run: &Reported, repeat: &Repeat) -> String {
     let was = if failed == 1 { "was" } else { "were" };
     let mut text = format!(
         "<h2>Cycles that failed</h2>\n<p>{} of {} cycles {was} not completed. Those that stalled \
-         or timed out are in \
-         the records, but in no mean and no quantile. A trip whose battery ran empty counts with \
-         the kilometres that \
-         it drove: as heavy consumers drive fewer, the figure for the trips asked for is that of \
-         the whole trips, \
-         driven to their end with a battery that never empties.</p>\n<div class=\"wide commands\" \
-         tabindex=\"0\" style=\"--columns: 2\"><table>\n<thead><tr><th>why</th><th>cycles</th><td \
-         class=\"words\">the \
-         first ones, step by step</td></tr></thead>\n<tbody>\n",
+         or timed out are in the records, but in no mean and no quantile. A trip whose battery \
+         ran empty counts with the kilometres that it drove: as heavy consumers drive fewer, the \
+         figure for the trips asked for is that of the whole trips, driven to their end with a \
+         battery that never empties.</p>\n<div class=\"wide commands\" tabindex=\"0\" \
+         style=\"--columns: 2\"><table>\n<thead><tr><th>why</th><th>cycles</th><td \
+         class=\"words\">the first ones, step by step</td></tr></thead>\n<tbody>\n",
         grouped(failed),
         grouped(summary.cycles)
     );
@@ -185,8 +181,8 @@ pub(super) fn failures(run: &Reported, repeat: &Repeat) -> String {
         let _ = writeln!(
             text,
             "<p>Had each that stalled or timed out been as long as the mean completed cycle and \
-             consumed like the worst one, or like its \
-             own record where that is more, the fleet's mean would be {mean} {unit}.</p>"
+             consumed like the worst one, or like its own record where that is more, the fleet's \
+             mean would be {mean} {unit}.</p>"
         );
     }
     text
@@ -301,10 +297,9 @@ pub(super) fn provenance(run: &Reported) -> String {
     ];
     format!(
         "<h2>Provenance</h2>\n<div class=\"wide\" \
-         tabindex=\"0\"><table><tbody>\n{}</tbody></table></div>\n<p class=\"soft\">The \
-         intervals are those of sampling from the study. They do not hold the error of the \
-         models, nor that of numbers \
-         that were judged.</p>\n",
+         tabindex=\"0\"><table><tbody>\n{}</tbody></table></div>\n<p class=\"soft\">The intervals \
+         are those of sampling from the study. They do not hold the error of the models, nor that \
+         of numbers that were judged.</p>\n",
         rows.map(|(name, value)| row(name, &value)).concat()
     )
 }

@@ -27,8 +27,8 @@ pub(super) fn trucks(summary: &Summary) -> String {
         let _ = writeln!(
             text,
             "<p>Trucks are {:.0} % of the variance of trips, and {:.0} % of that of a truck's \
-             mean. The standard \
-             deviation is {} {unit} between trucks and {} between trips of a truck.</p>",
+             mean. The standard deviation is {} {unit} between trucks and {} between trips of a \
+             truck.</p>",
             100.0 * components.share_of_trips,
             100.0 * components.share_of_means,
             rounded(factor * components.between_sd),
@@ -83,10 +83,9 @@ fn shares(trucks: &TruckSummary, own: &Statistic) -> String {
     text.push_str("</svg>\n");
     format!(
         "<figure>{text}<figcaption>Share of the variance that is between trucks and their \
-         drivers, of a trip, of the \
-         mean of a truck's month and of its year; the rest is the chance of its trips. <code>ocmc \
-         sensitivity --over \
-         truck --shapley</code> shares it out over the factors.</figcaption></figure>\n"
+         drivers, of a trip, of the mean of a truck's month and of its year; the rest is the \
+         chance of its trips. <code>ocmc sensitivity --over truck --shapley</code> shares it out \
+         over the factors.</figcaption></figure>\n"
     )
 }
 
@@ -140,8 +139,7 @@ fn caterpillar(trucks: &TruckSummary, unit: &str, factor: f64) -> String {
     };
     format!(
         "<figure>{text}<figcaption>{unit} of each truck's year with the 95 % interval over other \
-         trips of the same \
-         truck.{of}</figcaption></figure>\n"
+         trips of the same truck.{of}</figcaption></figure>\n"
     )
 }
 
@@ -156,10 +154,9 @@ fn year(trucks: &TruckSummary) -> String {
         ("CO2 of the fuel, t", totals.co2_kg, 1e-3),
     ];
     let mut text = "<p class=\"soft\">The fleet's year, and where that of another fleet of as \
-                    many trucks lies in 95 \
-                    of 100 cases.</p>\n<div class=\"wide\" \
-                    tabindex=\"0\"><table>\n<thead><tr><th></th><th>total</th>\
-                    <th>another fleet</th></tr></thead>\n<tbody>\n"
+                    many trucks lies in 95 of 100 cases.</p>\n<div class=\"wide\" \
+                    tabindex=\"0\"><table>\n<thead><tr><th>quantity</th><th>total</th><th>another \
+                    fleet</th></tr></thead>\n<tbody>\n"
         .to_owned();
     for (name, total, factor) in rows {
         let Some(Total { total, prediction95 }) = total else { continue };

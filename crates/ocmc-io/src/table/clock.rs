@@ -51,8 +51,7 @@ impl ClockColumn {
                 (Some(0.0), None) => {
                     return Err(refuse(
                         "a time of the place: this one is UTC; say by how many hours the place's \
-                         standard time is ahead of it \
-                         (--utc-offset, utc_offset_h in Python)",
+                         standard time is ahead of it (--utc-offset, utc_offset_h in Python)",
                     ));
                 }
                 _ => stamp_s,

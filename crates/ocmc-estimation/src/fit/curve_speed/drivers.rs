@@ -118,8 +118,7 @@ pub(super) fn by_driver(
     {
         warnings.push(format!(
             "the reference radius of {reference_radius_m} m lies outside the radii of the curves: \
-             the reference speed is \
-             extrapolated"
+             the reference speed is extrapolated"
         ));
     }
     fits

@@ -298,8 +298,7 @@ fn notes(trips: &Trips, told: &[VarianceComponent], has_drivers: bool) -> Vec<St
     let who = match trips.design {
         FleetDesign::TrucksOnly if !has_drivers => {
             "the records name no drivers: what differs between the drivers of a truck is part of \
-             its \
-             trips, and a driver who always has the same truck is part of the truck"
+             its trips, and a driver who always has the same truck is part of the truck"
         }
         FleetDesign::TrucksOnly if trips.counted[1] == 1 => {
             "all trips have one driver: how drivers differ is not known"
@@ -309,8 +308,7 @@ fn notes(trips: &Trips, told: &[VarianceComponent], has_drivers: bool) -> Vec<St
         }
         FleetDesign::TruckAndDriver => {
             "each truck has one driver and each driver one truck: their parts cannot be told \
-             apart, \
-             and are one level, truck and driver together"
+             apart, and are one level, truck and driver together"
         }
         _ => "",
     };

@@ -60,8 +60,7 @@ pub(super) fn fit_curves(
     if outside > 0 {
         estimates.warn(format_args!(
             "{outside} of {} curves are outside the window of {} to {} m, or tighter than the \
-             smallest radius of the base study: \
-             they are left out",
+             smallest radius of the base study: they are left out",
             roads.curves.len(),
             window.radius_m[0],
             window.radius_m[1]

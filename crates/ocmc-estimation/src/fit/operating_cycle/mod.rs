@@ -254,9 +254,8 @@ fn undetermined(coverage: &Coverage) -> Vec<String> {
         (
             coverage.events,
             "no objects of a map are known (column map_object), and a standstill alone does not \
-             tell a sign from a queue: \
-             events and turns at junctions stay those of the base study, and such turns count as \
-             curves",
+             tell a sign from a queue: events and turns at junctions stay those of the base \
+             study, and such turns count as curves",
         ),
         (coverage.slopes, "no slope or altitude is known: slopes stay those of the base study"),
         (
