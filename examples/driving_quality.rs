@@ -1,6 +1,6 @@
-//! Prints how a fleet is driven, from its traces: arrivals at stop lines, entries of bends, launches,
-//! shifts that hunt, pedals that reverse (docs/src/results.md).
-//! `cargo run --release --example driving_quality [STUDY [CYCLES [SEED [KEY=VALUE]...]]]`
+//! Prints how a fleet is driven, from its traces: arrivals at stop lines, entries of bends,
+//! launches, shifts that hunt, pedals that reverse (docs/src/results.md). `cargo run --release
+//! --example driving_quality [STUDY [CYCLES [SEED [KEY=VALUE]...]]]`
 #![allow(clippy::print_stdout, reason = "its output is the guide's text")]
 
 use ocmc_core::kernel::trace::{Trace, trace};

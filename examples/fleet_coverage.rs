@@ -1,10 +1,10 @@
-//! How often the intervals of fleets of trucks hold the truth: many fleets of real, short trips, their
-//! intervals by trucks beside those that take all trips for independent.
+//! How often the intervals of fleets of trucks hold the truth: many fleets of real, short trips,
+//! their intervals by trucks beside those that take all trips for independent.
 //!
-//! `fleet_coverage [FLEETS [TRUCKS [TRIPS [LENGTH_M [POOL [DAYS]]]]]]`. With POOL above 0 all trucks
-//! share a pool of so many drivers, with DAYS above 0 weather and traffic of days of so many trips; the
-//! intervals of trucks alone are then told, too. The truth is what all fleets have together,
-//! whose own error is 1/√FLEETS of an interval's.
+//! `fleet_coverage [FLEETS [TRUCKS [TRIPS [LENGTH_M [POOL [DAYS]]]]]]`. With POOL above 0 all
+//! trucks share a pool of so many drivers, with DAYS above 0 weather and traffic of days of so many
+//! trips; the intervals of trucks alone are then told, too. The truth is what all fleets have
+//! together, whose own error is 1/√FLEETS of an interval's.
 #![allow(clippy::print_stdout, reason = "the table is what it is for")]
 
 use ocmc_core::fleet::dependence::Dependence;

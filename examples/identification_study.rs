@@ -1,5 +1,5 @@
-//! Repeats the virtual Table I study (`simulator-slopes`): traces of eight drivers on six slopes are
-//! taken as logs, get the noise of sensors and what else the arguments say, and are identified.
+//! Repeats the virtual Table I study (`simulator-slopes`): traces of eight drivers on six slopes
+//! are taken as logs, get the noise of sensors and what else the arguments say, and are identified.
 //! Prints bias, coverage, refusals and warnings: the tables of docs/src/theory/identification.md.
 //! `cargo run --release --example identification_study [KEY=VALUE]...`
 //!

@@ -32,7 +32,7 @@ def paragraphs(text: str) -> list[tuple[int, str]]:
     ends = True
     for number, line in enumerate(text.splitlines(), start=1):
         item = re.match(r"\s*(?:[-*]|\d+\.)\s", line)
-        if not line.strip() or line.startswith(("#", "|", "!")):
+        if not line.strip() or line.lstrip().startswith(("#", "|", "!")):
             ends = True
         elif ends or item:
             found.append((number, line.strip()))

@@ -14,9 +14,21 @@ for (const cell of document.querySelectorAll("main td")) {
     if (cell.textContent.length <= 14) cell.style.whiteSpace = "nowrap";
 }
 
+// What scrolls is reached by the keyboard, too.
+function reachable() {
+    for (const part of document.querySelectorAll("main pre > code, main .table-wrapper, main figure, .math.display")) {
+        if (part.scrollWidth > part.clientWidth) part.tabIndex = 0;
+        else part.removeAttribute("tabindex");
+    }
+}
+window.addEventListener("resize", reachable);
+
 // A block or a table that is a little too wide for a desk is set a little smaller, instead of being cut.
 document.fonts.ready.then(() => {
-    if (window.innerWidth < 1000) return;
+    if (window.innerWidth < 1000) {
+        reachable();
+        return;
+    }
     for (const wide of document.querySelectorAll("main pre > code, main .table-wrapper")) {
         const share = (0.97 * wide.clientWidth) / wide.scrollWidth;
         const text = wide.querySelector("table") ?? wide;
@@ -24,4 +36,5 @@ document.fonts.ready.then(() => {
             text.style.fontSize = `${Math.floor(share * parseFloat(getComputedStyle(text).fontSize) * 20) / 20}px`;
         }
     }
+    reachable();
 });

@@ -193,6 +193,25 @@ def test_the_shares_of_the_factors():
     np.testing.assert_allclose(np.array(whiskers)[:, :, 0], [[-1, 6], [12, 19], [57, 64]])
 
 
+def test_lines_of_the_axes_are_seen_on_a_dark_style(study):
+    curve = [{"distance_m": 1e3 * k, "share": 1.0 - k / 10, "ci95": [0.5, 1.0]} for k in range(11)]
+    with plt.style.context("dark_background"):
+        ax = ocmc.plot.arrivals({"source": "mine", "curve": curve, "arriving": []})
+        panels = ocmc.plot.trace(study.trace(3))
+        shares = ocmc.plot.sensitivity({"column": "duration_s", "factors": [factor("road", 0.5, 0.6)]})
+        fleet = ocmc.plot.trucks(study.set("mission.length_m", 3000.0).run(trucks=3, trips=2))
+        assert matplotlib.colors.to_rgb(panels[3].lines[0].get_color()) == (1.0, 1.0, 1.0)
+        assert matplotlib.colors.to_rgb(shares.lines[-1].get_color()) == (1.0, 1.0, 1.0)
+        assert matplotlib.colors.to_rgb(line(fleet, "mean of the fleet").get_color()) == (1.0, 1.0, 1.0)
+        drawn(ax)
+    assert all(float(tick).is_integer() for tick in fleet.get_xticks()), "trucks are counted"
+
+
+def test_a_path_where_a_table_is_drawn_is_refused_by_name():
+    with pytest.raises(TypeError, match=r"`.*simulator_curves.csv` is a path"):
+        ocmc.plot.curve_fit(CURVES, {"fit": None})
+
+
 def test_the_items_of_a_cost():
     def study(name, items):
         listed = [{"item": item, "per_km": value} for item, value in items.items()]

@@ -468,9 +468,9 @@ fn upshift_line_shifts_per_km_are_those_of_the_field() {
         records.iter().map(|r| f64::from(r.n_gear_shifts)).sum::<f64>()
             / records.iter().map(|r| r.distance_m / 1000.0).sum::<f64>()
     };
-    // judged in advance: about 1 on long haul and 4 on regional roads; it was 1.4 and 2.8, and is 2.3
-    // on regional roads since drivers take bends by the calibrated law, which slows them less often.
-    // A strategy that looks at the power of each slope step shifts 38 % more
+    // judged in advance: about 1 on long haul and 4 on regional roads; it was 1.4 and 2.8, and is
+    // 2.3 on regional roads since drivers take bends by the calibrated law, which slows them less
+    // often. A strategy that looks at the power of each slope step shifts 38 % more
     for (name, wanted) in [("long-haul", 1.3), ("regional", 2.3)] {
         let found = per_km(name);
         assert!((found / wanted - 1.0).abs() < 0.15, "{name}: {found}");

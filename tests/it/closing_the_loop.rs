@@ -137,8 +137,8 @@ fn the_population_that_drove_comes_back() {
 }
 
 /// Where bends are close, trucks still accelerate for their drivers' wish in many of them: half a
-/// bend a km costs 0.02 of the exponent. Curves that lie alone, with those in whose middle the truck
-/// still gains speed as "at least that fast", have the drivers' law.
+/// bend a km costs 0.02 of the exponent. Curves that lie alone, with those in whose middle the
+/// truck still gains speed as "at least that fast", have the drivers' law.
 #[test]
 fn curves_that_were_free_have_the_law_where_bends_are_close() {
     const SEEDS: u64 = 3;

@@ -28,8 +28,8 @@ fn number(value: &Value) -> f64 {
     value.as_f64().unwrap_or_else(|| panic!("no number: {value}"))
 }
 
-/// Six trucks with two drivers each and five trips of each pair; the levels of trucks are 0, 5, 4, …
-/// 1, those of drivers ±0.5, those of trips -1 to 1.
+/// Six trucks with two drivers each and five trips of each pair; the levels of trucks are 0, 5, 4,
+/// … 1, those of drivers ±0.5, those of trips -1 to 1.
 fn table() -> String {
     let mut text = String::from("truck_id,driver_id,consumption_l_per_100km,km\n");
     for truck in 0..6 {

@@ -342,8 +342,8 @@ fn the_report_shows_the_trucks() {
     assert!(!page.contains("<h2>Trucks"));
 }
 
-/// Loads of trucks and of their trips whose SDs are set, driven, and laid before the fit of records.
-/// Bounds lie 5 SDs away and more.
+/// Loads of trucks and of their trips whose SDs are set, driven, and laid before the fit of
+/// records. Bounds lie 5 SDs away and more.
 const LOADS: &str = "mission.payload_kg={distribution=\"normal\",mean=12000.0,sd=2000.0,truck_sd=1000.0,\
      lower=0.0,upper=24000.0}";
 
@@ -393,8 +393,8 @@ fn the_fit_of_driven_records_returns_the_sds_that_were_set() {
 
 #[test]
 fn shapley_shares_of_trucks_add_up_and_what_does_not_act_has_none() {
-    // loads differ by truck and by trip; how often a truck stops is the road's matter alone, but for
-    // the millimetres that a trip's end overshoots
+    // loads differ by truck and by trip; how often a truck stops is the road's matter alone, but
+    // for the millimetres that a trip's end overshoots
     let study = fleet(&["fleet.trips_per_truck=4", LOADS]);
     let stops = ocmc_core::fleet::quantity::quantity("stops_per_km");
     for (quantity, over) in [(None, Over::Truck), (stops, Over::Truck), (stops, Over::Trip)] {

@@ -126,8 +126,8 @@ fn noise_free_gains_come_back() {
     println!(
         "{free} events without a fully pressed pedal; K_D is determined in {determined} of them"
     );
-    // an upshift that waits for power comes where a step ends, and the log of a trip has other steps
-    // than its event: in one of the 30 that is seen
+    // an upshift that waits for power comes where a step ends, and the log of a trip has other
+    // steps than its event: in one of the 30 that is seen
     assert!(free >= 25 && failed.len() <= 1, "{failed:?} of {free}");
     assert!(determined as f64 >= 0.75 * free as f64);
     let population = Population::of(&fits).unwrap();

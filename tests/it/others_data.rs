@@ -1,4 +1,5 @@
-//! Data of others that tests compare with, and the note of a test that found nothing to compare with.
+//! Data of others that tests compare with, and the note of a test that found nothing to compare
+//! with.
 //!
 //! Shared by the test executables of the workspace. See
 //! `docs/decisions/2026-11-24-tests-that-compare-nothing.md`.
@@ -21,8 +22,8 @@ pub(crate) fn shared(name: &str) -> Option<PathBuf> {
     Some(path)
 }
 
-/// Notes that the calling test compared nothing, or not everything, and why. `scripts/check` reads the
-/// notes out at its end: the test itself counts as passed.
+/// Notes that the calling test compared nothing, or not everything, and why. `scripts/check` reads
+/// the notes out at its end: the test itself counts as passed.
 pub(crate) fn skipped(reason: &str) {
     eprintln!("skipped: {reason}");
     let test = std::thread::current().name().unwrap_or("a thread of a test").to_owned();

@@ -1,5 +1,5 @@
-//! Rests on driven trips: the limit is never passed, a rest is taken at the last stop before it, and
-//! without the table nothing is different.
+//! Rests on driven trips: the limit is never passed, a rest is taken at the last stop before it,
+//! and without the table nothing is different.
 
 use crate::common::{GivenRoad, balance, column, electric_balance, run, typical};
 use ocmc_core::kernel::cpu::CpuLevel;

@@ -82,8 +82,9 @@ const SIX_TOGETHER: f64 = 2.638;
 /// the rule harder to meet.
 #[test]
 fn pick_and_freeze_agrees_with_nested_loops_on_a_10_km_study() {
-    // the printed law and the traffic that belonged to it: the sizes of the loops were chosen for this
-    // study. With the default's, of which drivers make 0.02, brute force's own errors are too small
+    // the printed law and the traffic that belonged to it: the sizes of the loops were chosen for
+    // this study. With the default's, of which drivers make 0.02, brute force's own errors are too
+    // small
     let study = crate::common::study(
         "field-truck-printed",
         &[

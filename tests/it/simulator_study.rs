@@ -12,8 +12,8 @@ fn answer(arguments: &[&str]) -> Value {
     serde_json::from_slice(&output).unwrap()
 }
 
-/// Largest acceleration on a level road at a speed, in m/s²: full load in the best gear, less losses
-/// and resistances, over the moving mass. Still air of 15 °C, smooth asphalt.
+/// Largest acceleration on a level road at a speed, in m/s²: full load in the best gear, less
+/// losses and resistances, over the moving mass. Still air of 15 °C, smooth asphalt.
 fn full_acceleration_mps2(study: &Study, speed_mps: f64) -> f64 {
     let model = &study.model().vehicle;
     let truck = study.sample(1, 0).vehicle;

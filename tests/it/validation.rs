@@ -1,6 +1,6 @@
 //! `ocmc road` and `ocmc validate`: traces of the program itself are draws of the population that
-//! is laid under them; roads from logs are those that were driven; what is circular is said; hostile
-//! logs end in a message.
+//! is laid under them; roads from logs are those that were driven; what is circular is said;
+//! hostile logs end in a message.
 
 use crate::others_data::shared;
 use crate::program::ocmc;
@@ -162,8 +162,8 @@ fn the_road_of_a_log_is_the_one_that_was_driven() {
     assert_eq!(driven["outcomes"]["completed"], 20);
 }
 
-/// Limits that follow from the speed of the validated log are circular, also by way of a file; those
-/// of another log are not.
+/// Limits that follow from the speed of the validated log are circular, also by way of a file;
+/// those of another log are not.
 #[test]
 fn what_comes_from_the_validated_log_is_circular() {
     let folder = tempfile::tempdir().unwrap();

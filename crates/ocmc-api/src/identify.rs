@@ -107,7 +107,8 @@ impl Answer for IdentifyAnswer {
             let (agree, starts) = (fit.starts_converged, fit.starts);
             let _ = writeln!(
                 text,
-                "driver {driver}, event {event} ({duration_s:.0} s): pedals within {pedal_rms:.4} rms, {agree} of {starts} starts agree, condition {condition:.0}",
+                "driver {driver}, event {event} ({duration_s:.0} s): pedals within {pedal_rms:.4} \
+                 rms, {agree} of {starts} starts agree, condition {condition:.0}",
             );
             for parameter in &fit.parameters {
                 line(&mut text, parameter);
@@ -125,7 +126,8 @@ impl Answer for IdentifyAnswer {
         match &self.population {
             None => {
                 text.push_str(
-                    "\nno population: it takes three drivers with a PID whose K_P and K_I are identified\n",
+                    "\nno population: it takes three drivers with a PID whose K_P and K_I are \
+                     identified\n",
                 );
             }
             Some(population) => table(&mut text, population),

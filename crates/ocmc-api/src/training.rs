@@ -90,9 +90,9 @@ pub struct TrainingAnswer {
 /// ```
 ///
 /// # Errors
-/// [`Error::PartOfTruck`] where the cycles are no whole trucks, [`Error::Study`] where what training
-/// changes is no value of the study, [`Error::NobodyToTrain`] where fewer than two drivers completed
-/// a trip; [`Error::Interrupted`].
+/// [`Error::PartOfTruck`] where the cycles are no whole trucks, [`Error::Study`] where what
+/// training changes is no value of the study, [`Error::NobodyToTrain`] where fewer than two drivers
+/// completed a trip; [`Error::Interrupted`].
 pub fn training(request: &TrainingRequest, watch: &mut Watch) -> Result<TrainingAnswer, Error> {
     let TrainingRequest { study: (name, loaded), coached, share, plan } = request;
     whole_trucks(&loaded.study, plan)?;

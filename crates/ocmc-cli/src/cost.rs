@@ -12,7 +12,8 @@ use std::path::PathBuf;
 #[derive(Clone, Debug, Args)]
 #[command(
     mut_arg("cycles", |cycles| cycles.help("Number of cycles in each study")),
-    mut_arg("set", |set| set.help("Replaces one value of the study, and of the one it is compared with, as in cost.fuel_per_l=1.6; may be repeated"))
+    mut_arg("set", |set| set.help("Replaces one value of the study, and of the one it is compared \
+        with, as in cost.fuel_per_l=1.6; may be repeated"))
 )]
 pub(crate) struct CostArguments {
     #[command(flatten)]

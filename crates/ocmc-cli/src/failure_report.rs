@@ -48,8 +48,8 @@ fn help_of(error: &Error) -> Option<String> {
             "give another directory with --out, or remove this one"
         }
         Error::RunDirectory(RunDirectoryError::Changed(_)) => {
-            "`ocmc verify` says of every file whether it is whole; a copy of it can take its place, \
-             or the same command into another directory: it gives the same bytes"
+            "`ocmc verify` says of every file whether it is whole; a copy of it can take its \
+             place, or the same command into another directory: it gives the same bytes"
         }
         Error::RunDirectory(RunDirectoryError::NotOneRun { .. }) => {
             "parts have the same study, seed and program, and each begins where another one ends"
@@ -66,7 +66,8 @@ fn help_of(error: &Error) -> Option<String> {
             "more --cycles, or another --column; `ocmc` with this study says why cycles fail"
         }
         Error::Sensitivity(SensitivityError::TooFewCrossed { .. }) => {
-            "more cycles with --crossed, or another --column; `ocmc` with this study says why cycles fail"
+            "more cycles with --crossed, or another --column; `ocmc` with this study says why \
+             cycles fail"
         }
         Error::Sensitivity(SensitivityError::NotIndependent) => {
             "add --set simulation.sampling=independent, or leave --crossed out"

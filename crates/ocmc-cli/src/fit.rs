@@ -47,8 +47,8 @@ pub(crate) enum FitCommand {
     /// Traffic: densities by the hour and road type
     #[command(mut_arg("file", |file| file.value_name("TRAFFIC.csv").help(TRAFFIC)))]
     Traffic(HourlyFitArguments),
-    /// Records of a fleet: how much trucks, drivers and trips differ, a league table and how sure it
-    /// is, how many trips tell two apart, and the year to come
+    /// Records of a fleet: how much trucks, drivers and trips differ, a league table and how sure
+    /// it is, how many trips tell two apart, and the year to come
     Fleet(FleetArguments),
 }
 

@@ -1,5 +1,5 @@
-//! `ocmc road`, `ocmc validate`: the road of a drive as an operating cycle, and measured drives over
-//! simulated ones on the same road.
+//! `ocmc road`, `ocmc validate`: the road of a drive as an operating cycle, and measured drives
+//! over simulated ones on the same road.
 
 use crate::arguments::{StudyOptions, one_of, sources, whole_number};
 use crate::failure::Failure;
@@ -53,8 +53,8 @@ struct RoadOfLogArguments {
 pub(crate) struct RoadArguments {
     #[command(flatten)]
     road: RoadOfLogArguments,
-    /// File to write, `.csv` or `.json`; of several roads each gets a number: road-1.csv. An existing
-    /// one is replaced [default: CSV to standard output]
+    /// File to write, `.csv` or `.json`; of several roads each gets a number: road-1.csv. An
+    /// existing one is replaced [default: CSV to standard output]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// No account of what was found and left out
@@ -67,8 +67,8 @@ pub(crate) struct RoadArguments {
 pub(crate) struct ValidateArguments {
     #[command(flatten)]
     road_of_log: RoadOfLogArguments,
-    /// Road that all of the logs were driven on: `.csv` or `.json` of `ocmc road` or `ocmc cycle`, a
-    /// route, VECTO's `.vdri` [default: each drive on the road that its own log shows]
+    /// Road that all of the logs were driven on: `.csv` or `.json` of `ocmc road` or `ocmc cycle`,
+    /// a route, VECTO's `.vdri` [default: each drive on the road that its own log shows]
     #[arg(long, value_name = "FILE")]
     road: Option<PathBuf>,
     /// What is taken from the road's file instead of being drawn from the study; may be repeated or

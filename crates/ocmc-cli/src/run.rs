@@ -36,8 +36,8 @@ pub(crate) struct RunArguments {
     /// Number of cycles [default: 1000]
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole_number(1..=LAST_CYCLE_ID))]
     cycles: Option<u64>,
-    /// Number of trucks, in place of --cycles: each makes the study's `fleet.trips_per_truck` trips,
-    /// or --trips
+    /// Number of trucks, in place of --cycles: each makes the study's `fleet.trips_per_truck`
+    /// trips, or --trips
     #[arg(long, value_name = "N", conflicts_with = "cycles", allow_negative_numbers = true, value_parser = whole_number(1..=LAST_CYCLE_ID))]
     trucks: Option<u64>,
     /// Trips of each truck: sets `fleet.trips_per_truck` of the study
@@ -287,7 +287,8 @@ fn more(out: Option<&Path>, answer: &RunAnswer, given: &GivenDrive) -> String {
     let setting =
         if files { format!(" --set {}", quoted(&routes_setting(&routes))) } else { String::new() };
     format!(
-        "{kept} `ocmc trace --cycle-id ID{setting}`, with the same study and seed, shows one cycle step by step."
+        "{kept} `ocmc trace --cycle-id ID{setting}`, with the same study and seed, shows one \
+         cycle step by step."
     )
 }
 

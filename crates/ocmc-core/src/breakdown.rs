@@ -47,7 +47,7 @@ pub enum Amount {
     Wheel,
     /// Fuel, in kg.
     Fuel,
-    /// What the battery's store lost, in J.
+    /// Energy that left the battery's store, in J.
     Battery,
 }
 

@@ -1,9 +1,9 @@
 //! Crests of predictive cruise control: where a truck may come over a crest so slowly that the
 //! descent behind it gives the speed back, instead of the brakes taking it.
 //!
-//! Along the road, from where coasting in gear begins to accelerate the truck: v² grows by
-//! 2 a(v, slope) dx until it no longer does. What comes above the upper edge of the band is taken off
-//! at the crest, down to the lower edge at most. The rule reads the road and the truck's mass, drag
+//! Along the road, from where coasting in gear begins to accelerate the truck: v² grows by 2 a(v,
+//! slope) dx until it no longer does. What comes above the upper edge of the band is taken off at
+//! the crest, down to the lower edge at most. The rule reads the road and the truck's mass, drag
 //! and engine, in air of 1.2 kg/m³ at rest.
 
 use crate::operating_cycle::segments::Segment;
@@ -38,8 +38,8 @@ impl Coasting<'_> {
 }
 
 /// The square of the speed that the rule allows at the start of each segment, in m²/s²; unbounded
-/// where it says nothing. `limits`: the static limit of each segment, squared, and whether it is that
-/// of a sign.
+/// where it says nothing. `limits`: the static limit of each segment, squared, and whether it is
+/// that of a sign.
 pub(crate) fn crest_speeds(
     study: &Study,
     scenario: &Scenario,

@@ -71,20 +71,21 @@ pub struct Record {
     pub wheel_energy_j: f64,
     /// Service and engine brake together, in J; of a battery-electric vehicle the service brakes.
     pub brake_energy_j: f64,
-    /// What braking by the motor brought back to the battery's terminals, in J; null for a diesel
-    /// truck.
+    /// Energy that braking by the motor brought back to the battery's terminals, in J; null for a
+    /// diesel truck.
     pub regenerated_energy_j: Option<f64>,
     /// Work of the auxiliaries, in J, standstill included.
     pub auxiliary_energy_j: f64,
     /// Fuel, in kg, idling at stops included.
     pub fuel_kg: Option<f64>,
-    /// What the battery's store lost, in J, charging at stops not counted; null for a diesel truck.
+    /// Energy that left the battery's store, in J, charging at stops not counted; null for a diesel
+    /// truck.
     pub battery_energy_j: Option<f64>,
     /// Fuel over distance, in L/100 km.
     pub consumption_l_per_100km: Option<f64>,
     /// Fuel over distance and tonne of payload, in L/100 tkm; null for an empty truck.
     pub consumption_l_per_100tkm: Option<f64>,
-    /// What the battery's store lost over distance, in kWh/km; null for a diesel truck.
+    /// Energy that left the battery's store, over distance, in kWh/km; null for a diesel truck.
     pub consumption_kwh_per_km: Option<f64>,
     /// Positive work at the wheels over distance, in kWh/km.
     pub wheel_kwh_per_km: f64,
@@ -168,8 +169,8 @@ pub struct Record {
     pub battery_loss_j: Option<f64>,
     /// Losses of motor and inverter, in J; null for a diesel truck.
     pub motor_loss_j: Option<f64>,
-    /// What charging put into the store, in J, at stops, and in the depot where a study has one; null
-    /// for a diesel truck.
+    /// Energy that charging put into the store, in J, at stops, and in the depot where a study has
+    /// one; null for a diesel truck.
     pub charged_energy_j: Option<f64>,
     /// Heat in the battery while it was charged, in J, not part of the balance; null for a
     /// diesel truck.
@@ -182,9 +183,9 @@ pub struct Record {
     /// Work at the wheels that was missing then, in J: a source in the energy balance; null where
     /// somebody drives.
     pub missing_energy_j: Option<f64>,
-    /// Time that engine or motor spent beyond the points of its map, in s, where a motor's map is
-    /// held and an engine's goes on with its last slope, or in which more was drawn than the
-    /// battery has at any current; to a step where an edge is crossed.
+    /// Time beyond the points of the map of engine or motor, in s, where a motor's map is held and
+    /// an engine's goes on with its last slope. With it counts the time in which more was drawn
+    /// than the battery has at any current. To a step where an edge is crossed.
     pub outside_map_s: Option<f64>,
     /// Its truck; where each trip has a truck of its own, the id of the cycle. Null in records of
     /// versions that had no trucks, as the next two.
@@ -193,33 +194,35 @@ pub struct Record {
     pub driver_id: Option<u64>,
     /// Which trip of its truck it is, from 0.
     pub trip: Option<u64>,
-    /// Distance of the whole trip, in m: where the battery emptied on the way, of the same trip driven
-    /// again with a battery that never empties; null for a diesel truck, and where the trip was not
-    /// driven to its end then, either.
+    /// Distance of the whole trip, in m. Where the battery emptied on the way, it is of the same
+    /// trip driven again with a battery that never empties. Null for a diesel truck, and where the
+    /// trip was not driven to its end then, either.
     pub whole_trip_m: Option<f64>,
-    /// What the battery's store lost over the whole trip, over its distance, in kWh/km.
+    /// Energy that left the battery's store over the whole trip, over its distance, in kWh/km.
     pub whole_trip_kwh_per_km: Option<f64>,
-    /// What the law on rests added to the standstill, in s; null where a study has no such law.
+    /// Standstill that the law on rests added, in s; null where a study has no such law.
     pub rest_s: Option<f64>,
     /// Rests that this law asked for; null as `rest_s`.
     pub n_rests: Option<u32>,
-    /// What the legal gross mass took off the payload that was drawn, in kg; null in records of
+    /// Part of the drawn payload that the legal gross mass took off, in kg; null in records of
     /// versions that knew none.
     pub payload_cut_kg: Option<f64>,
-    /// What depots, `charging.depot`, put into the store after the trip, in J, a part of
+    /// Energy that depots, `charging.depot`, put into the store after the trip, in J, a part of
     /// `charged_energy_j`; null where a study has none.
     pub charged_energy_depot_j: Option<f64>,
-    /// What public chargers put into it on the way, in J; null where a study has no `[charging]`, and
-    /// for a diesel truck.
+    /// Energy that public chargers put into it on the way, in J; null where a study has no
+    /// `[charging]`, and for a diesel truck.
     pub charged_energy_public_j: Option<f64>,
-    /// What chargers at stops of the mission put into it, in J; null as `charged_energy_public_j`.
+    /// Energy that chargers at stops of the mission put into it, in J; null as
+    /// `charged_energy_public_j`.
     pub charged_energy_stop_j: Option<f64>,
-    /// What a depot's meter counts for it, in J, the losses of charger and battery included; null as
-    /// `charged_energy_depot_j`.
+    /// Energy that a depot's meter counts for it, in J, the losses of charger and battery included;
+    /// null as `charged_energy_depot_j`.
     pub grid_energy_depot_j: Option<f64>,
-    /// What the meters of public chargers count, in J, likewise; null as `charged_energy_public_j`.
+    /// Energy that the meters of public chargers count, in J, likewise; null as
+    /// `charged_energy_public_j`.
     pub grid_energy_public_j: Option<f64>,
-    /// What the meters of chargers at stops of the mission count, in J, likewise; null as
+    /// Energy that the meters of chargers at stops of the mission count, in J, likewise; null as
     /// `charged_energy_public_j`.
     pub grid_energy_stop_j: Option<f64>,
     /// Stops on the way at which the battery was charged; null as `charged_energy_public_j`.

@@ -197,8 +197,9 @@ impl<'a> StaticLimits<'a> {
 /// next only where that is lower than the limit here: it then tells from how far the next ramp can
 /// be seen.
 ///
-/// `crests`: what predictive cruise control allows at the start of each segment, squared; none where
-/// it is off. `coasts`: whether a truck coasts before all lower speeds, not only before crests.
+/// `crests`: what predictive cruise control allows at the start of each segment, squared; none
+/// where it is off. `coasts`: whether a truck coasts before all lower speeds, not only before
+/// crests.
 fn backward_sweep(
     profile: &mut SpeedProfile,
     mut limits: StaticLimits,

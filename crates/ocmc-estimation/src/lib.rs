@@ -2,10 +2,9 @@
 //!
 //! [`fit`] turns measured curves, speed changes, traffic counts, weather and roads into laws with
 //! their intervals; [`log`] finds curves and roads in the time series of a drive;
-//! [`identification`] finds the gains of a driver; [`calibration`] finds the law behind a table that
-//! traffic, signs and stops had a part in; [`validation`] lays measured drives over simulated ones.
-//! Nothing here reads files or prints; the engine
-//! that simulates is `ocmc-core`.
+//! [`identification`] finds the gains of a driver; [`calibration`] finds the law behind a table
+//! that traffic, signs and stops had a part in; [`validation`] lays measured drives over simulated
+//! ones. Nothing here reads files or prints; the engine that simulates is `ocmc-core`.
 
 #![cfg_attr(
     test,

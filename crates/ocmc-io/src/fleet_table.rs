@@ -1,4 +1,5 @@
-//! Records of a fleet, one row a trip: which truck, which driver, and the quantity that is compared.
+//! Records of a fleet, one row a trip: which truck, which driver, and the quantity that is
+//! compared.
 
 use crate::table::formats::FLEET;
 use crate::table::{Mapping, Quantity, Source, Table, TableError};

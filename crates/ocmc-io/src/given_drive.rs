@@ -63,12 +63,14 @@ pub enum GivenDriveError {
     Several,
     /// A route, which has a driver anyway.
     #[error(
-        "`driver` takes a drive cycle over time; a route is driven by a driver when no speed is followed"
+        "`driver` takes a drive cycle over time; a route is driven by a driver when no speed is \
+         followed"
     )]
     Route,
     /// A drive cycle, from which nothing can be kept.
     #[error(
-        "`{}` is a drive cycle over time, which has no weather, traffic or mission to keep: leave `keep` out",
+        "`{}` is a drive cycle over time, which has no weather, traffic or mission to keep: leave \
+         `keep` out",
         .0.display()
     )]
     Keep(PathBuf),
@@ -211,15 +213,16 @@ impl GivenDrive {
         };
         let message = |file: &PathBuf| {
             format!(
-                "`{}` holds no departure, which is drawn from the study: of what `ocmc cycle` writes only the .json has it",
+                "`{}` holds no departure, which is drawn from the study: of what `ocmc cycle` \
+                 writes only the .json has it",
                 file.display()
             )
         };
         self.files.iter().filter(without).map(message).collect()
     }
 
-    /// What was read of the routes, and what of it is hardly a road. What cannot be read is said when
-    /// the study is made.
+    /// What was read of the routes, and what of it is hardly a road. What cannot be read is said
+    /// when the study is made.
     pub fn accounts(&self) -> Vec<Account> {
         let files = if self.has_routes() { self.files.as_slice() } else { &[] };
         let read = |file: &PathBuf| {

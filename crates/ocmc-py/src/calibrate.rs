@@ -15,7 +15,7 @@ use std::collections::BTreeMap;
 /// Parameters
 /// ----------
 /// curves : Study, table, str or os.PathLike
-///     What was measured: one row a curve as for `fit_curve_speed`, or a study whose law was
+///     The measured curves: one row a curve as for `fit_curve_speed`, or a study whose law was
 ///     measured, such as ``Study("field-truck-printed")``.
 /// study : Study
 ///     The study that is driven and is to give the table back.

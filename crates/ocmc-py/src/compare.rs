@@ -27,8 +27,9 @@ use std::path::PathBuf;
 ///     The quantity that is compared, such as ``"mean_speed_mps"``; by default the first
 ///     consumption that both have: fuel, electricity, or the work at the wheels.
 /// out : str or os.PathLike, optional
-///     Directory for the runs of the studies (``a`` and ``b``), the values pair by pair, the studies,
-///     ``comparison.json`` and a page; it has to be empty, and is made where it is not there.
+///     Directory for the runs of the studies (``a`` and ``b``), the values pair by pair, the
+///     studies, ``comparison.json`` and a page. It has to be empty, and is made where it is not
+///     there.
 /// format : {"parquet", "csv"}, optional
 ///     Format of the records in `out`; Parquet by default.
 /// threads : int, optional

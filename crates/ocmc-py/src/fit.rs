@@ -30,7 +30,7 @@ use std::collections::BTreeMap;
 /// columns : dict of str to str, optional
 ///     Which column is what, such as ``{"speed_kmh": "v"}``.
 /// base : Study, optional
-///     The study that keeps what curves do not tell; ``field-truck`` by default.
+///     The study that keeps all that curves do not show; ``field-truck`` by default.
 /// tobit : bool
 ///     Take the population from the censored regression at the speed limits.
 /// reference_radius_m : float
@@ -40,8 +40,8 @@ use std::collections::BTreeMap;
 /// minimum_route_m : float
 ///     Routes have to be longer than this, in m, where their lengths are known.
 /// isolated_m : float, optional
-///     Take only curves that were driven freely: without another curve, a standstill or the end of
-///     the log within this way, in m, and without a slower speed near them.
+///     Take only curves that were driven freely. That is without another curve, a standstill or the
+///     end of the log within this way, in m, and without a slower speed near them.
 /// fixed_exponent : float
 ///     Exponent of the second model, and the one that is tested.
 /// significance : float
@@ -136,7 +136,7 @@ pub(crate) fn fit_curve_speed<'py>(
 /// columns : dict of str to str, optional
 ///     Which column of a log is what, such as ``{"speed_mph": "gps_speed"}``.
 /// base : Study, optional
-///     The study that keeps what was not measured; ``field-truck`` by default.
+///     The study that keeps all that was not measured; ``field-truck`` by default.
 /// untruncated : bool
 ///     Take the study from the laws with the thresholds in their likelihood.
 /// window_s : float
@@ -222,7 +222,7 @@ pub(crate) fn fit_speed_change<'py>(
 ///     Which column of a log is what, such as ``{"speed_mph": "gps_speed"}``; then all files are
 ///     logs.
 /// base : Study, optional
-///     The study with these road types that keeps what roads do not tell; ``field-truck`` by
+///     The study with these road types that keeps all that roads do not show; ``field-truck`` by
 ///     default.
 /// radius_range_m : tuple of float, optional
 ///     Smallest and largest radius of the curves that are known, in m; the others are there and
@@ -327,7 +327,7 @@ fn road<'a>(cycle: &'a Bound<PyAny>, k: usize) -> PyResult<RoadSource<'a>> {
     Ok(RoadSource::Measured(input(cycle, &format!("cycles[{k}]"))?))
 }
 
-/// Fit the records of a fleet: how much trucks, drivers and trips differ, and what follows from it.
+/// Fit the records of a fleet: how much trucks, drivers and trips differ, and conclusions.
 ///
 /// Parameters
 /// ----------
@@ -451,7 +451,7 @@ pub(crate) fn fit_fleet<'py>(
 /// columns : dict of str to str, optional
 ///     Which column is what, such as ``{"time": "stamp"}``.
 /// base : Study, optional
-///     The study that keeps what was not measured; ``field-truck`` by default.
+///     The study that keeps all that was not measured; ``field-truck`` by default.
 /// utc_offset_h : float, optional
 ///     Hours by which the place's standard time is ahead of UTC. Times in UTC need it; times with
 ///     another offset are taken at that of the first row without it.
@@ -519,7 +519,7 @@ pub(crate) fn fit_traffic<'py>(
 /// columns : dict of str to str, optional
 ///     Which column is what, such as ``{"time": "stamp"}``.
 /// base : Study, optional
-///     The study that keeps what was not recorded; ``field-truck`` by default.
+///     The study that keeps all that was not recorded; ``field-truck`` by default.
 /// utc_offset_h : float, optional
 ///     Hours by which the place's standard time is ahead of UTC. Times in UTC need it; times with
 ///     another offset are taken at that of the first row without it.

@@ -33,8 +33,8 @@ const MOST_STARTS: u64 = 4096;
 ///     How curves are distinguished from straights: hidden Markov states, the same fitted to each
 ///     drive first, or thresholds.
 /// radius : {"turn", "mean", "positions"}
-///     What the radius of a curve is: length over heading change, the mean of 1 / curvature, or the
-///     circle through the positions.
+///     How the radius of a curve is found: length over heading change, the mean of 1 / curvature,
+///     or the circle through the positions.
 /// central_share : float, optional
 ///     Share of a curve's length, in its middle, in which speed and radius are measured; a third by
 ///     default.
@@ -54,9 +54,9 @@ const MOST_STARTS: u64 = 4096;
 /// -------
 /// Table
 ///     One row a curve: ``driver``, ``drive``, ``direction``, ``radius_m``, ``speed_mps``,
-///     ``start_m`` and others, as ``ocmc curves`` writes them; among them ``gap_before_m``,
+///     ``start_m`` and others, as ``ocmc curves`` writes them. Among them are ``gap_before_m``,
 ///     ``gap_after_m``, ``slowest_near_mps`` and ``stop_near_m``, by which `fit_curve_speed` with
-///     ``isolated_m`` tells the curves that were driven freely.
+///     ``isolated_m`` finds the curves that were driven freely.
 ///
 /// Raises
 /// ------
@@ -74,7 +74,7 @@ const MOST_STARTS: u64 = 4096;
 /// Notes
 /// -----
 /// A table of one drive that speaks Arrow is not copied where its columns are 64-bit floats in SI
-/// units, in one piece and without nulls; other columns are copied once.
+/// units, in one piece and without nulls. Other columns are copied once.
 ///
 /// Examples
 /// --------
@@ -169,8 +169,8 @@ pub(crate) fn steering(ratio: Option<f64>, wheelbase_m: Option<f64>) -> PyResult
 ///     simulated one: both bias the gains, and there are no intervals with them. Without this term
 ///     they are unbiased.
 /// unknown : sequence of {"delay", "mass"}
-///     What else is not known and is estimated with the gains: how late the driver sees the speed,
-///     the mass of the truck.
+///     Other unknowns, which are estimated with the gains: how late the driver sees the speed, the
+///     mass of the truck.
 /// starts : int
 ///     Starts of the search for each event, at least 1.
 /// kp : tuple of float

@@ -142,13 +142,13 @@ impl PyStudy {
     ///     Threads to use, one for each CPU by default. The records do not depend on it.
     /// precision : str, optional
     ///     The run ends when half of the 95 % interval of the mean consumption is that small,
-    ///     relative to the mean, as in ``"0.2%"``; of a quantile as in ``"p95:1%"``. `cycles` is then
-    ///     the largest number, 1 000 000 by default.
+    ///     relative to the mean, as in ``"0.2%"``. Of a quantile it is as in ``"p95:1%"``. `cycles`
+    ///     is then the largest number, 1 000 000 by default.
     /// out : str or os.PathLike, optional
     ///     Directory that the run is written to while it is driven, as ``ocmc --out`` does.
     /// resume : bool
-    ///     Finishes the run in `out`, or begins it where there is none. What is said of it has to be
-    ///     what it is.
+    ///     Finishes the run in `out`, or begins it where there is none. Arguments that are given
+    ///     have to be those of that run.
     /// format : {"parquet", "csv"}, optional
     ///     Format of the records in `out`; Parquet by default.
     /// progress : bool or callable, optional
@@ -269,10 +269,10 @@ impl PyStudy {
     /// columns : dict of str to str, optional
     ///     Which column of a table is what, such as ``{"speed_limit_kmh": "vmax"}``.
     /// keep : sequence of {"weather", "traffic", "mission"}, optional
-    ///     What is taken from the file of a route instead of being drawn from the study.
+    ///     Parts that are taken from the file of a route instead of being drawn from the study.
     /// follow_speed : {"driver", "exact"}, optional
     ///     A driver of the study drives the speeds as limits along the road and stops where it
-    ///     stands; or there is no driver, and the speed is kept exactly. Of a route, ``"exact"``
+    ///     stands. Or there is no driver, and the speed is kept exactly. Of a route, ``"exact"``
     ///     keeps the speed that the driver plans.
     /// seed : int
     ///     Master seed.
@@ -350,7 +350,7 @@ impl PyStudy {
     /// factors : sequence of str, optional
     ///     Only these factors, such as ``["road", "driver"]``; all by default.
     /// over : {"trip", "truck"}
-    ///     What the variance is over: trips, or trucks, each by its total over its total.
+    ///     Over which the variance is taken: trips, or trucks, each by its total over its total.
     /// crossed : int, optional
     ///     A second opinion: also drives so many cycles, at least 2, with each of 30 drivers, and
     ///     splits the variance two ways (``two_way``).
@@ -367,10 +367,10 @@ impl PyStudy {
     /// Returns
     /// -------
     /// Answer
-    ///     The content of ``ocmc sensitivity --json``: ``factors`` with ``first`` (the share that a
-    ///     factor explains alone) and ``total`` (the share that would be gone if it were fixed),
-    ///     each with its 95 % interval, and others; with ``shapley`` also ``shapley`` with its
-    ///     ``factors`` and their ``share``.
+    ///     The content of ``ocmc sensitivity --json``: ``factors`` with ``first`` (the first-order
+    ///     effect of a factor) and ``total`` (its total effect: the share that would be gone if it
+    ///     were fixed), each with its 95 % interval, and others. With ``shapley`` there is also
+    ///     ``shapley`` with its ``factors`` and their ``share``.
     ///
     /// Raises
     /// ------
@@ -476,8 +476,8 @@ impl PyStudy {
         answer(py, &watched(py, progress, |watch| ocmc_api::bound(&request, watch))?)
     }
 
-    /// What the study costs: per trip, km, tkm, truck-year and whole life, item by item; or which of
-    /// two studies costs less on the same cycles, from where on, and what decides.
+    /// Costs of the study: per trip, km, tkm, truck-year and whole life, item by item. Or which of
+    /// two studies costs less on the same cycles, from where on, and which numbers decide.
     ///
     /// Parameters
     /// ----------
@@ -541,7 +541,7 @@ impl PyStudy {
         answer(py, &watched(py, progress, |watch| ocmc_api::cost(&request, watch))?)
     }
 
-    /// What it is worth a year to train the drivers who stand worst in a fleet's records, and how
+    /// The worth of a year's training for the drivers who stand worst in a fleet's records, and how
     /// sure it is who they are.
     ///
     /// Each trip is driven twice: by its own driver, and by another one or by the trained one, on
@@ -556,8 +556,8 @@ impl PyStudy {
     /// share : float
     ///     Share of the drivers who are trained, above 0 and below 1: those who stand worst.
     /// coached : dict, optional
-    ///     What training changes in the study, as ``{"driver.key": value}``; by default trained
-    ///     drivers drive as the middle fifth of drivers.
+    ///     Keys that training changes in the study, as ``{"driver.key": value}``; by default
+    ///     trained drivers drive as the middle fifth of drivers.
     /// seed : int
     ///     Master seed.
     /// threads : int, optional
@@ -568,9 +568,10 @@ impl PyStudy {
     /// Returns
     /// -------
     /// Answer
-    ///     The content of ``ocmc training --json``: ``shown``, what the records show; ``expected``,
-    ///     what of it would come back; ``gain``, what the training gives, with ``amount_per_a`` and
-    ///     ``money_per_a`` for each chosen driver; ``truly_worst``; ``by_trips``.
+    ///     The content of ``ocmc training --json``: ``shown``, the excess in the records.
+    ///     ``expected``, the part of it that would come back. ``gain``, the gain of the training,
+    ///     with ``amount_per_a`` and ``money_per_a`` for each chosen driver; ``truly_worst``;
+    ///     ``by_trips``.
     ///
     /// Raises
     /// ------
@@ -645,8 +646,8 @@ impl PyStudy {
     /// -------
     /// Answer
     ///     The content of ``ocmc range --json``: ``arriving``, for shares of the trucks the longest
-    ///     trip with which they arrive; ``curve``, the share that arrives over the length; the same
-    ///     ``arriving`` in ``by_season`` and ``by_payload``. Lengths are in m; intervals are of 95 %.
+    ///     trip that they complete; ``curve``, the share that arrives over the length; the same
+    ///     ``arriving`` in ``by_season`` and ``by_payload``. Lengths are in m, intervals of 95 %.
     ///
     /// Raises
     /// ------
@@ -706,9 +707,9 @@ impl PyStudy {
     /// Returns
     /// -------
     /// Answer
-    ///     The content of ``ocmc size --json``: ``sizes``, for each share ``capacity_j`` and its 95 %
-    ///     interval ``ci95_j``, in J, None where no battery is enough or the trips are too few to
-    ///     tell; ``tried``, the sizes that were tried with the ``share`` that arrives.
+    ///     The content of ``ocmc size --json``: ``sizes``, for each share ``capacity_j`` and its
+    ///     95 % interval ``ci95_j``, in J, None where no battery is enough or the trips are too few.
+    ///     ``tried`` are the sizes that were tried with the ``share`` that arrives.
     ///
     /// Raises
     /// ------

@@ -52,8 +52,8 @@ fn trips_of(
 /// columns : dict of str to str, optional
 ///     Which column is what, such as ``{"speed_mph": "gps_speed"}``.
 /// limit_mps : float, optional
-///     Speed limit of logs that have no column of limits, in m/s; by default what their speed
-///     shows.
+///     Speed limit of logs that have no column of limits, in m/s; by default found from their
+///     speed.
 /// road_type : str, optional
 ///     Road type of logs without a column ``road_type``; by default it follows from the limit.
 /// stops : bool
@@ -143,7 +143,7 @@ pub(crate) fn road<'py>(
 /// columns : dict of str to str, optional
 ///     Which column is what, such as ``{"speed_mph": "gps_speed"}``.
 /// keep : list of {"weather", "traffic", "mission"}, optional
-///     What is taken from the road instead of being drawn from the study.
+///     Parts that are taken from the road instead of being drawn from the study.
 /// limit_mps : float, optional
 ///     As for `road`.
 /// road_type : str, optional
@@ -170,8 +170,8 @@ pub(crate) fn road<'py>(
 /// -------
 /// Answer
 ///     The content of ``ocmc validate --json``: ``pooled`` and ``drives`` with their scores,
-///     ``roads`` with bands over the way, ``circular``, what of the road comes from the validated
-///     logs themselves.
+///     ``roads`` with bands over the way, ``circular``, the parts of the road that come from the
+///     validated logs themselves.
 ///
 /// Raises
 /// ------

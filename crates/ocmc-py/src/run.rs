@@ -25,10 +25,10 @@ use std::path::PathBuf;
 /// The records of a run, one a cycle, in the order of the cycle ids.
 ///
 /// ``run["column"]`` is one quantity of all cycles as a new numpy array: numbers as floats, NaN
-/// where a cycle does not have the quantity; ids and counts as unsigned integers, or as floats with
-/// NaN where a cycle lacks the count;
-/// ``run["outcome"]`` as words. ``run.records`` is the whole table, for all that speak Arrow. SI
-/// units, with the unit as the name's suffix; consumption in kWh/km, L/100 km, L/100 tkm and g/km.
+/// where a cycle does not have the quantity. Ids and counts are unsigned integers, or floats with
+/// NaN where a cycle lacks the count; ``run["outcome"]`` as words. ``run.records`` is the whole
+/// table, for all that speak Arrow. SI units, with the unit as the name's suffix; consumption in
+/// kWh/km, L/100 km, L/100 tkm and g/km.
 ///
 /// A run comes from `Study.run` or `load`, and can be pickled.
 ///
@@ -104,7 +104,7 @@ pub(crate) fn run(
 /// Parameters
 /// ----------
 /// path : str or os.PathLike
-///     What ``Run.save`` or ``ocmc --out`` has written.
+///     The directory that ``Run.save`` or ``ocmc --out`` has written.
 ///
 /// Returns
 /// -------
@@ -288,7 +288,7 @@ impl PyRun {
         self.answer.manifest.first_cycle
     }
 
-    /// What the run adds up to.
+    /// The summary of the run.
     ///
     /// Returns
     /// -------

@@ -23,7 +23,7 @@ use pyo3::types::PyDict;
 /// Raises
 /// ------
 /// ValueError
-///     Where the study is not one: says which key, what its value is, and what is allowed.
+///     Where the study is not one. The message names the key, its value and the allowed values.
 /// OSError
 ///     Where the file cannot be read.
 ///
@@ -64,7 +64,7 @@ pub(crate) fn base_model(base: Option<&Bound<PyStudy>>) -> StudyModel {
 /// Returns
 /// -------
 /// dict of str to str
-///     What each of them is, by its name; the default one first.
+///     A description of each, by its name, the default one first.
 ///
 /// Examples
 /// --------
@@ -81,7 +81,7 @@ pub(crate) fn studies(py: Python) -> PyResult<Bound<PyDict>> {
 /// Returns
 /// -------
 /// dict of str to str
-///     What each of them is, by its name.
+///     A description of each, by its name.
 ///
 /// Examples
 /// --------

@@ -1,5 +1,6 @@
 """What the pictures share: colours, labels with units, and how to read a column of any table."""
 
+import os
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -13,7 +14,7 @@ from ocmc._ocmc import label
 # Okabe and Ito's colours, which people with any kind of colour vision can distinguish
 BLUE, ORANGE, GREEN, RED = "#0072B2", "#E69F00", "#009E73", "#D55E00"
 PURPLE, SKY, YELLOW = "#CC79A7", "#56B4E9", "#F0E442"
-COLOURS = (BLUE, RED, GREEN, ORANGE, PURPLE, SKY, "black", YELLOW)
+COLOURS = (BLUE, RED, GREEN, ORANGE, PURPLE, SKY, "#999999", YELLOW)
 GREY = "0.55"
 KMH_PER_MPS = 3.6
 
@@ -34,6 +35,11 @@ def axes(ax: Axes | None, *, legend_beside: bool = False) -> Axes:
     """Take the axes that were given, or new ones."""
     size = (8.5, 4.5) if legend_beside else (6.4, 4.5)
     return plt.subplots(layout="constrained", figsize=size)[1] if ax is None else ax
+
+
+def ink() -> str:
+    """Colour of lines that belong to the axes: dark on a light style, light on a dark one."""
+    return str(plt.rcParams["axes.edgecolor"])
 
 
 def panels(ax: Sequence[Axes] | None, n: int, what: str, **new: Any) -> list[Axes]:  # noqa: ANN401
@@ -62,6 +68,8 @@ def quantity(column: str) -> tuple[str, float]:
 
 def numbers(table: Any, column: str) -> npt.NDArray[np.float64]:  # noqa: ANN401 (tables of any library)
     """One column of a table of ours, a data frame or a dictionary."""
+    if isinstance(table, str | os.PathLike):
+        raise TypeError(f"`{table}` is a path: read the table first, with pandas or pyarrow")
     return np.asarray(table[column], dtype=np.float64)
 
 

@@ -7,7 +7,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 
-from ocmc.plot._axis import axes, spine_free
+from ocmc.plot._axis import axes, ink, spine_free
 
 
 def cost(answer: Mapping[str, Any], *, ax: Axes | None = None) -> Axes:
@@ -50,8 +50,8 @@ def cost(answer: Mapping[str, Any], *, ax: Axes | None = None) -> Axes:
         left += np.minimum(values, 0.0)
         right += np.maximum(values, 0.0)
     for place, study in zip(places, studies, strict=True):
-        ax.plot([study["total"]["per_km"]] * 2, [place - 0.36, place + 0.36], color="black", linewidth=1.5)
-    ax.axvline(0.0, color="black", linewidth=0.6)
+        ax.plot([study["total"]["per_km"]] * 2, [place - 0.36, place + 0.36], color=ink(), linewidth=1.5)
+    ax.axvline(0.0, color=ink(), linewidth=0.6)
     ax.set_yticks(places, labels=[study["study"] for study in studies])
     ax.set_xlabel(f"cost, {studies[0]['currency']}/km")
     ax.legend(frameon=False, ncols=3, loc="upper center", bbox_to_anchor=(0.5, -0.2))

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from ocmc.plot._axis import BLUE, SKY, axes, quantity, spine_free
+from ocmc.plot._axis import BLUE, SKY, axes, ink, quantity, spine_free
 
 
 def sensitivity(answer: Mapping[str, Any], *, ax: Axes | None = None) -> Axes:
@@ -22,8 +22,8 @@ def sensitivity(answer: Mapping[str, Any], *, ax: Axes | None = None) -> Axes:
     Returns
     -------
     matplotlib.axes.Axes
-        The axes: a pair of bars for each factor, the one that matters most on top. ``first`` is what the
-        factor explains alone, ``total`` includes what it does together with others.
+        The axes: a pair of bars for each factor, the one that matters most on top. ``first`` is the
+        factor's first-order effect, ``total`` its total effect, joint effects included.
 
     Examples
     --------
@@ -46,11 +46,11 @@ def sensitivity(answer: Mapping[str, Any], *, ax: Axes | None = None) -> Axes:
             100.0 * values,
             height=0.36,
             color=colour,
-            label=key,
+            label={"first": "first-order effect", "total": "total effect"}[key],
             xerr=whiskers,
-            error_kw={"elinewidth": 1.0, "ecolor": "0.2", "capsize": 2},
+            error_kw={"elinewidth": 1.0, "ecolor": ink(), "capsize": 2},
         )
-    ax.axvline(0.0, color="black", linewidth=0.6)
+    ax.axvline(0.0, color=ink(), linewidth=0.6)
     ax.set_yticks(places, labels=[_name(factor["factor"]) for factor in factors])
     ax.set_xlabel(f"share of the variance of {quantity(answer['column'])[0].partition(',')[0]}, %")
     handles, labels = ax.get_legend_handles_labels()

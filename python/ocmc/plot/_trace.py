@@ -31,7 +31,7 @@ def trace(
     cycle : OperatingCycle, optional
         What `Study.operating_cycle` gives for the same cycle: its speed limits are drawn, too.
     against : {"position", "time"}
-        What lies along the horizontal axis, in km or min.
+        The horizontal axis, in km or min.
     between : tuple of float, optional
         The part to draw, from and to: in m for a position, in s for a time.
     ax : sequence of four matplotlib.axes.Axes, optional
@@ -75,17 +75,18 @@ def trace(
     panels = panels_of(ax, 4, "a trace needs", figsize=(9, 7), gridspec_kw=ratios)
     if ax is None:
         panels[0].figure.align_ylabels()
+    ink = panels[0].spines["bottom"].get_edgecolor()  # seen on light styles and on dark ones
     _speed(panels[0], x, of, cycle)
     panels[1].fill_between(x, 100.0 * of("grade"), step="pre", color=GREEN, alpha=0.5, linewidth=0)
-    panels[1].axhline(0.0, color="black", linewidth=0.6)
+    panels[1].axhline(0.0, color=ink, linewidth=0.6)
     panels[1].set_ylabel("slope, %")
     pedals = panels[2]
     pedals.fill_between(x, 100.0 * of("accelerator"), color=BLUE, alpha=0.7, linewidth=0, label="accelerator")
     pedals.fill_between(x, -100.0 * of("brake"), color=RED, alpha=0.7, linewidth=0, label="brake")
-    pedals.axhline(0.0, color="black", linewidth=0.6)
+    pedals.axhline(0.0, color=ink, linewidth=0.6)
     pedals.set(ylabel="pedals, %", ylim=(-105, 105), yticks=[-100, 0, 100], yticklabels=["100", "0", "100"])
     pedals.legend(frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0))
-    panels[3].step(x, of("gear"), where="pre", color="0.2", linewidth=1.0)
+    panels[3].step(x, of("gear"), where="pre", color=ink, linewidth=1.0)
     panels[3].set_ylabel("gear")
     panels[3].set_xlabel("position, km" if against == "position" else "time, min")
     for panel in panels:

@@ -5,9 +5,10 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.ticker import MaxNLocator
 
 from ocmc import Run
-from ocmc.plot._axis import BLUE, COLOURS, GREY, axes, numbers, quantity, spine_free
+from ocmc.plot._axis import BLUE, COLOURS, GREY, axes, ink, numbers, quantity, spine_free
 
 # 97.5 % quantile of the normal law
 _FAR = 1.959963984540054
@@ -28,8 +29,9 @@ def trucks(run: Run, *, column: str | None = None, ax: Axes | None = None) -> Ax
     Returns
     -------
     matplotlib.axes.Axes
-        The axes: trucks from the lowest to the highest, each with the 95 % interval of its mean over other
-        trips of the same truck, and the mean of the fleet. What trucks share is not in the intervals.
+        The axes: trucks from the lowest to the highest, each with the 95 % interval of its mean
+        over other trips of the same truck, and the mean of the fleet. Effects that trucks share are
+        not in the intervals.
 
     Examples
     --------
@@ -65,8 +67,9 @@ def trucks(run: Run, *, column: str | None = None, ax: Axes | None = None) -> Ax
         places, heights, yerr=whiskers, fmt="o", markersize=3, color=BLUE, ecolor=GREY, elinewidth=0.8
     )
     ax.axhline(
-        float(np.average(values, weights=weights)), color="black", linewidth=0.8, label="mean of the fleet"
+        float(np.average(values, weights=weights)), color=ink(), linewidth=0.8, label="mean of the fleet"
     )
+    ax.xaxis.set_major_locator(MaxNLocator(integer=True))
     ax.set_xlabel("trucks, from the lowest to the highest")
     ax.set_ylabel(name)
     ax.legend(frameon=False, loc="upper left")
@@ -88,8 +91,8 @@ def shares(answers: Mapping[str, Mapping[str, Any]], *, ax: Axes | None = None) 
     Returns
     -------
     matplotlib.axes.Axes
-        The axes: a bar for each answer, a part for each factor by its first-order share, without those
-        below zero. What is left to 100 % is what factors do together, and error.
+        The axes: a bar for each answer, a part for each factor by its first-order share, without
+        those below zero. The rest to 100 % is joint effects, and error.
 
     Examples
     --------

@@ -48,7 +48,7 @@ def validation(answer: Mapping[str, Any], *, road: int = 0, ax: Axes | None = No
         raise ValueError(f"`road` is {road}, allowed is a number from 0 to {len(roads) - 1}")
     shown = roads[road]
     if ax is None:
-        _, ax = plt.subplots(figsize=(9, 4))
+        _, ax = plt.subplots(layout="constrained", figsize=(9, 4))
 
     def of(column: str) -> Any:  # noqa: ANN401 (an array of numbers)
         return KMH_PER_MPS * np.array(shown[column], dtype=float)

@@ -224,7 +224,8 @@ impl FleetAnswer {
     fn telling_apart(&self, factor: f64) -> String {
         let Some(first) = self.fit.telling_apart.first() else { return String::new() };
         let mut text = format!(
-            "\nTrips of each that tell two apart that differ by {} % ({}), power {} %, {} % two-sided\n",
+            "\nTrips of each that tell two apart that differ by {} % ({}), power {} %, {} % \
+             two-sided\n",
             short_percent(self.differ),
             rounded(factor * first.difference),
             short_percent(self.power),

@@ -121,7 +121,8 @@ fn estimates(fit: &CurveSpeedFit) -> String {
     if let Some(at_limit) = fit.at_limit {
         let _ = writeln!(
             text,
-            "{} curves are at the speed limit. * Diagnostic only: leaving them out cuts the response\n\
+            "{} curves are at the speed limit. * Diagnostic only: leaving them out cuts the \
+             response\n\
              off and bends the exponent.",
             grouped(at_limit as u64)
         );
@@ -189,7 +190,8 @@ fn random_effects(fit: &CurveSpeedFit) -> String {
     }
     if slope.singular {
         text.push_str(
-            "An exponent each: singular, levels or exponents have no variance of their own, and the\n\
+            "An exponent each: singular, levels or exponents have no variance of their own, and \
+             the\n\
              correlation says nothing.\n",
         );
     }
@@ -219,7 +221,8 @@ fn each_driver(fit: &CurveSpeedFit) -> String {
     if let Some(spread) = &fit.between_drivers {
         let _ = writeln!(
             text,
-            "{} drivers: exponent {:.4}, SD {:.4}; v0 {:.1} km/h, SD of ln v0 {:.1} %; correlation {:.2}",
+            "{} drivers: exponent {:.4}, SD {:.4}; v0 {:.1} km/h, SD of ln v0 {:.1} %; \
+             correlation {:.2}",
             spread.drivers,
             spread.exponent_mean,
             spread.exponent_sd,
@@ -243,7 +246,8 @@ pub(super) fn speed_change(fit: &SpeedChangeFit) -> String {
     text.push('\n');
     text.push_str(&law_table(&laws));
     text.push_str(
-        "p normal: of a log-normal law, by Anderson and Darling. With threshold: median and SD with the\n\
+        "p normal: of a log-normal law, by Anderson and Darling. With threshold: median and SD \
+         with the\n\
          changes below the threshold in the likelihood.\n",
     );
     text
@@ -268,7 +272,8 @@ fn law_table(laws: &[&SpeedChangeLaw]) -> String {
             };
             let _ = writeln!(
                 text,
-                "{:first$}  {} drivers: median {:.3} m/s2, SD of ln between drivers {sd}, of a driver's changes {:.3}",
+                "{:first$}  {} drivers: median {:.3} m/s2, SD of ln between drivers {sd}, of a \
+                 driver's changes {:.3}",
                 "", between.drivers, between.median_mps2, between.change_log_sd
             );
         }

@@ -112,9 +112,9 @@ pub enum RunEnd {
 /// ```
 ///
 /// # Errors
-/// [`Error::Study`] where what is given does not fit the study, [`Error::PartOfTruck`] where a truck
-/// would make some of its trips only, [`Error::RunDirectory`] where the
-/// directory holds a run already, and [`Error::Unwritten`] where it takes no more.
+/// [`Error::Study`] where what is given does not fit the study, [`Error::PartOfTruck`] where a
+/// truck would make some of its trips only, [`Error::RunDirectory`] where the directory holds a run
+/// already, and [`Error::Unwritten`] where it takes no more.
 pub fn run(
     request: &RunRequest,
     sink: &mut dyn FnMut(&[Record]),

@@ -30,8 +30,8 @@ pub struct Asked<'a> {
     pub seed: Option<u64>,
     /// Id of the first cycle; 0 by default.
     pub first_cycle: Option<u64>,
-    /// Number of cycles; 1000 by default, and at most 1 000 000 with a precision; then rounded up to
-    /// whole trucks, at least 20 of them.
+    /// Number of cycles; 1000 by default, and at most 1 000 000 with a precision; then rounded up
+    /// to whole trucks, at least 20 of them.
     pub cycles: Option<u64>,
     /// Number of trucks, in place of cycles.
     pub trucks: Option<u64>,

@@ -121,9 +121,10 @@ fn saturated(summary: &Summary) -> String {
 }
 
 /// How trips that a battery cut short are counted.
-const CUT_SHORT: &str = "\
-Trips whose battery ran empty count with the kilometres that they drove. As heavy
-consumers drive fewer, the first kWh/km is low for the trips asked for: \"whole\" is
+const CUT_SHORT: &str = "Trips whose battery ran empty count with the kilometres that they drove. \
+As heavy
+consumers drive fewer, the first kWh/km is low for the trips asked for: \"whole\" \
+is
 that of all trips to their end, with a battery that never empties.
 ";
 
@@ -163,8 +164,10 @@ fn failed(summary: &Summary) -> String {
         let (label, factor) = label(worst.column);
         let _ = writeln!(
             text,
-            "Worst case: had each of them been as long as the mean completed cycle and consumed like\n\
-             the worst one, or like its own record where that is more, the mean would be\n{} {label}.",
+            "Worst case: had each of them been as long as the mean completed cycle and consumed \
+             like\n\
+             the worst one, or like its own record where that is more, the mean would be\n{} \
+             {label}.",
             rounded(factor * worst.mean)
         );
     }

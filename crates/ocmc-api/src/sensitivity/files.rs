@@ -26,9 +26,9 @@ pub(crate) struct KeptDesign {
 }
 
 impl SensitivityAnswer {
-    /// Writes it to a directory, which is made and has to be empty: `sensitivity.json`, `design.csv`
-    /// with what each cycle of the design gave, `study.toml`, and `report.html`, which opens
-    /// offline.
+    /// Writes it to a directory, which is made and has to be empty: `sensitivity.json`,
+    /// `design.csv` with what each cycle of the design gave, `study.toml`, and `report.html`, which
+    /// opens offline.
     ///
     /// # Errors
     /// [`Error::NotEmpty`] where something is in it, [`Error::File`] where it cannot be written.

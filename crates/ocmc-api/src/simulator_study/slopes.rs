@@ -10,8 +10,8 @@ use ocmc_io::report::{DriveSeries, SimulatorEvent};
 use std::ops::Range;
 use std::sync::atomic::AtomicBool;
 
-/// An event begins so long before its slope, and goes on so long behind it, in s: behind that drivers
-/// who brake softly begin to brake for what comes next, 350 m behind the slope.
+/// An event begins so long before its slope, and goes on so long behind it, in s: behind that
+/// drivers who brake softly begin to brake for what comes next, 350 m behind the slope.
 const BEFORE_S: f64 = 5.0;
 const AFTER_S: f64 = 8.0;
 

@@ -49,8 +49,8 @@ pub(crate) fn written(directory: &Path, files: Vec<(String, String)>) -> Result<
 
 impl ValidateAnswer {
     /// Writes it to a directory, which is made and has to be empty: `validation.json`,
-    /// `scores.csv`, `drives.csv`, `speed.csv`, a picture of each road (`speed.svg`, or `speed-1.svg`
-    /// and so on), and `report.html`, which opens offline.
+    /// `scores.csv`, `drives.csv`, `speed.csv`, a picture of each road (`speed.svg`, or
+    /// `speed-1.svg` and so on), and `report.html`, which opens offline.
     ///
     /// # Errors
     /// [`Error::NotEmpty`] where something is in it, [`Error::File`] where it cannot be written.

@@ -33,8 +33,8 @@ pub(super) fn place(way: &DrivenWay, length_m: f64, run_in_m: f64) -> Result<Pla
         let factor = length_m / own_m;
         if !((factor - 1.0).abs() <= SAME_LENGTH) {
             return Err(format!(
-                "the drive is {:.3} km long and the road {:.3} km: allowed are 5 % of difference, or a column of \
-                 positions on the road",
+                "the drive is {:.3} km long and the road {:.3} km: allowed are 5 % of difference, \
+                 or a column of positions on the road",
                 own_m / 1000.0,
                 length_m / 1000.0
             ));

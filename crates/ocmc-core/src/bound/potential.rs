@@ -1,5 +1,5 @@
-//! Where a driver's potential lies: in his gears, and in his speed near stops, in curves, at limits,
-//! on hills and elsewhere.
+//! Where a driver's potential lies: in his gears, and in his speed near stops, in curves, at
+//! limits, on hills and elsewhere.
 //!
 //! First his gears alone are chosen anew, at his speed. Then, beside the gears, his speed is freed
 //! inside the stretches of one kind alone. A second that this takes or saves has the price at which

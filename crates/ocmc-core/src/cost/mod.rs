@@ -87,11 +87,11 @@ pub struct CostModel {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0, max = 100_000.0))]
     pub lost_payload_kg: Option<f64>,
-    /// What carrying the lost payload otherwise costs, per tkm.
+    /// Price of carrying the lost payload otherwise, per tkm.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(with = "Yearly", range(min = 0.0, max = 1.0e6))]
     pub lost_payload_per_tkm: Option<Yearly>,
-    /// Purchase of a truck, per truck, without what is priced apart below.
+    /// Purchase of a truck, per truck, without the parts that are priced apart below.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(with = "Quantity", range(min = 0.0, max = 1.0e12))]
     pub purchase_per_truck: Option<Quantity>,
@@ -115,7 +115,7 @@ pub struct CostModel {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(with = "Quantity", range(min = 0.0, max = 1.0e9))]
     pub battery_per_kwh: Option<Quantity>,
-    /// What a truck is worth at the end of its life, as a share of its purchase.
+    /// Worth of a truck at the end of its life, as a share of its purchase.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(with = "Quantity", range(min = 0.0, max = 1.0))]
     pub residual_share: Option<Quantity>,

@@ -16,7 +16,8 @@ pub struct LookAheadModel {
     pub coasting: bool,
     /// Whether the clutch opens on descents that keep the speed without the engine.
     pub eco_roll: bool,
-    /// Whether the truck comes to a crest so slowly that the descent behind it gives the speed back.
+    /// Whether the truck comes to a crest so slowly that the descent behind it gives the speed
+    /// back.
     pub predictive_cruise: bool,
     /// Whether the engine stops at stops.
     pub engine_stop: bool,

@@ -46,7 +46,7 @@ pub struct PedalModel {
     /// Speed above which the band exists, in m/s.
     #[schemars(range(min = 0.0, max = 100.0))]
     pub overspeed_from_mps: f64,
-    /// Whether a driver presses on a braking ramp what the ramp asks for, and corrects the rest.
+    /// Whether a driver on a braking ramp presses as far as the ramp asks, and corrects the rest.
     pub feed_forward: bool,
     /// Smallest K_P on a braking ramp with feed-forward, in s/m.
     #[schemars(range(min = 0.0, max = 5.0))]
@@ -138,7 +138,7 @@ pub struct SwitchedModel {
     /// Threshold of |e|, in m/s.
     #[schemars(range(min = 0.0, max = 10.0))]
     pub threshold_mps: Quantity,
-    /// What is held inside the threshold.
+    /// The pedal that is held inside the threshold.
     pub hold: Hold,
 }
 

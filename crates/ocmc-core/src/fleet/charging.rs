@@ -11,8 +11,8 @@ const MOST_STOPS: usize = 5;
 pub struct ChargingSummary {
     /// Trips with a battery and a policy.
     pub trips: u64,
-    /// Trips that arrived, by their charging stops: without, with one, and so on; the last with five
-    /// or more.
+    /// Trips that arrived, by their charging stops: without, with one, and so on; the last with
+    /// five or more.
     pub arrived_with_stops: [u64; MOST_STOPS + 1],
     /// Trips that came down to the reserve, where no charger helped.
     pub depleted: u64,

@@ -2,8 +2,8 @@
 //! same truck, of the same driver of a pool, of the same shared day.
 //!
 //! An estimate's error is a sum over its trips, Σ u_i, with u_i a trip's influence: of a ratio R =
-//! Σ y / Σ x it is u_i = (y_i − R x_i) / Σ x. With the ways W in which trips belong together, and for
-//! each non-empty subset S of them the clusters c of trips that agree in all ways of S,
+//! Σ y / Σ x it is u_i = (y_i − R x_i) / Σ x. With the ways W in which trips belong together, and
+//! for each non-empty subset S of them the clusters c of trips that agree in all ways of S,
 //!
 //! V = Σ_S (−1)^(|S|+1) V_S,   V_S = G_S/(G_S − 1) Σ_c (Σ_{i in c} u_i)²
 //!

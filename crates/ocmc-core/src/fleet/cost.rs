@@ -2,10 +2,10 @@
 //! the world differ.
 //!
 //! An item over km is a ratio of two totals over the completed trips, with its interval. Where a
-//! price is a law, [`STATES`] states of the world are drawn, each with one price for all trips; mean,
-//! P5 and P95 are over these states, at the fleet's means. Shares of that variance are those of
-//! Saltelli's and Jansen's estimators with bootstrap intervals ([`variance_share`]), from as many
-//! states.
+//! price is a law, [`STATES`] states of the world are drawn, each with one price for all trips;
+//! mean, P5 and P95 are over these states, at the fleet's means. Shares of that variance are those
+//! of Saltelli's and Jansen's estimators with bootstrap intervals ([`variance_share`]), from as
+//! many states.
 //!
 //! [`variance_share`]: super::variance_share
 

@@ -1,8 +1,8 @@
 //! Which of two fleets costs less on the same roads, and where they cost the same.
 //!
 //! Both drive the same cycles, and a trip counts where both complete it. In a state of the world a
-//! key that both studies have with the same law has one price. With v what trips pay over a km and k
-//! what a truck costs in a year, levelised, B costs as much as A at
+//! key that both studies have with the same law has one price. With v what trips pay over a km and
+//! k what a truck costs in a year, levelised, B costs as much as A at
 //!
 //! d* = (k_B − k_A) / (v_A − v_B)
 //!
@@ -24,8 +24,8 @@ use crate::cost::state::State;
 use crate::random::{Draws, Stream};
 use serde::Serialize;
 
-/// Bootstrap samples of the trips behind an interval: percentiles of 2.5 % lie between the fifth and
-/// the sixth of them.
+/// Bootstrap samples of the trips behind an interval: percentiles of 2.5 % lie between the fifth
+/// and the sixth of them.
 pub const RESAMPLES: u64 = 200;
 
 /// Prices that a break-even is looked for, where a study has them.

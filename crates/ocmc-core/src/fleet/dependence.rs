@@ -4,9 +4,9 @@
 //! independent, but batches are. A batch then counts as one: with y_b and x_b the totals of batch
 //! b, the fleet's mean is R = Σ y_b / Σ x_b as ever, and its interval is that of a ratio of batches
 //! ([`super::ratio`]), which is narrower the more evenly they spread. A batch that the run has only
-//! a part of counts as a smaller one. So are the trips of one truck, which share truck and driver: a
-//! truck counts as one; where trucks spread evenly, too, a batch of trucks does. Trucks that share
-//! drivers of a pool, or days, depend on one another in several ways ([`super::clustering`]).
+//! a part of counts as a smaller one. So are the trips of one truck, which share truck and driver:
+//! a truck counts as one; where trucks spread evenly, too, a batch of trucks does. Trucks that
+//! share drivers of a pool, or days, depend on one another in several ways ([`super::clustering`]).
 //! Source: W. G. Cochran, *Sampling Techniques*, 3rd ed. (1977), chapter 9A, the ratio estimator of
 //! clusters of different size \[PK\].
 

@@ -7,12 +7,12 @@
 //! ψ_i(x) = − Σ_{x_j ≤ x} (dN_ij − Y_ij h_j) / (Y_j (1 − h_j)),
 //!
 //! N its event and Y whether it is at risk. Observations of one cluster (the trips of a truck) are
-//! summed: Var ln S = C/(C − 1) Σ_c (Σ_{i ∈ c} ψ_i)². With C clusters of one observation each, Σ ψ_i²
-//! is Greenwood's sum Σ d_j / (Y_j (Y_j − d_j)). Intervals are those of ln(−ln S), so that they stay
-//! within 0 and 1. A quantile's interval holds the distances at which that of S holds the level.
-//! Sources: E. L. Kaplan, P. Meier, *Nonparametric Estimation from Incomplete Observations*, J. Am.
-//! Stat. Assoc. 53 (1958); J. P. Klein, M. L. Moeschberger, *Survival Analysis*, 2nd ed. (2003),
-//! sections 4.2, 4.3 and 4.5 \[PK\].
+//! summed: Var ln S = C/(C − 1) Σ_c (Σ_{i ∈ c} ψ_i)². With C clusters of one observation each, Σ
+//! ψ_i² is Greenwood's sum Σ d_j / (Y_j (Y_j − d_j)). Intervals are those of ln(−ln S), so that
+//! they stay within 0 and 1. A quantile's interval holds the distances at which that of S holds the
+//! level. Sources: E. L. Kaplan, P. Meier, *Nonparametric Estimation from Incomplete Observations*,
+//! J. Am. Stat. Assoc. 53 (1958); J. P. Klein, M. L. Moeschberger, *Survival Analysis*, 2nd ed.
+//! (2003), sections 4.2, 4.3 and 4.5 \[PK\].
 
 use super::ratio::student_975;
 

@@ -125,7 +125,8 @@ pub struct FactorShare {
 pub enum SensitivityError {
     /// Too few rows are complete.
     #[error(
-        "{rows} of the rows have `{column}` in every cycle, {dropped} do not; at least {LEAST_ROWS} are needed"
+        "{rows} of the rows have `{column}` in every cycle, {dropped} do not; at least \
+         {LEAST_ROWS} are needed"
     )]
     TooFewRows {
         /// Name of the quantity.
@@ -137,7 +138,8 @@ pub enum SensitivityError {
     },
     /// Too few cycles of a crossed design are complete.
     #[error(
-        "{cycles} of the crossed cycles have `{column}` with every driver, {dropped} do not; at least 2 are needed"
+        "{cycles} of the crossed cycles have `{column}` with every driver, {dropped} do not; at \
+         least 2 are needed"
     )]
     TooFewCrossed {
         /// Name of the quantity.
@@ -155,7 +157,8 @@ pub enum SensitivityError {
     },
     /// A crossed design of cycles that are not independent of one another.
     #[error(
-        "crossing cycles with drivers needs independent draws; the study has simulation.sampling = \"sobol\""
+        "crossing cycles with drivers needs independent draws; the study has simulation.sampling \
+         = \"sobol\""
     )]
     NotIndependent,
 }

@@ -1,8 +1,8 @@
 //! Shapley effects: the variance between cycles shared out to the factors, joint effects included,
 //! so that the shares add up to one.
 //!
-//! With c(u) = E\[Var(Y | all factors but u)\] the variance that would be gone if the factors u were
-//! fixed, the share of factor i of d is
+//! With c(u) = E\[Var(Y | all factors but u)\] the variance that would be gone if the factors u
+//! were fixed, the share of factor i of d is
 //!
 //! φ_i = Σ over u without i of |u|! (d − 1 − |u|)!/d! (c(u ∪ i) − c(u)) / c(all)
 //!
@@ -181,8 +181,8 @@ fn weights(factors: usize) -> Vec<Vec<f64>> {
     (0..factors).map(|i| (0..1 << factors).map(|subset| weight(i, subset)).collect()).collect()
 }
 
-/// What a row says of each factor's part of the variance, and of the whole; `outputs` are its cycles
-/// by the subset that comes from the second sample.
+/// What a row says of each factor's part of the variance, and of the whole; `outputs` are its
+/// cycles by the subset that comes from the second sample.
 fn terms(outputs: &[f64], weights: &[Vec<f64>]) -> Vec<f64> {
     let count = outputs.len();
     let gone: Vec<f64> = (0..count)

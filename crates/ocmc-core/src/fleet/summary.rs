@@ -568,7 +568,7 @@ mod tests {
     }
 
     #[test]
-    fn serialises_as_the_interface_says() {
+    fn serialises_as_the_reference_says() {
         let json =
             serde_json::to_value(summary(&[record(0, 10.0, 30.0)])).expect("numbers and names");
         assert_eq!(json["outcomes"]["completed"], 1);

@@ -2,8 +2,9 @@
 //!
 //! Each trip is driven twice, with the same road, weather, traffic, load and truck: by its own
 //! driver, and by another one, who is the same for all trips, or by its own driver after a training
-//! that changes keys of the study. The difference of the two, over the distance of a driver's trips,
-//! is the driver's excess. It holds nothing of the truck, the roads or the chance of the trips.
+//! that changes keys of the study. The difference of the two, over the distance of a driver's
+//! trips, is the driver's excess. It holds nothing of the truck, the roads or the chance of the
+//! trips.
 //!
 //! A manager does not see it. What the records show is a driver's mean, which is made of the
 //! driver, the truck and chance, and who stands worst in it does so by all three. So three numbers

@@ -2,8 +2,8 @@
 //! a year.
 //!
 //! A truck's value of a quantity is its total over its total, as the fleet's is: Σ y / Σ x over the
-//! trips of the time that count ([`super::quantity::RecordQuantity::of_cycle`]). Means and quantiles
-//! over truck-years count each of them once.
+//! trips of the time that count ([`super::quantity::RecordQuantity::of_cycle`]). Means and
+//! quantiles over truck-years count each of them once.
 //!
 //! The total of the fleet's year is T = Σ t over its trucks; that of another fleet of as many
 //! trucks lies in T ± t₀.₉₇₅(n − 1) s √(2 n), s the standard deviation of the trucks' totals: the
@@ -12,9 +12,10 @@
 //! Where trucks share drivers of a pool, or days, the truck-years depend on one another through
 //! their trips. A mean v̄ over N truck-years moves by u_i = (y_i − v̄ x_i)/(X_t N) with a trip of a
 //! truck-year whose Σ x is X_t, and by Σ u_i over the clusters of [`super::clustering`]. What is
-//! shared moves all trucks alike, so that it widens the interval of a quantile by as much as that of
-//! the mean. The total of the fleet's year moves by u_i = t_i − (T/n)/m with a trip of a truck that
-//! makes m of them, and that of another fleet, with drivers and days of its own, by √2 as much.
+//! shared moves all trucks alike, so that it widens the interval of a quantile by as much as that
+//! of the mean. The total of the fleet's year moves by u_i = t_i − (T/n)/m with a trip of a truck
+//! that makes m of them, and that of another fleet, with drivers and days of its own, by √2 as
+//! much.
 
 use super::clustering::{Clusters, Spread as Error};
 use super::components::{Components, Spread, components};
@@ -26,8 +27,8 @@ use crate::random::nesting::DAYS_OF_YEAR;
 use crate::record::{Cell, Outcome, Record};
 use serde::Serialize;
 
-/// Totals of the trips of one truck in a month or a year, of what they drove where a battery cut them
-/// short.
+/// Totals of the trips of one truck in a month or a year, of what they drove where a battery cut
+/// them short.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TruckTime {
     /// The truck.
@@ -52,7 +53,7 @@ pub struct TruckTime {
     pub fuel_kg: Option<f64>,
     /// Fuel, in L.
     pub fuel_l: Option<f64>,
-    /// What the battery's store lost, in J.
+    /// Energy that left the battery's store, in J.
     pub battery_energy_j: Option<f64>,
     /// Carbon dioxide from burning the fuel, in kg.
     pub co2_kg: Option<f64>,
@@ -118,7 +119,7 @@ const FIELDS: [TruckColumn; 12] = [
     }),
     field("fuel_kg", "Fuel, in kg", |t| Cell::Number(t.fuel_kg)),
     field("fuel_l", "Fuel, in L", |t| Cell::Number(t.fuel_l)),
-    field("battery_energy_j", "What the battery's store lost, in J", |t| {
+    field("battery_energy_j", "Energy that left the battery's store, in J", |t| {
         Cell::Number(t.battery_energy_j)
     }),
     field("co2_kg", "Carbon dioxide from burning the fuel, in kg", |t| Cell::Number(t.co2_kg)),
@@ -186,8 +187,8 @@ impl TruckTime {
         (x > 0.0).then(|| y / x)
     }
 
-    /// Its consumption, and the 95 % interval that the chance of its trips leaves: of other trips of
-    /// the same truck, as of a ratio of totals ([`super::ratio`]). None below two trips.
+    /// Its consumption, and the 95 % interval that the chance of its trips leaves: of other trips
+    /// of the same truck, as of a ratio of totals ([`super::ratio`]). None below two trips.
     pub fn consumption(&self) -> Option<(f64, [f64; 2])> {
         let places = CONSUMPTIONS
             .iter()
@@ -218,8 +219,8 @@ const DAY_S: f64 = 86_400.0;
 pub struct TruckYearBuilder {
     years: Vec<TruckTime>,
     months: Vec<TruckTime>,
-    /// Value of the consumption of each trip that counts: count, sum and squares about a truck's own
-    /// first value, by truck.
+    /// Value of the consumption of each trip that counts: count, sum and squares about a truck's
+    /// own first value, by truck.
     spread: Vec<Spread>,
     /// The trips that count, where trucks share drivers or days.
     trips: Vec<SharedTrip>,

@@ -47,8 +47,9 @@ impl<S: Simd> Crossing<S> {
 
 impl<S: Simd, P: Powertrain> State<S, P> {
     /// The share of the step after which a driver goes from one pedal to the other comes to a
-    /// braking ramp or to the end of a rise, a switched driver begins or ends to hold, an engine speed crosses a shifting line, or a slipping clutch
-    /// has nothing left to slip; 1 where none of it happens.
+    /// braking ramp or to the end of a rise, a switched driver begins or ends to hold, an engine
+    /// speed crosses a shifting line, or a slipping clutch has nothing left to slip; 1 where none
+    /// of it happens.
     ///
     /// All of it is computed in every step: in a block of eight trucks it happens every other time,
     /// and no CPU foresees when.

@@ -52,7 +52,8 @@ pub enum GivenCycleError {
     },
     /// Positions and values that are not pairs.
     #[error(
-        "track `{track}` has {positions} positions and {values} values, allowed is one value for each position"
+        "track `{track}` has {positions} positions and {values} values, allowed is one value for \
+         each position"
     )]
     Lengths {
         /// Name of the track.
@@ -64,8 +65,8 @@ pub enum GivenCycleError {
     },
     /// Positions out of order.
     #[error(
-        "in track `{track}`, position {position_m} m (entry {entry}) is not above the one before it; \
-         positions have to grow, from 0 m on"
+        "in track `{track}`, position {position_m} m (entry {entry}) is not above the one before \
+         it; positions have to grow, from 0 m on"
     )]
     Order {
         /// Name of the track.
@@ -77,7 +78,8 @@ pub enum GivenCycleError {
     },
     /// A value out of range.
     #[error(
-        "in track `{track}`, the value at {position_m} m is {value}, allowed is {minimum} to {maximum}"
+        "in track `{track}`, the value at {position_m} m is {value}, allowed is {minimum} to \
+         {maximum}"
     )]
     Range {
         /// Name of the track.
@@ -107,8 +109,8 @@ pub enum GivenCycleError {
     },
     /// Points that scatter so much that no road can be made of them.
     #[error(
-        "the {what} scatter by {noise_m:.1} m, allowed is at most {most_m} m: no road can be told from them; \
-         give a smoothed route, or `curvature_per_m` and `grade`"
+        "the {what} scatter by {noise_m:.1} m, allowed is at most {most_m} m: no road can be told \
+         from them; give a smoothed route, or `curvature_per_m` and `grade`"
     )]
     Noise {
         /// Positions or altitudes.

@@ -37,8 +37,8 @@ pub struct MissionModel {
     /// Given operating cycles to drive instead of drawn roads; absent: none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub routes: Vec<RouteModel>,
-    /// Whether cycle k drives route k, counted on from the first one behind the last, instead of one
-    /// drawn by weight; absent: false.
+    /// Whether cycle k drives route k, counted on from the first one behind the last, instead of
+    /// one drawn by weight; absent: false.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub routes_in_turn: bool,
 }

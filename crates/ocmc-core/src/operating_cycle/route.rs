@@ -34,7 +34,7 @@ pub struct RouteModel {
     /// How often it is driven, relative to the other routes.
     #[schemars(range(min = 1.0e-6, max = 1.0e6))]
     pub weight: f64,
-    /// What is taken from the file instead of being drawn.
+    /// Parts that are taken from the file instead of being drawn.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub keep: Vec<Keep>,
     /// Which column of its table is what: name of a quantity with its unit, and the column.

@@ -7,9 +7,10 @@
 //! Strategy by load-dependent lines (upshift line, downshift line), without a look at a noisy power
 //! demand: up, by at most three gears, to the highest gear with w ≥ 95 + 32 a_p, with a reserve of
 //! power over what the road asks for, and with some acceleration left after the shift; no opposite
-//! shift for some time, no upshift just before the driver brakes (shift look-ahead); down when w < 88 + 20 a_p or when the pedal is down for 2 s and the truck slows
-//! below 136 rad/s; up when w > 219. Added here: both downshifts need a slowing truck, otherwise a
-//! truck that has just started in third gear shifts down while it accelerates through 84-108 rad/s.
+//! shift for some time, no upshift just before the driver brakes (shift look-ahead); down when w <
+//! 88 + 20 a_p or when the pedal is down for 2 s and the truck slows below 136 rad/s; up when
+//! w > 219. Added here: both downshifts need a slowing truck, otherwise a truck that has just started
+//! in third gear shifts down while it accelerates through 84-108 rad/s.
 //!
 //! Checked: steady torque through axle, retarder and gearbox equals its closed form to 1e-6. In
 //! `tests/it/closed_loop.rs`: a truck of 40 t starts again on a climb of 6 %, in first gear, with a
@@ -268,9 +269,9 @@ pub struct DrivelineLosses {
 }
 
 impl DrivelineLosses {
-    /// Torques at the gearbox's input, in Nm, for forces that drive the wheels, in N: the inverse of
-    /// [`DrivelineLosses::wheel_and_lost_forces_n`] where the torque is above the floor of its share
-    /// of loss.
+    /// Torques at the gearbox's input, in Nm, for forces that drive the wheels, in N: the inverse
+    /// of [`DrivelineLosses::wheel_and_lost_forces_n`] where the torque is above the floor of its
+    /// share of loss.
     #[inline(always)]
     pub fn driving_torques_nm<S: Simd>(
         &self,

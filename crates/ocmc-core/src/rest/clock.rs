@@ -204,9 +204,9 @@ impl DutyClock {
         }
     }
 
-    /// The rest that is due where all that may be driven has been driven, and how long it has to be, in
-    /// s; where the limit has been reached, how much longer. Of a crew it is that of the one who may
-    /// drive on the soonest.
+    /// The rest that is due where all that may be driven has been driven, and how long it has to
+    /// be, in s; where the limit has been reached, how much longer. Of a crew it is that of the one
+    /// who may drive on the soonest.
     pub fn next_rest(&self) -> (Rest, f64) {
         let mut then = *self;
         then.drive(self.left_s());

@@ -40,7 +40,8 @@ pub struct Rules {
     pub window_s: f64,
     /// Daily rest.
     pub daily_rest_s: f64,
-    /// Whether the time beside the driver at the wheel counts to the daily rest: in a sleeper berth.
+    /// Whether the time beside the driver at the wheel counts to the daily rest: in a sleeper
+    /// berth.
     pub rests_on_the_way: bool,
 }
 

@@ -25,8 +25,8 @@ pub struct RestModel {
     #[schemars(range(min = 1.0, max = 2.0))]
     #[serde(default = "one")]
     pub drivers: u32,
-    /// What the first driver has driven at departure since his daily rest, without a break, in s; who
-    /// may drive on for less than five minutes has rested before.
+    /// Time that the first driver has driven at departure since his daily rest, without a break, in
+    /// s; who may drive on for less than five minutes has rested before.
     #[schemars(range(min = 0.0, max = 28_800.0))]
     #[serde(default = "none")]
     pub driven_before_s: Quantity,

@@ -45,7 +45,7 @@ use uncertainty::Estimates;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct StudyModel {
-    /// What the study is.
+    /// Name, description and base of the study.
     pub study: Description,
     /// Length, payload, departure, stops.
     pub mission: MissionModel,
@@ -88,7 +88,7 @@ pub struct StudyModel {
 pub struct Description {
     /// Name; it appears in answers and manifests.
     pub name: String,
-    /// What the study describes, in one line.
+    /// Description of the study, in one line.
     pub description: String,
     /// Where its numbers come from, one source an entry. May be left out.
     #[serde(default)]
@@ -136,10 +136,10 @@ pub struct SimulationModel {
     pub without: Vec<ModelSwitch>,
     /// Factors that every cycle takes from cycle 0.
     pub frozen: Vec<Factor>,
-    /// Whether batches of cycles spread evenly over what describes a whole cycle.
+    /// Whether batches of cycles spread evenly over the numbers that describe a whole cycle.
     pub sampling: Sampling,
-    /// What the records break each cycle down by: columns of distance, time, work at the wheels and
-    /// fuel or electricity.
+    /// By which parts the records break each cycle down: columns of distance, time, work at the
+    /// wheels and fuel or electricity.
     pub columns_by: Vec<Axis>,
 }
 

@@ -168,7 +168,8 @@ impl VehicleModel {
             (_, _, Some(_)) => (
                 "electric",
                 "there beside `engine` or `gearbox`",
-                "one powertrain: leave an inherited one out by study.drop = [\"vehicle.engine\", \"vehicle.gearbox\"]",
+                "one powertrain: leave an inherited one out by study.drop = [\"vehicle.engine\", \
+                 \"vehicle.gearbox\"]",
             ),
         };
         problems.require(false, key, found, allowed);
@@ -191,7 +192,8 @@ impl VehicleModel {
             full_kg > self.curb_mass_kg,
             "full_mass_kg",
             full_kg,
-            "above curb_mass_kg: axles[].empty_load_share needs the mass that load_share belongs to",
+            "above curb_mass_kg: axles[].empty_load_share needs the mass that load_share belongs \
+             to",
         );
     }
 

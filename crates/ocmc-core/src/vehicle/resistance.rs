@@ -228,14 +228,14 @@ pub fn rolling_roughness_factor(iri_mm_per_m: f64, speed_mps: f64) -> f64 {
 /// Resistance of tyres that hold a lateral acceleration, over the vehicle's mass, in m/s².
 ///
 /// Tyres of stiffness C = c F_z roll at the slip angle α = F_y / C, and F_y sin α points backwards:
-/// F = F_y² / C for small angles, m a_y² / (c g) for the vehicle (Gillespie, Fundamentals of Vehicle
-/// Dynamics, chapter 6). Without bank: a banked bend costs less.
+/// F = F_y² / C for small angles, m a_y² / (c g) for the vehicle (Gillespie, Fundamentals of
+/// Vehicle Dynamics, chapter 6). Without bank: a banked bend costs less.
 pub fn cornering_resistance_mps2(lateral_mps2: f64, stiffness_per_rad: f64) -> f64 {
     lateral_mps2 * lateral_mps2 / (stiffness_per_rad * GRAVITY_MPS2)
 }
 
-/// Least friction that traction finds (judgement: hills are gritted, differentials locked): with the
-/// 0.25 of braking on snow one in eight trips with snow would end on a hill.
+/// Least friction that traction finds (judgement: hills are gritted, differentials locked): with
+/// the 0.25 of braking on snow one in eight trips with snow would end on a hill.
 pub const LEAST_TRACTION_FRICTION: f64 = 0.4;
 
 /// Friction that braking can use: 0.8 dry, 0.5 wet, 0.25 on snow (judgement).
@@ -261,10 +261,11 @@ impl CrossWindModel {
     }
 
     /// The drag area and its change with speed that stand for a wind of this speed from all
-    /// directions: the mean over directions of A(β) (x² + y²)/v² at v = 60, 65, …, 100 km/h, x and y
-    /// the relative wind along and across the road; constant below 60 km/h. So VECTO's declaration
-    /// mode counts, with 3 m/s (read in vecto-sim, tag milestones/2.2, `cVEH.vb`; described in
-    /// docs/decisions). The parabola through the nine points is within 0.2 % of them (tested).
+    /// directions: the mean over directions of A(β) (x² + y²)/v² at v = 60, 65, …, 100 km/h, x and
+    /// y the relative wind along and across the road; constant below 60 km/h. So VECTO's
+    /// declaration mode counts, with 3 m/s (read in vecto-sim, tag milestones/2.2, `cVEH.vb`;
+    /// described in docs/decisions). The parabola through the nine points is within 0.2 % of them
+    /// (tested).
     pub fn mean_over_directions(&self, area_m2: f64, wind_mps: f64) -> (f64, DragBySpeedModel) {
         let area_at = |speed_mps: f64| {
             let half_turn = f64::from(MEAN_DIRECTIONS);

@@ -2,9 +2,9 @@
 
 use ocmc_core::rest::{Activity, DutyClock, Rest, RestLaw};
 
-/// A timeline and what the clock says at its end. D, W, R: driving, other work, rest of the truck, in
-/// h:mm; `driven` and `left`: since the last break and until all have to rest (none where the limit
-/// is passed); then the next rest and its length.
+/// A timeline and what the clock says at its end. D, W, R: driving, other work, rest of the truck,
+/// in h:mm; `driven` and `left`: since the last break and until all have to rest (none where the
+/// limit is passed); then the next rest and its length.
 #[derive(Clone, Copy)]
 struct Timeline {
     drivers: u32,

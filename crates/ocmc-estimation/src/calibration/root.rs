@@ -3,9 +3,9 @@
 //! The function is a mean over simulated cycles. With the same random numbers at every point it is
 //! a fixed function of the point, its root that of the sample; a small sample finds the
 //! neighbourhood, a larger one the root: retrospective approximation (Pasupathy, Schmeiser,
-//! Root-finding via DARTS, ACM TOMACS 19, 2009). The derivatives are taken once a sample, over steps
-//! that are large against what is left of chance: updating them from step to step (Broyden) takes
-//! chance for slope.
+//! Root-finding via DARTS, ACM TOMACS 19, 2009). The derivatives are taken once a sample, over
+//! steps that are large against what is left of chance: updating them from step to step (Broyden)
+//! takes chance for slope.
 //!
 //! A coordinate that would leave the box stays on its bound, and the equation of the same number is
 //! left out: then the others are solved as far as they go.

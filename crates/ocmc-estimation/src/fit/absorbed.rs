@@ -2,10 +2,10 @@
 //! group, so that thousands of them cost no more than a few.
 //!
 //! y = level_g + z b + e. By the theorem of Frisch, Waugh and Lovell b is that of the deviations
-//! from the groups' means, and level_g = ȳ_g − z̄_g b. What the columns explain within groups is the
-//! triangle W of those deviations; what they explain over all rows is that of W and of √n_g times
-//! the means of the groups, less the mean over all. Sums of squares never come from a difference:
-//! the groups explain, beside the columns z,
+//! from the groups' means, and level_g = ȳ_g − z̄_g b. What the columns explain within groups is
+//! the triangle W of those deviations; what they explain over all rows is that of W and of √n_g
+//! times the means of the groups, less the mean over all. Sums of squares never come from a
+//! difference: the groups explain, beside the columns z,
 //!
 //! Σ n_g (ȳ_g − ȳ − (z̄_g − z̄) b_T)² + |W (b_W − b_T)|²
 //!

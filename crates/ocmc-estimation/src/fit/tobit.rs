@@ -16,9 +16,9 @@
 //!
 //! l(γ̂(h), h) − ½ ln |−∂²l/∂(levels, β)²|,
 //!
-//! the likelihood with the levels and β integrated out by Laplace's method. Without cut rows this is
-//! the residual sum of squares over n − p, and REML's. The levels and β stay those of the maximum,
-//! which many groups do not bias; their errors are those of the corrected σ.
+//! the likelihood with the levels and β integrated out by Laplace's method. Without cut rows this
+//! is the residual sum of squares over n − p, and REML's. The levels and β stay those of the
+//! maximum, which many groups do not bias; their errors are those of the corrected σ.
 //!
 //! Sources: R. J. Olsen, Note on the uniqueness of the maximum likelihood estimator for the Tobit
 //! model, Econometrica 46 (1978), 1211-1215 \[PK\]; D. R. Cox, N. Reid, Journal of the Royal

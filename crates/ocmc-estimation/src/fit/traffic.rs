@@ -4,8 +4,8 @@
 //! logit x = logit m_r(H) + u: the typical shares off peak and at the peak of each road type by
 //! least squares on the logit scale (Gauss and Newton's method), with the hours and widths of the
 //! peaks as the base study has them; SD of u, and its correlation over a step from records that
-//! follow each other at the same site: records τ apart determine φ^(τ/step). Speeds of floating cars
-//! are fitted as speeds (`traffic_speed.rs`), for a density that is worked out of each of them
+//! follow each other at the same site: records τ apart determine φ^(τ/step). Speeds of floating
+//! cars are fitted as speeds (`traffic_speed.rs`), for a density that is worked out of each of them
 //! would have their noise.
 //!
 //! Standard errors are those of the estimating equations with the days of a site as observations
@@ -191,7 +191,8 @@ fn fit_measured(
         } else {
             estimates.name = "speeds";
             estimates.stays(
-                "records that follow each other at one site at one interval do not tell the traffic from the noise",
+                "records that follow each other at one site at one interval do not tell the \
+                 traffic from the noise",
             );
         }
     }
@@ -216,7 +217,9 @@ fn fit_measured(
                 estimates.set("step_correlation", &mut model.step_correlation, phi, error, pairs);
             }
             None => estimates.warnings.push(
-                "no densities follow each other at one site, at one interval and alike; the correlation stays that of the base study".to_owned(),
+                "no densities follow each other at one site, at one interval and alike; the \
+                 correlation stays that of the base study"
+                    .to_owned(),
             ),
         }
     }

@@ -1,11 +1,12 @@
 //! The traffic model of measured speeds: floating cars, which scatter around the traffic's speed.
 //!
-//! Measured is r = exp(−½ (x/x_c)²) + noise with logit x = logit m_r(H) + u. On an almost empty road
-//! r is close to 1, where a density that is worked out of each speed is the noise's: such densities
-//! are not used. What noise without a mean and without memory leaves as it is, is taken instead:
+//! Measured is r = exp(−½ (x/x_c)²) + noise with logit x = logit m_r(H) + u. On an almost empty
+//! road r is close to 1, where a density that is worked out of each speed is the noise's: such
+//! densities are not used. What noise without a mean and without memory leaves as it is, is taken
+//! instead:
 //!
-//! - the mean of r at each hour, E exp(−½ (x/x_c)²) over u, gives the typical shares (least squares,
-//!   Gauss and Newton's method);
+//! - the mean of r at each hour, E exp(−½ (x/x_c)²) over u, gives the typical shares (least
+//!   squares, Gauss and Newton's method);
 //! - the products of the deviations of records one and two intervals apart give SD and correlation
 //!   of u: by Mehler's formula their means are Σ_h a_h a_h' ρ^h and Σ_h a_h a_h' ρ^(2h) with the
 //!   Hermite coefficients a_h of r as a function of u.

@@ -74,7 +74,8 @@ pub enum EventError {
     },
     /// Time that does not grow, or leaps.
     #[error(
-        "time goes from {before_s:.3} to {after_s:.3} s after row {row} of the event: allowed are steps above 0 and up to {LONGEST_INTERVAL_S} s"
+        "time goes from {before_s:.3} to {after_s:.3} s after row {row} of the event: allowed are \
+         steps above 0 and up to {LONGEST_INTERVAL_S} s"
     )]
     Time {
         /// Row before, from 1.
@@ -86,7 +87,8 @@ pub enum EventError {
     },
     /// Too little to identify anything.
     #[error(
-        "{rows} row{} over {duration_s:.1} s: at least {FEWEST_ROWS} rows over {SHORTEST_S} s are needed",
+        "{rows} row{} over {duration_s:.1} s: at least {FEWEST_ROWS} rows over {SHORTEST_S} s are \
+         needed",
         if *rows == 1 { "" } else { "s" }
     )]
     TooShort {
@@ -97,7 +99,8 @@ pub enum EventError {
     },
     /// Pedals that are no shares.
     #[error(
-        "the {column} reaches {value} in row {row}: allowed are shares from 0 to 1, is it in percent?"
+        "the {column} reaches {value} in row {row}: allowed are shares from 0 to 1, is it in \
+         percent?"
     )]
     Pedal {
         /// Name of the column.
@@ -112,7 +115,8 @@ pub enum EventError {
     Stopped,
     /// A vehicle that stands.
     #[error(
-        "the vehicle stands, creeps or reverses (slower than 2 m/s) in {count} rows: the set speed is not constant"
+        "the vehicle stands, creeps or reverses (slower than 2 m/s) in {count} rows: the set \
+         speed is not constant"
     )]
     Standing {
         /// How many rows.

@@ -1,14 +1,14 @@
 //! Whether a fit explains its pedals: intervals rest on residuals that are the noise of sensors.
 //!
-//! Four tests at levels of 0.1 and 1 % [EJ]: that the residuals do not scatter more than the sensors
-//! (from [second differences](super::noise)), that they have no slow part (means of blocks of one
-//! second against the scatter within: an F test), and that neither a driver who sees the speed late
-//! nor a truck of another mass explains more (score tests after Rao, 1948: derivatives of the
-//! residuals by the missing parameter, less what the others explain of it). A driver who sees late
-//! moves the gains before he shows in the residuals: a fit has no intervals, too, where the step
-//! towards a delay is above zero by 1.96 standard errors, or where half a second of it cannot be
-//! excluded (1.645 standard errors) [EJ]. Rows in which a pedal rests at a stop in log and simulation
-//! tell nothing and are left out.
+//! Four tests at levels of 0.1 and 1 % [EJ]: that the residuals do not scatter more than the
+//! sensors (from [second differences](super::noise)), that they have no slow part (means of blocks
+//! of one second against the scatter within: an F test), and that neither a driver who sees the
+//! speed late nor a truck of another mass explains more (score tests after Rao, 1948: derivatives
+//! of the residuals by the missing parameter, less what the others explain of it). A driver who
+//! sees late moves the gains before he shows in the residuals: a fit has no intervals, too, where
+//! the step towards a delay is above zero by 1.96 standard errors, or where half a second of it
+//! cannot be excluded (1.645 standard errors) [EJ]. Rows in which a pedal rests at a stop in log
+//! and simulation tell nothing and are left out.
 //!
 //! C. R. Rao, "Large sample tests of statistical hypotheses concerning several parameters with
 //! applications to problems of estimation", Mathematical Proceedings of the Cambridge Philosophical
@@ -157,7 +157,8 @@ impl FitTest {
         }
         if self.slow_ln_p < libm::log(LEVEL) {
             misfits.push(format!(
-                "the residuals are autocorrelated: their means over a second scatter {:.1} times as much as those of noise",
+                "the residuals are autocorrelated: their means over a second scatter {:.1} times \
+                 as much as those of noise",
                 self.slow_f.sqrt()
             ));
         }
@@ -166,16 +167,19 @@ impl FitTest {
         let open = |score: &[f64; 2]| score[0] + EXCLUDED_ERRORS * score[1] > EXCLUDED_S;
         if let Some([delay_s, error_s]) = self.delay_s.filter(late) {
             misfits.push(format!(
-                "the driver seems to react {delay_s:+.2} ± {error_s:.2} s later than the model: try the unknown `delay`"
+                "the driver seems to react {delay_s:+.2} ± {error_s:.2} s later than the model: \
+                 try the unknown `delay`"
             ));
         } else if let Some([_, error_s]) = self.delay_s.filter(open) {
             misfits.push(format!(
-                "the event does not tell whether the driver reacts late (± {error_s:.2} s): try the unknown `delay`"
+                "the event does not tell whether the driver reacts late (± {error_s:.2} s): try \
+                 the unknown `delay`"
             ));
         }
         if let Some([share, error]) = self.mass_share.filter(significant) {
             misfits.push(format!(
-                "the truck seems to be {:+.1} ± {:.1} % heavier than the study's: try the unknown `mass`",
+                "the truck seems to be {:+.1} ± {:.1} % heavier than the study's: try the unknown \
+                 `mass`",
                 100.0 * share,
                 100.0 * error
             ));

@@ -13,11 +13,11 @@
 //! The search starts from the best of many points (Sobol sequence, Owen-scrambled) within the box,
 //! and once more from others where one start alone has found the best optimum or where it does not
 //! explain the pedals. Intervals are those of the profile: a parameter is moved away and held while
-//! all others follow, until the sum of squares has grown by 1.96² s². s is the standard deviation of
-//! the pedal residuals, but at least that of a pedal sensor's resolution: a fit to noiseless data is
-//! not infinitely sure of itself. Inputs that are not certain (slopes, the state at the start) widen
-//! them. There is none where the residuals are not the noise of sensors
-//! ([`FitTest`]), or with a speed term.
+//! all others follow, until the sum of squares has grown by 1.96² s². s is the standard deviation
+//! of the pedal residuals, but at least that of a pedal sensor's resolution: a fit to noiseless
+//! data is not infinitely sure of itself. Inputs that are not certain (slopes, the state at the
+//! start) widen them. There is none where the residuals are not the noise of sensors ([`FitTest`]),
+//! or with a speed term.
 
 use super::bounded_least_squares::Optimum;
 use super::comparison::Comparison;

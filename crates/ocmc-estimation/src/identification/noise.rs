@@ -24,8 +24,8 @@ pub(super) fn noise_sd(values: &[f64]) -> f64 {
     scatter(values.windows(3))
 }
 
-/// Standard deviation of the noise of a pedal: from the rows that on average are away from its stops,
-/// where there are enough of them, for at a stop a sensor may show less.
+/// Standard deviation of the noise of a pedal: from the rows that on average are away from its
+/// stops, where there are enough of them, for at a stop a sensor may show less.
 pub(super) fn pedal_noise_sd(values: &[f64]) -> f64 {
     let mut sums = vec![0.0];
     for (row, value) in values.iter().enumerate() {

@@ -124,10 +124,10 @@ pub fn yaw_rate_of_course(time_s: &[f64], speed_mps: &[f64], course_rad: &[f64])
     rates
 }
 
-/// Course over ground of a vehicle, in rad, clockwise from north, from its latitudes and longitudes,
-/// in degrees: the direction from the last position that is 2 m or more back (judgement: what a
-/// satellite receiver at rest wanders). NaN until the vehicle has moved so far, and without a
-/// position.
+/// Course over ground of a vehicle, in rad, clockwise from north, from its latitudes and
+/// longitudes, in degrees: the direction from the last position that is 2 m or more back
+/// (judgement: what a satellite receiver at rest wanders). NaN until the vehicle has moved so far,
+/// and without a position.
 pub fn course_of_positions(latitude_deg: &[f64], longitude_deg: &[f64]) -> Vec<f64> {
     let mut course_rad = f64::NAN;
     let mut last: Option<(f64, f64)> = None;

@@ -34,7 +34,8 @@ const REVERSE_MPS: f64 = -0.5;
 pub enum LogError {
     /// Columns of different lengths.
     #[error(
-        "the column {column} has {found} rows, time has {expected}: all columns need the same number"
+        "the column {column} has {found} rows, time has {expected}: all columns need the same \
+         number"
     )]
     Lengths {
         /// Name of the column.
@@ -54,8 +55,8 @@ pub enum LogError {
     TooFewRows(Box<LogCounts>),
     /// Time that runs backwards.
     #[error(
-        "time runs backwards {}, first after row {row}, from {before_s:.3} to {after_s:.3} s: sort the rows, or name the \
-         column that tells the drives apart",
+        "time runs backwards {}, first after row {row}, from {before_s:.3} to {after_s:.3} s: \
+         sort the rows, or name the column that tells the drives apart",
         if *count == 1 { "once".to_owned() } else { format!("{count} times") }
     )]
     Backwards {
@@ -70,7 +71,8 @@ pub enum LogError {
     },
     /// Sampling that is too slow or too fast.
     #[error(
-        "the rows are {interval_s} s apart in the median ({rate_hz:.3} Hz): allowed are 1 to 100 Hz; is the unit of time right?"
+        "the rows are {interval_s} s apart in the median ({rate_hz:.3} Hz): allowed are 1 to 100 \
+         Hz; is the unit of time right?"
     )]
     Rate {
         /// Median interval, in s.
@@ -80,7 +82,8 @@ pub enum LogError {
     },
     /// A speed that is none.
     #[error(
-        "row {row} has a speed of {speed_mps} m/s: allowed are up to {FASTEST_MPS} m/s; is the unit of speed right?"
+        "row {row} has a speed of {speed_mps} m/s: allowed are up to {FASTEST_MPS} m/s; is the \
+         unit of speed right?"
     )]
     Speed {
         /// The row, from 1.
@@ -90,8 +93,8 @@ pub enum LogError {
     },
     /// nothing that determines road types.
     #[error(
-        "no road type is known: name a column road_type, or one with the speed limit, from which types follow, or give one \
-         type for the whole log (--road-type)"
+        "no road type is known: name a column road_type, or one with the speed limit, from which \
+         types follow, or give one type for the whole log (--road-type)"
     )]
     NoRoadType,
     /// An option that makes no sense.

@@ -66,7 +66,8 @@ mod tests {
 
     #[test]
     fn critical_values_are_those_of_the_tables() {
-        // the limits of the Kolmogorov law: Smirnov, Annals of Mathematical Statistics 19 (1948) 279
+        // the limits of the Kolmogorov law: Smirnov, Annals of Mathematical Statistics 19 (1948)
+        // 279
         for (lambda, p) in [(1.2238, 0.10), (1.3581, 0.05), (1.6276, 0.01)] {
             assert!((kolmogorov_tail(lambda) - p).abs() < 1e-4, "{lambda}");
         }

@@ -74,12 +74,14 @@ impl LogFile {
         if self.ragged_rows > 0 {
             let (ragged, rows) = (grouped(self.ragged_rows as u64), grouped(self.rows as u64));
             warnings.push(format!(
-                "{ragged} of {rows} rows of `{path}` have too few or too many cells: what is there is used"
+                "{ragged} of {rows} rows of `{path}` have too few or too many cells: what is \
+                 there is used"
             ));
         }
         for cells in &self.unreadable {
             warnings.push(format!(
-                "{} cells of `{}` in `{path}` are no numbers, first `{}` in {}: they count as missing{}",
+                "{} cells of `{}` in `{path}` are no numbers, first `{}` in {}: they count as \
+                 missing{}",
                 grouped(cells.cells as u64),
                 cells.column,
                 cells.text,

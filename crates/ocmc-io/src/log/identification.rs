@@ -52,7 +52,8 @@ impl Identification {
                         self.waiting.extend(waiting);
                         continue;
                     }
-                    let reason = "no event in the rows that can be used: a log needs the label `event`, or slopes of 0.5 % or more";
+                    let reason = "no event in the rows that can be used: a log needs the label \
+                        `event`, or slopes of 0.5 % or more";
                     (reason.to_owned(), "no event in them")
                 }
                 Err(fault) => (fault.to_string(), "time that runs backwards"),
@@ -152,8 +153,8 @@ mod tests {
         assert_eq!(few.left_out_warnings()[1], "event `2` is left out: 2 rows");
         assert_eq!(few.failed().unwrap().reason, "1 rows");
         let many = found(1200);
-        let account = "1,200 events or drives are left out: 1,199 for less than 30 rows, 1 for a vehicle that stands; \
-                       `left_out` (--json) has each";
+        let account = "1,200 events or drives are left out: 1,199 for less than 30 rows, 1 for a \
+                       vehicle that stands; `left_out` (--json) has each";
         assert_eq!(many.left_out_warnings(), [account]);
         assert_eq!(many.failed().unwrap().reason, format!("1 rows; {account}"));
         assert!(found(0).left_out_warnings().is_empty() && found(0).failed().is_none());

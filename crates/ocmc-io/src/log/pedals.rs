@@ -69,11 +69,13 @@ pub fn events(
             (repeated, "rows with the time of the row before are not used"),
             (
                 positions,
-                "rows without position: the column is not used, the way is the integral of the speed",
+                "rows without position: the column is not used, the way is the integral of the \
+                 speed",
             ),
             (
                 gears,
-                "rows without gear: the column is not used, gears follow from the speed of the engine",
+                "rows without gear: the column is not used, gears follow from the speed of the \
+                 engine",
             ),
         ],
     ));

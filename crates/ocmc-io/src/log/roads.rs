@@ -142,17 +142,21 @@ pub(super) fn notes(place: &str, counts: &RoadCounts) -> Vec<String> {
         (counts.untyped, "roads have neither road type nor speed limit: they are left out"),
         (
             counts.typed_by_limit,
-            "roads have no word in road_type: urban up to a limit of 55 km/h, motorway from 82 km/h, rural between (judgement)",
+            "roads have no word in road_type: urban up to a limit of 55 km/h, motorway from 82 \
+             km/h, rural between (judgement)",
         ),
         (
             counts.without_limit,
-            "rows without a possible speed limit: the one before holds, and a road without any tells no signs",
+            "rows without a possible speed limit: the one before holds, and a road without any \
+             tells no signs",
         ),
         (
             counts.without_slope,
-            "rows without slope or altitude: it goes on evenly over up to 200 m, and longer ways tell no slopes",
+            "rows without slope or altitude: it goes on evenly over up to 200 m, and longer ways \
+             tell no slopes",
         ),
-        (counts.without_yaw_rate, "rows without yaw rate: ways of more than 2 s of them tell no curves"),
+        (counts.without_yaw_rate, "rows without yaw rate: ways of more than 2 s of them tell no \
+            curves"),
         (counts.without_road_type, "rows without road type: the one before holds"),
         (counts.curves_outside, "curves outside the range of radii are left out"),
         (counts.curves_dropped, "curves are too short, too straight or too slow to be measured"),
@@ -168,7 +172,8 @@ pub(super) fn notes(place: &str, counts: &RoadCounts) -> Vec<String> {
     }
     if counts.type_by_limit {
         notes.push(format!(
-            "{place}: no column road_type: urban up to a limit of 55 km/h, motorway from 82 km/h, rural between (judgement)"
+            "{place}: no column road_type: urban up to a limit of 55 km/h, motorway from 82 km/h, \
+             rural between (judgement)"
         ));
     }
     notes

@@ -1,7 +1,7 @@
 //! A time series of VECTO (`.vmod`) as a log: what VECTO's driver drove, and its fuel.
 //!
-//! A row of it is the mean over a second, with the distance at its end. The speed at that end is the
-//! mean of the two seconds that meet there. Limits are not in it: those of its mission are.
+//! A row of it is the mean over a second, with the distance at its end. The speed at that end is
+//! the mean of the two seconds that meet there. Limits are not in it: those of its mission are.
 
 use super::{LogFile, LoggedTrip, stem};
 use crate::table::Quantity;

@@ -77,8 +77,8 @@ pub(super) fn breakdown(sums: &Sums) -> String {
     let mut text = "<h2>Where the energy went</h2>\n".to_owned();
     let _ = writeln!(
         text,
-        "<figure>{}<figcaption>Of the energy {store}, {:.2} kWh/km, over all completed cycles. The rows add up to \
-         {:.4} % of it.{missing}</figcaption></figure>",
+        "<figure>{}<figcaption>Of the energy {store}, {:.2} kWh/km, over all completed cycles. \
+         The rows add up to {:.4} % of it.{missing}</figcaption></figure>",
         svg::bars(&rows, "Energy by kind of loss"),
         used / KWH_J / distance_km,
         100.0 * closed

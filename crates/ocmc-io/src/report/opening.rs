@@ -85,7 +85,8 @@ impl Explaining {
         let what = self.name.split(',').next().unwrap_or_default().replace(": ", "'s ");
         (share >= LEAST_SHARE).then(|| {
             format!(
-                "The {what} goes with {} of the variance between trips, more than all else that was looked at.",
+                "The {what} goes with {} of the variance between trips, more than all else that \
+                 was looked at.",
                 fraction(share)
             )
         })

@@ -12,9 +12,10 @@ pub(super) fn parts(parts: &[FleetPart]) -> String {
 
 fn table(table: &PartTable) -> String {
     let mut text = format!(
-        "<h2>{}</h2>\n<p class=\"soft\">Shares of the whole, standstill and idling included, and the \
-         consumption of each part over its own way.</p>\n<div class=\"wide\" tabindex=\"0\"><table>\n\
-         <thead><tr><th></th>",
+        "<h2>{}</h2>\n<p class=\"soft\">Shares of the whole, standstill and idling included, and \
+         the consumption of each part over its own way.</p>\n<div class=\"wide\" \
+         tabindex=\"0\"><table>\n\
+         <thead><tr><th>part</th>",
         table.title
     );
     for column in &table.columns {

@@ -74,8 +74,9 @@ impl Repeat {
         command.push_str(" --out again");
         let first = if self.takes_file() { Self::first(manifest) } else { String::new() };
         format!(
-            "<h2>Repeat this run</h2>\n{first}<pre class=\"command\" tabindex=\"0\">{}</pre>\n<p class=\"soft\">It gives the same \
-             bytes of records, on any machine and with any number of threads, with the same version of the program ({}).</p>\n",
+            "<h2>Repeat this run</h2>\n{first}<pre class=\"command\" tabindex=\"0\">{}</pre>\n<p \
+             class=\"soft\">It gives the same bytes of records, on any machine and with any \
+             number of threads, with the same version of the program ({}).</p>\n",
             escaped(&command),
             escaped(&manifest.program_version)
         )
@@ -99,6 +100,7 @@ pub(super) fn trace_command(run: &Reported, repeat: &Repeat, cycle_id: u64) -> S
     }
     let (seed, options) = (run.manifest.seed, escaped(&repeat.options()));
     format!(
-        "<code>ocmc trace {options} --seed {seed} --cycle-id {cycle_id} --out cycle-{cycle_id}.csv</code>"
+        "<code>ocmc trace {options} --seed {seed} --cycle-id {cycle_id} --out \
+         cycle-{cycle_id}.csv</code>"
     )
 }

@@ -50,8 +50,9 @@ pub fn sensitivity_html(page: &SensitivityPage) -> String {
     let rows: String = page.facts.iter().map(|(name, value)| row(name, value)).collect();
     let _ = writeln!(
         text,
-        "<h2>Repeat this analysis</h2>\n<p>In the folder of this page, which has the study whole:</p>\n<pre class=\"command\" \
-         tabindex=\"0\">{}</pre>\n<h2>Provenance</h2>\n<div class=\"wide\" tabindex=\"0\"><table><tbody>\n{rows}</tbody></table></div>",
+        "<h2>Repeat this analysis</h2>\n<p>In the folder of this page, which has the study \
+         whole:</p>\n<pre class=\"command\" tabindex=\"0\">{}</pre>\n<h2>Provenance</h2>\n<div \
+         class=\"wide\" tabindex=\"0\"><table><tbody>\n{rows}</tbody></table></div>",
         escaped(page.command)
     );
     let top = page_head(&format!("{study}: where the spread comes from, by ocmc"), STYLE);
@@ -97,16 +98,18 @@ fn picture(shares: &Sensitivity) -> String {
         .collect();
     rows.sort_by(|a, b| b.1.total_cmp(&a.1));
     format!(
-        "<h2>Total effects</h2>\n<figure>{}<figcaption>Share of the variance, in %, that would be gone if the factor were the \
-         same in every trip, with its 95 % interval. A part, named behind a colon, is in its factor, too; joint effects \
-         are in each factor that has a part in them, so that the bars may add up to more than 100 %.</figcaption></figure>\n",
+        "<h2>Total effects</h2>\n<figure>{}<figcaption>Share of the variance, in %, that would be \
+         gone if the factor were the same in every trip, with its 95 % interval. A part, named \
+         behind a colon, is in its factor, too; joint effects are in each factor that has a part \
+         in them, so that the bars may add up to more than 100 %.</figcaption></figure>\n",
         bars(&rows, "Total effects of the factors")
     )
 }
 
 fn table(shares: &Sensitivity) -> String {
-    let mut text = "<h2>First-order and total effects</h2>\n<p class=\"soft\">First-order: share of the variance, in %, that the \
-                    factor explains alone. Total: with its joint effects.</p>\n<div class=\"wide\" tabindex=\"0\"><table>\n\
+    let mut text = "<h2>First-order and total effects</h2>\n<p class=\"soft\">First-order: share \
+                    of the variance, in %, that the factor explains alone. Total: with its joint \
+                    effects.</p>\n<div class=\"wide\" tabindex=\"0\"><table>\n\
                     <thead><tr><th>factor</th><th>first-order</th><th>total</th></tr></thead>\n<tbody>\n"
         .to_owned();
     for share in &shares.factors {
@@ -126,8 +129,9 @@ fn shapley(effects: &ShapleyEffects) -> String {
         .map(|share| (share.factor.to_owned(), share.share.max(0.0), cell(share.share, share.ci95)))
         .collect();
     format!(
-        "<h2>Shapley effects</h2>\n<figure>{}<figcaption>Shares of the variance, in %, that add up to 100: joint effects are \
-         shared out between the factors that have a part in them. From {} rows.</figcaption></figure>\n",
+        "<h2>Shapley effects</h2>\n<figure>{}<figcaption>Shares of the variance, in %, that add \
+         up to 100: joint effects are shared out between the factors that have a part in them. \
+         From {} rows.</figcaption></figure>\n",
         bars(&rows, "Shapley effects of the factors"),
         grouped(effects.rows)
     )
@@ -136,8 +140,9 @@ fn shapley(effects: &ShapleyEffects) -> String {
 fn two_way(shares: &TwoWay) -> String {
     let [cycle, driver, both] = [shares.cycle, shares.driver, shares.both].map(percent);
     format!(
-        "<h2>A second opinion</h2>\n<p>{} cycles by {} drivers, two-way random effects: {cycle} % of the variance is the \
-         cycle's, {driver} % the driver's, {both} % of both together.</p>\n",
+        "<h2>A second opinion</h2>\n<p>{} cycles by {} drivers, two-way random effects: {cycle} % \
+         of the variance is the cycle's, {driver} % the driver's, {both} % of both \
+         together.</p>\n",
         grouped(shares.cycles),
         shares.drivers
     )
@@ -188,8 +193,8 @@ mod tests {
             facts: &[("seed", "1".to_owned())],
             command: "ocmc sensitivity --study study.toml",
         });
-        let said = "Of the variance between trips, 80.0 % would go with the mission, 10.0 % with the road, \
-                    2.0 % with the driver, were it the same in every trip.";
+        let said = "Of the variance between trips, 80.0 % would go with the mission, 10.0 % with \
+                    the road, 2.0 % with the driver, were it the same in every trip.";
         assert!(page.replace('\u{a0}', " ").contains(said), "{page}");
         assert!(page.contains("a &amp; b") && page.contains("mission: payload"));
         assert!(page.contains("80.0 (70.0 to 90.0)"));

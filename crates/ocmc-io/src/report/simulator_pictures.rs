@@ -1,5 +1,5 @@
-//! The pictures of the driving-simulator study: curve speeds, accelerations, identified gains and set
-//! speeds, recorded against simulated drives, each driver's panel.
+//! The pictures of the driving-simulator study: curve speeds, accelerations, identified gains and
+//! set speeds, recorded against simulated drives, each driver's panel.
 
 use super::panel::{Mark, Panel, colour};
 use super::simulator_study::{DriveSeries, SimulatorEvent, SimulatorRepetition};
@@ -83,8 +83,9 @@ fn curve_speeds(of: &SimulatorRepetition) -> Picture {
     svg.push_str("</svg>\n");
     let [[exponent, speed_mps], _] = of.curve_laws;
     let caption = format!(
-        "Speed in curves: left (+) and right (o), a colour a driver; limit (dashed); the law with the estimated exponent {exponent:.2} \
-         and {:.1} km/h at {:.0} m (line), and with exponent 0.5 (dotted).",
+        "Speed in curves: left (+) and right (o), a colour a driver; limit (dashed); the law with \
+         the estimated exponent {exponent:.2} and {:.1} km/h at {:.0} m (line), and with exponent \
+         0.5 (dotted).",
         KMH * speed_mps,
         of.reference_radius_m
     );
@@ -124,8 +125,8 @@ fn accelerations(of: &SimulatorRepetition) -> Picture {
     }
     svg.push_str("</svg>\n");
     let caption = format!(
-        "Accelerations at changes of the limit, a colour a driver; the median (line) and that of the paper (dashed). What lies in the grey \
-         band, {low} to {high} m/s², does not count."
+        "Accelerations at changes of the limit, a colour a driver; the median (line) and that of \
+         the paper (dashed). What lies in the grey band, {low} to {high} m/s², does not count."
     );
     Picture { name: "accelerations", caption, svg }
 }
@@ -176,8 +177,9 @@ fn gains(of: &SimulatorRepetition) -> Picture {
         "events of each driver, in the order in which they were met",
     );
     svg.push_str("</svg>\n");
-    let caption = "Identified gains, one fit for each driver and event: climbs (orange) and descents (blue); a dark edge where the gain \
-                   ended at a bound, a black line where the driver's own gain lies. Axes are cut off as in the paper."
+    let caption = "Identified gains, one fit for each driver and event: climbs (orange) and \
+                   descents (blue); a dark edge where the gain ended at a bound, a black line \
+                   where the driver's own gain lies. Axes are cut off as in the paper."
         .to_owned();
     Picture { name: "gains", caption, svg }
 }
@@ -200,7 +202,8 @@ fn gains_by_direction(of: &SimulatorRepetition) -> Picture {
         (events.iter().filter(uphill).count(), events.iter().filter(uphill).filter(bound).count());
     let down = events.iter().filter(|event| event.grade < 0.0);
     let caption = format!(
-        "The same gains, climbs and descents apart: {ended} of {all} climbs and {} of {} descents end with a gain at a bound.",
+        "The same gains, climbs and descents apart: {ended} of {all} climbs and {} of {} descents \
+         end with a gain at a bound.",
         down.clone().filter(bound).count(),
         down.count()
     );
@@ -241,7 +244,9 @@ fn set_speeds(of: &SimulatorRepetition) -> Picture {
         panel.line(&mut svg, ends, "stroke=\"currentColor\" stroke-width=\"1.2\"");
     }
     svg.push_str("</svg>\n");
-    let caption = "Identified set speeds: climbs (orange) and descents (blue), the limit (dashed), and what the driver wants (black).".to_owned();
+    let caption = "Identified set speeds: climbs (orange) and descents (blue), the limit \
+        (dashed), and what the driver wants (black)."
+        .to_owned();
     Picture { name: "set-speeds", caption, svg }
 }
 
@@ -325,7 +330,9 @@ fn drives(of: &SimulatorRepetition) -> Picture {
         }
     }
     svg.push_str("</svg>\n");
-    let caption = "Speed of each driver: recorded (green), simulated on the slopes with the identified gains (blue), limit (dashed).".to_owned();
+    let caption = "Speed of each driver: recorded (green), simulated on the slopes with the \
+        identified gains (blue), limit (dashed)."
+        .to_owned();
     Picture { name: "drivers", caption, svg }
 }
 

@@ -156,15 +156,18 @@ pub fn simulator_html(page: &SimulatorPage) -> String {
     let mut text = page_head(&format!("{title}: the paper's simulator study"), STYLE);
     let _ = writeln!(
         text,
-        "<h1>{title}</h1>\n<p class=\"soft\">The driving-simulator study of the paper, repeated</p>\n<table><tbody>"
+        "<h1>{title}</h1>\n<p class=\"soft\">The driving-simulator study of the paper, \
+         repeated</p>\n<table><tbody>"
     );
     for (name, value) in page.facts {
         let (name, value) = (escaped(name), escaped(value));
         let _ = writeln!(text, "<tr><td>{name}</td><td class=\"words\">{value}</td></tr>");
     }
     text.push_str(
-        "</tbody></table>\n<h2>Paper and program</h2>\n<p class=\"soft\">The median of the repetitions, and where nine tenths of them lie.</p>\n\
-         <div class=\"wide\" tabindex=\"0\"><table>\n<thead><tr><th></th><th></th><th>paper</th><th>program</th><th>90 %</th></tr></thead>\n<tbody>\n",
+        "</tbody></table>\n<h2>Paper and program</h2>\n<p class=\"soft\">The median of the \
+         repetitions, and where nine tenths of them lie.</p>\n\
+         <div class=\"wide\" \
+         tabindex=\"0\"><table>\n<thead><tr><th>table</th><th>quantity</th><th>paper</th><th>program</th><th>90 %</th></tr></thead>\n<tbody>\n",
     );
     let mut table = "";
     for row in page.compared {
@@ -174,15 +177,17 @@ pub fn simulator_html(page: &SimulatorPage) -> String {
             [row.median, row.p5, row.p95].map(|value| value.map_or("–".to_owned(), rounded));
         let _ = writeln!(
             text,
-            "<tr><td>{}</td><td class=\"words\">{}</td><td>{}</td><td>{median}</td><td>{low} to {high}</td></tr>",
+            "<tr><td>{}</td><td class=\"words\">{}</td><td>{}</td><td>{median}</td><td>{low} to \
+             {high}</td></tr>",
             escaped(name),
             escaped(row.quantity),
             rounded(row.paper)
         );
     }
     text.push_str(
-        "</tbody></table></div>\n<h2>Analysis of variance, first repetition</h2>\n<div class=\"wide\" tabindex=\"0\"><table>\n<thead><tr><th>source</th>\
-         <th>Df</th><th>Sum Sq</th><th>Mean Sq</th><th>F</th><th>p</th></tr></thead>\n<tbody>\n",
+        "</tbody></table></div>\n<h2>Analysis of variance, first repetition</h2>\n<div \
+         class=\"wide\" tabindex=\"0\"><table>\n<thead><tr><th>source</th><th>Df</th><th>Sum \
+         Sq</th><th>Mean Sq</th><th>F</th><th>p</th></tr></thead>\n<tbody>\n",
     );
     for row in page.anova {
         let number =

@@ -59,7 +59,8 @@ impl RoadPicture {
             let place = y.at(tick_kmh);
             let _ = writeln!(
                 text,
-                "<line class=\"axis\" x1=\"{left}\" x2=\"{:.1}\" y1=\"{place:.1}\" y2=\"{place:.1}\"/>",
+                "<line class=\"axis\" x1=\"{left}\" x2=\"{:.1}\" y1=\"{place:.1}\" \
+                 y2=\"{place:.1}\"/>",
                 width - 10.0
             );
             label(&mut text, [left - 6.0, place + 4.0], "end", "", &format!("{tick_kmh:.0}"));

@@ -99,7 +99,8 @@ pub(super) fn histogram(histogram: &Histogram, marks: &[Mark], unit: &str, what:
         let (left, right, top) = (x.at(edge[0]), x.at(edge[1]), y.at(*count as f64));
         let _ = writeln!(
             text,
-            "<rect class=\"bar\" x=\"{:.1}\" y=\"{top:.1}\" width=\"{:.1}\" height=\"{:.1}\"><title>{:.d$} to {:.d$}: {} {what}</title></rect>",
+            "<rect class=\"bar\" x=\"{:.1}\" y=\"{top:.1}\" width=\"{:.1}\" \
+             height=\"{:.1}\"><title>{:.d$} to {:.d$}: {} {what}</title></rect>",
             left + 0.5,
             (right - left - 1.0).max(0.5),
             height - foot - top,
@@ -169,7 +170,8 @@ pub(super) fn bands(
         let place = y.at(value);
         let _ = writeln!(
             text,
-            "<line class=\"axis\" x1=\"{left}\" x2=\"{width}\" y1=\"{place:.1}\" y2=\"{place:.1}\"/>"
+            "<line class=\"axis\" x1=\"{left}\" x2=\"{width}\" y1=\"{place:.1}\" \
+             y2=\"{place:.1}\"/>"
         );
         label(&mut text, [left - 4.0, place + 4.0], "end", "", &rounded_short(value));
     }

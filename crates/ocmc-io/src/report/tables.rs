@@ -49,15 +49,16 @@ pub(super) fn key_numbers(run: &Reported) -> String {
 }
 
 /// What a table over cycles says.
-pub(super) const OVER_CYCLES: &str = "Mean: of the fleet, total over total, with its 95 % interval. \
-                                      The other columns count each cycle once.";
+pub(super) const OVER_CYCLES: &str = "Mean: of the fleet, total over total, with its 95 % \
+                                      interval. The other columns count each cycle once.";
 
 /// Every quantity, with intervals, under a caption.
 pub(super) fn statistics(statistics: &[Statistic], caption: &str, note: Option<&str>) -> String {
     let note =
         note.map_or_else(String::new, |note| format!("<p class=\"soft\">Intervals: {note}.</p>\n"));
     let mut text = format!(
-        "{note}<p class=\"soft\">{caption}</p>\n<div class=\"wide\" tabindex=\"0\"><table>\n<thead><tr><th>over the cycles</th><th>mean</th>\
+        "{note}<p class=\"soft\">{caption}</p>\n<div class=\"wide\" \
+         tabindex=\"0\"><table>\n<thead><tr><th>over the cycles</th><th>mean</th>\
          <th>95 % interval</th><th>SD</th>"
     );
     for quantile in statistics.first().iter().flat_map(|statistic| &statistic.quantiles) {
@@ -115,8 +116,10 @@ pub(super) fn outliers(run: &Reported, quantity: &RecordQuantity, repeat: &Repea
     let ends = run.gathered.ends(quantity);
     let (unit, factor) = label(quantity.column);
     let mut text = format!(
-        "<h2>Lowest and highest</h2>\n<div class=\"wide commands\" tabindex=\"0\" style=\"--columns: 7\"><table>\n<thead><tr><th>cycle</th><th>{}</th><th>payload, \
-         t</th><th>km</th><th>km/h</th><th>climb, m/km</th><th>stops</th><td class=\"words\">step by step</td></tr></thead>\n<tbody>\n",
+        "<h2>Lowest and highest</h2>\n<div class=\"wide commands\" tabindex=\"0\" \
+         style=\"--columns: 7\"><table>\n<thead><tr><th>cycle</th><th>{}</th><th>payload, \
+         t</th><th>km</th><th>km/h</th><th>climb, m/km</th><th>stops</th><td class=\"words\">step \
+         by step</td></tr></thead>\n<tbody>\n",
         escaped(unit)
     );
     for (value, record) in ends {
@@ -148,11 +151,13 @@ pub(super) fn failures(run: &Reported, repeat: &Repeat) -> String {
     }
     let was = if failed == 1 { "was" } else { "were" };
     let mut text = format!(
-        "<h2>Cycles that failed</h2>\n<p>{} of {} cycles {was} not completed. Those that stalled or timed out are in \
-         the records, but in no mean and no quantile. A trip whose battery ran empty counts with the kilometres that \
-         it drove: as heavy consumers drive fewer, the figure for the trips asked for is that of the whole trips, \
-         driven to their end with a battery that never empties.</p>\n<div class=\"wide commands\" tabindex=\"0\" style=\"--columns: 2\"><table>\n<thead><tr><th>why</th><th>cycles</th><td class=\"words\">the \
-         first ones, step by step</td></tr></thead>\n<tbody>\n",
+        "<h2>Cycles that failed</h2>\n<p>{} of {} cycles {was} not completed. Those that stalled \
+         or timed out are in the records, but in no mean and no quantile. A trip whose battery \
+         ran empty counts with the kilometres that it drove: as heavy consumers drive fewer, the \
+         figure for the trips asked for is that of the whole trips, driven to their end with a \
+         battery that never empties.</p>\n<div class=\"wide commands\" tabindex=\"0\" \
+         style=\"--columns: 2\"><table>\n<thead><tr><th>why</th><th>cycles</th><td \
+         class=\"words\">the first ones, step by step</td></tr></thead>\n<tbody>\n",
         grouped(failed),
         grouped(summary.cycles)
     );
@@ -175,8 +180,9 @@ pub(super) fn failures(run: &Reported, repeat: &Repeat) -> String {
         let (mean, unit) = (rounded(factor * worst.mean), escaped(unit));
         let _ = writeln!(
             text,
-            "<p>Had each that stalled or timed out been as long as the mean completed cycle and consumed like the worst one, or like its \
-             own record where that is more, the fleet's mean would be {mean} {unit}.</p>"
+            "<p>Had each that stalled or timed out been as long as the mean completed cycle and \
+             consumed like the worst one, or like its own record where that is more, the fleet's \
+             mean would be {mean} {unit}.</p>"
         );
     }
     text
@@ -224,7 +230,8 @@ pub(super) fn study(run: &Reported) -> String {
     }
     let _ = writeln!(
         text,
-        "<details><summary>The whole study, as a file that {}</summary>\n<pre tabindex=\"0\">{}</pre></details>",
+        "<details><summary>The whole study, as a file that {}</summary>\n<pre \
+         tabindex=\"0\">{}</pre></details>",
         escaped(&what_it_repeats(manifest.followed.as_ref())),
         escaped(&commented(&manifest.resolved_study))
     );
@@ -289,9 +296,10 @@ pub(super) fn provenance(run: &Reported) -> String {
         ("took", format!("{wall_s} s on {} threads", run.summary.threads)),
     ];
     format!(
-        "<h2>Provenance</h2>\n<div class=\"wide\" tabindex=\"0\"><table><tbody>\n{}</tbody></table></div>\n<p class=\"soft\">The \
-         intervals are those of sampling from the study. They do not hold the error of the models, nor that of numbers \
-         that were judged.</p>\n",
+        "<h2>Provenance</h2>\n<div class=\"wide\" \
+         tabindex=\"0\"><table><tbody>\n{}</tbody></table></div>\n<p class=\"soft\">The intervals \
+         are those of sampling from the study. They do not hold the error of the models, nor that \
+         of numbers that were judged.</p>\n",
         rows.map(|(name, value)| row(name, &value)).concat()
     )
 }

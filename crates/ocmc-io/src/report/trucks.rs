@@ -26,8 +26,9 @@ pub(super) fn trucks(summary: &Summary) -> String {
     if let Some(components) = &trucks.components {
         let _ = writeln!(
             text,
-            "<p>Trucks are {:.0} % of the variance of trips, and {:.0} % of that of a truck's mean. The standard \
-             deviation is {} {unit} between trucks and {} between trips of a truck.</p>",
+            "<p>Trucks are {:.0} % of the variance of trips, and {:.0} % of that of a truck's \
+             mean. The standard deviation is {} {unit} between trucks and {} between trips of a \
+             truck.</p>",
             100.0 * components.share_of_trips,
             100.0 * components.share_of_means,
             rounded(factor * components.between_sd),
@@ -81,9 +82,10 @@ fn shares(trucks: &TruckSummary, own: &Statistic) -> String {
     }
     text.push_str("</svg>\n");
     format!(
-        "<figure>{text}<figcaption>Share of the variance that is between trucks and their drivers, of a trip, of the \
-         mean of a truck's month and of its year; the rest is the chance of its trips. <code>ocmc sensitivity --over \
-         truck --shapley</code> shares it out over the factors.</figcaption></figure>\n"
+        "<figure>{text}<figcaption>Share of the variance that is between trucks and their \
+         drivers, of a trip, of the mean of a truck's month and of its year; the rest is the \
+         chance of its trips. <code>ocmc sensitivity --over truck --shapley</code> shares it out \
+         over the factors.</figcaption></figure>\n"
     )
 }
 
@@ -109,7 +111,8 @@ fn caterpillar(trucks: &TruckSummary, unit: &str, factor: f64) -> String {
         let place = y.at(value);
         let _ = writeln!(
             text,
-            "<line class=\"axis\" x1=\"{left}\" x2=\"{width}\" y1=\"{place:.1}\" y2=\"{place:.1}\"/>"
+            "<line class=\"axis\" x1=\"{left}\" x2=\"{width}\" y1=\"{place:.1}\" \
+             y2=\"{place:.1}\"/>"
         );
         words(&mut text, [left - 4.0, place + 4.0], "end", "", &rounded_short(value));
     }
@@ -135,8 +138,8 @@ fn caterpillar(trucks: &TruckSummary, unit: &str, factor: f64) -> String {
         _ => format!(" Of {} truck-years {count}, evenly by rank.", grouped(all.len() as u64)),
     };
     format!(
-        "<figure>{text}<figcaption>{unit} of each truck's year with the 95 % interval over other trips of the same \
-         truck.{of}</figcaption></figure>\n"
+        "<figure>{text}<figcaption>{unit} of each truck's year with the 95 % interval over other \
+         trips of the same truck.{of}</figcaption></figure>\n"
     )
 }
 
@@ -150,9 +153,10 @@ fn year(trucks: &TruckSummary) -> String {
         ("electricity, MWh", totals.battery_energy_j, 1.0 / 3.6e9),
         ("CO2 of the fuel, t", totals.co2_kg, 1e-3),
     ];
-    let mut text = "<p class=\"soft\">The fleet's year, and where that of another fleet of as many trucks lies in 95 \
-                    of 100 cases.</p>\n<div class=\"wide\" tabindex=\"0\"><table>\n<thead><tr><th></th><th>total</th>\
-                    <th>another fleet</th></tr></thead>\n<tbody>\n"
+    let mut text = "<p class=\"soft\">The fleet's year, and where that of another fleet of as \
+                    many trucks lies in 95 of 100 cases.</p>\n<div class=\"wide\" \
+                    tabindex=\"0\"><table>\n<thead><tr><th>quantity</th><th>total</th><th>another \
+                    fleet</th></tr></thead>\n<tbody>\n"
         .to_owned();
     for (name, total, factor) in rows {
         let Some(Total { total, prediction95 }) = total else { continue };
@@ -176,7 +180,8 @@ fn seasons(trucks: &TruckSummary, unit: &str, factor: f64) -> String {
     }
     let cells = |of: &dyn Fn(&(&str, f64)) -> String| known.iter().map(of).collect::<String>();
     format!(
-        "<p class=\"soft\">{unit} by month of departure, total over total.</p>\n<div class=\"wide\" tabindex=\"0\"><table>\n\
+        "<p class=\"soft\">{unit} by month of departure, total over total.</p>\n<div \
+         class=\"wide\" tabindex=\"0\"><table>\n\
          <thead><tr>{}</tr></thead>\n<tbody><tr>{}</tr></tbody></table></div>\n",
         cells(&|(name, _)| format!("<th>{name}</th>")),
         cells(&|(_, value)| format!("<td>{}</td>", rounded(*value))),

@@ -79,8 +79,9 @@ pub fn validation_html(page: &ValidationPage) -> String {
         let name = escaped(&road.name);
         let _ = writeln!(
             text,
-            "<h2>{name}</h2>\n<figure>{}<figcaption>Speed over distance: 90 % and half of the simulated trips, \
-             their median, the drives, and the limit (dashed).</figcaption></figure>",
+            "<h2>{name}</h2>\n<figure>{}<figcaption>Speed over distance: 90 % and half of the \
+             simulated trips, their median, the drives, and the limit \
+             (dashed).</figcaption></figure>",
             road.svg()
         );
     }
@@ -113,10 +114,13 @@ pub fn validation_html(page: &ValidationPage) -> String {
 
 /// The scores over all drives.
 fn scores(page: &ValidationPage) -> String {
-    let mut text = "<h2>Scores</h2>\n<p class=\"soft\">Error: simulated mean less measured. CRPS: continuous ranked \
-                    probability score, in the same unit. Half and 90 %: how many of the measured values lie in these bands of the \
-                    trips.</p>\n<div class=\"wide\" tabindex=\"0\"><table>\n<thead><tr><th></th><th>values</th><th>mean error</th><th>RMSE</th>\
-                    <th>CRPS</th><th>in half, %</th><th>in 90 %, %</th><th>even ranks, p</th></tr></thead>\n<tbody>\n"
+    let mut text = "<h2>Scores</h2>\n<p class=\"soft\">Error: simulated mean less measured. CRPS: \
+                    continuous ranked probability score, in the same unit. Half and 90 %: how \
+                    many of the measured values lie in these bands of the trips.</p>\n<div \
+                    class=\"wide\" \
+                    tabindex=\"0\"><table>\n<thead><tr><th>quantity</th><th>values</th><th>mean \
+                    error</th><th>RMSE</th><th>CRPS</th><th>in half, %</th><th>in 90 %, \
+                    %</th><th>even ranks, p</th></tr></thead>\n<tbody>\n"
         .to_owned();
     for pooled in page.pooled {
         let (label, factor) = quantity_label(&pooled.quantity, page.energy_unit);
@@ -143,9 +147,10 @@ fn scores(page: &ValidationPage) -> String {
 
 /// The scores of each drive.
 fn drives(page: &ValidationPage) -> String {
-    let mut text = "<h2>Drives</h2>\n<div class=\"wide\" tabindex=\"0\"><table>\n<thead><tr><th></th><th>from, km</th><th>to, km</th>\
-                    <th></th><th>measured</th><th>simulated</th><th>90 % of the trips</th><th>CRPS</th><th>rank</th></tr>\
-                    </thead>\n<tbody>\n"
+    let mut text = "<h2>Drives</h2>\n<div class=\"wide\" \
+                    tabindex=\"0\"><table>\n<thead><tr><th>drive</th><th>from, km</th><th>to, \
+                    km</th><th>quantity</th><th>measured</th><th>simulated</th><th>90 % of the \
+                    trips</th><th>CRPS</th><th>rank</th></tr></thead>\n<tbody>\n"
         .to_owned();
     for drive in page.drives {
         for (k, (quantity, score)) in drive.values.iter().enumerate() {
@@ -158,7 +163,8 @@ fn drives(page: &ValidationPage) -> String {
             let [low, high] = score.band90.map(|value| score_text(factor * value));
             let _ = writeln!(
                 text,
-                "<tr><td>{name}</td><td>{}</td><td>{}</td><td class=\"words\">{}</td><td>{}</td><td>{}</td><td>{low} to {high}</td>\
+                "<tr><td>{name}</td><td>{}</td><td>{}</td><td \
+                 class=\"words\">{}</td><td>{}</td><td>{}</td><td>{low} to {high}</td>\
                  <td>{}</td><td>{:.3}</td></tr>",
                 from_to[0],
                 from_to[1],

@@ -38,7 +38,8 @@ pub enum RunDirectoryError {
     },
     /// A run that is under way, or that was ended by force.
     #[error(
-        "`{}` holds a run that was not ended ({completed} of {cycles} cycles, running); `{}` finishes it",
+        "`{}` holds a run that was not ended ({completed} of {cycles} cycles, running); `{}` \
+         finishes it",
         path.display(),
         resume_command(path)
     )]

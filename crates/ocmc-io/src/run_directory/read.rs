@@ -209,7 +209,8 @@ pub fn unfinished(
     let ours = env!("CARGO_PKG_VERSION");
     if manifest.program_version != ours {
         return Err(not_ours(format!(
-            "version {} of the program began it, this is version {ours}: the records would not be those of one run",
+            "version {} of the program began it, this is version {ours}: the records would not be \
+             those of one run",
             manifest.program_version
         )));
     }

@@ -15,8 +15,8 @@ use std::sync::Arc;
 /// Longest line of a value, in characters.
 const WIDTH: usize = 96;
 
-/// A key of a study with its value: a number, a word, a list, or a table that is one thing, as a law
-/// is.
+/// A key of a study with its value: a number, a word, a list, or a table that is one thing, as a
+/// law is.
 struct Leaf<'a> {
     path: Vec<&'a str>,
     value: &'a Node,
@@ -52,8 +52,10 @@ pub fn init_text_of(base: &str) -> Result<String, StudyFileError> {
     super::show(base)?;
     let resolved = resolved_toml(&load(base, none)?.model);
     let mut text = format!(
-        "# Written by `ocmc study init --base {base}`: all that `{base}` says holds here, too. Remove the\n\
-         # `#` in front of a key and change its value; `ocmc study check FILE` tells whether it fits.\n\
+        "# Written by `ocmc study init --base {base}`: all that `{base}` says holds here, too. \
+         Remove the\n\
+         # `#` in front of a key and change its value; `ocmc study check FILE` tells whether it \
+         fits.\n\
          # Behind the bar of a comment stands the allowed range.\n\n\
          study.base = \"{base}\"\nstudy.name = \"my-{base}\"\n"
     );

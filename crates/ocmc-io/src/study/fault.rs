@@ -155,7 +155,8 @@ fn missing(root: &Node, mut steps: Vec<Step>, key: &str) -> Box<Fault> {
             fault.help("`vehicle.base = \"tractor-40t\"` inherits what a vehicle does not say")
         }
         _ if !inherits(root) => fault.help(
-            "a study without a base has to say everything: `study.base = \"field-truck\"` inherits what it does not say",
+            "a study without a base has to say everything: `study.base = \"field-truck\"` \
+             inherits what it does not say",
         ),
         _ => fault,
     }
@@ -179,7 +180,8 @@ fn unknown(root: &Node, mut steps: Vec<Step>, about: &str, names: &[&str]) -> Bo
         let fault = Fault::new(cause).at(place.as_ref());
         return match inherited_law(root, &steps, place.as_ref()) {
             Some(law) => fault.help(format!(
-                "the law there is inherited, a `{law}`, of which this changes one key; a law of your own begins with `distribution`"
+                "the law there is inherited, a `{law}`, of which this changes one key; a law of \
+                 your own begins with `distribution`"
             )),
             None => fault.suggest(wrong, names),
         };

@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 /// Where the files lie that a study names, or that it may name none.
 ///
 /// Every name in a study becomes a path here and nowhere else, so that a program can take studies
-/// of strangers: with [`Files::Refused`] nothing is opened, and nobody learns whether a file exists.
+/// of strangers: with [`Files::Refused`] nothing is opened, and nobody learns whether a file
+/// exists.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Files {
     /// In this folder.

@@ -11,9 +11,10 @@ use std::sync::Arc;
 pub(super) const COMMENT_COLUMN: usize = 44;
 
 /// What stands above the written study.
-const LEGEND: &str = "\
-# Written by `ocmc study init`: the default study, complete. Change what differs for you; `ocmc study check FILE` tells
-# whether it fits. At the end of a number's comment, behind the bar, stands its allowed range.
+const LEGEND: &str = "# Written by `ocmc study init`: the default study, complete. Change what \
+differs for you; `ocmc study check FILE` tells
+# whether it fits. At the end of a number's \
+comment, behind the bar, stands its allowed range.
 #
 ";
 

@@ -10,7 +10,8 @@ pub fn schema() -> Value {
     schema["title"] = json!("ocmc study");
     schema["properties"]["study"]["properties"]["base"] = json!({
         "type": "string",
-        "description": "A built-in study or a file beside this one, whose keys hold where this study does not say otherwise."
+        "description": "A built-in study or a file beside this one, whose keys hold where this \
+            study does not say otherwise."
     });
     schema["properties"]["study"]["properties"]["drop"] = json!({
         "type": "array", "items": { "type": "string" },
@@ -18,7 +19,8 @@ pub fn schema() -> Value {
     });
     schema["properties"]["vehicle"]["properties"]["base"] = json!({
         "type": "string",
-        "description": "A built-in vehicle or a file, whose keys hold where this study does not say otherwise."
+        "description": "A built-in vehicle or a file, whose keys hold where this study does not \
+            say otherwise."
     });
     schema
 }

@@ -52,9 +52,8 @@ pub(super) fn expand(tree: &mut Node, files: &Files) -> Result<(), Box<Fault>> {
 fn coast_down(test: &CoastDown) -> Result<Value, &'static str> {
     let sound = test.mass_kg > 0.0 && test.air_density_kgpm3 > 0.0 && test.from_mps >= 0.0;
     if !(sound && test.to_mps > test.from_mps) {
-        return Err(
-            "`vehicle.coast_down` needs a mass and a density above 0, and `to_mps` above `from_mps`",
-        );
+        return Err("`vehicle.coast_down` needs a mass and a density above 0, and `to_mps` above \
+             `from_mps`");
     }
     let (drag_area_m2, rolling) = test.resistance();
     // one axle of exponent 1 has the coefficient of the test at every load

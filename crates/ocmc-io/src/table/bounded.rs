@@ -1,5 +1,6 @@
-//! A text that is read piece by piece, and does not take more memory or time than its file can mean:
-//! a log is streamed, but a line is held as a whole, and a small compressed file may hold anything.
+//! A text that is read piece by piece, and does not take more memory or time than its file can
+//! mean: a log is streamed, but a line is held as a whole, and a small compressed file may hold
+//! anything.
 
 use std::io::{self, Read};
 

@@ -50,8 +50,8 @@ impl ClockColumn {
                 (Some(offset_s), Some(place_s)) => stamp_s - offset_s + place_s,
                 (Some(0.0), None) => {
                     return Err(refuse(
-                        "a time of the place: this one is UTC; say by how many hours the place's standard time is ahead of it \
-                         (--utc-offset, utc_offset_h in Python)",
+                        "a time of the place: this one is UTC; say by how many hours the place's \
+                         standard time is ahead of it (--utc-offset, utc_offset_h in Python)",
                     ));
                 }
                 _ => stamp_s,

@@ -293,7 +293,8 @@ impl TableError {
     /// What to do, where the message does not say so.
     pub fn help(&self) -> Option<&'static str> {
         matches!(*self.fault, Fault::OverTime(_)).then_some(
-            "a speed over time is driven with --follow-speed exact or --follow-speed driver (in Python follow_speed)",
+            "a speed over time is driven with --follow-speed exact or --follow-speed driver (in \
+             Python follow_speed)",
         )
     }
 

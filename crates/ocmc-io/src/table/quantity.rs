@@ -146,7 +146,8 @@ pub const VOCABULARY: [Entry; 63] = [
         "coefficient of ISO 8608, of the road"),
     entry(Q::RoadType, &["road_type"], unit::TEXT, "road type", "name of a road type of the study"),
     entry(Q::MapObject, &["map_object"], unit::TEXT, "object of the map",
-        "`stop_sign`, `give_way`, `traffic_light`, `speed_bump`, `mission_stop`, `railway_crossing`"),
+        "`stop_sign`, `give_way`, `traffic_light`, `speed_bump`, `mission_stop`, \
+         `railway_crossing`"),
     entry(Q::Stop, &["stop"], unit::TIME, "standstill", "at this place; 0 or an empty cell: none"),
     entry(Q::Radius, &["radius"], unit::LENGTH, "radius", "of a curve"),
     entry(Q::Direction, &["direction"], unit::TEXT, "direction", "of a curve: `left` or `right`"),
@@ -183,7 +184,8 @@ pub const VOCABULARY: [Entry; 63] = [
     entry(Q::FuelRate, &["fuel", "fuel_rate"], unit::MASS_FLOW, "fuel consumption",
         "in a log the mean since the row before"),
     entry(Q::BatteryPower, &["battery_power"], unit::POWER, "power of the battery",
-        "at its terminals, positive where it is discharged; in a log the mean since the row before"),
+        "at its terminals, positive where it is discharged; in a log the mean since the row \
+         before"),
     entry(Q::InputTorque, &["input_torque"], unit::TORQUE, "input torque",
         "of a gearbox or an axle"),
     entry(Q::LossTorque, &["loss_torque", "torque_loss"], unit::TORQUE, "loss torque", ""),
@@ -195,7 +197,8 @@ pub const VOCABULARY: [Entry; 63] = [
         "of a trip, in whatever unit"),
     entry(Q::Weight, &["weight"], unit::NUMBER, "weight of a trip", "such as its length"),
     entry(Q::Departure, &["departure"], unit::TIME, "departure", "from the beginning of the year"),
-    entry(Q::Outcome, &["outcome"], unit::TEXT, "outcome", "of a trip: `completed`, or another one"),
+    entry(Q::Outcome, &["outcome"], unit::TEXT, "outcome", "of a trip: `completed`, or another \
+        one"),
 ];
 
 impl Quantity {

@@ -61,8 +61,8 @@ struct Axle {
     fz_iso: f64,
 }
 
-/// The semitrailer of the declaration mode [F: VECTO 2.2, `Declaration/`, as in the truck's files of
-/// the engineering mode]: three axles of single wide tyres.
+/// The semitrailer of the declaration mode [F: VECTO 2.2, `Declaration/`, as in the truck's files
+/// of the engineering mode]: three axles of single wide tyres.
 const TRAILER_AXLE: Axle = Axle {
     inertia: 19.2,
     weight_share: 0.0,

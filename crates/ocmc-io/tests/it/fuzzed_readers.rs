@@ -399,8 +399,8 @@ fn place(folder: &Path, reader: &str, name: &str) -> PathBuf {
     folder.join(name)
 }
 
-/// The process that reads, a part of the next test: `OCMC_FUZZ_CHILD` is the reader, the first input
-/// and how many. Without it there is nothing to read.
+/// The process that reads, a part of the next test: `OCMC_FUZZ_CHILD` is the reader, the first
+/// input and how many. Without it there is nothing to read.
 #[test]
 fn child() {
     let Ok(asked) = std::env::var("OCMC_FUZZ_CHILD") else { return };

@@ -1,18 +1,18 @@
 //! The noise of a given route's positions and altitudes, and the road behind them.
 //!
 //! How much they scatter is seen in fourth differences, which a smooth road has almost none of: of
-//! independent errors with the SD σ, z₋₂/4 − z₋₁ + 3 z₀/2 − z₁ + z₂/4 has the SD σ √4.375. The median
-//! of its magnitude is taken, so that a few sharp bends do not count. Of positions it is the distance
-//! from the chord of both neighbours that is compared with that of the neighbours, because points may
-//! lie unevenly along a road.
+//! independent errors with the SD σ, z₋₂/4 − z₋₁ + 3 z₀/2 − z₁ + z₂/4 has the SD σ √4.375. The
+//! median of its magnitude is taken, so that a few sharp bends do not count. Of positions it is the
+//! distance from the chord of both neighbours that is compared with that of the neighbours, because
+//! points may lie unevenly along a road.
 //!
 //! The road is what minimises Σ (z_i − f(s_i))² + λ Σ (Δᵖ f)² on an even grid (Whittaker 1923; P.
 //! Eilers, Anal. Chem. 75, 2003), Δᵖ the p-th difference: of altitudes the second, of positions the
-//! third, for which a bend of one radius costs little. λ minimises Mallows' criterion RSS + 2 σ² df,
-//! with df = Σ 1/(1 + λ (2 − 2 cos ω)ᵖ h/g), points every h on a grid of g. Where the positions lie
-//! farther from the road than their noise explains, as around sharp bends, λ is lowered tenfold and
-//! the road is fitted again, four times at most. Noise that does not change from point to point, as
-//! that of a receiver's slow drift, is not seen, and bends the road little.
+//! third, for which a bend of one radius costs little. λ minimises Mallows' criterion RSS + 2 σ²
+//! df, with df = Σ 1/(1 + λ (2 − 2 cos ω)ᵖ h/g), points every h on a grid of g. Where the positions
+//! lie farther from the road than their noise explains, as around sharp bends, λ is lowered tenfold
+//! and the road is fitted again, four times at most. Noise that does not change from point to
+//! point, as that of a receiver's slow drift, is not seen, and bends the road little.
 
 use crate::operating_cycle::road::route_geometry::interpolate;
 use std::f64::consts::PI;

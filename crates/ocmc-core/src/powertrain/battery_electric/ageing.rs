@@ -3,8 +3,8 @@
 //!
 //! The law is that of Schmalstieg, Käbitz, Ecker and Sauer, *A holistic aging model for
 //! Li(NiMnCo)O2 based 18650 lithium-ion batteries*, J. Power Sources 257 (2014) 325, for cells of
-//! 2.05 Ah, as public restatements give it, NREL's BLAST-Lite among them \[F second hand\]. With t in
-//! days, Q in Ah that went through a cell in both directions, V in V, T in K and the depth of
+//! 2.05 Ah, as public restatements give it, NREL's BLAST-Lite among them \[F second hand\]. With t
+//! in days, Q in Ah that went through a cell in both directions, V in V, T in K and the depth of
 //! discharge D:
 //!
 //! ```text
@@ -14,8 +14,8 @@
 //!               + max(1.5·10⁻⁵, 2.153·10⁻⁴ (V − 3.725)² − 1.521·10⁻⁵ + 2.798·10⁻⁴ D) Q
 //! ```
 //!
-//! V is the voltage at which a cell is kept, and around which it is cycled: one here. The cells were
-//! bought in 2010 and aged at 35 to 50 °C: those of today last longer.
+//! V is the voltage at which a cell is kept, and around which it is cycled: one here. The cells
+//! were bought in 2010 and aged at 35 to 50 °C: those of today last longer.
 
 use crate::validation::Problems;
 use schemars::JsonSchema;

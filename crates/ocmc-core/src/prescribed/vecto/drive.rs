@@ -216,9 +216,9 @@ impl<'a> Drive<'a> {
         }
     }
 
-    /// The fastest attempt that the engine can carry, and whether the wanted speed had to be cut for
-    /// it. It is cut again and again, with the gear chosen anew each time; cuts are made many at once
-    /// as long as the gear is the same and the engine still has not the power.
+    /// The fastest attempt that the engine can carry, and whether the wanted speed had to be cut
+    /// for it. It is cut again and again, with the gear chosen anew each time; cuts are made many
+    /// at once as long as the gear is the same and the engine still has not the power.
     fn strongest(&self, row: &Row, wanted_mps: f64) -> (Attempt, bool) {
         let mut attempt = self.attempt(row, wanted_mps);
         let (mut cuts, mut step, mut grows) = (0, 1, true);

@@ -108,7 +108,8 @@ pub(super) fn by_driver(
     let without = fits.iter().filter(|fit| fit.exponent.is_none()).count();
     if without > 0 {
         warnings.push(format!(
-            "{without} of {groups} drivers have no regression of their own: fewer than three curves, or one radius"
+            "{without} of {groups} drivers have no regression of their own: fewer than three \
+             curves, or one radius"
         ));
     }
     let near = 1.0 + 1e-9;
@@ -116,8 +117,8 @@ pub(super) fn by_driver(
         || reference_radius_m > curves.largest_radius_m * near
     {
         warnings.push(format!(
-            "the reference radius of {reference_radius_m} m lies outside the radii of the curves: the reference speed is \
-             extrapolated"
+            "the reference radius of {reference_radius_m} m lies outside the radii of the curves: \
+             the reference speed is extrapolated"
         ));
     }
     fits

@@ -253,9 +253,9 @@ impl Regression {
         .estimate(curves)
     }
 
-    /// Standard errors of the first coefficient and of the mean level with the curves of a driver as
-    /// one observation: the sandwich. That of the coefficient has the factor G/(G − 1) (n − 1)/(n −
-    /// p); that of the level, G/(G − 1), is SD(α)/√G where the coefficients do not move it.
+    /// Standard errors of the first coefficient and of the mean level with the curves of a driver
+    /// as one observation: the sandwich. That of the coefficient has the factor G/(G − 1) (n −
+    /// 1)/(n − p); that of the level, G/(G − 1), is SD(α)/√G where the coefficients do not move it.
     fn clustered_errors(&self, curves: &Curves, gram: &DMatrix<f64>) -> (f64, f64) {
         let (n, width, groups) = (self.fit.rows, self.fit.width(), self.fit.groups());
         let (levels, coefficients) = (self.fit.levels(), self.fit.coefficients());

@@ -35,7 +35,8 @@ pub(super) fn limited(
     }
     if unknown > 0 {
         warnings.push(format!(
-            "{unknown} of {all} curves have no known speed limit (above 0): the censored regression and that below the limits leave them out"
+            "{unknown} of {all} curves have no known speed limit (above 0): the censored \
+             regression and that below the limits leave them out"
         ));
     }
     let log_share = libm::log(options.limit_share);
@@ -48,7 +49,8 @@ pub(super) fn limited(
         curves.rows.iter().filter(|curve| curve.accelerating && !kept(curve)).count();
     if accelerating > 0 {
         warnings.push(format!(
-            "in {accelerating} curves below the limit the truck still gained speed in the middle: the censored regression takes them as at least that fast"
+            "in {accelerating} curves below the limit the truck still gained speed in the middle: \
+             the censored regression takes them as at least that fast"
         ));
     }
     let below_limit = (!slow.rows.is_empty())
@@ -64,7 +66,8 @@ pub(super) fn limited(
     let left_out = curves.drivers.len() - seen.drivers.len();
     if left_out > 0 {
         warnings.push(format!(
-            "{left_out} drivers are at the limit in every curve, {} curves: the censored regression leaves them out",
+            "{left_out} drivers are at the limit in every curve, {} curves: the censored \
+             regression leaves them out",
             curves.rows.len() - seen.rows.len()
         ));
     }

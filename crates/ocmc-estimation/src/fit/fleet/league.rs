@@ -1,13 +1,14 @@
 //! A league table of trucks, or of drivers, and how sure its order is.
 //!
-//! Members stand in the order of their best linear unbiased predictions, which are drawn to the mean
-//! the more, the fewer trips a member has. How sure the order is follows from draws of all effects
-//! at once, given the estimated SDs; for two neighbours it has the closed form Φ(d/s), d the
-//! difference of their predictions and s the SD of its error.
+//! Members stand in the order of their best linear unbiased predictions, which are drawn to the
+//! mean the more, the fewer trips a member has. How sure the order is follows from draws of all
+//! effects at once, given the estimated SDs; for two neighbours it has the closed form Φ(d/s), d
+//! the difference of their predictions and s the SD of its error.
 //!
 //! Sources: H. Goldstein, D. J. Spiegelhalter, League tables and their limitations, Journal of the
-//! Royal Statistical Society A 159 (1996), 385-443 \[PK\]; N. M. Laird, T. A. Louis, Empirical Bayes
-//! ranking methods, Journal of Educational Statistics 14 (1989), 29-46 (expected ranks) \[PK\].
+//! Royal Statistical Society A 159 (1996), 385-443 \[PK\]; N. M. Laird, T. A. Louis, Empirical
+//! Bayes ranking methods, Journal of Educational Statistics 14 (1989), 29-46 (expected ranks)
+//! \[PK\].
 
 use super::components::Components;
 use super::likelihood::Posterior;

@@ -297,8 +297,8 @@ fn notes(trips: &Trips, told: &[VarianceComponent], has_drivers: bool) -> Vec<St
     let mut notes = Vec::new();
     let who = match trips.design {
         FleetDesign::TrucksOnly if !has_drivers => {
-            "the records name no drivers: what differs between the drivers of a truck is part of its \
-             trips, and a driver who always has the same truck is part of the truck"
+            "the records name no drivers: what differs between the drivers of a truck is part of \
+             its trips, and a driver who always has the same truck is part of the truck"
         }
         FleetDesign::TrucksOnly if trips.counted[1] == 1 => {
             "all trips have one driver: how drivers differ is not known"
@@ -307,8 +307,8 @@ fn notes(trips: &Trips, told: &[VarianceComponent], has_drivers: bool) -> Vec<St
             "each driver has one trip: what differs between drivers is part of the trips"
         }
         FleetDesign::TruckAndDriver => {
-            "each truck has one driver and each driver one truck: their parts cannot be told apart, \
-             and are one level, truck and driver together"
+            "each truck has one driver and each driver one truck: their parts cannot be told \
+             apart, and are one level, truck and driver together"
         }
         _ => "",
     };

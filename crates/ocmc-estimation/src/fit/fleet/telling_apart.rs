@@ -1,13 +1,13 @@
 //! How many trips it takes to tell two trucks, or two drivers, apart.
 //!
-//! The means of m trips each differ by δ plus an error of variance 2 (σ_o²/k + σ²/m): σ is the SD of
-//! a trip, σ_o that of what else differs between the two, such as drivers of which each truck has k.
-//! The test is two-sided and normal with known variances, so that its power is Φ(δ/s − z) + Φ(−δ/s −
-//! z), s² that variance. Where 2 σ_o²/k alone is too much no number of trips is enough: more drivers
-//! are needed, not more trips.
+//! The means of m trips each differ by δ plus an error of variance 2 (σ_o²/k + σ²/m): σ is the SD
+//! of a trip, σ_o that of what else differs between the two, such as drivers of which each truck
+//! has k. The test is two-sided and normal with known variances, so that its power is Φ(δ/s − z) +
+//! Φ(−δ/s − z), s² that variance. Where 2 σ_o²/k alone is too much no number of trips is enough:
+//! more drivers are needed, not more trips.
 //!
-//! Source: J. Cohen, Statistical Power Analysis for the Behavioral Sciences (1988), chapter 2 \[PK\];
-//! the floor by σ_o \[D\].
+//! Source: J. Cohen, Statistical Power Analysis for the Behavioral Sciences (1988), chapter 2
+//! \[PK\]; the floor by σ_o \[D\].
 
 use super::trips::{FleetDesign, Trips};
 use super::{FleetOptions, components::Components};
@@ -58,8 +58,8 @@ pub fn difference_with(variance: f64, power: f64, significance: f64) -> f64 {
     (normal_quantile(power) - normal_quantile(0.5 * significance)) * libm::sqrt(variance)
 }
 
-/// The trips of each of two members for a power; none where no number is enough. The estimate of the
-/// difference has the variance `floor_variance` + 2 `trip_variance`/trips.
+/// The trips of each of two members for a power; none where no number is enough. The estimate of
+/// the difference has the variance `floor_variance` + 2 `trip_variance`/trips.
 pub fn trips_to_tell(
     difference: f64,
     floor_variance: f64,

@@ -37,7 +37,8 @@ pub(super) fn fit_curves(roads: &TypeRoads, model: &mut CurveModel, estimates: &
         .collect();
     if logs.len() < n {
         estimates.warn(format_args!(
-            "{} curves are tighter than the smallest radius of the base study and are left out of the law of radii",
+            "{} curves are tighter than the smallest radius of the base study and are left out of \
+             the law of radii",
             n - logs.len()
         ));
     }
@@ -211,7 +212,8 @@ pub(super) fn fit_turns(
 ) {
     if coverage.curves != CurveCoverage::All {
         estimates.warn(
-            "many are tighter than the curves that a detector is made for: their radii and their shares of events stay those of the base study",
+            "many are tighter than the curves that a detector is made for: their radii and their \
+             shares of events stay those of the base study",
         );
         return;
     }

@@ -59,8 +59,8 @@ pub(super) fn fit_curves(
     let outside = roads.curves.len() - seen.len();
     if outside > 0 {
         estimates.warn(format_args!(
-            "{outside} of {} curves are outside the window of {} to {} m, or tighter than the smallest radius of the base study: \
-             they are left out",
+            "{outside} of {} curves are outside the window of {} to {} m, or tighter than the \
+             smallest radius of the base study: they are left out",
             roads.curves.len(),
             window.radius_m[0],
             window.radius_m[1]
@@ -68,7 +68,8 @@ pub(super) fn fit_curves(
     }
     if seen.len() < FEWEST_OF_WINDOW {
         estimates.warn(format_args!(
-            "{} curves within the window do not tell the laws of all: radius and length stay those of the base study",
+            "{} curves within the window do not tell the laws of all: radius and length stay \
+             those of the base study",
             seen.len()
         ));
     } else {
@@ -143,7 +144,8 @@ fn fit_laws(
     let at_edge = laws.iter().zip(start).any(|(a, b)| (a - b).abs() > 0.95 * FARTHEST);
     if at_edge || !value.is_finite() {
         estimates.warn(
-            "the curves within the window fit many laws of all curves: radius and length stay those of the base study",
+            "the curves within the window fit many laws of all curves: radius and length stay \
+             those of the base study",
         );
         return;
     }

@@ -63,7 +63,8 @@ pub enum RoadFitError {
     },
     /// A road type that the base study does not have.
     #[error(
-        "the road type `{name}` is not in the base study, which has {known}; the numbers that roads do not tell come from there"
+        "the road type `{name}` is not in the base study, which has {known}; the numbers that \
+         roads do not tell come from there"
     )]
     UnknownRoadType {
         /// The type.
@@ -252,8 +253,9 @@ fn undetermined(coverage: &Coverage) -> Vec<String> {
         (coverage.signs, "no speed limits are known: signs stay those of the base study"),
         (
             coverage.events,
-            "no objects of a map are known (column map_object), and a standstill alone does not tell a sign from a queue: \
-             events and turns at junctions stay those of the base study, and such turns count as curves",
+            "no objects of a map are known (column map_object), and a standstill alone does not \
+             tell a sign from a queue: events and turns at junctions stay those of the base \
+             study, and such turns count as curves",
         ),
         (coverage.slopes, "no slope or altitude is known: slopes stay those of the base study"),
         (

@@ -161,7 +161,10 @@ fn slopes(
 pub(super) fn fit_chain(roads: &TypeRoads, model: &mut RoadTypeModel, estimates: &mut Estimates) {
     let ended = roads.stretches.iter().filter(|stretch| stretch.1).count();
     if ended == 0 {
-        estimates.warn("no stretch of it ends before its road: mean length and next type stay those of the base study");
+        estimates.warn(
+            "no stretch of it ends before its road: mean length and next type stay \
+            those of the base study",
+        );
         return;
     }
     let minimum = model.minimum_length_m;
@@ -197,7 +200,10 @@ pub(super) fn fit_signs(roads: &TypeRoads, model: &mut SpeedSignModel, estimates
     }
     let changes = roads.sign_changes.len();
     if changes == 0 {
-        estimates.warn("its signs never change within a stretch: their mean length stays that of the base study");
+        estimates.warn(
+            "its signs never change within a stretch: their mean length stays that of \
+            the base study",
+        );
         return;
     }
     let mean_m = length_m / changes as f64;

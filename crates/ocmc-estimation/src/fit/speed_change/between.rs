@@ -1,11 +1,11 @@
 //! Drivers and their changes, apart: y = μ + b_driver + e, b ~ N(0, τ²), e ~ N(0, σ²), of the
 //! logarithms of accelerations.
 //!
-//! A study draws an acceleration once a driver, so its law wants exp μ and τ; σ, what the changes of
-//! one driver differ by, has no place in it. By REML; with the threshold c in the likelihood by
-//! maximum likelihood: given b, a driver's changes have the normal density over σ P(Z at least (c − μ
-//! − b)/σ), and b is integrated out around its mode; τ² is taken times G/(G − 1) for the mean that was
-//! fitted, as without a cut.
+//! A study draws an acceleration once a driver, so its law wants exp μ and τ; σ, what the changes
+//! of one driver differ by, has no place in it. By REML; with the threshold c in the likelihood by
+//! maximum likelihood: given b, a driver's changes have the normal density over σ P(Z at least (c −
+//! μ − b)/σ), and b is integrated out around its mode; τ² is taken times G/(G − 1) for the mean
+//! that was fitted, as without a cut.
 
 use crate::fit::mixed_model::GroupedRows;
 use crate::fit::nelder_mead::minimise;
@@ -126,8 +126,8 @@ pub(super) fn untruncated(
     })
 }
 
-/// Logarithm of the likelihood of a driver's changes (number, mean, squares about it), the effect b =
-/// τ u integrated out.
+/// Logarithm of the likelihood of a driver's changes (number, mean, squares about it), the effect b
+/// = τ u integrated out.
 fn marginal((n, mean, squares): (f64, f64, f64), mu: f64, sigma: f64, tau: f64, cut: f64) -> f64 {
     let of = |u: f64| {
         let level = mu + tau * u;

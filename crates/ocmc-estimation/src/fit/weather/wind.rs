@@ -119,8 +119,8 @@ fn weibull_errors(mean: f64, shape: f64, phi: f64, times_h: &[f64]) -> [f64; 2] 
 /// Standard errors of prevailing direction, SD and correlation over an hour of `n` directions, by
 /// the moments that they are taken from.
 ///
-/// Deviations δ are normal with variance V: cov(sin δ, sin δ') = e^−V sinh(V ρ), cov(cos δ, cos δ') =
-/// e^−V (cosh(V ρ) − 1), and those of the hourly turns alike.
+/// Deviations δ are normal with variance V: cov(sin δ, sin δ') = e^−V sinh(V ρ), cov(cos δ, cos δ')
+/// = e^−V (cosh(V ρ) − 1), and those of the hourly turns alike.
 fn direction_errors(variance: f64, phi: f64, n: f64) -> [f64; 3] {
     // Σ V^m/m! Σ_k φ^(m |k|) over odd or even m
     let series = |first: usize| {

@@ -35,8 +35,8 @@ fn sd(fit: &FleetFit, level: &str) -> f64 {
 // (2010), chapters 1 and 2. Criteria with all digits, by programs that share no code with lme4: the
 // tests of the repositories MixedModels.jl (Dyestuff) and Metida.jl (the others, also by SPSS).
 
-/// Yield of dyestuff from six batches: O. L. Davies, P. L. Goldsmith, Statistical Methods in Research
-/// and Production, 4th ed. (1972), table 6.2.
+/// Yield of dyestuff from six batches: O. L. Davies, P. L. Goldsmith, Statistical Methods in
+/// Research and Production, 4th ed. (1972), table 6.2.
 const DYESTUFF: [[f64; 5]; 6] = [
     [1545.0, 1440.0, 1440.0, 1520.0, 1580.0],
     [1540.0, 1555.0, 1490.0, 1560.0, 1495.0],
@@ -56,8 +56,8 @@ fn dyestuff_one_level() {
     near(sd(&fit, "trip"), 49.510, 1e-3);
     near(fit.mean, 1527.5, 1e-9);
     near(fit.mean_standard_error, 19.38, 0.01);
-    // of balanced trips −2 l = Σ ν (ln λ + MS/λ) over λ = σ² + 5 τ² with 5 and λ = σ² with 24 degrees
-    // of freedom: at both ends it is by 3.84 (1 + 1/15) above the smallest, σ at its best
+    // of balanced trips −2 l = Σ ν (ln λ + MS/λ) over λ = σ² + 5 τ² with 5 and λ = σ² with 24
+    // degrees of freedom: at both ends it is by 3.84 (1 + 1/15) above the smallest, σ at its best
     let means = DYESTUFF.map(|batch| batch.iter().sum::<f64>() / 5.0);
     let between = means.iter().map(|mean| (mean - 1527.5).powi(2)).sum::<f64>();
     let rest = DYESTUFF.iter().zip(means);
@@ -319,7 +319,8 @@ fn intervals_and_standard_errors_are_those_seen() {
 
 #[test]
 fn two_trucks_are_ranked_by_the_normal_law() {
-    // two trucks alone say too little of the SD between trucks: eight, of which any two are compared
+    // two trucks alone say too little of the SD between trucks: eight, of which any two are
+    // compared
     let rows = fleet(5, 2, |t| vec![t], |_, _| 40);
     let options = FleetOptions { draws: 20_000, ..FleetOptions::default() };
     let two = fit(&rows, &options).unwrap();
