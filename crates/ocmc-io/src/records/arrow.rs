@@ -246,7 +246,8 @@ mod tests {
         let rows = examples::records(10);
         let batch = record_batch(&rows);
         let without = |name: &str| {
-            let places = (0..batch.num_columns()).filter(|k| COLUMNS[*k].name != name);
+            let schema = batch.schema();
+            let places = (0..batch.num_columns()).filter(|k| schema.field(*k).name() != name);
             batch.project(&places.collect::<Vec<_>>()).expect("the others")
         };
         let old = without("fuel_kg");
@@ -263,7 +264,7 @@ mod tests {
     fn wrong_values_name_their_place() {
         let batch = record_batch(&examples::records(3));
         let with = |name: &str, array: ArrayRef| {
-            let ours = schema();
+            let ours = batch.schema();
             let fields = ours.fields().iter().map(|field| {
                 let data_type =
                     if field.name() == name { array.data_type() } else { field.data_type() };
@@ -271,7 +272,7 @@ mod tests {
             });
             let schema = Arc::new(Schema::new(fields.collect::<Vec<_>>()));
             let column = |(k, column): (usize, &ArrayRef)| {
-                Arc::clone(if COLUMNS[k].name == name { &array } else { column })
+                Arc::clone(if ours.field(k).name() == name { &array } else { column })
             };
             let columns = batch.columns().iter().enumerate().map(column).collect();
             let batch = RecordBatch::try_new(schema, columns).expect("three rows");

@@ -5,7 +5,7 @@
 //! written beside its place, synced, renamed, and its directory synced: at any moment it is there
 //! whole or not at all. The file `lock` is locked by the program that writes.
 
-use super::checksum::Checksums;
+use super::checksum::{CHECKSUMS, Checksums};
 use super::durable::{replaced, sync_directory, temporary};
 use super::error::RunDirectoryError;
 use crate::file_error::FileError;
@@ -138,11 +138,18 @@ pub(super) fn is_chunk(name: &str) -> bool {
 /// Removes what a program that ended in the wrong moment has left of its chunks.
 pub(super) fn remove_left_over(directory: &Path) -> Result<(), RunDirectoryError> {
     let folder = directory.join(CHUNKS);
-    if !folder.exists() {
+    if folder.exists() {
+        remove(&folder)?;
+    }
+    // it may have ended while it took the sums of the chunks out
+    let half_written = temporary(&directory.join(CHECKSUMS));
+    if half_written.exists() {
+        fs::remove_file(&half_written).map_err(FileError::write(&half_written))?;
+    }
+    let Some(mut sums) = Checksums::read(directory)? else { return Ok(()) };
+    if !sums.names().into_iter().any(is_chunk) {
         return Ok(());
     }
-    remove(&folder)?;
-    let Some(mut sums) = Checksums::read(directory)? else { return Ok(()) };
     sums.retain(|name| !is_chunk(name));
     sums.write()
 }
