@@ -399,6 +399,7 @@ impl LaneTask {
             let charged_by = |plug: &Plug, charge| powertrain.charged_by(plug, charge);
             stops.fill(policy, departure_charge, charged_by, &mut record);
         }
+        study.emission_factors().fill(&mut record);
         record
     }
 }

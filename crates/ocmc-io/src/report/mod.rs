@@ -25,7 +25,7 @@ pub use gathered::Gathered;
 use ocmc_core::fleet::association::{Association, association, association_beside};
 use ocmc_core::fleet::quantity::{RecordQuantity, quantity};
 use ocmc_core::fleet::statistic::Statistic;
-use ocmc_core::record::{Cell, Record, column};
+use ocmc_core::record::{Record, column};
 use repeat::Repeat;
 pub use sensitivity::{SensitivityPage, sensitivity_html};
 pub use simulator_pictures::{Picture, pictures};
@@ -281,11 +281,7 @@ fn panels(found: &[Explaining], what: &str) -> String {
 
 /// A number of a record, by the name of its column.
 fn number(record: &Record, name: &str) -> Option<f64> {
-    match column(name)?.get(record) {
-        Cell::Number(value) => value,
-        Cell::Integer(value) => value.map(|value| value as f64),
-        Cell::Outcome(_) => None,
-    }
+    column(name)?.get(record).number()
 }
 
 /// A value in its unit for people.
