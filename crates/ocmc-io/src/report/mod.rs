@@ -14,6 +14,7 @@ mod simulator_study;
 mod speed_over_distance;
 mod svg;
 mod tables;
+mod trip;
 mod trucks;
 mod validation;
 
@@ -128,6 +129,7 @@ pub fn html(run: &Reported) -> String {
         if let Some(quantity) = quantity(statistic.column) {
             page.push_str(&explained(&explaining, statistic));
             page.push_str(&tables::road_shares(&run.gathered.sums));
+            page.push_str(&trip::trip(run, quantity, &repeat));
             page.push_str(&tables::outliers(run, quantity, &repeat));
         }
     }
