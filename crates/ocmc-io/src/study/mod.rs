@@ -45,7 +45,7 @@ pub use commented::{commented, init_text_of};
 pub(crate) use commented::{in_words, settings_from};
 pub use error::{Cause, Fault, StudyFileError, nearest};
 pub use files::Files;
-pub use fitted::{FittedPart, fitted_study};
+pub use fitted::{Estimate, FittedPart, fitted_study};
 pub use init::init_text;
 pub use schema::schema;
 pub use source::{Place, Source, SourceKind};
