@@ -49,6 +49,21 @@ def progress(
     return Silent()
 
 
+def note(asked: bool | Callable[[int, int], object] | None, text: str) -> None:  # noqa: FBT001
+    """Say something on standard error where a bar would be shown.
+
+    Parameters
+    ----------
+    asked : bool or callable, optional
+        As of `progress`.
+    text : str
+        What is said.
+    """
+    terminal = sys.stderr is not None and sys.stderr.isatty()
+    if asked is True or (asked is None and (_in_notebook() or terminal)):
+        sys.stderr.write(text + "\n")
+
+
 class Silent:
     """Reports nothing."""
 

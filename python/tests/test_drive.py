@@ -159,3 +159,20 @@ def test_what_is_wrong_is_said(truck, route, speed_file, tmp_path):
     wrong(ValueError, "`files` as a route", standing, follow_speed="driver")
     (tmp_path / "route.txt").write_text("x")
     wrong(ValueError, "unknown column `x`; allowed are", tmp_path / "route.txt")
+
+
+def test_what_was_read_of_a_route_is_told(route, tmp_path, capsys):
+    study = ocmc.Study("field-truck")
+    run = study.drive(route, cycles=2, progress=True)
+    [told] = run.routes
+    assert set(told) >= {"file", "length_m", "climb_m", "steepest_grade", "n_curves", "n_stops", "told"}
+    assert told["warnings"] == []
+    assert "km, " in told["told"][0]
+    assert told["told"][0] in capsys.readouterr().err
+    assert abs(told["length_m"] - run["distance_m"][0]) < 1.0
+    quiet = study.drive(route, cycles=2, progress=False)
+    assert capsys.readouterr().err == ""
+    assert quiet.routes == run.routes
+    run.save(tmp_path / "run")
+    assert ocmc.load(tmp_path / "run").routes == []
+    assert study.run(cycles=2).routes == []

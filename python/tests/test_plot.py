@@ -82,8 +82,28 @@ def test_the_trace_of_a_cycle(study, against, factor):
     assert set(limit) <= set(3.6 * track["value"])
     assert limit[0] == 3.6 * track["value"][0]
     np.testing.assert_array_equal(panels[3].lines[0].get_ydata(), trace["gear"])
-    assert [ax.get_ylabel() for ax in panels] == ["speed, km/h", "slope, %", "pedals, %", "gear"]
-    assert panels[3].get_xlabel() in {"position, km", "time, min"}
+    labels = ["speed, km/h", "slope, %", "pedals, %", "gear", "braking, kW"]
+    assert [ax.get_ylabel() for ax in panels] == labels
+    assert panels[-1].get_xlabel() in {"position, km", "time, min"}
+
+
+@pytest.mark.parametrize("name", ["field-truck", "battery-truck"])
+def test_the_trace_shows_what_brakes_and_the_charge(name):
+    electric = name == "battery-truck"
+    trace = ocmc.Study(name).set("mission.length_m", 5000.0).trace(3)
+    panels = ocmc.plot.trace(trace)
+    own = "regenerated" if electric else "engine brake"
+    column = "regenerated_energy_added_j" if electric else "engine_brake_energy_added_j"
+    drawn_areas = {area.get_label(): area for area in panels[4].collections}
+    assert set(drawn_areas) == {"service brakes", own}
+    moving = trace["step_s"] > 0.0
+    most = (trace[column][moving] / trace["step_s"][moving]).max() / 1000.0
+    assert most > 10.0
+    top = drawn_areas[own].get_paths()[0].vertices[:, 1].max()
+    np.testing.assert_allclose(top, most)
+    assert len(panels) == (6 if electric else 5)
+    if electric:
+        np.testing.assert_allclose(panels[5].lines[0].get_ydata(), 100.0 * trace["state_of_charge"])
 
 
 def test_a_part_of_a_trace_and_axes_of_the_caller(study):

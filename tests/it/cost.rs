@@ -198,3 +198,48 @@ fn what_is_priced_on_one_side_alone_is_said() {
     let said = String::from_utf8(output.stderr).expect("UTF-8");
     assert!(said.contains("driver has a price in") && said.contains("alone"), "{said}");
 }
+
+#[test]
+fn a_run_emits_from_the_well_what_its_cost_says_and_its_tonnes_share() {
+    for study in ["field-truck", "battery-truck", "electric-regional"] {
+        let asked = ["--study", study, "--cycles", "30", "--quiet", "--set", SHORT];
+        let run = json(&asked);
+        let mean = |column: &str| number(&run["statistics"][column]["mean"]);
+        let well = mean("well_to_wheel_g_per_km");
+        let cost = json(
+            &[
+                &["cost", "--set", "cost.currency=EUR"][..],
+                &["--set", "cost.driver_per_h=1"],
+                &asked,
+            ]
+            .concat(),
+        );
+        let found = number(&cost["emissions"]["well_to_wheel_kg_per_km"]) * 1000.0;
+        assert!((well / found - 1.0).abs() < 1e-9, "{study}: {well} and {found}");
+        // total over total: both means have the same tonnes
+        let tonnes = well / mean("well_to_wheel_g_per_tkm");
+        let (electric, per) = match study {
+            "field-truck" => (false, ["consumption_l_per_100km", "consumption_l_per_100tkm"]),
+            _ => (true, ["consumption_kwh_per_km", "consumption_kwh_per_tkm"]),
+        };
+        let [whole, by_tonne] = per.map(mean);
+        assert!((tonnes * by_tonne / whole - 1.0).abs() < 1e-9, "{study}: {tonnes} t");
+        assert_eq!(run["statistics"]["grid_co2_g_per_km"]["mean"].is_f64(), electric, "{study}");
+        if electric {
+            // the two factors of the default study
+            assert!((mean("grid_co2_g_per_km") / well - 0.214 / 0.291).abs() < 1e-9, "{study}");
+        }
+    }
+    let other = [
+        "--cycles",
+        "5",
+        "--quiet",
+        "--set",
+        SHORT,
+        "--set",
+        "emissions.fuel_well_to_wheel_kg_per_l=6.76",
+    ];
+    let [own, twice] = [&other[..5], &other]
+        .map(|asked| number(&json(asked)["statistics"]["well_to_wheel_g_per_km"]["mean"]));
+    assert!((twice / own - 2.0).abs() < 1e-12, "{own} and {twice}");
+}

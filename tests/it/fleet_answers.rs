@@ -1,8 +1,8 @@
 //! Comparison, sensitivity and precision, as a user of the command meets them.
 
-use crate::program::{SHORT, ocmc, run_into};
+use crate::program::{SHORT, ocmc, records, run_into};
 use ocmc_core::random::LAST_CYCLE_ID;
-use ocmc_core::record::Outcome;
+use ocmc_core::record::{Outcome, Record};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
@@ -199,7 +199,8 @@ fn what_cannot_be_analysed_is_said() {
         (&["compare", "field-truck"][..], 2, "--set"),
         (&["compare"], 2, "NAME|FILE"),
         (&["compare", "field-truck", "nowhere"], 1, "nowhere"),
-        (&["compare", "field-truck", "regional", "--column", "x"], 2, "consumption_l_per_100km"),
+        (&["compare", "field-truck", "regional", "--column", "x"], 2, "columns of the records"),
+        (&["compare", "field-truck", "regional", "--column", "cycle_id"], 2, "did you mean"),
         (&["sensitivity", "--factor", "moon"], 2, "driver.curve_speed"),
         (&["sensitivity", "--cycles", "9", "--set", SHORT, "--factor", "road"], 1, "at least 10"),
         (
@@ -342,4 +343,55 @@ fn a_second_opinion_that_cannot_be_is_refused_before_anything_is_driven() {
     let last = (LAST_CYCLE_ID - 100_000).to_string();
     let text = found(&[&last, "--crossed", "1000000"], 2);
     assert!(text.contains("--first-cycle with --crossed"), "{text}");
+}
+
+#[test]
+fn studies_are_compared_by_any_number_of_their_records() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (a, b) = ("mission.payload_kg=1000", "mission.payload_kg=20000");
+    let mut files = Vec::new();
+    for set in [a, b] {
+        let out = folder.path().join(set);
+        run_into(&out, &["--cycles", "12", "--set", set]);
+        files.push(records(&out.join("records.parquet")));
+    }
+    let plain = |value: &dyn Fn(&Record) -> f64| -> f64 {
+        let mean = |records: &[Record]| records.iter().map(value).sum::<f64>() / 12.0;
+        mean(&files[1]) - mean(&files[0])
+    };
+    let urban = |record: &Record| {
+        let names = record.breakdown.names();
+        let place = names.iter().position(|name| name == "fuel_kg_urban").expect("a column");
+        record.breakdown.value(place).expect("driven")
+    };
+    let study = |name: &str, set: &str| {
+        let file = folder.path().join(name);
+        let text =
+            format!("study.name = \"{name}\"\nstudy.base = \"field-truck\"\n{SHORT}\n{set}\n");
+        fs::write(&file, text).expect("space");
+        file.display().to_string()
+    };
+    let (a, b) = (study("a.toml", a), study("b.toml", b));
+    let asked = |column: &str| json(&["compare", &a, &b, "--cycles", "12", "--column", column]);
+    let expected: [(&str, f64); 3] = [
+        ("n_gear_shifts", plain(&|record| f64::from(record.n_gear_shifts))),
+        ("rolling_energy_j", plain(&|record| record.rolling_energy_j)),
+        ("fuel_kg_urban", plain(&urban)),
+    ];
+    for (column, difference) in expected {
+        let answer = asked(column);
+        let found = answer["difference"].as_f64().expect("pairs");
+        assert!((found - difference).abs() <= 1e-9 * difference.abs(), "{column}: {found}");
+        assert_eq!(answer["column"], column);
+    }
+    // a mean of nothing has no share
+    let nothing = ["compare", &a, &b, "--cycles", "5", "--column", "payload_cut_kg"];
+    let found = text(&nothing);
+    assert!(found.contains("mean of the cycles") && !found.contains('%'), "{found}");
+    let out = folder.path().join("page");
+    let saved = ["--column", "n_gear_shifts", "--out", out.to_str().expect("UTF-8")];
+    text(&[&["compare", &a, &b, "--cycles", "12"], &saved[..]].concat());
+    let page = fs::read_to_string(out.join("report.html")).expect("a page");
+    assert!(page.contains("n_gear_shifts is ") && page.contains("--column n_gear_shifts"));
+    assert!(fs::read_to_string(out.join("pairs.csv")).expect("pairs").lines().count() == 13);
 }

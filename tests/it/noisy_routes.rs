@@ -1,7 +1,9 @@
 //! Routes as a receiver logs them: 3 m of scatter in position and altitude cost no more than 5 % of
 //! fuel.
 
-use crate::common::{run, study};
+use crate::common::{column, run, study};
+use crate::program::ocmc;
+use ocmc_core::kernel::trace::trace;
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::road::curvature::Curve;
 use ocmc_core::random::{Stream, Streams};
@@ -39,6 +41,35 @@ fn write(path: &Path, points: &[[f64; 4]], noise_m: f64, seed: u64) {
         let [x, y, z] = [x, y, z].map(|value| value + noise_m * draws.normal());
         let (lat, lon) = (52.0 + y / 111_195.0, 9.0 + x / (111_195.0 * 52_f64.to_radians().cos()));
         writeln!(text, "{lat:.9},{lon:.9},{z:.4},{limit:.4}").unwrap();
+    }
+    std::fs::write(path, text).unwrap();
+}
+
+/// Writes the drive of a cycle as a receiver logs it, once a second, with scatter of this SD.
+fn write_log(path: &Path, study: &Study, cycle_id: u64, noise_m: f64) {
+    let points = points(study, cycle_id, 1.0);
+    let driven = trace(study, 1, cycle_id);
+    let column = |name: &str| column(&driven, name);
+    let (time, position) = (column("time_s"), column("position_m"));
+    let (speed, limit) = (column("speed_mps"), column("limit_mps"));
+    let mut draws = Streams::new(3, 0).open(Stream::CurveResidual);
+    let mut text = "time_s,speed_mps,latitude_deg,longitude_deg,altitude_m,limit_mps\n".to_owned();
+    let mut k = 0;
+    for second in 0..time[time.len() - 1] as usize {
+        let at_s = second as f64;
+        while time[k] < at_s {
+            k += 1;
+        }
+        let (before, share) = match k {
+            0 => (0, 1.0),
+            _ => (k - 1, (at_s - time[k - 1]) / (time[k] - time[k - 1])),
+        };
+        let at = |values: &[f64]| values[before] + share * (values[k] - values[before]);
+        let place = (at(position) as usize).min(points.len() - 1);
+        let [x, y, z, _] = points[place].map(|value| value + noise_m * draws.normal());
+        let (lat, lon) = (52.0 + y / 111_195.0, 9.0 + x / (111_195.0 * 52_f64.to_radians().cos()));
+        let (speed, limit) = (at(speed), limit[k]);
+        writeln!(text, "{at_s},{speed:.4},{lat:.9},{lon:.9},{z:.4},{limit:.4}").unwrap();
     }
     std::fs::write(path, text).unwrap();
 }
@@ -94,4 +125,32 @@ fn a_route_that_only_scatters_is_refused() {
     write(&path, &points(&study, 1, 20.0), 20.0, 1);
     let error = ocmc_io::given_cycle::read(&path, &[]).unwrap_err().to_string();
     assert!(error.contains("scatter by") && error.contains("at most 8 m"), "{error}");
+}
+
+#[test]
+fn the_road_of_a_noisy_log_costs_what_that_of_a_clean_one_does() {
+    let study = study("field-truck", &["mission.length_m=20000", "simulation.step_s=0.5"]);
+    let folder = tempfile::tempdir().unwrap();
+    let (log, road) = (folder.path().join("log.csv"), folder.path().join("road.csv"));
+    let made = |noise_m: f64| {
+        write_log(&log, &study, 1, noise_m);
+        let files = [&log, &road].map(|path| path.to_str().unwrap().to_owned());
+        let output = ocmc(&["road", &files[0], "--out", &files[1]]).output().unwrap();
+        let said = String::from_utf8(output.stderr).unwrap();
+        (output.status.success(), said)
+    };
+    let (_, said) = made(0.0);
+    assert!(said.contains("of climb, at most") && !said.contains("scatter"), "{said}");
+    let clean = fuel(&road);
+    let (_, said) = made(3.0);
+    println!("{said}");
+    for what in ["positions", "altitudes"] {
+        assert!(said.contains(&format!("its {what} scatter by")), "{said}");
+    }
+    assert!(!said.contains("hardly a road"), "{said}");
+    let part = fuel(&road) / clean;
+    println!("3 m: {:+.1} %", 100.0 * (part - 1.0));
+    assert!((part - 1.0).abs() < 0.05, "{part}");
+    let (success, said) = made(20.0);
+    assert!(!success && said.contains("scatter by") && said.contains("at most 8 m"), "{said}");
 }

@@ -11,6 +11,7 @@ use ocmc_core::record::Record;
 use ocmc_core::study::Study;
 use serde_json::Value;
 use std::convert::Infallible;
+use std::fmt::Write;
 use std::ops::ControlFlow;
 use std::path::Path;
 
@@ -188,4 +189,83 @@ fn a_number_without_pairs_is_said_and_does_not_hide_the_others() {
     assert_eq!((battery.effect, battery.pairs), (None, 0), "{found:?}");
     assert!(mass.pairs > 0 && mass.effect > Some(0.0), "{found:?}");
     assert!(found.sd > 0.0, "{found:?}");
+}
+
+/// Curves of eight drivers, and changes of speed of five, with some scatter of their own.
+fn measurements(folder: &Path) -> [String; 2] {
+    let scatter = |k: u32| f64::from(k * 7919 % 97) / 97.0 - 0.5;
+    let mut curves = "driver,radius_m,speed_mps\n".to_owned();
+    for driver in 0..8 {
+        for k in 0..12 {
+            let radius_m = 40.0 + 25.0 * f64::from(k);
+            let log = 0.1 * scatter(driver * 3 + 1) + 0.1 * scatter(driver * 12 + k);
+            let speed = 18.0 * (radius_m / 250.0).powf(0.5) * log.exp();
+            writeln!(curves, "d{driver},{radius_m},{speed:.4}").expect("memory");
+        }
+    }
+    let mut changes = "driver,acceleration_mps2\n".to_owned();
+    for driver in 0..5 {
+        for k in 0..10 {
+            let log = 0.3 * scatter(driver * 5 + 2) + 0.3 * scatter(driver * 10 + k);
+            for mean in [0.6, -0.8] {
+                writeln!(changes, "d{driver},{:.4}", mean * log.exp()).expect("memory");
+            }
+        }
+    }
+    [("curves.csv", curves), ("changes.csv", changes)].map(|(name, text)| {
+        let path = folder.join(name);
+        std::fs::write(&path, text).expect("space");
+        path.display().to_string()
+    })
+}
+
+#[test]
+fn a_fit_writes_its_errors_and_a_run_of_its_study_says_what_they_do() {
+    let folder = tempfile::tempdir().expect("a directory");
+    let [curves, changes] = measurements(folder.path());
+    let mine = folder.path().join("mine.toml").display().to_string();
+    for (arguments, expected) in [
+        (
+            ["fit", "curve-speed", &curves],
+            vec![
+                "driver.curve_speed.exponent",
+                "driver.curve_speed.reference_speed_mps",
+                "driver.curve_speed.driver_sd",
+                "driver.curve_speed.residual_sd",
+            ],
+        ),
+        (
+            ["fit", "speed-change", &changes],
+            vec![
+                "driver.speed_change.deceleration_mps2.median",
+                "driver.speed_change.deceleration_mps2.log_sd",
+                "driver.speed_change.acceleration_mps2.median",
+                "driver.speed_change.acceleration_mps2.log_sd",
+            ],
+        ),
+    ] {
+        let _ = std::fs::remove_file(&mine);
+        let output = ocmc(&arguments).args(["--study-out", &mine, "--json"]).output().expect("it");
+        let fit: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        let written = &fit["study"]["uncertainty"];
+        let run = ["--study", &mine, "--set", ROAD, "--cycles", "40", "--quiet", "--json"];
+        // the law of curve speeds has a switch of its own
+        let law = if arguments[1] == "curve-speed" { LAW } else { ROAD };
+        let output = ocmc(&run).args(["--set", law]).output().expect("it");
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        let run: Value = serde_json::from_slice(&output.stdout).expect(&said);
+        let found = &run["parameter_uncertainty"];
+        let parameters = found["parameters"].as_array().expect("uncertain numbers");
+        for key in expected {
+            let parameter = parameters.iter().find(|parameter| parameter["key"] == key);
+            let parameter = parameter.unwrap_or_else(|| panic!("{key}: {found}, {written}"));
+            assert!(parameter["standard_error"].as_f64() > Some(0.0), "{parameter}");
+            assert!(parameter["effect"].is_f64(), "{parameter}");
+        }
+        let consumption = &run["statistics"]["consumption_l_per_100km"];
+        let width = |interval: &Value| {
+            interval[1].as_f64().expect("a number") - interval[0].as_f64().expect("a number")
+        };
+        assert!(width(&found["ci95"]) > width(&consumption["ci95"]), "{found}");
+    }
 }

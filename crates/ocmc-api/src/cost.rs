@@ -6,7 +6,7 @@ use crate::error::Error;
 use crate::text::{fact, table, took};
 use crate::watch::{Watch, watched};
 use ocmc_core::cost::costing::{Costing, Trip};
-use ocmc_core::cost::emissions::{TripEmissions, of_trip};
+use ocmc_core::cost::emissions::TripEmissions;
 use ocmc_core::fleet::cost::{CostSpread, FleetCost, InputShare, ItemCost, Percentiles};
 use ocmc_core::fleet::cost_difference::{BreakEven, CostDifference, Fleet, Side};
 use ocmc_core::fleet::dependence::Dependence;
@@ -194,10 +194,9 @@ fn costed(
     plan: &RunPlan,
 ) -> Result<Driven, Error> {
     let trips: Vec<Trip> = records.iter().filter_map(|record| costing.trip(record)).collect();
-    let factors = loaded.model.emissions.as_ref();
-    let efficiency = loaded.model.cost.as_ref().and_then(|cost| cost.charging_efficiency);
+    let factors = loaded.study.emission_factors();
     let emitted: Vec<TripEmissions> =
-        records.iter().filter_map(|record| of_trip(record, factors, efficiency)).collect();
+        records.iter().filter_map(|record| factors.of_trip(record)).collect();
     let failed = (records.len() - trips.len()) as u64;
     let dependence = Dependence::of(&loaded.model, plan.seed);
     let cost = FleetCost::of(&costing, &trips, &emitted, failed, plan.seed, dependence);

@@ -18,5 +18,5 @@
 //! ```
 
 pub use ocmc_core::operating_cycle::route::{Keep, RouteModel};
-pub use ocmc_io::given_cycle::check_readable;
+pub use ocmc_io::given_cycle::{Account, check_readable};
 pub use ocmc_io::given_drive::{Follow, GivenDrive, GivenDriveError};

@@ -2,7 +2,7 @@
 
 use crate::progress::Progress;
 use ocmc_core::bound::BoundError;
-use ocmc_core::fleet::quantity::QUANTITIES;
+use ocmc_core::fleet::quantity::{QUANTITIES, numeric_columns};
 use ocmc_core::fleet::sensitivity::{SensitivityError, factor_groups};
 use ocmc_core::operating_cycle::given::GivenCycleError;
 use ocmc_core::prescribed::DriveCycleError;
@@ -116,6 +116,18 @@ pub enum Error {
     UnknownColumn {
         /// Its name.
         name: String,
+    },
+    /// A column that no study has, or that is no number.
+    #[error(
+        "`column` is {name:?}{}: allowed are the columns of the records that are numbers, and \
+         stops_per_km",
+        nearest.as_ref().map_or(String::new(), |name| format!(" (did you mean `{name}`?)"))
+    )]
+    NoColumn {
+        /// Its name.
+        name: String,
+        /// The one that was probably meant.
+        nearest: Option<String>,
     },
     /// A factor that there is not.
     #[error("`factors` has {name:?}, allowed are: {}", factors().join(", "))]
@@ -344,6 +356,11 @@ pub enum FitError {
 /// Names of the quantities that can be asked about.
 pub fn columns() -> Vec<&'static str> {
     QUANTITIES.iter().map(|quantity| quantity.column).collect()
+}
+
+/// Names of the columns that studies can be compared by and that all have.
+pub fn compared_columns() -> Vec<&'static str> {
+    numeric_columns().collect()
 }
 
 /// Names of the factors that a variance is shared out to.

@@ -62,8 +62,8 @@ pub use curves::{
     curves,
 };
 pub use cycle::{RealisedCycle, Track, Values, operating_cycle};
-pub use drive::{Follow, GivenDrive, GivenDriveError, Keep, RouteModel, check_readable};
-pub use error::{Error, FitError, columns, factors};
+pub use drive::{Account, Follow, GivenDrive, GivenDriveError, Keep, RouteModel, check_readable};
+pub use error::{Error, FitError, columns, compared_columns, factors};
 pub use fit::{
     Best, CalibrateCurveSpeedRequest, CalibrationOptions, Coding, CurveSpeedCalibration,
     CurveSpeedOptions, CurveSpeedRequest, FitAnswer, FleetAnswer, FleetOptions, FleetRequest,

@@ -8,6 +8,7 @@ use crate::watch::{Progress, Watch};
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::tracks::Track;
 use ocmc_estimation::log::road::RoadOptions;
+use ocmc_io::given_cycle::{Account, account};
 use ocmc_io::log::curves::Steering;
 use ocmc_io::log::driven::{MeasuredDrive, MeasuredDrives};
 use ocmc_io::log::roads::NEEDS;
@@ -65,22 +66,26 @@ pub struct MadeRoad {
     pub departure_day_of_year: Option<f64>,
     /// The tracks.
     pub tracks: Vec<Track>,
+    /// What was found of it, and what of it is hardly a road.
+    #[serde(skip)]
+    pub account: Account,
 }
 
 impl MadeRoad {
     fn new(name: String, cycle: &GivenCycle) -> Self {
         let climbs = cycle.altitude.windows(2).map(|pair| (pair[1].1 - pair[0].1).max(0.0));
-        let stops = cycle.events.iter().filter(|event| event.kind.standstill_s().is_some());
+        let account = account(name.as_ref(), cycle);
         Self {
             name,
             length_m: cycle.length_m,
-            curves: cycle.curves.len(),
-            stops: stops.count(),
+            curves: account.n_curves,
+            stops: account.n_stops,
             climb_m: climbs.sum(),
             limit_source: cycle.limit_source.clone().unwrap_or_default(),
             departure_s_of_day: cycle.departure.map(|departure| departure.0),
             departure_day_of_year: cycle.departure.map(|departure| departure.1),
             tracks: cycle.tracks(),
+            account,
         }
     }
 
@@ -132,7 +137,9 @@ pub fn road(
         let name = drive.name.clone();
         drive.road.as_ref().map(|cycle| MadeRoad::new(name, cycle))
     };
-    let roads = found.drives.iter().filter_map(made).collect();
+    let roads: Vec<MadeRoad> = found.drives.iter().filter_map(made).collect();
+    let doubts = roads.iter().flat_map(|road| &road.account.warnings);
+    doubts.for_each(|doubt| warn(doubt));
     Ok(RoadAnswer { roads, left_out: found.left_out.len() })
 }
 
@@ -206,6 +213,12 @@ impl Answer for RoadAnswer {
                 road.limit_source.clone(),
             ]
         });
-        table(&WIDTHS, &["road of", "km", "curves", "stops", "climb, m", "limits"], rows)
+        let head = ["road of", "km", "curves", "stops", "climb, m", "limits"];
+        let mut text = table(&WIDTHS, &head, rows);
+        for told in self.roads.iter().flat_map(|road| &road.account.told) {
+            text.push_str(told);
+            text.push('\n');
+        }
+        text
     }
 }

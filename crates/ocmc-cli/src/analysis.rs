@@ -7,13 +7,15 @@ use crate::arguments::{
 use crate::failure::Failure;
 use crate::output;
 use crate::progress::watched;
-use clap::Args;
-use clap::builder::PossibleValuesParser;
+use clap::builder::{PossibleValue, PossibleValuesParser, StringValueParser, TypedValueParser};
+use clap::error::Error as ArgumentError;
+use clap::{Arg, Args, Command};
 use ocmc_api::study::LoadedStudy;
 use ocmc_api::{
     CompareRequest, FORMATS, MOST_THREADS, OVERS, Over, REPORT, RecordFormat, SensitivityRequest,
-    check_empty, columns, factors,
+    check_empty, columns, compared_columns, factors,
 };
+use std::ffi::OsStr;
 use std::path::PathBuf;
 
 /// Most cycles of a crossed design: the values of all of them are held in memory, once for each
@@ -59,6 +61,36 @@ impl AnalysisArguments {
     }
 }
 
+/// The name of a column of the records: those that all studies have are offered, and each study
+/// has those of its road types.
+#[derive(Clone, Debug)]
+struct ColumnName;
+
+impl TypedValueParser for ColumnName {
+    type Value = String;
+
+    fn parse_ref(
+        &self,
+        command: &Command,
+        argument: Option<&Arg>,
+        value: &OsStr,
+    ) -> Result<String, ArgumentError> {
+        StringValueParser::new().parse_ref(command, argument, value)
+    }
+
+    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
+        Some(Box::new(compared_columns().into_iter().map(PossibleValue::new)))
+    }
+}
+
+/// `--column` of a comparison: any column of the records that is a number.
+fn any_column(column: Arg) -> Arg {
+    column.value_parser(ColumnName).hide_possible_values(true).help(
+        "Column of the records that is compared, such as mean_speed_mps or fuel_kg_urban \
+         [default: the first consumption that all studies have]",
+    )
+}
+
 /// A sensitivity analysis.
 #[derive(Clone, Debug, Args)]
 #[command(mut_arg("cycles", |cycles| cycles.help("Number of rows of the design: each drives two cycles, and one more for each factor")))]
@@ -85,6 +117,7 @@ pub(crate) struct SensitivityArguments {
 /// Studies to compare.
 #[derive(Clone, Debug, Args)]
 #[command(mut_arg("cycles", |cycles| cycles.help("Number of cycles in each study")))]
+#[command(mut_arg("column", any_column))]
 pub(crate) struct CompareArguments {
     /// Built-in studies or study files, the baseline first; a single one is compared with itself
     /// under --set

@@ -45,6 +45,7 @@ impl From<Error> for Failure {
             Error::OtherRun { .. }
             | Error::Differs { .. }
             | Error::PartOfTruck { .. }
+            | Error::NoColumn { .. }
             | Error::Bounds(_) => Self::Usage(error.to_string()),
             Error::Tobit => Self::Usage(format!("--tobit {error}")),
             error => Self::Question(error),

@@ -55,11 +55,20 @@ fn bash(script: &str, names: &str) -> String {
 }
 
 fn zsh(script: &str, names: &str) -> String {
-    let both = format!(r#":{{_alternative "studies:study:({names})" "files:file:_files"}}'"#);
+    // an action of its own: within one of `_arguments` the colons would end it
+    let both = format!(
+        "_ocmc_studies() {{\n    _alternative \"studies:study:({names})\" \"files:file:_files\"\n}}\n"
+    );
     let lines = script.lines().map(|line| {
         let option = line.contains(":NAME|FILE:_files'");
         let positional = line.contains("':study -- ") || line.contains("::studies -- ");
-        if option || positional { line.replace(":_files'", &both) } else { line.to_owned() }
+        // with two colons no option is offered behind the first of several arguments
+        let line = line.strip_prefix("'*::").map_or(line.to_owned(), |rest| format!("'*:{rest}"));
+        match line.as_str() {
+            "_ocmc() {" => format!("{both}\n{line}"),
+            _ if option || positional => line.replace(":_files'", ":_ocmc_studies'"),
+            _ => line,
+        }
     });
     lines.map(|line| line + "\n").collect()
 }
@@ -125,9 +134,11 @@ mod tests {
     fn studies_are_offered_beside_files() {
         let script = |shell| completions(shell, Arguments::command());
         let zsh = script(Shell::Zsh);
-        let both = "_alternative \"studies:study:(field-truck ";
-        assert!(zsh.matches(both).count() > 10, "{zsh}");
-        assert!(!zsh.contains("NAME|FILE:_files"));
+        let both = "_ocmc_studies() {\n    _alternative \"studies:study:(field-truck ";
+        assert_eq!(zsh.matches(both).count(), 1, "{zsh}");
+        assert!(zsh.matches(":_ocmc_studies'").count() > 10, "{zsh}");
+        assert!(!zsh.contains("NAME|FILE:_files") && !zsh.contains("\n'*::"), "{zsh}");
+        assert!(zsh.contains("'*:studies -- "), "{zsh}");
         let fish = script(Shell::Fish);
         let line = fish.lines().find(|line| line.contains("-l against ")).expect("an option");
         assert!(line.contains("-r -F -a \"field-truck "), "{line}");

@@ -236,6 +236,19 @@ pub struct Record {
     pub depot_charging_s: Option<f64>,
     /// State of charge at departure; null for a diesel truck, and in records of earlier versions.
     pub departure_charge: Option<f64>,
+    /// Energy that left the battery's store, over distance and tonne of payload, in kWh/tkm; null for an
+    /// empty truck, and for a diesel truck.
+    pub consumption_kwh_per_tkm: Option<f64>,
+    /// Greenhouse gases from generating the electricity that the meters of chargers count, over
+    /// distance, in g/km of CO2 equivalents; null for a diesel truck, for a cycle that stalled or
+    /// timed out, and where a study has no factor.
+    pub grid_co2_g_per_km: Option<f64>,
+    /// Greenhouse gases from the well to the wheel over distance, in g/km of CO2 equivalents; null
+    /// for a cycle that stalled or timed out, and where a study has no factor.
+    pub well_to_wheel_g_per_km: Option<f64>,
+    /// Greenhouse gases from the well to the wheel over distance and tonne of payload, in g/tkm of
+    /// CO2 equivalents; null for an empty truck, else as `well_to_wheel_g_per_km`.
+    pub well_to_wheel_g_per_tkm: Option<f64>,
     /// The terms of the ledger that have a column of their own, in the order of their declarations.
     #[serde(skip)]
     pub own_columns: [Option<f64>; OWN_COLUMNS],
@@ -250,6 +263,10 @@ pub struct Record {
     #[serde(skip)]
     pub clock_at_end: Option<DutyClock>,
 }
+
+/// Payload below which a truck counts as empty, in kg: litres over tonnes say nothing then. A
+/// judgement: a load is weighed to a kilogram.
+const LEAST_PAYLOAD_KG: f64 = 1.0;
 
 /// Terms of the ledger that have a column of their own.
 const OWN_COLUMNS: usize = {
@@ -315,6 +332,12 @@ impl Record {
         if self.distance_m > 0.0 { Some(amount / self.distance_m) } else { at_rest }
     }
 
+    /// A quantity over the tonnes of the payload; none for an empty truck.
+    pub fn per_tonne(&self, value: Option<f64>) -> Option<f64> {
+        let payload_t = self.payload_kg / 1000.0;
+        value.filter(|_| self.payload_kg >= LEAST_PAYLOAD_KG).map(|value| value / payload_t)
+    }
+
     /// Sets the field of a term.
     fn set(&mut self, term: Term, value: f64) {
         let optional = match term {
@@ -357,6 +380,17 @@ pub enum Cell {
     Number(Option<f64>),
     /// How the cycle ended.
     Outcome(Outcome),
+}
+
+impl Cell {
+    /// A count, an index or a number; none of an outcome.
+    pub fn number(self) -> Option<f64> {
+        match self {
+            Self::Integer(count) => count.map(|count| count as f64),
+            Self::Number(number) => number,
+            Self::Outcome(_) => None,
+        }
+    }
 }
 
 /// One column of the records.
@@ -513,4 +547,8 @@ const FIELDS: &[Column] = &[
     column_of("charging_wait_s", |r| Cell::Number(r.charging_wait_s)),
     column_of("depot_charging_s", |r| Cell::Number(r.depot_charging_s)),
     column_of("departure_charge", |r| Cell::Number(r.departure_charge)),
+    column_of("consumption_kwh_per_tkm", |r| Cell::Number(r.consumption_kwh_per_tkm)),
+    column_of("grid_co2_g_per_km", |r| Cell::Number(r.grid_co2_g_per_km)),
+    column_of("well_to_wheel_g_per_km", |r| Cell::Number(r.well_to_wheel_g_per_km)),
+    column_of("well_to_wheel_g_per_tkm", |r| Cell::Number(r.well_to_wheel_g_per_tkm)),
 ];

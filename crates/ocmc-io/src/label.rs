@@ -3,6 +3,7 @@
 
 use crate::number_text::{count_of, grouped, percent, rounded, rounded_share};
 use ocmc_core::charging::ChargingPlace;
+use ocmc_core::fleet::quantity::{ELECTRICITY, ELECTRICITY_PER_TKM, LITRES_PER_TKM};
 use ocmc_core::fleet::summary::{OUTSIDE_MAP_SHARE, Summary};
 use std::fmt::Write;
 
@@ -12,9 +13,13 @@ pub fn label(column: &str) -> (&str, f64) {
         "consumption_l_per_100km" => ("L/100 km", 1.0),
         "consumption_l_per_100tkm" => ("L/100 tkm", 1.0),
         "consumption_kwh_per_km" => ("kWh/km", 1.0),
+        "consumption_kwh_per_tkm" => ("kWh/tkm", 1.0),
         "whole_trip_kwh_per_km" => ("whole kWh/km", 1.0),
         "wheel_kwh_per_km" => ("traction kWh/km", 1.0),
         "co2_g_per_km" => ("g CO2/km", 1.0),
+        "grid_co2_g_per_km" => ("grid g CO2e/km", 1.0),
+        "well_to_wheel_g_per_km" => ("WTW g CO2e/km", 1.0),
+        "well_to_wheel_g_per_tkm" => ("WTW g CO2e/tkm", 1.0),
         "mean_speed_mps" => ("speed, km/h", 3.6),
         "duration_s" => ("duration, h", 1.0 / 3600.0),
         "stops_per_km" => ("stops per km", 1.0),
@@ -42,12 +47,14 @@ pub fn remarks(summary: &Summary) -> Vec<String> {
     let n = |column: &str| summary.statistic(column).map_or(0, |statistic| statistic.n);
     let mut remarks = Vec::new();
     let counted = summary.outcomes.counted();
-    let (carrying, electric) = (n("consumption_l_per_100tkm"), n("consumption_kwh_per_km"));
-    if (1..counted).contains(&carrying) {
-        let empty = count_of(counted - carrying, "empty trip");
-        remarks.push(format!("L/100 tkm: the mean alone counts {empty}, and may exceed P75."));
+    for column in [LITRES_PER_TKM, ELECTRICITY_PER_TKM] {
+        let carrying = n(column);
+        if (1..counted).contains(&carrying) {
+            let (unit, empty) = (label(column).0, count_of(counted - carrying, "empty trip"));
+            remarks.push(format!("{unit}: the mean alone counts {empty}, and may exceed P75."));
+        }
     }
-    if electric > 0 {
+    if n(ELECTRICITY) > 0 {
         let traction =
             "traction: what drives the wheels; what braking gives back is not taken off.";
         remarks.push(traction.to_owned());

@@ -3,8 +3,9 @@
 use crate::answer::warn;
 use crate::error::exception;
 use crate::input::{inputs, mappings};
+use crate::progress::note;
 use crate::value::one_of;
-use ocmc_api::{Error, FOLLOWS, GivenDrive, KEEPS, Source, check_readable};
+use ocmc_api::{Account, Error, FOLLOWS, GivenDrive, KEEPS, Source, check_readable};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use std::collections::BTreeMap;
@@ -17,7 +18,8 @@ pub(crate) fn given(
     columns: Option<BTreeMap<String, String>>,
     keep: Option<Vec<String>>,
     follow_speed: Option<&str>,
-) -> PyResult<GivenDrive> {
+    progress: Option<&Bound<PyAny>>,
+) -> PyResult<(GivenDrive, Vec<Account>)> {
     let follow = follow_speed.map(|word| one_of("follow_speed", word, &FOLLOWS)).transpose()?;
     let keep = keep.unwrap_or_default();
     let keep = keep.iter().map(|word| one_of("keep", word, &KEEPS)).collect::<PyResult<_>>()?;
@@ -31,7 +33,7 @@ pub(crate) fn given(
             )
         })?;
         let given = py.detach(|| GivenDrive::of_table(table, &mappings, keep, follow));
-        return given.map_err(|error| exception(error.into()));
+        return given.map(|given| (given, Vec::new())).map_err(|error| exception(error.into()));
     }
     let paths = files.into_iter().map(|file| match file {
         Source::File(path) => Ok(path),
@@ -43,11 +45,13 @@ pub(crate) fn given(
     let read = py.detach(|| -> Result<_, Error> {
         paths.iter().try_for_each(|path| check_readable(path))?;
         let given = GivenDrive::read(paths, mappings, keep, follow)?;
-        let mut warnings = given.warnings();
-        warnings.extend(given.accounts().into_iter().flat_map(|account| account.warnings));
-        Ok((given, warnings))
+        let accounts = given.accounts();
+        Ok((given, accounts))
     });
-    let (given, warnings) = read.map_err(exception)?;
-    warnings.iter().try_for_each(|warning| warn(py, warning))?;
-    Ok(given)
+    let (given, accounts) = read.map_err(exception)?;
+    let told = accounts.iter().flat_map(|account| &account.told);
+    told.into_iter().try_for_each(|told| note(py, progress, told))?;
+    let doubts = accounts.iter().flat_map(|account| account.warnings.iter().cloned());
+    given.warnings().into_iter().chain(doubts).try_for_each(|warning| warn(py, &warning))?;
+    Ok((given, accounts))
 }

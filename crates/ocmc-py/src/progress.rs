@@ -78,6 +78,11 @@ pub(crate) fn watched<T: Send>(
     finished.map(|()| answer)
 }
 
+/// Says something on standard error where a progress bar would be shown.
+pub(crate) fn note(py: Python, progress: Option<&Bound<PyAny>>, text: &str) -> PyResult<()> {
+    py.import("ocmc._progress")?.call_method1("note", (progress, text)).map(drop)
+}
+
 /// As [`watched`], of a question that warns: its warnings are passed on where it has an answer.
 pub(crate) fn warned<T: Send>(
     py: Python,

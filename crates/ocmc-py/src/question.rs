@@ -300,7 +300,9 @@ impl PyStudy {
     /// Warns
     /// -----
     /// UserWarning
-    ///     Where the mission of a file is kept that holds no departure.
+    ///     Where the mission of a file is kept that holds no departure, and where a route is hardly a
+    ///     road, such as one of noisy positions. `Run.routes` has what was read of each file; where
+    ///     there is a progress bar, it is told on standard error, too.
     ///
     /// Examples
     /// --------
@@ -331,8 +333,8 @@ impl PyStudy {
         progress: Option<&Bound<PyAny>>,
     ) -> PyResult<PyRun> {
         let plan = plan_of(cycles, seed, first_cycle, threads)?;
-        let given = given(py, files, columns, keep, follow_speed)?;
-        run(py, &self.loaded, &given, plan, None, None, progress)
+        let (given, routes) = given(py, files, columns, keep, follow_speed, progress)?;
+        Ok(PyRun { routes, ..run(py, &self.loaded, &given, plan, None, None, progress)? })
     }
 
     /// Which factors the spread between cycles comes from: shares of the variance.

@@ -11,8 +11,8 @@ use arrow_ipc::reader::StreamReader;
 use arrow_ipc::writer::StreamWriter;
 use ocmc_api::study::{Files, Given, LoadedStudy, Origin, open};
 use ocmc_api::{
-    Answer, FORMATS, GROUP_ROWS, Gathered, GivenDrive, Manifest, MergeRequest, Precision, Record,
-    RecordFormat, Reported, RunAnswer, RunPlan, RunRequest, in_our_order, joined as whole,
+    Account, Answer, FORMATS, GROUP_ROWS, Gathered, GivenDrive, Manifest, MergeRequest, Precision,
+    Record, RecordFormat, Reported, RunAnswer, RunPlan, RunRequest, in_our_order, joined as whole,
     record_batch, records, schema, summed_up,
 };
 use pyo3::exceptions::PyValueError;
@@ -44,6 +44,8 @@ use std::path::PathBuf;
 pub(crate) struct PyRun {
     pub(crate) answer: RunAnswer,
     pub(crate) records: Table,
+    /// What was read of the routes that were driven.
+    pub(crate) routes: Vec<Account>,
 }
 
 /// What `unpickled` makes a run of.
@@ -96,7 +98,7 @@ pub(crate) fn run(
         let answer = ocmc_api::run(&request, &mut |records| batches.add(records), watch)?;
         Ok((answer, batches.finish()))
     })?;
-    Ok(PyRun { answer, records })
+    Ok(PyRun { answer, records, routes: Vec::new() })
 }
 
 /// Read a run back from its directory.
@@ -133,7 +135,7 @@ pub(crate) fn load(py: Python, path: PathBuf) -> PyResult<PyRun> {
     let loaded = py.detach(|| ocmc_api::load(path, |batch| batches.push(batch)));
     let answer = loaded.map_err(exception)?;
     answer.manifest.notes().iter().try_for_each(|note| warn(py, note))?;
-    Ok(PyRun { answer, records: table_of(batches) })
+    Ok(PyRun { answer, records: table_of(batches), routes: Vec::new() })
 }
 
 /// Merge the parts of one run, from many machines, into the run that one machine would have written.
@@ -266,6 +268,16 @@ impl PyRun {
             arrow_array::RecordBatch::schema,
         );
         Table::new(schema, batches)
+    }
+
+    /// What was read of each route that `Study.drive` was given: ``file``, ``length_m``, ``climb_m``,
+    /// ``steepest_grade``, ``n_curves``, ``n_stops``, ``limits_mps``, ``position_noise_m``,
+    /// ``altitude_noise_m``, the same in words (``told``), and what of it is hardly a road
+    /// (``warnings``). Empty of other runs, and of one that was saved or pickled.
+    #[getter]
+    fn routes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let text = serde_json::to_string(&self.routes).expect("numbers and words");
+        py.import("json")?.call_method1("loads", (text,))
     }
 
     /// The study, as the run's manifest keeps it: every value that the run used.
@@ -457,7 +469,7 @@ pub(crate) fn unpickled(
         });
         let mut answer = summed_up(manifest, Origin::Dictionary, (wall_s, threads), groups)?;
         answer.summary.ended_at = ended_at;
-        Ok(PyRun { answer, records: table_of(batches) })
+        Ok(PyRun { answer, records: table_of(batches), routes: Vec::new() })
     })
 }
 
@@ -481,6 +493,6 @@ pub(crate) fn joined(
         let batches: Vec<_> = batches.cloned().collect();
         let groups = batches.iter().map(|batch| records(batch).map_err(broken));
         let answer = summed_up(manifest, origin, (wall_s, threads), groups)?;
-        Ok(PyRun { answer, records: table_of(batches) })
+        Ok(PyRun { answer, records: table_of(batches), routes: Vec::new() })
     })
 }

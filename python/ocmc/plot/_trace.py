@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 from matplotlib.axes import Axes
 
-from ocmc.plot._axis import BLUE, GREEN, GREY, KMH_PER_MPS, ORANGE, RED, numbers, spine_free
+from ocmc.plot._axis import BLUE, GREEN, GREY, KMH_PER_MPS, ORANGE, RED, has, numbers, spine_free
 from ocmc.plot._axis import panels as panels_of
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ def trace(
     between: tuple[float, float] | None = None,
     ax: Sequence[Axes] | None = None,
 ) -> list[Axes]:
-    """Draw one cycle: speed against desired speed and limits, slope, pedals, gear.
+    """Draw one cycle: speed against desired speed and limits, slope, pedals, gear, braking, charge.
 
     Parameters
     ----------
@@ -34,18 +34,20 @@ def trace(
         The horizontal axis, in km or min.
     between : tuple of float, optional
         The part to draw, from and to: in m for a position, in s for a time.
-    ax : sequence of four matplotlib.axes.Axes, optional
-        Where to draw; new axes by default, one above the other.
+    ax : sequence of matplotlib.axes.Axes, optional
+        Where to draw; new axes by default, one above the other. Four draw no braking and no charge.
 
     Returns
     -------
     list of matplotlib.axes.Axes
-        The four axes.
+        The axes: speed, slope, pedals, gear and braking, and of a battery truck its charge. Braking
+        is the power that the service brakes take, and the engine brake or retarder; of a battery
+        truck what the motor brings back to the battery.
 
     Raises
     ------
     ValueError
-        Where there are not four axes, or where nothing lies in that part.
+        Where there are not as many axes, or where nothing lies in that part.
 
     Examples
     --------
@@ -53,7 +55,7 @@ def trace(
     >>> study = ocmc.Study("field-truck").set("mission.length_m", 5000.0)
     >>> panels = ocmc.plot.trace(study.trace(3), cycle=study.operating_cycle(3), between=(0, 2000))
     >>> [ax.get_ylabel() for ax in panels]
-    ['speed, km/h', 'slope, %', 'pedals, %', 'gear']
+    ['speed, km/h', 'slope, %', 'pedals, %', 'gear', 'braking, kW']
     """
     if against not in ("position", "time"):
         raise ValueError(f"`against` is {against!r}, allowed is one of: position, time")
@@ -71,8 +73,11 @@ def trace(
         values: npt.NDArray[np.float64] = numbers(trace, column)[part]
         return values
 
-    ratios = {"height_ratios": [3, 1, 1.3, 1.3]}
-    panels = panels_of(ax, 4, "a trace needs", figsize=(9, 7), gridspec_kw=ratios)
+    heights = [3, 1, 1.3, 1.3]
+    if ax is None or np.size(np.asarray(ax, dtype=object)) != len(heights):
+        heights += [1.3, 1.3] if has(trace, "state_of_charge") else [1.3]
+    size, ratios = (9.0, 1.5 + 0.83 * sum(heights)), {"height_ratios": heights}
+    panels = panels_of(ax, len(heights), "a trace needs", figsize=size, gridspec_kw=ratios)
     if ax is None:
         panels[0].figure.align_ylabels()
     ink = panels[0].spines["bottom"].get_edgecolor()  # seen on light styles and on dark ones
@@ -88,11 +93,31 @@ def trace(
     pedals.legend(frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0))
     panels[3].step(x, of("gear"), where="pre", color=ink, linewidth=1.0)
     panels[3].set_ylabel("gear")
-    panels[3].set_xlabel("position, km" if against == "position" else "time, min")
+    braking, charge = [*panels[4:], None, None][:2]
+    if braking is not None:
+        _braking(braking, x, of, electric=has(trace, "state_of_charge"))
+    if charge is not None:
+        charge.plot(x, 100.0 * of("state_of_charge"), color=GREEN, linewidth=1.4)
+        charge.set_ylabel("charge, %")
+    panels[-1].set_xlabel("position, km" if against == "position" else "time, min")
     for panel in panels:
         panel.margins(x=0)
         spine_free(panel)
     return panels
+
+
+def _braking(ax: Axes, x: npt.NDArray[np.float64], of: Any, *, electric: bool) -> None:  # noqa: ANN401
+    """Draw what brakes: the power of each, mean over the row, 0 where a row takes no time."""
+    step = of("step_s")
+    own = ("regenerated_energy_added_j", GREEN, "regenerated") if electric else None
+    own = own or ("engine_brake_energy_added_j", ORANGE, "engine brake")
+    for column, color, name in (("service_brake_energy_added_j", RED, "service brakes"), own):
+        energy = of(column)
+        power = np.divide(energy, step, out=np.zeros_like(energy), where=step > 0.0) / 1000.0
+        ax.fill_between(x, power, step="pre", color=color, alpha=0.6, linewidth=0, label=name)
+    ax.set_ylabel("braking, kW")
+    ax.set_ylim(bottom=0)
+    ax.legend(frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0))
 
 
 def _speed(ax: Axes, x: npt.NDArray[np.float64], of: Any, cycle: "OperatingCycle | None") -> None:  # noqa: ANN401

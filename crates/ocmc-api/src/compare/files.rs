@@ -7,7 +7,7 @@ use crate::error::Error;
 use crate::text::range;
 use crate::validate::written;
 use ocmc_core::fleet::comparison::paired_values;
-use ocmc_core::fleet::quantity::{RecordQuantity, quantity};
+use ocmc_core::fleet::quantity::{NamedQuantity, quantity_of_column};
 use ocmc_core::fleet::run::RunPlan;
 use ocmc_core::fleet::summary::SummaryBuilder;
 use ocmc_core::record::Record;
@@ -66,8 +66,9 @@ impl CompareAnswer {
             ("comparison.json".to_owned(), self.to_indented_json()),
             (REPORT.to_owned(), self.page()),
         ];
-        files
-            .extend(self.quantity().map(|quantity| ("pairs.csv".to_owned(), self.pairs(quantity))));
+        files.extend(
+            self.quantity().map(|quantity| ("pairs.csv".to_owned(), self.pairs(&quantity))),
+        );
         for (k, run) in self.kept.iter().enumerate() {
             files.push((format!("{}.toml", letter(k)), commented(&run.manifest.resolved_study)));
         }
@@ -85,12 +86,15 @@ impl CompareAnswer {
         Ok(())
     }
 
-    fn quantity(&self) -> Option<&'static RecordQuantity> {
-        self.comparisons.first().and_then(|first| quantity(first.comparison.column))
+    fn quantity(&self) -> Option<NamedQuantity<'_>> {
+        let first = self.comparisons.first()?;
+        let records = self.kept.iter().filter_map(|run| run.records.first());
+        let parts = records.flat_map(|record| record.breakdown.names()).map(String::as_str);
+        quantity_of_column(&first.comparison.column, parts)
     }
 
     /// The values of each cycle in each study, and how they differ from those of the first one.
-    fn pairs(&self, quantity: &RecordQuantity) -> String {
+    fn pairs(&self, quantity: &NamedQuantity) -> String {
         let letters: Vec<String> = (0..self.kept.len()).map(letter).collect();
         let mut text = format!("cycle_id,{}", letters.join(","));
         for letter in &letters[1..] {
@@ -124,7 +128,7 @@ impl CompareAnswer {
             .iter()
             .skip(1)
             .map(|other| {
-                let pairs = |of| paired_values(of, &self.kept[0].records, &other.records);
+                let pairs = |of| paired_values(&of, &self.kept[0].records, &other.records);
                 self.quantity().map_or_else(Vec::new, pairs)
             })
             .collect();

@@ -5,18 +5,19 @@ mod files;
 use crate::answer::Answer;
 use crate::cost::{difference as cost_difference, sides_text};
 use crate::error::Error;
-use crate::sensitivity::quantity_named;
 use crate::text::{effects, fact, took};
 use crate::watch::{Watch, watched};
 use files::{KeptRun, kept_runs};
 use ocmc_core::fleet::comparison::{Compared, Comparison, compare as compare_fleets, cycles_of};
 use ocmc_core::fleet::cost_difference::CostDifference;
-use ocmc_core::fleet::quantity::WHEEL;
+use ocmc_core::fleet::quantity::{
+    NamedQuantity, WHEEL, numeric_columns, quantity, quantity_of_column,
+};
 use ocmc_core::fleet::run::RunPlan;
 use ocmc_core::study::Study;
 use ocmc_io::label::label;
 use ocmc_io::number_text::{count_of, grouped, percent, rough, rounded};
-use ocmc_io::study::{LoadedStudy, study_hash};
+use ocmc_io::study::{LoadedStudy, nearest, study_hash};
 use serde::{Serialize, Serializer};
 use std::fmt::Write;
 use std::time::Instant;
@@ -28,7 +29,8 @@ pub struct CompareRequest<'a> {
     pub studies: Vec<(String, &'a LoadedStudy)>,
     /// The cycles that each of them drives.
     pub plan: RunPlan,
-    /// Name of the quantity; the first consumption that all have where there is none.
+    /// Name of the quantity, or of another column of the records that is a number; the first
+    /// consumption that all have where there is none.
     pub column: Option<String>,
     /// Whether the answer keeps the records of the studies, for [`CompareAnswer::save`].
     pub keep: bool,
@@ -90,8 +92,8 @@ pub struct ComparedStudies {
 /// ```
 ///
 /// # Errors
-/// [`Error::UnknownColumn`] and [`Error::Interrupted`]; [`Error::NothingToCompare`] where there are
-/// not two studies.
+/// [`Error::NoColumn`] and [`Error::Interrupted`]; [`Error::NothingToCompare`] where there are not
+/// two studies.
 pub fn compare(request: &CompareRequest, watch: &mut Watch) -> Result<CompareAnswer, Error> {
     let CompareRequest { studies, plan, column, keep } = request;
     let [(name_a, a), others @ ..] = studies.as_slice() else {
@@ -100,12 +102,12 @@ pub fn compare(request: &CompareRequest, watch: &mut Watch) -> Result<CompareAns
     if others.is_empty() {
         return Err(Error::NothingToCompare);
     }
-    let quantity = quantity_named(column.as_deref())?;
+    let quantity = column.as_deref().map(|name| column_named(name, studies)).transpose()?;
     let all: Vec<&Study> = studies.iter().map(|(_, loaded)| &loaded.study).collect();
     let clock = Instant::now();
     let cycles = cycles_of(&all, plan);
     let Compared { comparisons: compared, fleets } =
-        watched(cycles, watch, |look| compare_fleets(&all, plan, quantity, look))?;
+        watched(cycles, watch, |look| compare_fleets(&all, plan, quantity.as_ref(), look))?;
     let wall_s = clock.elapsed().as_secs_f64();
     let by_wheels = compared.iter().all(|comparison| comparison.column == WHEEL);
     let without_fuel = studies.iter().filter(|(_, study)| {
@@ -129,6 +131,21 @@ pub fn compare(request: &CompareRequest, watch: &mut Watch) -> Result<CompareAns
     let comparisons = comparisons.collect();
     let kept = if *keep { kept_runs(studies, plan, fleets, wall_s, cycles) } else { Vec::new() };
     Ok(CompareAnswer { comparisons, without_fuel, plan: *plan, driven: cycles, wall_s, kept })
+}
+
+/// The quantity of a column that one of the studies has at least.
+fn column_named<'a>(
+    name: &'a str,
+    studies: &[(String, &LoadedStudy)],
+) -> Result<NamedQuantity<'a>, Error> {
+    let parts = studies.iter().filter_map(|(_, loaded)| loaded.study.breakdown());
+    let parts = parts.flat_map(|columns| columns.names()).map(String::as_str);
+    quantity_of_column(name, parts.clone()).ok_or_else(|| {
+        let mut known: Vec<&str> = numeric_columns().collect();
+        known.extend(parts);
+        let nearest = nearest(name, &known).map(str::to_owned);
+        Error::NoColumn { name: name.to_owned(), nearest }
+    })
 }
 
 /// Two studies are one comparison, more are a list.
@@ -183,8 +200,9 @@ fn no_common_consumption(without_fuel: &[String]) -> String {
 
 /// One comparison in words and numbers.
 fn comparison_text(comparison: &Comparison, names: [&str; 2]) -> String {
-    let (label, factor) = label(comparison.column);
-    let mut text = format!("{label}, mean of the fleet\n");
+    let (label, factor) = label(&comparison.column);
+    let of = if quantity(&comparison.column).is_some() { "fleet" } else { "cycles" };
+    let mut text = format!("{label}, mean of the {of}\n");
     let mut line = |name: &str, value: &str| {
         let _ = writeln!(text, "  {name:<18} {value}");
     };
@@ -225,8 +243,10 @@ fn difference_lines(
     let digits = decimals_of(comparison, factor);
     let half = |[low, high]: [f64; 2]| format!("{:.digits$}", factor * (high - low) / 2.0);
     let interval = comparison.ci95.map_or("-".to_owned(), half);
-    let (change, share) = (factor * difference, 100.0 * difference / a);
-    line("B - A", &format!("{change:+.digits$} ± {interval} ({share:+.2} %)"));
+    let change = factor * difference;
+    let share = 100.0 * difference / a;
+    let share = if a == 0.0 { String::new() } else { format!(" ({share:+.2} %)") };
+    line("B - A", &format!("{change:+.digits$} ± {interval}{share}"));
     if let Some(uncertain) = &comparison.parameter_uncertainty {
         let wide = half(uncertain.ci95);
         line("with parameters", &format!("± {wide}, with the errors of the uncertain numbers"));

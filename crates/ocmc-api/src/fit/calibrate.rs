@@ -1,6 +1,6 @@
 //! The law of curve speeds behind a measured table, through a study.
 
-use super::FitAnswer;
+use super::{FitAnswer, of_curve_speed};
 use crate::error::Error;
 use crate::source::{Mapping, Source};
 use crate::text::table;
@@ -79,7 +79,13 @@ pub fn calibrate_curve_speed(
         ended => ended?,
     };
     let law = fit.population(&study.model.driver.curve_speed);
+    let [.., driver_error, residual_error] = fit.standard_errors;
+    let errors = [
+        ("driver_sd", law.driver_sd, driver_error),
+        ("residual_sd", law.residual_sd, residual_error),
+    ];
     let part = FittedPart::new(&study.model, &["driver", "curve_speed"], &law);
+    let part = part.with_errors(&study.model, "curve_speed", errors.map(of_curve_speed));
     let (text, warnings) = (text(&fit), warnings(&fit));
     Ok(FitAnswer::new(fit, &text, warnings, &part))
 }

@@ -13,12 +13,13 @@ use ocmc_core::study::StudyModel;
 use ocmc_estimation::fit::curve_speed::CurveSpeedFit;
 use ocmc_estimation::fit::operating_cycle::{RoadFit, fit_with_coverage};
 use ocmc_estimation::fit::speed_change::{SpeedChangeFit, SpeedChangeTable};
+use ocmc_estimation::fit::study_parameter::StudyParameterFit;
 use ocmc_estimation::fit::traffic::TrafficFit;
 use ocmc_estimation::fit::weather::WeatherFit;
 use ocmc_estimation::fit::{curve_speed, speed_change, traffic, weather};
 use ocmc_io::log::curves::Steering;
 use ocmc_io::log::roads::{FoundRoads, NEEDS, is_log};
-use ocmc_io::study::FittedPart;
+use ocmc_io::study::{Estimate, FittedPart};
 use ocmc_io::{curve_table, given_cycle, speed_change_table, traffic_table, weather_table};
 use serde::Serialize;
 use serde_json::Value;
@@ -64,6 +65,23 @@ impl<Fit: Serialize> Answer for FitAnswer<Fit> {
     fn warnings(&self) -> Vec<String> {
         self.warnings.clone()
     }
+}
+
+/// Numbers of a study with their standard errors, the keys below a path.
+fn estimates<'a>(
+    below: &'a str,
+    parameters: &'a [StudyParameterFit],
+) -> impl Iterator<Item = Estimate> + 'a {
+    let estimate = move |found: &StudyParameterFit| {
+        let (key, value) = (format!("{below}.{}", found.key), found.value);
+        Some(Estimate { key, value, standard_error: found.standard_error? })
+    };
+    parameters.iter().filter_map(estimate)
+}
+
+/// An estimate of the law of curve speeds: its key there, the number, its standard error.
+fn of_curve_speed((key, value, standard_error): (&str, f64, f64)) -> Estimate {
+    Estimate { key: format!("driver.curve_speed.{key}"), value, standard_error }
 }
 
 /// Measurements that have no fit.
@@ -116,7 +134,9 @@ pub fn fit_curve_speed(request: &CurveSpeedRequest) -> Result<FitAnswer<CurveSpe
         return Err(Error::Tobit);
     }
     let population = fit.population(censored, &base.driver.curve_speed);
+    let errors = fit.errors_of(&population, censored).into_iter().map(of_curve_speed);
     let part = FittedPart::new(base, &["driver", "curve_speed"], &population);
+    let part = part.with_errors(base, "curve_speed", errors);
     let text = text::curve_speed(&fit, table.driver.len());
     let warnings = fit.warnings.clone();
     Ok(FitAnswer::new(fit, &text, warnings, &part))
@@ -176,7 +196,12 @@ pub fn fit_speed_change(
     let source = tables.first().map_or("".as_ref(), Source::path);
     let fit = speed_change::fit(&changes, options).map_err(|error| no_fit(source, error))?;
     let population = fit.population(&base.driver.speed_change, *untruncated);
+    let errors = fit.errors_of(&population, *untruncated).into_iter().map(|(key, value, error)| {
+        let key = format!("driver.speed_change.{key}");
+        Estimate { key, value, standard_error: error }
+    });
     let part = FittedPart::new(base, &["driver", "speed_change"], &population);
+    let part = part.with_errors(base, "speed_change", errors);
     let warnings = fit.warnings();
     let text = text::speed_change(&fit);
     Ok(FitAnswer::new(fit, &text, warnings, &part))
@@ -270,7 +295,13 @@ pub fn fit_operating_cycle(
     let coverage = found.coverage(*radius_range_m);
     let fit = fit_with_coverage(&found.roads, &coverage, base)
         .map_err(|error| no_fit(source(roads), error))?;
-    let part = FittedPart::new(base, &[], &fit.study());
+    let mut errors: Vec<Estimate> = Vec::new();
+    for road_type in &fit.types {
+        let below = format!("road.types.{}", road_type.road_type);
+        errors.extend(estimates(&below, &road_type.parameters));
+    }
+    errors.extend(estimates("road", &fit.junction_turn).chain(estimates("mission", &fit.mission)));
+    let part = FittedPart::new(base, &[], &fit.study()).with_errors(base, "road", errors);
     let (text, warnings) = (text::roads(&fit), fit.warnings.clone());
     Ok(FitAnswer::new(fit, &text, warnings, &part))
 }
@@ -328,7 +359,8 @@ pub fn fit_traffic(request: &TrafficRequest) -> Result<FitAnswer<TrafficFit>, Er
         None => traffic::fit(&read.records, &base.traffic),
     };
     let fit = fit.map_err(|error| no_fit(table.path(), error))?;
-    let part = FittedPart::new(base, &["traffic"], &fit.model);
+    let errors = estimates("traffic", &fit.parameters);
+    let part = FittedPart::new(base, &["traffic"], &fit.model).with_errors(base, "traffic", errors);
     let table = text::parameter_table("", &fit.parameters);
     let head = match fit.speed_noise_sd {
         Some(sd) => format!("{} speeds, with noise of an SD of {sd:.3} of the free speed", fit.n),
@@ -359,7 +391,8 @@ pub fn fit_weather(request: &WeatherRequest) -> Result<FitAnswer<WeatherFit>, Er
     let WeatherRequest { table, mappings, base, utc_offset_h } = request;
     let records = weather_table::read(table.lent(), mappings, *utc_offset_h)?;
     let fit = weather::fit(&records, &base.weather).map_err(|error| no_fit(table.path(), error))?;
-    let part = FittedPart::new(base, &["weather"], &fit.model);
+    let errors = estimates("weather", &fit.parameters);
+    let part = FittedPart::new(base, &["weather"], &fit.model).with_errors(base, "weather", errors);
     let table = text::parameter_table("", &fit.parameters);
     let text = format!("{} hours over {:.1} years\n{table}", fit.hours, fit.years);
     let warnings = fit.warnings.clone();

@@ -1,9 +1,12 @@
-//! Greenhouse gases beside the cost: from the tank, and from the well.
+//! Greenhouse gases: from the tank, from power plants, and from the well.
 //!
 //! From tank to wheel a trip emits the carbon dioxide of the fuel that it burns, a battery nothing.
-//! From well to wheel it emits what its litres and its metered kWh are multiplied by here.
+//! From well to wheel it emits what its litres and its metered kWh are multiplied by here. In
+//! between lies what power plants emit for those kWh: the factor that statistics of the grid print.
 
+use super::CostModel;
 use super::costing::{depot_kwh, litres, public_kwh};
+use crate::charging::ChargingPolicy;
 use crate::record::Record;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -16,10 +19,27 @@ pub struct EmissionModel {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0, max = 10.0))]
     pub fuel_well_to_wheel_kg_per_l: Option<f64>,
-    /// Electricity at the meter, in kg of CO2 equivalents per kWh.
+    /// Electricity at the meter, in kg of CO2 equivalents per kWh, fuels of the power plants and
+    /// losses of the grid included.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0, max = 5.0))]
     pub electricity_well_to_wheel_kg_per_kwh: Option<f64>,
+    /// Electricity from the grid, in kg of CO2 equivalents per kWh: what power plants emit.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0, max = 5.0))]
+    pub electricity_generation_kg_per_kwh: Option<f64>,
+    /// Share of the metered electricity that reaches the battery, where neither
+    /// `cost.charging_efficiency` nor `charging.efficiency` says it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.3, max = 1.0))]
+    pub charging_efficiency: Option<f64>,
+}
+
+/// The factors of a study, and what share of metered electricity reaches the battery.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct EmissionFactors {
+    factors: EmissionModel,
+    charging_efficiency: Option<f64>,
 }
 
 /// What a completed trip emits.
@@ -33,35 +53,63 @@ pub struct TripEmissions {
     pub tkm: f64,
     /// From tank to wheel, in kg of CO2.
     pub tank_to_wheel_kg: f64,
+    /// From power plants, in kg of CO2 equivalents; none of fuel, and without a factor.
+    pub generation_kg: Option<f64>,
     /// From well to wheel, in kg of CO2 equivalents; none without a factor of what it uses.
     pub well_to_wheel_kg: Option<f64>,
 }
 
-/// What a trip emits, with what it drove where its battery cut it short; none of one that stalled
-/// or timed out.
-pub fn of_trip(
-    record: &Record,
-    factors: Option<&EmissionModel>,
-    charging_efficiency: Option<f64>,
-) -> Option<TripEmissions> {
-    if !record.outcome.counts() || !(record.distance_m > 0.0) {
-        return None;
+impl EmissionFactors {
+    /// Those of a study. The efficiency of charging is that of its costs, else that of its
+    /// chargers, else the one beside the factors.
+    pub fn of(
+        factors: Option<&EmissionModel>,
+        cost: Option<&CostModel>,
+        charging: Option<&ChargingPolicy>,
+    ) -> Self {
+        let factors = factors.cloned().unwrap_or_default();
+        let charging_efficiency = cost
+            .and_then(|cost| cost.charging_efficiency)
+            .or(charging.map(|charging| charging.efficiency))
+            .or(factors.charging_efficiency);
+        Self { factors, charging_efficiency }
     }
-    let km = record.distance_m / 1000.0;
-    let well_to_wheel_kg = if record.battery_energy_j.is_some() {
-        factors.and_then(|f| f.electricity_well_to_wheel_kg_per_kwh).zip(charging_efficiency).map(
-            |(factor, efficiency)| {
+
+    /// What a trip emits, with what it drove where its battery cut it short; none of one that
+    /// stalled or timed out.
+    pub fn of_trip(&self, record: &Record) -> Option<TripEmissions> {
+        if !record.outcome.counts() || !(record.distance_m > 0.0) {
+            return None;
+        }
+        let km = record.distance_m / 1000.0;
+        let Self { factors, charging_efficiency } = self;
+        let metered = |factor: Option<f64>| {
+            factor.zip(*charging_efficiency).map(|(factor, efficiency)| {
                 factor * (depot_kwh(record, efficiency) + public_kwh(record, efficiency))
-            },
-        )
-    } else {
-        factors.and_then(|f| f.fuel_well_to_wheel_kg_per_l).map(|f| f * litres(record))
-    };
-    Some(TripEmissions {
-        cycle_id: record.cycle_id,
-        km,
-        tkm: km * record.payload_kg / 1000.0,
-        tank_to_wheel_kg: record.co2_g_per_km.unwrap_or(0.0) / 1000.0 * km,
-        well_to_wheel_kg,
-    })
+            })
+        };
+        let (generation_kg, well_to_wheel_kg) = if record.battery_energy_j.is_some() {
+            let well_to_wheel = metered(factors.electricity_well_to_wheel_kg_per_kwh);
+            (metered(factors.electricity_generation_kg_per_kwh), well_to_wheel)
+        } else {
+            (None, factors.fuel_well_to_wheel_kg_per_l.map(|factor| factor * litres(record)))
+        };
+        Some(TripEmissions {
+            cycle_id: record.cycle_id,
+            km,
+            tkm: km * record.payload_kg / 1000.0,
+            tank_to_wheel_kg: record.co2_g_per_km.unwrap_or(0.0) / 1000.0 * km,
+            generation_kg,
+            well_to_wheel_kg,
+        })
+    }
+
+    /// Fills in the columns of a record that has all others.
+    pub fn fill(&self, record: &mut Record) {
+        let Some(trip) = self.of_trip(record) else { return };
+        let per_km = |kg: Option<f64>| kg.map(|kg| kg * 1000.0 / trip.km);
+        record.grid_co2_g_per_km = per_km(trip.generation_kg);
+        record.well_to_wheel_g_per_km = per_km(trip.well_to_wheel_kg);
+        record.well_to_wheel_g_per_tkm = record.per_tonne(record.well_to_wheel_g_per_km);
+    }
 }

@@ -59,7 +59,7 @@ pub struct CostModel {
     #[schemars(with = "Yearly", range(min = 0.0, max = 1.0e6))]
     pub public_charging_per_kwh: Option<Yearly>,
     /// Share of the metered electricity that reaches the battery; needed where electricity has a
-    /// price or emissions.
+    /// price.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.3, max = 1.0))]
     pub charging_efficiency: Option<f64>,

@@ -16,7 +16,7 @@
 
 use super::clustering::Clusters;
 use super::dependence::Dependence;
-use super::quantity::{RecordQuantity, shared_consumption};
+use super::quantity::{NamedQuantity, shared_consumption};
 use super::ratio::student_975;
 use super::run::{RunPlan, records};
 use super::uncertainty::{Effects, ParameterUncertainty};
@@ -33,7 +33,7 @@ pub const ROUNDING: f64 = 1e-5;
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Comparison {
     /// Name of the quantity.
-    pub column: &'static str,
+    pub column: String,
     /// The fleet's mean of A, over the pairs.
     pub a: Option<f64>,
     /// The fleet's mean of B, over the pairs.
@@ -86,7 +86,7 @@ pub(super) type Pair = (Row, Row);
 
 /// What a cycle adds to the fleet's mean; none where it was not completed, or has nothing of the
 /// quantity.
-pub(super) fn row(quantity: &RecordQuantity, record: &Record) -> Option<Row> {
+pub(super) fn row(quantity: &NamedQuantity, record: &Record) -> Option<Row> {
     let (y, x) = quantity.totals(record)?;
     Some(Row { cycle_id: record.cycle_id, value: quantity.of_cycle(record), y, x })
 }
@@ -108,7 +108,7 @@ fn same(a: f64, b: f64) -> bool {
 }
 
 /// Completed cycles that have nothing of the quantity.
-fn without(quantity: &RecordQuantity, records: &[Record]) -> u64 {
+fn without(quantity: &NamedQuantity, records: &[Record]) -> u64 {
     let completed = records.iter().filter(|record| record.outcome == Outcome::Completed);
     completed.filter(|record| row(quantity, record).is_none()).count() as u64
 }
@@ -198,7 +198,7 @@ impl Spread {
 impl Comparison {
     /// Compares the records of the same cycles in two studies.
     pub fn of(
-        quantity: &RecordQuantity,
+        quantity: &NamedQuantity,
         dependence: Dependence,
         a: &[Record],
         b: &[Record],
@@ -215,7 +215,7 @@ impl Comparison {
         let spread = means.and_then(|means| means.spread);
         let difference = means.map(|means| means.difference());
         Self {
-            column: quantity.column,
+            column: quantity.column.to_owned(),
             a: means.map(|means| means.a),
             b: means.map(|means| means.b),
             difference,
@@ -247,7 +247,7 @@ pub struct PairOfValues {
 }
 
 /// The values of the cycles that both studies completed, and of which both have one.
-pub fn paired_values(quantity: &RecordQuantity, a: &[Record], b: &[Record]) -> Vec<PairOfValues> {
+pub fn paired_values(quantity: &NamedQuantity, a: &[Record], b: &[Record]) -> Vec<PairOfValues> {
     let value = |record: &Record| row(quantity, record)?.value;
     let pair = |(a, b): (&Record, &Record)| {
         Some(PairOfValues { cycle_id: a.cycle_id, a: value(a)?, b: value(b)? })
@@ -273,7 +273,7 @@ pub struct Compared {
 pub fn compare<B>(
     studies: &[&Study],
     plan: &RunPlan,
-    quantity: Option<&'static RecordQuantity>,
+    quantity: Option<&NamedQuantity>,
     mut progress: impl FnMut(u64) -> ControlFlow<B>,
 ) -> ControlFlow<B, Compared> {
     let mut before = 0;

@@ -4,16 +4,16 @@
 //! | quantity | mean of the fleet | per cycle |
 //! |---|---|---|
 //! | litres, kWh, wheel kWh or grams of CO2 per distance | total over total distance | the cycle's own |
-//! | litres per 100 tkm | total litres over total tonne-kilometres, empty trips included | the cycle's own; none where it is empty |
+//! | litres per 100 tkm, kWh and grams of CO2 per tkm | total over total tonne-kilometres, empty trips included | the cycle's own; none where it is empty |
 //! | speed | total distance over total time | the cycle's own |
 //! | stops per km | total stops over total distance | the cycle's own |
-//! | duration | plain mean | the cycle's own |
+//! | duration, and any other column that is asked about | plain mean | the cycle's own |
 //! | kWh of the whole trip per distance | total over total distance of the whole trips | the cycle's own |
 //!
 //! A trip that its battery cut short counts with what it drove, but for the duration, which is that
 //! of trips that arrive, and for the whole trip, which is as long as the others.
 
-use crate::record::{Outcome, Record};
+use crate::record::{COLUMNS, Column, Outcome, Record, column};
 
 /// What a cycle's value is multiplied by for a total, or what a total is divided by.
 #[derive(Clone, Copy, Debug)]
@@ -65,15 +65,40 @@ impl Weight {
     }
 }
 
+/// Where a cycle's own value is from.
+#[derive(Clone, Copy, Debug)]
+pub enum Value<'a> {
+    /// What the record has, or what is made of it.
+    Of(fn(&Record) -> Option<f64>),
+    /// A column of the records.
+    Column(&'static Column),
+    /// A column of the breakdown, by its name: each study has its own.
+    Part(&'a str),
+}
+
+impl Value<'_> {
+    /// The value of a cycle, however it ended.
+    pub fn get(self, record: &Record) -> Option<f64> {
+        match self {
+            Self::Of(value) => value(record),
+            Self::Column(column) => column.get(record).number(),
+            Self::Part(name) => {
+                let place = record.breakdown.names().iter().position(|known| known == name)?;
+                record.breakdown.value(place)
+            }
+        }
+    }
+}
+
 /// One quantity: its fleet mean is Σ `of` × `times` / Σ `over`.
 #[derive(Clone, Copy, Debug)]
-pub struct RecordQuantity {
+pub struct NamedQuantity<'a> {
     /// Name, with its unit.
-    pub column: &'static str,
+    pub column: &'a str,
     /// A cycle's own value.
-    pub value: fn(&Record) -> Option<f64>,
+    pub value: Value<'a>,
     /// Name of the quantity that is summed up.
-    pub of: &'static str,
+    pub of: &'a str,
     /// What each of its values is multiplied by.
     pub times: Weight,
     /// What the total is divided by.
@@ -82,7 +107,10 @@ pub struct RecordQuantity {
     pub counts_cut_short: bool,
 }
 
-impl RecordQuantity {
+/// One of the [`QUANTITIES`].
+pub type RecordQuantity = NamedQuantity<'static>;
+
+impl NamedQuantity<'_> {
     /// The value of a cycle that counts and has one.
     pub fn of_cycle(&self, record: &Record) -> Option<f64> {
         let counts = match record.outcome {
@@ -90,12 +118,15 @@ impl RecordQuantity {
             Outcome::Depleted => self.counts_cut_short,
             Outcome::Stalled | Outcome::TimedOut => false,
         };
-        (self.value)(record).filter(|value| counts && value.is_finite())
+        self.value.get(record).filter(|value| counts && value.is_finite())
     }
 
     /// What a cycle that counts adds to the two totals of the fleet's mean.
     pub fn totals(&self, record: &Record) -> Option<(f64, f64)> {
-        let summed = quantity(self.of)?.of_cycle(record)?;
+        let summed = match quantity(self.of) {
+            Some(summed) => summed.of_cycle(record)?,
+            None => self.of_cycle(record)?,
+        };
         let extent = Extent::of(record);
         Some((summed * self.times.of(extent), self.over.of(extent)))
     }
@@ -105,6 +136,12 @@ impl RecordQuantity {
 pub const LITRES: &str = "consumption_l_per_100km";
 /// Electricity over distance.
 pub const ELECTRICITY: &str = "consumption_kwh_per_km";
+/// Litres over 100 tkm.
+pub const LITRES_PER_TKM: &str = "consumption_l_per_100tkm";
+/// Electricity over payload times distance.
+pub const ELECTRICITY_PER_TKM: &str = "consumption_kwh_per_tkm";
+/// Greenhouse gases from the well to the wheel over distance.
+const WELL_TO_WHEEL: &str = "well_to_wheel_g_per_km";
 /// Electricity of the whole trip over distance: with a battery that never empties.
 pub const WHOLE_TRIP: &str = "whole_trip_kwh_per_km";
 /// Work at the wheels over distance.
@@ -118,7 +155,7 @@ const fn per_distance(column: &'static str, value: fn(&Record) -> Option<f64>) -
     let weight = Weight::Distance;
     RecordQuantity {
         column,
-        value,
+        value: Value::Of(value),
         of: column,
         times: weight,
         over: weight,
@@ -126,21 +163,31 @@ const fn per_distance(column: &'static str, value: fn(&Record) -> Option<f64>) -
     }
 }
 
-/// The quantities, in the order in which they are reported.
-pub const QUANTITIES: [RecordQuantity; 9] = [
-    per_distance(LITRES, |r| r.consumption_l_per_100km),
+/// A quantity per tonne of payload and distance, of which `of` is that per distance.
+const fn per_tonne_distance(
+    column: &'static str,
+    value: fn(&Record) -> Option<f64>,
+    of: &'static str,
+) -> RecordQuantity {
     RecordQuantity {
-        column: "consumption_l_per_100tkm",
-        value: |r| r.consumption_l_per_100tkm,
-        of: LITRES,
+        column,
+        value: Value::Of(value),
+        of,
         times: Weight::Distance,
         over: Weight::TonneDistance,
         counts_cut_short: true,
-    },
+    }
+}
+
+/// The quantities, in the order in which they are reported.
+pub const QUANTITIES: [RecordQuantity; 13] = [
+    per_distance(LITRES, |r| r.consumption_l_per_100km),
+    per_tonne_distance(LITRES_PER_TKM, |r| r.consumption_l_per_100tkm, LITRES),
     per_distance(ELECTRICITY, |r| r.consumption_kwh_per_km),
+    per_tonne_distance(ELECTRICITY_PER_TKM, |r| r.consumption_kwh_per_tkm, ELECTRICITY),
     RecordQuantity {
         column: WHOLE_TRIP,
-        value: |r| r.whole_trip_kwh_per_km,
+        value: Value::Of(|r| r.whole_trip_kwh_per_km),
         of: WHOLE_TRIP,
         times: Weight::WholeTrip,
         over: Weight::WholeTrip,
@@ -148,9 +195,12 @@ pub const QUANTITIES: [RecordQuantity; 9] = [
     },
     per_distance(WHEEL, |r| Some(r.wheel_kwh_per_km)),
     per_distance("co2_g_per_km", |r| r.co2_g_per_km),
+    per_distance("grid_co2_g_per_km", |r| r.grid_co2_g_per_km),
+    per_distance(WELL_TO_WHEEL, |r| r.well_to_wheel_g_per_km),
+    per_tonne_distance("well_to_wheel_g_per_tkm", |r| r.well_to_wheel_g_per_tkm, WELL_TO_WHEEL),
     RecordQuantity {
         column: "mean_speed_mps",
-        value: |r| Some(r.mean_speed_mps),
+        value: Value::Of(|r| Some(r.mean_speed_mps)),
         of: "mean_speed_mps",
         times: Weight::Duration,
         over: Weight::Duration,
@@ -158,7 +208,7 @@ pub const QUANTITIES: [RecordQuantity; 9] = [
     },
     RecordQuantity {
         column: "duration_s",
-        value: |r| Some(r.duration_s),
+        value: Value::Of(|r| Some(r.duration_s)),
         of: "duration_s",
         times: Weight::One,
         over: Weight::One,
@@ -170,6 +220,36 @@ pub const QUANTITIES: [RecordQuantity; 9] = [
 /// The quantity of that name.
 pub fn quantity(column: &str) -> Option<&'static RecordQuantity> {
     QUANTITIES.iter().find(|quantity| quantity.column == column)
+}
+
+/// Columns of the records that are no quantities: how a cycle ended, and ids.
+const NO_QUANTITIES: [&str; 5] = ["cycle_id", "outcome", "truck_id", "driver_id", "trip"];
+
+/// Names of the columns that can be asked about and that every study has: the quantities, then all
+/// other numbers of the records.
+pub fn numeric_columns() -> impl Iterator<Item = &'static str> {
+    let others = COLUMNS.iter().map(|column| column.name);
+    let others = others.filter(|name| quantity(name).is_none() && !NO_QUANTITIES.contains(name));
+    QUANTITIES.iter().map(|quantity| quantity.column).chain(others)
+}
+
+/// The quantity of a column of the records, `parts` being the names of those of the breakdown: one
+/// of the [`QUANTITIES`], or a column whose mean is that of the cycles that were completed, each
+/// counted once. None where there is no such column, or it is no number.
+pub fn quantity_of_column<'a, 'b>(
+    name: &'a str,
+    mut parts: impl Iterator<Item = &'b str>,
+) -> Option<NamedQuantity<'a>> {
+    if let Some(known) = quantity(name) {
+        return Some(*known);
+    }
+    let value = match column(name).filter(|_| !NO_QUANTITIES.contains(&name)) {
+        Some(column) => Value::Column(column),
+        None if parts.any(|part| part == name) => Value::Part(name),
+        None => return None,
+    };
+    let (times, over) = (Weight::One, Weight::One);
+    Some(NamedQuantity { column: name, value, of: name, times, over, counts_cut_short: false })
 }
 
 /// The consumption that these cycles have: fuel, else electricity, else the work at the wheels.
@@ -218,5 +298,23 @@ mod tests {
             ..electric[0].clone()
         };
         assert_eq!(of(&[&[cut_short]]), WHOLE_TRIP);
+    }
+
+    #[test]
+    fn any_number_of_the_records_is_a_quantity_and_ids_are_none() {
+        let of = |name| quantity_of_column(name, ["fuel_kg_urban"].into_iter());
+        let record = Record { n_stops: 3, fuel_kg: Some(20.0), ..Record::default() };
+        let totals = |name| of(name).and_then(|quantity| quantity.totals(&record));
+        assert_eq!(totals("n_stops"), Some((3.0, 1.0)));
+        assert_eq!(totals("fuel_kg"), Some((20.0, 1.0)));
+        // a column of the breakdown, which this record lacks
+        assert!(of("fuel_kg_urban").is_some() && totals("fuel_kg_urban").is_none());
+        for name in ["cycle_id", "outcome", "truck_id", "driver_id", "trip", "fuel_kg_rural"] {
+            assert!(of(name).is_none(), "{name}");
+        }
+        for name in numeric_columns() {
+            assert!(of(name).is_some(), "{name}");
+        }
+        assert_eq!(numeric_columns().count(), COLUMNS.len() - NO_QUANTITIES.len() + 1);
     }
 }

@@ -453,7 +453,7 @@ impl SummaryBuilder {
 
 /// The finite value that a record shows, however its cycle ended.
 fn shown(column: &str, record: &Record) -> Option<f64> {
-    (quantity(column)?.value)(record).filter(|value| value.is_finite())
+    quantity(column)?.value.get(record).filter(|value| value.is_finite())
 }
 
 #[cfg(test)]

@@ -18,7 +18,7 @@
 
 use super::comparison::{Pair, row, side};
 use super::dependence::Dependence;
-use super::quantity::RecordQuantity;
+use super::quantity::NamedQuantity;
 use super::ratio::NORMAL_975;
 use super::run::RunPlan;
 use crate::record::Record;
@@ -73,7 +73,7 @@ pub struct ParameterEffect {
 /// What one standard error of each number does.
 #[derive(Clone, Debug)]
 pub struct Effects {
-    column: &'static str,
+    column: String,
     cycles: u64,
     correlation: DMatrix<f64>,
     numbers: Vec<Number>,
@@ -101,7 +101,7 @@ impl Effects {
     pub fn drive<B>(
         study: &Study,
         plan: &RunPlan,
-        quantity: &RecordQuantity,
+        quantity: &NamedQuantity,
         mut drive: impl FnMut(&Study, &RunPlan) -> ControlFlow<B, Vec<Record>>,
     ) -> ControlFlow<B, Option<Self>> {
         let Some(Uncertainty { keys, correlation }) = study.model().uncertain() else {
@@ -120,14 +120,14 @@ impl Effects {
             }
             numbers.push(number);
         }
-        let (column, cycles) = (quantity.column, plan.cycles);
+        let (column, cycles) = (quantity.column.to_owned(), plan.cycles);
         ControlFlow::Continue(Some(Self { column, cycles, correlation, numbers }))
     }
 
     /// Those of a study that takes all numbers for certain.
-    pub fn nothing(quantity: &RecordQuantity) -> Self {
+    pub fn nothing(quantity: &NamedQuantity) -> Self {
         let (correlation, numbers) = (DMatrix::zeros(0, 0), Vec::new());
-        Self { column: quantity.column, cycles: 0, correlation, numbers }
+        Self { column: quantity.column.to_owned(), cycles: 0, correlation, numbers }
     }
 
     /// Cycles that [`Effects::drive`] drives in all.
@@ -203,7 +203,7 @@ impl Effects {
             pairs: number.pairs,
         };
         ParameterUncertainty {
-            column: self.column.to_owned(),
+            column: self.column.clone(),
             replicates,
             cycles: self.cycles,
             sd: libm::sqrt(variance),
@@ -235,7 +235,7 @@ fn paired(plan: &RunPlan) -> RunPlan {
 /// residuals by batch, which are of the mean: their sum is 0. Unknown as it was where no cycle was
 /// completed on both sides.
 fn half(
-    quantity: &RecordQuantity,
+    quantity: &NamedQuantity,
     dependence: Dependence,
     low: &[Record],
     high: &[Record],

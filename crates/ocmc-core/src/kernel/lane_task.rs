@@ -442,6 +442,7 @@ impl LaneTask {
         if let (Some(rests), Some(_)) = (&self.rests, &self.scenario.handover) {
             record.clock_at_end = Some(rests.clock_at_end(ledger[Term::Time]));
         }
+        study.emission_factors().fill(&mut record);
         record
     }
 }

@@ -227,7 +227,10 @@ pub fn follow_scenario(
         rolling_coefficient: vehicle.rolling_coefficient,
         ..Record::default()
     };
-    study.vehicle().powertrain.dispatch(FollowTask { vehicle, cycle, body, convention, known })
+    let task = FollowTask { vehicle, cycle, body, convention, known };
+    let (mut record, followed) = study.vehicle().powertrain.dispatch(task);
+    study.emission_factors().fill(&mut record);
+    (record, followed)
 }
 
 /// Follows a cycle with the powertrain of a study.

@@ -15,7 +15,7 @@ pub use check::StudyError;
 use crate::breakdown::{Amount, Axis, BreakdownColumns, Part};
 use crate::charging::{Charger, ChargingPolicy};
 use crate::cost::CostModel;
-use crate::cost::emissions::EmissionModel;
+use crate::cost::emissions::{EmissionFactors, EmissionModel};
 use crate::driver::{Driver, DriverModel};
 use crate::event_kind::Kind;
 use crate::operating_cycle::given::{GivenCycle, GivenCycleError};
@@ -181,6 +181,7 @@ pub struct Study {
     stability_limit: f64,
     nesting: Nesting,
     breakdown: Option<Arc<BreakdownColumns>>,
+    emission_factors: EmissionFactors,
 }
 
 /// One cycle to be driven: operating cycle, driver and vehicle.
@@ -251,6 +252,9 @@ impl Study {
         let stability_limit = 1.0 / (brake * model.simulation.short_step_s());
         let nesting = model.fleet.nesting();
         let breakdown = breakdown_columns(&model, &road_types);
+        let StudyModel { emissions, cost, charging, .. } = &model;
+        let emission_factors =
+            EmissionFactors::of(emissions.as_ref(), cost.as_ref(), charging.as_ref());
         Ok(Self {
             model,
             operating_cycle,
@@ -259,6 +263,7 @@ impl Study {
             stability_limit,
             nesting,
             breakdown,
+            emission_factors,
         })
     }
 
@@ -329,6 +334,11 @@ impl Study {
     /// The columns of the breakdown of its cycles, where it has any.
     pub fn breakdown(&self) -> Option<&Arc<BreakdownColumns>> {
         self.breakdown.as_ref()
+    }
+
+    /// What litres and kWh are multiplied by for greenhouse gases.
+    pub fn emission_factors(&self) -> &EmissionFactors {
+        &self.emission_factors
     }
 
     /// Draws the scenario of one cycle: a pure function of (study, seed, cycle id).

@@ -4,7 +4,7 @@ use crate::common::field_truck_model;
 use crate::common::statistics::assert_share;
 use ocmc_core::cost::CostModel;
 use ocmc_core::cost::costing::{Costing, Sizes, Trip};
-use ocmc_core::cost::emissions::of_trip;
+use ocmc_core::cost::emissions::{EmissionFactors, EmissionModel};
 use ocmc_core::cost::levelised::{Levelised, Life};
 use ocmc_core::cost::state::State;
 use ocmc_core::fleet::cost::{FleetCost, STATES};
@@ -26,7 +26,8 @@ const ELECTRIC: Sizes = Sizes { engine_kw: None, motor_kw: Some(300.0), battery_
 /// The costs of a fleet of records, with seed 1.
 fn costed(costing: &Costing, records: &[Record]) -> FleetCost {
     let trips = trips(costing, records);
-    let emitted: Vec<_> = records.iter().filter_map(|r| of_trip(r, None, None)).collect();
+    let factors = EmissionFactors::default();
+    let emitted: Vec<_> = records.iter().filter_map(|r| factors.of_trip(r)).collect();
     FleetCost::of(costing, &trips, &emitted, 0, 1, Dependence::default()).unwrap()
 }
 
@@ -365,6 +366,51 @@ fn electricity_is_paid_where_it_was_charged() {
     let of = |name: &str| cost.items.iter().find(|item| item.item == name).unwrap().per_trip;
     assert_within("metered depot", of("depot_charging"), 80.0 * 0.2, 1e-12);
     assert_within("metered public", of("public_charging"), 50.0 * 0.5, 1e-12);
+}
+
+#[test]
+fn electricity_emits_what_its_meters_count_times_the_factors_of_the_study() {
+    let emissions: EmissionModel = serde_json::from_value(json!({
+        "electricity_well_to_wheel_kg_per_kwh": 0.3, "electricity_generation_kg_per_kwh": 0.2,
+        "charging_efficiency": 0.8,
+    }))
+    .unwrap();
+    let cost = model(json!({ "currency": "EUR", "charging_efficiency": 0.9 }));
+    let alone = EmissionFactors::of(Some(&emissions), None, None);
+    let with_cost = EmissionFactors::of(Some(&emissions), Some(&cost), None);
+    let record = Record {
+        distance_m: 50_000.0,
+        payload_kg: 10_000.0,
+        battery_energy_j: Some(72.0 * 3.6e6),
+        ..Record::default()
+    };
+    let filled = |factors: &EmissionFactors, record: &Record| {
+        let mut record = record.clone();
+        factors.fill(&mut record);
+        record
+    };
+    // 72 kWh of the battery over 50 km are 90 kWh of the meter, or 80 by the efficiency of the costs
+    for (factors, kwh) in [(&alone, 90.0), (&with_cost, 80.0)] {
+        let found = filled(factors, &record);
+        assert_within("grid", found.grid_co2_g_per_km.unwrap(), kwh * 200.0 / 50.0, 1e-12);
+        let well = found.well_to_wheel_g_per_km.unwrap();
+        assert_within("well", well, kwh * 300.0 / 50.0, 1e-12);
+        assert_within("tkm", found.well_to_wheel_g_per_tkm.unwrap(), well / 10.0, 1e-12);
+    }
+    let metered = Record {
+        grid_energy_depot_j: Some(60.0 * 3.6e6),
+        grid_energy_public_j: Some(20.0 * 3.6e6),
+        grid_energy_stop_j: Some(20.0 * 3.6e6),
+        ..record.clone()
+    };
+    let found = filled(&alone, &metered).grid_co2_g_per_km.unwrap();
+    assert_within("metered", found, 100.0 * 200.0 / 50.0, 1e-12);
+    // an empty truck has no tonnes, a cycle that stalled was not driven, and no factor is no number
+    let empty = filled(&alone, &Record { payload_kg: 0.0, ..record.clone() });
+    assert!(empty.well_to_wheel_g_per_km.is_some() && empty.well_to_wheel_g_per_tkm.is_none());
+    let stalled = Record { outcome: Outcome::Stalled, ..record.clone() };
+    assert_eq!(filled(&alone, &stalled), stalled);
+    assert_eq!(filled(&EmissionFactors::default(), &record), record);
 }
 
 #[test]

@@ -59,6 +59,9 @@ pub fn around(estimate: f64, standard_error: f64, t: f64) -> [f64; 2] {
     [estimate - t * standard_error, estimate + t * standard_error]
 }
 
+/// The normal quantile of 97.5 %.
+pub const NORMAL_975: f64 = 1.959_963_984_540_054;
+
 /// The interval at `level` of a standard deviation that was estimated with `df` degrees of freedom:
 /// √(df s²/χ²).
 ///

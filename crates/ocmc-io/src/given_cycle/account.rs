@@ -3,6 +3,7 @@
 use crate::number_text::{count_of, rounded};
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::road::route_noise::LEAST_NOISE_M;
+use serde::Serialize;
 use std::path::Path;
 
 /// Radii that part the curves that are told, in m.
@@ -17,9 +18,27 @@ const STEEP_MEAN: f64 = 0.04;
 const MANY_CHANGES_PER_KM: f64 = 1.0;
 
 /// What was read of a cycle.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Account {
-    /// Its length, climb, slopes, curves, stops and limits, and what was smoothed.
+    /// The file, or what else it was read from.
+    pub file: String,
+    /// Length, in m.
+    pub length_m: f64,
+    /// Sum of the climbs, in m.
+    pub climb_m: f64,
+    /// Steepest slope, up or down.
+    pub steepest_grade: f64,
+    /// Number of curves.
+    pub n_curves: usize,
+    /// Number of places at which a truck stands.
+    pub n_stops: usize,
+    /// Lowest and highest limit, in m/s.
+    pub limits_mps: [f64; 2],
+    /// How much its positions scatter, in m; below 0.5 m they are taken as they are.
+    pub position_noise_m: f64,
+    /// How much its altitudes scatter, in m, likewise.
+    pub altitude_noise_m: f64,
+    /// All of that in words.
     pub told: Vec<String>,
     /// What is hardly a road.
     pub warnings: Vec<String>,
@@ -40,10 +59,12 @@ pub fn account(path: &Path, cycle: &GivenCycle) -> Account {
     let changes_per_km =
         slopes.windows(2).map(|pair| (pair[1].1 - pair[0].1).abs()).sum::<f64>() / km;
     let stops = cycle.events.iter().filter(|event| event.kind.standstill_s().is_some()).count();
-    let limits = cycle.limits.iter().map(|limit| 3.6 * limit.1);
-    let (low, high) = limits.fold((f64::INFINITY, 0.0), |(low, high): (f64, f64), limit| {
-        (low.min(limit), high.max(limit))
-    });
+    let limits = cycle.limits.iter().map(|limit| limit.1);
+    let (low_mps, high_mps) = limits
+        .fold((f64::INFINITY, 0.0), |(low, high): (f64, f64), limit| {
+            (low.min(limit), high.max(limit))
+        });
+    let [low, high] = [low_mps, high_mps].map(|limit| 3.6 * limit);
     let percent = |share: f64| rounded(100.0 * share);
     let limits = if high > low {
         format!("limits of {} to {} km/h", rounded(low), rounded(high))
@@ -90,7 +111,19 @@ pub fn account(path: &Path, cycle: &GivenCycle) -> Account {
         format!("slopes that change by {} % per km in sum", percent(changes_per_km)),
         "smooth its altitudes or slopes before",
     );
-    Account { told, warnings }
+    Account {
+        file: file.to_string(),
+        length_m: cycle.length_m,
+        climb_m,
+        steepest_grade: steepest,
+        n_curves: cycle.curves.len(),
+        n_stops: stops,
+        limits_mps: [low_mps, high_mps],
+        position_noise_m: cycle.noise.positions_m,
+        altitude_noise_m: cycle.noise.altitudes_m,
+        told,
+        warnings,
+    }
 }
 
 /// Its curves, by their radii.

@@ -151,12 +151,21 @@ fn detect(
     })
 }
 
-/// What tells how the vehicle of a drive turned.
-fn turning(drive: &LoggedTrip) -> Quantity {
+/// Whether a column of a drive tells how its vehicle turned, so that its positions need not.
+pub(super) fn tells_turns(drive: &LoggedTrip) -> bool {
+    known_turning(drive).is_some()
+}
+
+fn known_turning(drive: &LoggedTrip) -> Option<Quantity> {
     let known = |quantity: &Quantity| {
         drive.column(*quantity).is_some_and(|values| values.iter().any(|value| !value.is_nan()))
     };
-    TURNING.into_iter().find(known).unwrap_or(Quantity::YawRate)
+    TURNING.into_iter().find(known)
+}
+
+/// What tells how the vehicle of a drive turned.
+fn turning(drive: &LoggedTrip) -> Quantity {
+    known_turning(drive).unwrap_or(Quantity::YawRate)
 }
 
 /// A drive with its yaw rate, and the options that go with where that comes from.

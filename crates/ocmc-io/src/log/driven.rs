@@ -2,11 +2,13 @@
 //! energy that it took.
 
 use super::curves::{Steering, TripError};
+use super::noise::without_noise;
 use super::roads::{found, notes, road_log};
 use super::{LogFile, LoggedTrip, row_notes};
 use crate::table::Quantity;
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::road::point_event::{EventKind, PointEvent};
+use ocmc_core::operating_cycle::road::route_noise::LEAST_NOISE_M;
 use ocmc_estimation::log::road::{LoggedRoad, RoadOptions, ways};
 use ocmc_estimation::log::way::DrivenWay;
 
@@ -57,7 +59,8 @@ pub struct MeasuredDrives {
 
 impl MeasuredDrives {
     /// Adds the drives of a log with the roads that they were driven on. With `stops` the
-    /// standstills that no object of the map explains are on the road, too.
+    /// standstills that no object of the map explains are on the road, too. Positions and altitudes
+    /// that scatter are smoothed first, as those of given routes.
     pub fn add_with_roads(
         &mut self,
         file: &LogFile,
@@ -67,7 +70,15 @@ impl MeasuredDrives {
     ) {
         for drive in &file.drives {
             let place = file.place(drive);
-            let found = match found(drive, options, steering) {
+            let quiet = without_noise(drive).and_then(|(quiet, noise)| {
+                let mut options = options.clone();
+                if noise.altitudes_m >= LEAST_NOISE_M {
+                    // what has no noise any more is not averaged
+                    options.altitude_average_m = 0.0;
+                }
+                Ok((found(&quiet, &options, steering)?, noise))
+            });
+            let (found, noise) = match quiet {
                 Ok(found) => found,
                 Err(fault) => {
                     self.left_out.push((place, fault));
@@ -79,7 +90,10 @@ impl MeasuredDrives {
             for (k, road) in found.roads.into_iter().enumerate() {
                 let source = (drive.fingerprint(), found.limits.name());
                 match given(&road, stops, source) {
-                    Ok(given) => self.push(drive, (k, count), road.way, Some(given)),
+                    Ok(given) => {
+                        let given = GivenCycle { noise, ..given };
+                        self.push(drive, (k, count), road.way, Some(given));
+                    }
                     Err(fault) => self.left_out.push((place.clone(), fault)),
                 }
             }

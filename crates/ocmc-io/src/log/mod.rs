@@ -4,6 +4,7 @@ mod account;
 pub mod curves;
 pub mod driven;
 pub mod identification;
+mod noise;
 pub mod pedals;
 pub mod roads;
 pub mod vmod;

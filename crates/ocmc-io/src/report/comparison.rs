@@ -10,6 +10,7 @@ use crate::number_text::{count_of, percent, rounded};
 use ocmc_core::fleet::association::association;
 use ocmc_core::fleet::comparison::{Comparison, PairOfValues};
 use ocmc_core::fleet::dependence::Dependence;
+use ocmc_core::fleet::quantity::quantity;
 use ocmc_core::fleet::statistic::Statistic;
 use ocmc_core::record::Record;
 use std::fmt::Write;
@@ -79,9 +80,9 @@ impl PairPicture<'_> {
     /// The answer in plain sentences.
     fn sentences(&self) -> String {
         let comparison = self.comparison;
-        let (unit, factor) = label(comparison.column);
+        let (unit, factor) = label(&comparison.column);
         let (Some(a), Some(difference)) = (comparison.a, comparison.difference) else {
-            let column = escaped(comparison.column);
+            let column = escaped(&comparison.column);
             return format!(
                 "<p class=\"lead\">No cycle has <code>{column}</code> in both studies.</p>\n"
             );
@@ -91,12 +92,18 @@ impl PairPicture<'_> {
             format!(" ± {}", three_digits(factor * (high - low) / 2.0))
         });
         let word = if difference < 0.0 { "less" } else { "more" };
-        let share = percent(difference / a);
-        let mut said = format!(
-            "B takes {change}{interval} {unit} {word} than A ({share} %), in the mean of the fleet: {} against {}.",
-            rounded(factor * (a + difference)),
-            rounded(factor * a)
-        );
+        let share =
+            if a == 0.0 { String::new() } else { format!(" ({} %)", percent(difference / a)) };
+        let [in_b, in_a] = [a + difference, a].map(|mean| rounded(factor * mean));
+        let mut said = if quantity(&comparison.column).is_some() {
+            format!(
+                "B takes {change}{interval} {unit} {word} than A{share}, in the mean of the fleet: {in_b} against {in_a}."
+            )
+        } else {
+            format!(
+                "{unit} is {change}{interval} {word} in B than in A{share}, in the mean of the cycles: {in_b} against {in_a}."
+            )
+        };
         if let (Some(lower), Some(equal)) = (comparison.share_a_lower, comparison.share_equal) {
             let pairs = count_of(comparison.pairs - comparison.pairs_without_value, "pair");
             let [in_a, in_b] = [lower, 1.0 - lower - equal].map(percent);
@@ -131,10 +138,9 @@ impl PairPicture<'_> {
 
     /// How the differences are spread, and what they go with.
     fn differences(&self) -> String {
-        let (unit, factor) = label(self.comparison.column);
+        let (unit, factor) = label(&self.comparison.column);
         let cycles = self.pairs.iter().map(|pair| (pair.cycle_id, factor * (pair.b - pair.a)));
-        let statistic =
-            Statistic::new(self.comparison.column, None, &cycles, &Dependence::default().into());
+        let statistic = Statistic::new("difference", None, &cycles, &Dependence::default().into());
         let Some(histogram) = &statistic.histogram else { return String::new() };
         let mean =
             self.comparison.difference.map(|mean| Mark::mean(factor * mean, "mean".to_owned()));

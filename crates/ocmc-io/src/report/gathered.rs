@@ -98,6 +98,15 @@ impl Gathered {
         ends
     }
 
+    /// The cycle in the middle of a quantity, and its value; `first` is the id of the first cycle.
+    pub(super) fn middle(&self, quantity: &RecordQuantity, first: u64) -> Option<(u64, f64)> {
+        let values = &self.consumption(quantity)?.values;
+        let mut places: Vec<usize> = (0..values.len()).filter(|k| values[*k].is_finite()).collect();
+        places.sort_by(|a, b| values[*a].total_cmp(&values[*b]));
+        let place = *places.get(places.len() / 2)?;
+        Some((first + place as u64, values[place]))
+    }
+
     /// Ids of the first cycles that ended so.
     pub(super) fn first(&self, outcome: Outcome) -> &[u64] {
         let place = Outcome::ALL.iter().position(|known| *known == outcome);

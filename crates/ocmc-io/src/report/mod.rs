@@ -16,6 +16,7 @@ mod simulator_study;
 mod speed_over_distance;
 mod svg;
 mod tables;
+mod trip;
 mod trucks;
 mod validation;
 
@@ -27,7 +28,7 @@ pub use gathered::Gathered;
 use ocmc_core::fleet::association::{Association, association, association_beside};
 use ocmc_core::fleet::quantity::{RecordQuantity, quantity};
 use ocmc_core::fleet::statistic::Statistic;
-use ocmc_core::record::{Cell, Record, column};
+use ocmc_core::record::{Record, column};
 use repeat::Repeat;
 pub use sensitivity::{SensitivityPage, sensitivity_html};
 pub use simulator_pictures::{Picture, pictures};
@@ -132,6 +133,7 @@ pub fn html(run: &Reported) -> String {
         if let Some(quantity) = quantity(statistic.column) {
             page.push_str(&explained(&explaining, statistic));
             page.push_str(&tables::road_shares(&run.gathered.sums));
+            page.push_str(&trip::trip(run, quantity, &repeat));
             page.push_str(&tables::outliers(run, quantity, &repeat));
         }
     }
@@ -285,11 +287,7 @@ fn panels(found: &[Explaining], what: &str) -> String {
 
 /// A number of a record, by the name of its column.
 fn number(record: &Record, name: &str) -> Option<f64> {
-    match column(name)?.get(record) {
-        Cell::Number(value) => value,
-        Cell::Integer(value) => value.map(|value| value as f64),
-        Cell::Outcome(_) => None,
-    }
+    column(name)?.get(record).number()
 }
 
 /// A value in its unit for people.

@@ -75,6 +75,28 @@ impl Panel {
         let _ = writeln!(text, "<polyline fill=\"none\" {how} points=\"{}\"/>", path.trim_end());
     }
 
+    /// What lies between points and 0; they are numbers, from left to right.
+    pub(super) fn area(
+        &self,
+        text: &mut String,
+        points: impl IntoIterator<Item = (f64, f64)>,
+        how: &str,
+    ) {
+        let mut path = String::new();
+        let mut ends = None;
+        for (x, y) in points {
+            let _ = write!(path, "{:.1},{:.1} ", self.x.at(x), self.y.at(self.within(y)));
+            ends = Some((ends.map_or(x, |(first, _)| first), x));
+        }
+        let Some((first, last)) = ends else { return };
+        let ground = self.y.at(self.within(0.0));
+        let [first, last] = [first, last].map(|x| self.x.at(x));
+        let _ = writeln!(
+            text,
+            "<polygon {how} points=\"{first:.1},{ground:.1} {path}{last:.1},{ground:.1}\"/>"
+        );
+    }
+
     /// A mark at a point, with a title.
     pub(super) fn mark(
         &self,

@@ -36,6 +36,8 @@ fn the_report_has_every_part_and_fetches_nothing() {
         "Where the energy went",
         "What goes with the spread",
         "payload",
+        "A trip in the middle",
+        "the engine brake, or retarder (blue)",
         "Lowest and highest",
         "ocmc trace --study field-truck --set mission.length_m=2000.0 --seed 1 --cycle-id",
         "19 of 20 trips use less than",

@@ -281,7 +281,7 @@ pub(super) const NO_UNIT: &str =
     "numbers stand without their unit, in which the key ends: 250, not 250m";
 
 /// The name that was probably meant.
-pub(super) fn nearest<'a, S: AsRef<str>>(wrong: &str, names: &'a [S]) -> Option<&'a str> {
+pub fn nearest<'a, S: AsRef<str>>(wrong: &str, names: &'a [S]) -> Option<&'a str> {
     // a comparison is quadratic in the length, and no name is long
     let wrong: String = wrong.chars().take(64).collect();
     names

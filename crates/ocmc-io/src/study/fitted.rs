@@ -5,9 +5,11 @@ use super::builtin::STUDIES;
 use super::node::Node;
 use super::source::{Source, SourceKind};
 use super::{StudyFileError, load_text, resolved_toml};
+use ocmc_core::study::uncertainty::Estimates;
 use ocmc_core::study::{Problem, Study, StudyModel};
 use serde::Serialize;
 use serde_json::json;
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 use toml::{Table, Value};
@@ -15,6 +17,23 @@ use toml::{Table, Value};
 /// Significant digits of written numbers: more than any fit determines, and enough for shares to
 /// sum up to 1.
 const DIGITS: usize = 8;
+
+/// Significant digits of standard errors: no fit knows them better.
+const ERROR_DIGITS: usize = 4;
+
+/// Relative difference between an estimate and what is written of it.
+const SAME: f64 = 1e-6;
+
+/// An estimated number of a study.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Estimate {
+    /// Path of its key.
+    pub key: String,
+    /// The number.
+    pub value: f64,
+    /// Its standard error, in its unit.
+    pub standard_error: f64,
+}
 
 /// Fitted values under their keys, such as `[driver.curve_speed]`, to be laid over a study: those
 /// that a study takes.
@@ -51,13 +70,55 @@ impl FittedPart {
         }
     }
 
-    /// What a study with these values would refuse.
-    fn refused(&self, base: &StudyModel) -> Vec<Problem> {
+    /// Adds the standard errors as `[uncertainty.NAME]`: those of the numbers that are among the
+    /// values, and that a study takes on either side. A share among several, of which the others
+    /// would have to change as well, has none.
+    #[must_use]
+    pub fn with_errors(
+        mut self,
+        base: &StudyModel,
+        name: &str,
+        estimates: impl IntoIterator<Item = Estimate>,
+    ) -> Self {
+        let mut model = self.study(base);
+        model.uncertainty.remove(name);
+        let values = serde_json::to_value(&self.values).expect("tables, lists, numbers and words");
+        let is_there = |estimate: &Estimate| {
+            let value = values.pointer(&format!("/{}", estimate.key.replace('.', "/")));
+            let value = value.and_then(serde_json::Value::as_f64);
+            value.is_some_and(|value| (value - estimate.value).abs() <= SAME * value.abs())
+        };
+        let mut all = Estimates { keys: vec![], standard_errors: vec![], correlation: vec![] };
+        for estimate in estimates.into_iter().filter(|e| e.standard_error > 0.0).filter(is_there) {
+            let Estimate { key, standard_error, .. } = estimate;
+            let (keys, standard_errors) = (vec![key], vec![rounded(standard_error, ERROR_DIGITS)]);
+            let one = Estimates { keys, standard_errors, correlation: vec![] };
+            let with = BTreeMap::from([(name.to_owned(), one.clone())]);
+            let uncertainty = with.into_iter().chain(model.uncertainty.clone()).collect();
+            let sides = Study::new(StudyModel { uncertainty, ..model.clone() });
+            if sides.and_then(|study| study.check_sides()).is_ok() {
+                all.keys.extend(one.keys);
+                all.standard_errors.extend(one.standard_errors);
+            }
+        }
+        if !all.keys.is_empty() {
+            let errors = Value::try_from(BTreeMap::from([(name, all)]));
+            let errors = errors.expect("lists of words and numbers");
+            self.values.insert("uncertainty".to_owned(), errors);
+        }
+        self
+    }
+
+    /// The base with these values.
+    fn study(&self, base: &StudyModel) -> StudyModel {
         let mut tree = tree(resolved_toml(base));
         tree.overlay(self::tree(self.text())).expect("a fit replaces lists as a whole");
-        let model =
-            serde_path_to_error::deserialize(tree.to_toml()).expect("keys of a study over a study");
-        Study::new(model).err().map_or_else(Vec::new, |error| error.problems)
+        serde_path_to_error::deserialize(tree.to_toml()).expect("keys of a study over a study")
+    }
+
+    /// What a study with these values would refuse.
+    fn refused(&self, base: &StudyModel) -> Vec<Problem> {
+        Study::new(self.study(base)).err().map_or_else(Vec::new, |error| error.problems)
     }
 
     /// As TOML, to paste into a study.
@@ -125,10 +186,15 @@ fn is_whole(table: &Table) -> bool {
     table.contains_key("distribution") || table.values().all(Value::is_array)
 }
 
+/// A number with so many significant digits.
+fn rounded(number: f64, digits: usize) -> f64 {
+    format!("{number:.*e}", digits - 1).parse().unwrap_or(number)
+}
+
 fn round(value: &mut Value) {
     match value {
         Value::Float(number) => {
-            *number = format!("{number:.*e}", DIGITS - 1).parse().unwrap_or(*number);
+            *number = rounded(*number, DIGITS);
         }
         Value::Array(values) => values.iter_mut().for_each(round),
         Value::Table(table) => table.iter_mut().for_each(|(_, value)| round(value)),
@@ -159,6 +225,44 @@ mod tests {
         let error = fitted_study("field-truck", "mine", "a note", &json).unwrap_err();
         assert!(error.to_string().contains("exponent"), "{error}");
     }
+    #[test]
+    fn errors_of_numbers_that_are_written_and_have_two_sides_are_written() {
+        let base = field_truck();
+        let mut weather = base.weather.clone();
+        weather.temperature.mean_k = 281.5;
+        let estimate = |key: &str, value: f64, standard_error: f64| Estimate {
+            key: key.to_owned(),
+            value,
+            standard_error,
+        };
+        let mean_k = estimate("weather.temperature.mean_k", 281.5, 0.123456);
+        let part = FittedPart::new(&base, &["weather"], &weather).with_errors(
+            &base,
+            "weather",
+            [
+                mean_k,
+                // of another number, without an error, of none, and not among the values
+                estimate("weather.temperature.daily_sd_k", -1.0, 0.1),
+                estimate("weather.wind.speed_shape", weather.wind.speed_shape, 0.0),
+                estimate("weather.nothing, mean", 1.0, 0.1),
+                estimate("traffic.step_correlation", 1.0, 0.1),
+            ],
+        );
+        let (_, model) = fitted_study("field-truck", "mine", "a note", &part.json()).unwrap();
+        let found = model.uncertain().expect("one number");
+        let found: Vec<(&str, f64)> =
+            found.keys.iter().map(|key| (key.key.as_str(), key.standard_error)).collect();
+        assert_eq!(found, [("weather.temperature.mean_k", 0.1235)]);
+
+        // one of several shares cannot change alone
+        let road = &base.road.types;
+        let share = road["urban"].next["rural"];
+        let part = FittedPart::new(&base, &["road", "types"], road);
+        let shares = [estimate("road.types.urban.next.rural", share, 0.05)];
+        let part = part.with_errors(&base, "road", shares);
+        assert!(part.json().get("uncertainty").is_none());
+    }
+
     #[test]
     fn what_a_study_refuses_is_left_out_and_named() {
         let base = field_truck();

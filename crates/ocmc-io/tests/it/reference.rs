@@ -19,11 +19,13 @@ use std::path::{Path, PathBuf};
 const BEGIN: &str = "<!-- generated: begin ";
 const END: &str = "<!-- generated: end -->";
 /// The unit of a name, by its suffix; a longer suffix stands before a shorter one.
-const UNITS: [(&str, &str); 40] = [
+const UNITS: [(&str, &str); 42] = [
     ("_l_per_100km", "L/100 km"),
     ("_l_per_100tkm", "L/100 tkm"),
     ("_kwh_per_km", "kWh/km"),
+    ("_kwh_per_tkm", "kWh/tkm"),
     ("_g_per_km", "g/km"),
+    ("_g_per_tkm", "g/tkm"),
     ("_per_truck", "per truck"),
     ("_per_kwh", "per kWh"),
     ("_per_tkm", "per tkm"),

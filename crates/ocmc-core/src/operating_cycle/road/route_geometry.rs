@@ -100,6 +100,14 @@ impl Path2d {
         libm::atan2(self.x_m[k] - self.x_m[0], self.y_m[k] - self.y_m[0])
     }
 
+    /// Compass course at a distance along the path, in rad from north, clockwise.
+    pub fn course_rad(&self, at_m: f64) -> f64 {
+        let east = |at_m: f64| interpolate(&self.position_m, &self.x_m, at_m);
+        let north = |at_m: f64| interpolate(&self.position_m, &self.y_m, at_m);
+        let (from_m, to_m) = (at_m - STEP_M, at_m + STEP_M);
+        libm::atan2(east(to_m) - east(from_m), north(to_m) - north(from_m))
+    }
+
     /// The curves; `positions_m` are the points' distances along the road, which may be an
     /// odometer's.
     pub fn curves(&self, positions_m: &[f64]) -> Vec<Curve> {

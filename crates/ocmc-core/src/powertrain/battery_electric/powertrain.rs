@@ -79,6 +79,7 @@ impl BatteryElectricPowertrain {
     ) {
         let per_m = record.per_distance(ledger[Term::Battery], mode);
         record.consumption_kwh_per_km = per_m.map(|per_m| per_m / 3600.0);
+        record.consumption_kwh_per_tkm = record.per_tonne(record.consumption_kwh_per_km);
         record.final_charge = Some(charge);
         if record.outcome == Outcome::Completed {
             record.drove_whole_trip(record.distance_m, record.consumption_kwh_per_km);

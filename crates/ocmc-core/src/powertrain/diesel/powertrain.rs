@@ -14,10 +14,6 @@ use crate::powertrain::{
 use crate::record::Record;
 use fearless_simd::prelude::*;
 
-/// Payload below which a truck counts as empty, in kg: litres over tonnes say nothing then. A
-/// judgement: a load is weighed to a kilogram.
-const LEAST_PAYLOAD_KG: f64 = 1.0;
-
 /// A diesel engine and its gearbox, prepared for the hot loop.
 #[derive(Clone, Debug)]
 pub struct DieselPowertrain {
@@ -140,14 +136,11 @@ impl DieselPowertrain {
     ) {
         let fuel = &self.engine_model.fuel;
         let litres = fuel_kg / fuel.density_kgpm3 * 1000.0;
-        let payload_t = record.payload_kg / 1000.0;
         let per_100km = record.per_distance(litres, mode).map(|per_m| per_m * 1e5);
         let co2 = record.per_distance(fuel_kg * fuel.co2_kg_per_kg, mode);
         record.fuel_kg = Some(fuel_kg);
         record.consumption_l_per_100km = per_100km;
-        record.consumption_l_per_100tkm = per_100km
-            .filter(|_| record.payload_kg >= LEAST_PAYLOAD_KG)
-            .map(|litres| litres / payload_t);
+        record.consumption_l_per_100tkm = record.per_tonne(per_100km);
         record.co2_g_per_km = co2.map(|per_m| per_m * 1e6);
         record.fuel_energy_j = Some(fuel_energy_j);
         record.engine_loss_j = Some(fuel_energy_j - ledger[Term::Crankshaft]);

@@ -31,6 +31,7 @@ pub use drivers::{DriverFit, DriverSpread, RandomEffects};
 pub use estimate::{Coefficient, CurveSpeedEstimate, DriverEffect, ExponentTest};
 
 use super::analysis_of_variance::VarianceRow;
+use super::p_value::{NORMAL_975, t_of_interval};
 use crate::option_check::{OptionError, above_0, check_options};
 use curves::select;
 use estimate::Regression;
@@ -327,5 +328,28 @@ impl CurveSpeedFit {
             table: (table.truck.len() >= 3).then_some(table),
             ..model.clone()
         }
+    }
+
+    /// Standard errors of the other numbers of a population, each with its key and the number: half
+    /// of a 95 % interval over its quantile, and s / √(2 df) of the residual's SD s.
+    pub fn errors_of(
+        &self,
+        population: &CurveSpeedModel,
+        censored: Option<&CurveSpeedEstimate>,
+    ) -> Vec<(&'static str, f64, f64)> {
+        let best = censored.unwrap_or(&self.estimated);
+        let df = best.residual_df as f64;
+        let half = |[low, high]: [f64; 2]| (high - low) / 2.0;
+        let reml = self.random_intercept.as_ref().filter(|_| censored.is_none());
+        let between = reml.map_or(best.driver_sd_corrected_ci95, |drivers| drivers.driver_sd_ci95);
+        let direction = best.direction_effect_ci95.map(|ci95| half(ci95) / t_of_interval(0.95, df));
+        let residual = (df > 0.0).then(|| best.residual_sd / libm::sqrt(2.0 * df));
+        let errors = [
+            ("driver_sd", population.driver_sd, between.map(|ci95| half(ci95) / NORMAL_975)),
+            ("direction_effect", population.direction_effect, direction),
+            ("residual_sd", population.residual_sd, residual),
+        ];
+        let known = errors.into_iter().filter_map(|(key, value, error)| Some((key, value, error?)));
+        known.filter(|(.., error)| error.is_finite()).collect()
     }
 }

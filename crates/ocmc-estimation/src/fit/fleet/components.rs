@@ -10,7 +10,7 @@
 
 use super::trips::{FleetDesign, Trips};
 use crate::fit::descent::{descend, differences};
-use crate::fit::p_value;
+use crate::fit::p_value::{self, NORMAL_975};
 use crate::fit::profile_interval::sd_interval;
 use nalgebra::DMatrix;
 use serde::Serialize;
@@ -30,8 +30,6 @@ const SMALL_RATIO: f64 = 0.1;
 const MOST_PROFILE_WORK: f64 = 3e6;
 /// A ratio above which trips do not differ but by rounding.
 const MOST_RATIO: f64 = 1e5;
-/// The normal quantile of 95 %.
-pub(crate) const NORMAL_95: f64 = 1.959_963_984_540_054;
 
 /// How an interval was found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -192,7 +190,7 @@ impl Components {
         log_error: Option<f64>,
     ) -> Option<([f64; 2], IntervalKind)> {
         let wald = log_error.map(|error| {
-            let reach = libm::exp(NORMAL_95 * error);
+            let reach = libm::exp(NORMAL_975 * error);
             ([self.sd[place] / reach, self.sd[place] * reach], IntervalKind::WaldOfLogarithm)
         });
         if trips.dense_work() > MOST_PROFILE_WORK {

@@ -10,10 +10,10 @@
 //! asymptotic theory and small-sample simulation results, Biometrics 41 (1985), 477-486 \[PK\].
 
 use super::FleetOptions;
-use super::components::{Components, NORMAL_95};
+use super::components::Components;
 use super::likelihood::{Combination, Posterior};
 use super::trips::Trips;
-use crate::fit::p_value::{around, t_of_interval};
+use crate::fit::p_value::{NORMAL_975, around, t_of_interval};
 use serde::Serialize;
 
 /// Distance of the differences of a variance by the logarithms of the SDs.
@@ -119,7 +119,7 @@ impl<'a> Around<'a> {
     fn expected(&self, label: &str, trips: u64, question: &Question) -> Expected {
         let (found, df) = self.answer(question);
         let sd = libm::sqrt(found.variance);
-        let t = df.map_or(NORMAL_95, |df| t_of_interval(0.95, df));
+        let t = df.map_or(NORMAL_975, |df| t_of_interval(0.95, df));
         let ci95 = around(found.mean, sd, t);
         Expected { label: label.to_owned(), trips, mean: found.mean, sd, df, ci95 }
     }

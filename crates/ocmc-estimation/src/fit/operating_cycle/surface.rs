@@ -1,14 +1,12 @@
 //! Slope, roughness and ground.
 
 use super::TypeRoads;
+use crate::fit::p_value::NORMAL_975;
 use crate::fit::study_parameter::Estimates;
 use crate::moments::Moments;
 use ocmc_core::fleet::ratio::Ratio;
 use ocmc_core::operating_cycle::road::RoadTypeModel;
 use ocmc_core::operating_cycle::road::topography::TopographyModel;
-
-/// Half-width of a 95 % interval over the standard error, of many values.
-const NORMAL_975: f64 = 1.959963984540054;
 
 /// SD of the slope, and hill length by the share of steps at which the slope changes its sign: L_h
 /// = 2 L_s / share. The errors take roads as independent.

@@ -1,6 +1,7 @@
 //! The law of one kind of speed change: log-normal, with and without the threshold in its
 //! likelihood.
 
+use super::LEVEL;
 use super::between::{self, BetweenDrivers, between_drivers, ordered};
 use crate::fit::anderson_darling::normal;
 use crate::fit::nelder_mead::minimise;
@@ -8,9 +9,6 @@ use crate::fit::p_value::{ln_normal_tail, sd_interval, t_of_interval};
 use crate::moments::Moments;
 use serde::Serialize;
 use std::collections::BTreeMap;
-
-/// Level of all intervals.
-const LEVEL: f64 = 0.95;
 
 /// The law of one kind of change.
 #[derive(Clone, Debug, PartialEq, Serialize)]

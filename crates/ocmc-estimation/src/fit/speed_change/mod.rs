@@ -19,6 +19,7 @@ pub use between::BetweenDrivers;
 pub use law::{SpeedChangeLaw, UntruncatedLaw};
 pub use window::{LoggedChanges, SpeedLog, accelerations};
 
+use crate::fit::p_value::{NORMAL_975, t_of_interval};
 use crate::log::signal::LogError;
 use crate::option_check::{OptionError, above_0, check_options, from_0};
 use law::fit_law;
@@ -27,6 +28,14 @@ use ocmc_core::driver::speed_change::SpeedChangeModel;
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use thiserror::Error;
+
+/// Level of the intervals.
+const LEVEL: f64 = 0.95;
+/// Keys of a law: the number itself, its median, its spread.
+const DECELERATION: [&str; 3] =
+    ["deceleration_mps2", "deceleration_mps2.median", "deceleration_mps2.log_sd"];
+const ACCELERATION: [&str; 3] =
+    ["acceleration_mps2", "acceleration_mps2.median", "acceleration_mps2.log_sd"];
 
 /// Measured speed changes as columns of equal length.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -222,6 +231,48 @@ impl SpeedChangeFit {
             acceleration_mps2: law(&self.acceleration, &model.acceleration_mps2),
             ..model.clone()
         }
+    }
+
+    /// Standard errors of the laws of a population, each with its key and the number: half of a 95 %
+    /// interval over its quantile, of the logarithm where it is a median. The interval of a law
+    /// with the threshold in its likelihood is not known where drivers have no repetitions.
+    pub fn errors_of(
+        &self,
+        population: &SpeedChangeModel,
+        untruncated: bool,
+    ) -> Vec<(&'static str, f64, f64)> {
+        let half = |[low, high]: [f64; 2]| (high - low) / 2.0;
+        let log_half = |ci95: [f64; 2]| half(ci95.map(|a| libm::log(libm::fabs(a)))).abs();
+        let mut errors = Vec::new();
+        for (fitted, quantity, keys) in [
+            (&self.deceleration, &population.deceleration_mps2, DECELERATION),
+            (&self.acceleration, &population.acceleration_mps2, ACCELERATION),
+        ] {
+            let Some(fitted) = fitted else { continue };
+            let whole = fitted.untruncated.filter(|_| untruncated);
+            let between = whole.map_or(fitted.between_drivers, |law| law.between_drivers);
+            let (ci95, df) = match between {
+                Some(between) => (between.median_ci95, between.drivers as f64 - 1.0),
+                None if whole.is_some() => continue,
+                None => (fitted.median_ci95, fitted.n as f64 - 1.0),
+            };
+            let log_error = ci95.map(|ci95| log_half(ci95) / t_of_interval(LEVEL, df));
+            let [itself, of_median, of_spread] = keys;
+            match *quantity {
+                Quantity::Number(median) => {
+                    errors.extend(log_error.map(|error| (itself, median, error * median)));
+                }
+                Quantity::Law(Law::LogNormal { median, log_sd, .. }) => {
+                    errors.extend(log_error.map(|error| (of_median, median, error * median)));
+                    let spread = between.and_then(|between| between.driver_log_sd_ci95);
+                    let spread = spread.map(|ci95| half(ci95) / NORMAL_975);
+                    errors.extend(spread.map(|error| (of_spread, log_sd, error)));
+                }
+                _ => {}
+            }
+        }
+        errors.retain(|(.., error)| error.is_finite());
+        errors
     }
 
     /// What has to be known of the laws that a study gets.

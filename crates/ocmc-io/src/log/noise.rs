@@ -1,0 +1,125 @@
+//! The noise of a log's positions and altitudes: taken out before its road is found, as of a given
+//! route ([`ocmc_core::operating_cycle::road::route_noise`]).
+//!
+//! Positions matter where nothing else tells how the vehicle turned: the course of the smoothed way
+//! takes their place. Altitudes matter where no slope is known.
+
+use super::LoggedTrip;
+use super::curves::{TripError, tells_turns};
+use crate::table::Quantity;
+use arrow_array::Float64Array;
+use ocmc_core::operating_cycle::given::{GivenCycleError, PointNoise};
+use ocmc_core::operating_cycle::road::route_geometry::{Path2d, interpolate};
+use ocmc_core::operating_cycle::road::route_noise::{
+    LEAST_NOISE_M, MOST_NOISE_M, noise_of_values, smooth_altitudes,
+};
+use std::borrow::Cow;
+
+/// Rows that are closer than this along the way are one, in m (judgement: a receiver at rest
+/// wanders, and says nothing of the road).
+const CLOSEST_M: f64 = 0.5;
+
+/// A drive without the noise of its positions and altitudes, and how large that was; the drive as
+/// it is where it is below 0.5 m.
+///
+/// # Errors
+/// [`GivenCycleError::Noise`] where they scatter so much that they tell no road.
+pub(super) fn without_noise(
+    drive: &LoggedTrip,
+) -> Result<(Cow<'_, LoggedTrip>, PointNoise), TripError> {
+    let mut quiet = Cow::Borrowed(drive);
+    let mut noise = PointNoise::default();
+    let way_m = way_of(drive);
+    let known = |quantity| drive.column(quantity).filter(|values| is_known(values));
+    if let (Some(latitude), Some(longitude), false) =
+        (known(Quantity::Latitude), known(Quantity::Longitude), tells_turns(drive))
+    {
+        let rows = advancing(&way_m, |k| latitude[k].is_finite() && longitude[k].is_finite());
+        let of = |values: &[f64]| rows.iter().map(|k| values[*k]).collect::<Vec<f64>>();
+        if rows.len() > 1 {
+            let path = Path2d::new(&of(latitude), &of(longitude));
+            noise.positions_m = checked("positions", path.noise_m())?;
+            if noise.positions_m >= LEAST_NOISE_M {
+                let (smooth, given_m) = path.smoothed(None, noise.positions_m);
+                let course_rad = given_m.iter().map(|at_m| smooth.course_rad(*at_m));
+                put(&mut quiet, Quantity::Course, held(&rows, course_rad, way_m.len()));
+            }
+        }
+    }
+    if let (Some(altitude), None) = (known(Quantity::Altitude), known(Quantity::Grade)) {
+        let rows = advancing(&way_m, |k| altitude[k].is_finite());
+        let altitude_m: Vec<f64> = rows.iter().map(|k| altitude[*k]).collect();
+        noise.altitudes_m = checked("altitudes", noise_of_values(&altitude_m))?;
+        if noise.altitudes_m >= LEAST_NOISE_M {
+            let at_m: Vec<f64> = rows.iter().map(|k| way_m[*k] - way_m[rows[0]]).collect();
+            let smooth = smooth_altitudes(&at_m, &altitude_m, noise.altitudes_m);
+            let (at_m, smooth_m): (Vec<f64>, Vec<f64>) = smooth.into_iter().unzip();
+            let smoothed = |k: usize| {
+                let value = interpolate(&at_m, &smooth_m, way_m[k] - way_m[rows[0]]);
+                if altitude[k].is_finite() { value } else { f64::NAN }
+            };
+            put(&mut quiet, Quantity::Altitude, (0..way_m.len()).map(smoothed).collect());
+        }
+    }
+    Ok((quiet, noise))
+}
+
+fn is_known(values: &[f64]) -> bool {
+    values.iter().any(|value| value.is_finite())
+}
+
+fn put(drive: &mut Cow<LoggedTrip>, quantity: Quantity, values: Vec<f64>) {
+    drive.to_mut().columns.insert(quantity, Float64Array::from(values));
+}
+
+/// Distance that was driven up to each row, in m: of the column of positions where it never falls,
+/// otherwise of the speed.
+fn way_of(drive: &LoggedTrip) -> Vec<f64> {
+    if let Some(position_m) = drive.column(Quantity::Position)
+        && position_m.windows(2).all(|pair| pair[1] >= pair[0])
+    {
+        return position_m.to_vec();
+    }
+    let time_s = drive.column(Quantity::Time).unwrap_or_default();
+    let speed_mps = drive.column(Quantity::Speed).unwrap_or_default();
+    let mut sum_m = 0.0;
+    let mut way_m = Vec::with_capacity(time_s.len());
+    for k in 0..time_s.len().min(speed_mps.len()) {
+        if k > 0 {
+            let mean_mps = 0.5 * (speed_mps[k - 1] + speed_mps[k]);
+            let step_m = mean_mps * (time_s[k] - time_s[k - 1]);
+            sum_m += if step_m > 0.0 { step_m } else { 0.0 };
+        }
+        way_m.push(sum_m);
+    }
+    way_m
+}
+
+/// The rows that can be used, each farther along the way than the one before.
+fn advancing(way_m: &[f64], is_usable: impl Fn(usize) -> bool) -> Vec<usize> {
+    let mut rows: Vec<usize> = Vec::new();
+    for k in (0..way_m.len()).filter(|k| is_usable(*k)) {
+        if rows.last().is_none_or(|last| way_m[k] - way_m[*last] >= CLOSEST_M) {
+            rows.push(k);
+        }
+    }
+    rows
+}
+
+/// Values of some rows, each held until the next one; none before the first.
+fn held(rows: &[usize], values: impl Iterator<Item = f64>, count: usize) -> Vec<f64> {
+    let mut all = vec![f64::NAN; count];
+    for (row, value) in rows.iter().zip(values) {
+        all[*row..].fill(value);
+    }
+    all
+}
+
+fn checked(what: &'static str, noise_m: f64) -> Result<f64, GivenCycleError> {
+    let most_m = MOST_NOISE_M;
+    if noise_m <= most_m {
+        Ok(noise_m)
+    } else {
+        Err(GivenCycleError::Noise { what, noise_m, most_m })
+    }
+}
