@@ -229,6 +229,11 @@ pub struct Record {
     /// Time for which it was charged in the depot after the trip, in s; null as
     /// `charged_energy_depot_j`.
     pub depot_charging_s: Option<f64>,
+    /// What heating and cooling of the battery took of the auxiliaries' energy, in J; null where its
+    /// temperature is not looked at.
+    pub battery_conditioning_energy_j: Option<f64>,
+    /// Temperature of the battery at the end, in K.
+    pub final_battery_temperature_k: Option<f64>,
     /// The terms of the ledger that have a column of their own, in the order of their declarations.
     #[serde(skip)]
     pub own_columns: [Option<f64>; OWN_COLUMNS],
@@ -498,4 +503,6 @@ const FIELDS: &[Column] = &[
     column_of("charging_s", |r| Cell::Number(r.charging_s)),
     column_of("charging_wait_s", |r| Cell::Number(r.charging_wait_s)),
     column_of("depot_charging_s", |r| Cell::Number(r.depot_charging_s)),
+    column_of("battery_conditioning_energy_j", |r| Cell::Number(r.battery_conditioning_energy_j)),
+    column_of("final_battery_temperature_k", |r| Cell::Number(r.final_battery_temperature_k)),
 ];

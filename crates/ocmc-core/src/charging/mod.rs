@@ -4,7 +4,7 @@ pub mod charger;
 pub mod curve;
 pub mod queue;
 
-pub use charger::{Charger, PublicChargerModel};
+pub use charger::{Charger, EnoughModel, Goal, PublicChargerModel};
 pub use curve::ChargeCurve;
 
 use crate::validation::Problems;

@@ -3,7 +3,7 @@
 //! helps.
 
 use super::rest_stops::RestStops;
-use crate::charging::{Charger, ChargingPolicy};
+use crate::charging::{Charger, ChargingPolicy, EnoughModel, Goal};
 use crate::operating_cycle::road::point_event::{EventKind, PointEvent};
 use crate::powertrain::{Charge, Plug};
 use crate::record::Record;
@@ -32,6 +32,8 @@ pub(super) struct Offer<'a> {
     is_public: bool,
     /// Whether the truck stays as long as charging takes.
     stays: bool,
+    /// Whether it ends before the battery is charged as far as may be.
+    charges_enough: bool,
     /// Time before and behind the charging, in s, and what of it is the wait.
     idle_s: f64,
     wait_s: f64,
@@ -48,6 +50,22 @@ pub(super) struct ChargingProgress {
     stop: ChargedAt,
     /// Time that the truck waited for chargers, in s.
     wait_s: f64,
+    /// Whether it charged there no more than enough.
+    charged_enough: bool,
+}
+
+/// What a trip has taken so far, and what its truck may use.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Need {
+    /// State of charge that each metre has taken.
+    pub per_m: f64,
+    /// State of charge at which the truck stops.
+    pub lowest_charge: f64,
+}
+
+impl Need {
+    /// That of a truck without a battery.
+    pub(super) const NONE: Self = Self { per_m: 0.0, lowest_charge: 0.0 };
 }
 
 /// The charging stops of one trip.
@@ -55,6 +73,8 @@ pub(super) struct ChargingProgress {
 pub(super) struct ChargingStops {
     /// Chargers at which the trip charges to the end, in m.
     planned: Vec<f64>,
+    /// Those of them at which enough was not enough, in m.
+    filled: Vec<f64>,
     /// Where a stop has to be put in, in m.
     due_at_m: Option<f64>,
     attempts: u32,
@@ -70,8 +90,9 @@ impl ChargingStops {
 
     /// An attempt begins.
     pub(super) fn depart(&mut self) {
-        let planned = std::mem::take(&mut self.planned);
-        *self = Self { planned, attempts: self.attempts + 1, ..Self::default() };
+        self.due_at_m = None;
+        self.attempts += 1;
+        self.progress = ChargingProgress::default();
     }
 
     /// What the place of an event offers a truck that would stand there for some time, in s.
@@ -81,6 +102,7 @@ impl ChargingStops {
         scenario: &Scenario,
         event: usize,
         standstill_s: f64,
+        need: Need,
     ) -> Option<Offer<'a>> {
         let PointEvent { position_m, kind, .. } = scenario.cycle.road.events[event];
         if !matches!(kind, EventKind::MissionStop { .. }) {
@@ -94,16 +116,36 @@ impl ChargingStops {
             let idle_s = charger.wait_s + policy.connection_s;
             let longest_s = if stays { f64::INFINITY } else { standstill_s - idle_s };
             let power_w = at_terminals(charger.power_w);
-            let plug = Plug { power_w, curve, end_at: public.end_at, longest_s };
+            let enough = public.enough.as_ref().filter(|_| stays && !self.fills(position_m));
+            let enough = enough.map_or(f64::INFINITY, |enough| {
+                need.lowest_charge + need.per_m * enough.way_m(scenario, position_m)
+            });
+            let end_at = public.end_at.min(enough);
+            let charges_enough = end_at < public.end_at;
+            let plug = Plug { power_w, curve, end_at, longest_s };
             let (begin_below, wait_s) = (f64::INFINITY, charger.wait_s);
-            return Some(Offer { plug, begin_below, is_public: true, stays, idle_s, wait_s });
+            let is_public = true;
+            let offer =
+                Offer { plug, begin_below, is_public, stays, charges_enough, idle_s, wait_s };
+            return Some(offer);
         }
         let stop = policy.stop.as_ref().filter(|stop| standstill_s >= stop.shortest_s)?;
         let (idle_s, power_w) = (policy.connection_s, at_terminals(stop.power_w));
         let longest_s = standstill_s - idle_s;
         let plug = Plug { power_w, curve, end_at: stop.end_at, longest_s };
         let begin_below = stop.begin_below;
-        Some(Offer { plug, begin_below, is_public: false, stays: false, idle_s, wait_s: 0.0 })
+        let (is_public, stays, charges_enough, wait_s) = (false, false, false, 0.0);
+        Some(Offer { plug, begin_below, is_public, stays, charges_enough, idle_s, wait_s })
+    }
+
+    /// Whether the trip charges up to the end at a charger.
+    fn fills(&self, position_m: f64) -> bool {
+        self.filled.contains(&position_m)
+    }
+
+    /// Whether the trip charges to the end between two places.
+    pub(super) fn are_within(&self, from_m: f64, to_m: f64) -> bool {
+        self.planned.iter().any(|at_m| *at_m > from_m && *at_m <= to_m)
     }
 
     /// Notes what was charged at a place; returns for how long the truck stands there, in s, where
@@ -117,6 +159,7 @@ impl ChargingStops {
     ) -> f64 {
         if offer.stays {
             self.progress.left_m = position_m;
+            self.progress.charged_enough = offer.charges_enough;
         }
         if charge.gained_j <= 0.0 {
             return standstill_s;
@@ -136,8 +179,14 @@ impl ChargingStops {
             let at_m = charger.position_m;
             at_m <= here_m && at_m > self.progress.left_m && !self.planned.contains(&at_m)
         };
-        let last = scenario.chargers.iter().rev().find(helps);
-        self.due_at_m = last.map(|charger| charger.position_m).filter(|_| !self.are_too_many());
+        let last = scenario.chargers.iter().rev().find(helps).map(|charger| charger.position_m);
+        // what the forecast called enough was not
+        let left_m = self.progress.charged_enough.then_some(self.progress.left_m);
+        let fills = last.is_none() && left_m.is_some() && !self.are_too_many();
+        if fills {
+            self.filled.extend(left_m);
+        }
+        self.due_at_m = last.or(left_m).filter(|_| !self.are_too_many());
         self.due_at_m.is_some()
     }
 
@@ -200,7 +249,9 @@ impl ChargingStops {
             rests.forget_behind(position_m, scenario);
         }
         self.forget_behind(position_m, scenario);
-        self.planned.push(position_m);
+        if !self.planned.contains(&position_m) {
+            self.planned.push(position_m);
+        }
         let events = &mut scenario.cycle.road.events;
         let at = events.partition_point(|event| event.position_m < position_m);
         if events.get(at).is_none_or(|event| event.position_m != position_m) {
@@ -213,12 +264,26 @@ impl ChargingStops {
     /// Takes the stops at chargers behind a place off the trip.
     pub(super) fn forget_behind(&mut self, place_m: f64, scenario: &mut Scenario) {
         self.planned.retain(|at_m| *at_m <= place_m);
+        self.filled.retain(|at_m| *at_m <= place_m);
         let Scenario { cycle, chargers, .. } = scenario;
         let is_at_charger = |at_m: f64| chargers.iter().any(|charger| charger.position_m == at_m);
         cycle
             .road
             .events
             .retain(|event| event.position_m <= place_m || !is_at_charger(event.position_m));
+    }
+}
+
+impl EnoughModel {
+    /// How far a truck that leaves a charger has to come by its forecast, margin included, in m.
+    fn way_m(&self, scenario: &Scenario, from_m: f64) -> f64 {
+        let end_m = scenario.cycle.road.length_m;
+        let mut ahead = scenario.chargers.iter().map(|charger| charger.position_m);
+        let to_m = match self.reach {
+            Goal::Destination => end_m,
+            Goal::NextCharger => ahead.find(|at_m| *at_m > from_m).unwrap_or(end_m),
+        };
+        (to_m - from_m) * (1.0 + self.margin)
     }
 }
 

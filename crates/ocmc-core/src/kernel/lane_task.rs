@@ -1,11 +1,11 @@
 //! The task of one lane: its scenario, its road, its gear, and how the events of the lane are
 //! handled outside of the hot loop: stops, shifts, checks of progress and the end of the mission.
 
-use super::charging_stops::ChargingStops;
-use super::checkpoint::{Before, Checkpoints};
-use super::parts::{Parts, kinds_of_plan};
+use super::charging_stops::{ChargingStops, Need};
+use super::checkpoint::{Before, Checkpoints, Marking};
+use super::parts::{Parts, kinds_of_plan, mark_m};
 use super::pedal_event::InitialMotion;
-use super::rest_stops::RestStops;
+use super::rest_stops::{NEAR_M, RestStops};
 use super::road_row::{RoadRow, RoadRows};
 use super::state::Lane;
 use crate::breakdown::Axis;
@@ -132,10 +132,17 @@ impl LaneTask {
         plan(study, &self.scenario, profile);
         self.road.fill(study, &self.scenario, profile);
         self.lay_parts(study, profile);
-        let takes_rests = self.rests.is_some();
-        if takes_rests || self.charging.is_some() {
-            let (simulation, rows) = (&study.model().simulation, &mut self.road.rows);
-            self.checkpoints.mark(simulation, &self.scenario, takes_rests, profile, rows);
+        let (takes_rests, charges) = (self.rests.is_some(), self.charging.is_some());
+        let powertrain = &study.vehicle().powertrain;
+        if takes_rests || charges || powertrain.has_temperature() {
+            let marking = Marking {
+                mark_m: mark_m(&study.model().simulation),
+                takes_stops: takes_rests || charges,
+                takes_rests,
+                ahead_m: NEAR_M.max(powertrain.preconditions_from_m()),
+                looks: powertrain.has_temperature(),
+            };
+            self.checkpoints.mark(&marking, &self.scenario, profile, &mut self.road.rows);
         }
     }
 
@@ -185,12 +192,17 @@ impl LaneTask {
         else {
             return dwell_s;
         };
-        let Some(offer) = stops.offer(policy, &self.scenario, event, dwell_s) else {
+        let ledger = &lane.state.ledger;
+        let drawn_j = ledger[Term::Battery][number] / ledger[Term::Distance][number];
+        let need = powertrain.store().map_or(Need::NONE, |store| Need {
+            per_m: drawn_j / store.capacity_j,
+            lowest_charge: store.lowest_charge,
+        });
+        let Some(offer) = stops.offer(policy, &self.scenario, event, dwell_s, need) else {
             return dwell_s;
         };
-        let used = offer.is_used(charge).then(|| powertrain.charged_by(&offer.plug, charge));
-        let charge = used.flatten().unwrap_or_default();
-        powertrain.gain(own, number, charge.gained_j);
+        let used = offer.is_used(charge).then(|| powertrain.charge(own, number, &offer.plug));
+        let charge = used.unwrap_or_default();
         self.added_by_event[Term::Charged] += charge.gained_j;
         self.added_by_event[Term::ChargingLoss] += charge.loss_j;
         let position_m = self.scenario.cycle.road.events[event].position_m;
@@ -204,6 +216,20 @@ impl LaneTask {
         charging.as_mut().is_some_and(|charging| charging.finds_charger(scenario, here_m))
     }
 
+    /// Looks at the temperature of the powertrain at a place.
+    pub(super) fn look_at_temperature<S: Simd, P: Powertrain>(
+        &self,
+        lane: &mut Lane<S, P>,
+        position_m: f64,
+    ) {
+        let (powertrain, number) = (lane.parameters.powertrain, lane.number);
+        let ledger = lane.state.ledger.lane(number);
+        let to_m = position_m + powertrain.preconditions_from_m();
+        let charging = self.charging.as_ref();
+        let preconditions = charging.is_some_and(|stops| stops.are_within(position_m, to_m));
+        powertrain.look_at_temperature(&mut lane.state.powertrain, number, &ledger, preconditions);
+    }
+
     /// Where the truck is, in m.
     fn position_m<S: Simd, P: Powertrain>(lane: &Lane<S, P>) -> f64 {
         let (motion, number) = (&lane.state.motion, lane.number);
@@ -215,7 +241,7 @@ impl LaneTask {
     /// Whether the truck has to rest before it goes on from where it is.
     pub(super) fn has_to_rest<S: Simd, P: Powertrain>(&mut self, lane: &Lane<S, P>) -> bool {
         let Some(rests) = &mut self.rests else { return false };
-        rests.has_to_rest(&self.scenario, Self::position_m(lane))
+        rests.has_to_rest(&self.scenario, || Self::position_m(lane))
     }
 
     /// Loads the truck into a lane, standing at the start of its road.
@@ -229,7 +255,8 @@ impl LaneTask {
         constants.drag_area[lane.number] = vehicle.drag_area_m2;
         let climate_w = lane.parameters.powertrain.climate_w(self.road.air_temperature_k);
         let inputs = vehicle.powertrain_inputs(climate_w);
-        lane.parameters.powertrain.enter(&mut lane.state.powertrain, lane.number, &inputs);
+        let (own, air_k) = (&mut lane.state.powertrain, self.road.air_temperature_k);
+        lane.parameters.powertrain.enter(own, lane.number, &inputs, air_k);
         let (gains, model) = (&driver.pedals, lane.parameters.pedals);
         let pid = &model.pid;
         constants.proportional[lane.number] = gains.proportional;
