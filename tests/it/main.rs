@@ -8,11 +8,14 @@
 
 mod bad_input;
 mod battery;
+mod battery_temperature;
 mod bound;
 mod breakdown;
 mod calibration;
 mod chain;
 mod charging;
+mod charging_limits;
+mod checkpoints;
 mod checksums;
 mod closed_form;
 mod closed_loop;

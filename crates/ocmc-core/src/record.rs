@@ -249,6 +249,11 @@ pub struct Record {
     /// Greenhouse gases from the well to the wheel over distance and tonne of payload, in g/tkm of
     /// CO2 equivalents; null for an empty truck, else as `well_to_wheel_g_per_km`.
     pub well_to_wheel_g_per_tkm: Option<f64>,
+    /// Energy of the auxiliaries that heated and cooled the battery, in J; null where its temperature
+    /// is not looked at.
+    pub battery_conditioning_energy_j: Option<f64>,
+    /// Temperature of the battery at the end, in K.
+    pub final_battery_temperature_k: Option<f64>,
     /// The terms of the ledger that have a column of their own, in the order of their declarations.
     #[serde(skip)]
     pub own_columns: [Option<f64>; OWN_COLUMNS],
@@ -551,4 +556,6 @@ const FIELDS: &[Column] = &[
     column_of("grid_co2_g_per_km", |r| Cell::Number(r.grid_co2_g_per_km)),
     column_of("well_to_wheel_g_per_km", |r| Cell::Number(r.well_to_wheel_g_per_km)),
     column_of("well_to_wheel_g_per_tkm", |r| Cell::Number(r.well_to_wheel_g_per_tkm)),
+    column_of("battery_conditioning_energy_j", |r| Cell::Number(r.battery_conditioning_energy_j)),
+    column_of("final_battery_temperature_k", |r| Cell::Number(r.final_battery_temperature_k)),
 ];

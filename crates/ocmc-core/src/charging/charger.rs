@@ -44,6 +44,31 @@ pub struct PublicChargerModel {
     /// State of charge at which charging ends.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub end_at: f64,
+    /// Charging ends where less is enough; absent: at `end_at`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub enough: Option<EnoughModel>,
+}
+
+/// When a battery is charged enough.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct EnoughModel {
+    /// What has to be reached with the reserve.
+    pub reach: Goal,
+    /// What is charged beyond the forecast, over it. The forecast is what the trip has taken for each
+    /// metre so far.
+    #[schemars(range(min = 0.0, max = 2.0))]
+    pub margin: f64,
+}
+
+/// What a truck that leaves a charger has to reach.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Goal {
+    /// The end of the trip.
+    Destination,
+    /// The next charger that can be used, or the end of the trip.
+    NextCharger,
 }
 
 fn one() -> f64 {

@@ -72,6 +72,13 @@ impl ChargeCourse {
         self.0.push([time_s, supplied_j]);
     }
 
+    /// Goes on as another charging does from its begin.
+    pub fn append(&mut self, next: &Self) {
+        let [end_s, end_j] = self.0.last().copied().unwrap_or_default();
+        self.0
+            .extend(next.0.iter().map(|[time_s, supplied_j]| [end_s + time_s, end_j + supplied_j]));
+    }
+
     /// Highest mean power between two of its points, in W.
     pub fn peak_power_w(&self) -> f64 {
         let mut before = [0.0; 2];

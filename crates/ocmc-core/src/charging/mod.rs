@@ -5,7 +5,7 @@ pub mod curve;
 pub mod event;
 pub mod queue;
 
-pub use charger::{Charger, PublicChargerModel};
+pub use charger::{Charger, EnoughModel, Goal, PublicChargerModel};
 pub use curve::ChargeCurve;
 pub use event::{ChargeCourse, ChargingEvent, ChargingPlace};
 

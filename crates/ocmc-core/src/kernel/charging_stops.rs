@@ -2,12 +2,19 @@
 //! charger before that place, and is driven again from its start, until it arrives or no charger
 //! helps.
 
+use super::lane_task::LaneTask;
 use super::rest_stops::RestStops;
-use crate::charging::{ChargeCourse, Charger, ChargingEvent, ChargingPlace, ChargingPolicy};
+use super::state::Lane;
+use crate::charging::{
+    ChargeCourse, Charger, ChargingEvent, ChargingPlace, ChargingPolicy, EnoughModel, Goal,
+};
+use crate::energy_ledger::Term;
+use crate::operating_cycle::OperatingCycle;
 use crate::operating_cycle::road::point_event::{EventKind, PointEvent};
-use crate::powertrain::{Charge, Plug};
+use crate::powertrain::{Charge, Plug, Powertrain};
 use crate::record::Record;
 use crate::study::{Scenario, Study};
+use fearless_simd::Simd;
 
 /// Stops after which a trip is given up.
 const MOST_ATTEMPTS: u32 = 1000;
@@ -32,6 +39,8 @@ pub(super) struct Offer<'a> {
     is_public: bool,
     /// Whether the truck stays as long as charging takes.
     stays: bool,
+    /// Whether it ends before the battery is charged as far as may be.
+    charges_enough: bool,
     /// Time before and behind the charging, in s, and what of it is the wait.
     idle_s: f64,
     wait_s: f64,
@@ -102,6 +111,22 @@ pub(super) struct ChargingProgress {
     stop: ChargedAt,
     /// Time that the truck waited for chargers, in s.
     wait_s: f64,
+    /// Whether it charged there no more than enough.
+    charged_enough: bool,
+}
+
+/// What a trip has taken so far, and what its truck may use.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Need {
+    /// State of charge that each metre has taken.
+    pub per_m: f64,
+    /// State of charge at which the truck stops.
+    pub lowest_charge: f64,
+}
+
+impl Need {
+    /// That of a truck without a battery.
+    pub(super) const NONE: Self = Self { per_m: 0.0, lowest_charge: 0.0 };
 }
 
 impl ChargingProgress {
@@ -116,6 +141,8 @@ impl ChargingProgress {
 pub(super) struct ChargingStops {
     /// Chargers at which the trip charges to the end, in m.
     planned: Vec<f64>,
+    /// Those of them at which enough was not enough, in m.
+    filled: Vec<f64>,
     /// Where a stop has to be put in, in m.
     due_at_m: Option<f64>,
     attempts: u32,
@@ -146,6 +173,7 @@ impl ChargingStops {
         scenario: &Scenario,
         event: usize,
         standstill_s: f64,
+        need: Need,
     ) -> Option<Offer<'a>> {
         let PointEvent { position_m, kind, .. } = scenario.cycle.road.events[event];
         if !matches!(kind, EventKind::MissionStop { .. }) {
@@ -160,18 +188,53 @@ impl ChargingStops {
             let idle_s = charger.wait_s + policy.connection_s;
             let longest_s = if stays { f64::INFINITY } else { standstill_s - idle_s };
             let power_w = at_terminals(charger.power_w);
-            let plug = Plug { power_w, curve, end_at: public.end_at, longest_s };
+            let enough = public.enough.as_ref().filter(|_| stays && !self.fills(position_m));
+            let enough = enough.map_or(f64::INFINITY, |enough| {
+                need.lowest_charge + need.per_m * enough.way_m(scenario, position_m)
+            });
+            let end_at = public.end_at.min(enough);
+            let charges_enough = end_at < public.end_at;
+            let plug = Plug { power_w, curve, end_at, longest_s };
             let (begin_below, wait_s) = (f64::INFINITY, charger.wait_s);
             let is_public = true;
-            return Some(Offer { plug, begin_below, is_public, stays, idle_s, wait_s, efficiency });
+            let offer = Offer {
+                plug,
+                begin_below,
+                is_public,
+                stays,
+                charges_enough,
+                idle_s,
+                wait_s,
+                efficiency,
+            };
+            return Some(offer);
         }
         let stop = policy.stop.as_ref().filter(|stop| standstill_s >= stop.shortest_s)?;
         let (idle_s, power_w) = (policy.connection_s, at_terminals(stop.power_w));
         let longest_s = standstill_s - idle_s;
         let plug = Plug { power_w, curve, end_at: stop.end_at, longest_s };
-        let (begin_below, wait_s) = (stop.begin_below, 0.0);
-        let (is_public, stays) = (false, false);
-        Some(Offer { plug, begin_below, is_public, stays, idle_s, wait_s, efficiency })
+        let begin_below = stop.begin_below;
+        let (is_public, stays, charges_enough, wait_s) = (false, false, false, 0.0);
+        Some(Offer {
+            plug,
+            begin_below,
+            is_public,
+            stays,
+            charges_enough,
+            idle_s,
+            wait_s,
+            efficiency,
+        })
+    }
+
+    /// Whether the trip charges up to the end at a charger.
+    fn fills(&self, position_m: f64) -> bool {
+        self.filled.contains(&position_m)
+    }
+
+    /// Whether the trip charges to the end between two places.
+    pub(super) fn are_within(&self, from_m: f64, to_m: f64) -> bool {
+        self.planned.iter().any(|at_m| *at_m > from_m && *at_m <= to_m)
     }
 
     /// Notes what was charged at a place; returns for how long the truck stands there, in s, where
@@ -186,6 +249,7 @@ impl ChargingStops {
         let charge = charged.charge;
         if offer.stays {
             self.progress.left_m = arrival.position_m;
+            self.progress.charged_enough = offer.charges_enough;
         }
         if charge.gained_j <= 0.0 {
             return standstill_s;
@@ -209,8 +273,14 @@ impl ChargingStops {
             let at_m = charger.position_m;
             at_m <= here_m && at_m > self.progress.left_m && !self.planned.contains(&at_m)
         };
-        let last = scenario.chargers.iter().rev().find(helps);
-        self.due_at_m = last.map(|charger| charger.position_m).filter(|_| !self.are_too_many());
+        let last = scenario.chargers.iter().rev().find(helps).map(|charger| charger.position_m);
+        // what the forecast called enough was not
+        let left_m = self.progress.charged_enough.then_some(self.progress.left_m);
+        let fills = last.is_none() && left_m.is_some() && !self.are_too_many();
+        if fills {
+            self.filled.extend(left_m);
+        }
+        self.due_at_m = last.or(left_m).filter(|_| !self.are_too_many());
         self.due_at_m.is_some()
     }
 
@@ -294,7 +364,9 @@ impl ChargingStops {
             rests.forget_behind(position_m, scenario);
         }
         self.forget_behind(position_m, scenario);
-        self.planned.push(position_m);
+        if !self.planned.contains(&position_m) {
+            self.planned.push(position_m);
+        }
         let events = &mut scenario.cycle.road.events;
         let at = events.partition_point(|event| event.position_m < position_m);
         if events.get(at).is_none_or(|event| event.position_m != position_m) {
@@ -307,12 +379,79 @@ impl ChargingStops {
     /// Takes the stops at chargers behind a place off the trip.
     pub(super) fn forget_behind(&mut self, place_m: f64, scenario: &mut Scenario) {
         self.planned.retain(|at_m| *at_m <= place_m);
+        self.filled.retain(|at_m| *at_m <= place_m);
         let Scenario { cycle, chargers, .. } = scenario;
         let is_at_charger = |at_m: f64| chargers.iter().any(|charger| charger.position_m == at_m);
         cycle
             .road
             .events
             .retain(|event| event.position_m <= place_m || !is_at_charger(event.position_m));
+    }
+}
+
+impl EnoughModel {
+    /// How far a truck that leaves a charger has to come by its forecast, margin included, in m.
+    fn way_m(&self, scenario: &Scenario, from_m: f64) -> f64 {
+        let end_m = scenario.cycle.road.length_m;
+        let mut ahead = scenario.chargers.iter().map(|charger| charger.position_m);
+        let to_m = match self.reach {
+            Goal::Destination => end_m,
+            Goal::NextCharger => ahead.find(|at_m| *at_m > from_m).unwrap_or(end_m),
+        };
+        (to_m - from_m) * (1.0 + self.margin)
+    }
+}
+
+impl LaneTask {
+    /// Charges at the stop line of a row, where that is worth while, while the truck stands for some
+    /// time; returns for how long it does then, in s.
+    pub(super) fn charge<S: Simd, P: Powertrain>(
+        &mut self,
+        lane: &mut Lane<S, P>,
+        row: usize,
+        dwell_s: f64,
+    ) -> f64 {
+        let (Some(stops), Some(policy)) = (&mut self.charging, lane.parameters.charging) else {
+            return dwell_s;
+        };
+        let (powertrain, number) = (lane.parameters.powertrain, lane.number);
+        let own = &mut lane.state.powertrain;
+        let (Some(event), Some(charge)) =
+            (self.road.event_after(row), powertrain.charge_of(own, number))
+        else {
+            return dwell_s;
+        };
+        let ledger = &lane.state.ledger;
+        let drawn_j = ledger[Term::Battery][number] / ledger[Term::Distance][number];
+        let need = powertrain.store().map_or(Need::NONE, |store| Need {
+            per_m: drawn_j / store.capacity_j,
+            lowest_charge: store.lowest_charge,
+        });
+        let Some(offer) = stops.offer(policy, &self.scenario, event, dwell_s, need) else {
+            return dwell_s;
+        };
+        let mut course = ChargeCourse::default();
+        let mut charged = || powertrain.charge(own, number, &offer.plug, &mut course);
+        let done = offer.is_used(charge).then(&mut charged).unwrap_or_default();
+        self.added_by_event[Term::Charged] += done.gained_j;
+        self.added_by_event[Term::ChargingLoss] += done.loss_j;
+        let OperatingCycle { road, mission, .. } = &self.scenario.cycle;
+        let arrival = Arrival {
+            position_m: road.events[event].position_m,
+            time_s: lane.state.ledger[Term::Time][number] + self.progress.standstill_s,
+            departure_s: mission.departure_s,
+            charge,
+        };
+        let rise = powertrain.rise(done.gained_j);
+        let charged = Charged { charge: &done, course: &course, rise };
+        stops.charged(&offer, charged, arrival, dwell_s)
+    }
+
+    /// Whether a charger on the way would help a truck whose reserve is used up.
+    pub(super) fn finds_charger<S: Simd, P: Powertrain>(&mut self, lane: &Lane<S, P>) -> bool {
+        let here_m = Self::position_m(lane);
+        let Self { charging, scenario, .. } = self;
+        charging.as_mut().is_some_and(|charging| charging.finds_charger(scenario, here_m))
     }
 }
 

@@ -8,25 +8,26 @@
 
 use super::charging_stops::ChargingProgress;
 use super::lane_task::{LaneTask, Progress};
-use super::parts::{Laid, PartsProgress, mark_m};
-use super::rest_stops::{NEAR_M, RestProgress, is_mission_stop};
+use super::parts::{Laid, PartsProgress};
+use super::rest_stops::{RestProgress, is_mission_stop};
 use super::road_row::RoadRow;
 use super::state::Lane;
 use crate::energy_ledger::Ledger;
 use crate::lanes::UNBOUNDED;
 use crate::powertrain::Powertrain;
-use crate::study::{Scenario, SimulationModel};
+use crate::study::Scenario;
 use crate::tactical::SpeedProfile;
 use fearless_simd::Simd;
 
-/// So far ahead of a place at which a stop may be put in a checkpoint is taken, in m: drivers look
-/// [`NEAR_M`] ahead for places to rest, and no braking ramp is longer than the rest. If one is, the
-/// checkpoint before serves.
-const AHEAD_M: f64 = NEAR_M + 1500.0;
+/// A braking ramp is seldom longer, in m. If one is, the checkpoint before serves.
+const RAMP_M: f64 = 1500.0;
 /// Checkpoints from place to place where a rest may be taken on the spot, in m.
 const SPACING_M: f64 = 20.0e3;
 /// Places closer than this share a checkpoint, in m.
 const CLOSE_M: f64 = 1000.0;
+
+/// Places at which a temperature is looked at, from one to the next, in m.
+const LOOK_M: f64 = 2000.0;
 
 /// A trip as it was at a place on its way.
 #[derive(Clone, Debug)]
@@ -42,14 +43,42 @@ struct Checkpoint {
     charging: Option<ChargingProgress>,
 }
 
+/// A marked row.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Mark {
+    row: usize,
+    /// Where it ends, in m.
+    pub end_m: f64,
+    /// Whether a checkpoint is taken there.
+    keeps: bool,
+    /// Whether the powertrain's temperature is looked at there.
+    pub looks: bool,
+}
+
+/// What rows are marked for.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Marking {
+    /// Distance to the stop line in a marked row, in m.
+    pub mark_m: f64,
+    /// Whether stops may be put into the trip, and whether rests among them on the spot.
+    pub takes_stops: bool,
+    pub takes_rests: bool,
+    /// How far ahead a truck may know of a stop, beside braking for it, in m.
+    pub ahead_m: f64,
+    /// Whether the powertrain's temperature is looked at.
+    pub looks: bool,
+}
+
 /// The checkpoints of the trip in a lane.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Checkpoints {
-    /// Rows at whose ends one is taken, in order, and those ends, in m.
-    marks: Vec<(usize, f64)>,
+    /// Marked rows, in order.
+    marks: Vec<Mark>,
     /// The next of them.
     next: usize,
     taken: Vec<Checkpoint>,
+    /// How far ahead a truck may know of a stop, beside braking for it, in m.
+    ahead_m: f64,
 }
 
 /// How a trip had been planned.
@@ -60,41 +89,53 @@ pub(super) struct Before {
 }
 
 impl Checkpoints {
-    /// Marks the rows of a planned trip into which stops may be put.
+    /// Marks rows of a planned trip.
     pub(super) fn mark(
         &mut self,
-        simulation: &SimulationModel,
+        marking: &Marking,
         scenario: &Scenario,
-        takes_rests: bool,
         profile: &SpeedProfile,
         rows: &mut [RoadRow],
     ) {
         self.marks.clear();
+        self.ahead_m = marking.ahead_m;
         let road = &scenario.cycle.road;
-        let stops = road.events.iter().filter(|event| is_mission_stop(event));
-        let chargers = scenario.chargers.iter().map(|charger| charger.position_m);
-        let mut places_m: Vec<f64> = stops.map(|stop| stop.position_m).chain(chargers).collect();
-        for place_m in &mut places_m {
-            *place_m -= AHEAD_M;
+        let each = |step_m: f64| {
+            let count = (road.length_m / step_m) as u32;
+            (1..=count).map(move |k| step_m * f64::from(k))
+        };
+        let mut keep_m: Vec<f64> = Vec::new();
+        if marking.takes_stops {
+            let stops = road.events.iter().filter(|event| is_mission_stop(event));
+            let chargers = scenario.chargers.iter().map(|charger| charger.position_m);
+            let ahead_m = marking.ahead_m + RAMP_M;
+            let places = stops.map(|stop| stop.position_m).chain(chargers);
+            keep_m.extend(places.map(|place_m| place_m - ahead_m));
         }
-        if takes_rests {
-            let count = (road.length_m / SPACING_M) as u32;
-            places_m.extend((1..=count).map(|k| SPACING_M * f64::from(k)));
+        if marking.takes_rests {
+            keep_m.extend(each(SPACING_M));
         }
-        places_m.sort_unstable_by(f64::total_cmp);
-        let mark_m = mark_m(simulation);
-        let mut from_m = 0.0;
-        for place_m in places_m {
+        keep_m.sort_unstable_by(f64::total_cmp);
+        keep_m.retain(|place_m| *place_m > 0.0);
+        keep_m.dedup_by(|next, before| *next < *before + CLOSE_M);
+        let looks_m = each(LOOK_M).filter(|_| marking.looks);
+        let mut places: Vec<(f64, bool)> = keep_m.into_iter().map(|at_m| (at_m, true)).collect();
+        places.extend(looks_m.map(|at_m| (at_m, false)));
+        places.sort_by(|a, b| a.0.total_cmp(&b.0));
+        for (place_m, keeps) in places {
             let behind = profile.segments.partition_point(|segment| segment.start_m < place_m);
-            let Some(segment) = profile.segments.get(behind).filter(|_| place_m > from_m) else {
+            let Some(segment) = profile.segments.get(behind) else { break };
+            let (row, end_m) = (behind - 1, segment.start_m);
+            if let Some(last) = self.marks.last_mut().filter(|mark| mark.row == row) {
+                last.keeps |= keeps;
+                last.looks |= !keeps;
                 continue;
-            };
-            let to_stop_m = &mut rows[behind - 1].0[RoadRow::TO_STOP];
+            }
+            let to_stop_m = &mut rows[row].0[RoadRow::TO_STOP];
             // within reach of a stop line there is none
-            if *to_stop_m == UNBOUNDED || *to_stop_m == mark_m {
-                *to_stop_m = mark_m;
-                self.marks.push((behind - 1, segment.start_m));
-                from_m = segment.start_m + CLOSE_M;
+            if *to_stop_m == UNBOUNDED || *to_stop_m == marking.mark_m {
+                *to_stop_m = marking.mark_m;
+                self.marks.push(Mark { row, end_m, keeps, looks: !keeps });
             }
         }
     }
@@ -105,12 +146,12 @@ impl Checkpoints {
         self.taken.clear();
     }
 
-    /// Whether a row is marked: the stop line that a truck seems to be at is none.
-    pub(super) fn are_at(&mut self, row: usize) -> bool {
-        while self.marks.get(self.next).is_some_and(|mark| mark.0 < row) {
+    /// The mark of a row: the stop line that a truck seems to be at is none.
+    pub(super) fn mark_at(&mut self, row: usize) -> Option<Mark> {
+        while self.marks.get(self.next).is_some_and(|mark| mark.row < row) {
             self.next += 1;
         }
-        self.marks.get(self.next).is_some_and(|mark| mark.0 == row)
+        self.marks.get(self.next).filter(|mark| mark.row == row).copied()
     }
 
     /// Forgets those that a stop at a place makes void; returns whether one is left.
@@ -121,7 +162,7 @@ impl Checkpoints {
         rows: &[RoadRow],
         laid: &Laid,
     ) -> bool {
-        self.taken.retain(|taken| taken.position_m + NEAR_M < place_m);
+        self.taken.retain(|taken| taken.position_m + self.ahead_m < place_m);
         let Some(last) = self.taken.last() else { return false };
         // the row behind the checkpoint is the first one that has not been driven
         let pairs = before.rows.iter().zip(rows).take(last.row + 1);
@@ -136,11 +177,11 @@ impl LaneTask {
     /// Takes a checkpoint where the truck is at the end of a marked row.
     pub(super) fn take_checkpoint<S: Simd, P: Powertrain>(&mut self, lane: &mut Lane<S, P>) {
         let (row, number) = (lane.state.motion.at[lane.number], lane.number);
-        if !self.checkpoints.are_at(row) || lane.state.motion.left[number] > 0.0 {
+        let Some(mark) = self.checkpoints.mark_at(row).filter(|_| lane.is_at_end()) else { return };
+        self.checkpoints.next += 1;
+        if !mark.keeps {
             return;
         }
-        let position_m = self.checkpoints.marks[self.checkpoints.next].1;
-        self.checkpoints.next += 1;
         // a row ahead that is not as it was planned would have to be kept, too
         if self.parts.is_stretched() || self.served.last().is_some_and(|served| served.0 > row) {
             return;
@@ -148,7 +189,7 @@ impl LaneTask {
         let memory = lane.state.memory().into_iter().map(|column| column[number]).collect();
         self.checkpoints.taken.push(Checkpoint {
             row,
-            position_m,
+            position_m: mark.end_m,
             memory,
             ledger: lane.state.ledger.lane(number),
             progress: self.progress,
@@ -191,6 +232,6 @@ impl LaneTask {
         lane.state.ledger.clear(number);
         lane.state.ledger.add_to_lane(number, &last.ledger);
         let row = last.row;
-        self.checkpoints.next = self.checkpoints.marks.partition_point(|mark| mark.0 <= row);
+        self.checkpoints.next = self.checkpoints.marks.partition_point(|mark| mark.row <= row);
     }
 }

@@ -120,9 +120,12 @@ impl LaneTask {
         event: LaneEvent,
     ) -> Option<Outcome> {
         self.added_by_event = Ledger::EMPTY;
-        let at_mark = self.checkpoints.are_at(lane.state.motion.at[lane.number]);
+        let mark = self.checkpoints.mark_at(lane.state.motion.at[lane.number]);
+        if let Some(mark) = mark.filter(|mark| mark.looks && lane.is_at_end()) {
+            self.look_at_temperature(lane, mark.end_m);
+        }
         let ends_part = self.parts.pass(lane, self.progress.standstill_s);
-        if !ends_part && !at_mark && lane.is_captured() {
+        if !ends_part && mark.is_none() && lane.is_captured() {
             self.stop(lane);
             let ends = lane.stop_row() + 1 == lane.state.motion.roads[lane.number].len();
             if !ends {
@@ -168,6 +171,11 @@ impl LaneTask {
     fn dwell<S: Simd, P: Powertrain>(&mut self, lane: &mut Lane<S, P>) {
         let row = lane.stop_row();
         let planned_s = lane.state.motion.roads[lane.number][row].0[RoadRow::DWELL];
+        let has_temperature = lane.parameters.has_temperature;
+        if has_temperature {
+            // the charger is here: nothing is prepared for it any more
+            self.look_at_temperature(lane, f64::INFINITY);
+        }
         let dwell_s = self.charge(lane, row, planned_s);
         let driven_s = lane.state.ledger[Term::Time][lane.number];
         let rests = self.rest(row, driven_s, planned_s, dwell_s);

@@ -1,11 +1,11 @@
 //! The task of one lane: its scenario, its road, its gear, and how the events of the lane are
 //! handled outside of the hot loop: stops, shifts, checks of progress and the end of the mission.
 
-use super::charging_stops::{Arrival, Charged, ChargingStops};
-use super::checkpoint::{Before, Checkpoints};
-use super::parts::{Parts, kinds_of_plan};
+use super::charging_stops::ChargingStops;
+use super::checkpoint::{Before, Checkpoints, Marking};
+use super::parts::{Parts, kinds_of_plan, mark_m};
 use super::pedal_event::InitialMotion;
-use super::rest_stops::RestStops;
+use super::rest_stops::{NEAR_M, RestStops};
 use super::road_row::{RoadRow, RoadRows};
 use super::state::Lane;
 use crate::breakdown::Axis;
@@ -14,7 +14,6 @@ use crate::driver::pedal::Hold;
 use crate::driver::speed_change::Rise;
 use crate::energy_ledger::{Ledger, Mode, Term};
 use crate::lanes::UNBOUNDED;
-use crate::operating_cycle::OperatingCycle;
 use crate::powertrain::{Plug, Powertrain};
 use crate::record::{Outcome, Record};
 use crate::study::{Scenario, Study};
@@ -45,7 +44,7 @@ pub(super) struct Progress {
 /// The cycle that one lane drives.
 #[derive(Clone, Debug)]
 pub struct LaneTask {
-    scenario: Scenario,
+    pub(super) scenario: Scenario,
     pub(super) road: RoadRows,
     pub(super) progress: Progress,
     /// Rows of lines that have been served, as they were.
@@ -134,10 +133,17 @@ impl LaneTask {
         plan(study, &self.scenario, profile);
         self.road.fill(study, &self.scenario, profile);
         self.lay_parts(study, profile);
-        let takes_rests = self.rests.is_some();
-        if takes_rests || self.charging.is_some() {
-            let (simulation, rows) = (&study.model().simulation, &mut self.road.rows);
-            self.checkpoints.mark(simulation, &self.scenario, takes_rests, profile, rows);
+        let (takes_rests, charges) = (self.rests.is_some(), self.charging.is_some());
+        let powertrain = &study.vehicle().powertrain;
+        if takes_rests || charges || powertrain.has_temperature() {
+            let marking = Marking {
+                mark_m: mark_m(&study.model().simulation),
+                takes_stops: takes_rests || charges,
+                takes_rests,
+                ahead_m: NEAR_M.max(powertrain.preconditions_from_m()),
+                looks: powertrain.has_temperature(),
+            };
+            self.checkpoints.mark(&marking, &self.scenario, profile, &mut self.road.rows);
         }
     }
 
@@ -169,54 +175,22 @@ impl LaneTask {
         rests.stand(&self.scenario, event, planned_s, dwell_s)
     }
 
-    /// Charges at the stop line of a row, where that is worth while, while the truck stands for some
-    /// time; returns for how long it does then, in s.
-    pub(super) fn charge<S: Simd, P: Powertrain>(
-        &mut self,
+    /// Looks at the temperature of the powertrain at a place.
+    pub(super) fn look_at_temperature<S: Simd, P: Powertrain>(
+        &self,
         lane: &mut Lane<S, P>,
-        row: usize,
-        dwell_s: f64,
-    ) -> f64 {
-        let (Some(stops), Some(policy)) = (&mut self.charging, lane.parameters.charging) else {
-            return dwell_s;
-        };
+        position_m: f64,
+    ) {
         let (powertrain, number) = (lane.parameters.powertrain, lane.number);
-        let own = &mut lane.state.powertrain;
-        let (Some(event), Some(charge)) =
-            (self.road.event_after(row), powertrain.charge_of(own, number))
-        else {
-            return dwell_s;
-        };
-        let Some(offer) = stops.offer(policy, &self.scenario, event, dwell_s) else {
-            return dwell_s;
-        };
-        let mut course = ChargeCourse::default();
-        let mut charged = || powertrain.charged_by(&offer.plug, charge, &mut course);
-        let done = if offer.is_used(charge) { charged() } else { None }.unwrap_or_default();
-        powertrain.gain(own, number, done.gained_j);
-        self.added_by_event[Term::Charged] += done.gained_j;
-        self.added_by_event[Term::ChargingLoss] += done.loss_j;
-        let OperatingCycle { road, mission, .. } = &self.scenario.cycle;
-        let arrival = Arrival {
-            position_m: road.events[event].position_m,
-            time_s: lane.state.ledger[Term::Time][number] + self.progress.standstill_s,
-            departure_s: mission.departure_s,
-            charge,
-        };
-        let rise = powertrain.rise(done.gained_j);
-        let charged = Charged { charge: &done, course: &course, rise };
-        stops.charged(&offer, charged, arrival, dwell_s)
-    }
-
-    /// Whether a charger on the way would help a truck whose reserve is used up.
-    pub(super) fn finds_charger<S: Simd, P: Powertrain>(&mut self, lane: &Lane<S, P>) -> bool {
-        let here_m = Self::position_m(lane);
-        let Self { charging, scenario, .. } = self;
-        charging.as_mut().is_some_and(|charging| charging.finds_charger(scenario, here_m))
+        let ledger = lane.state.ledger.lane(number);
+        let to_m = position_m + powertrain.preconditions_from_m();
+        let charging = self.charging.as_ref();
+        let preconditions = charging.is_some_and(|stops| stops.are_within(position_m, to_m));
+        powertrain.look_at_temperature(&mut lane.state.powertrain, number, &ledger, preconditions);
     }
 
     /// Where the truck is, in m.
-    fn position_m<S: Simd, P: Powertrain>(lane: &Lane<S, P>) -> f64 {
+    pub(super) fn position_m<S: Simd, P: Powertrain>(lane: &Lane<S, P>) -> f64 {
         let (motion, number) = (&lane.state.motion, lane.number);
         let passed = &motion.roads[number][..=motion.at[number]];
         let end_m: f64 = passed.iter().map(|row| row.0[RoadRow::LENGTH]).sum();
@@ -226,7 +200,7 @@ impl LaneTask {
     /// Whether the truck has to rest before it goes on from where it is.
     pub(super) fn has_to_rest<S: Simd, P: Powertrain>(&mut self, lane: &Lane<S, P>) -> bool {
         let Some(rests) = &mut self.rests else { return false };
-        rests.has_to_rest(&self.scenario, Self::position_m(lane))
+        rests.has_to_rest(&self.scenario, || Self::position_m(lane))
     }
 
     /// Loads the truck into a lane, standing at the start of its road.
@@ -240,7 +214,8 @@ impl LaneTask {
         constants.drag_area[lane.number] = vehicle.drag_area_m2;
         let climate_w = lane.parameters.powertrain.climate_w(self.road.air_temperature_k);
         let inputs = vehicle.powertrain_inputs(climate_w);
-        lane.parameters.powertrain.enter(&mut lane.state.powertrain, lane.number, &inputs);
+        let (own, air_k) = (&mut lane.state.powertrain, self.road.air_temperature_k);
+        lane.parameters.powertrain.enter(own, lane.number, &inputs, air_k);
         let (gains, model) = (&driver.pedals, lane.parameters.pedals);
         let pid = &model.pid;
         constants.proportional[lane.number] = gains.proportional;

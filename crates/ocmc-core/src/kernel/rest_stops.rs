@@ -137,16 +137,20 @@ impl RestStops {
         until_s.max(0.0)
     }
 
-    /// Notes whether the truck has to rest before it goes on from here; false: it goes on.
-    pub(super) fn has_to_rest(&mut self, scenario: &Scenario, here_m: f64) -> bool {
+    /// Notes whether the truck has to rest before it goes on from where it is; false: it goes on.
+    pub(super) fn has_to_rest(&mut self, scenario: &Scenario, here_m: impl Fn() -> f64) -> bool {
         let left_s = self.progress.clock.left_s();
+        if left_s > HALTING_S {
+            return false;
+        }
+        let here_m = here_m();
         let ahead = |place_m: f64| place_m > here_m && place_m < here_m + NEAR_M;
         let road = &scenario.cycle.road;
         let is_near = || {
             let mut stops = road.events.iter().filter(|event| is_mission_stop(event));
             ahead(road.length_m) || stops.any(|stop| ahead(stop.position_m))
         };
-        let is_due = left_s <= LAST_S || left_s <= HALTING_S && !is_near();
+        let is_due = left_s <= LAST_S || !is_near();
         if is_due {
             // who has no time left to halt has to rest before
             let back_m = if left_s <= LAST_S { NEAR_M } else { 0.0 };

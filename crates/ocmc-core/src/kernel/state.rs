@@ -33,6 +33,8 @@ pub struct KernelParameters<'a, P> {
     pub look_ahead: &'a LookAheadModel,
     /// Charging, where the study has a policy.
     pub charging: Option<&'a ChargingPolicy>,
+    /// Whether the powertrain has a temperature that matters.
+    pub has_temperature: bool,
     /// Square of the speed to which a truck coasts before a stop, in m²/s²: 0, or unbounded where it
     /// does not.
     pub stop_target: f64,
@@ -84,6 +86,7 @@ impl<'a, P: Powertrain> KernelParameters<'a, P> {
             pedals,
             look_ahead,
             charging: study.model().charging.as_ref(),
+            has_temperature: vehicle.powertrain.has_temperature(),
             stop_target: if look_ahead.coasting { 0.0 } else { UNBOUNDED },
             engine_inertia_kgm2: constants.inertia_kgm2,
             idle_radps: constants.idle_radps,
@@ -375,6 +378,11 @@ impl<S: Simd, P: Powertrain> Lane<'_, S, P> {
     pub(super) fn kinetic_energy_j(&self) -> f64 {
         let engine = self.state.motion.engine_speed[self.number];
         self.translational_j() + 0.5 * self.parameters.engine_inertia_kgm2 * engine * engine
+    }
+
+    /// Whether the truck is at the end of its row.
+    pub(super) fn is_at_end(&self) -> bool {
+        self.state.motion.left[self.number] <= 0.0
     }
 
     /// Stop capture, and creep capture of a slow truck.

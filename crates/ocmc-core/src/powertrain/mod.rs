@@ -50,6 +50,22 @@ impl PowertrainKind {
         }
     }
 
+    /// Whether it has a temperature that matters.
+    pub fn has_temperature(&self) -> bool {
+        match self {
+            Self::Diesel(_) => false,
+            Self::BatteryElectric(powertrain) => powertrain.model.battery.thermal.is_some(),
+        }
+    }
+
+    /// How far ahead of a planned charging stop that is prepared, in m.
+    pub fn preconditions_from_m(&self) -> f64 {
+        match self {
+            Self::Diesel(powertrain) => powertrain.preconditions_from_m(),
+            Self::BatteryElectric(powertrain) => powertrain.preconditions_from_m(),
+        }
+    }
+
     /// Its constants.
     pub fn constants(&self) -> PowertrainConstants {
         struct Constants;
@@ -120,6 +136,15 @@ pub struct Plug<'a> {
     pub end_at: f64,
     /// Longest time, in s.
     pub longest_s: f64,
+}
+
+/// A store of energy that can be charged.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Store {
+    /// Its energy, in J.
+    pub capacity_j: f64,
+    /// State of charge at which a truck stops.
+    pub lowest_charge: f64,
 }
 
 /// What charging did.
@@ -274,8 +299,14 @@ pub trait Powertrain {
     fn parked<S: Simd>(&self, simd: S) -> Self::State<S>;
     /// Parks one lane.
     fn park<S: Simd>(&self, state: &mut Self::State<S>, lane: usize);
-    /// Loads what belongs to one truck.
-    fn enter<S: Simd>(&self, state: &mut Self::State<S>, lane: usize, truck: &TruckInputs);
+    /// Loads what belongs to one truck, in air of a temperature in K.
+    fn enter<S: Simd>(
+        &self,
+        state: &mut Self::State<S>,
+        lane: usize,
+        truck: &TruckInputs,
+        air_temperature_k: f64,
+    );
     /// What its trucks remember from step to step.
     fn memory<S: Simd>(state: &mut Self::State<S>) -> Vec<&mut Lanes<S>>;
     /// A truck at rest prepares to start.
@@ -374,6 +405,10 @@ pub trait Powertrain {
     {
         None
     }
+    /// Its store; none without a battery.
+    fn store(&self) -> Option<Store> {
+        None
+    }
     /// What a charger does from a state of charge on, and how it goes on; none where nothing can be
     /// charged.
     fn charged_by(&self, _plug: &Plug, _charge: f64, _course: &mut ChargeCourse) -> Option<Charge> {
@@ -387,8 +422,30 @@ pub trait Powertrain {
     fn rise(&self, _gained_j: f64) -> f64 {
         0.0
     }
-    /// The store of one lane has gained energy, in J.
-    fn gain<S: Simd>(&self, _state: &mut Self::State<S>, _lane: usize, _gained_j: f64) {}
+    /// Charges one lane at rest; nothing where nothing can be charged.
+    fn charge<S: Simd>(
+        &self,
+        _state: &mut Self::State<S>,
+        _lane: usize,
+        _plug: &Plug,
+        _course: &mut ChargeCourse,
+    ) -> Charge {
+        Charge::default()
+    }
+    /// How far ahead of a planned charging stop its temperature is prepared, in m.
+    fn preconditions_from_m(&self) -> f64 {
+        0.0
+    }
+    /// Looks at the temperature of one lane, by its sums over the cycle. `preconditions`: whether a
+    /// charging stop is near.
+    fn look_at_temperature<S: Simd>(
+        &self,
+        _state: &mut Self::State<S>,
+        _lane: usize,
+        _ledger: &Ledger<f64>,
+        _preconditions: bool,
+    ) {
+    }
     /// Flag: the source is empty.
     fn depleted<S: Simd>(&self, state: &Self::State<S>) -> Flags<S>;
 

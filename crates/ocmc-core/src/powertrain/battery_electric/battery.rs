@@ -6,13 +6,14 @@
 //! I² becomes heat. Discharge ends at the power limit or at U²/4R, whichever is lower; charging
 //! fades out over the last share of the window, so that a full battery takes nothing.
 //!
-//! One resistance for all temperatures and both directions, no diffusion: the slow part
-//! of a cell's voltage is not there.
+//! One resistance for both directions, and for all temperatures where the battery has none
+//! ([`super::thermal`]). No diffusion: the slow part of a cell's voltage is not there.
 
 use crate::distribution::Quantity;
 use crate::lanes::{Flags, Lanes, clip, one};
 use crate::powertrain::battery_electric::ChargingModel;
 use crate::powertrain::battery_electric::ageing::AgeingModel;
+use crate::powertrain::battery_electric::thermal::ThermalModel;
 use crate::validation::Problems;
 use fearless_simd::prelude::*;
 use schemars::JsonSchema;
@@ -55,6 +56,9 @@ pub struct BatteryModel {
     /// How old it is; absent: new.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ageing: Option<AgeingModel>,
+    /// Its temperature; absent: it does not matter.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub thermal: Option<ThermalModel>,
 }
 
 impl BatteryModel {
@@ -75,8 +79,55 @@ impl BatteryModel {
         if let Some(ageing) = &self.ageing {
             problems.part("ageing", |problems| ageing.validate(problems));
         }
+        if let Some(thermal) = &self.thermal {
+            problems.part("thermal", |problems| thermal.validate(problems));
+        }
     }
 }
+
+/// What batteries can give and take as they are now, lane by lane.
+#[derive(Clone, Copy, Debug)]
+pub struct BatteryLimits<S: Simd> {
+    /// Internal resistance, in Ω.
+    resistance: Lanes<S>,
+    /// A little less than a quarter of its inverse, in 1/Ω: U²/4R is the most that there is.
+    quarter: Lanes<S>,
+    /// Highest power of discharge at the terminals, in W.
+    discharge_power: Lanes<S>,
+    /// Highest power of charging at the terminals, in W.
+    charge_power: Lanes<S>,
+}
+
+impl<S: Simd> BatteryLimits<S> {
+    /// Those of one battery in all lanes.
+    #[inline(always)]
+    pub fn of(simd: S, battery: &BatteryModel) -> Self {
+        let all = |value| Lanes::splat(simd, value);
+        Self {
+            resistance: all(battery.resistance_ohm),
+            quarter: all(BELOW_QUARTER / battery.resistance_ohm),
+            discharge_power: all(battery.discharge_power_w),
+            charge_power: all(battery.charge_power_w),
+        }
+    }
+
+    /// Puts those of a battery into a lane.
+    pub fn set(&mut self, lane: usize, battery: &BatteryModel) {
+        self.resistance[lane] = battery.resistance_ohm;
+        self.quarter[lane] = BELOW_QUARTER / battery.resistance_ohm;
+        self.discharge_power[lane] = battery.discharge_power_w;
+        self.charge_power[lane] = battery.charge_power_w;
+    }
+
+    /// The columns.
+    pub fn memory(&mut self) -> [&mut Lanes<S>; 4] {
+        let Self { resistance, quarter, discharge_power, charge_power } = self;
+        [resistance, quarter, discharge_power, charge_power]
+    }
+}
+
+/// A little less than a quarter: at U²/4R the current would double for nothing.
+const BELOW_QUARTER: f64 = 0.249;
 
 /// What a power at the terminals does to the store.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -121,55 +172,77 @@ impl BatteryModel {
 
     /// Highest power of discharge at the terminals, in W.
     pub fn discharge_limit_w(&self, charge: f64) -> f64 {
-        self.discharge_limits_w(one(charge))[0]
+        let charge = one(charge);
+        self.discharge_limits_w(charge, &BatteryLimits::of(charge.simd, self))[0]
     }
 
     /// The same for vehicles.
     #[inline(always)]
-    pub fn discharge_limits_w<S: Simd>(&self, charge: Lanes<S>) -> Lanes<S> {
+    pub fn discharge_limits_w<S: Simd>(
+        &self,
+        charge: Lanes<S>,
+        limits: &BatteryLimits<S>,
+    ) -> Lanes<S> {
         let voltage = self.voltages_v(charge);
-        // a little below U²/4R, where the current would double for nothing
-        (voltage * voltage * (0.249 / self.resistance_ohm)).min(self.discharge_power_w)
+        (voltage * voltage * limits.quarter).min(limits.discharge_power)
     }
 
     /// Highest power of charging at the terminals, in W, as a positive number.
     pub fn charge_limit_w(&self, charge: f64) -> f64 {
-        self.charge_limits_w(one(charge))[0]
+        let charge = one(charge);
+        self.charge_limits_w(charge, &BatteryLimits::of(charge.simd, self))[0]
     }
 
     /// The same for vehicles.
     #[inline(always)]
-    pub fn charge_limits_w<S: Simd>(&self, charge: Lanes<S>) -> Lanes<S> {
+    pub fn charge_limits_w<S: Simd>(
+        &self,
+        charge: Lanes<S>,
+        limits: &BatteryLimits<S>,
+    ) -> Lanes<S> {
         let room = (self.maximum_charge - charge) * (1.0 / self.charge_fade);
-        clip(room, 0.0, 1.0) * self.charge_power_w
+        clip(room, 0.0, 1.0) * limits.charge_power
     }
 
     /// What a power at the terminals, in W, does to the store; beyond the highest power the current
     /// stays at its peak.
     pub fn flow(&self, charge: f64, power_w: f64) -> BatteryFlow {
-        let (store, loss) = self.flows(one(charge), one(power_w));
+        let charge = one(charge);
+        let limits = BatteryLimits::of(charge.simd, self);
+        let (store, loss) = self.flows(charge, one(power_w), &limits);
         BatteryFlow { store_w: store[0], loss_w: loss[0] }
     }
 
     /// The same for vehicles: what the stores lose, and the heat, in W.
     #[inline(always)]
-    pub fn flows<S: Simd>(&self, charge: Lanes<S>, power_w: Lanes<S>) -> (Lanes<S>, Lanes<S>) {
+    pub fn flows<S: Simd>(
+        &self,
+        charge: Lanes<S>,
+        power_w: Lanes<S>,
+        limits: &BatteryLimits<S>,
+    ) -> (Lanes<S>, Lanes<S>) {
         let voltage = self.voltages_v(charge);
-        let under = voltage * voltage - power_w * (4.0 * self.resistance_ohm);
+        let under = voltage * voltage - power_w * (limits.resistance * 4.0);
         let current = power_w * 2.0 / (voltage + under.max(0.0).sqrt());
-        (voltage * current, current * current * self.resistance_ohm)
+        (voltage * current, current * current * limits.resistance)
     }
 
     /// Whether a power at the terminals, in W, is more than the battery has at any current.
     pub fn is_overdrawn(&self, charge: f64, power_w: f64) -> bool {
-        self.overdrawn(one(charge), one(power_w)).test(0)
+        let charge = one(charge);
+        self.overdrawn(charge, one(power_w), &BatteryLimits::of(charge.simd, self)).test(0)
     }
 
     /// The same for vehicles.
     #[inline(always)]
-    pub fn overdrawn<S: Simd>(&self, charge: Lanes<S>, power_w: Lanes<S>) -> Flags<S> {
+    pub fn overdrawn<S: Simd>(
+        &self,
+        charge: Lanes<S>,
+        power_w: Lanes<S>,
+        limits: &BatteryLimits<S>,
+    ) -> Flags<S> {
         let voltage = self.voltages_v(charge);
-        (voltage * voltage).simd_lt(power_w * (4.0 * self.resistance_ohm))
+        (voltage * voltage).simd_lt(power_w * (limits.resistance * 4.0))
     }
 
     /// Charges at rest for some time with a charger, where that is worth while; the new state of
@@ -213,6 +286,7 @@ pub(crate) mod tests {
             charge_fade: 0.05,
             initial_charge: Quantity::Number(0.9),
             ageing: None,
+            thermal: None,
         }
     }
 

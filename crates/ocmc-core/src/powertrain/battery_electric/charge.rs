@@ -132,6 +132,11 @@ mod tests {
         Plug { power_w, curve: None, end_at, longest_s }
     }
 
+    fn curve(charge: &[f64], power_w: &[f64]) -> ChargeCurve {
+        let (charge, power_w) = (charge.to_vec(), power_w.to_vec());
+        ChargeCurve { charge, power_w, by_temperature: Vec::new() }
+    }
+
     #[test]
     fn constant_power_takes_energy_over_power() {
         let pack = ideal();
@@ -162,7 +167,7 @@ mod tests {
             pack.charged_by(&plug(1e6, 0.9, f64::INFINITY), 0.87, &mut ChargeCourse::default());
         assert!((full.time_s / closed_s(0.87, 0.8975) - 1.0).abs() < 1e-6);
         // a curve that meets the charger's power between its points
-        let curve = ChargeCurve { charge: vec![0.2, 0.7], power_w: vec![200e3, 50e3] };
+        let curve = curve(&[0.2, 0.7], &[200e3, 50e3]);
         let tapered = Plug { curve: Some(&curve), ..plug(140e3, 0.8, f64::INFINITY) };
         let slope_w = 300e3; // for each unit of the charge; 140 kW at 0.4
         let said_s =
@@ -173,7 +178,7 @@ mod tests {
 
     #[test]
     fn what_the_terminals_take_is_gained_or_heat() {
-        let curve = ChargeCurve { charge: vec![0.1, 0.5, 0.8], power_w: vec![400e3, 350e3, 90e3] };
+        let curve = curve(&[0.1, 0.5, 0.8], &[400e3, 350e3, 90e3]);
         for resistance_ohm in [0.001, 0.05, 0.3] {
             let pack = BatteryModel { resistance_ohm, ..pack() };
             for longest_s in [10.0, 1000.0, f64::INFINITY] {

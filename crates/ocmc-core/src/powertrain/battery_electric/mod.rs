@@ -12,6 +12,8 @@ pub mod climate;
 mod inverse;
 pub mod motor;
 mod powertrain;
+mod temperature;
+pub mod thermal;
 
 pub use powertrain::BatteryState;
 

@@ -8,7 +8,9 @@
 //! integrated each on its own.
 
 use super::BatteryElectricPowertrain;
+use super::battery::{BatteryLimits, BatteryModel};
 use super::inverse::InverseBatteryElectric;
+use super::temperature::Temperatures;
 use crate::charging::ChargeCourse;
 use crate::energy_ledger::{Ledger, Mode, StepLedger, Term};
 use crate::first_order_lag::FirstOrderLag;
@@ -16,7 +18,7 @@ use crate::lanes::{Flags, Lanes, WIDTH, masked};
 use crate::powertrain::gearbox::GearLanes;
 use crate::powertrain::{
     Charge, Coupling, Demand, InversePowertrain, PedalForces, Plug, Powertrain,
-    PowertrainConstants, ShaftStep, SignalNames, TractiveEffort, TruckInputs,
+    PowertrainConstants, ShaftStep, SignalNames, Store, TractiveEffort, TruckInputs,
 };
 use crate::record::{Outcome, Record};
 use fearless_simd::prelude::*;
@@ -33,6 +35,10 @@ pub struct BatteryState<S: Simd> {
     pub charge: Lanes<S>,
     /// Power of the auxiliaries, in W.
     pub auxiliary_power: Lanes<S>,
+    /// What they can give and take now.
+    pub(super) limits: BatteryLimits<S>,
+    /// Their temperatures, where they have any.
+    pub(super) temperatures: Temperatures<S>,
 }
 
 impl BatteryElectricPowertrain {
@@ -46,8 +52,9 @@ impl BatteryElectricPowertrain {
     ) -> Lanes<S> {
         let battery = &self.model.battery;
         let drawn = speed * torque + self.motor.losses_w(speed, torque) + state.auxiliary_power;
-        let beyond = drawn.simd_gt(battery.discharge_limits_w(state.charge))
-            | drawn.simd_lt(-battery.charge_limits_w(state.charge));
+        let most = battery.discharge_limits_w(state.charge, &state.limits);
+        let least = -battery.charge_limits_w(state.charge, &state.limits);
+        let beyond = drawn.simd_gt(most) | drawn.simd_lt(least);
         if beyond.any_true() {
             return self.limited_torques(state, beyond.to_bitmask(), speed.into(), torque);
         }
@@ -63,9 +70,11 @@ impl BatteryElectricPowertrain {
         speed: [f64; WIDTH],
         mut torque: Lanes<S>,
     ) -> Lanes<S> {
+        let (battery, auxiliary) = (&self.model.battery, state.auxiliary_power);
+        let most = battery.discharge_limits_w(state.charge, &state.limits) - auxiliary;
+        let least = -battery.charge_limits_w(state.charge, &state.limits) - auxiliary;
         for lane in (0..WIDTH).filter(|lane| lanes >> lane & 1 != 0) {
-            let (charge, auxiliary_w) = (state.charge[lane], state.auxiliary_power[lane]);
-            torque[lane] = self.within_battery_nm(charge, auxiliary_w, speed[lane], torque[lane]);
+            torque[lane] = self.motor.within_nm(speed[lane], torque[lane], least[lane], most[lane]);
         }
         torque
     }
@@ -130,6 +139,8 @@ impl Powertrain for BatteryElectricPowertrain {
         BatteryState {
             charge: Lanes::splat(simd, f64::INFINITY),
             auxiliary_power: Lanes::splat(simd, 0.0),
+            limits: BatteryLimits::of(simd, &self.model.battery),
+            temperatures: Temperatures::none(simd),
         }
     }
 
@@ -137,14 +148,24 @@ impl Powertrain for BatteryElectricPowertrain {
         state.charge[lane] = f64::INFINITY;
     }
 
-    fn enter<S: Simd>(&self, state: &mut BatteryState<S>, lane: usize, truck: &TruckInputs) {
+    fn enter<S: Simd>(
+        &self,
+        state: &mut BatteryState<S>,
+        lane: usize,
+        truck: &TruckInputs,
+        air_temperature_k: f64,
+    ) {
         state.auxiliary_power[lane] = truck.auxiliary_power_w;
         state.charge[lane] = truck.initial_charge.unwrap_or(0.0);
+        self.enter_temperature(state, lane, air_temperature_k);
     }
 
     /// Torque has no memory.
     fn memory<S: Simd>(state: &mut BatteryState<S>) -> Vec<&mut Lanes<S>> {
-        vec![&mut state.charge]
+        let mut columns = vec![&mut state.charge, &mut state.auxiliary_power];
+        columns.extend(state.limits.memory());
+        columns.extend(state.temperatures.memory());
+        columns
     }
 
     /// The auxiliaries draw, and a charger may charge.
@@ -155,7 +176,8 @@ impl Powertrain for BatteryElectricPowertrain {
         time_s: f64,
         ledger: &mut Ledger<f64>,
     ) {
-        let (battery, power_w) = (&self.model.battery, state.auxiliary_power[lane]);
+        let power_w = self.standing_w(state, lane, time_s);
+        let battery = &*self.battery_of(state, lane);
         let flow = battery.flow(state.charge[lane], power_w);
         ledger[Term::Battery] += flow.store_w * time_s;
         ledger[Term::BatteryLoss] += flow.loss_w * time_s;
@@ -165,6 +187,7 @@ impl Powertrain for BatteryElectricPowertrain {
         }
         let charge = state.charge[lane] - flow.store_w * time_s / battery.capacity_j;
         state.charge[lane] = charge + self.charge_at_rest(charge, time_s, ledger);
+        self.stand_temperature(state, lane, time_s, flow.loss_w);
     }
 
     #[inline(always)]
@@ -250,7 +273,7 @@ impl Powertrain for BatteryElectricPowertrain {
         let motor = shaft.speed * torque + loss;
         let terminals = motor + state.auxiliary_power;
         let charge = state.charge;
-        let (store, heat) = battery.flows(charge, terminals);
+        let (store, heat) = battery.flows(charge, terminals, &state.limits);
         let back = masked(torque.simd_lt(0.0), (-motor).max(0.0));
         ledger.add(Term::Crankshaft, torque * shaft.angle);
         ledger.add(Term::Battery, store * dt);
@@ -260,7 +283,7 @@ impl Powertrain for BatteryElectricPowertrain {
         ledger.add(Term::Regenerated, back * dt);
         state.charge -= store * dt * (1.0 / battery.capacity_j);
         let covered = self.model.motor.maps_cover(shaft.speed, torque)
-            & !battery.overdrawn(charge, terminals);
+            & !battery.overdrawn(charge, terminals, &state.limits);
         ledger.add(Term::OutsideMap, masked(!covered, dt));
         [torque, terminals]
     }
@@ -271,6 +294,11 @@ impl Powertrain for BatteryElectricPowertrain {
         deep.model.battery.capacity_j *= NEVER_EMPTYING_DEPTH;
         deep.model.battery.minimum_charge = f64::NEG_INFINITY;
         Some(deep)
+    }
+
+    fn store(&self) -> Option<Store> {
+        let BatteryModel { capacity_j, minimum_charge, .. } = self.model.battery;
+        Some(Store { capacity_j, lowest_charge: minimum_charge })
     }
 
     fn charged_by(&self, plug: &Plug, charge: f64, course: &mut ChargeCourse) -> Option<Charge> {
@@ -285,8 +313,36 @@ impl Powertrain for BatteryElectricPowertrain {
         gained_j / self.model.battery.capacity_j
     }
 
-    fn gain<S: Simd>(&self, state: &mut BatteryState<S>, lane: usize, gained_j: f64) {
-        state.charge[lane] += self.rise(gained_j);
+    fn charge<S: Simd>(
+        &self,
+        state: &mut BatteryState<S>,
+        lane: usize,
+        plug: &Plug,
+        course: &mut ChargeCourse,
+    ) -> Charge {
+        if self.model.battery.thermal.is_some() {
+            return self.charge_by_temperature(state, lane, plug, course);
+        }
+        let charge = self.model.battery.charged_by(plug, state.charge[lane], course);
+        state.charge[lane] += self.rise(charge.gained_j);
+        charge
+    }
+
+    fn preconditions_from_m(&self) -> f64 {
+        let thermal = self.model.battery.thermal.as_ref();
+        let ahead = thermal.and_then(|thermal| thermal.precondition.as_ref());
+        ahead.map_or(0.0, |ahead| ahead.ahead_m)
+    }
+
+    fn look_at_temperature<S: Simd>(
+        &self,
+        state: &mut BatteryState<S>,
+        lane: usize,
+        ledger: &Ledger<f64>,
+        preconditions: bool,
+    ) {
+        self.pass_temperature(state, lane, ledger);
+        self.condition(state, lane, preconditions);
     }
 
     #[inline(always)]
@@ -310,6 +366,7 @@ impl Powertrain for BatteryElectricPowertrain {
         record: &mut Record,
     ) {
         Self::record_battery(state.charge[lane], ledger, Mode::Driven, record);
+        self.record_temperature(state, lane, ledger, record);
     }
 
     fn inverse<'a>(&'a self, truck: &TruckInputs) -> Box<dyn InversePowertrain + 'a> {

@@ -192,7 +192,13 @@ impl Powertrain for DieselPowertrain {
         state.torque[lane] = 0.0;
     }
 
-    fn enter<S: Simd>(&self, state: &mut DieselState<S>, lane: usize, truck: &TruckInputs) {
+    fn enter<S: Simd>(
+        &self,
+        state: &mut DieselState<S>,
+        lane: usize,
+        truck: &TruckInputs,
+        _air_temperature_k: f64,
+    ) {
         state.auxiliary_power[lane] = truck.auxiliary_power_w;
         state.fuel_factor[lane] = truck.fuel_factor;
         state.slips_from[lane] = self.slips_from(truck.auxiliary_power_w);

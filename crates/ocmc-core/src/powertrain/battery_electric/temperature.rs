@@ -1,0 +1,260 @@
+//! Temperatures of the batteries of a block, outside of the hot loop: what their trucks' sums have
+//! gained since they were looked at last warms them, and sets what they can give and take.
+
+use super::BatteryElectricPowertrain;
+use super::battery::BatteryModel;
+use super::powertrain::BatteryState;
+use super::thermal::ThermalModel;
+use crate::charging::ChargeCourse;
+use crate::energy_ledger::{Ledger, Term};
+use crate::lanes::Lanes;
+use crate::powertrain::{Charge, Plug};
+use crate::record::Record;
+use fearless_simd::prelude::*;
+use std::borrow::Cow;
+
+/// Longest time at rest for which one temperature holds, in s.
+const SLICE_S: f64 = 300.0;
+/// A slice that ends so much before its time has charged all that there was to charge.
+const WHOLE: f64 = 1.0 - 1e-9;
+
+/// Temperatures, and what has changed them.
+#[derive(Clone, Debug)]
+pub(super) struct Temperatures<S: Simd> {
+    /// Of the batteries, in K.
+    battery: Lanes<S>,
+    /// Of the air, in K.
+    air: Lanes<S>,
+    /// Power of the auxiliaries without heater and cooler, in W.
+    auxiliary: Lanes<S>,
+    /// Heat that heater and cooler bring now, in W.
+    heat: Lanes<S>,
+    /// What they have taken, in J.
+    taken: Lanes<S>,
+    /// Driving time, in s, and heat of the battery, in J, that have been seen.
+    seen_s: Lanes<S>,
+    seen_j: Lanes<S>,
+    /// What is left of the charging of this standstill, in s, and what heater and cooler take in it,
+    /// in J.
+    charging_s: Lanes<S>,
+    charging_j: Lanes<S>,
+}
+
+impl<S: Simd> Temperatures<S> {
+    /// Those of batteries that have none.
+    pub(super) fn none(simd: S) -> Self {
+        let zero = Lanes::splat(simd, 0.0);
+        Self {
+            battery: zero,
+            air: zero,
+            auxiliary: zero,
+            heat: zero,
+            taken: zero,
+            seen_s: zero,
+            seen_j: zero,
+            charging_s: zero,
+            charging_j: zero,
+        }
+    }
+
+    /// How long the truck is charged in the next part of its standstill, in s, and what heater and
+    /// cooler take then, in J.
+    fn charged_in(&self, lane: usize, time_s: f64) -> [f64; 2] {
+        let (all_s, all_j) = (self.charging_s[lane], self.charging_j[lane]);
+        if all_s <= time_s {
+            return [all_s, all_j];
+        }
+        [time_s, all_j * time_s / all_s]
+    }
+
+    /// The columns.
+    pub(super) fn memory(&mut self) -> [&mut Lanes<S>; 9] {
+        [
+            &mut self.battery,
+            &mut self.air,
+            &mut self.auxiliary,
+            &mut self.heat,
+            &mut self.taken,
+            &mut self.seen_s,
+            &mut self.seen_j,
+            &mut self.charging_s,
+            &mut self.charging_j,
+        ]
+    }
+}
+
+impl BatteryElectricPowertrain {
+    fn thermal(&self) -> Option<&ThermalModel> {
+        self.model.battery.thermal.as_ref()
+    }
+
+    /// A truck departs.
+    pub(super) fn enter_temperature<S: Simd>(
+        &self,
+        state: &mut BatteryState<S>,
+        lane: usize,
+        air_temperature_k: f64,
+    ) {
+        let Some(thermal) = self.thermal() else { return };
+        for column in state.temperatures.memory() {
+            column[lane] = 0.0;
+        }
+        state.temperatures.air[lane] = air_temperature_k;
+        state.temperatures.battery[lane] = thermal.departure_k(air_temperature_k);
+        state.temperatures.auxiliary[lane] = state.auxiliary_power[lane];
+        self.condition(state, lane, false);
+    }
+
+    /// The battery of one lane as it is now.
+    pub(super) fn battery_of<S: Simd>(
+        &self,
+        state: &BatteryState<S>,
+        lane: usize,
+    ) -> Cow<'_, BatteryModel> {
+        let battery = &self.model.battery;
+        self.thermal().map_or(Cow::Borrowed(battery), |thermal| {
+            let temperature_k = state.temperatures.battery[lane];
+            Cow::Owned(thermal.at(battery, temperature_k, state.charge[lane]))
+        })
+    }
+
+    /// Temperature and what heater and cooler have taken, in J, after the truck has been driven on.
+    fn driven_on<S: Simd>(
+        thermal: &ThermalModel,
+        state: &BatteryState<S>,
+        lane: usize,
+        ledger: &Ledger<f64>,
+    ) -> [f64; 2] {
+        let now = &state.temperatures;
+        let (before_k, taken_j) = (now.battery[lane], now.taken[lane]);
+        let time_s = ledger[Term::Time] - now.seen_s[lane];
+        if !(time_s > 0.0) {
+            return [before_k, taken_j];
+        }
+        let own_w = (ledger[Term::BatteryLoss] - now.seen_j[lane]) / time_s;
+        let after_k = thermal.after_k(before_k, now.air[lane], own_w + now.heat[lane], time_s);
+        let conditioning_w = state.auxiliary_power[lane] - now.auxiliary[lane];
+        [after_k, taken_j + conditioning_w * time_s]
+    }
+
+    /// The truck has been driven on since its temperature was looked at.
+    pub(super) fn pass_temperature<S: Simd>(
+        &self,
+        state: &mut BatteryState<S>,
+        lane: usize,
+        ledger: &Ledger<f64>,
+    ) {
+        let Some(thermal) = self.thermal() else { return };
+        let [after_k, taken_j] = Self::driven_on(thermal, state, lane, ledger);
+        let now = &mut state.temperatures;
+        (now.battery[lane], now.taken[lane]) = (after_k, taken_j);
+        now.seen_s[lane] = ledger[Term::Time];
+        now.seen_j[lane] = ledger[Term::BatteryLoss];
+    }
+
+    /// Turns heater and cooler on and off, and sets what the battery can give and take.
+    pub(super) fn condition<S: Simd>(
+        &self,
+        state: &mut BatteryState<S>,
+        lane: usize,
+        preconditions: bool,
+    ) {
+        let Some(thermal) = self.thermal() else { return };
+        let temperature_k = state.temperatures.battery[lane];
+        let [electric_w, heat_w] = thermal.conditioning_w(temperature_k, preconditions);
+        state.auxiliary_power[lane] = state.temperatures.auxiliary[lane] + electric_w;
+        state.temperatures.heat[lane] = heat_w;
+        state.limits.set(lane, &self.battery_of(state, lane));
+    }
+
+    /// Charges one lane, slice by slice: its temperature changes meanwhile.
+    pub(super) fn charge_by_temperature<S: Simd>(
+        &self,
+        state: &mut BatteryState<S>,
+        lane: usize,
+        plug: &Plug,
+        course: &mut ChargeCourse,
+    ) -> Charge {
+        let mut done = Charge::default();
+        let Some(thermal) = self.thermal() else { return done };
+        loop {
+            let temperature_k = state.temperatures.battery[lane];
+            let curve = plug.curve.map(|curve| curve.at(temperature_k));
+            let longest_s = SLICE_S.min(plug.longest_s - done.time_s);
+            let slice = Plug { curve: curve.as_deref(), longest_s, ..*plug };
+            let mut slice_course = ChargeCourse::default();
+            let battery = self.battery_of(state, lane);
+            let part = battery.charged_by(&slice, state.charge[lane], &mut slice_course);
+            if !(part.time_s > 0.0) {
+                break;
+            }
+            course.append(&slice_course);
+            state.charge[lane] += part.gained_j / self.model.battery.capacity_j;
+            // at a charger it is heated as ahead of one
+            let [electric_w, heat_w] = thermal.conditioning_w(temperature_k, true);
+            let flow_w = part.loss_j / part.time_s + heat_w;
+            let now = &mut state.temperatures;
+            now.battery[lane] = thermal.after_k(temperature_k, now.air[lane], flow_w, part.time_s);
+            now.charging_s[lane] += part.time_s;
+            now.charging_j[lane] += electric_w * part.time_s;
+            done.add(&part);
+            if part.time_s < WHOLE * longest_s {
+                break;
+            }
+        }
+        done
+    }
+
+    /// Mean power of the auxiliaries over a part of a standstill, in W: heater and cooler run while
+    /// the truck is charged, which comes first.
+    pub(super) fn standing_w<S: Simd>(
+        &self,
+        state: &BatteryState<S>,
+        lane: usize,
+        time_s: f64,
+    ) -> f64 {
+        let now = &state.temperatures;
+        match self.thermal() {
+            Some(_) if time_s > 0.0 => {
+                now.auxiliary[lane] + now.charged_in(lane, time_s)[1] / time_s
+            }
+            Some(_) => now.auxiliary[lane],
+            None => state.auxiliary_power[lane],
+        }
+    }
+
+    /// The truck has stood for some time, in s, in which the auxiliaries warmed its battery.
+    pub(super) fn stand_temperature<S: Simd>(
+        &self,
+        state: &mut BatteryState<S>,
+        lane: usize,
+        time_s: f64,
+        loss_w: f64,
+    ) {
+        let Some(thermal) = self.thermal() else { return };
+        let now = &mut state.temperatures;
+        let [charging_s, charging_j] = now.charged_in(lane, time_s);
+        let idle_s = time_s - charging_s;
+        now.battery[lane] = thermal.after_k(now.battery[lane], now.air[lane], loss_w, idle_s);
+        now.taken[lane] += charging_j;
+        now.charging_s[lane] -= charging_s;
+        now.charging_j[lane] -= charging_j;
+        // it has been seen
+        now.seen_j[lane] += loss_w * time_s;
+        self.condition(state, lane, false);
+    }
+
+    /// Fills in the columns of the temperature.
+    pub(super) fn record_temperature<S: Simd>(
+        &self,
+        state: &BatteryState<S>,
+        lane: usize,
+        ledger: &Ledger<f64>,
+        record: &mut Record,
+    ) {
+        let Some(thermal) = self.thermal() else { return };
+        let [after_k, taken_j] = Self::driven_on(thermal, state, lane, ledger);
+        record.final_battery_temperature_k = Some(after_k);
+        record.battery_conditioning_energy_j = Some(taken_j);
+    }
+}
