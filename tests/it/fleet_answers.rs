@@ -200,7 +200,7 @@ fn what_cannot_be_analysed_is_said() {
         (&["compare"], 2, "NAME|FILE"),
         (&["compare", "field-truck", "nowhere"], 1, "nowhere"),
         (&["compare", "field-truck", "regional", "--column", "x"], 2, "columns of the records"),
-        (&["compare", "field-truck", "regional", "--column", "cycle_id"], 2, "did you mean"),
+        (&["compare", "field-truck", "regional", "--column", "fuel_kk"], 2, "did you mean"),
         (&["sensitivity", "--factor", "moon"], 2, "driver.curve_speed"),
         (&["sensitivity", "--cycles", "9", "--set", SHORT, "--factor", "road"], 1, "at least 10"),
         (
