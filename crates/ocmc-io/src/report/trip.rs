@@ -132,10 +132,10 @@ impl Series {
     fn svg(&self, cycle_id: u64) -> String {
         let electric = !self.charge.is_empty();
         let height = if electric { 560.0 } else { 460.0 };
-        let mut svg = begin(960.0, height, &format!("Cycle {cycle_id} over its way"));
+        let mut svg = begin(720.0, height, &format!("Cycle {cycle_id} over its way"));
         let end_km = self.end_m / 1000.0;
         let panel = |y: [f64; 2], top: f64, height: f64| {
-            Panel::new([0.0, end_km], y, [50.0, top, 900.0, height])
+            Panel::new([0.0, end_km], y, [50.0, top, 660.0, height])
         };
         let at_km = |place: usize| end_km * (place as f64 + 0.5) / PLACES as f64;
         let over = |values: &dyn Fn(usize) -> f64| -> Vec<(f64, f64)> {
