@@ -45,7 +45,7 @@ pub(super) struct Arrival {
     /// Where, in m.
     pub position_m: f64,
     /// When, in s after the departure.
-    pub arrival_s: f64,
+    pub at_s: f64,
     /// The departure by the clock, in s from a full hour.
     pub departure_s: f64,
     /// Its state of charge.
@@ -72,12 +72,12 @@ impl Arrival {
         efficiency: f64,
         Charged { charge, course, rise }: Charged,
     ) -> ChargingEvent {
-        let begin_s = self.arrival_s + wait_s + 0.5 * connection_s;
+        let begin_s = self.at_s + wait_s + 0.5 * connection_s;
         let at_terminals_j = course.by_quarter_hour_j(self.departure_s + begin_s);
         ChargingEvent {
             place,
             position_m: self.position_m,
-            arrival_s: self.arrival_s,
+            arrival_s: self.at_s,
             wait_s,
             begin_s,
             charging_s: charge.time_s,
@@ -237,7 +237,7 @@ impl ChargingStops {
         if done.gained_j > 0.0 {
             let arrival = Arrival {
                 position_m: record.distance_m,
-                arrival_s: record.duration_s,
+                at_s: record.duration_s,
                 departure_s: record.departure_s_of_year,
                 charge,
             };

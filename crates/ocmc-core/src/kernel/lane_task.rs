@@ -168,7 +168,7 @@ impl LaneTask {
         let OperatingCycle { road, mission, .. } = &self.scenario.cycle;
         let arrival = Arrival {
             position_m: road.events[event].position_m,
-            arrival_s: lane.state.ledger[Term::Time][number] + self.standstill_s,
+            at_s: lane.state.ledger[Term::Time][number] + self.standstill_s,
             departure_s: mission.departure_s,
             charge,
         };

@@ -22,8 +22,8 @@ use thiserror::Error;
 /// Rows that are written at a time: the row group of a Parquet file.
 pub const GROUP_ROWS: usize = 8192;
 
-/// Name of the column of what a trip charged, which records of a study with `[charging]` have behind
-/// all others: a list of chargings, as JSON.
+/// Name of the column of what a trip charged, which records of a study with `[charging]` have
+/// behind all others: a list of chargings, as JSON.
 pub const CHARGING_EVENTS: &str = "charging_events";
 
 /// What a trip charged, as JSON.

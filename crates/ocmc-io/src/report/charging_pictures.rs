@@ -10,6 +10,9 @@ const HEIGHT: f64 = 312.0;
 /// Left, top, width and height of the panel within it.
 const PANEL: [f64; 4] = [68.0, 26.0, 636.0, 224.0];
 
+/// Most numbers of an axis.
+const MOST_TICKS: u32 = 12;
+
 /// A step of a waterfall.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Step {
@@ -27,7 +30,10 @@ fn step(span: f64) -> f64 {
 /// Round numbers from 0 up to one.
 fn ticks(end: f64) -> Vec<f64> {
     let step = step(end);
-    (0..).map(|k| f64::from(k) * step).take_while(|tick| *tick <= end * (1.0 + 1e-9)).collect()
+    (0..MOST_TICKS)
+        .map(|k| f64::from(k) * step)
+        .take_while(|tick| *tick <= end * (1.0 + 1e-9))
+        .collect()
 }
 
 fn words(ticks: Vec<f64>) -> Vec<(f64, String)> {
