@@ -96,8 +96,9 @@ const J_PER_KWH: f64 = 3.6e6;
 /// ```
 ///
 /// # Errors
-/// [`Error::NoBattery`], [`Error::NoTripInSeason`] where no trip departs in the season, [`Error::Share`], [`Error::Mass`], [`Error::Study`] where a battery's mass
-/// does not fit the truck, and [`Error::Interrupted`].
+/// [`Error::NoBattery`], [`Error::NoTripInSeason`] where no trip departs in the season,
+/// [`Error::Share`], [`Error::Mass`], [`Error::Study`] where a battery's mass does not fit the
+/// truck, and [`Error::Interrupted`].
 pub fn size(request: &SizeRequest, watch: &mut Watch) -> Result<SizeAnswer, Error> {
     let SizeRequest { study: (name, study), arrive, kg_per_kwh, season, plan } = request;
     let Some(electric) = &study.model.vehicle.electric else {

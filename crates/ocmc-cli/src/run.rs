@@ -315,10 +315,10 @@ fn routes_setting(routes: &[RouteModel]) -> String {
 /// What was written, and where.
 fn written(path: &Path, manifest: &Manifest) -> String {
     let records = &manifest.records;
-    let trucks = if manifest.dependence().has_trucks() {
-        format!(", {}", records.replace("records", "trucks"))
-    } else {
-        String::new()
-    };
-    format!("Written to `{}`: {records}{trucks}, {MANIFEST}, {SUMMARY}.", path.display())
+    let beside = ["trucks", "chargings", "loads"].map(|name| records.replace("records", name));
+    let there = |file: &String| path.join(file).is_file();
+    let files: Vec<String> =
+        [records.clone()].into_iter().chain(beside.into_iter().filter(there)).collect();
+    let files = files.join(", ");
+    format!("Written to `{}`: {files}, {MANIFEST}, {SUMMARY}.", path.display())
 }

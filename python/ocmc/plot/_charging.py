@@ -21,6 +21,8 @@ _LOSSES = {
     "motor_loss_j": "motor and inverter",
     "transmission_loss_j": "gearbox and axle",
     "service_brake_energy_j": "service brakes",
+    "shift_loss_j": "gear shifts",
+    "clutch_loss_j": "clutch",
     "potential_change_j": "climb, net",
     "kinetic_change_j": "speed at the end",
 }
@@ -176,7 +178,8 @@ def seasons(run: Run, *, ax: Axes | None = None) -> Axes:
     if any(total is None for total in totals):
         raise ValueError("the run has no completed trips of battery trucks in one of summer and winter")
     summer, winter = (total for total in totals if total is not None)
-    steps = {name: winter[column] - summer[column] for column, name in _LOSSES.items()}
+    changes = {name: winter[column] - summer[column] for column, name in _LOSSES.items()}
+    steps = {name: change for name, change in changes.items() if change != 0.0}
     order = sorted(steps, key=lambda name: -abs(steps[name]))
     ax = axes(ax)
     whole = [total["battery_energy_j"] for total in (summer, winter)]
@@ -215,5 +218,7 @@ def _totals(run: Run, season: int) -> dict[str, Any] | None:
         return None
     km = numbers(run, "distance_m")[own].sum() / 1000.0
     return {
-        column: numbers(run, column)[own].sum() / _KWH_J / km for column in [*_LOSSES, "battery_energy_j"]
+        # what a powertrain does not have is no part of its balance
+        column: np.nansum(numbers(run, column)[own]) / _KWH_J / km
+        for column in [*_LOSSES, "battery_energy_j"]
     }

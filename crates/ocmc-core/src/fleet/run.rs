@@ -64,8 +64,8 @@ impl RunPlan {
 }
 
 impl RunPlan {
-    /// The plan with chunks of whole trucks: as many as fill the lanes, where there are enough for all
-    /// threads.
+    /// The plan with chunks of whole trucks: as many as fill the lanes, where there are enough for
+    /// all threads.
     fn of_trucks(&self, study: &Study) -> Self {
         let trips = study.nesting().trips_per_truck;
         let trucks = self.cycles.div_ceil(trips);

@@ -67,8 +67,9 @@ pub struct CalendarModel {
     /// own.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub shared_traffic: bool,
-    /// Whether a truck's trips chain: it departs with what its depot has charged by then, its drivers
-    /// go on with their clocks, and who comes back late departs late; absent: each trip stands alone.
+    /// Whether a truck's trips chain: it departs with what its depot has charged by then, its
+    /// drivers go on with their clocks, and who comes back late departs late; absent: each trip
+    /// stands alone.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub chain: bool,
 }

@@ -22,8 +22,8 @@ use thiserror::Error;
 /// Rows that are written at a time: the row group of a Parquet file.
 pub const GROUP_ROWS: usize = 8192;
 
-/// Name of the column of what a trip charged, which records of a study with `[charging]` have behind
-/// all others: a list of chargings, as JSON.
+/// Name of the column of what a trip charged, which records of a study with `[charging]` have
+/// behind all others: a list of chargings, as JSON.
 pub const CHARGING_EVENTS: &str = "charging_events";
 
 /// What a trip charged, as JSON.
@@ -232,7 +232,6 @@ pub(crate) mod examples {
             driver_effect: cycle_id.is_multiple_of(3).then_some(-x / 7.0),
             n_curves: (!cycle_id.is_multiple_of(5)).then_some(cycle_id as u32),
             potential_change_j: -0.0,
-            charging_events: Some(vec![event(x); (cycle_id % 3) as usize]),
             ..Record::default()
         }
     }
@@ -252,6 +251,16 @@ pub(crate) mod examples {
             peak_power_w: 0.1,
             quarter_hours_j: vec![x / 7.0, 5e-324],
         }
+    }
+
+    /// The first `n` records, with chargings.
+    pub(crate) fn charged(n: u64) -> Vec<Record> {
+        let charge = |mut record: Record| {
+            let events = vec![event(record.distance_m); (record.cycle_id % 3) as usize];
+            record.charging_events = (record.cycle_id != 4).then_some(events);
+            record
+        };
+        records(n).into_iter().map(charge).collect()
     }
 
     /// The first `n` records.
@@ -286,6 +295,25 @@ mod tests {
                 assert!(back == records, "{path:?}");
             }
         }
+    }
+
+    #[test]
+    fn chargings_are_read_back_exactly() {
+        let directory = tempfile::tempdir().expect("a directory");
+        let records = examples::charged(300);
+        for format in RecordFormat::ALL {
+            let path = directory.path().join(format!("charged.{}", format.name()));
+            write(&path, format, &records, 256);
+            let mut back = Vec::new();
+            read(&path, |group| back.extend(group.records)).expect("just written");
+            assert!(back == records, "{path:?}");
+        }
+        let path = directory.path().join("wrong.csv");
+        write(&path, RecordFormat::Csv, &records[..1], 1);
+        let text = std::fs::read_to_string(&path).expect("just written");
+        std::fs::write(&path, text.replace("[]", "[3]")).expect("space");
+        let error = read(&path, |_| ()).expect_err("no charging").to_string();
+        assert!(error.contains("`charging_events`"), "{error}");
     }
 
     #[test]
