@@ -219,6 +219,10 @@ fn without_chargers_a_policy_changes_nothing_but_its_columns() {
             charging_s: None,
             charging_wait_s: None,
             charging_events: None,
+            // the meter counts the charger's losses
+            grid_co2_g_per_km: plain.grid_co2_g_per_km,
+            well_to_wheel_g_per_km: plain.well_to_wheel_g_per_km,
+            well_to_wheel_g_per_tkm: plain.well_to_wheel_g_per_tkm,
             ..policy
         };
         assert_eq!((same, policy.n_charging_stops), (plain, Some(0)));
