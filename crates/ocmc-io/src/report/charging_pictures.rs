@@ -35,16 +35,6 @@ fn words(ticks: Vec<f64>) -> Vec<(f64, String)> {
     ticks.into_iter().map(|tick| (tick, rounded_short(tick))).collect()
 }
 
-/// Words below places of x, and what they are, with room for the large letters of narrow screens.
-fn along(panel: &Panel, text: &mut String, ticks: &[(f64, String)], name: &str) {
-    let bottom = panel.y.to[0];
-    for (tick, words) in ticks {
-        label(text, [panel.x.at(*tick), bottom + 21.0], "middle", "", words);
-    }
-    let middle = f64::midpoint(panel.x.to[0], panel.x.to[1]);
-    label(text, [middle, bottom + 46.0], "middle", "name", name);
-}
-
 /// A band between two lines over x.
 fn band(panel: &Panel, text: &mut String, points: &[(f64, [f64; 2])], class: &str) {
     let place = |x: f64, y: f64| format!("{:.1},{:.1}", panel.x.at(x), panel.y.at(y));
@@ -64,7 +54,7 @@ pub(super) fn range_curve(points: &[(f64, f64, [f64; 2])]) -> String {
     band(&panel, &mut text, &points.iter().map(of).collect::<Vec<_>>(), "band");
     let line = points.iter().map(|(km, share, _)| (*km, 100.0 * share));
     panel.line(&mut text, line, "class=\"line\"");
-    along(&panel, &mut text, &words(ticks(end)), "distance, km");
+    panel.along_with_room(&mut text, &words(ticks(end)), "distance, km");
     text + "</svg>\n"
 }
 
@@ -82,7 +72,7 @@ pub(super) fn state_of_charge(bands: &[(f64, [f64; 3])], reserve: Option<f64>) -
         let level = [(0.0, 100.0 * reserve), (end, 100.0 * reserve)];
         panel.line(&mut text, level, "class=\"mark\" stroke-dasharray=\"5 4\"");
     }
-    along(&panel, &mut text, &words(ticks(end)), "distance, km");
+    panel.along_with_room(&mut text, &words(ticks(end)), "distance, km");
     text + "</svg>\n"
 }
 
@@ -103,7 +93,7 @@ pub(super) fn load_curve(rows: &[[f64; 4]], name: &str) -> String {
     panel.line(&mut text, mean, "class=\"line\"");
     let hours: Vec<(f64, String)> =
         (0..=4).map(|k| (6.0 * f64::from(k), format!("{}:00", 6 * k))).collect();
-    along(&panel, &mut text, &hours, "time of the day");
+    panel.along_with_room(&mut text, &hours, "time of the day");
     text + "</svg>\n"
 }
 

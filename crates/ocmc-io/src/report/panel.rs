@@ -53,12 +53,22 @@ impl Panel {
 
     /// Words below places of x, and what they are.
     pub(super) fn along(&self, text: &mut String, ticks: &[(f64, String)], name: &str) {
+        self.below(text, ticks, name, [15.0, 31.0]);
+    }
+
+    /// The same with room for the large letters of narrow screens.
+    pub(super) fn along_with_room(&self, text: &mut String, ticks: &[(f64, String)], name: &str) {
+        self.below(text, ticks, name, [21.0, 46.0]);
+    }
+
+    /// Words and the name so far below the panel.
+    fn below(&self, text: &mut String, ticks: &[(f64, String)], name: &str, [near, far]: [f64; 2]) {
         let bottom = self.y.to[0];
         for (tick, words) in ticks {
-            label(text, [self.x.at(*tick), bottom + 15.0], "middle", "", words);
+            label(text, [self.x.at(*tick), bottom + near], "middle", "", words);
         }
         let middle = f64::midpoint(self.x.to[0], self.x.to[1]);
-        label(text, [middle, bottom + 31.0], "middle", "name", name);
+        label(text, [middle, bottom + far], "middle", "name", name);
     }
 
     /// A line through points; those that are no numbers are left out.

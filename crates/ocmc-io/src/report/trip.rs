@@ -131,7 +131,7 @@ impl Series {
     /// The panels, one below the other.
     fn svg(&self, cycle_id: u64) -> String {
         let electric = !self.charge.is_empty();
-        let height = if electric { 560.0 } else { 460.0 };
+        let height = if electric { 572.0 } else { 472.0 };
         let mut svg = begin(720.0, height, &format!("Cycle {cycle_id} over its way"));
         let end_km = self.end_m / 1000.0;
         let panel = |y: [f64; 2], top: f64, height: f64| {
@@ -176,7 +176,7 @@ impl Series {
         }
         let ticks = [0.0, 0.25, 0.5, 0.75, 1.0].map(|share| share * end_km);
         let ticks = ticks.map(|km| (km, rounded_short(km)));
-        last.along(&mut svg, &ticks, "km");
+        last.along_with_room(&mut svg, &ticks, "km");
         svg.push_str("</svg>\n");
         svg
     }

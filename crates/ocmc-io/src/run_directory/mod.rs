@@ -564,8 +564,8 @@ mod tests {
             let json: serde_json::Value = serde_json::from_str(&text).expect("JSON");
             assert_eq!(json["cycles"], rows.len());
             let files = || fs::read_dir(&path).expect("there").count();
-            // records, chargings, loads, summary, manifest, checksums
-            assert_eq!(files(), 6, "no remnants");
+            // records, summary, manifest, checksums
+            assert_eq!(files(), 4, "no remnants");
             // ended while it took the sums of the chunks out of the file of sums
             let sums = path.join(CHECKSUMS);
             let whole = fs::read_to_string(&sums).expect("written");
@@ -574,7 +574,7 @@ mod tests {
             fs::write(temporary(&sums), &whole[..20]).expect("ours");
             let files_of_studies = crate::study::Files::here();
             assert!(unfinished(&path, &files_of_studies).expect("complete").is_none());
-            assert_eq!(files(), 6, "no remnants");
+            assert_eq!(files(), 4, "no remnants");
             assert_eq!(fs::read_to_string(&sums).expect("written"), whole);
         }
     }
