@@ -56,9 +56,11 @@ impl Panel {
         self.below(text, ticks, name, [15.0, 31.0]);
     }
 
-    /// The same with room for the large letters of narrow screens.
+    /// The same with room for the large letters of narrow screens, and without a first place at the
+    /// axis of y, which has words of its own there.
     pub(super) fn along_with_room(&self, text: &mut String, ticks: &[(f64, String)], name: &str) {
-        self.below(text, ticks, name, [21.0, 46.0]);
+        let at_axis = usize::from(ticks.first().is_some_and(|tick| tick.0 <= self.x.from[0]));
+        self.below(text, &ticks[at_axis..], name, [21.0, 49.0]);
     }
 
     /// Words and the name so far below the panel.
