@@ -101,7 +101,7 @@ def test_two_studies_are_costed_against_each_other(study):
 
 
 def test_what_is_wrong_is_said(study):
-    with pytest.raises(ValueError, match='`column` is "fuel", allowed is one of: consumption_l_per_100km'):
+    with pytest.raises(ValueError, match=r'`column` is "fuel" \(did you mean `fuel_kg`'):
         ocmc.compare(study, study, cycles=10, column="fuel")
     with pytest.raises(ValueError, match=r"`factors` has .roads., allowed are: road, weather"):
         study.sensitivity(cycles=10, factors=["roads"])
