@@ -10,7 +10,7 @@ pub const FEW_CYCLES: &str = "fewer than 50 completed cycles: 95 % intervals of 
                               cover about 85 %";
 
 /// A run, and what it adds up to: the machine-readable answer, which `--json` prints and
-/// [`SUMMARY`] holds.
+/// [`super::SUMMARY`] holds.
 #[derive(Clone, Debug, Serialize)]
 pub struct RunSummary {
     /// Name of the study.
