@@ -53,6 +53,8 @@ impl SpeedBranch {
 pub struct SpeedProfile {
     /// The stretches on which everything is constant.
     pub segments: Vec<Segment>,
+    /// Runs of segments in which the slope alone changes: the first of each, and their number.
+    pub runs: Vec<usize>,
     /// The branches of each segment.
     pub branches: Vec<SpeedBranch>,
     /// Twice the deceleration, in m/s².
@@ -76,7 +78,22 @@ impl SpeedProfile {
 
 /// Plans the speed profile of a scenario into `profile`, whose buffers are reused.
 pub fn plan(study: &Study, scenario: &Scenario, profile: &mut SpeedProfile) {
-    scenario.cycle.segments(scenario.driver.speed_limit.sign_offset_m, &mut profile.segments);
+    plan_braking(study, scenario, profile);
+    match scenario.driver.speed_change.rise {
+        Rise::Ramp => forward_sweep(profile),
+        // the limit is followed upwards at once, and a stop is left at once, too
+        Rise::Paper => {
+            for branch in &mut profile.branches {
+                branch.forward_start = f64::INFINITY;
+            }
+        }
+    }
+}
+
+/// As [`plan`] without the accelerating branches: the step function rises from what was driven.
+pub(crate) fn plan_braking(study: &Study, scenario: &Scenario, profile: &mut SpeedProfile) {
+    let offset_m = scenario.driver.speed_limit.sign_offset_m;
+    scenario.cycle.segments(offset_m, &mut profile.segments, &mut profile.runs);
     let change = &scenario.driver.speed_change;
     profile.twice_deceleration = 2.0 * change.deceleration_mps2;
     profile.twice_acceleration = 2.0 * change.acceleration_mps2;
@@ -91,15 +108,6 @@ pub fn plan(study: &Study, scenario: &Scenario, profile: &mut SpeedProfile) {
     };
     let limits = StaticLimits::new(study, scenario);
     backward_sweep(profile, limits, &crests, look_ahead.coasting);
-    match change.rise {
-        Rise::Ramp => forward_sweep(profile),
-        // the limit is followed upwards at once, and a stop is left at once, too
-        Rise::Paper => {
-            for branch in &mut profile.branches {
-                branch.forward_start = f64::INFINITY;
-            }
-        }
-    }
 }
 
 /// The static speeds of a scenario, in order along the road in either direction.
@@ -207,30 +215,40 @@ fn backward_sweep(
     coasts: bool,
 ) {
     let slope = profile.twice_deceleration;
+    let SpeedProfile { segments, runs, branches, .. } = profile;
     // all are written anew
-    profile.branches.resize(profile.segments.len(), SpeedBranch::NONE);
+    branches.resize(segments.len(), SpeedBranch::NONE);
     let mut node: f64 = 0.0;
     let mut next_limit = f64::INFINITY;
     let to = |squared: f64| if coasts { squared } else { UNBOUNDED };
     let mut coasts_to = to(0.0);
-    for (i, (segment, branch)) in
-        profile.segments.iter().zip(&mut profile.branches).enumerate().rev()
-    {
-        let (limit, by_sign) = limits.of_segment(segment);
-        let backward_end = if next_limit < limit { lower(node, next_limit) } else { node };
-        coasts_to = if backward_end < node { to(next_limit) } else { coasts_to };
-        *branch = SpeedBranch { limit, backward_end, forward_start: 0.0, by_sign, coasts_to };
-        // what the start of the segment allows
-        let allowed = segment.event().map_or(f64::INFINITY, |k| limits.of_event(k));
-        let start = backward_end + slope * segment.length_m;
-        node = lower(start, allowed);
-        coasts_to = if node < start { to(node) } else { coasts_to };
-        if let Some(&crest) = crests.get(i)
-            && crest < node
-        {
-            (node, coasts_to) = (crest, crest);
-        }
+    for run in runs.windows(2).rev() {
+        let (first, end) = (run[0], run[1]);
+        let (segments, branches) = (&segments[first..end], &mut branches[first..end]);
+        let (limit, by_sign) = limits.of_segment(&segments[0]);
+        // what the next run allows
+        let highest = if next_limit < limit { lower(node, next_limit) } else { node };
+        coasts_to = if highest < node { to(next_limit) } else { coasts_to };
+        node = highest;
         next_limit = limit;
+        for (i, (segment, branch)) in segments.iter().zip(branches).enumerate().rev() {
+            let backward_end = node;
+            *branch = SpeedBranch { limit, backward_end, forward_start: 0.0, by_sign, coasts_to };
+            node += slope * segment.length_m;
+            if i == 0
+                && let Some(event) = segment.event()
+            {
+                // what the start of the segment allows
+                let start = node;
+                node = lower(start, limits.of_event(event));
+                coasts_to = if node < start { to(node) } else { coasts_to };
+            }
+            if let Some(&crest) = crests.get(first + i)
+                && crest < node
+            {
+                (node, coasts_to) = (crest, crest);
+            }
+        }
     }
 }
 

@@ -17,7 +17,7 @@ use crate::lanes::UNBOUNDED;
 use crate::powertrain::{Plug, Powertrain};
 use crate::record::{Outcome, Record};
 use crate::study::{Scenario, Study};
-use crate::tactical::{SpeedProfile, plan};
+use crate::tactical::{SpeedProfile, plan, plan_braking};
 use fearless_simd::Simd;
 use std::mem::swap;
 
@@ -130,7 +130,11 @@ impl LaneTask {
     }
 
     fn plan(&mut self, study: &Study, profile: &mut SpeedProfile) {
-        plan(study, &self.scenario, profile);
+        if study.model().simulation.columns_by.contains(&Axis::EventKind) {
+            plan(study, &self.scenario, profile);
+        } else {
+            plan_braking(study, &self.scenario, profile);
+        }
         self.road.fill(study, &self.scenario, profile);
         self.lay_parts(study, profile);
         let (takes_rests, charges) = (self.rests.is_some(), self.charging.is_some());

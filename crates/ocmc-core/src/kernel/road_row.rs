@@ -103,29 +103,37 @@ impl RoadRows {
         rows.clear();
         stops.clear();
         road_types.clear();
-        rows.extend(segments.iter().zip(&profile.branches).enumerate().map(
-            |(i, (segment, branch))| {
+        for run in profile.runs.windows(2) {
+            let (first, end) = (run[0], run[1]);
+            let (segments, branches) = (&segments[first..end], &profile.branches[first..end]);
+            let (head, limit) = (&segments[0], branches[0].limit);
+            if around.differ(head, limit, altitude_m) && around.update(head, limit, altitude_m) {
+                road_types.push((first, road.sections[head.section as usize].road_type));
+            }
+            if let Some(k) = head.event()
+                && let Some(dwell_s) = scenario.passage(k).standstill_s()
+                && first > 0
+            {
+                stops.push((first - 1, dwell_s, Some(k)));
+            }
+            let root = limit.sqrt();
+            let static_mps = if branches[0].by_sign { root } else { -root };
+            let turns = head.curve().is_some();
+            rows.extend(segments.iter().zip(branches).enumerate().map(|(i, (segment, branch))| {
+                // the heading changes along a curve, the density of the air with the altitude
+                if i > 0 && (turns || around.has_climbed(altitude_m)) {
+                    around.update(segment, limit, altitude_m);
+                }
                 let length_m = segment.length_m;
-                if around.differ(segment, branch.limit, altitude_m)
-                    && around.update(segment, branch.limit, altitude_m)
-                {
-                    road_types.push((i, road.sections[segment.section as usize].road_type));
-                }
-                if let Some(k) = segment.event()
-                    && let Some(dwell_s) = scenario.passage(k).standstill_s()
-                    && i > 0
-                {
-                    stops.push((i - 1, dwell_s, Some(k)));
-                }
                 let sine = road.slopes[segment.slope as usize];
                 let cosine = (1.0 - sine * sine).sqrt();
                 altitude_m += sine * length_m;
                 climb_m += if sine > 0.0 { sine * length_m } else { 0.0 };
                 RoadRow([
                     length_m,
-                    branch.limit,
+                    limit,
                     branch.backward_end,
-                    if branch.by_sign { branch.limit.sqrt() } else { -branch.limit.sqrt() },
+                    static_mps,
                     GRAVITY_MPS2 * sine,
                     around.rolling * cosine,
                     around.half_density,
@@ -135,8 +143,8 @@ impl RoadRows {
                     around.grip * cosine,
                     -1.0 - branch.coasts_to,
                 ])
-            },
-        ));
+            }));
+        }
         stops.push((rows.len() - 1, 0.0, None));
         self.mark_stops(study.model().simulation.creep_distance_m);
         around.add_to_means(road.length_m);

@@ -73,9 +73,12 @@ impl NextChanges {
 
 impl OperatingCycle {
     /// Writes the segments of this cycle, in order and without gaps, into `segments`: as a driver
-    /// takes them for whom each sign but the first stands so far behind its place.
-    pub fn segments(&self, sign_offset_m: f64, segments: &mut Vec<Segment>) {
+    /// takes them for whom each sign but the first stands so far behind its place. Within a run the
+    /// slope alone changes, and an event stands at its start only; `runs` has the number of the
+    /// first segment of each, and that of all segments.
+    pub fn segments(&self, sign_offset_m: f64, segments: &mut Vec<Segment>, runs: &mut Vec<usize>) {
         segments.clear();
+        runs.clear();
         let road = &self.road;
         let length_m = road.length_m;
         let mut now = Segment {
@@ -134,6 +137,7 @@ impl OperatingCycle {
             }
 
             // where the slope alone changes
+            runs.push(segments.len());
             let other_m = next.first_but_slope();
             let last_m = lower(other_m, length_m) - SMALLEST_M;
             while next.slope < last_m {
@@ -152,6 +156,7 @@ impl OperatingCycle {
             now.length_m = end_m - now.start_m;
             segments.push(now);
             if end_m >= length_m {
+                runs.push(segments.len());
                 return;
             }
             now.start_m = end_m;
