@@ -38,12 +38,8 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         let mass = slips.select(constants.moving_mass_open, constants.moving_mass_closed);
         let road = constants.mass * (row[RoadRow::ROLLING] + row[RoadRow::GRADE]);
         let steady = self.motion.drag + road;
-        let accelerator = |force: Lanes<S>| (force - pedal.released) * pedal.per_force;
-        let output = |force: Lanes<S>| {
-            let brakes = (force - pedal.coasting) * constants.per_brake_force;
-            force.simd_gt(pedal.coasting).select(accelerator(force), brakes)
-        };
-        let decelerations = if parameters.look_ahead.drives() {
+        let slower = steady - mass * constants.twice_deceleration * 0.5;
+        let decelerations = if parameters.looks_ahead {
             [(steady - pedal.coasting) / mass, steady * constants.inverse_mass_open]
         } else {
             [steady; 2]
@@ -52,9 +48,9 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         Forecast {
             coasting,
             neutral,
-            holding: output(steady),
-            ramp: output(steady - mass * constants.twice_deceleration * 0.5),
-            peak: accelerator(steady + mass * constants.peak_acceleration),
+            holding: pedal.output(steady, constants.per_brake_force),
+            ramp: pedal.output(slower, constants.per_brake_force),
+            peak: pedal.accelerator(steady + mass * constants.peak_acceleration),
         }
     }
 }

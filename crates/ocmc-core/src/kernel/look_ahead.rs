@@ -77,7 +77,7 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         let model = parameters.look_ahead;
         let speed = self.motion.speed;
         let never = Flags::splat(speed.simd, false);
-        if !model.drives() {
+        if !parameters.looks_ahead {
             return LookAhead { coasts: never, rolls: never };
         }
         let fast = speed.simd_gt(model.minimum_speed_mps);

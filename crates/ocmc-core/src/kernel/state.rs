@@ -31,6 +31,8 @@ pub struct KernelParameters<'a, P> {
     pub pedals: &'a PedalModel,
     /// Looking ahead.
     pub look_ahead: &'a LookAheadModel,
+    /// Whether any of it is on.
+    pub looks_ahead: bool,
     /// Charging, where the study has a policy.
     pub charging: Option<&'a ChargingPolicy>,
     /// Whether the powertrain has a temperature that matters.
@@ -85,6 +87,7 @@ impl<'a, P: Powertrain> KernelParameters<'a, P> {
             simulation,
             pedals,
             look_ahead,
+            looks_ahead: look_ahead.drives(),
             charging: study.model().charging.as_ref(),
             has_temperature: vehicle.powertrain.has_temperature(),
             stop_target: if look_ahead.coasting { 0.0 } else { UNBOUNDED },

@@ -75,12 +75,10 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         // an engine that is below the downshift line already may come to where the clutch opens
         let turns = self.motion.speed * self.gear.speed_ratio;
         let is_low = down_function(turns, first.accelerator, shift).simd_gt(0.0);
-        let gears = |speed, accelerator| {
-            self.gear_function(speed, accelerator, &decision.coupling, is_low, parameters)
-        };
+        let (speed, coupling) = (self.motion.speed, &decision.coupling);
         let gear = Crossing::of_rise(
-            gears(self.motion.speed, first.accelerator),
-            gears(predicted.speed, second.accelerator),
+            self.gear_function(speed, first, coupling, is_low, parameters),
+            self.gear_function(predicted.speed, second, coupling, is_low, parameters),
         );
         let plan = Crossing::of_rise(
             self.plan_function(decision, &decision.desired, self.motion.speed, parameters),
@@ -106,7 +104,7 @@ impl<S: Simd, P: Powertrain> State<S, P> {
     ) -> Lanes<S> {
         let ramp = desired.ramp_function(desired.speed * self.constants.lead);
         let plan = decision.stance.rises.select(ramp.max(desired.rise_function), ramp);
-        if !parameters.look_ahead.drives() {
+        if !parameters.looks_ahead {
             return plan;
         }
         let (row, forecast) = (&decision.row, &decision.stance.forecast);
@@ -141,12 +139,12 @@ impl<S: Simd, P: Powertrain> State<S, P> {
     fn gear_function(
         &self,
         speed: Lanes<S>,
-        accelerator: Lanes<S>,
+        control: &Control<S>,
         coupling: &Coupling<S>,
         is_low: Flags<S>,
         parameters: &KernelParameters<P>,
     ) -> Lanes<S> {
-        let shift = &parameters.vehicle.shift;
+        let (shift, accelerator) = (&parameters.vehicle.shift, control.accelerator);
         let turns = speed * self.gear.speed_ratio;
         let up = speed * self.gear.speed_ratio_up
             - shift.up_speed_radps

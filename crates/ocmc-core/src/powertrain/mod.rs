@@ -217,6 +217,20 @@ pub struct PedalForces<S: Simd> {
 impl<S: Simd> PedalForces<S> {
     /// Least force between a released and a pressed accelerator, in N: keeps a quotient finite.
     pub const LEAST_SPAN_N: f64 = 1.0;
+
+    // functions and no closures: a closure is not compiled for the CPU that its caller is
+    /// Accelerator that gives a force, in N.
+    #[inline(always)]
+    pub fn accelerator(&self, force: Lanes<S>) -> Lanes<S> {
+        (force - self.released) * self.per_force
+    }
+
+    /// Output of a controller that gives a force, in N: the brakes below what coasting gives.
+    #[inline(always)]
+    pub fn output(&self, force: Lanes<S>, per_brake_force: Lanes<S>) -> Lanes<S> {
+        let brakes = (force - self.coasting) * per_brake_force;
+        force.simd_gt(self.coasting).select(self.accelerator(force), brakes)
+    }
 }
 
 /// Torques and forces of one stage.

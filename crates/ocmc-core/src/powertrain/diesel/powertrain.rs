@@ -306,9 +306,10 @@ impl Powertrain for DieselPowertrain {
         let turns = speed * ratio;
         // the accelerator makes the clutch slip in the launching gears
         let engine = turns.max(gear.slips_below).max(self.clutch.open_radps);
-        let forces = |torque| self.losses.wheel_and_lost_forces_n(ratio, share, speed, torque);
-        let [pressed, _] = forces(full_0 + full_1 * engine);
-        let [released, _] = forces(drag_0 + drag_1 * engine);
+        let (losses, full, drag) =
+            (&self.losses, full_0 + full_1 * engine, drag_0 + drag_1 * engine);
+        let [pressed, _] = losses.wheel_and_lost_forces_n(ratio, share, speed, full);
+        let [released, _] = losses.wheel_and_lost_forces_n(ratio, share, speed, drag);
         let span = (pressed - released).max(PedalForces::<S>::LEAST_SPAN_N);
         // one division serves the torque of the auxiliaries and the span of the pedal
         let inverse = 1.0 / (engine * span);
