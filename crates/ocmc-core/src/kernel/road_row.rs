@@ -101,6 +101,7 @@ impl RoadRows {
         let (mut altitude_m, mut climb_m) = (0.0, 0.0);
         let road_types = &mut self.road_types;
         rows.clear();
+        rows.reserve(segments.len());
         stops.clear();
         road_types.clear();
         for run in profile.runs.windows(2) {
