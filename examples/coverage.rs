@@ -1,6 +1,7 @@
 //! Prints how often the 95 % interval of each number that a fit writes into a study covers what the
 //! data were drawn from (docs/src/theory/coverage.md).
-//! `cargo run --release --example coverage [REPLICATES]`
+//! `cargo run --release --example coverage [REPLICATES] [FIT]`; FIT: a part of the titles of the
+//! tables that are wanted, as `operating-cycle`
 #![allow(clippy::print_stdout, reason = "its output is the guide's text")]
 
 use ocmc_core::operating_cycle::given::GivenCycle;
@@ -49,6 +50,9 @@ struct Count {
 
 /// The table of a fit.
 fn table(title: &str, replicates: u64, replicate: impl Fn(u64) -> Vec<Interval> + Sync) {
+    if std::env::args().nth(2).is_some_and(|wanted| !title.contains(&wanted)) {
+        return;
+    }
     let of_thread = |thread: u64| {
         (0..replicates).filter(|seed| seed % THREADS == thread).flat_map(&replicate).collect()
     };

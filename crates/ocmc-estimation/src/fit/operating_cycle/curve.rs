@@ -1,13 +1,13 @@
 //! Curves: intensity, radius and length; and turns at junctions, with radii R = r₀ + exp(N(ln m,
 //! σ²)) and angles π/2 U(f, 1).
 
-use super::TypeRoads;
+use super::{SignedCurve, TypeRoads};
 use crate::fit::nelder_mead::minimise;
 use crate::fit::p_value::ln_normal_tail;
 use crate::fit::study_parameter::Estimates;
 use crate::moments::Moments;
 use ocmc_core::operating_cycle::coverage::{Coverage, CurveCoverage};
-use ocmc_core::operating_cycle::road::curvature::CurveModel;
+use ocmc_core::operating_cycle::road::curvature::{Curve, CurveModel};
 use ocmc_core::operating_cycle::road::point_event::JunctionTurnModel;
 use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_2;
@@ -17,6 +17,10 @@ const FEWEST: usize = 5;
 
 /// How close to its largest heading a curve counts as cut off there.
 const CUT: f64 = 1.0 - 1e-6;
+
+fn length_m(curve: &Curve) -> f64 {
+    curve.end_m - curve.start_m
+}
 
 /// Intensity, radius and length; the smallest radius, the highest intensity and the largest heading
 /// stay those of `model`.
@@ -31,7 +35,7 @@ pub(super) fn fit_curves(roads: &TypeRoads, model: &mut CurveModel, estimates: &
     let logs: Vec<f64> = roads
         .curves
         .iter()
-        .map(|(curve, sign_mps)| (curve.radius_m - model.turn_radius_m) / scale(*sign_mps))
+        .map(|signed| (signed.curve.radius_m - model.turn_radius_m) / scale(signed.sign_mps))
         .filter(|beyond| *beyond > 0.0)
         .map(libm::log)
         .collect();
@@ -73,7 +77,7 @@ pub(super) fn fit_intensity(
     model: &mut CurveModel,
     estimates: &mut Estimates,
 ) {
-    let lengths: Vec<f64> = roads.curves.iter().map(|(c, _)| c.end_m - c.start_m).collect();
+    let lengths: Vec<f64> = roads.curves.iter().map(|signed| length_m(&signed.curve)).collect();
     let mean_length = lengths.iter().sum::<f64>() / (lengths.len() as f64).max(1.0);
     // a turn removes the curves that it overlaps: those that begin in it, or less than their length
     // before it
@@ -83,9 +87,9 @@ pub(super) fn fit_intensity(
         .map(|(&face, &length)| {
             let speed = face as f64 / 36.0;
             let at = |sign: f64| super::stretch::face(sign) == face;
-            let count = roads.curves.iter().filter(|(_, sign)| at(*sign)).count();
+            let count = roads.curves.iter().filter(|signed| at(signed.sign_mps)).count();
             let turns = roads.turns.iter().filter(|turn| turn.1 == face);
-            let lost: f64 = turns.map(|(turn, _)| turn.end_m - turn.start_m + mean_length).sum();
+            let lost: f64 = turns.map(|(turn, _)| length_m(turn) + mean_length).sum();
             (speed, (length - lost).max(0.0) * seen(face), count as f64)
         })
         .collect();
@@ -156,31 +160,46 @@ fn profile_errors(
     })
 }
 
-/// Minus log-likelihood of normal values, some cut off and known to be at least so large, of mean
-/// and ln SD; less a constant.
-pub(super) fn minus_log_likelihood_of_cut(rows: &[(f64, bool)], theta: &[f64; 2]) -> f64 {
+/// A normal value.
+pub(super) struct Row {
+    pub value: f64,
+    /// Whether it is known to be at least so large only.
+    pub is_cut: bool,
+    /// For how many it stands.
+    pub weight: f64,
+}
+
+/// Minus log-likelihood of normal values of mean and ln SD; less a constant.
+pub(super) fn minus_log_likelihood_of_cut(rows: &[Row], theta: &[f64; 2]) -> f64 {
     let sigma = libm::exp(theta[1]);
     rows.iter()
-        .map(|&(y, cut)| {
-            let z = (y - theta[0]) / sigma;
-            if cut { -ln_normal_tail(z) } else { 0.5 * z * z + theta[1] }
+        .map(|row| {
+            let z = (row.value - theta[0]) / sigma;
+            row.weight * if row.is_cut { -ln_normal_tail(z) } else { 0.5 * z * z + theta[1] }
         })
         .sum()
 }
 
-/// Log-normal length with the lengths that the largest heading cut off as "at least so long".
+/// Log-normal length with the lengths that the largest heading or the end of the road cut off as
+/// "at least so long". A turn removes the curves that it overlaps, the longer the likelier: a curve
+/// of length L stands for exp(L turns per m) of those that were there.
 fn fit_length(roads: &TypeRoads, model: &mut CurveModel, estimates: &mut Estimates) {
-    let rows: Vec<(f64, bool)> = roads
+    let turns_per_m = roads.turns.len() as f64 / roads.length_m;
+    let mut rows: Vec<Row> = roads
         .curves
         .iter()
-        .map(|(curve, _)| {
-            let (length, bound) =
-                (curve.end_m - curve.start_m, model.maximum_heading_rad * curve.radius_m);
-            (libm::log(length), length >= CUT * bound)
+        .map(|SignedCurve { curve, is_cut, .. }| {
+            let (length, bound) = (length_m(curve), model.maximum_heading_rad * curve.radius_m);
+            let is_cut = *is_cut || length >= CUT * bound;
+            Row { value: libm::log(length), is_cut, weight: libm::exp(turns_per_m * length) }
         })
-        .filter(|row| row.0.is_finite())
+        .filter(|row| row.value.is_finite())
         .collect();
-    let whole: Vec<f64> = rows.iter().filter(|row| !row.1).map(|row| row.0).collect();
+    let mean_weight = rows.iter().map(|row| row.weight).sum::<f64>() / rows.len() as f64;
+    for row in &mut rows {
+        row.weight /= mean_weight;
+    }
+    let whole: Vec<f64> = rows.iter().filter(|row| !row.is_cut).map(|row| row.value).collect();
     if whole.len() < FEWEST {
         estimates.warn(
             "almost all curves turn as far as they may: their lengths stay those of the base study",
@@ -229,7 +248,7 @@ pub(super) fn fit_turns(
         turns.iter().map(|turn| libm::log(turn.radius_m - model.turn_radius_m)).collect();
     let (median, log_sd) = (&mut model.median_radius_m, &mut model.radius_log_sd);
     fit_radius("junction_turn", &logs, median, log_sd, estimates);
-    let angles = turns.iter().map(|turn| (turn.end_m - turn.start_m) / turn.radius_m);
+    let angles = turns.iter().map(|turn| length_m(turn) / turn.radius_m);
     let smallest = angles.fold(f64::INFINITY, f64::min) / FRAC_PI_2;
     let share = (((count + 1.0) * smallest - 1.0) / count).clamp(0.0, 1.0);
     let error = Some((1.0 - share) / libm::sqrt(count * (count + 2.0)));

@@ -11,8 +11,8 @@
 //! likelihood the laws of the seen curves would be taken for those of all: too narrow, and too few
 //! curves.
 
-use super::TypeRoads;
 use super::curve::fit_intensity;
+use super::{SignedCurve, TypeRoads};
 use crate::fit::nelder_mead::minimise;
 use crate::fit::p_value::ln_normal_tail;
 use crate::fit::study_parameter::Estimates;
@@ -80,7 +80,7 @@ pub(super) fn fit_curves(
     let share = |face: i64| seen_share(&laws, window, &base, scale(&base, face));
     let mut within = roads.clone();
     let sees = |curve: &Curve| window.sees(curve.radius_m, curve.end_m - curve.start_m);
-    within.curves.retain(|(curve, _)| sees(curve));
+    within.curves.retain(|signed| sees(&signed.curve));
     fit_intensity(&within, share, model, estimates);
 }
 
@@ -95,7 +95,8 @@ fn laws_of(model: &CurveModel) -> Laws {
 }
 
 fn seen_curves(roads: &TypeRoads, window: &CurveWindow, model: &CurveModel) -> Vec<Seen> {
-    let row = |(curve, sign_mps): &(Curve, f64)| {
+    let row = |signed: &SignedCurve| {
+        let SignedCurve { curve, sign_mps, is_cut } = signed;
         let length_m = curve.end_m - curve.start_m;
         let face = super::stretch::face(*sign_mps);
         let beyond_m = curve.radius_m - model.turn_radius_m;
@@ -103,7 +104,7 @@ fn seen_curves(roads: &TypeRoads, window: &CurveWindow, model: &CurveModel) -> V
         inside.then(|| Seen {
             ln_beyond: libm::log(beyond_m / scale(model, face)),
             ln_length: libm::log(length_m),
-            cut: length_m >= CUT * model.maximum_heading_rad * curve.radius_m,
+            cut: *is_cut || length_m >= CUT * model.maximum_heading_rad * curve.radius_m,
             face,
         })
     };

@@ -1,7 +1,7 @@
 //! Missions: length, payload, departure, distance between stops, dwell. Each cycle, or drive of a
 //! log, counts as one mission.
 
-use super::curve::minus_log_likelihood_of_cut;
+use super::curve::{Row, minus_log_likelihood_of_cut};
 use super::event::fitted_law;
 use crate::fit::nelder_mead::minimise;
 use crate::fit::study_parameter::Estimates;
@@ -117,9 +117,10 @@ fn fit_stops(cycles: &[&GivenCycle], model: &mut MissionModel, estimates: &mut E
 /// Log-normal distances, those that the road's end cuts off as at least so long.
 fn log_normal_spacing(spacings: &[(f64, bool)], n: usize) -> (Law, &'static str, f64, Option<f64>) {
     let positive = spacings.iter().filter(|row| row.0 > 0.0);
-    let rows: Vec<(f64, bool)> = positive.map(|row| (libm::log(row.0), row.1)).collect();
+    let row = |row: &(f64, bool)| Row { value: libm::log(row.0), is_cut: row.1, weight: 1.0 };
+    let rows: Vec<Row> = positive.map(row).collect();
     let minus_log_likelihood = |theta: &[f64; 2]| minus_log_likelihood_of_cut(&rows, theta);
-    let mean = rows.iter().map(|row| row.0).sum::<f64>() / rows.len() as f64;
+    let mean = rows.iter().map(|row| row.value).sum::<f64>() / rows.len() as f64;
     let (theta, _) = minimise(minus_log_likelihood, [mean, libm::log(0.5)], 0.3);
     let (median, log_sd) = (libm::exp(theta[0]), libm::exp(theta[1]));
     let law = Law::LogNormal { median, log_sd, lower: None, upper: None };

@@ -16,7 +16,8 @@
 //!   that the largest heading cuts off as censored, junction turns apart; where a detector sees a
 //!   window of radii and turns, with that window in the likelihood;
 //! - turns at junctions: their radii and angles, over all road types;
-//! - slope: SD, and hill length by sign changes, relative to the road's mean slope;
+//! - slope: SD, and hill length by sign changes, relative to the road's mean slope, whose share of
+//!   the variance is made up for;
 //! - roughness by moments of its blocks, ground by its stretches;
 //! - mission: length, payload, departure, distance between stops and dwell.
 //!
@@ -31,6 +32,7 @@ mod event;
 mod mission;
 mod stretch;
 mod surface;
+mod topography;
 
 pub use birds_eye::{BirdsEye, Density, Hilliness, TransportCycle, birds_eye, birds_eye_of_study};
 
@@ -136,6 +138,16 @@ impl RoadFit {
     }
 }
 
+/// A curve under a sign.
+#[derive(Clone, Copy, Debug)]
+struct SignedCurve {
+    curve: Curve,
+    /// The sign at its start, in m/s.
+    sign_mps: f64,
+    /// Whether the end of the road cuts it off.
+    is_cut: bool,
+}
+
 /// Everything of one road type, over all cycles.
 #[derive(Clone, Debug, Default)]
 struct TypeRoads {
@@ -153,8 +165,7 @@ struct TypeRoads {
     unsigned_curves: usize,
     /// Changes from face to face.
     sign_changes: Vec<(i64, i64)>,
-    /// Curves with the sign at their start, in m/s.
-    curves: Vec<(Curve, f64)>,
+    curves: Vec<SignedCurve>,
     /// Junction turns, and the face of the sign over each.
     turns: Vec<(Curve, i64)>,
     /// Events, and whether they carry a turn.
@@ -211,10 +222,11 @@ pub fn fit_with_coverage(
     let mut estimates = Estimates { warnings: undetermined(coverage), ..Estimates::default() };
     let mut model = base_road.clone();
     let mut types = Vec::new();
+    let of_mean_slope = topography::shares_of_mean(&of_type);
     for (name, roads) in &of_type {
         estimates.name = name;
         if let Some(model) = model.types.get_mut(name) {
-            fit_type(roads, coverage, base_road, model, &mut estimates);
+            fit_type(roads, coverage, base_road, of_mean_slope[name], model, &mut estimates);
         }
         let parameters = std::mem::take(&mut estimates.parameters);
         types.push(RoadTypeFit { road_type: name.clone(), length_m: roads.length_m, parameters });
@@ -273,6 +285,7 @@ fn fit_type(
     roads: &TypeRoads,
     coverage: &Coverage,
     base: &RoadModel,
+    of_mean_slope: f64,
     model: &mut RoadTypeModel,
     estimates: &mut Estimates,
 ) {
@@ -307,7 +320,8 @@ fn fit_type(
         }
     }
     if coverage.slopes {
-        surface::fit_slopes(roads, base.slope_step_m, &mut model.topography, estimates);
+        let (step_m, model) = (base.slope_step_m, &mut model.topography);
+        topography::fit_slopes(roads, step_m, of_mean_slope, model, estimates);
     }
     surface::fit_surface(roads, model, estimates);
 }

@@ -1,6 +1,6 @@
 //! Stretches of road types, and the signs on them.
 
-use super::TypeRoads;
+use super::{SignedCurve, TypeRoads};
 use crate::fit::nelder_mead::minimise;
 use crate::fit::study_parameter::Estimates;
 use crate::log::road::LoggedRoad;
@@ -71,7 +71,8 @@ pub(super) fn collect(
             } else if follow && sign_mps.is_nan() {
                 road.unsigned_curves += 1;
             } else {
-                road.curves.push((*curve, sign_mps));
+                let is_cut = curve.end_m >= cycle.length_m;
+                road.curves.push(SignedCurve { curve: *curve, sign_mps, is_cut });
             }
         }
         for event in cycle.events.iter().filter(|event| inside(event.position_m)) {

@@ -101,9 +101,6 @@ fn slopes_signs_grounds_and_the_view_from_above() {
         let fit = fitted(seed);
         for (name, model) in &study.model().road.types {
             let found = &fit.model.types[name];
-            // The bridge shifts all slopes of a road alike. It removes 1.3 % of the SD of a road of
-            // one type; where slopes are small, the shift by the others' mean, of SD 0.0033, adds
-            // to them: √(1 + (0.0033/0.015)²) = 1.024 in towns.
             let ratio = found.topography.slope_sd / model.topography.slope_sd;
             assert!((0.95..1.05).contains(&ratio), "{name}: {ratio}");
             let ratio = found.topography.hill_length_m / model.topography.hill_length_m;
@@ -126,6 +123,36 @@ fn slopes_signs_grounds_and_the_view_from_above() {
         assert_eq!(view.hilliness, Some(Hilliness::PredominantlyFlat));
         let shares: f64 = view.road_type_share.values().sum();
         assert!((shares - 1.0).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn what_the_mean_slope_takes_and_what_ends_cut_off_is_made_up_for() {
+    let study = field_truck(|_| {});
+    let fits: Vec<RoadFit> = (1..=12).map(fitted).collect();
+    let model = &study.model().road.types;
+    // The bridge takes the mean slope of each road, and with it 1 % of the SD of a road of one type;
+    // in towns, where slopes are small, the shift by the others' mean adds 2 %. The end of a road
+    // cuts curves off, and turns remove the long ones.
+    type Number = fn(&RoadTypeModel) -> f64;
+    let numbers: [(&str, &str, Number); 5] = [
+        ("motorway", "slope_sd", |road_type| road_type.topography.slope_sd),
+        ("urban", "slope_sd", |road_type| road_type.topography.slope_sd),
+        ("motorway", "hill_length_m", |road_type| road_type.topography.hill_length_m),
+        ("motorway", "length_log_sd", |road_type| road_type.curves.length_log_sd),
+        ("urban", "median_length_m", |road_type| road_type.curves.median_length_m),
+    ];
+    for (name, key, number) in numbers {
+        let truth = number(&model[name]);
+        let found: Vec<f64> = fits.iter().map(|fit| number(&fit.model.types[name])).collect();
+        let n = found.len() as f64;
+        let mean = found.iter().sum::<f64>() / n;
+        let squares: f64 = found.iter().map(|value| (value - mean).powi(2)).sum();
+        let error = (squares / (n - 1.0) / n).sqrt();
+        let z = (mean - truth) / error;
+        assert!(z.abs() < 3.0, "{name} {key}: {mean} for {truth}, {z} SE");
+        // and the error is small enough to see it
+        assert!(error < 0.006 * truth, "{name} {key}: {error}");
     }
 }
 
