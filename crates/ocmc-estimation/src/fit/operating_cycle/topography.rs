@@ -51,7 +51,7 @@ impl Slopes {
             Ratio::estimate(pairs)
         };
         let (mean_square, changes) = (ratio(0, 1), ratio(2, 3));
-        Self { mean_square, changes, sums }
+        Self { sums, mean_square, changes }
     }
 
     /// Steps of a road.
