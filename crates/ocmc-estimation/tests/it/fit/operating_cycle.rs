@@ -126,6 +126,9 @@ fn slopes_signs_grounds_and_the_view_from_above() {
     }
 }
 
+/// A number of a road type.
+type Number = fn(&RoadTypeModel) -> f64;
+
 #[test]
 fn what_the_mean_slope_takes_and_what_ends_cut_off_is_made_up_for() {
     let study = field_truck(|_| {});
@@ -134,7 +137,6 @@ fn what_the_mean_slope_takes_and_what_ends_cut_off_is_made_up_for() {
     // The bridge takes the mean slope of each road, and with it 1 % of the SD of a road of one type;
     // in towns, where slopes are small, the shift by the others' mean adds 2 %. The end of a road
     // cuts curves off, and turns remove the long ones.
-    type Number = fn(&RoadTypeModel) -> f64;
     let numbers: [(&str, &str, Number); 5] = [
         ("motorway", "slope_sd", |road_type| road_type.topography.slope_sd),
         ("urban", "slope_sd", |road_type| road_type.topography.slope_sd),
