@@ -1,5 +1,6 @@
 """Pictures: what is drawn are the numbers, and axes have units."""
 
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -39,6 +40,18 @@ def test_the_consumption_of_a_run(run):
     assert line(ax, "mean of the fleet").get_xdata()[0] == statistic["mean"]
     verticals = {artist.get_xdata()[0] for artist in ax.lines}
     assert {statistic[f"p{level}"] for level in (5, 25, 50, 75, 95)} <= verticals
+
+
+def test_names_of_quantiles_do_not_touch(run, study):
+    for column in ["n_stops", "consumption_l_per_100km"]:
+        ax = drawn(ocmc.plot.consumption(run, column=column))
+        boxes = sorted((text.get_window_extent() for text in ax.texts), key=lambda box: box.x0)
+        assert all(left.x1 < right.x0 for left, right in pairwise(boxes)), column
+        legend = ax.get_legend().get_window_extent() if ax.get_legend() else None
+        assert legend is None or legend.y0 > max(box.y1 for box in boxes), "the legend stands above them"
+    assert [text.get_text() for text in ax.texts] == ["P5", "P25", "P50", "P75", "P95"]
+    same = drawn(ocmc.plot.consumption(study.run(cycles=1)))
+    assert [text.get_text() for text in same.texts] == ["P5 to P95"]
 
 
 def test_any_column_in_the_units_of_people(run):
@@ -220,6 +233,8 @@ def test_lines_of_the_axes_are_seen_on_a_dark_style(study):
         panels = ocmc.plot.trace(study.trace(3))
         shares = ocmc.plot.sensitivity({"column": "duration_s", "factors": [factor("road", 0.5, 0.6)]})
         fleet = ocmc.plot.trucks(study.set("mission.length_m", 3000.0).run(trucks=3, trips=2))
+        quantiles = ocmc.plot.consumption(study.set("mission.length_m", 3000.0).run(cycles=20))
+        assert matplotlib.colors.to_rgb(quantiles.lines[0].get_color()) == (1.0, 1.0, 1.0)
         assert matplotlib.colors.to_rgb(panels[3].lines[0].get_color()) == (1.0, 1.0, 1.0)
         assert matplotlib.colors.to_rgb(shares.lines[-1].get_color()) == (1.0, 1.0, 1.0)
         assert matplotlib.colors.to_rgb(line(fleet, "mean of the fleet").get_color()) == (1.0, 1.0, 1.0)

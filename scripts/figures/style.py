@@ -56,13 +56,14 @@ def draw(figure_of, path):
 
 
 def shortened(drawn):
-    """Give the text of an SVG with the digits that one can see, and without spaces at the ends of lines."""
-    text = _PLACES.sub(lambda places: _LONG.sub(_short, places[0]), drawn)
+    """Give the text of an SVG with what one can see of digits and points, and no spaces at ends of lines."""
+    text = _PLACES.sub(lambda places: _AGAIN.sub(r"\1", _LONG.sub(_short, places[0])), drawn)
     return "".join(f"{line.rstrip()}\n" for line in text.splitlines())
 
 
 # a tenth of a point is enough for places; scales keep their digits
 _PLACES = re.compile(r' (?:d|x|y)="[^"]*"')
+_AGAIN = re.compile(r"(\nL \S+ \S+ ?)(?:\1)+(?=\n)")
 _LONG = re.compile(r"-?\d+\.\d{2,}(?:e-?\d+)?")
 
 

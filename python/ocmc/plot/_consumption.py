@@ -1,17 +1,21 @@
 """The distribution of a quantity over the fleet."""
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 from matplotlib.axes import Axes
 
-from ocmc.plot._axis import BLUE, RED, axes, interval_text, quantity, spine_free
+from ocmc.plot._axis import BLUE, RED, axes, ink, interval_text, quantity, spine_free
 
 if TYPE_CHECKING:
     from ocmc import Run
 
 _COLUMNS = ["consumption_l_per_100km", "consumption_kwh_per_km", "wheel_kwh_per_km"]
+_LEVELS = (5, 25, 50, 75, 95)
+# of the axis, for the name of one quantile
+_LABEL_WIDTH = 0.06
 
 
 def completed(run: "Run", column: str) -> npt.NDArray[np.float64]:
@@ -67,13 +71,17 @@ def consumption(run: "Run", *, column: str | None = None, ax: Axes | None = None
         values, bins=bins(values), weights=share, color=BLUE, alpha=0.55, edgecolor="white", linewidth=0.4
     )
     statistic: dict[str, Any] = run.summary()["statistics"].get(column, {})
-    for level in (5, 25, 50, 75, 95):
+    quantiles = {}
+    for level in _LEVELS:
         value = statistic.get(f"p{level}")
         value = float(np.quantile(values, level / 100)) if value is None else factor * value
-        ax.axvline(value, color="0.25", linewidth=0.8, linestyle="-" if level == 50 else ":")  # noqa: PLR2004
+        quantiles[f"P{level}"] = value
+        ax.axvline(value, color=ink(), linewidth=0.8, linestyle="-" if level == 50 else ":")  # noqa: PLR2004
+    low, high = ax.get_xlim()
+    for name_of_level, place in _apart(quantiles, _LABEL_WIDTH * (high - low)):
         ax.annotate(
-            f"P{level}",
-            (value, 1.0),
+            name_of_level,
+            (place, 1.0),
             xycoords=("data", "axes fraction"),
             xytext=(0, 2),
             textcoords="offset points",
@@ -84,10 +92,28 @@ def consumption(run: "Run", *, column: str | None = None, ax: Axes | None = None
         mean, interval = factor * statistic["mean"], [factor * end for end in statistic["ci95"]]
         ax.axvspan(*interval, color=RED, alpha=0.3, linewidth=0)
         ax.axvline(mean, color=RED, label=f"mean of the fleet {interval_text(mean, interval)}")
-        ax.legend(frameon=False)
+        # above the names of the quantiles
+        ax.legend(frameon=False, loc="lower center", bbox_to_anchor=(0.5, 1.04))
     ax.set(xlabel=name, ylabel="share of the cycles, %")
     spine_free(ax)
     return ax
+
+
+def _apart(quantiles: Mapping[str, float], width: float) -> list[tuple[str, float]]:
+    """Name quantiles and their places; those that are nearer than a name is wide share one."""
+    groups: list[list[tuple[str, float]]] = []
+    for name, value in quantiles.items():
+        if groups and value - groups[-1][-1][1] < width * len(groups[-1][:2]):
+            groups[-1].append((name, value))
+        else:
+            groups.append([(name, value)])
+    return [
+        (
+            group[0][0] if len(group) == 1 else f"{group[0][0]} to {group[-1][0]}",
+            (group[0][1] + group[-1][1]) / 2.0,
+        )
+        for group in groups
+    ]
 
 
 def bins(values: npt.NDArray[np.float64]) -> int:
