@@ -1,13 +1,17 @@
 #!/usr/bin/env python3
 """Check what a run costs: `python3 benches/checks.py [cycles] [kilometres] [threads] [memory] [start]`, all without a name.
 
-Needs `cargo build --release`. CPU time is the user's, of the whole command; memory is the largest resident set. The figures
+`--store` measures five figures instead and appends them to `history.csv` beside this file, a line for each commit and
+machine; `--numba 6.7 --fastsim 99` puts the ratios that `peers/run.py` printed beside them. Needs `cargo build --release`. CPU time is the user's, of the whole command; memory is the largest resident set. The figures
 depend on what else the machine does; those of CPU time and memory the least.
 """
 
 import argparse
+import csv
+import datetime as dt
 import json
 import os
+import platform
 import subprocess
 import tempfile
 import time
@@ -19,6 +23,8 @@ from typing import NamedTuple
 ROOT = Path(__file__).resolve().parent.parent
 BINARY = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")) / "release/ocmc"
 MEGABYTE = 1e6
+HISTORY = Path(__file__).with_name("history.csv")
+COUNTS = Path(__file__).with_name("instructions") / "counts.json"
 
 
 class Spent(NamedTuple):
@@ -115,12 +121,62 @@ def start() -> None:
         raise SystemExit("more than 50 ms")
 
 
+def machine() -> str:
+    """Name the processor, and how many of it there are."""
+    information = Path("/proc/cpuinfo")
+    lines = information.read_text().splitlines() if information.exists() else []
+    named = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
+    return f"{named[0] if named else platform.machine()}, {os.cpu_count()} threads"
+
+
+def store(numba: float | None, fastsim: float | None) -> None:
+    """Measure what the history has, and append it."""
+    git = ("git", "-C", str(ROOT))
+    commit, changed = (
+        subprocess.run([*git, *words], capture_output=True, text=True, check=True).stdout.strip()
+        for words in (["rev-parse", "--short=7", "HEAD"], ["status", "--porcelain", "-uno", "--", "crates"])
+    )
+    load = os.getloadavg()[0]
+    one, two = (best(3, lambda n=n: ocmc(10_000, "--threads", n)) for n in (1, 2))
+    with tempfile.TemporaryDirectory() as folder:
+        memory_mb = ocmc(10_000, "--out", Path(folder) / "run").memory_mb
+    counts = json.loads(COUNTS.read_text())["counts"]
+    row = {
+        "date": dt.datetime.now(dt.UTC).date().isoformat(),
+        "commit": commit + ("+" if changed else ""),
+        "machine": machine(),
+        "load": f"{load:.1f}",
+        "ns_per_simulated_s": f"{one.cpu_s / one.simulated_s * 1e9:.1f}",
+        "two_threads_wall_s": f"{two.wall_s:.2f}",
+        "memory_mb": f"{memory_mb:.0f}",
+        "instructions_avx2": counts.get("avx2", ""),
+        "instructions_baseline": counts.get("baseline", ""),
+        "instructions_neon": counts.get("neon", ""),
+        "times_numba": numba or "",
+        "times_fastsim": fastsim or "",
+    }
+    with HISTORY.open("a", newline="") as file:
+        csv.DictWriter(file, row, lineterminator="\n").writerow(row)
+    print("\n".join(f"{name:22} {value}" for name, value in row.items()))
+    if load > 0.5:
+        print("the machine was not idle: its load stands beside the figures")
+
+
 def main() -> None:
-    """Run the checks that are named."""
+    """Run the checks that are named, or store the figures of the history."""
     checks = {check.__name__: check for check in (start, cycles, kilometres, threads, memory)}
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("checks", nargs="*", choices=[*checks, []], help="these alone")
-    for name in parser.parse_args().checks or checks:
+    parser.add_argument(
+        "--store", action="store_true", help="append the figures of this commit to history.csv"
+    )
+    parser.add_argument("--numba", type=float, metavar="RATIO", help="times as fast as the best numba loop")
+    parser.add_argument("--fastsim", type=float, metavar="RATIO", help="times as fast as FASTSim")
+    asked = parser.parse_args()
+    if asked.store:
+        store(asked.numba, asked.fastsim)
+        return
+    for name in asked.checks or checks:
         print(f"\n{checks[name].__doc__}\n")
         checks[name]()
 

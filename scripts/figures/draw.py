@@ -5,6 +5,7 @@ import time
 
 import driving
 import fleets
+import history
 import laws
 import matplotlib as mpl
 import outside
@@ -19,6 +20,7 @@ FIGURES = (
     | fleets.FIGURES
     | outside.FIGURES
     | structure.FIGURES
+    | history.FIGURES
 )
 
 

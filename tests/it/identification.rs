@@ -17,7 +17,7 @@ use ocmc_estimation::identification::options::{
 use ocmc_estimation::identification::population::Population;
 use std::sync::atomic::AtomicBool;
 
-const DRIVERS: u64 = 8;
+const DRIVERS: u64 = 5;
 static STAY: AtomicBool = AtomicBool::new(false);
 
 /// An event of a driver whose gains are known.
@@ -127,8 +127,8 @@ fn noise_free_gains_come_back() {
         "{free} events without a fully pressed pedal; K_D is determined in {determined} of them"
     );
     // an upshift that waits for power comes where a step ends, and the log of a trip has other
-    // steps than its event: in one of the 30 that is seen
-    assert!(free >= 25 && failed.len() <= 1, "{failed:?} of {free}");
+    // steps than its event: in one of 30, of eight drivers, that is seen
+    assert!(free >= 15 && failed.len() <= 1, "{failed:?} of {free}");
     assert!(determined as f64 >= 0.75 * free as f64);
     let population = Population::of(&fits).unwrap();
     println!("{population:?}");

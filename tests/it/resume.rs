@@ -175,9 +175,9 @@ fn so_does_one_that_follows_a_speed() {
     let parent = tempfile::tempdir().expect("a directory");
     let [cycle, route] = given_files(parent.path());
     for (name, file, how, cycles) in [
-        ("cycle", &cycle, "exact", "2000"),
-        ("driven", &cycle, "driver", "1300"),
-        ("planned", &route, "exact", "10000"),
+        ("cycle", &cycle, "exact", "1300"),
+        ("driven", &cycle, "driver", "1100"),
+        ("planned", &route, "exact", "4000"),
     ] {
         let arguments = ["drive", file, "--follow-speed", how, "--cycles", cycles];
         let (expected, out) =

@@ -16,7 +16,7 @@ const RUN: [&str; 13] = [
     "--set",
     "mission.length_m=200",
     "--cycles",
-    "15_000",
+    "6_000",
     "--threads",
     "1",
     "--seed",
