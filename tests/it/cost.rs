@@ -24,6 +24,22 @@ fn assert_fits(text: &str) {
 }
 
 #[test]
+fn only_energy_that_is_used_asks_for_its_price() {
+    let warned = |more: &[&str]| {
+        let prices = ["cost.currency=EUR", "cost.depot_charging_per_kwh=0.2"];
+        let trips = ["cost.charging_efficiency=0.9", "mission.length_m=60000"];
+        let set = prices.iter().chain(&trips).chain(more).flat_map(|value| ["--set", value]);
+        let mut command = ocmc(&["cost", "--study", "electric-regional", "--cycles", "10"]);
+        let output = command.args(set).assert().success().get_output().clone();
+        String::from_utf8(output.stderr).expect("UTF-8").contains("public_charging_per_kwh")
+    };
+    // its depot charges, and nobody on the way
+    assert!(!warned(&[]));
+    let ramp = "charging.stop={power_w=150e3, begin_below=1.0, end_at=1.0, shortest_s=0.0}";
+    assert!(warned(&[ramp]));
+}
+
+#[test]
 fn a_comparison_of_studies_with_prices_says_which_is_cheaper() {
     let folder = tempfile::tempdir().expect("a directory");
     let of = |name: &str, price: &str, currency: &str| {

@@ -203,7 +203,7 @@ fn costed(
     let cost =
         cost.ok_or_else(|| Error::NothingToCost { study: name.clone(), cycles: plan.cycles })?;
     let has = |item: &str| cost.items.iter().any(|known| known.item == item);
-    let charged = records.iter().any(|record| record.charged_energy_j.unwrap_or(0.0) > 0.0);
+    let charged = records.iter().any(charged_on_the_way);
     let electric = loaded.model.vehicle.electric.is_some();
     let mut unpriced = Vec::new();
     for (used, item, key) in [
@@ -218,6 +218,17 @@ fn costed(
     let costed =
         CostedStudy { study: name.clone(), study_hash: study_hash(&loaded.model), cost, unpriced };
     Ok(Driven { costing, trips, costed })
+}
+
+/// Whether a truck was charged elsewhere than in its depot. Where a study has no `[charging]`, all
+/// charging is at stops.
+fn charged_on_the_way(record: &Record) -> bool {
+    let depot_j = record.charged_energy_depot_j.unwrap_or(0.0);
+    let on_the_way_j = match (record.charged_energy_public_j, record.charged_energy_stop_j) {
+        (Some(public_j), Some(stop_j)) => public_j + stop_j,
+        _ => record.charged_energy_j.unwrap_or(0.0) - depot_j,
+    };
+    on_the_way_j > 0.0
 }
 
 impl Costed {

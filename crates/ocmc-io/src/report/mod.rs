@@ -242,8 +242,9 @@ fn explaining(gathered: &Gathered, quantity: &RecordQuantity) -> Vec<Explaining>
     strongest(found)
 }
 
-/// Those that are shown, the strongest first.
+/// Those that are shown, the strongest first: a share that rounds to nothing says nothing.
 fn strongest(mut found: Vec<Explaining>) -> Vec<Explaining> {
+    found.retain(|explaining| explaining.association.share >= 0.005);
     found.sort_by(|a, b| b.association.share.total_cmp(&a.association.share));
     found.truncate(SHOWN);
     found

@@ -111,6 +111,19 @@ fn a_study_with_routes_is_saved_where_they_are_named_from() {
 }
 
 #[test]
+fn a_share_that_rounds_to_nothing_is_not_shown() {
+    let of = |share: f64| Explaining {
+        name: format!("{share}"),
+        factor: 1.0,
+        association: Association { share, bands: Vec::new() },
+    };
+    let names = |found: Vec<Explaining>| -> Vec<String> {
+        strongest(found).into_iter().map(|explaining| explaining.name).collect()
+    };
+    assert_eq!(names(vec![of(0.2), of(-0.001), of(0.004), of(0.6)]), ["0.6", "0.2"]);
+}
+
+#[test]
 fn what_only_follows_from_the_payload_explains_nothing() {
     let page = html(&run("x").into());
     let from = page.find("What goes with the spread").expect("a panel");
