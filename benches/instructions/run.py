@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
-"""Count the kernel's instructions for a lane-step under callgrind, and compare with the count stored beside this file.
+"""Count the kernel's instructions for a lane-step, and compare with the counts stored beside this file.
 
 ``python3 benches/instructions/run.py [--store]``
 
 The count does not depend on what else the machine does. It is the difference between driving planned cycles once more and
-not, so that neither start-up nor planning is in it. valgrind 3.19 knows no AVX-512; the baseline and AVX2 are counted. The
-count belongs to one compiler: with another one it is shown, not judged. Skips with a message without valgrind.
+not, so that neither start-up nor planning is in it. valgrind 3.19 knows no AVX-512; its callgrind counts the baseline and
+AVX2. NEON is counted by qemu-aarch64 with the plugin ``emulated.c``. A count belongs to one compiler: with another one it
+is shown, not judged. What is not installed is skipped with a message.
 """
 
 import argparse
@@ -15,31 +16,98 @@ import re
 import shutil
 import subprocess
 import sys
+import tempfile
+from collections.abc import Callable
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 STORED = Path(__file__).with_name("counts.json")
-PEERS = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")) / "release/examples/peers"
+TARGET = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
+PEERS = TARGET / "release/examples/peers"
+BUILD = (
+    "cargo",
+    "build",
+    "--release",
+    "--locked",
+    "--quiet",
+    "--manifest-path",
+    ROOT / "Cargo.toml",
+    "--example",
+    "peers",
+)
+AARCH64 = "aarch64-unknown-linux-gnu"
+AARCH64_COMPILER = "aarch64-linux-gnu-gcc"
+# with the cross compiler of Debian
+AARCH64_LIBRARIES = Path("/usr/aarch64-linux-gnu")
 CYCLES = 64
 SETS = ("mission.length_m=5000",)
 # a change of the count that has to be meant
 ALLOWED = 0.02
 
 
-def output(*words: object) -> str:
+class SkippedError(Exception):
+    """Something is not installed."""
+
+
+def output(*words: object, **environment: str) -> str:
     """Run a command and read what it prints."""
-    done = subprocess.run([str(word) for word in words], capture_output=True, text=True, check=True)
+    words_of_text = [str(word) for word in words]
+    done = subprocess.run(
+        words_of_text, capture_output=True, text=True, check=True, env={**os.environ, **environment}
+    )
     return done.stdout + done.stderr
+
+
+def number(said: str, before: str) -> int:
+    """Read the number behind some words."""
+    found = re.search(rf"{before}(\d+)", said)
+    if found is None:
+        raise SystemExit(said)
+    return int(found.group(1))
 
 
 def instructions(rounds: int, level: str, sets: tuple[str, ...] = SETS) -> int:
     """Count all instructions of a process that drives the cycles so many times."""
     words = ("valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", PEERS)
-    said = output(*words, "drive", CYCLES, rounds, level, *sets)
-    collected = re.search(r"Collected : (\d+)", said)
-    if collected is None:
-        raise SystemExit(said)
-    return int(collected.group(1))
+    return number(output(*words, "drive", CYCLES, rounds, level, *sets), "Collected : ")
+
+
+def on_this_cpu(level: str) -> float:
+    """Count instructions with a level that callgrind knows."""
+    if shutil.which("valgrind") is None:
+        raise SkippedError("valgrind is not installed")
+    return float(instructions(3, level) - instructions(1, level)) / 2
+
+
+def on_aarch64(_: str) -> float:
+    """Count instructions with NEON, under an emulator."""
+    for program in ("qemu-aarch64", AARCH64_COMPILER, "cc"):
+        if shutil.which(program) is None:
+            raise SkippedError(f"{program} is not installed")
+    if not Path(output("rustc", "--print", "target-libdir", "--target", AARCH64).strip()).is_dir():
+        raise SkippedError(f"rustup target add {AARCH64}")
+    name = AARCH64.replace("-", "_")
+    linker = {f"CC_{name}": AARCH64_COMPILER, f"CARGO_TARGET_{name.upper()}_LINKER": AARCH64_COMPILER}
+    output(*BUILD, "--target", AARCH64, **linker)
+    with tempfile.TemporaryDirectory() as folder:
+        plugin = Path(folder) / "emulated.so"
+        output("cc", "-O2", "-shared", "-fPIC", "-o", plugin, Path(__file__).with_name("emulated.c"))
+        emulator = ("qemu-aarch64", "-d", "plugin", "-plugin", plugin, "-L", AARCH64_LIBRARIES)
+        program = TARGET / AARCH64 / "release/examples/peers"
+
+        def count(rounds: int) -> int:
+            return number(
+                output(*emulator, program, "drive", CYCLES, rounds, "baseline", *SETS), "instructions "
+            )
+
+        return float(count(3) - count(1)) / 2
+
+
+LEVELS: dict[str, Callable[[str], float]] = {
+    "baseline": on_this_cpu,
+    "avx2": on_this_cpu,
+    "neon": on_aarch64,
+}
 
 
 def main() -> None:
@@ -47,21 +115,19 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--store", action="store_true", help="store the count as the new one")
+    parser.add_argument("--store", action="store_true", help="store the counts as the new ones")
     store = parser.parse_args().store
-    if shutil.which("valgrind") is None:
-        print("SKIPPED: valgrind is not installed", file=sys.stderr)
-        return
-    output(
-        "cargo", "build", "--release", "--quiet", "--manifest-path", ROOT / "Cargo.toml", "--example", "peers"
-    )
+    output(*BUILD)
     compiler = output("rustc", "--version").strip()
     steps = int(output(PEERS, "steps", CYCLES, *SETS))
     stored = json.loads(STORED.read_text()) if STORED.exists() else {"compiler": compiler, "counts": {}}
     counts, worse = {}, False
-    for level in ("baseline", "avx2"):
+    for level, of in LEVELS.items():
         try:
-            count = (instructions(3, level) - instructions(1, level)) / 2 / steps
+            count = of(level) / steps
+        except SkippedError as why:
+            print(f"SKIPPED {level}: {why}", file=sys.stderr)
+            continue
         except subprocess.CalledProcessError as error:
             print(f"SKIPPED {level}: {error.stderr.strip().splitlines()[-1]}", file=sys.stderr)
             continue
@@ -71,7 +137,8 @@ def main() -> None:
         print(f"{level}: {count:.1f} instructions a lane-step{change}")
         worse |= before is not None and abs(count / before - 1) > ALLOWED
     if store:
-        STORED.write_text(json.dumps({"compiler": compiler, "counts": counts}, indent=2) + "\n")
+        kept = stored["counts"] if stored["compiler"] == compiler else {}
+        STORED.write_text(json.dumps({"compiler": compiler, "counts": kept | counts}, indent=2) + "\n")
     elif stored["compiler"] != compiler:
         print(
             f"the stored counts are of {stored['compiler']}, these of {compiler}: not judged", file=sys.stderr

@@ -81,10 +81,10 @@ const TRUCKS_SIDE_BY_SIDE: u64 = 32;
 /// lanes full, few enough to share small runs out.
 pub const CHUNK: u64 = 512;
 
-/// The chunk size for a run of that many cycles: at least four chunks a thread where the run is
-/// small.
+/// The chunk size for a run of that many cycles: four chunks a thread where the run is small, and
+/// none left over, for which all others would wait.
 pub fn chunk_for(cycles: u64, threads: usize) -> u64 {
-    (cycles / (4 * threads as u64)).clamp(16, CHUNK)
+    cycles.div_ceil(4 * threads as u64).clamp(16, CHUNK)
 }
 
 /// Runs the plan. `sink` is called on this thread with the records of consecutive chunks, in order

@@ -70,17 +70,18 @@ impl Checksums {
         names
     }
 
-    /// Adds the sum of a file that is about to take its place, down to the disk.
-    pub(super) fn add(&mut self, name: &str, written: &Path) -> Result<(), RunDirectoryError> {
-        let sum = sha256::of_file(written).map_err(FileError::read(written))?;
+    /// Adds the sums of files that are about to take their places, with their names, down to the
+    /// disk.
+    pub(super) fn add(&mut self, lines: Vec<(String, String)>) -> Result<(), RunDirectoryError> {
         let path = self.directory.join(CHECKSUMS);
+        let text: String = lines.iter().map(|(sum, name)| format!("{sum}  {name}\n")).collect();
         let append = || {
             let mut file = OpenOptions::new().append(true).open(&path)?;
-            file.write_all(format!("{sum}  {name}\n").as_bytes())?;
+            file.write_all(text.as_bytes())?;
             file.sync_all()
         };
         append().map_err(FileError::write(&path))?;
-        self.lines.push((sum, name.to_owned()));
+        self.lines.extend(lines);
         Ok(())
     }
 
@@ -146,9 +147,11 @@ mod tests {
         let (a, b) = (folder.path().join("a"), folder.path().join("b"));
         let mut sums = Checksums::create(folder.path()).expect("space");
         fs::write(&a, "1").expect("space");
-        sums.add("a", &a).expect("space");
         fs::write(&b, "2").expect("space");
-        sums.add("a", &b).expect("space");
+        for file in [&a, &b] {
+            let sum = sha256::of_file(file).expect("there");
+            sums.add(vec![(sum, "a".to_owned())]).expect("space");
+        }
         fs::write(folder.path().join(CHECKSUMS), {
             let text = fs::read_to_string(folder.path().join(CHECKSUMS)).expect("text");
             format!("{text}0123  torn")

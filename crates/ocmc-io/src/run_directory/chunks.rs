@@ -3,19 +3,25 @@
 //!
 //! Chunk `k` holds the rows from `k` · [`CHUNK_ROWS`] on; all but the last one are full. A chunk is
 //! written beside its place, synced, renamed, and its directory synced: at any moment it is there
-//! whole or not at all. The file `lock` is locked by the program that writes.
+//! whole or not at all. Chunks are encoded and synced side by side, and take their places in order:
+//! those that are ready at a time share the syncs of checksums and directory. The file `lock` is locked by the program that writes.
 
 use super::checksum::{CHECKSUMS, Checksums};
 use super::durable::{replaced, sync_directory, temporary};
 use super::error::RunDirectoryError;
 use crate::file_error::FileError;
 use crate::records::{self, RecordFormat, RecordWriter};
+use crate::sha256;
 use ocmc_core::record::{COLUMNS, Cell, Column, Record};
+use std::collections::VecDeque;
 use std::fs::{self, File, TryLockError};
 use std::io;
+use std::num::NonZero;
+use std::panic::resume_unwind;
 use std::path::{Path, PathBuf};
+use std::thread::{self, JoinHandle};
 
-/// Rows of a chunk: what a power cut costs at most, for each run.
+/// Rows of a chunk. A power cut costs those that are under way, and less than one more.
 pub const CHUNK_ROWS: usize = 1024;
 
 /// Name of the folder of chunks in a run directory.
@@ -29,9 +35,24 @@ pub(super) struct Chunks {
     folder: PathBuf,
     pub(super) format: RecordFormat,
     sums: Checksums,
+    /// Chunks that are being written, each giving its checksum, in the order of their indices.
+    under_way: VecDeque<UnderWay>,
+    /// How many of them there may be.
+    side_by_side: usize,
     /// Held for as long as the run is written.
-    lock: File,
+    lock: Option<File>,
 }
+
+/// A chunk that is being written beside its place.
+#[derive(Debug)]
+struct UnderWay {
+    index: u64,
+    sum: JoinHandle<Result<String, RunDirectoryError>>,
+}
+
+/// Most chunks that are written side by side: for each four threads of the machine one, which keeps
+/// up with cycles of 10 km.
+const THREADS_A_CHUNK: usize = 4;
 
 impl Chunks {
     /// Opens the folder of chunks, which is created where there is none. `sums` makes or reads the
@@ -61,7 +82,9 @@ impl Chunks {
             }
         }
         sync_directory(directory)?;
-        Ok(Self { folder, format, sums: sums()?, lock })
+        let threads = thread::available_parallelism().map_or(1, NonZero::get);
+        let (under_way, side_by_side) = (VecDeque::new(), threads.div_ceil(THREADS_A_CHUNK));
+        Ok(Self { folder, format, sums: sums()?, under_way, side_by_side, lock: Some(lock) })
     }
 
     /// The checksums of the directory.
@@ -83,11 +106,54 @@ impl Chunks {
     pub(super) fn write(&mut self, index: u64, rows: &[Record]) -> Result<(), RunDirectoryError> {
         let (path, name) = (self.path(index), self.name(index));
         replaced(&path, || {
-            let mut writer = RecordWriter::create(&temporary(&path), self.format)?;
-            writer.add(rows)?;
-            writer.finish()?;
-            self.sums.add(&name, &temporary(&path))
+            let sum = write_beside(&path, self.format, rows)?;
+            self.sums.add(vec![(sum, name)])
         })
+    }
+
+    /// Chunks that are being written.
+    pub(super) fn under_way(&self) -> u64 {
+        self.under_way.len() as u64
+    }
+
+    /// Begins to write the chunk that follows.
+    pub(super) fn begin(&mut self, index: u64, rows: Vec<Record>) {
+        let (path, format) = (self.path(index), self.format);
+        let sum = thread::spawn(move || write_beside(&path, format, &rows));
+        self.under_way.push_back(UnderWay { index, sum });
+    }
+
+    /// Gives the chunks that are ready their places, and waits for no more of the others than it
+    /// has to. Returns how many took their place.
+    pub(super) fn settle(&mut self) -> Result<u64, RunDirectoryError> {
+        let ready = self.under_way.iter().take_while(|chunk| chunk.sum.is_finished()).count();
+        self.place(ready.max(self.under_way.len().saturating_sub(self.side_by_side)))
+    }
+
+    /// Waits for all chunks, and gives them their places. Returns how many there were.
+    pub(super) fn settle_all(&mut self) -> Result<u64, RunDirectoryError> {
+        self.place(self.under_way.len())
+    }
+
+    /// Gives the first chunks under way their places, once they are written.
+    fn place(&mut self, count: usize) -> Result<u64, RunDirectoryError> {
+        let (mut lines, mut paths) = (Vec::new(), Vec::new());
+        while lines.len() < count
+            && let Some(UnderWay { index, sum }) = self.under_way.pop_front()
+        {
+            let sum = sum.join().unwrap_or_else(|panic| resume_unwind(panic))?;
+            lines.push((sum, self.name(index)));
+            paths.push(self.path(index));
+        }
+        if lines.is_empty() {
+            return Ok(0);
+        }
+        self.sums.add(lines)?;
+        for path in &paths {
+            fs::rename(temporary(path), path).map_err(FileError::write(path))?;
+        }
+        sync_directory(&self.folder)?;
+        Ok(paths.len() as u64)
     }
 
     /// Reads one chunk, which has to hold that many rows from that cycle id on.
@@ -109,11 +175,43 @@ impl Chunks {
 
     /// Removes the chunks, once the records are whole, and their checksums.
     pub(super) fn remove(mut self) -> Result<(), RunDirectoryError> {
-        drop(self.lock);
+        drop(self.lock.take());
         remove(&self.folder)?;
         self.sums.retain(|name| !is_chunk(name));
         self.sums.write()
     }
+}
+
+impl Drop for Chunks {
+    /// No chunk is written any more once the lock is gone.
+    fn drop(&mut self) {
+        while let Some(UnderWay { index, sum }) = self.under_way.pop_front() {
+            // whoever drops it has another error, or none that this could change
+            let _ = sum.join();
+            let _ = fs::remove_file(temporary(&self.path(index)));
+        }
+    }
+}
+
+/// Writes a chunk to [`temporary`], down to the disk, and gives its checksum.
+fn write_beside(
+    path: &Path,
+    format: RecordFormat,
+    rows: &[Record],
+) -> Result<String, RunDirectoryError> {
+    let beside = temporary(path);
+    // left by a program that was ended while it wrote
+    let _ = fs::remove_file(&beside);
+    let written = || {
+        let mut writer = RecordWriter::create(&beside, format)?;
+        writer.add(rows)?;
+        writer.finish()?;
+        Ok(sha256::of_file(&beside).map_err(FileError::read(&beside))?)
+    };
+    written().inspect_err(|_| {
+        // a remnant would do no harm; what matters is the first error
+        let _ = fs::remove_file(&beside);
+    })
 }
 
 /// The checksums of a directory that was begun without: those of its chunks as they are now.
@@ -124,7 +222,9 @@ pub(super) fn adopted(directory: &Path) -> Result<Checksums, RunDirectoryError> 
     for entry in fs::read_dir(&folder).map_err(&failed)? {
         let name = entry.map_err(&failed)?.file_name().to_string_lossy().into_owned();
         if name != LOCK && Path::new(&name).extension().is_some_and(|ending| ending != "tmp") {
-            sums.add(&format!("{CHUNKS}/{name}"), &folder.join(&name))?;
+            let path = folder.join(&name);
+            let sum = sha256::of_file(&path).map_err(FileError::read(&path))?;
+            sums.add(vec![(sum, format!("{CHUNKS}/{name}"))])?;
         }
     }
     Ok(sums)

@@ -45,6 +45,8 @@ use ocmc_core::study::fleet::FleetModel;
 use serde::{Deserialize, Serialize};
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::mpsc;
+use std::thread;
 
 /// Version of the layout of a run directory.
 pub const FORMAT_VERSION: u32 = 1;
@@ -264,25 +266,39 @@ impl RunDirectory {
         Ok(Self { path, manifest, chunks, full, waiting, open: false })
     }
 
-    /// Takes the next records.
+    /// Takes the next records. They are counted once they are on the disk, some chunks later.
     pub fn add(&mut self, records: &[Record]) -> Result<(), RunDirectoryError> {
         self.waiting.extend_from_slice(records);
         let mut used = 0;
         while let Some(rows) = self.waiting.get(used..used + CHUNK_ROWS) {
-            self.chunks.write(self.full, rows)?;
-            self.full += 1;
+            self.chunks.begin(self.begun(), rows.to_vec());
             used += CHUNK_ROWS;
-            self.manifest.completed = self.full * CHUNK_ROWS as u64;
-            write_manifest(&self.path, &self.manifest)?;
+            let written = self.chunks.settle()?;
+            self.count(written)?;
         }
         self.waiting.drain(..used);
         Ok(())
     }
 
+    /// Full chunks, those included that are not on the disk yet.
+    fn begun(&self) -> u64 {
+        self.full + self.chunks.under_way()
+    }
+
+    /// Says in the manifest that more chunks are on the disk.
+    fn count(&mut self, written: u64) -> Result<(), RunDirectoryError> {
+        if written == 0 {
+            return Ok(());
+        }
+        self.full += written;
+        self.manifest.completed = self.full * CHUNK_ROWS as u64;
+        write_manifest(&self.path, &self.manifest)
+    }
+
     /// The run is complete with the cycles that it has: it knows its answer precisely enough. The
     /// directory is then that of a run of so many cycles.
     pub fn end_here(&mut self) {
-        self.manifest.cycles = self.full * CHUNK_ROWS as u64 + self.waiting.len() as u64;
+        self.manifest.cycles = self.begun() * CHUNK_ROWS as u64 + self.waiting.len() as u64;
     }
 
     /// The run has all its cycles, and not yet all of its answer.
@@ -293,6 +309,8 @@ impl RunDirectory {
     /// Completes the records, writes the summary, and then says in the manifest how far the run has
     /// come.
     pub fn finish(mut self, summary: &RunSummary) -> Result<Manifest, RunDirectoryError> {
+        let written = self.chunks.settle_all()?;
+        self.count(written)?;
         if !self.waiting.is_empty() {
             self.chunks.write(self.full, &self.waiting)?;
         }
@@ -369,15 +387,19 @@ impl RunDirectory {
         })
     }
 
-    /// Hands over all records, group by group.
+    /// Hands over all records, group by group. The next chunk is read while one is taken.
     fn each_group(
         &self,
         mut sink: impl FnMut(&[Record]) -> Result<(), RunDirectoryError>,
     ) -> Result<(), RunDirectoryError> {
-        for k in 0..self.full {
-            let first = self.manifest.first_cycle + k * CHUNK_ROWS as u64;
-            sink(&self.chunks.read(k, first, CHUNK_ROWS)?)?;
-        }
+        thread::scope(|scope| {
+            let (sender, receiver) = mpsc::sync_channel(1);
+            let first = |k| self.manifest.first_cycle + k * CHUNK_ROWS as u64;
+            let read = move |k| self.chunks.read(k, first(k), CHUNK_ROWS);
+            // it ends where whoever takes them has failed
+            scope.spawn(move || (0..self.full).try_for_each(|k| sender.send(read(k)).ok()));
+            receiver.into_iter().try_for_each(|records| sink(&records?))
+        })?;
         sink(&self.waiting)
     }
 }
@@ -547,7 +569,10 @@ mod tests {
             let started = read_manifest(&path).expect("written first");
             assert_eq!((started.status, started.completed), (RunStatus::Running, 0));
             run.add(&rows[..GROUP_ROWS]).expect("space");
-            assert_eq!(read_manifest(&path).expect("replaced").completed, GROUP_ROWS as u64);
+            // those that are being written are not counted
+            let counted = read_manifest(&path).expect("replaced").completed;
+            assert!(counted > 0 && counted == run.full * CHUNK_ROWS as u64);
+            assert_eq!(run.begun() * CHUNK_ROWS as u64, GROUP_ROWS as u64);
             run.add(&rows[GROUP_ROWS..]).expect("space");
             let done = run.finish(&summary(&rows)).expect("space");
             assert_eq!((done.status, done.completed), (RunStatus::Complete, rows.len() as u64));

@@ -1,0 +1,179 @@
+#!/usr/bin/env python3
+"""How well a large run would use many processors: ``python3 benches/schedule.py [--km 10] [--cycles 1000000]``.
+
+Chunks of cycles are driven one by one, and the time of each is noted (a trace of chunk times). What the thread that
+takes the records does for each is measured by itself: adding to the summary, writing chunks, putting the file of records
+together. Then the program's own rule is simulated with them: threads take the next chunk, one thread takes the records in
+order, and at most two chunks a thread wait for it. CPU time throughout: other work on the machine hardly matters. What
+waiting for a disk costs is `--sync-ms`, five for each 1024 records. Needs Linux and `cargo build --release`.
+"""
+
+import argparse
+import heapq
+import os
+import subprocess
+import tempfile
+import time
+from collections import deque
+from collections.abc import Iterator
+from itertools import cycle, islice
+from pathlib import Path
+from typing import NamedTuple
+
+from checks import BINARY, ocmc
+
+# as in crates/ocmc-core/src/fleet/run.rs and crates/ocmc-io/src/run_directory/chunks.rs
+CHUNK = 512
+LEAST_CHUNK = 16
+CHUNKS_A_THREAD = 4
+WAITING_A_THREAD = 2
+FILE_ROWS = 1024
+THREADS_A_WRITER = 4
+SYNCS = 5
+# records that are driven to measure what is done with each
+RECORDS = 40 * FILE_ROWS
+
+
+class Spent(NamedTuple):
+    """CPU time of a process, in s: of its first thread, and of all."""
+
+    first_s: float
+    all_s: float
+
+    def less(self, other: "Spent") -> "Spent":
+        """Give what is more than in another one."""
+        return Spent(self.first_s - other.first_s, self.all_s - other.all_s)
+
+
+class Sink(NamedTuple):
+    """CPU time for each record, in s: by the thread that takes the records, and by those that write chunks."""
+
+    summary_s: float
+    taking_s: float
+    writing_s: float
+    assembly_s: float
+
+
+def spent_by(words: list[str], chunks: Path | None) -> tuple[Spent, Spent]:
+    """Give what a command spends until its last chunk is there, and behind that."""
+    process = subprocess.Popen(words, stdout=subprocess.DEVNULL)
+    clock = Path(f"/proc/{process.pid}/task/{process.pid}/schedstat")
+    total = Path(f"/proc/{process.pid}/stat")
+    last = f"{RECORDS // FILE_ROWS - 1:08}.parquet"
+    spent, until = Spent(0.0, 0.0), None
+    while process.poll() is None:
+        try:
+            ticks = total.read_text().rsplit(")", 1)[1].split()[11:13]
+            of_all_s = sum(map(int, ticks)) / os.sysconf("SC_CLK_TCK")
+            spent = Spent(int(clock.read_text().split()[0]) / 1e9, of_all_s)
+        except (OSError, IndexError):
+            break
+        if until is None and chunks is not None and (chunks / last).exists():
+            until = spent
+        time.sleep(0.001)
+    if process.wait():
+        raise SystemExit(f"{' '.join(words)} failed")
+    until = until or spent
+    return until, spent.less(until)
+
+
+def sink() -> Sink:
+    """Measure what is done with a record, on the shortest cycles that there are."""
+    words = [str(BINARY), "--set", "mission.length_m=200", "--threads", "1", "--quiet", "--json", "--cycles"]
+    with tempfile.TemporaryDirectory() as folder:
+        out = Path(folder) / "run"
+        start, _ = spent_by([*words, "16"], None)
+        alone, _ = spent_by([*words, str(RECORDS)], None)
+        until, behind = spent_by([*words, str(RECORDS), "--out", str(out)], out / "chunks")
+    more = until.less(alone)
+    parts = (alone.first_s - start.first_s, more.first_s, max(0.0, more.all_s - more.first_s), behind.first_s)
+    return Sink(*(part / RECORDS for part in parts))
+
+
+def chunk_times(chunk: int, km: float, number: int) -> list[float]:
+    """Drive so many chunks, and give the CPU time of each."""
+    start_s = min(ocmc(1, "--threads", 1, length_m=1e3).cpu_s for _ in range(5))
+    drive = ("--threads", 1, "--chunk", chunk, "--first-cycle")
+    return [ocmc(chunk, *drive, k * chunk, length_m=1e3 * km).cpu_s - start_s for k in range(number)]
+
+
+class Schedule(NamedTuple):
+    """How a run went."""
+
+    driving_s: float
+    idle: float
+
+
+def simulate(times: Iterator[float], threads: int, chunks: int, taking_s: float, behind_s: float) -> Schedule:
+    """Simulate the rule of the program; `taking_s` is what the records of a chunk take."""
+    free = [0.0] * threads  # when each thread takes its next chunk
+    taken: deque[float] = deque()  # when the records of each chunk are taken, in order
+    busy_s = end_s = 0.0
+    for chunk_s in islice(times, chunks):
+        done_s = heapq.heappop(free) + chunk_s
+        busy_s += chunk_s
+        # a chunk is taken once it and all before it are there
+        end_s = max(end_s, done_s) + taking_s
+        taken.append(end_s)
+        # a full channel holds the thread until there is room
+        if len(taken) > WAITING_A_THREAD * threads:
+            done_s = max(done_s, taken.popleft())
+        heapq.heappush(free, done_s)
+    return Schedule(end_s, 1.0 - busy_s / (threads * (end_s + behind_s)))
+
+
+def main() -> None:
+    """Measure, simulate, and print a table."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--km", type=float, default=10.0)
+    parser.add_argument("--cycles", type=int, default=1_000_000)
+    parser.add_argument("--traced", type=int, default=16, help="chunks that are driven for the trace")
+    parser.add_argument(
+        "--sync-ms", type=float, default=0.0, help="time for which a write waits for the disk"
+    )
+    asked = parser.parse_args()
+    of = sink()
+    times = chunk_times(CHUNK, asked.km, asked.traced)
+    a_cycle_s = sum(times) / len(times) / CHUNK
+    parts = {
+        "driven": a_cycle_s,
+        "summary": of.summary_s,
+        "handed over": of.taking_s,
+        "written": of.writing_s,
+        "put together": of.assembly_s,
+    }
+    print(
+        f"{asked.cycles:,} cycles of {asked.km:g} km; µs a record: "
+        + ", ".join(f"{name} {1e6 * part_s:.1f}" for name, part_s in parts.items())
+    )
+    spread = (max(times) - min(times)) / (sum(times) / len(times))
+    print(
+        f"chunks of {CHUNK}: {1e3 * min(times):.1f} to {1e3 * max(times):.1f} ms, {100 * spread:.0f} % apart\n"
+    )
+    print(
+        "| threads | cycles a chunk | driving, s | putting together, s | idle, % | without files, s | idle, % |"
+    )
+    print("|---|---|---|---|---|---|---|")
+    for threads in (1, 2, 8, 64):
+        chunk = min(max(-(-asked.cycles // (CHUNKS_A_THREAD * threads)), LEAST_CHUNK), CHUNK)
+        chunks = -(-asked.cycles // chunk)
+        driven = [time_s * chunk / CHUNK for time_s in times]
+        # those that write chunks run on the same processors, one for each four threads
+        written = [time_s + chunk * of.writing_s for time_s in driven]
+        sync_s = asked.sync_ms / 1e3 * SYNCS / FILE_ROWS
+        slowest_s = max(of.summary_s + of.taking_s + sync_s, of.writing_s / -(-threads // THREADS_A_WRITER))
+        behind_s = asked.cycles * of.assembly_s
+        with_files = simulate(cycle(written), threads, chunks, chunk * slowest_s, behind_s)
+        without = simulate(cycle(driven), threads, chunks, chunk * of.summary_s, 0.0)
+        print(
+            f"| {threads} | {chunk} | {with_files.driving_s:.1f} | {behind_s:.1f} | {100 * with_files.idle:.0f} |"
+            f" {without.driving_s:.1f} | {100 * without.idle:.0f} |"
+        )
+    if os.getloadavg()[0] > 1.0:
+        print("\nthe machine was not idle: times are those of CPUs, and their caches were shared")
+
+
+if __name__ == "__main__":
+    main()
