@@ -141,7 +141,9 @@ fn more_trips_arrive_with_a_larger_battery_a_lighter_load_and_in_warmer_air() {
 
 fn enough(sets: &[&str]) -> Vec<Record> {
     let policy = "charging={ reserve = 0.15, efficiency = 0.94, public = { spacing_m = 40000, power_w = 350000, end_at = 0.8 } }";
-    let all: Vec<String> = ["mission.length_m=400000", policy]
+    // a thirsty truck, on old tyres: it has to charge more than once
+    let truck = ["vehicle.rolling_factor=1.3", "vehicle.drag_area_m2=5.3"];
+    let all: Vec<String> = ["mission.length_m=400000", policy, truck[0], truck[1]]
         .iter()
         .chain(sets)
         .map(|set| (*set).to_owned())
