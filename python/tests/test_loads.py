@@ -17,7 +17,7 @@ def close():
 
 @pytest.fixture(scope="module")
 def charged():
-    study = ocmc.Study("electric-long-haul").set("mission.length_m", 400e3)
+    study = ocmc.Study("electric-long-haul").set("mission.length_m", 500e3)
     return study.run(cycles=60)
 
 
