@@ -74,10 +74,11 @@ impl Checksums {
     /// disk.
     pub(super) fn add(&mut self, lines: Vec<(String, String)>) -> Result<(), RunDirectoryError> {
         let path = self.directory.join(CHECKSUMS);
-        let text: String = lines.iter().map(|(sum, name)| format!("{sum}  {name}\n")).collect();
+        let text: Vec<String> =
+            lines.iter().map(|(sum, name)| format!("{sum}  {name}\n")).collect();
         let append = || {
             let mut file = OpenOptions::new().append(true).open(&path)?;
-            file.write_all(text.as_bytes())?;
+            file.write_all(text.concat().as_bytes())?;
             file.sync_all()
         };
         append().map_err(FileError::write(&path))?;
