@@ -4,7 +4,8 @@
 //! Chunk `k` holds the rows from `k` · [`CHUNK_ROWS`] on; all but the last one are full. A chunk is
 //! written beside its place, synced, renamed, and its directory synced: at any moment it is there
 //! whole or not at all. Chunks are encoded and synced side by side, and take their places in order:
-//! those that are ready at a time share the syncs of checksums and directory. The file `lock` is locked by the program that writes.
+//! those that are ready at a time share the syncs of checksums and directory. The file `lock` is
+//! locked by the program that writes.
 
 use super::checksum::{CHECKSUMS, Checksums};
 use super::durable::{replaced, sync_directory, temporary};

@@ -280,6 +280,12 @@ impl RunDirectory {
         Ok(())
     }
 
+    /// Waits until all full chunks are on the disk.
+    pub fn settle(&mut self) -> Result<(), RunDirectoryError> {
+        let written = self.chunks.settle_all()?;
+        self.count(written)
+    }
+
     /// Full chunks, those included that are not on the disk yet.
     fn begun(&self) -> u64 {
         self.full + self.chunks.under_way()
@@ -309,8 +315,7 @@ impl RunDirectory {
     /// Completes the records, writes the summary, and then says in the manifest how far the run has
     /// come.
     pub fn finish(mut self, summary: &RunSummary) -> Result<Manifest, RunDirectoryError> {
-        let written = self.chunks.settle_all()?;
-        self.count(written)?;
+        self.settle()?;
         if !self.waiting.is_empty() {
             self.chunks.write(self.full, &self.waiting)?;
         }

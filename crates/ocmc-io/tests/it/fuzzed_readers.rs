@@ -168,6 +168,7 @@ fn run(directory: &Path, format: RecordFormat, is_whole: bool) {
     let ControlFlow::Continue(records) = driven else { panic!("nobody breaks") };
     let mut writer = RunDirectory::create(directory, format, manifest.clone()).unwrap();
     writer.add(&records).unwrap();
+    writer.settle().unwrap();
     if is_whole {
         let mut fleet = SummaryBuilder::default();
         fleet.add(&records);
