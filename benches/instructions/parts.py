@@ -111,7 +111,12 @@ def main() -> None:
         print("SKIPPED: valgrind or addr2line is not installed", file=sys.stderr)
         return
     level = sys.argv[1] if len(sys.argv) > 1 else "avx2"
-    lines = ("--config", "profile.release.package.ocmc-core.debug=1", "--config", "profile.release.strip=false")
+    lines = (
+        "--config",
+        "profile.release.package.ocmc-core.debug=1",
+        "--config",
+        "profile.release.strip=false",
+    )
     output("cargo", "build", "--release", "--quiet", "--example", "peers", *lines)
     steps = int(output(PEERS, "steps", CYCLES, *SETS))
     once, again = counts(level, 1), counts(level, 2)
