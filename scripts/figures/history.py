@@ -12,6 +12,12 @@ LEVELS = {
 GOAL_NS = 35
 
 
+def label_of(row):
+    """Commit, and the machine's kind where it is said in brackets."""
+    kind = row["machine"].partition("(")[2].partition(")")[0]
+    return f"{row['commit']}\n{kind}" if kind else row["commit"]
+
+
 def speed_history():
     """Instructions a lane-step and time for a simulated second, by commit."""
     with (ROOT / "benches" / "history.csv").open(encoding="utf-8", newline="") as file:
@@ -24,7 +30,7 @@ def speed_history():
         if points:
             left.plot(*zip(*points, strict=True), "o-", color=colour, label=label, markersize=4)
     left.set_xticks(places, labels=[row["commit"] for row in counted], rotation=60, fontsize=7.5)
-    left.set(ylabel="instructions a lane-step", ylim=(0, 1000))
+    left.set(ylabel="instructions a lane-step", ylim=(0, None))
     left.legend(loc="lower left")
     timed = [row for row in rows if row["ns_per_simulated_s"]]
     for place, row in enumerate(timed):
@@ -36,8 +42,8 @@ def speed_history():
         )
     right.axhline(GOAL_NS, color=GREY, linewidth=1.0, linestyle="--")
     right.annotate("goal", (0, GOAL_NS), xytext=(0, 3), textcoords="offset points", color=GREY, fontsize=8)
-    right.set_xticks(range(len(timed)), labels=[row["commit"] for row in timed], rotation=60, fontsize=7.5)
-    right.set(ylabel="ns for a simulated second", xlim=(-0.5, len(timed) - 0.3), ylim=(0, 65))
+    right.set_xticks(range(len(timed)), labels=[label_of(row) for row in timed], rotation=60, fontsize=7.5)
+    right.set(ylabel="ns for a simulated second", xlim=(-0.5, len(timed) - 0.3), ylim=(0, None))
     return drawn
 
 
