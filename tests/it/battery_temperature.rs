@@ -21,7 +21,7 @@ const REAL: [&str; 8] = [
     "vehicle.electric.battery.thermal.discharge_share=[0.7, 1, 1]",
     "vehicle.electric.battery.thermal.charge_share=[0.35, 1, 1]",
 ];
-const PUBLIC: &str = "charging={ reserve = 0.15, efficiency = 0.94, connection_s = 120, public = { spacing_m = 40000, power_w = 350000, wait_s = 300, end_at = 0.8 } }";
+const PUBLIC: &str = "charging={ reserve = 0.15, forecast = { consumption_j_per_m = 4500, margin = 0.1 }, efficiency = 0.94, connection_s = 120, public = { spacing_m = 40000, power_w = 350000, wait_s = 300, end_at = 0.8 } }";
 const COLD: &str = "weather.temperature.mean_k=263.15";
 const STEADY: &str = "simulation.without=[\"driver_spread\", \"vehicle_spread\"]";
 

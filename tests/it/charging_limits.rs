@@ -41,7 +41,7 @@ impl Policy {
             "mission.length_m=350000".to_owned(),
             format!("vehicle.electric.battery.initial_charge={initial_charge}"),
             format!(
-                "charging={{ reserve = {reserve}, efficiency = 0.93, connection_s = 100, public = \
+                "charging={{ reserve = {reserve}, forecast = {{ consumption_j_per_m = 4500, margin = 0.1 }}, efficiency = 0.93, connection_s = 100, public = \
                  {{ spacing_m = {spacing_m}, power_w = {power_w}, wait_s = 60, end_at = {end_at} }} }}"
             ),
         ];
@@ -98,8 +98,8 @@ proptest! {
         let study = policy.study();
         let trace = trace(&study, 1, policy.cycle_id);
         let record = &trace.record;
-        // the battery's own lowest charge is 0.1
-        let lowest = policy.reserve.max(0.1);
+        // the battery's own lowest charge: a wrong forecast uses the reserve
+        let lowest = 0.1;
         let charges = column(&trace, "state_of_charge");
         for charge in charges {
             prop_assert!(*charge <= 1.0 && *charge > lowest - STEP, "{charge} {record:?}");
@@ -112,6 +112,9 @@ proptest! {
         }
         let below = charges[..charges.len() - 1].iter().any(|charge| *charge <= lowest);
         prop_assert!(!below, "{record:?}");
+        // and the record tells
+        let arrivals = record.charging_events.iter().flatten().map(|event| event.begin_charge);
+        prop_assert_eq!(record.lowest_charge.unwrap(), arrivals.fold(last, f64::min));
         prop_assert!(electric_balance(record).abs() < 1e-9, "{record:?}");
     }
 }
@@ -140,7 +143,7 @@ fn more_trips_arrive_with_a_larger_battery_a_lighter_load_and_in_warmer_air() {
 }
 
 fn enough(sets: &[&str]) -> Vec<Record> {
-    let policy = "charging={ reserve = 0.15, efficiency = 0.94, public = { spacing_m = 40000, power_w = 350000, end_at = 0.8 } }";
+    let policy = "charging={ reserve = 0.15, forecast = { consumption_j_per_m = 4500, margin = 0.1 }, efficiency = 0.94, public = { spacing_m = 40000, power_w = 350000, end_at = 0.8 } }";
     // a thirsty truck, on old tyres: it has to charge more than once
     let truck = ["vehicle.rolling_factor=1.3", "vehicle.drag_area_m2=5.3"];
     let all: Vec<String> = ["mission.length_m=400000", policy, truck[0], truck[1]]
@@ -161,7 +164,9 @@ fn who_charges_no_more_than_enough_arrives_sooner_and_with_little_more_than_the_
     let arrived = |records: &[Record]| {
         records.iter().filter(|record| record.outcome == Outcome::Completed).count()
     };
-    assert_eq!([arrived(&goal), arrived(&next)], [arrived(&full); 2]);
+    assert_eq!(arrived(&goal), arrived(&full));
+    // what is enough for the next charger does not know the hills on the way there
+    assert!(arrived(&next) < arrived(&full) && 5 * arrived(&next) > 4 * arrived(&full));
     let duration = |record: &Record| record.duration_s;
     assert!(sum(&goal, duration) < sum(&full, duration));
     // who needs a charger needs one with either; of those that needed none nothing changes
@@ -177,7 +182,7 @@ fn who_charges_no_more_than_enough_arrives_sooner_and_with_little_more_than_the_
         charges.iter().sum::<f64>() / charges.len() as f64
     };
     assert!(
-        left(&goal) > 0.15 && left(&goal) < left(&full) - 0.05,
+        left(&goal) > 0.1 && left(&goal) < left(&full) - 0.05,
         "{} {}",
         left(&goal),
         left(&full)

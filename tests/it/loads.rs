@@ -33,6 +33,7 @@ trips_per_day = 1
 
 [charging]
 reserve = 0.15
+forecast = { consumption_j_per_m = 4500.0, margin = 0.1 }
 efficiency = 0.94
 connection_s = 120.0
 depot = { power_w = 150e3, parked_s = 36e3 }

@@ -14,6 +14,7 @@ mod breakdown;
 mod calibration;
 mod chain;
 mod charging;
+mod charging_decision;
 mod charging_limits;
 mod checkpoints;
 mod checksums;

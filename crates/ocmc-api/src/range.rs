@@ -80,6 +80,11 @@ pub fn range(request: &RangeRequest, watch: &mut Watch) -> Result<RangeAnswer, E
         let public = charging.public.as_ref().map(|_| "charging.public.available_share=0");
         let stop = charging.stop.as_ref().map(|_| "charging.stop.begin_below=0");
         sets.extend(public.into_iter().chain(stop).map(str::to_owned));
+        // without chargers nothing is left to use the reserve for
+        if let (Some(_), Some(electric)) = (public, &study.model.vehicle.electric) {
+            let lowest = electric.battery.minimum_charge.max(charging.reserve);
+            sets.push(format!("vehicle.electric.battery.minimum_charge={lowest}"));
+        }
     }
     let mut trip_length_m = None;
     if study.model.mission.routes.is_empty() {

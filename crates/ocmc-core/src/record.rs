@@ -254,6 +254,9 @@ pub struct Record {
     pub battery_conditioning_energy_j: Option<f64>,
     /// Temperature of the battery at the end, in K.
     pub final_battery_temperature_k: Option<f64>,
+    /// Lowest state of charge with which the truck came to a charger on the way or to the end of its
+    /// trip; null as `charged_energy_public_j`.
+    pub lowest_charge: Option<f64>,
     /// The terms of the ledger that have a column of their own, in the order of their declarations.
     #[serde(skip)]
     pub own_columns: [Option<f64>; OWN_COLUMNS],
@@ -558,4 +561,5 @@ const FIELDS: &[Column] = &[
     column_of("well_to_wheel_g_per_tkm", |r| Cell::Number(r.well_to_wheel_g_per_tkm)),
     column_of("battery_conditioning_energy_j", |r| Cell::Number(r.battery_conditioning_energy_j)),
     column_of("final_battery_temperature_k", |r| Cell::Number(r.final_battery_temperature_k)),
+    column_of("lowest_charge", |r| Cell::Number(r.lowest_charge)),
 ];

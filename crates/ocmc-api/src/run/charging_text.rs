@@ -34,6 +34,10 @@ pub(super) fn charging(summary: &Summary) -> String {
             mean_min(charging.charging_s),
             mean_min(charging.charging_wait_s)
         );
+        if let Some(lowest) = charging.lowest_charge {
+            let percent = short(100.0 * lowest);
+            let _ = writeln!(text, "The lowest charge of one that arrives is {percent} %.");
+        }
     }
     let depot = charging.grid_energy_depot_j.map(|j| ("depots", j));
     let way = [

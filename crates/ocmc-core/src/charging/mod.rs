@@ -3,11 +3,13 @@
 pub mod charger;
 pub mod curve;
 pub mod event;
+pub mod forecast;
 pub mod queue;
 
 pub use charger::{Charger, EnoughModel, Goal, PublicChargerModel};
 pub use curve::ChargeCurve;
 pub use event::{ChargeCourse, ChargingEvent, ChargingPlace};
+pub use forecast::{Driven, ForecastModel};
 
 use crate::validation::Problems;
 use schemars::JsonSchema;
@@ -17,8 +19,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ChargingPolicy {
-    /// State of charge that drivers keep: below it a truck stops, where the battery's own
-    /// `minimum_charge` is not above it.
+    /// State of charge that drivers keep. Where there are no public chargers a truck stops below it,
+    /// else below the battery's own `minimum_charge`: a wrong forecast uses the reserve.
     #[schemars(range(min = 0.0, max = 0.9))]
     pub reserve: f64,
     /// Efficiency of chargers, from the meter to the battery's terminals.
@@ -32,6 +34,9 @@ pub struct ChargingPolicy {
     /// those alone.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub curve: Option<ChargeCurve>,
+    /// How drivers forecast whether they reach the next charger; absent where there is no `public`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub forecast: Option<ForecastModel>,
     /// Charging after the trip; absent: it is not looked at.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub depot: Option<DepotModel>,
@@ -84,6 +89,10 @@ impl ChargingPolicy {
             let allowed = format!("above `charging.reserve`, which is {reserve}");
             problems.require(end_at > reserve, "end_at", end_at, &allowed);
         };
+        let found = if self.forecast.is_some() { "given" } else { "absent" };
+        let is_known = self.public.is_none() || self.forecast.is_some();
+        let allowed = "a table beside `charging.public`, as in `electric-long-haul`";
+        problems.require(is_known, "forecast", found, allowed);
         if let Some(public) = &self.public {
             problems.part("public", |problems| {
                 ends(public.end_at, problems);

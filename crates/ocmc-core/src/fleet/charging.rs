@@ -14,12 +14,14 @@ pub struct ChargingSummary {
     /// Trips that arrived, by their charging stops: without, with one, and so on; the last with
     /// five or more.
     pub arrived_with_stops: [u64; MOST_STOPS + 1],
-    /// Trips that came down to the reserve, where no charger helped.
+    /// Trips whose battery was empty, or without public chargers down to the reserve.
     pub depleted: u64,
     /// Time for which trips that arrived were charged on the way, in s, all together.
     pub charging_s: f64,
     /// Time for which they waited for chargers, in s, all together.
     pub charging_wait_s: f64,
+    /// Lowest state of charge with which one of them came to a charger or to its end.
+    pub lowest_charge: Option<f64>,
     /// What depots' meters counted, in J, all together; none where the study has none.
     pub grid_energy_depot_j: Option<f64>,
     /// What the meters of public chargers counted, in J.
@@ -43,6 +45,8 @@ impl ChargingSummary {
             self.arrived_with_stops[(stops as usize).min(MOST_STOPS)] += 1;
             self.charging_s += record.charging_s.unwrap_or(0.0);
             self.charging_wait_s += record.charging_wait_s.unwrap_or(0.0);
+            let lowest = self.lowest_charge.into_iter().chain(record.lowest_charge);
+            self.lowest_charge = lowest.reduce(f64::min);
         }
     }
 

@@ -1,23 +1,18 @@
-//! Charging on one trip: where its driver would use up his reserve, the trip gets a stop at the last
-//! charger before that place, and is driven again from its start, until it arrives or no charger
-//! helps.
+//! Charging on one trip: what a place offers a truck that stands there, and what was charged. Where it
+//! stops its driver decides on his way ([`super::charging_decision`]).
 
+use super::charging_decision::Site;
 use super::lane_task::LaneTask;
-use super::rest_stops::RestStops;
 use super::state::Lane;
+use super::stop_ahead::Standing;
 use crate::charging::{
-    ChargeCourse, Charger, ChargingEvent, ChargingPlace, ChargingPolicy, EnoughModel, Goal,
+    ChargeCourse, ChargingEvent, ChargingPlace, ChargingPolicy, EnoughModel, Goal,
 };
 use crate::energy_ledger::Term;
-use crate::operating_cycle::OperatingCycle;
-use crate::operating_cycle::road::point_event::{EventKind, PointEvent};
 use crate::powertrain::{Charge, Plug, Powertrain};
 use crate::record::Record;
 use crate::study::{Scenario, Study};
 use fearless_simd::Simd;
-
-/// Stops after which a trip is given up.
-const MOST_ATTEMPTS: u32 = 1000;
 
 /// What charging at one kind of place did.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -39,8 +34,6 @@ pub(super) struct Offer<'a> {
     is_public: bool,
     /// Whether the truck stays as long as charging takes.
     stays: bool,
-    /// Whether it ends before the battery is charged as far as may be.
-    charges_enough: bool,
     /// Time before and behind the charging, in s, and what of it is the wait.
     idle_s: f64,
     wait_s: f64,
@@ -103,24 +96,25 @@ impl Arrival {
 /// What a trip has charged so far.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct ChargingProgress {
-    /// The last planned charger that the truck has left, in m.
-    left_m: f64,
+    /// The next site at which is decided.
+    pub next_site: usize,
+    /// Rows whose climb has been summed up, and g times their climb, in m²/s².
+    pub climbed_rows: usize,
+    pub climb_m2ps2: f64,
     /// What was charged on the way so far.
     public: ChargedAt,
     /// What was charged at stops of the mission.
     stop: ChargedAt,
     /// Time that the truck waited for chargers, in s.
     wait_s: f64,
-    /// Whether it charged there no more than enough.
-    charged_enough: bool,
 }
 
-/// What a trip has taken so far, and what its truck may use.
+/// What a trip has taken so far, and what its driver keeps.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Need {
     /// State of charge that each metre has taken.
     pub per_m: f64,
-    /// State of charge at which the truck stops.
+    /// State of charge that its driver keeps.
     pub lowest_charge: f64,
 }
 
@@ -139,44 +133,43 @@ impl ChargingProgress {
 /// The charging stops of one trip.
 #[derive(Clone, Debug, Default)]
 pub(super) struct ChargingStops {
+    /// Chargers of the way, with what a driver looks at to decide, in order.
+    pub sites: Vec<Site>,
+    /// Way that a truck needs to halt, in m.
+    pub ramp_m: f64,
     /// Chargers at which the trip charges to the end, in m.
-    planned: Vec<f64>,
-    /// Those of them at which enough was not enough, in m.
-    filled: Vec<f64>,
-    /// Where a stop has to be put in, in m.
-    due_at_m: Option<f64>,
-    attempts: u32,
+    pub planned: Vec<f64>,
     /// What has been done so far.
     pub progress: ChargingProgress,
-    /// Each charging on the way. Those beyond the stops of the progress are of an attempt that is
-    /// void.
+    /// Each charging on the way.
     events: Vec<ChargingEvent>,
 }
 
 impl ChargingStops {
-    /// Those of a trip, where the study has a policy.
+    /// Those of a trip, where the study has a policy and its trucks have a battery.
     pub(super) fn new(study: &Study) -> Option<Box<Self>> {
-        study.model().charging.as_ref().map(|_| Box::default())
+        let has_battery = study.vehicle().powertrain.has_battery();
+        study.model().charging.as_ref().filter(|_| has_battery).map(|_| Box::default())
     }
 
-    /// An attempt begins.
+    /// The trip begins.
     pub(super) fn depart(&mut self) {
-        self.due_at_m = None;
-        self.attempts += 1;
+        self.planned.clear();
+        self.events.clear();
         self.progress = ChargingProgress::default();
     }
 
-    /// What the place of an event offers a truck that would stand there for some time, in s.
+    /// What a place offers a truck that would stand there for some time, in s.
     pub(super) fn offer<'a>(
         &self,
         policy: &'a ChargingPolicy,
         scenario: &Scenario,
-        event: usize,
+        at: &Standing,
         standstill_s: f64,
         need: Need,
     ) -> Option<Offer<'a>> {
-        let PointEvent { position_m, kind, .. } = scenario.cycle.road.events[event];
-        if !matches!(kind, EventKind::MissionStop { .. }) {
+        let Standing { position_m, of_mission, is_rest, .. } = *at;
+        if !is_rest {
             return None;
         }
         let curve = policy.curve.as_ref();
@@ -188,48 +181,25 @@ impl ChargingStops {
             let idle_s = charger.wait_s + policy.connection_s;
             let longest_s = if stays { f64::INFINITY } else { standstill_s - idle_s };
             let power_w = at_terminals(charger.power_w);
-            let enough = public.enough.as_ref().filter(|_| stays && !self.fills(position_m));
+            let enough = public.enough.as_ref().filter(|_| stays);
             let enough = enough.map_or(f64::INFINITY, |enough| {
                 need.lowest_charge + need.per_m * enough.way_m(scenario, position_m)
             });
             let end_at = public.end_at.min(enough);
-            let charges_enough = end_at < public.end_at;
             let plug = Plug { power_w, curve, end_at, longest_s };
             let (begin_below, wait_s) = (f64::INFINITY, charger.wait_s);
             let is_public = true;
-            let offer = Offer {
-                plug,
-                begin_below,
-                is_public,
-                stays,
-                charges_enough,
-                idle_s,
-                wait_s,
-                efficiency,
-            };
+            let offer = Offer { plug, begin_below, is_public, stays, idle_s, wait_s, efficiency };
             return Some(offer);
         }
-        let stop = policy.stop.as_ref().filter(|stop| standstill_s >= stop.shortest_s)?;
+        let stop = policy.stop.as_ref().filter(|stop| standstill_s >= stop.shortest_s);
+        let stop = stop.filter(|_| of_mission)?;
         let (idle_s, power_w) = (policy.connection_s, at_terminals(stop.power_w));
         let longest_s = standstill_s - idle_s;
         let plug = Plug { power_w, curve, end_at: stop.end_at, longest_s };
         let begin_below = stop.begin_below;
-        let (is_public, stays, charges_enough, wait_s) = (false, false, false, 0.0);
-        Some(Offer {
-            plug,
-            begin_below,
-            is_public,
-            stays,
-            charges_enough,
-            idle_s,
-            wait_s,
-            efficiency,
-        })
-    }
-
-    /// Whether the trip charges up to the end at a charger.
-    fn fills(&self, position_m: f64) -> bool {
-        self.filled.contains(&position_m)
+        let (is_public, stays, wait_s) = (false, false, 0.0);
+        Some(Offer { plug, begin_below, is_public, stays, idle_s, wait_s, efficiency })
     }
 
     /// Whether the trip charges to the end between two places.
@@ -247,14 +217,9 @@ impl ChargingStops {
         standstill_s: f64,
     ) -> f64 {
         let charge = charged.charge;
-        if offer.stays {
-            self.progress.left_m = arrival.position_m;
-            self.progress.charged_enough = offer.charges_enough;
-        }
         if charge.gained_j <= 0.0 {
             return standstill_s;
         }
-        self.events.truncate(self.progress.stops());
         let sums =
             if offer.is_public { &mut self.progress.public } else { &mut self.progress.stop };
         sums.charge.add(charge);
@@ -264,24 +229,6 @@ impl ChargingStops {
         let waits_s = [offer.wait_s, offer.idle_s - offer.wait_s];
         self.events.push(arrival.charged(place, waits_s, offer.efficiency, charged));
         if offer.stays { standstill_s.max(offer.idle_s + charge.time_s) } else { standstill_s }
-    }
-
-    /// Whether a charger before a place where the reserve is used up would have helped: then a stop
-    /// there is due.
-    pub(super) fn finds_charger(&mut self, scenario: &Scenario, here_m: f64) -> bool {
-        let helps = |charger: &&Charger| {
-            let at_m = charger.position_m;
-            at_m <= here_m && at_m > self.progress.left_m && !self.planned.contains(&at_m)
-        };
-        let last = scenario.chargers.iter().rev().find(helps).map(|charger| charger.position_m);
-        // what the forecast called enough was not
-        let left_m = self.progress.charged_enough.then_some(self.progress.left_m);
-        let fills = last.is_none() && left_m.is_some() && !self.are_too_many();
-        if fills {
-            self.filled.extend(left_m);
-        }
-        self.due_at_m = last.or(left_m).filter(|_| !self.are_too_many());
-        self.due_at_m.is_some()
     }
 
     /// Fills in the columns of charging, a depot's after the trip among them: a truck that did not
@@ -303,7 +250,9 @@ impl ChargingStops {
         record.n_charging_stops = Some(self.progress.stops() as u32);
         record.charging_s = Some(public.time_s + stop.time_s);
         record.charging_wait_s = Some(self.progress.wait_s);
-        let events = record.charging_events.insert(self.events[..self.progress.stops()].to_vec());
+        let arrivals = self.events.iter().map(|event| event.begin_charge);
+        record.lowest_charge = Some(arrivals.fold(charge, f64::min));
+        let events = record.charging_events.insert(self.events.clone());
         let Some(depot) = &policy.depot else { return };
         let (mut full_charge, mut parked_s) = (scenario.vehicle.initial_charge, depot.parked_s);
         if let Some(handover) = &scenario.handover {
@@ -341,52 +290,6 @@ impl ChargingStops {
             *sum = sum.map(|sum_j| sum_j + added_j);
         }
     }
-
-    /// Whether a stop has to be put in.
-    pub(super) fn are_missing(&self) -> bool {
-        self.due_at_m.is_some()
-    }
-
-    /// Whether the trip is given up.
-    fn are_too_many(&self) -> bool {
-        self.attempts > MOST_ATTEMPTS
-    }
-
-    /// Puts the stop that is due into the trip, and returns where, in m. What was planned behind it is
-    /// planned anew.
-    pub(super) fn put_in(
-        &mut self,
-        scenario: &mut Scenario,
-        rests: Option<&mut RestStops>,
-    ) -> Option<f64> {
-        let position_m = self.due_at_m.take()?;
-        if let Some(rests) = rests {
-            rests.forget_behind(position_m, scenario);
-        }
-        self.forget_behind(position_m, scenario);
-        if !self.planned.contains(&position_m) {
-            self.planned.push(position_m);
-        }
-        let events = &mut scenario.cycle.road.events;
-        let at = events.partition_point(|event| event.position_m < position_m);
-        if events.get(at).is_none_or(|event| event.position_m != position_m) {
-            let kind = EventKind::MissionStop { standstill_s: 0.0 };
-            events.insert(at, PointEvent { position_m, kind, turns: false });
-        }
-        Some(position_m)
-    }
-
-    /// Takes the stops at chargers behind a place off the trip.
-    pub(super) fn forget_behind(&mut self, place_m: f64, scenario: &mut Scenario) {
-        self.planned.retain(|at_m| *at_m <= place_m);
-        self.filled.retain(|at_m| *at_m <= place_m);
-        let Scenario { cycle, chargers, .. } = scenario;
-        let is_at_charger = |at_m: f64| chargers.iter().any(|charger| charger.position_m == at_m);
-        cycle
-            .road
-            .events
-            .retain(|event| event.position_m <= place_m || !is_at_charger(event.position_m));
-    }
 }
 
 impl EnoughModel {
@@ -403,12 +306,12 @@ impl EnoughModel {
 }
 
 impl LaneTask {
-    /// Charges at the stop line of a row, where that is worth while, while the truck stands for some
-    /// time; returns for how long it does then, in s.
+    /// Charges at a stop line, where that is worth while, while the truck stands for some time; returns
+    /// for how long it does then, in s.
     pub(super) fn charge<S: Simd, P: Powertrain>(
         &mut self,
         lane: &mut Lane<S, P>,
-        row: usize,
+        at: &Standing,
         dwell_s: f64,
     ) -> f64 {
         let (Some(stops), Some(policy)) = (&mut self.charging, lane.parameters.charging) else {
@@ -416,18 +319,14 @@ impl LaneTask {
         };
         let (powertrain, number) = (lane.parameters.powertrain, lane.number);
         let own = &mut lane.state.powertrain;
-        let (Some(event), Some(charge)) =
-            (self.road.event_after(row), powertrain.charge_of(own, number))
-        else {
-            return dwell_s;
-        };
+        let Some(charge) = powertrain.charge_of(own, number) else { return dwell_s };
         let ledger = &lane.state.ledger;
         let drawn_j = ledger[Term::Battery][number] / ledger[Term::Distance][number];
         let need = powertrain.store().map_or(Need::NONE, |store| Need {
             per_m: drawn_j / store.capacity_j,
-            lowest_charge: store.lowest_charge,
+            lowest_charge: store.lowest_charge.max(policy.reserve),
         });
-        let Some(offer) = stops.offer(policy, &self.scenario, event, dwell_s, need) else {
+        let Some(offer) = stops.offer(policy, &self.scenario, at, dwell_s, need) else {
             return dwell_s;
         };
         let mut course = ChargeCourse::default();
@@ -435,23 +334,15 @@ impl LaneTask {
         let done = offer.is_used(charge).then(&mut charged).unwrap_or_default();
         self.added_by_event[Term::Charged] += done.gained_j;
         self.added_by_event[Term::ChargingLoss] += done.loss_j;
-        let OperatingCycle { road, mission, .. } = &self.scenario.cycle;
         let arrival = Arrival {
-            position_m: road.events[event].position_m,
+            position_m: at.position_m,
             time_s: lane.state.ledger[Term::Time][number] + self.progress.standstill_s,
-            departure_s: mission.departure_s,
+            departure_s: self.scenario.cycle.mission.departure_s,
             charge,
         };
         let rise = powertrain.rise(done.gained_j);
         let charged = Charged { charge: &done, course: &course, rise };
         stops.charged(&offer, charged, arrival, dwell_s)
-    }
-
-    /// Whether a charger on the way would help a truck whose reserve is used up.
-    pub(super) fn finds_charger<S: Simd, P: Powertrain>(&mut self, lane: &Lane<S, P>) -> bool {
-        let here_m = Self::position_m(lane);
-        let Self { charging, scenario, .. } = self;
-        charging.as_mut().is_some_and(|charging| charging.finds_charger(scenario, here_m))
     }
 }
 

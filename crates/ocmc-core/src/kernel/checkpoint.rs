@@ -1,4 +1,4 @@
-//! Checkpoints: a trip as it was at some places on its way. Where a stop is put into a trip that has
+//! Checkpoints: a trip as it was at some places on its way. Where a rest is put into a trip that has
 //! been driven, all before the place at which the truck could know of the stop is as it was: the
 //! trip goes on from there, and not from its start.
 //!
@@ -6,7 +6,6 @@
 //! driven from it is, bit by bit, what is driven from the start: a trace always drives from there
 //! (`tests/it/charging.rs`).
 
-use super::charging_stops::ChargingProgress;
 use super::lane_task::{LaneTask, Progress};
 use super::parts::{Laid, PartsProgress};
 use super::rest_stops::{RestProgress, is_mission_stop};
@@ -18,6 +17,7 @@ use crate::powertrain::Powertrain;
 use crate::study::Scenario;
 use crate::tactical::SpeedProfile;
 use fearless_simd::Simd;
+use std::ops::RangeInclusive;
 
 /// A braking ramp is seldom longer, in m. If one is, the checkpoint before serves.
 const RAMP_M: f64 = 1500.0;
@@ -28,6 +28,14 @@ const CLOSE_M: f64 = 1000.0;
 
 /// Places at which a temperature is looked at, from one to the next, in m.
 const LOOK_M: f64 = 2000.0;
+
+/// What a place is marked for.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Purpose {
+    Keep,
+    Look,
+    Decide,
+}
 
 /// A trip as it was at a place on its way.
 #[derive(Clone, Debug)]
@@ -40,7 +48,6 @@ struct Checkpoint {
     progress: Progress,
     parts: PartsProgress,
     rests: Option<RestProgress>,
-    charging: Option<ChargingProgress>,
 }
 
 /// A marked row.
@@ -53,16 +60,21 @@ pub(super) struct Mark {
     keeps: bool,
     /// Whether the powertrain's temperature is looked at there.
     pub looks: bool,
+    /// Whether the driver decides there whether to charge.
+    pub decides: bool,
+    /// Whether the line of a stop that he has decided on is within reach.
+    hidden: bool,
 }
 
 /// What rows are marked for.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Marking {
     /// Distance to the stop line in a marked row, in m.
     pub mark_m: f64,
-    /// Whether stops may be put into the trip, and whether rests among them on the spot.
-    pub takes_stops: bool,
+    /// Whether rests may be put into the trip that was driven.
     pub takes_rests: bool,
+    /// Where the driver decides whether to charge, in m.
+    pub decides_m: Vec<f64>,
     /// How far ahead a truck may know of a stop, beside braking for it, in m.
     pub ahead_m: f64,
     /// Whether the powertrain's temperature is looked at.
@@ -105,45 +117,65 @@ impl Checkpoints {
             (1..=count).map(move |k| step_m * f64::from(k))
         };
         let mut keep_m: Vec<f64> = Vec::new();
-        if marking.takes_stops {
+        if marking.takes_rests {
             let stops = road.events.iter().filter(|event| is_mission_stop(event));
             let chargers = scenario.chargers.iter().map(|charger| charger.position_m);
             let ahead_m = marking.ahead_m + RAMP_M;
             let places = stops.map(|stop| stop.position_m).chain(chargers);
             keep_m.extend(places.map(|place_m| place_m - ahead_m));
-        }
-        if marking.takes_rests {
             keep_m.extend(each(SPACING_M));
         }
         keep_m.sort_unstable_by(f64::total_cmp);
         keep_m.retain(|place_m| *place_m > 0.0);
         keep_m.dedup_by(|next, before| *next < *before + CLOSE_M);
         let looks_m = each(LOOK_M).filter(|_| marking.looks);
-        let mut places: Vec<(f64, bool)> = keep_m.into_iter().map(|at_m| (at_m, true)).collect();
-        places.extend(looks_m.map(|at_m| (at_m, false)));
+        let mut places: Vec<(f64, Purpose)> =
+            keep_m.into_iter().map(|at_m| (at_m, Purpose::Keep)).collect();
+        places.extend(looks_m.map(|at_m| (at_m, Purpose::Look)));
+        let decides_m = marking.decides_m.iter().filter(|place_m| **place_m > 0.0);
+        places.extend(decides_m.map(|at_m| (*at_m, Purpose::Decide)));
         places.sort_by(|a, b| a.0.total_cmp(&b.0));
-        for (place_m, keeps) in places {
+        for (place_m, purpose) in places {
             let behind = profile.segments.partition_point(|segment| segment.start_m < place_m);
             let Some(segment) = profile.segments.get(behind) else { break };
             let (row, end_m) = (behind - 1, segment.start_m);
+            let (keeps, decides) = (purpose == Purpose::Keep, purpose == Purpose::Decide);
+            let looks = purpose == Purpose::Look || decides && marking.looks;
             if let Some(last) = self.marks.last_mut().filter(|mark| mark.row == row) {
                 last.keeps |= keeps;
-                last.looks |= !keeps;
+                last.looks |= looks;
+                last.decides |= decides;
                 continue;
             }
             let to_stop_m = &mut rows[row].0[RoadRow::TO_STOP];
             // within reach of a stop line there is none
             if *to_stop_m == UNBOUNDED || *to_stop_m == marking.mark_m {
                 *to_stop_m = marking.mark_m;
-                self.marks.push(Mark { row, end_m, keeps, looks: !keeps });
+                self.marks.push(Mark { row, end_m, keeps, looks, decides, hidden: false });
             }
         }
     }
 
     /// A trip begins at its start.
     pub(super) fn depart(&mut self) {
-        self.next = 0;
+        self.begin();
         self.taken.clear();
+    }
+
+    /// A truck enters its road.
+    pub(super) fn begin(&mut self) {
+        self.next = 0;
+        for mark in &mut self.marks {
+            mark.hidden = false;
+        }
+    }
+
+    /// The line of a stop is within reach on some rows.
+    pub(super) fn hide(&mut self, rows: RangeInclusive<usize>) {
+        let first = self.marks.partition_point(|mark| mark.row < *rows.start());
+        for mark in self.marks[first..].iter_mut().take_while(|mark| rows.contains(&mark.row)) {
+            mark.hidden = true;
+        }
     }
 
     /// The mark of a row: the stop line that a truck seems to be at is none.
@@ -151,7 +183,7 @@ impl Checkpoints {
         while self.marks.get(self.next).is_some_and(|mark| mark.row < row) {
             self.next += 1;
         }
-        self.marks.get(self.next).filter(|mark| mark.row == row).copied()
+        self.marks.get(self.next).filter(|mark| mark.row == row && !mark.hidden).copied()
     }
 
     /// Forgets those that a stop at a place makes void; returns whether one is left.
@@ -195,7 +227,6 @@ impl LaneTask {
             progress: self.progress,
             parts: self.parts.progress(),
             rests: self.rests.as_ref().map(|rests| rests.progress),
-            charging: self.charging.as_ref().map(|charging| charging.progress),
         });
     }
 
@@ -220,9 +251,6 @@ impl LaneTask {
         self.parts.go_on(&last.parts);
         if let (Some(rests), Some(progress)) = (&mut self.rests, last.rests) {
             rests.progress = progress;
-        }
-        if let (Some(charging), Some(progress)) = (&mut self.charging, last.charging) {
-            charging.progress = progress;
         }
         lane.state.set_gear(number, last.progress.gear, lane.parameters);
         lane.state.motion.at[number] = last.row;

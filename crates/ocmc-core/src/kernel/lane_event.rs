@@ -2,6 +2,7 @@
 //! is near or a check is due, and how an event is handled outside of the hot loop.
 
 use super::lane_task::LaneTask;
+use super::rest_stops::{AHEAD_S, HALTING_S};
 use super::road_row::RoadRow;
 use super::stage::Row;
 use super::state::{KernelParameters, Lane, State};
@@ -121,8 +122,13 @@ impl LaneTask {
     ) -> Option<Outcome> {
         self.added_by_event = Ledger::EMPTY;
         let mark = self.checkpoints.mark_at(lane.state.motion.at[lane.number]);
-        if let Some(mark) = mark.filter(|mark| mark.looks && lane.is_at_end()) {
-            self.look_at_temperature(lane, mark.end_m);
+        if let Some(mark) = mark.filter(|_| lane.is_at_end()) {
+            if mark.decides {
+                self.decide(lane, mark.end_m, lane.state.motion.at[lane.number] + 1);
+            }
+            if mark.looks {
+                self.look_at_temperature(lane, mark.end_m);
+            }
         }
         let ends_part = self.parts.pass(lane, self.progress.standstill_s);
         if !ends_part && mark.is_none() && lane.is_captured() {
@@ -140,7 +146,7 @@ impl LaneTask {
             self.shift(lane, event);
         }
         if lane.parameters.powertrain.depleted(&lane.state.powertrain).test(lane.number) {
-            return if self.finds_charger(lane) { None } else { Some(Outcome::Depleted) };
+            return Some(Outcome::Depleted);
         }
         if lane.state.motion.steps_left[lane.number] <= 0.0 { self.check(lane) } else { None }
     }
@@ -176,9 +182,11 @@ impl LaneTask {
             // the charger is here: nothing is prepared for it any more
             self.look_at_temperature(lane, f64::INFINITY);
         }
-        let dwell_s = self.charge(lane, row, planned_s);
-        let driven_s = lane.state.ledger[Term::Time][lane.number];
-        let rests = self.rest(row, driven_s, planned_s, dwell_s);
+        let standing = self.standing(row);
+        let (dwell_s, rests) = match &standing {
+            Some(standing) => self.stand(lane, standing, planned_s),
+            None => (planned_s, false),
+        };
         let added = &mut self.added_by_event;
         let (powertrain, model) = (lane.parameters.powertrain, lane.parameters.look_ahead);
         let (own, number) = (&mut lane.state.powertrain, lane.number);
@@ -195,6 +203,9 @@ impl LaneTask {
         self.start(lane);
         self.progress.checked_at_s = lane.state.ledger[Term::Time][lane.number];
         self.progress.checked_at_m = lane.state.ledger[Term::Distance][lane.number];
+        if let Some(standing) = &standing {
+            self.decide(lane, standing.position_m, row + 1);
+        }
     }
 
     /// Takes a line that has been served off the road: up to it the driver accelerates.
@@ -261,7 +272,9 @@ impl LaneTask {
         }
         let passed = time - self.progress.checked_at_s;
         self.schedule_check(lane);
-        if self.has_to_rest(lane) {
+        if self.rests_ahead() {
+            self.rest_on_the_spot(lane);
+        } else if self.has_to_rest(lane) {
             return None;
         }
         // steps that were cut are shorter: wait until the whole time has passed
@@ -284,9 +297,10 @@ impl LaneTask {
         let steps = |time_s: f64| libm::ceil(time_s / simulation.step_s);
         let at_end = (steps(left_s) * FAST_STEP).max(FAST_STEP);
         self.progress.until_check = steps(simulation.stall_time_s).min(at_end);
+        let ahead_s = if self.rests_ahead() { AHEAD_S } else { HALTING_S };
         if let Some(rests) = &mut self.rests {
             rests.drive_to(lane.state.ledger[Term::Time][lane.number]);
-            let most = libm::floor(rests.until_check_s() / simulation.step_s);
+            let most = libm::floor(rests.until_check_s(ahead_s) / simulation.step_s);
             self.progress.until_check =
                 self.progress.until_check.min((most * FAST_STEP).max(FAST_STEP));
         }

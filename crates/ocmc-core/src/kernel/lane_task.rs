@@ -1,6 +1,7 @@
 //! The task of one lane: its scenario, its road, its gear, and how the events of the lane are
 //! handled outside of the hot loop: stops, shifts, checks of progress and the end of the mission.
 
+use super::charging_decision::{cuts, sites};
 use super::charging_stops::ChargingStops;
 use super::checkpoint::{Before, Checkpoints, Marking};
 use super::parts::{Parts, kinds_of_plan, mark_m};
@@ -8,16 +9,18 @@ use super::pedal_event::InitialMotion;
 use super::rest_stops::{NEAR_M, RestStops};
 use super::road_row::{RoadRow, RoadRows};
 use super::state::Lane;
+use super::stop_ahead::StopAhead;
 use crate::breakdown::Axis;
 use crate::charging::ChargeCourse;
 use crate::driver::pedal::Hold;
 use crate::driver::speed_change::Rise;
 use crate::energy_ledger::{Ledger, Mode, Term};
 use crate::lanes::UNBOUNDED;
+use crate::operating_cycle::segments::Cuts;
 use crate::powertrain::{Plug, Powertrain};
 use crate::record::{Outcome, Record};
 use crate::study::{Scenario, Study};
-use crate::tactical::{SpeedProfile, plan, plan_braking};
+use crate::tactical::{SpeedProfile, plan_braking, plan_cut};
 use fearless_simd::Simd;
 use std::mem::swap;
 
@@ -56,7 +59,9 @@ pub struct LaneTask {
     pub(super) parts: Parts,
     /// Charging, where the study has a policy.
     pub(super) charging: Option<Box<ChargingStops>>,
-    /// From where it is driven on where a stop is put in.
+    /// Stops that its driver has decided on, on his way.
+    pub(super) stops_ahead: Vec<StopAhead>,
+    /// From where it is driven on where a rest is put in.
     pub(super) checkpoints: Checkpoints,
     /// What the last event added to the ledger, in one addition each: a trace has to be able to
     /// repeat it.
@@ -75,6 +80,7 @@ impl LaneTask {
             served: Vec::new(),
             initial_energy_j: 0.0,
             parts: Parts::default(),
+            stops_ahead: Vec::new(),
             checkpoints: Checkpoints::default(),
             added_by_event: Ledger::EMPTY,
         };
@@ -93,9 +99,9 @@ impl LaneTask {
         self.plan(study, profile);
     }
 
-    /// Puts the rest or the charging that is due into the trip of a lane, plans it anew, and drives
-    /// it on from where the stop changes nothing yet; where `from_start`, from its start.
-    pub(super) fn put_in_stop<S: Simd, P: Powertrain>(
+    /// Puts the rest that is due into the trip of a lane, plans it anew, and drives it on from where
+    /// the stop changes nothing yet; where `from_start`, from its start.
+    pub(super) fn put_in_rest<S: Simd, P: Powertrain>(
         &mut self,
         lane: &mut Lane<S, P>,
         study: &Study,
@@ -103,12 +109,8 @@ impl LaneTask {
         from_start: bool,
     ) {
         self.leave(lane);
-        let Self { rests, charging, scenario, .. } = self;
-        let place_m = match (charging.as_deref_mut(), rests.as_deref_mut()) {
-            (Some(charging), rests) if charging.are_missing() => charging.put_in(scenario, rests),
-            (charging, Some(rests)) => rests.put_in(scenario, charging),
-            _ => None,
-        };
+        let Self { rests, scenario, .. } = self;
+        let place_m = rests.as_mut().and_then(|rests| rests.put_in(scenario));
         let before = Before {
             rows: self.road.replace_rows(),
             laid: self.parts.laid(),
@@ -123,27 +125,36 @@ impl LaneTask {
         self.road.spare_rows = before.rows;
     }
 
-    /// Whether the trip has to be driven again, with a rest or with charging.
-    pub(super) fn lacks_stop(&self) -> bool {
+    /// Whether the trip has to be driven again, with a rest.
+    pub(super) fn lacks_rest(&self) -> bool {
         self.rests.as_ref().is_some_and(|rests| rests.are_missing())
-            || self.charging.as_ref().is_some_and(|charging| charging.are_missing())
     }
 
     fn plan(&mut self, study: &Study, profile: &mut SpeedProfile) {
+        let scenario = &self.scenario;
+        let charges = self.charging.is_some();
+        let (ramp_m, cuts) = if charges { cuts(study, scenario) } else { (0.0, Cuts::NONE) };
         if study.model().simulation.columns_by.contains(&Axis::EventKind) {
-            plan(study, &self.scenario, profile);
+            plan_cut(study, scenario, &cuts, profile);
         } else {
-            plan_braking(study, &self.scenario, profile);
+            plan_braking(study, scenario, &cuts, profile);
         }
-        self.road.fill(study, &self.scenario, profile);
+        self.road.fill(study, scenario, profile);
         self.lay_parts(study, profile);
-        let (takes_rests, charges) = (self.rests.is_some(), self.charging.is_some());
+        let takes_rests = self.rests.is_some() && !charges;
         let powertrain = &study.vehicle().powertrain;
+        let mut decides_m = Vec::new();
+        if let (Some(charging), Some(policy)) = (&mut self.charging, &study.model().charging) {
+            let stop_rows = self.road.stop_rows_and_events();
+            charging.sites = sites(study, policy, &self.scenario, profile, &stop_rows);
+            charging.ramp_m = ramp_m;
+            decides_m.extend(charging.sites.iter().map(|site| site.decided_at_m));
+        }
         if takes_rests || charges || powertrain.has_temperature() {
             let marking = Marking {
                 mark_m: mark_m(&study.model().simulation),
-                takes_stops: takes_rests || charges,
                 takes_rests,
+                decides_m,
                 ahead_m: NEAR_M.max(powertrain.preconditions_from_m()),
                 looks: powertrain.has_temperature(),
             };
@@ -167,16 +178,6 @@ impl LaneTask {
     /// What is driven.
     pub(super) fn scenario(&self) -> &Scenario {
         &self.scenario
-    }
-
-    /// Notes the standstill at the stop line of a row, as it was planned and as it is; returns
-    /// whether the law on rests asked for it.
-    pub(super) fn rest(&mut self, row: usize, driven_s: f64, planned_s: f64, dwell_s: f64) -> bool {
-        let (Some(rests), Some(event)) = (&mut self.rests, self.road.event_after(row)) else {
-            return false;
-        };
-        rests.drive_to(driven_s);
-        rests.stand(&self.scenario, event, planned_s, dwell_s)
     }
 
     /// Looks at the temperature of the powertrain at a place.
@@ -264,6 +265,8 @@ impl LaneTask {
         lane.state.ledger.clear(lane.number);
         lane.state.motion.engine_speed[lane.number] = lane.parameters.idle_radps;
         self.progress = Progress::default();
+        self.stops_ahead.clear();
+        self.checkpoints.begin();
         if let Some(rests) = &mut self.rests {
             rests.depart();
         }
@@ -276,6 +279,7 @@ impl LaneTask {
         lane.state.motion.left[lane.number] = lane.state.row(lane.number).0[RoadRow::LENGTH];
         self.start(lane);
         self.initial_energy_j = lane.kinetic_energy_j();
+        self.decide(lane, 0.0, 0);
     }
 
     /// Prepares a truck at rest to start: gear by the slope, the controller reset.

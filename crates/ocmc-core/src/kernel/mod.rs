@@ -11,6 +11,7 @@
 
 mod accumulate;
 pub mod chain;
+mod charging_decision;
 mod charging_stops;
 mod checkpoint;
 mod control;
@@ -30,5 +31,6 @@ pub mod step;
 mod step_end;
 mod step_length;
 pub mod step_view;
+mod stop_ahead;
 mod switching_event;
 pub mod trace;

@@ -8,6 +8,7 @@
 
 use super::road_row::RoadRow;
 use super::state::Lane;
+use super::stop_ahead::Changed;
 use crate::breakdown::{AMOUNTS, Axis, Breakdown};
 use crate::energy_ledger::Term;
 use crate::event_kind::{Kind, Point, kinds, regains};
@@ -55,6 +56,8 @@ pub(super) struct Parts {
     progress: PartsProgress,
     /// Distance in a marked row, in m.
     mark_m: f64,
+    /// Whether they are event kinds, too.
+    has_kinds: bool,
 }
 
 impl Parts {
@@ -69,6 +72,7 @@ impl Parts {
     ) {
         self.changes.clear();
         self.mark_m = mark_m(simulation);
+        self.has_kinds = !kinds.is_empty();
         let last = rows.len() - 1;
         let mut ends = road_types.iter().skip(1).map(|(from, _)| from - 1).chain([last]);
         for (k, (from, road_type)) in road_types.iter().enumerate() {
@@ -172,6 +176,43 @@ impl Parts {
         change.row += 1;
         mark(change, row, self.mark_m);
         true
+    }
+
+    /// The driver decides to stop at the end of a row: from where he brakes it is the part of a stop,
+    /// and behind it until the speed is regained. What ends within reach of the line is booked at the
+    /// next event.
+    pub(super) fn stop_within(&mut self, changed: &Changed, line: usize, rows: &mut [RoadRow]) {
+        let mut parts = self.changes.split_off(self.progress.next);
+        if self.has_kinds {
+            let mut from = 0;
+            let mut split: Vec<Change> = Vec::with_capacity(parts.len() + 4);
+            for change in parts {
+                // as it is, up to braking; a stop, up to the line, and for one row more
+                let cuts = [changed.braked_from.checked_sub(1), Some(line), Some(line + 1)];
+                for (k, end) in cuts.into_iter().enumerate() {
+                    let Some(end) = end.filter(|end| *end >= from && *end < change.row) else {
+                        continue;
+                    };
+                    let kind = if k == 0 { change.kind } else { Kind::Stop };
+                    split.push(Change { row: end, laid: end, kind, marked: false, ..change });
+                    from = end + 1;
+                }
+                let is_stop = from >= changed.braked_from && change.row <= line + 1;
+                let kind = if is_stop { Kind::Stop } else { change.kind };
+                split.push(Change { kind, ..change });
+                from = change.row + 1;
+            }
+            parts = split;
+        }
+        for change in &mut parts {
+            let is_hidden = change.row >= changed.reach_from && change.row <= line;
+            if is_hidden {
+                change.marked = false;
+            } else if !change.marked {
+                mark(change, &mut rows[change.row], self.mark_m);
+            }
+        }
+        self.changes.append(&mut parts);
     }
 
     /// Marks what was within reach of a stop line that has been served.

@@ -1,16 +1,19 @@
 //! Rests on one trip: where the law's clock comes to its limit, the trip ends there, gets its rest
-//! put in, and is driven again from its start, until it is driven to its end.
+//! put in, and is driven again from its start, until it is driven to its end. Who charges on the way
+//! decides on his rests there, too ([`super::charging_decision`]): nothing is driven again.
 
-use super::charging_stops::ChargingStops;
+use super::stop_ahead::Standing;
 use crate::operating_cycle::road::point_event::{EventKind, PointEvent};
 use crate::rest::{Activity, DutyClock};
 use crate::study::{Scenario, Study};
 
 /// A driver looks for a place to rest so long before the limit, in s: the time that it takes to halt
 /// (judgement).
-const HALTING_S: f64 = 60.0;
+pub(super) const HALTING_S: f64 = 60.0;
+/// The same of a driver who decides on his way, in s (judgement): he has to find a place.
+pub(super) const AHEAD_S: f64 = 240.0;
 /// At this time before the limit he must not go on, in s: two steps.
-const LAST_S: f64 = 5.0;
+pub(super) const LAST_S: f64 = 5.0;
 /// A stop so near is still reached, in m: how far a truck comes in the time to halt.
 pub(super) const NEAR_M: f64 = 1500.0;
 /// Who may drive no longer than this at departure has rested before, in s.
@@ -101,17 +104,11 @@ impl RestStops {
         self.progress.driven_s = driven_s;
     }
 
-    /// The truck stands at an event, for longer than planned where it is charged. A stop of the
-    /// mission is a rest, any other one a part of the driving. Returns whether the law asked for it.
-    pub(super) fn stand(
-        &mut self,
-        scenario: &Scenario,
-        event: usize,
-        planned_s: f64,
-        dwell_s: f64,
-    ) -> bool {
-        let PointEvent { position_m, kind, .. } = scenario.cycle.road.events[event];
-        if !matches!(kind, EventKind::MissionStop { .. }) {
+    /// The truck stands, for longer than planned where it is charged. A stop of the mission is a rest,
+    /// any other one a part of the driving. Returns whether the law asked for it.
+    pub(super) fn stand(&mut self, at: &Standing, planned_s: f64, dwell_s: f64) -> bool {
+        let position_m = at.position_m;
+        if !at.is_rest {
             self.progress.clock.pass(Activity::Driving, dwell_s);
             return false;
         }
@@ -124,16 +121,53 @@ impl RestStops {
         }
         if self.progress.clock.driven_s() == 0.0 {
             (self.progress.rested_at_m, self.progress.last_stop) = (position_m, None);
-        } else {
+        } else if let Some(event) = at.event {
             self.progress.last_stop = Some((event, before));
         }
         added.is_some()
     }
 
+    /// How long may still be driven, in s.
+    pub(super) fn left_s(&self) -> f64 {
+        self.progress.clock.left_s()
+    }
+
+    /// Whether a driver has to rest at a place so far away, in s, because the one behind it is out of
+    /// reach of the limit; only where it is within reach after the rest.
+    pub(super) fn has_to_rest_at(&self, way_s: f64, next_s: f64) -> bool {
+        let mut then = self.progress.clock;
+        if then.left_s() <= way_s || then.left_s() >= way_s + next_s + HALTING_S {
+            return false;
+        }
+        then.pass(Activity::Driving, way_s);
+        then.pass(Activity::Rest, then.length_s(then.next_rest().0));
+        then.left_s() >= next_s + HALTING_S
+    }
+
+    /// How long a truck that stands for some time has to stand, because the next place is out of reach
+    /// of the limit, in s; 0 where it is not. `is_due`: its driver has stopped for it.
+    pub(super) fn asked_s(&self, stands_s: f64, next_s: f64, is_due: bool) -> f64 {
+        let clock = self.progress.clock;
+        let mut then = clock;
+        then.pass(Activity::Rest, stands_s);
+        let length_s = clock.length_s(clock.next_rest().0);
+        let mut rested = clock;
+        rested.pass(Activity::Rest, length_s);
+        let reaches = |clock: DutyClock| clock.left_s() >= next_s + HALTING_S;
+        if is_due || !reaches(then) && reaches(rested) { length_s } else { 0.0 }
+    }
+
+    /// The law makes a standstill longer, by some time in s.
+    pub(super) fn is_made_longer(&mut self, by_s: f64) {
+        self.progress.added_s += by_s;
+        self.progress.taken += 1;
+    }
+
     /// Driving time until the limit has to be looked at again, in s.
-    pub(super) fn until_check_s(&self) -> f64 {
+    /// `ahead_s`: so long before the limit a driver looks for a place.
+    pub(super) fn until_check_s(&self, ahead_s: f64) -> f64 {
         let left_s = self.progress.clock.left_s();
-        let until_s = if left_s > HALTING_S { left_s - HALTING_S } else { left_s - LAST_S };
+        let until_s = if left_s > ahead_s { left_s - ahead_s } else { left_s - LAST_S };
         until_s.max(0.0)
     }
 
@@ -170,34 +204,9 @@ impl RestStops {
         self.attempts > MOST_ATTEMPTS
     }
 
-    /// Takes the rests behind a place off the trip.
-    pub(super) fn forget_behind(&mut self, place_m: f64, scenario: &mut Scenario) {
-        let events = &mut scenario.cycle.road.events;
-        self.stops.retain(|stop| {
-            if stop.position_m <= place_m {
-                return true;
-            }
-            match stop.own_s {
-                None => events.retain(|event| event.position_m != stop.position_m),
-                Some(standstill_s) => {
-                    let own = events.iter_mut().find(|event| event.position_m == stop.position_m);
-                    if let Some(event) = own {
-                        event.kind = EventKind::MissionStop { standstill_s };
-                    }
-                }
-            }
-            false
-        });
-    }
-
     /// Puts the rest that is due into the trip: at the last stop of the mission or charger since the
-    /// last rest, where there is none on the spot; returns where, in m. What was planned behind a
-    /// charging trip's rest is planned anew.
-    pub(super) fn put_in(
-        &mut self,
-        scenario: &mut Scenario,
-        charging: Option<&mut ChargingStops>,
-    ) -> Option<f64> {
+    /// last rest, where there is none on the spot; returns where, in m.
+    pub(super) fn put_in(&mut self, scenario: &mut Scenario) -> Option<f64> {
         let mut here_m = self.due_at_m.take()?;
         let (rest, length_s) = self.progress.clock.next_rest();
         let stop_m =
@@ -207,10 +216,6 @@ impl RestStops {
         let charger = scenario.chargers.iter().rev().find(|charger| ahead(charger.position_m));
         let charger_m = charger.map(|charger| charger.position_m);
         here_m = charger_m.or(stop_m).unwrap_or(here_m);
-        if let Some(charging) = charging {
-            self.forget_behind(here_m, scenario);
-            charging.forget_behind(here_m, scenario);
-        }
         let events = &mut scenario.cycle.road.events;
         if let (Some((event, before)), None) = (self.progress.last_stop, charger_m) {
             let stop = &mut events[event];

@@ -164,6 +164,11 @@ impl RoadRows {
         self.stops.iter().map(|stop| stop.0).collect()
     }
 
+    /// The same, and the event there, but at the road's end.
+    pub fn stop_rows_and_events(&self) -> Vec<(usize, Option<usize>)> {
+        self.stops.iter().map(|stop| (stop.0, stop.2)).collect()
+    }
+
     /// The event at whose stop line a row ends.
     pub fn event_after(&self, row: usize) -> Option<usize> {
         self.stops.iter().find(|stop| stop.0 == row)?.2

@@ -34,7 +34,7 @@ pub trait Observer {
         _tasks: &[Option<LaneTask>],
     ) {
     }
-    /// Whether a trip into which a stop is put is driven again from its start.
+    /// Whether a trip into which a rest is put is driven again from its start.
     const FROM_START: bool;
     /// It is: what was observed of it is void.
     fn restarts(&mut self) {}
@@ -297,8 +297,8 @@ impl<'a, 'b, P: Powertrain, O: Observer> LaneScheduler<'a, 'b, P, O> {
                     self.cut_short.push(task.scenario().clone());
                 }
             }
-            if outcome.is_none() && task.lacks_stop() {
-                task.put_in_stop(&mut lane, self.study, &mut self.profile, O::FROM_START);
+            if outcome.is_none() && task.lacks_rest() {
+                task.put_in_rest(&mut lane, self.study, &mut self.profile, O::FROM_START);
                 self.observer.restarts();
                 continue;
             }

@@ -43,6 +43,59 @@ impl Segment {
     }
 }
 
+/// Where segments are cut, so that the truck can halt there or its driver decide.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cuts {
+    /// Places, in order, in m.
+    pub places_m: Vec<f64>,
+    /// The longest segment, in m.
+    pub longest_m: f64,
+}
+
+impl Cuts {
+    /// None.
+    pub const NONE: Self = Self { places_m: Vec::new(), longest_m: f64::INFINITY };
+
+    /// Cuts segments and their runs. Behind a cut all is as before it, but the event at its start.
+    pub fn cut(&self, segments: &mut Vec<Segment>, runs: &mut [usize]) {
+        let mut cuts: Vec<(usize, f64)> = Vec::new();
+        let mut places = self.places_m.iter().copied().peekable();
+        for (k, segment) in segments.iter().enumerate() {
+            let end_m = segment.start_m + segment.length_m;
+            let mut from_m = segment.start_m;
+            loop {
+                while places.next_if(|at_m| *at_m < from_m + SMALLEST_M).is_some() {}
+                let next_m =
+                    lower(places.peek().copied().unwrap_or(f64::INFINITY), from_m + self.longest_m);
+                if next_m > end_m - SMALLEST_M {
+                    break;
+                }
+                cuts.push((k, next_m));
+                from_m = next_m;
+            }
+        }
+        let mut whole = std::mem::take(segments);
+        segments.reserve(whole.len() + cuts.len());
+        let mut copied = 0;
+        for (k, at_m) in &cuts {
+            segments.extend_from_slice(&whole[copied..*k]);
+            copied = *k;
+            let behind = &mut whole[*k];
+            let end_m = behind.start_m + behind.length_m;
+            segments.push(Segment { length_m: at_m - behind.start_m, ..*behind });
+            *behind = Segment { start_m: *at_m, length_m: end_m - at_m, event: NONE, ..*behind };
+        }
+        segments.extend_from_slice(&whole[copied..]);
+        let mut before = 0;
+        for run in runs {
+            while cuts.get(before).is_some_and(|(k, _)| *k < *run) {
+                before += 1;
+            }
+            *run += before;
+        }
+    }
+}
+
 /// The lower of two numbers, neither of them NaN: one instruction, where [`f64::min`] takes six.
 #[inline]
 pub fn lower(a: f64, b: f64) -> f64 {

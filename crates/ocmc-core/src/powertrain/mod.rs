@@ -41,11 +41,15 @@ impl PowertrainKind {
         }
     }
 
-    /// A truck is charged as a policy says: it keeps a reserve, and no charger at stops is its own.
+    /// A truck is charged as a policy says: no charger at stops is its own, and without public
+    /// chargers it stops with its reserve.
     pub fn follow(&mut self, policy: &ChargingPolicy) {
         if let Self::BatteryElectric(powertrain) = self {
             let battery = &mut powertrain.model.battery;
-            battery.minimum_charge = battery.minimum_charge.max(policy.reserve);
+            // on the way to a public charger a driver uses his reserve where his forecast was wrong
+            if policy.public.is_none() {
+                battery.minimum_charge = battery.minimum_charge.max(policy.reserve);
+            }
             powertrain.model.charging = None;
         }
     }
@@ -56,6 +60,11 @@ impl PowertrainKind {
             Self::Diesel(_) => false,
             Self::BatteryElectric(powertrain) => powertrain.model.battery.thermal.is_some(),
         }
+    }
+
+    /// Whether it has a battery.
+    pub fn has_battery(&self) -> bool {
+        matches!(self, Self::BatteryElectric(_))
     }
 
     /// How far ahead of a planned charging stop that is prepared, in m.

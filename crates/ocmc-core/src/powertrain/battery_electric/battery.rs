@@ -111,12 +111,12 @@ impl<S: Simd> BatteryLimits<S> {
         }
     }
 
-    /// Puts those of a battery into a lane.
-    pub fn set(&mut self, lane: usize, battery: &BatteryModel) {
-        self.resistance[lane] = battery.resistance_ohm;
-        self.quarter[lane] = BELOW_QUARTER / battery.resistance_ohm;
-        self.discharge_power[lane] = battery.discharge_power_w;
-        self.charge_power[lane] = battery.charge_power_w;
+    /// Puts resistance, in Ω, and the powers that a battery gives and takes, in W, into a lane.
+    pub fn set(&mut self, lane: usize, [resistance_ohm, give_w, take_w]: [f64; 3]) {
+        self.resistance[lane] = resistance_ohm;
+        self.quarter[lane] = BELOW_QUARTER / resistance_ohm;
+        self.discharge_power[lane] = give_w;
+        self.charge_power[lane] = take_w;
     }
 
     /// The columns.

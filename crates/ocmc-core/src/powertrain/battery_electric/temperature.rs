@@ -164,7 +164,9 @@ impl BatteryElectricPowertrain {
         let [electric_w, heat_w] = thermal.conditioning_w(temperature_k, preconditions);
         state.auxiliary_power[lane] = state.temperatures.auxiliary[lane] + electric_w;
         state.temperatures.heat[lane] = heat_w;
-        state.limits.set(lane, &self.battery_of(state, lane));
+        let charge = state.charge[lane];
+        let limits = thermal.limits_at(&self.model.battery, temperature_k, charge);
+        state.limits.set(lane, limits);
     }
 
     /// Charges one lane, slice by slice: its temperature changes meanwhile.

@@ -134,19 +134,38 @@ impl ThermalModel {
         at_last_k + (temperature_k - at_last_k) * libm::exp(-to_air * time_s / capacity)
     }
 
-    /// A battery as it is at a temperature and a state of charge.
-    pub fn at(&self, battery: &BatteryModel, temperature_k: f64, charge: f64) -> BatteryModel {
+    /// Resistance, in Ω, and the powers that a battery gives and takes, in W, at a temperature and a
+    /// state of charge.
+    pub fn limits_at(&self, battery: &BatteryModel, temperature_k: f64, charge: f64) -> [f64; 3] {
         let temperature = Place::of(&self.temperature_k, temperature_k);
         let column = Place::of(&self.charge, charge);
         let [low, high] =
             temperature.ends().map(|row| column.of_table(&self.resistance_factor[row]));
+        [
+            battery.resistance_ohm * (low + (high - low) * temperature.share),
+            battery.discharge_power_w * temperature.of_table(&self.discharge_share),
+            battery.charge_power_w * temperature.of_table(&self.charge_share),
+        ]
+    }
+
+    /// A battery as it is at a temperature and a state of charge.
+    pub fn at(&self, battery: &BatteryModel, temperature_k: f64, charge: f64) -> BatteryModel {
+        let [resistance_ohm, discharge_power_w, charge_power_w] =
+            self.limits_at(battery, temperature_k, charge);
+        // its tables are not needed, and cloning them would take longer than all else
         BatteryModel {
-            resistance_ohm: battery.resistance_ohm * (low + (high - low) * temperature.share),
-            discharge_power_w: battery.discharge_power_w
-                * temperature.of_table(&self.discharge_share),
-            charge_power_w: battery.charge_power_w * temperature.of_table(&self.charge_share),
+            capacity_j: battery.capacity_j,
+            empty_voltage_v: battery.empty_voltage_v,
+            full_voltage_v: battery.full_voltage_v,
+            resistance_ohm,
+            discharge_power_w,
+            charge_power_w,
+            minimum_charge: battery.minimum_charge,
+            maximum_charge: battery.maximum_charge,
+            charge_fade: battery.charge_fade,
+            initial_charge: battery.initial_charge.clone(),
+            ageing: None,
             thermal: None,
-            ..battery.clone()
         }
     }
 }
