@@ -100,8 +100,8 @@ impl RoadRows {
         let mut around = Surroundings::new(study, scenario);
         let (mut altitude_m, mut climb_m) = (0.0, 0.0);
         let road_types = &mut self.road_types;
-        rows.clear();
-        rows.reserve(segments.len());
+        // all are written anew
+        rows.resize(segments.len(), RoadRow::PARKED);
         stops.clear();
         road_types.clear();
         for run in profile.runs.windows(2) {
@@ -120,7 +120,8 @@ impl RoadRows {
             let root = limit.sqrt();
             let static_mps = if branches[0].by_sign { root } else { -root };
             let turns = head.curve().is_some();
-            rows.extend(segments.iter().zip(branches).enumerate().map(|(i, (segment, branch))| {
+            let ahead = segments.iter().zip(branches).zip(&mut rows[first..end]).enumerate();
+            for (i, ((segment, branch), row)) in ahead {
                 // the heading changes along a curve, the density of the air with the altitude
                 if i > 0 && (turns || around.has_climbed(altitude_m)) {
                     around.update(segment, limit, altitude_m);
@@ -130,7 +131,7 @@ impl RoadRows {
                 let cosine = (1.0 - sine * sine).sqrt();
                 altitude_m += sine * length_m;
                 climb_m += if sine > 0.0 { sine * length_m } else { 0.0 };
-                RoadRow([
+                *row = RoadRow([
                     length_m,
                     limit,
                     branch.backward_end,
@@ -143,8 +144,8 @@ impl RoadRows {
                     UNBOUNDED,
                     around.grip * cosine,
                     -1.0 - branch.coasts_to,
-                ])
-            }));
+                ]);
+            }
         }
         stops.push((rows.len() - 1, 0.0, None));
         self.mark_stops(study.model().simulation.creep_distance_m);
