@@ -438,14 +438,10 @@ const DAY: u8 = 0x20;
 /// The bit that is inverted for the scrambling of the trips of one truck.
 const OF_TRUCK: u8 = 0x10;
 
-/// Words that are taken from a generator at once.
-const WORDS_AT_ONCE: usize = 64;
-
 /// The uniform of a word: its upper 53 bits and a half, so that it is neither 0 nor 1.
 #[inline(always)]
 fn uniform_of(word: u64) -> f64 {
-    const STEP: f64 = 1.0 / (1u64 << 53) as f64;
-    ((word >> 11) as f64 + 0.5) * STEP
+    ((word >> 11) as f64 + 0.5) / (1_u64 << 53) as f64
 }
 
 /// A stream of draws.
@@ -513,8 +509,8 @@ impl Draws {
             values.fill_with(|| self.uniform());
             return;
         }
-        let mut bytes = [0; 8 * WORDS_AT_ONCE];
-        for values in values.chunks_mut(WORDS_AT_ONCE) {
+        let mut bytes = [0; 512];
+        for values in values.chunks_mut(64) {
             let bytes = &mut bytes[..8 * values.len()];
             self.generator.fill_bytes(bytes);
             for (value, word) in values.iter_mut().zip(bytes.as_chunks().0) {
