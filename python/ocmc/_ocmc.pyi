@@ -252,7 +252,12 @@ class Study:
         progress: _Progress = None,
     ) -> Run: ...
     def birds_eye(
-        self, *, cycles: SupportsIndex = 100, seed: SupportsIndex = 1, first_cycle: SupportsIndex = 0
+        self,
+        *,
+        cycles: SupportsIndex = 100,
+        seed: SupportsIndex = 1,
+        first_cycle: SupportsIndex = 0,
+        laws: bool = False,
     ) -> Answer: ...
     def bound(
         self,
