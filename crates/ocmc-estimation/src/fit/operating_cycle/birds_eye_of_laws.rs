@@ -78,6 +78,7 @@ pub fn birds_eye_of_laws(study: &Study) -> Option<BirdsEye> {
 }
 
 /// Events of a road type before those too close to others are dropped, per m.
+#[allow(clippy::struct_field_names, reason = "a unit is the suffix of a name")]
 struct Events {
     per_m: f64,
     /// Of them those at which a truck has to stop.
