@@ -13,6 +13,9 @@
 //! term=none      or measured, simulated: the speed term
 //! starts=8       starts of a search
 //! clip=false     whether pedals are cut at 0 and 1
+//! mirror=false   each event once more with the same noise of the other sign: in the mean of both the
+//! noise itself is gone, and what is left is bias
+//! intervals=true whether intervals are worked out; without them a run takes a fifth of the time
 //! events=false   a line for each event
 #![allow(clippy::print_stdout, reason = "its output is the guide's text")]
 
@@ -117,9 +120,9 @@ fn range(values: &[f64]) -> f64 {
     highest - values.iter().copied().fold(f64::INFINITY, f64::min)
 }
 
-/// Adds noise to a log.
-fn add_noise(log: &mut PedalLog, arguments: &Arguments, draws: &mut Draws) {
-    let noise = arguments.number("noise", "0.02");
+/// Adds noise to a log, of that sign.
+fn add_noise(log: &mut PedalLog, arguments: &Arguments, draws: &mut Draws, sign: f64) {
+    let noise = sign * arguments.number("noise", "0.02");
     let signals = arguments.get("signals", "pedals,speed,slope");
     let mut add = |values: &mut Vec<f64>, sd: f64| {
         for value in values.iter_mut() {
@@ -138,7 +141,7 @@ fn add_noise(log: &mut PedalLog, arguments: &Arguments, draws: &mut Draws) {
         let sd = noise * range(&log.grade);
         add(&mut log.grade, sd);
     } else if arguments.get("wrong", "nothing") == "slope" {
-        add(&mut log.grade, 0.002);
+        add(&mut log.grade, sign * 0.002);
     }
     if arguments.get("clip", "false") == "true" {
         for pedal in [&mut log.accelerator, &mut log.brake] {
@@ -149,7 +152,7 @@ fn add_noise(log: &mut PedalLog, arguments: &Arguments, draws: &mut Draws) {
     }
 }
 
-fn events(study: &Study, seed: u64, arguments: &Arguments) -> Vec<Known> {
+fn events(study: &Study, seed: u64, sign: f64, arguments: &Arguments) -> Vec<Known> {
     let wrong = arguments.get("wrong", "nothing");
     let whole = arguments.get("range", "drive") == "drive";
     let mut known = Vec::new();
@@ -168,7 +171,7 @@ fn events(study: &Study, seed: u64, arguments: &Arguments) -> Vec<Known> {
         }
         let clean = log.clone();
         if whole && wrong != "delay" {
-            add_noise(&mut log, arguments, &mut draws);
+            add_noise(&mut log, arguments, &mut draws, sign);
         }
         let (log, _) = log.with_even_slopes();
         let found = log.slope_events(5.0, 18.0);
@@ -181,7 +184,7 @@ fn events(study: &Study, seed: u64, arguments: &Arguments) -> Vec<Known> {
                 log = driven_late(study, &clean.part(rows.start, rows.end), gains, set_speed_mps);
             }
             if !whole || wrong == "delay" {
-                add_noise(&mut log, arguments, &mut draws);
+                add_noise(&mut log, arguments, &mut draws, sign);
             }
             let name = format!("{seed}-{driver} {name}");
             known.push(Known { name, log, gains, mass_kg: scenario.vehicle.mass_kg });
@@ -226,7 +229,11 @@ fn main() {
         format!("mission.payload_kg={}", study.sample(1, 0).cycle.mission.payload_kg + 7000.0);
     let driven = if wrong == "mass" { load(&[&heavy]) } else { load(&[]) };
     let seeds = arguments.get("seeds", "101").split(',').map(|seed| seed.parse().expect("a seed"));
-    let known: Vec<Known> = seeds.flat_map(|seed: u64| events(&driven, seed, &arguments)).collect();
+    let seeds: Vec<u64> = seeds.collect();
+    let of = |sign: f64| -> Vec<Known> {
+        seeds.iter().flat_map(|seed| events(&driven, *seed, sign, &arguments)).collect()
+    };
+    let known = of(1.0);
     let unknown = arguments.get("unknown", "");
     let options = IdentifyOptions {
         speed_term: match arguments.get("term", "none") {
@@ -236,18 +243,17 @@ fn main() {
         },
         unknown: Unknowns { delay: unknown.contains("delay"), mass: unknown.contains("mass") },
         starts: arguments.number("starts", "8") as usize,
+        intervals: arguments.get("intervals", "true") == "true",
         ..IdentifyOptions::default()
     };
-    let stay = AtomicBool::new(false);
-    let fits: Vec<Option<EventFit>> = known
-        .par_iter()
-        .map(|known| {
-            let fit = identify_event(&study, "", &known.name, &known.log, &options, &stay);
-            fit.map_err(|fault| println!("{}: {fault}", known.name)).ok()
-        })
-        .collect();
+    let fits = identified(&study, &known, &options);
     let fitted: Vec<(&Known, &EventFit)> =
         known.iter().zip(&fits).filter_map(|(known, fit)| Some((known, fit.as_ref()?))).collect();
+    if arguments.get("mirror", "false") == "true" {
+        let mirrored = of(-1.0);
+        let others = identified(&study, &mirrored, &options);
+        pairs(&known, &fits, &mirrored, &others);
+    }
     if arguments.get("events", "false") == "true" {
         for (known, fit) in &fitted {
             line(known, fit);
@@ -274,17 +280,21 @@ fn main() {
     }
     println!("warnings");
     counts(fitted.iter().flat_map(|(_, fit)| &fit.warnings));
+    if options.intervals {
+        for (k, name) in GAINS.into_iter().enumerate() {
+            let pairs: Vec<_> = fitted.iter().map(|(known, fit)| (*fit, known.gains[k])).collect();
+            bound_of_mean(&pairs, name);
+        }
+    }
     println!("| gain | bias, mean ± SE | median | all fits, median | covered | lost |");
     println!("|---|---|---|---|---|---|");
     for (k, name) in GAINS.into_iter().enumerate() {
-        let error = |(known, fit): &&(&Known, &EventFit)| {
-            let found = fit.parameter(name).map_or(f64::NAN, |found| found.value);
-            100.0 * (found / known.gains[k] - 1.0)
-        };
+        let error = |(known, fit): &&(&Known, &EventFit)| error_of(known, fit, k);
         let has = |(_, fit): &&(&Known, &EventFit)| fit.no_intervals.is_empty();
         let told = |(_, fit): &&(&Known, &EventFit)| !fit.not_identifiable.contains(&name);
-        let good: Vec<f64> =
-            fitted.iter().filter(has).filter(told).map(|pair| error(&pair)).collect();
+        // to leave out what is not identified would choose by the noise
+        let good: Vec<f64> = fitted.iter().filter(has).map(|pair| error(&pair)).collect();
+        let lost = fitted.iter().filter(has).filter(|pair| !told(pair)).count();
         let all: Vec<f64> = fitted.iter().map(|pair| error(&pair)).collect();
         let pairs: Vec<_> = fitted.iter().map(|(known, fit)| (*fit, known.gains[k])).collect();
         let (within, of) = coverage(&pairs, name);
@@ -294,7 +304,7 @@ fn main() {
             median(&good),
             median(&all),
             100.0 * within as f64 / of as f64,
-            fitted.iter().filter(has).count() - good.len(),
+            lost,
         );
     }
     let delay_s = if matches!(wrong, "delay" | "shift") { DELAY_S } else { 0.0 };
@@ -310,6 +320,81 @@ fn main() {
             println!("{name}: off by {bias:+.3} ± {error:.3}, covered {within} of {of}");
         }
     }
+}
+
+/// The fits of some events; none where there is none, which is said.
+fn identified(study: &Study, known: &[Known], options: &IdentifyOptions) -> Vec<Option<EventFit>> {
+    let stay = AtomicBool::new(false);
+    let fit = |known: &Known| {
+        let fit = identify_event(study, "", &known.name, &known.log, options, &stay);
+        fit.map_err(|fault| println!("{}: {fault}", known.name)).ok()
+    };
+    known.par_iter().map(fit).collect()
+}
+
+/// Relative error of a gain, in %.
+fn error_of(known: &Known, fit: &EventFit, k: usize) -> f64 {
+    let found = fit.parameter(GAINS[k]).map_or(f64::NAN, |found| found.value);
+    100.0 * (found / known.gains[k] - 1.0)
+}
+
+/// The bias of the gains from events with some noise and with the same noise of the other sign: what
+/// is linear in the noise is gone in the mean of both.
+fn pairs(
+    known: &[Known],
+    fits: &[Option<EventFit>],
+    mirrored: &[Known],
+    others: &[Option<EventFit>],
+) {
+    let other = |name: &str| mirrored.iter().position(|known| known.name == name);
+    let both: Vec<(&Known, [&EventFit; 2])> = known
+        .iter()
+        .zip(fits)
+        .filter_map(|(known, fit)| {
+            Some((known, [fit.as_ref()?, others[other(&known.name)?].as_ref()?]))
+        })
+        .collect();
+    println!(
+        "| pairs of events | gain | mean of both, mean ± SE | median | half their difference, SD |"
+    );
+    println!("|---|---|---|---|---|");
+    for refused in [true, false] {
+        let counts = |(_, fits): &&(&Known, [&EventFit; 2])| {
+            refused || fits.iter().all(|fit| fit.no_intervals.is_empty())
+        };
+        for (k, name) in GAINS.into_iter().enumerate() {
+            let errors: Vec<[f64; 2]> = both
+                .iter()
+                .filter(counts)
+                .map(|(known, fits)| fits.map(|fit| error_of(known, fit, k)))
+                .collect();
+            let sums: Vec<f64> = errors.iter().map(|[a, b]| 0.5 * (a + b)).collect();
+            let squares: f64 = errors.iter().map(|[a, b]| 0.25 * (a - b) * (a - b)).sum();
+            let (bias, error) = mean(&sums);
+            println!(
+                "| {}: {} | {name} | {bias:+.2} ± {error:.2} % | {:+.2} % | {:.1} % |",
+                if refused { "all" } else { "neither refused" },
+                sums.len(),
+                median(&sums),
+                (squares / sums.len() as f64).sqrt(),
+            );
+        }
+    }
+}
+
+/// How well the mean error of a gain can be known at best from these fits, in %: what each interval
+/// says of its error (Cramér and Rao's bound, near the optimum), of their mean.
+fn bound_of_mean(pairs: &[(&EventFit, f64)], name: &str) {
+    let error = |(fit, truth): &(&EventFit, f64)| {
+        let found = fit.parameter(name)?;
+        let [low, high] = found.interval?;
+        // where an end stands at a bound the other one tells
+        Some((high - found.value).max(found.value - low) / (1.96 * truth))
+    };
+    let errors: Vec<f64> = pairs.iter().filter_map(error).collect();
+    let squares: f64 = errors.iter().map(|error| error * error).sum();
+    let bound = 100.0 * squares.sqrt() / errors.len() as f64;
+    println!("{name}: no mean of {} errors is known better than to ± {bound:.2} %", errors.len());
 }
 
 /// How often each text occurs, numbers left out.

@@ -65,6 +65,7 @@ def calibrate_curve_speed(
     seed: int = 1,
     least_residual_sd: float = 0.048,
     radius_range_m: tuple[float, float] = (20.0, 500.0),
+    least_lateral_mps2: float = 0.0,
     progress: _Progress = None,
 ) -> Answer: ...
 def detect_curves(
@@ -90,6 +91,7 @@ def fit_curve_speed(
     radius_range_m: tuple[float, float] = (20.0, 500.0),
     minimum_route_m: float = 5000.0,
     isolated_m: float | None = None,
+    least_lateral_mps2: float = 0.0,
     fixed_exponent: float = 0.5,
     significance: float = 0.05,
     limit_share: float = 0.9,
@@ -250,7 +252,12 @@ class Study:
         progress: _Progress = None,
     ) -> Run: ...
     def birds_eye(
-        self, *, cycles: SupportsIndex = 100, seed: SupportsIndex = 1, first_cycle: SupportsIndex = 0
+        self,
+        *,
+        cycles: SupportsIndex = 100,
+        seed: SupportsIndex = 1,
+        first_cycle: SupportsIndex = 0,
+        laws: bool = False,
     ) -> Answer: ...
     def bound(
         self,

@@ -135,6 +135,7 @@ def test_hostile_arguments(study, run, value, tmp_path, monkeypatch):
         "radius_range_m",
         "minimum_route_m",
         "isolated_m",
+        "least_lateral_mps2",
         "fixed_exponent",
     ]:
         tried(ocmc.fit_curve_speed, good, **{name: value})

@@ -226,6 +226,11 @@ def test_the_birds_eye_view_of_its_roads(study):
     assert fitted["curves_per_km"] == view["curves_per_km"]
     with pytest.raises(ValueError, match="cycles"):
         study.birds_eye(cycles=0)
+    laws = study.birds_eye(laws=True)
+    assert "cycles" not in laws
+    assert laws["birds_eye"]["hilliness"] == view["hilliness"]
+    with pytest.raises(ValueError, match="given routes"):
+        ocmc.Study("simulator-study").birds_eye(laws=True)
 
 
 def test_a_study_of_a_stranger_names_no_file(tmp_path):

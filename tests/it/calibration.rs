@@ -8,7 +8,7 @@ use ocmc_estimation::calibration::curve_speed::{
 use std::ops::ControlFlow;
 
 /// Half the default's length: bends are as near to stops and to each other.
-const ROADS: [&str; 2] = ["mission.length_m=50000", "simulation.step_s=0.2"];
+const ROAD: &str = "mission.length_m=50000";
 /// Nothing but signs and neighbouring bends, so that few trips tell enough.
 const QUIET: &str = "simulation.without=[\"traffic\",\"stop_signs\",\"give_ways\",\"traffic_lights\",\"speed_bumps\"]";
 
@@ -17,8 +17,7 @@ fn the_law_that_drove_comes_back_from_the_curves_it_left() {
     let truth = [18.0, 0.5, 0.15, 0.2];
     let set =
         NAMES.iter().zip(truth).map(|(name, value)| format!("driver.curve_speed.{name}={value}"));
-    let sets: Vec<String> =
-        ROADS.iter().chain([&QUIET]).map(|set| (*set).to_owned()).chain(set).collect();
+    let sets: Vec<String> = [ROAD, QUIET].iter().map(|set| (*set).to_owned()).chain(set).collect();
     let sets: Vec<&str> = sets.iter().map(String::as_str).collect();
     let options = CalibrationOptions {
         trips: Trips { seed: 5, drivers: 50, per_driver: 1 },
@@ -32,7 +31,7 @@ fn the_law_that_drove_comes_back_from_the_curves_it_left() {
     let seen = measured.numbers;
     assert!(seen.reference_speed_mps < 0.93 * truth[0] && seen.driver_sd < truth[2], "{seen:?}");
 
-    let base = study("field-truck", &[ROADS[0], ROADS[1], QUIET]);
+    let base = study("field-truck", &[ROAD, QUIET]);
     let mut go_on = |_| ControlFlow::Continue(());
     let found = calibrate(&measured, &base, &options, &mut go_on).unwrap();
     assert!(found.solved && found.at_bound.is_empty(), "{found:#?}");
@@ -50,7 +49,7 @@ fn the_law_that_drove_comes_back_from_the_curves_it_left() {
 
 #[test]
 fn a_table_that_no_law_gives_back_is_told_with_what_makes_the_rest() {
-    let base = study("field-truck", &ROADS);
+    let base = study("field-truck", &[ROAD]);
     let options = CalibrationOptions {
         trips: Trips { seed: 5, drivers: 20, per_driver: 1 },
         ..CalibrationOptions::default()

@@ -292,6 +292,50 @@ fn the_birds_eye_view_of_a_study() {
 }
 
 #[test]
+fn the_birds_eye_view_of_laws_is_that_of_many_roads() {
+    // which types a road has differs most from road to road
+    for (study, near) in [("field-truck", 0.05), ("urban-delivery", 0.01), ("long-haul", 0.05)] {
+        let drawn = json(&["study", "birds-eye", study, "--cycles", "1000"]);
+        let laws = json(&["study", "birds-eye", study, "--laws"]);
+        assert!(laws["seed"].is_null() && laws["cycles"].is_null(), "{laws}");
+        let (drawn, laws) = (&drawn["birds_eye"], &laws["birds_eye"]);
+        for class in ["hilliness", "transport_cycle", "stop_density"] {
+            assert_eq!(laws[class], drawn[class], "{study} {class}");
+        }
+        let number = |view: &serde_json::Value, key: &str| view[key].as_f64().expect("a number");
+        for key in ["stops_per_km", "curves_per_km"] {
+            let (law, seen) = (number(laws, key), number(drawn, key));
+            assert!((law / seen - 1.0).abs() < near, "{study} {key}: {law} for {seen}");
+        }
+        for (place, near) in [0.006, 0.001, 0.0001].into_iter().enumerate() {
+            let of = |view: &serde_json::Value| view["share_below"][place].as_f64().unwrap();
+            let (law, seen) = (of(laws), of(drawn));
+            assert!((law - seen).abs() < near, "{study} slopes {place}: {law} for {seen}");
+        }
+        let types = drawn["road_type_share"].as_object().unwrap();
+        assert_eq!(laws["road_type_share"].as_object().unwrap().len(), types.len());
+        for (name, seen) in types {
+            let (law, seen) = (number(&laws["road_type_share"], name), seen.as_f64().unwrap());
+            assert!((law - seen).abs() < 0.02, "{study} {name}: {law} for {seen}");
+        }
+    }
+    let flat = "simulation.without=[\"slope\", \"curves\", \"traffic_lights\"]";
+    let all = json(&["study", "birds-eye", "urban-delivery", "--laws"]);
+    let less = json(&["study", "birds-eye", "urban-delivery", "--laws", "--set", flat]);
+    let less = &less["birds_eye"];
+    assert_eq!((&less["hilliness"], less["curves_per_km"].as_f64()), (&"flat".into(), Some(0.0)));
+    assert!(less["stops_per_km"].as_f64() < all["birds_eye"]["stops_per_km"].as_f64());
+    let words = text(&["study", "birds-eye", "long-haul", "--laws"]);
+    assert!(words.starts_with("long-haul: by its laws, 300.0 km a cycle\nhilliness"), "{words}");
+    assert_fits(&words);
+    let output = ocmc(&["study", "birds-eye", "simulator-study", "--laws"]).output().unwrap();
+    assert!(String::from_utf8_lossy(&output.stderr).contains("drives given routes"), "{output:?}");
+    // a number of cycles says that roads are to be drawn
+    let mut refused = ocmc(&["study", "birds-eye", "long-haul", "--laws", "--cycles", "5"]);
+    assert_eq!(refused.output().expect("the program starts").status.code(), Some(2));
+}
+
+#[test]
 fn studies_of_two_powertrains_are_compared_by_the_work_at_the_wheels() {
     let arguments = ["compare", "field-truck", "battery-truck", "--cycles", "20", "--set", SHORT];
     let answer = json(&arguments);

@@ -135,7 +135,7 @@ fn a_second_signal_after_half_a_second_ends_the_program() {
 /// Kills a run at random moments, again and again; `OCMC_KILLS=100` kills so often.
 #[test]
 fn a_run_that_is_killed_at_any_moment_goes_on_by_the_same_command() {
-    let kills = std::env::var("OCMC_KILLS").map_or(20, |kills| kills.parse().expect("a number"));
+    let kills = std::env::var("OCMC_KILLS").map_or(12, |kills| kills.parse().expect("a number"));
     let folder = tempfile::tempdir().expect("a directory");
     let whole = folder.path().join("whole");
     let begun = Instant::now();

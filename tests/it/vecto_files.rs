@@ -172,7 +172,7 @@ fn the_default_truck_takes_what_vecto_3_says() {
             assert!(apart(term).abs() < 0.05, "{name} {term}: {}", apart(term));
         }
         assert!(apart("fuel_kg").abs() < 0.03 && apart("duration_s").abs() < 0.01, "{name}");
-        // the brakes on long hauls are 10 % apart: VECTO 3 rolls down hills otherwise than 2.2
-        assert!(apart("brake_j").abs() < 0.12, "{name}: {}", apart("brake_j"));
+        // the brakes on long hauls are 9 % apart: VECTO 3 brakes less before stops and crests
+        assert!(apart("brake_j").abs() < 0.095, "{name}: {}", apart("brake_j"));
     }
 }

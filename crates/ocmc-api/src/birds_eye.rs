@@ -4,7 +4,7 @@ use crate::answer::Answer;
 use crate::error::Error;
 use crate::watch::{Watch, watched};
 use ocmc_core::fleet::run::RunPlan;
-use ocmc_estimation::fit::operating_cycle::{BirdsEye, birds_eye_of_study};
+use ocmc_estimation::fit::operating_cycle::{BirdsEye, birds_eye_of_laws, birds_eye_of_study};
 use ocmc_io::number_text::{grouped, rounded};
 use ocmc_io::study::{LoadedStudy, study_hash};
 use serde::Serialize;
@@ -16,8 +16,8 @@ use std::fmt::Write;
 pub struct BirdsEyeRequest<'a> {
     /// The study that draws them.
     pub study: &'a LoadedStudy,
-    /// The cycles whose roads they are.
-    pub plan: RunPlan,
+    /// The cycles whose roads they are; none: the mean of all, by the study's laws.
+    pub plan: Option<RunPlan>,
 }
 
 /// What the roads look like from above.
@@ -27,50 +27,68 @@ pub struct BirdsEyeAnswer {
     pub study: String,
     /// Hash of the resolved study.
     pub study_hash: String,
-    /// Master seed.
-    pub seed: u64,
-    /// Id of the first cycle.
-    pub first_cycle: u64,
-    /// Number of cycles.
-    pub cycles: u64,
+    /// Master seed; none without draws.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub seed: Option<u64>,
+    /// Id of the first cycle; none without draws.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub first_cycle: Option<u64>,
+    /// Number of cycles; none without draws.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cycles: Option<u64>,
     /// The classes, and what they come from.
     pub birds_eye: BirdsEye,
 }
 
-/// Draws the roads and looks at them from above.
+/// Looks at the roads of a study from above: draws them, or follows their laws.
 ///
 /// ```
 /// use ocmc_api::{Answer, BirdsEyeRequest, RunPlan, birds_eye, go_on, study};
 /// let study = study::load("field-truck", &["mission.length_m=5000"])?;
-/// let plan = RunPlan::new(1, 0, 20, None, None);
+/// let plan = Some(RunPlan::new(1, 0, 20, None, None));
 /// let view = birds_eye(&BirdsEyeRequest { study: &study, plan }, &mut go_on)?;
 /// assert_eq!(view.birds_eye.length_m, 100_000.0);
 /// assert!(view.text().starts_with("field-truck: 20 operating cycles, 100.0 km\n"));
+/// let laws = birds_eye(&BirdsEyeRequest { study: &study, plan: None }, &mut go_on)?;
+/// assert_eq!(laws.birds_eye.length_m, 5000.0);
 /// # Ok::<(), ocmc_api::Error>(())
 /// ```
 ///
 /// # Errors
-/// [`Error::Interrupted`].
+/// [`Error::Interrupted`], and without a plan [`Error::GivenRoads`] where the study drives routes.
 pub fn birds_eye(request: &BirdsEyeRequest, watch: &mut Watch) -> Result<BirdsEyeAnswer, Error> {
     let BirdsEyeRequest { study, plan } = request;
-    let ids = plan.first_cycle..plan.first_cycle + plan.cycles;
-    let birds_eye =
-        watched(plan.cycles, watch, |look| birds_eye_of_study(&study.study, plan.seed, ids, look))?;
+    let name = &study.model.study.name;
+    let birds_eye = match plan {
+        Some(plan) => {
+            let ids = plan.first_cycle..plan.first_cycle + plan.cycles;
+            watched(plan.cycles, watch, |look| {
+                birds_eye_of_study(&study.study, plan.seed, ids, look)
+            })?
+        }
+        None => birds_eye_of_laws(&study.study)
+            .ok_or_else(|| Error::GivenRoads { name: name.clone() })?,
+    };
+    let plan = plan.as_ref();
     Ok(BirdsEyeAnswer {
-        study: study.model.study.name.clone(),
+        study: name.clone(),
         study_hash: study_hash(&study.model),
-        seed: plan.seed,
-        first_cycle: plan.first_cycle,
-        cycles: plan.cycles,
+        seed: plan.map(|plan| plan.seed),
+        first_cycle: plan.map(|plan| plan.first_cycle),
+        cycles: plan.map(|plan| plan.cycles),
         birds_eye,
     })
 }
 
 impl Answer for BirdsEyeAnswer {
     fn text(&self) -> String {
-        let (cycles, view) = (grouped(self.cycles), &self.birds_eye);
+        let view = &self.birds_eye;
         let km = rounded(view.length_m / 1000.0);
-        format!("{}: {cycles} operating cycles, {km} km\n{}", self.study, birds_eye_text(view))
+        let of = self.cycles.map_or_else(
+            || format!("by its laws, {km} km a cycle"),
+            |cycles| format!("{} operating cycles, {km} km", grouped(cycles)),
+        );
+        format!("{}: {of}\n{}", self.study, birds_eye_text(view))
     }
 }
 

@@ -89,6 +89,12 @@ pub enum Error {
         /// The study.
         name: String,
     },
+    /// The roads of a study are given, not drawn from laws.
+    #[error("{name} drives given routes, which no law describes: look at them without laws")]
+    GivenRoads {
+        /// The study.
+        name: String,
+    },
     /// No trip departs in the season that was asked for.
     #[error(
         "none of the {cycles} trips departs in {season}: ask for more of them, or for another season"

@@ -23,8 +23,8 @@ pub type Watch<'a> = dyn FnMut(Progress) -> ControlFlow<()> + 'a;
 /// ```
 /// use ocmc_api::{BirdsEyeRequest, RunPlan, birds_eye, go_on, study};
 /// let study = study::load("field-truck", &["mission.length_m=5000"])?;
-/// let plan = RunPlan::new(1, 0, 3, None, None);
-/// assert_eq!(birds_eye(&BirdsEyeRequest { study: &study, plan }, &mut go_on)?.cycles, 3);
+/// let plan = Some(RunPlan::new(1, 0, 3, None, None));
+/// assert_eq!(birds_eye(&BirdsEyeRequest { study: &study, plan }, &mut go_on)?.cycles, Some(3));
 /// # Ok::<(), ocmc_api::Error>(())
 /// ```
 pub fn go_on(_: Progress) -> ControlFlow<()> {

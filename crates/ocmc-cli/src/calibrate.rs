@@ -53,6 +53,10 @@ pub(crate) struct CurveSpeedArguments {
     /// Largest radius that takes part, in m
     #[arg(long, value_name = "M", default_value = "500", allow_negative_numbers = true)]
     maximum_radius: f64,
+    /// Only curves with at least this lateral acceleration (speed squared over radius) take part, in
+    /// m/s²
+    #[arg(long, value_name = "MPS2", default_value = "0", allow_negative_numbers = true)]
+    least_lateral: f64,
     /// No progress
     #[arg(long)]
     quiet: bool,
@@ -92,6 +96,7 @@ fn curve_speed(arguments: &CurveSpeedArguments) -> Result<(), Failure> {
         fit: CurveSpeedOptions {
             reference_radius_m: study.model.driver.curve_speed.reference_radius_m,
             radius_range_m: [arguments.minimum_radius, arguments.maximum_radius],
+            least_lateral_mps2: arguments.least_lateral,
             ..CurveSpeedOptions::default()
         },
         least_residual_sd: arguments.least_residual_sd,

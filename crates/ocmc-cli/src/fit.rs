@@ -102,6 +102,9 @@ pub(crate) struct CurveSpeedArguments {
     /// within this way, in m, or with a slower speed near it (needs gap_before_m,gap_after_m)
     #[arg(long, value_name = "M", allow_negative_numbers = true)]
     isolated: Option<f64>,
+    /// Only curves with at least this lateral acceleration (speed squared over radius), in m/s²
+    #[arg(long, value_name = "MPS2", default_value = "0", allow_negative_numbers = true)]
+    least_lateral: f64,
     /// Exponent of the second model, and the one that is tested
     #[arg(long, value_name = "DELTA", default_value = "0.5", allow_negative_numbers = true)]
     fixed_exponent: f64,
@@ -263,6 +266,7 @@ fn curve_speed(arguments: &CurveSpeedArguments) -> Result<(), Failure> {
         radius_range_m: [arguments.minimum_radius, arguments.maximum_radius],
         minimum_route_m: arguments.minimum_route,
         isolated_m: arguments.isolated,
+        least_lateral_mps2: arguments.least_lateral,
         fixed_exponent: arguments.fixed_exponent,
         significance: arguments.significance,
         limit_share: arguments.limit_share,

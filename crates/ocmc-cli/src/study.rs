@@ -77,6 +77,9 @@ pub(crate) struct BirdsEyeArguments {
     study: StudyArguments,
     #[command(flatten)]
     range: RangeArguments,
+    /// Draws no road: the classes of infinitely many, by the laws of the study
+    #[arg(long, conflicts_with_all = ["cycles", "seed", "first_cycle"])]
+    laws: bool,
     /// The answer as JSON
     #[arg(long)]
     json: bool,
@@ -105,9 +108,10 @@ pub(crate) fn study(command: &StudyCommand) -> Result<(), Failure> {
             let (name, hash) = (&model.study.name, study::study_hash(&model));
             output::answer(&format!("{origin}: a valid study, `{name}`, hash {hash}\n"))
         }
-        StudyCommand::BirdsEye(BirdsEyeArguments { study, range, json }) => {
+        StudyCommand::BirdsEye(BirdsEyeArguments { study, range, laws, json }) => {
             let study = &study.load()?;
-            let request = BirdsEyeRequest { study, plan: range.plan(None)? };
+            let plan = if *laws { None } else { Some(range.plan(None)?) };
+            let request = BirdsEyeRequest { study, plan };
             output::print(&ocmc_api::birds_eye(&request, &mut go_on)?, *json)
         }
         StudyCommand::Schema => output::answer(&format!("{:#}\n", study::schema())),

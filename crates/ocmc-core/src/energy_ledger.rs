@@ -100,7 +100,7 @@ pub enum Extent {
 /// Where a term stands in the record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Recorded {
-    /// In a field of [`Record`](crate::record::Record).
+    /// In a field of the record.
     Field,
     /// In the fields that the powertrain fills.
     ByPowertrain,

@@ -249,12 +249,14 @@ fn backward_sweep(
         coasts_to = if highest < node { to(next_limit) } else { coasts_to };
         node = highest;
         next_limit = limit;
-        for (i, (segment, branch)) in segments.iter().zip(branches).enumerate().rev() {
-            let backward_end = node;
-            *branch = SpeedBranch { limit, backward_end, forward_start: 0.0, by_sign, coasts_to };
-            node += slope * segment.length_m;
+        // at once, where nothing but the ramp changes
+        let at_once = if crests.is_empty() { segments.len() } else { 1 };
+        for i in (0..segments.len()).step_by(at_once).rev() {
+            let of_all = SpeedBranch { limit, by_sign, coasts_to, ..SpeedBranch::NONE };
+            let (segments, branches) = (&segments[i..i + at_once], &mut branches[i..i + at_once]);
+            node = sweep_ramp(segments, branches, of_all, slope, node);
             if i == 0
-                && let Some(event) = segment.event()
+                && let Some(event) = segments[0].event()
             {
                 // what the start of the segment allows
                 let start = node;
@@ -268,6 +270,22 @@ fn backward_sweep(
             }
         }
     }
+}
+
+/// Writes the branches of segments from their end, where `node` is allowed; returns what their
+/// start allows.
+fn sweep_ramp(
+    segments: &[Segment],
+    branches: &mut [SpeedBranch],
+    of_all: SpeedBranch,
+    slope: f64,
+    mut node: f64,
+) -> f64 {
+    for (segment, branch) in segments.iter().zip(branches).rev() {
+        *branch = SpeedBranch { backward_end: node, ..of_all };
+        node += slope * segment.length_m;
+    }
+    node
 }
 
 /// From the start, where the truck stands, to the end. What a place allows is in the braking branch

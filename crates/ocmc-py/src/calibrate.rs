@@ -31,6 +31,9 @@ use std::collections::BTreeMap;
 ///     Smallest residual SD that the law may have.
 /// radius_range_m : tuple of float
 ///     Smallest and largest radius that take part, in m.
+/// least_lateral_mps2 : float
+///     Only curves with at least this lateral acceleration, speed squared over radius, take part, in
+///     m/s².
 /// progress : bool or callable, optional
 ///     Whether to show a bar; by default where standard error is a terminal.
 ///
@@ -67,10 +70,10 @@ use std::collections::BTreeMap;
 #[pyo3(
     signature = (
         curves, study, *, columns=None, drivers=240, trips=1, seed=1, least_residual_sd=0.048,
-        radius_range_m=(20.0, 500.0), progress=None
+        radius_range_m=(20.0, 500.0), least_lateral_mps2=0.0, progress=None
     ),
     text_signature = "(curves, study, *, columns=None, drivers=240, trips=1, seed=1, least_residual_sd=0.048, \
-                      radius_range_m=(20.0, 500.0), progress=None)"
+                      radius_range_m=(20.0, 500.0), least_lateral_mps2=0.0, progress=None)"
 )]
 pub(crate) fn calibrate_curve_speed<'py>(
     py: Python<'py>,
@@ -82,6 +85,7 @@ pub(crate) fn calibrate_curve_speed<'py>(
     seed: u64,
     least_residual_sd: f64,
     radius_range_m: (f64, f64),
+    least_lateral_mps2: f64,
     progress: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let law = curves.cast::<PyStudy>().ok().map(|study| study.get().loaded.model.clone());
@@ -95,6 +99,7 @@ pub(crate) fn calibrate_curve_speed<'py>(
         fit: CurveSpeedOptions {
             reference_radius_m: study.model.driver.curve_speed.reference_radius_m,
             radius_range_m: radius_range_m.into(),
+            least_lateral_mps2,
             ..CurveSpeedOptions::default()
         },
         least_residual_sd,

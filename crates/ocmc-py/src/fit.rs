@@ -42,6 +42,8 @@ use std::collections::BTreeMap;
 /// isolated_m : float, optional
 ///     Take only curves that were driven freely. That is without another curve, a standstill or the
 ///     end of the log within this way, in m, and without a slower speed near them.
+/// least_lateral_mps2 : float
+///     Take only curves with at least this lateral acceleration, speed squared over radius, in m/s².
 /// fixed_exponent : float
 ///     Exponent of the second model, and the one that is tested.
 /// significance : float
@@ -85,11 +87,12 @@ use std::collections::BTreeMap;
 #[pyo3(
     signature = (
         curves, *, columns=None, base=None, tobit=false, reference_radius_m=250.0, radius_range_m=(20.0, 500.0),
-        minimum_route_m=5000.0, isolated_m=None, fixed_exponent=0.5, significance=0.05, limit_share=0.9,
-        coding="sum_to_zero"
+        minimum_route_m=5000.0, isolated_m=None, least_lateral_mps2=0.0, fixed_exponent=0.5, significance=0.05,
+        limit_share=0.9, coding="sum_to_zero"
     ),
     text_signature = "(curves, *, columns=None, base=None, tobit=False, reference_radius_m=250.0, \
-                      radius_range_m=(20.0, 500.0), minimum_route_m=5000.0, isolated_m=None, fixed_exponent=0.5, \
+                      radius_range_m=(20.0, 500.0), minimum_route_m=5000.0, isolated_m=None, \
+                      least_lateral_mps2=0.0, fixed_exponent=0.5, \
                       significance=0.05, limit_share=0.9, coding='sum_to_zero')"
 )]
 pub(crate) fn fit_curve_speed<'py>(
@@ -102,6 +105,7 @@ pub(crate) fn fit_curve_speed<'py>(
     radius_range_m: (f64, f64),
     minimum_route_m: f64,
     isolated_m: Option<f64>,
+    least_lateral_mps2: f64,
     fixed_exponent: f64,
     significance: f64,
     limit_share: f64,
@@ -112,6 +116,7 @@ pub(crate) fn fit_curve_speed<'py>(
         radius_range_m: radius_range_m.into(),
         minimum_route_m,
         isolated_m,
+        least_lateral_mps2,
         fixed_exponent,
         significance,
         limit_share,

@@ -759,6 +759,9 @@ impl PyStudy {
     ///     Master seed.
     /// first_cycle : int
     ///     Id of the first cycle.
+    /// laws : bool
+    ///     Draw no road: the classes of infinitely many, by the laws of the study. The other numbers
+    ///     count for nothing then.
     ///
     /// Returns
     /// -------
@@ -771,7 +774,8 @@ impl PyStudy {
     /// Raises
     /// ------
     /// ValueError
-    ///     Where a number is out of its range.
+    ///     Where a number is out of its range, or where the study drives given routes and ``laws``
+    ///     is asked for.
     ///
     /// Examples
     /// --------
@@ -779,9 +783,11 @@ impl PyStudy {
     /// >>> view = ocmc.Study("field-truck").birds_eye(cycles=20)["birds_eye"]
     /// >>> view["hilliness"], view["transport_cycle"]
     /// ('predominantly_flat', 'long_distance')
+    /// >>> ocmc.Study("urban-delivery").birds_eye(laws=True)["birds_eye"]["transport_cycle"]
+    /// 'local'
     #[pyo3(
-        signature = (*, cycles=None, seed=None, first_cycle=None),
-        text_signature = "($self, *, cycles=100, seed=1, first_cycle=0)"
+        signature = (*, cycles=None, seed=None, first_cycle=None, laws=false),
+        text_signature = "($self, *, cycles=100, seed=1, first_cycle=0, laws=False)"
     )]
     fn birds_eye<'py>(
         &self,
@@ -789,9 +795,11 @@ impl PyStudy {
         cycles: Option<&Bound<'py, PyAny>>,
         seed: Option<&Bound<'py, PyAny>>,
         first_cycle: Option<&Bound<'py, PyAny>>,
+        laws: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
         let standard = 100_u64.into_pyobject(py)?.into_any();
         let plan = plan_of(cycles.unwrap_or(&standard), seed, first_cycle, None)?;
+        let plan = (!laws).then_some(plan);
         let request = BirdsEyeRequest { study: &self.loaded, plan };
         answer(py, &watched(py, None, |watch| ocmc_api::birds_eye(&request, watch))?)
     }

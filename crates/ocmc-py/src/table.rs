@@ -2,16 +2,21 @@
 
 use crate::value::shown;
 use arrow_array::cast::AsArray;
-use arrow_array::types::{Float64Type, UInt64Type};
-use arrow_array::{Array, ArrayRef, Float64Array, RecordBatch, StringArray, StructArray};
+use arrow_array::ffi_stream::FFI_ArrowArrayStream;
+use arrow_array::types::{Float32Type, Float64Type, Int64Type, UInt64Type};
+use arrow_array::{
+    Array, ArrayRef, Float64Array, LargeStringArray, RecordBatch, RecordBatchIterator, StringArray,
+    StringViewArray,
+};
 use arrow_schema::{DataType, Field, Schema, SchemaRef};
 use numpy::PyArray1;
 use ocmc_api::TableColumn;
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::{PyCapsule, PyDict, PyIterator, PyList};
+use pyo3_arrow::PySchema;
 use pyo3_arrow::error::PyArrowResult;
-use pyo3_arrow::ffi::{ArrayIterator, to_schema_pycapsule, to_stream_pycapsule};
+use pyo3_arrow::ffi::to_schema_pycapsule;
 use std::sync::Arc;
 
 /// A column of numbers.
@@ -22,6 +27,29 @@ pub(crate) fn numbers(numbers: impl Iterator<Item = Option<f64>>) -> ArrayRef {
 /// A column of words.
 pub(crate) fn words<'a>(words: impl Iterator<Item = Option<&'a str>>) -> ArrayRef {
     Arc::new(words.collect::<StringArray>())
+}
+
+/// A column as another type of the same kind of cells; none where a cell is lost.
+fn as_type(column: &ArrayRef, to: &DataType) -> Option<ArrayRef> {
+    Some(match (column.data_type(), to) {
+        (own, to) if own == to => column.clone(),
+        (DataType::Float64, DataType::Float32) => {
+            Arc::new(column.as_primitive::<Float64Type>().unary::<_, Float32Type>(|x| x as f32))
+        }
+        (DataType::UInt64, DataType::Int64) => Arc::new(
+            column.as_primitive::<UInt64Type>().try_unary::<_, Int64Type, _>(i64::try_from).ok()?,
+        ),
+        (DataType::UInt64, DataType::Float64) => {
+            Arc::new(column.as_primitive::<UInt64Type>().unary::<_, Float64Type>(|n| n as f64))
+        }
+        (DataType::Utf8, DataType::LargeUtf8) => {
+            Arc::new(column.as_string::<i32>().iter().collect::<LargeStringArray>())
+        }
+        (DataType::Utf8, DataType::Utf8View) => {
+            Arc::new(column.as_string::<i32>().iter().collect::<StringViewArray>())
+        }
+        _ => return None,
+    })
 }
 
 /// A table: named columns of equal length, in SI units with the unit as the name's suffix.
@@ -64,6 +92,28 @@ impl Table {
         let arrays = columns.into_iter().map(|(_, array)| array).collect();
         let batch = RecordBatch::try_new(schema.clone(), arrays).expect("columns of equal length");
         Self::new(schema, vec![batch])
+    }
+
+    /// The same rows in another schema, where its columns are these.
+    fn in_schema(&self, schema: &Schema) -> Option<Self> {
+        let names =
+            |fields: &Schema| fields.fields().iter().map(|f| f.name().clone()).collect::<Vec<_>>();
+        if names(schema) != names(&self.schema) {
+            return None;
+        }
+        let fields = schema.fields().iter().map(|field| field.as_ref().clone());
+        let schema = Arc::new(Schema::new_with_metadata(
+            fields.collect::<Vec<_>>(),
+            self.schema.metadata().clone(),
+        ));
+        let batches = self.batches.iter().map(|batch| {
+            let columns = batch.columns().iter().zip(schema.fields());
+            let columns: Option<_> =
+                columns.map(|(c, field)| as_type(c, field.data_type())).collect();
+            RecordBatch::try_new(schema.clone(), columns?).ok()
+        });
+        let batches = batches.collect::<Option<_>>()?;
+        Some(Self::new(schema, batches))
     }
 
     /// A table of numbers.
@@ -186,10 +236,13 @@ impl Table {
         py: Python<'py>,
         requested_schema: Option<Bound<'py, PyCapsule>>,
     ) -> PyArrowResult<Bound<'py, PyCapsule>> {
-        let field = Field::new_struct("", self.schema.fields().clone(), false)
-            .with_metadata(self.schema.metadata().clone());
-        let batches = self.batches.clone().into_iter();
-        let rows = batches.map(|batch| Ok(Arc::new(StructArray::from(batch)) as ArrayRef));
-        to_stream_pycapsule(py, Box::new(ArrayIterator::new(rows, field.into())), requested_schema)
+        let requested =
+            requested_schema.as_ref().map(PySchema::from_arrow_pycapsule).transpose()?;
+        // the protocol lets a producer keep its own schema where it cannot meet another one
+        let met = requested.and_then(|schema| self.in_schema(&schema.into_inner()));
+        let Self { schema, batches } = met.unwrap_or_else(|| self.clone());
+        let rows = RecordBatchIterator::new(batches.into_iter().map(Ok), schema);
+        let stream = FFI_ArrowArrayStream::new(Box::new(rows));
+        Ok(PyCapsule::new_with_value(py, stream, c"arrow_array_stream")?)
     }
 }

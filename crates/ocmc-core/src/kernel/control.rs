@@ -173,6 +173,8 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         let begun = output + constants.ramp_gain * yet;
         let edge = stance.feeds.select(begun, effort + slack);
         let demand = output.max(edge);
+        // who gathers speed is not pushed harder by a descent than he lets the engine
+        let demand = stance.rises.select(demand.min(stance.forecast.holding_back), demand);
         let braking = clip(-demand, 0.0, parameters.per_brake_scale);
         let realised = accelerator - braking;
         Control {

@@ -1,5 +1,5 @@
 //! What a driver knows by feel before a step: the pedals that keep the speed, that follow a braking
-//! ramp, and that accelerate as hard as he ever does.
+//! ramp, and that accelerate as hard as he ever does; and the push at which he lifts his foot.
 //!
 //! It is read from the road under the truck, its mass, its gear, its air drag and the curves of its
 //! engine in the last step: what is missing the feedback corrects.
@@ -7,9 +7,14 @@
 use super::road_row::RoadRow;
 use super::stage::Row;
 use super::state::{KernelParameters, State};
-use crate::lanes::Lanes;
+use crate::lanes::{Lanes, UNBOUNDED};
 use crate::powertrain::Powertrain;
 use fearless_simd::prelude::*;
+
+/// Acceleration at which a driver lifts his foot at once, over the most that he asks for [EJ].
+/// Where a road gets less steep under a truck that gathers speed, its torque is too high until it
+/// has followed the pedal, and the truck would jump.
+const LIFTS_AT: f64 = 1.2;
 
 /// Outputs of a controller: the accelerator above 0, the brakes below.
 #[derive(Clone, Copy)]
@@ -20,6 +25,11 @@ pub(super) struct Forecast<S: Simd> {
     pub ramp: Lanes<S>,
     /// Gives the driver's peak acceleration.
     pub peak: Lanes<S>,
+    /// Force at the wheels, in N, at which he lifts his foot.
+    pub most: Lanes<S>,
+    /// Output that holds a truck back that a descent pushes harder: of the brakes; unbounded where
+    /// none does.
+    pub holding_back: Lanes<S>,
     /// Deceleration of a truck that coasts in gear, in m/s².
     pub coasting: Lanes<S>,
     /// The same with an open clutch.
@@ -39,6 +49,10 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         let road = constants.mass * (row[RoadRow::ROLLING] + row[RoadRow::GRADE]);
         let steady = self.motion.drag + road;
         let slower = steady - mass * constants.twice_deceleration * 0.5;
+        let wanted = mass * constants.peak_acceleration;
+        let most = steady + wanted * LIFTS_AT;
+        let excess = most - pedal.coasting;
+        let free = Lanes::splat(speed.simd, UNBOUNDED);
         let decelerations = if parameters.looks_ahead {
             [(steady - pedal.coasting) / mass, steady * constants.inverse_mass_open]
         } else {
@@ -50,7 +64,9 @@ impl<S: Simd, P: Powertrain> State<S, P> {
             neutral,
             holding: pedal.output(steady, constants.per_brake_force),
             ramp: pedal.output(slower, constants.per_brake_force),
-            peak: pedal.accelerator(steady + mass * constants.peak_acceleration),
+            peak: pedal.accelerator(steady + wanted),
+            most,
+            holding_back: excess.simd_lt(0.0).select(excess * constants.per_brake_force, free),
         }
     }
 }

@@ -100,8 +100,8 @@ impl RoadRows {
         let mut around = Surroundings::new(study, scenario);
         let (mut altitude_m, mut climb_m) = (0.0, 0.0);
         let road_types = &mut self.road_types;
-        rows.clear();
-        rows.reserve(segments.len());
+        // all are written anew
+        rows.resize(segments.len(), RoadRow::PARKED);
         stops.clear();
         road_types.clear();
         for run in profile.runs.windows(2) {
@@ -120,17 +120,19 @@ impl RoadRows {
             let root = limit.sqrt();
             let static_mps = if branches[0].by_sign { root } else { -root };
             let turns = head.curve().is_some();
-            rows.extend(segments.iter().zip(branches).enumerate().map(|(i, (segment, branch))| {
+            // a segment of a run has a slope of its own
+            let slopes = &road.slopes[head.slope as usize..][..segments.len()];
+            let ahead = segments.iter().zip(branches).zip(slopes).zip(&mut rows[first..end]);
+            for (i, (((segment, branch), &sine), row)) in ahead.enumerate() {
                 // the heading changes along a curve, the density of the air with the altitude
                 if i > 0 && (turns || around.has_climbed(altitude_m)) {
                     around.update(segment, limit, altitude_m);
                 }
                 let length_m = segment.length_m;
-                let sine = road.slopes[segment.slope as usize];
                 let cosine = (1.0 - sine * sine).sqrt();
                 altitude_m += sine * length_m;
                 climb_m += if sine > 0.0 { sine * length_m } else { 0.0 };
-                RoadRow([
+                *row = RoadRow([
                     length_m,
                     limit,
                     branch.backward_end,
@@ -143,8 +145,8 @@ impl RoadRows {
                     UNBOUNDED,
                     around.grip * cosine,
                     -1.0 - branch.coasts_to,
-                ])
-            }));
+                ]);
+            }
         }
         stops.push((rows.len() - 1, 0.0, None));
         self.mark_stops(study.model().simulation.creep_distance_m);
@@ -272,15 +274,10 @@ impl<'a> Surroundings<'a> {
         if new_weather || self.has_climbed(altitude_m) {
             self.set_weather(weather, altitude_m);
         }
-        let iri = iri_mm_per_m(road.roughness_m3[segment.roughness as usize]);
-        self.rolling = self.rolling_weather
-            * road.grounds[segment.section as usize].rolling_factor()
-            * rolling_roughness_factor(iri, limit.sqrt());
-        let vehicle = &self.study.vehicle().model;
-        if let (Some(k), Some(stiffness)) = (segment.curve(), vehicle.cornering_stiffness_per_rad) {
-            // at the static limit, and within what the tyres hold
-            let lateral = (limit * road.curves[k].curvature_per_m().abs()).min(self.grip);
-            self.rolling += cornering_resistance_mps2(lateral, stiffness);
+        let tracks = [segment.weather, segment.roughness, segment.section];
+        // along a curve nothing but the heading changes
+        if (tracks, limit, segment.curve()) != (self.tracks, self.limit, self.curve) {
+            self.set_rolling(segment, limit);
         }
 
         let (curve, last_heading_rad) = (segment.curve(), self.middle_rad);
@@ -294,9 +291,22 @@ impl<'a> Surroundings<'a> {
             let (head, cross) = weather.wind_components_mps(self.middle_rad);
             (self.head_wind_mps, self.cross_wind_mps) = (exposure * head, exposure * cross.abs());
         }
-        self.tracks = [segment.weather, segment.roughness, segment.section];
-        (self.curve, self.limit) = (curve, limit);
+        (self.tracks, self.curve, self.limit) = (tracks, curve, limit);
         segment.section != last_section
+    }
+
+    fn set_rolling(&mut self, segment: &Segment, limit: f64) {
+        let road = &self.scenario.cycle.road;
+        let iri = iri_mm_per_m(road.roughness_m3[segment.roughness as usize]);
+        self.rolling = self.rolling_weather
+            * road.grounds[segment.section as usize].rolling_factor()
+            * rolling_roughness_factor(iri, limit.sqrt());
+        let vehicle = &self.study.vehicle().model;
+        if let (Some(k), Some(stiffness)) = (segment.curve(), vehicle.cornering_stiffness_per_rad) {
+            // at the static limit, and within what the tyres hold
+            let lateral = (limit * road.curves[k].curvature_per_m().abs()).min(self.grip);
+            self.rolling += cornering_resistance_mps2(lateral, stiffness);
+        }
     }
 
     fn set_weather(&mut self, weather: &Weather, altitude_m: f64) {

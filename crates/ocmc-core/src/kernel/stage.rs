@@ -195,13 +195,14 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         let row = &decision.row;
         let relative = speed + row[RoadRow::HEAD_WIND];
         let cross = row[RoadRow::CROSS_WIND];
+        let grip = self.constants.driven_mass * row[RoadRow::GRIP].max(LEAST_TRACTION_MPS2);
         let demand = Demand {
             speed,
             shaft_speed,
             accelerator: control.accelerator,
             brake: self.constants.mass
                 * (control.braking * parameters.brake_mps2).min(row[RoadRow::GRIP]),
-            grip: self.constants.driven_mass * row[RoadRow::GRIP].max(LEAST_TRACTION_MPS2),
+            traction: grip.min(decision.stance.forecast.most.max(0.0)),
             air: relative.max(1.0),
             cross,
         };

@@ -203,8 +203,9 @@ pub struct Demand<S: Simd> {
     pub accelerator: Lanes<S>,
     /// Braking force that the driver wants, in N.
     pub brake: Lanes<S>,
-    /// The most that the tyres of the driven axles hold, in N.
-    pub grip: Lanes<S>,
+    /// The most that may pull at the wheels, in N: what the tyres of the driven axles hold, or the
+    /// driver lets.
+    pub traction: Lanes<S>,
     /// Relative wind from ahead, at least 1 m/s.
     pub air: Lanes<S>,
     /// Cross wind, in m/s.

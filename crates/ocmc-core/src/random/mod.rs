@@ -438,6 +438,12 @@ const DAY: u8 = 0x20;
 /// The bit that is inverted for the scrambling of the trips of one truck.
 const OF_TRUCK: u8 = 0x10;
 
+/// The uniform of a word: its upper 53 bits and a half, so that it is neither 0 nor 1.
+#[inline(always)]
+fn uniform_of(word: u64) -> f64 {
+    ((word >> 11) as f64 + 0.5) / (1_u64 << 53) as f64
+}
+
 /// A stream of draws.
 #[derive(Clone, Debug)]
 pub struct Draws {
@@ -490,12 +496,27 @@ impl Draws {
     /// Uniform on the open interval (0, 1), on a grid of 2⁻⁵³ shifted by half a step.
     #[inline]
     pub fn uniform(&mut self) -> f64 {
-        const STEP: f64 = 1.0 / (1u64 << 53) as f64;
         let mut word = self.generator.next_u64();
         if self.point.is_left() {
             word = self.point.lead(word);
         }
-        ((word >> 11) as f64 + 0.5) * STEP
+        uniform_of(word)
+    }
+
+    /// The next uniforms: those that [`Self::uniform`] would give, faster.
+    fn uniforms(&mut self, values: &mut [f64]) {
+        if self.point.is_left() {
+            values.fill_with(|| self.uniform());
+            return;
+        }
+        let mut bytes = [0; 512];
+        for values in values.chunks_mut(64) {
+            let bytes = &mut bytes[..8 * values.len()];
+            self.generator.fill_bytes(bytes);
+            for (value, word) in values.iter_mut().zip(bytes.as_chunks().0) {
+                *value = uniform_of(u64::from_le_bytes(*word));
+            }
+        }
     }
 
     /// Uniform on (`lower`, `upper`).
@@ -512,7 +533,7 @@ impl Draws {
 
     /// The next standard normals: those that [`Self::normal`] would give, faster.
     pub fn normals(&mut self, values: &mut [f64]) {
-        values.fill_with(|| self.uniform());
+        self.uniforms(values);
         crate::special_functions::normal_quantiles(values);
     }
 
@@ -628,6 +649,21 @@ mod tests {
             first(frozen.open(Stream::Pedals)) == first(Draws::new(1, 0, Stream::Pedals)),
             "what is frozen does not vary"
         );
+    }
+
+    #[test]
+    fn many_uniforms_at_once_are_those_that_come_one_by_one() {
+        for (behind, count) in [(0, 64), (1, 64), (5, 130), (63, 1), (130, 7)] {
+            let mut one_by_one = Draws::new(1, 2, Stream::Topography);
+            // an odd number of words before, too
+            one_by_one.generator.next_u32();
+            (0..behind).for_each(|_| _ = one_by_one.uniform());
+            let (mut at_once, mut values) = (one_by_one.clone(), vec![0.0; count]);
+            at_once.uniforms(&mut values);
+            let wanted: Vec<f64> = (0..count).map(|_| one_by_one.uniform()).collect();
+            assert_eq!(values, wanted, "{count} behind {behind}");
+            assert!(at_once.uniform() == one_by_one.uniform(), "{count} behind {behind}");
+        }
     }
 
     #[test]

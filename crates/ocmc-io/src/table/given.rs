@@ -2,12 +2,9 @@
 //! without nulls is taken as it lies in memory; others are copied: other types of numbers, texts
 //! that are to be numbers, nulls (which become NaN), and columns in several pieces.
 
+use super::arrow_column::{is_number, numbers, words};
 use super::error::{Fault, TableError};
-use arrow_array::cast::AsArray;
-use arrow_array::types::Float64Type;
 use arrow_array::{Array, ArrayRef, Float64Array, StringArray};
-use arrow_cast::cast;
-use arrow_schema::DataType;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -76,14 +73,13 @@ impl GivenTable {
         if !self.pieces.iter().all(|piece| is_number(piece[column].data_type())) {
             return Ok(Cells::Words(self.words(column)?));
         }
-        let pieces = self.cast(column, &DataType::Float64)?;
+        let pieces = self.pieces(column, numbers)?;
         if let [whole] = pieces.as_slice()
             && whole.null_count() == 0
         {
-            return Ok(Cells::Numbers(whole.as_primitive().clone()));
+            return Ok(Cells::Numbers(whole.clone()));
         }
-        let all = pieces.iter().flat_map(AsArray::as_primitive::<Float64Type>);
-        let all = all.map(|number| number.unwrap_or(f64::NAN));
+        let all = pieces.iter().flatten().map(|number| number.unwrap_or(f64::NAN));
         Ok(Cells::Numbers(Float64Array::from_iter_values(all)))
     }
 
@@ -92,35 +88,27 @@ impl GivenTable {
     /// # Errors
     /// [`TableError`].
     pub fn words(&self, column: usize) -> Result<StringArray, TableError> {
-        let pieces = self.cast(column, &DataType::Utf8)?;
+        let pieces = self.pieces(column, words)?;
         match pieces.as_slice() {
-            [words] => Ok(words.as_string().clone()),
-            several => Ok(several.iter().flat_map(AsArray::as_string::<i32>).collect()),
+            [words] => Ok(words.clone()),
+            several => Ok(several.iter().flatten().collect()),
         }
     }
 
-    fn cast(&self, column: usize, to: &DataType) -> Result<Vec<ArrayRef>, TableError> {
+    /// The pieces of a column, read in one way.
+    fn pieces<T>(
+        &self,
+        column: usize,
+        read: impl Fn(&dyn Array) -> Option<T>,
+    ) -> Result<Vec<T>, TableError> {
         let pieces = self.pieces.iter().map(|piece| {
-            let found = piece[column].data_type();
-            let cast = if found.is_nested() { None } else { cast(&piece[column], to).ok() };
-            cast.ok_or_else(|| {
-                let (column, found) = (self.names[column].clone(), found.clone());
+            read(&piece[column]).ok_or_else(|| {
+                let (column, found) =
+                    (self.names[column].clone(), piece[column].data_type().clone());
                 TableError::of(&self.name, Fault::Type { column, found })
             })
         });
         pieces.collect()
-    }
-}
-
-/// Whether a type is one of numbers; a coded one is what its codes stand for.
-fn is_number(data_type: &DataType) -> bool {
-    match data_type {
-        DataType::Dictionary(_, values) => is_number(values),
-        DataType::Decimal32(..)
-        | DataType::Decimal64(..)
-        | DataType::Decimal128(..)
-        | DataType::Decimal256(..) => true,
-        other => other.is_numeric(),
     }
 }
 

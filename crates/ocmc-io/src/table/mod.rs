@@ -4,6 +4,7 @@
 //! be called, [`schema`] which columns a format has, [`mapping`] what a user says about them, and
 //! [`error`] what can be wrong. A format is a [`Schema`] and a function that takes its rows.
 
+mod arrow_column;
 mod bounded;
 pub mod clock;
 pub mod error;

@@ -236,8 +236,8 @@ impl Powertrain for BatteryElectricPowertrain {
         let model = &self.model;
         let motor = &model.motor;
         let speed = demand.shaft_speed;
-        let grip = demand.grip * gear.torque_per_n;
-        let driving = (demand.accelerator * motor.drive_limits_nm(speed)).min(grip);
+        let traction = demand.traction * gear.torque_per_n;
+        let driving = (demand.accelerator * motor.drive_limits_nm(speed)).min(traction);
         let braking = model
             .braking_torques_nm(gear.speed_ratio, demand.brake)
             .min(motor.brake_limits_nm(speed, demand.speed));

@@ -339,9 +339,9 @@ impl Powertrain for DieselPowertrain {
         let drag = drag_0 + drag_1 * engine_speed;
         let command = drag + demand.accelerator * (full_load - drag);
         // grip: what the driven axles cannot hold behind all losses the engine does not give, beside
-        // its auxiliaries
+        // its auxiliaries; what the driver does not let, neither: a torque is cut at once
         let auxiliary = state.auxiliary_power * demand.air * inverse;
-        let held = self.losses.driving_torques_nm(gear, demand.speed, demand.grip);
+        let held = self.losses.driving_torques_nm(gear, demand.speed, demand.traction);
         let full_load = full_load.min(held + auxiliary);
         let reached = match predicted {
             Some(predicted) => predicted.torque + predicted.response * command,

@@ -85,7 +85,9 @@ impl Preparation<'_> {
     fn overspeed(&mut self, overspeed: &Overspeed) {
         for second in 0..self.nodes.seconds() {
             let motion = self.motion(second);
-            if motion.speed_mps < overspeed.minimum_speed_mps {
+            if motion.speed_mps < overspeed.minimum_speed_mps
+                || self.slows_for_less(second, overspeed.minimum_speed_mps)
+            {
                 continue;
             }
             let gear = self.quick_gear(&motion);
@@ -107,6 +109,18 @@ impl Preparation<'_> {
             self.nodes.speed_mps[second + 1] =
                 node_mps.min(most_mps).min(2.0 * most_mps - start_mps).max(0.0);
         }
+    }
+
+    /// Whether VECTO 3's driver is on a ramp to a speed at which he does not roll too fast: there he
+    /// coasts, by his look-ahead, and brakes. VECTO 2.2's rolls first, and plans the ramp anew.
+    fn slows_for_less(&self, second: usize, minimum_mps: f64) -> bool {
+        let decides = matches!(self.driver.look_ahead, Some(LookAhead::DecisionFactor { .. }));
+        let falls = |second: usize| {
+            self.nodes.speed_mps[second + 1] < self.nodes.speed_mps[second] - SLOWER_MPS
+        };
+        let end = (second..self.nodes.seconds()).find(|k| !falls(*k));
+        let end_mps = end.map_or(0.0, |k| self.nodes.speed_mps[k]);
+        decides && falls(second) && end_mps < minimum_mps
     }
 
     fn brakes(&self, second: usize) -> bool {

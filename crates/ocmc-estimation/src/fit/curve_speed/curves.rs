@@ -123,12 +123,14 @@ pub(super) fn select(
         let route = table.route_m.as_ref().map(|lengths| lengths[k]);
         let missing = table.driver[k].is_empty() || radius.is_nan() || !speed.is_finite();
         let [tightest, widest] = options.radius_range_m;
+        let slow = speed * speed < options.least_lateral_mps2 * radius;
         let against = [
             (missing, "missing_value"),
             (!(speed > 0.0), "speed_not_positive"),
             (!(radius > 0.0), "radius_not_positive"),
             (radius < tightest, "radius_too_small"),
             (radius > widest, "radius_too_large"),
+            (slow, "lateral_acceleration_too_small"),
             (route.is_some_and(|length| !(length > options.minimum_route_m)), "route_too_short"),
         ];
         let around = table.around.as_ref().zip(options.isolated_m);

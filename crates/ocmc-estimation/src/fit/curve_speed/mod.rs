@@ -55,6 +55,9 @@ pub struct CurveSpeedOptions {
     /// log, in m, and the truck must nowhere near have been slower than in them; none takes all
     /// curves.
     pub isolated_m: Option<f64>,
+    /// Curves with a smaller lateral acceleration v²/R are left out, in m/s²; 0 takes all. A detector
+    /// that works on lateral acceleration does not see them.
+    pub least_lateral_mps2: f64,
     /// The exponent that `fixed` takes, and that is tested.
     pub fixed_exponent: f64,
     /// The direction stays where its p is below this.
@@ -73,6 +76,7 @@ impl Default for CurveSpeedOptions {
             radius_range_m: [20.0, 500.0],
             minimum_route_m: 5000.0,
             isolated_m: None,
+            least_lateral_mps2: 0.0,
             fixed_exponent: 0.5,
             significance: 0.05,
             limit_share: 0.9,
@@ -272,12 +276,14 @@ fn check(options: &CurveSpeedOptions) -> Result<(), CurveSpeedFitError> {
         (option, share, "a number above 0 and up to 1", share > 0.0 && share <= 1.0)
     };
     let isolated_m = options.isolated_m.unwrap_or(0.0);
-    let wider = largest > smallest;
+    let (wider, lateral_mps2) = (largest > smallest, options.least_lateral_mps2);
+    let lateral = "the smallest lateral acceleration, in m/s²,";
     Ok(check_options([
         above_0("the reference radius", options.reference_radius_m),
         ("the smallest radius", smallest, "a number from 0 on", smallest >= 0.0),
         ("the largest radius", largest, "a number above the smallest radius", wider),
         ("the way around a free curve, in m,", isolated_m, "a number from 0 on", isolated_m >= 0.0),
+        (lateral, lateral_mps2, "a number from 0 on", lateral_mps2 >= 0.0),
         ("the shortest route", route_m, "a number from 0 on", route_m >= 0.0),
         ("the fixed exponent", exponent, "a number", exponent.is_finite()),
         share("the significance", options.significance),

@@ -17,7 +17,7 @@ use std::collections::BTreeMap;
 use std::ops::{ControlFlow, Range};
 
 /// Slopes that divide the classes of hilliness.
-const SLOPES: [f64; 3] = [0.03, 0.06, 0.09];
+pub(super) const SLOPES: [f64; 3] = [0.03, 0.06, 0.09];
 
 /// Share of the way on which the slope has to stay below.
 const SHARE: f64 = 0.98;
@@ -32,7 +32,7 @@ const STOPS_PER_KM: [f64; 2] = [0.12, 0.47];
 const CURVES_PER_KM: [f64; 2] = [0.71, 1.66];
 
 /// Radius below which a curve slows a truck down, in m: the end of the curve-speed law.
-const SLOWING_RADIUS_M: f64 = 500.0;
+pub(super) const SLOWING_RADIUS_M: f64 = 500.0;
 
 /// Classes of hilliness.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -195,8 +195,42 @@ impl View {
     }
 
     fn finish(self) -> BirdsEye {
-        let share_below =
-            (self.steps > 0).then(|| self.below.map(|count| count as f64 / self.steps as f64));
+        let per_km = |count: usize, way_m: f64| count as f64 / way_m * 1000.0;
+        let share = |(name, length_m): (String, f64)| (name, length_m / self.length_m);
+        BirdsEye::of(Counted {
+            length_m: self.length_m,
+            share_below: (self.steps > 0)
+                .then(|| self.below.map(|count| count as f64 / self.steps as f64)),
+            stop_spacing_m: self.length_m / self.mission_stops as f64,
+            stops_per_km: per_km(self.stops, self.length_m),
+            curves_per_km: (self.curve_way_m > 0.0).then(|| per_km(self.curves, self.curve_way_m)),
+            road_type_share: self.type_length_m.into_iter().map(share).collect(),
+        })
+    }
+}
+
+/// What the classes come from.
+pub(super) struct Counted {
+    pub(super) length_m: f64,
+    pub(super) share_below: Option<[f64; 3]>,
+    /// Way from one mission stop, or end of a road, to the next.
+    pub(super) stop_spacing_m: f64,
+    pub(super) stops_per_km: f64,
+    pub(super) curves_per_km: Option<f64>,
+    pub(super) road_type_share: BTreeMap<String, f64>,
+}
+
+impl BirdsEye {
+    /// The classes of what was counted or follows from laws.
+    pub(super) fn of(seen: Counted) -> Self {
+        let Counted {
+            length_m,
+            share_below,
+            stop_spacing_m,
+            stops_per_km,
+            curves_per_km,
+            road_type_share,
+        } = seen;
         let hilliness =
             share_below.map(|shares| match shares.iter().position(|share| *share > SHARE) {
                 Some(0) => Hilliness::Flat,
@@ -204,26 +238,22 @@ impl View {
                 Some(_) => Hilliness::Hilly,
                 None => Hilliness::VeryHilly,
             });
-        let curves_per_km =
-            (self.curve_way_m > 0.0).then(|| self.curves as f64 / self.curve_way_m * 1000.0);
-        let transport_cycle = match self.length_m / self.mission_stops as f64 {
+        let transport_cycle = match stop_spacing_m {
             spacing if spacing < 500.0 => TransportCycle::StopAndGo,
             spacing if spacing < 5.0e3 => TransportCycle::Local,
             spacing if spacing < 50.0e3 => TransportCycle::Regional,
             _ => TransportCycle::LongDistance,
         };
-        let per_km = |count: usize| count as f64 / self.length_m * 1000.0;
-        let share = |(name, length_m): (String, f64)| (name, length_m / self.length_m);
-        BirdsEye {
-            length_m: self.length_m,
+        Self {
+            length_m,
             hilliness,
             share_below,
             transport_cycle,
-            stops_per_km: per_km(self.stops),
-            stop_density: Density::of(per_km(self.stops), STOPS_PER_KM),
+            stops_per_km,
+            stop_density: Density::of(stops_per_km, STOPS_PER_KM),
             curves_per_km,
             curve_density: curves_per_km.map(|per_km| Density::of(per_km, CURVES_PER_KM)),
-            road_type_share: self.type_length_m.into_iter().map(share).collect(),
+            road_type_share,
         }
     }
 }

@@ -26,6 +26,7 @@
 //! [`super::traffic`].
 
 mod birds_eye;
+mod birds_eye_of_laws;
 mod curve;
 mod curve_window;
 mod event;
@@ -35,6 +36,7 @@ mod surface;
 mod topography;
 
 pub use birds_eye::{BirdsEye, Density, Hilliness, TransportCycle, birds_eye, birds_eye_of_study};
+pub use birds_eye_of_laws::birds_eye_of_laws;
 
 use super::study_parameter::{Estimates, StudyParameterFit};
 use crate::log::road::LoggedRoad;

@@ -6,6 +6,7 @@ mod field_table;
 mod fleet;
 mod nist;
 mod operating_cycle;
+mod selection;
 mod simulator_table;
 mod sleepstudy;
 mod traffic;
