@@ -55,8 +55,7 @@ pub struct PublicChargerModel {
 pub struct EnoughModel {
     /// What has to be reached with the reserve.
     pub reach: Goal,
-    /// What is charged beyond the forecast, over it. The forecast is what the trip has taken for each
-    /// metre so far.
+    /// What is charged beyond the driver's forecast, `[charging.forecast]` with its margin, over the way.
     #[schemars(range(min = 0.0, max = 2.0))]
     pub margin: f64,
 }

@@ -10,7 +10,7 @@ use super::rest_stops::{AHEAD_S, LAST_S, NEAR_M, is_mission_stop};
 use super::road_row::RoadRow;
 use super::state::Lane;
 use super::stop_ahead::{Standing, StopAhead};
-use crate::charging::{ChargingPolicy, Driven};
+use crate::charging::{ChargingPolicy, Driven, Goal};
 use crate::energy_ledger::Term;
 use crate::operating_cycle::segments::Cuts;
 use crate::powertrain::Powertrain;
@@ -180,8 +180,7 @@ impl LaneTask {
         let mass_kg = self.scenario.vehicle.mass_kg;
         let takes = |from: usize, to: usize| {
             let rows = &rows[from..=to];
-            let way_m: f64 = rows.iter().map(|row| row.0[RoadRow::LENGTH]).sum();
-            forecast.energy_j(&driven, way_m, mass_kg * climb(rows)) / store.capacity_j
+            forecast.energy_j(&driven, length_m(rows), mass_kg * climb(rows)) / store.capacity_j
         };
         let arrives = charge - takes(from, site.row);
         let reaches = arrives - takes(site.row + 1, site.reach_row);
@@ -195,6 +194,37 @@ impl LaneTask {
             rests.has_to_rest_at(way_s, next_s)
         });
         [charges, rests]
+    }
+
+    /// State of charge with which the goal of a truck that is charged at a place comes within its reach,
+    /// by its driver's forecast; infinite where it is to be charged to the end.
+    pub(super) fn enough_charge<S: Simd, P: Powertrain>(
+        &mut self,
+        lane: &Lane<S, P>,
+        at: &Standing,
+    ) -> f64 {
+        let is_planned =
+            self.charging.as_ref().is_some_and(|stops| stops.planned.contains(&at.position_m));
+        let known = lane.parameters.charging.filter(|_| is_planned).and_then(|policy| {
+            let (public, forecast) = (policy.public.as_ref()?, policy.forecast.as_ref()?);
+            let enough = public.enough.as_ref()?;
+            Some((policy, enough, forecast, lane.parameters.powertrain.store()?))
+        });
+        let Some((policy, enough, forecast, store)) = known else { return f64::INFINITY };
+        let driven = self.driven(lane, at.row + 1);
+        let rows = &lane.state.motion.roads[lane.number];
+        let sites = self.charging.iter().flat_map(|charging| &charging.sites);
+        let next =
+            sites.filter(|site| site.position_m > at.position_m + SAME_M).map(|site| site.row);
+        let to = match enough.reach {
+            Goal::Destination => None,
+            Goal::NextCharger => next.min(),
+        };
+        let ahead = &rows[at.row + 1..=to.unwrap_or(rows.len() - 1)];
+        let climb_j = self.scenario.vehicle.mass_kg * climb(ahead);
+        let way_m = (1.0 + enough.margin) * length_m(ahead);
+        let takes_j = forecast.energy_j(&driven, way_m, climb_j);
+        store.lowest_charge.max(policy.reserve) + takes_j.max(0.0) / store.capacity_j
     }
 
     /// How long a truck has to stand where it does, because the next place to rest is out of reach by
@@ -264,6 +294,10 @@ impl LaneTask {
         let Some(row) = found else { return };
         self.stop_ahead(lane, at + 1, StopAhead { row, position_m: end_m, rests: true });
     }
+}
+
+fn length_m(rows: &[RoadRow]) -> f64 {
+    rows.iter().map(|row| row.0[RoadRow::LENGTH]).sum()
 }
 
 /// g times the climb of rows, in m²/s².

@@ -5,9 +5,7 @@ use super::charging_decision::Site;
 use super::lane_task::LaneTask;
 use super::state::Lane;
 use super::stop_ahead::Standing;
-use crate::charging::{
-    ChargeCourse, ChargingEvent, ChargingPlace, ChargingPolicy, EnoughModel, Goal,
-};
+use crate::charging::{ChargeCourse, ChargingEvent, ChargingPlace, ChargingPolicy};
 use crate::energy_ledger::Term;
 use crate::powertrain::{Charge, Plug, Powertrain};
 use crate::record::Record;
@@ -109,20 +107,6 @@ pub(super) struct ChargingProgress {
     wait_s: f64,
 }
 
-/// What a trip has taken so far, and what its driver keeps.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Need {
-    /// State of charge that each metre has taken.
-    pub per_m: f64,
-    /// State of charge that its driver keeps.
-    pub lowest_charge: f64,
-}
-
-impl Need {
-    /// That of a truck without a battery.
-    pub(super) const NONE: Self = Self { per_m: 0.0, lowest_charge: 0.0 };
-}
-
 impl ChargingProgress {
     /// Stops at which something was charged.
     fn stops(&self) -> usize {
@@ -159,14 +143,15 @@ impl ChargingStops {
         self.progress = ChargingProgress::default();
     }
 
-    /// What a place offers a truck that would stand there for some time, in s.
+    /// What a place offers a truck that would stand there for some time, in s. `enough`: the state of
+    /// charge that it needs, where it is to be charged no more.
     pub(super) fn offer<'a>(
         &self,
         policy: &'a ChargingPolicy,
         scenario: &Scenario,
         at: &Standing,
         standstill_s: f64,
-        need: Need,
+        enough: f64,
     ) -> Option<Offer<'a>> {
         let Standing { position_m, of_mission, is_rest, .. } = *at;
         if !is_rest {
@@ -181,11 +166,7 @@ impl ChargingStops {
             let idle_s = charger.wait_s + policy.connection_s;
             let longest_s = if stays { f64::INFINITY } else { standstill_s - idle_s };
             let power_w = at_terminals(charger.power_w);
-            let enough = public.enough.as_ref().filter(|_| stays);
-            let enough = enough.map_or(f64::INFINITY, |enough| {
-                need.lowest_charge + need.per_m * enough.way_m(scenario, position_m)
-            });
-            let end_at = public.end_at.min(enough);
+            let end_at = if stays { public.end_at.min(enough) } else { public.end_at };
             let plug = Plug { power_w, curve, end_at, longest_s };
             let (begin_below, wait_s) = (f64::INFINITY, charger.wait_s);
             let is_public = true;
@@ -292,19 +273,6 @@ impl ChargingStops {
     }
 }
 
-impl EnoughModel {
-    /// How far a truck that leaves a charger has to come by its forecast, margin included, in m.
-    fn way_m(&self, scenario: &Scenario, from_m: f64) -> f64 {
-        let end_m = scenario.cycle.road.length_m;
-        let mut ahead = scenario.chargers.iter().map(|charger| charger.position_m);
-        let to_m = match self.reach {
-            Goal::Destination => end_m,
-            Goal::NextCharger => ahead.find(|at_m| *at_m > from_m).unwrap_or(end_m),
-        };
-        (to_m - from_m) * (1.0 + self.margin)
-    }
-}
-
 impl LaneTask {
     /// Charges at a stop line, where that is worth while, while the truck stands for some time; returns
     /// for how long it does then, in s.
@@ -314,19 +282,14 @@ impl LaneTask {
         at: &Standing,
         dwell_s: f64,
     ) -> f64 {
+        let enough = self.enough_charge(lane, at);
         let (Some(stops), Some(policy)) = (&mut self.charging, lane.parameters.charging) else {
             return dwell_s;
         };
         let (powertrain, number) = (lane.parameters.powertrain, lane.number);
         let own = &mut lane.state.powertrain;
         let Some(charge) = powertrain.charge_of(own, number) else { return dwell_s };
-        let ledger = &lane.state.ledger;
-        let drawn_j = ledger[Term::Battery][number] / ledger[Term::Distance][number];
-        let need = powertrain.store().map_or(Need::NONE, |store| Need {
-            per_m: drawn_j / store.capacity_j,
-            lowest_charge: store.lowest_charge.max(policy.reserve),
-        });
-        let Some(offer) = stops.offer(policy, &self.scenario, at, dwell_s, need) else {
+        let Some(offer) = stops.offer(policy, &self.scenario, at, dwell_s, enough) else {
             return dwell_s;
         };
         let mut course = ChargeCourse::default();

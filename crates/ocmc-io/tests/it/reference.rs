@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 const BEGIN: &str = "<!-- generated: begin ";
 const END: &str = "<!-- generated: end -->";
 /// The unit of a name, by its suffix; a longer suffix stands before a shorter one.
-const UNITS: [(&str, &str); 43] = [
+const UNITS: [(&str, &str); 44] = [
     ("_l_per_100km", "L/100 km"),
     ("_l_per_100tkm", "L/100 tkm"),
     ("_kwh_per_km", "kWh/km"),
@@ -37,6 +37,7 @@ const UNITS: [(&str, &str); 43] = [
     ("_w_per_k", "W/K"),
     ("_j_per_k", "J/K"),
     ("_per_k", "K"),
+    ("_j_per_m", "J/m"),
     ("_per_m", "per m"),
     ("_kgpm3", "kg/m³"),
     ("_jpkg", "J/kg"),
