@@ -51,7 +51,7 @@ fn the_law_that_drove_comes_back_from_the_curves_it_left() {
 fn a_table_that_no_law_gives_back_is_told_with_what_makes_the_rest() {
     let base = study("field-truck", &[ROAD]);
     let options = CalibrationOptions {
-        trips: Trips { seed: 5, drivers: 20, per_driver: 1 },
+        trips: Trips { seed: 5, drivers: 60, per_driver: 1 },
         ..CalibrationOptions::default()
     };
     let mut numbers = MeasuredCurves::of_law(&base.model().driver.curve_speed).unwrap().numbers;
@@ -61,7 +61,8 @@ fn a_table_that_no_law_gives_back_is_told_with_what_makes_the_rest() {
     assert!(found.at_bound.contains(&"residual_sd"), "{found:?}");
     assert!(
         (found.law.residual_sd - options.least_residual_sd).abs() < 1e-12
-            && found.simulated.residual_sd > 0.1
+            && found.simulated.residual_sd > 0.1,
+        "{found:?}"
     );
     let without = |k: usize| found.surroundings[k].numbers.residual_sd;
     // what stops trucks makes the most of it

@@ -89,7 +89,8 @@ pub fn solve<const N: usize, Error>(
     for _ in 0..MOST_STEPS {
         let Some((step, held)) = search.newton(&point, &value, jacobian) else { break };
         at_bound = held;
-        if search.is_root(&value, &at_bound) {
+        let is_on_bounds = (0..N).all(|k| !at_bound[k] || step[k] == 0.0);
+        if is_on_bounds && search.is_root(&value, &at_bound) {
             break;
         }
         let before = search.size(&value, &at_bound);
@@ -105,7 +106,8 @@ pub fn solve<const N: usize, Error>(
             share *= 0.5;
         }
     }
-    let solved = search.is_root(&value, &at_bound);
+    // where all stay on a bound no equation is solved
+    let solved = search.is_root(&value, &at_bound) && at_bound.contains(&false);
     Ok(Root { point, residual: value, at_bound, solved, evaluations })
 }
 
@@ -188,6 +190,13 @@ mod tests {
         assert!(found.solved, "{found:?}");
         assert!((found.point[0] - 1.0).abs() < 1e-3 && (found.point[1] - 1.0).abs() < 1e-3);
         assert_eq!(found.at_bound, [false; 2]);
+    }
+
+    #[test]
+    fn where_all_coordinates_stay_on_a_bound_nothing_is_solved() {
+        let found = root(|x| [x[0] - 3.0, x[1] + 1.0], [0.0, 1.0]);
+        assert_eq!((found.point, found.at_bound), ([2.0, 0.0], [true, true]));
+        assert!(!found.solved, "{found:?}");
     }
 
     #[test]
