@@ -99,7 +99,7 @@ pub fn solve<const N: usize, Error>(
             let next = search.clip(&std::array::from_fn(|k| point[k] + share * step[k]));
             let there = function(&next)?;
             evaluations += 1;
-            if search.size(&there, &at_bound) < before || halving == MOST_HALVINGS {
+            if search.size(&there, &at_bound) <= before || halving == MOST_HALVINGS {
                 (point, value) = (next, there);
                 break;
             }
