@@ -126,6 +126,16 @@ fn who_finds_no_charger_rests_on_the_spot_within_the_law() {
 }
 
 #[test]
+fn a_road_that_is_cut_at_chargers_has_the_same_hills() {
+    let road = ["mission.length_m=200000"];
+    let (with, without) = (run(&charging(4500.0, 0.1, &road), 5), run(&study(&road), 5));
+    for (with, without) in with.iter().zip(&without) {
+        assert!(without.climb_m > 100.0, "{}", without.climb_m);
+        assert!((with.climb_m / without.climb_m - 1.0).abs() < 1e-9, "{}", with.climb_m);
+    }
+}
+
+#[test]
 fn a_road_that_is_cut_is_the_same_road() {
     let cycle = study(&["mission.length_m=60000"]).sample(1, 0).cycle;
     let (mut whole, mut runs) = (Vec::new(), Vec::new());

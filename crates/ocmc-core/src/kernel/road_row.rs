@@ -120,15 +120,15 @@ impl RoadRows {
             let root = limit.sqrt();
             let static_mps = if branches[0].by_sign { root } else { -root };
             let turns = head.curve().is_some();
-            // a segment of a run has a slope of its own
-            let slopes = &road.slopes[head.slope as usize..][..segments.len()];
-            let ahead = segments.iter().zip(branches).zip(slopes).zip(&mut rows[first..end]);
-            for (i, (((segment, branch), &sine), row)) in ahead.enumerate() {
+            let ahead = segments.iter().zip(branches).zip(&mut rows[first..end]).enumerate();
+            for (i, ((segment, branch), row)) in ahead {
                 // the heading changes along a curve, the density of the air with the altitude
                 if i > 0 && (turns || around.has_climbed(altitude_m)) {
                     around.update(segment, limit, altitude_m);
                 }
                 let length_m = segment.length_m;
+                // segments of one slope step follow one another where a road is cut
+                let sine = road.slopes[segment.slope as usize];
                 let cosine = (1.0 - sine * sine).sqrt();
                 altitude_m += sine * length_m;
                 climb_m += if sine > 0.0 { sine * length_m } else { 0.0 };
