@@ -19,7 +19,7 @@ use crate::crest::crest_speeds;
 use crate::driver::speed_change::Rise;
 use crate::lanes::UNBOUNDED;
 use crate::operating_cycle::road::point_event::Passage;
-use crate::operating_cycle::segments::{Cuts, Segment, lower};
+use crate::operating_cycle::segments::{Segment, lower};
 use crate::study::{Scenario, Study};
 
 /// Desired speed squared of one segment, in m²/s²: the lowest of three branches.
@@ -78,17 +78,17 @@ impl SpeedProfile {
 
 /// Plans the speed profile of a scenario into `profile`, whose buffers are reused.
 pub fn plan(study: &Study, scenario: &Scenario, profile: &mut SpeedProfile) {
-    plan_cut(study, scenario, &Cuts::NONE, profile);
+    plan_cut(study, scenario, &[], profile);
 }
 
 /// As [`plan`], of a road that is cut.
 pub(crate) fn plan_cut(
     study: &Study,
     scenario: &Scenario,
-    cuts: &Cuts,
+    cuts_m: &[f64],
     profile: &mut SpeedProfile,
 ) {
-    plan_braking(study, scenario, cuts, profile);
+    plan_braking(study, scenario, cuts_m, profile);
     match scenario.driver.speed_change.rise {
         Rise::Ramp => forward_sweep(profile),
         // the limit is followed upwards at once, and a stop is left at once, too
@@ -104,14 +104,12 @@ pub(crate) fn plan_cut(
 pub(crate) fn plan_braking(
     study: &Study,
     scenario: &Scenario,
-    cuts: &Cuts,
+    cuts_m: &[f64],
     profile: &mut SpeedProfile,
 ) {
     let offset_m = scenario.driver.speed_limit.sign_offset_m;
-    scenario.cycle.segments(offset_m, &mut profile.segments, &mut profile.runs);
-    if *cuts != Cuts::NONE {
-        cuts.cut(&mut profile.segments, &mut profile.runs);
-    }
+    let SpeedProfile { segments, runs, .. } = profile;
+    scenario.cycle.segments_cut(offset_m, cuts_m, segments, runs);
     let change = &scenario.driver.speed_change;
     profile.twice_deceleration = 2.0 * change.deceleration_mps2;
     profile.twice_acceleration = 2.0 * change.acceleration_mps2;

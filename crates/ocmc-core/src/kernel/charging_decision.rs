@@ -12,7 +12,6 @@ use super::state::Lane;
 use super::stop_ahead::{Standing, StopAhead};
 use crate::charging::{ChargingPolicy, Driven, Goal};
 use crate::energy_ledger::Term;
-use crate::operating_cycle::segments::Cuts;
 use crate::powertrain::Powertrain;
 use crate::study::{Scenario, Study};
 use crate::tactical::SpeedProfile;
@@ -41,14 +40,19 @@ pub(super) struct Site {
     after_m: f64,
 }
 
-/// Where roads are cut for it.
-pub(super) fn cuts(study: &Study, scenario: &Scenario) -> (f64, Cuts) {
+/// The longest braking ramp, in m, and where roads are cut, in m.
+pub(super) fn cuts(study: &Study, scenario: &Scenario) -> (f64, Vec<f64>) {
     let [ramp_m, ahead_m] = distances_m(study, scenario);
     let chargers = scenario.chargers.iter().map(|charger| charger.position_m);
     let mut places_m: Vec<f64> =
         chargers.flat_map(|at_m| [at_m - ahead_m, at_m]).filter(|at_m| *at_m > 0.0).collect();
+    let road = &scenario.cycle.road;
+    if road.slope_step_m > LONGEST_M {
+        let count = (road.length_m / LONGEST_M) as u32;
+        places_m.extend((1..=count).map(|k| LONGEST_M * f64::from(k)));
+    }
     places_m.sort_unstable_by(f64::total_cmp);
-    (ramp_m, Cuts { places_m, longest_m: LONGEST_M })
+    (ramp_m, places_m)
 }
 
 /// How long braking ramps are at most, and how far before a charger is decided, in m.

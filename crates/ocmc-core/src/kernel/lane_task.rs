@@ -16,7 +16,6 @@ use crate::driver::pedal::Hold;
 use crate::driver::speed_change::Rise;
 use crate::energy_ledger::{Ledger, Mode, Term};
 use crate::lanes::UNBOUNDED;
-use crate::operating_cycle::segments::Cuts;
 use crate::powertrain::{Plug, Powertrain};
 use crate::record::{Outcome, Record};
 use crate::study::{Scenario, Study};
@@ -133,11 +132,11 @@ impl LaneTask {
     fn plan(&mut self, study: &Study, profile: &mut SpeedProfile) {
         let scenario = &self.scenario;
         let charges = self.charging.is_some();
-        let (ramp_m, cuts) = if charges { cuts(study, scenario) } else { (0.0, Cuts::NONE) };
+        let (ramp_m, cuts_m) = if charges { cuts(study, scenario) } else { (0.0, Vec::new()) };
         if study.model().simulation.columns_by.contains(&Axis::EventKind) {
-            plan_cut(study, scenario, &cuts, profile);
+            plan_cut(study, scenario, &cuts_m, profile);
         } else {
-            plan_braking(study, scenario, &cuts, profile);
+            plan_braking(study, scenario, &cuts_m, profile);
         }
         self.road.fill(study, scenario, profile);
         self.lay_parts(study, profile);

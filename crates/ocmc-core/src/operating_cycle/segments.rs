@@ -43,59 +43,6 @@ impl Segment {
     }
 }
 
-/// Where segments are cut, so that the truck can halt there or its driver decide.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Cuts {
-    /// Places, in order, in m.
-    pub places_m: Vec<f64>,
-    /// The longest segment, in m.
-    pub longest_m: f64,
-}
-
-impl Cuts {
-    /// None.
-    pub const NONE: Self = Self { places_m: Vec::new(), longest_m: f64::INFINITY };
-
-    /// Cuts segments and their runs. Behind a cut all is as before it, but the event at its start.
-    pub fn cut(&self, segments: &mut Vec<Segment>, runs: &mut [usize]) {
-        let mut cuts: Vec<(usize, f64)> = Vec::new();
-        let mut places = self.places_m.iter().copied().peekable();
-        for (k, segment) in segments.iter().enumerate() {
-            let end_m = segment.start_m + segment.length_m;
-            let mut from_m = segment.start_m;
-            loop {
-                while places.next_if(|at_m| *at_m < from_m + SMALLEST_M).is_some() {}
-                let next_m =
-                    lower(places.peek().copied().unwrap_or(f64::INFINITY), from_m + self.longest_m);
-                if next_m > end_m - SMALLEST_M {
-                    break;
-                }
-                cuts.push((k, next_m));
-                from_m = next_m;
-            }
-        }
-        let mut whole = std::mem::take(segments);
-        segments.reserve(whole.len() + cuts.len());
-        let mut copied = 0;
-        for (k, at_m) in &cuts {
-            segments.extend_from_slice(&whole[copied..*k]);
-            copied = *k;
-            let behind = &mut whole[*k];
-            let end_m = behind.start_m + behind.length_m;
-            segments.push(Segment { length_m: at_m - behind.start_m, ..*behind });
-            *behind = Segment { start_m: *at_m, length_m: end_m - at_m, event: NONE, ..*behind };
-        }
-        segments.extend_from_slice(&whole[copied..]);
-        let mut before = 0;
-        for run in runs {
-            while cuts.get(before).is_some_and(|(k, _)| *k < *run) {
-                before += 1;
-            }
-            *run += before;
-        }
-    }
-}
-
 /// The lower of two numbers, neither of them NaN: one instruction, where [`f64::min`] takes six.
 #[inline]
 pub fn lower(a: f64, b: f64) -> f64 {
@@ -112,6 +59,7 @@ struct NextChanges {
     traffic: f64,
     curve: f64,
     event: f64,
+    cut: f64,
 }
 
 impl NextChanges {
@@ -120,7 +68,7 @@ impl NextChanges {
         let rules = lower(self.sign, self.section);
         let clock = lower(self.weather, self.traffic);
         let marks = lower(self.curve, self.event);
-        lower(lower(self.roughness, rules), lower(clock, marks))
+        lower(lower(self.roughness, rules), lower(lower(clock, marks), self.cut))
     }
 }
 
@@ -130,6 +78,18 @@ impl OperatingCycle {
     /// slope alone changes, and an event stands at its start only; `runs` has the number of the
     /// first segment of each, and that of all segments.
     pub fn segments(&self, sign_offset_m: f64, segments: &mut Vec<Segment>, runs: &mut Vec<usize>) {
+        self.segments_cut(sign_offset_m, &[], segments, runs);
+    }
+
+    /// The same of a road that is cut at places in order, in m: there a truck can halt, or its driver
+    /// decides. Behind a cut all is as before it.
+    pub fn segments_cut(
+        &self,
+        sign_offset_m: f64,
+        cuts_m: &[f64],
+        segments: &mut Vec<Segment>,
+        runs: &mut Vec<usize>,
+    ) {
         segments.clear();
         runs.clear();
         let road = &self.road;
@@ -159,8 +119,9 @@ impl OperatingCycle {
             traffic: start_of(traffic(1)),
             curve: start_of(road.curves.first().map(|curve| curve.start_m)),
             event: start_of(road.events.first().map(|event| event.position_m)),
+            cut: start_of(cuts_m.first().copied()),
         };
-        let (mut curve, mut event) = (0, 0);
+        let (mut curve, mut event, mut cut) = (0, 0, 0);
         loop {
             // every track that changes here, or within the shortest segment
             let here = now.start_m + SMALLEST_M;
@@ -176,6 +137,10 @@ impl OperatingCycle {
                 now.event = event as u32;
                 event += 1;
                 next.event = start_of(road.events.get(event).map(|event| event.position_m));
+            }
+            while next.cut <= here {
+                cut += 1;
+                next.cut = start_of(cuts_m.get(cut).copied());
             }
             while next.curve <= here {
                 // the end of the curve that the road is in, or the start of the next one
