@@ -16,7 +16,6 @@ mod chain;
 mod charging;
 mod charging_decision;
 mod charging_limits;
-mod checkpoints;
 mod checksums;
 mod closed_form;
 mod closed_loop;

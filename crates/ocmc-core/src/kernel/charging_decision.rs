@@ -1,12 +1,12 @@
-//! Where a driver stops to charge and to rest: he decides at the place where he would have to brake
-//! for a charger, or to heat his battery for it, by a forecast.
+//! Where a driver stops at a charger, to charge or to rest: he decides at the place where he would
+//! have to brake for it, or to heat his battery for it, by a forecast.
 //!
 //! He stops where the next place at which he could charge is out of reach with his reserve, and where
-//! the next place at which he could rest is out of reach by the law. What he gets wrong uses up his
-//! reserve, or makes him rest on the spot. Nothing is driven twice.
+//! the next place at which he could rest is out of reach by the law ([`super::rest_decision`]). What
+//! he gets wrong uses up his reserve, or makes him rest on the spot. Nothing is driven twice.
 
 use super::lane_task::LaneTask;
-use super::rest_stops::{AHEAD_S, LAST_S, NEAR_M, is_mission_stop};
+use super::rest_stops::is_mission_stop;
 use super::road_row::RoadRow;
 use super::state::Lane;
 use super::stop_ahead::{Standing, StopAhead};
@@ -19,8 +19,6 @@ use fearless_simd::Simd;
 
 /// What a driver keeps before a braking ramp to see it, in m.
 const ROOM_M: f64 = 300.0;
-/// The longest stretch of road without a place to halt, in m.
-const LONGEST_M: f64 = 2000.0;
 /// Places closer than this are one, in m.
 const SAME_M: f64 = 1e-3;
 
@@ -29,7 +27,7 @@ const SAME_M: f64 = 1e-3;
 pub(super) struct Site {
     /// Where it is, in m, and the row that ends there.
     pub position_m: f64,
-    row: usize,
+    pub row: usize,
     /// Where he decides, in m.
     pub decided_at_m: f64,
     /// The last row before the next place at which the truck can be charged, or of the road.
@@ -40,29 +38,21 @@ pub(super) struct Site {
     after_m: f64,
 }
 
-/// The longest braking ramp, in m, and where roads are cut, in m.
-pub(super) fn cuts(study: &Study, scenario: &Scenario) -> (f64, Vec<f64>) {
-    let [ramp_m, ahead_m] = distances_m(study, scenario);
+/// Where roads are cut for it, in m.
+pub(super) fn cuts_m(study: &Study, scenario: &Scenario) -> impl Iterator<Item = f64> {
+    let ahead_m = decides_before_m(study, scenario);
     let chargers = scenario.chargers.iter().map(|charger| charger.position_m);
-    let mut places_m: Vec<f64> =
-        chargers.flat_map(|at_m| [at_m - ahead_m, at_m]).filter(|at_m| *at_m > 0.0).collect();
-    let road = &scenario.cycle.road;
-    if road.slope_step_m > LONGEST_M {
-        let count = (road.length_m / LONGEST_M) as u32;
-        places_m.extend((1..=count).map(|k| LONGEST_M * f64::from(k)));
-    }
-    places_m.sort_unstable_by(f64::total_cmp);
-    (ramp_m, places_m)
+    chargers.flat_map(move |at_m| [at_m - ahead_m, at_m])
 }
 
-/// How long braking ramps are at most, and how far before a charger is decided, in m.
-fn distances_m(study: &Study, scenario: &Scenario) -> [f64; 2] {
+/// How far before a charger is decided, in m.
+fn decides_before_m(study: &Study, scenario: &Scenario) -> f64 {
     let driver = &scenario.driver;
     let signs = scenario.cycle.road.signs.iter();
     let speeds = signs.map(|sign| driver.speed_limit.sign_speed_mps(sign.speed_mps, f64::INFINITY));
     let most_mps = speeds.fold(0.0, f64::max);
     let ramp_m = 0.5 * most_mps * most_mps / driver.speed_change.deceleration_mps2 + ROOM_M;
-    [ramp_m, ramp_m.max(study.vehicle().powertrain.preconditions_from_m())]
+    ramp_m.max(study.vehicle().powertrain.preconditions_from_m())
 }
 
 /// The chargers of a planned road, as its driver looks at them. `stop_rows`: rows that end at a stop
@@ -74,7 +64,7 @@ pub(super) fn sites(
     profile: &SpeedProfile,
     stop_rows: &[(usize, Option<usize>)],
 ) -> Vec<Site> {
-    let [_, ahead_m] = distances_m(study, scenario);
+    let ahead_m = decides_before_m(study, scenario);
     let (road, chargers) = (&scenario.cycle.road, &scenario.chargers);
     let row_to = |place_m: f64| {
         let starts_before = |start_m: f64| start_m < place_m - SAME_M;
@@ -111,7 +101,11 @@ pub(super) fn sites(
 
 impl LaneTask {
     /// The trip so far, as its driver knows it. `from`: the row that begins where he is.
-    fn driven<S: Simd, P: Powertrain>(&mut self, lane: &Lane<S, P>, from: usize) -> Driven {
+    pub(super) fn driven<S: Simd, P: Powertrain>(
+        &mut self,
+        lane: &Lane<S, P>,
+        from: usize,
+    ) -> Driven {
         let number = lane.number;
         let (ledger, rows) = (&lane.state.ledger, &lane.state.motion.roads[number]);
         let mut climb_m2ps2 = 0.0;
@@ -229,74 +223,6 @@ impl LaneTask {
         let way_m = (1.0 + enough.margin) * length_m(ahead);
         let takes_j = forecast.energy_j(&driven, way_m, climb_j);
         store.lowest_charge.max(policy.reserve) + takes_j.max(0.0) / store.capacity_j
-    }
-
-    /// How long a truck has to stand where it does, because the next place to rest is out of reach by
-    /// the law, in s; 0 where it is not. `stands_s`: how long it stands without the law.
-    pub(super) fn rest_asked_s<S: Simd, P: Powertrain>(
-        &mut self,
-        lane: &Lane<S, P>,
-        at: &Standing,
-        stands_s: f64,
-    ) -> f64 {
-        let driven = self.driven(lane, at.row + 1);
-        let forecast = lane.parameters.charging.and_then(|policy| policy.forecast.as_ref());
-        let next_m = self.next_pause_m(at.position_m);
-        let Some(rests) = self.rests.as_mut().filter(|_| at.is_rest) else { return 0.0 };
-        let with_margin = 1.0 + forecast.map_or(0.0, |forecast| forecast.margin);
-        let next_s = with_margin * driven.time_s(next_m - at.position_m);
-        rests.drive_to(driven.time_s);
-        rests.asked_s(stands_s, next_s, at.rests)
-    }
-
-    /// The next place behind another one at which a driver can rest, or the end, in m.
-    fn next_pause_m(&self, behind_m: f64) -> f64 {
-        let road = &self.scenario.cycle.road;
-        let mut events = road.events.iter();
-        let stop =
-            events.find(|event| event.position_m > behind_m + SAME_M && is_mission_stop(event));
-        let mut chargers = self.scenario.chargers.iter().map(|charger| charger.position_m);
-        let charger_m = chargers.find(|at_m| *at_m > behind_m + SAME_M);
-        let end_m = road.length_m;
-        stop.map_or(end_m, |stop| stop.position_m).min(charger_m.unwrap_or(end_m))
-    }
-
-    /// Whether the law on rests is kept by stops that the driver decides on.
-    pub(super) fn rests_ahead(&self) -> bool {
-        self.charging.is_some() && self.rests.is_some()
-    }
-
-    /// Where the limit of driving is near, and no stop is, a rest is taken on the spot: at the first
-    /// place at which the truck can halt.
-    pub(super) fn rest_on_the_spot<S: Simd, P: Powertrain>(&mut self, lane: &mut Lane<S, P>) {
-        let left_s = self.rests.as_ref().map_or(f64::INFINITY, |rests| rests.left_s());
-        if left_s > AHEAD_S {
-            return;
-        }
-        let here_m = Self::position_m(lane);
-        let next_m = self.next_pause_m(here_m);
-        let is_near = next_m < here_m + 2.0 * NEAR_M;
-        if self.has_stop_ahead(here_m) || is_near && left_s > LAST_S {
-            return;
-        }
-        let ramp_m = self.charging.as_ref().map_or(0.0, |charging| charging.ramp_m);
-        let at = lane.state.motion.at[lane.number];
-        let rows = &lane.state.motion.roads[lane.number];
-        let mut end_m = here_m + lane.state.motion.left[lane.number];
-        let mut found = None;
-        for (row, RoadRow(columns)) in rows.iter().enumerate().skip(at + 1) {
-            end_m += columns[RoadRow::LENGTH];
-            if end_m > next_m {
-                break;
-            }
-            let is_free = columns[RoadRow::DWELL] < 0.0;
-            if is_free && end_m > here_m + ramp_m {
-                found = Some(row);
-                break;
-            }
-        }
-        let Some(row) = found else { return };
-        self.stop_ahead(lane, at + 1, StopAhead { row, position_m: end_m, rests: true });
     }
 }
 

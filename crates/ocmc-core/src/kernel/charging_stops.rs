@@ -119,8 +119,6 @@ impl ChargingProgress {
 pub(super) struct ChargingStops {
     /// Chargers of the way, with what a driver looks at to decide, in order.
     pub sites: Vec<Site>,
-    /// Way that a truck needs to halt, in m.
-    pub ramp_m: f64,
     /// Chargers at which the trip charges to the end, in m.
     pub planned: Vec<f64>,
     /// What has been done so far.

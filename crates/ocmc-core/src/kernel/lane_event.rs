@@ -2,7 +2,7 @@
 //! is near or a check is due, and how an event is handled outside of the hot loop.
 
 use super::lane_task::LaneTask;
-use super::rest_stops::{AHEAD_S, HALTING_S};
+use super::rest_decision::until_look_s;
 use super::road_row::RoadRow;
 use super::stage::Row;
 use super::state::{KernelParameters, Lane, State};
@@ -121,8 +121,9 @@ impl LaneTask {
         event: LaneEvent,
     ) -> Option<Outcome> {
         self.added_by_event = Ledger::EMPTY;
-        let mark = self.checkpoints.mark_at(lane.state.motion.at[lane.number]);
+        let mark = self.marks.at(lane.state.motion.at[lane.number]);
         if let Some(mark) = mark.filter(|_| lane.is_at_end()) {
+            self.marks.pass();
             if mark.decides {
                 self.decide(lane, mark.end_m, lane.state.motion.at[lane.number] + 1);
             }
@@ -266,17 +267,12 @@ impl LaneTask {
         let (time, way) = (ledger[Term::Time][lane.number], ledger[Term::Distance][lane.number]);
         self.progress.counted += self.progress.until_check;
         let most = MOST_CUTS * simulation.longest_duration_s / simulation.step_s;
-        let gives_up = self.rests.as_ref().is_some_and(|rests| rests.are_too_many());
-        if time > simulation.longest_duration_s || self.progress.counted > most || gives_up {
+        if time > simulation.longest_duration_s || self.progress.counted > most {
             return Some(Outcome::TimedOut);
         }
         let passed = time - self.progress.checked_at_s;
         self.schedule_check(lane);
-        if self.rests_ahead() {
-            self.rest_on_the_spot(lane);
-        } else if self.has_to_rest(lane) {
-            return None;
-        }
+        self.rest_on_the_spot(lane);
         // steps that were cut are shorter: wait until the whole time has passed
         if passed >= simulation.stall_time_s * (1.0 - 1e-9) {
             if way - self.progress.checked_at_m < simulation.stall_distance_m {
@@ -297,10 +293,9 @@ impl LaneTask {
         let steps = |time_s: f64| libm::ceil(time_s / simulation.step_s);
         let at_end = (steps(left_s) * FAST_STEP).max(FAST_STEP);
         self.progress.until_check = steps(simulation.stall_time_s).min(at_end);
-        let ahead_s = if self.rests_ahead() { AHEAD_S } else { HALTING_S };
         if let Some(rests) = &mut self.rests {
             rests.drive_to(lane.state.ledger[Term::Time][lane.number]);
-            let most = libm::floor(rests.until_check_s(ahead_s) / simulation.step_s);
+            let most = libm::floor(until_look_s(rests.left_s()) / simulation.step_s);
             self.progress.until_check =
                 self.progress.until_check.min((most * FAST_STEP).max(FAST_STEP));
         }

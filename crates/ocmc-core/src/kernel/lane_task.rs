@@ -1,12 +1,13 @@
 //! The task of one lane: its scenario, its road, its gear, and how the events of the lane are
 //! handled outside of the hot loop: stops, shifts, checks of progress and the end of the mission.
 
-use super::charging_decision::{cuts, sites};
+use super::charging_decision::{cuts_m, sites};
 use super::charging_stops::ChargingStops;
-use super::checkpoint::{Before, Checkpoints, Marking};
+use super::marks::{Marking, Marks};
 use super::parts::{Parts, kinds_of_plan, mark_m};
 use super::pedal_event::InitialMotion;
-use super::rest_stops::{NEAR_M, RestStops};
+use super::rest_decision::halts_m;
+use super::rest_stops::RestStops;
 use super::road_row::{RoadRow, RoadRows};
 use super::state::Lane;
 use super::stop_ahead::StopAhead;
@@ -53,15 +54,15 @@ pub struct LaneTask {
     pub(super) served: Vec<(usize, RoadRow)>,
     initial_energy_j: f64,
     /// Rests, where the study has a law on them.
-    pub(super) rests: Option<Box<RestStops>>,
+    pub(super) rests: Option<RestStops>,
     /// What road types and event kinds have taken.
     pub(super) parts: Parts,
     /// Charging, where the study has a policy.
     pub(super) charging: Option<Box<ChargingStops>>,
     /// Stops that its driver has decided on, on his way.
     pub(super) stops_ahead: Vec<StopAhead>,
-    /// From where it is driven on where a rest is put in.
-    pub(super) checkpoints: Checkpoints,
+    /// Where its driver decides, or the powertrain's temperature is looked at.
+    pub(super) marks: Marks,
     /// What the last event added to the ledger, in one addition each: a trace has to be able to
     /// repeat it.
     pub(super) added_by_event: Ledger<f64>,
@@ -80,7 +81,7 @@ impl LaneTask {
             initial_energy_j: 0.0,
             parts: Parts::default(),
             stops_ahead: Vec::new(),
-            checkpoints: Checkpoints::default(),
+            marks: Marks::default(),
             added_by_event: Ledger::EMPTY,
         };
         task.plan(study, &mut SpeedProfile::default());
@@ -94,71 +95,37 @@ impl LaneTask {
         study.resample(seed, cycle_id, &mut self.scenario);
         self.rests = RestStops::new(study, &self.scenario);
         self.charging = ChargingStops::new(study);
-        self.checkpoints.depart();
         self.plan(study, profile);
-    }
-
-    /// Puts the rest that is due into the trip of a lane, plans it anew, and drives it on from where
-    /// the stop changes nothing yet; where `from_start`, from its start.
-    pub(super) fn put_in_rest<S: Simd, P: Powertrain>(
-        &mut self,
-        lane: &mut Lane<S, P>,
-        study: &Study,
-        profile: &mut SpeedProfile,
-        from_start: bool,
-    ) {
-        self.leave(lane);
-        let Self { rests, scenario, .. } = self;
-        let place_m = rests.as_mut().and_then(|rests| rests.put_in(scenario));
-        let before = Before {
-            rows: self.road.replace_rows(),
-            laid: self.parts.laid(),
-            air_temperature_k: self.road.air_temperature_k,
-        };
-        self.plan(study, profile);
-        self.enter(lane);
-        match place_m.filter(|_| !from_start) {
-            Some(place_m) => self.go_on(lane, place_m, &before),
-            None => self.checkpoints.depart(),
-        }
-        self.road.spare_rows = before.rows;
-    }
-
-    /// Whether the trip has to be driven again, with a rest.
-    pub(super) fn lacks_rest(&self) -> bool {
-        self.rests.as_ref().is_some_and(|rests| rests.are_missing())
     }
 
     fn plan(&mut self, study: &Study, profile: &mut SpeedProfile) {
         let scenario = &self.scenario;
-        let charges = self.charging.is_some();
-        let (ramp_m, cuts_m) = if charges { cuts(study, scenario) } else { (0.0, Vec::new()) };
+        let mut places_m = Vec::new();
+        if self.charging.is_some() {
+            places_m.extend(cuts_m(study, scenario).filter(|at_m| *at_m > 0.0));
+        }
+        if self.rests.is_some() {
+            places_m.extend(halts_m(&scenario.cycle.road));
+        }
+        places_m.sort_unstable_by(f64::total_cmp);
         if study.model().simulation.columns_by.contains(&Axis::EventKind) {
-            plan_cut(study, scenario, &cuts_m, profile);
+            plan_cut(study, scenario, &places_m, profile);
         } else {
-            plan_braking(study, scenario, &cuts_m, profile);
+            plan_braking(study, scenario, &places_m, profile);
         }
         self.road.fill(study, scenario, profile);
         self.lay_parts(study, profile);
-        let takes_rests = self.rests.is_some() && !charges;
-        let powertrain = &study.vehicle().powertrain;
         let mut decides_m = Vec::new();
         if let (Some(charging), Some(policy)) = (&mut self.charging, &study.model().charging) {
             let stop_rows = self.road.stop_rows_and_events();
             charging.sites = sites(study, policy, &self.scenario, profile, &stop_rows);
-            charging.ramp_m = ramp_m;
             decides_m.extend(charging.sites.iter().map(|site| site.decided_at_m));
         }
-        if takes_rests || charges || powertrain.has_temperature() {
-            let marking = Marking {
-                mark_m: mark_m(&study.model().simulation),
-                takes_rests,
-                decides_m,
-                ahead_m: NEAR_M.max(powertrain.preconditions_from_m()),
-                looks: powertrain.has_temperature(),
-            };
-            self.checkpoints.mark(&marking, &self.scenario, profile, &mut self.road.rows);
-        }
+        let mark_m = mark_m(&study.model().simulation);
+        let looks = study.vehicle().powertrain.has_temperature();
+        let marking = Marking { mark_m, decides_m, looks };
+        let length_m = self.scenario.cycle.road.length_m;
+        self.marks.lay(&marking, length_m, profile, &mut self.road.rows);
     }
 
     fn lay_parts(&mut self, study: &Study, profile: &SpeedProfile) {
@@ -199,12 +166,6 @@ impl LaneTask {
         let passed = &motion.roads[number][..=motion.at[number]];
         let end_m: f64 = passed.iter().map(|row| row.0[RoadRow::LENGTH]).sum();
         end_m - motion.left[number]
-    }
-
-    /// Whether the truck has to rest before it goes on from where it is.
-    pub(super) fn has_to_rest<S: Simd, P: Powertrain>(&mut self, lane: &Lane<S, P>) -> bool {
-        let Some(rests) = &mut self.rests else { return false };
-        rests.has_to_rest(&self.scenario, || Self::position_m(lane))
     }
 
     /// Loads the truck into a lane, standing at the start of its road.
@@ -265,7 +226,7 @@ impl LaneTask {
         lane.state.motion.engine_speed[lane.number] = lane.parameters.idle_radps;
         self.progress = Progress::default();
         self.stops_ahead.clear();
-        self.checkpoints.begin();
+        self.marks.begin();
         if let Some(rests) = &mut self.rests {
             rests.depart();
         }
@@ -401,8 +362,8 @@ impl LaneTask {
             drag_area_m2: vehicle.drag_area_m2,
             rolling_coefficient: vehicle.rolling_coefficient,
             departure_charge: vehicle.initial_charge,
-            rest_s: self.rests.as_ref().map(|rests| rests.progress.added_s),
-            n_rests: self.rests.as_ref().map(|rests| rests.progress.taken),
+            rest_s: self.rests.as_ref().map(|rests| rests.added_s),
+            n_rests: self.rests.as_ref().map(|rests| rests.taken),
             breakdown: self.parts.breakdown(study, lane, self.progress.standstill_s),
             ..Record::default()
         };

@@ -24,8 +24,6 @@ use std::sync::Arc;
 #[derive(Clone, Copy, Debug)]
 struct Change {
     row: usize,
-    /// The row as it was laid.
-    laid: usize,
     /// The part that ends, by road type and by kind.
     road_type: usize,
     kind: Kind,
@@ -33,27 +31,17 @@ struct Change {
     marked: bool,
 }
 
-/// What has been booked so far.
+/// The parts of the cycle in a lane.
 #[derive(Clone, Debug, Default)]
-pub(super) struct PartsProgress {
+pub(super) struct Parts {
+    /// In order along the road; empty where nothing is broken down.
+    changes: Vec<Change>,
     /// The next part that ends.
     next: usize,
     /// Totals that have been booked.
     booked: [f64; AMOUNTS],
     by_road_type: Vec<[f64; AMOUNTS]>,
     by_kind: [[f64; AMOUNTS]; Kind::ALL.len()],
-}
-
-/// Where parts end as they were laid: row, road type and kind.
-#[derive(Debug)]
-pub(super) struct Laid(Vec<(usize, usize, Kind)>);
-
-/// The parts of the cycle in a lane.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Parts {
-    /// In order along the road; empty where nothing is broken down.
-    changes: Vec<Change>,
-    progress: PartsProgress,
     /// Distance in a marked row, in m.
     mark_m: f64,
     /// Whether they are event kinds, too.
@@ -77,8 +65,7 @@ impl Parts {
         let mut ends = road_types.iter().skip(1).map(|(from, _)| from - 1).chain([last]);
         for (k, (from, road_type)) in road_types.iter().enumerate() {
             let to = ends.next().unwrap_or(last);
-            let change =
-                |row, kind| Change { row, laid: row, road_type: *road_type, kind, marked: false };
+            let change = |row, kind| Change { row, road_type: *road_type, kind, marked: false };
             let within = kinds.get(*from..=to).unwrap_or_default();
             for (j, pair) in within.windows(2).enumerate() {
                 if pair[0] != pair[1] {
@@ -106,33 +93,11 @@ impl Parts {
 
     /// Begins at the start of the road.
     pub(super) fn depart(&mut self, road_types: usize) {
-        let progress = &mut self.progress;
-        progress.next = 0;
-        progress.booked = [0.0; AMOUNTS];
-        progress.by_road_type.clear();
-        progress.by_road_type.resize(road_types, [0.0; AMOUNTS]);
-        progress.by_kind = [[0.0; AMOUNTS]; Kind::ALL.len()];
-    }
-
-    /// What has been booked so far.
-    pub(super) fn progress(&self) -> PartsProgress {
-        self.progress.clone()
-    }
-
-    /// Goes on from there.
-    pub(super) fn go_on(&mut self, progress: &PartsProgress) {
-        self.progress.clone_from(progress);
-    }
-
-    /// Whether the part that ends next goes on for longer than it was laid.
-    pub(super) fn is_stretched(&self) -> bool {
-        self.changes.get(self.progress.next).is_some_and(|change| change.row != change.laid)
-    }
-
-    /// Where parts end as they were laid.
-    pub(super) fn laid(&self) -> Laid {
-        let of = |change: &Change| (change.laid, change.road_type, change.kind);
-        Laid(self.changes.iter().map(of).collect())
+        self.next = 0;
+        self.booked = [0.0; AMOUNTS];
+        self.by_road_type.clear();
+        self.by_road_type.resize(road_types, [0.0; AMOUNTS]);
+        self.by_kind = [[0.0; AMOUNTS]; Kind::ALL.len()];
     }
 
     /// Books the parts that have ended where the truck is. Returns whether its row is marked: the
@@ -143,11 +108,10 @@ impl Parts {
         standstill_s: f64,
     ) -> bool {
         let (at, left_m) = (lane.state.motion.at[lane.number], lane.state.motion.left[lane.number]);
-        while self.changes.get(self.progress.next).is_some_and(|change| change.row < at) {
+        while self.changes.get(self.next).is_some_and(|change| change.row < at) {
             self.book(lane, standstill_s);
         }
-        let Some(change) = self.changes.get(self.progress.next).filter(|change| change.row == at)
-        else {
+        let Some(change) = self.changes.get(self.next).filter(|change| change.row == at) else {
             return false;
         };
         let marked = change.marked;
@@ -161,7 +125,7 @@ impl Parts {
     /// Whether a truck that is slower than the plan still regains its speed: then the part goes on
     /// for one row more.
     fn goes_on<S: Simd, P: Powertrain>(&mut self, lane: &mut Lane<S, P>) -> bool {
-        let [change, next, ..] = &mut self.changes[self.progress.next..] else { return false };
+        let [change, next, ..] = &mut self.changes[self.next..] else { return false };
         let regained = matches!(change.kind, Kind::Hill | Kind::Cruise);
         let follows = matches!(next.kind, Kind::Hill | Kind::Cruise);
         if regained || !follows || change.road_type != next.road_type || next.row <= change.row + 1
@@ -182,7 +146,7 @@ impl Parts {
     /// and behind it until the speed is regained. What ends within reach of the line is booked at the
     /// next event.
     pub(super) fn stop_within(&mut self, changed: &Changed, line: usize, rows: &mut [RoadRow]) {
-        let mut parts = self.changes.split_off(self.progress.next);
+        let mut parts = self.changes.split_off(self.next);
         if self.has_kinds {
             let mut from = 0;
             let mut split: Vec<Change> = Vec::with_capacity(parts.len() + 4);
@@ -194,7 +158,7 @@ impl Parts {
                         continue;
                     };
                     let kind = if k == 0 { change.kind } else { Kind::Stop };
-                    split.push(Change { row: end, laid: end, kind, marked: false, ..change });
+                    split.push(Change { row: end, kind, marked: false, ..change });
                     from = end + 1;
                 }
                 let is_stop = from >= changed.braked_from && change.row <= line + 1;
@@ -217,9 +181,7 @@ impl Parts {
 
     /// Marks what was within reach of a stop line that has been served.
     pub(super) fn unhide(&mut self, line: usize, rows: &mut [RoadRow]) {
-        for change in
-            self.changes[self.progress.next..].iter_mut().take_while(|change| change.row <= line)
-        {
+        for change in self.changes[self.next..].iter_mut().take_while(|change| change.row <= line) {
             mark(change, &mut rows[change.row], self.mark_m);
         }
     }
@@ -230,13 +192,13 @@ impl Parts {
         lane: &Lane<S, P>,
         standstill_s: f64,
     ) -> Option<(Change, [f64; AMOUNTS])> {
-        let change = self.changes.get(self.progress.next)?;
+        let change = self.changes.get(self.next)?;
         let ledger = &lane.state.ledger;
         let source = if P::TERMS.contains(&Term::Fuel) { Term::Fuel } else { Term::Battery };
         let mut gained =
             [Term::Distance, Term::Time, Term::Wheel, source].map(|term| ledger[term][lane.number]);
         gained[1] += standstill_s;
-        for (total, before) in gained.iter_mut().zip(self.progress.booked) {
+        for (total, before) in gained.iter_mut().zip(self.booked) {
             *total -= before;
         }
         Some((*change, gained))
@@ -245,10 +207,10 @@ impl Parts {
     /// Books it.
     fn book<S: Simd, P: Powertrain>(&mut self, lane: &Lane<S, P>, standstill_s: f64) {
         let Some((change, gained)) = self.gained(lane, standstill_s) else { return };
-        add(&mut self.progress.by_road_type[change.road_type], gained);
-        add(&mut self.progress.by_kind[change.kind as usize], gained);
-        add(&mut self.progress.booked, gained);
-        self.progress.next += 1;
+        add(&mut self.by_road_type[change.road_type], gained);
+        add(&mut self.by_kind[change.kind as usize], gained);
+        add(&mut self.booked, gained);
+        self.next += 1;
     }
 
     /// The breakdown of the cycle as it stands.
@@ -259,12 +221,12 @@ impl Parts {
         standstill_s: f64,
     ) -> Breakdown {
         let Some(columns) = study.breakdown() else { return Breakdown::default() };
-        let mut by_kind = self.progress.by_kind;
+        let mut by_kind = self.by_kind;
         let by = &study.model().simulation.columns_by;
         let mut values = Vec::with_capacity(columns.names().len());
         let gained = self.gained(lane, standstill_s);
         if by.contains(&Axis::RoadType) {
-            values.extend(self.progress.by_road_type.iter().flatten());
+            values.extend(self.by_road_type.iter().flatten());
             if let Some((change, gained)) = gained {
                 for (value, gained) in values[AMOUNTS * change.road_type..].iter_mut().zip(gained) {
                     *value += gained;
@@ -278,15 +240,6 @@ impl Parts {
             values.extend(by_kind.iter().flatten());
         }
         Breakdown::new(Arc::clone(columns), Some(values))
-    }
-}
-
-impl Laid {
-    /// The first row from which on another plan has other parts.
-    pub(super) fn same_until(&self, other: &Self) -> usize {
-        let row = |laid: &Self, k: usize| laid.0.get(k).map_or(usize::MAX, |change| change.0);
-        let same = self.0.iter().zip(&other.0).take_while(|(a, b)| a == b).count();
-        row(self, same).min(row(other, same))
     }
 }
 

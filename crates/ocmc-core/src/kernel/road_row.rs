@@ -51,17 +51,6 @@ impl RoadRow {
 }
 
 impl RoadRow {
-    /// Whether a truck that is not near a stop line drives on both alike.
-    pub(super) fn is_driven_as(&self, other: &Self) -> bool {
-        let columns = self.0.iter().zip(&other.0).enumerate();
-        // all at once: without a branch for each column
-        let different = columns.fold(0, |different, (column, (own, other))| {
-            let bits = if column == Self::TO_STOP { 0 } else { own.to_bits() ^ other.to_bits() };
-            different | bits
-        });
-        different == 0
-    }
-
     /// The row in groups of four numbers.
     #[inline(always)]
     pub fn quads(&self) -> &[[f64; 4]] {
@@ -85,11 +74,9 @@ pub struct RoadRows {
     pub climb_m: f64,
     /// Rows that end at a stop line, the standstill there, in s, and the event, but at the road's
     /// end.
-    stops: Vec<(usize, f64, Option<usize>)>,
+    pub(super) stops: Vec<(usize, f64, Option<usize>)>,
     /// Rows with which a section begins, and its road type.
     pub road_types: Vec<(usize, usize)>,
-    /// Room for other rows.
-    pub spare_rows: Vec<RoadRow>,
 }
 
 impl RoadRows {
@@ -154,11 +141,6 @@ impl RoadRows {
         self.air_temperature_k = around.temperature_sum / road.length_m;
         self.head_wind_mps = around.head_wind_sum / road.length_m;
         self.climb_m = climb_m;
-    }
-
-    /// Takes the rows out; there is room for others.
-    pub fn replace_rows(&mut self) -> Vec<RoadRow> {
-        std::mem::replace(&mut self.rows, std::mem::take(&mut self.spare_rows))
     }
 
     /// Rows that end at a stop line, in order.

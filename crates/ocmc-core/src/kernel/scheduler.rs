@@ -34,10 +34,6 @@ pub trait Observer {
         _tasks: &[Option<LaneTask>],
     ) {
     }
-    /// Whether a trip into which a rest is put is driven again from its start.
-    const FROM_START: bool;
-    /// It is: what was observed of it is void.
-    fn restarts(&mut self) {}
     /// Whether the run is to stop: cycles that are on the road are then given up.
     fn is_stopped(&self) -> bool {
         false
@@ -49,8 +45,6 @@ pub trait Observer {
 pub struct StopFlag<'a>(pub &'a AtomicBool);
 
 impl Observer for StopFlag<'_> {
-    const FROM_START: bool = false;
-
     fn is_stopped(&self) -> bool {
         self.0.load(Ordering::Relaxed)
     }
@@ -196,8 +190,6 @@ struct LaneScheduler<'a, 'b, P, O> {
     cut_short: Vec<Scenario>,
     /// Lanes with a cycle.
     driving: usize,
-    /// Buffers for trips that are planned anew.
-    profile: SpeedProfile,
 }
 
 impl<P: Powertrain, O: Observer> SimdTask for LaneScheduler<'_, '_, P, O> {
@@ -239,8 +231,7 @@ impl<'a, 'b, P: Powertrain, O: Observer> LaneScheduler<'a, 'b, P, O> {
         observer: &'a mut O,
     ) -> Self {
         let (records, cut_short) = (Vec::new(), Vec::new());
-        let profile = SpeedProfile::default();
-        Self { study, parameters, next, observer, records, cut_short, driving: 0, profile }
+        Self { study, parameters, next, observer, records, cut_short, driving: 0 }
     }
 
     /// Puts a cycle into each lane of a block.
@@ -296,14 +287,6 @@ impl<'a, 'b, P: Powertrain, O: Observer> LaneScheduler<'a, 'b, P, O> {
                 if outcome == Outcome::Depleted {
                     self.cut_short.push(task.scenario().clone());
                 }
-            }
-            if outcome.is_none() && task.lacks_rest() {
-                task.put_in_rest(&mut lane, self.study, &mut self.profile, O::FROM_START);
-                self.observer.restarts();
-                continue;
-            }
-            if outcome.is_none() {
-                task.take_checkpoint(&mut lane);
             }
             self.observer.after_event(parameters, lane.state, tasks);
             if outcome.is_some() {

@@ -312,31 +312,6 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         self.constants.inverse_mass_closed[lane] = 1.0 / (open + engine);
     }
 
-    /// What the trucks remember from step to step, beside gear, row and sums.
-    pub(super) fn memory(&mut self) -> Vec<&mut Lanes<S>> {
-        let motion = &mut self.motion;
-        let mut columns = vec![
-            &mut motion.speed,
-            &mut motion.left,
-            &mut motion.integral,
-            &mut motion.filtered,
-            &mut motion.held,
-            &mut motion.holding,
-            &mut motion.rolling,
-            &mut motion.engine_speed,
-            &mut motion.shift_left,
-            &mut motion.up_left,
-            &mut motion.down_left,
-            &mut motion.ceiling,
-            &mut motion.drag,
-            &mut motion.kick_left,
-            &mut motion.longest,
-            &mut motion.steps_left,
-        ];
-        columns.extend(P::memory(&mut self.powertrain));
-        columns
-    }
-
     /// Slope of the road under a lane's truck, as climb per metre.
     pub fn slope(&self, lane: usize) -> f64 {
         self.row(lane).0[RoadRow::GRADE] / GRAVITY_MPS2

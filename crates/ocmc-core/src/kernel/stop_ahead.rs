@@ -31,8 +31,6 @@ pub(super) struct Standing {
     pub position_m: f64,
     /// The row that ends at the line.
     pub row: usize,
-    /// The event, where the road has one.
-    pub event: Option<usize>,
     /// Whether it is a stop of the mission.
     pub of_mission: bool,
     /// Whether its time is a rest: any other stop is a part of the driving.
@@ -102,28 +100,26 @@ impl LaneTask {
         let rows = &mut lane.state.motion.roads[number];
         let span = [from, stop.row];
         let changed = put_in(rows, span, twice_deceleration, coasts, near_m, &mut self.served);
-        self.checkpoints.hide(changed.reach_from..=stop.row);
+        self.marks.hide(changed.reach_from..=stop.row);
         self.parts.stop_within(&changed, stop.row, rows);
         self.stops_ahead.push(stop);
     }
 
     /// Whether the truck is on its way to a stop that its driver has decided on.
     pub(super) fn has_stop_ahead(&self, here_m: f64) -> bool {
-        self.stops_ahead.last().is_some_and(|stop| stop.position_m > here_m)
+        self.stops_ahead.iter().any(|stop| stop.position_m > here_m)
     }
 
     /// Where a truck stands that stands at the line at the end of a row; none at the road's end.
     pub(super) fn standing(&self, row: usize) -> Option<Standing> {
-        if let Some(stop) = self.stops_ahead.last().filter(|stop| stop.row == row) {
+        if let Some(stop) = self.stops_ahead.iter().find(|stop| stop.row == row) {
             let StopAhead { position_m, rests, .. } = *stop;
-            let (event, of_mission, is_rest) = (None, false, true);
-            return Some(Standing { position_m, row, event, of_mission, is_rest, rests });
+            return Some(Standing { position_m, row, of_mission: false, is_rest: true, rests });
         }
         let event = self.road.event_after(row)?;
         let of = &self.scenario.cycle.road.events[event];
         let (position_m, of_mission) = (of.position_m, is_mission_stop(of));
-        let (event, is_rest, rests) = (Some(event), of_mission, false);
-        Some(Standing { position_m, row, event, of_mission, is_rest, rests })
+        Some(Standing { position_m, row, of_mission, is_rest: of_mission, rests: false })
     }
 
     /// The truck stands at a line for a time that was planned: charges there and rests, and returns for
@@ -136,12 +132,13 @@ impl LaneTask {
     ) -> (f64, bool) {
         let mut dwell_s = planned_s;
         let mut added_s = 0.0;
-        if self.rests_ahead() && !self.charges_at(at.position_m) {
+        let stays = self.charges_at(at.position_m);
+        if !stays {
             let asked_s = self.rest_asked_s(lane, at, planned_s);
             (dwell_s, added_s) = (planned_s.max(asked_s), asked_s - planned_s);
         }
         dwell_s = self.charge(lane, at, dwell_s);
-        if self.rests_ahead() && self.charges_at(at.position_m) {
+        if stays {
             // it stands as long as charging takes
             let asked_s = self.rest_asked_s(lane, at, dwell_s);
             (dwell_s, added_s) = (dwell_s.max(asked_s), asked_s - dwell_s);
@@ -149,11 +146,8 @@ impl LaneTask {
         let driven_s = lane.state.ledger[Term::Time][lane.number];
         let Some(rests) = &mut self.rests else { return (dwell_s, false) };
         rests.drive_to(driven_s);
-        let is_planned = rests.stand(at, planned_s, dwell_s);
-        if added_s > 0.0 {
-            rests.is_made_longer(added_s);
-        }
-        (dwell_s, is_planned || added_s > 0.0)
+        rests.stand(at, dwell_s, added_s);
+        (dwell_s, added_s > 0.0)
     }
 
     /// Whether the driver has decided to charge at a place.

@@ -171,8 +171,6 @@ impl Writer {
 }
 
 impl Observer for Writer {
-    const FROM_START: bool = true;
-
     fn after_step<S: Simd, P: Powertrain>(
         &mut self,
         parameters: &KernelParameters<P>,
@@ -202,10 +200,6 @@ impl Observer for Writer {
             closed: view.closed.test(0),
         };
         self.push(parameters, state, task, &row, &added);
-    }
-
-    fn restarts(&mut self) {
-        *self = Self::default();
     }
 
     fn after_event<S: Simd, P: Powertrain>(

@@ -331,8 +331,6 @@ pub trait Powertrain {
         truck: &TruckInputs,
         air_temperature_k: f64,
     );
-    /// What its trucks remember from step to step.
-    fn memory<S: Simd>(state: &mut Self::State<S>) -> Vec<&mut Lanes<S>>;
     /// A truck at rest prepares to start.
     fn start<S: Simd>(&self, _state: &mut Self::State<S>, _lane: usize) {}
     /// A truck has rolled with an accelerator pedal for long; shaft speed in rad/s.

@@ -118,12 +118,6 @@ impl<S: Simd> BatteryLimits<S> {
         self.discharge_power[lane] = give_w;
         self.charge_power[lane] = take_w;
     }
-
-    /// The columns.
-    pub fn memory(&mut self) -> [&mut Lanes<S>; 4] {
-        let Self { resistance, quarter, discharge_power, charge_power } = self;
-        [resistance, quarter, discharge_power, charge_power]
-    }
 }
 
 /// A little less than a quarter: at U²/4R the current would double for nothing.

@@ -160,14 +160,6 @@ impl Powertrain for BatteryElectricPowertrain {
         self.enter_temperature(state, lane, air_temperature_k);
     }
 
-    /// Torque has no memory.
-    fn memory<S: Simd>(state: &mut BatteryState<S>) -> Vec<&mut Lanes<S>> {
-        let mut columns = vec![&mut state.charge, &mut state.auxiliary_power];
-        columns.extend(state.limits.memory());
-        columns.extend(state.temperatures.memory());
-        columns
-    }
-
     /// The auxiliaries draw, and a charger may charge.
     fn stand<S: Simd>(
         &self,

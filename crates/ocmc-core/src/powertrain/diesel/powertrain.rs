@@ -204,12 +204,6 @@ impl Powertrain for DieselPowertrain {
         state.slips_from[lane] = self.slips_from(truck.auxiliary_power_w);
     }
 
-    fn memory<S: Simd>(state: &mut DieselState<S>) -> Vec<&mut Lanes<S>> {
-        let Curves { lines, bounds, map_torque } = &mut state.curves;
-        let own = [&mut state.torque, &mut state.engine_brake, map_torque];
-        own.into_iter().chain(lines).chain(bounds).collect()
-    }
-
     fn start<S: Simd>(&self, state: &mut DieselState<S>, lane: usize) {
         state.torque[lane] = 0.0;
         let [row, bounds] = self.engine.curve_rows(self.clutch.idle_radps);

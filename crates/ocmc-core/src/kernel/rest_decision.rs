@@ -1,0 +1,166 @@
+//! Where a driver rests: he decides on his way, by what he has driven so far.
+//!
+//! Where he stands at a place to rest, at a stop of the mission or a charger, he stays for as long as
+//! the law asks if the next one is out of reach of its limit. At a charger that he only passes he
+//! stops for it ([`super::charging_decision`]). Near the limit he looks how long it takes to halt,
+//! and halts on the spot as late as that allows: the limit is never passed. Nothing is driven twice.
+
+use super::lane_task::LaneTask;
+use super::rest_stops::is_mission_stop;
+use super::road_row::RoadRow;
+use super::state::Lane;
+use super::stop_ahead::{Standing, StopAhead};
+use crate::energy_ledger::Term;
+use crate::operating_cycle::road::Road;
+use crate::powertrain::Powertrain;
+use fearless_simd::Simd;
+
+/// What a driver adds to the time that he expects, over it, where the study has no forecast
+/// (judgement).
+const MARGIN: f64 = 0.05;
+/// So long before the limit a driver begins to look how long it takes to halt, in s (judgement).
+const AHEAD_S: f64 = 300.0;
+/// He looks again after this, in s.
+const AGAIN_S: f64 = 10.0;
+/// At his present speed he drives on for this before he brakes for a place that he has chosen, in s.
+const ROOM_S: f64 = 10.0;
+/// What he keeps of his time when he halts, in s (judgement).
+const KEPT_S: f64 = 60.0;
+/// The longest stretch of road without a place to halt, in m.
+const LONGEST_M: f64 = 200.0;
+/// Places closer than this are one, in m.
+const SAME_M: f64 = 1e-3;
+
+/// Where the slopes of a road are too long to halt at their ends alone: places between, in m.
+pub(super) fn halts_m(road: &Road) -> impl Iterator<Item = f64> {
+    let is_long = road.slope_step_m > LONGEST_M;
+    let count = if is_long { (road.length_m / LONGEST_M) as u32 } else { 0 };
+    (1..=count).map(|k| LONGEST_M * f64::from(k))
+}
+
+/// Driving time until the limit has to be looked at again, in s, where so much is left.
+pub(super) fn until_look_s(left_s: f64) -> f64 {
+    if left_s > AHEAD_S { left_s - AHEAD_S } else { AGAIN_S }
+}
+
+/// A place at which a truck can halt.
+struct Place {
+    row: usize,
+    /// The way to it, in m.
+    way_m: f64,
+    /// How long it takes to halt there, in s.
+    halting_s: f64,
+}
+
+impl LaneTask {
+    /// How long a truck has to stand where it does, because the next place to rest is out of reach by
+    /// the law, in s; 0 where it is not. `stands_s`: how long it stands without the law.
+    pub(super) fn rest_asked_s<S: Simd, P: Powertrain>(
+        &mut self,
+        lane: &mut Lane<S, P>,
+        at: &Standing,
+        stands_s: f64,
+    ) -> f64 {
+        if self.rests.is_none() {
+            return 0.0;
+        }
+        let driven = self.driven(lane, at.row + 1);
+        let forecast = lane.parameters.charging.and_then(|policy| policy.forecast.as_ref());
+        let with_margin = 1.0 + forecast.map_or(MARGIN, |forecast| forecast.margin);
+        let next_m = self.next_pause_m(at.position_m);
+        let next_s = with_margin * driven.time_s(next_m - at.position_m);
+        let Some(rests) = self.rests.as_mut().filter(|_| at.is_rest) else { return 0.0 };
+        rests.drive_to(driven.time_s);
+        rests.asked_s(stands_s, next_s, at.rests)
+    }
+
+    /// The next place behind another one at which a driver can rest, or the end, in m.
+    fn next_pause_m(&self, behind_m: f64) -> f64 {
+        let road = &self.scenario.cycle.road;
+        let mut events = road.events.iter();
+        let stop =
+            events.find(|event| event.position_m > behind_m + SAME_M && is_mission_stop(event));
+        let mut chargers = self.scenario.chargers.iter().map(|charger| charger.position_m);
+        let charger_m = chargers.find(|at_m| *at_m > behind_m + SAME_M);
+        let end_m = road.length_m;
+        stop.map_or(end_m, |stop| stop.position_m).min(charger_m.unwrap_or(end_m))
+    }
+
+    /// Where the limit of driving is near, a driver who will not reach a place to rest in time halts on
+    /// the spot, as late as he can.
+    pub(super) fn rest_on_the_spot<S: Simd, P: Powertrain>(&mut self, lane: &mut Lane<S, P>) {
+        let Some(rests) = &mut self.rests else { return };
+        rests.drive_to(lane.state.ledger[Term::Time][lane.number]);
+        let left_s = rests.left_s();
+        if left_s > AHEAD_S {
+            return;
+        }
+        let at = lane.state.motion.at[lane.number];
+        // on his way to a charger he may come to see that it is too far
+        let ahead = self.stops_ahead.iter().filter(|stop| stop.row >= at);
+        if ahead.clone().any(|stop| !self.is_charger(stop.row)) {
+            return;
+        }
+        let place = place_to_halt(lane, self.next_pause_row(at), left_s);
+        let Some(place) = place.filter(|place| place.halting_s + AGAIN_S + KEPT_S > left_s) else {
+            return;
+        };
+        let position_m = Self::position_m(lane) + place.way_m;
+        let stop = StopAhead { row: place.row, position_m, rests: true };
+        for later in &mut self.stops_ahead {
+            later.rests = false;
+        }
+        self.stop_ahead(lane, at + 1, stop);
+    }
+
+    /// Whether a charger is at the end of a row.
+    fn is_charger(&self, row: usize) -> bool {
+        let mut sites = self.charging.iter().flat_map(|charging| &charging.sites);
+        sites.any(|site| site.row == row)
+    }
+
+    /// The row at whose end the next place is at which a driver can rest, or the last one.
+    fn next_pause_row(&self, at: usize) -> usize {
+        let events = &self.scenario.cycle.road.events;
+        let is_pause = |event: Option<usize>| event.is_none_or(|k| is_mission_stop(&events[k]));
+        let mut stops =
+            self.road.stops.iter().filter(|(row, _, event)| *row >= at && is_pause(*event));
+        let mut sites = self.charging.iter().flat_map(|charging| &charging.sites);
+        let charger = sites.find(|site| site.row >= at).map(|site| site.row);
+        stops.next().map_or(usize::MAX, |stop| stop.0).min(charger.unwrap_or(usize::MAX))
+    }
+}
+
+/// The first place at which a truck can halt; none where the next place to rest comes before it, or
+/// is reached in the time that is left.
+fn place_to_halt<S: Simd, P: Powertrain>(
+    lane: &Lane<S, P>,
+    pause_row: usize,
+    left_s: f64,
+) -> Option<Place> {
+    let (motion, number) = (&lane.state.motion, lane.number);
+    let (at, speed_mps) = (motion.at[number], motion.speed[number]);
+    let twice_deceleration = lane.state.constants.twice_deceleration[number];
+    let ramp_m = speed_mps * speed_mps / twice_deceleration;
+    // braking takes twice as long as its way at this speed
+    let (mut way_m, mut time_s) = (0.0, speed_mps / twice_deceleration);
+    let mut found: Option<Place> = None;
+    for (row, RoadRow(columns)) in motion.roads[number].iter().enumerate().skip(at) {
+        let length_m = if row == at { motion.left[number] } else { columns[RoadRow::LENGTH] };
+        way_m += length_m;
+        time_s += length_m / speed_mps.min(columns[RoadRow::STATIC].abs()).max(1.0);
+        if row >= pause_row {
+            return found.filter(|_| time_s + KEPT_S > left_s);
+        }
+        let dwell_s = columns[RoadRow::DWELL];
+        let is_free = row > at && dwell_s < 0.0;
+        if found.is_none() && is_free && way_m > ramp_m + ROOM_S * speed_mps {
+            found = Some(Place { row, way_m, halting_s: time_s });
+        }
+        time_s += dwell_s.max(0.0);
+        if found.is_some() && time_s + KEPT_S > left_s {
+            break;
+        }
+    }
+    found
+}
