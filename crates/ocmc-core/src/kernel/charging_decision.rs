@@ -7,7 +7,6 @@
 
 use super::lane_task::LaneTask;
 use super::rest_stops::is_mission_stop;
-use super::road_row::RoadRow;
 use super::state::Lane;
 use super::stop_ahead::{Standing, StopAhead};
 use crate::charging::{ChargingPolicy, Driven, Goal};
@@ -15,6 +14,7 @@ use crate::energy_ledger::Term;
 use crate::powertrain::Powertrain;
 use crate::study::{Scenario, Study};
 use crate::tactical::SpeedProfile;
+use crate::vehicle::resistance::GRAVITY_MPS2;
 use fearless_simd::Simd;
 
 /// What a driver keeps before a braking ramp to see it, in m.
@@ -30,8 +30,11 @@ pub(super) struct Site {
     pub row: usize,
     /// Where he decides, in m.
     pub decided_at_m: f64,
-    /// The last row before the next place at which the truck can be charged, or of the road.
-    reach_row: usize,
+    /// How high it lies above the start, in m.
+    altitude_m: f64,
+    /// The next place at which the truck can be charged, or the end, in m, and the climb to it, in m.
+    reach_m: f64,
+    reach_climb_m: f64,
     /// The next place at which the driver can rest, or the end, in m.
     pause_m: f64,
     /// Where the mission has a stop on the way to it that charges, it is decided from there.
@@ -78,20 +81,24 @@ pub(super) fn sites(
         Some((event.position_m, *row, charges))
     });
     let stops: Vec<(f64, usize, bool)> = stops.collect();
-    let last = profile.segments.len() - 1;
+    let (mut at_m, mut altitude_m) = (0.0, 0.0);
     let of = |(k, charger): (usize, &crate::charging::Charger)| {
         let position_m = charger.position_m;
-        let next = chargers.get(k + 1).map(|next| (next.position_m, row_to(next.position_m)));
-        let (next_m, next_row) = next.unwrap_or((road.length_m, last));
+        altitude_m += road.climb_m([at_m, position_m]);
+        at_m = position_m;
+        let next_m = chargers.get(k + 1).map_or(road.length_m, |next| next.position_m);
         let mut ahead = stops.iter().filter(|(at_m, ..)| *at_m > position_m);
         let reach = ahead.clone().find(|(at_m, _, charges)| *charges && *at_m < next_m);
         let pause_m = ahead.next().map_or(next_m, |(at_m, ..)| at_m.min(next_m));
+        let reach_m = reach.map_or(next_m, |(at_m, ..)| *at_m);
         let before = stops.iter().rev().find(|(at_m, _, charges)| *charges && *at_m < position_m);
         Site {
             position_m,
             row: row_to(position_m),
             decided_at_m: position_m - ahead_m,
-            reach_row: reach.map_or(next_row, |(_, row, _)| *row),
+            altitude_m,
+            reach_m,
+            reach_climb_m: road.climb_m([position_m, reach_m]),
             pause_m,
             after_m: before.map_or(0.0, |(at_m, ..)| *at_m),
         }
@@ -100,28 +107,18 @@ pub(super) fn sites(
 }
 
 impl LaneTask {
-    /// The trip so far, as its driver knows it. `from`: the row that begins where he is.
+    /// The trip so far, as its driver knows it. `altitude_m`: how high he is above its start.
     pub(super) fn driven<S: Simd, P: Powertrain>(
-        &mut self,
+        &self,
         lane: &Lane<S, P>,
-        from: usize,
+        altitude_m: f64,
     ) -> Driven {
-        let number = lane.number;
-        let (ledger, rows) = (&lane.state.ledger, &lane.state.motion.roads[number]);
-        let mut climb_m2ps2 = 0.0;
-        if let Some(charging) = &mut self.charging {
-            let progress = &mut charging.progress;
-            if progress.climbed_rows < from {
-                progress.climb_m2ps2 += climb(&rows[progress.climbed_rows..from]);
-                progress.climbed_rows = from;
-            }
-            climb_m2ps2 = progress.climb_m2ps2;
-        }
+        let (ledger, number) = (&lane.state.ledger, lane.number);
         Driven {
             way_m: ledger[Term::Distance][number],
             time_s: ledger[Term::Time][number],
             drawn_j: ledger[Term::Battery][number],
-            climbed_j: self.scenario.vehicle.mass_kg * climb_m2ps2,
+            climbed_j: self.scenario.vehicle.mass_kg * GRAVITY_MPS2 * altitude_m,
         }
     }
 
@@ -147,7 +144,7 @@ impl LaneTask {
             if site.row < from {
                 continue;
             }
-            let [charges, rests] = self.needs(lane, here_m, from, &site);
+            let [charges, rests] = self.needs(lane, here_m, &site);
             if charges && let Some(charging) = &mut self.charging {
                 charging.planned.push(site.position_m);
             }
@@ -163,10 +160,10 @@ impl LaneTask {
         &mut self,
         lane: &Lane<S, P>,
         here_m: f64,
-        from: usize,
         site: &Site,
     ) -> [bool; 2] {
-        let driven = self.driven(lane, from);
+        let climb_m = self.scenario.cycle.road.climb_m([here_m, site.position_m]);
+        let driven = self.driven(lane, site.altitude_m - climb_m);
         let powertrain = lane.parameters.powertrain;
         let known = lane.parameters.charging.and_then(|policy| {
             let (public, forecast) = (policy.public.as_ref()?, policy.forecast.as_ref()?);
@@ -174,14 +171,12 @@ impl LaneTask {
             Some((policy, public, forecast, charge, powertrain.store()?))
         });
         let Some((policy, public, forecast, charge, store)) = known else { return [false; 2] };
-        let rows = &lane.state.motion.roads[lane.number];
         let mass_kg = self.scenario.vehicle.mass_kg;
-        let takes = |from: usize, to: usize| {
-            let rows = &rows[from..=to];
-            forecast.energy_j(&driven, length_m(rows), mass_kg * climb(rows)) / store.capacity_j
+        let takes = |way_m: f64, climb_m: f64| {
+            forecast.energy_j(&driven, way_m, mass_kg * GRAVITY_MPS2 * climb_m) / store.capacity_j
         };
-        let arrives = charge - takes(from, site.row);
-        let reaches = arrives - takes(site.row + 1, site.reach_row);
+        let arrives = charge - takes(site.position_m - here_m, climb_m);
+        let reaches = arrives - takes(site.reach_m - site.position_m, site.reach_climb_m);
         let keeps = store.lowest_charge.max(policy.reserve);
         let charges = reaches < keeps && arrives < public.end_at;
         let with_margin = 1.0 + forecast.margin;
@@ -197,40 +192,30 @@ impl LaneTask {
     /// State of charge with which the goal of a truck that is charged at a place comes within its reach,
     /// by its driver's forecast; infinite where it is to be charged to the end.
     pub(super) fn enough_charge<S: Simd, P: Powertrain>(
-        &mut self,
+        &self,
         lane: &Lane<S, P>,
         at: &Standing,
     ) -> f64 {
-        let is_planned =
-            self.charging.as_ref().is_some_and(|stops| stops.planned.contains(&at.position_m));
-        let known = lane.parameters.charging.filter(|_| is_planned).and_then(|policy| {
+        let known = lane.parameters.charging.and_then(|policy| {
             let (public, forecast) = (policy.public.as_ref()?, policy.forecast.as_ref()?);
             let enough = public.enough.as_ref()?;
-            Some((policy, enough, forecast, lane.parameters.powertrain.store()?))
+            let stops = self.charging.as_ref()?;
+            stops.planned.contains(&at.position_m).then_some(())?;
+            let site = stops.sites.iter().find(|site| site.position_m == at.position_m)?;
+            Some((policy, enough, forecast, lane.parameters.powertrain.store()?, site))
         });
-        let Some((policy, enough, forecast, store)) = known else { return f64::INFINITY };
-        let driven = self.driven(lane, at.row + 1);
-        let rows = &lane.state.motion.roads[lane.number];
-        let sites = self.charging.iter().flat_map(|charging| &charging.sites);
-        let next =
-            sites.filter(|site| site.position_m > at.position_m + SAME_M).map(|site| site.row);
-        let to = match enough.reach {
-            Goal::Destination => None,
-            Goal::NextCharger => next.min(),
+        let Some((policy, enough, forecast, store, site)) = known else { return f64::INFINITY };
+        let driven = self.driven(lane, site.altitude_m);
+        let road = &self.scenario.cycle.road;
+        let next = self.scenario.chargers.iter().find(|next| next.position_m > site.position_m);
+        let to_m = match enough.reach {
+            Goal::Destination => road.length_m,
+            Goal::NextCharger => next.map_or(road.length_m, |next| next.position_m),
         };
-        let ahead = &rows[at.row + 1..=to.unwrap_or(rows.len() - 1)];
-        let climb_j = self.scenario.vehicle.mass_kg * climb(ahead);
-        let way_m = (1.0 + enough.margin) * length_m(ahead);
+        let climb_m = road.climb_m([site.position_m, to_m]);
+        let climb_j = self.scenario.vehicle.mass_kg * GRAVITY_MPS2 * climb_m;
+        let way_m = (1.0 + enough.margin) * (to_m - site.position_m);
         let takes_j = forecast.energy_j(&driven, way_m, climb_j);
         store.lowest_charge.max(policy.reserve) + takes_j.max(0.0) / store.capacity_j
     }
-}
-
-fn length_m(rows: &[RoadRow]) -> f64 {
-    rows.iter().map(|row| row.0[RoadRow::LENGTH]).sum()
-}
-
-/// g times the climb of rows, in m²/s².
-fn climb(rows: &[RoadRow]) -> f64 {
-    rows.iter().map(|row| row.0[RoadRow::GRADE] * row.0[RoadRow::LENGTH]).sum()
 }

@@ -96,9 +96,6 @@ impl Arrival {
 pub(super) struct ChargingProgress {
     /// The next site at which is decided.
     pub next_site: usize,
-    /// Rows whose climb has been summed up, and g times their climb, in m²/s².
-    pub climbed_rows: usize,
-    pub climb_m2ps2: f64,
     /// What was charged on the way so far.
     public: ChargedAt,
     /// What was charged at stops of the mission.

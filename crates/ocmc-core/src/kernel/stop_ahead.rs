@@ -29,8 +29,6 @@ pub(super) struct StopAhead {
 pub(super) struct Standing {
     /// Where it is, in m.
     pub position_m: f64,
-    /// The row that ends at the line.
-    pub row: usize,
     /// Whether it is a stop of the mission.
     pub of_mission: bool,
     /// Whether its time is a rest: any other stop is a part of the driving.
@@ -114,12 +112,12 @@ impl LaneTask {
     pub(super) fn standing(&self, row: usize) -> Option<Standing> {
         if let Some(stop) = self.stops_ahead.iter().find(|stop| stop.row == row) {
             let StopAhead { position_m, rests, .. } = *stop;
-            return Some(Standing { position_m, row, of_mission: false, is_rest: true, rests });
+            return Some(Standing { position_m, of_mission: false, is_rest: true, rests });
         }
         let event = self.road.event_after(row)?;
         let of = &self.scenario.cycle.road.events[event];
         let (position_m, of_mission) = (of.position_m, is_mission_stop(of));
-        Some(Standing { position_m, row, of_mission, is_rest: of_mission, rests: false })
+        Some(Standing { position_m, of_mission, is_rest: of_mission, rests: false })
     }
 
     /// The truck stands at a line for a time that was planned: charges there and rests, and returns for

@@ -18,6 +18,7 @@
 //! four standard errors, for seeds 1, 2 and 3. The bridge is exact to 1e-7 m, keeps the limits, and
 //! says where they leave no way.
 
+use super::Road;
 use super::road_type::Section;
 use crate::random::Draws;
 use schemars::JsonSchema;
@@ -153,6 +154,19 @@ pub fn bridge(
     (net_climb_m - climb_m(slopes)).abs() <= tolerance
 }
 
+impl Road {
+    /// Climb from one place to one behind it, all in m; negative for a descent.
+    pub fn climb_m(&self, [from_m, to_m]: [f64; 2]) -> f64 {
+        let Self { slopes, slope_step_m: step_m, .. } = self;
+        let place = |at_m: f64| {
+            let step = ((at_m / step_m) as usize).min(slopes.len() - 1);
+            (step, at_m - step_m * step as f64)
+        };
+        let [(first, before_m), (last, within_m)] = [from_m, to_m].map(place);
+        step_m * sum(&slopes[first..last]) - before_m * slopes[first] + within_m * slopes[last]
+    }
+}
+
 /// A sum in eight parts, which does not wait for each addition.
 fn sum(values: &[f64]) -> f64 {
     let (blocks, rest) = values.as_chunks::<8>();
@@ -171,6 +185,25 @@ mod tests {
     use crate::random::Stream;
 
     const STEP_M: f64 = 25.0;
+
+    #[test]
+    fn the_climb_between_two_places_is_what_the_slopes_add_up_to() {
+        let slopes: Vec<f64> = (0..40).map(|k| 0.01 * f64::from(k % 7) - 0.02).collect();
+        let by_hand = |from_m: f64, to_m: f64| {
+            let within = |k: usize| {
+                let (start_m, end_m) = (25.0 * k as f64, 25.0 * (k + 1) as f64);
+                (to_m.min(end_m) - from_m.max(start_m)).max(0.0)
+            };
+            (0..40).map(|k| slopes[k] * within(k)).sum::<f64>()
+        };
+        let road = Road { slopes: slopes.clone(), slope_step_m: 25.0, ..Road::default() };
+        for [from_m, to_m] in
+            [[0.0, 1000.0], [12.5, 20.0], [12.5, 37.5], [25.0, 50.0], [30.0, 999.0], [80.0, 80.0]]
+        {
+            let climb_m = road.climb_m([from_m, to_m]);
+            assert!((climb_m - by_hand(from_m, to_m)).abs() < 1e-12, "{from_m} {to_m}");
+        }
+    }
 
     fn road(seed: u64, cycle: u64, model: &TopographyModel, length_m: f64) -> Vec<f64> {
         let sections = [Section { start_m: 0.0, end_m: length_m, road_type: 0 }];

@@ -4,7 +4,8 @@
 //! curve and of the battery's limit, which fades out: a current, then a voltage that is kept. With
 //! the store's gain G(s) = P − R I² the time is ∫ E dt, dt = E ds / G(s), E the battery's energy.
 //! Between the corners of P, which is piecewise linear, the integrals are those of Gauss with
-//! three points on each of 64 pieces: exact to 1e-7 even where the power falls to a twentieth.
+//! three points on each of up to 64 pieces, fewer where the power changes less: exact to 1e-7 even
+//! where it falls to a twentieth.
 
 use super::battery::BatteryModel;
 use crate::charging::ChargeCourse;
@@ -14,9 +15,15 @@ use crate::powertrain::{Charge, Plug};
 /// a twentieth, as is usual for cells (judgement).
 const CUT_OFF: f64 = 0.05;
 /// Pieces between two corners.
-const PIECES: u32 = 64;
-/// Steps of a bisection: the width of a double.
-const BISECTIONS: u32 = 60;
+const FEWEST_PIECES: f64 = 4.0;
+const MOST_PIECES: f64 = 64.0;
+/// By how much the power changes along a piece, over the lower one: between the ends of pieces the
+/// course is a straight line.
+const CHANGE: f64 = 0.05;
+/// Steps of Newton, of which four are taken.
+const STEPS: u32 = 20;
+/// Newton has found the end where his step is shorter.
+const SAME_CHARGE: f64 = 1e-9;
 /// Nodes and weights of Gauss on (0, 1): 1/2 ± √0.15.
 const GAUSS: [[f64; 2]; 3] = [
     [0.112_701_665_379_258_3, 5.0 / 18.0],
@@ -39,8 +46,9 @@ impl BatteryModel {
         }
         let mut from = charge;
         for corner in self.corners(plug, charge, end) {
-            let width = (corner - from) / f64::from(PIECES);
-            for piece in 0..PIECES {
+            let pieces = self.pieces(plug, from, corner);
+            let width = (corner - from) / f64::from(pieces);
+            for piece in 0..pieces {
                 let [start, stop] = [piece, piece + 1].map(|k| from + width * f64::from(k));
                 let added = self.between(plug, start, stop);
                 if done.time_s + added.time_s > plug.longest_s {
@@ -61,6 +69,17 @@ impl BatteryModel {
     fn powers_w(&self, plug: &Plug, charge: f64) -> [f64; 3] {
         let curve_w = plug.curve.map_or(f64::INFINITY, |curve| curve.power_w(charge));
         [plug.power_w, curve_w, self.charge_limit_w(charge)]
+    }
+
+    fn power_w(&self, plug: &Plug, charge: f64) -> f64 {
+        self.powers_w(plug, charge).into_iter().fold(f64::INFINITY, f64::min)
+    }
+
+    /// Pieces between two corners.
+    fn pieces(&self, plug: &Plug, start: f64, stop: f64) -> u32 {
+        let [from_w, to_w] = [start, stop].map(|charge| self.power_w(plug, charge));
+        let changes = (from_w - to_w).abs() / (CHANGE * from_w.min(to_w));
+        libm::ceil(changes).clamp(FEWEST_PIECES, MOST_PIECES) as u32
     }
 
     /// Where the slope of the power changes between two states of charge, in order, the last one
@@ -92,7 +111,7 @@ impl BatteryModel {
         let mut sum = Charge { gained_j: width * self.capacity_j, ..Charge::default() };
         for [place, weight] in GAUSS {
             let charge = start + width * place;
-            let power_w = self.powers_w(plug, charge).into_iter().fold(f64::INFINITY, f64::min);
+            let power_w = self.power_w(plug, charge);
             let flow = self.flow(charge, -power_w);
             let time_s = weight * sum.gained_j / -flow.store_w;
             sum.time_s += time_s;
@@ -104,16 +123,23 @@ impl BatteryModel {
 
     /// As far as a time leads that is too short for the whole piece.
     fn within(&self, plug: &Plug, start: f64, stop: f64, time_s: f64) -> Charge {
-        let (mut low, mut high) = (start, stop);
-        for _ in 0..BISECTIONS {
-            let middle = 0.5 * (low + high);
-            if self.between(plug, start, middle).time_s <= time_s {
-                low = middle;
-            } else {
-                high = middle;
+        let mut end = start;
+        let mut done = Charge::default();
+        for _ in 0..STEPS {
+            let gain_w = -self.flow(end, -self.power_w(plug, end)).store_w;
+            let next = end + (time_s - done.time_s) * gain_w / self.capacity_j;
+            let next = next.clamp(start, stop);
+            if next == end {
+                break;
+            }
+            let is_close = (next - end).abs() < SAME_CHARGE;
+            end = next;
+            done = self.between(plug, start, end);
+            if is_close {
+                break;
             }
         }
-        self.between(plug, start, low)
+        done
     }
 }
 
