@@ -4,7 +4,9 @@
 //! of the time; all others have every level that the CPU has.
 
 use crate::lanes::baseline;
-use fearless_simd::{Level, Simd};
+#[cfg(target_arch = "x86_64")]
+use fearless_simd::Level;
+use fearless_simd::Simd;
 
 /// A set of instructions that the kernel is compiled for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
