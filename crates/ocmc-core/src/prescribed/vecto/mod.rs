@@ -1,16 +1,17 @@
-//! VECTO 2.2's driver as a planner: from a mission over distance to the speed and the gears of each
+//! VECTO's drivers as planners: from a mission over distance to the speed and the gears of each
 //! second.
 //!
 //! The plan lies on a lattice of nodes a second apart; what holds in a second is that at its mean
-//! speed. First the mission becomes the nodes of a driver without limits but those of braking
+//! speed. VECTO 2.2's driver: first the mission becomes the nodes of a driver without limits but those of braking
 //! (`mission.rs`), then overspeed and look-ahead coasting change them (`coasting.rs`), then the
 //! truck drives along them, second by second, with acceleration, full load, gears and gaps
 //! (`drive.rs`, `gears.rs`), and seconds are repeated or left out so that places stay those of the
-//! mission. Road forces, losses and curves are those of the core.
+//! mission. VECTO 3's decides each second from where the truck is (`ahead.rs`). Road forces, losses and curves are those of the core.
 //!
 //! What was found by reading VECTO, and what it reproduces, is in
 //! `docs/decisions/2026-11-23-how-vecto-computes.md`.
 
+mod ahead;
 mod clutch;
 mod coasting;
 mod correction;
@@ -219,9 +220,13 @@ pub fn plan(
     driver: &VectoDriver,
 ) -> Plan {
     let truck = truck::Truck::new(body, powertrain);
+    let drive = drive::Drive::new(mission, &truck, driver, auxiliary_w);
+    if let Some(LookAhead::DecisionFactor { minimum_speed_mps }) = driver.look_ahead {
+        return drive.run_ahead(ahead::Ahead::new(mission, &truck, driver, minimum_speed_mps));
+    }
     let mut nodes = mission.nodes(&driver.acceleration);
     coasting::prepare(&mut nodes, mission, &truck, driver, auxiliary_w);
-    drive::Drive::new(mission, &truck, driver, nodes, auxiliary_w).run()
+    drive.run(nodes)
 }
 
 /// Climb per metre of road for a gradient.
