@@ -1,9 +1,9 @@
 //! VECTO 3's driver: what he wants of a second follows from where he is and how fast, not from a
 //! plan of seconds.
 //!
-//! Source: VECTO 3, user manual (look-ahead coasting, overspeed) and its driver strategy of 2016:
-//! `DefaultDriverStrategy`, in the copies of tanawadeatharva/BharatVECTO and in its history. Its
-//! time series agree that the truck may run over the target downhill alone.
+//! Source: VECTO 3, user manual (look-ahead coasting, overspeed) and its driver strategy,
+//! `DefaultDriverStrategy` in the copy of tanawadeatharva/BharatVECTO. Overspeed downhill alone is
+//! the rule of 2016, which VECTO 3's time series of its class 5 tractor show.
 
 use super::mission::{Mission, MissionRow};
 use super::truck::Truck;
@@ -15,6 +15,8 @@ const PREVIEW_S: f64 = 36.0;
 const BRAKING_PIECES: u32 = 64;
 /// A truck at rest this near to a stop has reached it, in m.
 const AT_STOP_M: f64 = 1.0;
+/// Nobody coasts to less, in m/s: 5 km/h.
+const COASTS_TO_MPS: f64 = 5.0 / 3.6;
 /// Speed on a way that has no target, between two stops, in m/s.
 const CREEPING_MPS: f64 = 1.0;
 /// No speed rises by more in a second, in m/s.
@@ -247,10 +249,11 @@ impl<'a> Ahead<'a> {
         let coasting_mps = speed_mps + self.coasting_mps2(situation);
         let (end_mps, rolls) = match self.action {
             Some(action) if speed_mps > action.end_mps => {
-                (coasting_mps.min(target_mps.max(speed_mps)), true)
+                let least_mps = COASTS_TO_MPS.min(target_mps);
+                (coasting_mps.min(target_mps.max(speed_mps)).max(least_mps), true)
             }
             // it has been reached before its place
-            Some(action) => (action.end_mps.min(target_mps), false),
+            Some(action) => (action.end_mps.max(COASTS_TO_MPS).min(target_mps), false),
             None => {
                 let overspeed = self.driver.overspeed.as_ref();
                 let allowed_mps = allowed_mps(overspeed, target_mps, situation.slope);

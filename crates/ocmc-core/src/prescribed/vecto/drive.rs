@@ -93,6 +93,8 @@ impl<'a> Drive<'a> {
         let memory = GearMemory {
             gear: None,
             since_other_s: f64::INFINITY,
+            last_up: None,
+            since_shift_s: 0.0,
             engine_radps: None,
             slipped: false,
         };
@@ -201,9 +203,9 @@ impl<'a> Drive<'a> {
         self.count(held);
         self.memory = GearMemory {
             gear: held,
-            since_other_s: self.memory.since_other_s,
             engine_radps: Some(done.engine_radps),
             slipped: done.slips,
+            ..self.memory
         };
         let drag_w = self.truck.drag_w(done.engine_radps);
         self.engine_w = done.engine_w.max(drag_w) - auxiliary_w;
@@ -220,7 +222,15 @@ impl<'a> Drive<'a> {
     fn count(&mut self, held: Option<usize>) {
         let memory = &mut self.memory;
         memory.since_other_s += 1.0;
+        memory.since_shift_s += 1.0;
         self.since_engaged_s += 1.0;
+        match (memory.gear, held) {
+            (Some(before), Some(gear)) if before != gear => {
+                (memory.last_up, memory.since_shift_s) = (Some(gear > before), 0.0);
+            }
+            (_, None) => memory.last_up = None,
+            _ => {}
+        }
         if let Some(gear) = held {
             if self.engaged.is_some_and(|before| before != gear) {
                 memory.since_other_s = self.since_engaged_s + 1.0;

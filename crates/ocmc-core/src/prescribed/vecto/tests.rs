@@ -226,6 +226,40 @@ fn who_decides_on_the_way_coasts_to_a_stop_by_its_energy() {
 }
 
 #[test]
+fn who_decides_on_the_way_gets_to_a_stop_uphill_and_stalls_nowhere() {
+    for slope in [0.03, 0.06, 0.09] {
+        let road = mission(3000, |s| {
+            (if s == 3000 { 0.0 } else { 80.0 }, if s < 2500 { 0.0 } else { slope })
+        });
+        let plan = plan_of(&road, 40_000.0, &deciding_on_the_way());
+        assert!((plan.distance_m() - 3000.0).abs() < 0.5, "{slope}: {}", plan.distance_m());
+        assert!(plan.speed_mps.iter().all(|v| *v >= 0.0), "{slope}");
+    }
+}
+
+#[test]
+fn opposite_shifts_wait_where_the_driver_waits() {
+    let hilly = mission(8000, |s| (80.0, if s / 150 % 2 == 0 { 0.05 } else { -0.02 }));
+    let soonest_s = |opposite_shift_time_s| {
+        let driver = VectoDriver { opposite_shift_time_s, ..deciding_on_the_way() };
+        let plan = plan_of(&hilly, 40_000.0, &driver);
+        let gears = plan.seconds.iter().enumerate().filter_map(|(k, second)| match second.gear {
+            GearOrder::Engaged(gear) => Some((k, gear)),
+            _ => None,
+        });
+        let gears: Vec<(usize, usize)> = gears.collect();
+        let shifts: Vec<(usize, bool)> = gears
+            .windows(2)
+            .filter(|pair| pair[0].1 != pair[1].1)
+            .map(|pair| (pair[1].0, pair[1].1 > pair[0].1))
+            .collect();
+        shifts.windows(2).filter(|p| p[0].1 != p[1].1).map(|p| p[1].0 - p[0].0).min()
+    };
+    let (without, with) = (soonest_s(0.0).unwrap(), soonest_s(10.0).unwrap());
+    assert!(without < 9 && with >= 10, "{without} {with}");
+}
+
+#[test]
 fn who_decides_on_the_way_runs_over_the_target_downhill_alone() {
     let slope = |s: u32| if (500..2500).contains(&s) { -0.03 } else { 0.004 };
     let hill = mission(4000, |s| (80.0, slope(s)));
