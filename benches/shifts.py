@@ -144,6 +144,10 @@ def regression(found: Sequence[Piece], together: bool) -> tuple[list[str], np.nd
     known = np.array(
         [[p.stops_per_km, p.limits_per_km, p.steep, *(p.kinds.get(k, 0.0) for k in kinds)] for p in found]
     )
+    # what a study has turned off is left out
+    present = known.any(axis=0)
+    names = [name for name, kept in zip(names, present, strict=True) if kept]
+    known = known[:, present]
     shifts = np.array([piece.shifts_per_km for piece in found])
     inverse = np.linalg.inv(known.T @ known)
     solution = inverse @ known.T @ shifts

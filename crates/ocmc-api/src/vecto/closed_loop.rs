@@ -7,7 +7,7 @@ use crate::error::Error;
 use ocmc_core::kernel::scheduler::drive_scenario;
 use ocmc_core::powertrain::ShiftConvention;
 use ocmc_core::prescribed::DriveCycle;
-use ocmc_core::prescribed::vecto::{VectoDriver, plan};
+use ocmc_core::prescribed::vecto::{LookAhead, VectoDriver, plan};
 use ocmc_core::record::Outcome;
 use ocmc_io::vecto::MissionFile;
 use serde::Serialize;
@@ -39,7 +39,12 @@ pub(super) fn by_vectos_driver(
     let constant_w = (auxiliary_w - mission.added_power_w).max(0.0);
     let planned = plan(&mission.mission, &truck.body, truck.diesel()?, constant_w, driver);
     let cycle = planned.drive_cycle().map_err(Error::VectoPlan)?;
-    let terms = truck.follow(&cycle, ShiftConvention::Returned)?;
+    // an engine of VECTO 3 drags and turns down in a gap
+    let convention = match driver.look_ahead {
+        Some(LookAhead::DecisionFactor { .. }) => ShiftConvention::Lost,
+        _ => ShiftConvention::Returned,
+    };
+    let terms = truck.follow(&cycle, convention)?;
     Ok((terms, cycle))
 }
 

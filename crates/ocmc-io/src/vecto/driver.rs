@@ -13,6 +13,9 @@ const FROM_KMH: f64 = 50.0;
 /// By how much it rolls too fast, in km/h [F: the same].
 const OVERSPEED_KMH: f64 = 5.0;
 
+/// How long it waits with a shift in the other direction, in s [F: VECTO 3, user manual, AMT].
+const OPPOSITE_S: f64 = 10.0;
+
 /// The accelerations of trucks in VECTO's declaration mode [F: Truck.vacc].
 fn declared_accelerations() -> AccelerationTable {
     AccelerationTable {
@@ -30,6 +33,7 @@ pub fn declared_driver() -> VectoDriver {
             minimum_speed_mps: FROM_KMH / 3.6,
             above_mps: OVERSPEED_KMH / 3.6,
         }),
+        opposite_shift_time_s: OPPOSITE_S,
         ..VectoDriver::new(declared_accelerations())
     }
 }

@@ -1,4 +1,4 @@
-//! Before the drive: overspeed and look-ahead coasting change the nodes.
+//! Before the drive of VECTO 2.2's driver: overspeed and look-ahead coasting change the nodes.
 
 use super::mission::{Mission, Nodes};
 use super::polygon::ShiftPolygons;
@@ -9,8 +9,6 @@ use super::{LookAhead, Overspeed, VectoDriver, sine};
 const SLOWER_MPS: f64 = 1e-4;
 /// A target rises where it is higher by this than that of the second before, in m/s.
 const HIGHER_MPS: f64 = 1e-4;
-/// VECTO 3's preview in s: 10 m for each km/h.
-const PREVIEW_S: f64 = 36.0;
 /// Steps of a fixed point.
 const FIXED_POINT_STEPS: usize = 30;
 
@@ -85,9 +83,7 @@ impl Preparation<'_> {
     fn overspeed(&mut self, overspeed: &Overspeed) {
         for second in 0..self.nodes.seconds() {
             let motion = self.motion(second);
-            if motion.speed_mps < overspeed.minimum_speed_mps
-                || self.slows_for_less(second, overspeed.minimum_speed_mps)
-            {
+            if motion.speed_mps < overspeed.minimum_speed_mps {
                 continue;
             }
             let gear = self.quick_gear(&motion);
@@ -109,18 +105,6 @@ impl Preparation<'_> {
             self.nodes.speed_mps[second + 1] =
                 node_mps.min(most_mps).min(2.0 * most_mps - start_mps).max(0.0);
         }
-    }
-
-    /// Whether VECTO 3's driver is on a ramp to a speed at which he does not roll too fast: there he
-    /// coasts, by his look-ahead, and brakes. VECTO 2.2's rolls first, and plans the ramp anew.
-    fn slows_for_less(&self, second: usize, minimum_mps: f64) -> bool {
-        let decides = matches!(self.driver.look_ahead, Some(LookAhead::DecisionFactor { .. }));
-        let falls = |second: usize| {
-            self.nodes.speed_mps[second + 1] < self.nodes.speed_mps[second] - SLOWER_MPS
-        };
-        let end = (second..self.nodes.seconds()).find(|k| !falls(*k));
-        let end_mps = end.map_or(0.0, |k| self.nodes.speed_mps[k]);
-        decides && falls(second) && end_mps < minimum_mps
     }
 
     fn brakes(&self, second: usize) -> bool {
@@ -175,16 +159,11 @@ impl Preparation<'_> {
 
     /// Where coasting before a ramp begins, and the least speed for it.
     fn coasting_start(&self, second: usize) -> Option<(usize, f64)> {
-        match self.driver.look_ahead? {
-            LookAhead::Window { deceleration_mps2, minimum_speed_mps } => {
-                let start = self.window_start(second, deceleration_mps2)?;
-                Some((start, minimum_speed_mps))
-            }
-            LookAhead::DecisionFactor { minimum_speed_mps } => {
-                // each second from which it may begin has been asked for its speed
-                Some((self.decision_start(second, minimum_speed_mps)?, 0.0))
-            }
-        }
+        let LookAhead::Window { deceleration_mps2, minimum_speed_mps } = self.driver.look_ahead?
+        else {
+            return None;
+        };
+        Some((self.window_start(second, deceleration_mps2)?, minimum_speed_mps))
     }
 
     /// VECTO 2.2's window: as long as a fixed deceleration would take, not before the target's last
@@ -239,51 +218,4 @@ impl Preparation<'_> {
             self.nodes.speed_mps[second + 1] = start_mps + change;
         }
     }
-
-    /// VECTO 3's decision: the first second of the preview before a ramp's end from which the
-    /// deceleration that the target needs is large enough against that of coasting.
-    fn decision_start(&self, second: usize, minimum_mps: f64) -> Option<usize> {
-        if second + 1 < self.nodes.seconds() && self.brakes(second + 1) {
-            return None;
-        }
-        let end_mps = self.nodes.speed_mps[second + 1];
-        let (mut way_m, mut climb_m, mut start) = (0.0, 0.0, None);
-        for from in (0..=second).rev() {
-            let piece_m = self.nodes.mean_mps(from);
-            way_m += piece_m;
-            climb_m += piece_m * self.slopes[from];
-            let start_mps = self.nodes.speed_mps[from];
-            let rises = self.nodes.mean_target_mps(from)
-                > self.nodes.mean_target_mps(from.saturating_sub(1)) + HIGHER_MPS;
-            if way_m > PREVIEW_S * start_mps {
-                break;
-            }
-            // below it nobody decides to coast, but a ramp may end there
-            if piece_m < minimum_mps {
-                if rises {
-                    break;
-                }
-                continue;
-            }
-            let gear = self.quick_gear(&self.motion(from));
-            let auxiliary_w = self.auxiliary_w(from);
-            let slowing =
-                self.truck.slowing(gear, [start_mps, end_mps], [way_m, climb_m], auxiliary_w);
-            if slowing.needed_n >= decision_factor(start_mps, end_mps) * slowing.coasting_n {
-                start = Some(from);
-            }
-            if rises {
-                break;
-            }
-        }
-        start
-    }
-}
-
-/// VECTO 3's decision factor from one speed to another, in m/s.
-fn decision_factor(start_mps: f64, end_mps: f64) -> f64 {
-    let (end, drop) = (3.6 * end_mps, 3.6 * (start_mps - end_mps));
-    let by_speed = ((end - 48.0) / 4.0).clamp(0.0, 1.0);
-    let by_drop = ((11.0 - drop) / 2.0).clamp(0.0, 1.0);
-    2.5 - 1.5 * by_speed * by_drop
 }

@@ -1,5 +1,7 @@
-//! The drive: second by second along the nodes, with what engine and gearbox can do.
+//! The drive: second by second along the nodes, or by what is decided on the way, with what engine
+//! and gearbox can do.
 
+use super::ahead::{Ahead, Situation, Wish};
 use super::clutch::{ENGAGING_W, closed_gear, slips};
 use super::correction::{Correction, correction};
 use super::gears::{GearChoice, GearMemory};
@@ -19,6 +21,10 @@ const CORRECTED_FROM_MPS: f64 = 1.0;
 const REST_MPS: f64 = 1e-4;
 /// Seconds that have to be left for a correction.
 const LEFT_FOR_CORRECTION: usize = 3;
+/// Seconds at rest, away from a stop, after which a truck does not get away.
+const STUCK_S: u32 = 60;
+/// Most seconds of a mission that is decided on the way.
+const MOST_SECONDS: usize = 10_000_000;
 
 /// The drive of a truck along a mission.
 pub(super) struct Drive<'a> {
@@ -26,8 +32,9 @@ pub(super) struct Drive<'a> {
     truck: &'a Truck<'a>,
     driver: &'a VectoDriver,
     choice: GearChoice<'a>,
-    nodes: Nodes,
     auxiliary_w: f64,
+    /// Where in a second the slope holds that it is driven on, as a share of its way.
+    slope_share: f64,
     memory: GearMemory,
     /// The gear that was engaged last, and the seconds since then.
     engaged: Option<usize>,
@@ -55,6 +62,10 @@ struct Row {
     first: bool,
     start_mps: f64,
     auxiliary_w: f64,
+    /// The speed above which the brakes act in a gap, too, in m/s.
+    most_mps: f64,
+    /// Whether the truck rolls in a gap, also where it was to slow more.
+    rolls: bool,
 }
 
 /// A second as it could be driven.
@@ -77,12 +88,13 @@ impl<'a> Drive<'a> {
         mission: &'a Mission,
         truck: &'a Truck<'a>,
         driver: &'a VectoDriver,
-        nodes: Nodes,
         auxiliary_w: f64,
     ) -> Self {
         let memory = GearMemory {
             gear: None,
             since_other_s: f64::INFINITY,
+            last_up: None,
+            since_shift_s: 0.0,
             engine_radps: None,
             slipped: false,
         };
@@ -91,8 +103,8 @@ impl<'a> Drive<'a> {
             truck,
             driver,
             choice: GearChoice::new(truck, driver),
-            nodes,
             auxiliary_w,
+            slope_share: 1.0,
             memory,
             engaged: None,
             since_engaged_s: 0.0,
@@ -103,20 +115,27 @@ impl<'a> Drive<'a> {
     }
 
     /// Drives to the end of the nodes.
-    pub(super) fn run(mut self) -> Plan {
-        let way_m = self.nodes.way_m.clone();
+    pub(super) fn run(mut self, mut nodes: Nodes) -> Plan {
+        let way_m = nodes.way_m.clone();
         let (mut way_node, mut corrected) = (0, false);
-        let mut speed_mps = vec![self.nodes.speed_mps[0]];
-        let mut seconds = Vec::with_capacity(self.nodes.seconds());
+        let mut speed_mps = vec![nodes.speed_mps[0]];
+        let mut seconds = Vec::with_capacity(nodes.seconds());
         let mut second = 0;
-        while second < self.nodes.seconds() {
+        while second < nodes.seconds() {
             let start_mps = speed_mps[second];
-            let (planned, end_mps) = self.second(second, start_mps);
+            let wish = Wish {
+                end_mps: self.limited(start_mps, nodes.speed_mps[second + 1]),
+                most_mps: f64::INFINITY,
+                rolls: false,
+                target_mps: nodes.mean_target_mps(second),
+                auxiliary_w: nodes.auxiliary_w[second],
+            };
+            let (planned, end_mps) = self.second(second == 0, start_mps, &wish);
             seconds.push(planned);
             speed_mps.push(end_mps);
             let mean_mps = 0.5 * (start_mps + end_mps);
             self.distance_m += mean_mps;
-            let left = self.nodes.seconds() - (second + 1);
+            let left = nodes.seconds() - (second + 1);
             let keeps = corrected || left < LEFT_FOR_CORRECTION;
             let correction = if keeps || mean_mps <= CORRECTED_FROM_MPS {
                 Correction::None
@@ -125,9 +144,9 @@ impl<'a> Drive<'a> {
             };
             match correction {
                 Correction::None => way_node += 1,
-                Correction::Repeat => self.nodes.repeat(second + 1),
+                Correction::Repeat => nodes.repeat(second + 1),
                 Correction::Drop => {
-                    self.nodes.drop(second + 1);
+                    nodes.drop(second + 1);
                     way_node += 2;
                 }
             }
@@ -137,12 +156,41 @@ impl<'a> Drive<'a> {
         Plan { speed_mps, seconds }
     }
 
+    /// Drives to the end of a mission by what is decided on the way; a truck that does not get away
+    /// ends it.
+    pub(super) fn run_ahead(mut self, mut ahead: Ahead) -> Plan {
+        self.slope_share = 0.5;
+        let mut speed_mps = vec![ahead.start_mps()];
+        let (mut seconds, mut stuck_s) = (Vec::new(), 0);
+        while !ahead.ends(self.distance_m) && stuck_s < STUCK_S && seconds.len() < MOST_SECONDS {
+            let start_mps = speed_mps[seconds.len()];
+            let motion = self.motion_at(start_mps, start_mps, self.auxiliary_w);
+            let wish = ahead.wish(&Situation {
+                way_m: self.distance_m,
+                speed_mps: start_mps,
+                gear: self.memory.gear,
+                slope: motion.slope,
+                auxiliary_w: self.auxiliary_w,
+            });
+            // braking follows the road, whatever the table says of a whole second
+            let end_mps = self.limited(start_mps, wish.end_mps).min(wish.most_mps);
+            let (planned, end_mps) =
+                self.second(seconds.is_empty(), start_mps, &Wish { end_mps, ..wish });
+            let stuck = start_mps == 0.0 && end_mps == 0.0 && !ahead.stands();
+            stuck_s = if stuck { stuck_s + 1 } else { 0 };
+            seconds.push(planned);
+            speed_mps.push(end_mps);
+            self.distance_m += 0.5 * (start_mps + end_mps);
+        }
+        Plan { speed_mps, seconds }
+    }
+
     /// Drives one second; what is planned of it, and the speed at its end in m/s.
-    fn second(&mut self, second: usize, start_mps: f64) -> (PlannedSecond, f64) {
-        let auxiliary_w = self.auxiliary_w + self.nodes.auxiliary_w[second];
-        let wanted_mps = self.limited(start_mps, self.nodes.speed_mps[second + 1]);
-        let row = Row { first: second == 0, start_mps, auxiliary_w };
-        let (mut done, cut) = self.strongest(&row, wanted_mps);
+    fn second(&mut self, first: bool, start_mps: f64, wish: &Wish) -> (PlannedSecond, f64) {
+        let auxiliary_w = self.auxiliary_w + wish.auxiliary_w;
+        let Wish { most_mps, rolls, .. } = *wish;
+        let row = Row { first, start_mps, auxiliary_w, most_mps, rolls };
+        let (mut done, cut) = self.strongest(&row, wish.end_mps);
         self.shifting = self.shift(done.gear);
         if let Some(shift) = self.shifting {
             done = self.gap(&row, &done, cut, shift.gear);
@@ -155,16 +203,16 @@ impl<'a> Drive<'a> {
         self.count(held);
         self.memory = GearMemory {
             gear: held,
-            since_other_s: self.memory.since_other_s,
             engine_radps: Some(done.engine_radps),
             slipped: done.slips,
+            ..self.memory
         };
         let drag_w = self.truck.drag_w(done.engine_radps);
         self.engine_w = done.engine_w.max(drag_w) - auxiliary_w;
         let planned = PlannedSecond {
             gradient: done.gradient,
             gear: done.gear.map_or(GearOrder::Open, GearOrder::Engaged),
-            target_mps: self.nodes.mean_target_mps(second),
+            target_mps: wish.target_mps,
             auxiliary_w,
         };
         (planned, done.end_mps)
@@ -174,7 +222,15 @@ impl<'a> Drive<'a> {
     fn count(&mut self, held: Option<usize>) {
         let memory = &mut self.memory;
         memory.since_other_s += 1.0;
+        memory.since_shift_s += 1.0;
         self.since_engaged_s += 1.0;
+        match (memory.gear, held) {
+            (Some(before), Some(gear)) if before != gear => {
+                (memory.last_up, memory.since_shift_s) = (Some(gear > before), 0.0);
+            }
+            (_, None) => memory.last_up = None,
+            _ => {}
+        }
         if let Some(gear) = held {
             if self.engaged.is_some_and(|before| before != gear) {
                 memory.since_other_s = self.since_engaged_s + 1.0;
@@ -259,19 +315,28 @@ impl<'a> Drive<'a> {
     }
 
     fn motion(&self, row: &Row, end_mps: f64) -> Motion {
-        let speed_mps = 0.5 * (row.start_mps + end_mps);
+        self.motion_at(row.start_mps, end_mps, row.auxiliary_w)
+    }
+
+    fn motion_at(&self, start_mps: f64, end_mps: f64, auxiliary_w: f64) -> Motion {
+        let speed_mps = 0.5 * (start_mps + end_mps);
         Motion {
             speed_mps,
-            acceleration_mps2: end_mps - row.start_mps,
-            slope: sine(self.mission.gradient(self.distance_m + speed_mps)),
-            auxiliary_w: row.auxiliary_w,
+            acceleration_mps2: end_mps - start_mps,
+            slope: sine(self.gradient(speed_mps)),
+            auxiliary_w,
         }
+    }
+
+    /// The gradient that holds in a second of a mean speed in m/s.
+    fn gradient(&self, speed_mps: f64) -> f64 {
+        self.mission.gradient(self.distance_m + self.slope_share * speed_mps)
     }
 
     /// One second to a speed at its end, in a gear.
     fn attempt_in(&self, row: &Row, end_mps: f64, gear: usize) -> Attempt {
         let (truck, motion) = (self.truck, self.motion(row, end_mps));
-        let gradient = self.mission.gradient(self.distance_m + motion.speed_mps);
+        let gradient = self.gradient(motion.speed_mps);
         let wheel_w = truck.wheel_w(&motion);
         let resting = motion.speed_mps < REST_MPS;
         let closed = if resting { None } else { closed_gear(truck, gear, &motion, wheel_w) };
@@ -307,7 +372,7 @@ impl<'a> Drive<'a> {
         };
         Attempt {
             end_mps,
-            gradient: self.mission.gradient(self.distance_m + speed_mps),
+            gradient: self.gradient(speed_mps),
             gear: None,
             engine_radps,
             engine_w: row.auxiliary_w + truck.spin_w(last_radps, engine_radps),
@@ -323,11 +388,12 @@ impl<'a> Drive<'a> {
         let motion = self.motion(row, wanted.end_mps);
         let rolling_mps2 = self.truck.rolling_mps2(row.start_mps, motion.slope);
         let rolling_mps = (row.start_mps + rolling_mps2).max(0.0);
-        let slows = wanted.end_mps < row.start_mps;
+        let slows = wanted.end_mps < row.start_mps && !row.rolls;
         let mut end_mps = if slows { wanted.end_mps.min(rolling_mps) } else { rolling_mps };
         if !cut {
             end_mps = self.limited(row.start_mps, end_mps);
         }
+        end_mps = end_mps.min(row.most_mps);
         if self.truck.wheel_w(&self.motion(row, end_mps)) > ENGAGING_W {
             self.attempt_in(row, end_mps, gear)
         } else {

@@ -11,6 +11,10 @@ pub(super) struct GearMemory {
     pub(super) gear: Option<usize>,
     /// Seconds since another gear was engaged, counted at the second that is to be driven.
     pub(super) since_other_s: f64,
+    /// Whether the last shift on the way was one up; none since a start.
+    pub(super) last_up: Option<bool>,
+    /// Seconds since then.
+    pub(super) since_shift_s: f64,
     /// Mean engine speed of the last second, in rad/s; none before the first one.
     pub(super) engine_radps: Option<f64>,
     /// Whether the clutch slipped in the last second.
@@ -118,13 +122,22 @@ impl<'a> GearChoice<'a> {
         if memory.since_other_s <= self.driver.shift_time_s && !urgent {
             return gear;
         }
+        let back_s = self.driver.opposite_shift_time_s;
+        let waits =
+            |up: bool| !urgent && memory.last_up == Some(!up) && memory.since_shift_s <= back_s;
         let load = |gear: usize| self.load(gear, motion, memory.engine_radps);
         let here = load(gear);
+        if waits(false) && here.speed_radps <= self.down_radps(gear, here.torque_nm) {
+            return gear;
+        }
         if slow || here.speed_radps <= self.down_radps(gear, here.torque_nm) {
             return self.lower(gear, load);
         }
         let must = here.speed_radps > self.up_radps(gear, here.torque_nm);
         let may = self.driver.early_upshift && here.speed_radps > truck.idle_radps;
+        if waits(true) {
+            return gear;
+        }
         if must || may { self.higher(gear, must, load) } else { gear }
     }
 

@@ -113,6 +113,10 @@ impl Mission {
         0.5 * (self.rows[k - 1].gradient + self.rows[k].gradient)
     }
 
+    pub(super) fn rows(&self) -> &[MissionRow] {
+        &self.rows
+    }
+
     /// The nodes at whole seconds of a driver who brakes as the table says and has no other limit.
     pub(super) fn nodes(&self, table: &AccelerationTable) -> Nodes {
         let passages = self.passages(table);

@@ -1,16 +1,18 @@
-//! VECTO 2.2's driver as a planner: from a mission over distance to the speed and the gears of each
+//! VECTO's drivers as planners: from a mission over distance to the speed and the gears of each
 //! second.
 //!
 //! The plan lies on a lattice of nodes a second apart; what holds in a second is that at its mean
-//! speed. First the mission becomes the nodes of a driver without limits but those of braking
-//! (`mission.rs`), then overspeed and look-ahead coasting change them (`coasting.rs`), then the
-//! truck drives along them, second by second, with acceleration, full load, gears and gaps
-//! (`drive.rs`, `gears.rs`), and seconds are repeated or left out so that places stay those of the
-//! mission. Road forces, losses and curves are those of the core.
+//! speed. VECTO 2.2's driver: first the mission becomes the nodes of a driver without limits but
+//! those of braking (`mission.rs`), then overspeed and look-ahead coasting change them
+//! (`coasting.rs`), then the truck drives along them, second by second, with acceleration, full
+//! load, gears and gaps (`drive.rs`, `gears.rs`), and seconds are repeated or left out so that places
+//! stay those of the mission. VECTO 3's decides each second from where the truck is (`ahead.rs`).
+//! Road forces, losses and curves are those of the core.
 //!
 //! What was found by reading VECTO, and what it reproduces, is in
 //! `docs/decisions/2026-11-23-how-vecto-computes.md`.
 
+mod ahead;
 mod clutch;
 mod coasting;
 mod correction;
@@ -127,6 +129,8 @@ pub struct VectoDriver {
     pub start_acceleration_mps2: f64,
     /// Time after a shift without another one, in s.
     pub shift_time_s: f64,
+    /// Time after a shift without one in the other direction, in s; VECTO 2.2 has none.
+    pub opposite_shift_time_s: f64,
     /// Whether a shift may skip gears.
     pub skip_gears: bool,
     /// Whether the gearbox shifts up before the upshift line where the next gear has the reserve.
@@ -148,6 +152,7 @@ impl VectoDriver {
             start_speed_mps: 2.0,
             start_acceleration_mps2: 0.6,
             shift_time_s: 2.0,
+            opposite_shift_time_s: 0.0,
             skip_gears: true,
             early_upshift: true,
             gap_s: 1,
@@ -219,9 +224,13 @@ pub fn plan(
     driver: &VectoDriver,
 ) -> Plan {
     let truck = truck::Truck::new(body, powertrain);
+    let drive = drive::Drive::new(mission, &truck, driver, auxiliary_w);
+    if let Some(LookAhead::DecisionFactor { minimum_speed_mps }) = driver.look_ahead {
+        return drive.run_ahead(ahead::Ahead::new(mission, &truck, driver, minimum_speed_mps));
+    }
     let mut nodes = mission.nodes(&driver.acceleration);
     coasting::prepare(&mut nodes, mission, &truck, driver, auxiliary_w);
-    drive::Drive::new(mission, &truck, driver, nodes, auxiliary_w).run()
+    drive.run(nodes)
 }
 
 /// Climb per metre of road for a gradient.

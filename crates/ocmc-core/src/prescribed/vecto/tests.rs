@@ -160,6 +160,125 @@ fn looking_ahead_coasts_before_the_ramp() {
     assert!(two <= without && three + 3 < without, "{without} {two} {three}");
 }
 
+fn deciding_on_the_way() -> VectoDriver {
+    let minimum_speed_mps = 50.0 * KMPH;
+    VectoDriver {
+        look_ahead: Some(LookAhead::DecisionFactor { minimum_speed_mps }),
+        overspeed: Some(Overspeed { minimum_speed_mps, above_mps: 5.0 * KMPH }),
+        ..driver()
+    }
+}
+
+/// Ways and speeds at the nodes of a plan.
+fn over_way(plan: &Plan) -> Vec<(f64, f64)> {
+    let ways = plan.speed_mps.windows(2).scan(0.0, |way_m, pair| {
+        *way_m += 0.5 * (pair[0] + pair[1]);
+        Some((*way_m, pair[1]))
+    });
+    std::iter::once((0.0, plan.speed_mps[0])).chain(ways).collect()
+}
+
+#[test]
+fn who_decides_on_the_way_stops_where_he_has_to() {
+    let end = |s: u32| if [0, 1500, 2600].contains(&s) { 0.0 } else { 70.0 };
+    let road = mission(2600, |s| (end(s), if s < 700 { 0.01 } else { -0.02 }));
+    let driver = deciding_on_the_way();
+    let plan = plan_of(&road, 30_000.0, &driver);
+    let nodes = over_way(&plan);
+    let rests: Vec<f64> =
+        nodes.iter().filter(|(_, v)| *v == 0.0).map(|(way_m, _)| *way_m).collect();
+    // 3 s at each stop, and the second in which the mission ends
+    assert_eq!(rests.len(), 4 + 4 + 5, "{rests:?}");
+    for (rest_m, stop_m) in rests.iter().zip([[0.0; 4], [1500.0; 4]].concat()) {
+        assert!((rest_m - stop_m).abs() < 0.5, "{rests:?}");
+    }
+    assert!((plan.distance_m() - 2600.0).abs() < 0.5, "{}", plan.distance_m());
+    for (mean_mps, change) in means(&plan) {
+        let [most, least] = [
+            driver.acceleration.acceleration_mps2(mean_mps),
+            driver.acceleration.deceleration_mps2(mean_mps),
+        ];
+        assert!(change <= most + 1e-9 && change >= least - 0.05, "{mean_mps} {change}");
+    }
+}
+
+#[test]
+fn who_decides_on_the_way_coasts_to_a_stop_by_its_energy() {
+    let road = mission(3000, |s| (if s == 3000 { 0.0 } else { 80.0 }, 0.0));
+    let (powertrain, body) = (powertrain(), body(20_000.0));
+    let plan = plan(&road, &body, &powertrain, 4000.0, &deciding_on_the_way());
+    let nodes = over_way(&plan);
+    let fast_mps = 80.0 * KMPH;
+    let first = nodes.iter().position(|(_, v)| *v < fast_mps - 1e-3).unwrap();
+    // the way over which 2.5 times the force of coasting takes the energy
+    let air_and_tyres_n = body.road_forces(fast_mps / 2.0_f64.sqrt(), 0.0).sum_n();
+    let gear = powertrain.gears[11];
+    let axle_per_m = gear.speed_ratio_per_m / gear.ratio;
+    let drag_nm = powertrain.engine.drag_nm(gear.speed_ratio_per_m * fast_mps);
+    let [engine_n, _] = powertrain.gearbox.wheel_and_lost_n(&gear, axle_per_m, fast_mps, drag_nm);
+    let energy_j = 0.5 * (body.mass_kg + body.wheel_mass_kg) * fast_mps * fast_mps;
+    let from_m = 3000.0 - energy_j / (2.5 * (air_and_tyres_n - engine_n));
+    let begun_m = nodes[first - 1].0;
+    assert!((begun_m - from_m).abs() < fast_mps, "{begun_m} {from_m}");
+    // and the brakes act where the table's ramp is met
+    let brakes = nodes.windows(2).find(|pair| pair[0].1 - pair[1].1 > 0.45).unwrap()[0].1;
+    assert!((60.0 * KMPH..75.0 * KMPH).contains(&brakes), "{}", brakes / KMPH);
+}
+
+#[test]
+fn who_decides_on_the_way_gets_to_a_stop_uphill_and_stalls_nowhere() {
+    for slope in [0.03, 0.06, 0.09] {
+        let road = mission(3000, |s| {
+            (if s == 3000 { 0.0 } else { 80.0 }, if s < 2500 { 0.0 } else { slope })
+        });
+        let plan = plan_of(&road, 40_000.0, &deciding_on_the_way());
+        assert!((plan.distance_m() - 3000.0).abs() < 0.5, "{slope}: {}", plan.distance_m());
+        assert!(plan.speed_mps.iter().all(|v| *v >= 0.0), "{slope}");
+    }
+}
+
+#[test]
+fn opposite_shifts_wait_where_the_driver_waits() {
+    let hilly = mission(8000, |s| (80.0, if s / 150 % 2 == 0 { 0.05 } else { -0.02 }));
+    let soonest_s = |opposite_shift_time_s| {
+        let driver = VectoDriver { opposite_shift_time_s, ..deciding_on_the_way() };
+        let plan = plan_of(&hilly, 40_000.0, &driver);
+        let gears = plan.seconds.iter().enumerate().filter_map(|(k, second)| match second.gear {
+            GearOrder::Engaged(gear) => Some((k, gear)),
+            _ => None,
+        });
+        let gears: Vec<(usize, usize)> = gears.collect();
+        let shifts: Vec<(usize, bool)> = gears
+            .windows(2)
+            .filter(|pair| pair[0].1 != pair[1].1)
+            .map(|pair| (pair[1].0, pair[1].1 > pair[0].1))
+            .collect();
+        shifts.windows(2).filter(|p| p[0].1 != p[1].1).map(|p| p[1].0 - p[0].0).min()
+    };
+    let (without, with) = (soonest_s(0.0).unwrap(), soonest_s(10.0).unwrap());
+    assert!(without < 9 && with >= 10, "{without} {with}");
+}
+
+#[test]
+fn who_decides_on_the_way_runs_over_the_target_downhill_alone() {
+    let slope = |s: u32| if (500..2500).contains(&s) { -0.03 } else { 0.004 };
+    let hill = mission(4000, |s| (80.0, slope(s)));
+    let plan = plan_of(&hill, 30_000.0, &deciding_on_the_way());
+    let nodes = over_way(&plan);
+    let fastest = nodes.iter().map(|node| node.1).fold(0.0, f64::max) / KMPH;
+    assert!((fastest - 85.0).abs() < 1e-3, "{fastest}");
+    // braked at 0.5 m/s² behind the foot: 5 km/h in 3 s
+    let later = nodes.iter().filter(|(way_m, _)| !(500.0..2500.0 + 4.0 * 24.0).contains(way_m));
+    for (way_m, speed_mps) in later {
+        assert!(*speed_mps < 80.0 * KMPH + 1e-6, "{way_m} {speed_mps}");
+    }
+    // between two stops without a target: slow, but an answer
+    let row = |distance_m| MissionRow { distance_m, stop_s: 2.0, ..MissionRow::default() };
+    let still = Mission::new(&[row(0.0), row(20.0)]).unwrap();
+    let plan = plan_of(&still, 20_000.0, &deciding_on_the_way());
+    assert!((plan.distance_m() - 20.0).abs() < 0.5, "{}", plan.distance_m());
+}
+
 #[test]
 fn missions_that_say_nothing_are_refused_and_gaps_between_rows_are_filled() {
     let row =

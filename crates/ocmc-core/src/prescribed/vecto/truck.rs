@@ -235,34 +235,59 @@ impl<'a> Truck<'a> {
         })
     }
 
-    /// What it takes to slow between two speeds in m/s over a way and a climb in m, and what
-    /// coasting on the level gives at their mean.
-    pub(super) fn slowing(
+    /// Acceleration of a truck that is slowed by its engine in a gear, in m/s², by the losses of
+    /// that gear. An engine that would turn below idle is let go.
+    pub(super) fn dragged_mps2(
         &self,
         gear: usize,
-        speed_mps: [f64; 2],
-        [way_m, climb_m]: [f64; 2],
+        start_mps: f64,
+        slope: f64,
         auxiliary_w: f64,
+    ) -> f64 {
+        if self.speed_radps(gear, start_mps) < self.idle_radps {
+            return self.rolling_mps2(start_mps, slope);
+        }
+        let per_m = self.powertrain.gears[gear].speed_ratio_per_m;
+        let inertia_kg =
+            self.inertia_kg + self.powertrain.engine_model.inertia_kgm2 * per_m * per_m;
+        self.free_mps2(start_mps, slope, inertia_kg, |mean_mps| {
+            self.dragged_n(gear, mean_mps, auxiliary_w)
+        })
+    }
+
+    /// Force at the wheels (negative) of an engine that drags in a gear at a speed, in N.
+    fn dragged_n(&self, gear: usize, speed_mps: f64, auxiliary_w: f64) -> f64 {
+        let DieselPowertrain { engine, gears, gearbox, .. } = self.powertrain;
+        let speed_radps = self.speed_radps(gear, speed_mps).max(self.idle_radps);
+        let torque_nm = engine.drag_nm(speed_radps) - auxiliary_w / speed_radps;
+        gearbox.wheel_and_lost_n(&gears[gear], self.axle_per_m, speed_mps, torque_nm)[0]
+    }
+
+    /// What has to go between two speeds in m/s and a climb in m, and what coasting on the level
+    /// takes: air by the mean of the squares of the speeds, the engine at the first one.
+    pub(super) fn slowing(
+        &self,
+        gear: Option<usize>,
+        [start_mps, end_mps]: [f64; 2],
+        climb_m: f64,
     ) -> Slowing {
-        let [start_mps, end_mps] = speed_mps;
-        let mean_mps = 0.5 * (start_mps + end_mps);
+        let squares = [start_mps * start_mps, end_mps * end_mps];
+        let mean_mps = (0.5 * (squares[0] + squares[1])).sqrt();
         let level_n = self.body.road_forces(mean_mps, 0.0).sum_n();
-        let kinetic_j = 0.5 * self.coasting_kg(gear) * (start_mps * start_mps - end_mps * end_mps);
+        let engine_n = gear.map_or(0.0, |gear| self.dragged_n(gear, start_mps, 0.0));
         // a slope of 1 has the weight as its force
         let weight_n = self.body.road_forces(0.0, 1.0).grade_n;
-        Slowing {
-            needed_n: (kinetic_j - weight_n * climb_m) / way_m.max(1e-3),
-            coasting_n: level_n - self.dragging_n(gear, mean_mps, auxiliary_w),
-        }
+        let kinetic_j = 0.5 * self.inertia_kg * (squares[0] - squares[1]);
+        Slowing { energy_j: kinetic_j - weight_n * climb_m, coasting_n: level_n - engine_n }
     }
 }
 
-/// Forces that slow a truck, in N.
+/// What slowing takes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Slowing {
-    /// What is needed.
-    pub(super) needed_n: f64,
-    /// What coasting gives.
+    /// Energy that has to go, in J.
+    pub(super) energy_j: f64,
+    /// Force of coasting, in N.
     pub(super) coasting_n: f64,
 }
 
