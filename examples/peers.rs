@@ -24,7 +24,7 @@ use std::path::Path;
 
 const SEED: u64 = 1;
 /// Steps, in s, for which the engine's answers are exported; the last one is the truth.
-const STEPS_S: [f64; 11] = [1.5, 1.0, 0.4, 0.3, 0.2, 0.1, 0.05, 0.02, 0.01, 0.005, 0.001];
+const STEPS_S: [f64; 13] = [1.5, 1.0, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1, 0.05, 0.02, 0.01, 0.005, 0.001];
 /// Cycles whose speed over time is exported.
 const TRACES: u64 = 16;
 
