@@ -48,7 +48,7 @@ def refuse_others(driver: dict[str, Any]) -> None:
 def rules(model: dict[str, Any], jit: Callable, inlined: Callable) -> Rules:
     """Compile the rules of a study; its numbers become constants of the machine code.
 
-    `inlined` compiles into the caller what the compiler would call: the forces, an eighth of the time.
+    `inlined` compiles into the caller what the compiler would call: pedals, forces and gears, a sixth of the time.
     """
     study = model["study"]
     vehicle, driver_model = study["vehicle"], study["driver"]
@@ -244,7 +244,7 @@ def rules(model: dict[str, Any], jit: Callable, inlined: Callable) -> Rules:
             held = max(held, 0.0)
         return ramps, rises, hold, held
 
-    @jit
+    @inlined
     def control(
         v: float,
         desired: float,
@@ -331,7 +331,7 @@ def rules(model: dict[str, Any], jit: Callable, inlined: Callable) -> Rules:
     def start_gear(grade: float) -> int:
         return steep_gear if grade > steep_mps2 else flat_gear
 
-    @jit
+    @inlined
     def wanted_gear(
         gear: int,
         v: float,
