@@ -291,7 +291,7 @@ def enter(
     for step_s in sorted(steps, reverse=True):
         entry = next((entry for entry in entries if entry.step_s == step_s), None)
         if entry is None:
-            entry = Entry(kind, name, step_s, min(cycles, 64))
+            entry = Entry(kind, name, step_s, cycles)
             judge(entry, worker.round(step_s, entry.cycles), answers)
         if max(entry.bias) <= EQUAL_ERROR:
             entry.needed = True
