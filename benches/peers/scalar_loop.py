@@ -11,18 +11,31 @@ import numpy as np
 import truck_rules
 from numba import njit
 from scenarios import (
+    ACCELERATION,
+    AUXILIARY,
     BACKWARD,
     CROSS_WIND,
+    DECELERATION,
+    DERIVATIVE,
+    DRAG_AREA,
+    DRIVEN_MASS,
     DWELL,
     FAR,
+    FUEL_FACTOR,
     GRADE,
     GRIP,
     HALF_DENSITY,
     HEAD_WIND,
+    INTEGRAL,
     LENGTH,
     LIMIT,
+    MASS,
+    PEAK_ACCELERATION,
+    PROPORTIONAL,
     ROLLING,
+    SLIPS_FROM,
     STATIC,
+    THRESHOLD,
     TO_STOP,
     Array,
 )
@@ -75,7 +88,15 @@ def build(model: dict[str, Any], *, fastmath: bool) -> tuple[Drive, Drive]:
     @jit
     def truck_of(p: Array) -> tuple:
         """Mass, moving mass without engine, driven mass, drag area, auxiliaries, deceleration, peak acceleration."""
-        return p[0], p[0] + wheel_mass, p[1], p[2], p[3], p[9], p[11]
+        return (
+            p[MASS],
+            p[MASS] + wheel_mass,
+            p[DRIVEN_MASS],
+            p[DRAG_AREA],
+            p[AUXILIARY],
+            p[DECELERATION],
+            p[PEAK_ACCELERATION],
+        )
 
     @jit
     def clamped(integral: float) -> float:
@@ -126,9 +147,15 @@ def build(model: dict[str, Any], *, fastmath: bool) -> tuple[Drive, Drive]:
 
     @jit
     def heun(rows: Array, p: Array, step_s: float) -> tuple:
-        truck, d = truck_of(p), driver(p[5], p[6], p[7], p[8])
-        mass, open_mass, auxiliary_w, deceleration, rise = p[0], p[0] + wheel_mass, p[3], p[9], p[10]
-        fuel_factor, has_integral, slips_from = p[4], p[6] > 0.0, p[12]
+        truck, d = truck_of(p), driver(p[PROPORTIONAL], p[INTEGRAL], p[DERIVATIVE], p[THRESHOLD])
+        mass, open_mass, auxiliary_w, deceleration, rise = (
+            p[MASS],
+            p[MASS] + wheel_mass,
+            p[AUXILIARY],
+            p[DECELERATION],
+            p[ACCELERATION],
+        )
+        fuel_factor, has_integral, slips_from = p[FUEL_FACTOR], p[INTEGRAL] > 0.0, p[SLIPS_FROM]
         last = rows.shape[0] - 1
         time = way = wheel_j = fuel_kg = 0.0
         row, served, steps = -1, False, 0
@@ -307,9 +334,15 @@ def build(model: dict[str, Any], *, fastmath: bool) -> tuple[Drive, Drive]:
 
     @jit
     def euler(rows: Array, p: Array, step_s: float) -> tuple:
-        truck, d = truck_of(p), driver(p[5], p[6], p[7], p[8])
-        mass, open_mass, auxiliary_w, deceleration, rise = p[0], p[0] + wheel_mass, p[3], p[9], p[10]
-        fuel_factor, has_integral, slips_from = p[4], p[6] > 0.0, p[12]
+        truck, d = truck_of(p), driver(p[PROPORTIONAL], p[INTEGRAL], p[DERIVATIVE], p[THRESHOLD])
+        mass, open_mass, auxiliary_w, deceleration, rise = (
+            p[MASS],
+            p[MASS] + wheel_mass,
+            p[AUXILIARY],
+            p[DECELERATION],
+            p[ACCELERATION],
+        )
+        fuel_factor, has_integral, slips_from = p[FUEL_FACTOR], p[INTEGRAL] > 0.0, p[SLIPS_FROM]
         last = rows.shape[0] - 1
         # times are counted in steps
         shift_n, kick_n = round(shift_s / step_s), round(kick_s / step_s)

@@ -32,6 +32,8 @@ TRUCK = (
     "peak_acceleration_mps2",
     "slips_from",
 )
+MASS, DRIVEN_MASS, DRAG_AREA, AUXILIARY, FUEL_FACTOR, PROPORTIONAL, INTEGRAL = range(7)
+DERIVATIVE, THRESHOLD, DECELERATION, ACCELERATION, PEAK_ACCELERATION, SLIPS_FROM = range(7, 13)
 
 # cells of the look-up tables of speed (0.25 rad/s) and torque (4 Nm)
 CELLS = 1024
