@@ -24,7 +24,7 @@ use std::path::Path;
 
 const SEED: u64 = 1;
 /// Steps, in s, for which the engine's answers are exported; the last one is the truth.
-const STEPS_S: [f64; 11] = [1.5, 1.0, 0.4, 0.3, 0.2, 0.1, 0.05, 0.02, 0.01, 0.005, 0.001];
+const STEPS_S: [f64; 13] = [1.5, 1.0, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1, 0.05, 0.02, 0.01, 0.005, 0.001];
 /// Cycles whose speed over time is exported.
 const TRACES: u64 = 16;
 
@@ -64,7 +64,6 @@ fn export(folder: &Path, cycles: u64) -> Result<(), Failure> {
     };
     let (gearbox, vehicle_model) = (&diesel.gearbox, &parameters.model);
     let idle_radps = diesel.engine_model.idle_speed_radps;
-    let launch_mps = study.model().driver.speed_change.launch_speed_mps;
     let mut rows_file = BufWriter::new(File::create(folder.join("rows.f64"))?);
     let (mut profile, mut road) = (SpeedProfile::default(), RoadRows::default());
     let (mut first_row, mut scenarios) = (0, Vec::new());
@@ -76,11 +75,13 @@ fn export(folder: &Path, cycles: u64) -> Result<(), Failure> {
             rows_file.write_all(&number.to_le_bytes())?;
         }
         let (vehicle, pedals) = (&scenario.vehicle, &scenario.driver.pedals);
+        let change = &scenario.driver.speed_change;
         scenarios.push(json!({
             "cycle_id": id,
             "first_row": first_row,
             "rows": road.rows.len(),
             "mass_kg": vehicle.mass_kg,
+            "driven_mass_kg": vehicle.driven_mass_kg,
             "drag_area_m2": vehicle.drag_area_m2,
             "auxiliary_power_w": vehicle.auxiliary_power_w,
             "fuel_factor": vehicle.fuel_factor,
@@ -88,9 +89,9 @@ fn export(folder: &Path, cycles: u64) -> Result<(), Failure> {
             "integral": pedals.integral,
             "derivative": pedals.derivative,
             "threshold_mps": pedals.threshold_mps,
-            "holds_brake": pedals.hold == ocmc_core::driver::pedal::Hold::Paper,
-            "twice_deceleration_mps2": profile.twice_deceleration,
-            "twice_acceleration_mps2": profile.twice_acceleration,
+            "deceleration_mps2": change.deceleration_mps2,
+            "acceleration_mps2": change.acceleration_mps2,
+            "peak_acceleration_mps2": change.peak_acceleration_mps2,
             "slips_from": diesel.slips_from(vehicle.auxiliary_power_w),
         }));
         first_row += road.rows.len();
@@ -115,10 +116,8 @@ fn export(folder: &Path, cycles: u64) -> Result<(), Failure> {
             "maximum_tangent": cross_wind.maximum_tangent },
         "idle_radps": idle_radps,
         "open_radps": gearbox.shift.open_share * idle_radps,
-        "engine_brake_nms": vehicle_model.brakes.engine_brake_nms(),
         "axle_per_m": gearbox.axle_ratio / vehicle_model.wheel_radius_m,
         "wheel_mass_kg": vehicle_model.wheel_mass_kg(),
-        "launch_m2ps2": launch_mps * launch_mps,
         "scenarios": scenarios,
         "answers": answers?,
         "traces": traces(&study, folder, cycles.min(TRACES))?,

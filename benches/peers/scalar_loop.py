@@ -1,39 +1,47 @@
 """The closed-loop model as a scalar loop in numba: what a user writes in an afternoon, and a better one.
 
-Two integrators over the same model: `heun`, Heun's method with cut steps, and `euler`, semi-implicit steps of fixed length.
-Both book less than ocmc does: time, distance, wheel energy and fuel, no balance and no look at the progress.
+Two integrators over the same rules (truck_rules.py): `heun`, Heun's method with cut steps, and `euler`, semi-implicit steps of
+fixed length. Both book less than ocmc does: time, distance, wheel energy and fuel, no balance and no look at the progress.
 """
 
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+import truck_rules
 from numba import njit
 from scenarios import (
+    ACCELERATION,
+    AUXILIARY,
     BACKWARD,
-    CELLS,
-    CELLS_PER_NM,
-    CELLS_PER_RADPS,
     CROSS_WIND,
+    DECELERATION,
+    DERIVATIVE,
+    DRAG_AREA,
+    DRIVEN_MASS,
     DWELL,
     FAR,
-    FORWARD,
+    FUEL_FACTOR,
     GRADE,
     GRIP,
     HALF_DENSITY,
     HEAD_WIND,
+    INTEGRAL,
     LENGTH,
     LIMIT,
+    MASS,
+    PEAK_ACCELERATION,
+    PROPORTIONAL,
     ROLLING,
+    SLIPS_FROM,
+    STATIC,
+    THRESHOLD,
     TO_STOP,
     Array,
-    curve_cells,
-    fuel_cells,
 )
 
-GRAVITY_MPS2 = 9.80665
 PASSING = 2e-3
-MOST_STEPS = 200_000_000
+MOST_STEPS = 20_000_000
 
 Drive = Callable[[Array, Array, float], tuple[float, float, float, float, int]]
 
@@ -41,461 +49,389 @@ Drive = Callable[[Array, Array, float], tuple[float, float, float, float, int]]
 def build(model: dict[str, Any], *, fastmath: bool) -> tuple[Drive, Drive]:
     """Compile both integrators for a study; its numbers become constants of the machine code."""
     jit = njit(error_model="numpy", fastmath=fastmath)
-    study = model["study"]
-    vehicle, pedals, simulation = study["vehicle"], study["driver"]["pedals"], study["simulation"]
-    engine, gearbox, brakes, pid = vehicle["engine"], vehicle["gearbox"], vehicle["brakes"], pedals["pid"]
-    shift = gearbox["shift"]
+    inlined = njit(error_model="numpy", fastmath=fastmath, inline="always")
+    rules = truck_rules.rules(model, jit, inlined)
+    driver, cell, forecast = rules.driver, rules.cell, rules.forecast
+    desired_speed, near_ramp, stance, control = (
+        rules.desired_speed,
+        rules.near_ramp,
+        rules.stance,
+        rules.control,
+    )
+    couple, forces, fuel_rate, idle_rate = rules.couple, rules.forces, rules.fuel_rate, rules.idle_rate
+    start_gear, wanted_gear = rules.start_gear, rules.wanted_gear
 
-    launch = model["launch_m2ps2"]
-    filter_s, tracking_ratio = pid["derivative_filter_s"], pid["tracking_ratio"]
+    study = model["study"]
+    vehicle, simulation, pid = study["vehicle"], study["simulation"], study["driver"]["pedals"]["pid"]
+    shift = vehicle["gearbox"]["shift"]
+    inertia, wheel_mass, idle_w, open_w = (
+        vehicle["engine"]["inertia_kgm2"],
+        model["wheel_mass_kg"],
+        model["idle_radps"],
+        model["open_radps"],
+    )
+    # beyond it Heun's method would let the lags of torque and filtered speed run away
+    longest_s = 2.0 * min(vehicle["engine"]["torque_lag_s"], pid["derivative_filter_s"])
     j_low, j_high = pid["integral_minimum"], pid["integral_maximum"]
-    scale, full_brake = pedals["brake_scale"], brakes["full_deceleration_mps2"]
-    band, band_from = pedals["overspeed_band_mps"], pedals["overspeed_from_mps"]
-    limiter_range = vehicle["limiter_range_mps"]
-    limiter_end = vehicle["limiter_speed_mps"] + limiter_range
-    lag_s, inertia = engine["torque_lag_s"], engine["inertia_kgm2"]
-    idle, open_w, axle = model["idle_radps"], model["open_radps"], model["axle_per_m"]
-    wheel_mass = model["wheel_mass_kg"]
-    box_loss, retarder = gearbox["loss_torque_nm"], gearbox["retarder_torque_nm"]
-    axle_loss, axle_share = gearbox["axle_loss_torque_nm"], gearbox["axle_loss_share"]
-    c1, c2, c3, c4 = model["cross_wind"]["coefficients_m2"]
-    largest_tangent = model["cross_wind"]["maximum_tangent"]
-    launch_w, minimum_v = shift["launch_speed_radps"], shift["minimum_speed_mps"]
     up_w, up_pedal = shift["up_speed_radps"], shift["up_pedal_radps"]
     down_w, down_pedal = shift["down_speed_radps"], shift["down_pedal_radps"]
-    overspeed, share, reserve = shift["overspeed_radps"], shift["power_share"], shift["power_reserve"]
-    most_up, kick_pedal, kick_s = shift["most_steps"], shift["kickdown_pedal"], shift["kickdown_s"]
-    kick_w, shift_s, interval_s = shift["kickdown_speed_radps"], shift["duration_s"], shift["interval_s"]
-    start_gear, steep_gear, steep = shift["start_gear"], shift["steep_start_gear"], shift["steep_slope"]
+    kick_pedal, kick_s, shift_s = shift["kickdown_pedal"], shift["kickdown_s"], shift["duration_s"]
+    interval_s = shift["interval_s"]
+    opposite_s = max(shift["opposite_interval_s"], interval_s)
     capture_m, creep_m = simulation["capture_distance_m"], simulation["creep_distance_m"]
     creep_v = simulation["creep_speed_mps"]
-    speed_of = np.array([gear["speed_ratio_per_m"] for gear in model["gears"]])
-    ratio_of = np.array([gear["ratio"] for gear in model["gears"]])
+    per_m_of = np.array([gear["speed_ratio_per_m"] for gear in model["gears"]])
     loss_of = np.array([gear["loss_share"] for gear in model["gears"]])
     launches_of = np.array([gear["launches"] for gear in model["gears"]])
-    top = len(speed_of) - 1
-    curves = curve_cells(engine)
-    speed_piece, torque_piece, fuel_map = fuel_cells(engine)
+    top = len(per_m_of) - 1
 
     @jit
-    def cell(x: float) -> int:
-        return min(max(int(x), 0), CELLS - 1)
+    def truck_of(p: Array) -> tuple:
+        """Mass, moving mass without engine, driven mass, drag area, auxiliaries, deceleration, peak acceleration."""
+        return (
+            p[MASS],
+            p[MASS] + wheel_mass,
+            p[DRIVEN_MASS],
+            p[DRAG_AREA],
+            p[AUXILIARY],
+            p[DECELERATION],
+            p[PEAK_ACCELERATION],
+        )
 
     @jit
-    def clip(x: float, low: float, high: float) -> float:
-        return min(max(x, low), high)
+    def clamped(integral: float) -> float:
+        return min(max(integral, j_low), j_high)
 
     @jit
-    def full_load(w: float) -> float:
-        k = cell(w * CELLS_PER_RADPS)
-        return curves[k, 0] + curves[k, 1] * w
-
-    @jit
-    def fuel_rate(w: float, torque: float, drag_torque: float) -> float:
-        powered = max(torque, 0.0)
-        row = fuel_map[speed_piece[cell(w * CELLS_PER_RADPS)], torque_piece[cell(powered * CELLS_PER_NM)]]
-        burnt = max(row[0] + row[1] * w + powered * (row[2] + row[3] * w), 0.0)
-        return burnt if torque >= 0.0 else burnt * max(1.0 - torque / drag_torque, 0.0)
-
-    @jit
-    def wanted_gear(
-        gear: int, v: float, pedal: float, slowing: bool, kick: bool, closed: bool, road_power: float
-    ) -> int:
-        if v <= minimum_v:
-            return gear
-        up_line = up_w + up_pedal * pedal
-        for g in range(min(gear + most_up, top), gear, -1):
-            w = speed_of[g] * v
-            if w >= up_line and share * full_load(w) * w >= reserve * road_power:
-                return g
-        w = speed_of[gear] * v
-        if gear < top and w > overspeed:
-            return gear + 1
-        if gear == 0 or not slowing:
-            return gear
-        if w < down_w + down_pedal * pedal and (closed or (not launches_of[gear] and pedal > 0.0)):
-            for g in range(gear - 1, -1, -1):
-                if speed_of[g] * v >= up_line:
-                    return g
-            return 0
-        if kick and w < kick_w and speed_of[gear - 1] * v < overspeed:
-            return gear - 1
-        return gear
-
-    @jit
-    def speed_target(
-        left: float, limit: float, backward: float, forward: float, dec2: float, acc2: float
-    ) -> tuple:
-        braking = backward + dec2 * left
-        leaving = max(forward - acc2 * left, launch)
-        return np.sqrt(min(limit, braking, leaving)), braking
-
-    @jit
-    def control(
-        v: float,
-        desired: float,
-        braking: float,
-        limit: float,
-        integral: float,
-        filtered: float,
-        hold: bool,
-        held: float,
-        gains: tuple,
-    ) -> tuple:
-        kp, ki, kd, tracking = gains
-        error = desired - v
-        lag = v - filtered
-        pull = kp * error
-        output = held if hold else pull + integral - kd * lag
-        pedal = clip(min(output, (limiter_end - v) * (1.0 / limiter_range)), 0.0, 1.0)
-        demand = output
-        if v > band_from and braking >= limit:
-            demand = max(output, pull + kp * band)
-        brake = clip(-scale * demand, 0.0, 1.0)
-        realised = pedal - brake * (1.0 / scale)
-        return pedal, brake, ki * error + tracking * (realised - output), lag * (1.0 / filter_s)
-
-    @jit
-    def forces(
-        v: float,
-        torque: float,
-        pedal: float,
-        brake: float,
-        closed: bool,
-        engaged: bool,
-        free_w: float,
-        gear: tuple,
-        curve: tuple,
-        truck: tuple,
-        air: tuple,
-    ) -> tuple:
-        ratio_w, ratio, loss = gear
-        f0, f1, d0, d1 = curve
-        mass, drag_area, auxiliary_w = truck
-        half_density, head, cross, rolling_grade, grip = air
-        w = v * ratio_w if closed else free_w
-        full, drag_torque = f0 + f1 * w, d0 + d1 * w
-        available = min(max(torque, drag_torque), full)
-        rate = (drag_torque + pedal * (full - drag_torque) - available) * (1.0 / lag_s)
-        auxiliary = auxiliary_w / w
-        inner = available - auxiliary if engaged else 0.0
-        shaft = ratio * (inner - box_loss - loss * abs(inner)) - retarder
-        wheel = (shaft - axle_loss - axle_share * abs(shaft)) * axle
-        relative = v + head
-        t = min(cross / max(relative, 1.0), largest_tangent)
-        area = drag_area + (((t * c4 + c3) * t + c2) * t + c1) * t
-        drag = half_density * (relative * relative + cross * cross) * area
-        if relative < 0.0:
-            drag = -drag
-        braking = mass * min(brake * full_brake, grip)
-        net = wheel - drag - mass * rolling_grade - braking
-        return net, rate, full, drag_torque, auxiliary, inner, wheel, drag
-
-    @jit
-    def line_cut(before: float, after: float, part: float) -> float:
+    def rise_cut(before: float, after: float, part: float) -> float:
+        """Share of a step up to a little beyond where a function rises through zero, if that is earlier."""
         if before < 0.0 < after:
             return min(part, (after * PASSING - before) / (after - before))
         return part
 
     @jit
+    def pedal_function(output: float, demand: float, first_output: float, first_demand: float) -> float:
+        """Rise through zero where the driver leaves the pedal that was pressed at first, or presses one."""
+        if first_output > 0.0:
+            return -output
+        return demand if first_demand < 0.0 else max(output, -demand)
+
+    @jit
+    def driver_function(
+        error: float, pedals: float, hold: bool, releases: bool, ramps: bool, d: tuple
+    ) -> float:
+        """Rise through zero where the driver changes pedals, or begins or ends to hold one."""
+        _, _, _, _, _, _, _, threshold, entry, _, _ = d
+        if hold:
+            return max(error if releases else abs(error) - threshold, pedals)
+        enters = entry - abs(error)
+        return max(-abs(enters) if ramps else enters, pedals)
+
+    @jit
+    def gear_function(
+        v: float, accelerator: float, closed: bool, free_w: float, low: bool, gear: int
+    ) -> float:
+        """Rise through zero where the engine comes to a shifting line, to where the clutch opens, or to a slipping gear."""
+        turns = v * per_m_of[gear]
+        if not closed:
+            return turns - free_w
+        up = v * per_m_of[gear + 1] - up_w - up_pedal * accelerator if gear < top else -up_w
+        return max(up, open_w - turns if low else down_w + down_pedal * accelerator - turns)
+
+    @jit
+    def line_row(rows: Array, row: int) -> int:
+        """Row at whose end the next stop line is."""
+        while rows[row, DWELL] < 0.0:
+            row += 1
+        return row
+
+    @jit
     def heun(rows: Array, p: Array, step_s: float) -> tuple:
-        mass, drag_area, auxiliary_w, fuel_factor = p[0], p[1], p[2], p[3]
-        gains = (p[4], p[5], p[6] / filter_s, p[5] / (tracking_ratio * p[4]))
-        kp, has_integral = p[4], p[5] > 0.0
-        threshold, holds_brake, dec2, acc2, slips_from = p[7], p[8] > 0.0, p[9], p[10], p[11]
-        truck = (mass, drag_area, auxiliary_w)
-        open_inverse = 1.0 / (mass + wheel_mass)
+        truck, d = truck_of(p), driver(p[PROPORTIONAL], p[INTEGRAL], p[DERIVATIVE], p[THRESHOLD])
+        mass, open_mass, auxiliary_w, deceleration, rise = (
+            p[MASS],
+            p[MASS] + wheel_mass,
+            p[AUXILIARY],
+            p[DECELERATION],
+            p[ACCELERATION],
+        )
+        fuel_factor, has_integral, slips_from = p[FUEL_FACTOR], p[INTEGRAL] > 0.0, p[SLIPS_FROM]
         last = rows.shape[0] - 1
         time = way = wheel_j = fuel_kg = 0.0
-        row, served, steps = 0, False, 0
-        limit, backward, forward, to_stop = (
-            rows[0, LIMIT],
-            rows[0, BACKWARD],
-            rows[0, FORWARD],
-            rows[0, TO_STOP],
-        )
-        left = rows[0, LENGTH]
-        grade = rows[0, GRADE]
-        air = (
-            rows[0, HALF_DENSITY],
-            rows[0, HEAD_WIND],
-            rows[0, CROSS_WIND],
-            rows[0, ROLLING] + rows[0, GRADE],
-            rows[0, GRIP],
-        )
-        v = torque = integral = filtered = held = shift_left = hold_left = 0.0
+        row, served, steps = -1, False, 0
+        left = limit = static = grade = 0.0
+        backward = to_stop = FAR
+        here = (0.0, 0.0, 0.0, 0.0, 0.0)
+        v = torque = integral = filtered = held = ceiling = drag = 0.0
+        shift_left = up_left = down_left = 0.0
         holding = False
-        kick_left = kick_s
-        gear = (steep_gear if grade > steep * GRAVITY_MPS2 else start_gear) - 1
-        while steps < MOST_STEPS:
+        kick_left, w_last = kick_s, idle_w
+        gear = start_gear(rows[0, GRADE])
+        while steps < MOST_STEPS and step_s < longest_s:
+            if left <= 0.0:
+                if row >= 0 and rows[row, DWELL] >= 0.0:
+                    served = False
+                row += 1
+                r = rows[row]
+                left, limit, static, grade = r[LENGTH], r[LIMIT], r[STATIC], r[GRADE]
+                backward, to_stop = (FAR, FAR) if served else (r[BACKWARD], r[TO_STOP])
+                here = (mass * (r[ROLLING] + grade), r[HALF_DENSITY], r[HEAD_WIND], r[CROSS_WIND], r[GRIP])
             steps += 1
-            ratio_w = speed_of[gear]
-            gearing = (ratio_w, ratio_of[gear], loss_of[gear])
-            desired, braking = speed_target(left, limit, backward, forward, dec2, acc2)
+            per_m, loss, launches = per_m_of[gear], loss_of[gear], launches_of[gear]
+            desired, to_lead, _, to_plan = desired_speed(left, limit, backward, ceiling, deceleration)
+            known = forecast(v, cell(w_last), per_m, loss, launches, drag, here[0], truck)
             error = desired - v
-            hold = abs(error) < threshold
-            if not holding:
-                held = kp * error
-            if error >= 0.0 and not holds_brake:
-                held = max(held, 0.0)
-            pedal, brake, j_rate, f_rate = control(
-                v, desired, braking, limit, integral, filtered, hold, held, gains
+            stands = stance(error, v, to_lead, to_plan, holding, held, known[0], d)
+            ramps, rises, hold, held = stands
+            output, demand, accelerator, braking, j_rate, f_rate = control(
+                v, desired, static, integral, filtered, stands, known, d
             )
-            w = v * ratio_w
-            slips = w < launch_w and launches_of[gear] and pedal > slips_from
-            closed = not (slips or w < open_w)
-            engaged = (slips or closed) and shift_left <= 0.0
-            free_w = launch_w if slips else idle
-            k = cell((w if closed else free_w) * CELLS_PER_RADPS)
-            curve = (curves[k, 0], curves[k, 1], curves[k, 2], curves[k, 3])
-            inverse = 1.0 / (mass + wheel_mass + inertia * ratio_w * ratio_w) if closed else open_inverse
-            net_1, t_rate, _, _, aux_1, inner_1, wheel_1, drag_1 = forces(
-                v, torque, pedal, brake, closed, engaged, free_w, gearing, curve, truck, air
+            coupling = couple(v, per_m, launches, accelerator > slips_from, shift_left > 0.0)
+            closed, engaged, free_w = coupling
+            w = v * per_m if closed else free_w
+            inverse = 1.0 / (open_mass + inertia * per_m * per_m if closed else open_mass)
+            net_1, t_rate, _, _, driving_1, aux_1, wheel_1, drag_1 = forces(
+                v, torque, accelerator, braking, coupling, per_m, loss, known[3], here, truck
             )
             a_1 = net_1 * inverse
 
             whole = step_s
             if shift_left > 0.0:
                 whole = min(whole, shift_left)
-            if hold_left > 0.0:
-                whole = min(whole, hold_left)
+            if up_left > 0.0:
+                whole = min(whole, up_left)
+            if down_left > 0.0:
+                whole = min(whole, down_left)
             to_end = left / max(v + 0.5 * a_1 * whole, 1e-9)
             dt = min(whole, to_end)
             v_2 = max(v + dt * a_1, 0.0)
-            desired_2, braking_2 = speed_target(
-                max(left - 0.5 * dt * (v + v_2), 0.0), limit, backward, forward, dec2, acc2
+            left_2 = max(left - 0.5 * dt * (v + v_2), 0.0)
+            ceiling_2 = (desired + rise * dt) ** 2
+            desired_2, to_lead_2, _, to_plan_2 = desired_speed(
+                left_2, limit, backward, ceiling_2, deceleration
             )
-            integral_2 = clip(integral + dt * j_rate, j_low, j_high) if has_integral else 0.0
-            pedal_2, brake_2, j_rate_2, f_rate_2 = control(
-                v_2, desired_2, braking_2, limit, integral_2, filtered + dt * f_rate, hold, held, gains
+            output_2, demand_2, accelerator_2, braking_2, j_rate_2, f_rate_2 = control(
+                v_2,
+                desired_2,
+                static,
+                clamped(integral + dt * j_rate),
+                filtered + dt * f_rate,
+                stands,
+                known,
+                d,
             )
-            net_2, t_rate_2, full, drag_torque, aux_2, inner_2, wheel_2, drag_2 = forces(
+            net_2, t_rate_2, lowest, full, driving_2, aux_2, wheel_2, drag_2 = forces(
                 v_2,
                 torque + dt * t_rate,
-                pedal_2,
-                brake_2,
-                closed,
-                engaged,
-                free_w,
-                gearing,
-                curve,
+                accelerator_2,
+                braking_2,
+                coupling,
+                per_m,
+                loss,
+                known[3],
+                here,
                 truck,
-                air,
             )
 
-            # a step ends where a switching function of driver or gearbox crosses zero
+            # a step ends where a switching function of driver, plan or gearbox crosses zero
             error_2 = desired_2 - v_2
-            if hold and held < 0.0 and not holds_brake and error < error_2:
-                part = line_cut(error, error_2, 1.0)
-            else:
-                side = 1.0 if hold else -1.0
-                part = line_cut(side * (abs(error) - threshold), side * (abs(error_2) - threshold), 1.0)
-            up = speed_of[gear + 1] if gear < top else 0.0
-            part = line_cut(v * up - up_w - up_pedal * pedal, v_2 * up - up_w - up_pedal * pedal_2, part)
-            part = line_cut(
-                down_w + down_pedal * pedal - v * ratio_w, down_w + down_pedal * pedal_2 - v_2 * ratio_w, part
+            releases = hold and held < 0.0 and error < error_2
+            part = rise_cut(
+                driver_function(
+                    error, pedal_function(output, demand, output, demand), hold, releases, ramps, d
+                ),
+                driver_function(
+                    error_2, pedal_function(output_2, demand_2, output, demand), hold, releases, ramps, d
+                ),
+                1.0,
             )
+            low = v * per_m < down_w + down_pedal * accelerator
+            part = rise_cut(
+                gear_function(v, accelerator, closed, free_w, low, gear),
+                gear_function(v_2, accelerator_2, closed, free_w, low, gear),
+                part,
+            )
+            if rises:
+                part = rise_cut(max(to_lead, to_plan), max(to_lead_2, to_plan_2), part)
+            else:
+                part = rise_cut(to_lead, to_lead_2, part)
 
-            a = 0.5 * (a_1 + net_2 * inverse)
+            jumps = part < 1.0
+            second = 0.5 * part
+            dt *= part
+            a = a_1 + second * (net_2 * inverse - a_1)
             if v <= 0.0:
                 a = max(a, 0.0)
             square = v * v + 2.0 * a * left
-            reaches = square > 0.0 and (left < dt * (v + 0.5 * a * dt) or to_end < whole)
+            timed = v + a * dt
+            far = left < 0.5 * dt * (v + timed) or (to_end <= whole and not jumps) or timed < 0.0
+            reaches = square > 0.0 and far
             if reaches:
                 v_new = np.sqrt(square)
                 dt = 2.0 * left / (v + v_new)
                 dx = left
             else:
-                if v + a * dt < 0.0:
-                    dt = -v / a
-                    v_new = 0.0
+                if timed < 0.0:
+                    dt, v_new = -v / a, 0.0
                 else:
-                    dt *= part
-                    v_new = max(v + a * dt, 0.0)
+                    v_new = timed
                 dx = 0.5 * dt * (v + v_new)
-            mean_w = 0.5 * (v + v_new) * ratio_w if closed else free_w
-            mean_torque = 0.5 * (inner_1 + inner_2 + aux_1 + aux_2)
-            burnt = fuel_rate(mean_w, mean_torque, curve[2] + curve[3] * mean_w)
-            fuel_kg += burnt * fuel_factor * dt
-            pushed = max(wheel_1 + wheel_2, 0.0) + max(wheel_1, 0.0) + max(wheel_2, 0.0)
-            wheel_j += 0.25 * pushed * dx
+
+            w_new = v_new * per_m if closed else free_w
+            mean_torque = driving_1 + aux_1 + second * (driving_2 + aux_2 - driving_1 - aux_1)
+            fuel_kg += fuel_rate(0.5 * (w + w_new), mean_torque) * fuel_factor * dt
+            wheel_end = wheel_1 + part * (wheel_2 - wheel_1)
+            pushed = max(wheel_1, 0.0) + max(wheel_end, 0.0)
+            wheel_j += 0.5 * pushed * pushed / (abs(wheel_1) + abs(wheel_end) + 1e-9) * dx
             time += dt
             way += dx
 
-            torque = min(max(torque + 0.5 * dt * (t_rate + t_rate_2), drag_torque), full) if engaged else 0.0
+            torque += dt * (t_rate + second * (t_rate_2 - t_rate))
+            torque = min(max(torque, lowest), full) if engaged else 0.0
             if has_integral:
-                integral = clip(integral + 0.5 * dt * (j_rate + j_rate_2), j_low, j_high)
-            filtered += 0.5 * dt * (f_rate + f_rate_2)
+                # behind a ramp it begins with the pedal that keeps the speed
+                after = known[0] if ramps else integral + dt * (j_rate + second * (j_rate_2 - j_rate))
+                integral = clamped(after)
+            filtered += dt * (f_rate + second * (f_rate_2 - f_rate))
             holding = hold
-            v = v_new
+            mean_drag = drag_1 + second * (drag_2 - drag_1)
+            drag = drag_1 + part * (drag_2 - drag_1)
+            v, w_last = v_new, w
             left = 0.0 if reaches else left - dx
             shift_left = max(shift_left - dt, 0.0)
-            hold_left = max(hold_left - dt, 0.0)
-            kick_left = max(kick_left - dt, 0.0) if pedal_2 > kick_pedal else kick_s
+            up_left = max(up_left - dt, 0.0)
+            down_left = max(down_left - dt, 0.0)
+            kick_left = max(kick_left - dt, 0.0) if accelerator_2 > kick_pedal else kick_s
+            risen = (desired + rise * dt) ** 2
+            desired, _, to_ramp, _ = desired_speed(left, limit, backward, risen, deceleration)
+            ceiling = desired * desired
 
             if left + to_stop <= (creep_m if v < creep_v else capture_m):
-                stop = row
-                while rows[stop, DWELL] < 0.0:
-                    stop += 1
-                if stop == last:
+                line = line_row(rows, row)
+                if line == last:
                     return time, way, wheel_j, fuel_kg, steps
-                idling = fuel_rate(idle, auxiliary_w / idle, -1.0)
-                fuel_kg += idling * fuel_factor * rows[stop, DWELL]
+                fuel_kg += idle_rate(auxiliary_w) * fuel_factor * rows[line, DWELL]
                 served = True
-                backward, forward, to_stop = FAR, -FAR, FAR
-                v = torque = integral = filtered = shift_left = hold_left = 0.0
+                backward = to_stop = FAR
+                v = torque = integral = filtered = ceiling = drag = 0.0
+                shift_left = up_left = down_left = 0.0
                 holding = False
-                kick_left = kick_s
-                gear = (steep_gear if grade > steep * GRAVITY_MPS2 else start_gear) - 1
-            elif hold_left <= 0.0 and shift_left <= 0.0:
-                road_power = (0.5 * (drag_1 + drag_2) + mass * air[3]) * v
-                wanted = wanted_gear(gear, v, pedal_2, a < 0.0, kick_left <= 0.0, closed, road_power)
-                if wanted != gear:
-                    gear = wanted
-                    shift_left, hold_left, kick_left = shift_s, interval_s, shift_s + kick_s
-            if left <= 0.0:
-                if rows[row, DWELL] >= 0.0:
-                    served = False
-                row += 1
-                here = rows[row]
-                left, limit, grade = here[LENGTH], here[LIMIT], here[GRADE]
-                backward, forward, to_stop = here[BACKWARD], here[FORWARD], here[TO_STOP]
-                if served:
-                    backward, forward, to_stop = FAR, -FAR, FAR
-                air = (
-                    here[HALF_DENSITY],
-                    here[HEAD_WIND],
-                    here[CROSS_WIND],
-                    here[ROLLING] + here[GRADE],
-                    here[GRIP],
+                kick_left, w_last = kick_s, idle_w
+                gear = start_gear(grade)
+            elif shift_left <= 0.0 and (up_left <= 0.0 or down_left <= 0.0):
+                may_up = up_left <= 0.0 and braking_2 <= 0.0 and not near_ramp(to_ramp, v, deceleration)
+                kick, may_down, asked = kick_left <= 0.0, down_left <= 0.0, mean_drag + here[0]
+                wanted = wanted_gear(
+                    gear, v, accelerator_2, a < 0.0, kick, closed, may_up, may_down, asked, open_mass
                 )
+                if wanted != gear:
+                    up_left, down_left = (
+                        (interval_s, opposite_s) if wanted > gear else (opposite_s, interval_s)
+                    )
+                    gear = wanted
+                    shift_left, kick_left = shift_s, shift_s + kick_s
         return np.nan, way, np.nan, np.nan, steps
 
     @jit
     def euler(rows: Array, p: Array, step_s: float) -> tuple:
-        mass, drag_area, auxiliary_w, fuel_factor = p[0], p[1], p[2], p[3]
-        gains = (p[4], p[5], p[6] / filter_s, p[5] / (tracking_ratio * p[4]))
-        kp, has_integral = p[4], p[5] > 0.0
-        threshold, holds_brake, dec2, acc2, slips_from = p[7], p[8] > 0.0, p[9], p[10], p[11]
-        truck = (mass, drag_area, auxiliary_w)
-        open_inverse = 1.0 / (mass + wheel_mass)
+        truck, d = truck_of(p), driver(p[PROPORTIONAL], p[INTEGRAL], p[DERIVATIVE], p[THRESHOLD])
+        mass, open_mass, auxiliary_w, deceleration, rise = (
+            p[MASS],
+            p[MASS] + wheel_mass,
+            p[AUXILIARY],
+            p[DECELERATION],
+            p[ACCELERATION],
+        )
+        fuel_factor, has_integral, slips_from = p[FUEL_FACTOR], p[INTEGRAL] > 0.0, p[SLIPS_FROM]
         last = rows.shape[0] - 1
-        shift_steps, interval_steps = round(shift_s / step_s), round(interval_s / step_s)
-        kick_steps = round(kick_s / step_s)
-        wheel_j = fuel_kg = way = 0.0
-        row, served, steps = 0, False, 0
-        limit, backward, forward, to_stop = (
-            rows[0, LIMIT],
-            rows[0, BACKWARD],
-            rows[0, FORWARD],
-            rows[0, TO_STOP],
-        )
-        left = rows[0, LENGTH]
-        grade = rows[0, GRADE]
-        air = (
-            rows[0, HALF_DENSITY],
-            rows[0, HEAD_WIND],
-            rows[0, CROSS_WIND],
-            rows[0, ROLLING] + rows[0, GRADE],
-            rows[0, GRIP],
-        )
-        v = torque = integral = filtered = held = 0.0
-        shift_left = hold_left = 0
-        kick_left = kick_steps
+        # times are counted in steps
+        shift_n, kick_n = round(shift_s / step_s), round(kick_s / step_s)
+        interval_n, opposite_n = round(interval_s / step_s), round(opposite_s / step_s)
+        way = wheel_j = fuel_kg = 0.0
+        row, served, steps = -1, False, 0
+        left = limit = static = grade = 0.0
+        backward = to_stop = FAR
+        here = (0.0, 0.0, 0.0, 0.0, 0.0)
+        v = torque = integral = filtered = held = ceiling = drag = 0.0
+        shift_left = up_left = down_left = 0
         holding = False
-        gear = (steep_gear if grade > steep * GRAVITY_MPS2 else start_gear) - 1
+        kick_left, w_last = kick_n, idle_w
+        gear = start_gear(rows[0, GRADE])
         while steps < MOST_STEPS:
+            while left <= 0.0:
+                if row == last:  # a step so long that it passed the last line
+                    return np.nan, way, np.nan, np.nan, steps
+                if row >= 0 and rows[row, DWELL] >= 0.0:
+                    served = False
+                row += 1
+                r = rows[row]
+                left += r[LENGTH]
+                limit, static, grade = r[LIMIT], r[STATIC], r[GRADE]
+                backward, to_stop = (FAR, FAR) if served else (r[BACKWARD], r[TO_STOP])
+                here = (mass * (r[ROLLING] + grade), r[HALF_DENSITY], r[HEAD_WIND], r[CROSS_WIND], r[GRIP])
             steps += 1
-            ratio_w = speed_of[gear]
-            desired, braking = speed_target(left, limit, backward, forward, dec2, acc2)
-            error = desired - v
-            hold = abs(error) < threshold
-            if not holding:
-                held = kp * error
-            if error >= 0.0 and not holds_brake:
-                held = max(held, 0.0)
-            pedal, brake, j_rate, f_rate = control(
-                v, desired, braking, limit, integral, filtered, hold, held, gains
+            per_m, loss, launches = per_m_of[gear], loss_of[gear], launches_of[gear]
+            desired, to_lead, _, to_plan = desired_speed(left, limit, backward, ceiling, deceleration)
+            known = forecast(v, cell(w_last), per_m, loss, launches, drag, here[0], truck)
+            stands = stance(desired - v, v, to_lead, to_plan, holding, held, known[0], d)
+            ramps, _, holding, held = stands
+            _, _, accelerator, braking, j_rate, f_rate = control(
+                v, desired, static, integral, filtered, stands, known, d
             )
-            holding = hold
-            w = v * ratio_w
-            slips = w < launch_w and launches_of[gear] and pedal > slips_from
-            closed = not (slips or w < open_w)
-            engaged = (slips or closed) and shift_left <= 0
-            free_w = launch_w if slips else idle
-            k = cell((w if closed else free_w) * CELLS_PER_RADPS)
-            curve = (curves[k, 0], curves[k, 1], curves[k, 2], curves[k, 3])
-            inverse = 1.0 / (mass + wheel_mass + inertia * ratio_w * ratio_w) if closed else open_inverse
-            net, t_rate, full, drag_torque, auxiliary, inner, wheel, drag = forces(
-                v,
-                torque,
-                pedal,
-                brake,
-                closed,
-                engaged,
-                free_w,
-                (ratio_w, ratio_of[gear], loss_of[gear]),
-                curve,
-                truck,
-                air,
+            coupling = couple(v, per_m, launches, accelerator > slips_from, shift_left > 0)
+            closed, engaged, free_w = coupling
+            net, t_rate, lowest, full, driving, auxiliary, wheel, drag = forces(
+                v, torque, accelerator, braking, coupling, per_m, loss, known[3], here, truck
             )
-            fuel_kg += (
-                fuel_rate(w if closed else free_w, inner + auxiliary, drag_torque) * fuel_factor * step_s
+            w_last = v * per_m if closed else free_w
+            fuel_kg += fuel_rate(w_last, driving + auxiliary) * fuel_factor * step_s
+            v_new = max(
+                v + net / (open_mass + inertia * per_m * per_m if closed else open_mass) * step_s, 0.0
             )
-            v_new = max(v + net * inverse * step_s, 0.0)
             slowing = v_new < v
             v = v_new
             dx = v * step_s
             wheel_j += max(wheel, 0.0) * dx
             way += dx
             left -= dx
-            torque = min(max(torque + step_s * t_rate, drag_torque), full) if engaged else 0.0
+            torque = min(max(torque + step_s * t_rate, lowest), full) if engaged else 0.0
             if has_integral:
-                integral = clip(integral + step_s * j_rate, j_low, j_high)
+                integral = clamped(known[0] if ramps else integral + step_s * j_rate)
             filtered += step_s * f_rate
-            shift_left = max(shift_left - 1, 0)
-            hold_left = max(hold_left - 1, 0)
-            kick_left = max(kick_left - 1, 0) if pedal > kick_pedal else kick_steps
+            shift_left, up_left, down_left = (
+                max(shift_left - 1, 0),
+                max(up_left - 1, 0),
+                max(down_left - 1, 0),
+            )
+            kick_left = max(kick_left - 1, 0) if accelerator > kick_pedal else kick_n
+            risen = (desired + rise * step_s) ** 2
+            desired, _, to_ramp, _ = desired_speed(max(left, 0.0), limit, backward, risen, deceleration)
+            ceiling = desired * desired
+
             if left + to_stop <= (creep_m if v < creep_v else capture_m):
-                stop = row
-                while rows[stop, DWELL] < 0.0:
-                    stop += 1
-                if stop == last:
+                line = line_row(rows, row)
+                if line == last:
                     return steps * step_s, way, wheel_j, fuel_kg, steps
-                idling = fuel_rate(idle, auxiliary_w / idle, -1.0)
-                fuel_kg += idling * fuel_factor * rows[stop, DWELL]
+                fuel_kg += idle_rate(auxiliary_w) * fuel_factor * rows[line, DWELL]
                 served = True
-                backward, forward, to_stop = FAR, -FAR, FAR
-                v = torque = integral = filtered = 0.0
-                shift_left = hold_left = 0
+                backward = to_stop = FAR
+                v = torque = integral = filtered = ceiling = drag = 0.0
+                shift_left = up_left = down_left = 0
                 holding = False
-                kick_left = kick_steps
-                gear = (steep_gear if grade > steep * GRAVITY_MPS2 else start_gear) - 1
-            elif hold_left <= 0:
-                road_power = (drag + mass * air[3]) * v
-                wanted = wanted_gear(gear, v, pedal, slowing, kick_left <= 0, closed, road_power)
-                if wanted != gear:
-                    gear = wanted
-                    shift_left, hold_left, kick_left = shift_steps, interval_steps, shift_steps + kick_steps
-            while left <= 0.0:
-                if row == last:  # a step so long that it passed the last line
-                    return np.nan, way, np.nan, np.nan, steps
-                if rows[row, DWELL] >= 0.0:
-                    served = False
-                row += 1
-                here = rows[row]
-                left += here[LENGTH]
-                limit, grade = here[LIMIT], here[GRADE]
-                backward, forward, to_stop = here[BACKWARD], here[FORWARD], here[TO_STOP]
-                if served:
-                    backward, forward, to_stop = FAR, -FAR, FAR
-                air = (
-                    here[HALF_DENSITY],
-                    here[HEAD_WIND],
-                    here[CROSS_WIND],
-                    here[ROLLING] + here[GRADE],
-                    here[GRIP],
+                kick_left, w_last = kick_n, idle_w
+                gear = start_gear(grade)
+            elif shift_left <= 0 and (up_left <= 0 or down_left <= 0):
+                may_up = up_left <= 0 and braking <= 0.0 and not near_ramp(to_ramp, v, deceleration)
+                kick, may_down, asked = kick_left <= 0, down_left <= 0, drag + here[0]
+                wanted = wanted_gear(
+                    gear, v, accelerator, slowing, kick, closed, may_up, may_down, asked, open_mass
                 )
+                if wanted != gear:
+                    up_left, down_left = (
+                        (interval_n, opposite_n) if wanted > gear else (opposite_n, interval_n)
+                    )
+                    gear = wanted
+                    shift_left, kick_left = shift_n, shift_n + kick_n
         return np.nan, way, np.nan, np.nan, steps
 
     return heun, euler

@@ -11,7 +11,7 @@ import numpy.typing as npt
 Array = npt.NDArray[np.float64]
 
 # columns of a road row, as ocmc has them
-LENGTH, LIMIT, BACKWARD, FORWARD, GRADE, ROLLING = range(6)
+LENGTH, LIMIT, BACKWARD, STATIC, GRADE, ROLLING = range(6)
 HALF_DENSITY, HEAD_WIND, CROSS_WIND, TO_STOP, GRIP, DWELL = range(6, 12)
 COLUMNS = 12
 FAR = 1e9
@@ -19,6 +19,7 @@ FAR = 1e9
 # columns of a truck with its driver
 TRUCK = (
     "mass_kg",
+    "driven_mass_kg",
     "drag_area_m2",
     "auxiliary_power_w",
     "fuel_factor",
@@ -26,16 +27,19 @@ TRUCK = (
     "integral",
     "derivative",
     "threshold_mps",
-    "holds_brake",
-    "twice_deceleration_mps2",
-    "twice_acceleration_mps2",
+    "deceleration_mps2",
+    "acceleration_mps2",
+    "peak_acceleration_mps2",
     "slips_from",
 )
+MASS, DRIVEN_MASS, DRAG_AREA, AUXILIARY, FUEL_FACTOR, PROPORTIONAL, INTEGRAL = range(7)
+DERIVATIVE, THRESHOLD, DECELERATION, ACCELERATION, PEAK_ACCELERATION, SLIPS_FROM = range(7, 13)
 
 # cells of the look-up tables of speed (0.25 rad/s) and torque (4 Nm)
 CELLS = 1024
 CELLS_PER_RADPS = 4.0
 CELLS_PER_NM = 0.25
+LEAST_DRAG_NM = 0.1
 
 
 @dataclass
@@ -85,15 +89,19 @@ def curve_cells(engine: dict[str, Any]) -> Array:
     """Full load at zero speed and its slope, drag at zero speed and its slope, for each cell of engine speed."""
     middle = (np.arange(CELLS) + 0.5) / CELLS_PER_RADPS
 
-    def lines(x: list[float], y: list[float]) -> tuple[Array, Array]:
+    def lines(x: list[float], y: list[float]) -> Array:
         knots, values = np.array(x), np.array(y)
         k = np.clip(np.searchsorted(knots, middle, side="right") - 1, 0, len(knots) - 2)
         slope = (values[k + 1] - values[k]) / (knots[k + 1] - knots[k])
-        return values[k] - slope * knots[k], slope
+        return np.stack([values[k] - slope * knots[k], slope], axis=1)
 
     full = lines(engine["full_load_speed_radps"], engine["full_load_torque_nm"])
     drag = lines(engine["map_speed_radps"], engine["drag_torque_nm"])
-    return np.stack([*full, *drag], axis=1)
+    # beyond the curves' ends drag stays below zero, and full load does not fall below drag
+    drag[drag[:, 0] + drag[:, 1] * middle > -LEAST_DRAG_NM] = -LEAST_DRAG_NM, 0.0
+    is_below = full[:, 0] + full[:, 1] * middle < drag[:, 0] + drag[:, 1] * middle
+    full[is_below] = drag[is_below]
+    return np.hstack([full, drag])
 
 
 def fuel_cells(engine: dict[str, Any]) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], Array]:

@@ -12,7 +12,7 @@ import xml.etree.ElementTree as ET
 from pathlib import Path
 from typing import Any
 
-from scenarios import DWELL, GRADE, LENGTH, LIMIT, Scenarios
+from scenarios import DWELL, GRADE, LENGTH, LIMIT, TRUCK, Scenarios
 
 GRAVITY_MPS2 = 9.80665
 # the density of air that SUMO takes; its gravity is ours
@@ -64,7 +64,7 @@ class Roads:
     ) -> dict:
         first = scenarios.first_row[k]
         rows = scenarios.rows[first : first + scenarios.n_rows[k]]
-        truck = scenarios.trucks[k]
+        truck = dict(zip(TRUCK, scenarios.trucks[k].tolist(), strict=True))
         y = f"{200.0 * k:.1f}"
         x = z = start_x = 0.0
         shape: list[str] = []
@@ -98,9 +98,9 @@ class Roads:
             here, shape, start_x = there, [shape[-1]], x
             limit = 0.0 if is_last else rows[i + 1, LIMIT]
         body = {
-            "mass_kg": float(truck[0]),
+            "mass_kg": truck["mass_kg"],
             "wheel_mass_kg": 1000.0,
-            "drag_area_m2": float(truck[1]),
+            "drag_area_m2": truck["drag_area_m2"],
             "rolling_coefficient": ROLLING_COEFFICIENT,
         }
         kind = ET.SubElement(
@@ -110,8 +110,8 @@ class Roads:
             carFollowModel="EIDM",
             length="16.5",
             maxSpeed="24.7",
-            accel=f"{truck[10] / 2:.4f}",
-            decel=f"{truck[9] / 2:.4f}",
+            accel=f"{truck['acceleration_mps2']:.4f}",
+            decel=f"{truck['deceleration_mps2']:.4f}",
             speedFactor="1",
             emissionClass="Energy/unknown",
             mass=f"{body['mass_kg']:.3f}",

@@ -74,7 +74,7 @@ def peers():
     ax.set_yticks(places, labels=[name for name, _ in shown])
     ax.set(
         xscale="log",
-        xlim=(10, 12_000),
+        xlim=(10, 20_000),
         xlabel="CPU time for each simulated second, ns, one core; logarithmic",
     )
     ax.set_xticks([10, 100, 1000, 10_000], labels=["10", "100", "1,000", "10,000"])
