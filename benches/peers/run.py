@@ -41,8 +41,6 @@ RIVALS = [
     ("fastsim", "FASTSim, class-8 truck, given speeds", [1.0], False, 16),
     ("sumo", "SUMO, EIDM, energy model", [1.0, 0.1], False, 8),
 ]
-# lanes.py has the driver before feed-forward: its energies cannot agree
-OLD_RULES = ("jax-f64", "jax-f32", "numpy")
 
 
 @dataclass
@@ -338,9 +336,6 @@ def main() -> None:
         judge(entry, answers[DEFAULT_STEP_S], answers)
         entry.difference = None
     entries, workers, versions = [whole, kernel], {}, {}
-    for kind in OLD_RULES:
-        if options.only is None or kind in options.only:
-            say(f"NOT COMPARED {kind}: it drives by the rules of the driver before feed-forward")
     for rival in RIVALS:
         kind, cycles = rival[0], min(rival[4], options.cycles)
         if options.only is not None and kind not in options.only:
