@@ -12,6 +12,7 @@
 //! unknown=delay,mass   what is estimated with the gains
 //! term=none      or measured, simulated: the speed term
 //! starts=8       starts of a search
+//! least=0        lower bound of K_D, in s²/m
 //! clip=false     whether pedals are cut at 0 and 1
 //! mirror=false   each event once more with the same noise of the other sign: in the mean of both the
 //! noise itself is gone, and what is left is bias
@@ -243,6 +244,7 @@ fn main() {
         },
         unknown: Unknowns { delay: unknown.contains("delay"), mass: unknown.contains("mass") },
         starts: arguments.number("starts", "8") as usize,
+        derivative: [arguments.number("least", "0"), 2.0],
         intervals: arguments.get("intervals", "true") == "true",
         ..IdentifyOptions::default()
     };

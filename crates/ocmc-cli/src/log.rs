@@ -116,8 +116,8 @@ pub(crate) struct IdentifyArguments {
     /// Bounds of K_I, in 1/m
     #[arg(long, value_names = ["LOWER", "UPPER"], num_args = 2)]
     ki: Option<Vec<f64>>,
-    /// Bounds of K_D, in s²/m
-    #[arg(long, value_names = ["LOWER", "UPPER"], num_args = 2)]
+    /// Bounds of K_D, in s²/m; the lower one may be negative
+    #[arg(long, value_names = ["LOWER", "UPPER"], num_args = 2, allow_negative_numbers = true)]
     kd: Option<Vec<f64>>,
     /// No intervals: several times as fast
     #[arg(long)]

@@ -28,7 +28,8 @@ def identified(answer: Mapping[str, Any], *, ax: Sequence[Axes] | None = None) -
     -------
     list of matplotlib.axes.Axes
         The axes of K_P, K_I and K_D, logarithmic. A point is one event with its 95 % interval, a driver's
-        steepest climb on the left; a hollow one is not identified, as where it ran to a bound.
+        steepest climb on the left; a hollow one is not identified, as where it ran to a bound. A K_D that
+        noise has put below 0 has no place there: its interval alone is seen.
 
     Raises
     ------

@@ -12,18 +12,20 @@
 //!
 //! The search starts from the best of many points (Sobol sequence, Owen-scrambled) within the box,
 //! and once more from others where one start alone has found the best optimum or where it does not
-//! explain the pedals. Intervals are those of the profile: a parameter is moved away and held while
+//! explain the pedals. Values are those of the best fit less its bias, which is of second order in
+//! the noise. Intervals are those of the profile: a parameter is moved away and held while
 //! all others follow, until the sum of squares has grown by 1.96² s². s is the standard deviation
 //! of the pedal residuals, but at least that of a pedal sensor's resolution: a fit to noiseless
 //! data is not infinitely sure of itself. Inputs that are not certain (slopes, the state at the
 //! start) widen them. There is none where the residuals are not the noise of sensors ([`FitTest`]),
 //! or with a speed term.
 
+use super::bias::bias;
 use super::bounded_least_squares::Optimum;
 use super::comparison::Comparison;
 use super::event::{EventError, EventSummary, PedalLog};
 use super::fit_test::score;
-use super::options::{IdentifyOptions, SpeedTerm};
+use super::options::{ControllerKind, IdentifyOptions, SpeedTerm};
 use super::problem::Problem;
 use nalgebra::{DMatrix, DVector};
 use ocmc_core::study::Study;
@@ -47,8 +49,10 @@ const FEW_STARTS: f64 = 0.25;
 pub struct DriverParameterFit {
     /// Its name.
     pub name: &'static str,
-    /// Its value.
+    /// Its value: the best fit less its bias.
     pub value: f64,
+    /// The bias of the best fit that was taken off its value; 0 where none is known.
+    pub bias: f64,
     /// Profile interval, 95 %; ends that reach a bound stand at the bound. None where the fit is no
     /// ground for one.
     pub interval: Option<[f64; 2]>,
@@ -160,6 +164,7 @@ pub fn identify_event(
     let intervals = options.intervals && misfits.is_empty();
     let errors = standard_errors(&best.jacobian, deviation);
     let wider = widening(&best.jacobian, &problem.input_errors(&best.parameters), &errors);
+    let biases = biases(&problem, best, &test, options);
     let parameters: Vec<DriverParameterFit> = (0..best.parameters.len())
         .into_par_iter()
         .map(|k| {
@@ -177,12 +182,14 @@ pub fn identify_event(
             let mut fit = DriverParameterFit {
                 name,
                 value,
+                bias: biases[k],
                 interval,
                 spread,
                 at_bound,
                 not_identifiable: None,
             };
             fit.not_identifiable = problem.verdict(k, &fit);
+            fit.value -= fit.bias;
             fit
         })
         .collect();
@@ -274,6 +281,26 @@ impl Found {
         order.retain(|&place| optima[place].sum_of_squares <= limit);
         Self { good: order, comparison, test, misfits: test.misfits() }
     }
+}
+
+/// Biases of the parameters at an optimum; 0 where they are not known: where one is larger than its
+/// standard error the next order of the noise is as large, and none of them is taken off. The
+/// residuals of a switched driver jump, and those with a speed term are no noise.
+fn biases(
+    problem: &Problem,
+    best: &Optimum,
+    test: &FitTest,
+    options: &IdentifyOptions,
+) -> Vec<f64> {
+    let Optimum { parameters, jacobian, .. } = best;
+    let smooth = options.controller == ControllerKind::Pid;
+    let found = (smooth && options.speed_term == SpeedTerm::None).then(|| {
+        let residuals = &mut |points: &[Vec<f64>]| problem.residuals(points);
+        bias(residuals, parameters, jacobian, &problem.bounds, test.noise_ratio)
+    });
+    let errors = standard_errors(jacobian, test.noise_ratio);
+    let is_small = |found: &Vec<f64>| found.iter().zip(&errors).all(|(b, e)| b.abs() <= *e);
+    found.flatten().filter(is_small).unwrap_or_else(|| vec![0.0; parameters.len()])
 }
 
 /// Standard errors from the derivatives; infinite where they do not determine.

@@ -8,6 +8,7 @@
 //! drivers, a wrong mass and a noisy slope; `examples/identification_study.rs` makes the large
 //! ones, and `tests/it/nist_nonlinear.rs` certifies the solver.
 
+mod bias;
 pub mod bounded_least_squares;
 pub mod closed_loop;
 mod comparison;

@@ -70,7 +70,8 @@ pub struct IdentifyOptions {
     pub proportional: [f64; 2],
     /// Bounds of K_I, in 1/m.
     pub integral: [f64; 2],
-    /// Bounds of K_D, in s²/m.
+    /// Bounds of K_D, in s²/m. A bound at 0 makes the mean of small ones too large, but a K_D below
+    /// 0 explains a driver who reacts late.
     pub derivative: [f64; 2],
     /// Bounds of a switched driver's threshold, in m/s.
     pub threshold_mps: [f64; 2],
@@ -115,7 +116,7 @@ impl IdentifyOptions {
         for (name, bounds, least) in [
             ("kp", self.proportional, 1e-3),
             ("ki", self.integral, 1e-6),
-            ("kd", self.derivative, 0.0),
+            ("kd", self.derivative, -2.0),
         ] {
             if !(bounds[0] >= least && bounds[1] > bounds[0] && bounds[1].is_finite()) {
                 return Err(BoundsError { name, bounds, least });

@@ -68,7 +68,9 @@ impl Population {
             squares += proportional.squares;
             gains.push([proportional.mean, time]);
             let determined = mine.iter().filter(|fit| identifiable(fit, "kd"));
-            let derivative: Vec<f64> = determined.filter_map(|fit| fit.kd.map(libm::log)).collect();
+            // noise may put one below 0
+            let derivative = determined.filter_map(|fit| fit.kd.filter(|kd| *kd > 0.0));
+            let derivative: Vec<f64> = derivative.map(libm::log).collect();
             if !derivative.is_empty() {
                 all.push([proportional.mean, time, Moments::of(&derivative).mean]);
             }

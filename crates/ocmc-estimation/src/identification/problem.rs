@@ -243,7 +243,7 @@ impl<'a> Problem<'a> {
     }
 
     /// The residuals of some points.
-    fn residuals(&self, points: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    pub(super) fn residuals(&self, points: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let controllers: Vec<Controller> = points.iter().map(|x| self.controller(x)).collect();
         self.residuals_of(&self.closed, &controllers)
     }

@@ -35,15 +35,17 @@ pub(super) fn fit_curves(roads: &TypeRoads, model: &mut CurveModel, estimates: &
     let logs: Vec<f64> = roads
         .curves
         .iter()
+        .filter(|signed| !signed.may_be_pushed)
         .map(|signed| (signed.curve.radius_m - model.turn_radius_m) / scale(signed.sign_mps))
         .filter(|beyond| *beyond > 0.0)
         .map(libm::log)
         .collect();
-    if logs.len() < n {
+    let tighter = roads.curves.iter().filter(|row| row.curve.radius_m <= model.turn_radius_m);
+    let tighter = tighter.count();
+    if tighter > 0 {
         estimates.warn(format_args!(
-            "{} curves are tighter than the smallest radius of the base study and are left out of \
-             the law of radii",
-            n - logs.len()
+            "{tighter} curves are tighter than the smallest radius of the base study and are left \
+             out of the law of radii"
         ));
     }
     if logs.len() >= FEWEST {
@@ -182,12 +184,14 @@ pub(super) fn minus_log_likelihood_of_cut(rows: &[Row], theta: &[f64; 2]) -> f64
 
 /// Log-normal length with the lengths that the largest heading or the end of the road cut off as
 /// "at least so long". A turn removes the curves that it overlaps, the longer the likelier: a curve
-/// of length L stands for exp(L turns per m) of those that were there.
+/// of length L stands for exp(L turns per m) of those that were there. Curves that the road type
+/// before may have pushed over its end have the lengths of that one and are left out.
 fn fit_length(roads: &TypeRoads, model: &mut CurveModel, estimates: &mut Estimates) {
     let turns_per_m = roads.turns.len() as f64 / roads.length_m;
     let mut rows: Vec<Row> = roads
         .curves
         .iter()
+        .filter(|signed| !signed.may_be_pushed)
         .map(|SignedCurve { curve, is_cut, .. }| {
             let (length, bound) = (length_m(curve), model.maximum_heading_rad * curve.radius_m);
             let is_cut = *is_cut || length >= CUT * bound;

@@ -96,7 +96,7 @@ fn laws_of(model: &CurveModel) -> Laws {
 
 fn seen_curves(roads: &TypeRoads, window: &CurveWindow, model: &CurveModel) -> Vec<Seen> {
     let row = |signed: &SignedCurve| {
-        let SignedCurve { curve, sign_mps, is_cut } = signed;
+        let SignedCurve { curve, sign_mps, is_cut, .. } = signed;
         let length_m = curve.end_m - curve.start_m;
         let face = super::stretch::face(*sign_mps);
         let beyond_m = curve.radius_m - model.turn_radius_m;

@@ -148,6 +148,9 @@ struct SignedCurve {
     sign_mps: f64,
     /// Whether the end of the road cuts it off.
     is_cut: bool,
+    /// Whether it may have been drawn by the road type before: a curve that would start inside
+    /// another starts at its end.
+    may_be_pushed: bool,
 }
 
 /// Everything of one road type, over all cycles.

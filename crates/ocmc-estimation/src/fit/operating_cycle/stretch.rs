@@ -17,6 +17,9 @@ const FEWEST_CHANGES: usize = 30;
 /// Start, end and type.
 pub(super) type Stretch<'a> = (f64, f64, &'a str);
 
+/// Curves with a smaller gap between them touch, in m: the rounding of positions in files.
+const TOUCHING_M: f64 = 1e-3;
+
 /// Face of a sign that is not known.
 const NO_FACE: i64 = 0;
 
@@ -64,7 +67,10 @@ pub(super) fn collect(
             *road.next.entry(next.2.to_owned()).or_insert(0) += 1;
         }
         signs(cycle, unobserved, follow, [start, end], road);
-        for curve in cycle.curves.iter().filter(|curve| inside(curve.start_m)) {
+        for (place, curve) in cycle.curves.iter().enumerate() {
+            if !inside(curve.start_m) {
+                continue;
+            }
             let sign_mps = held(&cycle.limits, curve.start_m).unwrap_or(f64::NAN);
             if turns.contains(&curve.start_m) {
                 road.turns.push((*curve, face(sign_mps)));
@@ -72,7 +78,9 @@ pub(super) fn collect(
                 road.unsigned_curves += 1;
             } else {
                 let is_cut = curve.end_m >= cycle.length_m;
-                road.curves.push(SignedCurve { curve: *curve, sign_mps, is_cut });
+                let may_be_pushed = row_begins_m(&cycle.curves[..=place]) < start;
+                let curve = SignedCurve { curve: *curve, sign_mps, is_cut, may_be_pushed };
+                road.curves.push(curve);
             }
         }
         for event in cycle.events.iter().filter(|event| inside(event.position_m)) {
@@ -96,6 +104,13 @@ pub(super) fn collect(
             *road.grounds.entry(ground).or_insert(0) += 1;
         }
     }
+}
+
+/// Where the row of curves begins that follow each other without a gap up to the last one, in m.
+fn row_begins_m(curves: &[Curve]) -> f64 {
+    let gap = |pair: &[Curve]| pair[1].start_m - pair[0].end_m > TOUCHING_M;
+    let first = curves.windows(2).rposition(gap).map_or(0, |before| before + 1);
+    curves[first].start_m
 }
 
 /// Lengths under signs, their changes, and the length on which curves are known, within one

@@ -7,6 +7,7 @@ use ocmc_core::operating_cycle::coverage::{Coverage, CurveCoverage, CurveWindow}
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::mission::MissionStopModel;
 use ocmc_core::operating_cycle::road::RoadTypeModel;
+use ocmc_core::operating_cycle::road::curvature::Curve;
 use ocmc_core::operating_cycle::road::point_event::RailwayCrossingModel;
 use ocmc_estimation::fit::operating_cycle::{
     Density, Hilliness, RoadFit, TransportCycle, birds_eye_of_study, fit, fit_with_coverage,
@@ -339,6 +340,44 @@ fn curves_outside_the_window_of_a_detector_are_made_up_for() {
         // taken for all curves, those of the window give other laws
         assert!(plain_misses >= 6, "{plain_misses}");
     }
+}
+
+#[test]
+fn a_curve_that_the_road_before_has_pushed_over_its_end_is_left_out() {
+    let study = field_truck(|_| ());
+    // row: where the curve behind the one across the change of type begins, if there is one
+    let laws = |row_m: Option<f64>| {
+        let curve = |start_m: f64, length_m: f64, radius_m: f64| Curve {
+            start_m,
+            end_m: start_m + length_m,
+            radius_m,
+            left: true,
+        };
+        let mut curves = vec![curve(9_900.0, 110.0, 60.0)];
+        curves.extend(row_m.map(|start_m| curve(start_m, 20.0, 320.0)));
+        let motorway = |k: u32| {
+            let shares = [0.8, 1.0, 1.3];
+            let at_m = 12_000.0 + 3_000.0 * f64::from(k);
+            curve(at_m, 300.0 * shares[k as usize % 3], 900.0 * shares[(k as usize + 1) % 3])
+        };
+        curves.extend((0..20).map(motorway));
+        let cycle = GivenCycle {
+            length_m: 80_000.0,
+            road_types: Some(vec![(0.0, "rural".to_owned()), (1e4, "motorway".to_owned())]),
+            limits: vec![(0.0, 70.0 / 3.6)],
+            altitude: vec![(0.0, 0.0), (80_000.0, 0.0)],
+            curves,
+            ..GivenCycle::default()
+        };
+        let fit = fit(&[cycle], study.model()).unwrap();
+        let of = &fit.model.types["motorway"].curves;
+        [of.median_radius_m, of.radius_log_sd, of.median_length_m, of.length_log_sd]
+    };
+    let without = laws(None);
+    assert_eq!(laws(Some(10_010.0)), without);
+    // with a gap before it, it is one of the motorway's own
+    let own = laws(Some(10_040.0));
+    assert!(own[1] > 1.5 * without[1] && own[3] > 1.5 * without[3], "{own:?}, {without:?}");
 }
 
 #[test]
