@@ -97,8 +97,8 @@ impl LaneTask {
         }
         let at = lane.state.motion.at[lane.number];
         // on his way to a charger he may come to see that it is too far
-        let ahead = self.stops_ahead.iter().filter(|stop| stop.row >= at);
-        if ahead.clone().any(|stop| !self.is_charger(stop.row)) {
+        let mut ahead = self.stops_ahead.iter().filter(|stop| stop.row >= at);
+        if ahead.any(|stop| !self.is_charger(stop.row)) {
             return;
         }
         let place = place_to_halt(lane, self.next_pause_row(at), left_s);
@@ -119,14 +119,18 @@ impl LaneTask {
         sites.any(|site| site.row == row)
     }
 
-    /// The row at whose end the next place is at which a driver can rest, or the last one.
+    /// The row at whose end the next place is at which a driver can rest, or the last one. A charger
+    /// that he has decided to pass is none.
     fn next_pause_row(&self, at: usize) -> usize {
         let events = &self.scenario.cycle.road.events;
         let is_pause = |event: Option<usize>| event.is_none_or(|k| is_mission_stop(&events[k]));
         let mut stops =
             self.road.stops.iter().filter(|(row, _, event)| *row >= at && is_pause(*event));
-        let mut sites = self.charging.iter().flat_map(|charging| &charging.sites);
-        let charger = sites.find(|site| site.row >= at).map(|site| site.row);
+        let undecided = self.charging.iter().flat_map(|charging| {
+            charging.sites[charging.progress.next_site..].iter().map(|site| site.row)
+        });
+        let decided = self.stops_ahead.iter().map(|stop| stop.row);
+        let charger = undecided.chain(decided).filter(|row| *row >= at).min();
         stops.next().map_or(usize::MAX, |stop| stop.0).min(charger.unwrap_or(usize::MAX))
     }
 }
