@@ -42,6 +42,7 @@ mod logs;
 mod look_ahead;
 mod map_corners;
 mod merge;
+mod mission_parts;
 mod noisy_routes;
 mod others_data;
 mod parts;

@@ -21,9 +21,9 @@ struct Coasting<'a> {
 }
 
 impl Coasting<'_> {
-    /// Acceleration in top gear without a pedal, in m/s².
-    fn acceleration_mps2(&self, speed_mps: f64, slope: f64) -> f64 {
-        let vehicle = &self.scenario.vehicle;
+    /// Acceleration at a place in top gear without a pedal, in m/s².
+    fn acceleration_mps2(&self, speed_mps: f64, slope: f64, position_m: f64) -> f64 {
+        let vehicle = self.scenario.vehicle_at(position_m);
         let drag_n = drag_force_n(HALF_DENSITY_KGPM3, speed_mps, 0.0, vehicle.drag_area_m2);
         let rolling = vehicle.rolling_coefficient * (1.0 - slope * slope).sqrt();
         let weight_n = vehicle.mass_kg * GRAVITY_MPS2;
@@ -58,7 +58,8 @@ pub(crate) fn crest_speeds(
         let (limit, by_sign) = limits[i];
         let speed_mps = limit.sqrt();
         let falls = |k: usize, squared: f64| {
-            truck.acceleration_mps2(squared.sqrt(), slope_of(&segments[k]))
+            let segment = &segments[k];
+            truck.acceleration_mps2(squared.sqrt(), slope_of(segment), segment.start_m)
         };
         let begins = falls(i, limit) > 0.0 && falls(i - 1, limits[i - 1].0) <= 0.0;
         if !(begins && by_sign && speed_mps > model.minimum_speed_mps) {

@@ -93,7 +93,7 @@ pub struct Record {
     pub co2_g_per_km: Option<f64>,
     /// Sum of the climbs of the road, in m.
     pub climb_m: f64,
-    /// Payload, in kg.
+    /// Payload at departure, in kg.
     pub payload_kg: f64,
     /// Mean air temperature along the road, in K.
     pub air_temperature_k: f64,
@@ -257,6 +257,12 @@ pub struct Record {
     /// Lowest state of charge with which the truck came to a charger on the way or to the end of its
     /// trip; null as `charged_energy_public_j`.
     pub lowest_charge: Option<f64>,
+    /// Mean payload along the driven way, in kg: that at departure where no stop changes it; null in
+    /// records of earlier versions.
+    pub mean_payload_kg: Option<f64>,
+    /// Work that the truck's body took at stops of the mission, in J, a part of
+    /// `auxiliary_energy_j`; null in records of earlier versions.
+    pub power_take_off_energy_j: Option<f64>,
     /// The terms of the ledger that have a column of their own, in the order of their declarations.
     #[serde(skip)]
     pub own_columns: [Option<f64>; OWN_COLUMNS],
@@ -340,10 +346,15 @@ impl Record {
         if self.distance_m > 0.0 { Some(amount / self.distance_m) } else { at_rest }
     }
 
-    /// A quantity over the tonnes of the payload; none for an empty truck.
+    /// Payload, in kg, that makes tonne-kilometres with the distance.
+    pub fn carried_kg(&self) -> f64 {
+        self.mean_payload_kg.unwrap_or(self.payload_kg)
+    }
+
+    /// A quantity over the tonnes of the mean payload; none for an empty truck.
     pub fn per_tonne(&self, value: Option<f64>) -> Option<f64> {
-        let payload_t = self.payload_kg / 1000.0;
-        value.filter(|_| self.payload_kg >= LEAST_PAYLOAD_KG).map(|value| value / payload_t)
+        let payload_kg = self.carried_kg();
+        value.filter(|_| payload_kg >= LEAST_PAYLOAD_KG).map(|value| value / (payload_kg / 1000.0))
     }
 
     /// Sets the field of a term.
@@ -562,4 +573,6 @@ const FIELDS: &[Column] = &[
     column_of("battery_conditioning_energy_j", |r| Cell::Number(r.battery_conditioning_energy_j)),
     column_of("final_battery_temperature_k", |r| Cell::Number(r.final_battery_temperature_k)),
     column_of("lowest_charge", |r| Cell::Number(r.lowest_charge)),
+    column_of("mean_payload_kg", |r| Cell::Number(r.mean_payload_kg)),
+    column_of("power_take_off_energy_j", |r| Cell::Number(r.power_take_off_energy_j)),
 ];

@@ -54,6 +54,15 @@ pub enum BoundError {
         /// How it ended.
         outcome: Outcome,
     },
+    /// The truck does not have one mass on its way.
+    #[error(
+        "cycle {cycle_id} changes its load or works with its body at stops: the bound is one of \
+         trucks with one load; leave out `mission.stops.cargo` and `mission.stops.power_take_off`"
+    )]
+    LoadChanges {
+        /// The cycle.
+        cycle_id: u64,
+    },
 }
 
 /// What a speed with its gears takes in the backward mode.
@@ -116,7 +125,7 @@ impl Bound {
 /// The bound of a cycle of a study.
 ///
 /// # Errors
-/// [`BoundError::NotCompleted`] where the driver does not arrive.
+/// [`BoundError`] where the driver does not arrive, and where the load changes on the way.
 pub fn bound(
     study: &Study,
     seed: u64,
@@ -129,7 +138,7 @@ pub fn bound(
 /// The bound of a scenario.
 ///
 /// # Errors
-/// [`BoundError::NotCompleted`] where the driver does not arrive.
+/// [`BoundError`] where the driver does not arrive, and where the load changes on the way.
 pub fn bound_scenario(
     study: &Study,
     scenario: &Scenario,
@@ -143,7 +152,7 @@ pub fn bound_scenario(
 /// The bound of a scenario, and where the driver's potential lies.
 ///
 /// # Errors
-/// [`BoundError::NotCompleted`] where the driver does not arrive.
+/// [`BoundError`] where the driver does not arrive, and where the load changes on the way.
 pub fn potential_of_scenario(
     study: &Study,
     scenario: &Scenario,
@@ -154,8 +163,11 @@ pub fn potential_of_scenario(
     Ok(study.vehicle().powertrain.dispatch(task))
 }
 
-/// Drives a scenario whose driver has to arrive.
+/// Drives a scenario whose driver has to arrive, with one load.
 fn completed(study: &Study, scenario: &Scenario) -> Result<Driven, BoundError> {
+    if !scenario.loads.is_empty() {
+        return Err(BoundError::LoadChanges { cycle_id: scenario.cycle_id });
+    }
     let driven = Driven::of(study, scenario);
     match driven.record.outcome {
         Outcome::Completed => Ok(driven),

@@ -1,8 +1,9 @@
 //! What drivers expect of the way to a charger, before they have driven it.
 //!
-//! E = (1 + margin) e d + m g Δh, e = (E₀ L + e₀ L₀) / (L + L₀): what the trip has taken on L metres
-//! without its own climb, E₀, and what he counts with before he has driven, e₀; L₀ = 20 km. A climb
-//! takes its potential energy, and a descent gives it back: what is lost meanwhile is in e.
+//! E = (1 + margin) e d + m g Δh + W, e = (E₀ L + e₀ L₀) / (L + L₀): what the trip has taken on L
+//! metres without its own climb and without the work of the body, E₀, and what he counts with before
+//! he has driven, e₀; L₀ = 20 km. A climb takes its potential energy, and a descent gives it back:
+//! what is lost meanwhile is in e. W is what the body of the truck takes at stops of the mission.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -34,17 +35,17 @@ pub struct Driven {
     pub time_s: f64,
     /// What the store has given, in J.
     pub drawn_j: f64,
-    /// What the climbs so far took, in J.
-    pub climbed_j: f64,
+    /// What its climb and the work of its body took, in J.
+    pub fixed_j: f64,
 }
 
 impl ForecastModel {
-    /// What a way takes, in J. `climb_j`: the potential energy of its climb.
-    pub fn energy_j(&self, driven: &Driven, way_m: f64, climb_j: f64) -> f64 {
-        let level_j = driven.drawn_j - driven.climbed_j;
+    /// What a way takes, in J. `fixed_j`: the potential energy of its climb and the work of the body.
+    pub fn energy_j(&self, driven: &Driven, way_m: f64, fixed_j: f64) -> f64 {
+        let level_j = driven.drawn_j - driven.fixed_j;
         let sum_j = level_j + self.consumption_j_per_m * LEARNED_OVER_M;
         let per_m = sum_j / (driven.way_m + LEARNED_OVER_M);
-        (1.0 + self.margin) * per_m * way_m + climb_j
+        (1.0 + self.margin) * per_m * way_m + fixed_j
     }
 }
 
@@ -63,14 +64,14 @@ mod tests {
     #[test]
     fn the_forecast_is_learned_on_the_way_and_knows_the_climb() {
         let model = ForecastModel { consumption_j_per_m: 4000.0, margin: 0.1 };
-        let at_start = Driven { way_m: 0.0, time_s: 0.0, drawn_j: 0.0, climbed_j: 0.0 };
+        let at_start = Driven { way_m: 0.0, time_s: 0.0, drawn_j: 0.0, fixed_j: 0.0 };
         let close = |a: f64, b: f64| assert!((a / b - 1.0).abs() < 1e-12, "{a} {b}");
         close(model.energy_j(&at_start, 50e3, 0.0), 1.1 * 4000.0 * 50e3);
         close(at_start.time_s(50e3), 2500.0);
         // 5000 J/m on 60 km, of which the climb took 60 MJ: 4000 on the level
-        let driven = Driven { way_m: 60e3, time_s: 3000.0, drawn_j: 300e6, climbed_j: 60e6 };
+        let driven = Driven { way_m: 60e3, time_s: 3000.0, drawn_j: 300e6, fixed_j: 60e6 };
         close(model.energy_j(&driven, 50e3, -20e6), 1.1 * 4000.0 * 50e3 - 20e6);
-        let thirsty = Driven { climbed_j: 0.0, ..driven };
+        let thirsty = Driven { fixed_j: 0.0, ..driven };
         close(model.energy_j(&thirsty, 50e3, 0.0), 1.1 * 4750.0 * 50e3);
         close(driven.time_s(50e3), 2500.0);
     }

@@ -46,7 +46,8 @@ pub struct Extent {
 impl Extent {
     /// That of a cycle.
     pub fn of(record: &Record) -> Self {
-        let Record { distance_m, duration_s, payload_kg, .. } = *record;
+        let Record { distance_m, duration_s, .. } = *record;
+        let payload_kg = record.carried_kg();
         let whole_trip_m = record.whole_trip_m.unwrap_or(f64::NAN);
         Self { distance_m, duration_s, payload_kg, whole_trip_m }
     }

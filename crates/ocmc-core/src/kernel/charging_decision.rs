@@ -14,7 +14,6 @@ use crate::energy_ledger::Term;
 use crate::powertrain::Powertrain;
 use crate::study::{Scenario, Study};
 use crate::tactical::SpeedProfile;
-use crate::vehicle::resistance::GRAVITY_MPS2;
 use fearless_simd::Simd;
 
 /// What a driver keeps before a braking ramp to see it, in m.
@@ -107,10 +106,11 @@ pub(super) fn sites(
 }
 
 impl LaneTask {
-    /// The trip so far, as its driver knows it. `altitude_m`: how high he is above its start.
+    /// The trip up to a place, as its driver knows it. `altitude_m`: how high he is above its start.
     pub(super) fn driven<S: Simd, P: Powertrain>(
         &self,
         lane: &Lane<S, P>,
+        position_m: f64,
         altitude_m: f64,
     ) -> Driven {
         let (ledger, number) = (&lane.state.ledger, lane.number);
@@ -118,7 +118,7 @@ impl LaneTask {
             way_m: ledger[Term::Distance][number],
             time_s: ledger[Term::Time][number],
             drawn_j: ledger[Term::Battery][number],
-            climbed_j: self.scenario.vehicle.mass_kg * GRAVITY_MPS2 * altitude_m,
+            fixed_j: self.scenario.fixed_energy_j([0.0, position_m], altitude_m),
         }
     }
 
@@ -163,7 +163,7 @@ impl LaneTask {
         site: &Site,
     ) -> [bool; 2] {
         let climb_m = self.scenario.cycle.road.climb_m([here_m, site.position_m]);
-        let driven = self.driven(lane, site.altitude_m - climb_m);
+        let driven = self.driven(lane, here_m, site.altitude_m - climb_m);
         let powertrain = lane.parameters.powertrain;
         let known = lane.parameters.charging.and_then(|policy| {
             let (public, forecast) = (policy.public.as_ref()?, policy.forecast.as_ref()?);
@@ -171,12 +171,12 @@ impl LaneTask {
             Some((policy, public, forecast, charge, powertrain.store()?))
         });
         let Some((policy, public, forecast, charge, store)) = known else { return [false; 2] };
-        let mass_kg = self.scenario.vehicle.mass_kg;
-        let takes = |way_m: f64, climb_m: f64| {
-            forecast.energy_j(&driven, way_m, mass_kg * GRAVITY_MPS2 * climb_m) / store.capacity_j
+        let takes = |[from_m, to_m]: [f64; 2], climb_m: f64| {
+            let fixed_j = self.scenario.fixed_energy_j([from_m, to_m], climb_m);
+            forecast.energy_j(&driven, to_m - from_m, fixed_j) / store.capacity_j
         };
-        let arrives = charge - takes(site.position_m - here_m, climb_m);
-        let reaches = arrives - takes(site.reach_m - site.position_m, site.reach_climb_m);
+        let arrives = charge - takes([here_m, site.position_m], climb_m);
+        let reaches = arrives - takes([site.position_m, site.reach_m], site.reach_climb_m);
         let keeps = store.lowest_charge.max(policy.reserve);
         let charges = reaches < keeps && arrives < public.end_at;
         let with_margin = 1.0 + forecast.margin;
@@ -205,7 +205,7 @@ impl LaneTask {
             Some((policy, enough, forecast, lane.parameters.powertrain.store()?, site))
         });
         let Some((policy, enough, forecast, store, site)) = known else { return f64::INFINITY };
-        let driven = self.driven(lane, site.altitude_m);
+        let driven = self.driven(lane, site.position_m, site.altitude_m);
         let road = &self.scenario.cycle.road;
         let next = self.scenario.chargers.iter().find(|next| next.position_m > site.position_m);
         let to_m = match enough.reach {
@@ -213,9 +213,9 @@ impl LaneTask {
             Goal::NextCharger => next.map_or(road.length_m, |next| next.position_m),
         };
         let climb_m = road.climb_m([site.position_m, to_m]);
-        let climb_j = self.scenario.vehicle.mass_kg * GRAVITY_MPS2 * climb_m;
+        let fixed_j = self.scenario.fixed_energy_j([site.position_m, to_m], climb_m);
         let way_m = (1.0 + enough.margin) * (to_m - site.position_m);
-        let takes_j = forecast.energy_j(&driven, way_m, climb_j);
+        let takes_j = forecast.energy_j(&driven, way_m, fixed_j);
         store.lowest_charge.max(policy.reserve) + takes_j.max(0.0) / store.capacity_j
     }
 }

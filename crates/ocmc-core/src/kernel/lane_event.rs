@@ -12,6 +12,7 @@ use crate::lanes::{Flags, Lanes, UNBOUNDED};
 use crate::powertrain::Powertrain;
 use crate::powertrain::gearbox::ShiftInputs;
 use crate::record::Outcome;
+use crate::study::Load;
 use fearless_simd::prelude::*;
 
 /// Steps, as they are counted, for each whole step's time that cuts can make of it before a cycle
@@ -191,21 +192,46 @@ impl LaneTask {
         let added = &mut self.added_by_event;
         let (powertrain, model) = (lane.parameters.powertrain, lane.parameters.look_ahead);
         let (own, number) = (&mut lane.state.powertrain, lane.number);
+        let load = standing.as_ref().and_then(|at| self.scenario.load_from(at.position_m)).copied();
+        let mut idles_s = dwell_s;
+        if let Some(Load { part, .. }) = load.filter(|load| load.part.power_take_off_j() > 0.0) {
+            let works_s = part.power_take_off_s.min(dwell_s);
+            let power_w = part.power_take_off_w;
+            self.progress.power_take_off_j +=
+                powertrain.stand_working(own, number, works_s, power_w, added);
+            idles_s -= works_s;
+        }
         let stops_engine = model.engine_stop || rests;
         let delay_s = if stops_engine { model.engine_stop_delay_s } else { f64::INFINITY };
-        powertrain.stand(own, number, dwell_s.min(delay_s), added);
-        if dwell_s > delay_s {
+        powertrain.stand(own, number, idles_s.min(delay_s), added);
+        if idles_s > delay_s {
             let power_w = model.engine_stop_power_w;
-            powertrain.stand_stopped(own, number, dwell_s - delay_s, power_w, added);
+            powertrain.stand_stopped(own, number, idles_s - delay_s, power_w, added);
         }
         self.progress.standstill_s += dwell_s;
         self.progress.n_stops += 1;
         self.leave_line(lane);
+        if let Some(load) = load {
+            self.take_load(lane, &load);
+        }
         self.start(lane);
         self.progress.checked_at_s = lane.state.ledger[Term::Time][lane.number];
         self.progress.checked_at_m = lane.state.ledger[Term::Distance][lane.number];
         if let Some(standing) = &standing {
             self.decide(lane, standing.position_m, row + 1);
+        }
+    }
+
+    /// The truck leaves a stop of its mission with another payload.
+    fn take_load<S: Simd, P: Powertrain>(&mut self, lane: &mut Lane<S, P>, load: &Load) {
+        let way_m = lane.state.ledger[Term::Distance][lane.number];
+        let progress = &mut self.progress;
+        let before_kg = progress.payload_kg.unwrap_or(self.scenario.cycle.mission.payload_kg);
+        if load.part.payload_kg != before_kg {
+            progress.carried_kgm += before_kg * (way_m - progress.carried_to_m);
+            progress.carried_to_m = way_m;
+            progress.payload_kg = Some(load.part.payload_kg);
+            Self::carry(lane, &load.vehicle);
         }
     }
 

@@ -21,6 +21,7 @@ use crate::powertrain::{Plug, Powertrain};
 use crate::record::{Outcome, Record};
 use crate::study::{Scenario, Study};
 use crate::tactical::{SpeedProfile, plan_braking, plan_cut};
+use crate::vehicle::Vehicle;
 use fearless_simd::Simd;
 use std::mem::swap;
 
@@ -35,6 +36,14 @@ pub(super) struct Progress {
     pub standstill_s: f64,
     pub n_stops: u32,
     pub n_gear_shifts: u32,
+    /// What the truck carries behind the last stop, in kg; none where it is the payload of its
+    /// departure.
+    pub payload_kg: Option<f64>,
+    /// What its payloads were multiplied by their ways, in kg m, up to a way, in m.
+    pub carried_kgm: f64,
+    pub carried_to_m: f64,
+    /// Work of the body at stops, in J.
+    pub power_take_off_j: f64,
     /// Time and position of the last check of progress.
     pub checked_at_s: f64,
     pub checked_at_m: f64,
@@ -171,11 +180,8 @@ impl LaneTask {
     /// Loads the truck into a lane, standing at the start of its road.
     pub(super) fn enter<S: Simd, P: Powertrain>(&mut self, lane: &mut Lane<S, P>) {
         let (driver, vehicle) = (&self.scenario.driver, &self.scenario.vehicle);
+        Self::carry(lane, vehicle);
         let constants = &mut lane.state.constants;
-        constants.mass[lane.number] = vehicle.mass_kg;
-        constants.driven_mass[lane.number] = vehicle.driven_mass_kg;
-        constants.per_brake_force[lane.number] =
-            1.0 / (lane.parameters.brake_mps2 * vehicle.mass_kg);
         constants.drag_area[lane.number] = vehicle.drag_area_m2;
         let climate_w = lane.parameters.powertrain.climate_w(self.road.air_temperature_k);
         let inputs = vehicle.powertrain_inputs(climate_w);
@@ -242,6 +248,15 @@ impl LaneTask {
         self.decide(lane, 0.0, 0);
     }
 
+    /// A truck at rest gets its load.
+    pub(super) fn carry<S: Simd, P: Powertrain>(lane: &mut Lane<S, P>, vehicle: &Vehicle) {
+        let constants = &mut lane.state.constants;
+        constants.mass[lane.number] = vehicle.mass_kg;
+        constants.driven_mass[lane.number] = vehicle.driven_mass_kg;
+        constants.per_brake_force[lane.number] =
+            1.0 / (lane.parameters.brake_mps2 * vehicle.mass_kg);
+    }
+
     /// Prepares a truck at rest to start: gear by the slope, the controller reset.
     pub(super) fn start<S: Simd, P: Powertrain>(&mut self, lane: &mut Lane<S, P>) {
         let shift = &lane.parameters.vehicle.shift;
@@ -302,6 +317,17 @@ impl LaneTask {
         swap(&mut lane.state.motion.roads[lane.number], &mut self.road.rows);
     }
 
+    /// The mean payload along the way so far.
+    fn mean_payload_kg(&self, way_m: f64) -> f64 {
+        let Progress { payload_kg, carried_kgm, carried_to_m, .. } = self.progress;
+        match payload_kg {
+            Some(payload_kg) if way_m > 0.0 => {
+                (carried_kgm + payload_kg * (way_m - carried_to_m)) / way_m
+            }
+            _ => self.scenario.cycle.mission.payload_kg,
+        }
+    }
+
     /// The record of the cycle as it stands.
     pub(super) fn record<S: Simd, P: Powertrain>(
         &self,
@@ -338,6 +364,8 @@ impl LaneTask {
             n_gear_shifts: self.progress.n_gear_shifts,
             climb_m: self.road.climb_m,
             payload_kg: cycle.mission.payload_kg,
+            mean_payload_kg: Some(self.mean_payload_kg(ledger[Term::Distance])),
+            power_take_off_energy_j: Some(self.progress.power_take_off_j),
             payload_cut_kg: Some(self.scenario.payload_cut_kg),
             air_temperature_k: self.road.air_temperature_k,
             head_wind_mps: self.road.head_wind_mps,

@@ -64,7 +64,7 @@ impl LaneTask {
         if self.rests.is_none() {
             return 0.0;
         }
-        let driven = self.driven(lane, 0.0);
+        let driven = self.driven(lane, 0.0, 0.0);
         let forecast = lane.parameters.charging.and_then(|policy| policy.forecast.as_ref());
         let with_margin = 1.0 + forecast.map_or(MARGIN, |forecast| forecast.margin);
         let next_m = self.next_pause_m(at.position_m);

@@ -95,6 +95,10 @@ impl RoadRows {
             let (first, end) = (run[0], run[1]);
             let (segments, branches) = (&segments[first..end], &profile.branches[first..end]);
             let (head, limit) = (&segments[0], branches[0].limit);
+            let stops_at = head.event().map(|k| &road.events[k]);
+            if let Some(load) = stops_at.and_then(|event| scenario.load_from(event.position_m)) {
+                around.carry(load.vehicle.rolling_coefficient);
+            }
             if around.differ(head, limit, altitude_m) && around.update(head, limit, altitude_m) {
                 road_types.push((first, road.sections[head.section as usize].road_type));
             }
@@ -190,6 +194,8 @@ struct Surroundings<'a> {
     /// Compass heading in the middle of the segment and at its end, in rad.
     middle_rad: f64,
     heading_rad: f64,
+    /// Rolling coefficient of the truck as it is loaded here.
+    rolling_coefficient: f64,
     /// Rolling on a smooth road in this weather.
     rolling_weather: f64,
     /// What [`RoadRow`] says, rolling and grip for a level road.
@@ -215,6 +221,7 @@ impl<'a> Surroundings<'a> {
             since_m: 0.0,
             air_altitude_m: 0.0,
             middle_rad: f64::NAN,
+            rolling_coefficient: scenario.vehicle.rolling_coefficient,
             rolling_weather: 0.0,
             heading_rad: scenario.cycle.road.heading_rad,
             rolling: 0.0,
@@ -226,6 +233,13 @@ impl<'a> Surroundings<'a> {
             temperature_sum: 0.0,
             head_wind_sum: 0.0,
         }
+    }
+
+    /// From here on the truck carries another load.
+    fn carry(&mut self, rolling_coefficient: f64) {
+        self.rolling_coefficient = rolling_coefficient;
+        // it is taken with the weather
+        self.tracks[0] = u32::MAX;
     }
 
     /// Whether a segment differs from the one before, turns the heading, or lies elsewhere in
@@ -299,7 +313,7 @@ impl<'a> Surroundings<'a> {
         self.grip = GRAVITY_MPS2 * braking_friction(weather.precipitation_mps, weather.snow);
         let coefficient = vehicle.rolling_temperature_coefficient_per_k;
         self.rolling_weather = GRAVITY_MPS2
-            * self.scenario.vehicle.rolling_coefficient
+            * self.rolling_coefficient
             * rolling_temperature_factor(weather.temperature_k, coefficient)
             * rolling_wet_factor(weather.precipitation_mps, weather.snow);
     }

@@ -5,6 +5,7 @@
 //! to trip (weather, traffic, payload, departure) is drawn from the study, unless a route says that
 //! it keeps the file's own ([`super::route`]).
 
+use super::mission_part::{MOST_POWER_W, MissionPart, PAYLOAD, POWER_TAKE_OFF, parts_of};
 use super::tracks::{LIMIT_SOURCE, Rule, SOURCE_LOG, Track, Values};
 use super::{TrafficStretch, WeatherStretch};
 use crate::operating_cycle::road::curvature::Curve;
@@ -13,7 +14,7 @@ use crate::operating_cycle::road::surface::{GROUNDS, Ground};
 use crate::operating_cycle::weather::{STANDARD_WEATHER, Weather};
 
 /// Events closer than this act at one place, in m.
-const SAME_PLACE_M: f64 = 1.0;
+pub(super) const SAME_PLACE_M: f64 = 1.0;
 /// Two slow places at one place are so far apart, in m: each begins a segment.
 const APART_M: f64 = 0.01;
 /// Steepest road, as climb per metre.
@@ -131,6 +132,17 @@ pub enum GivenCycleError {
         /// Length of the road, in m.
         length_m: f64,
     },
+    /// Something that only happens at stops of the mission, elsewhere.
+    #[error(
+        "track `{track}` has a value at {position_m} m, allowed are the positions of stops of the \
+         mission, track `mission_stop_s`"
+    )]
+    NoMissionStop {
+        /// Name of the track.
+        track: &'static str,
+        /// Its position, in m.
+        position_m: f64,
+    },
     /// A road that is too short or too long.
     #[error("the road is {length_m} m long, allowed is 200 m to 5000000 m")]
     Length {
@@ -164,8 +176,10 @@ pub struct GivenCycle {
     pub weather: Option<Vec<WeatherStretch>>,
     /// Traffic; none where the file has none.
     pub traffic: Option<Vec<TrafficStretch>>,
-    /// Payload, in kg; none where the file has none.
+    /// Payload at departure, in kg; none where the file has none.
     pub payload_kg: Option<f64>,
+    /// Parts of the mission behind its stops; none where nothing changes there.
+    pub parts: Vec<MissionPart>,
     /// Departure, in s of the day and in days of the year; none where the file has none.
     pub departure: Option<(f64, f64)>,
     /// The log from which the road was made; none where it was not.
@@ -227,7 +241,14 @@ impl GivenCycle {
             let stretch = |(start_m, density_per_m)| TrafficStretch { start_m, density_per_m };
             points.into_iter().map(stretch).collect()
         });
-        let payload = numbers("payload_kg", 0.0, 1.0e5)?;
+        let payload = numbers(PAYLOAD, 0.0, 1.0e5)?;
+        let [power, duration] = POWER_TAKE_OFF;
+        let power = numbers(power, 0.0, MOST_POWER_W)?.unwrap_or_default();
+        let duration = numbers(duration, 0.0, 86_400.0)?.unwrap_or_default();
+        let events = events_of(&numbers, length_m)?;
+        let points = payload.as_deref().unwrap_or_default();
+        let parts = parts_of(&events, points, [&power, &duration])
+            .map_err(|(track, position_m)| GivenCycleError::NoMissionStop { track, position_m })?;
         let word = |name: &str| {
             let words = find(name).map(words_of).transpose()?;
             Ok(words.and_then(|words| words.into_iter().next()).map(|first| first.1))
@@ -241,10 +262,11 @@ impl GivenCycle {
             roughness,
             grounds,
             heading_rad: None,
-            events: events_of(&numbers, length_m)?,
+            events,
             weather: weather_of(&numbers)?,
             traffic,
             payload_kg: payload.map(|points| points[0].1),
+            parts,
             departure: None,
             source_log: word(SOURCE_LOG)?,
             limit_source: word(LIMIT_SOURCE)?,

@@ -1,8 +1,10 @@
 //! Mission: length, payload, departure and stops with dwell.
 //!
 //! Streams `MissionLength`, `Payload`, `Departure` and `MissionStop`. Checked through the moments
-//! of the laws, and through whole runs of `urban-delivery`, the built-in study with stops.
+//! of the laws, and through whole runs of `urban-delivery`, the built-in study with stops. What
+//! happens at the stops is in [`super::mission_part`].
 
+use super::mission_part::{CargoModel, MissionPart, PowerTakeOffModel};
 use crate::distribution::Quantity;
 use crate::operating_cycle::road::point_event::{EventKind, PointEvent};
 use crate::operating_cycle::route::RouteModel;
@@ -53,6 +55,12 @@ pub struct MissionStopModel {
     /// Dwell, in s.
     #[schemars(range(min = 0.0, max = 86_400.0))]
     pub dwell_s: Quantity,
+    /// Cargo that is unloaded and loaded there; absent: the payload stays as it is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cargo: Option<CargoModel>,
+    /// Work of a body, such as a crane or a tank pump; absent: none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub power_take_off: Option<PowerTakeOffModel>,
 }
 
 /// A realised mission.
@@ -60,7 +68,7 @@ pub struct MissionStopModel {
 pub struct Mission {
     /// Length, in m.
     pub length_m: f64,
-    /// Payload, in kg.
+    /// Payload at departure, in kg.
     pub payload_kg: f64,
     /// Departure, in s from midnight.
     pub departure_s: f64,
@@ -68,21 +76,25 @@ pub struct Mission {
     pub day_of_year: f64,
     /// Stops with their dwell.
     pub stops: Vec<PointEvent>,
+    /// Parts of the mission behind its stops, in order; none where nothing changes there.
+    pub parts: Vec<MissionPart>,
 }
 
 impl MissionModel {
-    /// Stops that are given a fixed distance lie so far apart.
+    /// Stops that are given a fixed distance lie so far apart, and their cargo is said once.
     pub fn validate(&self, problems: &mut Problems) {
-        let Some(MissionStopModel { spacing_m: Quantity::Number(spacing_m), .. }) = &self.stops
-        else {
-            return;
-        };
-        problems.require(
-            *spacing_m >= MINIMUM_SPACING_M,
-            "stops.spacing_m",
-            spacing_m,
-            "50 to 5000000; the draws of a law below 50 are put there",
-        );
+        let Some(stops) = &self.stops else { return };
+        if let Quantity::Number(spacing_m) = stops.spacing_m {
+            problems.require(
+                spacing_m >= MINIMUM_SPACING_M,
+                "stops.spacing_m",
+                spacing_m,
+                "50 to 5000000; the draws of a law below 50 are put there",
+            );
+        }
+        if let Some(cargo) = &stops.cargo {
+            problems.part("stops.cargo", |problems| cargo.validate(problems));
+        }
     }
 
     /// Draws a mission, of `given_length_m` where the road is given. Without
@@ -125,6 +137,6 @@ impl MissionModel {
                 position_m += spacing_m(&mut draws);
             }
         }
-        Mission { length_m, payload_kg, departure_s, day_of_year, stops }
+        Mission { length_m, payload_kg, departure_s, day_of_year, stops, parts: Vec::new() }
     }
 }

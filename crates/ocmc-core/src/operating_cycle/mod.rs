@@ -8,6 +8,7 @@
 pub mod coverage;
 pub mod given;
 pub mod mission;
+pub mod mission_part;
 pub mod road;
 pub mod route;
 pub mod segments;
@@ -22,6 +23,7 @@ use crate::operating_cycle::traffic::{TrafficModel, TrafficTypeModel};
 use crate::operating_cycle::weather::{STANDARD_WEATHER, Weather, WeatherModel};
 use crate::random::Streams;
 use crate::switch::ModelSwitch;
+use mission_part::set_parts;
 use route::Route;
 
 /// A limit that no truck reaches, in m/s: what a road without signs shows.
@@ -127,6 +129,9 @@ impl OperatingCycleSampler {
                 sign.speed_mps = UNLIMITED_MPS;
             }
         }
+        let given = route.map(|route| (&route.cycle, route.keeps_mission()));
+        let (events, mission) = (&cycle.road.events, &mut cycle.mission);
+        set_parts(&self.mission, events, given, streams, without, mission);
         self.pass(streams, without, cycle);
         if let Some(route) = route {
             route.give_clock(without, cycle);

@@ -136,10 +136,15 @@ impl Route {
         Ok(Self { weight, keep, sections, signs, slopes, roughness_m3, grounds, cycle })
     }
 
+    /// Whether payload and departure are those of the file.
+    pub(super) fn keeps_mission(&self) -> bool {
+        self.keep.contains(&Keep::Mission)
+    }
+
     /// Puts what the file says of the mission in place of what was drawn.
     pub fn give_mission(&self, mission: &mut Mission) {
         mission.length_m = self.cycle.length_m;
-        if self.keep.contains(&Keep::Mission) {
+        if self.keeps_mission() {
             mission.payload_kg = self.cycle.payload_kg.unwrap_or(mission.payload_kg);
             if let Some((second, day)) = self.cycle.departure {
                 (mission.departure_s, mission.day_of_year) = (second, day);

@@ -6,6 +6,7 @@
 //! the free-flow clock meets them.
 
 use super::given::GivenCycle;
+use super::mission_part::{MissionPart, PAYLOAD, POWER_TAKE_OFF, points_of};
 use super::{OperatingCycle, TrafficStretch, WeatherStretch};
 use crate::operating_cycle::road::RoadTypeModel;
 use crate::operating_cycle::road::curvature::Curve;
@@ -80,7 +81,7 @@ const OF_ROAD: [&str; 10] = [
 ];
 
 /// Tracks of weather, traffic and mission, behind those of the events.
-const OF_TRIP: [&str; 9] = [
+const OF_TRIP: [&str; 11] = [
     "air_temperature_k",
     "air_pressure_pa",
     "relative_humidity",
@@ -89,7 +90,9 @@ const OF_TRIP: [&str; 9] = [
     "wind_speed_mps",
     "wind_direction_rad",
     "traffic_density_per_m",
-    "payload_kg",
+    PAYLOAD,
+    POWER_TAKE_OFF[0],
+    POWER_TAKE_OFF[1],
 ];
 
 /// Names of all tracks that an operating cycle is written as, in order.
@@ -102,7 +105,9 @@ pub fn names() -> Vec<&'static str> {
 pub fn rule_of(name: &str) -> Rule {
     if name == "altitude_m" {
         Rule::Linear
-    } else if KINDS.iter().flat_map(|kind| kind.tracks()).any(|track| track.name == name) {
+    } else if POWER_TAKE_OFF.contains(&name)
+        || KINDS.iter().flat_map(|kind| kind.tracks()).any(|track| track.name == name)
+    {
         Rule::Event
     } else {
         Rule::Constant
@@ -202,6 +207,14 @@ fn of_weather(stretches: &[WeatherStretch]) -> [Track; 7] {
     ]
 }
 
+/// The tracks of the mission; those of the body only where it works.
+fn of_mission(payload_kg: f64, parts: &[MissionPart]) -> impl Iterator<Item = Track> + use<> {
+    let names = [PAYLOAD, POWER_TAKE_OFF[0], POWER_TAKE_OFF[1]];
+    let points = points_of(payload_kg, parts);
+    let tracks = names.into_iter().zip(points).map(|(name, points)| Track::numbers(name, points));
+    tracks.filter(|track| !track.position_m.is_empty())
+}
+
 /// The track of traffic.
 fn of_traffic(stretches: &[TrafficStretch]) -> Track {
     let points = stretches.iter().map(|t| (t.start_m, t.density_per_m));
@@ -239,7 +252,7 @@ impl OperatingCycle {
         tracks.extend(of_events(&road.events));
         tracks.extend(of_weather(&self.weather));
         tracks.push(of_traffic(&self.traffic));
-        tracks.push(Track::numbers("payload_kg", [(0.0, self.mission.payload_kg)]));
+        tracks.extend(of_mission(self.mission.payload_kg, &self.mission.parts));
         tracks
     }
 }
@@ -275,8 +288,9 @@ impl GivenCycle {
         tracks.extend(of_events(&self.events).filter(|track| !track.position_m.is_empty()));
         tracks.extend(self.weather.iter().flat_map(|stretches| of_weather(stretches)));
         tracks.extend(self.traffic.iter().map(|stretches| of_traffic(stretches)));
-        let payload = self.payload_kg.iter();
-        tracks.extend(payload.map(|kg| Track::numbers("payload_kg", [(0.0, *kg)])));
+        let has_payload = self.payload_kg.is_some();
+        let of_mission = of_mission(self.payload_kg.unwrap_or(0.0), &self.parts);
+        tracks.extend(of_mission.filter(|track| has_payload || track.name != PAYLOAD));
         tracks
     }
 }

@@ -351,6 +351,17 @@ pub trait Powertrain {
         ledger: &mut Ledger<f64>,
     );
 
+    /// Stands for some time, in s, while the body of the truck takes a power, in W. Returns the work
+    /// that the body gets, in J.
+    fn stand_working<S: Simd>(
+        &self,
+        state: &mut Self::State<S>,
+        lane: usize,
+        time_s: f64,
+        power_w: f64,
+        ledger: &mut Ledger<f64>,
+    ) -> f64;
+
     /// Stands for some time, in s, with what can be stopped stopped; `power_w`: of the auxiliaries
     /// that run on, given back afterwards.
     fn stand_stopped<S: Simd>(

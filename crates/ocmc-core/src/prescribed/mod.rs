@@ -216,6 +216,7 @@ pub fn follow_scenario(
         truck_id: Some(scenario.trip.truck_id),
         trip: Some(scenario.trip.trip),
         payload_kg: mission.payload_kg,
+        mean_payload_kg: Some(mission.payload_kg),
         payload_cut_kg: Some(scenario.payload_cut_kg),
         breakdown: study
             .breakdown()

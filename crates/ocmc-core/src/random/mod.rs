@@ -113,6 +113,8 @@ pub enum Stream {
     Price = 37,
     /// Public chargers along the way, and the waits there.
     Charger = 38,
+    /// Cargo and work of the body at stops of the mission.
+    MissionPart = 39,
 }
 
 /// A set of streams.
@@ -191,7 +193,7 @@ pub enum Factor {
 
 impl Stream {
     /// All streams, in the order of their numbers.
-    pub const ALL: [Self; 39] = [
+    pub const ALL: [Self; 40] = [
         Self::RoadType,
         Self::SpeedSign,
         Self::Curve,
@@ -231,6 +233,7 @@ impl Stream {
         Self::DriverAssignment,
         Self::Price,
         Self::Charger,
+        Self::MissionPart,
     ];
 
     /// The factor that this stream belongs to; none for what is no part of a cycle.
@@ -256,7 +259,9 @@ impl Stream {
                 Factor::Weather
             }
             S::Traffic => Factor::Traffic,
-            S::MissionLength | S::Payload | S::Departure | S::MissionStop => Factor::Mission,
+            S::MissionLength | S::Payload | S::Departure | S::MissionStop | S::MissionPart => {
+                Factor::Mission
+            }
             S::CurveSpeed
             | S::CurveResidual
             | S::SpeedChange

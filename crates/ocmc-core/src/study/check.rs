@@ -6,7 +6,10 @@ use super::fleet::FleetModel;
 use super::keys::{Bounds, Key, declarations};
 use crate::charging::ChargingPolicy;
 use crate::distribution::Quantity;
+use crate::powertrain::PowertrainKind;
+use crate::powertrain::diesel::DieselPowertrain;
 use crate::validation::{Problem, Problems};
+use crate::vehicle::VehicleModel;
 use serde::Deserialize;
 use serde_json::Value;
 
@@ -40,16 +43,7 @@ fn rules(model: &StudyModel, tree: &Value) -> Vec<Problem> {
     problems.part("driver", |problems| driver.validate(problems));
     problems.part("vehicle", |problems| vehicle.validate(problems));
     problems.part("fleet", |problems| fleet.validate(problems));
-    if let Quantity::Number(payload_kg) = mission.payload_kg {
-        let most_kg = vehicle.most_payload_kg();
-        let allowed = format!(
-            "at most {most_kg}: vehicle.gross_mass_limit_kg less vehicle.curb_mass_kg; a law of the \
-             payload is cut there"
-        );
-        problems.part("mission", |problems| {
-            problems.require(payload_kg <= most_kg, "payload_kg", payload_kg, &allowed);
-        });
-    }
+    problems.part("mission", |problems| loads_within(model, problems));
     FleetModel::validate_levels(tree, &mut problems);
     problems.part("uncertainty", |problems| model.validate_uncertainty(tree, problems));
     let chains = fleet.calendar.as_ref().is_some_and(|calendar| calendar.chain);
@@ -71,6 +65,48 @@ fn rules(model: &StudyModel, tree: &Value) -> Vec<Problem> {
         problems.part("charging", |problems| chargers_within(model, charging, problems));
     }
     problems.into_found()
+}
+
+/// Payloads that are given as numbers are legal, and the engine has the power that a body is to take.
+fn loads_within(model: &StudyModel, problems: &mut Problems) {
+    let StudyModel { mission, vehicle, .. } = model;
+    let most_kg = vehicle.most_payload_kg();
+    let allowed = format!(
+        "at most {most_kg}: vehicle.gross_mass_limit_kg less vehicle.curb_mass_kg; a law of the \
+         payload is cut there"
+    );
+    let mut require_legal = |key: &str, payload: &Quantity| {
+        if let Quantity::Number(payload_kg) = *payload {
+            problems.require(payload_kg <= most_kg, key, payload_kg, &allowed);
+        }
+    };
+    require_legal("payload_kg", &mission.payload_kg);
+    let stops = mission.stops.as_ref();
+    let cargo = stops.and_then(|stops| stops.cargo.as_ref()?.payload_kg.as_ref());
+    if let Some(payload) = cargo {
+        require_legal("stops.cargo.payload_kg", payload);
+    }
+    let power = stops.and_then(|stops| stops.power_take_off.as_ref()).map(|body| &body.power_w);
+    if let (Some(Quantity::Number(power_w)), Some(diesel)) = (power, sound_diesel(vehicle)) {
+        let left_w = libm::floor(diesel.power_take_off_w(vehicle.auxiliary_power_w.centre()));
+        let allowed = format!(
+            "at most {left_w}: the full load of the engine at \
+             `vehicle.engine.power_take_off_speed_radps` (that of idling where it is absent) less \
+             its auxiliaries; a law is cut there"
+        );
+        problems.require(*power_w <= left_w, "stops.power_take_off.power_w", power_w, &allowed);
+    }
+}
+
+/// The powertrain of a diesel truck with which nothing is wrong.
+fn sound_diesel(vehicle: &VehicleModel) -> Option<DieselPowertrain> {
+    let mut problems = Problems::default();
+    vehicle.validate(&mut problems);
+    let sound = vehicle.engine.is_some() && problems.into_found().is_empty();
+    match sound.then(|| vehicle.prepare())??.powertrain {
+        PowertrainKind::Diesel(diesel) => Some(diesel),
+        PowertrainKind::BatteryElectric(_) => None,
+    }
 }
 
 /// Given chargers lie on a drawn road of one length; given roads are looked at with them.

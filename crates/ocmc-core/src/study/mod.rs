@@ -20,6 +20,7 @@ use crate::driver::{Driver, DriverModel};
 use crate::event_kind::Kind;
 use crate::operating_cycle::given::{GivenCycle, GivenCycleError};
 use crate::operating_cycle::mission::MissionModel;
+use crate::operating_cycle::mission_part::MissionPart;
 use crate::operating_cycle::road::RoadModel;
 use crate::operating_cycle::road::point_event::Passage;
 use crate::operating_cycle::route::{Keep, Route};
@@ -32,6 +33,7 @@ use crate::random::sampling::Sampling;
 use crate::random::{Factor, PickFreeze, Stream, Streams};
 use crate::rest::RestModel;
 use crate::switch::ModelSwitch;
+use crate::vehicle::resistance::GRAVITY_MPS2;
 use crate::vehicle::{Vehicle, VehicleModel, VehicleParameters};
 use fleet::FleetModel;
 use handover::Handover;
@@ -197,8 +199,10 @@ pub struct Scenario {
     pub driver: Driver,
     /// Standard normal residual of each curve.
     pub curve_residuals: Vec<f64>,
-    /// The truck.
+    /// The truck, with the payload of its departure.
     pub vehicle: Vehicle,
+    /// The truck behind the stops at which its load changes or its body works, in order.
+    pub loads: Vec<Load>,
     /// What its driver has driven at departure without a break, in s.
     pub driven_before_s: f64,
     /// What the legal gross mass took off the payload that was drawn, in kg.
@@ -209,7 +213,43 @@ pub struct Scenario {
     pub handover: Option<Handover>,
 }
 
+/// A truck from a stop of its mission on.
+#[derive(Clone, Copy, Debug)]
+pub struct Load {
+    /// The part of the mission that begins there.
+    pub part: MissionPart,
+    /// The truck with the payload of this part.
+    pub vehicle: Vehicle,
+}
+
 impl Scenario {
+    /// The load that begins at a stop; none where nothing changes there.
+    pub fn load_from(&self, stop_m: f64) -> Option<&Load> {
+        self.loads.iter().find(|load| load.part.start_m == stop_m)
+    }
+
+    /// The truck as it is loaded at a place.
+    pub fn vehicle_at(&self, position_m: f64) -> &Vehicle {
+        let before = self.loads.partition_point(|load| load.part.start_m <= position_m);
+        before.checked_sub(1).map_or(&self.vehicle, |k| &self.loads[k].vehicle)
+    }
+
+    /// What a way takes whatever its consumption, in J: the potential energy of its climb, and the
+    /// work of the body at the stops on it. `climb_m`: the whole climb, in m.
+    pub fn fixed_energy_j(&self, [from_m, to_m]: [f64; 2], climb_m: f64) -> f64 {
+        let lifted_j = |vehicle: &Vehicle, climb_m| vehicle.mass_kg * GRAVITY_MPS2 * climb_m;
+        let within = |at_m: f64| at_m > from_m && at_m <= to_m;
+        let road = &self.cycle.road;
+        let (mut at_m, mut left_m, mut sum_j) = (from_m, climb_m, 0.0);
+        for load in self.loads.iter().filter(|load| within(load.part.start_m)) {
+            let next_m = load.part.start_m;
+            let climbed_m = road.climb_m([at_m, next_m]);
+            sum_j += lifted_j(self.vehicle_at(at_m), climbed_m) + load.part.power_take_off_j();
+            (at_m, left_m) = (next_m, left_m - climbed_m);
+        }
+        sum_j + lifted_j(self.vehicle_at(at_m), left_m)
+    }
+
     /// How this vehicle passes an event of the road.
     pub fn passage(&self, event: usize) -> Passage {
         let stops = self.vehicle.stops_at_railway_crossings;
@@ -388,6 +428,13 @@ impl Study {
         let payload_kg = drawn_kg.min(self.model.vehicle.most_payload_kg());
         cycle.mission.payload_kg = payload_kg;
         let vehicle = self.model.vehicle.sample(payload_kg, &streams, &simulation.without);
+        let most_kg = self.model.vehicle.most_payload_kg();
+        let load = |part: &mut MissionPart| {
+            part.payload_kg = part.payload_kg.min(most_kg);
+            let vehicle = self.model.vehicle.loaded(&vehicle, part.payload_kg);
+            Load { part: *part, vehicle }
+        };
+        let loads = cycle.mission.parts.iter_mut().map(load).collect();
         let trip = streams.trip();
         let driven_before_s = self.model.rest.as_ref().map_or(0.0, |rest| rest.sample(&streams));
         let chargers = self.chargers(&cycle, &streams);
@@ -398,6 +445,7 @@ impl Study {
             driver,
             curve_residuals,
             vehicle,
+            loads,
             driven_before_s,
             payload_cut_kg: drawn_kg - payload_kg,
             chargers,

@@ -123,6 +123,8 @@ pub struct Vehicle {
     pub driven_mass_kg: f64,
     /// Rolling coefficient of the loaded truck on smooth dry asphalt at 25 °C.
     pub rolling_coefficient: f64,
+    /// The truck's own factor in it.
+    pub rolling_factor: f64,
     /// Power of the auxiliaries, in W.
     pub auxiliary_power_w: f64,
     /// Factor on the fuel map; 1 without one.
@@ -240,17 +242,32 @@ impl VehicleModel {
                 law.centre()
             }
         });
-        let (range, exponent) = (self.load_range(), self.rolling_load_exponent);
-        let base = rolling_coefficient(&self.axles, mass_kg, range, exponent);
         Vehicle {
             mass_kg,
             driven_mass_kg: self.driven_mass_kg(mass_kg),
             drag_area_m2,
-            rolling_coefficient: rolling_factor * base,
+            rolling_coefficient: rolling_factor * self.rolling_base(mass_kg),
+            rolling_factor,
             auxiliary_power_w,
             fuel_factor,
             initial_charge,
             stops_at_railway_crossings: self.stops_at_railway_crossings,
+        }
+    }
+
+    /// The rolling coefficient of the typical truck.
+    fn rolling_base(&self, mass_kg: f64) -> f64 {
+        rolling_coefficient(&self.axles, mass_kg, self.load_range(), self.rolling_load_exponent)
+    }
+
+    /// A truck with another payload.
+    pub fn loaded(&self, truck: &Vehicle, payload_kg: f64) -> Vehicle {
+        let mass_kg = self.curb_mass_kg + payload_kg;
+        Vehicle {
+            mass_kg,
+            driven_mass_kg: self.driven_mass_kg(mass_kg),
+            rolling_coefficient: truck.rolling_factor * self.rolling_base(mass_kg),
+            ..*truck
         }
     }
 

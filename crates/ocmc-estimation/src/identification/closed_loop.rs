@@ -178,6 +178,7 @@ impl<'a> ClosedLoop<'a> {
             driver,
             curve_residuals: Vec::new(),
             vehicle: model.vehicle.sample(payload_kg, &streams, &without),
+            loads: Vec::new(),
             driven_before_s: 0.0,
             handover: None,
             payload_cut_kg: 0.0,

@@ -182,6 +182,28 @@ impl Powertrain for BatteryElectricPowertrain {
         self.stand_temperature(state, lane, time_s, flow.loss_w);
     }
 
+    /// The body draws from the battery, as the auxiliaries do.
+    fn stand_working<S: Simd>(
+        &self,
+        state: &mut BatteryState<S>,
+        lane: usize,
+        time_s: f64,
+        power_w: f64,
+        ledger: &mut Ledger<f64>,
+    ) -> f64 {
+        let [heated_w, own_w] = [state.auxiliary_power[lane], state.temperatures.auxiliary[lane]];
+        let raised_w = own_w + power_w;
+        state.auxiliary_power[lane] = heated_w + power_w;
+        state.temperatures.auxiliary[lane] = raised_w;
+        self.stand(state, lane, time_s, ledger);
+        // what heats and cools the battery may have changed meanwhile
+        let after_w = state.auxiliary_power[lane];
+        let is_same = after_w == heated_w + power_w;
+        state.auxiliary_power[lane] = if is_same { heated_w } else { own_w + (after_w - raised_w) };
+        state.temperatures.auxiliary[lane] = own_w;
+        power_w * time_s
+    }
+
     #[inline(always)]
     fn couple<S: Simd>(
         &self,

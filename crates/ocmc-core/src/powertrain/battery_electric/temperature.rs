@@ -26,7 +26,7 @@ pub(super) struct Temperatures<S: Simd> {
     /// Of the air, in K.
     air: Lanes<S>,
     /// Power of the auxiliaries without heater and cooler, in W.
-    auxiliary: Lanes<S>,
+    pub(super) auxiliary: Lanes<S>,
     /// Heat that heater and cooler bring now, in W.
     heat: Lanes<S>,
     /// What they have taken, in J.

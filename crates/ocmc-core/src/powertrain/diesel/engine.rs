@@ -55,6 +55,11 @@ pub struct EngineModel {
     /// Fuel, in kg/s: a row for each speed, a column for each torque; rows may end early.
     #[schemars(inner(inner(range(min = 0.0, max = 1.0))))]
     pub map_fuel_kgps: Vec<Vec<f64>>,
+    /// Speed of the engine while the body takes power at a stop (`mission.stops.power_take_off`), in
+    /// rad/s; absent: that of idling.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 20.0, max = 400.0))]
+    pub power_take_off_speed_radps: Option<f64>,
     /// Factor on the fuel map.
     #[schemars(range(min = 0.1, max = 10.0))]
     pub fuel_factor: Quantity,
@@ -100,6 +105,12 @@ impl EngineModel {
             "a row of another length",
             "2 to as many columns as map_torque_nm in each row",
         );
+    }
+
+    /// Speed while the body takes power, in rad/s.
+    pub fn working_radps(&self) -> f64 {
+        let idle_radps = self.idle_speed_radps;
+        self.power_take_off_speed_radps.map_or(idle_radps, |wanted| wanted.max(idle_radps))
     }
 
     /// Whether a speed in rad/s and a torque in Nm lie within the points of the map; below zero
@@ -465,6 +476,7 @@ pub(crate) mod tests {
                 kgps(&[5587., 16949., 30160., 43924., 59469.]),
                 kgps(&[6674., 18688., 33003., 48118.]),
             ],
+            power_take_off_speed_radps: None,
             fuel_factor: Quantity::Number(1.0),
             fuel: FuelModel {
                 density_kgpm3: 836.0,

@@ -99,6 +99,29 @@ impl DieselPowertrain {
         (auxiliary_power_w / speed_radps - drag_nm) / reach_nm
     }
 
+    /// The most that the body can have beside auxiliaries of some power, in W.
+    pub fn power_take_off_w(&self, auxiliary_power_w: f64) -> f64 {
+        let speed_radps = self.engine_model.working_radps();
+        (self.engine.full_load_nm(speed_radps) * speed_radps - auxiliary_power_w).max(0.0)
+    }
+
+    /// The engine turns in a truck that stands, at a speed in rad/s and a power in W.
+    fn run_at_rest(
+        &self,
+        [speed_radps, power_w]: [f64; 2],
+        fuel_factor: f64,
+        time_s: f64,
+        ledger: &mut Ledger<f64>,
+    ) {
+        let torque_nm = power_w / speed_radps;
+        ledger[Term::Fuel] += self.engine.fuel_kgps(speed_radps, torque_nm) * fuel_factor * time_s;
+        ledger[Term::Crankshaft] += power_w * time_s;
+        ledger[Term::Auxiliary] += power_w * time_s;
+        if !self.engine_model.map_covers(speed_radps, torque_nm) {
+            ledger[Term::OutsideMap] += time_s;
+        }
+    }
+
     /// Drag of the retarder at the wheels at a speed in m/s, in N.
     pub fn retarder_n(&self, speed_mps: f64) -> f64 {
         self.gearbox.retarder_n(self.axle_per_m, speed_mps)
@@ -234,14 +257,24 @@ impl Powertrain for DieselPowertrain {
         ledger: &mut Ledger<f64>,
     ) {
         let (power_w, idle_radps) = (state.auxiliary_power[lane], self.clutch.idle_radps);
-        let torque = power_w / idle_radps;
-        let idle_rate = self.engine.fuel_kgps(idle_radps, torque);
-        ledger[Term::Fuel] += idle_rate * state.fuel_factor[lane] * time_s;
-        ledger[Term::Crankshaft] += power_w * time_s;
-        ledger[Term::Auxiliary] += power_w * time_s;
-        if !self.engine_model.map_covers(idle_radps, torque) {
-            ledger[Term::OutsideMap] += time_s;
-        }
+        self.run_at_rest([idle_radps, power_w], state.fuel_factor[lane], time_s, ledger);
+    }
+
+    /// The engine turns as fast as the body needs, and gives it what it can.
+    fn stand_working<S: Simd>(
+        &self,
+        state: &mut DieselState<S>,
+        lane: usize,
+        time_s: f64,
+        power_w: f64,
+        ledger: &mut Ledger<f64>,
+    ) -> f64 {
+        let speed_radps = self.engine_model.working_radps();
+        let auxiliary_w = state.auxiliary_power[lane];
+        let taken_w = power_w.min(self.power_take_off_w(auxiliary_w));
+        let factor = state.fuel_factor[lane];
+        self.run_at_rest([speed_radps, auxiliary_w + taken_w], factor, time_s, ledger);
+        taken_w * time_s
     }
 
     /// The engine is off; afterwards it gives back the energy at the fuel that a Nm more costs at

@@ -106,12 +106,20 @@ fn fit_stops(cycles: &[&GivenCycle], model: &mut MissionModel, estimates: &mut E
         _ => exponential(),
     };
     estimates.push(&format!("stops.spacing_m, {what}"), value, error, n);
-    let mut dwell_s = base.map_or(
-        Quantity::Law(Law::LogNormal { median: 1.0, log_sd: 1.0, lower: None, upper: None }),
-        |stops| stops.dwell_s,
-    );
-    law(estimates, "stops.dwell_s", &dwells, &mut dwell_s);
-    model.stops = Some(MissionStopModel { spacing_m: Quantity::Law(spacing), dwell_s });
+    let mut stops = base.unwrap_or(MissionStopModel {
+        spacing_m: Quantity::Number(0.0),
+        dwell_s: Quantity::Law(Law::LogNormal {
+            median: 1.0,
+            log_sd: 1.0,
+            lower: None,
+            upper: None,
+        }),
+        cargo: None,
+        power_take_off: None,
+    });
+    law(estimates, "stops.dwell_s", &dwells, &mut stops.dwell_s);
+    stops.spacing_m = Quantity::Law(spacing);
+    model.stops = Some(stops);
 }
 
 /// Log-normal distances, those that the road's end cuts off as at least so long.

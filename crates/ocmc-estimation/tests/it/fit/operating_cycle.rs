@@ -190,6 +190,8 @@ fn the_view_of_a_study_is_that_of_its_tracks() {
         model.mission.stops = Some(MissionStopModel {
             spacing_m: Quantity::Number(400.0),
             dwell_s: Quantity::Number(30.0),
+            cargo: None,
+            power_take_off: None,
         });
         for road in model.road.types.values_mut() {
             road.topography.slope_sd = 0.08;
@@ -224,6 +226,8 @@ fn turns_at_junctions_and_missions_come_back() {
         model.mission.stops = Some(MissionStopModel {
             spacing_m: quantity("{ distribution = 'log_normal', median = 20.0e3, log_sd = 0.7 }"),
             dwell_s: quantity("{ distribution = 'log_normal', median = 1500.0, log_sd = 0.5 }"),
+            cargo: None,
+            power_take_off: None,
         });
     });
     let wanted = study.model();
