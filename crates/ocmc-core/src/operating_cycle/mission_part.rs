@@ -26,7 +26,7 @@ pub struct CargoModel {
     pub delivered_share: Option<f64>,
     /// Payload with which the truck leaves a stop, in kg, drawn for each.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(range(min = 0.0, max = 100_000.0))]
+    #[schemars(with = "Quantity", range(min = 0.0, max = 100_000.0))]
     pub payload_kg: Option<Quantity>,
 }
 
@@ -41,7 +41,7 @@ pub struct PowerTakeOffModel {
     /// For how long, in s, at most as long as the truck stands; absent: as long as the mission says
     /// that it stands.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(range(min = 0.0, max = 86_400.0))]
+    #[schemars(with = "Quantity", range(min = 0.0, max = 86_400.0))]
     pub duration_s: Option<Quantity>,
 }
 

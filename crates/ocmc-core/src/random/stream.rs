@@ -1,0 +1,199 @@
+//! The streams of draws, and the factors that they belong to.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// One sampled factor. The number is part of the stream's key: append, never renumber.
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
+)]
+#[serde(rename_all = "snake_case")]
+#[repr(u8)]
+pub enum Stream {
+    /// Sequence and lengths of road types.
+    RoadType = 0,
+    /// Speed signs.
+    SpeedSign = 1,
+    /// Curve positions, radii, lengths and directions.
+    Curve = 2,
+    /// Slope of the road.
+    Topography = 3,
+    /// Stop signs and their marks.
+    StopSign = 4,
+    /// Give-way signs and their marks.
+    GiveWay = 5,
+    /// Traffic lights and their marks.
+    TrafficLight = 6,
+    /// Speed bumps and their marks.
+    SpeedBump = 7,
+    /// Turns taken at junctions.
+    JunctionTurn = 8,
+    /// Roughness blocks.
+    Roughness = 9,
+    /// Ground types.
+    Ground = 10,
+    /// Compass heading at the start.
+    Heading = 11,
+    /// Air temperature.
+    Temperature = 12,
+    /// Air pressure.
+    Pressure = 13,
+    /// Relative humidity.
+    Humidity = 14,
+    /// Rain and snow.
+    Precipitation = 15,
+    /// Wind speed and direction.
+    Wind = 16,
+    /// Traffic density.
+    Traffic = 17,
+    /// Length of the mission.
+    MissionLength = 18,
+    /// Payload.
+    Payload = 19,
+    /// Day and time of departure.
+    Departure = 20,
+    /// Mission stops and dwell times.
+    MissionStop = 21,
+    /// The driver's curve-speed parameters.
+    CurveSpeed = 22,
+    /// The residual of each curve.
+    CurveResidual = 23,
+    /// The driver's decelerations and accelerations.
+    SpeedChange = 24,
+    /// Compliance with speed limits.
+    Compliance = 25,
+    /// Pedal controller and its gains.
+    Pedals = 26,
+    /// Comfort at speed bumps.
+    BumpComfort = 27,
+    /// The truck: drag area, rolling, auxiliaries, engine.
+    Vehicle = 28,
+    /// Parameter uncertainty of the curve-speed fit, keyed by replicate and not by cycle.
+    CurveSpeedParameters = 29,
+    /// Which of several given routes is driven.
+    Route = 30,
+    /// Resampling of rows for bootstrap intervals, keyed by replicate and not by cycle. Belongs to
+    /// no cycle.
+    Bootstrap = 31,
+    /// A battery-electric powertrain: state of charge at departure, auxiliaries.
+    Electric = 32,
+    /// Railway crossings and their marks.
+    RailwayCrossing = 33,
+    /// Where the driver's wanted speed changes at a sign.
+    SignOffset = 34,
+    /// By how much what a truck meets or carries differs from its fleet's.
+    TruckEffect = 35,
+    /// Which driver of a pool makes a trip.
+    DriverAssignment = 36,
+    /// Prices, keyed by replicate and not by cycle: a price is a state of the world.
+    Price = 37,
+    /// Public chargers along the way, and the waits there.
+    Charger = 38,
+    /// Cargo and work of the body at stops of the mission.
+    MissionPart = 39,
+}
+
+/// A group of streams that is frozen, and turned off, together.
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema, PartialOrd, Ord,
+)]
+#[serde(rename_all = "snake_case")]
+pub enum Factor {
+    /// Road types, signs, curves, topography, events, surface, public chargers.
+    Road,
+    /// Temperature, pressure, humidity, precipitation, wind.
+    Weather,
+    /// Traffic density.
+    Traffic,
+    /// Length, payload, departure, mission stops.
+    Mission,
+    /// The whole driver.
+    Driver,
+    /// Drag area, rolling, auxiliaries, engine.
+    Vehicle,
+}
+
+impl Stream {
+    /// All streams, in the order of their numbers.
+    pub const ALL: [Self; 40] = [
+        Self::RoadType,
+        Self::SpeedSign,
+        Self::Curve,
+        Self::Topography,
+        Self::StopSign,
+        Self::GiveWay,
+        Self::TrafficLight,
+        Self::SpeedBump,
+        Self::JunctionTurn,
+        Self::Roughness,
+        Self::Ground,
+        Self::Heading,
+        Self::Temperature,
+        Self::Pressure,
+        Self::Humidity,
+        Self::Precipitation,
+        Self::Wind,
+        Self::Traffic,
+        Self::MissionLength,
+        Self::Payload,
+        Self::Departure,
+        Self::MissionStop,
+        Self::CurveSpeed,
+        Self::CurveResidual,
+        Self::SpeedChange,
+        Self::Compliance,
+        Self::Pedals,
+        Self::BumpComfort,
+        Self::Vehicle,
+        Self::CurveSpeedParameters,
+        Self::Route,
+        Self::Bootstrap,
+        Self::Electric,
+        Self::RailwayCrossing,
+        Self::SignOffset,
+        Self::TruckEffect,
+        Self::DriverAssignment,
+        Self::Price,
+        Self::Charger,
+        Self::MissionPart,
+    ];
+
+    /// The factor that this stream belongs to; none for what is no part of a cycle.
+    pub fn factor(self) -> Option<Factor> {
+        use Stream as S;
+        Some(match self {
+            S::RoadType
+            | S::SpeedSign
+            | S::Curve
+            | S::Topography
+            | S::StopSign
+            | S::GiveWay
+            | S::TrafficLight
+            | S::SpeedBump
+            | S::RailwayCrossing
+            | S::JunctionTurn
+            | S::Roughness
+            | S::Ground
+            | S::Heading
+            | S::Route
+            | S::Charger => Factor::Road,
+            S::Temperature | S::Pressure | S::Humidity | S::Precipitation | S::Wind => {
+                Factor::Weather
+            }
+            S::Traffic => Factor::Traffic,
+            S::MissionLength | S::Payload | S::Departure | S::MissionStop | S::MissionPart => {
+                Factor::Mission
+            }
+            S::CurveSpeed
+            | S::CurveResidual
+            | S::SpeedChange
+            | S::Compliance
+            | S::Pedals
+            | S::BumpComfort
+            | S::SignOffset
+            | S::CurveSpeedParameters => Factor::Driver,
+            S::Vehicle | S::Electric => Factor::Vehicle,
+            S::Bootstrap | S::TruckEffect | S::DriverAssignment | S::Price => return None,
+        })
+    }
+}
