@@ -10,7 +10,7 @@
 //! A gain is not negative, but its estimate may be: noise moves it to both sides, and a box that
 //! ends at 0 makes the mean of many too large. A K_D below 0 explains a driver who reacts late,
 //! too. So the fit is tested with K_D at least 0 first. If it passes, all searches go on with K_D
-//! free, and if what they find passes, too, it is the fit.
+//! free. If what they find passes, too, it is the fit; if not, the fit has no intervals.
 
 use super::bounded_least_squares::Optimum;
 use super::comparison::Comparison;
@@ -67,8 +67,16 @@ impl<'a> Searched<'a> {
             }
         }
         let starts = optima.len();
-        let within = Self { problem, optima, starts, found }.looked_around();
-        within.free(study, log, stop).unwrap_or(within)
+        let mut within = Self { problem, optima, starts, found }.looked_around();
+        match within.free(study, log, stop) {
+            Some(free) if free.found.misfits.is_empty() => free,
+            // the bound of K_D alone has hidden that the fit does not explain the pedals
+            Some(free) => {
+                within.found.misfits = free.found.misfits;
+                within
+            }
+            None => within,
+        }
     }
 
     /// With what is found around the best optimum: until enough searches agree, and once where it
@@ -92,7 +100,7 @@ impl<'a> Searched<'a> {
         self
     }
 
-    /// The same with K_D free below 0, where the fit passes and where it does so there, too.
+    /// The same with K_D free below 0, where the fit passes.
     fn free(&self, study: &'a Study, log: &'a PedalLog, stop: &'a AtomicBool) -> Option<Self> {
         let options = self.problem.options;
         let [least, most] = options.derivative;
@@ -109,7 +117,7 @@ impl<'a> Searched<'a> {
         let free = Self { problem, optima, starts: self.starts, found }.looked_around();
         let gain = free.problem.names.iter().position(|name| *name == "kd")?;
         let inside = !free.problem.is_at_bound(gain, &free.best().parameters);
-        (inside && free.found.misfits.is_empty()).then_some(free)
+        inside.then_some(free)
     }
 
     fn best(&self) -> &Optimum {
