@@ -13,6 +13,7 @@
 //! term=none      or measured, simulated: the speed term
 //! starts=8       starts of a search
 //! least=0        lower bound of K_D, in s²/m
+//! only=+5.5      events whose names have this
 //! clip=false     whether pedals are cut at 0 and 1
 //! mirror=false   each event once more with the same noise of the other sign: in the mean of both the
 //! noise itself is gone, and what is left is bias
@@ -179,7 +180,8 @@ fn events(study: &Study, seed: u64, sign: f64, arguments: &Arguments) -> Vec<Kno
         if found.len() != 6 {
             println!("seed {seed}, driver {driver}: {} events are found", found.len());
         }
-        for (name, rows) in found {
+        let only = arguments.get("only", "");
+        for (name, rows) in found.into_iter().filter(|(name, _)| name.contains(only)) {
             let mut log = log.part(rows.start, rows.end);
             if wrong == "delay" {
                 log = driven_late(study, &clean.part(rows.start, rows.end), gains, set_speed_mps);
@@ -381,6 +383,20 @@ fn pairs(
                 (squares / sums.len() as f64).sqrt(),
             );
         }
+    }
+    // all that have an answer, also where the other one of the pair has none
+    for (k, name) in GAINS.into_iter().enumerate() {
+        let told = |(known, fits): &(&Known, [&EventFit; 2])| -> [f64; 2] {
+            let told = fits.iter().filter(|fit| fit.no_intervals.is_empty());
+            let errors: Vec<f64> = told.map(|fit| error_of(known, fit, k)).collect();
+            [errors.iter().sum(), errors.len() as f64]
+        };
+        let sums: Vec<[f64; 2]> = both.iter().map(told).collect();
+        let all: f64 = sums.iter().map(|[_, count]| count).sum();
+        let bias = sums.iter().map(|[sum, _]| sum).sum::<f64>() / all;
+        let squares = sums.iter().map(|[sum, count]| (sum - bias * count).powi(2));
+        let error = squares.sum::<f64>().sqrt() / all;
+        println!("| {all} fits with an answer | {name} | {bias:+.2} ± {error:.2} % | | |");
     }
 }
 

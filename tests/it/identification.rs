@@ -285,8 +285,8 @@ fn noise_on_all_signals_is_covered() {
     assert!(median(errors).abs() < 2.0);
 }
 
-/// The same event with a driver who sees the speed 0.5 s late.
-fn driven_late(study: &Study, known: &Known) -> PedalLog {
+/// The same event with a driver who sees the speed so much late.
+fn driven_late(study: &Study, known: &Known, delay_s: f64) -> PedalLog {
     let closed = ClosedLoop::new(study, &known.log);
     let start_speed_mps = known.log.speed_mps[0];
     let series = closed.drive(&Controller {
@@ -296,7 +296,7 @@ fn driven_late(study: &Study, known: &Known) -> PedalLog {
         set_speed_mps: known.set_speed_mps,
         start: closed.start_output - known.kp * (known.set_speed_mps - start_speed_mps),
         start_speed_mps,
-        delay_s: 0.5,
+        delay_s,
         ..Controller::default()
     });
     let mut late = PedalLog {
@@ -343,13 +343,44 @@ fn drivers_side_by_side_drive_as_each_would_alone() {
 }
 
 #[test]
+fn noise_moves_a_gain_of_zero_to_both_sides() {
+    let study = study(&[]);
+    let options = IdentifyOptions { starts: 4, ..IdentifyOptions::default() };
+    let known = events(&study, 1, 0.0).into_iter().find(|known| known.event == "-3.5 %");
+    let mut known = Known { kd: 0.0, ..known.expect("it is in Table I") };
+    let clean = driven_late(&study, &known, 0.0);
+    let mut found = Vec::new();
+    for sign in [1.0, -1.0] {
+        let mut draws = Draws::new(26, 0, Stream::SpeedChange);
+        known.log = clean.clone();
+        for pedal in [&mut known.log.accelerator, &mut known.log.brake] {
+            for value in pedal.iter_mut() {
+                *value += sign * 0.02 * draws.normal();
+            }
+        }
+        let fit = fit(&study, &known, &options);
+        assert!(fit.no_intervals.is_empty(), "{:?}", fit.no_intervals);
+        let gain = fit.parameter("kd").expect("a PID has one");
+        let [low, high] = gain.interval.expect("nothing is against it");
+        println!("K_D = {:.4} ({low:.4}; {high:.4})", gain.value);
+        assert!(!gain.at_bound && low < gain.value && gain.value < high);
+        let says = fit.warnings.iter().any(|warning| warning.contains("came out below 0"));
+        assert_eq!(says, gain.value < 0.0);
+        found.push(gain.value);
+    }
+    let [a, b] = found[..] else { panic!("{found:?}") };
+    // with a box that ends at 0 one of them would stand there, and their sum be the other one
+    assert!(a.min(b) < 0.0 && (a + b).abs() < 0.6 * a.max(b), "{found:?}");
+}
+
+#[test]
 fn a_late_driver_is_found_or_refused() {
     let study = study(&[]);
     let options = IdentifyOptions { starts: 4, ..IdentifyOptions::default() };
     let asked = Unknowns { delay: true, mass: false };
     let mut found = Vec::new();
     for mut known in events(&study, 1, 0.0) {
-        known.log = driven_late(&study, &known);
+        known.log = driven_late(&study, &known, 0.5);
         let clean = known.log.clone();
         noisy(&mut known, 22);
         let refused = fit(&study, &known, &options);

@@ -10,9 +10,9 @@
 //! default, and each pedal counts in units of its sensor's noise. Integral part and speed at the
 //! start are estimated, too; the driver's delay and the truck's mass may be.
 //!
-//! The search starts from the best of many points (Sobol sequence, Owen-scrambled) within the box,
-//! and once more from others where one start alone has found the best optimum or where it does not
-//! explain the pedals. Values are those of the best fit less its bias, which is of second order in
+//! How the best fit is looked for is told in `search.rs`: K_D is at least 0 until the fit has
+//! passed its tests, and then free, for a bound at 0 would make the mean of small ones too large.
+//! Values are those of the best fit less its bias, which is of second order in
 //! the noise. Intervals are those of the profile: a parameter is moved away and held while
 //! all others follow, until the sum of squares has grown by 1.96² s². s is the standard deviation
 //! of the pedal residuals, but at least that of a pedal sensor's resolution: a fit to noiseless
@@ -22,25 +22,20 @@
 
 use super::bias::bias;
 use super::bounded_least_squares::Optimum;
-use super::comparison::Comparison;
 use super::event::{EventError, EventSummary, PedalLog};
-use super::fit_test::score;
-use super::options::{ControllerKind, IdentifyOptions, SpeedTerm};
+use super::options::{IdentifyOptions, SpeedTerm};
 use super::problem::Problem;
+use super::search::{Found, Searched, is_smooth};
 use nalgebra::{DMatrix, DVector};
 use ocmc_core::study::Study;
 use rayon::prelude::*;
 use serde::Serialize;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 pub use super::fit_test::FitTest;
 
 /// Half width of a 95 % interval in standard deviations.
 pub(super) const NORMAL_95: f64 = 1.959964;
-/// Fits with a sum of squares this close to the best are as good.
-const AS_GOOD: f64 = 1e-3;
-/// Rounds of starts.
-const ROUNDS: usize = 2;
 /// An optimum that no larger share of the starts has found is flagged.
 const FEW_STARTS: f64 = 0.25;
 
@@ -105,7 +100,7 @@ pub struct EventFit {
     pub warnings: Vec<String>,
     /// Starts.
     pub starts: usize,
-    /// Starts that ended in the best optimum.
+    /// Starts that ended in the best optimum; 0 where only a look around has found it.
     pub starts_converged: usize,
     /// Condition number of the derivatives with columns of length 1.
     pub condition: f64,
@@ -138,23 +133,12 @@ pub fn identify_event(
 ) -> Result<EventFit, EventError> {
     let kind = log.check()?;
     let (log, scatter) = log.clone().with_even_slopes();
-    let problem = Problem::new(study, &log, options, stop);
-    let go_on = || if problem.is_stopped() { Err(EventError::Stopped) } else { Ok(()) };
-    let mut optima: Vec<Optimum> = Vec::new();
-    let mut found = Found::default();
-    for round in 0..ROUNDS {
-        let starts = problem.starts(round);
-        let tolerances = problem.tolerances();
-        let search = |start: &Vec<f64>| problem.search(start, &problem.bounds, &tolerances);
-        optima.extend(starts.par_iter().map(search).collect::<Vec<Optimum>>());
-        go_on()?;
-        found = Found::of(&problem, &optima, options);
-        go_on()?;
-        let agreed = found.good.len() > 1 || options.starts == 1;
-        if agreed && found.misfits.is_empty() {
-            break;
-        }
+    let stopped = || stop.load(Ordering::Relaxed);
+    let searched = Searched::of(study, &log, *options, stop);
+    if stopped() {
+        return Err(EventError::Stopped);
     }
+    let Searched { problem, optima, starts, found } = searched;
     let Found { good, comparison, test, mut misfits } = found;
     let best = &optima[*good.first().expect("the best one is as good as itself")];
     let deviation = test.deviation(resolution_sd(options));
@@ -169,9 +153,7 @@ pub fn identify_event(
         .into_par_iter()
         .map(|k| {
             let value = best.parameters[k];
-            let [lower, upper] = problem.bounds[k];
-            let near = |bound: f64| (value - bound).abs() <= 1e-6 * (upper - lower);
-            let at_bound = near(lower) || near(upper);
+            let at_bound = problem.is_at_bound(k, &best.parameters);
             let of_good = good.iter().map(|place| optima[*place].parameters[k]);
             let spread = of_good.fold([value, value], |[low, high], v| [low.min(v), high.max(v)]);
             let interval = intervals.then(|| {
@@ -193,14 +175,22 @@ pub fn identify_event(
             fit
         })
         .collect();
-    go_on()?;
+    if stopped() {
+        return Err(EventError::Stopped);
+    }
     let mut warnings = Vec::new();
-    if optima.len() > 1 && good.len() as f64 <= FEW_STARTS * optima.len() as f64 {
+    let agree = good.iter().filter(|place| **place < starts).count();
+    if starts > 1 && agree as f64 <= FEW_STARTS * starts as f64 {
         warnings.push(format!(
-            "only {} of {} starts found this optimum: there may be a better one, try more starts",
-            good.len(),
-            optima.len()
+            "only {agree} of {starts} starts found this optimum: there may be a better one, try \
+             more starts"
         ));
+    }
+    if parameters.iter().any(|fit| fit.name == "kd" && fit.value < 0.0) {
+        warnings.push(
+            "K_D came out below 0, where no gain lies: noise moves a small one to both sides"
+                .to_owned(),
+        );
     }
     if let Some(why) = problem.closed.start.unsettled() {
         let estimated = if parameters.iter().any(|fit| fit.name == "start_integral") {
@@ -237,8 +227,8 @@ pub fn identify_event(
         test,
         no_intervals: misfits,
         warnings,
-        starts: optima.len(),
-        starts_converged: good.len(),
+        starts,
+        starts_converged: agree,
         condition: condition(&best.jacobian),
         saturated_s,
         duration_s,
@@ -247,40 +237,8 @@ pub fn identify_event(
 }
 
 /// Standard deviation of a pedal sensor's resolution.
-fn resolution_sd(options: &IdentifyOptions) -> f64 {
+pub(super) fn resolution_sd(options: &IdentifyOptions) -> f64 {
     options.resolution / 12.0f64.sqrt()
-}
-
-/// The best of some optima, and whether it explains the pedals.
-#[derive(Default)]
-struct Found {
-    /// Places of the optima that are as good, the best one first.
-    good: Vec<usize>,
-    comparison: Comparison,
-    test: FitTest,
-    misfits: Vec<String>,
-}
-
-impl Found {
-    fn of(problem: &Problem, optima: &[Optimum], options: &IdentifyOptions) -> Self {
-        let mut order: Vec<usize> = (0..optima.len()).collect();
-        order.sort_by(|&a, &b| optima[a].sum_of_squares.total_cmp(&optima[b].sum_of_squares));
-        let best = &optima[order[0]];
-        let comparison = problem.compare(&best.parameters);
-        let (residuals, columns, [late, heavy]) = problem.scores(&best.parameters);
-        let of = |unknown: bool, extra: &[f64]| {
-            if unknown { None } else { score(&residuals, &columns, extra) }
-        };
-        let scores = [of(options.unknown.delay, &late), of(options.unknown.mass, &heavy)];
-        let (least, count) = (resolution_sd(options), best.parameters.len());
-        let test = FitTest::of(&comparison.rows, problem.noise, least, count, scores);
-        let growth = NORMAL_95 * test.deviation(least);
-        let growth = growth * growth;
-        let sum = best.sum_of_squares;
-        let limit = (sum * (1.0 + AS_GOOD)).max(sum + 0.01 * growth);
-        order.retain(|&place| optima[place].sum_of_squares <= limit);
-        Self { good: order, comparison, test, misfits: test.misfits() }
-    }
 }
 
 /// Biases of the parameters at an optimum; 0 where they are not known: where one is larger than its
@@ -293,8 +251,7 @@ fn biases(
     options: &IdentifyOptions,
 ) -> Vec<f64> {
     let Optimum { parameters, jacobian, .. } = best;
-    let smooth = options.controller == ControllerKind::Pid;
-    let found = (smooth && options.speed_term == SpeedTerm::None).then(|| {
+    let found = is_smooth(options).then(|| {
         let residuals = &mut |points: &[Vec<f64>]| problem.residuals(points);
         bias(residuals, parameters, jacobian, &problem.bounds, test.noise_ratio)
     });

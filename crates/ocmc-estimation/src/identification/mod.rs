@@ -21,3 +21,4 @@ mod noise;
 pub mod options;
 pub mod population;
 mod problem;
+mod search;

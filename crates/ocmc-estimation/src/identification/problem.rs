@@ -45,7 +45,7 @@ const DELAY_STEP_S: f64 = 0.1;
 const MASS_STEP: f64 = 0.01;
 /// Points for each start among which the starts are the best: shifts of the gearbox and switched
 /// drivers leave jumps in the residuals, behind which a search does not see.
-const CANDIDATES: usize = 16;
+pub(super) const CANDIDATES: usize = 16;
 /// Seed of the scrambling.
 const SCRAMBLE: u32 = 1;
 
@@ -53,7 +53,7 @@ const SCRAMBLE: u32 = 1;
 pub(super) struct Problem<'a> {
     log: &'a PedalLog,
     pub(super) closed: ClosedLoop<'a>,
-    options: &'a IdentifyOptions,
+    pub(super) options: IdentifyOptions,
     /// Square root of the time that each row stands for, over its mean.
     weight: Vec<f64>,
     mean_weight_s: f64,
@@ -70,7 +70,7 @@ impl<'a> Problem<'a> {
     pub(super) fn new(
         study: &'a Study,
         log: &'a PedalLog,
-        options: &'a IdentifyOptions,
+        options: IdentifyOptions,
         stop: &'a AtomicBool,
     ) -> Self {
         let rows = log.time_s.len();
@@ -213,6 +213,11 @@ impl<'a> Problem<'a> {
         let all = wanted * CANDIDATES;
         let points: Vec<Vec<f64>> =
             (round * all..(round + 1) * all).map(|k| self.start(k as u32)).collect();
+        self.best_of(&points, wanted)
+    }
+
+    /// The best of some points.
+    pub(super) fn best_of(&self, points: &[Vec<f64>], wanted: usize) -> Vec<Vec<f64>> {
         let values: Vec<f64> =
             points.par_chunks(WIDTH).flat_map_iter(|points| self.sums(points)).collect();
         let mut order: Vec<usize> = (0..points.len()).collect();
@@ -448,6 +453,12 @@ impl<'a> Problem<'a> {
             away = if deviations > NORMAL_95 { next.max(inside) } else { next.min(room) };
         }
         value + side * away.min(room)
+    }
+
+    /// Whether parameter `k` stands at one of its bounds.
+    pub(super) fn is_at_bound(&self, k: usize, x: &[f64]) -> bool {
+        let [lower, upper] = self.bounds[k];
+        self.bounds[k].iter().any(|bound| (x[k] - bound).abs() <= 1e-6 * (upper - lower))
     }
 
     /// Why a parameter is not determined by the data.
