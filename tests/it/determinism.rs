@@ -100,8 +100,11 @@ fn a_road_that_was_driven_is_driven_again_alike() {
 fn motions_are_those_of_traces() {
     // short trips of different lengths, and trucks that a battery leaves on the road
     let empty = ["vehicle.electric.battery.capacity_j=1.2e8", "mission.length_m=20000"];
-    for (name, sets) in [("field-truck", &["mission.length_m=5000"][..]), ("battery-truck", &empty)]
-    {
+    let short = ["mission.length_m=5000"];
+    for (name, rate, sets) in [
+        ("field-truck", "fuel_rate_kgps", &short[..]),
+        ("battery-truck", "battery_power_w", &empty),
+    ] {
         let study = crate::common::study(name, sets);
         let ids = [3, 4, 7, 20, 21, 22, 30, 31, 40, 41, 42];
         let together = motions(&study, ids.map(|id| study.sample(1, id)));
@@ -116,8 +119,8 @@ fn motions_are_those_of_traces() {
             });
             assert!(named.clone().all(|(motion, trace)| motion == trace), "{name} {id}");
             let names: Vec<&str> = named.map(|(column, _)| column.name).collect();
-            let motions = ["time_s", "step_s", "position_m", "speed_mps"];
-            assert_eq!(names, [&motions[..], &["yaw_rate_radps", "limit_mps"]].concat());
+            let motion_has = ["time_s", "step_s", "position_m", "speed_mps", rate];
+            assert_eq!(names, [&motion_has[..], &["yaw_rate_radps", "limit_mps"]].concat());
             assert_eq!(motion.record, alone.record);
         }
     }

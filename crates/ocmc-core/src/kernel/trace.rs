@@ -39,8 +39,8 @@ pub struct Trace {
 /// Places of two columns.
 const POSITION: usize = 2;
 const SPEED: usize = 3;
-/// Columns of the motion: time, step, position and speed.
-const MOTION: usize = 4;
+/// Places of what a motion has: time, step, position, speed and the rate of fuel or energy.
+const MOTION: [usize; 5] = [0, 1, POSITION, SPEED, 11];
 
 /// Drives one cycle and writes down every step.
 pub fn trace(study: &Study, seed: u64, cycle_id: u64) -> Trace {
@@ -55,32 +55,32 @@ pub fn trace(study: &Study, seed: u64, cycle_id: u64) -> Trace {
 
 /// Drives one given scenario and writes down every step.
 pub fn trace_scenario(study: &Study, scenario: Scenario) -> Trace {
-    let mut traces = block(study, vec![scenario], usize::MAX);
+    let mut traces = block(study, vec![scenario], |_| true);
     traces.pop().expect("one cycle gives one trace")
 }
 
-/// Drives given scenarios, side by side, and writes down the motion of each: time, step, position
-/// and speed, and what a log would tell of the road. The traces are in the order of the scenarios,
-/// and none depends on the others. Their cycle ids increase.
+/// Drives given scenarios, side by side, and writes down the motion of each: time, step, position,
+/// speed and the rate of fuel or energy, and what a log would tell of the road. The traces are in
+/// the order of the scenarios, whose cycle ids have to increase, and none depends on the others.
 pub fn motions(study: &Study, scenarios: impl IntoIterator<Item = Scenario>) -> Vec<Trace> {
     let (mut scenarios, mut traces) = (scenarios.into_iter().peekable(), Vec::new());
     while scenarios.peek().is_some() {
         let side_by_side = scenarios.by_ref().take(WIDTH).collect();
-        traces.append(&mut block(study, side_by_side, MOTION));
+        traces.append(&mut block(study, side_by_side, |place| MOTION.contains(&place)));
     }
     traces
 }
 
-/// Drives as many scenarios as there are lanes, or fewer, and writes the first so many columns.
-fn block(study: &Study, scenarios: Vec<Scenario>, columns: usize) -> Vec<Trace> {
-    study.vehicle().powertrain.dispatch(TraceTask { study, scenarios, columns })
+/// Drives as many scenarios as there are lanes, or fewer, and writes the columns at such places.
+fn block(study: &Study, scenarios: Vec<Scenario>, writes: fn(usize) -> bool) -> Vec<Trace> {
+    study.vehicle().powertrain.dispatch(TraceTask { study, scenarios, writes })
 }
 
 struct TraceTask<'a> {
     study: &'a Study,
     /// No more than lanes; each has the lane of its place.
     scenarios: Vec<Scenario>,
-    columns: usize,
+    writes: fn(usize) -> bool,
 }
 
 impl PowertrainTask for TraceTask<'_> {
@@ -88,15 +88,16 @@ impl PowertrainTask for TraceTask<'_> {
 
     fn run<P: Powertrain>(self, powertrain: &P) -> Vec<Trace> {
         let study = self.study;
-        let writer = || Writer { asked: self.columns, ..Writer::default() };
-        let mut lanes = LaneWriters(std::array::from_fn(|_| writer()));
+        let mut lanes = LaneWriters(std::array::from_fn(|_| Writer::new(self.writes)));
         let scenarios = self.scenarios.into_iter();
-        let roads: Vec<Road> = scenarios.clone().map(|scenario| scenario.cycle.road).collect();
+        let known = scenarios.clone().map(|scenario| (scenario.cycle_id, scenario.cycle.road));
+        let known: Vec<(u64, Road)> = known.collect();
         let mut tasks = scenarios.map(|scenario| LaneTask::new(study, scenario));
         let records = drive_observed(study, powertrain, &mut |_| tasks.next(), &mut lanes);
-        assert_eq!(records.len(), roads.len(), "each cycle gives one record");
-        let driven = lanes.0.into_iter().zip(roads).zip(records);
-        let trace = |((writer, road), record): ((Writer, Road), Record)| {
+        let ids = records.iter().map(|record| record.cycle_id);
+        assert!(ids.eq(known.iter().map(|(id, _)| *id)), "each cycle gives one record, in order");
+        let driven = lanes.0.into_iter().zip(known).zip(records);
+        let trace = |((writer, (_, road)), record): ((Writer, (u64, Road)), Record)| {
             let mut columns = writer.columns;
             let way = [POSITION, SPEED].map(|place| columns[place].values.as_slice());
             let seen = road_signals(study, &road, way);
@@ -142,10 +143,9 @@ fn road_signals(
 struct LaneWriters([Writer; WIDTH]);
 
 /// Collects rows.
-#[derive(Default)]
 struct Writer {
-    /// So many columns, from the first one on.
-    asked: usize,
+    /// Which columns, by their places.
+    writes: fn(usize) -> bool,
     columns: Vec<TableColumn>,
     time_s: f64,
     position_m: f64,
@@ -168,6 +168,17 @@ struct Row {
 }
 
 impl Writer {
+    fn new(writes: fn(usize) -> bool) -> Self {
+        Self {
+            writes,
+            columns: Vec::new(),
+            time_s: 0.0,
+            position_m: 0.0,
+            standstill_s: 0.0,
+            kept: None,
+        }
+    }
+
     fn push<S: Simd, P: Powertrain>(
         &mut self,
         parameters: &KernelParameters<P>,
@@ -196,8 +207,9 @@ impl Writer {
         ];
         let terms = TERMS.iter().filter(|declared| declared.term.is_in(Mode::Driven, P::TERMS));
         let terms = terms.map(|declared| (declared.trace, added[declared.term]));
-        let row = signals.into_iter().chain(terms).take(self.asked);
-        for (k, (name, value)) in row.enumerate() {
+        let row = signals.into_iter().chain(terms).enumerate();
+        let row = row.filter(|(place, _)| (self.writes)(*place));
+        for (k, (_, (name, value))) in row.enumerate() {
             match self.columns.get_mut(k) {
                 Some(column) => column.values.push(value),
                 None => self.columns.push(TableColumn { name, values: vec![value] }),
