@@ -9,6 +9,7 @@ import numpy as np
 import ocmc
 import pytest
 
+dask = pytest.importorskip("dask")
 distributed = pytest.importorskip("distributed")
 pa = pytest.importorskip("pyarrow")
 
@@ -22,6 +23,8 @@ pytestmark = pytest.mark.filterwarnings("ignore")
 def client():
     """Two worker processes of two threads each."""
     with (
+        # a call of a worker that has just been lost waits so long, and 30 s without being told
+        dask.config.set({"distributed.comm.timeouts.connect": "10s"}),
         distributed.LocalCluster(
             n_workers=2, threads_per_worker=2, processes=True, dashboard_address=None, silence_logs=50
         ) as cluster,

@@ -1,9 +1,9 @@
 //! From a study to logs and back: 25 trucks are driven, their traces taken as logs, the curves
 //! found in them, and the driver population fitted to these. It has to be the one that drove.
 
-use crate::common::study;
+use crate::common::{column, study};
 use ocmc_core::driver::curve_speed::CurveSpeedModel;
-use ocmc_core::kernel::trace::trace;
+use ocmc_core::kernel::trace::{Trace, motions};
 use ocmc_core::study::Study;
 use ocmc_estimation::fit::curve_speed::{
     CurveSpeedEstimate, CurveSpeedFit, CurveSpeedOptions, CurveTable, fit,
@@ -11,6 +11,7 @@ use ocmc_estimation::fit::curve_speed::{
 use ocmc_estimation::log::TripLog;
 use ocmc_estimation::log::curve::{CurveOptions, detect_curves};
 use ocmc_io::study::{FittedPart, fitted_study, load_text};
+use std::ops::Range;
 
 const TRUCKS: u64 = 25;
 
@@ -46,12 +47,9 @@ step_s = 0.2    # s: a log of at least 5 Hz
 without = ["slope", "stop_signs", "give_ways", "traffic_lights", "speed_bumps", "weather", "traffic", "vehicle_spread"]
 "#;
 
-/// Curves that are found in the trace of one truck.
-fn curves(study: &Study, seed: u64, truck: u64) -> CurveTable {
-    let trace = trace(study, seed, truck);
-    let column = |name: &str| {
-        trace.columns.iter().find(|column| column.name == name).unwrap().values.as_slice().into()
-    };
+/// Curves that are found in the motion of one truck.
+fn curves(motion: &Trace, truck: u64) -> CurveTable {
+    let column = |name: &str| column(motion, name).into();
     let log = TripLog {
         time_s: column("time_s"),
         speed_mps: column("speed_mps"),
@@ -75,16 +73,15 @@ fn curves(study: &Study, seed: u64, truck: u64) -> CurveTable {
 /// All trucks, on two threads.
 fn measured(study: &Study, seed: u64) -> CurveTable {
     let halves = std::thread::scope(|scope| {
-        let half = |parity: u64| {
+        let half = |trucks: Range<u64>| {
             scope.spawn(move || {
-                (0..TRUCKS)
-                    .filter(|k| k % 2 == parity)
-                    .map(|k| curves(study, seed, k))
-                    .collect::<Vec<_>>()
+                let drives = motions(study, trucks.clone().map(|truck| study.sample(seed, truck)));
+                let curves = trucks.zip(&drives).map(|(truck, drive)| curves(drive, truck));
+                curves.collect::<Vec<_>>()
             })
         };
-        let (even, odd) = (half(0), half(1));
-        [even.join().unwrap(), odd.join().unwrap()]
+        let (first, second) = (half(0..TRUCKS / 2), half(TRUCKS / 2..TRUCKS));
+        [first.join().unwrap(), second.join().unwrap()]
     });
     let mut all = CurveTable {
         left: Some(Vec::new()),

@@ -5,6 +5,8 @@ use crate::program::run_into;
 use ocmc_core::kernel::cpu::CpuLevel;
 use ocmc_core::kernel::lane_task::LaneTask;
 use ocmc_core::kernel::scheduler::drive_tasks;
+use ocmc_core::kernel::trace::{Trace, motions, trace};
+use ocmc_core::record::Outcome;
 use std::fs;
 use std::path::Path;
 
@@ -91,4 +93,35 @@ fn a_road_that_was_driven_is_driven_again_alike() {
     }
     assert!(runs[0].iter().all(|record| record.n_stops > 5));
     assert_eq!(runs[0], runs[1]);
+}
+
+/// Motions are driven side by side, and more of them than there are lanes; a trace is driven alone.
+#[test]
+fn motions_are_those_of_traces() {
+    // short trips of different lengths, and trucks that a battery leaves on the road
+    let empty = ["vehicle.electric.battery.capacity_j=1.2e8", "mission.length_m=20000"];
+    let short = ["mission.length_m=5000"];
+    for (name, rate, sets) in [
+        ("field-truck", "fuel_rate_kgps", &short[..]),
+        ("battery-truck", "battery_power_w", &empty),
+    ] {
+        let study = crate::common::study(name, sets);
+        let ids = [3, 4, 7, 20, 21, 22, 30, 31, 40, 41, 42];
+        let together = motions(&study, ids.map(|id| study.sample(1, id)));
+        assert_eq!(together.len(), ids.len());
+        let stands = |motion: &Trace| motion.record.outcome == Outcome::Depleted;
+        assert_eq!(together.iter().any(stands), name == "battery-truck");
+        for (id, motion) in ids.into_iter().zip(together) {
+            let alone = trace(&study, 1, id);
+            let named = motion.columns.iter().map(|column| {
+                let of_trace = alone.columns.iter().find(|other| other.name == column.name);
+                (column, of_trace.expect("a column of the trace"))
+            });
+            assert!(named.clone().all(|(motion, trace)| motion == trace), "{name} {id}");
+            let names: Vec<&str> = named.map(|(column, _)| column.name).collect();
+            let motion_has = ["time_s", "step_s", "position_m", "speed_mps", rate];
+            assert_eq!(names, [&motion_has[..], &["yaw_rate_radps", "limit_mps"]].concat());
+            assert_eq!(motion.record, alone.record);
+        }
+    }
 }

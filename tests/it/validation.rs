@@ -4,7 +4,7 @@
 
 use crate::others_data::shared;
 use crate::program::ocmc;
-use ocmc_core::kernel::trace::{Trace, trace};
+use ocmc_core::kernel::trace::{Trace, motions, trace};
 use ocmc_core::study::Study;
 use ocmc_io::operating_cycle::RealisedCycle;
 use ocmc_io::study::{self, LoadedStudy};
@@ -42,8 +42,13 @@ fn append(text: &mut String, label: &str, trace: &Trace, columns: &[&str]) {
 /// A file with the traces of many drives.
 fn logs(path: &Path, study: &Study, seed: u64, drives: u64, columns: &[&str]) -> String {
     let mut text = format!("drive,{}\n", columns.join(","));
-    for id in 0..drives {
-        append(&mut text, &format!("d{id}"), &trace(study, seed, id), columns);
+    let traces = if columns.contains(&"grade") {
+        (0..drives).map(|id| trace(study, seed, id)).collect()
+    } else {
+        motions(study, (0..drives).map(|id| study.sample(seed, id)))
+    };
+    for (id, trace) in traces.iter().enumerate() {
+        append(&mut text, &format!("d{id}"), trace, columns);
     }
     fs::write(path, text).unwrap();
     path.to_str().unwrap().to_owned()

@@ -12,7 +12,8 @@ use crate::road::{RoadRequest, drives, told};
 use crate::source::{Mapping, Source};
 use crate::watch::{Progress, Watch};
 use ocmc_core::fleet::run::{RunPlan, each};
-use ocmc_core::kernel::trace::trace_scenario;
+use ocmc_core::kernel::trace::{Trace, motions};
+use ocmc_core::lanes::WIDTH;
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::route::Keep;
 use ocmc_core::powertrain::PowertrainKind;
@@ -222,20 +223,26 @@ pub fn validate(
             }
         };
         let places = Places::of(group.cycle.length_m);
-        let one = |id: u64| {
-            let scenario = on_road.sample(plan.seed, id);
-            simulated::passage(places, &trace_scenario(&on_road, scenario), kind.rate().1)
+        let end = plan.first_cycle + plan.cycles;
+        let side_by_side = |block: u64| {
+            let first = plan.first_cycle + block * WIDTH as u64;
+            let ids = first..(first + WIDTH as u64).min(end);
+            let drives = motions(&on_road, ids.map(|id| on_road.sample(plan.seed, id)));
+            let passage = |drive: &Trace| simulated::passage(places, drive, kind.rate().1);
+            drives.iter().map(passage).collect::<Vec<_>>()
         };
         let before = k as u64 * plan.cycles;
         let progress = |done| Progress { what: "trips", done, total };
         progress(before).look(watch)?;
         let mut done = before;
-        let driven = each(plan, BATCH, &one, |count| {
-            done = before + count;
+        let cycles = plan.cycles.div_ceil(WIDTH as u64);
+        let blocks = RunPlan { first_cycle: 0, cycles, ..*plan };
+        let driven = each(&blocks, BATCH / WIDTH, &side_by_side, |count| {
+            done = before + (count * WIDTH as u64).min(plan.cycles);
             watch(progress(done))
         });
         let trips = progress(done).ended(driven)?;
-        let trips: Vec<Passage> = trips.into_iter().flatten().collect();
+        let trips: Vec<Passage> = trips.into_iter().flatten().flatten().collect();
         if trips.len() < 2 {
             left_out += group.drives.len();
             let error = Error::NoTrip { road: group.name.clone(), trips: plan.cycles };

@@ -26,12 +26,12 @@ pub trait Observer {
         _tasks: &[Option<LaneTask>],
     ) {
     }
-    /// After the event of a lane has been handled.
+    /// After the event of a lane, that of this task, has been handled.
     fn after_event<S: Simd, P: Powertrain>(
         &mut self,
         _parameters: &KernelParameters<P>,
         _state: &State<S, P>,
-        _tasks: &[Option<LaneTask>],
+        _task: (usize, &LaneTask),
     ) {
     }
     /// Whether the run is to stop: cycles that are on the road are then given up.
@@ -288,7 +288,7 @@ impl<'a, 'b, P: Powertrain, O: Observer> LaneScheduler<'a, 'b, P, O> {
                     self.cut_short.push(task.scenario().clone());
                 }
             }
-            self.observer.after_event(parameters, lane.state, tasks);
+            self.observer.after_event(parameters, lane.state, (number, task));
             if outcome.is_some() {
                 if let Some(task) = &mut tasks[number] {
                     task.leave(&mut lane);

@@ -1,4 +1,5 @@
-//! The trace: the time series of one cycle, from the same step function with one lane.
+//! The trace: the time series of one cycle, from the same step function. What only the motion is
+//! asked of is driven eight side by side.
 //!
 //! Each row is one step, or one standstill or gear jump that took no step. The `*_added` columns
 //! are what the record's totals gained in that row: summed in order they give the record to the
@@ -10,6 +11,7 @@ use super::scheduler::{Observer, drive_observed};
 use super::state::{KernelParameters, State};
 use super::step_view::StepView;
 use crate::energy_ledger::{Ledger, Mode, TERMS};
+use crate::lanes::WIDTH;
 use crate::operating_cycle::road::Road;
 use crate::powertrain::{Powertrain, PowertrainTask};
 use crate::record::Record;
@@ -37,6 +39,8 @@ pub struct Trace {
 /// Places of two columns.
 const POSITION: usize = 2;
 const SPEED: usize = 3;
+/// Places of what a motion has: time, step, position, speed and the rate of fuel or energy.
+const MOTION: [usize; 5] = [0, 1, POSITION, SPEED, 11];
 
 /// Drives one cycle and writes down every step.
 pub fn trace(study: &Study, seed: u64, cycle_id: u64) -> Trace {
@@ -51,28 +55,56 @@ pub fn trace(study: &Study, seed: u64, cycle_id: u64) -> Trace {
 
 /// Drives one given scenario and writes down every step.
 pub fn trace_scenario(study: &Study, scenario: Scenario) -> Trace {
-    study.vehicle().powertrain.dispatch(TraceTask { study, scenario })
+    let mut traces = block(study, vec![scenario], |_| true);
+    traces.pop().expect("one cycle gives one trace")
+}
+
+/// Drives given scenarios, side by side, and writes down the motion of each: time, step, position,
+/// speed and the rate of fuel or energy, and what a log would tell of the road. The traces are in
+/// the order of the scenarios, whose cycle ids have to increase, and none depends on the others.
+pub fn motions(study: &Study, scenarios: impl IntoIterator<Item = Scenario>) -> Vec<Trace> {
+    let (mut scenarios, mut traces) = (scenarios.into_iter().peekable(), Vec::new());
+    while scenarios.peek().is_some() {
+        let side_by_side = scenarios.by_ref().take(WIDTH).collect();
+        traces.append(&mut block(study, side_by_side, |place| MOTION.contains(&place)));
+    }
+    traces
+}
+
+/// Drives as many scenarios as there are lanes, or fewer, and writes the columns at such places.
+fn block(study: &Study, scenarios: Vec<Scenario>, writes: fn(usize) -> bool) -> Vec<Trace> {
+    study.vehicle().powertrain.dispatch(TraceTask { study, scenarios, writes })
 }
 
 struct TraceTask<'a> {
     study: &'a Study,
-    scenario: Scenario,
+    /// No more than lanes; each has the lane of its place.
+    scenarios: Vec<Scenario>,
+    writes: fn(usize) -> bool,
 }
 
 impl PowertrainTask for TraceTask<'_> {
-    type Answer = Trace;
+    type Answer = Vec<Trace>;
 
-    fn run<P: Powertrain>(self, powertrain: &P) -> Trace {
+    fn run<P: Powertrain>(self, powertrain: &P) -> Vec<Trace> {
         let study = self.study;
-        let mut writer = Writer::default();
-        let road = self.scenario.cycle.road.clone();
-        let mut task = Some(LaneTask::new(study, self.scenario));
-        let mut records = drive_observed(study, powertrain, &mut |_| task.take(), &mut writer);
-        let mut columns = writer.columns;
-        let seen = road_signals(study, &road, &columns[POSITION].values, &columns[SPEED].values);
-        columns.extend(seen);
-        let record = records.pop().expect("one cycle gives one record");
-        Trace { columns, record }
+        let mut lanes = LaneWriters(std::array::from_fn(|_| Writer::new(self.writes)));
+        let scenarios = self.scenarios.into_iter();
+        let known = scenarios.clone().map(|scenario| (scenario.cycle_id, scenario.cycle.road));
+        let known: Vec<(u64, Road)> = known.collect();
+        let mut tasks = scenarios.map(|scenario| LaneTask::new(study, scenario));
+        let records = drive_observed(study, powertrain, &mut |_| tasks.next(), &mut lanes);
+        let ids = records.iter().map(|record| record.cycle_id);
+        assert!(ids.eq(known.iter().map(|(id, _)| *id)), "each cycle gives one record, in order");
+        let driven = lanes.0.into_iter().zip(known).zip(records);
+        let trace = |((writer, (_, road)), record): ((Writer, (u64, Road)), Record)| {
+            let mut columns = writer.columns;
+            let way = [POSITION, SPEED].map(|place| columns[place].values.as_slice());
+            let seen = road_signals(study, &road, way);
+            columns.extend(seen);
+            Trace { columns, record }
+        };
+        driven.map(trace).collect()
     }
 }
 
@@ -80,8 +112,7 @@ impl PowertrainTask for TraceTask<'_> {
 fn road_signals(
     study: &Study,
     road: &Road,
-    position_m: &[f64],
-    speed_mps: &[f64],
+    [position_m, speed_mps]: [&[f64]; 2],
 ) -> [TableColumn; 2] {
     let types = study.operating_cycle().road().types();
     let (mut curve, mut sign, mut section) = (0, 0, 0);
@@ -108,9 +139,13 @@ fn road_signals(
     ]
 }
 
+/// Collects the rows of each lane.
+struct LaneWriters([Writer; WIDTH]);
+
 /// Collects rows.
-#[derive(Default)]
 struct Writer {
+    /// Which columns, by their places.
+    writes: fn(usize) -> bool,
     columns: Vec<TableColumn>,
     time_s: f64,
     position_m: f64,
@@ -133,21 +168,32 @@ struct Row {
 }
 
 impl Writer {
+    fn new(writes: fn(usize) -> bool) -> Self {
+        Self {
+            writes,
+            columns: Vec::new(),
+            time_s: 0.0,
+            position_m: 0.0,
+            standstill_s: 0.0,
+            kept: None,
+        }
+    }
+
     fn push<S: Simd, P: Powertrain>(
         &mut self,
         parameters: &KernelParameters<P>,
         state: &State<S, P>,
-        task: &LaneTask,
+        (number, task): (usize, &LaneTask),
         row: &Row,
         added: &Ledger<f64>,
     ) {
         self.time_s += row.step_s;
-        let own = parameters.powertrain.state_signal(&state.powertrain, 0, row.closed);
+        let own = parameters.powertrain.state_signal(&state.powertrain, number, row.closed);
         let signals = [
             ("time_s", self.time_s),
             ("step_s", row.step_s),
             ("position_m", self.position_m),
-            ("speed_mps", state.motion.speed[0]),
+            ("speed_mps", state.motion.speed[number]),
             ("desired_speed_mps", row.desired_mps),
             ("acceleration_mps2", row.acceleration_mps2),
             ("accelerator", row.accelerator),
@@ -156,12 +202,14 @@ impl Writer {
             (P::SIGNALS.speed, row.engine_speed),
             (P::SIGNALS.torque, row.torque),
             (P::SIGNALS.source_rate, row.source_rate),
-            ("grade", state.slope(0)),
+            ("grade", state.slope(number)),
             (P::SIGNALS.state, own),
         ];
         let terms = TERMS.iter().filter(|declared| declared.term.is_in(Mode::Driven, P::TERMS));
         let terms = terms.map(|declared| (declared.trace, added[declared.term]));
-        for (k, (name, value)) in signals.into_iter().chain(terms).enumerate() {
+        let row = signals.into_iter().chain(terms).enumerate();
+        let row = row.filter(|(place, _)| (self.writes)(*place));
+        for (k, (_, (name, value))) in row.enumerate() {
             match self.columns.get_mut(k) {
                 Some(column) => column.values.push(value),
                 None => self.columns.push(TableColumn { name, values: vec![value] }),
@@ -170,7 +218,7 @@ impl Writer {
     }
 }
 
-impl Observer for Writer {
+impl Observer for LaneWriters {
     fn after_step<S: Simd, P: Powertrain>(
         &mut self,
         parameters: &KernelParameters<P>,
@@ -178,44 +226,67 @@ impl Observer for Writer {
         view: &StepView<S>,
         tasks: &[Option<LaneTask>],
     ) {
-        let Some(task) = &tasks[0] else { return };
-        let mut added = view.added.lane(0);
-        // of a step that was taken back nothing is left but the jump of the engine's speed: the
-        // next row has it
-        added.add(&self.kept.take().unwrap_or(Ledger::EMPTY));
-        if view.dt[0] == 0.0 {
-            self.kept = Some(added);
-            return;
+        for (number, (writer, task)) in self.0.iter_mut().zip(tasks).enumerate() {
+            if let Some(task) = task {
+                writer.after_step(parameters, state, view, (number, task));
+            }
         }
-        self.position_m += view.dx[0];
-        let row = Row {
-            step_s: view.dt[0],
-            desired_mps: view.desired[0],
-            acceleration_mps2: view.acceleration[0],
-            accelerator: view.accelerator[0],
-            brake: view.brake[0],
-            engine_speed: view.engine_speed[0],
-            torque: view.engine_torque[0],
-            source_rate: view.source_rate[0],
-            closed: view.closed.test(0),
-        };
-        self.push(parameters, state, task, &row, &added);
     }
 
     fn after_event<S: Simd, P: Powertrain>(
         &mut self,
         parameters: &KernelParameters<P>,
         state: &State<S, P>,
-        tasks: &[Option<LaneTask>],
+        (number, task): (usize, &LaneTask),
     ) {
-        let Some(task) = &tasks[0] else { return };
+        self.0[number].after_event(parameters, state, (number, task));
+    }
+}
+
+impl Writer {
+    fn after_step<S: Simd, P: Powertrain>(
+        &mut self,
+        parameters: &KernelParameters<P>,
+        state: &State<S, P>,
+        view: &StepView<S>,
+        (number, task): (usize, &LaneTask),
+    ) {
+        let mut added = view.added.lane(number);
+        // of a step that was taken back nothing is left but the jump of the engine's speed: the
+        // next row has it
+        added.add(&self.kept.take().unwrap_or(Ledger::EMPTY));
+        if view.dt[number] == 0.0 {
+            self.kept = Some(added);
+            return;
+        }
+        self.position_m += view.dx[number];
+        let row = Row {
+            step_s: view.dt[number],
+            desired_mps: view.desired[number],
+            acceleration_mps2: view.acceleration[number],
+            accelerator: view.accelerator[number],
+            brake: view.brake[number],
+            engine_speed: view.engine_speed[number],
+            torque: view.engine_torque[number],
+            source_rate: view.source_rate[number],
+            closed: view.closed.test(number),
+        };
+        self.push(parameters, state, (number, task), &row, &added);
+    }
+
+    fn after_event<S: Simd, P: Powertrain>(
+        &mut self,
+        parameters: &KernelParameters<P>,
+        state: &State<S, P>,
+        (number, task): (usize, &LaneTask),
+    ) {
         let added = &task.added_by_event;
         let waited_s = task.progress.standstill_s - self.standstill_s;
         if *added == Ledger::EMPTY && waited_s == 0.0 {
             return;
         }
         self.standstill_s = task.progress.standstill_s;
-        let engine_speed = state.motion.engine_speed[0];
+        let engine_speed = state.motion.engine_speed[number];
         let [torque, source_rate] =
             parameters.powertrain.standing_signals(added, waited_s, engine_speed);
         let row = Row {
@@ -229,6 +300,6 @@ impl Observer for Writer {
             source_rate,
             closed: false,
         };
-        self.push(parameters, state, task, &row, added);
+        self.push(parameters, state, (number, task), &row, added);
     }
 }

@@ -3,7 +3,8 @@
 use crate::fit::curve_speed::CurveTable;
 use crate::log::TripLog;
 use crate::log::curve::{CurveOptions, detect_curves};
-use ocmc_core::kernel::trace::{Trace, trace_scenario};
+use ocmc_core::kernel::trace::{Trace, motions};
+use ocmc_core::lanes::WIDTH;
 use ocmc_core::study::Study;
 use rayon::prelude::*;
 
@@ -22,17 +23,22 @@ pub struct Trips {
 /// need 5 Hz: the study's step is the caller's to choose.
 pub fn simulated_curves(study: &Study, trips: &Trips, options: &CurveOptions) -> CurveTable {
     let count = trips.drivers * trips.per_driver;
-    let tables: Vec<CurveTable> = (0..count)
+    let scenario = |trip: u64| {
+        let mut scenario = study.sample(trips.seed, trip);
+        let first = trip - trip % trips.per_driver;
+        if first != trip {
+            scenario.driver = study.sample(trips.seed, first).driver;
+        }
+        scenario
+    };
+    let blocks: Vec<u64> = (0..count).step_by(WIDTH).collect();
+    let tables: Vec<CurveTable> = blocks
         .into_par_iter()
-        .map(|trip| {
-            let driver = trip / trips.per_driver;
-            let mut scenario = study.sample(trips.seed, trip);
-            let first = driver * trips.per_driver;
-            if first != trip {
-                scenario.driver = study.sample(trips.seed, first).driver;
-            }
-            let drive = trace_scenario(study, scenario);
-            of_trip(&drive, driver, options)
+        .flat_map_iter(|first| {
+            let block = first..(first + WIDTH as u64).min(count);
+            let drives = motions(study, block.clone().map(scenario));
+            let of_trip = |(trip, drive)| of_trip(&drive, trip / trips.per_driver, options);
+            block.zip(drives).map(of_trip).collect::<Vec<_>>()
         })
         .collect();
     let mut all = CurveTable { left: Some(Vec::new()), ..CurveTable::default() };
