@@ -21,4 +21,5 @@ mod noise;
 pub mod options;
 pub mod population;
 mod problem;
+mod profile_interval;
 mod search;
