@@ -125,8 +125,7 @@ impl Asked<'_> {
 fn different_keys(asked: &LoadedStudy, run: &LoadedStudy) -> Vec<String> {
     let keys = |study: &LoadedStudy| {
         let mut keys = BTreeMap::new();
-        let tree = serde_json::to_value(&study.model).expect("tables, lists, numbers and words");
-        leaves(&tree, "", &mut keys);
+        leaves(&study.model.to_tree(), "", &mut keys);
         keys
     };
     let (asked, run) = (keys(asked), keys(run));

@@ -22,14 +22,19 @@ pub struct StudyError {
 }
 
 pub(super) fn check(model: &StudyModel) -> Result<(), StudyError> {
-    let tree = serde_json::to_value(model).expect("a study model serialises");
-    let mut problems = Problems::default();
-    within_bounds(&tree, Key(&declarations()), &mut problems);
-    let mut found = problems.into_found();
+    let tree = model.to_tree();
+    let mut found = outside_bounds(&tree);
     if found.is_empty() {
         found = rules(model, &tree);
     }
     if found.is_empty() { Ok(()) } else { Err(StudyError { problems: found }) }
+}
+
+/// What lies outside the range that is declared of its key, in a [tree](super::tree) of a study.
+pub fn outside_bounds(tree: &Value) -> Vec<Problem> {
+    let mut problems = Problems::default();
+    within_bounds(tree, Key(&declarations()), &mut problems);
+    problems.into_found()
 }
 
 /// What the rules beside the models say of numbers that are each within their range.

@@ -7,10 +7,11 @@ mod check;
 pub mod fleet;
 pub mod handover;
 pub mod keys;
+pub mod tree;
 pub mod uncertainty;
 
 pub use crate::validation::Problem;
-pub use check::StudyError;
+pub use check::{StudyError, outside_bounds};
 
 use crate::breakdown::{Amount, Axis, BreakdownColumns, Part};
 use crate::charging::{Charger, ChargingPolicy};

@@ -209,11 +209,10 @@ impl Study {
     /// # Errors
     /// [`StudyError`] where such a number is not allowed.
     fn shifted(&self, key: &str, by: f64) -> Result<Self, StudyError> {
-        let mut tree = serde_json::to_value(self.model()).expect("a study model serialises");
+        let mut tree = self.model().to_tree();
         let value = tree.pointer_mut(&pointer(key)).expect("checked: the study has the key");
         shift(value, by);
-        let mut model: StudyModel =
-            serde_json::from_value(tree).expect("a number in the place of another");
+        let mut model = StudyModel::from_tree(&tree).expect("a number in the place of another");
         model.driver.curve_speed.parameter_uncertainty = false;
         self.with_model(model)
     }

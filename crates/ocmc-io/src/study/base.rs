@@ -8,9 +8,10 @@
 use super::builtin::{Kind, STUDY, Text, VEHICLE, read};
 use super::error::{Cause, Fault};
 use super::files::Files;
-use super::node::{Content, Node, Step, path_of};
+use super::node::{Content, Node, path_of};
 use super::source::Place;
 use crate::vecto::{Job, VectoError};
+use ocmc_core::study::tree::Step;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 

@@ -5,8 +5,9 @@
 //! it sees which; a user's own study is not changed: its message names the value.
 
 use super::error::Fault;
-use super::node::{Content, Node, Step, path_of};
+use super::node::{Content, Node, path_of};
 use super::source::{Source, SourceKind};
+use ocmc_core::study::tree::Step;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 

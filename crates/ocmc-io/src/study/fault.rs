@@ -3,13 +3,13 @@
 use super::earlier::{NEW_KEYS, earlier_value};
 use super::error::{Cause, DECIMAL_POINT, Fault, NO_UNIT, StudyFileError};
 use super::init::range;
-use super::node::{Content, Node, Step, path_of};
+use super::node::{Content, Node, path_of};
 use super::source::{Place, SourceKind};
 use crate::number_text::{has_decimal_comma, has_unit};
 use crate::printable::is_hidden;
 use ocmc_core::study::keys::{Key, declarations};
+use ocmc_core::study::tree::{Step, TreeError};
 use ocmc_core::study::{Problem, StudyError, StudyModel};
-use serde_path_to_error::Segment;
 
 /// What a name is made of.
 const NO_HIDDEN: &str = "letters that are shown: no control characters, none that turn the \
@@ -71,20 +71,7 @@ fn walk(node: &Node, steps: &mut Vec<Step>, visit: &mut impl FnMut(&[Step], &Nod
 }
 
 /// The fault behind serde's refusal of a tree.
-pub(super) fn from_serde(
-    root: &Node,
-    error: &serde_path_to_error::Error<toml::de::Error>,
-) -> Box<Fault> {
-    let mut steps: Vec<Step> = error
-        .path()
-        .iter()
-        .filter_map(|segment| match segment {
-            Segment::Seq { index } => Some(Step::Index(*index)),
-            Segment::Map { key } => Some(Step::Key(key.clone())),
-            Segment::Enum { .. } | Segment::Unknown => None,
-        })
-        .collect();
-    let message = error.inner().message().to_owned();
+pub(super) fn from_serde(root: &Node, TreeError { mut steps, message }: TreeError) -> Box<Fault> {
     let names = quoted(&message);
     let (about, expected) = message.split_once(", expected ").unwrap_or((&message, ""));
     if about.starts_with("missing field") {
@@ -219,8 +206,8 @@ fn inherited_law(root: &Node, steps: &[Step], place: Option<&Place>) -> Option<S
 fn words_of(root: &Node, steps: &[Step]) -> Vec<String> {
     let mut probe = root.clone();
     probe.put(steps, Content::Scalar("".into()));
-    let probed: Result<StudyModel, _> = serde_path_to_error::deserialize(probe.to_toml());
-    let message = probed.err().map_or_else(String::new, |error| error.inner().message().to_owned());
+    let probed = StudyModel::from_tree(&probe.to_json());
+    let message = probed.err().map_or_else(String::new, |error| error.message);
     let (_, expected) = message.split_once(", expected ").unwrap_or_default();
     quoted(expected).into_iter().map(str::to_owned).collect()
 }

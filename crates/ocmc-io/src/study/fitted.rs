@@ -6,7 +6,7 @@ use super::node::Node;
 use super::source::{Source, SourceKind};
 use super::{StudyFileError, load_text, resolved_toml};
 use ocmc_core::study::uncertainty::Estimates;
-use ocmc_core::study::{Problem, Study, StudyModel};
+use ocmc_core::study::{Problem, Study, StudyModel, outside_bounds};
 use serde::Serialize;
 use serde_json::json;
 use std::collections::BTreeMap;
@@ -80,7 +80,7 @@ impl FittedPart {
         name: &str,
         estimates: impl IntoIterator<Item = Estimate>,
     ) -> Self {
-        let mut model = self.study(base);
+        let mut model = Self::study(&self.tree(base));
         model.uncertainty.remove(name);
         let values = serde_json::to_value(&self.values).expect("tables, lists, numbers and words");
         let is_there = |estimate: &Estimate| {
@@ -110,15 +110,25 @@ impl FittedPart {
     }
 
     /// The base with these values.
-    fn study(&self, base: &StudyModel) -> StudyModel {
+    fn tree(&self, base: &StudyModel) -> serde_json::Value {
         let mut tree = tree(resolved_toml(base));
         tree.overlay(self::tree(self.text())).expect("a fit replaces lists as a whole");
-        serde_path_to_error::deserialize(tree.to_toml()).expect("keys of a study over a study")
+        tree.to_json()
+    }
+
+    /// The study that a tree of these values describes.
+    fn study(tree: &serde_json::Value) -> StudyModel {
+        StudyModel::from_tree(tree).expect("keys of a study over a study")
     }
 
     /// What a study with these values would refuse.
     fn refused(&self, base: &StudyModel) -> Vec<Problem> {
-        Study::new(self.study(base)).err().map_or_else(Vec::new, |error| error.problems)
+        let tree = self.tree(base);
+        let outside = outside_bounds(&tree);
+        if !outside.is_empty() {
+            return outside;
+        }
+        Study::new(Self::study(&tree)).err().map_or_else(Vec::new, |error| error.problems)
     }
 
     /// As TOML, to paste into a study.

@@ -53,9 +53,10 @@ pub use source::{Place, Source, SourceKind};
 use crate::given_cycle;
 use crate::sha256;
 use crate::table::Mapping;
-use node::{Node, Step};
+use node::Node;
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::route::{Keep, RouteModel};
+use ocmc_core::study::tree::Step;
 use ocmc_core::study::{Study, StudyModel};
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -279,8 +280,8 @@ fn check(own: &Node, files: &Files) -> Result<(StudyModel, Study), StudyFileErro
     if !faults.is_empty() {
         return Err(StudyFileError { faults });
     }
-    let mut model: StudyModel = serde_path_to_error::deserialize(tree.to_toml())
-        .map_err(|error| fault::from_serde(&tree, &error))?;
+    let mut model =
+        StudyModel::from_tree(&tree.to_json()).map_err(|error| fault::from_serde(&tree, error))?;
     let study = Study::new(model.clone())
         .and_then(|study| study.check_sides().map(|()| study))
         .map_err(|error| StudyFileError { faults: fault::from_core(&tree, error) })?;
@@ -294,7 +295,7 @@ fn check(own: &Node, files: &Files) -> Result<(StudyModel, Study), StudyFileErro
 
 /// The fully resolved study as TOML; it loads to the same study.
 pub fn resolved_toml(model: &StudyModel) -> String {
-    toml::to_string(model).expect("a study is tables, lists, numbers and words")
+    toml::to_string(&model.to_tree()).expect("a study is tables, lists, numbers and words")
 }
 
 /// SHA-256, in hexadecimal digits, of the resolved study: of its JSON without blanks, keys in the
@@ -302,7 +303,7 @@ pub fn resolved_toml(model: &StudyModel) -> String {
 ///
 /// Two studies with the same hash give the same records under the same seed and program version.
 pub fn study_hash(model: &StudyModel) -> String {
-    hash_of_tree(serde_json::to_value(model).expect("a study is tables, lists, numbers and words"))
+    hash_of_tree(model.to_tree())
 }
 
 /// Keys that the resolved study of an earlier version lacks, with the values that it is read with,

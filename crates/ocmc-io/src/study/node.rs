@@ -2,6 +2,7 @@
 
 use super::error::{Cause, DECIMAL_POINT, Fault, NO_UNIT};
 use super::source::{Place, Source, SourceKind, cut};
+use ocmc_core::study::tree::Step;
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
@@ -32,13 +33,6 @@ pub(super) enum Content {
     Table(BTreeMap<String, Node>),
     List(Vec<Node>),
     Scalar(toml::Value),
-}
-
-/// A step from a table or a list to a value in it.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) enum Step {
-    Key(String),
-    Index(usize),
 }
 
 impl Node {
@@ -77,15 +71,19 @@ impl Node {
         Err(Fault::not_allowed("a study", node.shown(), "a table"))
     }
 
-    /// The value as `toml` sees it.
-    pub(super) fn to_toml(&self) -> toml::Value {
+    /// The value as a study is read from it.
+    pub(super) fn to_json(&self) -> serde_json::Value {
         match &self.content {
             Content::Table(entries) => {
-                let pairs = entries.iter().map(|(key, node)| (key.clone(), node.to_toml()));
-                toml::Value::Table(pairs.collect())
+                let pairs = entries.iter().map(|(key, node)| (key.clone(), node.to_json()));
+                serde_json::Value::Object(pairs.collect())
             }
-            Content::List(items) => toml::Value::Array(items.iter().map(Self::to_toml).collect()),
-            Content::Scalar(value) => value.clone(),
+            Content::List(items) => {
+                serde_json::Value::Array(items.iter().map(Self::to_json).collect())
+            }
+            // what no key takes, so that a date is refused as any other value of a wrong kind
+            Content::Scalar(toml::Value::Datetime(_)) => serde_json::json!([null]),
+            Content::Scalar(value) => serde_json::to_value(value).expect("one value"),
         }
     }
 

@@ -65,9 +65,9 @@ fn steps_of(key: &str) -> Option<Vec<String>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::study::node::Step;
+    use ocmc_core::study::tree::Step;
 
-    fn leaf(setting: &str) -> (String, toml::Value) {
+    fn leaf(setting: &str) -> (String, serde_json::Value) {
         let mut node = parse(setting).unwrap();
         let mut steps = Vec::new();
         while let Content::Table(entries) = node.content {
@@ -75,7 +75,7 @@ mod tests {
             steps.push(Step::Key(key));
             node = below;
         }
-        (crate::study::node::path_of(&steps), node.to_toml())
+        (crate::study::node::path_of(&steps), node.to_json())
     }
 
     #[test]
@@ -84,7 +84,7 @@ mod tests {
         assert_eq!(leaf("a = 3 "), ("a".into(), 3.into()));
         assert_eq!(leaf("a.b=table"), ("a.b".into(), "table".into()));
         assert_eq!(leaf("a=\"x y\""), ("a".into(), "x y".into()));
-        assert_eq!(leaf("a=[1, 2]"), ("a".into(), toml::Value::from(vec![1, 2])));
+        assert_eq!(leaf("a=[1, 2]"), ("a".into(), vec![1, 2].into()));
         assert_eq!(leaf("a.\"b c\"=true"), ("a.\"b c\"".into(), true.into()));
         assert_eq!(leaf("a.b=x=y"), ("a.b".into(), "x=y".into()));
     }

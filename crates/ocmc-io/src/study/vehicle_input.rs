@@ -25,7 +25,7 @@ use ocmc_core::vehicle::coast_down::CoastDown;
 use ocmc_core::vehicle::tyre::TyreSize;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
-use serde_json::{Value, json};
+use serde_json::{Value, from_value, json};
 use std::collections::BTreeMap;
 
 /// Works out the keys that stand for others, in a tree whose bases are resolved.
@@ -75,7 +75,7 @@ fn engine_files(engine: &mut Node, files: &Files) -> Result<(), Box<Fault>> {
     }
     if let Some([speed, _, drag]) = curves {
         let points: Vec<(f64, f64)> = speed.into_iter().zip(drag).collect();
-        let speeds = engine.get("map_speed_radps").map(|speeds| speeds.to_toml().try_into());
+        let speeds = engine.get("map_speed_radps").map(|speeds| from_value(speeds.to_json()));
         let speeds: Vec<f64> = speeds.and_then(Result::ok).unwrap_or_default();
         let torques: Vec<f64> = speeds.iter().map(|w| interpolate(&points, *w).min(-0.1)).collect();
         put(engine, &json!({ "drag_torque_nm": torques }))?;
@@ -177,8 +177,7 @@ fn numbers_of<const N: usize>(
 
 /// The value of a key as a struct.
 fn read_keys<T: DeserializeOwned>(node: &Node, key: &str) -> Result<T, Box<Fault>> {
-    let wrong = |error: toml::de::Error| format!("`{key}`: {}", error.message());
-    node.to_toml().try_into().map_err(|error| file_fault(node, &wrong(error)))
+    from_value(node.to_json()).map_err(|error| file_fault(node, &format!("`{key}`: {error}")))
 }
 
 fn file_fault(node: &Node, message: &impl ToString) -> Box<Fault> {

@@ -107,6 +107,11 @@ fn a_wrong_type_names_the_right_one() {
         ("driver.pedals.pid.correlation = [0.1]", "a list of length 3, each -0.99 to 0.99"),
         ("driver.curve_speed.parameter_uncertainty = 1", "is 1, allowed is true or false"),
         ("mission.length_m = 1979-05-27", "is 1979-05-27, allowed is a number, or a table such as"),
+        (
+            "study.name = 1979-05-27",
+            "`study.name` is 1979-05-27, allowed is a text in quotation marks",
+        ),
+        ("vehicle.engine = 1979-05-27", "`vehicle.engine` is 1979-05-27, allowed is a table"),
         ("study.name = 3", "`study.name` is 3, allowed is a text in quotation marks"),
         (
             "cost.fuel_per_l = \"dear\"",
