@@ -92,6 +92,8 @@ pub fn minimise(
     let mut scale = vec![0.0f64; count];
     let mut damping = FIRST_DAMPING;
     let mut growth = 2.0;
+    // derivatives where the search has come to
+    let mut ahead: Option<DMatrix<f64>> = None;
     let mut optimum = Optimum {
         parameters: x.clone(),
         sum_of_squares: sum,
@@ -101,7 +103,10 @@ pub fn minimise(
     };
     while optimum.iterations < tolerances.most_iterations && sum.is_finite() {
         optimum.iterations += 1;
-        let jacobian = differences(residuals, &x, bounds, r.len(), tolerances.difference);
+        let jacobian = ahead.take().unwrap_or_else(|| {
+            let differences = Differences::at(&x, bounds, tolerances.difference);
+            differences.jacobian(&residuals(&differences.points), r.len(), count)
+        });
         for k in 0..count {
             let norm = jacobian.column(k).norm();
             scale[k] = if norm.is_finite() { scale[k].max(norm) } else { scale[k] };
@@ -146,8 +151,16 @@ pub fn minimise(
                     break; // no damping behind it is tried
                 }
             }
-            let points: Vec<Vec<f64>> = trials.iter().map(|trial| trial.to.clone()).collect();
-            for (trial, new_r) in trials.into_iter().zip(residuals(&points)) {
+            let mut points: Vec<Vec<f64>> = trials.iter().map(|trial| trial.to.clone()).collect();
+            // most first steps are taken: what the next one needs is worked out beside them
+            let next = match &points[..] {
+                [to] => Differences::at(to, bounds, tolerances.difference),
+                _ => Differences::default(),
+            };
+            points.extend(next.points.iter().cloned());
+            let mut found = residuals(&points);
+            let beside = found.split_off(trials.len());
+            for (trial, new_r) in trials.into_iter().zip(found) {
                 let new_sum = square_sum(&new_r);
                 if new_sum < sum {
                     let taken: Vec<f64> = (0..count).map(|k| trial.to[k] - x[k]).collect();
@@ -159,6 +172,7 @@ pub fn minimise(
                     damping = trial.damping * (1.0 - cube * cube * cube).max(1.0 / 3.0);
                     growth = 2.0;
                     (x, r, sum) = (trial.to, new_r, new_sum);
+                    ahead = (!beside.is_empty()).then(|| next.jacobian(&beside, r.len(), count));
                     moved = true;
                     optimum.converged = little || trial.is_small;
                     break;
@@ -183,39 +197,47 @@ fn residuals_at(residuals: ResidualsAt, x: &[f64]) -> Vec<f64> {
     residuals(&[x.to_vec()]).pop().expect("one point has its residuals")
 }
 
-/// Derivatives by central differences, one-sided at a bound.
-fn differences(
-    residuals: ResidualsAt,
-    x: &[f64],
-    bounds: &[[f64; 2]],
-    rows: usize,
-    relative: f64,
-) -> DMatrix<f64> {
-    let moved = |k: usize, to: f64| {
-        let mut point = x.to_vec();
-        point[k] = to;
-        point
-    };
-    let (mut pairs, mut points) = (Vec::new(), Vec::new());
-    for (k, [lower, upper]) in bounds.iter().enumerate() {
-        let width = upper - lower;
-        // of a parameter at zero the bounds give the size
-        let size = if width.is_finite() { x[k].abs().max(1e-3 * width) } else { x[k].abs() };
-        let step = relative * if size > 0.0 { size } else { 1.0 };
-        let (high, low) = ((x[k] + step).min(*upper), (x[k] - step).max(*lower));
-        if high > low {
-            pairs.push((k, high - low));
-            points.extend([moved(k, high), moved(k, low)]);
+/// Central differences, one-sided at a bound.
+#[derive(Default)]
+struct Differences {
+    /// Where the residuals are needed: above and below for each of the parameters that can move.
+    points: Vec<Vec<f64>>,
+    /// These parameters, and how far the two points are apart.
+    widths: Vec<(usize, f64)>,
+}
+
+impl Differences {
+    fn at(x: &[f64], bounds: &[[f64; 2]], relative: f64) -> Self {
+        let moved = |k: usize, to: f64| {
+            let mut point = x.to_vec();
+            point[k] = to;
+            point
+        };
+        let mut differences = Self::default();
+        for (k, [lower, upper]) in bounds.iter().enumerate() {
+            let width = upper - lower;
+            // of a parameter at zero the bounds give the size
+            let size = if width.is_finite() { x[k].abs().max(1e-3 * width) } else { x[k].abs() };
+            let step = relative * if size > 0.0 { size } else { 1.0 };
+            let (high, low) = ((x[k] + step).min(*upper), (x[k] - step).max(*lower));
+            if high > low {
+                differences.widths.push((k, high - low));
+                differences.points.extend([moved(k, high), moved(k, low)]);
+            }
         }
+        differences
     }
-    let mut jacobian = DMatrix::zeros(rows, x.len());
-    let found = residuals(&points);
-    for ((k, wide), [above, below]) in pairs.into_iter().zip(found.as_chunks().0) {
-        for row in 0..rows {
-            jacobian[(row, k)] = (above[row] - below[row]) / wide;
+
+    /// The derivatives, from the residuals at the points.
+    fn jacobian(&self, found: &[Vec<f64>], rows: usize, count: usize) -> DMatrix<f64> {
+        let mut jacobian = DMatrix::zeros(rows, count);
+        for ((k, wide), [above, below]) in self.widths.iter().zip(found.as_chunks().0) {
+            for row in 0..rows {
+                jacobian[(row, *k)] = (above[row] - below[row]) / wide;
+            }
         }
+        jacobian
     }
-    jacobian
 }
 
 /// The step of the free parameters that solves the damped linear problem.

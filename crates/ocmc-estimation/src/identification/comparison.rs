@@ -28,6 +28,6 @@ pub(super) fn interpolated(drive: &EventSeries, time_s: f64, step: &mut usize) -
     let (k, next) = (*step, (*step + 1).min(times.len() - 1));
     let width = times[next] - times[k];
     let part = if width > 0.0 { ((time_s - times[k]) / width).clamp(0.0, 1.0) } else { 0.0 };
-    [&drive.accelerator, &drive.brake, &drive.speed_mps]
-        .map(|values| values[k] + part * (values[next] - values[k]))
+    let at = |values: &[f64]| values[k] + part * (values[next] - values[k]);
+    [at(&drive.accelerator), at(&drive.brake), at(&drive.speed_mps)]
 }
