@@ -45,13 +45,30 @@ class Spent(NamedTuple):
         return Spent(self.first_s - other.first_s, self.all_s - other.all_s)
 
 
+class Behind(NamedTuple):
+    """What is done behind the last chunk: how long it takes, and the CPU time of all threads."""
+
+    wall_s: float
+    busy_s: float
+
+
 class Sink(NamedTuple):
-    """CPU time for each record, in s: by the thread that takes the records, and by those that write chunks."""
+    """CPU time for each record, in s.
+
+    By the thread that takes the records; by those that write chunks; at the end by those that encode groups of rows, and
+    by the one that puts these together.
+    """
 
     summary_s: float
     taking_s: float
     writing_s: float
+    encoding_s: float
     assembly_s: float
+
+    def behind(self, cycles: int, threads: int) -> Behind:
+        """Give what is done behind the last chunk: groups are encoded side by side, and put together meanwhile."""
+        busy_s = cycles * (self.encoding_s + self.assembly_s)
+        return Behind(max(cycles * self.assembly_s, busy_s / threads), busy_s)
 
 
 def spent_by(words: list[str], chunks: Path | None) -> tuple[Spent, Spent]:
@@ -86,7 +103,9 @@ def sink() -> Sink:
         alone, _ = spent_by([*words, str(RECORDS)], None)
         until, behind = spent_by([*words, str(RECORDS), "--out", str(out)], out / "chunks")
     more = until.less(alone)
-    parts = (alone.first_s - start.first_s, more.first_s, max(0.0, more.all_s - more.first_s), behind.first_s)
+    summary_s = alone.first_s - start.first_s
+    writing_s, encoding_s = (max(0.0, spent.all_s - spent.first_s) for spent in (more, behind))
+    parts = (summary_s, more.first_s, writing_s, encoding_s, behind.first_s)
     return Sink(*(part / RECORDS for part in parts))
 
 
@@ -104,7 +123,7 @@ class Schedule(NamedTuple):
     idle: float
 
 
-def simulate(times: Iterator[float], threads: int, chunks: int, taking_s: float, behind_s: float) -> Schedule:
+def simulate(times: Iterator[float], threads: int, chunks: int, taking_s: float, behind: Behind) -> Schedule:
     """Simulate the rule of the program; `taking_s` is what the records of a chunk take."""
     free = [0.0] * threads  # when each thread takes its next chunk
     taken: deque[float] = deque()  # when the records of each chunk are taken, in order
@@ -119,7 +138,7 @@ def simulate(times: Iterator[float], threads: int, chunks: int, taking_s: float,
         if len(taken) > WAITING_A_THREAD * threads:
             done_s = max(done_s, taken.popleft())
         heapq.heappush(free, done_s)
-    return Schedule(end_s, 1.0 - busy_s / (threads * (end_s + behind_s)))
+    return Schedule(end_s, 1.0 - (busy_s + behind.busy_s) / (threads * (end_s + behind.wall_s)))
 
 
 def main() -> None:
@@ -142,6 +161,7 @@ def main() -> None:
         "summary": of.summary_s,
         "handed over": of.taking_s,
         "written": of.writing_s,
+        "encoded": of.encoding_s,
         "put together": of.assembly_s,
     }
     print(
@@ -164,11 +184,11 @@ def main() -> None:
         written = [time_s + chunk * of.writing_s for time_s in driven]
         sync_s = asked.sync_ms / 1e3 * SYNCS / FILE_ROWS
         slowest_s = max(of.summary_s + of.taking_s + sync_s, of.writing_s / -(-threads // THREADS_A_WRITER))
-        behind_s = asked.cycles * of.assembly_s
-        with_files = simulate(cycle(written), threads, chunks, chunk * slowest_s, behind_s)
-        without = simulate(cycle(driven), threads, chunks, chunk * of.summary_s, 0.0)
+        behind = of.behind(asked.cycles, threads)
+        with_files = simulate(cycle(written), threads, chunks, chunk * slowest_s, behind)
+        without = simulate(cycle(driven), threads, chunks, chunk * of.summary_s, Behind(0.0, 0.0))
         print(
-            f"| {threads} | {chunk} | {with_files.driving_s:.1f} | {behind_s:.1f} | {100 * with_files.idle:.0f} |"
+            f"| {threads} | {chunk} | {with_files.driving_s:.1f} | {behind.wall_s:.1f} | {100 * with_files.idle:.0f} |"
             f" {without.driving_s:.1f} | {100 * without.idle:.0f} |"
         )
     if os.getloadavg()[0] > 1.0:

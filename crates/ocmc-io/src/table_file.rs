@@ -2,7 +2,7 @@
 
 use crate::file_error::FileError;
 use crate::records::parquet::{io_error, properties};
-use crate::records::{RecordFormat, RecordsError};
+use crate::records::{Compression, RecordFormat, RecordsError};
 use arrow_array::cast::AsArray;
 use arrow_array::types::{Float64Type, UInt64Type};
 use arrow_array::{Array, ArrayRef, RecordBatch};
@@ -35,9 +35,11 @@ impl TableWriter {
         let file = OpenOptions::new().write(true).create_new(true).open(path);
         let file = file.map_err(FileError::create(path))?;
         let begin = || match format {
-            RecordFormat::Parquet => ArrowWriter::try_new(file, schema, Some(properties()))
-                .map(|file| TableFile::Parquet(Box::new(file)))
-                .map_err(io_error),
+            RecordFormat::Parquet => {
+                ArrowWriter::try_new(file, schema, Some(properties(Compression::Zstd)))
+                    .map(|file| TableFile::Parquet(Box::new(file)))
+                    .map_err(io_error)
+            }
             RecordFormat::Csv => {
                 let mut file = BufWriter::new(file);
                 let names: Vec<&str> = schema.fields().iter().map(|f| f.name().as_str()).collect();
@@ -76,7 +78,7 @@ impl TableWriter {
 pub(crate) fn encoded(table: &RecordBatch, format: RecordFormat) -> Vec<u8> {
     let written = match format {
         RecordFormat::Parquet => {
-            ArrowWriter::try_new(Vec::new(), table.schema(), Some(properties()))
+            ArrowWriter::try_new(Vec::new(), table.schema(), Some(properties(Compression::Zstd)))
                 .and_then(|mut file| file.write(table).map(|()| file))
                 .and_then(ArrowWriter::into_inner)
                 .map_err(io_error)

@@ -17,11 +17,11 @@ use serde::forward_to_deserialize_any;
 use serde_json::Value as Json;
 use std::sync::Arc;
 
-/// The schema of these records: that of all records, and the columns that the first one has beside
+/// The schema of records such as this one: that of all records, and the columns that it has beside
 /// these: of its breakdown and of its chargings.
-pub fn schema_of(records: &[Record]) -> SchemaRef {
-    let Some(first) = records.first() else { return schema() };
-    schema_with(first.breakdown.names(), first.charging_events.is_some())
+pub(super) fn schema_like(record: Option<&Record>) -> SchemaRef {
+    let Some(record) = record else { return schema() };
+    schema_with(record.breakdown.names(), record.charging_events.is_some())
 }
 
 /// The schema of the records of a study without a breakdown.
@@ -45,9 +45,14 @@ fn schema_with(breakdown: &[String], has_chargings: bool) -> SchemaRef {
     ))
 }
 
-/// Records as one table, with the breakdown of the first one.
+/// Records as one table, with the columns of the first one.
 pub fn record_batch(records: &[Record]) -> RecordBatch {
-    let schema = schema_of(records);
+    record_batch_like(records.first(), records)
+}
+
+/// Records as one table, with the columns of records such as `like`.
+pub(super) fn record_batch_like(like: Option<&Record>, records: &[Record]) -> RecordBatch {
+    let schema = schema_like(like);
     let columns = COLUMNS.iter().zip(schema.fields()).map(|(column, field)| {
         let cells = records.iter().map(|record| column.get(record));
         match field.data_type() {
@@ -56,14 +61,13 @@ pub fn record_batch(records: &[Record]) -> RecordBatch {
             _ => Arc::new(StringArray::from_iter_values(cells.map(word))),
         }
     });
-    let first = records.first().map(|record| &record.breakdown);
-    let names = first.map_or(&[][..], |first| first.names());
+    let names = like.map_or(&[][..], |like| like.breakdown.names());
     let parts = (0..names.len()).map(|k| {
         let alike = |record: &&Record| record.breakdown.names() == names;
         let value = |record: &Record| Some(record).filter(alike)?.breakdown.value(k);
         Arc::new(records.iter().map(value).collect::<Float64Array>()) as ArrayRef
     });
-    let has_chargings = records.first().is_some_and(|first| first.charging_events.is_some());
+    let has_chargings = like.is_some_and(|like| like.charging_events.is_some());
     let chargings = has_chargings
         .then(|| Arc::new(records.iter().map(charging_text).collect::<StringArray>()) as ArrayRef);
     let columns = columns.chain(parts).chain(chargings).collect();
@@ -144,8 +148,8 @@ fn breakdown_of(batch: &RecordBatch) -> Option<Arc<BreakdownColumns>> {
     BreakdownColumns::among(&schema.fields().iter().map(|field| field.name().as_str()))
 }
 
-/// A table of records as [`schema_of`] has it: columns in its order, nulls for quantities that are not
-/// there.
+/// A table of records as [`record_batch`] has it: columns in its order, nulls for quantities that are
+/// not there.
 ///
 /// # Errors
 /// As [`records`], of types alone.

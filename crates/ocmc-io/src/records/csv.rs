@@ -10,15 +10,41 @@ use std::io::{self, Write};
 use std::path::Path;
 use std::sync::Arc;
 
-/// Writes the names of the columns of these records.
-pub fn write_header(out: &mut impl Write, records: &[Record]) -> io::Result<()> {
-    let names = COLUMNS.iter().map(|column| column.name.to_owned());
-    let parts = records.first().map_or(&[][..], |record| record.breakdown.names());
-    let chargings = records.first().filter(|record| record.charging_events.is_some());
-    let chargings = chargings.map(|_| CHARGING_EVENTS.to_owned());
-    let parts = parts.iter().map(|name| quoted(name));
-    let names: Vec<String> = names.chain(parts).chain(chargings).collect();
-    writeln!(out, "{}", names.join(","))
+/// Rows on their way into a file, and the line above the first of them.
+#[derive(Debug)]
+pub struct Text {
+    like: Option<Box<Record>>,
+    rows: Vec<u8>,
+}
+
+impl Text {
+    /// No rows yet, of records such as this one.
+    pub(super) fn new(like: Option<Box<Record>>) -> Self {
+        Self { like, rows: Vec::new() }
+    }
+
+    /// Adds rows.
+    pub(super) fn add(&mut self, records: &[Record]) {
+        write_rows(&mut self.rows, self.like.as_deref(), records)
+            .expect("memory takes every record");
+    }
+
+    /// The names of the columns.
+    pub(super) fn header(&self) -> String {
+        let names = COLUMNS.iter().map(|column| column.name.to_owned());
+        let like = self.like.as_deref();
+        let parts = like.map_or(&[][..], |like| like.breakdown.names());
+        let parts = parts.iter().map(|name| quoted(name));
+        let chargings = like.filter(|like| like.charging_events.is_some());
+        let chargings = chargings.map(|_| CHARGING_EVENTS.to_owned());
+        let names: Vec<String> = names.chain(parts).chain(chargings).collect();
+        names.join(",") + "\n"
+    }
+
+    /// The rows.
+    pub(super) fn rows(&self) -> &[u8] {
+        &self.rows
+    }
 }
 
 /// A name as a field: in quotes where it has to be, as that of a road type may.
@@ -30,11 +56,11 @@ fn quoted(name: &str) -> String {
     }
 }
 
-/// Writes rows, with the breakdown and the chargings that the first one has. Neither numbers nor
-/// names of outcomes ever need quotes.
-pub fn write_rows(out: &mut impl Write, records: &[Record]) -> io::Result<()> {
-    let parts = records.first().map_or(&[][..], |record| record.breakdown.names());
-    let has_chargings = records.first().is_some_and(|record| record.charging_events.is_some());
+/// Writes rows, with the columns of records such as `like`. Neither numbers nor names of outcomes ever
+/// need quotes.
+fn write_rows(out: &mut impl Write, like: Option<&Record>, records: &[Record]) -> io::Result<()> {
+    let parts = like.map_or(&[][..], |like| like.breakdown.names());
+    let has_chargings = like.is_some_and(|like| like.charging_events.is_some());
     for record in records {
         for (k, column) in COLUMNS.iter().enumerate() {
             if k > 0 {

@@ -1,21 +1,22 @@
 //! Records in files: one row a cycle, in the order of cycle ids, a column for each quantity.
 //!
-//! A file is a function of its rows alone: whatever the chunks in which rows arrive, they are
-//! written in groups of [`GROUP_ROWS`], each in one go.
+//! A file is a function of its rows alone: they stand in groups of [`GROUP_ROWS`], each of which is
+//! encoded by itself.
 
 pub mod arrow;
 pub mod csv;
 pub mod parquet;
 
+use self::parquet::RowGroupEncoder;
 use crate::file_error::FileError;
 use crate::input_file;
-use ::parquet::arrow::ArrowWriter;
+use ::parquet::file::writer::SerializedFileWriter;
 use arrow::record_batch;
 use arrow_array::RecordBatch;
 use ocmc_core::charging::ChargingEvent;
 use ocmc_core::record::Record;
 use std::fs::{File, OpenOptions};
-use std::io::{self, BufWriter, Write};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
@@ -68,6 +69,16 @@ impl RecordFormat {
     }
 }
 
+/// How the values of a Parquet file are compressed; text never is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Compression {
+    /// Small: for a file that stays.
+    Zstd,
+    /// Fast: for a file of few rows that is soon read back, of which the contexts of zstd, two for
+    /// each column, would take most of the time.
+    Snappy,
+}
+
 /// What can go wrong with a file of records.
 #[derive(Debug, Error)]
 #[non_exhaustive]
@@ -80,91 +91,104 @@ pub enum RecordsError {
     Malformed(PathBuf, String),
 }
 
+/// A group of records as it stands in a file of them. It is a function of its rows alone, so that
+/// groups can be encoded side by side.
+#[derive(Debug)]
+pub enum EncodedGroup {
+    /// A row group, and what columns it has.
+    Parquet(parquet::RowGroup),
+    /// Rows, and the line above the first of them.
+    Csv(csv::Text),
+}
+
+impl EncodedGroup {
+    /// Encodes at most [`GROUP_ROWS`] records, which come in parts. They have the columns of the first
+    /// one.
+    pub fn new<R: AsRef<[Record]>, E>(
+        parts: impl IntoIterator<Item = Result<R, E>>,
+        format: RecordFormat,
+        compression: Compression,
+    ) -> Result<Self, E> {
+        let mut parts = parts.into_iter();
+        let first = parts.next().transpose()?;
+        let like = first.as_ref().and_then(|rows| rows.as_ref().first().cloned().map(Box::new));
+        let mut parts = first.into_iter().map(Ok).chain(parts);
+        match format {
+            RecordFormat::Parquet => {
+                let mut group = RowGroupEncoder::new(like, compression);
+                parts.try_for_each(|rows| rows.map(|rows| group.add(rows.as_ref())))?;
+                Ok(Self::Parquet(group.finish()))
+            }
+            RecordFormat::Csv => {
+                let mut text = csv::Text::new(like);
+                parts.try_for_each(|rows| rows.map(|rows| text.add(rows.as_ref())))?;
+                Ok(Self::Csv(text))
+            }
+        }
+    }
+}
+
 /// Writes records to a new file, group by group.
 #[derive(Debug)]
 pub struct RecordWriter {
     path: PathBuf,
-    format: RecordFormat,
     file: Groups,
-    /// Records of the group that is not full yet.
-    waiting: Vec<Record>,
-    written: u64,
 }
 
-/// A file that takes whole groups; the first one says what columns it has.
+/// A file that takes groups; the first one says what columns it has.
 #[derive(Debug)]
 enum Groups {
     New(File),
     /// It could not be begun.
     Failed,
-    Parquet(Box<ArrowWriter<File>>),
-    Csv(BufWriter<File>),
+    Parquet(Box<SerializedFileWriter<File>>),
+    Csv(File),
 }
 
 impl RecordWriter {
     /// Creates the file, which must not exist.
-    pub fn create(path: &Path, format: RecordFormat) -> Result<Self, RecordsError> {
+    pub fn create(path: &Path) -> Result<Self, RecordsError> {
         let file = OpenOptions::new().write(true).create_new(true).open(path);
-        Ok(Self::new(path, file.map_err(FileError::create(path))?, format))
+        Ok(Self::new(path, file.map_err(FileError::create(path))?))
     }
 
-    fn new(path: &Path, file: File, format: RecordFormat) -> Self {
-        let file = Groups::New(file);
-        Self { path: path.to_owned(), format, file, waiting: Vec::new(), written: 0 }
+    fn new(path: &Path, file: File) -> Self {
+        Self { path: path.to_owned(), file: Groups::New(file) }
     }
 
-    /// Takes the next records, and writes the groups that they fill.
-    pub fn add(&mut self, records: &[Record]) -> Result<(), RecordsError> {
-        self.waiting.extend_from_slice(records);
-        let mut full = 0;
-        while let Some(group) = self.waiting.get(full..full + GROUP_ROWS) {
-            self.file.write(group, self.format).map_err(FileError::write(&self.path))?;
-            self.written += GROUP_ROWS as u64;
-            full += GROUP_ROWS;
-        }
-        self.waiting.drain(..full);
-        Ok(())
+    /// Writes the next group. All but the last one have [`GROUP_ROWS`] rows; one without rows makes a
+    /// file without rows.
+    pub fn add(&mut self, group: EncodedGroup) -> Result<(), RecordsError> {
+        Ok(self.file.write(group).map_err(FileError::write(&self.path))?)
     }
 
-    /// Writes what is left, completes the file and makes sure that it is on the disk. Returns the
-    /// number of rows.
-    pub fn finish(mut self) -> Result<u64, RecordsError> {
-        let mut finished = Ok(());
-        // a file without rows is one, too
-        if !self.waiting.is_empty() || self.written == 0 {
-            finished = self.file.write(&self.waiting, self.format);
-            self.written += self.waiting.len() as u64;
-        }
-        finished.and_then(|()| self.file.finish()).map_err(FileError::write(&self.path))?;
-        Ok(self.written)
+    /// Completes the file and makes sure that it is on the disk.
+    pub fn finish(mut self) -> Result<(), RecordsError> {
+        Ok(self.file.finish().map_err(FileError::write(&self.path))?)
     }
 }
 
 impl Groups {
-    /// Begins a file of records such as these.
-    fn begin(file: File, records: &[Record], format: RecordFormat) -> io::Result<Self> {
-        match format {
-            RecordFormat::Parquet => {
-                parquet::begin(file, records).map(|file| Self::Parquet(Box::new(file)))
-            }
-            RecordFormat::Csv => {
-                let mut file = BufWriter::new(file);
-                csv::write_header(&mut file, records).map(|()| Self::Csv(file))
+    /// Begins a file of groups such as this one.
+    fn begin(mut file: File, group: &EncodedGroup) -> io::Result<Self> {
+        match group {
+            EncodedGroup::Parquet(group) => group.begin(file).map(Box::new).map(Self::Parquet),
+            EncodedGroup::Csv(text) => {
+                file.write_all(text.header().as_bytes()).map(|()| Self::Csv(file))
             }
         }
     }
 
     /// Writes a group, down to the operating system.
-    fn write(&mut self, group: &[Record], format: RecordFormat) -> io::Result<()> {
+    fn write(&mut self, group: EncodedGroup) -> io::Result<()> {
         *self = match std::mem::replace(self, Self::Failed) {
-            Self::New(file) => Self::begin(file, group, format)?,
+            Self::New(file) => Self::begin(file, &group)?,
             begun => begun,
         };
-        match self {
-            _ if group.is_empty() => Ok(()),
-            Self::Parquet(file) => parquet::write_group(file, group),
-            Self::Csv(file) => csv::write_rows(file, group).and_then(|()| file.flush()),
-            Self::New(_) | Self::Failed => Err(not_begun()),
+        match (self, group) {
+            (Self::Parquet(file), EncodedGroup::Parquet(group)) => group.append_to(file),
+            (Self::Csv(file), EncodedGroup::Csv(text)) => file.write_all(text.rows()),
+            _ => Err(not_begun()),
         }
     }
 
@@ -172,7 +196,7 @@ impl Groups {
     fn finish(&mut self) -> io::Result<()> {
         match self {
             Self::Parquet(file) => parquet::end(file).and_then(|()| file.inner().sync_all()),
-            Self::Csv(file) => file.flush().and_then(|()| file.get_ref().sync_all()),
+            Self::Csv(file) => file.sync_all(),
             Self::New(_) | Self::Failed => Err(not_begun()),
         }
     }
@@ -272,13 +296,24 @@ pub(crate) mod examples {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::convert::Infallible;
 
-    fn write(path: &Path, format: RecordFormat, records: &[Record], chunk: usize) {
-        let mut writer = RecordWriter::create(path, format).expect("a new file");
-        for records in records.chunks(chunk) {
-            writer.add(records).expect("space");
+    /// A group that comes in parts of so many rows.
+    fn group(records: &[Record], format: RecordFormat, part: usize) -> EncodedGroup {
+        let parts = records.chunks(part).map(Ok::<_, Infallible>);
+        let Ok(group) = EncodedGroup::new(parts, format, Compression::Zstd);
+        group
+    }
+
+    fn write(path: &Path, format: RecordFormat, records: &[Record], part: usize) {
+        let mut writer = RecordWriter::create(path).expect("a new file");
+        if records.is_empty() {
+            writer.add(group(records, format, part)).expect("space");
         }
-        assert_eq!(writer.finish().expect("space"), records.len() as u64);
+        for records in records.chunks(GROUP_ROWS) {
+            writer.add(group(records, format, part)).expect("space");
+        }
+        writer.finish().expect("space");
     }
 
     #[test]
@@ -317,13 +352,13 @@ mod tests {
     }
 
     #[test]
-    fn bytes_do_not_depend_on_chunks() {
+    fn bytes_do_not_depend_on_the_parts_of_groups() {
         let directory = tempfile::tempdir().expect("a directory");
         let records = examples::records(2 * GROUP_ROWS as u64 + 100);
         for format in RecordFormat::ALL {
-            let bytes = [1, 100, GROUP_ROWS, 20_000].map(|chunk| {
-                let path = directory.path().join(format!("{chunk}.{}", format.name()));
-                write(&path, format, &records, chunk);
+            let bytes = [1, 100, GROUP_ROWS].map(|part| {
+                let path = directory.path().join(format!("{part}.{}", format.name()));
+                write(&path, format, &records, part);
                 std::fs::read(path).expect("just written")
             });
             assert!(bytes.windows(2).all(|pair| pair[0] == pair[1]), "{format:?}");
@@ -335,7 +370,7 @@ mod tests {
         let directory = tempfile::tempdir().expect("a directory");
         let path = directory.path().join("records.csv");
         std::fs::write(&path, "mine").expect("space");
-        let error = RecordWriter::create(&path, RecordFormat::Csv).expect_err("it exists");
+        let error = RecordWriter::create(&path).expect_err("it exists");
         assert!(error.to_string().contains("records.csv"), "{error}");
         assert_eq!(std::fs::read(&path).expect("still there"), b"mine");
     }
@@ -347,8 +382,8 @@ mod tests {
         let open = || OpenOptions::new().write(true).open(full).expect("Linux has it");
         let rows = examples::records(GROUP_ROWS as u64);
         let errors = RecordFormat::ALL.map(|format| {
-            let mut file = RecordWriter::new(full, open(), format);
-            file.add(&rows).and_then(|()| file.finish())
+            let mut file = RecordWriter::new(full, open());
+            file.add(group(&rows, format, GROUP_ROWS)).and_then(|()| file.finish())
         });
         for error in errors {
             let error = error.expect_err("nothing fits").to_string();

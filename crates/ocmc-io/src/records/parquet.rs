@@ -1,42 +1,123 @@
-//! Records as Apache Parquet: a row group for each group of rows, compressed by zstd.
+//! Records as Apache Parquet: a row group for each group of rows.
 
-use super::arrow::{in_our_order, record_batch, records, schema_of};
-use super::{GROUP_ROWS, Group, RecordsError};
+use super::arrow::{in_our_order, record_batch_like, records, schema_like};
+use super::{Compression, GROUP_ROWS, Group, RecordsError};
+use arrow_schema::SchemaRef;
 use ocmc_core::record::Record;
 use parquet::arrow::ArrowWriter;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
-use parquet::basic::{Compression, ZstdLevel};
+use parquet::arrow::arrow_writer::{
+    ArrowColumnChunk, ArrowColumnWriter, ArrowRowGroupWriterFactory, compute_leaves,
+};
+use parquet::basic::{Compression as Codec, ZstdLevel};
 use parquet::errors::ParquetError;
 use parquet::file::properties::WriterProperties;
+use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::ColumnPath;
 use std::error::Error;
 use std::fs::File;
-use std::io;
+use std::io::{self, Write};
 use std::path::Path;
-use std::sync::mpsc;
+use std::sync::{Arc, mpsc};
 use std::thread;
 
 /// Groups that are decompressed ahead.
 const GROUPS_AHEAD: usize = 4;
 
-/// Begins a file of records such as these.
-pub(super) fn begin(file: File, records: &[Record]) -> io::Result<ArrowWriter<File>> {
-    ArrowWriter::try_new(file, schema_of(records), Some(properties())).map_err(io_error)
+/// Encodes records as a row group, part by part.
+pub(super) struct RowGroupEncoder {
+    like: Option<Box<Record>>,
+    schema: SchemaRef,
+    columns: Vec<ArrowColumnWriter>,
+    rows: usize,
 }
 
-/// Writes one row group.
-pub(super) fn write_group(file: &mut ArrowWriter<File>, records: &[Record]) -> io::Result<()> {
-    file.write(&record_batch(records)).and_then(|()| file.flush()).map_err(io_error)
+impl RowGroupEncoder {
+    /// No rows yet, of records such as this one.
+    pub(super) fn new(like: Option<Box<Record>>, compression: Compression) -> Self {
+        let schema = schema_like(like.as_deref());
+        let columns = writer(io::sink(), &schema, compression)
+            .and_then(|(_, row_groups)| row_groups.create_column_writers(0))
+            .expect(ENCODABLE);
+        Self { like, schema, columns, rows: 0 }
+    }
+
+    /// Adds rows.
+    pub(super) fn add(&mut self, records: &[Record]) {
+        let batch = record_batch_like(self.like.as_deref(), records);
+        let columns = self.schema.fields().iter().zip(batch.columns()).zip(&mut self.columns);
+        for ((field, column), writer) in columns {
+            // each of our columns is a leaf
+            for leaf in compute_leaves(field, column).expect(ENCODABLE) {
+                writer.write(&leaf).expect(ENCODABLE);
+            }
+        }
+        self.rows += records.len();
+    }
+
+    /// The row group; none where there are no rows.
+    pub(super) fn finish(self) -> RowGroup {
+        let columns = self.columns.into_iter().filter(|_| self.rows > 0);
+        let columns = columns.map(|column| column.close().expect(ENCODABLE)).collect();
+        RowGroup { schema: self.schema, columns }
+    }
+}
+
+/// Why the library takes every table of ours.
+const ENCODABLE: &str = "columns of the schema, in memory";
+
+/// A row group on its way into a file.
+#[derive(Debug)]
+pub struct RowGroup {
+    schema: SchemaRef,
+    columns: Vec<ArrowColumnChunk>,
+}
+
+impl RowGroup {
+    /// Begins a file of row groups such as this one.
+    pub(super) fn begin(&self, file: File) -> io::Result<SerializedFileWriter<File>> {
+        let file = writer(file, &self.schema, Compression::Zstd);
+        file.map(|(file, _)| file).map_err(io_error)
+    }
+
+    /// Writes it behind the others.
+    pub(super) fn append_to(self, file: &mut SerializedFileWriter<File>) -> io::Result<()> {
+        if self.columns.is_empty() {
+            return Ok(());
+        }
+        let append = || {
+            let mut group = file.next_row_group()?;
+            self.columns
+                .into_iter()
+                .try_for_each(|column| column.append_to_row_group(&mut group))?;
+            group.close()
+        };
+        append().map(drop).map_err(io_error)
+    }
+}
+
+/// A file of tables of that schema, and what encodes its row groups.
+fn writer<W: Write + Send>(
+    file: W,
+    schema: &SchemaRef,
+    compression: Compression,
+) -> Result<(SerializedFileWriter<W>, ArrowRowGroupWriterFactory), ParquetError> {
+    ArrowWriter::try_new(file, Arc::clone(schema), Some(properties(compression)))?
+        .into_serialized_writer()
 }
 
 /// Writes the footer.
-pub(super) fn end(file: &mut ArrowWriter<File>) -> io::Result<()> {
+pub(super) fn end(file: &mut SerializedFileWriter<File>) -> io::Result<()> {
     file.finish().map(drop).map_err(io_error)
 }
 
-pub(crate) fn properties() -> WriterProperties {
+pub(crate) fn properties(compression: Compression) -> WriterProperties {
+    let codec = match compression {
+        Compression::Zstd => Codec::ZSTD(ZstdLevel::default()),
+        Compression::Snappy => Codec::SNAPPY,
+    };
     WriterProperties::builder()
-        .set_compression(Compression::ZSTD(ZstdLevel::default()))
+        .set_compression(codec)
         .set_max_row_group_row_count(Some(GROUP_ROWS))
         .set_max_row_group_bytes(None)
         // numbers of different cycles are hardly ever the same

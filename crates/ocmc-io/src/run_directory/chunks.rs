@@ -11,7 +11,7 @@ use super::checksum::{CHECKSUMS, Checksums};
 use super::durable::{replaced, sync_directory, temporary};
 use super::error::RunDirectoryError;
 use crate::file_error::FileError;
-use crate::records::{self, RecordFormat, RecordWriter};
+use crate::records::{self, Compression, EncodedGroup, RecordFormat, RecordWriter};
 use crate::sha256;
 use ocmc_core::record::{COLUMNS, Cell, Column, Record};
 use std::collections::VecDeque;
@@ -204,8 +204,9 @@ fn write_beside(
     // left by a program that was ended while it wrote
     let _ = fs::remove_file(&beside);
     let written = || {
-        let mut writer = RecordWriter::create(&beside, format)?;
-        writer.add(rows)?;
+        let mut writer = RecordWriter::create(&beside)?;
+        let rows: [Result<_, RunDirectoryError>; 1] = [Ok(rows)];
+        writer.add(EncodedGroup::new(rows, format, Compression::Snappy)?)?;
         writer.finish()?;
         Ok(sha256::of_file(&beside).map_err(FileError::read(&beside))?)
     };

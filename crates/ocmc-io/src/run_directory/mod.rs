@@ -26,7 +26,7 @@ use crate::charging_table::{ChargingsWriter, chargings_name, loads_batch, loads_
 use crate::file_error::FileError;
 use crate::given_drive::{Followed, GivenDrive};
 use crate::input_file;
-use crate::records::{RecordFormat, RecordWriter};
+use crate::records::{Compression, EncodedGroup, GROUP_ROWS, RecordFormat, RecordWriter};
 use crate::sha256;
 use crate::study::{keys_since, resolved_toml, study_hash};
 use crate::table_file::encoded;
@@ -43,10 +43,12 @@ use ocmc_core::record::Record;
 use ocmc_core::study::StudyModel;
 use ocmc_core::study::fleet::FleetModel;
 use serde::{Deserialize, Serialize};
+use std::collections::VecDeque;
 use std::fs;
+use std::num::NonZero;
+use std::panic::resume_unwind;
 use std::path::{Path, PathBuf};
-use std::sync::mpsc;
-use std::thread;
+use std::thread::{self, ScopedJoinHandle};
 
 /// Version of the layout of a run directory.
 pub const FORMAT_VERSION: u32 = 1;
@@ -322,7 +324,9 @@ impl RunDirectory {
         self.manifest.completed = self.full * CHUNK_ROWS as u64 + self.waiting.len() as u64;
         let all = self.manifest.completed == self.manifest.cycles && !self.open;
         write_manifest(&self.path, &self.manifest)?;
-        self.assemble()?;
+        let cores = thread::available_parallelism().map_or(1, NonZero::get);
+        let threads = summary.threads.min(cores);
+        self.assemble(threads)?;
         replace(&self.path.join(SUMMARY), summary.to_json().as_bytes())?;
         if let Some(trucks) = &summary.summary.trucks {
             let format = self.chunks.format;
@@ -333,7 +337,7 @@ impl RunDirectory {
             let format = self.chunks.format;
             let path = self.path.join(loads_name(format));
             replace(&path, &encoded(&loads_batch(&loads.rows), format))?;
-            self.assemble_chargings()?;
+            self.assemble_chargings(threads)?;
         }
         self.manifest.status = if all { RunStatus::Complete } else { RunStatus::Interrupted };
         if all {
@@ -372,41 +376,73 @@ impl RunDirectory {
     }
 
     /// Writes the file of records from the chunks. It is a function of its rows alone.
-    fn assemble(&self) -> Result<(), RunDirectoryError> {
+    fn assemble(&self, threads: usize) -> Result<(), RunDirectoryError> {
         let path = self.path.join(&self.manifest.records);
+        let encode = |rows| EncodedGroup::new(rows, self.chunks.format, Compression::Zstd);
         replaced(&path, || {
-            let mut writer = RecordWriter::create(&temporary(&path), self.chunks.format)?;
-            self.each_group(|records| Ok(writer.add(records)?))?;
-            writer.finish()?;
-            Ok(())
-        })
-    }
-
-    /// Writes the file of chargings likewise.
-    fn assemble_chargings(&self) -> Result<(), RunDirectoryError> {
-        let path = self.path.join(chargings_name(self.chunks.format));
-        replaced(&path, || {
-            let mut writer = ChargingsWriter::create(&temporary(&path), self.chunks.format)?;
-            self.each_group(|records| Ok(writer.add(records)?))?;
+            let mut writer = RecordWriter::create(&temporary(&path))?;
+            self.each_group(
+                threads,
+                |group| encode(self.rows_of(group)),
+                |group| Ok(writer.add(group)?),
+            )?;
             Ok(writer.finish()?)
         })
     }
 
-    /// Hands over all records, group by group. The next chunk is read while one is taken.
-    fn each_group(
-        &self,
-        mut sink: impl FnMut(&[Record]) -> Result<(), RunDirectoryError>,
-    ) -> Result<(), RunDirectoryError> {
-        thread::scope(|scope| {
-            let (sender, receiver) = mpsc::sync_channel(1);
-            let first = |k| self.manifest.first_cycle + k * CHUNK_ROWS as u64;
-            let read = move |k| self.chunks.read(k, first(k), CHUNK_ROWS);
-            // it ends where whoever takes them has failed
-            scope.spawn(move || (0..self.full).try_for_each(|k| sender.send(read(k)).ok()));
-            receiver.into_iter().try_for_each(|records| sink(&records?))
-        })?;
-        sink(&self.waiting)
+    /// Writes the file of chargings likewise.
+    fn assemble_chargings(&self, threads: usize) -> Result<(), RunDirectoryError> {
+        let path = self.path.join(chargings_name(self.chunks.format));
+        replaced(&path, || {
+            let mut writer = ChargingsWriter::create(&temporary(&path), self.chunks.format)?;
+            let read = |group| self.rows_of(group).collect::<Result<Vec<_>, _>>();
+            self.each_group(threads, read, |parts| {
+                parts.iter().try_for_each(|rows| Ok(writer.add(rows)?))
+            })?;
+            Ok(writer.finish()?)
+        })
     }
+
+    /// Hands over what is made of each group of rows, in their order. At most that many threads make
+    /// something of groups, side by side. Without a row there is one group, too.
+    fn each_group<T: Send>(
+        &self,
+        threads: usize,
+        make: impl Fn(u64) -> Result<T, RunDirectoryError> + Sync,
+        mut sink: impl FnMut(T) -> Result<(), RunDirectoryError>,
+    ) -> Result<(), RunDirectoryError> {
+        let groups = self.manifest.completed.div_ceil(GROUP_ROWS as u64).max(1);
+        let make = &make;
+        thread::scope(|scope| {
+            let mut under_way = VecDeque::new();
+            for group in 0..groups {
+                if under_way.len() >= threads
+                    && let Some(first) = under_way.pop_front()
+                {
+                    sink(joined(first)?)?;
+                }
+                under_way.push_back(scope.spawn(move || make(group)));
+            }
+            under_way.into_iter().try_for_each(|group| sink(joined(group)?))
+        })
+    }
+
+    /// The rows of a group: of its chunks, and those that fill none.
+    fn rows_of(&self, group: u64) -> impl Iterator<Item = Result<Vec<Record>, RunDirectoryError>> {
+        let (begin, end) = (group * CHUNKS_A_GROUP, (group + 1) * CHUNKS_A_GROUP);
+        let first_cycle = |chunk| self.manifest.first_cycle + chunk * CHUNK_ROWS as u64;
+        let read = move |chunk| self.chunks.read(chunk, first_cycle(chunk), CHUNK_ROWS);
+        let rest = (end > self.full).then(|| Ok(self.waiting.clone()));
+        (begin..end.min(self.full)).map(read).chain(rest)
+    }
+}
+
+/// Chunks of a group of rows.
+const CHUNKS_A_GROUP: u64 = (GROUP_ROWS / CHUNK_ROWS) as u64;
+
+/// What a thread has made.
+fn joined<T>(thread: ScopedJoinHandle<'_, T>) -> T {
+    thread.join().unwrap_or_else(|panic| resume_unwind(panic))
 }
 
 /// Names of the tables that a run may have beside its records of that format.
@@ -522,7 +558,7 @@ fn indented(value: &impl Serialize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::records::{self, GROUP_ROWS, examples};
+    use crate::records::{self, RecordsError, examples};
     use crate::study::hash_of_resolved;
     use ocmc_core::fleet::summary::SummaryBuilder;
 
@@ -608,6 +644,53 @@ mod tests {
             assert!(unfinished(&path, &files_of_studies).expect("complete").is_none());
             assert_eq!(files(), 4, "no remnants");
             assert_eq!(fs::read_to_string(&sums).expect("written"), whole);
+        }
+    }
+
+    #[test]
+    fn bytes_depend_on_the_rows_alone() {
+        let directory = tempfile::tempdir().expect("a directory");
+        // the last group has full chunks, and one that is not
+        let rows = examples::records((2 * GROUP_ROWS + 3 * CHUNK_ROWS + 10) as u64);
+        for format in RecordFormat::ALL {
+            let written =
+                [(1, rows.len()), (2, 1000), (7, CHUNK_ROWS)].map(|(threads, portion)| {
+                    let path = directory.path().join(format!("{threads} {}", format.name()));
+                    let manifest = manifest(rows.len() as u64);
+                    let mut run = RunDirectory::create(&path, format, manifest).expect("free");
+                    rows.chunks(portion).for_each(|rows| run.add(rows).expect("space"));
+                    run.settle().expect("space");
+                    run.manifest.completed = rows.len() as u64;
+                    run.assemble(threads).expect("space");
+                    fs::read(path.join(format.file_name())).expect("just written")
+                });
+            assert!(written.windows(2).all(|pair| pair[0] == pair[1]), "{format:?}");
+            let parts = rows.chunks(GROUP_ROWS).map(|rows| {
+                EncodedGroup::new([Ok::<_, RecordsError>(rows)], format, Compression::Zstd)
+            });
+            let path = directory.path().join("at once");
+            let mut writer = RecordWriter::create(&path).expect("free");
+            parts.for_each(|group| writer.add(group.expect("rows")).expect("space"));
+            writer.finish().expect("space");
+            assert!(fs::read(&path).expect("just written") == written[0], "{format:?}");
+            fs::remove_file(path).expect("ours");
+        }
+    }
+
+    #[test]
+    fn a_chunk_that_cannot_be_read_ends_the_file_of_records() {
+        let directory = tempfile::tempdir().expect("a directory");
+        let path = directory.path();
+        let rows = examples::records(3 * GROUP_ROWS as u64);
+        let manifest = manifest(rows.len() as u64);
+        let mut run = RunDirectory::create(path, RecordFormat::Parquet, manifest).expect("empty");
+        run.add(&rows).expect("space");
+        run.settle().expect("space");
+        fs::write(run.chunks.path(CHUNKS_A_GROUP + 1), "flipped").expect("ours");
+        for threads in [1, 4] {
+            let error = run.assemble(threads).expect_err("no chunk").to_string();
+            assert!(error.contains("00000009.parquet"), "{error}");
+            assert!(!path.join(RecordFormat::Parquet.file_name()).exists(), "not half of it");
         }
     }
 
