@@ -5,6 +5,7 @@
 //! was ended in any moment, power cut included, is resumed from its last chunk, and becomes the
 //! same bytes as one that was never ended.
 
+mod assembly;
 mod checksum;
 mod chunks;
 mod durable;
@@ -22,18 +23,18 @@ pub use read::{StoredRun, Unfinished, directory_of, read, read_groups, records_f
 pub use summary::{FEW_CYCLES, RunSummary, now};
 pub use verify::{CheckedFile, Verified, verify};
 
-use crate::charging_table::{ChargingsWriter, chargings_name, loads_batch, loads_name};
+use crate::charging_table::{chargings_name, loads_batch, loads_name};
 use crate::file_error::FileError;
 use crate::given_drive::{Followed, GivenDrive};
 use crate::input_file;
-use crate::records::{Compression, EncodedGroup, GROUP_ROWS, RecordFormat, RecordWriter};
+use crate::records::RecordFormat;
 use crate::sha256;
 use crate::study::{keys_since, resolved_toml, study_hash};
 use crate::table_file::encoded;
 use crate::trucks;
 use checksum::Checksums;
 use chunks::{Chunks, adopted, is_chunk};
-use durable::{replace, replaced, temporary};
+use durable::replace;
 use ocmc_core::fleet::dependence::Dependence;
 use ocmc_core::fleet::precision::Precision;
 use ocmc_core::fleet::run::RunPlan;
@@ -43,12 +44,10 @@ use ocmc_core::record::Record;
 use ocmc_core::study::StudyModel;
 use ocmc_core::study::fleet::FleetModel;
 use serde::{Deserialize, Serialize};
-use std::collections::VecDeque;
 use std::fs;
 use std::num::NonZero;
-use std::panic::resume_unwind;
 use std::path::{Path, PathBuf};
-use std::thread::{self, ScopedJoinHandle};
+use std::thread;
 
 /// Version of the layout of a run directory.
 pub const FORMAT_VERSION: u32 = 1;
@@ -374,75 +373,6 @@ impl RunDirectory {
         sums.write()?;
         replace(&self.path.join(MANIFEST), text.as_bytes())
     }
-
-    /// Writes the file of records from the chunks. It is a function of its rows alone.
-    fn assemble(&self, threads: usize) -> Result<(), RunDirectoryError> {
-        let path = self.path.join(&self.manifest.records);
-        let encode = |rows| EncodedGroup::new(rows, self.chunks.format, Compression::Zstd);
-        replaced(&path, || {
-            let mut writer = RecordWriter::create(&temporary(&path))?;
-            self.each_group(
-                threads,
-                |group| encode(self.rows_of(group)),
-                |group| Ok(writer.add(group)?),
-            )?;
-            Ok(writer.finish()?)
-        })
-    }
-
-    /// Writes the file of chargings likewise.
-    fn assemble_chargings(&self, threads: usize) -> Result<(), RunDirectoryError> {
-        let path = self.path.join(chargings_name(self.chunks.format));
-        replaced(&path, || {
-            let mut writer = ChargingsWriter::create(&temporary(&path), self.chunks.format)?;
-            let read = |group| self.rows_of(group).collect::<Result<Vec<_>, _>>();
-            self.each_group(threads, read, |parts| {
-                parts.iter().try_for_each(|rows| Ok(writer.add(rows)?))
-            })?;
-            Ok(writer.finish()?)
-        })
-    }
-
-    /// Hands over what is made of each group of rows, in their order. At most that many threads make
-    /// something of groups, side by side. Without a row there is one group, too.
-    fn each_group<T: Send>(
-        &self,
-        threads: usize,
-        make: impl Fn(u64) -> Result<T, RunDirectoryError> + Sync,
-        mut sink: impl FnMut(T) -> Result<(), RunDirectoryError>,
-    ) -> Result<(), RunDirectoryError> {
-        let groups = self.manifest.completed.div_ceil(GROUP_ROWS as u64).max(1);
-        let make = &make;
-        thread::scope(|scope| {
-            let mut under_way = VecDeque::new();
-            for group in 0..groups {
-                if under_way.len() >= threads
-                    && let Some(first) = under_way.pop_front()
-                {
-                    sink(joined(first)?)?;
-                }
-                under_way.push_back(scope.spawn(move || make(group)));
-            }
-            under_way.into_iter().try_for_each(|group| sink(joined(group)?))
-        })
-    }
-
-    /// The rows of a group: of its chunks, and those that fill none.
-    fn rows_of(&self, group: u64) -> impl Iterator<Item = Result<Vec<Record>, RunDirectoryError>> {
-        let (begin, end) = (group * CHUNKS_A_GROUP, (group + 1) * CHUNKS_A_GROUP);
-        let first_cycle = |chunk| self.manifest.first_cycle + chunk * CHUNK_ROWS as u64;
-        let read = move |chunk| self.chunks.read(chunk, first_cycle(chunk), CHUNK_ROWS);
-        let rest = (end > self.full).then(|| Ok(self.waiting.clone()));
-        (begin..end.min(self.full)).map(read).chain(rest)
-    }
-}
-
-/// Chunks of a group of rows.
-const CHUNKS_A_GROUP: u64 = (GROUP_ROWS / CHUNK_ROWS) as u64;
-
-/// What a thread has made.
-fn joined<T>(thread: ScopedJoinHandle<'_, T>) -> T {
-    thread.join().unwrap_or_else(|panic| resume_unwind(panic))
 }
 
 /// Names of the tables that a run may have beside its records of that format.
@@ -556,13 +486,14 @@ fn indented(value: &impl Serialize) -> String {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
+    use super::durable::temporary;
     use super::*;
-    use crate::records::{self, RecordsError, examples};
+    use crate::records::{self, GROUP_ROWS, examples};
     use crate::study::hash_of_resolved;
     use ocmc_core::fleet::summary::SummaryBuilder;
 
-    fn manifest(cycles: u64) -> Manifest {
+    pub(super) fn manifest(cycles: u64) -> Manifest {
         Manifest {
             format_version: FORMAT_VERSION,
             program_version: "1.2.3".to_owned(),
@@ -644,53 +575,6 @@ mod tests {
             assert!(unfinished(&path, &files_of_studies).expect("complete").is_none());
             assert_eq!(files(), 4, "no remnants");
             assert_eq!(fs::read_to_string(&sums).expect("written"), whole);
-        }
-    }
-
-    #[test]
-    fn bytes_depend_on_the_rows_alone() {
-        let directory = tempfile::tempdir().expect("a directory");
-        // the last group has full chunks, and one that is not
-        let rows = examples::records((2 * GROUP_ROWS + 3 * CHUNK_ROWS + 10) as u64);
-        for format in RecordFormat::ALL {
-            let written =
-                [(1, rows.len()), (2, 1000), (7, CHUNK_ROWS)].map(|(threads, portion)| {
-                    let path = directory.path().join(format!("{threads} {}", format.name()));
-                    let manifest = manifest(rows.len() as u64);
-                    let mut run = RunDirectory::create(&path, format, manifest).expect("free");
-                    rows.chunks(portion).for_each(|rows| run.add(rows).expect("space"));
-                    run.settle().expect("space");
-                    run.manifest.completed = rows.len() as u64;
-                    run.assemble(threads).expect("space");
-                    fs::read(path.join(format.file_name())).expect("just written")
-                });
-            assert!(written.windows(2).all(|pair| pair[0] == pair[1]), "{format:?}");
-            let parts = rows.chunks(GROUP_ROWS).map(|rows| {
-                EncodedGroup::new([Ok::<_, RecordsError>(rows)], format, Compression::Zstd)
-            });
-            let path = directory.path().join("at once");
-            let mut writer = RecordWriter::create(&path).expect("free");
-            parts.for_each(|group| writer.add(group.expect("rows")).expect("space"));
-            writer.finish().expect("space");
-            assert!(fs::read(&path).expect("just written") == written[0], "{format:?}");
-            fs::remove_file(path).expect("ours");
-        }
-    }
-
-    #[test]
-    fn a_chunk_that_cannot_be_read_ends_the_file_of_records() {
-        let directory = tempfile::tempdir().expect("a directory");
-        let path = directory.path();
-        let rows = examples::records(3 * GROUP_ROWS as u64);
-        let manifest = manifest(rows.len() as u64);
-        let mut run = RunDirectory::create(path, RecordFormat::Parquet, manifest).expect("empty");
-        run.add(&rows).expect("space");
-        run.settle().expect("space");
-        fs::write(run.chunks.path(CHUNKS_A_GROUP + 1), "flipped").expect("ours");
-        for threads in [1, 4] {
-            let error = run.assemble(threads).expect_err("no chunk").to_string();
-            assert!(error.contains("00000009.parquet"), "{error}");
-            assert!(!path.join(RecordFormat::Parquet.file_name()).exists(), "not half of it");
         }
     }
 
