@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 from checks import BINARY, ocmc
 
-# as in crates/ocmc-core/src/fleet/run.rs and crates/ocmc-io/src/run_directory/chunks.rs
+# as in crates/ocmc-core/src/fleet/run.rs and crates/ocmc-io/src/run_directory/{chunks,assembly}.rs
 CHUNK = 512
 LEAST_CHUNK = 16
 CHUNKS_A_THREAD = 4
@@ -30,6 +30,7 @@ WAITING_A_THREAD = 2
 FILE_ROWS = 1024
 THREADS_A_WRITER = 4
 SYNCS = 5
+MOST_ENCODERS = 8
 # records that are driven to measure what is done with each
 RECORDS = 40 * FILE_ROWS
 
@@ -68,7 +69,7 @@ class Sink(NamedTuple):
     def behind(self, cycles: int, threads: int) -> Behind:
         """Give what is done behind the last chunk: groups are encoded side by side, and put together meanwhile."""
         busy_s = cycles * (self.encoding_s + self.assembly_s)
-        return Behind(max(cycles * self.assembly_s, busy_s / threads), busy_s)
+        return Behind(max(cycles * self.assembly_s, busy_s / min(threads, MOST_ENCODERS)), busy_s)
 
 
 def spent_by(words: list[str], chunks: Path | None) -> tuple[Spent, Spent]:

@@ -2,13 +2,12 @@
 
 use super::arrow::{in_our_order, record_batch_like, records, schema_like};
 use super::{Compression, GROUP_ROWS, Group, RecordsError};
-use arrow_schema::SchemaRef;
+use arrow_array::{ArrayRef, RecordBatch};
+use arrow_schema::{FieldRef, Schema, SchemaRef};
 use ocmc_core::record::Record;
 use parquet::arrow::ArrowWriter;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
-use parquet::arrow::arrow_writer::{
-    ArrowColumnChunk, ArrowColumnWriter, ArrowRowGroupWriterFactory, compute_leaves,
-};
+use parquet::arrow::arrow_writer::{ArrowColumnChunk, ArrowRowGroupWriterFactory, compute_leaves};
 use parquet::basic::{Compression as Codec, ZstdLevel};
 use parquet::errors::ParquetError;
 use parquet::file::properties::WriterProperties;
@@ -24,47 +23,54 @@ use std::thread;
 /// Groups that are decompressed ahead.
 const GROUPS_AHEAD: usize = 4;
 
-/// Encodes records as a row group, part by part.
+/// Records that become a row group.
 pub(super) struct RowGroupEncoder {
     like: Option<Box<Record>>,
-    schema: SchemaRef,
-    columns: Vec<ArrowColumnWriter>,
-    rows: usize,
+    compression: Compression,
+    parts: Vec<RecordBatch>,
 }
 
 impl RowGroupEncoder {
     /// No rows yet, of records such as this one.
     pub(super) fn new(like: Option<Box<Record>>, compression: Compression) -> Self {
-        let schema = schema_like(like.as_deref());
-        let columns = writer(io::sink(), &schema, compression)
-            .and_then(|(_, row_groups)| row_groups.create_column_writers(0))
-            .expect(ENCODABLE);
-        Self { like, schema, columns, rows: 0 }
+        Self { like, compression, parts: Vec::new() }
     }
 
     /// Adds rows.
     pub(super) fn add(&mut self, records: &[Record]) {
-        let batch = record_batch_like(self.like.as_deref(), records);
-        let columns = self.schema.fields().iter().zip(batch.columns()).zip(&mut self.columns);
-        for ((field, column), writer) in columns {
-            // each of our columns is a leaf
-            for leaf in compute_leaves(field, column).expect(ENCODABLE) {
-                writer.write(&leaf).expect(ENCODABLE);
-            }
+        if !records.is_empty() {
+            self.parts.push(record_batch_like(self.like.as_deref(), records));
         }
-        self.rows += records.len();
     }
 
-    /// The row group; none where there are no rows.
+    /// The row group; it has no columns where there are no rows.
     pub(super) fn finish(self) -> RowGroup {
-        let columns = self.columns.into_iter().filter(|_| self.rows > 0);
-        let columns = columns.map(|column| column.close().expect(ENCODABLE)).collect();
-        RowGroup { schema: self.schema, columns }
+        let schema = schema_like(self.like.as_deref());
+        let fields = schema.fields().iter().enumerate().filter(|_| !self.parts.is_empty());
+        let columns = fields.map(|(k, field)| {
+            let parts = self.parts.iter().map(|part| part.column(k));
+            encoded(field, parts, self.compression).expect("a column of the schema, in memory")
+        });
+        RowGroup { columns: columns.collect(), schema }
     }
 }
 
-/// Why the library takes every table of ours.
-const ENCODABLE: &str = "columns of the schema, in memory";
+/// A column of a row group, of what its parts have. One after the other: what encodes a column has
+/// contexts of its own for the compression, which together are larger than the values.
+fn encoded<'a>(
+    field: &FieldRef,
+    parts: impl Iterator<Item = &'a ArrayRef>,
+    compression: Compression,
+) -> Result<ArrowColumnChunk, ParquetError> {
+    let schema = Arc::new(Schema::new([Arc::clone(field)]));
+    let (_, row_groups) = writer(io::sink(), &schema, compression)?;
+    let [mut column] = <[_; 1]>::try_from(row_groups.create_column_writers(0)?)
+        .map_err(|_| ParquetError::General("a column of ours is a leaf".to_owned()))?;
+    for part in parts {
+        compute_leaves(field, part)?.iter().try_for_each(|leaf| column.write(leaf))?;
+    }
+    column.close()
+}
 
 /// A row group on its way into a file.
 #[derive(Debug)]

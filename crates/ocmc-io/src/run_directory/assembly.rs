@@ -8,11 +8,22 @@ use crate::charging_table::{ChargingsWriter, chargings_name};
 use crate::records::{Compression, EncodedGroup, GROUP_ROWS, RecordWriter};
 use ocmc_core::record::Record;
 use std::collections::VecDeque;
+use std::num::NonZero;
 use std::panic::resume_unwind;
 use std::thread::{self, ScopedJoinHandle};
 
 /// Chunks of a group of rows.
 const CHUNKS_A_GROUP: u64 = (GROUP_ROWS / CHUNK_ROWS) as u64;
+
+/// Most threads that encode groups: each takes 10 to 15 MB.
+const MOST_THREADS: usize = 8;
+
+/// Threads that encode groups of a run that was driven by so many; those of a merged run drove one
+/// after the other, or elsewhere.
+pub(super) fn threads(drove: usize) -> usize {
+    let here = thread::available_parallelism().map_or(1, NonZero::get);
+    drove.min(here).min(MOST_THREADS)
+}
 
 impl RunDirectory {
     /// Writes the file of records from the chunks. It is a function of its rows alone.

@@ -45,9 +45,7 @@ use ocmc_core::study::StudyModel;
 use ocmc_core::study::fleet::FleetModel;
 use serde::{Deserialize, Serialize};
 use std::fs;
-use std::num::NonZero;
 use std::path::{Path, PathBuf};
-use std::thread;
 
 /// Version of the layout of a run directory.
 pub const FORMAT_VERSION: u32 = 1;
@@ -323,8 +321,7 @@ impl RunDirectory {
         self.manifest.completed = self.full * CHUNK_ROWS as u64 + self.waiting.len() as u64;
         let all = self.manifest.completed == self.manifest.cycles && !self.open;
         write_manifest(&self.path, &self.manifest)?;
-        let cores = thread::available_parallelism().map_or(1, NonZero::get);
-        let threads = summary.threads.min(cores);
+        let threads = assembly::threads(summary.threads);
         self.assemble(threads)?;
         replace(&self.path.join(SUMMARY), summary.to_json().as_bytes())?;
         if let Some(trucks) = &summary.summary.trucks {
