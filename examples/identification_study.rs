@@ -228,9 +228,12 @@ fn main() {
     };
     let study = load(&[]);
     let wrong = arguments.get("wrong", "nothing");
-    let heavy =
-        format!("mission.payload_kg={}", study.sample(1, 0).cycle.mission.payload_kg + 7000.0);
-    let driven = if wrong == "mass" { load(&[&heavy]) } else { load(&[]) };
+    let payload_kg = study.sample(1, 0).cycle.mission.payload_kg + 7000.0;
+    let heavy = format!("mission.payload_kg={payload_kg}");
+    // more than it may weigh
+    let limit_kg = study.model().vehicle.curb_mass_kg + payload_kg;
+    let allowed = format!("vehicle.gross_mass_limit_kg={limit_kg}");
+    let driven = if wrong == "mass" { load(&[&heavy, &allowed]) } else { load(&[]) };
     let seeds = arguments.get("seeds", "101").split(',').map(|seed| seed.parse().expect("a seed"));
     let seeds: Vec<u64> = seeds.collect();
     let of = |sign: f64| -> Vec<Known> {
