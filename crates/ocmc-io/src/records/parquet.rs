@@ -2,8 +2,9 @@
 
 use super::arrow::{in_our_order, record_batch_like, records, schema_like};
 use super::{Compression, GROUP_ROWS, Group, RecordsError};
-use arrow_array::{ArrayRef, RecordBatch};
-use arrow_schema::{FieldRef, Schema, SchemaRef};
+use arrow_array::cast::AsArray;
+use arrow_array::{ArrayRef, RecordBatch, StringArray};
+use arrow_schema::{DataType, FieldRef, Schema, SchemaRef};
 use ocmc_core::record::Record;
 use parquet::arrow::ArrowWriter;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
@@ -66,8 +67,15 @@ fn encoded<'a>(
     let (_, row_groups) = writer(io::sink(), &schema, compression)?;
     let [mut column] = <[_; 1]>::try_from(row_groups.create_column_writers(0)?)
         .map_err(|_| ParquetError::General("a column of ours is a leaf".to_owned()))?;
-    for part in parts {
-        compute_leaves(field, part)?.iter().try_for_each(|leaf| column.write(leaf))?;
+    let mut write = |part: &ArrayRef| {
+        compute_leaves(field, part)?.iter().try_for_each(|leaf| column.write(leaf))
+    };
+    if *field.data_type() == DataType::Utf8 {
+        // a page of texts ends where a part does
+        let texts = parts.flat_map(|part| part.as_string::<i32>());
+        write(&(Arc::new(texts.collect::<StringArray>()) as ArrayRef))?;
+    } else {
+        parts.into_iter().try_for_each(write)?;
     }
     column.close()
 }
