@@ -72,7 +72,7 @@ fn encoded<'a>(
     };
     if *field.data_type() == DataType::Utf8 {
         // a page of texts ends where a part does
-        let texts = parts.flat_map(|part| part.as_string::<i32>());
+        let texts = parts.flat_map(AsArray::as_string::<i32>);
         write(&(Arc::new(texts.collect::<StringArray>()) as ArrayRef))?;
     } else {
         parts.into_iter().try_for_each(write)?;
