@@ -6,14 +6,15 @@ use crate::study::{LoadedStudy, StudyFileError};
 use crate::table::given::GivenTable;
 use crate::table::{Mapping, Source, TableError};
 use crate::{drive_cycle, given_cycle};
-use ocmc_core::fleet::run::{RunPlan, replay, run, run_with};
+use ocmc_core::fleet::run::{Ranges, RunPlan, replay, run, run_with};
+use ocmc_core::kernel::scheduler::Deliver;
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::route::{Keep, RouteModel};
 use ocmc_core::prescribed::{DriveCycle, follow_planned, follow_study};
 use ocmc_core::record::Record;
 use ocmc_core::study::Study;
 use serde::{Deserialize, Serialize};
-use std::ops::{ControlFlow, Range};
+use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use thiserror::Error;
@@ -306,9 +307,9 @@ impl GivenDrive {
         if !self.is_exact() {
             return run(study, plan, sink);
         }
-        let each = |ids: Range<u64>, stop: &AtomicBool| {
-            let ids = ids.take_while(|_| !stop.load(Ordering::Relaxed));
-            ids.map(|cycle_id| self.record(study, plan.seed, cycle_id)).collect()
+        let each = |ranges: Ranges, stop: &AtomicBool, deliver: Deliver| {
+            let ids = ranges.flatten().take_while(|_| !stop.load(Ordering::Relaxed));
+            ids.for_each(|cycle_id| deliver(self.record(study, plan.seed, cycle_id)));
         };
         run_with(plan, &each, sink)
     }

@@ -3,13 +3,13 @@
 
 use super::dependence::Dependence;
 use super::kaplan_meier::{Observation, Survival};
-use super::run::{RunPlan, run_with};
-use crate::kernel::scheduler::{drive_until_empty, sampled};
+use super::run::{Ranges, RunPlan, run_with};
+use crate::kernel::scheduler::{Deliver, Driving, sampled};
 use crate::record::{Outcome, Record};
 use crate::study::Study;
 use serde::Serialize;
-use std::ops::{ControlFlow, Range};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::ops::ControlFlow;
+use std::sync::atomic::AtomicBool;
 
 /// Shares of the trips that arrive, for which the longest trip is told.
 pub const ARRIVING: [f64; 7] = [0.99, 0.95, 0.9, 0.75, 0.5, 0.25, 0.05];
@@ -195,10 +195,9 @@ pub fn drive<B>(
     plan: &RunPlan,
     mut progress: impl FnMut(u64) -> ControlFlow<B>,
 ) -> ControlFlow<B, Vec<Record>> {
-    let drive = |range: Range<u64>, stop: &AtomicBool| {
-        let mut cycles = sampled(study, plan.seed, range);
-        let mut next = |used| if stop.load(Ordering::Relaxed) { None } else { cycles(used) };
-        drive_until_empty(study, &mut next, plan.level, stop)
+    let drive = |ranges: Ranges, stop: &AtomicBool, deliver: Deliver| {
+        let driving = Driving { study, level: plan.level, stop, whole_trips: false };
+        driving.each(&mut sampled(study, plan.seed, ranges.flatten()), deliver);
     };
     let mut all = Vec::new();
     run_with(plan, &drive, |records| {

@@ -3,7 +3,7 @@
 use crate::kernel::chain::{Draw, drive_chained};
 use crate::kernel::cpu::CpuLevel;
 use crate::kernel::lane_task::LaneTask;
-use crate::kernel::scheduler::{drive_tasks, drive_until, sampled};
+use crate::kernel::scheduler::{Deliver, Driving, drive_tasks, sampled};
 use crate::random::PickFreeze;
 use crate::record::Record;
 use crate::study::Study;
@@ -56,8 +56,8 @@ impl RunPlan {
         let threads = threads.unwrap_or_else(available);
         let chunk = chunk.unwrap_or_else(|| chunk_for(cycles, threads)).min(cycles).max(1);
         // a thread without a chunk would only be started
-        let chunks = usize::try_from(cycles.div_ceil(chunk)).unwrap_or(usize::MAX);
-        let threads = threads.min(chunks).max(1);
+        let with_work = cycles.div_ceil(chunk.max(LEAST_FOR_A_THREAD));
+        let threads = threads.min(usize::try_from(with_work).unwrap_or(usize::MAX)).max(1);
         let pick_freeze = PickFreeze::NONE;
         Self { seed, first_cycle, cycles, pick_freeze, threads, chunk, level: CpuLevel::best() }
     }
@@ -77,14 +77,16 @@ impl RunPlan {
 /// Trucks whose trips are driven side by side where they chain: those of two blocks of lanes.
 const TRUCKS_SIDE_BY_SIDE: u64 = 32;
 
-/// Cycles that one thread drives at a time where nothing else is asked for: enough to keep the
-/// lanes full, few enough to share small runs out.
-pub const CHUNK: u64 = 512;
+/// Cycles that a thread takes at most, where nothing else is asked for: it takes the next ones while
+/// its lanes drive the last, so that few are left to one thread when the others have none.
+pub const CHUNK: u64 = 128;
 
-/// The chunk size for a run of that many cycles: four chunks a thread where the run is small, and
-/// none left over, for which all others would wait.
+/// Cycles with which it is worth starting a thread: they fill its lanes.
+const LEAST_FOR_A_THREAD: u64 = 16;
+
+/// The chunk size for a run of that many cycles: a 256th of what each thread drives.
 pub fn chunk_for(cycles: u64, threads: usize) -> u64 {
-    cycles.div_ceil(4 * threads as u64).clamp(16, CHUNK)
+    cycles.div_ceil(256 * threads as u64).clamp(4, CHUNK)
 }
 
 /// Runs the plan. `sink` is called on this thread with the records of consecutive chunks, in order
@@ -101,26 +103,36 @@ pub fn run<B>(
     if study.chains() {
         let RunPlan { seed, pick_freeze, level, .. } = *plan;
         let draw = Draw { seed, pick_freeze };
-        let drive =
-            |range: Range<u64>, stop: &AtomicBool| drive_chained(study, draw, range, level, stop);
+        let drive = |ranges: Ranges, stop: &AtomicBool, deliver: Deliver| {
+            for range in ranges {
+                drive_chained(study, draw, range, level, stop).into_iter().for_each(&mut *deliver);
+            }
+        };
         return run_with(&plan.of_trucks(study), &drive, sink);
     }
-    let drive = |range: Range<u64>, stop: &AtomicBool| {
-        let mut cycles = tasks(study, plan, range);
-        let mut next = |used| if stop.load(Ordering::Relaxed) { None } else { cycles(used) };
-        drive_until(study, &mut next, plan.level, stop)
+    let drive = |ranges: Ranges, stop: &AtomicBool, deliver: Deliver| {
+        let driving = Driving { study, level: plan.level, stop, whole_trips: true };
+        driving.each(&mut *tasks(study, plan, ranges.flatten()), deliver);
     };
     run_with(plan, &drive, sink)
 }
 
-/// As [`run`], with whatever `drive` makes of a range of cycle ids: one record for each, in their
-/// order. It may give up, and then give fewer, once its flag is set.
+/// Ranges of cycle ids that a thread drives, one after the other.
+pub type Ranges<'a> = &'a mut dyn Iterator<Item = Range<u64>>;
+
+/// As [`run`], with whatever `drive` makes of ranges of cycle ids: one record for each id, in any order.
+/// It may give up, and then give fewer, once its flag is set.
 pub fn run_with<B>(
     plan: &RunPlan,
-    drive: &(dyn Fn(Range<u64>, &AtomicBool) -> Vec<Record> + Sync),
+    drive: &(dyn Fn(Ranges, &AtomicBool, Deliver) + Sync),
     mut sink: impl FnMut(Vec<Record>) -> ControlFlow<B>,
 ) -> ControlFlow<B> {
     let chunk = plan.chunk.max(1);
+    let length_of = |k: u64| chunk.min(plan.cycles - k * chunk);
+    let range_of = |k: u64| {
+        let first = plan.first_cycle + k * chunk;
+        first..first + length_of(k)
+    };
     let chunks = plan.cycles.div_ceil(chunk);
     let next = AtomicU64::new(0);
     let stop = AtomicBool::new(false);
@@ -136,18 +148,23 @@ pub fn run_with<B>(
             let sender = sender.clone();
             let (next, stop) = (&next, &stop);
             scope.spawn(move |_| {
-                loop {
+                let mut ranges = std::iter::from_fn(|| {
                     let k = next.fetch_add(1, Ordering::Relaxed);
-                    if k >= chunks || stop.load(Ordering::Relaxed) {
-                        return;
+                    (k < chunks && !stop.load(Ordering::Relaxed)).then(|| range_of(k))
+                });
+                let mut begun = BTreeMap::<u64, Vec<Record>>::new();
+                let mut deliver = |record: Record| {
+                    let k = (record.cycle_id - plan.first_cycle) / chunk;
+                    let records = begun.entry(k).or_default();
+                    records.push(record);
+                    if records.len() as u64 == length_of(k) {
+                        let mut records = begun.remove(&k).expect("it is there");
+                        records.sort_by_key(|record| record.cycle_id);
+                        // whoever takes no more of them has set the flag
+                        let _ = sender.send((k, records));
                     }
-                    let first = plan.first_cycle + k * chunk;
-                    let last = plan.first_cycle + ((k + 1) * chunk).min(plan.cycles);
-                    let records = drive(first..last, stop);
-                    if stop.load(Ordering::Relaxed) || sender.send((k, records)).is_err() {
-                        return;
-                    }
-                }
+                };
+                drive(&mut ranges, stop, &mut deliver);
             });
         }
         drop(sender);
@@ -220,11 +237,11 @@ pub fn records<B>(
     ControlFlow::Continue(all)
 }
 
-/// Hands out the cycles of a range of the plan.
+/// Hands out cycles of the plan.
 fn tasks<'a>(
     study: &'a Study,
     plan: &'a RunPlan,
-    mut cycles: Range<u64>,
+    mut cycles: impl Iterator<Item = u64> + 'a,
 ) -> Box<dyn FnMut(Option<LaneTask>) -> Option<LaneTask> + 'a> {
     if plan.pick_freeze == PickFreeze::NONE {
         return Box::new(sampled(study, plan.seed, cycles));

@@ -8,14 +8,13 @@
 //! trips that depend on one another as the study says.
 
 use super::range::season_of;
-use super::run::{RunPlan, each, run_with};
-use crate::kernel::lane_task::LaneTask;
-use crate::kernel::scheduler::drive_until_empty;
+use super::run::{Ranges, RunPlan, each, run_with};
+use crate::kernel::scheduler::{Deliver, Driving, sampled};
 use crate::record::{Outcome, Record};
 use crate::study::Study;
 use serde::Serialize;
-use std::ops::{ControlFlow, Range};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::ops::ControlFlow;
+use std::sync::atomic::AtomicBool;
 
 /// Smallest and largest battery that is tried, in J: those that a study can have.
 pub const SIZES_J: [f64; 2] = [1.0e6, 1.0e11];
@@ -223,14 +222,16 @@ pub fn drive_some<B>(
     places: &[u64],
     mut progress: impl FnMut(u64) -> ControlFlow<B>,
 ) -> ControlFlow<B, Vec<Outcome>> {
-    let drive = |range: Range<u64>, stop: &AtomicBool| {
-        let mut ids = places[range.start as usize..range.end as usize].iter();
-        let mut next = |used: Option<LaneTask>| {
-            let id = plan.first_cycle + ids.next().filter(|_| !stop.load(Ordering::Relaxed))?;
-            drop(used);
-            Some(LaneTask::new(study, study.sample(plan.seed, id)))
+    // the cycles of this run are numbered by their order among the places
+    let drive = |ranges: Ranges, stop: &AtomicBool, deliver: Deliver| {
+        let ids = ranges.flatten().map(|k| plan.first_cycle + places[k as usize]);
+        let mut numbered = |record: Record| {
+            let place = record.cycle_id - plan.first_cycle;
+            let k = places.binary_search(&place).expect("places are in order, and this is one");
+            deliver(Record { cycle_id: k as u64, ..record });
         };
-        drive_until_empty(study, &mut next, plan.level, stop)
+        let driving = Driving { study, level: plan.level, stop, whole_trips: false };
+        driving.each(&mut sampled(study, plan.seed, ids), &mut numbered);
     };
     let all = places.len() as u64;
     let some = RunPlan::new(plan.seed, 0, all, Some(plan.threads), None);

@@ -35,3 +35,4 @@ pub mod step_view;
 mod stop_ahead;
 mod switching_event;
 pub mod trace;
+mod whole_trip;

@@ -6,9 +6,10 @@ use super::lane_task::LaneTask;
 use super::state::{KernelParameters, Lane, State};
 use super::step::steps;
 use super::step_view::{LaneEvents, StepView};
+use super::whole_trip::WholeTrips;
 use crate::lanes::{WIDTH, interleaves_blocks};
 use crate::powertrain::{Powertrain, PowertrainTask};
-use crate::record::{Outcome, Record};
+use crate::record::Record;
 use crate::study::{Scenario, Study};
 use crate::tactical::SpeedProfile;
 use fearless_simd::prelude::*;
@@ -53,6 +54,9 @@ impl Observer for StopFlag<'_> {
 /// Gives the next task; takes back the used one, whose buffers are reused.
 pub type Next<'a> = &'a mut dyn FnMut(Option<LaneTask>) -> Option<LaneTask>;
 
+/// Takes the record of each cycle as soon as it is known, in no order.
+pub type Deliver<'a> = &'a mut dyn FnMut(Record);
+
 /// Drives the cycles of a range; the records are in order of the ids.
 pub fn drive(study: &Study, seed: u64, cycles: Range<u64>, level: CpuLevel) -> Vec<Record> {
     drive_tasks(study, &mut sampled(study, seed, cycles), level)
@@ -65,40 +69,49 @@ pub fn drive_tasks(study: &Study, next: Next, level: CpuLevel) -> Vec<Record> {
 
 /// As [`drive_tasks`], until a flag is set; there are no records of cycles that were given up.
 pub fn drive_until(study: &Study, next: Next, level: CpuLevel, stop: &AtomicBool) -> Vec<Record> {
-    study.vehicle().powertrain.dispatch(FleetTask { study, next, level, stop, whole_trips: true })
+    in_order(|deliver| Driving { study, level, stop, whole_trips: true }.each(next, deliver))
 }
 
-/// As [`drive_until`]; of trips that a battery cuts short the rest is not driven.
-pub fn drive_until_empty(
-    study: &Study,
-    next: Next,
-    level: CpuLevel,
-    stop: &AtomicBool,
-) -> Vec<Record> {
-    study.vehicle().powertrain.dispatch(FleetTask { study, next, level, stop, whole_trips: false })
+/// How the lanes of one thread drive.
+#[derive(Clone, Copy, Debug)]
+pub struct Driving<'a> {
+    /// What is driven.
+    pub study: &'a Study,
+    /// Instructions to use.
+    pub level: CpuLevel,
+    /// Once it is set, the cycles on the road are given up.
+    pub stop: &'a AtomicBool,
+    /// Whether a trip that a battery cuts short is driven again as a whole.
+    pub whole_trips: bool,
+}
+
+impl Driving<'_> {
+    /// Drives the tasks that `next` gives: no lane waits for another. There are no records of cycles
+    /// that were given up.
+    pub fn each(self, next: Next, deliver: Deliver) {
+        self.study.vehicle().powertrain.dispatch(FleetTask { driving: self, next, deliver });
+    }
 }
 
 struct FleetTask<'a, 'b> {
-    study: &'a Study,
+    driving: Driving<'a>,
     next: Next<'b>,
-    level: CpuLevel,
-    stop: &'a AtomicBool,
-    whole_trips: bool,
+    deliver: Deliver<'b>,
 }
 
 impl PowertrainTask for FleetTask<'_, '_> {
-    type Answer = Vec<Record>;
+    type Answer = ();
 
-    fn run<P: Powertrain>(self, powertrain: &P) -> Vec<Record> {
-        let Self { study, level, stop, whole_trips, .. } = self;
-        let parameters = KernelParameters::new(study, powertrain);
-        let observer = &mut StopFlag(stop);
-        let driven = level.run(LaneScheduler::new(study, &parameters, self.next, observer));
-        if whole_trips {
-            driven.with_whole_trips(study, powertrain, level, stop)
-        } else {
-            driven.records
-        }
+    fn run<P: Powertrain>(self, powertrain: &P) {
+        let Self { driving, next, deliver } = self;
+        let parameters = KernelParameters::new(driving.study, powertrain);
+        let mut whole_trips = WholeTrips::new(driving, powertrain);
+        let mut ended =
+            |record: Record, scenario: &Scenario| whole_trips.take(record, scenario, deliver);
+        let observer = &mut StopFlag(driving.stop);
+        let lanes = LaneScheduler::new(driving.study, &parameters, next, &mut ended, observer);
+        driving.level.run(lanes);
+        whole_trips.drive(deliver);
     }
 }
 
@@ -110,52 +123,30 @@ pub fn drive_observed<P: Powertrain, O: Observer>(
     observer: &mut O,
 ) -> Vec<Record> {
     let parameters = KernelParameters::new(study, powertrain);
-    let driven = run_baseline(LaneScheduler::new(study, &parameters, next, observer));
-    driven.with_whole_trips(study, powertrain, CpuLevel::Baseline, &AtomicBool::new(false))
+    let (level, stop) = (CpuLevel::Baseline, &AtomicBool::new(false));
+    let driving = Driving { study, level, stop, whole_trips: true };
+    let mut whole_trips = WholeTrips::new(driving, powertrain);
+    in_order(|deliver| {
+        let mut ended =
+            |record: Record, scenario: &Scenario| whole_trips.take(record, scenario, deliver);
+        run_baseline(LaneScheduler::new(study, &parameters, next, &mut ended, observer));
+        whole_trips.drive(deliver);
+    })
 }
 
-/// What a scheduler has driven.
-struct Driven {
-    /// In order of the cycle ids.
-    records: Vec<Record>,
-    /// What the cycles drove that a battery cut short, in the same order.
-    cut_short: Vec<Scenario>,
+/// The records that are delivered, in order of the cycle ids.
+fn in_order(drive: impl FnOnce(Deliver)) -> Vec<Record> {
+    let mut records = Vec::new();
+    drive(&mut |record| records.push(record));
+    records.sort_by_key(|record| record.cycle_id);
+    records
 }
 
-impl Driven {
-    /// The records, with the whole trips of the cycles that were cut short: driven again from their
-    /// start, with a battery that never empties.
-    fn with_whole_trips<P: Powertrain>(
-        self,
-        study: &Study,
-        powertrain: &P,
-        level: CpuLevel,
-        stop: &AtomicBool,
-    ) -> Vec<Record> {
-        let Self { mut records, cut_short } = self;
-        let (false, Some(deep)) = (cut_short.is_empty(), powertrain.never_emptying()) else {
-            return records;
-        };
-        let parameters = KernelParameters::new(study, &deep);
-        let mut scenarios = cut_short.into_iter();
-        let mut next = |_| scenarios.next().map(|scenario| LaneTask::new(study, scenario));
-        let observer = &mut StopFlag(stop);
-        let whole = level.run(LaneScheduler::new(study, &parameters, &mut next, observer)).records;
-        let depleted = records.iter_mut().filter(|record| record.outcome == Outcome::Depleted);
-        for (record, whole) in depleted.zip(whole) {
-            if whole.outcome == Outcome::Completed {
-                record.drove_whole_trip(whole.distance_m, whole.consumption_kwh_per_km);
-            }
-        }
-        records
-    }
-}
-
-/// Gives the cycles of a range one by one; the buffers of a used task are reused.
+/// Gives cycles one by one; the buffers of a used task are reused.
 pub fn sampled(
     study: &Study,
     seed: u64,
-    mut cycles: Range<u64>,
+    mut cycles: impl Iterator<Item = u64>,
 ) -> impl FnMut(Option<LaneTask>) -> Option<LaneTask> {
     let mut profile = SpeedProfile::default();
     move |used| {
@@ -180,25 +171,26 @@ pub fn drive_scenario(study: &Study, scenario: Scenario) -> Record {
 /// The tasks of one block. A lane whose last cycle has ended is empty.
 type LaneTasks = [Option<LaneTask>; WIDTH];
 
-/// Gives tasks to lanes and collects their records.
-struct LaneScheduler<'a, 'b, P, O> {
+/// What is done with a cycle that has ended.
+pub(super) type Ended<'a> = &'a mut dyn FnMut(Record, &Scenario);
+
+/// Gives tasks to lanes and passes their records on.
+pub(super) struct LaneScheduler<'a, 'b, P, O> {
     study: &'a Study,
     parameters: &'a KernelParameters<'a, P>,
     next: Next<'b>,
+    ended: Ended<'a>,
     observer: &'a mut O,
-    records: Vec<Record>,
-    cut_short: Vec<Scenario>,
     /// Lanes with a cycle.
     driving: usize,
 }
 
 impl<P: Powertrain, O: Observer> SimdTask for LaneScheduler<'_, '_, P, O> {
-    type Answer = Driven;
+    type Answer = ();
 
-    /// The loop over one or two blocks, until `next` gives no more tasks; the records are in order
-    /// of the cycle ids.
+    /// The loop over one or two blocks, until `next` gives no more tasks.
     #[inline(always)]
-    fn run<S: Simd>(mut self, simd: S) -> Driven {
+    fn run<S: Simd>(mut self, simd: S) {
         let parameters = self.parameters;
         let mut front = State::parked(simd, parameters);
         let mut back = State::parked(simd, parameters);
@@ -217,21 +209,18 @@ impl<P: Powertrain, O: Observer> SimdTask for LaneScheduler<'_, '_, P, O> {
                 self.after_step(&mut front, &mut front_tasks, &view);
             }
         }
-        self.records.sort_by_key(|record| record.cycle_id);
-        self.cut_short.sort_by_key(|scenario| scenario.cycle_id);
-        Driven { records: self.records, cut_short: self.cut_short }
     }
 }
 
 impl<'a, 'b, P: Powertrain, O: Observer> LaneScheduler<'a, 'b, P, O> {
-    fn new(
+    pub(super) fn new(
         study: &'a Study,
         parameters: &'a KernelParameters<'a, P>,
         next: Next<'b>,
+        ended: Ended<'a>,
         observer: &'a mut O,
     ) -> Self {
-        let (records, cut_short) = (Vec::new(), Vec::new());
-        Self { study, parameters, next, observer, records, cut_short, driving: 0 }
+        Self { study, parameters, next, ended, observer, driving: 0 }
     }
 
     /// Puts a cycle into each lane of a block.
@@ -283,10 +272,7 @@ impl<'a, 'b, P: Powertrain, O: Observer> LaneScheduler<'a, 'b, P, O> {
             let mut lane = Lane { state, number, parameters };
             let outcome = task.handle_event(&mut lane, events.lane(number));
             if let Some(outcome) = outcome {
-                self.records.push(task.record(self.study, &lane, outcome));
-                if outcome == Outcome::Depleted {
-                    self.cut_short.push(task.scenario().clone());
-                }
+                (self.ended)(task.record(self.study, &lane, outcome), task.scenario());
             }
             self.observer.after_event(parameters, lane.state, (number, task));
             if outcome.is_some() {
