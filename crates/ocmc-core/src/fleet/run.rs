@@ -7,6 +7,7 @@ use crate::kernel::scheduler::{Deliver, Driving, drive_tasks, sampled};
 use crate::random::PickFreeze;
 use crate::record::Record;
 use crate::study::Study;
+use crate::tactical::SpeedProfile;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::num::NonZero;
@@ -68,9 +69,10 @@ impl RunPlan {
     /// all threads.
     fn of_trucks(&self, study: &Study) -> Self {
         let trips = study.nesting().trips_per_truck;
-        let trucks = self.cycles.div_ceil(trips);
-        let trucks = trucks.div_ceil(self.threads.max(1) as u64).clamp(1, TRUCKS_SIDE_BY_SIDE);
-        Self { chunk: trucks * trips, ..*self }
+        let trucks = self.cycles.div_ceil(trips).div_ceil(self.threads.max(1) as u64).max(1);
+        // as many in each chunk, so that none is left to the end with a truck or two
+        let side_by_side = trucks.div_ceil(trucks.div_ceil(TRUCKS_SIDE_BY_SIDE));
+        Self { chunk: side_by_side * trips, ..*self }
     }
 }
 
@@ -104,9 +106,8 @@ pub fn run<B>(
         let RunPlan { seed, pick_freeze, level, .. } = *plan;
         let draw = Draw { seed, pick_freeze };
         let drive = |ranges: Ranges, stop: &AtomicBool, deliver: Deliver| {
-            for range in ranges {
-                drive_chained(study, draw, range, level, stop).into_iter().for_each(&mut *deliver);
-            }
+            let driving = Driving { study, level, stop, whole_trips: true };
+            ranges.for_each(|range| drive_chained(driving, draw, &range, deliver));
         };
         return run_with(&plan.of_trucks(study), &drive, sink);
     }
@@ -246,9 +247,11 @@ fn tasks<'a>(
     if plan.pick_freeze == PickFreeze::NONE {
         return Box::new(sampled(study, plan.seed, cycles));
     }
-    Box::new(move |_| {
+    let mut profile = SpeedProfile::default();
+    Box::new(move |used| {
         let cycle_id = cycles.next()?;
-        Some(LaneTask::new(study, study.sample_pick_freeze(plan.seed, cycle_id, plan.pick_freeze)))
+        let scenario = study.sample_pick_freeze(plan.seed, cycle_id, plan.pick_freeze);
+        Some(LaneTask::of(study, scenario, used, &mut profile))
     })
 }
 
@@ -256,9 +259,13 @@ fn tasks<'a>(
 pub fn replay(study: &Study, seed: u64, cycle_ids: &[u64]) -> Vec<Record> {
     if study.chains() {
         let (draw, level) = (Draw { seed, pick_freeze: PickFreeze::NONE }, CpuLevel::best());
-        let never = AtomicBool::new(false);
-        let again = |id: &u64| drive_chained(study, draw, *id..*id + 1, level, &never);
-        return cycle_ids.iter().flat_map(again).collect();
+        let stop = &AtomicBool::new(false);
+        let driving = Driving { study, level, stop, whole_trips: true };
+        let mut records = Vec::new();
+        for &id in cycle_ids {
+            drive_chained(driving, draw, &(id..id + 1), &mut |record| records.push(record));
+        }
+        return records;
     }
     let mut ids = cycle_ids.iter();
     let mut next = |_| ids.next().map(|id| LaneTask::new(study, study.sample(seed, *id)));

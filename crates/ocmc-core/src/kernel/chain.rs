@@ -2,8 +2,8 @@
 //! with their clocks, and who comes back late departs late.
 //!
 //! The trips of one truck are driven one after the other, those of the trucks of a range side by side:
-//! first the first trip of each, then the second. So a record is a function of study, seed and cycle
-//! id, and of nothing else.
+//! the next trip of the truck that has made the fewest goes to the lane that is free. So a record is a
+//! function of study, seed and cycle id, and of nothing else.
 //!
 //! A truck is in its depot from its arrival to the next departure: charged, and its drivers rest. A trip
 //! that was not driven to its end ends there, too: the truck is towed. Who may drive on for less than
@@ -12,15 +12,17 @@
 use super::cpu::CpuLevel;
 use super::lane_task::LaneTask;
 use super::rest_stops::SHORTEST_START_S;
-use super::scheduler::drive_until;
+use super::scheduler::{Deliver, Driving, drive_tasks};
 use crate::charging::ChargingPlace;
 use crate::random::PickFreeze;
 use crate::record::Record;
 use crate::rest::{Activity, DutyClock};
 use crate::study::handover::Handover;
 use crate::study::{Scenario, Study};
+use crate::tactical::SpeedProfile;
+use std::cell::RefCell;
 use std::ops::Range;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 
 /// Seconds of a day.
 const DAY_S: f64 = 86_400.0;
@@ -34,11 +36,16 @@ pub struct Draw {
     pub pick_freeze: PickFreeze,
 }
 
-/// A truck between two trips.
+/// A truck that makes its trips.
 #[derive(Debug)]
 struct Truck {
     /// Id of its first cycle.
     first_cycle: u64,
+    /// Trips that it makes here, and those that it has made.
+    trips: u64,
+    made: u64,
+    /// Whether it is on the road.
+    is_away: bool,
     /// The trip ahead, as it was drawn.
     ahead: Option<Scenario>,
     /// State of charge in the depot; none before the first trip.
@@ -49,90 +56,59 @@ struct Truck {
     drivers: Vec<(u64, DutyClock, f64)>,
 }
 
-/// Drives the cycles of a range, each after the trips of its truck that were before it; the records are
-/// in the order of their ids. Once the flag is set there are none.
-pub fn drive_chained(
-    study: &Study,
-    draw: Draw,
-    cycles: Range<u64>,
-    level: CpuLevel,
-    stop: &AtomicBool,
-) -> Vec<Record> {
-    let mut records = Vec::new();
-    each_trip(study, draw, &cycles, |scenarios| {
-        let mut scenarios = scenarios.into_iter();
-        let mut next = |_| {
-            let scenario = scenarios.next().filter(|_| !stop.load(Ordering::Relaxed))?;
-            Some(LaneTask::new(study, scenario))
-        };
-        let driven = drive_until(study, &mut next, level, stop);
-        let is_whole = !stop.load(Ordering::Relaxed);
-        if is_whole {
-            records.extend(driven.iter().filter(|r| cycles.contains(&r.cycle_id)).cloned());
+/// Drives the cycles of a range, each after the trips of its truck that were before it; the records come
+/// in any order. Once the flag is set there are no more.
+pub fn drive_chained(driving: Driving, draw: Draw, cycles: &Range<u64>, deliver: Deliver) {
+    let Driving { study, stop, .. } = driving;
+    let trips = study.nesting().trips_per_truck;
+    let ids = cycles.start / trips..cycles.end.div_ceil(trips);
+    let trucks = ids.map(|id| Truck::new(id * trips, trips.min(cycles.end - id * trips)));
+    let trucks = RefCell::new(trucks.collect::<Vec<_>>());
+    let mut profile = SpeedProfile::default();
+    let mut next = |used| {
+        let mut trucks = trucks.borrow_mut();
+        let ready = trucks.iter_mut().filter(|truck| !truck.is_away && truck.made < truck.trips);
+        let truck =
+            ready.min_by_key(|truck| truck.made).filter(|_| !stop.load(Ordering::Relaxed))?;
+        Some(LaneTask::of(study, truck.depart(study, draw), used, &mut profile))
+    };
+    let mut arrived = |record: &Record| {
+        let mut trucks = trucks.borrow_mut();
+        let mut away = trucks.iter_mut().filter(|truck| truck.is_away);
+        let truck = away.find(|truck| truck.first_cycle + truck.made == record.cycle_id);
+        truck.expect("it has departed").arrive(record);
+    };
+    let mut deliver = |mut record: Record| {
+        if cycles.contains(&record.cycle_id) {
+            record.clock_at_end = None;
+            deliver(record);
         }
-        is_whole.then_some(driven)
-    });
-    if stop.load(Ordering::Relaxed) {
-        return Vec::new();
-    }
-    records.sort_by_key(|record| record.cycle_id);
-    for record in &mut records {
-        record.clock_at_end = None;
-    }
-    records
+    };
+    driving.each_arriving(&mut next, &mut arrived, &mut deliver);
 }
 
 /// The scenario of one cycle, with what its truck brings from the trips before.
 pub fn chained_scenario(study: &Study, seed: u64, cycle_id: u64) -> Scenario {
     let draw = Draw { seed, pick_freeze: PickFreeze::NONE };
-    let mut found = None;
-    each_trip(study, draw, &(cycle_id..cycle_id + 1), |scenarios| {
-        let wanted = scenarios.iter().find(|scenario| scenario.cycle_id == cycle_id);
-        if let Some(wanted) = wanted {
-            found = Some(wanted.clone());
-            return None;
-        }
-        let mut scenarios = scenarios.into_iter();
-        let mut next = |_| scenarios.next().map(|scenario| LaneTask::new(study, scenario));
-        Some(drive_until(study, &mut next, CpuLevel::best(), &AtomicBool::new(false)))
-    });
-    found.expect("its truck makes the trip")
-}
-
-/// Goes through the trips of the trucks of a range, one of each truck at a time, as far as the range
-/// goes. `drive` gives their records, in the order of the scenarios, or breaks by none.
-fn each_trip(
-    study: &Study,
-    draw: Draw,
-    cycles: &Range<u64>,
-    mut drive: impl FnMut(Vec<Scenario>) -> Option<Vec<Record>>,
-) {
-    let trips = study.nesting().trips_per_truck;
-    let trucks = cycles.start / trips..cycles.end.div_ceil(trips);
-    let mut trucks: Vec<Truck> = trucks.map(|id| Truck::new(id * trips)).collect();
-    for trip in 0..trips {
-        let is_asked_for = |truck: &&mut Truck| truck.first_cycle + trip < cycles.end;
-        let mut asked: Vec<&mut Truck> = trucks.iter_mut().filter(is_asked_for).collect();
-        if asked.is_empty() {
-            return;
-        }
-        let scenarios = asked.iter_mut().map(|truck| truck.depart(study, draw, trip)).collect();
-        let Some(records) = drive(scenarios) else { return };
-        for (truck, record) in asked.into_iter().zip(&records) {
-            truck.arrive(record, trip);
-        }
+    let before = cycle_id % study.nesting().trips_per_truck;
+    let mut truck = Truck::new(cycle_id - before, before + 1);
+    for _ in 0..before {
+        let mut task = Some(LaneTask::new(study, truck.depart(study, draw)));
+        let records = drive_tasks(study, &mut |_| task.take(), CpuLevel::best());
+        truck.arrive(&records[0]);
     }
+    truck.depart(study, draw)
 }
 
 impl Truck {
-    fn new(first_cycle: u64) -> Self {
-        let (ahead, charge) = (None, None);
-        Self { first_cycle, ahead, charge, back_s: 0.0, drivers: Vec::new() }
+    fn new(first_cycle: u64, trips: u64) -> Self {
+        let (ahead, charge, drivers) = (None, None, Vec::new());
+        Self { first_cycle, trips, made: 0, is_away: false, ahead, charge, back_s: 0.0, drivers }
     }
 
-    /// The trip as it departs: late, with what the battery has, and with the driver's clock.
-    fn depart(&mut self, study: &Study, draw: Draw, trip: u64) -> Scenario {
-        let Draw { seed, pick_freeze } = draw;
+    /// The next trip as it departs: late, with what the battery has, and with the driver's clock.
+    fn depart(&mut self, study: &Study, draw: Draw) -> Scenario {
+        let (Draw { seed, pick_freeze }, trip) = (draw, self.made);
         let sample = |trip| study.sample_pick_freeze(seed, self.first_cycle + trip, pick_freeze);
         let mut scenario = self.ahead.take().unwrap_or_else(|| sample(trip));
         let is_last = trip + 1 == study.nesting().trips_per_truck;
@@ -160,12 +136,14 @@ impl Truck {
         scenario.handover = Some(Handover { full_charge, clock, next_departure_s });
         self.ahead = ahead;
         self.back_s = departs_s;
+        self.is_away = true;
         scenario
     }
 
     /// The truck is back: `back_s` was its departure.
-    fn arrive(&mut self, record: &Record, trip: u64) {
-        debug_assert_eq!(record.cycle_id, self.first_cycle + trip);
+    fn arrive(&mut self, record: &Record) {
+        self.is_away = false;
+        self.made += 1;
         self.back_s += record.duration_s;
         let last = record.charging_events.iter().flatten().last();
         let in_depot = last.filter(|event| event.place == ChargingPlace::Depot);

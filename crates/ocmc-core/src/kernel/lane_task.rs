@@ -97,11 +97,28 @@ impl LaneTask {
         task
     }
 
-    /// Takes the next cycle; the buffers of the last one are reused. The profile is needed for the
-    /// planning only: a scheduler lends the same one to all its tasks, so that it stays in the
+    /// Plans a scenario, in the buffers of a used task where there is one. The profile is needed for
+    /// the planning only: a scheduler lends the same one to all its tasks, so that it stays in the
     /// CPU's cache.
+    pub fn of(
+        study: &Study,
+        scenario: Scenario,
+        used: Option<Self>,
+        profile: &mut SpeedProfile,
+    ) -> Self {
+        let Some(mut task) = used else { return Self::new(study, scenario) };
+        task.scenario = scenario;
+        task.prepare(study, profile);
+        task
+    }
+
+    /// Takes the next cycle; the buffers of the last one are reused, those of its road as well.
     pub fn reuse(&mut self, study: &Study, seed: u64, cycle_id: u64, profile: &mut SpeedProfile) {
         study.resample(seed, cycle_id, &mut self.scenario);
+        self.prepare(study, profile);
+    }
+
+    fn prepare(&mut self, study: &Study, profile: &mut SpeedProfile) {
         self.rests = RestStops::new(study, &self.scenario);
         self.charging = ChargingStops::new(study);
         self.plan(study, profile);

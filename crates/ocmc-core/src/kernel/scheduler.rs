@@ -57,6 +57,9 @@ pub type Next<'a> = &'a mut dyn FnMut(Option<LaneTask>) -> Option<LaneTask>;
 /// Takes the record of each cycle as soon as it is known, in no order.
 pub type Deliver<'a> = &'a mut dyn FnMut(Record);
 
+/// Looks at the record of a cycle that has ended.
+pub type Arrived<'a> = &'a mut dyn FnMut(&Record);
+
 /// Drives the cycles of a range; the records are in order of the ids.
 pub fn drive(study: &Study, seed: u64, cycles: Range<u64>, level: CpuLevel) -> Vec<Record> {
     drive_tasks(study, &mut sampled(study, seed, cycles), level)
@@ -89,13 +92,21 @@ impl Driving<'_> {
     /// Drives the tasks that `next` gives: no lane waits for another. There are no records of cycles
     /// that were given up.
     pub fn each(self, next: Next, deliver: Deliver) {
-        self.study.vehicle().powertrain.dispatch(FleetTask { driving: self, next, deliver });
+        self.each_arriving(next, &mut |_| {}, deliver);
+    }
+
+    /// As [`Self::each`]; `arrived` is called when a cycle has ended, before its whole trip is driven and
+    /// before there is a next one for its lane.
+    pub fn each_arriving(self, next: Next, arrived: Arrived, deliver: Deliver) {
+        let task = FleetTask { driving: self, next, arrived, deliver };
+        self.study.vehicle().powertrain.dispatch(task);
     }
 }
 
 struct FleetTask<'a, 'b> {
     driving: Driving<'a>,
     next: Next<'b>,
+    arrived: Arrived<'b>,
     deliver: Deliver<'b>,
 }
 
@@ -103,11 +114,13 @@ impl PowertrainTask for FleetTask<'_, '_> {
     type Answer = ();
 
     fn run<P: Powertrain>(self, powertrain: &P) {
-        let Self { driving, next, deliver } = self;
+        let Self { driving, next, arrived, deliver } = self;
         let parameters = KernelParameters::new(driving.study, powertrain);
         let mut whole_trips = WholeTrips::new(driving, powertrain);
-        let mut ended =
-            |record: Record, scenario: &Scenario| whole_trips.take(record, scenario, deliver);
+        let mut ended = |record: Record, scenario: &Scenario| {
+            arrived(&record);
+            whole_trips.take(record, scenario, deliver);
+        };
         let observer = &mut StopFlag(driving.stop);
         let lanes = LaneScheduler::new(driving.study, &parameters, next, &mut ended, observer);
         driving.level.run(lanes);

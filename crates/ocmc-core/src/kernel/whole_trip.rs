@@ -12,9 +12,9 @@ use std::collections::BTreeMap;
 /// Cycles that are driven again together: enough to fill the lanes a few times.
 const TOGETHER: usize = 64;
 
-/// Ids by which the others may be ahead of a record that waits for its whole trip: all of them are in
-/// memory until it is there.
-const FURTHEST_AHEAD: u64 = 4096;
+/// Records that are passed on at most while one waits for its whole trip: whoever puts them in order
+/// keeps them until it is there.
+const MOST_MEANWHILE: usize = 1024;
 
 /// Cycles that were cut short, until their whole trips are driven.
 pub(super) struct WholeTrips<'a, P> {
@@ -22,25 +22,25 @@ pub(super) struct WholeTrips<'a, P> {
     /// The powertrain that never empties; none where trips are not driven again.
     deep: Option<P>,
     waiting: BTreeMap<u64, (Record, Scenario)>,
+    /// Records that were passed on since the first of them waits.
+    meanwhile: usize,
 }
 
 impl<'a, P: Powertrain> WholeTrips<'a, P> {
     pub(super) fn new(driving: Driving<'a>, powertrain: &P) -> Self {
         let deep = if driving.whole_trips { powertrain.never_emptying() } else { None };
-        Self { driving, deep, waiting: BTreeMap::new() }
+        Self { driving, deep, waiting: BTreeMap::new(), meanwhile: 0 }
     }
 
     /// Passes on a record that is whole, and keeps any other for a while.
     pub(super) fn take(&mut self, record: Record, scenario: &Scenario, deliver: Deliver) {
-        let cycle_id = record.cycle_id;
         if record.outcome == Outcome::Depleted && self.deep.is_some() {
-            self.waiting.insert(cycle_id, (record, scenario.clone()));
+            self.waiting.insert(record.cycle_id, (record, scenario.clone()));
         } else {
+            self.meanwhile += usize::from(!self.waiting.is_empty());
             deliver(record);
         }
-        let first = self.waiting.keys().next();
-        let is_behind = first.is_some_and(|first| first + FURTHEST_AHEAD < cycle_id);
-        if is_behind || self.waiting.len() == TOGETHER {
+        if self.waiting.len() == TOGETHER || self.meanwhile == MOST_MEANWHILE {
             self.drive(deliver);
         }
     }
@@ -48,6 +48,7 @@ impl<'a, P: Powertrain> WholeTrips<'a, P> {
     /// Drives the whole trips of those that wait, and passes their records on.
     pub(super) fn drive(&mut self, deliver: Deliver) {
         let waiting = std::mem::take(&mut self.waiting);
+        self.meanwhile = 0;
         let (Some(deep), false) = (&self.deep, waiting.is_empty()) else { return };
         let Driving { study, level, stop, .. } = self.driving;
         let parameters = KernelParameters::new(study, deep);
