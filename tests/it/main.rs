@@ -72,3 +72,4 @@ mod uncertainty;
 mod validation;
 mod vecto;
 mod vecto_files;
+mod whole_trip;
