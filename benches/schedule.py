@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
 """How well a large run would use many processors: ``python3 benches/schedule.py [--km 10] [--cycles 1000000]``.
 
-Chunks of cycles are driven one by one, and the time of each is noted (a trace of chunk times). What the thread that
-takes the records does for each is measured by itself: adding to the summary, writing chunks, putting the file of records
-together. Then the program's own rule is simulated with them: threads take the next chunk, one thread takes the records in
-order, and at most two chunks a thread wait for it. CPU time throughout: other work on the machine hardly matters. What
-waiting for a disk costs is `--sync-ms`, five for each 1024 records. Needs Linux and `cargo build --release`.
+Runs of 512 cycles are driven one by one, and the time of each is noted (a trace of times). What the thread that takes
+the records does for each is measured by itself: adding to the summary, writing chunks, putting the file of records
+together. Then the program's own rule is simulated with them: threads take the next few cycles while their lanes drive the
+last, one thread takes the records in order, and at most two chunks a thread wait for it. At the end a thread's lanes run
+empty. CPU time throughout: other work on the machine hardly matters. What waiting for a disk costs is `--sync-ms`, five
+for each 1024 records. Needs Linux and `cargo build --release`.
 """
 
 import argparse
@@ -23,14 +24,17 @@ from typing import NamedTuple
 from checks import BINARY, ocmc
 
 # as in crates/ocmc-core/src/fleet/run.rs and crates/ocmc-io/src/run_directory/{chunks,assembly}.rs
-CHUNK = 512
-LEAST_CHUNK = 16
-CHUNKS_A_THREAD = 4
+CHUNK = 128
+LEAST_CHUNK = 4
+CHUNKS_A_THREAD = 256
+LANES = 16
 WAITING_A_THREAD = 2
 FILE_ROWS = 1024
 THREADS_A_WRITER = 4
 SYNCS = 5
 MOST_ENCODERS = 8
+# cycles of a traced run
+TRACED = 512
 # records that are driven to measure what is done with each
 RECORDS = 40 * FILE_ROWS
 
@@ -110,11 +114,11 @@ def sink() -> Sink:
     return Sink(*(part / RECORDS for part in parts))
 
 
-def chunk_times(chunk: int, km: float, number: int) -> list[float]:
-    """Drive so many chunks, and give the CPU time of each."""
+def times_of_runs(km: float, number: int) -> list[float]:
+    """Drive so many runs, and give the CPU time of each."""
     start_s = min(ocmc(1, "--threads", 1, length_m=1e3).cpu_s for _ in range(5))
-    drive = ("--threads", 1, "--chunk", chunk, "--first-cycle")
-    return [ocmc(chunk, *drive, k * chunk, length_m=1e3 * km).cpu_s - start_s for k in range(number)]
+    drive = ("--threads", 1, "--first-cycle")
+    return [ocmc(TRACED, *drive, k * TRACED, length_m=1e3 * km).cpu_s - start_s for k in range(number)]
 
 
 class Schedule(NamedTuple):
@@ -124,8 +128,13 @@ class Schedule(NamedTuple):
     idle: float
 
 
-def simulate(times: Iterator[float], threads: int, chunks: int, taking_s: float, behind: Behind) -> Schedule:
-    """Simulate the rule of the program; `taking_s` is what the records of a chunk take."""
+def simulate(
+    times: Iterator[float], threads: int, chunks: int, taking_s: float, tail_s: float, behind: Behind
+) -> Schedule:
+    """Simulate the rule of the program.
+
+    `taking_s` is what the records of a chunk take, `tail_s` how long the lanes of a thread run empty at the end.
+    """
     free = [0.0] * threads  # when each thread takes its next chunk
     taken: deque[float] = deque()  # when the records of each chunk are taken, in order
     busy_s = end_s = 0.0
@@ -139,6 +148,7 @@ def simulate(times: Iterator[float], threads: int, chunks: int, taking_s: float,
         if len(taken) > WAITING_A_THREAD * threads:
             done_s = max(done_s, taken.popleft())
         heapq.heappush(free, done_s)
+    end_s += tail_s
     return Schedule(end_s, 1.0 - (busy_s + behind.busy_s) / (threads * (end_s + behind.wall_s)))
 
 
@@ -149,14 +159,14 @@ def main() -> None:
     )
     parser.add_argument("--km", type=float, default=10.0)
     parser.add_argument("--cycles", type=int, default=1_000_000)
-    parser.add_argument("--traced", type=int, default=16, help="chunks that are driven for the trace")
+    parser.add_argument("--traced", type=int, default=16, help="runs that are driven for the trace")
     parser.add_argument(
         "--sync-ms", type=float, default=0.0, help="time for which a write waits for the disk"
     )
     asked = parser.parse_args()
     of = sink()
-    times = chunk_times(CHUNK, asked.km, asked.traced)
-    a_cycle_s = sum(times) / len(times) / CHUNK
+    times = times_of_runs(asked.km, asked.traced)
+    a_cycle_s = sum(times) / len(times) / TRACED
     parts = {
         "driven": a_cycle_s,
         "summary": of.summary_s,
@@ -171,7 +181,7 @@ def main() -> None:
     )
     spread = (max(times) - min(times)) / (sum(times) / len(times))
     print(
-        f"chunks of {CHUNK}: {1e3 * min(times):.1f} to {1e3 * max(times):.1f} ms, {100 * spread:.0f} % apart\n"
+        f"runs of {TRACED}: {1e3 * min(times):.1f} to {1e3 * max(times):.1f} ms, {100 * spread:.0f} % apart\n"
     )
     print(
         "| threads | cycles a chunk | driving, s | putting together, s | idle, % | without files, s | idle, % |"
@@ -180,14 +190,16 @@ def main() -> None:
     for threads in (1, 2, 8, 64):
         chunk = min(max(-(-asked.cycles // (CHUNKS_A_THREAD * threads)), LEAST_CHUNK), CHUNK)
         chunks = -(-asked.cycles // chunk)
-        driven = [time_s * chunk / CHUNK for time_s in times]
+        driven = [time_s * chunk / TRACED for time_s in times]
         # those that write chunks run on the same processors, one for each four threads
         written = [time_s + chunk * of.writing_s for time_s in driven]
         sync_s = asked.sync_ms / 1e3 * SYNCS / FILE_ROWS
         slowest_s = max(of.summary_s + of.taking_s + sync_s, of.writing_s / -(-threads // THREADS_A_WRITER))
         behind = of.behind(asked.cycles, threads)
-        with_files = simulate(cycle(written), threads, chunks, chunk * slowest_s, behind)
-        without = simulate(cycle(driven), threads, chunks, chunk * of.summary_s, Behind(0.0, 0.0))
+        # half of the lanes are empty then, on average
+        tail_s = LANES / 2 * a_cycle_s
+        with_files = simulate(cycle(written), threads, chunks, chunk * slowest_s, tail_s, behind)
+        without = simulate(cycle(driven), threads, chunks, chunk * of.summary_s, tail_s, Behind(0.0, 0.0))
         print(
             f"| {threads} | {chunk} | {with_files.driving_s:.1f} | {behind.wall_s:.1f} | {100 * with_files.idle:.0f} |"
             f" {without.driving_s:.1f} | {100 * without.idle:.0f} |"
