@@ -1,5 +1,6 @@
 //! The whole trips of cycles that a battery cut short are driven together, and none waits for long.
 
+use ocmc_core::fleet::run::replay;
 use ocmc_core::kernel::cpu::CpuLevel;
 use ocmc_core::kernel::lane_task::LaneTask;
 use ocmc_core::kernel::scheduler::Driving;
@@ -46,6 +47,16 @@ fn each_trip_is_delivered_once_and_whole() {
     let arrived: Vec<u64> = short.map(|(_, arrived)| *arrived).collect();
     assert_eq!(arrived.iter().filter(|n| **n < 150).count(), 64);
     assert!(arrived[..64].iter().all(|n| *n == arrived[0]), "{arrived:?}");
+}
+
+#[test]
+fn a_trip_that_is_asked_for_twice_is_told_twice() {
+    let sets = ["mission.length_m=20000", "vehicle.electric.battery.capacity_j=1.2e8"];
+    let study = crate::common::study("battery-truck", &sets);
+    let once = replay(&study, 1, &[3, 4, 7, 20, 21]);
+    let short = once.iter().find(|record| record.outcome == Outcome::Depleted).expect("one is");
+    assert!(short.whole_trip_m.is_some());
+    assert_eq!(replay(&study, 1, &[short.cycle_id; 2]), [short.clone(), short.clone()]);
 }
 
 #[test]

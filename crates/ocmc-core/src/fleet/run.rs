@@ -31,7 +31,7 @@ pub struct RunPlan {
     pub pick_freeze: PickFreeze,
     /// Threads, at least 1.
     pub threads: usize,
-    /// Cycles that one thread drives at a time.
+    /// Consecutive cycles that one thread takes at a time, and that leave together.
     pub chunk: u64,
     /// Instructions to use.
     pub level: CpuLevel,

@@ -7,7 +7,7 @@ use super::state::KernelParameters;
 use crate::powertrain::Powertrain;
 use crate::record::{Outcome, Record};
 use crate::study::Scenario;
-use std::collections::BTreeMap;
+use std::mem::take;
 
 /// Cycles that are driven again together: enough to fill the lanes a few times.
 const TOGETHER: usize = 64;
@@ -21,7 +21,7 @@ pub(super) struct WholeTrips<'a, P> {
     driving: Driving<'a>,
     /// The powertrain that never empties; none where trips are not driven again.
     deep: Option<P>,
-    waiting: BTreeMap<u64, (Record, Scenario)>,
+    waiting: Vec<(Record, Scenario)>,
     /// Records that were passed on since the first of them waits.
     meanwhile: usize,
 }
@@ -29,13 +29,13 @@ pub(super) struct WholeTrips<'a, P> {
 impl<'a, P: Powertrain> WholeTrips<'a, P> {
     pub(super) fn new(driving: Driving<'a>, powertrain: &P) -> Self {
         let deep = if driving.whole_trips { powertrain.never_emptying() } else { None };
-        Self { driving, deep, waiting: BTreeMap::new(), meanwhile: 0 }
+        Self { driving, deep, waiting: Vec::new(), meanwhile: 0 }
     }
 
     /// Passes on a record that is whole, and keeps any other for a while.
     pub(super) fn take(&mut self, record: Record, scenario: &Scenario, deliver: Deliver) {
         if record.outcome == Outcome::Depleted && self.deep.is_some() {
-            self.waiting.insert(record.cycle_id, (record, scenario.clone()));
+            self.waiting.push((record, scenario.clone()));
         } else {
             self.meanwhile += usize::from(!self.waiting.is_empty());
             deliver(record);
@@ -47,20 +47,18 @@ impl<'a, P: Powertrain> WholeTrips<'a, P> {
 
     /// Drives the whole trips of those that wait, and passes their records on.
     pub(super) fn drive(&mut self, deliver: Deliver) {
-        let waiting = std::mem::take(&mut self.waiting);
+        let (mut cut_short, scenarios): (Vec<Record>, Vec<Scenario>) =
+            take(&mut self.waiting).into_iter().unzip();
         self.meanwhile = 0;
-        let (Some(deep), false) = (&self.deep, waiting.is_empty()) else { return };
+        let (Some(deep), false) = (&self.deep, scenarios.is_empty()) else { return };
         let Driving { study, level, stop, .. } = self.driving;
         let parameters = KernelParameters::new(study, deep);
-        let (mut cut_short, mut scenarios) = (BTreeMap::new(), Vec::new());
-        for (cycle_id, (record, scenario)) in waiting {
-            cut_short.insert(cycle_id, record);
-            scenarios.push(scenario);
-        }
         let mut scenarios = scenarios.into_iter();
         let mut next = |_| scenarios.next().map(|scenario| LaneTask::new(study, scenario));
         let mut ended = |whole: Record, _: &Scenario| {
-            let mut record = cut_short.remove(&whole.cycle_id).expect("each is driven once");
+            // a cycle that is driven twice has two equal records
+            let place = cut_short.iter().position(|record| record.cycle_id == whole.cycle_id);
+            let mut record = cut_short.swap_remove(place.expect("each has been cut short"));
             if whole.outcome == Outcome::Completed {
                 record.drove_whole_trip(whole.distance_m, whole.consumption_kwh_per_km);
             }
