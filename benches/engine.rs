@@ -3,11 +3,11 @@
 
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
 use ocmc_core::fleet::summary::SummaryBuilder;
-use ocmc_core::kernel::cpu::CpuLevel;
-use ocmc_core::kernel::lane_task::LaneTask;
-use ocmc_core::kernel::road_row::RoadRows;
-use ocmc_core::kernel::scheduler::{drive, drive_tasks};
-use ocmc_core::kernel::trace::trace;
+use ocmc_core::kernel::drive::cpu::CpuLevel;
+use ocmc_core::kernel::drive::scheduler::{drive, drive_tasks};
+use ocmc_core::kernel::drive::trace::trace;
+use ocmc_core::kernel::step::road_row::RoadRows;
+use ocmc_core::kernel::trip::lane_task::LaneTask;
 use ocmc_core::record::Record;
 use ocmc_core::study::Study;
 use ocmc_core::tactical::{SpeedProfile, plan};

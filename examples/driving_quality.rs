@@ -3,7 +3,7 @@
 //! --example driving_quality [STUDY [CYCLES [SEED [KEY=VALUE]...]]]`
 #![allow(clippy::print_stdout, reason = "its output is the guide's text")]
 
-use ocmc_core::kernel::trace::{Trace, trace};
+use ocmc_core::kernel::drive::trace::{Trace, trace};
 use ocmc_core::record::Record;
 use ocmc_core::study::Study;
 use ocmc_core::tactical::{SpeedProfile, plan};

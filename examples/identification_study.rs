@@ -21,7 +21,7 @@
 //! events=false   a line for each event
 #![allow(clippy::print_stdout, reason = "its output is the guide's text")]
 
-use ocmc_core::kernel::trace::trace;
+use ocmc_core::kernel::drive::trace::trace;
 use ocmc_core::random::{Draws, Stream};
 use ocmc_core::study::Study;
 use ocmc_estimation::identification::closed_loop::{ClosedLoop, Controller};

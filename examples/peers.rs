@@ -6,11 +6,11 @@
 #![allow(clippy::print_stdout, reason = "its output is read by the benches' scripts")]
 
 use ocmc_core::energy_ledger::Term;
-use ocmc_core::kernel::cpu::CpuLevel;
-use ocmc_core::kernel::lane_task::LaneTask;
-use ocmc_core::kernel::road_row::RoadRows;
-use ocmc_core::kernel::scheduler::drive_tasks;
-use ocmc_core::kernel::trace::trace;
+use ocmc_core::kernel::drive::cpu::CpuLevel;
+use ocmc_core::kernel::drive::scheduler::drive_tasks;
+use ocmc_core::kernel::drive::trace::trace;
+use ocmc_core::kernel::step::road_row::RoadRows;
+use ocmc_core::kernel::trip::lane_task::LaneTask;
 use ocmc_core::powertrain::PowertrainKind;
 use ocmc_core::powertrain::efficiency::{EfficiencyCurve, EfficiencyDriveline};
 use ocmc_core::prescribed::{Body, DriveCycle, follow};

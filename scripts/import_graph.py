@@ -3,7 +3,8 @@
 A room is a file or a folder directly below a crate's `src`. Printed is one line for each room with
 the rooms that it imports, and one for each crate. Unit tests (`#[cfg(test)] mod ...`) and comments
 do not count. Exits with 1 where rooms import each other in a circle, where a stage of the core
-imports a later one, or where a crate depends on a later one.
+imports a later one, where a crate depends on a later one, or where files of the kernel import each
+other in a circle that leaves a room or has more than six files.
 """
 
 import itertools
@@ -39,6 +40,12 @@ STAGES = [
     "prescribed",
     "fleet",
 ]
+
+# Rooms of the kernel from the bottom up.
+KERNEL_ROOMS = ["step", "trip", "drive"]
+
+# Files of the kernel that may import each other in a circle.
+LARGEST_CIRCLE = 6
 
 UNIT_TESTS = re.compile(r"#\[cfg\(test\)\]\s*(?:#\[[^\]]*\]\s*)*mod \w+ *\{")
 COMMENT = re.compile(r"//.*")
@@ -123,6 +130,53 @@ def circle(graph: Graph) -> list[str]:
     return []
 
 
+def kernel_files(kernel: pathlib.Path) -> Graph:
+    """Which file of the kernel imports which, by `room/file`; what a room's `mod.rs` re-exports counts as it."""
+    files = {str(path.relative_to(kernel).with_suffix("")): path for path in kernel.rglob("*.rs")}
+    graph: Graph = {name: {} for name in sorted(files)}
+    for name, path in files.items():
+        text = code(path.read_text(encoding="utf-8"))
+        room = name.partition("/")[0]
+        imported = [f"{room}/{found}" for found in re.findall(r"^use super::(\w+)", text, re.MULTILINE)]
+        for other, found in re.findall(r"\bcrate::kernel::(\w+)::(\w+)", text):
+            imported.append(f"{other}/{found}" if f"{other}/{found}" in files else f"{other}/mod")
+        for other in imported:
+            if other in files and other != name:
+                graph[name].setdefault(other, path)
+    return graph
+
+
+def rooms_between(files: Graph) -> Graph:
+    """Which room of the kernel imports which, from its files."""
+    graph: Graph = {}
+    for name, imported in files.items():
+        room = graph.setdefault(name.partition("/")[0], {})
+        for other, path in imported.items():
+            room.setdefault(other.partition("/")[0], path)
+    return graph
+
+
+def reached(graph: Graph, start: str) -> set[str]:
+    """All names that a name imports, and those that these import."""
+    found, left = set(), [start]
+    while left:
+        new = set(graph[left.pop()]) - found
+        found |= new
+        left += new
+    return found
+
+
+def large_circles(graph: Graph) -> list[str]:
+    """Circles of files that leave a room or have more than six files."""
+    behind = {name: reached(graph, name) for name in graph}
+    circles = {tuple(sorted(b for b in behind[a] if a in behind[b])) for a in graph if a in behind[a]}
+    return [
+        f"circle of files: {', '.join(files)}"
+        for files in sorted(circles)
+        if len(files) > LARGEST_CIRCLE or len({name.partition("/")[0] for name in files}) > 1
+    ]
+
+
 def upward(graph: Graph, order: list[str]) -> list[str]:
     """Arrows from an earlier to a later name of the order."""
     return [
@@ -168,6 +222,11 @@ def main() -> int:
             del left[found[-2]][found[-1]]
         if name == "ocmc-core":
             faults += [f"{name}: stage {fault}" for fault in upward(graph, STAGES)]
+            kernel = kernel_files(source / "kernel")
+            draw("files of the kernel", kernel)
+            faults += [f"{name}: {fault}" for fault in large_circles(kernel)]
+            rooms_of_kernel = rooms_between(kernel)
+            faults += [f"kernel: {fault}" for fault in upward(rooms_of_kernel, KERNEL_ROOMS)]
     for fault in faults:
         print(fault, file=sys.stderr)
     return 1 if faults else 0

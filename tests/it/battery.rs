@@ -4,7 +4,7 @@
 use crate::common::electric_balance;
 use crate::others_data::shared;
 use ocmc_core::energy_ledger::Term;
-use ocmc_core::kernel::scheduler::drive_scenario;
+use ocmc_core::kernel::drive::scheduler::drive_scenario;
 use ocmc_core::prescribed::{DriveCycle, FollowedCycle, follow_planned, follow_study};
 use ocmc_core::record::{Outcome, Record};
 use ocmc_core::study::Study;

@@ -2,8 +2,8 @@
 //! kept, and what is cold drives and charges worse.
 
 use crate::common::{GivenRoad, column, electric_balance, run};
-use ocmc_core::kernel::scheduler::drive_scenario;
-use ocmc_core::kernel::trace::{trace, trace_scenario};
+use ocmc_core::kernel::drive::scheduler::drive_scenario;
+use ocmc_core::kernel::drive::trace::{trace, trace_scenario};
 use ocmc_core::record::{Outcome, Record};
 use ocmc_core::study::Study;
 use ocmc_io::study::load_text;

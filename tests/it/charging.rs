@@ -2,9 +2,9 @@
 //! and nothing is charged that no meter counted.
 
 use crate::common::{GivenRoad, column, electric_balance, run};
-use ocmc_core::kernel::cpu::CpuLevel;
-use ocmc_core::kernel::scheduler::{drive, drive_scenario};
-use ocmc_core::kernel::trace::{trace, trace_scenario};
+use ocmc_core::kernel::drive::cpu::CpuLevel;
+use ocmc_core::kernel::drive::scheduler::{drive, drive_scenario};
+use ocmc_core::kernel::drive::trace::{trace, trace_scenario};
 use ocmc_core::record::{Outcome, Record};
 use ocmc_core::study::{Scenario, Study};
 use ocmc_io::study::load_text;

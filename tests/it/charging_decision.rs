@@ -2,8 +2,8 @@
 //! never makes more stops of it, and nobody drives on beyond the law.
 
 use crate::common::{GivenRoad, column, run};
-use ocmc_core::kernel::scheduler::drive_scenario;
-use ocmc_core::kernel::trace::trace_scenario;
+use ocmc_core::kernel::drive::scheduler::drive_scenario;
+use ocmc_core::kernel::drive::trace::trace_scenario;
 use ocmc_core::record::{Outcome, Record};
 use ocmc_core::study::{Scenario, Study};
 use ocmc_io::study::load_text;

@@ -2,7 +2,7 @@
 //! a lighter load and warmer air do to who arrives.
 
 use crate::common::{column, electric_balance, run};
-use ocmc_core::kernel::trace::trace;
+use ocmc_core::kernel::drive::trace::trace;
 use ocmc_core::record::{Outcome, Record};
 use ocmc_core::study::Study;
 use ocmc_io::study::load_text;

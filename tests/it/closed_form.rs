@@ -3,9 +3,9 @@
 use crate::common::{GivenRoad, column, diesel, typical};
 use fearless_simd::{Level, dispatch, prelude::*};
 use ocmc_core::energy_ledger::Term;
-use ocmc_core::kernel::road_row::RoadRow;
-use ocmc_core::kernel::state::{KernelParameters, State};
-use ocmc_core::kernel::trace::trace_scenario;
+use ocmc_core::kernel::drive::trace::trace_scenario;
+use ocmc_core::kernel::step::road_row::RoadRow;
+use ocmc_core::kernel::step::state::{KernelParameters, State};
 use ocmc_core::lanes::{Lanes, UNBOUNDED};
 use ocmc_core::study::{SimulationModel, Study};
 use ocmc_core::vehicle::resistance::GRAVITY_MPS2;
@@ -94,7 +94,6 @@ fn smooth_with<S: Simd>(simd: S, study: &Study, duration_s: f64) -> (f64, f64, f
     row[RoadRow::LENGTH] = 1e7;
     row[RoadRow::LIMIT] = 20.5 * 20.5;
     row[RoadRow::BACKWARD] = UNBOUNDED;
-    row[RoadRow::STATIC] = 20.5;
     row[RoadRow::GRADE] = 0.05;
     row[RoadRow::ROLLING] = 0.055;
     row[RoadRow::HALF_DENSITY] = 0.6;
@@ -102,9 +101,11 @@ fn smooth_with<S: Simd>(simd: S, study: &Study, duration_s: f64) -> (f64, f64, f
     row[RoadRow::CROSS_WIND] = 1.5;
     row[RoadRow::TO_STOP] = UNBOUNDED;
     row[RoadRow::GRIP] = 7.0;
-    row[RoadRow::DWELL] = -1.0;
-    state.motion.roads[0] = vec![RoadRow(row)];
-    state.motion.left[0] = row[RoadRow::LENGTH];
+    let mut row = RoadRow(row);
+    row.set_static(20.5, true);
+    row.set_coasting(0.0);
+    state.motion.left[0] = row.0[RoadRow::LENGTH];
+    state.motion.roads[0] = vec![row];
     state.constants.mass = all(30_000.0);
     state.constants.drag_area = all(5.3);
     state.powertrain.auxiliary_power = all(4700.0);

@@ -3,8 +3,8 @@
 
 use crate::common::{GivenRoad, column, mean_and_error, run, study, typical};
 use ocmc_core::driver::speed_change::Rise;
-use ocmc_core::kernel::scheduler::drive_scenario;
-use ocmc_core::kernel::trace::{Trace, trace_scenario};
+use ocmc_core::kernel::drive::scheduler::drive_scenario;
+use ocmc_core::kernel::drive::trace::{Trace, trace_scenario};
 use ocmc_core::record::Outcome;
 use ocmc_core::study::Scenario;
 
@@ -216,7 +216,7 @@ fn stop_capture_trucks_arrive_slowly_and_stop_at_the_line() {
     let study = study("regional", &["mission.length_m=20000"]);
     let mut arrivals = Vec::new();
     for id in 0..20 {
-        let trace = ocmc_core::kernel::trace::trace(&study, 1, id);
+        let trace = ocmc_core::kernel::drive::trace::trace(&study, 1, id);
         let speed = column(&trace, "speed_mps");
         let booked = column(&trace, "service_brake_energy_added_j");
         let driven = column(&trace, "simulated_added_s");
@@ -288,7 +288,7 @@ fn torque_during_a_shift_the_engine_drives_the_auxiliaries_only() {
     let study = study("field-truck", &["mission.length_m=20000", "driver.pedals.pid_share=1"]);
     let mut shifts = 0;
     for id in 0..5 {
-        let trace = ocmc_core::kernel::trace::trace(&study, 1, id);
+        let trace = ocmc_core::kernel::drive::trace::trace(&study, 1, id);
         let [gear, driven, crankshaft, auxiliary, wheel] = [
             "gear",
             "simulated_added_s",
@@ -331,7 +331,7 @@ fn launch_clutch_slips_until_the_gear_has_come_to_the_engines_speed() {
     ] {
         let study = study(name, sets);
         for id in 0..10 {
-            let trace = ocmc_core::kernel::trace::trace(&study, 1, id);
+            let trace = ocmc_core::kernel::drive::trace::trace(&study, 1, id);
             for lost_j in column(&trace, "clutch_loss_added_j") {
                 // the gear is up to a thousandth of a step faster where the step ends
                 assert!(*lost_j > -1.0, "{name}, cycle {id}: {lost_j} J");
@@ -410,7 +410,7 @@ fn launch_clutch_does_not_chatter_when_a_truck_comes_to_a_stop() {
         .map(|gain| format!("driver.pedals.pid.{gain}"));
     let study = study("field-truck", &["driver.pedals.pid_share=1.0", &sharp[0], &sharp[1]]);
     for id in [2, 97, 117, 251, 277] {
-        let trace = ocmc_core::kernel::trace::trace(&study, 1, id);
+        let trace = ocmc_core::kernel::drive::trace::trace(&study, 1, id);
         let closed = column(&trace, "clutch_closed");
         let changes = closed.windows(2).filter(|w| w[0] != w[1]).count();
         // at each stop it opens and closes, once more where the truck rolls up to the line

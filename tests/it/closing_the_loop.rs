@@ -3,7 +3,7 @@
 
 use crate::common::{column, study};
 use ocmc_core::driver::curve_speed::CurveSpeedModel;
-use ocmc_core::kernel::trace::{Trace, motions};
+use ocmc_core::kernel::drive::trace::{Trace, motions};
 use ocmc_core::study::Study;
 use ocmc_estimation::fit::curve_speed::{
     CurveSpeedEstimate, CurveSpeedFit, CurveSpeedOptions, CurveTable, fit,

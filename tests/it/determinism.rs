@@ -2,10 +2,10 @@
 //! CPU.
 
 use crate::program::run_into;
-use ocmc_core::kernel::cpu::CpuLevel;
-use ocmc_core::kernel::lane_task::LaneTask;
-use ocmc_core::kernel::scheduler::drive_tasks;
-use ocmc_core::kernel::trace::{Trace, motions, trace};
+use ocmc_core::kernel::drive::cpu::CpuLevel;
+use ocmc_core::kernel::drive::scheduler::drive_tasks;
+use ocmc_core::kernel::drive::trace::{Trace, motions, trace};
+use ocmc_core::kernel::trip::lane_task::LaneTask;
 use ocmc_core::record::Outcome;
 use std::fs;
 use std::path::Path;

@@ -4,9 +4,9 @@
 use crate::common::{GivenRoad, column, electric_balance, run};
 use ocmc_core::fleet::run::replay;
 use ocmc_core::fleet::summary::SummaryBuilder;
-use ocmc_core::kernel::cpu::CpuLevel;
-use ocmc_core::kernel::scheduler::{drive, drive_scenario};
-use ocmc_core::kernel::trace::{Trace, trace, trace_scenario};
+use ocmc_core::kernel::drive::cpu::CpuLevel;
+use ocmc_core::kernel::drive::scheduler::{drive, drive_scenario};
+use ocmc_core::kernel::drive::trace::{Trace, trace, trace_scenario};
 use ocmc_core::powertrain::PowertrainKind;
 use ocmc_core::powertrain::battery_electric::BatteryElectricPowertrain;
 use ocmc_core::record::{COLUMNS, Cell, Outcome, Record};

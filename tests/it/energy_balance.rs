@@ -3,7 +3,7 @@
 use crate::common::{balance, column, diesel, electric_balance, run, start_speeds_radps, study};
 use fearless_simd::{Level, dispatch, prelude::*};
 use ocmc_core::energy_ledger::{Ledger, Place, Recorded, TERMS, Term};
-use ocmc_core::kernel::trace::trace;
+use ocmc_core::kernel::drive::trace::trace;
 use ocmc_core::lanes::Lanes;
 use ocmc_core::powertrain::diesel::engine::Engine;
 use ocmc_core::record::{self, COLUMNS, Cell, Outcome};

@@ -1,7 +1,7 @@
 //! Forces, pedals and fuel of single rows of a trace, each against its formula.
 
 use crate::common::{GivenRoad, column, diesel, typical};
-use ocmc_core::kernel::trace::trace_scenario;
+use ocmc_core::kernel::drive::trace::trace_scenario;
 use ocmc_core::operating_cycle::weather::{STANDARD_WEATHER, Weather};
 use ocmc_core::vehicle::resistance::GRAVITY_MPS2;
 

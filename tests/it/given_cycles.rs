@@ -3,7 +3,7 @@
 
 use crate::common::run;
 use crate::others_data::shared;
-use ocmc_core::kernel::scheduler::drive_scenario;
+use ocmc_core::kernel::drive::scheduler::drive_scenario;
 use ocmc_core::operating_cycle::route::Keep;
 use ocmc_core::record::{COLUMNS, Cell, Outcome};
 use ocmc_io::operating_cycle::RealisedCycle;

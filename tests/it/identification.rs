@@ -5,7 +5,7 @@
 //! `cargo test --test it identification -- --nocapture`. The whole study, with noise on all signals
 //! and over hundreds of events, is `examples/identification_study.rs`.
 
-use ocmc_core::kernel::trace::trace;
+use ocmc_core::kernel::drive::trace::trace;
 use ocmc_core::random::{Draws, Stream};
 use ocmc_core::study::Study;
 use ocmc_estimation::identification::closed_loop::{ClosedLoop, Controller};

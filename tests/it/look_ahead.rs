@@ -1,8 +1,8 @@
 //! Looking ahead: each switch saves, does what it says where it says it, and nothing is lost.
 
 use crate::common::{GivenRoad, balance, column, diesel, run, study, typical};
-use ocmc_core::kernel::scheduler::drive_scenario;
-use ocmc_core::kernel::trace::{Trace, trace_scenario};
+use ocmc_core::kernel::drive::scheduler::drive_scenario;
+use ocmc_core::kernel::drive::trace::{Trace, trace_scenario};
 use ocmc_core::record::{Outcome, Record};
 use ocmc_core::study::Study;
 

@@ -3,7 +3,7 @@
 
 use crate::common::{GivenRoad, column, diesel, run, start_speeds_radps, study};
 use crate::program::ocmc;
-use ocmc_core::kernel::trace::{trace, trace_scenario};
+use ocmc_core::kernel::drive::trace::{trace, trace_scenario};
 use ocmc_core::prescribed::{DriveCycle, follow_study};
 use ocmc_core::record::{COLUMNS, Cell, Record};
 use ocmc_core::study::Study;

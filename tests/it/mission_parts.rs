@@ -1,9 +1,9 @@
 //! Parts of a mission: cargo that changes at stops, and bodies that work there.
 
 use crate::common::{GivenRoad, balance, diesel, electric_balance, run, study, typical};
-use ocmc_core::kernel::cpu::CpuLevel;
-use ocmc_core::kernel::scheduler::{drive, drive_scenario};
-use ocmc_core::kernel::trace::{trace, trace_scenario};
+use ocmc_core::kernel::drive::cpu::CpuLevel;
+use ocmc_core::kernel::drive::scheduler::{drive, drive_scenario};
+use ocmc_core::kernel::drive::trace::{trace, trace_scenario};
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::mission_part::MissionPart;
 use ocmc_core::operating_cycle::road::point_event::{EventKind, PointEvent};

@@ -3,7 +3,7 @@
 
 use crate::common::{column, run, study};
 use crate::program::ocmc;
-use ocmc_core::kernel::trace::trace;
+use ocmc_core::kernel::drive::trace::trace;
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::road::curvature::Curve;
 use ocmc_core::random::{Stream, Streams};

@@ -2,9 +2,9 @@
 //! and without the table nothing is different.
 
 use crate::common::{GivenRoad, balance, column, electric_balance, run, typical};
-use ocmc_core::kernel::cpu::CpuLevel;
-use ocmc_core::kernel::scheduler::{drive, drive_scenario};
-use ocmc_core::kernel::trace::{trace, trace_scenario};
+use ocmc_core::kernel::drive::cpu::CpuLevel;
+use ocmc_core::kernel::drive::scheduler::{drive, drive_scenario};
+use ocmc_core::kernel::drive::trace::{trace, trace_scenario};
 use ocmc_core::operating_cycle::road::point_event::{EventKind, PointEvent};
 use ocmc_core::record::{Outcome, Record};
 use ocmc_core::study::{Scenario, Study};

@@ -2,7 +2,7 @@
 //! segment alone.
 
 use crate::common::study;
-use ocmc_core::kernel::road_row::{RoadRow, RoadRows};
+use ocmc_core::kernel::step::road_row::{RoadRow, RoadRows};
 use ocmc_core::lanes::UNBOUNDED;
 use ocmc_core::operating_cycle::road::surface::iri_mm_per_m;
 use ocmc_core::study::{Scenario, Study};
@@ -12,18 +12,17 @@ use ocmc_core::vehicle::resistance::{
     rolling_wet_factor,
 };
 
-/// Dwell time at the end of a segment; negative where there is no stop.
-fn dwell_s(scenario: &Scenario, profile: &SpeedProfile, i: usize) -> f64 {
-    let Some(next) = profile.segments.get(i + 1) else { return 0.0 };
-    let kind = next.event().map(|k| scenario.cycle.road.events[k].kind);
-    kind.and_then(|kind| kind.standstill_s()).unwrap_or(-1.0 - UNBOUNDED)
+/// Dwell time at the end of a segment; none where there is no stop.
+fn dwell_s(scenario: &Scenario, profile: &SpeedProfile, i: usize) -> Option<f64> {
+    let Some(next) = profile.segments.get(i + 1) else { return Some(0.0) };
+    scenario.cycle.road.events[next.event()?].kind.standstill_s()
 }
 
 /// From the end of a segment to the stop line, where it is near.
 fn to_stop_m(near_m: f64, scenario: &Scenario, profile: &SpeedProfile, i: usize) -> f64 {
     let mut way_m = 0.0;
     for k in i..profile.segments.len() {
-        if dwell_s(scenario, profile, k) >= 0.0 {
+        if dwell_s(scenario, profile, k).is_some() {
             return way_m;
         }
         way_m += profile.segments[k + 1].length_m;
@@ -44,7 +43,7 @@ fn assert_rows(study: &Study, scenario: &Scenario) {
     let (mut heading, mut climb_m, mut temperature, mut wind) = (road.heading_rad, 0.0, 0.0, 0.0);
     let mut altitude_m = 0.0;
     assert_eq!(rows.rows.len(), profile.segments.len());
-    for (i, (segment, RoadRow(row))) in profile.segments.iter().zip(&rows.rows).enumerate() {
+    for (i, (segment, row)) in profile.segments.iter().zip(&rows.rows).enumerate() {
         let weather = &cycle.weather[segment.weather as usize].weather;
         let sine = road.slopes[segment.slope as usize];
         let level = GRAVITY_MPS2 * (1.0 - sine * sine).sqrt();
@@ -67,6 +66,13 @@ fn assert_rows(study: &Study, scenario: &Scenario) {
         heading -= turn * segment.length_m;
         let road_type = road.sections[segment.section as usize].road_type;
         let exposure = study.operating_cycle().road().types()[road_type].wind_exposure;
+        let mut wanted = *row;
+        match dwell_s(scenario, &profile, i) {
+            Some(dwell_s) => wanted.set_stop(dwell_s),
+            None => wanted.set_coasting(UNBOUNDED),
+        }
+        assert_eq!(*row, wanted, "{i}");
+        let RoadRow(row) = row;
         for (column, wanted) in [
             (RoadRow::LENGTH, segment.length_m),
             (RoadRow::GRADE, GRAVITY_MPS2 * sine),
@@ -74,7 +80,6 @@ fn assert_rows(study: &Study, scenario: &Scenario) {
             (RoadRow::HEAD_WIND, exposure * head),
             (RoadRow::CROSS_WIND, exposure * cross.abs()),
             (RoadRow::GRIP, level * braking_friction(weather.precipitation_mps, weather.snow)),
-            (RoadRow::DWELL, dwell_s(scenario, &profile, i)),
             (RoadRow::TO_STOP, to_stop_m(near_m, scenario, &profile, i)),
         ] {
             let error = (row[column] - wanted).abs();

@@ -2,7 +2,7 @@
 //! would, the roads found in them, and the road model fitted. It has to be the one that drew the
 //! roads.
 
-use ocmc_core::kernel::trace::trace;
+use ocmc_core::kernel::drive::trace::trace;
 use ocmc_core::operating_cycle::coverage::Coverage;
 use ocmc_core::operating_cycle::road::point_event::{KINDS, PointEvent};
 use ocmc_core::study::Study;

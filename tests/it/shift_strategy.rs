@@ -1,7 +1,7 @@
 //! The lines of the gearbox's strategy one by one for the default truck. Gears count from 0 here.
 
 use crate::common::{GivenRoad, column, diesel, study, typical};
-use ocmc_core::kernel::trace::{Trace, trace, trace_scenario};
+use ocmc_core::kernel::drive::trace::{Trace, trace, trace_scenario};
 use ocmc_core::powertrain::gearbox::ShiftInputs;
 
 /// With half the pedal a gear is entered from 95 + 32/2 rad/s on, and left below 88 + 20/2.

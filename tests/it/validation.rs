@@ -4,7 +4,7 @@
 
 use crate::others_data::shared;
 use crate::program::ocmc;
-use ocmc_core::kernel::trace::{Trace, motions, trace};
+use ocmc_core::kernel::drive::trace::{Trace, motions, trace};
 use ocmc_core::study::Study;
 use ocmc_io::operating_cycle::RealisedCycle;
 use ocmc_io::study::{self, LoadedStudy};

@@ -3,7 +3,7 @@
 
 use crate::others_data::shared;
 use ocmc_core::energy_ledger::Term;
-use ocmc_core::kernel::scheduler::drive_scenario;
+use ocmc_core::kernel::drive::scheduler::drive_scenario;
 use ocmc_core::prescribed::{DriveCycle, follow_study};
 use ocmc_core::record::{Outcome, Record};
 use ocmc_io::study::{LoadedStudy, load};

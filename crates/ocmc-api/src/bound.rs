@@ -9,7 +9,7 @@ use crate::watch::{Watch, watched};
 use ocmc_core::bound::{Bound, BoundError, Figure, Fineness, Found, Kind, Potential, bounds};
 use ocmc_core::fleet::ratio::Ratio;
 use ocmc_core::fleet::run::RunPlan;
-use ocmc_core::kernel::trace::TableColumn;
+use ocmc_core::kernel::drive::trace::TableColumn;
 use ocmc_core::powertrain::GearOrder;
 use ocmc_core::prescribed::DriveCycle;
 use ocmc_io::number_text::{count_of, grouped, rounded};

@@ -114,7 +114,7 @@ pub use word::{
     UNKNOWNS, Word, detectors,
 };
 
-pub use ocmc_core::kernel::trace::TableColumn;
+pub use ocmc_core::kernel::drive::trace::TableColumn;
 pub use ocmc_core::record::Record;
 pub use ocmc_io::charging_table::{chargings_batch, loads_batch};
 pub use ocmc_io::label::label;

@@ -1,6 +1,6 @@
 //! What one cycle does, step by step.
 
-use ocmc_core::kernel::trace::{TableColumn, trace as drive};
+use ocmc_core::kernel::drive::trace::{TableColumn, trace as drive};
 use ocmc_io::study::LoadedStudy;
 use serde::{Serialize, Serializer};
 use std::io::{self, Write};

@@ -7,7 +7,7 @@ use crate::table::given::GivenTable;
 use crate::table::{Mapping, Source, TableError};
 use crate::{drive_cycle, given_cycle};
 use ocmc_core::fleet::run::{Ranges, RunPlan, replay, run, run_with};
-use ocmc_core::kernel::scheduler::Deliver;
+use ocmc_core::kernel::drive::scheduler::Deliver;
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::route::{Keep, RouteModel};
 use ocmc_core::prescribed::{DriveCycle, follow_planned, follow_study};

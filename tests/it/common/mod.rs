@@ -1,8 +1,8 @@
 //! Studies and hand-made roads for the whole-program tests.
 
-use ocmc_core::kernel::cpu::CpuLevel;
-use ocmc_core::kernel::scheduler::drive;
-use ocmc_core::kernel::trace::Trace;
+use ocmc_core::kernel::drive::cpu::CpuLevel;
+use ocmc_core::kernel::drive::scheduler::drive;
+use ocmc_core::kernel::drive::trace::Trace;
 use ocmc_core::operating_cycle::road::Road;
 use ocmc_core::operating_cycle::road::point_event::{EventKind, PointEvent};
 use ocmc_core::operating_cycle::road::road_type::Section;

@@ -27,7 +27,7 @@ pub use requeue::{Asked, RequeueRequest, requeue};
 
 pub use ocmc_core::fleet::precision::Precision;
 pub use ocmc_core::fleet::run::{MOST_THREADS, RunPlan};
-pub use ocmc_core::kernel::cpu::CpuLevel;
+pub use ocmc_core::kernel::drive::cpu::CpuLevel;
 pub use ocmc_core::random::LAST_CYCLE_ID;
 pub use ocmc_io::records::RecordFormat;
 pub use ocmc_io::run_directory::{MANIFEST, Manifest, RunDirectoryError, SUMMARY};

@@ -1,7 +1,7 @@
 //! What is read off one drive of the simulator, as off a log: curves, speed changes, and the
 //! signals of its slopes.
 
-use ocmc_core::kernel::trace::trace;
+use ocmc_core::kernel::drive::trace::trace;
 use ocmc_core::study::Study;
 use ocmc_estimation::fit::speed_change::{SpeedChangeOptions, SpeedLog, accelerations};
 use ocmc_estimation::identification::event::PedalLog;

@@ -12,7 +12,7 @@ use crate::road::{RoadRequest, drives, told};
 use crate::source::{Mapping, Source};
 use crate::watch::{Progress, Watch};
 use ocmc_core::fleet::run::{RunPlan, each};
-use ocmc_core::kernel::trace::{Trace, motions};
+use ocmc_core::kernel::drive::trace::{Trace, motions};
 use ocmc_core::lanes::WIDTH;
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::route::Keep;

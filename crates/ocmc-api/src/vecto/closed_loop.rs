@@ -4,7 +4,7 @@ use super::VectoRequest;
 use super::terms::Terms;
 use super::truck::ComparedTruck;
 use crate::error::Error;
-use ocmc_core::kernel::scheduler::drive_scenario;
+use ocmc_core::kernel::drive::scheduler::drive_scenario;
 use ocmc_core::powertrain::ShiftConvention;
 use ocmc_core::prescribed::DriveCycle;
 use ocmc_core::prescribed::vecto::{LookAhead, VectoDriver, plan};

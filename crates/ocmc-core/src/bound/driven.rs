@@ -1,7 +1,7 @@
 //! What a driver drove, as legs from rest to rest: his speed along the road, his gears, and the
 //! drive cycle by which the backward mode drives them again.
 
-use crate::kernel::trace::{Trace, trace_scenario};
+use crate::kernel::drive::trace::{Trace, trace_scenario};
 use crate::powertrain::GearOrder;
 use crate::prescribed::DriveCycle;
 use crate::record::Record;

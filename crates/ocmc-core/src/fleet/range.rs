@@ -4,7 +4,7 @@
 use super::dependence::Dependence;
 use super::kaplan_meier::{Observation, Survival};
 use super::run::{Ranges, RunPlan, run_with};
-use crate::kernel::scheduler::{Deliver, Driving, sampled};
+use crate::kernel::drive::scheduler::{Deliver, Driving, sampled};
 use crate::record::{Outcome, Record};
 use crate::study::Study;
 use serde::Serialize;

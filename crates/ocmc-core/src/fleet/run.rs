@@ -1,9 +1,9 @@
 //! Runs a range of cycles in parallel and hands the records over in the order of their ids.
 
-use crate::kernel::chain::{Draw, drive_chained};
-use crate::kernel::cpu::CpuLevel;
-use crate::kernel::lane_task::LaneTask;
-use crate::kernel::scheduler::{Deliver, Driving, drive_tasks, sampled};
+use crate::kernel::drive::chain::{Draw, drive_chained};
+use crate::kernel::drive::cpu::CpuLevel;
+use crate::kernel::drive::scheduler::{Deliver, Driving, drive_tasks, sampled};
+use crate::kernel::trip::lane_task::LaneTask;
 use crate::random::PickFreeze;
 use crate::record::Record;
 use crate::study::Study;

@@ -9,7 +9,7 @@
 
 use super::range::season_of;
 use super::run::{Ranges, RunPlan, each, run_with};
-use crate::kernel::scheduler::{Deliver, Driving, sampled};
+use crate::kernel::drive::scheduler::{Deliver, Driving, sampled};
 use crate::record::{Outcome, Record};
 use crate::study::Study;
 use serde::Serialize;

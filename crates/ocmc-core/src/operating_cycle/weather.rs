@@ -17,7 +17,7 @@
 //!
 //! Checked: air density at 20 °C, −10 °C and of the standard atmosphere, pressure at 1000 m, and
 //! the signs of head and tail wind. In whole runs January differs from July (`tests/it/parts.rs`).
-//! Exposure and heading are applied in `kernel/road_row.rs`.
+//! Exposure and heading are applied in `kernel/step/road_row.rs`.
 
 use crate::random::{Draws, Stream, Streams};
 use schemars::JsonSchema;

@@ -3,7 +3,7 @@
 use crate::fit::curve_speed::CurveTable;
 use crate::log::TripLog;
 use crate::log::curve::{CurveOptions, detect_curves};
-use ocmc_core::kernel::trace::{Trace, motions};
+use ocmc_core::kernel::drive::trace::{Trace, motions};
 use ocmc_core::lanes::WIDTH;
 use ocmc_core::study::Study;
 use rayon::prelude::*;

@@ -1,7 +1,7 @@
 //! A simulated drive beside the log of its event.
 
 use super::fit_test::ComparedRow;
-use ocmc_core::kernel::pedal_event::EventSeries;
+use ocmc_core::kernel::drive::pedal_event::EventSeries;
 
 /// How a drive compares with its log.
 #[derive(Clone, Debug, Default)]

@@ -14,7 +14,7 @@ use super::fit_test::ComparedRow;
 use super::identify::DriverParameterFit;
 use super::noise::pedal_noise_sd;
 use super::options::{ControllerKind, IdentifyOptions, SpeedTerm};
-use ocmc_core::kernel::pedal_event::EventSeries;
+use ocmc_core::kernel::drive::pedal_event::EventSeries;
 use ocmc_core::lanes::WIDTH;
 use ocmc_core::study::Study;
 use rayon::prelude::*;

@@ -4,7 +4,7 @@
 use super::passage::{Passage, Places, Rows};
 use crate::log::signal::{longest_interval_s, median};
 use crate::log::standstill::standstills;
-use ocmc_core::kernel::trace::Trace;
+use ocmc_core::kernel::drive::trace::Trace;
 use ocmc_core::record::Outcome;
 
 /// A trip over the places; none where it did not arrive. `rate`: the column of the trace whose

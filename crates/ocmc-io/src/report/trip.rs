@@ -8,7 +8,7 @@ use crate::label::label;
 use crate::number_text::rounded;
 use crate::study::load_text;
 use ocmc_core::fleet::quantity::RecordQuantity;
-use ocmc_core::kernel::trace::{TableColumn, trace};
+use ocmc_core::kernel::drive::trace::{TableColumn, trace};
 
 /// Places along the way: more cannot be told apart.
 const PLACES: usize = 480;

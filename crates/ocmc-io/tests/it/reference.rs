@@ -4,7 +4,7 @@
 
 use ocmc_core::energy_ledger::{Extent, Mode, Recorded, TERMS};
 use ocmc_core::fleet::truck_year::TRUCK_COLUMNS;
-use ocmc_core::kernel::trace::trace;
+use ocmc_core::kernel::drive::trace::trace;
 use ocmc_core::record::{COLUMNS, Record};
 use ocmc_core::study::Study;
 use ocmc_core::study::keys::{Bounds, Key};

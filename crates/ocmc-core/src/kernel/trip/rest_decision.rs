@@ -6,42 +6,23 @@
 //! and halts on the spot as late as that allows: the limit is never passed. Nothing is driven twice.
 
 use super::lane_task::LaneTask;
-use super::rest_stops::is_mission_stop;
-use super::road_row::RoadRow;
-use super::state::Lane;
+use super::rest_stops::{AGAIN_S, AHEAD_S, is_mission_stop};
 use super::stop_ahead::{Standing, StopAhead};
 use crate::energy_ledger::Term;
-use crate::operating_cycle::road::Road;
+use crate::kernel::step::road_row::RoadRow;
+use crate::kernel::step::state::Lane;
 use crate::powertrain::Powertrain;
 use fearless_simd::Simd;
 
 /// What a driver adds to the time that he expects, over it, where the study has no forecast
 /// (judgement).
 const MARGIN: f64 = 0.05;
-/// So long before the limit a driver begins to look how long it takes to halt, in s (judgement).
-const AHEAD_S: f64 = 300.0;
-/// He looks again after this, in s.
-const AGAIN_S: f64 = 10.0;
 /// At his present speed he drives on for this before he brakes for a place that he has chosen, in s.
 const ROOM_S: f64 = 10.0;
 /// What he keeps of his time when he halts, in s (judgement).
 const KEPT_S: f64 = 60.0;
-/// The longest stretch of road without a place to halt, in m.
-const LONGEST_M: f64 = 200.0;
 /// Places closer than this are one, in m.
 const SAME_M: f64 = 1e-3;
-
-/// Where the slopes of a road are too long to halt at their ends alone: places between, in m.
-pub(super) fn halts_m(road: &Road) -> impl Iterator<Item = f64> {
-    let is_long = road.slope_step_m > LONGEST_M;
-    let count = if is_long { (road.length_m / LONGEST_M) as u32 } else { 0 };
-    (1..=count).map(|k| LONGEST_M * f64::from(k))
-}
-
-/// Driving time until the limit has to be looked at again, in s, where so much is left.
-pub(super) fn until_look_s(left_s: f64) -> f64 {
-    if left_s > AHEAD_S { left_s - AHEAD_S } else { AGAIN_S }
-}
 
 /// A place at which a truck can halt.
 struct Place {
@@ -149,19 +130,19 @@ fn place_to_halt<S: Simd, P: Powertrain>(
     // braking takes twice as long as its way at this speed
     let (mut way_m, mut time_s) = (0.0, speed_mps / twice_deceleration);
     let mut found: Option<Place> = None;
-    for (row, RoadRow(columns)) in motion.roads[number].iter().enumerate().skip(at) {
-        let length_m = if row == at { motion.left[number] } else { columns[RoadRow::LENGTH] };
+    for (row, columns) in motion.roads[number].iter().enumerate().skip(at) {
+        let length_m = if row == at { motion.left[number] } else { columns.0[RoadRow::LENGTH] };
         way_m += length_m;
-        time_s += length_m / speed_mps.min(columns[RoadRow::STATIC].abs()).max(1.0);
+        time_s += length_m / speed_mps.min(columns.static_mps()).max(1.0);
         if row >= pause_row {
             return found.filter(|_| time_s + KEPT_S > left_s);
         }
-        let dwell_s = columns[RoadRow::DWELL];
-        let is_free = row > at && dwell_s < 0.0;
+        let dwell_s = columns.dwell_s();
+        let is_free = row > at && dwell_s.is_none();
         if found.is_none() && is_free && way_m > ramp_m + ROOM_S * speed_mps {
             found = Some(Place { row, way_m, halting_s: time_s });
         }
-        time_s += dwell_s.max(0.0);
+        time_s += dwell_s.unwrap_or(0.0);
         if found.is_some() && time_s + KEPT_S > left_s {
             break;
         }

@@ -2,11 +2,11 @@
 //! its own has ended.
 
 use super::cpu::{CpuLevel, SimdTask, run_baseline};
-use super::lane_task::LaneTask;
-use super::state::{KernelParameters, Lane, State};
-use super::step::steps;
-use super::step_view::{LaneEvents, StepView};
 use super::whole_trip::WholeTrips;
+use crate::kernel::step::one_step::steps;
+use crate::kernel::step::state::{KernelParameters, Lane, State};
+use crate::kernel::step::step_view::{LaneEvents, StepView};
+use crate::kernel::trip::lane_task::LaneTask;
 use crate::lanes::{WIDTH, interleaves_blocks};
 use crate::powertrain::{Powertrain, PowertrainTask};
 use crate::record::Record;

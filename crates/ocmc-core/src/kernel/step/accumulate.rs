@@ -1,8 +1,8 @@
 //! Accumulation: what a step adds to the energy ledger.
 
+use super::one_step::Stages;
 use super::stage::engine_speed_at;
 use super::state::{KernelParameters, State};
-use super::step::Stages;
 use crate::energy_ledger::{Ledger, StepLedger, Term};
 use crate::lanes::{Lanes, lerp, masked};
 use crate::powertrain::{Powertrain, ShaftStep};

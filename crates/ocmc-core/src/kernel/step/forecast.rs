@@ -4,8 +4,7 @@
 //! It is read from the road under the truck, its mass, its gear, its air drag and the curves of its
 //! engine in the last step: what is missing the feedback corrects.
 
-use super::road_row::RoadRow;
-use super::stage::Row;
+use super::road_row::{RoadRow, Row};
 use super::state::{KernelParameters, State};
 use crate::lanes::{Lanes, UNBOUNDED};
 use crate::powertrain::Powertrain;

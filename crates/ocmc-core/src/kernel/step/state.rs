@@ -319,7 +319,7 @@ impl<S: Simd, P: Powertrain> State<S, P> {
 }
 
 /// One lane of a block, outside of the hot loop.
-pub(super) struct Lane<'a, S: Simd, P: Powertrain> {
+pub(crate) struct Lane<'a, S: Simd, P: Powertrain> {
     /// The block.
     pub state: &'a mut State<S, P>,
     /// Its number there.
@@ -330,7 +330,7 @@ pub(super) struct Lane<'a, S: Simd, P: Powertrain> {
 
 impl<S: Simd, P: Powertrain> Lane<'_, S, P> {
     /// Leaves the lane without a cycle.
-    pub(super) fn park(&mut self) {
+    pub(crate) fn park(&mut self) {
         let (motion, lane) = (&mut self.state.motion, self.number);
         for column in [&mut motion.speed, &mut motion.integral, &mut motion.holding] {
             column[lane] = 0.0;
@@ -346,25 +346,25 @@ impl<S: Simd, P: Powertrain> Lane<'_, S, P> {
     }
 
     /// Translational energy, and rotational energy of the wheels, in J.
-    pub(super) fn translational_j(&self) -> f64 {
+    pub(crate) fn translational_j(&self) -> f64 {
         let speed = self.state.motion.speed[self.number];
         let mass = self.state.constants.mass[self.number] + self.parameters.wheel_mass_kg;
         0.5 * mass * speed * speed
     }
 
     /// Translational energy, and rotational energy of wheels and engine, in J.
-    pub(super) fn kinetic_energy_j(&self) -> f64 {
+    pub(crate) fn kinetic_energy_j(&self) -> f64 {
         let engine = self.state.motion.engine_speed[self.number];
         self.translational_j() + 0.5 * self.parameters.engine_inertia_kgm2 * engine * engine
     }
 
     /// Whether the truck is at the end of its row.
-    pub(super) fn is_at_end(&self) -> bool {
+    pub(crate) fn is_at_end(&self) -> bool {
         self.state.motion.left[self.number] <= 0.0
     }
 
     /// Stop capture, and creep capture of a slow truck.
-    pub(super) fn is_captured(&self) -> bool {
+    pub(crate) fn is_captured(&self) -> bool {
         let (simulation, motion) = (self.parameters.simulation, &self.state.motion);
         let slow = motion.speed[self.number] < simulation.creep_speed_mps;
         let reach = if slow { simulation.creep_distance_m } else { simulation.capture_distance_m };
@@ -372,9 +372,9 @@ impl<S: Simd, P: Powertrain> Lane<'_, S, P> {
     }
 
     /// The row at whose end the next stop line is.
-    pub(super) fn stop_row(&self) -> usize {
+    pub(crate) fn stop_row(&self) -> usize {
         let at = self.state.motion.at[self.number];
         let ahead = self.state.motion.roads[self.number][at..].iter();
-        at + ahead.take_while(|row| row.0[RoadRow::DWELL] < 0.0).count()
+        at + ahead.take_while(|row| row.dwell_s().is_none()).count()
     }
 }

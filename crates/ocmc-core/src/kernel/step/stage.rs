@@ -2,7 +2,7 @@
 //! would lead.
 
 use super::control::{Control, DesiredSpeed, Stance, clamp_integral};
-use super::road_row::RoadRow;
+use super::road_row::{RoadRow, Row};
 use super::state::{KernelParameters, State};
 use crate::first_order_lag::first_order_lags;
 use crate::lanes::{Lanes, WIDTH, columns, scheduling_barrier};
@@ -10,9 +10,6 @@ use crate::powertrain::gearbox::GearLanes;
 use crate::powertrain::{Coupling, Demand, Powertrain, TractiveEffort};
 use crate::vehicle::resistance::{GRAVITY_MPS2, LEAST_TRACTION_FRICTION, drag_forces_n};
 use fearless_simd::prelude::*;
-
-/// The road rows under the trucks, by the columns of [`RoadRow`].
-pub(super) type Row<S> = [Lanes<S>; RoadRow::COLUMNS];
 
 /// The target of the driver at the step's start.
 #[derive(Clone, Copy)]

@@ -2,7 +2,7 @@
 //! powertrain is looked at. They are events outside of the hot loop, as the ends of parts are
 //! ([`super::parts`]).
 
-use super::road_row::RoadRow;
+use crate::kernel::step::road_row::RoadRow;
 use crate::lanes::UNBOUNDED;
 use crate::tactical::SpeedProfile;
 use std::ops::RangeInclusive;

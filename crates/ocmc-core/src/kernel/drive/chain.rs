@@ -10,10 +10,10 @@
 //! five minutes rests first, and departs later by that rest. Weather and traffic do not wait.
 
 use super::cpu::CpuLevel;
-use super::lane_task::LaneTask;
-use super::rest_stops::SHORTEST_START_S;
 use super::scheduler::{Deliver, Driving, drive_tasks};
 use crate::charging::ChargingPlace;
+use crate::kernel::trip::lane_task::LaneTask;
+use crate::kernel::trip::rest_stops::SHORTEST_START_S;
 use crate::random::PickFreeze;
 use crate::record::Record;
 use crate::rest::{Activity, DutyClock};

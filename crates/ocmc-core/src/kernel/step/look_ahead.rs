@@ -7,8 +7,7 @@
 
 use super::control::DesiredSpeed;
 use super::forecast::Forecast;
-use super::road_row::RoadRow;
-use super::stage::Row;
+use super::road_row::{Row, coasting_target, is_limited_by_sign};
 use super::state::{KernelParameters, State};
 use crate::lanes::{Flags, Lanes, UNBOUNDED, clip};
 use crate::powertrain::Powertrain;
@@ -47,9 +46,7 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         parameters: &KernelParameters<P>,
     ) -> Lanes<S> {
         let model = parameters.look_ahead;
-        let dwell = row[RoadRow::DWELL];
-        let stop = Lanes::splat(speed.simd, parameters.stop_target);
-        let target = dwell.simd_lt(0.0).select(-1.0 - dwell, stop);
+        let target = coasting_target(row, Lanes::splat(speed.simd, parameters.stop_target));
         let too_fast = speed * speed - target;
         let way = desired.backward - target;
         let end = target.min(UNBOUNDED).sqrt();
@@ -85,7 +82,7 @@ impl<S: Simd, P: Powertrain> State<S, P> {
         let before = self.coasting_function(row, speed, desired, forecast, parameters).simd_gt(0.0);
 
         // on a descent that gives speed
-        let by_sign = row[RoadRow::STATIC].simd_gt(0.0);
+        let by_sign = is_limited_by_sign(row);
         let slow = (desired.speed - speed).simd_gt(model.underspeed_mps);
         let level = fast & by_sign & !slow & !ramps;
         let falls = level & forecast.coasting.simd_lt(0.0);

@@ -3,8 +3,7 @@
 
 use super::forecast::Forecast;
 use super::look_ahead::LookAhead;
-use super::road_row::RoadRow;
-use super::stage::Row;
+use super::road_row::{RoadRow, Row, is_limited_by_sign, static_limit};
 use super::state::{KernelParameters, State};
 use crate::lanes::{Flags, Lanes, clip, masked};
 use crate::powertrain::Powertrain;
@@ -164,12 +163,11 @@ impl<S: Simd, P: Powertrain> State<S, P> {
 
         // overspeed band: above a sign's limit the driver lets the truck run up to its edge; where
         // there is neither ramp nor band, up to his tolerance
-        let in_band = speed.simd_gt(pedals.overspeed_from_mps)
-            & !stance.ramps
-            & row[RoadRow::STATIC].simd_gt(0.0);
+        let in_band =
+            speed.simd_gt(pedals.overspeed_from_mps) & !stance.ramps & is_limited_by_sign(row);
         let slack = in_band.select(constants.band_output, constants.tolerance_output);
         // at the beginning of a ramp nobody brakes yet: a small one is coasted
-        let yet = (desired - row[RoadRow::STATIC].abs() * parameters.braked_share).max(0.0);
+        let yet = (desired - static_limit(row) * parameters.braked_share).max(0.0);
         let begun = output + constants.ramp_gain * yet;
         let edge = stance.feeds.select(begun, effort + slack);
         let demand = output.max(edge);

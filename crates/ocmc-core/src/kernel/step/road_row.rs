@@ -1,6 +1,6 @@
 //! What the step function reads of the road: one row of twelve numbers for each segment.
 
-use crate::lanes::UNBOUNDED;
+use crate::lanes::{Flags, Lanes, UNBOUNDED};
 use crate::operating_cycle::road::surface::iri_mm_per_m;
 use crate::operating_cycle::segments::Segment;
 use crate::operating_cycle::weather::Weather;
@@ -10,6 +10,7 @@ use crate::vehicle::resistance::{
     GRAVITY_MPS2, braking_friction, cornering_resistance_mps2, rolling_roughness_factor,
     rolling_temperature_factor, rolling_wet_factor,
 };
+use fearless_simd::prelude::*;
 
 /// The numbers of one segment.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,8 +30,8 @@ impl RoadRow {
     /// Braking branch of v² at the end, in m²/s².
     pub const BACKWARD: usize = 2;
     /// Static limit, in m/s: above zero where it is that of a sign or of the truck, below where it is
-    /// that of a curve or of traffic.
-    pub const STATIC: usize = 3;
+    /// that of a curve or of traffic. Read by [`Self::static_mps`].
+    const STATIC: usize = 3;
     /// g sin θ, in m/s².
     pub const GRADE: usize = 4;
     /// g cos θ times the rolling coefficient, in m/s².
@@ -46,16 +47,73 @@ impl RoadRow {
     /// Deceleration that the tyres allow, in m/s².
     pub const GRIP: usize = 10;
     /// Standstill at the end, in s; where there is no stop −1 − v², v the speed to which the truck may
-    /// coast ahead of the next braking ramp: all of them are below zero.
-    pub const DWELL: usize = 11;
+    /// coast ahead of the next braking ramp: all of them are below zero. Read by [`Self::dwell_s`].
+    const DWELL: usize = 11;
 }
 
 impl RoadRow {
+    /// Static limit, in m/s, whatever sets it.
+    pub fn static_mps(&self) -> f64 {
+        self.0[Self::STATIC].abs()
+    }
+
+    /// Sets the static limit, in m/s: that of a sign or of the truck, or that of a curve or of traffic.
+    pub fn set_static(&mut self, speed_mps: f64, is_sign: bool) {
+        self.0[Self::STATIC] = signed_static(speed_mps, is_sign);
+    }
+
+    /// Standstill at the stop line where the row ends, in s; none where it ends at no line.
+    pub fn dwell_s(&self) -> Option<f64> {
+        let dwell_s = self.0[Self::DWELL];
+        (dwell_s >= 0.0).then_some(dwell_s)
+    }
+
+    /// The row ends at a stop line, where the truck stands for some time, in s.
+    pub fn set_stop(&mut self, dwell_s: f64) {
+        self.0[Self::DWELL] = dwell_s;
+    }
+
+    /// The row ends at no stop line; ahead of the next braking ramp the truck may coast to a speed, whose
+    /// square is given, in m²/s².
+    pub fn set_coasting(&mut self, speed_squared: f64) {
+        self.0[Self::DWELL] = coasting(speed_squared);
+    }
+
     /// The row in groups of four numbers.
     #[inline(always)]
     pub fn quads(&self) -> &[[f64; 4]] {
         self.0.as_chunks().0
     }
+}
+
+fn signed_static(speed_mps: f64, is_sign: bool) -> f64 {
+    if is_sign { speed_mps } else { -speed_mps }
+}
+
+fn coasting(speed_squared: f64) -> f64 {
+    -1.0 - speed_squared
+}
+
+/// The road rows under the trucks, by the columns of [`RoadRow`].
+pub(super) type Row<S> = [Lanes<S>; RoadRow::COLUMNS];
+
+/// Static limits under the trucks, in m/s, whatever sets them.
+#[inline(always)]
+pub(super) fn static_limit<S: Simd>(row: &Row<S>) -> Lanes<S> {
+    row[RoadRow::STATIC].abs()
+}
+
+/// Flag: the static limit under a truck is that of a sign or of the truck.
+#[inline(always)]
+pub(super) fn is_limited_by_sign<S: Simd>(row: &Row<S>) -> Flags<S> {
+    row[RoadRow::STATIC].simd_gt(0.0)
+}
+
+/// Square of the speed to which a truck may coast, in m²/s²: `stop` before a stop line.
+#[inline(always)]
+pub(super) fn coasting_target<S: Simd>(row: &Row<S>, stop: Lanes<S>) -> Lanes<S> {
+    let dwell = row[RoadRow::DWELL];
+    dwell.simd_lt(0.0).select(-1.0 - dwell, stop)
 }
 
 /// Climb after which the air density is taken anew, in m: it has changed by 0.6 %.
@@ -74,7 +132,7 @@ pub struct RoadRows {
     pub climb_m: f64,
     /// Rows that end at a stop line, the standstill there, in s, and the event, but at the road's
     /// end.
-    pub(super) stops: Vec<(usize, f64, Option<usize>)>,
+    pub(crate) stops: Vec<(usize, f64, Option<usize>)>,
     /// Rows with which a section begins, and its road type.
     pub road_types: Vec<(usize, usize)>,
 }
@@ -108,8 +166,6 @@ impl RoadRows {
             {
                 stops.push((first - 1, dwell_s, Some(k)));
             }
-            let root = limit.sqrt();
-            let static_mps = if branches[0].by_sign { root } else { -root };
             let turns = head.curve().is_some();
             let ahead = segments.iter().zip(branches).zip(&mut rows[first..end]).enumerate();
             for (i, ((segment, branch), row)) in ahead {
@@ -127,7 +183,7 @@ impl RoadRows {
                     length_m,
                     limit,
                     branch.backward_end,
-                    static_mps,
+                    signed_static(limit.sqrt(), branches[0].by_sign),
                     GRAVITY_MPS2 * sine,
                     around.rolling * cosine,
                     around.half_density,
@@ -135,7 +191,7 @@ impl RoadRows {
                     around.cross_wind_mps,
                     UNBOUNDED,
                     around.grip * cosine,
-                    -1.0 - branch.coasts_to,
+                    coasting(branch.coasts_to),
                 ]);
             }
         }
@@ -165,15 +221,15 @@ impl RoadRows {
     /// Writes dwell times, and distances to stop lines from the rows that end near one.
     fn mark_stops(&mut self, near_m: f64) {
         for &(last, dwell_s, _) in &self.stops {
-            self.rows[last].0[RoadRow::DWELL] = dwell_s;
+            self.rows[last].set_stop(dwell_s);
             let mut beyond_m = 0.0;
-            for RoadRow(row) in self.rows[..=last].iter_mut().rev() {
-                let is_another = beyond_m > 0.0 && row[RoadRow::DWELL] >= 0.0;
+            for row in self.rows[..=last].iter_mut().rev() {
+                let is_another = beyond_m > 0.0 && row.dwell_s().is_some();
                 if beyond_m > near_m || is_another {
                     break;
                 }
-                row[RoadRow::TO_STOP] = beyond_m;
-                beyond_m += row[RoadRow::LENGTH];
+                row.0[RoadRow::TO_STOP] = beyond_m;
+                beyond_m += row.0[RoadRow::LENGTH];
             }
         }
     }

@@ -1,9 +1,9 @@
 //! The whole trips of cycles that a battery cut short: driven again from their start, with a battery
 //! that never empties.
 
-use super::lane_task::LaneTask;
 use super::scheduler::{Deliver, Driving, LaneScheduler, StopFlag};
-use super::state::KernelParameters;
+use crate::kernel::step::state::KernelParameters;
+use crate::kernel::trip::lane_task::LaneTask;
 use crate::powertrain::Powertrain;
 use crate::record::{Outcome, Record};
 use crate::study::Scenario;

@@ -2,6 +2,7 @@
 //! for them its driver decides on his way ([`super::rest_decision`]).
 
 use super::stop_ahead::Standing;
+use crate::operating_cycle::road::Road;
 use crate::operating_cycle::road::point_event::{EventKind, PointEvent};
 use crate::rest::{Activity, DutyClock};
 use crate::study::{Scenario, Study};
@@ -10,7 +11,13 @@ use crate::study::{Scenario, Study};
 /// halt (judgement).
 const HALTING_S: f64 = 60.0;
 /// Who may drive no longer than this at departure has rested before, in s.
-pub(super) const SHORTEST_START_S: f64 = 300.0;
+pub(crate) const SHORTEST_START_S: f64 = 300.0;
+/// So long before the limit a driver begins to look how long it takes to halt, in s (judgement).
+pub(super) const AHEAD_S: f64 = 300.0;
+/// He looks again after this, in s.
+pub(super) const AGAIN_S: f64 = 10.0;
+/// The longest stretch of road without a place to halt, in m.
+const LONGEST_M: f64 = 200.0;
 
 /// The rests of one trip.
 #[derive(Clone, Debug)]
@@ -100,4 +107,16 @@ impl RestStops {
 
 pub(super) fn is_mission_stop(event: &PointEvent) -> bool {
     matches!(event.kind, EventKind::MissionStop { .. })
+}
+
+/// Where the slopes of a road are too long to halt at their ends alone: places between, in m.
+pub(super) fn halts_m(road: &Road) -> impl Iterator<Item = f64> {
+    let is_long = road.slope_step_m > LONGEST_M;
+    let count = if is_long { (road.length_m / LONGEST_M) as u32 } else { 0 };
+    (1..=count).map(|k| LONGEST_M * f64::from(k))
+}
+
+/// Driving time until the limit has to be looked at again, in s, where so much is left.
+pub(super) fn until_look_s(left_s: f64) -> f64 {
+    if left_s > AHEAD_S { left_s - AHEAD_S } else { AGAIN_S }
 }

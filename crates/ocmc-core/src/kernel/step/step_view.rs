@@ -1,7 +1,7 @@
 //! What a step shows: everything to a trace, the events of single lanes to the code outside of the
 //! hot loop.
 
-use super::lane_event::{LaneEvent, ShiftLanes};
+use super::event_flag::{LaneEvent, ShiftLanes};
 use crate::energy_ledger::Ledger;
 use crate::lanes::{Flags, Lanes, WIDTH};
 use fearless_simd::prelude::*;

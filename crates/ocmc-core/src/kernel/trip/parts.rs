@@ -6,12 +6,12 @@
 //! event outside of the hot loop, which books what the totals have gained. Within reach of a true
 //! stop line no row is marked so: a part that ends there is booked at the next event.
 
-use super::road_row::RoadRow;
-use super::state::Lane;
 use super::stop_ahead::Changed;
 use crate::breakdown::{AMOUNTS, Axis, Breakdown};
 use crate::energy_ledger::Term;
 use crate::event_kind::{Kind, Point, kinds, regains};
+use crate::kernel::step::road_row::RoadRow;
+use crate::kernel::step::state::Lane;
 use crate::lanes::UNBOUNDED;
 use crate::operating_cycle::road::Road;
 use crate::powertrain::Powertrain;

@@ -1,16 +1,12 @@
 //! Charging on one trip: what a place offers a truck that stands there, and what was charged. Where it
 //! stops its driver decides on his way ([`super::charging_decision`]).
 
-use super::charging_decision::Site;
-use super::lane_task::LaneTask;
-use super::state::Lane;
+use super::charging_site::Site;
 use super::stop_ahead::Standing;
 use crate::charging::{ChargeCourse, ChargingEvent, ChargingPlace, ChargingPolicy};
-use crate::energy_ledger::Term;
-use crate::powertrain::{Charge, Plug, Powertrain};
+use crate::powertrain::{Charge, Plug};
 use crate::record::Record;
 use crate::study::{Scenario, Study};
-use fearless_simd::Simd;
 
 /// What charging at one kind of place did.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -265,42 +261,6 @@ impl ChargingStops {
         for (sum, added_j) in sums.into_iter().zip([done.gained_j, done.loss_j]) {
             *sum = sum.map(|sum_j| sum_j + added_j);
         }
-    }
-}
-
-impl LaneTask {
-    /// Charges at a stop line, where that is worth while, while the truck stands for some time; returns
-    /// for how long it does then, in s.
-    pub(super) fn charge<S: Simd, P: Powertrain>(
-        &mut self,
-        lane: &mut Lane<S, P>,
-        at: &Standing,
-        dwell_s: f64,
-    ) -> f64 {
-        let enough = self.enough_charge(lane, at);
-        let (Some(stops), Some(policy)) = (&mut self.charging, lane.parameters.charging) else {
-            return dwell_s;
-        };
-        let (powertrain, number) = (lane.parameters.powertrain, lane.number);
-        let own = &mut lane.state.powertrain;
-        let Some(charge) = powertrain.charge_of(own, number) else { return dwell_s };
-        let Some(offer) = stops.offer(policy, &self.scenario, at, dwell_s, enough) else {
-            return dwell_s;
-        };
-        let mut course = ChargeCourse::default();
-        let mut charged = || powertrain.charge(own, number, &offer.plug, &mut course);
-        let done = offer.is_used(charge).then(&mut charged).unwrap_or_default();
-        self.added_by_event[Term::Charged] += done.gained_j;
-        self.added_by_event[Term::ChargingLoss] += done.loss_j;
-        let arrival = Arrival {
-            position_m: at.position_m,
-            time_s: lane.state.ledger[Term::Time][number] + self.progress.standstill_s,
-            departure_s: self.scenario.cycle.mission.departure_s,
-            charge,
-        };
-        let rise = powertrain.rise(done.gained_j);
-        let charged = Charged { charge: &done, course: &course, rise };
-        stops.charged(&offer, charged, arrival, dwell_s)
     }
 }
 

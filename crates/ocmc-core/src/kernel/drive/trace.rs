@@ -6,11 +6,11 @@
 //! bit.
 
 use super::chain::chained_scenario;
-use super::lane_task::LaneTask;
 use super::scheduler::{Observer, drive_observed};
-use super::state::{KernelParameters, State};
-use super::step_view::StepView;
 use crate::energy_ledger::{Ledger, Mode, TERMS};
+use crate::kernel::step::state::{KernelParameters, State};
+use crate::kernel::step::step_view::StepView;
+use crate::kernel::trip::lane_task::LaneTask;
 use crate::lanes::WIDTH;
 use crate::operating_cycle::road::Road;
 use crate::powertrain::{Powertrain, PowertrainTask};

@@ -13,7 +13,7 @@
 
 use super::accumulate::StepTotals;
 use super::control::{Control, clamp_integral};
-use super::lane_event::ShiftLanes;
+use super::event_flag::ShiftLanes;
 use super::stage::{Decision, Forces, Predicted};
 use super::state::{KernelParameters, State};
 use super::step_end::StepEnd;
@@ -25,7 +25,7 @@ use crate::powertrain::{Coupling, Powertrain, StepOutcome};
 use fearless_simd::prelude::*;
 
 /// How much the step of a moving truck counts of the steps until the next check of progress.
-pub(super) const FAST_STEP: f64 = 1.0 / 16.0;
+pub(crate) const FAST_STEP: f64 = 1.0 / 16.0;
 
 /// All of a step but what it adds to the integrals.
 pub(super) struct Stages<S: Simd, P: Powertrain> {

@@ -1,14 +1,13 @@
-//! Events of lanes: the flags that a step sets where the gearbox may want another gear, a stop line
-//! is near or a check is due, and how an event is handled outside of the hot loop.
+//! Events of one lane, handled outside of the hot loop: shifts, stops and checks of progress.
 
 use super::lane_task::LaneTask;
-use super::rest_decision::until_look_s;
-use super::road_row::RoadRow;
-use super::stage::Row;
-use super::state::{KernelParameters, Lane, State};
-use super::step::FAST_STEP;
+use super::rest_stops::until_look_s;
 use crate::energy_ledger::{Ledger, Term};
-use crate::lanes::{Flags, Lanes, UNBOUNDED};
+use crate::kernel::step::LaneEvent;
+use crate::kernel::step::one_step::FAST_STEP;
+use crate::kernel::step::road_row::RoadRow;
+use crate::kernel::step::state::Lane;
+use crate::lanes::UNBOUNDED;
 use crate::powertrain::Powertrain;
 use crate::powertrain::gearbox::ShiftInputs;
 use crate::record::Outcome;
@@ -19,104 +18,10 @@ use fearless_simd::prelude::*;
 /// is given up.
 const MOST_CUTS: f64 = 10.0;
 
-/// An event of one lane: what the step knows that its handling needs.
-#[derive(Clone, Copy, Debug)]
-pub struct LaneEvent {
-    /// Accelerator pedal.
-    pub accelerator: f64,
-    /// Whether the strategy may want another gear.
-    pub wants_shift: bool,
-    /// Whether the truck slows.
-    pub slowing: bool,
-    /// Whether the clutch is closed.
-    pub closed: bool,
-    /// Whether the driver brakes, or soon will.
-    pub brakes: bool,
-    /// Steady power that the road asks for, in W.
-    pub road_power_w: f64,
-}
-
-/// What the strategy looks at, for the trucks of a block.
-#[derive(Clone, Copy, Debug)]
-pub struct ShiftLanes<S: Simd> {
-    /// Accelerator pedal.
-    pub accelerator: Lanes<S>,
-    /// Flag: the truck slows.
-    pub slowing: Flags<S>,
-    /// Flag: the clutch is closed.
-    pub closed: Flags<S>,
-    /// Flag: the driver brakes, or soon will.
-    pub brakes: Flags<S>,
-    /// Steady power that the road asks for, in W.
-    pub road_power: Lanes<S>,
-}
-
-impl<S: Simd, P: Powertrain> State<S, P> {
-    /// Whether the strategy may want another gear: the exact answer is
-    /// [`crate::powertrain::gearbox::ShiftModel::wanted_gear`].
-    #[inline(always)]
-    pub(super) fn wants_shift(
-        &self,
-        inputs: &ShiftLanes<S>,
-        parameters: &KernelParameters<P>,
-    ) -> Flags<S> {
-        let ShiftLanes { accelerator, slowing, closed, brakes, road_power } = *inputs;
-        let (motion, shift) = (&self.motion, &parameters.vehicle.shift);
-        let speed = self.motion.speed * self.gear.speed_ratio;
-        let up_speed = self.motion.speed * self.gear.speed_ratio_up;
-        let up_line = accelerator * shift.up_pedal_radps + shift.up_speed_radps;
-        let down_line = accelerator * shift.down_pedal_radps + shift.down_speed_radps;
-        let (up_left, down_left) = (motion.up_left, motion.down_left);
-        let settled = !up_left.min(down_left).max(motion.shift_left).simd_gt(0.0);
-        let rolls = self.motion.speed.simd_gt(shift.minimum_speed_mps);
-        let ready = rolls & settled;
-
-        // the most that the engine could give there; how much it does, the strategy asks the curve
-        let most = up_speed * parameters.most_power_nm;
-        let speeding = motion.speed * self.constants.moving_mass_open * parameters.least_mps2;
-        let needed = (road_power * shift.power_reserve).max(road_power + speeding);
-        let may_up = ready & !up_left.simd_gt(0.0) & !brakes;
-        let up = may_up & !up_speed.simd_lt(up_line) & !most.simd_lt(needed);
-        let over = self.motion.speed.simd_gt(self.gear.too_fast);
-        let has_down = self.gear.speed_ratio_down.simd_lt(UNBOUNDED);
-        // a truck that rolls to a stop with an open clutch shifts when it is driven again, not
-        // before
-        let cannot_launch =
-            !(closed | self.gear.slips_below.simd_gt(0.0)) & accelerator.simd_gt(0.0);
-        let low = speed.simd_lt(down_line) & (closed | cannot_launch);
-        let kick = !self.motion.kick_left.simd_gt(0.0)
-            & speed.simd_lt(shift.kickdown_speed_radps)
-            & (self.motion.speed * self.gear.speed_ratio_down).simd_lt(shift.overspeed_radps);
-        let urgent = speed.simd_lt(parameters.idle_radps);
-        let may_down = !down_left.simd_gt(0.0) | urgent;
-        let down = has_down & slowing & may_down & (low | kick);
-        up | ready & (over | down) | settled & !rolls & cannot_launch
-    }
-
-    /// Flag: the lane has an event.
-    #[inline(always)]
-    pub(super) fn event_flags(
-        &self,
-        row: &Row<S>,
-        wants_shift: Flags<S>,
-        parameters: &KernelParameters<P>,
-    ) -> Flags<S> {
-        let simulation = parameters.simulation;
-        let to_line = self.motion.left + row[RoadRow::TO_STOP];
-        let reach = self.motion.speed.simd_lt(simulation.creep_speed_mps).select(
-            Lanes::splat(to_line.simd, simulation.creep_distance_m),
-            Lanes::splat(to_line.simd, simulation.capture_distance_m),
-        );
-        let captured = !reach.simd_lt(to_line);
-        let due = !self.motion.steps_left.simd_gt(0.0);
-        captured | due | wants_shift | parameters.powertrain.depleted(&self.powertrain)
-    }
-}
-
 impl LaneTask {
     /// Handles the event of a lane; returns the outcome where the cycle has ended.
     #[cold]
-    pub(super) fn handle_event<S: Simd, P: Powertrain>(
+    pub(crate) fn handle_event<S: Simd, P: Powertrain>(
         &mut self,
         lane: &mut Lane<S, P>,
         event: LaneEvent,
@@ -178,7 +83,7 @@ impl LaneTask {
     /// Stands for the drawn time with the engine idling, then prepares to start.
     fn dwell<S: Simd, P: Powertrain>(&mut self, lane: &mut Lane<S, P>) {
         let row = lane.stop_row();
-        let planned_s = lane.state.motion.roads[lane.number][row].0[RoadRow::DWELL];
+        let planned_s = lane.state.motion.roads[lane.number][row].dwell_s().unwrap_or(0.0);
         let has_temperature = lane.parameters.has_temperature;
         if has_temperature {
             // the charger is here: nothing is prepared for it any more
@@ -242,7 +147,7 @@ impl LaneTask {
             self.served.push((here + k, *row));
             row.0[RoadRow::BACKWARD] = UNBOUNDED;
             row.0[RoadRow::TO_STOP] = UNBOUNDED;
-            row.0[RoadRow::DWELL] = -1.0;
+            row.set_coasting(0.0);
         }
         self.parts.unhide(line, &mut lane.state.motion.roads[lane.number]);
     }
@@ -326,5 +231,27 @@ impl LaneTask {
                 self.progress.until_check.min((most * FAST_STEP).max(FAST_STEP));
         }
         lane.state.motion.steps_left[lane.number] = self.progress.until_check;
+    }
+
+    /// Looks at the temperature of the powertrain at a place.
+    pub(super) fn look_at_temperature<S: Simd, P: Powertrain>(
+        &self,
+        lane: &mut Lane<S, P>,
+        position_m: f64,
+    ) {
+        let (powertrain, number) = (lane.parameters.powertrain, lane.number);
+        let ledger = lane.state.ledger.lane(number);
+        let to_m = position_m + powertrain.preconditions_from_m();
+        let charging = self.charging.as_ref();
+        let preconditions = charging.is_some_and(|stops| stops.are_within(position_m, to_m));
+        powertrain.look_at_temperature(&mut lane.state.powertrain, number, &ledger, preconditions);
+    }
+
+    /// Where the truck is, in m.
+    pub(super) fn position_m<S: Simd, P: Powertrain>(lane: &Lane<S, P>) -> f64 {
+        let (motion, number) = (&lane.state.motion, lane.number);
+        let passed = &motion.roads[number][..=motion.at[number]];
+        let end_m: f64 = passed.iter().map(|row| row.0[RoadRow::LENGTH]).sum();
+        end_m - motion.left[number]
     }
 }

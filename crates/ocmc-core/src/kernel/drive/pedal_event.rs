@@ -5,39 +5,15 @@
 //! each lane.
 
 use super::cpu::{CpuLevel, SimdTask};
-use super::lane_task::LaneTask;
-use super::road_row::RoadRow;
-use super::state::{KernelParameters, Lane, State};
-use super::step_view::StepView;
+use crate::kernel::step::road_row::RoadRow;
+use crate::kernel::step::state::{KernelParameters, Lane, State};
+use crate::kernel::step::step_view::StepView;
+use crate::kernel::trip::InitialMotion;
+use crate::kernel::trip::lane_task::LaneTask;
 use crate::lanes::WIDTH;
 use crate::powertrain::{Powertrain, PowertrainTask};
 use crate::study::{Scenario, Study};
 use fearless_simd::prelude::*;
-
-/// How a truck rolls where an event begins.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct InitialMotion {
-    /// Way from the start of the scenario's road, in m; within its first segment.
-    pub offset_m: f64,
-    /// Speed, in m/s.
-    pub speed_mps: f64,
-    /// Gear, from 0.
-    pub gear: usize,
-    /// Accelerator pedal that the engine's torque has followed.
-    pub accelerator: f64,
-    /// Integral part J of the controller.
-    pub integral: f64,
-    /// Filtered speed of its derivative part, in m/s.
-    pub filtered_mps: f64,
-    /// Output that a switched driver holds.
-    pub held: f64,
-    /// Whether the switched driver is holding it.
-    pub holds: bool,
-    /// How late the driver sees the speed, in s: his reaction time.
-    pub reaction_delay_s: f64,
-    /// Acceleration before the start, in m/s²: what a driver sees late begins before the event.
-    pub acceleration_mps2: f64,
-}
 
 /// What a driver sees who sees the speed late.
 ///

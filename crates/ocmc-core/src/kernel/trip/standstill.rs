@@ -1,0 +1,117 @@
+//! A truck at a line: the stops that its driver has decided on, where it stands, and for how long it
+//! charges and rests there.
+
+use super::charging_stops::{Arrival, Charged};
+use super::lane_task::LaneTask;
+use super::rest_stops::is_mission_stop;
+use super::stop_ahead::{Standing, StopAhead, put_in};
+use crate::charging::ChargeCourse;
+use crate::energy_ledger::Term;
+use crate::kernel::step::state::Lane;
+use crate::powertrain::Powertrain;
+use fearless_simd::Simd;
+
+impl LaneTask {
+    /// The driver decides to stop at the end of a row. He is where the row `from` begins.
+    pub(super) fn stop_ahead<S: Simd, P: Powertrain>(
+        &mut self,
+        lane: &mut Lane<S, P>,
+        from: usize,
+        stop: StopAhead,
+    ) {
+        let number = lane.number;
+        let near_m = lane.parameters.simulation.creep_distance_m;
+        let coasts = lane.parameters.look_ahead.coasting;
+        let twice_deceleration = lane.state.constants.twice_deceleration[number];
+        let rows = &mut lane.state.motion.roads[number];
+        let span = [from, stop.row];
+        let changed = put_in(rows, span, twice_deceleration, coasts, near_m, &mut self.served);
+        self.marks.hide(changed.reach_from..=stop.row);
+        self.parts.stop_within(&changed, stop.row, rows);
+        self.stops_ahead.push(stop);
+    }
+
+    /// Whether the truck is on its way to a stop that its driver has decided on.
+    pub(super) fn has_stop_ahead(&self, here_m: f64) -> bool {
+        self.stops_ahead.iter().any(|stop| stop.position_m > here_m)
+    }
+
+    /// Where a truck stands that stands at the line at the end of a row; none at the road's end.
+    pub(super) fn standing(&self, row: usize) -> Option<Standing> {
+        if let Some(stop) = self.stops_ahead.iter().find(|stop| stop.row == row) {
+            let StopAhead { position_m, rests, .. } = *stop;
+            return Some(Standing { position_m, of_mission: false, is_rest: true, rests });
+        }
+        let event = self.road.event_after(row)?;
+        let of = &self.scenario.cycle.road.events[event];
+        let (position_m, of_mission) = (of.position_m, is_mission_stop(of));
+        Some(Standing { position_m, of_mission, is_rest: of_mission, rests: false })
+    }
+
+    /// The truck stands at a line for a time that was planned: charges there and rests, and returns for
+    /// how long it does then, in s, and whether the law on rests asked for it.
+    pub(super) fn stand<S: Simd, P: Powertrain>(
+        &mut self,
+        lane: &mut Lane<S, P>,
+        at: &Standing,
+        planned_s: f64,
+    ) -> (f64, bool) {
+        let mut dwell_s = planned_s;
+        let mut added_s = 0.0;
+        let stays = self.charges_at(at.position_m);
+        if !stays {
+            let asked_s = self.rest_asked_s(lane, at, planned_s);
+            (dwell_s, added_s) = (planned_s.max(asked_s), asked_s - planned_s);
+        }
+        dwell_s = self.charge(lane, at, dwell_s);
+        if stays {
+            // it stands as long as charging takes
+            let asked_s = self.rest_asked_s(lane, at, dwell_s);
+            (dwell_s, added_s) = (dwell_s.max(asked_s), asked_s - dwell_s);
+        }
+        let driven_s = lane.state.ledger[Term::Time][lane.number];
+        let Some(rests) = &mut self.rests else { return (dwell_s, false) };
+        rests.drive_to(driven_s);
+        rests.stand(at, dwell_s, added_s);
+        (dwell_s, added_s > 0.0)
+    }
+
+    /// Whether the driver has decided to charge at a place.
+    fn charges_at(&self, position_m: f64) -> bool {
+        self.charging.as_ref().is_some_and(|charging| charging.planned.contains(&position_m))
+    }
+
+    /// Charges at a stop line, where that is worth while, while the truck stands for some time; returns
+    /// for how long it does then, in s.
+    pub(super) fn charge<S: Simd, P: Powertrain>(
+        &mut self,
+        lane: &mut Lane<S, P>,
+        at: &Standing,
+        dwell_s: f64,
+    ) -> f64 {
+        let enough = self.enough_charge(lane, at);
+        let (Some(stops), Some(policy)) = (&mut self.charging, lane.parameters.charging) else {
+            return dwell_s;
+        };
+        let (powertrain, number) = (lane.parameters.powertrain, lane.number);
+        let own = &mut lane.state.powertrain;
+        let Some(charge) = powertrain.charge_of(own, number) else { return dwell_s };
+        let Some(offer) = stops.offer(policy, &self.scenario, at, dwell_s, enough) else {
+            return dwell_s;
+        };
+        let mut course = ChargeCourse::default();
+        let mut charged = || powertrain.charge(own, number, &offer.plug, &mut course);
+        let done = offer.is_used(charge).then(&mut charged).unwrap_or_default();
+        self.added_by_event[Term::Charged] += done.gained_j;
+        self.added_by_event[Term::ChargingLoss] += done.loss_j;
+        let arrival = Arrival {
+            position_m: at.position_m,
+            time_s: lane.state.ledger[Term::Time][number] + self.progress.standstill_s,
+            departure_s: self.scenario.cycle.mission.departure_s,
+            charge,
+        };
+        let rise = powertrain.rise(done.gained_j);
+        let charged = Charged { charge: &done, course: &course, rise };
+        stops.charged(&offer, charged, arrival, dwell_s)
+    }
+}
