@@ -131,7 +131,7 @@ def circle(graph: Graph) -> list[str]:
 
 
 def kernel_files(kernel: pathlib.Path) -> Graph:
-    """Which file of the kernel imports which, by `room/file`; what a room's `mod.rs` re-exports counts as it."""
+    """Which file of the kernel imports which, by `room/file`; `mod` is what a room re-exports."""
     files = {str(path.relative_to(kernel).with_suffix("")): path for path in kernel.rglob("*.rs")}
     graph: Graph = {name: {} for name in sorted(files)}
     for name, path in files.items():
