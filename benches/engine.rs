@@ -2,7 +2,6 @@
 #![allow(missing_docs, reason = "criterion's macros make undocumented items")]
 
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
-use ocmc_core::fleet::summary::SummaryBuilder;
 use ocmc_core::kernel::drive::cpu::CpuLevel;
 use ocmc_core::kernel::drive::scheduler::{drive, drive_tasks};
 use ocmc_core::kernel::drive::trace::trace;
@@ -11,6 +10,7 @@ use ocmc_core::kernel::trip::lane_task::LaneTask;
 use ocmc_core::record::Record;
 use ocmc_core::study::Study;
 use ocmc_core::tactical::{SpeedProfile, plan};
+use ocmc_fleet::summary::SummaryBuilder;
 use std::collections::VecDeque;
 use std::hint::black_box;
 use std::time::Duration;

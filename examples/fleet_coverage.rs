@@ -7,12 +7,12 @@
 //! together, whose own error is 1/√FLEETS of an interval's.
 #![allow(clippy::print_stdout, reason = "the table is what it is for")]
 
-use ocmc_core::fleet::dependence::Dependence;
-use ocmc_core::fleet::quantile::quantile;
-use ocmc_core::fleet::run::{RunPlan, records};
-use ocmc_core::fleet::statistic::Statistic;
-use ocmc_core::fleet::summary::{Summary, SummaryBuilder};
 use ocmc_core::record::Record;
+use ocmc_fleet::dependence::Dependence;
+use ocmc_fleet::quantile::quantile;
+use ocmc_fleet::run::{RunPlan, records};
+use ocmc_fleet::statistic::Statistic;
+use ocmc_fleet::summary::{Summary, SummaryBuilder};
 use std::convert::Infallible;
 use std::ops::ControlFlow;
 

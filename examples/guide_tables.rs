@@ -3,11 +3,11 @@
 //! `cargo run --release --example guide_tables [CYCLES]`
 #![allow(clippy::print_stdout, reason = "its output is the guide's text")]
 
-use ocmc_core::fleet::run::{RunPlan, chunk_for, run};
 use ocmc_core::kernel::drive::cpu::CpuLevel;
 use ocmc_core::powertrain::PowertrainKind;
 use ocmc_core::record::Record;
 use ocmc_core::study::Study;
+use ocmc_fleet::run::{RunPlan, chunk_for, run};
 use std::ops::ControlFlow;
 
 const THREADS: usize = 2;

@@ -11,13 +11,13 @@
 
 #![allow(clippy::print_stdout, reason = "its output is the guide's text")]
 
-use ocmc_core::fleet::comparison::compare;
-use ocmc_core::fleet::dependence::Dependence;
-use ocmc_core::fleet::run::{RunPlan, records};
-use ocmc_core::fleet::summary::{Summary, SummaryBuilder};
 use ocmc_core::random::{Draws, Stream};
 use ocmc_core::record::Record;
 use ocmc_core::study::Study;
+use ocmc_fleet::comparison::compare;
+use ocmc_fleet::dependence::Dependence;
+use ocmc_fleet::run::{RunPlan, records};
+use ocmc_fleet::summary::{Summary, SummaryBuilder};
 use std::convert::Infallible;
 use std::ops::ControlFlow;
 

@@ -3,12 +3,12 @@
 //! on a machine that has nothing else to do.
 #![allow(clippy::print_stdout, reason = "its output is the guide's text")]
 
-use ocmc_core::fleet::dependence::Dependence;
-use ocmc_core::fleet::quantity::LITRES;
-use ocmc_core::fleet::run::{RunPlan, run};
-use ocmc_core::fleet::statistic::Statistic;
-use ocmc_core::fleet::summary::SummaryBuilder;
 use ocmc_core::study::Study;
+use ocmc_fleet::dependence::Dependence;
+use ocmc_fleet::quantity::LITRES;
+use ocmc_fleet::run::{RunPlan, run};
+use ocmc_fleet::statistic::Statistic;
+use ocmc_fleet::summary::SummaryBuilder;
 use std::ops::ControlFlow;
 use std::time::Instant;
 

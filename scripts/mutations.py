@@ -515,6 +515,8 @@ MUTATIONS = PHYSICS + PLANNING + SAMPLING + STATISTICS
 EXECUTABLES = {
     "core": ("ocmc-core", "lib"),
     "core-it": ("ocmc-core", "test"),
+    "fleet": ("ocmc-fleet", "lib"),
+    "fleet-it": ("ocmc-fleet", "test"),
     "estimation": ("ocmc-estimation", "lib"),
     "estimation-it": ("ocmc-estimation", "test"),
     "it": ("ocmc", "test"),

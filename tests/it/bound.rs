@@ -2,13 +2,13 @@
 
 use crate::common::{balance, diesel, study, typical};
 use crate::program::ocmc;
-use ocmc_core::bound::{Bound, Fineness, Found, bound, bound_scenario, bounds, level_road};
 use ocmc_core::energy_ledger::Term;
-use ocmc_core::fleet::run::RunPlan;
 use ocmc_core::powertrain::efficiency::{EfficiencyCurve, EfficiencyDriveline};
 use ocmc_core::powertrain::{Powertrain, ShiftConvention};
 use ocmc_core::prescribed::{Body, follow_scenario};
 use ocmc_core::study::Study;
+use ocmc_fleet::bound::{Bound, Fineness, Found, bound, bound_scenario, bounds, level_road};
+use ocmc_fleet::run::RunPlan;
 use std::ops::ControlFlow;
 
 const SHORT: &[&str] = &["mission.length_m=15000"];

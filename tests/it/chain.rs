@@ -4,10 +4,10 @@
 use crate::common::column;
 use crate::program::{ocmc, records};
 use ocmc_core::charging::ChargingPlace;
-use ocmc_core::fleet::run::{RunPlan, records as drive, replay};
 use ocmc_core::kernel::drive::trace::trace;
 use ocmc_core::record::Record;
 use ocmc_core::study::Study;
+use ocmc_fleet::run::{RunPlan, records as drive, replay};
 use ocmc_io::study::load_text;
 use std::convert::Infallible;
 use std::fs;

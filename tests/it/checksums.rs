@@ -2,7 +2,7 @@
 
 use crate::others_data::skipped;
 use crate::program::{ocmc, run_into};
-use ocmc_core::fleet::run::RunPlan;
+use ocmc_fleet::run::RunPlan;
 use ocmc_io::given_drive::GivenDrive;
 use ocmc_io::records::RecordFormat;
 use ocmc_io::run_directory::{CHUNK_ROWS, Manifest, RunDirectory, read, unfinished, verify};

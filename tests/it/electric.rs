@@ -2,8 +2,6 @@
 //! what comes back, and an empty battery.
 
 use crate::common::{GivenRoad, column, electric_balance, run};
-use ocmc_core::fleet::run::replay;
-use ocmc_core::fleet::summary::SummaryBuilder;
 use ocmc_core::kernel::drive::cpu::CpuLevel;
 use ocmc_core::kernel::drive::scheduler::{drive, drive_scenario};
 use ocmc_core::kernel::drive::trace::{Trace, trace, trace_scenario};
@@ -11,6 +9,8 @@ use ocmc_core::powertrain::PowertrainKind;
 use ocmc_core::powertrain::battery_electric::BatteryElectricPowertrain;
 use ocmc_core::record::{COLUMNS, Cell, Outcome, Record};
 use ocmc_core::study::Study;
+use ocmc_fleet::run::replay;
+use ocmc_fleet::summary::SummaryBuilder;
 use ocmc_io::study::{load, load_text};
 
 const VEHICLES: [&str; 3] = ["tractor-electric-40t", "city-bus-electric-12m", "car-electric"];

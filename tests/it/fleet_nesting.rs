@@ -3,14 +3,14 @@
 
 use crate::common::study;
 use crate::program::{ocmc, run_into};
-use ocmc_core::fleet::dependence::Dependence;
-use ocmc_core::fleet::run::{RunPlan, records};
-use ocmc_core::fleet::sensitivity::Over;
-use ocmc_core::fleet::shapley::shapley;
-use ocmc_core::fleet::summary::{Summary, SummaryBuilder};
 use ocmc_core::record::{COLUMNS, Cell, Record};
 use ocmc_core::study::Study;
 use ocmc_estimation::fit::fleet::{FleetOptions, FleetTable, fit};
+use ocmc_fleet::dependence::Dependence;
+use ocmc_fleet::run::{RunPlan, records};
+use ocmc_fleet::sensitivity::Over;
+use ocmc_fleet::shapley::shapley;
+use ocmc_fleet::summary::{Summary, SummaryBuilder};
 use std::convert::Infallible;
 use std::fs;
 use std::ops::ControlFlow;
@@ -396,7 +396,7 @@ fn shapley_shares_of_trucks_add_up_and_what_does_not_act_has_none() {
     // loads differ by truck and by trip; how often a truck stops is the road's matter alone, but
     // for the millimetres that a trip's end overshoots
     let study = fleet(&["fleet.trips_per_truck=4", LOADS]);
-    let stops = ocmc_core::fleet::quantity::quantity("stops_per_km");
+    let stops = ocmc_fleet::quantity::quantity("stops_per_km");
     for (quantity, over) in [(None, Over::Truck), (stops, Over::Truck), (stops, Over::Trip)] {
         let plan = RunPlan::new(5, 0, 64, None, None);
         let ControlFlow::Continue(found) =

@@ -4,9 +4,9 @@
 use crate::common::run;
 use crate::program::{ocmc, records, run_into};
 use ocmc_core::charging::ChargingPlace;
-use ocmc_core::fleet::dependence::Dependence;
-use ocmc_core::fleet::load::LoadBuilder;
 use ocmc_core::record::Record;
+use ocmc_fleet::dependence::Dependence;
+use ocmc_fleet::load::LoadBuilder;
 use ocmc_io::study::load_text;
 use std::fs;
 use std::path::Path;

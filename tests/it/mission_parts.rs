@@ -235,11 +235,11 @@ fn faults_are_named() {
     assert!(refusal(&["mission.stops.cargo.delivered_share=1.5"]).contains("0 to 1"));
     let text = refusal(&["mission.stops.cargo.payload_kg=90000"]);
     assert!(text.contains("mission.stops.cargo.payload_kg") && text.contains("at most"), "{text}");
-    let bound = ocmc_core::bound::bound(
+    let bound = ocmc_fleet::bound::bound(
         &rounds("urban-delivery", &[share]),
         1,
         0,
-        ocmc_core::bound::Fineness::default(),
+        ocmc_fleet::bound::Fineness::default(),
     );
     assert!(bound.unwrap_err().to_string().contains("cycle 0 changes its load"));
 }

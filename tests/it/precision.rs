@@ -2,12 +2,12 @@
 //! about. The cycles are those of the real engine, driven once; each run draws its own from them,
 //! with replacement, so that the truth is known without an error.
 
-use ocmc_core::fleet::dependence::Dependence;
-use ocmc_core::fleet::precision::{InterimChecks, Precision};
-use ocmc_core::fleet::run::{RunPlan, records};
-use ocmc_core::fleet::summary::{Summary, SummaryBuilder};
 use ocmc_core::random::{Draws, Stream};
 use ocmc_core::record::Record;
+use ocmc_fleet::dependence::Dependence;
+use ocmc_fleet::precision::{InterimChecks, Precision};
+use ocmc_fleet::run::{RunPlan, records};
+use ocmc_fleet::summary::{Summary, SummaryBuilder};
 use std::convert::Infallible;
 use std::ops::ControlFlow;
 

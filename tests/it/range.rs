@@ -2,10 +2,10 @@
 //! tell the same as trips that are driven until empty.
 
 use crate::program::ocmc;
-use ocmc_core::fleet::dependence::Dependence;
-use ocmc_core::fleet::range::{ArrivingRange, RangeTrip, drive, summarise};
-use ocmc_core::fleet::run::RunPlan;
 use ocmc_core::record::{Outcome, Record};
+use ocmc_fleet::dependence::Dependence;
+use ocmc_fleet::range::{ArrivingRange, RangeTrip, drive, summarise};
+use ocmc_fleet::run::RunPlan;
 use ocmc_io::study::load;
 use serde_json::Value;
 use std::convert::Infallible;

@@ -2,12 +2,12 @@
 //! honest intervals.
 
 use crate::program::{SHORT, ocmc, run_into};
-use ocmc_core::fleet::dependence::Dependence;
-use ocmc_core::fleet::quantity::LITRES;
-use ocmc_core::fleet::run::{RunPlan, run};
-use ocmc_core::fleet::statistic::Statistic;
-use ocmc_core::fleet::summary::SummaryBuilder;
 use ocmc_core::study::Study;
+use ocmc_fleet::dependence::Dependence;
+use ocmc_fleet::quantity::LITRES;
+use ocmc_fleet::run::{RunPlan, run};
+use ocmc_fleet::statistic::Statistic;
+use ocmc_fleet::summary::SummaryBuilder;
 use std::fs;
 use std::ops::ControlFlow;
 use std::path::Path;

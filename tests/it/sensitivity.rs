@@ -1,14 +1,12 @@
 //! The shares of the variance of a real study, estimated in two ways that have nothing in common
 //! but the cycles.
 
-use ocmc_core::fleet::quantity::{RecordQuantity, quantity};
-use ocmc_core::fleet::random_effects::two_way;
-use ocmc_core::fleet::run::{RunPlan, records};
-use ocmc_core::fleet::sensitivity::{
-    FactorGroup, Over, SensitivityError, factor_groups, sensitivity,
-};
 use ocmc_core::random::{PickFreeze, StreamSet};
 use ocmc_core::study::Study;
+use ocmc_fleet::quantity::{RecordQuantity, quantity};
+use ocmc_fleet::random_effects::two_way;
+use ocmc_fleet::run::{RunPlan, records};
+use ocmc_fleet::sensitivity::{FactorGroup, Over, SensitivityError, factor_groups, sensitivity};
 use std::convert::Infallible;
 use std::ops::ControlFlow;
 

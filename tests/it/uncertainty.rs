@@ -2,13 +2,13 @@
 
 use crate::common::study;
 use crate::program::{ocmc, run_into};
-use ocmc_core::fleet::comparison::compare;
-use ocmc_core::fleet::dependence::Dependence;
-use ocmc_core::fleet::run::{RunPlan, records};
-use ocmc_core::fleet::summary::{Summary, SummaryBuilder};
-use ocmc_core::fleet::uncertainty::ParameterUncertainty;
 use ocmc_core::record::Record;
 use ocmc_core::study::Study;
+use ocmc_fleet::comparison::compare;
+use ocmc_fleet::dependence::Dependence;
+use ocmc_fleet::run::{RunPlan, records};
+use ocmc_fleet::summary::{Summary, SummaryBuilder};
+use ocmc_fleet::uncertainty::ParameterUncertainty;
 use serde_json::Value;
 use std::convert::Infallible;
 use std::fmt::Write;

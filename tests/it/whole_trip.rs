@@ -1,10 +1,10 @@
 //! The whole trips of cycles that a battery cut short are driven together, and none waits for long.
 
-use ocmc_core::fleet::run::replay;
 use ocmc_core::kernel::drive::cpu::CpuLevel;
 use ocmc_core::kernel::drive::scheduler::Driving;
 use ocmc_core::kernel::trip::lane_task::LaneTask;
 use ocmc_core::record::{Outcome, Record};
+use ocmc_fleet::run::replay;
 use std::cell::Cell;
 use std::sync::atomic::AtomicBool;
 

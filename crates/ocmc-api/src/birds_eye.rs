@@ -3,8 +3,8 @@
 use crate::answer::Answer;
 use crate::error::Error;
 use crate::watch::{Watch, watched};
-use ocmc_core::fleet::run::RunPlan;
 use ocmc_estimation::fit::operating_cycle::{BirdsEye, birds_eye_of_laws, birds_eye_of_study};
+use ocmc_fleet::run::RunPlan;
 use ocmc_io::number_text::{grouped, rounded};
 use ocmc_io::study::{LoadedStudy, study_hash};
 use serde::Serialize;

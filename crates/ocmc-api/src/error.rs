@@ -1,9 +1,6 @@
 //! Why a question has no answer.
 
 use crate::progress::Progress;
-use ocmc_core::bound::BoundError;
-use ocmc_core::fleet::quantity::{QUANTITIES, numeric_columns};
-use ocmc_core::fleet::sensitivity::{SensitivityError, factor_groups};
 use ocmc_core::operating_cycle::given::GivenCycleError;
 use ocmc_core::prescribed::DriveCycleError;
 use ocmc_estimation::calibration::curve_speed::CalibrationError;
@@ -14,6 +11,9 @@ use ocmc_estimation::fit::speed_change::SpeedChangeError;
 use ocmc_estimation::fit::traffic::TrafficFitError;
 use ocmc_estimation::fit::weather::WeatherFitError;
 use ocmc_estimation::identification::options::BoundsError;
+use ocmc_fleet::bound::BoundError;
+use ocmc_fleet::quantity::{QUANTITIES, numeric_columns};
+use ocmc_fleet::sensitivity::{SensitivityError, factor_groups};
 use ocmc_io::file_error::FileError;
 use ocmc_io::given_drive::GivenDriveError;
 use ocmc_io::log::curves::TripError;

@@ -4,13 +4,13 @@ use crate::answer::Answer;
 use crate::error::Error;
 use crate::text::{fact, table, took};
 use crate::watch::{Watch, watched};
-use ocmc_core::fleet::dependence::Dependence;
-use ocmc_core::fleet::range::{
-    ArrivingRange, CurvePoint, RangeOf, RangeSummary, RangeTrip, drive, summarise,
-};
-use ocmc_core::fleet::run::RunPlan;
 use ocmc_core::record::Record;
 use ocmc_core::study::StudyModel;
+use ocmc_fleet::dependence::Dependence;
+use ocmc_fleet::range::{
+    ArrivingRange, CurvePoint, RangeOf, RangeSummary, RangeTrip, drive, summarise,
+};
+use ocmc_fleet::run::RunPlan;
 use ocmc_io::number_text::{count_of, grouped};
 use ocmc_io::run_directory::{RunDirectoryError, read_groups};
 use ocmc_io::study::LoadedStudy;

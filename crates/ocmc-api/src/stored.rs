@@ -4,8 +4,8 @@
 use crate::error::Error;
 use crate::run::{Manifest, RecordFormat, RunAnswer, RunEnd};
 use arrow_array::RecordBatch;
-use ocmc_core::fleet::summary::SummaryBuilder;
 use ocmc_core::record::Record;
+use ocmc_fleet::summary::SummaryBuilder;
 use ocmc_io::run_directory::{RunDirectory, RunSummary, read_groups};
 use ocmc_io::study::Origin;
 use std::path::{Path, PathBuf};

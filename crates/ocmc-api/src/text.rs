@@ -1,7 +1,7 @@
 //! What answers as text have in common.
 
-use ocmc_core::fleet::run::RunPlan;
-use ocmc_core::fleet::uncertainty::{ParameterEffect, ParameterUncertainty};
+use ocmc_fleet::run::RunPlan;
+use ocmc_fleet::uncertainty::{ParameterEffect, ParameterUncertainty};
 use ocmc_io::number_text::{rough, short};
 
 /// A line about a fact: its name, and what it is.

@@ -1,7 +1,6 @@
 //! Words that stand for options: on the command line as they are here, in Python with `_` for `-`.
 
 use crate::size::Season;
-use ocmc_core::fleet::sensitivity::Over;
 use ocmc_core::operating_cycle::route::Keep;
 use ocmc_estimation::fit::curve_speed::Coding;
 use ocmc_estimation::fit::fleet::Best;
@@ -13,6 +12,7 @@ use ocmc_estimation::log::curve::RadiusDefinition::{
 };
 use ocmc_estimation::log::hidden_markov::HiddenMarkov;
 use ocmc_estimation::log::threshold::Threshold;
+use ocmc_fleet::sensitivity::Over;
 use ocmc_io::given_drive::Follow::{self, Driver, Exact};
 use ocmc_io::records::RecordFormat;
 

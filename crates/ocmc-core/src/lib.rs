@@ -15,7 +15,6 @@
     )
 )]
 
-pub mod bound;
 pub mod breakdown;
 pub mod charging;
 pub mod cost;
@@ -25,7 +24,6 @@ pub mod driver;
 pub mod energy_ledger;
 pub mod event_kind;
 pub mod first_order_lag;
-pub mod fleet;
 pub mod kernel;
 pub mod lanes;
 pub mod operating_cycle;

@@ -5,8 +5,8 @@ use crate::records::{GROUP_ROWS, RecordFormat, RecordsError};
 use crate::table_file::TableWriter;
 use arrow_array::{ArrayRef, Float64Array, RecordBatch, StringArray, UInt64Array};
 use ocmc_core::charging::ChargingEvent;
-use ocmc_core::fleet::load::Load;
 use ocmc_core::record::Record;
+use ocmc_fleet::load::Load;
 use std::path::Path;
 use std::sync::Arc;
 

@@ -3,8 +3,8 @@
 
 use crate::number_text::{count_of, grouped, percent, rounded, rounded_share};
 use ocmc_core::charging::ChargingPlace;
-use ocmc_core::fleet::quantity::{ELECTRICITY, ELECTRICITY_PER_TKM, LITRES_PER_TKM};
-use ocmc_core::fleet::summary::{OUTSIDE_MAP_SHARE, Summary};
+use ocmc_fleet::quantity::{ELECTRICITY, ELECTRICITY_PER_TKM, LITRES_PER_TKM};
+use ocmc_fleet::summary::{OUTSIDE_MAP_SHARE, Summary};
 use std::fmt::Write;
 
 /// A quantity of the summary: its name with the unit for people, and the factor to that unit.
@@ -105,8 +105,8 @@ pub fn saturation(summary: &Summary) -> Option<String> {
 mod tests {
     use super::*;
     use crate::records::examples;
-    use ocmc_core::fleet::summary::SummaryBuilder;
     use ocmc_core::record::Outcome;
+    use ocmc_fleet::summary::SummaryBuilder;
 
     fn remarks_of(carrying: usize, electric: bool) -> Vec<String> {
         let mut records = examples::records(5);

@@ -3,7 +3,7 @@
 use crate::label::label;
 use crate::number_text::percent;
 use ocmc_core::breakdown::{Amount, Axis};
-use ocmc_core::fleet::parts::FleetPart;
+use ocmc_fleet::parts::FleetPart;
 
 /// A table of parts: its title, the names of its columns, and a row for each part.
 #[derive(Clone, Debug, PartialEq)]

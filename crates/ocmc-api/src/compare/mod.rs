@@ -8,13 +8,11 @@ use crate::error::Error;
 use crate::text::{effects, fact, took};
 use crate::watch::{Watch, watched};
 use files::{KeptRun, kept_runs};
-use ocmc_core::fleet::comparison::{Compared, Comparison, compare as compare_fleets, cycles_of};
-use ocmc_core::fleet::cost_difference::CostDifference;
-use ocmc_core::fleet::quantity::{
-    NamedQuantity, WHEEL, numeric_columns, quantity, quantity_of_column,
-};
-use ocmc_core::fleet::run::RunPlan;
 use ocmc_core::study::Study;
+use ocmc_fleet::comparison::{Compared, Comparison, compare as compare_fleets, cycles_of};
+use ocmc_fleet::cost_difference::CostDifference;
+use ocmc_fleet::quantity::{NamedQuantity, WHEEL, numeric_columns, quantity, quantity_of_column};
+use ocmc_fleet::run::RunPlan;
 use ocmc_io::label::label;
 use ocmc_io::number_text::{count_of, grouped, percent, rough, rounded};
 use ocmc_io::study::{LoadedStudy, nearest, study_hash};

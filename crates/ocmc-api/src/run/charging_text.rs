@@ -1,8 +1,8 @@
 //! The part of a run's answer that is about charging.
 
-use ocmc_core::fleet::charging::ChargingSummary;
-use ocmc_core::fleet::load::{LoadCurves, LoadOfPlace};
-use ocmc_core::fleet::summary::Summary;
+use ocmc_fleet::charging::ChargingSummary;
+use ocmc_fleet::load::{LoadCurves, LoadOfPlace};
+use ocmc_fleet::summary::Summary;
 use ocmc_io::label::{charger_name, clock};
 use ocmc_io::number_text::{count_of, grouped, short};
 use std::fmt::Write;

@@ -9,12 +9,12 @@ mod trucks_text;
 use crate::answer::Answer;
 use crate::error::Error;
 use crate::watch::{Progress, Watch};
-use ocmc_core::fleet::dependence::Dependence;
-use ocmc_core::fleet::precision::InterimChecks;
-use ocmc_core::fleet::summary::{Summary, SummaryBuilder};
-use ocmc_core::fleet::uncertainty::Effects;
 use ocmc_core::record::Record;
 use ocmc_core::study::Study;
+use ocmc_fleet::dependence::Dependence;
+use ocmc_fleet::precision::InterimChecks;
+use ocmc_fleet::summary::{Summary, SummaryBuilder};
+use ocmc_fleet::uncertainty::Effects;
 use ocmc_io::given_drive::GivenDrive;
 use ocmc_io::run_directory::{self, RunDirectory, RunStatus, RunSummary, read_manifest};
 use ocmc_io::study::{Files, LoadedStudy, Origin};
@@ -25,10 +25,10 @@ use std::time::Instant;
 
 pub use requeue::{Asked, RequeueRequest, requeue};
 
-pub use ocmc_core::fleet::precision::Precision;
-pub use ocmc_core::fleet::run::{MOST_THREADS, RunPlan};
 pub use ocmc_core::kernel::drive::cpu::CpuLevel;
 pub use ocmc_core::random::LAST_CYCLE_ID;
+pub use ocmc_fleet::precision::Precision;
+pub use ocmc_fleet::run::{MOST_THREADS, RunPlan};
 pub use ocmc_io::records::RecordFormat;
 pub use ocmc_io::run_directory::{MANIFEST, Manifest, RunDirectoryError, SUMMARY};
 

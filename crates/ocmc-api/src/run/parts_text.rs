@@ -1,6 +1,6 @@
 //! What road types and event kinds took, as text.
 
-use ocmc_core::fleet::summary::Summary;
+use ocmc_fleet::summary::Summary;
 use ocmc_io::part_table::{PartTable, part_tables};
 use std::fmt::Write;
 

@@ -6,11 +6,11 @@ use super::charging_text::charging;
 use super::parts_text::parts;
 use super::trucks_text::trucks;
 use crate::text::{effects, fact, row, threads_text};
-use ocmc_core::fleet::histogram::Histogram;
-use ocmc_core::fleet::precision::{Precision, Reached};
-use ocmc_core::fleet::statistic::Statistic;
-use ocmc_core::fleet::summary::Summary;
 use ocmc_core::record::Outcome;
+use ocmc_fleet::histogram::Histogram;
+use ocmc_fleet::precision::{Precision, Reached};
+use ocmc_fleet::statistic::Statistic;
+use ocmc_fleet::summary::Summary;
 use ocmc_io::label::{label, remarks, saturation};
 use ocmc_io::number_text::{decimals, grouped, rough, rounded, rounded_share, short};
 use ocmc_io::run_directory::RunSummary;
@@ -272,8 +272,8 @@ fn bar(count: u64, largest: u64, width: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ocmc_core::fleet::dependence::Dependence;
-    use ocmc_core::fleet::summary::SummaryBuilder;
+    use ocmc_fleet::dependence::Dependence;
+    use ocmc_fleet::summary::SummaryBuilder;
 
     #[test]
     fn columns_never_touch() {

@@ -2,10 +2,10 @@
 //! year adds up to, and what of the spread of trips is between trucks.
 
 use super::text::table_over;
-use ocmc_core::fleet::components::Components;
-use ocmc_core::fleet::summary::Summary;
-use ocmc_core::fleet::truck_arrivals::TruckArrivals;
-use ocmc_core::fleet::truck_year::{Total, TruckSummary};
+use ocmc_fleet::components::Components;
+use ocmc_fleet::summary::Summary;
+use ocmc_fleet::truck_arrivals::TruckArrivals;
+use ocmc_fleet::truck_year::{Total, TruckSummary};
 use ocmc_io::label::label;
 use ocmc_io::number_text::{count_of, grouped, rough, rounded, short};
 use std::fmt::Write;
@@ -67,7 +67,7 @@ fn spread(trucks: &TruckSummary, column: &str, components: &Components) -> Strin
     let (name, factor) = label(column);
     let sd = |value: f64| short(factor * value);
     let percent = |share: f64| format!("{:.0} %", 100.0 * share);
-    let of = |statistics: &[ocmc_core::fleet::statistic::Statistic]| {
+    let of = |statistics: &[ocmc_fleet::statistic::Statistic]| {
         let own = statistics.iter().find(|statistic| statistic.column == column);
         own.and_then(|own| own.sd).map_or("-".to_owned(), sd)
     };

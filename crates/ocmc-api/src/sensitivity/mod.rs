@@ -8,15 +8,15 @@ use crate::run::whole_trucks;
 use crate::text::{fact, took};
 use crate::watch::{Watch, watched};
 use files::KeptDesign;
-use ocmc_core::fleet::quantity::{RecordQuantity, quantity};
-use ocmc_core::fleet::random_effects::{TwoWay, two_way};
-use ocmc_core::fleet::run::RunPlan;
-use ocmc_core::fleet::sensitivity::{
+use ocmc_core::random::sampling::Sampling;
+use ocmc_fleet::quantity::{RecordQuantity, quantity};
+use ocmc_fleet::random_effects::{TwoWay, two_way};
+use ocmc_fleet::run::RunPlan;
+use ocmc_fleet::sensitivity::{
     FactorGroup, FactorShare, Sensitivity, factor_groups, sensitivity as shares_of,
 };
-use ocmc_core::fleet::shapley::{ShapleyEffects, cycles_of_row, shapley};
-use ocmc_core::fleet::variance_share::LEAST_GROUPS;
-use ocmc_core::random::sampling::Sampling;
+use ocmc_fleet::shapley::{ShapleyEffects, cycles_of_row, shapley};
+use ocmc_fleet::variance_share::LEAST_GROUPS;
 use ocmc_io::label::label;
 use ocmc_io::number_text::{grouped, percent, rounded};
 use ocmc_io::study::{LoadedStudy, Origin, resolved_toml, study_hash};
@@ -24,7 +24,7 @@ use serde::Serialize;
 use std::fmt::Write;
 use std::time::Instant;
 
-pub use ocmc_core::fleet::sensitivity::{Over, SensitivityError};
+pub use ocmc_fleet::sensitivity::{Over, SensitivityError};
 
 /// Drivers of a crossed design.
 const DRIVERS: u64 = 30;

@@ -9,7 +9,6 @@ mod text;
 
 use crate::error::{Error, FitError};
 use crate::watch::{Progress, Watch, aside};
-use ocmc_core::fleet::run::{RunPlan, each};
 use ocmc_estimation::fit::curve_speed::{
     CurveSpeedFit, CurveSpeedOptions, CurveTable, fit as fit_curve_speed,
 };
@@ -17,6 +16,7 @@ use ocmc_estimation::fit::speed_change::{
     SpeedChangeFit, SpeedChangeOptions, SpeedChangeTable, fit as fit_speed_change,
 };
 use ocmc_estimation::identification::options::{IdentifyOptions, SpeedTerm};
+use ocmc_fleet::run::{RunPlan, each};
 use ocmc_io::report::{
     ComparedNumber, SimulatorChange, SimulatorCurve, SimulatorDrive, SimulatorEvent,
     SimulatorRepetition,

@@ -112,7 +112,7 @@ impl DriveCycle {
 
     /// A cycle that follows from a plan: its study and its road have been checked, and a truck may
     /// rest longer than what a file may say.
-    pub(crate) fn of_plan(time_s: Vec<f64>, speed_mps: Vec<f64>, slope: Vec<f64>) -> Self {
+    pub fn of_plan(time_s: Vec<f64>, speed_mps: Vec<f64>, slope: Vec<f64>) -> Self {
         Self { time_s, speed_mps, slope, gear: Vec::new() }
     }
 

@@ -8,7 +8,6 @@
 )]
 
 mod common;
-mod cost;
 #[path = "../../../../tests/it/others_data.rs"]
 mod others_data;
 mod outside_facts;

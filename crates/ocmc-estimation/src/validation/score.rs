@@ -9,7 +9,7 @@
 //!   Sources: Gneiting and Raftery, *Journal of the American Statistical Association* 102 (2007)
 //!   359; Ferro, *Quarterly Journal of the Royal Meteorological Society* 140 (2014) 1917.
 
-use ocmc_core::fleet::quantile::quantile;
+use ocmc_fleet::quantile::quantile;
 use serde::Serialize;
 
 /// A measured value over the simulated ones.

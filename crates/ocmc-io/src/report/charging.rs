@@ -10,10 +10,10 @@ use super::{Gathered, Reported};
 use crate::label::{charger_name, clock};
 use crate::number_text::{grouped, short};
 use ocmc_core::charging::ChargingPlace;
-use ocmc_core::fleet::quantile::quantile;
-use ocmc_core::fleet::range::{RangeSummary, SEASONS, summarise};
-use ocmc_core::fleet::summary::Summary;
 use ocmc_core::record::Record;
+use ocmc_fleet::quantile::quantile;
+use ocmc_fleet::range::{RangeSummary, SEASONS, summarise};
+use ocmc_fleet::summary::Summary;
 use std::fmt::Write;
 
 /// Trips whose state of charge is kept, from the first on.

@@ -7,12 +7,12 @@ use super::tables::row;
 use super::{EXPLAINING, Explaining, FOOT, STYLE, folded, page_head, panels, strongest};
 use crate::label::label;
 use crate::number_text::{count_of, percent, rounded};
-use ocmc_core::fleet::association::association;
-use ocmc_core::fleet::comparison::{Comparison, PairOfValues};
-use ocmc_core::fleet::dependence::Dependence;
-use ocmc_core::fleet::quantity::quantity;
-use ocmc_core::fleet::statistic::Statistic;
 use ocmc_core::record::Record;
+use ocmc_fleet::association::association;
+use ocmc_fleet::comparison::{Comparison, PairOfValues};
+use ocmc_fleet::dependence::Dependence;
+use ocmc_fleet::quantity::quantity;
+use ocmc_fleet::statistic::Statistic;
 use std::fmt::Write;
 
 /// Shares of the variance of the differences below which nothing is shown.
@@ -209,8 +209,8 @@ impl PairPicture<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ocmc_core::fleet::comparison::paired_values;
-    use ocmc_core::fleet::quantity::quantity;
+    use ocmc_fleet::comparison::paired_values;
+    use ocmc_fleet::quantity::quantity;
 
     fn fleet(more: impl Fn(u64) -> f64) -> Vec<Record> {
         let record = |id: u64| Record {

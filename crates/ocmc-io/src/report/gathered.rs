@@ -4,9 +4,9 @@
 use super::charging::{Course, keep};
 use super::energy::LOSSES;
 use super::{EXPLAINING, PAYLOAD, number};
-use ocmc_core::fleet::quantity::{CONSUMPTIONS, RecordQuantity, quantity};
-use ocmc_core::fleet::range::{RangeTrip, SEASONS, season_of};
 use ocmc_core::record::{Outcome, Record};
+use ocmc_fleet::quantity::{CONSUMPTIONS, RecordQuantity, quantity};
+use ocmc_fleet::range::{RangeTrip, SEASONS, season_of};
 
 /// Cycles that are listed at each end, and of each kind of failure.
 pub(super) const LISTED: usize = 5;

@@ -6,8 +6,8 @@ use super::svg::escaped;
 use super::{Explaining, Reported};
 use crate::label::{label, saturation};
 use crate::number_text::{count_of, decimals, grouped};
-use ocmc_core::fleet::statistic::Statistic;
-use ocmc_core::fleet::summary::Summary;
+use ocmc_fleet::statistic::Statistic;
+use ocmc_fleet::summary::Summary;
 use std::fmt::Write;
 
 /// Fewest cycles of which a twentieth is one.

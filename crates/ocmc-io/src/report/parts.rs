@@ -2,7 +2,7 @@
 
 use super::svg::escaped;
 use crate::part_table::{PartTable, part_tables};
-use ocmc_core::fleet::parts::FleetPart;
+use ocmc_fleet::parts::FleetPart;
 use std::fmt::Write;
 
 /// The tables; nothing where there are no parts.

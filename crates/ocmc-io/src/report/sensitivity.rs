@@ -6,9 +6,9 @@ use super::tables::row;
 use super::{FOOT, STYLE, folded, page_head};
 use crate::label::label;
 use crate::number_text::{grouped, percent, rounded};
-use ocmc_core::fleet::random_effects::TwoWay;
-use ocmc_core::fleet::sensitivity::{FactorShare, Over, Sensitivity};
-use ocmc_core::fleet::shapley::ShapleyEffects;
+use ocmc_fleet::random_effects::TwoWay;
+use ocmc_fleet::sensitivity::{FactorShare, Over, Sensitivity};
+use ocmc_fleet::shapley::ShapleyEffects;
 use std::fmt::Write;
 
 /// Factors that the first sentence names.

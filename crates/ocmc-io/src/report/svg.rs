@@ -2,8 +2,8 @@
 //! from the page.
 
 use crate::number_text::{grouped, rounded};
-use ocmc_core::fleet::association::{Association, Band};
-use ocmc_core::fleet::histogram::Histogram;
+use ocmc_fleet::association::{Association, Band};
+use ocmc_fleet::histogram::Histogram;
 use std::fmt::Write;
 
 /// Text that may hold anything, as text of HTML and of attributes.

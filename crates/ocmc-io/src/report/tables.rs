@@ -8,10 +8,10 @@ use crate::given_drive::Followed;
 use crate::label::label;
 use crate::number_text::{decimals, grouped, rounded};
 use crate::study::{commented, in_words};
-use ocmc_core::fleet::quantity::RecordQuantity;
-use ocmc_core::fleet::statistic::Statistic;
 use ocmc_core::operating_cycle::route::RouteModel;
 use ocmc_core::record::{Outcome, Record};
+use ocmc_fleet::quantity::RecordQuantity;
+use ocmc_fleet::statistic::Statistic;
 use std::fmt::Write;
 
 /// A row of two columns, the second one in words.

@@ -3,9 +3,9 @@ use crate::given_drive::{Follow, Followed, GivenDrive};
 use crate::run_directory::RunSummary;
 use crate::run_directory::{Manifest, RunStatus};
 use crate::study;
-use ocmc_core::fleet::run::{RunPlan, records as drive};
-use ocmc_core::fleet::summary::SummaryBuilder;
 use ocmc_core::record::Outcome;
+use ocmc_fleet::run::{RunPlan, records as drive};
+use ocmc_fleet::summary::SummaryBuilder;
 use std::convert::Infallible;
 use std::ops::ControlFlow;
 

@@ -7,8 +7,8 @@ use super::svg::{begin, escaped, rounded_short};
 use crate::label::label;
 use crate::number_text::rounded;
 use crate::study::load_text;
-use ocmc_core::fleet::quantity::RecordQuantity;
 use ocmc_core::kernel::drive::trace::{TableColumn, trace};
+use ocmc_fleet::quantity::RecordQuantity;
 
 /// Places along the way: more cannot be told apart.
 const PLACES: usize = 480;

@@ -5,9 +5,9 @@ use super::svg::{Scale, begin, label as words, rounded_short};
 use super::tables::statistics;
 use crate::label::label;
 use crate::number_text::{grouped, rounded};
-use ocmc_core::fleet::statistic::Statistic;
-use ocmc_core::fleet::summary::Summary;
-use ocmc_core::fleet::truck_year::{Total, TruckSummary, TruckTime};
+use ocmc_fleet::statistic::Statistic;
+use ocmc_fleet::summary::Summary;
+use ocmc_fleet::truck_year::{Total, TruckSummary, TruckTime};
 use std::fmt::Write;
 
 /// Most trucks that the picture shows; of more the picture has so many, evenly by rank.

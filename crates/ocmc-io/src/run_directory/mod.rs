@@ -35,14 +35,14 @@ use crate::trucks;
 use checksum::Checksums;
 use chunks::{Chunks, adopted, is_chunk};
 use durable::replace;
-use ocmc_core::fleet::dependence::Dependence;
-use ocmc_core::fleet::precision::Precision;
-use ocmc_core::fleet::run::RunPlan;
 use ocmc_core::operating_cycle::route::RouteModel;
 use ocmc_core::random::sampling::Sampling;
 use ocmc_core::record::Record;
 use ocmc_core::study::StudyModel;
 use ocmc_core::study::fleet::FleetModel;
+use ocmc_fleet::dependence::Dependence;
+use ocmc_fleet::precision::Precision;
+use ocmc_fleet::run::RunPlan;
 use serde::{Deserialize, Serialize};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -488,7 +488,7 @@ pub(super) mod tests {
     use super::*;
     use crate::records::{self, GROUP_ROWS, examples};
     use crate::study::hash_of_resolved;
-    use ocmc_core::fleet::summary::SummaryBuilder;
+    use ocmc_fleet::summary::SummaryBuilder;
 
     pub(super) fn manifest(cycles: u64) -> Manifest {
         Manifest {

@@ -12,10 +12,10 @@ use crate::input_file;
 use crate::records::{self, Group, RecordFormat};
 use crate::sha256;
 use crate::study::{self, Files, Given, LoadedStudy, hash_of_resolved};
-use ocmc_core::fleet::summary::{Summary, SummaryBuilder};
-use ocmc_core::fleet::uncertainty::ParameterUncertainty;
 use ocmc_core::record::Record;
 use ocmc_core::study::Study;
+use ocmc_fleet::summary::{Summary, SummaryBuilder};
+use ocmc_fleet::uncertainty::ParameterUncertainty;
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 

@@ -1,8 +1,8 @@
 //! The machine-readable answer of a run.
 
 use super::{Manifest, indented};
-use ocmc_core::fleet::precision::Reached;
-use ocmc_core::fleet::summary::Summary;
+use ocmc_fleet::precision::Reached;
+use ocmc_fleet::summary::Summary;
 use serde::Serialize;
 
 /// What has to be known of the intervals of a few cycles.

@@ -3,10 +3,10 @@
 #![cfg(target_os = "linux")]
 
 use arrow_array::{ArrayRef, Float64Array, RecordBatch};
-use ocmc_core::fleet::run::{RunPlan, records as drive};
-use ocmc_core::fleet::summary::SummaryBuilder;
 use ocmc_core::operating_cycle::traffic::TrafficModel;
 use ocmc_estimation::fit::speed_change::{SpeedChangeOptions, SpeedChangeTable};
+use ocmc_fleet::run::{RunPlan, records as drive};
+use ocmc_fleet::summary::SummaryBuilder;
 use ocmc_io::given_drive::GivenDrive;
 use ocmc_io::operating_cycle::RealisedCycle;
 use ocmc_io::records::{self, RecordFormat};

@@ -3,11 +3,11 @@
 //! `OCMC_WRITE_DOCS=1 cargo test -p ocmc-io --test it reference` writes them anew.
 
 use ocmc_core::energy_ledger::{Extent, Mode, Recorded, TERMS};
-use ocmc_core::fleet::truck_year::TRUCK_COLUMNS;
 use ocmc_core::kernel::drive::trace::trace;
 use ocmc_core::record::{COLUMNS, Record};
 use ocmc_core::study::Study;
 use ocmc_core::study::keys::{Bounds, Key};
+use ocmc_fleet::truck_year::TRUCK_COLUMNS;
 use ocmc_io::study::{self, init_text};
 use serde_json::{Map, Value};
 use std::cell::RefCell;

@@ -4,13 +4,15 @@
 use crate::common::field_truck;
 use crate::common::statistics::{SEEDS, assert_count, assert_follows, assert_share};
 use ocmc_core::distribution::{Law, Quantity};
-use ocmc_core::fleet::run::replay;
+use ocmc_core::kernel::drive::cpu::CpuLevel;
+use ocmc_core::kernel::drive::scheduler::drive;
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::road::point_event::{
     EventKind, Passage, PointEvent, RailwayCrossingModel,
 };
 use ocmc_core::operating_cycle::road::road_type::Section;
 use ocmc_core::random::{Draws, Stream};
+use ocmc_core::record::Record;
 use ocmc_core::study::{Scenario, Study, StudyModel};
 use ocmc_core::switch::ModelSwitch;
 use ocmc_core::tactical::{SpeedProfile, plan};
@@ -20,6 +22,10 @@ const CYCLES: std::ops::Range<u64> = 0..12;
 
 fn uniform(lower: f64, upper: f64) -> Quantity {
     Quantity::Law(Law::Uniform { lower, upper })
+}
+
+fn driven(study: &Study, cycle_id: u64) -> Vec<Record> {
+    drive(study, SEED, cycle_id..cycle_id + 1, CpuLevel::best())
 }
 
 fn crossings() -> RailwayCrossingModel {
@@ -105,7 +111,7 @@ fn crossings_move_nothing_else_and_a_study_without_them_is_as_before() {
         assert_eq!(road(&a), road(&b));
         assert_eq!(bits(&off.sample(SEED, cycle_id)), bits(&b));
     }
-    assert_eq!(bits(&replay(&off, SEED, &[3])), bits(&replay(&without, SEED, &[3])));
+    assert_eq!(bits(&driven(&off, 3)), bits(&driven(&without, 3)));
 }
 
 #[test]
@@ -144,7 +150,7 @@ fn a_truck_slows_at_an_open_crossing_and_a_bus_stops() {
             }
             let events = 0..scenario.cycle.road.events.len();
             stops_s[k] = events.filter_map(|e| scenario.passage(e).standstill_s()).sum::<f64>();
-            let driven = &replay(study, SEED, &[cycle_id])[0];
+            let driven = &driven(study, cycle_id)[0];
             assert!((driven.standstill_s - stops_s[k]).abs() < 1e-6, "{driven:?}");
         }
         assert!(stops_s[1] > stops_s[0], "cycle {cycle_id}");

@@ -12,8 +12,8 @@
 use super::TypeRoads;
 use crate::fit::p_value::NORMAL_975;
 use crate::fit::study_parameter::Estimates;
-use ocmc_core::fleet::ratio::Ratio;
 use ocmc_core::operating_cycle::road::topography::TopographyModel;
+use ocmc_fleet::ratio::Ratio;
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 

@@ -1,0 +1,26 @@
+//! The bounds of many cycles, on several threads.
+
+use super::{Bound, BoundError, Fineness, Potential, potential_of_scenario};
+use crate::run::{RunPlan, each};
+use ocmc_core::study::Study;
+use std::ops::ControlFlow;
+
+/// A bound with its potential, or why there is none.
+pub type Found = Result<(Bound, Option<Potential>), BoundError>;
+
+/// What `of` makes of the bounds of the cycles of a plan, in order of the cycle ids; it does not
+/// depend on the threads. `progress` receives the number of cycles done, after each cycle of each
+/// thread; breaking ends the work.
+pub fn bounds<T: Send, B>(
+    study: &Study,
+    plan: &RunPlan,
+    fineness: Fineness,
+    of: &(dyn Fn(Found) -> T + Sync),
+    progress: impl FnMut(u64) -> ControlFlow<B>,
+) -> ControlFlow<B, Vec<T>> {
+    let one = |id: u64| {
+        let scenario = study.sample_pick_freeze(plan.seed, id, plan.pick_freeze);
+        of(potential_of_scenario(study, &scenario, fineness))
+    };
+    each(plan, 1, &one, progress)
+}

@@ -1,0 +1,321 @@
+//! The quantities that a fleet is asked about, and what their mean over the fleet is: total over
+//! total.
+//!
+//! | quantity | mean of the fleet | per cycle |
+//! |---|---|---|
+//! | litres, kWh, wheel kWh or grams of CO2 per distance | total over total distance | the cycle's own |
+//! | litres per 100 tkm, kWh and grams of CO2 per tkm | total over total tonne-kilometres, empty trips included | the cycle's own; none where it is empty |
+//! | speed | total distance over total time | the cycle's own |
+//! | stops per km | total stops over total distance | the cycle's own |
+//! | duration, and any other column that is asked about | plain mean | the cycle's own |
+//! | kWh of the whole trip per distance | total over total distance of the whole trips | the cycle's own |
+//!
+//! A trip that its battery cut short counts with what it drove, but for the duration, which is that
+//! of trips that arrive, and for the whole trip, which is as long as the others.
+
+use ocmc_core::record::{COLUMNS, Column, Outcome, Record, column};
+
+/// What a cycle's value is multiplied by for a total, or what a total is divided by.
+#[derive(Clone, Copy, Debug)]
+pub enum Weight {
+    /// Each cycle counts once.
+    One,
+    /// Distance, in m.
+    Distance,
+    /// Payload times distance, in t m.
+    TonneDistance,
+    /// Duration, in s.
+    Duration,
+    /// Distance of the whole trip, in m.
+    WholeTrip,
+}
+
+/// What weights are made of.
+#[derive(Clone, Copy, Debug)]
+pub struct Extent {
+    /// Distance, in m.
+    pub distance_m: f64,
+    /// Duration, in s.
+    pub duration_s: f64,
+    /// Payload, in kg.
+    pub payload_kg: f64,
+    /// Distance of the whole trip, in m; NaN where it is not known.
+    pub whole_trip_m: f64,
+}
+
+impl Extent {
+    /// That of a cycle.
+    pub fn of(record: &Record) -> Self {
+        let Record { distance_m, duration_s, .. } = *record;
+        let payload_kg = record.carried_kg();
+        let whole_trip_m = record.whole_trip_m.unwrap_or(f64::NAN);
+        Self { distance_m, duration_s, payload_kg, whole_trip_m }
+    }
+}
+
+impl Weight {
+    /// The weight of a cycle.
+    pub fn of(self, extent: Extent) -> f64 {
+        match self {
+            Self::One => 1.0,
+            Self::Distance => extent.distance_m,
+            Self::TonneDistance => extent.payload_kg / 1000.0 * extent.distance_m,
+            Self::Duration => extent.duration_s,
+            Self::WholeTrip => extent.whole_trip_m,
+        }
+    }
+}
+
+/// Where a cycle's own value is from.
+#[derive(Clone, Copy, Debug)]
+pub enum Value<'a> {
+    /// What the record has, or what is made of it.
+    Of(fn(&Record) -> Option<f64>),
+    /// A column of the records.
+    Column(&'static Column),
+    /// A column of the breakdown, by its name: each study has its own.
+    Part(&'a str),
+}
+
+impl Value<'_> {
+    /// The value of a cycle, however it ended.
+    pub fn get(self, record: &Record) -> Option<f64> {
+        match self {
+            Self::Of(value) => value(record),
+            Self::Column(column) => column.get(record).number(),
+            Self::Part(name) => {
+                let place = record.breakdown.names().iter().position(|known| known == name)?;
+                record.breakdown.value(place)
+            }
+        }
+    }
+}
+
+/// One quantity: its fleet mean is Σ `of` × `times` / Σ `over`.
+#[derive(Clone, Copy, Debug)]
+pub struct NamedQuantity<'a> {
+    /// Name, with its unit.
+    pub column: &'a str,
+    /// A cycle's own value.
+    pub value: Value<'a>,
+    /// Name of the quantity that is summed up.
+    pub of: &'a str,
+    /// What each of its values is multiplied by.
+    pub times: Weight,
+    /// What the total is divided by.
+    pub over: Weight,
+    /// Whether a trip that its battery cut short counts.
+    pub counts_cut_short: bool,
+}
+
+/// One of the [`QUANTITIES`].
+pub type RecordQuantity = NamedQuantity<'static>;
+
+impl NamedQuantity<'_> {
+    /// The value of a cycle that counts and has one.
+    pub fn of_cycle(&self, record: &Record) -> Option<f64> {
+        let counts = match record.outcome {
+            Outcome::Completed => true,
+            Outcome::Depleted => self.counts_cut_short,
+            Outcome::Stalled | Outcome::TimedOut => false,
+        };
+        self.value.get(record).filter(|value| counts && value.is_finite())
+    }
+
+    /// What a cycle that counts adds to the two totals of the fleet's mean.
+    pub fn totals(&self, record: &Record) -> Option<(f64, f64)> {
+        let summed = match quantity(self.of) {
+            Some(summed) => summed.of_cycle(record)?,
+            None => self.of_cycle(record)?,
+        };
+        let extent = Extent::of(record);
+        Some((summed * self.times.of(extent), self.over.of(extent)))
+    }
+}
+
+/// Litres over 100 km.
+pub const LITRES: &str = "consumption_l_per_100km";
+/// Electricity over distance.
+pub const ELECTRICITY: &str = "consumption_kwh_per_km";
+/// Litres over 100 tkm.
+pub const LITRES_PER_TKM: &str = "consumption_l_per_100tkm";
+/// Electricity over payload times distance.
+pub const ELECTRICITY_PER_TKM: &str = "consumption_kwh_per_tkm";
+/// Greenhouse gases from the well to the wheel over distance.
+const WELL_TO_WHEEL: &str = "well_to_wheel_g_per_km";
+/// Electricity of the whole trip over distance: with a battery that never empties.
+pub const WHOLE_TRIP: &str = "whole_trip_kwh_per_km";
+/// Work at the wheels over distance.
+pub const WHEEL: &str = "wheel_kwh_per_km";
+
+/// What a fleet is judged by, where nothing else is asked for: the first that its cycles have.
+pub const CONSUMPTIONS: [&str; 3] = [LITRES, ELECTRICITY, WHEEL];
+
+/// A quantity per distance.
+const fn per_distance(column: &'static str, value: fn(&Record) -> Option<f64>) -> RecordQuantity {
+    let weight = Weight::Distance;
+    RecordQuantity {
+        column,
+        value: Value::Of(value),
+        of: column,
+        times: weight,
+        over: weight,
+        counts_cut_short: true,
+    }
+}
+
+/// A quantity per tonne of payload and distance, of which `of` is that per distance.
+const fn per_tonne_distance(
+    column: &'static str,
+    value: fn(&Record) -> Option<f64>,
+    of: &'static str,
+) -> RecordQuantity {
+    RecordQuantity {
+        column,
+        value: Value::Of(value),
+        of,
+        times: Weight::Distance,
+        over: Weight::TonneDistance,
+        counts_cut_short: true,
+    }
+}
+
+/// The quantities, in the order in which they are reported.
+pub const QUANTITIES: [RecordQuantity; 13] = [
+    per_distance(LITRES, |r| r.consumption_l_per_100km),
+    per_tonne_distance(LITRES_PER_TKM, |r| r.consumption_l_per_100tkm, LITRES),
+    per_distance(ELECTRICITY, |r| r.consumption_kwh_per_km),
+    per_tonne_distance(ELECTRICITY_PER_TKM, |r| r.consumption_kwh_per_tkm, ELECTRICITY),
+    RecordQuantity {
+        column: WHOLE_TRIP,
+        value: Value::Of(|r| r.whole_trip_kwh_per_km),
+        of: WHOLE_TRIP,
+        times: Weight::WholeTrip,
+        over: Weight::WholeTrip,
+        counts_cut_short: true,
+    },
+    per_distance(WHEEL, |r| Some(r.wheel_kwh_per_km)),
+    per_distance("co2_g_per_km", |r| r.co2_g_per_km),
+    per_distance("grid_co2_g_per_km", |r| r.grid_co2_g_per_km),
+    per_distance(WELL_TO_WHEEL, |r| r.well_to_wheel_g_per_km),
+    per_tonne_distance("well_to_wheel_g_per_tkm", |r| r.well_to_wheel_g_per_tkm, WELL_TO_WHEEL),
+    RecordQuantity {
+        column: "mean_speed_mps",
+        value: Value::Of(|r| Some(r.mean_speed_mps)),
+        of: "mean_speed_mps",
+        times: Weight::Duration,
+        over: Weight::Duration,
+        counts_cut_short: true,
+    },
+    RecordQuantity {
+        column: "duration_s",
+        value: Value::Of(|r| Some(r.duration_s)),
+        of: "duration_s",
+        times: Weight::One,
+        over: Weight::One,
+        counts_cut_short: false,
+    },
+    per_distance("stops_per_km", |r| Some(f64::from(r.n_stops) / (r.distance_m / 1000.0))),
+];
+
+/// The quantity of that name.
+pub fn quantity(column: &str) -> Option<&'static RecordQuantity> {
+    QUANTITIES.iter().find(|quantity| quantity.column == column)
+}
+
+/// Columns of the records that are no quantities: how a cycle ended, and ids.
+const NO_QUANTITIES: [&str; 5] = ["cycle_id", "outcome", "truck_id", "driver_id", "trip"];
+
+/// Names of the columns that can be asked about and that every study has: the quantities, then all
+/// other numbers of the records.
+pub fn numeric_columns() -> impl Iterator<Item = &'static str> {
+    let others = COLUMNS.iter().map(|column| column.name);
+    let others = others.filter(|name| quantity(name).is_none() && !NO_QUANTITIES.contains(name));
+    QUANTITIES.iter().map(|quantity| quantity.column).chain(others)
+}
+
+/// The quantity of a column of the records, `parts` being the names of those of the breakdown: one
+/// of the [`QUANTITIES`], or a column whose mean is that of the cycles that were completed, each
+/// counted once. None where there is no such column, or it is no number.
+pub fn quantity_of_column<'a, 'b>(
+    name: &'a str,
+    mut parts: impl Iterator<Item = &'b str>,
+) -> Option<NamedQuantity<'a>> {
+    if let Some(known) = quantity(name) {
+        return Some(*known);
+    }
+    let value = match column(name).filter(|_| !NO_QUANTITIES.contains(&name)) {
+        Some(column) => Value::Column(column),
+        None if parts.any(|part| part == name) => Value::Part(name),
+        None => return None,
+    };
+    let (times, over) = (Weight::One, Weight::One);
+    Some(NamedQuantity { column: name, value, of: name, times, over, counts_cut_short: false })
+}
+
+/// The consumption that these cycles have: fuel, else electricity, else the work at the wheels.
+/// Where a battery cut trips short, it is that of the whole trips: the same ones for all.
+pub fn consumption(records: &[Record]) -> &'static RecordQuantity {
+    shared_consumption(&[records])
+}
+
+/// The consumption that all of these fleets have; of fleets that have none in common that of the
+/// first.
+pub fn shared_consumption(fleets: &[&[Record]]) -> &'static RecordQuantity {
+    let has = |quantity: &RecordQuantity, fleet: &[Record]| {
+        fleet.iter().any(|record| quantity.of_cycle(record).is_some())
+    };
+    let mut records = fleets.iter().copied().flatten();
+    let cut_short = records.any(|record| record.outcome == Outcome::Depleted);
+    let electricity = if cut_short { WHOLE_TRIP } else { ELECTRICITY };
+    let columns = CONSUMPTIONS.map(|name| if name == ELECTRICITY { electricity } else { name });
+    let consumptions = || QUANTITIES.iter().filter(|q| columns.contains(&q.column));
+    let shared = consumptions().find(|q| fleets.iter().all(|fleet| has(q, fleet)));
+    let first = || consumptions().find(|q| fleets.first().is_some_and(|fleet| has(q, fleet)));
+    shared.or_else(first).unwrap_or(&QUANTITIES[0])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn fleets_of_two_powertrains_share_the_work_at_the_wheels() {
+        let diesel = Record { consumption_l_per_100km: Some(30.0), ..Record::default() };
+        let electric = Record { consumption_kwh_per_km: Some(1.2), ..Record::default() };
+        let failed = Record { outcome: Outcome::Stalled, ..diesel.clone() };
+        let (diesel, electric, failed) = ([diesel], [electric], [failed]);
+        let of = |fleets: &[&[Record]]| shared_consumption(fleets).column;
+        assert_eq!(of(&[&diesel, &diesel]), LITRES);
+        assert_eq!(of(&[&electric, &electric]), ELECTRICITY);
+        assert_eq!(of(&[&diesel, &electric]), WHEEL);
+        // nothing in common: that of the first
+        assert_eq!(of(&[&electric, &failed]), ELECTRICITY);
+        assert_eq!(of(&[&failed]), LITRES);
+        let cut_short = Record {
+            outcome: Outcome::Depleted,
+            whole_trip_kwh_per_km: Some(1.3),
+            whole_trip_m: Some(3e5),
+            ..electric[0].clone()
+        };
+        assert_eq!(of(&[&[cut_short]]), WHOLE_TRIP);
+    }
+
+    #[test]
+    fn any_number_of_the_records_is_a_quantity_and_ids_are_none() {
+        let of = |name| quantity_of_column(name, ["fuel_kg_urban"].into_iter());
+        let record = Record { n_stops: 3, fuel_kg: Some(20.0), ..Record::default() };
+        let totals = |name| of(name).and_then(|quantity| quantity.totals(&record));
+        assert_eq!(totals("n_stops"), Some((3.0, 1.0)));
+        assert_eq!(totals("fuel_kg"), Some((20.0, 1.0)));
+        // a column of the breakdown, which this record lacks
+        assert!(of("fuel_kg_urban").is_some() && totals("fuel_kg_urban").is_none());
+        for name in ["cycle_id", "outcome", "truck_id", "driver_id", "trip", "fuel_kg_rural"] {
+            assert!(of(name).is_none(), "{name}");
+        }
+        for name in numeric_columns() {
+            assert!(of(name).is_some(), "{name}");
+        }
+        assert_eq!(numeric_columns().count(), COLUMNS.len() - NO_QUANTITIES.len() + 1);
+    }
+}
