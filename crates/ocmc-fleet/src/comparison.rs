@@ -16,6 +16,7 @@
 
 use super::clustering::Clusters;
 use super::dependence::Dependence;
+use super::pair::{Pair, row, side};
 use super::quantity::{NamedQuantity, shared_consumption};
 use super::ratio::student_975;
 use super::run::{RunPlan, records};
@@ -69,37 +70,6 @@ pub struct Comparison {
     pub a_failed: u64,
     /// Cycles that B did not complete.
     pub b_failed: u64,
-}
-
-/// One cycle in one study: its own value, where it has one, and what it adds to the two totals y
-/// and x of the mean.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Row {
-    cycle_id: u64,
-    value: Option<f64>,
-    y: f64,
-    x: f64,
-}
-
-/// One cycle in both studies.
-pub(super) type Pair = (Row, Row);
-
-/// What a cycle adds to the fleet's mean; none where it was not completed, or has nothing of the
-/// quantity.
-pub(super) fn row(quantity: &NamedQuantity, record: &Record) -> Option<Row> {
-    let (y, x) = quantity.totals(record)?;
-    Some(Row { cycle_id: record.cycle_id, value: quantity.of_cycle(record), y, x })
-}
-
-/// One side of the pairs: the fleet's mean, and each pair's residual after its cycle's id.
-pub(super) fn side(rows: impl Iterator<Item = Row> + Clone) -> Option<(f64, Vec<(u64, f64)>)> {
-    let n = rows.clone().count() as f64;
-    let y: f64 = rows.clone().map(|row| row.y).sum();
-    let x: f64 = rows.clone().map(|row| row.x).sum();
-    let ratio = y / x;
-    let residual = |row: Row| (row.cycle_id, (row.y - ratio * row.x) / (x / n));
-    let residuals = rows.map(residual).collect();
-    (x > 0.0).then_some((ratio, residuals))
 }
 
 /// Whether two values are the same but for rounding.

@@ -27,6 +27,7 @@ pub mod dependence;
 pub mod histogram;
 pub mod kaplan_meier;
 pub mod load;
+mod pair;
 pub mod parts;
 pub mod precision;
 pub mod quantile;

@@ -16,8 +16,8 @@
 //!
 //! Source: the delta method, A. W. van der Vaart, *Asymptotic Statistics* (1998), chapter 3 \[PK\].
 
-use super::comparison::{Pair, row, side};
 use super::dependence::Dependence;
+use super::pair::{Pair, row, side};
 use super::quantity::NamedQuantity;
 use super::ratio::NORMAL_975;
 use super::run::RunPlan;

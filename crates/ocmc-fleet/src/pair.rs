@@ -1,0 +1,35 @@
+//! Pairs of the same cycle in two studies, and what each side adds to the fleet's mean.
+
+use super::quantity::NamedQuantity;
+use ocmc_core::record::Record;
+
+/// One cycle in one study: its own value, where it has one, and what it adds to the two totals y
+/// and x of the mean.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Row {
+    pub cycle_id: u64,
+    pub value: Option<f64>,
+    pub y: f64,
+    pub x: f64,
+}
+
+/// One cycle in both studies.
+pub(crate) type Pair = (Row, Row);
+
+/// What a cycle adds to the fleet's mean; none where it was not completed, or has nothing of the
+/// quantity.
+pub(crate) fn row(quantity: &NamedQuantity, record: &Record) -> Option<Row> {
+    let (y, x) = quantity.totals(record)?;
+    Some(Row { cycle_id: record.cycle_id, value: quantity.of_cycle(record), y, x })
+}
+
+/// One side of the pairs: the fleet's mean, and each pair's residual after its cycle's id.
+pub(crate) fn side(rows: impl Iterator<Item = Row> + Clone) -> Option<(f64, Vec<(u64, f64)>)> {
+    let n = rows.clone().count() as f64;
+    let y: f64 = rows.clone().map(|row| row.y).sum();
+    let x: f64 = rows.clone().map(|row| row.x).sum();
+    let ratio = y / x;
+    let residual = |row: Row| (row.cycle_id, (row.y - ratio * row.x) / (x / n));
+    let residuals = rows.map(residual).collect();
+    (x > 0.0).then_some((ratio, residuals))
+}
