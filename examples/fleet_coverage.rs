@@ -7,6 +7,7 @@
 //! together, whose own error is 1/√FLEETS of an interval's.
 #![allow(clippy::print_stdout, reason = "the table is what it is for")]
 
+use ocmc_core::energy::Carrier;
 use ocmc_core::record::Record;
 use ocmc_fleet::dependence::Dependence;
 use ocmc_fleet::quantile::quantile;
@@ -46,7 +47,7 @@ fn main() {
         let ControlFlow::Continue(driven) =
             records::<Infallible>(&study, &plan, |_| ControlFlow::Continue(()));
         for record in &driven {
-            if let Some(value) = record.consumption_l_per_100km {
+            if let Some(value) = record.consumption(Carrier::LiquidFuel) {
                 litres += value * record.distance_m;
                 km += record.distance_m;
                 all.push(value);

@@ -3,6 +3,7 @@
 //! `cargo run --release --example guide_tables [CYCLES]`
 #![allow(clippy::print_stdout, reason = "its output is the guide's text")]
 
+use ocmc_core::energy::Carrier;
 use ocmc_core::kernel::drive::cpu::CpuLevel;
 use ocmc_core::powertrain::PowertrainKind;
 use ocmc_core::record::Record;
@@ -27,7 +28,7 @@ fn records(name: &str, sets: &[&str], cycles: u64) -> Vec<Record> {
 }
 
 fn litres(record: &Record) -> f64 {
-    record.consumption_l_per_100km.expect("a diesel truck")
+    record.consumption(Carrier::LiquidFuel).expect("a diesel truck")
 }
 
 fn mean_and_sd(values: &[f64]) -> (f64, f64) {
@@ -133,7 +134,7 @@ fn steps(cycles: u64) {
         };
         let (wheel, fuel, time) = (
             error(|r| r.wheel_energy_j),
-            error(|r| r.fuel_kg.expect("a diesel truck")),
+            error(|r| r.amount(Carrier::LiquidFuel).expect("a diesel truck")),
             error(|r| r.duration_s),
         );
         println!(
@@ -182,7 +183,10 @@ fn plausibility(cycles: u64) {
         let sum = |value: fn(&Record) -> f64| records.iter().map(value).sum::<f64>();
         let km = sum(|r| r.distance_m) / 1000.0;
         let fuel = &diesel.engine_model.fuel;
-        let per_100km = sum(|r| r.fuel_kg.expect("a diesel truck")) / fuel.density_kgpm3 * 1e5 / km;
+        let per_100km = sum(|r| r.amount(Carrier::LiquidFuel).expect("a diesel truck"))
+            / fuel.density_kgpm3
+            * 1e5
+            / km;
         let (_, sd) = mean_and_sd(&records.iter().map(litres).collect::<Vec<_>>());
         let gross =
             study.model().vehicle.curb_mass_kg + sum(|r| r.payload_kg) / records.len() as f64;

@@ -5,7 +5,8 @@
 //! `peers steps CYCLES [KEY=VALUE]...`, `peers follow < DRIVE.json`
 #![allow(clippy::print_stdout, reason = "its output is read by the benches' scripts")]
 
-use ocmc_core::energy_ledger::Term;
+use ocmc_core::energy::Carrier;
+use ocmc_core::energy::ledger::Term;
 use ocmc_core::kernel::drive::cpu::CpuLevel;
 use ocmc_core::kernel::drive::scheduler::drive_tasks;
 use ocmc_core::kernel::drive::trace::trace;
@@ -137,7 +138,7 @@ fn answers(cycles: u64, step_s: f64) -> Result<Value, Failure> {
         "simulated_s": column(|r| r.simulated_s),
         "distance_m": column(|r| r.distance_m),
         "wheel_energy_j": column(|r| r.wheel_energy_j),
-        "fuel_kg": column(|r| r.fuel_kg.unwrap_or(f64::NAN)),
+        "fuel_kg": column(|r| r.amount(Carrier::LiquidFuel).unwrap_or(f64::NAN)),
     }))
 }
 
@@ -193,7 +194,7 @@ fn drive_again(cycles: u64, rounds: u32, level: &str, sets: &[&str]) -> Result<(
         "simulated_s": sum(|r| r.simulated_s),
         "distance_m": sum(|r| r.distance_m),
         "wheel_energy_j": sum(|r| r.wheel_energy_j),
-        "fuel_kg": sum(|r| r.fuel_kg.unwrap_or(f64::NAN)),
+        "fuel_kg": sum(|r| r.amount(Carrier::LiquidFuel).unwrap_or(f64::NAN)),
     });
     println!("{answer}");
     Ok(())

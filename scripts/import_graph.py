@@ -24,7 +24,7 @@ STAGES = [
     "lanes",
     "validation",
     "special_functions",
-    "energy_ledger",
+    "energy",
     "record",
     "random",
     "distribution",

@@ -21,7 +21,7 @@ _STAGES = [
     (
         "Record",
         "totals of one driven cycle:\nfuel, time, each energy (or a trace)",
-        "kernel/ · powertrain/ · energy_ledger.rs",
+        "kernel/ · powertrain/ · energy/ledger.rs",
         BLUE,
     ),
     ("Summary", "the fleet: means with intervals,\nspread, quantiles, differences", "fleet/", SKY),

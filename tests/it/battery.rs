@@ -3,7 +3,8 @@
 
 use crate::common::electric_balance;
 use crate::others_data::shared;
-use ocmc_core::energy_ledger::Term;
+use ocmc_core::energy::Carrier;
+use ocmc_core::energy::ledger::Term;
 use ocmc_core::kernel::drive::scheduler::drive_scenario;
 use ocmc_core::prescribed::{DriveCycle, FollowedCycle, follow_planned, follow_study};
 use ocmc_core::record::{Outcome, Record};
@@ -41,7 +42,7 @@ fn hill(slope: f64, speed_mps: f64) -> DriveCycle {
 
 /// What leaves the store less everything that it went into, over what leaves it.
 fn open_share(record: &Record, sum: &FollowedCycle) -> f64 {
-    let store_j = record.battery_energy_j.unwrap();
+    let store_j = record.amount(Carrier::Electricity).unwrap();
     let spent = record.battery_loss_j.unwrap()
         + record.motor_loss_j.unwrap()
         + record.auxiliary_energy_j
@@ -61,7 +62,7 @@ fn forty_tonnes_on_long_haul_between_1_1_and_1_5_kwh_per_km() {
     let loaded = load(CASE, &[] as &[&str]).unwrap();
     let given = loaded.on_routes(&[file], &[], &[]).unwrap();
     let (record, sum) = follow_planned(&given.study, 1, 0);
-    let kwh = record.consumption_kwh_per_km.unwrap();
+    let kwh = record.consumption(Carrier::Electricity).unwrap();
     println!(
         "LongHaul 40 t: {kwh:.3} kWh/km, wheel {:.3}, back {:.3} kWh/km, charge {:.2} at the end, {:.0} s at the limit",
         record.wheel_kwh_per_km,
@@ -72,7 +73,7 @@ fn forty_tonnes_on_long_haul_between_1_1_and_1_5_kwh_per_km() {
     assert!((1.1..=1.5).contains(&kwh), "{kwh}");
     assert_eq!(record.outcome, Outcome::Completed);
     assert!(open_share(&record, &sum).abs() < 1e-9, "{}", open_share(&record, &sum));
-    assert!(record.fuel_kg.is_none() && record.co2_g_per_km.is_none());
+    assert!(record.amount(Carrier::LiquidFuel).is_none() && record.co2_g_per_km.is_none());
 }
 
 #[test]
@@ -84,7 +85,7 @@ fn a_driver_takes_the_same_truck_over_long_haul() {
             load(CASE, &[drag]).unwrap().on_routes(std::slice::from_ref(&file), &[], &[]).unwrap();
         let driven = drive_scenario(&given.study, given.study.sample(1, 0));
         let followed = follow_planned(&given.study, 1, 0).0;
-        let kwh = |record: &Record| record.consumption_kwh_per_km.unwrap();
+        let kwh = |record: &Record| record.consumption(Carrier::Electricity).unwrap();
         println!(
             "LongHaul 40 t, CdA {area_m2} m²: {:.3} kWh/km driven at {:.1} km/h, {:.3} followed at {:.1} km/h, {:.3} brought back, {} shifts",
             kwh(&driven),
@@ -107,10 +108,10 @@ fn a_driver_takes_the_same_truck_over_long_haul() {
 fn up_and_down_is_never_below_flat() {
     let study = study(&[]);
     let flat = follow_study(&study, 1, 0, &hill(0.0, 20.0)).0;
-    let mut before = flat.battery_energy_j.unwrap();
+    let mut before = flat.amount(Carrier::Electricity).unwrap();
     for slope in [0.005, 0.01, 0.02, 0.03, 0.04] {
         let (record, sum) = follow_study(&study, 1, 0, &hill(slope, 20.0));
-        let store = record.battery_energy_j.unwrap();
+        let store = record.amount(Carrier::Electricity).unwrap();
         assert!(store >= before * (1.0 - 1e-9), "{slope}: {store} {before}");
         assert!(open_share(&record, &sum).abs() < 1e-9);
         before = store;
@@ -167,7 +168,7 @@ fn an_empty_battery_is_an_outcome_and_charging_fills_it() {
     let arrives = 635.0 / (635.0 + 0.05 * 530.0);
     let charged_j = e.charged_energy_j.unwrap();
     assert!((charged_j / most / arrives - 1.0).abs() < 0.01, "{e:?}");
-    let wanted = 0.15 + (charged_j - e.battery_energy_j.unwrap()) / 1.944e9;
+    let wanted = 0.15 + (charged_j - e.amount(Carrier::Electricity).unwrap()) / 1.944e9;
     assert!((e.final_charge.unwrap() - wanted).abs() < 1e-9);
 }
 
@@ -185,7 +186,8 @@ fn cold_air_costs_and_no_corner_breaks() {
         );
         let (record, sum) = follow_study(&study(&[]), 1, 0, &cycle.unwrap());
         assert!(
-            record.battery_energy_j.unwrap().is_finite() && sum.ledger[Term::Missing].is_finite()
+            record.amount(Carrier::Electricity).unwrap().is_finite()
+                && sum.ledger[Term::Missing].is_finite()
         );
         assert!(record.final_charge.unwrap().is_finite());
     }

@@ -2,6 +2,7 @@
 //! kept, and what is cold drives and charges worse.
 
 use crate::common::{GivenRoad, column, electric_balance, run};
+use ocmc_core::energy::Carrier;
 use ocmc_core::kernel::drive::scheduler::drive_scenario;
 use ocmc_core::kernel::drive::trace::{trace, trace_scenario};
 use ocmc_core::record::{Outcome, Record};
@@ -67,7 +68,8 @@ fn a_temperature_without_effect_changes_nothing_but_its_columns() {
             assert_eq!(same, plain);
         }
         assert!((same.duration_s / plain.duration_s - 1.0).abs() < 1e-6, "{plain:?}");
-        let pair = [neutral.battery_energy_j, plain.battery_energy_j].map(Option::unwrap);
+        let pair = [neutral.amount(Carrier::Electricity), plain.amount(Carrier::Electricity)]
+            .map(Option::unwrap);
         assert!((pair[0] / pair[1] - 1.0).abs() < 1e-6, "{pair:?}");
     }
 }
@@ -101,7 +103,8 @@ fn on_cold_trips_the_balance_closes_and_heating_is_a_part_of_the_auxiliaries() {
         assert!(heating_j < record.auxiliary_energy_j && (stops == 0 || heating_j > 0.0));
         assert!(record.final_battery_temperature_k.unwrap() > 280.0, "{record:?}");
         assert!(without.battery_conditioning_energy_j.is_none());
-        more += record.consumption_kwh_per_km.unwrap() - without.consumption_kwh_per_km.unwrap();
+        more += record.consumption(Carrier::Electricity).unwrap()
+            - without.consumption(Carrier::Electricity).unwrap();
     }
     // up to a third more resistance, where 3 % were lost, and the heater
     let more = more / 16.0;

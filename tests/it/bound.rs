@@ -2,7 +2,7 @@
 
 use crate::common::{balance, diesel, study, typical};
 use crate::program::ocmc;
-use ocmc_core::energy_ledger::Term;
+use ocmc_core::energy::ledger::Term;
 use ocmc_core::powertrain::efficiency::{EfficiencyCurve, EfficiencyDriveline};
 use ocmc_core::powertrain::{Powertrain, ShiftConvention};
 use ocmc_core::prescribed::{Body, follow_scenario};

@@ -17,8 +17,8 @@ fn parts_add_up_to_the_whole() {
                     columns.parts().iter().enumerate().filter(|(_, part)| part.axis == axis);
                 let parts: Vec<usize> = of_axis.map(|(k, _)| k).collect();
                 assert!(!parts.is_empty(), "{name}");
-                for (place, amount) in columns.amounts().into_iter().enumerate() {
-                    let whole = record.whole(amount).unwrap();
+                for (place, amount) in columns.amounts().iter().enumerate() {
+                    let whole = record.whole(*amount).unwrap();
                     let amounts =
                         parts.iter().map(|k| record.breakdown.of_part(*k).unwrap()[place]);
                     let sum: f64 = amounts.sum();

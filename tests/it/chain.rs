@@ -4,6 +4,7 @@
 use crate::common::column;
 use crate::program::{ocmc, records};
 use ocmc_core::charging::ChargingPlace;
+use ocmc_core::energy::Carrier;
 use ocmc_core::kernel::drive::trace::trace;
 use ocmc_core::record::Record;
 use ocmc_core::study::Study;
@@ -91,7 +92,7 @@ fn a_truck_departs_with_what_its_depot_has_charged() {
     let alone = driven(&self::study(&[ALONE]), 4, 2);
     assert!(alone.iter().all(|record| record.departure_charge == Some(full)));
     assert!(records.iter().zip(&alone).all(|(a, b)| a.distance_m == b.distance_m || short > 0));
-    assert_eq!(records[0].battery_energy_j, alone[0].battery_energy_j);
+    assert_eq!(records[0].amount(Carrier::Electricity), alone[0].amount(Carrier::Electricity));
 }
 
 #[test]

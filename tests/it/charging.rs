@@ -2,6 +2,7 @@
 //! and nothing is charged that no meter counted.
 
 use crate::common::{GivenRoad, column, electric_balance, run};
+use ocmc_core::energy::Carrier;
 use ocmc_core::kernel::drive::cpu::CpuLevel;
 use ocmc_core::kernel::drive::scheduler::{drive, drive_scenario};
 use ocmc_core::kernel::drive::trace::{trace, trace_scenario};
@@ -129,7 +130,7 @@ fn on_sampled_trips_the_charge_keeps_its_bounds_and_the_energy_its_balance() {
         let [depot_j, public_j, stop_j] = parts.map(Option::unwrap);
         let total_j = record.charged_energy_j.unwrap();
         assert!((depot_j + public_j + stop_j - total_j).abs() < 1e-9 * total_j);
-        let way_j = public_j + stop_j - record.battery_energy_j.unwrap();
+        let way_j = public_j + stop_j - record.amount(Carrier::Electricity).unwrap();
         let charge = record.final_charge.unwrap();
         assert!((initial + way_j / capacity_j - charge).abs() < 1e-9, "{record:?}");
         if record.outcome == Outcome::Completed {

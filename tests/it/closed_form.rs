@@ -2,7 +2,7 @@
 
 use crate::common::{GivenRoad, column, diesel, typical};
 use fearless_simd::{Level, dispatch, prelude::*};
-use ocmc_core::energy_ledger::Term;
+use ocmc_core::energy::ledger::Term;
 use ocmc_core::kernel::drive::trace::trace_scenario;
 use ocmc_core::kernel::step::road_row::RoadRow;
 use ocmc_core::kernel::step::state::{KernelParameters, State};

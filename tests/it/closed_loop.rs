@@ -3,6 +3,7 @@
 
 use crate::common::{GivenRoad, column, mean_and_error, run, study, typical};
 use ocmc_core::driver::speed_change::Rise;
+use ocmc_core::energy::Carrier;
 use ocmc_core::kernel::drive::scheduler::drive_scenario;
 use ocmc_core::kernel::drive::trace::{Trace, trace_scenario};
 use ocmc_core::record::Outcome;
@@ -480,7 +481,7 @@ fn held_throttle_a_brake_held_as_printed_costs_fuel() {
     };
     let fuel = |study: &ocmc_core::study::Study| {
         let records = run(study, 60);
-        records.iter().map(|r| r.fuel_kg.unwrap()).sum::<f64>()
+        records.iter().map(|r| r.amount(Carrier::LiquidFuel).unwrap()).sum::<f64>()
             / records.iter().map(|r| r.distance_m).sum::<f64>()
     };
     let (throttle, paper) = (fuel(&sets("throttle")), fuel(&sets("paper")));

@@ -2,6 +2,7 @@
 //! what comes back, and an empty battery.
 
 use crate::common::{GivenRoad, column, electric_balance, run};
+use ocmc_core::energy::Carrier;
 use ocmc_core::kernel::drive::cpu::CpuLevel;
 use ocmc_core::kernel::drive::scheduler::{drive, drive_scenario};
 use ocmc_core::kernel::drive::trace::{Trace, trace, trace_scenario};
@@ -103,7 +104,9 @@ fn energy_closes_to_1e_9_with_every_electric_vehicle_and_nothing_is_nan() {
                     }
                 }
                 assert!(record.regenerated_energy_j.unwrap() > 0.0);
-                assert!(record.fuel_kg.is_none() && record.co2_g_per_km.is_none());
+                assert!(
+                    record.amount(Carrier::LiquidFuel).is_none() && record.co2_g_per_km.is_none()
+                );
                 assert!(record.engine_brake_energy_j.is_none() && record.clutch_loss_j.is_none());
             }
         }
@@ -125,7 +128,7 @@ fn the_trace_sums_up_to_the_record_exactly() {
         assert!(sum("shift_loss_added_j") == record.shift_loss_j.unwrap());
         assert!(sum("service_brake_energy_added_j") == record.service_brake_energy_j);
         assert!(sum("wheel_energy_added_j") == record.wheel_energy_j);
-        assert!(sum("battery_energy_added_j") == record.battery_energy_j.unwrap());
+        assert!(sum("battery_energy_added_j") == record.amount(Carrier::Electricity).unwrap());
         assert!(sum("battery_loss_added_j") == record.battery_loss_j.unwrap());
         assert!(sum("motor_loss_added_j") == record.motor_loss_j.unwrap());
         assert!(sum("regenerated_energy_added_j") == record.regenerated_energy_j.unwrap());
@@ -237,7 +240,9 @@ fn what_comes_back_downhill_is_limited_by_power_and_by_a_full_battery() {
     assert!(back(&full) < 0.2 * back(&free), "{} {}", back(&full), back(&free));
     for less in [&motor, &battery, &full] {
         assert!(less.service_brake_energy_j > free.service_brake_energy_j);
-        assert!(less.battery_energy_j.unwrap() > free.battery_energy_j.unwrap());
+        assert!(
+            less.amount(Carrier::Electricity).unwrap() > free.amount(Carrier::Electricity).unwrap()
+        );
     }
 }
 
@@ -249,7 +254,7 @@ fn up_and_down_is_never_below_flat() {
         let record = driven(&study, &road(10_000.0, 70.0, &hill));
         assert_eq!(record.outcome, Outcome::Completed);
         assert!(record.potential_change_j.abs() < 40_000.0 * 9.81 * 0.1);
-        record.battery_energy_j.unwrap()
+        record.amount(Carrier::Electricity).unwrap()
     };
     let mut before = store(0.0);
     for slope in [0.005, 0.01, 0.02, 0.03, 0.04] {
@@ -280,7 +285,7 @@ fn an_empty_battery_is_an_outcome_and_charging_at_a_stop_fills_it() {
     let arrives = 350e3 * 1800.0 * 631.0 / (631.0 + 0.05 * 533.0);
     assert!((gained / arrives - 1.0).abs() < 0.01, "{gained} {arrives}");
     let capacity = electric(&study).model.battery.capacity_j;
-    let end = 0.12 + (gained - charged.battery_energy_j.unwrap()) / capacity;
+    let end = 0.12 + (gained - charged.amount(Carrier::Electricity).unwrap()) / capacity;
     assert!((charged.final_charge.unwrap() - end).abs() < 1e-9);
     assert!(electric_balance(&charged).abs() < 1e-9);
     assert!(charged.charging_loss_j.unwrap() > 0.0);
@@ -377,10 +382,10 @@ fn a_trip_cut_short_is_driven_to_its_end_with_a_battery_that_never_empties() {
         if own.outcome == Outcome::Depleted {
             assert!(own.distance_m < deep.distance_m);
             assert_eq!(own.whole_trip_m, Some(deep.distance_m));
-            assert_eq!(own.whole_trip_kwh_per_km, deep.consumption_kwh_per_km);
+            assert_eq!(own.whole_trip_kwh_per_km, deep.consumption(Carrier::Electricity));
         } else {
             assert_eq!(own.whole_trip_m, Some(own.distance_m));
-            assert_eq!(own.whole_trip_kwh_per_km, own.consumption_kwh_per_km);
+            assert_eq!(own.whole_trip_kwh_per_km, own.consumption(Carrier::Electricity));
         }
     }
     // alone, and in a trace, it is the same record
@@ -396,7 +401,7 @@ fn a_trip_cut_short_is_driven_to_its_end_with_a_battery_that_never_empties() {
         let total = |f: &dyn Fn(&Record) -> f64| own.iter().map(f).sum::<f64>();
         total(&|r| kwh(r) * m(r)) / total(m)
     };
-    let driven = over(&|r| r.consumption_kwh_per_km.unwrap(), &|r| r.distance_m);
+    let driven = over(&|r| r.consumption(Carrier::Electricity).unwrap(), &|r| r.distance_m);
     let whole = over(&|r| r.whole_trip_kwh_per_km.unwrap(), &|r| r.whole_trip_m.unwrap());
     assert!((mean("consumption_kwh_per_km") - driven).abs() < 1e-12);
     assert!((mean("whole_trip_kwh_per_km") - whole).abs() < 1e-12);

@@ -2,7 +2,8 @@
 
 use crate::common::{balance, column, diesel, electric_balance, run, start_speeds_radps, study};
 use fearless_simd::{Level, dispatch, prelude::*};
-use ocmc_core::energy_ledger::{Ledger, Place, Recorded, TERMS, Term};
+use ocmc_core::energy::Carrier;
+use ocmc_core::energy::ledger::{Ledger, Place, Recorded, TERMS, Term};
 use ocmc_core::kernel::drive::trace::trace;
 use ocmc_core::lanes::Lanes;
 use ocmc_core::powertrain::diesel::engine::Engine;
@@ -13,7 +14,7 @@ fn energy_closes_to_1e_9_in_every_built_in_study_and_nothing_is_nan() {
     for built_in in ocmc_io::study::list() {
         let study = study(built_in.name, &[]);
         for record in run(&study, 200) {
-            let open = if record.battery_energy_j.is_some() {
+            let open = if record.amount(Carrier::Electricity).is_some() {
                 electric_balance(&record)
             } else {
                 balance(&record)
@@ -56,15 +57,15 @@ fn the_declared_terms_close_the_balance_and_sum_up_to_the_record() {
                 assert_eq!(recorded, Cell::Number(Some(sum)), "{name}");
             }
         }
-        let is_electric = trace.record.battery_energy_j.is_some();
+        let is_electric = trace.record.amount(Carrier::Electricity).is_some();
         let source = if is_electric { Term::Battery } else { Term::Crankshaft };
-        let open_j = ledger.open_balance_j(source, trace.record.kinetic_change_j);
+        let open_j = ledger.open_balance_j(&[source], trace.record.kinetic_change_j);
         assert!((open_j / ledger[source]).abs() < 1e-9, "{}: {open_j}", built_in.name);
         // each term of the balance is needed
         for declared in TERMS.iter().filter(|declared| declared.place == Place::Loss) {
             let mut without = ledger;
             without[declared.term] = 0.0;
-            let open_j = without.open_balance_j(source, trace.record.kinetic_change_j);
+            let open_j = without.open_balance_j(&[source], trace.record.kinetic_change_j);
             let share = ledger[declared.term] / ledger[source];
             assert!((open_j / ledger[source] - share).abs() < 1e-9, "{:?}", declared.term);
         }
@@ -108,7 +109,7 @@ fn the_trace_sums_up_to_the_record_exactly() {
         let record = &records[id as usize];
         assert_eq!(&trace.record, record);
         let sum = |name| column(&trace, name).iter().fold(0.0, |sum, value| sum + value);
-        assert!(sum("fuel_added_kg") == record.fuel_kg.unwrap());
+        assert!(sum("fuel_added_kg") == record.amount(Carrier::LiquidFuel).unwrap());
         assert!(sum("distance_added_m") == record.distance_m);
         assert!(sum("simulated_added_s") == record.simulated_s);
         assert!(sum("crankshaft_work_added_j") == record.crankshaft_work_j.unwrap());
@@ -161,6 +162,6 @@ fn fuel_is_the_map_evaluated_again_on_the_trace() {
             assert!(close, "row {k}: {} {}", rate * step[k], fuel[k]);
             again += rate * step[k];
         }
-        assert!((again / trace.record.fuel_kg.unwrap() - 1.0).abs() < 1e-6);
+        assert!((again / trace.record.amount(Carrier::LiquidFuel).unwrap() - 1.0).abs() < 1e-6);
     }
 }

@@ -1,6 +1,7 @@
 //! Comparison, sensitivity and precision, as a user of the command meets them.
 
 use crate::program::{SHORT, ocmc, records, run_into};
+use ocmc_core::energy::Carrier;
 use ocmc_core::random::LAST_CYCLE_ID;
 use ocmc_core::record::{Outcome, Record};
 use serde_json::Value;
@@ -136,7 +137,7 @@ fn the_worst_case_is_no_better_than_what_the_failed_cycles_show() {
     let failed: Vec<f64> = records
         .iter()
         .filter(|record| record.outcome != Outcome::Completed)
-        .filter_map(|record| record.consumption_l_per_100km)
+        .filter_map(|record| record.consumption(Carrier::LiquidFuel))
         .collect();
     assert_eq!(answer["worst_case"]["cycles"], failed.len());
     assert!(failed.len() > 20, "most are timed out: {}", failed.len());

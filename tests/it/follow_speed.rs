@@ -2,6 +2,7 @@
 //! saturated.
 
 use crate::program::{ocmc, records};
+use ocmc_core::energy::Carrier;
 use ocmc_core::record::{COLUMNS, Cell, Outcome, Record};
 use std::fmt::Write;
 use std::fs;
@@ -137,7 +138,10 @@ fn a_driver_rests_at_both_ends_of_the_cycle() {
         assert_eq!((record.standstill_s, record.n_stops), (310.0, 2));
         assert_eq!((other.standstill_s, other.n_stops), (0.0, 0));
         assert!((record.distance_m - other.distance_m).abs() < 1.0, "{}", record.distance_m);
-        assert!(record.fuel_kg > other.fuel_kg, "an engine that idles");
+        assert!(
+            record.amount(Carrier::LiquidFuel) > other.amount(Carrier::LiquidFuel),
+            "an engine that idles"
+        );
     }
     let work = |all: &[Record]| all.iter().map(|record| record.wheel_energy_j).sum::<f64>();
     let more = work(&rests) / work(&moves) - 1.0;
@@ -186,8 +190,8 @@ fn a_cycle_that_never_moves_has_no_consumption() {
         .success();
     for record in records(&out.join("records.parquet")) {
         assert_eq!((record.distance_m, record.standstill_s), (0.0, 120.0));
-        assert_eq!((record.consumption_l_per_100km, record.co2_g_per_km), (None, None));
-        assert!(record.fuel_kg.expect("an engine that idles") > 0.0);
+        assert_eq!((record.consumption(Carrier::LiquidFuel), record.co2_g_per_km), (None, None));
+        assert!(record.amount(Carrier::LiquidFuel).expect("an engine that idles") > 0.0);
     }
 }
 

@@ -3,6 +3,7 @@
 
 use crate::common::run;
 use crate::others_data::shared;
+use ocmc_core::energy::Carrier;
 use ocmc_core::kernel::drive::scheduler::drive_scenario;
 use ocmc_core::operating_cycle::route::Keep;
 use ocmc_core::record::{COLUMNS, Cell, Outcome};
@@ -149,7 +150,7 @@ fn what_is_turned_off_is_off_on_a_route_that_keeps_it() {
     let litres = |without: &str| {
         let sets = [format!("simulation.without=[{without}]")];
         let study = on_csv(&text, &[&sets[0]], &Keep::ALL).unwrap();
-        drive_scenario(&study, study.sample(1, 17)).fuel_kg.unwrap()
+        drive_scenario(&study, study.sample(1, 17)).amount(Carrier::LiquidFuel).unwrap()
     };
     let all = litres("");
     for part in ["\"weather\"", "\"traffic\""] {
@@ -193,11 +194,12 @@ fn every_built_in_vehicle_drives_the_default_roads() {
             assert_eq!(record.outcome, Outcome::Completed, "{} {}", vehicle.name, record.cycle_id);
             // of what the store gives, and of what braking brings back, a fifth at least comes to
             // the wheels and not more than all
-            let store = record.fuel_energy_j.or(record.battery_energy_j).unwrap();
+            let store = record.fuel_energy_j.or(record.amount(Carrier::Electricity)).unwrap();
             let given = store + record.regenerated_energy_j.unwrap_or(0.0);
             let share = record.wheel_energy_j / given;
             assert!((0.2..1.0).contains(&share), "{} {share} {given}", vehicle.name);
-            let energy = record.fuel_energy_j.is_some() != record.battery_energy_j.is_some();
+            let energy =
+                record.fuel_energy_j.is_some() != record.amount(Carrier::Electricity).is_some();
             assert!(energy, "{}: one store", vehicle.name);
         }
     }

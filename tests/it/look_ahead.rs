@@ -1,6 +1,7 @@
 //! Looking ahead: each switch saves, does what it says where it says it, and nothing is lost.
 
 use crate::common::{GivenRoad, balance, column, diesel, run, study, typical};
+use ocmc_core::energy::Carrier;
 use ocmc_core::kernel::drive::scheduler::drive_scenario;
 use ocmc_core::kernel::drive::trace::{Trace, trace_scenario};
 use ocmc_core::record::{Outcome, Record};
@@ -20,7 +21,7 @@ fn with(switch: &str) -> Study {
 fn fuel_kg(study: &Study, road: &GivenRoad) -> f64 {
     let record = drive_scenario(study, road.scenario(study));
     assert_eq!(record.outcome, Outcome::Completed);
-    record.fuel_kg.unwrap()
+    record.amount(Carrier::LiquidFuel).unwrap()
 }
 
 fn traced(study: &Study, road: &GivenRoad) -> Trace {
@@ -36,7 +37,10 @@ fn each_switch_saves_on_the_default_fleet_and_energies_balance() {
         let differences: Vec<f64> = with
             .iter()
             .zip(&without)
-            .map(|(a, b)| a.fuel_kg.unwrap() / b.fuel_kg.unwrap() - 1.0)
+            .map(|(a, b)| {
+                a.amount(Carrier::LiquidFuel).unwrap() / b.amount(Carrier::LiquidFuel).unwrap()
+                    - 1.0
+            })
             .collect();
         let n = differences.len() as f64;
         let mean = differences.iter().sum::<f64>() / n;

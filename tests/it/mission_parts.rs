@@ -1,6 +1,7 @@
 //! Parts of a mission: cargo that changes at stops, and bodies that work there.
 
 use crate::common::{GivenRoad, balance, diesel, electric_balance, run, study, typical};
+use ocmc_core::energy::Carrier;
 use ocmc_core::kernel::drive::cpu::CpuLevel;
 use ocmc_core::kernel::drive::scheduler::{drive, drive_scenario};
 use ocmc_core::kernel::drive::trace::{trace, trace_scenario};
@@ -51,7 +52,10 @@ fn a_round_takes_what_its_legs_take_one_by_one() {
         assert!((have / want - 1.0).abs() < 1e-3, "{have} for {want}");
     };
     // at the end of a trip the engine idles on for nothing: legs differ by the metre of the lines
-    close(round.fuel_kg.unwrap(), sum(|r| r.fuel_kg.unwrap()) + 180.0 * idle_kgps);
+    close(
+        round.amount(Carrier::LiquidFuel).unwrap(),
+        sum(|r| r.amount(Carrier::LiquidFuel).unwrap()) + 180.0 * idle_kgps,
+    );
     close(round.rolling_energy_j, sum(|r| r.rolling_energy_j));
     close(round.potential_change_j, sum(|r| r.potential_change_j));
     close(round.wheel_energy_j, sum(|r| r.wheel_energy_j));
@@ -59,12 +63,12 @@ fn a_round_takes_what_its_legs_take_one_by_one() {
     assert!(balance(&round).abs() < 1e-9);
     // what rolls and climbs is what is carried
     let heavy = drive_scenario(&study, road(15_000.0, 24_300.0).scenario(&study));
-    assert!(round.fuel_kg < heavy.fuel_kg);
+    assert!(round.amount(Carrier::LiquidFuel) < heavy.amount(Carrier::LiquidFuel));
     let mean_kg = round.mean_payload_kg.unwrap();
     assert!((mean_kg - (6.0 * 24_300.0 + 4.0 * 12_000.0) / 15.0).abs() < 5.0, "{mean_kg}");
     assert_eq!(round.payload_kg, 24_300.0);
-    let per_tkm = round.consumption_l_per_100tkm.unwrap() * mean_kg / 1000.0;
-    close(per_tkm, round.consumption_l_per_100km.unwrap());
+    let per_tkm = round.consumption_per_tonne(Carrier::LiquidFuel).unwrap() * mean_kg / 1000.0;
+    close(per_tkm, round.consumption(Carrier::LiquidFuel).unwrap());
 }
 
 #[test]
@@ -109,7 +113,7 @@ fn books_close_and_a_trace_is_the_record_with_parts_on_all_processors() {
     for study in both {
         let records = run(&study, 24);
         for record in &records {
-            let is_electric = record.battery_energy_j.is_some();
+            let is_electric = record.amount(Carrier::Electricity).is_some();
             let open = if is_electric { electric_balance(record) } else { balance(record) };
             assert!(open.abs() < 1e-9, "{open} {record:?}");
             let works = record.power_take_off_energy_j.unwrap() / (8000.0 * 240.0);
@@ -144,7 +148,8 @@ fn a_body_takes_its_power_from_the_engine_at_its_speed_and_is_cut_at_full_load()
     let idle_radps = diesel.engine_model.idle_speed_radps;
     let stands_s = 9.0 * 300.0;
     let more_kg = stands_s * (rate(105.0, auxiliary_w + 30e3) - rate(idle_radps, auxiliary_w));
-    let found_kg = works.fuel_kg.unwrap() - plain.fuel_kg.unwrap();
+    let found_kg =
+        works.amount(Carrier::LiquidFuel).unwrap() - plain.amount(Carrier::LiquidFuel).unwrap();
     assert!((found_kg / more_kg - 1.0).abs() < 1e-9, "{found_kg} {more_kg}");
     assert_eq!(works.power_take_off_energy_j, Some(stands_s * 30e3));
     assert_eq!(works.duration_s, plain.duration_s);
@@ -172,7 +177,8 @@ fn a_body_draws_from_the_battery_and_the_forecast_of_a_driver_knows_it() {
     };
     let (plain, works) = (of("0"), of("20000"));
     let work_j = works.power_take_off_energy_j.unwrap();
-    let more_j = works.battery_energy_j.unwrap() - plain.battery_energy_j.unwrap();
+    let more_j =
+        works.amount(Carrier::Electricity).unwrap() - plain.amount(Carrier::Electricity).unwrap();
     assert!(work_j > 0.0 && plain.power_take_off_energy_j == Some(0.0));
     assert!((1.0..1.05).contains(&(more_j / work_j)), "{more_j} {work_j}");
     // what a way takes whatever its consumption: mass times climb, leg by leg, and the work

@@ -3,6 +3,7 @@
 
 use crate::common::{column, run, study};
 use crate::program::ocmc;
+use ocmc_core::energy::Carrier;
 use ocmc_core::kernel::drive::trace::trace;
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::road::curvature::Curve;
@@ -81,7 +82,7 @@ fn fuel(path: &Path) -> f64 {
     let records = run(&study, 20);
     assert!(records.iter().all(|record| record.outcome.counts()), "{}", path.display());
     let total = |of: fn(&ocmc_core::record::Record) -> f64| records.iter().map(of).sum::<f64>();
-    total(|record| record.fuel_kg.unwrap()) / total(|record| record.distance_m)
+    total(|record| record.amount(Carrier::LiquidFuel).unwrap()) / total(|record| record.distance_m)
 }
 
 #[test]

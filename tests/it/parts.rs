@@ -1,6 +1,7 @@
 //! Turning a part off changes the records, in the physically right direction.
 
 use crate::common::{mean_and_error, run, sd, study};
+use ocmc_core::energy::Carrier;
 use ocmc_core::record::Record;
 
 const CYCLES: u64 = 300;
@@ -10,7 +11,7 @@ fn without(part: &str) -> Vec<Record> {
 }
 
 fn litres(records: &[Record]) -> Vec<f64> {
-    records.iter().map(|r| r.consumption_l_per_100km.unwrap()).collect()
+    records.iter().map(|r| r.consumption(Carrier::LiquidFuel).unwrap()).collect()
 }
 
 /// Paired mean difference b − a and its standard error.
@@ -22,7 +23,7 @@ fn paired(a: &[Record], b: &[Record], value: fn(&Record) -> f64) -> (f64, f64) {
 #[test]
 fn each_part_matters_in_the_right_direction() {
     let all = run(&study("field-truck", &[]), CYCLES);
-    let fuel: fn(&Record) -> f64 = |r| r.consumption_l_per_100km.unwrap();
+    let fuel: fn(&Record) -> f64 = |r| r.consumption(Carrier::LiquidFuel).unwrap();
     let time: fn(&Record) -> f64 = |r| r.duration_s;
     // without slope, curves, stops and bumps a truck brakes less: less fuel
     for part in ["slope", "curves", "stop_signs", "give_ways", "traffic_lights", "speed_bumps"] {
@@ -58,7 +59,8 @@ fn january_differs_from_july_and_rush_hour_from_night() {
         run(&study("field-truck", &[&format!("mission.departure_day_of_year={day}")]), CYCLES)
     };
     let (january, july) = (on_day(15), on_day(196));
-    let (difference, error) = paired(&july, &january, |r| r.consumption_l_per_100km.unwrap());
+    let (difference, error) =
+        paired(&july, &january, |r| r.consumption(Carrier::LiquidFuel).unwrap());
     assert!(difference > 4.0 * error, "{difference} +- {error}");
     let (colder, _) = paired(&july, &january, |r| r.air_temperature_k);
     assert!(colder < -10.0);

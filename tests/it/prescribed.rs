@@ -3,7 +3,8 @@
 
 use crate::common::{balance, electric_balance, typical};
 use crate::others_data::{shared, skipped};
-use ocmc_core::energy_ledger::Term;
+use ocmc_core::energy::Carrier;
+use ocmc_core::energy::ledger::Term;
 use ocmc_core::powertrain::efficiency::{EfficiencyCurve, EfficiencyDriveline};
 use ocmc_core::powertrain::{GearOrder, ShiftConvention};
 use ocmc_core::prescribed::{
@@ -74,7 +75,7 @@ fn the_balance_closes() {
         let missing = sum.ledger[Term::Missing] / record.crankshaft_work_j.unwrap();
         assert!((balance(&record) + missing).abs() < 1e-9, "{cycle_id} {}", balance(&record));
         assert!(record.n_stops >= 10 && record.n_gear_shifts > 50);
-        assert!(record.consumption_l_per_100km.unwrap() > 10.0);
+        assert!(record.consumption(Carrier::LiquidFuel).unwrap() > 10.0);
     }
 }
 
@@ -85,7 +86,7 @@ fn the_balance_in_the_records_closes_where_the_powertrain_is_saturated() {
         for cycle_id in 0..8 {
             let record = follow_study(study, 1, cycle_id, &cycle).0;
             let missing_j = record.missing_energy_j.unwrap();
-            let (open, of_j) = match record.battery_energy_j {
+            let (open, of_j) = match record.amount(Carrier::Electricity) {
                 Some(store_j) => {
                     (electric_balance(&record), store_j.abs().max(record.wheel_energy_j))
                 }
@@ -137,7 +138,7 @@ fn ordered_gears_are_driven_and_both_conventions_balance() {
     // the wheels are none of the convention's business
     assert!((lost_j[2] / returned_j[2] - 1.0).abs() < 1e-3);
     // an engine that is let go burns nothing until it idles: then the gaps that VECTO counts cost
-    assert!(returned.0.fuel_kg != lost.0.fuel_kg);
+    assert!(returned.0.amount(Carrier::LiquidFuel) != lost.0.amount(Carrier::LiquidFuel));
 }
 
 #[test]
@@ -261,7 +262,7 @@ fn the_petrol_car_burns_what_fastsim_says() {
             "{cycle}: here {:.3} MJ at the wheels, {:.3} of fuel, {:.2} L/100 km; FASTSim {:.3} and {:.3}",
             sum.ledger[Term::Wheel] / 1e6,
             sum.ledger[Term::FuelEnergy] / 1e6,
-            record.consumption_l_per_100km.unwrap(),
+            record.consumption(Carrier::LiquidFuel).unwrap(),
             theirs("wheel_j") / 1e6,
             theirs("fuel_j") / 1e6
         );
@@ -295,7 +296,7 @@ fn a_fleet_of_petrol_cars_burns_what_the_car_does_in_town_and_on_highways() {
     assert!(completed.len() >= 99, "{}", completed.len());
     let sum = |of: fn(&Record) -> f64| completed.iter().map(|record| of(record)).sum::<f64>();
     let km = sum(|record| record.distance_m) / 1000.0;
-    let mean = sum(|record| record.fuel_kg.unwrap()) / 0.745 / km * 100.0;
+    let mean = sum(|record| record.amount(Carrier::LiquidFuel).unwrap()) / 0.745 / km * 100.0;
     let speed_kmh = 3600.0 * km / sum(|record| record.duration_s);
     let outside = sum(|record| record.outside_map_s.unwrap()) / sum(|record| record.simulated_s);
     println!("{mean:.2} L/100 km at {speed_kmh:.1} km/h, {outside:.5} beyond the map");

@@ -1,6 +1,7 @@
 //! What `--out` leaves behind: records in both formats, the manifest, the summary.
 
 use crate::program::{ocmc, records, run_into};
+use ocmc_core::energy::Carrier;
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
@@ -20,9 +21,13 @@ fn both_formats_hold_the_same_values() {
     assert_eq!(from_csv.len(), 120);
     assert!(from_csv == from_parquet);
     assert!(from_csv.iter().enumerate().all(|(k, record)| record.cycle_id == k as u64));
-    assert!(from_csv.iter().any(|record| record.fuel_kg.is_some_and(|fuel| fuel > 0.0)));
     assert!(
-        from_csv.iter().all(|record| record.battery_energy_j.is_none()),
+        from_csv
+            .iter()
+            .any(|record| record.amount(Carrier::LiquidFuel).is_some_and(|fuel| fuel > 0.0))
+    );
+    assert!(
+        from_csv.iter().all(|record| record.amount(Carrier::Electricity).is_none()),
         "a diesel has no battery"
     );
 }
@@ -69,8 +74,9 @@ fn the_summary_is_the_answer_in_json() {
     assert_eq!(summary["study_hash"], json(&out.join("manifest.json"))["study_hash"]);
     // the fleet's mean is total fuel over total distance
     let rows = records(&out.join("records.parquet"));
-    let litres =
-        |r: &ocmc_core::record::Record| r.consumption_l_per_100km.expect("a diesel") * r.distance_m;
+    let litres = |r: &ocmc_core::record::Record| {
+        r.consumption(Carrier::LiquidFuel).expect("a diesel") * r.distance_m
+    };
     let mean =
         rows.iter().map(litres).sum::<f64>() / rows.iter().map(|r| r.distance_m).sum::<f64>();
     let printed =

@@ -2,7 +2,8 @@
 //! tables of `docs/src/vecto-comparison.md`: `cargo test -p ocmc --test it vecto -- --nocapture`.
 
 use crate::others_data::shared;
-use ocmc_core::energy_ledger::Term;
+use ocmc_core::energy::Carrier;
+use ocmc_core::energy::ledger::Term;
 use ocmc_core::kernel::drive::scheduler::drive_scenario;
 use ocmc_core::prescribed::{DriveCycle, follow_study};
 use ocmc_core::record::{Outcome, Record};
@@ -36,7 +37,7 @@ fn driven(file: &Path, sets: &[&str]) -> Record {
 }
 
 fn litres(record: &Record) -> f64 {
-    record.consumption_l_per_100km.unwrap()
+    record.consumption(Carrier::LiquidFuel).unwrap()
 }
 
 fn held(table: &[(f64, f64); 4], speed_mps: f64) -> f64 {

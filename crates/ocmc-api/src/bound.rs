@@ -211,7 +211,7 @@ fn row(bound: &Bound, potential: Option<Potential>, alone: bool) -> Row {
     let duration = |figure: &Figure| figure.duration_s;
     let cycle = CycleBound {
         cycle_id: bound.cycle_id,
-        simulated_energy_j: record.fuel_energy_j.or(record.battery_energy_j),
+        simulated_energy_j: record.stored_energy_j(),
         driver_energy_j: driver.energy_j,
         bound_energy_j: optimum.energy_j,
         driver_duration_s: duration(driver),

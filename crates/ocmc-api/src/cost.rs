@@ -204,17 +204,16 @@ fn costed(
         cost.ok_or_else(|| Error::NothingToCost { study: name.clone(), cycles: plan.cycles })?;
     let has = |item: &str| cost.items.iter().any(|known| known.item == item);
     let charged = records.iter().any(charged_on_the_way);
-    let electric = loaded.model.vehicle.electric.is_some();
-    let mut unpriced = Vec::new();
-    for (used, item, key) in [
-        (!electric, "fuel", "cost.fuel_per_l"),
-        (electric, "depot_charging", "cost.depot_charging_per_kwh"),
-        (charged, "public_charging", "cost.public_charging_per_kwh"),
-    ] {
-        if used && !has(item) {
-            unpriced.push(format!("{name} uses energy without a price: `{key}` is not there"));
-        }
-    }
+    let used =
+        loaded.model.vehicle.carriers().iter().map(|carrier| match carrier.declaration().filled {
+            Some(keys) => ("fuel", keys.price),
+            None => ("depot_charging", "depot_charging_per_kwh"),
+        });
+    let on_the_way = charged.then_some(("public_charging", "public_charging_per_kwh"));
+    let unpriced = used.chain(on_the_way).filter(|(item, _)| !has(item));
+    let unpriced = unpriced
+        .map(|(_, key)| format!("{name} uses energy without a price: `cost.{key}` is not there"));
+    let unpriced = unpriced.collect();
     let costed =
         CostedStudy { study: name.clone(), study_hash: study_hash(&loaded.model), cost, unpriced };
     Ok(Driven { costing, trips, costed })

@@ -114,6 +114,7 @@ pub use word::{
     UNKNOWNS, Word, detectors,
 };
 
+pub use ocmc_core::energy::Carrier;
 pub use ocmc_core::kernel::drive::trace::TableColumn;
 pub use ocmc_core::record::Record;
 pub use ocmc_io::charging_table::{chargings_batch, loads_batch};

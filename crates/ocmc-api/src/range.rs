@@ -4,6 +4,7 @@ use crate::answer::Answer;
 use crate::error::Error;
 use crate::text::{fact, table, took};
 use crate::watch::{Watch, watched};
+use ocmc_core::energy::Carrier;
 use ocmc_core::record::Record;
 use ocmc_core::study::StudyModel;
 use ocmc_fleet::dependence::Dependence;
@@ -90,7 +91,8 @@ pub fn range(request: &RangeRequest, watch: &mut Watch) -> Result<RangeAnswer, E
     if study.model.mission.routes.is_empty() {
         let pilot = RunPlan::new(plan.seed, 0, PILOT, Some(plan.threads), None);
         let records = watched(PILOT, watch, |look| drive(&study.study, &pilot, look))?;
-        let used = |r: &Record| r.consumption_kwh_per_km.filter(|_| r.distance_m > SHORT_M);
+        let used =
+            |r: &Record| r.consumption(Carrier::Electricity).filter(|_| r.distance_m > SHORT_M);
         let least = records.iter().filter_map(used).fold(f64::INFINITY, f64::min).max(0.01);
         let simulation = &study.model.simulation;
         let speed_mps = study.model.driver.speed_limit.maximum_speed_mps;

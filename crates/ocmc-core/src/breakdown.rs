@@ -1,6 +1,7 @@
 //! What a cycle took on each road type and near each kind of event: distance, time, work at the
-//! wheels, and fuel or electricity. The parts of either add up to the whole.
+//! wheels, and what its stores gave. The parts of either add up to the whole.
 
+use crate::energy::carrier::{CARRIERS, Carrier, MOST_CARRIERS};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -45,14 +46,15 @@ pub enum Amount {
     Duration,
     /// Positive work at the wheels, in J.
     Wheel,
-    /// Fuel, in kg.
-    Fuel,
-    /// Energy that left the battery's store, in J.
-    Battery,
+    /// What was taken of a carrier, in the unit of its amount.
+    Taken(Carrier),
 }
 
-/// Amounts that a cycle has: the first three, and its source.
-pub const AMOUNTS: usize = 4;
+/// The amounts that every cycle has.
+const COMMON: [Amount; 3] = [Amount::Distance, Amount::Duration, Amount::Wheel];
+
+/// Most amounts that a cycle has: those of all cycles, and what its carriers gave.
+pub const MOST_AMOUNTS: usize = COMMON.len() + MOST_CARRIERS;
 
 impl Amount {
     /// The column of the whole.
@@ -61,8 +63,7 @@ impl Amount {
             Self::Distance => "distance_m",
             Self::Duration => "duration_s",
             Self::Wheel => "wheel_energy_j",
-            Self::Fuel => "fuel_kg",
-            Self::Battery => "battery_energy_j",
+            Self::Taken(carrier) => carrier.declaration().amount.name,
         }
     }
 }
@@ -76,23 +77,24 @@ pub struct Part {
     pub name: String,
 }
 
-/// The columns of a breakdown: for each part its [`AMOUNTS`].
+/// The columns of a breakdown: for each part its amounts.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BreakdownColumns {
     parts: Vec<Part>,
-    amounts: [Amount; AMOUNTS],
+    amounts: Vec<Amount>,
     names: Vec<String>,
 }
 
 impl BreakdownColumns {
-    /// Of these parts; `source`: fuel or battery.
-    pub fn new(parts: Vec<Part>, source: Amount) -> Self {
-        let amounts = [Amount::Distance, Amount::Duration, Amount::Wheel, source];
-        let of = |part: &Part| {
-            let Part { axis, name } = part;
-            amounts.map(|amount| format!("{}_{}{name}", amount.column(), axis.prefix()))
-        };
-        let names = parts.iter().flat_map(of).collect();
+    /// Of these parts, where trucks store these carriers.
+    pub fn new(parts: Vec<Part>, carriers: &[Carrier]) -> Self {
+        let taken = carriers.iter().copied().map(Amount::Taken);
+        let amounts: Vec<Amount> = COMMON.into_iter().chain(taken).collect();
+        let mut names = Vec::with_capacity(parts.len() * amounts.len());
+        for Part { axis, name } in &parts {
+            let of = |amount: &Amount| format!("{}_{}{name}", amount.column(), axis.prefix());
+            names.extend(amounts.iter().map(of));
+        }
         Self { parts, amounts, names }
     }
 
@@ -108,9 +110,9 @@ impl BreakdownColumns {
             None => Part { axis: Axis::RoadType, name: name.to_owned() },
         };
         let parts: Vec<Part> = found(Amount::Distance).map(part).collect();
-        let is_fuel = found(Amount::Fuel).next().is_some();
-        let source = if is_fuel { Amount::Fuel } else { Amount::Battery };
-        let columns = Self::new(parts, source);
+        let carriers = CARRIERS.iter().map(|declared| declared.carrier);
+        let taken = carriers.filter(|carrier| found(Amount::Taken(*carrier)).next().is_some());
+        let columns = Self::new(parts, &taken.collect::<Vec<_>>());
         let is_there = |column: &String| names.clone().any(|name| name == column);
         let whole = !columns.parts.is_empty() && columns.names.iter().all(is_there);
         whole.then(|| Arc::new(columns))
@@ -122,8 +124,16 @@ impl BreakdownColumns {
     }
 
     /// The amounts of each part.
-    pub fn amounts(&self) -> [Amount; AMOUNTS] {
-        self.amounts
+    pub fn amounts(&self) -> &[Amount] {
+        &self.amounts
+    }
+
+    /// The carriers of which each part took something.
+    pub fn carriers(&self) -> impl Iterator<Item = Carrier> + Clone {
+        self.amounts.iter().filter_map(|amount| match amount {
+            Amount::Taken(carrier) => Some(*carrier),
+            _ => None,
+        })
     }
 
     /// Names of the columns, part by part.
@@ -163,7 +173,8 @@ impl Breakdown {
 
     /// The amounts of a part, by its place.
     pub fn of_part(&self, part: usize) -> Option<&[f64]> {
-        self.values.get(AMOUNTS * part..AMOUNTS * (part + 1))
+        let amounts = self.columns.as_ref()?.amounts.len();
+        self.values.get(amounts * part..amounts * (part + 1))
     }
 }
 
@@ -174,7 +185,7 @@ mod tests {
     fn columns() -> BreakdownColumns {
         let part = |axis, name: &str| Part { axis, name: name.to_owned() };
         let parts = vec![part(Axis::RoadType, "rural"), part(Axis::EventKind, "stop")];
-        BreakdownColumns::new(parts, Amount::Fuel)
+        BreakdownColumns::new(parts, Carrier::LiquidFuel.alone())
     }
 
     #[test]
@@ -194,7 +205,7 @@ mod tests {
     #[test]
     fn a_cycle_without_values_has_none_of_them() {
         let breakdown = Breakdown::new(Arc::new(columns()), None);
-        assert_eq!(breakdown.names().len(), 2 * AMOUNTS);
+        assert_eq!(breakdown.names().len(), 2 * 4);
         assert_eq!((breakdown.value(0), breakdown.of_part(1)), (None, None));
     }
 }

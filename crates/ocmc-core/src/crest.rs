@@ -7,7 +7,6 @@
 //! and engine, in air of 1.2 kg/m³ at rest.
 
 use crate::operating_cycle::segments::Segment;
-use crate::powertrain::PowertrainKind;
 use crate::study::{Scenario, Study};
 use crate::vehicle::resistance::{GRAVITY_MPS2, drag_force_n};
 
@@ -27,11 +26,7 @@ impl Coasting<'_> {
         let drag_n = drag_force_n(HALF_DENSITY_KGPM3, speed_mps, 0.0, vehicle.drag_area_m2);
         let rolling = vehicle.rolling_coefficient * (1.0 - slope * slope).sqrt();
         let weight_n = vehicle.mass_kg * GRAVITY_MPS2;
-        let engine_n = match &self.study.vehicle().powertrain {
-            PowertrainKind::Diesel(diesel) => diesel.coasting_force_n(speed_mps),
-            // a motor without current does not brake
-            PowertrainKind::BatteryElectric(_) => 0.0,
-        };
+        let engine_n = self.study.vehicle().powertrain.coasting_force_n(speed_mps);
         let mass_kg = vehicle.mass_kg + self.study.vehicle().model.wheel_mass_kg();
         (engine_n - drag_n - weight_n * (rolling + slope)) / mass_kg
     }

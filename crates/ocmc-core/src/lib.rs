@@ -21,7 +21,7 @@ pub mod cost;
 mod crest;
 pub mod distribution;
 pub mod driver;
-pub mod energy_ledger;
+pub mod energy;
 pub mod event_kind;
 pub mod first_order_lag;
 pub mod kernel;

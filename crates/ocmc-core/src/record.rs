@@ -2,7 +2,8 @@
 
 use crate::breakdown::{Amount, Breakdown};
 use crate::charging::ChargingEvent;
-use crate::energy_ledger::{Ledger, Mode, Recorded, TERMS, Term};
+use crate::energy::carrier::{ALL_STORES, CARRIERS, Carrier, Declaration};
+use crate::energy::ledger::{Ledger, Mode, Recorded, TERMS, Term};
 use crate::rest::DutyClock;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -76,17 +77,6 @@ pub struct Record {
     pub regenerated_energy_j: Option<f64>,
     /// Work of the auxiliaries, in J, standstill included.
     pub auxiliary_energy_j: f64,
-    /// Fuel, in kg, idling at stops included.
-    pub fuel_kg: Option<f64>,
-    /// Energy that left the battery's store, in J, charging at stops not counted; null for a diesel
-    /// truck.
-    pub battery_energy_j: Option<f64>,
-    /// Fuel over distance, in L/100 km.
-    pub consumption_l_per_100km: Option<f64>,
-    /// Fuel over distance and tonne of payload, in L/100 tkm; null for an empty truck.
-    pub consumption_l_per_100tkm: Option<f64>,
-    /// Energy that left the battery's store, over distance, in kWh/km; null for a diesel truck.
-    pub consumption_kwh_per_km: Option<f64>,
     /// Positive work at the wheels over distance, in kWh/km.
     pub wheel_kwh_per_km: f64,
     /// Carbon dioxide from burning the fuel over distance, in g/km.
@@ -236,9 +226,6 @@ pub struct Record {
     pub depot_charging_s: Option<f64>,
     /// State of charge at departure; null for a diesel truck, and in records of earlier versions.
     pub departure_charge: Option<f64>,
-    /// Energy that left the battery's store, over distance and tonne of payload, in kWh/tkm; null for an
-    /// empty truck, and for a diesel truck.
-    pub consumption_kwh_per_tkm: Option<f64>,
     /// Greenhouse gases from generating the electricity that the meters of chargers count, over
     /// distance, in g/km of CO2 equivalents; null for a diesel truck, for a cycle that stalled or
     /// timed out, and where a study has no factor.
@@ -263,7 +250,8 @@ pub struct Record {
     /// Work that the truck's body took at stops of the mission, in J, a part of
     /// `auxiliary_energy_j`; null in records of earlier versions.
     pub power_take_off_energy_j: Option<f64>,
-    /// The terms of the ledger that have a column of their own, in the order of their declarations.
+    /// Columns that are declared elsewhere: those of the carriers, then the terms of the ledger that
+    /// have a column of their own.
     #[serde(skip)]
     pub own_columns: [Option<f64>; OWN_COLUMNS],
     /// What road types and event kinds took, in columns that the study names.
@@ -282,9 +270,14 @@ pub struct Record {
 /// judgement: a load is weighed to a kilogram.
 const LEAST_PAYLOAD_KG: f64 = 1.0;
 
-/// Terms of the ledger that have a column of their own.
+/// Columns of a carrier: its amount, its consumption, and that by tonne of payload.
+const OF_CARRIER: usize = 3;
+/// Columns of all carriers, and of what all stores give together.
+const OF_CARRIERS: usize = OF_CARRIER * Carrier::COUNT + 1;
+
+/// Columns that are declared by carriers and terms of the ledger.
 const OWN_COLUMNS: usize = {
-    let (mut count, mut k) = (0, 0);
+    let (mut count, mut k) = (OF_CARRIERS, 0);
     while k < TERMS.len() {
         count += matches!(TERMS[k].recorded, Recorded::Column { .. }) as usize;
         k += 1;
@@ -297,7 +290,7 @@ impl Record {
     /// standstill among it; `terms`: those that the powertrain names.
     pub fn from_ledger(known: Self, ledger: &Ledger<f64>, mode: Mode, terms: &[Term]) -> Self {
         let mut record = known;
-        let mut column = 0;
+        let mut column = OF_CARRIERS;
         for declared in TERMS {
             let value = ledger[declared.term];
             let is_in = declared.term.is_in(mode, terms);
@@ -326,9 +319,76 @@ impl Record {
             Amount::Distance => Some(self.distance_m),
             Amount::Duration => Some(self.duration_s),
             Amount::Wheel => Some(self.wheel_energy_j),
-            Amount::Fuel => self.fuel_kg,
-            Amount::Battery => self.battery_energy_j,
+            Amount::Taken(carrier) => self.amount(carrier),
         }
+    }
+
+    /// What the cycle took of a carrier, in the unit of its amount; none where its truck does not store
+    /// it.
+    pub fn amount(&self, carrier: Carrier) -> Option<f64> {
+        self.of_carrier(carrier)[0]
+    }
+
+    /// Amount over distance.
+    pub fn consumption(&self, carrier: Carrier) -> Option<f64> {
+        self.of_carrier(carrier)[1]
+    }
+
+    /// Amount over distance and tonne of payload; none for an empty truck.
+    pub fn consumption_per_tonne(&self, carrier: Carrier) -> Option<f64> {
+        self.of_carrier(carrier)[2]
+    }
+
+    /// Energy from all stores over distance, in kWh/km; none where the truck stores one carrier.
+    pub fn all_kwh_per_km(&self) -> Option<f64> {
+        self.own_columns[OF_CARRIERS - 1]
+    }
+
+    /// Energy that the truck's stores gave, in J, that of fuels by their heating value; none where
+    /// nothing is known of them.
+    pub fn stored_energy_j(&self) -> Option<f64> {
+        let charge = self.amount(Carrier::Electricity);
+        let fuel = self.fuel_energy_j;
+        if charge.is_none() { fuel } else { Some(charge? + fuel.unwrap_or(0.0)) }
+    }
+
+    /// The carriers of which the cycle took something.
+    pub fn carriers(&self) -> impl Iterator<Item = &'static Declaration> {
+        CARRIERS.iter().filter(|declared| self.amount(declared.carrier).is_some())
+    }
+
+    /// Notes what the cycle took of a carrier: `amount` in the unit of its column, `sold` in the unit
+    /// in which it is sold.
+    pub fn take(&mut self, carrier: Carrier, amount: f64, sold: f64, mode: Mode) {
+        let consumption = self.per_distance(sold, mode).map(carrier.declaration().per_m);
+        let per_tonne = self.per_tonne(consumption);
+        *self.of_carrier_mut(carrier) = [Some(amount), consumption, per_tonne];
+    }
+
+    /// The same record with amount, consumption and consumption by tonne of a carrier.
+    #[must_use]
+    pub fn with(mut self, carrier: Carrier, of_carrier: [Option<f64>; OF_CARRIER]) -> Self {
+        *self.of_carrier_mut(carrier) = of_carrier;
+        self
+    }
+
+    /// Notes what all stores gave together, where there are several.
+    pub fn take_all(&mut self, mode: Mode) {
+        let all_j = self.stored_energy_j().filter(|_| self.carriers().nth(1).is_some());
+        let per_m = all_j.and_then(|all_j| self.per_distance(all_j, mode));
+        self.own_columns[OF_CARRIERS - 1] = per_m.map(Carrier::Electricity.declaration().per_m);
+    }
+
+    /// Amount, consumption and consumption by tonne of a carrier.
+    pub fn of_carrier(&self, carrier: Carrier) -> &[Option<f64>; OF_CARRIER] {
+        let (columns, _) = self.own_columns.as_chunks();
+        &columns[carrier as usize]
+    }
+
+    /// The same, to be written.
+    pub fn of_carrier_mut(&mut self, carrier: Carrier) -> &mut [Option<f64>; OF_CARRIER] {
+        let (columns, _) = self.own_columns.as_chunks_mut();
+        &mut columns[carrier as usize]
     }
 
     /// Notes what the whole trip took: its distance, in m, and its electricity over distance.
@@ -369,12 +429,10 @@ impl Record {
             Term::Grade => return self.potential_change_j = value,
             Term::ServiceBrake => return self.service_brake_energy_j = value,
             Term::Wheel => return self.wheel_energy_j = value,
-            Term::Fuel => &mut self.fuel_kg,
             Term::Crankshaft => &mut self.crankshaft_work_j,
             Term::Clutch => &mut self.clutch_loss_j,
             Term::Shift => &mut self.shift_loss_j,
             Term::EngineBrake => &mut self.engine_brake_energy_j,
-            Term::Battery => &mut self.battery_energy_j,
             Term::BatteryLoss => &mut self.battery_loss_j,
             Term::MotorLoss => &mut self.motor_loss_j,
             Term::Regenerated => &mut self.regenerated_energy_j,
@@ -456,30 +514,58 @@ pub fn column(name: &str) -> Option<&'static Column> {
 
 /// The columns of [`Record::own_columns`].
 pub fn own_columns() -> &'static [Column] {
-    &COLUMNS[FIELDS.len()..]
+    &OWN
 }
 
-/// The columns, in the order in which they are written: the fields, then the terms of the ledger
-/// that have a column of their own.
-pub const COLUMNS: &[Column] = &ALL_COLUMNS;
-
-const ALL_COLUMNS: [Column; FIELDS.len() + OWN_COLUMNS] = {
-    let mut all = [FIELDS[0]; FIELDS.len() + OWN_COLUMNS];
-    let mut k = 0;
-    while k < FIELDS.len() {
-        all[k] = FIELDS[k];
-        k += 1;
+const OWN: [Column; OWN_COLUMNS] = {
+    let mut all = [FIELDS[0]; OWN_COLUMNS];
+    let mut own = 0;
+    while own < OF_CARRIERS - 1 {
+        let declared = &CARRIERS[own / OF_CARRIER];
+        let named = match own % OF_CARRIER {
+            0 => declared.amount,
+            1 => declared.consumption,
+            _ => declared.per_tonne,
+        };
+        all[own] = Column { name: named.name, source: Source::OwnColumn(own) };
+        own += 1;
     }
-    let (mut own, mut term) = (0, 0);
+    all[own] = Column { name: ALL_STORES.name, source: Source::OwnColumn(own) };
+    own += 1;
+    let mut term = 0;
     while term < TERMS.len() {
         if let Recorded::Column { name, .. } = TERMS[term].recorded {
-            all[FIELDS.len() + own] = Column { name, source: Source::OwnColumn(own) };
+            all[own] = Column { name, source: Source::OwnColumn(own) };
             own += 1;
         }
         term += 1;
     }
     all
 };
+
+/// The columns, in the order in which they are written: the fields, those of the carriers among
+/// them, then the terms of the ledger that have a column of their own.
+pub const COLUMNS: &[Column] = &ALL_COLUMNS;
+
+const ALL_COLUMNS: [Column; FIELDS.len() + OWN_COLUMNS] = {
+    let mut all = [FIELDS[0]; FIELDS.len() + OWN_COLUMNS];
+    let (mut field, mut own, mut k) = (0, 0, 0);
+    while k < all.len() {
+        let carriers = field >= FIELDS_BEFORE_CARRIERS && own < OF_CARRIERS;
+        if carriers || field == FIELDS.len() {
+            all[k] = OWN[own];
+            own += 1;
+        } else {
+            all[k] = FIELDS[field];
+            field += 1;
+        }
+        k += 1;
+    }
+    all
+};
+
+/// Fields that stand before the columns of the carriers.
+const FIELDS_BEFORE_CARRIERS: usize = 12;
 
 /// The columns of the fields.
 const FIELDS: &[Column] = &[
@@ -495,11 +581,6 @@ const FIELDS: &[Column] = &[
     column_of("brake_energy_j", |r| n(r.brake_energy_j)),
     column_of("regenerated_energy_j", |r| Cell::Number(r.regenerated_energy_j)),
     column_of("auxiliary_energy_j", |r| n(r.auxiliary_energy_j)),
-    column_of("fuel_kg", |r| Cell::Number(r.fuel_kg)),
-    column_of("battery_energy_j", |r| Cell::Number(r.battery_energy_j)),
-    column_of("consumption_l_per_100km", |r| Cell::Number(r.consumption_l_per_100km)),
-    column_of("consumption_l_per_100tkm", |r| Cell::Number(r.consumption_l_per_100tkm)),
-    column_of("consumption_kwh_per_km", |r| Cell::Number(r.consumption_kwh_per_km)),
     column_of("wheel_kwh_per_km", |r| n(r.wheel_kwh_per_km)),
     column_of("co2_g_per_km", |r| Cell::Number(r.co2_g_per_km)),
     column_of("climb_m", |r| n(r.climb_m)),
@@ -566,7 +647,6 @@ const FIELDS: &[Column] = &[
     column_of("charging_wait_s", |r| Cell::Number(r.charging_wait_s)),
     column_of("depot_charging_s", |r| Cell::Number(r.depot_charging_s)),
     column_of("departure_charge", |r| Cell::Number(r.departure_charge)),
-    column_of("consumption_kwh_per_tkm", |r| Cell::Number(r.consumption_kwh_per_tkm)),
     column_of("grid_co2_g_per_km", |r| Cell::Number(r.grid_co2_g_per_km)),
     column_of("well_to_wheel_g_per_km", |r| Cell::Number(r.well_to_wheel_g_per_km)),
     column_of("well_to_wheel_g_per_tkm", |r| Cell::Number(r.well_to_wheel_g_per_tkm)),

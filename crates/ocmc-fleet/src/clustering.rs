@@ -223,6 +223,7 @@ mod tests {
     use crate::statistics::assert_share;
     use crate::summary::{Summary, SummaryBuilder};
     use crate::truck_year::Total;
+    use ocmc_core::energy::Carrier;
     use ocmc_core::random::nesting::{OperatingDays, Pool};
     use ocmc_core::random::{Draws, Stream};
     use ocmc_core::record::Record;
@@ -258,9 +259,8 @@ mod tests {
                 cycle_id,
                 distance_m: 1000.0 * km,
                 duration_s: 60.0 * km,
-                consumption_l_per_100km: Some(litres),
                 co2_g_per_km: Some(26.0 * litres),
-                ..Record::default()
+                ..Record::default().with(Carrier::LiquidFuel, [None, Some(litres), None])
             }
         };
         (0..TRUCKS * TRIPS).map(trip).collect()

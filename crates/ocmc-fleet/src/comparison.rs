@@ -291,6 +291,7 @@ mod tests {
     use super::*;
     use crate::quantity::quantity;
     use crate::summary::SummaryBuilder;
+    use ocmc_core::energy::Carrier;
     use ocmc_core::random::{Stream, Streams};
 
     const LITRES: &str = "consumption_l_per_100km";
@@ -299,9 +300,8 @@ mod tests {
         Record {
             cycle_id,
             distance_m,
-            consumption_l_per_100km: Some(litres),
             wheel_kwh_per_km: 1.0,
-            ..Record::default()
+            ..Record::default().with(Carrier::LiquidFuel, [None, Some(litres), None])
         }
     }
 
@@ -335,8 +335,8 @@ mod tests {
         let good: Vec<Record> = (0..3).map(|id| record(id, 1.0, 10.0 + id as f64)).collect();
         let (mut a, mut b) = (good.clone(), good);
         a[0].outcome = Outcome::Stalled;
-        b[1].consumption_l_per_100km = Some(14.0);
-        b[2].consumption_l_per_100km = None;
+        b[1].of_carrier_mut(Carrier::LiquidFuel)[1] = Some(14.0);
+        b[2].of_carrier_mut(Carrier::LiquidFuel)[1] = None;
         let pairs = paired_values(quantity(LITRES).expect("known"), &a, &b);
         assert_eq!(pairs, [PairOfValues { cycle_id: 1, a: 11.0, b: 14.0 }]);
     }
@@ -348,7 +348,7 @@ mod tests {
         a[1].outcome = Outcome::Stalled;
         b[1].outcome = Outcome::Stalled;
         b[2].outcome = Outcome::TimedOut;
-        b[2].consumption_l_per_100km = Some(900.0);
+        b[2].of_carrier_mut(Carrier::LiquidFuel)[1] = Some(900.0);
         let c = compared(&a, &b);
         assert_eq!((c.cycles, c.pairs, c.a_failed, c.b_failed), (4, 2, 1, 2));
         assert_eq!((c.difference, c.ci95), (Some(0.0), Some([0.0, 0.0])));
@@ -361,8 +361,8 @@ mod tests {
     fn trip(cycle_id: u64, litres: f64, loaded: bool) -> Record {
         Record {
             payload_kg: if loaded { 10_000.0 } else { 0.0 },
-            consumption_l_per_100tkm: loaded.then_some(litres / 10.0),
             ..record(cycle_id, 10_000.0, litres)
+                .with(Carrier::LiquidFuel, [None, None, loaded.then_some(litres / 10.0)])
         }
     }
 

@@ -18,7 +18,7 @@ use super::cost::{InputShare, Percentiles, STATES, batches, shares};
 use super::dependence::Dependence;
 use super::quantile::quantile;
 use super::variance_share::LEAST_GROUPS;
-use ocmc_core::cost::costing::{Costing, Input, Trip};
+use ocmc_core::cost::costing::{BREAK_EVEN_KEYS, Costing, Input, Trip};
 use ocmc_core::cost::levelised::Levelised;
 use ocmc_core::cost::state::State;
 use ocmc_core::random::{Draws, Stream};
@@ -27,14 +27,6 @@ use serde::Serialize;
 /// Bootstrap samples of the trips behind an interval: percentiles of 2.5 % lie between the fifth
 /// and the sixth of them.
 pub const RESAMPLES: u64 = 200;
-
-/// Prices that a break-even is looked for, where a study has them.
-pub const BREAK_EVEN_KEYS: [&str; 4] = [
-    "cost.fuel_per_l",
-    "cost.depot_charging_per_kwh",
-    "cost.public_charging_per_kwh",
-    "cost.battery_per_kwh",
-];
 
 /// Which of two fleets costs less.
 #[derive(Clone, Debug, PartialEq, Serialize)]

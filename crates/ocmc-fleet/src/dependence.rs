@@ -117,6 +117,7 @@ mod tests {
     use super::*;
     use crate::statistics::assert_share;
     use crate::summary::SummaryBuilder;
+    use ocmc_core::energy::Carrier;
     use ocmc_core::random::sampling::Sampling;
     use ocmc_core::random::{Stream, Streams};
     use ocmc_core::record::Record;
@@ -156,8 +157,7 @@ mod tests {
                     cycle_id: streams.cycle_id,
                     distance_m: libm::exp(0.3 * road.normal()),
                     duration_s: 1.0,
-                    consumption_l_per_100km: Some(litres),
-                    ..Record::default()
+                    ..Record::default().with(Carrier::LiquidFuel, [None, Some(litres), None])
                 }
             })
             .collect();

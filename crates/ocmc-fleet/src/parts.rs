@@ -1,8 +1,8 @@
 //! What a fleet took on each road type and near each kind of event: totals over the cycles that
 //! count.
 
-use super::quantity::{ELECTRICITY, LITRES};
-use ocmc_core::breakdown::{AMOUNTS, Amount, Axis, BreakdownColumns};
+use ocmc_core::breakdown::{Amount, Axis, BreakdownColumns, MOST_AMOUNTS};
+use ocmc_core::energy::carrier::{CARRIERS, Carrier};
 use ocmc_core::record::Record;
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
@@ -15,28 +15,25 @@ pub struct FleetPart {
     pub axis: Axis,
     /// Name of the part.
     pub name: String,
-    /// Fuel or battery.
-    pub source: Amount,
     /// Distance, in m.
     pub distance_m: f64,
     /// Duration with standstill, in s.
     pub duration_s: f64,
     /// Positive work at the wheels, in J.
     pub wheel_energy_j: f64,
-    /// Fuel, in kg, or what the battery's store lost, in J.
-    pub source_amount: f64,
-    /// In L/100 km or kWh/km; none where nothing was driven.
-    pub consumption: Option<f64>,
+    /// What it took of each carrier of its trucks.
+    pub taken: Vec<Taken>,
 }
 
-impl FleetPart {
-    /// Name of its consumption.
-    pub fn consumption_column(&self) -> &'static str {
-        match self.source {
-            Amount::Fuel => LITRES,
-            _ => ELECTRICITY,
-        }
-    }
+/// What a part took of a carrier.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Taken {
+    /// The carrier.
+    pub carrier: Carrier,
+    /// In the unit of its amount.
+    pub amount: f64,
+    /// In the unit of its consumption; none where nothing was driven.
+    pub consumption: Option<f64>,
 }
 
 impl Serialize for FleetPart {
@@ -47,8 +44,10 @@ impl Serialize for FleetPart {
         map.serialize_entry(Amount::Distance.column(), &self.distance_m)?;
         map.serialize_entry(Amount::Duration.column(), &self.duration_s)?;
         map.serialize_entry(Amount::Wheel.column(), &self.wheel_energy_j)?;
-        map.serialize_entry(self.source.column(), &self.source_amount)?;
-        map.serialize_entry(self.consumption_column(), &self.consumption)?;
+        for Taken { carrier, amount, consumption } in &self.taken {
+            map.serialize_entry(carrier.declaration().amount.name, amount)?;
+            map.serialize_entry(carrier.declaration().consumption.name, consumption)?;
+        }
         map.end()
     }
 }
@@ -57,10 +56,10 @@ impl Serialize for FleetPart {
 #[derive(Clone, Debug, Default)]
 pub struct PartSums {
     columns: Option<Arc<BreakdownColumns>>,
-    sums: Vec<[f64; AMOUNTS]>,
-    /// Fuel of all cycles, in kg and in L.
-    fuel_kg: f64,
-    fuel_l: f64,
+    sums: Vec<[f64; MOST_AMOUNTS]>,
+    /// What all cycles took of what is filled in: amounts, and in the unit of sale.
+    amounts: [f64; Carrier::COUNT],
+    sold: [f64; Carrier::COUNT],
 }
 
 impl PartSums {
@@ -69,7 +68,8 @@ impl PartSums {
         let breakdown = &record.breakdown;
         if self.columns.is_none() {
             self.columns = breakdown.columns().cloned();
-            self.sums.resize(breakdown.names().len() / AMOUNTS, [0.0; AMOUNTS]);
+            let parts = self.columns.as_ref().map_or(0, |columns| columns.parts().len());
+            self.sums.resize(parts, [0.0; MOST_AMOUNTS]);
         }
         if breakdown.columns() != self.columns.as_ref() {
             return;
@@ -80,28 +80,41 @@ impl PartSums {
                 *sum += amount;
             }
         }
-        self.fuel_kg += record.fuel_kg.unwrap_or(0.0);
-        self.fuel_l += record.consumption_l_per_100km.unwrap_or(0.0) * record.distance_m / 1e5;
+        for declared in CARRIERS.iter().filter(|declared| declared.filled.is_some()) {
+            let place = declared.carrier as usize;
+            self.amounts[place] += record.amount(declared.carrier).unwrap_or(0.0);
+            let consumption = record.consumption(declared.carrier).unwrap_or(0.0);
+            self.sold[place] += consumption * record.distance_m / 1e5;
+        }
     }
 
     /// The parts; none where cycles are not broken down.
     pub fn finish(self) -> Vec<FleetPart> {
         let Some(columns) = self.columns else { return Vec::new() };
-        let source = columns.amounts()[AMOUNTS - 1];
-        let l_per_kg = if self.fuel_kg > 0.0 { self.fuel_l / self.fuel_kg } else { 0.0 };
-        let parts = columns.parts().iter().zip(self.sums).map(|(part, sums)| {
-            let [distance_m, duration_s, wheel_energy_j, source_amount] = sums;
-            let per_m = (distance_m > 0.0).then(|| source_amount / distance_m);
-            let factor = if source == Amount::Fuel { 1e5 * l_per_kg } else { 1.0 / 3600.0 };
+        // consumption for each metre and each unit of the amount
+        let factor = |carrier: Carrier| {
+            let [amount, sold] = [self.amounts, self.sold].map(|sums| sums[carrier as usize]);
+            let declared = carrier.declaration();
+            let per_amount = match declared.filled {
+                Some(_) if amount > 0.0 => sold / amount,
+                Some(_) => 0.0,
+                None => 1.0,
+            };
+            (declared.per_m)(1.0) * per_amount
+        };
+        let parts = columns.parts().iter().zip(&self.sums).map(|(part, sums)| {
+            let [distance_m, duration_s, wheel_energy_j, taken @ ..] = *sums;
+            let taken = columns.carriers().zip(taken).map(|(carrier, amount)| {
+                let per_m = (distance_m > 0.0).then(|| amount / distance_m);
+                Taken { carrier, amount, consumption: per_m.map(|per_m| factor(carrier) * per_m) }
+            });
             FleetPart {
                 axis: part.axis,
                 name: part.name.clone(),
-                source,
                 distance_m,
                 duration_s,
                 wheel_energy_j,
-                source_amount,
-                consumption: per_m.map(|per_m| factor * per_m),
+                taken: taken.collect(),
             }
         });
         let parts: Vec<FleetPart> = parts.collect();

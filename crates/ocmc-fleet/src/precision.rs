@@ -125,6 +125,7 @@ impl<'a> InterimChecks<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use ocmc_core::energy::Carrier;
     use ocmc_core::random::{Draws, Stream};
 
     #[test]
@@ -157,9 +158,8 @@ mod tests {
         Record {
             distance_m,
             duration_s: 1.0,
-            consumption_l_per_100km: Some(litres),
             wheel_kwh_per_km: 1.0,
-            ..Record::default()
+            ..Record::default().with(Carrier::LiquidFuel, [None, Some(litres), None])
         }
     }
 

@@ -13,6 +13,7 @@
 //! A trip that its battery cut short counts with what it drove, but for the duration, which is that
 //! of trips that arrive, and for the whole trip, which is as long as the others.
 
+use ocmc_core::energy::carrier::{ALL_STORES, CARRIERS, Carrier};
 use ocmc_core::record::{COLUMNS, Column, Outcome, Record, column};
 
 /// What a cycle's value is multiplied by for a total, or what a total is divided by.
@@ -71,6 +72,10 @@ impl Weight {
 pub enum Value<'a> {
     /// What the record has, or what is made of it.
     Of(fn(&Record) -> Option<f64>),
+    /// What it took of a carrier over distance.
+    Consumption(Carrier),
+    /// The same by tonne of payload.
+    PerTonne(Carrier),
     /// A column of the records.
     Column(&'static Column),
     /// A column of the breakdown, by its name: each study has its own.
@@ -82,6 +87,8 @@ impl Value<'_> {
     pub fn get(self, record: &Record) -> Option<f64> {
         match self {
             Self::Of(value) => value(record),
+            Self::Consumption(carrier) => record.consumption(carrier),
+            Self::PerTonne(carrier) => record.consumption_per_tonne(carrier),
             Self::Column(column) => column.get(record).number(),
             Self::Part(name) => {
                 let place = record.breakdown.names().iter().position(|known| known == name)?;
@@ -134,13 +141,9 @@ impl NamedQuantity<'_> {
 }
 
 /// Litres over 100 km.
-pub const LITRES: &str = "consumption_l_per_100km";
-/// Electricity over distance.
-pub const ELECTRICITY: &str = "consumption_kwh_per_km";
-/// Litres over 100 tkm.
-pub const LITRES_PER_TKM: &str = "consumption_l_per_100tkm";
-/// Electricity over payload times distance.
-pub const ELECTRICITY_PER_TKM: &str = "consumption_kwh_per_tkm";
+pub const LITRES: &str = CARRIERS[Carrier::LiquidFuel as usize].consumption.name;
+/// What is charged, over distance.
+const CHARGED: &str = CARRIERS[Carrier::Electricity as usize].consumption.name;
 /// Greenhouse gases from the well to the wheel over distance.
 const WELL_TO_WHEEL: &str = "well_to_wheel_g_per_km";
 /// Electricity of the whole trip over distance: with a battery that never empties.
@@ -148,15 +151,25 @@ pub const WHOLE_TRIP: &str = "whole_trip_kwh_per_km";
 /// Work at the wheels over distance.
 pub const WHEEL: &str = "wheel_kwh_per_km";
 
-/// What a fleet is judged by, where nothing else is asked for: the first that its cycles have.
-pub const CONSUMPTIONS: [&str; 3] = [LITRES, ELECTRICITY, WHEEL];
+/// What a fleet is judged by, where nothing else is asked for: the first that its cycles have. Of
+/// trucks with several stores it is the energy of all.
+pub const CONSUMPTIONS: [&str; Carrier::COUNT + 2] = {
+    let mut all = [WHEEL; Carrier::COUNT + 2];
+    all[0] = ALL_STORES.name;
+    let mut k = 0;
+    while k < Carrier::COUNT {
+        all[k + 1] = CARRIERS[k].consumption.name;
+        k += 1;
+    }
+    all
+};
 
 /// A quantity per distance.
-const fn per_distance(column: &'static str, value: fn(&Record) -> Option<f64>) -> RecordQuantity {
+const fn per_distance(column: &'static str, value: Value<'static>) -> RecordQuantity {
     let weight = Weight::Distance;
     RecordQuantity {
         column,
-        value: Value::Of(value),
+        value,
         of: column,
         times: weight,
         over: weight,
@@ -167,12 +180,12 @@ const fn per_distance(column: &'static str, value: fn(&Record) -> Option<f64>) -
 /// A quantity per tonne of payload and distance, of which `of` is that per distance.
 const fn per_tonne_distance(
     column: &'static str,
-    value: fn(&Record) -> Option<f64>,
+    value: Value<'static>,
     of: &'static str,
 ) -> RecordQuantity {
     RecordQuantity {
         column,
-        value: Value::Of(value),
+        value,
         of,
         times: Weight::Distance,
         over: Weight::TonneDistance,
@@ -181,11 +194,28 @@ const fn per_tonne_distance(
 }
 
 /// The quantities, in the order in which they are reported.
-pub const QUANTITIES: [RecordQuantity; 13] = [
-    per_distance(LITRES, |r| r.consumption_l_per_100km),
-    per_tonne_distance(LITRES_PER_TKM, |r| r.consumption_l_per_100tkm, LITRES),
-    per_distance(ELECTRICITY, |r| r.consumption_kwh_per_km),
-    per_tonne_distance(ELECTRICITY_PER_TKM, |r| r.consumption_kwh_per_tkm, ELECTRICITY),
+pub const QUANTITIES: [RecordQuantity; 2 * Carrier::COUNT + OTHERS.len()] = {
+    let mut all = [OTHERS[0]; 2 * Carrier::COUNT + OTHERS.len()];
+    let mut k = 0;
+    while k < Carrier::COUNT {
+        let (declared, carrier) = (&CARRIERS[k], CARRIERS[k].carrier);
+        let over_distance = declared.consumption.name;
+        all[2 * k] = per_distance(over_distance, Value::Consumption(carrier));
+        let per_tonne = Value::PerTonne(carrier);
+        all[2 * k + 1] = per_tonne_distance(declared.per_tonne.name, per_tonne, over_distance);
+        k += 1;
+    }
+    let mut k = 0;
+    while k < OTHERS.len() {
+        all[2 * Carrier::COUNT + k] = OTHERS[k];
+        k += 1;
+    }
+    all
+};
+
+/// The quantities behind those of the carriers.
+const OTHERS: [RecordQuantity; 10] = [
+    per_distance(ALL_STORES.name, Value::Of(Record::all_kwh_per_km)),
     RecordQuantity {
         column: WHOLE_TRIP,
         value: Value::Of(|r| r.whole_trip_kwh_per_km),
@@ -194,11 +224,15 @@ pub const QUANTITIES: [RecordQuantity; 13] = [
         over: Weight::WholeTrip,
         counts_cut_short: true,
     },
-    per_distance(WHEEL, |r| Some(r.wheel_kwh_per_km)),
-    per_distance("co2_g_per_km", |r| r.co2_g_per_km),
-    per_distance("grid_co2_g_per_km", |r| r.grid_co2_g_per_km),
-    per_distance(WELL_TO_WHEEL, |r| r.well_to_wheel_g_per_km),
-    per_tonne_distance("well_to_wheel_g_per_tkm", |r| r.well_to_wheel_g_per_tkm, WELL_TO_WHEEL),
+    per_distance(WHEEL, Value::Of(|r| Some(r.wheel_kwh_per_km))),
+    per_distance("co2_g_per_km", Value::Of(|r| r.co2_g_per_km)),
+    per_distance("grid_co2_g_per_km", Value::Of(|r| r.grid_co2_g_per_km)),
+    per_distance(WELL_TO_WHEEL, Value::Of(|r| r.well_to_wheel_g_per_km)),
+    per_tonne_distance(
+        "well_to_wheel_g_per_tkm",
+        Value::Of(|r| r.well_to_wheel_g_per_tkm),
+        WELL_TO_WHEEL,
+    ),
     RecordQuantity {
         column: "mean_speed_mps",
         value: Value::Of(|r| Some(r.mean_speed_mps)),
@@ -215,7 +249,10 @@ pub const QUANTITIES: [RecordQuantity; 13] = [
         over: Weight::One,
         counts_cut_short: false,
     },
-    per_distance("stops_per_km", |r| Some(f64::from(r.n_stops) / (r.distance_m / 1000.0))),
+    per_distance(
+        "stops_per_km",
+        Value::Of(|r| Some(f64::from(r.n_stops) / (r.distance_m / 1000.0))),
+    ),
 ];
 
 /// The quantity of that name.
@@ -253,7 +290,7 @@ pub fn quantity_of_column<'a, 'b>(
     Some(NamedQuantity { column: name, value, of: name, times, over, counts_cut_short: false })
 }
 
-/// The consumption that these cycles have: fuel, else electricity, else the work at the wheels.
+/// The consumption that these cycles have: of what their trucks store, else the work at the wheels.
 /// Where a battery cut trips short, it is that of the whole trips: the same ones for all.
 pub fn consumption(records: &[Record]) -> &'static RecordQuantity {
     shared_consumption(&[records])
@@ -267,8 +304,8 @@ pub fn shared_consumption(fleets: &[&[Record]]) -> &'static RecordQuantity {
     };
     let mut records = fleets.iter().copied().flatten();
     let cut_short = records.any(|record| record.outcome == Outcome::Depleted);
-    let electricity = if cut_short { WHOLE_TRIP } else { ELECTRICITY };
-    let columns = CONSUMPTIONS.map(|name| if name == ELECTRICITY { electricity } else { name });
+    let charged = if cut_short { WHOLE_TRIP } else { CHARGED };
+    let columns = CONSUMPTIONS.map(|name| if name == CHARGED { charged } else { name });
     let consumptions = || QUANTITIES.iter().filter(|q| columns.contains(&q.column));
     let shared = consumptions().find(|q| fleets.iter().all(|fleet| has(q, fleet)));
     let first = || consumptions().find(|q| fleets.first().is_some_and(|fleet| has(q, fleet)));
@@ -281,16 +318,16 @@ mod tests {
 
     #[test]
     fn fleets_of_two_powertrains_share_the_work_at_the_wheels() {
-        let diesel = Record { consumption_l_per_100km: Some(30.0), ..Record::default() };
-        let electric = Record { consumption_kwh_per_km: Some(1.2), ..Record::default() };
+        let diesel = Record::default().with(Carrier::LiquidFuel, [None, Some(30.0), None]);
+        let electric = Record::default().with(Carrier::Electricity, [None, Some(1.2), None]);
         let failed = Record { outcome: Outcome::Stalled, ..diesel.clone() };
         let (diesel, electric, failed) = ([diesel], [electric], [failed]);
         let of = |fleets: &[&[Record]]| shared_consumption(fleets).column;
         assert_eq!(of(&[&diesel, &diesel]), LITRES);
-        assert_eq!(of(&[&electric, &electric]), ELECTRICITY);
+        assert_eq!(of(&[&electric, &electric]), CHARGED);
         assert_eq!(of(&[&diesel, &electric]), WHEEL);
         // nothing in common: that of the first
-        assert_eq!(of(&[&electric, &failed]), ELECTRICITY);
+        assert_eq!(of(&[&electric, &failed]), CHARGED);
         assert_eq!(of(&[&failed]), LITRES);
         let cut_short = Record {
             outcome: Outcome::Depleted,
@@ -304,7 +341,8 @@ mod tests {
     #[test]
     fn any_number_of_the_records_is_a_quantity_and_ids_are_none() {
         let of = |name| quantity_of_column(name, ["fuel_kg_urban"].into_iter());
-        let record = Record { n_stops: 3, fuel_kg: Some(20.0), ..Record::default() };
+        let record = Record { n_stops: 3, ..Record::default() };
+        let record = record.with(Carrier::LiquidFuel, [Some(20.0), None, None]);
         let totals = |name| of(name).and_then(|quantity| quantity.totals(&record));
         assert_eq!(totals("n_stops"), Some((3.0, 1.0)));
         assert_eq!(totals("fuel_kg"), Some((20.0, 1.0)));

@@ -365,6 +365,7 @@ mod tests {
     use super::*;
     use crate::quantity::quantity;
     use crate::variance_share::inside;
+    use ocmc_core::energy::Carrier;
     use ocmc_core::random::Draws;
 
     #[test]
@@ -393,7 +394,8 @@ mod tests {
     #[test]
     fn an_empty_trip_is_not_a_cycle_that_failed() {
         let per_tonne = quantity("consumption_l_per_100tkm").expect("known");
-        let loaded = Record { consumption_l_per_100tkm: Some(2.0), ..Record::default() };
+        let loaded =
+            Record { ..Record::default().with(Carrier::LiquidFuel, [None, None, Some(2.0)]) };
         let stalled = Record { outcome: Outcome::Stalled, ..loaded.clone() };
         assert_eq!(output(per_tonne, &loaded), Ok(2.0));
         assert_eq!(output(per_tonne, &Record::default()), Err(Missing::NoValue));

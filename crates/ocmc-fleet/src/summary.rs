@@ -458,8 +458,9 @@ fn shown(column: &str, record: &Record) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::quantity::{ELECTRICITY, LITRES};
+    use super::super::quantity::LITRES;
     use super::*;
+    use ocmc_core::energy::Carrier;
 
     fn record(cycle_id: u64, distance_km: f64, litres_per_100km: f64) -> Record {
         let distance_m = 1000.0 * distance_km;
@@ -472,10 +473,11 @@ mod tests {
             mean_speed_mps: 20.0,
             n_stops: 2,
             payload_kg: 10_000.0,
-            consumption_l_per_100km: Some(litres_per_100km),
-            consumption_l_per_100tkm: Some(litres_per_100km / 10.0),
             wheel_kwh_per_km: 1.0,
-            ..Record::default()
+            ..Record::default().with(
+                Carrier::LiquidFuel,
+                [None, Some(litres_per_100km), Some(litres_per_100km / 10.0)],
+            )
         }
     }
 
@@ -496,7 +498,7 @@ mod tests {
         assert_eq!(summary.statistic("mean_speed_mps").expect("reported").mean, Some(20.0));
         assert_eq!(summary.statistic("stops_per_km").expect("reported").mean, Some(0.1));
         assert_eq!(summary.statistic("duration_s").expect("reported").mean, Some(1000.0));
-        assert_eq!(summary.statistic(ELECTRICITY).expect("reported").mean, None);
+        assert_eq!(summary.statistic("consumption_kwh_per_km").expect("reported").mean, None);
         assert_eq!(summary.consumption().expect("fuel").column, LITRES);
         assert_eq!((summary.cycles, summary.distance_m), (2, 40_000.0));
     }
@@ -505,7 +507,7 @@ mod tests {
     fn empty_trips_burn_fuel_but_carry_nothing() {
         let mut empty = record(1, 10.0, 20.0);
         empty.payload_kg = 0.0;
-        empty.consumption_l_per_100tkm = None;
+        empty.of_carrier_mut(Carrier::LiquidFuel)[2] = None;
         let summary = summary(&[record(0, 10.0, 30.0), empty]);
         let statistic = summary.statistic("consumption_l_per_100tkm").expect("reported");
         // (3 + 2) l over 100 tkm
@@ -543,8 +545,7 @@ mod tests {
     fn the_worst_case_is_no_better_than_what_the_failed_cycles_show() {
         let failed = |id, litres: Option<f64>| Record {
             outcome: Outcome::TimedOut,
-            consumption_l_per_100km: litres,
-            ..record(id, 5.0, 0.0)
+            ..record(id, 5.0, 0.0).with(Carrier::LiquidFuel, [None, litres, None])
         };
         let shown = [Some(35.0), Some(60.0), Some(f64::INFINITY), None];
         let mut records = vec![record(0, 10.0, 20.0), record(1, 10.0, 40.0)];

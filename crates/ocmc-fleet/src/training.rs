@@ -372,6 +372,7 @@ impl Gain {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use ocmc_core::energy::Carrier;
 
     const OPTIONS: TrainingOptions = TrainingOptions { share: 0.2, is_trained: false, seed: 1 };
 
@@ -381,8 +382,7 @@ mod tests {
             driver_id: Some(driver),
             distance_m: 1000.0,
             duration_s: 60.0,
-            consumption_l_per_100km: Some(litres),
-            ..Record::default()
+            ..Record::default().with(Carrier::LiquidFuel, [None, Some(litres), None])
         }
     }
 
@@ -422,7 +422,7 @@ mod tests {
             &own,
             &other,
             &trained,
-            Some(&|record| Some(record.consumption_l_per_100km? / 100.0)),
+            Some(&|record| Some(record.consumption(Carrier::LiquidFuel)? / 100.0)),
         );
         let found = found.expect("five drivers");
         assert!((found.gain.of_quantity - 5.0).abs() < 1e-12);

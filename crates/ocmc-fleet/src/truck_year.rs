@@ -23,9 +23,11 @@ use super::dependence::Dependence;
 use super::quantity::{CONSUMPTIONS, QUANTITIES, quantity};
 use super::ratio::{Ratio, student_975};
 use super::statistic::Statistic;
+use ocmc_core::energy::carrier::{CARRIERS, Carrier, Named};
 use ocmc_core::random::nesting::DAYS_OF_YEAR;
 use ocmc_core::record::{Cell, Outcome, Record};
-use serde::Serialize;
+use serde::ser::SerializeMap;
+use serde::{Serialize, Serializer};
 
 /// Totals of the trips of one truck in a month or a year, of what they drove where a battery cut
 /// them short.
@@ -49,12 +51,10 @@ pub struct TruckTime {
     pub payload_distance_kgm: f64,
     /// Work at the wheels, in J.
     pub wheel_energy_j: f64,
-    /// Fuel, in kg.
-    pub fuel_kg: Option<f64>,
-    /// Fuel, in L.
-    pub fuel_l: Option<f64>,
-    /// Energy that left the battery's store, in J.
-    pub battery_energy_j: Option<f64>,
+    /// What was taken of each carrier.
+    pub taken: [Option<f64>; Carrier::COUNT],
+    /// The same in the unit of sale.
+    pub sold: [Option<f64>; Carrier::COUNT],
     /// Carbon dioxide from burning the fuel, in kg.
     pub co2_kg: Option<f64>,
     /// Trips in the totals.
@@ -78,6 +78,8 @@ pub struct TruckColumn {
 #[derive(Clone, Copy, Debug)]
 enum Get {
     Field(fn(&TruckTime) -> Cell),
+    Taken(usize),
+    Sold(usize),
     Quantity(usize),
 }
 
@@ -86,6 +88,8 @@ impl TruckColumn {
     pub fn get(&self, of: &TruckTime) -> Cell {
         match self.get {
             Get::Field(get) => get(of),
+            Get::Taken(k) => Cell::Number(of.taken[k]),
+            Get::Sold(k) => Cell::Number(of.sold[k]),
             Get::Quantity(k) => Cell::Number(of.value(k)),
         }
     }
@@ -100,7 +104,7 @@ const fn field(
 }
 
 /// The columns that are totals, or say which truck and which year.
-const FIELDS: [TruckColumn; 12] = [
+const FIELDS: [TruckColumn; 8] = [
     field("truck_id", "The truck", |t| Cell::Integer(Some(t.truck_id))),
     field("year", "The year, from 0", |t| Cell::Integer(Some(t.year))),
     field("n_trips", "Completed trips", |t| Cell::Integer(Some(t.n_trips))),
@@ -117,28 +121,51 @@ const FIELDS: [TruckColumn; 12] = [
     field("wheel_energy_j", "Positive work at the wheels, in J", |t| {
         Cell::Number(Some(t.wheel_energy_j))
     }),
-    field("fuel_kg", "Fuel, in kg", |t| Cell::Number(t.fuel_kg)),
-    field("fuel_l", "Fuel, in L", |t| Cell::Number(t.fuel_l)),
-    field("battery_energy_j", "Energy that left the battery's store, in J", |t| {
-        Cell::Number(t.battery_energy_j)
-    }),
-    field("co2_kg", "Carbon dioxide from burning the fuel, in kg", |t| Cell::Number(t.co2_kg)),
 ];
+
+/// Carbon dioxide, behind the columns of the carriers.
+const CO2: TruckColumn =
+    field("co2_kg", "Carbon dioxide from burning the fuel, in kg", |t| Cell::Number(t.co2_kg));
+
+/// Columns of what was taken: of each carrier its amount, and that in the unit of sale where it is
+/// another one.
+const TAKEN: usize = {
+    let (mut count, mut k) = (Carrier::COUNT, 0);
+    while k < Carrier::COUNT {
+        count += CARRIERS[k].sold.is_some() as usize;
+        k += 1;
+    }
+    count
+};
+
+/// Columns before those of the quantities.
+const TOTALS: usize = FIELDS.len() + TAKEN + 1;
 
 /// The columns of a table of truck-years: totals, then each quantity of the fleet as the truck's
 /// total over total.
-pub const TRUCK_COLUMNS: [TruckColumn; FIELDS.len() + QUANTITIES.len()] = {
-    let mut all = [FIELDS[0]; FIELDS.len() + QUANTITIES.len()];
+pub const TRUCK_COLUMNS: [TruckColumn; TOTALS + QUANTITIES.len()] = {
+    let mut all = [CO2; TOTALS + QUANTITIES.len()];
     let mut k = 0;
     while k < FIELDS.len() {
         all[k] = FIELDS[k];
         k += 1;
     }
+    let mut carrier = 0;
+    while carrier < Carrier::COUNT {
+        let Named { name, meaning } = CARRIERS[carrier].amount;
+        all[k] = TruckColumn { name, meaning, get: Get::Taken(carrier) };
+        k += 1;
+        if let Some(Named { name, meaning }) = CARRIERS[carrier].sold {
+            all[k] = TruckColumn { name, meaning, get: Get::Sold(carrier) };
+            k += 1;
+        }
+        carrier += 1;
+    }
     let mut quantity = 0;
     while quantity < QUANTITIES.len() {
         let name = QUANTITIES[quantity].column;
         let meaning = "The quantity of that name over the truck's year, total over total";
-        all[FIELDS.len() + quantity] = TruckColumn { name, meaning, get: Get::Quantity(quantity) };
+        all[TOTALS + quantity] = TruckColumn { name, meaning, get: Get::Quantity(quantity) };
         quantity += 1;
     }
     all
@@ -163,9 +190,13 @@ impl TruckTime {
         self.payload_distance_kgm += record.payload_kg * record.distance_m;
         self.wheel_energy_j += record.wheel_energy_j;
         let km = record.distance_m / 1000.0;
-        more(&mut self.fuel_kg, record.fuel_kg);
-        more(&mut self.fuel_l, record.consumption_l_per_100km.map(|litres| litres * km / 100.0));
-        more(&mut self.battery_energy_j, record.battery_energy_j);
+        for (k, declared) in CARRIERS.iter().enumerate() {
+            let amount = record.amount(declared.carrier);
+            let consumption = record.consumption(declared.carrier);
+            more(&mut self.taken[k], amount);
+            let in_litres = consumption.map(|litres| litres * km / 100.0);
+            more(&mut self.sold[k], if declared.sold.is_some() { in_litres } else { amount });
+        }
         more(&mut self.co2_kg, record.co2_g_per_km.map(|grams| grams * km / 1000.0));
         let consumption = CONSUMPTIONS.iter().find_map(|column| quantity(column)?.totals(record));
         if let Some((y, x)) = consumption {
@@ -232,7 +263,7 @@ struct SharedTrip {
     /// Places of its year and its month in the tables.
     places: [usize; 2],
     /// What it adds to the totals of the fleet's year, in their order; NaN where it has none.
-    amounts: [f64; 5],
+    amounts: [f64; Totals::COUNT],
 }
 
 /// What trips add to the two totals of each quantity's mean.
@@ -249,7 +280,7 @@ impl SharedTrip {
     fn of(record: &Record, places: [usize; 2]) -> Self {
         let mut time = TruckTime::default();
         time.add(record);
-        let amounts = Totals::AMOUNTS.map(|amount| amount(&time).unwrap_or(f64::NAN));
+        let amounts = Totals::amounts(&time).map(|amount| amount.unwrap_or(f64::NAN));
         Self { places, amounts }
     }
 }
@@ -441,16 +472,14 @@ const SHARED: [[Option<&str>; 2]; 2] = [
 ];
 
 /// Totals of the fleet in a year, the mean over the years that were driven.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Totals {
     /// Distance, in m.
     pub distance_m: Option<Total>,
     /// Duration, in s.
     pub duration_s: Option<Total>,
-    /// Fuel, in L.
-    pub fuel_l: Option<Total>,
-    /// What batteries' stores lost, in J.
-    pub battery_energy_j: Option<Total>,
+    /// What was taken of each carrier, in the unit of sale.
+    pub sold: [Option<Total>; Carrier::COUNT],
     /// Carbon dioxide from burning the fuel, in kg.
     pub co2_kg: Option<Total>,
 }
@@ -464,15 +493,32 @@ pub struct Total {
     pub prediction95: Option<[f64; 2]>,
 }
 
+impl Serialize for Totals {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(None)?;
+        map.serialize_entry("distance_m", &self.distance_m)?;
+        map.serialize_entry("duration_s", &self.duration_s)?;
+        for (declared, total) in CARRIERS.iter().zip(&self.sold) {
+            map.serialize_entry(declared.sold().name, total)?;
+        }
+        map.serialize_entry("co2_kg", &self.co2_kg)?;
+        map.end()
+    }
+}
+
 impl Totals {
-    /// The totals, in the order of the fields.
-    const AMOUNTS: [fn(&TruckTime) -> Option<f64>; 5] = [
-        |t| Some(t.distance_m),
-        |t| Some(t.duration_s),
-        |t| t.fuel_l,
-        |t| t.battery_energy_j,
-        |t| t.co2_kg,
-    ];
+    /// The totals.
+    const COUNT: usize = 3 + Carrier::COUNT;
+
+    /// Those of a truck: distance, duration, carbon dioxide, then what it took.
+    fn amounts(time: &TruckTime) -> [Option<f64>; Self::COUNT] {
+        let mut amounts = [None; Self::COUNT];
+        let common = [Some(time.distance_m), Some(time.duration_s), time.co2_kg];
+        for (amount, value) in amounts.iter_mut().zip(common.iter().chain(&time.sold)) {
+            *amount = *value;
+        }
+        amounts
+    }
 
     /// `error` tells how sure a total is where trucks share drivers or days, and nothing otherwise.
     fn of(
@@ -482,10 +528,9 @@ impl Totals {
         error: impl Fn(usize, f64) -> Option<Option<Error>>,
     ) -> Self {
         let of = |k: usize| {
-            let value = Self::AMOUNTS[k];
             let mut totals: Vec<(u64, f64)> = Vec::with_capacity(trucks);
             for time in years {
-                let value = value(time)? / count as f64;
+                let value = Self::amounts(time)[k]? / count as f64;
                 match totals.last_mut() {
                     Some((truck_id, sum)) if *truck_id == time.truck_id => *sum += value,
                     _ => totals.push((time.truck_id, value)),
@@ -508,9 +553,8 @@ impl Totals {
         Self {
             distance_m: of(0),
             duration_s: of(1),
-            fuel_l: of(2),
-            battery_energy_j: of(3),
-            co2_kg: of(4),
+            co2_kg: of(2),
+            sold: std::array::from_fn(|k| of(3 + k)),
         }
     }
 }
@@ -534,10 +578,9 @@ mod tests {
             cycle_id,
             distance_m: 1000.0 * km,
             duration_s: 60.0 * km,
-            fuel_kg: Some(0.836 * litres * km / 100.0),
-            consumption_l_per_100km: Some(litres),
             co2_g_per_km: Some(26.0 * litres),
             ..Record::default()
+                .with(Carrier::LiquidFuel, [Some(0.836 * litres * km / 100.0), Some(litres), None])
         }
     }
 
@@ -577,7 +620,7 @@ mod tests {
         // 200 L over 600 km, all in January
         assert!((found.by_month[0].expect("trips") - 200.0 / 6.0).abs() < 1e-12);
         assert_eq!(found.by_month[1..], [None; 11]);
-        let fuel = found.totals.fuel_l.expect("fuel");
+        let fuel = found.totals.sold[Carrier::LiquidFuel as usize].expect("fuel");
         assert!((fuel.total - 200.0).abs() < 1e-9);
         // totals 140 and 60: s = 80/√2, t₀.₉₇₅(1) = 12.706, √(2 · 2): 12.706 · 56.569 · 2
         let [low, high] = fuel.prediction95.expect("two trucks");

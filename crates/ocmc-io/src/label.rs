@@ -3,17 +3,20 @@
 
 use crate::number_text::{count_of, grouped, percent, rounded, rounded_share};
 use ocmc_core::charging::ChargingPlace;
-use ocmc_fleet::quantity::{ELECTRICITY, ELECTRICITY_PER_TKM, LITRES_PER_TKM};
+use ocmc_core::energy::carrier::{ALL_STORES, CARRIERS};
 use ocmc_fleet::summary::{OUTSIDE_MAP_SHARE, Summary};
 use std::fmt::Write;
 
 /// A quantity of the summary: its name with the unit for people, and the factor to that unit.
 pub fn label(column: &str) -> (&str, f64) {
+    for declared in CARRIERS {
+        let columns = [declared.consumption.name, declared.per_tonne.name];
+        if let Some(place) = columns.iter().position(|name| *name == column) {
+            return (declared.labels[place], 1.0);
+        }
+    }
     match column {
-        "consumption_l_per_100km" => ("L/100 km", 1.0),
-        "consumption_l_per_100tkm" => ("L/100 tkm", 1.0),
-        "consumption_kwh_per_km" => ("kWh/km", 1.0),
-        "consumption_kwh_per_tkm" => ("kWh/tkm", 1.0),
+        name if name == ALL_STORES.name => ("all kWh/km", 1.0),
         "whole_trip_kwh_per_km" => ("whole kWh/km", 1.0),
         "wheel_kwh_per_km" => ("traction kWh/km", 1.0),
         "co2_g_per_km" => ("g CO2/km", 1.0),
@@ -47,14 +50,15 @@ pub fn remarks(summary: &Summary) -> Vec<String> {
     let n = |column: &str| summary.statistic(column).map_or(0, |statistic| statistic.n);
     let mut remarks = Vec::new();
     let counted = summary.outcomes.counted();
-    for column in [LITRES_PER_TKM, ELECTRICITY_PER_TKM] {
+    for column in CARRIERS.iter().map(|declared| declared.per_tonne.name) {
         let carrying = n(column);
         if (1..counted).contains(&carrying) {
             let (unit, empty) = (label(column).0, count_of(counted - carrying, "empty trip"));
             remarks.push(format!("{unit}: the mean alone counts {empty}, and may exceed P75."));
         }
     }
-    if n(ELECTRICITY) > 0 {
+    if CARRIERS.iter().any(|declared| declared.filled.is_none() && n(declared.consumption.name) > 0)
+    {
         let traction =
             "traction: what drives the wheels; what braking gives back is not taken off.";
         remarks.push(traction.to_owned());
@@ -105,6 +109,7 @@ pub fn saturation(summary: &Summary) -> Option<String> {
 mod tests {
     use super::*;
     use crate::records::examples;
+    use ocmc_core::energy::Carrier;
     use ocmc_core::record::Outcome;
     use ocmc_fleet::summary::SummaryBuilder;
 
@@ -112,8 +117,8 @@ mod tests {
         let mut records = examples::records(5);
         for (k, record) in records.iter_mut().enumerate() {
             record.outcome = Outcome::Completed;
-            record.consumption_l_per_100tkm = (k < carrying).then_some(2.0);
-            record.consumption_kwh_per_km = electric.then_some(1.2);
+            record.of_carrier_mut(Carrier::LiquidFuel)[2] = (k < carrying).then_some(2.0);
+            record.of_carrier_mut(Carrier::Electricity)[1] = electric.then_some(1.2);
         }
         let mut fleet = SummaryBuilder::default();
         fleet.add(&records);

@@ -1,5 +1,6 @@
 //! Studies and hand-made roads for the whole-program tests.
 
+use ocmc_core::energy::Carrier;
 use ocmc_core::kernel::drive::cpu::CpuLevel;
 use ocmc_core::kernel::drive::scheduler::drive;
 use ocmc_core::kernel::drive::trace::Trace;
@@ -168,7 +169,7 @@ pub(crate) fn electric_balance(r: &Record) -> f64 {
         + r.service_brake_energy_j
         + r.kinetic_change_j
         + r.potential_change_j;
-    let store = r.battery_energy_j.unwrap();
+    let store = r.amount(Carrier::Electricity).unwrap();
     (store - spent) / store.abs().max(r.wheel_energy_j)
 }
 

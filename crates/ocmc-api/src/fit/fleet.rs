@@ -5,6 +5,7 @@ use crate::answer::Answer;
 use crate::error::Error;
 use crate::source::{Mapping, Source};
 use crate::text::table;
+use ocmc_core::energy::carrier::CARRIERS;
 use ocmc_estimation::fit::fleet::{
     Best, Expected, FleetDesign, FleetFit, FleetOptions, FleetTable, League, TellingApart,
     VarianceComponent, fit,
@@ -19,9 +20,6 @@ use std::fmt::Write;
 
 /// Most trucks or drivers that are printed one by one; the JSON has them all.
 const MOST_MEMBERS: usize = 20;
-
-/// The columns that are compared where none is named.
-const CONSUMPTIONS: [&str; 2] = ["consumption_l_per_100km", "consumption_kwh_per_km"];
 
 /// Records of a fleet, and what is asked of them.
 #[derive(Clone, Debug)]
@@ -105,20 +103,18 @@ pub fn fit_fleet(request: &FleetRequest) -> Result<FleetAnswer, Error> {
     Ok(FleetAnswer { column, weight: weight.clone(), fit, differ, power, significance })
 }
 
-/// The column of consumption in which there are numbers, that of fuel first, and its records.
+/// The first consumption of a carrier in which there are numbers, and its records.
 fn consumption(
     read: impl Fn(&str) -> Result<FleetTable, TableError>,
 ) -> Result<(String, FleetTable), TableError> {
-    let [fuel, electricity] = CONSUMPTIONS;
     let has_numbers = |rows: &FleetTable| rows.value.iter().any(|value| value.is_finite());
-    let of_fuel = read(fuel);
-    if !of_fuel.as_ref().is_ok_and(has_numbers)
-        && let Ok(rows) = read(electricity)
-        && has_numbers(&rows)
-    {
-        return Ok((electricity.to_owned(), rows));
-    }
-    Ok((fuel.to_owned(), of_fuel?))
+    let names = || CARRIERS.iter().map(|declared| declared.consumption.name);
+    let mut read_all = names().map(|name| (name, read(name)));
+    let first = read_all.next().expect("a carrier");
+    let is_there = |(_, rows): &(_, Result<FleetTable, _>)| rows.as_ref().is_ok_and(has_numbers);
+    let (name, rows) =
+        if is_there(&first) { first } else { read_all.find(is_there).unwrap_or(first) };
+    Ok((name.to_owned(), rows?))
 }
 
 impl Answer for FleetAnswer {

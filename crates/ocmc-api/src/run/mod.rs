@@ -95,7 +95,7 @@ pub enum RunEnd {
 /// Where the watch breaks, the answer is that of the cycles that are done.
 ///
 /// ```
-/// use ocmc_api::{Answer, GivenDrive, RunPlan, RunRequest, go_on, run, study};
+/// use ocmc_api::{Answer, Carrier, GivenDrive, RunPlan, RunRequest, go_on, run, study};
 /// let study = study::load("field-truck", &["mission.length_m=5000"])?;
 /// let given = &GivenDrive::nothing();
 /// let plan = RunPlan::new(1, 0, 20, None, None);
@@ -103,7 +103,7 @@ pub enum RunEnd {
 /// let mut litres = Vec::new();
 /// let answer = run(
 ///     &request,
-///     &mut |records| litres.extend(records.iter().map(|record| record.consumption_l_per_100km)),
+///     &mut |records| litres.extend(records.iter().map(|r| r.consumption(Carrier::LiquidFuel))),
 ///     &mut go_on,
 /// )?;
 /// assert_eq!((litres.len(), answer.summary.summary.cycles), (20, 20));

@@ -2,6 +2,7 @@
 //! year adds up to, and what of the spread of trips is between trucks.
 
 use super::text::table_over;
+use ocmc_core::energy::carrier::CARRIERS;
 use ocmc_fleet::components::Components;
 use ocmc_fleet::summary::Summary;
 use ocmc_fleet::truck_arrivals::TruckArrivals;
@@ -29,13 +30,18 @@ pub(super) fn trucks(summary: &Summary) -> String {
     {
         text += &spread(trucks, own.column, components);
     }
-    let lines: [(&str, Option<Total>, f64, &str); 5] = [
+    let taken = CARRIERS.iter().zip(totals.sold).map(|(declared, total)| {
+        let (unit, factor) = declared.total;
+        (declared.name, total, factor, unit)
+    });
+    let lines: Vec<(&str, Option<Total>, f64, &str)> = [
         ("distance", totals.distance_m, 1e-3, "km"),
         ("time", totals.duration_s, 1.0 / 3600.0, "h"),
-        ("fuel", totals.fuel_l, 1.0, "L"),
-        ("electricity", totals.battery_energy_j, 1.0 / 3.6e9, "MWh"),
-        ("CO2", totals.co2_kg, 1e-3, "t"),
-    ];
+    ]
+    .into_iter()
+    .chain(taken)
+    .chain([("CO2", totals.co2_kg, 1e-3, "t")])
+    .collect();
     let _ = writeln!(text, "\nThe fleet's year ± where another fleet of as many trucks would lie");
     for (name, total, factor, unit) in lines {
         let Some(Total { total, prediction95 }) = total else { continue };

@@ -82,7 +82,7 @@ impl ValidateAnswer {
             title: &title,
             facts: &facts,
             circular: circular.as_deref(),
-            energy_unit: self.energy_unit,
+            carrier: self.carrier,
             pooled: &self.pooled,
             drives: &scores,
             roads: &pictures,

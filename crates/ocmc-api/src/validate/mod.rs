@@ -11,11 +11,11 @@ use crate::error::Error;
 use crate::road::{RoadRequest, drives, told};
 use crate::source::{Mapping, Source};
 use crate::watch::{Progress, Watch};
+use ocmc_core::energy::Carrier;
 use ocmc_core::kernel::drive::trace::{Trace, motions};
 use ocmc_core::lanes::WIDTH;
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::route::Keep;
-use ocmc_core::powertrain::PowertrainKind;
 use ocmc_estimation::log::road::RoadOptions;
 use ocmc_estimation::validation::ensemble::{DriveScore, Ensemble, Measured};
 use ocmc_estimation::validation::passage::{Passage, Places, Rows};
@@ -24,10 +24,11 @@ use ocmc_estimation::validation::simulated;
 use ocmc_fleet::run::{RunPlan, each};
 use ocmc_io::given_cycle;
 use ocmc_io::log::curves::Steering;
-use ocmc_io::log::driven::{EnergyKind, MeasuredDrive, MeasuredDrives};
+use ocmc_io::log::driven::{MeasuredDrive, MeasuredDrives};
 use ocmc_io::log::roads::NEEDS;
 use ocmc_io::report::RoadPicture;
 use ocmc_io::study::{LoadedStudy, study_hash};
+use ocmc_io::table::Quantity;
 use placing::{Placed, place};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -86,6 +87,9 @@ pub struct ValidateAnswer {
     pub circular: Vec<&'static str>,
     /// Unit of energy: `kg` of fuel, or `J` of the battery.
     pub energy_unit: &'static str,
+    /// What the truck stores.
+    #[serde(skip)]
+    pub carrier: Carrier,
     /// Scores over all drives.
     pub pooled: Vec<Pooled>,
     /// The drives.
@@ -202,10 +206,9 @@ pub fn validate(
         warn(&format!("{} trips: bands and ranks want {FEWEST_TRIPS} or more", plan.cycles));
     }
     let (groups, mut left_out) = groups(request, warn, watch)?;
-    let kind = match study.study.vehicle().powertrain {
-        PowertrainKind::Diesel(_) => EnergyKind::Fuel,
-        PowertrainKind::BatteryElectric(_) => EnergyKind::Battery,
-    };
+    let powertrain = &study.study.vehicle().powertrain;
+    let (carrier, signal) = (powertrain.carriers()[0], powertrain.signals().source_rate);
+    let rate = Quantity::rate_of(carrier);
     let (mut drives, mut roads) = (Vec::new(), Vec::new());
     let total = plan.cycles * groups.len() as u64;
     let mut first_fault = None;
@@ -228,7 +231,7 @@ pub fn validate(
             let first = plan.first_cycle + block * WIDTH as u64;
             let ids = first..(first + WIDTH as u64).min(end);
             let drives = motions(&on_road, ids.map(|id| on_road.sample(plan.seed, id)));
-            let passage = |drive: &Trace| simulated::passage(places, drive, kind.rate().1);
+            let passage = |drive: &Trace| simulated::passage(places, drive, signal);
             drives.iter().map(passage).collect::<Vec<_>>()
         };
         let before = k as u64 * plan.cycles;
@@ -255,7 +258,7 @@ pub fn validate(
         let ensemble = Ensemble::new(places, trips);
         let mut held = Vec::new();
         for (drive, placed) in &group.drives {
-            let measured = measured(drive, placed, places, kind, (plan.seed, drives.len() as u64));
+            let measured = measured(drive, placed, places, rate, (plan.seed, drives.len() as u64));
             if held.len() < MOST_HELD {
                 let speeds = measured.passage.speed_mps.iter().map(|v| f64::from(*v)).collect();
                 held.push((drive.name.clone(), speeds));
@@ -291,7 +294,8 @@ pub fn validate(
         seed: plan.seed,
         trips: plan.cycles,
         circular: all,
-        energy_unit: if kind == EnergyKind::Fuel { "kg" } else { "J" },
+        energy_unit: carrier.declaration().units.0,
+        carrier,
         pooled: pooled(&scores, shared),
         drives,
         left_out,
@@ -357,11 +361,11 @@ fn measured(
     drive: &MeasuredDrive,
     placed: &Placed,
     places: Places,
-    kind: EnergyKind,
+    rate: Quantity,
     draw: (u64, u64),
 ) -> Measured {
     let way = &drive.way;
-    let energy = drive.energy.as_ref().filter(|energy| energy.0 == kind);
+    let energy = drive.energy.as_ref().filter(|energy| energy.0 == rate);
     let rows = Rows {
         time_s: &way.time_s,
         position_m: &placed.position_m,

@@ -85,7 +85,7 @@ impl Answer for ValidateAnswer {
         let head =
             ["", "values", "mean error", "RMSE", "CRPS", "in half, %", "in 90 %, %", "p even"];
         let rows = self.pooled.iter().map(|pooled| {
-            let (label, factor) = quantity_label(&pooled.quantity, self.energy_unit);
+            let (label, factor) = quantity_label(&pooled.quantity, self.carrier);
             let with = |share: f64, error: Option<f64>| match error {
                 Some(error) => format!("{} ± {:>4}", percent(share), percent(error)),
                 None => percent(share),
@@ -106,7 +106,7 @@ impl Answer for ValidateAnswer {
             let part = [drive.score.from_m, drive.score.to_m].map(|at_m| rounded(at_m / 1000.0));
             let head = ["", "measured", "simulated", "90 % of the trips", "CRPS", "rank"];
             let rows = drive.score.values.iter().map(|(quantity, score)| {
-                let (label, factor) = quantity_label(quantity.name(), self.energy_unit);
+                let (label, factor) = quantity_label(quantity.name(), self.carrier);
                 let [low, high] = score.band90.map(|value| score_text(factor * value));
                 [
                     label,

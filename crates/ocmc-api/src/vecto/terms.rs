@@ -1,6 +1,7 @@
 //! What is compared: times, shifts, fuel, and energies by term.
 
-use ocmc_core::energy_ledger::Term;
+use ocmc_core::energy::Carrier;
+use ocmc_core::energy::ledger::Term;
 use ocmc_core::prescribed::FollowedCycle;
 use ocmc_core::record::Record;
 use ocmc_io::vecto::{Series, Sum};
@@ -130,7 +131,7 @@ impl Terms {
             retarder_j: None,
             auxiliary_j: record.auxiliary_energy_j,
             engine_j: None,
-            fuel_kg: record.fuel_kg.unwrap_or(0.0),
+            fuel_kg: record.amount(Carrier::LiquidFuel).unwrap_or(0.0),
         }
     }
 

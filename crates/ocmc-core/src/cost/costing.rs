@@ -4,6 +4,7 @@
 use super::item::Item;
 use super::{CostModel, TollModel, Yearly};
 use crate::distribution::Quantity;
+use crate::energy::carrier::{Carrier, Declaration};
 use crate::record::Record;
 use crate::vehicle::VehicleModel;
 
@@ -19,6 +20,8 @@ pub struct Sizes {
     pub motor_kw: Option<f64>,
     /// Capacity of the battery, in kWh; none without one.
     pub battery_kwh: Option<f64>,
+    /// What it stores.
+    pub carriers: &'static [Carrier],
 }
 
 impl Sizes {
@@ -33,6 +36,7 @@ impl Sizes {
             engine_kw,
             motor_kw: electric.map(|electric| electric.motor.power_w / 1000.0),
             battery_kwh: electric.map(|electric| electric.battery.capacity_j / J_PER_KWH),
+            carriers: vehicle.carriers(),
         }
     }
 }
@@ -40,8 +44,8 @@ impl Sizes {
 /// What a trip uses of a charge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Measure {
-    /// Fuel, in L.
-    FuelL,
+    /// What is filled in, in the unit in which it is sold.
+    Filled(Carrier),
     /// Electricity from the depot's meter, in kWh.
     DepotKwh,
     /// Electricity from meters on the way, in kWh.
@@ -125,7 +129,7 @@ pub struct Costing {
 }
 
 /// Keys whose laws are drawn, in the order of their places: append, never reorder.
-const KEYS: [&str; 18] = [
+const KEYS: [&str; 20] = [
     "fuel_per_l",
     "depot_charging_per_kwh",
     "public_charging_per_kwh",
@@ -144,6 +148,18 @@ const KEYS: [&str; 18] = [
     "life_a",
     "discount_rate_per_a",
     "distance_km_per_a",
+    "hydrogen_per_kg",
+    "methane_per_kg",
+];
+
+/// Prices that a break-even is looked for, where a study has them.
+pub const BREAK_EVEN_KEYS: [&str; 6] = [
+    "cost.fuel_per_l",
+    "cost.hydrogen_per_kg",
+    "cost.methane_per_kg",
+    "cost.depot_charging_per_kwh",
+    "cost.public_charging_per_kwh",
+    "cost.battery_per_kwh",
 ];
 
 /// Draws between the places of two keys: more than any law takes.
@@ -214,8 +230,13 @@ impl Costing {
         let on_electric = cost.electric_maintenance_per_km.as_ref();
         let lost = cost.lost_payload_per_tkm.as_ref();
         let driver = cost.driver_per_h.as_ref();
+        for carrier in sizes.carriers {
+            let Some(keys) = carrier.declaration().filled else { continue };
+            let (item, measure) = (Item::Fuel, Measure::Filled(*carrier));
+            let input = self.add(keys.price, cost.filled(keys.price));
+            self.charges.extend(input.map(|input| Charge { input, item, measure }));
+        }
         for (applies, key, price, item, measure) in [
-            (engine, "fuel_per_l", cost.fuel_per_l.as_ref(), Item::Fuel, Measure::FuelL),
             (electric, "depot_charging_per_kwh", depot, Item::DepotCharging, Measure::DepotKwh),
             (electric, "public_charging_per_kwh", public, Item::PublicCharging, Measure::PublicKwh),
             (true, "driver_per_h", driver, Item::Driver, Measure::Hours),
@@ -291,7 +312,7 @@ impl Costing {
 
     fn amount(&self, measure: Measure, record: &Record, km: f64) -> f64 {
         match measure {
-            Measure::FuelL => litres(record),
+            Measure::Filled(carrier) => sold(record, carrier.declaration()),
             Measure::DepotKwh => depot_kwh(record, self.charging_efficiency),
             Measure::PublicKwh => public_kwh(record, self.charging_efficiency),
             Measure::Hours => record.duration_s / 3600.0,
@@ -323,9 +344,9 @@ impl Costing {
     }
 }
 
-/// Fuel of a trip, in L.
-pub(super) fn litres(record: &Record) -> f64 {
-    record.consumption_l_per_100km.unwrap_or(0.0) * record.distance_m / 1.0e5
+/// What a trip took of a carrier that is filled in, in the unit in which it is sold.
+pub(super) fn sold(record: &Record, declared: &Declaration) -> f64 {
+    record.consumption(declared.carrier).unwrap_or(0.0) * record.distance_m / 1.0e5
 }
 
 /// Electricity from the depot's meter, in kWh, where the study charges there. Elsewhere what the
@@ -335,7 +356,8 @@ pub(super) fn depot_kwh(record: &Record, efficiency: f64) -> f64 {
     if let Some(metered_j) = record.grid_energy_depot_j {
         return metered_j / J_PER_KWH;
     }
-    let lost_j = record.battery_energy_j.unwrap_or(0.0) - record.charged_energy_j.unwrap_or(0.0);
+    let drawn_j = record.amount(Carrier::Electricity).unwrap_or(0.0);
+    let lost_j = drawn_j - record.charged_energy_j.unwrap_or(0.0);
     lost_j / J_PER_KWH / efficiency
 }
 

@@ -5,7 +5,7 @@
 //! between lies what power plants emit for those kWh: the factor that statistics of the grid print.
 
 use super::CostModel;
-use super::costing::{depot_kwh, litres, public_kwh};
+use super::costing::{depot_kwh, public_kwh, sold};
 use crate::charging::ChargingPolicy;
 use crate::record::Record;
 use schemars::JsonSchema;
@@ -19,6 +19,14 @@ pub struct EmissionModel {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0, max = 10.0))]
     pub fuel_well_to_wheel_kg_per_l: Option<f64>,
+    /// Hydrogen, making it and bringing it included, in kg of CO2 equivalents per kg.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0, max = 100.0))]
+    pub hydrogen_well_to_wheel_kg_per_kg: Option<f64>,
+    /// Natural gas or biomethane, making it included, in kg of CO2 equivalents per kg.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0, max = 10.0))]
+    pub methane_well_to_wheel_kg_per_kg: Option<f64>,
     /// Electricity at the meter, in kg of CO2 equivalents per kWh, fuels of the power plants and
     /// losses of the grid included.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -33,6 +41,18 @@ pub struct EmissionModel {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.3, max = 1.0))]
     pub charging_efficiency: Option<f64>,
+}
+
+impl EmissionModel {
+    /// The factor of that key for what is filled in.
+    fn well_to_wheel(&self, key: &str) -> Option<f64> {
+        match key {
+            "fuel_well_to_wheel_kg_per_l" => self.fuel_well_to_wheel_kg_per_l,
+            "hydrogen_well_to_wheel_kg_per_kg" => self.hydrogen_well_to_wheel_kg_per_kg,
+            "methane_well_to_wheel_kg_per_kg" => self.methane_well_to_wheel_kg_per_kg,
+            _ => None,
+        }
+    }
 }
 
 /// The factors of a study, and what share of metered electricity reaches the battery.
@@ -88,12 +108,22 @@ impl EmissionFactors {
                 factor * (depot_kwh(record, efficiency) + public_kwh(record, efficiency))
             })
         };
-        let (generation_kg, well_to_wheel_kg) = if record.battery_energy_j.is_some() {
-            let well_to_wheel = metered(factors.electricity_well_to_wheel_kg_per_kwh);
-            (metered(factors.electricity_generation_kg_per_kwh), well_to_wheel)
-        } else {
-            (None, factors.fuel_well_to_wheel_kg_per_l.map(|factor| factor * litres(record)))
-        };
+        let (mut generation_kg, mut well_to_wheel_kg) = (None, None);
+        for (k, declared) in record.carriers().enumerate() {
+            let of_this = match declared.filled {
+                Some(keys) => {
+                    let factor = factors.well_to_wheel(keys.well_to_wheel);
+                    factor.map(|factor| factor * sold(record, declared))
+                }
+                None => {
+                    generation_kg = metered(factors.electricity_generation_kg_per_kwh);
+                    metered(factors.electricity_well_to_wheel_kg_per_kwh)
+                }
+            };
+            // the sum is known where each part is
+            let before_kg = if k == 0 { Some(0.0) } else { well_to_wheel_kg };
+            well_to_wheel_kg = before_kg.zip(of_this).map(|(before, more)| before + more);
+        }
         Some(TripEmissions {
             cycle_id: record.cycle_id,
             km,

@@ -50,6 +50,14 @@ pub struct CostModel {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(with = "Yearly", range(min = 0.0, max = 1.0e6))]
     pub fuel_per_l: Option<Yearly>,
+    /// Hydrogen, per kg.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "Yearly", range(min = 0.0, max = 1.0e6))]
+    pub hydrogen_per_kg: Option<Yearly>,
+    /// Natural gas or biomethane, per kg.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "Yearly", range(min = 0.0, max = 1.0e6))]
+    pub methane_per_kg: Option<Yearly>,
     /// Electricity in the depot, per kWh of the meter.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(with = "Yearly", range(min = 0.0, max = 1.0e6))]
@@ -159,7 +167,7 @@ pub struct TollModel {
 
 impl CostModel {
     /// Prices that may be listed by year, with their keys; those of tolls are not among them.
-    pub fn yearly(&self) -> [(&'static str, Option<&Yearly>); 8] {
+    pub fn yearly(&self) -> [(&'static str, Option<&Yearly>); 10] {
         [
             ("fuel_per_l", self.fuel_per_l.as_ref()),
             ("depot_charging_per_kwh", self.depot_charging_per_kwh.as_ref()),
@@ -169,7 +177,14 @@ impl CostModel {
             ("electric_maintenance_per_km", self.electric_maintenance_per_km.as_ref()),
             ("lost_payload_per_tkm", self.lost_payload_per_tkm.as_ref()),
             ("insurance_per_a", self.insurance_per_a.as_ref()),
+            ("hydrogen_per_kg", self.hydrogen_per_kg.as_ref()),
+            ("methane_per_kg", self.methane_per_kg.as_ref()),
         ]
+    }
+
+    /// The price of that key for what is filled in.
+    pub fn filled(&self, key: &str) -> Option<&Yearly> {
+        self.yearly().into_iter().find(|(known, _)| *known == key)?.1
     }
 
     /// What is paid by the truck, with its keys.

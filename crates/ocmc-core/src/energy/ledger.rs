@@ -67,7 +67,7 @@ pub enum Term {
 /// The place of a term in the energy balance: source + given = losses + change of kinetic energy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
-    /// The source of the powertrains that name it as theirs.
+    /// A source of the powertrains that name it as theirs.
     Source,
     /// Energy that is given beside the source.
     Given,
@@ -102,7 +102,7 @@ pub enum Extent {
 pub enum Recorded {
     /// In a field of the record.
     Field,
-    /// In the fields that the powertrain fills.
+    /// In columns that the powertrain fills: those of a carrier.
     ByPowertrain,
     /// In a column of its own, behind the fields. New terms are recorded so.
     Column {
@@ -132,11 +132,20 @@ const fn field(term: Term, trace: &'static str, place: Place, extent: Extent) ->
     Declaration { term, trace, recorded: Recorded::Field, place, extent }
 }
 
+const fn by_powertrain(
+    term: Term,
+    trace: &'static str,
+    place: Place,
+    extent: Extent,
+) -> Declaration {
+    Declaration { term, trace, recorded: Recorded::ByPowertrain, place, extent }
+}
+
 /// The terms, in order. The unit is the suffix of the column.
 pub const TERMS: &[Declaration] = &[
     field(Term::Time, "simulated_added_s", Place::Outside, Extent::All),
     field(Term::Distance, "distance_added_m", Place::Outside, Extent::All),
-    field(Term::Fuel, "fuel_added_kg", Place::Outside, Extent::Powertrain),
+    by_powertrain(Term::Fuel, "fuel_added_kg", Place::Outside, Extent::Powertrain),
     field(Term::Crankshaft, "crankshaft_work_added_j", Place::Source, Extent::Powertrain),
     field(Term::Auxiliary, "auxiliary_energy_added_j", Place::Loss, Extent::All),
     field(Term::Clutch, "clutch_loss_added_j", Place::Loss, Extent::Powertrain),
@@ -148,20 +157,19 @@ pub const TERMS: &[Declaration] = &[
     field(Term::ServiceBrake, "service_brake_energy_added_j", Place::Loss, Extent::All),
     field(Term::EngineBrake, "engine_brake_energy_added_j", Place::Loss, Extent::Powertrain),
     field(Term::Wheel, "wheel_energy_added_j", Place::Outside, Extent::All),
-    field(Term::Battery, "battery_energy_added_j", Place::Source, Extent::Powertrain),
+    by_powertrain(Term::Battery, "battery_energy_added_j", Place::Source, Extent::Powertrain),
     field(Term::BatteryLoss, "battery_loss_added_j", Place::Loss, Extent::Powertrain),
     field(Term::MotorLoss, "motor_loss_added_j", Place::Loss, Extent::Powertrain),
     field(Term::Regenerated, "regenerated_energy_added_j", Place::Outside, Extent::Powertrain),
     field(Term::Charged, "charged_energy_added_j", Place::Outside, Extent::Powertrain),
     field(Term::ChargingLoss, "charging_loss_added_j", Place::Outside, Extent::Powertrain),
     field(Term::OutsideMap, "outside_map_added_s", Place::Outside, Extent::All),
-    Declaration {
-        term: Term::FuelEnergy,
-        trace: "fuel_energy_added_j",
-        recorded: Recorded::ByPowertrain,
-        place: Place::Outside,
-        extent: Extent::Only(Mode::Followed),
-    },
+    by_powertrain(
+        Term::FuelEnergy,
+        "fuel_energy_added_j",
+        Place::Outside,
+        Extent::Only(Mode::Followed),
+    ),
     field(Term::Limited, "limited_added_s", Place::Outside, Extent::Only(Mode::Followed)),
     field(Term::Missing, "missing_energy_added_j", Place::Given, Extent::Only(Mode::Followed)),
     Declaration {
@@ -237,11 +245,11 @@ impl Ledger<f64> {
     /// Nothing yet.
     pub const EMPTY: Self = Self([0.0; Term::COUNT]);
 
-    /// What is missing in the energy balance, in J: 0 but for rounding. `source`: that of the
+    /// What is missing in the energy balance, in J: 0 but for rounding. `sources`: those of the
     /// powertrain; `kinetic_change_j`: kinetic energy at the end less at the start.
-    pub fn open_balance_j(&self, source: Term, kinetic_change_j: f64) -> f64 {
+    pub fn open_balance_j(&self, sources: &[Term], kinetic_change_j: f64) -> f64 {
         let signed = TERMS.iter().map(|declared| match declared.place {
-            Place::Source if declared.term == source => self[declared.term],
+            Place::Source if sources.contains(&declared.term) => self[declared.term],
             Place::Given => self[declared.term],
             Place::Loss => -self[declared.term],
             Place::Source | Place::Outside => 0.0,

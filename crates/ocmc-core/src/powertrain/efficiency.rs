@@ -2,7 +2,7 @@
 //! data sheets have it.
 
 use super::{InversePowertrain, InverseStep, SpeedStep, StepCost};
-use crate::energy_ledger::{Ledger, Term};
+use crate::energy::ledger::{Ledger, Term};
 
 /// Efficiency over the share of the rated power, linear between the points.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,8 +47,8 @@ impl InversePowertrain for EfficiencyDriveline {
         &[Term::Crankshaft]
     }
 
-    fn source(&self) -> Term {
-        Term::FuelEnergy
+    fn stores(&self) -> &'static [Term] {
+        &[Term::FuelEnergy]
     }
 
     fn cost(&self, step: &SpeedStep, force_n: f64, _shaft_radps: f64) -> StepCost {

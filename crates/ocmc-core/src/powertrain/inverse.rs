@@ -1,6 +1,6 @@
 //! What the backward mode asks of a powertrain: the speed is given, and the source follows.
 
-use crate::energy_ledger::{Ledger, Term};
+use crate::energy::ledger::{Ledger, Term};
 use crate::record::Record;
 
 /// What a prescribed speed says of the gear of a step.
@@ -111,8 +111,8 @@ pub struct GearChoice {
 
 /// A powertrain in the backward mode: from the force at the wheels to what it takes.
 pub trait InversePowertrain {
-    /// What the source gives.
-    fn source(&self) -> Term;
+    /// The terms that count what its stores give, in J.
+    fn stores(&self) -> &'static [Term];
     /// The gears that can be ordered; none where it has to choose its own.
     fn gear_choice(&self) -> Option<GearChoice> {
         None

@@ -15,7 +15,8 @@ pub mod inverse;
 mod piece_table;
 
 use crate::charging::{ChargeCourse, ChargeCurve, ChargingPolicy};
-use crate::energy_ledger::{Ledger, StepLedger, Term};
+use crate::energy::Carrier;
+use crate::energy::ledger::{Ledger, StepLedger, Term};
 use crate::first_order_lag::FirstOrderLag;
 use crate::lanes::{Flags, Lanes};
 use crate::record::Record;
@@ -69,7 +70,7 @@ impl PowertrainKind {
 
     /// Whether it has a battery.
     pub fn has_battery(&self) -> bool {
-        matches!(self, Self::BatteryElectric(_))
+        self.carriers().contains(&Carrier::Electricity)
     }
 
     /// How far ahead of a planned charging stop that is prepared, in m.
@@ -77,6 +78,36 @@ impl PowertrainKind {
         match self {
             Self::Diesel(powertrain) => powertrain.preconditions_from_m(),
             Self::BatteryElectric(powertrain) => powertrain.preconditions_from_m(),
+        }
+    }
+
+    /// What it stores.
+    pub fn carriers(&self) -> &'static [Carrier] {
+        match self {
+            Self::Diesel(powertrain) => powertrain.carriers(),
+            Self::BatteryElectric(powertrain) => powertrain.carriers(),
+        }
+    }
+
+    /// Names of its columns in a trace.
+    pub fn signals(&self) -> SignalNames {
+        struct Signals;
+        impl PowertrainTask for Signals {
+            type Answer = SignalNames;
+
+            fn run<P: Powertrain>(self, _powertrain: &P) -> SignalNames {
+                P::SIGNALS
+            }
+        }
+        self.dispatch(Signals)
+    }
+
+    /// Force at the wheels of a truck that coasts in top gear at a speed in m/s, in N.
+    pub fn coasting_force_n(&self, speed_mps: f64) -> f64 {
+        match self {
+            Self::Diesel(powertrain) => powertrain.coasting_force_n(speed_mps),
+            // a motor runs freely
+            Self::BatteryElectric(_) => 0.0,
         }
     }
 
@@ -308,13 +339,17 @@ pub trait Powertrain {
     /// What the second stage knows of its torque before its pedals are known.
     type Predicted<S: Simd>: Copy;
 
-    /// The source in the energy balance.
-    const SOURCE: Term;
+    /// The sources in the energy balance.
+    const SOURCES: &'static [Term];
+    /// The terms that count what its stores gave, in the order of [`Powertrain::carriers`].
+    const STORES: &'static [Term];
     /// The terms of the energy ledger that are its own.
     const TERMS: &'static [Term];
     /// Its columns in a trace.
     const SIGNALS: SignalNames;
 
+    /// What it stores.
+    fn carriers(&self) -> &'static [Carrier];
     /// Numbers that hold for all trucks.
     fn constants(&self) -> PowertrainConstants;
     /// Highest torque at a speed in rad/s, in Nm.

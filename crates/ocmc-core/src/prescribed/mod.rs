@@ -18,7 +18,7 @@ pub use drive_cycle::{CycleStep, DriveCycle, DriveCycleError};
 pub use planned::planned_cycle;
 
 use crate::breakdown::Breakdown;
-use crate::energy_ledger::{Ledger, Mode, Term};
+use crate::energy::ledger::{Ledger, Mode, Term};
 use crate::powertrain::{InversePowertrain, Powertrain, PowertrainTask, ShiftConvention};
 use crate::record::{Outcome, Record};
 use crate::study::{Scenario, Study};
@@ -266,6 +266,7 @@ impl PowertrainTask for FollowTask<'_> {
         let ledger = &followed.ledger;
         let mut record = Record::from_ledger(known, ledger, Mode::Followed, inverse.terms());
         inverse.record(ledger, &mut record);
+        record.take_all(Mode::Followed);
         (record, followed)
     }
 }

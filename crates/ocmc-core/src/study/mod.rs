@@ -13,7 +13,7 @@ pub mod uncertainty;
 pub use crate::validation::Problem;
 pub use check::{StudyError, outside_bounds};
 
-use crate::breakdown::{Amount, Axis, BreakdownColumns, Part};
+use crate::breakdown::{Axis, BreakdownColumns, Part};
 use crate::charging::{Charger, ChargingPolicy};
 use crate::cost::CostModel;
 use crate::cost::emissions::{EmissionFactors, EmissionModel};
@@ -28,7 +28,6 @@ use crate::operating_cycle::route::{Keep, Route};
 use crate::operating_cycle::traffic::TrafficModel;
 use crate::operating_cycle::weather::WeatherModel;
 use crate::operating_cycle::{OperatingCycle, OperatingCycleSampler};
-use crate::powertrain::PowertrainKind;
 use crate::random::nesting::{Nesting, Trip};
 use crate::random::sampling::Sampling;
 use crate::random::{Factor, PickFreeze, Stream, Streams};
@@ -269,9 +268,8 @@ fn breakdown_columns(model: &StudyModel, road_types: &[String]) -> Option<Arc<Br
     if by.contains(&Axis::EventKind) {
         parts.extend(Kind::ALL.map(|kind| part(Axis::EventKind, kind.name().to_owned())));
     }
-    let is_electric = model.vehicle.electric.is_some();
-    let source = if is_electric { Amount::Battery } else { Amount::Fuel };
-    (!parts.is_empty()).then(|| Arc::new(BreakdownColumns::new(parts, source)))
+    let carriers = model.vehicle.carriers();
+    (!parts.is_empty()).then(|| Arc::new(BreakdownColumns::new(parts, carriers)))
 }
 
 impl Study {
@@ -457,8 +455,7 @@ impl Study {
     /// Draws the public chargers that a battery truck meets.
     fn chargers(&self, cycle: &OperatingCycle, streams: &Streams) -> Vec<Charger> {
         let public = self.model.charging.as_ref().and_then(|charging| charging.public.as_ref());
-        let (Some(public), PowertrainKind::BatteryElectric(_)) = (public, &self.vehicle.powertrain)
-        else {
+        let Some(public) = public.filter(|_| self.vehicle.powertrain.has_battery()) else {
             return Vec::new();
         };
         let events_m: Vec<f64> = cycle.road.events.iter().map(|event| event.position_m).collect();

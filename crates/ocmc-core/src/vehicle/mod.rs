@@ -7,6 +7,7 @@ pub mod resistance;
 pub mod tyre;
 
 use crate::distribution::Quantity;
+use crate::energy::Carrier;
 use crate::lanes::UNBOUNDED;
 use crate::powertrain::battery_electric::{BatteryElectricPowertrain, ElectricModel};
 use crate::powertrain::diesel::DieselPowertrain;
@@ -197,6 +198,15 @@ impl VehicleModel {
             "above curb_mass_kg: axles[].empty_load_share needs the mass that load_share belongs \
              to",
         );
+    }
+
+    /// What it stores; nothing without a powertrain.
+    pub fn carriers(&self) -> &'static [Carrier] {
+        match (&self.engine, &self.electric) {
+            (Some(engine), _) => engine.fuel.carrier.alone(),
+            (None, Some(_)) => Carrier::Electricity.alone(),
+            (None, None) => &[],
+        }
     }
 
     /// The most that the law lets it carry, in kg.

@@ -31,7 +31,7 @@ pub use potential::Potential;
 
 use grid::{Place, places};
 use moves::Truck;
-use ocmc_core::energy_ledger::{Ledger, Term};
+use ocmc_core::energy::ledger::{Ledger, Term};
 use ocmc_core::powertrain::{GearOrder, InversePowertrain, Powertrain, PowertrainTask};
 use ocmc_core::prescribed::{Body, DriveCycle, follow_observed};
 use ocmc_core::record::{Outcome, Record};
@@ -308,7 +308,7 @@ impl<'a> Trip<'a> {
         let mut unpaid_by_type_j = by_road_type_j.clone();
         let mut unpaid_j = 0.0;
         let mut inverse = (self.fresh)();
-        let source = inverse.source();
+        let stores = inverse.stores();
         let (mut leg, mut way_m, mut section, mut before_j) = (0, 0.0, 0, 0.0);
         let (mut jumps_j, mut lost_j) = (0.0, 0.0);
         let followed = follow_observed(cycle, &self.body, &mut *inverse, &mut |step, ledger| {
@@ -320,8 +320,9 @@ impl<'a> Trip<'a> {
                 section += 1;
             }
             let road_type = sections[section].road_type;
-            by_road_type_j[road_type] += ledger[source] - before_j;
-            before_j = ledger[source];
+            let given_j: f64 = stores.iter().map(|store| ledger[*store]).sum();
+            by_road_type_j[road_type] += given_j - before_j;
+            before_j = given_j;
             unpaid_by_type_j[road_type] += jumps_j + ledger[Term::Missing] - unpaid_j;
             unpaid_j = jumps_j + ledger[Term::Missing];
             if step.speed.distance_m() <= 0.0 && way_m > 0.0 && leg + 1 < legs.len() {
@@ -330,8 +331,8 @@ impl<'a> Trip<'a> {
         });
         let ledger = followed.ledger;
         Figure {
-            energy_j: ledger[source],
-            source_j: ledger[source],
+            energy_j: before_j,
+            source_j: before_j,
             missing_j: ledger[Term::Missing],
             jumps_j,
             wheel_j: ledger[Term::Wheel],

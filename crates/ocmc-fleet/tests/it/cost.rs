@@ -7,6 +7,7 @@ use ocmc_core::cost::costing::{Costing, Sizes, Trip};
 use ocmc_core::cost::emissions::{EmissionFactors, EmissionModel};
 use ocmc_core::cost::levelised::{Levelised, Life};
 use ocmc_core::cost::state::State;
+use ocmc_core::energy::Carrier;
 use ocmc_core::random::{Draws, Stream};
 use ocmc_core::record::{Outcome, Record};
 use ocmc_core::study::Study;
@@ -20,8 +21,18 @@ fn model(table: Value) -> CostModel {
     serde_json::from_value(table).unwrap()
 }
 
-const DIESEL: Sizes = Sizes { engine_kw: Some(300.0), motor_kw: None, battery_kwh: None };
-const ELECTRIC: Sizes = Sizes { engine_kw: None, motor_kw: Some(300.0), battery_kwh: Some(500.0) };
+const DIESEL: Sizes = Sizes {
+    engine_kw: Some(300.0),
+    motor_kw: None,
+    battery_kwh: None,
+    carriers: &[Carrier::LiquidFuel],
+};
+const ELECTRIC: Sizes = Sizes {
+    engine_kw: None,
+    motor_kw: Some(300.0),
+    battery_kwh: Some(500.0),
+    carriers: &[Carrier::Electricity],
+};
 
 /// The costs of a fleet of records, with seed 1.
 fn costed(costing: &Costing, records: &[Record]) -> FleetCost {
@@ -72,7 +83,9 @@ fn t3co_shared(table: &Value) -> Costing {
     let battery_kwh = all["battery_per_kwh"].is_number().then_some(2430.789183);
     let motor_kw = battery_kwh.map(|_| 302.6701539);
     let engine_kw = battery_kwh.is_none().then_some(340.0);
-    Costing::new(&model(all), Sizes { engine_kw, motor_kw, battery_kwh }, 14_000.0)
+    let of = if engine_kw.is_some() { DIESEL } else { ELECTRIC };
+    let sizes = Sizes { engine_kw, motor_kw, battery_kwh, ..of };
+    Costing::new(&model(all), sizes, 14_000.0)
 }
 
 /// The static results of T3CO's own test and the inputs that belong to them: National Renewable
@@ -93,7 +106,8 @@ fn a_diesel_truck_costs_what_t3co_publishes() {
     let miles_per_gasoline_gallon = 7.498430055950212;
     let gallons = 100.0 / miles_per_gasoline_gallon * GASOLINE_KWH / DIESEL_KWH;
     let per_100km = gallons * L_PER_GALLON / KM_PER_MILE;
-    let record = Record { consumption_l_per_100km: Some(per_100km), ..hundred_miles() };
+    let record =
+        Record { ..hundred_miles().with(Carrier::LiquidFuel, [None, Some(per_100km), None]) };
     let cost = costed(&costing, &[record]);
     let exact = 1e-6;
     for (item, published, allowed) in [
@@ -134,7 +148,10 @@ fn a_battery_truck_costs_what_t3co_publishes() {
     // what leaves the battery
     let kwh_per_mile = 2.377024334961005;
     let battery_energy_j = Some(100.0 * kwh_per_mile * 3.6e6);
-    let record = Record { battery_energy_j, charged_energy_j: Some(0.0), ..hundred_miles() };
+    let record = Record {
+        charged_energy_j: Some(0.0),
+        ..hundred_miles().with(Carrier::Electricity, [battery_energy_j, None, None])
+    };
     let cost = costed(&costing, &[record]);
     for (item, published) in [
         ("purchase", 121918.9997),
@@ -183,10 +200,10 @@ fn items_are_those_of_t3co_2_but_for_when_a_year_is_paid() {
             "tank_per_truck": 1.2 * 0.07 * 11_385.0,
             "insurance_per_a": insured.map(|rate| rate * msrp),
         }),
-        Sizes { engine_kw: Some(331.0), ..Sizes::default() },
+        Sizes { engine_kw: Some(331.0), ..DIESEL },
         Record {
-            consumption_l_per_100km: Some(gallons_per_100km * L_PER_GALLON),
             ..hundred_miles()
+                .with(Carrier::LiquidFuel, [None, Some(gallons_per_100km * L_PER_GALLON), None])
         },
     );
     let msrp = 517_238.508;
@@ -201,8 +218,11 @@ fn items_are_those_of_t3co_2_but_for_when_a_year_is_paid() {
             "battery_per_kwh": 1.2 * 190.0,
             "insurance_per_a": insured.map(|rate| rate * msrp),
         }),
-        Sizes { motor_kw: Some(344.63), battery_kwh: Some(1628.14), engine_kw: None },
-        Record { battery_energy_j: Some(100.0 * kwh_per_mile * 3.6e6), ..hundred_miles() },
+        Sizes { motor_kw: Some(344.63), battery_kwh: Some(1628.14), ..ELECTRIC },
+        Record {
+            ..hundred_miles()
+                .with(Carrier::Electricity, [Some(100.0 * kwh_per_mile * 3.6e6), None, None])
+        },
     );
     let later = 1.03;
     for (cost, item, found, factor) in [
@@ -266,10 +286,9 @@ fn fleet(n: u64, seed: u64, litres: f64) -> Vec<Record> {
             distance_m,
             duration_s: distance_m / 20.0,
             payload_kg: 20_000.0 * draws.uniform(),
-            consumption_l_per_100km: Some(litres * own),
             urban_share: Some(0.25),
             motorway_share: Some(0.5),
-            ..Record::default()
+            ..Record::default().with(Carrier::LiquidFuel, [None, Some(litres * own), None])
         }
     };
     (0..n).map(trip).collect()
@@ -345,10 +364,9 @@ fn electricity_is_paid_where_it_was_charged() {
     let record = Record {
         distance_m: 100_000.0,
         duration_s: 5000.0,
-        battery_energy_j: Some(120.0 * 3.6e6),
         charged_energy_j: Some(45.0 * 3.6e6),
         charging_loss_j: Some(2.0 * 3.6e6),
-        ..Record::default()
+        ..Record::default().with(Carrier::Electricity, [Some(120.0 * 3.6e6), None, None])
     };
     let cost = costed(&costing, std::slice::from_ref(&record));
     let of = |name: &str| cost.items.iter().find(|item| item.item == name).unwrap().per_trip;
@@ -381,8 +399,7 @@ fn electricity_emits_what_its_meters_count_times_the_factors_of_the_study() {
     let record = Record {
         distance_m: 50_000.0,
         payload_kg: 10_000.0,
-        battery_energy_j: Some(72.0 * 3.6e6),
-        ..Record::default()
+        ..Record::default().with(Carrier::Electricity, [Some(72.0 * 3.6e6), None, None])
     };
     let filled = |factors: &EmissionFactors, record: &Record| {
         let mut record = record.clone();
@@ -433,8 +450,10 @@ fn shares_of_the_inputs_are_those_of_a_sum() {
     let cost = costed(&uncertain(), &records);
     // litres and hours over km times the SD of their prices
     let km: f64 = records.iter().map(|r| r.distance_m / 1000.0).sum();
-    let litres: f64 =
-        records.iter().map(|r| r.consumption_l_per_100km.unwrap() * r.distance_m / 1e5).sum();
+    let litres: f64 = records
+        .iter()
+        .map(|r| r.consumption(Carrier::LiquidFuel).unwrap() * r.distance_m / 1e5)
+        .sum();
     let parts = [(0.2 * litres / km), (2.0 / 72.0)].map(|sd| sd * sd);
     let variance = parts[0] + parts[1];
     for (key, part) in [("cost.fuel_per_l", parts[0]), ("cost.driver_per_h", parts[1])] {

@@ -6,30 +6,12 @@ use super::noise::without_noise;
 use super::roads::{found, notes, road_log};
 use super::{LogFile, LoggedTrip, row_notes};
 use crate::table::Quantity;
+use ocmc_core::energy::carrier::CARRIERS;
 use ocmc_core::operating_cycle::given::GivenCycle;
 use ocmc_core::operating_cycle::road::point_event::{EventKind, PointEvent};
 use ocmc_core::operating_cycle::road::route_noise::LEAST_NOISE_M;
 use ocmc_estimation::log::road::{LoggedRoad, RoadOptions, ways};
 use ocmc_estimation::log::way::DrivenWay;
-
-/// What a vehicle takes its energy from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum EnergyKind {
-    /// Fuel, in kg.
-    Fuel,
-    /// The terminals of a battery, in J.
-    Battery,
-}
-
-impl EnergyKind {
-    /// The column of a log that tells its rate, and that of a trace.
-    pub fn rate(self) -> (Quantity, &'static str) {
-        match self {
-            Self::Fuel => (Quantity::FuelRate, "fuel_rate_kgps"),
-            Self::Battery => (Quantity::BatteryPower, "battery_power_w"),
-        }
-    }
-}
 
 /// A drive that was measured.
 #[derive(Clone, Debug)]
@@ -40,8 +22,8 @@ pub struct MeasuredDrive {
     pub fingerprint: String,
     /// Its way.
     pub way: DrivenWay,
-    /// Energy from its first row on, row by row, where the log tells it.
-    pub energy: Option<(EnergyKind, Vec<f64>)>,
+    /// What was taken from its first row on, row by row, and the rate by which the log tells it.
+    pub energy: Option<(Quantity, Vec<f64>)>,
     /// The road that it was driven on, where it was asked for.
     pub road: Option<GivenCycle>,
 }
@@ -134,10 +116,9 @@ impl MeasuredDrives {
 }
 
 /// The energy of a drive up to each row of its way: a rate is the mean since the row before.
-fn energy(drive: &LoggedTrip, way: &DrivenWay) -> Option<(EnergyKind, Vec<f64>)> {
-    let kinds = [EnergyKind::Fuel, EnergyKind::Battery];
-    let (kind, rates) =
-        kinds.into_iter().find_map(|kind| Some((kind, drive.column(kind.rate().0)?)))?;
+fn energy(drive: &LoggedTrip, way: &DrivenWay) -> Option<(Quantity, Vec<f64>)> {
+    let rates = CARRIERS.iter().map(|declared| Quantity::rate_of(declared.carrier));
+    let (rate, rates) = rates.into_iter().find_map(|rate| Some((rate, drive.column(rate)?)))?;
     let mut sum = 0.0;
     let mut all = Vec::with_capacity(way.row.len());
     for (k, &row) in way.row.iter().enumerate() {
@@ -147,7 +128,7 @@ fn energy(drive: &LoggedTrip, way: &DrivenWay) -> Option<(EnergyKind, Vec<f64>)>
         all.push(sum);
     }
     // a row without a rate leaves everything behind it unknown
-    sum.is_finite().then_some((kind, all))
+    sum.is_finite().then_some((rate, all))
 }
 
 /// The road of a log as a given cycle: as a file of it is read back.

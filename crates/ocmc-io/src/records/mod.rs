@@ -240,6 +240,7 @@ pub(crate) mod examples {
     //! Records for tests, with values that are hard to write.
 
     use ocmc_core::charging::{ChargingEvent, ChargingPlace};
+    use ocmc_core::energy::Carrier;
     use ocmc_core::record::{Outcome, Record};
 
     /// A record whose values depend on its id.
@@ -252,11 +253,13 @@ pub(crate) mod examples {
             duration_s: x * 1e-300,
             mean_speed_mps: 0.1 + 0.2 * x,
             n_stops: cycle_id as u32,
-            fuel_kg: cycle_id.is_multiple_of(2).then_some(x * 1e20),
             driver_effect: cycle_id.is_multiple_of(3).then_some(-x / 7.0),
             n_curves: (!cycle_id.is_multiple_of(5)).then_some(cycle_id as u32),
             potential_change_j: -0.0,
-            ..Record::default()
+            ..Record::default().with(
+                Carrier::LiquidFuel,
+                [cycle_id.is_multiple_of(2).then_some(x * 1e20), None, None],
+            )
         }
     }
 

@@ -207,7 +207,7 @@ fn loads(summary: &Summary) -> String {
 pub(super) fn waterfall(gathered: &Gathered) -> String {
     let [winter, _, summer, _] = &gathered.by_season;
     let km = |sums: &Sums| sums.distance_m.unwrap_or(0.0) / 1000.0;
-    let whole = |sums: &Sums| sums.battery_energy_j.map(|j| j / 3.6e6 / km(sums));
+    let whole = |sums: &Sums| sums.charge_j.map(|j| j / 3.6e6 / km(sums));
     let (Some(from), Some(to)) = (whole(summer), whole(winter)) else { return String::new() };
     if summer.trips < FEWEST as u64 || winter.trips < FEWEST as u64 {
         return String::new();

@@ -209,6 +209,7 @@ impl PairPicture<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use ocmc_core::energy::Carrier;
     use ocmc_fleet::comparison::paired_values;
     use ocmc_fleet::quantity::quantity;
 
@@ -217,8 +218,10 @@ mod tests {
             cycle_id: 7 + id,
             distance_m: 10_000.0,
             payload_kg: 100.0 * id as f64,
-            consumption_l_per_100km: Some(30.0 + (id * 37 % 11) as f64 + more(id)),
-            ..Record::default()
+            ..Record::default().with(
+                Carrier::LiquidFuel,
+                [None, Some(30.0 + (id * 37 % 11) as f64 + more(id)), None],
+            )
         };
         (0..200).map(record).collect()
     }

@@ -2,13 +2,14 @@
 
 use super::gathered::Sums;
 use super::svg;
+use ocmc_core::energy::carrier::CARRIERS;
 use ocmc_core::record::Record;
 use std::fmt::Write;
 
 /// A kind of loss, and its part of a record.
 pub(super) type Loss = (&'static str, fn(&Record) -> Option<f64>);
 
-/// What the energy of fuel or battery goes into; together they are all of it.
+/// What the energy of the stores goes into; together they are all of it.
 pub(super) const LOSSES: [Loss; 14] = [
     ("engine", |r| r.engine_loss_j),
     ("battery", |r| r.battery_loss_j),
@@ -44,8 +45,12 @@ pub(super) fn largest_losses(sums: &Sums) -> (&'static str, Vec<(&'static str, f
 
 /// The energy that was used, and where it is from.
 fn used(sums: &Sums) -> (f64, &'static str) {
-    let [fuel, battery] = [sums.fuel_energy_j, sums.battery_energy_j].map(|sum| sum.unwrap_or(0.0));
-    if fuel > 0.0 { (fuel, "in the fuel") } else { (battery, "from the battery") }
+    let mut carriers = CARRIERS.iter().filter(|declared| sums.stores[declared.carrier as usize]);
+    let place = match (carriers.next(), carriers.next()) {
+        (Some(only), None) => only.place,
+        _ => "from all stores",
+    };
+    (sums.stored_energy_j.unwrap_or(0.0), place)
 }
 
 /// The breakdown as bars; nothing where no energy was used.

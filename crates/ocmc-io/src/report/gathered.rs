@@ -4,6 +4,7 @@
 use super::charging::{Course, keep};
 use super::energy::LOSSES;
 use super::{EXPLAINING, PAYLOAD, number};
+use ocmc_core::energy::Carrier;
 use ocmc_core::record::{Outcome, Record};
 use ocmc_fleet::quantity::{CONSUMPTIONS, RecordQuantity, quantity};
 use ocmc_fleet::range::{RangeTrip, SEASONS, season_of};
@@ -36,8 +37,11 @@ pub struct Gathered {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Sums {
     pub(super) trips: u64,
-    pub(super) fuel_energy_j: Option<f64>,
-    pub(super) battery_energy_j: Option<f64>,
+    /// What all stores gave, in J, and whether a carrier is among them.
+    pub(super) stored_energy_j: Option<f64>,
+    pub(super) stores: [bool; Carrier::COUNT],
+    /// What batteries gave, in J.
+    pub(super) charge_j: Option<f64>,
     pub(super) distance_m: Option<f64>,
     pub(super) duration_s: Option<f64>,
     pub(super) standstill_s: Option<f64>,
@@ -151,8 +155,11 @@ impl Sums {
             return;
         }
         self.trips += 1;
-        sum(&mut self.fuel_energy_j, record.fuel_energy_j);
-        sum(&mut self.battery_energy_j, record.battery_energy_j);
+        sum(&mut self.stored_energy_j, record.stored_energy_j());
+        sum(&mut self.charge_j, record.amount(Carrier::Electricity));
+        for declared in record.carriers() {
+            self.stores[declared.carrier as usize] = true;
+        }
         sum(&mut self.distance_m, Some(record.distance_m));
         sum(&mut self.duration_s, Some(record.duration_s));
         sum(&mut self.standstill_s, Some(record.standstill_s));
@@ -177,6 +184,7 @@ fn sum(total: &mut Option<f64>, value: Option<f64>) {
 mod tests {
     use super::*;
     use crate::records::examples;
+    use ocmc_fleet::quantity::WHEEL;
 
     #[test]
     fn the_ends_are_those_of_all_cycles_however_they_arrive() {
@@ -185,7 +193,7 @@ mod tests {
             record.outcome = Outcome::Completed;
             record.wheel_kwh_per_km = ((k * 7919) % 640) as f64;
         }
-        let wheel = quantity(CONSUMPTIONS[2]).expect("a quantity");
+        let wheel = quantity(WHEEL).expect("a quantity");
         let mut sorted: Vec<(f64, Record)> =
             records.iter().map(|r| (r.wheel_kwh_per_km, r.clone())).collect();
         sorted.sort_by(|a, b| a.0.total_cmp(&b.0));

@@ -5,6 +5,7 @@ use super::svg::{Scale, begin, label as words, rounded_short};
 use super::tables::statistics;
 use crate::label::label;
 use crate::number_text::{grouped, rounded};
+use ocmc_core::energy::carrier::CARRIERS;
 use ocmc_fleet::statistic::Statistic;
 use ocmc_fleet::summary::Summary;
 use ocmc_fleet::truck_year::{Total, TruckSummary, TruckTime};
@@ -146,13 +147,18 @@ fn caterpillar(trucks: &TruckSummary, unit: &str, factor: f64) -> String {
 /// Totals of the fleet's year.
 fn year(trucks: &TruckSummary) -> String {
     let totals = &trucks.totals;
-    let rows: [(&str, Option<Total>, f64); 5] = [
-        ("distance, km", totals.distance_m, 1e-3),
-        ("time, h", totals.duration_s, 1.0 / 3600.0),
-        ("fuel, L", totals.fuel_l, 1.0),
-        ("electricity, MWh", totals.battery_energy_j, 1.0 / 3.6e9),
-        ("CO2 of the fuel, t", totals.co2_kg, 1e-3),
-    ];
+    let taken = CARRIERS.iter().zip(totals.sold).map(|(declared, total)| {
+        let (unit, factor) = declared.total;
+        (format!("{}, {unit}", declared.name), total, factor)
+    });
+    let rows: Vec<(String, Option<Total>, f64)> = [
+        ("distance, km".to_owned(), totals.distance_m, 1e-3),
+        ("time, h".to_owned(), totals.duration_s, 1.0 / 3600.0),
+    ]
+    .into_iter()
+    .chain(taken)
+    .chain([("CO2 of the fuel, t".to_owned(), totals.co2_kg, 1e-3)])
+    .collect();
     let mut text = "<p class=\"soft\">The fleet's year, and where that of another fleet of as \
                     many trucks lies in 95 of 100 cases.</p>\n<div class=\"wide\" \
                     tabindex=\"0\"><table>\n<thead><tr><th>quantity</th><th>total</th><th>another \

@@ -4,6 +4,7 @@ use super::speed_over_distance::{RoadPicture, ranks};
 use super::svg::escaped;
 use super::{STYLE, page_head};
 use crate::number_text::{grouped, percent, rounded};
+use ocmc_core::energy::Carrier;
 use ocmc_estimation::validation::ensemble::DriveScore;
 use ocmc_estimation::validation::pooled::Pooled;
 use std::fmt::Write;
@@ -19,7 +20,7 @@ const COLOURS: &str = "svg .inner { fill: color-mix(in srgb, var(--bar) 55%, var
                        .circular { border-left: .3rem solid var(--mark); padding-left: .6rem; }\n";
 
 /// What a quantity is called for people, and the factor to the unit in which they read it.
-pub fn quantity_label(quantity: &str, energy_unit: &str) -> (String, f64) {
+pub fn quantity_label(quantity: &str, carrier: Carrier) -> (String, f64) {
     match quantity {
         "speed" => ("speed at all places, km/h".to_owned(), 3.6),
         "duration" => ("time, s".to_owned(), 1.0),
@@ -27,8 +28,11 @@ pub fn quantity_label(quantity: &str, energy_unit: &str) -> (String, f64) {
         "standstill" => ("standstill, s".to_owned(), 1.0),
         "stops" => ("stops".to_owned(), 1.0),
         "speed_at_a_place" => ("speed at one place, km/h".to_owned(), 3.6),
-        "energy" if energy_unit == "kg" => ("fuel, kg".to_owned(), 1.0),
-        "energy" => ("energy of the battery, kWh".to_owned(), 1.0 / 3.6e6),
+        "energy" => {
+            let declared = carrier.declaration();
+            let (_, unit, factor) = declared.units;
+            (format!("{}, {unit}", declared.name), factor)
+        }
         other => (other.to_owned(), 1.0),
     }
 }
@@ -47,8 +51,8 @@ pub struct ValidationPage<'a> {
     pub facts: &'a [(&'static str, String)],
     /// What comes from the validated logs themselves, in words.
     pub circular: Option<&'a str>,
-    /// Unit of energy: `kg` or `J`.
-    pub energy_unit: &'a str,
+    /// What the truck stores.
+    pub carrier: Carrier,
     /// Scores over all drives.
     pub pooled: &'a [Pooled],
     /// Scores of each drive.
@@ -94,7 +98,7 @@ pub fn validation_html(page: &ValidationPage) -> String {
     }
     text.push_str("<h2>Ranks of the drives among the trips</h2>\n<div class=\"charts\">\n");
     for pooled in page.pooled {
-        let (label, _) = quantity_label(&pooled.quantity, page.energy_unit);
+        let (label, _) = quantity_label(&pooled.quantity, page.carrier);
         let p = pooled
             .uniform
             .map_or(String::new(), |u| format!(": p = {:.3} that they are even", u.p));
@@ -123,7 +127,7 @@ fn scores(page: &ValidationPage) -> String {
                     %</th><th>even ranks, p</th></tr></thead>\n<tbody>\n"
         .to_owned();
     for pooled in page.pooled {
-        let (label, factor) = quantity_label(&pooled.quantity, page.energy_unit);
+        let (label, factor) = quantity_label(&pooled.quantity, page.carrier);
         let with = |share: f64, error: Option<f64>| match error {
             Some(error) => format!("{} ± {}", percent(share), percent(error)),
             None => percent(share),
@@ -154,7 +158,7 @@ fn drives(page: &ValidationPage) -> String {
         .to_owned();
     for drive in page.drives {
         for (k, (quantity, score)) in drive.values.iter().enumerate() {
-            let (label, factor) = quantity_label(quantity.name(), page.energy_unit);
+            let (label, factor) = quantity_label(quantity.name(), page.carrier);
             let name = if k == 0 { escaped(&drive.drive) } else { String::new() };
             let from_to = [drive.from_m, drive.to_m].map(|at_m| match k {
                 0 => rounded(at_m / 1000.0),

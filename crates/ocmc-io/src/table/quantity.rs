@@ -4,6 +4,7 @@
 //! instead: `speed [km/h]`.
 
 use super::unit::{self, Unit, is_suffix, with_suffix};
+use ocmc_core::energy::Carrier;
 
 /// What a column holds. The meaning of each is in its [`Entry`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -202,6 +203,14 @@ pub const VOCABULARY: [Entry; 63] = [
 ];
 
 impl Quantity {
+    /// The rate at which a carrier is taken, as logs have it.
+    pub fn rate_of(carrier: Carrier) -> Self {
+        match carrier.declaration().filled {
+            Some(_) => Self::FuelRate,
+            None => Self::BatteryPower,
+        }
+    }
+
     /// Its entry of the vocabulary.
     pub fn entry(self) -> &'static Entry {
         &VOCABULARY[self as usize]

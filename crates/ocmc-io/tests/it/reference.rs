@@ -2,7 +2,8 @@
 //!
 //! `OCMC_WRITE_DOCS=1 cargo test -p ocmc-io --test it reference` writes them anew.
 
-use ocmc_core::energy_ledger::{Extent, Mode, Recorded, TERMS};
+use ocmc_core::energy::carrier::{ALL_STORES, CARRIERS, Named};
+use ocmc_core::energy::ledger::{Extent, Mode, Recorded, TERMS};
 use ocmc_core::kernel::drive::trace::trace;
 use ocmc_core::record::{COLUMNS, Record};
 use ocmc_core::study::Study;
@@ -169,12 +170,15 @@ fn the_page_of_the_records_is_made_from_their_columns() {
             return text;
         }
         for name in what.split_whitespace() {
-            let own = TERMS.iter().find_map(|declared| match declared.recorded {
-                Recorded::Column { name: own, meaning } => {
-                    (own == name).then(|| meaning.to_owned())
-                }
+            let of_terms = TERMS.iter().filter_map(|declared| match declared.recorded {
+                Recorded::Column { name, meaning } => Some(Named { name, meaning }),
                 Recorded::Field | Recorded::ByPowertrain => None,
             });
+            let of_carriers = CARRIERS
+                .iter()
+                .flat_map(|declared| [declared.amount, declared.consumption, declared.per_tonne]);
+            let mut declared = of_carriers.chain([ALL_STORES]).chain(of_terms);
+            let own = declared.find(|own| own.name == name).map(|own| own.meaning.to_owned());
             let meaning = own.or_else(|| Some(meaning(fields.below(name)?)));
             let meaning = meaning.unwrap_or_else(|| panic!("no column `{name}`"));
             assert_names_unit(name, &meaning);

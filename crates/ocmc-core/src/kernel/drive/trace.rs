@@ -7,7 +7,7 @@
 
 use super::chain::chained_scenario;
 use super::scheduler::{Observer, drive_observed};
-use crate::energy_ledger::{Ledger, Mode, TERMS};
+use crate::energy::ledger::{Ledger, Mode, TERMS};
 use crate::kernel::step::state::{KernelParameters, State};
 use crate::kernel::step::step_view::StepView;
 use crate::kernel::trip::lane_task::LaneTask;

@@ -3,7 +3,7 @@
 use super::one_step::Stages;
 use super::stage::engine_speed_at;
 use super::state::{KernelParameters, State};
-use crate::energy_ledger::{Ledger, StepLedger, Term};
+use crate::energy::ledger::{Ledger, StepLedger, Term};
 use crate::lanes::{Lanes, lerp, masked};
 use crate::powertrain::{Powertrain, ShaftStep};
 use fearless_simd::prelude::*;

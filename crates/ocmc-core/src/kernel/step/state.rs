@@ -5,7 +5,7 @@ use super::step_length::AFTER_JUMP;
 use crate::charging::ChargingPolicy;
 use crate::driver::look_ahead::LookAheadModel;
 use crate::driver::pedal::PedalModel;
-use crate::energy_ledger::Ledger;
+use crate::energy::ledger::Ledger;
 use crate::lanes::{Lanes, UNBOUNDED, WIDTH};
 use crate::powertrain::Powertrain;
 use crate::powertrain::gearbox::GearLanes;

@@ -2,7 +2,7 @@
 //! hot loop.
 
 use super::event_flag::{LaneEvent, ShiftLanes};
-use crate::energy_ledger::Ledger;
+use crate::energy::ledger::Ledger;
 use crate::lanes::{Flags, Lanes, WIDTH};
 use fearless_simd::prelude::*;
 

@@ -2,7 +2,7 @@
 
 use super::lane_task::{LaneTask, Progress};
 use crate::charging::ChargeCourse;
-use crate::energy_ledger::{Mode, Term};
+use crate::energy::ledger::{Mode, Term};
 use crate::kernel::step::state::Lane;
 use crate::powertrain::{Plug, Powertrain};
 use crate::record::{Outcome, Record};
@@ -105,6 +105,7 @@ impl LaneTask {
             &ledger,
             &mut record,
         );
+        record.take_all(Mode::Driven);
         if let (Some(stops), Some(policy)) = (&self.charging, lane.parameters.charging) {
             let powertrain = lane.parameters.powertrain;
             let charged_by = |plug: &Plug, charge, course: &mut ChargeCourse| {

@@ -9,7 +9,7 @@ use super::charging_site::Site;
 use super::lane_task::LaneTask;
 use super::stop_ahead::{Standing, StopAhead};
 use crate::charging::{Driven, Goal};
-use crate::energy_ledger::Term;
+use crate::energy::ledger::Term;
 use crate::kernel::step::state::Lane;
 use crate::powertrain::Powertrain;
 use fearless_simd::Simd;

@@ -2,7 +2,7 @@
 
 use super::lane_task::LaneTask;
 use super::rest_stops::until_look_s;
-use crate::energy_ledger::{Ledger, Term};
+use crate::energy::ledger::{Ledger, Term};
 use crate::kernel::step::LaneEvent;
 use crate::kernel::step::one_step::FAST_STEP;
 use crate::kernel::step::road_row::RoadRow;

@@ -8,7 +8,7 @@ use super::parts::{Parts, kinds_of_plan, mark_m};
 use super::rest_stops::{RestStops, halts_m};
 use super::stop_ahead::StopAhead;
 use crate::breakdown::Axis;
-use crate::energy_ledger::Ledger;
+use crate::energy::ledger::Ledger;
 use crate::kernel::step::road_row::{RoadRow, RoadRows};
 use crate::study::{Scenario, Study};
 use crate::tactical::{SpeedProfile, plan_braking, plan_cut};

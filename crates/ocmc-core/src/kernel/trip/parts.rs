@@ -7,8 +7,8 @@
 //! stop line no row is marked so: a part that ends there is booked at the next event.
 
 use super::stop_ahead::Changed;
-use crate::breakdown::{AMOUNTS, Axis, Breakdown};
-use crate::energy_ledger::Term;
+use crate::breakdown::{Axis, Breakdown, MOST_AMOUNTS};
+use crate::energy::ledger::Term;
 use crate::event_kind::{Kind, Point, kinds, regains};
 use crate::kernel::step::road_row::RoadRow;
 use crate::kernel::step::state::Lane;
@@ -39,9 +39,9 @@ pub(super) struct Parts {
     /// The next part that ends.
     next: usize,
     /// Totals that have been booked.
-    booked: [f64; AMOUNTS],
-    by_road_type: Vec<[f64; AMOUNTS]>,
-    by_kind: [[f64; AMOUNTS]; Kind::ALL.len()],
+    booked: [f64; MOST_AMOUNTS],
+    by_road_type: Vec<[f64; MOST_AMOUNTS]>,
+    by_kind: [[f64; MOST_AMOUNTS]; Kind::ALL.len()],
     /// Distance in a marked row, in m.
     mark_m: f64,
     /// Whether they are event kinds, too.
@@ -94,10 +94,10 @@ impl Parts {
     /// Begins at the start of the road.
     pub(super) fn depart(&mut self, road_types: usize) {
         self.next = 0;
-        self.booked = [0.0; AMOUNTS];
+        self.booked = [0.0; MOST_AMOUNTS];
         self.by_road_type.clear();
-        self.by_road_type.resize(road_types, [0.0; AMOUNTS]);
-        self.by_kind = [[0.0; AMOUNTS]; Kind::ALL.len()];
+        self.by_road_type.resize(road_types, [0.0; MOST_AMOUNTS]);
+        self.by_kind = [[0.0; MOST_AMOUNTS]; Kind::ALL.len()];
     }
 
     /// Books the parts that have ended where the truck is. Returns whether its row is marked: the
@@ -191,12 +191,14 @@ impl Parts {
         &self,
         lane: &Lane<S, P>,
         standstill_s: f64,
-    ) -> Option<(Change, [f64; AMOUNTS])> {
+    ) -> Option<(Change, [f64; MOST_AMOUNTS])> {
         let change = self.changes.get(self.next)?;
         let ledger = &lane.state.ledger;
-        let source = if P::TERMS.contains(&Term::Fuel) { Term::Fuel } else { Term::Battery };
-        let mut gained =
-            [Term::Distance, Term::Time, Term::Wheel, source].map(|term| ledger[term][lane.number]);
+        let mut gained = [0.0; MOST_AMOUNTS];
+        let terms = [Term::Distance, Term::Time, Term::Wheel].iter().chain(P::STORES);
+        for (gained, term) in gained.iter_mut().zip(terms) {
+            *gained = ledger[*term][lane.number];
+        }
         gained[1] += standstill_s;
         for (total, before) in gained.iter_mut().zip(self.booked) {
             *total -= before;
@@ -221,29 +223,25 @@ impl Parts {
         standstill_s: f64,
     ) -> Breakdown {
         let Some(columns) = study.breakdown() else { return Breakdown::default() };
-        let mut by_kind = self.by_kind;
-        let by = &study.model().simulation.columns_by;
-        let mut values = Vec::with_capacity(columns.names().len());
-        let gained = self.gained(lane, standstill_s);
-        if by.contains(&Axis::RoadType) {
-            values.extend(self.by_road_type.iter().flatten());
-            if let Some((change, gained)) = gained {
-                for (value, gained) in values[AMOUNTS * change.road_type..].iter_mut().zip(gained) {
-                    *value += gained;
-                }
-            }
+        let (mut by_road_type, mut by_kind) = (self.by_road_type.clone(), self.by_kind);
+        if let Some((change, gained)) = self.gained(lane, standstill_s) {
+            add(&mut by_road_type[change.road_type], gained);
+            add(&mut by_kind[change.kind as usize], gained);
         }
-        if by.contains(&Axis::EventKind) {
-            if let Some((change, gained)) = gained {
-                add(&mut by_kind[change.kind as usize], gained);
-            }
-            values.extend(by_kind.iter().flatten());
+        let (by, amounts) = (&study.model().simulation.columns_by, columns.amounts().len());
+        let mut values = Vec::with_capacity(columns.names().len());
+        for axis in Axis::ALL.into_iter().filter(|axis| by.contains(axis)) {
+            let sums = match axis {
+                Axis::RoadType => &by_road_type[..],
+                Axis::EventKind => &by_kind[..],
+            };
+            values.extend(sums.iter().flat_map(|sums| &sums[..amounts]));
         }
         Breakdown::new(Arc::clone(columns), Some(values))
     }
 }
 
-fn add(sums: &mut [f64; AMOUNTS], gained: [f64; AMOUNTS]) {
+fn add(sums: &mut [f64; MOST_AMOUNTS], gained: [f64; MOST_AMOUNTS]) {
     for (sum, gained) in sums.iter_mut().zip(gained) {
         *sum += gained;
     }

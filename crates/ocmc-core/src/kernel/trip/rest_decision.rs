@@ -8,7 +8,7 @@
 use super::lane_task::LaneTask;
 use super::rest_stops::{AGAIN_S, AHEAD_S, is_mission_stop};
 use super::stop_ahead::{Standing, StopAhead};
-use crate::energy_ledger::Term;
+use crate::energy::ledger::Term;
 use crate::kernel::step::road_row::RoadRow;
 use crate::kernel::step::state::Lane;
 use crate::powertrain::Powertrain;

@@ -6,7 +6,7 @@ use super::lane_task::LaneTask;
 use super::rest_stops::is_mission_stop;
 use super::stop_ahead::{Standing, StopAhead, put_in};
 use crate::charging::ChargeCourse;
-use crate::energy_ledger::Term;
+use crate::energy::ledger::Term;
 use crate::kernel::step::state::Lane;
 use crate::powertrain::Powertrain;
 use fearless_simd::Simd;

@@ -2,7 +2,7 @@
 //! motor as far as motor and battery reach.
 
 use super::BatteryElectricPowertrain;
-use crate::energy_ledger::{Ledger, Mode, Term};
+use crate::energy::ledger::{Ledger, Mode, Term};
 use crate::powertrain::{
     InversePowertrain, InverseStep, Powertrain, SpeedStep, StepCost, TruckInputs,
 };
@@ -103,8 +103,8 @@ impl InversePowertrain for InverseBatteryElectric<'_> {
         BatteryElectricPowertrain::TERMS
     }
 
-    fn source(&self) -> Term {
-        Term::Battery
+    fn stores(&self) -> &'static [Term] {
+        &[Term::Battery]
     }
 
     /// At the state of charge that the battery has now.

@@ -17,7 +17,7 @@ pub mod thermal;
 
 pub use powertrain::BatteryState;
 
-use crate::energy_ledger::{Ledger, Term};
+use crate::energy::ledger::{Ledger, Term};
 use crate::lanes::{Lanes, one};
 use crate::powertrain::gearbox::{Gear, ShiftModel, validate_ratios};
 use crate::validation::Problems;

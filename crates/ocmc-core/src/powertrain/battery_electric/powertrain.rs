@@ -12,7 +12,8 @@ use super::battery::{BatteryLimits, BatteryModel};
 use super::inverse::InverseBatteryElectric;
 use super::temperature::Temperatures;
 use crate::charging::ChargeCourse;
-use crate::energy_ledger::{Ledger, Mode, StepLedger, Term};
+use crate::energy::Carrier;
+use crate::energy::ledger::{Ledger, Mode, StepLedger, Term};
 use crate::first_order_lag::FirstOrderLag;
 use crate::lanes::{Flags, Lanes, WIDTH, masked};
 use crate::powertrain::gearbox::GearLanes;
@@ -86,12 +87,12 @@ impl BatteryElectricPowertrain {
         mode: Mode,
         record: &mut Record,
     ) {
-        let per_m = record.per_distance(ledger[Term::Battery], mode);
-        record.consumption_kwh_per_km = per_m.map(|per_m| per_m / 3600.0);
-        record.consumption_kwh_per_tkm = record.per_tonne(record.consumption_kwh_per_km);
+        let drawn_j = ledger[Term::Battery];
+        record.take(Carrier::Electricity, drawn_j, drawn_j, mode);
         record.final_charge = Some(charge);
         if record.outcome == Outcome::Completed {
-            record.drove_whole_trip(record.distance_m, record.consumption_kwh_per_km);
+            let consumption = record.consumption(Carrier::Electricity);
+            record.drove_whole_trip(record.distance_m, consumption);
         }
     }
 }
@@ -101,7 +102,8 @@ impl Powertrain for BatteryElectricPowertrain {
     type Stage<S: Simd> = ();
     type Predicted<S: Simd> = ();
 
-    const SOURCE: Term = Term::Battery;
+    const SOURCES: &'static [Term] = &[Term::Battery];
+    const STORES: &'static [Term] = &[Term::Battery];
     const TERMS: &'static [Term] = &[
         Term::Battery,
         Term::BatteryLoss,
@@ -116,6 +118,10 @@ impl Powertrain for BatteryElectricPowertrain {
         source_rate: "battery_power_w",
         state: "state_of_charge",
     };
+
+    fn carriers(&self) -> &'static [Carrier] {
+        Carrier::Electricity.alone()
+    }
 
     fn constants(&self) -> PowertrainConstants {
         PowertrainConstants {

@@ -6,7 +6,7 @@ use super::battery::BatteryModel;
 use super::powertrain::BatteryState;
 use super::thermal::ThermalModel;
 use crate::charging::ChargeCourse;
-use crate::energy_ledger::{Ledger, Term};
+use crate::energy::ledger::{Ledger, Term};
 use crate::lanes::Lanes;
 use crate::powertrain::{Charge, Plug};
 use crate::record::Record;

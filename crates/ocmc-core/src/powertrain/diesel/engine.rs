@@ -19,6 +19,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::distribution::Quantity;
+use crate::energy::Carrier;
 use crate::lanes::{Lanes, WIDTH, columns, one};
 use crate::powertrain::bilinear::{Cells, cells};
 use crate::powertrain::piece_table::PieceTable;
@@ -105,6 +106,7 @@ impl EngineModel {
             "a row of another length",
             "2 to as many columns as map_torque_nm in each row",
         );
+        problems.part("fuel", |problems| self.fuel.validate(problems));
     }
 
     /// Speed while the body takes power, in rad/s.
@@ -138,6 +140,8 @@ impl EngineModel {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FuelModel {
+    /// Carrier: `liquid_fuel`, `methane` or `hydrogen`.
+    pub carrier: Carrier,
     /// Density, in kg/m³.
     #[schemars(range(min = 50.0, max = 2000.0))]
     pub density_kgpm3: f64,
@@ -147,6 +151,19 @@ pub struct FuelModel {
     /// Carbon dioxide for each kg of fuel, in kg.
     #[schemars(range(min = 0.0, max = 10.0))]
     pub co2_kg_per_kg: f64,
+}
+
+impl FuelModel {
+    /// A carrier that burns, with a heating value that it can have.
+    fn validate(&self, problems: &mut Problems) {
+        let declared = self.carrier.declaration();
+        let Some([least, most]) = declared.heating_value_jpkg else {
+            return problems.require(false, "carrier", declared.name, "what an engine can burn");
+        };
+        let is_known = (least..=most).contains(&self.heating_value_jpkg);
+        let allowed = format!("{least:e} to {most:e} for {}", declared.name);
+        problems.require(is_known, "heating_value_jpkg", self.heating_value_jpkg, &allowed);
+    }
 }
 
 /// Torques that differ by this share are the same: full load often ends where the map does.
@@ -479,6 +496,7 @@ pub(crate) mod tests {
             power_take_off_speed_radps: None,
             fuel_factor: Quantity::Number(1.0),
             fuel: FuelModel {
+                carrier: Carrier::LiquidFuel,
                 density_kgpm3: 836.0,
                 heating_value_jpkg: 42.7e6,
                 co2_kg_per_kg: 3.13,

@@ -2,7 +2,7 @@
 //! what the engine burns, in one step of prescribed speed.
 
 use super::powertrain::DieselPowertrain;
-use crate::energy_ledger::{Ledger, Mode, Term};
+use crate::energy::ledger::{Ledger, Mode, Term};
 use crate::powertrain::{
     GearChoice, GearOrder, InversePowertrain, InverseStep, Powertrain, ShiftConvention, SpeedStep,
     StepCost, TruckInputs,
@@ -226,8 +226,8 @@ impl InversePowertrain for InverseDiesel<'_> {
         DieselPowertrain::TERMS
     }
 
-    fn source(&self) -> Term {
-        Term::FuelEnergy
+    fn stores(&self) -> &'static [Term] {
+        &[Term::FuelEnergy]
     }
 
     fn gear_choice(&self) -> Option<GearChoice> {

@@ -2,7 +2,8 @@
 
 use super::engine::{Curves, Engine, EngineModel};
 use super::inverse::InverseDiesel;
-use crate::energy_ledger::{Ledger, Mode, StepLedger, Term};
+use crate::energy::Carrier;
+use crate::energy::ledger::{Ledger, Mode, StepLedger, Term};
 use crate::first_order_lag::FirstOrderLag;
 use crate::lanes::{Flags, Lanes, lerp, masked, one, scheduling_barrier};
 use crate::powertrain::clutch::Clutch;
@@ -159,11 +160,9 @@ impl DieselPowertrain {
     ) {
         let fuel = &self.engine_model.fuel;
         let litres = fuel_kg / fuel.density_kgpm3 * 1000.0;
-        let per_100km = record.per_distance(litres, mode).map(|per_m| per_m * 1e5);
         let co2 = record.per_distance(fuel_kg * fuel.co2_kg_per_kg, mode);
-        record.fuel_kg = Some(fuel_kg);
-        record.consumption_l_per_100km = per_100km;
-        record.consumption_l_per_100tkm = record.per_tonne(per_100km);
+        let is_liquid = fuel.carrier == Carrier::LiquidFuel;
+        record.take(fuel.carrier, fuel_kg, if is_liquid { litres } else { fuel_kg }, mode);
         record.co2_g_per_km = co2.map(|per_m| per_m * 1e6);
         record.fuel_energy_j = Some(fuel_energy_j);
         record.engine_loss_j = Some(fuel_energy_j - ledger[Term::Crankshaft]);
@@ -175,7 +174,8 @@ impl Powertrain for DieselPowertrain {
     type Stage<S: Simd> = DieselStage<S>;
     type Predicted<S: Simd> = PredictedTorque<S>;
 
-    const SOURCE: Term = Term::Crankshaft;
+    const SOURCES: &'static [Term] = &[Term::Crankshaft];
+    const STORES: &'static [Term] = &[Term::Fuel];
     const TERMS: &'static [Term] = &[Term::Fuel, Term::Crankshaft, Term::Clutch, Term::EngineBrake];
     const SIGNALS: SignalNames = SignalNames {
         speed: "engine_speed_radps",
@@ -183,6 +183,10 @@ impl Powertrain for DieselPowertrain {
         source_rate: "fuel_rate_kgps",
         state: "clutch_closed",
     };
+
+    fn carriers(&self) -> &'static [Carrier] {
+        self.engine_model.fuel.carrier.alone()
+    }
 
     fn constants(&self) -> PowertrainConstants {
         PowertrainConstants {

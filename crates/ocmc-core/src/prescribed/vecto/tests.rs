@@ -1,7 +1,7 @@
 //! The planner on missions that are made up.
 
 use super::*;
-use crate::energy_ledger::Term;
+use crate::energy::ledger::Term;
 use crate::powertrain::diesel::engine::tests::engine_b;
 use crate::powertrain::gearbox::GearboxModel;
 use crate::powertrain::{Powertrain, ShiftConvention, TruckInputs};
