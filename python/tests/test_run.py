@@ -211,13 +211,3 @@ def test_the_stub_is_shipped():
     package = Path(ocmc.__file__).parent
     assert (package / "py.typed").exists()
     assert (package / "_ocmc.pyi").exists()
-
-
-def test_a_run_without_checksums_is_loaded_with_a_warning():
-    folder = Path(__file__).parents[2] / "tests" / "it" / "cases" / "run-0.1.0"
-    with pytest.warns(UserWarning, match="checksums|connection_s") as warnings:
-        run = ocmc.load(folder)
-    said = [str(warning.message) for warning in warnings]
-    assert len(run) == 3
-    assert any("has no checksums" in text for text in said)
-    assert any("vehicle.electric.charging.connection_s = 0.0" in text for text in said)

@@ -1,7 +1,7 @@
 //! Files of a run directory that change behind its back are named.
 
 use crate::others_data::skipped;
-use crate::program::{ocmc, run_into};
+use crate::program::{change_manifest, ocmc, run_into, seal};
 use ocmc_fleet::run::RunPlan;
 use ocmc_io::given_drive::GivenDrive;
 use ocmc_io::records::RecordFormat;
@@ -158,24 +158,36 @@ fn verify_says_which_file_is_damaged_and_fails() {
 }
 
 #[test]
-fn a_run_of_version_0_1_0_is_read() {
-    let cases = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/it/cases/run-0.1.0");
+fn a_run_of_another_version_is_refused_by_its_name() {
     let parent = tempfile::tempdir().expect("a directory");
     let out = parent.path().join("run");
-    fs::create_dir(&out).expect("space");
-    for file in files(&cases) {
-        fs::copy(&file, out.join(file.file_name().expect("a file"))).expect("space");
+    run_into(&out, &["--cycles", "20"]);
+    let version = format!("\"program_version\": \"{}\"", env!("CARGO_PKG_VERSION"));
+    change_manifest(&out, &version, "\"program_version\": \"0.1.0\"");
+    // with a key that this version does not know
+    change_manifest(&out, "\"seed\":", "\"master\": 1,\n  \"seed\":");
+    let whole = parent.path().join("whole");
+    for arguments in [
+        &["report"][..],
+        &["--resume", "--out"],
+        &["--resume", "--cycles", "20", "--out"],
+        &["merge", "--out", whole.to_str().expect("UTF-8")],
+    ] {
+        let output = ocmc(arguments).arg(&out).output().expect("it starts");
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(said.contains("was written by version 0.1.0"), "{arguments:?}: {said}");
+        assert!(!output.status.success());
     }
-    let stored = read(&out).expect("a run");
-    assert_eq!((stored.records.len(), stored.manifest.records_sha256), (3, None));
     let output = ocmc(&["verify"]).arg(&out).output().expect("it starts");
-    assert!(output.status.success());
-    assert!(String::from_utf8_lossy(&output.stderr).contains("no checksums"));
-    let output = ocmc(&["report"]).arg(&out).output().expect("it starts");
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success() && said.contains("has no checksums"), "{said}");
-    assert!(said.contains("vehicle.electric.charging.connection_s = 0.0"), "{said}");
-    // a number that is none is found, any other one is not
+    assert!(String::from_utf8_lossy(&output.stdout).contains("was written by version 0.1.0"));
+    assert!(!output.status.success());
+}
+
+#[test]
+fn a_number_that_is_none_is_named() {
+    let parent = tempfile::tempdir().expect("a directory");
+    let out = parent.path().join("run");
+    run_into(&out, &["--cycles", "3", "--format", "csv"]);
     let records = out.join("records.csv");
     let text = fs::read_to_string(&records).expect("written");
     let row = text.lines().nth(1).expect("a row");
@@ -183,14 +195,8 @@ fn a_run_of_version_0_1_0_is_read() {
         let cells: Vec<&str> = row.split(',').collect();
         let bad = [&cells[..2], &[number], &cells[3..]].concat().join(",");
         fs::write(&records, text.replace(row, &bad)).expect("space");
+        seal(&out);
         let error = read(&out).expect_err("no number").to_string();
         assert!(error.contains("`distance_m` of cycle") && error.contains("finite"), "{error}");
     }
-    fs::write(&records, text).expect("space");
-    // a changed value of it is not found, a changed study is
-    let manifest = out.join("manifest.json");
-    let text = fs::read_to_string(&manifest).expect("written");
-    fs::write(&manifest, text.replacen("length_m = 5000.0", "length_m = 6000.0", 1))
-        .expect("space");
-    assert!(read(&out).expect_err("another study").to_string().contains("hash"));
 }

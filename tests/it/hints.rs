@@ -1,7 +1,7 @@
 //! What the program tells people to type: commands that a shell takes as they stand, and what to do
 //! about a directory.
 
-use crate::program::{SHORT, ocmc, run_into, without_checksums};
+use crate::program::{SHORT, change_manifest, ocmc, run_into};
 use std::fs;
 use std::path::Path;
 
@@ -67,12 +67,8 @@ fn a_run_that_was_ended_by_force_names_the_command_that_finishes_it() {
     let folder = tempfile::tempdir().expect("a directory");
     let run = folder.path().join("a b");
     run_into(&run, &["--cycles", "5"]);
-    without_checksums(&run);
-    let path = run.join("manifest.json");
-    let text = fs::read_to_string(&path).expect("written");
-    let text = text.replace(r#""status": "complete""#, r#""status": "running""#);
-    let text = text.replace(r#""completed": 5"#, r#""completed": 0"#);
-    fs::write(&path, text).expect("space");
+    change_manifest(&run, r#""status": "complete""#, r#""status": "running""#);
+    change_manifest(&run, r#""completed": 5"#, r#""completed": 0"#);
     let report = message(folder.path(), &["report", "a b"], 1);
     let finishes = "`ocmc --out 'a b' --resume` finishes it";
     assert!(report.contains("not ended (0 of 5 cycles, running)"), "{report}");

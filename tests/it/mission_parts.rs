@@ -64,7 +64,7 @@ fn a_round_takes_what_its_legs_take_one_by_one() {
     // what rolls and climbs is what is carried
     let heavy = drive_scenario(&study, road(15_000.0, 24_300.0).scenario(&study));
     assert!(round.amount(Carrier::LiquidFuel) < heavy.amount(Carrier::LiquidFuel));
-    let mean_kg = round.mean_payload_kg.unwrap();
+    let mean_kg = round.mean_payload_kg;
     assert!((mean_kg - (6.0 * 24_300.0 + 4.0 * 12_000.0) / 15.0).abs() < 5.0, "{mean_kg}");
     assert_eq!(round.payload_kg, 24_300.0);
     let per_tkm = round.consumption_per_tonne(Carrier::LiquidFuel).unwrap() * mean_kg / 1000.0;

@@ -1,7 +1,7 @@
 //! Runs that survive: whatever ends a run, `--resume` makes of it the bytes of a run that was never
 //! ended.
 
-use crate::program::{ocmc, records, without_checksums};
+use crate::program::{change_manifest, ocmc, records, seal};
 use serde_json::Value;
 use std::collections::hash_map::RandomState;
 use std::fmt::Write as _;
@@ -253,12 +253,8 @@ fn files_behind_resume_have_to_be_those_of_the_run() {
     }
     // a run so long is not finished here: its manifest says that it was to be shorter
     for (arguments, out) in [(&followed[..], &follows), (&["drive", &route], &drives)] {
-        let path = out.join("manifest.json");
-        without_checksums(out);
-        let text = fs::read_to_string(&path).expect("written");
         let completed = manifest(out)["completed"].as_u64().expect("a number") + 100;
-        let text = text.replace("\"cycles\": 10000000", &format!("\"cycles\": {completed}"));
-        fs::write(&path, text).expect("space");
+        change_manifest(out, "\"cycles\": 10000000", &format!("\"cycles\": {completed}"));
         let (code, message) = again(arguments, out);
         assert_eq!(code, Some(0), "{arguments:?}: {message}");
         assert_eq!(manifest(out)["completed"], completed);
@@ -360,28 +356,31 @@ fn a_damaged_or_foreign_chunk_is_named() {
     for format in ["parquet", "csv"] {
         let out = parent.path().join(format);
         dead_run(&out, format);
-        without_checksums(&out);
+        let refused = || {
+            seal(&out);
+            refused(&out)
+        };
         let chunk = out.join("chunks").join(format!("00000001.{format}"));
         let good = fs::read(&chunk).expect("written");
 
         fs::write(&chunk, &good[..good.len() / 2]).expect("space");
-        assert!(refused(&out).contains("00000001"), "cut in the middle");
+        assert!(refused().contains("00000001"), "cut in the middle");
         // the last number loses its last digits: still a number
         fs::write(&chunk, &good[..good.len() - 5]).expect("space");
-        assert!(refused(&out).contains("00000001"), "cut at the end");
+        assert!(refused().contains("00000001"), "cut at the end");
         fs::remove_file(&chunk).expect("there");
-        assert!(refused(&out).contains("00000001"), "missing");
+        assert!(refused().contains("00000001"), "missing");
 
         // the same cycles of another study
         let other = parent.path().join(format!("{format}-other"));
         let arguments = ["--cycles", "1024", "--first-cycle", "1024", "--seed", "2", "--format"];
         whole(&other, &[&arguments[..], &[format]].concat());
         fs::copy(other.join(format!("records.{format}")), &chunk).expect("space");
-        let message = refused(&out);
+        let message = refused();
         assert!(message.contains("00000001") && message.contains("study and seed"), "{message}");
         // other cycles of this one
         fs::copy(out.join("chunks").join(format!("00000000.{format}")), &chunk).expect("space");
-        let message = refused(&out);
+        let message = refused();
         assert!(message.contains("cycle 0 where cycle 1024 should be"), "{message}");
     }
 }
@@ -391,17 +390,8 @@ fn what_cannot_be_resumed_is_said() {
     let parent = tempfile::tempdir().expect("a directory");
     let out = parent.path().join("run");
     dead_run(&out, "parquet");
-    without_checksums(&out);
-    let text = fs::read_to_string(out.join("manifest.json")).expect("written");
-    let changed = |from: &str, to: &str| {
-        let text = text.replacen(from, to, 1);
-        fs::write(out.join("manifest.json"), text).expect("space");
-        refused(&out)
-    };
-    let version = format!("\"program_version\": \"{}\"", env!("CARGO_PKG_VERSION"));
-    let message = changed(&version, "\"program_version\": \"0.0.1\"");
-    assert!(message.contains("version 0.0.1 of the program"), "{message}");
-    let message = changed("length_m = 200.0", "length_m = 300.0");
+    change_manifest(&out, "length_m = 200.0", "length_m = 300.0");
+    let message = refused(&out);
     assert!(message.contains("hash"), "{message}");
     assert_eq!(ocmc(&["--resume"]).output().expect("it starts").status.code(), Some(2));
 }

@@ -32,15 +32,6 @@ impl Answer for VerifyAnswer {
         };
         self.files().iter().map(line).collect()
     }
-
-    fn warnings(&self) -> Vec<String> {
-        if self.verified.has_checksums {
-            return Vec::new();
-        }
-        let text = "there are no checksums, as an earlier version of the program wrote none: \
-                    changed values are not found";
-        vec![text.to_owned()]
-    }
 }
 
 /// Checks every file that a run has written: of a run that has ended, or of one that can be

@@ -238,7 +238,6 @@ pub(crate) fn merge(arguments: &MergeArguments) -> Result<(), Failure> {
 pub(crate) fn report(arguments: &ReportArguments) -> Result<(), Failure> {
     let ReportArguments { directory, out } = arguments;
     let run = Reported::read(directory).map_err(Error::from)?;
-    run.manifest.notes().iter().for_each(|note| warn(note));
     let path = out.clone().unwrap_or_else(|| directory_of(directory).join(REPORT));
     output::write(&path, ocmc_api::report(&run))?;
     if out.is_none() {

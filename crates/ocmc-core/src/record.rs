@@ -177,13 +177,12 @@ pub struct Record {
     /// an engine's goes on with its last slope. With it counts the time in which more was drawn
     /// than the battery has at any current. To a step where an edge is crossed.
     pub outside_map_s: Option<f64>,
-    /// Its truck; where each trip has a truck of its own, the id of the cycle. Null in records of
-    /// versions that had no trucks, as the next two.
-    pub truck_id: Option<u64>,
+    /// Its truck; where each trip has a truck of its own, the id of the cycle.
+    pub truck_id: u64,
     /// Its driver: one of the truck's, or of the pool; null where a speed is followed exactly.
     pub driver_id: Option<u64>,
     /// Which trip of its truck it is, from 0.
-    pub trip: Option<u64>,
+    pub trip: u64,
     /// Distance of the whole trip, in m. Where the battery emptied on the way, it is of the same
     /// trip driven again with a battery that never empties. Null for a diesel truck, and where the
     /// trip was not driven to its end then, either.
@@ -194,9 +193,8 @@ pub struct Record {
     pub rest_s: Option<f64>,
     /// Rests that this law asked for; null as `rest_s`.
     pub n_rests: Option<u32>,
-    /// Part of the drawn payload that the legal gross mass took off, in kg; null in records of
-    /// versions that knew none.
-    pub payload_cut_kg: Option<f64>,
+    /// Part of the drawn payload that the legal gross mass took off, in kg.
+    pub payload_cut_kg: f64,
     /// Energy that depots, `charging.depot`, put into the store after the trip, in J, a part of
     /// `charged_energy_j`; null where a study has none.
     pub charged_energy_depot_j: Option<f64>,
@@ -224,7 +222,7 @@ pub struct Record {
     /// Time for which it was charged in the depot after the trip, in s; null as
     /// `charged_energy_depot_j`.
     pub depot_charging_s: Option<f64>,
-    /// State of charge at departure; null for a diesel truck, and in records of earlier versions.
+    /// State of charge at departure; null for a diesel truck.
     pub departure_charge: Option<f64>,
     /// Greenhouse gases from generating the electricity that the meters of chargers count, over
     /// distance, in g/km of CO2 equivalents; null for a diesel truck, for a cycle that stalled or
@@ -244,11 +242,10 @@ pub struct Record {
     /// Lowest state of charge with which the truck came to a charger on the way or to the end of its
     /// trip; null as `charged_energy_public_j`.
     pub lowest_charge: Option<f64>,
-    /// Mean payload along the driven way, in kg: that at departure where no stop changes it; null in
-    /// records of earlier versions.
-    pub mean_payload_kg: Option<f64>,
+    /// Mean payload along the driven way, in kg: that at departure where no stop changes it.
+    pub mean_payload_kg: f64,
     /// Work that the truck's body took at stops of the mission, in J, a part of
-    /// `auxiliary_energy_j`; null in records of earlier versions.
+    /// `auxiliary_energy_j`; null where a speed is followed exactly.
     pub power_take_off_energy_j: Option<f64>,
     /// Columns that are declared elsewhere: those of the carriers, then the terms of the ledger that
     /// have a column of their own.
@@ -257,8 +254,8 @@ pub struct Record {
     /// What road types and event kinds took, in columns that the study names.
     #[serde(skip)]
     pub breakdown: Breakdown,
-    /// Each charging of a trip, in order; none where a study has no `[charging]`, for a diesel
-    /// truck, and in records of earlier versions.
+    /// Each charging of a trip, in order; none where a study has no `[charging]`, and for a diesel
+    /// truck.
     #[serde(skip)]
     pub charging_events: Option<Vec<ChargingEvent>>,
     /// The driver's clock at the end, on its way to the next trip of a chain alone.
@@ -406,14 +403,9 @@ impl Record {
         if self.distance_m > 0.0 { Some(amount / self.distance_m) } else { at_rest }
     }
 
-    /// Payload, in kg, that makes tonne-kilometres with the distance.
-    pub fn carried_kg(&self) -> f64 {
-        self.mean_payload_kg.unwrap_or(self.payload_kg)
-    }
-
     /// A quantity over the tonnes of the mean payload; none for an empty truck.
     pub fn per_tonne(&self, value: Option<f64>) -> Option<f64> {
-        let payload_kg = self.carried_kg();
+        let payload_kg = self.mean_payload_kg;
         value.filter(|_| payload_kg >= LEAST_PAYLOAD_KG).map(|value| value / (payload_kg / 1000.0))
     }
 
@@ -628,14 +620,14 @@ const FIELDS: &[Column] = &[
     column_of("limited_s", |r| Cell::Number(r.limited_s)),
     column_of("missing_energy_j", |r| Cell::Number(r.missing_energy_j)),
     column_of("outside_map_s", |r| Cell::Number(r.outside_map_s)),
-    column_of("truck_id", |r| Cell::Integer(r.truck_id)),
+    column_of("truck_id", |r| Cell::Integer(Some(r.truck_id))),
     column_of("driver_id", |r| Cell::Integer(r.driver_id)),
-    column_of("trip", |r| Cell::Integer(r.trip)),
+    column_of("trip", |r| Cell::Integer(Some(r.trip))),
     column_of("whole_trip_m", |r| Cell::Number(r.whole_trip_m)),
     column_of("whole_trip_kwh_per_km", |r| Cell::Number(r.whole_trip_kwh_per_km)),
     column_of("rest_s", |r| Cell::Number(r.rest_s)),
     column_of("n_rests", |r| Cell::Integer(r.n_rests.map(u64::from))),
-    column_of("payload_cut_kg", |r| Cell::Number(r.payload_cut_kg)),
+    column_of("payload_cut_kg", |r| n(r.payload_cut_kg)),
     column_of("charged_energy_depot_j", |r| Cell::Number(r.charged_energy_depot_j)),
     column_of("charged_energy_public_j", |r| Cell::Number(r.charged_energy_public_j)),
     column_of("charged_energy_stop_j", |r| Cell::Number(r.charged_energy_stop_j)),
@@ -653,6 +645,6 @@ const FIELDS: &[Column] = &[
     column_of("battery_conditioning_energy_j", |r| Cell::Number(r.battery_conditioning_energy_j)),
     column_of("final_battery_temperature_k", |r| Cell::Number(r.final_battery_temperature_k)),
     column_of("lowest_charge", |r| Cell::Number(r.lowest_charge)),
-    column_of("mean_payload_kg", |r| Cell::Number(r.mean_payload_kg)),
+    column_of("mean_payload_kg", |r| n(r.mean_payload_kg)),
     column_of("power_take_off_energy_j", |r| Cell::Number(r.power_take_off_energy_j)),
 ];

@@ -48,7 +48,7 @@ impl Extent {
     /// That of a cycle.
     pub fn of(record: &Record) -> Self {
         let Record { distance_m, duration_s, .. } = *record;
-        let payload_kg = record.carried_kg();
+        let payload_kg = record.mean_payload_kg;
         let whole_trip_m = record.whole_trip_m.unwrap_or(f64::NAN);
         Self { distance_m, duration_s, payload_kg, whole_trip_m }
     }

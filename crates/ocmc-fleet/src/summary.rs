@@ -295,7 +295,7 @@ impl SummaryBuilder {
             self.distance_m += record.distance_m;
             self.simulated_s += record.simulated_s;
             self.saturation.add(record);
-            self.payloads_cut += u64::from(record.payload_cut_kg > Some(0.0));
+            self.payloads_cut += u64::from(record.payload_cut_kg > 0.0);
             self.charging.add(record);
             self.loads.add(record, &self.dependence);
             if self.dependence.has_trucks() {

@@ -29,7 +29,7 @@ pub fn loads_name(format: RecordFormat) -> &'static str {
 /// Load curves as one table.
 pub fn loads_batch(loads: &[Load]) -> RecordBatch {
     let number = |of: fn(&Load) -> f64| numbers(loads.iter().map(of));
-    let count = |of: fn(&Load) -> u64| counts(loads.iter().map(|load| Some(of(load))));
+    let count = |of: fn(&Load) -> u64| counts(loads.iter().map(of));
     table(vec![
         ("place", words(loads.iter().map(|load| load.place.name()))),
         ("quarter_hour", count(|load| load.quarter_hour)),
@@ -53,10 +53,10 @@ pub fn chargings_batch(records: &[Record]) -> RecordBatch {
 /// Chargings with the records of their trips as one table.
 fn batch(rows: &[(&Record, &ChargingEvent)]) -> RecordBatch {
     let number = |of: fn(&ChargingEvent) -> f64| numbers(rows.iter().map(|(_, event)| of(event)));
-    let count = |of: fn(&Record) -> Option<u64>| counts(rows.iter().map(|(trip, _)| of(trip)));
+    let count = |of: fn(&Record) -> u64| counts(rows.iter().map(|(trip, _)| of(trip)));
     let by_the_clock = rows.iter().map(|(trip, event)| trip.departure_s_of_year + event.begin_s);
     table(vec![
-        ("cycle_id", count(|trip| Some(trip.cycle_id))),
+        ("cycle_id", count(|trip| trip.cycle_id)),
         ("truck_id", count(|trip| trip.truck_id)),
         ("trip", count(|trip| trip.trip)),
         ("place", words(rows.iter().map(|(_, event)| event.place.name()))),
@@ -75,20 +75,15 @@ fn batch(rows: &[(&Record, &ChargingEvent)]) -> RecordBatch {
 }
 
 fn table(columns: Vec<(&str, ArrayRef)>) -> RecordBatch {
-    RecordBatch::try_from_iter_with_nullable(
-        columns
-            .into_iter()
-            .map(|(name, column)| (name, column, name == "truck_id" || name == "trip")),
-    )
-    .expect("columns of equal length")
+    RecordBatch::try_from_iter(columns).expect("columns of equal length")
 }
 
 fn numbers(values: impl Iterator<Item = f64>) -> ArrayRef {
     Arc::new(Float64Array::from_iter_values(values))
 }
 
-fn counts(values: impl Iterator<Item = Option<u64>>) -> ArrayRef {
-    Arc::new(values.collect::<UInt64Array>())
+fn counts(values: impl Iterator<Item = u64>) -> ArrayRef {
+    Arc::new(UInt64Array::from_iter_values(values))
 }
 
 fn words<'a>(values: impl Iterator<Item = &'a str>) -> ArrayRef {

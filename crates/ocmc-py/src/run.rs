@@ -1,7 +1,6 @@
 //! `ocmc.Run`, and runs on their way between processes: pickled ones, and parts that are put
 //! together again.
 
-use crate::answer::warn;
 use crate::error::exception;
 use crate::progress::watched;
 use crate::study::PyStudy;
@@ -49,7 +48,7 @@ pub(crate) struct PyRun {
 }
 
 /// What `unpickled` makes a run of.
-type Pickled<'py> = (String, f64, usize, Option<String>, Bound<'py, PyBytes>, Vec<u8>);
+type Pickled<'py> = (String, f64, usize, String, Bound<'py, PyBytes>, Vec<u8>);
 
 /// Records on their way into a table: batches of as many rows as a file has in a group.
 #[derive(Default)]
@@ -134,7 +133,6 @@ pub(crate) fn load(py: Python, path: PathBuf) -> PyResult<PyRun> {
     let mut batches = Vec::new();
     let loaded = py.detach(|| ocmc_api::load(path, |batch| batches.push(batch)));
     let answer = loaded.map_err(exception)?;
-    answer.manifest.notes().iter().try_for_each(|note| warn(py, note))?;
     Ok(PyRun { answer, records: table_of(batches), routes: Vec::new() })
 }
 
@@ -284,7 +282,7 @@ impl PyRun {
     #[getter]
     fn study(&self) -> PyResult<PyStudy> {
         let manifest = &self.answer.manifest;
-        let study = Given::Kept(&manifest.study, &manifest.resolved_study);
+        let study = Given::Text(&manifest.study, &manifest.resolved_study);
         PyStudy::new(open(&study, &Files::here(), &[] as &[&str]))
     }
 
@@ -448,12 +446,15 @@ pub(crate) fn unpickled(
     manifest: &str,
     wall_s: f64,
     threads: usize,
-    ended_at: Option<String>,
+    ended_at: String,
     stream: &[u8],
     sum: &[u8],
 ) -> PyResult<PyRun> {
     if checksum(manifest, stream) != sum {
         return Err(broken("its checksum is another one"));
+    }
+    if let Some(version) = Manifest::other_version(manifest) {
+        return Err(broken(format!("version {version} of the program wrote it")));
     }
     let manifest: Manifest = serde_json::from_str(manifest).map_err(broken)?;
     py.detach(|| {

@@ -2,6 +2,8 @@
 
 use assert_cmd::Command;
 use ocmc_core::record::Record;
+use ocmc_io::run_directory::note_file;
+use ocmc_io::sha256;
 use std::fs;
 use std::path::Path;
 
@@ -21,18 +23,39 @@ pub(crate) fn run_into(directory: &Path, arguments: &[&str]) {
     ocmc(&["--set", SHORT, "--quiet", "--out", out]).args(arguments).assert().success();
 }
 
-/// Makes of a run directory one as version 0.1.0 wrote it: without checksums, so that what a test
-/// changes in it is looked at in every other way.
-pub(crate) fn without_checksums(directory: &Path) {
-    let _ = fs::remove_file(directory.join("checksums.sha256"));
+/// Changes a text in the manifest of a run directory.
+pub(crate) fn change_manifest(directory: &Path, from: &str, to: &str) {
+    let path = directory.join("manifest.json");
+    let text = fs::read_to_string(&path).expect("written");
+    assert!(text.contains(from), "{from}");
+    fs::write(&path, text.replacen(from, to, 1)).expect("space");
+    seal(directory);
+}
+
+/// Writes the checksums of a run directory anew, so that what a test changed in it is looked at in
+/// every other way.
+pub(crate) fn seal(directory: &Path) {
+    let folders = [directory.to_owned(), directory.join("chunks")];
+    let files = folders.iter().filter_map(|folder| fs::read_dir(folder).ok()).flatten();
+    for file in files.map(|file| file.expect("an entry").path()).filter(|file| file.is_file()) {
+        let name = file.strip_prefix(directory).expect("below it").to_str().expect("UTF-8");
+        if name.ends_with(".parquet") || name.ends_with(".csv") || name == "summary.json" {
+            note_file(directory, name).expect("sums");
+        }
+    }
     let path = directory.join("manifest.json");
     let text = fs::read_to_string(&path).expect("written");
     let mut manifest: serde_json::Value = serde_json::from_str(&text).expect("JSON");
-    let keys = manifest.as_object_mut().expect("a table");
-    keys.retain(|key, _| !key.ends_with("_sha256"));
-    let mut text = serde_json::to_string_pretty(&manifest).expect("JSON");
-    text.push('\n');
-    fs::write(path, text).expect("space");
+    let records = directory.join(manifest["records"].as_str().expect("a name"));
+    if records.exists() {
+        manifest["records_sha256"] = sha256::of_file(&records).expect("there").into();
+    }
+    manifest["manifest_sha256"] = "".into();
+    let text = serde_json::to_string_pretty(&manifest).expect("JSON") + "\n";
+    let sum = |sum: &str| format!("\"manifest_sha256\": \"{sum}\"");
+    let own = sha256::of_bytes(text.as_bytes());
+    fs::write(path, text.replacen(&sum(""), &sum(&own), 1)).expect("space");
+    note_file(directory, "manifest.json").expect("sums");
 }
 
 /// The records of a file.

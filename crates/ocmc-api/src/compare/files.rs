@@ -81,7 +81,7 @@ impl CompareAnswer {
                 RunSummary::new(&run.manifest, fleet.finish(), run.wall_s, self.plan.threads);
             let mut directory = RunDirectory::create(&path, format, run.manifest.clone())?;
             directory.add(&run.records)?;
-            directory.finish(&summary.that_ends_now())?;
+            directory.finish(&summary)?;
         }
         Ok(())
     }

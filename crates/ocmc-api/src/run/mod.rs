@@ -256,7 +256,7 @@ fn drive(
         }
     }
     let summary = RunSummary::new(&manifest, summary, wall_s, plan.threads);
-    let summary = RunSummary { precision: reached, ..summary }.that_ends_now();
+    let summary = RunSummary { precision: reached, ..summary };
     if let Some(mut directory) = directory {
         if ended == RunEnd::Complete {
             directory.end_here();

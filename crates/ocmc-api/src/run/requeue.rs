@@ -109,7 +109,7 @@ impl Asked<'_> {
             found.push(format!("--format makes `{asked}`, and the run has `{has}`"));
         }
         if self.study.is_some() || self.loaded.is_some() || !self.sets.is_empty() {
-            let stored = Given::Kept("manifest.json", &manifest.resolved_study);
+            let stored = Given::Text("manifest.json", &manifest.resolved_study);
             let stored = |sets: &[String]| open(&stored, &self.files, sets);
             let asked = match (self.study, self.loaded) {
                 (None, None) => stored(self.sets)?,

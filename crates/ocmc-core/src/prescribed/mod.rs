@@ -213,11 +213,11 @@ pub fn follow_scenario(
     // without a driver what a record says of the driver and of the road is none
     let known = Record {
         cycle_id: scenario.cycle_id,
-        truck_id: Some(scenario.trip.truck_id),
-        trip: Some(scenario.trip.trip),
+        truck_id: scenario.trip.truck_id,
+        trip: scenario.trip.trip,
         payload_kg: mission.payload_kg,
-        mean_payload_kg: Some(mission.payload_kg),
-        payload_cut_kg: Some(scenario.payload_cut_kg),
+        mean_payload_kg: mission.payload_kg,
+        payload_cut_kg: scenario.payload_cut_kg,
         breakdown: study
             .breakdown()
             .map_or_else(Breakdown::default, |columns| Breakdown::new(Arc::clone(columns), None)),

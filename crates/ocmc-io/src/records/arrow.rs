@@ -3,9 +3,7 @@
 use super::{CHARGING_EVENTS, charging_text};
 use arrow_array::cast::AsArray;
 use arrow_array::types::{Float64Type, UInt64Type};
-use arrow_array::{
-    Array, ArrayRef, Float64Array, RecordBatch, StringArray, UInt64Array, new_null_array,
-};
+use arrow_array::{Array, ArrayRef, Float64Array, RecordBatch, StringArray, UInt64Array};
 use arrow_schema::{DataType, Field, Schema, SchemaRef};
 use ocmc_core::breakdown::{Breakdown, BreakdownColumns};
 use ocmc_core::charging::ChargingEvent;
@@ -94,13 +92,13 @@ pub fn records(batch: &RecordBatch) -> Result<Vec<Record>, Error> {
     // in the order in which a record is made of a sequence; null is what it may lack
     let blank = serde_json::to_value(Record::default()).map_err(Error::custom)?;
     let fields: Vec<(&String, &Json)> = blank.as_object().into_iter().flatten().collect();
-    let known = fields.iter().map(|(name, value)| cells(batch, name, value.is_null()));
+    let known = fields.iter().map(|(name, _)| cells(batch, name));
     let known = known.collect::<Result<Vec<_>, _>>()?;
-    let own = own_columns().iter().map(|column| cells(batch, column.name, true));
+    let own = own_columns().iter().map(|column| cells(batch, column.name));
     let own = own.collect::<Result<Vec<_>, _>>()?;
     let breakdown = breakdown_of(batch);
     let names = breakdown.iter().flat_map(|columns| columns.names());
-    let parts = names.map(|name| cells(batch, name, true)).collect::<Result<Vec<_>, _>>()?;
+    let parts = names.map(|name| cells(batch, name)).collect::<Result<Vec<_>, _>>()?;
     let chargings = chargings_of(batch)?;
     let record = |row: usize| {
         let values = known.iter().map(|cells| Value(cells[row]));
@@ -148,30 +146,27 @@ fn breakdown_of(batch: &RecordBatch) -> Option<Arc<BreakdownColumns>> {
     BreakdownColumns::among(&schema.fields().iter().map(|field| field.name().as_str()))
 }
 
-/// A table of records as [`record_batch`] has it: columns in its order, nulls for quantities that are
-/// not there.
+/// A table of records as [`record_batch`] has it: columns in its order, others left out.
 ///
 /// # Errors
-/// As [`records`], of types alone.
+/// As [`records`], of names and types alone.
 pub fn in_our_order(batch: &RecordBatch) -> Result<RecordBatch, Error> {
     let breakdown = breakdown_of(batch);
     let names = breakdown.as_ref().map_or(&[][..], |columns| columns.names());
     let schema = schema_with(names, batch.column_by_name(CHARGING_EVENTS).is_some());
-    let rows = batch.num_rows();
-    let column = |field: &Arc<Field>| match batch.column_by_name(field.name()) {
-        Some(column) => Arc::clone(column),
-        None => new_null_array(field.data_type(), rows),
-    };
-    let columns = schema.fields().iter().map(column).collect();
+    let column = |field: &Arc<Field>| column(batch, field.name()).map(Arc::clone);
+    let columns = schema.fields().iter().map(column).collect::<Result<_, _>>()?;
     RecordBatch::try_new(schema, columns).map_err(Error::custom)
 }
 
-/// The cells of a column, which may be absent where it is optional.
-fn cells(batch: &RecordBatch, name: &str, optional: bool) -> Result<Vec<Cell>, Error> {
-    let Some(array) = batch.column_by_name(name) else {
-        let missing = || Error::custom(format!("there is no column `{name}`"));
-        return optional.then(|| vec![Cell::Number(None); batch.num_rows()]).ok_or_else(missing);
-    };
+fn column<'a>(batch: &'a RecordBatch, name: &str) -> Result<&'a ArrayRef, Error> {
+    let missing = || Error::custom(format!("there is no column `{name}`"));
+    batch.column_by_name(name).ok_or_else(missing)
+}
+
+/// The cells of a column.
+fn cells(batch: &RecordBatch, name: &str) -> Result<Vec<Cell>, Error> {
+    let array = column(batch, name)?;
     match array.data_type() {
         DataType::UInt64 => {
             Ok(array.as_primitive::<UInt64Type>().iter().map(Cell::Integer).collect())
@@ -234,7 +229,6 @@ impl<'de> Deserializer<'de> for Value {
 mod tests {
     use super::*;
     use crate::records::examples;
-    use ocmc_core::energy::Carrier;
 
     #[test]
     fn columns_are_found_in_any_order() {
@@ -247,22 +241,17 @@ mod tests {
     }
 
     #[test]
-    fn what_a_record_may_lack_may_be_absent() {
-        let rows = examples::records(10);
-        let batch = record_batch(&rows);
-        let without = |name: &str| {
+    fn every_column_is_needed() {
+        let batch = record_batch(&examples::records(10));
+        for column in COLUMNS {
             let schema = batch.schema();
-            let places = (0..batch.num_columns()).filter(|k| schema.field(*k).name() != name);
-            batch.project(&places.collect::<Vec<_>>()).expect("the others")
-        };
-        let old = without("fuel_kg");
-        let back = records(&old).expect("an older file");
-        assert!(back.iter().all(|record| record.amount(Carrier::LiquidFuel).is_none()));
-        assert_eq!(in_our_order(&old).expect("an older file"), record_batch(&back));
-        let uncounted = records(&without("n_curves")).expect("an older file");
-        assert!(uncounted.iter().all(|record| record.n_curves.is_none()));
-        let error = records(&without("distance_m")).expect_err("needed").to_string();
-        assert!(error.contains("`distance_m`"), "{error}");
+            let others =
+                (0..batch.num_columns()).filter(|k| schema.field(*k).name() != column.name);
+            let without = batch.project(&others.collect::<Vec<_>>()).expect("the others");
+            let named = format!("`{}`", column.name);
+            assert!(records(&without).expect_err("needed").to_string().contains(&named));
+            assert!(in_our_order(&without).expect_err("needed").to_string().contains(&named));
+        }
     }
 
     #[test]

@@ -4,7 +4,7 @@
 use super::{CHARGING_EVENTS, GROUP_ROWS, Group, RecordsError, charging_events, charging_text};
 use crate::file_error::FileError;
 use ocmc_core::breakdown::{Breakdown, BreakdownColumns};
-use ocmc_core::record::{COLUMNS, Cell, Column, Record, own_columns};
+use ocmc_core::record::{COLUMNS, Cell, Record, own_columns};
 use std::fs::File;
 use std::io::{self, Write};
 use std::path::Path;
@@ -97,13 +97,17 @@ pub fn read(path: &Path, file: File, mut sink: impl FnMut(Group)) -> Result<(), 
     let mut reader = csv::Reader::from_reader(file);
     let failed = |error| read_error(path, error);
     let headers = reader.headers().map_err(failed)?.clone();
-    let place = |column: &Column| headers.iter().position(|header| header == column.name);
-    let own_places: Vec<Option<usize>> = own_columns().iter().map(place).collect();
+    let place = |name: &str| headers.iter().position(|header| header == name);
+    if let Some(column) = COLUMNS.iter().find(|column| place(column.name).is_none()) {
+        let reason = format!("there is no column `{}`", column.name);
+        return Err(RecordsError::Malformed(path.to_owned(), reason));
+    }
+    let own_places: Vec<Option<usize>> =
+        own_columns().iter().map(|column| place(column.name)).collect();
     let breakdown = BreakdownColumns::among(&headers.iter());
     let names = breakdown.iter().flat_map(|columns| columns.names());
-    let part_places: Vec<Option<usize>> =
-        names.map(|name| headers.iter().position(|header| header == name)).collect();
-    let chargings_place = headers.iter().position(|header| header == CHARGING_EVENTS);
+    let part_places: Vec<Option<usize>> = names.map(|name| place(name)).collect();
+    let chargings_place = place(CHARGING_EVENTS);
     let mut group = Vec::new();
     for row in reader.records() {
         let row = row.map_err(failed)?;

@@ -163,7 +163,7 @@ fn head(run: &Reported) -> String {
     let description = run.manifest.value("study.description");
     let description = description.as_ref().and_then(|text| text.as_str()).unwrap_or_default();
     let top = page_head(&format!("{name}: a run of ocmc"), STYLE);
-    let day = run.summary.ended_at.as_ref().and_then(|ended| ended.get(..10));
+    let day = run.summary.ended_at.get(..10);
     let day = day.map_or_else(String::new, |day| format!(" · {}", escaped(day)));
     let cycles = grouped(run.summary.summary.cycles);
     format!(

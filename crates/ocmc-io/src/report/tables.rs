@@ -292,7 +292,7 @@ pub(super) fn provenance(run: &Reported) -> String {
         ("seed", manifest.seed.to_string()),
         ("cycle ids", format!("{} to {last}", manifest.first_cycle)),
         ("status", format!("{status}: {completed} of {} cycles", grouped(manifest.cycles))),
-        ("ended", run.summary.ended_at.clone().unwrap_or_else(|| "–".to_owned())),
+        ("ended", run.summary.ended_at.clone()),
         ("took", format!("{wall_s} s on {} threads", run.summary.threads)),
     ];
     format!(

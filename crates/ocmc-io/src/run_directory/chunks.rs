@@ -216,22 +216,6 @@ fn write_beside(
     })
 }
 
-/// The checksums of a directory that was begun without: those of its chunks as they are now.
-pub(super) fn adopted(directory: &Path) -> Result<Checksums, RunDirectoryError> {
-    let folder = directory.join(CHUNKS);
-    let failed = FileError::read(&folder);
-    let mut sums = Checksums::create(directory)?;
-    for entry in fs::read_dir(&folder).map_err(&failed)? {
-        let name = entry.map_err(&failed)?.file_name().to_string_lossy().into_owned();
-        if name != LOCK && Path::new(&name).extension().is_some_and(|ending| ending != "tmp") {
-            let path = folder.join(&name);
-            let sum = sha256::of_file(&path).map_err(FileError::read(&path))?;
-            sums.add(vec![(sum, format!("{CHUNKS}/{name}"))])?;
-        }
-    }
-    Ok(sums)
-}
-
 /// Whether a file of a run directory is a chunk.
 pub(super) fn is_chunk(name: &str) -> bool {
     name.split('/').next() == Some(CHUNKS)

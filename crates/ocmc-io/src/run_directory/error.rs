@@ -1,6 +1,6 @@
 //! What can go wrong with a run directory.
 
-use super::{CHECKSUMS, MANIFEST};
+use super::{CHECKSUMS, FORMAT_VERSION, MANIFEST, PROGRAM_VERSION};
 use crate::file_error::FileError;
 use crate::records::RecordsError;
 use crate::shell_word::resume_command;
@@ -51,6 +51,13 @@ pub enum RunDirectoryError {
         /// Cycles that were asked for.
         cycles: u64,
     },
+    /// A run of another version of the program: which.
+    #[error(
+        "`{}` was written by version {} of the program; this is version {PROGRAM_VERSION} (layout \
+         {FORMAT_VERSION}), and until 1.0 each version reads its own runs alone",
+        .0.display(), .1
+    )]
+    OtherVersion(PathBuf, String),
     /// The directory or a file in it cannot be created, written or read.
     #[error(transparent)]
     File(#[from] FileError),
@@ -60,9 +67,6 @@ pub enum RunDirectoryError {
     /// The files of a directory do not fit together, and why.
     #[error("`{}` holds no run that can be read back: {}", .0.display(), .1)]
     NotWhole(PathBuf, String),
-    /// The run is there, but this program cannot go on with it or add to it, and why.
-    #[error("`{}` cannot be continued: {}", .0.display(), .1)]
-    NotOurs(PathBuf, String),
     /// A part of a run that was ended before its last cycle.
     #[error(
         "`{}` is not a whole part: it was interrupted after {completed} of its {cycles} cycles",

@@ -51,7 +51,7 @@ impl Part<'_> {
 /// longest of the parts, the threads are all of theirs. A merge that fails leaves nothing behind.
 ///
 /// # Errors
-/// Names the parts that differ in study, seed or program, that leave a gap or overlap, or that are
+/// Names the parts that differ in study or seed, that leave a gap or overlap, or that are
 /// not whole.
 pub fn merge(
     parts: &[PathBuf],
@@ -156,9 +156,9 @@ fn write_whole(
     let manifest = directory.manifest.clone();
     let mut summary = fleet.finish();
     summary.know_effects(study, effects.as_ref());
-    let ended_at = parts.iter().filter_map(|part| part.measured.ended_at.clone()).max();
+    let ended_at = parts.iter().map(|part| part.measured.ended_at.clone()).max();
     let summary = RunSummary::new(&manifest, summary, wall_s, threads);
-    let summary = RunSummary { ended_at, ..summary };
+    let summary = RunSummary { ended_at: ended_at.unwrap_or_default(), ..summary };
     directory.finish(&summary)?;
     Ok(summary)
 }
@@ -185,7 +185,6 @@ fn check_same(parts: &[Part]) -> Result<(), RunDirectoryError> {
         let differences = [
             ("study", &a.study_hash, &b.study_hash),
             ("seed", &a.seed.to_string(), &b.seed.to_string()),
-            ("program version", &a.program_version, &b.program_version),
         ];
         let reason = if let Some((what, a, b)) = differences.into_iter().find(|(_, a, b)| a != b) {
             format!("`{one}` has {what} {a}, `{other}` has {what} {b}")
@@ -195,12 +194,6 @@ fn check_same(parts: &[Part]) -> Result<(), RunDirectoryError> {
             continue;
         };
         return Err(RunDirectoryError::NotOneRun(reason));
-    }
-    let ours = env!("CARGO_PKG_VERSION");
-    if first.manifest.program_version != ours {
-        let theirs = &first.manifest.program_version;
-        let reason = format!("version {theirs} of the program wrote it, this is version {ours}");
-        return Err(RunDirectoryError::NotOurs(first.path.to_owned(), reason));
     }
     Ok(())
 }

@@ -29,11 +29,11 @@ use crate::given_drive::{Followed, GivenDrive};
 use crate::input_file;
 use crate::records::RecordFormat;
 use crate::sha256;
-use crate::study::{keys_since, resolved_toml, study_hash};
+use crate::study::{resolved_toml, study_hash};
 use crate::table_file::encoded;
 use crate::trucks;
 use checksum::Checksums;
-use chunks::{Chunks, adopted, is_chunk};
+use chunks::{Chunks, is_chunk};
 use durable::replace;
 use ocmc_core::operating_cycle::route::RouteModel;
 use ocmc_core::random::sampling::Sampling;
@@ -49,6 +49,9 @@ use std::path::{Path, PathBuf};
 
 /// Version of the layout of a run directory.
 pub const FORMAT_VERSION: u32 = 1;
+
+/// Version of the program.
+const PROGRAM_VERSION: &str = env!("CARGO_PKG_VERSION");
 
 /// Name of the manifest.
 pub const MANIFEST: &str = "manifest.json";
@@ -89,14 +92,11 @@ pub struct Manifest {
     pub precision: Option<Precision>,
     /// The resolved study, in TOML: a study file that, with what is followed, repeats the run.
     pub resolved_study: String,
-    /// SHA-256 of the file of records; absent before it is there, and in directories of earlier
-    /// versions.
+    /// SHA-256 of the file of records; absent before it is there.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub records_sha256: Option<String>,
-    /// SHA-256 of the manifest's own text with nothing between the quotes of this value; absent in
-    /// directories of earlier versions.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub manifest_sha256: Option<String>,
+    /// SHA-256 of the manifest's own text with nothing between the quotes of this value.
+    pub manifest_sha256: String,
 }
 
 impl Manifest {
@@ -104,7 +104,7 @@ impl Manifest {
     pub fn new(study: &StudyModel, plan: &RunPlan, given: &GivenDrive) -> Self {
         Self {
             format_version: FORMAT_VERSION,
-            program_version: env!("CARGO_PKG_VERSION").to_owned(),
+            program_version: PROGRAM_VERSION.to_owned(),
             status: RunStatus::Running,
             study: given.name_of_run(&study.study.name),
             study_hash: study_hash(study),
@@ -117,8 +117,15 @@ impl Manifest {
             precision: None,
             resolved_study: resolved_toml(study),
             records_sha256: None,
-            manifest_sha256: None,
+            manifest_sha256: String::new(),
         }
+    }
+
+    /// Which version of the program wrote this text, whatever else is in it; none for this version.
+    pub fn other_version(text: &str) -> Option<String> {
+        let Stamp { format_version, program_version } = serde_json::from_str(text).ok()?;
+        let is_ours = (format_version, &*program_version) == (FORMAT_VERSION, PROGRAM_VERSION);
+        (!is_ours).then(|| format!("{program_version} (layout {format_version})"))
     }
 
     /// A value of the resolved study, by its dotted path.
@@ -148,6 +155,13 @@ impl Manifest {
     }
 }
 
+/// What manifests of all versions have.
+#[derive(Deserialize)]
+struct Stamp {
+    format_version: u32,
+    program_version: String,
+}
+
 /// How far a run has come.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -168,27 +182,6 @@ impl RunStatus {
             Self::Interrupted => "interrupted",
             Self::Complete => "complete",
         }
-    }
-}
-
-impl Manifest {
-    /// What has to be known of a directory that was read, where an earlier version wrote it.
-    pub fn notes(&self) -> Vec<String> {
-        let mut notes = Vec::new();
-        if self.manifest_sha256.is_none() {
-            let text = "the run directory has no checksums, as an earlier version of the program \
-                        wrote none: what was changed in it since is not noticed";
-            notes.push(text.to_owned());
-        }
-        let keys = keys_since(&self.resolved_study);
-        if !keys.is_empty() {
-            notes.push(format!(
-                "the study of the run is of an earlier version; keys that came since have the \
-                 values that restore what was done then: {}",
-                keys.join(", ")
-            ));
-        }
-        notes
     }
 }
 
@@ -245,10 +238,8 @@ impl RunDirectory {
         sink: impl FnMut(&[Record]),
     ) -> Result<Self, RunDirectoryError> {
         let path = unfinished.path.clone();
-        let begun_without_sums = unfinished.manifest.manifest_sha256.is_none();
         let mut chunks =
             Chunks::open(&path, unfinished.format, || match Checksums::read(&path)? {
-                _ if begun_without_sums => adopted(&path),
                 Some(sums) => Ok(sums),
                 // ended between its manifest and its sums: there is nothing yet to have a sum
                 None if unfinished.manifest.completed == 0 => Checksums::create(&path),
@@ -410,11 +401,13 @@ pub fn read_manifest(directory: &Path) -> Result<Manifest, RunDirectoryError> {
     let path = directory.join(MANIFEST);
     let text = input_file::read_to_string(&path)
         .map_err(|source| RunDirectoryError::no_manifest(directory, source))?;
+    if let Some(version) = Manifest::other_version(&text) {
+        return Err(RunDirectoryError::OtherVersion(directory.to_owned(), version));
+    }
     let manifest: Manifest = serde_json::from_str(&text)
         .map_err(|error| RunDirectoryError::Manifest(path.clone(), error))?;
-    if let Some(sum) = &manifest.manifest_sha256
-        && sha256::of_bytes(text.replacen(&own_sum(sum), &own_sum(""), 1).as_bytes()) != *sum
-    {
+    let sum = &manifest.manifest_sha256;
+    if sha256::of_bytes(text.replacen(&own_sum(sum), &own_sum(""), 1).as_bytes()) != *sum {
         return Err(RunDirectoryError::Changed(path));
     }
     let Manifest { first_cycle, cycles, completed, .. } = manifest;
@@ -465,11 +458,11 @@ fn write_manifest(directory: &Path, manifest: &Manifest) -> Result<(), RunDirect
 
 /// A manifest as it is written, with the checksum of its own text.
 fn manifest_text(manifest: &mut Manifest) -> String {
-    manifest.manifest_sha256 = Some(String::new());
+    manifest.manifest_sha256 = String::new();
     let text = indented(manifest);
     let sum = sha256::of_bytes(text.as_bytes());
     let text = text.replacen(&own_sum(""), &own_sum(&sum), 1);
-    manifest.manifest_sha256 = Some(sum);
+    manifest.manifest_sha256 = sum;
     text
 }
 
@@ -493,7 +486,7 @@ pub(super) mod tests {
     pub(super) fn manifest(cycles: u64) -> Manifest {
         Manifest {
             format_version: FORMAT_VERSION,
-            program_version: "1.2.3".to_owned(),
+            program_version: PROGRAM_VERSION.to_owned(),
             status: RunStatus::Complete,
             study: "s".to_owned(),
             study_hash: hash_of_resolved("a = 1\n").expect("TOML"),
@@ -506,7 +499,7 @@ pub(super) mod tests {
             precision: None,
             resolved_study: "a = 1\n".to_owned(),
             records_sha256: None,
-            manifest_sha256: None,
+            manifest_sha256: String::new(),
         }
     }
 
@@ -521,7 +514,7 @@ pub(super) mod tests {
             first_cycle: 0,
             summary: builder.finish(),
             precision: None,
-            ended_at: None,
+            ended_at: "2026-11-24T21:04:00Z".to_owned(),
             wall_s: 1.5,
             threads: 2,
         }
@@ -604,7 +597,7 @@ pub(super) mod tests {
         assert!(error().contains("5 records, but 4"), "{}", error());
         done.format_version = FORMAT_VERSION + 1;
         write_manifest(path, &done).expect("space");
-        assert!(error().contains("format version"), "{}", error());
+        assert!(error().contains("layout 2"), "{}", error());
         fs::write(path.join(MANIFEST), "{").expect("space");
         assert!(error().contains("no manifest"), "{}", error());
     }

@@ -3,9 +3,7 @@
 use super::checksum::Checksums;
 use super::chunks::{check_rows, remove_left_over};
 use super::error::RunDirectoryError;
-use super::{
-    CHECKSUMS, FORMAT_VERSION, MANIFEST, Manifest, RunStatus, RunSummary, SUMMARY, read_manifest,
-};
+use super::{CHECKSUMS, MANIFEST, Manifest, RunStatus, RunSummary, SUMMARY, read_manifest};
 use crate::file_error::FileError;
 use crate::given_drive::GivenDrive;
 use crate::input_file;
@@ -35,8 +33,7 @@ pub struct StoredRun {
 pub(super) struct Measured {
     pub(super) wall_s: f64,
     pub(super) threads: usize,
-    #[serde(default)]
-    pub(super) ended_at: Option<String>,
+    pub(super) ended_at: String,
     #[serde(default)]
     pub(super) parameter_uncertainty: Option<ParameterUncertainty>,
 }
@@ -91,9 +88,6 @@ pub fn records_file(directory: &Path) -> Result<PathBuf, RunDirectoryError> {
 /// The manifest of a run that was ended, whole or interrupted.
 pub(super) fn ended(directory: &Path) -> Result<Manifest, RunDirectoryError> {
     let manifest = read_manifest(directory)?;
-    if manifest.format_version != FORMAT_VERSION {
-        return Err(RunDirectoryError::NotWhole(directory.to_owned(), other_version(&manifest)));
-    }
     if manifest.status == RunStatus::Running {
         let Manifest { completed, cycles, .. } = manifest;
         let path = directory.to_owned();
@@ -104,12 +98,9 @@ pub(super) fn ended(directory: &Path) -> Result<Manifest, RunDirectoryError> {
 }
 
 /// Checks the records and the summary of an ended run against their checksums, and the study
-/// against its hash. Directories of earlier versions have no checksums.
+/// against its hash.
 fn check_sums(directory: &Path, manifest: &Manifest) -> Result<(), RunDirectoryError> {
     check_study(directory, manifest)?;
-    if manifest.manifest_sha256.is_none() {
-        return Ok(());
-    }
     let sums = Checksums::read(directory)?
         .ok_or_else(|| RunDirectoryError::without_sum(directory, CHECKSUMS))?;
     sums.check(SUMMARY)?;
@@ -133,10 +124,6 @@ pub(super) fn check_study(directory: &Path, manifest: &Manifest) -> Result<(), R
 fn other_hash(directory: &Path, hash: &str, manifest: &Manifest) -> RunDirectoryError {
     let reason = format!("its study has the hash {hash}, not {}", manifest.study_hash);
     RunDirectoryError::Damaged(directory.join(MANIFEST), reason)
-}
-
-fn other_version(manifest: &Manifest) -> String {
-    format!("format version {}, this program reads {FORMAT_VERSION}", manifest.format_version)
 }
 
 pub(super) fn measured(directory: &Path) -> Result<Measured, RunDirectoryError> {
@@ -198,25 +185,14 @@ pub fn unfinished(
     files: &Files,
 ) -> Result<Option<Unfinished>, RunDirectoryError> {
     let manifest = read_manifest(directory)?;
-    let not_ours = |reason| RunDirectoryError::NotOurs(directory.to_owned(), reason);
-    if manifest.format_version != FORMAT_VERSION {
-        return Err(not_ours(other_version(&manifest)));
-    }
     if manifest.status == RunStatus::Complete {
         remove_left_over(directory)?;
         return Ok(None);
     }
-    let ours = env!("CARGO_PKG_VERSION");
-    if manifest.program_version != ours {
-        return Err(not_ours(format!(
-            "version {} of the program began it, this is version {ours}: the records would not be \
-             those of one run",
-            manifest.program_version
-        )));
-    }
     let format = RecordFormat::ALL.into_iter().find(|f| f.file_name() == manifest.records);
     let format = format.ok_or_else(|| {
-        not_ours(format!("its `{MANIFEST}` names the records `{}`", manifest.records))
+        let reason = format!("it names the records `{}`", manifest.records);
+        RunDirectoryError::Damaged(directory.join(MANIFEST), reason)
     })?;
     let (study, given) = study_of(directory, &manifest, files)?;
     Ok(Some(Unfinished { manifest, study, given, format, path: directory.to_owned() }))
@@ -236,7 +212,7 @@ pub(super) fn study_of(
     check_study(directory, manifest)?;
     let unusable = |error| RunDirectoryError::Study(path.clone(), error);
     let name = path.display().to_string();
-    let study = Given::Kept(&name, &manifest.resolved_study);
+    let study = Given::Text(&name, &manifest.resolved_study);
     let study = study::open(&study, files, &[] as &[&str]).map_err(unusable)?;
     Ok((given.study_again(study).map_err(unusable)?, given))
 }

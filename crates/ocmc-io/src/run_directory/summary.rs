@@ -30,9 +30,8 @@ pub struct RunSummary {
     /// What has to be known of its intervals.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub note: Option<&'static str>,
-    /// When the run ended, in UTC, as `2026-11-24T21:04:00Z`; not known of those of earlier versions.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub ended_at: Option<String>,
+    /// When the run ended, in UTC, as `2026-11-24T21:04:00Z`.
+    pub ended_at: String,
     /// How long the run took, in s.
     pub wall_s: f64,
     /// Threads that it took.
@@ -40,7 +39,7 @@ pub struct RunSummary {
 }
 
 impl RunSummary {
-    /// What the run of this manifest adds up to.
+    /// What the run of this manifest adds up to, which ends now.
     pub fn new(manifest: &Manifest, summary: Summary, wall_s: f64, threads: usize) -> Self {
         Self {
             study: manifest.study.clone(),
@@ -50,16 +49,10 @@ impl RunSummary {
             note: summary.has_few_cycles().then_some(FEW_CYCLES),
             summary,
             precision: None,
-            ended_at: None,
+            ended_at: now(),
             wall_s,
             threads,
         }
-    }
-
-    /// Of a run that ends now.
-    #[must_use]
-    pub fn that_ends_now(self) -> Self {
-        Self { ended_at: Some(now()), ..self }
     }
 
     /// The answer as indented JSON, with a line end.

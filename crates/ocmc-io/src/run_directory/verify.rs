@@ -2,7 +2,7 @@
 
 use super::checksum::Checksums;
 use super::chunks::CHUNK_ROWS;
-use super::read::{check_study, directory_of, read_records};
+use super::read::{check_study, directory_of};
 use super::{CHECKSUMS, CHUNKS, MANIFEST, Manifest, RunDirectoryError, RunStatus, read_manifest};
 use serde::Serialize;
 use std::path::Path;
@@ -12,8 +12,6 @@ use std::path::Path;
 pub struct Verified {
     /// How far its run has come; none where the manifest cannot be read.
     pub status: Option<RunStatus>,
-    /// Whether there are checksums: directories of earlier versions have none.
-    pub has_checksums: bool,
     /// Its files, in the order of their names.
     pub files: Vec<CheckedFile>,
 }
@@ -46,9 +44,9 @@ pub fn verify(directory: &Path) -> Result<Verified, RunDirectoryError> {
     };
     let mut files: Vec<CheckedFile> = Vec::new();
     let sums = Checksums::read(directory);
-    let (has_checksums, names) = match &sums {
-        Ok(Some(sums)) => (true, sums.names()),
-        _ => (false, Vec::new()),
+    let names = match &sums {
+        Ok(Some(sums)) => sums.names(),
+        _ => Vec::new(),
     };
     let status = manifest.as_ref().ok().map(|manifest| manifest.status);
     for name in &names {
@@ -60,17 +58,9 @@ pub fn verify(directory: &Path) -> Result<Verified, RunDirectoryError> {
     }
     match &manifest {
         Ok(manifest) => {
-            let sealed = manifest.manifest_sha256.is_some();
             files.push(noted(MANIFEST, check_study(directory, manifest)));
             for name in files_of(manifest).iter().filter(|name| !names.contains(&name.as_str())) {
-                let lacking = || Err(RunDirectoryError::without_sum(directory, name));
-                files.push(noted(name, if sealed { lacking() } else { there(directory, name) }));
-            }
-            let is_damaged = files.iter().any(|file| file.fault.is_some());
-            // what has the sum of what was written has its rows, too
-            if !sealed && manifest.status != RunStatus::Running && !is_damaged {
-                let rows = read_records(directory, manifest, |_| Ok(()));
-                files.push(noted(&manifest.records, rows));
+                files.push(noted(name, Err(RunDirectoryError::without_sum(directory, name))));
             }
             if let Err(error) = sums {
                 files.push(noted(CHECKSUMS, Err(error)));
@@ -81,7 +71,7 @@ pub fn verify(directory: &Path) -> Result<Verified, RunDirectoryError> {
     // of several faults of a file the first one
     files.sort_by(|a, b| (&a.name, a.fault.is_none()).cmp(&(&b.name, b.fault.is_none())));
     files.dedup_by(|later, first| later.name == first.name);
-    Ok(Verified { status, has_checksums, files })
+    Ok(Verified { status, files })
 }
 
 fn noted(name: &str, checked: Result<(), RunDirectoryError>) -> CheckedFile {
@@ -99,12 +89,4 @@ fn files_of(manifest: &Manifest) -> Vec<String> {
         RunStatus::Interrupted => chunks.chain(ended).collect(),
         RunStatus::Complete => ended.into(),
     }
-}
-
-fn there(directory: &Path, name: &str) -> Result<(), RunDirectoryError> {
-    if directory.join(name).is_file() {
-        return Ok(());
-    }
-    let reason = "it is missing".to_owned();
-    Err(RunDirectoryError::Damaged(directory.join(name), reason))
 }

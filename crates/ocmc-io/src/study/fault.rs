@@ -1,6 +1,5 @@
 //! From what serde and the core say about a study to faults with a place.
 
-use super::earlier::{NEW_KEYS, earlier_value};
 use super::error::{Cause, DECIMAL_POINT, Fault, NO_UNIT, StudyFileError};
 use super::init::range;
 use super::node::{Content, Node, path_of};
@@ -133,9 +132,6 @@ fn missing(root: &Node, mut steps: Vec<Step>, key: &str) -> Box<Fault> {
     let key = path_of(&steps);
     let allowed = range_of(&key).map_or_else(String::new, |range| format!(", allowed is {range}"));
     let fault = Fault::new(Cause::Missing { key, allowed }).at(place.as_ref());
-    if let Some(value) = earlier_value(&steps, NEW_KEYS) {
-        return fault.help(format!("`{} = {value}` is what earlier versions did", path_of(&steps)));
-    }
     match steps.as_slice() {
         [_] => fault.help("`study.base = \"field-truck\"` inherits what a study does not say"),
         [Step::Key(table), _] if table == "vehicle" => {

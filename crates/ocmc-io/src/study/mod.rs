@@ -26,7 +26,6 @@
 mod base;
 pub mod builtin;
 mod commented;
-mod earlier;
 mod error;
 mod fault;
 mod files;
@@ -186,9 +185,6 @@ pub enum Given<'a> {
     Named(&'a Path),
     /// As the text of a study file, with what it is called in messages.
     Text(&'a str, &'a str),
-    /// As the resolved study that a run keeps, perhaps of an earlier version: keys that came since
-    /// get the values that restore what the program did before.
-    Kept(&'a str, &'a str),
     /// As a dictionary of the same shape as a study file, `base` and `drop` included.
     Dictionary(&'a serde_json::Value),
 }
@@ -220,12 +216,9 @@ pub fn open<S: AsRef<str>>(
             let origin = file.map_or_else(|| Origin::BuiltIn(source.name.clone()), Origin::File);
             (Node::parse(&source)?, files, origin)
         }
-        Given::Text(name, text) | Given::Kept(name, text) => {
+        Given::Text(name, text) => {
             let source = Source { kind: SourceKind::File, name: name.into(), text: text.into() };
-            let mut own = Node::parse(&Arc::new(source))?;
-            if matches!(given, Given::Kept(..)) {
-                earlier::complete(&mut own, earlier::NEW_KEYS)?;
-            }
+            let own = Node::parse(&Arc::new(source))?;
             (own, files.clone(), Origin::File(name.into()))
         }
         Given::Dictionary(tree) => (Node::from_json(tree)?, files.clone(), Origin::Dictionary),
@@ -306,14 +299,7 @@ pub fn study_hash(model: &StudyModel) -> String {
     hash_of_tree(model.to_tree())
 }
 
-/// Keys that the resolved study of an earlier version lacks, with the values that it is read with,
-/// as `path = value`.
-pub fn keys_since(text: &str) -> Vec<String> {
-    earlier::lacking(text)
-}
-
-/// The hash of a resolved study by its TOML, be it that of an earlier version with other keys; none
-/// where it is no TOML.
+/// The hash of a resolved study by its TOML; none where it is no TOML.
 pub fn hash_of_resolved(text: &str) -> Option<String> {
     let tree: toml::Table = text.parse().ok()?;
     Some(hash_of_tree(serde_json::to_value(tree).ok()?))
