@@ -27,8 +27,7 @@ const COLD: &str = "weather.temperature.mean_k=263.15";
 const STEADY: &str = "simulation.without=[\"driver_spread\", \"vehicle_spread\"]";
 
 fn study(sets: &[&str]) -> Study {
-    let text = "[study]\nname = \"t\"\ndescription = \"d\"\nbase = \"battery-truck\"\n\
-                drop = [\"vehicle.electric.charging\"]\n";
+    let text = "[study]\nname = \"t\"\ndescription = \"d\"\nbase = \"battery-truck\"\n";
     load_text("t.toml", text, sets).unwrap().study
 }
 

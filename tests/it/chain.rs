@@ -20,7 +20,6 @@ const TEXT: &str = r#"
 name = "chain"
 description = "d"
 base = "battery-truck"
-drop = ["vehicle.electric.charging"]
 
 [mission]
 length_m = 120e3

@@ -21,8 +21,7 @@ const DEPOT: &str = "charging.depot={ power_w = 150000, parked_s = 36000 }";
 const EU: &str = "rest.law=\"eu_561\"";
 
 fn study(sets: &[&str]) -> Study {
-    let text = "[study]\nname = \"c\"\ndescription = \"d\"\nbase = \"battery-truck\"\n\
-                drop = [\"vehicle.electric.charging\"]\n";
+    let text = "[study]\nname = \"c\"\ndescription = \"d\"\nbase = \"battery-truck\"\n";
     load_text("c.toml", text, sets).unwrap().study
 }
 

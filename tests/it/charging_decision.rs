@@ -12,8 +12,7 @@ const SPACING_M: f64 = 40e3;
 const CAPACITY_J: f64 = 540.0 * 3.6e6;
 
 fn study(sets: &[&str]) -> Study {
-    let text = "[study]\nname = \"c\"\ndescription = \"d\"\nbase = \"battery-truck\"\n\
-                drop = [\"vehicle.electric.charging\"]\n";
+    let text = "[study]\nname = \"c\"\ndescription = \"d\"\nbase = \"battery-truck\"\n";
     let policy = ["charging.reserve=0.15", "charging.efficiency=0.94"];
     load_text("c.toml", text, &[&policy[..], sets].concat()).unwrap().study
 }

@@ -12,10 +12,10 @@ use proptest::prelude::*;
 const STEP: f64 = 1e-3;
 
 fn study(base: &str, sets: &[String]) -> Study {
-    let queue = if base == "electric-long-haul" { ", \"charging.public.queue\"" } else { "" };
+    let queue = if base == "electric-long-haul" { "\"charging.public.queue\"" } else { "" };
     let text = format!(
         "[study]\nname = \"l\"\ndescription = \"d\"\nbase = \"{base}\"\n\
-         drop = [\"vehicle.electric.charging\"{queue}]\n"
+         drop = [{queue}]\n"
     );
     load_text("l.toml", &text, sets).unwrap().study
 }

@@ -6,6 +6,7 @@ use ocmc_core::energy::Carrier;
 use ocmc_core::kernel::drive::cpu::CpuLevel;
 use ocmc_core::kernel::drive::scheduler::{drive, drive_scenario};
 use ocmc_core::kernel::drive::trace::{Trace, trace, trace_scenario};
+use ocmc_core::operating_cycle::road::point_event::EventKind;
 use ocmc_core::powertrain::PowertrainKind;
 use ocmc_core::powertrain::battery_electric::BatteryElectricPowertrain;
 use ocmc_core::record::{COLUMNS, Cell, Outcome, Record};
@@ -267,17 +268,23 @@ fn up_and_down_is_never_below_flat() {
 #[test]
 fn an_empty_battery_is_an_outcome_and_charging_at_a_stop_fills_it() {
     let low = "vehicle.electric.battery.initial_charge=0.12";
+    let ramp = "charging={ reserve = 0.1, efficiency = 1.0, stop = { power_w = 350e3, \
+                begin_below = 0.5, end_at = 0.8, shortest_s = 600.0 } }";
     let flat = || road(30_000.0, 80.0, &[(0.0, 0.0)]);
-    let study = tractor(&[low]);
+    let study = tractor(&[low, ramp]);
     let record = driven(&study, &flat());
     assert_eq!(record.outcome, Outcome::Depleted);
     // 10.8 kWh: some 5 for 80 km/h, the rest for 1.2 to 1.5 kWh/km
     assert!((3000.0..7000.0).contains(&record.distance_m), "{}", record.distance_m);
     assert!((record.final_charge.unwrap() - 0.1).abs() < 1e-4);
     assert!(electric_balance(&record).abs() < 1e-9, "{}", electric_balance(&record));
+    let at_ramp = |study: &Study, standstill_s: f64| {
+        let mut scenario = flat().stop(1500.0, standstill_s).scenario(study);
+        scenario.cycle.road.events[0].kind = EventKind::MissionStop { standstill_s };
+        drive_scenario(study, scenario)
+    };
     // the same truck stops for half an hour after 1.5 km
-    let stop = flat().stop(1500.0, 1800.0);
-    let charged = driven(&study, &stop);
+    let charged = at_ramp(&study, 1800.0);
     assert_eq!(charged.outcome, Outcome::Completed);
     let gained = charged.charged_energy_j.unwrap();
     // half an hour of 350 kW, less the heat: U/(U + R I) of it arrives, about 631 V and 533 A over
@@ -290,10 +297,10 @@ fn an_empty_battery_is_an_outcome_and_charging_at_a_stop_fills_it() {
     assert!(electric_balance(&charged).abs() < 1e-9);
     assert!(charged.charging_loss_j.unwrap() > 0.0);
     // too short a stop, and a battery that is full enough, are not used
-    let short = driven(&study, &flat().stop(1500.0, 60.0));
+    let short = at_ramp(&study, 60.0);
     assert_eq!((short.outcome, short.charged_energy_j), (Outcome::Depleted, Some(0.0)));
-    let enough = tractor(&["vehicle.electric.battery.initial_charge=0.7"]);
-    assert_eq!(driven(&enough, &stop).charged_energy_j, Some(0.0));
+    let enough = tractor(&["vehicle.electric.battery.initial_charge=0.7", ramp]);
+    assert_eq!(at_ramp(&enough, 1800.0).charged_energy_j, Some(0.0));
 }
 
 #[test]

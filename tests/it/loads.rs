@@ -16,7 +16,6 @@ const TEXT: &str = r#"
 name = "loads"
 description = "d"
 base = "battery-truck"
-drop = ["vehicle.electric.charging"]
 
 [mission]
 length_m = 350e3

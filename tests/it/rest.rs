@@ -1,7 +1,7 @@
 //! Rests on driven trips: the limit is never passed, a rest is taken at the last stop before it,
 //! and without the table nothing is different.
 
-use crate::common::{GivenRoad, balance, column, electric_balance, run, typical};
+use crate::common::{GivenRoad, balance, column, run, typical};
 use ocmc_core::kernel::drive::cpu::CpuLevel;
 use ocmc_core::kernel::drive::scheduler::{drive, drive_scenario};
 use ocmc_core::kernel::drive::trace::{trace, trace_scenario};
@@ -135,25 +135,6 @@ fn on_sampled_trips_nobody_drives_longer_than_the_law_allows() {
             }
         }
     }
-}
-
-#[test]
-fn a_battery_is_charged_in_the_rest() {
-    let charging = [
-        "vehicle.electric.charging={power_w=400000, connection_s=60, shortest_s=600, begin_below=0.9, end_at=0.95}",
-        "vehicle.electric.battery.initial_charge=0.95",
-        "mission.length_m=420000",
-    ];
-    let with_law = with("battery-truck", &[&charging[..], &[EU]].concat());
-    let without = with("battery-truck", &charging);
-    let (rested, straight) = (run(&with_law, 12), run(&without, 12));
-    let sum = |records: &[Record]| records.iter().filter_map(|r| r.charged_energy_j).sum::<f64>();
-    assert!(rested.iter().any(|record| record.n_rests.unwrap() > 0));
-    for (rested, straight) in rested.iter().zip(&straight) {
-        assert!(electric_balance(rested).abs() < 1e-9);
-        assert!(rested.distance_m >= straight.distance_m - 1.0, "{rested:?} {straight:?}");
-    }
-    assert!(sum(&rested) > sum(&straight) + 1e8, "{} {}", sum(&rested), sum(&straight));
 }
 
 #[test]

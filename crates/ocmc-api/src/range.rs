@@ -74,9 +74,6 @@ pub fn range(request: &RangeRequest, watch: &mut Watch) -> Result<RangeAnswer, E
     };
     let clock = Instant::now();
     let mut sets = Vec::new();
-    if study.model.vehicle.electric.as_ref().is_some_and(|e| e.charging.is_some()) {
-        sets.push("vehicle.electric.charging.begin_below=0".to_owned());
-    }
     if let Some(charging) = &study.model.charging {
         let public = charging.public.as_ref().map(|_| "charging.public.available_share=0");
         let stop = charging.stop.as_ref().map(|_| "charging.stop.begin_below=0");

@@ -15,7 +15,7 @@ use crate::validation::Problems;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Charging of battery trucks, instead of `vehicle.electric.charging`. Absent: as that table says.
+/// Charging of battery trucks.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ChargingPolicy {

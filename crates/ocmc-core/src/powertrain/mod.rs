@@ -47,16 +47,12 @@ impl PowertrainKind {
         }
     }
 
-    /// A truck is charged as a policy says: no charger at stops is its own, and without public
-    /// chargers it stops with its reserve.
+    /// A truck is charged as a policy says: without public chargers it stops with its reserve.
     pub fn follow(&mut self, policy: &ChargingPolicy) {
-        if let Self::BatteryElectric(powertrain) = self {
+        // on the way to a public charger a driver uses his reserve where his forecast was wrong
+        if let (Self::BatteryElectric(powertrain), None) = (self, &policy.public) {
             let battery = &mut powertrain.model.battery;
-            // on the way to a public charger a driver uses his reserve where his forecast was wrong
-            if policy.public.is_none() {
-                battery.minimum_charge = battery.minimum_charge.max(policy.reserve);
-            }
-            powertrain.model.charging = None;
+            battery.minimum_charge = battery.minimum_charge.max(policy.reserve);
         }
     }
 

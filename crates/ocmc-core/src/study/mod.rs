@@ -79,7 +79,7 @@ pub struct StudyModel {
     /// Rests that the law asks of drivers; absent: none are taken.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rest: Option<RestModel>,
-    /// Charging of battery trucks; absent: as `vehicle.electric.charging` says.
+    /// Charging of battery trucks; absent: none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub charging: Option<ChargingPolicy>,
 }

@@ -10,6 +10,9 @@ use ocmc_core::study::keys::{Key, declarations};
 use ocmc_core::study::tree::{Step, TreeError};
 use ocmc_core::study::{Problem, StudyError, StudyModel};
 
+/// Keys of earlier studies that have gone, and where what they said is said now.
+const MOVED: [(&str, &str); 1] = [("vehicle.electric.charging", "charging.stop")];
+
 /// What a name is made of.
 const NO_HIDDEN: &str = "letters that are shown: no control characters, none that turn the \
                          direction of writing";
@@ -159,8 +162,12 @@ fn unknown(root: &Node, mut steps: Vec<Step>, about: &str, names: &[&str]) -> Bo
         }
         let (node, _) = root.follow(&steps);
         let place = node.key_place.as_ref().or(node.any_place()).cloned();
-        let cause = Cause::UnknownKey(path_of(&steps));
-        let fault = Fault::new(cause).at(place.as_ref());
+        let path = path_of(&steps);
+        let moved = MOVED.iter().find(|(old, _)| *old == path);
+        let fault = Fault::new(Cause::UnknownKey(path)).at(place.as_ref());
+        if let Some((_, new)) = moved {
+            return fault.help(format!("it has moved to `{new}`"));
+        }
         return match inherited_law(root, &steps, place.as_ref()) {
             Some(law) => fault.help(format!(
                 "the law there is inherited, a `{law}`, of which this changes one key; a law of \

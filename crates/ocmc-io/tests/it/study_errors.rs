@@ -37,6 +37,14 @@ fn an_unknown_key_names_the_nearest() {
 }
 
 #[test]
+fn a_key_that_moved_says_where_to() {
+    let text = "study.base = \"battery-truck\"\nvehicle.electric.charging.power_w = 3e5\n";
+    let error = error_of(text).to_string();
+    assert!(error.contains("`vehicle.electric.charging` is not a key"), "{error}");
+    assert!(error.contains("it has moved to `charging.stop`"), "{error}");
+}
+
+#[test]
 fn an_error_of_a_number_names_a_number_that_can_have_one() {
     let estimates = |keys: &str, errors: &str, more: &str| {
         format!("[uncertainty.fit]\nkeys = [{keys}]\nstandard_errors = [{errors}]\n{more}")

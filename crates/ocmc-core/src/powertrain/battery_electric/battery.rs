@@ -11,7 +11,6 @@
 
 use crate::distribution::Quantity;
 use crate::lanes::{Flags, Lanes, clip, one};
-use crate::powertrain::battery_electric::ChargingModel;
 use crate::powertrain::battery_electric::ageing::AgeingModel;
 use crate::powertrain::battery_electric::thermal::ThermalModel;
 use crate::validation::Problems;
@@ -132,19 +131,6 @@ pub struct BatteryFlow {
     pub loss_w: f64,
 }
 
-/// What charging at rest did.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Charged {
-    /// Energy that the store has gained, in J.
-    pub gained_j: f64,
-    /// Heat, in J.
-    pub loss_j: f64,
-}
-
-/// Longest time for which one current holds while charging at rest, in s: the limit falls as the
-/// battery fills.
-const SLICE_S: f64 = 60.0;
-
 impl BatteryModel {
     /// As it is at its age: less energy, more resistance.
     #[must_use]
@@ -238,29 +224,6 @@ impl BatteryModel {
         let voltage = self.voltages_v(charge);
         (voltage * voltage).simd_lt(power_w * (limits.resistance * 4.0))
     }
-
-    /// Charges at rest for some time with a charger, where that is worth while; the new state of
-    /// charge is the old one and what was gained over [`BatteryModel::capacity_j`].
-    pub fn charge_at_rest(&self, charging: &ChargingModel, charge: f64, time_s: f64) -> Charged {
-        let mut done = Charged::default();
-        if time_s < charging.shortest_s || charge >= charging.begin_below {
-            return done;
-        }
-        let mut left_s = time_s - charging.connection_s;
-        while left_s > 0.0 {
-            let now = charge + done.gained_j / self.capacity_j;
-            let flow = self.flow(now, -charging.power_w.min(self.charge_limit_w(now)));
-            let room_j = (charging.end_at - now) * self.capacity_j;
-            if !(flow.store_w < 0.0 && room_j > 1e-9 * self.capacity_j) {
-                break;
-            }
-            let slice_s = left_s.min(SLICE_S).min(room_j / -flow.store_w);
-            done.gained_j -= flow.store_w * slice_s;
-            done.loss_j += flow.loss_w * slice_s;
-            left_s -= slice_s;
-        }
-        done
-    }
 }
 
 #[cfg(test)]
@@ -333,23 +296,5 @@ pub(crate) mod tests {
             }
         }
         assert!(!weak.is_overdrawn(0.0, 89.9e3) && weak.is_overdrawn(0.0, 90.1e3));
-    }
-
-    #[test]
-    fn the_plug_takes_its_time_of_a_standstill() {
-        let charging = |connection_s| ChargingModel {
-            power_w: 200e3,
-            begin_below: 0.5,
-            end_at: 0.8,
-            shortest_s: 600.0,
-            connection_s,
-        };
-        let charged =
-            |connection_s, time_s| pack().charge_at_rest(&charging(connection_s), 0.3, time_s);
-        assert_eq!(charged(120.0, 720.0), charged(0.0, 600.0));
-        assert_eq!(charged(720.0, 720.0), Charged::default());
-        // the whole standstill counts for whether it is used
-        assert_eq!(charged(0.0, 599.0), Charged::default());
-        assert!(charged(120.0, 600.0).gained_j > 0.0);
     }
 }

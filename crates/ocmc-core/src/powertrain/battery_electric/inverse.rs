@@ -142,9 +142,6 @@ impl InversePowertrain for InverseBatteryElectric<'_> {
             let back_w = (self.auxiliary_w - chosen.terminals_w).max(0.0);
             ledger[Term::Regenerated] += back_w * step.dt_s;
         }
-        if standing {
-            self.charge += self.powertrain.charge_at_rest(self.charge, step.dt_s, ledger);
-        }
         ledger[Term::Crankshaft] += shaft_w * step.dt_s;
         ledger[Term::Auxiliary] += self.auxiliary_w * step.dt_s;
         ledger[Term::Transmission] += chosen.lost_n * step.distance_m();

@@ -17,7 +17,6 @@ pub mod thermal;
 
 pub use powertrain::BatteryState;
 
-use crate::energy::ledger::{Ledger, Term};
 use crate::lanes::{Lanes, one};
 use crate::powertrain::gearbox::{Gear, ShiftModel, validate_ratios};
 use crate::validation::Problems;
@@ -48,9 +47,6 @@ pub struct ElectricModel {
     /// Heating and cooling; absent: none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub climate: Option<ClimateModel>,
-    /// Charging at stops; absent: none.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub charging: Option<ChargingModel>,
 }
 
 /// When the gears behind a motor are shifted: by lines of its speed that rise with the pedal.
@@ -75,28 +71,6 @@ pub struct ElectricShiftModel {
     /// Its rise with the pedal, in rad/s.
     #[schemars(range(min = 0.0, max = 5000.0))]
     pub down_pedal_radps: f64,
-}
-
-/// Charging at stops.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct ChargingModel {
-    /// Power of the charger at the terminals, in W.
-    #[schemars(range(min = 0.0, max = 1.0e7))]
-    pub power_w: f64,
-    /// State of charge below which a stop is used to charge.
-    #[schemars(range(min = 0.0, max = 1.0))]
-    pub begin_below: f64,
-    /// State of charge at which charging ends.
-    #[schemars(range(min = 0.0, max = 1.0))]
-    pub end_at: f64,
-    /// Shortest standstill that is used, in s.
-    #[schemars(range(min = 0.0, max = 86_400.0))]
-    pub shortest_s: f64,
-    /// Part of the standstill in which the plug is put in and taken out, in s; absent: none.
-    #[serde(default)]
-    #[schemars(range(min = 0.0, max = 86_400.0))]
-    pub connection_s: f64,
 }
 
 /// A powertrain prepared for the hot loop.
@@ -225,17 +199,6 @@ impl BatteryElectricPowertrain {
         let (motor, gears) = (Motor::new(&model.motor), model.gears(wheel_radius_m));
         let model = ElectricModel { battery: model.battery.aged(), ..model.clone() };
         Self { motor, model, gears }
-    }
-
-    /// Charges at rest for some time, where a charger is worth while; adds to the ledger and
-    /// returns the rise of the state of charge.
-    fn charge_at_rest(&self, charge: f64, time_s: f64, ledger: &mut Ledger<f64>) -> f64 {
-        let Some(charging) = &self.model.charging else { return 0.0 };
-        let battery = &self.model.battery;
-        let charged = battery.charge_at_rest(charging, charge, time_s);
-        ledger[Term::Charged] += charged.gained_j;
-        ledger[Term::ChargingLoss] += charged.loss_j;
-        charged.gained_j / battery.capacity_j
     }
 
     /// The torque next to the wanted one, in Nm, at which the terminals' power stays within what

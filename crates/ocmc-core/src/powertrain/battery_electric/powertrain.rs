@@ -166,7 +166,7 @@ impl Powertrain for BatteryElectricPowertrain {
         self.enter_temperature(state, lane, air_temperature_k);
     }
 
-    /// The auxiliaries draw, and a charger may charge.
+    /// The auxiliaries draw.
     fn stand<S: Simd>(
         &self,
         state: &mut BatteryState<S>,
@@ -184,7 +184,7 @@ impl Powertrain for BatteryElectricPowertrain {
             ledger[Term::OutsideMap] += time_s;
         }
         let charge = state.charge[lane] - flow.store_w * time_s / battery.capacity_j;
-        state.charge[lane] = charge + self.charge_at_rest(charge, time_s, ledger);
+        state.charge[lane] = charge;
         self.stand_temperature(state, lane, time_s, flow.loss_w);
     }
 
