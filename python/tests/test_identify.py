@@ -105,7 +105,7 @@ def test_what_is_left_out_is_said(part, simulator):
     assert answer["notes"] == []
     gaps = part | {"grade": np.where(np.arange(800) == 5, np.nan, part["grade"])}
     answer = ocmc.identify(gaps, simulator, **(QUICK | {"starts": 1}))
-    assert answer["notes"] == ["`logs`: 1 row without slope is not used"]
+    assert answer["notes"] == ["`logs`: 1 row without slope: not used"]
 
 
 @pytest.mark.parametrize(

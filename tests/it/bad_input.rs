@@ -258,7 +258,7 @@ fn runs_of_missing_numbers() {
             IDENTIFY,
             holes,
             0,
-            &["100 rows without speed are not used", "7 rows without slope are not used"],
+            &["100 rows without speed: not used", "7 rows without slope: not used"],
         ),
         (
             WEATHER,

@@ -395,7 +395,7 @@ fn what_is_wrong_with_logs_of_roads_is_said() {
     for words in [
         "300 rows without a possible speed limit",
         "200 rows without slope or altitude",
-        "1 object of the map is none of stop_sign",
+        "1 object of the map, none of stop_sign",
         "the way is the integral of the speed",
         "nothing tells how the vehicle turned",
     ] {
@@ -576,7 +576,7 @@ fn a_road_without_a_limit_has_no_sign_and_no_type() {
     };
     let (answer, notes) = printed(",limit_kmh", [",70", ","]);
     assert!(answer.starts_with("1 operating cycle,") && !answer.contains("motorway,"), "{answer}");
-    assert!(notes.contains("1 road has neither road type nor speed limit"), "{notes}");
+    assert!(notes.contains("1 road with neither road type nor speed limit"), "{notes}");
     let (answer, notes) = printed(",limit_kmh,road_type", [",70,rural", ",,urban"]);
     assert!(
         answer.contains("urban, ") && answer.contains("hilliness        not known"),
@@ -585,7 +585,7 @@ fn a_road_without_a_limit_has_no_sign_and_no_type() {
     assert!(notes.contains("urban: no speed limit is known on any of its roads"), "{notes}");
     let (answer, notes) = printed(",limit_kmh,road_type", [",50,rural", ",50,"]);
     assert!(answer.contains("urban, "), "{answer}");
-    assert!(notes.contains("1 road has no word in road_type"), "{notes}");
+    assert!(notes.contains("1 road without a word in road_type"), "{notes}");
 }
 
 /// The answer of a fit of a table, and of the same table between semicolons and tabulators.

@@ -115,11 +115,12 @@ fn drive_notes(place: &str, found: &LoggedChanges) -> Vec<String> {
     notes.extend(counted(
         place,
         [
-            (found.rows.gaps, "gaps in time: no window reaches over one"),
-            (found.without_limit, "rows without a possible speed limit: the one before holds"),
+            (found.rows.gaps, "gap", "in time: no window reaches over one"),
+            (found.without_limit, "row", "without a possible speed limit: the one before holds"),
             (
                 found.without_window,
-                "changes of the limit without enough rows around them are left out",
+                "change",
+                "of the limit without enough rows around it: left out",
             ),
         ],
     ));

@@ -1,55 +1,35 @@
 //! What has to be said of a log that was read: where a drive stands, and what is odd.
 
 use super::{LogFile, LoggedTrip};
-use crate::number_text::{grouped, has_decimal_comma};
+use crate::number_text::{count_of, grouped, has_decimal_comma};
 use ocmc_estimation::log::signal::LogCounts;
 
-/// What there is of something at a place, each with its number. `what` is in the plural; of one
-/// thing its first noun and verb are named in the singular.
+/// What there is of something at a place, each with its number, its noun in the singular and what
+/// becomes of it.
 pub(crate) fn counted<'a>(
     place: &str,
-    counts: impl IntoIterator<Item = (usize, &'a str)>,
+    counts: impl IntoIterator<Item = (usize, &'a str, &'a str)>,
 ) -> Vec<String> {
-    let some = counts.into_iter().filter(|(count, _)| *count > 0);
-    some.map(|(count, what)| match count {
-        1 => format!("{place}: 1 {}", of_one(what)),
-        _ => format!("{place}: {} {what}", grouped(count as u64)),
-    })
-    .collect()
-}
-
-/// `rows without time are not used` of one row.
-fn of_one(what: &str) -> String {
-    let (noun, rest) = what.split_once(' ').unwrap_or((what, ""));
-    let noun = noun.strip_suffix('s').unwrap_or(noun);
-    let (clause, reason) = rest.split_once(':').unwrap_or((rest, ""));
-    let clause = format!(" {clause} ")
-        .replacen(" are ", " is ", 1)
-        .replacen(" have ", " has ", 1)
-        .replacen(" around them ", " around it ", 1);
-    let reason = match reason {
-        "" => String::new(),
-        " they are left out" => ": it is left out".to_owned(),
-        reason => format!(":{reason}"),
-    };
-    format!("{noun} {}{reason}", clause.trim())
+    let some = counts.into_iter().filter(|(count, ..)| *count > 0);
+    some.map(|(count, thing, what)| format!("{place}: {} {what}", count_of(count as u64, thing)))
+        .collect()
 }
 
 /// Rows that are not used, or doubtful.
 pub(crate) fn row_notes(place: &str, rows: &LogCounts) -> Vec<String> {
     let reversing = if rows.reversing > rows.used {
-        "rows in reverse are not used: is the sign of the speed right?"
+        "in reverse: not used; is the sign of the speed right?"
     } else {
-        "rows in reverse are not used"
+        "in reverse: not used"
     };
     counted(
         place,
         [
-            (rows.missing_time, "rows without time are not used"),
-            (rows.missing_speed, "rows without speed are not used"),
-            (rows.repeated_time, "rows with the time of the row before are not used"),
-            (rows.reversing, reversing),
-            (rows.implausible_speed, "rows are faster than 70 m/s: is the unit right?"),
+            (rows.missing_time, "row", "without time: not used"),
+            (rows.missing_speed, "row", "without speed: not used"),
+            (rows.repeated_time, "row", "with the time of the row before: not used"),
+            (rows.reversing, "row", reversing),
+            (rows.implausible_speed, "row", "faster than 70 m/s: is the unit right?"),
         ],
     )
 }
@@ -109,26 +89,6 @@ pub(super) fn how_numbers_are_written(column: &str, text: &str) -> &'static str 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn one_thing_is_told_in_the_singular() {
-        for (what, one) in [
-            ("rows without time are not used", "row without time is not used"),
-            ("gaps in time: no window reaches over one", "gap in time: no window reaches over one"),
-            ("roads have no word in road_type: urban", "road has no word in road_type: urban"),
-            (
-                "changes without enough rows around them are left out",
-                "change without enough rows around it is left out",
-            ),
-            (
-                "rows without road type: the ones before are held",
-                "row without road type: the ones before are held",
-            ),
-        ] {
-            assert_eq!(counted("log", [(1, what), (0, what)]), [format!("log: 1 {one}")]);
-            assert_eq!(counted("log", [(1200, what)]), [format!("log: 1,200 {what}")]);
-        }
-    }
 
     #[test]
     fn decimal_commas_and_dates_get_a_hint() {

@@ -61,20 +61,22 @@ pub fn events(
     };
     let [positions, gears] =
         [Quantity::Position, Quantity::Gear].map(|quantity| lacking(quantity).unwrap_or(0));
-    let unused = NEEDS.map(|need| format!("rows without {} are not used", need[0].noun()));
-    let mut notes = counted(place, missing.into_iter().zip(unused.iter().map(String::as_str)));
+    let unused = NEEDS.map(|need| format!("without {}: not used", need[0].noun()));
+    let missing = missing.into_iter().zip(&unused);
+    let mut notes = counted(place, missing.map(|(count, what)| (count, "row", what.as_str())));
     notes.extend(counted(
         place,
         [
-            (repeated, "rows with the time of the row before are not used"),
+            (repeated, "row", "with the time of the row before: not used"),
             (
                 positions,
-                "rows without position: the column is not used, the way is the integral of the \
-                 speed",
+                "row",
+                "without position: the column is not used, the way is the integral of the speed",
             ),
             (
                 gears,
-                "rows without gear: the column is not used, gears follow from the speed of the \
+                "row",
+                "without gear: the column is not used, gears follow from the speed of the \
                  engine",
             ),
         ],

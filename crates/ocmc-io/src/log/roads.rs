@@ -136,35 +136,46 @@ pub(super) fn road_log<'a>(drive: &'a LoggedTrip, turning: Option<TripLog<'a>>) 
 pub(super) fn notes(place: &str, counts: &RoadCounts) -> Vec<String> {
     let mut notes = row_notes(place, &counts.rows);
     let objects = KINDS.map(|kind| kind.map_object);
-    notes.extend(counted(place, [
-        (counts.cuts, "cuts at more than 10 s without rows: the road is not known there"),
-        (counts.too_short, "pieces shorter than 200 m are not used"),
-        (counts.untyped, "roads have neither road type nor speed limit: they are left out"),
-        (
-            counts.typed_by_limit,
-            "roads have no word in road_type: urban up to a limit of 55 km/h, motorway from 82 \
+    notes.extend(counted(
+        place,
+        [
+            (counts.cuts, "cut", "at more than 10 s without rows: the road is not known there"),
+            (counts.too_short, "piece", "shorter than 200 m: not used"),
+            (counts.untyped, "road", "with neither road type nor speed limit: left out"),
+            (
+                counts.typed_by_limit,
+                "road",
+                "without a word in road_type: urban up to a limit of 55 km/h, motorway from 82 \
              km/h, rural between (judgement)",
-        ),
-        (
-            counts.without_limit,
-            "rows without a possible speed limit: the one before holds, and a road without any \
+            ),
+            (
+                counts.without_limit,
+                "row",
+                "without a possible speed limit: the one before holds, and a road without any \
              tells no signs",
-        ),
-        (
-            counts.without_slope,
-            "rows without slope or altitude: it goes on evenly over up to 200 m, and longer ways \
+            ),
+            (
+                counts.without_slope,
+                "row",
+                "without slope or altitude: it goes on evenly over up to 200 m, and longer ways \
              tell no slopes",
-        ),
-        (counts.without_yaw_rate, "rows without yaw rate: ways of more than 2 s of them tell no \
-            curves"),
-        (counts.without_road_type, "rows without road type: the one before holds"),
-        (counts.curves_outside, "curves outside the range of radii are left out"),
-        (counts.curves_dropped, "curves are too short, too straight or too slow to be measured"),
-        (
-            counts.unknown_objects,
-            &format!("objects of the map are none of {}: they are left out", objects.join(", ")),
-        ),
-    ]));
+            ),
+            (
+                counts.without_yaw_rate,
+                "row",
+                "without yaw rate: ways of more than 2 s of them tell no \
+            curves",
+            ),
+            (counts.without_road_type, "row", "without road type: the one before holds"),
+            (counts.curves_outside, "curve", "outside the range of radii: left out"),
+            (counts.curves_dropped, "curve", "too short, too straight or too slow to be measured"),
+            (
+                counts.unknown_objects,
+                "object",
+                &format!("of the map, none of {}: left out", objects.join(", ")),
+            ),
+        ],
+    ));
     if counts.by_speed {
         notes.push(format!(
             "{place}: no positions that only grow: the way is the integral of the speed"
