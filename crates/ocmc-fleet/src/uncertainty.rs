@@ -41,14 +41,12 @@ pub struct ParameterUncertainty {
     /// have the same.
     pub replicates: Option<u64>,
     /// Cycles that were driven on each side of each number.
-    #[serde(default)]
     pub cycles: u64,
     /// Standard deviation of the fleet's mean over the errors of the numbers.
     pub sd: f64,
     /// 95 % interval of the mean, sampling and parameters together.
     pub ci95: [f64; 2],
     /// The numbers, one by one.
-    #[serde(default)]
     pub parameters: Vec<ParameterEffect>,
 }
 
