@@ -4,6 +4,21 @@
 //!
 //! Nothing here reads files, prints, logs or looks at a clock; everything random is a pure function
 //! of (seed, cycle id, stream). SI units, with the unit in the name.
+//!
+//! Who asks questions of studies, as the command does, uses the crate `ocmc-api`: it reads studies,
+//! drives them and answers. This crate is for who wants the models themselves:
+//!
+//! ```
+//! use ocmc_core::distribution::Law;
+//! use ocmc_core::vehicle::resistance::drag_force_n;
+//!
+//! // half the density of air, a truck at 80 km/h without wind, its drag area
+//! let force_n = drag_force_n(0.5 * 1.225, 80.0 / 3.6, 0.0, 5.5);
+//! assert!((force_n - 1663.6).abs() < 0.1);
+//! // half of the gaps between stops are shorter than this
+//! let gap_m = Law::Exponential { mean: 450.0 }.quantile(0.5);
+//! assert_eq!(gap_m.map(f64::round), Some(312.0));
+//! ```
 
 #![cfg_attr(
     test,
@@ -36,6 +51,7 @@ pub mod special_functions;
 pub mod study;
 pub mod switch;
 pub mod tactical;
+pub mod threads;
 pub mod validation;
 pub mod vehicle;
 

@@ -8,7 +8,9 @@ use ocmc_core::random::PickFreeze;
 use ocmc_core::record::Record;
 use ocmc_core::study::Study;
 use ocmc_core::tactical::SpeedProfile;
+use ocmc_core::threads::{STACK_BYTES, deep};
 use rayon::prelude::*;
+use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::collections::BTreeMap;
 use std::num::NonZero;
 use std::ops::{ControlFlow, Range};
@@ -118,6 +120,12 @@ pub fn run<B>(
     run_with(plan, &drive, sink)
 }
 
+/// A pool of threads that drive: one for each processor where the number is 0.
+pub fn pool(threads: usize) -> ThreadPool {
+    let pool = ThreadPoolBuilder::new().num_threads(threads).stack_size(STACK_BYTES);
+    pool.build().expect("the system can start threads")
+}
+
 /// Ranges of cycle ids that a thread drives, one after the other.
 pub type Ranges<'a> = &'a mut dyn Iterator<Item = Range<u64>>;
 
@@ -138,10 +146,7 @@ pub fn run_with<B>(
     let next = AtomicU64::new(0);
     let stop = AtomicBool::new(false);
     let threads = plan.threads.max(1);
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .build()
-        .expect("the system can start threads");
+    let pool = pool(threads);
     // a slow sink holds the workers back, so that memory stays bounded
     let (sender, receiver) = mpsc::sync_channel::<(u64, Vec<Record>)>(2 * threads);
     pool.in_place_scope(|scope| {
@@ -209,10 +214,7 @@ pub fn each<T: Send, B>(
     mut progress: impl FnMut(u64) -> ControlFlow<B>,
 ) -> ControlFlow<B, Vec<T>> {
     let threads = plan.threads.max(1);
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .build()
-        .expect("the system can start threads");
+    let pool = pool(threads);
     let ids: Vec<u64> = (plan.first_cycle..plan.first_cycle + plan.cycles).collect();
     let mut all = Vec::with_capacity(ids.len());
     for some in ids.chunks(threads * batch.max(1)) {
@@ -257,6 +259,10 @@ fn tasks<'a>(
 
 /// Drives single cycles again, in the order of their ids.
 pub fn replay(study: &Study, seed: u64, cycle_ids: &[u64]) -> Vec<Record> {
+    deep(|| again(study, seed, cycle_ids))
+}
+
+fn again(study: &Study, seed: u64, cycle_ids: &[u64]) -> Vec<Record> {
     if study.chains() {
         let (draw, level) = (Draw { seed, pick_freeze: PickFreeze::NONE }, CpuLevel::best());
         let stop = &AtomicBool::new(false);

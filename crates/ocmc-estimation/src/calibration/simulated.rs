@@ -6,6 +6,7 @@ use crate::log::curve::{CurveOptions, detect_curves};
 use ocmc_core::kernel::drive::trace::{Trace, motions};
 use ocmc_core::lanes::WIDTH;
 use ocmc_core::study::Study;
+use ocmc_fleet::run::pool;
 use rayon::prelude::*;
 
 /// Which trips are driven.
@@ -32,15 +33,14 @@ pub fn simulated_curves(study: &Study, trips: &Trips, options: &CurveOptions) ->
         scenario
     };
     let blocks: Vec<u64> = (0..count).step_by(WIDTH).collect();
-    let tables: Vec<CurveTable> = blocks
-        .into_par_iter()
-        .flat_map_iter(|first| {
-            let block = first..(first + WIDTH as u64).min(count);
-            let drives = motions(study, block.clone().map(scenario));
-            let of_trip = |(trip, drive)| of_trip(&drive, trip / trips.per_driver, options);
-            block.zip(drives).map(of_trip).collect::<Vec<_>>()
-        })
-        .collect();
+    let tables = |first: u64| {
+        let block = first..(first + WIDTH as u64).min(count);
+        let drives = motions(study, block.clone().map(scenario));
+        let of_trip = |(trip, drive)| of_trip(&drive, trip / trips.per_driver, options);
+        block.zip(drives).map(of_trip).collect::<Vec<_>>()
+    };
+    let tables: Vec<CurveTable> =
+        pool(0).install(|| blocks.into_par_iter().flat_map_iter(tables).collect());
     let mut all = CurveTable { left: Some(Vec::new()), ..CurveTable::default() };
     for table in tables {
         all.driver.extend(table.driver);

@@ -28,6 +28,7 @@ use super::problem::Problem;
 use super::search::{Found, Searched, is_smooth};
 use nalgebra::{DMatrix, DVector};
 use ocmc_core::study::Study;
+use ocmc_fleet::run::pool;
 use rayon::prelude::*;
 use serde::Serialize;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -127,6 +128,16 @@ pub fn identify_event(
     study: &Study,
     driver: &str,
     event: &str,
+    log: &PedalLog,
+    options: &IdentifyOptions,
+    stop: &AtomicBool,
+) -> Result<EventFit, EventError> {
+    pool(0).install(|| identified(study, [driver, event], log, options, stop))
+}
+
+fn identified(
+    study: &Study,
+    [driver, event]: [&str; 2],
     log: &PedalLog,
     options: &IdentifyOptions,
     stop: &AtomicBool,

@@ -20,6 +20,7 @@ use crate::rest::{Activity, DutyClock};
 use crate::study::handover::Handover;
 use crate::study::{Scenario, Study};
 use crate::tactical::SpeedProfile;
+use crate::threads::deep;
 use std::cell::RefCell;
 use std::ops::Range;
 use std::sync::atomic::Ordering;
@@ -94,7 +95,7 @@ pub fn chained_scenario(study: &Study, seed: u64, cycle_id: u64) -> Scenario {
     let mut truck = Truck::new(cycle_id - before, before + 1);
     for _ in 0..before {
         let mut task = Some(LaneTask::new(study, truck.depart(study, draw)));
-        let records = drive_tasks(study, &mut |_| task.take(), CpuLevel::best());
+        let records = deep(|| drive_tasks(study, &mut |_| task.take(), CpuLevel::best()));
         truck.arrive(&records[0]);
     }
     truck.depart(study, draw)

@@ -12,6 +12,7 @@ use crate::powertrain::{Powertrain, PowertrainTask};
 use crate::record::Record;
 use crate::study::{Scenario, Study};
 use crate::tactical::SpeedProfile;
+use crate::threads::deep;
 use fearless_simd::prelude::*;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -62,7 +63,7 @@ pub type Arrived<'a> = &'a mut dyn FnMut(&Record);
 
 /// Drives the cycles of a range; the records are in order of the ids.
 pub fn drive(study: &Study, seed: u64, cycles: Range<u64>, level: CpuLevel) -> Vec<Record> {
-    drive_tasks(study, &mut sampled(study, seed, cycles), level)
+    deep(|| drive_tasks(study, &mut sampled(study, seed, cycles), level))
 }
 
 /// Drives the tasks that `next` gives; the records are in order of the cycle ids.
@@ -177,7 +178,7 @@ pub fn sampled(
 /// Drives one given scenario.
 pub fn drive_scenario(study: &Study, scenario: Scenario) -> Record {
     let mut task = Some(LaneTask::new(study, scenario));
-    let records = drive_tasks(study, &mut |_| task.take(), CpuLevel::Baseline);
+    let records = deep(|| drive_tasks(study, &mut |_| task.take(), CpuLevel::Baseline));
     records.into_iter().next().expect("one scenario gives one record")
 }
 

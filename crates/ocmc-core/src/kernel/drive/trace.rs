@@ -16,6 +16,7 @@ use crate::operating_cycle::road::Road;
 use crate::powertrain::{Powertrain, PowertrainTask};
 use crate::record::Record;
 use crate::study::{Scenario, Study};
+use crate::threads::deep;
 use fearless_simd::prelude::*;
 
 /// One column of a table.
@@ -73,7 +74,7 @@ pub fn motions(study: &Study, scenarios: impl IntoIterator<Item = Scenario>) -> 
 
 /// Drives as many scenarios as there are lanes, or fewer, and writes the columns at such places.
 fn block(study: &Study, scenarios: Vec<Scenario>, writes: fn(usize) -> bool) -> Vec<Trace> {
-    study.vehicle().powertrain.dispatch(TraceTask { study, scenarios, writes })
+    deep(|| study.vehicle().powertrain.dispatch(TraceTask { study, scenarios, writes }))
 }
 
 struct TraceTask<'a> {
