@@ -12,8 +12,8 @@ use std::path::{Path, PathBuf};
 /// The files that a study may name.
 #[derive(Clone, Copy, Debug, Args)]
 pub(crate) struct FileOptions {
-    /// Reads no file that a study is or names: allowed are built-in studies and vehicles, and the
-    /// study `-`, the text on standard input. For services that run studies of others
+    /// Reads no file that a study is or names, for services that run studies of others: built-in
+    /// studies and vehicles are allowed, and `-`, the text on standard input
     #[arg(long)]
     no_files: bool,
 }

@@ -26,7 +26,7 @@ pub(crate) enum CalibrateCommand {
 #[derive(Clone, Debug, Args)]
 pub(crate) struct CurveSpeedArguments {
     /// Table of curves, as `ocmc curves` writes it, or the name of a built-in study or a study file
-    /// whose law is what was measured, such as field-truck-printed
+    /// whose law is what was measured, such as `field-truck-printed`
     #[arg(value_name = "TABLE")]
     table: PathBuf,
     /// Says which column is what, as in speed_mph=gps_speed or yaw_rate_degps=-gyro; may be

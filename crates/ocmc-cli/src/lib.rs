@@ -21,6 +21,8 @@ mod shell;
 mod simulator_study;
 mod size;
 mod study;
+#[cfg(test)]
+mod tests;
 mod training;
 mod vecto;
 mod verify;
@@ -60,7 +62,7 @@ pub const WRONG_USAGE: i32 = 2;
 /// Energy use of fleets of trucks, by simulation of many random operating cycles.
 ///
 /// Without a sub-command, runs a study: draws roads, weathers, traffics, missions, drivers and
-/// trucks, drives each cycle in closed loop, and prints how consumption, speed and duration are
+/// trucks, and drives each cycle in closed loop. Prints how consumption, speed and duration are
 /// distributed over the fleet.
 #[derive(Clone, Debug, Parser)]
 #[command(name = "ocmc", version, args_conflicts_with_subcommands = true, after_help = EXAMPLES)]
@@ -245,15 +247,5 @@ fn usage(answer: &clap::Error) -> i32 {
         Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => FAILED,
         _ if answer.use_stderr() => WRONG_USAGE,
         _ => DONE,
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_definitions_are_consistent() {
-        Arguments::command().debug_assert();
     }
 }

@@ -104,21 +104,21 @@ pub(crate) struct IdentifyArguments {
     /// the paper bias the gains and have no intervals
     #[arg(long, value_name = "NAME", default_value = "none", value_parser = one_of(SPEED_TERMS))]
     speed_term: SpeedTerm,
-    /// What else is not known and is estimated with the gains: delay, mass
+    /// What else is not known and is estimated with the gains; may be joined by commas
     #[arg(long, value_name = "NAME,...", value_delimiter = ',', value_parser = one_of(UNKNOWNS))]
     unknown: Vec<Unknown>,
     /// Starts of the search for each event
     #[arg(long, value_name = "N", default_value = "8", value_parser = clap::value_parser!(u16).range(1..=4096))]
     starts: u16,
     /// Bounds of K_P, in s/m
-    #[arg(long, value_names = ["LOWER", "UPPER"], num_args = 2)]
-    kp: Option<Vec<f64>>,
+    #[arg(long, value_names = ["LOWER", "UPPER"], num_args = 2, default_values_t = IdentifyOptions::default().proportional)]
+    kp: Vec<f64>,
     /// Bounds of K_I, in 1/m
-    #[arg(long, value_names = ["LOWER", "UPPER"], num_args = 2)]
-    ki: Option<Vec<f64>>,
+    #[arg(long, value_names = ["LOWER", "UPPER"], num_args = 2, default_values_t = IdentifyOptions::default().integral)]
+    ki: Vec<f64>,
     /// Bounds of K_D, in s²/m; the lower one may be negative
-    #[arg(long, value_names = ["LOWER", "UPPER"], num_args = 2, allow_negative_numbers = true)]
-    kd: Option<Vec<f64>>,
+    #[arg(long, value_names = ["LOWER", "UPPER"], num_args = 2, default_values_t = IdentifyOptions::default().derivative, allow_negative_numbers = true)]
+    kd: Vec<f64>,
     /// No intervals: several times as fast
     #[arg(long)]
     no_intervals: bool,
@@ -157,20 +157,17 @@ pub(crate) fn curves(arguments: &CurvesArguments) -> Result<(), Failure> {
 /// Fits each event of each log, and the population behind them.
 pub(crate) fn identify(arguments: &IdentifyArguments) -> Result<(), Failure> {
     let IdentifyArguments { kp, ki, kd, quiet, .. } = arguments;
-    let standard = IdentifyOptions::default();
-    let range = |given: &Option<Vec<f64>>, standard| {
-        given.as_deref().map_or(standard, |ends| [ends[0], ends[1]])
-    };
+    let range = |ends: &[f64]| [ends[0], ends[1]];
     let options = IdentifyOptions {
         controller: arguments.controller,
         speed_term: arguments.speed_term,
         unknown: Unknowns::of(&arguments.unknown),
         starts: usize::from(arguments.starts),
         intervals: !arguments.no_intervals,
-        proportional: range(kp, standard.proportional),
-        integral: range(ki, standard.integral),
-        derivative: range(kd, standard.derivative),
-        ..standard
+        proportional: range(kp),
+        integral: range(ki),
+        derivative: range(kd),
+        ..IdentifyOptions::default()
     };
     let request = IdentifyRequest {
         logs: &sources(&arguments.files.logs),

@@ -25,7 +25,8 @@ const MOST_TRIPS: u64 = 1_000_000;
 /// Options of a run.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct RunArguments {
-    /// Name of a built-in study, a study file, or `-` for standard input [default: field-truck]
+    /// Name of a built-in study, a study file, or `-` for standard input; a built-in study wins
+    /// over a file of its name [default: field-truck]
     #[arg(long, value_name = "NAME|FILE")]
     study: Option<PathBuf>,
     /// Replaces one value of the study, as in driver.curve_speed.exponent=0.5; may be repeated
@@ -44,8 +45,8 @@ pub(crate) struct RunArguments {
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole_number(1..=MOST_TRIPS))]
     trips: Option<u64>,
     /// Ends the run when half of the 95 % interval of the mean consumption is that small, relative
-    /// to the mean, as in 0.2%; of a quantile as in p95:1%. --cycles is then the largest number
-    /// [default: 1000000]
+    /// to the mean, as in 0.2%; of a quantile as in p95:1%. --cycles is then the largest number, and
+    /// 1000000 unless it is given
     #[arg(long, value_name = "PRECISION", value_parser = precision)]
     precision: Option<Precision>,
     /// Id of the first cycle: a run can be shared out over machines [default: 0]
