@@ -7,6 +7,7 @@ import sys
 import time
 from pathlib import Path
 
+import figures
 import layout
 import pages as written
 from browser import chromium
@@ -38,12 +39,15 @@ def main():
     """Print each fault, and end with status 1 where there is one."""
     parser = argparse.ArgumentParser(
         prog="scripts/check-guide",
-        description="Builds the guide and checks it: warnings, links, anchors, pictures, formulas, and in "
-        f"Chromium that no code, formula or table is cut at {layout.DESK} px and no page is wider than the "
-        f"screen at {layout.PHONE} px.",
+        description="Builds the guide and checks it: warnings, links, anchors, pictures, formulas, figures "
+        "of docs/figures.toml, and in Chromium that no code, formula or table is cut at "
+        f"{layout.DESK} px and no page is wider than the screen at {layout.PHONE} px.",
     )
     parser.add_argument("--out", default=ROOT / "target" / "book", help="where the guide goes (target/book)")
-    parser.add_argument("--no-browser", action="store_true", help="what needs no browser: a second or two")
+    parser.add_argument("--no-browser", action="store_true", help="what needs no browser: some seconds")
+    parser.add_argument(
+        "--slow", action="store_true", help="slow commands of docs/figures.toml, too: minutes"
+    )
     options = parser.parse_args()
     mdbook = shutil.which("mdbook")
     if mdbook is None:
@@ -56,6 +60,8 @@ def main():
     found += written.faults(pages)
     links = sum(len(page.links) for page in pages.values())
     pictures = sum(len(page.pictures) for page in pages.values())
+    ran, differ = figures.faults(options.slow)
+    found += differ
     program = None if options.no_browser else chromium()
     if program:
         found += layout.faults(program, pages)
@@ -64,6 +70,7 @@ def main():
     seen = f"layout at {layout.DESK} and {layout.PHONE} px"
     if program is None:
         seen = f"layout not looked at ({'as asked' if options.no_browser else 'no Chromium'})"
+    seen += f", figures of {ran} commands" if ran else ", figures skipped: ocmc is not installed"
     took_s = time.monotonic() - begun
     print(
         f"{len(pages)} pages, {links} links, {pictures} pictures, {seen}: {len(found)} faults, {took_s:.0f} s"
